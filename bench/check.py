@@ -1,6 +1,6 @@
 """The bars: what speed and error must keep, as ratios measured in one run on the machine at hand.
 
-    python bench/check.py [--photons 1e5] [--replicates 4] [--turns 1] [--seed 1] [--json]
+    python bench/check.py [--photons 1e5] [--replicates 4] [--turns 1]
 
 Exits with 1 when a bar is missed. A peer that is not installed is named as left out, with its bar.
 """
@@ -9,39 +9,29 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
-import functools
-import json
-import os
+import subprocess
 import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from aomc_sky.benchmark.accuracy import Row, measure_errors
-from aomc_sky.benchmark.run import Writer
-from aomc_sky.benchmark.samplers import CHOICE, METHODS, SpeedRun, speed_source
-from aomc_sky.benchmark.skies import bench_sky
-from aomc_sky.benchmark.timing import machine_now, ratio
-from aomc_sky.cli import options as cli_options
-from aomc_sky.cli.terminal import table
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import OutputError
 from aomc_sky.kernels.backend import announce_photons
-from bench import threads
-from bench.harness import guarded
-from bench.mcpl import mcpl_times
-from bench.peers import HOST, MITSUBA, MULTINOMIAL, measure_peers
-from bench.streamed import streamed_peak
+from bench.accuracy import Row, measure_errors
+from bench.harness import count, guarded, machine, markdown_table
+from bench.peers import HOST, MITSUBA, MULTINOMIAL, TWO_THREADS, measure_peers
+from bench.samplers import CHOICE, METHODS, SpeedRun
+from bench.skies import PEER_SKY, bench_sky
 
+ROOT = Path(__file__).resolve().parents[1]
 LIMITS = {
     "patch order against numpy multinomial + repeat": 40.0,
     "default against numpy choice": 20.0,
     "default against Mitsuba 3": 2.4,
     "two threads against one": 1.9,
-    "two threads against two processes that share nothing": 0.9,
     "one photon per call of a numba host against the default": 6.0,
     "growth of a streamed run's memory [MB]": 50.0,
-    "MCPL writer against a ctypes loop over libmcpl": 15.0,
     "planar irradiance, independent photons against default": 40.0,
     "cone, independent photons against default": 4.0,
     "histogram, independent photons against default": 6.0,
@@ -73,26 +63,18 @@ class Bar:
         """Whether it does."""
         return self.value <= self.limit if self.name in AT_MOST else self.value >= self.limit
 
-    @property
-    def relation(self) -> str:
-        """The sign between value and limit."""
-        return "<=" if self.name in AT_MOST else ">="
-
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CheckSizes:
     """How much a check measures."""
 
-    speed_photons: int = 4_000_000
-    speed_turns: int = 7
     #: So many that the start of a thread does not count.
-    thread_photons: int = 10_000_000
-    thread_turns: int = 15
+    speed_photons: int = 10_000_000
+    speed_turns: int = 7
     error_photons: int = 1_000_000
     error_replicates: int = 64
     #: Of the short and of the long streamed run.
     memory_photons: tuple[int, int] = (1_000_000, 1_000_000_000)
-    mcpl_photons: int = 1_000_000
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -112,34 +94,22 @@ class Check:
         return all(bar.is_kept for bar in self.bars)
 
 
-def speed_bars(run: SpeedRun) -> tuple[list[Bar], list[str]]:
-    """Bars of a speed run, and a line for each that lacks a contender."""
+def speed_bars(run: SpeedRun) -> list[Bar]:
+    """Bars of a speed run; one that lacks a contender is left out."""
     wanted = (
         ("patch order against numpy multinomial + repeat", MULTINOMIAL, "patch-order"),
         ("default against numpy choice", CHOICE, "default"),
         ("default against Mitsuba 3", MITSUBA, "default"),
+        ("two threads against one", "default", TWO_THREADS),
         ("one photon per call of a numba host against the default", HOST, "default"),
     )
-    bars, left_out = [], list(run.left_out)
+    bars = []
     for name, slow, fast in wanted:
         found = run.ratio(slow, fast)
         if found is not None:
             detail = f"{run.ns_per_photon(slow):.2f} / {run.ns_per_photon(fast):.2f} ns"
             bars.append(Bar(name=name, value=found, detail=detail))
-    return bars, left_out
-
-
-def thread_bars(n_photons: int, turns: int) -> tuple[list[Bar], list[str]]:
-    """What a second thread gives, beside what two processes show that the machine can give."""
-    names = ("two threads against one", "two threads against two processes that share nothing")
-    if (os.cpu_count() or 1) < 2:
-        return [], [f"{name} is left out: this machine has one core" for name in names]
-    times = threads.thread_times(speed_source(bench_sky("clear-uniform"), "default", n_photons), turns)
-    by_threads = ratio(times[threads.ONE], times[threads.TWO_THREADS])
-    by_processes = 2 * ratio(times[threads.ONE], times[threads.TWO_PROCESSES])
-    detail = f"two processes of one thread do the work of {by_processes:.2f}"
-    values = (by_threads, by_threads / by_processes)
-    return [Bar(name=name, value=value, detail=detail) for name, value in zip(names, values, strict=True)], []
+    return bars
 
 
 def _gain(rows: list[Row], better: str, quantity: str) -> tuple[float, str]:
@@ -148,35 +118,57 @@ def _gain(rows: list[Row], better: str, quantity: str) -> tuple[float, str]:
     return by_method["iid"] / by_method[better], f"{by_method['iid']:.2g} / {by_method[better]:.2g}"
 
 
-def error_bars(sizes: CheckSizes, seed: int) -> list[Bar]:
+def error_bars(sizes: CheckSizes, seed: int = 1) -> list[Bar]:
     """Bars of the errors on the Perez clear sky."""
-    n, replicates = sizes.error_photons, sizes.error_replicates
 
-    def rows(sky: str, methods: tuple[str, ...], n_photons: int) -> list[Row]:
-        chosen = [METHODS[name] for name in methods]
-        return measure_errors(bench_sky(sky), chosen, n_photons, replicates=replicates, seed=seed, precision="float32")
+    def rows(sky: str) -> list[Row]:
+        chosen = [METHODS[name] for name in ("default", "iid")]
+        common = {"replicates": sizes.error_replicates, "seed": seed}
+        return measure_errors(bench_sky(sky), chosen, sizes.error_photons, **common)
 
-    exact = rows("clear", ("default", "iid"), n)
+    exact = rows("clear")
     bars = []
     for quantity, title in (("planar", "planar irradiance"), ("cone", "cone"), ("histogram", "histogram")):
         value, detail = _gain(exact, "default", quantity)
         bars.append(Bar(name=f"{title}, independent photons against default", value=value, detail=detail))
-    value, detail = _gain(rows("clear-uniform", ("default", "iid"), n), "default", "planar")
+    value, detail = _gain(rows("clear-uniform"), "default", "planar")
     bars.append(Bar(name="planar irradiance, within patches uniform", value=value, detail=detail))
     return bars
 
 
-def shown_biases(seed: int) -> list[str]:
+def shown_biases() -> list[str]:
     """Lines on allocations that round without chance: their bias stays whatever the seed."""
     lines = []
     for name in ("largest-remainder", "aomc"):
         for n in (10_000, 1_000_000):
-            (row,) = measure_errors(
-                bench_sky("clear"), [METHODS[name]], n, replicates=8, seed=seed, precision="float32"
-            )
+            (row,) = measure_errors(bench_sky("clear"), [METHODS[name]], n, replicates=8)
             parts = ", ".join(f"{q} {100 * row.bias[q]:+.3g} %" for q in ("planar", "scalar", "cone", "ring"))
             lines.append(f"bias of {METHODS[name].title}, {n} photons: {parts}")
     return lines
+
+
+_STREAM = """
+import sys
+sys.path.insert(0, sys.argv[2])
+from aomc_sky.kernels.backend import announce_photons
+from bench.samplers import buffer_of, drain
+from bench.skies import bench_sky
+announce_photons(10**12)  # the same code for few photons and for many
+source = bench_sky("clear-uniform").scene(int(sys.argv[1])).source(seed=1)
+drain(source, buffer_of(source))
+lines = open("/proc/self/status").read().splitlines()
+print(next(1024 * int(line.split()[1]) for line in lines if line.startswith("VmHWM:")))
+"""
+
+
+def streamed_peak(n_photons: int) -> int:
+    """Peak memory of a process of its own that emits photons of the clear sky's table into reused buffers. [bytes]"""
+    command = [sys.executable, "-c", _STREAM, str(n_photons), str(ROOT)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode:
+        last = (done.stderr.strip().splitlines() or ["no message"])[-1]
+        raise OutputError(f"a streamed run of {n_photons} photons ended with {done.returncode}: {last}")
+    return int(done.stdout)
 
 
 def _memory_bar(few: int, many: int) -> Bar:
@@ -187,84 +179,48 @@ def _memory_bar(few: int, many: int) -> Bar:
     return Bar(name="growth of a streamed run's memory [MB]", value=large - small, detail=detail)
 
 
-def run_check(sizes: CheckSizes, *, seed: int = 1) -> Check:
+def run_check(sizes: CheckSizes) -> Check:
     """Measure every bar: times in one run with contenders in turns, errors from replicates."""
     announce_photons(10**12)  # compiled kernels from the first photon on
-    bars, left_out = speed_bars(measure_peers(bench_sky("clear-uniform"), sizes.speed_photons, sizes.speed_turns))
-    more, missing = thread_bars(sizes.thread_photons, sizes.thread_turns)
-    bars, left_out = bars + more, left_out + missing
-    bars.append(_memory_bar(*sizes.memory_photons))
-    mcpl = mcpl_times(sizes.mcpl_photons, 3)
-    if mcpl is None:
-        left_out.append("the bar of MCPL is left out: the package mcpl is not installed (pip install mcpl)")
-    else:
-        bars.append(
-            Bar(name="MCPL writer against a ctypes loop over libmcpl", value=ratio(mcpl["libmcpl"], mcpl["packed"]))
-        )
-    return Check(bars=(*bars, *error_bars(sizes, seed)), left_out=tuple(left_out), shown=tuple(shown_biases(seed)))
+    run = measure_peers(bench_sky(PEER_SKY), sizes.speed_photons, sizes.speed_turns)
+    bars = [*speed_bars(run), _memory_bar(*sizes.memory_photons), *error_bars(sizes)]
+    return Check(bars=tuple(bars), left_out=run.left_out, shown=tuple(shown_biases()))
 
 
-def bar_table(check: Check, write: Writer) -> str:
+def bar_table(check: Check) -> str:
     """Every bar with its value and whether it is kept."""
     rows = [
         (
             bar.name,
             f"{bar.value:.2f}",
-            f"{bar.relation} {bar.limit:g}",
+            f"{'<=' if bar.name in AT_MOST else '>='} {bar.limit:g}",
             "kept" if bar.is_kept else "MISSED",
             bar.detail,
         )
         for bar in check.bars
     ]
-    return write(rows, ("bar", "measured", "limit", "", "behind it"))
-
-
-def check_text(check: Check, write: Writer) -> str:
-    """The bars for a terminal."""
-    return "\n".join([bar_table(check, write), *check.left_out, *check.shown])
+    return markdown_table(rows, ("bar", "measured", "limit", "", "behind it"))
 
 
 def sizes_of(photons: int | None, turns: int | None, replicates: int | None) -> CheckSizes:
     """The usual sizes of a check, or smaller ones for a machine or a test in a hurry."""
-    if any(n is not None and n < 1 for n in (turns, replicates)):
-        raise UsageError("replicates and turns must be at least 1")
     sizes = CheckSizes()
     if photons:
-        sizes = CheckSizes(
-            speed_photons=photons,
-            thread_photons=photons,
-            error_photons=photons,
-            mcpl_photons=photons,
-            memory_photons=(photons, 10 * photons),
-        )
-    changed = {"speed_turns": turns, "thread_turns": turns, "error_replicates": replicates}
+        sizes = CheckSizes(speed_photons=photons, error_photons=photons, memory_photons=(photons, 10 * photons))
+    changed = {"speed_turns": turns, "error_replicates": replicates}
     return dataclasses.replace(sizes, **{name: value for name, value in changed.items() if value is not None})
-
-
-def as_json(check: Check, machine: str) -> dict[str, object]:
-    """The bars as JSON values."""
-    bars = [
-        {"name": b.name, "value": b.value, "limit": b.limit, "relation": b.relation, "kept": b.is_kept}
-        for b in check.bars
-    ]
-    return {"machine": machine, "bars": bars, "left_out": check.left_out, "kept": check.is_kept}
 
 
 @guarded
 def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--photons", type=cli_options.photon_total, metavar="N", help="of every measurement, as 1e5")
-    parser.add_argument("--turns", type=cli_options.whole_number, metavar="T", help="turns behind every time")
-    parser.add_argument("--replicates", type=cli_options.whole_number, metavar="R", help="runs behind every error")
-    parser.add_argument("--seed", type=cli_options.seed, default=1, metavar="INT", help="first seed (default 1)")
-    parser.add_argument("--json", action="store_true", help="one JSON object instead of the table")
+    parser.add_argument("--photons", type=count, metavar="N", help="of every measurement, also as 1e5")
+    parser.add_argument("--turns", type=count, metavar="T", help="turns behind every time")
+    parser.add_argument("--replicates", type=count, metavar="R", help="runs behind every error")
     options = parser.parse_args(argv)
-    machine = machine_now()
-    check = run_check(sizes_of(options.photons, options.turns, options.replicates), seed=options.seed)
-    if options.json:
-        print(json.dumps(as_json(check, machine)))
-    else:
-        print(f"{machine}\n{check_text(check, functools.partial(table, n_left=1))}")
+    print(machine())
+    check = run_check(sizes_of(options.photons, options.turns, options.replicates))
+    print("\n".join([bar_table(check), *check.left_out, *check.shown]))
     missed = [bar.name for bar in check.bars if not bar.is_kept]
     if missed:
         print(f"{len(missed)} of {len(check.bars)} bars are missed: {'; '.join(missed)}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""Time per photon of the compiled emission: a table and a Perez sky, both precisions, both orders.
+"""Time per photon of the compiled emission: a table and a Perez sky, both precisions and orders; lobes; large tables.
 
     python bench/emission.py                                    # this tree
     python bench/emission.py --before ../other/src [--bar 1.03] # against another tree, turn and turn about
@@ -22,28 +22,41 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from aomc_sky import PhotonSource
+    from aomc_sky import PhotonSource, Scene
 
 HERE = Path(__file__).resolve().parents[1]
-SCENES = {"table": "clear_day", "perez": "perez_sky"}
-ROWS = [" ".join(row) for row in itertools.product(SCENES, ("float32", "float64"), ("shuffled", "patch"))]
+SCENES = {"table": "clear_day", "perez": "perez_sky", "lobes": "night_sky"}
+PATCHES = {"1e6-patches": (1000, 1000), "4e6-patches": (2000, 2000)}
+ROWS = [" ".join(row) for row in itertools.product(("table", "perez"), ("float32", "float64"), ("shuffled", "patch"))]
+ROWS += [f"{name} float32 shuffled" for name in ("lobes", *PATCHES)]
 N_PHOTONS = 500_000
 
 
 def child() -> None:
     """Print the nanoseconds per photon of every row that is asked for."""
-    from aomc_sky import read_scene
-
     calls: dict[str, Callable[[], object]] = {}
     for row in map(str.strip, sys.stdin):
         if row not in calls:
-            scene, precision, order = row.split()
-            described = read_scene(HERE / "inputs" / SCENES[scene] / "amc.inp", iterations=2 * N_PHOTONS)
-            calls[row] = emission(described.source(precision=precision, order=order))
+            name, precision, order = row.split()
+            calls[row] = emission(scene(name).source(precision=precision, order=order))
             calls[row]()
         start = time.thread_time()
         calls[row]()
         print((time.thread_time() - start) / N_PHOTONS * 1e9, flush=True)
+
+
+def scene(name: str) -> Scene:
+    """A scene of inputs/, or a table of many patches."""
+    import numpy as np
+
+    import aomc_sky as sky
+
+    if name in SCENES:
+        return sky.read_scene(HERE / "inputs" / SCENES[name] / "amc.inp", iterations=2 * N_PHOTONS)
+    grid = sky.PatchGrid.regular(*PATCHES[name])
+    values = 1.0 + np.arange(grid.n_patches).reshape(1, -1) % 7
+    model = sky.TabulatedSky(grid=grid, wavelength_nm=[550.0], values=values)
+    return sky.Scene(wavebands=[550.0], n_photons=2 * N_PHOTONS, components=model)
 
 
 def emission(source: PhotonSource) -> Callable[[], object]:

@@ -3,7 +3,7 @@
     python bench/growth.py [--rows photons patches ...] [--small]     # measures: docs/growth.csv, then the picture
     python bench/growth.py --redraw                                   # docs/growth.png from docs/growth.csv
 
-Every point is a process of its own: `aomc-sky run`, all shards and their merge in one, and `write_run` of a scene for
+Every point is a process of its own: `aomc-sky run`, all shards in one, and `write_run` of a scene for
 wavebands, of which AMC's files hold 500 at most. Files go to memory where there is /dev/shm; the photons of the rows
 photons and threads are emitted and dropped. Points are medians of turns, of one turn where a run is long. Peak memory
 is what the system says of the ended process. This process imports no numpy before the last run has ended: a child's
@@ -38,7 +38,6 @@ from aomc_sky.cli.main import main
 scene, out, n = sys.argv[1:]
 for k in range(int(n)):
     assert main(["run", scene, "--out", out, "--iterations", "1e7", "--shard", f"{k + 1}/{n}", "-q"]) == 0
-assert main(["merge", out, "-q"]) == 0
 """
 _BANDS = """
 import sys
@@ -123,7 +122,7 @@ ROWS = {
         command=lambda n, work: ["-c", _BANDS, str(work / "out"), str(n)],
     ),
     "shards": Row(
-        title="shards, and their merge",
+        title="shards",
         unit="shard",
         rest="1e7 photons, 32 400 patches",
         steps=(1, 10, 100, 1000),

@@ -1,50 +1,69 @@
-"""What the scripts share: timing in turns from the package's own benchmark, and commands in processes of their own."""
+"""What the scripts share: contenders take turns, medians and ratios, the machine, and errors as one message."""
 
 from __future__ import annotations
 
 import functools
+import importlib.metadata
 import math
 import os
-import subprocess
+import platform
+import statistics
 import sys
 import time
 from collections.abc import Callable, Mapping
+from pathlib import Path
 
-from aomc_sky.benchmark.timing import in_turns as in_turns
-from aomc_sky.benchmark.timing import machine as machine
-from aomc_sky.benchmark.timing import ratio as ratio
-from aomc_sky.benchmark.timing import seconds as seconds
-from aomc_sky.cli.terminal import error_text
 from aomc_sky.errors import AomcSkyError
 
-
-def verdict(value: float, bar: float, *, at_least: bool) -> str:
-    """A value beside its bar."""
-    kept = value >= bar if at_least else value <= bar
-    return f"{value:8.2f}   bar {'>=' if at_least else '<='} {bar:g}   {'kept' if kept else 'MISSED'}"
+PACKAGES = ("aomc-sky", "numpy", "numba", "scipy", "mitsuba", "drjit")
 
 
-def run(command: list[str], **environment: str) -> None:
-    """A command in a process of its own; its output is dropped, a failure is not."""
-    done = subprocess.run(command, env={**os.environ, **environment}, capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise SystemExit(f"{' '.join(command)} ended with {done.returncode}:\n{done.stderr}")
+def machine() -> str:
+    """Processor, cores, versions and the load at this moment, one line."""
+    processor = platform.processor() or platform.machine()
+    cpuinfo = Path("/proc/cpuinfo")
+    if cpuinfo.exists():
+        names = [line for line in cpuinfo.read_text().splitlines() if line.startswith("model name")]
+        processor = names[0].split(":", 1)[1].strip() if names else processor
+    found = [f"python {platform.python_version()}"]
+    for name in PACKAGES:
+        try:
+            found.append(f"{name} {importlib.metadata.version(name)}")
+        except importlib.metadata.PackageNotFoundError:
+            continue
+    load = f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown"
+    return f"{processor}, {os.cpu_count()} cores, {platform.system()}, {' '.join(found)}, load {load} before the run"
 
 
-def best_cpu_time(
-    contenders: Mapping[str, Callable[[], object]], repeats: int, clock: Callable[[], float] = time.thread_time
-) -> dict[str, float]:
-    """Least CPU time, turn about, for work of one thread on a machine that others use. [s]
+def in_turns(contenders: Mapping[str, Callable[[], object]], repeats: int) -> dict[str, list[float]]:
+    """Wall-clock times of each contender, taken turn and turn about so that all see the same machine. [s]
 
-    By default that of the calling thread; `time.process_time` also counts work handed to another one.
+    One turn more comes first and does not count: it compiles and touches memory.
     """
+    times: dict[str, list[float]] = {name: [] for name in contenders}
+    for turn in range(-1, repeats):
+        for name, work in contenders.items():
+            start = time.perf_counter()
+            work()
+            if turn >= 0:
+                times[name].append(time.perf_counter() - start)
+    return times
+
+
+def ratio(slow: list[float], fast: list[float]) -> float:
+    """Median over the turns of how many times longer the slow one took."""
+    return statistics.median(a / b for a, b in zip(slow, fast, strict=True))
+
+
+def best_cpu_time(contenders: Mapping[str, Callable[[], object]], repeats: int) -> dict[str, float]:
+    """Least CPU time of the calling thread, turn about, for work of one thread on a machine that others use. [s]"""
     best = dict.fromkeys(contenders, math.inf)
     for turn in range(-1, repeats):
         for name, work in contenders.items():
-            start = clock()
+            start = time.thread_time()
             work()
             if turn >= 0:
-                best[name] = min(best[name], clock() - start)
+                best[name] = min(best[name], time.thread_time() - start)
     return best
 
 
@@ -56,7 +75,21 @@ def guarded(main: Callable[..., int]) -> Callable[..., int]:
         try:
             return main(argv)
         except AomcSkyError as error:
-            print(error_text(error), file=sys.stderr)
+            print(f"error: {error}", file=sys.stderr)
             return error.exit_code
 
     return run_main
+
+
+def count(text: str) -> int:
+    """A whole number of at least 1, also as 1e6: the type of an option."""
+    value = float(text)
+    if value < 1 or value != int(value):
+        raise ValueError(text)
+    return int(value)
+
+
+def markdown_table(rows: list[tuple[str, ...]], head: tuple[str, ...]) -> str:
+    """A table in Markdown: the first column to the left, the others to the right."""
+    ruler = ["---", *["---:"] * (len(head) - 1)]
+    return "\n".join("| " + " | ".join(row) + " |" for row in (head, ruler, *rows))

@@ -2,11 +2,12 @@
 
 Every peer chooses patches by its library's own means, then places each photon uniformly in mu^2 and azimuth and turns
 it into a unit vector, with that library's functions. Patches and places are drawn independently, so the error of a
-peer's photons is that of the method `iid`. numpy's sampler is the package's own peer, `aomc_sky.benchmark.samplers`.
+peer's photons is that of the method `iid`. numpy's sampler is that of `samplers.py`.
 """
 
 from __future__ import annotations
 
+import itertools
 import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -15,12 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.benchmark.samplers import BATCH, CHOICE, NumpySampler, SpeedRun, our_contenders, speed_source, timed
-from aomc_sky.benchmark.skies import BenchSky
 from aomc_sky.errors import MissingExtraError, UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.grid import PatchGrid
-from bench.threads import two_threads
+from aomc_sky.source.photon_source import PhotonSource
+from bench.harness import in_turns
+from bench.samplers import BATCH, CHOICE, NumpySampler, SpeedRun, buffer_of, our_contenders, speed_source
+from bench.skies import BenchSky
 
 STORES = {"stores of 12 bytes": 12, "stores of 24 bytes": 24}
 TWO_THREADS = "default, two threads"
@@ -50,7 +52,25 @@ def measure_peers(sky: BenchSky, n_photons: int, turns: int) -> SpeedRun:
         contenders[name] = partial(StoreLimit(BATCH, size), n_photons)
     with ThreadPoolExecutor(2, thread_name_prefix="aomc-sky-bench") as pool:
         contenders[TWO_THREADS] = two_threads(speed_source(sky, "default", n_photons), pool)
-        return timed(contenders, n_photons, turns, left_out=(*left_out, *missing))
+        times = in_turns(contenders, turns)
+    return SpeedRun(n_photons=n_photons, turns=turns, times=times, left_out=(*left_out, *missing))
+
+
+def two_threads(source: PhotonSource, pool: ThreadPoolExecutor) -> Callable[[], object]:
+    """All photons once: both threads take the next chunk when they are free, each with buffers of its own."""
+    n = source.n_photons(0)
+    buffers = [buffer_of(source) for _ in range(2)]
+
+    def work(thread: int, chunks: itertools.count[int]) -> None:
+        while (start := next(chunks)) < n:
+            source.photons(0, start, min(start + BATCH, n), out=buffers[thread])
+
+    def drained() -> None:
+        chunks = itertools.count(0, BATCH)
+        for done in [pool.submit(work, thread, chunks) for thread in range(2)]:
+            done.result()
+
+    return drained
 
 
 def _host(sky: BenchSky, n_photons: int) -> Callable[[], object]:

@@ -1,71 +1,64 @@
-"""The page on performance: a whole run and the bars in Markdown, its picture and its numbers beside it.
+"""Speed against error of this version beside its peers, and the bars: a page in Markdown, a picture and numbers.
 
-    python bench/report.py docs/performance.md [--preset default] [--photons 1e3 1e5] [--replicates 4] [--turns 1]
+    python bench/report.py [FILE] [--photons 1e3 1e5] [--replicates 4] [--turns 1]
 
-Writes FILE, and the same name with .png and .csv; takes minutes. Exits with 1 when a bar is missed.
+Writes FILE (default docs/performance.md) and the same name with .png and .csv; takes a quarter of an hour. Exits with 1
+when a bar is missed; `python bench/check.py` measures the bars alone.
 """
 
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from aomc_sky.benchmark.figure import PEER_STYLES, plot_bench, plot_first
-from aomc_sky.benchmark.quantities import TITLES
-from aomc_sky.benchmark.run import (
-    CSV_COLUMNS,
-    PEER_SKY,
-    BenchResults,
-    csv_text,
-    error_table,
-    run_bench,
-    short_count,
-    speed_table,
-    trend_table,
-)
-from aomc_sky.benchmark.samplers import BATCH, METHODS
-from aomc_sky.benchmark.skies import bench_sky
-from aomc_sky.cli.commands import bench as bench_command
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.text_file import write_atomically
-from aomc_sky.outputs.folder.target_file import check_target
+from aomc_sky.kernels.backend import announce_photons
+from bench.accuracy import TARGETS, Found, Reach, Row, Trend, measure_errors, measure_times, trends
 from bench.check import Check, bar_table, run_check, sizes_of
-from bench.harness import guarded
-from bench.peers import MITSUBA, measure_peers
+from bench.figure import plot
+from bench.harness import count, guarded, machine, markdown_table
+from bench.peers import measure_peers
+from bench.quantities import QUANTITIES, TITLES
+from bench.samplers import BATCH, METHODS, SpeedRun
+from bench.skies import PEER_SKY, SKIES, bench_sky
 
-PEERS = {**PEER_STYLES, MITSUBA: ("Mitsuba 3", ("#999999", "--", "P"))}
-"""Two peers that stand for all in the picture: what one writes first, and the best one."""
-TITLE = "# Speed against error\n"
+ROOT = Path(__file__).resolve().parents[1]
+SPEED_PHOTONS = 10**6
 _SHOWN_PHOTONS = 10**6
+CSV_COLUMNS = (
+    *("sky", "method", "n_photons", "replicates", "plan_s", "emit_s", "ns_per_photon"),
+    *(f"error_{quantity}" for quantity in QUANTITIES),
+    *(f"bias_{quantity}" for quantity in QUANTITIES if quantity != "histogram"),
+)
 
-_HEAD = f"""\
-{TITLE}
-This page is one run of one program. In the repository `python bench/report.py docs/performance.md` makes it again, with
-the picture and the numbers beside it ({{csv}}); `python bench/check.py` measures the bars alone and exits with 1 when
-one is missed. `aomc-sky bench` prints the tables of errors and times on any machine, with numpy's `choice` beside
-every method.
+_HEAD = """\
+# Speed against error
 
-Machine: {{machine}}.
+This page is one run of one program. In the repository `python bench/report.py` makes it again, with the picture and the
+numbers beside it ({csv}); `python bench/check.py` measures the bars alone and exits with 1 when one is missed.
+
+Machine: {machine}.
 
 Times depend on the machine, ratios much less. Contenders take turns, so that all see the same machine; a time is the
 median of the turns, a ratio the median of the ratios inside a turn. One turn more comes first and does not count.
 Everything runs on one thread unless stated otherwise, kernels are compiled and loaded beforehand.
-"""
 
-_CAPTION = """\
-A clear sky, uniform within its patches: one line per method, one point per number of photons, 1e3 to 1e7; lower and
-further left is better. The time of the first points is that of the plan. numpy's `choice` has the error of independent
-photons at the time that its measured rate gives.
+![Relative error of three quantities of a clear sky against time](figures/readme_error.png)
 """
 
 _SKIES_CAPTION = """\
-Rows are skies, columns quantities, and all panels have the same axes. Beside the table of the clear sky stand numpy's
-`choice` and Mitsuba 3, as above.
+Rows are skies, columns quantities, and all panels have the same axes. One line per method, one point per number of
+photons; lower and further left is better. The time of the first points is that of the plan. numpy's `choice` and
+Mitsuba 3 have the error of independent photons at the time that their measured rate gives.
 """
 
 _GROWTH = """\
@@ -77,15 +70,6 @@ _GROWTH = """\
 Above is processor time for one photon, patch, waveband or shard: it falls while start-up is shared, and the dashed
 line is linear growth, the cheapest point for ever. Of threads it is the time by the clock times their number, which
 would stay level if they never waited. Below is the peak memory of the process, with linear growth dashed.
-
-- **Photons** cost some ten nanoseconds each at 1e9, and none is held: memory is that of the compiled kernels,
-  which come with larger runs, and of blocks that wait for their turn. Beyond 2^32 photons in a waveband their ranks
-  take 64 bits in place of 32: 1e10 cost 17 ns each, and the kernels for them 90 MB while they are compiled.
-- **Patches** and **wavebands** grow linearly, to a million patches and to 2000 wavebands with a table each: some
-  2.4 microseconds and 400 bytes a patch, files read and written; some two milliseconds and 90 kB a waveband.
-- **Shards** read the scene and the plan each, some 46 ms beside the start of their process. They share a folder:
-  when each asked for every file of all others, shards cost 40 ms in an empty folder and 69 ms among 700 others.
-- **Threads** wait for each other as the bars above say; each takes about 6 MB.
 """
 
 _COLUMNS = """\
@@ -120,139 +104,217 @@ in their patches and turns them into unit vectors. Patch and place are drawn ind
 12 or 24 bytes.
 """
 
-_WHY = {
-    "patch order against numpy multinomial + repeat": (
-        "patch order spends its time on arithmetic in the vector units and on stores, numpy's on the sine and cosine "
-        "of its library and on memory; the ratio falls where vectors are narrow or the memory is shared"
-    ),
-    "default against numpy choice": (
-        "the default looks every photon's patch up where its shuffled rank points; the difference to patch order in "
-        "the table of peers is the price of the shuffle and of these loads"
-    ),
-    "default against Mitsuba 3": (
-        "both search a table for every photon; the difference to patch order in the table of peers is what the default "
-        "pays for its shuffled order"
-    ),
-    "two threads against one": (
-        "the threads share nothing but a counter of chunks, so what two processes miss as well was taken by other "
-        "processes, by shared memory, or because the two logical processors are halves of one core"
-    ),
-    "two threads against two processes that share nothing": (
-        "between two chunks of 65 536 photons a thread needs Python's lock for some 30 us"
-    ),
-    "one photon per call of a numba host against the default": (
-        "one photon per call has no block to vectorise over: its shuffle and its look-up wait for each other"
-    ),
-}
-"""What limits a bar, said where it is missed."""
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Sizes:
+    """How much a report measures."""
+
+    skies: tuple[str, ...] = SKIES
+    photons: tuple[int, ...] = (10**3, 10**4, 10**5, 10**6, 10**7)
+    #: Independent runs behind an error, at most: fewer, never below 4, where photons are many; None: 64 at most.
+    replicates: int | None = None
+    #: Turns of every time; from a million photons on three are enough.
+    turns: int = 5
+
+    def replicates_of(self, n_photons: int) -> int:
+        """Replicates at one number of photons."""
+        return self.replicates or int(min(64, max(4, 1.6e7 / n_photons)))
 
 
-def markdown_table(rows: Sequence[Sequence[str]], head: Sequence[str]) -> str:
-    """A table in Markdown: the first column to the left, the others to the right."""
-    ruler = ["---", *["---:"] * (len(head) - 1)]
-    return "\n".join("| " + " | ".join(row) + " |" for row in (head, ruler, *rows))
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Results:
+    """What was measured."""
+
+    machine: str
+    #: Every method on every sky at every number of photons.
+    rows: list[Row]
+    #: Relative error of the exact values, by sky and quantity.
+    truth_error: dict[str, dict[str, float]]
+    #: Slopes and times to reach an error.
+    trends: list[Trend]
+    #: Peers and methods on one table; None: not measured.
+    speed: SpeedRun | None
 
 
-def write_page(results: BenchResults, check: Check, path: Path) -> list[Path]:
-    """Write the page, its picture and its numbers; all three are returned."""
-    first, every, numbers = _beside(path)
-    plot_first(results, first, dpi=130, peers=PEERS)
-    plot_bench(results, every, dpi=100, peers=PEERS)
-    write_atomically(numbers, csv_text(results))
-    write_atomically(path, page_text(results, check, first.name, every.name, numbers.name))
-    return [path, first, every, numbers]
+def measure(sizes: Sizes) -> Results:
+    """Measure errors, times and peers, compiled from the first photon on."""
+    before, methods = machine(), list(METHODS.values())
+    announce_photons(10**12)
+    rows: list[Row] = []
+    truth_error = {}
+    for name in sizes.skies:
+        sky = bench_sky(name)
+        truth_error[name] = dict(sky.truth.error)
+        for n in sizes.photons:
+            found = measure_errors(sky, methods, n, replicates=sizes.replicates_of(n))
+            turns = min(sizes.turns, 3) if n >= 10**6 else sizes.turns
+            rows += measure_times(sky, found, methods, turns=turns)
+    speed = measure_peers(bench_sky(PEER_SKY), min(SPEED_PHOTONS, max(sizes.photons)), sizes.turns)
+    return Results(machine=before, rows=rows, truth_error=truth_error, trends=trends(rows), speed=speed)
 
 
-def _beside(path: Path) -> tuple[Path, Path, Path]:
-    """The first picture of a page, the one with every sky, and the numbers."""
-    return path.with_suffix(".png"), path.with_name(f"{path.stem}_skies.png"), path.with_suffix(".csv")
+def csv_text(rows: Sequence[Row]) -> str:
+    """One line per row, columns as `CSV_COLUMNS`; an unknown number is empty."""
+    lines = [",".join(CSV_COLUMNS)]
+    for row in rows:
+        values: dict[str, Any] = {
+            **{name: getattr(row, name) for name in CSV_COLUMNS[:7]},
+            **{f"error_{quantity}": value for quantity, value in row.error.items()},
+            **{f"bias_{quantity}": value for quantity, value in row.bias.items()},
+        }
+        lines.append(",".join(_cell(values[name]) for name in CSV_COLUMNS))
+    return "\n".join(lines) + "\n"
 
 
-def page_text(results: BenchResults, check: Check, first: str, every: str, numbers: str) -> str:
+def _cell(value: object) -> str:
+    if isinstance(value, float):
+        return "" if math.isnan(value) else f"{value:.6g}"
+    return str(value)
+
+
+def short_count(n: float) -> str:
+    """A number of photons: 1e6, 1048576, 3.2e7."""
+    power = f"{n:.0e}".replace("e+0", "e").replace("e+", "e")
+    if float(power) == n:
+        return power
+    return str(int(n)) if n < 1e7 else f"{n:.1e}".replace("e+0", "e").replace("e+", "e")
+
+
+def _time(seconds: float) -> str:
+    """A time in the unit that suits it."""
+    for limit, factor, unit in ((1e-3, 1e6, "us"), (1.0, 1e3, "ms"), (600.0, 1.0, "s"), (36e3, 1 / 60, "min")):
+        if seconds < limit:
+            return f"{seconds * factor:.3g} {unit}"
+    hours = seconds / 3600
+    return f"{hours:.3g} h" if hours < 1e3 else f"{hours / 8766:.2g} years"
+
+
+def error_table(rows: Sequence[Row]) -> str:
+    """Errors, times and speed of all methods on one sky at one number of photons."""
+    texts = [
+        (
+            row.method,
+            short_count(row.n_photons),
+            str(row.replicates),
+            *("-" if math.isnan(row.error[q]) else f"{row.error[q]:.1e}" for q in QUANTITIES),
+            _time(row.plan_s),
+            _time(row.emit_s),
+            f"{row.ns_per_photon:.2f}",
+            f"{1e3 / row.ns_per_photon:.0f}",
+        )
+        for row in rows
+    ]
+    return markdown_table(texts, ("method", "photons", "runs", *QUANTITIES, "plan", "emit", "ns", "million/s"))
+
+
+def _reached(reach: Reach) -> str:
+    """How long an error takes."""
+    if reach.found is Found.NEVER:
+        return "never"
+    mark = {Found.BETWEEN: "", Found.AT_MOST: "< ", Found.BEYOND: "~ "}[reach.found]
+    return f"{mark}{_time(reach.seconds)}"
+
+
+def trend_table(own: Sequence[Trend]) -> str:
+    """Slopes and times to reach 1 % and 0.01 % on one sky."""
+    quantities = [quantity for quantity in QUANTITIES if any(t.quantity == quantity for t in own)]
+    rows = []
+    for method in dict.fromkeys(trend.method for trend in own):
+        by_quantity = {trend.quantity: trend for trend in own if trend.method == method}
+        slopes = [f"{by_quantity[q].slope:.2f}" for q in quantities]
+        times = [_reached(by_quantity[q].reach[k]) for k in range(len(TARGETS)) for q in quantities]
+        rows.append((method, *slopes, *times))
+    names = [f"{q} {100 * target:g} %" for target in TARGETS for q in quantities]
+    return markdown_table(rows, ("method", *(f"slope {q}" for q in quantities), *names))
+
+
+def speed_table(run: SpeedRun) -> str:
+    """Everybody's time per photon, and how many times that of the default."""
+    rows = [
+        (
+            name,
+            f"{run.ns_per_photon(name):.2f}",
+            f"{1e3 / run.ns_per_photon(name):.1f}",
+            f"{run.ratio(name, 'default') or math.nan:.2f}",
+        )
+        for name in sorted(run.times, key=run.ns_per_photon)
+    ]
+    return markdown_table(rows, ("sampler", "ns per photon", "million/s", "times the default"))
+
+
+def page_text(results: Results, check: Check, picture: str, numbers: str) -> str:
     """The page as Markdown."""
     quantities = "\n".join(f"- **{name}**: {title}." for name, title in TITLES.items())
     methods = "; ".join(f"`{method.name}` is {method.title}" for method in METHODS.values())
+    bars = ["## The bars", "", bar_table(check), "", *(f"- {line}" for line in check.left_out)]
+    bars += [*(f"- Shown, no bar: {line}." for line in check.shown), ""]
     parts = [
         _HEAD.format(machine=results.machine, csv=f"`{numbers}`"),
-        f"![Error against time of three quantities of a clear sky]({first})\n\n{_CAPTION}",
-        _bars(check),
+        "\n".join(bars),
         _GROWTH,
-        f"## Every sky and quantity\n\n![Error against time, a row for each sky]({every})\n\n{_SKIES_CAPTION}",
+        f"## Every sky and quantity\n\n![Error against time, a row for each sky]({picture})\n\n{_SKIES_CAPTION}",
         _COLUMNS.format(quantities=quantities, methods=methods, batch=BATCH),
+        *(_sky(results, sky) for sky in dict.fromkeys(row.sky for row in results.rows)),
     ]
-    parts += [_sky(results, sky) for sky in dict.fromkeys(row.sky for row in results.rows)]
-    if results.speed:
-        parts.append(_speed(results))
+    run = results.speed
+    if run is not None:
+        parts.append(
+            f"## Peers, {short_count(run.n_photons)} photons of a table\n\n"
+            f"Median of {run.turns} turns, float32 unless the name says otherwise.\n\n{speed_table(run)}\n\n{_PEERS}"
+        )
+        parts += [f"{line}\n" for line in run.left_out]
     return "\n".join(parts)
 
 
-def _bars(check: Check) -> str:
-    """The bars, why those that are missed are, and what is shown without a bar."""
-    lines = ["## The bars", "", bar_table(check, markdown_table), ""]
-    lines += [f"- {line}" for line in check.left_out]
-    missed = [bar.name for bar in check.bars if not bar.is_kept]
-    lines += [f"- Missed, {name}: {_WHY.get(name, 'the cause is not known')}." for name in missed]
-    lines += [f"- Shown, no bar: {line}." for line in check.shown]
-    return "\n".join([*lines, ""])
-
-
-def _sky(results: BenchResults, sky: str) -> str:
-    measured = sorted({row.n_photons for row in results.rows if row.sky == sky})
-    n = max((m for m in measured if m <= _SHOWN_PHOTONS), default=measured[0])
+def _sky(results: Results, sky: str) -> str:
+    own = [row for row in results.rows if row.sky == sky]
+    n = max((row.n_photons for row in own if row.n_photons <= _SHOWN_PHOTONS), default=own[0].n_photons)
     truth = ", ".join(f"{quantity} {error:.0e}" for quantity, error in results.truth_error[sky].items())
     lines = [
         f"## Sky: {bench_sky(sky).title}",
         "",
         f"`{sky}`, {short_count(n)} photons; exact values are known to {truth}.",
         "",
-        error_table(results, sky, markdown_table, only=n),
+        error_table([row for row in own if row.n_photons == n]),
         "",
     ]
-    if any(trend.sky == sky for trend in results.trends):
-        lines += ["Slopes over all numbers of photons, and time to reach an error:", ""]
-        lines += [trend_table(results, sky, markdown_table), ""]
+    of_sky = [trend for trend in results.trends if trend.sky == sky]
+    if of_sky:
+        lines += ["Slopes over all numbers of photons, and time to reach an error:", "", trend_table(of_sky), ""]
     return "\n".join(lines)
 
 
-def _speed(results: BenchResults) -> str:
-    lines = [
-        "## Beside the peers",
-        "",
-        f"The table of the sky `{PEER_SKY}`, float32 unless the name says otherwise.",
-        "",
-        _PEERS,
-    ]
-    for run in results.speed:
-        lines += [f"### {short_count(run.n_photons)} photons, median of {run.turns} turns", ""]
-        lines += [speed_table(run, markdown_table), "", *(f"- {line}" for line in run.left_out), ""]
-    return "\n".join(lines)
-
-
-def _refuse_unwritable(path: Path, *, force: bool) -> None:
-    """What would fail after minutes fails at once."""
-    for target, head in (
-        (path, TITLE),
-        *zip(_beside(path), ("", "", ",".join(CSV_COLUMNS)), strict=True),
-    ):
-        check_target(target, "the report", force=force, head=head)
-    if not path.absolute().parent.is_dir():
-        raise UsageError(f"the folder of {path} does not exist")
-    optional_module("matplotlib", extra="plot")
+def write_page(results: Results, check: Check, path: Path) -> list[Path]:
+    """Write the page, its picture and its numbers; all three are returned."""
+    picture, numbers = path.with_suffix(".png"), path.with_suffix(".csv")
+    plot(results.rows, results.speed, picture)
+    write_atomically(numbers, csv_text(results.rows))
+    write_atomically(path, page_text(results, check, picture.name, numbers.name))
+    return [path, picture, numbers]
 
 
 @guarded
 def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("file", type=Path, metavar="FILE", help="the page; picture and numbers get its name")
-    bench_command.add_sizes(parser)
-    parser.add_argument("--force", action="store_true", help="replace files that aomc-sky did not write")
-    arguments = parser.parse_args(argv)
-    options = bench_command.options_of(arguments)
-    _refuse_unwritable(arguments.file, force=arguments.force)
-    results = run_bench(options, speed_of=measure_peers)
-    n_photons = arguments.photons and max(arguments.photons)
-    check = run_check(sizes_of(n_photons, arguments.turns, arguments.replicates), seed=options.seed)
-    for path in write_page(results, check, arguments.file):
+    page = ROOT / "docs" / "performance.md"
+    parser.add_argument("file", type=Path, nargs="?", default=page, metavar="FILE", help="the page")
+    parser.add_argument("--skies", nargs="+", choices=SKIES, default=SKIES, help="only these skies")
+    parser.add_argument("--photons", nargs="+", type=count, metavar="N", help="numbers of photons, also as 1e6")
+    parser.add_argument("--replicates", type=count, metavar="R", help="runs behind every error")
+    parser.add_argument("--turns", type=count, metavar="T", help="turns behind every time")
+    options = parser.parse_args(argv)
+    if not options.file.absolute().parent.is_dir():
+        raise UsageError(f"the folder of {options.file} does not exist")
+    optional_module("matplotlib", extra="plot")  # not after a quarter of an hour
+    sizes = Sizes(
+        skies=tuple(options.skies),
+        photons=tuple(sorted(options.photons or Sizes().photons)),
+        replicates=options.replicates,
+        turns=options.turns or Sizes().turns,
+    )
+    results = measure(sizes)
+    check = run_check(sizes_of(options.photons and max(options.photons), options.turns, options.replicates))
+    for path in write_page(results, check, options.file):
         print(path)
     return 0 if check.is_kept else 1
 

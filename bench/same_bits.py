@@ -281,7 +281,6 @@ def differences(group: str, before: dict[str, str], after: dict[str, str]) -> in
 
 
 def main() -> int:
-    os.environ["AOMC_SKY_CACHE"] = "off"  # what is compared is solved
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--write", type=Path, metavar="FILE.json", help="store what was found")
     parser.add_argument("--compare", type=Path, metavar="FILE.json", help="compare with what was stored")

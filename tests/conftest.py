@@ -14,15 +14,14 @@ import gettext
 import os
 import socket
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, BinaryIO, NoReturn
+from typing import Any, NoReturn
 
 import pytest
 from hypothesis import HealthCheck, settings
 
-from aomc_sky.formats.background import hdf5_members
-from tests.support.backend import FreshProcess, fresh_process
+from tests.support.backend import begin_process
 from tests.support.packages import pip_install
 from tests.support.shared import REPOSITORY
 
@@ -56,7 +55,6 @@ def pytest_configure(config: pytest.Config) -> None:
     # children of tests, and there are hundreds, keep what Python compiles of the package; else each compiles it anew
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
     sys.dont_write_bytecode = False
-    os.environ["AOMC_SKY_CACHE"] = "off"  # no test reads or fills the cache of a person
     gc.set_threshold(50_000, 20, 100)  # looking for garbage after every 700 objects was 7 % of the suite
     if getattr(config.option, "loadscopereorder", False):  # xdist would begin with files of many tests
         config.option.loadscopereorder = False
@@ -93,24 +91,6 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
 
 def pytest_collectreport(report: pytest.CollectReport) -> None:
     _note_skipped(report)
-
-
-@pytest.fixture(scope="module")
-def hdf5_answers() -> Iterator[None]:
-    """Equal HDF5 files are read by one child process (0.3 s) in a module: for tests of what becomes of them."""
-    answers: dict[tuple[object, ...], bytes] = {}
-    ask = hdf5_members._ask_child
-
-    def remembered(path: str | Path, file: BinaryIO, wanted: Sequence[str], *more: Any, cpu_s: float) -> bytes:
-        key = (file.read(), tuple(wanted), *map(tuple, more))
-        file.seek(0)
-        if key not in answers:
-            answers[key] = ask(path, file, wanted, *more, cpu_s=cpu_s)
-        return answers[key]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(hdf5_members, "_ask_child", remembered)
-        yield
 
 
 @pytest.fixture(scope="session")
@@ -153,14 +133,13 @@ def _one_look_for_translations() -> Iterator[None]:
 
 
 @pytest.fixture(autouse=True, scope="session")
-def _process() -> Iterator[FreshProcess]:
-    with fresh_process() as process:
-        yield process
+def _begins_in_plain_numpy() -> None:
+    begin_process()
 
 
 @pytest.fixture(autouse=True)
-def _as_in_a_fresh_process(_process: FreshProcess) -> None:
-    _process.begin()
+def _as_in_a_fresh_process() -> None:
+    begin_process()
 
 
 def _refuse(address: object) -> NoReturn:

@@ -6,6 +6,7 @@ Public names are loaded when they are first used, so that importing the package 
 from __future__ import annotations
 
 import logging
+import sys
 from importlib import import_module
 from typing import Any
 
@@ -23,7 +24,6 @@ _PUBLIC = {
     "AtmosphereSky": "skies.atmosphere",
     "AzimuthConvention": "directions",
     "BackgroundSky": "skies.lobes.background",
-    "CacheWarning": "errors",
     "Component": "component",
     "Constituent": "atmosphere.medium",
     "DirectBeam": "skies.direct_beam",
@@ -52,7 +52,6 @@ _PUBLIC = {
     "UniformSky": "skies.uniform",
     "UsageError": "errors",
     "Wavebands": "wavebands",
-    "WeightedDirections": "atmosphere.sky.weighted_directions",
     "WeightedLobe": "skies.lobes.sky",
     "Weighting": "skies.tabulated",
     "allocate": "sampling.allocation",
@@ -71,7 +70,6 @@ _PUBLIC = {
     "solve_atmosphere": "source.atmospheres.solve",
     "to_xarray": "outputs.tables.netcdf",
     "verify_counts": "verify.counts",
-    "weighted_directions": "source.atmospheres.solve",
     "write_background": "formats.background.file",
     "write_mcpl": "outputs.photons.mcpl",
     "write_run": "engine.run",
@@ -90,16 +88,20 @@ _PUBLIC_MODULES = {
 __all__ = ["__version__", *sorted({**_PUBLIC, **_PUBLIC_MODULES})]  # noqa: PLE0604
 
 
-@in_default_mode
 def __getattr__(name: str) -> Any:
     if name in _PUBLIC_MODULES:
-        value: Any = import_module(f"aomc_sky.{_PUBLIC_MODULES[name]}")
+        value: Any = _module(_PUBLIC_MODULES[name])
     elif name in _PUBLIC:
-        value = getattr(import_module(f"aomc_sky.{_PUBLIC[name]}"), name)
+        value = getattr(_module(_PUBLIC[name]), name)
     else:
         raise AttributeError(f"module 'aomc_sky' has no attribute {name!r}")
     globals()[name] = value
     return value
+
+
+def _module(name: str) -> Any:
+    """A module whose constants are computed in the default mode; errors are there whatever the mode is."""
+    return sys.modules.get(f"aomc_sky.{name}") or in_default_mode(import_module)(f"aomc_sky.{name}")
 
 
 def __dir__() -> list[str]:

@@ -4,7 +4,6 @@ from aomc_sky.atmosphere.medium import Constituent as Constituent
 from aomc_sky.atmosphere.medium import Medium as Medium
 from aomc_sky.atmosphere.medium import rayleigh_cross_section as rayleigh_cross_section
 from aomc_sky.atmosphere.sky.solve import AtmosphereResult as AtmosphereResult
-from aomc_sky.atmosphere.sky.weighted_directions import WeightedDirections as WeightedDirections
 from aomc_sky.component import Component as Component
 from aomc_sky.component import Law as Law
 from aomc_sky.directions import AzimuthConvention as AzimuthConvention
@@ -12,7 +11,6 @@ from aomc_sky.directions import Frame as Frame
 from aomc_sky.engine.run import write_run as write_run
 from aomc_sky.errors import AllocationError as AllocationError
 from aomc_sky.errors import AomcSkyError as AomcSkyError
-from aomc_sky.errors import CacheWarning as CacheWarning
 from aomc_sky.errors import InputFileError as InputFileError
 from aomc_sky.errors import InputWarning as InputWarning
 from aomc_sky.errors import ModelLimitWarning as ModelLimitWarning
@@ -53,7 +51,6 @@ from aomc_sky.skies.tabulated import TabulatedSky as TabulatedSky
 from aomc_sky.skies.tabulated import Weighting as Weighting
 from aomc_sky.skies.uniform import UniformSky as UniformSky
 from aomc_sky.source.atmospheres.solve import solve_atmosphere as solve_atmosphere
-from aomc_sky.source.atmospheres.solve import weighted_directions as weighted_directions
 from aomc_sky.source.backgrounds.light import read_background as read_background
 from aomc_sky.source.light.sun_position import sun_position as sun_position
 from aomc_sky.source.photon_source import PhotonSource as PhotonSource

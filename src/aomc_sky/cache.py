@@ -11,18 +11,13 @@ import contextlib
 import errno
 import hashlib
 import os
-import sys
 import tempfile
 import time
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from aomc_sky.regular_file import FileKindError, read_regular
-from aomc_sky.system import belongs_to_user, cache_folder
-
-VARIABLE, OFF = "AOMC_SKY_CACHE", "off"
-"""Of the environment: the folder, or `OFF` for none."""
+from aomc_sky.system import belongs_to_user
 
 MOST_BYTES = 2**28
 """Of all entries together."""
@@ -105,18 +100,6 @@ class Cache:
             with contextlib.suppress(OSError):
                 os.unlink(path)
             total -= size
-
-
-def usual_cache(environment: Mapping[str, str] | None = None, platform: str = sys.platform) -> Cache | None:
-    """The cache of atmospheres of this user, None where it is switched off or there is no place for one."""
-    environment = os.environ if environment is None else environment
-    named = environment.get(VARIABLE, "")
-    if named == OFF:
-        return None
-    if named:
-        return Cache(folder=Path(os.path.abspath(named)))
-    base = cache_folder(environment, platform)
-    return None if base is None else Cache(folder=base / "aomc-sky" / "atmospheres")
 
 
 def _head(key: str, content: bytes) -> bytes:

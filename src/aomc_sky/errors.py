@@ -94,10 +94,6 @@ class ModelLimitWarning(UserWarning):
     """A model was asked for values outside its range, and limited them."""
 
 
-class CacheWarning(UserWarning):
-    """Something that was kept from an earlier command is damaged, and was made anew."""
-
-
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Problem:
     """One problem of one file: where it is, what was found, and what to write instead."""

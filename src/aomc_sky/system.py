@@ -6,10 +6,8 @@ mypy checks it as on each of them (``mypy --platform win32``). docs/platforms.md
 
 from __future__ import annotations
 
-import contextlib
 import errno
 import os
-import signal
 import sys
 import threading
 from collections.abc import Mapping
@@ -18,9 +16,8 @@ from typing import IO
 
 try:
     import fcntl
-    import resource
 except ImportError:  # Windows
-    fcntl = resource = None  # type: ignore[assignment]
+    fcntl = None  # type: ignore[assignment]
 
 # files
 
@@ -77,11 +74,6 @@ def sync_folder(path: Path) -> None:
             os.close(handle)
 
 
-def bytes_on_disk(status: os.stat_result) -> int:
-    """What a file takes on the disk, its length where the system does not say. [bytes]"""
-    return getattr(status, "st_blocks", -(-status.st_size // 512)) * 512
-
-
 def belongs_to_user(status: os.stat_result) -> bool:
     """Whether a file or folder is this user's own and nobody else may write it; True where users have no numbers."""
     return not hasattr(os, "geteuid") or (status.st_uid == os.geteuid() and not status.st_mode & 0o002)
@@ -127,44 +119,7 @@ def n_cpus() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def load() -> str:
-    """How many processes want a processor, as a text: 0 on an idle machine."""
-    return f"{os.getloadavg()[0]:.1f}" if hasattr(os, "getloadavg") else "unknown"
-
-
-def limit_process(n_bytes: int, cpu_s: float) -> None:
-    """Limit the memory and processor time of this process from here on, and let it open no file.
-
-    Whatever of it the system does not know is left out; `was_too_slow` knows how such a process ended.
-    """
-    if hasattr(signal, "setitimer"):
-        signal.setitimer(signal.ITIMER_PROF, cpu_s)  # its signal ends the process
-    if resource is None:
-        return
-    with contextlib.suppress(OSError, ValueError):
-        with open("/proc/self/statm", encoding="ascii") as file:
-            used = int(file.read().split()[0]) * resource.getpagesize()
-        resource.setrlimit(resource.RLIMIT_AS, (used + n_bytes, used + n_bytes))
-    with contextlib.suppress(OSError, ValueError):
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        resource.setrlimit(resource.RLIMIT_NOFILE, (0, resource.getrlimit(resource.RLIMIT_NOFILE)[1]))
-
-
-def was_too_slow(returncode: int) -> bool:
-    """Whether a process that was limited has used up its processor time."""
-    return hasattr(signal, "SIGPROF") and returncode == -signal.SIGPROF
-
-
 # the C library
-
-C_LIBRARY = "ucrtbase" if sys.platform == "win32" else None
-"""Its name for ctypes; None is the one of the process."""
-
-
-def c_library_release() -> str:
-    """Name and version of the C library, empty where it does not say."""
-    name = "CS_GNU_LIBC_VERSION"
-    return (os.confstr(name) or "") if name in getattr(os, "confstr_names", ()) else ""
 
 
 def has_linux_sse_state() -> bool:

@@ -178,3 +178,26 @@ def test_lights_that_cannot_be(
 ) -> None:
     assert run("--out-dir", tmp_path, "--no-netcdf", *arguments, *FAST) == status
     assert message in capsys.readouterr().err
+
+
+def test_a_slow_sky_says_how_to_save_it_and_the_saved_one_is_a_sky(tmp_path, monkeypatch, capsys):
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    amc = copy_scene("atmosphere_sky", tmp_path)
+    small = ["--wavelength", "410,680", "--orders", "1", "--bins", "6", "12"]
+    saved = amc.parent / "sky.nc"
+    assert main(["atmosphere", str(amc.parent / "clear.atmo"), "--out", str(saved), *small]) == 0
+    assert f"sky: {saved}" in capsys.readouterr().out
+    (amc.parent / "sky.toml").write_text('[atmosphere]\nfile = "clear.atmo"\norders = 1\nzenith_bins = 6\n')
+    monkeypatch.setattr("aomc_sky.cli.options._SLOW_SKY_S", 0.0)
+    assert main(["run", str(amc), "--dry-run"]) == 0
+    assert "write aomc-sky atmosphere MODEL.atmo --out sky.nc" in capsys.readouterr().err
+    (amc.parent / "sky.toml").write_text('[sky]\ntable = "sky.nc"\n')
+    (amc.parent / "difcol.inp").write_text("4\n" + "0.5 1.0\n" * 4)
+    scene = aomc_sky.read_scene(amc)
+    assert scene.options["field"]["variable"] == "radiance"
+    with xarray.open_dataset(saved) as data:
+        part = next(part for part in scene.components if part.name == "sky")
+        flux = data.radiance[0, 0].values.ravel() * part.grid.projected_solid_angle_sr
+    mass = part.mass[0]
+    np.testing.assert_allclose(mass / mass.sum(), flux / flux.sum(), rtol=1e-12)

@@ -10,7 +10,7 @@ import sys
 import pytest
 
 from aomc_sky.cli.main import main
-from aomc_sky.cli.terminal import VisibleStream, coloured, visible_streams
+from aomc_sky.cli.terminal import VisibleStream, visible_streams
 from aomc_sky.errors import Problem, visible
 from tests.support.scenes import copy_scene
 
@@ -78,14 +78,13 @@ def test_notes_of_a_manifest(scene, tmp_path, capsys):
         assert_tame(capsys.readouterr())
 
 
-def test_colours_of_our_own_pass_and_those_of_a_file_do_not():
-    """A file cannot know the mark of our own escapes, for it is drawn anew in every process."""
+def test_streams_escape_what_a_file_says():
     stream = io.StringIO()
     before, sys.stdout = sys.stdout, stream
     try:
         with visible_streams():
-            print(coloured("\x1b[36mhead\x1b[0m"), "\x1b[31mfile\x1b[0m")
+            print("\x1b[31mfile\x1b[0m\tof\nlines")
     finally:
         sys.stdout = before
-    assert stream.getvalue() == "\x1b[36mhead\x1b[0m \\x1b[31mfile\\x1b[0m\n"
+    assert stream.getvalue() == "\\x1b[31mfile\\x1b[0m\tof\nlines\n"
     assert not isinstance(sys.stdout, VisibleStream)

@@ -1,4 +1,4 @@
-"""``aomc-sky perez``: one sky from every kind of input, its files, a year, and what is said about bad options."""
+"""``aomc-sky perez``: one sky from every kind of input, its files, and what is said about bad options."""
 
 from __future__ import annotations
 
@@ -215,15 +215,9 @@ def test_a_picture(tmp_path):
         ([*CLEAR, "--latitude", "50"], 2, "--latitude needs --time"),
         ([*CLEAR, "--time", "2024-01-01T12:00:00Z"], 2, "--sun-zenith"),
         (["--time", "2024-01-01T12:00:00Z", "--latitude", "5", "--dni", "1", "--dhi", "1"], 2, "--longitude"),
-        ([*CLEAR, "--every", "hour", "--out", "x"], 2, "weather file"),
         ([*CLEAR, "--placement", "philox"], 2, "--placement is for photons"),
         ([*CLEAR, "--format", "none", "--format", "npy", "--out", "x"], 2, "--format none"),
-        (
-            ["--epw", EPW, "--every", "hour", "--out", "x", "--format", "npy"],
-            2,
-            "--format is for the photons of one sky",
-        ),
-        ([*CLEAR, "--with-beam"], 2, "--every hour"),
+        ([*CLEAR, "--with-beam"], 2, "--out DIR"),
         ([*CLEAR, "--extraterrestrial", "0"], 2, "positive"),
         ([*CLEAR, "--write-skydist", "s.inp", "--wavelength", "-1"], 2, "positive"),
         ([*CLEAR, "--plot", "sky.jpeg"], 2, ".png"),
@@ -232,9 +226,6 @@ def test_a_picture(tmp_path):
         (["--epw", EPW, "--row", "3", "--sun-zenith", "5"], 2, "--sun-zenith"),
         (["--epw", EPW, "--row", "49"], 2, "rows 1 to 48"),
         (["--epw", EPW, "--row", "0"], 2, "rows 1 to 48"),
-        (["--epw", EPW, "--every", "hour"], 2, "--out DIR"),
-        (["--epw", EPW, "--every", "hour", "--out", "x", "--plot", "y.png"], 2, "--plot"),
-        (["--epw", EPW, "--every", "hour", "--out", "x", "--strict"], 2, "--strict"),
         (["--epw", "absent.epw", "--row", "1"], 3, "absent.epw"),
         (["--epw", TMY3, "--row", "1"], 3, "E601"),
         (["--sun-zenith", "90", "--dni", "1", "--dhi", "1"], 4, "above the horizon"),
@@ -283,7 +274,6 @@ def test_errors_of_times_and_places(words, code, text, capsys):
         ["--bins", "5"],
         ["--coefficients", "1", "2", "3"],
         ["--epw", "a", "--tmy3", "b"],
-        ["--every", "day"],
         ["--format", "jpeg"],
         ["--limits", "mine"],
     ],
@@ -304,42 +294,6 @@ def test_a_row_without_diffuse_light_and_a_missing_one(tmp_path, capsys):
     assert "DHI is 0" in capsys.readouterr().err
     assert main(["perez", "--epw", str(path), "--row", "8"]) == 4
     assert "row 8 has only DNI of GHI, DNI and DHI; two of them make a sky" in capsys.readouterr().err
-    out = str(tmp_path / "year")
-    assert main(["perez", "--epw", str(path), "--every", "hour", "--out", out, "--bins", "4", "8", "--json"]) == 0
-    hours = json.loads(capsys.readouterr().out)["hours"]
-    assert hours == {
-        "missing": 1,
-        "night": 14,
-        "no-diffuse": 3,
-        "sky": 30,
-    }  # two sunrises are seen in hours without light
-
-
-def test_a_year_from_a_file(tmp_path, capsys):
-    pytest.importorskip("pvlib")
-    out = tmp_path / "year"
-    words = ["perez", "--epw", EPW, "--every", "hour", "--out", str(out), "--iterations", "1e4", "--bins", "9", "36"]
-    assert main(words) == 0
-    text = capsys.readouterr().out
-    assert "32 hours  with a sky" in text
-    assert "320000 photons in 32 skies, seed 0" in text
-    counts = np.load(out / "counts.npy")
-    assert np.all(counts.sum(axis=1) == 10_000)
-    found = shown(capsys, "--epw", EPW, "--row", "12", "--bins", "9", "36")
-    entry = list(csv.DictReader((out / "index.csv").read_text().splitlines()))[11]
-    assert float(entry["epsilon"]) == pytest.approx(found["epsilon"], rel=1e-8)
-    assert float(entry["sun_azimuth_deg"]) == pytest.approx(found["sun_azimuth_deg"], abs=1e-8)
-    assert entry["start_utc"] == found["source"]["hour"][0]
-    assert main(words) == 0
-    assert "finished before" in capsys.readouterr().out
-    assert main([*words, "--seed", "1"]) == 5
-    assert "another year of skies" in capsys.readouterr().err
-    assert main([*words, "--seed", "1", "--force", "--with-beam", "-q"]) == 0
-    assert np.load(out / "counts.npy").shape == (32, 325)
-    assert capsys.readouterr().out == ""
-    manifest = json.loads((out / "manifest.json").read_text())
-    assert manifest["inputs"]["weather"]["name"] == "invented.epw"
-    assert manifest["seed"] == 1
 
 
 def test_without_pvlib_the_extra_is_named(capsys, monkeypatch):

@@ -40,7 +40,7 @@ def test_closed_streams_keep_the_exit_code(redirection):
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="the system has no /dev/full")
-@pytest.mark.parametrize("words", [["--help"], ["--version"], ["run", "--help"], ["completion", "bash"]])
+@pytest.mark.parametrize("words", [["--help"], ["--version"], ["run", "--help"], ["info", "--include-dir"]])
 @pytest.mark.parametrize("is_buffered", [True, False])  # a long help is not buffered in any case
 def test_a_full_standard_output_is_reported(words, is_buffered, monkeypatch):
     monkeypatch.setenv("PYTHONUNBUFFERED", "" if is_buffered else "1")

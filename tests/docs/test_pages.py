@@ -60,7 +60,7 @@ def test_page_of_own_skies(tmp_path: Path, cie_site: Path, monkeypatch: pytest.M
 
 def test_page_of_weather(tmp_path: Path) -> None:
     pytest.importorskip("pvlib")
-    assert carry_out("howto/weather.md", tmp_path) == 15
+    assert carry_out("howto/weather.md", tmp_path) == 16
 
 
 def test_page_of_mcpl_codes(tmp_path: Path) -> None:

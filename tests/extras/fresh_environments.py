@@ -30,7 +30,6 @@ TOOLS = {
 """Extras of those who work on the package -> what must run."""
 
 PROBES = {
-    "pretty": "from rich.console import Console",
     "dask": "from distributed import LocalCluster",
     "bench": "import mitsuba, matplotlib, PythonicDISORT",
 }

@@ -87,8 +87,8 @@ ADVICE_ON_DEPTH = "put parts of it into variables"
 BLOCKS = {
     # name: (code, column from the begin of the code, message, what to write)
     "endless-loop": (
-        "while(true) { } return 1.;", 1, "the block takes more than 20000 steps",
-        "end the loops earlier, or write less",
+        "while(true) { } return 1.;", 1, "while cannot stand here",
+        "there are no loops; write the terms one by one",
     ),
     "recursion": (
         "float f(float x) { return f(x); } return f(1.);", 7, "a block cannot define functions",
@@ -99,12 +99,12 @@ BLOCKS = {
     ),
     "array-of-1e9": ("float a[1000000000]; return a[0];", 7, "there are no arrays here", "use vec2, vec3 or vec4"),
     "200-brackets": (
-        f"return {'(' * 200}1.{')' * 200};", 107, "brackets and statements are nested more than 100 deep here",
+        f"return {'(' * 200}1.{')' * 200};", 107, "brackets, operators and statements are nested more than 100 deep here",
         ADVICE_ON_DEPTH,
     ),
     "12000-terms": (
-        f"return {'+'.join(['1.'] * 12_000)};", 8, "the block takes more than 20000 steps",
-        "end the loops earlier, or write less",
+        f"return {'+'.join(['1.'] * 12_000)};", 15_007, "the block has more than 10000 numbers, names and operators",
+        "write less",
     ),
     "pow-overflow": (
         "return pow(10., 400.);", 1, "a density is finite and not negative; it is inf, altitude 0 m",
@@ -115,8 +115,8 @@ BLOCKS = {
         "write what is finite there",
     ),
     "0-by-0-at-the-ground": (
-        "return altitude/altitude;", 1, "a density is finite and not negative; it is nan, altitude 0 m",
-        "write what is finite there",
+        "return altitude/altitude;", 8, "0 / 0 has no defined value, altitude 0 m",
+        "take another value there, by if or ?:",
     ),
 }  # fmt: skip
 CODE = "return 2.5e25*exp(-altitude/(8*km));"

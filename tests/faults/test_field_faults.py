@@ -51,8 +51,8 @@ MADE = {
     "netcdf-external-link": (external_link, "E553", ELSEWHERE),
     "netcdf-virtual-dataset": (virtual, "E553", ELSEWHERE),
     "netcdf-sparse-1e15": (sparse, "E553", "a field of "),
-    "netcdf-gzip-bomb": (bomb, "E552", "the netCDF library cannot read it: "),
-    "netcdf-axis-1e12": (large_axis, "E55", ""),
+    "netcdf-gzip-bomb": (bomb, "E553", "a compressed chunk holds more bytes than it declares"),
+    "netcdf-axis-1e12": (large_axis, "E553", "an axis of 8000000000000 bytes is declared"),
 }
 
 
@@ -159,7 +159,7 @@ def test_flipped_bytes(fault, tmp_path, monkeypatch, capsys):
 
 @row(40, "netcdf-memory-of-bombs")
 def test_memory(fault, tmp_path):
-    """The command itself stays small; the process that reads for it has limits that the system keeps."""
+    """Refused before anything of them is unpacked."""
     for name, change in (("0", bomb), ("1", sparse)):
         (tmp_path / name).mkdir()
         with h5py.File(scene(tmp_path / name), "a") as file:
@@ -167,8 +167,7 @@ def test_memory(fault, tmp_path):
     done = limited(tmp_path, "validate", "0/sky.toml", "1/sky.toml")
     assert done.code == 3
     assert done.err.count("error[E55") == 2
-    assert done.peak_mb < 200
-    assert done.children_mb < 500  # xarray alone takes 130
+    assert done.peak_mb < 250  # xarray alone takes 130
 
 
 WRONG = {

@@ -99,5 +99,5 @@ def test_a_time_that_is_none(fault, tmp_path, monkeypatch, capsys):
     time, words = (
         ("nan", "is not a date with a time of day") if fault == "time-nan" else ("2026-02-14T21:30:00", "zone")
     )
-    assert command("lobes", "x.h5", "--time", time) == 2
+    assert command("info", "x.h5", "--time", time) == 2
     assert words in capsys.readouterr().err

@@ -183,7 +183,7 @@ def one_bit(path: Path) -> None:
     path.write_bytes(data)
 
 
-DAMAGES = [(".nbi", zeroed), (".nbc", cut), (".nbc", one_bit)]
+DAMAGES = [zeroed, cut, one_bit]
 
 
 @pytest.fixture(scope="module")
@@ -195,14 +195,12 @@ def good_cache(tmp_path_factory) -> Path:
 
 
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
-@pytest.mark.parametrize(
-    ("ending", "damage"), DAMAGES, ids=[row_id(44, f"{d.__name__.replace('_', '-')}-cache{e}") for e, d in DAMAGES]
-)
-def test_a_damaged_cache(ending, damage, good_cache, tmp_path):
+@pytest.mark.parametrize("damage", DAMAGES, ids=[row_id(44, f"{d.__name__.replace('_', '-')}-cache") for d in DAMAGES])
+def test_a_damaged_cache(damage, good_cache, tmp_path):
     """As a crash of the machine leaves it: the kernel is compiled anew, and its cache is good again."""
     cache = tmp_path / "cache"
     shutil.copytree(good_cache, cache)
-    damaged = [path for path in cache.rglob("*") if path.suffix == ending]
+    damaged = list(cache.rglob("*.nbc"))
     assert damaged
     for path in damaged:
         damage(path)
@@ -211,17 +209,42 @@ def test_a_damaged_cache(ending, damage, good_cache, tmp_path):
 
 
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
-@row(44, "older-code-under-the-name")
-def test_killed_between_index_and_code(fault, good_cache, tmp_path):
-    """The new index names a file that still holds the code of other kernels."""
+@row(44, "code-of-other-kernels-under-the-name")
+def test_code_of_other_kernels(fault, good_cache, tmp_path):
+    """As an upgrade leaves it: the file has the right name, and its code is of another text."""
     cache = tmp_path / "cache"
     shutil.copytree(good_cache, cache)
-    change = "import aomc_sky.kernels.jit as jit\njit.kernel_stamp = lambda: 'other kernels'\n"
-    assert with_numba(change + SINES, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 0"
-    for path in good_cache.rglob("*.nbc"):
-        shutil.copy(path, cache / path.relative_to(good_cache))
+    change = "import aomc_sky.kernels.numba_private as p\np.AS_IMPORTED = 'other'\np.text_stamp = lambda: 'other'\n"
     assert with_numba(change + SINES, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 0"
     assert with_numba(change + SINES, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 1"
+    assert with_numba(SINES, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 0"
+
+
+@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
+@row(44, "code-under-the-name-of-another-signature")
+def test_code_of_another_signature(fault, good_cache, tmp_path):
+    """The seal is of the types and the processor too."""
+    cache = tmp_path / "cache"
+    shutil.copytree(good_cache, cache)
+    other = SINES.replace("np.zeros((2, 2))", "np.zeros((2, 2), order='F')")
+    assert with_numba(other, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 0"
+    before = {path.name for path in good_cache.rglob("*.nbc")}
+    one, two = sorted(cache.rglob("*.nbc"), key=lambda path: path.name not in before)
+    shutil.copy(one, two)
+    assert with_numba(other, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 0"
+
+
+@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
+@row(44, "upgrade-below-a-running-session")
+def test_nothing_is_kept_or_taken_after_an_upgrade_below_a_running_session(fault, good_cache, tmp_path):
+    """The text on the disk is no longer that of the modules of this process."""
+    cache = tmp_path / "cache"
+    shutil.copytree(good_cache, cache)
+    change = "import aomc_sky.kernels.numba_private as p\np.text_stamp = lambda: 'the new version'\n"
+    assert with_numba(change + SINES, NUMBA_CACHE_DIR=str(cache)).strip() == f"{SINES_SAID} 0"
+    assert [path.read_bytes() for path in cache.rglob("*.nbc")] == [
+        path.read_bytes() for path in good_cache.rglob("*.nbc")
+    ]
 
 
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")

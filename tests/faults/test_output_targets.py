@@ -16,7 +16,6 @@ from tests.support.shared import INPUTS
 
 needs_matplotlib = pytest.mark.skipif(find_spec("matplotlib") is None, reason="draws pictures")
 PEREZ = ("perez", "--dni", "850", "--dhi", "95", "--sun-zenith", "40", "--bins", "4", "8", "-q")
-LOBES = ("lobes", INPUTS / "night_sky" / "night.h5", "--time", "2026-06-21T23:30:00Z", "--bins", "4", "8", "-q")
 
 
 @pytest.fixture
@@ -53,7 +52,6 @@ def test_the_folder_of_the_scene_is_no_run_folder(fault, force, scene, monkeypat
 
 EMPTY = {
     "export": ("export", "x", "--to", "csv", "--out", ""),
-    "lobes": (*LOBES, "--out", ""),
     "plot": ("plot", INPUTS / "clear_day", "--out", ""),
     "write-skydist": (*PEREZ, "--write-skydist", ""),
     "counts": (*PEREZ, "--counts", ""),
@@ -65,7 +63,7 @@ EMPTY = {
 @pytest.mark.parametrize("words", EMPTY.values(), ids=[row_id(48, f"empty-{name}") for name in EMPTY])
 def test_an_empty_name_is_refused(words, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    extra = {"plot": "matplotlib", "lobes": "h5py"}.get(str(words[0]))
+    extra = {"plot": "matplotlib"}.get(str(words[0]))
     if extra and find_spec(extra) is None:
         pytest.skip(f"needs {extra}")
     assert command(*words) == 2

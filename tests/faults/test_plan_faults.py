@@ -290,8 +290,8 @@ def test_a_plan_is_judged_once(fault: str, monkeypatch: Any) -> None:
 PROBE = """
 import warnings
 from tests.faults.test_plan_faults import KINDS, photons_of_random_plans
-from aomc_sky.kernels.machine_code import compiler_is_off
-assert compiler_is_off()
+from aomc_sky.kernels.jit import is_off
+assert is_off()
 print(*photons_of_random_plans(28 * len(KINDS), 13, "fill_compiled", "ignore"), sep="\\n")
 """
 

@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, DiffuseSky, solve_layers, solve_orders
-from aomc_sky.atmosphere.scattering_orders.slab import Layers
+from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, DiffuseSky, solve_orders
 from tests.support import atmospheres
+from tests.support.plane_layers import Layers, solve_layers
 from tests.support.shared import SHARED
 
 TABLES = SHARED / "atmosphere"

@@ -46,7 +46,6 @@ DECLARED: dict[str, dict[str, tuple[int, int]]] = {
         "test_bins_get_their_expectation": (4, 1),
         "test_one_photon_over_seeds_follows_the_law": (2, 1),
     },
-    "test_atmosphere_weighted": {"test_a_table": (1, 3), "test_tables": (8, 6)},
     "test_verify": {
         "test_chi_squares_of_independent_photons": (2, 5),
         "test_chi_squares_after_thinning": (1, 3),

@@ -7,16 +7,16 @@ import dataclasses
 import numpy as np
 import pytest
 
-from aomc_sky.benchmark.accuracy import error_of, tallied
-from aomc_sky.benchmark.skies import bench_sky
+from bench.accuracy import error_of, tallied
 from bench.check import CheckSizes, error_bars, shown_biases
+from bench.skies import bench_sky
 
 pytestmark = pytest.mark.slow
 
 
 def test_errors_keep_their_bars() -> None:
     """At 1e6 photons over 64 replicates the ratio of two errors is known to 12 %; the bars leave a factor of two."""
-    bars = error_bars(CheckSizes(), seed=1)
+    bars = error_bars(CheckSizes())
     assert [bar.name for bar in bars if not bar.is_kept] == []
 
 
@@ -32,7 +32,7 @@ def test_a_shift_that_all_seeds_share_breaks_a_bar() -> None:
 
 
 def test_biases_of_rounding_without_chance_are_shown() -> None:
-    lines = shown_biases(seed=1)
+    lines = shown_biases()
     assert len(lines) == 4
     few = next(line for line in lines if "largest remainder" in line and " 10000 " in line)
     assert abs(float(few.split("planar ")[1].split(" %")[0])) > 1

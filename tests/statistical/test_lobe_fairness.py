@@ -142,7 +142,6 @@ def test_the_cause_is_the_place_in_the_strip(monkeypatch):
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 @pytest.mark.parametrize("name", LOBES)
 def test_every_lobe(name, precision, crowded):
-    """`bench/lobe_fairness.py` prints the whole table."""
     for n in (30_000, 1_000_000):
         found = fairness(LOBES[name], scene_of(LOBES[name], n, crowded=crowded), precision=precision)
         assert found.holds, (n, found)

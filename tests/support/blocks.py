@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.atmosphere.language.block import Block, read_block
-from aomc_sky.atmosphere.language.nodes import Type
+from aomc_sky.atmosphere.language.values import Type
 from aomc_sky.errors import SourceText
 
 FIRST_LINE = 10

@@ -16,20 +16,6 @@ NIGHT = str(INPUTS / "night_sky" / "night.h5")
 EPW = str(DATA / "weather" / "good" / "invented.epw")
 WEATHER = ("perez", "--epsilon", "1.5", "--delta", "0.2", "--sun-zenith", "40")
 PLACE = ("--time", "2026-06-21T12:00:00Z", "--latitude", "45", "--longitude", "14")
-BENCH = (
-    "bench",
-    "--skies",
-    "clear",
-    "--methods",
-    "iid",
-    "--photons",
-    "1000",
-    "--replicates",
-    "4",
-    "--turns",
-    "1",
-    "--no-peers",
-)
 SUN = ("--wavelength", "500,600", "--bins", "9", "18", "--sun-zenith", "60", "--orders", "2")
 
 PACKAGES = {
@@ -38,7 +24,7 @@ PACKAGES = {
     "plot": ("matplotlib", "PIL"),
     "weather": ("pvlib", "pandas"),
     "colour": ("colour",),
-    "pretty": ("rich",),
+    "completion": ("shtab",),
     "dask": ("distributed", "dask"),
     "bench": ("mitsuba", "drjit", "PythonicDISORT"),
 }
@@ -67,18 +53,16 @@ def commands_wanting(folder: Path) -> dict[str, list[tuple[str, ...]]]:
     """Extra -> commands that are refused without it; `folder` holds a run of clear_day as `out`."""
     new = str(folder / "new")
     table = ("atmosphere", HAZY, *SUN, "--out-dir", new)
-    lobes = ("lobes", NIGHT, "--time", "2026-02-14T21:30:00Z", "--wavelength", "550")
     return {
         "hdf5": [
             ("info", NIGHT),
             ("validate", NIGHT),
             ("run", str(INPUTS / "night_sky"), "--iterations", "100", "--format", "none", "--out", new),
-            lobes,
+            ("info", NIGHT, "--time", "2026-02-14T21:30:00Z"),
         ],
         "netcdf": [("export", str(folder / "out"), "--to", "netcdf", "--out", f"{new}.nc"), table],
         "plot": [
             (*WEATHER, "--plot", f"{new}.png"),
-            (*BENCH, "--plot", f"{new}.svg"),
             ("plot", str(INPUTS / "clear_day"), "--out", f"{new}-sky.png"),
             ("plot", str(folder / "out"), "--pull", "--out", f"{new}-pull.svg"),
             ("plot", HAZY, "--sun-zenith", "40", "--wavelength", "550", "--out", f"{new}-air.png"),
@@ -87,10 +71,9 @@ def commands_wanting(folder: Path) -> dict[str, list[tuple[str, ...]]]:
         "weather": [
             ("perez", *PLACE, "--dni", "800", "--dhi", "90"),
             ("perez", "--epw", EPW, "--row", "12"),
-            ("perez", "--epw", EPW, "--every", "hour", "--iterations", "10", "--out", f"{new}-year"),
         ],
         "colour": [],  # with netcdf, below
-        "pretty": [],  # plain text without it
+        "completion": [("--print-completion", "bash")],
         "dask": [("run", str(INPUTS / "clear_day"), "--iterations", "100", "--engine", "dask", "--out", f"{new}-dask")],
         "bench": [],  # no command wants it; the scripts of bench/ leave absent peers out with a line
     }
@@ -98,13 +81,10 @@ def commands_wanting(folder: Path) -> dict[str, list[tuple[str, ...]]]:
 
 def commands_wanting_two(folder: Path) -> dict[tuple[str, str], list[tuple[str, ...]]]:
     """Pairs of extras -> commands that want both."""
-    lobes = ("lobes", NIGHT, "--time", "2026-02-14T21:30:00Z", "--wavelength", "550")
     table = ("atmosphere", HAZY, *SUN, "--out-dir", str(folder / "tables"), "--xyzw")
     return {
         ("netcdf", "colour"): [table],
-        ("hdf5", "netcdf"): [(*lobes, "--netcdf", str(folder / "night.nc"))],
         ("hdf5", "plot"): [
-            (*lobes, "--plot", str(folder / "night.png")),
             ("plot", NIGHT, "--time", "2026-02-14T21:30:00Z", "--out", str(folder / "night.svg")),
         ],
     }
@@ -124,7 +104,6 @@ def commands_of_core(folder: Path) -> list[tuple[str, ...]]:
         ("export", out, "--to", "csv", "--out", str(folder / "csv"), "--force"),
         WEATHER,
         ("atmosphere", HAZY, *SUN, "--out-dir", str(folder / "tables"), "--no-netcdf"),
-        ("completion", "fish"),
     ]
 
 

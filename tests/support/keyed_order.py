@@ -6,19 +6,19 @@ import numpy as np
 
 from aomc_sky.kernels.cells.blocks import ranks_of_block
 from aomc_sky.kernels.cells.order import SHORT_LIMIT, high_step, split_order, stir
-from aomc_sky.kernels.jit import inner
+from aomc_sky.kernels.jit import inner, shared
 
 _U32, _U64 = np.uint32, np.uint64
 _ONE, _S32 = np.uint64(1), np.uint64(32)
 
 
-@inner
+@shared
 def ranks_of_range(start, n, keys, rank):
     """Rank of each photon of [start, start + rank.size) of n: start and n uint64, rank uint64."""
     ranks_of_block(start, _U64(rank.size), n, keys, rank)
 
 
-@inner
+@shared
 def indices_of_ranks(rank, n, keys, index):
     """Photon index that has each rank: the inverse of `ranks_of_range`, for any ranks below n."""
     s, b = split_order(n)

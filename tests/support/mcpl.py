@@ -3,17 +3,127 @@
 from __future__ import annotations
 
 import ctypes
+import importlib.util
+import io
 import subprocess
+import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from aomc_sky.formats.mcpl.header import McplHeader
-from aomc_sky.outputs.photons.mcpl import McplWriter
+from aomc_sky.formats.mcpl.header import COUNT_OFFSET, McplHeader, parse_header
+from aomc_sky.outputs.photons.mcpl import MAX_CELLS, MEV_NM, PHOTON, McplWriter
 from aomc_sky.source.photon_source import PhotonSource
-from bench.mcpl import PARTICLE, LibMcpl, particles_of
+from aomc_sky.source.photons import PhotonBatch
+
+PARTICLE = np.dtype(
+    [
+        ("ekin", "f8"),
+        ("polarisation", "f8", (3,)),
+        ("position", "f8", (3,)),
+        ("direction", "f8", (3,)),
+        ("time", "f8"),
+        ("weight", "f8"),
+        ("pdgcode", "i4"),
+        ("userflags", "u4"),
+    ]
+)
+"""`mcpl_particle_t`."""
+
+
+class _File(ctypes.Structure):
+    _fields_ = (("internal", ctypes.c_void_p),)
+
+
+class LibMcpl:
+    """The functions of libmcpl that write a file; errors of the library end the process."""
+
+    def __init__(self, library: Path) -> None:
+        self._lib = ctypes.CDLL(str(library))
+        self._lib.mcpl_create_outfile.restype = _File
+        text, number = ctypes.c_char_p, ctypes.c_void_p
+        types: dict[str, list[Any]] = {
+            "mcpl_create_outfile": [text],
+            "mcpl_hdr_set_srcname": [_File, text],
+            "mcpl_hdr_add_comment": [_File, text],
+            "mcpl_hdr_add_data": [_File, text, ctypes.c_uint32, text],
+            "mcpl_hdr_add_stat_sum": [_File, text, ctypes.c_double],
+            "mcpl_enable_userflags": [_File],
+            "mcpl_enable_polarisation": [_File],
+            "mcpl_enable_doubleprec": [_File],
+            "mcpl_enable_universal_pdgcode": [_File, ctypes.c_int32],
+            "mcpl_enable_universal_weight": [_File, ctypes.c_double],
+            "mcpl_add_particle": [_File, number],
+            "mcpl_close_outfile": [_File],
+        }
+        for name, arguments in types.items():
+            getattr(self._lib, name).argtypes = arguments
+
+    @classmethod
+    def find(cls) -> LibMcpl | None:
+        """The library of the installed package mcpl, None where there is none."""
+        package = importlib.util.find_spec("_mcpl_core")
+        for folder in (package.submodule_search_locations if package else None) or ():
+            for library in sorted(Path(folder, "data").rglob("libmcpl.[sd]*")):
+                return cls(library)
+        return None
+
+    def write(self, path: Path, header: McplHeader, blocks: Iterable[np.ndarray]) -> None:
+        """Write a .mcpl file from arrays of `PARTICLE`, one by one; the head's number of particles is counted anew."""
+        lib = self._lib
+        file = lib.mcpl_create_outfile(str(path).encode())
+        lib.mcpl_hdr_set_srcname(file, header.source.encode())
+        for comment in header.comments:
+            self._comment(file, comment)
+        for key, data in header.blobs:
+            lib.mcpl_hdr_add_data(file, key.encode(), len(data), data)
+        if header.has_user_flags:
+            lib.mcpl_enable_userflags(file)
+        if header.has_polarisation:
+            lib.mcpl_enable_polarisation(file)
+        if header.is_double:
+            lib.mcpl_enable_doubleprec(file)
+        if header.pdg_code:
+            lib.mcpl_enable_universal_pdgcode(file, header.pdg_code)
+        if header.weight:
+            lib.mcpl_enable_universal_weight(file, header.weight)
+        add, size = lib.mcpl_add_particle, PARTICLE.itemsize
+        for block in blocks:
+            # addresses into one array: the fastest loop that Python has for this interface
+            for address in range(block.ctypes.data, block.ctypes.data + block.size * size, size):
+                add(file, address)
+        lib.mcpl_close_outfile(file)
+
+    def _comment(self, file: _File, comment: str) -> None:
+        kind, _, rest = comment.partition(":sum:")
+        if kind == "stat" and rest:
+            key, _, value = rest.partition(":")
+            self._lib.mcpl_hdr_add_stat_sum(file, key.encode(), float(value))
+        else:
+            self._lib.mcpl_hdr_add_comment(file, comment.encode())
+
+
+def particles_of(batch: PhotonBatch) -> np.ndarray:
+    """Photons as an array of `mcpl_particle_t`, in the conventions of docs/formats/mcpl.md."""
+    particles = np.zeros(len(batch), PARTICLE)
+    particles["ekin"] = MEV_NM / batch.wavelength_nm
+    particles["direction"] = np.stack([batch.ux, batch.uy, batch.uz], axis=-1)
+    if batch.x is not None and batch.y is not None:
+        particles["position"][:, 0] = 100 * batch.x.astype(np.float64)
+        particles["position"][:, 1] = 100 * batch.y.astype(np.float64)
+    particles["weight"] = 1.0 if batch.weight is None else batch.weight
+    particles["pdgcode"] = PHOTON
+    particles["userflags"] = (batch.band + 1) * MAX_CELLS + batch.patch
+    return particles
+
+
+def parsed(head: bytes) -> McplHeader:
+    """A head from its bytes, whatever number of particles it announces."""
+    empty = head[:COUNT_OFFSET] + bytes(8) + head[COUNT_OFFSET + 8 :]
+    return parse_header(io.BytesIO(empty), len(empty))[0]
 
 
 class Oracle(LibMcpl):
@@ -77,10 +187,22 @@ def encoded(header: McplHeader, records: np.ndarray | bytes = b"") -> bytes:
     return encode_header(header) + (records if isinstance(records, bytes) else records.tobytes())
 
 
+def unpacked(packed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Energies and directions of packed triples, through a file."""
+    from aomc_sky.formats.mcpl.file import read_mcpl
+
+    header = McplHeader(n_particles=len(packed), pdg_code=22, weight=1.0, is_double=packed.dtype == np.float64)
+    records = np.zeros(len(packed), header.record)
+    records["packed"] = packed
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "x.mcpl"
+        path.write_bytes(encoded(header, records))
+        particles = read_mcpl(path).particles()
+    return particles.energy, particles.direction
+
+
 def written_by_libmcpl(library: LibMcpl, source: PhotonSource, path: Path) -> bytes:
     """The file that libmcpl makes of a source's photons and of the head that our writer gives them."""
-    from bench.mcpl import parsed
-
     header = parsed(McplWriter(source).layouts(tuple(range(source.n_bands)))[0].head)
     library.write(path, header, _particles(source))
     return path.read_bytes()

@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 
 import aomc_sky as sky
-from aomc_sky.benchmark.quantities import FIRST_SECTOR_DEG, N_ROWS, N_SECTORS, histogram_grid
+from bench.quantities import FIRST_SECTOR_DEG, N_ROWS, N_SECTORS, histogram_grid
 from tests.support.sampled import scene
 
 STEPS = {"u": 13925035116211876495, "v": 10511698010929265437, "ring": 0x9E3779B97F4A7C15}

@@ -36,8 +36,8 @@ MODELS = {
 
 def test_the_public_api_has_these_angles():
     assert {name for name, _ in ANGLES} == {
-        "AtmosphereSky", "DirectBeam", "Medium", "Moon", "PatchGrid", "PerezSky", "SkyLobe", "WeightedDirections",
-        "plot", "solve_atmosphere", "weighted_directions",
+        "AtmosphereSky", "DirectBeam", "Medium", "Moon", "PatchGrid", "PerezSky", "SkyLobe", "plot",
+        "solve_atmosphere",
     }  # fmt: skip
 
 
@@ -106,7 +106,7 @@ def test_functions_take_both_units():
     with pytest.raises(sky.UsageError, match="give sky_zenith_rad or sky_zenith_deg"):
         sky.solve_atmosphere(path, wavelength_nm=550, sun_zenith_deg=40, azimuth_from_sun_deg=[0])
     with pytest.raises(sky.UsageError, match="sun_zenith_deg and sun_zenith_rad are one angle"):
-        sky.weighted_directions(path, wavelength_nm=550, sun_zenith_deg=40, sun_zenith_rad=0.7, n=8)
+        sky.solve_atmosphere(path, wavelength_nm=550, sun_zenith_deg=40, sun_zenith_rad=0.7, sky_zenith_deg=0)
 
 
 def test_rounding():

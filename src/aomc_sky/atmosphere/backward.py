@@ -105,9 +105,6 @@ MOST_PATHS = 2**32 - 1
 
 Address = tuple[np.uint64, np.uint64, np.uint64]
 
-EACH = np.uint64(0x9E3779B9)
-"""Stands in the counter for the direction where every path has one of its own."""
-
 
 def solve_paths(
     medium: Medium,
@@ -248,23 +245,6 @@ class Bundle:
             orders += of_orders
             totals += of_all
         totals[[2, 5]] = greatest
-
-    def follow_each(
-        self, row: int, first: int, zenith: np.ndarray, azimuth: np.ndarray, *, every: int = CHECKED
-    ) -> np.ndarray:
-        """Light (n, 2) of one path in each of the directions number `first` and on.
-
-        Without the sun's order 1, and that for one number of `every`, else 0. [W m-2 sr-1 nm-1]
-        """
-        from aomc_sky.kernels.atmosphere.paths import follow_each
-
-        light = np.empty((zenith.size, 2))
-        view = np.column_stack([np.sin(zenith) * np.cos(azimuth), np.sin(zenith) * np.sin(azimuth), np.cos(zenith)])
-        follow_each(
-            *self._scene(row), (min(self._n_orders, 2**31), 1, every), first, self._address(row, EACH), view,
-            *self._scratch(row), np.zeros((1, 1, 2)), light,
-        )  # fmt: skip
-        return light
 
     def _address(self, row: int, direction: np.uint64) -> Address:
         return address(float(self._medium.wavelength_nm[row]), direction, self._seed)

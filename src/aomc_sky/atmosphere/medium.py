@@ -384,35 +384,6 @@ def _panels(function: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high:
     return (values.reshape(values.shape[0], *places.shape) @ _WEIGHTS) * half
 
 
-def contents(medium: Medium) -> tuple[Any, ...] | None:
-    """All that a medium consists of, as nested tuples of numbers, texts and arrays; equal ones give equal light.
-
-    None where one of its functions is no code block, and nobody can say what it consists of.
-    """
-    parts = [_contents_of_part(part) for part in medium.constituents]
-    if any(part is None for part in parts):
-        return None
-    values = (getattr(medium, one.name) for one in dataclasses.fields(medium) if one.name != "constituents")
-    return (*values, *parts)
-
-
-def _contents_of_part(part: Constituent) -> tuple[Any, ...] | None:
-    density, phase = part.number_density, part.phase_function
-    if not isinstance(density, NumberDensity) or not isinstance(phase, PhaseBlock | None):
-        return None
-    numbers = (part.name, part.kink_altitude_m, part.scattering_m2, part.absorption_m2)
-    of_density = (density.top_m, *_contents_of_block(density.block, [density.given]))
-    if phase is None:
-        return (*numbers, of_density, None)
-    return (*numbers, of_density, (tuple(phase.rows), phase.norm, *_contents_of_block(phase.block, phase.given)))
-
-
-def _contents_of_block(block: Block, given: Sequence[Given]) -> tuple[Any, ...]:
-    """The text of a block, and the values of the names that it may read."""
-    names = [variable.name for variable in block.given]
-    return (block.source.text, *names, *(one[name] for one in given for name in names))
-
-
 BOLTZMANN_J_K = 1.380649e-23
 """Boltzmann constant. [J K-1, exact in the SI since 2019]"""
 

@@ -5,6 +5,7 @@ usage      The parser: help in two lengths, and usage errors that begin with wha
 failure    What is said of a command that fails: a text for a person, or one JSON object (`error.schema.json`)
 options    Options that several sub-commands share, and the types that turn their text into values
 commands/  The sub-commands, with what they print
-terminal   What the terminal behind a stream can show: tables, warnings and errors on it, plain text elsewhere
-progress   Progress on standard error, when that is a terminal: a bar, the share done, the rate and the time left
+terminal   What a command prints: streams that escape control characters, tables, warnings and errors
+progress   Progress on standard error by tqdm, on a terminal and in notebooks
+background_report  What a background-sky file holds: animations and spectra, and at one time its lobes
 """

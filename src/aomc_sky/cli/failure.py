@@ -8,7 +8,7 @@ import traceback
 from dataclasses import dataclass
 from typing import Any
 
-from aomc_sky.cli.terminal import error_text, print_problem
+from aomc_sky.cli.terminal import error_text
 from aomc_sky.cli.usage import WrongWordsError
 from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning, ModelLimitWarning, PluginError
 
@@ -34,7 +34,7 @@ class Failure:
     def show(self) -> None:
         """Print it for a person."""
         advice = f"\n      = {self.advice}" if self.advice else ""
-        print_problem(self.text or f"aomc-sky: error: {self.message}{advice}")
+        print(self.text or f"aomc-sky: error: {self.message}{advice}", file=sys.stderr)
 
 
 def report_failure(error: BaseException, arguments: argparse.Namespace, *, as_json: bool) -> int | None:

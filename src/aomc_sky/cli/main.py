@@ -27,7 +27,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     _open_missing_streams()
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # file names need not be text
-    with visible_streams(), default_mode():
+    with visible_streams():
         return _main(argv)
 
 
@@ -35,7 +35,7 @@ def _main(argv: Sequence[str] | None) -> int:
     arguments = argparse.Namespace()
     words = sys.argv[1:] if argv is None else list(argv)
     try:
-        with _interrupts_remembered():
+        with _interrupts_remembered(), default_mode():
             _parse(words, arguments)
             code = _run(arguments)
             sys.stdout.flush()
@@ -51,8 +51,13 @@ def _main(argv: Sequence[str] | None) -> int:
 
 
 def _parse(argv: Sequence[str], arguments: argparse.Namespace) -> None:
+    if argv and argv[0] in WITHDRAWN:
+        raise WrongWordsError(f"{argv[0]} ended with version 0.3; {WITHDRAWN[argv[0]]}")
+    parser = build_parser()
+    if argv and argv[0].startswith("-") and not any(flag.startswith(argv[0]) for flag in parser._option_string_actions):
+        raise WrongWordsError(f"{argv[0]} stands before the command; write aomc-sky COMMAND ... {argv[0]}")
     try:
-        build_parser().parse_args(argv, arguments)
+        parser.parse_args(argv, arguments)
     finally:  # help and the version leave through SystemExit
         sys.stdout.flush()
 
@@ -125,13 +130,17 @@ COMMANDS = {
     "plot": "draw the sky dome of a scene, a run or a file",
     "export": "write a run in another format",
     "verify": "check a run, or photons of any code against a scene",
-    "perez": "look at a Perez sky, or make a year of them from a weather file",
-    "lobes": "look at background-sky files at one time, or make photons of them",
+    "perez": "look at a Perez sky",
     "atmosphere": "the clear sky of an atmosphere description (.atmo) as tables",
-    "bench": "measure speed against error, compared with numpy",
-    "completion": "print a completion script for a shell",
 }
 """Sub-command -> its line of help. `commands/` has a module of each name."""
+
+WITHDRAWN = {
+    "bench": "write python bench/report.py in the repository",
+    "lobes": "write aomc-sky info or plot FILE.h5 --time TIME; [[background]] in sky.toml gives photons",
+    "completion": "write aomc-sky --print-completion bash|zsh|tcsh",
+}
+"""Sub-commands of earlier versions -> what to use."""
 
 _EPILOG = """\
 `aomc-sky COMMAND --help` shows what a command takes.
@@ -170,6 +179,10 @@ def build_parser(*, is_complete: bool = False) -> argparse.ArgumentParser:
     about = "The photon source for Monte Carlo light transport in ocean and atmosphere."
     parser = Parser(prog="aomc-sky", description=about, epilog=_EPILOG)
     parser.add_argument("--version", action="version", version=f"aomc-sky {__version__}")
+    parser.add_argument(
+        "--print-completion", action=_PrintCompletion, choices=("bash", "zsh", "tcsh"), metavar="bash|zsh|tcsh",
+        help="print a completion script for a shell (needs the extra 'completion')",
+    )  # fmt: skip
     commands = parser.add_subparsers(action=_Commands, dest="command", metavar="COMMAND", required=True)
     for name, text in COMMANDS.items():
         commands.add_parser(name, help=text)
@@ -179,14 +192,22 @@ def build_parser(*, is_complete: bool = False) -> argparse.ArgumentParser:
 
 
 def _add_options(commands: argparse._SubParsersAction[Any], name: str) -> None:
-    parser = commands.choices[name]
-    if parser.description is None:  # it comes with the options
+    parser = commands.choices.get(name)
+    if parser is not None and parser.description is None:  # it comes with the options
         import_module(f"aomc_sky.cli.commands.{name}").add_options(parser)
 
 
-def owners_of(flag: str) -> list[str]:
-    """Sub-commands that have an option, or the program itself."""
-    whole = build_parser(is_complete=True)
-    commands = next(action.choices for action in whole._actions if isinstance(action, _Commands))
-    itself = ["aomc-sky itself"] if flag in whole._option_string_actions else []
-    return itself or [name for name, parser in commands.items() if flag in parser._option_string_actions]
+class _PrintCompletion(argparse.Action):
+    """Print a completion script of all sub-commands, and leave."""
+
+    def __call__(self, parser: argparse.ArgumentParser, namespace: object, shell: Any, option: object = None) -> None:
+        from aomc_sky.extras import optional_module
+
+        shtab = optional_module("shtab", extra="completion")
+        whole = build_parser(is_complete=True)
+        commands = next(action.choices for action in whole._actions if isinstance(action, _Commands))
+        for action in (action for one in commands.values() for action in one._actions):
+            if action.metavar in ("DIR", "FILE", "PATH", "AMC_INP", "RUN", "MODEL"):
+                action.complete = shtab.DIRECTORY if action.metavar == "DIR" else shtab.FILE
+        sys.stdout.write(shtab.complete(whole, shell))
+        parser.exit()

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import sys
+import time
 from collections.abc import Callable
 from decimal import Decimal, InvalidOperation
 from typing import TYPE_CHECKING, Any
@@ -12,6 +14,9 @@ from aomc_sky.errors import UsageError
 if TYPE_CHECKING:
     from aomc_sky.source.photon_source import PhotonSource
     from aomc_sky.source.scene import Scene
+
+_SLOW_SKY_S = 5.0
+"""A solution of an atmosphere that takes longer is better saved."""
 
 _SUFFIXES = {"": 1, "k": 2**10, "m": 2**20, "g": 2**30, "t": 2**40}
 
@@ -144,7 +149,7 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     """Options that say how the input files are read."""
     group = parser.add_argument_group("how the files are read")
     reading = "iterations sky sky-option bins weighting azimuth-bins compat lenient strict"
-    add_shared(group, f"{reading} allow-path max-memory no-cache")
+    add_shared(group, f"{reading} allow-path max-memory")
     add_sky_options(parser)
     add_light_options(parser)
 
@@ -217,7 +222,6 @@ _SHARED: dict[str, dict[str, Any]] = {
         "choices": ("stratified", "iid"),
         "help": "how the photons of a band depend on each other (default stratified)",
     },
-    "no-cache": {"help": "solve an atmosphere anew, and do not keep its solution for the next command"},
     "order": {"choices": ("shuffled", "patch"), "help": "order of the photons of a band (default shuffled)"},
     "placement": {"choices": ("r2", "philox", "centre"), "help": "where a photon lies in its cell (default r2)"},
     "plot": {"metavar": "FILE", "help": "the sky dome as .png, .svg or .pdf (needs the extra 'plot')"},
@@ -472,8 +476,9 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
     from aomc_sky.cli.progress import patience
     from aomc_sky.source.read.scene import read_scene
 
+    began = time.monotonic()
     with patience("preparing the scene", enabled=speaks(arguments)):
-        return read_scene(
+        scene = read_scene(
             path,
             iterations=arguments.iterations,
             sky=arguments.sky,
@@ -485,11 +490,18 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
             wavebands=wavebands,
             allow_paths=arguments.allow_path,
             max_memory_bytes=arguments.max_memory,
-            cache=not arguments.no_cache,
             sky_options=sky_option_arguments(arguments),
             atmosphere=light_arguments(arguments),
             **sky_arguments(arguments),
         )
+    seconds = time.monotonic() - began
+    if speaks(arguments) and scene.options.get("sky") == "atmosphere" and seconds > _SLOW_SKY_S:
+        print(
+            f"aomc-sky: note: the sky took {seconds:.0f} s; to solve it once, write aomc-sky atmosphere MODEL.atmo "
+            '--out sky.nc, and table = "sky.nc" below [sky] of sky.toml',
+            file=sys.stderr,
+        )
+    return scene
 
 
 def moment(text: str) -> float:

@@ -16,7 +16,6 @@ import numpy as np
 import aomc_sky
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.sky.method import Lights, chosen_lights
-from aomc_sky.cache import usual_cache
 from aomc_sky.errors import ModelLimitWarning, UsageError
 from aomc_sky.formats.atmo.keys import SIZES
 from aomc_sky.formats.atmo.reader import read_atmo
@@ -33,7 +32,6 @@ from aomc_sky.outputs.tables.atmosphere import (
     write_atmosphere_skydist,
 )
 from aomc_sky.skies.atmosphere import DEFAULT_BINS, AtmosphereSky
-from aomc_sky.source.atmospheres.kept_sky import kept_sky
 from aomc_sky.source.atmospheres.medium import MediumReport, SkyLights, lights_of, read_medium, warn_of_outside
 
 DEFAULT_GLOW_ROWS = 18
@@ -151,7 +149,6 @@ class TableRequest:
     significand_bits: int | None = None
     moon: MoonDirection = field(default_factory=MoonDirection)  #: where the Moon hides part of the sun; empty: no Moon
     ground_luminance_cd_m2: float = 0.0  #: of the ground's own light [0 or more]
-    uses_cache: bool = False  #: whether skies are taken from the cache of this user, and kept there
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -259,8 +256,7 @@ def solve_table(table: AtmosphereTable, *, progress: Callable[[int, int], None] 
 
 def _sky(table: AtmosphereTable, sun_zenith_deg: float) -> AtmosphereSky:
     request = table.request
-    return kept_sky(
-        usual_cache() if request.uses_cache else None,
+    return AtmosphereSky(
         medium=table.medium,
         sun_zenith_deg=sun_zenith_deg,
         sun_azimuth_deg=request.sun_azimuth_deg,
@@ -297,7 +293,7 @@ def write_table(table: AtmosphereTable, folder: Path, *, netcdf: bool = True) ->
         written["skydist" if len(table.skies) == 1 else f"skydist {name}"] = str(target / SKYDIST_NAME)
     create_folder(folder)
     if netcdf:
-        _write_netcdf(table, folder / NETCDF_NAME)
+        write_netcdf(table, folder / NETCDF_NAME)
         written["netcdf"] = str(folder / NETCDF_NAME)
     write_bytes_atomically(folder / DESCRIPTION_NAME, read_bytes(table.request.path))
     written["description"] = str(folder / DESCRIPTION_NAME)
@@ -306,7 +302,8 @@ def write_table(table: AtmosphereTable, folder: Path, *, netcdf: bool = True) ->
     return written
 
 
-def _write_netcdf(table: AtmosphereTable, path: Path) -> None:
+def write_netcdf(table: AtmosphereTable, path: Path) -> None:
+    """Write what was solved as one netCDF file, atomically; `[sky] table` of sky.toml reads that of one sun."""
     request = table.request
     more = saved_variables(table.skies, request.saves, glow=table.glow, n_glow_rows=glow_rows(table.sizes))
     write_atmosphere_netcdf(

@@ -1,8 +1,8 @@
 """One file or room per file format: numbers and where they stood, no physics.
 
 report          Problems of a file, gathered until it has been read to its end, and how their messages show values.
-text_file       Reading a text file a person may have broken: encodings, endings, sizes; and writing one atomically.
-child_process   A process of its own that opens a file nobody vouches for.
+text_file       Reading a file that a person may have broken: kind, size, encoding, line ends; and writing one.
+hdf5_storage    What is looked at before data of an HDF5 file are read.
 units           Numbers with units: a closed table of exact factors, because general unit libraries guess.
 aomc/           The files that the AOMC program reads: amc.inp, lambbot.inp, difcol.inp, skydist.inp.
 sky_toml/       sky.toml, beside amc.inp: weather, sun, background skies, atmosphere.
@@ -10,7 +10,7 @@ spectrum_csv    Spectra as two columns of numbers, and their means over the bins
 atmo/           Atmosphere descriptions (.atmo), the format of CalcMySky.
 weather         Hourly weather files (EPW, TMY2, TMY3): when each hour began, and its irradiances.
 background/     Background-sky files (DIRSIG BackgroundSkyData, HDF5).
-netcdf/         netCDF files that hold a radiance over directions.
+netcdf          netCDF files that hold a radiance over directions.
 mcpl/           MCPL files (Monte Carlo Particle Lists, formats 2 and 3).
 photons_npy     Photons in a numpy file: rows of travel directions, with a weight in a fourth column or none.
 """

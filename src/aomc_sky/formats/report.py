@@ -142,6 +142,12 @@ def quoted(text: str) -> str:
     return "'" + "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in shown) + "'"
 
 
+def printable(name: str) -> str:
+    """A name from a file, harmless for a terminal and of a length that can be read."""
+    shown = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in name[:200])
+    return shown if len(name) <= 200 else f"{shown}..."
+
+
 _MEANT = {
     "dhi": "diffuse diffuse_horizontal diffuse_irradiance dif",
     "dni": "direct beam direct_normal direct_irradiance bni",

@@ -1,4 +1,4 @@
-"""Reading a text file a person may have broken: encodings, endings, sizes; and writing one atomically."""
+"""Reading a file that a person may have broken: kind, size, encoding, line ends; and writing one atomically."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ import stat
 import tempfile
 from collections.abc import Iterable
 from pathlib import Path
+from typing import BinaryIO
 
 from aomc_sky.errors import InputFileError, OutputError, Problem
-from aomc_sky.regular_file import open_regular
+from aomc_sky.regular_file import FileKindError, open_regular
 from aomc_sky.system import sync_file
 
 MAX_LINE_BYTES = 65_536
@@ -50,6 +51,20 @@ def refuse(
             )
         ]
     )
+
+
+def open_data(path: str | Path, *, what: str, code: str) -> BinaryIO:
+    """Open a regular file for reading; `what` it should be, and the code of the error, for messages."""
+    advice = f"give the path of {what}"
+    try:
+        return open_regular(path)
+    except FileKindError:
+        raise refuse(path, "not a regular file", advice=advice, code=code) from None
+    except PermissionError as error:
+        raise OutputError(f"cannot read {path}: {error.strerror}") from error
+    except OSError as error:
+        reason = error.strerror or error
+        raise refuse(path, f"the file cannot be opened: {reason}", advice=advice, code=code) from None
 
 
 def read_bytes(path: str | Path) -> bytes:

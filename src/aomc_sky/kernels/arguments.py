@@ -1,39 +1,67 @@
-"""Arguments behind an address, as compiled code reads them: the other half of `machine_code`."""
+"""Arguments of a kernel behind an address, for hosts: how Python lays them down, and how compiled code reads them.
+
+They stand in a *block* of 64-bit words. Behind a head of two words that say whose it is, a number takes one word, an
+array two (where it lies, its length), a tuple the words of its parts; None and True take none, because they are types
+to the compiler. The types of all are the type of the block.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 from llvmlite import ir
-from numba import from_dtype
-from numba.core import types
+from numba import from_dtype, types
+from numba.core.base import BaseContext
 from numba.extending import intrinsic, models, register_model
-from numba.np.arrayobj import make_array, populate_array
 
-from aomc_sky.kernels.machine_code import HEAD_WORDS, Kind
+from aomc_sky.kernels.jit import array_at
+
+HEAD_WORDS = 2
 
 _WORD = ir.IntType(64)
+_ADD_ADDRESS = BaseContext.add_dynamic_addr  # private, so that a numba without it is found at once
 
 
-def _typed(kind: Kind) -> Any:
-    if kind is None:
+def typed(arguments: Iterable[object]) -> Any:
+    """Numba's type of the tuple of arguments."""
+    return types.Tuple(tuple([_typed(argument) for argument in arguments]))
+
+
+def _typed(argument: Any) -> Any:
+    if argument is None:
         return types.none
-    if isinstance(kind, tuple):
-        return types.Tuple(tuple(map(_typed, kind)))
-    if kind == "True":
+    if argument is True:
         return types.boolean
-    name, bracket, layout = kind.partition("[")
-    number = from_dtype(np.dtype(name))
-    return types.Array(number, 1, "C" if layout == "]" else "A") if bracket else number
+    if isinstance(argument, tuple):
+        return typed(argument)
+    if isinstance(argument, np.ndarray) and argument.ndim == 1 and argument.flags.c_contiguous:
+        return types.Array(from_dtype(argument.dtype), 1, "C")
+    if isinstance(argument, np.generic):
+        return from_dtype(argument.dtype)
+    raise TypeError(f"a {type(argument).__name__} cannot stand in a block")
+
+
+def words_of(arguments: Iterable[object]) -> list[int]:
+    """The words of a block for arguments of `typed`, without its head; their arrays must outlive it."""
+    words: list[int] = []
+    for argument in arguments:
+        if isinstance(argument, tuple):
+            words += words_of(argument)
+        elif isinstance(argument, np.ndarray):
+            words += [int(argument.ctypes.data), argument.size]
+        elif isinstance(argument, np.generic):
+            words.append(int(argument if argument.dtype.kind == "u" else argument.view(f"u{argument.itemsize}")))
+    return words
 
 
 class Block(types.Type):
-    """The address of a block whose arguments have given types."""
+    """The address of a block whose arguments have the type of a tuple."""
 
-    def __init__(self, kinds: tuple[Kind, ...]) -> None:
-        self.kinds = _typed(kinds)
-        super().__init__(name=f"Block({self.kinds})")
+    def __init__(self, kinds: Any) -> None:
+        self.kinds = kinds
+        super().__init__(name=f"Block({kinds})")
 
 
 register_model(Block)(models.OpaqueModel)
@@ -43,16 +71,15 @@ class _Words:
     """Emits loads of consecutive words, from the first argument on."""
 
     def __init__(self, builder: Any, address: Any) -> None:
-        self.builder, self.place = builder, HEAD_WORDS
+        self.builder, self.next = builder, HEAD_WORDS
         self.base = builder.bitcast(address, _WORD.as_pointer())
         self.unchanging = builder.module.add_metadata([])
 
     def load(self) -> Any:
         """The next word; blocks never change, which lets the compiler keep words in registers over a loop."""
-        where = self.builder.gep(self.base, [ir.Constant(_WORD, self.place)])
-        word = self.builder.load(where)
+        word = self.builder.load(self.builder.gep(self.base, [ir.Constant(_WORD, self.next)]))
         word.set_metadata("invariant.load", self.unchanging)
-        self.place += 1
+        self.next += 1
         return word
 
 
@@ -64,13 +91,8 @@ def _value(context: Any, builder: Any, kind: Any, words: _Words) -> Any:
     if isinstance(kind, types.Boolean):
         return context.get_constant(kind, True)
     if isinstance(kind, types.Array):
-        array = make_array(kind)(context, builder)
-        data, size = words.load(), words.load()
-        stride = None if kind.layout == "C" else words.load()
-        width = context.get_constant(types.intp, context.get_abi_sizeof(context.get_data_type(kind.dtype)))
-        data = builder.inttoptr(data, array.data.type)
-        populate_array(array, data=data, shape=[size], strides=[stride or width], itemsize=width, meminfo=None)
-        return array._getvalue()
+        address = builder.inttoptr(words.load(), ir.IntType(8).as_pointer())
+        return array_at(context, builder, kind, address, words.load())
     word, number = words.load(), context.get_value_type(kind)
     bits = ir.IntType(context.get_abi_sizeof(number) * 8)
     word = word if bits == _WORD else builder.trunc(word, bits)
@@ -110,7 +132,7 @@ def is_null(typing_context, pointer):
     return types.boolean(pointer), generate
 
 
-def fixed_block(kinds: tuple[Kind, ...], address: int) -> Any:
+def fixed_block(kinds: Any, address: int) -> Any:
     """Return a jitted function without arguments that gives a block at an address of this process.
 
     numba knows such an address as one that another process does not have: a function that uses it is not
@@ -121,7 +143,7 @@ def fixed_block(kinds: tuple[Kind, ...], address: int) -> Any:
     @intrinsic
     def give_block(typing_context):
         def generate(context, builder, signature, arguments):
-            return context.add_dynamic_addr(builder, address, info="tables of a photon source")
+            return _ADD_ADDRESS(context, builder, address, info="tables of a photon source")
 
         return answer(), generate
 

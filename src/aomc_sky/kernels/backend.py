@@ -1,76 +1,33 @@
-"""Plain numpy or compiled kernels: decided here alone. Both give the same bits.
-
-numba's start-up costs as much as a few million photons in plain numpy, compiling as many more. So a process works in
-plain numpy until it has made so much that kernels pay, or knows that it will. Machine code that another process has
-kept pays sooner.
-"""
+"""Plain numpy or compiled kernels: decided here alone. Both give the same bits."""
 
 from __future__ import annotations
 
-import sys
 import threading
-from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
 PLAIN_PHOTONS = 6_000_000
-"""Photons that a process makes in plain numpy before it loads numba: they take what loading takes, 0.35 s, so that
+"""Photons that a process makes in plain numpy before it loads the kernels: they take as long as loading does, so that
 nobody waits more than twice as long as with the better choice, however many follow."""
 
-KEPT_PHOTONS = 1_000_000
-"""Photons before it loads machine code that is kept on the disk, which takes 0.05 s."""
-
-PLAIN_PATCHES = 100_000
-"""Patches of Perez skies that a process integrates in plain numpy before it compiles the kernels (half a second)."""
-
-PLAIN_NUMBERS = 65_536
-"""Numbers of one call below which a phase function is sampled in plain numpy."""
+_lock = threading.Lock()
+_done = 0
 
 
-class _Work:
-    """How much of one kind of work a process has done."""
-
-    def __init__(self) -> None:
-        self._done, self._lock = 0, threading.Lock()
-
-    def add(self, n: int) -> int:
-        """Count the next n; return how many there are."""
-        with self._lock:
-            self._done += n
-            return self._done
-
-    def announce(self, n: int, *limits: int) -> None:
-        """Begin at the highest limit that n more pass: the first of them are then made as the last."""
-        with self._lock:
-            self._done = max(self._done, *(limit for limit in limits if n > limit), 0)
-
-
-_photons, _patches = _Work(), _Work()
-_PATCHES = "aomc_sky.kernels.perez.sums"
-
-
-def use_kernels(n_photons: int, is_kept: Callable[[], bool]) -> bool:
-    """Whether the next photons, or what follows them, come from compiled kernels; `is_kept` says if code is on disk."""
-    n = _photons.add(n_photons)
-    return n > PLAIN_PHOTONS or (n > KEPT_PHOTONS and is_kept())
+def use_kernels(n_photons: int) -> bool:
+    """Count the next photons, or as much other work; return whether compiled kernels do it, and what follows."""
+    global _done  # noqa: PLW0603
+    with _lock:
+        _done += n_photons
+        return _done > PLAIN_PHOTONS
 
 
 def announce_photons(n_photons: int) -> None:
-    """Take kernels from the first of so many photons on, where they pay anyway."""
-    _photons.announce(n_photons, KEPT_PHOTONS, PLAIN_PHOTONS)
+    """Take the kernels from the first of so many photons on, where they pay anyway."""
+    use_kernels(n_photons if n_photons > PLAIN_PHOTONS else 0)
 
 
 def perez_sums(n_patches: int) -> Any:
-    """The module whose sums integrate the next patches: `kernels.perez.mass`, or the compiled `sums` once that pays."""
-    pays = _patches.add(n_patches) > PLAIN_PATCHES or _PATCHES in sys.modules
-    return import_module(_PATCHES if pays else "aomc_sky.kernels.perez.mass")
-
-
-def announce_patches(n_patches: int) -> None:
-    """Take kernels from the first of so many patches on, where they pay anyway."""
-    _patches.announce(n_patches, PLAIN_PATCHES)
-
-
-def fills_by_kernel(n_numbers: int) -> bool:
-    """Whether a phase function samples so many numbers by its jitted loops."""
-    return n_numbers >= PLAIN_NUMBERS
+    """The module whose sums integrate the next patches, each as much work as 60 photons."""
+    name = "sums" if use_kernels(60 * n_patches) else "mass"
+    return import_module(f"aomc_sky.kernels.perez.{name}")

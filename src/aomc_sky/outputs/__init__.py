@@ -8,6 +8,5 @@ folder/     A run folder: its lock, its files, what may be replaced.
 photons/    Photon files: one class per photon format.
 tables/     Tables beside photons: counts, masses, radiances.
 aomc/       Files from which the AOMC program launches our photon counts.
-year        The folder of a year of skies: counts and index that grow in step, and its manifest
 picture     Pictures of matplotlib as files: complete or not at all, and the same bytes for the same picture
 """

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.kernels.backend import use_kernels
-from aomc_sky.kernels.machine_code import Bound, Kernel
 from aomc_sky.source.irradiance import scalar_has_variance
 from aomc_sky.source.photon_source import PhotonSource
 
@@ -174,28 +173,26 @@ def standard_error(totals: np.ndarray, n_photons: np.ndarray) -> float | None:
     return math.sqrt(n / (n - 1) * math.fsum(residual * residual)) / all_photons
 
 
-_BLOCK_SUMS = Kernel("batches.compiled", "block_sums").bound()
-_WEIGHTED_BLOCK_SUMS = Kernel("batches.compiled", "weighted_block_sums").bound()
-
-
 def block_sums(uz: np.ndarray) -> tuple[float, float]:
     """Sums of mu and 1/mu over a block; the plain and the compiled form add in the same order."""
-    return _sums(_BLOCK_SUMS, uz)
+    if not use_kernels(0):
+        from aomc_sky.kernels.batches import plain
+
+        return plain.block_sums(uz)
+    from aomc_sky.kernels.batches import compiled
+
+    return compiled.block_sums(uz)
 
 
 def weighted_block_sums(uz: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
     """Sums of w and w/mu over a block, in both forms alike."""
-    return _sums(_WEIGHTED_BLOCK_SUMS, uz, weight)
+    if not use_kernels(0):
+        from aomc_sky.kernels.batches import plain
 
+        return plain.weighted_block_sums(uz, weight)
+    from aomc_sky.kernels.batches import compiled
 
-def _sums(kernel: Bound, *arrays: np.ndarray) -> tuple[float, float]:
-    sums = np.zeros(2)
-    if use_kernels(0, lambda: kernel.is_kept(*arrays, sums)):
-        kernel(*arrays, sums)
-        return float(sums[0]), float(sums[1])
-    from aomc_sky.kernels.batches import plain
-
-    return getattr(plain, kernel.kernel.__name__)(*arrays)
+    return compiled.weighted_block_sums(uz, weight)
 
 
 def photon_sums(

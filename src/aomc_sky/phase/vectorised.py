@@ -1,7 +1,7 @@
 """Formulas of the kernels over whole arrays: checks, precision, broadcasting, and blocks that stay in the cache.
 
-Small jobs run in plain numpy and load no compiler; arrays of 65 536 numbers and more are filled by a jitted
-kernel where there is one. The bits are the same.
+Small jobs run in plain numpy and load no compiler; where many numbers are needed a jitted kernel makes them, if
+there is one. The bits are the same.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aomc_sky.errors import UsageError
-from aomc_sky.kernels.backend import fills_by_kernel
+from aomc_sky.kernels.backend import use_kernels
 
 Formula = Callable[..., tuple[Any, ...]]
 
@@ -26,7 +26,7 @@ def sample(
 ) -> tuple[Any, ...]:
     """mu, or mu, 1 - mu and the sine, of a phase function: by the formula, or by the jitted loops for many numbers."""
     shape = shape_of((xi, parameter))
-    if not fills_by_kernel(math.prod(shape)):
+    if not use_kernels(math.prod(shape)):
         return evaluate(formula, kind, xi, parameter)
     from aomc_sky.kernels.phase import jitted
 

@@ -220,7 +220,7 @@ def _sun_of(sky: Any) -> Mark | None:
     return None if zenith is None else sun_mark(float(np.rad2deg(zenith)), float(np.rad2deg(sky.sun_azimuth_rad)))
 
 
-_ADVICE = "pictures are drawn of what `aomc-sky export --to netcdf`, `lobes --netcdf` and `atmosphere` write"
+_ADVICE = "pictures are drawn of what `aomc-sky export --to netcdf` and `atmosphere` write"
 
 
 def table_picture(sky: TabulatedSky, *, bands: Sequence[int] | None = None, title: str = "") -> Picture:
@@ -237,7 +237,7 @@ def table_picture(sky: TabulatedSky, *, bands: Sequence[int] | None = None, titl
 def netcdf_picture(path: str | Path, *, panels: Sequence[int] | None = None, title: str = "") -> tuple[Picture, int]:
     """Domes of a netCDF file that this package wrote, and how many it holds or were chosen.
 
-    Counts of a run become photons per steradian; radiances of lobes or of an atmosphere stay. By default all domes are
+    Counts of a run become photons per steradian; radiances of an atmosphere stay. By default all domes are
     drawn, or 12 spread over them. Without xarray and h5netcdf a MissingExtraError names the extra.
     """
     xr = optional_module("xarray", extra=EXTRA)

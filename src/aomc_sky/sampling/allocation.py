@@ -170,7 +170,7 @@ def allocate_bands(
     ring by ring.
 
     Cost: per cell and band about 50 ns (systematic), 90 ns (largest remainder), 200 ns (multinomial), and 60 ns per
-    cell for the normalisation, which the bands share (bench/allocation.py).
+    cell for the normalisation, which the bands share.
     """
     cumulative = fixed_point_cumulative(mass)
     counts = np.empty((len(band_index), cumulative.size - 1), dtype=np.int64)

@@ -58,7 +58,7 @@ def first_columns(units_before: np.ndarray, n_photons: int, n_columns: int) -> n
     before = np.where(is_gap, -1.0, 1.0) * (remainder[:-1] * unit)
     off = (ring * _SHIFT_STEP) * _TO_FRACTION + before - fewer * near
     share = np.where(fewer < _ONE_PHOTON, near, near + (off - np.rint(off)) / np.maximum(fewer, 1.0))
-    share[expected < _ONE_PHOTON] = random[expected < _ONE_PHOTON]
+    share = np.where(np.less(expected, _ONE_PHOTON), random, share)
     share[0] = 0.0
     return np.floor((share - np.floor(share)) * n_columns).astype(np.int64) % n_columns
 

@@ -27,15 +27,6 @@ DEFAULT_BINS = (45, 180)  #: Equal bins of zenith and azimuth, where nobody asks
 _TOLERANCE, _TOLERANCE_TWILIGHT = 1e-5, 1e-3
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Solution:
-    """What is worked out when a sky is made."""
-
-    solved: SolvedSky
-    patch_mean: np.ndarray  #: (n_wl, n_order, n_patch) flux-weighted mean radiance by order. [W m-2 sr-1 nm-1]
-    patch_change: float  #: Largest relative change by the last refinement of any patch
-
-
 @in_both_units
 @dataclass(frozen=True, kw_only=True, slots=True)
 class AtmosphereSky(Share):
@@ -72,8 +63,6 @@ class AtmosphereSky(Share):
         each wavelength of the scene. [>= 0]
     irradiance_W_m2_nm : array_like, optional
         Instead of its own, in the same units. [W m-2 nm-1]
-    solution : Solution, optional
-        Of a sky that was made of the same arguments, which is not solved again then.
 
     Notes
     -----
@@ -95,26 +84,17 @@ class AtmosphereSky(Share):
     moon: Moon | None = None
     ground_radiance: np.ndarray | None = None
     n_paths: int | None = None
-    solution: InitVar[Solution | None] = None
     solved: SolvedSky = field(init=False)
     patch_mean: np.ndarray = field(init=False)
     patch_change: float = field(init=False)
 
     @in_default_mode
-    def __post_init__(
-        self, sun_zenith_rad: float | None, sun_azimuth_rad: float | None, solution: Solution | None
-    ) -> None:
+    def __post_init__(self, sun_zenith_rad: float | None, sun_azimuth_rad: float | None) -> None:
         check_share(self)
         settle_angles(self, sun_zenith_deg=sun_zenith_rad)
         settle_angles(self, default=0.0, sun_azimuth_deg=sun_azimuth_rad)
         if not np.isfinite(self.sun_azimuth_deg):
             raise SceneError(f"the sun's azimuth must be finite, got {self.sun_azimuth_deg}")
-        solved = self._solution() if solution is None else solution
-        solved.patch_mean.flags.writeable = False
-        for name in ("solved", "patch_mean", "patch_change"):
-            object.__setattr__(self, name, getattr(solved, name))
-
-    def _solution(self) -> Solution:
         solved = solve_sky(
             self.medium,
             sun_zenith_rad=math.radians(self.sun_zenith_deg),
@@ -126,7 +106,9 @@ class AtmosphereSky(Share):
         )
         tolerance = _TOLERANCE if self.sun_zenith_deg <= 90.0 else _TOLERANCE_TWILIGHT
         mean, change = patch_means(solved, self.grid, math.radians(self.sun_azimuth_deg), tolerance=tolerance)
-        return Solution(solved=solved, patch_mean=mean, patch_change=change)
+        mean.flags.writeable = False
+        for name, value in (("solved", solved), ("patch_mean", mean), ("patch_change", change)):
+            object.__setattr__(self, name, value)
 
     @property
     def n_listed(self) -> int:

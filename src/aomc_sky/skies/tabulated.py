@@ -86,7 +86,7 @@ class TabulatedSky(Share):
     def __post_init__(self) -> None:
         check_share(self)
         if np.ma.is_masked(self.values):
-            n = int(np.ma.count_masked(self.values))
+            n = int(np.ma.getmaskarray(self.values).sum())
             raise SceneError(
                 f"the values of a sky hold {n} masked values; give them a radiance, 0 where no light comes from"
             )

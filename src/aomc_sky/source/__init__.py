@@ -11,7 +11,6 @@ read/          The AOMC files and sky.toml become a scene.
 light/         The light of a scene: which inputs of sky and sun win, and what they mean.
 backgrounds/   Background-sky files become the light of a scene.
 atmospheres/   An atmosphere description becomes a medium, and its sky directions.
-year           The hours of a weather file as scenes to come: what every hour needs, settled before the first one
 host           A band's photons inside another code's own loop: jitted functions for numba, a C function for the rest
 embedding      What a C or Fortran program asks of the Python that it started: a scene, then its bands
 """

@@ -11,7 +11,6 @@ import numpy as np
 
 from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW, scratch_words
 from aomc_sky.kernels.backend import use_kernels
-from aomc_sky.kernels.machine_code import Bound, Kernel
 from aomc_sky.source.band_tables import (
     BandTable,
     CellWords,
@@ -27,10 +26,6 @@ from aomc_sky.source.plan.options import Placement
 from aomc_sky.source.plan.plan import Plan
 
 T = TypeVar("T")
-
-_EMIT, _EMIT_RUNS = Kernel("emission.emit", "emit"), Kernel("emission.emit", "emit_runs")
-_IN_CIRCLE = Kernel("emission.emit", "circle_positions").bound()
-_IN_RECTANGLE = Kernel("emission.emit", "rectangle_positions").bound()
 
 _CACHED_BANDS = 4
 _OUTPUTS = ("ux", "uy", "uz", "patch")
@@ -85,7 +80,7 @@ class Emitter:
         self.dtype = np.dtype(plan.options["precision"])
         shape, size_x, size_y = plan.options["footprint"]
         self.footprint = Footprint(shape=FootprintShape(shape), size_x_m=size_x, size_y_m=size_y)
-        self._streams, self._kernels, self._calls, self._finders, self._falls = (_BandCache() for _ in range(5))
+        self._streams, self._kernels, self._finders, self._falls = (_BandCache() for _ in range(4))
 
     @property
     def has_positions(self) -> bool:
@@ -97,7 +92,7 @@ class Emitter:
 
         Here and below `band` is a replicate band, and photons are counted from its first one; see `Plan`.
         """
-        if use_kernels(arrays["ux"].size, lambda: self._is_kept(band)):
+        if use_kernels(arrays["ux"].size):
             self.fill_compiled(band, start, arrays)
         else:
             self.fill_plain(band, start, arrays)
@@ -142,16 +137,16 @@ class Emitter:
         lobes = None if table.lobes is None else (*table.lobes, *self._lobe_steps(band))
         return table, search, words.with_turns(stream.turns), perez, lobes
 
-    def _kernel(self, band: int) -> tuple[Kernel, tuple[object, ...]]:
-        """The kernel that makes a band's photons, and its arguments after the outputs and the memory."""
+    def _kernel(self, band: int) -> tuple[str, tuple[object, ...]]:
+        """The name of the kernel that makes a band's photons, and its arguments after the outputs and the memory."""
         stream = self._stream(band)
         table, search, cells, perez, lobes = self._tables(band)
         is_common = table.is_common and not stream.jitter and perez is None and lobes is None
         if is_common and not stream.order_keys.size and table.has_long_runs:
             parameters = (cells, cells.view(self.dtype), table.main)
-            return _EMIT_RUNS, (stream.shifts, stream.steps, *search, *parameters, table.cell_of_slot)
+            return "emit_runs", (stream.shifts, stream.steps, *search, *parameters, table.cell_of_slot)
         laws = (table.main, None if is_common else table.law, perez, lobes)
-        return _EMIT, (np.uint64(table.n), *stream.arguments(), *search, cells, *laws, table.cell_of_slot)
+        return "emit", (np.uint64(table.n), *stream.arguments(), *search, cells, *laws, table.cell_of_slot)
 
     def n_photons(self, band: int) -> int:
         """Photons launched in a band."""
@@ -161,33 +156,10 @@ class Emitter:
     def _n_scratch(self) -> int:
         return scratch_words(0 if self._lobes is None else self._lobes.cell.size)
 
-    def _bind(self, band: int) -> Bound:
-        kernel, arguments = self._kernel(band)
-        return kernel.bound(*arguments)
-
-    def _bound(self, band: int) -> Bound:
-        """The kernel of a band with photons, which wants what `_first_arguments` gives."""
-        return self._kernels.get(band, self._bind)
-
-    def _is_kept(self, band: int) -> bool:
-        kernel = self._bound(band)
-        return kernel.is_kept(*self._examples(kernel))
-
-    def _examples(self, kernel: Bound) -> tuple[object, ...]:
-        """First arguments of a kernel, for their types."""
-        memory = () if kernel.kernel is _EMIT_RUNS else (np.empty(0, np.uint64),)
-        return np.uint64(0), *(np.empty(0, self.dtype) for _ in range(3)), np.empty(0, np.int32), *memory
-
-    def _call(self, band: int) -> tuple[Callable[..., None], bool]:
-        """The kernel of a band for the types of our arrays, and whether it wants memory."""
-        kernel = self._bound(band)
-        call = kernel.for_types_of(*self._examples(kernel))
-        return call, kernel.kernel is not _EMIT_RUNS
-
     def host_arguments(self, band: int) -> tuple[str, tuple[object, ...]]:
         """The name of the kernel of a band with photons, and the arguments in the block of `next`."""
-        kernel, arguments = self._kernel(band)
-        return kernel.__name__, arguments if kernel is _EMIT_RUNS else (np.uint64(self._n_scratch), *arguments)
+        name, arguments = self._kernel(band)
+        return name, arguments if name == "emit_runs" else (np.uint64(self._n_scratch), *arguments)
 
     def photon_arguments(self, band: int) -> tuple[object, ...]:
         """The arguments of `kernels.hosts.sampler.photon_at` after the index, for a band with photons."""
@@ -205,19 +177,23 @@ class Emitter:
 
     def fill_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         """As `fill`, by the compiled kernels."""
-        call, wants_memory = self._calls.get(band, self._call)
-        memory = (_scratch.words(self._n_scratch, self.dtype),) if wants_memory else ()
-        call(np.uint64(start), arrays["ux"], arrays["uy"], arrays["uz"], arrays["patch"], *memory)
+        from aomc_sky.kernels.emission import emit
+
+        name, arguments = self._kernels.get(band, self._kernel)
+        memory = () if name == "emit_runs" else (_scratch.words(self._n_scratch, self.dtype),)
+        getattr(emit, name)(np.uint64(start), *(arrays[output] for output in _OUTPUTS), *memory, *arguments)
         if self.has_positions:
             self._fill_positions(self._stream(band), start, arrays)
 
     def _fill_positions(self, stream: StreamWords, start: int, arrays: dict[str, Any]) -> None:
+        from aomc_sky.kernels.emission import emit
+
         size_x, size_y = np.float64(self.footprint.size_x_m), np.float64(self.footprint.size_y_m)
         photons = (np.uint64(start), arrays["x"], arrays["y"], stream.position_key, stream.band)
         if self.footprint.shape is FootprintShape.CIRCLE:
-            _IN_CIRCLE(*photons, size_x / 2)
+            emit.circle_positions(*photons, size_x / 2)
         else:
-            _IN_RECTANGLE(*photons, size_x, size_y)
+            emit.rectangle_positions(*photons, size_x, size_y)
 
     def fill_plain(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         """As `fill`, in plain numpy."""

@@ -10,19 +10,26 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import UsageError
-from aomc_sky.kernels.arguments import fixed_block
-from aomc_sky.kernels.hosts.next_photons import OPEN, JittedNext, compile_next, next_signature
-from aomc_sky.kernels.hosts.sampler import make_empty, make_fill, make_sample
-from aomc_sky.kernels.machine_code import compiler_is_off, kinds_of, words_of
 from aomc_sky.source.emitter import Emitter
 from aomc_sky.source.plan.plan import Plan
+
+try:
+    from aomc_sky.kernels.arguments import fixed_block, typed, words_of
+    from aomc_sky.kernels.hosts.next_photons import OPEN, JittedNext, compile_next, next_signature
+    from aomc_sky.kernels.hosts.sampler import make_empty, make_fill, make_sample
+    from aomc_sky.kernels.jit import is_off
+except (ImportError, AttributeError) as error:
+    raise UsageError(
+        f"hosts need a name that the installed numba does not have ({error}); take photons in batches, or install "
+        "numba 0.68"
+    ) from error
 
 _kept: list[Any] = []
 """Tables that compiled code reads. Nobody can say when machine code is dropped, so they live as long as the process."""
 
 
 def _check_compiled() -> None:
-    if compiler_is_off():
+    if is_off():
         raise UsageError("hosts need numba's compiler; unset NUMBA_DISABLE_JIT, or take photons in batches")
 
 
@@ -40,7 +47,7 @@ class _Block:
 
     def __init__(self, n: int, arguments: tuple[object, ...]) -> None:
         self.arguments = arguments
-        self.kinds = kinds_of(arguments)
+        self.kinds = typed(arguments)
         self.words = np.array([OPEN, n, *words_of(arguments)], dtype=np.uint64)
 
     @property

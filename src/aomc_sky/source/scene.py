@@ -137,7 +137,8 @@ class Scene:
         """Put components in the place of models and functions, and the notes of these behind those of the scene."""
         given = self.components if isinstance(self.components, (tuple, list)) else (self.components,)
         parts: list[Component] = []
-        notes, without_beam = list(self.notes), []
+        notes = list(self.notes)
+        without_beam: list[str] = []
         for part in given:
             if isinstance(part, Component):
                 parts.append(part)

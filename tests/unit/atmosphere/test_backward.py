@@ -14,8 +14,6 @@ from aomc_sky.atmosphere.backward import BLOCK, CHECKED, PathsResult, path_table
 from aomc_sky.atmosphere.eclipse import solve_eclipsed_order_one
 from aomc_sky.atmosphere.lights import Moon
 from aomc_sky.atmosphere.order_one import solve_order_one
-from aomc_sky.atmosphere.scattering_orders.diffuse import solve_layers
-from aomc_sky.atmosphere.scattering_orders.slab import Layers
 from aomc_sky.atmosphere.sky.path_orders import path_orders
 from aomc_sky.atmosphere.sky.solve import later_orders, solve_sky
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
@@ -34,6 +32,7 @@ from tests.support.atmospheres import (
     rayleigh_phase,
     uniform,
 )
+from tests.support.plane_layers import Layers, solve_layers
 
 ZENITH = np.radians([0.0, 35.0, 60.0, 80.0, 60.0])
 AZIMUTH = np.radians([0.0, 0.0, 180.0, 90.0, 20.0])

@@ -22,11 +22,11 @@ from aomc_sky.atmosphere.scattering_orders.paths import (
     elements_for,
     ground_weights,
     node_paths,
-    plane_crossings,
 )
-from aomc_sky.atmosphere.scattering_orders.slab import Layers, Slab, altitude_grid, slab_of_layers, slabs_of_medium
+from aomc_sky.atmosphere.scattering_orders.slab import Slab, altitude_grid, slabs_of_medium
 from aomc_sky.errors import SceneError
 from tests.support import atmospheres
+from tests.support.plane_layers import Layers, plane_crossings, slab_of_layers
 
 # ---- Legendre series ----
 

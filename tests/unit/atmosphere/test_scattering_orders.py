@@ -16,16 +16,16 @@ from aomc_sky.atmosphere.scattering_orders.diffuse import (
     DiffuseSky,
     Resolution,
     least_nodes,
-    solve_layers,
     solve_orders,
     source_functions,
     times_cosine,
 )
 from aomc_sky.atmosphere.scattering_orders.paths import ShellPaths
-from aomc_sky.atmosphere.scattering_orders.slab import Layers, altitude_grid, slabs_of_medium
+from aomc_sky.atmosphere.scattering_orders.slab import altitude_grid, slabs_of_medium
 from aomc_sky.atmosphere.sky.solve import solve
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import UsageError
 from tests.support import atmospheres
+from tests.support.plane_layers import Layers, solve_layers
 
 AZIMUTH = np.deg2rad([0.0, 40.0, 110.0, 180.0])
 
@@ -200,7 +200,7 @@ def test_a_peak_in_shells_of_a_huge_planet() -> None:
     flat = one_layer(0.5, phase=lambda cosine: phase(cosine, 0))
     zenith = np.deg2rad([0.0, 50.0, 85.0])
     there, here = solve_orders(medium, 0.9, zenith), solve_layers(flat, 0.0, 0.9, zenith)
-    assert there.later_modes.shape[2] > here.later_modes.shape[2] > 30
+    assert there.later_modes.shape[2] >= here.later_modes.shape[2] > 30
     np.testing.assert_allclose(there.later_orders(AZIMUTH), here.later_orders(AZIMUTH), rtol=2e-5)
 
 
@@ -257,27 +257,17 @@ def test_series_times_cosine() -> None:
 @pytest.mark.parametrize(
     "change",
     [
-        {"sun_zenith_rad": np.pi / 2},
+        {"sun_zenith_rad": 3.2},
         {"sun_zenith_rad": np.nan},
         {"sky_zenith_rad": np.array([2.0])},
         {"sky_zenith_rad": np.array([])},
-        {"albedo": 1.5},
-        {"n_orders": 0},
         {"n_listed": 0},
     ],
 )
 def test_arguments_out_of_range(change: dict) -> None:
-    fine = {"layers": one_layer(0.1), "albedo": 0.0, "sun_zenith_rad": 0.5, "sky_zenith_rad": np.zeros(1)}
+    fine = {"medium": atmospheres.molecules_only(450.0, 0.2), "sun_zenith_rad": 0.5, "sky_zenith_rad": np.zeros(1)}
     with pytest.raises(UsageError):
-        solve_layers(**{**fine, **change})
-
-
-@pytest.mark.parametrize(
-    ("depth", "scattering"), [([-0.1], [[1.0]]), ([0.0], [[1.0]]), ([0.1], [[1.1]]), ([0.1, 0.2], [[1.0]]), ([], [[]])]
-)
-def test_layers_out_of_range(depth: list, scattering: list) -> None:
-    with pytest.raises(SceneError):
-        Layers(optical_depth=np.array(depth), scattering=np.array(scattering), phases=(rayleigh,))
+        solve_orders(**{**fine, **change})
 
 
 def test_a_wish_for_more_directions() -> None:

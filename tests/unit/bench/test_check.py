@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import dataclasses
-import json
+import csv
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from aomc_sky.benchmark import run
 from aomc_sky.errors import MissingExtraError
-from bench import check, peers, report
+from bench import check, figure, peers, report
 from bench.check import LIMITS, Bar, Check
+from bench.harness import markdown_table
+from bench.samplers import METHODS
 from tests.support.shared import REPOSITORY
 
 TINY = ["--skies", "uniform", "--photons", "1e3", "2000", "--replicates", "2", "--turns", "1"]
@@ -23,7 +23,7 @@ def few_bars(monkeypatch: pytest.MonkeyPatch, value: float) -> None:
     """A check that measures nothing: one bar of a given value, one line that was left out."""
     found = Check(bars=(Bar(name=next(iter(LIMITS)), value=value),), left_out=("one is left out",), shown=("one",))
     for module in (check, report):
-        monkeypatch.setattr(module, "run_check", lambda sizes, seed: found)
+        monkeypatch.setattr(module, "run_check", lambda sizes: found)
 
 
 @pytest.mark.parametrize(("value", "code", "word"), [(40.0, 0, "kept"), (39.9, 1, "MISSED")])
@@ -36,8 +36,6 @@ def test_exit_code_of_a_check(
     assert word in printed.out
     assert "one is left out" in printed.out
     assert ("1 of 1 bars are missed: patch order against numpy" in printed.err) == (code == 1)
-    assert check.main(["--json"]) == code
-    assert json.loads(capsys.readouterr().out)["kept"] is (code == 0)
 
 
 def test_bars_from_above_and_from_below() -> None:
@@ -60,40 +58,55 @@ def test_a_whole_check_with_a_bar_out_of_reach(
 
     monkeypatch.setattr(peers, "optional_module", absent)
     monkeypatch.setitem(LIMITS, "cone, independent photons against default", 1e9)
-    monkeypatch.setattr(check, "mcpl_times", lambda n_photons, repeats: None)
-    assert check.main(["--photons", "4096", "--replicates", "2", "--turns", "1", "--json"]) == 1
-    found = json.loads(capsys.readouterr().out)
-    by_name = {bar["name"]: bar for bar in found["bars"]}
-    left_out = {"default against Mitsuba 3", "MCPL writer against a ctypes loop over libmcpl"}
-    assert left_out.isdisjoint(by_name)
-    assert set(by_name) >= set(LIMITS) - left_out - {"two threads against one"}
-    assert not by_name["cone, independent photons against default"]["kept"]
-    assert sum("left out" in line for line in found["left_out"]) >= 2
+    assert check.main(["--photons", "4096", "--replicates", "2", "--turns", "1"]) == 1
+    printed = capsys.readouterr()
+    assert "cone, independent photons against default" in printed.err
+    for name in LIMITS:
+        assert (f"| {name} |" in printed.out) == (name != "default against Mitsuba 3"), name
+    assert "Mitsuba 3 is left out" in printed.out
 
 
 def test_page_and_picture(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     few_bars(monkeypatch, 39.0)
 
-    def errors_alone(options: run.BenchOptions, speed_of: object) -> run.BenchResults:
-        assert speed_of is peers.measure_peers
-        return run.run_bench(dataclasses.replace(options, speed_photons=()))
-
-    monkeypatch.setattr(run, "announce_photons", lambda n_photons: None)
-    monkeypatch.setattr(report, "run_bench", errors_alone)
+    monkeypatch.setattr(report, "announce_photons", lambda n_photons: None)  # plain numpy gives the same bits
+    monkeypatch.setattr(report, "measure_peers", lambda sky, n_photons, turns: None)
     page = tmp_path / "performance.md"
     assert report.main([str(page), *TINY]) == 1
     text = page.read_text()
-    for word in ("# Speed against error", "performance.png", "MISSED", "Missed, patch order", "## Sky: uniform"):
+    for word in (
+        "# Speed against error",
+        "performance.png",
+        "MISSED",
+        "## Sky: uniform",
+        "slope planar",
+        "ring 0.01 %",
+    ):
         assert word in text
-    assert all((tmp_path / f"performance{part}.png").stat().st_size > 10_000 for part in ("", "_skies"))
-    assert (tmp_path / "performance.csv").read_text().startswith("sky,method,n_photons")
+    assert (tmp_path / "performance.png").stat().st_size > 10_000
+    with (tmp_path / "performance.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert tuple(rows[0]) == report.CSV_COLUMNS
+    assert [row["method"] for row in rows] == [*METHODS, *METHODS]
+    for row in rows:
+        assert int(row["replicates"]) == (2 if METHODS[row["method"]].is_random else 1)
+        assert float(row["emit_s"]) > 0
+        assert all(float(row[column]) >= 0 for column in report.CSV_COLUMNS if column.startswith("error_"))
 
 
-@pytest.mark.parametrize("words", [["--turns", "0"], ["--replicates", "0"]])
+def test_every_method_has_a_style_of_its_own() -> None:
+    assert set(METHODS) <= set(figure.STYLES)
+    assert len(set(figure.STYLES.values())) == len(figure.STYLES)
+    assert len({marker + line for _, line, marker in figure.STYLES.values()}) == len(figure.STYLES)
+
+
+@pytest.mark.parametrize("words", [["--turns", "0"], ["--replicates", "-1"], ["--photons", "1.5"]])
 def test_refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    assert check.main(words) == 2
-    assert "replicates and turns must be at least 1" in capsys.readouterr().err
+    with pytest.raises(SystemExit) as stop:
+        check.main(words)
+    assert stop.value.code == 2
+    assert "invalid count value" in capsys.readouterr().err
 
 
 def test_a_page_that_cannot_be_written_is_refused_before_anything_is_measured(
@@ -106,7 +119,7 @@ def test_a_page_that_cannot_be_written_is_refused_before_anything_is_measured(
     assert 'pip install "aomc-sky[plot]"' in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("script", ["check", "report", "mcpl"])
+@pytest.mark.parametrize("script", ["check", "report", "emission", "growth", "same_bits", "transport"])
 def test_scripts_start_from_any_folder(script: str, tmp_path: Path) -> None:
     command = [sys.executable, str(REPOSITORY / f"bench/{script}.py"), "--help"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60)
@@ -121,4 +134,4 @@ def test_the_page_in_the_documentation_has_the_text_of_the_script() -> None:
 
 
 def test_table_in_markdown() -> None:
-    assert report.markdown_table([("a", "1")], ("x", "n")) == "| x | n |\n| --- | ---: |\n| a | 1 |"
+    assert markdown_table([("a", "1")], ("x", "n")) == "| x | n |\n| --- | ---: |\n| a | 1 |"

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import math
-import subprocess
-import sys
 
 import numpy as np
 import pytest
 
-from aomc_sky.benchmark.quantities import Tally
-from aomc_sky.benchmark.skies import BenchSky, bench_sky
 from aomc_sky.errors import MissingExtraError
 from bench import peers as peers_module
 from bench.peers import STORES, TWO_THREADS, Peer, StoreLimit, measure_peers, peers_of_table
-from tests.support.shared import REPOSITORY
+from bench.quantities import Tally
+from bench.skies import BenchSky, bench_sky
 
 N = 50_000
 NAMES = (
@@ -101,21 +98,6 @@ def test_stores_fill_three_components(size: int, dtype: type) -> None:
     stores = StoreLimit(100, size)
     stores(250)
     assert all(part.dtype == dtype and np.all(part == 0.5) for part in stores._arrays)
-
-
-PEAK = """
-from bench.streamed import peak_memory
-before = peak_memory()
-block = b"x" * before  # more than the process ever had beside what it has now
-print(before, peak_memory() - before)
-"""
-
-
-def test_peak_memory_grows_with_what_is_touched() -> None:
-    done = subprocess.run([sys.executable, "-c", PEAK], cwd=REPOSITORY, capture_output=True, text=True, check=True)
-    before, grown = map(int, done.stdout.split())
-    assert 1e7 < before < 1e9
-    assert 0 < grown < 2 * before
 
 
 @pytest.mark.slow

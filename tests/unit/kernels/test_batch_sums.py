@@ -3,20 +3,14 @@
 import numpy as np
 import pytest
 
-from aomc_sky.kernels.machine_code import Kernel
+from aomc_sky.kernels.batches import compiled, plain
 
 
-def sums(name, *arrays):
-    """What a kernel writes."""
-    out = np.zeros(2)
-    Kernel("batches.compiled", name).bound()(*arrays, out)
-    return out.tolist()
-
-
+@pytest.mark.parametrize("form", [compiled, plain])
 @pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_sums_are_those_of_one_after_the_other(precision):
+def test_sums_are_those_of_one_after_the_other(precision, form):
     rng = np.random.default_rng(1)
     uz, weight = (-rng.uniform(1e-3, 1.0, 999)).astype(precision), rng.lognormal(size=999).astype(precision)
     mu, w = -uz.astype(np.float64), weight.astype(np.float64)
-    assert sums("block_sums", uz) == [np.cumsum(mu)[-1], np.cumsum(1.0 / mu)[-1]]
-    assert sums("weighted_block_sums", uz, weight) == [np.cumsum(w)[-1], np.cumsum(w / mu)[-1]]
+    assert form.block_sums(uz) == (np.cumsum(mu)[-1], np.cumsum(1.0 / mu)[-1])
+    assert form.weighted_block_sums(uz, weight) == (np.cumsum(w)[-1], np.cumsum(w / mu)[-1])

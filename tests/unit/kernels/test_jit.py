@@ -1,26 +1,33 @@
-"""What the decorator of the kernels asks the compiler for; for its cache see tests/faults/test_machine_faults.py."""
+"""What the decorators of the kernels promise; for the cache see tests/faults/test_machine_faults.py."""
 
+import ast
 import subprocess
 import sys
 
 import numba
+import numpy as np
 import pytest
 
 from tests.support.processes import with_numba
+from tests.support.shared import INPUTS, REPOSITORY
 
 pytestmark = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT")
 
 
-def test_kernels_ask_for_the_widest_vectors():
-    from aomc_sky.kernels.jit import _WIDEST_VECTORS, KernelCompiler
+def test_outputs_are_known_not_to_overlap():
+    """Without the promise a loop that gathers from a table and stores to an output does not vectorise."""
+    from aomc_sky.kernels.jit import shared
 
-    @numba.njit(pipeline_class=KernelCompiler)
-    def twice(x):
-        return x + x
+    @shared
+    def twice(x, y):
+        for k in range(x.size):
+            y[k] = x[k] + x[k]
 
-    assert twice(2) == 4
+    x, y = np.arange(3.0), np.empty(3)
+    twice(x, y)
+    assert y.tolist() == [0.0, 2.0, 4.0]
     (text,) = twice.inspect_llvm().values()
-    assert _WIDEST_VECTORS in text
+    assert "noalias" in text.split("define", 2)[1].split("{")[0]
 
 
 _WITHOUT_BLAS = """
@@ -44,17 +51,107 @@ def test_kernels_load_no_blas_and_leave_it_to_those_who_multiply_matrices():
     assert done.returncode == 0, done.stderr
 
 
-def test_code_under_the_name_of_another_is_not_run(tmp_path):
-    """What two processes leave that saved at once: the index of one, and the code of the other."""
-    from aomc_sky.kernels.jit import _CheckedFile
+PRIVATE = sorted(
+    f"{node.module}:{alias.name}"
+    for node in ast.walk(ast.parse((REPOSITORY / "src/aomc_sky/kernels/numba_private.py").read_text()))
+    if isinstance(node, ast.ImportFrom) and node.module.startswith("numba.")
+    for alias in node.names
+)
+"""Every private name of numba that speeds the kernels up."""
 
-    file = _CheckedFile(cache_path=str(tmp_path), filename_base="kernel", source_stamp=1)
-    file.save("float32", "code of float32")
-    name = file._load_index()["float32"]
-    file._save_index({"float64": name})
-    assert file.load("float64") is None
-    file.save("float64", "code of float64")
-    assert file.load("float64") == "code of float64"
+OPTIONS = ("_nrt", "no_cpython_wrapper", "no_cfunc_wrapper", "forceinline")
+
+HIDE_NAME = """
+import builtins
+found = builtins.__import__
+def without(name, globals=None, locals=None, fromlist=(), level=0):
+    ours = (globals or {{}}).get("__name__", "").startswith("aomc_sky.")
+    if ours and name == "{module}" and "{name}" in (fromlist or ()):
+        raise ImportError("cannot import name '{name}'")
+    return found(name, globals, locals, fromlist, level)
+builtins.__import__ = without
+"""
+HIDE_OPTION = "import numba.core.cpu as cpu; cpu.CPUTargetOptions.{name} = None\n"
+OTHER_CACHE = """
+import numba.core.caching as caching
+caching.FunctionCache.__init__ = lambda self, function, more: None
+"""
+HIDDEN = {
+    **{name: HIDE_NAME.format(**dict(zip(("module", "name"), name.split(":"), strict=True))) for name in PRIVATE},
+    **{name: HIDE_OPTION.format(name=name) for name in OPTIONS},
+    "another signature": OTHER_CACHE,
+}
+SUMS = """
+import warnings
+with warnings.catch_warnings(record=True) as caught:
+    warnings.simplefilter("always")
+    from aomc_sky.kernels import jit
+    from aomc_sky.kernels.batches.compiled import block_sums
+import numpy as np
+told = [str(w.message) for w in caught if issubclass(w.category, RuntimeWarning)]
+sums = block_sums(np.array([-0.5, -1.0], np.float32))
+print(sums, len(told), all("compiles its kernels anew" in text for text in told), jit._private is None)
+"""
+PHOTONS = """
+import hashlib, warnings
+warnings.simplefilter("ignore")
+import aomc_sky as sky
+from aomc_sky.kernels import backend
+source = sky.read_scene("{scene}", iterations=8_000_000).source(5, order="patch")
+batches = source.batches(0, 1_000_000)
+digest = hashlib.sha256()
+for batch in batches:
+    digest.update(batch.directions.tobytes())
+print(digest.hexdigest(), backend.use_kernels(0))
+"""
+
+
+@pytest.mark.parametrize("hidden", HIDDEN)
+def test_a_numba_without_a_private_name_compiles_plainly_with_one_warning(hidden, tmp_path):
+    said = with_numba(HIDDEN[hidden] + SUMS, NUMBA_CACHE_DIR=str(tmp_path))
+    assert said.strip() == "(1.5, 3.0) 1 True True"
+    assert not [path for path in tmp_path.rglob("*") if path.is_file()]
+
+
+@pytest.mark.parametrize(
+    "hidden", [PRIVATE[0], *(pytest.param(name, marks=pytest.mark.slow) for name in HIDDEN if name != PRIVATE[0])]
+)
+def test_eight_million_photons_without_a_private_name(hidden, expected_photons):
+    """Those beyond the threshold come from kernels."""
+    program = HIDDEN[hidden] + PHOTONS.format(scene=INPUTS / "overcast")
+    assert with_numba(program).strip() == expected_photons
+
+
+@pytest.fixture(scope="module")
+def expected_photons():
+    said = with_numba(PHOTONS.format(scene=INPUTS / "overcast")).strip()
+    assert said.endswith("True")
+    return said
+
+
+HOST = """
+import aomc_sky as sky
+source = sky.read_scene("{scene}", iterations=1000).source(5)
+try:
+    source.{method}(0)
+except sky.AomcSkyError as error:
+    print(error)
+"""
+
+
+HIDDEN_FROM_HOSTS = {
+    "add_dynamic_addr": "import numba.core.base as base; del base.BaseContext.add_dynamic_addr\n",
+    "ExternalFunctionPointer": HIDE_NAME.format(module="numba.core.types", name="ExternalFunctionPointer"),
+}
+
+
+@pytest.mark.parametrize("method", ["numba_sampler", "c_source"])
+@pytest.mark.parametrize("name", HIDDEN_FROM_HOSTS)
+def test_a_host_without_a_private_name_ends_with_one_sentence(name, method):
+    said = with_numba(HIDDEN_FROM_HOSTS[name] + HOST.format(scene=INPUTS / "overcast", method=method)).strip()
+    assert said.startswith("hosts need a name that the installed numba does not have (")
+    assert name in said
+    assert said.endswith("take photons in batches, or install numba 0.68")
 
 
 _VARIANTS = """

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.formats.mcpl.header import McplHeader
-from aomc_sky.kernels.batches import plain
-from aomc_sky.kernels.machine_code import Kernel
+from aomc_sky.kernels.batches import compiled, plain
 
 
 @pytest.mark.parametrize("n", [0, 1, 4095, 4097])
@@ -22,7 +21,7 @@ def test_plain_numpy_packs_as_the_kernel_does(dtype, n):
         n_particles=n, has_user_flags=True, is_double=dtype is np.float64, pdg_code=22, weight=1.0
     ).record
     packed = []
-    for pack in (Kernel("batches.compiled", "pack").bound(), plain.pack):
+    for pack in (compiled.pack, plain.pack):
         out = np.zeros(n, record)
         fields = [out["packed"][:, k] for k in range(3)]
         pack(ux, uy, uz, cell, dtype(2.5e-6), np.uint32(7 << 20), np.int32(2**20), *fields, out["user_flags"])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.kernels.arithmetic import rng
-from aomc_sky.kernels.jit import inner
+from aomc_sky.kernels.jit import shared
 from aomc_sky.sampling import streams
 
 # Random123, kat_vectors: philox4x32 10, counter, key, words
@@ -19,7 +19,7 @@ KNOWN = [
 ]
 
 
-@inner
+@shared
 def compiled_pair(key, rank, band, draw):
     return rng.philox_pair(key, rank, band, draw)
 

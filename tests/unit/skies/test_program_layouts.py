@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.formats.netcdf.field import read_field
+from aomc_sky.formats.netcdf import read_field
 
 xarray = pytest.importorskip("xarray")
 pytest.importorskip("h5netcdf")
@@ -121,7 +121,7 @@ def test_pointings_of_a_radiometer(tmp_path):
 
 
 def test_a_file_of_several_radiances_wants_the_name(tmp_path):
-    from aomc_sky.formats.netcdf.field import FieldRefusedError
+    from aomc_sky.formats.netcdf import FieldRefusedError
 
     with pytest.raises(FieldRefusedError, match="2 variables of numbers: 'downwelling_radiance', 'upwelling_radiance'"):
         through_a_file(hypernets(), tmp_path / "series.nc")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from aomc_sky.cache import Cache, DamagedEntryError, usual_cache
+from aomc_sky.cache import Cache, DamagedEntryError
 
 KEY, OTHER = "0" * 64, "1" * 64
 CONTENT = bytes(range(256)) * 40
@@ -165,32 +165,3 @@ def test_a_folder_of_another_user_or_open_to_all_is_not_used(cache, monkeypatch)
     cache.write(OTHER, CONTENT)
     assert cache.read(KEY) is None
     assert not cache.path(OTHER).exists()
-
-
-@pytest.mark.parametrize(
-    ("environment", "platform", "folder"),
-    [
-        ({"AOMC_SKY_CACHE": "/x/y", "XDG_CACHE_HOME": "/z"}, "linux", "/x/y"),
-        ({"XDG_CACHE_HOME": "/z", "HOME": "/home/me"}, "linux", "/z/aomc-sky/atmospheres"),
-        ({"XDG_CACHE_HOME": "z", "HOME": "/home/me"}, "linux", "/home/me/.cache/aomc-sky/atmospheres"),
-        ({"AOMC_SKY_CACHE": "", "HOME": "/home/me"}, "linux", "/home/me/.cache/aomc-sky/atmospheres"),
-        ({"HOME": "/home/me"}, "darwin", "/home/me/Library/Caches/aomc-sky/atmospheres"),
-        ({"LOCALAPPDATA": "/data", "HOME": "/home/me"}, "win32", "/data/aomc-sky/atmospheres"),
-        ({"HOME": "/home/me"}, "win32", "/home/me/AppData/Local/aomc-sky/atmospheres"),
-    ],
-)
-def test_the_folder_is_where_the_system_keeps_such_files(environment, platform, folder):
-    assert usual_cache(environment, platform).folder == Path(folder)
-
-
-def test_a_relative_folder_is_below_the_working_folder(monkeypatch, tmp_path):
-    monkeypatch.chdir(tmp_path)
-    assert usual_cache({"AOMC_SKY_CACHE": "kept"}).folder == tmp_path / "kept"
-
-
-def test_without_a_home_or_switched_off_there_is_no_cache(monkeypatch):
-    assert usual_cache({"AOMC_SKY_CACHE": "off", "HOME": "/home/me"}) is None
-    assert usual_cache() is None  # in all tests
-    monkeypatch.setattr(os.path, "expanduser", lambda path: path)  # as it does where nobody knows the user
-    assert usual_cache({}, "linux") is None
-    assert usual_cache({"HOME": "."}, "linux") is None

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.engine.year import hour_source
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.outputs.statistics import PhotonSums, photon_sums, standard_error
 from aomc_sky.source.irradiance import scalar_has_variance
@@ -101,11 +100,6 @@ def test_lanes_of_the_exact_perez_sky(options):
     arrays = {name: np.empty_like(getattr(bands.photons(1), name)) for name in ("ux", "uy", "uz", "patch")}
     source._emitter.fill_compiled(1, 0, arrays)
     assert_same(arrays, joined([bands.photons(1)]))
-
-
-def test_hours_of_a_year_refuse_replicates(tmp_path):
-    with pytest.raises(UsageError, match="without replicates"):
-        hour_source(tmp_path, 1, replicates=2)
 
 
 def test_compiled_and_plain_photons_agree():

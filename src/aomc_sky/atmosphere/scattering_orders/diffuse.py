@@ -33,8 +33,8 @@ from aomc_sky.atmosphere.scattering_orders.orders import (
     split_table,
     sum_orders,
 )
-from aomc_sky.atmosphere.scattering_orders.paths import SUN_STEP_RAD, Paths, PlaneColumns, ShellColumns
-from aomc_sky.atmosphere.scattering_orders.slab import Layers, Slab
+from aomc_sky.atmosphere.scattering_orders.paths import SUN_STEP_RAD, Paths, ShellColumns
+from aomc_sky.atmosphere.scattering_orders.slab import Slab
 from aomc_sky.errors import UsageError
 from aomc_sky.steps import counted
 
@@ -60,7 +60,7 @@ def solve_orders(
     degrees. `DiffuseSky.resolution_error` is about the grid alone. `DiffuseSky.plane_order_one` is no substitute for
     the spherical order 1. Cost: 20 ms a wavelength for molecules and 135 zenith angles, 80 ms with a sharp aerosol.
     """
-    zenith = _checked(sun_zenith_rad, sky_zenith_rad, n_listed, np.pi)
+    zenith = _checked(sun_zenith_rad, sky_zenith_rad, n_listed)
     if not np.any(vertical_optical_depth(medium)[:, scatterers(medium)] > 0.0):
         return _dark_sky(medium, sun_zenith_rad, zenith, min(n_listed, medium.n_orders))
     task = OrderTask(
@@ -76,43 +76,10 @@ def solve_orders(
     return solved(task, resolution)
 
 
-def solve_layers(
-    layers: Layers,
-    albedo: float,
-    sun_zenith_rad: float,
-    sky_zenith_rad: np.ndarray,
-    *,
-    n_orders: int = ALL_ORDERS,
-    n_listed: int = 1,
-    resolution: Resolution | None = None,
-) -> DiffuseSky:
-    """Orders of scattering of homogeneous plane layers under a plane beam of irradiance 1 normal to itself.
-
-    Arguments as of `solve_orders`; the sun stands above the horizon, and n_wl is 1.
-
-    Accuracy: 2e-5 for molecules up to an optical depth of 1, 1e-4 for peaked and thicker layers (2e-4 up to a depth of
-    10 and g = 0.95), for cosines of the zenith angle from 0.02 on; see `DiffuseSky.resolution_error`. Cost: 10 ms for
-    molecules, 80 ms for g = 0.85.
-    """
-    zenith = _checked(sun_zenith_rad, sky_zenith_rad, n_listed, np.nextafter(0.5 * np.pi, 0.0))
-    if not 0.0 <= albedo <= 1.0 or n_orders < 1:
-        raise UsageError("an albedo must lie between 0 and 1, and orders must be 1 or more")
-    task = OrderTask(
-        columns_at=lambda n_element: PlaneColumns(layers, n_element, sun_zenith_rad),
-        albedo=np.array([albedo]),
-        irradiance=np.ones(1),
-        n_orders=n_orders,
-        sun_zenith_rad=sun_zenith_rad,
-        sky_zenith_rad=zenith,
-        n_listed=min(n_listed, n_orders),
-    )
-    return solved(task, resolution)
-
-
-def _checked(sun: float, sky: np.ndarray, n_listed: int, sun_limit: float) -> np.ndarray:
+def _checked(sun: float, sky: np.ndarray, n_listed: int) -> np.ndarray:
     zenith = np.atleast_1d(np.asarray(sky, dtype=np.float64))
-    if not 0.0 <= sun <= sun_limit:
-        raise UsageError(f"the sun's zenith angle must lie within 0 and {sun_limit:.6g} radians, not {sun!r}")
+    if not 0.0 <= sun <= np.pi:
+        raise UsageError(f"the sun's zenith angle must lie within 0 and pi radians, not {sun!r}")
     if zenith.ndim != 1 or zenith.size == 0 or not np.all((zenith >= 0.0) & (zenith <= 0.5 * np.pi + 1e-12)):
         raise UsageError("zenith angles of directions must be one row of numbers from 0 to pi/2 radians")
     if n_listed < 1:
@@ -286,7 +253,7 @@ class OrderTask:
     """What is to be solved."""
 
     #: Number of elements, or None for a choice by optical depth, to the columns of all wavelengths
-    columns_at: Callable[[int | None], PlaneColumns | ShellColumns]
+    columns_at: Callable[[int | None], ShellColumns]
     #: albedo, irradiance: (n_wl,) of the ground; of the sun above the atmosphere. [0 to 1; W m-2 nm-1]
     albedo: np.ndarray
     irradiance: np.ndarray
@@ -328,7 +295,7 @@ def solved(task: OrderTask, resolution: Resolution | None) -> DiffuseSky:
 class _View:
     """The requested directions of one resolution, ready for any column."""
 
-    def __init__(self, task: OrderTask, resolution: Resolution, columns: PlaneColumns | ShellColumns) -> None:
+    def __init__(self, task: OrderTask, resolution: Resolution, columns: ShellColumns) -> None:
         n = resolution.n_moments
         self._task, self._n_moments = task, n
         self._angles = gauss_angles(resolution.n_mu, n)
@@ -344,15 +311,13 @@ class _View:
         paths, seen = self._paths(row)
         scattering = scattering_moments(slab, kinds[:, : self._n_moments] * self._window, self._n_moments)
         orders = self._summed(row, slab, paths, scattering, self._task.n_listed)
-        drift = None
-        if seen.turn is not None:
-            drift = -seen.turn * self._steepness(row, paths, scattering, orders.total)
-            drift = np.clip(drift, -_STEEPEST, _STEEPEST)
+        drift = -seen.turn * self._steepness(row, paths, scattering, orders.total)
+        drift = np.clip(drift, -_STEEPEST, _STEEPEST)
         rest = orders.total.copy()
         for each in orders.listed:
             rest[:, : each.shape[1]] -= each
         sources = (*orders.listed, rest)
-        modes = np.zeros((len(sources), rest.shape[1] + (drift is not None), seen.weights.shape[0]))
+        modes = np.zeros((len(sources), rest.shape[1] + 1, seen.weights.shape[0]))
         for place, each in zip(modes, sources, strict=True):
             looked_into = self._looked_into(seen.weights, drift, scattering, each)
             place[: looked_into.shape[0]] = looked_into
@@ -383,14 +348,12 @@ class _View:
         return np.where(lit, moved / np.where(lit, here, 1.0) - 1.0, 0.0) / SUN_STEP_RAD
 
     def _looked_into(
-        self, weights: np.ndarray, drift: np.ndarray | None, scattering: np.ndarray, moments: np.ndarray
+        self, weights: np.ndarray, drift: np.ndarray, scattering: np.ndarray, moments: np.ndarray
     ) -> np.ndarray:
-        """Factors of cos(m phi) (modes, n_zenith) of the order after that of these moments; a drift adds a mode."""
+        """Factors of cos(m phi) (modes, n_zenith) of the order after that of these moments; the drift adds a mode."""
         n = moments.shape[1]
         source = sum(np.matmul(self._tables[p][:n].swapaxes(1, 2), scattering[p, :n] * moments[p]) for p in (0, 1))
         modes = self._factor[:n] * np.einsum("vk,mvk->mv", weights, source)
-        if drift is None:
-            return modes
         tilted = self._factor[:n] * np.einsum("vk,mvk->mv", weights * drift, source)
         return np.concatenate([modes, np.zeros_like(modes[:1])]) + times_cosine(tilted)
 

@@ -1,4 +1,4 @@
-"""Straight paths of light through a column, flat layers or shells, as weights on its source function.
+"""Straight paths of light through a column of shells, as weights on its source function.
 
 Law, for a path that crosses an element from share a to share b of its vertical optical depth, x its own optical depth
 per share:
@@ -10,7 +10,7 @@ J is a polynomial through the element's nodes. The integrals of its powers follo
     psi_d(z) = int_0^1 v^d exp(-z (1 - v)) z dv,    psi_0 = 1 - exp(-z),    psi_d = 1 - (d / z) psi_(d-1),
 
 by the recurrence upward for z >= 1, and for z < 1 downward from a series, each stable on its side. The weights are
-exact for such a J, at any slope, to 1e-12. In flat layers x = D / mu with D the element's vertical depth.
+exact for such a J, at any slope, to 1e-12.
 
 Through shells x = X / (b - a), with X the optical depth of the straight line in the element, and the tangent point of
 lines that sink and miss the ground. A path that meets the horizontal plane of a node under a small angle leaves a plane
@@ -33,15 +33,11 @@ from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.optical_depth import columns, vertical_optical_depth
 from aomc_sky.atmosphere.scattering_orders.slab import (
     AltitudeGrid,
-    Layers,
     Slab,
     altitude_grid,
-    slab_of_layers,
     slabs_of_medium,
 )
 from aomc_sky.kernels.atmosphere.rays import lowest_altitude, way_from_ground
-
-_LEAST_MU = 1e-12  # a path along the horizon sees the source function at its end
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -53,7 +49,7 @@ class Paths:
     down: np.ndarray
     up: np.ndarray
     #: (n_mu, n_level, n_level) radiance at a node of light that went down beyond the lowest point of a path that misses
-    #: the ground, then up; None in flat layers
+    #: the ground, then up; None where none does
     over: np.ndarray | None
     at_ground: np.ndarray  #: (n_mu, n_level) radiance that arrives at the ground
     from_ground: np.ndarray  #: (n_mu, n_level) what is left at a node of radiance that leaves the ground
@@ -121,25 +117,6 @@ def ground_weights(share: np.ndarray, crossed: np.ndarray) -> np.ndarray:
     last = np.array([n_element - 1])
     fill_down(crossed[None], np.ascontiguousarray(crossed[None, :, -1]), np.ones(1), last, _inverse(share), out)
     return out[:, 0]
-
-
-def plane_crossings(edges: np.ndarray, nodes: np.ndarray, mu: np.ndarray) -> tuple[Crossings, np.ndarray]:
-    """Lines through the nodes of a flat column, and those that end at the ground.
-
-    Optical depths of edges (n_element + 1,) and nodes (n_element, n_node) rise; the second result is (n_mu, n_element).
-    """
-    mu = np.maximum(mu, _LEAST_MU)
-    at_ground = np.diff(edges) / mu[:, None]
-    shape = (nodes.size, mu.size)
-    return (
-        Crossings(
-            crossed=np.ascontiguousarray(np.broadcast_to(at_ground, (nodes.size, *at_ground.shape))),
-            below=((edges[1:, None] - nodes).ravel()[:, None] / mu),
-            tangent=np.ones((*shape, edges.size - 1)),
-            lowest=np.full(shape, -1.0),
-        ),
-        at_ground,
-    )
 
 
 def _inverse(share: np.ndarray) -> np.ndarray:
@@ -235,8 +212,8 @@ class Seen:
 
     weights: np.ndarray  #: (n_zenith, n_level) radiance by the source at a node
     #: (n_zenith, n_level) by how much the vertical of the place where a direction crosses a node's altitude is turned
-    #: from the observer's; the sun stands that much higher there if one looks towards it. None over flat layers. [rad]
-    turn: np.ndarray | None
+    #: from the observer's; the sun stands that much higher there if one looks towards it. [rad]
+    turn: np.ndarray
 
 
 DirectedPaths = Callable[[int], tuple[Paths, Seen]]
@@ -245,6 +222,9 @@ DirectedPaths = Callable[[int], tuple[Paths, Seen]]
 
 CURVED_RIPPLE, CURVED_MOMENTS = 2e-4, 128
 """What cut phase moments may cost, and the most of them, where curved shells cost 1e-3 in any case."""
+
+FLAT_RIPPLE, FLAT_MOMENTS = 1e-6, 200
+"""The same where shells are as good as flat; see `choose_resolution`."""
 
 _MORE_IN_SHELLS = 3  # halves: the slope of a path changes inside an element
 _LEAST_ELEMENTS, _MOST_ELEMENTS = 10, 30
@@ -259,34 +239,6 @@ def elements_for(optical_depth: float) -> int:
     return int(np.clip(np.ceil(_LEAST_ELEMENTS * optical_depth**0.36), _LEAST_ELEMENTS, _MOST_ELEMENTS))
 
 
-class PlaneColumns:
-    """A stack of flat layers.
-
-    `n_element` are spread over them; None chooses by the optical depth.
-    """
-
-    ripple = 1e-6
-    """What cut phase moments may cost; see `choose_resolution`."""
-    most_moments = 200
-
-    def __init__(self, layers: Layers, n_element: int | None, sun_zenith_rad: float) -> None:
-        self.n_element = n_element or elements_for(float(np.sum(layers.optical_depth)))
-        self.slabs = (slab_of_layers(layers, float(np.cos(sun_zenith_rad)), self.n_element),)
-        self.turned_slabs = self.slabs
-
-    def directed(self, mu: np.ndarray, view_mu: np.ndarray) -> DirectedPaths:
-        """Straight paths through flat layers, for directions of the nodes and directions looked into."""
-
-        def paths(row: int) -> tuple[Paths, Seen]:
-            slab = self.slabs[row]
-            lines, at_ground = plane_crossings(slab.edge_depth, slab.node_depth, mu)
-            _, looked_into = plane_crossings(slab.edge_depth, slab.node_depth, view_mu)
-            seen = Seen(weights=ground_weights(slab.share, looked_into), turn=None)
-            return node_paths(slab.share, lines, at_ground), seen
-
-        return paths
-
-
 class ShellColumns:
     """The columns of a medium, one for each wavelength.
 
@@ -295,8 +247,8 @@ class ShellColumns:
 
     def __init__(self, medium: Medium, n_element: int | None, sun_zenith_rad: float) -> None:
         is_curved = medium.top_m > _FLATTEST * medium.earth_radius_m
-        self.ripple = CURVED_RIPPLE if is_curved else PlaneColumns.ripple
-        self.most_moments = CURVED_MOMENTS if is_curved else PlaneColumns.most_moments
+        self.ripple = CURVED_RIPPLE if is_curved else FLAT_RIPPLE
+        self.most_moments = CURVED_MOMENTS if is_curved else FLAT_MOMENTS
         depth = float(vertical_optical_depth(medium).sum(axis=1).max())
         self.n_element = n_element or _MORE_IN_SHELLS * elements_for(depth) // 2
         self._grid = altitude_grid(medium, self.n_element)

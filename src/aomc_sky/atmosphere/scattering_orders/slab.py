@@ -1,6 +1,6 @@
 """A column as the solver of scattering orders sees it: elements in optical depth, nodes inside them.
 
-It is one of flat layers, or one of a medium at one wavelength, on altitudes that all wavelengths share.
+It is that of a medium at one wavelength, on altitudes that all wavelengths share.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ import numpy as np
 
 from aomc_sky.atmosphere.medium import Constituent, Medium, scatterers
 from aomc_sky.atmosphere.optical_depth import Profile, beam_optical_depth, columns, density_profile
-from aomc_sky.errors import SceneError
 
 NODES_PER_ELEMENT = 4
 UNIT_NODES = 0.5 * (1.0 + np.polynomial.legendre.leggauss(NODES_PER_ELEMENT)[0])
@@ -47,53 +46,9 @@ class Slab:
         return (self.node_depth - self.edge_depth[:-1, None]) / np.diff(self.edge_depth)[:, None]
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Layers:
-    """A stack of homogeneous plane layers."""
-
-    optical_depth: np.ndarray  #: (n_layer,) extinction of each layer from the top. [>= 0]
-    #: (n_kind, n_layer) single-scattering albedo that each kind of particle adds. [0 to 1; sum over the kinds <= 1]
-    scattering: np.ndarray
-    #: n_kind of them: cosines of scattering angles (n,) to the phase function (n,), of integral 1 over the sphere.
-    #: [sr-1]
-    phases: tuple[Callable[[np.ndarray], np.ndarray], ...]
-
-    def __post_init__(self) -> None:
-        depth, share = np.asarray(self.optical_depth), np.asarray(self.scattering)
-        if depth.ndim != 1 or depth.size == 0 or len(self.phases) == 0 or share.shape != (len(self.phases), depth.size):
-            raise SceneError(
-                "each layer needs one optical depth, and an albedo for each kind of particle (one or more)"
-            )
-        if not (np.all(np.isfinite(depth)) and np.all(depth >= 0.0) and depth.sum() > 0.0):
-            raise SceneError("optical depths of layers must be finite and 0 or more, and one of them above 0")
-        if not (np.all(share >= 0.0) and np.all(share.sum(axis=0) <= 1.0 + 1e-12)):
-            raise SceneError("single-scattering albedos of a layer must lie between 0 and 1, and their sum too")
-
-
 def clustered_depths(total: float, n_element: int) -> np.ndarray:
     """Edges from 0 to `total` that crowd at both ends, where radiances along shallow paths change fastest."""
     return 0.5 * total * (1.0 - np.cos(np.pi * np.arange(n_element + 1) / n_element))
-
-
-def slab_of_layers(layers: Layers, mu0: float, n_element: int) -> Slab:
-    """Elements of a stack of layers, lit by a plane-parallel beam exp(-depth / mu0).
-
-    Every interface adds one edge to the `n_element` that are spread.
-    """
-    depth = np.asarray(layers.optical_depth, dtype=float)
-    interfaces = np.concatenate([[0.0], np.cumsum(depth)])
-    total = interfaces[-1]
-    edges = joined_edges(interfaces, clustered_depths(total, n_element), 1e-9 * total)
-    nodes = edges[:-1, None] + np.diff(edges)[:, None] * UNIT_NODES
-    layer = np.clip(np.searchsorted(interfaces, nodes, side="right") - 1, 0, depth.size - 1)
-    return Slab(
-        edge_depth=edges,
-        node_depth=nodes,
-        scattering=np.asarray(layers.scattering, dtype=float)[:, layer],
-        phases=layers.phases,
-        beam=np.exp(-nodes / mu0),
-        beam_at_ground=float(np.exp(-total / mu0)),
-    )
 
 
 def joined_edges(fixed: np.ndarray, wished: np.ndarray, least: float) -> np.ndarray:

@@ -7,9 +7,6 @@ info         ``aomc-sky info``: what a file or folder contains
 plot         ``aomc-sky plot``: pictures of skies, runs and files
 export       ``aomc-sky export``: other formats from a run folder
 verify       ``aomc-sky verify``: a run, or photons that another code made, against what they ought to be
-perez        ``aomc-sky perez``: one Perez sky, or a year of them, without AMC files
-lobes        ``aomc-sky lobes``: background-sky files at one time, without AMC files
+perez        ``aomc-sky perez``: one Perez sky without AMC files
 atmosphere   ``aomc-sky atmosphere``: the clear sky of an atmosphere description
-bench        ``aomc-sky bench``: speed against error of our samplers, with numpy's beside them
-completion   ``aomc-sky completion``: completion scripts for shells, made from the parser
 """

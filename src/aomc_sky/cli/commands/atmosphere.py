@@ -105,13 +105,13 @@ def _add_size_options(group: argparse._ArgumentGroup) -> None:
 
 def _add_output_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("what is written and printed")
+    group.add_argument("--out", metavar="FILE", help="the sky as one netCDF file, which [sky] table of sky.toml reads")
     group.add_argument("--out-dir", metavar="DIR", help="folder of the tables; made if it does not exist")
     group.add_argument("--force", action="store_true", help="replace files there that aomc-sky did not write")
     group.add_argument(
         "--allow-path", action="append", default=[], metavar="DIR",
         help="a folder, besides that of the description, below which its tables may lie; repeatable",
     )  # fmt: skip
-    cli_options.add_shared(group, "no-cache")
     group.add_argument("--no-netcdf", action="store_true", help="leave atmosphere.nc out")
     cli_options.add_shared(group, "strict json quiet")
 
@@ -172,7 +172,7 @@ def atmosphere(arguments: argparse.Namespace) -> int:
 
 def _solve_and_write(arguments: argparse.Namespace) -> int:
     from aomc_sky.cli.progress import patience, progress_bar
-    from aomc_sky.engine.atmosphere import prepare_table, solve_table, table_report, write_table
+    from aomc_sky.engine.atmosphere import prepare_table, solve_table, table_report, write_netcdf, write_table
     from aomc_sky.outputs.folder.run_folder import create_folder
 
     if not arguments.no_save_tex:
@@ -182,11 +182,16 @@ def _solve_and_write(arguments: argparse.Namespace) -> int:
         table = prepare_table(_request(arguments))
     files: dict[str, str] = {}
     if not arguments.no_save_tex:
-        create_folder(Path(arguments.out_dir))  # a place that cannot be written to is told before minutes of work
-        with progress_bar(enabled=shown, unit="skies", per_unit=1.0, before="solving") as progress:
+        if arguments.out_dir is not None:
+            create_folder(Path(arguments.out_dir))  # a place that cannot be written to is told before minutes of work
+        with progress_bar(enabled=shown, unit="skies", before="solving") as progress:
             table = solve_table(table, progress=progress)
         with patience("writing the tables", enabled=shown):
-            files = write_table(table, Path(arguments.out_dir), netcdf=not arguments.no_netcdf)
+            if arguments.out_dir is not None:
+                files = write_table(table, Path(arguments.out_dir), netcdf=not arguments.no_netcdf)
+            if arguments.out is not None:
+                write_netcdf(table, Path(arguments.out))
+                files["sky"] = arguments.out
     report = table_report(table)
     cli_options.answer(arguments, lambda: {**report, "files": files}, lambda: table_text(report, files))
     for note in notes_of(arguments) if not arguments.quiet else ():
@@ -214,7 +219,6 @@ def _request(arguments: argparse.Namespace) -> TableRequest:
         significand_bits=arguments.texture_save_precision,
         moon=moon_direction(lights),
         ground_luminance_cd_m2=lights.get(GLOW_KEY, 0.0),
-        uses_cache=not arguments.no_cache,
     )
 
 
@@ -223,6 +227,10 @@ def _check_targets(arguments: argparse.Namespace) -> None:
     from aomc_sky.engine.atmosphere import DESCRIPTION_NAME, NETCDF_NAME, REPORT_HEAD, REPORT_NAME, SKYDIST_NAME
     from aomc_sky.outputs.folder.target_file import check_folder, check_target, is_ours
 
+    if arguments.out is not None:
+        check_target(arguments.out, "--out", force=arguments.force, inputs=[arguments.path])
+    if arguments.out_dir is None:
+        return
     check_folder(arguments.out_dir, "--out-dir")
     folder = Path(arguments.out_dir)
     is_table = is_ours(folder / REPORT_NAME, REPORT_HEAD)
@@ -242,15 +250,15 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
     """Fail before the work, not after it."""
     from aomc_sky.outputs.tables.atmosphere import require_netcdf
 
-    if arguments.out_dir is None:
+    if arguments.out_dir is None and arguments.out is None:
         raise UsageError(
-            "the output folder is missing; write --out-dir DIR (or --no-save-tex to check the description only)"
+            "the output is missing; write --out FILE.nc or --out-dir DIR (or --no-save-tex to check the description)"
         )
     _check_targets(arguments)
     needing = only_in_netcdf(arguments)
-    if arguments.no_netcdf and needing:
+    if arguments.no_netcdf and needing and arguments.out is None:
         raise UsageError(f"{', '.join(needing)}: this is written to atmosphere.nc, which --no-netcdf leaves out")
-    if not arguments.no_netcdf:
+    if not arguments.no_netcdf or arguments.out is not None:
         require_netcdf()
 
 
@@ -426,7 +434,12 @@ def diagnostics(arguments: argparse.Namespace) -> Iterator[None]:
 
 
 def _environment() -> str:
-    from aomc_sky.benchmark.timing import machine
+    import platform
+    from importlib.metadata import version
 
+    libraries = " ".join(f"{name} {version(name)}" for name in ("aomc-sky", "numpy", "numba", "scipy"))
+    machine = f"{platform.machine()}, {os.cpu_count()} cores, {platform.platform()}, python {platform.python_version()}"
     switches = [f"{name}={value}" for name, value in sorted(os.environ.items()) if name.startswith("NUMBA_")]
-    return "\n".join([f"machine: {machine()}", f"numba: {' '.join(switches) or 'no switches set'}", "OpenGL: not used"])
+    return "\n".join(
+        [f"machine: {machine} {libraries}", f"numba: {' '.join(switches) or 'no switches set'}", "OpenGL: not used"]
+    )

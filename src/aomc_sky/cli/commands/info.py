@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import datetime
 import json
 import os
 import shlex
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
     from aomc_sky.errors import SourceText
     from aomc_sky.formats.atmo.data import AbsorberDescription, AtmosphereDescription, ScattererDescription
-    from aomc_sky.formats.background.data import Animation, BackgroundFile
     from aomc_sky.formats.mcpl.file import McplFile, McplParticles
     from aomc_sky.source.atmospheres.medium import MediumReport
 
@@ -40,6 +38,8 @@ def add_options(parser: Parser) -> None:
     parser.epilog = (
         "examples:\n  aomc-sky info inputs/clear_day\n  aomc-sky info out\n  aomc-sky info out/photons.mcpl\n"
         "  aomc-sky info inputs/atmosphere/hazy.atmo\n"
+        "  aomc-sky info night.h5                                    animations, keys, spectra\n"
+        "  aomc-sky info night.h5 --time 2026-02-14T21:30:00Z        lobes and irradiances at one time\n"
         "  aomc-sky info --include-dir\n  aomc-sky info --skies"
     )
     parser.add_argument(
@@ -55,8 +55,13 @@ def add_options(parser: Parser) -> None:
     building.add_argument("--skies", action="store_true", help="list the sky models of other packages (--sky NAME)")
     cli_options.add_reading_options(parser)
     cli_options.add_moment_options(parser)
+    group = parser.add_argument_group("lobes of a background sky at one --time")
+    cli_options.add_background_options(group)
+    group.add_argument(
+        "--wavelength", type=cli_options.finite_number, nargs="+", metavar="NM", help="default: those of the spectra"
+    )
     cli_options.add_shared(parser, "json")
-    parser.show_first("skies include-dir embed-flags iterations json")
+    parser.show_first("time skies include-dir embed-flags iterations json")
     parser.set_defaults(handler=info)
 
 
@@ -72,7 +77,11 @@ def info(arguments: argparse.Namespace) -> int:
     kind = kind_of(path)
     if kind is Kind.ATMOSPHERE:
         return report_atmo(path, as_json=arguments.json, allow_paths=arguments.allow_path)
-    reports = {Kind.RUN: _run_folder, Kind.MCPL: report_mcpl, Kind.BACKGROUND: report_background}
+    if kind is Kind.BACKGROUND:
+        from aomc_sky.cli.background_report import report_background
+
+        return report_background(arguments)
+    reports = {Kind.RUN: _run_folder, Kind.MCPL: report_mcpl}
     return reports[kind](path, as_json=arguments.json) if kind in reports else _scene(arguments)
 
 
@@ -317,100 +326,6 @@ def _printable(text: str) -> str:
     """Text without control characters, which would disturb a terminal, and of a length that can be read."""
     shown = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in text[:_MAX_COMMENT])
     return shown if len(text) <= _MAX_COMMENT else f"{shown} ... ({len(text)} characters)"
-
-
-_SHORT = {1: "hg", 2: "ggx", 3: "beckmann"}
-MAX_KEYS_SHOWN = 100
-
-
-def report_background(path: Path, *, as_json: bool) -> int:
-    """Print what a file holds."""
-    from aomc_sky.formats.background.file import read_background_file
-
-    file = read_background_file(path)
-    print(json.dumps(_background_summary(path, file)) if as_json else "\n".join(_background_lines(path, file)))
-    return 0
-
-
-def _background_summary(path: Path, file: BackgroundFile) -> dict[str, Any]:
-    info = file.info
-    return {
-        "format": "background sky",
-        "path": str(path),
-        "info": {name: getattr(info, name) for name in info.__slots__},
-        "animations": {name: _animation(keys) for name, keys in file.animations.items()},
-        "wavelength_nm": file.wavelength_nm.tolist(),
-        "curves": [
-            {"least": float(c.min()), "greatest": float(c.max()), "integral": _integral(file, c)} for c in file.curves
-        ],
-        "curve_unit": "W m-2 nm-1",
-    }
-
-
-def _integral(file: BackgroundFile, curve: np.ndarray) -> float:
-    """Irradiance over all wavelengths, by trapezoids. [W m-2]"""
-    width = file.wavelength_nm[1:] - file.wavelength_nm[:-1]
-    return float((width * (curve[1:] + curve[:-1])).sum() / 2)
-
-
-def _animation(keys: Animation) -> dict[str, Any]:
-    return {
-        "reference": keys.reference.name.lower(),
-        "time_point_s": keys.time_point_s,
-        "keys": [
-            {
-                "relative_time_days": float(keys.relative_time_days[k]),
-                "type": _SHORT[int(keys.lobe_type[k])],
-                "param0": float(keys.param0[k]),
-                "param1": float(keys.param1[k]),
-                "coefficient": float(keys.coefficient[k]),
-                "quaternion": keys.quaternion[k].tolist(),
-                "curve": int(keys.curve_index[k]),
-            }
-            for k in range(len(keys))
-        ],
-    }
-
-
-def _background_lines(path: Path, file: BackgroundFile) -> Iterator[str]:
-    from aomc_sky.formats.child_process import printable
-
-    n_keys = sum(len(keys) for keys in file.animations.values())
-    n = len(file.animations)
-    yield f"background-sky file {path}, {n} animation{'s' * (n != 1)} with {n_keys} keys"
-    for name in ("name", "author", "organization", "description"):
-        if text := getattr(file.info, name):
-            yield f"{name}: {printable(text)}"
-    yield f"file type {file.info.file_type}, format version {file.info.format_version}"
-    for name, keys in file.animations.items():
-        yield f"\n{printable(name)}: {_reference(keys)}, {len(keys)} keys"
-        rows = [_key_row(key) for key in _animation(keys)["keys"][:MAX_KEYS_SHOWN]]
-        yield table(rows, ("day", "type", "g, alpha x", "alpha y", "factor", "quaternion", "curve"))
-        if len(keys) > MAX_KEYS_SHOWN:
-            yield f"... and {len(keys) - MAX_KEYS_SHOWN} more keys"
-    wavelength = file.wavelength_nm
-    yield f"\n{len(file.curves)} curves at {wavelength.size} wavelengths, {wavelength[0]:g} to {wavelength[-1]:g} nm"
-    rows = [
-        (str(k), f"{c.min():.6g}", f"{c.max():.6g}", f"{_integral(file, c):.6g}") for k, c in enumerate(file.curves)
-    ]
-    yield table(rows[:MAX_KEYS_SHOWN], ("curve", "least", "greatest W m-2 nm-1", "integral W m-2"))
-
-
-def _key_row(key: dict[str, Any]) -> tuple[str, ...]:
-    quaternion = " ".join(f"{q:.6g}" for q in key["quaternion"])
-    param1 = "-" if key["type"] == "hg" else f"{key['param1']:g}"
-    numbers = f"{key['relative_time_days']:g}", key["type"], f"{key['param0']:g}", param1, f"{key['coefficient']:g}"
-    return *numbers, quaternion, str(key["curve"])
-
-
-def _reference(keys: Animation) -> str:
-    if keys.reference.name != "ABSOLUTE":
-        return keys.reference.name.lower()
-    try:
-        text = datetime.datetime.fromtimestamp(keys.time_point_s, datetime.UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
-    except (OverflowError, OSError, ValueError):  # beyond the year 9999
-        text = f"{keys.time_point_s} s since 1970"
-    return f"absolute from {text}"
 
 
 MAX_ROWS = 100

@@ -1,4 +1,4 @@
-"""``aomc-sky perez``: one Perez sky without AMC files, or a year of them from a weather file."""
+"""``aomc-sky perez``: one Perez sky without AMC files."""
 
 from __future__ import annotations
 
@@ -17,16 +17,13 @@ if TYPE_CHECKING:
     import numpy as np
 
     from aomc_sky.cli.usage import Parser
-    from aomc_sky.engine.year import YearResult
     from aomc_sky.grid import PatchGrid
     from aomc_sky.skies.perez.sky import PerezSky
     from aomc_sky.source.light.inputs import GivenInputs
     from aomc_sky.source.scene import Scene
 
 WEATHER = ("epw", "tmy2", "tmy3")
-_SUN_OPTIONS = ("sun_zenith", "sun_azimuth", "time", "latitude", "longitude", "altitude")
 _SKY_OPTIONS = ("dni", "dhi", "ghi", "epsilon", "delta", "coefficients")
-_OF_ONE_SKY = ("row", *_SUN_OPTIONS, *_SKY_OPTIONS, "extraterrestrial", "write_skydist", "counts", "plot")
 
 _EPILOG = """\
 examples:
@@ -34,22 +31,14 @@ examples:
   aomc-sky perez --time 2026-06-21T09:30:00Z --latitude 54.2 --longitude 7.9 --dni 850 --dhi 95
   aomc-sky perez --epw site.epw --row 4000 --plot sky.png --write-skydist skydist.inp
   aomc-sky perez --epw site.epw --row 4000 --iterations 1e6 --out sky     its photons, as `run` writes them
-  aomc-sky perez --epw site.epw --every hour --out year     counts of every hour; resumable
 """
-_MEANING = {
-    "sky": "with a sky",
-    "night": "with the sun below the horizon in the middle of the hour",
-    "no-diffuse": "with DHI = 0: no sky to sample",
-    "missing": "without DNI or DHI in the file",
-    "no-light": "for which the model gives no light; index.csv says why",
-}
 
 
 def add_options(parser: Parser) -> None:
     """What the sub-command takes."""
     parser.description = (
         "Print clearness, brightness, coefficients and normalisation of a Perez sky; write it as "
-        "skydist.inp, as photon counts, as photons or as a picture. With --every hour: all hours of a weather file."
+        "skydist.inp, as photon counts, as photons or as a picture."
     )
     parser.epilog = _EPILOG
     cli_options.add_moment_options(parser)
@@ -57,9 +46,7 @@ def add_options(parser: Parser) -> None:
     _add_sky_options(parser)
     cli_options.add_sampling_options(parser)
     _add_output_options(parser)
-    parser.show_first(
-        "dni dhi sun-zenith time latitude longitude epw row every out iterations seed write-skydist plot json"
-    )
+    parser.show_first("dni dhi sun-zenith time latitude longitude epw row out iterations seed write-skydist plot json")
     parser.set_defaults(handler=perez, resumes=True)
 
 
@@ -99,14 +86,13 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
         "--iterations", type=cli_options.photon_total, metavar="N", default=10**6, help="photons (default 1e6)"
     )
     cli_options.add_shared(group, "seed")
-    group.add_argument("--out", metavar="DIR", help="run folder with the photons of the sky; with --every, of a year")
+    group.add_argument("--out", metavar="DIR", help="run folder with the photons of the sky")
     cli_options.add_shared(group, "format threads max-memory")
     group.add_argument("--with-beam", action="store_true", help="with --out: photons of the direct beam too")
-    group.add_argument("--every", choices=("hour",), help="all hours of a weather file, into the folder --out")
     group.add_argument(
         "--force",
         action="store_true",
-        help="replace files that another program wrote, and another run or year in the folder",
+        help="replace files that another program wrote, and another run in the folder",
     )
     cli_options.add_shared(group, "strict json quiet")
     group.add_argument("-v", "--verbose", action="store_true", help="with --out: print how photons are drawn")
@@ -115,13 +101,9 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
 def perez(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     kind = next((kind for kind in WEATHER if getattr(arguments, kind) is not None), None)
-    if arguments.every:
-        if kind is None:
-            raise UsageError("--every hour needs a weather file: --epw, --tmy2 or --tmy3")
-        return _year(arguments, kind)
     if arguments.out is None:
         for name in cli_options.given_options(arguments, _add_options_of_out):
-            raise UsageError(f"{name} is for photons: name their folder with --out DIR, or --every hour")
+            raise UsageError(f"{name} is for photons: name their folder with --out DIR")
     return _one_sky(arguments, kind)
 
 
@@ -477,59 +459,3 @@ def _beam_share(modelled: ModelledSky, arguments: argparse.Namespace) -> float:
     fraction = direct_fraction(PerezInputs(section=section, origin="options", text=""), sun)
     assert fraction is not None, "coefficients are refused"
     return fraction
-
-
-def _year(arguments: argparse.Namespace, kind: str) -> int:
-    """Carry the year out."""
-    from aomc_sky.cli.progress import progress_bar
-    from aomc_sky.engine.year import run_year
-    from aomc_sky.formats.weather import read_weather
-    from aomc_sky.outputs.folder.target_file import check_folder
-    from aomc_sky.source.year import plan_year
-
-    for name in _OF_ONE_SKY:
-        if getattr(arguments, name) is not None:
-            raise UsageError(f"--{name.replace('_', '-')} contradicts --every hour, which takes every hour of the file")
-    for name in cli_options.given_options(arguments, _add_options_of_out):
-        if name != "--with-beam" and (name != "--format" or arguments.format != ["none"]):
-            raise UsageError(f"{name} is for the photons of one sky; a year has counts, and photons on demand")
-    if arguments.strict:
-        raise UsageError("--strict is for one sky; for a year, index.csv says what was limited in each hour")
-    if arguments.out is None:
-        raise UsageError("--every hour needs --out DIR")
-    check_folder(arguments.out, "--out")
-    path = getattr(arguments, kind)
-    plan = plan_year(
-        read_weather(path, kind),
-        iterations=arguments.iterations,
-        seed=arguments.seed,
-        bins=(arguments.bins[0], arguments.bins[1]),
-        limits=arguments.limits,
-        air_mass=arguments.air_mass,
-        with_beam=arguments.with_beam,
-    )
-    folder = Path(arguments.out)
-    with progress_bar(enabled=cli_options.speaks(arguments), unit="skies", per_unit=1.0) as progress:
-        result = run_year(plan, folder, weather_file=path, force=arguments.force, progress=progress)
-    more = {"folder": str(folder), "was_finished": result.was_finished}
-    cli_options.answer(arguments, lambda: {**result.manifest, **more}, lambda: _year_text(result, folder))
-    return 0
-
-
-def _year_text(result: YearResult, folder: Path) -> str:
-    """What a year prints when it is done."""
-    manifest: dict[str, Any] = result.manifest
-    hours = manifest["hours"]
-    lines = [f"{count:6d} hours  {_MEANING.get(state, state)}" for state, count in hours.items()]
-    if manifest["hours_limited"]:
-        lines.append(f"{manifest['hours_limited']:6d} of the skies had to be limited; index.csv says how")
-    lines.append("")
-    sky = hours.get("sky", 0)
-    lines.append(f"{manifest['total']} photons in {sky} skies, seed {manifest['seed']}")
-    if result.was_finished:
-        lines.append("this year was finished before; nothing was done again (--force does it again)")
-    else:
-        rate = result.hours_done / max(result.seconds, 1e-9)
-        lines.append(f"{result.hours_done} skies made in {result.seconds:.1f} s ({rate:.0f} per second)")
-    lines.append(f"plan {manifest['plan_sha256'][:16]}, folder {folder}")
-    return "\n".join(lines)

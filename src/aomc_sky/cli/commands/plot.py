@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
+from aomc_sky.cli.background_report import lobe_scene
 from aomc_sky.cli.progress import patience
 from aomc_sky.errors import UsageError
 from aomc_sky.source.read.kind import Kind, kind_of
@@ -115,7 +116,6 @@ def _add_content_options(parser: argparse.ArgumentParser) -> None:
         "waveband",
         help="only this band, or this table of a file, from 1; repeatable (default: all, 12 spread over more)",
     )
-    group.add_argument("--row", type=cli_options.whole_number, metavar="N", help="hour of a year of skies, from 1")
     group.add_argument(
         "--seed",
         type=cli_options.seed,
@@ -232,20 +232,19 @@ _TIMES = ("time", "start", "stop", "frames", "animation", "utc_offset", "interpo
 _BELONGS: dict[str, tuple[Kind, ...]] = {
     "show": (Kind.SCENE, Kind.RUN),
     "pull": (Kind.RUN,),
-    "row": (Kind.RUN,),
     "seed": (Kind.SCENE,),
     "waveband": (Kind.SCENE, Kind.RUN, Kind.TABLE, Kind.NETCDF),
     "wavelength": (Kind.BACKGROUND, Kind.ATMOSPHERE),
     **dict.fromkeys(_TIMES, (Kind.BACKGROUND,)),
     **dict.fromkeys(_READING, (Kind.SCENE,)),
-    **dict.fromkeys((*_ATMOSPHERE, "no_cache"), (Kind.SCENE, Kind.ATMOSPHERE)),
+    **dict.fromkeys(_ATMOSPHERE, (Kind.SCENE, Kind.ATMOSPHERE)),
     **dict.fromkeys(("bins", "weighting", "azimuth_bins", "compat", "lenient"), (Kind.SCENE, Kind.TABLE)),
 }
 """The kinds of paths that an option says something about."""
 
 _DEFAULTS = {
     "azimuth_bins": "n+1", "interpolation": "crossfade", "utc_offset": 0.0, "seed": 0, "pull": False, "lenient": False,
-    "allow_path": [], "no_cache": False,
+    "allow_path": [],
 }  # fmt: skip
 """Of options that are not None when nobody gives them."""
 
@@ -270,8 +269,6 @@ def refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
             raise UsageError(f"--{name.replace('_', '-')} is for {others}; {arguments.path} is {kind.value}")
     if arguments.pull and arguments.show:
         raise UsageError("--pull and --show are two pictures; make them with two commands")
-    if arguments.pull and arguments.row is not None:
-        raise UsageError("the hours of a year store no photons, so they have no pulls; do not use --pull")
 
 
 def draw(arguments: argparse.Namespace, kind: Kind) -> Drawn:
@@ -437,7 +434,6 @@ def _atmosphere(arguments: argparse.Namespace) -> tuple[Picture, int]:
         allow_paths=tuple(arguments.allow_path),
         moon=moon_direction(lights),
         ground_luminance_cd_m2=lights.get(GLOW_KEY, 0.0),
-        uses_cache=not arguments.no_cache,
     )
     with patience("solving the atmosphere", enabled=cli_options.speaks(arguments)):
         sky = solve_table(prepare_table(request)).skies[0]
@@ -457,7 +453,7 @@ def _still(arguments: argparse.Namespace) -> Picture:
 
     if arguments.start is not None or arguments.stop is not None or arguments.frames is not None:
         raise UsageError("--time is one time; --start, --stop and --frames are for an animation")
-    scene = _lobe_scene(arguments, arguments.time)
+    scene = lobe_scene(arguments, arguments.time)
     wavelengths = scene.wavelength_nm.tolist() if arguments.wavelength else [_nearest_nm(scene)]
     pictures = [lobe_picture([(f"{w:g} nm", scene.skies)], w) for w in wavelengths]
     title = f"{Path(arguments.path).name}, {moment_text(arguments.time)}"
@@ -486,27 +482,13 @@ def _over_time(arguments: argparse.Namespace, n_frames: int) -> Picture:
     return moving_picture(sky, wavelength, times, title=title, interpolation=arguments.interpolation)
 
 
-def _lobe_scene(arguments: argparse.Namespace, time_s: float) -> LobeScene:
-    from aomc_sky.formats.sky_toml.keys import BackgroundSection
-    from aomc_sky.source.backgrounds.scene import read_lobe_scene
-
-    section = BackgroundSection(
-        file=arguments.path,
-        time=time_s,
-        animation=None if arguments.animation is None else tuple(arguments.animation),
-        utc_offset=arguments.utc_offset,
-        interpolation=arguments.interpolation,
-    )
-    return read_lobe_scene([section], arguments.wavelength)
-
-
 def _background_sky(arguments: argparse.Namespace) -> tuple[BackgroundSky, float]:
     """The sky with the animations that were named, and the wavelength."""
     from aomc_sky.source.backgrounds.light import read_background
 
     if arguments.wavelength and len(arguments.wavelength) > 1:
         raise UsageError("an animation shows one --wavelength; several are for one --time")
-    scene = _lobe_scene(arguments, 0.0)  # refuses names and wavelengths that the file does not have
+    scene = lobe_scene(arguments, 0.0)  # refuses names and wavelengths that the file does not have
     sky = read_background(arguments.path, utc_offset_h=arguments.utc_offset)
     if arguments.animation is not None:
         sky = dataclasses.replace(sky, animations={name: sky.animations[name] for name in arguments.animation})

@@ -229,7 +229,7 @@ def band_row(band: BandResult) -> tuple[str, ...]:
 
 def band_table(bands: Sequence[BandResult]) -> str:
     """The table of all bands; of many, the first ones and what was left out."""
-    text = table([band_row(band) for band in bands[:MAX_ROWS]], _HEAD, n_keys=2)
+    text = table([band_row(band) for band in bands[:MAX_ROWS]], _HEAD)
     hidden = len(bands) - MAX_ROWS
     text += f"\n... and {hidden} more wavebands (manifest.json has all)" if hidden > 0 else ""
     return f"{text}\n{_ENDLESS}" if any(band.ed_over_eo_exact == 0 for band in bands) else text
@@ -264,7 +264,7 @@ def irradiance_text(bands: Sequence[BandResult]) -> str:
     below = "; below: share of the lobes' light from below the horizon"
     lines = [
         "irradiance of the horizontal plane, W m-2 nm-1" + (below if is_lost else ""),
-        table(rows, ("band", "nm", "Ed", *shown, *(("below",) if is_lost else ())), n_keys=2),
+        table(rows, ("band", "nm", "Ed", *shown, *(("below",) if is_lost else ()))),
     ]
     if len(known) > MAX_ROWS or len(names) > len(shown):
         lines.append(f"... {len(known)} wavebands, {len(names)} components (manifest.json has all)")
@@ -283,7 +283,7 @@ def error_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
     lines = [
         f"standard errors from {replicates} replicates, with an uncertainty of about {known_to:.0f} %; "
         "Ed and Eo per photon of weight 1",
-        table([_error_row(band) for band in emitted[:MAX_ROWS]], _ERROR_HEAD, n_keys=2),
+        table([_error_row(band) for band in emitted[:MAX_ROWS]], _ERROR_HEAD),
     ]
     if len(emitted) > MAX_ROWS:
         lines.append(f"... and {len(emitted) - MAX_ROWS} more wavebands (manifest.json has all)")

@@ -275,7 +275,7 @@ def report_text(report: VerifyReport, picture: str | None, *, verbose: bool, onl
     """
     checks = [c for c in report.checks if not (only_failed and c.passed)]
     rows = [_row(check) for check in checks] if verbose else list(_short_rows(checks))
-    lines = [table(rows, _HEAD, n_left=len(_HEAD), n_keys=2)]
+    lines = [table(rows, _HEAD, n_left=len(_HEAD))]
     lines += [f"note: {note}" for note in report.notes if not only_failed]
     for pulls in report.failed_pulls:
         lines += ["", f"waveband {pulls.waveband}, zones with the largest differences:", _pull_table(pulls)]
@@ -361,7 +361,7 @@ def _pull_table(pulls: Pulls) -> str:
                 f"{pulls.pull[ring, column]:+.2f}",
             )
         )
-    return table(rows, _PULL_HEAD, n_left=2, n_keys=2)
+    return table(rows, _PULL_HEAD, n_left=2)
 
 
 def draw_pulls(report: VerifyReport, target: Path, *, title: str) -> None:

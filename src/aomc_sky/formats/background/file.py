@@ -24,8 +24,7 @@ from aomc_sky.formats.background.data import (
     normalised,
 )
 from aomc_sky.formats.background.hdf5_members import Hdf5Members, read_members
-from aomc_sky.formats.child_process import printable
-from aomc_sky.formats.report import Report
+from aomc_sky.formats.report import Report, printable
 from aomc_sky.formats.text_file import write_bytes_atomically
 
 __all__ = [
@@ -103,8 +102,8 @@ def read_background_file(path: str | Path) -> BackgroundFile:
 
     Notes
     -----
-    A child process opens the file, for a damaged one can end or hang the HDF5 library. No other file is opened,
-    and no more memory is taken than a multiple of the size of the file. Cost: 0.3 s.
+    h5py opens the file in this process. No other file is opened, and no array is read that is larger than a file of
+    this size can hold; a file that is made to harm the HDF5 library itself is a matter of that library.
     """
     report = Report(path=str(path))
     members = read_members(path, MEMBERS, report, extra=EXTRA, informing=INFORMING)

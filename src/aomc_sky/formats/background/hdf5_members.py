@@ -1,23 +1,37 @@
-"""Members of an HDF5 file that nobody vouches for, read by a process of its own."""
+"""Members of an HDF5 file that nobody vouches for."""
 
 from __future__ import annotations
 
+import contextlib
+import math
 import os
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 import numpy as np
 
 from aomc_sky.extras import optional_module
-from aomc_sky.formats.child_process import answer_of_child, opened, parsed_answer, printable
-from aomc_sky.formats.report import Report
-from aomc_sky.formats.text_file import refuse
+from aomc_sky.formats.hdf5_storage import (
+    RefusedError,
+    allowed_bytes,
+    declared_bytes,
+    require_hard_link,
+    require_own_data,
+    require_plain_chunks,
+    require_size,
+)
+from aomc_sky.formats.report import Report, printable
+from aomc_sky.formats.text_file import open_data, refuse
 
 MAX_FILE_BYTES = 1 << 30
+MAX_FIELDS = 64
+MAX_TEXT_BYTES = 65_536
+MAX_VALUES_SHOWN = 1000
+"""Values of a member that only informs; more are no text for a person."""
 _SIGNATURE = b"\x89HDF\r\n\x1a\n"
-_CHILD = "aomc_sky.formats.background.hdf5_child"
 _LIBRARY = "the HDF5 library"
 _AGAIN = "make the file again"
 
@@ -26,11 +40,12 @@ _AGAIN = "make the file again"
 class Hdf5Members:
     """What was requested of a file and is there."""
 
-    names: frozenset[str]  #: Paths of all groups and datasets seen, without the leading slash
+    #: Paths of all groups and datasets seen, without the leading slash
+    names: set[str] = field(default_factory=set)
     #: Numbers, as float32, float64, int64 or uint64; a member of a record under its own name
     #: (``LobeAnims/a/Lobes/Type``), an attribute of the root under ``@name``
-    arrays: dict[str, np.ndarray]
-    texts: dict[str, str]
+    arrays: dict[str, np.ndarray] = field(default_factory=dict)
+    texts: dict[str, str] = field(default_factory=dict)
 
 
 def read_members(
@@ -43,24 +58,22 @@ def read_members(
     fletcher32 too (E503), and members that hold no numbers or text (E505). Of the `informing` ones, which are for
     persons, texts, lists of texts and numbers of any shape are taken, and what is none of these is a warning.
     """
-    optional_module("h5py", extra=extra)
-    with opened(path, what="an HDF5 file", code="E500") as file:
+    h5py = optional_module("h5py", extra=extra)
+    with open_data(path, what="an HDF5 file", code="E500") as file:
         size = os.fstat(file.fileno()).st_size
         if size > MAX_FILE_BYTES:
             raise refuse(path, f"the file has {size} bytes; at most {MAX_FILE_BYTES} are read", code="E503")
         if not _has_signature(file, size):
             raise refuse(path, "not an HDF5 file: its signature is missing", advice="name an HDF5 file", code="E501")
-        file.seek(0)
-        answer = _ask_child(path, file, requested, informing, cpu_s=0.25 + size / 2e6)
-    try:
-        head, arrays = parsed_answer(answer)
-        harmless = {f"attribute {name[1:]}" if name.startswith("@") else f"/{name}" for name in informing}
-        for code, name, message, advice in head["faults"]:
-            is_warning = code == "E505" and name in harmless
-            report.add(code, message, name=printable(name), advice=advice, is_warning=is_warning)
-        return Hdf5Members(names=frozenset(head["names"]), arrays=arrays, texts=head["texts"])
-    except (ValueError, TypeError, KeyError, EOFError) as error:  # the child died in the middle of its answer
-        raise refuse(path, f"{_LIBRARY} cannot read it: the file is damaged", advice=_AGAIN, code="E501") from error
+        reading = _Reading(h5py, size, requested, informing, report)
+        try:
+            # by its path: where a damaged file has no bytes, h5py asks a Python file object for them without end
+            with h5py.File(path, "r", locking=False) as root:
+                reading.read_all(root)
+        except Exception as error:  # the library raises its own errors and Python's, whatever the damage is
+            reason = printable(str(error) or type(error).__name__)
+            raise refuse(path, f"{_LIBRARY} cannot read it: {reason}", advice=_AGAIN, code="E501") from error
+    return reading.members
 
 
 def _has_signature(file: BinaryIO, size: int) -> bool:
@@ -74,8 +87,123 @@ def _has_signature(file: BinaryIO, size: int) -> bool:
     return False
 
 
-def _ask_child(
-    path: str | Path, file: BinaryIO, requested: Sequence[str], informing: Sequence[str], *, cpu_s: float
-) -> bytes:
-    task = [[w.split("/") for w in requested], cpu_s, list(informing)]
-    return answer_of_child(path, file, _CHILD, task, cpu_s=cpu_s, library=_LIBRARY, code="E501")
+class _Reading:
+    """What has been read of one file, and how many bytes more it may declare."""
+
+    def __init__(
+        self, h5py: Any, n_bytes: int, requested: Sequence[str], informing: Sequence[str], report: Report
+    ) -> None:
+        self.h5py, self.report = h5py, report
+        self.requested = [path.split("/") for path in requested]
+        self.informing = frozenset(informing)
+        self.budget = self.allowed = allowed_bytes(n_bytes)
+        self.groups: set[Any] = set()
+        self.members = Hdf5Members()
+
+    def read_all(self, root: Any) -> None:
+        """Walk through the file."""
+        self.groups.add(root)
+        for name in (path[0] for path in self.requested if path[0].startswith("@")):
+            with self._faults_named(f"attribute {name[1:]}", name):
+                if name[1:] in root.attrs:
+                    self._store(name, root.attrs.get_id(name[1:]), partial(root.attrs.get, name[1:]))
+        self._group(root, ())
+
+    @contextlib.contextmanager
+    def _faults_named(self, shown: str, name: str) -> Iterator[None]:
+        try:
+            yield
+        except RefusedError as refusal:
+            is_warning = refusal.code == "E505" and name in self.informing
+            advice = refusal.advice
+            self.report.add(refusal.code, refusal.message, name=printable(shown), advice=advice, is_warning=is_warning)
+        except Exception as error:
+            message = f"{_LIBRARY} cannot read it: {printable(str(error).partition(' (')[0])}"
+            self.report.add("E501", message, name=printable(shown), advice=_AGAIN)
+
+    def _group(self, group: Any, path: tuple[str, ...]) -> None:
+        for name in group:
+            here = (*path, name)
+            with self._faults_named("/" + "/".join(here), "/".join(here)):
+                self._member(group, name, here)
+
+    def _member(self, group: Any, name: str, path: tuple[str, ...]) -> None:
+        if name in ("", ".", "..") or "/" in name:
+            raise RefusedError("E502", "a name that points to another group", "name it without slashes and dots")
+        require_hard_link(group, name)
+        item = group[name]
+        if isinstance(item, self.h5py.Group):
+            if item in self.groups:
+                raise RefusedError("E502", "the same group has a second name", "give every group one name")
+            self.groups.add(item)
+            self.members.names.add("/".join(path))
+            if self._is_requested(path, leaf=False):
+                self._group(item, path)
+            return
+        self.members.names.add("/".join(path))
+        if isinstance(item, self.h5py.Dataset) and self._is_requested(path, leaf=True):
+            require_own_data(item)
+            require_size(declared_bytes(item), self.budget, self.allowed, "an array")  # before a chunk is unpacked
+            require_plain_chunks(item, self.budget)
+            self._store("/".join(path), item, partial(item.__getitem__, ()))
+
+    def _is_requested(self, path: tuple[str, ...], *, leaf: bool) -> bool:
+        return any(
+            (len(w) == len(path) if leaf else len(w) > len(path))
+            and all(a in ("*", b) for a, b in zip(w, path, strict=False))
+            for w in self.requested
+        )
+
+    def _store(self, name: str, item: Any, values: Callable[[], Any]) -> None:
+        """Take the values of a dataset or an attribute whose type and size are harmless."""
+        is_informing = name in self.informing
+        if item.shape is None:
+            if not is_informing:
+                raise RefusedError("E505", "it is empty (a null dataspace)", "write its values")
+            self.members.texts[name] = ""
+            return
+        n_values, n_bytes = math.prod(item.shape), declared_bytes(item)
+        require_size(n_bytes, self.budget, self.allowed, "an array")
+        self.budget -= n_bytes
+        if is_informing and n_values > MAX_VALUES_SHOWN:
+            raise RefusedError("E505", f"{n_values} values; at most {MAX_VALUES_SHOWN} are shown", "write one text")
+        if self.h5py.check_string_dtype(item.dtype) is not None:
+            width = item.dtype.itemsize
+            if (n_values != 1 and not is_informing) or width > MAX_TEXT_BYTES:
+                found = f"{n_values} texts of {width} bytes; numbers are read, or one text of at most 64 kB"
+                raise RefusedError("E505", found, "write numbers, or one text")
+            self.members.texts[name] = _text(np.asarray(values(), item.dtype))
+            return
+        _require_numbers(item.dtype)
+        array = np.asarray(values())
+        if array.dtype.names is None:
+            self.members.arrays[name] = _plain(array)
+        else:
+            self.members.arrays.update({f"{name}/{part}": _plain(array[part]) for part in array.dtype.names})
+
+
+def _text(array: np.ndarray) -> str:
+    """One text, or several with commas between them."""
+    texts, n_left = [], MAX_TEXT_BYTES
+    for value in array.reshape(-1):
+        data = value if isinstance(value, bytes) else str(value or "").encode("utf-8", "surrogateescape")
+        texts.append(bytes(data[:n_left]).rstrip(b"\0 ").decode("utf-8", "replace"))
+        n_left = max(n_left - len(data), 0)
+    return ", ".join(text for text in texts if text)
+
+
+def _require_numbers(dtype: np.dtype) -> None:
+    names = dtype.names or ()
+    if len(names) > MAX_FIELDS:
+        raise RefusedError("E505", f"{len(names)} members in one record", "write the members named")
+    if any(part.base.kind not in "biuf" for part in [dtype[name] for name in names] or [dtype]):
+        raise RefusedError("E505", "a value that is not a number (text, reference or list)", "write numbers")
+
+
+def _plain(array: np.ndarray) -> np.ndarray:
+    """The numbers in this machine's order, as float32, float64, int64 or uint64; read-only."""
+    real = np.float32 if array.dtype.itemsize <= 4 else np.float64
+    kinds: dict[str, Any] = {"f": real, "i": np.int64, "u": np.uint64, "b": np.int64}
+    plain = np.ascontiguousarray(array, kinds[array.dtype.kind]).reshape(array.shape)
+    plain.setflags(write=False)
+    return plain

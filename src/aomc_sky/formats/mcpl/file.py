@@ -1,31 +1,45 @@
-"""MCPL files (Monte Carlo Particle Lists, formats 2 and 3): the head at once, the particles block by block."""
+"""MCPL files: looked at here, read by the package `mcpl` of the format's authors, block by block."""
 
 from __future__ import annotations
 
 import contextlib
 import gzip
+import io
+import math
 import os
+import shutil
+import struct
+import tempfile
 import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import BinaryIO, cast
+from typing import Any, BinaryIO, cast
 
 import numpy as np
 
-from aomc_sky.errors import InputFileError, Problem
-from aomc_sky.formats.mcpl.header import McplFault, McplHeader, parse_header
-from aomc_sky.regular_file import FileKindError, open_regular
+from aomc_sky.errors import InputFileError, OutputError, Problem
+from aomc_sky.extras import optional_module
+from aomc_sky.formats.mcpl.header import MAGIC, VERSIONS, McplHeader
+from aomc_sky.formats.text_file import open_data
 
+EXTRA = "mcpl"
 BLOCK = 65_536
-"""Particles that are read at a time. [about 10 MB with everything unpacked]"""
+"""Particles that are read at a time."""
 MAX_FAULTS = 20
-_PIECE = 1 << 20
+FIXED_BYTES = 48
+"""Length of the part that every head has. [bytes]"""
+MAX_HEAD_BYTES = 2**24
+MAX_TEXTS = 100_000
+"""Comments and blobs that a head may have."""
+DIRECTION_TOLERANCE = 1e-5
+"""How far the squares of a direction may be from 1, as libmcpl has it."""
 GZIP_MAGIC = b"\x1f\x8b"
 MOST_TIMES = 1032
 """How many times as long what deflate unpacks can be: a length of 258 bytes takes two bits."""
-
-_ADVICE = "give the path of an MCPL file"
+_PIECE = 1 << 20
+_AGAIN = "make it again"
+_CUT = "the file is damaged or was cut; make it again"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -70,9 +84,12 @@ class McplParticles:
         return int(self.energy.size)
 
 
+_COLUMNS = tuple(name for name in McplParticles.__slots__ if name != "start")
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class McplFile:
-    """A file whose head and length have been checked, the length of a compressed one when it is read to its end.
+    """A file whose head and length have been checked.
 
     Parameters
     ----------
@@ -95,7 +112,7 @@ class McplFile:
         return self.header.n_particles
 
     def particles(self, start: int = 0, stop: int | None = None) -> McplParticles:
-        """Read the particles [start, stop), all of them into memory.
+        """Read the particles [start, stop), all of them into memory; what stands before them is read too.
 
         Parameters
         ----------
@@ -105,54 +122,32 @@ class McplFile:
         Raises
         ------
         InputFileError
-            A record is no particle (E805), the file changed since it was opened or holds another number of
-            particles (E804), or a compressed file is damaged (E806).
+            A record is no particle (E805), or the file changed since it was opened (E804).
         """
-        start, stop = self._range(start, stop)
-        return self._particles(self.records(start, stop), start)
+        parts = list(self.blocks(BLOCK, start, stop)) or [_no_particles(start)]
+        if len(parts) == 1:
+            return parts[0]
+        columns = {name: np.concatenate([getattr(part, name) for part in parts]) for name in _COLUMNS}
+        return McplParticles(start=start, **columns)
 
     def blocks(self, size: int = BLOCK, start: int = 0, stop: int | None = None) -> Iterator[McplParticles]:
-        """Yield the particles [start, stop) in blocks of `size`, the last one shorter; see `particles`.
-
-        A compressed file is unpacked once on the way, and its end is looked at where `stop` is its last particle.
-        """
+        """Yield the particles [start, stop) in blocks that end at multiples of `size`; see `particles`."""
         if size < 1:
             raise ValueError(f"size must be at least 1, got {size}")
-        start, stop = self._range(start, stop)
-        first = start
-        for records in self._record_blocks(size, start, stop):
-            yield self._particles(records, first)
-            first += records.size
-
-    def records(self, start: int, stop: int) -> np.ndarray:
-        """The stored records [start, stop) as they are, with the fields of `McplHeader.record`."""
-        return next(self._record_blocks(max(stop - start, 1), start, stop), np.empty(0, self.header.record))
-
-    def _range(self, start: int, stop: int | None) -> tuple[int, int]:
         stop = len(self) if stop is None else stop
         if not 0 <= start <= stop <= len(self):
             raise IndexError(f"particles {start} to {stop} do not exist; the file has particles 0 to {len(self)}")
-        return start, stop
-
-    def _record_blocks(self, size: int, start: int, stop: int) -> Iterator[np.ndarray]:
-        record = self.header.record
-        with _faults_named(self.path), opened(self.path) as file:
-            file.skip_to(self.data_start + start * record.itemsize)
-            for first in range(start, stop, size):
-                n = min(size, stop - first)
-                # not a memory map: a file that shrinks under a map ends the process
-                data = file.read(n * record.itemsize)
-                if len(data) != n * record.itemsize:
-                    raise _cut(file, first + len(data) // record.itemsize, len(self))
-                if first + n == len(self):
-                    _require_end(file, len(self))
-                yield np.frombuffer(data, record)
-
-    def _particles(self, records: np.ndarray, start: int) -> McplParticles:
-        faults = record_faults(records, self.header, start, MAX_FAULTS)
-        if faults:
-            raise _error(self.path, faults)
-        return _unpacked(records, self.header, start)
+        if start == stop:
+            return
+        with _library_file(self, size) as file:
+            for first in range(0, stop, size):
+                with np.errstate(all="ignore"):  # of numbers that no particle has
+                    block = _next_block(self.path, file)
+                    wanted = slice(max(start - first, 0), min(stop - first, size))
+                    if wanted.start < size:
+                        part = _unpacked(block, wanted, first + wanted.start)
+                        _check(self.path, part)
+                        yield part
 
 
 def read_mcpl(path: str | Path) -> McplFile:
@@ -166,44 +161,31 @@ def read_mcpl(path: str | Path) -> McplFile:
     Returns
     -------
     McplFile
-        The head; its `blocks` and `particles` read the records, of a compressed file in a stream.
+        The head; its `blocks` and `particles` read the records.
 
     Raises
     ------
     InputFileError
         Not an MCPL file (E801, E802), a damaged head (E803), a length that does not fit the number of
-        particles (E804; of a compressed file when its end is read), or damage to the compression (E806).
+        particles (E804), or damage to the compression (E806). A compressed file is unpacked to its end to know.
+    MissingExtraError
+        The package mcpl is not installed: ``pip install "aomc-sky[mcpl]"``.
     """
+    optional_module("mcpl", extra=EXTRA)
     path = existing_path(Path(path))
-    with _faults_named(path), opened(path) as file:
-        header, data_start = parse_header(file, file.most_bytes, is_length=not file.is_packed)
-        if header.n_particles == 0 and file.is_packed:
-            _require_end(file, 0)
-        return McplFile(path=path, header=header, data_start=data_start, is_packed=file.is_packed)
-
-
-def holds(path: Path, head: bytes, n_bytes: int) -> bool:
-    """Whether a file is whole, holds or unpacks to so many bytes, and begins with these."""
-    try:
-        with opened(path) as file:
-            begin = file.read(len(head))
-            while file.read(_PIECE):
-                pass
-            return begin == head and file.position == n_bytes
-    except McplFault:
-        return False
-
-
-def _cut(file: McplBytes, n_held: int, n: int) -> McplFault:
-    if not file.is_packed:
-        return McplFault("E804", "particles", "the file became shorter while it was read")
-    return McplFault("E804", "particles", f"the header says {n}, the file holds {n_held} records", "make it again")
-
-
-def _require_end(file: McplBytes, n: int) -> None:
-    """Raise where a packed file goes on; at its end gzip compares its check sum."""
-    if file.is_packed and file.read(1):
-        raise McplFault("E804", "particles", f"the header says {n}, the file goes on after them", "make it again")
+    with open_data(path, what="an MCPL file", code="E801") as file:
+        size = os.fstat(file.fileno()).st_size
+        is_packed = file.read(len(GZIP_MAGIC)) == GZIP_MAGIC
+        file.seek(0)
+        if not is_packed:
+            head = _Head(path, file, size)
+            head.require_length(size)
+        else:
+            with _damage_named(path):
+                stream = cast(BinaryIO, gzip.GzipFile(fileobj=file, mode="rb"))
+                head = _Head(path, stream, MOST_TIMES * (size + 1))
+                head.require_packed_length(stream)
+    return McplFile(path=path, header=head.header, data_start=head.position, is_packed=is_packed)
 
 
 def check_mcpl(path: str | Path) -> None:
@@ -212,42 +194,15 @@ def check_mcpl(path: str | Path) -> None:
         pass
 
 
-@contextlib.contextmanager
-def _faults_named(path: Path) -> Iterator[None]:
-    """Faults become problems of this file."""
+def holds(path: Path, head: bytes, n_bytes: int) -> bool:
+    """Whether a file packed by gzip is complete, unpacks to so many bytes, and begins with these."""
     try:
-        yield
-    except McplFault as fault:
-        raise _error(path, [fault]) from None
-
-
-def _error(path: Path, faults: list[McplFault]) -> InputFileError:
-    return InputFileError(
-        [
-            Problem(path=str(path), line=0, column=0, code=f.code, field=f.name, message=f.message, advice=f.advice)
-            for f in faults
-        ]
-    )
-
-
-def _unpacked(records: np.ndarray, header: McplHeader, start: int) -> McplParticles:
-    n = records.size
-    packed = records["packed"].astype(np.float64)
-    energy, direction = unpack(packed, header.version)
-    weight = records["weight"].astype(np.float64) if header.weight == 0.0 else np.full(n, header.weight)
-    return McplParticles(
-        start=start,
-        energy=energy,
-        position=records["position"].astype(np.float64),
-        direction=direction,
-        time=records["time"].astype(np.float64),
-        weight=weight,
-        pdg_code=records["pdg_code"].astype(np.int32)
-        if header.pdg_code == 0
-        else np.full(n, header.pdg_code, np.int32),
-        user_flags=records["user_flags"].astype(np.uint32) if header.has_user_flags else np.zeros(n, np.uint32),
-        polarisation=records["polarisation"].astype(np.float64) if header.has_polarisation else np.zeros((n, 3)),
-    )
+        with open_data(path, what="an MCPL file", code="E801") as file, _damage_named(path):
+            stream = gzip.GzipFile(fileobj=file, mode="rb")
+            begin = stream.read(len(head))
+            return begin == head and len(head) + _length_of_rest(cast(BinaryIO, stream), n_bytes) == n_bytes
+    except InputFileError:
+        return False
 
 
 def existing_path(path: Path) -> Path:
@@ -256,127 +211,221 @@ def existing_path(path: Path) -> Path:
     return packed if packed != path and not os.path.lexists(path) and os.path.exists(packed) else path
 
 
-class McplBytes:
-    """An open file, read from its begin on.
+class _Head:
+    """Where a head ends and what it says of the length of the file: the library believes all of it."""
 
-    Of a packed file nothing is known but what was unpacked: pieces are bounded, and its end is its length.
-    """
+    def __init__(self, path: Path, file: BinaryIO, most_bytes: int) -> None:
+        self.path, self.file, self.most_bytes, self.position = path, file, most_bytes, 0
+        version, self.order = self._version_and_order()
+        form = f"{self.order}QIIIIIiII"
+        numbers = struct.unpack(form, self._take(FIXED_BYTES - 8, "the first 48 bytes"))
+        n, n_comments, n_blobs, flags, polarised, single, pdg, length, weighed = numbers
+        for name, value in (
+            ("user flags", flags),
+            ("polarisation", polarised),
+            ("precision", single),
+            ("weight", weighed),
+        ):
+            if value not in (0, 1):
+                raise _fault(path, "E803", f"the switch is 0 or 1, got {value}", _CUT, name)
+        weight = struct.unpack(f"{self.order}d", self._take(8, "weight"))[0] if weighed else 0.0
+        if weighed and not (math.isfinite(weight) and weight > 0):
+            message = f"the weight of all particles is positive and finite, got {weight}"
+            raise _fault(path, "E803", message, _CUT, "weight")
+        n_texts = n_comments + 2 * n_blobs
+        if 4 * (n_texts + 1) > min(most_bytes, MAX_HEAD_BYTES) - self.position or n_texts > MAX_TEXTS:
+            message = f"the header says {n_comments} comments and {n_blobs} blobs, more than it can hold"
+            raise _fault(path, "E803", message, _CUT, "comments")
+        source = self._text("name of the source")
+        comments = tuple(self._text(f"comment {k}") for k in range(n_comments))
+        keys = [self._text(f"key {k}") for k in range(n_blobs)]
+        self.header = McplHeader(
+            n_particles=n,
+            source=source,
+            comments=comments,
+            blobs=tuple((key, self._piece(f"blob {key!r}")) for key in keys),
+            has_user_flags=bool(flags),
+            has_polarisation=bool(polarised),
+            is_double=not single,
+            pdg_code=pdg,
+            weight=weight,
+            version=version,
+            is_little_endian=self.order == "<",
+        )
+        self.record_bytes = self.header.record.itemsize
+        if length != self.record_bytes:
+            message = f"the header says {length} bytes for a record, its fields have {self.record_bytes}"
+            raise _fault(path, "E803", message, _CUT, "particle size")
 
-    def __init__(self, file: BinaryIO) -> None:
-        size = os.fstat(file.fileno()).st_size
-        self.is_packed = file.read(len(GZIP_MAGIC)) == GZIP_MAGIC
-        file.seek(0)
-        self.most_bytes = (size + 1) * MOST_TIMES if self.is_packed else size
-        """Length; of a packed file the most that it can hold. [bytes]"""
-        self._file = cast(BinaryIO, gzip.GzipFile(fileobj=file, mode="rb")) if self.is_packed else file
-        self.position = 0
+    def _version_and_order(self) -> tuple[int, str]:
+        start = self.file.read(8)
+        self.position = len(start)
+        if start[:2] == GZIP_MAGIC:
+            raise _fault(self.path, "E802", "the file is compressed with gzip twice", "run gunzip on it once")
+        if start[:4] != MAGIC:
+            begin = repr(start[:4])[1:] if start else "nothing"
+            message = f"an MCPL file begins with 'MCPL', this one with {begin}"
+            raise _fault(self.path, "E802", message, "name an MCPL file")
+        digits, order = start[4:7], start[7:8]
+        if len(start) == 8 and digits not in [b"%03d" % version for version in VERSIONS]:
+            shown = digits.decode("ascii", "backslashreplace")
+            raise _fault(self.path, "E802", f"versions 002 and 003 can be read, this is {shown!r}", name="version")
+        if len(start) == 8 and order not in (b"L", b"B"):
+            message = f"expected L or B in byte 8, got {repr(order)[1:]}"
+            raise _fault(self.path, "E802", message, _CUT, "byte order")
+        return (int(digits) if len(start) == 8 else 0), ("<" if order == b"L" else ">")
 
-    def read(self, n: int) -> bytes:
-        """The next bytes, fewer only at the end of the file; McplFault (E806) for a packed one that is damaged."""
-        try:
-            data = self._file.read(n)
-        except EOFError:
-            raise McplFault("E806", "", "the compressed file ends in the middle", "it was cut; copy it again") from None
-        except (gzip.BadGzipFile, zlib.error) as error:
-            reason = str(error).removeprefix("Error ")
-            raise McplFault("E806", "", f"the compressed file is damaged: {reason}", "make it again") from None
-        self.position += len(data)
+    def _take(self, n: int, name: str) -> bytes:
+        left = self.most_bytes - self.position
+        if n > left:
+            raise _fault(self.path, "E803", f"expected {n} bytes, but {left} bytes are left in the file", _CUT, name)
+        if n > MAX_HEAD_BYTES - self.position:
+            raise _fault(self.path, "E803", f"the header is longer than {MAX_HEAD_BYTES >> 20} MiB", _CUT, name)
+        data = self.file.read(n)
+        if len(data) != n:
+            raise _fault(self.path, "E803", "the file ends in its header", _CUT, name)
+        self.position += n
         return data
 
-    def skip_to(self, position: int) -> None:
-        """Go to a byte further on; a packed file is unpacked on the way."""
-        if not self.is_packed:
-            self._file.seek(position)
-            self.position = position
-            return
-        while self.position < position and self.read(min(_PIECE, position - self.position)):
-            pass
+    def _piece(self, name: str) -> bytes:
+        (n,) = struct.unpack(f"{self.order}I", self._take(4, name))
+        return self._take(n, name)
+
+    def _text(self, name: str) -> str:
+        return self._piece(name).decode("utf-8", "replace")  # of all ways to go on, the one that is not slow
+
+    def require_length(self, size: int) -> None:
+        """Refuse a file of another length than its number of particles asks for."""
+        held, rest = divmod(size - self.position, self.record_bytes)
+        if (held, rest) != (self.header.n_particles, 0):
+            contents = f"{held} records" + (f" and {rest} bytes" if rest else "")
+            advice = (
+                "the file was not closed; mcpltool --repair sets the number" if self.header.n_particles == 0 else _CUT
+            )
+            message = f"the header says {self.header.n_particles}, the file holds {contents}"
+            raise _fault(self.path, "E804", message, advice, "particles")
+
+    def require_packed_length(self, stream: BinaryIO) -> None:
+        """The same of a packed file, which has to be unpacked to know; at its end gzip compares its check sum."""
+        n_bytes = self.header.n_particles * self.record_bytes
+        if n_bytes > self.most_bytes - self.position:
+            held = (self.most_bytes - self.position) // self.record_bytes
+            message = f"the header says {self.header.n_particles}, a compressed file of this size holds {held} at most"
+            raise _fault(self.path, "E804", message, _CUT, "particles")
+        found = _length_of_rest(stream, n_bytes)
+        if found != n_bytes:
+            over = (
+                f"the file holds {found // self.record_bytes} records"
+                if found < n_bytes
+                else "the file goes on after them"
+            )
+            raise _fault(self.path, "E804", f"the header says {self.header.n_particles}, {over}", _AGAIN, "particles")
+
+
+def _length_of_rest(stream: BinaryIO, most: int) -> int:
+    """How many bytes are left, or one more than `most`."""
+    n_bytes = 0
+    while n_bytes <= most and (piece := stream.read(min(_PIECE, most + 1 - n_bytes))):
+        n_bytes += len(piece)
+    return n_bytes
 
 
 @contextlib.contextmanager
-def opened(path: Path) -> Iterator[McplBytes]:
-    """A regular file, McplFault (E801) where there is none; a pipe, a device or a folder would block or never end."""
+def _damage_named(path: Path) -> Iterator[None]:
+    """Damage to what gzip has packed becomes a problem of this file."""
     try:
-        file = open_regular(path)
-    except FileKindError:
-        raise McplFault("E801", "", "not a regular file", _ADVICE) from None
-    except OSError as error:
-        raise McplFault("E801", "", f"the file cannot be opened: {error.strerror or error}", _ADVICE) from None
-    with file:
-        yield McplBytes(file)
+        yield
+    except EOFError:
+        message = "the compressed file ends in the middle"
+        raise _fault(path, "E806", message, "it was cut; copy it again") from None
+    except (gzip.BadGzipFile, zlib.error) as error:
+        reason = str(error).removeprefix("Error ")
+        raise _fault(path, "E806", f"the compressed file is damaged: {reason}", _AGAIN) from None
 
 
-DIRECTION_TOLERANCE = 1e-5
-"""How far the squares of a direction may be from 1, as libmcpl has it."""
+@contextlib.contextmanager
+def _library_file(file: McplFile, size: int) -> Iterator[Any]:
+    """The file as the library opens it, without what it prints of it; one that is packed is unpacked beside it first.
 
-
-def unpack(packed: np.ndarray, version: int) -> tuple[np.ndarray, np.ndarray]:
-    """Energies [MeV] (n,) and unit vectors (n, 3) of packed triples (n, 3), float64.
-
-    A triple is two numbers of the direction, octahedral in version 2 and an adaptive projection in version 3, and the
-    energy with the sign of the third.
+    The library goes by the name, and would leave what gzip reads open.
     """
-    return (_octahedral if version == 2 else _adaptive)(packed)
+    mcpl = optional_module("mcpl", extra=EXTRA)
+    with contextlib.ExitStack() as stack:
+        path = file.path
+        if file.is_packed:
+            temporary = stack.enter_context(tempfile.NamedTemporaryFile(suffix=".mcpl"))
+            try:
+                with _damage_named(path), gzip.open(path, "rb") as packed:
+                    shutil.copyfileobj(packed, temporary, _PIECE)
+                temporary.flush()
+            except OSError as error:
+                raise OutputError(f"cannot unpack {path} to {temporary.name}: {error.strerror or error}") from error
+            path = Path(temporary.name)
+        with contextlib.redirect_stdout(io.StringIO()):
+            try:
+                opened = mcpl.MCPLFile(os.fspath(path), blocklength=size)
+            except (mcpl.MCPLError, OSError, ValueError) as error:
+                reason = str(error) or type(error).__name__
+                raise _fault(file.path, "E803", f"the library of MCPL cannot read it: {reason}", _CUT) from None
+        yield stack.enter_context(opened)
 
 
-def _adaptive(packed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The smaller components as they are, with 1/z in the place of the largest; its sign is that of the energy."""
-    a, b, c = packed.T
-    is_x, is_y = np.abs(a) > 1.0, np.abs(b) > 1.0
-    is_y &= ~is_x
-    first = np.where(is_x, b, a)
-    with np.errstate(divide="ignore"):
-        second = np.where(is_x, 1.0 / a, np.where(is_y, 1.0 / b, b))
-    largest = np.copysign(np.sqrt(np.maximum(0.0, 1.0 - (first * first + second * second))), c)
-    direction = np.empty_like(packed)
-    direction[:, 0] = np.where(is_x, largest, a)
-    direction[:, 1] = np.where(is_y, largest, b)
-    direction[:, 2] = np.where(is_x | is_y, second, largest)
-    return np.abs(c), direction
+def _next_block(path: Path, file: Any) -> Any:
+    mcpl = optional_module("mcpl", extra=EXTRA)
+    try:
+        return file.read_block()
+    except (mcpl.MCPLError, OSError):
+        message = "the file became shorter while it was read"
+        raise _fault(path, "E804", message, _AGAIN, "particles") from None
 
 
-def _octahedral(packed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    a, b, c = packed.T
-    z = 1.0 - np.abs(a) - np.abs(b)
-    is_lower = z < 0
-    x = np.where(is_lower, (1.0 - np.abs(b)) * np.where(a >= 0.0, 1.0, -1.0), a)
-    y = np.where(is_lower, (1.0 - np.abs(a)) * np.where(b >= 0.0, 1.0, -1.0), b)
-    scale = 1.0 / np.sqrt(x * x + y * y + z * z)
-    direction = np.stack([x * scale, y * scale, z * scale], axis=-1)
-    direction[np.signbit(c), 2] = 0.0  # the sign of the energy marks a horizontal direction
-    return np.abs(c), direction
+def _unpacked(block: Any, wanted: slice, start: int) -> McplParticles:
+    """Some particles of a block, in arrays of their own: the library uses its own ones again."""
+    real = {
+        "energy": block.ekin,
+        "position": block.position,
+        "direction": block.direction,
+        "time": block.time,
+        "weight": block.weight,
+        "polarisation": block.polarisation,
+    }
+    return McplParticles(
+        start=start,
+        pdg_code=block.pdgcode[wanted].astype(np.int32),
+        user_flags=block.userflags[wanted].astype(np.uint32),
+        **{name: values[wanted].astype(np.float64) for name, values in real.items()},
+    )
 
 
-def record_faults(records: np.ndarray, header: McplHeader, start: int, limit: int) -> list[McplFault]:
-    """What is wrong with stored records, at most `limit` faults in their order; `start` is the index of the first."""
+def _no_particles(start: int) -> McplParticles:
+    numbers, vectors = np.empty(0), np.empty((0, 3))
+    return McplParticles(
+        start=start, energy=numbers, position=vectors, direction=vectors, time=numbers, weight=numbers,
+        pdg_code=np.empty(0, np.int32), user_flags=np.empty(0, np.uint32), polarisation=vectors,
+    )  # fmt: skip
+
+
+def _check(path: Path, part: McplParticles) -> None:
+    """Raise for records that are no particles, the first `MAX_FAULTS` in their order."""
     faults: list[tuple[int, str, str]] = []
-    for name in ("polarisation", "position", "time", "weight"):
-        if name in (records.dtype.names or ()) and not _is_surely_finite(records[name]):
-            is_bad = ~np.isfinite(records[name])
-            faults += _first(is_bad.any(axis=1) if is_bad.ndim == 2 else is_bad, name, "not a finite number", limit)
-    first, second, energy = (records["packed"][:, k].astype(np.float64) for k in range(3))
-    faults += _first(~np.isfinite(energy), "energy", "not a finite number", limit)
-    faults += _first(_no_direction(first, second, header.version), "direction", "not a unit vector", limit)
-    faults.sort()
-    return [McplFault("E805", name, f"record {start + k}: {what}") for k, name, what in faults[:limit]]
+    for name in ("polarisation", "position", "time", "weight", "energy"):
+        is_good = np.isfinite(getattr(part, name))
+        is_good = is_good.all(axis=1) if is_good.ndim == 2 else is_good
+        faults += [(int(k), name, "not a finite number") for k in np.flatnonzero(~is_good)[:MAX_FAULTS]]
+    length = np.square(part.direction).sum(axis=1)
+    is_bad = ~(length <= 1.0 + DIRECTION_TOLERANCE)  # format 2 has shorter ones, which libmcpl reads
+    faults += [(int(k), "direction", "not a unit vector") for k in np.flatnonzero(is_bad)[:MAX_FAULTS]]
+    if faults:
+        problems = [
+            _problem(path, "E805", f"record {part.start + k}: {message}", "", name)
+            for k, name, message in sorted(faults)[:MAX_FAULTS]
+        ]
+        raise InputFileError(problems)
 
 
-def _is_surely_finite(values: np.ndarray) -> bool:
-    """Whether a look at the sum says so, which spares the look at each; a sum of large numbers says nothing."""
-    with np.errstate(over="ignore", invalid="ignore"):
-        return bool(np.isfinite(values.sum(dtype=np.float64)))
+def _problem(path: Path, code: str, message: str, advice: str = "", name: str = "") -> Problem:
+    return Problem(path=str(path), line=0, column=0, code=code, field=name, message=message, advice=advice)
 
 
-def _first(is_bad: np.ndarray, name: str, what: str, limit: int) -> list[tuple[int, str, str]]:
-    return [(int(k), name, what) for k in np.flatnonzero(is_bad)[:limit]]
-
-
-def _no_direction(a: np.ndarray, b: np.ndarray, version: int) -> np.ndarray:
-    """Whether the two numbers of a direction come from no unit vector; also where one is not a number."""
-    if version == 2:
-        return ~((np.abs(a) <= 1.0 + DIRECTION_TOLERANCE) & (np.abs(b) <= 1.0 + DIRECTION_TOLERANCE))
-    is_x = np.abs(a) > 1.0
-    is_y = ~is_x & (np.abs(b) > 1.0)
-    with np.errstate(divide="ignore", over="ignore"):  # 1/z is infinite where z is 0
-        first, second = np.where(is_x, 1.0 / a, a), np.where(is_y, 1.0 / b, b)
-        return ~(first * first + second * second <= 1.0 + DIRECTION_TOLERANCE)
+def _fault(path: Path, code: str, message: str, advice: str = "", name: str = "") -> InputFileError:
+    return InputFileError([_problem(path, code, message, advice, name)])

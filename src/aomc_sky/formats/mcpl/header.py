@@ -1,11 +1,9 @@
-"""The head of an MCPL file: what it says, its bytes, and reading one that somebody may have broken."""
+"""The head of an MCPL file: what it says, its bytes, and what the heads of our runs say of them."""
 
 from __future__ import annotations
 
-import math
 import struct
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
@@ -13,14 +11,8 @@ MAGIC = b"MCPL"
 VERSIONS = (2, 3)
 COUNT_OFFSET = 8
 """Where the number of particles stands. [bytes]"""
-FIXED_BYTES = 48
-"""Length of the part that every head has. [bytes]"""
 MAX_TEXT = 65_535
 """Longest comment or name that libmcpl writes; it cuts the rest off. [bytes]"""
-MAX_HEAD_BYTES = 2**24
-MAX_TEXTS = 100_000
-"""Comments and blobs that a head may have."""
-_CUT = "the file is damaged or was cut; make it again"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -108,154 +100,6 @@ def _encoded(text: str) -> bytes:
     if len(data) > MAX_TEXT or b"\0" in data:
         raise ValueError(f"texts in the head have at most {MAX_TEXT} bytes and no NUL, got {len(data)} bytes")
     return data
-
-
-class McplFault(Exception):  # noqa: N818 - becomes a Problem of an InputFileError, which knows the path
-    """What is wrong with a file: code, name of the value, what was found, what to do."""
-
-    def __init__(self, code: str, name: str, message: str, advice: str = "") -> None:
-        super().__init__(code, name, message, advice)
-        self.code, self.name, self.message, self.advice = code, name, message, advice
-
-
-class Readable(Protocol):
-    """Bytes in their order."""
-
-    def read(self, n: int, /) -> bytes:
-        """The next ones, fewer at the end."""
-
-
-class _Head:
-    """The head as a stream that never goes beyond the file or the limit."""
-
-    def __init__(self, file: Readable, size: int) -> None:
-        self._file, self._size, self.position = file, size, 0
-        self.order = "<"
-
-    @property
-    def rest(self) -> int:
-        return min(self._size, MAX_HEAD_BYTES) - self.position
-
-    def take(self, n: int, name: str) -> bytes:
-        if n > self._size - self.position:
-            rest = self._size - self.position
-            raise McplFault("E803", name, f"expected {n} bytes, but {rest} bytes are left in the file", _CUT)
-        if n > self.rest:
-            raise McplFault("E803", name, f"the header is longer than {MAX_HEAD_BYTES >> 20} MiB", _CUT)
-        data = self._file.read(n)
-        if len(data) != n:
-            raise McplFault("E803", name, "the file ends in its header, or became shorter while it was read", _CUT)
-        self.position += n
-        return data
-
-    def numbers(self, form: str, name: str) -> tuple[int | float, ...]:
-        form = self.order + form
-        return struct.unpack(form, self.take(struct.calcsize(form), name))
-
-    def piece(self, name: str) -> bytes:
-        (n,) = struct.unpack(self.order + "I", self.take(4, name))
-        return self.take(n, name)
-
-
-def parse_header(file: Readable, size: int, *, is_length: bool = True) -> tuple[McplHeader, int]:
-    """Read a head from the begin of a file of `size` bytes; also where the records begin.
-
-    Without `is_length` the file has this length at most, as a compressed one. McplFault (E802, E803, E804).
-    """
-    head = _Head(file, size)
-    version = _start(head)
-    n, n_comments, n_blobs, flags, polarised, single, pdg, length, weighed = map(
-        int, head.numbers("QIIIIIiII", "the first 48 bytes")
-    )
-    _require_switches({"user flags": flags, "polarisation": polarised, "precision": single, "weight": weighed})
-    weight = _universal_weight(head) if weighed else 0.0
-    _require_room(head, n_comments, n_blobs)
-    source = _decoded(head.piece("name of the source"))
-    comments = tuple(_decoded(head.piece(f"comment {k}")) for k in range(n_comments))
-    keys = [_decoded(head.piece(f"key {k}")) for k in range(n_blobs)]
-    header = McplHeader(
-        n_particles=n,
-        source=source,
-        comments=comments,
-        blobs=tuple((key, head.piece(f"blob {key!r}")) for key in keys),
-        has_user_flags=bool(flags),
-        has_polarisation=bool(polarised),
-        is_double=not single,
-        pdg_code=pdg,
-        weight=weight,
-        version=version,
-        is_little_endian=head.order == "<",
-    )
-    _require_length(header, length, size - head.position, is_length=is_length)
-    return header, head.position
-
-
-def _start(head: _Head) -> int:
-    """Version of the format; sets the order of the bytes."""
-    start = head.take(min(8, head.rest), "")
-    if start[:2] == b"\x1f\x8b":
-        raise McplFault("E802", "", "the file is compressed with gzip twice", "run gunzip on it once")
-    if start[:4] != MAGIC:
-        begin = repr(start[:4])[1:] if start else "nothing"
-        raise McplFault("E802", "", f"an MCPL file begins with 'MCPL', this one with {begin}", "name an MCPL file")
-    if head.position + head.rest < FIXED_BYTES:
-        raise McplFault(
-            "E803", "", f"a header has at least {FIXED_BYTES} bytes, the file has {len(start) + head.rest}", _CUT
-        )
-    digits, order = start[4:7], start[7:8]
-    version = int(digits) if digits.isdigit() else 0
-    if version not in VERSIONS:
-        shown = digits.decode("ascii", "backslashreplace")
-        raise McplFault("E802", "version", f"versions 002 and 003 can be read, this is {shown!r}")
-    if order not in (b"L", b"B"):
-        raise McplFault("E802", "byte order", f"expected L or B in byte 8, got {repr(order)[1:]}", _CUT)
-    head.order = "<" if order == b"L" else ">"
-    return version
-
-
-def _require_switches(switches: dict[str, int]) -> None:
-    for name, value in switches.items():
-        if value not in (0, 1):
-            raise McplFault("E803", name, f"the switch is 0 or 1, got {value}", _CUT)
-
-
-def _universal_weight(head: _Head) -> float:
-    (weight,) = head.numbers("d", "weight")
-    if not (math.isfinite(weight) and weight > 0):
-        raise McplFault("E803", "weight", f"the weight of all particles is positive and finite, got {weight}", _CUT)
-    return weight
-
-
-def _require_room(head: _Head, n_comments: int, n_blobs: int) -> None:
-    """Refuse counts that the file cannot hold before anything is made for them."""
-    n_texts = n_comments + 2 * n_blobs
-    if 4 * (n_texts + 1) > head.rest or n_texts > MAX_TEXTS:
-        message = f"the header says {n_comments} comments and {n_blobs} blobs, more than it can hold"
-        raise McplFault("E803", "comments", message, _CUT)
-
-
-def _require_length(header: McplHeader, length: int, n_bytes: int, *, is_length: bool) -> None:
-    expected = header.record.itemsize
-    if length != expected:
-        message = f"the header says {length} bytes for a record, its fields have {expected}"
-        raise McplFault("E803", "particle size", message, _CUT)
-    held, rest = divmod(n_bytes, expected)
-    if not is_length:
-        if header.n_particles > held:
-            message = f"the header says {header.n_particles}, a compressed file of this size holds {held} at most"
-            raise McplFault("E804", "particles", message, _CUT)
-        return
-    if header.n_particles == held and not rest:
-        return
-    contents = f"{held} records" + (f" and {rest} bytes" if rest else "")
-    message = f"the header says {header.n_particles}, the file holds {contents}"
-    is_open = header.n_particles == 0
-    advice = "the file was not closed; mcpltool --repair sets the number" if is_open else _CUT
-    raise McplFault("E804", "particles", message, advice)
-
-
-def _decoded(data: bytes) -> str:
-    return data.decode("utf-8", "replace")  # of all ways to go on, the one that is not slow
 
 
 # Runs of ours. `mcpltool --merge` wants two heads to be equal but for the values of comments ``stat:sum:KEY:VALUE``,

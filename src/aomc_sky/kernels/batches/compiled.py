@@ -8,36 +8,36 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.arithmetic.constants import U32
-from aomc_sky.kernels.jit import inner, inner_reader, kernel
+from aomc_sky.kernels.jit import inner, kernel, reader
 
 _BLOCK = 2048
 
 
-@inner_reader
-def block_sums(uz, sums):
-    """Write the sum of mu and of 1 / mu over a block, mu = -uz, in float64 and in the order of the photons."""
+@reader
+def block_sums(uz):
+    """Return the sums of mu and of 1 / mu over a block, mu = -uz, in float64 and in the order of the photons."""
     mu_sum = 0.0
     inverse_sum = 0.0
     for j in range(uz.size):
         mu = -np.float64(uz[j])
         mu_sum += mu
         inverse_sum += 1.0 / mu
-    sums[0], sums[1] = mu_sum, inverse_sum
+    return mu_sum, inverse_sum
 
 
-@inner_reader
-def weighted_block_sums(uz, weight, sums):
-    """Write the sum of the weight w and of w / mu over a block, in float64 and in the order of the photons."""
+@reader
+def weighted_block_sums(uz, weight):
+    """Return the sums of the weight w and of w / mu over a block, in float64 and in the order of the photons."""
     weight_sum = 0.0
     scalar_sum = 0.0
     for j in range(uz.size):
         w = np.float64(weight[j])
         weight_sum += w
         scalar_sum += w / -np.float64(uz[j])
-    sums[0], sums[1] = weight_sum, scalar_sum
+    return weight_sum, scalar_sum
 
 
-@inner_reader
+@reader
 def pack(ux, uy, uz, cell, energy, flags, n_flagged, first, second, signed_energy, user_flags):
     """Write direction, energy [MeV] and user flags of photons into the fields of their records, arrays of any strides.
 

@@ -45,7 +45,7 @@ from aomc_sky.kernels.cells.blocks import (
 from aomc_sky.kernels.cells.laws import disc, disc_at_horizon_trial, from_mu, from_mu2
 from aomc_sky.kernels.emission.plain import in_circle, in_rectangle
 from aomc_sky.kernels.formula import by_width, select
-from aomc_sky.kernels.jit import inlined_reader, inner_reader, seen_as
+from aomc_sky.kernels.jit import inlined_reader, inner_reader, reader, seen_as
 from aomc_sky.kernels.lobes.cells import lobe_scratch, place_lobes, place_the_rest
 from aomc_sky.kernels.perez.reject import (
     accept_words,
@@ -226,7 +226,7 @@ def _other_laws(m, main_law, slot, law, p, is_disc, chosen, rank, key, band, u, 
         ux[j], uy[j], uz[j] = direction_of(code, of_cell, u[j], v[j], key, U64(rank[j]), band)
 
 
-@inner_reader
+@reader
 def emit(
     start,
     ux,
@@ -337,7 +337,7 @@ def emit(
         place_the_rest(lobes, lobe_steps, place_key, band, jitter, lobe_memory, ux, uy, uz)
 
 
-@inner_reader
+@reader
 def emit_runs(
     start,
     ux,
@@ -408,7 +408,7 @@ def _quarter_run(lo, hi, base_u, base_v, step_u, step_v, of_cell, c, ux, uy, uz,
         bits_v += step_v
 
 
-@inner_reader
+@reader
 def circle_positions(start, x, y, key, band, radius):
     """Uniform over a circle around the origin: r = radius sqrt(u); start and key uint64."""
     for j in range(U64(x.size)):
@@ -417,7 +417,7 @@ def circle_positions(start, x, y, key, band, radius):
         x[j], y[j] = in_circle(u, v, radius)
 
 
-@inner_reader
+@reader
 def rectangle_positions(start, x, y, key, band, size_x, size_y):
     """Uniform over a rectangle centred on the origin; start and key uint64."""
     for j in range(U64(x.size)):

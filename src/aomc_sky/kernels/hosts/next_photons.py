@@ -5,14 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import carray, from_dtype
-from numba.core import types
+from numba import carray, from_dtype, types
+from numba.core.types import ExternalFunctionPointer
 
 from aomc_sky.kernels.arguments import Block, block_arguments, block_head, is_null
 from aomc_sky.kernels.arithmetic.constants import U64
 from aomc_sky.kernels.emission.emit import emit, emit_runs
 from aomc_sky.kernels.jit import c_function, inner
-from aomc_sky.kernels.machine_code import Kind
 
 CLOSED, BAD_START, BAD_COUNT, NO_ARRAY = -1, -2, -3, -4
 """Answers that are no number of photons; they stand in include/aomc_sky.h too."""
@@ -74,7 +73,7 @@ def _next_of_none(block, start, n, ux, uy, uz):
 _NEXT_OF = {"": _next_of_none, "emit": _next, "emit_runs": _next_of_runs}
 
 
-def next_signature(kinds: tuple[Kind, ...], precision: np.dtype) -> Any:
+def next_signature(kinds: Any, precision: np.dtype) -> Any:
     """Numba's signature of `next` for arguments of these types and a precision."""
     pointer = types.CPointer(from_dtype(precision))
     return types.int64(Block(kinds), types.int64, types.int64, pointer, pointer, pointer)
@@ -85,7 +84,7 @@ def compile_next(kernel: str, signature: Any) -> Any:
 
     The arguments in the block are the bound ones of the kernel; those of `emit` stand behind the words of its memory.
     """
-    return c_function(_NEXT_OF[kernel], (signature.args, signature.return_type))
+    return c_function(_NEXT_OF[kernel], signature)
 
 
 def _address_of(function: JittedNext) -> int:
@@ -97,4 +96,4 @@ class JittedNext:
 
     def __init__(self, compiled: Any, signature: Any) -> None:
         self.compiled = compiled
-        self._numba_type_ = types.ExternalFunctionPointer(signature, get_pointer=_address_of)
+        self._numba_type_ = ExternalFunctionPointer(signature, get_pointer=_address_of)

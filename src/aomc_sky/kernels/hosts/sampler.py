@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import from_dtype
-from numba.core import types
+from numba import from_dtype, types
 from numba.extending import overload
 
 from aomc_sky.kernels.arguments import block_arguments
@@ -16,7 +15,7 @@ from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.cells.blocks import cell_of_table, rank_of_photon, slot_of_rank, split_place, turn_of_table
 from aomc_sky.kernels.cells.laws import from_mu, from_mu2
 from aomc_sky.kernels.emission.emit import direction_of
-from aomc_sky.kernels.jit import inlined, inner, shared
+from aomc_sky.kernels.jit import inlined, inner, shared, shared_inlined
 from aomc_sky.kernels.lobes.cells import NO_NUMBER, lobe_at, number_by_rank
 from aomc_sky.kernels.lobes.law import decision_by_rank
 from aomc_sky.kernels.perez.cells import is_rejected, is_taken_at_once, tilted
@@ -132,7 +131,7 @@ def make_sample(block: Any, n: int) -> Any:
     """Return the jitted `sample(i)` of a band with n photons; `block` gives the arguments of `photon_at`."""
     end = np.uint64(n)
 
-    @inlined
+    @shared_inlined
     def sample(i):
         if _index(i) >= end:
             raise IndexError("photon index outside the band")
@@ -176,7 +175,7 @@ def make_loop(sample: Any) -> Any:
     out.
     """
 
-    @inner
+    @shared
     def loop(n):
         x_sum, y_sum, z_sum = 0.0, 0.0, 0.0
         for i in range(n):

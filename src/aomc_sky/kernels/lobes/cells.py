@@ -14,7 +14,7 @@ from aomc_sky.kernels.arithmetic.elementary import sincos_turned, uniform_f64
 from aomc_sky.kernels.arithmetic.prefetch import prefetch_to_read, prefetch_to_write
 from aomc_sky.kernels.arithmetic.rng import later_words
 from aomc_sky.kernels.cells.blocks import column
-from aomc_sky.kernels.jit import inner_reader, seen_as, spliced
+from aomc_sky.kernels.jit import inner_reader, seen_as
 from aomc_sky.kernels.lobes.law import (
     CELL_COLUMNS,
     LOBE_COLUMNS,
@@ -54,7 +54,7 @@ _CELL_COLUMNS = np.uint64(CELL_COLUMNS)
 _LOBE_COLUMNS = np.uint64(LOBE_COLUMNS)
 
 
-@spliced
+@inner_reader
 def _try_one(lobe, number, first, second, ranges, bins, shapes, envelopes, kinds):
     """Direction of one photon from two words, and the bound of its bin; `number` as for `lobe_at`."""
     r, s = _RANGE_COLUMNS * U64(lobe), _LOBE_COLUMNS * U64(lobe)
@@ -79,7 +79,7 @@ def _try_one(lobe, number, first, second, ranges, bins, shapes, envelopes, kinds
     return x, y, up, envelopes[c + U64(7)]
 
 
-@spliced
+@inner_reader
 def _until_taken(lobe, ranges, bins, shapes, envelopes, kinds, trial, number, first, second, word, key, rank, band):
     """Direction of one photon from trial `trial` on, whose bin and words are given."""
     while True:

@@ -14,7 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.arithmetic import error_free
-from aomc_sky.kernels.jit import inlined, inner, kernel, shared
+from aomc_sky.kernels.jit import inlined, inner, kernel, shared, shared_inlined
 from aomc_sky.kernels.phase import henyey_greenstein, rayleigh, scatter
 
 _r_cubic_share = inner(rayleigh.cubic_share)
@@ -90,7 +90,7 @@ def _cosine32(xi, g):
     return mu if forward else -mu
 
 
-@inlined
+@shared_inlined
 def hg_sample_mu(xi, g):
     """Cosine mu of the scattering angle; xi is the probability of a smaller one."""
     x, mean = np.float64(xi), np.float64(g)

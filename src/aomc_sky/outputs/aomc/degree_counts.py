@@ -113,7 +113,7 @@ def _beam_refusal(component: Component, n_photons: int) -> Refusal | None:
         where += ", with the disc of the sun"
         by_hand = "write disc = false in [sun] of sky.toml"
     if component.law.is_lobe:
-        by_hand = "make a table of the lobes with aomc-sky lobes --write-skydist, and name it in the scene"
+        by_hand = "leave [[background]] out of sky.toml: the AOMC program knows no lobes"
     return Refusal(
         reason=f"component {component.name!r} (law {component.law.name}) sends {n_photons} photons{where}; the AOMC "
         "program's sky file holds only zenith angles of 1, 2 .. 89 degrees and whole azimuths",

@@ -16,7 +16,6 @@ import aomc_sky
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, encode_header, plan_begin
 from aomc_sky.kernels.backend import announce_photons, use_kernels
-from aomc_sky.kernels.machine_code import Kernel
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.photons.files import ChunkPool, FileLayout, PhotonWriter
@@ -109,9 +108,6 @@ class McplWriter(PhotonWriter):
         )
 
 
-_PACK = Kernel("batches.compiled", "pack").bound()
-
-
 def _energies(source: PhotonSource) -> np.ndarray:
     """Energy of a photon of each waveband, in the precision of the file. [MeV]"""
     wavelength = source.plan.arrays["wavelength_nm"]
@@ -135,8 +131,10 @@ def _pack(batch: PhotonBatch, energy: np.floating, records: np.ndarray) -> None:
     n_flagged = np.int32(MAX_CELLS if is_flagged else 0)
     photons = (batch.ux, batch.uy, batch.uz, batch.patch)
     arguments: tuple[Any, ...] = (*photons, energy, flags, n_flagged, *packed, records["user_flags"])
-    if use_kernels(0, lambda: _PACK.is_kept(*arguments)):
-        _PACK(*arguments)
+    if use_kernels(0):
+        from aomc_sky.kernels.batches import compiled
+
+        compiled.pack(*arguments)
     else:
         from aomc_sky.kernels.batches import plain
 

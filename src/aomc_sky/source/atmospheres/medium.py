@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.atmosphere.language.block import Block, read_block
-from aomc_sky.atmosphere.language.nodes import Type
+from aomc_sky.atmosphere.language.values import Type
 from aomc_sky.atmosphere.lights import MOON_RADIUS_M, Moon
 from aomc_sky.atmosphere.medium import Constituent, Medium, NumberDensity, PhaseBlock, read_phase_block
 from aomc_sky.errors import InputFileError, InputWarning, Problem, SceneError

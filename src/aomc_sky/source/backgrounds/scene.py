@@ -6,19 +6,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from aomc_sky.errors import UsageError
 from aomc_sky.formats.background.data import BackgroundFile
 from aomc_sky.formats.report import nearest
-from aomc_sky.formats.sky_toml.keys import BackgroundSection, SkySection
+from aomc_sky.formats.sky_toml.keys import BackgroundSection
 from aomc_sky.skies.lobes.horizon import mass_above_horizon
 from aomc_sky.skies.lobes.lobe import rotation_matrix
 from aomc_sky.skies.lobes.sky import LobeSky, WeightedLobe, plain_name
-from aomc_sky.source.backgrounds.absolute_units import night_draft, with_absolute_units
 from aomc_sky.source.backgrounds.light import read_background_files, sky_at
-from aomc_sky.source.scene import Scene
-from aomc_sky.wavebands import Wavebands
 
 _TOLERANCE = 1e-6  # 0.400 um is 0.4000000059 in float32
 
@@ -61,20 +57,6 @@ class LobeScene:
         if above == "sphere":
             return 1.0
         return float(mass_above_horizon(lobe.kind, lobe.param0, lobe.param1, lobe.quaternion, weighting=above))
-
-    def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
-        """Radiance of all skies, as `LobeSky.radiance` has it. [W m-2 sr-1 nm-1]"""
-        total = np.zeros(())
-        for sky in self.skies:
-            total = total + sky.radiance(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
-        return total
-
-    def scene(self, n_photons: int) -> Scene:
-        """The lobes as the only source, a waveband at each wavelength; `n_photons` of every waveband. [1 to 2^62]"""
-        bands = Wavebands(wavelength_nm=self.wavelength_nm)
-        draft = night_draft(bands.n_bands, n_photons)
-        files = {f"background_{k}": section.file for k, section in enumerate(self.sections, start=1)}
-        return with_absolute_units(draft, SkySection(), self.skies, bands, "").scene(bands, input_files=files)
 
 
 def axis_of(lobe: WeightedLobe) -> tuple[float, float]:

@@ -12,14 +12,12 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.cache import Cache
 from aomc_sky.errors import InputWarning, UsageError
 from aomc_sky.formats.aomc.amc import AmcConfig, DifcolTable, LambbotTable
 from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.formats.sky_toml.keys import GLOW_KEY, AtmosphereSection, moon_direction
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere import AtmosphereSky
-from aomc_sky.source.atmospheres.kept_sky import kept_sky
 from aomc_sky.source.atmospheres.medium import MediumReport, glow_of_luminance, moon_of_direction, read_medium
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.light.inputs import DIFCOL, Sun
@@ -68,7 +66,6 @@ def atmosphere_draft(
     difcol: DifcolTable | None,
     weighting: str | None,
     has_disc: bool,
-    cache: Cache | None = None,
 ) -> SceneDraft:
     """A scene under an atmosphere, in absolute units; of difcol.inp the intensities count, not the fractions."""
     if weighting not in (None, "projected"):
@@ -77,8 +74,7 @@ def atmosphere_draft(
             f"weighting {weighting!r} does not; leave --weighting out"
         )
     section, medium = atmosphere.section, atmosphere.medium
-    sky = kept_sky(
-        cache,
+    sky = AtmosphereSky(
         medium=medium,
         sun_zenith_deg=sun.zenith_deg,
         sun_azimuth_deg=sun.azimuth_deg,

@@ -10,7 +10,7 @@ import numpy as np
 
 from aomc_sky.component import Component
 from aomc_sky.errors import InputFileError, SceneError
-from aomc_sky.formats.netcdf.field import FieldRefusedError, GriddedField, read_field
+from aomc_sky.formats.netcdf import FieldRefusedError, read_field
 from aomc_sky.formats.sky_toml.file import problem_of_key
 from aomc_sky.formats.sky_toml.keys import FieldSection
 from aomc_sky.skies.radiance_field import has_wavelength
@@ -86,7 +86,7 @@ def read_sky_field(section: FieldSection, toml_path: str) -> SkyField:
         raise InputFileError([problem_of_key(toml_path, ("sky", named), "E710", message, advice)]) from None
 
 
-def _sky_field(section: FieldSection, field: GriddedField) -> SkyField:
+def _sky_field(section: FieldSection, field: Any) -> SkyField:
     sky = TabulatedSky.from_xarray(
         field,
         zenith=section.zenith,
@@ -96,5 +96,5 @@ def _sky_field(section: FieldSection, field: GriddedField) -> SkyField:
         azimuth_convention=section.azimuth_convention,
     )
     return SkyField(
-        section=section, variable=field.name, sky=sky, has_wavelength=has_wavelength(field, section.wavelength)
+        section=section, variable=str(field.name), sky=sky, has_wavelength=has_wavelength(field, section.wavelength)
     )

@@ -48,7 +48,6 @@ def read_scene(
     sky_options: Mapping[str, Any] | None = None,
     allow_paths: Sequence[str | os.PathLike[str]] = (),
     max_memory_bytes: int | None = None,
-    cache: bool = True,
 ) -> Scene:
     """Read amc.inp and the files beside it.
 
@@ -101,9 +100,6 @@ def read_scene(
         Folders below which the files that sky.toml names may lie, besides that of amc.inp.
     max_memory_bytes : int, optional
         Refuse a sky file that takes more before it takes any; 2 GiB by default. [bytes]
-    cache : bool
-        Whether the solution of an atmosphere is taken from the cache of this user, and kept there; the scene is the
-        same to the bit. A CacheWarning tells of an entry that was damaged.
 
     Returns
     -------
@@ -143,7 +139,7 @@ def read_scene(
             weighting=weighting if files.sky == "none" else None,
             azimuth_bins=None if azimuth_bins == "n+1" else azimuth_bins,
         )
-        draft, units = _model_draft(files, bands, given, weighting, compat, uses_cache=cache)
+        draft, units = _model_draft(files, bands, given, weighting, compat)
     draft = _in_absolute_units(draft, units, files, bands)
     paths = files.paths
     if given is not None and given.weather is not None:
@@ -187,8 +183,6 @@ def _model_draft(
     given: GivenInputs | None,
     weighting: str | None,
     compat: str | None,
-    *,
-    uses_cache: bool,
 ) -> tuple[SceneDraft, SkySection | None]:
     """A scene without a sky file, and the irradiances of sun and sky where a spectrum tells them."""
     if files.sky == "none":
@@ -202,7 +196,7 @@ def _model_draft(
 
     given = given or GivenInputs()
     if files.atmosphere is not None:
-        return _under_atmosphere(files, files.atmosphere, bands, given, weighting, uses_cache=uses_cache), None
+        return _under_atmosphere(files, files.atmosphere, bands, given, weighting), None
     from aomc_sky.source.read.sun_and_sky import band_split, sun_and_sky_draft
 
     inputs = sky_inputs(files.config, files.toml_or_empty, given)
@@ -216,11 +210,8 @@ def _under_atmosphere(
     bands: Wavebands,
     given: GivenInputs,
     weighting: str | None,
-    *,
-    uses_cache: bool,
 ) -> SceneDraft:
     """A scene with [atmosphere]; the beam has the solar disc unless someone says that it has not."""
-    from aomc_sky.cache import usual_cache
     from aomc_sky.source.light.inputs import resolve_sun
     from aomc_sky.source.read.atmosphere import atmosphere_draft, with_lights
 
@@ -238,7 +229,6 @@ def _under_atmosphere(
         difcol=files.difcol,
         weighting=weighting,
         has_disc=has_disc is not False,
-        cache=usual_cache() if uses_cache else None,
     )
 
 

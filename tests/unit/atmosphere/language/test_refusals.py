@@ -11,9 +11,8 @@ import time
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.language.block import MAX_STEPS
-from aomc_sky.atmosphere.language.expressions import MAX_VARIABLES
-from aomc_sky.atmosphere.language.lexer import MAX_BLOCK_BYTES, MAX_NESTING
+from aomc_sky.atmosphere.language.expressions import MAX_NESTING, MAX_VARIABLES
+from aomc_sky.atmosphere.language.lexer import MAX_BLOCK_BYTES, MAX_NODES
 from aomc_sky.errors import MAX_PROBLEMS_SHOWN, InputFileError
 from tests.support.blocks import GIVEN, at, density_block, phase_block
 from tests.support.limits import MOST_CPU_S
@@ -33,46 +32,54 @@ def problems_of(text: str) -> tuple[str, ...]:
     [
         # not in the language
         ("#include <x>\nreturn 1.;", "10:1: a code block has no preprocessor"),
-        ('return "a";', '10:8: " has no meaning in a code block'),
-        ("return `1`;", "10:8: ` has no meaning in a code block"),
-        ("return 1. \\ 2.;", "10:11: \\ has no meaning in a code block"),
+        ('return "a";', "10:8: the character '\"' has no meaning in a code block"),
+        ("return `1`;", "10:8: the character '`' has no meaning in a code block"),
+        ("return 1. \\ 2.;", "10:11: the character '\\\\' has no meaning in a code block"),
         ("return 1 @ 2;", "10:10: the character '@' has no meaning"),
         ("return 2.0 \xd7 altitude;", "10:12: the character '\\xd7' has no meaning"),
         ("/* open", "10:1: this comment has no end | close it with */"),
-        ("struct A { float x; }; return 1.;", "10:1: struct is not part of this language"),
+        ("struct A { float x; }; return 1.;", "10:1: a type is not known"),
         ("float a[3]; return 1.;", "10:7: there are no arrays here"),
         ("float[3] a; return 1.;", "10:6: there are no arrays here"),
         ("float f(float x) { return x; } return 1.;", "10:7: a block cannot define functions"),
         (
             "return 1.; } float g() { return 2.;",
-            "10:12: this } has no { before it in the block | remove it",
+            "10:12: } cannot stand here | it has no { before it in the block; remove it",
         ),
-        ("double a = 1.; return a;", "10:1: double is not part of this language"),
-        ("return 1.0lf;", "10:8: 1.0lf has type double"),
-        ("do { } while(true); return 1.;", "10:1: do is not part of this language"),
-        ("switch(1) { } return 1.;", "10:1: switch is not part of this language"),
-        ("precision highp float; return 1.;", "10:1: precision is not part of this language"),
-        ("mat3 m; return 1.;", "10:1: mat3 has no meaning here"),
-        ("ivec2 v; return 1.;", "10:1: ivec2 has no meaning here"),
-        ("return float(1 << 3);", "10:16: the operator << on bits is not part of this language"),
+        ("double a = 1.; return a;", "10:1: a type is not known"),
+        ("float a[3]; return a[0];", "10:7: there are no arrays here"),
+        ("return 1.0lf;", "10:8: 1.0lf is not a number"),
+        (
+            "while(true) { } return 1.;",
+            "10:1: while cannot stand here | there are no loops; write the terms one by one",
+        ),
+        ("for(int i = 0; i < 3; i += 1) { i = 1; } return 1.;", "10:1: for cannot stand here"),
+        ("switch(1) { } return 1.;", "10:1: switch cannot stand here | write it with if and else"),
+        ("precision highp float; return 1.;", "10:1: a type is not known"),
+        ("mat3 m; return 1.;", "10:1: a type is not known"),
+        ("ivec2 v; return 1.;", "10:1: a type is not known"),
+        ("return float(1 << 3);", "10:16: the operator << is not part of this language"),
         (
             "return float(5 & 3);",
-            "10:16: the operator & on bits is not part of this language | write && if that is meant",
+            "10:16: the operator & is not part of this language | write &&, || or !=",
         ),
-        ("int i = 5; i <<= 2; return i;", "10:14: <<= works on bits"),
+        ("int i = 5; i <<= 2; return i;", "10:14: the operator <<= is not part of this language"),
         ("float a; float b = a = 1.; return b;", "10:22: an assignment is not a value here"),
-        ("int i = 1; return i++;", "10:20: an assignment is not a value here"),
-        ("int i = 1; return --i;", "10:19: an assignment is not a value here"),
+        ("int i = 1; return i++;", "10:20: the operator ++ is not part of this language | write += 1 or -= 1"),
+        ("int i = 1; return --i;", "10:19: a value is missing; found --"),
         ("float a = (1., 2.); return a;", "10:14: there are two values in one pair of brackets"),
         ("float __a = 1.; return 1.;", "10:7: the name __a is reserved in GLSL"),
         ("return gl_FragCoord.x;", "10:8: the name gl_FragCoord is reserved in GLSL"),
         # numbers
-        ("return 10km;", "10:8: 10km is not a number | write 10*km, if that is meant"),
-        ("return 1f;", "10:8: 1f is not a number | write 1.0"),
+        (
+            "return 10km;",
+            "10:8: 10km is not a number | write decimal digits alone, such as 10 or 10.0, or a product such as 10*km",
+        ),
+        ("return 1f;", "10:8: 1f is not a number"),
         ("return 1.2.3;", "10:8: 1.2.3 is not a number"),
         ("return 1e;", "10:8: 1e is not a number"),
-        ("return float(0x10);", "10:14: 0x10 is a hexadecimal number"),
-        ("return float(010);", "10:14: 010 begins with 0, which GLSL reads as octal"),
+        ("return float(0x10);", "10:14: 0x10 is not a number"),
+        ("return float(010);", "10:14: 010 is not a number"),
         ("return float(5u);", "10:14: 5u is not a number"),
         ("return 3000000000;", "10:8: the whole number 3000000000 is beyond 2147483647"),
         ("return 1e400;", "10:8: 1e400 is too large for a double-precision number"),
@@ -86,28 +93,29 @@ def problems_of(text: str) -> tuple[str, ...]:
         ("return altitude > 1. ? 2.;", "10:26: : is missing between the two values of ?:"),
         ("if altitude > 1. return 2.;", "10:3: ( is missing after if"),
         ("if(altitude > 1.) { return 2.;", "10:19: this { is not closed in the block"),
-        ("else return 1.;", "10:1: this else has no if before it"),
+        ("else return 1.;", "10:1: else cannot stand here | it has no if before it"),
         ("altitude; return 1.;", "10:1: this statement does nothing"),
-        ("break; return 1.;", "10:1: break is not in a loop"),
         ("flot x = 1.; return 1.;", "10:1: a type is not known | the types are bool, int, float, vec2, vec3, vec4"),
         ("float; return 1.;", "10:6: a name is missing after the type"),
         ("const x = 1.; return 1.;", "10:7: a type is missing"),
         ("", "10:1: the block can end without a value; it must return a float | write return and a value at its end"),
         ("if(altitude < 1.) return 1.;", "10:29: the block can end without a value"),
         ("if(altitude < 1.) return 1.; else if(altitude < 2.) return 2.;", "10:63: the block can end without"),
-        ("while(true) return 1.;", "10:23: the block can end without a value"),
         # types
-        ("return vec4(1);", "10:8: the value that is returned is a vec4, not a float | take a component of it: .x"),
+        (
+            "return vec4(1);",
+            "10:8: the value that is returned is a vec4, not a float | take a component of it, such as .x",
+        ),
         ("return true;", "10:8: the value that is returned is a bool, not a float | write float(...) around it"),
         ("int i = 1.; return i;", "10:9: the value of i is a float, not an int | write int(...) around it"),
-        ("vec2 v = vec3(1); return 1.;", "10:10: the value of v is a vec3, not a vec2 | a vec2 has 2 components"),
+        ("vec2 v = vec3(1); return 1.;", "10:10: the value of v is a vec3, not a vec2 | take a component"),
         ("vec2 v = 1.; return 1.;", "10:10: the value of v is a float, not a vec2 | write vec2(...) around it"),
         ("if(1) return 1.; return 2.;", "10:4: the condition is an int, not a bool | write a comparison"),
         ("return 1 ? 2. : 3.;", "10:8: the condition is an int, not a bool"),
-        ("return true ? 2. : vec2(1).xy;", "10:8: the values of ?: have different types: float, vec2"),
+        ("return true ? 2. : vec2(1).xy;", "10:8: the values of ?: have different types: float and vec2"),
         ("return 1. + (altitude < 5.);", "10:8: + cannot combine float and bool | write cond ? a : b"),
         ("return (vec2(1) + vec3(1)).x;", "10:9: + cannot combine vec2 and vec3"),
-        ("return 5. % 2.;", "10:8: % takes two ints, not float and float | write mod(x, y)"),
+        ("return 5. % 2.;", "10:11: the operator % is not part of this language | write mod(x, y)"),
         ("return 1. < altitude < 5. ? 1. : 0.;", "10:8: < compares two numbers, not bool and float | join two"),
         ("return vec2(1) < vec2(2) ? 1. : 0.;", "10:8: < compares two numbers, not vec2 and vec2"),
         ("return true == 1 ? 1. : 0.;", "10:8: == compares two values of one type, not bool and int"),
@@ -122,21 +130,21 @@ def problems_of(text: str) -> tuple[str, ...]:
             "10:8: pow does not take vec4, float: its values have one type | write vec4",
         ),
         ("return exp(true);", "10:8: exp does not take bool"),
-        ("return exp();", "10:8: exp takes 1 argument, not 0"),
-        ("return atan(1., 2., 3.);", "10:8: atan takes 1 or 2 arguments, not 3"),
+        ("return exp();", "10:8: exp takes 1 values, not 0"),
+        ("return atan(1., 2., 3.);", "10:8: atan takes 1 or 2 values, not 3"),
         ("return expp(1.);", "10:8: there is no function expp | is exp meant?"),
         ("return vec2(1, 2, 3).x;", "10:8: there are more values than components of vec2"),
         ("return vec4(1, 2).x;", "10:8: vec4 has 4 components, 2 are given"),
         ("return float(1, 2);", "10:8: float() takes one value, not 2"),
-        ("return float();", "10:8: float() has no value between its brackets"),
+        ("return float();", "10:8: float() takes one value, not 0"),
         # names
         ("return altitud;", "10:8: the name altitud is not known | is altitude meant?"),
         ("return exp;", "10:8: the name exp is not known | exp is a function: write exp(...)"),
         ("float x = x; return x;", "10:11: the name x is not known"),
         ("{ float x = 1.; } return x;", "10:26: the name x is not known"),
-        ("for(int i = 0; i < 3; i++) ; return i;", "10:37: the name i is not known"),
+        ("if(altitude > 1.) { int i = 0; } return i;", "10:41: the name i is not known"),
         ("float x = 1.; float x = 2.; return x;", "10:21: x is declared twice"),
-        ("float altitude = 1.; return altitude;", "10:7: altitude is the block's argument"),
+        ("float altitude = 1.; return altitude;", "10:7: altitude is declared twice"),
         ("const float a = 1.; a = 2.; return a;", "10:21: a is const and cannot be changed"),
         ("const float a; return 1.;", "10:13: a is const and has no value"),
         ("wavelengths.x = 2.; return 1.;", "10:1: wavelengths is given to the block and cannot be changed"),
@@ -144,13 +152,14 @@ def problems_of(text: str) -> tuple[str, ...]:
         ("1. = 2.; return 1.;", "10:1: only a variable or its components can get a value"),
         # components
         ("return altitude.x;", "10:17: a float has no components"),
-        ("return wavelengths.xg;", "10:20: .xg names no components of a vec4"),
-        ("return vec2(1).z;", "10:16: .z names no components of a vec2 | one to four letters of xy, rg, st"),
-        ("return wavelengths.xyzwx.x;", "10:20: .xyzwx names no components"),
-        ("return wavelengths.length();", "10:26: "),
-        ("return wavelengths[4];", "10:20: a vec4 has no component 4 | components are counted from 0 to 3"),
-        ("return wavelengths[1.];", "10:20: an index is a float, not an int"),
-        ("return altitude[0];", "10:8: a float has no components"),
+        ("return wavelengths.xg;", "10:20: xg names no components of a vec4"),
+        ("return vec2(1).z;", "10:16: z names no components of a vec2 | one to four letters of xy, rg, st"),
+        ("return wavelengths.xyzwx.x;", "10:20: xyzwx names no components"),
+        ("return wavelengths.length();", "10:20: length names no components of a vec4"),
+        ("return wavelengths[4];", "10:20: 4 names no components of a vec4 | write an index of 0 to 3"),
+        ("return wavelengths[1.];", "10:20: an index is a whole number that stands there; found 1."),
+        ("return wavelengths[wlSetIndex];", "10:20: an index is a whole number that stands there; found wlSetIndex"),
+        ("return altitude[0];", "10:17: a float has no components"),
         ("vec2 v = vec2(1); v.xx = vec2(2); return 1.;", "10:19: a component is named twice on the left of ="),
     ],
 )
@@ -164,15 +173,16 @@ def test_a_block_tells_all_its_problems_in_their_order() -> None:
     text = """float a = 1. * true;
 vec2 b = a;
 if(a) b = 2.;
-while(a < 3) { a = unknown; break; }
+else b = vec2(2);
+if(a < 3) { a = unknown; b = true; }
 return b + c;"""
     assert [one.split(" ")[0] for one in problems_of(text)] == [
         "10:11:",
         "11:10:",
         "12:4:",
-        "12:11:",
-        "13:20:",
-        "14:12:",
+        "14:17:",
+        "14:30:",
+        "15:12:",
     ]
 
 
@@ -228,24 +238,20 @@ HOSTILE = {
     "brackets": ("return " + "(" * N + "1." + ")" * N + ";", DEEP),
     "open brackets": ("return " + "(" * N, DEEP),
     "braces": ("{" * N + "}" * N, DEEP),
-    "minus": ("return " + "- " * N + "1.;", DEEP),
-    "not": ("return " + "!" * N + "true ? 1. : 2.;", DEEP),
+    "minus": ("return " + "- " * 9000 + "1.;", DEEP),
+    "not": ("return " + "!" * 9000 + "true ? 1. : 2.;", DEEP),
     "ifs": ("if(true) " * 2000 + "return 1.;", DEEP),
-    "loops in loops": ("for(;;) " * 2000 + "return 1.;", DEEP),
     "choices in choices": ("return " + "true ? " * 2000 + "2." + ": 1." * 2000 + ";", DEEP),
-    "choices in brackets": ("return " + "true ? 1. : (" * 4000 + "2." + ")" * 4000 + ";", DEEP),
-    "indices": ("return " + "wavelengths[" * 4000 + "0" + "]" * 4000 + ";", DEEP),
-    "components": ("return wavelengths" + ".xyzw" * 3000 + ".x;", DEEP),
+    "choices in brackets": ("return " + "true ? 1. : (" * 2000 + "2." + ")" * 2000 + ";", DEEP),
+    "indices": ("return " + "wavelengths[" * 4000 + "0" + "]" * 4000 + ";", "an index is a whole number"),
+    "components": ("return wavelengths" + ".xyzw" * 6000 + ".x;", "more than 10000"),
     "calls": ("return " + "exp(" * 3000 + "0." + ")" * 3000 + ";", DEEP),
     "constructors": ("return " + "vec4(" * 3000 + "0." + ")" * 3000 + ".x;", DEEP),
-    "precedences": ("return " + "false || true && 1. == 1. + 2. * float(" * 1500 + "1" + ")" * 1500 + ";", DEEP),
+    "precedences": ("return " + "false || true && 1. == 1. + 2. * float(" * 800 + "1" + ")" * 800 + ";", DEEP),
     "a hundred thousand brackets": ("return " + "(" * 10**5 + "1." + ")" * 10**5 + ";", "more than 65536"),
-    "an endless while": ("while(true) {} return 1.;", "steps"),
-    "an endless for": ("for(;;) ; return 1.;", "steps"),
-    "an endless continue": ("while(true) { continue; } return 1.;", "steps"),
-    "loops of loops": ("float s=0.; for(int i=0;i<9999;i++) for(int j=0;j<9999;j++) s+=1.; return s;", "steps"),
-    "a loop that grows": ("vec4 v = vec4(1); while(true) { v = v + v; } return v.x;", "steps"),
-    "a long condition": ("while(" + "+".join(["1."] * 5000) + " > 0.) {} return 1.;", "steps"),
+    "an endless loop": ("while(true) {} return 1.;", "there are no loops"),
+    "terms": ("return " + "+".join(["1."] * 12_000) + ";", "more than 10000 numbers, names and operators"),
+    "statements": ("altitude = 1.;" * 4000 + "return 1.;", "more than 10000 numbers, names and operators"),
     "variables": (
         "".join(f"vec4 a{i} = vec4(altitude);" for i in range(600)) + "return 1.;",
         "more than 500 variables",
@@ -275,12 +281,12 @@ def test_a_hostile_block_is_refused(name: str) -> None:
 
 def test_what_is_long_and_honest_is_worked_out() -> None:
     assert at("return " + "+".join(["altitude"] * 5000) + ";", 2.0) == [10_000.0]
-    assert at("return " + "true ? 1. : " * 3000 + "2.;", 0.0) == [1.0]
+    assert at("return " + "true ? 1. : " * 2000 + "2.;", 0.0) == [1.0]
     ladder = "if(altitude < 0.) return 0.; " + "".join(f"else if(altitude < {k}.) return {k}.; " for k in range(1, 999))
     assert at(ladder + "return -1.;", 41.5, 997.5, 2000.0) == [42.0, 998.0, -1.0]
     nested = "(" * (MAX_NESTING - 2) + "altitude" + ")" * (MAX_NESTING - 2)
     assert at(f"return {nested};", 3.0) == [3.0]
-    assert at("float s = 0.; for(int i = 0; i < 1200; i++) s += 1.; return s;", 0.0) == [1200.0]
+    assert at("return wavelengths" + ".wzyx" * 3001 + ".x;", 0.0) == [700.0]
     many = "".join(f"float a{i} = altitude;" for i in range(MAX_VARIABLES - 10))
     assert at(f"{many} return a7;", 5.0) == [5.0]
 
@@ -292,11 +298,11 @@ def test_the_limits_are_met_exactly() -> None:
         density_block(fits + " ")
     with pytest.raises(InputFileError, match=f"has {MAX_BLOCK_BYTES + 1} bytes"):
         density_block("return 1.;//".ljust(MAX_BLOCK_BYTES - 1) + "\xe9")
-    # body, return, chain, first number, then two steps for each further number
-    n_terms = (MAX_STEPS - 4) // 2 + 1
+    # return, the terms, and a sign between two
+    n_terms = MAX_NODES // 2
     assert at("return " + "+".join(["1."] * n_terms) + ";", 0.0) == [float(n_terms)]
-    with pytest.raises(InputFileError, match="more than 20000 steps"):
-        at("return " + "+".join(["1."] * (n_terms + 1)) + ";", 0.0)
+    with pytest.raises(InputFileError, match="more than 10000 numbers, names and operators"):
+        at("return " + "+".join(["1."] * n_terms) + "+altitude;", 0.0)
 
 
 NESTS = {
@@ -307,10 +313,9 @@ NESTS = {
     "ifs": lambda n: "if(true) " * n + "return 1.; return 2.;",
     "braces": lambda n: "{" * n + "return 1.;" + "}" * n,
     "elses": lambda n: "if(false) ; else { " * n + "return 1.;" + "}" * n + "return 2.;",
-    "loops": lambda n: "for(;;) " * n + "return 1.; return 1.;",
     "signs": lambda n: "return " + "- " * n + "1.;",
     "vectors": lambda n: "return " + "vec2(" * n + "1." + ").xy" * n + ".x;",
-    "indices": lambda n: "return " + "wavelengths[int(" * n + "0." + ")]" * n + ";",
+    "logic": lambda n: "return " + "float(altitude < 1. || 1. < " * n + "1." + ")" * n + ";",
 }
 
 

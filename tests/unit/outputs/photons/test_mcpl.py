@@ -13,9 +13,8 @@ from aomc_sky.formats.mcpl.header import runs_of, statistic
 from aomc_sky.outputs.photons import mcpl
 from aomc_sky.outputs.photons.mcpl import McplWriter, write_mcpl
 from aomc_sky.source.photons import PhotonBatch
-from bench.mcpl import PARTICLE, parsed
 from tests.support.backend import photons_by
-from tests.support.mcpl import oracle, written_by_libmcpl
+from tests.support.mcpl import PARTICLE, oracle, parsed, written_by_libmcpl
 from tests.support.shared import INPUTS
 
 N = 1500

@@ -261,6 +261,7 @@ def test_the_problems_of_all_blocks_come_together() -> None:
         (20, 'number density of "molecules"'),
         (30, 'phase function of "molecules"'),
         (40, 'number density of "aerosol"'),
+        (62, 'number density of "ozone"'),
         (63, 'number density of "ozone"'),
     ]
     assert "a number density depends on altitude alone" in str(caught.value)

@@ -14,7 +14,6 @@ from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
 
 pytest.importorskip("h5py")
-pytestmark = pytest.mark.usefixtures("hdf5_answers")
 
 WAVELENGTH = [400.0, 500.0, 700.0]
 FLAT = [2e-9, 2e-9, 2e-9]

@@ -14,7 +14,6 @@ import aomc_sky as sky
 from aomc_sky.formats.weather import read_weather
 from aomc_sky.source.light.sun_position import sun_position, utc
 from aomc_sky.source.light.weather import weather_of
-from aomc_sky.source.year import HourState, plan_year
 from tests.support.shared import INPUTS
 
 pvlib = pytest.importorskip("pvlib")
@@ -114,10 +113,6 @@ def test_a_row_that_lacks_one_is_closed(tmp_path: Path, lost: str) -> None:
     assert found.irradiances["dni"] == pytest.approx(given["dni"], abs=1.5 / cosine)
     if lost != "ghi":
         assert found.irradiances["dhi"] + found.irradiances["dni"] * cosine == pytest.approx(given["ghi"], rel=1e-14)
-    plan = plan_year(read_weather(path, "epw"), iterations=10)
-    assert plan.arrays["state"][row - 1] == HourState.SKY
-    assert plan.arrays["dni"][row - 1] == found.irradiances["dni"]
-    assert plan.arrays["dhi"][row - 1] == found.irradiances["dhi"]
 
 
 def test_rows_that_say_too_little_or_too_much(tmp_path: Path) -> None:
@@ -130,8 +125,6 @@ def test_rows_that_say_too_little_or_too_much(tmp_path: Path) -> None:
         path = changed(tmp_path, ",498,789,96,", new)
         with pytest.raises(sky.SceneError, match=words):
             weather_of({"epw": path, "row": 8})
-    state = plan_year(read_weather(changed(tmp_path, ",498,789,96,", ",98,9999,498,"), "epw"), iterations=10)
-    assert state.arrays["state"][7] == HourState.MISSING
     path = changed(tmp_path, ",498,789,96,", ",300,789,96,")
     with pytest.warns(sky.InputWarning, match=r"epw:16: ghi 300 is not dhi 96 \+ dni 789 cos Z = 4.* of the hour are"):
         found = weather_of({"epw": path, "row": 8})

@@ -17,15 +17,9 @@ from tests.support.shared import INPUTS
 SUN_DEG = 41.5
 
 
-@pytest.fixture(scope="module")
-def kept(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    return tmp_path_factory.mktemp("kept")
-
-
 @pytest.fixture
-def amc(tmp_path: Path, kept: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """The scene atmosphere_sky with few orders and patches; what one test has solved others find in the cache."""
-    monkeypatch.setenv("AOMC_SKY_CACHE", str(kept))
+def amc(tmp_path: Path) -> Path:
+    """The scene atmosphere_sky with few orders and patches."""
     path = copy_scene("atmosphere_sky", tmp_path)
     coarse(path)
     return path

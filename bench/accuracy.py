@@ -12,12 +12,12 @@ from functools import partial
 
 import numpy as np
 
-from aomc_sky.benchmark.quantities import QUANTITIES, Tally, Values
-from aomc_sky.benchmark.samplers import BATCH, BenchMethod, buffer_of, drain, source_of
-from aomc_sky.benchmark.skies import BenchSky
-from aomc_sky.benchmark.timing import in_turns
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.system import n_cpus
+from bench.harness import in_turns
+from bench.quantities import QUANTITIES, Tally, Values
+from bench.samplers import BATCH, BenchMethod, buffer_of, drain, source_of
+from bench.skies import BenchSky
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -75,13 +75,13 @@ def tallied(source: PhotonSource) -> Values:
     return sums.values()
 
 
-def _run(sky: BenchSky, method: BenchMethod, n_photons: int, precision: str, seed: int) -> Values:
+def _run(sky: BenchSky, method: BenchMethod, n_photons: int, seed: int) -> Values:
     """The quantities of one replicate."""
-    return tallied(source_of(sky, method, n_photons, seed=seed, precision=precision))
+    return tallied(source_of(sky, method, n_photons, seed=seed))
 
 
 def measure_errors(
-    sky: BenchSky, methods: list[BenchMethod], n_photons: int, *, replicates: int, seed: int, precision: str
+    sky: BenchSky, methods: list[BenchMethod], n_photons: int, *, replicates: int, seed: int = 1
 ) -> list[Row]:
     """Rows without times: errors over replicates with seeds `seed`, `seed` + 1 ...; a method without randomness runs
     once.
@@ -95,7 +95,7 @@ def measure_errors(
         if twin is not None:
             rows[method.name] = replace(twin, method=method.name)
             continue
-        run = partial(_run, sky, method, n_photons, precision)
+        run = partial(_run, sky, method, n_photons)
         with ThreadPoolExecutor(n_cpus(), thread_name_prefix="aomc-sky-bench") as pool:
             error, bias = error_of(pool.map(run, range(seed, seed + n_runs)), sky.truth.values)
         rows[method.name] = Row(
@@ -104,15 +104,13 @@ def measure_errors(
     return list(rows.values())
 
 
-def measure_times(
-    sky: BenchSky, rows: list[Row], methods: list[BenchMethod], *, turns: int, seed: int, precision: str
-) -> list[Row]:
+def measure_times(sky: BenchSky, rows: list[Row], methods: list[BenchMethod], *, turns: int) -> list[Row]:
     """The rows of one sky and one number of photons, one per method, with their times, taken in turns after a first
     one.
     """
     contenders: dict[str, Callable[[], object]] = {}
     for row, method in zip(rows, methods, strict=True):
-        plan = partial(source_of, sky, method, row.n_photons, seed=seed, precision=precision)
+        plan = partial(source_of, sky, method, row.n_photons, seed=1)
         source = plan()
         contenders[f"{method.name} plan"] = plan
         contenders[f"{method.name} emit"] = partial(drain, source, buffer_of(source))

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.integrate import dblquad
 
-from aomc_sky.benchmark.quantities import (
+from aomc_sky.grid import PatchGrid
+from bench.quantities import (
     CONE_HALF_ANGLE_DEG,
     N_ROWS,
     N_SECTORS,
@@ -22,9 +23,7 @@ from aomc_sky.benchmark.quantities import (
     histogram_grid,
     truth_of_table,
 )
-from aomc_sky.benchmark.skies import SKIES, BenchSky, bench_sky
-from aomc_sky.errors import UsageError
-from aomc_sky.grid import PatchGrid
+from bench.skies import SKIES, BenchSky, bench_sky
 
 
 @pytest.fixture(scope="module")
@@ -205,8 +204,3 @@ def test_no_photon_is_an_error_of_one() -> None:
     truth = Values(planar=0.5, scalar=2.0, cone=0.1, ring=0.1, histogram=np.full(288, 1 / 288))
     for quantity in QUANTITIES:
         assert abs(nothing.relative_error(truth, quantity)) == pytest.approx(1.0)
-
-
-def test_a_sky_that_is_none() -> None:
-    with pytest.raises(UsageError, match=r"no sky 'moon'; skies are uniform, clear"):
-        bench_sky("moon")

@@ -1,22 +1,20 @@
-"""The samplers that are compared: ours, numpy's beside them, and photons per second of each, turn and turn about."""
+"""The samplers that are compared: ours, and numpy's beside them."""
 
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
 import numpy as np
 
-from aomc_sky.benchmark.skies import BenchSky
-from aomc_sky.benchmark.timing import in_turns, ratio
-from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.photons import PhotonBatch
-from aomc_sky.source.plan.options import refuse_withdrawn
+from bench.harness import ratio
+from bench.skies import BenchSky
 
 BATCH = 65_536
 """Photons per call, into the same buffers."""
@@ -26,7 +24,7 @@ BATCH = 65_536
 class BenchMethod:
     """One way to sample a sky."""
 
-    #: Name on the command line and in files.
+    #: Name in tables and files.
     name: str
     #: For a person.
     title: str
@@ -63,17 +61,9 @@ METHODS = {method.name: method for method in _METHODS}
 """By name, in the order of the tables."""
 
 
-def chosen_methods(names: Sequence[str]) -> list[BenchMethod]:
-    """The methods of these names, all where there is none; an unknown name is a UsageError."""
-    for name in names:
-        refuse_withdrawn(name)
-    unknown = [name for name in names if name not in METHODS]
-    if unknown:
-        raise UsageError(f"there is no method {unknown[0]!r}; methods are {', '.join(METHODS)}")
-    return [METHODS[name] for name in METHODS if not names or name in names]
-
-
-def source_of(sky: BenchSky, method: BenchMethod, n_photons: int, *, seed: int, precision: str) -> PhotonSource:
+def source_of(
+    sky: BenchSky, method: BenchMethod, n_photons: int, *, seed: int, precision: str = "float32"
+) -> PhotonSource:
     """The source of a method, its counts settled."""
     scene = sky.scene(n_photons, as_table=method.needs_table)
     options: dict[str, Any] = dict(method.options)
@@ -155,22 +145,6 @@ class NumpySampler:
     def multinomial(self, n_photons: int) -> Directions:
         """Photons sorted by patch."""
         return self.directions(np.repeat(np.arange(self.mass.size), self.rng.multinomial(n_photons, self.mass)))
-
-
-def measure_speed(sky: BenchSky, n_photons: int, turns: int) -> SpeedRun:
-    """Time every method and numpy's `choice`, after one turn that does not count.
-
-    Ours fill reused buffers of 65 536 photons and settle their counts beforehand; `choice` has no such step.
-    """
-    sampler = NumpySampler(sky.grid, sky.mass / sky.mass.sum(), np.float64)
-    contenders = our_contenders(sky, n_photons)
-    contenders[CHOICE] = partial(sampler.choice, n_photons)
-    return timed(contenders, n_photons, turns)
-
-
-def timed(contenders: Contenders, n_photons: int, turns: int, left_out: tuple[str, ...] = ()) -> SpeedRun:
-    """A speed run of these contenders."""
-    return SpeedRun(n_photons=n_photons, turns=turns, times=in_turns(contenders, turns), left_out=left_out)
 
 
 def speed_source(sky: BenchSky, name: str, n_photons: int, precision: str = "float32") -> PhotonSource:

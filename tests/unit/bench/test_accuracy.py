@@ -8,12 +8,11 @@ import math
 import numpy as np
 import pytest
 
-from aomc_sky.benchmark.accuracy import Found, Row, error_of, measure_errors, slope_of, tallied, trends
-from aomc_sky.benchmark.quantities import QUANTITIES, Values
-from aomc_sky.benchmark.run import PRESETS, BenchOptions, short_count
-from aomc_sky.benchmark.samplers import METHODS, chosen_methods
-from aomc_sky.benchmark.skies import bench_sky
-from aomc_sky.errors import UsageError
+from bench.accuracy import Found, Row, error_of, measure_errors, slope_of, tallied, trends
+from bench.quantities import QUANTITIES, Values
+from bench.report import Sizes, short_count
+from bench.samplers import METHODS
+from bench.skies import bench_sky
 
 TRUTH = Values(planar=0.5, scalar=2.0, cone=0.1, ring=0.01, histogram=np.full(4, 0.25))
 
@@ -103,9 +102,7 @@ def test_no_trend_of_scalar_irradiance_nor_of_one_number_of_photons() -> None:
 def test_independent_photons_have_the_error_that_theory_gives() -> None:
     """Variance of a share p is p (1 - p) / N; of the mean of mu on a uniform sky 1/18 / N. 40 runs: within 40 %."""
     n, truth = 20_000, bench_sky("uniform").truth.values
-    (row,) = measure_errors(
-        bench_sky("uniform"), chosen_methods(["iid"]), n, replicates=40, seed=5, precision="float64"
-    )
+    (row,) = measure_errors(bench_sky("uniform"), [METHODS["iid"]], n, replicates=40, seed=5)
     assert row.error["planar"] == pytest.approx(math.sqrt(1 / 18 / n) / truth.planar, rel=0.4)
     for quantity in ("cone", "ring"):
         p = getattr(truth, quantity)
@@ -123,22 +120,26 @@ def test_both_orders_emit_the_same_photons() -> None:
 
 
 def test_a_method_without_chance_runs_once() -> None:
-    found = measure_errors(bench_sky("sparse"), list(METHODS.values()), 2000, replicates=3, seed=1, precision="float32")
+    found = measure_errors(bench_sky("sparse"), list(METHODS.values()), 2000, replicates=3)
     by_name = {row.method: row for row in found}
     assert by_name["aomc"].replicates == 1
     assert by_name["default"].replicates == 3
     assert by_name["patch-order"].error == by_name["default"].error
 
 
-def test_options() -> None:
-    options = PRESETS["default"]
-    assert options.replicates_of(10**3) == 64
-    assert 4 <= options.replicates_of(10**7) < options.replicates_of(10**6) < 64
-    assert options.turns_of(10**7) == 3
-    with pytest.raises(UsageError, match="at least 1"):
-        BenchOptions(turns=0)
-    with pytest.raises(UsageError, match="from 1 to 2"):
-        BenchOptions(photons=())
+def test_errors_come_back_with_the_seed() -> None:
+    one, again, other = (
+        measure_errors(bench_sky("sparse"), [METHODS["iid"]], 1000, replicates=2, seed=seed) for seed in (7, 7, 8)
+    )
+    assert one == again
+    assert one[0].error != other[0].error
+
+
+def test_fewer_replicates_where_photons_are_many() -> None:
+    sizes = Sizes()
+    assert sizes.replicates_of(10**3) == 64
+    assert 4 <= sizes.replicates_of(10**7) < sizes.replicates_of(10**6) < 64
+    assert Sizes(replicates=2).replicates_of(10**7) == 2
 
 
 def test_counts_of_photons_in_tables() -> None:

@@ -1,0 +1,146 @@
+"""One variable of a netCDF file, classic or netCDF-4, with its coordinates."""
+
+from __future__ import annotations
+
+import math
+import os
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from aomc_sky.extras import optional_module
+from aomc_sky.formats.hdf5_storage import (
+    RefusedError,
+    allowed_bytes,
+    declared_bytes,
+    require_hard_link,
+    require_own_data,
+    require_plain_chunks,
+    require_size,
+)
+from aomc_sky.formats.report import printable
+from aomc_sky.formats.text_file import open_data, refuse
+
+EXTRA = "netcdf"
+MAX_FILE_BYTES = 1 << 30
+MAX_NAMES = 40
+_ENGINES = {b"CDF\x01": "scipy", b"CDF\x02": "scipy"}
+_LIBRARY = "the netCDF library"
+
+
+class FieldRefusedError(Exception):
+    """A variable or an index that the file does not have: message, advice and the name of the argument it is of."""
+
+    def __init__(self, message: str, advice: str, argument: str) -> None:
+        self.advice, self.argument = advice, argument
+        super().__init__(message)
+
+
+def read_field(path: str | Path, *, variable: str | None = None, isel: Mapping[str, int] | None = None) -> Any:
+    """Read a variable of a netCDF file, by default the only one, or the only one that is called a radiance.
+
+    The result is an xarray.DataArray in memory with its coordinates of numbers. `isel` chooses one index of dimensions
+    that are neither angles nor wavelengths. Missing values become NaN, packed ones are unpacked, as the CF conventions
+    have it. No other file is opened, whatever the file says. InputFileError (E551 to E553); `FieldRefusedError`;
+    MissingExtraError without xarray and h5netcdf.
+    """
+    xarray, h5py = (optional_module(name, extra=EXTRA) for name in ("xarray", "h5py"))
+    optional_module("h5netcdf", extra=EXTRA)
+    with open_data(path, what="a netCDF file", code="E551") as file:
+        size = os.fstat(file.fileno()).st_size
+        if size > MAX_FILE_BYTES:
+            raise refuse(path, f"the file has {size} bytes; at most {MAX_FILE_BYTES} are read", code="E553")
+        if size < 8:
+            raise refuse(path, "not a netCDF file: it is too short for one", code="E552")
+        try:
+            engine = _ENGINES.get(file.read(4), "h5netcdf")
+            if engine == "h5netcdf":
+                _look_at_storage(h5py, path, allowed_bytes(size))
+            file.seek(0)
+            # by its path: where a damaged file has no bytes, h5py asks a Python file object for them without end
+            data = file if engine == "scipy" else os.path.abspath(path)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # of attributes that a library does not know
+                with xarray.open_dataset(data, engine=engine, decode_times=False, decode_coords="all") as dataset:
+                    field = _chosen(dataset, variable)
+                    field = _at_indices(_with_coordinates(field, dataset), dict(isel or {}))
+                    n_bytes = sum(math.prod(part.shape) * 8 for part in (field, *field.coords.values()))
+                    require_size(n_bytes, allowed_bytes(size), allowed_bytes(size), "a field")
+                    return field.load()
+        except FieldRefusedError:
+            raise
+        except RefusedError as refusal:
+            raise refuse(path, printable(refusal.message), advice=refusal.advice, code="E553") from None
+        except Exception as error:  # the libraries raise their own errors and Python's, whatever the damage is
+            reason = printable(str(error) or type(error).__name__)
+            advice = "make the file again"
+            raise refuse(path, f"{_LIBRARY} cannot read it: {reason}", advice=advice, code="E552") from error
+
+
+def _look_at_storage(h5py: Any, path: str | Path, allowed: int) -> None:
+    """Refuse what lies in other files, and arrays larger than the file can hold: xarray reads axes when it opens it."""
+    with h5py.File(path, "r", locking=False) as root:
+        for name in root:
+            try:
+                require_hard_link(root, name)
+                item = root[name]
+                if isinstance(item, h5py.Dataset):
+                    require_own_data(item)
+                    if item.ndim == 1:
+                        require_size(declared_bytes(item), allowed, allowed, "an axis")
+                    require_plain_chunks(item, allowed)
+            except RefusedError as refusal:
+                if refusal.code == "E503":
+                    raise
+                message = f"the data of {name!r} are in another file or place"
+                raise RefusedError(refusal.code, message, "write the data into the file") from None
+
+
+def _chosen(dataset: Any, variable: str | None) -> Any:
+    """The variable that is named, the only one, or the only one that says that it is a radiance."""
+    numbers = {str(name): one for name, one in dataset.data_vars.items() if one.dtype.kind in "biufc" and one.ndim}
+    most = max((one.ndim for one in numbers.values()), default=0)
+    says = [name for name, one in numbers.items() if _is_radiance(name, one.attrs)]
+    names = [name for name, one in numbers.items() if one.ndim == most or name in (variable, *says)]
+    shown = ", ".join(map(repr, names[:MAX_NAMES])) or "none at all"
+    if variable is not None:
+        if variable not in names:
+            message = f"the file has no variable {variable!r} of numbers; it has {shown}"
+            raise FieldRefusedError(printable(message), "", "variable")
+        return dataset[variable]
+    best = says if len(says) == 1 else names
+    if len(best) != 1:
+        message = f"the file has {len(names)} variables of numbers: {shown}"
+        raise FieldRefusedError(printable(message), 'add variable = "NAME"', "table")
+    return dataset[best[0]]
+
+
+def _with_coordinates(field: Any, dataset: Any) -> Any:
+    """The field with its coordinates of numbers, and with variables over a part of its dimensions.
+
+    Some programs do not mark the latter as coordinates.
+    """
+    beside = {
+        name: one
+        for name, one in dataset.data_vars.items()
+        if name != field.name and one.ndim and one.dtype.kind in "biuf" and {*one.dims} < {*field.dims}
+    }
+    texts = [name for name, axis in field.coords.items() if axis.dtype.kind not in "biuf"]
+    return field.drop_vars(texts).assign_coords(beside)
+
+
+def _is_radiance(name: str, attributes: Mapping[str, Any]) -> bool:
+    return name.lower() in ("radiance", "sky_radiance") or "radiance" in str(attributes.get("standard_name", ""))
+
+
+def _at_indices(field: Any, isel: Mapping[str, int]) -> Any:
+    for dim, index in isel.items():
+        if dim not in field.dims:
+            shown = ", ".join(repr(str(one)) for one in field.dims)
+            message = f"the field has no dimension {dim!r}; it has {shown}"
+            raise FieldRefusedError(printable(message), "", "isel")
+        if not 0 <= index < field.sizes[dim]:
+            message = f"dimension {dim!r} has indices 0 to {field.sizes[dim] - 1}, not {index}"
+            raise FieldRefusedError(printable(message), "", "isel")
+    return field.isel(isel)

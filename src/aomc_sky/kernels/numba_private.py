@@ -1,0 +1,155 @@
+"""The private names of numba that speed the kernels up: one pipeline, and one cache. Without them `jit` works, too.
+
+numba's own cache looks at the file of the cached function alone: after an edit of a helper in another file it would run
+the old code. And it writes an index before the code that the index names: a process killed in between leaves other code
+under that name. So here each signature has one file, which is replaced as a whole and sealed by a hash: of the text of
+all kernels, of the signature and the processor, and of the code itself.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import itertools
+import os
+import pickle
+import secrets
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import numba
+from numba.core.bytecode import FunctionIdentity
+from numba.core.caching import FunctionCache
+from numba.core.ccallback import CFunc as CFunc
+from numba.core.compiler import CompilerBase, DefaultPassBuilder
+from numba.core.serialize import dumps
+from numba.np import linalg
+
+OF_INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+"""Options of what only kernels call."""
+
+OF_READER = {"_nrt": False}
+"""Option of what makes no array: it counts no references."""
+
+
+def _import_array_functions() -> None:
+    """Load numba's array functions without scipy.linalg, which takes as long as numba itself.
+
+    They load it to see whether BLAS is there: it is, with scipy, and who multiplies matrices asks for it again.
+    """
+    ensure_blas, linalg.ensure_blas = linalg.ensure_blas, lambda: None
+    try:
+        from numba.np import arraymath
+
+        arraymath.ensure_blas = ensure_blas
+    finally:
+        linalg.ensure_blas = ensure_blas
+
+
+_import_array_functions()
+
+_PACKAGE = Path(__file__).parents[1]
+_SEAL_BYTES = 32
+
+
+class KernelCompiler(CompilerBase):
+    """numba's own pipeline with the promise that array arguments do not overlap.
+
+    Without the promise a loop that gathers from a table and stores to an output does not vectorise.
+    Callers keep it: outputs are distinct arrays, checked where they come from a user.
+    """
+
+    def define_pipelines(self) -> list[Any]:
+        """Return numba's default pipeline, with the flag set."""
+        self.state.flags.noalias = True
+        return [DefaultPassBuilder.define_nopython_pipeline(self.state)]
+
+    def compile_extra(self, function: Any) -> Any:
+        """Compile under a number that no process gives twice.
+
+        numba counts from 1 in each process and links by name: of two closures of one text, compiled in two processes
+        and cached, one would call the other's code.
+        """
+        FunctionIdentity._unique_ids = itertools.count(secrets.randbits(62))
+        return super().compile_extra(function)
+
+
+def text_stamp() -> str:
+    """Hash of the path and the text of every file below a folder named `kernels`, and of the compiler's versions."""
+    digest = hashlib.sha256(f"{numba.__version__} {llvmlite.__version__}".encode())
+    for folder, folders, names in os.walk(_PACKAGE):
+        folders.sort()
+        inside = Path(folder).relative_to(_PACKAGE)
+        for name in sorted(names) if "kernels" in inside.parts else ():
+            if name.endswith(".py"):
+                digest.update(f"\0{inside / name}\0".encode())
+                digest.update(Path(folder, name).read_bytes())
+    return digest.hexdigest()
+
+
+AS_IMPORTED = text_stamp()
+"""Of the kernels of this process, unless their files have changed since."""
+
+
+class _CodeFiles:
+    """The code of one kernel, a file for each signature and processor; a file that is damaged counts as missing."""
+
+    def __init__(self, folder: str, name: str) -> None:
+        self._folder, self._name = Path(folder), name
+
+    def _path(self, key: Any) -> Path:
+        return self._folder / f"{self._name}.{hashlib.sha256(repr(key).encode()).hexdigest()[:32]}.nbc"
+
+    @staticmethod
+    def _seal(key: Any, code: bytes) -> bytes:
+        return hashlib.sha256(repr((AS_IMPORTED, key)).encode() + code).digest()
+
+    def load(self, key: Any) -> Any:
+        """What was saved under a key, or None."""
+        try:
+            content = self._path(key).read_bytes()
+        except OSError:
+            return None
+        code = content[_SEAL_BYTES:]
+        return pickle.loads(code) if content[:_SEAL_BYTES] == self._seal(key, code) else None
+
+    def save(self, key: Any, data: Any) -> None:
+        """Save under a key; another process sees the whole file or none."""
+        path, code = self._path(key), dumps(data)
+        unfinished = path.with_name(f"{path.name}.{secrets.token_hex(8)}")
+        try:
+            unfinished.write_bytes(self._seal(key, code) + code)
+            os.replace(unfinished, path)
+        finally:
+            unfinished.unlink(missing_ok=True)
+
+
+class StampedCache(FunctionCache):
+    """numba's cache of a function, in numba's folder, for these kernels alone.
+
+    Nothing is read or written once a kernel's file has changed: a module imported later may have the new text.
+    """
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        super().__init__(function)
+        self._cache_file = _CodeFiles(self._cache_path, self._impl.filename_base)
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Compiled code for a signature, or None."""
+        return super().load_overload(sig, target_context) if text_stamp() == AS_IMPORTED else None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Store compiled code; where the disk is full or read-only it is compiled again next time."""
+        if text_stamp() == AS_IMPORTED:
+            with contextlib.suppress(OSError):
+                super().save_overload(sig, data)
+
+
+def keep_code(compiled: Any, function: Callable[..., Any]) -> None:
+    """Let a dispatcher or a C function use the cache; without a folder to write to it goes on without."""
+    if not hasattr(compiled, "_cache"):
+        raise AttributeError("numba's functions have no attribute _cache")
+    with contextlib.suppress(RuntimeError, OSError):  # RuntimeError: numba finds no folder
+        compiled._cache = StampedCache(function)
