@@ -79,22 +79,6 @@ class HostError(AomcSkyError):
     code = "host"
 
 
-class ShardError(AomcSkyError):
-    """Shards that do not make a run: missing, overlapping, or damaged; a sentence for each, and what to do."""
-
-    code = "shards"
-
-    def __init__(self, problems: Sequence[str], advice: str = "") -> None:
-        self.problems, self.advice = tuple(problems), advice
-        super().__init__(self.problems, advice)
-
-    def __str__(self) -> str:
-        hidden = len(self.problems) - MAX_PROBLEMS_SHOWN
-        more = [f"... and {hidden} more"] if hidden > 0 else []
-        advice = [f"      = {self.advice}"] if self.advice else []
-        return "\n".join([*self.problems[:MAX_PROBLEMS_SHOWN], *more, *advice])
-
-
 class ForeignOutputError(OutputError):
     """The output folder belongs to another scene, seed or set of options."""
 

@@ -67,17 +67,6 @@ def read_regular(path: str | Path, max_bytes: int, *, follow_links: bool = True)
     return data
 
 
-def require_one_name(handle: int) -> None:
-    """Raise for a file that is about to be changed in its place, and that stands under another name too.
-
-    A hard link to a file outside the folder is no link that anybody could see; files that are replaced
-    as a whole need no such care.
-    """
-    status = os.fstat(handle)
-    if not stat.S_ISREG(status.st_mode) or status.st_nlink != 1:
-        raise OSError(errno.EMLINK, "another name leads to the same file (a hard link); remove it")
-
-
 def _require_regular(path: str | Path, status: os.stat_result) -> None:
     if not stat.S_ISREG(status.st_mode):
         raise FileKindError(path, _KINDS.get(stat.S_IFMT(status.st_mode), "something else"))

@@ -74,11 +74,6 @@ def sync_folder(path: Path) -> None:
             os.close(handle)
 
 
-def bytes_on_disk(status: os.stat_result) -> int:
-    """What a file takes on the disk, its length where the system does not say. [bytes]"""
-    return getattr(status, "st_blocks", -(-status.st_size // 512)) * 512
-
-
 def belongs_to_user(status: os.stat_result) -> bool:
     """Whether a file or folder is this user's own and nobody else may write it; True where users have no numbers."""
     return not hasattr(os, "geteuid") or (status.st_uid == os.geteuid() and not status.st_mode & 0o002)

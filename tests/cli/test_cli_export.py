@@ -106,11 +106,10 @@ def read_back(folder: Path) -> np.ndarray:
 
 
 def test_aomc_launches_the_counts_of_a_run_on_degrees(amc, tmp_path, capsys):
-    """The run finds its scene by itself, although it stands elsewhere."""
     (amc.parent / "abs.inp").write_text("water")
     assert run(amc, "--bins", "degrees", "--out", tmp_path / "far" / "away") == 0
     capsys.readouterr()
-    assert export(tmp_path / "far" / "away", "--to", "aomc") == 0
+    assert export(tmp_path / "far" / "away", "--to", "aomc", "--scene", amc) == 0
     notes = [line for line in capsys.readouterr().out.splitlines() if line.startswith("note")]
     assert len(notes) == 1
     assert notes[0].endswith(
@@ -121,20 +120,19 @@ def test_aomc_launches_the_counts_of_a_run_on_degrees(amc, tmp_path, capsys):
     assert names(made) == {"plan.npz", "skydist.inp", "amc.inp", "lambbot.inp", "abs.inp", "counts.csv"}
     for name in ("conc.inp", "scat.inp", "spf.inp"):
         (amc.parent / name).write_text("water")
-    assert export(tmp_path / "far" / "away", "--to", "aomc") == 0
+    assert export(tmp_path / "far" / "away", "--to", "aomc", "--scene", amc) == 0
     assert "note" not in capsys.readouterr().out
     assert np.array_equal(read_back(made), source_of(made).counts)
     assert read_scene(made).n_photons.tolist() == [20_000] * 3
 
 
-def test_aomc_shares_out_anew_on_degrees_and_says_so(out, capsys):
-    assert export(out, "--to", "aomc") == 0
+def test_aomc_shares_out_anew_on_degrees_and_says_so(amc, out, capsys):
+    assert export(out, "--to", "aomc", "--scene", amc) == 0
     assert capsys.readouterr().out.count("distributed again") == 1
     assert read_back(out.with_name("out-aomc")).sum(axis=1).tolist() == [20_000] * 3
 
 
 def test_aomc_without_its_scene_says_what_to_write(amc, out, capsys):
-    amc.write_text(amc.read_text() + "changed\n")
     assert export(out, "--to", "aomc") == 0
     assert "write 20000 in line 1 of amc.inp and 1 in line 2" in capsys.readouterr().out
     assert names(out.with_name("out-aomc")) == {"plan.npz", "skydist.inp", "counts.csv"}
@@ -144,12 +142,13 @@ def test_aomc_without_its_scene_says_what_to_write(amc, out, capsys):
 
 def test_aomc_never_touches_the_files_of_a_scene(amc, out, capsys):
     before = {path.name: path.read_bytes() for path in amc.parent.iterdir()}
-    assert export(out, "--to", "aomc", "--out", amc.parent, "--force") == 2
+    assert export(out, "--to", "aomc", "--out", amc.parent, "--scene", amc, "--force") == 2
     assert "holds the scene itself" in capsys.readouterr().err
     other = amc.parent.with_name("other")
     shutil.copytree(amc.parent, other)
-    assert export(out, "--to", "aomc", "--out", other) == 5
-    assert "so it is a scene of yours" in capsys.readouterr().err
+    for force in ((), ("--force",)):
+        assert export(out, "--to", "aomc", "--out", other, *force) == 2
+        assert "which no run of aomc-sky wrote there" in capsys.readouterr().err
     for folder in (amc.parent, other):
         assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
@@ -159,7 +158,7 @@ def test_aomc_gives_wavebands_one_total(tmp_path, capsys):
     amc = copy_scene("sun_and_sky", tmp_path)
     assert run(amc, "--out", tmp_path / "out") == 0
     capsys.readouterr()
-    assert export(tmp_path / "out", "--to", "aomc") == 0
+    assert export(tmp_path / "out", "--to", "aomc", "--scene", amc) == 0
     printed = capsys.readouterr().out
     assert "intensities.csv holds their intensities" in printed
     made = tmp_path / "out-aomc"
@@ -178,7 +177,7 @@ def test_aomc_refusals_are_one_sentence_with_the_command_that_cures_them(tmp_pat
     toml.write_text(toml.read_text().replace("disc = true", "disc = false"))
     assert run(amc, "--format", "none", "--iterations", 17_000_000, "--out", tmp_path / "out") == 0
     capsys.readouterr()
-    assert export(tmp_path / "out", "--to", "aomc") == 4
+    assert export(tmp_path / "out", "--to", "aomc", "--scene", amc) == 4
     error = capsys.readouterr().err
     assert error.count("\n") == 1
     assert "(1) waveband 3 has 17000000 photons" in error
@@ -188,7 +187,7 @@ def test_aomc_refusals_are_one_sentence_with_the_command_that_cures_them(tmp_pat
     assert command[1:] == ["--iterations", "16000000", "--sun-zenith", "32", "--sun-azimuth", "121"]
     cured = [*command, "--format", "none", "--out", str(tmp_path / "cured"), "-q"]
     assert main(["run", *cured]) == 0
-    assert export(tmp_path / "cured", "--to", "aomc", "-q") == 0
+    assert export(tmp_path / "cured", "--to", "aomc", "--scene", amc, "-q") == 0
     rows = (tmp_path / "cured-aomc" / "intensities.csv").read_text().splitlines()[1:]
     assert [row.split(",")[4] for row in rows] == ["16000000"] * 4
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import gzip
-import hashlib
 import json
 import shutil
 import subprocess
@@ -38,11 +37,10 @@ def test_one_file_holds_all_wavebands_and_stands_in_the_manifest(amc, tmp_path):
     words = (amc, "--iterations", ITERATIONS, "--seed", 4, "-q", "--format", "mcpl")
     assert run(*words, "--out", tmp_path / "out") == 0
     names = sorted(p.name for p in (tmp_path / "out").iterdir())
-    blocks = [f"blocks-{b:04d}.npy" for b in (1, 2, 3)]
-    assert names == [*blocks, "counts.csv", "manifest.json", "photons.mcpl", "plan.npz"]
+    assert names == ["counts.csv", "manifest.json", "photons.mcpl", "plan.npz"]
     data = (tmp_path / "out/photons.mcpl").read_bytes()
     manifest = json.loads((tmp_path / "out/manifest.json").read_text())
-    assert manifest["files"]["photons.mcpl"] == {"bytes": len(data), "sha256": hashlib.sha256(data).hexdigest()}
+    assert manifest["files"]["photons.mcpl"] == {"bytes": len(data)}
     assert manifest["options"]["formats"] == ["mcpl"]
     schema = json.loads((REPOSITORY / "src/aomc_sky/outputs/manifest.schema.json").read_text())
     jsonschema.validate(manifest, schema)
@@ -166,10 +164,9 @@ def test_what_is_there_is_kept_and_what_is_missing_is_made(amc, tmp_path):
     run_job(scene.source(), scene, out, options)
     whole = run_bytes(out)
     times = {p.name: p.stat().st_mtime_ns for p in out.iterdir()}
-    for gone, emitted in (("photons-0002.npy", ITERATIONS), ("photons.mcpl", 3 * ITERATIONS), ("manifest.json", 0)):
+    for gone in ("photons-0002.npy", "photons.mcpl", "manifest.json"):
         (out / gone).unlink()
-        result = run_job(scene.source(), scene, out, options)
-        assert result.emitted == emitted
+        assert not run_job(scene.source(), scene, out, options).was_finished
         assert run_bytes(out) == whole
         kept = {"photons-0001.npy", "photons-0003.npy"}
         assert {name: times[name] for name in kept} == {name: (out / name).stat().st_mtime_ns for name in kept}
@@ -209,15 +206,14 @@ def test_force_removes_the_file_of_another_run(amc, tmp_path):
     assert not (out / "photons.mcpl").exists()
     (tmp_path / "foreign").mkdir()
     shutil.copy(DATA / "mcpl/bad/nan_energy.mcpl", tmp_path / "foreign/photons.mcpl")
-    assert run(amc, "--iterations", 200, "-q", "--out", tmp_path / "foreign") == 5
+    assert run(amc, "--iterations", 200, "-q", "--out", tmp_path / "foreign") == 2
 
 
 def test_a_disk_that_is_too_small_is_told_first(amc, tmp_path, monkeypatch, capsys):
     asked = []
     monkeypatch.setattr(RunFolder, "require_space", lambda self, n: asked.append(n))
     assert run(amc, "--iterations", 1000, "-q", "--format", "mcpl", "--out", tmp_path / "out") == 0
-    made = [*(tmp_path / "out").glob("blocks-*.npy"), tmp_path / "out/photons.mcpl"]
-    assert asked == [sum(path.stat().st_size for path in made)]
+    assert asked == [(tmp_path / "out/photons.mcpl").stat().st_size]
 
 
 def test_info_shows_head_and_bounds(amc, tmp_path, capsys):

@@ -6,6 +6,7 @@ Background-sky files and MCPL files are changed in tests/unit/formats (backgroun
 from __future__ import annotations
 
 import hashlib
+import shutil
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -13,7 +14,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.fault_rows import command
+from tests.support.fault_rows import command, row, row_id
 from tests.support.limits import MOST_CPU_S
 from tests.support.scenes import copy_scene
 
@@ -122,10 +123,12 @@ def check_run(whole: Path, scene: Path, work: Path, n: int, seed: int) -> None:
 
 def many(n: int, *seeds: int) -> list:
     """So many changes in parts, which workers share: what lets one in a hundred pass is seen by 500 but for 0.7 %."""
-    return [pytest.param(n // len(seeds), seed, marks=pytest.mark.slow) for seed in seeds]
+    return [
+        pytest.param(n // len(seeds), seed, id=row_id(42, f"bytes-{seed}"), marks=pytest.mark.slow) for seed in seeds
+    ]
 
 
-@pytest.mark.parametrize(("n", "seed"), [(16, 1), *many(500, 3, 4)])
+@pytest.mark.parametrize(("n", "seed"), [pytest.param(16, 1, id=row_id(42, "bytes")), *many(500, 3, 4)])
 def test_changes_of_a_run(n, seed, whole, scene, tmp_path):
     check_run(whole, scene, tmp_path / "work", n, seed)
 
@@ -133,3 +136,15 @@ def test_changes_of_a_run(n, seed, whole, scene, tmp_path):
 def test_what_is_not_changed_passes(whole):
     """The property above would mean nothing if every folder were refused."""
     assert command("verify", whole, "-q") == 0
+
+
+@row(49, "counts.csv", "photons-0002.npy", "manifest.json")
+def test_a_number_changed_by_hand(fault, whole, tmp_path, capsys):
+    """One digit of a text, or one photon: what the plan makes is another."""
+    copy = Path(shutil.copytree(whole, tmp_path / "run"))
+    data = bytearray((copy / fault).read_bytes())
+    place = data.index(b'"launched": ') + 12 if fault == "manifest.json" else len(data) - 3
+    data[place] ^= 1
+    (copy / fault).write_bytes(data)
+    assert command("verify", copy, "-q") == 1
+    assert fault in (said := capsys.readouterr().out) or "bands[0].launched" in said

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
 import platform
 import time
@@ -201,9 +202,10 @@ def finish_run(source: PhotonSource, scene: Scene, folder: RunFolder, sums: Sums
     results = [band_result(source, band, sums[band]) for band in bands]
     formats = complete_formats(source, folder, bands)
     manifest = build_manifest(source, scene_part(scene), results, formats, run_files(source, folder, bands))
-    folder.write(MANIFEST, manifest_bytes(manifest))
+    data = manifest_bytes(manifest)
+    folder.write(MANIFEST, data)
     remove_rest(folder)
-    return manifest
+    return dict(json.loads(data))  # what a later call reads
 
 
 def remove_rest(folder: RunFolder) -> None:

@@ -109,7 +109,9 @@ def read_manifest(path: str | Path) -> dict[str, Any]:
         raise refuse(path, error.reason, code="E961", advice=advice) from None
     except OSError as error:
         raise refuse(path, f"cannot be read: {error.strerror}", code="E100", advice=advice) from None
-    except (ValueError, RecursionError) as error:
+    except RecursionError:
+        raise refuse(path, "not a readable manifest (nested too deeply)", code="E100", advice=advice) from None
+    except ValueError as error:
         raise refuse(path, f"not a readable manifest ({error})", code="E100", advice=advice) from None
     except (KeyError, TypeError, AttributeError):
         is_ours = False

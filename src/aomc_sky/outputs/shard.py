@@ -71,7 +71,7 @@ PART = ".part"
 """Ends the names of files that several processes fill."""
 
 TEMPORARY = ".aomc-sky-"
-"""How names of files under way begin; the next run removes what a killed one left."""
+"""How names of files under way begin; they end in a point and eight hexadecimal digits of chance."""
 
 _WAVEBAND = "(?:[0-9]{4}|[1-9][0-9]{4,8})"
 _OURS = re.compile(
@@ -79,6 +79,11 @@ _OURS = re.compile(
     rf"|(?:photons|positions|weights)-{_WAVEBAND}\.npy(?:\.part)?|shard-[0-9]{{1,7}}-of-[0-9]{{1,7}}\.done"
     rf"|blocks-{_WAVEBAND}\.npy"  # of version 0.2
 )
+
+
+def is_temporary_file(name: str) -> bool:
+    """Whether a file of this name is one that some process had not finished."""
+    return re.fullmatch(r"\.aomc-sky-.+\.[0-9a-f]{8}", name, re.DOTALL) is not None
 
 
 def is_run_file(name: str) -> bool:

@@ -123,6 +123,7 @@ class _ComparedFiles:
         self._stack, n = ExitStack(), len(part.layouts)
         self._files: list[BinaryIO | None] = [None] * n
         self._n_wrong, self._first_wrong, self._n_compared = [0] * n, [""] * n, 0
+        self._room = bytearray()
 
     def __enter__(self) -> _ComparedFiles:
         with ExitStack() as stack:
@@ -148,7 +149,9 @@ class _ComparedFiles:
         for k, (layout, file, chunk) in enumerate(zip(self.part.layouts, self._files, chunks, strict=True)):
             if file is None:
                 continue
-            found = bytearray(len(chunk))
+            if len(self._room) != len(chunk):  # memory that is used again: fresh one costs as much as reading
+                self._room = bytearray(len(chunk))
+            found = self._room
             n_read = self._read(file, layout, found, self.part.offset(layout, band, start))
             if found == chunk and n_read == len(chunk):
                 continue

@@ -185,7 +185,7 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
     from aomc_sky.verify.report import Check, judged
 
     with patience("reading the run", enabled=cli_options.speaks(arguments)):
-        run = open_run(arguments.path)
+        run = open_run(arguments.path, is_verified=True)
     if run.manifest is None:
         detail = (
             "there is no manifest.json: a run that is not finished, which the same run command finishes, or an export; "

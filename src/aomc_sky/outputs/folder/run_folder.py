@@ -15,7 +15,7 @@ import numpy as np
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError, UsageError
 from aomc_sky.outputs.folder.lock import folder_held
-from aomc_sky.outputs.shard import MANIFEST, PART, PLAN, TEMPORARY, is_run_file
+from aomc_sky.outputs.shard import MANIFEST, PART, PLAN, TEMPORARY, is_run_file, is_temporary_file
 from aomc_sky.regular_file import open_regular, regular_status
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.system import open_handle, sync_file, sync_folder, write_at
@@ -76,8 +76,8 @@ class RunFolder:
         visible = sorted(name for name in names if not name.startswith("."))
         if self.size_of(PLAN) is None and visible:
             raise UsageError(
-                f"{self.path} holds {visible[0]}, which no run of aomc-sky wrote there; name a folder of its own, "
-                f"for example {self.path / 'aomc-sky-out'}"
+                f"{self.path} holds {visible[0]}, which no run of aomc-sky wrote there; "
+                f"write --out {self.path / 'aomc-sky-out'}"
             )
         if self.size_of(PLAN) is not None and self._settle(plan, force):
             for name in sorted(filter(is_run_file, names), key=lambda name: (name != MANIFEST, name == PLAN)):
@@ -86,7 +86,7 @@ class RunFolder:
             self.write(PLAN, plan.to_bytes())
         if is_alone:
             for name in names:
-                if name.startswith(TEMPORARY):  # of a run that was killed
+                if is_temporary_file(name):  # of a run that was killed
                     self.remove(name)
             if tidy is not None:
                 tidy()
@@ -95,7 +95,9 @@ class RunFolder:
         """Whether the run in the folder is to be replaced; raise where it is another one and may not be."""
         if force:
             if not _is_our_plan(self.path / PLAN):
-                raise UsageError(f"{self.path / PLAN} is no plan of aomc-sky, so --force keeps it; name another folder")
+                raise UsageError(
+                    f"{self.path / PLAN} is no plan of aomc-sky, so --force keeps it; choose another --out"
+                )
             return True
         advice = "choose another --out, or add --force to replace it"
         try:

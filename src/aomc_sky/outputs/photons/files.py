@@ -266,13 +266,14 @@ class ChunkPool:
         sums, writers = PhotonSums(self.source.replicates), [writer for writer, _ in targets]
         chosen = block_spans(0, self.source.n_photons(band)) if spans is None else spans
         made = in_order(self._executor, self.threads, partial(self._chunk, band, writers), chosen)
-        for start, chunks, block, n_photons, memory in made:
-            for (writer, write), chunk in zip(targets, chunks, strict=True):
-                write(band, start, chunk)
-                writer.recycle(chunk)
-            self._free.append(memory)
-            sums.add(block)
-            count(n_photons)
+        with contextlib.closing(made):  # at once, also where a target fails: the threads end before the pool does
+            for start, chunks, block, n_photons, memory in made:
+                for (writer, write), chunk in zip(targets, chunks, strict=True):
+                    write(band, start, chunk)
+                    writer.recycle(chunk)
+                self._free.append(memory)
+                sums.add(block)
+                count(n_photons)
         return sums
 
     def _chunk(

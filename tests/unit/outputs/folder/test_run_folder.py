@@ -60,7 +60,7 @@ def test_another_run_is_replaced_by_force_alone(folder):
 def test_a_folder_of_others_is_no_run(folder, force, name):
     folder.path.mkdir(parents=True)
     (folder.path / name).write_text("mine")
-    with pytest.raises(UsageError, match=f"{name}, which no run .* for example .*out/aomc-sky-out"):
+    with pytest.raises(UsageError, match=f"{name}, which no run .* write --out .*out/aomc-sky-out"):
         claim(folder, 1, force=force)
     assert {path.name: path.read_text() for path in folder.path.iterdir()} == {name: "mine"}
 

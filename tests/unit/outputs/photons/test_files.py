@@ -9,6 +9,7 @@ import pytest
 
 from aomc_sky.errors import UsageError
 from aomc_sky.outputs.photons.files import PHOTON_FORMATS, ChunkPool, photon_writer
+from aomc_sky.outputs.photons.npy import HEAD_BYTES
 from aomc_sky.outputs.shard import BLOCK
 from aomc_sky.source.read.scene import read_scene
 from tests.support.scenes import weighted_source
@@ -34,13 +35,17 @@ def test_headers_and_chunks_have_the_promised_size(name, iterations):
     assert sorted(band for part in writer.parts(bands) for band in part) == bands
 
 
-def test_an_npy_header_is_numpys_own():
+def test_an_npy_header_is_numpys_own_on_a_page():
     source = read_scene(INPUTS / "document_example", iterations=77).source(seed=3)
     writer = photon_writer("npy")(source)
     batch = source.photons(0)
+    data = writer.layouts((0,))[0].head + bytes(writer.chunks(batch)[0])
     buffer = io.BytesIO()
     np.save(buffer, batch.directions)
-    assert writer.layouts((0,))[0].head + bytes(writer.chunks(batch)[0]) == buffer.getvalue()
+    text = data[10 : HEAD_BYTES - 1].rstrip()
+    assert text in buffer.getvalue()  # the same words, and more blanks behind them
+    assert len(data) == HEAD_BYTES + batch.directions.nbytes
+    assert np.array_equal(np.load(io.BytesIO(data)), batch.directions)
 
 
 def test_unknown_formats_are_refused():
@@ -67,7 +72,7 @@ def test_the_pool_keeps_order_and_memory():
     with ChunkPool(source, 5) as pool:
         sizes: list[int] = []
         pieces: list[bytes] = []
-        write = lambda chunks: pieces.append(bytes(chunks[0]))  # noqa: E731
+        write = lambda band, start, chunks: pieces.append(bytes(chunks[0]))  # noqa: E731
         sums = pool.emit(2, [(photon_writer("npy")(source), write)], sizes.append)
         assert len(pool._free) <= 5
     assert sizes == [BLOCK, BLOCK, BLOCK, 5]
