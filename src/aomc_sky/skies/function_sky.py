@@ -54,8 +54,8 @@ class FunctionSky(Share):
     -----
     Accuracy: adaptive quadrature, the error of all masses together 1e-10 of their sum for a smooth function and for one
     that jumps along a circle of the grid's directions; `quadrature_error` has the estimate. A spot narrower than a
-    seventh of a patch can be missed: give it patches of its size. Cost: 49 values for each patch and wavelength where
-    the function is smooth, 0.1 s for 32 400 patches.
+    seventh of a patch can be missed: give it patches of its size. Cost: 115 values for each patch and wavelength where
+    the function is smooth, 0.2 s for 32 400 patches.
     """
 
     function: Callable[[np.ndarray, np.ndarray, float], ArrayLike]
@@ -113,7 +113,7 @@ class FunctionSky(Share):
         """Total variation between photons of the function and those of constant patches, shape (n_wl,).
 
         The largest difference between the two of the share of photons in any part of the sky, itself known to about
-        2 %. [0 to 1]
+        3 %. [0 to 1]
         """
         return np.array([self._of(nm).variation for nm in _wavelengths(wavelength_nm)])
 

@@ -1,29 +1,24 @@
-"""Integrals of a radiance over the patches of a grid: masses by adaptive quadrature, and what constant patches cost."""
+"""Integrals of a radiance over the patches of a grid, and what it costs to take it as constant in each patch."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
 
 from aomc_sky.grid import PatchGrid
+from aomc_sky.kernels.perez.law import HALF_PI, sin_cos
+from aomc_sky.skies.quadrature import POINTS, Rule, at_points, weighted_sum
 
 #: Radiance of directions, arrays of one shape: (sky_zenith_rad, sky_azimuth_rad).
 Radiance = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
-TOLERANCE = 1e-10  #: Error of all masses together, as a share of the total, that quadrature goes on to.
-_MAX_BOXES = 2**18  #: Parts of patches at which it ends.
-_MAX_HALVINGS = 40
-_BOXES_AT_ONCE = 2**13
-
-# Gauss-Legendre of 3 nodes inside Kronrod of 7 on [-1, 1]: Kronrod (1965); a test computes both rules again
-_NODES = np.array([0.9604912687080203, 0.7745966692414834, 0.4342437493468026])
-_KRONROD = np.array([0.1046562260264673, 0.2684880898683334, 0.4013974147759622, 0.4509165386584741])
-_GAUSS = np.array([0.0, 5 / 9, 0.0, 8 / 9])
-SHARE = np.concatenate([(1 - _NODES) / 2, [0.5], (1 + _NODES[::-1]) / 2])  #: Nodes on [0, 1].
-WEIGHT = np.concatenate([_KRONROD, _KRONROD[2::-1]]) / 2  #: Their weights.
-GAUSS_WEIGHT = np.concatenate([_GAUSS, _GAUSS[2::-1]]) / 2  #: Weights of those of Gauss, 0 at the others.
+TOLERANCE = 1e-10  #: Error of all masses together, as a share of the total, at which the rule ends.
+_MAX_PARTS = 2**18  #: Parts of patches at which it ends.
+_ORDER = 7
+_PARTS_AT_ONCE = 2**12
+_WEIGHTS = POINTS[_ORDER].weights
 
 
 class PatchIntegrals(NamedTuple):
@@ -36,141 +31,72 @@ class PatchIntegrals(NamedTuple):
     column_variation: float  #: That of the means over its zenith angles: what narrower columns would mend.
 
 
-class _Boxes(NamedTuple):
-    """Parts of patches: [start, start + width] as shares of the zenith angles and azimuths of their patch."""
-
-    patch: np.ndarray
-    ring_start: np.ndarray
-    ring_width: np.ndarray
-    column_start: np.ndarray
-    column_width: np.ndarray
-
-    def take(self, chosen: np.ndarray | slice) -> _Boxes:
-        """The chosen ones."""
-        return _Boxes(*(array[chosen] for array in self))
-
-
-class _Values(NamedTuple):
-    """Of each box: projected solid angle, the mean of L, its differences by direction, mean absolute deviations."""
-
-    area_sr: np.ndarray
-    mean: np.ndarray
-    ring_difference: np.ndarray
-    column_difference: np.ndarray
-    deviation: np.ndarray
-    ring_deviation: np.ndarray
-    column_deviation: np.ndarray
-
-
 def integrate_patches(radiance: Radiance, grid: PatchGrid) -> PatchIntegrals:
-    """Integrate L cos over every patch with 7 x 7 Kronrod nodes in both angles, halving where Gauss differs.
+    """Integrate L cos over every patch by the rule of `skies.quadrature`, with orders 4 and 7 first.
 
-    The parts of patches with the largest differences are halved, in the direction that has them, until all differences
-    together are below `TOLERANCE` of the total, or there are `_MAX_BOXES` parts. Where the radiance is smooth the
-    difference overstates the error by far; what hides between the nodes of a patch is not seen. Where L is constant
-    in a patch its mean is L, exactly.
+    What is integrated is L less its value at the middle of the patch, so that a constant is exact. Where the radiance
+    is smooth the difference of the orders overstates the error by far; what hides between the points of a patch is not
+    seen. Parts that jumps cross are cut until there are `_MAX_PARTS`.
     """
-    n = grid.n_patches
-    boxes = _Boxes(np.arange(n), np.zeros(n), np.ones(n), np.zeros(n), np.ones(n))
-    first = values = _evaluate(radiance, grid, boxes)
-    mass, error = np.zeros(n), 0.0
-    leaves: list[_Boxes] = []
-    for halvings in range(_MAX_HALVINGS + 1):
-        differences = np.maximum(values.ring_difference, values.column_difference) * values.area_sr
-        total = float(mass.sum() + values.mean @ values.area_sr)
-        n_left = _MAX_BOXES - boxes.patch.size - sum(leaf.patch.size for leaf in leaves)
-        is_split = _to_halve(differences, TOLERANCE * total - error, n_left // 3 if halvings < _MAX_HALVINGS else 0)
-        error += float(differences[~is_split].sum())
-        np.add.at(mass, boxes.patch[~is_split], (values.mean * values.area_sr)[~is_split])
-        leaves.append(boxes.take(~is_split))
-        if not is_split.any():
-            break
-        boxes = _halved(boxes.take(is_split), values.ring_difference[is_split], values.column_difference[is_split])
-        values = _evaluate(radiance, grid, boxes)
-    total = float(mass.sum())
+    zenith, azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
+    n, area = grid.n_patches, grid.projected_solid_angle_sr
+    ring, column = np.divmod(np.arange(n), grid.n_azimuth)
+    tiles = np.stack([*zenith[ring].T, *azimuth[column].T])
+
+    def at(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        angles = np.broadcast_arrays(x * HALF_PI, np.mod(y * HALF_PI, 2.0 * np.pi))
+        return radiance(*(np.ascontiguousarray(angle) for angle in angles))
+
+    def flux(x: np.ndarray, y: np.ndarray, level: np.ndarray) -> np.ndarray:
+        sine, mu = sin_cos(x)
+        return (at(x, y) - level) * (sine * mu)
+
+    middle = at(0.5 * (tiles[0] + tiles[1]), 0.5 * (tiles[2] + tiles[3]))
+    rule = Rule(
+        light=lambda x, y, patch: flux(x[0], y[0], middle[patch]),
+        share=0.0,
+        floor=0.25 * TOLERANCE / n,
+        first=(4, _ORDER),
+        most_parts=_MAX_PARTS,
+    )
+    parts = rule.integrate(zenith, azimuth, middle * area / (HALF_PI * HALF_PI))
+    mass = middle * area + parts.masses(n) * (HALF_PI * HALF_PI)
+    total = _sum(mass)
     if not total > 0:
         return PatchIntegrals(mass, 0.0, 0.0, 0.0, 0.0)
-    deviation = float(first.deviation[leaves[0].patch] @ first.area_sr[leaves[0].patch])
-    for leaf in leaves[1:]:
-        deviation += _deviation(radiance, grid, leaf, mass / first.area_sr)
-    by_direction = [float(part @ first.area_sr) for part in (first.ring_deviation, first.column_deviation)]
-    return PatchIntegrals(mass, error / total, *(part / 2 / total for part in (deviation, *by_direction)))
+    mean = middle + parts.masses(n) * (HALF_PI * HALF_PI) / area
+    is_cut = np.bincount(parts.patch, minlength=n) > 1
+    around = by_ring = by_column = 0.0
+    for some, values, weight in _in_turn(at, tiles):
+        alone = ~is_cut[some]
+        beyond = values - mean[some]
+        around += _sum(_mean(np.abs(beyond) * weight)[alone])
+        beyond = (beyond - _mean(beyond * weight) / weighted_sum(weight[:, 0], _WEIGHTS)) * weight
+        by_ring += _sum(weighted_sum(np.abs(weighted_sum(np.swapaxes(beyond, 0, 1), _WEIGHTS)), _WEIGHTS))
+        by_column += _sum(weighted_sum(np.abs(weighted_sum(beyond, _WEIGHTS)), _WEIGHTS))
+    of_cut = is_cut[parts.patch]
+    level = mean[parts.patch[of_cut]]
+    for some, values, weight in _in_turn(at, parts.tiles[:, of_cut]):
+        around += _sum(_mean(np.abs(values - level[some]) * weight))
+    error = _sum(parts.doubt) * (HALF_PI * HALF_PI)
+    return PatchIntegrals(mass, error / total, *(part / total / 2.0 for part in (around, by_ring, by_column)))
 
 
-def _to_halve(differences: np.ndarray, allowed: float, room: int) -> np.ndarray:
-    """Which boxes to halve, at most `room`: the others keep half of what is allowed; none where all have less."""
-    chosen = np.zeros(differences.size, bool)
-    if room > 0 and differences.sum() > allowed:
-        order = np.argsort(differences, kind="stable")
-        n_left = int(np.searchsorted(np.cumsum(differences[order]), max(allowed, 0.0) / 2, side="right"))
-        chosen[order[max(n_left, differences.size - room) :]] = True
-    return chosen
+def _in_turn(at: Radiance, tiles: np.ndarray) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
+    """Some tiles at a time, the radiance at their points, and the projected solid angle of a tile at these."""
+    for k in range(0, tiles.shape[1], _PARTS_AT_ONCE):
+        some = slice(k, k + _PARTS_AT_ONCE)
+        part = tiles[:, some]
+        index = np.zeros(part.shape[1], dtype=np.int64)
+        values = at_points(lambda x, y, _: at(x, y), _ORDER, part, index)
+        weight = at_points(lambda x, y, _: np.multiply(*sin_cos(x)), _ORDER, part, index)
+        yield some, values, weight * ((part[1] - part[0]) * (part[3] - part[2]) * (HALF_PI * HALF_PI))
 
 
-def _halved(boxes: _Boxes, ring_difference: np.ndarray, column_difference: np.ndarray) -> _Boxes:
-    """Halves of boxes, or quarters where both directions have differences of one size."""
-    is_halved = ring_difference >= column_difference / 8
-    across = column_difference >= ring_difference / 8
-    width = boxes.ring_width * np.where(is_halved, 0.5, 1.0)
-    first = boxes._replace(ring_width=width)
-    second = first._replace(ring_start=first.ring_start + width).take(is_halved)
-    boxes = _Boxes(*(np.concatenate(pair) for pair in zip(first, second, strict=True)))
-    across = np.concatenate([across, across[is_halved]])
-    width = boxes.column_width * np.where(across, 0.5, 1.0)
-    first = boxes._replace(column_width=width)
-    second = first._replace(column_start=first.column_start + width).take(across)
-    return _Boxes(*(np.concatenate(pair) for pair in zip(first, second, strict=True)))
+def _mean(values: np.ndarray) -> np.ndarray:
+    return weighted_sum(weighted_sum(values, _WEIGHTS), _WEIGHTS)
 
 
-def _evaluate(radiance: Radiance, grid: PatchGrid, boxes: _Boxes) -> _Values:
-    chunks = [boxes.take(slice(k, k + _BOXES_AT_ONCE)) for k in range(0, boxes.patch.size, _BOXES_AT_ONCE)]
-    parts = [_values(*_at_nodes(radiance, grid, chunk)) for chunk in chunks]
-    return _Values(*(np.concatenate(columns) for columns in zip(*parts, strict=True)))
-
-
-def _deviation(radiance: Radiance, grid: PatchGrid, boxes: _Boxes, mean: np.ndarray) -> float:
-    """Integral of |L - mean of the patch| cos over boxes."""
-    deviation = 0.0
-    for k in range(0, boxes.patch.size, _BOXES_AT_ONCE):
-        chunk = boxes.take(slice(k, k + _BOXES_AT_ONCE))
-        at_nodes, weight, area_sr = _at_nodes(radiance, grid, chunk)
-        beyond = np.abs(at_nodes - mean[chunk.patch, None, None])
-        deviation += float(np.einsum("bi,bij,j,b->", weight, beyond, WEIGHT, area_sr))
-    return deviation
-
-
-def _at_nodes(radiance: Radiance, grid: PatchGrid, boxes: _Boxes) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """L at the nodes, shape (n_box, 7, 7); cos sin over its mean at the seven zenith angles (n_box, 7); the area."""
-    ring, column = np.divmod(boxes.patch, grid.n_azimuth)
-    near, far = (np.deg2rad(grid.zenith_bounds_deg[ring, k]) for k in (0, 1))
-    width = (far - near) * boxes.ring_width
-    start = near + (far - near) * boxes.ring_start
-    zenith = start[:, None] + width[:, None] * SHARE
-    growth = np.sin(width) * np.sin(2 * start + width)
-    weight = WEIGHT * np.sin(2 * zenith) * (width / growth)[:, None]
-    bounds = np.deg2rad(grid.azimuth_bounds_deg)[column]
-    along = boxes.column_start[:, None] + boxes.column_width[:, None] * SHARE
-    azimuth = np.mod(bounds[:, :1] + (bounds[:, 1:] - bounds[:, :1]) * along, 2 * np.pi)
-    shape = (boxes.patch.size, SHARE.size, SHARE.size)
-    at_nodes = radiance(
-        np.ascontiguousarray(np.broadcast_to(zenith[:, :, None], shape)),
-        np.ascontiguousarray(np.broadcast_to(azimuth[:, None, :], shape)),
-    )
-    part = growth / (np.sin(far - near) * np.sin(far + near)) * boxes.column_width
-    return at_nodes, weight, grid.projected_solid_angle_sr[boxes.patch] * part
-
-
-def _values(at_nodes: np.ndarray, weight: np.ndarray, area_sr: np.ndarray) -> _Values:
-    beyond = at_nodes - at_nodes[:, 3:4, 3:4]  # 0 where L is constant, whose mean is then exact
-    by_ring, by_column = beyond @ WEIGHT, np.einsum("bi,bij->bj", weight, beyond)
-    mean = by_column @ WEIGHT
-    of_gauss = weight * (GAUSS_WEIGHT / WEIGHT)
-    return _Values(
-        area_sr=area_sr,
-        mean=at_nodes[:, 3, 3] + mean,
-        ring_difference=np.abs(np.einsum("bi,bi->b", weight - of_gauss, by_ring)),
-        column_difference=np.abs(by_column @ (WEIGHT - GAUSS_WEIGHT)),
-        deviation=np.einsum("bi,bij,j->b", weight, np.abs(beyond - mean[:, None, None]), WEIGHT),
-        ring_deviation=np.einsum("bi,bi->b", weight, np.abs(by_ring - mean[:, None])),
-        column_deviation=np.abs(by_column - mean[:, None]) @ WEIGHT,
-    )
+def _sum(values: np.ndarray) -> float:
+    """Sum in the order of the array; numpy's own differs between processors."""
+    return float(np.cumsum(values)[-1]) if values.size else 0.0

@@ -1,7 +1,7 @@
 """Integrals of a sky over patches by one adaptive Gauss rule, in plain numpy.
 
 The flux through a horizontal plane from a patch is the integral of L(x, y) sin x cos x dx dy, with the zenith angle x
-and the azimuth y. A patch is integrated by two orders of Gauss points. Where they disagree orders 6 and 8 follow, and
+and the azimuth y. A patch is integrated by two orders of Gauss points. Where they disagree orders 7 and 8 follow, and
 then the patch is cut in halves or quarters until those agree. Only sums, products and roots are used: BLAS, einsum and
 numpy's own reductions may have other last digits on another processor.
 
@@ -50,9 +50,9 @@ _CORNER = 2e-6
 _FIRST_HALVES = {
     3: ((0.11270166537925831, 0.5), (0.2777777777777778, 0.4444444444444444)),
     4: ((0.06943184420297371, 0.33000947820757187), (0.17392742256872692, 0.32607257743127305)),
-    6: (
-        (0.03376524289842399, 0.16939530676686773, 0.38069040695840156),
-        (0.08566224618958518, 0.1803807865240693, 0.23395696728634552),
+    7: (
+        (0.025446043828620736, 0.12923440720030277, 0.2970774243113014, 0.5),
+        (0.06474248308443485, 0.13985269574463835, 0.19091502525255946, 0.20897959183673468),
     ),
     8: (
         (0.019855071751231884, 0.10166676129318664, 0.2372337950418355, 0.4082826787521751),
@@ -125,8 +125,11 @@ class Rule:
     first: tuple[int, int] = (3, 4)  #: Orders of the first look at a patch.
     most_parts: int = 2**20
 
-    def integrate(self, zenith: np.ndarray, azimuth: np.ndarray) -> Parts:
-        """Integrate over rings x columns, edges (n, 2) in quarter turns; patches count ring after ring."""
+    def integrate(self, zenith: np.ndarray, azimuth: np.ndarray, known: np.ndarray | float = 0.0) -> Parts:
+        """Integrate over rings x columns, edges (n, 2) in quarter turns; patches count ring after ring.
+
+        `known` is a part of their masses that is not in the light; errors are shares of the whole.
+        """
         x, ring = cut(zenith - self.centre[0], np.concatenate([[0.0], np.asarray(self.marks) - self.centre[0]]))
         start = azimuth[:, :1] - self.centre[1]
         y, column = cut(azimuth - self.centre[1] - 4.0 * np.floor(0.25 * start), np.arange(9.0))
@@ -136,6 +139,7 @@ class Rule:
         mass, doubt = self._first_look(edges, patch)
         rough = np.zeros(len(zenith) * len(azimuth))
         np.add.at(rough, patch, mass)
+        rough = np.abs(rough + known)
         allowed = self.share * rough + self.floor * (float(np.cumsum(rough)[-1]) if rough.size else 0.0) + self.error
         is_crossed = self._is_crossed(edges)
         good = (
@@ -184,7 +188,7 @@ class Rule:
         *,
         in_angles: bool = True,
     ) -> Parts:
-        """Integrate by orders 6 and 8, and cut where they disagree; `mapped` turns values at angles into those here."""
+        """Integrate by orders 7 and 8, and cut where they disagree; `mapped` turns values at angles into those here."""
         done = [Parts(tiles[:, :0], patch[:0], np.zeros(0), np.zeros(0))]
         n_left = self.most_parts
         for k in range(_MAX_ROUNDS):
@@ -312,14 +316,14 @@ def _mean(values: np.ndarray, order: int) -> np.ndarray:
 
 
 def _by_two_orders(values: Values, tiles: np.ndarray, index: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Integrals by order 8, how far order 6 is away, and how much may be unseen along x and y, shape (2, n)."""
+    """Integrals by order 8, how far order 7 is away, and how much may be unseen along x and y, shape (2, n)."""
     mass, doubt, lean = np.zeros(index.size), np.zeros(index.size), np.zeros((2, index.size))
     _, weights, highest = POINTS[8]
     for k in range(0, index.size, _POINTS_AT_ONCE // 64):
         some = slice(k, k + _POINTS_AT_ONCE // 64)
         at_8 = at_points(values, 8, tiles[:, some], index[some])
         mass[some] = _mean(at_8, 8)
-        doubt[some] = np.abs(mass[some] - _mean(at_points(values, 6, tiles[:, some], index[some]), 6))
+        doubt[some] = np.abs(mass[some] - _mean(at_points(values, 7, tiles[:, some], index[some]), 7))
         for axis in (0, 1):
             lean[axis, some] = np.abs(weighted_sum(weighted_sum(np.moveaxis(at_8, axis, 1), weights), highest))
     area = (tiles[1] - tiles[0]) * (tiles[3] - tiles[2])

@@ -9,6 +9,7 @@ import numpy as np
 from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg, travel_from_sky
 from aomc_sky.errors import SceneError
 from aomc_sky.grid import PatchGrid
+from aomc_sky.skies.quadrature import POINTS, weighted_sum
 
 #: Names by which a coordinate is known, beside those that begin with one of them.
 _NAMES = {
@@ -39,7 +40,6 @@ _NM |= {
 }
 _DIGITS = 10  #: Of a degree: radians become the degrees that they were.
 _WIDE_GAP = 3.0  #: How many usual steps are a gap.
-_GAUSS = np.polynomial.legendre.leggauss(4)
 
 
 class RadianceField(NamedTuple):
@@ -335,7 +335,7 @@ def _interpolated(
             f"{n_missing} of {is_given.size} directions have no value at one wavelength or more; neighbours fill them"
         )
     measured, values = -travel_from_sky(zenith_deg[is_given], azimuth_deg[is_given]), values[:, is_given]
-    nodes, weights = (_GAUSS[0] + 1) / 2, _GAUSS[1] / 2
+    nodes, weights, _ = POINTS[4]
     near, growth, far = grid.ring_sin2()
     zenith = np.arctan2(
         np.sqrt(near[:, None] + growth[:, None] * nodes), np.sqrt(far[:, None] + growth[:, None] * (1 - nodes))
@@ -358,11 +358,10 @@ def _interpolated(
         candidates = triangles.find_simplex(asked[:, :2] / (1 + asked[:, 2:]))
         is_inside = candidates >= 0
         corners = triangles.simplices[candidates[is_inside]]
-        shares = np.linalg.solve(measured[corners].transpose(0, 2, 1), asked[is_inside][:, :, None])[:, :, 0].clip(0.0)
-        shares /= shares.sum(axis=1, keepdims=True)
-        at_nodes[:, is_inside] = np.einsum("wpc,pc->wp", values[:, corners], shares)
-    outside = (~is_inside).reshape(shape).astype(float) @ weights
-    share = float(np.einsum("zai,i,za->", outside, weights, grid.projected_solid_angle_sr.reshape(shape[:2])))
+        shares = _shares_of_corners(measured[corners], asked[is_inside])
+        at_nodes[:, is_inside] = sum(values[:, corners[:, k]] * shares[k] for k in range(3))
+    outside = _patch_means((~is_inside).reshape(shape).astype(float), weights)
+    share = float(np.cumsum(outside.ravel() * grid.projected_solid_angle_sr)[-1])
     share /= float(grid.projected_solid_angle_sr.sum())
     if share > 1e-3:
         angle = np.rad2deg(2 * np.arcsin(min(float(distance.max()) / 2, 1.0)))
@@ -370,4 +369,22 @@ def _interpolated(
             f"{100 * share:.2g} % of the sky (by projected solid angle) lies outside the measured directions, up to "
             f"{angle:.2g} degrees from the nearest one, whose value it gets"
         )
-    return np.einsum("wzaij,i,j->wza", at_nodes.reshape(-1, *shape), weights, weights)
+    return _patch_means(at_nodes.reshape(-1, *shape), weights)
+
+
+def _patch_means(at_nodes: np.ndarray, weights: np.ndarray) -> np.ndarray:
+    """Means over the last two axes, the points of a patch."""
+    return weighted_sum(weighted_sum(np.moveaxis(at_nodes, (-2, -1), (0, 1)), weights), weights)
+
+
+def _shares_of_corners(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Shares (3, n) with which unit vectors (n, 3) at the corners (n, 3, 3) of triangles add up along points (n, 3)."""
+    first, second, third = np.moveaxis(corners, 1, 0)
+    normals = np.cross(second, third), np.cross(third, first), np.cross(first, second)
+    volume = _dot(first, normals[0])
+    shares = np.stack([_dot(points, normal) / volume for normal in normals]).clip(0.0)
+    return np.asarray(shares / (shares[0] + shares[1] + shares[2]))
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.asarray(a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2])

@@ -155,7 +155,7 @@ class TiltedLobe:
             share=0.0,
             floor=0.0,
             error=_ERROR / HALF_PI**2,
-            first=(4, 6),
+            first=(4, 7),
             most_parts=_MOST_PARTS,
         )
 
