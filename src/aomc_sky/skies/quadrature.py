@@ -1,7 +1,7 @@
 """Integrals of a sky over patches by one adaptive Gauss rule, in plain numpy.
 
 The flux through a horizontal plane from a patch is the integral of L(x, y) sin x cos x dx dy, with the zenith angle x
-and the azimuth y. A patch is integrated by two orders of Gauss points. Where they disagree orders 7 and 8 follow, and
+and the azimuth y. A patch is integrated by two orders of Gauss points. Where they disagree orders 5 and 8 follow, and
 then the patch is cut in halves or quarters until those agree. Only sums, products and roots are used: BLAS, einsum and
 numpy's own reductions may have other last digits on another processor.
 
@@ -41,7 +41,8 @@ _LOOSE = 100.0
 _FAR = 5.0
 """Order 4 is only taken this many lengths away from a sharp centre: nearer to it two low orders agree by accident."""
 
-_PILOT = 0.01
+_PILOT = 1e-3
+"""Share to which the orders agree on the pilot of a sky."""
 
 _CORNER = 2e-6
 """Error of order 8 for the distance from a corner of a square, as a share of the third power of its side."""
@@ -50,6 +51,10 @@ _CORNER = 2e-6
 _FIRST_HALVES = {
     3: ((0.11270166537925831, 0.5), (0.2777777777777778, 0.4444444444444444)),
     4: ((0.06943184420297371, 0.33000947820757187), (0.17392742256872692, 0.32607257743127305)),
+    5: (
+        (0.04691007703066800, 0.23076534494715845, 0.5),
+        (0.11846344252809454, 0.23931433524968324, 0.28444444444444444),
+    ),
     7: (
         (0.025446043828620736, 0.12923440720030277, 0.2970774243113014, 0.5),
         (0.06474248308443485, 0.13985269574463835, 0.19091502525255946, 0.20897959183673468),
@@ -111,7 +116,7 @@ class Rule:
     light: Light
     x_terms: TermsOf = lambda x: (x,)
     y_terms: TermsOf = lambda y: (y,)
-    #: A light with long tails: a part is cut until its orders agree to 1 % on this, so that no narrow ridge is missed.
+    #: A light with long tails: a part is cut until its orders agree roughly on this, so that no narrow ridge is missed.
     pilot: Light | None = None
     centre: tuple[float, float] = (0.0, 0.0)  #: Zenith angle and azimuth that points count from. [quarter turns]
     #: Width of what is sharp at the centre. A longer part must be farther away than its length. [rad]
@@ -188,7 +193,7 @@ class Rule:
         *,
         in_angles: bool = True,
     ) -> Parts:
-        """Integrate by orders 7 and 8, and cut where they disagree; `mapped` turns values at angles into those here."""
+        """Integrate by orders 5 and 8, and cut where they disagree; `mapped` turns values at angles into those here."""
         done = [Parts(tiles[:, :0], patch[:0], np.zeros(0), np.zeros(0))]
         n_left = self.most_parts
         for k in range(_MAX_ROUNDS):
@@ -211,6 +216,12 @@ class Rule:
                 break
             tiles, owner = _halved(tiles[:, ~good], lean[:, ~good])
             index, patch = index[~good][owner], patch[~good][owner]
+            if in_angles:  # parts that may not agree for sure are cut at once
+                near = ~self._may_agree(tiles, allowed[patch], 1.0)
+                halves, owner = _halved(tiles[:, near], np.stack(self._sides(tiles[:, near])))
+                tiles = np.concatenate([tiles[:, ~near], halves], axis=1)
+                index = np.concatenate([index[~near], index[near][owner]])
+                patch = np.concatenate([patch[~near], patch[near][owner]])
         return Parts(*(np.concatenate(columns, axis=-1) for columns in zip(*done, strict=True)))
 
     def _may_agree(self, edges: Edges, allowed: np.ndarray, reach: float) -> np.ndarray:
@@ -316,14 +327,14 @@ def _mean(values: np.ndarray, order: int) -> np.ndarray:
 
 
 def _by_two_orders(values: Values, tiles: np.ndarray, index: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Integrals by order 8, how far order 7 is away, and how much may be unseen along x and y, shape (2, n)."""
+    """Integrals by order 8, how far order 5 is away, and how much may be unseen along x and y, shape (2, n)."""
     mass, doubt, lean = np.zeros(index.size), np.zeros(index.size), np.zeros((2, index.size))
     _, weights, highest = POINTS[8]
     for k in range(0, index.size, _POINTS_AT_ONCE // 64):
         some = slice(k, k + _POINTS_AT_ONCE // 64)
         at_8 = at_points(values, 8, tiles[:, some], index[some])
         mass[some] = _mean(at_8, 8)
-        doubt[some] = np.abs(mass[some] - _mean(at_points(values, 7, tiles[:, some], index[some]), 7))
+        doubt[some] = np.abs(mass[some] - _mean(at_points(values, 5, tiles[:, some], index[some]), 5))
         for axis in (0, 1):
             lean[axis, some] = np.abs(weighted_sum(weighted_sum(np.moveaxis(at_8, axis, 1), weights), highest))
     area = (tiles[1] - tiles[0]) * (tiles[3] - tiles[2])

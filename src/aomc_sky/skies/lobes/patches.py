@@ -60,7 +60,7 @@ def patch_mass(
     -----
     Accuracy, absolute: 2e-15; 1e-14 for a roughness of 1000, 4e-13 for an anisotropy of 1e4. Where an edge passes
     through the axis of a narrow lobe its angle, rounded to 2e-16, counts in units of the width. Masses below 1e-16 have
-    no digits. The bits are the same on every machine. Cost: 10 to 50 ms for 108 patches, 3 s for an anisotropy of 1e4.
+    no digits. The bits are the same on every machine. Cost: 10 to 50 ms for 108 patches, 6 s for an anisotropy of 1e4.
     """
     if weighting not in ("plain", "projected"):
         raise UsageError(f"weighting is 'plain' or 'projected', not {weighting!r}")
