@@ -39,7 +39,6 @@ FIRST = (
     *("test_cli_verify_scene.py", "test_photon_source.py", "test_machine_faults.py", "test_aomc_light.py"),
     *("test_cli_verify.py", "test_quantities.py", "test_two_runs.py", "test_startup.py", "test_lobe_fairness.py"),
     *(
-        "test_cli_cache.py",
         "test_sky_plugin.py",
         "test_folder_faults.py",
         "test_phase.py",

@@ -231,9 +231,12 @@ def random_value(generator: np.random.Generator, value: Any, dtype: np.dtype) ->
 
 
 def random_plan(generator: np.random.Generator, kind: str) -> tuple[str, Plan]:
-    """A plan with one value of one array changed at random."""
+    """A plan with one value of one array changed at random; not of the tables of Perez and lobes.
+
+    Those hold no index but the bins of lobes, which crafted plans try, and others cost as many tries as a kernel makes.
+    """
     plan = plan_of(kind)
-    names = sorted(name for name, array in plan.arrays.items() if array.size)
+    names = sorted(n for n, array in plan.arrays.items() if array.size and not n.startswith(("bounds_", "shared_")))
     name = names[int(generator.integers(len(names)))]
     at = int(generator.integers(plan.arrays[name].size))
 
@@ -264,9 +267,9 @@ def judged_photons(what: str, plan: Plan, fill: str) -> tuple[str, bool]:
     return "", True
 
 
-def photons_of_random_plans(n: int, seed: int, fill: str, overflows: Any = "error") -> list[str]:
+def photons_of_random_plans(n: int, seed: int, fill: str) -> list[str]:
     """What is wrong with the photons of n random plans; of each kind some must be taken and some not."""
-    warnings.simplefilter(overflows)  # of words, which wrap on purpose, numpy warns where a kernel runs as Python
+    warnings.simplefilter("ignore")  # of numbers that are no directions, and of words, which wrap on purpose
     generator = np.random.default_rng(seed)
     wrong, seen = [], set()
     for k in range(n):
@@ -312,7 +315,7 @@ import warnings
 from tests.faults.test_plan_faults import KINDS, photons_of_random_plans
 from aomc_sky.kernels.jit import is_off
 assert is_off()
-print(*photons_of_random_plans(28 * len(KINDS), 13, "fill_compiled", "ignore"), sep="\\n")
+print(*photons_of_random_plans(28 * len(KINDS), 13, "fill_compiled"), sep="\\n")
 """
 
 

@@ -209,18 +209,6 @@ def _from_zero(condition: Term, yes: Term, no: Term) -> Term:
     return Term("", lambda h: yes.law(h) if condition.law(h) else 0.0 + no.law(h))
 
 
-@given(st.integers(0, 40), floats, LANES)
-def test_a_loop_has_the_bits_of_python(n: int, step: Term, altitudes: list[float]) -> None:
-    def law(h: float) -> float:
-        total = 0.0
-        for _ in range(n):
-            total = total * 0.5 + step.law(h)
-        return total
-
-    text = f"float s = 0; for(int i = 0; i < {n}; i++) {{ s *= 0.5; s += {step.text}; }} return s;"
-    agree(text, Term("", law), altitudes)
-
-
 _WORDS = """
 float int vec4 vec2 bool const CONST if else for while return break continue true altitude km wavelengths x y i exp pow
 min mix dot 0 1 2 1.5 3. 1e5 + - * / % < > <= == != ! && || ? : = += *= ++ ( ) { } [ ] ; ; ; , . .x .xyzw [0] # " ` //

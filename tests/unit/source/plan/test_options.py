@@ -47,7 +47,6 @@ def test_other_names_are_told_what_there_is():
     [
         ("run", INPUTS / "clear_day/amc.inp", "--method", "sobol"),
         ("run", INPUTS / "clear_day/amc.inp", "--method=sobol", "--placement", "r2", "--dry-run"),
-        ("bench", "--methods", "default", "sobol"),
     ],
 )
 def test_commands(words, capsys):
