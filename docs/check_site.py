@@ -21,7 +21,7 @@ FIRST = {
     "perez": "models/perez",
     "numba": "hosts",
     "mean cosine": "conventions",
-    "merge": "scale",
+    "shard": "scale",
 }
 """What a reader searches for -> the page that the search must show first."""
 

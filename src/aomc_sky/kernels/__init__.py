@@ -7,7 +7,7 @@ numba_private What of numba is not public: the pipeline with noalias, and the ca
 arguments     Arguments behind an address, for hosts
 arithmetic/   Arithmetic that gives the same bits on every machine, and the random numbers
 cells/        Cells of a band: who is where in them, their order, and the laws of patches
-perez/        The Perez sky: its luminance, its masses, its photons
+perez/        The Perez sky: its luminance and its photons
 lobes/        Photons of the lobes of background skies
 emission/     Photons of a band
 hosts/        Photons inside another code's own loop
