@@ -27,7 +27,7 @@ from tests.support.fault_rows import command, row_id
 from tests.support.scenes import copy_scene
 from tests.support.shared import REPOSITORY
 
-N_RANDOM = 1500
+N_RANDOM = 600
 MOST_PHOTONS = 10**6
 MOST_BYTES = 2**33
 """Of address space: a plan that unpacks to gigabytes, or an array of 10^15, ends in MemoryError."""
@@ -123,21 +123,17 @@ def by_every_way(
 def test_no_source_is_made_of_a_changed_plan(fault: str) -> None:
     def work() -> list[str]:
         wrong = []
-        warnings.simplefilter("ignore")  # of numbers that are no directions
         for crafted in crafted_plans():
             try:
-                source = PhotonSource.from_plan(crafted.plan())
-                patch = source.photons(0).patch
-                if crafted.codes or not (patch.size == 0 or 0 <= patch.min() <= patch.max() < source.plan.n_cells):
-                    wrong.append(f"{crafted.name}: photons were made, or of patches that are not there")
+                PhotonSource.from_plan(crafted.plan())
+                wrong.append(f"{crafted.name}: it was taken")
             except InputFileError as error:
                 wrong += [] if error.problems[0].code in crafted.codes else [f"{crafted.name}: {error}"]
             except Exception as error:
                 wrong.append(f"{crafted.name}: {error!r}")
         return wrong
 
-    refused = [crafted for crafted in crafted_plans() if crafted.codes]
-    assert len(refused) >= 250
+    assert len(crafted_plans()) >= 250
     assert in_child(work) == []
 
 
@@ -170,7 +166,7 @@ def test_every_command_refuses_a_changed_plan(fault: int, n_commands: int, run: 
 
     def work() -> list[str]:
         wrong = []
-        for k, crafted in enumerate(crafted for crafted in crafted_plans() if crafted.codes):
+        for k, crafted in enumerate(crafted_plans()):
             try:
                 data = crafted.plan().to_bytes()
             except (TypeError, ValueError):
@@ -292,7 +288,7 @@ def test_a_plan_with_another_value_gives_good_photons_or_none(fault: str) -> Non
 @pytest.mark.slow
 @row_46("plans-changed-at-random-by-the-kernels")
 def test_the_kernels_give_good_photons_or_none(fault: str) -> None:
-    assert in_child(lambda: photons_of_random_plans(20 * N_RANDOM, 12, "fill_compiled"), 40 * MOST_CPU_S) == []
+    assert in_child(lambda: photons_of_random_plans(50 * N_RANDOM, 12, "fill_compiled"), 40 * MOST_CPU_S) == []
 
 
 @row_46("the-check-is-done-once")
@@ -311,7 +307,6 @@ def test_a_plan_is_judged_once(fault: str, monkeypatch: Any) -> None:
 
 
 PROBE = """
-import warnings
 from tests.faults.test_plan_faults import KINDS, photons_of_random_plans
 from aomc_sky.kernels.jit import is_off
 assert is_off()

@@ -98,7 +98,7 @@ def changed(plan: Plan, change: Change) -> Plan:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CraftedPlan:
-    """One changed plan: its name, the plan it was, the codes that may answer (none: it is taken), and the change."""
+    """One changed plan: its name, the plan it was, the codes that may answer, and the change."""
 
     name: str
     kind: str
@@ -182,9 +182,7 @@ def _of_every_array() -> Iterator[tuple[str, str, str, Change]]:
                 where = (0,) * array.ndim
                 if name != "sky_wavelength_nm":
                     yield f"{name} NaN", kind, "E954", _put(name, where, np.nan)
-                yield f"{name} infinite", kind, "E954", _put(name, where, np.inf)
-                if name != "azimuth_bounds_deg_0":
-                    yield f"{name} far off", kind, "E954", _put(name, where, -1e280)
+                    yield f"{name} infinite", kind, "E954", _put(name, where, np.inf)
 
 
 def _wrong_values() -> Iterator[tuple[str, str, str, Change]]:
@@ -195,33 +193,21 @@ def _wrong_values() -> Iterator[tuple[str, str, str, Change]]:
     yield "cumulative falls", "table", "E954", _make("cumulative", shuffle)
     yield "cumulative from 1", "table", "E954", _put("cumulative", (0, 0), 1)
     yield "cumulative negative", "table", "E954", _make("cumulative", lambda a: -a)
-    yield "cumulative beyond the request", "table", "E954", _make("cumulative", lambda a: 2 * a)
     yield "-600000 photons", "table", "E954", _put("cumulative", (slice(None), -1), -600_000)
     yield "cumulative of 2^63 - 1", "table", "E954", _put("cumulative", (0, -1), 2**63 - 1)
-    yield "photons of a dark cell", "table", "E954", _make("cumulative", _photon_into_the_dark)
-    yield "a replicate with a photon too many", "replicates", "E954", _put("cumulative", (3, -1), 201)
     yield "requested negative", "table", "E954", _put("requested", 0, -1)
-    yield "requested of another run", "table", "E954", _put("requested", 0, 10**6)
     yield "requested more than 2^62", "table", "E954", _put("requested", 0, 2**62 + 1)
     yield "a row that is not there", "table", "E954", _put("row_of_band", 0, 2)
     yield "a row of -1", "table", "E954", _put("row_of_band", 0, -1)
-    yield "masses without a sum", "table", "E954", _make("mass", lambda a: a * 0.5)
     yield "a negative mass", "table", "E954", _put("mass", (0, 0), -0.1)
-    yield "masses of zero", "table", "E954", _make("mass", np.zeros_like)
     for value in (99, -1, 9, 127):
         yield f"law {value}", "table", "E954", _make("law", lambda a, v=value: np.full_like(a, v))
     yield "two laws in a component", "table", "E954", _put("law", 3, 1)
     yield "law 4 with cells of a table", "table", "E952 E954", _make("law", lambda a: np.full_like(a, 4))
-    yield "law 4 without a grid", "table", "E954", _law_without_grid(4)
-    yield "law 3 without a grid", "table", "E954", _law_without_grid(3)
-    yield "law 2 without a grid", "table", "E954", _law_without_grid(2)
+    yield "law 4 without a grid", "table", "E954", _law_without_grid
     for value in (5, 6, 7, 8):
         yield f"law {value} without its tables", "table", "E952", _make("law", lambda a, v=value: np.full_like(a, v))
-    yield "solid angle as flux", "solid angle", "E954", _make("law", np.zeros_like)
     yield "cells of five columns", "table", "E953", _make("cell", lambda a: np.ascontiguousarray(a[:, :5]))
-    yield "cells in another order", "table", "E954", _make("cell", lambda a: a[::-1].copy())
-    yield "cells of zeros", "disc", "E954", _make("cell", np.zeros_like)
-    yield "a cell a hair off", "table", "E954", _put("cell", (2, 1), 0.3)
     yield "component starts at 1", "table", "E954", _put("component_start", 0, 1)
     yield "component ends too late", "table", "E954", _put("component_start", -1, 13)
     yield "components that fall", "disc", "E954", _put("component_start", 1, 13)
@@ -230,8 +216,6 @@ def _wrong_values() -> Iterator[tuple[str, str, str, Change]]:
     yield "seed of other keys", "table", "E954", _option("seed", 10)
     yield "rings below the horizon", "table", "E954", _put("zenith_bounds_deg_0", (2, 1), 91.0)
     yield "a ring that ends before it begins", "table", "E954", _put("zenith_bounds_deg_0", (1, 1), 10.0)
-    yield "a column wider than a turn", "table", "E954", _put("azimuth_bounds_deg_0", (3, 1), 1e6)
-    yield "another grid", "table", "E954", _put("zenith_bounds_deg_0", (1, 1), 50.0)
     yield "weights nobody asked for", "solid angle", "E953", _option("weights", False)
     yield "weights of another shape", "solid angle", "E953", _make("weight", lambda a: a[:1].copy())
     yield "a grid for a disc", "disc", "E952", _add("zenith_bounds_deg_0", np.array([[0.0, 90.0]]))
@@ -240,21 +224,11 @@ def _wrong_values() -> Iterator[tuple[str, str, str, Change]]:
     yield "an array nobody knows", "table", "E952", _add("cell2", np.zeros(3))
     yield "an array with a name of a path", "table", "E951 E952", _add("../cell", np.zeros(3))
     yield "irradiance without its loss", "lobes", "E952", _drop("horizon_loss")
-    yield "a loss of 2", "lobes", "E954", _put("horizon_loss", 0, 2.0)
 
 
-def _photon_into_the_dark(cumulative: np.ndarray) -> np.ndarray:
-    cumulative[0, 6:] += 1  # cell 5 has no mass
-    cumulative[0, 8:] -= 1
-    return cumulative
-
-
-def _law_without_grid(law: int) -> Change:
-    def change(arrays: dict[str, Any], _: dict[str, Any]) -> None:
-        del arrays["zenith_bounds_deg_0"], arrays["azimuth_bounds_deg_0"]
-        arrays["law"][:] = law
-
-    return change
+def _law_without_grid(arrays: dict[str, Any], _: dict[str, Any]) -> None:
+    del arrays["zenith_bounds_deg_0"], arrays["azimuth_bounds_deg_0"]
+    arrays["law"][:] = 4
 
 
 def _two_perez_skies(arrays: dict[str, Any], options: dict[str, Any]) -> None:
@@ -271,49 +245,20 @@ def _two_perez_skies(arrays: dict[str, Any], options: dict[str, Any]) -> None:
 
 def _wrong_tables() -> Iterator[tuple[str, str, str, Change]]:
     yield "two Perez skies", "perez", "E952 E954", _two_perez_skies
-    yield "a sun below the horizon", "perez", "E954", _put("shared_0", 5, 1.2)
-    yield "a sun that is no unit vector", "perez", "E954", _put("shared_0", 10, 2.0)
-    yield "b above 0", "perez", "E954", _put("shared_0", 1, 0.5)
-    yield "a luminance without an end", "perez", "E954", _put("shared_0", 3, 1e6)
     yield "shared of ten", "perez", "E953", _make("shared_0", lambda a: a[:10].copy())
     yield "bounds of three columns", "perez", "E953", _make("bounds_0", lambda a: a[:, :3].copy())
-    yield "bounds that never let a photon stay", "perez", "E954", _make("bounds_0", lambda a: a * [1e12, 1.0, 1.0, 1.0])
-    yield "bounds below the luminance", "perez", "E954", _make("bounds_0", lambda a: a * [0.5, 0.5, 1.0, 1.0])
-    yield "a tilt between steps", "perez", "E954", _put("bounds_0", (0, 2), 1e-4)
-    yield "a tilt of 10", "perez", "E954", _put("bounds_0", (0, 2), 10.0)
-    yield "a lower bound of all", "perez", "E954", _make("bounds_0", lambda a: a[:, [0, 0, 2, 3]].copy())
     yield "a disc off its rim", "horizon", "E954", _put("cell", (0, 0), 0.5)
     yield "a disc that no try hits", "horizon", "E954", _put("cell", (0, 2), 1e-30)
     yield "a disc of the whole sky", "horizon", "E954", _put("cell", (0, 2), 4.0)
-    yield "a disc without an azimuth", "horizon", "E954", _put("cell", (0, slice(4, 6)), 0.0)
-    yield "a disc below the horizon", "disc", "E954", _put("cell", (0, slice(0, 2)), [1.0, 0.0])
-    yield "a beam with a width", "beam", "E954", _put("cell", (0, 3), 0.1)
-    yield "a beam that is no direction", "beam", "E954", _put("cell", (0, 0), 0.9)
-    yield "a lobe of no rotation", "lobes", "E954", _put("shared_0", slice(0, 9), 0.0)
-    yield (
-        "a lobe that is mirrored",
-        "lobes",
-        "E954",
-        _make("shared_0", lambda a: a * np.where(np.isin(np.arange(10), [1, 4]), -1, 1)),
-    )
-    yield "a lobe with g = 1", "lobes", "E954", _put("shared_0", 9, 1.0)
-    yield "a rough lobe with a g", "lobes", "E954", _put("shared_1", 9, 0.5)
     yield "shared of eleven", "lobes", "E953", _make("shared_1", lambda a: np.append(a, 0.0))
     yield "envelopes of seven columns", "lobes", "E953", _make("bounds_1", lambda a: a[:, :7].copy())
     yield "bins that are no power of two", "lobes", "E954", _put("bounds_1", (0, 3), 977.0)
     yield "half a bin", "lobes", "E954", _put("bounds_1", (0, 3), 0.5)
     yield "no bin", "lobes", "E954", _put("bounds_1", (0, 3), 0.0)
     yield "2^40 bins", "lobes", "E954", _put("bounds_1", (0, 3), 2.0**40)
-    yield "bounds of a lobe that let none stay", "lobes", "E954", _make("bounds_1", lambda a: a * _bounds(1e9))
-    yield "bounds of a lobe below its cosine", "lobes", "E954", _make("bounds_1", lambda a: a * _bounds(0.5))
     yield "an envelope of one cell", "lobes", "E954", _make("bounds_1", lambda a: a[:1].copy())
     yield "a lobe whose name has a comma", "lobes", "E955", _option("components", ["hg", "ggx,", "beckmann"])
-    yield "a lobe without a cosine", "lobes", "E954", _put("cell", (0, 0), 0.0)
     yield "tables of a method that was removed", "table", "E952", _add("sobol_keys", np.zeros(2, np.uint64))
-
-
-def _bounds(factor: float) -> np.ndarray:
-    return np.where(np.arange(8) == 7, factor, 1.0)
 
 
 def _wrong_options() -> Iterator[tuple[str, str, str, Change]]:
@@ -365,41 +310,13 @@ def _wrong_options() -> Iterator[tuple[str, str, str, Change]]:
     yield "two names that are one", "disc", "E955", _option("components", ["a", "a"])
     yield "aomc with a lobe", "lobes", "E954 E955", _option("allocation", "aomc")
     yield "aomc with replicates", "replicates", "E955", _option("allocation", "aomc")
-    yield "centres of lobes", "lobes", "E955", _option("placement", "centre")
-
-
-HARMLESS = frozenset(
-    """\
-wavelength_nm far off;sky_wavelength_nm infinite;sky_wavelength_nm far off;bounds_0 far off
-irradiance_W_m2_nm far off;horizon_loss far off;azimuth_bounds_deg_1 far off;cell far off;shared_1 far off
-bounds_1 far off;shared_2 far off;bounds_2 far off;cumulative beyond the request;photons of a dark cell
-a replicate with a photon too many;requested of another run;masses without a sum;masses of zero
-law 3 without a grid;law 2 without a grid;solid angle as flux;cells in another order;cells of zeros
-a cell a hair off;a column wider than a turn;another grid;a loss of 2;a sun below the horizon
-a sun that is no unit vector;a luminance without an end;bounds below the luminance;a tilt between steps
-a tilt of 10;a lower bound of all;a disc without an azimuth;a disc below the horizon;a beam with a width
-a beam that is no direction;a lobe that is mirrored;a lobe with g = 1;a rough lobe with a g
-bounds of a lobe below its cosine;a lobe without a cosine;centres of lobes;a lobe of no rotation""".replace(
-        "\n", ";"
-    ).split(";")
-)
-"""Wrong, but no number by which a kernel reads: whoever can reseal a plan may have such photons."""
-
-SLOW = frozenset(
-    {"shared_0 far off", "b above 0", "bounds that never let a photon stay", "bounds of a lobe that let none stay"}
-)
-"""Photons come after as many tries as a kernel makes: minutes in plain numpy."""
 
 
 @functools.cache
 def crafted_plans() -> tuple[CraftedPlan, ...]:
     """All changed plans; the names are different."""
     found = [*_of_every_array(), *_wrong_values(), *_wrong_tables(), *_wrong_options()]
-    return tuple(
-        CraftedPlan(name=n, kind=k, codes=() if n in HARMLESS else tuple(c.split()), change=change)
-        for n, k, c, change in found
-        if n not in SLOW
-    )
+    return tuple(CraftedPlan(name=n, kind=k, codes=tuple(c.split()), change=change) for n, k, c, change in found)
 
 
 # files
