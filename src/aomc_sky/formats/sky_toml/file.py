@@ -95,17 +95,7 @@ def read_sky_toml(
 def problem_of_key(path: str | Path, key: tuple[str, ...], code: str, message: str, advice: str) -> Problem:
     """A problem that shows only when the file is used, at the value of a key that was read: ("sky", "table")."""
     span = key_spans(_text(path))[key].value
-    return Problem(
-        path=str(path),
-        line=span.line,
-        column=span.column,
-        code=code,
-        field=key[-1],
-        message=message,
-        advice=advice,
-        text=span.text,
-        width=span.width,
-    )
+    return span.problem(str(path), code, message, field=key[-1], advice=advice)
 
 
 def _text(path: str | Path) -> str:
@@ -119,12 +109,9 @@ def _text(path: str | Path) -> str:
     except UnicodeDecodeError as error:
         before = data[: error.start]
         line_start = before.rfind(b"\n") + 1
-        column = len(before[line_start:].decode()) + 1
-        text = data[line_start:].split(b"\n")[0]
-        message, line = "the file is not UTF-8", before.count(b"\n") + 1
-        raise refuse(
-            path, message, code="E701", line=line, column=column, text=text, advice="save it as UTF-8"
-        ) from None
+        text = data[line_start:].split(b"\n")[0].decode("latin-1")
+        span = Span(before.count(b"\n") + 1, len(before[line_start:].decode()) + 1, text)
+        raise refuse(path, "the file is not UTF-8", code="E701", span=span, advice="save it as UTF-8") from None
 
 
 def _refuse_long_lines(text: str, report: Report) -> None:
