@@ -160,6 +160,27 @@ class Span:
         """The characters from `offset` on."""
         return Span(self.line, self.column + offset, self.text, width)
 
+    def problem(
+        self, path: str, code: str, message: str, *, field: str = "", advice: str = "", is_error: bool = True
+    ) -> Problem:
+        """A problem that stands here, in the file of this path."""
+        return Problem(
+            path=path,
+            line=self.line,
+            column=self.column,
+            code=code,
+            field=field,
+            message=message,
+            advice=advice,
+            text=self.text,
+            width=self.width,
+            is_error=is_error,
+        )
+
+
+NOWHERE = Span(0, 0, "")
+"""Of a problem of a file as a whole."""
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SourceText:
@@ -174,14 +195,6 @@ class SourceText:
         start = self.text.rfind("\n", 0, offset) + 1
         end = self.text.find("\n", offset)
         shown = self.text[start:] if end < 0 else self.text[start:end]
-        return Problem(
-            path=self.path,
-            line=self.line + self.text.count("\n", 0, offset),
-            column=offset - start + 1,
-            code=code,
-            field=field,
-            message=message,
-            advice=advice,
-            text=shown,
-            width=max(1, min(width, len(shown) - (offset - start))),
-        )
+        line, column = self.line + self.text.count("\n", 0, offset), offset - start + 1
+        span = Span(line, column, shown, max(1, min(width, len(shown) - column + 1)))
+        return span.problem(self.path, code, message, field=field, advice=advice)

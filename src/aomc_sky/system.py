@@ -10,7 +10,6 @@ import errno
 import os
 import sys
 import threading
-from collections.abc import Mapping
 from pathlib import Path
 from typing import IO
 
@@ -72,25 +71,6 @@ def sync_folder(path: Path) -> None:
             os.fsync(handle)
         finally:
             os.close(handle)
-
-
-def belongs_to_user(status: os.stat_result) -> bool:
-    """Whether a file or folder is this user's own and nobody else may write it; True where users have no numbers."""
-    return not hasattr(os, "geteuid") or (status.st_uid == os.geteuid() and not status.st_mode & 0o002)
-
-
-def cache_folder(environment: Mapping[str, str], platform: str = sys.platform) -> Path | None:
-    """Where programs of this system keep what they can make again, None where nobody knows."""
-    if platform == "win32":
-        named, usual = environment.get("LOCALAPPDATA", ""), Path("AppData", "Local")
-    elif platform == "darwin":
-        named, usual = "", Path("Library", "Caches")
-    else:
-        named, usual = environment.get("XDG_CACHE_HOME", ""), Path(".cache")
-    if os.path.isabs(named):
-        return Path(named)
-    home = environment.get("HOME", "") or os.path.expanduser("~")
-    return Path(home) / usual if os.path.isabs(home) else None
 
 
 # locks

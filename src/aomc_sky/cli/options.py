@@ -389,15 +389,15 @@ def number_in(low: float, high: float) -> Callable[[str], float]:
     """Type of an option that is a number in a range."""
 
     def number(text: str) -> float:
-        from aomc_sky.formats.sky_toml.rules import Range
+        from aomc_sky.formats.report import BadValueError
+        from aomc_sky.formats.sky_toml import rules
 
         try:
-            value = float(text)
+            return float(rules.number(low, high)(float(text)))
         except ValueError:
             raise argparse.ArgumentTypeError(f"expected a number, got {text!r}") from None
-        for fault in Range(low=low, high=high).faults(value):
-            raise argparse.ArgumentTypeError(fault.message)
-        return value
+        except BadValueError as problem:
+            raise argparse.ArgumentTypeError(problem.message) from None
 
     return number
 
@@ -445,14 +445,14 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
 
 def moment(text: str) -> float:
     """A time with its zone, or seconds since 1970."""
-    from aomc_sky.formats.sky_toml.rules import Time
+    from aomc_sky.formats.report import BadValueError
+    from aomc_sky.formats.sky_toml import rules
 
-    value: object = text
-    if text.lstrip("+-").replace(".", "", 1).isdecimal():
-        value = float(text)
-    for fault in Time().faults(value):
-        raise argparse.ArgumentTypeError(f"{fault.message}; {fault.advice}")
-    return Time().read(value)
+    is_number = text.lstrip("+-").replace(".", "", 1).isdecimal()
+    try:
+        return rules.time(float(text) if is_number else text)
+    except BadValueError as problem:
+        raise argparse.ArgumentTypeError(f"{problem.message}; {problem.advice}") from None
 
 
 def add_background_options(group: argparse._ArgumentGroup) -> None:

@@ -8,15 +8,13 @@ from dataclasses import dataclass, field
 from difflib import SequenceMatcher
 from typing import TypeVar
 
-from aomc_sky.errors import InputFileError, InputWarning, Problem, Span
+from aomc_sky.errors import NOWHERE, InputFileError, InputWarning, Problem, Span
 
 T = TypeVar("T")
 
 MAX_PROBLEMS = 200
 MAX_PER_VALUE = 20
 """Problems of one value that are reported; a list of thousands of words is better reported once."""
-
-_NOWHERE = Span(0, 0, "")
 
 
 @dataclass(kw_only=True, slots=True)
@@ -31,7 +29,7 @@ class Report:
 
     def add(self, code: str, message: str, *, name: str = "", advice: str = "", is_warning: bool = False) -> None:
         """Note a problem of the file as a whole."""
-        self.at(_NOWHERE, code, message, name=name, advice=advice, is_warning=is_warning)
+        self.at(NOWHERE, code, message, name=name, advice=advice, is_warning=is_warning)
 
     def at(
         self,
@@ -49,20 +47,8 @@ class Report:
         self.n_errors += is_error
         if len(self.problems) >= MAX_PROBLEMS and not (is_error and self.n_errors == 1):
             return  # enough for a person; but the only error among warnings is never lost
-        self.problems.append(
-            Problem(
-                path=self.path,
-                line=span.line,
-                column=span.column,
-                code=code,
-                field=name,
-                message=message,
-                advice=advice,
-                text=span.text,
-                width=span.width,
-                is_error=is_error,
-            )
-        )
+        problem = span.problem(self.path, code, message, field=name, advice=advice, is_error=is_error)
+        self.problems.append(problem)
 
     def bad_value(self, span: Span, problem: BadValueError, *, name: str = "") -> None:
         """Note what is wrong with the value that stands in `span`."""

@@ -30,25 +30,9 @@ class Spectrum:
 
 
 def read_spectrum_csv(path: str | Path) -> Spectrum:
-    """Read a table of wavelength [nm] and value, separated by a comma.
+    """Read a table of wavelength [nm] and value, separated by a comma; blank lines and those with ``#`` are left out.
 
-    Lines that are blank or begin with ``#`` are left out.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file, at most 4 MiB and 2^17 rows.
-
-    Returns
-    -------
-    Spectrum
-
-    Raises
-    ------
-    InputFileError
-        Every problem of the file: E401 for a row of another form, E404 for a number beyond all ranges.
-    OutputError
-        The operating system refuses.
+    InputFileError with every problem of the file: E401 for a row of another form, E404 for a number beyond all ranges.
     """
     size = os.stat(path).st_size if os.path.isfile(path) else 0
     if size > MAX_BYTES:
@@ -106,26 +90,10 @@ def _check_order(rows: list[tuple[float, float]], wavelength: float, line: str, 
 
 
 def bin_means(spectrum: Spectrum, wavelength_nm: np.ndarray) -> np.ndarray:
-    """Mean of a piecewise-linear spectrum over the bin around every wavelength of an even grid.
+    """Mean of a piecewise-linear spectrum over the bin around every wavelength of an even grid, which its data contain.
 
-    The bin of w is [w - d/2, w + d/2] with the step d of the grid, cut at the ends of the data; a single
-    wavelength has the bin of width 0 and gets the value there.
-
-    Parameters
-    ----------
-    spectrum : Spectrum
-        Its data contain all of `wavelength_nm`.
-    wavelength_nm : ndarray, float64, shape (n_wl,)
-        Evenly spaced, rising. [nm]
-
-    Returns
-    -------
-    ndarray, float64, shape (n_wl,)
-
-    Notes
-    -----
-    Accuracy: 4 ulp of the mean for values of one sign (exact sums of trapezoids, no difference of integrals).
-    Cost: one pass over the points.
+    The bin of w is [w - d/2, w + d/2] with the step d of the grid, cut at the ends of the data; a single wavelength has
+    the bin of width 0. Within 4 ulp for values of one sign: exact sums of trapezoids, no difference of integrals.
     """
     x, y = spectrum.wavelength_nm, spectrum.value
     n = len(wavelength_nm)

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import BinaryIO
 
-from aomc_sky.errors import InputFileError, OutputError, Problem
+from aomc_sky.errors import NOWHERE, InputFileError, OutputError, Span
 from aomc_sky.regular_file import FileKindError, open_regular
 from aomc_sky.system import sync_file
 
@@ -26,31 +26,10 @@ _BOMS_OTHER = (b"\xff\xfe", b"\xfe\xff")
 
 
 def refuse(
-    path: str | Path,
-    message: str,
-    *,
-    advice: str = "",
-    code: str = "E100",
-    line: int = 0,
-    column: int = 0,
-    text: bytes = b"",
+    path: str | Path, message: str, *, advice: str = "", code: str = "E100", name: str = "", span: Span = NOWHERE
 ) -> InputFileError:
-    """Return the error for a file that cannot be read as a whole."""
-    shown = text.decode("latin-1")
-    return InputFileError(
-        [
-            Problem(
-                path=str(path),
-                line=line,
-                column=column,
-                code=code,
-                field="",
-                message=message,
-                advice=advice,
-                text=shown,
-            )
-        ]
-    )
+    """Return the error for a file that cannot be read further."""
+    return InputFileError([span.problem(str(path), code, message, field=name, advice=advice)])
 
 
 def open_data(path: str | Path, *, what: str, code: str) -> BinaryIO:
@@ -106,7 +85,9 @@ def _refuse_byte(
     end = data.find(b"\n", offset)
     text = data[start : min(len(data) if end < 0 else end, offset + 200)]
     line = earlier_lines + data.count(b"\n", 0, offset) + 1
-    return refuse(path, message, advice=advice, code="E101", line=line, column=offset - start + 1, text=text)
+    return refuse(
+        path, message, advice=advice, code="E101", span=Span(line, offset - start + 1, text.decode("latin-1"))
+    )
 
 
 def _bounded_bytes(path: str | Path, most: int) -> bytes:
@@ -120,7 +101,7 @@ def _bounded_bytes(path: str | Path, most: int) -> bytes:
                 raise refuse(path, f"the file has no end: it goes on after {n_bytes} bytes", code="E101")
             if not pieces and piece.startswith(_BOMS_OTHER):
                 message, advice = "the file is UTF-16, which Fortran cannot read", "save it as plain text (UTF-8)"
-                raise refuse(path, message, advice=advice, code="E101", line=1, column=1)
+                raise refuse(path, message, advice=advice, code="E101", span=Span(1, 1, ""))
             if (nul := piece.find(b"\0")) >= 0:
                 advice = "save it as plain text (UTF-8)"
                 raise _refuse_byte(path, piece, nul, "a NUL byte; this is not a text file", advice, _count(pieces))
@@ -128,7 +109,7 @@ def _bounded_bytes(path: str | Path, most: int) -> bytes:
             if long_line is not None:
                 message = f"the line is longer than {MAX_LINE_BYTES} bytes"
                 number = _count(pieces) + piece.count(b"\n", 0, long_line) + 1
-                raise refuse(path, message, advice="end every line", code="E101", line=number, column=1)
+                raise refuse(path, message, advice="end every line", code="E101", span=Span(number, 1, ""))
             last = piece.rfind(b"\n")
             open_line = open_line + len(piece) if last < 0 else len(piece) - last - 1
             pieces.append(piece)

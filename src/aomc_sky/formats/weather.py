@@ -10,7 +10,6 @@ from __future__ import annotations
 import calendar
 import contextlib
 import csv
-import enum
 import math
 import os
 import re
@@ -45,39 +44,22 @@ _MISSING_FROM = 9999.0
 _MISSING_TMY3 = -9900.0
 
 
-class WeatherFormat(enum.Enum):
-    """The kind of a weather file."""
-
-    EPW = "epw"
-    TMY2 = "tmy2"
-    TMY3 = "tmy3"
-
-
 @dataclass(frozen=True, kw_only=True, slots=True)
 class WeatherTable:
     """The contents of a weather file that a sky needs."""
 
     path: str
-    kind: WeatherFormat
     station: str  #: Name of the station as the file has it
     #: Position, north and east positive. [deg, -90 to 90 and -180 to 180]
     latitude_deg: float
     longitude_deg: float
-    utc_offset_h: float  #: Local standard time minus UTC. [h, -14 to 14]
     line: np.ndarray  #: int64 (n_row,), where each row stood. [1-based]
     start: np.ndarray  #: datetime64[s] (n_row,), in UTC; the hour is [start, start + 1 h)
-    #: float64 (n_row,): direct normal, diffuse horizontal and global horizontal irradiance, means over the hour;
-    #: 0 where missing. [W m-2, 0 to 2000]
+    #: float64 (n_row,): global horizontal, direct normal and diffuse horizontal irradiance, means over the hour;
+    #: NaN where missing. [W m-2, 0 to 2000]
+    ghi: np.ndarray
     dni: np.ndarray
     dhi: np.ndarray
-    ghi: np.ndarray
-    #: bool (3, n_row): which of GHI, DNI and DHI the file marks as missing
-    missing: np.ndarray
-
-    @property
-    def is_missing(self) -> np.ndarray:
-        """Whether the file marks DNI or DHI as missing, bool (n_row,); GHI may stand in for one of them."""
-        return self.missing[1] | self.missing[2]
 
     @property
     def n_rows(self) -> int:
@@ -87,8 +69,7 @@ class WeatherTable:
     def irradiances(self, index: int) -> dict[str, float]:
         """Those of ghi, dni and dhi that a row has. [0-based; W m-2]"""
         values = {"ghi": self.ghi, "dni": self.dni, "dhi": self.dhi}
-        named = zip(values.items(), self.missing[:, index].tolist(), strict=True)
-        return {name: float(array[index]) for (name, array), is_missing in named if not is_missing}
+        return {name: float(array[index]) for name, array in values.items() if not np.isnan(array[index])}
 
     @property
     def end(self) -> np.ndarray:
@@ -101,18 +82,36 @@ class WeatherTable:
         return self.start + HOUR // 2
 
 
-def read_weather(path: str | Path, kind: WeatherFormat | str) -> WeatherTable:
-    """Read a weather file, rows in file order. Cost: about 0.2 s for a year of hours."""
-    kind = WeatherFormat(kind)
+def read_weather(path: str | Path, kind: str) -> WeatherTable:
+    """Read a weather file of kind epw, tmy2 or tmy3, rows in file order. Cost: about 0.2 s for a year of hours."""
     lines = _lines(path)
     report = Report(path=str(path))
     layout = _HEADS[kind](lines, report)
     if layout is None:
         report.close()
         raise AssertionError("a head that cannot be read leaves an error")
-    line, values = _rows(lines, layout, kind, report)
+    line, values = _rows(lines, layout, report)
     report.close()
-    return _table(str(path), kind, layout, line, values)
+    year, month, day, hour = values[:4].astype(np.int64)
+    dates = (year - 1970).astype("M8[Y]").astype("M8[M]") + (month - 1)
+    local = (dates.astype("M8[D]") + (day - 1)).astype("M8[s]") + (hour - 1) * HOUR
+    latitude, longitude, offset = layout.position
+    values += 0.0  # some files write -0.00 at night
+    arrays = (line, local - np.timedelta64(round(offset * 3600), "s"), *values[4:])
+    for array in arrays:
+        array.flags.writeable = False
+    line, start, ghi, dni, dhi = arrays
+    return WeatherTable(
+        path=str(path),
+        station=layout.station,
+        latitude_deg=latitude,
+        longitude_deg=longitude,
+        line=line,
+        start=start,
+        ghi=ghi,
+        dni=dni,
+        dhi=dhi,
+    )
 
 
 def _lines(path: str | Path) -> list[str]:
@@ -127,43 +126,14 @@ def _lines(path: str | Path) -> list[str]:
     return split_lines(data)
 
 
-def _table(path: str, kind: WeatherFormat, layout: Layout, line: np.ndarray, values: np.ndarray) -> WeatherTable:
-    year, month, day, hour = values[:4].astype(np.int64)
-    dates = (year - 1970).astype("M8[Y]").astype("M8[M]") + (month - 1)
-    local = (dates.astype("M8[D]") + (day - 1)).astype("M8[s]") + (hour - 1) * HOUR
-    latitude, longitude, offset = layout.position
-    irradiance = values[4:]
-    missing = np.isnan(irradiance)
-    irradiance = np.where(missing, 0.0, irradiance) + 0.0  # some files write -0.00 at night
-    arrays = {
-        "line": line,
-        "start": local - np.timedelta64(round(offset * 3600), "s"),
-        "ghi": irradiance[0].copy(),
-        "dni": irradiance[1].copy(),
-        "dhi": irradiance[2].copy(),
-        "missing": missing,
-    }
-    for array in arrays.values():
-        array.flags.writeable = False
-    return WeatherTable(
-        path=path,
-        kind=kind,
-        station=layout.station,
-        latitude_deg=latitude,
-        longitude_deg=longitude,
-        utc_offset_h=offset,
-        **arrays,
-    )
-
-
-def _rows(lines: list[str], layout: Layout, kind: WeatherFormat, report: Report) -> tuple[np.ndarray, np.ndarray]:
+def _rows(lines: list[str], layout: Layout, report: Report) -> tuple[np.ndarray, np.ndarray]:
     """Lines and values (7, n_row) of all rows; problems go to the report."""
     numbers: list[int] = []
     values: list[list[float]] = []
     for number, text in enumerate(lines[layout.first_row :], start=layout.first_row + 1):
         if text.strip():
             try:
-                values.append(_row(text, layout, kind))
+                values.append(_row(text, layout))
                 numbers.append(number)
             except BadValueError as problem:
                 report.bad_value(Span(number, 1, text), problem)
@@ -174,32 +144,29 @@ def _rows(lines: list[str], layout: Layout, kind: WeatherFormat, report: Report)
     return np.array(numbers, dtype=np.int64), np.array(values, dtype=np.float64).reshape(-1, len(_NAMES)).T
 
 
-def _row(text: str, layout: Layout, kind: WeatherFormat) -> list[float]:
+def _row(text: str, layout: Layout) -> list[float]:
     """The seven values of a row, missing irradiances NaN."""
     row: list[float] = []
     pieces = layout.cut(text)
-    for k, (offset, field) in enumerate(pieces):
-        piece, width = field.strip(), len(field.strip())
+
+    def bad(k: int, code: str, message: str) -> BadValueError:
+        offset, field = pieces[k]
+        return BadValueError(code, f"{_NAMES[k]}: {message}", offset=offset, width=len(field.strip()))
+
+    for k, (_, field) in enumerate(pieces):
+        piece, is_irradiance = field.strip(), k >= _FIRST_IRRADIANCE
         value = float(piece) if NUMBER.match(piece) else math.nan
-        if k >= _FIRST_IRRADIANCE and (not piece or _is_missing(value, kind)):
+        if is_irradiance and (not piece or value == _MISSING_TMY3 or value >= _MISSING_FROM):
             value = math.nan
         elif math.isnan(value):
-            message = f"{_NAMES[k]}: {piece[:40]!r} is not {_EXPECTED[k]}"
-            raise BadValueError("E602", message, offset=offset, width=width)
-        elif k >= _FIRST_IRRADIANCE and not 0 <= value <= MAX_IRRADIANCE:
-            message = f"{_NAMES[k]}: {piece} is outside 0 to {MAX_IRRADIANCE:g} W m-2"
-            raise BadValueError("E603", message, offset=offset, width=width)
+            raise bad(k, "E602", f"{piece[:40]!r} is not {_EXPECTED[k]}")
+        elif is_irradiance and not 0 <= value <= MAX_IRRADIANCE:
+            raise bad(k, "E603", f"{piece} is outside 0 to {MAX_IRRADIANCE:g} W m-2")
         row.append(value)
     wrong = _wrong_date(row, layout.first_hour)
     if wrong is not None:
-        (offset, field), name = pieces[wrong], _NAMES[wrong]
-        message = f"{name}: there is no {name} {row[wrong]:g} here"
-        raise BadValueError("E602", message, offset=offset, width=len(field.strip()))
+        raise bad(wrong, "E602", f"there is no {_NAMES[wrong]} {row[wrong]:g} here")
     return row
-
-
-def _is_missing(value: float, kind: WeatherFormat) -> bool:
-    return value == _MISSING_TMY3 if kind is WeatherFormat.TMY3 else value >= _MISSING_FROM
 
 
 def _wrong_date(row: list[float], first_hour: int) -> int | None:
@@ -355,8 +322,8 @@ def _cut_tmy2(text: str) -> Pieces:
     return [(at, f"19{year}" if year.isdecimal() else year), *others]
 
 
-_HEADS: dict[WeatherFormat, Callable[[list[str], Report], Layout | None]] = {
-    WeatherFormat.EPW: epw_head,
-    WeatherFormat.TMY2: tmy2_head,
-    WeatherFormat.TMY3: tmy3_head,
+_HEADS: dict[str, Callable[[list[str], Report], Layout | None]] = {
+    "epw": epw_head,
+    "tmy2": tmy2_head,
+    "tmy3": tmy3_head,
 }

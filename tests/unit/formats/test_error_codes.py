@@ -12,7 +12,7 @@ FORMATS = Path(aomc_sky.__file__).parent / "formats"
 # the grid knows whether a zenith index is a degree; blocks of code are looked at where they are evaluated; plans and
 # manifests are no formats of a person; a whole scene knows which light has no unit, which animations a file has, and
 # what of a field is a sky
-OF_RUNS = {*(f"E95{k}" for k in range(1, 6)), *(f"E96{k}" for k in range(1, 5))}
+OF_RUNS = {*(f"E95{k}" for k in range(1, 6)), *(f"E96{k}" for k in range(1, 3))}
 RAISED_ELSEWHERE = {"E307", "E310", "E403", "E708", "E709", "E710"} | OF_RUNS
 
 

@@ -1,7 +1,6 @@
 """The files that the AOMC program reads, as Fortran reads them.
 
-scanner     One scanner for both ways in which Fortran reads: fixed columns, and list-directed values.
-amc         amc.inp, lambbot.inp and difcol.inp.
-plain_rows  Rows of plain numbers, read as arrays, every row at once.
-skydist     skydist.inp: radiances or masses over zenith and azimuth indices.
+scanner  One scanner for both ways in which Fortran reads: fixed columns, and list-directed values.
+amc      amc.inp, lambbot.inp and difcol.inp.
+skydist  skydist.inp: radiances or masses over zenith and azimuth indices.
 """

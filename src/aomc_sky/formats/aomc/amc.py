@@ -94,111 +94,87 @@ class AmcConfig:
     n_wavebands: int
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Field:
     """One line of amc.inp."""
 
     name: str  #: Attribute of `AmcConfig`
     title: str  #: Name for a person
     label: str  #: What stands before the value; only its number is ever looked at
-    width: int  #: Columns of the value, from column 49
-    decimals: int | None  #: d of Fw.d; None for an integer
     low: float
     high: float
-    allowed: str  #: The range in words
+    decimals: int | None = None  #: d of Fw.d; None for an integer
+    words: str = ""  #: The range in words, where low and high do not say it
+    width: int = 8  #: Columns of the value, from column 49
     is_odd: bool = False  #: Even numbers but 0 are refused
+
+    @property
+    def allowed(self) -> str:
+        """The range in words."""
+        return self.words or f"{self.low:g} to {self.high:g}"
 
     def is_allowed(self, value: float) -> bool:
         """Whether a value lies in the range."""
         return self.low <= value <= self.high and not (self.is_odd and value and value % 2 == 0)
 
 
-def _integer(
-    name: str, title: str, label: str, low: int, high: int, *, allowed: str = "", width: int = 8, is_odd: bool = False
-) -> Field:
-    return Field(
-        name=name,
-        title=title,
-        label=label,
-        width=width,
-        decimals=None,
-        low=low,
-        high=high,
-        allowed=allowed or f"{low} to {high}",
-        is_odd=is_odd,
-    )
+_FLAG: dict[str, Any] = {"low": 0, "high": 1, "words": "0 or 1", "width": 1}
 
-
-def _flag(name: str, title: str, label: str) -> Field:
-    return _integer(name, title, label, 0, 1, allowed="0 or 1", width=1)
-
-
-def _real(name: str, title: str, label: str, decimals: int, low: float, high: float) -> Field:
-    return Field(
-        name=name,
-        title=title,
-        label=label,
-        width=12,
-        decimals=decimals,
-        low=low,
-        high=high,
-        allowed=f"{low:g} to {high:g}",
-    )
-
-
-_POLAR_CAP = _flag("use_polar_cap", "polar cap flag", "           Use polar cap as grid?(yes=1, no=0):")
+_POLAR_CAP = Field("use_polar_cap", "polar cap flag", "           Use polar cap as grid?(yes=1, no=0):", **_FLAG)
 
 _FIELDS = (
-    _integer(
+    Field(
         "iterations",
         "iterations",
         "1)Iterations                                  :",
         1,
         MOST_ITERATIONS,
-        allowed="1 or more",
+        words="1 or more",
         width=12,
     ),
-    _flag("light_source", "light source", "2)Light source from model(0) or file(1)       :"),
-    _integer("direct_azimuth_deg", "direct azimuth", " a) direct azimuth angle(deg)                 :", 0, 359),
-    _integer("direct_zenith_deg", "direct zenith", " b) direct zenith angle(deg)                  :", 0, 89),
-    _integer("n_constituents", "constituents", "3)number of system constituents               :", 1, 20),
-    _real("depth_m", "depth", "4)depth (M)                                   :", 2, 0, 10_000),
-    _real("side_m", "side", "5)side boundaries (M)                         :", 2, 0, 100_000),
-    _integer("n_recording_layers", "recording layers", "6)Number of depth recording layers            :", 0, 500),
-    _real("layer_thickness_m", "layer thickness", "  a) Thickness of each recording layer        :", 4, -1, 500),
-    _integer("n_alpha_intervals", "alpha intervals", "7)# of alpha intervals to bin (MAX=180)       :", 1, 180),
-    _integer("n_phi_intervals", "phi intervals", "8)# of phi intervals to bin (MAX=180)         :", 1, 360),
-    _flag("interval_type", "interval type", "           Interval type (ang = 1,cos = 0)    :"),
-    _flag("log_absorption", "absorption log", "9)X,Y,Z for absorption (yes=1,no=0)           :"),
-    _flag("log_bottom", "bottom log", "10)BOT.-output(yes=1,no=0)                    :"),
-    _flag("log_side", "side log", "11)SIDE-output(yes=1,no=0)                    :"),
-    _flag("spf_from_file", "SPF from file", "12)SPF from file? (yes=1,no=0)                :"),
-    _integer("n_spf_angles", "SPF angles", "   a) Number of angles                        :", 0, 360),
-    _integer(
-        "n_concentration_layers", "concentration layers", "13)# of concentration dependent layers        :", 1, 100
+    Field("light_source", "light source", "2)Light source from model(0) or file(1)       :", **_FLAG),
+    Field("direct_azimuth_deg", "direct azimuth", " a) direct azimuth angle(deg)                 :", 0, 359),
+    Field("direct_zenith_deg", "direct zenith", " b) direct zenith angle(deg)                  :", 0, 89),
+    Field("n_constituents", "constituents", "3)number of system constituents               :", 1, 20),
+    Field("depth_m", "depth", "4)depth (M)                                   :", 0, 10_000, 2, width=12),
+    Field("side_m", "side", "5)side boundaries (M)                         :", 0, 100_000, 2, width=12),
+    Field("n_recording_layers", "recording layers", "6)Number of depth recording layers            :", 0, 500),
+    Field(
+        "layer_thickness_m", "layer thickness", "  a) Thickness of each recording layer        :", -1, 500, 4, width=12
     ),
-    _integer(
+    Field("n_alpha_intervals", "alpha intervals", "7)# of alpha intervals to bin (MAX=180)       :", 1, 180),
+    Field("n_phi_intervals", "phi intervals", "8)# of phi intervals to bin (MAX=180)         :", 1, 360),
+    Field("interval_type", "interval type", "           Interval type (ang = 1,cos = 0)    :", **_FLAG),
+    Field("log_absorption", "absorption log", "9)X,Y,Z for absorption (yes=1,no=0)           :", **_FLAG),
+    Field("log_bottom", "bottom log", "10)BOT.-output(yes=1,no=0)                    :", **_FLAG),
+    Field("log_side", "side log", "11)SIDE-output(yes=1,no=0)                    :", **_FLAG),
+    Field("spf_from_file", "SPF from file", "12)SPF from file? (yes=1,no=0)                :", **_FLAG),
+    Field("n_spf_angles", "SPF angles", "   a) Number of angles                        :", 0, 360),
+    Field("n_concentration_layers", "concentration layers", "13)# of concentration dependent layers        :", 1, 100),
+    Field(
         "n_grid_cells",
         "grid cells",
         "14)Number of cells in X-Y direction(0=NOGRID) :",
         0,
         101,
-        allowed="0 or an odd number up to 101",
+        words="0 or an odd number up to 101",
         is_odd=True,
     ),
-    _real("cell_size_m", "cell size", "      Cell size (in unit meters)              :", 6, 0, 100_000),
-    _flag("surfer_output", "Surfer output", "      Output to Surfer format (yes=1,no=0)    :"),
-    _integer(
-        "footprint", "footprint", "15)Light source: point[1],circle[2],rect.[3]  :", 1, 3, allowed="1, 2 or 3", width=1
+    Field("cell_size_m", "cell size", "      Cell size (in unit meters)              :", 0, 100_000, 6, width=12),
+    Field("surfer_output", "Surfer output", "      Output to Surfer format (yes=1,no=0)    :", **_FLAG),
+    Field(
+        "footprint", "footprint", "15)Light source: point[1],circle[2],rect.[3]  :", 1, 3, words="1, 2 or 3", width=1
     ),
-    _real("circle_diameter_m", "circle diameter", "    a)If circle, define diameter              :", 6, 0, 1e7),
-    _real("rectangle_x_m", "rectangle dX", "    b)If rectangle, define dX                 :", 6, 0, 1e7),
-    _real("rectangle_y_m", "rectangle dY", "    c)          and define dY                 :", 6, 0, 1e7),
-    _flag("bottom_target", "bottom target", "16)Bottom target: NO[0],YES[1]                :"),
-    _real("target_x_m", "target dX", "      define dX                               :", 6, 0, 1e7),
-    _real("target_y_m", "target dY", "      define dY                               :", 6, 0, 1e7),
-    _flag("normalize_to_water", "normalisation", "17)Normalize output to air(0) or water(1)     :"),
-    _integer("n_wavebands", "wavebands", "18)Number of wavebands (minimum = 1)          :", 1, 500),
+    Field(
+        "circle_diameter_m", "circle diameter", "    a)If circle, define diameter              :", 0, 1e7, 6, width=12
+    ),
+    Field("rectangle_x_m", "rectangle dX", "    b)If rectangle, define dX                 :", 0, 1e7, 6, width=12),
+    Field("rectangle_y_m", "rectangle dY", "    c)          and define dY                 :", 0, 1e7, 6, width=12),
+    Field("bottom_target", "bottom target", "16)Bottom target: NO[0],YES[1]                :", **_FLAG),
+    Field("target_x_m", "target dX", "      define dX                               :", 0, 1e7, 6, width=12),
+    Field("target_y_m", "target dY", "      define dY                               :", 0, 1e7, 6, width=12),
+    Field("normalize_to_water", "normalisation", "17)Normalize output to air(0) or water(1)     :", **_FLAG),
+    Field("n_wavebands", "wavebands", "18)Number of wavebands (minimum = 1)          :", 1, 500),
 )
 
 
@@ -483,8 +459,9 @@ def read_band_rows(
         if len(record.tokens) < len(names):
             last = record.tokens[-1] if record.tokens else scanner.absent(record.next_line)
             _report_short(record, last, names, report)
-        else:
-            _check_comma(record, names[-1], report)
+        elif record.decimal_comma is not None:
+            span, message, advice = record.decimal_comma
+            report.at(span, "E205", message, name=names[-1], advice=advice)
         index = record.next_line
         if report.is_full:
             break
@@ -523,15 +500,6 @@ def _read_row(
                 message, advice = f"{token.word} is outside the range {allowed}", f"write {allowed}"
                 report.at(token, "E202", message, name=name, advice=advice, can_downgrade=True)
             row[k] = value
-
-
-def _check_comma(record: Record, name: str, report: Report) -> None:
-    token = record.tokens[-1]
-    if record.rest[:1] == "," and record.rest[1:2].isdigit() and "." not in token.word:
-        rest = record.rest.split()[0]
-        message = f"'{token.word}{rest}' has a decimal comma; Fortran reads {token.word}"
-        span, advice = token.part(0, len(token.word) + len(rest)), f"write {token.word}.{rest[1:]}"
-        report.at(span, "E205", message, name=name, advice=advice)
 
 
 def _report_short(record: Record, last: Token, names: tuple[str, ...], report: Report) -> None:

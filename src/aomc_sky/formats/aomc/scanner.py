@@ -106,6 +106,16 @@ class Record:
         """The values as reals; None for a null value, and for what is no number."""
         return [list_real(token.word) for token in self.tokens]
 
+    @property
+    def decimal_comma(self) -> tuple[Span, str, str] | None:
+        """Where the last value goes on behind a comma: what a person reads as one number, with message and advice."""
+        token = self.tokens[-1]
+        if "." in token.word or self.rest[:1] != "," or not self.rest[1:2].isdigit():
+            return None
+        rest = self.rest.split()[0]
+        message = f"'{token.word}{rest}' has a decimal comma; Fortran reads {token.word}"
+        return token.part(0, len(token.word) + len(rest)), message, f"write {token.word}.{rest[1:]}"
+
 
 class ListScanner:
     """List-directed records of a file, line by line."""

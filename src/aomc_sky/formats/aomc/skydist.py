@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import enum
+import io
+import itertools
 import math
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,7 +14,6 @@ import numpy as np
 
 from aomc_sky import memory
 from aomc_sky.errors import SceneError, Span
-from aomc_sky.formats.aomc.plain_rows import plain_rows
 from aomc_sky.formats.aomc.scanner import ListScanner, Record, Token, list_integer, list_real
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.text_file import read_bytes, split_lines, write_atomically
@@ -310,8 +310,8 @@ def _read_wavelengths(record: Record, report: Report) -> np.ndarray | None:
 
 
 _PLAIN_BYTES = b"0123456789+-.eE \t\r\n"
-MAX_LINES_AFTER = 50  # a comment and a few blank lines; more of them is a matter for the slow reader
-_PIECE_BYTES = 1 << 18  # what is made of it stays in the cache
+_PIECE_ROWS = 1 << 14  # what is made of them stays in the cache, and other threads come to work between two pieces
+_MOST_DIGITS = 8
 _COLUMNS = ("wavelength index", "zenith index", "azimuth index", "value")
 _PLAIN_ROW = re.compile(
     r"[ \t]*([0-9]{1,9})[ \t]+([0-9]{1,9})[ \t]+([0-9]{1,9})[ \t]+"
@@ -326,30 +326,39 @@ def read_rows_fast(data: bytes, head: SkyHead) -> tuple[np.ndarray, np.ndarray] 
     """
     if head.n_rows * MIN_ROW_BYTES > len(data) + 1:
         return None
-    start = _offset_after(data, head.first_row)
-    stop = _end_of_rows(data, head.n_rows, start) if start >= 0 else -1
-    if stop < 0 or not _nothing_but_a_note(data, stop):
-        return None
-    if data[start:stop].translate(None, _PLAIN_BYTES):
-        return None
+    file = io.BytesIO(data)  # no copy
+    for _ in range(head.first_row):
+        file.readline()
     pieces = []
-    for piece in _pieces(data, start, stop):
-        rows = plain_rows(piece)
-        if rows is None:
+    for start in range(0, head.n_rows, _PIECE_ROWS):
+        n_rows = min(_PIECE_ROWS, head.n_rows - start)
+        rows = plain_rows(list(itertools.islice(file, n_rows)))
+        if rows is None or rows[1].size != n_rows:
             return None
         pieces.append(rows)
-    if sum(value.size for _, value in pieces) != head.n_rows:
+    rest = file.read().lstrip()
+    if rest and not rest.startswith(b"#"):  # rows have to be counted
         return None
     index, value = (np.concatenate(parts, axis=-1) for parts in zip(*pieces, strict=True))
     return _scattered(index, value, head)
 
 
-def _pieces(data: bytes, start: int, stop: int) -> Iterator[bytes]:
-    """Whole lines; between two pieces other threads come to work, such as one that shows how long it takes."""
-    while start < stop:
-        end = data.find(b"\n", min(start + _PIECE_BYTES, stop), stop) + 1 or stop
-        yield data[start:end]
-        start = end
+def plain_rows(lines: list[bytes]) -> tuple[np.ndarray, np.ndarray] | None:
+    """Whole numbers int64 (3, n) and values float64 (n,) of lines that have four plain numbers each, else None.
+
+    Blanks stand between numbers, whole numbers have at most eight digits and no sign. The values are those of `float`.
+    """
+    rows = [line.split() for line in lines]
+    if not rows or any(len(row) != len(_COLUMNS) for row in rows) or b"".join(lines).translate(None, _PLAIN_BYTES):
+        return None
+    *whole, value = zip(*rows, strict=True)
+    if not all(word.isdigit() and len(word) <= _MOST_DIGITS for column in whole for word in column):
+        return None
+    try:
+        values = np.array([float(word) for word in value])
+    except ValueError:
+        return None
+    return np.array([[int(word) for word in column] for column in whole], np.int64), values
 
 
 def _scattered(index: np.ndarray, value: np.ndarray, head: SkyHead) -> tuple[np.ndarray, np.ndarray] | None:
@@ -372,35 +381,6 @@ def _scattered(index: np.ndarray, value: np.ndarray, head: SkyHead) -> tuple[np.
     if not np.array_equal(radiance.ravel()[cell], value):  # its values differ: the slow reader says where
         return None
     return radiance, line
-
-
-def _offset_after(data: bytes, n_lines: int) -> int:
-    """Offset after the first `n_lines` lines, -1 if the data end before."""
-    end = 0
-    for _ in range(n_lines):
-        end = data.find(b"\n", end) + 1
-        if end == 0:
-            return -1
-    return end
-
-
-def _end_of_rows(data: bytes, n_lines: int, start: int) -> int:
-    """Offset after `n_lines` more line ends, -1 in doubt; the last line may lack its end."""
-    n_after = data.count(b"\n", start) - n_lines
-    if n_after < 0:
-        return len(data) if n_after == -1 and not data.endswith(b"\n") else -1
-    if n_after > MAX_LINES_AFTER:
-        return -1
-    end = len(data)
-    for _ in range(n_after + 1):
-        end = data.rfind(b"\n", start, end)
-    return end + 1
-
-
-def _nothing_but_a_note(data: bytes, stop: int) -> bool:
-    """Whether nothing follows the data, or only a comment: otherwise rows have to be counted."""
-    rest = data[stop : stop + 4096].lstrip()
-    return not rest or rest.startswith(b"#")
 
 
 def read_rows(lines: list[str], head: SkyHead, report: Report) -> tuple[np.ndarray, np.ndarray]:
@@ -483,7 +463,6 @@ def _read_value(record: Record, report: Report) -> float | None:
         message = "the repeat count covers an index and the value; Fortran refuses this"
         report.at(token, "E305", message, name=_COLUMNS[3], advice="write the value out")
         return None
-    rest = record.rest.split()[0] if record.rest[:1] == "," and record.rest[1:2].isdigit() else ""
     if not token.word:
         message = "the value is missing; Fortran keeps the previous one"
         report.at(token, "E306", message, name=_COLUMNS[3], advice="write every value")
@@ -491,10 +470,9 @@ def _read_value(record: Record, report: Report) -> float | None:
     if number is None:
         report.at(token, "E305", f"'{token.word}' is not a number", name=_COLUMNS[3], advice="write a number")
         return None
-    if rest and "." not in token.word:
-        span = token.part(0, len(token.word) + len(rest))
-        message = f"'{token.word}{rest}' has a decimal comma; Fortran reads {token.word}"
-        report.at(span, "E306", message, name=_COLUMNS[3], advice=f"write {token.word}.{rest[1:]}")
+    if record.decimal_comma is not None:
+        span, message, advice = record.decimal_comma
+        report.at(span, "E306", message, name=_COLUMNS[3], advice=advice)
         return None
     if not math.isfinite(number) or number < 0:
         message = f"{token.word} cannot be a radiance or a share of photons: both are finite and not negative"

@@ -21,106 +21,54 @@ class PhaseFunctionType(Enum):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ScattererDescription:
-    """One species that scatters, and absorbs where its albedo is below 1.
+    """One species that scatters, and absorbs where its albedo is below 1."""
 
-    Parameters
-    ----------
-    name : str
-        Lower-case letters, digits and underscores.
-    line : int
-        Where its section begins. [1-based]
-    number_density : SourceText
-        Body of a function of the altitude. [m to m-3]
-    phase_function : SourceText
-        Body of a function of the cosine of the scattering angle, for four wavelengths at once. [sr-1]
-    cross_section_1um_m2 : float
-        Extinction cross section at 1000 nm. [m2, 1e-35 to 1]
-    angstrom_exponent : float
-        The extinction cross section falls as the wavelength to this power. [-10 to 10]
-    single_scattering_albedo : ndarray, float64, shape (n_wl,)
-        Share of the extinction that is scattering. [0 to 1]
-    phase_function_type : PhaseFunctionType
-        As the file has it, GENERAL by default.
-    needs_interpolation_guides : bool
-        Advice for tables; no physics.
-    """
-
-    name: str
-    line: int
-    number_density: SourceText
+    name: str  #: Lower-case letters, digits and underscores
+    line: int  #: Where its section begins. [1-based]
+    number_density: SourceText  #: Body of a function of the altitude. [m to m-3]
+    #: Body of a function of the cosine of the scattering angle, for four wavelengths at once. [sr-1]
     phase_function: SourceText
-    cross_section_1um_m2: float
-    angstrom_exponent: float
-    single_scattering_albedo: np.ndarray
-    phase_function_type: PhaseFunctionType = PhaseFunctionType.GENERAL
-    needs_interpolation_guides: bool = False
+    cross_section_1um_m2: float  #: Extinction cross section at 1000 nm. [m2, 1e-35 to 1]
+    angstrom_exponent: float  #: The extinction cross section falls as the wavelength to this power. [-10 to 10]
+    single_scattering_albedo: np.ndarray  #: float64 (n_wl,), share of the extinction that is scattering. [0 to 1]
+    phase_function_type: PhaseFunctionType = PhaseFunctionType.GENERAL  #: As the file has it, GENERAL by default
+    needs_interpolation_guides: bool = False  #: Advice for tables; no physics
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class AbsorberDescription:
-    """One species that only absorbs.
+    """One species that only absorbs."""
 
-    Parameters
-    ----------
-    name, line, number_density
-        As `ScattererDescription` has them.
-    cross_section_m2 : ndarray, float64, shape (n_wl,)
-        Absorption cross section. [m2, 0 to 10]
-    """
-
+    #: As `ScattererDescription` has them
     name: str
     line: int
     number_density: SourceText
-    cross_section_m2: np.ndarray
+    cross_section_m2: np.ndarray  #: float64 (n_wl,), absorption cross section. [m2, 0 to 10]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class AtmosphereDescription:
-    """All that a description file says.
+    """All that a description file says."""
 
-    Parameters
-    ----------
-    path : str
-        The file as the user named it.
-    atmosphere_height_m, earth_radius_m : float
-        Altitude above which there is nothing [m, 1 to 1e6]; radius of the ground [m, 1e-3 to 1e10].
-    earth_sun_distance_m : float
-        It sets the size of the solar disc alone, not the irradiance. [m, 0.5 to 1e20 AU]
-    earth_moon_distance_m : float or None
-        Needed by eclipses alone. [m, 1e-4 to 1e20 AU]
-    scattering_orders : int
-        Most interactions of light with air and ground. [1 to 2^31]
-    wavelength_nm : ndarray, float64, shape (n_wl,)
-        Evenly spaced, rising. [nm, 100 to 100 000]
-    solar_irradiance : ndarray, float64, shape (n_wl,)
-        Above the atmosphere, on a plane normal to the beam. [W m-2 nm-1, 0 to 1000]
-    ground_albedo : ndarray, float64, shape (n_wl,)
-        Of the Lambertian ground. [0 to 1]
-    ground_glow : ndarray, float64, shape (n_wl,), or None
-        Spectral radiance of a ground that glows with 1 cd/m2. [W m-2 sr-1 nm-1]
-    glow_luminance_cd_m2 : float or None
-        Luminance of that spectrum as the file has it, before it was divided by it. [cd m-2]
-    species : tuple of ScattererDescription and AbsorberDescription
-        In the order of the file; names are unique.
-    sizes : mapping of str to int
-        Texture sizes and numbers of integration points that the file gives, by their keys in lower case. [1 or more]
-    textures_are_radiances, has_eclipsed_double_scattering_textures : bool
-        Directives of the tool that this format comes from.
-    """
-
-    path: str
+    path: str  #: The file as the user named it
+    #: Altitude above which there is nothing [m, 1 to 1e6]; radius of the ground [m, 1e-3 to 1e10]
     atmosphere_height_m: float
     earth_radius_m: float
-    earth_sun_distance_m: float
-    earth_moon_distance_m: float | None
-    scattering_orders: int
-    wavelength_nm: np.ndarray
+    earth_sun_distance_m: float  #: It sets the size of the solar disc alone, not the irradiance. [m, 0.5 to 1e20 AU]
+    earth_moon_distance_m: float | None  #: Needed by eclipses alone. [m, 1e-4 to 1e20 AU]
+    scattering_orders: int  #: Most interactions of light with air and ground. [1 to 2^31]
+    wavelength_nm: np.ndarray  #: float64 (n_wl,), evenly spaced, rising. [nm, 100 to 100 000]
+    #: float64 (n_wl,), above the atmosphere, on a plane normal to the beam. [W m-2 nm-1, 0 to 1000]
     solar_irradiance: np.ndarray
-    ground_albedo: np.ndarray
+    ground_albedo: np.ndarray  #: float64 (n_wl,), of the Lambertian ground. [0 to 1]
+    #: float64 (n_wl,), spectral radiance of a ground that glows with 1 cd/m2. [W m-2 sr-1 nm-1]
     ground_glow: np.ndarray | None
+    #: Luminance of that spectrum as the file has it, before it was divided by it. [cd m-2]
     glow_luminance_cd_m2: float | None
-    species: tuple[ScattererDescription | AbsorberDescription, ...]
+    species: tuple[ScattererDescription | AbsorberDescription, ...]  #: In the order of the file; names are unique
+    #: Texture sizes and numbers of integration points that the file gives, by their keys in lower case. [1 or more]
     sizes: Mapping[str, int]
+    #: Directives of the tool that this format comes from
     textures_are_radiances: bool
     has_eclipsed_double_scattering_textures: bool
 

@@ -43,67 +43,36 @@ class ReferenceType(enum.IntEnum):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Lobe:
-    """One lobe at one time, the unit from which animations are built.
-
-    Parameters
-    ----------
-    lobe_type : LobeType
-        Functional form.
-    param0, param1 : float
-        Asymmetry g and nothing [0 <= g < 1], or the roughness along local x and local y [> 0].
-    coefficient : float
-        Factor of the curve. [>= 0]
-    quaternion : tuple of float
-        Rotation (w, x, y, z) from the local frame, axis +z, to the world; of any length but 0.
-    curve_index : int
-        Row of the spectra. [from 0]
-    relative_time_days : float
-        Time since the reference time. [d]
-    """
+    """One lobe at one time, the unit from which animations are built."""
 
     lobe_type: LobeType
+    #: Asymmetry g and nothing [0 <= g < 1], or the roughness along local x and local y. [> 0]
     param0: float
     param1: float = 0.0
-    coefficient: float = 1.0
+    coefficient: float = 1.0  #: Factor of the curve. [>= 0]
+    #: Rotation (w, x, y, z) from the local frame, axis +z, to the world; of any length but 0
     quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
-    curve_index: int = 0
-    relative_time_days: float = 0.0
+    curve_index: int = 0  #: Row of the spectra. [from 0]
+    relative_time_days: float = 0.0  #: Time since the reference time. [d]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Animation:
-    """Lobes over time: the keys of one animation, in the order of time.
+    """Lobes over time: the keys of one animation, in the order of time; arrays of shape (n_key,)."""
 
-    Parameters
-    ----------
-    lobe_type : ndarray, uint8, shape (n_key,)
-        Functional form of each key, values of `LobeType`.
-    param0, param1 : ndarray, float64, shape (n_key,)
-        Shape parameters, see `Lobe`.
-    coefficient : ndarray, float64, shape (n_key,)
-        Factors of the curve. [>= 0]
-    quaternion : ndarray, float64, shape (n_key, 4)
-        Rotations (w, x, y, z) from the local frame, axis +z, to the world (x east, y north, z up).
-        [length 1 within 4e-16]
-    curve_index : ndarray, int64, shape (n_key,)
-        Rows of the spectra. [0 to n_curve - 1]
-    relative_time_days : ndarray, float64, shape (n_key,)
-        Times since the reference time, never falling; of equal ones the later key wins. [d]
-    reference : ReferenceType
-        What relative times count from.
-    time_point_s : int
-        The reference time of type ABSOLUTE in seconds since 1970-01-01 UTC; without meaning otherwise. [s]
-    """
-
-    lobe_type: np.ndarray
+    lobe_type: np.ndarray  #: uint8, values of `LobeType`
+    #: float64, see `Lobe`
     param0: np.ndarray
     param1: np.ndarray
-    coefficient: np.ndarray
+    coefficient: np.ndarray  #: float64, factors of the curve. [>= 0]
+    #: float64 (n_key, 4), rotations (w, x, y, z) from the local frame, axis +z, to the world (x east, y north, z up).
+    #: [length 1 within 4e-16]
     quaternion: np.ndarray
-    curve_index: np.ndarray
+    curve_index: np.ndarray  #: int64, rows of the spectra. [0 to n_curve - 1]
+    #: float64, times since the reference time, never falling; of equal ones the later key wins. [d]
     relative_time_days: np.ndarray
-    reference: ReferenceType
-    time_point_s: int = 0
+    reference: ReferenceType  #: What relative times count from
+    time_point_s: int = 0  #: The reference time of type ABSOLUTE; no meaning otherwise. [s since 1970-01-01 UTC]
 
     def __len__(self) -> int:
         return int(self.lobe_type.size)
@@ -111,76 +80,45 @@ class Animation:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BackgroundInfo:
-    """What a file says of itself; an empty text is absent.
+    """What a file says of itself; an empty text is absent."""
 
-    Parameters
-    ----------
-    name, author, description, organization : str
-        Texts for persons.
-    file_type : int
-        Number of the data model; 5 in the files known to us, the format does not state it.
-    format_version : int
-        Version of the format. [1]
-    """
-
+    #: Texts for persons
     name: str = ""
     author: str = ""
     description: str = ""
     organization: str = ""
-    file_type: int = 5
-    format_version: int = 1
+    file_type: int = 5  #: Number of the data model; 5 in the files known to us, the format does not state it
+    format_version: int = 1  #: Version of the format. [1]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BackgroundFile:
-    """A background-sky file in our units.
-
-    Parameters
-    ----------
-    info : BackgroundInfo
-        What the file says of itself.
-    animations : mapping of str to Animation
-        The animations by name; their light adds.
-    wavelength_nm : ndarray, float64, shape (n_wavelength,)
-        Wavelengths of the curves, rising. [nm]
-    curves : ndarray, float64, shape (n_curve, n_wavelength)
-        Spectral irradiance, integrated over the sphere. [W m-2 nm-1, >= 0]
-    """
+    """A background-sky file in our units."""
 
     info: BackgroundInfo = field(default_factory=BackgroundInfo)
-    animations: Mapping[str, Animation]
-    wavelength_nm: np.ndarray
+    animations: Mapping[str, Animation]  #: The animations by name; their light adds
+    wavelength_nm: np.ndarray  #: float64 (n_wavelength,), rising. [nm]
+    #: float64 (n_curve, n_wavelength), spectral irradiance integrated over the sphere. [W m-2 nm-1, >= 0]
     curves: np.ndarray
 
 
 def animation_of_lobes(
     lobes: Sequence[Lobe], *, reference: ReferenceType = ReferenceType.DIURNAL, time_point_s: int = 0
 ) -> Animation:
-    """Make an animation from a list of lobes in the order of time.
+    """Make an animation from lobes in the order of time; values are checked where it is written or made a sky of."""
 
-    Parameters
-    ----------
-    lobes : sequence of Lobe
-        The keys; one lobe alone stands still.
-    reference : ReferenceType
-        What their relative times count from.
-    time_point_s : int
-        The reference time of type ABSOLUTE. [s since 1970-01-01 UTC]
+    def column(name: str, dtype: type) -> np.ndarray:
+        return frozen(np.array([getattr(lobe, name) for lobe in lobes], dtype))
 
-    Returns
-    -------
-    Animation
-        Its values are checked where they are written or made a sky of.
-    """
     quaternion = np.array([lobe.quaternion for lobe in lobes], np.float64).reshape(-1, 4)
     return Animation(
-        lobe_type=frozen(np.array([lobe.lobe_type for lobe in lobes], np.uint8)),
-        param0=frozen(np.array([lobe.param0 for lobe in lobes], np.float64)),
-        param1=frozen(np.array([lobe.param1 for lobe in lobes], np.float64)),
-        coefficient=frozen(np.array([lobe.coefficient for lobe in lobes], np.float64)),
+        lobe_type=column("lobe_type", np.uint8),
+        param0=column("param0", np.float64),
+        param1=column("param1", np.float64),
+        coefficient=column("coefficient", np.float64),
         quaternion=normalised(quaternion),
-        curve_index=frozen(np.array([lobe.curve_index for lobe in lobes], np.int64)),
-        relative_time_days=frozen(np.array([lobe.relative_time_days for lobe in lobes], np.float64)),
+        curve_index=column("curve_index", np.int64),
+        relative_time_days=column("relative_time_days", np.float64),
         reference=ReferenceType(reference),
         time_point_s=int(time_point_s),
     )

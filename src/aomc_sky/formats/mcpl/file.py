@@ -18,10 +18,10 @@ from typing import Any, BinaryIO, cast
 
 import numpy as np
 
-from aomc_sky.errors import InputFileError, OutputError, Problem
+from aomc_sky.errors import NOWHERE, InputFileError, OutputError
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.mcpl.header import MAGIC, VERSIONS, McplHeader
-from aomc_sky.formats.text_file import open_data
+from aomc_sky.formats.text_file import open_data, refuse
 
 EXTRA = "mcpl"
 BLOCK = 65_536
@@ -44,41 +44,19 @@ _CUT = "the file is damaged or was cut; make it again"
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class McplParticles:
-    """Particles [start, start + n) of a file.
+    """Particles [start, start + n) of a file."""
 
-    Parameters
-    ----------
-    start : int
-        Index of the first one in the file.
-    energy : ndarray, float64, shape (n,)
-        Kinetic energy. [MeV]
-    position : ndarray, float64, shape (n, 3)
-        x, y, z. [cm]
-    direction : ndarray, float64, shape (n, 3)
-        Travel direction, unit vector. A component differs by at most 6e-7 from the one that was
-        written in single precision with a length within 3e-7 of 1, 1.4e-15 in double precision
-        with one within 6e-16.
-    time : ndarray, float64, shape (n,)
-        Time. [ms]
-    weight : ndarray, float64, shape (n,)
-        Statistical weight.
-    pdg_code : ndarray, int32, shape (n,)
-        Kind of particle; 22 is a photon.
-    user_flags : ndarray, uint32, shape (n,)
-        Flags, 0 where the file has none.
-    polarisation : ndarray, float64, shape (n, 3)
-        Polarisation vector, 0 where the file has none.
-    """
-
-    start: int
-    energy: np.ndarray
-    position: np.ndarray
+    start: int  #: Index of the first one in the file
+    energy: np.ndarray  #: float64 (n,), kinetic energy. [MeV]
+    position: np.ndarray  #: float64 (n, 3), x, y, z. [cm]
+    #: float64 (n, 3), travel direction, unit vector. A component differs by at most 6e-7 from the one that was written
+    #: in single precision with a length within 3e-7 of 1, 1.4e-15 in double precision with one within 6e-16.
     direction: np.ndarray
-    time: np.ndarray
-    weight: np.ndarray
-    pdg_code: np.ndarray
-    user_flags: np.ndarray
-    polarisation: np.ndarray
+    time: np.ndarray  #: float64 (n,), time. [ms]
+    weight: np.ndarray  #: float64 (n,), statistical weight
+    pdg_code: np.ndarray  #: int32 (n,), kind of particle; 22 is a photon
+    user_flags: np.ndarray  #: uint32 (n,), flags, 0 where the file has none
+    polarisation: np.ndarray  #: float64 (n, 3), polarisation vector, 0 where the file has none
 
     def __len__(self) -> int:
         return int(self.energy.size)
@@ -89,24 +67,12 @@ _COLUMNS = tuple(name for name in McplParticles.__slots__ if name != "start")
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class McplFile:
-    """A file whose head and length have been checked.
+    """A file whose head and length have been checked."""
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    header : McplHeader
-        What its head says.
-    data_start : int
-        Where the first record begins, in what a compressed file unpacks to. [bytes]
-    is_packed : bool
-        Whether it is compressed by gzip.
-    """
-
-    path: Path
-    header: McplHeader
-    data_start: int
-    is_packed: bool = False
+    path: Path  #: The file
+    header: McplHeader  #: What its head says
+    data_start: int  #: Where the first record begins, in what a compressed file unpacks to. [bytes]
+    is_packed: bool = False  #: Whether it is compressed by gzip
 
     def __len__(self) -> int:
         return self.header.n_particles
@@ -416,16 +382,10 @@ def _check(path: Path, part: McplParticles) -> None:
     is_bad = ~(length <= 1.0 + DIRECTION_TOLERANCE)  # format 2 has shorter ones, which libmcpl reads
     faults += [(int(k), "direction", "not a unit vector") for k in np.flatnonzero(is_bad)[:MAX_FAULTS]]
     if faults:
-        problems = [
-            _problem(path, "E805", f"record {part.start + k}: {message}", "", name)
-            for k, name, message in sorted(faults)[:MAX_FAULTS]
-        ]
-        raise InputFileError(problems)
-
-
-def _problem(path: Path, code: str, message: str, advice: str = "", name: str = "") -> Problem:
-    return Problem(path=str(path), line=0, column=0, code=code, field=name, message=message, advice=advice)
+        found = sorted(faults)[:MAX_FAULTS]
+        texts = [(f"record {part.start + k}: {message}", name) for k, name, message in found]
+        raise InputFileError([NOWHERE.problem(str(path), "E805", text, field=name) for text, name in texts])
 
 
 def _fault(path: Path, code: str, message: str, advice: str = "", name: str = "") -> InputFileError:
-    return InputFileError([_problem(path, code, message, advice, name)])
+    return refuse(path, message, code=code, advice=advice, name=name)

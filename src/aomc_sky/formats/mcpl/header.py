@@ -17,43 +17,20 @@ MAX_TEXT = 65_535
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class McplHeader:
-    """What the head of an MCPL file says.
+    """What the head of an MCPL file says."""
 
-    Parameters
-    ----------
-    n_particles : int
-        Records in the file. [0 to 2^64 - 1]
-    source : str
-        Name of the program that made the file.
-    comments : tuple of str
-        Text for persons; what is not UTF-8 is replaced when it is read.
-    blobs : tuple of (str, bytes)
-        Data under a key each.
-    has_user_flags, has_polarisation : bool
-        Whether records carry them.
-    is_double : bool
-        Floats are float64, otherwise float32.
-    pdg_code : int
-        Kind of all particles (22 is a photon), 0 where every record has its own.
-    weight : float
-        Weight of all particles, 0.0 where every record has its own.
-    version : int
-        Version of the format, which tells how directions are packed. [2 or 3]
-    is_little_endian : bool
-        Order of the bytes of every number.
-    """
-
-    n_particles: int
-    source: str = "unknown"
-    comments: tuple[str, ...] = ()
-    blobs: tuple[tuple[str, bytes], ...] = ()
+    n_particles: int  #: Records in the file. [0 to 2^64 - 1]
+    source: str = "unknown"  #: Name of the program that made the file
+    comments: tuple[str, ...] = ()  #: Text for persons; what is not UTF-8 is replaced when it is read
+    blobs: tuple[tuple[str, bytes], ...] = ()  #: Data under a key each
+    #: Whether records carry them
     has_user_flags: bool = False
     has_polarisation: bool = False
-    is_double: bool = False
-    pdg_code: int = 0
-    weight: float = 0.0
-    version: int = 3
-    is_little_endian: bool = True
+    is_double: bool = False  #: Floats are float64, otherwise float32
+    pdg_code: int = 0  #: Kind of all particles (22 is a photon), 0 where every record has its own
+    weight: float = 0.0  #: Weight of all particles, 0.0 where every record has its own
+    version: int = 3  #: Version of the format, which tells how directions are packed. [2 or 3]
+    is_little_endian: bool = True  #: Order of the bytes of every number
 
     @property
     def record(self) -> np.dtype:

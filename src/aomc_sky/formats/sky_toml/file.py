@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from aomc_sky.errors import Problem, Span
-from aomc_sky.formats.report import SYNONYM, Report, nearest, remark_of
+from aomc_sky.formats.report import SYNONYM, BadValueError, Report, nearest, remark_of
 from aomc_sky.formats.sky_toml.keys import (
     BUILDERS,
     DIFFUSE_MODELS,
@@ -32,13 +32,20 @@ from aomc_sky.formats.sky_toml.keys import (
     set_problem,
 )
 from aomc_sky.formats.sky_toml.rules import joined, shown_value
-from aomc_sky.formats.sky_toml.spans import SpansOfKeys, key_spans
 from aomc_sky.formats.text_file import read_bytes, refuse
 
 MAX_BYTES = 65_536
 MAX_LINE_CHARACTERS = 2000
 """A key of very many parts in one line would keep the standard library's reader busy for many seconds."""
 
+_PART = r"""(?:"(?:[^"\\\n]|\\.)*"|'[^'\n]*'|[A-Za-z0-9_-]+)"""
+_KEY = rf"{_PART}(?:[ \t]*\.[ \t]*{_PART})*"
+#: A header, or a key with what is assigned in its line, without a comment
+_LINE = re.compile(
+    rf"""^[ \t]*(?:(?P<brackets>\[\[?)[ \t]*(?P<table>{_KEY})[ \t]*\]"""
+    rf"""|(?P<key>{_KEY})[ \t]*=[ \t]*(?P<value>(?:"(?:[^"\\\n]|\\.)*"|'[^'\n]*'|[^#\n])*))""",
+    re.MULTILINE,
+)
 _TOML_POSITION = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)\Z")
 
 
@@ -88,17 +95,7 @@ def read_sky_toml(
 def problem_of_key(path: str | Path, key: tuple[str, ...], code: str, message: str, advice: str) -> Problem:
     """A problem that shows only when the file is used, at the value of a key that was read: ("sky", "table")."""
     span = key_spans(_text(path))[key].value
-    return Problem(
-        path=str(path),
-        line=span.line,
-        column=span.column,
-        code=code,
-        field=key[-1],
-        message=message,
-        advice=advice,
-        text=span.text,
-        width=span.width,
-    )
+    return span.problem(str(path), code, message, field=key[-1], advice=advice)
 
 
 def _text(path: str | Path) -> str:
@@ -112,12 +109,9 @@ def _text(path: str | Path) -> str:
     except UnicodeDecodeError as error:
         before = data[: error.start]
         line_start = before.rfind(b"\n") + 1
-        column = len(before[line_start:].decode()) + 1
-        text = data[line_start:].split(b"\n")[0]
-        message, line = "the file is not UTF-8", before.count(b"\n") + 1
-        raise refuse(
-            path, message, code="E701", line=line, column=column, text=text, advice="save it as UTF-8"
-        ) from None
+        text = data[line_start:].split(b"\n")[0].decode("latin-1")
+        span = Span(before.count(b"\n") + 1, len(before[line_start:].decode()) + 1, text)
+        raise refuse(path, "the file is not UTF-8", code="E701", span=span, advice="save it as UTF-8") from None
 
 
 def _refuse_long_lines(text: str, report: Report) -> None:
@@ -184,8 +178,8 @@ class SectionReader:
             if self.report.is_full:
                 break
             if name in KEYS[section] and not (is_of_others and name in FIELD_KEYS):
-                if self._is_good(section, name, value, (*path, name)):
-                    good[name] = KEYS[section][name].read(value)
+                if (read := self._value(section, name, value, (*path, name))) is not None:
+                    good[name] = read
             elif is_of_others:
                 span = self.spans[*path, name]
                 options.append(SkyOption(name=name, value=value, key_span=span.key, value_span=span.value))
@@ -199,21 +193,21 @@ class SectionReader:
                 good[name] = self._allowed_path(good[name], name, self.spans[*path, name].value)
         return good
 
-    def _is_good(self, section: str, name: str, value: object, path: tuple[str, ...]) -> bool:
-        faults = KEYS[section][name].faults(value)
-        for fault in faults:
-            if self.report.is_full:
-                break
-            self.report.at(self.spans[path].value, fault.code, fault.message, name=name, advice=fault.advice)
-        if faults or name not in PER_WAVEBAND.get(section, ()) or not isinstance(value, list):
-            return not faults
-        n_bands = self.n_wavebands
-        if n_bands is None or len(value) == n_bands:
-            return True
-        message = f"{len(value)} value{'s' * (len(value) != 1)} for {n_bands} waveband{'s' * (n_bands != 1)}"
-        advice = "write one for each line of lambbot.inp"
-        self.report.at(self.spans[path].value, "E705", message, name=name, advice=advice)
-        return False
+    def _value(self, section: str, name: str, value: object, path: tuple[str, ...]) -> Any:
+        """A value as its key has it, None where it is bad, and reported."""
+        span, n_bands = self.spans[path].value, self.n_wavebands
+        try:
+            good = KEYS[section][name](value)
+        except BadValueError as first:
+            for problem in (first, *first.more):
+                if not self.report.is_full:
+                    self.report.at(span, problem.code, problem.message, name=name, advice=problem.advice)
+            return None
+        if name not in PER_WAVEBAND.get(section, ()) or n_bands is None or len(good) == n_bands:
+            return good
+        message = f"{len(good)} value{'s' * (len(good) != 1)} for {n_bands} waveband{'s' * (n_bands != 1)}"
+        self.report.at(span, "E705", message, name=name, advice="write one for each line of lambbot.inp")
+        return None
 
     def _check_required(self, section: str, content: dict[str, Any], path: tuple[str, ...]) -> None:
         missing = [name for name in REQUIRED.get(section, ()) if name not in content]
@@ -323,3 +317,56 @@ class SectionReader:
             if name in sky:
                 span = self.spans["sky", name].key
                 self.report.at(span, "E705", f'{name} with model "none"', name="sky", advice="remove one of them")
+
+
+# Where keys stand: the standard library's reader gives values without lines.
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class KeySpans:
+    """`key` is the name, `value` what is assigned in its line; a table's header has its name twice."""
+
+    key: Span
+    value: Span
+
+
+class SpansOfKeys(dict[tuple[str, ...], KeySpans]):
+    """Spans by the path of a key: what has no line of its own stands where the key does that it is part of."""
+
+    def __missing__(self, path: tuple[str, ...]) -> KeySpans:
+        nowhere = Span(0, 0, "")
+        return self[path[:-1]] if path else KeySpans(key=nowhere, value=nowhere)
+
+
+def key_spans(text: str) -> SpansOfKeys:
+    """Find the keys of a TOML text that `tomllib.loads` accepts, lines ended by LF.
+
+    The path of a key is (("perez", "dni")); arrays of tables have their index from 0 as a part of it (("background",
+    "1", "file")). Keys inside braces have no span of their own.
+    """
+    spans, table, last = SpansOfKeys(), (), {}  # type: tuple[SpansOfKeys, tuple[str, ...], dict[tuple[str, ...], int]]
+    for match in _LINE.finditer(text):
+        parts = match["key"] or match["table"]
+        names = tuple(tomllib.loads(f"k = {one}")["k"] if one[0] in "\"'" else one for one in re.findall(_PART, parts))
+        if match["key"]:
+            path = (*table, *names)
+            first, noted = len(table) + 1, KeySpans(key=_span(text, match, "key"), value=_span(text, match, "value"))
+        else:
+            path = ()
+            for number, name in enumerate(names, start=1):
+                path = (*path, name)
+                if match["brackets"] == "[[" and number == len(names):
+                    last[path] = last.get(path, -1) + 1
+                path = (*path, str(last[path])) if path in last else path
+            table, first = path, 1
+            noted = KeySpans(key=_span(text, match, "table"), value=_span(text, match, "table"))
+        for length in range(first, len(path) + 1):
+            spans.setdefault(path[:length], noted)
+    return spans
+
+
+def _span(text: str, match: re.Match[str], group: str) -> Span:
+    start, width = match.start(group), len(match[group].rstrip())
+    line_start = text.rfind("\n", 0, start) + 1
+    line = text[line_start:].split("\n", 1)[0]
+    return Span(text.count("\n", 0, start) + 1, start - line_start + 1, line, max(width, 1))

@@ -9,7 +9,8 @@ from typing import Any
 
 from aomc_sky.directions import AzimuthConvention
 from aomc_sky.errors import Span
-from aomc_sky.formats.sky_toml.rules import Choice, Count, Flag, Indices, Range, Rule, Several, SkyName, Text, Time
+from aomc_sky.formats.report import BadValueError
+from aomc_sky.formats.sky_toml.rules import Rule, choice, count, flag, indices, number, several, sky_name, text, time
 from aomc_sky.inputs import LIGHTS, PEREZ, SUN, Input
 
 COEFFICIENT_NAMES = ("a", "b", "c", "d", "e")
@@ -22,7 +23,7 @@ SPECTRL2 = "spectrl2"
 _GROUPS = (("dni", "dhi", "ghi"), ("epsilon", "delta"), COEFFICIENT_NAMES)
 _SETS_TEXT = "dni + dhi, ghi + dni, ghi + dhi, epsilon + delta, or a, b, c, d, e"
 
-_SPECTRUM = Several(rule=Range(low=0, high=10_000))
+_SPECTRUM = several(number(0, 10_000))
 DIFFUSE_MODELS = ("perez", "uniform", "none")
 """Our laws of the diffuse sky; "none": neither sun nor sky, the backgrounds alone shine."""
 INTERPOLATIONS = ("crossfade", "slerp")
@@ -33,13 +34,13 @@ GLOW_KEY = "ground_luminance_cd_m2"
 """Key of [atmosphere]: how bright the ground is without the sun."""
 
 FIELD_KEYS: dict[str, Rule] = {
-    "variable": Text(what="the name of a variable"),
-    "isel": Indices(),
-    "zenith": Text(what="the name of a coordinate"),
-    "azimuth": Text(what="the name of a coordinate"),
-    "wavelength": Text(what="the name of a coordinate"),
-    "angle_unit": Choice(words=("deg", "rad")),
-    "azimuth_convention": Choice(words=tuple(member.name.lower() for member in AzimuthConvention)),
+    "variable": text("the name of a variable"),
+    "isel": indices,
+    "zenith": text("the name of a coordinate"),
+    "azimuth": text("the name of a coordinate"),
+    "wavelength": text("the name of a coordinate"),
+    "angle_unit": choice(("deg", "rad")),
+    "azimuth_convention": choice([member.name.lower() for member in AzimuthConvention]),
 }
 """Keys of [sky] beside table: what the file does not say, as `TabulatedSky.from_xarray` has it."""
 
@@ -49,7 +50,7 @@ PREFIX = "moon_"
 def _rules(rows: Mapping[str, Input]) -> dict[str, Rule]:
     """What each key of some inputs accepts."""
     return {
-        name: Flag() if row.is_switch else Choice(words=row.words) if row.words else Range(low=row.low, high=row.high)
+        name: flag if row.is_switch else choice(row.words) if row.words else number(row.low, row.high)
         for name, row in rows.items()
     }
 
@@ -67,26 +68,26 @@ KEYS: dict[str, dict[str, Rule]] = {
     },
     "sun": _rules(SUN),
     "sky": {
-        "model": SkyName(words=DIFFUSE_MODELS),
-        "table": Text(what="the path of a netCDF file"),
+        "model": sky_name(DIFFUSE_MODELS),
+        "table": text("the path of a netCDF file"),
         **FIELD_KEYS,
         "diffuse_irradiance": _SPECTRUM,
         "direct_irradiance": _SPECTRUM,
     },
     "background": {
-        "file": Text(what="the path of a background-sky file"),
-        "time": Time(),
-        "animation": Several(rule=Text(what="the name of an animation"), or_one=True),
-        "utc_offset": Range(low=-24, high=24),
-        "interpolation": Choice(words=INTERPOLATIONS),
+        "file": text("the path of a background-sky file"),
+        "time": time,
+        "animation": several(text("the name of an animation"), or_one=True),
+        "utc_offset": number(-24, 24),
+        "interpolation": choice(INTERPOLATIONS),
     },
     "atmosphere": {
-        "file": Text(what="the path of an atmosphere description"),
-        "method": Choice(words=SOLVERS),
-        "orders": Count(low=1, high=400),
-        "paths": Count(low=8, high=1_000_000_000),
-        "zenith_bins": Count(low=1, high=3600),
-        "azimuth_bins": Count(low=1, high=3600),
+        "file": text("the path of an atmosphere description"),
+        "method": choice(SOLVERS),
+        "orders": count(1, 400),
+        "paths": count(8, 1_000_000_000),
+        "zenith_bins": count(1, 3600),
+        "azimuth_bins": count(1, 3600),
         **_rules(LIGHTS),
     },
 }
@@ -313,8 +314,11 @@ BUILDERS: dict[str, Callable[[Mapping[str, Any]], Any]] = {
 
 def value_problem(section: str, name: str, value: object) -> tuple[str, str, str]:
     """Code, message and advice of the first fault of a value of a section; empty where it is good."""
-    faults = KEYS[section][name].faults(value)
-    return (faults[0].code, faults[0].message, faults[0].advice) if faults else ("", "", "")
+    try:
+        KEYS[section][name](value)
+    except BadValueError as problem:
+        return problem.code, problem.message, problem.advice
+    return "", "", ""
 
 
 def moon_direction(values: Mapping[str, Any]) -> MoonDirection:

@@ -1,15 +1,15 @@
-"""Kinds of values of sky.toml: what each accepts, what is wrong with another one, and how it is read."""
+"""Kinds of values of sky.toml: each kind is a function that reads a value, and says what is wrong with another one."""
 
 from __future__ import annotations
 
 import datetime
 import math
 import sys
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, Protocol
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any
 
-from aomc_sky.formats.report import nearest
+from aomc_sky.formats.report import BadValueError, Gathered, nearest
 
 LATEST_S = 253_402_300_799.0
 EARLIEST_S = -62_135_596_800.0
@@ -18,235 +18,151 @@ EARLIEST_S = -62_135_596_800.0
 _MAX_TEXT = 1000
 _TIMES = "write 2026-06-21T23:30:00Z, 2026-06-22T01:30:00+02:00, or seconds since 1970-01-01 UTC"
 
-
-@dataclass(frozen=True, slots=True)
-class Fault:
-    """What is wrong with a value: code, what was found, what to write."""
-
-    code: str
-    message: str
-    advice: str
+Rule = Callable[[object], Any]
+"""What a key accepts: the value in the form in which it is used; BadValueError (E703, E704) for every other one."""
 
 
-class Rule(Protocol):
-    """What a key accepts."""
-
-    def faults(self, value: object) -> list[Fault]:
-        """Everything that is wrong with a value."""
-        ...
-
-    def read(self, value: Any) -> Any:
-        """A value without faults, in the form in which it is used."""
-        ...
+def range_text(low: float, high: float) -> str:
+    """A range for a person."""
+    return f"{low:g} or more" if high == math.inf else f"{low:g} to {high:g}"
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Range:
-    """A number with low <= value <= high, or below high where `is_open`."""
+def number(low: float = -math.inf, high: float = math.inf) -> Rule:
+    """A number with low <= value <= high."""
 
-    low: float = -math.inf
-    high: float = math.inf
-    is_open: bool = False
-
-    def holds(self, value: float) -> bool:
-        """Whether a value lies inside."""
-        return self.low <= value < self.high if self.is_open else self.low <= value <= self.high
-
-    def faults(self, value: object) -> list[Fault]:
-        """See `Rule`."""
+    def read(value: object) -> float:
+        allowed = range_text(low, high)
         if isinstance(value, bool) or not isinstance(value, (int, float)):
-            return [Fault("E703", f"{shown_value(value)} is not a number", f"write a number, {self}")]
+            raise BadValueError("E703", f"{shown_value(value)} is not a number", advice=f"write a number, {allowed}")
         if not abs(value) <= sys.float_info.max:  # whole numbers of TOML have no limit
-            return [Fault("E704", f"{shown_value(value)} is not finite", f"write {self}")]
-        if not self.holds(value):
-            message = f"{shown_value(value)} is outside the range {self}"
-            return [Fault("E704", message, f"write {self}")]
-        return []
-
-    def read(self, value: Any) -> float:
-        """See `Rule`."""
+            raise BadValueError("E704", f"{shown_value(value)} is not finite", advice=f"write {allowed}")
+        if not low <= value <= high:
+            message = f"{shown_value(value)} is outside the range {allowed}"
+            raise BadValueError("E704", message, advice=f"write {allowed}")
         return float(value)
 
-    def __str__(self) -> str:
-        if self.high == math.inf:
-            return f"{self.low:g} or more"
-        return f"{self.low:g} to {'below ' if self.is_open else ''}{self.high:g}"
+    return read
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Count:
-    """A whole number, low <= value <= high."""
+def count(low: int, high: int) -> Rule:
+    """A whole number with low <= value <= high."""
 
-    low: int
-    high: int
-
-    def faults(self, value: object) -> list[Fault]:
-        """See `Rule`."""
-        advice = f"write a whole number, {self.low} to {self.high}"
+    def read(value: object) -> int:
+        advice = f"write a whole number, {low} to {high}"
         if isinstance(value, bool) or not isinstance(value, int):
-            return [Fault("E703", f"{shown_value(value)} is not a whole number", advice)]
-        if not self.low <= value <= self.high:
-            message = f"{shown_value(value)} is outside the range {self.low} to {self.high}"
-            return [Fault("E704", message, advice)]
-        return []
+            raise BadValueError("E703", f"{shown_value(value)} is not a whole number", advice=advice)
+        if not low <= value <= high:
+            message = f"{shown_value(value)} is outside the range {low} to {high}"
+            raise BadValueError("E704", message, advice=advice)
+        return value
 
-    def read(self, value: Any) -> int:
-        """See `Rule`."""
-        return int(value)
+    return read
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Flag:
-    """true or false."""
-
-    def faults(self, value: object) -> list[Fault]:
-        """See `Rule`."""
-        if isinstance(value, bool):
-            return []
-        message = f"{shown_value(value)} is neither true nor false"
-        return [Fault("E703", message, "write true or false")]
-
-    def read(self, value: Any) -> bool:
-        """See `Rule`."""
-        return bool(value)
+def flag(value: object) -> bool:
+    """Read true or false."""
+    if not isinstance(value, bool):
+        raise BadValueError("E703", f"{shown_value(value)} is neither true nor false", advice="write true or false")
+    return value
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Choice:
+def choice(words: Sequence[str]) -> Rule:
     """One of a few words."""
 
-    words: tuple[str, ...]
-
-    def faults(self, value: object) -> list[Fault]:
-        """See `Rule`."""
-        advice = f"write {joined([_quoted(word) for word in self.words])}"
+    def read(value: object) -> str:
+        advice = f"write {joined([_quoted(word) for word in words])}"
         if not isinstance(value, str):
-            return [Fault("E703", f"{shown_value(value)} is not a word", advice)]
-        if value in self.words:
-            return []
-        return [Fault("E704", f"{shown_value(value)} is not one of the known words", advice)]
+            raise BadValueError("E703", f"{shown_value(value)} is not a word", advice=advice)
+        if value not in words:
+            raise BadValueError("E704", f"{shown_value(value)} is not one of the known words", advice=advice)
+        return value
 
-    def read(self, value: Any) -> str:
-        """See `Rule`."""
-        return str(value)
+    return read
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class SkyName:
-    """A sky of our own, or one that another package has registered."""
+def sky_name(words: Sequence[str]) -> Rule:
+    """A sky of our own, one of the `words`, or one that another package has registered."""
 
-    words: tuple[str, ...]  #: Our own
-
-    def faults(self, value: object) -> list[Fault]:
-        """See `Rule`."""
-        if not isinstance(value, str):
-            return Choice(words=self.words).faults(value)
-        if value in self.words:
-            return []
+    def read(value: object) -> str:
+        if not isinstance(value, str) or value in words:
+            return str(choice(words)(value))
         from aomc_sky.sky_plugins import installed_skies  # a look through all packages
 
         installed = installed_skies()
         if value in installed.plugins:
-            return []
-        names = [*map(_quoted, self.words), *(f'"{plugin.name}"' for plugin in installed.plugins.values())]
-        if value in installed.refused and value not in self.words:
-            return [Fault("E704", installed.refused[value], f"write {joined(names)}")]
-        best = nearest(value, (*self.words, *installed.plugins))
+            return value
+        names = joined([_quoted(name) for name in (*words, *installed.plugins)])
+        if value in installed.refused:
+            raise BadValueError("E704", installed.refused[value], advice=f"write {names}")
+        best = nearest(value, (*words, *installed.plugins))
         message = f"there is no sky model {shown_value(value)}; the nearest is {best}"
-        return [Fault("E704", message, f"write {joined(names)}, or install the package that has it")]
+        raise BadValueError("E704", message, advice=f"write {names}, or install the package that has it")
 
-    def read(self, value: Any) -> str:
-        """See `Rule`."""
-        return str(value)
+    return read
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Text:
+def text(what: str) -> Rule:
     """A text that is not empty; `what` it is, for messages."""
 
-    what: str
-
-    def faults(self, value: object) -> list[Fault]:
-        """See `Rule`."""
-        advice = f"write {self.what} in quotes"
+    def read(value: object) -> str:
+        advice = f"write {what} in quotes"
         if not isinstance(value, str):
-            return [Fault("E703", f"{shown_value(value)} is not a text", advice)]
+            raise BadValueError("E703", f"{shown_value(value)} is not a text", advice=advice)
         if not value or "\0" in value or len(value) > _MAX_TEXT:
-            return [Fault("E704", f"{shown_value(value)} is not {self.what}", advice)]
-        return []
+            raise BadValueError("E704", f"{shown_value(value)} is not {what}", advice=advice)
+        return value
 
-    def read(self, value: Any) -> str:
-        """See `Rule`."""
-        return str(value)
+    return read
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Time:
-    """A point in time with its zone; read as seconds since 1970-01-01 UTC."""
-
-    def faults(self, value: object) -> list[Fault]:
-        """See `Rule`."""
-        if isinstance(value, (int, float)):
-            rule = Range(low=EARLIEST_S, high=LATEST_S)
-            return [Fault(fault.code, fault.message, _TIMES) for fault in rule.faults(value)]
-        moment = _moment(value)
-        if moment is None:
-            return [Fault("E703", f"{shown_value(value)} is not a date with a time of day", _TIMES)]
-        if moment.utcoffset() is None:
-            return [Fault("E703", f"{shown_value(value)} has no time zone", _TIMES)]
-        if not EARLIEST_S <= self.read(value) <= LATEST_S:
-            message = f"{shown_value(value)} is outside the years 1 to 9999 in UTC"
-            return [Fault("E704", message, _TIMES)]
-        return []
-
-    def read(self, value: Any) -> float:
-        """See `Rule`."""
-        if isinstance(value, (int, float)):
-            return float(value)
-        moment = _moment(value)
-        assert moment is not None, "a value without faults"
-        since = moment - datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
-        return since / datetime.timedelta(seconds=1)
+def time(value: object) -> float:
+    """Read a point in time with its zone, as seconds since 1970-01-01 UTC."""
+    if isinstance(value, (int, float)):
+        try:
+            return float(number(EARLIEST_S, LATEST_S)(value))
+        except BadValueError as problem:
+            problem.advice = _TIMES
+            raise
+    moment = _moment(value)
+    if moment is None:
+        raise BadValueError("E703", f"{shown_value(value)} is not a date with a time of day", advice=_TIMES)
+    if moment.utcoffset() is None:
+        raise BadValueError("E703", f"{shown_value(value)} has no time zone", advice=_TIMES)
+    since = moment - datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
+    seconds = since / datetime.timedelta(seconds=1)
+    if not EARLIEST_S <= seconds <= LATEST_S:
+        raise BadValueError("E704", f"{shown_value(value)} is outside the years 1 to 9999 in UTC", advice=_TIMES)
+    return seconds
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Several:
+def several(rule: Rule, *, or_one: bool = False) -> Rule:
     """An array of values of one rule, or where `or_one` is true a single value of it, read as a tuple."""
 
-    rule: Rule
-    or_one: bool = False
-
-    def faults(self, value: object) -> list[Fault]:
-        """See `Rule`."""
+    def read(value: object) -> tuple[Any, ...]:
         if not isinstance(value, list):
-            if self.or_one:
-                return self.rule.faults(value)
+            if or_one:
+                return (rule(value),)
             advice = f"write an array, [{value!r}]" if isinstance(value, (int, float)) else "write an array"
-            return [Fault("E703", f"{shown_value(value)} is not an array", advice)]
+            raise BadValueError("E703", f"{shown_value(value)} is not an array", advice=advice)
         if not value:
-            return [Fault("E704", "the array is empty", "write a value, or leave the key out")]
-        return [fault for element in value for fault in self.rule.faults(element)]
+            raise BadValueError("E704", "the array is empty", advice="write a value, or leave the key out")
+        gathered = Gathered()
+        good = tuple(gathered.attempt(partial(rule, element)) for element in value)
+        gathered.close()
+        return good
 
-    def read(self, value: Any) -> tuple[Any, ...]:
-        """See `Rule`."""
-        return tuple(self.rule.read(element) for element in (value if isinstance(value, list) else [value]))
+    return read
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Indices:
-    """A table of names and whole numbers from 0; read as pairs."""
-
-    def faults(self, value: object) -> list[Fault]:
-        """See `Rule`."""
-        advice = "write names of dimensions and indices from 0, { stokes = 0 }"
-        if not isinstance(value, dict):
-            return [Fault("E703", f"{shown_value(value)} is not a table", advice)]
-        wrong = [one for one in value.values() if isinstance(one, bool) or not isinstance(one, int) or one < 0]
-        return [Fault("E704", f"{shown_value(one)} is not a whole number from 0", advice) for one in wrong[:1]]
-
-    def read(self, value: Any) -> tuple[tuple[str, int], ...]:
-        """See `Rule`."""
-        return tuple((str(name), int(index)) for name, index in value.items())
+def indices(value: object) -> tuple[tuple[str, int], ...]:
+    """Read a table of names and whole numbers from 0, as pairs."""
+    advice = "write names of dimensions and indices from 0, { stokes = 0 }"
+    if not isinstance(value, dict):
+        raise BadValueError("E703", f"{shown_value(value)} is not a table", advice=advice)
+    for one in value.values():
+        if isinstance(one, bool) or not isinstance(one, int) or one < 0:
+            raise BadValueError("E704", f"{shown_value(one)} is not a whole number from 0", advice=advice)
+    return tuple((str(name), index) for name, index in value.items())
 
 
 def _moment(value: object) -> datetime.datetime | None:

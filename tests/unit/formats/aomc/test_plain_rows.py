@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aomc_sky.formats.aomc.plain_rows import plain_rows
+from aomc_sky.formats.aomc import skydist
 
 RNG = np.random.default_rng(19)
 VALUES = [
@@ -14,6 +14,10 @@ VALUES = [
     "9007199254740993", "900719925474099.35", "0.000012345678901234567", "99999999.999999999999999999", "1e0005",
     "+1.5", "-2", "8" * 40, "0." + "0" * 30 + "7", "1.7976931348623157e308", "4.9e-324",
 ]  # fmt: skip
+
+
+def plain_rows(text: bytes):
+    return skydist.plain_rows(text.splitlines(keepends=True))
 
 
 def rows_text(values, end="\n"):

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from aomc_sky import inputs
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.sky_toml.file import MAX_BYTES, SkyToml, read_sky_toml
+from aomc_sky.formats.sky_toml.file import MAX_BYTES, SkyToml, key_spans, read_sky_toml
 from aomc_sky.formats.sky_toml.keys import (
     KEYS,
     SETS,
@@ -28,8 +28,7 @@ from aomc_sky.formats.sky_toml.keys import (
     SunSection,
     set_problem,
 )
-from aomc_sky.formats.sky_toml.rules import Range
-from aomc_sky.formats.sky_toml.spans import key_spans
+from aomc_sky.formats.sky_toml.rules import range_text
 from tests.support.limits import MOST_CPU_S
 from tests.support.shared import DATA, REPOSITORY
 
@@ -157,9 +156,7 @@ def test_the_page_has_the_ranges_of_the_inputs() -> None:
     for name, row in (inputs.PEREZ | inputs.SUN | inputs.LIGHTS).items():
         key = "a` to `e" if name == "coefficients" else name
         lines = [line for line in page.splitlines() if f"`{key}`" in line.partition("| ")[2].partition(" |")[0]]
-        expected = [f'`"{word}"`' for word in row.words] or [
-            re.sub(r"e\+0?", "e", str(Range(low=row.low, high=row.high)))
-        ]
+        expected = [f'`"{word}"`' for word in row.words] or [re.sub(r"e\+0?", "e", range_text(row.low, row.high))]
         assert lines, name
         assert row.is_switch or all(text in line for line in lines for text in expected), (name, expected, lines)
 
