@@ -138,16 +138,15 @@ def run_job(
     progress: Progress | None = None,
     *,
     make: Make | None = None,
-    tidy: Callable[[RunFolder], None] | None = None,
 ) -> JobResult:
     """Write a run folder: plan, counts, photons, manifest. Nothing of a run that was finished before is made again.
 
     `progress` is called with photons done and photons in all. `make` fills the photon files, by default the threads of
-    this process; `tidy` is called while no other process is in the folder.
+    this process.
     """
     check_memory(source, options)
     folder, started = RunFolder(out), time.perf_counter()
-    with folder.held(source.plan, force=options.force, tidy=None if tidy is None else lambda: tidy(folder)):
+    with folder.held(source.plan, force=options.force):
         manifest = finished_manifest(source, folder, options.formats)
         was_finished, emitted = manifest is not None, 0
         if manifest is None:
