@@ -88,7 +88,7 @@ def test_animations_files_and_keys(tmp_path: Path, capsys) -> None:
         ((NIGHT, "--time", "9" * 400), 2, "not finite"),
         ((NIGHT, "--time", "0", "--utc-offset", "99"), 2, "outside the range -24 to 24"),
         ((NIGHT, "--time", "0", "--animation", "cty"), 2, "the nearest is city, there are: airglow, city, starlight"),
-        ((NIGHT, "--time", "0", "--wavelength", "300"), 2, "300 is outside the spectra of the files, 380 to 720 nm"),
+        ((NIGHT, "--time", "0", "--wavelength", "300"), 2, "300 is outside the spectra of the file, 380 to 720 nm"),
         ((NIGHT, "--wavelength", "550"), 2, "need --time"),
         (("absent.h5", "--time", "0"), 3, "absent.h5"),
     ],

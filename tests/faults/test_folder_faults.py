@@ -20,7 +20,7 @@ import pytest
 
 from aomc_sky.cli.main import main
 from aomc_sky.outputs.folder import run_folder
-from aomc_sky.outputs.folder.lock import LOCK
+from aomc_sky.outputs.folder.run_folder import LOCK
 from tests.support.fault_rows import command, row, row_id
 from tests.support.processes import start, wait_for, whole_files_only
 from tests.support.scenes import copy_scene, run_bytes

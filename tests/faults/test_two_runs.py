@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from aomc_sky.cli.main import main
-from aomc_sky.outputs.folder.lock import LOCK
+from aomc_sky.outputs.folder.run_folder import LOCK
 from tests.support.fault_rows import row
 from tests.support.processes import start, wait_for
 from tests.support.scenes import copy_scene

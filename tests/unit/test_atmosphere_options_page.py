@@ -6,8 +6,7 @@ import argparse
 import re
 
 from aomc_sky.cli.main import build_parser
-from aomc_sky.engine.atmosphere import KEY_USES
-from aomc_sky.formats.atmo.keys import DIRECTIVES, SCATTERER_DIRECTIVE, SECTION_KEYS, SIZES, TOP_KEYS
+from aomc_sky.formats.atmo.keys import DIRECTIVES, SCATTERER_DIRECTIVE, SECTION_KEYS, TOP_KEYS
 from tests.support.shared import REPOSITORY
 
 PAGE = (REPOSITORY / "docs/models/atmosphere_options.md").read_text()
@@ -63,10 +62,3 @@ def test_every_option_of_the_tool_has_a_verdict() -> None:
     for name, verdict in VERDICTS.items():
         if not name.startswith("-") or name in TOOL:
             assert verdict in {"implemented", "mapped", "met", "not used"}, name
-
-
-def test_the_report_says_of_sizes_what_the_page_says() -> None:
-    verdicts = {name.lower(): verdict for name, verdict in VERDICTS.items()}
-    assert KEY_USES.keys() == set(SIZES)
-    for key, use in KEY_USES.items():
-        assert verdicts[key] == {"unused": "not used"}.get(use.use, use.use), key

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from aomc_sky.formats.background.data import Animation, BackgroundFile
-    from aomc_sky.source.backgrounds.scene import LobeScene
+    from aomc_sky.source.backgrounds.light import LobeScene
 
 _SHORT = {1: "hg", 2: "ggx", 3: "beckmann"}
 MAX_KEYS_SHOWN = 100
@@ -49,7 +49,7 @@ def report_background(arguments: argparse.Namespace) -> int:
 def lobe_scene(arguments: argparse.Namespace, time_s: float) -> LobeScene:
     """The lobes of a file at one time, as the options of `add_background_options` choose them."""
     from aomc_sky.formats.sky_toml.keys import BackgroundSection
-    from aomc_sky.source.backgrounds.scene import read_lobe_scene
+    from aomc_sky.source.backgrounds.light import read_lobe_scene
 
     section = BackgroundSection(
         file=arguments.path,
@@ -58,7 +58,7 @@ def lobe_scene(arguments: argparse.Namespace, time_s: float) -> LobeScene:
         utc_offset=arguments.utc_offset,
         interpolation=arguments.interpolation,
     )
-    return read_lobe_scene([section], arguments.wavelength)
+    return read_lobe_scene(section, arguments.wavelength)
 
 
 def _background_summary(path: Path, file: BackgroundFile) -> dict[str, Any]:
@@ -145,12 +145,12 @@ def _reference(keys: Animation) -> str:
 def as_json(scene: LobeScene) -> dict[str, Any]:
     """Lobes and irradiances as JSON values. [W m-2 nm-1, nm, deg]"""
     from aomc_sky.formats.sky_toml.rules import moment_text
-    from aomc_sky.source.backgrounds.scene import axis_of
+    from aomc_sky.source.backgrounds.light import axis_of
 
-    first = scene.sections[0]
+    first = scene.section
     sphere, plane = scene.irradiance(), scene.irradiance(above="projected")
     return {
-        "files": [section.file for section in scene.sections],
+        "files": [first.file],
         "time": moment_text(first.time),
         "unix_time_s": first.time,
         "utc_offset_h": first.utc_offset,

@@ -17,7 +17,6 @@ import aomc_sky
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.sky.method import Lights, chosen_lights
 from aomc_sky.errors import ModelLimitWarning, UsageError
-from aomc_sky.formats.atmo.keys import SIZES
 from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.formats.sky_toml.keys import MoonDirection
 from aomc_sky.formats.text_file import read_bytes, write_atomically, write_bytes_atomically
@@ -27,14 +26,19 @@ from aomc_sky.outputs.tables.atmosphere import (
     MOST_SOURCES,
     Saves,
     check_saves,
-    saved_variables,
     write_atmosphere_netcdf,
     write_atmosphere_skydist,
 )
 from aomc_sky.skies.atmosphere import DEFAULT_BINS, AtmosphereSky
-from aomc_sky.source.atmospheres.medium import MediumReport, SkyLights, lights_of, read_medium, warn_of_outside
+from aomc_sky.source.atmospheres.medium import (
+    MediumReport,
+    glow_of_luminance,
+    moon_of_direction,
+    read_medium,
+    warn_of_outside,
+)
 
-DEFAULT_GLOW_ROWS = 18
+_GLOW_ROWS = 18
 MOST_BINS = 3600
 MOST_SUNS = 1000
 
@@ -42,63 +46,6 @@ ZENITH_ROWS = "scattering texture size for vza"
 AZIMUTH_COLUMNS = "scattering texture size for dot(view,sun)"
 SUNS = "scattering texture size for sza"
 GLOW_ROWS = "light pollution texture size for vza"
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class KeyUse:
-    """What a key of the description means here."""
-
-    #: "mapped": it is a size of the table; "met": a lower bound, which the accuracy of the solver exceeds; "unused":
-    #: there is nothing here that it could set
-    use: str
-    why: str  #: to what, or for what reason
-
-
-_RAYS = KeyUse(use="met", why="optical depths are quadratures along each ray, to 1e-10; there is no table of them")
-_IRRADIANCE = KeyUse(use="unused", why="each sun has its own irradiance of the ground; there is no table")
-_SEA_LEVEL = KeyUse(use="unused", why="the observer stands at sea level")
-_ECLIPSE = KeyUse(use="unused", why="an eclipse is solved in the patches of the table, under one sun and one Moon")
-_PATHS = KeyUse(use="unused", why="all orders of an eclipse come from backward paths")
-
-KEY_USES: dict[str, KeyUse] = {
-    "transmittance texture size for vza": _RAYS,
-    "transmittance texture size for altitude": _RAYS,
-    "irradiance texture size for sza": _IRRADIANCE,
-    "irradiance texture size for altitude": _IRRADIANCE,
-    ZENITH_ROWS: KeyUse(use="mapped", why="its half above the horizon are the zenith rows of the table"),
-    AZIMUTH_COLUMNS: KeyUse(use="mapped", why="azimuth columns of the table"),
-    SUNS: KeyUse(use="mapped", why="number of suns of --sun-zenith all"),
-    "scattering texture size for altitude": _SEA_LEVEL,
-    "eclipsed scattering texture size for relative azimuth": _ECLIPSE,
-    "eclipsed scattering texture size for vza": _ECLIPSE,
-    "eclipsed double scattering texture size for relative azimuth": _ECLIPSE,
-    "eclipsed double scattering texture size for vza": _ECLIPSE,
-    "eclipsed double scattering texture size for sza": _ECLIPSE,
-    "eclipsed double scattering number of azimuth pairs to sample": _PATHS,
-    "eclipsed double scattering number of elevation pairs to sample": _PATHS,
-    GLOW_ROWS: KeyUse(use="mapped", why="its half above the horizon are the rows of --save-light-pollution"),
-    "light pollution texture size for altitude": _SEA_LEVEL,
-    "light pollution angular integration points": KeyUse(
-        use="unused", why="the light of the ground comes from backward paths, with a standard error"
-    ),
-    "transmittance integration points": _RAYS,
-    "radial integration points": KeyUse(
-        use="mapped", why="points of order 1 along a line, at least; its own 100 to 600 are good to 1e-6"
-    ),
-    "angular integration points": KeyUse(
-        use="mapped", why="half its root is the least number of Gauss nodes of a hemisphere of sos; 20 are enough"
-    ),
-    "angular integration points for eclipse": _PATHS,
-}
-"""Of every key of `SIZES`."""
-
-assert KEY_USES.keys() == set(SIZES)
-
-
-def bins_of(sizes: Mapping[str, int]) -> tuple[int, int]:
-    """Rows and columns of the table that a description asks for, 3600 at most, those by default where it does not."""
-    rows = sizes[ZENITH_ROWS] // 2 if ZENITH_ROWS in sizes else DEFAULT_BINS[0]
-    return min(max(rows, 1), MOST_BINS), min(sizes.get(AZIMUTH_COLUMNS, DEFAULT_BINS[1]), MOST_BINS)
 
 
 def suns_of(sizes: Mapping[str, int]) -> tuple[float, ...]:
@@ -111,16 +58,6 @@ def suns_of(sizes: Mapping[str, int]) -> tuple[float, ...]:
     if sizes[SUNS] > MOST_SUNS:
         raise UsageError(f'--sun-zenith all: "{SUNS}" is {sizes[SUNS]}, {MOST_SUNS} is the most')
     return tuple(round(float(sun), 10) for sun in np.linspace(0.0, 90.0, sizes[SUNS]))
-
-
-def glow_rows(sizes: Mapping[str, int]) -> int:
-    """Zenith angles of the light of the ground that a description asks for; 18 where it does not. [1 or more]"""
-    return max(sizes[GLOW_ROWS] // 2, 1) if GLOW_ROWS in sizes else DEFAULT_GLOW_ROWS
-
-
-def size_report(sizes: Mapping[str, int]) -> dict[str, dict[str, int | str]]:
-    """Every size that a description gives, with its meaning here: JSON values."""
-    return {key: {"value": sizes[key], "use": KEY_USES[key].use, "why": KEY_USES[key].why} for key in sorted(sizes)}
 
 
 _MOST_VALUES = 500_000_000
@@ -179,7 +116,9 @@ def prepare_table(request: TableRequest) -> AtmosphereTable:
     if request.wavelength_nm is not None:
         warn_of_outside(description, request.wavelength_nm)
     suns = suns_of(description.sizes) if request.sun_zenith_deg is None else request.sun_zenith_deg
-    bins = request.bins or bins_of(description.sizes)
+    rows, columns = description.sizes.get(ZENITH_ROWS), description.sizes.get(AZIMUTH_COLUMNS, DEFAULT_BINS[1])
+    rows = DEFAULT_BINS[0] if rows is None else max(rows // 2, 1)
+    bins = request.bins or (min(rows, MOST_BINS), min(columns, MOST_BINS))
     glow = None if description.ground_glow is None else description.ground_glow[report.wavelength_index]
     lights = [_chosen(request, medium, report, degrees) for degrees in suns]
     refused = [
@@ -219,16 +158,12 @@ def _chosen(request: TableRequest, medium: Medium, report: MediumReport, sun_zen
         return error
 
 
-def _lights_of(request: TableRequest, medium: Medium, report: MediumReport, sun_zenith_deg: float) -> SkyLights:
-    return lights_of(
-        request.moon,
-        request.ground_luminance_cd_m2,
-        medium,
-        report,
-        sun_zenith_deg,
-        request.path,
-        sun_azimuth_deg=request.sun_azimuth_deg,
-    )
+def _lights_of(request: TableRequest, medium: Medium, report: MediumReport, sun_zenith_deg: float) -> dict[str, Any]:
+    """The arguments of `AtmosphereSky` for an eclipse and a glowing ground."""
+    return {
+        "moon": moon_of_direction(request.moon, medium, report, sun_zenith_deg, request.sun_azimuth_deg),
+        "ground_radiance": glow_of_luminance(request.ground_luminance_cd_m2, report, request.path),
+    }
 
 
 def _check_size(request: TableRequest, medium: Medium, chosen: Sequence[Lights], bins: tuple[int, int]) -> None:
@@ -305,9 +240,14 @@ def write_table(table: AtmosphereTable, folder: Path, *, netcdf: bool = True) ->
 def write_netcdf(table: AtmosphereTable, path: Path) -> None:
     """Write what was solved as one netCDF file, atomically; `[sky] table` of sky.toml reads that of one sun."""
     request = table.request
-    more = saved_variables(table.skies, request.saves, glow=table.glow, n_glow_rows=glow_rows(table.sizes))
     write_atmosphere_netcdf(
-        table.skies, path, description=request.path, more=more, significand_bits=request.significand_bits
+        table.skies,
+        path,
+        description=request.path,
+        saves=request.saves,
+        glow=table.glow,
+        n_glow_rows=max(table.sizes.get(GLOW_ROWS, 2 * _GLOW_ROWS) // 2, 1),
+        significand_bits=request.significand_bits,
     )
 
 
@@ -328,7 +268,7 @@ def table_report(table: AtmosphereTable) -> dict[str, Any]:
         "ground_albedo": medium.ground_albedo.tolist(),
         "sun_angular_radius_deg": float(np.rad2deg(medium.sun_angular_radius_rad)),
         "bins": list(table.bins),
-        "sizes": size_report(table.sizes),
+        "sizes": dict(sorted(table.sizes.items())),
         "suns": [
             {"sun_zenith_deg": degrees, "method": method}
             for degrees, method in zip(table.sun_zenith_deg, table.methods, strict=True)

@@ -73,7 +73,7 @@ def run_on_dask(
         raise UsageError("--engine dask writes npy alone; export the run to other formats")
     distributed = optional_module("distributed", extra="dask")
     make = partial(_make, distributed, scheduler)
-    return run_job(source, scene, out.resolve(), options, progress, make=make, tidy=partial(drop_stale_marks, source))
+    return run_job(source, scene, out.resolve(), options, progress, make=make)
 
 
 def _make(
@@ -86,6 +86,7 @@ def _make(
     progress: Progress | None,
 ) -> tuple[Sums, int]:
     """Make the photon files of a run by workers."""
+    drop_stale_marks(source, folder)
     tasks = tasks_of(source)
     marked = [read_mark(source, folder, task) for task in tasks]
     parts = [sums for sums in marked if sums is not None]
@@ -126,7 +127,7 @@ def _results(distributed: Any, client: Any, futures: list[Any]) -> Iterator[Sums
 def _make_shard(folder: str, plan_sha256: str, shard: Shard) -> Sums:
     """Task of a worker."""
     source, run_folder = _source(folder, plan_sha256), RunFolder(Path(folder))
-    with run_folder.joined(plan_sha256), ChunkPool(source, 1) as pool:
+    with run_folder.held(source.plan), ChunkPool(source, 1) as pool:
         # a worker that was lost may have made it
         return read_mark(source, run_folder, shard) or make_shard(pool, run_folder, shard)
 

@@ -135,24 +135,20 @@ def _export_files(job: _Job, parts: Sequence[PhotonFiles]) -> tuple[list[str], b
     if job.name and missing and not job.options.force and job.folder.size_of(job.name) is not None:
         raise ForeignOutputError(_foreign(job))
     job.folder.require_space(sum(part.n_bytes_missing for part in missing))
-    _write_parts(job, missing)
+    source = job.run.source
+    meter = Meter(job.progress, sum(source.n_photons(band) for part in missing for band in part.bands))
+    announce_photons(meter.total)
+    with ChunkPool(source, job.options.threads) as pool:
+        for part in missing:
+            with part.writing() as write:
+                for band in part.bands:
+                    pool.emit(band, [(part.writer, write)], meter.add)
     return names, not missing
 
 
 def _foreign(job: _Job) -> str:
     target = job.folder.path / job.name
     return f"{target} exists and holds something else; choose another --out, or add --force to replace it"
-
-
-def _write_parts(job: _Job, parts: Sequence[PhotonFiles]) -> None:
-    source = job.run.source
-    meter = Meter(job.progress, sum(source.n_photons(band) for part in parts for band in part.bands))
-    announce_photons(meter.total)
-    with ChunkPool(source, job.options.threads) as pool:
-        for part in parts:
-            with part.writing() as write:
-                for band in part.bands:
-                    pool.emit(band, [(part.writer, write)], meter.add)
 
 
 def _export_netcdf(job: _Job) -> tuple[list[str], bool]:
@@ -168,8 +164,7 @@ def _export_netcdf(job: _Job) -> tuple[list[str], bool]:
 
 
 def _export_aomc(job: _Job) -> tuple[list[str], bool]:
-    from aomc_sky.outputs.aomc.folder import check_scene, water_note, write_aomc_folder
-    from aomc_sky.outputs.aomc.skydist import aomc_sky
+    from aomc_sky.outputs.aomc.skydist import aomc_sky, check_scene, water_note, write_aomc_folder
 
     source = job.run.source
     amc_inp = None if job.options.scene is None else scene_file(job.options.scene)

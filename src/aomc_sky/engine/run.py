@@ -9,7 +9,6 @@ import platform
 import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -138,16 +137,15 @@ def run_job(
     progress: Progress | None = None,
     *,
     make: Make | None = None,
-    tidy: Callable[[RunFolder], None] | None = None,
 ) -> JobResult:
     """Write a run folder: plan, counts, photons, manifest. Nothing of a run that was finished before is made again.
 
     `progress` is called with photons done and photons in all. `make` fills the photon files, by default the threads of
-    this process; `tidy` is called while no other process is in the folder.
+    this process.
     """
     check_memory(source, options)
     folder, started = RunFolder(out), time.perf_counter()
-    with folder.held(source.plan, force=options.force, tidy=None if tidy is None else lambda: tidy(folder)):
+    with folder.held(source.plan, force=options.force):
         manifest = finished_manifest(source, folder, options.formats)
         was_finished, emitted = manifest is not None, 0
         if manifest is None:
@@ -278,6 +276,8 @@ def check_memory(source: PhotonSource, options: JobOptions) -> None:
 
 def run_record(seconds: float, emitted: int, threads: int) -> dict[str, Any]:
     """Time, speed and machine of a command: printed, and no part of the files."""
+    from importlib.metadata import version
+
     return {
         "finished": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
         "seconds": round(seconds, 6),
@@ -285,17 +285,6 @@ def run_record(seconds: float, emitted: int, threads: int) -> dict[str, Any]:
         "threads": threads,
         "python": platform.python_version(),
         "numpy": np.__version__,
-        "numba": _numba_release(),
+        "numba": version("numba"),
         "machine": platform.machine(),
     }
-
-
-def _numba_release() -> str:
-    """By the name of the folder that describes it: `importlib.metadata` alone takes as long as 3e5 photons."""
-    spec = find_spec("numba")
-    folders = list(Path(spec.origin).parents[1].glob("numba-*.dist-info")) if spec and spec.origin else []
-    if len(folders) == 1:
-        return folders[0].stem.partition("-")[2]
-    from importlib.metadata import version
-
-    return version("numba")

@@ -6,7 +6,6 @@ import json
 import time
 from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import chosen_bands
 from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, Progress
-from aomc_sky.outputs.photons.npy import NpyWriter
+from aomc_sky.outputs.photons.rows import NpyWriter
 from aomc_sky.outputs.shard import PART, Shard, block_spans, marks_among
 from aomc_sky.outputs.statistics import PhotonSums
 from aomc_sky.source.photon_source import PhotonSource
@@ -68,10 +67,11 @@ def run_shard(
     check_memory(source, options)
     folder, started, emitted = RunFolder(out), time.perf_counter(), 0
     missing: list[Shard] = []
-    with folder.held(source.plan, tidy=partial(drop_stale_marks, source, folder)):
+    with folder.held(source.plan):
         manifest = finished_manifest(source, folder, FORMATS)
         was_finished = manifest is not None
         if manifest is None:
+            drop_stale_marks(source, folder)
             if read_mark(source, folder, shard) is None:
                 with ChunkPool(source, options.threads) as pool:
                     made = make_shard(pool, folder, shard, progress)
@@ -169,15 +169,17 @@ def finish_files(source: PhotonSource, folder: RunFolder) -> None:
 
 
 def drop_stale_marks(source: PhotonSource, folder: RunFolder) -> None:
-    """Remove marks whose files are gone or have another size; no other process may be in the folder."""
+    """Remove marks whose files are gone or have another size.
+
+    Marks are listed first: a file that another process makes meanwhile is there when its mark is. A file is looked for
+    under its first name first.
+    """
     shards = marks_among(folder.names())
-    if not shards:
-        return
-    layouts = {band: NpyWriter(source).layouts((band,)) for band in chosen_bands(source)}
+    layouts = {band: NpyWriter(source).layouts((band,)) for band in chosen_bands(source) if shards}
     there = {
         band
         for band, files in layouts.items()
-        if all(f.size in (folder.size_of(f.name), folder.size_of(f.name + PART)) for f in files)
+        if all(f.size in (folder.size_of(f.name + PART), folder.size_of(f.name)) for f in files)
     }
     for shard in shards:
         if not {band for band, _, _ in ranges_of(source, shard)} <= there:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from aomc_sky.errors import ForeignOutputError, SceneError, UsageError
-from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import chosen_bands, read_manifest
 from aomc_sky.outputs.shard import MANIFEST, PLAN
@@ -41,10 +40,10 @@ def _named(bands: tuple[int, ...]) -> str:
     return f"waveband{'s' if len(bands) > 1 else ''} {first}{' ...' if len(bands) > 20 else ''}"
 
 
-def open_run(path: str | Path, *, is_verified: bool = False) -> StoredRun:
+def open_run(path: str | Path) -> StoredRun:
     """Open a run folder; InputFileError where there is no run, or its plan or manifest is damaged.
 
-    A manifest of another plan is such a damage too, and a ForeignOutputError where the run `is_verified`.
+    ForeignOutputError where the manifest is of another plan.
     """
     folder = RunFolder(Path(os.path.abspath(path)))
     if not (folder.path / PLAN).is_file():
@@ -52,8 +51,6 @@ def open_run(path: str | Path, *, is_verified: bool = False) -> StoredRun:
     source = PhotonSource.from_plan(Plan.load(folder.path / PLAN))
     manifest = read_manifest(folder.path / MANIFEST) if os.path.lexists(folder.path / MANIFEST) else None
     if manifest is not None and manifest["plan_sha256"] != source.plan.sha256:
-        if not is_verified:
-            raise refuse(path, f"{MANIFEST} belongs to another plan than {PLAN}", advice="make the run again")
         raise ForeignOutputError(
             f"{folder.path / MANIFEST} belongs to another run (another scene, seed or options) than {PLAN}: plan "
             f"{manifest['plan_sha256'][:16]}, not {source.plan.sha256[:16]}"

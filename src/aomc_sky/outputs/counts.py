@@ -83,12 +83,7 @@ def counts_npz(source: PhotonSource, bands: list[int]) -> bytes:
     return buffer.getvalue()
 
 
-def counts_name(source: PhotonSource, bands: list[int]) -> str:
-    """Name of the counts file: CSV up to a million rows, npz above."""
-    return COUNTS_FILES[n_rows(source, bands) > MAX_CSV_ROWS]
-
-
 def counts_file(source: PhotonSource, bands: list[int]) -> tuple[str, bytes]:
-    """Name and bytes of the counts file."""
-    name = counts_name(source, bands)
-    return name, (counts_csv if name == COUNTS_FILES[0] else counts_npz)(source, bands)
+    """Name and bytes of the counts file: CSV up to a million rows, npz above."""
+    is_text = n_rows(source, bands) <= MAX_CSV_ROWS
+    return COUNTS_FILES[not is_text], (counts_csv if is_text else counts_npz)(source, bands)

@@ -35,16 +35,15 @@ CONVENTIONS = {
 
 def input_hashes(scene: Scene) -> dict[str, dict[str, str]]:
     """Name and SHA-256 of every file that the scene came from."""
-    return {role: input_hash(Path(path)) for role, path in sorted(scene.input_files.items())}
-
-
-def input_hash(path: Path) -> dict[str, str]:
-    """Name and SHA-256 of an input file."""
-    try:
-        with open_regular(path) as file:
-            return {"name": path.name, "sha256": hashlib.file_digest(file, "sha256").hexdigest()}
-    except OSError as error:
-        raise OutputError(f"cannot read {path} a second time: {error.strerror or error}") from error
+    hashes = {}
+    for role, path in sorted(scene.input_files.items()):
+        try:
+            with open_regular(path) as file:
+                digest = hashlib.file_digest(file, "sha256").hexdigest()
+        except OSError as error:
+            raise OutputError(f"cannot read {path} a second time: {error.strerror or error}") from error
+        hashes[role] = {"name": Path(path).name, "sha256": digest}
+    return hashes
 
 
 def chosen_bands(source: PhotonSource) -> list[int]:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
-import secrets
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+import io
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +11,7 @@ import numpy as np
 
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
-from aomc_sky.outputs.folder.run_folder import os_error
+from aomc_sky.formats.text_file import write_bytes_atomically
 from aomc_sky.outputs.folder.target_file import SOFTWARE
 
 SUFFIXES = (".png", ".svg", ".pdf")
@@ -35,7 +33,7 @@ def picture_path(path: str | Path, *, may_move: bool = False) -> Path:
 
 
 def save_picture(figure: Any, target: Path, *, dpi: float) -> None:
-    """Write under a temporary name and rename, so that no half picture has the final one.
+    """Write a picture, complete or not at all.
 
     `dpi` is that of a PNG; pictures inside an SVG or PDF have 300 dots per inch at least.
     """
@@ -46,9 +44,15 @@ def save_picture(figure: Any, target: Path, *, dpi: float) -> None:
         ".pdf": {"CreationDate": None, "Creator": SOFTWARE},
     }
     rc_context = optional_module("matplotlib", extra="plot").rc_context
-    with _atomic_target(target) as temporary, rc_context({"svg.hashsalt": "aomc-sky"}):
-        suffix = target.suffix.lower()
-        figure.savefig(temporary, dpi=dpi if suffix == ".png" else max(dpi, _INSIDE_DPI), metadata=metadata[suffix])
+    suffix, picture = target.suffix.lower(), io.BytesIO()
+    with rc_context({"svg.hashsalt": "aomc-sky"}):
+        figure.savefig(
+            picture,
+            format=suffix[1:],
+            dpi=dpi if suffix == ".png" else max(dpi, _INSIDE_DPI),
+            metadata=metadata[suffix],
+        )
+    write_bytes_atomically(target, picture.getvalue())
 
 
 def save_animation(figures: Iterable[Any], target: Path, *, palette: bytes, frame_ms: int) -> int:
@@ -60,17 +64,10 @@ def save_animation(figures: Iterable[Any], target: Path, *, palette: bytes, fram
     """
     image = optional_module("PIL.Image", extra="plot")
     frames = [_frame(figure, image, palette) for figure in figures]
-    with _atomic_target(target) as temporary:
-        frames[0].save(
-            temporary,
-            format="GIF",
-            save_all=True,
-            append_images=frames[1:],
-            duration=frame_ms,
-            loop=0,
-            optimize=False,
-            comment=SOFTWARE.encode(),
-        )
+    picture, comment = io.BytesIO(), SOFTWARE.encode()
+    options = {"save_all": True, "duration": frame_ms, "loop": 0, "optimize": False, "comment": comment}
+    frames[0].save(picture, format="GIF", append_images=frames[1:], **options)
+    write_bytes_atomically(target, picture.getvalue())
     return len(frames)
 
 
@@ -86,16 +83,3 @@ def _frame(figure: Any, image: Any, palette: bytes) -> Any:
     frame = image.fromarray(nearest[index].reshape(dots.shape[:2]))
     frame.putpalette(palette)
     return frame
-
-
-@contextmanager
-def _atomic_target(target: Path) -> Iterator[Path]:
-    """A temporary name beside the final one, which it gets at the end."""
-    temporary = target.with_name(f".{target.stem}.{secrets.token_hex(4)}{target.suffix}")
-    try:
-        yield temporary
-        os.replace(temporary, target)
-    except OSError as error:
-        raise os_error("write", target, error) from error
-    finally:
-        temporary.unlink(missing_ok=True)

@@ -173,37 +173,28 @@ def standard_error(totals: np.ndarray, n_photons: np.ndarray) -> float | None:
     return math.sqrt(n / (n - 1) * math.fsum(residual * residual)) / all_photons
 
 
-def block_sums(uz: np.ndarray) -> tuple[float, float]:
-    """Sums of mu and 1/mu over a block; the plain and the compiled form add in the same order."""
-    if not use_kernels(0):
-        from aomc_sky.kernels.batches import plain
+def batches() -> Any:
+    """The sums and records of a batch, plain or compiled, which give the same bits."""
+    if use_kernels(0):
+        from aomc_sky.kernels.batches import compiled
 
-        return plain.block_sums(uz)
-    from aomc_sky.kernels.batches import compiled
+        return compiled
+    from aomc_sky.kernels.batches import plain
 
-    return compiled.block_sums(uz)
-
-
-def weighted_block_sums(uz: np.ndarray, weight: np.ndarray) -> tuple[float, float]:
-    """Sums of w and w/mu over a block, in both forms alike."""
-    if not use_kernels(0):
-        from aomc_sky.kernels.batches import plain
-
-        return plain.weighted_block_sums(uz, weight)
-    from aomc_sky.kernels.batches import compiled
-
-    return compiled.weighted_block_sums(uz, weight)
+    return plain
 
 
 def photon_sums(
     source: PhotonSource, band: int, start: int, uz: np.ndarray, weight: np.ndarray | None
 ) -> list[BlockSums]:
     """Sums over photons [start, start + n) of a band, apart for each replicate among them."""
-    sums = []
+    sums, of_batch = [], batches()
     for replicate, begin, end in source.replicate_parts(band, start, start + uz.size):
         part = slice(begin - start, end - start)
-        mu, inverse = block_sums(uz[part])
-        of_weights = (float(end - begin), inverse) if weight is None else weighted_block_sums(uz[part], weight[part])
+        mu, inverse = of_batch.block_sums(uz[part])
+        of_weights = (float(end - begin), inverse)
+        if weight is not None:
+            of_weights = of_batch.weighted_block_sums(uz[part], weight[part])
         sums.append(
             BlockSums(
                 replicate=replicate,

@@ -288,18 +288,8 @@ class SceneDraft:
 
     def scene(self, wavebands: Wavebands, **others: Any) -> Scene:
         """The scene; `others` are the fields that a draft has not."""
-        return Scene(
-            wavebands=wavebands,
-            components=self.components,
-            n_photons=self.n_photons,
-            row_of_band=self.row_of_band,
-            sky_wavelength_nm=self.sky_wavelength_nm,
-            notes=self.notes,
-            options=self.options,
-            preset=self.preset,
-            irradiance=self.irradiance,
-            **others,
-        )
+        own = {one.name: getattr(self, one.name) for one in dataclasses.fields(self)}
+        return Scene(wavebands=wavebands, **own, **others)
 
 
 def photons_of_intensity(intensity: np.ndarray, iterations: int) -> np.ndarray:

@@ -140,24 +140,13 @@ def verify_counts(
     if bands.size == 0 or bands.ndim != 2 or masses.shape not in (bands.shape, (1, bands.shape[1])):
         raise ValueError(f"counts {photons.shape} and mass {np.shape(mass)} do not fit")
     requested = None if n_photons is None else np.broadcast_to(np.asarray(n_photons), bands.shape[:1])
-    return check_bands(bands, masses, chosen, requested, _one_grid(n_columns, bands.shape[1]))
-
-
-def check_bands(
-    bands: np.ndarray,
-    masses: np.ndarray,
-    method: AllocationMethod,
-    requested: np.ndarray | None,
-    rings: tuple[Rings, ...],
-) -> CountsReport:
-    """Check counts (n_band, n_cell) against masses (n_band or 1, n_cell) whose cells form these rings."""
+    rings = _one_grid(n_columns, bands.shape[1])
     level = sidak_level(FAMILY_LEVEL, bands.shape[0])
     checks: list[CountCheck] = []
     for band, row in enumerate(bands):
-        weights = masses[band if masses.shape[0] > 1 else 0]
         if requested is not None:
             checks.append(_sum_check(band, row, int(requested[band])))
-        checks += _band_checks(band, row, weights, method, level, rings)
+        checks += _band_checks(band, row, masses[band if len(masses) > 1 else 0], chosen, level, rings)
     return CountsReport(checks=tuple(checks))
 
 

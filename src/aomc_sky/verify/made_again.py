@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import ExitStack
-from dataclasses import dataclass, fields, replace
+from contextlib import ExitStack, contextmanager
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -49,30 +49,22 @@ _OF_PHOTONS = tuple(field.name for field in fields(BandResult) if field.name.end
 """What only the photons themselves show."""
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class VerifyOptions:
-    """How a run is verified."""
-
-    #: Part of the blocks of every waveband that is made again, at least one unless it is 0. [0 to 1]
-    resample: float = 1.0
-    #: Of the choice of blocks. [0 to 2^64 - 1]
-    seed: int = 0
-    #: 0 for one per CPU.
-    threads: int = 0
-
-
 def verify_run(
     path: Path,
     source: PhotonSource,
     manifest: dict[str, Any],
     bands: Sequence[int],
-    options: VerifyOptions,
+    *,
+    resample: float = 1.0,
+    seed: int = 0,
+    threads: int = 0,
     progress: Progress | None = None,
 ) -> VerifyReport:
     """Make the counts, the photons and the manifest of a run again and compare them with its files.
 
-    `bands` are those whose photons are made. [0-based] Photons that no file holds are not made. The names of the files
-    follow from the plan. `progress` is called with photons done and photons in all.
+    `bands` are those whose photons are made. [0-based] Of their blocks `resample` is the part that is made [0 to 1], at
+    least one of each waveband unless it is 0, drawn by `seed`. Photons that no file holds are not made. `progress` is
+    called with photons done and photons in all.
     """
     folder, all_bands = RunFolder(path), chosen_bands(source)
     formats = [name for name in FOLDER_FORMATS if name in manifest["options"]["formats"]]
@@ -84,33 +76,32 @@ def verify_run(
         for part in photon_files(folder, [photon_writer(name)(source)], all_bands)
         if not {*part.bands}.isdisjoint(bands)
     ]
-    with ExitStack() as stack, ChunkPool(source, options.threads) as pool:
-        shared = [stack.enter_context(files) for files in compared if len(files.part.bands) > 1]
-        spans = {band: _chosen_blocks(source, band, options) for band in bands if compared}
+    with ExitStack() as stack, ChunkPool(source, threads) as pool:
+        shared = [stack.enter_context(files.opened()) for files in compared if len(files.part.bands) > 1]
+        spans = {band: _chosen_blocks(source, band, resample, seed) for band in bands if compared}
         meter = Meter(progress, sum(stop - start for of_band in spans.values() for start, stop in of_band))
         announce_photons(meter.total)
         for band, of_band in spans.items():
             with ExitStack() as opened:
-                own = [opened.enter_context(files) for files in compared if files.part.bands == (band,)]
-                sums[band] = pool.emit(band, [files.target for files in (*own, *shared)], meter.add, of_band)
+                own = [opened.enter_context(files.opened()) for files in compared if files.part.bands == (band,)]
+                sums[band] = pool.emit(band, [*own, *shared], meter.add, of_band)
     checks = [
         _counts_file_check(folder, source, all_bands),
         *_counts_checks(source, bands),
         *(check for files in compared for check in files.checks),
-        _manifest_check(folder, source, manifest, sums if options.resample == 1 else {}, formats),
+        _manifest_check(folder, source, manifest, sums if resample == 1 else {}, formats),
     ]
-    is_part = compared and 0 < options.resample < 1
-    notes = [f"blocks to make again were drawn with --seed {options.seed}"] if is_part else []
+    notes = [f"blocks to make again were drawn with --seed {seed}"] if compared and 0 < resample < 1 else []
     return judged(checks, family_level=FAMILY_LEVEL, notes=notes)
 
 
-def _chosen_blocks(source: PhotonSource, band: int, options: VerifyOptions) -> list[tuple[int, int]]:
+def _chosen_blocks(source: PhotonSource, band: int, resample: float, seed: int) -> list[tuple[int, int]]:
     """Blocks of a waveband to make again, in order, drawn at random where not all are wanted."""
     spans = list(block_spans(0, source.n_photons(band)))
-    if options.resample == 1:
+    if resample == 1:
         return spans
-    n = min(len(spans), math.ceil(options.resample * len(spans)))
-    chosen = np.random.default_rng((options.seed, band)).choice(len(spans), n, replace=False)
+    n = min(len(spans), math.ceil(resample * len(spans)))
+    chosen = np.random.default_rng((seed, band)).choice(len(spans), n, replace=False)
     return [spans[k] for k in sorted(chosen.tolist())]
 
 
@@ -120,30 +111,20 @@ class _ComparedFiles:
     def __init__(self, folder: RunFolder, part: PhotonFiles, *, is_listed: bool) -> None:
         self.part, self._folder, self._is_listed = part, folder, is_listed
         self.checks: list[Check] = []  #: what was found of each file, after its block
-        self._stack, n = ExitStack(), len(part.layouts)
+        n = len(part.layouts)
         self._files: list[BinaryIO | None] = [None] * n
         self._n_wrong, self._first_wrong, self._n_compared = [0] * n, [""] * n, 0
         self._room = bytearray()
 
-    def __enter__(self) -> _ComparedFiles:
+    @contextmanager
+    def opened(self) -> Iterator[Target]:
+        """What `ChunkPool.emit` gives its blocks to."""
         with ExitStack() as stack:
             for k, layout in enumerate(self.part.layouts):
                 if self._folder.size_of(layout.name) is not None:
                     self._files[k] = stack.enter_context(self._folder.reading(layout.name))
-            self._stack = stack.pop_all()
-        return self
-
-    def __exit__(self, *error: object) -> None:
-        try:
-            if error == (None, None, None):
-                self.checks = list(self._checks())
-        finally:
-            self._stack.close()
-
-    @property
-    def target(self) -> Target:
-        """What `ChunkPool.emit` gives its blocks to."""
-        return self.part.writer, self._compare
+            yield self.part.writer, self._compare
+            self.checks = list(self._checks())
 
     def _compare(self, band: int, start: int, chunks: tuple[memoryview, ...]) -> None:
         for k, (layout, file, chunk) in enumerate(zip(self.part.layouts, self._files, chunks, strict=True)):

@@ -315,9 +315,8 @@ def _species(report: Mapping[str, Any]) -> str:
     return table(rows, ("species", "optical depth", "integral of phase function"))
 
 
-def _sizes(sizes: Mapping[str, Mapping[str, Any]]) -> str:
-    rows = [(key, str(size["value"]), f"{size['use']}: {size['why']}") for key, size in sizes.items()]
-    return table(rows, ("size in the description", "value", "here"))
+def _sizes(sizes: Mapping[str, int]) -> str:
+    return table([(key, str(size)) for key, size in sizes.items()], ("size in the description", "value"))
 
 
 def _suns_line(suns: Sequence[Mapping[str, Any]]) -> str:

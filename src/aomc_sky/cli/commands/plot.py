@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
     from aomc_sky.pictures.content import Picture
     from aomc_sky.skies.lobes.background import BackgroundSky
-    from aomc_sky.source.backgrounds.scene import LobeScene
+    from aomc_sky.source.backgrounds.light import LobeScene
     from aomc_sky.verify.report import Pulls
 
 _EPILOG = """\
@@ -455,7 +455,7 @@ def _still(arguments: argparse.Namespace) -> Picture:
         raise UsageError("--time is one time; --start, --stop and --frames are for an animation")
     scene = lobe_scene(arguments, arguments.time)
     wavelengths = scene.wavelength_nm.tolist() if arguments.wavelength else [_nearest_nm(scene)]
-    pictures = [lobe_picture([(f"{w:g} nm", scene.skies)], w) for w in wavelengths]
+    pictures = [lobe_picture([(f"{w:g} nm", [scene.sky])], w) for w in wavelengths]
     title = f"{Path(arguments.path).name}, {moment_text(arguments.time)}"
     domes = tuple(picture.domes[0] for picture in pictures)
     return dataclasses.replace(pictures[0], domes=domes, title=_title(arguments, title))

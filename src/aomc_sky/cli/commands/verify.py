@@ -176,16 +176,11 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
 
     from aomc_sky.cli.progress import patience, progress_bar
     from aomc_sky.engine.stored_run import open_run
-    from aomc_sky.verify.made_again import (
-        VerifyOptions,
-        scene_checks,
-        statistics_of_run,
-        verify_run,
-    )
+    from aomc_sky.verify.made_again import scene_checks, statistics_of_run, verify_run
     from aomc_sky.verify.report import Check, judged
 
     with patience("reading the run", enabled=cli_options.speaks(arguments)):
-        run = open_run(arguments.path, is_verified=True)
+        run = open_run(arguments.path)
     if run.manifest is None:
         detail = (
             "there is no manifest.json: a run that is not finished, which the same run command finishes, or an export; "
@@ -193,13 +188,17 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
         )
         return judged([Check(name="finished", passed=False, detail=detail)], family_level=arguments.level)
     bands, threads = run.chosen(arguments.waveband), arguments.threads or 0
-    options = VerifyOptions(
-        resample=1.0 if arguments.resample is None else arguments.resample,
-        seed=secrets.randbits(64) if arguments.seed is None else arguments.seed,
-        threads=threads,
-    )
     with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
-        report = verify_run(run.path, run.source, run.manifest, bands, options, progress)
+        report = verify_run(
+            run.path,
+            run.source,
+            run.manifest,
+            bands,
+            resample=1.0 if arguments.resample is None else arguments.resample,
+            seed=secrets.randbits(64) if arguments.seed is None else arguments.seed,
+            threads=threads,
+            progress=progress,
+        )
     checks, pulls, notes = list(report.checks), list(report.pulls), list(report.notes)
     if arguments.scene is not None:
         said = run.manifest["options"]["scene"].get("wavebands")

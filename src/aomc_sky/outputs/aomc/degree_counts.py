@@ -82,13 +82,6 @@ def photon_refusals(n_photons: dict[int, int]) -> list[Refusal]:
     ]
 
 
-def component_refusals(parts: Iterable[tuple[Component, np.ndarray]]) -> list[Refusal]:
-    """Components with photons, (n_band, n_cell) each, whose light has no place on whole degrees."""
-    lit = [(component, int(counts.sum())) for component, counts in parts if counts.any()]
-    refusals = [_beam_refusal(component, n) for component, n in lit if component.grid is None]
-    return [refusal for refusal in refusals if refusal is not None]
-
-
 def whole_degree(component: Component) -> tuple[int, int] | None:
     """The whole degrees that a beam comes from, None where it does not."""
     direction = beam_direction_deg(component)
@@ -99,9 +92,7 @@ def whole_degree(component: Component) -> tuple[int, int] | None:
     return (zenith, azimuth % 360) if is_there else None
 
 
-def _beam_refusal(component: Component, n_photons: int) -> Refusal | None:
-    if whole_degree(component) is not None:
-        return None
+def _beam_refusal(component: Component, n_photons: int) -> Refusal:
     direction = beam_direction_deg(component)
     where, options, by_hand = "", "", ""
     if direction is not None:
@@ -124,24 +115,17 @@ def _beam_refusal(component: Component, n_photons: int) -> Refusal | None:
 
 def wavelength_refusals(wavelength_nm: np.ndarray, bands: Iterable[int]) -> list[Refusal]:
     """Wavebands [0-based] that would not find their own sky."""
-    single = wavelength_nm.astype(np.float32)
-    return [
-        _wavelength_refusal(wavelength_nm[band], band, int(np.count_nonzero(single == single[band]))) for band in bands
-    ]
-
-
-def _wavelength_refusal(wavelength_nm: float, band: int, n_equal: int) -> Refusal:
-    named = f"waveband {band + 1} at {wavelength_nm:.9g} nm"
-    if n_equal > 1:
-        return Refusal(
-            reason=f"{named} has the same wavelength as another one and different counts; the AOMC program chooses a "
-            "sky by its wavelength",
-            export=f"--waveband {band + 1}",
-        )
-    return Refusal(
-        reason=f"{named} is too close to another one for the AOMC program's 32-bit floats to choose its own sky",
-        by_hand="give the wavebands of lambbot.inp wavelengths at least 0.001 nm apart",
-    )
+    single, refusals = wavelength_nm.astype(np.float32), []
+    for band in bands:
+        named = f"waveband {band + 1} at {wavelength_nm[band]:.9g} nm"
+        if np.count_nonzero(single == single[band]) > 1:
+            reason = f"{named} has the same wavelength as another one and different counts; the AOMC program chooses a "
+            refusals.append(Refusal(reason=f"{reason}sky by its wavelength", export=f"--waveband {band + 1}"))
+        else:
+            reason = f"{named} is too close to another one for the AOMC program's 32-bit floats to choose its own sky"
+            by_hand = "give the wavebands of lambbot.inp wavelengths at least 0.001 nm apart"
+            refusals.append(Refusal(reason=reason, by_hand=by_hand))
+    return refusals
 
 
 _N_ZENITH, _N_AZIMUTH = 89, 360
@@ -198,24 +182,23 @@ def _beam_table(component: Component, counts: np.ndarray) -> np.ndarray:
 
 def degree_refusals(source: PhotonSource, bands: Sequence[int]) -> list[Refusal]:
     """Why light of a run has no place on whole degrees, every reason."""
-    parts = _parts(source, bands)
-    refusals = component_refusals(parts)
-    patches = [c for c, part in parts if part.any() and c.grid is not None]
-    if not all(_is_on_degrees(c.grid) for c in patches):
-        refusals += [_part_of_the_sky(c) for c in patches if c.law is Law.PEREZ and not _is_hemisphere(c.grid)]
+    lit = [(component, part) for component, part in _parts(source, bands) if part.any()]
+    refusals = [
+        _beam_refusal(component, int(part.sum()))
+        for component, part in lit
+        if component.grid is None and whole_degree(component) is None
+    ]
+    if not all(_is_on_degrees(c.grid) for c, _ in lit if c.grid is not None):
+        refusals += [
+            Refusal(
+                reason=f"component {c.name!r} covers a part of the hemisphere, and its law does not say which part "
+                "of a degree",
+                by_hand="give it a grid of the whole hemisphere",
+            )
+            for c, _ in lit
+            if c.law is Law.PEREZ and c.grid is not None and abs(c.grid.solid_angle_sr.sum() - 2 * np.pi) > 1e-9
+        ]
     return refusals
-
-
-def _is_hemisphere(grid: PatchGrid | None) -> bool:
-    return grid is not None and abs(grid.solid_angle_sr.sum() - 2 * np.pi) <= 1e-9
-
-
-def _part_of_the_sky(component: Component) -> Refusal:
-    return Refusal(
-        reason=f"component {component.name!r} covers a part of the hemisphere, and its law does not say which part of "
-        "a degree",
-        by_hand="give it a grid of the whole hemisphere",
-    )
 
 
 def _parts(source: PhotonSource, bands: Sequence[int]) -> list[tuple[Component, np.ndarray]]:

@@ -1,17 +1,18 @@
-"""A skydist.inp from which the unmodified AOMC 1.2.2 program launches exactly our photon counts."""
+"""A skydist.inp from which the unmodified AOMC 1.2.2 program launches exactly our photon counts, and its folder."""
 
 from __future__ import annotations
 
 import dataclasses
+import shutil
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from aomc_sky.errors import AllocationError, InputWarning, SceneError
-from aomc_sky.formats.aomc.amc import AmcConfig, LightSource, read_amc
+from aomc_sky.formats.aomc.amc import AmcConfig, LightSource, read_amc, read_lambbot
 from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values, write_skydist
 from aomc_sky.formats.text_file import read_lines, write_atomically
 from aomc_sky.outputs.aomc.degree_counts import (
@@ -25,6 +26,8 @@ from aomc_sky.outputs.aomc.degree_counts import (
     raise_all,
     wavelength_refusals,
 )
+from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.regular_file import open_regular
 from aomc_sky.sampling.allocation import AllocationMethod, allocate
 from aomc_sky.skies.tabulated import aomc_weight
 from aomc_sky.source.photon_source import PhotonSource
@@ -64,8 +67,8 @@ def aomc_sky(
     A run whose wavebands have different totals is planned anew with the largest of them in each, for amc.inp
     knows one. A run by the program's own rounding (``--compat aomc``) keeps its counts, whose totals drift.
     Wavebands that are not among `bands` launch nothing. `scene` and `run` are how the user would name them, for the
-    command that cures a refusal: a SceneError with every reason, or an AllocationError where photons are too many
-    or no radiances give the counts.
+    command that cures a refusal: a SceneError with every reason, or an AllocationError where photons are too many or no
+    radiances give the counts.
     """
     chosen = list(range(source.n_bands) if bands is None else bands)
     if source.plan.options["allocation"] == AllocationMethod.AOMC.value:
@@ -134,7 +137,7 @@ def _sky(
         wavelength_nm=rows.of_bands_nm,
         sky_wavelength_nm=rows.wavelength_nm[rows.row_of_band],
         photons_of_run=photons_of_run,
-        notes=tuple(n for n in (*notes, *_follower_note(launched, chosen), *_dark_note(launched)) if n),
+        notes=tuple(n for n in (*notes, *_launch_notes(launched, chosen)) if n),
     )
 
 
@@ -200,25 +203,15 @@ def _total_note(photons_of_run: np.ndarray | None, iterations: int) -> str:
     )
 
 
-def _follower_note(launched: np.ndarray, chosen: Sequence[int]) -> tuple[str, ...]:
-    others = [band + 1 for band in np.flatnonzero(launched.sum(axis=(1, 2))).tolist() if band not in chosen]
-    if not others:
-        return ()
-    named = ", ".join(map(str, others[:20])) + (" ..." if len(others) > 20 else "")
-    return (f"wavebands that have the wavelength of a chosen waveband launch the same photons: {named}",)
-
-
-def _dark_note(counts: np.ndarray) -> tuple[str, ...]:
-    dark = np.flatnonzero(counts.sum(axis=(1, 2)) == 0) + 1
-    if not dark.size:
-        return ()
-    named = ", ".join(map(str, dark[:20].tolist())) + (" ..." if dark.size > 20 else "")
-    return (f"wavebands without photons, whose sky is dark: {named}",)
-
-
-def write_aomc_sky(sky: AomcSky, folder: Path) -> None:
-    """Write skydist.inp into a folder; `read_skydist` gives the same radiances back."""
-    write_skydist(sky.table, folder / "skydist.inp", bins=Bins.DEGREES, values=Values.RADIANCE)
+def _launch_notes(launched: np.ndarray, chosen: Sequence[int]) -> Iterator[str]:
+    is_lit = launched.sum(axis=(1, 2)) > 0
+    others = [band for band in np.flatnonzero(is_lit).tolist() if band not in chosen]
+    for bands, text in (
+        (others, "wavebands that have the wavelength of a chosen waveband launch the same photons"),
+        (np.flatnonzero(~is_lit).tolist(), "wavebands without photons, whose sky is dark"),
+    ):
+        named = ", ".join(str(band + 1) for band in bands[:20]) + (" ..." if len(bands) > 20 else "")
+        yield f"{text}: {named}" if bands else ""
 
 
 def write_amc_copy(scene: Path, target: Path, iterations: int) -> None:
@@ -230,7 +223,10 @@ def write_amc_copy(scene: Path, target: Path, iterations: int) -> None:
     # characters beyond ASCII are in labels and comments, which nobody reads
     text = "".join(f"{line}\n" for line in lines).encode("ascii", "replace").decode("ascii")
     write_atomically(target, text)
-    _check_copy(target, dataclasses.replace(config, iterations=iterations, light_source=LightSource.FILE))
+    if read_quietly(target) != dataclasses.replace(config, iterations=iterations, light_source=LightSource.FILE):
+        raise SceneError(
+            f"{target} is not the scene that it was copied from when it is read again; write amc.inp by hand"
+        )
 
 
 def _with_field(line: str, value: str, end: int) -> str:
@@ -238,18 +234,98 @@ def _with_field(line: str, value: str, end: int) -> str:
     return f"{line[:_FIRST_COLUMN]:<{_FIRST_COLUMN}}{value:<{width}}{line[end:]}"
 
 
-def _check_copy(target: Path, expected: AmcConfig) -> None:
-    if read_quietly(target) != expected:
-        raise SceneError(
-            f"{target} is not the scene that it was copied from when it is read again; write amc.inp by hand"
-        )
-
-
 def read_quietly(path: Path) -> AmcConfig:
     """Read amc.inp without the warnings that the run has already given."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", InputWarning)
         return read_amc(path, lenient=True)
+
+
+SKYDIST = "skydist.inp"
+COUNTS = "counts.csv"
+_LEFT_OUT = (SKYDIST, "amc.inp", "difcol.inp")
+"""Files of a scene that are not copied: two are written anew, the third belongs to the program's own source."""
+
+
+def check_scene(amc_inp: Path, wavelength_nm: np.ndarray) -> None:
+    """Raise unless the lambbot.inp beside amc.inp has the wavebands of the run. [nm]"""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", InputWarning)  # the run has reported them
+        of_scene = read_lambbot(amc_inp.parent / "lambbot.inp", lenient=True).wavelength_nm
+    if not np.array_equal(of_scene, wavelength_nm):
+        raise SceneError(
+            f"{amc_inp.parent / 'lambbot.inp'} has {of_scene.size} wavebands that are not the {wavelength_nm.size} of "
+            "the run; name the scene that was run"
+        )
+
+
+def write_aomc_folder(sky: AomcSky, folder: RunFolder, amc_inp: Path | None) -> list[str]:
+    """Write the sky and its counts, and with a scene all files beside it; return the names of the files.
+
+    amc.inp is copied last, with the new iterations and light source 1; every other ``.inp`` file beside it
+    as it is, except skydist.inp and difcol.inp.
+    """
+    write_skydist(sky.table, folder.path / SKYDIST, bins=Bins.DEGREES, values=Values.RADIANCE)
+    names = [SKYDIST, COUNTS]
+    folder.write(COUNTS, counts_text(sky))
+    if sky.photons_of_run is not None:
+        folder.write(INTENSITIES, intensities_text(sky, sky.photons_of_run))
+        names.append(INTENSITIES)
+    if amc_inp is None:
+        return names
+    others = sorted(p for p in amc_inp.parent.glob("*.inp") if p.is_file() and p.name not in _LEFT_OUT)
+    for path in others:
+        with folder.stream(path.name) as target, open_regular(path) as source:
+            shutil.copyfileobj(source, target)
+    write_amc_copy(amc_inp, folder.path / "amc.inp", sky.iterations)
+    return [*names, "amc.inp", *(p.name for p in others)]
+
+
+def counts_text(sky: AomcSky) -> bytes:
+    """Photons that the program launches from each whole degree, a line for each that has any."""
+    lines = ["waveband,wavelength_nm,sky_wavelength_nm,zenith_index,azimuth_index,photons"]
+    for band, counts in enumerate(sky.counts):
+        head = f"{band + 1},{float(sky.wavelength_nm[band])!r},{float(sky.sky_wavelength_nm[band])!r}"
+        zenith, azimuth = np.nonzero(counts)
+        rows = zip((zenith + 1).tolist(), azimuth.tolist(), counts[zenith, azimuth].tolist(), strict=True)
+        lines += [f"{head},{z},{a},{n}" for z, a, n in rows]
+    return "\n".join([*lines, ""]).encode("ascii")
+
+
+def intensities_text(sky: AomcSky, photons_of_run: np.ndarray) -> bytes:
+    """What a waveband's photons stand for: those of the run over those that the program launches."""
+    lines = ["waveband,wavelength_nm,intensity,photons_of_the_run,photons_launched"]
+    launched = sky.counts.sum(axis=(1, 2)).tolist()
+    for band, (n_run, n_launched) in enumerate(zip(photons_of_run.tolist(), launched, strict=True)):
+        intensity = n_run / n_launched if n_launched else 0.0
+        lines.append(f"{band + 1},{float(sky.wavelength_nm[band])!r},{intensity!r},{n_run},{n_launched}")
+    return "\n".join([*lines, ""]).encode("ascii")
+
+
+def water_note(folder: RunFolder) -> str:
+    """Which files of the water the program will look for in vain, with their rows; empty where all are there.
+
+    The program opens all four whatever amc.inp says, and stops where the first number of one differs from amc.inp.
+    """
+    if folder.size_of("amc.inp") is None:
+        return (
+            "the AOMC program also reads amc.inp, lambbot.inp and the files of the water (conc.inp, abs.inp, scat.inp, "
+            "spf.inp) from the folder of skydist.inp"
+        )
+    config = read_quietly(folder.path / "amc.inp")
+    rows = {
+        "conc.inp": config.n_concentration_layers,
+        "abs.inp": config.n_wavebands,
+        "scat.inp": config.n_wavebands,
+        "spf.inp": config.n_spf_angles,
+    }
+    missing = [f"{name} ({n} row{'s' if n != 1 else ''})" for name, n in rows.items() if folder.size_of(name) is None]
+    if not missing:
+        return ""
+    return (
+        "the AOMC program still needs files of the water, which are not in the folder of the scene: "
+        f"{', '.join(missing)}, for {config.n_constituents} constituent{'s' if config.n_constituents != 1 else ''}"
+    )
 
 
 _NEIGHBOURS = 3

@@ -5,7 +5,10 @@ from __future__ import annotations
 import contextlib
 import json
 import os
+import platform
+import random
 import shutil
+import time
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
@@ -14,11 +17,27 @@ from typing import BinaryIO
 import numpy as np
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError, UsageError
-from aomc_sky.outputs.folder.lock import folder_held
 from aomc_sky.outputs.shard import MANIFEST, PART, PLAN, TEMPORARY, is_run_file, is_temporary_file
 from aomc_sky.regular_file import open_regular, regular_status
 from aomc_sky.source.plan.plan import Plan
-from aomc_sky.system import open_handle, sync_file, sync_folder, write_at
+from aomc_sky.system import (
+    EXCLUSIVE,
+    HAS_LOCKS,
+    NON_BLOCKING,
+    SHARED,
+    flock,
+    open_handle,
+    read_at,
+    sync_file,
+    sync_folder,
+    write_at,
+)
+
+LOCK = ".aomc-sky.lock"
+"""Stands in a folder while somebody holds it. After a kill -9 it may stay, locked by nobody."""
+
+_CLAIM_S, _REFUSED_S = 60.0, 0.1
+"""How long a process waits for another one that removes an old run, and for one that only looks at the lock. [s]"""
 
 _FEWER_FILES = "--format none writes counts and plan only, from which any photon can be made"
 
@@ -28,12 +47,115 @@ def os_error(action: str, path: Path, error: OSError) -> OutputError:
     return OutputError(f"cannot {action} {path}: {error.strerror or error}")
 
 
+@contextlib.contextmanager
+def _reported(action: str, path: Path) -> Iterator[None]:
+    """What the operating system refuses in a block, as such an error."""
+    try:
+        yield
+    except OSError as error:
+        raise os_error(action, path, error) from error
+
+
 def create_folder(path: Path) -> None:
     """Create a folder and those above it, where they are missing."""
-    try:
+    with _reported("create the folder", path):
         path.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise os_error("create the folder", path, error) from error
+
+
+@contextlib.contextmanager
+def folder_held(
+    folder: Path, plan_sha256: str, claim: Callable[[bool], None], *, is_alone: bool = False
+) -> Iterator[None]:
+    """Hold a folder for a plan while the block runs; OutputError where another plan holds it.
+
+    Processes with the same plan share the folder, unless `is_alone` asks for it alone. The first of them calls
+    ``claim(True)`` while nobody else is there: it refuses the folder of another plan and writes this plan. A file
+    system that knows no locks gets ``claim(False)``.
+
+    A lock is exclusive during the claim and shared from then on. The last process that leaves removes its file.
+    """
+    handle = _held_lock(folder, plan_sha256, claim, is_alone)
+    try:
+        yield
+    finally:
+        if handle is not None:
+            _leave(folder / LOCK, handle)
+
+
+def _held_lock(folder: Path, plan_sha256: str, claim: Callable[[bool], None], is_alone: bool) -> int | None:
+    path, began = folder / LOCK, time.monotonic()
+    while HAS_LOCKS:
+        with _reported("write", path):
+            handle = open_handle(path, os.O_RDWR | os.O_CREAT, follow_links=False)
+        is_kept = False
+        try:
+            how = _locked(handle)
+            if how is None:
+                if not os.fstat(handle).st_size:
+                    path.unlink(missing_ok=True)
+                break
+            if how == EXCLUSIVE and _is_current(path, handle):
+                claim(True)
+                with _reported("write", path):
+                    os.ftruncate(handle, 0)
+                    write_at(handle, f"{plan_sha256} process {os.getpid()} on {platform.node()}".encode(), 0)
+                    flock(handle, SHARED)  # another process may be quicker between the two locks
+            plan, who = _holder(handle)
+            if how and plan == plan_sha256 and _is_current(path, handle):
+                if how == SHARED and is_alone:
+                    raise OutputError(
+                        f"{folder} is held: {who} makes the same run there, and --force would remove its files; wait "
+                        "until it ends, or leave out --force to share the work"
+                    )
+                is_kept = True
+                return handle
+            if time.monotonic() - began > (_REFUSED_S if how == SHARED else _CLAIM_S):
+                holder = f"plan {plan[:16]}, {who}" if who else "new"
+                raise OutputError(
+                    f"{folder} is held by another run ({holder}); wait until it ends, or choose another --out"
+                )
+        finally:
+            if not is_kept:
+                _leave(path, handle)
+        time.sleep(random.uniform(0.005, 0.02))
+    claim(False)
+    return None
+
+
+def _locked(handle: int) -> int | None:
+    """`EXCLUSIVE` or `SHARED`, whichever can be had now; 0 where another has it alone; None without locks."""
+    for how in (EXCLUSIVE, SHARED):
+        try:
+            flock(handle, how | NON_BLOCKING)
+        except BlockingIOError:
+            continue
+        except OSError:  # not every network file system knows locks
+            return None
+        return how
+    return 0
+
+
+def _is_current(path: Path, handle: int) -> bool:
+    """Whether an open lock is still that of the folder: whoever left may have removed it."""
+    with contextlib.suppress(OSError):
+        return os.path.samestat(os.fstat(handle), os.stat(path, follow_symlinks=False))
+    return False
+
+
+def _holder(handle: int) -> tuple[str, str]:
+    """Plan, and process and host, as the lock says them; empty for a new lock."""
+    text = bytearray(400)
+    plan, _, who = ascii(text[: read_at(handle, text, 0)].decode("ascii", "replace"))[1:-1].partition(" ")
+    return plan, who
+
+
+def _leave(path: Path, handle: int) -> None:
+    """Close a lock, and remove its file where nobody else has it."""
+    with contextlib.suppress(OSError):
+        flock(handle, EXCLUSIVE | NON_BLOCKING)
+        if _is_current(path, handle):
+            path.unlink()
+    os.close(handle)
 
 
 class RunFolder:
@@ -47,88 +169,59 @@ class RunFolder:
         self.path = Path(path)
 
     @contextlib.contextmanager
-    def held(self, plan: Plan, *, force: bool = False, tidy: Callable[[], None] | None = None) -> Iterator[None]:
+    def held(self, plan: Plan, *, force: bool = False) -> Iterator[None]:
         """Hold the folder for a plan while the block runs; processes of one plan share it.
 
-        The folder must be empty or hold a run of ours. `force` replaces that run, whatever its plan. `tidy` is called
-        while no other process is in the folder. OutputError where another plan holds it, ForeignOutputError where it
-        holds another run, UsageError where it holds files that no run of ours wrote.
+        The folder must be empty or hold a run of ours. `force` replaces that run, whatever its plan. OutputError where
+        another plan holds it, ForeignOutputError where it holds another run, UsageError where it holds files that no
+        run of ours wrote.
         """
         create_folder(self.path)
-        claim = partial(self._claim, plan, force, tidy)
-        with folder_held(self.path, plan.sha256, claim, is_alone=force):
+        with folder_held(self.path, plan.sha256, partial(self._claim, plan, force), is_alone=force):
             yield
 
-    @contextlib.contextmanager
-    def joined(self, plan_sha256: str) -> Iterator[None]:
-        """Hold the folder together with the process that gives this one work; OutputError where there is none."""
-
-        def refuse(is_alone: bool) -> None:
-            if is_alone:
-                raise OutputError(f"{self.path}: the run of this task has ended")
-
-        with folder_held(self.path, plan_sha256, refuse):
-            yield
-
-    def _claim(self, plan: Plan, force: bool, tidy: Callable[[], None] | None, is_alone: bool) -> None:
+    def _claim(self, plan: Plan, force: bool, is_alone: bool) -> None:
         """Write the plan, or make sure that the one there is the same."""
-        names = self.names()
+        names, stored = self.names(), self.path / PLAN
         visible = sorted(name for name in names if not name.startswith("."))
         if self.size_of(PLAN) is None and visible:
             raise UsageError(
                 f"{self.path} holds {visible[0]}, which no run of aomc-sky wrote there; "
                 f"write --out {self.path / 'aomc-sky-out'}"
             )
-        if self.size_of(PLAN) is not None and self._settle(plan, force):
+        if self.size_of(PLAN) is not None and not force:
+            advice = "choose another --out, or add --force to replace it"
+            try:
+                is_same = Plan.load(stored).sha256 == plan.sha256
+            except AomcSkyError as error:
+                raise ForeignOutputError(f"{error}; {advice}") from error
+            if not is_same:
+                raise ForeignOutputError(f"{self.path} holds another run (another scene, seed or options); {advice}")
+        elif self.size_of(PLAN) is not None:
+            if not _is_our_plan(stored):
+                raise UsageError(f"{stored} is no plan of aomc-sky, so --force keeps it; choose another --out")
             for name in sorted(filter(is_run_file, names), key=lambda name: (name != MANIFEST, name == PLAN)):
                 self.remove(name)
         if self.size_of(PLAN) is None:
             self.write(PLAN, plan.to_bytes())
-        if is_alone:
-            for name in names:
-                if is_temporary_file(name):  # of a run that was killed
-                    self.remove(name)
-            if tidy is not None:
-                tidy()
-
-    def _settle(self, plan: Plan, force: bool) -> bool:
-        """Whether the run in the folder is to be replaced; raise where it is another one and may not be."""
-        if force:
-            if not _is_our_plan(self.path / PLAN):
-                raise UsageError(
-                    f"{self.path / PLAN} is no plan of aomc-sky, so --force keeps it; choose another --out"
-                )
-            return True
-        advice = "choose another --out, or add --force to replace it"
-        try:
-            is_same = Plan.load(self.path / PLAN).sha256 == plan.sha256
-        except AomcSkyError as error:
-            raise ForeignOutputError(f"{error}; {advice}") from error
-        if not is_same:
-            raise ForeignOutputError(f"{self.path} holds another run (another scene, seed or options); {advice}")
-        return False
+        for name in filter(is_temporary_file, names if is_alone else ()):  # of a run that was killed
+            self.remove(name)
 
     def names(self) -> list[str]:
         """Names in the folder, in any order."""
-        try:
+        with _reported("list", self.path):
             return os.listdir(self.path)
-        except OSError as error:
-            raise os_error("list", self.path, error) from error
 
     def remove(self, name: str) -> None:
         """Remove a file, if it is there."""
-        try:
+        with _reported("remove", self.path / name):
             (self.path / name).unlink(missing_ok=True)
             sync_folder(self.path)
-        except OSError as error:
-            raise os_error("remove", self.path / name, error) from error
 
     def require_space(self, n_bytes: int, advice: str = _FEWER_FILES) -> None:
         """Raise before anything is written when the disk cannot hold that much more. [bytes]"""
-        try:
+        with _reported("write to", self.path):
             free = shutil.disk_usage(self.path).free
-        except OSError as error:
-            raise os_error("write to", self.path, error) from error
         if n_bytes > free:
             raise OutputError(
                 f"cannot write {self.path}: {n_bytes / 1e9:.3g} GB are needed and {free / 1e9:.3g} GB are free; "
@@ -145,11 +238,8 @@ class RunFolder:
     @contextlib.contextmanager
     def reading(self, name: str) -> Iterator[BinaryIO]:
         """Open a finished file for reading."""
-        try:
-            with open_regular(self.path / name, follow_links=False) as file:
-                yield file
-        except OSError as error:
-            raise os_error("read", self.path / name, error) from error
+        with _reported("read", self.path / name), open_regular(self.path / name, follow_links=False) as file:
+            yield file
 
     def holds(self, name: str, head: bytes, size: int) -> bool:
         """Whether a finished file is there that begins so and has this length. [bytes]"""
@@ -166,41 +256,33 @@ class RunFolder:
     @contextlib.contextmanager
     def stream(self, name: str) -> Iterator[BinaryIO]:
         """Open a file that gets its final name when the block ends without an error, else vanishes."""
-        target = self.path / name
         temporary = self.path / f"{TEMPORARY}{name}.{os.urandom(4).hex()}"
         try:
-            with open(temporary, "xb") as file:
-                yield file
-                file.flush()
-                sync_file(file.fileno())
-            os.replace(temporary, target)
-            sync_folder(self.path)
-        except OSError as error:
-            raise os_error("write", target, error) from error
+            with _reported("write", self.path / name):
+                with open(temporary, "xb") as file:
+                    yield file
+                    file.flush()
+                    sync_file(file.fileno())
+                os.replace(temporary, self.path / name)
+                sync_folder(self.path)
         finally:
             with contextlib.suppress(OSError):
                 temporary.unlink(missing_ok=True)
 
     def reserve(self, name: str, head: bytes, size: int) -> None:
         """Make the file that several processes fill; whatever the order, the same file comes of it. [bytes]"""
-        try:
-            handle = open_handle(self.path / (name + PART), os.O_WRONLY | os.O_CREAT, follow_links=False)
-            try:
-                os.ftruncate(handle, size)
-                write_at(handle, head, 0)
-                sync_file(handle)
-            finally:
-                os.close(handle)
-        except OSError as error:
-            raise os_error("write", self.path / (name + PART), error) from error
+        with self.filling(name, os.O_WRONLY | os.O_CREAT) as handle:
+            assert handle is not None, "a file that is created is there"
+            os.ftruncate(handle, size)
+            write_at(handle, head, 0)
 
     @contextlib.contextmanager
-    def filling(self, name: str) -> Iterator[int | None]:
+    def filling(self, name: str, access: int = os.O_WRONLY) -> Iterator[int | None]:
         """Open a reserved file; what was written through its handle is on the disk in the end. None: it is finished."""
         path = self.path / (name + PART)
-        try:
+        with _reported("write", path):
             try:
-                handle = open_handle(path, os.O_WRONLY, follow_links=False)
+                handle = open_handle(path, access, follow_links=False)
             except FileNotFoundError:
                 if self.size_of(name) is None:
                     raise
@@ -211,8 +293,6 @@ class RunFolder:
                 sync_file(handle)
             finally:
                 os.close(handle)
-        except OSError as error:
-            raise os_error("write", path, error) from error
 
     def finish(self, name: str) -> None:
         """Give a file that is filled its final name; another process may have done so already."""

@@ -30,7 +30,7 @@ from aomc_sky.system import n_cpus, write_at
 PHOTON_FORMATS = {
     "csv": "aomc_sky.outputs.photons.rows:CsvWriter",
     "mcpl": "aomc_sky.outputs.photons.mcpl:McplWriter",
-    "npy": "aomc_sky.outputs.photons.npy:NpyWriter",
+    "npy": "aomc_sky.outputs.photons.rows:NpyWriter",
     "raw": "aomc_sky.outputs.photons.rows:RawWriter",
 }
 """Name of a photon format -> "module:Class"; "none" writes counts and plan only."""

@@ -15,10 +15,11 @@ import numpy as np
 import aomc_sky
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, encode_header, plan_begin
-from aomc_sky.kernels.backend import announce_photons, use_kernels
+from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.photons.files import ChunkPool, FileLayout, PhotonWriter
+from aomc_sky.outputs.statistics import batches
 from aomc_sky.sampling.allocation import AllocationMethod
 from aomc_sky.sampling.streams import STREAM_VERSION
 from aomc_sky.source.photon_source import PhotonSource
@@ -130,15 +131,7 @@ def _pack(batch: PhotonBatch, energy: np.floating, records: np.ndarray) -> None:
     packed = [records["packed"][:, k] for k in range(3)]
     n_flagged = np.int32(MAX_CELLS if is_flagged else 0)
     photons = (batch.ux, batch.uy, batch.uz, batch.patch)
-    arguments: tuple[Any, ...] = (*photons, energy, flags, n_flagged, *packed, records["user_flags"])
-    if use_kernels(0):
-        from aomc_sky.kernels.batches import compiled
-
-        compiled.pack(*arguments)
-    else:
-        from aomc_sky.kernels.batches import plain
-
-        plain.pack(*arguments)
+    batches().pack(*photons, energy, flags, n_flagged, *packed, records["user_flags"])
 
 
 def _comments(source: PhotonSource, bands: Sequence[int]) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -24,12 +24,13 @@ from aomc_sky.extras import optional_module
 from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values, write_skydist
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
-from aomc_sky.outputs.tables.netcdf import EXTRA, grid_bounds, grid_coordinates, netcdf_bytes
+from aomc_sky.outputs.tables.netcdf import EXTRA, Variable, grid_bounds, grid_coordinates, netcdf_bytes, variable
 from aomc_sky.skies.atmosphere import AtmosphereSky
 
 _RADIANCE = "W m-2 sr-1 nm-1"
 _IRRADIANCE = "W m-2 nm-1"
 _PATCHES = ("sun_zenith", "wavelength", "zenith", "azimuth")
+_ORDERS = ("sun_zenith", "wavelength", "order", "zenith", "azimuth")
 
 
 def require_netcdf() -> None:
@@ -38,115 +39,72 @@ def require_netcdf() -> None:
         optional_module(name, extra=EXTRA)
 
 
-def atmosphere_dataset(skies: Sequence[AtmosphereSky], *, description: str) -> Any:  # xarray.Dataset
-    """The skies of one medium and grid under several suns, rising in zenith angle, as an xarray.Dataset.
-
-    Dimensions `sun_zenith`, `wavelength`, `order`, `zenith`, `azimuth` [degree, nm]. `radiance` and
-    `standard_error` over sun, wavelength and patch; `radiance_by_order` with the order besides;
-    `direct_irradiance`, `diffuse_irradiance`, `direct_normal_irradiance` and `truncation` over sun and
-    wavelength; what the medium is over the wavelength. Radiances are means over the patches, weighted with the
-    cosine of the zenith angle. `description` is the path of the description, for the attributes.
-    """
+def _dataset(skies: Sequence[AtmosphereSky], description: str) -> Any:  # xarray.Dataset
+    """Over `sun_zenith`, `wavelength`, `order`, `zenith`, `azimuth` [degree, nm]; radiances are means of patches."""
     xr = optional_module("xarray", extra=EXTRA)
-    grid = skies[0].grid
-    variables = _light(skies) | _medium(skies[0]) | grid_bounds(grid, "")
-    coordinates = grid_coordinates(grid, "") | _axes(skies)
-    return xr.Dataset(variables, coordinates, _attributes(skies[0], description))
-
-
-def _axes(skies: Sequence[AtmosphereSky]) -> dict[str, Any]:
-    last = skies[0].n_listed < skies[0].solved.n_orders
-    meaning = "number of interactions, the last of them with air; a reflection by the ground is one"
-    return {
-        "sun_zenith": (
-            "sun_zenith",
-            np.array([sky.sun_zenith_deg for sky in skies]),
-            {"long_name": "zenith angle of the sun", "standard_name": "solar_zenith_angle", "units": "degree"},
+    sky, grid = skies[0], skies[0].grid
+    variables = _light(skies) | _medium(sky) | grid_bounds(grid, "")
+    last = "; the last row holds all later orders too" if sky.n_listed < sky.solved.n_orders else ""
+    meaning = f"number of interactions, the last of them with air; a reflection by the ground is one{last}"
+    suns, wavelength = np.array([one.sun_zenith_deg for one in skies]), sky.medium.wavelength_nm
+    coordinates = grid_coordinates(grid, "") | {
+        "sun_zenith": variable(
+            "sun_zenith", suns, "zenith angle of the sun", "degree", standard_name="solar_zenith_angle"
         ),
-        "wavelength": (
-            "wavelength",
-            skies[0].medium.wavelength_nm,
-            {"long_name": "wavelength in vacuum", "standard_name": "radiation_wavelength", "units": "nm"},
+        "wavelength": variable(
+            "wavelength", wavelength, "wavelength in vacuum", "nm", standard_name="radiation_wavelength"
         ),
-        "order": (
-            "order",
-            np.arange(1, skies[0].n_listed + 1),
-            {"long_name": meaning + ("; the last row holds all later orders too" if last else ""), "units": "1"},
-        ),
+        "order": variable("order", np.arange(1, sky.n_listed + 1), meaning, "1"),
     }
+    return xr.Dataset(variables, coordinates, _attributes(sky, description))
 
 
-def _light(skies: Sequence[AtmosphereSky]) -> dict[str, Any]:
+def _by_order(skies: Sequence[AtmosphereSky]) -> np.ndarray:
     grid = skies[0].grid
-    by_order = np.stack([sky.patch_mean for sky in skies]).reshape(
-        len(skies), -1, skies[0].n_listed, grid.n_zenith, grid.n_azimuth
-    )
-    error = np.stack([sky.patch_error for sky in skies]).reshape(by_order.sum(axis=2).shape)
+    shape = (len(skies), -1, skies[0].n_listed, grid.n_zenith, grid.n_azimuth)
+    return np.stack([sky.patch_mean for sky in skies]).reshape(shape)
+
+
+def _light(skies: Sequence[AtmosphereSky]) -> dict[str, Variable]:
+    by_order = _by_order(skies)
+    radiance = by_order.sum(axis=2)
+    error = np.stack([sky.patch_error for sky in skies]).reshape(radiance.shape)
     mean = "mean over the patch, weighted with the cosine of the zenith angle"
-    sun = ("sun_zenith", "wavelength")
+    error_text = "estimated error of the radiance, as a standard deviation"
+    rows = {
+        "direct_irradiance": ("irradiance of the direct beam on the horizontal ground", _IRRADIANCE),
+        "direct_normal_irradiance": ("irradiance of the direct beam on a plane normal to it", _IRRADIANCE),
+        "diffuse_irradiance": ("irradiance of the sky on the horizontal ground", _IRRADIANCE),
+        "truncation": ("estimated share of the sky's irradiance in the orders that were left out", "1"),
+    }
+    values = (
+        [sky.direct_irradiance for sky in skies],
+        [sky.solved.direct_normal for sky in skies],
+        [sky.diffuse_irradiance for sky in skies],
+        [sky.solved.truncation for sky in skies],
+    )
     return {
-        "radiance": (
-            _PATCHES,
-            by_order.sum(axis=2),
-            {"long_name": f"radiance of the sky without the direct beam, {mean}", "units": _RADIANCE},
-        ),
-        "standard_error": (
-            _PATCHES,
-            error,
-            {"long_name": "estimated error of the radiance, as a standard deviation", "units": _RADIANCE},
-        ),
-        "radiance_by_order": (
-            ("sun_zenith", "wavelength", "order", "zenith", "azimuth"),
-            by_order,
-            {"long_name": f"radiance of the sky by the number of interactions, {mean}", "units": _RADIANCE},
+        "radiance": variable(_PATCHES, radiance, f"radiance of the sky without the direct beam, {mean}", _RADIANCE),
+        "standard_error": variable(_PATCHES, error, error_text, _RADIANCE),
+        "radiance_by_order": variable(
+            _ORDERS, by_order, f"radiance of the sky by the number of interactions, {mean}", _RADIANCE
         ),
         **{
-            name: (sun, np.stack(rows), {"long_name": text, "units": units})
-            for name, rows, text, units in (
-                (
-                    "direct_irradiance",
-                    [sky.direct_irradiance for sky in skies],
-                    "irradiance of the direct beam on the horizontal ground",
-                    _IRRADIANCE,
-                ),
-                (
-                    "direct_normal_irradiance",
-                    [sky.solved.direct_normal for sky in skies],
-                    "irradiance of the direct beam on a plane normal to it",
-                    _IRRADIANCE,
-                ),
-                (
-                    "diffuse_irradiance",
-                    [sky.diffuse_irradiance for sky in skies],
-                    "irradiance of the sky on the horizontal ground",
-                    _IRRADIANCE,
-                ),
-                (
-                    "truncation",
-                    [sky.solved.truncation for sky in skies],
-                    "estimated share of the sky's irradiance in the orders that were left out",
-                    "1",
-                ),
-            )
+            name: variable(("sun_zenith", "wavelength"), np.stack(row), *about)
+            for (name, about), row in zip(rows.items(), values, strict=True)
         },
     }
 
 
-def _medium(sky: AtmosphereSky) -> dict[str, Any]:
+def _medium(sky: AtmosphereSky) -> dict[str, Variable]:
     medium = sky.medium
+    toa, depth = "irradiance of the sun above the atmosphere, normal to the beam", vertical_optical_depth(medium)
+    of_species = "vertical optical depth of the whole atmosphere by species"
     return {
-        "solar_irradiance": (
-            "wavelength",
-            medium.toa_irradiance,
-            {"long_name": "irradiance of the sun above the atmosphere, normal to the beam", "units": _IRRADIANCE},
-        ),
-        "ground_albedo": ("wavelength", medium.ground_albedo, {"long_name": "albedo of the ground", "units": "1"}),
-        "optical_depth": (
-            ("wavelength", "species"),
-            vertical_optical_depth(medium),
-            {"long_name": "vertical optical depth of the whole atmosphere by species", "units": "1"},
-        ),
-        "species": ("species", [part.name for part in medium.constituents], {"long_name": "name of a species"}),
+        "solar_irradiance": variable("wavelength", medium.toa_irradiance, toa, _IRRADIANCE),
+        "ground_albedo": variable("wavelength", medium.ground_albedo, "albedo of the ground", "1"),
+        "optical_depth": variable(("wavelength", "species"), depth, of_species, "1"),
+        "species": variable("species", [part.name for part in medium.constituents], "name of a species"),
     }
 
 
@@ -169,16 +127,32 @@ def write_atmosphere_netcdf(
     path: Path,
     *,
     description: str,
-    more: SavedVariables | None = None,
+    saves: Saves,
+    glow: np.ndarray | None = None,
+    n_glow_rows: int = 1,
     significand_bits: int | None = None,
 ) -> None:
-    """Write the dataset of `atmosphere_dataset` as a netCDF-4 file, whole or not at all.
+    """Write skies of one medium and grid under several suns, rising in zenith angle, whole or not at all.
 
-    With `significand_bits` [1 to 24] all variables but the axes have so many bits, in float32.
+    `description` is the path of the description. Source functions are those of skies of method "sos", NaN under other
+    suns. `glow` (n_wl,), the radiance of a ground of 1 cd m-2 [W m-2 sr-1 nm-1], is needed with `saves.glow`; its light
+    has `n_glow_rows` zenith angles. With `significand_bits` [1 to 24] all variables but the axes have so many bits, in
+    float32.
     """
-    dataset = atmosphere_dataset(skies, description=description)
-    if more is not None:
-        dataset = dataset.assign(more.variables).assign_coords(more.coordinates)
+    dataset, axes = _dataset(skies, description), dict[str, Variable]()
+    if saves.irradiance:
+        _add_irradiance(dataset, skies)
+    if saves.cumulative:
+        text = "radiance of the sky of all orders up to this one, mean over the patch"
+        dataset["radiance_up_to_order"] = variable(_ORDERS, np.cumsum(_by_order(skies), axis=2), text, _RADIANCE)
+    if saves.xyzw:
+        _add_xyzw(dataset, axes, skies)
+    if saves.any_source:
+        _add_sources(dataset, axes, skies, saves)
+    if saves.glow:
+        assert glow is not None, "the caller has asked for it"
+        _add_glow(dataset, axes, skies[0].medium, glow, n_glow_rows, skies[0].solved.n_orders)
+    dataset = dataset.assign_coords(axes)
     if significand_bits is not None:
         _shorten(dataset, significand_bits)
     RunFolder(path.parent).write(path.name, netcdf_bytes(dataset))
@@ -186,9 +160,9 @@ def write_atmosphere_netcdf(
 
 def _shorten(dataset: Any, n_bits: int) -> None:
     """Round the variables of a dataset that have units; edges of patches and names stay what they are."""
-    for variable in dataset.data_vars.values():
-        if "units" in variable.attrs:
-            variable.data = rounded_significand(variable.values, n_bits)
+    for one in dataset.data_vars.values():
+        if "units" in one.attrs:
+            one.data = rounded_significand(one.values, n_bits)
     dataset.attrs["significand_bits"] = n_bits
 
 
@@ -230,11 +204,6 @@ _WIDEST_STEP_NM = 20.0
 _MISSED = 0.01
 
 
-def require_colour() -> None:
-    """Fail before the work where colour-science is not installed."""
-    optional_module("colour", extra=_COLOUR)
-
-
 def xyzw_weights(wavelength_nm: np.ndarray) -> np.ndarray:
     """Factors (n_wl, 4) by which spectral radiances at rising wavelengths add up to X, Y, Z and W.
 
@@ -253,7 +222,7 @@ def check_wavelengths(wavelength_nm: np.ndarray) -> None:
     Refused: fewer than two. Warned of: steps wider than 20 nm, or more than 1 % of an equal-energy spectrum's
     X, Y, Z or W outside the wavelengths.
     """
-    require_colour()
+    optional_module("colour", extra=_COLOUR)
     if wavelength_nm.size < 2:
         raise UsageError("X, Y, Z and W are sums over a spectrum: they need two wavelengths or more")
     widest = float(np.diff(wavelength_nm).max())
@@ -328,71 +297,25 @@ def check_saves(saves: Saves, *, wavelength_nm: np.ndarray, methods: Sequence[st
         check_wavelengths(wavelength_nm)
 
 
-@dataclass(kw_only=True, slots=True)
-class SavedVariables:
-    """Variables and coordinates of a dataset, as xarray takes them: dimensions, values, attributes."""
-
-    variables: dict[str, Any] = field(default_factory=dict)
-    coordinates: dict[str, Any] = field(default_factory=dict)
-
-
-def saved_variables(
-    skies: Sequence[AtmosphereSky], saves: Saves, *, glow: np.ndarray | None = None, n_glow_rows: int = 1
-) -> SavedVariables:
-    """Work out what is wanted besides, for skies of one medium and grid.
-
-    Source functions are those of skies of method "sos", NaN under other suns. `glow` (n_wl,), the radiance of a
-    ground of 1 cd m-2 [W m-2 sr-1 nm-1], is needed with `saves.glow`; its light has `n_glow_rows` zenith angles.
-    """
-    saved = SavedVariables()
-    if saves.irradiance:
-        saved.variables |= _irradiance(skies)
-    if saves.cumulative:
-        saved.variables |= _cumulative(skies)
-    if saves.xyzw:
-        _add_xyzw(saved, skies)
-    if saves.any_source:
-        _add_sources(saved, skies, saves)
-    if saves.glow:
-        assert glow is not None, "the caller has asked for it"
-        _add_glow(saved, skies[0].medium, glow, n_glow_rows, skies[0].solved.n_orders)
-    return saved
-
-
-def _by_order(skies: Sequence[AtmosphereSky]) -> np.ndarray:
-    grid = skies[0].grid
-    shape = (len(skies), -1, skies[0].n_listed, grid.n_zenith, grid.n_azimuth)
-    return np.stack([sky.patch_mean for sky in skies]).reshape(shape)
-
-
-def _irradiance(skies: Sequence[AtmosphereSky]) -> dict[str, Any]:
+def _add_irradiance(dataset: Any, skies: Sequence[AtmosphereSky]) -> None:
     area = skies[0].grid.projected_solid_angle_sr
     values = np.stack([sky.patch_mean @ area for sky in skies])
     text = "irradiance of the sky on the horizontal ground by the number of interactions"
-    dimensions = ("sun_zenith", "wavelength", "order")
-    return {"irradiance_by_order": (dimensions, values, {"long_name": text, "units": "W m-2 nm-1"})}
+    dataset["irradiance_by_order"] = variable(("sun_zenith", "wavelength", "order"), values, text, _IRRADIANCE)
 
 
-def _cumulative(skies: Sequence[AtmosphereSky]) -> dict[str, Any]:
-    text = "radiance of the sky of all orders up to this one, mean over the patch"
-    dimensions = ("sun_zenith", "wavelength", "order", "zenith", "azimuth")
-    values = np.cumsum(_by_order(skies), axis=2)
-    return {"radiance_up_to_order": (dimensions, values, {"long_name": text, "units": "W m-2 sr-1 nm-1"})}
-
-
-def _add_xyzw(saved: SavedVariables, skies: Sequence[AtmosphereSky]) -> None:
+def _add_xyzw(dataset: Any, axes: dict[str, Variable], skies: Sequence[AtmosphereSky]) -> None:
     radiance = np.moveaxis(_by_order(skies).sum(axis=2), 1, -1)
     text = (
         "CIE 1931 2-degree X, Y, Z with 683 lm W-1 (Y is the luminance) and scotopic luminance W with 1700 lm W-1, "
         "mean over the patch"
     )
-    dimensions = (*(name for name in _PATCHES if name != "wavelength"), "eye")
     values = xyzw(radiance, skies[0].medium.wavelength_nm)
-    saved.variables["xyzw"] = (dimensions, values, {"long_name": text, "units": "cd m-2"})
-    saved.coordinates["eye"] = ("eye", list(COMPONENTS), {"long_name": "response of the eye"})
+    dataset["xyzw"] = variable(("sun_zenith", "zenith", "azimuth", "eye"), values, text, "cd m-2")
+    axes["eye"] = variable("eye", list(COMPONENTS), "response of the eye")
 
 
-def _add_sources(saved: SavedVariables, skies: Sequence[AtmosphereSky], saves: Saves) -> None:
+def _add_sources(dataset: Any, axes: dict[str, Variable], skies: Sequence[AtmosphereSky], saves: Saves) -> None:
     angle = np.deg2rad(SOURCE_DEG)
     solved = {
         k: source_functions(sky.medium, np.deg2rad(sky.sun_zenith_deg), angle, angle, n_orders=max(sky.n_listed, 2))
@@ -409,45 +332,35 @@ def _add_sources(saved: SavedVariables, skies: Sequence[AtmosphereSky], saves: S
     if saves.source:
         dimensions = ("sun_zenith", "wavelength", "source_order", "altitude", "source_zenith", "source_azimuth")
         text = "light that a volume of air scatters into an order, where one looks to see it"
-        saved.variables["source_by_order"] = (dimensions, by_order, {"long_name": text, "units": _SOURCE})
-        saved.coordinates |= {
-            "source_order": _axis("source_order", np.arange(2, 2 + by_order.shape[2]), "interactions", "1"),
-            "source_azimuth": _axis("source_azimuth", SOURCE_DEG, "azimuth from the sun", "degree"),
-        }
+        dataset["source_by_order"] = variable(dimensions, by_order, text, _SOURCE)
+        orders = np.arange(2, 2 + by_order.shape[2])
+        axes["source_order"] = variable("source_order", orders, "interactions", "1")
+        axes["source_azimuth"] = variable("source_azimuth", SOURCE_DEG, "azimuth from the sun", "degree")
     if saves.source_from_ground:
         text = "light that a volume of air scatters into order 2 out of the direct beam reflected by the ground"
-        saved.variables["source_from_ground"] = (
-            ("sun_zenith", "wavelength", "altitude", "source_zenith"),
-            from_ground,
-            {"long_name": text, "units": _SOURCE},
-        )
-    saved.coordinates |= {
-        "altitude": _axis("altitude", some.altitude_m, "altitude above the ground", "m"),
-        "source_zenith": _axis("source_zenith", SOURCE_DEG, "zenith angle looked into; beyond 90 down", "degree"),
-    }
+        dimensions = ("sun_zenith", "wavelength", "altitude", "source_zenith")
+        dataset["source_from_ground"] = variable(dimensions, from_ground, text, _SOURCE)
+    axes["altitude"] = variable("altitude", some.altitude_m, "altitude above the ground", "m")
+    text = "zenith angle looked into; beyond 90 down"
+    axes["source_zenith"] = variable("source_zenith", SOURCE_DEG, text, "degree")
 
 
-def _add_glow(saved: SavedVariables, medium: Medium, glow: np.ndarray, n_rows: int, n_orders: int) -> None:
+def _add_glow(
+    dataset: Any, axes: dict[str, Variable], medium: Medium, glow: np.ndarray, n_rows: int, n_orders: int
+) -> None:
     zenith = (np.arange(n_rows) + 0.5) * 90.0 / n_rows
     light = solve_paths(
         unlit(medium), sun_zenith_rad=0.0, sky_zenith_rad=np.deg2rad(zenith), azimuth_from_sun_rad=np.zeros(n_rows),
         n_paths=GLOW_PATHS, n_orders=n_orders, ground_radiance=glow, threads=os.cpu_count() or 1,
     )  # fmt: skip
-    dimensions = ("wavelength", "glow_order", "glow_zenith")
-    text = "radiance of the sky by the light of a ground of luminance 1 cd m-2, by the number of interactions"
-    saved.variables["glow_by_order"] = (dimensions, light.radiance_by_order, {"long_name": text, "units": _GLOW_UNITS})
-    saved.variables["glow_standard_error"] = (
-        dimensions,
+    dimensions, values, errors = (
+        ("wavelength", "glow_order", "glow_zenith"),
+        light.radiance_by_order,
         light.standard_error_by_order,
-        {"long_name": "standard error of glow_by_order", "units": _GLOW_UNITS},
     )
-    saved.coordinates |= {
-        "glow_order": _axis(
-            "glow_order", np.arange(1, 1 + light.radiance_by_order.shape[1]), "interactions after the ground", "1"
-        ),
-        "glow_zenith": _axis("glow_zenith", zenith, "zenith angle looked into", "degree"),
-    }
-
-
-def _axis(name: str, values: np.ndarray, text: str, units: str) -> tuple[str, np.ndarray, dict[str, str]]:
-    return name, values, {"long_name": text, "units": units}
+    text = "radiance of the sky by the light of a ground of luminance 1 cd m-2, by the number of interactions"
+    dataset["glow_by_order"] = variable(dimensions, values, text, _GLOW_UNITS)
+    dataset["glow_standard_error"] = variable(dimensions, errors, "standard error of glow_by_order", _GLOW_UNITS)
+    orders = np.arange(1, 1 + values.shape[1])
+    axes["glow_order"] = variable("glow_order", orders, "interactions after the ground", "1")
+    axes["glow_zenith"] = variable("glow_zenith", zenith, "zenith angle looked into", "degree")

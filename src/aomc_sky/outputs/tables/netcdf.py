@@ -87,17 +87,32 @@ def to_xarray(source: PhotonSource, *, photons: bool = False) -> Any:  # xarray.
     return xr.Dataset(variables, coordinates, _attributes(source))
 
 
-def _band_coordinates(source: PhotonSource) -> dict[str, Any]:
-    arrays = source.plan.arrays
-    sky = "wavelength of the sky that serves the waveband, NaN where it has none"
+Variable = tuple[str | tuple[str, ...], Any, dict[str, Any]]
+
+
+def variable(
+    dimensions: str | tuple[str, ...],
+    values: Any,
+    text: str,
+    units: str = "",
+    *,
+    standard_name: str = "",
+    **others: Any,
+) -> Variable:
+    """A variable as xarray takes it: dimensions, values, attributes."""
+    named = {"long_name": text, "standard_name": standard_name, "units": units}
+    return dimensions, values, {name: value for name, value in named.items() if value} | others
+
+
+def _band_coordinates(source: PhotonSource) -> dict[str, Variable]:
+    arrays, numbers = source.plan.arrays, np.arange(1, source.n_bands + 1)
+    wavelength, sky = arrays["wavelength_nm"], arrays["sky_wavelength_nm"]
+    of_sky = "wavelength of the sky that serves the waveband, NaN where it has none"
+    known = "radiation_wavelength"
     return {
-        "waveband": ("waveband", np.arange(1, source.n_bands + 1), {"long_name": "number of the waveband, from 1"}),
-        "wavelength": (
-            "waveband",
-            arrays["wavelength_nm"],
-            {"long_name": "wavelength of the waveband", "standard_name": "radiation_wavelength", "units": "nm"},
-        ),
-        "sky_wavelength": ("waveband", arrays["sky_wavelength_nm"], {"long_name": sky, "units": "nm"}),
+        "waveband": variable("waveband", numbers, "number of the waveband, from 1"),
+        "wavelength": variable("waveband", wavelength, "wavelength of the waveband", "nm", standard_name=known),
+        "sky_wavelength": variable("waveband", sky, of_sky, "nm"),
     }
 
 
@@ -117,19 +132,12 @@ def _component_variables(source: PhotonSource, component: Component, cells: slic
     elif component.n_cells > 1:
         dimensions, shape = ("waveband", f"cell{ending}"), (source.n_bands, component.n_cells)
     direction = beam_direction_deg(component)
+    about = {"component": component.name, "law": component.law.name}
     angles = {} if direction is None else {"zenith_deg": direction[0], "azimuth_deg": direction[1]}
     part = f"patch, component {component.name}" if component.grid is not None else f"component {component.name}"
     return {
-        f"{name}{ending}": (
-            dimensions,
-            array.reshape(shape),
-            {
-                "long_name": _LONG_NAMES[name].format(part=part),
-                "units": "1",
-                "component": component.name,
-                "law": component.law.name,
-                **angles,
-            },
+        f"{name}{ending}": variable(
+            dimensions, array.reshape(shape), _LONG_NAMES[name].format(part=part), "1", **about, **angles
         )
         for name, array in values.items()
     }
@@ -142,48 +150,21 @@ def _irradiance(source: PhotonSource, name: str, ending: str) -> dict[str, Any]:
     if not values:
         return {}
     text = f"irradiance of component {name} on a horizontal plane"
-    attributes = {"long_name": text, "units": "W m-2 nm-1", "component": name}
-    return {f"irradiance{ending}": ("waveband", np.array(values), attributes)}
-
-
-def _centres(bounds: np.ndarray) -> np.ndarray:
-    return bounds.mean(axis=1)
+    return {f"irradiance{ending}": variable("waveband", np.array(values), text, "W m-2 nm-1", component=name)}
 
 
 def grid_coordinates(grid: PatchGrid, ending: str) -> dict[str, Any]:
     """Coordinates of the patches, `zenith` and `azimuth` with an ending, and their indices as in skydist.inp."""
-    first = grid.azimuth_first_index
-    zenith, azimuth = f"zenith{ending}", f"azimuth{ending}"
+    zenith, azimuth, first = f"zenith{ending}", f"azimuth{ending}", grid.azimuth_first_index
+    centre = grid.zenith_bounds_deg.mean(axis=1), grid.azimuth_bounds_deg.mean(axis=1)
+    of_zenith, bounds = "zenith angle of the sky element, 0 overhead", f"zenith_bounds{ending}"
+    of_azimuth = f"azimuth of the sky element; {CONVENTIONS['azimuth']}"
+    numbers = np.arange(1, grid.n_zenith + 1), np.arange(first, first + grid.n_azimuth)
     return {
-        zenith: (
-            zenith,
-            _centres(grid.zenith_bounds_deg),
-            {
-                "long_name": "zenith angle of the sky element, 0 overhead",
-                "standard_name": "zenith_angle",
-                "units": "degree",
-                "bounds": f"zenith_bounds{ending}",
-            },
-        ),
-        azimuth: (
-            azimuth,
-            _centres(grid.azimuth_bounds_deg),
-            {
-                "long_name": f"azimuth of the sky element; {CONVENTIONS['azimuth']}",
-                "units": "degree",
-                "bounds": f"azimuth_bounds{ending}",
-            },
-        ),
-        f"zenith_index{ending}": (
-            zenith,
-            np.arange(1, grid.n_zenith + 1),
-            {"long_name": "zenith index as in skydist.inp, from 1"},
-        ),
-        f"azimuth_index{ending}": (
-            azimuth,
-            np.arange(first, first + grid.n_azimuth),
-            {"long_name": "azimuth index as in skydist.inp"},
-        ),
+        zenith: variable(zenith, centre[0], of_zenith, "degree", standard_name="zenith_angle", bounds=bounds),
+        azimuth: variable(azimuth, centre[1], of_azimuth, "degree", bounds=f"azimuth_bounds{ending}"),
+        f"zenith_index{ending}": variable(zenith, numbers[0], "zenith index as in skydist.inp, from 1"),
+        f"azimuth_index{ending}": variable(azimuth, numbers[1], "azimuth index as in skydist.inp"),
     }
 
 

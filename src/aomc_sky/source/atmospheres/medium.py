@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from numbers import Real
-from typing import TypedDict, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -324,30 +324,6 @@ def spectral_values(description: AtmosphereDescription, set_index: int) -> dict[
 def extinction_cross_section(one: ScattererDescription, wavelength_nm: np.ndarray) -> np.ndarray:
     """Return ``sigma (wavelength / 1000 nm)^-angstrom``, shape (n_wl,). [m2]"""
     return one.cross_section_1um_m2 * (wavelength_nm / 1000.0) ** -one.angstrom_exponent
-
-
-class SkyLights(TypedDict):
-    """The arguments of `AtmosphereSky` for an eclipse and a glowing ground."""
-
-    moon: Moon | None
-    ground_radiance: np.ndarray | None
-
-
-def lights_of(
-    direction: MoonDirection,
-    luminance_cd_m2: float,
-    medium: Medium,
-    report: MediumReport,
-    sun_zenith_deg: float,
-    path: str,
-    *,
-    sun_azimuth_deg: float = 0.0,
-) -> SkyLights:
-    """Both lights of one sun; arguments and errors as `moon_of_direction` and `glow_of_luminance` have them."""
-    return {
-        "moon": moon_of_direction(direction, medium, report, sun_zenith_deg, sun_azimuth_deg),
-        "ground_radiance": glow_of_luminance(luminance_cd_m2, report, path),
-    }
 
 
 def moon_of_direction(

@@ -2,5 +2,4 @@
 
 absolute_units  Scenes in absolute units: irradiances that [sky] of sky.toml gives, and backgrounds added to them
 light           Background-sky files become skies, and their lobes the light that shines at one time
-scene           Background-sky files at one time, ready to be shown and sampled without AMC files
 """

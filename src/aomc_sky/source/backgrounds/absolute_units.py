@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from aomc_sky.errors import InputFileError, Problem, SceneError
+from aomc_sky.errors import SceneError
 from aomc_sky.formats.sky_toml.keys import BackgroundSection, SkySection
 from aomc_sky.formats.sky_toml.rules import moment_text
+from aomc_sky.formats.text_file import refuse
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.scene import SceneDraft
 from aomc_sky.wavebands import Wavebands
@@ -152,14 +153,10 @@ def _refuse_unknown(section: SkySection, beam: np.ndarray, sky: np.ndarray, band
     at = ", ".join(f"{w:g}" for w in bands.wavelength_nm[:_MAX_SHOWN]) + (", ..." if bands.n_bands > _MAX_SHOWN else "")
     values = ", ".join(["1.0"] * bands.n_bands)
     lines = "".join(f"{name}_irradiance = [{values}]\n" for name in missing)
-    problem = Problem(
-        path=toml_path,
-        line=0,
-        column=0,
+    raise refuse(
+        toml_path,
+        "the light of a background is in W m-2 nm-1, but no file says how bright sun and sky are",
         code="E708",
-        field="",
-        message="the light of a background is in W m-2 nm-1, but no file says how bright sun and sky are",
         advice="write their irradiances on a horizontal plane into sky.toml, one value for each waveband "
         f"({at} nm):\n\n[sky]\n{lines}",
     )
-    raise InputFileError([problem])

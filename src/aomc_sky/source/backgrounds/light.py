@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.component import Component
-from aomc_sky.errors import InputFileError, Problem, SceneError
+from aomc_sky.errors import InputFileError, Problem, SceneError, UsageError
 from aomc_sky.formats.background.data import KINDS, Animation, BackgroundFile, LobeType
 from aomc_sky.formats.background.file import read_background_file
 from aomc_sky.formats.report import nearest
@@ -22,8 +22,10 @@ from aomc_sky.formats.sky_toml.rules import shown_value
 from aomc_sky.skies.lobes.animation import LobeAnimation, Reference
 from aomc_sky.skies.lobes.background import BackgroundSky, background_at
 from aomc_sky.skies.lobes.horizon import mass_above_horizon
+from aomc_sky.skies.lobes.lobe import rotation_matrix
 from aomc_sky.skies.lobes.sky import LobeSky, WeightedLobe, plain_name
 
+_TOLERANCE = 1e-6  # 0.400 um is 0.4000000059 in float32
 _KIND = {lobe_type: kind for kind, lobe_type in KINDS.items()}
 
 
@@ -100,14 +102,6 @@ def read_backgrounds(sections: Sequence[BackgroundSection], toml_path: str) -> t
     return tuple(at_their_times[section] for section in sections)
 
 
-def read_background_files(paths: Sequence[str]) -> dict[str, BackgroundFile]:
-    """Read background-sky files, each once, by their paths; the error has every problem of every file."""
-    files, problems = _read(paths)
-    if problems:
-        raise InputFileError(problems)
-    return files
-
-
 def _read(paths: Sequence[str]) -> tuple[dict[str, BackgroundFile], list[Problem]]:
     files: dict[str, BackgroundFile] = {}
     problems: list[Problem] = []
@@ -117,11 +111,6 @@ def _read(paths: Sequence[str]) -> tuple[dict[str, BackgroundFile], list[Problem
         except InputFileError as error:
             problems.extend(error.problems)
     return files, problems
-
-
-def sky_at(file: BackgroundFile, section: BackgroundSection) -> LobeSky:
-    """The sky of a file at a time, with the animations that are named, as far as the file has them."""
-    return background_at(_sky_of(file, section), section.time, interpolation=section.interpolation)
 
 
 def _sky_of(file: BackgroundFile, section: BackgroundSection) -> BackgroundSky:
@@ -213,3 +202,63 @@ def refuse_darkness(light: BackgroundLight) -> None:
     if not light.components:
         reason = "all their lobes lie below the horizon" if light.hidden else "their lobes have no light at that time"
         raise SceneError(f"the backgrounds are the only source of light, but {reason}")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class LobeScene:
+    """A background sky at one time and at some wavelengths, ready to be shown without AMC files."""
+
+    section: BackgroundSection  #: file, time, animations
+    sky: LobeSky
+    wavelength_nm: np.ndarray  #: (n_wl,)
+
+    @property
+    def lobes(self) -> tuple[tuple[str, WeightedLobe], ...]:
+        """Names and lobes, in their order."""
+        return tuple((plain_name(lobe.name), lobe) for lobe in self.sky.lobes)
+
+    def irradiance(self, *, above: str = "sphere") -> np.ndarray:
+        """Irradiance of each lobe, (n_lobe, n_wl): `above` says which part of it counts. [W m-2 nm-1]
+
+        "sphere": the whole lobe; "plain": its part above the horizon; "projected": that part on a horizontal plane.
+        """
+        rows = [lobe.irradiance(self.wavelength_nm) * self.share(lobe, above) for lobe in self.sky.lobes]
+        return np.array(rows).reshape(-1, self.wavelength_nm.size)
+
+    @property
+    def horizon_loss(self) -> np.ndarray:
+        """Share of the light of all lobes from below the horizon, shape (n_wl,); 0 without light. [0 to 1]"""
+        sphere, above = (self.irradiance(above=part).sum(axis=0) for part in ("sphere", "plain"))
+        share = np.divide(sphere - above, sphere, out=np.zeros_like(sphere), where=sphere > 0)
+        return np.clip(share, 0.0, 1.0)
+
+    def share(self, lobe: WeightedLobe, above: str) -> float:
+        """Share of a lobe that counts, see `irradiance`."""
+        if above == "sphere":
+            return 1.0
+        return float(mass_above_horizon(lobe.kind, lobe.param0, lobe.param1, lobe.quaternion, weighting=above))
+
+
+def axis_of(lobe: WeightedLobe) -> tuple[float, float]:
+    """Zenith angle and azimuth of the axis of a lobe. [deg; azimuth from +x towards +y, 0 to below 360]"""
+    x, y, z = rotation_matrix(lobe.quaternion)[:, 2]
+    return float(np.degrees(np.arctan2(np.hypot(x, y), z))), float(np.degrees(np.arctan2(y, x)) % 360.0)
+
+
+def read_lobe_scene(section: BackgroundSection, wavelength_nm: Sequence[float] | None) -> LobeScene:
+    """Read a background-sky file, by default at the wavelengths of its spectra. [nm]
+
+    UsageError: an animation that it does not have, a wavelength outside its spectra.
+    """
+    file = read_background_file(Path(section.file))
+    for name in section.animation or ():
+        if name not in file.animations:
+            best, listed = plain_name(nearest(name, file.animations)), ", ".join(map(plain_name, file.animations))
+            raise UsageError(f"the file has no animation {name!r}; the nearest is {best}, there are: {listed}")
+    low, high = file.wavelength_nm[0], file.wavelength_nm[-1]
+    for value in wavelength_nm or ():
+        if not low * (1 - _TOLERANCE) <= value <= high * (1 + _TOLERANCE):
+            raise UsageError(f"--wavelength {value:g} is outside the spectra of the file, {low:g} to {high:g} nm")
+    sky = background_at(_sky_of(file, section), section.time, interpolation=section.interpolation)
+    chosen = file.wavelength_nm if wavelength_nm is None else np.array(wavelength_nm, dtype=np.float64)
+    return LobeScene(section=section, sky=sky, wavelength_nm=chosen)

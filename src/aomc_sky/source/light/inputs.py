@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from aomc_sky.directions import sin_cos_deg
-from aomc_sky.errors import InputFileError, InputWarning, ModelLimitWarning, Problem, SceneError, UsageError
+from aomc_sky.errors import InputWarning, ModelLimitWarning, SceneError, UsageError
 from aomc_sky.formats.aomc.amc import AmcConfig, DifcolTable
 from aomc_sky.formats.sky_toml.file import SkyToml
 from aomc_sky.formats.sky_toml.keys import (
@@ -29,6 +29,7 @@ from aomc_sky.formats.sky_toml.keys import (
     set_problem,
     value_problem,
 )
+from aomc_sky.formats.text_file import refuse
 from aomc_sky.inputs import LIGHTS, MODEL
 
 if TYPE_CHECKING:
@@ -354,21 +355,13 @@ def difcol_of_inputs(inputs: PerezInputs | None, sun: Sun, path: str, n_waveband
     """What difcol.inp would say where it is absent: one direct fraction, intensity 1."""
     fraction = None if inputs is None else direct_fraction(inputs, sun)
     if fraction is None:
-        raise InputFileError([_nothing_tells(path, inputs)])
+        reason = "nothing else says" if inputs is None else f"{inputs.text} do not say"
+        raise refuse(
+            path,
+            f"there is no such file, and {reason} how much of the light is direct",
+            advice=f"write difcol.inp, or these lines into sky.toml beside amc.inp:\n\n{_THREE_LINES}\n",
+        )
     return DifcolTable(direct_fraction=np.full(n_wavebands, fraction), intensity=np.ones(n_wavebands))
-
-
-def _nothing_tells(path: str, inputs: PerezInputs | None) -> Problem:
-    reason = "nothing else says" if inputs is None else f"{inputs.text} do not say"
-    return Problem(
-        path=path,
-        line=0,
-        column=0,
-        code="E100",
-        field="",
-        message=f"there is no such file, and {reason} how much of the light is direct",
-        advice=f"write difcol.inp, or these lines into sky.toml beside amc.inp:\n\n{_THREE_LINES}\n",
-    )
 
 
 def missing_inputs() -> UsageError:

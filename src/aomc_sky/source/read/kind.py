@@ -5,10 +5,8 @@ from __future__ import annotations
 import contextlib
 import enum
 import itertools
-import json
 import os
 from pathlib import Path
-from typing import Any
 
 from aomc_sky.errors import InputFileError
 from aomc_sky.formats.text_file import refuse
@@ -78,7 +76,9 @@ def not_a_scene(amc: Path) -> InputFileError | None:
     path = amc.parent if is_folder else amc
     kind = kind_of(path)
     if kind is Kind.RUN:
-        return refuse(path, "this is a run folder; amc.inp belongs here", advice=_scene_of_run(path))
+        return refuse(
+            path, "this is a run folder; amc.inp belongs here", advice=f"`aomc-sky info {path}` shows the run"
+        )
     if path.is_dir():
         return _no_scene_here(path) if kind is None else None
     beside = path.with_name("amc.inp")
@@ -90,16 +90,6 @@ def not_a_scene(amc: Path) -> InputFileError | None:
     if kind_of(path.parent) is Kind.RUN:
         advice = f"`aomc-sky info {path.parent}` shows the run that it is of"
     return refuse(path, f"this is {kind.value}; amc.inp belongs here", advice=advice)
-
-
-def _scene_of_run(folder: Path) -> str:
-    """What to write instead of a run folder."""
-    shown = f"`aomc-sky info {folder}` shows the run"
-    with contextlib.suppress(OSError, ValueError, KeyError, TypeError, RecursionError):
-        manifest: Any = json.loads((folder / "manifest.json").read_bytes()[: 2**24])
-        scene = os.path.normpath(folder / manifest["run"]["scene"])
-        return f"{shown}; it was made of {scene}"
-    return shown
 
 
 def _no_scene_here(folder: Path) -> InputFileError | None:

@@ -101,11 +101,8 @@ class PluginSky:
         named = [option for option in of_file if option.name in reason.replace("'", " ").split()]
         if named or (of_file and len(of_file) == len(self.options)):
             span = named[0].value_span if named else self.section.model_span
-            raise InputFileError([_problem(self.path, span, "E704", message, self._advice())]) from error
-        raise UsageError(f"{message}; {self._advice()}") from error
-
-    def _advice(self) -> str:
-        return options_text(self.make)
+            raise InputFileError([_problem(self.path, span, "E704", message, options_text(self.make))]) from error
+        raise UsageError(f"{message}; {options_text(self.make)}") from error
 
 
 def options_text(make: MakeSky) -> str:

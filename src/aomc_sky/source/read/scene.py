@@ -115,13 +115,18 @@ def read_scene(
         Options that contradict each other or the files.
     """
     _check_choices(sky=sky, bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
-    given = _given_inputs(perez, sun, within, atmosphere, weather)
+    given = None
+    if perez or sun or within is not None or atmosphere or weather:
+        from aomc_sky.source.light.inputs import given_inputs
+
+        given = given_inputs(perez, sun, within, atmosphere, weather)
     allowed = [os.fspath(one) for one in allow_paths]
     if sky_options:
         from aomc_sky.source.read.plugin import checked_options
 
         sky_options = checked_options(sky_options)
-    files = read_scene_files(_amc_path(path), sky, lenient, compat, allowed, max_memory_bytes, sky_options)
+    amc_path = Path(path) / "amc.inp" if Path(path).is_dir() else Path(path)
+    files = read_scene_files(amc_path, sky, lenient, compat, allowed, max_memory_bytes, sky_options)
     if iterations is not None:
         n = as_number_of(iterations, "iterations", 1, MAX_PHOTONS, error=SceneError)
         files = dataclasses.replace(files, config=dataclasses.replace(files.config, iterations=n))
@@ -160,21 +165,6 @@ def read_scene(
     if compat is None:
         scene.refuse_dark_bands()
     return scene
-
-
-def _given_inputs(
-    perez: Mapping[str, Any] | None,
-    sun: Mapping[str, Any] | None,
-    within: str | None,
-    atmosphere: Mapping[str, Any] | None,
-    weather: Mapping[str, Any] | None,
-) -> GivenInputs | None:
-    """What the caller says of sun, sky and atmosphere, checked; None where that is nothing."""
-    if not (perez or sun or within is not None or atmosphere or weather):
-        return None
-    from aomc_sky.source.light.inputs import given_inputs
-
-    return given_inputs(perez, sun, within, atmosphere, weather)
 
 
 def _model_draft(
@@ -274,11 +264,6 @@ def _refuse_table_options(**options: str | None) -> None:
     for name, value in options.items():
         if value is not None:
             raise UsageError(f"{name} {value!r} says how to read skydist.inp, but this scene has none (flag 0)")
-
-
-def _amc_path(path: str | os.PathLike[str]) -> Path:
-    folder = Path(path)
-    return folder / "amc.inp" if folder.is_dir() else folder
 
 
 def _refuse_unused(given: GivenInputs, files: SceneFiles, compat: str | None) -> None:

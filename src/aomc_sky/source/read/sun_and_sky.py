@@ -153,7 +153,9 @@ def sun_and_sky_draft(
         fractions, row_of_band = difcol.direct_fraction, np.arange(difcol.direct_fraction.size)
     components: list[Component] = []
     if np.any(fractions > 0):
-        components += scaled(_beam(inputs.sun).lower(fractions), fractions)
+        sun, radius = inputs.sun, SOLAR_RADIUS_DEG if inputs.sun.disc else 0.0
+        beam = DirectBeam(sun_zenith_deg=sun.zenith_deg, sun_azimuth_deg=sun.azimuth_deg, radius_deg=radius)
+        components += scaled(beam.lower(fractions), fractions)
     model = ("uniform" if compat else files.sky or "perez") if is_lit else None
     diffuse = Diffuse()
     if model == "perez":
@@ -203,11 +205,6 @@ def has_diffuse_light(difcol: DifcolTable) -> bool:
     """Whether a band with light, or any band where none has, leaves a part of it to the sky."""
     lit = difcol.intensity > 0
     return bool(np.any(difcol.direct_fraction[lit if lit.any() else slice(None)] < 1))
-
-
-def _beam(sun: Sun) -> DirectBeam:
-    radius = SOLAR_RADIUS_DEG if sun.disc else 0.0
-    return DirectBeam(sun_zenith_deg=sun.zenith_deg, sun_azimuth_deg=sun.azimuth_deg, radius_deg=radius)
 
 
 def _perez(

@@ -75,14 +75,10 @@ def tabulated_sky(table: SkyTable, options: TableOptions) -> tuple[TabulatedSky,
     declared = {Values.RADIANCE: "projected", Values.MASS: "listed", None: "listed"}[table.declared_values]
     weighting = Weighting(options.weighting or declared)
     grid, values = _grid_and_values(table, bins, options.azimuth_bins)
-    _check_weighting(weighting, bins)
-    sky = TabulatedSky(wavelength_nm=table.wavelength_nm, values=values, grid=grid, weighting=weighting)
-    return sky, {"bins": bins.value, "weighting": weighting.value, "azimuth_bins": options.azimuth_bins}
-
-
-def _check_weighting(weighting: Weighting, bins: Bins) -> None:
     if weighting is Weighting.AOMC and bins is not Bins.DEGREES:
         raise UsageError("weighting 'aomc' is the program's weight of whole degrees; write --bins degrees with it")
+    sky = TabulatedSky(wavelength_nm=table.wavelength_nm, values=values, grid=grid, weighting=weighting)
+    return sky, {"bins": bins.value, "weighting": weighting.value, "azimuth_bins": options.azimuth_bins}
 
 
 def _compat_sky(table: SkyTable) -> TabulatedSky:

@@ -15,8 +15,7 @@ from aomc_sky import Component, DirectBeam, Law, PatchGrid, PerezSky, Scene, Wav
 from aomc_sky.component import cells_of_grid
 from aomc_sky.errors import AllocationError, SceneError
 from aomc_sky.outputs.aomc import skydist
-from aomc_sky.outputs.aomc.folder import write_aomc_folder
-from aomc_sky.outputs.aomc.skydist import MOST_PHOTONS, AomcSky, aomc_sky, exact_radiances
+from aomc_sky.outputs.aomc.skydist import MOST_PHOTONS, AomcSky, aomc_sky, exact_radiances, write_aomc_folder
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.sampling.allocation import allocate
 from aomc_sky.skies.tabulated import TabulatedSky, aomc_weight

@@ -13,9 +13,8 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from aomc_sky.errors import ForeignOutputError, OutputError
-from aomc_sky.outputs.folder import lock
-from aomc_sky.outputs.folder.lock import LOCK, flock, folder_held
-from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.outputs.folder import run_folder
+from aomc_sky.outputs.folder.run_folder import LOCK, flock, folder_held
 
 ONE, OTHER = "1" * 64, "2" * 64
 
@@ -77,16 +76,6 @@ def test_what_the_dead_left_blocks_nobody(text, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_part_of_a_run_is_done_only_while_the_run_holds_the_folder(tmp_path):
-    with pytest.raises(OutputError, match="has ended"), RunFolder(tmp_path).joined(ONE):
-        pass
-    with folder_held(tmp_path, ONE, nothing):
-        with RunFolder(tmp_path).joined(ONE):
-            pass
-        with pytest.raises(OutputError, match="held by another run"), RunFolder(tmp_path).joined(OTHER):
-            pass
-
-
 @pytest.mark.parametrize("kind", ["fifo", "folder", "link"])
 def test_a_lock_that_is_no_file_is_refused_and_never_opened(kind, tmp_path):
     folder, victim = tmp_path / "out", tmp_path / "victim"
@@ -108,15 +97,15 @@ def test_without_locks_nobody_is_kept_out(error, tmp_path, monkeypatch):
     def refuse(file: object, how: int) -> None:
         raise OSError(error, os.strerror(error))
 
-    monkeypatch.setattr(lock, "flock", refuse)
-    with folder_held(tmp_path, ONE, nothing), folder_held(tmp_path, OTHER, nothing), RunFolder(tmp_path).joined(ONE):
+    monkeypatch.setattr(run_folder, "flock", refuse)
+    with folder_held(tmp_path, ONE, nothing), folder_held(tmp_path, OTHER, nothing):
         pass
     assert list(tmp_path.iterdir()) == []
 
 
 def test_a_lock_removed_between_opening_and_locking_is_not_held(tmp_path, monkeypatch):
     """The last holder removes the file when the next one has opened it: both would hold, each its own file."""
-    real, calls = lock._locked, []
+    real, calls = run_folder._locked, []
 
     def taken(handle: int) -> int | None:
         if not calls:
@@ -124,7 +113,7 @@ def test_a_lock_removed_between_opening_and_locking_is_not_held(tmp_path, monkey
             calls.append(handle)
         return real(handle)
 
-    monkeypatch.setattr(lock, "_locked", taken)
+    monkeypatch.setattr(run_folder, "_locked", taken)
     with folder_held(tmp_path, ONE, nothing):
         assert (tmp_path / LOCK).exists()
         with pytest.raises(OutputError), folder_held(tmp_path, OTHER, nothing):
@@ -136,14 +125,14 @@ def test_one_who_is_quicker_between_settling_and_sharing_has_it(tmp_path, monkey
     quick = []
 
     def shared_late(handle: int, how: int) -> None:
-        if how == lock.SHARED and not quick:
+        if how == run_folder.SHARED and not quick:
             flock(handle, fcntl.LOCK_UN)
             (tmp_path / LOCK).unlink()
             quick.append(folder_held(tmp_path, OTHER, nothing))
             quick[0].__enter__()
         flock(handle, how)
 
-    monkeypatch.setattr(lock, "flock", shared_late)
+    monkeypatch.setattr(run_folder, "flock", shared_late)
     with pytest.raises(OutputError, match=f"plan {OTHER[:16]}"), folder_held(tmp_path, ONE, nothing):
         pass
     quick[0].__exit__(None, None, None)
