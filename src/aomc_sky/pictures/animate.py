@@ -17,9 +17,10 @@ from aomc_sky.outputs.picture import MOVING_SUFFIX, picture_path, save_animation
 from aomc_sky.pictures.content import RADIANCE, Dome, Picture
 from aomc_sky.pictures.dome import SIZES_PX, USUAL_COLOURS, ColourChoice, View, colours_of, palette_of
 from aomc_sky.pictures.panels import figure_of
-from aomc_sky.pictures.source import lobe_note, lobe_share, marks_of
+from aomc_sky.pictures.source import LOBE_BINS, lobe_note, marks_of
 from aomc_sky.skies.lobes.animation import Reference
 from aomc_sky.skies.lobes.background import BackgroundSky, background_at
+from aomc_sky.skies.lobes.patches import patch_shares
 from aomc_sky.skies.lobes.sky import LobeSky
 from aomc_sky.steps import counted
 
@@ -135,8 +136,8 @@ def write_frames(
     save_animation(figures, target, palette=palette_of(colours_of(picture, choice)), frame_ms=frame_ms)
 
 
-STILL_BINS, MOVING_BINS = (90, 360), (45, 180)
-"""Equal bins of zenith and azimuth of one picture, and of the pictures of an animation."""
+MOVING_BINS = (45, 180)
+"""Equal bins of zenith and azimuth of the pictures of an animation."""
 
 _DAY_S = 86400.0
 _SUNDAY_S = 3 * _DAY_S  # 1970-01-04 was a Sunday
@@ -147,7 +148,7 @@ def lobe_picture(
     wavelength_nm: float,
     *,
     title: str = "",
-    bins: tuple[int, int] = STILL_BINS,
+    bins: tuple[int, int] = LOBE_BINS,
 ) -> Picture:
     """Skies of lobes at one wavelength, W m-2 sr-1 nm-1; the light of the skies under one title adds.
 
@@ -163,7 +164,7 @@ def _dome(name: str, skies: Sequence[LobeSky], wavelength_nm: float, grid: Patch
     components = [c for sky in skies for c in sky.lower([wavelength_nm])]
     light = np.zeros(grid.n_patches)
     for component in components:
-        light += float(component.strength[0]) * lobe_share(component, grid)
+        light += float(component.strength[0]) * patch_shares(component, grid)
     radiance = light / grid.projected_solid_angle_sr
     return Dome(grid=grid, values=radiance, title=name, marks=marks_of(components, grid))
 
@@ -213,11 +214,10 @@ def moving_picture(
     *,
     title: str = "",
     interpolation: str = "crossfade",
-    bins: tuple[int, int] = MOVING_BINS,
 ) -> Picture:
     """A background sky at several times, a dome for each, to be drawn side by side or one after the other.
 
     `interpolation` says what lobes do between their keys; times are seconds since 1970-01-01 UTC.
     """
     skies = [(time_text(sky, t), [background_at(sky, t, interpolation=interpolation)]) for t in times_s]
-    return lobe_picture(skies, wavelength_nm, title=title, bins=bins)
+    return lobe_picture(skies, wavelength_nm, title=title, bins=MOVING_BINS)

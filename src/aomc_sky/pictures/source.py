@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,8 +13,7 @@ from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, Dome, Mark, Picture, Symbol, spread
 from aomc_sky.skies.lobes.envelope import lobe_of
-from aomc_sky.skies.lobes.lobe import pdf, quaternion_of
-from aomc_sky.skies.lobes.patches import patch_mass, patch_shares
+from aomc_sky.skies.lobes.patches import patch_shares
 from aomc_sky.whole_number import as_index
 
 if TYPE_CHECKING:
@@ -25,6 +23,9 @@ if TYPE_CHECKING:
 SHOWN = ("radiance", "counts")
 """What the colours can show of a source."""
 
+LOBE_BINS = (90, 360)
+"""Equal bins of zenith and azimuth in which lobes, which have no patches, are drawn by their exact means."""
+
 
 def source_picture(
     source: PhotonSource,
@@ -33,20 +34,18 @@ def source_picture(
     bands: Sequence[int] | None = None,
     sun: Mark | None = None,
     title: str = "",
-    lobe_bins: tuple[int, int] = (90, 360),
 ) -> Picture:
     """Domes of the wavebands of a source, all or 12 spread over them.
 
     Radiance of each patch is its irradiance over its projected solid angle: absolute where the source knows it, else as
     a share of the irradiance of the surface. Or photons of each patch over its solid angle. The sun is by default that
-    of the beam or of the Perez sky. Lobes, which have no patches, are shown by their exact means in `lobe_bins`.
+    of the beam or of the Perez sky. Lobes are drawn in `LOBE_BINS`.
     """
     if show not in SHOWN:
         raise UsageError(f"show must be one of {', '.join(SHOWN)}, got {show!r}")
     components = source.components
-    grid = common_grid(
-        [c.grid for c in components if c.grid is not None], lobe_bins if _has_lobes(components) else None
-    )
+    grids = [c.grid for c in components if c.grid is not None]
+    grid = common_grid([*grids, PatchGrid.regular(*LOBE_BINS)] if _has_lobes(components) else grids)
     marks = marks_of(components, grid, sun)
     chosen = spread(range(source.n_bands)) if bands is None else [as_index(band, "band") for band in bands]
     is_absolute = "irradiance_W_m2_nm" in source.plan.arrays
@@ -58,9 +57,7 @@ def source_picture(
         for component, part in zip(components, light, strict=True):
             values += _density(component, part, grid, per_flux=show == "radiance")
         domes.append(Dome(grid=grid, values=values, title=_dome_title(source, band, light, show), marks=marks))
-    return Picture(
-        domes=tuple(domes), quantity=quantity, title=title, notes=_notes(source, components, lobe_bins, show)
-    )
+    return Picture(domes=tuple(domes), quantity=quantity, title=title, notes=_notes(components, show))
 
 
 def _has_lobes(components: Sequence[Component]) -> bool:
@@ -86,7 +83,7 @@ def _density(component: Component, light: np.ndarray, grid: PatchGrid, *, per_fl
     """Light of a component per solid angle, or per projected solid angle, of each patch; beams have none."""
     if component.law.is_lobe:
         area = grid.projected_solid_angle_sr if per_flux else grid.solid_angle_sr
-        return float(light.sum()) * lobe_share(component, grid) / area
+        return float(light.sum()) * patch_shares(component, grid) / area
     if component.grid is None:
         return np.zeros(grid.n_patches)
     drawn, light = folded(component.grid, light)
@@ -118,12 +115,10 @@ def spaced(number: float) -> str:
     return f"{int(number):,}".replace(",", " ")
 
 
-def _notes(
-    source: PhotonSource, components: Sequence[Component], lobe_bins: tuple[int, int], show: str
-) -> tuple[str, ...]:
+def _notes(components: Sequence[Component], show: str) -> tuple[str, ...]:
     notes = []
     if _has_lobes(components):
-        notes.append(lobe_note(lobe_bins))
+        notes.append(lobe_note(LOBE_BINS))
     grids = [c.grid for c in components if c.grid is not None]
     if any(not np.any(g.solid_angle_sr > 0) for g in grids):
         notes.append(
@@ -163,14 +158,9 @@ def point_cells(grid: PatchGrid) -> PatchGrid:
     return PatchGrid(zenith_bounds_deg=zenith, azimuth_bounds_deg=np.column_stack([a - 0.5, a + 0.5]))
 
 
-def common_grid(grids: Sequence[PatchGrid], lobe_bins: tuple[int, int] | None) -> PatchGrid:
-    """Patches on which each of several grids is constant: a single grid without gaps as it is, else all edges of all
-    grids.
-
-    `lobe_bins` are equal bins that are drawn too.
-    """
+def common_grid(grids: Sequence[PatchGrid]) -> PatchGrid:
+    """Patches on which each of some grids is constant: a single grid without gaps as it is, else all edges of all."""
     drawn = [grid if np.any(grid.solid_angle_sr > 0) else point_cells(grid) for grid in grids]
-    drawn += [] if lobe_bins is None else [PatchGrid.regular(*lobe_bins)]
     if not drawn:
         return PatchGrid.regular(1, 1)
     if len(drawn) == 1 and _is_gapless(drawn[0]):
@@ -227,7 +217,10 @@ def marks_of(components: Iterable[Component], grid: PatchGrid, sun: Mark | None 
 
 def narrow_lobe(component: Component, grid: PatchGrid) -> list[Mark]:
     """The mark of a lobe of which half lies within less than the width of a ring around an axis above the horizon."""
-    zenith, azimuth, width = axis_and_width_deg(component)
+    kind, first, second, rotation = lobe_of(component)
+    x, y, z = rotation[:, 2].tolist()
+    zenith, azimuth = math.degrees(math.atan2(math.hypot(x, y), z)), math.degrees(math.atan2(y, x)) % 360.0
+    width = _width_deg(kind, first, second)
     if width >= 90.0 / grid.n_zenith or zenith > 90.0:
         return []
     return [Mark(zenith_deg=zenith, azimuth_deg=azimuth, symbol=Symbol.LOBE)]
@@ -239,35 +232,10 @@ def sun_mark(zenith_deg: float, azimuth_deg: float) -> Mark:
     return Mark(zenith_deg=zenith_deg, azimuth_deg=azimuth_deg, symbol=symbol)
 
 
-_NARROW_RINGS = 2.0
-
-
-def lobe_share(component: Component, grid: PatchGrid) -> np.ndarray:
-    """Share of the flux of a lobe that comes through each patch, sum 1, shape (n_patch,).
-
-    Exact as `patch_shares` is; of a lobe narrower than two rings as `narrow_lobe_share` is.
-    """
-    kind, first, second, rotation = lobe_of(component)
-    if _width_deg(kind, first, second) < _NARROW_RINGS * 90.0 / grid.n_zenith:
-        return narrow_lobe_share(kind, first, second, rotation, grid)
-    return patch_shares(component, grid)
-
-
 def lobe_note(bins: tuple[int, int]) -> str:
     """What a picture says of lobes drawn on equal bins of zenith and azimuth."""
     size = f"{90.0 / bins[0]:g}° x {360.0 / bins[1]:g}°"
     return f"Lobes have no patches of their own: each is drawn by its mean in patches of {size}."
-
-
-def axis_and_width_deg(component: Component) -> tuple[float, float, float]:
-    """Zenith angle and azimuth of the axis, and how wide the lobe is about it. [deg]
-
-    The width is twice the angle that holds half the lobe, of the narrower way where it has two.
-    """
-    kind, first, second, rotation = lobe_of(component)
-    x, y, z = rotation[:, 2].tolist()
-    direction = math.degrees(math.atan2(math.hypot(x, y), z)), math.degrees(math.atan2(y, x)) % 360.0
-    return *direction, _width_deg(kind, first, second)
 
 
 def _width_deg(kind: str, first: float, second: float) -> float:
@@ -277,73 +245,3 @@ def _width_deg(kind: str, first: float, second: float) -> float:
     else:
         half = math.atan(min(first, second) * (1.0 if kind == "ggx" else math.sqrt(math.log(2.0))))
     return 2.0 * math.degrees(half)
-
-
-_NEAR_RINGS = 2.0
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(3)
-
-
-def narrow_lobe_share(kind: str, param0: float, param1: float, rotation: np.ndarray, grid: PatchGrid) -> np.ndarray:
-    """Share of the flux of a narrow lobe that comes through each patch of the whole hemisphere, sum 1.
-
-    Patches within two rings of the axis are exact, as `aomc_sky.skies.lobes.patches.patch_mass` has them; of the
-    others, where little of the lobe is, 3 x 3 points of Gauss's rule are good to 1e-2 of themselves. The mass before it
-    is scaled to 1 was within 1e-6 of the whole for widths of 0.01 to 2 degrees. Cost: half a second, 6 s where the axis
-    is the zenith; exact patches everywhere would take minutes. `rotation` leads from local to world.
-    """
-    bounds = grid.zenith_bounds_deg.tobytes(), grid.azimuth_bounds_deg.tobytes()
-    return _cached_share(kind, param0, param1, rotation.tobytes(), *bounds)
-
-
-@lru_cache(maxsize=16)
-def _cached_share(
-    kind: str, param0: float, param1: float, rotation: bytes, zenith: bytes, azimuth: bytes
-) -> np.ndarray:
-    """The same for values that can be compared, so that bands and frames share the work."""
-    matrix = np.frombuffer(rotation).reshape(3, 3)
-    rows, columns = (np.frombuffer(bounds).reshape(-1, 2) for bounds in (zenith, azimuth))
-    grid = PatchGrid(zenith_bounds_deg=rows, azimuth_bounds_deg=columns)
-    mass = _by_points(kind, param0, param1, matrix, grid)
-    rings, sides, turns = _around_axis(matrix, grid)
-    if rings.size:
-        near = PatchGrid(
-            zenith_bounds_deg=grid.zenith_bounds_deg[rings],
-            azimuth_bounds_deg=grid.azimuth_bounds_deg[sides] + turns[:, None],
-        )
-        exact = patch_mass(kind, param0, param1, quaternion_of(matrix), near, weighting="projected")
-        mass[np.ix_(rings, sides)] = exact.reshape(rings.size, sides.size)
-    share: np.ndarray = mass.ravel() / mass.sum()
-    share.flags.writeable = False
-    return share
-
-
-def _around_axis(rotation: np.ndarray, grid: PatchGrid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Rings and columns near the axis, the columns in the order of azimuth, and turns that put them in one row."""
-    x, y, z = rotation[:, 2].tolist()
-    sine = math.hypot(x, y)
-    zenith, azimuth = math.degrees(math.atan2(sine, z)), math.degrees(math.atan2(y, x))
-    near = _NEAR_RINGS * 90.0 / grid.n_zenith
-    low, high = grid.zenith_bounds_deg.T
-    rings = np.flatnonzero((low < zenith + near) & (high > zenith - near))
-    start, end = grid.azimuth_bounds_deg.T
-    middle, half = (start + end) / 2, (end - start) / 2
-    away = np.mod(middle - azimuth + 180.0, 360.0) - 180.0
-    reach = min(near / sine, 180.0) if sine > 0 else 180.0
-    columns = np.flatnonzero(np.abs(away) <= reach + half)
-    columns = columns[np.argsort(away[columns], kind="stable")]
-    turns = 360.0 * np.rint((away[columns] + azimuth - middle[columns]) / 360.0)
-    return rings, columns, turns
-
-
-def _by_points(kind: str, param0: float, param1: float, rotation: np.ndarray, grid: PatchGrid) -> np.ndarray:
-    """Density times cosine over patches by 3 x 3 points of Gauss's rule, shape (n_zenith, n_azimuth)."""
-    (z0, z1), (a0, a1) = np.deg2rad(grid.zenith_bounds_deg.T), np.deg2rad(grid.azimuth_bounds_deg.T)
-    total = np.zeros((grid.n_zenith, grid.n_azimuth))
-    for u, of_u in zip(_NODES, _WEIGHTS, strict=True):
-        zenith = ((z0 + z1 + u * (z1 - z0)) / 2)[:, None]
-        sine, cosine = np.sin(zenith), np.cos(zenith)
-        for v, of_v in zip(_NODES, _WEIGHTS, strict=True):
-            azimuth = ((a0 + a1 + v * (a1 - a0)) / 2)[None, :]
-            world = np.stack(np.broadcast_arrays(sine * np.cos(azimuth), sine * np.sin(azimuth), cosine), axis=-1)
-            total += of_u * of_v / 4 * sine * cosine * pdf(kind, param0, param1, world @ rotation)
-    return total * (z1 - z0)[:, None] * (a1 - a0)[None, :]

@@ -110,7 +110,8 @@ def test_the_sun_of_a_perez_sky_is_marked_once():
 
 
 @pytest.mark.parametrize(("kind", "params"), [("hg", (0.6, 0.0)), ("ggx", (0.4, 1.2)), ("beckmann", (0.9, 0.3))])
-def test_lobes_show_their_radiance(kind, params):
+def test_lobes_show_their_radiance(kind, params, monkeypatch):
+    monkeypatch.setattr("aomc_sky.pictures.source.LOBE_BINS", (45, 180))
     turn = np.array([0.8, 0.3, -0.2, 0.1])
     lobe = sky.WeightedLobe(
         name="one", kind=kind, param0=params[0], param1=params[1], quaternion=turn,
@@ -118,7 +119,7 @@ def test_lobes_show_their_radiance(kind, params):
     )  # fmt: skip
     model = sky.LobeSky(lobes=(lobe,))
     scene = sky.Scene(wavebands=bands(500.0), n_photons=10, components=(model,))
-    picture = source_picture(scene.source(0), lobe_bins=(45, 180))
+    picture = source_picture(scene.source(0))
     assert picture.quantity is RADIANCE
     grid, fine = picture.domes[0].grid, PatchGrid.regular(180, 720)
     assert (grid.n_zenith, grid.n_azimuth) == (45, 180)
