@@ -96,18 +96,17 @@ def table(rows: Sequence[Sequence[str]], head: Sequence[str], *, n_left: int = 0
 MAX_ROWS = 40
 """Rows of a table for a person; --json has all."""
 
-_LONG = 12
-"""Of a longer list the ends are shown."""
 
+def shown(value: Any, *, most: int = 400, items: int = 12) -> str:
+    """A JSON value in one line: at most so many characters of a text, and the ends of a list of more items.
 
-def shown(value: Any, *, most: int = 400) -> str:
-    """A JSON value in one line, of at most so many characters of a text; what is not set is left out of a group."""
+    Of a group of values what is not set is left out.
+    """
     if isinstance(value, Mapping):
         return ", ".join(f"{name} {shown(v, most=most)}" for name, v in value.items() if v is not None and v != [])
     if isinstance(value, list | tuple):
-        if len(value) > _LONG:
-            return f"{shown(value[0], most=most)} ... {shown(value[-1], most=most)} ({len(value)})"
-        return " ".join(shown(v, most=most) for v in value)
+        ends = [value[0], "...", value[-1]] if len(value) > items else value
+        return " ".join(shown(v, most=most) for v in ends)
     if value is None or isinstance(value, bool):
         return "-" if value is None else "yes" if value else "no"
     text = f"{value:.6g}" if isinstance(value, float) else " ".join(str(value).split())
@@ -127,6 +126,8 @@ def report_text(head: str, values: Mapping[str, Any]) -> str:
         spectra |= found
         if isinstance(value, list) and value and isinstance(value[0], Mapping):
             tables.append(f"\n{_plain(name)}:\n{_objects(value)}")
+        elif any(isinstance(member, Mapping) for member in members.values()):
+            lines += [f"{key}: {shown(member)}" for key, member in members.items()]
         elif value not in (None, [], {}, "") and not found:
             lines.append(f"{_plain(name)}: {shown(value)}")
     if spectra:
@@ -146,9 +147,10 @@ def _is_spectrum(value: Any, length: int) -> bool:
 
 def _objects(objects: Sequence[Mapping[str, Any]]) -> str:
     """A table of objects with the same members; each word of a name stands in a line of its own."""
-    words = [_plain(name).split() for name in objects[0]]
+    names = [name for name in objects[0] if any(one[name] is not None for one in objects)]
+    words = [_plain(name).split() for name in names]
     height = max(map(len, words))
     head, *more = zip(*([""] * (height - len(name)) + name for name in words), strict=True)
-    rows = [[shown(value, most=30) for value in row.values()] for row in objects[:MAX_ROWS]]
+    rows = [[shown(one[name], most=40, items=4) for name in names] for one in objects[:MAX_ROWS]]
     hidden = len(objects) - MAX_ROWS
     return table([*more, *rows], head) + (f"\n... and {hidden} more (--json has all)" if hidden > 0 else "")
