@@ -283,20 +283,11 @@ def sky_option_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
     return dict(arguments.sky_option)
 
 
-def given_reading_options(arguments: argparse.Namespace) -> list[str]:
-    """Names of the options of `add_reading_options` and `add_moment_options` that are not as they are when left out."""
-
-    def both(parser: argparse.ArgumentParser) -> None:
-        add_reading_options(parser)
-        add_moment_options(parser)
-
-    return given_options(arguments, both)
-
-
-def given_options(arguments: argparse.Namespace, add: Callable[[argparse.ArgumentParser], object]) -> list[str]:
-    """Names of the options that `add` adds and that are not as they are when left out."""
+def given_options(arguments: argparse.Namespace, *groups: Callable[[argparse.ArgumentParser], object]) -> list[str]:
+    """The options that these functions add and that are not as they are when left out."""
     parser = argparse.ArgumentParser(add_help=False)
-    add(parser)
+    for add in groups:
+        add(parser)
     left_out = vars(parser.parse_args([]))
     return ["--" + name.replace("_", "-") for name, value in left_out.items() if getattr(arguments, name) != value]
 
