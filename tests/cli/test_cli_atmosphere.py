@@ -26,7 +26,7 @@ def test_one_sun_as_netcdf_and_skydist(tmp_path: Path, capsys: pytest.CaptureFix
     out = tmp_path / "new" / "sky"
     assert run("--out-dir", out, "--sun-zenith", 40, "--sun-azimuth", 25, "--radiance", *FAST) == 0
     printed = capsys.readouterr().out
-    for word in ("sea_salt", "optical depth", "sos, 3", "skydist.inp", "1 sky in"):
+    for word in ("optical", "salt", "sos       3", "skydist", "seconds: "):
         assert word in printed
     assert sorted(path.name for path in out.iterdir()) == [
         "atmosphere.nc", "params.atmo", "report.json", "skydist.inp",
@@ -80,7 +80,8 @@ def test_the_table_is_what_solve_atmosphere_gives(tmp_path: Path, capsys: pytest
 def test_a_plan_without_a_solution(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("--no-save-tex", "--sun-zenith", "10,95", "--orders", 1, "--out-dir", tmp_path / "none") == 0
     printed = capsys.readouterr().out
-    assert "not solved: 10 (order1), 95 (order1)" in printed
+    assert "not solved" in printed
+    assert "    10  order1\n    95  order1\n" in printed
     assert "air" in printed
     assert list(tmp_path.iterdir()) == []
 
@@ -92,7 +93,7 @@ def test_low_suns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "--sun-zenith 95" in capsys.readouterr().err
     assert run("--no-save-tex", "--sun-zenith", "95") == 2
     assert run("--no-save-tex", "--sun-zenith", "40,85,95", "--method", "auto") == 0
-    assert "40 (sos), 85 (mc), 95 (mc)" in capsys.readouterr().out
+    assert "    40     sos\n    85      mc\n    95      mc\n" in capsys.readouterr().out
     assert run("--no-save-tex", "--sun-zenith", "85", "--strict") == 3
     assert list(tmp_path.iterdir()) == []
 

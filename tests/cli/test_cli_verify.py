@@ -40,7 +40,7 @@ class Verified:
 
     def __init__(self, capsys: pytest.CaptureFixture[str], *words: object) -> None:
         capsys.readouterr()
-        self.code = main(["verify", *map(str, words), "--json", "--picture", "none"])
+        self.code = main(["verify", *map(str, words), "--json"])
         text = capsys.readouterr()
         assert text.err == ""
         self.report = json.loads(text.out)

@@ -65,7 +65,9 @@ def test_no_other_option_is_on_the_page():
     for commands, text in sections():
         known = set().union(*(options_of(PARSERS[command], hidden=True) for command in commands))
         assert set(FLAG.findall(text)) <= known, commands
-    everything = set().union({"--help", "--version", "--print-completion"}, *(options_of(parser, hidden=True) for parser in PARSERS.values()))
+    everything = set().union(
+        {"--help", "--version", "--print-completion"}, *(options_of(parser, hidden=True) for parser in PARSERS.values())
+    )
     assert set(FLAG.findall(PAGE)) <= everything
 
 

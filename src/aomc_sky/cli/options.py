@@ -44,9 +44,20 @@ def finite_number(text: str) -> float:
     return value
 
 
-def bin_count(text: str) -> int:
-    """A number of bins: 1 to 3600."""
-    return _whole_number_in(text, range(1, 3601), "1 to 3600 bins")
+def whole_number_in(low: int, high: int) -> Callable[[str], int]:
+    """Type of an option that is a whole number from `low` to `high`."""
+
+    def number(text: str) -> int:
+        value = whole_number(text)
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"expected {low} to {high}, got {text}")
+        return value
+
+    return number
+
+
+seed = whole_number_in(0, 2**64 - 1)
+thread_count = whole_number_in(1, 1024)
 
 
 def photon_total(text: str) -> int:
@@ -54,23 +65,6 @@ def photon_total(text: str) -> int:
     value = whole_number(text)
     if value < 1:
         raise argparse.ArgumentTypeError(f"expected 1 to 2^62 iterations, got {text}")
-    return value
-
-
-def seed(text: str) -> int:
-    """A seed: 0 to 2^64 - 1."""
-    return _whole_number_in(text, range(2**64), "a seed from 0 to 2^64 - 1")
-
-
-def thread_count(text: str) -> int:
-    """Threads: 1 to 1024."""
-    return _whole_number_in(text, range(1, 1025), "1 to 1024 threads")
-
-
-def _whole_number_in(text: str, allowed: range, allowed_text: str) -> int:
-    value = whole_number(text)
-    if value not in allowed:
-        raise argparse.ArgumentTypeError(f"expected {allowed_text}, got {text}")
     return value
 
 
@@ -104,7 +98,9 @@ def answer(arguments: argparse.Namespace, values: Callable[[], Any], text: Calla
 
 def add_bins(group: argparse._ArgumentGroup, text: str, default: list[int] | None = None) -> None:
     """--bins, equal bins of a table that a sub-command makes of a sky model."""
-    group.add_argument("--bins", type=bin_count, nargs=2, metavar=("NZ", "NA"), default=default, help=text)
+    group.add_argument(
+        "--bins", type=whole_number_in(1, 3600), nargs=2, metavar=("NZ", "NA"), default=default, help=text
+    )
 
 
 def _sampling_method(word: str) -> str:
@@ -225,7 +221,6 @@ _SHARED: dict[str, dict[str, Any]] = {
     },
     "order": {"choices": ("shuffled", "patch"), "help": "order of the photons of a band (default shuffled)"},
     "placement": {"choices": ("r2", "philox", "centre"), "help": "where a photon lies in its cell (default r2)"},
-    "plot": {"metavar": "FILE", "help": "the sky dome as .png, .svg or .pdf (needs the extra 'plot')"},
     "precision": {
         "choices": ("float32", "float64"),
         "default": "float32",
@@ -265,7 +260,6 @@ _SHARED: dict[str, dict[str, Any]] = {
         "help": "what its values are: masses (listed, the default) or radiances times solid angle",
     },
     "weights": {"help": "carry weights where the launch law is not the flux law"},
-    "write-skydist": {"metavar": "FILE", "help": "radiances as a skydist.inp"},
 }
 """Options of several sub-commands, or of several groups; one of help alone is a switch."""
 
@@ -289,20 +283,11 @@ def sky_option_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
     return dict(arguments.sky_option)
 
 
-def given_reading_options(arguments: argparse.Namespace) -> list[str]:
-    """Names of the options of `add_reading_options` and `add_moment_options` that are not as they are when left out."""
-
-    def both(parser: argparse.ArgumentParser) -> None:
-        add_reading_options(parser)
-        add_moment_options(parser)
-
-    return given_options(arguments, both)
-
-
-def given_options(arguments: argparse.Namespace, add: Callable[[argparse.ArgumentParser], object]) -> list[str]:
-    """Names of the options that `add` adds and that are not as they are when left out."""
+def given_options(arguments: argparse.Namespace, *groups: Callable[[argparse.ArgumentParser], object]) -> list[str]:
+    """The options that these functions add and that are not as they are when left out."""
     parser = argparse.ArgumentParser(add_help=False)
-    add(parser)
+    for add in groups:
+        add(parser)
     left_out = vars(parser.parse_args([]))
     return ["--" + name.replace("_", "-") for name, value in left_out.items() if getattr(arguments, name) != value]
 

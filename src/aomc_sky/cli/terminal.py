@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 import sys
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, TextIO
 
 from aomc_sky.errors import AomcSkyError, InputWarning, ModelLimitWarning, visible
@@ -91,3 +91,66 @@ def table(rows: Sequence[Sequence[str]], head: Sequence[str], *, n_left: int = 0
         for row in cells
     )
     return "\n".join(map(str.rstrip, lines) if n_left else lines)
+
+
+MAX_ROWS = 40
+"""Rows of a table for a person; --json has all."""
+
+
+def shown(value: Any, *, most: int = 400, items: int = 12) -> str:
+    """A JSON value in one line: at most so many characters of a text, and the ends of a list of more items.
+
+    Of a group of values what is not set is left out.
+    """
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {shown(v, most=most)}" for name, v in value.items() if v is not None and v != [])
+    if isinstance(value, list | tuple):
+        ends = [value[0], "...", value[-1]] if len(value) > items else value
+        return " ".join(shown(v, most=most) for v in ends)
+    if value is None or isinstance(value, bool):
+        return "-" if value is None else "yes" if value else "no"
+    text = f"{value:.6g}" if isinstance(value, float) else " ".join(str(value).split())
+    return text if len(text) <= most else f"{text[:most]} ..."
+
+
+def report_text(head: str, values: Mapping[str, Any]) -> str:
+    """A report for a person: a line for each value, a table for each list of objects, and one for all spectra.
+
+    Spectra are the lists that are as long as ``wavelength_nm``.
+    """
+    n_wavelengths = len(values.get("wavelength_nm") or ())
+    lines, tables, spectra = [head], [], {}
+    for name, value in values.items():
+        members = value if isinstance(value, Mapping) else {"": value}
+        found = {f"{name} {key}".strip(): v for key, v in members.items() if _is_spectrum(v, n_wavelengths)}
+        spectra |= found
+        if isinstance(value, list) and value and isinstance(value[0], Mapping):
+            tables.append(f"\n{_plain(name)}:\n{_objects(value)}")
+        elif any(isinstance(member, Mapping) for member in members.values()):
+            lines += [f"{key}: {shown(member)}" for key, member in members.items()]
+        elif value not in (None, [], {}, "") and not found:
+            lines.append(f"{_plain(name)}: {shown(value)}")
+    if spectra:
+        tables.append(
+            "\n" + _objects([dict(zip(spectra, row, strict=True)) for row in zip(*spectra.values(), strict=True)])
+        )
+    return "\n".join([*lines, *tables])
+
+
+def _plain(name: str) -> str:
+    return name.replace("_", " ")
+
+
+def _is_spectrum(value: Any, length: int) -> bool:
+    return isinstance(value, list) and 0 < len(value) == length and isinstance(value[0], float)
+
+
+def _objects(objects: Sequence[Mapping[str, Any]]) -> str:
+    """A table of objects with the same members; each word of a name stands in a line of its own."""
+    names = [name for name in objects[0] if any(one[name] is not None for one in objects)]
+    words = [_plain(name).split() for name in names]
+    height = max(map(len, words))
+    head, *more = zip(*([""] * (height - len(name)) + name for name in words), strict=True)
+    rows = [[shown(one[name], most=40, items=4) for name in names] for one in objects[:MAX_ROWS]]
+    hidden = len(objects) - MAX_ROWS
+    return table([*more, *rows], head) + (f"\n... and {hidden} more (--json has all)" if hidden > 0 else "")

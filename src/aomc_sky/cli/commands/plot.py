@@ -5,14 +5,14 @@ from __future__ import annotations
 import argparse
 import dataclasses
 import os
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.background_report import lobe_scene
 from aomc_sky.cli.progress import patience
+from aomc_sky.cli.terminal import shown
 from aomc_sky.errors import UsageError
 from aomc_sky.source.read.kind import Kind, kind_of
 
@@ -21,7 +21,6 @@ if TYPE_CHECKING:
 
     from aomc_sky.cli.usage import Parser
     from aomc_sky.pictures.content import Picture
-    from aomc_sky.skies.lobes.background import BackgroundSky
     from aomc_sky.source.backgrounds.light import LobeScene
     from aomc_sky.verify.report import Pulls
 
@@ -33,7 +32,7 @@ examples:
   aomc-sky plot out --pull                             where its photons lie off what is expected
   aomc-sky plot night.h5 --utc-offset 1                night.gif: a background sky over a day
   aomc-sky plot night.h5 --time 2026-02-14T21:30:00Z   at one time
-  aomc-sky plot clear.atmo --sun-zenith 40 --wavelength 550
+  aomc-sky plot sky.nc                                 what aomc-sky atmosphere --out sky.nc solved
 """
 
 
@@ -41,15 +40,15 @@ def add_options(parser: Parser) -> None:
     """What the sub-command takes."""
     parser.description = (
         "Draw the sky dome: the source of a scene before any run, photons per steradian or pulls of a run, "
-        "a background sky over time, an atmosphere, a table. North is up, the zenith in the centre, the horizon at the "
+        "a background sky over time, a table. North is up, the zenith in the centre, the horizon at the "
         "rim; the picture says which way azimuth grows. Needs the extra 'plot'."
     )
     parser.epilog = _EPILOG
     parser.add_argument(
         "path",
         metavar="PATH",
-        help="amc.inp or its folder, a run folder, a background sky (.h5, .hdf5), an atmosphere (.atmo), skydist.inp, "
-        "or a netCDF file of this package (.nc)",
+        help="amc.inp or its folder, a run folder, a background sky (.h5, .hdf5), skydist.inp, or a netCDF "
+        "file of this package (.nc)",
     )
     _add_picture_options(parser)
     _add_content_options(parser)
@@ -128,7 +127,7 @@ def _add_content_options(parser: argparse.ArgumentParser) -> None:
         type=cli_options.finite_number,
         nargs="+",
         metavar="NM",
-        help="of a background sky (default near 550), of an atmosphere (default near 450, 550, 650)",
+        help="of a background sky (default near 550)",
     )
 
 
@@ -155,144 +154,102 @@ def _add_time_options(parser: argparse.ArgumentParser) -> None:
 
 def plot(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
-    kind = kind_of(Path(arguments.path))
-    kind = kind if kind in _PICTURES else Kind.SCENE
-    refuse_idle_options(arguments, kind)
-    with patience("drawing", enabled=cli_options.speaks(arguments)):
-        drawn = draw(arguments, kind)
-    cli_options.answer(arguments, lambda: as_json(drawn), lambda: as_text(drawn))
-    return 0
-
-
-def as_text(drawn: Drawn) -> str:
-    """A line for the file, and one for what it leaves out."""
-    from aomc_sky.outputs.picture import MOVING_SUFFIX
-    from aomc_sky.pictures.dome import plain_label
-
-    n = len(drawn.picture.domes)
-    parts = "frame" if drawn.path.suffix.lower() == MOVING_SUFFIX else "dome"
-    line = (
-        f"{drawn.path}: {n} {parts}{'s' if n > 1 else ''} of {drawn.kind.value}, "
-        f"{plain_label(drawn.picture.quantity.label)}, {drawn.path.stat().st_size} bytes"
-    )
-    if n < drawn.n_panels:
-        line += f"\nnote: {drawn.n_panels} wavebands, {n} spread over them are drawn; choose with --waveband I"
-    if drawn.maps:
-        line += f"\n{_largest(drawn)}"
-    return line
-
-
-def _largest(drawn: Drawn) -> str:
-    """Where photons are farthest off."""
-    from aomc_sky.verify.report import largest_pull
-
-    worst = largest_pull(drawn.maps)
-    if worst is None:
-        return "largest pull: none, because every zone expects too few photons"
-    pulls, ring, column = worst
-    zenith, azimuth = pulls.zones.zenith_bounds_deg[ring], pulls.zones.azimuth_bounds_deg[column]
-    return (
-        f"largest pull: {pulls.pull[ring, column]:+.2f} of {sum(p.pull.size for p in drawn.maps)}, in waveband "
-        f"{pulls.waveband}, zenith {zenith[0]:.2f} to {zenith[1]:.2f}, azimuth {azimuth[0]:.2f} to {azimuth[1]:.2f} "
-        f"deg: {pulls.observed[ring, column]:.6g} photons, {pulls.expected[ring, column]:.6g} by {pulls.against.value}"
-    )
-
-
-def as_json(drawn: Drawn) -> dict[str, Any]:
-    """The same as JSON values."""
-    from aomc_sky.pictures.dome import plain_label
-    from aomc_sky.verify.report import cell_json, largest_pull
-
-    values: dict[str, Any] = {
-        "out": str(drawn.path),
-        "bytes": drawn.path.stat().st_size,
-        "of": drawn.kind.name.lower(),
-        "quantity": plain_label(drawn.picture.quantity.label),
-        "domes": [dome.title.split("\n")[0] for dome in drawn.picture.domes],
-        "left_out": drawn.n_panels - len(drawn.picture.domes),
-    }
-    if drawn.maps:
-        worst = largest_pull(drawn.maps)
-        named = worst and {"waveband": worst[0].waveband, "against": worst[0].against.name.lower(), **cell_json(*worst)}
-        values["largest_pull"] = named
-    return values
-
-
-_SIZE_PX, _FRAMES = 960, 48
-_USUAL_NM = 550.0
-"""A background sky is drawn at its wavelength that is nearest to this one."""
-
-
-_READING = ("iterations", "sky", "dni", "dhi", "ghi", "epsilon", "delta", "coefficients", "spectrum", "disc", "within",
-            "limits", "air_mass", "extraterrestrial")  # fmt: skip
-_ATMOSPHERE = ("sun_zenith", "sun_azimuth", "moon_zenith", "moon_zenith_offset", "moon_azimuth", "moon_azimuth_offset",
-               "moon_distance", "ground_luminance", "allow_path")  # fmt: skip
-_TIMES = ("time", "start", "stop", "frames", "animation", "utc_offset", "interpolation")
-
-_BELONGS: dict[str, tuple[Kind, ...]] = {
-    "show": (Kind.SCENE, Kind.RUN),
-    "pull": (Kind.RUN,),
-    "seed": (Kind.SCENE,),
-    "waveband": (Kind.SCENE, Kind.RUN, Kind.TABLE, Kind.NETCDF),
-    "wavelength": (Kind.BACKGROUND, Kind.ATMOSPHERE),
-    **dict.fromkeys(_TIMES, (Kind.BACKGROUND,)),
-    **dict.fromkeys(_READING, (Kind.SCENE,)),
-    **dict.fromkeys(_ATMOSPHERE, (Kind.SCENE, Kind.ATMOSPHERE)),
-    **dict.fromkeys(("bins", "weighting", "azimuth_bins", "compat", "lenient"), (Kind.SCENE, Kind.TABLE)),
-}
-"""The kinds of paths that an option says something about."""
-
-_DEFAULTS = {
-    "azimuth_bins": "n+1", "interpolation": "crossfade", "utc_offset": 0.0, "seed": 0, "pull": False, "lenient": False,
-    "allow_path": [],
-}  # fmt: skip
-"""Of options that are not None when nobody gives them."""
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Drawn:
-    """What was drawn."""
-
-    path: Path
-    kind: Kind
-    picture: Picture  #: its domes; of an animation all frames
-    n_panels: int  #: how many there would be if all were shown
-    maps: tuple[Pulls, ...] = ()  #: of a picture of pulls: all of them, shown or not
-
-
-def refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
-    """Raise for options that say nothing about this kind of path."""
-    names = [name for name in _BELONGS if getattr(arguments, name) != _DEFAULTS.get(name)]
-    for name in names:
-        if kind not in _BELONGS[name]:
-            others = " or ".join(k.value for k in _BELONGS[name])
-            raise UsageError(f"--{name.replace('_', '-')} is for {others}; {arguments.path} is {kind.value}")
-    if arguments.pull and arguments.show:
-        raise UsageError("--pull and --show are two pictures; make them with two commands")
-
-
-def draw(arguments: argparse.Namespace, kind: Kind) -> Drawn:
-    """Draw and write the picture."""
     from aomc_sky.extras import optional_module
     from aomc_sky.outputs.folder.target_file import check_target
     from aomc_sky.outputs.picture import MOVING_SUFFIX, save_picture
     from aomc_sky.pictures.animate import SIZE_PX, write_frames
     from aomc_sky.pictures.panels import figure_of
 
+    kind = kind_of(Path(arguments.path)) or Kind.SCENE
+    if kind is Kind.ATMOSPHERE:
+        raise UsageError(
+            f"{arguments.path} is an atmosphere; write aomc-sky atmosphere {arguments.path} --out sky.nc, which solves "
+            "it, and plot sky.nc"
+        )
+    kind = kind if kind in _PICTURES else Kind.SCENE
+    _refuse_idle_options(arguments, kind)
     optional_module("matplotlib", extra="plot")
     target = _target(arguments, kind)
     check_target(target, "--out", force=arguments.force, inputs=[arguments.path])
-    if target.suffix.lower() == MOVING_SUFFIX:
-        if arguments.scale != "shared":
-            raise UsageError("frames of an animation share their colours; --scale each is for stills, --out FILE.png")
-        picture = _over_time(arguments, arguments.frames or _FRAMES)
-        write_frames(picture, target, **_looks(arguments, SIZE_PX))
-        return Drawn(path=target, kind=kind, picture=picture, n_panels=len(picture.domes))
-    maps = _pulls(arguments) if arguments.pull else ()
-    picture, n_panels = _pull_picture(arguments, maps) if maps else _PICTURES[kind](arguments)
-    figure = figure_of(picture, scale=arguments.scale, **_looks(arguments, _SIZE_PX))
-    save_picture(figure, target, dpi=figure.dpi)
-    return Drawn(path=target, kind=kind, picture=picture, n_panels=n_panels, maps=maps)
+    maps: tuple[Pulls, ...] = ()
+    with patience("drawing", enabled=cli_options.speaks(arguments)):
+        if target.suffix.lower() == MOVING_SUFFIX:
+            if arguments.scale != "shared":
+                raise UsageError("frames of an animation share their colours; --scale each is for stills, .png or .svg")
+            picture = _over_time(arguments, arguments.frames or _FRAMES)
+            n_panels = len(picture.domes)
+            write_frames(picture, target, **_looks(arguments, SIZE_PX))
+        else:
+            maps = _pulls(arguments) if arguments.pull else ()
+            picture, n_panels = _pull_picture(arguments, maps) if maps else _PICTURES[kind](arguments)
+            figure = figure_of(picture, scale=arguments.scale, **_looks(arguments, _SIZE_PX))
+            save_picture(figure, target, dpi=figure.dpi)
+    values = _values(target, kind, picture, n_panels, maps)
+    cli_options.answer(arguments, lambda: values, lambda: _text(values))
+    return 0
+
+
+def _values(target: Path, kind: Kind, picture: Picture, n_panels: int, maps: Sequence[Pulls]) -> dict[str, Any]:
+    """What was drawn, as JSON values."""
+    from aomc_sky.pictures.dome import plain_label
+    from aomc_sky.verify.report import cell_json, largest_pull
+
+    values: dict[str, Any] = {
+        "out": str(target),
+        "bytes": target.stat().st_size,
+        "of": kind.name.lower(),
+        "quantity": plain_label(picture.quantity.label),
+        "domes": [dome.title.split("\n")[0] for dome in picture.domes],
+        "left_out": n_panels - len(picture.domes),
+    }
+    if maps:
+        worst = largest_pull(maps)
+        named = worst and {"waveband": worst[0].waveband, "against": worst[0].against.name.lower(), **cell_json(*worst)}
+        values["largest_pull"] = named
+    return values
+
+
+def _text(values: dict[str, Any]) -> str:
+    """A line for the file, and one for what it leaves out."""
+    n = len(values["domes"])
+    domes = f"{n} dome{'s' if n > 1 else ''} of a {values['of']}"
+    lines = [f"{values['out']}: {domes}, {values['quantity']}, {values['bytes']} bytes"]
+    if values["left_out"]:
+        lines.append(
+            f"note: {n + values['left_out']} wavebands, {n} spread over them are drawn; choose with --waveband I"
+        )
+    if "largest_pull" in values:
+        none = "none, because every zone expects too few photons"
+        lines.append(f"largest pull: {shown(values['largest_pull']) if values['largest_pull'] else none}")
+    return "\n".join(lines)
+
+
+_SIZE_PX, _FRAMES = 960, 48
+_USUAL_NM = 550.0
+"""A background sky is drawn at its wavelength that is nearest to this one."""
+
+_BELONGS: dict[str, tuple[Kind, ...]] = {
+    "--show": (Kind.SCENE, Kind.RUN),
+    "--pull": (Kind.RUN,),
+    "--waveband": (Kind.SCENE, Kind.RUN, Kind.TABLE, Kind.NETCDF),
+    "--wavelength": (Kind.BACKGROUND,),
+    **dict.fromkeys(("--bins", "--weighting", "--azimuth-bins", "--compat", "--lenient"), (Kind.SCENE, Kind.TABLE)),
+    **dict.fromkeys(("--strict", "--max-memory"), tuple(Kind)),
+}
+"""The kinds of paths that an option says something about, where that is not a scene alone."""
+
+
+def _refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
+    """Raise for options that say nothing about this kind of path."""
+    of_time = cli_options.given_options(arguments, _add_time_options)
+    others = cli_options.given_options(arguments, _add_content_options, cli_options.add_reading_options)
+    for option in [*of_time, *others]:
+        kinds = (Kind.BACKGROUND,) if option in of_time else _BELONGS.get(option, (Kind.SCENE,))
+        if kind not in kinds:
+            named = " or ".join(k.value for k in kinds)
+            raise UsageError(f"{option} is for {named}; {arguments.path} is {kind.value}")
+    if arguments.pull and arguments.show:
+        raise UsageError("--pull and --show are two pictures; make them with two commands")
 
 
 def _target(arguments: argparse.Namespace, kind: Kind) -> Path:
@@ -364,9 +321,9 @@ def _run(arguments: argparse.Namespace) -> tuple[Picture, int]:
     bands = list(dict.fromkeys(run.chosen(arguments.waveband)))
     sun = sun_of_options(run.manifest["options"].get("scene", {})) if run.manifest is not None else None
     title = _title(arguments, f"{_name(arguments)}: {spaced(run.source.total)} photons, seed {run.source.plan.seed}")
-    shown = bands if arguments.waveband else spread(bands)
+    drawn = bands if arguments.waveband else spread(bands)
     show = arguments.show or "counts"
-    return source_picture(run.source, show=show, bands=shown, sun=sun, title=title), len(bands)
+    return source_picture(run.source, show=show, bands=drawn, sun=sun, title=title), len(bands)
 
 
 def _pulls(arguments: argparse.Namespace) -> tuple[Pulls, ...]:
@@ -417,82 +374,45 @@ def _netcdf(arguments: argparse.Namespace) -> tuple[Picture, int]:
     return netcdf_picture(arguments.path, panels=panels, title=_title(arguments, _name(arguments)))
 
 
-def _atmosphere(arguments: argparse.Namespace) -> tuple[Picture, int]:
-    from aomc_sky.engine.atmosphere import TableRequest, prepare_table, solve_table
-    from aomc_sky.formats.sky_toml.keys import GLOW_KEY, moon_direction
-    from aomc_sky.pictures.plot import atmosphere_picture
-    from aomc_sky.source.light.inputs import given_lights
-
-    lights = given_lights(cli_options.light_arguments(arguments))
-    zenith = 40.0 if arguments.sun_zenith is None else arguments.sun_zenith
-    request = TableRequest(
-        path=arguments.path,
-        sun_zenith_deg=(zenith,),
-        sun_azimuth_deg=arguments.sun_azimuth or 0.0,
-        wavelength_nm=tuple(arguments.wavelength or (450.0, 550.0, 650.0)),
-        bins=(45, 180),
-        allow_paths=tuple(arguments.allow_path),
-        moon=moon_direction(lights),
-        ground_luminance_cd_m2=lights.get(GLOW_KEY, 0.0),
-    )
-    with patience("solving the atmosphere", enabled=cli_options.speaks(arguments)):
-        sky = solve_table(prepare_table(request)).skies[0]
-    picture = atmosphere_picture(sky, title=_title(arguments, f"{_name(arguments)}, sun at {zenith:g}°"))
-    return picture, len(picture.domes)
-
-
 def _background(arguments: argparse.Namespace) -> tuple[Picture, int]:
-    picture = _still(arguments) if arguments.time is not None else _side_by_side(arguments)
-    return picture, len(picture.domes)
-
-
-def _still(arguments: argparse.Namespace) -> Picture:
-    """The sky at one time, a dome for each wavelength."""
+    """The sky at one time, a dome for each wavelength; or at up to 12 times."""
     from aomc_sky.formats.sky_toml.rules import moment_text
     from aomc_sky.pictures.animate import lobe_picture
+    from aomc_sky.pictures.content import MOST_PANELS
 
+    n_frames = arguments.frames or MOST_PANELS
+    if arguments.time is None:
+        if n_frames > MOST_PANELS:
+            raise UsageError(f"{n_frames} frames go into a .gif; at most {MOST_PANELS} fit side by side")
+        picture = _over_time(arguments, n_frames)
+        return picture, len(picture.domes)
     if arguments.start is not None or arguments.stop is not None or arguments.frames is not None:
         raise UsageError("--time is one time; --start, --stop and --frames are for an animation")
     scene = lobe_scene(arguments, arguments.time)
     wavelengths = scene.wavelength_nm.tolist() if arguments.wavelength else [_nearest_nm(scene)]
     pictures = [lobe_picture([(f"{w:g} nm", [scene.sky])], w) for w in wavelengths]
-    title = f"{Path(arguments.path).name}, {moment_text(arguments.time)}"
+    title = _title(arguments, f"{Path(arguments.path).name}, {moment_text(arguments.time)}")
     domes = tuple(picture.domes[0] for picture in pictures)
-    return dataclasses.replace(pictures[0], domes=domes, title=_title(arguments, title))
-
-
-def _side_by_side(arguments: argparse.Namespace) -> Picture:
-    """The sky at up to 12 times."""
-    from aomc_sky.pictures.content import MOST_PANELS
-
-    n_frames = arguments.frames or MOST_PANELS
-    if n_frames > MOST_PANELS:
-        raise UsageError(f"{n_frames} frames go into a .gif; at most {MOST_PANELS} fit side by side")
-    return _over_time(arguments, n_frames)
+    return dataclasses.replace(pictures[0], domes=domes, title=title), len(domes)
 
 
 def _over_time(arguments: argparse.Namespace, n_frames: int) -> Picture:
+    """The animations that were named, at one wavelength, over the time."""
     from aomc_sky.pictures.animate import frame_times_s, moving_picture, time_span_s
-
-    sky, wavelength = _background_sky(arguments)
-    given = (arguments.start, arguments.stop)
-    start, stop = (usual if time is None else time for usual, time in zip(time_span_s(sky), given, strict=True))
-    title = _title(arguments, f"{Path(arguments.path).name} at {wavelength:g} nm")
-    times = frame_times_s(start, stop, n_frames).tolist()
-    return moving_picture(sky, wavelength, times, title=title, interpolation=arguments.interpolation)
-
-
-def _background_sky(arguments: argparse.Namespace) -> tuple[BackgroundSky, float]:
-    """The sky with the animations that were named, and the wavelength."""
     from aomc_sky.source.backgrounds.light import read_background
 
     if arguments.wavelength and len(arguments.wavelength) > 1:
         raise UsageError("an animation shows one --wavelength; several are for one --time")
     scene = lobe_scene(arguments, 0.0)  # refuses names and wavelengths that the file does not have
+    wavelength = float(scene.wavelength_nm[0]) if arguments.wavelength else _nearest_nm(scene)
     sky = read_background(arguments.path, utc_offset_h=arguments.utc_offset)
     if arguments.animation is not None:
         sky = dataclasses.replace(sky, animations={name: sky.animations[name] for name in arguments.animation})
-    return sky, float(scene.wavelength_nm[0]) if arguments.wavelength else _nearest_nm(scene)
+    given = (arguments.start, arguments.stop)
+    start, stop = (usual if time is None else time for usual, time in zip(time_span_s(sky), given, strict=True))
+    title = _title(arguments, f"{Path(arguments.path).name} at {wavelength:g} nm")
+    times = frame_times_s(start, stop, n_frames).tolist()
+    return moving_picture(sky, wavelength, times, title=title, interpolation=arguments.interpolation)
 
 
 def _nearest_nm(scene: LobeScene) -> float:
@@ -503,7 +423,6 @@ _PICTURES: dict[Kind, Callable[[argparse.Namespace], tuple[Picture, int]]] = {
     Kind.SCENE: _scene,
     Kind.RUN: _run,
     Kind.BACKGROUND: _background,
-    Kind.ATMOSPHERE: _atmosphere,
     Kind.TABLE: _table,
     Kind.NETCDF: _netcdf,
 }

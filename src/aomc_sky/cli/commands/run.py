@@ -7,20 +7,19 @@ import json
 import math
 import platform
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
-from aomc_sky.cli.terminal import table
+from aomc_sky.cli.terminal import MAX_ROWS, shown, table
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
-    from aomc_sky.engine.run import JobOptions, JobResult
+    from aomc_sky.engine.run import JobResult
     from aomc_sky.engine.shards import ShardResult
-    from aomc_sky.outputs.shard import Shard
     from aomc_sky.outputs.statistics import BandResult
     from aomc_sky.source.photon_source import PhotonSource
     from aomc_sky.source.scene import Scene
@@ -80,79 +79,67 @@ def _add_output_options(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
+    from aomc_sky.cli.progress import patience, progress_bar
+    from aomc_sky.engine.run import JobOptions
+    from aomc_sky.outputs.shard import parse_shard
+
     formats = _formats(arguments)
-    _check_engine(arguments, formats)
-    shard = _shard(arguments, formats)
+    shard = None if arguments.shard is None else parse_shard(arguments.shard)
     scene = cli_options.scene_of(arguments, arguments.amc_inp, wavebands=arguments.waveband)
     if arguments.dry_run:
         print(json.dumps(scene_summary(scene)) if arguments.json else dry_run_text(scene))
         return 0
-    from aomc_sky.cli.progress import patience
-
     with patience("sharing out the photons", enabled=cli_options.speaks(arguments)):
         source = cli_options.source_of(scene, arguments)
-    from aomc_sky.engine.run import JobOptions
-
     options = JobOptions(
         formats=formats,
         threads=arguments.threads or 0,
         force=arguments.force,
         max_memory_bytes=arguments.max_memory,
     )
-    if shard is not None:
-        _make_shard(arguments, scene, source, options, shard)
-        return 0
-    result, folder = _carry_out(arguments, scene, source, options)
-    _report(arguments, scene, source, result, folder)
+    folder = None if arguments.out == "-" else _folder(arguments, scene)
+    result: JobResult | ShardResult
+    with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
+        if folder is None:
+            from aomc_sky.engine.run import stream_job
+
+            result = stream_job(source, scene, sys.stdout.buffer, options, progress)
+        elif shard is not None:
+            from aomc_sky.engine.shards import run_shard
+
+            result = run_shard(source, scene, folder, options, shard, progress)
+        elif arguments.engine == "dask":
+            from aomc_sky.engine.cluster import run_on_dask
+
+            scheduler = arguments.scheduler
+            result = run_on_dask(source, scene, folder, options, scheduler=scheduler, progress=progress)
+        else:
+            from aomc_sky.engine.run import run_job
+
+            result = run_job(source, scene, folder, options, progress)
+    text = partial(run_text, scene, source, result, folder, verbose=arguments.verbose)
+    if folder is not None:
+        cli_options.answer(arguments, lambda: run_values(source, result, folder), text)
+    elif cli_options.speaks(arguments):
+        print(text(), file=sys.stderr)  # standard output belongs to the photons
     return 0
 
 
 def _formats(arguments: argparse.Namespace) -> tuple[str, ...]:
+    """The formats, where they go with the output and the engine."""
     formats = cli_options.formats_of(arguments)
-    if arguments.out == "-":
-        if formats != ("raw",):
-            raise UsageError("--out - needs --format raw, and no other format")
-        if arguments.json:
-            raise UsageError("--json and --out - both need standard output")
-    return formats
-
-
-def _shard(arguments: argparse.Namespace, formats: tuple[str, ...]) -> Shard | None:
-    if arguments.shard is None:
-        return None
-    from aomc_sky.outputs.shard import parse_shard
-
-    if arguments.out == "-" or formats != ("npy",):
-        raise UsageError("--shard writes npy alone; export the finished run to other formats")
-    return parse_shard(arguments.shard)
-
-
-def _check_engine(arguments: argparse.Namespace, formats: tuple[str, ...]) -> None:
-    if arguments.engine == "dask":
-        if arguments.shard is not None:
-            raise UsageError("--engine dask divides the run by itself; leave --shard out")
-        if arguments.out == "-" or formats != ("npy",):
-            raise UsageError("--engine dask writes npy alone; export the run to other formats")
-    elif arguments.scheduler is not None:
+    for name, is_given in (("--shard", arguments.shard is not None), ("--engine dask", arguments.engine == "dask")):
+        if is_given and (arguments.out == "-" or formats != ("npy",)):
+            raise UsageError(f"{name} writes npy alone; export the finished run to other formats")
+    if arguments.engine == "dask" and arguments.shard is not None:
+        raise UsageError("--engine dask divides the run by itself; leave --shard out")
+    if arguments.engine != "dask" and arguments.scheduler is not None:
         raise UsageError("--scheduler needs --engine dask")
-
-
-def _carry_out(
-    arguments: argparse.Namespace, scene: Scene, source: PhotonSource, options: JobOptions
-) -> tuple[JobResult, Path | None]:
-    from aomc_sky.cli.progress import progress_bar
-    from aomc_sky.engine.run import run_job, stream_job
-
-    with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
-        if arguments.out == "-":
-            return stream_job(source, scene, sys.stdout.buffer, options, progress), None
-        folder = _folder(arguments, scene)
-        if arguments.engine == "dask":
-            from aomc_sky.engine.cluster import run_on_dask
-
-            scheduler = arguments.scheduler
-            return run_on_dask(source, scene, folder, options, scheduler=scheduler, progress=progress), folder
-        return run_job(source, scene, folder, options, progress), folder
+    if arguments.out == "-" and formats != ("raw",):
+        raise UsageError("--out - needs --format raw, and no other format")
+    if arguments.out == "-" and arguments.json:
+        raise UsageError("--json and --out - both need standard output")
+    return formats
 
 
 def _folder(arguments: argparse.Namespace, scene: Scene) -> Path:
@@ -165,128 +152,122 @@ def _folder(arguments: argparse.Namespace, scene: Scene) -> Path:
     return Path(arguments.out)
 
 
-def _make_shard(
-    arguments: argparse.Namespace, scene: Scene, source: PhotonSource, options: JobOptions, shard: Shard
-) -> None:
-    from aomc_sky.cli.progress import progress_bar
-    from aomc_sky.engine.shards import run_shard
-
-    folder = _folder(arguments, scene)
-    with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
-        result = run_shard(source, scene, folder, options, shard, progress)
-    text = partial(shard_text, scene, source, result, folder, verbose=arguments.verbose)
-    cli_options.answer(arguments, lambda: shard_json(source, result, folder), text)
-
-
-def _report(
-    arguments: argparse.Namespace, scene: Scene, source: PhotonSource, result: JobResult, folder: Path | None
-) -> None:
-    text = partial(run_text, scene, source, result, folder, verbose=arguments.verbose)
-    if folder is None:  # standard output belongs to the photons
-        if cli_options.speaks(arguments):
-            print(text(), file=sys.stderr)
-        return
+def run_values(source: PhotonSource, result: JobResult | ShardResult, folder: Path) -> dict[str, Any]:
+    """What a run or a shard says to a program: the manifest, where there is one, and what was done."""
     from aomc_sky.engine.run import run_record
 
-    def values() -> dict[str, Any]:
-        record = run_record(result.seconds, result.emitted, result.threads)
-        more = {"folder": str(folder), "was_finished": result.was_finished, "run": record}
-        return {**(result.manifest or {}), **more}
+    values = {
+        **(result.manifest or {"plan_sha256": source.plan.sha256, "seed": source.plan.seed}),
+        "folder": str(folder),
+        "was_finished": result.was_finished,
+        "run": run_record(result.seconds, result.emitted, result.threads),
+    }
+    if hasattr(result, "shard"):
+        values["finished"] = result.manifest is not None
+        values["shard"] = {"index": result.shard.index, "count": result.shard.count, "photons": result.n_photons}
+        values["missing"] = [str(shard) for shard in result.missing]
+    return values
 
-    cli_options.answer(arguments, values, text)
 
-
-_HEAD = ("band", "nm", "sky nm", "requested", "launched", "residual", "mean cosine", "(photons)", "Ed/Eo", "(photons)")
-_ERROR_HEAD = ("band", "nm", "Ed", "(s.e.)", "Eo", "(s.e.)", "mean cosine", "(s.e.)", "Ed/Eo", "(s.e.)")
 _ENDLESS = (
     "note: Ed/Eo is 0 because light at the horizon is launched by solid angle, so that Eo, the mean of 1/mu, has no\n"
     "finite value; the photons' own says only how near the horizon they come. Flux is launched by --weighting projected"
 )
-MAX_ROWS = 40
 MAX_COMPONENTS = 6
 """Columns of components beside the table's own; the brightest are shown."""
 
-
-def _number(value: float | None, digits: int) -> str:
-    return "-" if value is None or math.isnan(value) else f"{value:.{digits}f}"
+_Column = tuple[str, Callable[["BandResult"], str]]
 
 
-def band_row(band: BandResult) -> tuple[str, ...]:
-    """One line of the table."""
-    return (
-        str(band.waveband),
-        f"{band.wavelength_nm:g}",
-        "-" if band.sky_wavelength_nm is None else f"{band.sky_wavelength_nm:g}",
-        str(band.requested),
-        str(band.launched),
-        str(band.residual),
-        _number(band.mean_cosine_exact, 6),
-        _number(band.mean_cosine_photons, 6),
-        _number(band.ed_over_eo_exact, 6),
-        _number(band.ed_over_eo_photons, 6),
-    )
+def _number(member: str, digits: int = 6) -> Callable[[BandResult], str]:
+    def text(band: BandResult) -> str:
+        value = getattr(band, member)
+        return "-" if value is None or math.isnan(value) else f"{value:.{digits}f}"
+
+    return text
 
 
-def band_table(bands: Sequence[BandResult]) -> str:
-    """The table of all bands; of many, the first ones and what was left out."""
-    text = table([band_row(band) for band in bands[:MAX_ROWS]], _HEAD)
+def _with_error(head: str, name: str) -> tuple[_Column, _Column]:
+    def error(band: BandResult) -> str:
+        value = getattr(band, f"{name}_standard_error")
+        return "-" if value is None else f"{value:.1e}" if value else "0"
+
+    return (head, _number(f"{name}_photons", 8)), ("(s.e.)", error)
+
+
+_BAND: tuple[_Column, ...] = (
+    ("band", lambda band: str(band.waveband)),
+    ("nm", lambda band: f"{band.wavelength_nm:g}"),
+)
+_COLUMNS: tuple[_Column, ...] = (
+    *_BAND,
+    ("sky nm", lambda band: "-" if band.sky_wavelength_nm is None else f"{band.sky_wavelength_nm:g}"),
+    ("requested", lambda band: str(band.requested)),
+    ("launched", lambda band: str(band.launched)),
+    ("residual", lambda band: str(band.residual)),
+    ("mean cosine", _number("mean_cosine_exact")),
+    ("(photons)", _number("mean_cosine_photons")),
+    ("Ed/Eo", _number("ed_over_eo_exact")),
+    ("(photons)", _number("ed_over_eo_photons")),
+)
+_ERRORS: tuple[_Column, ...] = (
+    *_BAND,
+    *_with_error("Ed", "ed"),
+    *_with_error("Eo", "eo"),
+    *_with_error("mean cosine", "mean_cosine"),
+    *_with_error("Ed/Eo", "ed_over_eo"),
+)
+
+
+def _table(bands: Sequence[BandResult], columns: Sequence[_Column]) -> str:
+    """A line for each band; of many, for the first ones."""
+    text = table([[cell(band) for _, cell in columns] for band in bands[:MAX_ROWS]], [head for head, _ in columns])
     hidden = len(bands) - MAX_ROWS
-    text += f"\n... and {hidden} more wavebands (manifest.json has all)" if hidden > 0 else ""
-    return f"{text}\n{_ENDLESS}" if any(band.ed_over_eo_exact == 0 for band in bands) else text
+    return text + (f"\n... and {hidden} more wavebands (manifest.json has all)" if hidden > 0 else "")
 
 
-def _error_row(band: BandResult) -> tuple[str, ...]:
-    pairs = (
-        (band.ed_photons, band.ed_standard_error),
-        (band.eo_photons, band.eo_standard_error),
-        (band.mean_cosine_photons, band.mean_cosine_standard_error),
-        (band.ed_over_eo_photons, band.ed_over_eo_standard_error),
-    )
-    texts = [(_number(value, 8), "-" if error is None else f"{error:.1e}" if error else "0") for value, error in pairs]
-    return (str(band.waveband), f"{band.wavelength_nm:g}", *(text for pair in texts for text in pair))
-
-
-def irradiance_text(bands: Sequence[BandResult]) -> str:
-    """Absolute irradiances of the components and what the horizon takes; empty where they are not known."""
+def tables_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
+    """The table of all bands; absolute irradiances and standard errors where they are known."""
+    text = f"\n{_table(bands, _COLUMNS)}\n"
+    if any(band.ed_over_eo_exact == 0 for band in bands):
+        text += f"{_ENDLESS}\n"
     known = [band for band in bands if band.component_irradiance_W_m2_nm is not None]
-    if not known:
-        return ""
-    names = list(known[0].component_irradiance_W_m2_nm or {})
-    names = sorted(names, key=lambda name: -max((b.component_irradiance_W_m2_nm or {})[name] for b in known))
-    shown = names[:MAX_COMPONENTS]
-    is_lost = any(band.horizon_loss for band in known)
-    rows = []
-    for band in known[:MAX_ROWS]:
-        values = band.component_irradiance_W_m2_nm or {}
-        numbers = [band.irradiance_W_m2_nm or 0.0, *(values[name] for name in shown)]
-        loss = (f"{band.horizon_loss:.4f}",) if is_lost else ()
-        rows.append((str(band.waveband), f"{band.wavelength_nm:g}", *(f"{x:.4g}" for x in numbers), *loss))
-    below = "; below: share of the lobes' light from below the horizon"
-    lines = [
-        "irradiance of the horizontal plane, W m-2 nm-1" + (below if is_lost else ""),
-        table(rows, ("band", "nm", "Ed", *shown, *(("below",) if is_lost else ()))),
-    ]
-    if len(known) > MAX_ROWS or len(names) > len(shown):
-        lines.append(f"... {len(known)} wavebands, {len(names)} components (manifest.json has all)")
-    return "\n".join(lines)
+    if known:
+        text += f"\n{_irradiance_text(known)}\n"
+    if int(options.get("replicates", 1)) > 1:
+        text += f"\n{_error_text(bands, options)}\n"
+    return text
 
 
-def error_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
-    """Standard errors of a run with replicates, and what they do not tell; empty for any other run."""
-    replicates = int(options.get("replicates", 1))
+def _irradiance_text(bands: Sequence[BandResult]) -> str:
+    """Absolute irradiances of the components, and what the horizon takes."""
+
+    def of_component(name: str) -> Callable[[BandResult], float]:
+        return lambda band: (band.component_irradiance_W_m2_nm or {})[name]
+
+    by_name = {name: of_component(name) for name in bands[0].component_irradiance_W_m2_nm or {}}
+    names = sorted(by_name, key=lambda name: -max(map(by_name[name], bands)))
+    columns = [*_BAND, ("Ed", lambda band: f"{band.irradiance_W_m2_nm or 0.0:.4g}")]
+    columns += [(name, lambda band, value=by_name[name]: f"{value(band):.4g}") for name in names[:MAX_COMPONENTS]]
+    head = "irradiance of the horizontal plane, W m-2 nm-1"
+    if any(band.horizon_loss for band in bands):
+        head += "; below: share of the lobes' light from below the horizon"
+        columns.append(("below", lambda band: f"{band.horizon_loss:.4f}"))
+    rest = f"\n... {len(names)} components (manifest.json has all)" if len(names) > MAX_COMPONENTS else ""
+    return f"{head}\n{_table(bands, columns)}{rest}"
+
+
+def _error_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
+    """Standard errors of a run with replicates, and what they do not tell."""
     emitted = [band for band in bands if band.ed_photons is not None]
-    if replicates < 2:
-        return ""
     if not emitted:
         return "no standard errors: a run that makes no photons has none (--format none)"
-    known_to = 100 / math.sqrt(2 * (replicates - 1))
+    known_to = 100 / math.sqrt(2 * (int(options["replicates"]) - 1))
     lines = [
-        f"standard errors from {replicates} replicates, with an uncertainty of about {known_to:.0f} %; "
+        f"standard errors from {options['replicates']} replicates, with an uncertainty of about {known_to:.0f} %; "
         "Ed and Eo per photon of weight 1",
-        table([_error_row(band) for band in emitted[:MAX_ROWS]], _ERROR_HEAD),
+        _table(emitted, _ERRORS),
     ]
-    if len(emitted) > MAX_ROWS:
-        lines.append(f"... and {len(emitted) - MAX_ROWS} more wavebands (manifest.json has all)")
     if not all(band.eo_variance_is_finite for band in emitted):
         lines.append("note: the light reaches the horizon: 1/mu has no finite variance, so the errors of Eo are rough")
     if options["allocation"] == "largest-remainder":
@@ -294,44 +275,46 @@ def error_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path | None, *, verbose: bool) -> str:
-    """What a run prints when it is done."""
-    lines = [*notes_text(scene, source, verbose=verbose), "", band_table(result.bands), ""]
-    absolute = irradiance_text(result.bands)
-    lines += [absolute, ""] if absolute else []
-    errors = error_text(result.bands, source.plan.options)
-    lines += [errors, ""] if errors else []
-    launched = sum(b.launched for b in result.bands)
-    lines.append(f"{launched} photons in {len(result.bands)} wavebands, seed {source.plan.seed}")
-    if not result.emitted and not result.was_finished:
-        lines.append("counts and plan only; any photon can be made from the plan")
-    else:
-        lines.append(effort_text(result))
-    lines.append(f"plan {source.plan.sha256[:16]}" + ("" if folder is None else f", folder {folder}"))
-    return "\n".join(lines)
-
-
-def notes_text(scene: Scene, source: PhotonSource, *, verbose: bool) -> list[str]:
-    """What a scene tells its user and, if asked for, how it was read and how photons are drawn."""
+def run_text(
+    scene: Scene, source: PhotonSource, result: JobResult | ShardResult, folder: Path | None, *, verbose: bool
+) -> str:
+    """What a run or a shard prints when it is done."""
     lines = [f"note: {note}" for note in scene.notes]
     if verbose:
-        lines += [f"{role}: {path}" for role, path in scene.input_files.items()]
-        lines += [f"{name}: {shown_option(value)}" for name, value in scene.options.items()]
-        shown = ("method", "allocation", "placement", "order", "precision", "replicates")
-        lines += [f"{name}: {source.plan.options[name]}" for name in shown]
-    return lines
-
-
-def effort_text(result: JobResult | ShardResult) -> str:
-    """What had to be done."""
+        lines += [f"{name}: {shown(value)}" for name, value in (scene.input_files | scene.options).items()]
+        drawn = ("method", "allocation", "placement", "order", "precision", "replicates")
+        lines += [f"{name}: {source.plan.options[name]}" for name in drawn]
+    if hasattr(result, "shard"):
+        lines += _shard_lines(source, result)
+    else:
+        launched = sum(band.launched for band in result.bands)
+        lines.append(tables_text(result.bands, source.plan.options))
+        lines.append(f"{launched} photons in {len(result.bands)} wavebands, seed {source.plan.seed}")
     if result.was_finished:
-        return "this run was finished before; nothing was done again (verify compares it, --force makes it again)"
-    rate = result.emitted / max(result.seconds, 1e-9) / 1e6
-    plural = "" if result.threads == 1 else "s"
-    return (
-        f"{result.emitted} photons emitted and written in {result.seconds:.2f} s ({rate:.1f} million per second, "
-        f"{result.threads} thread{plural}, {platform.machine()})"
-    )
+        lines.append(
+            "this run was finished before; nothing was done again (verify compares it, --force makes it again)"
+        )
+    elif result.emitted:
+        rate = result.emitted / max(result.seconds, 1e-9) / 1e6
+        plural = "" if result.threads == 1 else "s"
+        lines.append(
+            f"{result.emitted} photons emitted and written in {result.seconds:.2f} s ({rate:.1f} million per second, "
+            f"{result.threads} thread{plural}, {platform.machine()})"
+        )
+    else:
+        lines.append("no photons were made; any photon can be made from the plan")
+    return "\n".join([*lines, f"plan {source.plan.sha256[:16]}" + ("" if folder is None else f", folder {folder}")])
+
+
+def _shard_lines(source: PhotonSource, result: ShardResult) -> list[str]:
+    spans = [f"waveband {band + 1}: photons {first} to {end - 1}" for band, first, end in result.ranges]
+    missing = ", ".join(map(str, result.missing[:20])) + (" ..." if len(result.missing) > 20 else "")
+    return [
+        f"shard {result.shard}: {result.n_photons} photons, seed {source.plan.seed}",
+        *spans[:MAX_ROWS],
+        *([f"... and {len(spans) - MAX_ROWS} more wavebands"] if len(spans) > MAX_ROWS else []),
+        f"shards that are not made yet: {missing}" if missing else "all shards are made: the run is finished",
+    ]
 
 
 def scene_summary(scene: Scene) -> dict[str, Any]:
@@ -344,17 +327,6 @@ def scene_summary(scene: Scene) -> dict[str, Any]:
         "options": dict(scene.options),
         "notes": list(scene.notes),
     }
-
-
-def shown_option(value: Any) -> str:
-    """An option for a person; of a group of values each with its name, what is not set left out."""
-    if isinstance(value, Mapping):
-        return ", ".join(f"{name} {shown_option(v)}" for name, v in value.items() if v is not None and v != [])
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, float):
-        return f"{value:.6g}"
-    return " ".join(map(shown_option, value)) if isinstance(value, (list, tuple)) else str(value)
 
 
 def dry_run_text(scene: Scene) -> str:
@@ -388,40 +360,5 @@ def dry_run_text(scene: Scene) -> str:
         lines.append("not modelled: weights (all are 1)")
     for name, value in scene.options.items():
         if value is not None:
-            lines.append(f"option: {name} = {shown_option(value)}")
+            lines.append(f"option: {name} = {shown(value)}")
     return "\n".join(lines)
-
-
-def shard_text(scene: Scene, source: PhotonSource, result: ShardResult, folder: Path, *, verbose: bool) -> str:
-    """What a shard prints when it is done."""
-    if result.was_finished:
-        return effort_text(result)
-    spans = [f"waveband {band + 1}: photons {first} to {end - 1}" for band, first, end in result.ranges]
-    lines = [
-        *notes_text(scene, source, verbose=verbose),
-        f"shard {result.shard}: {result.n_photons} photons, seed {source.plan.seed}",
-        *spans[:MAX_ROWS],
-        *([f"... and {len(spans) - MAX_ROWS} more wavebands"] if len(spans) > MAX_ROWS else []),
-        effort_text(result) if result.emitted else "its photons were made before",
-    ]
-    if result.missing:
-        missing = ", ".join(map(str, result.missing[:20])) + (" ..." if len(result.missing) > 20 else "")
-        lines.append(f"shards that are not made yet: {missing}")
-    else:
-        lines.append("all shards are made: the run is finished")
-    return "\n".join([*lines, f"plan {source.plan.sha256[:16]}, folder {folder}"])
-
-
-def shard_json(source: PhotonSource, result: ShardResult, folder: Path) -> dict[str, Any]:
-    """What a shard says to a program: with the manifest where the run is finished."""
-    from aomc_sky.engine.run import run_record
-
-    return {
-        **(result.manifest or {"plan_sha256": source.plan.sha256, "seed": source.plan.seed}),
-        "folder": str(folder),
-        "was_finished": result.was_finished,
-        "finished": result.manifest is not None,
-        "shard": {"index": result.shard.index, "count": result.shard.count, "photons": result.n_photons},
-        "missing": [str(shard) for shard in result.missing],
-        "run": run_record(result.seconds, result.emitted, result.threads),
-    }

@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import argparse
+import dataclasses
 import json
-import os
-import sys
-from collections.abc import Iterable
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.terminal import table
-from aomc_sky.errors import AomcSkyError, UsageError
+from aomc_sky.errors import UsageError
 from aomc_sky.source.read.kind import kind_of
 
 if TYPE_CHECKING:
@@ -50,7 +49,7 @@ def add_options(parser: Parser) -> None:
     cli_options.add_shared(parser, "json")
     parser.add_argument("-q", "--quiet", action="store_true", help="print what failed, and nothing else")
     parser.add_argument("-v", "--verbose", action="store_true", help="a line for every check of every waveband")
-    parser.show_first("waveband resample statistics scene method frame compat picture threads json quiet verbose")
+    parser.show_first("waveband resample statistics scene method frame compat threads json quiet verbose")
     parser.set_defaults(handler=verify)
 
 
@@ -59,7 +58,7 @@ def _add_test_options(parser: argparse.ArgumentParser) -> None:
     cli_options.add_shared(group, "waveband", help="only the photons of this band, from 1; repeatable")
     group.add_argument(
         "--resample",
-        type=_fraction,
+        type=cli_options.number_in(0, 1),
         metavar="FRACTION",
         help="part of the photons that is made again, in blocks drawn at random, at least one block of each band "
         "(default 1: all); 0: none",
@@ -67,7 +66,7 @@ def _add_test_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--statistics", action="store_true", help="test the directions of a run against its sky, too")
     group.add_argument(
         "--level",
-        type=_level,
+        type=cli_options.number_in(1e-100, 0.5),
         default=1e-6,
         metavar="P",
         help="chance that correct photons fail any of the tests (default 1e-6)",
@@ -78,12 +77,6 @@ def _add_test_options(parser: argparse.ArgumentParser) -> None:
         metavar="INT",
         help="of the choice of blocks with --resample (default: drawn at random, and printed) and of the random choice "
         "that thins photons (default 0), 0 to 2^64-1",
-    )
-    group.add_argument(
-        "--picture",
-        metavar="FILE",
-        help="where a failed test of directions draws its map of pulls (default: beside PATH, with matplotlib there); "
-        "none: nowhere",
     )
     cli_options.add_shared(group, "threads")
 
@@ -108,31 +101,15 @@ def _add_foreign_options(parser: argparse.ArgumentParser) -> None:
     group.add_argument("--weights", metavar="FILE", help="their weights, a .npy file of shape (n,)")
 
 
-def _fraction(text: str) -> float:
-    value = cli_options.finite_number(text)
-    if not 0 <= value <= 1:
-        raise argparse.ArgumentTypeError(f"expected a fraction from 0 to 1, got {text}")
-    return value
-
-
-def _level(text: str) -> float:
-    value = cli_options.finite_number(text)
-    if not 0 < value < 1:
-        raise argparse.ArgumentTypeError(f"expected a level above 0 and below 1, got {text}")
-    return value
-
-
 def verify(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     _refuse_mixture(arguments)
-    _check_picture(arguments)
     is_run = arguments.scene is None or Path(arguments.path).is_dir()
     report = _run_report(arguments) if is_run else _photon_report(arguments)
-    picture = _picture(arguments, report)
     if arguments.json:
-        print(json.dumps({"path": arguments.path, **report.as_json(), "picture": picture}))
+        print(json.dumps({"path": arguments.path, **report.as_json()}))
     elif not (arguments.quiet and report.passed):
-        print(report_text(report, picture, verbose=arguments.verbose, only_failed=arguments.quiet))
+        print(report_text(report, verbose=arguments.verbose, only_failed=arguments.quiet))
     if report.passed:
         return 0
     return FOREIGN if report.is_foreign else FAILED
@@ -150,25 +127,13 @@ def _refuse_mixture(arguments: argparse.Namespace) -> None:
         if getattr(arguments, name) is not None:
             advice = "give their file instead of the folder, and" if is_folder else "give their"
             raise UsageError(f"--{name} is for photons of another code: {advice} --scene AMC_INP")
-    for name in cli_options.given_reading_options(arguments) if arguments.scene is None else ():
+    reading = cli_options.given_options(arguments, cli_options.add_reading_options, cli_options.add_moment_options)
+    for name in reading if arguments.scene is None else ():
         raise UsageError(f"{name} says how a scene is read; a run is checked against its own plan: leave it out")
     if not is_folder and Path(arguments.path).exists():
         kind = kind_of(Path(arguments.path))
         what = "a file" if kind is None else kind.value
         raise UsageError(f"{arguments.path} is {what}: give a run folder, or --scene AMC_INP for photons of any code")
-
-
-def _check_picture(arguments: argparse.Namespace) -> None:
-    """Raise before the work where a picture that was asked for could not be drawn after it."""
-    if arguments.picture in (None, "none"):
-        return
-    from aomc_sky.extras import optional_module
-    from aomc_sky.outputs.folder.target_file import check_target
-    from aomc_sky.outputs.picture import picture_path
-
-    picture_path(arguments.picture)
-    check_target(arguments.picture, "--picture", force=False)
-    optional_module("matplotlib", extra="plot")
 
 
 def _run_report(arguments: argparse.Namespace) -> VerifyReport:
@@ -247,28 +212,12 @@ def _scene_of(arguments: argparse.Namespace, n_photons: int) -> Scene | None:
     return cli_options.scene_of(changed, arguments.scene)
 
 
-def _picture(arguments: argparse.Namespace, report: VerifyReport) -> str | None:
-    """Draw the maps of pulls of a failed test; a picture that nobody asked for fails nothing."""
-    if not report.failed_pulls or arguments.picture == "none":
-        return None
-    path = Path(os.path.abspath(arguments.path))
-    target = Path(arguments.picture) if arguments.picture else path.with_name(f"{path.stem}-pull.png")
-    try:
-        draw_pulls(report, target, title=path.name)
-    except AomcSkyError as error:
-        if arguments.picture:
-            raise
-        print(f"aomc-sky: no picture of the pulls: {error}", file=sys.stderr)
-        return None
-    return str(target)
-
-
 _HEAD = ("check", "waveband", "outcome", "found", "allowed", "p-value", "what")
 _PULL_HEAD = ("zenith [deg]", "azimuth [deg]", "photons", "expected", "pull")
 
 
-def report_text(report: VerifyReport, picture: str | None, *, verbose: bool, only_failed: bool) -> str:
-    """The whole text; `picture` is where the map of pulls was drawn.
+def report_text(report: VerifyReport, *, verbose: bool, only_failed: bool) -> str:
+    """The whole text.
 
     `verbose`: a line for every check of every waveband; otherwise checks that passed in several wavebands share one.
     """
@@ -278,24 +227,17 @@ def report_text(report: VerifyReport, picture: str | None, *, verbose: bool, onl
     lines += [f"note: {note}" for note in report.notes if not only_failed]
     for pulls in report.failed_pulls:
         lines += ["", f"waveband {pulls.waveband}, zones with the largest differences:", _pull_table(pulls)]
-    if picture:
-        lines.append(f"map of pulls: {picture}")
-    lines += ["", _verdict(report)]
-    return "\n".join(lines)
-
-
-def _verdict(report: VerifyReport) -> str:
     failed = sum(not check.passed for check in report.checks)
     tests = sum(check.p_value is not None for check in report.checks)
     level = f"{tests} tests at {report.level:.3g} each, {report.family_level:g} together" if tests else "no tests"
     outcome = "all checks passed" if not failed else f"{failed} of {len(report.checks)} checks FAILED"
-    return f"{outcome} ({level})"
+    return "\n".join([*lines, "", f"{outcome} ({level})"])
 
 
-def _row(check: Check) -> tuple[str, ...]:
+def _row(check: Check, wavebands: str | None = None) -> tuple[str, ...]:
     return (
         check.name,
-        "" if check.waveband is None else str(check.waveband),
+        wavebands or ("" if check.waveband is None else str(check.waveband)),
         "ok" if check.passed else "FAILED",
         "" if check.found is None else f"{check.found:.6g}",
         "" if check.allowed is None else f"{check.allowed:.6g}",
@@ -304,72 +246,31 @@ def _row(check: Check) -> tuple[str, ...]:
     )
 
 
-def _short_rows(checks: Iterable[Check]) -> Iterable[tuple[str, ...]]:
+def _short_rows(checks: list[Check]) -> Iterator[tuple[str, ...]]:
     """Checks of one name that passed in several wavebands in one line, with their worst values."""
-    by_name: dict[str, list[Check]] = {}
-    for check in checks:
-        by_name.setdefault(check.name, []).append(check)
-    for name, same in by_name.items():
-        passed = [check for check in same if check.passed]
+    for name in dict.fromkeys(check.name for check in checks):
+        passed = [check for check in checks if check.name == name and check.passed]
         if len(passed) > 1:
-            yield _together(name, passed)
+            bounded = [check for check in passed if check.found is not None and check.allowed is not None]
+            worst = max(bounded, key=lambda check: (check.found or 0.0) - (check.allowed or 0.0), default=passed[0])
+            tested = [check for check in passed if check.p_value is not None or check.found is not None]
+            detail = f"{passed[0].detail}; {len(passed) - 1} more"
+            if tested:
+                untested = len(passed) - len(tested)
+                detail = f"of {len(passed)} the worst" + (f"; {untested} had too few photons" if untested else "")
+            p_value = min((check.p_value for check in passed if check.p_value is not None), default=None)
+            yield _row(dataclasses.replace(worst, p_value=p_value, detail=detail), f"{len(passed)} bands")
         else:
             yield from map(_row, passed)
-        yield from (_row(check) for check in same if not check.passed)
-
-
-def _together(name: str, checks: list[Check]) -> tuple[str, ...]:
-    p_values = [check.p_value for check in checks if check.p_value is not None]
-    bounded = [check for check in checks if check.found is not None and check.allowed is not None]
-    worst = max(bounded, key=lambda check: (check.found or 0.0) - (check.allowed or 0.0), default=None)
-    untested = sum(check.p_value is None and check.found is None for check in checks)
-    what = f"of {len(checks)} the worst" if p_values or worst is not None else ""
-    if untested and untested < len(checks):
-        what += f"; {untested} had too few photons"
-    elif untested:
-        what = f"{checks[0].detail}; {len(checks) - 1} more"
-    return (
-        name,
-        _span([check.waveband for check in checks]),
-        "ok",
-        "" if worst is None else f"{worst.found:.6g}",
-        "" if worst is None else f"{worst.allowed:.6g}",
-        f"{min(p_values):.3g}" if p_values else "",
-        what,
-    )
-
-
-def _span(wavebands: list[int | None]) -> str:
-    known = sorted({w for w in wavebands if w is not None})
-    if not known:
-        return ""
-    is_run = known[-1] - known[0] + 1 == len(known)
-    return str(known[0]) if len(known) == 1 else f"{known[0]}-{known[-1]}" if is_run else f"{len(known)} bands"
+        yield from (_row(check) for check in checks if check.name == name and not check.passed)
 
 
 def _pull_table(pulls: Pulls) -> str:
     rows = []
     for ring, column in pulls.worst():
-        zenith, azimuth = pulls.zones.zenith_bounds_deg[ring], pulls.zones.azimuth_bounds_deg[column]
+        extents = (pulls.zones.zenith_bounds_deg[ring], pulls.zones.azimuth_bounds_deg[column])
+        counts = (f"{values[ring, column]:.6g}" for values in (pulls.observed, pulls.expected))
         rows.append(
-            (
-                f"{zenith[0]:.2f} to {zenith[1]:.2f}",
-                f"{azimuth[0]:.2f} to {azimuth[1]:.2f}",
-                f"{pulls.observed[ring, column]:.6g}",
-                f"{pulls.expected[ring, column]:.6g}",
-                f"{pulls.pull[ring, column]:+.2f}",
-            )
+            [*(f"{low:.2f} to {high:.2f}" for low, high in extents), *counts, f"{pulls.pull[ring, column]:+.2f}"]
         )
     return table(rows, _PULL_HEAD, n_left=2)
-
-
-def draw_pulls(report: VerifyReport, target: Path, *, title: str) -> None:
-    """Draw the maps of pulls of the wavebands that failed, 12 spread over them where there are more."""
-    from aomc_sky.outputs.picture import picture_path, save_picture
-    from aomc_sky.pictures.content import pull_picture
-    from aomc_sky.pictures.panels import figure_of
-
-    path = picture_path(target)
-    maps = [(f"waveband {pulls.waveband}", pulls.zones, pulls.pull) for pulls in report.failed_pulls]
-    figure = figure_of(pull_picture(maps, title=title))
-    save_picture(figure, path, dpi=figure.dpi)
