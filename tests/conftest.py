@@ -38,15 +38,8 @@ FIRST = (
     *("test_verify.py", "test_host.py", "test_perez_emission.py", "test_slab.py", "test_plan_faults.py"),
     *("test_cli_verify_scene.py", "test_photon_source.py", "test_machine_faults.py", "test_aomc_light.py"),
     *("test_cli_verify.py", "test_quantities.py", "test_two_runs.py", "test_startup.py", "test_lobe_fairness.py"),
-    *(
-        "test_cli_cache.py",
-        "test_sky_plugin.py",
-        "test_folder_faults.py",
-        "test_phase.py",
-        "test_functions.py",
-        "test_phase_arrays.py",
-        "test_as_python.py",
-    ),
+    *("test_sky_plugin.py", "test_folder_faults.py", "test_phase.py", "test_functions.py", "test_phase_arrays.py"),
+    *("test_as_python.py", "test_jit.py", "test_field_faults.py"),
 )
 """Files that take a worker five seconds or more: they come first, so that none is left with one of them at the end."""
 

@@ -126,12 +126,6 @@ def test_aomc_launches_the_counts_of_a_run_on_degrees(amc, tmp_path, capsys):
     assert read_scene(made).n_photons.tolist() == [20_000] * 3
 
 
-def test_aomc_shares_out_anew_on_degrees_and_says_so(amc, out, capsys):
-    assert export(out, "--to", "aomc", "--scene", amc) == 0
-    assert capsys.readouterr().out.count("distributed again") == 1
-    assert read_back(out.with_name("out-aomc")).sum(axis=1).tolist() == [20_000] * 3
-
-
 def test_aomc_without_its_scene_says_what_to_write(amc, out, capsys):
     assert export(out, "--to", "aomc") == 0
     assert "write 20000 in line 1 of amc.inp and 1 in line 2" in capsys.readouterr().out
@@ -272,43 +266,10 @@ def test_what_is_no_run(amc, tmp_path, capsys):
         assert text in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("damage", ["cut", "empty", "byte", "text", "array", "manifest", "swapped"])
-def test_damaged_runs_are_told(amc, out, tmp_path, capsys, damage):
-    codes = {"array": "E953", "manifest": "E100", "swapped": "E100"}
-    plan = out / "plan.npz"
-    data = plan.read_bytes()
-    if damage == "array":
-        with np.load(plan) as stored:
-            arrays = dict(stored)
-        np.savez(plan, **{**arrays, "cell": np.zeros(3)})
-    elif damage == "manifest":
-        (out / "manifest.json").write_text("{")
-    elif damage == "swapped":
-        assert run(amc, "--out", tmp_path / "other", "--weighting", "projected") == 0
-        shutil.copy(tmp_path / "other" / "plan.npz", plan)
-    else:
-        middle = len(data) // 2
-        changed = bytes([data[middle] ^ 255])
-        byte = data[:middle] + changed + data[middle + 1 :]
-        plan.write_bytes({"cut": data[:-100], "empty": b"", "byte": byte, "text": b"mine"}[damage])
-    assert export(out, "--to", "npy") == 3
-    error = capsys.readouterr().err
-    assert f"error[{codes.get(damage, 'E951')}]" in error
-    assert "again" in error
-    assert not (tmp_path / "out-npy").exists()
-
-
 def test_large_texts_are_told_before(out, capsys, monkeypatch):
     monkeypatch.setattr("aomc_sky.engine.export.LARGE_TEXT_BYTES", 1000)
     assert export(out, "--to", "csv", "--waveband", 1) == 0
     assert "GB; --to npy takes" in capsys.readouterr().err
-
-
-def test_a_target_that_refuses(out, tmp_path, capsys):
-    (tmp_path / "file").write_text("mine")
-    assert export(out, "--to", "npy", "--out", tmp_path / "file") == 6
-    assert "cannot create the folder" in capsys.readouterr().err
-    assert export(out, "--to", "mcpl", "--out", "/proc/photons.mcpl") == 6
 
 
 @pytest.mark.parametrize("to", ["npy", "mcpl", "netcdf"])
