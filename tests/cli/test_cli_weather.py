@@ -86,7 +86,7 @@ def test_a_run_says_what_the_weather_replaced(amc, tmp_path, capsys):
         ((*ROW, "--dni", 5), 2, "--dni contradicts --epw, which gives the sun and the sky"),
         ((*ROW, "--time", "2026-06-21T09:30:00Z"), 2, "--time contradicts --epw"),
         ((*TIME, "--sun-zenith", 5), 2, "leave out --sun-zenith"),
-        (("--epw", EPW, "--tmy3", EPW, "--row", 1), 2, "cannot stand beside"),
+        (("--epw", EPW, "--tmy3", EPW, "--row", 1), 2, "not allowed with argument"),
         (("--tmy3", EPW, "--row", 1), 3, "E601"),
         (("--time", "2026-06-21T09:30:00", *TIME[2:]), 2, "time zone"),
         (("--time", "2026-06-21T00:30:00Z", *TIME[2:]), 4, "below the horizon there; take an hour of the day"),
