@@ -126,12 +126,6 @@ def test_aomc_launches_the_counts_of_a_run_on_degrees(amc, tmp_path, capsys):
     assert read_scene(made).n_photons.tolist() == [20_000] * 3
 
 
-def test_aomc_shares_out_anew_on_degrees_and_says_so(amc, out, capsys):
-    assert export(out, "--to", "aomc", "--scene", amc) == 0
-    assert capsys.readouterr().out.count("distributed again") == 1
-    assert read_back(out.with_name("out-aomc")).sum(axis=1).tolist() == [20_000] * 3
-
-
 def test_aomc_without_its_scene_says_what_to_write(amc, out, capsys):
     assert export(out, "--to", "aomc") == 0
     assert "write 20000 in line 1 of amc.inp and 1 in line 2" in capsys.readouterr().out
@@ -302,13 +296,6 @@ def test_large_texts_are_told_before(out, capsys, monkeypatch):
     monkeypatch.setattr("aomc_sky.engine.export.LARGE_TEXT_BYTES", 1000)
     assert export(out, "--to", "csv", "--waveband", 1) == 0
     assert "GB; --to npy takes" in capsys.readouterr().err
-
-
-def test_a_target_that_refuses(out, tmp_path, capsys):
-    (tmp_path / "file").write_text("mine")
-    assert export(out, "--to", "npy", "--out", tmp_path / "file") == 6
-    assert "cannot create the folder" in capsys.readouterr().err
-    assert export(out, "--to", "mcpl", "--out", "/proc/photons.mcpl") == 6
 
 
 @pytest.mark.parametrize("to", ["npy", "mcpl", "netcdf"])

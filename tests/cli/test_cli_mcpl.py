@@ -16,7 +16,6 @@ import aomc_sky as sky
 from aomc_sky.cli.main import main
 from aomc_sky.engine.run import JobOptions, run_job
 from aomc_sky.formats.mcpl.header import runs_of
-from aomc_sky.outputs.folder.run_folder import RunFolder
 from tests.support.mcpl import oracle
 from tests.support.scenes import copy_scene, run_bytes
 from tests.support.shared import DATA, INPUTS, REPOSITORY
@@ -160,20 +159,6 @@ def test_a_run_that_was_stopped_ends_with_the_same_bytes(after, amc, tmp_path):
     assert run_bytes(tmp_path / "out") == run_bytes(tmp_path / "whole")
 
 
-def test_what_is_there_is_kept_and_what_is_missing_is_made(amc, tmp_path):
-    scene = sky.read_scene(amc, iterations=ITERATIONS)
-    options, out = JobOptions(formats=("npy", "mcpl")), tmp_path / "out"
-    run_job(scene.source(), scene, out, options)
-    whole = run_bytes(out)
-    times = {p.name: p.stat().st_mtime_ns for p in out.iterdir()}
-    for gone in ("photons-0002.npy", "photons.mcpl", "manifest.json"):
-        (out / gone).unlink()
-        assert not run_job(scene.source(), scene, out, options).was_finished
-        assert run_bytes(out) == whole
-        kept = {"photons-0001.npy", "photons-0003.npy"}
-        assert {name: times[name] for name in kept} == {name: (out / name).stat().st_mtime_ns for name in kept}
-
-
 def test_a_file_of_the_right_length_with_another_head_is_not_ours(amc, tmp_path):
     scene = sky.read_scene(amc, iterations=100)
     out, options = tmp_path / "out", JobOptions(formats=("mcpl",))
@@ -200,24 +185,6 @@ def test_wavebands_that_were_not_asked_for_are_not_in_the_file(amc, tmp_path):
     assert listed == ["wavelengths of the wavebands [nm]: 2: 580.0, 3: 640.0"]
 
 
-def test_force_removes_the_file_of_another_run(amc, tmp_path):
-    out = tmp_path / "out"
-    assert run(amc, "--iterations", 100, "-q", "--format", "mcpl", "--out", out) == 0
-    assert run(amc, "--iterations", 200, "-q", "--out", out) == 5
-    assert run(amc, "--iterations", 200, "-q", "--out", out, "--force") == 0
-    assert not (out / "photons.mcpl").exists()
-    (tmp_path / "foreign").mkdir()
-    shutil.copy(DATA / "mcpl/bad/nan_energy.mcpl", tmp_path / "foreign/photons.mcpl")
-    assert run(amc, "--iterations", 200, "-q", "--out", tmp_path / "foreign") == 2
-
-
-def test_a_disk_that_is_too_small_is_told_first(amc, tmp_path, monkeypatch, capsys):
-    asked = []
-    monkeypatch.setattr(RunFolder, "require_space", lambda self, n: asked.append(n))
-    assert run(amc, "--iterations", 1000, "-q", "--format", "mcpl", "--out", tmp_path / "out") == 0
-    assert asked == [(tmp_path / "out/photons.mcpl").stat().st_size]
-
-
 def test_info_shows_head_and_bounds(amc, tmp_path, capsys):
     assert run(amc, "--iterations", 1000, "-q", "--format", "mcpl", "--out", tmp_path / "out") == 0
     path = tmp_path / "out/photons.mcpl"
@@ -232,18 +199,6 @@ def test_info_shows_head_and_bounds(amc, tmp_path, capsys):
     assert facts["bounds"]["uz"] == [particles.direction[:, 2].min(), particles.direction[:, 2].max()]
     assert facts["bounds"]["user_flags"] == [int(particles.user_flags.min()), int(particles.user_flags.max())]
     assert facts["bounds"]["energy"][1] == particles.energy.max()
-
-
-def test_info_of_a_hostile_text_prints_no_control_characters(tmp_path, capsys):
-    from aomc_sky.formats.mcpl.header import McplHeader, encode_header
-
-    path = tmp_path / "x.mcpl"
-    path.write_bytes(encode_header(McplHeader(n_particles=0, source="\x1b[2J", comments=("\a" * 60_000,))))
-    assert main(["info", str(path)]) == 0
-    text = capsys.readouterr().out
-    assert "\x1b" not in text
-    assert "\a" not in text
-    assert len(text) < 2000
 
 
 @pytest.mark.parametrize("command", ["info", "validate"])

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import csv
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -135,17 +133,6 @@ def test_a_low_sun_shines_from_where_it_is_seen(capsys):
     assert by_angle["epsilon"] == found["epsilon"]  # an angle that is given is one that is seen: nothing is added to it
 
 
-def test_times_with_an_offset_and_the_azimuth_convention(capsys):
-    pytest.importorskip("pvlib")
-    place = ["--latitude", "50", "--longitude", "0", "--epsilon", "2", "--delta", "0.2"]
-    noon = shown(capsys, "--time", "2024-03-20T14:07:00+02:00", *place)
-    assert noon["source"]["time"] == "2024-03-20T12:07:00Z"
-    assert noon["sun_azimuth_deg"] == pytest.approx(270.0, abs=1.0)  # south, counted from east towards north
-    morning = shown(capsys, "--time", "2024-03-20T08:00:00Z", *place)
-    assert 270 < morning["sun_azimuth_deg"] < 360
-    assert morning["extraterrestrial_normal"] == pytest.approx(1361.1 * 1.0087, rel=2e-3)
-
-
 def test_a_table_read_back_gives_the_same_masses(tmp_path, capsys):
     path = tmp_path / "skydist.inp"
     assert main(["perez", *CLEAR, "--sun-azimuth", "70", "--bins", "9", "36", "--write-skydist", str(path), "-q"]) == 0
@@ -189,13 +176,6 @@ def test_counts_are_exact(tmp_path):
     assert place == list(range(324))
     assert float(rows[40]["zenith_lo_deg"]) == 10.0
     assert [float(row["mass"]) for row in rows] == pytest.approx(mass, rel=1e-12)
-
-
-def test_a_picture(tmp_path):
-    pytest.importorskip("matplotlib")
-    path = tmp_path / "sky.png"
-    assert main(["perez", *CLEAR, "--plot", str(path), "-q"]) == 0
-    assert path.read_bytes().startswith(b"\x89PNG")
 
 
 @pytest.mark.parametrize(
@@ -293,22 +273,3 @@ def test_a_row_without_diffuse_light_and_a_missing_one(tmp_path, capsys):
     assert "DHI is 0" in capsys.readouterr().err
     assert main(["perez", "--epw", str(path), "--row", "8"]) == 4
     assert "row 8 has only DNI of GHI, DNI and DHI; two of them make a sky" in capsys.readouterr().err
-
-
-def test_without_pvlib_the_extra_is_named(capsys, monkeypatch):
-    for name in ("pandas", "pvlib"):
-        monkeypatch.setitem(sys.modules, name, None)
-    assert main(["perez", "--epw", EPW, "--row", "12"]) == 2
-    said = capsys.readouterr().err
-    assert 'pip install "aomc-sky[weather]"' in said
-    assert "Traceback" not in said
-
-
-def test_one_sky_needs_no_weather_library(tmp_path):
-    code = (
-        "import sys\nfrom aomc_sky.cli.main import main\n"
-        "assert main(sys.argv[1:]) == 0\n"
-        "print(sorted({'matplotlib', 'pandas', 'pvlib'} & set(sys.modules)))\n"
-    )
-    done = subprocess.run([sys.executable, "-c", code, "perez", *CLEAR], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "[]"

@@ -90,67 +90,6 @@ def test_difcol_alone_is_said_and_warned_of(tmp_path, capsys):
     assert run(amc, "--dry-run", "--strict", "--dni", 700, "--dhi", 120) == 0
 
 
-def test_coefficients_and_the_way_to_delta(amc, capsys):
-    given = ("--coefficients", -1, -0.32, 10, -3, 0.45)
-    assert run(amc, *given, "--dry-run", "--json") == 0
-    shown = json.loads(capsys.readouterr().out)["options"]["perez"]
-    assert shown["coefficients"] == [-1, -0.32, 10, -3, 0.45]
-    assert "air_mass" not in shown
-    delta = []
-    for words in (
-        (),
-        ("--extraterrestrial", 1361.1),
-        ("--extraterrestrial", 1361.1 / 2),
-        ("--air-mass", "kasten-1966"),
-    ):
-        assert run(amc, *words, "--dry-run", "--json") == 0
-        delta.append(json.loads(capsys.readouterr().out)["options"]["perez"]["delta"])
-    assert delta[1] == delta[0]
-    assert delta[2] == pytest.approx(2 * delta[0], rel=1e-14)
-    assert 1e-6 < abs(delta[3] / delta[0] - 1) < 1e-2
-
-
-def test_limits_are_told(amc, tmp_path, capsys):
-    out = tmp_path / "out"
-    assert run(amc, "--epsilon", 40, "--delta", 0.9, "--iterations", 1000, "--out", out) == 0
-    assert "warning: " in capsys.readouterr().err
-    assert json.loads((out / "manifest.json").read_text())["options"]["scene"]["perez"]["limited"]
-
-
-@pytest.mark.parametrize(
-    ("words", "code", "shown"),
-    [
-        (["--dni", "850"], 2, "dni without dhi"),
-        (["--epsilon", "3", "--delta", "0.2", "--air-mass", "kasten-1966"], 2, "air_mass"),
-        (["--dni", "0", "--dhi", "0"], 4, "no light"),
-        (["--sun-zenith", "90"], 2, "a sun that has set needs [atmosphere]"),
-    ],
-)
-def test_what_cannot_be(amc, tmp_path, capsys, words, code, shown):
-    assert run(amc, *words, "--out", tmp_path / "out") == code
-    error = capsys.readouterr().err
-    assert shown in error
-    assert "Traceback" not in error
-    assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ["--dni", "-1"],
-        ["--epsilon", "0.5"],
-        ["--sun-zenith", "180.5"],
-        ["--extraterrestrial", "0"],
-        ["--delta", "much"],
-    ],
-)
-def test_numbers_out_of_range_are_usage_errors(amc, capsys, words):
-    with pytest.raises(SystemExit) as stop:
-        run(amc, *words)
-    assert stop.value.code == 2
-    assert words[0] in capsys.readouterr().err
-
-
 def test_validate_reads_sky_toml(amc, capsys):
     assert main(["validate", str(amc.parent)]) == 0
     assert "sky.toml: ok" in capsys.readouterr().out

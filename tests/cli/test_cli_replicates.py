@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from importlib import resources
 from pathlib import Path
 
@@ -108,16 +106,6 @@ def test_a_resumed_run_with_weights(amc, tmp_path):
     assert run_bytes(out) == kept
 
 
-def test_a_pipe_has_the_records_of_the_file(amc, tmp_path):
-    words = [str(amc), "--iterations", "5000", "--replicates", "4", "--format", "raw"]
-    assert run(*words, "--out", tmp_path / "out", "-q") == 0
-    command = [sys.executable, "-m", "aomc_sky", "run", *words, "--out", "-"]
-    piped = subprocess.run(command, capture_output=True, check=True)
-    files = sorted((tmp_path / "out").glob("*.raw"))
-    assert piped.stdout == b"".join(path.read_bytes() for path in files)
-    assert b"standard errors from 4 replicates" in piped.stderr
-
-
 def test_no_photons_no_errors(amc, tmp_path, capsys):
     assert run(amc, "--iterations", 1000, "--replicates", 4, "--format", "none", "--out", tmp_path / "out") == 0
     assert "no standard errors" in capsys.readouterr().out
@@ -144,14 +132,6 @@ def test_bad_replicates(amc, tmp_path, capsys, words, code, message):
     assert run(amc, "--iterations", 10, *words, "--out", tmp_path / "out", "-q") == code
     assert message in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize("word", ["two", "1.5", "nan"])
-def test_what_is_no_whole_number(amc, capsys, word):
-    with pytest.raises(SystemExit) as stopped:
-        run(amc, "--replicates", word)
-    assert stopped.value.code == 2
-    assert "whole number" in capsys.readouterr().err
 
 
 def test_one_replicate_under_compat(amc, tmp_path):

@@ -254,36 +254,6 @@ def test_photons_from_dark_zones(verify):
 
 
 @pytest.mark.parametrize(
-    ("rows", "code"),
-    [
-        (np.zeros((5, 2)), "E902"),
-        (np.zeros((5, 3), dtype=np.int32), "E902"),
-        (np.zeros((5, 3), order="F"), "E902"),
-        (np.zeros(5, dtype=object), "E902"),
-        (np.full((5, 3), np.nan), "E904"),
-    ],
-)
-def test_arrays_that_are_no_photons(tmp_path, capsys, rows, code):
-    np.save(tmp_path / "x.npy", rows, allow_pickle=True)
-    assert main(["verify", "--scene", str(SCENE), str(tmp_path / "x.npy"), "--waveband", "1"]) == 3
-    assert f"error[{code}]" in capsys.readouterr().err
-
-
-def test_files_that_are_no_arrays(tmp_path, capsys):
-    path = tmp_path / "x.npy"
-    for data, code in ((b"", "E902"), (b"\x93NUMPY\x01\x00\xff\xff{", "E902"), (b"hello", "E902")):
-        path.write_bytes(data)
-        assert main(["verify", "--scene", str(SCENE), str(path), "--waveband", "1"]) == 3
-        assert f"error[{code}]" in capsys.readouterr().err
-    np.save(path, np.zeros((9, 3)))
-    path.write_bytes(path.read_bytes()[:-1])
-    assert main(["verify", "--scene", str(SCENE), str(path), "--waveband", "1"]) == 3
-    assert "error[E903]" in capsys.readouterr().err
-    assert main(["verify", "--scene", str(SCENE), str(tmp_path / "no.npy")]) == 3
-    assert "error[E901]" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
     ("words", "what"),
     [
         ((), "name the waveband of the photons with --waveband"),

@@ -102,16 +102,6 @@ class TestSurface:
         assert fresnel.refracted_mu(0.6, 1 / INDEX) == 0.0
         assert fresnel.reflectance(0.6, 0.0, 1 / INDEX) == 1.0
 
-    def test_the_way_back(self) -> None:
-        """A path reversed has the same angles and the same reflectance; without a step in index there is none."""
-        for mu in np.linspace(1e-4, 1, 50):
-            behind = fresnel.refracted_mu(mu, INDEX)
-            assert fresnel.refracted_mu(behind, 1 / INDEX) == pytest.approx(mu, abs=1e-9)
-            there = fresnel.reflectance(mu, behind, INDEX)
-            assert fresnel.reflectance(behind, mu, 1 / INDEX) == pytest.approx(there, rel=1e-12)
-            assert fresnel.refracted_mu(mu, 1.0) == pytest.approx(mu, rel=1e-15)
-            assert fresnel.reflectance(mu, fresnel.refracted_mu(mu, 1.0), 1.0) < 1e-30
-
     BAR = 3e-6
     """What six replicates of N photons say of their mean, at most."""
 
@@ -180,12 +170,6 @@ class TestAbsorption:
         assert np.any(deviations(tally.down[1:], straight, N) > SIGMAS)
         light(tally, N)
 
-    def test_exponential_integral(self, diffuse: Any) -> None:
-        """Without a surface the irradiance of a uniform sky is 2 E3."""
-        tally = transport.simulate(diffuse, N, absorbing(2.0, index=1.0), KEY, self.DEPTHS)
-        exact = [float(2 * mpmath.expint(3, t)) for t in self.DEPTHS[1:]]
-        assert np.all(deviations(tally.down[1:], exact, N) < SIGMAS)
-
 
 class TestPhaseFunctions:
     U = (np.arange(20_000) + 0.5) / 20_000
@@ -223,12 +207,6 @@ class TestPhaseFunctions:
             np.testing.assert_allclose(np.linalg.norm(turned, axis=1), 1, atol=1e-14)
             np.testing.assert_allclose(turned.mean(axis=0), 0.3 * path, atol=1e-12)
 
-    def test_length_after_many_turns(self) -> None:
-        path = (0.6, 0.0, -0.8)
-        for k in range(10_000):
-            path = scattering.turned(*path, 0.9, (k * 0.618034) % 1)
-        assert np.linalg.norm(path) == pytest.approx(1, abs=1e-14)
-
 
 class TestRandomNumbers:
     @pytest.mark.parametrize(
@@ -246,10 +224,6 @@ class TestRandomNumbers:
     def test_known_answers(self, counter: list[int], key: int, words: list[int]) -> None:
         """Those of Random123."""
         assert [int(w) for w in philox.philox4x32(*map(np.uint64, counter), np.uint64(key))] == words
-
-    def test_never_zero_never_one(self) -> None:
-        assert philox.unit(np.uint64(0)) == 2.0**-33
-        assert philox.unit(np.uint64(2**32 - 1)) == 1 - 2.0**-33
 
     def test_keys_and_counters_are_apart(self) -> None:
         seen = {
@@ -342,9 +316,6 @@ class TestSimulate:
         other_key = transport.simulate(diffuse, 5_500, water, philox.transport_key(2), [1.0])
         assert other_key.fate[ABSORBED] != whole.fate[ABSORBED]
 
-    def test_no_photons(self, diffuse: Any) -> None:
-        assert transport.simulate(diffuse, 0, turbid(2.0, 0.9), KEY, [1.0]).fate.sum() == 0
-
     def test_clear_water_and_no_surface(self, diffuse: Any) -> None:
         """The limits work, too: without water or without a surface."""
         clear = transport.simulate(diffuse, 20_000, turbid(0.0, 0.0, bottom_reflectance=1.0), KEY, [])
@@ -401,16 +372,6 @@ class TestCommand:
         for k in range(1, 400):
             water = water_layer(depth_m=k / 7, absorption_per_m=0.05, scattering_per_m=0.15)
             assert run_slab.optical_depths_of(np.linspace(0, k / 7, 6), water)[-1] == water.optical_depth
-
-    def test_missing_file(self, capsys: pytest.CaptureFixture[str]) -> None:
-        assert run_slab.main(["nowhere/amc.inp"]) == 3
-        assert "there is no such file" in capsys.readouterr().err
-
-    @pytest.mark.parametrize("more", [["--replicates", "1"], ["--photons", "1"], ["--threads", "0"]])
-    def test_bad_choices(self, more: list[str]) -> None:
-        with pytest.raises(SystemExit) as stopped:
-            run_slab.parse([*self.ARGUMENTS, *more])
-        assert stopped.value.code == 2
 
 
 PAGE = (REPOSITORY / "docs" / "transport_example.md").read_text()

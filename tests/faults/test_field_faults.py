@@ -22,7 +22,7 @@ external_storage = partial(hdf5_damage.external_storage, **OF_DATA)
 external_link = partial(hdf5_damage.external_link, **OF_DATA)
 virtual = partial(hdf5_damage.virtual, **OF_DATA)
 sparse = partial(hdf5_damage.sparse, **OF_DATA)
-bomb = partial(hdf5_damage.bomb, **OF_DATA, n_bytes=2**30)
+bomb = partial(hdf5_damage.bomb, **OF_DATA, n_bytes=2**28)
 
 ZENITH, AZIMUTH = np.arange(15.0, 90.0, 30.0), np.arange(0.0, 360.0, 60.0)
 

@@ -32,7 +32,6 @@ DECLARED: dict[str, dict[str, tuple[int, int]]] = {
         "test_any_grid": (3, 2),
         "test_single_precision": (1, 2),
         "test_clipped_skies": (2, 2),
-        "test_against_the_mixture": (1, 1),
         "test_stratified_photons": (3, 1),
     },
     "test_lobes": {"test_patches": (12, 2), "test_single_precision": (2, 1)},
@@ -55,7 +54,6 @@ DECLARED: dict[str, dict[str, tuple[int, int]]] = {
         "test_shares_of_lambert": (1, 1),
         "test_thinning_is_fair": (1, 2),
     },
-    "test_perez_oracle": {"test_photons_of_the_mixture": (3, 6), "test_photons_of_clipped_skies": (2, 2)},
 }
 
 PLAN = StatisticalPlan(

@@ -9,7 +9,7 @@ from scipy.special import gammaincc
 import aomc_sky as sky
 from aomc_sky.errors import ModelLimitWarning
 from aomc_sky.skies.perez.sky import PerezSky
-from tests.reference import perez_mixture
+from tests.reference import perez_law
 from tests.support import chi2
 from tests.support.perez_cases import CASES, CLIPPED, cell_counts, cell_p, cell_shares, cone_p, photon_p_values
 from tests.support.sampled import scene, sky_angles
@@ -49,14 +49,14 @@ def test_any_grid(plan, shape):
     case, grid = CASES["narrow aureole"], sky.PatchGrid.regular(*shape)
     angles = photons(case, seed=shape[0], grid=grid, n=N // 4, method="iid", precision="float64")
     plan.check(cell_p(case.law, *angles))
-    plan.check(cone_p(case.law, *perez_mixture.around_the_sun(case.law, *angles)))
+    plan.check(cone_p(case.law, *perez_law.around_the_sun(case.law, *angles)))
 
 
 def test_single_precision(plan):
     case = CASES["narrow aureole"]
     angles = photons(case, method="iid", precision="float32")
     plan.check(cell_p(case.law, *angles))
-    plan.check(cone_p(case.law, *perez_mixture.around_the_sun(case.law, *angles)))
+    plan.check(cone_p(case.law, *perez_law.around_the_sun(case.law, *angles)))
 
 
 @pytest.mark.slow
@@ -68,18 +68,10 @@ def test_clipped_skies(plan, name):
         model = PerezSky(sun_zenith_rad=law.sun_zenith_rad, coefficients=law.coefficients, grid=TEN_DEGREES)
     mu, u, azimuth_deg = sky_angles(scene((model,), N).source(seed=7, method="iid", precision="float64").photons())
     azimuth = np.deg2rad(azimuth_deg)
-    gamma, psi = perez_mixture.around_the_sun(law, mu, u, azimuth)
+    gamma, psi = perez_law.around_the_sun(law, mu, u, azimuth)
     assert law.luminance(mu, gamma).min() > 0
     plan.check(cell_p(law, mu, u, azimuth))
     plan.check(cone_p(law, gamma, psi))
-
-
-def test_against_the_mixture(plan):
-    """Our photons and the oracle's, no quadrature between them."""
-    case = CASES["narrow aureole"]
-    theirs = cell_counts(*perez_mixture.sample(case.law, N // 4, np.random.default_rng(8)))
-    ours = cell_counts(*photons(case, method="iid", precision="float64"))
-    plan.check(chi2.homogeneity_p(ours, theirs))
 
 
 def upper_p(observed, expected):
@@ -121,4 +113,4 @@ def test_planted_defects(plan_only, defect):
         law = replace(law, coefficients=(a, b, c, d / 1.03, e))
     planted = replace(case, epsilon=6.1) if defect == "other bin" else case
     angles = photons(planted, turn_deg=turn_deg, method="iid", precision="float64")
-    plan_only.catches(cone_p(law, *perez_mixture.around_the_sun(law, *angles)))
+    plan_only.catches(cone_p(law, *perez_law.around_the_sun(law, *angles)))

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tests.reference import perez_mixture
-from tests.reference.perez_mixture import PerezLaw
+from tests.reference import perez_law
+from tests.reference.perez_law import PerezLaw
 from tests.support import chi2
 from tests.support.means import mean_p
 
@@ -75,7 +75,7 @@ def cell_counts(mu: np.ndarray, u: np.ndarray, azimuth: np.ndarray) -> np.ndarra
 
 def cell_shares(law: PerezLaw) -> np.ndarray:
     """What `cell_counts` expects, per photon."""
-    return perez_mixture.patch_shares(law, ZENITH_EDGES_DEG, AZIMUTH_EDGES_DEG)
+    return perez_law.patch_shares(law, ZENITH_EDGES_DEG, AZIMUTH_EDGES_DEG)
 
 
 def cell_p(law: PerezLaw, mu: np.ndarray, u: np.ndarray, azimuth: np.ndarray) -> float:
@@ -88,21 +88,21 @@ def cone_p(law: PerezLaw, gamma: np.ndarray, psi: np.ndarray) -> float:
     radius = min(np.pi / 2 - law.sun_zenith_rad, np.pi / 4)
     edges = radius * np.linspace(0, 1, CONE_RINGS + 1) ** 2
     seen = np.histogram2d(gamma, psi, bins=[edges, np.linspace(0, 2 * np.pi, CONE_SECTORS + 1)])[0]
-    share = perez_mixture.cone_shares(law, edges, CONE_SECTORS)
+    share = perez_law.cone_shares(law, edges, CONE_SECTORS)
     observed = np.append(seen, gamma.size - seen.sum())
     return chi2.chi2_p(observed, np.append(share, 1 - share.sum()) * gamma.size)
 
 
 def photon_p_values(law: PerezLaw, mu: np.ndarray, u: np.ndarray, azimuth: np.ndarray) -> dict[str, float]:
     """p-values of independent photons (azimuths from the sun) against quadrature of the continuous law."""
-    gamma, psi = perez_mixture.around_the_sun(law, mu, u, azimuth)
+    gamma, psi = perez_law.around_the_sun(law, mu, u, azimuth)
     beside = gamma[gamma < KS_RADIUS_RAD]
     towards, aside = np.sqrt(u) * np.cos(azimuth), np.sqrt(u) * np.sin(azimuth)
     return {
         "cells": cell_p(law, mu, u, azimuth),
         "cone": cone_p(law, gamma, psi),
-        "beside the sun": chi2.ks_p(perez_mixture.cone_places(law, beside, KS_RADIUS_RAD)),
-        "mean mu": mean_p(mu, perez_mixture.mean(law, lambda x, y, mu: mu)),
-        "mean towards the sun": mean_p(towards, perez_mixture.mean(law, lambda x, y, mu: x)),
+        "beside the sun": chi2.ks_p(perez_law.cone_places(law, beside, KS_RADIUS_RAD)),
+        "mean mu": mean_p(mu, perez_law.mean(law, lambda x, y, mu: mu)),
+        "mean towards the sun": mean_p(towards, perez_law.mean(law, lambda x, y, mu: x)),
         "mean aside": mean_p(aside, 0.0),
     }

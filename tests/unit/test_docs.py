@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import re
 import subprocess
 import sys
@@ -10,7 +9,6 @@ from pathlib import Path
 
 import pytest
 
-from aomc_sky.cli.main import build_parser
 from tests.support.shared import REPOSITORY
 
 README = (REPOSITORY / "README.md").read_text()
@@ -60,30 +58,6 @@ def test_readme_shows_what_the_command_prints(tmp_path: Path) -> None:
     done = subprocess.run([sys.executable, "-m", "aomc_sky", *arguments], capture_output=True, text=True, check=True)
     assert len(shown.splitlines()) == 4
     assert f"\n{shown}\n" in done.stdout
-
-
-def options_of(parser: argparse.ArgumentParser) -> set[str]:
-    """Every option string of a parser and its sub-commands."""
-    found: set[str] = set()
-    for action in parser._actions:
-        found.update(action.option_strings)
-        if isinstance(action, argparse._SubParsersAction):
-            for sub in action.choices.values():
-                found |= options_of(sub)
-    return found - {"-h", "--help"}
-
-
-def test_every_option_stands_in_the_manual() -> None:
-    manual = (REPOSITORY / "docs/cli.md").read_text()
-    documented = set(re.findall(r"(?<![\w-])--?[a-z][a-z0-9-]*", manual))
-    assert options_of(build_parser(is_complete=True)) - documented == set()
-
-
-def test_the_manual_invents_no_option() -> None:
-    first_cells = re.findall(r"^\| (`-[^|]*(?:\\\|[^|]*)*)\|", (REPOSITORY / "docs/cli.md").read_text(), re.MULTILINE)
-    documented = {option for cell in first_cells for option in re.findall(r"(?<![\w-])--?[a-z][a-z0-9-]*", cell)}
-    assert len(documented) > 20
-    assert documented <= options_of(build_parser(is_complete=True))
 
 
 def test_exit_codes_of_the_errors_stand_in_the_manual() -> None:

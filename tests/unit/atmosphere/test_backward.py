@@ -11,9 +11,7 @@ from scipy.special import expn
 
 from aomc_sky.atmosphere import backward
 from aomc_sky.atmosphere.backward import BLOCK, CHECKED, PathsResult, path_tables, paths_result, solve_paths
-from aomc_sky.atmosphere.eclipse import solve_eclipsed_order_one
 from aomc_sky.atmosphere.lights import Moon
-from aomc_sky.atmosphere.order_one import solve_order_one
 from aomc_sky.atmosphere.sky.path_orders import path_orders
 from aomc_sky.atmosphere.sky.solve import later_orders, solve_sky
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
@@ -178,13 +176,6 @@ def test_visible_share_against_a_grid() -> None:
         fill_sun_share(np.zeros(1), np.zeros((3, 1)), sun, (*centre, radius, SUN_RADIUS), share)
         hidden = disc & ((x - apart) ** 2 + y * y < size * size)
         assert share[0] == pytest.approx(1.0 - hidden.sum() / disc.sum(), abs=2e-4)
-
-
-def test_eclipsed_order_one_without_an_eclipse() -> None:
-    medium = full([450.0, 550.0])
-    away = Moon(zenith_rad=0.0, distance_m=3.65e8)
-    found = solve_eclipsed_order_one(medium, SUN, ZENITH, AZIMUTH, away)
-    np.testing.assert_allclose(found, solve_order_one(medium, SUN, ZENITH, AZIMUTH), rtol=2e-6)
 
 
 def test_glow_of_the_ground_once_scattered() -> None:

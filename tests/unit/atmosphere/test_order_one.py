@@ -12,13 +12,12 @@ import numpy as np
 import pytest
 
 from aomc_sky.atmosphere.medium import Medium, scatterers
-from aomc_sky.atmosphere.optical_depth import columns, columns_to_top, density_profile
+from aomc_sky.atmosphere.optical_depth import density_profile
 from aomc_sky.atmosphere.order_one import (
     ray_panels,
     scattered_once,
     scattering_cosine,
     solve_order_one,
-    sun_columns,
 )
 from aomc_sky.atmosphere.twilight import ExactOnce
 from aomc_sky.errors import UsageError
@@ -205,37 +204,6 @@ def test_scattering_cosine() -> None:
     assert scattering_cosine(0.3, np.array([0.3]), np.array([0.0]))[0] == 1.0
     assert scattering_cosine(HALF_PI, np.array([HALF_PI]), np.array([np.pi]))[0] == -1.0
     assert scattering_cosine(0.0, np.array([1.0]), np.array([2.0]))[0] == pytest.approx(np.cos(1.0), abs=1e-16)
-
-
-@pytest.mark.parametrize("sun_deg", [0.0, 40.0, 85.0, 90.0, 92.0])
-def test_sun_table(sun_deg: float) -> None:
-    """Rows of the table between their entries, and the level rays, against the quadrature that filled them."""
-    medium, sun = full(550.0), np.radians(sun_deg)
-    profile = density_profile(medium)
-    panels = ray_panels(profile, sun)
-    altitude = panels[:-1, None] + np.diff(panels)[:, None] * np.array([0.1, 0.9])
-    table = sun_columns(profile, panels, altitude, sun)
-    for share in (2.5, 3.3):
-        first = table.n_row // 2 - 3
-        points = np.arange(6)
-        weights = np.array([np.prod((share - np.delete(points, k)) / (k - np.delete(points, k))) for k in points])
-        rows = table.row_start[:, None] + first[:, None] + points
-        found = np.einsum("p,npi->ni", weights, table.table[rows])
-        mu = table.scale * np.sinh(table.low + (first + share) / table.inverse_step)
-        exact = columns(profile, altitude.ravel(), mu, profile.top_m)
-        sigma = profile.extinction_m2[0]
-        np.testing.assert_allclose(found @ sigma, exact @ sigma, rtol=1e-6)
-
-
-def test_level_rays_between_the_nodes() -> None:
-    profile = density_profile(mol_ozone(600.0))
-    table = sun_columns(profile, profile.edge_m, profile.edge_m[:-1, None] + 1.0, HALF_PI)
-    for panel, (low, high) in enumerate(zip(profile.edge_m[:-1], profile.edge_m[1:], strict=True)):
-        altitude = np.linspace(low, high, 7)
-        x = 2 * np.sqrt((high - altitude) / (high - low)) - 1
-        found = np.array([np.polyval(row, x) for row in table.level[panel]]).T @ profile.extinction_m2[0]
-        exact = columns_to_top(profile, altitude, 0.0) @ profile.extinction_m2[0]
-        np.testing.assert_allclose(found, exact, rtol=1e-6, atol=1e-12)
 
 
 @pytest.mark.parametrize(

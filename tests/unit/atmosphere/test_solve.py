@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
 
 import numpy as np
 import pytest
@@ -267,26 +266,6 @@ def test_solve_takes_them() -> None:
     assert found.under_sampled.shape == found.radiance.shape
     alone = look(ZENITH[2:3], AZIMUTH[2:])
     assert np.array_equal(alone.radiance[..., 0], found.radiance[:, 2:3, 2])
-
-
-def test_many_directions_have_fewer_paths(monkeypatch: pytest.MonkeyPatch) -> None:
-    asked = []
-
-    def follow(*arguments: object, **options: object) -> object:
-        asked.append(options["n_paths"])
-        raise InterruptedError
-
-    monkeypatch.setattr(solve_module, "solve_paths", follow)
-    sky: Any = type("Sky", (), {"medium": MOLECULES, "sun_zenith_rad": TWILIGHT_SUN, "n_orders": 4, "moon": None})()
-    for n in (1, 512, 1024, 100_000):
-        with pytest.raises(InterruptedError):
-            solve_module.directed_paths(sky, np.zeros(n), np.zeros(n))
-    assert asked == [65536, 65536, 32768, 4096]
-
-
-def test_series_methods_have_no_flags() -> None:
-    quick = solve(MOLECULES, sun_zenith_rad=1.0, sky_zenith_rad=[0.5], azimuth_from_sun_rad=[0.0], method="order1")
-    assert quick.under_sampled is None
 
 
 def test_the_nearest_node_counts() -> None:

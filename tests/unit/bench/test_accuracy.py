@@ -10,7 +10,6 @@ import pytest
 
 from bench.accuracy import Found, Row, error_of, measure_errors, slope_of, tallied, trends
 from bench.quantities import QUANTITIES, Values
-from bench.report import Sizes, short_count
 from bench.samplers import METHODS
 from bench.skies import bench_sky
 
@@ -125,22 +124,3 @@ def test_a_method_without_chance_runs_once() -> None:
     assert by_name["aomc"].replicates == 1
     assert by_name["default"].replicates == 3
     assert by_name["patch-order"].error == by_name["default"].error
-
-
-def test_errors_come_back_with_the_seed() -> None:
-    one, again, other = (
-        measure_errors(bench_sky("sparse"), [METHODS["iid"]], 1000, replicates=2, seed=seed) for seed in (7, 7, 8)
-    )
-    assert one == again
-    assert one[0].error != other[0].error
-
-
-def test_fewer_replicates_where_photons_are_many() -> None:
-    sizes = Sizes()
-    assert sizes.replicates_of(10**3) == 64
-    assert 4 <= sizes.replicates_of(10**7) < sizes.replicates_of(10**6) < 64
-    assert Sizes(replicates=2).replicates_of(10**7) == 2
-
-
-def test_counts_of_photons_in_tables() -> None:
-    assert [short_count(n) for n in (1000, 10**7, 2**20, 32_000_000)] == ["1e3", "1e7", "1048576", "3.2e7"]

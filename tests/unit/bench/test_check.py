@@ -10,9 +10,8 @@ from pathlib import Path
 import pytest
 
 from aomc_sky.errors import MissingExtraError
-from bench import check, figure, peers, report
+from bench import check, peers, report
 from bench.check import LIMITS, Bar, Check
-from bench.harness import markdown_table
 from bench.samplers import METHODS
 from tests.support.shared import REPOSITORY
 
@@ -95,20 +94,6 @@ def test_page_and_picture(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> No
         assert all(float(row[column]) >= 0 for column in report.CSV_COLUMNS if column.startswith("error_"))
 
 
-def test_every_method_has_a_style_of_its_own() -> None:
-    assert set(METHODS) <= set(figure.STYLES)
-    assert len(set(figure.STYLES.values())) == len(figure.STYLES)
-    assert len({marker + line for _, line, marker in figure.STYLES.values()}) == len(figure.STYLES)
-
-
-@pytest.mark.parametrize("words", [["--turns", "0"], ["--replicates", "-1"], ["--photons", "1.5"]])
-def test_refused(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as stop:
-        check.main(words)
-    assert stop.value.code == 2
-    assert "invalid count value" in capsys.readouterr().err
-
-
 def test_a_page_that_cannot_be_written_is_refused_before_anything_is_measured(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -131,7 +116,3 @@ def test_the_page_in_the_documentation_has_the_text_of_the_script() -> None:
     page = (REPOSITORY / "docs/performance.md").read_text()
     head = report._HEAD.partition("Machine:")[0].format(csv="`performance.csv`")
     assert " ".join(page.split()).startswith(" ".join(head.split()))
-
-
-def test_table_in_markdown() -> None:
-    assert markdown_table([("a", "1")], ("x", "n")) == "| x | n |\n| --- | ---: |\n| a | 1 |"

@@ -9,7 +9,7 @@ import pytest
 
 from aomc_sky.errors import MissingExtraError
 from bench import peers as peers_module
-from bench.peers import STORES, TWO_THREADS, Peer, StoreLimit, measure_peers, peers_of_table
+from bench.peers import STORES, TWO_THREADS, Peer, measure_peers, peers_of_table
 from bench.quantities import Tally
 from bench.skies import BenchSky, bench_sky
 
@@ -80,24 +80,6 @@ def test_mitsuba_follows_the_table(sky: BenchSky) -> None:
     assert_close_to_the_truth(
         sky, tuple(np.ascontiguousarray(np.array(part)) for part in (vector.x, vector.y, vector.z))
     )
-
-
-def test_mitsuba_without_llvm_is_a_missing_extra(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Broken:
-        @staticmethod
-        def set_variant(name: str) -> None:
-            raise ImportError('the LLVM backend is inactive\nbecause "libLLVM.so" could not be found')
-
-    monkeypatch.setattr(peers_module, "optional_module", lambda name, extra: Broken)
-    with pytest.raises(MissingExtraError, match=r"the LLVM backend is inactive\); install LLVM's shared library"):
-        peers_module._mitsuba()
-
-
-@pytest.mark.parametrize(("size", "dtype"), [(12, np.float32), (24, np.float64)])
-def test_stores_fill_three_components(size: int, dtype: type) -> None:
-    stores = StoreLimit(100, size)
-    stores(250)
-    assert all(part.dtype == dtype and np.all(part == 0.5) for part in stores._arrays)
 
 
 @pytest.mark.slow

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.errors import MissingExtraError, OutputError, SceneError, UsageError
+from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.content import RELATIVE_RADIANCE, Dome, Picture
 from aomc_sky.pictures.dome import round_numbers
@@ -98,16 +98,6 @@ def test_patches_are_exact_polygons():
     # every column of 90 degrees is drawn as 45 of two, all of one value
     assert mesh.get_array().tolist() == np.arange(1.0, 13.0).reshape(3, 4).repeat(45, axis=1).tolist()
     np.testing.assert_allclose(corners[3, 45], (0.0, 90.0), atol=1e-12)  # azimuth 90 is up
-
-
-def test_the_bright_place_and_the_sun_lie_to_the_upper_right():
-    figure = sky.plot(Spot(), title="a spot")
-    colours = mesh_of(figure).get_array()
-    ring, column = np.unravel_index(int(colours.argmax()), colours.shape)
-    assert abs(ring / 2 - 45) <= 1
-    assert abs(column / 2 - 30) <= 1
-    x, y = marks_of(figure)["mark-sun"]
-    assert (x, y) == pytest.approx((45 * np.cos(np.deg2rad(30)), 45 * np.sin(np.deg2rad(30))))
 
 
 @pytest.mark.parametrize(
@@ -258,12 +248,6 @@ def test_a_picture_without_any_light_has_no_colour_bar():
     figure.canvas.draw()
 
 
-def test_values_of_patches_come_zenith_major():
-    grid = PatchGrid.regular(3, 180)
-    values = np.arange(1.0, 541.0)
-    assert mesh_of(sky.plot(values, grid=grid)).get_array()[1].tolist() == values[180:360].tolist()
-
-
 def test_models_without_a_sun_have_no_mark():
     assert marks_of(sky.plot(sky.UniformSky())) == {}
     assert set(marks_of(sky.plot(sky.UniformSky(), sun_deg=(20.0, 350.0)))) == {"mark-sun"}
@@ -377,19 +361,6 @@ def test_what_cannot_be_drawn_is_refused(what, options, tmp_path, monkeypatch):
     with pytest.raises(UsageError):
         sky.plot(what, **options)
     assert list(tmp_path.iterdir()) == []
-
-
-def test_a_folder_that_is_not_there(tmp_path):
-    with pytest.raises(OutputError):
-        sky.plot(sky.UniformSky(), tmp_path / "absent" / "sky.png")
-
-
-def test_without_matplotlib_the_extra_is_named(monkeypatch, tmp_path):
-    for name in [name for name in sys.modules if name.partition(".")[0] == "matplotlib"]:
-        monkeypatch.delitem(sys.modules, name)
-    monkeypatch.setitem(sys.modules, "matplotlib", None)
-    with pytest.raises(MissingExtraError, match=r"aomc-sky\[plot\]"):
-        sky.plot(sky.UniformSky(), tmp_path / "sky.png")
 
 
 def test_no_window_system_is_needed(tmp_path):

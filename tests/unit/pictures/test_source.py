@@ -38,18 +38,6 @@ def test_radiance_is_mass_over_projected_solid_angle():
         assert float(dome.values @ GRID.projected_solid_angle_sr) == pytest.approx(1.0)
 
 
-def test_a_table_of_radiances_comes_back_as_it_is():
-    picture = source_picture(table_scene("projected").source(0))
-    np.testing.assert_allclose(
-        picture.domes[1].values / picture.domes[1].values[1], VALUES[1] / VALUES[1, 1], rtol=1e-14
-    )
-
-
-def test_photons_counted_per_solid_angle_show_the_same_radiance():
-    flux, solid = (source_picture(table_scene(w).source(0)) for w in ("projected", "solid-angle"))
-    np.testing.assert_allclose(flux.domes[0].values, solid.domes[0].values, rtol=1e-13)
-
-
 def test_counts_are_photons_over_solid_angle():
     source = table_scene().source(7)
     picture = source_picture(source, show="counts")
@@ -58,17 +46,6 @@ def test_counts_are_photons_over_solid_angle():
         found = dome.values * GRID.solid_angle_sr
         np.testing.assert_allclose(found, source.counts[band], rtol=1e-14, atol=1e-9)
         assert "10 000 photons" in dome.title
-
-
-def test_the_mesh_holds_these_values():
-    pytest.importorskip("matplotlib")
-    source = table_scene().source(7)
-    figure = sky.plot(source, bands=[1])
-    mesh = figure.axes[0].collections[0]
-    want = (
-        (source.counts[1] / GRID.solid_angle_sr).reshape(3, 8).repeat(23, axis=1)
-    )  # columns of 45 degrees in 23 parts
-    np.testing.assert_allclose(mesh.get_array().filled(0.0), want, rtol=1e-14)
 
 
 def test_a_beam_is_a_mark_and_not_in_the_colours():

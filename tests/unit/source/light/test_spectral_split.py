@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import shutil
-import sys
 import warnings
 from pathlib import Path
 
@@ -13,7 +12,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.cli.main import main
-from aomc_sky.errors import MissingExtraError, ModelLimitWarning, SceneError, UsageError
+from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.formats.sky_toml.keys import PerezSection
 from aomc_sky.source.light.inputs import PerezInputs, Sun
 from aomc_sky.source.light.spectral_split import LARGEST_TURBIDITY, TURBIDITY, SpectralSplit, spectral_split
@@ -297,14 +296,3 @@ def test_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) ->
     capsys.readouterr()
     assert main([*words, "--force", "--strict"]) != 0
     assert "--spectrum spectrl2" in capsys.readouterr().err
-
-
-def test_without_pvlib_the_extra_is_named(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    amc = without_difcol(tmp_path)
-    monkeypatch.setitem(sys.modules, "pvlib", None)
-    with pytest.raises(MissingExtraError):
-        split(850.0, 95.0, 30.0)
-    assert main(["run", str(amc), "--spectrum", "spectrl2", "--dry-run"]) == 2
-    assert 'pip install "aomc-sky[weather]"' in capsys.readouterr().err

@@ -63,31 +63,6 @@ def test_the_sun_is_that_of_pvlib_at_its_height() -> None:
     assert "altitude_m" not in sea.source
 
 
-@pytest.mark.parametrize("altitude", [-501.0, 9001.0, math.nan])
-def test_no_place_on_earth(altitude: float) -> None:
-    with pytest.raises(sky.UsageError, match="altitude must lie within -500 and 9000 m"):
-        sun_position(PLACE["time"], 54.2, 7.9, altitude)
-
-
-@pytest.mark.parametrize(
-    ("given", "message"),
-    [
-        ({"when": 3}, "no input 'when'"),
-        ({"epw": "a", "tmy3": "b"}, "take one weather file"),
-        ({"row": 3}, "--row needs a weather file"),
-        ({"epw": str(EPW)}, "--epw needs --row N"),
-        ({"epw": str(EPW), "row": 0}, "rows 1 to 48"),
-        ({"epw": str(EPW), "row": 2.5}, "a row must be a whole number"),
-        ({"epw": str(EPW), "row": 12, "latitude_deg": 3.0}, "--latitude contradicts --epw"),
-        ({"latitude_deg": 3.0}, "--latitude needs --time"),
-        ({"time": PLACE["time"], "latitude_deg": 3.0}, "--time needs --latitude and --longitude"),
-    ],
-)
-def test_what_does_not_go_together(given: dict[str, Any], message: str) -> None:
-    with pytest.raises(sky.UsageError, match=message):
-        weather_of(given)
-
-
 def test_nothing_given_is_no_weather() -> None:
     assert weather_of(None) is None
     assert weather_of({"time": None, "row": None}) is None

@@ -3,7 +3,6 @@
 import dataclasses
 import json
 import shutil
-import sys
 
 import numpy as np
 import pytest
@@ -153,14 +152,6 @@ def test_a_field_that_is_dark_where_diffuse_light_is_needed(tmp_path):
     dark[1] = 0.0
     with pytest.raises(sky.SceneError, match=r"field.nc is dark at 460 nm, but 0\.\d+ of the light there is diffuse"):
         sky.read_scene(scene_folder(tmp_path, made=field(dark)))
-
-
-def test_without_the_extra_the_command_names_it(tmp_path, monkeypatch, capsys):
-    path = scene_folder(tmp_path)
-    monkeypatch.setitem(sys.modules, "xarray", None)
-    assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 2
-    assert 'pip install "aomc-sky[netcdf]"' in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
 
 
 def test_options_that_a_field_cannot_use(tmp_path):

@@ -1,4 +1,4 @@
-"""The continuous Perez sky, without patches: an exact sampler and adaptive quadrature, written from eq. (1) alone.
+"""The continuous Perez sky, without patches: adaptive quadrature, written from eq. (1) alone.
 
 Nothing here knows the package. A sky is five coefficients a to e and the sun's zenith angle; the law of a photon
 through a horizontal surface has the density max(f, 0) cos(zenith) per solid angle, which is max(f, 0) itself on the
@@ -63,79 +63,6 @@ class PerezLaw:
         """Flux density per d(gamma) d(psi), 0 below the horizon."""
         mu = self.mu_from_sun(gamma, psi)
         return self.luminance(mu, gamma) * np.maximum(mu, 0.0) * np.sin(gamma)
-
-
-# ---- sampling ----
-
-
-def sample(law: PerezLaw, n: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Draw n independent directions by one exact rejection.
-
-    With M = max(1, |1 + a exp(b)|) >= |F1| and gamma >= sin(gamma), the target max(f, 0) mu never exceeds
-    M [(1 + |e|) mu + |c| exp(d gamma) gamma / sin(gamma)]. The first term is a cosine law, the second a gamma
-    law of shape 2 and rate -d in the angle from the sun, uniform around it. Where the second would weigh more
-    than a constant (broad or inverted aureoles), |c| max(1, exp(d pi)) joins the first.
-
-    Parameters
-    ----------
-    law : PerezLaw
-        The sky.
-    n : int
-        Number of directions.
-    rng : numpy.random.Generator
-        Source of randomness.
-
-    Returns
-    -------
-    mu, u, azimuth : ndarray, float64, shape (n,)
-        cos(zenith angle), sin^2(zenith angle), azimuth from the sun. [azimuth: rad, 0 to 2 pi)
-    """
-    got: list[np.ndarray] = []
-    n_got = 0
-    while n_got < n:
-        trial = _accepted(law, min(2 * (n - n_got) + 1000, 1_000_000), rng)
-        got.append(trial)
-        n_got += trial.shape[1]
-    x, y, mu = np.concatenate(got, axis=1)[:, :n]
-    return mu, x * x + y * y, np.mod(np.arctan2(y, x), 2 * np.pi)
-
-
-def _accepted(law: PerezLaw, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Accepted ones of n proposals, as (x, y, mu) with x towards the sun's azimuth; shape (3, <= n)."""
-    a, b, c, d, e = law.coefficients
-    most = max(1.0, abs(1 + a * np.exp(b)))
-    peaked = d < -np.sqrt(2.0)
-    flat = 1 + abs(e) + (0.0 if peaked else abs(c) * max(1.0, np.exp(d * np.pi)))
-    peak = abs(c) if peaked else 0.0
-    share = flat * np.pi / (flat * np.pi + (2 * np.pi * peak / d**2 if peaked else 0.0))
-    n_flat = int(rng.binomial(n, share))
-    points = np.concatenate([_cosine_law(n_flat, rng), _aureole(law, n - n_flat, rng)], axis=1)
-    points = points[:, rng.permutation(n)]
-    points = points[:, points[2] > 0]
-    x, y, mu = points
-    gamma = law.angle_from_sun(mu, np.hypot(x, y), np.arctan2(y, x))
-    envelope = most * (flat * mu + peak * np.exp(d * gamma) / np.sinc(gamma / np.pi))
-    target = law.luminance(mu, gamma) * mu
-    if np.any(target > envelope * (1 + 1e-12)):
-        raise AssertionError("the envelope of the oracle does not hold")
-    return points[:, rng.random(mu.size) * envelope < target]
-
-
-def _cosine_law(n: int, rng: np.random.Generator) -> np.ndarray:
-    u, azimuth = rng.random(n), 2 * np.pi * rng.random(n)
-    return np.stack([np.sqrt(u) * np.cos(azimuth), np.sqrt(u) * np.sin(azimuth), np.sqrt(1 - u)])
-
-
-def _aureole(law: PerezLaw, n: int, rng: np.random.Generator) -> np.ndarray:
-    """Angles from the sun by a gamma law; those beyond pi go below the horizon, where nothing is accepted."""
-    gamma, psi = rng.gamma(2.0, 1 / max(-law.coefficients[3], 1.0), n), 2 * np.pi * rng.random(n)
-    s, c = np.sin(law.sun_zenith_rad), np.cos(law.sun_zenith_rad)
-    along, across, side = np.cos(gamma), np.sin(gamma) * np.cos(psi), np.sin(gamma) * np.sin(psi)
-    mu = np.where(gamma < np.pi, c * along - s * across, -1.0)
-    return np.stack([s * along + c * across, side, mu])
-
-
-# ---- quadrature ----
 
 
 def integrate_boxes(function: Function, boxes: np.ndarray, tolerance: float) -> tuple[np.ndarray, float]:
