@@ -17,6 +17,8 @@ def use_kernels(n_photons: int) -> bool:
     global _done  # noqa: PLW0603
     with _lock:
         _done += n_photons
+        if _done > PLAIN_PHOTONS:
+            import numba  # noqa: F401  under the lock: two threads that import parts of it at once break each other
         return _done > PLAIN_PHOTONS
 
 

@@ -338,8 +338,8 @@ def _add_sources(dataset: Any, axes: dict[str, Variable], skies: Sequence[Atmosp
         axes["source_azimuth"] = variable("source_azimuth", SOURCE_DEG, "azimuth from the sun", "degree")
     if saves.source_from_ground:
         text = "light that a volume of air scatters into order 2 out of the direct beam reflected by the ground"
-        dimensions = ("sun_zenith", "wavelength", "altitude", "source_zenith")
-        dataset["source_from_ground"] = variable(dimensions, from_ground, text, _SOURCE)
+        of_ground = ("sun_zenith", "wavelength", "altitude", "source_zenith")
+        dataset["source_from_ground"] = variable(of_ground, from_ground, text, _SOURCE)
     axes["altitude"] = variable("altitude", some.altitude_m, "altitude above the ground", "m")
     text = "zenith angle looked into; beyond 90 down"
     axes["source_zenith"] = variable("source_zenith", SOURCE_DEG, text, "degree")

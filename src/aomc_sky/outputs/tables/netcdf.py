@@ -132,13 +132,12 @@ def _component_variables(source: PhotonSource, component: Component, cells: slic
     elif component.n_cells > 1:
         dimensions, shape = ("waveband", f"cell{ending}"), (source.n_bands, component.n_cells)
     direction = beam_direction_deg(component)
-    about = {"component": component.name, "law": component.law.name}
-    angles = {} if direction is None else {"zenith_deg": direction[0], "azimuth_deg": direction[1]}
+    about: dict[str, Any] = {"component": component.name, "law": component.law.name}
+    if direction is not None:
+        about |= {"zenith_deg": direction[0], "azimuth_deg": direction[1]}
     part = f"patch, component {component.name}" if component.grid is not None else f"component {component.name}"
     return {
-        f"{name}{ending}": variable(
-            dimensions, array.reshape(shape), _LONG_NAMES[name].format(part=part), "1", **about, **angles
-        )
+        f"{name}{ending}": variable(dimensions, array.reshape(shape), _LONG_NAMES[name].format(part=part), "1", **about)
         for name, array in values.items()
     }
 
