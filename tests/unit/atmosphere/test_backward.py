@@ -6,6 +6,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from numba import njit
 from scipy.integrate import quad
 from scipy.special import expn
 
@@ -32,7 +33,7 @@ from tests.support.atmospheres import (
     rayleigh_phase,
     uniform,
 )
-from tests.support.plane_layers import Layers, solve_layers
+from tests.support.plane_layers import Layers, by_order, solve_layers
 
 ZENITH = np.radians([0.0, 35.0, 60.0, 80.0, 60.0])
 AZIMUTH = np.radians([0.0, 0.0, 180.0, 90.0, 20.0])
@@ -51,7 +52,7 @@ def flat_orders(albedo: float) -> np.ndarray:
     scattering = np.array([[1.0, 0.1 / 0.45], [0.0, 0.27 / 0.45]])
     layers = Layers(optical_depth=np.array([0.2, 0.45]), scattering=scattering, phases=phases)
     rings, ring = np.unique(ZENITH, return_inverse=True)
-    found = solve_layers(layers, albedo, SUN, rings, n_listed=3).by_order(AZIMUTH)[0]
+    found = by_order(solve_layers(layers, albedo, SUN, rings, n_listed=3), AZIMUTH)[0]
     return found[:, ring, np.arange(ring.size)]
 
 
@@ -97,7 +98,15 @@ def test_drawn_angles_follow_the_phase_function(g: float) -> None:
     tables = path_tables(uniform(0.1, phase=henyey_greenstein_phase(g)))
     phases, guide = tables.phases[0], tables.guides[0]
     xi = (np.arange(4000) + 0.5) / 4000
-    drawn = np.array([draw_angle(phases, 0, find_cell(phases, guide, 0, x), x) for x in xi])
+
+    @njit
+    def draw(phases, guide, xi):  # Python cannot call what only kernels call
+        drawn = np.empty((xi.size, 2))
+        for k, x in enumerate(xi):
+            drawn[k] = draw_angle(phases, 0, find_cell(phases, guide, 0, x), x)
+        return drawn
+
+    drawn = draw(phases, guide, xi)
     mu = 1.0 - 2.0 * drawn[:, 0] ** 4
     assert drawn[:, 1].mean() == pytest.approx(1.0, abs=2e-5)
     assert np.mean(mu * drawn[:, 1]) == pytest.approx(g, abs=2e-4)
