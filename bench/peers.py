@@ -75,9 +75,20 @@ def two_threads(source: PhotonSource, pool: ThreadPoolExecutor) -> Callable[[], 
 
 def _host(sky: BenchSky, n_photons: int) -> Callable[[], object]:
     """A jitted loop that asks for one photon after the other."""
-    from aomc_sky.kernels.hosts.sampler import make_loop
+    from numba import njit
 
-    loop = make_loop(speed_source(sky, "default", n_photons).numba_sampler(0).sample)
+    sample = speed_source(sky, "default", n_photons).numba_sampler(0).sample
+
+    @njit(nogil=True)
+    def loop(n: int) -> tuple[float, float, float]:
+        x_sum, y_sum, z_sum = 0.0, 0.0, 0.0  # so that no part of the photons can be left out
+        for i in range(n):
+            x, y, z = sample(i)
+            x_sum += x
+            y_sum += y
+            z_sum += z
+        return x_sum, y_sum, z_sum
+
     return partial(loop, n_photons)
 
 

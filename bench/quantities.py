@@ -92,7 +92,7 @@ class Tally:
     """
 
     def __init__(self) -> None:
-        from aomc_sky.kernels.batches.compiled import tally
+        from bench.tally import tally
 
         self._add = tally
         self._cone = np.append(cone_axis(), sin_cos_deg(np.array([CONE_HALF_ANGLE_DEG]))[1])

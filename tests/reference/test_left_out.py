@@ -14,6 +14,7 @@ from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.source.atmospheres.medium import read_medium
 from tests.reference.refraction import SCALE_M, Beam, beam
 from tests.reference.test_successive_orders_tables import AZIMUTHS, MEDIA, TABLES, cases, of, rayleigh_sky, values
+from tests.support.plane_layers import by_order, later_orders
 from tests.support.shared import INPUTS
 
 needs_tables = pytest.mark.skipif(not TABLES.is_dir(), reason="the reference data are not beside the repository")
@@ -35,7 +36,7 @@ def test_the_sky_of_the_scalar_equations() -> None:
         medium = dataclasses.replace(MEDIA[case]([float(wavelength)], float(albedo)), n_orders=ALL_ORDERS)
         sky = solve_orders(medium, np.deg2rad(float(sun)), np.deg2rad(zenith))
         at = np.searchsorted(zenith, values(table, "vza_deg")), np.searchsorted(azimuth, values(table, "phi_deg"))
-        found = values(table, "L_order1") + sky.later_orders(np.deg2rad(azimuth))[0][at]
+        found = values(table, "L_order1") + later_orders(sky, np.deg2rad(azimuth))[0][at]
         wrong.append(found / values(table, "L_all") - 1.0)
         noise.append(values(table, "se_all") / values(table, "L_all"))
     all_wrong = np.concatenate(wrong)
@@ -51,11 +52,11 @@ def scalar_over_vector(tau: str, albedo: str, mu0: str) -> tuple[np.ndarray, flo
     mu = values(table, "mu")
     vector = np.stack([values(table, f"I_over_F0_phi{azimuth}") for azimuth in AZIMUTHS], axis=1)
     sky = rayleigh_sky(tau, albedo, mu0, mu)
-    scalar = sky.by_order(np.deg2rad(AZIMUTHS)).sum(axis=1)[0]
+    scalar = by_order(sky, np.deg2rad(AZIMUTHS)).sum(axis=1)[0]
     order = np.argsort(mu)
     difference = np.append(0.0, (((scalar - vector) @ TURN) * mu)[order])
     missing = 2 * np.pi * float(CubicSpline(np.append(0.0, mu[order]), difference).integrate(0.0, 1.0))
-    return scalar / vector - 1.0, missing / float(sky.diffuse_irradiance[0])
+    return scalar / vector - 1.0, missing / float(sky.irradiance_by_order.sum(axis=1)[0])
 
 
 @needs_tables

@@ -128,3 +128,15 @@ def solve_layers(
         n_listed=min(n_listed, n_orders),
     )
     return solved(task, resolution)
+
+
+def later_orders(sky: DiffuseSky, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+    """Radiance of all orders from 2 on, shape (n_wl, n_zenith, n_azimuth)."""
+    return by_order(sky, azimuth_from_sun_rad)[:, 1:].sum(axis=1)
+
+
+def by_order(sky: DiffuseSky, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+    """Radiance of orders 1 (plane-parallel), 2, ..., and of all later ones together, (n_wl, n_row + 1, ...)."""
+    cosines = np.cos(np.arange(sky.later_modes.shape[2])[:, None] * np.asarray(azimuth_from_sun_rad))
+    later = sky.later_modes.swapaxes(2, 3) @ cosines
+    return np.concatenate([sky.plane_order_one(azimuth_from_sun_rad)[:, None], later], axis=1)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.atmosphere.lights import ground_direct_irradiance
+from aomc_sky.atmosphere.lights import ground_beam
 from aomc_sky.atmosphere.medium import Medium
 
 _N_RING = 48  # Gauss nodes of rings of equal zenith angle
@@ -13,7 +13,7 @@ _N_RING = 48  # Gauss nodes of rings of equal zenith angle
 def disc_irradiance(medium: Medium, sun_zenith_rad: float) -> np.ndarray:
     """Mean over the whole disc of cos(zenith) F0 exp(-slant depth), 0 below the horizon, shape (n_wl,), within 1e-7."""
     zenith, share = _rings(sun_zenith_rad, medium.sun_angular_radius_rad)
-    return ground_direct_irradiance(medium, zenith) @ share
+    return ground_beam(medium, zenith).irradiance @ share
 
 
 def _rings(centre: float, radius: float) -> tuple[np.ndarray, np.ndarray]:

@@ -31,30 +31,17 @@ CHECKED = 4
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PathsResult:
-    """Radiance of directions by backward paths.
+    """Radiance of directions by backward paths."""
 
-    Parameters
-    ----------
-    radiance_by_order : ndarray, float64, shape (n_wl, n_order, n)
-        By number of interactions, 1 first: order 1 of the sun by quadrature, all else by paths. Where more than 24
-        orders count, row 24 holds all the later ones. [W m-2 sr-1 nm-1]
-    standard_error_by_order : ndarray, float64, shape (n_wl, n_order, n)
-        Of each; 0 where no path has a part in it.
-    standard_error : ndarray, float64, shape (n_wl, n)
-        Of the sum of all orders, whose errors are correlated: not the root of the sum of squares.
-    under_sampled : ndarray, bool, shape (n_wl, n)
-        Where the errors are not to be trusted: see `solve_paths`.
-    n_paths : int
-        Paths of each direction and wavelength.
-    sums : tuple of ndarray, float64
-        What they brought, for more of them: `rows` (n_wl, n, n_row, 2) and `totals` (n_wl, n, 6) of `paths_result`.
-    """
-
+    #: (n_wl, n_order, n) by number of interactions, 1 first: order 1 of the sun by quadrature, all else by paths. Where
+    #: more than 24 orders count, row 24 holds all the later ones. [W m-2 sr-1 nm-1]
     radiance_by_order: np.ndarray
-    standard_error_by_order: np.ndarray
+    standard_error_by_order: np.ndarray  #: (n_wl, n_order, n) of each; 0 where no path has a part in it
+    #: (n_wl, n) of the sum of all orders, whose errors are correlated: not the root of the sum of squares
     standard_error: np.ndarray
-    under_sampled: np.ndarray
-    n_paths: int
+    under_sampled: np.ndarray  #: (n_wl, n) where the errors are not to be trusted: see `solve_paths`
+    n_paths: int  #: Paths of each direction and wavelength
+    #: What they brought, for more of them: `rows` (n_wl, n, n_row, 2) and `totals` (n_wl, n, 6) of `paths_result`
     sums: tuple[np.ndarray, np.ndarray]
 
     @property
@@ -122,44 +109,13 @@ def solve_paths(
 ) -> PathsResult:
     """Follow light backwards from the ground.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere; its own number of orders does not count.
-    sun_zenith_rad : float
-        Zenith angle of the sun. [rad, 0 to pi]
-    sky_zenith_rad, azimuth_from_sun_rad : array_like, shape (n,)
-        Directions looked into. [rad, 0 to pi/2; any]
-    n_paths : int
-        Paths of each direction and wavelength. [8 to 2^32 - 1]
-    n_orders : int
-        Most interactions that count. [1 or more]
-    seed : int
-        Of the random numbers. [0 to 2^64 - 1]
-    visible : Moon or None
-        Hides part of the sun, whose disc has the medium's `sun_angular_radius_rad`.
-    ground_radiance : array_like, shape (n_wl,), or None
-        Light that the ground gives off by itself, the same everywhere and into all directions. [W m-2 sr-1 nm-1]
-    threads : int
-        Directions and wavelengths that are followed at a time; the result is the same for any number. [1 or more]
-    tables : PathTables or None
-        Those of this medium, where they were made before: they serve all suns.
-    order_one : ndarray, float64, shape (n_wl, n), or None
-        The sun's order 1 in these directions, where it is known. [W m-2 sr-1 nm-1]
-    first : PathsResult or None
-        Of the first paths, whole blocks of them, where everything else was the same: they are not followed again.
+    The medium's own number of orders does not count. `n_paths` is for each direction and wavelength; `visible` hides
+    part of the sun, whose disc has the medium's `sun_angular_radius_rad`; `ground_radiance` (n_wl,) is light that the
+    ground gives off by itself, the same everywhere and into all directions [W m-2 sr-1 nm-1]. The result is the same
+    for any number of threads. What was made before is given back: `tables` of this medium serve all suns, `order_one`
+    (n_wl, n) is the sun's in these directions, and `first` holds the first paths, whole blocks of them, which are not
+    followed again where everything else is the same.
 
-    Returns
-    -------
-    PathsResult
-
-    Raises
-    ------
-    UsageError
-        A number outside its range.
-
-    Notes
-    -----
     Random numbers are addressed by direction, wavelength, path and step, so a direction's light does not depend on
     what else is asked for. The same direction under two suns has the same numbers: give each a seed for independent
     errors.
@@ -327,21 +283,19 @@ class PathTables:
     depths: tuple[np.ndarray, ...]
     phases: tuple[np.ndarray, ...]
     guides: tuple[np.ndarray, ...]
-    depth_error: float  #: Largest error of a transmission to the top that was found in 400 places
-    phase_error: float  #: Largest integral of abs(interpolated - given phase function) over the sphere
 
 
-def path_tables(medium: Medium, shells: Shells | None = None) -> PathTables:
+def path_tables(medium: Medium) -> PathTables:
     """Tabulate a medium.
 
-    One constituent scatters at least; `shells` None takes `uniform_shells`.
+    One constituent scatters at least.
 
     Accuracy: transmissions to 2e-4 and phase functions to 1e-5, both measured; steps are halved until they are met, at
     most twice and four times. Cost: 0.2 s.
     """
-    profile, shells = density_profile(medium), shells or uniform_shells(medium)
-    depth, bend, floor, depth_error = _depth_tables(medium, profile, shells.edge_m)
-    phase, phase_error = _phase_tables(medium)
+    profile, shells = density_profile(medium), uniform_shells(medium)
+    depth, bend, floor = _depth_tables(medium, profile, shells.edge_m)
+    phase = _phase_tables(medium)
     rows = range(medium.wavelength_nm.size)
     laws = [_cumulated(phase[row]) for row in rows]
     return PathTables(
@@ -350,8 +304,6 @@ def path_tables(medium: Medium, shells: Shells | None = None) -> PathTables:
         depths=tuple(depth),
         phases=tuple(law for law, _ in laws),
         guides=tuple(guide for _, guide in laws),
-        depth_error=depth_error,
-        phase_error=phase_error,
     )
 
 
@@ -371,8 +323,8 @@ def _shell_rows(medium: Medium, shells: Shells, row: int) -> np.ndarray:
     return np.vstack([low, high, fall, rise, extinction, albedo, 1.0 / (high - low), upto.T, share.T])
 
 
-def _depth_tables(medium: Medium, profile: Profile, edge: np.ndarray) -> tuple[np.ndarray, float, float, float]:
-    """Tables (n_wl, n_edge, n + 1), their c and s, and the error."""
+def _depth_tables(medium: Medium, profile: Profile, edge: np.ndarray) -> tuple[np.ndarray, float, float]:
+    """Tables (n_wl, n_edge, n + 1), and their c and s."""
     extinction = profile.extinction_m2
     height = _mean_altitude(profile, edge)
     floor = min(np.sqrt(2.0 * height / medium.earth_radius_m), 1.0)
@@ -385,7 +337,7 @@ def _depth_tables(medium: Medium, profile: Profile, edge: np.ndarray) -> tuple[n
         table = np.ascontiguousarray(np.moveaxis(depth * np.hypot(mu, floor)[:, None], -1, 0))
         error = _depth_error(profile, edge, table, bend, floor)
         if error <= _DEPTH_ERROR or n >= _MOST_DEPTH_STEPS:
-            return table, float(bend), float(floor), error
+            return table, float(bend), float(floor)
         n *= 2
 
 
@@ -410,8 +362,8 @@ def _depth_error(profile: Profile, edge: np.ndarray, table: np.ndarray, bend: fl
     return float(np.max(np.abs(np.exp(-depth) - np.exp(-exact)), initial=0.0))
 
 
-def _phase_tables(medium: Medium) -> tuple[np.ndarray, float]:
-    """Phase functions (n_wl, n_scatterer, n + 1) over t, and the largest integral of the interpolation's error."""
+def _phase_tables(medium: Medium) -> np.ndarray:
+    """Phase functions (n_wl, n_scatterer, n + 1) over t."""
     n = _PHASE_STEPS
     while True:
         t = np.arange(2 * n + 1) / (2 * n)
@@ -419,7 +371,7 @@ def _phase_tables(medium: Medium) -> tuple[np.ndarray, float]:
         between = 0.5 * (values[..., :-1:2] + values[..., 2::2]) - values[..., 1::2]
         error = float(np.max(np.abs(between) @ (16.0 * np.pi / n * t[1::2] ** 3), initial=0.0))
         if error <= _PHASE_ERROR or n >= _MOST_PHASE_STEPS:
-            return np.ascontiguousarray(values[..., ::2]), error
+            return np.ascontiguousarray(values[..., ::2])
         n *= 2
 
 

@@ -217,28 +217,14 @@ def optical_depth_to_top(medium: Medium, altitude_m: ArrayLike, zenith_rad: Arra
     profile = density_profile(medium)
     cosine = np.cos(zenith)
     blocked = meets_ground(medium.earth_radius_m, altitude, cosine)
-    return _depths(profile, columns_to_top(profile, altitude, cosine), blocked)
-
-
-def beam_optical_depth(medium: Medium, altitude_m: ArrayLike, sun_zenith_rad: float) -> np.ndarray:
-    """Slant optical depth of the sun's beam above points on one vertical: what a pseudo-spherical solver attenuates by.
-
-    Shape (n_wl, n_altitude); infinite in the earth's shadow, where `numpy.exp(-depth)` is 0.
-
-    Accuracy and cost as of `optical_depth_to_top`.
-    """
-    return optical_depth_to_top(medium, altitude_m, sun_zenith_rad)
+    column = columns_to_top(profile, altitude, cosine)
+    return np.where(blocked, np.inf, np.moveaxis(column @ profile.extinction_m2.T, -1, 0))
 
 
 def vertical_optical_depth(medium: Medium) -> np.ndarray:
     """Optical depth of the whole atmosphere along the vertical, by constituent: (n_wl, n_constituent)."""
     profile = density_profile(medium)
     return profile.extinction_m2 * columns(profile, 0.0, 1.0, profile.top_m)
-
-
-def _depths(profile: Profile, column: np.ndarray, blocked: np.ndarray) -> np.ndarray:
-    """Optical depths (n_wl, ...) of columns (..., n_constituent), infinite where blocked."""
-    return np.where(blocked, np.inf, np.moveaxis(column @ profile.extinction_m2.T, -1, 0))
 
 
 @functools.cache

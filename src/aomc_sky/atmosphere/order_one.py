@@ -30,57 +30,19 @@ def solve_order_one(
     sun_zenith_rad: float,
     sky_zenith_rad: ArrayLike,
     azimuth_from_sun_rad: ArrayLike,
-    *,
-    n_nodes: int = N_NODES,
 ) -> np.ndarray:
-    """Radiance of light scattered once in the air, seen from the ground.
+    """Radiance (n_wl, n) of light scattered once in the air, seen from the ground. [W m-2 sr-1 nm-1, >= 0]
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere.
-    sun_zenith_rad : float
-        Zenith angle of the sun, a point. Below the horizon the earth's shadow darkens the lower air. [rad, 0 to pi]
-    sky_zenith_rad, azimuth_from_sun_rad : array_like, shape (n,)
-        Directions looked into, azimuth 0 into the sun's. [rad, 0 to pi/2; any]
-    n_nodes : int
-        Gauss nodes of a panel; twice as many show the error. [2 or more]
+    Directions (n,) are looked into, azimuth 0 into the sun's. The sun is a point at a zenith angle of 0 to pi; below
+    the horizon the earth's shadow darkens the lower air.
 
-    Returns
-    -------
-    ndarray, float64, shape (n_wl, n)
-        For the medium's irradiance at the top. [W m-2 sr-1 nm-1, >= 0]
-
-    Raises
-    ------
-    UsageError
-        An angle is outside its range.
-
-    Notes
-    -----
     Accuracy: 1e-6 relative where the densities are smooth between their declared kinks, also for a low or set sun and
     along the horizon. Cost: 15 to 40 ms once for the tables; then 10 us a direction with the sun up, 60 us with it on
     or below the horizon, and 2 us a direction and wavelength.
     """
     zenith, azimuth = checked_directions(sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
-    parts = scattered_once(medium, sun_zenith_rad, zenith, azimuth, n_nodes=n_nodes)
+    parts = scattered_once(medium, sun_zenith_rad, zenith, azimuth)
     return with_phases(medium, parts, scattering_cosine(sun_zenith_rad, zenith, azimuth))
-
-
-def scattered_once(
-    medium: Medium,
-    sun_zenith_rad: float,
-    sky_zenith_rad: ArrayLike,
-    azimuth_from_sun_rad: ArrayLike,
-    *,
-    n_nodes: int = N_NODES,
-) -> np.ndarray:
-    """`solve_order_one` before the phase functions: what each constituent would give with a phase function of 1.
-
-    Shape (n_wl, n_scatterer, n), in the order of `scatterers`. [W m-2 nm-1, >= 0]
-    """
-    tables = order_one_tables(medium, sun_zenith_rad, n_nodes=n_nodes)
-    return scattered_once_by(tables, medium, sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -95,12 +57,12 @@ class OrderOneTables:
     sun: SunColumns  #: Columns from the nodes towards the sun
 
 
-def order_one_tables(medium: Medium, sun_zenith_rad: float, *, n_nodes: int = N_NODES) -> OrderOneTables:
+def order_one_tables(medium: Medium, sun_zenith_rad: float) -> OrderOneTables:
     """Tabulate a medium under a sun; arguments as `solve_order_one` has them."""
     profile = density_profile(medium)
     panel_m = ray_panels(profile, sun_zenith_rad)
     least = -(-medium.least_line_points // (panel_m.size - 1))
-    rule = _rule(max(n_nodes, min(least, MOST_NODES)))
+    rule = _rule(max(N_NODES, min(least, MOST_NODES)))
     u_edge = np.sqrt(panel_m)
     u = 0.5 * (u_edge[1:] + u_edge[:-1])[:, None] + 0.5 * np.diff(u_edge)[:, None] * rule[0]
     return OrderOneTables(
@@ -112,14 +74,17 @@ def order_one_tables(medium: Medium, sun_zenith_rad: float, *, n_nodes: int = N_
     )
 
 
-def scattered_once_by(
-    tables: OrderOneTables,
+def scattered_once(
     medium: Medium,
     sun_zenith_rad: float,
     sky_zenith_rad: ArrayLike,
     azimuth_from_sun_rad: ArrayLike,
+    tables: OrderOneTables | None = None,
 ) -> np.ndarray:
-    """`scattered_once` with tables that were made before."""
+    """`solve_order_one` before the phase functions: what each constituent would give with a phase function of 1.
+
+    Shape (n_wl, n_scatterer, n), in the order of `scatterers`. [W m-2 nm-1, >= 0]
+    """
     from aomc_sky.kernels.atmosphere.order_one import fill_order_one
 
     zenith, azimuth = checked_directions(sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
@@ -127,6 +92,7 @@ def scattered_once_by(
     out = np.zeros((zenith.size, medium.wavelength_nm.size, len(which)))
     if not which or not zenith.size:
         return out.transpose(1, 2, 0)
+    tables = tables or order_one_tables(medium, sun_zenith_rad)
     profile, sun = tables.profile, tables.sun
     rays, order, start = _grouped(zenith)
     fill_order_one(
@@ -166,8 +132,6 @@ def scattering_cosine(sun_zenith_rad: float, zenith_rad: np.ndarray, azimuth_fro
 
 def _rule(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Gauss nodes and weights, and integrals (n, n) from -1 to each node of each of Lagrange's polynomials."""
-    if n < 2:
-        raise UsageError(f"a panel needs two nodes or more, got {n}")
     node, weight = np.polynomial.legendre.leggauss(n)
     degrees = np.arange(n)
     values = np.polynomial.legendre.legvander(node, n)
@@ -233,21 +197,19 @@ class SunColumns:
     level: np.ndarray
 
 
-def sun_columns(
-    profile: Profile, panel_m: np.ndarray, altitude_m: np.ndarray, sun_zenith_rad: float, step: float = STEP
-) -> SunColumns:
+def sun_columns(profile: Profile, panel_m: np.ndarray, altitude_m: np.ndarray, sun_zenith_rad: float) -> SunColumns:
     """Tabulate the columns towards the sun.
 
     `panel_m` (n_panel + 1,) has all edges of the profile, `altitude_m` (n_panel, n_node) lies inside the panels; the
-    error of the table falls with the sixth power of its largest `step`.
+    error of the table falls with the sixth power of `STEP`.
 
-    Accuracy: 1e-6 of the optical depth with the default step. Cost: 2 us an entry; 7 entries an altitude under a high
+    Accuracy: 1e-6 of the optical depth. Cost: 2 us an entry; 7 entries an altitude under a high
     sun, about 50 under a low one.
     """
     scale = _scales(profile, panel_m, altitude_m)
     least, greatest = _range(profile, panel_m[1:], sun_zenith_rad)
     start, end = np.arcsinh(least / scale), np.arcsinh(greatest / scale)
-    n_row = np.maximum(np.ceil((end - start) / step).astype(np.int64) + 5, _POINTS + 1)
+    n_row = np.maximum(np.ceil((end - start) / STEP).astype(np.int64) + 5, _POINTS + 1)
     steps = np.maximum((end - start) / (n_row - 5), 1e-9)
     low = np.maximum(start - 2.0 * steps, 0.0)  # two points beyond each end, so that interpolation is central
     n_node = altitude_m.shape[1]

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.order_one import OrderOneTables, order_one_tables, scattered_once_by
+from aomc_sky.atmosphere.order_one import OrderOneTables, order_one_tables, scattered_once
 
 N_NODES = 17
 """Azimuths of a piece: the extrema of a Chebyshev polynomial, every second of which are those of one of half its
@@ -50,7 +50,7 @@ class ExactOnce:
 
     def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Values in single directions (n,), shape (n_wl, n_scatterer, n)."""
-        return scattered_once_by(self.tables, self.medium, self.sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
+        return scattered_once(self.medium, self.sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad, self.tables)
 
     def in_cells(
         self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray, ring: np.ndarray, column: np.ndarray

@@ -4,6 +4,5 @@ rayleigh           Rayleigh scattering: p(mu) = 3/8 [(1 + 3 gamma) + (1 - gamma)
 air                Anisotropy of a molecule in three numbers, and depolarisation of dry air by wavelength [bucholtz1995]
 henyey_greenstein  Henyey-Greenstein: p(mu) = (1 - g^2) / (4 pi (1 + g^2 - 2 g mu)^(3/2)) per steradian, mean mu = g
 scattering         One scattering step: a direction, a scattering angle and an azimuth give the next direction
-jitted             The phase functions for use inside an @njit function of your own; importing this loads numba
 vectorised         Formulas of the kernels over whole arrays: checks, precision, broadcasting, blocks for the cache
 """

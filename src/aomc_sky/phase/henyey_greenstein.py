@@ -3,7 +3,7 @@
 g in (-1, 1); a negative g is the mirror image. Positions beside the peak are given by 1 - mu, since mu has
 no digits left there. Arguments broadcast. float32 arrays give float32, worked out in float64 but for the
 last division of mu; everything else gives float64; scalars give numpy scalars. The jitted forms, with the
-same bits, stand in `aomc_sky.phase.jitted`.
+same bits, stand in `aomc_sky.kernels.phase.jitted`.
 """
 
 from __future__ import annotations

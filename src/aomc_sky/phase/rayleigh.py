@@ -2,7 +2,7 @@
 
 gamma = 0 is the classical 3/8 (1 + mu^2), gamma = 1 is isotropic. Arguments broadcast. float32 arrays give
 float32, worked out in float64; everything else gives float64; scalars give numpy scalars. The jitted forms,
-with the same bits, stand in `aomc_sky.phase.jitted`.
+with the same bits, stand in `aomc_sky.kernels.phase.jitted`.
 """
 
 from __future__ import annotations

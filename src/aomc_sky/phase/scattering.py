@@ -1,7 +1,7 @@
 """One scattering step: a direction, a scattering angle and an azimuth give the next direction.
 
 Arguments broadcast. float32 arrays give float32, worked out in float64; scalars give numpy scalars. The
-jitted form, with the same bits, stands in `aomc_sky.phase.jitted`.
+jitted form, with the same bits, stands in `aomc_sky.kernels.phase.jitted`.
 """
 
 from __future__ import annotations

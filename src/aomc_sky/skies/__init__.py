@@ -2,9 +2,8 @@
 
 model            What every sky model promises, the models by name, and the share of a model in the light of a scene
 uniform          A sky of equal radiance everywhere
-function_sky     A sky given by a function of direction and wavelength
+function_sky     A sky given by a function of direction and wavelength, and what constant patches cost
 quadrature       Integrals over patches by one adaptive Gauss rule, in plain numpy: of every sky that needs them
-patch_integrals  Integrals of a radiance over patches by adaptive quadrature, and what constant patches cost
 tabulated        A sky given as a table of values, also with the AOMC 1.2.2 program's own weights in 32-bit arithmetic
 radiance_field   A radiance field with coordinates, as programs and instruments give it, as values over patches
 direct_beam      The direct beam of the sun: a direction, or the solar disc

@@ -30,7 +30,7 @@ from tests.support.atmospheres import (
     rayleigh_phase,
     uniform,
 )
-from tests.support.plane_layers import Layers, solve_layers
+from tests.support.plane_layers import Layers, by_order, solve_layers
 
 ZENITH = np.radians([0.0, 35.0, 60.0, 80.0, 60.0])
 AZIMUTH = np.radians([0.0, 0.0, 180.0, 90.0, 20.0])
@@ -49,7 +49,7 @@ def flat_orders(albedo: float) -> np.ndarray:
     scattering = np.array([[1.0, 0.1 / 0.45], [0.0, 0.27 / 0.45]])
     layers = Layers(optical_depth=np.array([0.2, 0.45]), scattering=scattering, phases=phases)
     rings, ring = np.unique(ZENITH, return_inverse=True)
-    found = solve_layers(layers, albedo, SUN, rings, n_listed=3).by_order(AZIMUTH)[0]
+    found = by_order(solve_layers(layers, albedo, SUN, rings, n_listed=3), AZIMUTH)[0]
     return found[:, ring, np.arange(ring.size)]
 
 

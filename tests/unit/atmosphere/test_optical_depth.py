@@ -16,7 +16,6 @@ from aomc_sky.atmosphere.optical_depth import (
     N_GAUSS,
     N_NODES,
     _powers,
-    beam_optical_depth,
     density_profile,
     optical_depth_to_top,
     vertical_optical_depth,
@@ -119,7 +118,7 @@ def test_every_wavelength_and_no_constituent() -> None:
 def test_the_beam_by_level() -> None:
     medium = mol_ozone([600.0])
     altitude = np.linspace(0, 120e3, 7)
-    below = beam_optical_depth(medium, altitude, np.radians(92.0))
+    below = optical_depth_to_top(medium, altitude, np.radians(92.0))
     assert below.shape == (1, 7)
     assert np.isinf(below[0, 0])
     assert np.all(np.isfinite(below[0, 1:]))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.optical_depth import beam_optical_depth, vertical_optical_depth
+from aomc_sky.atmosphere.optical_depth import optical_depth_to_top, vertical_optical_depth
 from aomc_sky.atmosphere.scattering_orders.diffuse import SERIES_LENGTH, Resolution, choose_resolution
 from aomc_sky.atmosphere.scattering_orders.orders import (
     GeometricRest,
@@ -189,7 +189,7 @@ def test_columns_of_a_medium(medium: Medium) -> None:
         assert np.all((slab.share > 0.0) & (slab.share < 1.0))
         share = slab.scattering.sum(axis=0)
         assert np.all((share > 0.0) & (share <= 1.0 + 1e-12))
-        depth = beam_optical_depth(medium, grid.node_m.ravel(), float(sun))[row]
+        depth = optical_depth_to_top(medium, grid.node_m.ravel(), float(sun))[row]
         np.testing.assert_allclose(slab.beam.ravel(), np.exp(-depth), rtol=1e-12)
 
 

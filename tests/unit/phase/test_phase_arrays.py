@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.phase import jitted
+from aomc_sky.kernels.phase import jitted
 from tests.support.backend import photons_by
 
 R, H, S = sky.rayleigh, sky.henyey_greenstein, sky.scattering

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.phase import jitted
+from aomc_sky.kernels.phase import jitted
 
 S, H = sky.scattering, sky.henyey_greenstein
 EPS = {np.float64: 2.0**-52, np.float32: 2.0**-23}

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.skies import patch_integrals
-from aomc_sky.skies.patch_integrals import integrate_patches
+from aomc_sky.skies import function_sky
+from aomc_sky.skies.function_sky import integrate_patches
 
 GRIDS = [(1, 1), (9, 4), (90, 360)]
 
@@ -89,7 +89,7 @@ def test_no_light_is_no_error():
 
 def test_what_never_settles_ends_with_its_error(monkeypatch):
     """A disc's edge runs through no grid: quadrature ends at its limit of parts, and says how far it came."""
-    monkeypatch.setattr(patch_integrals, "_MAX_PARTS", 2000)
+    monkeypatch.setattr(function_sky, "_MAX_PARTS", 2000)
     middle = np.array([np.sin(0.7) * np.cos(2.0), np.sin(0.7) * np.sin(2.0), np.cos(0.7)])
 
     def disc(z, a):

@@ -22,10 +22,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from aomc_sky.atmosphere.medium import Medium, scatterers
-from aomc_sky.atmosphere.optical_depth import beam_optical_depth, vertical_optical_depth
+from aomc_sky.atmosphere.optical_depth import optical_depth_to_top, vertical_optical_depth
 from aomc_sky.atmosphere.scattering_orders.orders import (
     OrderMoments,
-    OrderReport,
     gauss_angles,
     light_from_ground,
     phase_moments,
@@ -48,12 +47,11 @@ def solve_orders(
     sky_zenith_rad: np.ndarray,
     *,
     n_listed: int = 1,
-    resolution: Resolution | None = None,
 ) -> DiffuseSky:
     """Orders of scattering of a medium: sources by altitude, the sun's beam and all paths through spherical shells.
 
     The medium's `n_orders` count exactly; ALL_ORDERS or more mean all. Orders after `n_listed` share the last row.
-    `resolution` None chooses by the phase functions. A UsageError for what is out of range.
+    A UsageError for what is out of range.
 
     Accuracy: with order 1 from its own spherical solver the sky's radiance is within SHELL_ERROR of the truth for a sun
     above 10 degrees (against Monte Carlo: bias below 0.2 %, 1 % at most with the noise of that method); 1.5 % at 5
@@ -73,7 +71,7 @@ def solve_orders(
         n_listed=min(n_listed, medium.n_orders),
         least_mu=least_nodes(medium.least_angles),
     )
-    return solved(task, resolution)
+    return solved(task, None)
 
 
 def _checked(sun: float, sky: np.ndarray, n_listed: int) -> np.ndarray:
@@ -90,7 +88,7 @@ def _checked(sun: float, sky: np.ndarray, n_listed: int) -> np.ndarray:
 def _dark_sky(medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, n_listed: int) -> DiffuseSky:
     """Nothing scatters: the direct beam alone."""
     n_wl = medium.wavelength_nm.size
-    left = np.exp(-beam_optical_depth(medium, np.zeros(1), sun_zenith_rad)[:, 0])
+    left = np.exp(-optical_depth_to_top(medium, np.zeros(1), sun_zenith_rad)[:, 0])
     return DiffuseSky(
         sky_zenith_rad=zenith,
         later_modes=np.zeros((n_wl, n_listed, 1, zenith.size)),
@@ -100,9 +98,6 @@ def _dark_sky(medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, n_liste
         irradiance_by_order=np.zeros((n_wl, n_listed + 1)),
         sun_irradiance=medium.toa_irradiance,
         direct_irradiance=medium.toa_irradiance * max(np.cos(sun_zenith_rad), 0.0) * left,
-        n_orders=np.ones(n_wl, dtype=np.int64),
-        rest=np.zeros(n_wl),
-        rest_error=np.zeros(n_wl),
         resolution_error=0.0,
     )
 
@@ -270,7 +265,7 @@ class _Row:
 
     modes: np.ndarray
     order_one: np.ndarray
-    report: OrderReport
+    orders: OrderMoments
 
 
 def solved(task: OrderTask, resolution: Resolution | None) -> DiffuseSky:
@@ -322,7 +317,7 @@ class _View:
             looked_into = self._looked_into(seen.weights, drift, scattering, each)
             place[: looked_into.shape[0]] = looked_into
         lit = slab.scattering.reshape(slab.scattering.shape[0], -1) * slab.beam.ravel()
-        return _Row(modes=modes, order_one=lit @ seen.weights.T, report=orders.report)
+        return _Row(modes=modes, order_one=lit @ seen.weights.T, orders=orders)
 
     def _summed(
         self, row: int, slab: Slab, paths: Paths, scattering: np.ndarray, n_listed: int, turn: float = 0.0
@@ -370,7 +365,7 @@ def times_cosine(modes: np.ndarray) -> np.ndarray:
 def _gathered(task: OrderTask, slabs: tuple[Slab, ...], rows: list[_Row]) -> DiffuseSky:
     """All wavelengths, for the sun's irradiance."""
     light = task.irradiance
-    orders = [row.report for row in rows]
+    orders = [row.orders for row in rows]
     listed = np.array([each.irradiance for each in orders])
     later = np.array([each.irradiance_total for each in orders]) - listed[:, 1:].sum(axis=1)
     return DiffuseSky(
@@ -382,9 +377,6 @@ def _gathered(task: OrderTask, slabs: tuple[Slab, ...], rows: list[_Row]) -> Dif
         irradiance_by_order=light[:, None] * np.column_stack([listed[:, 1:], later]),
         sun_irradiance=light,
         direct_irradiance=light * listed[:, 0],
-        n_orders=np.array([each.n_orders for each in orders]),
-        rest=np.array([each.rest for each in orders]),
-        rest_error=np.array([each.rest_error for each in orders]),
         resolution_error=0.0,
     )
 
@@ -422,30 +414,8 @@ class DiffuseSky:
     #: ground on the horizontal. [W m-2 nm-1]
     sun_irradiance: np.ndarray
     direct_irradiance: np.ndarray
-    n_orders: np.ndarray  #: (n_wl,) orders that were worked out one by one
-    #: rest, rest_error: (n_wl,) share of the diffuse irradiance that stands in the geometric rest; the rest's estimated
-    #: error, as a share
-    rest: np.ndarray
-    rest_error: np.ndarray
     #: Estimated error of cutting angles, depths and moments, as a share of the radiance; see `solve_orders`
     resolution_error: float
-
-    @property
-    def diffuse_irradiance(self) -> np.ndarray:
-        """All orders together, shape (n_wl,). [W m-2 nm-1]"""
-        return self.irradiance_by_order.sum(axis=1)
-
-    def later_orders(self, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
-        """Radiance of all orders from 2 on, shape (n_wl, n_zenith, n_azimuth). [W m-2 sr-1 nm-1]"""
-        return self.later_modes.sum(axis=1).swapaxes(1, 2) @ self._cosines(azimuth_from_sun_rad)
-
-    def by_order(self, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
-        """Radiance of orders 1 (plane-parallel), 2, ..., and of all later ones together.
-
-        Shape (n_wl, n_row + 1, n_zenith, n_azimuth). [W m-2 sr-1 nm-1]
-        """
-        later = self.later_modes.swapaxes(2, 3) @ self._cosines(azimuth_from_sun_rad)
-        return np.concatenate([self.plane_order_one(azimuth_from_sun_rad)[:, None], later], axis=1)
 
     def plane_order_one(self, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Radiance of order 1 of the plane-parallel column, shape (n_wl, n_zenith, n_azimuth). [W m-2 sr-1 nm-1]"""
@@ -458,6 +428,3 @@ class DiffuseSky:
             for kind, law in enumerate(laws):
                 out[row] += self.order_one[row, kind][:, None] * law(cosine.ravel()).reshape(cosine.shape)
         return out
-
-    def _cosines(self, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
-        return np.cos(np.arange(self.later_modes.shape[2])[:, None] * np.asarray(azimuth_from_sun_rad))

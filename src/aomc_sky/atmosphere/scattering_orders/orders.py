@@ -209,26 +209,16 @@ _SLOWEST = 0.95
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class OrderReport:
-    """What the orders bring to the ground, and how they ended, for a beam of irradiance 1 normal to itself."""
-
-    irradiance: np.ndarray  #: (n_listed + 1,) E of orders 0 (the beam) to n_listed on the ground
-    irradiance_total: float  #: E of all orders >= 1
-    n_orders: int  #: Orders that were worked out
-    rest: float  #: Share of the total irradiance that the geometric rest stands for
-    rest_error: float  #: Estimated error of that rest, as a share of the total
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
 class OrderMoments:
-    """Moments M of the orders, what a source function in any direction needs."""
+    """Moments M of the orders, what a source function in any direction needs, for a beam of irradiance 1."""
 
     #: (2, up to n_modes, n_half, n_level) orders 1 to n_listed - 1, whose light comes down in orders 2 to n_listed; the
     #: first axis is the parity of l - m; modes that have died out are cut
     listed: tuple[np.ndarray, ...]
     #: (2, n_modes, n_half, n_level) orders from 1 on that another order follows, with the geometric rest
     total: np.ndarray
-    report: OrderReport
+    irradiance: np.ndarray  #: (n_listed + 1,) E of orders 0 (the beam) to n_listed on the ground
+    irradiance_total: float  #: E of all orders >= 1
 
 
 def scattering_moments(slab: Slab, kinds: np.ndarray, n_modes: int) -> np.ndarray:
@@ -333,14 +323,7 @@ def _summed(column: _Column, beam: np.ndarray, direct: float, last_order: int | 
     if last_order is None:
         total[:, :n] += rest.gain[:, None, None] * moments
         left = irradiance * float(rest.gain[0])
-    report = OrderReport(
-        irradiance=fluxes,
-        irradiance_total=flux_total + left,
-        n_orders=order,
-        rest=left / max(flux_total + left, np.finfo(float).tiny),
-        rest_error=rest.error if last_order is None else 0.0,
-    )
-    return OrderMoments(listed=tuple(listed), total=total, report=report)
+    return OrderMoments(listed=tuple(listed), total=total, irradiance=fluxes, irradiance_total=flux_total + left)
 
 
 class GeometricRest:

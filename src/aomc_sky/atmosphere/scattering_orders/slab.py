@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from aomc_sky.atmosphere.medium import Constituent, Medium, scatterers
-from aomc_sky.atmosphere.optical_depth import Profile, beam_optical_depth, columns, density_profile
+from aomc_sky.atmosphere.optical_depth import Profile, columns, density_profile, optical_depth_to_top
 
 NODES_PER_ELEMENT = 4
 UNIT_NODES = 0.5 * (1.0 + np.polynomial.legendre.leggauss(NODES_PER_ELEMENT)[0])
@@ -143,7 +143,7 @@ def slabs_of_medium(medium: Medium, grid: AltitudeGrid, sun_zenith_rad: float) -
     An element that is empty at a wavelength has 1e-12 of the whole optical depth there.
     """
     points = np.append(grid.node_m.ravel(), 0.0)
-    beam = np.exp(-beam_optical_depth(medium, points, sun_zenith_rad))
+    beam = np.exp(-optical_depth_to_top(medium, points, sun_zenith_rad))
     return tuple(_slab(medium, grid, row, beam[row]) for row in range(medium.wavelength_nm.size))
 
 

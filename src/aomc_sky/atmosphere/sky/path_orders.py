@@ -31,20 +31,19 @@ _SEED = 1  # not that of the sun's paths
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class PathOrders:
-    """Orders 2 and up in some zenith angles."""
+class LaterOrders:
+    """Orders 2 and up in some zenith angles, by paths or by successive orders."""
 
     #: (n_wl, n_row, n_modes, n_zenith) series in the azimuth of orders 2, 3, ...: factors of cos(m phi), or as
     #: `SkyField` has them where it is not mirrored. [W m-2 sr-1 nm-1]
     modes: np.ndarray
-    #: (n_wl,) estimated share of the radiance in the orders that do not count, by the ratio of the last two rows
-    truncation: np.ndarray
-    #: Standard error of one direction, the median over directions and wavelengths, as a share of these orders
+    truncation: np.ndarray  #: (n_wl,) estimated share of the sky's irradiance in the orders that do not count
+    #: Estimated error as a share of the radiance; of paths the median standard error of one direction
     resolution_error: float
-    n_paths: int  #: Paths of each direction and wavelength
-    #: (n_wl, n_zenith, n_azimuth) standard error of the sum of these orders in each direction that was followed. [W m-2
-    #: sr-1 nm-1]
-    node_error: np.ndarray
+    n_paths: int = 0  #: Paths of each direction and wavelength
+    #: Of paths: (n_wl, n_zenith, n_azimuth) standard error of the sum of these orders in each direction that was
+    #: followed. [W m-2 sr-1 nm-1]
+    node_error: np.ndarray | None = None
 
 
 def path_orders(
@@ -56,16 +55,15 @@ def path_orders(
     n_listed: int,
     moon: Moon | None = None,
     n_paths: int | None = None,
-    seed: int = 0,
     order_one: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None,
-) -> PathOrders:
+) -> LaterOrders:
     """Follow paths in all zenith angles and `N_AZIMUTH` azimuths.
 
     Orders from `n_listed` on share the last row. `order_one` gives the sun's order 1 (n_wl, n) in directions, with
     which that of the paths is compared; None solves it. `n_paths` None is `N_PATHS`, and four times as many where these
     know a direction to less than 5 %. Warns of errors that are large or not to be trusted.
 
-    The same directions under the same seed give the same light on any number of threads. Cost: 4 s a wavelength and
+    The same directions have the same light on any number of threads. Cost: 4 s a wavelength and
     core for 64 zenith angles.
     """
     is_mirrored = moon is None or not moon.breaks_symmetry
@@ -77,7 +75,7 @@ def path_orders(
     def follow(number: int, order_one: np.ndarray | None, first: PathsResult | None = None) -> PathsResult:
         return solve_paths(
             medium, sun_zenith_rad=sun_zenith_rad, sky_zenith_rad=theta.ravel(), azimuth_from_sun_rad=phi.ravel(),
-            n_paths=number, n_orders=n_orders, seed=seed, threads=os.cpu_count() or 1, tables=tables,
+            n_paths=number, n_orders=n_orders, threads=os.cpu_count() or 1, tables=tables,
             visible=moon, order_one=order_one, first=first,
         )  # fmt: skip
 
@@ -89,7 +87,7 @@ def path_orders(
     rows = np.concatenate([rows[:, : n_listed - 2], rows[:, n_listed - 2 :].sum(axis=1, keepdims=True)], axis=1)
     to_modes = to_azimuth_series(n_azimuth, is_mirrored=is_mirrored)
     on_nodes = rows.reshape(*rows.shape[:2], sky_zenith_rad.size, n_azimuth)
-    return PathOrders(
+    return LaterOrders(
         modes=np.einsum("ma,wkza->wkmz", to_modes, on_nodes),
         truncation=_truncation(paths, n_orders),
         resolution_error=_later_error(paths),
@@ -148,7 +146,6 @@ def glow_orders(
     *,
     n_listed: int,
     n_paths: int | None = None,
-    seed: int = _SEED,
 ) -> GlowOrders:
     """Follow paths in some zenith angles.
 
@@ -161,7 +158,7 @@ def glow_orders(
     paths = solve_paths(
         unlit(medium), sun_zenith_rad=0.0, sky_zenith_rad=sky_zenith_rad,
         azimuth_from_sun_rad=np.zeros_like(sky_zenith_rad), n_paths=n_paths or GLOW_PATHS, n_orders=n_orders,
-        seed=seed, ground_radiance=ground_radiance, threads=os.cpu_count() or 1,
+        seed=_SEED, ground_radiance=ground_radiance, threads=os.cpu_count() or 1,
     )  # fmt: skip
     rows, total = paths.radiance_by_order, paths.radiance
     rows = np.concatenate([rows[:, : n_listed - 1], rows[:, n_listed - 1 :].sum(axis=1, keepdims=True)], axis=1)

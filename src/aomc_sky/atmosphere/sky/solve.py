@@ -25,7 +25,7 @@ from aomc_sky.atmosphere.order_one import (
 )
 from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, DiffuseSky, solve_orders
 from aomc_sky.atmosphere.sky.method import LOWEST_SUN_DEG, Lights, chosen_lights
-from aomc_sky.atmosphere.sky.path_orders import GlowOrders, PathOrders, glow_orders, path_orders
+from aomc_sky.atmosphere.sky.path_orders import GlowOrders, LaterOrders, glow_orders, path_orders
 from aomc_sky.atmosphere.sky.solved import (
     SkyField,
     SolvedSky,
@@ -43,6 +43,7 @@ ORDER_ONE_ERROR = 1e-5
 """Relative error of order 1 as its solver states it."""
 
 _CURVATURE_OF_EARTH = 120.0 / 6371.0
+_KEPT_ORDERS = 8  # one by one; where more count, the last row holds all the later ones
 
 MORE_NODES = 64
 """Nodes of zenith angle for orders 2 and up."""
@@ -56,20 +57,6 @@ ORDER_ONE_NODES_ECLIPSE = (48, 13)
 
 _LOWEST_OF_SERIES_DEG = 90.0
 """Zenith angle of the sun beyond which the shadow of the earth cuts paths, and a series of order 1 fails."""
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class LaterOrders:
-    """Orders 2 and up in some zenith angles."""
-
-    modes: np.ndarray  #: (n_wl, n_row, n_modes, n_zenith) factors of cos(m phi) of orders 2, 3, ... [W m-2 sr-1 nm-1]
-    truncation: np.ndarray  #: (n_wl,) estimated share of the sky's irradiance in the orders that do not count
-    found: DiffuseSky  #: What the solver says of itself
-
-    @property
-    def resolution_error(self) -> float:
-        """Estimated error of cutting angles, depths and moments, as a share of the radiance."""
-        return self.found.resolution_error
 
 
 def later_orders(
@@ -86,10 +73,13 @@ def later_orders(
         left = found.irradiance_by_order[:, -1]
         total = found.irradiance_by_order.sum(axis=1)
         truncation = np.divide(left, total, out=np.zeros_like(left), where=total > 0)
-        return LaterOrders(modes=found.later_modes[:, :-1], truncation=truncation, found=found)
+        return LaterOrders(
+            modes=found.later_modes[:, :-1], truncation=truncation, resolution_error=found.resolution_error
+        )
     limited = dataclasses.replace(medium, n_orders=n_orders)
     found = solve_orders(limited, sun_zenith_rad, sky_zenith_rad, n_listed=n_listed - 1)
-    return LaterOrders(modes=found.later_modes, truncation=_geometric_rest(found, n_orders, n_listed), found=found)
+    rest = _geometric_rest(found, n_orders, n_listed)
+    return LaterOrders(modes=found.later_modes, truncation=rest, resolution_error=found.resolution_error)
 
 
 def _geometric_rest(found: DiffuseSky, n_orders: int, n_listed: int) -> np.ndarray:
@@ -109,44 +99,17 @@ def solve_sky(
     sun_zenith_rad: float,
     method: str = "auto",
     n_orders: int | None = None,
-    n_listed: int = 8,
     moon: Moon | None = None,
     ground_radiance: np.ndarray | None = None,
     n_paths: int | None = None,
 ) -> SolvedSky:
     """Solve for the whole sky.
 
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere.
-    sun_zenith_rad : float
-        Zenith angle of the sun. [rad, 0 to 0.6 pi]
-    method, n_orders
-        As `aomc_sky.atmosphere.sky.method.chosen_method` has them.
-    n_listed : int
-        Orders that are kept one by one; where more count, the last row holds all the later ones. [2 or more]
-    moon : Moon or None
-        Hides part of the sun. One that reaches no part of it from anywhere in the atmosphere is left out.
-    ground_radiance : ndarray, float64, shape (n_wl,), or None
-        Light that the ground gives off by itself. With it the sun may stand at any zenith angle to pi, and is left out
-        in deep night. [W m-2 sr-1 nm-1]
-    n_paths : int or None
-        Backward paths of each direction and wavelength, of the sun's light by "mc" and of the ground's. None: 4096 of
-        the sun's, four times as many where these know a direction to less than 5 %, and 32768 of the ground's.
-        [8 to 2^32 - 1]
+    The sun's zenith angle is 0 to 0.6 pi, and 0 to pi with `ground_radiance` (n_wl,), the light that the ground gives
+    off by itself [W m-2 sr-1 nm-1]: in deep night the sun is left out. `method` and `n_orders` are as for
+    `chosen_method`. A Moon that reaches no part of the sun from anywhere in the atmosphere is left out. `n_paths` None
+    is 4096 of the sun's, four times as many where these know a direction to less than 5 %, and 32768 of the ground's.
 
-    Returns
-    -------
-    SolvedSky
-
-    Raises
-    ------
-    UsageError, SceneError
-        What the method is not good for.
-
-    Notes
-    -----
     Accuracy: the fields follow the solvers to `SolvedSky.series_error`, the largest difference found in 64 directions
     between the nodes: 2e-8 under a sun at 40 degrees, 1e-7 at 80, 7e-6 at 90. Cost: 0.1 s a wavelength; see the page.
     """
@@ -154,7 +117,7 @@ def solve_sky(
         medium, sun_zenith_rad, method=method, n_orders=n_orders, moon=moon, ground_radiance=ground_radiance,
         n_paths=n_paths,
     )  # fmt: skip
-    return solve_sky_and_rings(medium, sun_zenith_rad, np.empty(0), lights, n_listed=n_listed).sky
+    return solve_sky_and_rings(medium, sun_zenith_rad, np.empty(0), lights, n_listed=_KEPT_ORDERS).sky
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -173,7 +136,8 @@ def solve_sky_and_rings(
 ) -> SkyAndRings:
     """Solve for the whole sky, and look into more zenith angles with the same solution.
 
-    `lights` is from `chosen_lights`, `ring_rad` (n_ring,) are the zenith angles; the rest as for `solve_sky`.
+    `lights` is from `chosen_lights`, `ring_rad` (n_ring,) are the zenith angles. Orders from `n_listed` on share the
+    last row.
     """
     if not lights.has_sun:
         medium = unlit(medium)
@@ -205,8 +169,8 @@ def solve_sky_and_rings(
         visible_share=share,
         glow=None if glow is None else field_of_modes(glow.radiance[:, :, None, :MORE_NODES]),
         glow_error=0.0 if glow is None else glow.relative_error,
-        node_error=later.node_error if isinstance(later, PathOrders) else None,
-        n_paths=later.n_paths if isinstance(later, PathOrders) else 0,
+        node_error=None if later is None else later.node_error,
+        n_paths=0 if later is None else later.n_paths,
         reason=lights.reason,
     )
     return SkyAndRings(
@@ -229,7 +193,7 @@ def _later(
     lights: Lights,
     n_rows: int,
     once: SkyField | ExactOnce,
-) -> LaterOrders | PathOrders | None:
+) -> LaterOrders | None:
     if lights.method == "order1" or not lights.has_sun or not scatterers(medium):
         return None
     if lights.method == "sos":

@@ -345,8 +345,6 @@ def _relative_change(coarse: np.ndarray, fine: np.ndarray) -> np.ndarray:
 def _distinct_columns(grid: PatchGrid, sun_azimuth_rad: float, *, is_mirrored: bool) -> tuple[np.ndarray, np.ndarray]:
     """Columns that are no mirror image of another on the sun's vertical plane, and which of them each column is.
 
-    Where the sky is not mirrored there, all of them.
-
     Where the sky is not mirrored there, all of them. Columns are (n, 2) azimuths from the sun [rad], the others indices
     (n_azimuth,) into them.
     """

@@ -1,5 +1,5 @@
 """Batches of photons after their emission: sums in a fixed order, and MCPL records.
 
 plain     In plain numpy
-compiled  The same compiled, equal to the bit, and the sums that a benchmark takes
+compiled  The same compiled, equal to the bit
 """

@@ -166,23 +166,3 @@ def make_empty(zero: Any) -> Any:
         return zero, zero, zero
 
     return sample
-
-
-def make_loop(sample: Any) -> Any:
-    """Return a jitted ``loop(n)`` that takes the photons 0 to n - 1 from a jitted ``sample(i) -> (ux, uy, uz)``.
-
-    The smallest host of all. The sums of the three components come back, so that no part of the photons can be left
-    out.
-    """
-
-    @shared
-    def loop(n):
-        x_sum, y_sum, z_sum = 0.0, 0.0, 0.0
-        for i in range(n):
-            x, y, z = sample(i)
-            x_sum += x
-            y_sum += y
-            z_sum += z
-        return x_sum, y_sum, z_sum
-
-    return loop

@@ -1,9 +1,19 @@
-"""Phase functions and the scattering step for use inside an @njit function of a transport code.
+"""The phase functions and the scattering step for use inside an @njit function of your own; importing this loads numba.
 
-Each takes and returns scalars; the result has the precision of the first argument, and float32 is worked
-out in float64 but for the last division of Henyey-Greenstein's mu. The bits are those of `aomc_sky.rayleigh`,
-`aomc_sky.henyey_greenstein` and `aomc_sky.scattering`. Nothing is checked: gamma, xi and the azimuth's share lie in
-[0, 1], g in (-1, 1), 1 - mu in [0, 2].
+The names are `rayleigh_` and `hg_` before those of the two modules, and `new_direction`::
+
+    from numba import njit
+    from aomc_sky.kernels.phase import jitted
+
+    @njit
+    def scatter(ux, uy, uz, xi, share, g):
+        mu, one_minus_mu, sin_theta = jitted.hg_sample_mu_sin(xi, g)
+        return jitted.new_direction(ux, uy, uz, one_minus_mu, sin_theta, share)
+
+Scalars in, scalars out, in the precision of the first argument; float32 is worked out in float64 but for the last
+division of Henyey-Greenstein's mu. The bits are those of `aomc_sky.rayleigh`, `aomc_sky.henyey_greenstein` and
+`aomc_sky.scattering`. Nothing is checked inside: arguments outside their ranges give meaningless numbers. Gamma, xi and
+the azimuth's share lie in [0, 1], g in (-1, 1), 1 - mu in [0, 2].
 
 Over arrays each law has loops of its own, and one for a single parameter, whose part of the work then stands outside
 the loop: so they become vectors.

@@ -37,7 +37,6 @@ __all__ = [
     "relative_radiance_log",
     "sky_brightness",
     "sky_clearness",
-    "zenith_luminance",
 ]
 
 _RULE_GAMMA = (32, 3.0)
@@ -194,30 +193,6 @@ def luminance(
     if np.any(reference <= 0):
         raise SceneError("the model's sky is negative overhead or as a whole and cannot be scaled; see PerezSky")
     return relative * (np.asarray(known, dtype=np.float64) / reference)
-
-
-def zenith_luminance(
-    coefficients: ArrayLike, sun_zenith_rad: ArrayLike, *, diffuse_illuminance: ArrayLike
-) -> np.ndarray:
-    """Luminance overhead of a sky whose horizontal diffuse illuminance is known, eq. (3) at the zenith.
-
-    The paper takes Lvz from measurement or from another paper's model, so none is built in.
-
-    Parameters
-    ----------
-    coefficients : array_like, shape (..., 5)
-        a, b, c, d, e with b <= 0.
-    sun_zenith_rad : array_like
-        Zenith angle of the sun. [rad, 0 to pi/2]
-    diffuse_illuminance : array_like
-        Evd. [lx; W m-2 gives a radiance]
-
-    Returns
-    -------
-    ndarray, float64
-        Lvz. [cd m-2, or W m-2 sr-1]
-    """
-    return luminance(0.0, 0.0, sun_zenith_rad, coefficients, diffuse_illuminance=diffuse_illuminance)
 
 
 def horizontal_integral(coefficients: ArrayLike, sun_zenith_rad: ArrayLike) -> np.ndarray:

@@ -194,7 +194,7 @@ def test_integral_where_it_is_known() -> None:
 
 def test_luminance_is_scaled_by_either_illuminance() -> None:
     sun, values = 0.7, perez.coefficients(5.0, 0.15, 0.7)
-    overhead = perez.zenith_luminance(values, sun, diffuse_illuminance=12000.0)
+    overhead = perez.luminance(0.0, 0.0, sun, values, diffuse_illuminance=12000.0)
     both = [
         perez.luminance(0.9, 1.0, sun, values, diffuse_illuminance=12000.0),
         perez.luminance(0.9, 1.0, sun, values, zenith_luminance=overhead),
