@@ -151,13 +151,6 @@ def _add(
     group.add_argument(*flags, **how)
 
 
-def add_bins(
-    group: argparse.ArgumentParser | argparse._ArgumentGroup, text: str, default: list[int] | None = None
-) -> None:
-    """--bins, equal bins of a table that a sub-command makes of a sky model."""
-    add_table(group, f"--bins NZ NA  {text}", bins=default)
-
-
 def _sampling_method(word: str) -> str:
     """The word itself; a method that was removed is told with what to write instead."""
     if word not in ("stratified", "iid"):

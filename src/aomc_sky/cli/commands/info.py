@@ -9,7 +9,7 @@ import sys
 import sysconfig
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.background_report import report_background
@@ -72,7 +72,7 @@ def info(arguments: argparse.Namespace) -> int:
         raise UsageError("aomc-sky info needs a PATH, --include-dir, --embed-flags or --skies")
     path = Path(arguments.path)
     reports = {Kind.RUN: _run, Kind.MCPL: _mcpl, Kind.ATMOSPHERE: _atmosphere, Kind.BACKGROUND: report_background}
-    return reports.get(kind_of(path), _scene)(arguments, path)
+    return reports.get(kind_of(path) or Kind.SCENE, _scene)(arguments, path)
 
 
 def _skies(arguments: argparse.Namespace) -> int:
@@ -81,7 +81,8 @@ def _skies(arguments: argparse.Namespace) -> int:
     from aomc_sky.sky_plugins import installed_skies
 
     installed = installed_skies()
-    refused, skies = list(installed.refused.values()), []
+    refused = list(installed.refused.values())
+    skies: list[dict[str, Any]] = []
     for plugin in installed.plugins.values():
         about = {"name": plugin.name, "distribution": plugin.distribution, "version": plugin.version}
         try:

@@ -274,7 +274,11 @@ def _beam_share(sky: PerezSky, sun: dict[str, float]) -> float:
     from aomc_sky.source.light.inputs import PerezInputs, Sun, direct_fraction
 
     section = PerezSection(dni=sky.dni, dhi=sky.dhi, epsilon=sky.epsilon, delta=sky.delta)
-    at = Sun(**sun, extraterrestrial_normal=sky.extraterrestrial_normal)
+    at = Sun(
+        zenith_deg=sun["zenith_deg"],
+        azimuth_deg=sun["azimuth_deg"],
+        extraterrestrial_normal=sky.extraterrestrial_normal,
+    )
     fraction = None
     if sky.coefficients is None:
         fraction = direct_fraction(PerezInputs(section=section, origin="options", text=""), at)

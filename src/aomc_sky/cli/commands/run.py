@@ -137,7 +137,7 @@ def _folder(arguments: argparse.Namespace, scene: Scene) -> Path:
 
 def run_values(source: PhotonSource, result: JobResult | ShardResult, folder: Path) -> dict[str, Any]:
     """What a run or a shard says to a program: the manifest, where there is one, and what was done."""
-    from aomc_sky.engine.run import run_record
+    from aomc_sky.engine.run import JobResult, run_record
 
     values = {
         **(result.manifest or {"plan_sha256": source.plan.sha256, "seed": source.plan.seed}),
@@ -145,7 +145,7 @@ def run_values(source: PhotonSource, result: JobResult | ShardResult, folder: Pa
         "was_finished": result.was_finished,
         "run": run_record(result.seconds, result.emitted, result.threads),
     }
-    if hasattr(result, "shard"):
+    if not isinstance(result, JobResult):
         values["finished"] = result.manifest is not None
         values["shard"] = {"index": result.shard.index, "count": result.shard.count, "photons": result.n_photons}
         values["missing"] = [str(shard) for shard in result.missing]
@@ -228,10 +228,13 @@ def _irradiance_text(bands: Sequence[BandResult]) -> str:
     def of_component(name: str) -> Callable[[BandResult], float]:
         return lambda band: (band.component_irradiance_W_m2_nm or {})[name]
 
+    def cell(value: Callable[[BandResult], float]) -> Callable[[BandResult], str]:
+        return lambda band: f"{value(band):.4g}"
+
     by_name = {name: of_component(name) for name in bands[0].component_irradiance_W_m2_nm or {}}
     names = sorted(by_name, key=lambda name: -max(map(by_name[name], bands)))
     columns = [*_BAND, ("Ed", lambda band: f"{band.irradiance_W_m2_nm or 0.0:.4g}")]
-    columns += [(name, lambda band, value=by_name[name]: f"{value(band):.4g}") for name in names[:MAX_COMPONENTS]]
+    columns += [(name, cell(by_name[name])) for name in names[:MAX_COMPONENTS]]
     head = "irradiance of the horizontal plane, W m-2 nm-1"
     if any(band.horizon_loss for band in bands):
         head += "; below: share of the lobes' light from below the horizon"
@@ -262,12 +265,14 @@ def run_text(
     scene: Scene, source: PhotonSource, result: JobResult | ShardResult, folder: Path | None, *, verbose: bool
 ) -> str:
     """What a run or a shard prints when it is done."""
+    from aomc_sky.engine.run import JobResult
+
     lines = [f"note: {note}" for note in scene.notes]
     if verbose:
-        lines += [f"{name}: {shown(value)}" for name, value in (scene.input_files | scene.options).items()]
+        lines += [f"{name}: {shown(value)}" for name, value in {**scene.input_files, **scene.options}.items()]
         drawn = ("method", "allocation", "placement", "order", "precision", "replicates")
         lines += [f"{name}: {source.plan.options[name]}" for name in drawn]
-    if hasattr(result, "shard"):
+    if not isinstance(result, JobResult):
         lines += _shard_lines(source, result)
     else:
         launched = sum(band.launched for band in result.bands)
