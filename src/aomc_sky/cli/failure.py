@@ -29,12 +29,7 @@ class Failure:
     code: str  #: A word for programs; problems of files have codes of their own
     message: str
     advice: str = ""  #: What to do
-    text: str = ""  #: For a person, where that is more than message and advice
-
-    def show(self) -> None:
-        """Print it for a person."""
-        advice = f"\n      = {self.advice}" if self.advice else ""
-        print(self.text or f"aomc-sky: error: {self.message}{advice}", file=sys.stderr)
+    text: str = ""  #: For a person, where that is not message and advice
 
 
 def report_failure(error: BaseException, arguments: argparse.Namespace, *, as_json: bool) -> int | None:
@@ -50,7 +45,8 @@ def report_failure(error: BaseException, arguments: argparse.Namespace, *, as_js
     cause = error.__cause__ if isinstance(error, PluginError) and "verbose" in arguments else None
     if cause is not None and arguments.verbose:
         traceback.print_exception(cause)  # whoever writes the model looks for the line
-    failure.show()
+    advice = f"\n      = {failure.advice}" if failure.advice else ""
+    print(failure.text or f"aomc-sky: error: {failure.message}{advice}", file=sys.stderr)
     if cause is not None and not arguments.verbose:
         print("      = -v shows where in that package", file=sys.stderr)
     return failure.exit_code
@@ -58,8 +54,10 @@ def report_failure(error: BaseException, arguments: argparse.Namespace, *, as_js
 
 def _as_json(error: BaseException, failure: Failure) -> dict[str, Any]:
     """Members as `error.schema.json` has them."""
-    place: dict[str, Any] = dict.fromkeys(("file", "line", "column", "field"))
-    problems = [{"code": failure.code, "message": failure.message, **place, "advice": failure.advice or None}]
+    nowhere = dict.fromkeys(("file", "line", "column", "field"))
+    problems: list[dict[str, Any]] = [
+        {"code": failure.code, "message": failure.message, **nowhere, "advice": failure.advice or None}
+    ]
     if isinstance(error, InputFileError):
         problems = [
             {

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from decimal import Decimal, InvalidOperation
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from aomc_sky.errors import UsageError
 from aomc_sky.inputs import LIGHTS, MODEL, PEREZ, SUN, Input
 
 if TYPE_CHECKING:
+    from aomc_sky.engine.run import JobOptions
     from aomc_sky.source.photon_source import PhotonSource
     from aomc_sky.source.scene import Scene
 
@@ -96,11 +98,57 @@ def answer(arguments: argparse.Namespace, values: Callable[[], Any], text: Calla
         print(text())
 
 
-def add_bins(group: argparse._ArgumentGroup, text: str, default: list[int] | None = None) -> None:
-    """--bins, equal bins of a table that a sub-command makes of a sky model."""
-    group.add_argument(
-        "--bins", type=whole_number_in(1, 3600), nargs=2, metavar=("NZ", "NA"), default=default, help=text
-    )
+Kinds = Mapping[str, Callable[[str], Any]]
+
+
+def add_table(
+    group: argparse.ArgumentParser | argparse._ArgumentGroup | argparse._MutuallyExclusiveGroup,
+    table: str,
+    kinds: Kinds | None = None,
+    **defaults: Any,
+) -> None:
+    """Add the options of a table, as help shows them.
+
+    A row is --quiet, --size PX, --range LOW HIGH, --norm log|linear or --wavelength NM..., two blanks, and the help; a
+    line that begins with a blank goes on with it. The word for the value says its type, where `kinds` has none of that
+    option. A row without help names options of several commands. A row that ends with a colon begins a group.
+    """
+    parser = group
+    for row in _rows(table):
+        spec, _, text = row.partition("  ")
+        if row.endswith(":"):
+            group = parser.add_argument_group(row[:-1])
+        elif not text:
+            shared = "\n".join(_SHARED_ROWS[name] for name in spec.split())
+            add_table(group, shared, _SHARED_KINDS, **_SHARED_DEFAULTS)
+        else:
+            _add(group, spec.split(), text.strip(), kinds or {}, defaults)
+
+
+def _rows(table: str) -> list[str]:
+    return re.sub(r"\n +", " ", table.strip()).split("\n")
+
+
+def _add(
+    group: argparse._ActionsContainer, words: list[str], text: str, kinds: Kinds, defaults: Mapping[str, Any]
+) -> None:
+    flags = [word for word in words if word.startswith("-")]
+    values = words[len(flags) :]
+    name = flags[-1][2:].replace("-", "_")
+    if not values:
+        group.add_argument(*flags, action="store_true", help=text)
+        return
+    value = values[0].removesuffix("...")
+    how: dict[str, Any] = {"type": kinds.get(name) or _KINDS.get(value), "default": defaults.get(name), "help": text}
+    if "|" in value and "NAME" not in value:
+        how["choices"] = value.rstrip("|").split("|")
+    else:
+        how["metavar"] = value if len(values) == 1 else tuple(values)
+    if len(values) > 1 or value != values[0]:
+        how["nargs"] = "+" if value != values[0] else len(values)
+    if "repeatable" in text:
+        how["action"] = "append"
+    group.add_argument(*flags, **how)
 
 
 def _sampling_method(word: str) -> str:
@@ -112,11 +160,10 @@ def _sampling_method(word: str) -> str:
     return word
 
 
-def add_sampling_options(parser: argparse.ArgumentParser) -> argparse._ArgumentGroup:
-    """How photons are drawn."""
-    group = parser.add_argument_group("how photons are drawn (default: the scene's preset)")
-    add_shared(group, "allocation method placement order precision weights replicates")
-    return group
+SAMPLING = """\
+how photons are drawn (default: the scene's preset):
+--allocation --method --placement --order --precision --weights --replicates
+"""
 
 
 def formats_of(arguments: argparse.Namespace) -> tuple[str, ...]:
@@ -128,7 +175,7 @@ def formats_of(arguments: argparse.Namespace) -> tuple[str, ...]:
 
 
 def source_of(scene: Scene, arguments: argparse.Namespace) -> PhotonSource:
-    """The source of a scene that the options of `add_sampling_options` describe."""
+    """The source of a scene that the options of `SAMPLING` describe."""
     return scene.source(
         arguments.seed,
         allocation=arguments.allocation,
@@ -142,11 +189,25 @@ def source_of(scene: Scene, arguments: argparse.Namespace) -> PhotonSource:
     )
 
 
+def job_options(arguments: argparse.Namespace) -> JobOptions:
+    """What a job writes, and with what means."""
+    from aomc_sky.engine.run import JobOptions
+
+    return JobOptions(
+        formats=formats_of(arguments),
+        threads=arguments.threads or 0,
+        force=arguments.force,
+        max_memory_bytes=arguments.max_memory,
+    )
+
+
 def add_reading_options(parser: argparse.ArgumentParser) -> None:
     """Options that say how the input files are read."""
-    group = parser.add_argument_group("how the files are read")
-    reading = "iterations sky sky-option bins weighting azimuth-bins compat lenient strict"
-    add_shared(group, f"{reading} allow-path max-memory")
+    add_table(
+        parser,
+        "how the files are read:\n--iterations --sky --sky-option --bins --weighting --azimuth-bins --compat --lenient "
+        "--strict --allow-path --max-memory",
+    )
     add_sky_options(parser)
     add_light_options(parser)
 
@@ -175,103 +236,50 @@ def _sky_option(text: str) -> tuple[str, Any]:
     return name, found["value"] if len(found) == 1 else value
 
 
-_SHARED: dict[str, dict[str, Any]] = {
-    "allocation": {
-        "choices": ("systematic", "largest-remainder", "multinomial", "aomc"),
-        "help": "how photons are distributed over the patches (default systematic)",
-    },
-    "allow-path": {
-        "metavar": "DIR",
-        "action": "append",
-        "default": [],
-        "help": "folder below which files named in sky.toml or in an .atmo file may lie, besides its own; repeatable",
-    },
-    "azimuth-bins": {
-        "choices": ("n+1", "n"),
-        "default": "n+1",
-        "help": "n: azimuth indices run from 1 to n (default n+1, from 0)",
-    },
-    "bins": {
-        "choices": ("equal", "degrees"),
-        "help": "what the indices of skydist.inp are (default: what the file declares, else equal bins)",
-    },
-    "compat": {"choices": ("aomc",), "help": "everything as the AOMC 1.2.2 program does it"},
-    "format": {
-        "choices": ("npy", "mcpl", "raw", "none"),
-        "metavar": "npy|mcpl|raw|none",
-        "action": "append",
-        "help": "photon files, repeatable (default npy); none: counts and plan only",
-    },
-    "iterations": {
-        "type": photon_total,
-        "metavar": "N",
-        "help": "photons per waveband instead of line 1 of amc.inp, also as 1e6",
-    },
-    "json": {"help": "one JSON object on standard output and nothing else"},
-    "lenient": {"help": "take Fortran's value where a person reads another one"},
-    "max-memory": {
-        "type": memory,
-        "metavar": "SIZE",
-        "help": "refuse a sky file, plan or run that takes more, e.g. 4G (default 2G, threads not counted)",
-    },
-    "method": {
-        "type": _sampling_method,
-        "choices": ("stratified", "iid"),
-        "help": "how the photons of a band depend on each other (default stratified)",
-    },
-    "order": {"choices": ("shuffled", "patch"), "help": "order of the photons of a band (default shuffled)"},
-    "placement": {"choices": ("r2", "philox", "centre"), "help": "where a photon lies in its cell (default r2)"},
-    "precision": {
-        "choices": ("float32", "float64"),
-        "default": "float32",
-        "help": "of directions (default float32)",
-    },
-    "quiet": {"short": "-q", "help": "print warnings and errors only"},
-    "replicates": {
-        "type": whole_number,
-        "default": 1,
-        "metavar": "R",
-        "help": "divide the photons of a band into R independent runs, and print standard errors (default 1)",
-    },
-    "seed": {"type": seed, "default": 0, "metavar": "INT", "help": "seed, 0 to 2^64-1 (default 0)"},
-    "sky": {
-        "type": _sky_name,
-        "metavar": "perez|uniform|none|NAME",
-        "help": "diffuse sky with light-source flag 0 (default perez); with flag 1, instead of skydist.inp; "
-        "none: the backgrounds of sky.toml alone; NAME: a model of another package (`aomc-sky info --skies`)",
-    },
-    "sky-option": {
-        "type": _sky_option,
-        "action": "append",
-        "default": [],
-        "metavar": "KEY=VALUE",
-        "help": "an option of another package's sky model, as [sky] of sky.toml has it; repeatable",
-    },
-    "strict": {"help": "warnings are errors"},
-    "threads": {"type": thread_count, "metavar": "N", "help": "threads, 1 to 1024 (default: all CPUs)"},
-    "waveband": {
-        "type": whole_number,
-        "action": "append",
-        "metavar": "I",
-        "help": "only this band, from 1; repeatable",
-    },
-    "weighting": {
-        "choices": ("listed", "projected", "solid-angle", "aomc"),
-        "help": "what its values are: masses (listed, the default) or radiances times solid angle",
-    },
-    "weights": {"help": "carry weights where the launch law is not the flux law"},
+_SHARED = """\
+--allocation systematic|largest-remainder|multinomial|aomc  how photons are distributed over the patches (default
+                        systematic)
+--allow-path DIR        folder below which files named in sky.toml or in an .atmo file may lie, besides its own;
+                        repeatable
+--azimuth-bins n+1|n    n: azimuth indices run from 1 to n (default n+1, from 0)
+--bins equal|degrees    what the indices of skydist.inp are (default: what the file declares, else equal bins)
+--compat aomc|          everything as the AOMC 1.2.2 program does it
+--format npy|mcpl|raw|none  photon files, repeatable (default npy); none: counts and plan only
+--iterations N          photons per waveband instead of line 1 of amc.inp, also as 1e6
+--json                  one JSON object on standard output and nothing else
+--lenient               take Fortran's value where a person reads another one
+--max-memory SIZE       refuse a sky file, plan or run that takes more, e.g. 4G (default 2G, threads not counted)
+--method stratified|iid  how the photons of a band depend on each other (default stratified)
+--order shuffled|patch  order of the photons of a band (default shuffled)
+--placement r2|philox|centre  where a photon lies in its cell (default r2)
+--precision float32|float64  of directions (default float32)
+-q --quiet              print warnings and errors only
+--replicates R          divide the photons of a band into R independent runs, and print standard errors (default 1)
+--seed INT              seed, 0 to 2^64-1 (default 0)
+--sky perez|uniform|none|NAME  diffuse sky with light-source flag 0 (default perez); with flag 1, instead of
+                        skydist.inp; none: the backgrounds of sky.toml alone; NAME: a model of another package
+                        (`aomc-sky info --skies`)
+--sky-option KEY=VALUE  an option of another package's sky model, as [sky] of sky.toml has it; repeatable
+--strict                warnings are errors
+--threads N             threads, 1 to 1024 (default: all CPUs)
+--waveband I            only this band, from 1; repeatable
+--weighting listed|projected|solid-angle|aomc  what its values are: masses (listed, the default) or radiances
+                        times solid angle
+--weights               carry weights where the launch law is not the flux law
+"""
+"""Options of several sub-commands."""
+
+_SHARED_ROWS = {re.findall(r"--[a-z-]+", row)[0]: row for row in _rows(_SHARED)}
+_SHARED_KINDS: Kinds = {
+    "iterations": photon_total,
+    "method": _sampling_method,
+    "sky": _sky_name,
+    "sky_option": _sky_option,
+    "threads": thread_count,
 }
-"""Options of several sub-commands, or of several groups; one of help alone is a switch."""
-
-
-def add_shared(group: argparse._ArgumentGroup | argparse.ArgumentParser, names: str, **changes: Any) -> None:
-    """Add options of the table, in this order; `changes` take the place of what the table says of all of them."""
-    for name in names.split():
-        how = _SHARED[name] | changes
-        short = how.pop("short", None)
-        if how.keys() == {"help"}:
-            how["action"] = "store_true"
-        group.add_argument(*([short] if short else []), f"--{name}", **how)
+_SHARED_DEFAULTS = {
+    "azimuth_bins": "n+1", "precision": "float32", "replicates": 1, "seed": 0, "allow_path": [], "sky_option": [],
+}  # fmt: skip
 
 
 def sky_option_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -283,11 +291,16 @@ def sky_option_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
     return dict(arguments.sky_option)
 
 
-def given_options(arguments: argparse.Namespace, *groups: Callable[[argparse.ArgumentParser], object]) -> list[str]:
-    """The options that these functions add and that are not as they are when left out."""
+def given_options(
+    arguments: argparse.Namespace, *options: str | Callable[[argparse.ArgumentParser], object]
+) -> list[str]:
+    """The options of tables, or that functions add, that are not as they are when left out."""
     parser = argparse.ArgumentParser(add_help=False)
-    for add in groups:
-        add(parser)
+    for one in options:
+        if isinstance(one, str):
+            add_table(parser, one, seed=0)
+        else:
+            one(parser)
     left_out = vars(parser.parse_args([]))
     return ["--" + name.replace("_", "-") for name, value in left_out.items() if getattr(arguments, name) != value]
 
@@ -297,15 +310,11 @@ def add_inputs(group: argparse._ArgumentGroup, *rows: Input) -> None:
     for row in rows:
         if row.is_switch:
             group.add_argument(row.option, action=argparse.BooleanOptionalAction, default=None, help=row.text)
-        elif row.words:
-            group.add_argument(row.option, choices=row.words, help=row.text)
-        elif row.name == "coefficients":
-            number = number_in(row.low, row.high)
-            group.add_argument(row.option, type=number, nargs=5, metavar=tuple("abcde"), help=row.text)
-        else:
-            metavar = (row.unit or row.name[0]).split()[0].upper()
-            text = f"{row.text} [{row.unit}]" if row.unit else row.text
-            group.add_argument(row.option, type=number_in(row.low, row.high), metavar=metavar, help=text)
+            continue
+        value = "|".join(row.words) or (row.unit or row.name[0]).split()[0].upper()
+        value = "a b c d e" if row.name == "coefficients" else value
+        kinds = {} if row.words else {row.attribute: number_in(row.low, row.high)}
+        add_table(group, f"{row.option} {value}  {row.text}{f' [{row.unit}]' if row.unit else ''}", kinds)
 
 
 def add_light_options(parser: argparse.ArgumentParser) -> None:
@@ -314,29 +323,27 @@ def add_light_options(parser: argparse.ArgumentParser) -> None:
     add_inputs(group, *LIGHTS.values())
 
 
-def light_arguments(arguments: argparse.Namespace) -> dict[str, float]:
-    """The argument `atmosphere` of `read_scene`: what is given."""
-    return _given_inputs(arguments, LIGHTS)
-
-
-def _given(values: dict[str, Any]) -> dict[str, Any]:
+def inputs_of(arguments: argparse.Namespace, rows: Mapping[str, Input]) -> dict[str, Any]:
+    """Values of the inputs that a sub-command takes and somebody gives."""
+    values = {name: getattr(arguments, row.attribute, None) for name, row in rows.items()}
     return {name: value for name, value in values.items() if value is not None}
 
 
-def _given_inputs(arguments: argparse.Namespace, rows: dict[str, Input]) -> dict[str, Any]:
-    """Values of the inputs that a sub-command takes and somebody gives."""
-    return _given({name: getattr(arguments, row.attribute, None) for name, row in rows.items()})
-
-
-_WEATHER_FILES = ("epw", "tmy2", "tmy3")
 _MOMENT = {
-    **{kind: kind for kind in _WEATHER_FILES},
-    "row": "row",
-    "time": "time",
+    **{name: name for name in ("epw", "tmy2", "tmy3", "row", "time")},
     "latitude": "latitude_deg",
     "longitude": "longitude_deg",
     "altitude": "altitude_m",
 }
+
+
+_MOMENT_OPTIONS = """\
+--time ISO8601   date and time with Z or an offset
+--latitude DEG   north positive, with --time
+--longitude DEG  east positive, with --time
+--altitude M     height above the sea, with --time (default 0)
+--row N          the hour of the file to take, from 1
+"""
 
 
 def add_moment_options(parser: argparse.ArgumentParser) -> None:
@@ -344,24 +351,9 @@ def add_moment_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group(
         "when and where, or an hour of a weather file (the sun at its middle; needs the extra 'weather')"
     )
-    group.add_argument("--time", metavar="ISO8601", help="date and time with Z or an offset")
-    for name, text in (("latitude", "north positive, with --time"), ("longitude", "east positive, with --time")):
-        group.add_argument(f"--{name}", type=finite_number, metavar="DEG", help=text)
-    group.add_argument(
-        "--altitude", type=finite_number, metavar="M", help="height above the sea, with --time (default 0)"
-    )
-    file = group.add_mutually_exclusive_group()
-    for kind in _WEATHER_FILES:
-        article = "an" if kind == "epw" else "a"
-        file.add_argument(f"--{kind}", metavar="FILE", help=f"{article} {kind.upper()} file of hours")
-    group.add_argument("--row", type=whole_number, metavar="N", help="the hour of the file to take, from 1")
-
-
-def moment_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
-    """The argument `weather` of `read_scene`: what is given, by a sub-command with `add_moment_options`."""
-    if not hasattr(arguments, "latitude"):
-        return {}
-    return _given({key: getattr(arguments, name) for name, key in _MOMENT.items()})
+    add_table(group, _MOMENT_OPTIONS)
+    files = "--epw FILE  an EPW file of hours\n--tmy2 FILE  a TMY2 file of hours\n--tmy3 FILE  a TMY3 file of hours"
+    add_table(group.add_mutually_exclusive_group(), files)
 
 
 def add_sky_options(parser: argparse.ArgumentParser) -> None:
@@ -389,10 +381,12 @@ def number_in(low: float, high: float) -> Callable[[str], float]:
 
 def sky_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
     """The arguments `perez`, `sun`, `within` and `weather` of `read_scene`, with what is given."""
-    perez = _given_inputs(arguments, PEREZ | MODEL)
+    perez = inputs_of(arguments, PEREZ | MODEL)
     perez |= dict(zip("abcde", perez.pop("coefficients", ()), strict=False))
-    sun, within = _given_inputs(arguments, SUN), perez.pop("within", None)
-    return {"perez": perez, "sun": sun, "within": within, "weather": moment_arguments(arguments)}
+    sun, within = inputs_of(arguments, SUN), perez.pop("within", None)
+    moment = {key: getattr(arguments, name, None) for name, key in _MOMENT.items()} if "row" in arguments else {}
+    weather = {key: value for key, value in moment.items() if value is not None}
+    return {"perez": perez, "sun": sun, "within": within, "weather": weather}
 
 
 def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] | None = None) -> Scene:
@@ -415,7 +409,7 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
             allow_paths=arguments.allow_path,
             max_memory_bytes=arguments.max_memory,
             sky_options=sky_option_arguments(arguments),
-            atmosphere=light_arguments(arguments),
+            atmosphere=inputs_of(arguments, LIGHTS),
             **sky_arguments(arguments),
         )
     seconds = time.monotonic() - began
@@ -440,21 +434,25 @@ def moment(text: str) -> float:
         raise argparse.ArgumentTypeError(f"{problem.message}; {problem.advice}") from None
 
 
-def add_background_options(group: argparse._ArgumentGroup) -> None:
-    """Which animations of the files count, where midnight is, and what happens between two keys."""
-    group.add_argument(
-        "--animation", action="append", metavar="NAME", help="only this animation; repeatable (default: all)"
-    )
-    group.add_argument(
-        "--utc-offset",
-        type=number_in(-24, 24),
-        default=0.0,
-        metavar="HOURS",
-        help="local time less UTC, for the midnight of repeating animations (default 0)",
-    )
-    group.add_argument(
-        "--interpolation",
-        choices=("crossfade", "slerp"),
-        default="crossfade",
-        help="between two keys both lobes fade (default), or one turns",
-    )
+_BACKGROUND_OPTIONS = """\
+--animation NAME      only this animation; repeatable (default: all)
+--utc-offset HOURS    local time less UTC, for the midnight of repeating animations (default 0)
+--interpolation crossfade|slerp  between two keys both lobes fade (default), or one turns
+"""
+
+
+def add_background_options(parser: argparse.ArgumentParser | argparse._ArgumentGroup, more: str) -> None:
+    """A group of options of a background sky, beginning with these."""
+    kinds, defaults = {"utc_offset": number_in(-24, 24)}, {"utc_offset": 0.0, "interpolation": "crossfade"}
+    add_table(parser, more + _BACKGROUND_OPTIONS, kinds, **defaults)
+
+
+_KINDS: Kinds = {
+    **dict.fromkeys(("PX", "N", "I", "R"), whole_number),
+    **dict.fromkeys(("DEG", "M", "NM", "LOW"), finite_number),
+    "INT": seed,
+    "NZ": whole_number_in(1, 3600),
+    "SIZE": memory,
+    "TIME": moment,
+}
+"""Word for a value in a table of options -> its type."""

@@ -119,7 +119,8 @@ def report_text(head: str, values: Mapping[str, Any]) -> str:
     Spectra are the lists that are as long as ``wavelength_nm``.
     """
     n_wavelengths = len(values.get("wavelength_nm") or ())
-    lines, tables, spectra = [head], [], {}
+    lines, tables = [head], []
+    spectra: dict[str, list[float]] = {}
     for name, value in values.items():
         members = value if isinstance(value, Mapping) else {"": value}
         found = {f"{name} {key}".strip(): v for key, v in members.items() if _is_spectrum(v, n_wavelengths)}

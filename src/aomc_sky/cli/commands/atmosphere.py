@@ -12,6 +12,7 @@ from aomc_sky import __version__
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.terminal import report_text
 from aomc_sky.errors import UsageError
+from aomc_sky.inputs import LIGHTS
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
@@ -31,6 +32,35 @@ In the folder: skydist.inp (the sky without the direct beam; in a folder for eac
 atmosphere.nc (all suns, wavelengths and orders; needs the extra 'netcdf') and report.json.
 """
 
+_OPTIONS = """\
+what is solved:
+--sun-zenith DEG              zenith angle of the sun: a number, several with commas, START:END:STEP, or all: as many
+                              from 0 to 90 as the description's scattering texture has (default 40)
+--sun-azimuth DEG             azimuth of the sun from +x towards +y (default 0)
+--wavelength NM               wavelengths with commas, each the nearest of the description (default all)
+--method sos|order1|mc|auto   sos: successive orders of scattering, with a warning for a sun lower than 10 degrees
+                              (default); order1: light scattered once; mc: backward paths through shells, for any sun;
+                              auto: mc where sos is not accurate
+--orders N                    most interactions that count (default: the description's)
+--paths N                     backward paths of mc and of a glowing ground in each direction and at each wavelength;
+                              four times as many halve the error (default: 4096, or 16384 where these are not enough,
+                              and 32768 of the ground)
+--bins NZ NA                  equal bins of zenith and azimuth (default: those of the description's scattering texture,
+                              or 45 180)
+what is written and printed:
+--out FILE                    the sky as one netCDF file, which [sky] table of sky.toml reads
+--out-dir DIR                 folder of the tables; made if it does not exist
+--force                       replace files there that aomc-sky did not write
+--allow-path
+--no-netcdf                   leave atmosphere.nc out
+--strict --json --quiet
+"""
+_OF_CALCMYSKY = """\
+options of calcmysky:
+--no-save-tex                 read and check the description, print the plan, solve nothing
+--texture-save-precision BITS  atmosphere.nc in float32 with significands of 1 to 24 bits (default: float64)
+"""
+
 
 def add_options(parser: Parser) -> None:
     """What the sub-command takes."""
@@ -43,71 +73,20 @@ def add_options(parser: Parser) -> None:
     parser.add_argument(
         "-v", "--version", action="version", version=f"aomc-sky {__version__}, descriptions of version {FORMAT_VERSION}"
     )
-    _add_sun_options(parser)
-    _add_output_options(parser)
+    kinds = {
+        "sun_zenith": _suns,
+        "wavelength": _wavelengths,
+        "orders": cli_options.whole_number_in(1, 2**31),
+        "paths": cli_options.whole_number_in(8, 10**9),
+    }
+    cli_options.add_table(parser, _OPTIONS, kinds, sun_zenith=(40.0,), sun_azimuth=0.0, method="sos")
     cli_options.add_light_options(parser)
-    _add_calcmysky_options(parser)
+    rows = [f"{option}  {text}" for option, text in _SAVES.values()]
+    rows += [f"{option}  accepted: {why}" for option, why in _IDLE.items()]
+    kinds = {"texture_save_precision": cli_options.whole_number_in(1, 24)}
+    cli_options.add_table(parser, _OF_CALCMYSKY + "\n".join(rows), kinds)
     parser.show_first("out-dir sun-zenith sun-azimuth wavelength method bins no-save-tex no-netcdf force json quiet")
     parser.set_defaults(handler=atmosphere)
-
-
-def _add_sun_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("what is solved")
-    group.add_argument(
-        "--sun-zenith",
-        type=_suns,
-        metavar="DEG",
-        default=(40.0,),
-        help="zenith angle of the sun: a number, several with commas, START:END:STEP, or all: as many from 0 to 90 as "
-        "the description's scattering texture has (default 40)",
-    )
-    group.add_argument(
-        "--sun-azimuth",
-        type=cli_options.finite_number,
-        metavar="DEG",
-        default=0.0,
-        help="azimuth of the sun from +x towards +y (default 0)",
-    )
-    group.add_argument(
-        "--wavelength",
-        type=_wavelengths,
-        metavar="NM",
-        help="wavelengths with commas, each the nearest of the description (default all)",
-    )
-    group.add_argument(
-        "--method",
-        choices=("sos", "order1", "mc", "auto"),
-        default="sos",
-        help="sos: successive orders of scattering, with a warning for a sun lower than 10 degrees (default); order1: "
-        "light scattered once; mc: backward paths through shells, for any sun; auto: mc where sos is not accurate",
-    )
-    group.add_argument(
-        "--orders",
-        type=cli_options.whole_number_in(1, 2**31),
-        metavar="N",
-        help="most interactions that count (default: the description's)",
-    )
-    group.add_argument(
-        "--paths",
-        type=cli_options.whole_number_in(8, 10**9),
-        metavar="N",
-        help="backward paths of mc and of a glowing ground in each direction and at each wavelength; four times as "
-        "many halve the error (default: 4096, or 16384 where these are not enough, and 32768 of the ground)",
-    )
-    cli_options.add_bins(
-        group,
-        "equal bins of zenith and azimuth (default: those of the description's scattering texture, or 45 180)",
-    )
-
-
-def _add_output_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("what is written and printed")
-    group.add_argument("--out", metavar="FILE", help="the sky as one netCDF file, which [sky] table of sky.toml reads")
-    group.add_argument("--out-dir", metavar="DIR", help="folder of the tables; made if it does not exist")
-    group.add_argument("--force", action="store_true", help="replace files there that aomc-sky did not write")
-    cli_options.add_shared(group, "allow-path")
-    group.add_argument("--no-netcdf", action="store_true", help="leave atmosphere.nc out")
-    cli_options.add_shared(group, "strict json quiet")
 
 
 def _suns(text: str) -> tuple[float, ...] | None:
@@ -179,7 +158,7 @@ def _request(arguments: argparse.Namespace) -> TableRequest:
     from aomc_sky.outputs.tables.atmosphere import Saves
     from aomc_sky.source.light.inputs import given_lights
 
-    lights = given_lights(cli_options.light_arguments(arguments))
+    lights = given_lights(cli_options.inputs_of(arguments, LIGHTS))
     return TableRequest(
         path=arguments.path,
         sun_zenith_deg=arguments.sun_zenith,
@@ -277,20 +256,3 @@ _IDLE = {
 
 def _attribute(option: str) -> str:
     return option[2:].replace("-", "_")
-
-
-def _add_calcmysky_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("options of calcmysky")
-    group.add_argument(
-        "--no-save-tex", action="store_true", help="read and check the description, print the plan, solve nothing"
-    )
-    group.add_argument(
-        "--texture-save-precision",
-        type=cli_options.whole_number_in(1, 24),
-        metavar="BITS",
-        help="atmosphere.nc in float32 with significands of 1 to 24 bits (default: float64)",
-    )
-    for option, text in _SAVES.values():
-        group.add_argument(option, action="store_true", help=text)
-    for option, why in _IDLE.items():
-        group.add_argument(option, action="store_true", help=f"accepted: {why}")

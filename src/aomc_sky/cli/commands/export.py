@@ -19,6 +19,17 @@ examples:
   aomc-sky export out --to aomc --scene amc.inp --out for_aomc   a folder that the AOMC program runs
 """
 
+_OPTIONS = """\
+--out PATH                    folder (npy, csv, aomc) or file (mcpl, netcdf); default beside RUN: RUN-npy, RUN-csv,
+                              RUN-aomc, RUN.mcpl, RUN.nc; a name that ends in .mcpl.gz is compressed
+--waveband I                  only this band, from 1; repeatable; netcdf always holds all
+--scene AMC_INP               amc.inp of the run's scene, for aomc: its files are copied beside the sky
+--photons                     for netcdf: photons too, up to 1e7 of them
+--threads
+--force                       replace what is there
+--json --quiet
+"""
+
 
 def add_options(parser: Parser) -> None:
     """What the sub-command takes."""
@@ -30,22 +41,7 @@ def add_options(parser: Parser) -> None:
     parser.add_argument(
         "--to", choices=("mcpl", "npy", "csv", "netcdf", "aomc"), required=True, help="the format; see docs/export.md"
     )
-    parser.add_argument(
-        "--out",
-        metavar="PATH",
-        help="folder (npy, csv, aomc) or file (mcpl, netcdf); default beside RUN: RUN-npy, RUN-csv, RUN-aomc, "
-        "RUN.mcpl, RUN.nc; a name that ends in .mcpl.gz is compressed",
-    )
-    cli_options.add_shared(parser, "waveband", help="only this band, from 1; repeatable; netcdf always holds all")
-    parser.add_argument(
-        "--scene",
-        metavar="AMC_INP",
-        help="amc.inp of the run's scene, for aomc: its files are copied beside the sky",
-    )
-    parser.add_argument("--photons", action="store_true", help="for netcdf: photons too, up to 1e7 of them")
-    cli_options.add_shared(parser, "threads")
-    parser.add_argument("--force", action="store_true", help="replace what is there")
-    cli_options.add_shared(parser, "json quiet")
+    cli_options.add_table(parser, _OPTIONS)
     parser.set_defaults(handler=export, resumes=True)
 
 

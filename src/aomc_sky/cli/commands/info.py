@@ -9,7 +9,7 @@ import sys
 import sysconfig
 from importlib.resources import files
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.background_report import report_background
@@ -20,6 +20,16 @@ from aomc_sky.source.read.kind import Kind, kind_of
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
     from aomc_sky.formats.mcpl.file import McplFile
+
+_INSTEAD = """\
+--include-dir                 print the folder of aomc_sky.h, aomc_sky.f90 and aomc_sky_embed.c
+--embed-flags                 print the compiler flags for a C program that starts Python itself
+--skies                       list the sky models of other packages (--sky NAME)
+"""
+_LOBES = """\
+lobes of a background sky at one --time:
+--wavelength NM...    default: those of the spectra
+"""
 
 
 def add_options(parser: Parser) -> None:
@@ -40,21 +50,11 @@ def add_options(parser: Parser) -> None:
         "path", metavar="PATH", nargs="?", help="amc.inp, a folder, an MCPL, HDF5 (.h5, .hdf5) or .atmo file"
     )
     building = parser.add_mutually_exclusive_group()
-    building.add_argument(
-        "--include-dir", action="store_true", help="print the folder of aomc_sky.h, aomc_sky.f90 and aomc_sky_embed.c"
-    )
-    building.add_argument(
-        "--embed-flags", action="store_true", help="print the compiler flags for a C program that starts Python itself"
-    )
-    building.add_argument("--skies", action="store_true", help="list the sky models of other packages (--sky NAME)")
+    cli_options.add_table(building, _INSTEAD)
     cli_options.add_reading_options(parser)
     cli_options.add_moment_options(parser)
-    group = parser.add_argument_group("lobes of a background sky at one --time")
-    cli_options.add_background_options(group)
-    group.add_argument(
-        "--wavelength", type=cli_options.finite_number, nargs="+", metavar="NM", help="default: those of the spectra"
-    )
-    cli_options.add_shared(parser, "json")
+    cli_options.add_background_options(parser, _LOBES)
+    cli_options.add_table(parser, "--json")
     parser.show_first("time skies include-dir embed-flags iterations json")
     parser.set_defaults(handler=info)
 
@@ -72,7 +72,7 @@ def info(arguments: argparse.Namespace) -> int:
         raise UsageError("aomc-sky info needs a PATH, --include-dir, --embed-flags or --skies")
     path = Path(arguments.path)
     reports = {Kind.RUN: _run, Kind.MCPL: _mcpl, Kind.ATMOSPHERE: _atmosphere, Kind.BACKGROUND: report_background}
-    return reports.get(kind_of(path), _scene)(arguments, path)
+    return reports.get(kind_of(path) or Kind.SCENE, _scene)(arguments, path)
 
 
 def _skies(arguments: argparse.Namespace) -> int:
@@ -81,7 +81,8 @@ def _skies(arguments: argparse.Namespace) -> int:
     from aomc_sky.sky_plugins import installed_skies
 
     installed = installed_skies()
-    refused, skies = list(installed.refused.values()), []
+    refused = list(installed.refused.values())
+    skies: list[dict[str, Any]] = []
     for plugin in installed.plugins.values():
         about = {"name": plugin.name, "distribution": plugin.distribution, "version": plugin.version}
         try:

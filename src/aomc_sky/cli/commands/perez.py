@@ -30,6 +30,25 @@ examples:
   aomc-sky perez --epw site.epw --row 4000 --iterations 1e6 --out sky     its photons, as `run` writes them
 """
 
+_OPTIONS = """\
+what is written and printed:
+--bins NZ NA                  equal bins (default 45 180)
+--write-skydist FILE          radiances as a skydist.inp
+--wavelength NM               wavelength of the table in skydist.inp, and of photons (default 550)
+--plot FILE                   the sky dome as .png, .svg or .pdf (needs the extra 'plot')
+--out DIR                     run folder with the photons of the sky
+--iterations N                photons (default 1e6)
+--seed
+--force                       replace files that another program wrote, and another run in the folder
+--strict --json --quiet
+"""
+_OF_PHOTONS = f"""\
+{cli_options.SAMPLING}\
+--format --threads --max-memory
+--with-beam                   with --out: photons of the direct beam too
+-v --verbose                  with --out: print how photons are drawn
+"""
+
 
 def add_options(parser: Parser) -> None:
     """What the sub-command takes."""
@@ -44,43 +63,11 @@ def add_options(parser: Parser) -> None:
     group = parser.add_argument_group("the sky: two of dni, dhi and ghi, epsilon and delta, or coefficients")
     of_scene = ("spectrum", "within")
     cli_options.add_inputs(group, *(row for row in (PEREZ | MODEL).values() if row.name not in of_scene))
-    _add_output_options(parser)
-    _add_photon_options(parser)
+    defaults = {"bins": [45, 180], "wavelength": 550.0, "iterations": 10**6}
+    cli_options.add_table(parser, _OPTIONS, {"iterations": cli_options.photon_total}, **defaults)
+    cli_options.add_table(parser, _OF_PHOTONS)
     parser.show_first("dni dhi sun-zenith time latitude longitude epw row out iterations seed write-skydist plot json")
     parser.set_defaults(handler=perez, resumes=True)
-
-
-def _add_output_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("what is written and printed")
-    cli_options.add_bins(group, "equal bins (default 45 180)", [45, 180])
-    group.add_argument("--write-skydist", metavar="FILE", help="radiances as a skydist.inp")
-    group.add_argument(
-        "--wavelength",
-        type=cli_options.finite_number,
-        metavar="NM",
-        default=550.0,
-        help="wavelength of the table in skydist.inp, and of photons (default 550)",
-    )
-    group.add_argument("--plot", metavar="FILE", help="the sky dome as .png, .svg or .pdf (needs the extra 'plot')")
-    group.add_argument("--out", metavar="DIR", help="run folder with the photons of the sky")
-    group.add_argument(
-        "--iterations", type=cli_options.photon_total, metavar="N", default=10**6, help="photons (default 1e6)"
-    )
-    cli_options.add_shared(group, "seed")
-    group.add_argument(
-        "--force",
-        action="store_true",
-        help="replace files that another program wrote, and another run in the folder",
-    )
-    cli_options.add_shared(group, "strict json quiet")
-
-
-def _add_photon_options(parser: argparse.ArgumentParser) -> None:
-    """Options that need --out."""
-    group = cli_options.add_sampling_options(parser)
-    cli_options.add_shared(group, "format threads max-memory")
-    group.add_argument("--with-beam", action="store_true", help="with --out: photons of the direct beam too")
-    group.add_argument("-v", "--verbose", action="store_true", help="with --out: print how photons are drawn")
 
 
 def perez(arguments: argparse.Namespace) -> int:
@@ -89,7 +76,7 @@ def perez(arguments: argparse.Namespace) -> int:
     from aomc_sky.outputs.folder.target_file import check_folder, check_target
 
     if arguments.out is None:
-        for name in cli_options.given_options(arguments, _add_photon_options):
+        for name in cli_options.given_options(arguments, _OF_PHOTONS):
             raise UsageError(f"{name} is for photons: name their folder with --out DIR")
     elif arguments.out == "-":
         raise UsageError("--out - is for run; perez writes a folder: name it, for example --out sky")
@@ -239,18 +226,12 @@ def _emit(scene: Scene, arguments: argparse.Namespace) -> tuple[dict[str, Any], 
     """Write the run folder of one sky; its manifest, and the text that `run` would print."""
     from aomc_sky.cli.commands.run import run_text
     from aomc_sky.cli.progress import progress_bar
-    from aomc_sky.engine.run import JobOptions, run_job
+    from aomc_sky.engine.run import run_job
 
     source = cli_options.source_of(scene, arguments)
-    options = JobOptions(
-        formats=cli_options.formats_of(arguments),
-        threads=arguments.threads or 0,
-        force=arguments.force,
-        max_memory_bytes=arguments.max_memory,
-    )
     folder = Path(arguments.out)
     with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
-        result = run_job(source, scene, folder, options, progress)
+        result = run_job(source, scene, folder, cli_options.job_options(arguments), progress)
     manifest = {**(result.manifest or {}), "folder": str(folder), "was_finished": result.was_finished}
     return manifest, partial(run_text, scene, source, result, folder, verbose=arguments.verbose)
 
@@ -293,7 +274,11 @@ def _beam_share(sky: PerezSky, sun: dict[str, float]) -> float:
     from aomc_sky.source.light.inputs import PerezInputs, Sun, direct_fraction
 
     section = PerezSection(dni=sky.dni, dhi=sky.dhi, epsilon=sky.epsilon, delta=sky.delta)
-    at = Sun(**sun, extraterrestrial_normal=sky.extraterrestrial_normal)
+    at = Sun(
+        zenith_deg=sun["zenith_deg"],
+        azimuth_deg=sun["azimuth_deg"],
+        extraterrestrial_normal=sky.extraterrestrial_normal,
+    )
     fraction = None
     if sky.coefficients is None:
         fraction = direct_fraction(PerezInputs(section=section, origin="options", text=""), at)

@@ -35,6 +35,42 @@ examples:
   aomc-sky plot sky.nc                                 what aomc-sky atmosphere --out sky.nc solved
 """
 
+_PICTURE = """\
+the picture:
+--out FILE                    the picture as .png, .svg or .pdf, an animation as .gif (default: PATH.png or PATH.gif
+                              beside PATH)
+--force                       replace a file that aomc-sky did not write
+--size PX                     width in dots, 300 to 8000; 2000 at most for .gif (default 960, 640 for .gif)
+--seen-from above|below       above: as a map, east to the right (default); below: as one looks up, east to the left
+--range LOW HIGH              ends of the colour bar (default: the values, at most four decades)
+--scale shared|each           shared: one colour bar for all domes (default); each: a bar for each dome, where some
+                              would be dark
+--cmap NAME                   colour map of matplotlib (default viridis; of pulls RdBu_r)
+--norm log|linear             of the colours (default log; of pulls linear)
+--title TEXT                  above the picture (default: what PATH is)
+--no-caption                  leave out the sentences below, as for a paper
+--json --quiet
+"""
+_CONTENT = """\
+what is drawn:
+--show radiance|counts        of a scene or a run: radiance, or photons per steradian (default: radiance of a scene,
+                              counts of a run)
+--pull                        of a run: photons less what is expected, over the standard deviation of independent
+                              photons
+--waveband I                  only this band, or this table of a file, from 1; repeatable (default: all, 12 spread over
+                              more)
+--seed INT                    of the counts of a scene, 0 to 2^64-1 (default 0)
+--wavelength NM...            of a background sky (default near 550)
+"""
+_TIME = """\
+a background sky over time:
+--time TIME                   one time: ISO 8601 with Z or an offset, or seconds since 1970-01-01 UTC (default: an
+                              animation, and 12 times side by side where --out is no .gif)
+--start TIME                  first frame (default: the first key, midnight)
+--stop TIME                   end (default: the last key, a day or week later)
+--frames N                    frames of the animation, 2 to 1000 (default 48)
+"""
+
 
 def add_options(parser: Parser) -> None:
     """What the sub-command takes."""
@@ -50,106 +86,16 @@ def add_options(parser: Parser) -> None:
         help="amc.inp or its folder, a run folder, a background sky (.h5, .hdf5), skydist.inp, or a netCDF "
         "file of this package (.nc)",
     )
-    _add_picture_options(parser)
-    _add_content_options(parser)
+    cli_options.add_table(parser, _PICTURE, seen_from="above", scale="shared")
+    cli_options.add_table(parser, _CONTENT, seed=0)
     _add_time_options(parser)
     cli_options.add_reading_options(parser)
     parser.show_first("out show pull waveband wavelength time size seen-from range title force json quiet")
     parser.set_defaults(handler=plot)
 
 
-def _add_picture_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("the picture")
-    group.add_argument(
-        "--out",
-        metavar="FILE",
-        help="the picture as .png, .svg or .pdf, an animation as .gif (default: PATH.png or PATH.gif beside PATH)",
-    )
-    group.add_argument("--force", action="store_true", help="replace a file that aomc-sky did not write")
-    group.add_argument(
-        "--size",
-        type=cli_options.whole_number,
-        metavar="PX",
-        help="width in dots, 300 to 8000; 2000 at most for .gif (default 960, 640 for .gif)",
-    )
-    group.add_argument(
-        "--seen-from",
-        choices=("above", "below"),
-        default="above",
-        help="above: as a map, east to the right (default); below: as one looks up, east to the left",
-    )
-    group.add_argument(
-        "--range",
-        type=cli_options.finite_number,
-        nargs=2,
-        metavar=("LOW", "HIGH"),
-        help="ends of the colour bar (default: the values, at most four decades)",
-    )
-    group.add_argument(
-        "--scale",
-        choices=("shared", "each"),
-        default="shared",
-        help="shared: one colour bar for all domes (default); each: a bar for each dome, where some would be dark",
-    )
-    group.add_argument("--cmap", metavar="NAME", help="colour map of matplotlib (default viridis; of pulls RdBu_r)")
-    group.add_argument("--norm", choices=("log", "linear"), help="of the colours (default log; of pulls linear)")
-    group.add_argument("--title", metavar="TEXT", help="above the picture (default: what PATH is)")
-    group.add_argument("--no-caption", action="store_true", help="leave out the sentences below, as for a paper")
-    cli_options.add_shared(group, "json quiet")
-
-
-def _add_content_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("what is drawn")
-    group.add_argument(
-        "--show",
-        choices=("radiance", "counts"),
-        help="of a scene or a run: radiance, or photons per steradian (default: radiance of a scene, counts of a run)",
-    )
-    group.add_argument(
-        "--pull",
-        action="store_true",
-        help="of a run: photons less what is expected, over the standard deviation of independent photons",
-    )
-    cli_options.add_shared(
-        group,
-        "waveband",
-        help="only this band, or this table of a file, from 1; repeatable (default: all, 12 spread over more)",
-    )
-    group.add_argument(
-        "--seed",
-        type=cli_options.seed,
-        default=0,
-        metavar="INT",
-        help="of the counts of a scene, 0 to 2^64-1 (default 0)",
-    )
-    group.add_argument(
-        "--wavelength",
-        type=cli_options.finite_number,
-        nargs="+",
-        metavar="NM",
-        help="of a background sky (default near 550)",
-    )
-
-
 def _add_time_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("a background sky over time")
-    group.add_argument(
-        "--time",
-        type=cli_options.moment,
-        metavar="TIME",
-        help="one time: ISO 8601 with Z or an offset, or seconds since 1970-01-01 UTC (default: an animation, and 12 "
-        "times side by side where --out is no .gif)",
-    )
-    group.add_argument(
-        "--start", type=cli_options.moment, metavar="TIME", help="first frame (default: the first key, midnight)"
-    )
-    group.add_argument(
-        "--stop", type=cli_options.moment, metavar="TIME", help="end (default: the last key, a day or week later)"
-    )
-    group.add_argument(
-        "--frames", type=cli_options.whole_number, metavar="N", help="frames of the animation, 2 to 1000 (default 48)"
-    )
-    cli_options.add_background_options(group)
+    cli_options.add_background_options(parser, _TIME)
 
 
 def plot(arguments: argparse.Namespace) -> int:
@@ -242,7 +188,7 @@ _BELONGS: dict[str, tuple[Kind, ...]] = {
 def _refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
     """Raise for options that say nothing about this kind of path."""
     of_time = cli_options.given_options(arguments, _add_time_options)
-    others = cli_options.given_options(arguments, _add_content_options, cli_options.add_reading_options)
+    others = cli_options.given_options(arguments, _CONTENT, cli_options.add_reading_options)
     for option in [*of_time, *others]:
         kinds = (Kind.BACKGROUND,) if option in of_time else _BELONGS.get(option, (Kind.SCENE,))
         if kind not in kinds:

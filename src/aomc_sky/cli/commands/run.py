@@ -35,6 +35,25 @@ examples:
   aomc-sky run amc.inp --dni 850 --dhi 95 --sun-zenith 32.4  light source 0 under a given weather
 """
 
+_OPTIONS = """\
+--out DIR                     run folder (default: aomc-sky-out beside amc.inp); - with --format raw
+--seed
+"""
+_OUTPUT = f"""\
+{cli_options.SAMPLING}\
+--waveband
+what is written and printed:
+--format
+--shard k/K                   only part k of K, from 1, written in place; the last one ends the run
+--threads
+--engine local|dask           who makes the photons (default: this process)
+--scheduler ADDRESS           of a Dask scheduler, tcp://host:8786 (default: a cluster of processes here)
+--dry-run                     print what would be modelled; write nothing
+--force                       replace another run in the folder
+--json --quiet
+-v --verbose                  print how the files were read
+"""
+
 
 def add_options(parser: Parser) -> None:
     """What the sub-command takes."""
@@ -43,47 +62,21 @@ def add_options(parser: Parser) -> None:
     )
     parser.epilog = _EPILOG
     parser.add_argument("amc_inp", metavar="AMC_INP", help="amc.inp, or the folder that holds it")
-    parser.add_argument(
-        "--out", metavar="DIR", help="run folder (default: aomc-sky-out beside amc.inp); - with --format raw"
-    )
-    cli_options.add_shared(parser, "seed")
+    cli_options.add_table(parser, _OPTIONS)
     cli_options.add_reading_options(parser)
     cli_options.add_moment_options(parser)
-    group = cli_options.add_sampling_options(parser)
-    cli_options.add_shared(group, "waveband")
-    _add_output_options(parser)
+    cli_options.add_table(parser, _OUTPUT, engine="local")
     parser.show_first("out seed iterations format waveband compat dni dhi sun-zenith dry-run threads force json quiet")
     parser.set_defaults(handler=run, resumes=True)
-
-
-def _add_output_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("what is written and printed")
-    cli_options.add_shared(group, "format")
-    group.add_argument(
-        "--shard", metavar="k/K", help="only part k of K, from 1, written in place; the last one ends the run"
-    )
-    cli_options.add_shared(group, "threads")
-    group.add_argument(
-        "--engine", choices=("local", "dask"), default="local", help="who makes the photons (default: this process)"
-    )
-    group.add_argument(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="of a Dask scheduler, tcp://host:8786 (default: a cluster of processes here)",
-    )
-    group.add_argument("--dry-run", action="store_true", help="print what would be modelled; write nothing")
-    group.add_argument("--force", action="store_true", help="replace another run in the folder")
-    cli_options.add_shared(group, "json quiet")
-    group.add_argument("-v", "--verbose", action="store_true", help="print how the files were read")
 
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.cli.progress import patience, progress_bar
-    from aomc_sky.engine.run import JobOptions
+    from aomc_sky.engine.run import run_job, stream_job
     from aomc_sky.outputs.shard import parse_shard
 
-    formats = _formats(arguments)
+    _check(arguments)
     shard = None if arguments.shard is None else parse_shard(arguments.shard)
     scene = cli_options.scene_of(arguments, arguments.amc_inp, wavebands=arguments.waveband)
     if arguments.dry_run:
@@ -91,18 +84,11 @@ def run(arguments: argparse.Namespace) -> int:
         return 0
     with patience("sharing out the photons", enabled=cli_options.speaks(arguments)):
         source = cli_options.source_of(scene, arguments)
-    options = JobOptions(
-        formats=formats,
-        threads=arguments.threads or 0,
-        force=arguments.force,
-        max_memory_bytes=arguments.max_memory,
-    )
+    options = cli_options.job_options(arguments)
     folder = None if arguments.out == "-" else _folder(arguments, scene)
     result: JobResult | ShardResult
     with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
         if folder is None:
-            from aomc_sky.engine.run import stream_job
-
             result = stream_job(source, scene, sys.stdout.buffer, options, progress)
         elif shard is not None:
             from aomc_sky.engine.shards import run_shard
@@ -114,8 +100,6 @@ def run(arguments: argparse.Namespace) -> int:
             scheduler = arguments.scheduler
             result = run_on_dask(source, scene, folder, options, scheduler=scheduler, progress=progress)
         else:
-            from aomc_sky.engine.run import run_job
-
             result = run_job(source, scene, folder, options, progress)
     text = partial(run_text, scene, source, result, folder, verbose=arguments.verbose)
     if folder is not None:
@@ -125,8 +109,8 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-def _formats(arguments: argparse.Namespace) -> tuple[str, ...]:
-    """The formats, where they go with the output and the engine."""
+def _check(arguments: argparse.Namespace) -> None:
+    """Refuse formats that do not go with the output and the engine."""
     formats = cli_options.formats_of(arguments)
     for name, is_given in (("--shard", arguments.shard is not None), ("--engine dask", arguments.engine == "dask")):
         if is_given and (arguments.out == "-" or formats != ("npy",)):
@@ -139,7 +123,6 @@ def _formats(arguments: argparse.Namespace) -> tuple[str, ...]:
         raise UsageError("--out - needs --format raw, and no other format")
     if arguments.out == "-" and arguments.json:
         raise UsageError("--json and --out - both need standard output")
-    return formats
 
 
 def _folder(arguments: argparse.Namespace, scene: Scene) -> Path:
@@ -154,7 +137,7 @@ def _folder(arguments: argparse.Namespace, scene: Scene) -> Path:
 
 def run_values(source: PhotonSource, result: JobResult | ShardResult, folder: Path) -> dict[str, Any]:
     """What a run or a shard says to a program: the manifest, where there is one, and what was done."""
-    from aomc_sky.engine.run import run_record
+    from aomc_sky.engine.run import JobResult, run_record
 
     values = {
         **(result.manifest or {"plan_sha256": source.plan.sha256, "seed": source.plan.seed}),
@@ -162,7 +145,7 @@ def run_values(source: PhotonSource, result: JobResult | ShardResult, folder: Pa
         "was_finished": result.was_finished,
         "run": run_record(result.seconds, result.emitted, result.threads),
     }
-    if hasattr(result, "shard"):
+    if not isinstance(result, JobResult):
         values["finished"] = result.manifest is not None
         values["shard"] = {"index": result.shard.index, "count": result.shard.count, "photons": result.n_photons}
         values["missing"] = [str(shard) for shard in result.missing]
@@ -245,10 +228,13 @@ def _irradiance_text(bands: Sequence[BandResult]) -> str:
     def of_component(name: str) -> Callable[[BandResult], float]:
         return lambda band: (band.component_irradiance_W_m2_nm or {})[name]
 
+    def cell(value: Callable[[BandResult], float]) -> Callable[[BandResult], str]:
+        return lambda band: f"{value(band):.4g}"
+
     by_name = {name: of_component(name) for name in bands[0].component_irradiance_W_m2_nm or {}}
     names = sorted(by_name, key=lambda name: -max(map(by_name[name], bands)))
     columns = [*_BAND, ("Ed", lambda band: f"{band.irradiance_W_m2_nm or 0.0:.4g}")]
-    columns += [(name, lambda band, value=by_name[name]: f"{value(band):.4g}") for name in names[:MAX_COMPONENTS]]
+    columns += [(name, cell(by_name[name])) for name in names[:MAX_COMPONENTS]]
     head = "irradiance of the horizontal plane, W m-2 nm-1"
     if any(band.horizon_loss for band in bands):
         head += "; below: share of the lobes' light from below the horizon"
@@ -279,12 +265,14 @@ def run_text(
     scene: Scene, source: PhotonSource, result: JobResult | ShardResult, folder: Path | None, *, verbose: bool
 ) -> str:
     """What a run or a shard prints when it is done."""
+    from aomc_sky.engine.run import JobResult
+
     lines = [f"note: {note}" for note in scene.notes]
     if verbose:
-        lines += [f"{name}: {shown(value)}" for name, value in (scene.input_files | scene.options).items()]
+        lines += [f"{name}: {shown(value)}" for name, value in {**scene.input_files, **scene.options}.items()]
         drawn = ("method", "allocation", "placement", "order", "precision", "replicates")
         lines += [f"{name}: {source.plan.options[name]}" for name in drawn]
-    if hasattr(result, "shard"):
+    if not isinstance(result, JobResult):
         lines += _shard_lines(source, result)
     else:
         launched = sum(band.launched for band in result.bands)

@@ -38,7 +38,7 @@ def add_options(parser: Parser) -> None:
     )
     parser.epilog = "examples:\n  aomc-sky validate inputs/clear_day\n  aomc-sky validate amc.inp skydist.inp"
     parser.add_argument("paths", nargs="+", metavar="FILE", help="a file, or a folder")
-    cli_options.add_shared(parser, "json")
+    cli_options.add_table(parser, "--json")
     cli_options.add_reading_options(parser)
     cli_options.add_moment_options(parser)
     parser.show_first("lenient strict compat allow-path json")

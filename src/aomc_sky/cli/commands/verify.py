@@ -30,6 +30,28 @@ examples:
   aomc-sky verify --scene amc.inp --compat aomc --frame down --method stratified aomc.npy
 """
 
+_OPTIONS = """\
+--json
+-q --quiet                    print what failed, and nothing else
+-v --verbose                  a line for every check of every waveband
+what is checked:
+--waveband I                  only the photons of this band, from 1; repeatable
+--resample FRACTION           part of the photons that is made again, in blocks drawn at random, at least one block of
+                              each band (default 1: all); 0: none
+--statistics                  test the directions of a run against its sky, too
+--level P                     chance that correct photons fail any of the tests (default 1e-6)
+--seed INT                    of the choice of blocks with --resample (default: drawn at random, and printed) and of
+                              the random choice that thins photons (default 0), 0 to 2^64-1
+--threads
+photons of another code:
+--scene AMC_INP               amc.inp of the scene that they ought to come from; of a run folder, the scene that its
+                              plan is compared with, read as `aomc-sky run` read it
+--method iid|stratified       how they depend on each other: independent draws (iid), or spread more evenly than
+                              chance; default: what the head of an MCPL file of ours says, and iid of others
+--frame up|down               which way z grows in their directions (default up; AOMC's is down)
+--weights FILE                their weights, a .npy file of shape (n,)
+"""
+
 FAILED, FOREIGN = 1, 5
 """Exit codes: a check failed; files belong to another scene, seed or run."""
 
@@ -42,63 +64,12 @@ def add_options(parser: Parser) -> None:
     )
     parser.epilog = _EPILOG
     parser.add_argument("path", metavar="PATH", help="run folder; with --scene a .npy, .mcpl or .mcpl.gz file")
-    _add_test_options(parser)
-    _add_foreign_options(parser)
+    kinds = {"resample": cli_options.number_in(0, 1), "level": cli_options.number_in(1e-100, 0.5)}
+    cli_options.add_table(parser, _OPTIONS, kinds, level=1e-6)
     cli_options.add_reading_options(parser)
     cli_options.add_moment_options(parser)
-    cli_options.add_shared(parser, "json")
-    parser.add_argument("-q", "--quiet", action="store_true", help="print what failed, and nothing else")
-    parser.add_argument("-v", "--verbose", action="store_true", help="a line for every check of every waveband")
     parser.show_first("waveband resample statistics scene method frame compat threads json quiet verbose")
     parser.set_defaults(handler=verify)
-
-
-def _add_test_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("what is checked")
-    cli_options.add_shared(group, "waveband", help="only the photons of this band, from 1; repeatable")
-    group.add_argument(
-        "--resample",
-        type=cli_options.number_in(0, 1),
-        metavar="FRACTION",
-        help="part of the photons that is made again, in blocks drawn at random, at least one block of each band "
-        "(default 1: all); 0: none",
-    )
-    group.add_argument("--statistics", action="store_true", help="test the directions of a run against its sky, too")
-    group.add_argument(
-        "--level",
-        type=cli_options.number_in(1e-100, 0.5),
-        default=1e-6,
-        metavar="P",
-        help="chance that correct photons fail any of the tests (default 1e-6)",
-    )
-    group.add_argument(
-        "--seed",
-        type=cli_options.seed,
-        metavar="INT",
-        help="of the choice of blocks with --resample (default: drawn at random, and printed) and of the random choice "
-        "that thins photons (default 0), 0 to 2^64-1",
-    )
-    cli_options.add_shared(group, "threads")
-
-
-def _add_foreign_options(parser: argparse.ArgumentParser) -> None:
-    group = parser.add_argument_group("photons of another code")
-    group.add_argument(
-        "--scene",
-        metavar="AMC_INP",
-        help="amc.inp of the scene that they ought to come from; of a run folder, the scene that its plan is compared "
-        "with, read as `aomc-sky run` read it",
-    )
-    group.add_argument(
-        "--method",
-        choices=("iid", "stratified"),
-        help="how they depend on each other: independent draws (iid), or spread more evenly than chance; default: what "
-        "the head of an MCPL file of ours says, and iid of others",
-    )
-    group.add_argument(
-        "--frame", choices=("up", "down"), help="which way z grows in their directions (default up; AOMC's is down)"
-    )
-    group.add_argument("--weights", metavar="FILE", help="their weights, a .npy file of shape (n,)")
 
 
 def verify(arguments: argparse.Namespace) -> int:
