@@ -11,8 +11,8 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.text_file import refuse
-from aomc_sky.regular_file import FileKindError, open_regular
+from aomc_sky.formats.text_file import open_data, refuse
+from aomc_sky.regular_file import open_regular
 
 BLOCK = 65_536
 """Rows that are read at a time."""
@@ -61,13 +61,7 @@ def read_photons_npy(path: str | Path, *, n_columns: tuple[int, ...] = (3, 4)) -
     `n_columns` are the numbers per photon that are allowed; 1 stands for an array of one dimension.
     """
     path = Path(path)
-    try:
-        opened = open_regular(path)
-    except FileKindError:
-        raise refuse(path, "not a regular file", code="E901", advice="give the path of a .npy file") from None
-    except OSError as error:
-        raise refuse(path, f"the file cannot be opened: {error.strerror or error}", code="E901") from None
-    with opened as file:
+    with open_data(path, what="a .npy file", code="E901") as file:
         size = os.fstat(file.fileno()).st_size
         shape, fortran_order, dtype = _head(file, path)
         start = file.tell()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,7 +10,7 @@ import numpy as np
 
 from aomc_sky.errors import Span
 from aomc_sky.formats.report import BadValueError, Report, outside, quoted
-from aomc_sky.formats.text_file import read_bytes, refuse
+from aomc_sky.formats.text_file import read_bytes
 from aomc_sky.formats.units import parse_real
 
 MAX_BYTES = 2**22
@@ -30,14 +29,27 @@ class Spectrum:
 
 
 def read_spectrum_csv(path: str | Path) -> Spectrum:
-    """Read a table of wavelength [nm] and value, separated by a comma; blank lines and those with ``#`` are left out.
+    """Read a table of wavelength [nm] and value, separated by a comma.
 
-    InputFileError with every problem of the file: E401 for a row of another form, E404 for a number beyond all ranges.
+    Lines that are blank or begin with ``#`` are left out.
+
+    Parameters
+    ----------
+    path : str or Path
+        The file, at most 4 MiB and 2^17 rows.
+
+    Returns
+    -------
+    Spectrum
+
+    Raises
+    ------
+    InputFileError
+        Every problem of the file: E401 for a row of another form, E404 for a number beyond all ranges.
+    OutputError
+        The operating system refuses.
     """
-    size = os.stat(path).st_size if os.path.isfile(path) else 0
-    if size > MAX_BYTES:
-        raise refuse(path, f"the file has {size} bytes; at most {MAX_BYTES} are read", code="E401")
-    lines = read_bytes(path).decode("utf-8", "surrogateescape").split("\n")
+    lines = read_bytes(path, most_bytes=MAX_BYTES, code="E401").decode("utf-8", "surrogateescape").split("\n")
     report = Report(path=str(path))
     rows: list[tuple[float, float]] = []
     for number, line in enumerate(lines, start=1):

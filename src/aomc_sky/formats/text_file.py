@@ -46,8 +46,8 @@ def open_data(path: str | Path, *, what: str, code: str) -> BinaryIO:
         raise refuse(path, f"the file cannot be opened: {reason}", advice=advice, code=code) from None
 
 
-def read_bytes(path: str | Path) -> bytes:
-    """Return the bytes of a regular file, without a UTF-8 byte order mark.
+def read_bytes(path: str | Path, *, most_bytes: int = MAX_FILE_BYTES, code: str = "E101") -> bytes:
+    """Return the bytes of a regular file, without a UTF-8 byte order mark; `code` is that of a file too large.
 
     InputFileError where it is missing, not a regular file (a FIFO is never opened), too large, UTF-16, has NUL bytes, a
     carriage return inside a line, or a line beyond 64 kB; OutputError where the operating system refuses.
@@ -63,8 +63,8 @@ def read_bytes(path: str | Path) -> bytes:
     if not stat.S_ISREG(status.st_mode):
         kind = "a folder" if stat.S_ISDIR(status.st_mode) else "not a regular file"
         raise refuse(path, f"this is {kind}, expected a text file")
-    if status.st_size > MAX_FILE_BYTES:
-        raise refuse(path, f"the file has {status.st_size} bytes; at most {MAX_FILE_BYTES} are read", code="E101")
+    if status.st_size > most_bytes:
+        raise refuse(path, f"the file has {status.st_size} bytes; at most {most_bytes} are read", code=code)
     try:
         data = _bounded_bytes(path, max(status.st_size, UNSIZED_BYTES))
     except OSError as error:

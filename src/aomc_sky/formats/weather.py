@@ -11,7 +11,6 @@ import calendar
 import contextlib
 import csv
 import math
-import os
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -21,7 +20,7 @@ import numpy as np
 
 from aomc_sky.errors import Span
 from aomc_sky.formats.report import BadValueError, Report
-from aomc_sky.formats.text_file import read_bytes, refuse, split_lines
+from aomc_sky.formats.text_file import read_bytes, split_lines
 
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?\Z", re.ASCII)
 
@@ -116,11 +115,7 @@ def read_weather(path: str | Path, kind: str) -> WeatherTable:
 
 def _lines(path: str | Path) -> list[str]:
     """Lines of the text: UTF-8 with or without its mark, else Latin-1, in which old files have their stations."""
-    size = os.stat(path).st_size if os.path.isfile(path) else 0  # read_bytes says what is wrong
-    if size > _MAX_BYTES:
-        message = f"the file has {size} bytes; an hourly weather file has at most {_MAX_BYTES}"
-        raise refuse(path, message, code="E101")
-    data = read_bytes(path)
+    data = read_bytes(path, most_bytes=_MAX_BYTES)
     with contextlib.suppress(UnicodeDecodeError):
         return [line.removesuffix("\r") for line in data.decode().removesuffix("\n").split("\n")] if data else []
     return split_lines(data)

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import Span
-from aomc_sky.formats.aomc.scanner import ListScanner, Record, Token, fixed_numbers, list_integer, list_numbers
+from aomc_sky.formats.aomc.scanner import ListScanner, Record, Token, fixed_number, list_integer, list_real
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.text_file import read_lines
 
@@ -212,10 +212,10 @@ def read_fields(lines: list[str], fields: tuple[Field, ...], report: Report) -> 
     if _is_displaced(lines, fields, report) and not report.lenient:
         return {}
     values: dict[str, int | float] = {}
-    for reading in _readings(lines, fields):
-        value = _checked(reading, report)
+    for number, (line, field) in enumerate(zip(lines, fields, strict=False), start=1):
+        value = _checked(_reading(line, number, field), report)
         if value is not None:
-            values[reading.field.name] = value
+            values[field.name] = value
     if len(lines) < len(fields):
         end, missing = Span(max(1, len(lines)), 1, lines[-1] if lines else ""), fields[len(lines)]
         message = f"the file ends after line {len(lines)}; {len(fields)} lines are needed, the next is {missing.title}"
@@ -291,23 +291,17 @@ class _Reading:
         return f"I{f.width}" if f.decimals is None else f"F{f.width}.{f.decimals}"
 
 
-def _readings(lines: list[str], fields: tuple[Field, ...]) -> list[_Reading]:
-    """The lines that are there, read in both ways."""
-    rows = list(zip(lines, fields, strict=False))
-    decimals = [field.decimals for _, field in rows]
-    seen = [_what_a_person_reads(line, field) for line, field in rows]
-    values = fixed_numbers([line[_START : _START + field.width] for line, field in rows], decimals)
-    meant = list_numbers([token.removesuffix(",") for token, _ in seen], decimals)  # no number ends with a comma
-    return [
-        _Reading(
-            field=field,
-            span=Span(index + 1, seen[index][1], line, max(len(seen[index][0]), 1)),
-            token=seen[index][0],
-            value=values[index],
-            meant=meant[index],
-        )
-        for index, (line, field) in enumerate(rows)
-    ]
+def _reading(line: str, number: int, field: Field) -> _Reading:
+    """A line read in both ways. [number from 1]"""
+    token, column = _what_a_person_reads(line, field)
+    word = token.removesuffix(",")  # no number ends with a comma
+    return _Reading(
+        field=field,
+        span=Span(number, column, line, max(len(token), 1)),
+        token=token,
+        value=fixed_number(line[_START : _START + field.width], field.decimals),
+        meant=list_integer(word) if field.decimals is None else list_real(word),
+    )
 
 
 def _checked(reading: _Reading, report: Report) -> int | float | None:

@@ -1,13 +1,13 @@
 """One scanner for both ways in which Fortran reads: fixed columns, and list-directed values.
 
-`fixed_numbers` gives what gfortran's edit descriptors Iw and Fw.d make of fields; `ListScanner` follows list-directed
+`fixed_number` gives what gfortran's edit descriptors Iw and Fw.d make of a field; `ListScanner` follows list-directed
 input, and every token of it knows its line and column.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from aomc_sky.errors import Span
@@ -30,14 +30,12 @@ class Token(Span):
         return Span(self.line, self.column + len(self.word), self.text)
 
 
-def fixed_numbers(fields: Sequence[str], decimals: Sequence[int | None]) -> list[int | float | None]:
-    """Values of fields under Fw.d, or under Iw where d is None; None for an invalid field.
+def fixed_number(field: str, decimals: int | None) -> int | float | None:
+    """Value of a field under Fw.d, or under Iw where d is None; None for an invalid field.
 
     Blanks are ignored, a comma ends a field, and nothing is 0.
     """
-    return [
-        _fixed_integer(field) if d is None else _fixed_real(field, d) for field, d in zip(fields, decimals, strict=True)
-    ]
+    return _fixed_integer(field) if decimals is None else _fixed_real(field, decimals)
 
 
 def _fixed_integer(field: str) -> int | None:
@@ -69,11 +67,6 @@ def _fixed_real(field: str, decimals: int) -> float | None:
 
 def _bounded(exponent: str) -> int:
     return max(-99_999, min(99_999, int(exponent)))
-
-
-def list_numbers(words: Sequence[str], decimals: Sequence[int | None]) -> list[int | float | None]:
-    """Values of list-directed words, integers where d is None and reals elsewhere; None for what is no such number."""
-    return [list_integer(word) if d is None else list_real(word) for word, d in zip(words, decimals, strict=True)]
 
 
 def list_integer(text: str) -> int | None:

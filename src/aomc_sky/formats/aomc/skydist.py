@@ -430,7 +430,6 @@ def _take_plain(index: int, lines: list[str], radiance: np.ndarray, line: np.nda
 
 
 def _read_row(record: Record, head: SkyHead, report: Report) -> tuple[int, int, int, float] | None:
-    before = report.n_errors
     highest = (head.n_table, head.n_zenith, head.n_azimuth)
     lowest = (1, 1, 0)
     indices: list[int] = []
@@ -438,9 +437,7 @@ def _read_row(record: Record, head: SkyHead, report: Report) -> tuple[int, int, 
         token = record.tokens[k]
         value = list_integer(token.word)
         if not token.word:
-            advice = "write every value" if not record.ended_by_slash else "write the values out"
-            message = "the value is missing; Fortran keeps the previous one"
-            report.at(token, "E306", message, name=_COLUMNS[k], advice=advice)
+            _report_missing(record, k, report)
         elif value is None:
             message = f"'{token.word}' is not a whole number"
             report.at(token, "E305", message, name=_COLUMNS[k], advice="write a whole number")
@@ -451,34 +448,36 @@ def _read_row(record: Record, head: SkyHead, report: Report) -> tuple[int, int, 
         else:
             indices.append(value)
     number = _read_value(record, report)
-    if number is None or len(indices) < 3 or report.n_errors > before:
-        return None
-    return indices[0], indices[1], indices[2], number
+    return None if number is None or len(indices) < 3 else (indices[0], indices[1], indices[2], number)
 
 
 def _read_value(record: Record, report: Report) -> float | None:
     before, token = record.tokens[2:4]
-    number = list_real(token.word) if token.word else None
-    if token.word and (token.line, token.column) == (before.line, before.column):
-        message = "the repeat count covers an index and the value; Fortran refuses this"
-        report.at(token, "E305", message, name=_COLUMNS[3], advice="write the value out")
-        return None
+    number = list_real(token.word)
+    span: Span = token
     if not token.word:
-        message = "the value is missing; Fortran keeps the previous one"
-        report.at(token, "E306", message, name=_COLUMNS[3], advice="write every value")
+        _report_missing(record, 3, report)
         return None
-    if number is None:
-        report.at(token, "E305", f"'{token.word}' is not a number", name=_COLUMNS[3], advice="write a number")
-        return None
-    if record.decimal_comma is not None:
-        span, message, advice = record.decimal_comma
-        report.at(span, "E306", message, name=_COLUMNS[3], advice=advice)
-        return None
-    if not math.isfinite(number) or number < 0:
+    if (token.line, token.column) == (before.line, before.column):
+        code, advice = "E305", "write the value out"
+        message = "the repeat count covers an index and the value; Fortran refuses this"
+    elif number is None:
+        code, message, advice = "E305", f"'{token.word}' is not a number", "write a number"
+    elif record.decimal_comma is not None:
+        code, (span, message, advice) = "E306", record.decimal_comma
+    elif not math.isfinite(number) or number < 0:
+        code, advice = "E302", "write 0 or a positive number"
         message = f"{token.word} cannot be a radiance or a share of photons: both are finite and not negative"
-        report.at(token, "E302", message, name=_COLUMNS[3], advice="write 0 or a positive number")
-        return None
-    return number
+    else:
+        return number
+    report.at(span, code, message, name=_COLUMNS[3], advice=advice)
+    return None
+
+
+def _report_missing(record: Record, k: int, report: Report) -> None:
+    advice = "write the values out" if record.ended_by_slash and k < 3 else "write every value"
+    message = "the value is missing; Fortran keeps the previous one"
+    report.at(record.tokens[k], "E306", message, name=_COLUMNS[k], advice=advice)
 
 
 def _report_short(record: Record, last: Token, report: Report) -> None:

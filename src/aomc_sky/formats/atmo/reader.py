@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -37,7 +36,7 @@ from aomc_sky.formats.atmo.keys import (
 from aomc_sky.formats.atmo.scan import Entry, Lines, Section, scan
 from aomc_sky.formats.atmo.spectra import SpectrumReader, Term, out_of_range
 from aomc_sky.formats.report import MAX_PROBLEMS, BadValueError, Report, nearest, quoted
-from aomc_sky.formats.text_file import read_bytes, refuse
+from aomc_sky.formats.text_file import read_bytes
 from aomc_sky.formats.units import AU_M
 
 MAX_BYTES = 2**20
@@ -69,10 +68,7 @@ def read_atmo(path: str | Path, *, allow_paths: Sequence[str | Path] = ()) -> At
     OutputError
         The operating system refuses.
     """
-    size = os.stat(path).st_size if os.path.isfile(path) else 0
-    if size > MAX_BYTES:
-        raise refuse(path, f"the file has {size} bytes; at most {MAX_BYTES} are read", code="E401")
-    text = read_bytes(path).decode("utf-8", "surrogateescape")
+    text = read_bytes(path, most_bytes=MAX_BYTES, code="E401").decode("utf-8", "surrogateescape")
     lines = [line.removesuffix("\r") for line in text.split("\n")]
     report = Report(path=str(path))
     spectra = SpectrumReader(path=str(path), allow_paths=allow_paths)

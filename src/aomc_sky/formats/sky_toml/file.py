@@ -100,10 +100,7 @@ def problem_of_key(path: str | Path, key: tuple[str, ...], code: str, message: s
 
 def _text(path: str | Path) -> str:
     """The text of the file, lines ended by LF; small, for nobody writes a long one by hand."""
-    size = os.stat(path).st_size if os.path.isfile(path) else 0
-    if size > MAX_BYTES:
-        raise refuse(path, f"the file has {size} bytes; at most {MAX_BYTES} are read", code="E701")
-    data = read_bytes(path)
+    data = read_bytes(path, most_bytes=MAX_BYTES, code="E701")
     try:
         return data.decode().replace("\r\n", "\n")
     except UnicodeDecodeError as error:

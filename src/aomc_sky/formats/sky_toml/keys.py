@@ -103,8 +103,19 @@ PATHS = {"sky": ("table",), "background": ("file",), "atmosphere": ("file",)}
 """Keys that name a file, relative to the folder of sky.toml."""
 
 
+class Section:
+    """A section, all of which may be left out."""
+
+    __slots__ = ()
+
+    @property
+    def is_empty(self) -> bool:
+        """Whether nothing is given."""
+        return self == type(self)()
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
-class PerezSection:
+class PerezSection(Section):
     """[perez]: one of the `SETS`, or nothing, and the spectrum."""
 
     #: Direct normal, diffuse horizontal, global horizontal irradiance. [W m-2, 0 to 10 000]
@@ -115,11 +126,6 @@ class PerezSection:
     delta: float | None = None  #: Sky brightness. [0 or more]
     coefficients: tuple[float, float, float, float, float] | None = None  #: a, b, c, d, e of eq. (1). [-1000 to 1000]
     spectrum: str | None = None  #: "flat" or `SPECTRL2`
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether nothing is given."""
-        return self == PerezSection()
 
     def as_arguments(self) -> dict[str, Any]:
         """Arguments of `aomc_sky.PerezSky`: what is given of its inputs."""
@@ -138,17 +144,12 @@ class PerezSection:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class SunSection:
+class SunSection(Section):
     """[sun]: what is finer than amc.inp."""
 
     zenith_deg: float | None = None  #: Zenith angle of the sun. [deg, 0 to 180; below 90 without [atmosphere]]
     azimuth_deg: float | None = None  #: Azimuth of the sun, from +x towards +y as in amc.inp. [deg, -360 to 360]
     disc: bool | None = None  #: Whether the beam has the extent of the solar disc
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether nothing is given."""
-        return self == SunSection()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -176,7 +177,7 @@ class FieldSection:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class SkySection:
+class SkySection(Section):
     """[sky]: which sky, and how bright it is."""
 
     model: str | None = None  #: One of `DIFFUSE_MODELS`, or the name of another package's model
@@ -187,11 +188,6 @@ class SkySection:
     diffuse_irradiance: tuple[float, ...] | None = None
     #: The same of the direct beam; by default it follows from the direct fraction. [W m-2 nm-1, 0 to 10 000]
     direct_irradiance: tuple[float, ...] | None = None
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether nothing is given."""
-        return self == SkySection()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -206,7 +202,7 @@ class BackgroundSection:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class MoonDirection:
+class MoonDirection(Section):
     """The centre of the Moon as the observer sees it."""
 
     zenith_deg: float | None = None  #: Zenith angle. [deg, 0 to 180]
@@ -215,11 +211,6 @@ class MoonDirection:
     azimuth_deg: float | None = None  #: Azimuth, from +x towards +y. [deg, -360 to 360]
     azimuth_offset_deg: float | None = None  #: That minus the sun's azimuth. [deg, -360 to 360]
     distance_km: float | None = None  #: From the observer; None is what the description says. [km, 2000 to 1e12]
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether nothing is given."""
-        return self == MoonDirection()
 
     @property
     def has_angle(self) -> bool:
@@ -261,17 +252,11 @@ class AtmosphereSection:
 
 def perez_section(values: Mapping[str, Any]) -> PerezSection:
     """Put the coefficients a to e together, if they are there."""
-    is_complete = all(name in values for name in COEFFICIENT_NAMES)
-    a, b, c, d, e = (values.get(name, 0.0) for name in COEFFICIENT_NAMES)
-    return PerezSection(
-        dni=values.get("dni"),
-        dhi=values.get("dhi"),
-        ghi=values.get("ghi"),
-        epsilon=values.get("epsilon"),
-        delta=values.get("delta"),
-        coefficients=(a, b, c, d, e) if is_complete else None,
-        spectrum=values.get("spectrum"),
-    )
+    others = {name: value for name, value in values.items() if name not in COEFFICIENT_NAMES}
+    if any(name not in values for name in COEFFICIENT_NAMES):
+        return PerezSection(**others)
+    a, b, c, d, e = (values[name] for name in COEFFICIENT_NAMES)
+    return PerezSection(**others, coefficients=(a, b, c, d, e))
 
 
 def set_problem(names: Collection[str]) -> tuple[str, str]:
