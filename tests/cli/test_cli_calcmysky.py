@@ -99,7 +99,7 @@ def test_light_of_the_ground_by_orders(tmp_path: Path, capsys: pytest.CaptureFix
     line = f"light pollution relative radiance: {','.join([values] * count)}"
     model.write_text(model.read_text().replace(key, f"{key}\n{line}"))
     assert run(model, tmp_path / "o", "--save-light-pollution", "--orders", 2, "--bins", 3, 4, "--wavelength", 500) == 0
-    assert "use unused, why the observer stands at sea level" in capsys.readouterr().out
+    assert "light pollution texture size for altitude" in capsys.readouterr().out
     with opened(tmp_path / "o") as found:
         glow = found.glow_by_order
         assert dict(glow.sizes) == {"wavelength": 1, "glow_order": 2, "glow_zenith": 3}

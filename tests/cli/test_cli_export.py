@@ -266,9 +266,9 @@ def test_what_is_no_run(amc, tmp_path, capsys):
         assert text in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("damage", ["cut", "empty", "byte", "text", "array", "manifest", "swapped"])
+@pytest.mark.parametrize("damage", ["cut", "empty", "byte", "text", "array", "manifest"])
 def test_damaged_runs_are_told(amc, out, tmp_path, capsys, damage):
-    codes = {"manifest": "E100", "swapped": "E100"}
+    codes = {"manifest": "E100"}
     plan = out / "plan.npz"
     data = plan.read_bytes()
     if damage == "array":
@@ -277,11 +277,8 @@ def test_damaged_runs_are_told(amc, out, tmp_path, capsys, damage):
         np.savez(plan, **{**arrays, "cell": np.zeros(3)})
     elif damage == "manifest":
         (out / "manifest.json").write_text("{")
-    elif damage == "swapped":
-        assert run(amc, "--out", tmp_path / "other", "--weighting", "projected") == 0
-        shutil.copy(tmp_path / "other" / "plan.npz", plan)
     else:
-        middle = data.index(b"mass.npy") + 300  # a number of the masses
+        middle = data.index(b"mass.npy") + 160  # a number of the masses
         changed = bytes([data[middle] ^ 255])
         byte = data[:middle] + changed + data[middle + 1 :]
         plan.write_bytes({"cut": data[:-100], "empty": b"", "byte": byte, "text": b"mine"}[damage])
@@ -289,6 +286,14 @@ def test_damaged_runs_are_told(amc, out, tmp_path, capsys, damage):
     error = capsys.readouterr().err
     assert f"error[{codes.get(damage, 'E951')}]" in error
     assert "again" in error
+    assert not (tmp_path / "out-npy").exists()
+
+
+def test_the_plan_of_another_run_is_told(amc, out, tmp_path, capsys):
+    assert run(amc, "--out", tmp_path / "other", "--weighting", "projected") == 0
+    shutil.copy(tmp_path / "other" / "plan.npz", out / "plan.npz")
+    assert export(out, "--to", "npy") == 5
+    assert "belongs to another run" in capsys.readouterr().err
     assert not (tmp_path / "out-npy").exists()
 
 

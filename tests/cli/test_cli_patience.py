@@ -111,7 +111,6 @@ def commands(tmp_path):
     out = str(tmp_path / "sky.png")
     return {
         "scene": (["plot", str(scene), "--size", "300", "--out", out], "preparing the scene"),
-        "model": (["plot", AIR, "--wavelength", "550", "--size", "300", "--out", out], "solving the atmosphere"),
         "run": (["run", str(scene), "--iterations", "10", "--out", str(tmp_path / "out")], "preparing the scene"),
         "table": (
             [
@@ -131,7 +130,7 @@ def commands(tmp_path):
     }
 
 
-@pytest.mark.parametrize("name", ["scene", "model", "run", "table"])
+@pytest.mark.parametrize("name", ["scene", "run", "table"])
 def test_a_command_that_solves_says_so_and_clears_the_line(name, tmp_path, stream, monkeypatch, capsys):
     pytest.importorskip("matplotlib")
     words, text = commands(tmp_path)[name]
@@ -142,7 +141,7 @@ def test_a_command_that_solves_says_so_and_clears_the_line(name, tmp_path, strea
 
 
 @pytest.mark.parametrize("option", ["-q", "--json"])
-@pytest.mark.parametrize("name", ["scene", "model", "run", "table"])
+@pytest.mark.parametrize("name", ["scene", "run", "table"])
 def test_a_quiet_command_and_one_for_programs_say_nothing(name, option, tmp_path, stream, monkeypatch, capsys):
     pytest.importorskip("matplotlib")
     words, _ = commands(tmp_path)[name]

@@ -54,7 +54,6 @@ EMPTY = {
     "export": ("export", "x", "--to", "csv", "--out", ""),
     "plot": ("plot", INPUTS / "clear_day", "--out", ""),
     "write-skydist": (*PEREZ, "--write-skydist", ""),
-    "counts": (*PEREZ, "--counts", ""),
     "picture": (*PEREZ, "--plot", ""),
     "atmosphere": ("atmosphere", INPUTS / "atmosphere" / "hazy.atmo", "--out-dir", ""),
 }
@@ -126,7 +125,6 @@ def test_a_folder_without_its_plan_is_nobodys(fault, scene, tmp_path, capsys):
 
 TARGETS = {
     "skydist": ("--write-skydist", "mine.txt"),
-    "counts": ("--counts", "mine.csv"),
     "png": ("--plot", "mine.png"),
     "svg": ("--plot", "mine.svg"),
     "pdf": ("--plot", "mine.pdf"),
@@ -158,9 +156,8 @@ INPUT_FILES = ("amc.inp", "lambbot.inp", "difcol.inp", "sky.toml")
 def test_inputs_are_never_replaced(fault, tmp_path, capsys):
     target = tmp_path / fault.removeprefix("input-")
     target.write_text("mine")
-    for option in ("--write-skydist", "--counts"):
-        assert command(*PEREZ, option, target, "--force") == 2
-        assert "never replaced" in capsys.readouterr().err
+    assert command(*PEREZ, "--write-skydist", target, "--force") == 2
+    assert "never replaced" in capsys.readouterr().err
     assert target.read_text() == "mine"
 
 
@@ -191,7 +188,7 @@ def test_a_device_or_a_pipe_is_no_target(fault, tmp_path, capsys):
     target = Path("/dev/null") if fault == "device" else tmp_path / "pipe"
     if fault == "pipe":
         os.mkfifo(target)
-    assert command(*PEREZ, "--counts", target, "--force") == 2
+    assert command(*PEREZ, "--write-skydist", target, "--force") == 2
     assert "device or a pipe" in capsys.readouterr().err
 
 
