@@ -67,7 +67,6 @@ def commands_wanting(folder: Path) -> dict[str, list[tuple[str, ...]]]:
             (*WEATHER, "--plot", f"{new}.png"),
             ("plot", str(INPUTS / "clear_day"), "--out", f"{new}-sky.png"),
             ("plot", str(folder / "out"), "--pull", "--out", f"{new}-pull.svg"),
-            ("verify", str(folder / "out"), "--picture", f"{new}-pulls.png"),
         ],
         "weather": [
             ("perez", *PLACE, "--dni", "800", "--dhi", "90"),
