@@ -33,7 +33,7 @@ from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands
 
 if TYPE_CHECKING:
-    from aomc_sky.skies.atmosphere import AtmosphereSky
+    pass
 
 _FINE = (180, 720)
 """Patches of half a degree, in which a model is drawn."""
@@ -291,19 +291,3 @@ def _netcdf_sun(dataset: Any, at: dict[str, int]) -> tuple[Mark, ...]:
     if "sun_zenith" not in at:
         return ()
     return (sun_mark(float(dataset["sun_zenith"][at["sun_zenith"]]), float(dataset.attrs["sun_azimuth_deg"])),)
-
-
-def atmosphere_picture(sky: AtmosphereSky, *, title: str = "") -> Picture:
-    """Radiance of the patches at up to 12 wavelengths, W m-2 sr-1 nm-1, and the direct beam as a mark."""
-    sun = sky.sun_zenith_deg, sky.sun_azimuth_deg
-    domes = []
-    wavelengths, direct = sky.medium.wavelength_nm.tolist(), sky.direct_irradiance.tolist()
-    diffuse = sky.diffuse_irradiance.tolist()
-    for k, wavelength in enumerate(wavelengths):
-        name, mark = f"{wavelength:g} nm", sun_mark(*sun)
-        if direct[k] > 0:
-            name += f"\nbeam {100 * direct[k] / (direct[k] + diffuse[k]):.3g} % of the light"
-            mark = Mark(zenith_deg=sun[0], azimuth_deg=sun[1], symbol=Symbol.BEAM)
-        radiance = sky.patch_mean[k].sum(axis=0)
-        domes.append(Dome(grid=sky.grid, values=radiance, title=name, marks=(mark,)))
-    return Picture(domes=tuple(domes), quantity=RADIANCE, title=title)

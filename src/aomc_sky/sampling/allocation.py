@@ -19,7 +19,7 @@ from aomc_sky.kernels.arithmetic.error_free import (
     rounded_cumulative,
 )
 from aomc_sky.sampling.streams import ALLOCATION, checked_seed, philox_pair, stream_key
-from aomc_sky.sampling.walk import Rings, walk_of_cells
+from aomc_sky.sampling.walk import WalkedGrid, walk_of_cells
 from aomc_sky.whole_number import as_number_of
 
 MAX_PHOTONS = 2**62
@@ -160,7 +160,7 @@ def allocate_bands(
     method: AllocationMethod = AllocationMethod.SYSTEMATIC,
     seed: int = 0,
     family: str | None = None,
-    rings: tuple[Rings, ...] = (),
+    rings: tuple[WalkedGrid, ...] = (),
 ) -> np.ndarray:
     """Share the photons of several bands out over one set of masses, normalised once: int64 (k, n_cell).
 
@@ -188,7 +188,7 @@ def allocate_bands(
 
 
 def _systematic(
-    cumulative: np.ndarray, n: int, key: np.uint64, band: int, rings: tuple[Rings, ...], counts: np.ndarray
+    cumulative: np.ndarray, n: int, key: np.uint64, band: int, rings: tuple[WalkedGrid, ...], counts: np.ndarray
 ) -> None:
     word, _ = philox_pair(int(key), 0, band, 0)
     order = walk_of_cells(cumulative, n, rings) if rings else slice(None)

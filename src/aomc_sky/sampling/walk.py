@@ -25,8 +25,8 @@ _ONE_PHOTON = 0.999  # below 1: a ring of exactly one photon must not change sid
 _HALF = 0.5001  # above 1/2, for the same reason
 
 
-class Rings(NamedTuple):
-    """The rings of one grid among the cells of all components."""
+class WalkedGrid(NamedTuple):
+    """One grid among the cells of all components, whose rings are walked."""
 
     first_cell: int  #: the number of the grid's first cell
     n_rings: int
@@ -63,7 +63,7 @@ def first_columns(units_before: np.ndarray, n_photons: int, n_columns: int) -> n
     return np.floor((share - np.floor(share)) * n_columns).astype(np.int64) % n_columns
 
 
-def walk_of_cells(cumulative: np.ndarray, n_photons: int, rings: tuple[Rings, ...]) -> np.ndarray:
+def walk_of_cells(cumulative: np.ndarray, n_photons: int, rings: tuple[WalkedGrid, ...]) -> np.ndarray:
     """The cells in the order of the walk, int64 (n_cell,).
 
     `cumulative`, uint64 (n_cell + 1,), is the fixed-point cumulative mass in the order of the cells. Cells outside all

@@ -12,7 +12,7 @@ from aomc_sky.errors import UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.kernels.arithmetic.error_free import FIXED_POINT_BITS
 from aomc_sky.sampling.allocation import AllocationMethod, fixed_point_cumulative, normalise
-from aomc_sky.sampling.walk import Rings, walk_of_cells
+from aomc_sky.sampling.walk import WalkedGrid, walk_of_cells
 from aomc_sky.verify.report import chi_square_p, pooled, sidak_level
 from aomc_sky.whole_number import as_index_within
 
@@ -150,13 +150,13 @@ def verify_counts(
     return CountsReport(checks=tuple(checks))
 
 
-def _one_grid(n_columns: int | None, n_cells: int) -> tuple[Rings, ...]:
+def _one_grid(n_columns: int | None, n_cells: int) -> tuple[WalkedGrid, ...]:
     if n_columns is None:
         return ()
     n_columns = as_index_within(n_columns, "n_columns", 1, n_cells)
     if n_cells % n_columns:
         raise ValueError(f"{n_cells} cells are no whole number of rings of {n_columns} columns")
-    return (Rings(first_cell=0, n_rings=n_cells // n_columns, n_columns=n_columns),)
+    return (WalkedGrid(first_cell=0, n_rings=n_cells // n_columns, n_columns=n_columns),)
 
 
 def _checked_counts(counts: ArrayLike) -> np.ndarray:
@@ -185,7 +185,7 @@ def _band_checks(
     mass: np.ndarray,
     method: AllocationMethod,
     level: float,
-    rings: tuple[Rings, ...],
+    rings: tuple[WalkedGrid, ...],
 ) -> list[CountCheck]:
     checks = [_zero_check(band, counts, mass)]
     if not mass.max() > 0:  # a dark band: nothing else to compare with
@@ -244,7 +244,9 @@ def _exactly_outside(counts: np.ndarray, mass: np.ndarray, n: int, cells: np.nda
     return False
 
 
-def _run_check(band: int, counts: np.ndarray, p: np.ndarray, mass: np.ndarray, rings: tuple[Rings, ...]) -> CountCheck:
+def _run_check(
+    band: int, counts: np.ndarray, p: np.ndarray, mass: np.ndarray, rings: tuple[WalkedGrid, ...]
+) -> CountCheck:
     """Largest deviation over all runs in the order of the walk: the spread of the running difference."""
     n = int(counts.sum())
     order = walk_of_cells(fixed_point_cumulative(mass), n, rings) if rings else np.arange(mass.size)

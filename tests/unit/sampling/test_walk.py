@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import aomc_sky as sky
 from aomc_sky.sampling.allocation import AllocationMethod, allocate_bands, fixed_point_cumulative
 from aomc_sky.sampling.streams import philox_pair
-from aomc_sky.sampling.walk import Rings, first_columns, walk_of_cells
+from aomc_sky.sampling.walk import WalkedGrid, first_columns, walk_of_cells
 
 WHOLE = 1 << 62
 GOLDEN = (math.sqrt(5) - 1) / 2
@@ -31,7 +31,7 @@ def grids():
 @given(grids(), st.one_of(st.integers(0, 200), st.integers(0, WHOLE)), st.integers(0, 2**32))
 def test_bounds(grid, n, band):
     (n_rings, n_columns, before), mass = grid
-    rings = (Rings(before, n_rings, n_columns),)
+    rings = (WalkedGrid(before, n_rings, n_columns),)
     counts = allocate_bands(mass, [n], [band], rings=rings)[0]
     cumulative = fixed_point_cumulative(mass)
     units = np.diff(cumulative).tolist()
@@ -87,7 +87,7 @@ def test_first_columns_are_those_of_the_formula(n_rings, n_columns, n):
 def test_counts_are_unbiased():
     mass = np.random.default_rng(3).lognormal(0, 1, (5, 8))
     n_bands, n = 4000, 23
-    counts = allocate_bands(mass, [n] * n_bands, range(n_bands), rings=(Rings(0, 5, 8),))
+    counts = allocate_bands(mass, [n] * n_bands, range(n_bands), rings=(WalkedGrid(0, 5, 8),))
     expected = n * (mass / mass.sum()).ravel()
     rest = expected - np.floor(expected)
     z = (counts.mean(0) - expected) / np.sqrt(rest * (1 - rest) / n_bands)
@@ -117,7 +117,7 @@ IN_STEP = [
 
 @pytest.mark.parametrize(("n_rings", "n_columns", "n", "pattern"), IN_STEP)
 def test_no_ring_is_in_step_with_another(n_rings, n_columns, n, pattern):
-    walk = (Rings(0, n_rings, n_columns),)
+    walk = (WalkedGrid(0, n_rings, n_columns),)
     assert ratio_of_sectors(n_rings, n_columns, n, pattern, walk, n_columns) < 1.3
     assert ratio_of_sectors(n_rings, n_columns, n, pattern, walk, 36) < 1.1
 
@@ -131,15 +131,15 @@ def test_planted_walks_are_seen(monkeypatch):
         return np.floor(np.arange(units.size - 1) * GOLDEN % 1 * n_columns).astype(np.int64)
 
     monkeypatch.setattr("aomc_sky.sampling.walk.first_columns", golden)
-    assert ratio_of_sectors(90, 360, 9000, 1, (Rings(0, 90, 360),), 36) < 0.2
-    assert ratio_of_sectors(90, 360, 90 * 89, 1, (Rings(0, 90, 360),), 360) > 3
+    assert ratio_of_sectors(90, 360, 9000, 1, (WalkedGrid(0, 90, 360),), 36) < 0.2
+    assert ratio_of_sectors(90, 360, 90 * 89, 1, (WalkedGrid(0, 90, 360),), 360) > 3
 
 
 @pytest.mark.parametrize(("n_rings", "n_columns"), [(1, 36), (36, 1)])
 def test_grids_of_one_ring_or_one_column_keep_their_order(n_rings, n_columns):
     mass = np.random.default_rng(1).lognormal(0, 1, 36)
     np.testing.assert_array_equal(
-        allocate_bands(mass, [1000], [0], seed=5, rings=(Rings(0, n_rings, n_columns),))[0],
+        allocate_bands(mass, [1000], [0], seed=5, rings=(WalkedGrid(0, n_rings, n_columns),))[0],
         sky.allocate(mass, 1000, seed=5),
     )
 
@@ -147,7 +147,7 @@ def test_grids_of_one_ring_or_one_column_keep_their_order(n_rings, n_columns):
 @pytest.mark.parametrize("method", ["largest-remainder", "multinomial"])
 def test_other_methods_keep_their_order(method):
     mass, chosen = np.random.default_rng(1).lognormal(0, 1, 36), AllocationMethod(method)
-    walked = allocate_bands(mass, [1000], [0], method=chosen, seed=5, rings=(Rings(0, 6, 6),))
+    walked = allocate_bands(mass, [1000], [0], method=chosen, seed=5, rings=(WalkedGrid(0, 6, 6),))
     np.testing.assert_array_equal(walked[0], sky.allocate(mass, 1000, method=method, seed=5))
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.sampling.allocation import AllocationMethod, allocate_bands
-from aomc_sky.sampling.walk import Rings
+from aomc_sky.sampling.walk import WalkedGrid
 
 Arrays = Mapping[str, np.ndarray]
 
@@ -31,6 +31,7 @@ def cumulative_counts(arrays: Arrays, options: Mapping[str, Any]) -> np.ndarray:
     photons = replicate_band_photons(arrays["requested"], replicates)
     row_of = np.tile(arrays["row_of_band"], replicates)
     cumulative = np.zeros((photons.size, mass.shape[1] + 1), dtype=np.int64)
+    rings = rings_of(arrays)
     for k in np.flatnonzero(mass.any(axis=1)):
         bands = np.flatnonzero(row_of == k)
         counts = allocate_bands(
@@ -40,18 +41,18 @@ def cumulative_counts(arrays: Arrays, options: Mapping[str, Any]) -> np.ndarray:
             method=AllocationMethod(options["allocation"]),
             seed=options["seed"],
             family=options["method"],
-            rings=rings_of(arrays),
+            rings=rings,
         )
         cumulative[bands, 1:] = np.cumsum(counts, axis=1)
     return cumulative
 
 
-def rings_of(arrays: Arrays) -> tuple[Rings, ...]:
+def rings_of(arrays: Arrays) -> tuple[WalkedGrid, ...]:
     """The rings of all components that have a grid."""
     start = arrays["component_start"][:-1].tolist()
     grids = {k: (f"zenith_bounds_deg_{k}", f"azimuth_bounds_deg_{k}") for k in range(len(start))}
     return tuple(
-        Rings(first_cell=start[k], n_rings=len(arrays[zenith]), n_columns=len(arrays[azimuth]))
+        WalkedGrid(first_cell=start[k], n_rings=len(arrays[zenith]), n_columns=len(arrays[azimuth]))
         for k, (zenith, azimuth) in grids.items()
         if zenith in arrays
     )
