@@ -58,11 +58,8 @@ class AtmosphereSky(Share):
     n_paths : int, optional
         Backward paths of each direction and wavelength where the solution has some; by default as many as
         `aomc_sky.atmosphere.sky.solve.solve_sky` says. [8 to 2^32 - 1]
-    strength : array_like, optional
-        Instead of its own: relative irradiance on a horizontal plane, a number or one for
-        each wavelength of the scene. [>= 0]
-    irradiance_W_m2_nm : array_like, optional
-        Instead of its own, in the same units. [W m-2 nm-1]
+    strength, irradiance_W_m2_nm : array_like, optional
+        Instead of its own irradiance, as for `UniformSky`. [>= 0]
 
     Notes
     -----

@@ -31,11 +31,8 @@ class DirectBeam(Share):
     radius_deg, or radius_rad : float
         0, the default, for a parallel beam; else the radius of a disc of uniform radiance, cut at the horizon.
         [deg, 0 to 10; 0.0001 or more where the horizon cuts it]
-    strength : array_like, optional
-        Share of the light in a scene of several models: relative irradiance on a horizontal plane, a number or one for
-        each wavelength of the scene. [>= 0]
-    irradiance_W_m2_nm : array_like, optional
-        The same in absolute units, for all components of a scene or none. [W m-2 nm-1]
+    strength, irradiance_W_m2_nm : array_like, optional
+        Share of the light in a scene of several models, as for `UniformSky`. [>= 0]
 
     Notes
     -----

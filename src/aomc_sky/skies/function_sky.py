@@ -15,7 +15,7 @@ from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
-from aomc_sky.kernels.perez.law import HALF_PI, sin_cos
+from aomc_sky.kernels.arithmetic.elementary import HALF_PI, sin_cos
 from aomc_sky.skies.model import Share, check_share, with_share
 from aomc_sky.skies.quadrature import POINTS, Rule, at_points, weighted_sum
 
@@ -47,11 +47,8 @@ class FunctionSky(Share):
         Patches for sampling; 90 x 360 by default.
     name : str
         Name of the component.
-    strength : array_like, optional
-        Share of the light in a scene of several models: relative irradiance on a horizontal plane, a number or one for
-        each wavelength of the scene. [>= 0]
-    irradiance_W_m2_nm : array_like, optional
-        The same in absolute units, for all components of a scene or none. [W m-2 nm-1]
+    strength, irradiance_W_m2_nm : array_like, optional
+        Share of the light in a scene of several models, as for `UniformSky`. [>= 0]
 
     Raises
     ------

@@ -18,7 +18,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from aomc_sky.kernels.perez.law import HALF_PI, arc, half_sine2, sin_cos
+from aomc_sky.kernels.arithmetic.elementary import HALF_PI, arc, half_sine2, sin_cos
 
 #: Least and greatest x, least and greatest y of tiles: four arrays that broadcast, or one of shape (4, n).
 Edges = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | np.ndarray

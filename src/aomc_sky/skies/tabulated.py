@@ -68,11 +68,8 @@ class TabulatedSky(Share):
         Take the AOMC program's rule for a band's wavelength instead of the nearest one.
     remarks : tuple of str
         Notes of a scene of this table.
-    strength : array_like, optional
-        Share of the light in a scene of several models: relative irradiance on a horizontal plane, a number or one for
-        each wavelength of the scene. [>= 0]
-    irradiance_W_m2_nm : array_like, optional
-        The same in absolute units, for all components of a scene or none. [W m-2 nm-1]
+    strength, irradiance_W_m2_nm : array_like, optional
+        Share of the light in a scene of several models, as for `UniformSky`. [>= 0]
     """
 
     wavelength_nm: np.ndarray

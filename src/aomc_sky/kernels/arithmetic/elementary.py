@@ -23,6 +23,7 @@ from aomc_sky.kernels.formula import (
     word_of,
 )
 
+HALF_PI = 1.5707963267948966
 NARROW_HALF_WIDTH = 1.0 / 60.0
 """Up to so many quarter turns (1.5 degrees) a cell's azimuth takes the short series."""
 
@@ -55,6 +56,21 @@ _EXP = (
     6.61375632143793436117e-05,
     -2.77777777770155933842e-03,
     1.66666666666666019037e-01,
+)
+_ARC_P = (
+    3.47933107596021167570e-05,
+    7.91534994289814532176e-04,
+    -4.00555345006794114027e-02,
+    2.01212532134862925881e-01,
+    -3.25565818622400915405e-01,
+    1.66666666666666657415e-01,
+)
+_ARC_Q = (
+    7.70381505559019352791e-02,
+    -6.88283971605453293030e-01,
+    2.02094576023350569471e00,
+    -2.40339491173441421878e00,
+    1.0,
 )
 _LOG = tuple(2.0 / k for k in range(21, 2, -2))
 
@@ -192,3 +208,33 @@ def exp_level(x):
     k = t - _ROUND
     y = exp_reduced(x - k * LN2_HI, k * LN2_LO)
     return y * float_of((word_of(t) + _BIAS) << _POWER_BITS)
+
+
+@inlined_formula
+def arc(h):
+    """Angle whose half has sine^2 h, branch-free; within 2 ulp up to 120 degrees, 2 ulp of pi beyond. [rad]
+
+    The arc cosine of 1 - 2h in three zones with one rational function (the one of fdlibm), where
+    h itself serves in the first, so that nothing cancels near 0.
+    """
+    q = 1.0 - (h + h)
+    near, far = q > 0.5, q < -0.5
+    z = larger(select(near, h, select(far, 1.0 - h, q * q)), 0.0)
+    s = select(near | far, np.sqrt(z), q)
+    r = s + s * (z * nested(_ARC_P, z) / nested(_ARC_Q, z))
+    return select(near, r + r, select(far, 2.0 * HALF_PI - (r + r), HALF_PI - r))
+
+
+@formula
+def sin_cos(x):
+    """Sine and cosine of x quarter turns, exact at whole ones; within 2 ulp of 1 for |x| below 1000."""
+    turns = np.rint(x)
+    s, c = sincos_quarter(x - turns)
+    return turned_by_quarters(np.int64(turns), s, c)
+
+
+@formula
+def half_sine2(x):
+    """sin^2 of half of x quarter turns."""
+    s, _ = sin_cos(0.5 * x)
+    return s * s

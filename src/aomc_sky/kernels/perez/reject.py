@@ -8,13 +8,13 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.arithmetic.constants import ACCEPT, LAST_TRIAL, ONE, PEREZ_CHUNK, PEREZ_WORDS, U64, ZERO
-from aomc_sky.kernels.arithmetic.elementary import exp_level, sincos_turned_any, unit
+from aomc_sky.kernels.arithmetic.elementary import arc, exp_level, sincos_turned_any, unit
 from aomc_sky.kernels.arithmetic.rng import later_words, philox_pair
 from aomc_sky.kernels.cells.blocks import MAX_PHOTONS, cell_of_photon, column, turn_of_photon
 from aomc_sky.kernels.cells.laws import from_mu2
 from aomc_sky.kernels.jit import inner_reader
 from aomc_sky.kernels.perez.cells import is_rejected, is_taken_at_once, measured, tilted
-from aomc_sky.kernels.perez.law import SUN_VECTOR, A, B, C, D, E, arc, slant, with_aureole
+from aomc_sky.kernels.perez.law import SUN_VECTOR, A, B, C, D, E, slant, with_aureole
 
 _NEVER = np.uint32(0x80000000)
 _FEW = np.uint64(6)

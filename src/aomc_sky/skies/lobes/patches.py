@@ -16,8 +16,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import Component
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.kernels.arithmetic.elementary import exp_level
-from aomc_sky.kernels.perez.law import HALF_PI, arc, half_sine2, sin_cos
+from aomc_sky.kernels.arithmetic.elementary import HALF_PI, arc, exp_level, half_sine2, sin_cos
 from aomc_sky.skies.lobes.envelope import lobe_of
 from aomc_sky.skies.lobes.lobe import checked, quaternion_of, rotation_matrix
 from aomc_sky.skies.quadrature import Light, Rule, Terms

@@ -95,11 +95,8 @@ class LobeSky(Share):
     ----------
     lobes : tuple of WeightedLobe
         The lobes; their light adds. No lobe: a black sky.
-    strength : array_like, optional
-        Instead of its own: relative irradiance on a horizontal plane, a number or one for
-        each wavelength of the scene. [>= 0]
-    irradiance_W_m2_nm : array_like, optional
-        Instead of its own, in the same units. [W m-2 nm-1]
+    strength, irradiance_W_m2_nm : array_like, optional
+        Instead of its own irradiance, as for `UniformSky`. [>= 0]
     """
 
     lobes: tuple[WeightedLobe, ...]

@@ -20,8 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.kernels.arithmetic.constants import TILT_STEP
-from aomc_sky.kernels.arithmetic.elementary import exp_level
-from aomc_sky.kernels.perez.law import arc, first_factor, half_sine2, sin_cos
+from aomc_sky.kernels.arithmetic.elementary import arc, exp_level, half_sine2, sin_cos
+from aomc_sky.kernels.perez.law import first_factor
 
 _QUARTER = 1.5707963267948966
 _LARGEST_TILT = 0.2

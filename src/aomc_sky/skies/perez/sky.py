@@ -67,11 +67,8 @@ class PerezSky(Share):
         Patches for sampling; 45 x 180 by default.
     within : {"exact", "uniform"}
         Whether photons follow f inside a patch, or lie uniformly in mu^2 and azimuth.
-    strength : array_like, optional
-        Share of the light in a scene of several models: relative irradiance on a horizontal plane, a number or one for
-        each wavelength of the scene. [>= 0]
-    irradiance_W_m2_nm : array_like, optional
-        The same in absolute units, for all components of a scene or none. [W m-2 nm-1]
+    strength, irradiance_W_m2_nm : array_like, optional
+        Share of the light in a scene of several models, as for `UniformSky`. [>= 0]
 
     Raises
     ------
