@@ -46,7 +46,7 @@ def write_amc(config: AmcConfig, path: Path) -> None:
     texts = [_amc_text(getattr(config, field.name), is_whole=field.decimals is None) for field in fields]
     assert all(len(text) <= field.width for field, text in zip(fields, texts, strict=True)), "fits its columns"
     path.write_text(
-        "".join(f"{field.label:<{FIRST_COLUMN - 1}}{text}\n" for field, text in zip(fields, texts, strict=True))
+        "".join(f"{field.label:<{FIRST_COLUMN - 3}}: {text}\n" for field, text in zip(fields, texts, strict=True))
     )
 
 

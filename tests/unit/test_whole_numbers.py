@@ -137,7 +137,6 @@ def test_what_is_no_index_is_our_error(value):
         lambda: source.expected(value),
         lambda: source.exact_moments(value),
         lambda: scene("table").source(seed=value),
-        lambda: scene("table").is_lit(value),
         lambda: sky.allocate([1.0, 2.0], 5, seed=value),
         lambda: sky.PatchGrid.regular(value, 4),
         lambda: sky.PatchGrid.regular(4, value),

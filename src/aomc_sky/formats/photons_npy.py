@@ -10,7 +10,6 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from aomc_sky.errors import InputFileError
 from aomc_sky.formats.text_file import open_data, refuse
 from aomc_sky.regular_file import open_regular
 
@@ -68,7 +67,11 @@ def read_photons_npy(path: str | Path, *, n_columns: tuple[int, ...] = (3, 4)) -
     columns = 1 if len(shape) == 1 else shape[1] if len(shape) == 2 else 0
     is_float = dtype.kind == "f" and dtype.itemsize in (4, 8)
     if columns not in n_columns or not is_float or (fortran_order and columns > 1):
-        raise _other_form(path, shape, fortran_order, dtype, n_columns)
+        order = ", Fortran order" if fortran_order else ""
+        shapes = " or ".join("(n,)" if k == 1 else f"(n, {k})" for k in n_columns)
+        advice = f"write an array of float32 or float64 and shape {shapes} in C order: travel directions ux, uy, uz, "
+        advice += "then the weight where there are weights"
+        raise refuse(path, f"an array of {dtype} and shape {shape}{order}", code="E902", advice=advice)
     n_bytes, expected = size - start, shape[0] * columns * dtype.itemsize
     if n_bytes != expected:
         message = f"{n_bytes} bytes of data, but the header says {shape[0]} rows, {expected} bytes"
@@ -83,17 +86,3 @@ def _head(file: BinaryIO, path: Path) -> tuple[tuple[int, ...], bool, np.dtype[A
     except (KeyError, ValueError, OSError):
         message = "not a numpy file of version 1 or 2, or its header is damaged"
         raise refuse(path, message, code="E902", advice="write it with numpy.save") from None
-
-
-def _other_form(
-    path: Path, shape: tuple[int, ...], fortran_order: bool, dtype: np.dtype[Any], n_columns: tuple[int, ...]
-) -> InputFileError:
-    order = ", Fortran order" if fortran_order else ""
-    shapes = " or ".join("(n,)" if k == 1 else f"(n, {k})" for k in n_columns)
-    return refuse(
-        path,
-        f"an array of {dtype} and shape {shape}{order}",
-        code="E902",
-        advice=f"write an array of float32 or float64 and shape {shapes} in C order: travel directions ux, uy, uz, "
-        "then the weight where there are weights",
-    )

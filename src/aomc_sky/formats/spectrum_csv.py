@@ -56,18 +56,18 @@ def read_spectrum_csv(path: str | Path) -> Spectrum:
         if not line.strip() or line.lstrip().startswith("#"):
             continue
         if (row := _row(line, number, report)) is not None:
-            _check_order(rows, row[0], line, number, report)
+            if rows and not rows[-1][0] < row[0]:
+                span = Span(number, 1, line, len(line.split(",")[0]))
+                message = f"wavelength {row[0]:g} is not above {rows[-1][0]:g}"
+                report.at(span, "E401", message, advice="sort the rows")
             rows.append(row)
         if report.is_full or len(rows) > MAX_POINTS:
             break
     if len(rows) > MAX_POINTS:
         report.add("E401", f"the file has more than {MAX_POINTS} rows", advice="use a coarser spectrum")
     elif len(rows) < 2 and not report.has_errors:
-        report.add(
-            "E401",
-            f"the file has {len(rows)} row{'s' * (len(rows) != 1)} of numbers",
-            advice="write two or more: wavelength in nm, value",
-        )
+        message = f"the file has {len(rows)} row{'s' * (len(rows) != 1)} of numbers"
+        report.add("E401", message, advice="write two or more: wavelength in nm, value")
     report.close()
     table = np.array(rows, np.float64)
     table.flags.writeable = False
@@ -93,12 +93,6 @@ def _number(cell: str, offset: int, low: float, high: float) -> float:
     if not low <= value <= high:
         raise outside(quoted(text), f"{low:g} to {high:g}", offset=start, width=len(text))
     return value
-
-
-def _check_order(rows: list[tuple[float, float]], wavelength: float, line: str, number: int, report: Report) -> None:
-    if rows and not rows[-1][0] < wavelength:
-        message = f"wavelength {wavelength:g} is not above {rows[-1][0]:g}"
-        report.at(Span(number, 1, line, len(line.split(",")[0])), "E401", message, advice="sort the rows")
 
 
 def bin_means(spectrum: Spectrum, wavelength_nm: np.ndarray) -> np.ndarray:

@@ -56,72 +56,42 @@ def parse_quantity(text: str, dimension: Dimension) -> Fraction:
     """Read ``120 km``, a decimal number without exponent and a unit of `UNITS`: exact value in m, m-1 or m2."""
     if len(text) > 2 * MAX_DIGITS:
         raise BadValueError("E401", f"the value has {len(text)} characters; at most {2 * MAX_DIGITS} are read")
-    match = _QUANTITY.match(text)
-    if match is None:
-        raise _not_a_quantity(text, dimension)
-    number, unit = match.groups()
-    if unit not in UNITS[dimension]:
-        raise _wrong_unit(text, unit, match.start(2), dimension)
-    return parse_decimal(number) * UNITS[dimension][unit]
-
-
-def _named(dimension: Dimension) -> str:
-    return f"{'an' if dimension is Dimension.AREA else 'a'} {dimension.value}"
-
-
-def _has_exponent(text: str, dimension: Dimension) -> BadValueError:
-    advice = f"write all digits, such as {_EXAMPLES[dimension]}"
-    return BadValueError("E401", f"{quoted(text)} has an exponent", advice=advice)
-
-
-def _not_a_quantity(text: str, dimension: Dimension) -> BadValueError:
-    example = f"write a number and a unit, such as {_EXAMPLES[dimension]}"
+    match, units, example = _QUANTITY.match(text), UNITS[dimension], _EXAMPLES[dimension]
+    if match is not None and match[2] in units:
+        return parse_decimal(match[1]) * units[match[2]]
+    named = f"{'an' if dimension is Dimension.AREA else 'a'} {dimension.value}"
     if _EXPONENT.match(text):
-        return _has_exponent(text, dimension)
-    if _NUMBER.match(text):
-        units = ", ".join(UNITS[dimension])
-        return BadValueError("E401", f"{quoted(text)} has no unit", advice=f"add one of {units}")
-    if "," in text:
-        return BadValueError("E401", f"{quoted(text)} is not {_named(dimension)}", advice="write a decimal point")
-    return BadValueError(
-        "E401", f"{quoted(text)} is not {_named(dimension)}" if text else "the value is missing", advice=example
-    )
-
-
-def _wrong_unit(text: str, unit: str, offset: int, dimension: Dimension) -> BadValueError:
-    owner = next((other.value for other in Dimension if unit in UNITS[other]), None)
-    if _EXPONENT.match(text):
-        return _has_exponent(text, dimension)
-    reason = f"is a unit of {owner}" if owner else "is not a unit"
-    advice = f"write one of {', '.join(UNITS[dimension])}"
-    return BadValueError(
-        "E401", f"{quoted(unit)} {reason}; expected {_named(dimension)}", advice=advice, offset=offset, width=len(unit)
-    )
+        message, advice = f"{quoted(text)} has an exponent", f"write all digits, such as {example}"
+    elif match is not None:
+        owner = next((other.value for other in Dimension if match[2] in UNITS[other]), None)
+        reason = f"is a unit of {owner}" if owner else "is not a unit"
+        message, advice = f"{quoted(match[2])} {reason}; expected {named}", f"write one of {', '.join(units)}"
+        raise BadValueError("E401", message, advice=advice, offset=match.start(2), width=len(match[2]))
+    elif _NUMBER.match(text):
+        message, advice = f"{quoted(text)} has no unit", f"add one of {', '.join(units)}"
+    else:
+        message = f"{quoted(text)} is not {named}" if text else "the value is missing"
+        advice = "write a decimal point" if "," in text else f"write a number and a unit, such as {example}"
+    raise BadValueError("E401", message, advice=advice)
 
 
 def parse_decimal(text: str) -> Fraction:
     """Read digits with at most one point, exactly."""
     if len(text) > MAX_DIGITS:
-        raise BadValueError(
-            "E401", f"the number has {len(text)} digits; at most {MAX_DIGITS} are read", width=len(text)
-        )
+        message = f"the number has {len(text)} digits; at most {MAX_DIGITS} are read"
+        raise BadValueError("E401", message, width=len(text))
     try:
         return Fraction(text)
     except ValueError:
-        raise BadValueError(
-            "E401", f"{quoted(text)} is not a number", advice="write digits and one point", width=len(text)
-        ) from None
+        message, advice = f"{quoted(text)} is not a number", "write digits and one point"
+        raise BadValueError("E401", message, advice=advice, width=len(text)) from None
 
 
 def parse_real(text: str, *, offset: int = 0) -> float:
     """Read a number without unit, with or without exponent; infinity where it is beyond float64, no nan and no inf."""
     if len(text) > MAX_DIGITS:
-        raise BadValueError(
-            "E401",
-            f"the number has {len(text)} characters; at most {MAX_DIGITS} are read",
-            offset=offset,
-            width=len(text),
-        )
+        message = f"the number has {len(text)} characters; at most {MAX_DIGITS} are read"
+        raise BadValueError("E401", message, offset=offset, width=len(text))
     if not _NUMBER.match(text):
         message = f"{quoted(text)} is not a number" if text else "a number is missing"
         advice = "write a decimal point" if "," in text else "write a number such as 0.25 or 2.5e-1"

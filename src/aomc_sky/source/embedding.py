@@ -56,14 +56,10 @@ def parse_options(text: str) -> dict[str, Any]:
             raise UsageError(f"unknown option {name!r}{hint}")
         if name in options:
             raise UsageError(f"option {name!r} is given twice")
-        options[name] = _whole(value) if name == "iterations" else value
+        if name == "iterations" and not (value.isascii() and value.isdigit()):
+            raise UsageError(f"iterations must be a whole number, got {value!r}")
+        options[name] = int(value) if name == "iterations" else value
     return options
-
-
-def _whole(value: str) -> int:
-    if not value.isascii() or not value.isdigit():
-        raise UsageError(f"iterations must be a whole number, got {value!r}")
-    return int(value)
 
 
 def open_scene(path: bytes, seed: int, options: str) -> Opened:

@@ -28,14 +28,11 @@ _kept: list[Any] = []
 """Tables that compiled code reads. Nobody can say when machine code is dropped, so they live as long as the process."""
 
 
-def _check_compiled() -> None:
+def _require_host(plan: Plan) -> None:
+    """Refuse where there is no compiler, and a plan of several randomisations."""
     if is_off():
         raise UsageError("hosts need numba's compiler; unset NUMBA_DISABLE_JIT, or take photons in batches")
-
-
-def _check_plan(plan: Plan) -> None:
-    replicates = int(plan.options.get("replicates", 1))
-    if replicates > 1:
+    if (replicates := plan.replicates) > 1:
         raise UsageError(
             f"a host takes the photons of one randomisation, and this source has replicates={replicates}; "
             "make one source per seed with replicates=1"
@@ -97,8 +94,7 @@ class NumbaSampler:
     """
 
     def __init__(self, emitter: Emitter, band: int) -> None:
-        _check_compiled()
-        _check_plan(emitter.plan)
+        _require_host(emitter.plan)
         self._emitter = emitter
         self.band = band
         self.n = emitter.n_photons(band)
@@ -157,8 +153,7 @@ class CSource:
     """
 
     def __init__(self, emitter: Emitter, band: int) -> None:
-        _check_compiled()
-        _check_plan(emitter.plan)
+        _require_host(emitter.plan)
         self.band = band
         self.n = emitter.n_photons(band)
         self.precision = emitter.dtype

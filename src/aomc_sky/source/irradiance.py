@@ -172,15 +172,7 @@ class Irradiance:
 
     @classmethod
     def of_components(cls, components: Sequence[Component], row_of_band: np.ndarray) -> Irradiance | None:
-        """What components say of themselves; None where one of them is relative.
-
-        Parameters
-        ----------
-        components : sequence of Component
-            Components of a scene.
-        row_of_band : ndarray, int64, shape (n_band,)
-            Row of the components that serves each band.
-        """
+        """What components say of themselves, by the row (n_band,) that serves each band; None where one is relative."""
         known = [c.irradiance_W_m2_nm for c in components if c.irradiance_W_m2_nm is not None]
         if len(known) < len(components):
             return None

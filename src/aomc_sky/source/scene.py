@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -35,7 +35,6 @@ from aomc_sky.source.plan.counts import cumulative_counts
 from aomc_sky.source.plan.options import Placement, SamplingOptions, resolve_options
 from aomc_sky.source.plan.plan import Plan
 from aomc_sky.wavebands import Wavebands
-from aomc_sky.whole_number import as_index
 
 if TYPE_CHECKING:
     from aomc_sky.source.photon_source import PhotonSource
@@ -175,10 +174,6 @@ class Scene:
         array.flags.writeable = False
         object.__setattr__(self, name, array)
 
-    def is_lit(self, band: int) -> bool:
-        """Whether any component sends light in a band."""
-        return self._row_is_lit(int(self.row_of_band[as_index(band, "band")]))
-
     def _row_is_lit(self, row: int) -> bool:
         return any(c.strength[row] > 0 and c.mass_of(row).max(initial=0.0) > 0 for c in self.components)
 
@@ -186,19 +181,14 @@ class Scene:
         """Raise for the first band that wants photons and has no light."""
         wanting = np.flatnonzero(self.n_photons)
         dark = [row for row in np.unique(self.row_of_band[wanting]) if not self._row_is_lit(row)]
-        for band in wanting[np.isin(self.row_of_band[wanting], dark)]:
-            self.refuse_dark_band(int(band))
-
-    def refuse_dark_band(self, band: int) -> NoReturn:
-        """Raise the error for a band that wants photons and has no light."""
-        band = as_index(band, "band")
-        wavelength = self.wavebands.wavelength_nm[band]
-        sky = self.sky_wavelength_nm[band]
-        where = "" if np.isnan(sky) else f" (the sky's values at {sky:g} nm are all zero)"
-        raise SceneError(
-            f"waveband {band + 1} at {wavelength:g} nm has no light{where}, so its {int(self.n_photons[band])} "
-            "photons cannot be launched; give the sky a positive value there or remove the waveband"
-        )
+        for band in wanting[np.isin(self.row_of_band[wanting], dark)].tolist():
+            sky = self.sky_wavelength_nm[band]
+            where = "" if np.isnan(sky) else f" (the sky's values at {sky:g} nm are all zero)"
+            raise SceneError(
+                f"waveband {band + 1} at {self.wavebands.wavelength_nm[band]:g} nm has no light{where}, so its "
+                f"{self.n_photons[band]} photons cannot be launched; give the sky a positive value there or remove the "
+                "waveband"
+            )
 
     @in_default_mode
     def source(
@@ -290,6 +280,15 @@ class SceneDraft:
         """The scene; `others` are the fields that a draft has not."""
         own = {one.name: getattr(self, one.name) for one in dataclasses.fields(self)}
         return Scene(wavebands=wavebands, **own, **others)
+
+
+def require_projected(weighting: str | None, what: str) -> None:
+    """Refuse another weighting of a sky whose photons pass the horizontal sea surface; `what` is for the message."""
+    if weighting not in (None, "projected"):
+        raise UsageError(
+            f"{what} sends photons through the horizontal sea surface; weighting {weighting!r} does not; leave "
+            "--weighting out, or write --sky uniform"
+        )
 
 
 def photons_of_intensity(intensity: np.ndarray, iterations: int) -> np.ndarray:
@@ -421,11 +420,10 @@ def _cell_arrays(components: tuple[Component, ...], n_cells: list[int]) -> dict[
 
 def _aomc_cumulative(scene: Scene) -> np.ndarray:
     """Photons before each cell (n_band, n_cell + 1), by the AOMC program's rounding of the table of each band."""
-    if len(scene.components) != 1 or scene.components[0].grid is None:
-        raise SceneError("allocation 'aomc' is the AOMC program's rule for a table; this scene is not a single table")
     component = scene.components[0]
     grid = component.grid
-    assert grid is not None
+    if len(scene.components) != 1 or grid is None:
+        raise SceneError("allocation 'aomc' is the AOMC program's rule for a table; this scene is not a single table")
     cumulative = np.zeros((scene.n_photons.size, component.n_cells + 1), dtype=np.int64)
     for band, (row, n) in enumerate(zip(scene.row_of_band.tolist(), scene.n_photons.tolist(), strict=True)):
         table = component.mass_of(row).reshape(grid.n_zenith, grid.n_azimuth)

@@ -54,7 +54,9 @@ def _readers(arguments: argparse.Namespace) -> dict[Kind, Callable[[Path], Any]]
 
     return {
         Kind.SCENE: lambda path: _read_amc(path, lenient),
-        Kind.LAMBBOT: lambda path: _read_beside(path, read_lambbot, lenient, with_target=True),
+        Kind.LAMBBOT: lambda path: _read_beside(
+            path, functools.partial(read_lambbot, lenient=lenient), lenient, with_target=True
+        ),
         Kind.DIFCOL: lambda path: _read_beside(path, read_difcol, lenient, with_target=False),
         Kind.TABLE: lambda path: read_skydist(path, lenient=lenient, max_memory_bytes=max_memory),
         Kind.SKY_TOML: lambda path: _read_toml(path, lenient, allow_paths, arguments),
@@ -98,7 +100,7 @@ def _read_beside(path: Path, read: Callable[..., Any], lenient: bool, *, with_ta
                 extra["has_target"] = config.bottom_target
         except AomcSkyError:
             pass  # reported under its own name
-    return read(path, lenient=lenient, **extra)
+    return read(path, **extra)
 
 
 def _read_toml(path: Path, lenient: bool, allow_paths: list[str], arguments: argparse.Namespace) -> None:

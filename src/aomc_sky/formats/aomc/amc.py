@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import Span
-from aomc_sky.formats.aomc.scanner import ListScanner, Record, Token, fixed_number, list_integer, list_real
+from aomc_sky.formats.aomc.scanner import ListScanner, Record, Token, list_integer, two_readings
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.text_file import read_lines
 
@@ -100,7 +100,7 @@ class Field:
 
     name: str  #: Attribute of `AmcConfig`
     title: str  #: Name for a person
-    label: str  #: What stands before the value; only its number is ever looked at
+    label: str  #: What stands before the value and its colon; only its number is ever looked at
     low: float
     high: float
     decimals: int | None = None  #: d of Fw.d; None for an integer
@@ -120,61 +120,47 @@ class Field:
 
 _FLAG: dict[str, Any] = {"low": 0, "high": 1, "words": "0 or 1", "width": 1}
 
-_POLAR_CAP = Field("use_polar_cap", "polar cap flag", "           Use polar cap as grid?(yes=1, no=0):", **_FLAG)
+_POLAR_CAP = Field("use_polar_cap", "polar cap flag", "           Use polar cap as grid?(yes=1, no=0)", **_FLAG)
 
 _FIELDS = (
-    Field(
-        "iterations",
-        "iterations",
-        "1)Iterations                                  :",
-        1,
-        MOST_ITERATIONS,
-        words="1 or more",
-        width=12,
-    ),
-    Field("light_source", "light source", "2)Light source from model(0) or file(1)       :", **_FLAG),
-    Field("direct_azimuth_deg", "direct azimuth", " a) direct azimuth angle(deg)                 :", 0, 359),
-    Field("direct_zenith_deg", "direct zenith", " b) direct zenith angle(deg)                  :", 0, 89),
-    Field("n_constituents", "constituents", "3)number of system constituents               :", 1, 20),
-    Field("depth_m", "depth", "4)depth (M)                                   :", 0, 10_000, 2, width=12),
-    Field("side_m", "side", "5)side boundaries (M)                         :", 0, 100_000, 2, width=12),
-    Field("n_recording_layers", "recording layers", "6)Number of depth recording layers            :", 0, 500),
-    Field(
-        "layer_thickness_m", "layer thickness", "  a) Thickness of each recording layer        :", -1, 500, 4, width=12
-    ),
-    Field("n_alpha_intervals", "alpha intervals", "7)# of alpha intervals to bin (MAX=180)       :", 1, 180),
-    Field("n_phi_intervals", "phi intervals", "8)# of phi intervals to bin (MAX=180)         :", 1, 360),
-    Field("interval_type", "interval type", "           Interval type (ang = 1,cos = 0)    :", **_FLAG),
-    Field("log_absorption", "absorption log", "9)X,Y,Z for absorption (yes=1,no=0)           :", **_FLAG),
-    Field("log_bottom", "bottom log", "10)BOT.-output(yes=1,no=0)                    :", **_FLAG),
-    Field("log_side", "side log", "11)SIDE-output(yes=1,no=0)                    :", **_FLAG),
-    Field("spf_from_file", "SPF from file", "12)SPF from file? (yes=1,no=0)                :", **_FLAG),
-    Field("n_spf_angles", "SPF angles", "   a) Number of angles                        :", 0, 360),
-    Field("n_concentration_layers", "concentration layers", "13)# of concentration dependent layers        :", 1, 100),
+    Field("iterations", "iterations", "1)Iterations", 1, MOST_ITERATIONS, words="1 or more", width=12),
+    Field("light_source", "light source", "2)Light source from model(0) or file(1)", **_FLAG),
+    Field("direct_azimuth_deg", "direct azimuth", " a) direct azimuth angle(deg)", 0, 359),
+    Field("direct_zenith_deg", "direct zenith", " b) direct zenith angle(deg)", 0, 89),
+    Field("n_constituents", "constituents", "3)number of system constituents", 1, 20),
+    Field("depth_m", "depth", "4)depth (M)", 0, 10_000, 2, width=12),
+    Field("side_m", "side", "5)side boundaries (M)", 0, 100_000, 2, width=12),
+    Field("n_recording_layers", "recording layers", "6)Number of depth recording layers", 0, 500),
+    Field("layer_thickness_m", "layer thickness", "  a) Thickness of each recording layer", -1, 500, 4, width=12),
+    Field("n_alpha_intervals", "alpha intervals", "7)# of alpha intervals to bin (MAX=180)", 1, 180),
+    Field("n_phi_intervals", "phi intervals", "8)# of phi intervals to bin (MAX=180)", 1, 360),
+    Field("interval_type", "interval type", "           Interval type (ang = 1,cos = 0)", **_FLAG),
+    Field("log_absorption", "absorption log", "9)X,Y,Z for absorption (yes=1,no=0)", **_FLAG),
+    Field("log_bottom", "bottom log", "10)BOT.-output(yes=1,no=0)", **_FLAG),
+    Field("log_side", "side log", "11)SIDE-output(yes=1,no=0)", **_FLAG),
+    Field("spf_from_file", "SPF from file", "12)SPF from file? (yes=1,no=0)", **_FLAG),
+    Field("n_spf_angles", "SPF angles", "   a) Number of angles", 0, 360),
+    Field("n_concentration_layers", "concentration layers", "13)# of concentration dependent layers", 1, 100),
     Field(
         "n_grid_cells",
         "grid cells",
-        "14)Number of cells in X-Y direction(0=NOGRID) :",
+        "14)Number of cells in X-Y direction(0=NOGRID)",
         0,
         101,
         words="0 or an odd number up to 101",
         is_odd=True,
     ),
-    Field("cell_size_m", "cell size", "      Cell size (in unit meters)              :", 0, 100_000, 6, width=12),
-    Field("surfer_output", "Surfer output", "      Output to Surfer format (yes=1,no=0)    :", **_FLAG),
-    Field(
-        "footprint", "footprint", "15)Light source: point[1],circle[2],rect.[3]  :", 1, 3, words="1, 2 or 3", width=1
-    ),
-    Field(
-        "circle_diameter_m", "circle diameter", "    a)If circle, define diameter              :", 0, 1e7, 6, width=12
-    ),
-    Field("rectangle_x_m", "rectangle dX", "    b)If rectangle, define dX                 :", 0, 1e7, 6, width=12),
-    Field("rectangle_y_m", "rectangle dY", "    c)          and define dY                 :", 0, 1e7, 6, width=12),
-    Field("bottom_target", "bottom target", "16)Bottom target: NO[0],YES[1]                :", **_FLAG),
-    Field("target_x_m", "target dX", "      define dX                               :", 0, 1e7, 6, width=12),
-    Field("target_y_m", "target dY", "      define dY                               :", 0, 1e7, 6, width=12),
-    Field("normalize_to_water", "normalisation", "17)Normalize output to air(0) or water(1)     :", **_FLAG),
-    Field("n_wavebands", "wavebands", "18)Number of wavebands (minimum = 1)          :", 1, 500),
+    Field("cell_size_m", "cell size", "      Cell size (in unit meters)", 0, 100_000, 6, width=12),
+    Field("surfer_output", "Surfer output", "      Output to Surfer format (yes=1,no=0)", **_FLAG),
+    Field("footprint", "footprint", "15)Light source: point[1],circle[2],rect.[3]", 1, 3, words="1, 2 or 3", width=1),
+    Field("circle_diameter_m", "circle diameter", "    a)If circle, define diameter", 0, 1e7, 6, width=12),
+    Field("rectangle_x_m", "rectangle dX", "    b)If rectangle, define dX", 0, 1e7, 6, width=12),
+    Field("rectangle_y_m", "rectangle dY", "    c)          and define dY", 0, 1e7, 6, width=12),
+    Field("bottom_target", "bottom target", "16)Bottom target: NO[0],YES[1]", **_FLAG),
+    Field("target_x_m", "target dX", "      define dX", 0, 1e7, 6, width=12),
+    Field("target_y_m", "target dY", "      define dY", 0, 1e7, 6, width=12),
+    Field("normalize_to_water", "normalisation", "17)Normalize output to air(0) or water(1)", **_FLAG),
+    Field("n_wavebands", "wavebands", "18)Number of wavebands (minimum = 1)", 1, 500),
 )
 
 
@@ -219,7 +205,8 @@ def read_fields(lines: list[str], fields: tuple[Field, ...], report: Report) -> 
     if len(lines) < len(fields):
         end, missing = Span(max(1, len(lines)), 1, lines[-1] if lines else ""), fields[len(lines)]
         message = f"the file ends after line {len(lines)}; {len(fields)} lines are needed, the next is {missing.title}"
-        advice = f"add the line '{missing.label.strip()}' and those after it"
+        label = f"{missing.label:<{FIRST_COLUMN - 3}}:".strip()
+        advice = f"add the line '{label}' and those after it"
         report.at(end, "E105", message, name=missing.title, advice=advice)
     return values
 
@@ -233,11 +220,10 @@ def _is_displaced(lines: list[str], fields: tuple[Field, ...], report: Report) -
         if not label or own_line.get(label[1], index) == index:
             continue
         # one label that a person mistyped is no displaced line: the next numbered label decides
-        shift = index - own_line[label[1]]
-        if not _next_label_agrees(lines, own_line, index, shift):
-            continue
         own = own_line[label[1]]
-        if shift > 0:
+        if not _next_label_agrees(lines, own_line, index, index - own):
+            continue
+        if index > own:
             what, extra = "one line too many", _extra_line(lines, own_line, index)
             span = Span(extra + 1, 1, lines[extra], max(1, len(lines[extra].rstrip())))
         else:
@@ -294,13 +280,14 @@ class _Reading:
 def _reading(line: str, number: int, field: Field) -> _Reading:
     """A line read in both ways. [number from 1]"""
     token, column = _what_a_person_reads(line, field)
-    word = token.removesuffix(",")  # no number ends with a comma
+    # no number ends with a comma
+    value, meant = two_readings(line[_START : _START + field.width], token.removesuffix(","), field.decimals)
     return _Reading(
         field=field,
         span=Span(number, column, line, max(len(token), 1)),
         token=token,
-        value=fixed_number(line[_START : _START + field.width], field.decimals),
-        meant=list_integer(word) if field.decimals is None else list_real(word),
+        value=value,
+        meant=meant,
     )
 
 
@@ -420,12 +407,8 @@ class DifcolTable:
     intensity: np.ndarray
 
 
-def read_difcol(path: str | Path, *, n_wavebands: int | None = None, lenient: bool = False) -> DifcolTable:
-    """Read difcol.inp; `n_wavebands` is the count that amc.inp announces, to be compared.
-
-    `lenient` is there for symmetry: a fraction outside 0 to 1 or a negative intensity stays an error, for no photons
-    can be shared out by it.
-    """
+def read_difcol(path: str | Path, *, n_wavebands: int | None = None) -> DifcolTable:
+    """Read difcol.inp; `n_wavebands` is the count that amc.inp announces, to be compared."""
     rows = read_band_rows(path, ("direct fraction", "intensity"), (1.0, inf), n_wavebands, lenient=False)
     rows.flags.writeable = False
     return DifcolTable(direct_fraction=rows[:, 0], intensity=rows[:, 1])

@@ -1,6 +1,6 @@
 """One scanner for both ways in which Fortran reads: fixed columns, and list-directed values.
 
-`fixed_number` gives what gfortran's edit descriptors Iw and Fw.d make of a field; `ListScanner` follows list-directed
+`two_readings` gives what gfortran's edit descriptors Iw and Fw.d make of a field; `ListScanner` follows list-directed
 input, and every token of it knows its line and column.
 """
 
@@ -30,12 +30,14 @@ class Token(Span):
         return Span(self.line, self.column + len(self.word), self.text)
 
 
-def fixed_number(field: str, decimals: int | None) -> int | float | None:
-    """Value of a field under Fw.d, or under Iw where d is None; None for an invalid field.
+def two_readings(field: str, word: str, decimals: int | None) -> tuple[int | float | None, int | float | None]:
+    """Value of a field under Fw.d, or under Iw where d is None, and of the word that a person reads; None for none.
 
-    Blanks are ignored, a comma ends a field, and nothing is 0.
+    In a field blanks are ignored, a comma ends it, and nothing is 0.
     """
-    return _fixed_integer(field) if decimals is None else _fixed_real(field, decimals)
+    if decimals is None:
+        return _fixed_integer(field), list_integer(word)
+    return _fixed_real(field, decimals), list_real(word)
 
 
 def _fixed_integer(field: str) -> int | None:

@@ -102,21 +102,17 @@ def read_skydist(
     A third of the time of numpy.loadtxt; a file that does not pass its checks is read again to say why.
     """
     data = read_bytes(path)
-    report = Report(path=str(path), lenient=lenient, downgrade=downgrade)
-    n_head = _head_bytes(data)
-    head = read_head(split_lines(data[:n_head]), len(data), report, max_memory_bytes)
-    if head is None and n_head < len(data):
-        head = read_head(split_lines(data), len(data), report := _fresh(report), max_memory_bytes)
+    for end in (data.find(b"\n", _HEAD_BYTES), None):  # mostly a piece is enough; else all of it says what is wrong
+        report = Report(path=str(path), lenient=lenient, downgrade=downgrade)
+        if (head := read_head(split_lines(data[:end]), len(data), report, max_memory_bytes)) is not None:
+            break
     if head is None:
         report.close()
         raise AssertionError("a head that cannot be read leaves an error")
-    entries = read_rows_fast(data, head)
-    if entries is None:
-        lines = split_lines(data)
-        entries = read_rows(lines, head, report)
+    radiance, line = read_rows_fast(data, head) or read_rows(split_lines(data), head, report)
     report.close()
-    radiance, line = entries
-    bins, values = read_declaration(data)
+    declared = _DECLARATION.findall(data, max(0, len(data) - 4096))
+    bins, values = (word.decode() for word in declared[-1]) if declared else ("", "")
     for array in (radiance, line, head.wavelength_nm):
         array.flags.writeable = False
     return SkyTable(
@@ -127,16 +123,6 @@ def read_skydist(
         declared_values=Values(values) if values else None,
         path=str(path),
     )
-
-
-def _head_bytes(data: bytes) -> int:
-    """Length of a piece that surely holds the header and the wavelengths, cut at a line end."""
-    end = data.find(b"\n", min(len(data), 262_144))
-    return len(data) if end < 0 else end + 1
-
-
-def _fresh(report: Report) -> Report:
-    return Report(path=report.path, lenient=report.lenient, downgrade=report.downgrade)
 
 
 def write_skydist(
@@ -167,6 +153,8 @@ def write_skydist(
 
 
 MAX_BINS = 2**27
+_HEAD_BYTES = 262_144
+"""A piece of this length, up to a line end, holds the header and the wavelengths of nearly every file."""
 MIN_ROW_BYTES = 8
 PATCH_BYTES, BIN_BYTES = 290, 24
 """What a run takes for each patch and for each of its bins: measured for 1e6 to 1.8e7 bins, 1 to 18 wavelengths."""
@@ -192,12 +180,6 @@ class SkyHead:
     wavelength_nm: np.ndarray  #: float64 (n_table,), in file order
     first_row: int  #: Index of the line after the wavelengths. [0-based]
     count_token: Token  #: Where the row count stands
-
-
-def read_declaration(data: bytes) -> tuple[str, str] | tuple[None, None]:
-    """Bins and values that the last lines of a file declare, (None, None) where they do not."""
-    declarations = list(_DECLARATION.finditer(data, max(0, len(data) - 4096)))
-    return (declarations[-1][1].decode(), declarations[-1][2].decode()) if declarations else (None, None)
 
 
 def read_head(lines: list[str], n_bytes: int, report: Report, max_memory_bytes: int | None = None) -> SkyHead | None:

@@ -71,21 +71,16 @@ def real_value(text: str, *, low: float, high: float) -> float:
     return value
 
 
-def length_value(text: str, *, low: Fraction, high: int, shown: str) -> float:
-    """Read a length. [m]"""
-    return _quantity(text, Dimension.LENGTH, low, Fraction(high), shown)
+def _quantity(dimension: Dimension, low: Fraction, high: int, shown: str) -> Callable[[str], float]:
+    """What reads a length or an area within limits. [m or m2]"""
 
+    def read(text: str) -> float:
+        value = parse_quantity(text, dimension)
+        if not low <= value <= high:
+            raise outside(quoted(text), shown)
+        return float(value)
 
-def area_value(text: str) -> float:
-    """Read a cross section of a scatterer. [m2]"""
-    return _quantity(text, Dimension.AREA, Fraction(1, 10**35), Fraction(1), "1e-35 m^2 to 1 m^2")
-
-
-def _quantity(text: str, dimension: Dimension, low: Fraction, high: Fraction, shown: str) -> float:
-    value = parse_quantity(text, dimension)
-    if not low <= value <= high:
-        raise outside(quoted(text), shown)
-    return float(value)
+    return read
 
 
 def phase_type_value(text: str) -> PhaseFunctionType:
@@ -199,12 +194,10 @@ TOP_KEYS: dict[str, Rule] = {
     **dict.fromkeys(SIZES, size_value),
     "scattering texture size for vza": partial(size_value, is_even=True),
     "scattering orders": partial(real_value, low=1, high=2**31),
-    "atmosphere height": partial(length_value, low=Fraction(1), high=10**6, shown="1 m to 1 Mm"),
-    "earth radius": partial(length_value, low=Fraction(1, 1000), high=10**10, shown="1 mm to 10 Gm"),
-    "earth-sun distance": partial(length_value, low=Fraction(AU_M, 2), high=10**20 * AU_M, shown="0.5 AU to 1e20 AU"),
-    "earth-moon distance": partial(
-        length_value, low=Fraction(AU_M, 10**4), high=10**20 * AU_M, shown="1e-4 AU to 1e20 AU"
-    ),
+    "atmosphere height": _quantity(Dimension.LENGTH, Fraction(1), 10**6, "1 m to 1 Mm"),
+    "earth radius": _quantity(Dimension.LENGTH, Fraction(1, 1000), 10**10, "1 mm to 10 Gm"),
+    "earth-sun distance": _quantity(Dimension.LENGTH, Fraction(AU_M, 2), 10**20 * AU_M, "0.5 AU to 1e20 AU"),
+    "earth-moon distance": _quantity(Dimension.LENGTH, Fraction(AU_M, 10**4), 10**20 * AU_M, "1e-4 AU to 1e20 AU"),
     WAVELENGTHS: wavelength_values,
     SOLAR: Spectral(high=1000.0, unit="W m-2 nm-1"),
     ALBEDO: Spectral(high=1.0, unit=""),
@@ -215,7 +208,7 @@ SCATTERER_KEYS: dict[str, Rule] = {
     "number density": Code(),
     "phase function": Code(),
     "phase function type": phase_type_value,
-    "cross section at 1 um": area_value,
+    "cross section at 1 um": _quantity(Dimension.AREA, Fraction(1, 10**35), 1, "1e-35 m^2 to 1 m^2"),
     "angstrom exponent": partial(real_value, low=-10, high=10),
     "single scattering albedo": Spectral(high=1.0, unit=""),
 }

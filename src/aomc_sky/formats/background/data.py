@@ -42,26 +42,11 @@ class ReferenceType(enum.IntEnum):
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Lobe:
-    """One lobe at one time, the unit from which animations are built."""
-
-    lobe_type: LobeType
-    #: Asymmetry g and nothing [0 <= g < 1], or the roughness along local x and local y. [> 0]
-    param0: float
-    param1: float = 0.0
-    coefficient: float = 1.0  #: Factor of the curve. [>= 0]
-    #: Rotation (w, x, y, z) from the local frame, axis +z, to the world; of any length but 0
-    quaternion: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
-    curve_index: int = 0  #: Row of the spectra. [from 0]
-    relative_time_days: float = 0.0  #: Time since the reference time. [d]
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
 class Animation:
     """Lobes over time: the keys of one animation, in the order of time; arrays of shape (n_key,)."""
 
     lobe_type: np.ndarray  #: uint8, values of `LobeType`
-    #: float64, see `Lobe`
+    #: float64: asymmetry g and nothing [0 <= g < 1], or the roughness along local x and local y. [> 0]
     param0: np.ndarray
     param1: np.ndarray
     coefficient: np.ndarray  #: float64, factors of the curve. [>= 0]
@@ -100,28 +85,6 @@ class BackgroundFile:
     wavelength_nm: np.ndarray  #: float64 (n_wavelength,), rising. [nm]
     #: float64 (n_curve, n_wavelength), spectral irradiance integrated over the sphere. [W m-2 nm-1, >= 0]
     curves: np.ndarray
-
-
-def animation_of_lobes(
-    lobes: Sequence[Lobe], *, reference: ReferenceType = ReferenceType.DIURNAL, time_point_s: int = 0
-) -> Animation:
-    """Make an animation from lobes in the order of time; values are checked where it is written or made a sky of."""
-
-    def column(name: str, dtype: type) -> np.ndarray:
-        return frozen(np.array([getattr(lobe, name) for lobe in lobes], dtype))
-
-    quaternion = np.array([lobe.quaternion for lobe in lobes], np.float64).reshape(-1, 4)
-    return Animation(
-        lobe_type=column("lobe_type", np.uint8),
-        param0=column("param0", np.float64),
-        param1=column("param1", np.float64),
-        coefficient=column("coefficient", np.float64),
-        quaternion=normalised(quaternion),
-        curve_index=column("curve_index", np.int64),
-        relative_time_days=column("relative_time_days", np.float64),
-        reference=ReferenceType(reference),
-        time_point_s=int(time_point_s),
-    )
 
 
 def frozen(array: np.ndarray) -> np.ndarray:
@@ -238,8 +201,8 @@ def background_of_lobes(
         keys = [one_or_more] if isinstance(one_or_more, SkyLobe) else list(one_or_more)
         if not keys:
             raise SceneError(f"animation {title!r} has no lobe")
-        lobes = [_lobe(one, _curve_index(one, title, samples, curves)) for one in keys]
-        built[title] = animation_of_lobes(lobes, reference=_REFERENCES[reference], time_point_s=time_point_s)
+        rows = [_curve_index(one, title, samples, curves) for one in keys]
+        built[title] = _animation(keys, rows, _REFERENCES[reference], int(time_point_s))
     return BackgroundFile(
         info=BackgroundInfo(name=name, author=author, description=description, organization=organization),
         animations=built,
@@ -256,18 +219,24 @@ def _curve_index(lobe: SkyLobe, title: str, samples: np.ndarray, curves: dict[by
     return list(curves).index(spectrum.tobytes())
 
 
-def _lobe(lobe: SkyLobe, curve_index: int) -> Lobe:
-    if lobe.kind not in KINDS:
-        raise UsageError(f"the kind of a lobe is one of {', '.join(map(repr, KINDS))}, not {lobe.kind!r}")
-    width_y = lobe.width if lobe.width_y is None else lobe.width_y
-    return Lobe(
-        lobe_type=KINDS[lobe.kind],
-        param0=float(lobe.width),
-        param1=0.0 if lobe.kind == "hg" else float(width_y),
-        coefficient=float(lobe.factor),
-        quaternion=axis_quaternion(lobe.zenith_deg, lobe.azimuth_deg, lobe.turn_deg),
-        curve_index=curve_index,
-        relative_time_days=float(lobe.time_days),
+def _animation(
+    lobes: Sequence[SkyLobe], curve_index: list[int], reference: ReferenceType, time_point_s: int
+) -> Animation:
+    unknown = next((one.kind for one in lobes if one.kind not in KINDS), None)
+    if unknown is not None:
+        raise UsageError(f"the kind of a lobe is one of {', '.join(map(repr, KINDS))}, not {unknown!r}")
+    quaternion = [axis_quaternion(one.zenith_deg, one.azimuth_deg, one.turn_deg) for one in lobes]
+    width_y = [0.0 if one.kind == "hg" else one.width if one.width_y is None else one.width_y for one in lobes]
+    return Animation(
+        lobe_type=frozen(np.array([KINDS[one.kind] for one in lobes], np.uint8)),
+        param0=frozen(np.array([one.width for one in lobes], np.float64)),
+        param1=frozen(np.array(width_y, np.float64)),
+        coefficient=frozen(np.array([one.factor for one in lobes], np.float64)),
+        quaternion=normalised(np.array(quaternion, np.float64)),
+        curve_index=frozen(np.array(curve_index, np.int64)),
+        relative_time_days=frozen(np.array([one.time_days for one in lobes], np.float64)),
+        reference=reference,
+        time_point_s=time_point_s,
     )
 
 

@@ -16,28 +16,14 @@ from aomc_sky.formats.background.data import (
     Animation,
     BackgroundFile,
     BackgroundInfo,
-    Lobe,
     LobeType,
     ReferenceType,
-    animation_of_lobes,
     frozen,
     normalised,
 )
 from aomc_sky.formats.background.hdf5_members import Hdf5Members, read_members
 from aomc_sky.formats.report import Report, printable
 from aomc_sky.formats.text_file import write_bytes_atomically
-
-__all__ = [
-    "Animation",
-    "BackgroundFile",
-    "BackgroundInfo",
-    "Lobe",
-    "LobeType",
-    "ReferenceType",
-    "animation_of_lobes",
-    "read_background_file",
-    "write_background",
-]
 
 EXTRA = "hdf5"
 NM_PER_UM = 1e3
@@ -316,7 +302,7 @@ def check_storable(background: BackgroundFile, report: Report) -> None:
         n = len(keys)
         columns = (keys.param0, keys.param1, keys.coefficient, keys.curve_index, keys.relative_time_days)
         if keys.lobe_type.ndim != 1 or any(c.shape != (n,) for c in columns) or keys.quaternion.shape != (n, 4):
-            _add(report, "E505", name, "its arrays have different lengths", "use animation_of_lobes")
+            _add(report, "E505", name, "its arrays have different lengths", "give one value for each key")
 
 
 def _is_text(text: str) -> bool:

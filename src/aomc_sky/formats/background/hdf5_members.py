@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 
@@ -31,7 +31,6 @@ MAX_FIELDS = 64
 MAX_TEXT_BYTES = 65_536
 MAX_VALUES_SHOWN = 1000
 """Values of a member that only informs; more are no text for a person."""
-_SIGNATURE = b"\x89HDF\r\n\x1a\n"
 _LIBRARY = "the HDF5 library"
 _AGAIN = "make the file again"
 
@@ -63,7 +62,7 @@ def read_members(
         size = os.fstat(file.fileno()).st_size
         if size > MAX_FILE_BYTES:
             raise refuse(path, f"the file has {size} bytes; at most {MAX_FILE_BYTES} are read", code="E503")
-        if not _has_signature(file, size):
+        if not h5py.is_hdf5(path):
             raise refuse(path, "not an HDF5 file: its signature is missing", advice="name an HDF5 file", code="E501")
         reading = _Reading(h5py, size, requested, informing, report)
         try:
@@ -74,17 +73,6 @@ def read_members(
             reason = printable(str(error) or type(error).__name__)
             raise refuse(path, f"{_LIBRARY} cannot read it: {reason}", advice=_AGAIN, code="E501") from error
     return reading.members
-
-
-def _has_signature(file: BinaryIO, size: int) -> bool:
-    """The signature stands at 0, 512, 1024, 2048 ...; before it may be anything."""
-    offset = 0
-    while offset < size:
-        file.seek(offset)
-        if file.read(8) == _SIGNATURE:
-            return True
-        offset = max(512, 2 * offset)
-    return False
 
 
 class _Reading:

@@ -60,13 +60,10 @@ class SkyToml:
     atmosphere: AtmosphereSection | None = None
 
 
-def read_sky_toml(
-    path: str | Path, *, lenient: bool = False, n_wavebands: int | None = None, allow_paths: Sequence[str] = ()
-) -> SkyToml:
+def read_sky_toml(path: str | Path, *, n_wavebands: int | None = None, allow_paths: Sequence[str] = ()) -> SkyToml:
     """Read sky.toml; `n_wavebands` values are wanted of arrays with one for each waveband.
 
-    `lenient` is there for symmetry: no other program reads this file, so no error of it is downgraded. The files
-    that it names may lie below its own folder and below `allow_paths`.
+    The files that it names may lie below its own folder and below `allow_paths`.
     """
     text = _text(path)
     report = Report(path=str(path))

@@ -138,13 +138,6 @@ def _wavelength_index(description: AtmosphereDescription, wavelength_nm: ArrayLi
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class _Profile:
-    density: NumberDensity
-    kink_altitude_m: np.ndarray
-    column_m2: float
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
 class _Part:
     constituent: Constituent
     column_m2: float
@@ -169,15 +162,16 @@ class _BlockReader:
             phase = self._tried(lambda: self._phase(one))
         if profile is None or (phase is None and isinstance(one, ScattererDescription)):
             return None
+        density, kinks, column = profile
         constituent = Constituent(
             name=one.name,
-            number_density=profile.density,
-            kink_altitude_m=profile.kink_altitude_m,
+            number_density=density,
+            kink_altitude_m=kinks,
             scattering_m2=scattering,
             absorption_m2=absorption,
             phase_function=phase if scattering.any() else None,
         )
-        return _Part(constituent=constituent, column_m2=profile.column_m2, phase=phase)
+        return _Part(constituent=constituent, column_m2=column, phase=phase)
 
     def _tried(self, read: Callable[[], T]) -> T | None:
         try:
@@ -194,7 +188,8 @@ class _BlockReader:
         albedo = one.single_scattering_albedo[self._index]
         return extinction * albedo, extinction * (1.0 - albedo)
 
-    def _profile(self, one: Species) -> _Profile:
+    def _profile(self, one: Species) -> tuple[NumberDensity, np.ndarray, float]:
+        """The number density, the altitudes of its kinks, and its column. [m, m-2]"""
         types, hints = density_names(self._description)
         block = read_block(
             one.number_density,
@@ -207,7 +202,7 @@ class _BlockReader:
         )
         density = NumberDensity(block=block, given=self._common, top_m=self._description.atmosphere_height_m)
         kinks = density.kinks()
-        return _Profile(density=density, kink_altitude_m=kinks, column_m2=density.column(kinks))
+        return density, kinks, density.column(kinks)
 
     def _phase(self, one: ScattererDescription) -> PhaseBlock:
         types, hints = phase_names(self._description)

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.component import Component
-from aomc_sky.errors import InputFileError, Problem, SceneError, UsageError
+from aomc_sky.errors import NOWHERE, InputFileError, Problem, SceneError, UsageError
 from aomc_sky.formats.background.data import KINDS, Animation, BackgroundFile, LobeType
 from aomc_sky.formats.background.file import read_background_file
 from aomc_sky.formats.report import nearest
@@ -85,11 +85,17 @@ def read_backgrounds(sections: Sequence[BackgroundSection], toml_path: str) -> t
 
     InputFileError: every problem of every file; an animation that a file does not have.
     """
-    files, problems = _read([section.file for section in sections])
+    files: dict[str, BackgroundFile] = {}
+    problems: list[Problem] = []
+    for path in dict.fromkeys(section.file for section in sections):
+        try:
+            files[path] = read_background_file(path)
+        except InputFileError as error:
+            problems.extend(error.problems)
     for section in sections:
-        file = files.get(section.file)
-        absent = [n for n in section.animation or () if file is not None and n not in file.animations]
-        problems += [_absent(n, file, section.file, toml_path) for n in dict.fromkeys(absent) if file is not None]
+        if (file := files.get(section.file)) is not None:
+            absent = dict.fromkeys(n for n in section.animation or () if n not in file.animations)
+            problems += [_absent(n, file, section.file, toml_path) for n in absent]
     if problems:
         raise InputFileError(problems)
     at_their_times: dict[BackgroundSection, LobeSky] = {}
@@ -100,17 +106,6 @@ def read_backgrounds(sections: Sequence[BackgroundSection], toml_path: str) -> t
             skies[key] = _sky_of(files[section.file], section)
         at_their_times[section] = background_at(skies[key], section.time, interpolation=section.interpolation)
     return tuple(at_their_times[section] for section in sections)
-
-
-def _read(paths: Sequence[str]) -> tuple[dict[str, BackgroundFile], list[Problem]]:
-    files: dict[str, BackgroundFile] = {}
-    problems: list[Problem] = []
-    for path in dict.fromkeys(paths):
-        try:
-            files[path] = read_background_file(Path(path))
-        except InputFileError as error:
-            problems.extend(error.problems)
-    return files, problems
 
 
 def _sky_of(file: BackgroundFile, section: BackgroundSection) -> BackgroundSky:
@@ -124,15 +119,9 @@ def _absent(name: str, file: BackgroundFile, path: str, said_by: str) -> Problem
     """The problem of an animation that a file does not have."""
     known = ", ".join(plain_name(one) for one in file.animations)
     best = plain_name(nearest(name, file.animations))
-    return Problem(
-        path=said_by,
-        line=0,
-        column=0,
-        code="E709",
-        field="animation",
-        message=f"{path} has no animation {shown_value(name)}; the nearest is {best}",
-        advice=f"it has {known if len(known) <= 200 else f'{known[:200]}...'}",
-    )
+    message = f"{path} has no animation {shown_value(name)}; the nearest is {best}"
+    advice = f"it has {known if len(known) <= 200 else f'{known[:200]}...'}"
+    return NOWHERE.problem(said_by, "E709", message, field="animation", advice=advice)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

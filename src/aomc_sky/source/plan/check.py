@@ -16,7 +16,8 @@ import numpy as np
 
 from aomc_sky.component import N_CELL_PARAMETERS, N_ENVELOPE_PARAMETERS, N_LOBE_SHARED, N_SHARED, Law
 from aomc_sky.directions import sin_cos_deg
-from aomc_sky.errors import AomcSkyError, InputFileError, Problem
+from aomc_sky.errors import AomcSkyError
+from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.sampling.allocation import MAX_PHOTONS, AllocationMethod
 from aomc_sky.sampling.streams import MAX_SEED, ORDER, PLACEMENT, POSITION, SHIFT, STREAM_VERSION, stream_keys
@@ -116,8 +117,7 @@ def _naming(path: str) -> Iterator[None]:
     except _RefusedError as refused:
         code, member, message = refused.args
         advice = "make the run again, or take the plan.npz that it wrote"
-        problem = Problem(path=path, line=0, column=0, code=code, field=member, message=message, advice=advice)
-        raise InputFileError([problem]) from None
+        raise refuse(path, message, code=code, name=member, advice=advice) from None
 
 
 def _require(holds: object, code: str, member: str, message: str) -> None:

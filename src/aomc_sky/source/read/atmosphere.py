@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.errors import InputWarning, UsageError
+from aomc_sky.errors import InputWarning
 from aomc_sky.formats.aomc.amc import AmcConfig, DifcolTable, LambbotTable
 from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.formats.sky_toml.keys import GLOW_KEY, AtmosphereSection, moon_direction
@@ -21,7 +21,7 @@ from aomc_sky.skies.atmosphere import AtmosphereSky
 from aomc_sky.source.atmospheres.medium import MediumReport, glow_of_luminance, moon_of_direction, read_medium
 from aomc_sky.source.irradiance import Irradiance
 from aomc_sky.source.light.inputs import DIFCOL, Sun
-from aomc_sky.source.scene import SceneDraft, photons_of_intensity
+from aomc_sky.source.scene import SceneDraft, photons_of_intensity, require_projected
 from aomc_sky.wavebands import Wavebands, nearest_wavelength_index
 
 _FAR_NM = 20.0
@@ -68,11 +68,7 @@ def atmosphere_draft(
     has_disc: bool,
 ) -> SceneDraft:
     """A scene under an atmosphere, in absolute units; of difcol.inp the intensities count, not the fractions."""
-    if weighting not in (None, "projected"):
-        raise UsageError(
-            "the light of an atmosphere passes through the horizontal sea surface; "
-            f"weighting {weighting!r} does not; leave --weighting out"
-        )
+    require_projected(weighting, "the sky of an atmosphere")
     section, medium = atmosphere.section, atmosphere.medium
     sky = AtmosphereSky(
         medium=medium,

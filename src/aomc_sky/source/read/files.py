@@ -156,7 +156,7 @@ class _Reading:
         from aomc_sky.formats.sky_toml.file import read_sky_toml
 
         path = self.beside("sky_toml", "sky.toml")
-        return self.attempt(read_sky_toml, path, lenient=self.lenient, n_wavebands=n_wavebands, allow_paths=allow_paths)
+        return self.attempt(read_sky_toml, path, n_wavebands=n_wavebands, allow_paths=allow_paths)
 
     def table(self, config: AmcConfig | None, sky: str | None, *, is_sure: bool) -> SkyTable | None:
         """skydist.inp, where the light comes from it; a sky.toml that cannot be read leaves this unsure."""
@@ -176,7 +176,7 @@ class _Reading:
         if config is None or config.light_source is not LightSource.MODEL or not is_there:
             return None
         path = self.beside("difcol")
-        return self.attempt(read_difcol, path, n_wavebands=config.n_wavebands, lenient=self.lenient)
+        return self.attempt(read_difcol, path, n_wavebands=config.n_wavebands)
 
     def backgrounds(self, toml: SkyToml | None) -> tuple[LobeSky, ...]:
         """The background skies that sky.toml names, at their times."""

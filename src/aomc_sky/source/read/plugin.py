@@ -151,17 +151,7 @@ def _unknown(make: MakeSky, name: str, known: Sequence[str]) -> tuple[str, str]:
 
 def _problem(path: str, span: Span | None, code: str, message: str, advice: str) -> Problem:
     assert span is not None, "what stands in a file has a span"
-    return Problem(
-        path=path,
-        line=span.line,
-        column=span.column,
-        code=code,
-        field="sky",
-        message=message,
-        advice=advice,
-        text=span.text,
-        width=span.width,
-    )
+    return span.problem(path, code, message, field="sky", advice=advice)
 
 
 def _json_value(value: Any) -> Any:

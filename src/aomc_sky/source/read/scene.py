@@ -139,11 +139,10 @@ def read_scene(
         options = TableOptions(bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
         draft, units = table_draft(files.config, bands, files.table, options), None
     else:
-        _refuse_table_options(
-            bins=bins,
-            weighting=weighting if files.sky == "none" else None,
-            azimuth_bins=None if azimuth_bins == "n+1" else azimuth_bins,
-        )
+        of_night = weighting if files.sky == "none" else None
+        for name, value in (("bins", bins), ("weighting", of_night), ("azimuth_bins", azimuth_bins)):
+            if value not in (None, "n+1"):
+                raise UsageError(f"{name} {value!r} says how to read skydist.inp, but this scene has none (flag 0)")
         draft, units = _model_draft(files, bands, given, weighting, compat)
     draft = _in_absolute_units(draft, units, files, bands)
     paths = files.paths
@@ -258,12 +257,6 @@ def _check_choices(**choices: str | None) -> None:
         for name, kept in contradicting.items():
             if choices[name] is not None and choices[name] not in kept:
                 raise UsageError(f"{COMPAT_NAME} means {name} {kept[0]!r}, which contradicts {choices[name]!r}")
-
-
-def _refuse_table_options(**options: str | None) -> None:
-    for name, value in options.items():
-        if value is not None:
-            raise UsageError(f"{name} {value!r} says how to read skydist.inp, but this scene has none (flag 0)")
 
 
 def _refuse_unused(given: GivenInputs, files: SceneFiles, compat: str | None) -> None:

@@ -31,7 +31,7 @@ from aomc_sky.source.light.inputs import (
 )
 from aomc_sky.source.plan.options import Order, Placement, SamplingOptions
 from aomc_sky.source.read.files import FIELD, SceneFiles
-from aomc_sky.source.scene import SceneDraft, photons_of_intensity
+from aomc_sky.source.scene import SceneDraft, photons_of_intensity, require_projected
 
 if TYPE_CHECKING:
     from aomc_sky.source.read.field import SkyField
@@ -211,11 +211,7 @@ def _perez(
     inputs: SkyInputs, difcol: DifcolTable, weighting: str | None, fractions: np.ndarray, *, replaces_file: bool
 ) -> Diffuse:
     """The Perez sky, with what it limited kept for the manifest besides being warned of."""
-    if weighting not in (None, "projected"):
-        raise UsageError(
-            f"the Perez sky sends photons through the horizontal sea surface; weighting {weighting!r} does not; "
-            "leave --weighting out, or write --sky uniform"
-        )
+    require_projected(weighting, "the Perez sky")
     weather = inputs.perez or inputs_of_difcol(difcol, inputs.sun)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ModelLimitWarning)
@@ -247,11 +243,7 @@ def _of_plugin(
     plugin: PluginSky, sun: Sun, weighting: str | None, fractions: np.ndarray, wavelength_nm: np.ndarray
 ) -> Diffuse:
     """The sky of another package, a row for each waveband; irradiances count where every waveband has some sky."""
-    if weighting not in (None, "projected"):
-        raise UsageError(
-            f"the sky model {plugin} sends photons through the horizontal sea surface; weighting {weighting!r} does "
-            "not; leave --weighting out"
-        )
+    require_projected(weighting, f"the sky model {plugin}")
     model = plugin.model(math.radians(sun.zenith_deg), math.radians(sun.azimuth_deg))
     components = plugin.lower(model, wavelength_nm)
     total = np.sum([c.strength for c in components], axis=0)

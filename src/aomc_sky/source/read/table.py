@@ -9,7 +9,7 @@ import numpy as np
 
 from aomc_sky.component import Component
 from aomc_sky.directions import sin_cos_deg
-from aomc_sky.errors import InputFileError, InputWarning, Problem, UsageError
+from aomc_sky.errors import InputFileError, InputWarning, Span, UsageError
 from aomc_sky.formats.aomc.amc import AmcConfig
 from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values
 from aomc_sky.formats.text_file import lines_at
@@ -24,6 +24,8 @@ from aomc_sky.wavebands import Wavebands, midpoint_wavelength_index
 AOMC_TABLE_PRESET = SamplingOptions(allocation=AllocationMethod.AOMC, placement=Placement.CENTRE, order=Order.PATCH)
 _HORIZON = 90  # degrees: the last zenith index that the AOMC program can use
 _EXACT_IN_FLOAT32 = 1 << 24
+_MOST_ENTRIES = 20
+_BEYOND = "as whole degrees the zenith index must not go beyond {}"
 _DEGREES_ADVICE = "without --bins degrees indices are numbers of equal bins"
 
 
@@ -86,12 +88,11 @@ def _compat_sky(table: SkyTable) -> TabulatedSky:
     n_table, n_zenith, n_columns = table.radiance.shape
     beyond = np.add(np.argwhere(table.radiance[:, 90:, :] > 0), (0, 90, 0))
     if beyond.size:
-        _raise_beyond_horizon(table, beyond, 90, "the program's zenith indices are degrees; correct the index")
+        _raise_once(table, beyond, _BEYOND.format(90), "the program's zenith indices are degrees; correct the index")
     too_large = np.argwhere(table.radiance > np.finfo(np.float32).max)
     if too_large.size:
-        places = [(int(w), int(z), int(a)) for w, z, a in too_large[:20]]
         message = "the value is infinite in the program's 32-bit floats, so it launches no photon"
-        _raise_at(table, places, "E302", message, "divide all values of the file by one number")
+        _raise_at(table, too_large, "E302", message, "divide all values of the file by one number")
     return TabulatedSky(
         wavelength_nm=table.wavelength_nm,
         values=table.radiance.reshape(n_table, -1),
@@ -110,11 +111,10 @@ def _grid_and_values(table: SkyTable, bins: Bins, azimuth_bins: str) -> tuple[Pa
     if azimuth_bins == "n":
         if n_columns < 2:
             raise UsageError("azimuth_bins 'n' needs sky_azimuth of at least 1 in the header")
-        stray = np.argwhere(table.line[:, :, 0] > 0)
-        if np.any(table.radiance[:, :, 0] > 0):
-            places = [(int(w), int(z), 0) for w, z in stray[:20] if table.radiance[w, z, 0] > 0]
+        stray = np.argwhere(table.radiance[:, :, :1] > 0)
+        if stray.size:
             message = "azimuth index 0 has no bin when indices run from 1 (--azimuth-bins n)"
-            _raise_at(table, places, "E301", message, "write --azimuth-bins n+1, or number from 1")
+            _raise_at(table, stray, "E301", message, "write --azimuth-bins n+1, or number from 1")
         grid = PatchGrid.regular(n_zenith, n_columns - 1, azimuth_first_index=1)
         return grid, np.ascontiguousarray(table.radiance[:, :, 1:]).reshape(n_table, -1)
     return PatchGrid.regular(n_zenith, n_columns), table.radiance.reshape(n_table, -1)
@@ -126,56 +126,44 @@ def _degree_values(table: SkyTable) -> np.ndarray:
     given = table.line > 0
     outside = np.add(np.argwhere(given[:, 89:, :]), (0, 89, 0))
     if outside.size:
-        _raise_beyond_horizon(table, outside, 89, _DEGREES_ADVICE)
+        _raise_once(table, outside, _BEYOND.format(89), _DEGREES_ADVICE)
     far = np.add(np.argwhere(given[:, :, 361:]), (0, 0, 361))
     if far.size:
-        _raise_once(table, far, "E307", "whole degrees of azimuth run from 0 to 360", _DEGREES_ADVICE)
+        _raise_once(table, far, "whole degrees of azimuth run from 0 to 360", _DEGREES_ADVICE)
     values = np.zeros((n_table, 89, 360))
     rings, columns = min(n_zenith, 89), min(n_columns, 360)
     values[:, :rings, :columns] = table.radiance[:, :rings, :columns]
     if n_columns > 360:
         seam, first = table.radiance[:, :rings, 360], table.radiance[:, :rings, 0]
         both = given[:, :rings, 360] & given[:, :rings, 0]
-        differing = np.argwhere(both & (seam != first))
+        differing = np.argwhere((both & (seam != first))[:, :, None])
         if differing.size:
-            places = [(int(w), int(z), 360) for w, z in differing[:20]]
             message = "azimuth 0 and 360 are one direction, but their values differ"
-            _raise_at(table, places, "E309", message, "give the direction once, or the same value twice")
+            advice = "give the direction once, or the same value twice"
+            _raise_at(table, np.add(differing, (0, 0, 360)), "E309", message, advice)
         values[:, :rings, 0] = np.where(given[:, :rings, 360], seam, first)
     return values.reshape(n_table, -1)
 
 
-def _raise_beyond_horizon(table: SkyTable, entries: np.ndarray, last: int, advice: str) -> None:
-    _raise_once(table, entries, "E307", f"as whole degrees the zenith index must not go beyond {last}", advice)
-
-
-def _raise_once(table: SkyTable, entries: np.ndarray, code: str, message: str, advice: str) -> None:
-    """Raise for entries (n, 3) that one reading of the whole table makes wrong: the first line, and how many more."""
-    first = entries[np.argmin(table.line[tuple(entries.T)])]
+def _raise_once(table: SkyTable, entries: np.ndarray, message: str, advice: str) -> None:
+    """Raise E307 for entries (n, 3) that one reading makes wrong: the first line, and how many more."""
+    first = np.argmin(table.line[tuple(entries.T)])
     n_more = len(entries) - 1
     more = f" (and {n_more} more line{'s' if n_more > 1 else ''} like this)" if n_more else ""
-    _raise_at(table, [(int(first[0]), int(first[1]), int(first[2]))], code, message + more, advice)
+    _raise_at(table, entries[first : first + 1], "E307", message + more, advice)
 
 
-def _raise_at(table: SkyTable, places: list[tuple[int, int, int]], code: str, message: str, advice: str) -> None:
-    line_of = {place: int(table.line[place]) for place in sorted(places, key=lambda place: table.line[place])}
+def _raise_at(table: SkyTable, entries: np.ndarray, code: str, message: str, advice: str) -> None:
+    """Raise for the first 20 entries (n, 3) in the order of the indices, sorted by their lines."""
+    indices = sorted(map(tuple, entries[:_MOST_ENTRIES].tolist()), key=lambda index: table.line[index])
+    line_of = {index: int(table.line[index]) for index in indices}
     texts = lines_at(table.path, line_of.values())
-    raise InputFileError(
-        [
-            Problem(
-                path=table.path,
-                line=line,
-                column=1,
-                code=code,
-                field=f"zenith index {zenith + 1}, azimuth index {azimuth}",
-                message=message,
-                advice=advice,
-                text=texts.get(line, ""),
-                width=len(texts.get(line, " ").rstrip()),
-            )
-            for (_, zenith, azimuth), line in line_of.items()
-        ]
-    )
+    problems = []
+    for (_, zenith, azimuth), line in line_of.items():
+        text, field = texts.get(line, ""), f"zenith index {zenith + 1}, azimuth index {azimuth}"
+        span = Span(line, 1, text, len(text.rstrip()))
+        problems.append(span.problem(table.path, code, message, field=field, advice=advice))
+    raise InputFileError(problems)
 
 
 def _notes(table: SkyTable, sky: TabulatedSky) -> list[str]:

@@ -98,7 +98,7 @@ def test_lenient_lambbot_keeps_the_value() -> None:
         table = read_lambbot(DATA / "lambbot/bad/reflectance_high.inp", lenient=True)
     assert table.bottom_reflectance[0] == 1.5
     with pytest.raises(InputFileError):
-        read_difcol(DATA / "difcol/bad/fraction_high.inp", lenient=True)
+        read_difcol(DATA / "difcol/bad/fraction_high.inp")
 
 
 def test_what_is_no_file_is_refused_at_once(tmp_path: Path) -> None:

@@ -12,16 +12,15 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning, OutputError, SceneError
-from aomc_sky.formats.background.file import (
+from aomc_sky.formats.background.data import (
+    Animation,
     BackgroundFile,
     BackgroundInfo,
-    Lobe,
     LobeType,
     ReferenceType,
-    animation_of_lobes,
-    read_background_file,
-    write_background,
+    normalised,
 )
+from aomc_sky.formats.background.file import read_background_file, write_background
 from tests.support.background import CURVES, LOBES, SAMPLES, lobe_dtype, plain_file
 from tests.support.shared import DATA, SHARED, needs_shared
 
@@ -249,16 +248,35 @@ def test_all_problems_come_at_once_and_at_most_20_are_shown(tmp_path):
     assert "and 11 more problems" in str(error.value)
 
 
+HG = LobeType.HENYEY_GREENSTEIN
+
+
+def keys(*lobes: dict, reference=ReferenceType.DIURNAL, time_point_s=0) -> Animation:
+    """An animation of records as a file has them; by default g 0, factor 1, no turn, the first curve at once."""
+    column = lambda name, default, dtype=np.float64: np.array([one.get(name, default) for one in lobes], dtype)  # noqa: E731
+    return Animation(
+        lobe_type=column("lobe_type", HG, np.uint8),
+        param0=column("param0", 0.0),
+        param1=column("param1", 0.0),
+        coefficient=column("coefficient", 1.0),
+        quaternion=normalised(column("quaternion", (1.0, 0.0, 0.0, 0.0)).reshape(-1, 4)),
+        curve_index=column("curve_index", 0, np.int64),
+        relative_time_days=column("relative_time_days", 0.0),
+        reference=reference,
+        time_point_s=time_point_s,
+    )
+
+
 def content(**changes) -> BackgroundFile:
     lobes = [
-        Lobe(lobe_type=LobeType.GGX, param0=0.25, param1=1.0, quaternion=(1, 2, 3, 4), relative_time_days=0.0),
-        Lobe(lobe_type=LobeType.BECKMANN, param0=0.3, param1=0.1, curve_index=1, relative_time_days=0.3),
+        {"lobe_type": LobeType.GGX, "param0": 0.25, "param1": 1.0, "quaternion": (1, 2, 3, 4)},
+        {"lobe_type": LobeType.BECKMANN, "param0": 0.3, "param1": 0.1, "curve_index": 1, "relative_time_days": 0.3},
     ]
     base = BackgroundFile(
         info=BackgroundInfo(name="Küste", author="me", description="x" * 1000),
         animations={
-            "z": animation_of_lobes([Lobe(lobe_type=LobeType.HENYEY_GREENSTEIN, param0=0.0)]),
-            "a b": animation_of_lobes(lobes, reference=ReferenceType.ABSOLUTE, time_point_s=1_717_200_000),
+            "z": keys({}),
+            "a b": keys(*lobes, reference=ReferenceType.ABSOLUTE, time_point_s=1_717_200_000),
         },
         wavelength_nm=np.array([400.0, 500.5, 600.0]),
         curves=np.array([[1e-8, 2e-8, 0], [1, 2, 3]]),
@@ -310,23 +328,20 @@ def test_a_file_read_and_written_keeps_its_numbers(tmp_path):
         assert np.array_equal(getattr(first.animations["a"], name), getattr(second.animations["a"], name)), name
 
 
-HG = LobeType.HENYEY_GREENSTEIN
 BAD_CONTENT = {
-    "g rounds to 1": {"animations": {"a": animation_of_lobes([Lobe(lobe_type=HG, param0=1 - 1e-9)])}},
-    "alpha rounds to 0": {
-        "animations": {"a": animation_of_lobes([Lobe(lobe_type=LobeType.GGX, param0=1e-50, param1=1)])}
-    },
+    "g rounds to 1": {"animations": {"a": keys({"param0": 1 - 1e-9})}},
+    "alpha rounds to 0": {"animations": {"a": keys({"lobe_type": LobeType.GGX, "param0": 1e-50, "param1": 1})}},
     "curve too large": {"curves": np.full((2, 3), 1e40)},
     "wavelengths round to one": {"wavelength_nm": np.array([400.0, 400.0 + 1e-9, 500.0])},
     "no animation": {"animations": {}},
-    "no lobe": {"animations": {"a": animation_of_lobes([])}},
+    "no lobe": {"animations": {"a": keys()}},
     "slash": {"animations": {"a/b": content().animations["z"]}},
     "empty name": {"animations": {"": content().animations["z"]}},
     "nul": {"info": BackgroundInfo(name="a\0b")},
     "surrogate": {"info": BackgroundInfo(name="\ud800")},
     "version": {"info": BackgroundInfo(format_version=2)},
     "shape": {"curves": np.zeros((2, 4))},
-    "negative index": {"animations": {"a": animation_of_lobes([Lobe(lobe_type=HG, param0=0, curve_index=-1)])}},
+    "negative index": {"animations": {"a": keys({"curve_index": -1})}},
     "negative time point": {"animations": {"a": replace(content().animations["z"], time_point_s=-1)}},
     "lengths": {"animations": {"a": replace(content().animations["z"], param0=np.zeros(2))}},
 }
