@@ -35,7 +35,6 @@ _HOMES = {
     "grid": "PatchGrid",
     "outputs.photons.mcpl": "write_mcpl",
     "outputs.tables.netcdf": "to_xarray",
-    "pictures.animate": "animate",
     "pictures.plot": "plot",
     "sampling.allocation": "AllocationMethod allocate",
     "skies.atmosphere": "AtmosphereSky",

@@ -33,7 +33,6 @@ from aomc_sky.outputs.tables.netcdf import to_xarray as to_xarray
 from aomc_sky.phase import henyey_greenstein as henyey_greenstein
 from aomc_sky.phase import rayleigh as rayleigh
 from aomc_sky.phase import scattering as scattering
-from aomc_sky.pictures.animate import animate as animate
 from aomc_sky.pictures.plot import plot as plot
 from aomc_sky.sampling.allocation import AllocationMethod as AllocationMethod
 from aomc_sky.sampling.allocation import allocate as allocate

@@ -55,8 +55,6 @@ def test_a_picture_for_a_paper_has_its_own_colours_and_no_sentences(scene, tmp_p
     paper, usual = ((tmp_path / name).read_text() for name in ("p.svg", "q.svg"))
     assert "Seen from" in usual
     assert "Seen from" not in paper
-    night = ["plot", str(INPUTS / "night_sky" / "night.h5"), "--out", str(tmp_path / "n.gif"), "--scale", "each"]
-    assert main(night) == 2
 
 
 def test_counts_and_bands_of_a_scene(scene, tmp_path, capsys):
@@ -113,14 +111,9 @@ def test_a_netcdf_file(run, tmp_path, capsys):
     assert main(["plot", str(tmp_path / "absent.nc")]) == 3
 
 
-def test_an_animation_and_its_stills(tmp_path, capsys):
+def test_a_background_sky_at_several_times_and_at_one(tmp_path, capsys):
     pytest.importorskip("h5py")
-    image = pytest.importorskip("PIL.Image")
     night = INPUTS / "night_sky" / "night.h5"
-    found = told(capsys, night, "--out", tmp_path / "n.gif", "--frames", "2", "--animation", "city")
-    assert found["domes"] == ["00:00 local time", "12:00 local time"]
-    with image.open(tmp_path / "n.gif") as moving:
-        assert moving.n_frames == 2
     found = told(capsys, night, "--out", tmp_path / "n.png", "--frames", "2", "--animation", "city")
     assert found["domes"] == ["00:00 local time", "12:00 local time"]
     time = ["--time", "2026-02-14T21:30:00Z", "--wavelength", "450", "650", "--animation", "starlight"]

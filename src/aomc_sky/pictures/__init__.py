@@ -1,7 +1,7 @@
-"""Pictures of the sky dome: sources, runs, tables, pulls and animations.
+"""Pictures of the sky dome: sources, runs, tables, pulls and background skies.
 
 plot     `aomc_sky.plot`: anything that shines as a picture of the sky dome; tables, atmospheres and netCDF files too
-animate  Background skies, at one time or at many; `aomc_sky.animate`: as a GIF
+backgrounds  Background skies: lobes at one time, or at several times side by side
 content  What a picture holds: domes, marks, a quantity; maps of pulls
 source   Domes of the wavebands of a source, their marks, and lobes on patches that can be drawn
 dome     How one dome is drawn: colours, letters and numbers, patches, rim, marks

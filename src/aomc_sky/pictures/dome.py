@@ -145,14 +145,6 @@ def _cmap_of(cmap: Any) -> Any:
     return maps[cmap]
 
 
-def palette_of(colours: Colours) -> bytes:
-    """256 colours for the frames of an animation: 192 of the map, and greys for letters and lines."""
-    mapped = np.rint(255 * colours.cmap(np.linspace(0.0, 1.0, 192))[:, :3])
-    greys = np.repeat(np.rint(np.linspace(0.0, 255.0, 63))[:, None], 3, axis=1)
-    void = [[int(VOID_COLOUR[k : k + 2], 16) for k in (1, 3, 5)]]
-    return np.vstack([mapped, greys, void]).astype(np.uint8).tobytes()
-
-
 def _checked(limits: Sequence[float], *, is_logarithmic: bool) -> tuple[float, float]:
     low, high = (float(x) for x in limits)
     if not (math.isfinite(low) and math.isfinite(high) and low < high):

@@ -46,15 +46,14 @@ def figure_of(
     *,
     size_px: int = 960,
     view: View = View.ABOVE,
-    like: Picture | None = None,
     choice: ColourChoice = USUAL_COLOURS,
     scale: str = "shared",
     has_caption: bool = True,
 ) -> Any:
     """Draw a picture of 1 to 12 domes as a Figure with its own canvas and no window system, `size_px` dots wide.
 
-    The colours and the key serve all domes of `like` where it is given, so that frames of an animation are alike; with
-    the scale "each" every dome has its own colours and bar. Without matplotlib a MissingExtraError names the extra.
+    With the scale "each" every dome has its own colours and bar. Without matplotlib a MissingExtraError names the
+    extra.
     """
     _check_scale(scale)
     if not 1 <= len(picture.domes) <= MOST_PANELS:
@@ -62,12 +61,11 @@ def figure_of(
     size = Scale.of(size_px)
     figure_module = optional_module("matplotlib.figure", extra=EXTRA)
     backend = optional_module("matplotlib.backends.backend_agg", extra=EXTRA)
-    like = like or picture
     is_shared = scale == "shared" or len(picture.domes) == 1
-    layout = _Layout.of(picture, like, size, view, is_shared=is_shared, has_caption=has_caption)
+    layout = _Layout.of(picture, size, view, is_shared=is_shared, has_caption=has_caption)
     figure = figure_module.Figure(figsize=(size.width_in, layout.height_in), dpi=size.dpi, facecolor="white")
     backend.FigureCanvasAgg(figure)
-    shared = colours_of(like, choice)
+    shared = colours_of(picture, choice)
     mesh = None
     for k, dome in enumerate(picture.domes):
         alone = dataclasses.replace(picture, domes=(dome,))
@@ -133,9 +131,7 @@ class _Layout:
     font_pt: float
 
     @classmethod
-    def of(
-        cls, picture: Picture, like: Picture, scale: Scale, view: View, *, is_shared: bool, has_caption: bool
-    ) -> _Layout:
+    def of(cls, picture: Picture, scale: Scale, view: View, *, is_shared: bool, has_caption: bool) -> _Layout:
         """Lay the parts of a picture out."""
         font, rows = _FONT_PT, _ROWS[len(picture.domes)]
         inside = scale.width_in - 2 * _MARGIN_IN
@@ -155,11 +151,11 @@ class _Layout:
             title=title,
             title_in=line * (_TITLE * _n_lines(title) + 0.8) if title else 0.05,
             titles=tuple(_title_lines(dome.title, panel, shrink, ruler) for dome in picture.domes),
-            has_bar=has_colours(like),
+            has_bar=has_colours(picture),
             is_shared=is_shared,
             caption=caption,
             caption_in=line * (_n_lines(caption) + 0.6),
-            keys=keys_of(like),
+            keys=keys_of(picture),
             font_pt=font,
         )
 

@@ -6,7 +6,7 @@ import itertools
 import warnings
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,7 +19,7 @@ from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.picture import picture_path, save_picture
 from aomc_sky.outputs.tables.netcdf import EXTRA
-from aomc_sky.pictures.animate import lobe_picture
+from aomc_sky.pictures.backgrounds import lobe_picture
 from aomc_sky.pictures.content import PHOTONS, RADIANCE, Dome, Mark, Picture, Quantity, Symbol, spread
 from aomc_sky.pictures.dome import ColourChoice, View
 from aomc_sky.pictures.panels import draw_into, figure_of
@@ -31,9 +31,6 @@ from aomc_sky.skies.tabulated import TabulatedSky
 from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands
-
-if TYPE_CHECKING:
-    pass
 
 _FINE = (180, 720)
 """Patches of half a degree, in which a model is drawn."""
@@ -129,7 +126,7 @@ def plot(
     elif show is not None or bands is not None:
         raise UsageError("show and bands are for a source or a scene")
     elif isinstance(what, BackgroundSky):
-        raise UsageError("a background sky changes with time: plot background_at(sky, time), or animate(sky, path)")
+        raise UsageError("a background sky changes with time: plot background_at(sky, time)")
     elif isinstance(what, LobeSky):
         picture = lobe_picture([("", [what])], wavelength_nm, title=title)
     else:

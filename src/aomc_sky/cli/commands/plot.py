@@ -30,17 +30,16 @@ examples:
   aomc-sky plot amc.inp --show counts --out sky.svg    photons per steradian, before any run
   aomc-sky plot out                                    photons per steradian of a run
   aomc-sky plot out --pull                             where its photons lie off what is expected
-  aomc-sky plot night.h5 --utc-offset 1                night.gif: a background sky over a day
+  aomc-sky plot night.h5 --utc-offset 1                night.png: a background sky over a day
   aomc-sky plot night.h5 --time 2026-02-14T21:30:00Z   at one time
   aomc-sky plot sky.nc                                 what aomc-sky atmosphere --out sky.nc solved
 """
 
 _PICTURE = """\
 the picture:
---out FILE                    the picture as .png, .svg or .pdf, an animation as .gif (default: PATH.png or PATH.gif
-                              beside PATH)
+--out FILE                    the picture as .png, .svg or .pdf (default: PATH.png beside PATH)
 --force                       replace a file that aomc-sky did not write
---size PX                     width in dots, 300 to 8000; 2000 at most for .gif (default 960, 640 for .gif)
+--size PX                     width in dots, 300 to 8000 (default 960)
 --seen-from above|below       above: as a map, east to the right (default); below: as one looks up, east to the left
 --range LOW HIGH              ends of the colour bar (default: the values, at most four decades)
 --scale shared|each           shared: one colour bar for all domes (default); each: a bar for each dome, where some
@@ -64,11 +63,11 @@ what is drawn:
 """
 _TIME = """\
 a background sky over time:
---time TIME                   one time: ISO 8601 with Z or an offset, or seconds since 1970-01-01 UTC (default: an
-                              animation, and 12 times side by side where --out is no .gif)
---start TIME                  first frame (default: the first key, midnight)
---stop TIME                   end (default: the last key, a day or week later)
---frames N                    frames of the animation, 2 to 1000 (default 48)
+--time TIME                   one time: ISO 8601 with Z or an offset, or seconds since 1970-01-01 UTC (default:
+                              several times side by side)
+--start TIME                  the first of them (default: the first key, midnight)
+--stop TIME                   their end (default: the last key, a day or week later)
+--frames N                    how many they are, 2 to 12 (default 12)
 """
 
 
@@ -102,8 +101,8 @@ def plot(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.extras import optional_module
     from aomc_sky.outputs.folder.target_file import check_target
-    from aomc_sky.outputs.picture import MOVING_SUFFIX, save_picture
-    from aomc_sky.pictures.animate import SIZE_PX, write_frames
+    from aomc_sky.outputs.picture import save_picture
+    from aomc_sky.pictures.dome import ColourChoice, View
     from aomc_sky.pictures.panels import figure_of
 
     kind = kind_of(Path(arguments.path)) or Kind.SCENE
@@ -115,21 +114,21 @@ def plot(arguments: argparse.Namespace) -> int:
     kind = kind if kind in _PICTURES else Kind.SCENE
     _refuse_idle_options(arguments, kind)
     optional_module("matplotlib", extra="plot")
-    target = _target(arguments, kind)
+    target = _target(arguments)
     check_target(target, "--out", force=arguments.force, inputs=[arguments.path])
     maps: tuple[Pulls, ...] = ()
     with patience("drawing", enabled=cli_options.speaks(arguments)):
-        if target.suffix.lower() == MOVING_SUFFIX:
-            if arguments.scale != "shared":
-                raise UsageError("frames of an animation share their colours; --scale each is for stills, .png or .svg")
-            picture = _over_time(arguments, arguments.frames or _FRAMES)
-            n_panels = len(picture.domes)
-            write_frames(picture, target, **_looks(arguments, SIZE_PX))
-        else:
-            maps = _pulls(arguments) if arguments.pull else ()
-            picture, n_panels = _pull_picture(arguments, maps) if maps else _PICTURES[kind](arguments)
-            figure = figure_of(picture, scale=arguments.scale, **_looks(arguments, _SIZE_PX))
-            save_picture(figure, target, dpi=figure.dpi)
+        maps = _pulls(arguments) if arguments.pull else ()
+        picture, n_panels = _pull_picture(arguments, maps) if maps else _PICTURES[kind](arguments)
+        figure = figure_of(
+            picture,
+            size_px=arguments.size or _SIZE_PX,
+            view=View.named(arguments.seen_from),
+            choice=ColourChoice(limits=arguments.range, cmap=arguments.cmap, norm=arguments.norm),
+            scale=arguments.scale,
+            has_caption=not arguments.no_caption,
+        )
+        save_picture(figure, target, dpi=figure.dpi)
     values = _values(target, kind, picture, n_panels, maps)
     cli_options.answer(arguments, lambda: values, lambda: _text(values))
     return 0
@@ -170,7 +169,7 @@ def _text(values: dict[str, Any]) -> str:
     return "\n".join(lines)
 
 
-_SIZE_PX, _FRAMES = 960, 48
+_SIZE_PX = 960
 _USUAL_NM = 550.0
 """A background sky is drawn at its wavelength that is nearest to this one."""
 
@@ -198,30 +197,17 @@ def _refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
         raise UsageError("--pull and --show are two pictures; make them with two commands")
 
 
-def _target(arguments: argparse.Namespace, kind: Kind) -> Path:
+def _target(arguments: argparse.Namespace) -> Path:
     """Where the picture goes; a wrong name is reported before the work."""
-    from aomc_sky.outputs.picture import MOVING_SUFFIX, picture_path
+    from aomc_sky.outputs.picture import picture_path
 
-    is_moving = kind is Kind.BACKGROUND and arguments.time is None
     if arguments.out == "":
         raise UsageError("--out is empty; name a file, for example sky.png")
     if arguments.out is not None:
-        return picture_path(arguments.out, may_move=is_moving)
+        return picture_path(arguments.out)
     path = Path(os.path.abspath(arguments.path))
     name = path.name if path.is_dir() else path.stem
-    return path.with_name(f"{name}{'-pull' if arguments.pull else ''}{MOVING_SUFFIX if is_moving else '.png'}")
-
-
-def _looks(arguments: argparse.Namespace, size_px: int) -> dict[str, Any]:
-    """What a still and an animation take alike."""
-    from aomc_sky.pictures.dome import ColourChoice, View
-
-    return {
-        "size_px": arguments.size or size_px,
-        "view": View.named(arguments.seen_from),
-        "choice": ColourChoice(limits=arguments.range, cmap=arguments.cmap, norm=arguments.norm),
-        "has_caption": not arguments.no_caption,
-    }
+    return path.with_name(f"{name}{'-pull' if arguments.pull else ''}.png")
 
 
 def _title(arguments: argparse.Namespace, text: str) -> str:
@@ -323,17 +309,13 @@ def _netcdf(arguments: argparse.Namespace) -> tuple[Picture, int]:
 def _background(arguments: argparse.Namespace) -> tuple[Picture, int]:
     """The sky at one time, a dome for each wavelength; or at up to 12 times."""
     from aomc_sky.formats.sky_toml.rules import moment_text
-    from aomc_sky.pictures.animate import lobe_picture
-    from aomc_sky.pictures.content import MOST_PANELS
+    from aomc_sky.pictures.backgrounds import lobe_picture
 
-    n_frames = arguments.frames or MOST_PANELS
     if arguments.time is None:
-        if n_frames > MOST_PANELS:
-            raise UsageError(f"{n_frames} frames go into a .gif; at most {MOST_PANELS} fit side by side")
-        picture = _over_time(arguments, n_frames)
+        picture = _over_time(arguments)
         return picture, len(picture.domes)
     if arguments.start is not None or arguments.stop is not None or arguments.frames is not None:
-        raise UsageError("--time is one time; --start, --stop and --frames are for an animation")
+        raise UsageError("--time is one time; --start, --stop and --frames are for several")
     scene = lobe_scene(arguments, arguments.time)
     wavelengths = scene.wavelength_nm.tolist() if arguments.wavelength else [_nearest_nm(scene)]
     pictures = [lobe_picture([(f"{w:g} nm", [scene.sky])], w) for w in wavelengths]
@@ -342,13 +324,14 @@ def _background(arguments: argparse.Namespace) -> tuple[Picture, int]:
     return dataclasses.replace(pictures[0], domes=domes, title=title), len(domes)
 
 
-def _over_time(arguments: argparse.Namespace, n_frames: int) -> Picture:
+def _over_time(arguments: argparse.Namespace) -> Picture:
     """The animations that were named, at one wavelength, over the time."""
-    from aomc_sky.pictures.animate import frame_times_s, moving_picture, time_span_s
+    from aomc_sky.pictures.backgrounds import frame_times_s, moving_picture, time_span_s
+    from aomc_sky.pictures.content import MOST_PANELS
     from aomc_sky.source.backgrounds.light import read_background
 
     if arguments.wavelength and len(arguments.wavelength) > 1:
-        raise UsageError("an animation shows one --wavelength; several are for one --time")
+        raise UsageError("several times are shown at one --wavelength; several wavelengths are for one --time")
     scene = lobe_scene(arguments, 0.0)  # refuses names and wavelengths that the file does not have
     wavelength = float(scene.wavelength_nm[0]) if arguments.wavelength else _nearest_nm(scene)
     sky = read_background(arguments.path, utc_offset_h=arguments.utc_offset)
@@ -357,7 +340,7 @@ def _over_time(arguments: argparse.Namespace, n_frames: int) -> Picture:
     given = (arguments.start, arguments.stop)
     start, stop = (usual if time is None else time for usual, time in zip(time_span_s(sky), given, strict=True))
     title = _title(arguments, f"{Path(arguments.path).name} at {wavelength:g} nm")
-    times = frame_times_s(start, stop, n_frames).tolist()
+    times = frame_times_s(start, stop, arguments.frames or MOST_PANELS).tolist()
     return moving_picture(sky, wavelength, times, title=title, interpolation=arguments.interpolation)
 
 

@@ -21,7 +21,6 @@ _PICTURES = (
     (b"\x89PNG\r\n", b"Software\0aomc-sky"),
     (b"<?xml", b"<dc:title>aomc-sky</dc:title>"),
     (b"%PDF-", b"/Creator (aomc-sky)"),
-    (b"GIF8", b"aomc-sky"),
     (b"\x89HDF\r\n", b"aomc-sky "),
 )
 """How a file begins, and what is near its beginning or its end where it is ours."""
