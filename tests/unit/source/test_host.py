@@ -115,7 +115,7 @@ def test_a_band_without_photons():
 
 
 def test_two_bands_in_one_parallel_loop():
-    bands = source("everything", order="patch")
+    bands = source("table", order="patch")
     first, second = (bands.numba_sampler(band).sample for band in (0, 1))
 
     @numba.njit(parallel=True)
