@@ -37,24 +37,6 @@ def test_values_of_a_clear_sky(capsys):
     assert found["warnings"] == []
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        ["--dni", "850", "--ghi", repr(850 * float(np.cos(np.deg2rad(40.0))) + 95)],
-        ["--dhi", "95", "--ghi", repr(850 * float(np.cos(np.deg2rad(40.0))) + 95)],
-        ["--dni", "850", "--dhi", "95", "--ghi", "740"],
-        ["--epsilon", "7.6070722", "--delta", "0.0910302"],
-        ["--coefficients", "-0.96823", "-0.173306", "20.2609", "-5.69359", "1.25619"],
-    ],
-)
-def test_other_inputs_of_the_same_sky(words, capsys):
-    wanted = shown(capsys, *CLEAR)
-    found = shown(capsys, "--sun-zenith", "40", *words)
-    assert list(found["coefficients"].values()) == pytest.approx(list(wanted["coefficients"].values()), rel=1e-4)
-    assert found["horizontal_integral"] == pytest.approx(wanted["horizontal_integral"], rel=1e-4)
-    assert (found["dhi"] is None) == ("--ghi" not in words)
-
-
 def test_what_is_limited_is_said_and_strict_refuses_it(capsys):
     words = ["perez", "--sun-zenith", "60", "--epsilon", "1.0", "--delta", "0.9"]
     assert main(words) == 0
@@ -93,27 +75,6 @@ def test_a_row_of_a_weather_file(option, path, capsys):
     assert {k: v for k, v in again.items() if k != "source"} == {k: v for k, v in found.items() if k != "source"}
     assert main(["perez", option, path, "--row", "12"]) == 0
     assert f"row 12, place {table.station}" in capsys.readouterr().out
-
-
-def test_a_low_sun_shines_from_where_it_is_seen(capsys):
-    # 5 degrees of altitude: DNI cos Z and the air mass of Delta are those of the apparent zenith angle, as pvlib says
-    pvlib = pytest.importorskip("pvlib")
-    when, place = "2026-06-21T03:47:00Z", (54.2, 7.9)
-    words = ("--time", when, "--latitude", str(place[0]), "--longitude", str(place[1]), "--dni", "300", "--dhi", "40")
-    found = shown(capsys, *words)
-    sun = pvlib.solarposition.get_solarposition(when, *place).iloc[0]
-    assert 4.5 < sun.elevation < 5.5
-    assert found["sun_zenith_deg"] == pytest.approx(sun.apparent_zenith, abs=1e-9)
-    assert found["source"]["true_zenith_deg"] == pytest.approx(sun.zenith, abs=1e-9)
-    assert found["direct_horizontal"] == pytest.approx(300 * np.cos(np.radians(sun.apparent_zenith)), rel=1e-9)
-    mass = pvlib.atmosphere.get_relative_airmass(sun.apparent_zenith)
-    assert found["delta"] == pytest.approx(mass * 40 / found["extraterrestrial_normal"], rel=1e-9)
-    true = pvlib.atmosphere.get_relative_airmass(sun.zenith)
-    assert 0.02 < true / mass - 1 < 0.03
-    assert main(["perez", *words]) == 0
-    assert f"true_zenith_deg {sun.zenith:.6g}" in capsys.readouterr().out
-    by_angle = shown(capsys, "--sun-zenith", repr(found["sun_zenith_deg"]), "--dni", "300", "--dhi", "40")
-    assert by_angle["epsilon"] == found["epsilon"]  # an angle that is given is one that is seen: nothing is added to it
 
 
 def test_a_table_read_back_gives_the_same_masses(tmp_path, capsys):

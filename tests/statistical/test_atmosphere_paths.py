@@ -88,7 +88,7 @@ def test_eclipse(offset: str) -> None:
     medium = dataclasses.replace(molecules_only(550.0, 0.1), sun_angular_radius_rad=696350.0 / 149597870.7)
     result = solve_paths(
         medium, sun_zenith_rad=np.radians(45.0), sky_zenith_rad=np.radians(column(rows, "vza_deg")),
-        azimuth_from_sun_rad=np.radians(column(rows, "phi_deg")), n_paths=30_000, n_orders=40,
+        azimuth_from_sun_rad=np.radians(column(rows, "phi_deg")), n_paths=10_000, n_orders=40,
         visible=Moon(zenith_rad=np.radians(45.0 + float(offset)), distance_m=3.65e8), threads=2,
     )  # fmt: skip
     np.testing.assert_allclose(result.radiance_by_order[0, 0], column(rows, "L_order1"), rtol=3e-3)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.errors import OutputError, UsageError
+from aomc_sky.errors import UsageError
 from aomc_sky.pictures.animate import frame_times_s, moving_picture, time_span_s, time_text
 from aomc_sky.skies.lobes.animation import LobeAnimation, Reference
 
@@ -117,12 +117,6 @@ def test_what_does_not_go_is_refused(options, tmp_path):
     pytest.importorskip("matplotlib")
     with pytest.raises(UsageError):
         sky.animate(background(DAILY), **{"path": tmp_path / "a.gif", "n_frames": 2, **options})
-
-
-def test_a_folder_that_is_not_there(tmp_path):
-    pytest.importorskip("matplotlib")
-    with pytest.raises(OutputError):
-        sky.animate(background(DAILY), tmp_path / "absent" / "a.gif", n_frames=2, size_px=300)
 
 
 def test_a_sky_that_changes_is_no_still():

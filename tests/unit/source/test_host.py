@@ -17,7 +17,6 @@ from tests.support.host_scenes import SCENES, N, directions, source
 
 EACH = [
     ("table", {}),
-    ("everything", {}),
     ("everything", {"order": "patch", "placement": "philox", "precision": "float64"}),
 ]
 # placement "centre" is the code of "r2" with steps of zero: it meets every order and precision, not all pairs of them

@@ -30,12 +30,6 @@ def test_our_own_counts_pass(method, n):
         assert bool(report)
 
 
-@pytest.mark.parametrize("scale", [1e-300, 1e300])
-def test_masses_of_any_scale(scale):
-    mass = masses() * scale
-    assert sky.verify_counts(sky.allocate(mass, 12345), mass).passed
-
-
 @pytest.mark.parametrize("method", ["systematic", "largest-remainder"])
 @pytest.mark.parametrize("n", [1000, 10**7])
 def test_one_photon_moved(method, n):
@@ -187,7 +181,3 @@ def test_invalid_input(counts, mass, words, method):
 def test_unknown_method():
     with pytest.raises(sky.UsageError, match="systematic"):
         sky.verify_counts([1], [1.0], method="fair")
-
-
-def test_whole_floats_are_counts():
-    assert sky.verify_counts([2.0, 2.0], [1.0, 1.0]).passed

@@ -38,8 +38,6 @@ def uniform_score(expected):
     return share_score(np.outer([30.0, 20.0, 15.0, 25.0], [1, 2]).ravel(), expected, np.arange(8) // 2)
 
 
-
-
 def mixed(share, mistake="uniform"):
     """Expected counts with a share of photons of a mistake."""
     return (1 - share) * EXPECTED + share * 1e5 * OTHERS[mistake]
