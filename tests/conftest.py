@@ -26,7 +26,7 @@ from tests.support.packages import pip_install
 from tests.support.shared import REPOSITORY
 
 settings.register_profile(
-    "quick", max_examples=40, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
+    "quick", max_examples=25, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.register_profile("ci", settings.get_profile("quick"), max_examples=100)
 settings.register_profile("nightly", settings.get_profile("quick"), max_examples=2000, derandomize=False)

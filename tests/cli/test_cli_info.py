@@ -8,7 +8,7 @@ import pytest
 
 from aomc_sky.cli.main import main
 from tests.support.background import LOBES, plain_file
-from tests.support.shared import DATA, INPUTS, SHARED, needs_shared
+from tests.support.shared import DATA, INPUTS
 
 NIGHT = DATA / "background/good/three_keys.h5"
 
@@ -62,17 +62,6 @@ def test_names_from_a_file_do_not_disturb_a_terminal(tmp_path, capsys):
     assert "... and 80 more (--json has all)" in text
 
 
-def test_validate_tells_good_from_bad(capsys):
-    pytest.importorskip("h5py")
-    bad = DATA / "background/bad/values.h5"
-    assert main(["validate", "--json", str(NIGHT), str(bad)]) == 3
-    good, worse = json.loads(capsys.readouterr().out)["files"]
-    assert good["ok"]
-    assert good["problems"] == []
-    assert not worse["ok"]
-    assert len([p for p in worse["problems"] if "error[E506]" in p]) == 7
-
-
 def test_validate_finds_background_h5_in_a_folder(tmp_path, capsys):
     pytest.importorskip("h5py")
     plain_file(tmp_path / "background.h5", version=2)
@@ -90,19 +79,7 @@ def test_a_missing_member_of_info_is_an_error_with_strict(tmp_path, capsys):
     assert main(["validate", "--strict", str(path)]) == 3
 
 
-@needs_shared
-def test_info_of_the_reference_file(capsys):
-    pytest.importorskip("h5py")
-    assert main(["info", str(SHARED / "lobes/background_sky_a.h5")]) == 0
-    text = capsys.readouterr().out
-    assert "5 animations with 29 keys" in text
-    assert "animation airglow_wave, 5 keys\nreference: absolute\ntime point s: 2024-06-01T00:00:00Z\n" in text
-    assert "4 curves [W m-2 nm-1] at 61 wavelengths, 400 to 700 nm" in text
-
-
 MARS = INPUTS / "atmosphere" / "mars_like.atmo"
-EVERY_KEY = DATA / "atmo" / "good" / "every_key.atmo"
-BAD = DATA / "atmo" / "bad" / "exponent.atmo"
 
 
 def test_info_prints_what_an_atmosphere_contains(capsys):
@@ -117,16 +94,6 @@ def test_info_prints_what_an_atmosphere_contains(capsys):
     assert [float(word) for word in lines[-8].split()][:3] == [400.0, 0.667962, 0.05]
 
 
-def test_info_prints_every_number_of_points(capsys):
-    assert main(["info", str(EVERY_KEY)]) == 0
-    out = capsys.readouterr().out
-    assert "angular integration points for eclipse 511" in out
-    assert "earth moon distance m: 3.844e+08" in out
-    assert "glow luminance cd m2: " in out
-    (sizes,) = (line for line in out.splitlines() if line.startswith("sizes: "))
-    assert sizes.count(", ") >= 21
-
-
 def test_info_of_an_atmosphere_as_json(capsys):
     assert main(["info", str(MARS), "--json"]) == 0
     found = json.loads(capsys.readouterr().out)
@@ -138,14 +105,6 @@ def test_info_of_an_atmosphere_as_json(capsys):
     assert found["optical_depth"]["co2"][0] == pytest.approx(column * 1.053e-31 * 0.4**-4, rel=1e-3)
     assert found["phase_norm"]["dust"] == pytest.approx([1.0] * 8, abs=1e-9)
     assert found["negligible_species"] == []
-
-
-@pytest.mark.parametrize("command", ["info", "validate"])
-def test_a_bad_file_is_told_with_its_place(command, capsys):
-    assert main([command, str(BAD)]) == 3
-    error = capsys.readouterr().err
-    assert ":2:20: error[E401]: atmosphere height: '1e3 km' has an exponent" in error
-    assert ":3:15: error[E401]" in error
 
 
 def test_validate_reads_the_code_too(tmp_path, capsys):

@@ -60,29 +60,6 @@ def test_validate_says_ok(amc, capsys):
     assert shown.err == ""
 
 
-def test_validate_as_json(amc, capsys):
-    assert main(["validate", "--json", str(amc), str(amc.parent / "absent" / "skydist.inp")]) == 3
-    shown = json.loads(capsys.readouterr().out)
-    assert shown["ok"] is False
-    assert [entry["ok"] for entry in shown["files"]] == [True, False]
-
-
-@pytest.mark.parametrize("make", ["absent", "folder", "fifo", "binary", "empty"])
-def test_odd_files_are_input_errors(amc, capsys, make):
-    amc.unlink()
-    if make == "folder":
-        amc.mkdir()
-    elif make == "fifo":
-        os.mkfifo(amc)
-    elif make != "absent":
-        amc.write_bytes(b"" if make == "empty" else bytes(range(256)) * 4)
-    for command in ("run", "validate", "info"):
-        if make == "folder" and command != "run":
-            continue
-        assert main([command, str(amc)]) in (3, 6)
-        assert "error" in capsys.readouterr().err
-
-
 def test_info_of_a_scene_and_of_a_run(amc, tmp_path, capsys):
     assert main(["info", str(amc.parent)]) == 0
     text = capsys.readouterr().out
@@ -109,26 +86,6 @@ def test_file_names_need_not_be_text(amc, tmp_path):
         )
         assert done.returncode == 0, done.stderr
         assert b"Traceback" not in done.stderr
-
-
-@pytest.mark.parametrize(
-    ("iterations", "options", "code"),
-    [
-        ("4611686018427387904", [], 0),
-        ("4611686018427387905", [], 4),
-        ("9223372036854775807", [], 4),
-        ("9007199254740993", ["--method", "iid"], 4),
-    ],
-)
-def test_totals_are_exact_or_refused(iterations, options, code, amc, tmp_path, capsys):
-    words = ["run", str(amc), "--iterations", iterations, "--format", "none", "--json", "--out", str(tmp_path / "out")]
-    assert main([*words, *options]) == code
-    shown = capsys.readouterr()
-    if code == 0:
-        assert [band["launched"] for band in json.loads(shown.out)["bands"]] == [int(iterations)] * 3
-    else:
-        assert iterations in json.loads(shown.out)["error"]["problems"][0]["message"]
-        assert shown.err == ""
 
 
 def test_a_manifest_nested_without_end_is_told(amc, tmp_path, capsys):

@@ -77,14 +77,6 @@ def test_a_name_that_asks_for_gzip_gets_it(amc, tmp_path, capsys):
     assert "gzip: yes" in shown
 
 
-def test_libmcpl_reads_what_we_pack(amc, tmp_path):
-    library, source = oracle(), sky.read_scene(amc, iterations=1000).source(2)
-    sky.write_mcpl(source, tmp_path / "p.mcpl")
-    sky.write_mcpl(source, tmp_path / "p.mcpl.gz")
-    assert library.read(tmp_path / "p.mcpl.gz").tobytes() == library.read(tmp_path / "p.mcpl").tobytes()
-    assert "No. of particles   : 3000" in library.tool("--justhead", tmp_path / "p.mcpl.gz")
-
-
 @pytest.mark.parametrize("ending", [".mcpl", ".mcpl.gz"])
 def test_files_of_two_runs_merge(ending, amc, tmp_path):
     """By the real tool: other seeds, photon numbers and methods; the head of the whole says how many runs are in it."""
@@ -113,21 +105,6 @@ def test_files_of_other_wavebands_do_not_merge(amc, tmp_path):
     sky.write_mcpl(sky.read_scene(INPUTS / "clear_day", iterations=100).source(2), tmp_path / "b.mcpl")
     with pytest.raises(subprocess.CalledProcessError):
         oracle().tool("--merge", tmp_path / "c.mcpl", tmp_path / "a.mcpl", tmp_path / "b.mcpl")
-
-
-def test_threads_formats_and_a_second_run_change_nothing(amc, tmp_path):
-    words = (amc, "--iterations", ITERATIONS, "-q", "--format", "mcpl")
-    for threads in (1, 3):
-        assert run(*words, "--threads", threads, "--out", tmp_path / f"t{threads}") == 0
-    assert run_bytes(tmp_path / "t1") == run_bytes(tmp_path / "t3")
-    assert run(*words, "--format", "npy", "--out", tmp_path / "both") == 0
-    alone, both = run_bytes(tmp_path / "t1"), run_bytes(tmp_path / "both")
-    assert alone["photons.mcpl"] == both["photons.mcpl"]
-    bands = [json.loads(files["manifest.json"])["bands"] for files in (alone, both)]
-    assert bands[0] == bands[1]
-    made = (tmp_path / "both/photons.mcpl").stat().st_mtime_ns
-    assert run(*words, "--format", "npy", "--out", tmp_path / "both") == 0
-    assert (tmp_path / "both/photons.mcpl").stat().st_mtime_ns == made
 
 
 class Stop(Exception):  # noqa: N818

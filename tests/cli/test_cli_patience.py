@@ -140,8 +140,7 @@ def test_a_command_that_solves_says_so_and_clears_the_line(name, tmp_path, strea
     assert text not in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("option", ["-q", "--json"])
-@pytest.mark.parametrize("name", ["scene", "run", "table"])
+@pytest.mark.parametrize(("name", "option"), [("scene", "--json"), ("run", "-q"), ("table", "--json")])
 def test_a_quiet_command_and_one_for_programs_say_nothing(name, option, tmp_path, stream, monkeypatch, capsys):
     pytest.importorskip("matplotlib")
     words, _ = commands(tmp_path)[name]

@@ -11,7 +11,6 @@ import pytest
 
 from aomc_sky.cli.main import main
 from tests.support.scenes import copy_scene, run_bytes
-from tests.support.shared import INPUTS
 
 
 @pytest.fixture
@@ -78,18 +77,6 @@ def test_dry_run_shows_sun_and_sky(amc, capsys):
     assert json.loads(capsys.readouterr().out)["options"]["perez"]["from"] == "dni 850 and dhi 95 W m-2 (sky.toml)"
 
 
-def test_difcol_alone_is_said_and_warned_of(tmp_path, capsys):
-    amc = copy_scene("sun_and_sky", tmp_path)
-    assert run(amc, "--dry-run") == 0
-    shown = capsys.readouterr()
-    assert shown.err.count("warning: difcol.inp: the sky's clearness is computed from the direct fraction") == 1
-    assert "dni and dhi" in shown.err
-    assert "note: Perez sky: epsilon " in shown.out
-    assert "(difcol.inp)" in shown.out
-    assert run(amc, "--dry-run", "--strict") == 3
-    assert run(amc, "--dry-run", "--strict", "--dni", 700, "--dhi", 120) == 0
-
-
 def test_validate_reads_sky_toml(amc, capsys):
     assert main(["validate", str(amc.parent)]) == 0
     assert "sky.toml: ok" in capsys.readouterr().out
@@ -119,21 +106,3 @@ def test_run_and_validate_miss_the_same_inputs_and_show_the_lines(amc, capsys):
     assert "difcol" not in capsys.readouterr().out
     assert main(["validate", str(amc.parent), "--dni", "850"]) == 2
     assert main(["validate", str(amc.parent), "--dni", "0", "--dhi", "0"]) == 4
-
-
-def test_bad_sky_toml_and_bad_difcol_are_told_together(amc, capsys):
-    (amc.parent / "sky.toml").write_text("[perez]\ndni = 850.0\n")
-    (amc.parent / "difcol.inp").write_text("4\n2 1\n")
-    assert run(amc) == 3
-    error = capsys.readouterr().err
-    assert "difcol.inp:2:1: error[E202]" in error
-    assert "sky.toml:2:1: error[E705]" in error
-
-
-def test_info_shows_the_scene(capsys):
-    assert main(["info", str(INPUTS / "perez_sky")]) == 0
-    out = capsys.readouterr().out
-    assert "sky_toml: " in out
-    assert "option: perez = epsilon " in out
-    assert main(["info", str(INPUTS / "perez_sky"), "--json", "--sun-zenith", "10"]) == 0
-    assert json.loads(capsys.readouterr().out)["options"]["sun"]["from"] == "options and sky.toml"

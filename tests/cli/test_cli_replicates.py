@@ -93,19 +93,6 @@ def test_threads_and_resume_change_no_byte(amc, tmp_path, replicates):
     assert run_bytes(out) == kept
 
 
-def test_a_resumed_run_with_weights(amc, tmp_path):
-    words = (amc, "--iterations", 70_001, "--replicates", 5, "--weighting", "solid-angle", "--weights", "-q")
-    out = tmp_path / "out"
-    assert run(*words, "--out", out) == 0
-    kept = run_bytes(out)
-    band = json.loads(kept["manifest.json"])["bands"][0]
-    assert band["ed_standard_error"] > 0
-    assert band["eo_variance_is_finite"]
-    (out / "manifest.json").unlink()
-    assert run(*words, "--out", out) == 0
-    assert run_bytes(out) == kept
-
-
 def test_no_photons_no_errors(amc, tmp_path, capsys):
     assert run(amc, "--iterations", 1000, "--replicates", 4, "--format", "none", "--out", tmp_path / "out") == 0
     assert "no standard errors" in capsys.readouterr().out
@@ -132,9 +119,3 @@ def test_bad_replicates(amc, tmp_path, capsys, words, code, message):
     assert run(amc, "--iterations", 10, *words, "--out", tmp_path / "out", "-q") == code
     assert message in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
-
-
-def test_one_replicate_under_compat(amc, tmp_path):
-    assert run(amc, "--iterations", 1000, "--compat", "aomc", "--replicates", 1, "--out", tmp_path / "a", "-q") == 0
-    assert run(amc, "--iterations", 1000, "--compat", "aomc", "--out", tmp_path / "b", "-q") == 0
-    assert run_bytes(tmp_path / "a") == run_bytes(tmp_path / "b")

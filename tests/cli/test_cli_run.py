@@ -112,18 +112,6 @@ def test_statistics_are_those_of_the_photons(amc, tmp_path):
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
-def test_threads_change_no_byte(amc, tmp_path, precision):
-    kept = None
-    for threads in (1, 2, 7):
-        out = tmp_path / f"out{threads}"
-        words = ("--iterations", 200_001, "--threads", threads, "--precision", precision, "--out", out, "-q")
-        assert run(amc, *words) == 0
-        files = run_bytes(out)
-        assert kept is None or files == kept
-        kept = files
-
-
-@pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_raw_holds_the_records_of_npy(amc, tmp_path, precision):
     out = tmp_path / "out"
     words = ("--iterations", 70_000, "--format", "raw", "--format", "npy", "--precision", precision, "--out", out, "-q")

@@ -8,7 +8,7 @@ import pytest
 
 import aomc_sky as sky
 from tests.support.packages import pip_install
-from tests.support.pages import Command, SavedFile, carry_out, steps
+from tests.support.pages import SavedFile, carry_out, steps
 from tests.support.shared import REPOSITORY
 
 
@@ -20,11 +20,13 @@ def test_readme(tmp_path: Path) -> None:
     assert len(text.split()) <= 740
 
 
+@pytest.mark.slow
 def test_tutorial(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     assert carry_out("tutorial.md", tmp_path) == 13
 
 
+@pytest.mark.slow
 def test_page_of_five_tasks(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     pytest.importorskip("pvlib")
@@ -44,6 +46,7 @@ def test_page_of_libradtran_users(tmp_path: Path) -> None:
     assert carry_out("howto/from_libradtran.md", tmp_path) == 4
 
 
+@pytest.mark.slow
 def test_page_of_own_skies(tmp_path: Path, cie_site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("xarray")
     monkeypatch.setenv("PYTHONPATH", str(cie_site))
@@ -58,6 +61,7 @@ def test_page_of_own_skies(tmp_path: Path, cie_site: Path, monkeypatch: pytest.M
         sky.read_scene(tmp_path / "inputs" / "clear_day", sky="overcast", sky_options={"brightening": -1})
 
 
+@pytest.mark.slow
 def test_page_of_weather(tmp_path: Path) -> None:
     pytest.importorskip("pvlib")
     assert carry_out("howto/weather.md", tmp_path) == 16
@@ -66,15 +70,6 @@ def test_page_of_weather(tmp_path: Path) -> None:
 def test_page_of_mcpl_codes(tmp_path: Path) -> None:
     pytest.importorskip("mcpl")
     assert carry_out("howto/to_mcpl_codes.md", tmp_path) == 3
-
-
-def test_steps_are_files_and_commands_in_order() -> None:
-    page = "```sh\npip\n```\n```python\n# a.py\nprint(1)\n```\n```console\n$ python a.py\n1\n$ ls\n```\n"
-    assert list(steps(page)) == [
-        SavedFile("a.py", "# a.py\nprint(1)\n"),
-        Command("python a.py", "1\n"),
-        Command("ls", ""),
-    ]
 
 
 @pytest.mark.parametrize(

@@ -113,13 +113,6 @@ class TestSurface:
         for defect in ((diffuse, INDEX - 0.001), (sampler(sky.UniformSky(per_solid_angle=True)), INDEX)):
             assert abs(self.transmitted(*defect) - truth) > 20 * self.BAR
 
-    @pytest.mark.slow
-    def test_transmitted_irradiance_within_its_own_error_bar(self) -> None:
-        values = [self.transmitted(sampler(sky.UniformSky(), seed), INDEX) for seed in range(1, 7)]
-        bar = run_slab.estimate(np.array(values))
-        assert bar.error < self.BAR
-        assert abs(bar.mean - exact_transmission()) < 4 * bar.error
-
     def transmitted(self, sample: Any, index: float) -> float:
         tally = transport.simulate(sample, N, absorbing(1.0, index), KEY, [0.0])
         assert tally.down[0] == tally.refracted.sum() == N * ONE_PHOTON - tally.fate[REFLECTED]
@@ -155,19 +148,6 @@ class TestAbsorption:
         assert np.any(deviations(tally.down[1:], through * np.exp(-np.divide(self.DEPTHS[1:], air)), N) > SIGMAS)
         assert tally.fate[BOTTOM] == tally.down[-1]
         assert not tally.up.any()
-        light(tally, N)
-
-    def test_uniform_sky(self, diffuse: Any) -> None:
-        """Quadrature over the refracted directions."""
-        tally = transport.simulate(diffuse, N, absorbing(2.0), KEY, self.DEPTHS)
-        at = layer.nodes(60, INDEX)
-        air = np.nan_to_num(at.air_mu)
-        sky_light = 2 * at.mu * at.weight * (1 - layer.fresnel(at.air_mu, INDEX)) * INDEX**2
-        refracted = [float(sky_light @ np.exp(-t / at.mu)) for t in self.DEPTHS[1:]]
-        with np.errstate(divide="ignore"):
-            straight = [float(sky_light @ np.exp(-t / air)) for t in self.DEPTHS[1:]]
-        assert np.all(deviations(tally.down[1:], refracted, N) < SIGMAS)
-        assert np.any(deviations(tally.down[1:], straight, N) > SIGMAS)
         light(tally, N)
 
 
@@ -246,13 +226,6 @@ class TestScattering:
         isotropic = transport.simulate(vertical, N, turbid(2.0, 0.9, asymmetry=0.0, refractive_index=1.0), KEY, [])
         assert np.all(deviations(isotropic.fate[[LEAVING, BOTTOM]], exact, N) > SIGMAS)
 
-    def test_published_half_space(self, vertical: Any) -> None:
-        """Giovanelli (1955): isotropic scattering, albedo 0.9, n = 1.5 reflects 0.2600, the surface's part included."""
-        n = 50_000
-        tally = transport.simulate(vertical, n, turbid(40.0, 0.9, asymmetry=0.0, refractive_index=1.5), KEY, [])
-        assert deviations(tally.fate[REFLECTED] + tally.fate[LEAVING], 0.2600, n) < SIGMAS
-        assert shares(tally.fate[REFLECTED], n) == pytest.approx(0.04, abs=1e-9)
-
     @pytest.mark.parametrize(
         ("rayleigh_share", "moments"),
         [(0.0, 0.924 ** np.arange(96)), (1.0, np.array([1, 0, 0.1])), (0.5, None)],
@@ -293,16 +266,6 @@ class TestScattering:
         assert net[0] == entered - tally.fate[LEAVING]
         assert net[0] > net[1] > net[2]
 
-    @pytest.mark.slow
-    def test_published_layer_closely(self, vertical: Any) -> None:
-        exact = (0.0973946, 0.6609577)  # doubling with 64 nodes
-        water = turbid(2.0, 0.9, asymmetry=0.75, refractive_index=1.0)
-        n = 20_000_000
-        sample = sampler(sky.DirectBeam(sun_zenith_deg=0.0), n=n)
-        tally = transport.simulate(sample, n, water, KEY, [])
-        assert np.all(deviations(tally.fate[[LEAVING, BOTTOM]], exact, n) < SIGMAS)
-        assert np.abs(shares(tally.fate[LEAVING], n) - exact[0]) < 4e-4
-
 
 class TestSimulate:
     def test_threads_and_chunks_change_nothing(self, diffuse: Any, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -315,13 +278,6 @@ class TestSimulate:
                 np.testing.assert_array_equal(one, other)
         other_key = transport.simulate(diffuse, 5_500, water, philox.transport_key(2), [1.0])
         assert other_key.fate[ABSORBED] != whole.fate[ABSORBED]
-
-    def test_clear_water_and_no_surface(self, diffuse: Any) -> None:
-        """The limits work, too: without water or without a surface."""
-        clear = transport.simulate(diffuse, 20_000, turbid(0.0, 0.0, bottom_reflectance=1.0), KEY, [])
-        assert clear.fate[ABSORBED] == clear.fate[BOTTOM] == 0
-        light(clear, 20_000)
-        assert transport.simulate(diffuse, 20_000, turbid(2.0, 0.8, refractive_index=1.0), KEY, []).fate[REFLECTED] == 0
 
     def test_horizontal_light_stays_outside(self) -> None:
         @numba.njit

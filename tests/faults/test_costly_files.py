@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import io
-import os
 
 import numpy as np
 import pytest
 
-from aomc_sky.cli import progress
-from aomc_sky.cli.main import main
 from aomc_sky.errors import InputFileError
 from aomc_sky.formats import text_file
 from aomc_sky.formats.aomc import skydist
@@ -137,30 +134,6 @@ def test_a_file_without_an_end_has_a_limit(piece, tmp_path, monkeypatch):
     with pytest.raises(InputFileError, match=r"error\[E101\]: the file has no end"):
         text_file.read_bytes(path)
     assert endless.n_read < 10 * text_file.UNSIZED_BYTES
-
-
-@row(50, "pipe")
-def test_a_pipe_is_never_waited_for(fault, scene, capsys):
-    (scene / "skydist.inp").unlink()
-    os.mkfifo(scene / "skydist.inp")
-    assert main(["run", str(scene), "-q"]) == 3
-    assert "skydist.inp: error[E100]" in capsys.readouterr().err
-
-
-@row(50, "a-word-after-a-second")
-def test_long_reading_is_told_on_a_terminal(fault, monkeypatch):
-    import time
-
-    stream = io.StringIO()
-    monkeypatch.setattr(progress, "_stream", lambda: stream)
-    monkeypatch.setattr(progress, "_PATIENCE_S", 0.1)
-    with progress.patience("reading the files", enabled=False):
-        time.sleep(0.3)
-    assert stream.getvalue() == ""
-    with progress.patience("reading the files", enabled=True):
-        time.sleep(0.5)
-    assert "reading the files: 00:00" in stream.getvalue()
-    assert stream.getvalue().endswith("\r")
 
 
 @row(50, "pieces")

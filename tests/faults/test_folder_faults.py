@@ -156,15 +156,6 @@ def test_a_full_standard_output_is_exit_6(amc, tmp_path, words):
     assert b"Exception ignored" not in done.stderr
 
 
-def test_raw_records_on_standard_output(amc, tmp_path):
-    assert main(["run", str(amc), "--format", "raw", "--out", str(tmp_path / "out"), "-q"]) == 0
-    process = start("run", amc, "--format", "raw", "--out", "-")
-    out, err = process.communicate(timeout=60)
-    assert process.returncode == 0, err
-    assert out == b"".join((tmp_path / "out" / f"photons-{b:04d}.raw").read_bytes() for b in (1, 2, 3))
-    assert b"launched" in err
-
-
 @row(41, "reader-goes-away")
 def test_a_reader_that_goes_away_is_exit_6(fault, amc):
     process = start("run", amc, "--iterations", "1e6", "--format", "raw", "--out", "-")

@@ -27,7 +27,7 @@ from tests.support.fault_rows import command, row_id
 from tests.support.scenes import copy_scene
 from tests.support.shared import REPOSITORY
 
-N_RANDOM = 600
+N_RANDOM = 300
 MOST_PHOTONS = 10**6
 MOST_BYTES = 2**33
 """Of address space: a plan that unpacks to gigabytes, or an array of 10^15, ends in MemoryError."""
@@ -288,7 +288,7 @@ def test_a_plan_with_another_value_gives_good_photons_or_none(fault: str) -> Non
 @pytest.mark.slow
 @row_46("plans-changed-at-random-by-the-kernels")
 def test_the_kernels_give_good_photons_or_none(fault: str) -> None:
-    assert in_child(lambda: photons_of_random_plans(50 * N_RANDOM, 12, "fill_compiled"), 40 * MOST_CPU_S) == []
+    assert in_child(lambda: photons_of_random_plans(100 * N_RANDOM, 12, "fill_compiled"), 40 * MOST_CPU_S) == []
 
 
 @row_46("the-check-is-done-once")

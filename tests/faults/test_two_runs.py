@@ -7,7 +7,6 @@ import multiprocessing
 import os
 import re
 import signal
-import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -176,15 +175,3 @@ def test_many_pairs_started_at_once(scene, tmp_path):
     met = sum(6 in pair for pair in codes)
     print(f"{len(codes)} pairs: {met} met; {sum(pair == (0, 0) for pair in codes)} came one after the other by --force")
     assert met >= SLOW_PAIRS // 2
-
-
-@row(47, "no-locks-on-this-system")
-def test_a_system_without_locks_runs(fault, scene, tmp_path):
-    """As Windows, which has no fcntl: nobody is kept out there, and everything else is as it was."""
-    program = (
-        "import sys\nsys.modules['fcntl'] = None\nfrom aomc_sky.cli.main import main\nsys.exit(main(sys.argv[1:]))"
-    )
-    command = [sys.executable, "-c", program, *words_of(scene, tmp_path / "out", 1)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == 0, done.stderr
-    assert main(["verify", "-q", str(tmp_path / "out")]) == 0

@@ -67,21 +67,3 @@ def _at_zero(order):
         return mp.mpf(0)
     half = order // 2
     return (-1) ** half * mp.binomial(order, half) / mp.mpf(4) ** half
-
-
-def vndf_projected(kind, alpha_x, alpha_y, n):
-    """Integral of density times cosine over the half space of n, in stretched slopes, by nested quadrature."""
-    with mp.workdps(20):
-        a, b = mp.mpf(float(alpha_x)), mp.mpf(float(alpha_y))
-        nx, ny, nz = (mp.mpf(float(c)) for c in n)
-        k = mp.hypot(a * nx, b * ny)
-        cos, sin = a * nx / k, b * ny / k
-
-        def value(u, v):
-            p, q = cos * u - sin * v, sin * u + cos * v
-            law = mp.exp(-u * u - v * v) if kind == "beckmann" else (1 + u * u + v * v) ** -2
-            return law / mp.pi * (nz + k * u) / mp.sqrt(1 + (a * p) ** 2 + (b * q) ** 2)
-
-        start = -nz / k
-        ends = sorted({start, mp.mpf(0)} if start < 0 else {start})
-        return mp.quad(lambda u: mp.quad(lambda v: value(u, v), [-mp.inf, 0, mp.inf]), [*ends, mp.inf])

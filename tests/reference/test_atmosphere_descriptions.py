@@ -13,8 +13,7 @@ import numpy as np
 import pytest
 
 import aomc_sky
-from tests.support.atmo_texts import flat_layers, reference_air
-from tests.support.atmospheres import Layer
+from tests.support.atmo_texts import reference_air
 from tests.support.shared import SHARED
 
 ATMOSPHERE = SHARED / "atmosphere"
@@ -58,39 +57,6 @@ def solved(
         azimuth_from_sun_deg=azimuth,
         **options,
     )
-
-
-@pytest.mark.parametrize(("tau", "albedo", "mu0"), some("pp_rayleigh_radiance.csv", "tau", "albedo", "mu0", kept=15))
-def test_flat_molecules(tau: str, albedo: str, mu0: str, tmp_path: Path) -> None:
-    rows = tables("pp_rayleigh_radiance.csv", "tau", "albedo", "mu0")[tau, albedo, mu0]
-    text = flat_layers([Layer(tau_rayleigh=float(tau))], float(albedo))
-    sun, zenith = np.rad2deg(np.arccos(float(mu0))), np.rad2deg(np.arccos(column(rows, "mu")))
-    found = solved(tmp_path / "flat.atmo", text, 1000, sun, zenith, AZIMUTHS, method="sos")
-    expected = np.stack([column(rows, f"L_phi{a}") for a in AZIMUTHS], axis=1)
-    np.testing.assert_allclose(found.radiance[0], expected, rtol=3e-5)
-    (flux,) = tables("pp_rayleigh_flux.csv", "tau", "albedo", "mu0")[tau, albedo, mu0]
-    assert found.diffuse_irradiance[0] == pytest.approx(float(flux["E_diffuse"]), rel=2e-5)
-    assert found.direct_irradiance[0] == pytest.approx(float(flux["E_direct"]), rel=1e-6)
-
-
-@pytest.mark.parametrize(("case", "mu0", "albedo"), some("pp_layers_radiance.csv", "case", "mu0", "albedo", kept=7))
-def test_flat_layers(case: str, mu0: str, albedo: str, tmp_path: Path) -> None:
-    rows = tables("pp_layers_radiance.csv", "case", "mu0", "albedo")[case, mu0, albedo]
-    layers = [
-        Layer(**{key: float(row[key]) for key in ("tau_rayleigh", "tau_hg", "g", "omega_hg", "tau_absorber")})
-        for row in tables("pp_layers_cases.csv", "case")[case,]
-    ]
-    mu, azimuth = np.unique(column(rows, "mu")), np.unique(column(rows, "phi_deg"))
-    sun = np.rad2deg(np.arccos(float(mu0)))
-    text = flat_layers(layers, float(albedo))
-    found = solved(tmp_path / "flat.atmo", text, 1000, sun, np.rad2deg(np.arccos(mu)), azimuth, method="sos")
-    at = np.searchsorted(mu, column(rows, "mu")), np.searchsorted(azimuth, column(rows, "phi_deg"))
-    np.testing.assert_allclose(found.radiance[0][at], column(rows, "L_all"), rtol=1e-4)
-    for order in (1, 2, 3, 4):
-        part = found.radiance_by_order[0, order - 1][at]
-        expected = column(rows, f"L_order{order}")
-        seen = expected > 1e-3 * column(rows, "L_all")
-        np.testing.assert_allclose(part[seen], expected[seen], rtol=2e-4)
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from scipy.special import chdtr
 from aomc_sky.atmosphere.backward import PathTables, path_tables, solve_paths
 from aomc_sky.atmosphere.lights import Moon
 from aomc_sky.atmosphere.medium import Medium
-from tests.support.atmospheres import full, mol_ozone, molecules_only, sample
+from tests.support.atmospheres import full, mol_ozone, molecules_only
 from tests.support.shared import SHARED, needs_shared
 
 TABLES = SHARED / "atmosphere"
@@ -82,40 +82,13 @@ def test_all_spherical_rows() -> None:
 
 
 @needs_shared
-@pytest.mark.slow
-@pytest.mark.parametrize(("name", "maker"), [("rayleigh", molecules_only), ("sample", sample)])
-def test_four_orders_of_the_descriptions_tool(name: str, maker: Callable[..., Medium]) -> None:
-    """Sum of four orders within 1 % and what the standard error allows; every 8th row, suns down to 92 degrees."""
-    checked = 0
-    for (wavelength, albedo), rows in grouped(f"calcmysky_{name}.csv", "wavelength_nm", "albedo").items():
-        medium = maker(float(wavelength), float(albedo))
-        tables = path_tables(medium)
-        suns: dict[str, Rows] = defaultdict(list)
-        for row in rows[::8]:
-            suns[row["mu0"]].append(row)
-        for mu0, some in suns.items():
-            view, between, sun = column(some, "mu_view"), column(some, "cos_view_sun"), float(mu0)
-            sines = np.sqrt((1 - view**2) * (1 - sun * sun))
-            azimuth = np.arccos(np.clip((between - view * sun) / np.maximum(sines, 1e-300), -1, 1))
-            found = solve_paths(
-                medium, sun_zenith_rad=np.arccos(sun), sky_zenith_rad=np.arccos(view), azimuth_from_sun_rad=azimuth,
-                n_paths=60_000, n_orders=4, tables=tables, threads=2,
-            )  # fmt: skip
-            expected = np.sum([column(some, f"L_order{k}") for k in (1, 2, 3, 4)], axis=0)
-            allowed = 0.01 * expected + 4.0 * found.standard_error[0]
-            assert np.all(np.abs(found.radiance[0] - expected) <= allowed)
-            checked += len(some)
-    assert checked > 70
-
-
-@needs_shared
 @pytest.mark.parametrize("offset", ["0.0", "0.3"])
 def test_eclipse(offset: str) -> None:
     rows = grouped("eclipse_radiance.csv", "moon_zenith_offset_deg")[(offset,)]
     medium = dataclasses.replace(molecules_only(550.0, 0.1), sun_angular_radius_rad=696350.0 / 149597870.7)
     result = solve_paths(
         medium, sun_zenith_rad=np.radians(45.0), sky_zenith_rad=np.radians(column(rows, "vza_deg")),
-        azimuth_from_sun_rad=np.radians(column(rows, "phi_deg")), n_paths=30_000, n_orders=40,
+        azimuth_from_sun_rad=np.radians(column(rows, "phi_deg")), n_paths=10_000, n_orders=40,
         visible=Moon(zenith_rad=np.radians(45.0 + float(offset)), distance_m=3.65e8), threads=2,
     )  # fmt: skip
     np.testing.assert_allclose(result.radiance_by_order[0, 0], column(rows, "L_order1"), rtol=3e-3)

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from tests.support.atmospheres import OZONE_M2, Layer
+from tests.support.atmospheres import OZONE_M2
 
 RAYLEIGH = "return vec4(3/(16*PI)*(1 + sqr(dotViewSun)));"
 PEAK = """CONST float g = 0.76;
@@ -47,29 +45,6 @@ def head(*, height: str, radius: str, wavelengths: str, albedo: str, n: int) -> 
         f"scattering orders: 1000\nwavelengths: {wavelengths}\nsolar irradiance at TOA: {', '.join(['1'] * n)}\n"
         f"ground albedo: {albedo}\n"
     )
-
-
-def flat_layers(layers_from_top: Sequence[Layer], albedo: float = 0.0) -> str:
-    """Uniform layers of 1 m over a ground of radius 10 Gm, at 1000 nm."""
-    n = len(layers_from_top)
-    text = head(
-        height=f"{n} m", radius="10 Gm", wavelengths="min=1000nm,max=1003nm,count=4", n=4,
-        albedo=", ".join([repr(albedo)] * 4),
-    )  # fmt: skip
-    for k, layer in enumerate(layers_from_top):
-        low, high = n - 1 - k, n - k
-
-        def slab(tau: float, low: int = low, high: int = high) -> str:
-            return f"if(altitude >= {low}.) if(altitude < {high}.) return {tau / 1e-6!r};\nreturn 0.;"
-
-        if layer.tau_rayleigh:
-            text += scatterer(f"rayleigh{k}", slab(layer.tau_rayleigh), RAYLEIGH, "1 mm^2", 0)
-        if layer.tau_hg:
-            omega = ", ".join([repr(layer.omega_hg)] * 4)
-            text += scatterer(f"hg{k}", slab(layer.tau_hg), henyey_greenstein(layer.g), "1 mm^2", 0, omega)
-        if layer.tau_absorber:
-            text += absorber(f"absorber{k}", slab(layer.tau_absorber), ", ".join(["1e-6"] * 4))
-    return text
 
 
 def reference_air(case: str, wavelength_nm: int, albedo: float) -> str:

@@ -182,8 +182,8 @@ for iterations in map(int, sys.argv[2:]):
 """
 
 
-def test_numba_is_loaded_for_a_large_job_alone(tmp_path: Path) -> None:
+def test_numba_is_loaded_for_a_large_job_alone() -> None:
     command = [sys.executable, "-c", _PHOTONS, str(INPUTS / "overcast"), str(10**5), str(10**8)]
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}  # to be loaded is enough
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120, env=environment)
     assert done.stdout.split() == ["False", "True"]

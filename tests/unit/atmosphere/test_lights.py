@@ -11,7 +11,7 @@ import pytest
 from aomc_sky.atmosphere.lights import ground_beam
 from aomc_sky.atmosphere.optical_depth import optical_depth_to_top
 from aomc_sky.errors import UsageError
-from tests.support.atmospheres import empty, exponential, full, mol_ozone, molecules_only
+from tests.support.atmospheres import exponential, full, mol_ozone, molecules_only
 from tests.support.shared import SHARED, needs_shared
 from tests.support.solar_disc import disc_irradiance
 
@@ -35,41 +35,6 @@ def test_sunrise_of_a_point() -> None:
     assert found[2:].tolist() == [0.0] * 4
     assert np.isfinite(ground_beam(exponential(0.1), np.pi / 2).optical_depth[0])
     assert np.isinf(ground_beam(exponential(0.1), np.radians(90.001)).optical_depth[0])
-
-
-@pytest.mark.parametrize("sun_deg", [0.0, 0.1, 0.2666, 5.0, 60.0, 80.9])
-@pytest.mark.parametrize("radius_deg", [0.2666, 9.0])
-def test_a_disc_without_air_gives_its_vector(sun_deg: float, radius_deg: float) -> None:
-    """The mean direction of a whole disc is its centre's, shortened to cos^2(radius/2)."""
-    medium = replace(empty(), sun_angular_radius_rad=np.radians(radius_deg))
-    expected = np.cos(np.radians(sun_deg)) * np.cos(np.radians(radius_deg / 2)) ** 2
-    assert disc_irradiance(medium, np.radians(sun_deg))[0] == pytest.approx(expected, rel=1e-9)
-
-
-def test_half_a_disc_at_the_horizon() -> None:
-    """Without air: the integral of its height over the upper half of the disc is (2 rho - sin 2 rho)/2."""
-    medium = replace(empty(), sun_angular_radius_rad=np.radians(5.0))
-    rho = np.radians(5.0)
-    expected = (2 * rho - np.sin(2 * rho)) / 2 / (4 * np.pi * np.sin(rho / 2) ** 2)
-    assert disc_irradiance(medium, np.pi / 2)[0] == pytest.approx(expected, rel=1e-6)
-    assert disc_irradiance(medium, np.radians(95.001))[0] == 0.0
-    assert disc_irradiance(medium, np.radians(94.9))[0] > 0.0
-
-
-def test_the_disc_in_the_air() -> None:
-    """Points spread evenly over the disc agree."""
-    medium = replace(full([450.0]), sun_angular_radius_rad=RADIUS_RAD)
-    n = 1_000_000
-    k = np.arange(n) + 0.5
-    chord = np.sqrt(k / n) * 2 * np.sin(RADIUS_RAD / 2)
-    alpha, psi = 2 * np.arcsin(chord / 2), k * np.pi * (3 - np.sqrt(5))
-    grid = np.radians(np.linspace(84.0, 90.0, 40001))
-    logs = -optical_depth_to_top(medium, 0.0, grid)[0]
-    for sun_deg, rtol in [(85.0, 1e-6), (89.0, 1e-6), (90.0, 1e-5)]:
-        sun = np.radians(sun_deg)
-        zenith = np.arccos(np.cos(alpha) * np.cos(sun) + np.sin(alpha) * np.sin(sun) * np.cos(psi))
-        seen = np.where(zenith < np.pi / 2, np.cos(zenith) * np.exp(np.interp(zenith, grid, logs)), 0.0)
-        assert disc_irradiance(medium, sun)[0] == pytest.approx(seen.mean(), rel=rtol)
 
 
 def test_the_disc_and_its_centre() -> None:

@@ -8,7 +8,7 @@ import pytest
 
 from aomc_sky.atmosphere.medium import Medium
 from aomc_sky.atmosphere.optical_depth import optical_depth_to_top, vertical_optical_depth
-from aomc_sky.atmosphere.scattering_orders.diffuse import SERIES_LENGTH, Resolution, choose_resolution
+from aomc_sky.atmosphere.scattering_orders.diffuse import SERIES_LENGTH, choose_resolution
 from aomc_sky.atmosphere.scattering_orders.orders import (
     GeometricRest,
     gauss_angles,
@@ -19,7 +19,6 @@ from aomc_sky.atmosphere.scattering_orders.orders import (
 )
 from aomc_sky.atmosphere.scattering_orders.paths import (
     Crossings,
-    elements_for,
     ground_weights,
     node_paths,
 )
@@ -227,15 +226,6 @@ def test_moments_follow_the_peak_and_its_share() -> None:
     assert capped.n_moments == 100
     assert capped.peak_error > 1.0 > capped.window()[-1]
     np.testing.assert_array_equal(alone.window(), 1.0)
-
-
-def test_elements_by_depth() -> None:
-    assert [elements_for(depth) for depth in (0.0, 0.5, 1.0, 5.0, 10.0, 1e6)] == [10, 10, 10, 18, 23, 30]
-
-
-def test_half_a_resolution() -> None:
-    half = Resolution(n_mu=30, n_element=10, n_moments=48).halved()
-    assert (half.n_mu, half.n_element, half.n_moments) == (27, 5, 48)
 
 
 def test_rest_of_two_geometric_series() -> None:

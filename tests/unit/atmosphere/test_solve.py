@@ -14,7 +14,7 @@ from aomc_sky.atmosphere.order_one import solve_order_one
 from aomc_sky.atmosphere.sky import path_orders
 from aomc_sky.atmosphere.sky import solve as solve_module
 from aomc_sky.atmosphere.sky.method import chosen_method, is_curved, reason_of
-from aomc_sky.atmosphere.sky.solve import AtmosphereResult, solve, solve_sky
+from aomc_sky.atmosphere.sky.solve import solve, solve_sky
 from aomc_sky.atmosphere.sky.solved import (
     SkyField,
     SolvedSky,
@@ -242,30 +242,6 @@ def test_two_suns_have_numbers_of_their_own() -> None:
     one, two = (solve_module.directed_paths(sky_of(sun), zenith, azimuth) for sun in (1.2, np.nextafter(1.2, 2.0)))
     later = [found.radiance_by_order[0, 1:, 0].sum() for found in (one, two)]
     assert 1e-5 < abs(later[0] / later[1] - 1.0) < 0.05
-
-
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore:in .* hardly any path reaches")
-def test_solve_takes_them() -> None:
-    def look(zenith: np.ndarray, azimuth: np.ndarray) -> AtmosphereResult:
-        return solve(
-            MOLECULES,
-            sun_zenith_rad=TWILIGHT_SUN,
-            sky_zenith_rad=zenith,
-            azimuth_from_sun_rad=azimuth,
-            method="mc",
-            n_orders=4,
-        )
-
-    found = look(ZENITH, AZIMUTH)
-    assert np.array_equal(found.radiance_by_order[..., 0], found.radiance_by_order[..., 2])
-    assert np.array_equal(found.standard_error[..., 0], found.standard_error[..., 2])
-    share = found.standard_error / found.radiance
-    assert share.max() > 3.0 * share.min()
-    assert found.under_sampled is not None
-    assert found.under_sampled.shape == found.radiance.shape
-    alone = look(ZENITH[2:3], AZIMUTH[2:])
-    assert np.array_equal(alone.radiance[..., 0], found.radiance[:, 2:3, 2])
 
 
 def test_the_nearest_node_counts() -> None:

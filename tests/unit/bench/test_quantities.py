@@ -7,9 +7,7 @@ import functools
 import mpmath
 import numpy as np
 import pytest
-from scipy.integrate import dblquad
 
-from aomc_sky.grid import PatchGrid
 from bench.quantities import (
     CONE_HALF_ANGLE_DEG,
     N_ROWS,
@@ -21,7 +19,6 @@ from bench.quantities import (
     Values,
     cone_axis,
     histogram_grid,
-    truth_of_table,
 )
 from bench.skies import SKIES, BenchSky, bench_sky
 
@@ -136,33 +133,6 @@ def test_half_of_the_spike_is_uniform(skies: dict[str, BenchSky]) -> None:
     assert 0.2 < inside < 0.8
     expected = 0.5 * inside + 0.5 * skies["uniform"].truth.values.cone
     assert sky.truth.values.cone == pytest.approx(expected, rel=1e-4)
-
-
-def test_cone_over_few_patches_against_scipy() -> None:
-    """Four patches under the cone, their values far apart."""
-    grid = PatchGrid.regular(3, 5)
-    mass = np.linspace(1.0, 9.0, grid.n_patches) ** 2
-    density = (mass / mass.sum() / grid.projected_solid_angle_sr).reshape(3, 5)
-    axis, limit = cone_axis(), np.cos(np.deg2rad(CONE_HALF_ANGLE_DEG))
-    z, a = np.arccos(axis[2]), np.arctan2(axis[1], axis[0])
-    reach = np.deg2rad(CONE_HALF_ANGLE_DEG)
-
-    def flux(zenith: float, patch: tuple[int, int]) -> float:
-        """Flux of one patch on one circle of zenith, over the azimuths inside the cone."""
-        cosine = (limit - np.cos(zenith) * np.cos(z)) / (np.sin(zenith) * np.sin(z))
-        half = np.arccos(np.clip(cosine, -1, 1))
-        start, end = np.deg2rad(grid.azimuth_bounds_deg[patch[1]])
-        middle = a % (2 * np.pi)
-        width = max(0.0, min(end, middle + half) - max(start, middle - half))
-        return density[patch] * width * np.sin(zenith) * np.cos(zenith)
-
-    total = 0.0
-    for ring, (first, last) in enumerate(np.deg2rad(grid.zenith_bounds_deg)):
-        low, high = max(first, z - reach), min(last, z + reach)
-        if low < high:
-            for column in range(5):
-                total += dblquad(lambda _, zenith, p=(ring, column): flux(zenith, p), low, high, 0, 1, epsabs=1e-10)[0]
-    assert truth_of_table(grid, mass).values.cone == pytest.approx(total, rel=1e-6)
 
 
 def test_tally_of_known_photons() -> None:

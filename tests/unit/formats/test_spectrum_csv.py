@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from itertools import pairwise
 from pathlib import Path
 
@@ -12,11 +11,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from aomc_sky.errors import InputFileError, InputWarning
+from aomc_sky.errors import InputFileError
 from aomc_sky.formats.atmo import spectra
-from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.formats.spectrum_csv import MAX_BYTES, MAX_POINTS, Spectrum, bin_means, read_spectrum_csv
-from tests.support.shared import SHARED, needs_shared
 
 EPS = float(np.finfo(float).eps)
 
@@ -203,44 +200,3 @@ def test_tables_that_are_too_large_are_refused(tmp_path: Path) -> None:
     assert refused(tmp_path / "t.csv", rows) == [("E401", 0)]
     (tmp_path / "t.csv").write_bytes(rows[: rows.rindex(b"\n", 0, -1) + 1])
     assert len(read_spectrum_csv(tmp_path / "t.csv").value) == MAX_POINTS
-
-
-# what CalcMySky wrote, in single precision, for three tables; README of the reference data
-TABLES = SHARED / "atmosphere"
-ALBEDO = {
-    "a": "ground albedo: file coarse.csv\n",
-    "b": "ground albedo: weighted file 0.7 coarse.csv\nground albedo: weighted file 0.2 coarse.csv\n",
-}
-
-
-@needs_shared
-@pytest.mark.parametrize("name", ["a", "b"])
-def test_the_means_are_those_of_the_tool(name: str, tmp_path: Path) -> None:
-    with (TABLES / "spectrum_resampled.csv").open(newline="") as file:
-        rows = [row for row in csv.DictReader(file) if row["set"] == name]
-    for table in ("coarse", "fine", "edge"):
-        (tmp_path / f"{table}.csv").write_bytes((TABLES / f"spectrum_{table}.csv").read_bytes())
-    code = "    ```\n    return {};\n    ```\n"
-    path = tmp_path / "test.atmo"
-    path.write_text(
-        "version: 6\natmosphere height: 120 km\nEarth radius: 6371 km\nscattering orders: 1\nEarth-Sun distance: 1 AU\n"
-        f"wavelengths: {rows[0]['wavelengths_entry']}\nsolar irradiance at TOA: file fine.csv\n{ALBEDO[name]}"
-        "light pollution relative radiance: file edge.csv\n"
-        'Scatterer "x":\n{\n    number density:\n' + code.format("1.") + "    phase function:\n"
-        f"{code.format('vec4(0.1)')}    cross section at 1 um: 0.042968 um^2\n    angstrom exponent: 1.3\n"
-        "    single scattering albedo: weighted file 0.75 coarse.csv\n}\n"
-    )
-    with pytest.warns(InputWarning, match="cd/m2"):
-        d = read_atmo(path)
-    assert d.ground_glow is not None
-    (part,) = d.scatterers
-    extinction = part.cross_section_1um_m2 * (d.wavelength_nm / 1000.0) ** -part.angstrom_exponent
-    found = {
-        "wavelength_nm": d.wavelength_nm,
-        "solar_file_fine": d.solar_irradiance,
-        "albedo": d.ground_albedo,
-        "light_pollution_file_edge": d.ground_glow * d.glow_luminance_cd_m2,
-        "scattering_cross_section_m2": extinction * part.single_scattering_albedo,
-    }
-    for column, values in found.items():
-        np.testing.assert_allclose(values, [float(row[column]) for row in rows], rtol=1e-6, err_msg=column)

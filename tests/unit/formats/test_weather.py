@@ -137,26 +137,6 @@ def test_a_quoted_name_may_hold_a_comma_and_zero_may_have_a_sign(tmp_path):
     assert not np.signbit(table.dni).any()
 
 
-@pytest.mark.parametrize(("kind", "name"), [("tmy2", "12839.tm2"), ("tmy3", "703165TY.csv"), ("tmy3", "723170TYA.CSV")])
-def test_real_files_close_best_at_the_middle_of_the_hour(kind, name):
-    pvlib = pytest.importorskip("pvlib")
-    path = Path(pvlib.__file__).parent / "data" / name
-    if not path.exists():
-        pytest.skip("this pvlib comes without its weather files")
-    from aomc_sky.source.light.sun_position import sun_position
-
-    table = read_weather(path, kind)
-    assert table.n_rows == 8760
-    rms = {}
-    for minutes in (-60, -30, 0, 30, 60):
-        time = table.midpoint + np.timedelta64(minutes, "m")
-        cosine = np.cos(np.deg2rad(sun_position(time, table.latitude_deg, table.longitude_deg).zenith_deg))
-        rms[minutes] = np.sqrt(np.mean((table.dni * np.maximum(cosine, 0) + table.dhi - table.ghi) ** 2))
-    assert rms[0] < 7
-    assert min(rms[-30], rms[30]) > 3 * rms[0]
-    assert min(rms[-60], rms[60]) > 6 * rms[0]
-
-
 def test_half_hour_time_zones(tmp_path):
     table = changed("epw", tmp_path, ",13.22,1.0,", ",13.22,5.5,")
     assert table.start[0] == np.datetime64("2003-06-20T18:30:00")

@@ -11,7 +11,7 @@ import pytest
 
 from tests.support.shared import REPOSITORY
 
-FILES = ("test_lobe_cells.py", "test_order.py", "test_rng.py", "test_mcpl_pack.py")
+FILES = ("test_lobe_cells.py", "test_order.py", "test_rng.py")
 _OPTIONS = ("-q", "-m", "not soak", "--tb=short", "-p", "no:xdist", "-p", "no:cacheprovider")
 
 

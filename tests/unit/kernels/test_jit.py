@@ -117,13 +117,8 @@ OF_NUMBA = "no_cpython_wrapper"
 """numba's own overloads take this option: without it numba itself cannot compile what the emission calls."""
 
 
-@pytest.mark.parametrize(
-    "hidden",
-    [
-        PRIVATE[0],
-        *(pytest.param(n, marks=pytest.mark.slow) for n in HIDDEN if n not in (PRIVATE[0], OF_NUMBA)),
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("hidden", [name for name in HIDDEN if name != OF_NUMBA])
 def test_eight_million_photons_without_a_private_name(hidden, expected_photons):
     """Those beyond the threshold come from kernels."""
     program = HIDDEN[hidden] + PHOTONS.format(scene=INPUTS / "overcast")

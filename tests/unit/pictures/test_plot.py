@@ -16,7 +16,7 @@ from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.content import RELATIVE_RADIANCE, Dome, Picture
 from aomc_sky.pictures.dome import round_numbers
-from aomc_sky.pictures.panels import Ruler, figure_of
+from aomc_sky.pictures.panels import figure_of
 from tests.support.shared import INPUTS
 
 pytest.importorskip("matplotlib")
@@ -207,12 +207,6 @@ def test_a_norm_of_matplotlib_is_taken_and_not_changed():
     assert (norm.gamma, norm.vmin, norm.vmax, given.vmin) == (0.5, 1.0, 12.0, None)
 
 
-def test_a_picture_for_a_paper_has_no_sentences():
-    figure = sky.plot(Spot(), caption=False)
-    assert not any("Seen from" in text for text in texts_of(figure))
-    assert "the sun" in texts_of(figure)  # the key stays
-
-
 def test_where_no_light_comes_from_the_sun_of_amc_inp_is_a_cross():
     figure = sky.plot(sky.read_scene(INPUTS / "clear_day" / "amc.inp"), bands=[0], size_px=300)
     ((name, where),) = marks_of(figure).items()
@@ -305,19 +299,6 @@ def test_titles_of_domes_keep_apart(size):
         assert len(row) == min(n, 4)
         assert all(right.x0 - left.x1 > gap for left, right in itertools.pairwise(row))
         assert not any(text.get_text() in ("nm", "light") for text in figure.texts)
-
-
-def test_lines_are_as_wide_as_there_is_room_for():
-    ruler, text = Ruler.of(100.0), "one two three four five"
-    assert ruler.lines(text, 10.0, 100.0) == [text]
-    wide = 1.0001 * ruler.width_in("one two three", 10.0)
-    assert ruler.lines(text, 10.0, wide) == ["one two three", "four five"]
-    assert ruler.lines(text, 10.0, 0.999 * wide)[0] == "one two"
-    assert "".join(ruler.lines("abcdef", 10.0, ruler.width_in("abc", 10.0))) == "abcdef"
-    assert ruler.lines("", 10.0, 1.0) == []
-    assert ruler.lines("ab", 10.0, 0.0) == ruler.even_lines("ab", 10.0, 0.0) == ["a", "b"]
-    assert ruler.even_lines("a long word", 10.0, ruler.width_in("a long wo", 10.0)) == ["a long", "word"]
-    assert ruler.even_lines("aa bb cc dd", 10.0, 1.01 * ruler.width_in("aa bb cc", 10.0)) == ["aa bb", "cc dd"]
 
 
 @pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])

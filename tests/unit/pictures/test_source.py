@@ -7,7 +7,6 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
-from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, Symbol, spread
 from aomc_sky.pictures.source import source_picture, sun_mark
@@ -167,12 +166,3 @@ def test_at_most_twelve_bands_are_chosen_by_themselves(n):
     assert chosen[0] == 0
     assert chosen[-1] == n - 1
     assert sorted(set(chosen)) == chosen
-
-
-def test_thirteen_domes_or_another_quantity_are_refused():
-    pytest.importorskip("matplotlib")
-    source = table_scene().source(0)
-    with pytest.raises(UsageError, match="12"):
-        sky.plot(source, bands=[0] * 13)
-    with pytest.raises(UsageError, match="radiance"):
-        source_picture(source, show="photons")

@@ -19,7 +19,6 @@ from tests.support.shared import AOMC, DATA, needs_shared
 
 OWN_CASES = ["document_example", "repository_sky", "steep_special_rings"]
 SHARED_CASES = [
-    *OWN_CASES,
     "uniform_9x12",
     "sparse_lognormal",
     "perez_shapes",

@@ -94,15 +94,6 @@ def test_joint_law_of_three_cells_and_planted_defects():
     assert joint_level(allocate_bands(p, [n] * 4000, range(4000)), p) < LEVEL  # far too even
 
 
-def test_moments_of_four_cells():
-    p, n, n_rows = np.array([0.1, 0.45, 0.25, 0.2]), 500, 20_000 if JIT else 300
-    pull = (rows(p, n, n_rows) - n * p) / np.sqrt(n)
-    covariance = np.diag(p) - np.outer(p, p)
-    spread = np.sqrt((np.outer(np.diag(covariance), np.diag(covariance)) + covariance**2) / n_rows)
-    assert np.all(np.abs(pull.mean(axis=0)) < 6 * np.sqrt(np.diag(covariance) / n_rows))
-    assert np.all(np.abs(np.cov(pull, rowvar=False) - covariance) < 6 * spread)
-
-
 @pytest.mark.parametrize("units", [2791, 10_445])
 def test_what_misses_a_cell_next_to_one(units):
     """2^53 photons, all but a few on one cell: a Poisson law whose mean 1 - p in float64 would not hold."""

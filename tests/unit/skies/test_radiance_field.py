@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from tests.support.shared import DATA
 
 xarray = pytest.importorskip("xarray")
 
@@ -243,20 +242,6 @@ def test_a_turned_table_is_refused():
     for shape in ((4, 3, 1), (4, 3)):  # wavelengths last, or none
         with pytest.raises(sky.SceneError, match=r"radiances of shape \(1, n_zenith, n_azimuth\), got "):
             sky.SkyTable(wavelength_nm=np.array([500.0]), radiance=np.ones(shape))
-
-
-def test_a_field_of_sasktran2():
-    """Rayleigh light of a spherical atmosphere: brighter at the horizon, blue, and emitted as its masses say."""
-    made = xarray.load_dataarray(DATA / "fields" / "sasktran2.nc")
-    table = sky.TabulatedSky.from_xarray(made, azimuth_convention="enu_from_east")
-    assert table.values.shape == (2, 90 * 180)
-    seen = table.radiance(np.deg2rad(60.0), np.deg2rad(90.0), 440.0)
-    direct = made.isel(wavelength=0).where((made.zenith == 60) & (made.azimuth == 90), drop=True).item()
-    assert abs(seen / direct - 1) < 0.02
-    bands = sky.Wavebands(wavelength_nm=NM)
-    source = sky.Scene(wavebands=bands, n_photons=100_000, components=(table,)).source(seed=1)
-    assert source.total == 200_000
-    assert 0.5 < source.exact_moments(0).mean_mu < 2 / 3 + 0.02
 
 
 def test_a_field_of_pythonicdisort():

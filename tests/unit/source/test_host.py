@@ -17,7 +17,6 @@ from tests.support.host_scenes import SCENES, N, directions, source
 
 EACH = [
     ("table", {}),
-    ("everything", {}),
     ("everything", {"order": "patch", "placement": "philox", "precision": "float64"}),
 ]
 # placement "centre" is the code of "r2" with steps of zero: it meets every order and precision, not all pairs of them
@@ -115,7 +114,7 @@ def test_a_band_without_photons():
 
 
 def test_two_bands_in_one_parallel_loop():
-    bands = source("everything", order="patch")
+    bands = source("table", order="patch")
     first, second = (bands.numba_sampler(band).sample for band in (0, 1))
 
     @numba.njit(parallel=True)

@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import aomc_sky as sky
-from tests.support.backend import photons_by
 from tests.support.shared import INPUTS
 
 BANDS = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
@@ -84,14 +83,6 @@ def test_threads_and_processes():
     again = pickle.loads(pickle.dumps(source))
     assert_equal(again.photons(1, 5, 50), whole, slice(5, 50))
     assert len(pickle.dumps(scene(n=10**15).source())) < 100_000
-
-
-def test_plain_and_compiled_starts_agree():
-    source = scene().source(seed=3)
-    with photons_by(kernels=False):
-        plain = source.photons(0)
-    with photons_by(kernels=True):
-        assert_equal(source.photons(0), plain)
 
 
 def test_bands_seeds_and_other_bands():

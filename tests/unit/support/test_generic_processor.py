@@ -6,10 +6,7 @@ import os
 import subprocess
 import sys
 
-import pytest
-
 from tests.support.generic_processor import dispatch_targets, settings
-from tests.support.shared import REPOSITORY
 
 SEEN = """
 import numpy, sys
@@ -33,15 +30,3 @@ def test_each_word_does_its_part():
     assert seen(["numpy"])[1:] == ["None"]
     assert seen(["numba"]) == [wide, "generic"]
     assert seen(["numba", "numpy"]) == ["0", "generic"]
-
-
-def test_no_word_is_both():
-    assert settings([]) == settings(["numba", "numpy"])
-    with pytest.raises(KeyError):
-        settings(["numbat"])
-
-
-def test_the_command_prints_what_env_takes():
-    command = [sys.executable, "-m", "tests.support.generic_processor"]
-    out = subprocess.run(command, cwd=REPOSITORY, check=True, capture_output=True, text=True).stdout
-    assert out.split() == [f"{name}={value}" for name, value in settings([]).items()]

@@ -38,10 +38,6 @@ def uniform_score(expected):
     return share_score(np.outer([30.0, 20.0, 15.0, 25.0], [1, 2]).ravel(), expected, np.arange(8) // 2)
 
 
-def lambert_score(expected):
-    return share_score(ZONES.projected_solid_angle_sr, expected, np.arange(8))
-
-
 def mixed(share, mistake="uniform"):
     """Expected counts with a share of photons of a mistake."""
     return (1 - share) * EXPECTED + share * 1e5 * OTHERS[mistake]
@@ -117,26 +113,6 @@ def test_sums_of_weights():
     assert heavy.p_value == pytest.approx(alone.p_value, rel=1e-10)
     few = share_checks(ZONES, EXPECTED, EXPECTED, own_variance(EXPECTED), 1, photons_per_unit=1e-3)
     assert [check.p_value for check in few] == [None, None]
-
-
-def test_the_score_of_lambert_has_the_variance_of_the_multinomial_law():
-    p = EXPECTED / EXPECTED.sum()
-    score, difference = lambert_score(EXPECTED)
-    assert score == pytest.approx(FLUX / p - 1, rel=1e-13)
-    covariance = 1e5 * (np.diag(p) - np.outer(p, p))
-    assert own_variance(EXPECTED)(score) == pytest.approx(float(score @ covariance @ score), rel=1e-12)
-    assert difference == pytest.approx(float(np.sum(FLUX**2 / p)) - 1, rel=1e-12)
-
-
-def test_zones_that_expect_little_are_put_together_with_those_of_like_ratio():
-    """The smallest information is lost: zones of one u / p in a group lose none."""
-    expected = 1e5 * FLUX * np.array([2.0, 0.5, 1.0, 1.0, 0.001, 2.0, 0.5, 0.001])
-    score, difference = lambert_score(expected)
-    assert score[4] == score[7]  # the two dark ones, and what is next to them in u / p
-    p = expected / expected.sum()
-    whole = float(np.sum(FLUX**2 / p)) - 1
-    rings = (FLUX.reshape(4, 2).sum(axis=1) ** 2 / p.reshape(4, 2).sum(axis=1)).sum() - 1
-    assert rings < difference <= whole
 
 
 def test_a_uniform_sky_is_not_tested_for_lambert():

@@ -12,7 +12,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import aomc_sky as sky
 from aomc_sky.errors import InputFileError
 from aomc_sky.formats.mcpl.file import McplParticles, check_mcpl, read_mcpl
 from aomc_sky.formats.mcpl.header import COUNT_OFFSET, McplHeader, encode_header
@@ -119,38 +118,6 @@ def test_blocks_are_the_particles_in_order(tmp_path):
             file.particles(start, stop)
     with pytest.raises(ValueError, match="at least 1"):
         next(file.blocks(0))
-
-
-def test_the_tools_of_mcpl_read_our_files(tmp_path):
-    import mcpl
-
-    bands = sky.Wavebands(wavelength_nm=np.array([450.0, 600.0]))
-    place = sky.Footprint(shape="circle", size_x_m=2.0, size_y_m=2.0)
-    scene = sky.Scene(wavebands=bands, n_photons=[700, 300], components=(sky.UniformSky(),), footprint=place)
-    for precision in ("float32", "float64"):
-        source, path = scene.source(seed=2, precision=precision), tmp_path / f"{precision}.mcpl"
-        sky.write_mcpl(source, path)
-        theirs, ours = mcpl.MCPLFile(str(path)), read_mcpl(path)
-        assert theirs.nparticles == len(ours) == 1000
-        assert theirs.sourcename == ours.header.source
-        assert tuple(theirs.comments) == ours.header.comments
-        assert theirs.opt_universalpdgcode == 22
-        assert theirs.opt_universalweight == 1.0
-        assert theirs.opt_singleprec is (precision == "float32")
-        assert theirs.stat_sum["aomc_sky_photons"] == 1000
-        block = next(iter(theirs.particle_blocks))
-        mine = ours.particles()
-        assert np.array_equal(block.userflags, mine.user_flags)
-        np.testing.assert_allclose(block.direction, mine.direction, rtol=0, atol=1e-6)
-        np.testing.assert_allclose(block.ekin, mine.energy, rtol=1e-6)
-        shown = oracle().tool("--justhead", path)
-        assert "No. of particles   : 1000" in shown
-        assert "Format             : MCPL-3" in shown
-        batch = [source.photons(band) for band in (0, 1)]
-        cells = np.concatenate([b.patch for b in batch])
-        assert np.array_equal(mine.user_flags & (2**20 - 1), cells)
-        assert np.array_equal(mine.user_flags >> 20, [1] * 700 + [2] * 300)
-        assert np.array_equal(mine.position[:, 0], 100 * np.concatenate([b.x for b in batch]).astype(precision))
 
 
 # ---- broken files ------------------------------------------------------------------------------
@@ -302,12 +269,12 @@ def outcome(path: Path) -> tuple[set[str], McplParticles | None]:
         return {p.code for p in error.problems}, None
 
 
-def test_a_thousand_broken_copies_give_particles_or_an_input_error(tmp_path):
+def test_broken_copies_give_particles_or_an_input_error(tmp_path):
     import time
 
     path, refused = tmp_path / "x.mcpl", 0
     slowest = 0.0
-    for data in broken_copies(1000):
+    for data in broken_copies(300):
         path.write_bytes(data)
         begin = time.process_time()
         codes, particles = outcome(path)
@@ -318,7 +285,7 @@ def test_a_thousand_broken_copies_give_particles_or_an_input_error(tmp_path):
             assert len(particles) <= 40
             assert np.isfinite(particles.energy).all()
             assert (np.abs((particles.direction**2).sum(axis=1) - 1) < 3e-5).all()
-    assert refused > 500
+    assert refused > 150
     assert slowest < MOST_CPU_S
 
 

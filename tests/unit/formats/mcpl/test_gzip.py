@@ -186,10 +186,3 @@ def test_bombs_cost_little(kind, tmp_path):
     assert path.stat().st_size < 300_000
     # the whole would be 256 MiB more, and Python with numpy is 50
     assert answers_within_limits(READERS, path) == ["read" if kind == "many records" else "E803"]
-
-
-def test_the_whole_is_never_in_memory(tmp_path):
-    """3e6 photons, 96 MB, are checked in the memory of a few blocks."""
-    path = tmp_path / "x.mcpl.gz"
-    path.write_bytes(gzip.compress(good(3_000_000), 1))
-    assert answers_within_limits(READERS.replace("read_some,", "check_mcpl,"), path, most_mb=130) == ["read"]

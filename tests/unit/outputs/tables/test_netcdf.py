@@ -9,7 +9,7 @@ import pytest
 
 import aomc_sky
 from aomc_sky import DirectBeam, Footprint, Scene, TabulatedSky, UniformSky, Wavebands
-from aomc_sky.errors import MissingExtraError, OutputError, UsageError
+from aomc_sky.errors import MissingExtraError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.tables.netcdf import plan_of_netcdf, to_xarray, write_netcdf
 from aomc_sky.source.irradiance import Irradiance
@@ -133,11 +133,6 @@ def test_other_files_have_no_plan(tmp_path):
     assert plan_of_netcdf(tmp_path / "none.nc") is None
     (tmp_path / "text.nc").write_text("not netCDF")
     assert plan_of_netcdf(tmp_path / "text.nc") is None
-
-
-def test_a_folder_that_is_missing(source, tmp_path):
-    with pytest.raises(OutputError, match="cannot write"):
-        write_netcdf(source, tmp_path / "nowhere" / "sky.nc")
 
 
 @pytest.mark.parametrize("module", ["xarray", "h5netcdf"])

@@ -193,44 +193,6 @@ def test_reference_times_row_by_row(reference):
         assert got == pytest.approx(float(row["irradiance"]), rel=6e-13, abs=0)
 
 
-@needs_shared
-@pytest.mark.parametrize("interpolation", ["crossfade", "slerp"])
-def test_reference_times_of_the_whole_sky(reference, interpolation):
-    """All animations at once, as lobes: their irradiances add up to the rows of the table."""
-    sky, rows = reference
-    total: dict[tuple[float, float], float] = {}
-    for row in rows("background_sky_a_times.csv"):
-        at = (float(row["unix_time_s"]), 1000 * float(row["wavelength_um"]))
-        total[at] = total.get(at, 0.0) + 10 * float(row["irradiance"])
-    for time in {time for time, _ in total}:
-        now = background_at(sky, time, interpolation=interpolation)
-        for wavelength in (nm for when, nm in total if when == time):
-            assert now.irradiance(wavelength) == pytest.approx(total[time, wavelength], rel=1e-12)
-
-
-@needs_shared
-def test_reference_lobes_row_by_row(reference):
-    sky, rows = reference
-    table = rows("background_sky_a_lobes.csv")
-    assert len(table) == sum(len(one.kind) for one in sky.animations.values())
-    for row in table:
-        one, key = sky.animations[row["animation"]], int(row["key"])
-        shape = (one.kind[key], one.param0[key], one.param1[key], one.quaternion[key])
-        axis = lobes.to_world(one.quaternion[key], [0.0, 0.0, 1.0])
-        np.testing.assert_allclose(axis, [float(row[f"axis_{c}"]) for c in "xyz"], rtol=1e-12, atol=3e-16)
-        zenith = np.rad2deg(np.arctan2(np.hypot(axis[0], axis[1]), axis[2]))
-        assert zenith == pytest.approx(float(row["axis_zenith_deg"]), abs=6e-7)
-        if row["axis_azimuth_from_north_deg"]:
-            azimuth = np.rad2deg(np.arctan2(axis[0], axis[1])) % 360
-            assert azimuth == pytest.approx(float(row["axis_azimuth_from_north_deg"]), abs=6e-7)
-        assert lobes.mass_above_horizon(*shape) == pytest.approx(float(row["mass_above_horizon"]), rel=1e-12)
-        projected = lobes.mass_above_horizon(*shape, weighting="projected")
-        assert projected == pytest.approx(float(row["cosine_weighted_mass_above_horizon"]), rel=1e-9)
-        light = one.coefficient[key] * sky.curves[one.curve[key]]
-        steps = np.diff(sky.wavelength_nm) * (light[1:] + light[:-1]) / 2
-        assert steps.sum() / 1e4 == pytest.approx(float(row["irradiance_integral_trapezoid"]), rel=1e-12)
-
-
 @pytest.fixture(scope="module")
 def night(tmp_path_factory):
     """A diurnal animation with keys at 0, 6 and 24 h, written by h5py alone, in micrometres and W cm-2 um-1."""
@@ -248,20 +210,6 @@ def test_irradiance_in_our_units(night):
     )
     last = night.irradiance("a", 86400.0 - 1e-6, 750.0)
     assert last == pytest.approx(0.0, abs=1e-9)
-
-
-def test_irradiance_over_times_and_wavelengths(night):
-    times, nm = np.arange(-3.0, 4.0)[:, None] * 5000.0, np.linspace(500, 750, 11)
-    table = night.irradiance("a", times, nm)
-    assert table.shape == (7, 11)
-    for i, k in ((0, 0), (3, 5), (6, 10), (1, 7)):
-        assert table[i, k] == night.irradiance("a", float(times[i, 0]), float(nm[k]))
-    assert night.irradiance("a", times[:, 0], 600.0).shape == (7,)
-    assert night.irradiance("a", 100.0, nm).shape == (11,)
-    assert night.irradiance("a", 100, 600).shape == ()
-    np.testing.assert_array_equal(night.irradiance(None, times, nm), table)
-    now = background_at(night, float(times[5, 0]))
-    np.testing.assert_allclose(now.irradiance(nm), table[5], rtol=1e-14)
 
 
 @pytest.mark.parametrize(("time", "offset"), [("noon", 0.0), (None, 0.0), (0.0, "east")])

@@ -1,7 +1,6 @@
 """Lobes against 60 digits: densities, samplers, rotations, masses above the horizon."""
 
 import csv
-import inspect
 import itertools
 
 import mpmath as mp
@@ -65,18 +64,6 @@ def test_density(shape, dtype):
         got, true = lobes.pdf(kind, a, b, m), lobes_exact.density(kind, a, b, m)
         assert got.dtype == dtype
         assert ulps(got, true, dtype) <= allowance(kind, float(a), float(b), m)
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_density_of_random_directions(shape):
-    """Unit vectors drawn from the lobe: the errors of 400 directions together."""
-    u, v = np.random.default_rng(3).random((2, 400))
-    m = lobes.sample(*shape, u, v)
-    worst = max(
-        ulps(got, lobes_exact.density(*shape, one)) / allowance(*shape, one)
-        for one, got in zip(m, lobes.pdf(*shape, m), strict=True)
-    )
-    assert worst <= 1.0
 
 
 @pytest.mark.skipif(np.finfo(WIDE).nmant < 63, reason="long double is no wider than float64 here")
@@ -286,17 +273,6 @@ def test_vndf_above_the_horizon(kind, alpha):
         assert got == pytest.approx(float(true), rel=1e-14 * condition, abs=1e-300)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("alpha", [(0.25, 1.5)])
-@pytest.mark.parametrize("kind", ["ggx", "beckmann"])
-@pytest.mark.parametrize("cosine", [0.7, -0.3])
-def test_vndf_projected(kind, alpha, cosine):
-    quaternion = tilted(cosine)
-    true = lobes_exact.vndf_projected(kind, *alpha, exact_rotation(quaternion)[2])
-    got = float(lobes.mass_above_horizon(kind, *alpha, quaternion, weighting="projected"))
-    assert got == pytest.approx(float(true), rel=1e-9)
-
-
 def test_projected_masses_with_a_closed_form():
     """A round GGX lobe with alpha 1 is the cosine law: half a moon of it, and the mean cosine 2/3 overhead."""
     up = lobes.mass_above_horizon("ggx", 1.0, 1.0, (1, 0, 0, 0), weighting="projected")
@@ -313,54 +289,6 @@ def test_projected_masses_with_a_closed_form():
 
 
 @needs_shared
-def test_reference_densities():
-    for row in rows("vndf_pdf.csv"):
-        shape = (KIND[row["type"]], float(row["alpha_x"]), float(row["alpha_y"]))
-        m, true = np.array([float(row[k]) for k in ("dx", "dy", "dz")]), mp.mpf(row["pdf_per_sr"])
-        for dtype in (np.float64, np.float32):
-            got = lobes.pdf(shape[0], dtype(shape[1]), dtype(shape[2]), m.astype(dtype))
-            if float(dtype(float(true))) == 0:
-                assert float(got) <= 2 * np.finfo(dtype).smallest_subnormal
-            else:
-                assert ulps(got, true, dtype) <= allowance(*shape, m)
-    for row in rows("hg_pdf_cdf.csv"):
-        omm, true = mp.mpf(row["one_minus_mu"]), mp.mpf(row["pdf_per_sr"])
-        m = np.array([float(mp.sqrt(omm * (2 - omm))), 0.0, float(1 - omm)])
-        assert ulps(lobes.pdf("hg", float(row["g"]), 0.0, m), true) <= 8 or float(omm) < 1e-6
-
-
-@needs_shared
-def test_reference_sampling_map_and_rotations():
-    for row in rows("vndf_sampling_map.csv"):
-        shape = (KIND[row["type"]], float(row["alpha_x"]), float(row["alpha_y"]))
-        got = lobes.sample(*shape, float(row["u_radial"]), float(row["u_azimuth"]))
-        for value, true in zip(got, (mp.mpf(row[k]) for k in ("mx", "my", "mz")), strict=True):
-            assert (true == 0 and value == 0) or ulps(value, true) <= 4
-    for row in rows("quaternion_rotation.csv"):
-        matrix = lobes.rotation_matrix([float(row[k]) for k in ("qw", "qx", "qy", "qz")])
-        for i, j in itertools.product(range(3), range(3)):
-            assert abs(mp.mpf(float(matrix[i, j])) - mp.mpf(row[f"r{i}{j}"])) <= 2.3e-16
-
-
-@needs_shared
-def test_reference_shares_are_uniform_numbers_of_the_sampler():
-    """The table's shares of radius and azimuth, given to the sampler, bring back its directions."""
-    found = 0
-    for row in rows("vndf_pdf.csv"):
-        if not row["rosenblatt_radial"]:
-            continue
-        shape = (KIND[row["type"]], float(row["alpha_x"]), float(row["alpha_y"]))
-        m = np.array([float(row[k]) for k in ("dx", "dy", "dz")])
-        radial, azimuth = float(row["rosenblatt_radial"]), float(row["rosenblatt_azimuth"])
-        if radial > 1 - 1e-6:  # the share beyond has too few digits left in float64
-            continue
-        got = lobes.sample(*shape, radial, azimuth)
-        assert np.abs(got - m / np.linalg.norm(m)).max() <= 1e-15 / (1 - radial)
-        found += 1
-    assert found > 50
-
-
-@needs_shared
 def test_reference_masses_above_the_horizon():
     for row in rows("hg_horizon_mass.csv"):
         cosine = mp.mpf(row["cos_axis_zenith"])
@@ -373,28 +301,6 @@ def test_reference_masses_above_the_horizon():
         plain, projected = (float(lobes.mass_above_horizon(*shape, quaternion, weighting=w)) for w in WEIGHTINGS)
         assert plain == pytest.approx(float(row[MASSES[0]]), rel=2e-14, abs=1e-300)
         assert projected == pytest.approx(float(row[MASSES[1]]), rel=1e-9, abs=1e-40)
-
-
-def parameters(function):
-    """Names of the parameters: those by position, and those by name alone with their defaults."""
-    given = inspect.signature(function).parameters.values()
-    by_name = {p.name: p.default for p in given if p.kind is p.KEYWORD_ONLY}
-    return [p.name for p in given if p.kind is p.POSITIONAL_OR_KEYWORD], by_name
-
-
-def test_names_and_positions():
-    assert parameters(lobes.pdf) == (["kind", "param0", "param1", "m"], {})
-    above = (["kind", "param0", "param1", "quaternion"], {"weighting": "plain"})
-    assert parameters(lobes.mass_above_horizon) == above
-    names, by_name = parameters(sky.BackgroundSky.irradiance)
-    assert names == ["self", "animation", "unix_time_s", "wavelength_nm"]
-    assert by_name["above"] == "sphere"
-    assert parameters(sky.rayleigh.sample_mu) == (["xi", "gamma"], {})
-    for function in (sky.rayleigh.pdf_mu, sky.rayleigh.cdf_mu):
-        assert parameters(function) == (["mu", "gamma"], {})
-    for function in (sky.henyey_greenstein.sample_mu, sky.henyey_greenstein.sample_mu_sin):
-        assert parameters(function) == (["xi", "g"], {})
-    assert parameters(sky.henyey_greenstein.pdf_sr) == (["one_minus_mu", "g"], {})
 
 
 @pytest.mark.parametrize("kind", WIDTHS)

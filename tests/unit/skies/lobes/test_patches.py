@@ -1,6 +1,5 @@
 """Masses of patches: sums, closed forms, plain quadrature, the reference table."""
 
-import csv
 import dataclasses
 
 import numpy as np
@@ -11,7 +10,6 @@ from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.lobes import functions as lobes
 from aomc_sky.skies.lobes.lobe import rotation_matrix
 from aomc_sky.skies.lobes.patches import TiltedLobe
-from tests.support.shared import SHARED, needs_shared
 
 GRID = sky.PatchGrid.regular(9, 12)
 UP = (1.0, 0.0, 0.0, 0.0)
@@ -146,23 +144,3 @@ def test_bad_arguments_are_refused():
     wide = sky.PatchGrid(zenith_bounds_deg=[[0, 90]], azimuth_bounds_deg=[[0, 360], [360, 400]])
     with pytest.raises(SceneError, match="turn"):
         lobes.patch_mass("ggx", 1.0, 1.0, UP, wide)
-
-
-@needs_shared
-def test_reference_patches():
-    """The table prints 13 digits, which is coarser than 2e-15 for masses above 4e-3."""
-    kinds = {"1": "hg", "2": "ggx", "3": "beckmann"}
-    with (SHARED / "lobes" / "patch_masses.csv").open() as lines:
-        table = list(csv.DictReader(lines))
-    for case in dict.fromkeys(row["case"] for row in table):
-        rows = [row for row in table if row["case"] == case]
-        first, quaternion = rows[0], [float(rows[0][k]) for k in ("qw", "qx", "qy", "qz")]
-        shape = (kinds[first["type"]], float(first["param0"]), float(first["param1"]))
-        mass = lobes.patch_mass(*shape, quaternion, GRID)
-        for row, got in zip([r for r in rows if float(r["zenith_hi_deg"]) <= 90], mass, strict=True):
-            true = float(row["mass"])
-            assert GRID.zenith_bounds_deg[:, 0].tolist().count(float(row["zenith_lo_deg"])) == 1
-            digit = 0.5e-12 * 10 ** np.floor(np.log10(true)) if true > 0 else 0.0
-            assert abs(got - true) <= 2e-15 + digit
-        below = next(float(r["mass"]) for r in rows if float(r["zenith_hi_deg"]) > 90)
-        assert 1 - mass.sum() == pytest.approx(below, abs=1e-12)

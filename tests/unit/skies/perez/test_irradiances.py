@@ -135,18 +135,3 @@ def test_diffuse_light_above_the_global_is_said() -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         PerezSky(sun_zenith_rad=0.5, ghi=100.0, dhi=100.0)
-
-
-@pytest.mark.parametrize(
-    ("given", "error", "words"),
-    [
-        ({"ghi": 500.0}, UsageError, "two of dni, dhi and ghi"),
-        ({"ghi": 500.0, "epsilon": 2.0, "delta": 0.2}, UsageError, "exactly one"),
-        ({"ghi": 500.0, "coefficients": np.ones(5)}, UsageError, "not several"),
-        ({"ghi": 500.0, "dhi": 900.0}, SceneError, "negative"),
-        ({"dni": 0.0, "dhi": 1300.0}, SceneError, "more than any sky gives"),
-    ],
-)
-def test_a_sky_that_cannot_be(given: dict[str, float], error: type[Exception], words: str) -> None:
-    with pytest.raises(error, match=words):
-        PerezSky(sun_zenith_rad=0.5, **given)

@@ -415,12 +415,3 @@ def test_an_eclipse_of_the_file_is_that_of_the_options(tmp_path: Path) -> None:
     assert np.abs(sky[:, 2] / sky[:, 3] - 1.0).max() > 1e-3  # on both sides of the sun, which stands between them
     plain = whole.components[1].mass_of(0).reshape(6, 12)
     np.testing.assert_allclose(plain[:, 2], plain[:, 3], rtol=1e-12)
-
-
-@pytest.mark.slow
-def test_a_night_scene_is_linear_in_luminance(tmp_path: Path) -> None:
-    amc = night_scene(tmp_path, "ground_luminance_cd_m2 = 0.25\n[sun]\nzenith_deg = 130\n")
-    one, two = aomc_sky.read_scene(amc), aomc_sky.read_scene(amc, atmosphere={"ground_luminance_cd_m2": 0.5})
-    assert [component.name for component in one.components] == ["atmosphere"]
-    np.testing.assert_allclose(two.components[0].mass, 2.0 * one.components[0].mass, rtol=1e-14)
-    assert any("glows with 0.25 cd/m2" in note for note in one.notes)

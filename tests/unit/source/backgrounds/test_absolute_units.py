@@ -281,18 +281,6 @@ def test_a_wavelength_outside_the_spectra(perez: Path) -> None:
         sky.read_scene(add(perez, NIGHT + BACKGROUND))
 
 
-def test_other_folders_are_asked_for(perez: Path, tmp_path: Path) -> None:
-    other = tmp_path / "elsewhere"
-    other.mkdir()
-    write_glow(other, {"town": glow()})
-    add(perez, NIGHT + "[[background]]\nfile = '../elsewhere/glow.h5'\ntime = 0\n")
-    with pytest.raises(InputFileError, match="E707"):
-        sky.read_scene(perez)
-    scene = sky.read_scene(perez, allow_paths=[other])
-    assert [c.name for c in scene.components] == ["town"]
-    assert scene.options["backgrounds"][0]["file"] == "../elsewhere/glow.h5"
-
-
 def test_a_sky_of_lobes_made_in_python() -> None:
     lobes = sky.background_at(sky.read_background(INPUTS / "night_sky" / "night.h5", utc_offset_h=1.0), 1771104600.0)
     wavelength = np.array([550.0, 590.0])

@@ -143,16 +143,6 @@ def test_what_no_turbidity_gives_is_told(dni: float, dhi: float, end: float, wor
     assert found.turbidity == end
 
 
-@pytest.mark.parametrize("zenith_deg", [0.0, 85.0, 89.9])
-@pytest.mark.filterwarnings("ignore:spectrum 'spectrl2':aomc_sky.ModelLimitWarning")
-def test_every_height_of_the_sun_and_every_wavelength(zenith_deg: float) -> None:
-    wavelength = np.linspace(300.0, 4000.0, 741)
-    found = split(200.0, 50.0, zenith_deg, wavelength)
-    assert np.all((found.direct_fraction >= 0.0) & (found.direct_fraction <= 1.0))
-    assert np.all(np.isfinite(found.direct_irradiance) & np.isfinite(found.diffuse_irradiance))
-    assert np.all(found.direct_irradiance + found.diffuse_irradiance > 0)
-
-
 @pytest.mark.parametrize("wavelength_nm", [299.9, 4000.5])
 def test_a_waveband_outside_the_spectra_is_refused(wavelength_nm: float) -> None:
     with pytest.raises(SceneError, match=rf"waveband 2 at {wavelength_nm:g} nm is outside .* 300 to 4000 nm"):
@@ -276,11 +266,6 @@ def test_a_spectrum_of_a_file_that_is_of_no_use_is_noted(tmp_path: Path) -> None
     toml = amc.parent / "sky.toml"
     toml.write_text(toml.read_text().replace("[perez]\n", '[perez]\nspectrum = "spectrl2"\n'))
     assert any("spectrum is not used" in note for note in sky.read_scene(amc).notes)
-
-
-def test_an_unknown_spectrum_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match='write "flat" or "spectrl2"'):
-        sky.read_scene(INPUTS / "perez_sky", perez={"spectrum": "smarts"})
 
 
 def test_the_command_line(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -151,18 +151,6 @@ def test_problems_of_the_description_and_of_amc_come_together(amc: Path) -> None
         sky.read_scene(amc)
 
 
-def test_tables_in_other_folders_are_asked_for(amc: Path, tmp_path: Path) -> None:
-    outside = tmp_path / "elsewhere"
-    outside.mkdir()
-    (amc.parent / "clear.atmo").rename(outside / "clear.atmo")
-    coarse(amc)
-    toml = amc.parent / "sky.toml"
-    toml.write_text(toml.read_text().replace("clear.atmo", str(outside / "clear.atmo")))
-    with pytest.raises(InputFileError, match="E707"):
-        sky.read_scene(amc)
-    assert sky.read_scene(amc, allow_paths=[outside]).components[1].name == "atmosphere"
-
-
 def test_solve_atmosphere_keeps_the_order_asked() -> None:
     def solve(wavelength: object, zenith: object, azimuth: object) -> sky.AtmosphereResult:
         return sky.solve_atmosphere(

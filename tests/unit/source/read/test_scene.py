@@ -34,15 +34,6 @@ def test_all_problems_of_all_files_at_once(tmp_path):
         sky.read_scene(tmp_path)
 
 
-def test_dark_band_is_named(tmp_path):
-    write_scene(tmp_path, sky_text="2 2 2 2\n500 600\n1 1 0 1.0\n2 1 0 0.0\n", bands=(500.0, 600.0))
-    with pytest.raises(sky.SceneError, match=r"waveband 2 at 600 nm"):
-        sky.read_scene(tmp_path)
-    assert sky.read_scene(tmp_path, wavebands=[1]).source().total == 1000
-    with pytest.warns(sky.InputWarning, match="no photons"):
-        assert sky.read_scene(tmp_path, compat="aomc").source().counts[1].sum() == 0
-
-
 def test_subnormal_values_keep_their_shares(tmp_path):
     write_scene(tmp_path, sky_text="2 2 2 1\n500\n1 1 0 5e-324\n1 2 1 1.5e-323\n")
     for weighting in ("listed", "projected", "solid-angle"):
