@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.system import n_cpus
 from bench.harness import in_turns
 from bench.quantities import QUANTITIES, Tally, Values

@@ -16,10 +16,10 @@ from typing import Any
 
 import numpy as np
 
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import MissingExtraError, UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.grid import PatchGrid
-from aomc_sky.source.photon_source import PhotonSource
 from bench.harness import in_turns
 from bench.samplers import BATCH, CHOICE, NumpySampler, SpeedRun, buffer_of, our_contenders, speed_source
 from bench.skies import BenchSky

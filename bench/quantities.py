@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.directions import sin_cos_deg
+from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.perez.sky import PerezSky
-from aomc_sky.source.photons import PhotonBatch
 
 QUANTITIES = ("planar", "scalar", "cone", "histogram", "ring")
 

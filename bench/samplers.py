@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from aomc_sky.emission.photon_source import PhotonSource
+from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.grid import PatchGrid
-from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.source.photons import PhotonBatch
 from bench.harness import ratio
 from bench.skies import BenchSky
 

@@ -84,7 +84,7 @@ def city() -> list[sky.SkyLobe]:
 
 def density_at(lobe: sky.SkyLobe, *, zenith_deg: float) -> float:
     """Density of a lobe above its own azimuth. [sr-1]"""
-    from aomc_sky.formats.background.data import axis_quaternion
+    from aomc_sky.skies.lobes.file.data import axis_quaternion
     from aomc_sky.skies.lobes.lobe import to_local
 
     zenith, azimuth = np.deg2rad(zenith_deg), np.deg2rad(lobe.azimuth_deg)

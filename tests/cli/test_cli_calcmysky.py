@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.cli.main import main
-from aomc_sky.formats.atmo.keys import SIZES
+from aomc_sky.skies.atmosphere.description.keys import SIZES
 from tests.support.shared import INPUTS
 
 xarray = pytest.importorskip("xarray")

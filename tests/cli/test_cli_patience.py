@@ -11,7 +11,7 @@ import pytest
 
 from aomc_sky.cli import progress
 from aomc_sky.cli.main import main
-from aomc_sky.skies import atmosphere as sky_model
+from aomc_sky.skies.atmosphere import model as sky_model
 from aomc_sky.steps import STEPS, counted
 from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS

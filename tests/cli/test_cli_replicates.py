@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from aomc_sky.cli.main import main
-from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.source.plan.plan import Plan
+from aomc_sky.emission.photon_source import PhotonSource
+from aomc_sky.plan.plan import Plan
 from tests.support.scenes import copy_scene, run_bytes
 
 SCHEMA = json.loads((resources.files("aomc_sky.outputs") / "manifest.schema.json").read_text())

@@ -13,9 +13,9 @@ import numpy as np
 import pytest
 
 from aomc_sky.cli.main import main
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.engine.run import JobOptions, run_job
-from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.source.plan.plan import Plan
+from aomc_sky.plan.plan import Plan
 from aomc_sky.source.read.scene import read_scene
 from tests.support.scenes import copy_scene, run_bytes
 

@@ -153,7 +153,7 @@ def test_rows_are_the_same_however_the_file_is_cut(fault, tmp_path, monkeypatch)
 def test_one_file_in_many_tables_is_made_a_sky_once(fault, tmp_path, monkeypatch):
     """Six hundred tables of one file at three times; what costs is done once for the file and once for a time."""
     pytest.importorskip("h5py")
-    from aomc_sky.source.backgrounds import light
+    from aomc_sky.skies.lobes import light
     from aomc_sky.source.read.scene import read_scene
 
     scene = copy_scene("night_sky", tmp_path).parent

@@ -19,9 +19,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import AomcSkyError, InputFileError
-from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.source.plan.plan import Plan
+from aomc_sky.plan.plan import Plan
 from tests.support.crafted_plans import CRAFTED_FILES, KINDS, changed, crafted_plans, plan_of
 from tests.support.fault_rows import command, row_id
 from tests.support.scenes import copy_scene
@@ -296,7 +296,7 @@ def test_a_plan_is_judged_once(fault: str, monkeypatch: Any) -> None:
     """Read-only arrays that were judged are not judged again; a change of the mapping is."""
     asked = []
     plan = Plan(arrays=dict(plan_of("table").arrays), options=dict(plan_of("table").options))
-    monkeypatch.setattr("aomc_sky.source.plan.plan.check_plan", lambda *words: asked.append(words))
+    monkeypatch.setattr("aomc_sky.plan.plan.check_plan", lambda *words: asked.append(words))
     PhotonSource.from_plan(plan)
     PhotonSource.from_plan(plan)
     assert len(asked) == 1

@@ -56,7 +56,7 @@ def test_a_time_of_a_perez_sky(fault, capsys):
 SMALL = """
 import resource, sys
 from aomc_sky.cli.main import main
-import numpy, numpy.linalg, aomc_sky.source.read.scene, aomc_sky.source.photon_source
+import numpy, numpy.linalg, aomc_sky.source.read.scene, aomc_sky.emission.photon_source
 used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (used + int(sys.argv[1]), used + int(sys.argv[1])))
 sys.exit(main(sys.argv[2:]))

@@ -24,7 +24,7 @@ SLOW_PAIRS = int(os.environ.get("AOMC_SKY_PAIRS", "20"))
 """Of the slow test; the page on faults says how to ask for more."""
 
 _SERVER = multiprocessing.get_context("forkserver")
-_SERVER.set_forkserver_preload(["aomc_sky.cli.main", "aomc_sky.engine.run", "aomc_sky.kernels.emission.emit"])
+_SERVER.set_forkserver_preload(["aomc_sky.cli.main", "aomc_sky.engine.run", "aomc_sky.emission.kernels.emit"])
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from aomc_sky.kernels.arithmetic.error_free import exact_sum, product_over_2_62
-from aomc_sky.sampling.allocation import AllocationMethod, allocate, allocate_bands, fixed_point_cumulative
+from aomc_sky.plan.sampling.allocation import AllocationMethod, allocate, allocate_bands, fixed_point_cumulative
 from tests.reference import allocation as plain
 
 WHOLE = 1 << 62

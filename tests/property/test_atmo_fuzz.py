@@ -11,8 +11,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.atmo.data import AtmosphereDescription
-from aomc_sky.formats.atmo.reader import read_atmo
+from aomc_sky.skies.atmosphere.description.data import AtmosphereDescription
+from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from tests.support.shared import DATA
 
 TEXTS = [

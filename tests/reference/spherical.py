@@ -7,7 +7,7 @@ from itertools import pairwise
 import mpmath
 import numpy as np
 
-from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.skies.atmosphere.medium import Medium
 
 _NODE, _WEIGHT = np.polynomial.legendre.leggauss(24)
 _END_NODE, _END_WEIGHT = np.polynomial.legendre.leggauss(16)

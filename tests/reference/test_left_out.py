@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, solve_orders
-from aomc_sky.formats.atmo.reader import read_atmo
-from aomc_sky.source.atmospheres.medium import read_medium
+from aomc_sky.skies.atmosphere.description.medium import read_medium
+from aomc_sky.skies.atmosphere.description.reader import read_atmo
+from aomc_sky.skies.atmosphere.medium import Medium
+from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, solve_orders
 from tests.reference.refraction import SCALE_M, Beam, beam
 from tests.reference.test_successive_orders_tables import AZIMUTHS, MEDIA, TABLES, cases, of, rayleigh_sky, values
 from tests.support.plane_layers import by_order, later_orders

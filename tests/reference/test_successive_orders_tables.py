@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, DiffuseSky, solve_orders
+from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, DiffuseSky, solve_orders
 from tests.support import atmospheres
 from tests.support.plane_layers import Layers, by_order, later_orders, solve_layers
 from tests.support.shared import SHARED

@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from scipy.special import chdtr
 
-from aomc_sky.atmosphere.backward import PathTables, path_tables, solve_paths
-from aomc_sky.atmosphere.lights import Moon
-from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.skies.atmosphere.backward import PathTables, path_tables, solve_paths
+from aomc_sky.skies.atmosphere.lights import Moon
+from aomc_sky.skies.atmosphere.medium import Medium
 from tests.support.atmospheres import full, mol_ozone, molecules_only
 from tests.support.shared import SHARED, needs_shared
 

@@ -4,9 +4,9 @@ import numba
 import numpy as np
 import pytest
 
-from aomc_sky.kernels.lobes import law as plain
-from aomc_sky.sampling import streams
-from aomc_sky.source.band_tables import LobeTables, lobe_offset_words
+from aomc_sky.emission.band_tables import LobeTables, lobe_offset_words
+from aomc_sky.plan.sampling import streams
+from aomc_sky.skies.lobes.kernels import law as plain
 from tests.statistical.test_lobe_emission import LOBES as EMITTED
 from tests.support import chi2
 from tests.support.fairness import LOBES, component, fairness, scene_of
@@ -75,7 +75,7 @@ def test_one_photon_over_seeds_follows_the_law(plan, n, monkeypatch):
     case = EMITTED["city"]
     plan.check(patch_p(case, first_photons(case, n)))
     monkeypatch.setattr(
-        "aomc_sky.source.emitter.lobe_offset_words", lambda plan, band, cells: np.zeros(cells.size, np.uint64)
+        "aomc_sky.emission.emitter.lobe_offset_words", lambda plan, band, cells: np.zeros(cells.size, np.uint64)
     )
     plan.catches(patch_p(case, first_photons(case, n, FEW_SEEDS // 2)))
 
@@ -108,7 +108,7 @@ def test_planted_strips_of_the_sequence(monkeypatch):
     """Bins as strips of u that are narrower than the points stand apart; the mended law passes the same few seeds."""
     lobe = scene_of(LOBES["streak"], 300_000)
     assert fairness(LOBES["streak"], lobe, seeds=4, emit=plain_photons).holds
-    monkeypatch.setattr("aomc_sky.kernels.lobes.law.lobe_words", bins_from_words)
+    monkeypatch.setattr("aomc_sky.skies.lobes.kernels.law.lobe_words", bins_from_words)
     planted = fairness(LOBES["streak"], lobe, seeds=4, emit=plain_photons)
     assert planted.mean > 1.0
     assert planted.worst > 10.0
@@ -127,9 +127,9 @@ def fresh_places(rank, lobe, falls, shifts, steps, accept, key, band, jitter):
 def test_the_cause_is_the_place_in_the_strip(monkeypatch):
     """With the same strips, azimuths, decisions and later trials, a fresh place in the strip alone mends it."""
     lobe = scene_of(LOBES["streak"], 300_000)
-    monkeypatch.setattr("aomc_sky.kernels.lobes.law.lobe_words", bins_from_words)
+    monkeypatch.setattr("aomc_sky.skies.lobes.kernels.law.lobe_words", bins_from_words)
     stretched = fairness(LOBES["streak"], lobe, seeds=12, emit=plain_photons)
-    monkeypatch.setattr("aomc_sky.kernels.lobes.law.lobe_words", fresh_places)
+    monkeypatch.setattr("aomc_sky.skies.lobes.kernels.law.lobe_words", fresh_places)
     fresh = fairness(LOBES["streak"], lobe, seeds=12, emit=plain_photons)
     assert stretched.mean > 2 * fresh.mean
     assert stretched.worst > 3 * fresh.worst

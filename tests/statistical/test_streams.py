@@ -5,7 +5,7 @@ import pytest
 from scipy.special import erfc
 
 import aomc_sky as sky
-from aomc_sky.sampling import streams
+from aomc_sky.plan.sampling import streams
 from tests.support import chi2
 from tests.support.sampled import TWO_BANDS, even, scene, sky_angles, square_counts
 
@@ -95,5 +95,5 @@ def test_methods_of_one_seed_are_apart(plan, what, monkeypatch):
         return stream_key(seed, stream, None if method is None else "stratified")
 
     monkeypatch.setattr(streams, "stream_key", shared_key)
-    monkeypatch.setattr("aomc_sky.sampling.allocation.stream_key", shared_key)
+    monkeypatch.setattr("aomc_sky.plan.sampling.allocation.stream_key", shared_key)
     plan.catches(correlation_p(*of_methods(what)))

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.atmosphere.medium import Constituent, Medium
+from aomc_sky.skies.atmosphere.medium import Constituent, Medium
 
 EARTH_RADIUS_M = 6.371e6
 TOP_M = 120e3

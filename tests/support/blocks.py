@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.atmosphere.language.block import Block, read_block
-from aomc_sky.atmosphere.language.values import Type
 from aomc_sky.errors import SourceText
+from aomc_sky.skies.atmosphere.language.block import Block, read_block
+from aomc_sky.skies.atmosphere.language.values import Type
 
 FIRST_LINE = 10
 TYPES = {

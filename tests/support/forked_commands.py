@@ -13,7 +13,7 @@ import tempfile
 from pathlib import Path
 
 _SERVER = multiprocessing.get_context("forkserver")
-_SERVER.set_forkserver_preload(["aomc_sky.cli.main", "aomc_sky.engine.run", "aomc_sky.kernels.emission.emit"])
+_SERVER.set_forkserver_preload(["aomc_sky.cli.main", "aomc_sky.engine.run", "aomc_sky.emission.kernels.emit"])
 
 
 class ForkedCommand:

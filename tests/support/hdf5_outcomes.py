@@ -7,7 +7,7 @@ import time
 import warnings
 from collections.abc import Sequence
 
-import aomc_sky.formats.background.file as background
+import aomc_sky.skies.lobes.file.file as background
 from aomc_sky.errors import InputFileError
 
 CODES = {f"E50{k}" for k in range(1, 10)}

@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from aomc_sky.emission.photon_source import PhotonSource
+from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.formats.mcpl.file import read_mcpl
 from aomc_sky.formats.mcpl.header import COUNT_OFFSET, McplHeader
 from aomc_sky.outputs.photons.mcpl import MAX_CELLS, MEV_NM, PHOTON, McplWriter
-from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.source.photons import PhotonBatch
 
 PARTICLE = np.dtype(
     [

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.atmosphere.scattering_orders.diffuse import ALL_ORDERS, DiffuseSky, OrderTask, Resolution, solved
-from aomc_sky.atmosphere.scattering_orders.paths import (
+from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, DiffuseSky, OrderTask, Resolution, solved
+from aomc_sky.skies.atmosphere.scattering_orders.paths import (
     FLAT_MOMENTS,
     FLAT_RIPPLE,
     Crossings,
@@ -19,7 +19,7 @@ from aomc_sky.atmosphere.scattering_orders.paths import (
     ground_weights,
     node_paths,
 )
-from aomc_sky.atmosphere.scattering_orders.slab import UNIT_NODES, Slab, clustered_depths, joined_edges
+from aomc_sky.skies.atmosphere.scattering_orders.slab import UNIT_NODES, Slab, clustered_depths, joined_edges
 
 _LEAST_MU = 1e-12  # a path along the horizon sees the source function at its end
 

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from tests.support.shared import INPUTS
 
 if TYPE_CHECKING:
+    from aomc_sky.emission.photon_source import PhotonSource
     from aomc_sky.formats.aomc.amc import AmcConfig
-    from aomc_sky.source.photon_source import PhotonSource
 
 
 def copy_scene(name: str, folder: Path) -> Path:

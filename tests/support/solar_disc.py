@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.atmosphere.lights import ground_beam
-from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.skies.atmosphere.lights import ground_beam
+from aomc_sky.skies.atmosphere.medium import Medium
 
 _N_RING = 48  # Gauss nodes of rings of equal zenith angle
 

@@ -6,7 +6,7 @@ import argparse
 import re
 
 from aomc_sky.cli.main import build_parser
-from aomc_sky.formats.atmo.keys import DIRECTIVES, SCATTERER_DIRECTIVE, SECTION_KEYS, TOP_KEYS
+from aomc_sky.skies.atmosphere.description.keys import DIRECTIVES, SCATTERER_DIRECTIVE, SECTION_KEYS, TOP_KEYS
 from tests.support.shared import REPOSITORY
 
 PAGE = (REPOSITORY / "docs/models/atmosphere_options.md").read_text()

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from aomc_sky.formats.atmo.reader import read_atmo
-from aomc_sky.source.atmospheres.medium import read_medium
+from aomc_sky.skies.atmosphere.description.medium import read_medium
+from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from tests.reference.air_scattering import cross_section_m2, fitted_cross_section_m2, fitted_optical_depth
 from tests.support.shared import INPUTS
 

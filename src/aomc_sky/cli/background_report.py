@@ -12,8 +12,8 @@ from aomc_sky.cli.terminal import report_text, shown
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
-    from aomc_sky.formats.background.data import Animation, BackgroundFile
-    from aomc_sky.source.backgrounds.light import LobeScene
+    from aomc_sky.skies.lobes.file.data import Animation, BackgroundFile
+    from aomc_sky.skies.lobes.light import LobeScene
 
 _KINDS = {1: "hg", 2: "ggx", 3: "beckmann"}
 
@@ -31,7 +31,7 @@ def report_background(arguments: argparse.Namespace, path: Path) -> int:
         return 0
     if arguments.wavelength is not None or arguments.animation is not None:
         raise UsageError("--wavelength and --animation need --time, the time of the lobes that are shown")
-    from aomc_sky.formats.background.file import read_background_file
+    from aomc_sky.skies.lobes.file.file import read_background_file
 
     file = read_background_file(path)
     cli_options.answer(arguments, lambda: _contents(path, file), lambda: _text(path, file))
@@ -41,7 +41,7 @@ def report_background(arguments: argparse.Namespace, path: Path) -> int:
 def lobe_scene(arguments: argparse.Namespace, time_s: float) -> LobeScene:
     """The lobes of a file at one time, as the options of `add_background_options` choose them."""
     from aomc_sky.formats.sky_toml.keys import BackgroundSection
-    from aomc_sky.source.backgrounds.light import read_lobe_scene
+    from aomc_sky.skies.lobes.light import read_lobe_scene
 
     section = BackgroundSection(
         file=arguments.path,
@@ -114,7 +114,7 @@ def _text(path: Path, file: BackgroundFile) -> str:
 def _lobes(scene: LobeScene) -> dict[str, Any]:
     """Lobes and irradiances as JSON values. [W m-2 nm-1, nm, deg]"""
     from aomc_sky.formats.sky_toml.rules import moment_text
-    from aomc_sky.source.backgrounds.light import axis_of
+    from aomc_sky.skies.lobes.light import axis_of
 
     first = scene.section
     sphere, plane = scene.irradiance(), scene.irradiance(above="projected")

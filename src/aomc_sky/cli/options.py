@@ -14,8 +14,8 @@ from aomc_sky.errors import UsageError
 from aomc_sky.inputs import LIGHTS, MODEL, PEREZ, SUN, Input
 
 if TYPE_CHECKING:
+    from aomc_sky.emission.photon_source import PhotonSource
     from aomc_sky.engine.run import JobOptions
-    from aomc_sky.source.photon_source import PhotonSource
     from aomc_sky.source.scene import Scene
 
 _SLOW_SKY_S = 5.0
@@ -154,7 +154,7 @@ def _add(
 def _sampling_method(word: str) -> str:
     """The word itself; a method that was removed is told with what to write instead."""
     if word not in ("stratified", "iid"):
-        from aomc_sky.source.plan.options import refuse_withdrawn
+        from aomc_sky.plan.options import refuse_withdrawn
 
         refuse_withdrawn(word)
     return word

@@ -14,10 +14,7 @@ from typing import Any
 import numpy as np
 
 import aomc_sky
-from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.sky.method import Lights, chosen_lights
 from aomc_sky.errors import ModelLimitWarning, UsageError
-from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.formats.sky_toml.keys import MoonDirection
 from aomc_sky.formats.text_file import read_bytes, write_atomically, write_bytes_atomically
 from aomc_sky.grid import PatchGrid
@@ -29,14 +26,17 @@ from aomc_sky.outputs.tables.atmosphere import (
     write_atmosphere_netcdf,
     write_atmosphere_skydist,
 )
-from aomc_sky.skies.atmosphere import DEFAULT_BINS, AtmosphereSky
-from aomc_sky.source.atmospheres.medium import (
+from aomc_sky.skies.atmosphere.description.medium import (
     MediumReport,
     glow_of_luminance,
     moon_of_direction,
     read_medium,
     warn_of_outside,
 )
+from aomc_sky.skies.atmosphere.description.reader import read_atmo
+from aomc_sky.skies.atmosphere.medium import Medium
+from aomc_sky.skies.atmosphere.model import DEFAULT_BINS, AtmosphereSky
+from aomc_sky.skies.atmosphere.sky.method import Lights, chosen_lights
 
 _GLOW_ROWS = 18
 MOST_BINS = 3600
@@ -74,7 +74,7 @@ class TableRequest:
     sun_azimuth_deg: float = 0.0  #: azimuth of the sun, from +x towards +y [deg]
     #: wavelengths, each the nearest of the description; None is all [nm]
     wavelength_nm: tuple[float, ...] | None = None
-    method: str = "auto"  #: as `aomc_sky.atmosphere.sky.method.chosen_method` has it
+    method: str = "auto"  #: as `aomc_sky.skies.atmosphere.sky.method.chosen_method` has it
     n_orders: int | None = None  #: most interactions that count; None is what the description says
     #: backward paths of each direction and wavelength; None is as many as `solve_sky` finds right
     n_paths: int | None = None

@@ -12,6 +12,7 @@ from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.engine.run import JobOptions, JobResult, Sums, run_job, write_counts
 from aomc_sky.engine.shards import (
     FORMATS,
@@ -28,8 +29,7 @@ from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import chosen_bands
 from aomc_sky.outputs.photons.files import ChunkPool, Meter, Progress
 from aomc_sky.outputs.shard import BLOCK, PLAN, Shard
-from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.source.plan.plan import Plan
+from aomc_sky.plan.plan import Plan
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import n_cpus
 

@@ -14,6 +14,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import InputFileError, OutputError, UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.kernels.backend import announce_photons
@@ -33,7 +34,6 @@ from aomc_sky.outputs.photons.files import (
 )
 from aomc_sky.outputs.shard import BLOCK, MANIFEST, PART, is_run_file
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
-from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import n_cpus
 from aomc_sky.whole_number import as_number_of

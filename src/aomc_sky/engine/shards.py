@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.engine.run import JobOptions, Sums, check_memory, finish_run, finished_manifest, remove_rest, write_counts
 from aomc_sky.errors import OutputError, UsageError
 from aomc_sky.kernels.backend import announce_photons
@@ -18,7 +19,6 @@ from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, Progre
 from aomc_sky.outputs.photons.rows import NpyWriter
 from aomc_sky.outputs.shard import PART, Shard, block_spans, marks_among
 from aomc_sky.outputs.statistics import PhotonSums
-from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import n_cpus
 

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import ForeignOutputError, SceneError, UsageError
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import chosen_bands, read_manifest
 from aomc_sky.outputs.shard import MANIFEST, PLAN
-from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.source.plan.plan import Plan
+from aomc_sky.plan.plan import Plan
 from aomc_sky.source.read.kind import not_a_run
 
 

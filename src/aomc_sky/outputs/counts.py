@@ -6,7 +6,7 @@ import io
 
 import numpy as np
 
-from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.emission.photon_source import PhotonSource
 
 COLUMNS = (
     "waveband,wavelength_nm,sky_wavelength_nm,component,zenith_index,azimuth_index,"

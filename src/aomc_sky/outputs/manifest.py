@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import aomc_sky
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import OutputError
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.statistics import BandResult
+from aomc_sky.plan.sampling.streams import STREAM_VERSION
 from aomc_sky.regular_file import FileKindError, open_regular, read_regular
-from aomc_sky.sampling.streams import STREAM_VERSION
-from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
 
 MAX_MANIFEST_BYTES = 1 << 26

@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from aomc_sky.emission.irradiance import scalar_has_variance
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.kernels.backend import use_kernels
-from aomc_sky.source.irradiance import scalar_has_variance
-from aomc_sky.source.photon_source import PhotonSource
 
 _MOST_TERMS = 4096
 
@@ -176,10 +176,10 @@ def standard_error(totals: np.ndarray, n_photons: np.ndarray) -> float | None:
 def batches() -> Any:
     """The sums and records of a batch, plain or compiled, which give the same bits."""
     if use_kernels(0):
-        from aomc_sky.kernels.batches import compiled
+        from aomc_sky.emission.kernels.batches import compiled
 
         return compiled
-    from aomc_sky.kernels.batches import plain
+    from aomc_sky.emission.kernels.batches import plain
 
     return plain
 

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import given_angle
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.aomc.amc import read_amc
@@ -28,7 +29,6 @@ from aomc_sky.skies.lobes.background import BackgroundSky
 from aomc_sky.skies.lobes.sky import LobeSky
 from aomc_sky.skies.model import SkyModel
 from aomc_sky.skies.tabulated import TabulatedSky
-from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands
 

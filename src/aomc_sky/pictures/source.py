@@ -17,7 +17,7 @@ from aomc_sky.skies.lobes.patches import patch_shares
 from aomc_sky.whole_number import as_index
 
 if TYPE_CHECKING:
-    from aomc_sky.source.photon_source import PhotonSource
+    from aomc_sky.emission.photon_source import PhotonSource
 
 
 SHOWN = ("radiance", "counts")

@@ -18,7 +18,7 @@ from aomc_sky.errors import SceneError, UsageError
 
 #: Name of a sky model -> "module:Class".
 SKY_MODELS = {
-    "atmosphere": "aomc_sky.skies.atmosphere:AtmosphereSky",
+    "atmosphere": "aomc_sky.skies.atmosphere.model:AtmosphereSky",
     "lobes": "aomc_sky.skies.lobes.sky:LobeSky",
     "tabulated": "aomc_sky.skies.tabulated:TabulatedSky",
     "perez": "aomc_sky.skies.perez.sky:PerezSky",

@@ -8,10 +8,10 @@ import sys
 import warnings
 from typing import Any
 
+from aomc_sky.emission.host import CSource
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import InputWarning, ModelLimitWarning, UsageError
-from aomc_sky.source.host import CSource
-from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.source.plan.plan import Plan
+from aomc_sky.plan.plan import Plan
 
 READING = ("iterations", "sky", "bins", "weighting", "compat")
 SAMPLING = ("allocation", "method", "placement", "order", "precision")

@@ -17,27 +17,21 @@ import numpy as np
 
 from aomc_sky import memory
 from aomc_sky.component import Component, Law
+from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
-from aomc_sky.sampling.allocation import (
-    MAX_PHOTONS,
-    AllocationMethod,
-    allocate,
-    checked_photons,
-    normalise,
-)
-from aomc_sky.sampling.streams import STREAM_VERSION, checked_seed
+from aomc_sky.plan.check import plan_keys
+from aomc_sky.plan.counts import cumulative_counts
+from aomc_sky.plan.footprint import Footprint
+from aomc_sky.plan.options import Placement, SamplingOptions, resolve_options
+from aomc_sky.plan.plan import Plan
+from aomc_sky.plan.sampling.allocation import MAX_PHOTONS, AllocationMethod, allocate, checked_photons, normalise
+from aomc_sky.plan.sampling.streams import STREAM_VERSION, checked_seed
 from aomc_sky.skies.model import has_share
-from aomc_sky.source.irradiance import Irradiance
-from aomc_sky.source.photons import Footprint
-from aomc_sky.source.plan.check import plan_keys
-from aomc_sky.source.plan.counts import cumulative_counts
-from aomc_sky.source.plan.options import Placement, SamplingOptions, resolve_options
-from aomc_sky.source.plan.plan import Plan
 from aomc_sky.wavebands import Wavebands
 
 if TYPE_CHECKING:
-    from aomc_sky.source.photon_source import PhotonSource
+    from aomc_sky.emission.photon_source import PhotonSource
 
 MAX_REPLICATES_BYTES = 2**32
 """Largest cumulative counts of a plan with replicates: what fits the machines that run it."""
@@ -234,7 +228,7 @@ class Scene:
             Stateless and picklable. Its systematic counts differ from N p by less than 1 + N 2^-62 photons in each
             cell: by 1 as a rule, by up to 1.22 at 1e18 photons of a waveband.
         """
-        from aomc_sky.source.photon_source import PhotonSource
+        from aomc_sky.emission.photon_source import PhotonSource
 
         options = resolve_options(
             self.preset,

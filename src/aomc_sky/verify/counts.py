@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from aomc_sky.errors import UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.kernels.arithmetic.error_free import FIXED_POINT_BITS
-from aomc_sky.sampling.allocation import AllocationMethod, fixed_point_cumulative, normalise
-from aomc_sky.sampling.walk import WalkedGrid, walk_of_cells
+from aomc_sky.plan.sampling.allocation import AllocationMethod, fixed_point_cumulative, normalise
+from aomc_sky.plan.sampling.walk import WalkedGrid, walk_of_cells
 from aomc_sky.verify.report import chi_square_p, pooled, sidak_level
 from aomc_sky.whole_number import as_index_within
 
@@ -299,7 +299,7 @@ def _chi_square_check(band: int, counts: np.ndarray, p: np.ndarray, level: float
 
 def _aomc_check(counts: np.ndarray, weight: np.ndarray, n_photons: ArrayLike | None) -> CountCheck:
     """Equality with the program's rounding."""
-    from aomc_sky.sampling.allocation import allocate
+    from aomc_sky.plan.sampling.allocation import allocate
 
     if counts.shape != weight.shape or counts.ndim != 2:
         raise ValueError("method 'aomc' needs counts and weights of one shape (n_zenith, n_azimuth)")

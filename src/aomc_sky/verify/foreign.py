@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from aomc_sky.directions import Frame
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import UsageError
 from aomc_sky.formats.mcpl.file import McplFile, read_mcpl
 from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, names_runs, runs_of
@@ -17,7 +18,6 @@ from aomc_sky.formats.photons_npy import PhotonsNpy, read_photons_npy
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.photons.mcpl import MEV_NM, PHOTON
-from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
 from aomc_sky.verify.counts import FAMILY_LEVEL
 from aomc_sky.verify.directions import PhotonRows, Tied, verify_directions

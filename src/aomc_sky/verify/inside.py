@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 
 from aomc_sky.component import Component, Law
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.grid import PatchGrid
-from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.verify.report import Check, kolmogorov_p
 from aomc_sky.verify.zone_tests import MIN_EVEN, of_chi_square, untested
 from aomc_sky.verify.zones import at_centres, coordinate, fixed_directions, perez_masses

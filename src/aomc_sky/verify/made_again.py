@@ -12,6 +12,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import OutputError
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import COUNTS_FILES, counts_file
@@ -32,10 +33,9 @@ from aomc_sky.outputs.photons.files import (
 )
 from aomc_sky.outputs.shard import BLOCK, MANIFEST, block_spans
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
-from aomc_sky.sampling.allocation import AllocationMethod
-from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.source.plan.counts import cumulative_counts
-from aomc_sky.source.plan.plan import Plan
+from aomc_sky.plan.counts import cumulative_counts
+from aomc_sky.plan.plan import Plan
+from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import read_at
 from aomc_sky.verify.counts import FAMILY_LEVEL

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.component import Component, Law, beam_direction_deg
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.grid import PatchGrid
-from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.source.plan.options import Placement
+from aomc_sky.plan.options import Placement
 
 N_ZONES = 16
 """Zones in each coordinate: few have more power against a defect that reaches far than many have."""

@@ -9,13 +9,13 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import expn
 
-from aomc_sky.atmosphere import backward
-from aomc_sky.atmosphere.backward import BLOCK, CHECKED, PathsResult, path_tables, paths_result, solve_paths
-from aomc_sky.atmosphere.lights import Moon
-from aomc_sky.atmosphere.sky.path_orders import path_orders
-from aomc_sky.atmosphere.sky.solve import later_orders, solve_sky
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
-from aomc_sky.kernels.atmosphere.shells import fill_sun_share
+from aomc_sky.skies.atmosphere import backward
+from aomc_sky.skies.atmosphere.backward import BLOCK, CHECKED, PathsResult, path_tables, paths_result, solve_paths
+from aomc_sky.skies.atmosphere.kernels.shells import fill_sun_share
+from aomc_sky.skies.atmosphere.lights import Moon
+from aomc_sky.skies.atmosphere.sky.path_orders import path_orders
+from aomc_sky.skies.atmosphere.sky.solve import later_orders, solve_sky
 from tests.support.atmospheres import (
     EARTH_RADIUS_M,
     TOP_M,
@@ -90,8 +90,8 @@ def test_paths_know_order_one(sun_deg: float, monkeypatch: pytest.MonkeyPatch) -
 @pytest.mark.parametrize("g", [-0.5, 0.9, 0.999])
 def test_drawn_angles_follow_the_phase_function(g: float) -> None:
     """Weights have mean 1, and the first two moments are those of Henyey and Greenstein."""
-    from aomc_sky.kernels.atmosphere.shells import draw_angle, find_cell
     from aomc_sky.kernels.jit import shared
+    from aomc_sky.skies.atmosphere.kernels.shells import draw_angle, find_cell
 
     @shared
     def draw(phases, guide, x):

@@ -8,17 +8,17 @@ import math
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.eclipse import eclipsed_once, solve_eclipsed_order_one, sun_series, visible_share
-from aomc_sky.atmosphere.lights import Moon
-from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.optical_depth import columns_to_top, density_profile
-from aomc_sky.atmosphere.order_one import solve_order_one, widest_angle
-from aomc_sky.atmosphere.sky.method import Lights, chosen_lights
-from aomc_sky.atmosphere.sky.path_orders import glow_orders
-from aomc_sky.atmosphere.sky.solve import solve_sky
-from aomc_sky.atmosphere.sky.solved import SkyField, fit_field, patch_means
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.grid import PatchGrid
+from aomc_sky.skies.atmosphere.eclipse import eclipsed_once, solve_eclipsed_order_one, sun_series, visible_share
+from aomc_sky.skies.atmosphere.lights import Moon
+from aomc_sky.skies.atmosphere.medium import Medium
+from aomc_sky.skies.atmosphere.optical_depth import columns_to_top, density_profile
+from aomc_sky.skies.atmosphere.order_one import solve_order_one, widest_angle
+from aomc_sky.skies.atmosphere.sky.method import Lights, chosen_lights
+from aomc_sky.skies.atmosphere.sky.path_orders import glow_orders
+from aomc_sky.skies.atmosphere.sky.solve import solve_sky
+from aomc_sky.skies.atmosphere.sky.solved import SkyField, fit_field, patch_means
 from tests.support.atmospheres import full, molecules_only
 
 SUN = math.radians(45.0)

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.lights import ground_beam
-from aomc_sky.atmosphere.optical_depth import optical_depth_to_top
 from aomc_sky.errors import UsageError
+from aomc_sky.skies.atmosphere.lights import ground_beam
+from aomc_sky.skies.atmosphere.optical_depth import optical_depth_to_top
 from tests.support.atmospheres import exponential, full, mol_ozone, molecules_only
 from tests.support.shared import SHARED, needs_shared
 from tests.support.solar_disc import disc_irradiance

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from aomc_sky import UsageError, rayleigh_cross_section
-from aomc_sky.atmosphere.language.block import Block
-from aomc_sky.atmosphere.medium import (
+from aomc_sky.errors import InputFileError, SceneError
+from aomc_sky.skies.atmosphere.language.block import Block
+from aomc_sky.skies.atmosphere.medium import (
     MAX_KINKS,
     NumberDensity,
     PhaseBlock,
@@ -19,7 +20,6 @@ from aomc_sky.atmosphere.medium import (
     read_phase_block,
     sphere_integral,
 )
-from aomc_sky.errors import InputFileError, SceneError
 from tests.support.atmospheres import OZONE_KINKS_M, PEAK_NORM, ozone_profile, rayleigh_phase, sample_aerosol_phase
 from tests.support.blocks import GIVEN, density_block, phase_block
 from tests.unit.atmosphere.language.test_values import (

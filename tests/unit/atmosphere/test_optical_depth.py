@@ -10,9 +10,10 @@ import mpmath
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.backward import SHELL_TOLERANCE, uniform_shells
-from aomc_sky.atmosphere.medium import Constituent, Medium
-from aomc_sky.atmosphere.optical_depth import (
+from aomc_sky.errors import UsageError
+from aomc_sky.skies.atmosphere.backward import SHELL_TOLERANCE, uniform_shells
+from aomc_sky.skies.atmosphere.medium import Constituent, Medium
+from aomc_sky.skies.atmosphere.optical_depth import (
     N_GAUSS,
     N_NODES,
     _powers,
@@ -20,7 +21,6 @@ from aomc_sky.atmosphere.optical_depth import (
     optical_depth_to_top,
     vertical_optical_depth,
 )
-from aomc_sky.errors import UsageError
 from tests.reference.spherical import exponential_column
 from tests.support.atmospheres import (
     EARTH_RADIUS_M,

@@ -6,10 +6,11 @@ import mpmath
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.optical_depth import optical_depth_to_top, vertical_optical_depth
-from aomc_sky.atmosphere.scattering_orders.diffuse import SERIES_LENGTH, choose_resolution
-from aomc_sky.atmosphere.scattering_orders.orders import (
+from aomc_sky.errors import SceneError
+from aomc_sky.skies.atmosphere.medium import Medium
+from aomc_sky.skies.atmosphere.optical_depth import optical_depth_to_top, vertical_optical_depth
+from aomc_sky.skies.atmosphere.scattering_orders.diffuse import SERIES_LENGTH, choose_resolution
+from aomc_sky.skies.atmosphere.scattering_orders.orders import (
     GeometricRest,
     gauss_angles,
     legendre_table,
@@ -17,13 +18,8 @@ from aomc_sky.atmosphere.scattering_orders.orders import (
     phase_moments,
     split_table,
 )
-from aomc_sky.atmosphere.scattering_orders.paths import (
-    Crossings,
-    ground_weights,
-    node_paths,
-)
-from aomc_sky.atmosphere.scattering_orders.slab import Slab, altitude_grid, slabs_of_medium
-from aomc_sky.errors import SceneError
+from aomc_sky.skies.atmosphere.scattering_orders.paths import Crossings, ground_weights, node_paths
+from aomc_sky.skies.atmosphere.scattering_orders.slab import Slab, altitude_grid, slabs_of_medium
 from tests.support import atmospheres
 from tests.support.plane_layers import Layers, plane_crossings, slab_of_layers
 

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from aomc_sky.atmosphere.medium import Medium
-from aomc_sky.atmosphere.optical_depth import optical_depth_to_top
-from aomc_sky.atmosphere.scattering_orders.diffuse import (
+from aomc_sky.errors import UsageError
+from aomc_sky.skies.atmosphere.medium import Medium
+from aomc_sky.skies.atmosphere.optical_depth import optical_depth_to_top
+from aomc_sky.skies.atmosphere.scattering_orders.diffuse import (
     ALL_ORDERS,
     DiffuseSky,
     Resolution,
@@ -20,10 +21,9 @@ from aomc_sky.atmosphere.scattering_orders.diffuse import (
     source_functions,
     times_cosine,
 )
-from aomc_sky.atmosphere.scattering_orders.paths import ShellPaths
-from aomc_sky.atmosphere.scattering_orders.slab import altitude_grid, slabs_of_medium
-from aomc_sky.atmosphere.sky.solve import solve
-from aomc_sky.errors import UsageError
+from aomc_sky.skies.atmosphere.scattering_orders.paths import ShellPaths
+from aomc_sky.skies.atmosphere.scattering_orders.slab import altitude_grid, slabs_of_medium
+from aomc_sky.skies.atmosphere.sky.solve import solve
 from tests.support import atmospheres
 from tests.support.plane_layers import Layers, by_order, later_orders, solve_layers
 

@@ -8,14 +8,17 @@ import numpy as np
 import pytest
 from scipy.special import chdtr
 
-from aomc_sky.atmosphere.backward import MOST_LISTED, solve_paths
-from aomc_sky.atmosphere.lights import Moon
-from aomc_sky.atmosphere.order_one import solve_order_one
-from aomc_sky.atmosphere.sky import path_orders
-from aomc_sky.atmosphere.sky import solve as solve_module
-from aomc_sky.atmosphere.sky.method import chosen_method, is_curved, reason_of
-from aomc_sky.atmosphere.sky.solve import solve, solve_sky
-from aomc_sky.atmosphere.sky.solved import (
+from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
+from aomc_sky.grid import PatchGrid
+from aomc_sky.skies.atmosphere.backward import MOST_LISTED, solve_paths
+from aomc_sky.skies.atmosphere.lights import Moon
+from aomc_sky.skies.atmosphere.model import AtmosphereSky
+from aomc_sky.skies.atmosphere.order_one import solve_order_one
+from aomc_sky.skies.atmosphere.sky import path_orders
+from aomc_sky.skies.atmosphere.sky import solve as solve_module
+from aomc_sky.skies.atmosphere.sky.method import chosen_method, is_curved, reason_of
+from aomc_sky.skies.atmosphere.sky.solve import solve, solve_sky
+from aomc_sky.skies.atmosphere.sky.solved import (
     SkyField,
     SolvedSky,
     azimuth_nodes,
@@ -24,9 +27,6 @@ from aomc_sky.atmosphere.sky.solved import (
     patch_means,
     zenith_nodes,
 )
-from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
-from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.atmosphere import AtmosphereSky
 from tests.support import atmospheres
 from tests.support.atmospheres import molecules_only
 

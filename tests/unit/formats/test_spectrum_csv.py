@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.atmo import spectra
 from aomc_sky.formats.spectrum_csv import MAX_BYTES, MAX_POINTS, Spectrum, bin_means, read_spectrum_csv
+from aomc_sky.skies.atmosphere.description import spectra
 
 EPS = float(np.finfo(float).eps)
 

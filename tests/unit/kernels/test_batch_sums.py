@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from aomc_sky.kernels.batches import compiled, plain
+from aomc_sky.emission.kernels.batches import compiled, plain
 
 
 @pytest.mark.parametrize("form", [compiled, plain])

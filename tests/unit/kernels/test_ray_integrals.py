@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.atmosphere.ray_integrals import fill_down, fill_up
+from aomc_sky.skies.atmosphere.kernels.ray_integrals import fill_down, fill_up
 
 SHARE = np.array([[0.2, 0.5, 0.9], [0.1, 0.4, 0.8]])
 ELEMENT = np.repeat([0, 1], 3)

@@ -7,8 +7,8 @@ import io
 import numpy as np
 import pytest
 
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.outputs import counts
-from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.read.scene import read_scene
 from tests.support.shared import INPUTS
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import AllocationError, UsageError
-from aomc_sky.sampling.allocation import AllocationMethod, allocate, allocate_bands
+from aomc_sky.plan.sampling.allocation import AllocationMethod, allocate, allocate_bands
 from tests.reference import allocation as plain
 
 EXACT = ("systematic", "largest-remainder", "multinomial")
@@ -105,7 +105,7 @@ def test_methods_and_seeds_that_are_refused():
 
 def test_systematic_and_largest_remainder_do_without_numba():
     program = (
-        "import sys; from aomc_sky.sampling.allocation import allocate;"
+        "import sys; from aomc_sky.plan.sampling.allocation import allocate;"
         "allocate([1.0, 2.0], 10); allocate([1.0, 2.0], 10, method='largest-remainder');"
         "print([m for m in ('numba', 'scipy', 'matplotlib') if m in sys.modules])"
     )

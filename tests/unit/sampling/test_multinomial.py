@@ -7,7 +7,7 @@ from scipy.special import bdtr, chdtr, chdtrc
 
 from aomc_sky.errors import AllocationError
 from aomc_sky.kernels import allocate as kernels
-from aomc_sky.sampling.allocation import allocate
+from aomc_sky.plan.sampling.allocation import allocate
 
 JIT = not numba.config.DISABLE_JIT
 LEVEL = 1e-7

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import UsageError
-from aomc_sky.sampling import streams
-from aomc_sky.source.plan.options import Method
+from aomc_sky.plan.options import Method
+from aomc_sky.plan.sampling import streams
 
 
 def test_keys_differ_by_seed_method_and_name():

@@ -107,7 +107,7 @@ def _skies(arguments: argparse.Namespace) -> int:
 
 def _run(arguments: argparse.Namespace, path: Path) -> int:
     from aomc_sky.outputs.manifest import read_manifest
-    from aomc_sky.source.plan.plan import Plan
+    from aomc_sky.plan.plan import Plan
 
     if not (path / "manifest.json").exists():
         return _unfinished(arguments, path)
@@ -138,7 +138,7 @@ def _run(arguments: argparse.Namespace, path: Path) -> int:
 
 def _unfinished(arguments: argparse.Namespace, path: Path) -> int:
     from aomc_sky.outputs.shard import marks_among
-    from aomc_sky.source.plan.plan import Plan
+    from aomc_sky.plan.plan import Plan
 
     plan = Plan.load(path / "plan.npz")
     values = {
@@ -268,8 +268,8 @@ def _bounds(file: McplFile) -> dict[str, tuple[float, float]]:
 
 def _atmosphere(arguments: argparse.Namespace, path: Path) -> int:
     """Print what a description holds and what its code blocks give."""
-    from aomc_sky.formats.atmo.reader import read_atmo
-    from aomc_sky.source.atmospheres.medium import read_medium
+    from aomc_sky.skies.atmosphere.description.medium import read_medium
+    from aomc_sky.skies.atmosphere.description.reader import read_atmo
 
     d = read_atmo(path, allow_paths=arguments.allow_path)
     _, medium = read_medium(d)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from aomc_sky.cli.usage import Parser
     from aomc_sky.pictures.content import Picture
-    from aomc_sky.source.backgrounds.light import LobeScene
+    from aomc_sky.skies.lobes.light import LobeScene
     from aomc_sky.verify.report import Pulls
 
 _EPILOG = """\
@@ -328,7 +328,7 @@ def _over_time(arguments: argparse.Namespace) -> Picture:
     """The animations that were named, at one wavelength, over the time."""
     from aomc_sky.pictures.backgrounds import frame_times_s, moving_picture, time_span_s
     from aomc_sky.pictures.content import MOST_PANELS
-    from aomc_sky.source.backgrounds.light import read_background
+    from aomc_sky.skies.lobes.light import read_background
 
     if arguments.wavelength and len(arguments.wavelength) > 1:
         raise UsageError("several times are shown at one --wavelength; several wavelengths are for one --time")

@@ -18,10 +18,10 @@ from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
+    from aomc_sky.emission.photon_source import PhotonSource
     from aomc_sky.engine.run import JobResult
     from aomc_sky.engine.shards import ShardResult
     from aomc_sky.outputs.statistics import BandResult
-    from aomc_sky.source.photon_source import PhotonSource
     from aomc_sky.source.scene import Scene
 
 _EPILOG = """\

@@ -49,8 +49,8 @@ def _readers(arguments: argparse.Namespace) -> dict[Kind, Callable[[Path], Any]]
     lenient, allow_paths, max_memory = arguments.lenient, arguments.allow_path, arguments.max_memory
     from aomc_sky.formats.aomc.amc import read_difcol, read_lambbot
     from aomc_sky.formats.aomc.skydist import read_skydist
-    from aomc_sky.formats.background.file import read_background_file
     from aomc_sky.formats.mcpl.file import check_mcpl
+    from aomc_sky.skies.lobes.file.file import read_background_file
 
     return {
         Kind.SCENE: lambda path: _read_amc(path, lenient),
@@ -78,8 +78,8 @@ def _read_amc(path: Path, lenient: bool) -> None:
 
 def _read_atmosphere(path: Path, allow_paths: list[str]) -> None:
     """Read a description of an atmosphere, its tables, and its code."""
-    from aomc_sky.formats.atmo.reader import read_atmo
-    from aomc_sky.source.atmospheres.medium import read_medium
+    from aomc_sky.skies.atmosphere.description.medium import read_medium
+    from aomc_sky.skies.atmosphere.description.reader import read_atmo
 
     read_medium(read_atmo(path, allow_paths=allow_paths))
 
@@ -110,7 +110,7 @@ def _read_toml(path: Path, lenient: bool, allow_paths: list[str], arguments: arg
     read = functools.partial(read_sky_toml, allow_paths=allow_paths)
     toml = _read_beside(path, read, lenient, with_target=False)
     if toml.background:
-        from aomc_sky.source.backgrounds.light import read_backgrounds
+        from aomc_sky.skies.lobes.light import read_backgrounds
 
         read_backgrounds(toml.background, str(path))
     if toml.atmosphere is not None:

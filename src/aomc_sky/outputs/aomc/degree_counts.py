@@ -10,10 +10,10 @@ import numpy as np
 
 from aomc_sky.component import Component, Law, beam_direction_deg, cells_of_grid
 from aomc_sky.directions import sin_cos_deg
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import AllocationError, ModelLimitWarning, SceneError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.sampling.allocation import AllocationMethod
-from aomc_sky.source.photon_source import PhotonSource
+from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands
 

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import AllocationError, InputWarning, SceneError
 from aomc_sky.formats.aomc.amc import AmcConfig, LightSource, read_amc, read_lambbot
 from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values, write_skydist
@@ -27,10 +28,9 @@ from aomc_sky.outputs.aomc.degree_counts import (
     wavelength_refusals,
 )
 from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.plan.sampling.allocation import AllocationMethod, allocate
 from aomc_sky.regular_file import open_regular
-from aomc_sky.sampling.allocation import AllocationMethod, allocate
 from aomc_sky.skies.tabulated import aomc_weight
-from aomc_sky.source.photon_source import PhotonSource
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands, midpoint_wavelength_index
 

@@ -18,8 +18,8 @@ import numpy as np
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError, UsageError
 from aomc_sky.outputs.shard import MANIFEST, PART, PLAN, TEMPORARY, is_run_file, is_temporary_file
+from aomc_sky.plan.plan import Plan
 from aomc_sky.regular_file import open_regular, regular_status
-from aomc_sky.source.plan.plan import Plan
 from aomc_sky.system import (
     EXCLUSIVE,
     HAS_LOCKS,

@@ -18,13 +18,13 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from aomc_sky.emission.photon_source import PhotonSource
+from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.errors import UsageError
 from aomc_sky.outputs.counts import COUNTS_FILES
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
 from aomc_sky.outputs.shard import BLOCK, PLAN, block_spans
 from aomc_sky.outputs.statistics import BlockSums, PhotonSums, photon_sums
-from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.source.photons import PhotonBatch
 from aomc_sky.system import n_cpus, write_at
 
 PHOTON_FORMATS = {

@@ -13,6 +13,8 @@ from typing import Any, BinaryIO, cast
 import numpy as np
 
 import aomc_sky
+from aomc_sky.emission.photon_source import PhotonSource
+from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, encode_header, plan_begin
 from aomc_sky.kernels.backend import announce_photons
@@ -20,10 +22,8 @@ from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.photons.files import ChunkPool, FileLayout, PhotonWriter
 from aomc_sky.outputs.statistics import batches
-from aomc_sky.sampling.allocation import AllocationMethod
-from aomc_sky.sampling.streams import STREAM_VERSION
-from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.source.photons import PhotonBatch
+from aomc_sky.plan.sampling.allocation import AllocationMethod
+from aomc_sky.plan.sampling.streams import STREAM_VERSION
 from aomc_sky.whole_number import as_number_of
 
 PHOTON = 22

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from aomc_sky.emission.photon_source import PhotonSource
+from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.errors import OutputError
 from aomc_sky.outputs.photons.files import FileLayout, PhotonWriter
-from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.source.photons import PhotonBatch
 
 HEAD_BYTES = 4096
 """Length of the head. Blocks of photons then begin on pages, so that two machines never write into one page."""

@@ -15,17 +15,17 @@ from typing import Any
 import numpy as np
 
 import aomc_sky
-from aomc_sky.atmosphere.backward import solve_paths
-from aomc_sky.atmosphere.medium import Medium, unlit
-from aomc_sky.atmosphere.optical_depth import vertical_optical_depth
-from aomc_sky.atmosphere.scattering_orders.diffuse import source_functions
 from aomc_sky.errors import ModelLimitWarning, UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values, write_skydist
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.tables.netcdf import EXTRA, Variable, grid_bounds, grid_coordinates, netcdf_bytes, variable
-from aomc_sky.skies.atmosphere import AtmosphereSky
+from aomc_sky.skies.atmosphere.backward import solve_paths
+from aomc_sky.skies.atmosphere.medium import Medium, unlit
+from aomc_sky.skies.atmosphere.model import AtmosphereSky
+from aomc_sky.skies.atmosphere.optical_depth import vertical_optical_depth
+from aomc_sky.skies.atmosphere.scattering_orders.diffuse import source_functions
 
 _RADIANCE = "W m-2 sr-1 nm-1"
 _IRRADIANCE = "W m-2 nm-1"

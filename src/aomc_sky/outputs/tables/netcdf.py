@@ -10,13 +10,13 @@ import numpy as np
 
 import aomc_sky
 from aomc_sky.component import Component, beam_direction_deg
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.shard import BLOCK
-from aomc_sky.source.photon_source import PhotonSource
 
 EXTRA = "netcdf"
 """The extra that installs xarray and h5netcdf."""

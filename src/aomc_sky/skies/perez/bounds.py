@@ -21,7 +21,7 @@ import numpy as np
 
 from aomc_sky.kernels.arithmetic.constants import TILT_STEP
 from aomc_sky.kernels.arithmetic.elementary import arc, exp_level, half_sine2, sin_cos
-from aomc_sky.kernels.perez.law import first_factor
+from aomc_sky.skies.perez.kernels.law import first_factor
 
 _QUARTER = 1.5707963267948966
 _LARGEST_TILT = 0.2

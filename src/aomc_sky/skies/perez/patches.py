@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.arithmetic.elementary import HALF_PI, exp_level, half_sine2, sin_cos
-from aomc_sky.kernels.perez.law import first_factor, second_factor
+from aomc_sky.skies.perez.kernels.law import first_factor, second_factor
 from aomc_sky.skies.quadrature import POINTS, Rule, Terms, at_points, cut, weighted_sum
 
 _SHARE = 1e-11

@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.atmosphere.medium import Medium
+from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.errors import InputWarning
 from aomc_sky.formats.aomc.amc import AmcConfig, DifcolTable, LambbotTable
-from aomc_sky.formats.atmo.reader import read_atmo
 from aomc_sky.formats.sky_toml.keys import GLOW_KEY, AtmosphereSection, moon_direction
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.atmosphere import AtmosphereSky
-from aomc_sky.source.atmospheres.medium import MediumReport, glow_of_luminance, moon_of_direction, read_medium
-from aomc_sky.source.irradiance import Irradiance
+from aomc_sky.skies.atmosphere.description.medium import MediumReport, glow_of_luminance, moon_of_direction, read_medium
+from aomc_sky.skies.atmosphere.description.reader import read_atmo
+from aomc_sky.skies.atmosphere.medium import Medium
+from aomc_sky.skies.atmosphere.model import AtmosphereSky
 from aomc_sky.source.light.inputs import DIFCOL, Sun
 from aomc_sky.source.scene import SceneDraft, photons_of_intensity, require_projected
 from aomc_sky.wavebands import Wavebands, nearest_wavelength_index

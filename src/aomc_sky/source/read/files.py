@@ -182,7 +182,7 @@ class _Reading:
         """The background skies that sky.toml names, at their times."""
         if toml is None or not toml.background:
             return ()
-        from aomc_sky.source.backgrounds.light import read_backgrounds
+        from aomc_sky.skies.lobes.light import read_backgrounds
 
         sections = toml.background
         self.paths |= {f"background_{k}": one.file for k, one in enumerate(sections, start=1)}

@@ -13,8 +13,8 @@ import numpy as np
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.aomc.amc import AmcConfig, LambbotTable
-from aomc_sky.sampling.allocation import MAX_PHOTONS
-from aomc_sky.source.photons import Footprint, FootprintShape
+from aomc_sky.plan.footprint import Footprint, FootprintShape
+from aomc_sky.plan.sampling.allocation import MAX_PHOTONS
 from aomc_sky.source.read.files import SceneFiles, read_scene_files
 from aomc_sky.source.scene import Scene, SceneDraft
 from aomc_sky.wavebands import Wavebands, absent_waveband
@@ -175,7 +175,7 @@ def _model_draft(
 ) -> tuple[SceneDraft, SkySection | None]:
     """A scene without a sky file, and the irradiances of sun and sky where a spectrum tells them."""
     if files.sky == "none":
-        from aomc_sky.source.backgrounds.absolute_units import night_draft
+        from aomc_sky.source.read.absolute_units import night_draft
 
         if not files.backgrounds:
             raise UsageError("sky 'none' leaves no light: sky.toml beside amc.inp has no [[background]]")
@@ -227,7 +227,7 @@ def _in_absolute_units(draft: SceneDraft, units: SkySection | None, files: Scene
         units = units or files.toml.sky
     if units is None:
         return draft
-    from aomc_sky.source.backgrounds.absolute_units import background_options, with_absolute_units
+    from aomc_sky.source.read.absolute_units import background_options, with_absolute_units
 
     draft = with_absolute_units(draft, units, files.backgrounds, bands, files.paths.get("sky_toml", ""))
     if not files.backgrounds:

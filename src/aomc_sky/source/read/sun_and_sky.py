@@ -15,7 +15,8 @@ from aomc_sky.component import Component, scaled
 from aomc_sky.errors import InputWarning, ModelLimitWarning, SceneError, UsageError
 from aomc_sky.formats.aomc.amc import AmcConfig, DifcolTable
 from aomc_sky.formats.sky_toml.keys import SPECTRL2, SkySection
-from aomc_sky.sampling.allocation import AllocationMethod
+from aomc_sky.plan.options import Order, Placement, SamplingOptions
+from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
 from aomc_sky.skies.model import sky_model
 from aomc_sky.source.light.inputs import (
@@ -29,7 +30,6 @@ from aomc_sky.source.light.inputs import (
     missing_inputs,
     model_inputs,
 )
-from aomc_sky.source.plan.options import Order, Placement, SamplingOptions
 from aomc_sky.source.read.files import FIELD, SceneFiles
 from aomc_sky.source.scene import SceneDraft, photons_of_intensity, require_projected
 

@@ -9,15 +9,15 @@ import numpy as np
 
 from aomc_sky.component import Component
 from aomc_sky.directions import sin_cos_deg
+from aomc_sky.emission.irradiance import Moments, cell_moments, mean_moments
 from aomc_sky.errors import InputFileError, InputWarning, Span, UsageError
 from aomc_sky.formats.aomc.amc import AmcConfig
 from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values
 from aomc_sky.formats.text_file import lines_at
 from aomc_sky.grid import PatchGrid
-from aomc_sky.sampling.allocation import AllocationMethod
+from aomc_sky.plan.options import Order, Placement, SamplingOptions
+from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting, aomc_weight
-from aomc_sky.source.irradiance import Moments, cell_moments, mean_moments
-from aomc_sky.source.plan.options import Order, Placement, SamplingOptions
 from aomc_sky.source.scene import SceneDraft
 from aomc_sky.wavebands import Wavebands, midpoint_wavelength_index
 

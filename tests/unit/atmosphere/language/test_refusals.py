@@ -11,9 +11,9 @@ import time
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.language.expressions import MAX_NESTING, MAX_VARIABLES
-from aomc_sky.atmosphere.language.lexer import MAX_BLOCK_BYTES, MAX_NODES
 from aomc_sky.errors import MAX_PROBLEMS_SHOWN, InputFileError
+from aomc_sky.skies.atmosphere.language.expressions import MAX_NESTING, MAX_VARIABLES
+from aomc_sky.skies.atmosphere.language.lexer import MAX_BLOCK_BYTES, MAX_NODES
 from tests.support.blocks import GIVEN, at, density_block, phase_block
 from tests.support.limits import MOST_CPU_S
 

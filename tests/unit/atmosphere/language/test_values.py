@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from aomc_sky.atmosphere.language.block import Block
 from aomc_sky.errors import InputFileError
+from aomc_sky.skies.atmosphere.language.block import Block
 from tests.support.blocks import GIVEN, WAVELENGTHS, at, density_block, phase_block, value_of
 
 

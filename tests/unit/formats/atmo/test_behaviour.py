@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning
-from aomc_sky.formats.atmo.data import AtmosphereDescription
-from aomc_sky.formats.atmo.reader import read_atmo
+from aomc_sky.skies.atmosphere.description.data import AtmosphereDescription
+from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from tests.support.shared import DATA, REPOSITORY, SHARED, needs_shared
 
 TABLE = SHARED / "atmosphere" / "description_parser_behaviour.csv"

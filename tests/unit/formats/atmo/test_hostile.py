@@ -24,7 +24,7 @@ limit = int(sys.argv[1])
 resource.setrlimit(resource.RLIMIT_CPU, (limit, limit))
 warnings.simplefilter("ignore")
 from aomc_sky.errors import AomcSkyError, InputFileError
-from aomc_sky.formats.atmo.reader import read_atmo
+from aomc_sky.skies.atmosphere.description.reader import read_atmo
 for path in sys.stdin.read().split("\\n"):
     try:
         read_atmo(path)
@@ -162,7 +162,7 @@ def test_the_limits_of_the_probe_bite() -> None:
 @pytest.mark.skipif(os.geteuid() == 0, reason="root reads everything")
 def test_a_table_without_permission_is_told(tmp_path: Path) -> None:
     from aomc_sky.errors import AomcSkyError
-    from aomc_sky.formats.atmo.reader import read_atmo
+    from aomc_sky.skies.atmosphere.description.reader import read_atmo
 
     (tmp_path / "t.csv").write_text("300,1\n900,1\n")
     (tmp_path / "t.csv").chmod(0)

@@ -11,9 +11,16 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from aomc_sky.errors import InputFileError, InputWarning
-from aomc_sky.formats.atmo.data import AtmosphereDescription, PhaseFunctionType
-from aomc_sky.formats.atmo.keys import ABSORBER_KEYS, DIRECTIVES, SCATTERER_DIRECTIVE, SCATTERER_KEYS, SIZES, TOP_KEYS
-from aomc_sky.formats.atmo.reader import read_atmo
+from aomc_sky.skies.atmosphere.description.data import AtmosphereDescription, PhaseFunctionType
+from aomc_sky.skies.atmosphere.description.keys import (
+    ABSORBER_KEYS,
+    DIRECTIVES,
+    SCATTERER_DIRECTIVE,
+    SCATTERER_KEYS,
+    SIZES,
+    TOP_KEYS,
+)
+from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from tests.support.shared import DATA, INPUTS, REPOSITORY
 
 GOOD = sorted((DATA / "atmo" / "good").glob("*.atmo"))

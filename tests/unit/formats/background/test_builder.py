@@ -9,7 +9,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.formats.background.data import ReferenceType, axis_quaternion
+from aomc_sky.skies.lobes.file.data import ReferenceType, axis_quaternion
 from aomc_sky.skies.lobes.lobe import rotation_matrix
 
 WAVELENGTH = [400.0, 550.0, 700.0]

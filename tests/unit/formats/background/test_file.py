@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning, OutputError, SceneError
-from aomc_sky.formats.background.data import (
+from aomc_sky.skies.lobes.file.data import (
     Animation,
     BackgroundFile,
     BackgroundInfo,
@@ -19,7 +19,7 @@ from aomc_sky.formats.background.data import (
     ReferenceType,
     normalised,
 )
-from aomc_sky.formats.background.file import read_background_file, write_background
+from aomc_sky.skies.lobes.file.file import read_background_file, write_background
 from tests.support.background import CURVES, LOBES, SAMPLES, lobe_dtype, plain_file
 from tests.support.shared import DATA
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning
-from aomc_sky.formats.background.file import read_background_file
+from aomc_sky.skies.lobes.file.file import read_background_file
 from tests.support.background import SAMPLES, plain_file
 from tests.support.limits import MOST_CPU_S
 

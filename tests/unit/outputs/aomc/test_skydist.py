@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 
 from aomc_sky import Component, DirectBeam, Law, PatchGrid, PerezSky, Scene, Wavebands, Weighting, read_scene
 from aomc_sky.component import cells_of_grid
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import AllocationError, SceneError
 from aomc_sky.outputs.aomc import skydist
 from aomc_sky.outputs.aomc.skydist import MOST_PHOTONS, AomcSky, aomc_sky, exact_radiances, write_aomc_folder
 from aomc_sky.outputs.folder.run_folder import RunFolder
-from aomc_sky.sampling.allocation import allocate
+from aomc_sky.plan.sampling.allocation import allocate
 from aomc_sky.skies.tabulated import TabulatedSky, aomc_weight
-from aomc_sky.source.photon_source import PhotonSource
 from tests.support.aomc_program import launched
 from tests.support.fortran import compile_reader, needs_gfortran
 from tests.support.shared import DATA, INPUTS

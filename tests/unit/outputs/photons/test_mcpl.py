@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
+from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.errors import OutputError, SceneError, UsageError
 from aomc_sky.formats.mcpl.header import runs_of, statistic
 from aomc_sky.outputs.photons import mcpl
 from aomc_sky.outputs.photons.mcpl import McplWriter, write_mcpl
-from aomc_sky.source.photons import PhotonBatch
 from tests.support.backend import photons_by
 from tests.support.mcpl import PARTICLE, oracle, parsed, written_by_libmcpl
 from tests.support.shared import INPUTS

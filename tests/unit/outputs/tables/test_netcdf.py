@@ -9,12 +9,12 @@ import pytest
 
 import aomc_sky
 from aomc_sky import DirectBeam, Footprint, Scene, TabulatedSky, UniformSky, Wavebands
+from aomc_sky.emission.irradiance import Irradiance
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import MissingExtraError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.tables.netcdf import plan_of_netcdf, to_xarray, write_netcdf
-from aomc_sky.source.irradiance import Irradiance
-from aomc_sky.source.photon_source import PhotonSource
-from aomc_sky.source.photons import FootprintShape
+from aomc_sky.plan.footprint import FootprintShape
 
 xarray = pytest.importorskip("xarray")
 pytest.importorskip("h5netcdf")

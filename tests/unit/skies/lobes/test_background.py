@@ -10,8 +10,8 @@ from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.lobes import functions as lobes
 from aomc_sky.skies.lobes.animation import LobeAnimation, Reference
 from aomc_sky.skies.lobes.background import BackgroundSky, Interpolation, background_at
+from aomc_sky.skies.lobes.light import read_background
 from aomc_sky.skies.lobes.lobe import slerp
-from aomc_sky.source.backgrounds.light import read_background
 from tests.support.background import plain_file
 from tests.support.shared import SHARED, needs_shared
 

@@ -9,8 +9,8 @@ import pytest
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.elementary import arc, exp_level
 from aomc_sky.kernels.jit import kernel
-from aomc_sky.kernels.perez.law import first_factor, second_factor
 from aomc_sky.skies.perez import functions as perez
+from aomc_sky.skies.perez.kernels.law import first_factor, second_factor
 from aomc_sky.skies.perez.patches import first_factor_zero, second_factor_zeros
 from aomc_sky.skies.perez.sky import PerezSky
 

@@ -14,15 +14,14 @@ import pytest
 import aomc_sky
 from aomc_sky.engine.atmosphere import TableRequest, prepare_table
 from aomc_sky.errors import InputFileError, InputWarning, SceneError, SourceText, UsageError
-from aomc_sky.formats.atmo.data import (
+from aomc_sky.formats.sky_toml.keys import MoonDirection
+from aomc_sky.skies.atmosphere.description.data import (
     AbsorberDescription,
     AtmosphereDescription,
     PhaseFunctionType,
     ScattererDescription,
 )
-from aomc_sky.formats.atmo.reader import read_atmo
-from aomc_sky.formats.sky_toml.keys import MoonDirection
-from aomc_sky.source.atmospheres.medium import (
+from aomc_sky.skies.atmosphere.description.medium import (
     NEGLIGIBLE_SHARE,
     MediumReport,
     glow_of_luminance,
@@ -30,7 +29,8 @@ from aomc_sky.source.atmospheres.medium import (
     read_medium,
     warn_of_outside,
 )
-from aomc_sky.source.atmospheres.solve import read_for_sun
+from aomc_sky.skies.atmosphere.description.reader import read_atmo
+from aomc_sky.source.read.solve import read_for_sun
 from tests.support import atmospheres
 from tests.support.atmospheres import molecules_only
 from tests.support.scenes import copy_scene

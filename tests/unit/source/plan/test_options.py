@@ -6,7 +6,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.cli.main import main
 from aomc_sky.errors import InputFileError, UsageError
-from aomc_sky.source.plan.plan import Plan
+from aomc_sky.plan.plan import Plan
 from tests.support.shared import INPUTS
 
 TOLD = "early builds of 0.1.0 are the last that have it"

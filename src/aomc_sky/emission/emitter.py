@@ -1,0 +1,226 @@
+"""From a plan to arrays of photons: which kernel makes them, and the tables it reads."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from functools import cached_property
+from typing import Any, TypeVar
+
+import numpy as np
+
+from aomc_sky.emission.band_tables import (
+    BandTable,
+    CellWords,
+    LobeTables,
+    PerezBounds,
+    Rings,
+    StreamWords,
+    lobe_offset_words,
+    on_cache_lines,
+)
+from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW, scratch_words
+from aomc_sky.kernels.backend import use_kernels
+from aomc_sky.plan.footprint import Footprint, FootprintShape
+from aomc_sky.plan.options import Placement
+from aomc_sky.plan.plan import Plan
+
+T = TypeVar("T")
+
+_CACHED_BANDS = 4
+_OUTPUTS = ("ux", "uy", "uz", "patch")
+
+
+class _BandCache:
+    """Something prepared for each of the last few bands, shared by threads."""
+
+    def __init__(self) -> None:
+        self._kept: dict[int, Any] = {}
+        self._lock = threading.Lock()
+
+    def get(self, band: int, prepare: Callable[[int], T]) -> T:
+        """Return what was prepared for a band, preparing it once."""
+        prepared = self._kept.get(band)
+        if prepared is None:
+            with self._lock:
+                prepared = self._kept.get(band)
+                if prepared is None:
+                    prepared = prepare(band)
+                    while len(self._kept) >= _CACHED_BANDS:
+                        self._kept.pop(next(iter(self._kept)))
+                    self._kept[band] = prepared
+        return prepared
+
+
+class _Scratch(threading.local):
+    """Memory that kernels work in, of each thread its own.
+
+    Whole vectors are computed on what earlier photons left behind the last one: so none has been of another precision.
+    """
+
+    def __init__(self) -> None:
+        self._words: dict[np.dtype, np.ndarray] = {}
+
+    def words(self, n: int, precision: np.dtype) -> np.ndarray:
+        """Memory of n words."""
+        words = self._words.get(precision)
+        if words is None or words.size != n:
+            words = self._words[precision] = on_cache_lines(np.zeros(n, np.uint64))
+        return words
+
+
+_scratch = _Scratch()
+
+
+class Emitter:
+    """Fills arrays with the photons of a plan; compiled kernels and plain numpy give the same bits."""
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self.dtype = np.dtype(plan.options["precision"])
+        shape, size_x, size_y = plan.options["footprint"]
+        self.footprint = Footprint(shape=FootprintShape(shape), size_x_m=size_x, size_y_m=size_y)
+        self._streams, self._kernels, self._finders, self._falls = (_BandCache() for _ in range(4))
+
+    @property
+    def has_positions(self) -> bool:
+        """Whether photons have a position."""
+        return self.footprint.shape is not FootprintShape.POINT
+
+    def fill(self, band: int, start: int, arrays: dict[str, Any]) -> None:
+        """Write the photons from `start` on into arrays `ux`, `uy`, `uz`, `patch` and, with a footprint, `x`, `y`.
+
+        Here and below `band` is a replicate band, and photons are counted from its first one; see `Plan`.
+        """
+        if use_kernels(arrays["ux"].size):
+            self.fill_compiled(band, start, arrays)
+        else:
+            self.fill_plain(band, start, arrays)
+
+    @cached_property
+    def _words(self) -> CellWords:
+        return CellWords.of(self.plan.arrays["cell"], self._rings.of_cell, self.dtype)
+
+    @cached_property
+    def _rings(self) -> Rings:
+        return Rings.of(self.plan.arrays)
+
+    @cached_property
+    def _luminance(self) -> PerezBounds | None:
+        is_centre = self.plan.options["placement"] == Placement.CENTRE.value
+        return None if is_centre else PerezBounds.of(self.plan.arrays)
+
+    @cached_property
+    def _lobes(self) -> LobeTables | None:
+        return LobeTables.of(self.plan.arrays)
+
+    @cached_property
+    def _cells(self) -> np.ndarray:
+        return np.asfortranarray(self.plan.arrays["cell"].astype(self.dtype))
+
+    def _lobe_steps(self, band: int) -> tuple[object, ...]:
+        """What the lobes of a band take their first trials from: the steps of the decision, `falls` with `paces`."""
+        lobes, cumulative = self._lobes, self.plan.arrays["cumulative"]
+        assert lobes is not None
+        prepare = lambda b: lobes.falls(cumulative[b], lobe_offset_words(self.plan, b, lobes.cell))  # noqa: E731
+        return self._stream(band).accept, self._falls.get(band, prepare)
+
+    def _stream(self, band: int) -> StreamWords:
+        return self._streams.get(band, lambda b: StreamWords.of(self.plan, b, self._rings))
+
+    def _tables(self, band: int) -> tuple[BandTable, tuple[object, ...], np.ndarray, Any, Any]:
+        """Of a band with photons: its table, how a rank finds its cell, the cells, and what Perez and lobes read."""
+        arrays, words, stream = self.plan.arrays, self._words, self._stream(band)
+        table = BandTable.of(arrays["cumulative"][band], arrays["law"], words, self._luminance, self._lobes)
+        search = (table.cumulative, table.guide, table.guide_shift, table.place)
+        perez = None if table.perez is None else (*table.perez, stream.accept)
+        lobes = None if table.lobes is None else (*table.lobes, *self._lobe_steps(band))
+        return table, search, words.with_turns(stream.turns), perez, lobes
+
+    def _kernel(self, band: int) -> tuple[str, tuple[object, ...]]:
+        """The name of the kernel that makes a band's photons, and its arguments after the outputs and the memory."""
+        stream = self._stream(band)
+        table, search, cells, perez, lobes = self._tables(band)
+        is_common = table.is_common and not stream.jitter and perez is None and lobes is None
+        if is_common and not stream.order_keys.size and table.has_long_runs:
+            parameters = (cells, cells.view(self.dtype), table.main)
+            return "emit_runs", (stream.shifts, stream.steps, *search, *parameters, table.cell_of_slot)
+        laws = (table.main, None if is_common else table.law, perez, lobes)
+        return "emit", (np.uint64(table.n), *stream.arguments(), *search, cells, *laws, table.cell_of_slot)
+
+    def n_photons(self, band: int) -> int:
+        """Photons launched in a band."""
+        return int(self.plan.arrays["cumulative"][band, -1])
+
+    @cached_property
+    def _n_scratch(self) -> int:
+        return scratch_words(0 if self._lobes is None else self._lobes.cell.size)
+
+    def host_arguments(self, band: int) -> tuple[str, tuple[object, ...]]:
+        """The name of the kernel of a band with photons, and the arguments in the block of `next`."""
+        name, arguments = self._kernel(band)
+        return name, arguments if name == "emit_runs" else (np.uint64(self._n_scratch), *arguments)
+
+    def photon_arguments(self, band: int) -> tuple[object, ...]:
+        """The arguments of `emission.kernels.hosts.sampler.photon_at` after the index, for a band with photons."""
+        from aomc_sky.kernels.cells.order import split_order
+
+        stream = self._stream(band)
+        table, search, cells, perez, lobes = self._tables(band)
+        order = None
+        if stream.order_keys.size:
+            order = tuple(np.array([table.n, *split_order(np.uint64(table.n)), *stream.order_keys], np.uint64))
+        _, *rest, jitter = stream.arguments()
+        ways = (True if table.main == way else None for way in (IN_MU, ANY_WIDTH, NARROW))
+        laws = (table.law if table.law.size else None, *ways, perez, lobes)
+        return order, *rest, True if jitter else None, *search, cells, cells.view(self.dtype), *laws
+
+    def fill_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
+        """As `fill`, by the compiled kernels."""
+        from aomc_sky.emission.kernels import emit
+
+        name, arguments = self._kernels.get(band, self._kernel)
+        memory = () if name == "emit_runs" else (_scratch.words(self._n_scratch, self.dtype),)
+        getattr(emit, name)(np.uint64(start), *(arrays[output] for output in _OUTPUTS), *memory, *arguments)
+        if self.has_positions:
+            self._fill_positions(self._stream(band), start, arrays)
+
+    def _fill_positions(self, stream: StreamWords, start: int, arrays: dict[str, Any]) -> None:
+        from aomc_sky.emission.kernels import emit
+
+        size_x, size_y = np.float64(self.footprint.size_x_m), np.float64(self.footprint.size_y_m)
+        photons = (np.uint64(start), arrays["x"], arrays["y"], stream.position_key, stream.band)
+        if self.footprint.shape is FootprintShape.CIRCLE:
+            emit.circle_positions(*photons, size_x / 2)
+        else:
+            emit.rectangle_positions(*photons, size_x, size_y)
+
+    def fill_plain(self, band: int, start: int, arrays: dict[str, Any]) -> None:
+        """As `fill`, in plain numpy."""
+        self._fill_ranks(band, start, arrays)
+        if self.has_positions:
+            from aomc_sky.emission.kernels import plain
+
+            is_circle = self.footprint.shape is FootprintShape.CIRCLE
+            sizes = (self.footprint.size_x_m, self.footprint.size_y_m)
+            plain.positions(is_circle, start, self._stream(band).position_key, band, *sizes, arrays["x"], arrays["y"])
+
+    def _fill_ranks(self, band: int, start: int, arrays: dict[str, Any]) -> None:
+        from aomc_sky.emission.kernels import plain
+        from aomc_sky.kernels.cells.order import slot_finder
+
+        cumulative, stream = self.plan.arrays["cumulative"][band], self._stream(band)
+        perez, lobes = self._luminance, self._lobes
+        plain.emit(  # type: ignore[call-arg]
+            start,
+            start + arrays["ux"].size,
+            int(cumulative[-1]),
+            *stream.arguments(),
+            self._finders.get(band, lambda b: slot_finder(self.plan.arrays["cumulative"][b])),
+            (self._rings.of_cell, stream.turns),
+            self._cells,
+            self.plan.arrays["law"],
+            None if perez is None else (perez.word, perez.bound, perez.sky, stream.accept),
+            None if lobes is None else (lobes.lobe, lobes.tables, *self._lobe_steps(band)),
+            *(arrays[name] for name in _OUTPUTS),
+        )

@@ -1,0 +1,185 @@
+"""A band's photons inside another code's own loop: jitted functions for numba, a C function for the rest."""
+
+from __future__ import annotations
+
+import threading
+import weakref
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.emission.emitter import Emitter
+from aomc_sky.errors import UsageError
+from aomc_sky.plan.plan import Plan
+
+try:
+    from aomc_sky.emission.kernels.hosts.next_photons import OPEN, JittedNext, compile_next, next_signature
+    from aomc_sky.emission.kernels.hosts.sampler import make_empty, make_fill, make_sample
+    from aomc_sky.kernels.arguments import fixed_block, typed, words_of
+    from aomc_sky.kernels.jit import is_off
+except (ImportError, AttributeError) as error:
+    raise UsageError(
+        f"hosts need a name that the installed numba does not have ({error}); take photons in batches, or install "
+        "numba 0.68"
+    ) from error
+
+_kept: list[Any] = []
+"""Tables that compiled code reads. Nobody can say when machine code is dropped, so they live as long as the process."""
+
+
+def _require_host(plan: Plan) -> None:
+    """Refuse where there is no compiler, and a plan of several randomisations."""
+    if is_off():
+        raise UsageError("hosts need numba's compiler; unset NUMBA_DISABLE_JIT, or take photons in batches")
+    if (replicates := plan.replicates) > 1:
+        raise UsageError(
+            f"a host takes the photons of one randomisation, and this source has replicates={replicates}; "
+            "make one source per seed with replicates=1"
+        )
+
+
+class _Block:
+    """Arguments of a kernel in memory that stays where it is."""
+
+    def __init__(self, n: int, arguments: tuple[object, ...]) -> None:
+        self.arguments = arguments
+        self.kinds = typed(arguments)
+        self.words = np.array([OPEN, n, *words_of(arguments)], dtype=np.uint64)
+
+    @property
+    def address(self) -> int:
+        """Where it stands."""
+        return int(self.words.ctypes.data)
+
+    def as_function(self) -> Any:
+        """A jitted function that gives the block; from here on it lives as long as the process."""
+        _kept.append((self.words, self.arguments))
+        return fixed_block(self.kinds, self.address)
+
+
+_lock = threading.Lock()
+_compiled: dict[tuple[str, object], JittedNext] = {}
+
+
+def _range_function(emitter: Emitter, band: int) -> tuple[_Block, JittedNext]:
+    """The block of a band and the C function for it, compiled once per process and set of types."""
+    n = emitter.n_photons(band)
+    kernel, arguments = emitter.host_arguments(band) if n else ("", ())
+    block = _Block(n, arguments)
+    signature = next_signature(block.kinds, emitter.dtype)
+    with _lock:
+        key = (kernel, signature)
+        if key not in _compiled:
+            _compiled[key] = JittedNext(compile_next(kernel, signature), signature)
+        return block, _compiled[key]
+
+
+class NumbaSampler:
+    """The photons of one band as functions that numba compiles into your own loop.
+
+    Take the functions out before the loop is compiled: ``sample = source.numba_sampler(0).sample``.
+    Each is compiled once per sampler, at its first use (about a second); its tables, up to a megabyte,
+    live as long as the process. A function that calls one is never cached on disk, because the
+    tables stand at an address of this process.
+
+    Attributes
+    ----------
+    band : int
+        Waveband. [0 to n_bands - 1]
+    n : int
+        Photons of the band.
+    precision : numpy.dtype
+        float32 or float64, that of the source.
+    """
+
+    def __init__(self, emitter: Emitter, band: int) -> None:
+        _require_host(emitter.plan)
+        self._emitter = emitter
+        self.band = band
+        self.n = emitter.n_photons(band)
+        self.precision = emitter.dtype
+
+    def __repr__(self) -> str:
+        return f"<NumbaSampler: band {self.band}, {self.n} photons, {self.precision}>"
+
+    @cached_property
+    def sample(self) -> Any:
+        """Jitted ``sample(i) -> (ux, uy, uz)``: the travel direction of photon i, as `PhotonSource.photons` gives it.
+
+        The index is an integer, 0 to n - 1; any other raises IndexError, a float or bool TypeError
+        when it is compiled. Random access, no state, no GIL.
+        """
+        if self.n == 0:
+            return make_empty(self.precision.type(0))
+        block = _Block(self.n, self._emitter.photon_arguments(self.band))
+        return make_sample(block.as_function(), self.n)
+
+    @cached_property
+    def fill(self) -> Any:
+        """Jitted ``fill(start, out) -> int``: write the directions of the photons from `start` on; return how many.
+
+        `out` is a C-contiguous array (3, n) of the source's precision, whose rows become ux, uy and uz;
+        another type is a typing error. Beyond the end of the band fewer photons come, and none from there on.
+        A negative `start` raises IndexError.
+        """
+        block, function = _range_function(self._emitter, self.band)
+        return make_fill(function, block.as_function(), self.precision)
+
+
+class CSource:
+    """The photons of one band as a C function and its context; the declarations stand in ``aomc_sky.h``.
+
+    ``int64_t next(void *context, int64_t start, int64_t n, float *ux, float *uy, float *uz)`` writes the travel
+    directions of the photons [start, start + n) of the band and returns how many: fewer at the end of the band,
+    0 from there on. A negative answer is an error (`AOMC_SKY_CLOSED` and others). It needs neither the GIL nor
+    a thread of Python, may run in any number of threads at once, and costs what `PhotonSource.photons` costs.
+    In a source of precision float64 the last three arguments are pointers to double.
+
+    The tables live as long as this object, which therefore must outlive the last call. It closes with `close`,
+    at the end of a ``with`` block, or when it is dropped; a later call returns `AOMC_SKY_CLOSED`, one that
+    is still running has undefined results.
+
+    Attributes
+    ----------
+    address, context : int
+        The function and its first argument, as addresses of this process.
+    band : int
+        Waveband. [0 to n_bands - 1]
+    n : int
+        Photons of the band.
+    precision : numpy.dtype
+        float32 or float64, that of the source.
+    """
+
+    def __init__(self, emitter: Emitter, band: int) -> None:
+        _require_host(emitter.plan)
+        self.band = band
+        self.n = emitter.n_photons(band)
+        self.precision = emitter.dtype
+        self._block, function = _range_function(emitter, band)
+        _kept.append(self._block.words)  # a few hundred bytes, so that a call after the end finds the word that says so
+        self.address = int(function.compiled.address)
+        self.context = self._block.address
+        self._finalizer = weakref.finalize(self, self._block.words.__setitem__, 0, 0)
+
+    def __repr__(self) -> str:
+        return (
+            f"<CSource: band {self.band}, {self.n} photons, {self.precision}, {'closed' if self.is_closed else 'open'}>"
+        )
+
+    def __enter__(self) -> CSource:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether `close` was called."""
+        return not self._finalizer.alive
+
+    def close(self) -> None:
+        """End the source and drop its tables; calls from now on return `AOMC_SKY_CLOSED`."""
+        self._finalizer()
+        self._block.arguments = ()

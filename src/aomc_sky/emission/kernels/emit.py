@@ -1,0 +1,425 @@
+"""Photon i of a band, for i in [start, stop): rank, slot, place in the cell, travel direction, position.
+
+A band is a table of *slots*: its cells with at least one photon, in order. Work goes in blocks that
+stay in the cache, one simple loop per step: simple loops vectorise, a fused one does not, and a
+vectorised table look-up (a gather) costs more than the scalar one on most processors.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aomc_sky.emission.kernels.plain import in_circle, in_rectangle
+from aomc_sky.kernels.arithmetic.constants import (
+    ANY_WIDTH,
+    BLOCK,
+    COLUMNS,
+    IN_MU,
+    NARROW,
+    ONE,
+    PARAMETER_COLUMN,
+    PEREZ_WORDS,
+    QUARTER,
+    SCRATCH_PHOTONS,
+    U64,
+    ZERO,
+)
+from aomc_sky.kernels.arithmetic.elementary import sincos_turned, sincos_turned_any, sincos_turned_narrow, unit
+from aomc_sky.kernels.arithmetic.prefetch import prefetch_to_read
+from aomc_sky.kernels.arithmetic.rng import philox_pair
+from aomc_sky.kernels.cells import laws
+from aomc_sky.kernels.cells.blocks import (
+    MAX_PHOTONS,
+    cell_of_photon,
+    cell_of_table,
+    cells_of_slots,
+    column,
+    copy_parameters,
+    fill_parameters,
+    ranks_of_block,
+    slot_of_rank,
+    split_place,
+    turn_of_photon,
+    turn_of_table,
+    word_like,
+)
+from aomc_sky.kernels.cells.laws import disc, disc_at_horizon_trial, from_mu, from_mu2
+from aomc_sky.kernels.formula import by_width, select
+from aomc_sky.kernels.jit import inlined_reader, inner_reader, reader, seen_as
+from aomc_sky.skies.lobes.kernels.cells import lobe_scratch, place_lobes, place_the_rest
+from aomc_sky.skies.perez.kernels.reject import (
+    accept_words,
+    gather_cell_words,
+    perez_scratch,
+    reject,
+    tilt_block,
+    tilted_by_rank,
+)
+
+_PARAMETERS = PARAMETER_COLUMN * SCRATCH_PHOTONS
+_OF_PEREZ = COLUMNS * SCRATCH_PHOTONS
+_OF_LOBES = _OF_PEREZ + PEREZ_WORDS
+_MANY = np.uint64(16)  # the formula of a disc takes for a whole block about as long as for one photon in 16, singly
+_FAR, _NEAR = np.uint64(48), np.uint64(24)  # so many photons ahead the guide and the ranks of slots are asked for
+_REST_OF_VECTOR = np.uint64(15)
+_WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFF0)
+
+
+def _slots_near(m, rank, cumulative, shift, place, slot, guide):
+    for j in range(m):
+        slot[j] = slot_of_rank(rank[j], cumulative, guide, shift)
+
+
+def _slots_far(m, rank, cumulative, shift, place, slot, guide):
+    last = m - ONE
+    for j in range(m):
+        prefetch_to_read(guide, U64(rank[min(j + _FAR, last)]) >> shift)
+        prefetch_to_read(cumulative, U64(guide[U64(rank[min(j + _NEAR, last)]) >> shift]))
+        s = slot_of_rank(rank[j], cumulative, guide, shift)
+        prefetch_to_read(place, s)
+        slot[j] = s
+
+
+#: Slots of the ranks of a block. Tables of 2^16 slots and more, whose guide has 32 bits, lie beyond the near caches:
+#: there the entries of the photons ahead are asked for, for the look-ups of one photon wait for each other.
+_slots_shuffled = by_width(_slots_far, _slots_near)
+
+
+@inner_reader
+def _parameters_shuffled(m, slot, place, words, scratch, like):
+    j = ZERO
+    while j < m:
+        head, tail = split_place(place[U64(slot[j])])
+        copy_parameters(scratch, j, words, head, tail, like)
+        if tail == ZERO:  # never: an exit keeps the compiler from turning this loop into slow gathers
+            break
+        j += ONE
+
+
+@inner_reader
+def _in_order(start, m, rank, cumulative, guide, guide_shift, slot, place, words, scratch, like):
+    """Ranks, slots and parameters of consecutive ranks: one run per slot."""
+    for j in range(m):
+        rank[j] = start + U64(j)
+    s = slot_of_rank(rank[0], cumulative, guide, guide_shift)
+    j = ZERO
+    while j < m:
+        end = min(m, U64(cumulative[s + ONE]) - start)
+        head, tail = split_place(place[s])
+        fill_parameters(scratch, j, end, words, head, tail, slot, s, like)
+        j = end
+        s += ONE
+
+
+@inner_reader
+def _places_by_rank(m, rank, shifts, steps, bits, u, v):
+    shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
+    for j in range(min(m, MAX_PHOTONS)):
+        r = U64(rank[j])
+        u[j] = unit(shift_u + r * step_u, u[j])
+        v[j] = unit(shift_v + r * step_v + turn_of_photon(bits, j), v[j])
+
+
+@inner_reader
+def _places_by_philox(m, rank, key, band, u, v):
+    for j in range(m):
+        a, b = philox_pair(key, U64(rank[j]), band, ZERO)
+        u[j] = unit(a, u[j])
+        v[j] = unit(b, v[j])
+
+
+def _cells(turned, place):
+    """The loop over a block for cells of one width and one law."""
+
+    def loop(m, p, u, v, ux, uy, uz):
+        for j in range(min(m, MAX_PHOTONS)):
+            h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
+            sine, cosine = turned(t0, t1, h3, v[j])
+            ux[j], uy[j], uz[j] = place(h0, h1, h2, u[j], sine, cosine)
+
+    return inner_reader(loop)
+
+
+def _cells_by_rank(turned):
+    """`_places_by_rank` and the loop of cells in mu^2 in one: the common case spares two arrays."""
+
+    def loop(m, p, rank, shifts, steps, bits, ux, uy, uz):
+        shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
+        for j in range(min(m, MAX_PHOTONS)):
+            r = U64(rank[j])
+            h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
+            u = unit(shift_u + r * step_u, h0)
+            v = unit(shift_v + r * step_v + turn_of_photon(bits, j), h0)
+            sine, cosine = turned(t0, t1, h3, v)
+            ux[j], uy[j], uz[j] = from_mu2(h0, h1, h2, u, sine, cosine)
+
+    return inner_reader(loop)
+
+
+_cells_mu2_quarter = _cells(sincos_turned, from_mu2)
+_cells_mu2_narrow = _cells(sincos_turned_narrow, from_mu2)
+_cells_mu2_any = _cells(sincos_turned_any, from_mu2)
+_cells_mu_any = _cells(sincos_turned_any, from_mu)
+_quarter_by_rank = _cells_by_rank(sincos_turned)
+_narrow_by_rank = _cells_by_rank(sincos_turned_narrow)
+
+
+@inner_reader
+def direction_of(code, of_cell, u, v, key, rank, band):
+    """Travel direction of one photon of any law but a lobe's, from the six parameters of its cell."""
+    h0, h1, h2, h3, t0, t1 = of_cell
+    if code == laws.DISC:
+        return disc(h0, h1, h2, h3, t0, t1, u, v)
+    if code == laws.DISC_AT_HORIZON:
+        trial = ZERO
+        hit, x, y, z = disc_at_horizon_trial(h0, h1, h2, h3, t0, t1, u, v)
+        while not hit:
+            trial += ONE
+            a, b = philox_pair(key, rank, band, trial)
+            hit, x, y, z = disc_at_horizon_trial(h0, h1, h2, h3, t0, t1, unit(a, u), unit(b, v))
+        return x, y, z
+    sine, cosine = sincos_turned_any(t0, t1, h3, v)
+    if code == laws.CELL_MU:
+        return from_mu(h0, h1, h2, u, sine, cosine)
+    return from_mu2(h0, h1, h2, u, sine, cosine)
+
+
+@inner_reader
+def _beside_main(m, main_law, slot, law, is_disc, chosen):
+    """Mark the photons of discs and choose all beside the main law; return how many there are of both."""
+    n_disc, n, j = ZERO, ZERO, ZERO
+    while j < m:  # no branch, which would be guessed wrongly too often
+        code = law[U64(slot[j])]
+        is_disc[j] = np.uint8(code == laws.DISC)
+        n_disc += U64(code == laws.DISC)
+        chosen[n] = j
+        n += U64(code != main_law)
+        j += ONE
+    return n_disc, n
+
+
+@inner_reader
+def _discs(m, p, is_disc, u, v, ux, uy, uz):
+    """Write the photons of discs over those of the main law; all go through the formula, so that it vectorises."""
+    for j in range(min(m, MAX_PHOTONS)):
+        h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
+        x, y, z = disc(h0, h1, h2, h3, t0, t1, u[j], v[j])
+        taken = is_disc[j] != np.uint8(0)
+        ux[j], uy[j], uz[j] = select(taken, x, ux[j]), select(taken, y, uy[j]), select(taken, z, uz[j])
+
+
+@inner_reader
+def _other_laws(m, main_law, slot, law, p, is_disc, chosen, rank, key, band, u, v, ux, uy, uz):
+    """Write the photons of slots of another law over those of the main law; lobes have their turn later."""
+    n_disc, n = _beside_main(m, main_law, slot, law, is_disc, chosen)
+    are_many = n_disc * _MANY > m
+    if are_many:
+        _discs(m, p, is_disc, u, v, ux, uy, uz)
+        if n == n_disc:
+            return
+    for k in range(n):
+        j = chosen[k]
+        code = law[U64(slot[j])]
+        if laws.HG <= code <= laws.BECKMANN or (are_many and code == laws.DISC):
+            continue
+        of_cell = cell_of_photon(p, j)
+        ux[j], uy[j], uz[j] = direction_of(code, of_cell, u[j], v[j], key, U64(rank[j]), band)
+
+
+@reader
+def emit(
+    start,
+    ux,
+    uy,
+    uz,
+    cell,
+    memory,
+    n,
+    order_keys,
+    shifts,
+    steps,
+    place_key,
+    band,
+    jitter,
+    cumulative,
+    guide,
+    guide_shift,
+    place,
+    words,
+    main,
+    law,
+    perez,
+    lobes,
+    cell_of_slot,
+):
+    """Write the photons [start, start + ux.size) of a band with n photons.
+
+    `memory` is scratch, `constants.scratch_words` words, zeros at first and of one precision alone: whole vectors are
+    computed on what stands behind the last photon, and thrown away.
+
+    What only chooses between loops is chosen at run time: `order_keys` empty leaves the photons in the order of the
+    cells; `jitter` not 0 takes the position in the cell from Philox instead of `shifts` + rank x `steps` (+ the ring's
+    turn for v); `main` is the way of most slots, one of `constants.NARROW` and those after it; `law` the law of each
+    slot (int8), empty where all go the main way; `cell_of_slot` (int32) is empty where slot = cell.
+
+    What needs code of its own is None where a scene has none of it, and numba leaves it out. `law` None is the common
+    case: all slots go the main way, NARROW or QUARTER, by rank, without Perez sky and lobes. `perez` is what
+    `perez.reject` reads, and the steps of its first trial; `lobes` holds the lobe of each slot (int32, -1 for none),
+    the tables of `lobes.law`, the steps of its first trial, and `falls` with `paces`.
+
+    Tables of the band: `cumulative` (n_slot + 3,), the ranks before each slot and two sentinels;
+    `guide`, the slot of every 2^guide_shift-th rank; `place`, one word per slot, whose
+    halves are the positions of its ring's and its column's parameters in `words` (see `cells.blocks`). Outputs have one
+    length and, for directions, one precision. Integers that count photons are uint64.
+    """
+    like = type(ux[0])(0)
+    rank = column(memory, U64(0), MAX_PHOTONS, type(cumulative[0])(0))
+    u = column(memory, U64(1), MAX_PHOTONS, like)
+    v = column(memory, U64(2), MAX_PHOTONS, like)
+    flag = column(memory, U64(3), MAX_PHOTONS, np.uint8(0))
+    chosen = column(memory, U64(7), MAX_PHOTONS, ZERO)
+    scratch = memory[_PARAMETERS:_OF_PEREZ]
+    p, bits = seen_as(scratch, like), seen_as(scratch, word_like(like))
+    if perez is not None:
+        word = column(memory, U64(4), MAX_PHOTONS, ZERO)
+        cell_word = column(memory, U64(5), MAX_PHOTONS, np.uint32(0))
+        jacobian = column(memory, U64(6), MAX_PHOTONS, like)
+        perez_memory = perez_scratch(memory[_OF_PEREZ:_OF_LOBES], flag, chosen, like)
+    if lobes is not None:
+        lobe_memory = lobe_scratch(memory[_OF_LOBES:], rank[0], lobes, like)
+        lobe_steps = (shifts, steps, lobes[2], lobes[3])
+    for lo in range(0, ux.size, BLOCK):
+        hi = min(lo + BLOCK, ux.size)
+        m = U64(hi - lo)
+        first = start + U64(lo)
+        x, y, z, slot = ux[lo:hi], uy[lo:hi], uz[lo:hi], cell[lo:hi]
+        if order_keys.size == 0:
+            _in_order(first, m, rank, cumulative, guide, guide_shift, slot, place, words, scratch, like)
+        else:
+            ranks_of_block(first, m, n, order_keys, rank)
+            _slots_shuffled(m, rank, cumulative, guide_shift, place, slot, guide)
+            _parameters_shuffled(m, slot, place, words, scratch, like)
+        if law is None:
+            if main == NARROW:
+                _narrow_by_rank(m, p, rank, shifts, steps, bits, x, y, z)
+            else:
+                _quarter_by_rank(m, p, rank, shifts, steps, bits, x, y, z)
+        else:
+            if perez is not None:
+                gather_cell_words(m, slot, perez[0], cell_word)
+            if jitter != ZERO:
+                _places_by_philox(m, rank, place_key, band, u, v)
+                if perez is not None:
+                    tilt_block(m, cell_word, u, v, jacobian)
+            elif perez is not None:
+                tilted_by_rank(m, rank, shifts, steps, bits, cell_word, u, v, jacobian)
+            else:
+                _places_by_rank(m, rank, shifts, steps, bits, u, v)
+            if main == NARROW:
+                _cells_mu2_narrow(m, p, u, v, x, y, z)
+            elif main == QUARTER:
+                _cells_mu2_quarter(m, p, u, v, x, y, z)
+            elif main == ANY_WIDTH:
+                _cells_mu2_any(m, p, u, v, x, y, z)
+            else:
+                _cells_mu_any(m, p, u, v, x, y, z)
+            if law.size > 0:
+                main_law = laws.CELL_MU if main == IN_MU else laws.CELL_MU2
+                _other_laws(m, main_law, slot, law, p, flag, chosen, rank, place_key, band, u, v, x, y, z)
+            if perez is not None:
+                accept_words(m, rank, perez[3], place_key, band, jitter, word)
+                reject(m, slot, rank, p, perez, place_key, band, word, cell_word, jacobian, perez_memory, x, y, z)
+            if lobes is not None:
+                place_lobes(U64(lo), m, slot, rank, lobes, lobe_steps, place_key, band, jitter, lobe_memory, ux, uy, uz)
+        if cell_of_slot.size > 0:
+            cells_of_slots(m, cell_of_slot, slot)
+    if lobes is not None:
+        place_the_rest(lobes, lobe_steps, place_key, band, jitter, lobe_memory, ux, uy, uz)
+
+
+@reader
+def emit_runs(
+    start,
+    ux,
+    uy,
+    uz,
+    cell,
+    shifts,
+    steps,
+    cumulative,
+    guide,
+    guide_shift,
+    place,
+    words,
+    values,
+    main,
+    cell_of_slot,
+):
+    """Write the photons of the ranks [start, start + ux.size) run by run: the parameters of a cell stay in registers.
+
+    The same photons as `emit` gives, 1.5 times as fast where cells hold many of them, for the common case: one law
+    uniform in mu^2, no cell wider than 90 degrees, positions by rank. Parameters are those of `emit`; `values` is the
+    table of words seen as floats of the outputs' precision.
+    """
+    n = U64(ux.size)
+    step_u, step_v = steps[0], steps[1]
+    base_u, base_v = shifts[0] + start * step_u, shifts[1] + start * step_v
+    s = slot_of_rank(start, cumulative, guide, guide_shift)
+    j = ZERO
+    while j < n:
+        end = min(n, U64(cumulative[s + ONE]) - start)
+        head, tail = split_place(place[s])
+        of_cell = cell_of_table(values, head, tail)
+        turned_v = base_v + turn_of_table(words, head, of_cell[0])
+        c = cell_of_slot[s] if cell_of_slot.size > 0 else np.int32(s)
+        # whole vectors: what is beyond the end of the run is written again by the next one
+        vectors = min(n, j + ((end - j + _REST_OF_VECTOR) & _WHOLE_VECTORS))
+        if main == NARROW:
+            _narrow_run(j, vectors, base_u, turned_v, step_u, step_v, of_cell, c, ux, uy, uz, cell)
+        else:
+            _quarter_run(j, vectors, base_u, turned_v, step_u, step_v, of_cell, c, ux, uy, uz, cell)
+        j = end
+        s += ONE
+
+
+@inlined_reader
+def _narrow_run(lo, hi, base_u, base_v, step_u, step_v, of_cell, c, ux, uy, uz, cell):
+    """The photons lo to hi - 1, of one cell."""
+    h0, h1, h2, half_width, t0, t1 = of_cell
+    bits_u, bits_v = base_u + lo * step_u, base_v + lo * step_v
+    for i in range(lo, hi):
+        sine, cosine = sincos_turned_narrow(t0, t1, half_width, unit(bits_v, h0))
+        ux[i], uy[i], uz[i] = from_mu2(h0, h1, h2, unit(bits_u, h0), sine, cosine)
+        cell[i] = c
+        bits_u += step_u  # a sum, for vectors of 64-bit products take longer
+        bits_v += step_v
+
+
+@inlined_reader
+def _quarter_run(lo, hi, base_u, base_v, step_u, step_v, of_cell, c, ux, uy, uz, cell):
+    """The same of a wider cell."""
+    h0, h1, h2, half_width, t0, t1 = of_cell
+    bits_u, bits_v = base_u + lo * step_u, base_v + lo * step_v
+    for i in range(lo, hi):
+        sine, cosine = sincos_turned(t0, t1, half_width, unit(bits_v, h0))
+        ux[i], uy[i], uz[i] = from_mu2(h0, h1, h2, unit(bits_u, h0), sine, cosine)
+        cell[i] = c
+        bits_u += step_u  # a sum, for vectors of 64-bit products take longer
+        bits_v += step_v
+
+
+@reader
+def circle_positions(start, x, y, key, band, radius):
+    """Uniform over a circle around the origin: r = radius sqrt(u); start and key uint64."""
+    for j in range(U64(x.size)):
+        a, b = philox_pair(key, start + j, band, ZERO)
+        u, v = unit(a, x[j]), unit(b, x[j])
+        x[j], y[j] = in_circle(u, v, radius)
+
+
+@reader
+def rectangle_positions(start, x, y, key, band, size_x, size_y):
+    """Uniform over a rectangle centred on the origin; start and key uint64."""
+    for j in range(U64(x.size)):
+        a, b = philox_pair(key, start + j, band, ZERO)
+        x[j], y[j] = in_rectangle(unit(a, x[j]), unit(b, x[j]), size_x, size_y)

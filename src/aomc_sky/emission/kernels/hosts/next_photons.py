@@ -1,0 +1,99 @@
+"""The C function that delivers a range of photons of a band: `emit` behind an address, for C, Fortran and `fill`."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import carray, from_dtype, types
+from numba.core.types import ExternalFunctionPointer
+
+from aomc_sky.emission.kernels.emit import emit, emit_runs
+from aomc_sky.kernels.arguments import Block, block_arguments, block_head, is_null
+from aomc_sky.kernels.arithmetic.constants import U64
+from aomc_sky.kernels.jit import c_function, inner
+
+CLOSED, BAD_START, BAD_COUNT, NO_ARRAY = -1, -2, -3, -4
+"""Answers that are no number of photons; they stand in include/aomc_sky.h too."""
+
+OPEN = np.uint64(0x736B79616F6D6331)
+"""First word of the block of an open source; the second is the number of photons."""
+
+_CHUNK = 16384  # the cells, which a host does not get, stay in the cache
+
+
+@inner
+def _photons_due(block, start, n, ux, uy, uz):
+    """How many photons a call delivers, or why none; 0 at the end of the band."""
+    if is_null(block):
+        return CLOSED
+    state, end = block_head(block)
+    if state != OPEN:
+        return CLOSED
+    if start < 0:
+        return BAD_START
+    if n < 0:
+        return BAD_COUNT
+    count = max(min(n, np.int64(end) - start), 0)
+    if count > 0 and (is_null(ux) or is_null(uy) or is_null(uz)):
+        return NO_ARRAY
+    return count
+
+
+def _next(block, start, n, ux, uy, uz):
+    count = _photons_due(block, start, n, ux, uy, uz)
+    if count <= 0:
+        return count
+    x, y, z = carray(ux, count), carray(uy, count), carray(uz, count)
+    cell = np.empty(min(count, _CHUNK), np.int32)
+    arguments = block_arguments(block)
+    memory = np.zeros(arguments[0], np.uint64)
+    for lo in range(0, count, _CHUNK):
+        hi = min(lo + _CHUNK, count)
+        emit(U64(start + lo), x[lo:hi], y[lo:hi], z[lo:hi], cell[: hi - lo], memory, *arguments[1:])
+    return count
+
+
+def _next_of_runs(block, start, n, ux, uy, uz):
+    count = _photons_due(block, start, n, ux, uy, uz)
+    if count <= 0:
+        return count
+    x, y, z = carray(ux, count), carray(uy, count), carray(uz, count)
+    cell = np.empty(min(count, _CHUNK), np.int32)
+    for lo in range(0, count, _CHUNK):
+        hi = min(lo + _CHUNK, count)
+        emit_runs(U64(start + lo), x[lo:hi], y[lo:hi], z[lo:hi], cell[: hi - lo], *block_arguments(block))
+    return count
+
+
+def _next_of_none(block, start, n, ux, uy, uz):
+    return _photons_due(block, start, n, ux, uy, uz)
+
+
+_NEXT_OF = {"": _next_of_none, "emit": _next, "emit_runs": _next_of_runs}
+
+
+def next_signature(kinds: Any, precision: np.dtype) -> Any:
+    """Numba's signature of `next` for arguments of these types and a precision."""
+    pointer = types.CPointer(from_dtype(precision))
+    return types.int64(Block(kinds), types.int64, types.int64, pointer, pointer, pointer)
+
+
+def compile_next(kernel: str, signature: Any) -> Any:
+    """Return the C function `next(block, start, n, ux, uy, uz)` over a kernel of the emission; "" has no photons.
+
+    The arguments in the block are the bound ones of the kernel; those of `emit` stand behind the words of its memory.
+    """
+    return c_function(_NEXT_OF[kernel], signature)
+
+
+def _address_of(function: JittedNext) -> int:
+    return int(function.compiled.address)
+
+
+class JittedNext:
+    """A compiled C function as jitted code calls it: by its address, without compiling it again."""
+
+    def __init__(self, compiled: Any, signature: Any) -> None:
+        self.compiled = compiled
+        self._numba_type_ = ExternalFunctionPointer(signature, get_pointer=_address_of)

@@ -1,0 +1,168 @@
+"""One photon at a time, for a transport code that asks by index; the same photons as `emit` makes in blocks."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numba import from_dtype, types
+from numba.extending import overload
+
+from aomc_sky.emission.kernels.emit import direction_of
+from aomc_sky.kernels.arguments import block_arguments
+from aomc_sky.kernels.arithmetic.constants import ACCEPT, ONE, U64, ZERO
+from aomc_sky.kernels.arithmetic.elementary import sincos_turned, sincos_turned_any, sincos_turned_narrow, unit
+from aomc_sky.kernels.arithmetic.rng import philox_pair
+from aomc_sky.kernels.cells.blocks import cell_of_table, rank_of_photon, slot_of_rank, split_place, turn_of_table
+from aomc_sky.kernels.cells.laws import from_mu, from_mu2
+from aomc_sky.kernels.jit import inlined, inner, shared, shared_inlined
+from aomc_sky.skies.lobes.kernels.cells import NO_NUMBER, lobe_at, number_by_rank
+from aomc_sky.skies.lobes.kernels.law import decision_by_rank
+from aomc_sky.skies.perez.kernels.cells import is_rejected, is_taken_at_once, tilted
+from aomc_sky.skies.perez.kernels.reject import further_trials
+
+
+@inner
+def _main_law(h0, h1, h2, h3, t0, t1, u, v, main_in_mu, main_is_mixed, is_narrow):
+    if main_in_mu is not None:
+        sine, cosine = sincos_turned_any(t0, t1, h3, v)
+        return from_mu(h0, h1, h2, u, sine, cosine)
+    if main_is_mixed is not None:
+        sine, cosine = sincos_turned_any(t0, t1, h3, v)
+    elif is_narrow is not None:
+        sine, cosine = sincos_turned_narrow(t0, t1, h3, v)
+    else:
+        sine, cosine = sincos_turned(t0, t1, h3, v)
+    return from_mu2(h0, h1, h2, u, sine, cosine)
+
+
+@inner
+def _decision_word(rank, steps, key, band, jitter):
+    """The word that decides trial 0 of a rejection."""
+    if jitter is None:
+        return steps[0] + rank * steps[1]
+    word, _ = philox_pair(key, rank, band, ACCEPT)
+    return word
+
+
+@inner
+def _taken_or_replaced(x, y, z, jacobian, slot, rank, h0, h1, h2, h3, t0, t1, perez, key, band, jitter):
+    """What `perez.reject` does to a block, for one photon."""
+    word_of_slot, bound, sky, steps = perez
+    word = _decision_word(rank, steps, key, band, jitter)
+    cell_word = word_of_slot[slot]
+    if is_taken_at_once(word, cell_word) or not is_rejected(x, y, z, jacobian, word, bound[slot], sky):
+        return x, y, z
+    return further_trials(ONE, x, y, z, rank, h0, h1, h2, h3, t0, t1, cell_word, bound[slot], sky, key, band)
+
+
+@inlined
+def photon_at(
+    i,
+    order,
+    shifts,
+    steps,
+    key,
+    band,
+    jitter,
+    cumulative,
+    guide,
+    guide_shift,
+    place,
+    words,
+    values,
+    law,
+    main_in_mu,
+    main_is_mixed,
+    is_narrow,
+    perez,
+    lobes,
+):
+    """Return the travel direction of photon i (uint64) of a band.
+
+    Parameters are those of `emit`, but for `order`, None or what `rank_of_photon` wants; `values` is the table of
+    words seen as floats of the wanted precision.
+    """
+    if order is None:
+        rank = i
+    else:
+        rank = rank_of_photon(i, order)
+    slot = slot_of_rank(rank, cumulative, guide, guide_shift)
+    head, tail = split_place(place[slot])
+    h0, h1, h2, h3, t0, t1 = cell_of_table(values, head, tail)
+    if jitter is None:
+        a, b = shifts[0] + rank * steps[0], shifts[1] + rank * steps[1]
+        u, v = unit(a, h0), unit(b + turn_of_table(words, head, h0), h0)
+    else:
+        a, b = philox_pair(key, rank, band, ZERO)
+        u, v = unit(a, h0), unit(b, h0)
+    if perez is not None:
+        u, v, jacobian = tilted(u, v, perez[0][slot])
+    if law is None:
+        x, y, z = _main_law(h0, h1, h2, h3, t0, t1, u, v, main_in_mu, main_is_mixed, is_narrow)
+    else:
+        x, y, z = direction_of(law[slot], (h0, h1, h2, h3, t0, t1), u, v, key, rank, band)
+    if perez is not None:
+        x, y, z = _taken_or_replaced(x, y, z, jacobian, slot, rank, h0, h1, h2, h3, t0, t1, perez, key, band, jitter)
+    if lobes is not None and lobes[0][slot] >= 0:
+        if jitter is None:
+            number, accept = number_by_rank(lobes[0][slot], rank, lobes[3]), lobes[2]
+            word = decision_by_rank(rank, accept[0], accept[1], accept[2])
+        else:
+            number = NO_NUMBER
+            word, _ = philox_pair(key, rank, band, ACCEPT)
+        lx, ly, lz = lobe_at(lobes[0][slot], lobes[1], ZERO, number, a, b, word, key, rank, band)
+        x, y, z = type(h0)(lx), type(h0)(ly), type(h0)(lz)
+    return x, y, z
+
+
+def _index(i: Any) -> Any:
+    """The index of a photon as uint64, for compiled code; numbers that are no integers do not compile."""
+
+
+@overload(_index)
+def _compiled_index(i):
+    if not isinstance(i, types.Integer):
+        raise TypeError(f"the index of a photon is an integer, got {i}")
+    return lambda i: U64(i)  # noqa: PLW0108  numba wants a function
+
+
+def make_sample(block: Any, n: int) -> Any:
+    """Return the jitted `sample(i)` of a band with n photons; `block` gives the arguments of `photon_at`."""
+    end = np.uint64(n)
+
+    @shared_inlined
+    def sample(i):
+        if _index(i) >= end:
+            raise IndexError("photon index outside the band")
+        return photon_at(_index(i), *block_arguments(block()))
+
+    return sample
+
+
+def make_fill(next_photons: Any, block: Any, precision: np.dtype) -> Any:
+    """Return the jitted `fill(start, out)` of a band; `next_photons` is the C function for its block."""
+
+    @shared
+    def fill(start, out):
+        if start < 0:
+            raise IndexError("the first photon has index 0")
+        if out.shape[0] != 3:
+            raise ValueError("out must have the shape (3, n)")
+        return next_photons(block(), start, out.shape[1], out[0].ctypes, out[1].ctypes, out[2].ctypes)
+
+    fill.compile((types.int64, types.Array(from_dtype(precision), 2, "C")))
+    fill.disable_compile()  # the tables are read in this precision alone
+    return fill
+
+
+def make_empty(zero: Any) -> Any:
+    """Return `sample` of a band without photons; `zero` has the wanted precision."""
+
+    @shared
+    def sample(i):
+        if _index(i) >= ZERO:
+            raise IndexError("photon index outside the band")
+        return zero, zero, zero
+
+    return sample

@@ -1,0 +1,315 @@
+"""The photon source: random access to every photon of a plan, without state."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from aomc_sky.component import Component, Law
+from aomc_sky.emission.emitter import Emitter
+from aomc_sky.emission.irradiance import Moments, cell_moments, mean_moments
+from aomc_sky.emission.photons import Arrays, PhotonBatch, batch_arrays, first_entries
+from aomc_sky.float_mode import in_default_mode, require_default
+from aomc_sky.grid import PatchGrid
+from aomc_sky.plan.footprint import Footprint
+from aomc_sky.plan.plan import Plan
+from aomc_sky.whole_number import as_index
+
+if TYPE_CHECKING:
+    from aomc_sky.emission.host import CSource, NumbaSampler
+
+
+class PhotonSource:
+    """Photon i of a band as a pure function of (plan, band, i).
+
+    Parameters
+    ----------
+    plan : Plan
+        The settled run, from `Scene.source` or from a run folder's plan.npz.
+
+    Notes
+    -----
+    Any range, in any order, on any thread or machine gives the same bits. Instances hold no state
+    besides caches, can be pickled, and may be shared between threads.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        plan.check()
+        self.plan = plan
+        self._n_bands, self._replicates = plan.n_bands, plan.replicates
+        self._emitter = Emitter(plan)
+
+    @classmethod
+    @in_default_mode
+    def from_plan(cls, plan: Plan) -> PhotonSource:
+        """Rebuild the source from a plan alone.
+
+        Raises
+        ------
+        InputFileError
+            E952 to E955: no photons can be made from such a plan.
+        """
+        return cls(plan)
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {"plan": self.plan}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__(state["plan"])  # type: ignore[misc]
+
+    def __repr__(self) -> str:
+        return f"<PhotonSource: {self.n_bands} bands, {self.plan.n_cells} cells, {self.total} photons>"
+
+    @property
+    def n_bands(self) -> int:
+        """Number of wavebands."""
+        return self._n_bands
+
+    @property
+    def counts(self) -> np.ndarray:
+        """Photons of each cell, int64, shape (n_band, n_cell), cells of all components in order."""
+        counts = np.diff(self.plan.arrays["cumulative"], axis=1)
+        return counts.reshape(self.replicates, self.n_bands, -1).sum(axis=0) if self.replicates > 1 else counts
+
+    def n_photons(self, band: int) -> int:
+        """Photons launched in a band."""
+        return int(self._first[self._band(band), -1])
+
+    @property
+    def replicates(self) -> int:
+        """Independent randomisations that share the photons of each band, one after the other."""
+        return self._replicates
+
+    def replicate_range(self, band: int, replicate: int) -> tuple[int, int]:
+        """Photons [start, stop) of a band that make one replicate.
+
+        Parameters
+        ----------
+        band : int
+            Waveband. [0 to n_bands - 1]
+        replicate : int
+            Its number. [0 to replicates - 1]
+        """
+        replicate = _integer(replicate, "replicate")
+        if not 0 <= replicate < self.replicates:
+            raise IndexError(f"replicate {replicate} does not exist; they run from 0 to {self.replicates - 1}")
+        first = self._first[self._band(band)]
+        return int(first[replicate]), int(first[replicate + 1])
+
+    def replicate_counts(self, band: int) -> np.ndarray:
+        """Photons of each cell in each replicate of a band, int64, shape (replicates, n_cell)."""
+        return np.diff(self.plan.arrays["cumulative"][self._band(band) :: self.n_bands], axis=1)
+
+    def replicate_parts(self, band: int, start: int, stop: int) -> list[tuple[int, int, int]]:
+        """Split photons [start, stop) of a band where replicates begin.
+
+        Returns
+        -------
+        list of (replicate, start, stop)
+            Indices of photons in the band; empty parts are left out.
+        """
+        start, stop = _integer(start, "start"), _integer(stop, "stop")
+        if self.replicates == 1:
+            return [(0, start, stop)] if stop > start else []
+        first = self._first[self._band(band)]
+        inner = range(int(np.searchsorted(first, start, "right")) - 1, int(np.searchsorted(first, stop, "left")))
+        return [(r, max(start, int(first[r])), min(stop, int(first[r + 1]))) for r in inner if stop > start]
+
+    @property
+    def total(self) -> int:
+        """Photons launched in all bands."""
+        return sum(self._first[:, -1].tolist())
+
+    def irradiance(self, band: int = 0) -> dict[str, float] | None:
+        """Irradiance of each component on a horizontal plane, by name. [W m-2 nm-1; None where it is not known]"""
+        absolute = self.plan.arrays.get("irradiance_W_m2_nm")
+        if absolute is None:
+            return None
+        return dict(zip(self.plan.component_names, absolute[self._band(band)].tolist(), strict=True))
+
+    def horizon_loss(self, band: int = 0) -> float:
+        """Of the light of the lobes the share from below the horizon, which sends no photons. [0 to 1]"""
+        loss = self.plan.arrays.get("horizon_loss")
+        return 0.0 if loss is None else float(loss[self._band(band)])
+
+    @property
+    def components(self) -> tuple[Component, ...]:
+        """Components in the order of their cells; strengths and masses share the sum 1 of each row."""
+        plan, start = self.plan, self.plan.arrays["component_start"]
+        parts = []
+        for k, name in enumerate(plan.component_names):
+            cells = slice(int(start[k]), int(start[k + 1]))
+            mass = plan.arrays["mass"][:, cells]
+            law = Law(int(plan.arrays["law"][cells.start]))
+            cell = plan.arrays["cell"][cells]
+            parts.append(
+                Component(
+                    name=name,
+                    law=law,
+                    strength=mass.sum(axis=1),
+                    mass=mass,
+                    cell=cell,
+                    grid=plan.grid_of(k),
+                    shared=plan.arrays.get(f"shared_{k}"),
+                    bounds=plan.arrays.get(f"bounds_{k}"),
+                )
+            )
+        return tuple(parts)
+
+    @property
+    def grid(self) -> PatchGrid | None:
+        """Patches of the first component that has any."""
+        grids = (self.plan.grid_of(k) for k in range(len(self.plan.component_names)))
+        return next((grid for grid in grids if grid is not None), None)
+
+    @property
+    def dtype(self) -> np.dtype:
+        """Precision of directions, positions and weights."""
+        return self._emitter.dtype
+
+    @property
+    def footprint(self) -> Footprint:
+        """Where photons enter the surface."""
+        return self._emitter.footprint
+
+    @property
+    def has_positions(self) -> bool:
+        """Whether batches carry x and y."""
+        return self._emitter.has_positions
+
+    @property
+    def has_weights(self) -> bool:
+        """Whether batches carry weights."""
+        return self.plan.arrays["weight"].size > 0
+
+    def mass(self, band: int) -> np.ndarray:
+        """Probability of each cell, float64, shape (n_cell,), sum 1."""
+        return self.plan.arrays["mass"][self.plan.arrays["row_of_band"][self._band(band)]]
+
+    def expected(self, band: int) -> np.ndarray:
+        """Requested photons x probability of each cell, float64, shape (n_cell,)."""
+        return float(self.plan.arrays["requested"][self._band(band)]) * self.mass(band)
+
+    @in_default_mode
+    def exact_moments(self, band: int) -> Moments:
+        """Exact means of mu and 1/mu of a band's photons, from the masses."""
+        return mean_moments(self.mass(band), *self._cell_moments)
+
+    @cached_property
+    def _cell_moments(self) -> tuple[np.ndarray, np.ndarray]:
+        return cell_moments(self.components)
+
+    @cached_property
+    def _first(self) -> np.ndarray:
+        """First photon of each replicate in its band, and the band's photons last, (n_band, replicates + 1)."""
+        launched = self.plan.arrays["cumulative"][:, -1].reshape(self.replicates, self.n_bands)
+        return np.vstack([np.zeros_like(launched[:1]), np.cumsum(launched, axis=0)]).T
+
+    @cached_property
+    def _weight(self) -> np.ndarray:
+        return self.plan.arrays["weight"].astype(self.dtype)
+
+    def _band(self, band: int) -> int:
+        band = _integer(band, "band")
+        if not 0 <= band < self.n_bands:
+            raise IndexError(f"band {band} does not exist; bands run from 0 to {self.n_bands - 1}")
+        return band
+
+    def photons(
+        self, band: int = 0, start: int = 0, stop: int | None = None, *, out: PhotonBatch | None = None
+    ) -> PhotonBatch:
+        """Emit the photons [start, stop) of a band.
+
+        Parameters
+        ----------
+        band : int
+            Waveband. [0 to n_bands - 1]
+        start, stop : int
+            Range of photon indices; None is the end. [0 <= start <= stop <= n_photons(band)]
+        out : PhotonBatch, optional
+            Its arrays are filled and used by the result; at least stop - start entries each.
+
+        Returns
+        -------
+        PhotonBatch
+            Fresh arrays unless `out` is given. Directions have unit length within 3e-7 (float32) or
+            6e-16 (float64).
+
+        Raises
+        ------
+        IndexError
+            A band or photons that do not exist.
+        UsageError
+            A band, start or stop that is no whole number: a boolean, a float, text.
+        """
+        band = self._band(band)
+        n = int(self._first[band, -1])
+        start, stop = _integer(start, "start"), n if stop is None else _integer(stop, "stop")
+        if not 0 <= start <= stop <= n:
+            raise IndexError(f"photons {start} to {stop} do not exist; band {band} has photons 0 to {n}")
+        return self._filled(band, start, self._arrays(stop - start, out))
+
+    def batches(self, band: int = 0, size: int = 65_536, out: PhotonBatch | None = None) -> Iterator[PhotonBatch]:
+        """Yield all photons of a band in batches of `size`, the last one shorter; see `photons`."""
+        band, size = self._band(band), _integer(size, "size")
+        if size < 1:
+            raise ValueError(f"size must be at least 1, got {size}")
+        n = self.n_photons(band)
+        reused = None if out is None else self._arrays(min(size, n), out)
+        for start in range(0, n, size):
+            length = min(size, n - start)
+            arrays = self._arrays(length, None) if reused is None else first_entries(reused, length)
+            yield self._filled(band, start, arrays)
+
+    def numba_sampler(self, band: int = 0) -> NumbaSampler:
+        """Return the photons of a band as jitted functions for your own `@njit` loop; see `NumbaSampler`."""
+        from aomc_sky.emission.host import NumbaSampler
+
+        require_default("a sampler inside a numba loop")
+        return NumbaSampler(self._emitter, self._band(band))
+
+    def c_source(self, band: int = 0) -> CSource:
+        """Return the photons of a band as a C function and its context, for codes in C or Fortran; see `CSource`."""
+        from aomc_sky.emission.host import CSource
+
+        require_default("a source called from C")
+        return CSource(self._emitter, self._band(band))
+
+    def _arrays(self, n: int, out: PhotonBatch | None) -> Arrays:
+        return batch_arrays(n, self.dtype, out, with_positions=self.has_positions, with_weights=self.has_weights)
+
+    @in_default_mode
+    def _filled(self, band: int, start: int, arrays: Arrays) -> PhotonBatch:
+        """The photons from `start` on, as many as the arrays hold."""
+        if arrays["ux"].size:
+            self._emit(band, start, arrays)
+            if self.has_weights:
+                self._weigh(band, arrays)
+        wavelength = float(self.plan.arrays["wavelength_nm"][band])
+        return PhotonBatch(**arrays, band=band, start=start, wavelength_nm=wavelength)
+
+    def _emit(self, band: int, start: int, arrays: Arrays) -> None:
+        if self.replicates == 1:
+            self._emitter.fill(band, start, arrays)
+            return
+        for replicate, begin, end in self.replicate_parts(band, start, start + arrays["ux"].size):
+            part = slice(begin - start, end - start)
+            views = {name: None if array is None else array[part] for name, array in arrays.items()}
+            self._emitter.fill(replicate * self.n_bands + band, begin - self.replicate_range(band, replicate)[0], views)
+
+    def _weigh(self, band: int, arrays: dict[str, Any]) -> None:
+        row = self.plan.arrays["row_of_band"][band]
+        weight = arrays["weight"]
+        np.take(self._weight[row], arrays["patch"], out=weight)
+        law = self.plan.arrays["law"]
+        if np.any(law == Law.CELL_MU):
+            in_mu = (law == Law.CELL_MU)[arrays["patch"]]
+            np.multiply(weight, -arrays["uz"], out=weight, where=in_mu)
+
+
+def _integer(value: Any, name: str) -> int:
+    """As `as_index`; Python's own integers need no look, and whoever asks photon by photon asks three times."""
+    return value if type(value) is int else as_index(value, name)

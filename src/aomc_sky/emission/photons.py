@@ -1,0 +1,97 @@
+"""A batch of photons: a struct of arrays, and how a caller's arrays are reused."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+Arrays = dict[str, Any]
+"""Arrays of a batch by name; None for those that it does not have."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PhotonBatch:
+    """Photons [start, start + n) of one waveband.
+
+    Parameters
+    ----------
+    ux, uy, uz : ndarray, float32 or float64, shape (n,)
+        Travel direction, unit vector, z up: uz < 0.
+    patch : ndarray, int32, shape (n,)
+        Cell of the photon: index into a row of `PhotonSource.counts`.
+    band : int
+        Waveband. [0 to n_bands - 1]
+    start : int
+        Index of the first photon in its band.
+    wavelength_nm : float
+        Wavelength of the band. [nm]
+    x, y : ndarray, precision of ux, shape (n,), or None
+        Position at the surface where the scene has a footprint. [m]
+    weight : ndarray, precision of ux, shape (n,), or None
+        Statistical weight, mean 1, where weights differ and were asked for.
+    """
+
+    ux: np.ndarray
+    uy: np.ndarray
+    uz: np.ndarray
+    patch: np.ndarray
+    band: int
+    start: int
+    wavelength_nm: float
+    x: np.ndarray | None = None
+    y: np.ndarray | None = None
+    weight: np.ndarray | None = None
+
+    def __len__(self) -> int:
+        return int(self.ux.size)
+
+    @property
+    def directions(self) -> np.ndarray:
+        """Travel directions as one new array, shape (n, 3)."""
+        return np.stack([self.ux, self.uy, self.uz], axis=-1)
+
+    @property
+    def positions(self) -> np.ndarray | None:
+        """Positions as one new array, shape (n, 2), or None. [m]"""
+        return None if self.x is None or self.y is None else np.stack([self.x, self.y], axis=-1)
+
+
+_NAMES = ("ux", "uy", "uz", "patch", "x", "y", "weight")
+_CELL = np.dtype(np.int32)
+
+
+def batch_arrays(
+    n: int, dtype: np.dtype, out: PhotonBatch | None, *, with_positions: bool, with_weights: bool
+) -> Arrays:
+    """Arrays of length n for a batch: new ones, or the first n entries of those of `out`.
+
+    ValueError: the arrays of `out` are too short, of another type, not contiguous, read-only, or overlap.
+    """
+    position, weight = dtype if with_positions else None, dtype if with_weights else None
+    expected = (dtype, dtype, dtype, _CELL, position, position, weight)
+    if out is None:
+        return {name: None if kind is None else np.empty(n, kind) for name, kind in zip(_NAMES, expected, strict=True)}
+    arrays: Arrays = dict.fromkeys(_NAMES)
+    present: list[np.ndarray] = []
+    for name, kind in zip(_NAMES, expected, strict=True):
+        if kind is None:
+            continue
+        array = getattr(out, name)
+        fits = isinstance(array, np.ndarray) and array.dtype == kind and array.ndim == 1 and array.size >= n
+        if not fits or not (flags := array.flags).c_contiguous or not flags.writeable:
+            raise ValueError(f"out.{name} must be a writable contiguous {kind} array of at least {n} entries")
+        arrays[name] = array = array[:n]
+        for other in present:  # a loop, for every thread waits while another one looks
+            if np.may_share_memory(array, other):
+                raise ValueError("the arrays of out overlap; every array needs memory of its own")
+        present.append(array)
+    return arrays
+
+
+def first_entries(arrays: Arrays, n: int) -> Arrays:
+    """Return the first n entries of every array."""
+    if arrays["ux"].size == n:
+        return arrays
+    return {name: None if array is None else array[:n] for name, array in arrays.items()}

@@ -1,0 +1,42 @@
+"""The area of the surface that photons enter."""
+
+from __future__ import annotations
+
+import enum
+import math
+from dataclasses import dataclass
+
+from aomc_sky.errors import SceneError
+
+
+class FootprintShape(enum.Enum):
+    """Point, circle or rectangle, centred on the origin."""
+
+    POINT = "point"
+    CIRCLE = "circle"
+    RECTANGLE = "rectangle"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Footprint:
+    """Shape and size of the entry area.
+
+    Parameters
+    ----------
+    shape : FootprintShape
+        Which shape.
+    size_x_m, size_y_m : float
+        Diameter of a circle (both), sides of a rectangle, 0 for a point. [m]
+    """
+
+    shape: FootprintShape = FootprintShape.POINT
+    size_x_m: float = 0.0
+    size_y_m: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "shape", FootprintShape(self.shape))
+        sizes = (self.size_x_m, self.size_y_m)
+        if not all(math.isfinite(size) and size >= 0 for size in sizes):
+            raise SceneError(f"the sizes of a footprint must be finite and not negative, got {sizes}")
+        if self.shape is FootprintShape.CIRCLE and self.size_x_m != self.size_y_m:
+            raise SceneError(f"a circle has one diameter, got {sizes}")

@@ -1,0 +1,142 @@
+"""How a scene is sampled: the choices of one run, resolved from the scene's preset and the caller."""
+
+from __future__ import annotations
+
+import enum
+from dataclasses import dataclass
+
+from aomc_sky.errors import UsageError
+from aomc_sky.plan.sampling.allocation import AllocationMethod
+from aomc_sky.whole_number import as_index_within
+
+MAX_REPLICATES = 4096
+"""More make no error bar better: one of so many is itself known to 1.1 %."""
+
+
+WITHDRAWN_METHOD = "sobol"
+"""Names are part of the keys of random streams, so no other method may take this one."""
+
+WITHDRAWN = f"method {WITHDRAWN_METHOD!r} was removed; early builds of 0.1.0 are the last that have it"
+
+
+class Method(enum.Enum):
+    """How photons are tied together: stratified counts and points, or independent draws."""
+
+    STRATIFIED = "stratified"
+    IID = "iid"
+
+
+class Placement(enum.Enum):
+    """Where a photon lies in its cell: the R2 sequence by rank, Philox, or the centre."""
+
+    R2 = "r2"
+    PHILOX = "philox"
+    CENTRE = "centre"
+
+
+class Order(enum.Enum):
+    """Photons of a band in a keyed random order, or patch by patch."""
+
+    SHUFFLED = "shuffled"
+    PATCH = "patch"
+
+
+class Precision(enum.Enum):
+    """Precision of the emitted directions, positions and weights."""
+
+    FLOAT32 = "float32"
+    FLOAT64 = "float64"
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SamplingOptions:
+    """The choices that change photons, besides scene and seed.
+
+    `replicates` independent randomisations share the photons of a band, for error bars.
+    """
+
+    method: Method = Method.STRATIFIED
+    allocation: AllocationMethod = AllocationMethod.SYSTEMATIC
+    placement: Placement = Placement.R2
+    order: Order = Order.SHUFFLED
+    precision: Precision = Precision.FLOAT32
+    weights: bool = False
+    replicates: int = 1
+
+
+def _member(kind: type[enum.Enum], value: object, name: str) -> enum.Enum:
+    try:
+        return kind(value)
+    except ValueError:
+        allowed = ", ".join(repr(m.value) for m in kind)
+        raise UsageError(f"{name} must be one of {allowed}, got {value!r}") from None
+
+
+def refuse_withdrawn(name: object) -> None:
+    """Raise UsageError for the name of a method that this version does not have any more."""
+    if name == WITHDRAWN_METHOD:
+        raise UsageError(f"{WITHDRAWN}; write --method stratified, which is the default")
+
+
+_FORCED: dict[enum.Enum | None, dict[str, enum.Enum]] = {
+    Method.IID: {"allocation": AllocationMethod.MULTINOMIAL, "placement": Placement.PHILOX},
+}
+"""What a method means."""
+
+
+def method_of(allocation: object, placement: object) -> Method:
+    """The method that a choice of counts and places amounts to."""
+    independent = allocation is AllocationMethod.MULTINOMIAL and placement is Placement.PHILOX
+    return Method.IID if independent else Method.STRATIFIED
+
+
+def resolve_options(
+    preset: SamplingOptions,
+    *,
+    preset_name: str | None,
+    allocation: object = None,
+    method: object = None,
+    placement: object = None,
+    order: object = None,
+    precision: object = "float32",
+    weights: bool = False,
+    replicates: object = 1,
+) -> SamplingOptions:
+    """The options of a run: what the caller says, else what the preset says; a UsageError where they contradict."""
+    refuse_withdrawn(method)
+    refuse_withdrawn(placement)
+    chosen: dict[str, enum.Enum] = {}
+    choices = (
+        ("allocation", AllocationMethod, allocation),
+        ("placement", Placement, placement),
+        ("order", Order, order),
+    )
+    for name, kind, value in choices:
+        if value is not None:
+            chosen[name] = _member(kind, value, name)
+    chosen_method = None if method is None else _member(Method, method, "method")
+    for name, value in _FORCED.get(chosen_method, {}).items():
+        if chosen.get(name, value) is not value:
+            chosen_name = chosen_method.value  # type: ignore[union-attr]
+            raise UsageError(
+                f"method {chosen_name!r} means {name} {value.value!r}, which contradicts {chosen[name].value!r}"
+            )
+        chosen[name] = value
+    if preset_name is not None:
+        for name, value in chosen.items():
+            if value is not getattr(preset, name):
+                expected = getattr(preset, name).value
+                raise UsageError(f"{preset_name} means {name} {expected!r}, which contradicts {value.value!r}")
+    n_replicates = as_index_within(replicates, "replicates", 1, MAX_REPLICATES)
+    if n_replicates > 1 and chosen.get("allocation", preset.allocation) is AllocationMethod.AOMC:
+        raise UsageError("allocation 'aomc' has no randomness, so replicates cannot show its error")
+    allocation, placement = chosen.get("allocation", preset.allocation), chosen.get("placement", preset.placement)
+    return SamplingOptions(
+        method=method_of(allocation, placement),
+        allocation=allocation,  # type: ignore[arg-type]
+        placement=placement,  # type: ignore[arg-type]
+        order=chosen.get("order", preset.order),  # type: ignore[arg-type]
+        precision=_member(Precision, precision, "precision"),  # type: ignore[arg-type]
+        weights=bool(weights),
+        replicates=n_replicates,
+    )

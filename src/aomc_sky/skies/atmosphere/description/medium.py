@@ -1,0 +1,363 @@
+"""An atmosphere description becomes a medium: code blocks evaluated and checked, cross sections at the wavelengths."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from numbers import Real
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.errors import InputFileError, InputWarning, Problem, SceneError
+from aomc_sky.formats.sky_toml.keys import MoonDirection
+from aomc_sky.skies.atmosphere.description.data import (
+    AbsorberDescription,
+    AtmosphereDescription,
+    PhaseFunctionType,
+    ScattererDescription,
+)
+from aomc_sky.skies.atmosphere.language.block import Block, read_block
+from aomc_sky.skies.atmosphere.language.values import Type
+from aomc_sky.skies.atmosphere.lights import MOON_RADIUS_M, Moon
+from aomc_sky.skies.atmosphere.medium import Constituent, Medium, NumberDensity, PhaseBlock, read_phase_block
+from aomc_sky.wavebands import nearest_wavelength_index
+
+# of the vertical optical depth: what counts for less is left out
+NEGLIGIBLE_SHARE = 1e-6
+_NORM_LIMIT = 0.01
+_FAR_NM = 20.0
+_SAME_PHASE = 1e-6
+
+T = TypeVar("T")
+Species = ScattererDescription | AbsorberDescription
+
+SUN_RADIUS_M = 6.9635e8
+# molecules per square metre and Dobson unit, as the tool that defines the format has it
+DOBSON_UNIT_M2 = 2.687e20
+SET_SIZE = 4
+
+_CROSS_SECTION = "scatteringCrossSection_"
+_COMMON_TYPES = {
+    "PI": Type.FLOAT,
+    "km": Type.FLOAT,
+    "dobsonUnit": Type.FLOAT,
+    "earthRadius": Type.FLOAT,
+    "atmosphereHeight": Type.FLOAT,
+    "earthCenter": Type.VEC3,
+    "moonRadius": Type.FLOAT,
+    "sunAngularRadius": Type.FLOAT,
+}
+_SPECTRAL_TYPES = {
+    "wavelengths": Type.VEC4,
+    "wlSetIndex": Type.INT,
+    "groundAlbedo": Type.VEC4,
+    "solarIrradianceAtTOA": Type.VEC4,
+    "lightPollutionRelativeRadiance": Type.VEC4,
+}
+_TABLE_NAMES = (
+    "transmittanceTextureSize",
+    "irradianceTextureSize",
+    "scatteringTextureSize",
+    "eclipsedSingleScatteringTextureSize",
+    "lightPollutionTextureSize",
+    "radialIntegrationPoints",
+    "angularIntegrationPoints",
+    "lightPollutionAngularIntegrationPoints",
+    "eclipseAngularIntegrationPoints",
+    "numTransmittanceIntegrationPoints",
+)
+_TABLE_HINTS = dict.fromkeys(_TABLE_NAMES, "a block does not know sizes of tables: write the number")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class MediumReport:
+    """What became of the species of a description."""
+
+    wavelength_index: np.ndarray  #: (n_wl,) wavelengths of the description that the medium has, rising
+    optical_depth: Mapping[str, np.ndarray]  #: vertical, (n_wl,) for each species, those that were dropped too
+    #: integral over the sphere of each phase function as its block gives it; it was divided by it
+    phase_norm: Mapping[str, np.ndarray]
+    dropped: tuple[str, ...]  #: optical depth below NEGLIGIBLE_SHARE of the whole at every wavelength
+    ground_glow: np.ndarray | None = None  #: radiance of a ground that glows with 1 cd/m2 [W m-2 sr-1 nm-1]
+    moon_distance_m: float | None = None  #: between the centres of earth and Moon, where the description says it
+
+
+def read_medium(
+    description: AtmosphereDescription, wavelength_nm: ArrayLike | None = None
+) -> tuple[Medium, MediumReport]:
+    """Evaluate what a description says at some of its wavelengths, by default all. [nm]
+
+    For each wavelength the nearest of the description is taken, of two the longer; every one once, rising. Phase
+    functions get the integral 1; one that was more than 1 % off is warned of, as is one that is declared achromatic
+    and is not. The error has the problems of all code blocks.
+    """
+    index = _wavelength_index(description, wavelength_nm)
+    reader = _BlockReader(description, index)
+    parts = [reader.part(one) for one in description.species]
+    if reader.problems:
+        raise InputFileError(reader.problems)
+    kept, report = _report([part for part in parts if part is not None], index)
+    medium = Medium(
+        earth_radius_m=description.earth_radius_m,
+        top_m=description.atmosphere_height_m,
+        wavelength_nm=description.wavelength_nm[index],
+        constituents=kept,
+        ground_albedo=description.ground_albedo[index],
+        toa_irradiance=description.solar_irradiance[index],
+        sun_angular_radius_rad=sun_angular_radius(description),
+        n_orders=description.scattering_orders,
+        least_line_points=description.sizes.get("radial integration points", 0),
+        least_angles=description.sizes.get("angular integration points", 0),
+    )
+    glow = None if description.ground_glow is None else description.ground_glow[index]
+    return medium, dataclasses.replace(report, ground_glow=glow, moon_distance_m=description.earth_moon_distance_m)
+
+
+def warn_of_outside(description: AtmosphereDescription, wavelength_nm: ArrayLike) -> None:
+    """Warn of wavelengths more than 20 nm beyond those of a description, whose last one answers for them. [nm]"""
+    known = description.wavelength_nm
+    for requested in np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)):
+        found = known[0] if requested < known[0] else known[-1]
+        if not known[0] - _FAR_NM <= requested <= known[-1] + _FAR_NM:
+            text = f"{requested:g} nm lies outside the wavelengths {known[0]:g} to {known[-1]:g} nm of the description"
+            warnings.warn(f"{description.path}: {text}; {found:g} nm is used", InputWarning, stacklevel=2)
+
+
+def _wavelength_index(description: AtmosphereDescription, wavelength_nm: ArrayLike | None) -> np.ndarray:
+    if wavelength_nm is None:
+        return np.arange(description.wavelength_nm.size)
+    requested = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+    if requested.ndim != 1 or not requested.size or not ((requested > 0.0) & (requested < np.inf)).all():
+        raise SceneError("the wavelengths of an atmosphere are one or more positive numbers in nm")
+    return np.unique(nearest_wavelength_index(requested, description.wavelength_nm))
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Part:
+    constituent: Constituent
+    column_m2: float
+    phase: PhaseBlock | None
+
+
+class _BlockReader:
+    """Reads the blocks of one description; the problems of one do not hide those of the next."""
+
+    def __init__(self, description: AtmosphereDescription, index: np.ndarray) -> None:
+        self._description = description
+        self._index = index
+        self._common = common_values(description)
+        self.problems: list[Problem] = []
+
+    def part(self, one: Species) -> _Part | None:
+        """Return a species with its column, None where a block was refused."""
+        scattering, absorption = self._cross_sections(one)
+        profile = self._tried(lambda: self._profile(one))
+        phase = None
+        if isinstance(one, ScattererDescription):
+            phase = self._tried(lambda: self._phase(one))
+        if profile is None or (phase is None and isinstance(one, ScattererDescription)):
+            return None
+        density, kinks, column = profile
+        constituent = Constituent(
+            name=one.name,
+            number_density=density,
+            kink_altitude_m=kinks,
+            scattering_m2=scattering,
+            absorption_m2=absorption,
+            phase_function=phase if scattering.any() else None,
+        )
+        return _Part(constituent=constituent, column_m2=column, phase=phase)
+
+    def _tried(self, read: Callable[[], T]) -> T | None:
+        try:
+            return read()
+        except InputFileError as error:
+            self.problems += error.problems
+            return None
+
+    def _cross_sections(self, one: Species) -> tuple[np.ndarray, np.ndarray]:
+        if isinstance(one, AbsorberDescription):
+            absorption = one.cross_section_m2[self._index]
+            return np.zeros_like(absorption), absorption
+        extinction = extinction_cross_section(one, self._description.wavelength_nm[self._index])
+        albedo = one.single_scattering_albedo[self._index]
+        return extinction * albedo, extinction * (1.0 - albedo)
+
+    def _profile(self, one: Species) -> tuple[NumberDensity, np.ndarray, float]:
+        """The number density, the altitudes of its kinks, and its column. [m, m-2]"""
+        types, hints = density_names(self._description)
+        block = read_block(
+            one.number_density,
+            subject=f'number density of "{one.name}"',
+            gives=Type.FLOAT,
+            argument="altitude",
+            unit="m",
+            given=types,
+            hints=hints,
+        )
+        density = NumberDensity(block=block, given=self._common, top_m=self._description.atmosphere_height_m)
+        kinks = density.kinks()
+        return density, kinks, density.column(kinks)
+
+    def _phase(self, one: ScattererDescription) -> PhaseBlock:
+        types, hints = phase_names(self._description)
+        block = read_block(
+            one.phase_function,
+            subject=f'phase function of "{one.name}"',
+            gives=Type.VEC4,
+            argument="dotViewSun",
+            given=types,
+            hints=hints,
+        )
+        sets, set_of_row = np.unique(self._index // SET_SIZE, return_inverse=True)
+        given = [self._common | spectral_values(self._description, int(one)) for one in sets]
+        rows = list(zip(set_of_row.tolist(), (self._index % SET_SIZE).tolist(), strict=True))
+        phase = read_phase_block(block, given, rows)
+        _warn_of_norm(one, phase.norm)
+        if one.phase_function_type is PhaseFunctionType.ACHROMATIC:
+            _warn_of_colour(one, block, phase)
+        return phase
+
+
+def _warn_of_norm(one: ScattererDescription, norm: np.ndarray) -> None:
+    worst = float(norm[np.argmax(np.abs(norm - 1.0))])
+    if abs(worst - 1.0) > _NORM_LIMIT:
+        place = f"{one.phase_function.path}:{one.phase_function.line}"
+        message = f'{place}: the phase function of "{one.name}" has the integral {worst:.6g} over the sphere, not 1'
+        warnings.warn(f"{message}; it was divided by it", InputWarning, stacklevel=2)
+
+
+def _warn_of_colour(one: ScattererDescription, block: Block, phase: PhaseBlock) -> None:
+    mu = np.linspace(-1.0, 1.0, 181)
+    values = [phase(mu, row) for row in range(phase.norm.size)]
+    if any(np.abs(value - values[0]).max() > _SAME_PHASE * values[0].max() for value in values):
+        place = f"{block.source.path}:{block.source.line}"
+        message = f'{place}: the phase function of "{one.name}" is called achromatic and depends on the wavelength'
+        warnings.warn(f"{message}; it is used as it is", InputWarning, stacklevel=2)
+
+
+def _report(parts: Sequence[_Part], index: np.ndarray) -> tuple[tuple[Constituent, ...], MediumReport]:
+    depth = {}
+    for part in parts:
+        one = part.constituent
+        depth[one.name] = part.column_m2 * (one.scattering_m2 + one.absorption_m2)
+    total = np.sum(list(depth.values()), axis=0)
+    dropped = tuple(name for name, row in depth.items() if (row <= NEGLIGIBLE_SHARE * total).all())
+    report = MediumReport(
+        wavelength_index=index,
+        optical_depth=depth,
+        phase_norm={part.constituent.name: part.phase.norm for part in parts if part.phase is not None},
+        dropped=dropped,
+    )
+    return tuple(part.constituent for part in parts if part.constituent.name not in dropped), report
+
+
+def sun_angular_radius(description: AtmosphereDescription) -> float:
+    """Return the radius of the sun over its distance. [rad]"""
+    return SUN_RADIUS_M / description.earth_sun_distance_m
+
+
+def density_names(description: AtmosphereDescription) -> tuple[dict[str, Type], dict[str, str]]:
+    """Return the names that a number density reads, with types, and hints for those that it does not.
+
+    A number of particles has no wavelength: names with four wavelengths are not among them.
+    """
+    spectral = [*_SPECTRAL_TYPES, *(_CROSS_SECTION + one.name for one in description.scatterers)]
+    hints = dict.fromkeys(spectral, "a number of particles does not depend on the wavelength")
+    hints |= _TABLE_HINTS | {"dotViewSun": "a number density depends on altitude alone"}
+    return dict(_COMMON_TYPES), hints
+
+
+def phase_names(description: AtmosphereDescription) -> tuple[dict[str, Type], dict[str, str]]:
+    """Return the names that a phase function reads, with types, and hints for those that it does not."""
+    types = _COMMON_TYPES | _SPECTRAL_TYPES
+    types |= {_CROSS_SECTION + one.name: Type.VEC4 for one in description.scatterers}
+    return types, _TABLE_HINTS | {"altitude": "a phase function depends on dotViewSun and the wavelengths alone"}
+
+
+def common_values(description: AtmosphereDescription) -> dict[str, np.ndarray | float]:
+    """Return the values of the names that all blocks read, in SI."""
+    return {
+        "PI": np.pi,
+        "km": 1000.0,
+        "dobsonUnit": DOBSON_UNIT_M2,
+        "earthRadius": description.earth_radius_m,
+        "atmosphereHeight": description.atmosphere_height_m,
+        "earthCenter": np.array([0.0, 0.0, -description.earth_radius_m]),
+        "moonRadius": MOON_RADIUS_M,
+        "sunAngularRadius": sun_angular_radius(description),
+    }
+
+
+def spectral_values(description: AtmosphereDescription, set_index: int) -> dict[str, np.ndarray | float]:
+    """Return the values of the names with four wavelengths for one set of four.
+
+    The sets are those of the file, so that a block may tell them apart; a last set that is not full repeats its last
+    wavelength.
+    """
+    n = description.wavelength_nm.size
+    rows = np.minimum(np.arange(SET_SIZE) + SET_SIZE * set_index, n - 1)
+    glow = np.zeros(n) if description.ground_glow is None else description.ground_glow
+    values: dict[str, np.ndarray | float] = {
+        "wavelengths": description.wavelength_nm[rows],
+        "wlSetIndex": set_index,
+        "groundAlbedo": description.ground_albedo[rows],
+        "solarIrradianceAtTOA": description.solar_irradiance[rows],
+        "lightPollutionRelativeRadiance": glow[rows],
+    }
+    for one in description.scatterers:
+        extinction = extinction_cross_section(one, description.wavelength_nm[rows])
+        values[_CROSS_SECTION + one.name] = extinction * one.single_scattering_albedo[rows]
+    return values
+
+
+def extinction_cross_section(one: ScattererDescription, wavelength_nm: np.ndarray) -> np.ndarray:
+    """Return ``sigma (wavelength / 1000 nm)^-angstrom``, shape (n_wl,). [m2]"""
+    return one.cross_section_1um_m2 * (wavelength_nm / 1000.0) ** -one.angstrom_exponent
+
+
+def moon_of_direction(
+    direction: MoonDirection | None, medium: Medium, report: MediumReport, sun_zenith_deg: float, sun_azimuth_deg: float
+) -> Moon | None:
+    """The Moon in a direction of the sky; none where it is empty. Direction of the sun in degrees.
+
+    SceneError: nobody says where or how far away the Moon is, or it would stand inside the earth.
+    """
+    if direction is None or direction.is_empty:
+        return None
+    if not direction.has_angle:
+        raise SceneError("moon_distance_km without a place of the Moon; give moon_zenith_offset_deg, such as 0")
+    zenith, azimuth = (math.radians(angle) for angle in direction.angles(sun_zenith_deg, sun_azimuth_deg))
+    if direction.distance_km is not None:
+        distance = 1000.0 * direction.distance_km
+    elif report.moon_distance_m is not None:
+        distance = _from_observer(report.moon_distance_m, medium.earth_radius_m, zenith)
+    else:
+        raise SceneError(
+            "the distance of the Moon is missing; write moon_distance_km, or Earth-Moon distance in the description"
+        )
+    return Moon(zenith_rad=zenith, azimuth_from_sun_rad=azimuth, distance_m=distance)
+
+
+def _from_observer(centres_m: float, earth_radius_m: float, zenith_rad: float) -> float:
+    """Distance from the ground where the centres have a known one, by the law of cosines. [m]"""
+    across = earth_radius_m * math.sin(zenith_rad)
+    if not abs(across) < centres_m or not earth_radius_m < centres_m:
+        raise SceneError(f"a Moon {centres_m / 1000:g} km from the earth's centre is inside the earth")
+    return math.sqrt((centres_m - across) * (centres_m + across)) - earth_radius_m * math.cos(zenith_rad)
+
+
+def glow_of_luminance(luminance_cd_m2: float, report: MediumReport, path: str) -> np.ndarray | None:
+    """Radiance of a ground of some luminance, None where that is 0; `path` is for messages. [W m-2 sr-1 nm-1]"""
+    if not isinstance(luminance_cd_m2, Real) or not 0.0 <= luminance_cd_m2 < math.inf:
+        raise SceneError(f"the luminance of the ground must be 0 cd/m2 or more, got {luminance_cd_m2!r}")
+    if luminance_cd_m2 == 0.0:
+        return None
+    if report.ground_glow is None:
+        raise SceneError(f"{path} has no 'light pollution relative radiance', the colour of the ground's light")
+    return np.asarray(luminance_cd_m2 * report.ground_glow)

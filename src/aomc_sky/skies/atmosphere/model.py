@@ -1,0 +1,223 @@
+"""The clear sky of a physical atmosphere as a sky model, in absolute units, and its direct beam."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import InitVar, dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.component import Component, Law, cells_of_grid
+from aomc_sky.directions import in_both_units, settle_angles
+from aomc_sky.errors import SceneError
+from aomc_sky.float_mode import in_default_mode
+from aomc_sky.grid import PatchGrid
+from aomc_sky.skies.atmosphere.lights import Moon
+from aomc_sky.skies.atmosphere.medium import Medium
+from aomc_sky.skies.atmosphere.sky.solve import relative_errors, solve_sky
+from aomc_sky.skies.atmosphere.sky.solved import SolvedSky, glow_means, patch_means
+from aomc_sky.skies.direct_beam import DirectBeam
+from aomc_sky.skies.model import Share, check_share, with_share
+from aomc_sky.wavebands import nearest_wavelength_index
+
+DEFAULT_BINS = (45, 180)  #: Equal bins of zenith and azimuth, where nobody asks for others.
+
+#: Of patch means; the second where the edge of the earth's shadow runs through patches.
+_TOLERANCE, _TOLERANCE_TWILIGHT = 1e-5, 1e-3
+
+
+@in_both_units
+@dataclass(frozen=True, kw_only=True, slots=True)
+class AtmosphereSky(Share):
+    """Diffuse light of a clear atmosphere at sea level.
+
+    The medium is solved once, when the model is made. What light does on its way is smooth in the direction and kept
+    as series; phase functions, which may be sharp, are evaluated in every direction.
+
+    Parameters
+    ----------
+    medium : Medium
+        The atmosphere at its wavelengths.
+    sun_zenith_deg, or sun_zenith_rad : float
+        Zenith angle of the sun. [deg, 0 to 180]
+    sun_azimuth_deg, or sun_azimuth_rad : float
+        Azimuth of the sun, from +x towards +y; by default 0. [deg]
+    method : {"auto", "order1", "sos", "mc"}
+        As `aomc_sky.skies.atmosphere.sky.solve.solve` has it.
+    n_orders : int, optional
+        Most interactions that count; None is what the medium says. [1 or more]
+    grid : PatchGrid, optional
+        Patches whose means the sampler gets, by default 45 x 180 equal bins of the hemisphere.
+    disc : bool
+        Whether the direct beam has the extent of the solar disc; that of an eclipse has it whole, with less light.
+    moon : Moon, optional
+        Hides part of the sun, from every point of air and ground.
+    ground_radiance : ndarray, float64, shape (n_wl,), optional
+        Light that the ground gives off by itself; in deep night it is the only light. [W m-2 sr-1 nm-1]
+    n_paths : int, optional
+        Backward paths of each direction and wavelength where the solution has some; by default as many as
+        `aomc_sky.skies.atmosphere.sky.solve.solve_sky` says. [8 to 2^32 - 1]
+    strength, irradiance_W_m2_nm : array_like, optional
+        Instead of its own irradiance, as for `UniformSky`. [>= 0]
+
+    Notes
+    -----
+    Accuracy: radiances of order 1 follow their solver to `solved.series_error`, the largest difference found in 64
+    directions between the nodes (2e-8 for a sun above 10 degrees); patch means are good to `patch_change`, 1e-5,
+    1e-3 in twilight.
+    The solver's own error is `patch_error`.
+    """
+
+    medium: Medium
+    sun_zenith_deg: float = None  # type: ignore[assignment]
+    sun_azimuth_deg: float = None  # type: ignore[assignment]
+    sun_zenith_rad: InitVar[float | None] = None
+    sun_azimuth_rad: InitVar[float | None] = None
+    method: str = "auto"
+    n_orders: int | None = None
+    grid: PatchGrid = field(default_factory=lambda: PatchGrid.regular(*DEFAULT_BINS))
+    disc: bool = True
+    moon: Moon | None = None
+    ground_radiance: np.ndarray | None = None
+    n_paths: int | None = None
+    solved: SolvedSky = field(init=False)
+    patch_mean: np.ndarray = field(init=False)
+    patch_change: float = field(init=False)
+
+    @in_default_mode
+    def __post_init__(self, sun_zenith_rad: float | None, sun_azimuth_rad: float | None) -> None:
+        check_share(self)
+        settle_angles(self, sun_zenith_deg=sun_zenith_rad)
+        settle_angles(self, default=0.0, sun_azimuth_deg=sun_azimuth_rad)
+        if not np.isfinite(self.sun_azimuth_deg):
+            raise SceneError(f"the sun's azimuth must be finite, got {self.sun_azimuth_deg}")
+        solved = solve_sky(
+            self.medium,
+            sun_zenith_rad=math.radians(self.sun_zenith_deg),
+            method=self.method,
+            n_orders=self.n_orders,
+            moon=self.moon,
+            ground_radiance=self.ground_radiance,
+            n_paths=self.n_paths,
+        )
+        tolerance = _TOLERANCE if self.sun_zenith_deg <= 90.0 else _TOLERANCE_TWILIGHT
+        mean, change = patch_means(solved, self.grid, math.radians(self.sun_azimuth_deg), tolerance=tolerance)
+        mean.flags.writeable = False
+        for name, value in (("solved", solved), ("patch_mean", mean), ("patch_change", change)):
+            object.__setattr__(self, name, value)
+
+    @property
+    def n_listed(self) -> int:
+        """Orders that are kept one by one; the last one holds all later ones too."""
+        return self.solved.n_listed
+
+    @property
+    def patch_error(self) -> np.ndarray:
+        """Estimated error of the radiance of each patch, shape (n_wl, n_patch). [W m-2 sr-1 nm-1]"""
+        order_one, later_orders = relative_errors(self.solved)
+        of_later = later_orders * self.patch_mean[:, 1:].sum(axis=1)
+        if self.solved.node_error is not None:
+            of_later = self.solved.path_error(*self._patch_middles())
+        of_sun = np.hypot((order_one + self.patch_change) * self.patch_mean.sum(axis=1), of_later)
+        if self.solved.glow is None:
+            return of_sun
+        rings = glow_means(self.solved.glow, self.grid).sum(axis=1)
+        return np.hypot(of_sun, self.solved.glow_error * np.repeat(rings, self.grid.n_azimuth, axis=1))
+
+    def _patch_middles(self) -> tuple[np.ndarray, np.ndarray]:
+        """Zenith angles and azimuths from the sun of the middles of the patches, (n_patch,) each. [rad]"""
+        middle = [
+            np.deg2rad(bounds.mean(axis=1)) for bounds in (self.grid.zenith_bounds_deg, self.grid.azimuth_bounds_deg)
+        ]
+        zenith, azimuth = np.meshgrid(middle[0], middle[1] - math.radians(self.sun_azimuth_deg), indexing="ij")
+        return zenith.ravel(), azimuth.ravel()
+
+    @property
+    def diffuse_irradiance(self) -> np.ndarray:
+        """Irradiance of the sky on the horizontal ground: that of the patches, shape (n_wl,). [W m-2 nm-1]"""
+        return self.patch_mean.sum(axis=1) @ self.grid.projected_solid_angle_sr
+
+    @property
+    def direct_irradiance(self) -> np.ndarray:
+        """Irradiance of the direct beam on the horizontal ground, shape (n_wl,). [W m-2 nm-1]"""
+        return self.solved.direct_irradiance
+
+    def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
+        """Radiance of the sky without the direct beam, of the nearest wavelength that is solved.
+
+        Parameters
+        ----------
+        sky_zenith_rad, sky_azimuth_rad : array_like
+            Sky direction. [rad, 0 to pi/2 and any turn]
+        wavelength_nm : array_like
+            Wavelength. [nm]
+
+        Returns
+        -------
+        ndarray, float64
+            Broadcast of the arguments. [W m-2 sr-1 nm-1]
+        """
+        zenith, azimuth, wavelength = np.broadcast_arrays(
+            np.asarray(sky_zenith_rad, dtype=np.float64),
+            np.asarray(sky_azimuth_rad, dtype=np.float64) - math.radians(self.sun_azimuth_deg),
+            np.asarray(wavelength_nm, dtype=np.float64),
+        )
+        rows = nearest_wavelength_index(wavelength.ravel(), self.medium.wavelength_nm)
+        radiance = np.zeros(zenith.size)
+        for row in np.unique(rows):
+            here = rows == row
+            radiance[here] = self.solved.at(zenith.ravel()[here], azimuth.ravel()[here])[row]
+        return radiance.reshape(zenith.shape)
+
+    def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
+        """One component of patches whose masses are irradiances, a row for each wavelength asked for.
+
+        Parameters
+        ----------
+        wavelength_nm : array_like, shape (n_wl,)
+            Wavelengths; each gets the nearest one that is solved. [nm]
+
+        Returns
+        -------
+        tuple of one Component
+            Law CELL_MU2, strength in W m-2 nm-1. The irradiance of the photons is that of the patches exactly.
+        """
+        rows = nearest_wavelength_index(np.atleast_1d(wavelength_nm), self.medium.wavelength_nm)
+        mass = self.patch_mean.sum(axis=1)[rows] * self.grid.projected_solid_angle_sr
+        component = Component(
+            name="atmosphere",
+            law=Law.CELL_MU2,
+            strength=mass.sum(axis=1),
+            mass=mass,
+            cell=cells_of_grid(self.grid),
+            grid=self.grid,
+            irradiance_W_m2_nm=mass.sum(axis=1),
+        )
+        return with_share(self, (component,))
+
+    def beam(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
+        """The direct beam at the wavelengths asked for, in W m-2 nm-1; nothing where the sun is down.
+
+        Parameters
+        ----------
+        wavelength_nm : array_like, shape (n_wl,)
+            Wavelengths; each gets the nearest one that is solved. [nm]
+
+        Returns
+        -------
+        tuple of Component
+            A disc of uniform radiance with the radius of the medium's sun, or one direction where that is 0.
+        """
+        rows = nearest_wavelength_index(np.atleast_1d(wavelength_nm), self.medium.wavelength_nm)
+        strength = self.direct_irradiance[rows]
+        if not np.any(strength > 0):
+            return ()
+        radius = math.degrees(self.medium.sun_angular_radius_rad) if self.disc else 0.0
+        light = DirectBeam(
+            sun_zenith_deg=self.sun_zenith_deg,
+            sun_azimuth_deg=self.sun_azimuth_deg,
+            radius_deg=radius,
+            irradiance_W_m2_nm=strength,
+        )
+        return light.lower(wavelength_nm)

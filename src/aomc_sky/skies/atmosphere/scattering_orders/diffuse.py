@@ -1,0 +1,430 @@
+"""The diffuse light of a clear sky at the ground by successive orders of scattering, and source functions.
+
+The law stands in `orders`. A direction looked into is exact, not interpolated: its radiance is
+the path integral of the source function that the moments of the order before give there. Azimuths stay Fourier modes,
+so any azimuth is exact too. Order 1 comes from the phase functions themselves. The later orders use their first moments
+x_l; see `Resolution`.
+
+Per volume, order n of the light is scattered into a direction as
+
+    S^n = beta J^n,        J^n(t, +-mu, phi) = sum_m (2 - [m = 0]) J_m^n(t, +-mu) cos(m phi),
+
+with beta the extinction coefficient and J of `orders`, which knows it from the moments of order n - 1. The order 2
+whose light the ground has sent up is a part of S^2 of its own.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from aomc_sky.errors import UsageError
+from aomc_sky.skies.atmosphere.medium import Medium, scatterers
+from aomc_sky.skies.atmosphere.optical_depth import optical_depth_to_top, vertical_optical_depth
+from aomc_sky.skies.atmosphere.scattering_orders.orders import (
+    OrderMoments,
+    gauss_angles,
+    light_from_ground,
+    phase_moments,
+    scattering_moments,
+    split_table,
+    sum_orders,
+)
+from aomc_sky.skies.atmosphere.scattering_orders.paths import SUN_STEP_RAD, Paths, ShellColumns
+from aomc_sky.skies.atmosphere.scattering_orders.slab import Slab
+from aomc_sky.steps import counted
+
+ALL_ORDERS = 1000
+"""From this many orders on all are meant, and the rest is added as a geometric series."""
+
+
+def solve_orders(
+    medium: Medium,
+    sun_zenith_rad: float,
+    sky_zenith_rad: np.ndarray,
+    *,
+    n_listed: int = 1,
+) -> DiffuseSky:
+    """Orders of scattering of a medium: sources by altitude, the sun's beam and all paths through spherical shells.
+
+    The medium's `n_orders` count exactly; ALL_ORDERS or more mean all. Orders after `n_listed` share the last row.
+    A UsageError for what is out of range.
+
+    Accuracy: with order 1 from its own spherical solver the sky's radiance is within SHELL_ERROR of the truth for a sun
+    above 10 degrees (against Monte Carlo: bias below 0.2 %, 1 % at most with the noise of that method); 1.5 % at 5
+    degrees. `DiffuseSky.resolution_error` is about the grid alone. `DiffuseSky.plane_order_one` is no substitute for
+    the spherical order 1. Cost: 20 ms a wavelength for molecules and 135 zenith angles, 80 ms with a sharp aerosol.
+    """
+    zenith = _checked(sun_zenith_rad, sky_zenith_rad, n_listed)
+    if not np.any(vertical_optical_depth(medium)[:, scatterers(medium)] > 0.0):
+        return _dark_sky(medium, sun_zenith_rad, zenith, min(n_listed, medium.n_orders))
+    task = OrderTask(
+        columns_at=lambda n_element: ShellColumns(medium, n_element, sun_zenith_rad),
+        albedo=medium.ground_albedo,
+        irradiance=medium.toa_irradiance,
+        n_orders=medium.n_orders,
+        sun_zenith_rad=sun_zenith_rad,
+        sky_zenith_rad=zenith,
+        n_listed=min(n_listed, medium.n_orders),
+        least_mu=least_nodes(medium.least_angles),
+    )
+    return solved(task, None)
+
+
+def _checked(sun: float, sky: np.ndarray, n_listed: int) -> np.ndarray:
+    zenith = np.atleast_1d(np.asarray(sky, dtype=np.float64))
+    if not 0.0 <= sun <= np.pi:
+        raise UsageError(f"the sun's zenith angle must lie within 0 and pi radians, not {sun!r}")
+    if zenith.ndim != 1 or zenith.size == 0 or not np.all((zenith >= 0.0) & (zenith <= 0.5 * np.pi + 1e-12)):
+        raise UsageError("zenith angles of directions must be one row of numbers from 0 to pi/2 radians")
+    if n_listed < 1:
+        raise UsageError("the number of listed orders must be 1 or more")
+    return np.minimum(zenith, 0.5 * np.pi)
+
+
+def _dark_sky(medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, n_listed: int) -> DiffuseSky:
+    """Nothing scatters: the direct beam alone."""
+    n_wl = medium.wavelength_nm.size
+    left = np.exp(-optical_depth_to_top(medium, np.zeros(1), sun_zenith_rad)[:, 0])
+    return DiffuseSky(
+        sky_zenith_rad=zenith,
+        later_modes=np.zeros((n_wl, n_listed, 1, zenith.size)),
+        order_one=np.zeros((n_wl, 0, zenith.size)),
+        phases=((),) * n_wl,
+        sun_zenith_rad=sun_zenith_rad,
+        irradiance_by_order=np.zeros((n_wl, n_listed + 1)),
+        sun_irradiance=medium.toa_irradiance,
+        direct_irradiance=medium.toa_irradiance * max(np.cos(sun_zenith_rad), 0.0) * left,
+        resolution_error=0.0,
+    )
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SourceFunctions:
+    """Scattered light per volume and solid angle, at the altitudes of the solver's nodes."""
+
+    altitude_m: np.ndarray  #: (n_level,) from the top down. [m]
+    #: (n_wl, n_order - 1, n_level, n_zenith, n_azimuth) light that is scattered into order 2, 3, ... [W m-3 sr-1 nm-1]
+    by_order: np.ndarray
+    #: (n_wl, n_level, n_zenith) the part of order 2 that comes by way of the ground; the same for all azimuths. [W m-3
+    #: sr-1 nm-1]
+    from_ground: np.ndarray
+
+
+def source_functions(
+    medium: Medium,
+    sun_zenith_rad: float,
+    zenith_rad: np.ndarray,
+    azimuth_from_sun_rad: np.ndarray,
+    *,
+    n_orders: int,
+) -> SourceFunctions:
+    """Source functions of successive orders of scattering, in the resolution of `solve_orders`.
+
+    Something in the medium scatters. Zenith angles beyond pi/2 look at light that travels up; `n_orders` is the last
+    order that is listed, 2 or more.
+
+    Accuracy: that of the later orders of `solve_orders`; phase functions are cut to their first moments, so beside the
+    sun a sharp peak is blurred. The sun's zenith angle is that of the observer at all altitudes.
+    """
+    columns = ShellColumns(medium, None, sun_zenith_rad)
+    kinds = [np.stack([phase_moments(law, SERIES_LENGTH) for law in slab.phases]) for slab in columns.slabs]
+    chosen = choose_resolution(columns.slabs, kinds, columns.n_element, columns.ripple, columns.most_moments)
+    n, mu = chosen.n_moments, np.cos(zenith_rad)
+    angles = gauss_angles(max(chosen.n_mu, least_nodes(medium.least_angles)), n)
+    paths_of = columns.directed(angles.mu, np.ones(1))
+    tables = split_table(np.abs(mu), n, n)
+    signed = (tables[0], tables[1] * np.sign(mu))
+    cosines = np.where(np.arange(n) == 0, 1.0, 2.0)[:, None] * np.cos(np.outer(np.arange(n), azimuth_from_sun_rad))
+    extinction = columns.extinction_per_m()
+    light = medium.toa_irradiance
+    by_order, from_ground = [], []
+    for row, slab in enumerate(columns.slabs):
+        paths, _ = paths_of(row)
+        scattering = scattering_moments(slab, kinds[row][:, :n] * chosen.window(), n)
+        mu0, albedo = float(np.cos(sun_zenith_rad)), float(medium.ground_albedo[row])
+        orders = sum_orders(
+            slab, paths, scattering, angles, mu0, albedo, last_order=n_orders, n_listed=n_orders
+        )  # fmt: skip
+        scale = light[row] * extinction[row][:, None, None]
+        modes = [_modes(signed, scattering, each) for each in orders.listed]
+        by_order.append([scale * np.einsum("mvk,ma->kva", each, cosines[: each.shape[0]]) for each in modes])
+        ground = _modes(signed, scattering, light_from_ground(slab, paths, scattering, angles, mu0, albedo)[:, :1])
+        from_ground.append(scale[:, 0] * ground[0].T)
+    return SourceFunctions(
+        altitude_m=columns.altitude_m, by_order=np.array(by_order), from_ground=np.array(from_ground)
+    )
+
+
+def _modes(tables: tuple[np.ndarray, np.ndarray], scattering: np.ndarray, moments: np.ndarray) -> np.ndarray:
+    """Modes J_m (n_modes, n_zenith, n_level) of the source function that these moments (2, n_modes, ...) bring."""
+    n = moments.shape[1]
+    return np.asarray(sum(np.matmul(tables[p][:n].swapaxes(1, 2), scattering[p, :n] * moments[p]) for p in (0, 1)))
+
+
+SERIES_LENGTH = 256
+"""Legendre moments that are looked at when a resolution is chosen."""
+
+MOST_MU_NODES = 64
+"""Nodes that a wish for many directions may bring."""
+
+_LEAST_MU_NODES = 20
+_MOST_RIPPLE = 1e-2
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Resolution:
+    """How finely angles and depths are cut."""
+
+    n_mu: int  #: Gauss nodes of one hemisphere. [>= 4]
+    n_element: int  #: Elements spread over the column. [>= 2]
+    #: Degrees l < n_moments of the phase functions, as many modes of the azimuth. [<= 2 (n_mu - 6): energy is kept]
+    n_moments: int
+    peak_error: float = 0.0  #: Estimated share of the mean of order 2 that the cut moments would bring
+
+    @property
+    def ripple(self) -> float:
+        """What is left of `peak_error` after the window, away from the sun."""
+        return min(self.peak_error, _MOST_RIPPLE)
+
+    def window(self) -> np.ndarray:
+        """Factors of the moments x_l, (n_moments,): 1, or a Gaussian that blurs a peak too sharp for the series.
+
+        Cut moments of a peak sharper than that leave ripples as strong as the sky; blurred, order 2 and up are wrong
+        within some degrees of the sun alone, where order 1 is far brighter.
+        """
+        last = min(1.0, np.sqrt(_MOST_RIPPLE / max(self.peak_error, _MOST_RIPPLE)))
+        return np.asarray(last ** (np.arange(self.n_moments) / self.n_moments) ** 2)
+
+    def halved(self) -> Resolution:
+        """Half the elements, half the nodes or what the moments need: a resolution's own error is judged against it."""
+        n_mu = max(self.n_mu // 2, 3 + (self.n_moments + 1) // 2, 4)
+        return replace(self, n_mu=n_mu, n_element=max(self.n_element // 2, 2))
+
+
+def least_nodes(n_directions: int) -> int:
+    """Gauss nodes of a hemisphere that stand for so many directions on the sphere: half the root, at most 64."""
+    return min(math.ceil(0.5 * math.sqrt(n_directions)), MOST_MU_NODES)
+
+
+def choose_resolution(
+    slabs: Sequence[Slab], kinds: Sequence[np.ndarray], n_element: int, tolerance: float, most_moments: int
+) -> Resolution:
+    """Resolution that the most peaked phase function of a set of columns asks for.
+
+    What a series cut at degree L lacks of order 2 is a narrow peak at the sun, where order 1 is far brighter, and
+    ripples all over the sky, which as a share of the mean of order 2 are about (L + 1/2) x_L^2 (s / t)^2, with s the
+    scattering optical depth of the peaked particles and t that of all.
+
+    `kinds` are the phase moments (n_kind, SERIES_LENGTH) of each column, `tolerance` the largest ripple allowed as a
+    share of the mean of order 2.
+    """
+    degree = np.arange(SERIES_LENGTH)
+    missing = np.zeros(SERIES_LENGTH + 1)
+    for slab, moments in zip(slabs, kinds, strict=True):
+        depth = slab.scattering.mean(axis=2) @ np.diff(slab.edge_depth)
+        weight = (depth / max(depth.sum(), np.finfo(float).tiny)) ** 2
+        share = weight @ ((degree + 0.5) * moments**2)
+        missing[:-1] = np.maximum(missing[:-1], np.maximum.accumulate(share[::-1])[::-1])
+    enough = int(np.argmax(missing <= tolerance))
+    n_moments = int(np.clip(enough, 3, most_moments))
+    return Resolution(
+        n_mu=max(_LEAST_MU_NODES, 6 + (n_moments + 1) // 2),
+        n_element=n_element,
+        n_moments=n_moments,
+        peak_error=float(missing[n_moments]),
+    )
+
+
+_STEEPEST = 0.9  # change of a source towards the sun: it stays positive where the sun sets along a path
+_GAIN_OF_DOUBLING = 4.0  # the least that twice the nodes and elements were seen to gain
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class OrderTask:
+    """What is to be solved."""
+
+    #: Number of elements, or None for a choice by optical depth, to the columns of all wavelengths
+    columns_at: Callable[[int | None], ShellColumns]
+    #: albedo, irradiance: (n_wl,) of the ground; of the sun above the atmosphere. [0 to 1; W m-2 nm-1]
+    albedo: np.ndarray
+    irradiance: np.ndarray
+    n_orders: int  #: Orders that count; ALL_ORDERS or more mean all. [>= 1]
+    sun_zenith_rad: float
+    sky_zenith_rad: np.ndarray  #: (n_zenith,) zenith angles of directions. [rad]
+    n_listed: int  #: Last order that is listed on its own. [1 to n_orders]
+    least_mu: int = 0  #: Gauss nodes of a hemisphere at least, where the solver chooses the resolution
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Row:
+    """One wavelength, for a sun of irradiance 1."""
+
+    modes: np.ndarray
+    order_one: np.ndarray
+    orders: OrderMoments
+
+
+def solved(task: OrderTask, resolution: Resolution | None) -> DiffuseSky:
+    """Solve all wavelengths, and the thickest once more coarsely for an estimate of the error."""
+    columns = task.columns_at(None if resolution is None else resolution.n_element)
+    slabs = columns.slabs
+    kinds = [np.stack([phase_moments(law, SERIES_LENGTH) for law in slab.phases]) for slab in slabs]
+    chosen = resolution
+    if chosen is None:
+        chosen = choose_resolution(slabs, kinds, columns.n_element, columns.ripple, columns.most_moments)
+        chosen = replace(chosen, n_mu=max(chosen.n_mu, task.least_mu))
+    view = _View(task, chosen, columns)
+    rows = [view.solved(row, kinds[row]) for row in counted(range(len(slabs)), "wavelength", len(slabs))]
+    thickest = int(np.argmax([slab.edge_depth[-1] for slab in slabs]))
+    half = chosen.halved()
+    coarse = _View(task, half, task.columns_at(half.n_element)).solved(thickest, kinds[thickest])
+    sky = _gathered(task, slabs, rows)
+    moved = _difference(sky, thickest, chosen.ripple, rows[thickest], coarse)
+    return replace(sky, resolution_error=moved)
+
+
+class _View:
+    """The requested directions of one resolution, ready for any column."""
+
+    def __init__(self, task: OrderTask, resolution: Resolution, columns: ShellColumns) -> None:
+        n = resolution.n_moments
+        self._task, self._n_moments = task, n
+        self._angles = gauss_angles(resolution.n_mu, n)
+        mu = np.cos(task.sky_zenith_rad)
+        self._columns, self._paths = columns, columns.directed(self._angles.mu, mu)
+        self._tables = split_table(mu, n, n)
+        self._window = resolution.window()
+        self._factor = np.where(np.arange(n) == 0, 1.0, 2.0)[:, None]  # of cos(m phi)
+
+    def solved(self, row: int, kinds: np.ndarray) -> _Row:
+        """Solve the column of one wavelength; `kinds` are the moments of its particles."""
+        slab = self._columns.slabs[row]
+        paths, seen = self._paths(row)
+        scattering = scattering_moments(slab, kinds[:, : self._n_moments] * self._window, self._n_moments)
+        orders = self._summed(row, slab, paths, scattering, self._task.n_listed)
+        drift = -seen.turn * self._steepness(row, paths, scattering, orders.total)
+        drift = np.clip(drift, -_STEEPEST, _STEEPEST)
+        rest = orders.total.copy()
+        for each in orders.listed:
+            rest[:, : each.shape[1]] -= each
+        sources = (*orders.listed, rest)
+        modes = np.zeros((len(sources), rest.shape[1] + 1, seen.weights.shape[0]))
+        for place, each in zip(modes, sources, strict=True):
+            looked_into = self._looked_into(seen.weights, drift, scattering, each)
+            place[: looked_into.shape[0]] = looked_into
+        lit = slab.scattering.reshape(slab.scattering.shape[0], -1) * slab.beam.ravel()
+        return _Row(modes=modes, order_one=lit @ seen.weights.T, orders=orders)
+
+    def _summed(
+        self, row: int, slab: Slab, paths: Paths, scattering: np.ndarray, n_listed: int, turn: float = 0.0
+    ) -> OrderMoments:
+        task = self._task
+        return sum_orders(
+            slab,
+            paths,
+            scattering,
+            self._angles,
+            float(np.cos(task.sun_zenith_rad + turn)),
+            float(task.albedo[row]),
+            last_order=None if task.n_orders >= ALL_ORDERS else task.n_orders,
+            n_listed=n_listed,
+        )
+
+    def _steepness(self, row: int, paths: Paths, scattering: np.ndarray, total: np.ndarray) -> np.ndarray:
+        """Logarithmic derivative of the mean radiance at the levels (n_level,) by the sun's zenith angle. [rad-1]"""
+        slab = self._columns.turned_slabs[row]
+        moved = self._summed(row, slab, paths, scattering[:, :1], 1, SUN_STEP_RAD).total[0, 0, 0]
+        here = total[0, 0, 0]
+        lit = here > 0.0
+        return np.where(lit, moved / np.where(lit, here, 1.0) - 1.0, 0.0) / SUN_STEP_RAD
+
+    def _looked_into(
+        self, weights: np.ndarray, drift: np.ndarray, scattering: np.ndarray, moments: np.ndarray
+    ) -> np.ndarray:
+        """Factors of cos(m phi) (modes, n_zenith) of the order after that of these moments; the drift adds a mode."""
+        n = moments.shape[1]
+        source = sum(np.matmul(self._tables[p][:n].swapaxes(1, 2), scattering[p, :n] * moments[p]) for p in (0, 1))
+        modes = self._factor[:n] * np.einsum("vk,mvk->mv", weights, source)
+        tilted = self._factor[:n] * np.einsum("vk,mvk->mv", weights * drift, source)
+        return np.concatenate([modes, np.zeros_like(modes[:1])]) + times_cosine(tilted)
+
+
+def times_cosine(modes: np.ndarray) -> np.ndarray:
+    """Factors of cos(m phi) of a cosine series times cos(phi), (n_modes + 1, n): one mode more."""
+    product = np.zeros((modes.shape[0] + 1, modes.shape[1]))
+    product[1:] += 0.5 * modes
+    product[1] += 0.5 * modes[0]
+    product[: modes.shape[0] - 1] += 0.5 * modes[1:]
+    return product
+
+
+def _gathered(task: OrderTask, slabs: tuple[Slab, ...], rows: list[_Row]) -> DiffuseSky:
+    """All wavelengths, for the sun's irradiance."""
+    light = task.irradiance
+    orders = [row.orders for row in rows]
+    listed = np.array([each.irradiance for each in orders])
+    later = np.array([each.irradiance_total for each in orders]) - listed[:, 1:].sum(axis=1)
+    return DiffuseSky(
+        sky_zenith_rad=task.sky_zenith_rad,
+        later_modes=light[:, None, None, None] * np.stack([row.modes for row in rows]),
+        order_one=light[:, None, None] * np.stack([row.order_one for row in rows]),
+        phases=tuple(slab.phases for slab in slabs),
+        sun_zenith_rad=task.sun_zenith_rad,
+        irradiance_by_order=light[:, None] * np.column_stack([listed[:, 1:], later]),
+        sun_irradiance=light,
+        direct_irradiance=light * listed[:, 0],
+        resolution_error=0.0,
+    )
+
+
+def _difference(sky: DiffuseSky, row: int, ripple: float, fine: _Row, coarse: _Row) -> float:
+    """Estimated error at three azimuths, as a share of the radiance: a coarser solution's, and cut moments'."""
+    azimuth = np.array([0.0, 0.5, 1.0]) * np.pi
+    change = fine.modes.sum(axis=0) - coarse.modes.sum(axis=0)
+    cosines = np.cos(np.arange(change.shape[0])[:, None] * azimuth)
+    later = fine.modes.sum(axis=0).T @ cosines
+    wrong = np.abs(change.T @ cosines) / _GAIN_OF_DOUBLING + ripple * later.mean()
+    whole = later + sky.plane_order_one(azimuth)[row] / max(float(sky.sun_irradiance[row]), np.finfo(float).tiny)
+    lit = whole > 0.0
+    return float(np.max(wrong[lit] / whole[lit], initial=0.0))
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class DiffuseSky:
+    """Radiance at the ground by orders, for a sun of irradiance F0, as cosine series of the azimuth."""
+
+    sky_zenith_rad: np.ndarray  #: (n_zenith,) zenith angles of directions. [rad]
+    #: (n_wl, n_row, n_modes, n_zenith) factors of cos(m phi). Row k is order k + 2; the last row is the sum of all
+    #: orders after the listed ones.
+    later_modes: np.ndarray
+    #: (n_wl, n_kind, n_zenith) plane-parallel order 1 of each kind of particle, without its phase function. [W m-2
+    #: nm-1]
+    order_one: np.ndarray
+    #: (n_wl, n_kind) the phase functions that belong to it
+    phases: tuple[tuple[Callable[[np.ndarray], np.ndarray], ...], ...]
+    sun_zenith_rad: float
+    #: (n_wl, n_row + 1) diffuse irradiance of orders 1, 2, ...; the last entry is the sum of the later ones. [W m-2
+    #: nm-1]
+    irradiance_by_order: np.ndarray
+    #: sun_irradiance, direct_irradiance: (n_wl,) of the beam above the atmosphere on a plane normal to it; at the
+    #: ground on the horizontal. [W m-2 nm-1]
+    sun_irradiance: np.ndarray
+    direct_irradiance: np.ndarray
+    #: Estimated error of cutting angles, depths and moments, as a share of the radiance; see `solve_orders`
+    resolution_error: float
+
+    def plane_order_one(self, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+        """Radiance of order 1 of the plane-parallel column, shape (n_wl, n_zenith, n_azimuth). [W m-2 sr-1 nm-1]"""
+        half = np.sin(0.5 * np.asarray(azimuth_from_sun_rad)) ** 2
+        across = (np.sin(self.sky_zenith_rad) * np.sin(self.sun_zenith_rad))[:, None] * half
+        gap = np.sin(0.5 * (self.sky_zenith_rad - self.sun_zenith_rad)) ** 2
+        cosine = np.clip(1.0 - 2.0 * (gap[:, None] + across), -1.0, 1.0)
+        out = np.zeros((len(self.phases), *cosine.shape))
+        for row, laws in enumerate(self.phases):
+            for kind, law in enumerate(laws):
+                out[row] += self.order_one[row, kind][:, None] * law(cosine.ravel()).reshape(cosine.shape)
+        return out

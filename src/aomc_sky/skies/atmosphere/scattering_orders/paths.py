@@ -1,0 +1,280 @@
+"""Straight paths of light through a column of shells, as weights on its source function.
+
+Law, for a path that crosses an element from share a to share b of its vertical optical depth, x its own optical depth
+per share:
+
+    L(b) = L(a) exp(-x (b - a)) + int_a^b J(s) exp(-x (b - s)) x ds .
+
+J is a polynomial through the element's nodes. The integrals of its powers follow from
+
+    psi_d(z) = int_0^1 v^d exp(-z (1 - v)) z dv,    psi_0 = 1 - exp(-z),    psi_d = 1 - (d / z) psi_(d-1),
+
+by the recurrence upward for z >= 1, and for z < 1 downward from a series, each stable on its side. The weights are
+exact for such a J, at any slope, to 1e-12.
+
+Through shells x = X / (b - a), with X the optical depth of the straight line in the element, and the tangent point of
+lines that sink and miss the ground. A path that meets the horizontal plane of a node under a small angle leaves a plane
+column far away, but a spherical one after some hundred kilometres: a plane column scatters too much light along the
+horizon, 2 to 10 % in orders >= 2. The source function of a node is that of its altitude alone: the same at each place
+along the path, in the direction that the path has at its end. For the directions that are looked into from the ground,
+the brightness of the source follows the sun's local zenith angle to first order (`Seen`). What is neglected: that x
+changes inside an element, that a direction's own zenith angle changes along its path, and the sun's where light goes on
+to be scattered again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from aomc_sky.skies.atmosphere.kernels.rays import lowest_altitude, way_from_ground
+from aomc_sky.skies.atmosphere.medium import Medium
+from aomc_sky.skies.atmosphere.optical_depth import columns, vertical_optical_depth
+from aomc_sky.skies.atmosphere.scattering_orders.slab import AltitudeGrid, Slab, altitude_grid, slabs_of_medium
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Paths:
+    """Weights of the source function on radiances; nodes are counted through all elements from the top."""
+
+    #: down, up: (n_mu, n_level, n_level) radiance at a node (second axis) of light that travels down or up, by the
+    #: source at a node (last axis)
+    down: np.ndarray
+    up: np.ndarray
+    #: (n_mu, n_level, n_level) radiance at a node of light that went down beyond the lowest point of a path that misses
+    #: the ground, then up; None where none does
+    over: np.ndarray | None
+    at_ground: np.ndarray  #: (n_mu, n_level) radiance that arrives at the ground
+    from_ground: np.ndarray  #: (n_mu, n_level) what is left at a node of radiance that leaves the ground
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Crossings:
+    """What the lines through the nodes of a column meet at one wavelength."""
+
+    #: (n_level, n_mu, n_element) optical path through each element, on one side of the line's lowest point
+    crossed: np.ndarray
+    below: np.ndarray  #: (n_level, n_mu) the part of it in the node's own element below the node
+    #: (n_level, n_mu, n_element) share of each element that lies above the line's lowest point. [0 to 1]
+    tangent: np.ndarray
+    lowest: np.ndarray  #: (n_level, n_mu) altitude of the lowest point; negative where the line meets the ground
+
+
+def node_paths(share: np.ndarray, lines: Crossings, ground_crossed: np.ndarray) -> Paths:
+    """Weights of the lines through the nodes of a column.
+
+    `share` (n_element, n_node) is where the nodes are in their elements, from the top; `ground_crossed` (n_mu,
+    n_element) are the optical paths of the lines that end at the ground.
+    """
+    from aomc_sky.skies.atmosphere.kernels.ray_integrals import fill_down, fill_up
+
+    n_element, n_node = share.shape
+    n_level, n_mu = lines.below.shape
+    element = np.repeat(np.arange(n_element), n_node)
+    points, inverse = share.ravel(), _inverse(share)
+    own = np.take_along_axis(lines.crossed, element[:, None, None], axis=2)[:, :, 0] - lines.below
+    down, up, over = (np.empty((n_mu, n_level, n_level)) for _ in range(3))
+    from_ground = np.empty((n_mu, n_level))
+    fill_down(lines.crossed, own, points, element, inverse, down)
+    fill_up(
+        lines.crossed,
+        lines.below,
+        lines.tangent,
+        lines.lowest,
+        points,
+        element,
+        inverse,
+        _inverse(1.0 - share),
+        up,
+        over,
+        from_ground,
+    )
+    return Paths(
+        down=down,
+        up=up,
+        over=over if np.any(lines.lowest >= 0.0) else None,
+        at_ground=ground_weights(share, ground_crossed),
+        from_ground=from_ground,
+    )
+
+
+def ground_weights(share: np.ndarray, crossed: np.ndarray) -> np.ndarray:
+    """Weights of the source function on the radiance that arrives at the ground.
+
+    Shape (n_mu, n_level) of shares (n_element, n_node) and optical paths through each element (n_mu, n_element).
+    """
+    from aomc_sky.skies.atmosphere.kernels.ray_integrals import fill_down
+
+    n_mu, n_element = crossed.shape
+    out = np.empty((n_mu, 1, share.size))
+    last = np.array([n_element - 1])
+    fill_down(crossed[None], np.ascontiguousarray(crossed[None, :, -1]), np.ones(1), last, _inverse(share), out)
+    return out[:, 0]
+
+
+def _inverse(share: np.ndarray) -> np.ndarray:
+    """Values at the nodes of elements to coefficients of powers of the share, (n_element, n_node, n_node)."""
+    return np.linalg.inv(share[:, :, None] ** np.arange(share.shape[1]))
+
+
+SHELL_ERROR = 5e-3
+"""Largest share of the sky's radiance that the neglected changes along a path cost, for a sun above 10 degrees."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Lines:
+    """Straight lines through a point of given altitude and direction: what each crosses of every constituent."""
+
+    #: (n_level, n_mu) altitude of the point nearest to the earth's centre; negative where the line meets the ground.
+    #: [m]
+    lowest_m: np.ndarray
+    #: (n_level, n_mu, n_element, n_constituent) columns of each element on one side of the lowest point. [m-2]
+    crossed: np.ndarray
+    #: (n_level, n_mu, n_constituent) the part of its own element between a point and the element's lower edge, or the
+    #: lowest point. [m-2]
+    below: np.ndarray
+
+
+def lines_through(grid: AltitudeGrid, altitude_m: np.ndarray, element: np.ndarray, mu: np.ndarray) -> Lines:
+    """Columns of lines through points.
+
+    Points at altitudes (n_level,), in the elements (n_level,), under cosines (n_mu,) of 0 to 1.
+    """
+    radius = grid.profile.earth_radius_m
+    lowest = lowest_altitude(radius, altitude_m[:, None], mu)
+    low_edge, high_edge = grid.edge_m[1:], grid.edge_m[:-1]
+
+    def along(low: np.ndarray, high: np.ndarray, tangent: np.ndarray) -> np.ndarray:
+        start = np.minimum(np.maximum(low, tangent), high)
+        fall = np.maximum(start - tangent, 0.0) * np.maximum(2.0 * radius + start + tangent, 0.0)
+        cosine = np.minimum(np.sqrt(fall) / (radius + start), 1.0)
+        return columns(grid.profile, start, cosine, high)
+
+    return Lines(
+        lowest_m=lowest,
+        crossed=along(low_edge, high_edge, lowest[:, :, None]),
+        below=along(low_edge[element][:, None], altitude_m[:, None], lowest),
+    )
+
+
+class ShellPaths:
+    """The lines of a grid's nodes and of the directions looked into, for any wavelength."""
+
+    def __init__(self, grid: AltitudeGrid, mu: np.ndarray, view_mu: np.ndarray) -> None:
+        n_element, n_node = grid.node_m.shape
+        self._grid = grid
+        self._element = np.repeat(np.arange(n_element), n_node)
+        self._lines = lines_through(grid, grid.node_m.ravel(), self._element, mu)
+        ground, last = np.zeros(1), np.array([n_element - 1])
+        self._from_ground = lines_through(grid, ground, last, mu)
+        self._view = lines_through(grid, ground, last, view_mu)
+
+    def weights(self, slab: Slab, extinction_m2: np.ndarray) -> tuple[Paths, np.ndarray]:
+        """Paths of the nodes' directions, and (n_zenith, n_level) for the directions looked into.
+
+        Cross sections are (n_constituent,). [m2]
+        """
+        share = slab.share
+        lines = Crossings(
+            crossed=self._lines.crossed @ extinction_m2,
+            below=self._lines.below @ extinction_m2,
+            tangent=self._tangent_share(slab),
+            lowest=self._lines.lowest_m,
+        )
+        return (
+            node_paths(share, lines, self._from_ground.crossed[0] @ extinction_m2),
+            ground_weights(share, self._view.crossed[0] @ extinction_m2),
+        )
+
+    def _tangent_share(self, slab: Slab) -> np.ndarray:
+        """Share of an element that a line crosses above its lowest point, (n_level, n_mu, n_element)."""
+        altitude = np.concatenate([self._grid.edge_m, self._grid.node_m.ravel()])
+        depth = np.concatenate([slab.edge_depth, slab.node_depth.ravel()])
+        rising = np.argsort(altitude)
+        lowest = np.interp(self._lines.lowest_m, altitude[rising], depth[rising])
+        return np.clip((lowest[:, :, None] - slab.edge_depth[:-1]) / np.diff(slab.edge_depth), 0.0, 1.0)
+
+
+SUN_STEP_RAD = 2e-3
+"""How far the sun is moved to see how fast the light at a level changes with its zenith angle. [rad]"""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Seen:
+    """What the directions looked into from the ground meet."""
+
+    weights: np.ndarray  #: (n_zenith, n_level) radiance by the source at a node
+    #: (n_zenith, n_level) by how much the vertical of the place where a direction crosses a node's altitude is turned
+    #: from the observer's; the sun stands that much higher there if one looks towards it. [rad]
+    turn: np.ndarray
+
+
+DirectedPaths = Callable[[int], tuple[Paths, Seen]]
+"""A wavelength's row to the paths of the nodes' directions, and of the directions looked into."""
+
+
+CURVED_RIPPLE, CURVED_MOMENTS = 2e-4, 128
+"""What cut phase moments may cost, and the most of them, where curved shells cost 1e-3 in any case."""
+
+FLAT_RIPPLE, FLAT_MOMENTS = 1e-6, 200
+"""The same where shells are as good as flat; see `choose_resolution`."""
+
+_MORE_IN_SHELLS = 3  # halves: the slope of a path changes inside an element
+_LEAST_ELEMENTS, _MOST_ELEMENTS = 10, 30
+_FLATTEST = 1e-4  # height over radius below which shells are as good as flat
+
+
+def elements_for(optical_depth: float) -> int:
+    """Elements to spread over a column: shallow paths see the last tenths of its depth.
+
+    10 up to an optical depth of 1, then slowly more: 18 at 5, 23 at 10.
+    """
+    return int(np.clip(np.ceil(_LEAST_ELEMENTS * optical_depth**0.36), _LEAST_ELEMENTS, _MOST_ELEMENTS))
+
+
+class ShellColumns:
+    """The columns of a medium, one for each wavelength.
+
+    `n_element` are spread over them; None chooses by the optical depth.
+    """
+
+    def __init__(self, medium: Medium, n_element: int | None, sun_zenith_rad: float) -> None:
+        is_curved = medium.top_m > _FLATTEST * medium.earth_radius_m
+        self.ripple = CURVED_RIPPLE if is_curved else FLAT_RIPPLE
+        self.most_moments = CURVED_MOMENTS if is_curved else FLAT_MOMENTS
+        depth = float(vertical_optical_depth(medium).sum(axis=1).max())
+        self.n_element = n_element or _MORE_IN_SHELLS * elements_for(depth) // 2
+        self._grid = altitude_grid(medium, self.n_element)
+        self.slabs = slabs_of_medium(medium, self._grid, sun_zenith_rad)
+        self.turned_slabs = slabs_of_medium(medium, self._grid, min(sun_zenith_rad + SUN_STEP_RAD, np.pi))
+
+    @property
+    def altitude_m(self) -> np.ndarray:
+        """Altitudes of the nodes of all elements, from the top down, shape (n_level,). [m]"""
+        return self._grid.node_m.ravel()
+
+    def extinction_per_m(self) -> np.ndarray:
+        """Extinction coefficients at the nodes, shape (n_wl, n_level). [m-1]"""
+        density = self._grid.node_density.reshape(self.altitude_m.size, -1)
+        return np.asarray(self._grid.profile.extinction_m2 @ density.T)
+
+    def directed(self, mu: np.ndarray, view_mu: np.ndarray) -> DirectedPaths:
+        """Straight paths through spherical shells, for directions of the nodes and directions looked into."""
+        shells = ShellPaths(self._grid, mu, view_mu)
+        extinction = self._grid.profile.extinction_m2
+        turn = _turn(self._grid.profile.earth_radius_m, self._grid.node_m.ravel(), view_mu)
+
+        def paths(row: int) -> tuple[Paths, Seen]:
+            of_nodes, weights = shells.weights(self.slabs[row], extinction[row])
+            return of_nodes, Seen(weights=weights, turn=turn)
+
+        return paths
+
+
+def _turn(radius_m: float, altitude_m: np.ndarray, mu: np.ndarray) -> np.ndarray:
+    """Angle at the earth's centre between the observer and where rays from there reach altitudes, (n_mu, n_level)."""
+    cosine = mu[:, None]
+    distance, _ = way_from_ground(radius_m, cosine, altitude_m)
+    return np.arctan2(distance * np.sqrt(1.0 - cosine**2), radius_m + distance * cosine)

@@ -1,0 +1,454 @@
+"""Solve an atmosphere: for the whole sky at sea level, or in given directions, each solved for itself."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import time
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.errors import ModelLimitWarning, UsageError
+from aomc_sky.grid import PatchGrid
+from aomc_sky.skies.atmosphere.backward import MOST_LISTED, PathsResult, solve_paths
+from aomc_sky.skies.atmosphere.eclipse import eclipsed_once, solve_eclipsed_order_one, visible_share
+from aomc_sky.skies.atmosphere.lights import Moon, ground_beam
+from aomc_sky.skies.atmosphere.medium import Medium, scatterers, unlit
+from aomc_sky.skies.atmosphere.order_one import scattered_once, scattering_cosine, solve_order_one, with_phases
+from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, DiffuseSky, solve_orders
+from aomc_sky.skies.atmosphere.sky.method import LOWEST_SUN_DEG, Lights, chosen_lights
+from aomc_sky.skies.atmosphere.sky.path_orders import GlowOrders, LaterOrders, glow_orders, path_orders
+from aomc_sky.skies.atmosphere.sky.solved import (
+    SkyField,
+    SolvedSky,
+    azimuth_basis,
+    field_of_modes,
+    fit_field,
+    patch_means,
+    zenith_nodes,
+)
+from aomc_sky.skies.atmosphere.twilight import ExactOnce
+
+ORDER_ONE_ERROR = 1e-5
+"""Relative error of order 1 as its solver states it."""
+
+_CURVATURE_OF_EARTH = 120.0 / 6371.0
+_KEPT_ORDERS = 8  # one by one; where more count, the last row holds all the later ones
+
+MORE_NODES = 64
+"""Nodes of zenith angle for orders 2 and up."""
+
+ORDER_ONE_NODES = (48, 7)
+ORDER_ONE_NODES_LOW_SUN = (96, 13)
+"""Nodes of zenith angle and azimuth for light scattered once; the second pair for a sun below 10 degrees."""
+
+ORDER_ONE_NODES_ECLIPSE = (48, 13)
+"""The same where the Moon hides part of the sun."""
+
+_LOWEST_OF_SERIES_DEG = 90.0
+"""Zenith angle of the sun beyond which the shadow of the earth cuts paths, and a series of order 1 fails."""
+
+
+def later_orders(
+    medium: Medium, sun_zenith_rad: float, sky_zenith_rad: np.ndarray, n_orders: int, *, n_listed: int
+) -> LaterOrders:
+    """Orders 2 to `n_orders`, and what the orders above them would bring.
+
+    The medium's own number of orders does not count. Orders from `n_listed` on, order 1 among those listed, share the
+    last row where more count.
+    """
+    if n_orders <= n_listed:
+        everything = dataclasses.replace(medium, n_orders=ALL_ORDERS)
+        found = solve_orders(everything, sun_zenith_rad, sky_zenith_rad, n_listed=n_orders)
+        left = found.irradiance_by_order[:, -1]
+        total = found.irradiance_by_order.sum(axis=1)
+        truncation = np.divide(left, total, out=np.zeros_like(left), where=total > 0)
+        return LaterOrders(
+            modes=found.later_modes[:, :-1], truncation=truncation, resolution_error=found.resolution_error
+        )
+    limited = dataclasses.replace(medium, n_orders=n_orders)
+    found = solve_orders(limited, sun_zenith_rad, sky_zenith_rad, n_listed=n_listed - 1)
+    rest = _geometric_rest(found, n_orders, n_listed)
+    return LaterOrders(modes=found.later_modes, truncation=rest, resolution_error=found.resolution_error)
+
+
+def _geometric_rest(found: DiffuseSky, n_orders: int, n_listed: int) -> np.ndarray:
+    """Share beyond many orders, by the ratio of the last two that are listed."""
+    if n_orders >= ALL_ORDERS:
+        return np.zeros(found.irradiance_by_order.shape[0])
+    before, last = found.irradiance_by_order[:, -3], found.irradiance_by_order[:, -2]
+    ratio = np.divide(last, before, out=np.zeros_like(last), where=before > 0)
+    rest = last * ratio ** (n_orders - n_listed + 2) / np.maximum(1.0 - ratio, 1e-6)
+    total = found.irradiance_by_order.sum(axis=1)
+    return np.divide(rest, total, out=np.zeros_like(rest), where=total > 0)
+
+
+def solve_sky(
+    medium: Medium,
+    *,
+    sun_zenith_rad: float,
+    method: str = "auto",
+    n_orders: int | None = None,
+    moon: Moon | None = None,
+    ground_radiance: np.ndarray | None = None,
+    n_paths: int | None = None,
+) -> SolvedSky:
+    """Solve for the whole sky.
+
+    The sun's zenith angle is 0 to 0.6 pi, and 0 to pi with `ground_radiance` (n_wl,), the light that the ground gives
+    off by itself [W m-2 sr-1 nm-1]: in deep night the sun is left out. `method` and `n_orders` are as for
+    `chosen_method`. A Moon that reaches no part of the sun from anywhere in the atmosphere is left out. `n_paths` None
+    is 4096 of the sun's, four times as many where these know a direction to less than 5 %, and 32768 of the ground's.
+
+    Accuracy: the fields follow the solvers to `SolvedSky.series_error`, the largest difference found in 64 directions
+    between the nodes: 2e-8 under a sun at 40 degrees, 1e-7 at 80, 7e-6 at 90. Cost: 0.1 s a wavelength; see the page.
+    """
+    lights = chosen_lights(
+        medium, sun_zenith_rad, method=method, n_orders=n_orders, moon=moon, ground_radiance=ground_radiance,
+        n_paths=n_paths,
+    )  # fmt: skip
+    return solve_sky_and_rings(medium, sun_zenith_rad, np.empty(0), lights, n_listed=_KEPT_ORDERS).sky
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SkyAndRings:
+    """A whole sky, and more zenith angles of the same solution."""
+
+    sky: SolvedSky
+    #: (n_wl, n_row, n_modes, n_ring) series in the azimuth of orders 2, 3, ... in the zenith angles; None where order 1
+    #: is all the sun's light, and of "mc", whose series is not meant for single directions.
+    later: np.ndarray | None
+    glow: np.ndarray | None  #: (n_wl, n_row, n_ring) orders 1, 2, ... of a glowing ground in them. [W m-2 sr-1 nm-1]
+
+
+def solve_sky_and_rings(
+    medium: Medium, sun_zenith_rad: float, ring_rad: np.ndarray, lights: Lights, *, n_listed: int
+) -> SkyAndRings:
+    """Solve for the whole sky, and look into more zenith angles with the same solution.
+
+    `lights` is from `chosen_lights`, `ring_rad` (n_ring,) are the zenith angles. Orders from `n_listed` on share the
+    last row.
+    """
+    if not lights.has_sun:
+        medium = unlit(medium)
+    zenith, n_rows = np.concatenate([zenith_nodes(MORE_NODES), ring_rad]), min(n_listed, lights.n_orders)
+    is_mirrored = lights.moon is None or not lights.moon.breaks_symmetry
+    started = time.perf_counter()
+    once = order_one_field(medium, sun_zenith_rad, lights)
+    after_once = time.perf_counter()
+    later = _later(medium, sun_zenith_rad, zenith, lights, n_rows, once)
+    after_later = time.perf_counter()
+    glow = _glow(medium, zenith, lights, n_rows)
+    seconds = {"order 1": after_once - started, "later orders": after_later - after_once}
+    seconds |= {} if glow is None else {"glow": time.perf_counter() - after_later}
+    share = 1.0 if lights.moon is None else visible_share(medium, sun_zenith_rad, lights.moon)
+    direct = ground_beam(medium, sun_zenith_rad)
+    sky = SolvedSky(
+        medium=medium,
+        sun_zenith_rad=sun_zenith_rad,
+        once=once,
+        more=None if later is None else field_of_modes(later.modes[..., :MORE_NODES], is_mirrored=is_mirrored),
+        direct=dataclasses.replace(direct, irradiance=share * direct.irradiance),
+        method=lights.method,
+        n_orders=lights.n_orders,
+        truncation=np.full(medium.wavelength_nm.size, np.nan) if later is None else later.truncation,
+        resolution_error=0.0 if later is None else later.resolution_error,
+        series_error=series_error(medium, sun_zenith_rad, once, lights.moon) if lights.has_sun else 0.0,
+        seconds=seconds,
+        moon=lights.moon,
+        visible_share=share,
+        glow=None if glow is None else field_of_modes(glow.radiance[:, :, None, :MORE_NODES]),
+        glow_error=0.0 if glow is None else glow.relative_error,
+        node_error=None if later is None else later.node_error,
+        n_paths=0 if later is None else later.n_paths,
+        reason=lights.reason,
+    )
+    return SkyAndRings(
+        sky=sky,
+        later=later.modes[..., MORE_NODES:] if later is not None and lights.method == "sos" else None,
+        glow=None if glow is None else glow.radiance[:, :, MORE_NODES:],
+    )
+
+
+def _glow(medium: Medium, zenith: np.ndarray, lights: Lights, n_rows: int) -> GlowOrders | None:
+    if lights.ground_radiance is None or not scatterers(medium):
+        return None
+    return glow_orders(medium, lights.ground_radiance, zenith, lights.n_orders, n_listed=n_rows, n_paths=lights.n_paths)
+
+
+def _later(
+    medium: Medium,
+    sun_zenith_rad: float,
+    zenith: np.ndarray,
+    lights: Lights,
+    n_rows: int,
+    once: SkyField | ExactOnce,
+) -> LaterOrders | None:
+    if lights.method == "order1" or not lights.has_sun or not scatterers(medium):
+        return None
+    if lights.method == "sos":
+        return later_orders(medium, sun_zenith_rad, zenith, lights.n_orders, n_listed=n_rows)
+    return path_orders(
+        medium, sun_zenith_rad, zenith[:MORE_NODES], lights.n_orders, n_listed=n_rows, moon=lights.moon,
+        n_paths=lights.n_paths, order_one=partial(radiance_of_order_one, medium, sun_zenith_rad, once),
+    )  # fmt: skip
+
+
+def relative_errors(sky: SolvedSky) -> tuple[float, float]:
+    """Estimated errors of the solvers: of quadratures and resolutions as a share of the radiance, and of the orders
+    above as a share of them.
+    """
+    if sky.method == "mc":
+        return ORDER_ONE_ERROR, sky.resolution_error
+    low = max(float(np.rad2deg(sky.sun_zenith_rad)) - LOWEST_SUN_DEG, 0.0) / (90.0 - LOWEST_SUN_DEG)
+    curvature = sky.medium.top_m / sky.medium.earth_radius_m / _CURVATURE_OF_EARTH
+    return ORDER_ONE_ERROR + sky.resolution_error, min(curvature, 1.0) * (0.004 + 0.026 * low)
+
+
+def order_one_field(medium: Medium, sun_zenith_rad: float, lights: Lights) -> SkyField | ExactOnce:
+    """Light scattered once before the phase functions, over the whole sky: a series, or in twilight solved anew."""
+    degrees = float(np.rad2deg(sun_zenith_rad))
+    if lights.has_sun and lights.moon is None and degrees > _LOWEST_OF_SERIES_DEG:
+        return ExactOnce(medium=medium, sun_zenith_rad=sun_zenith_rad)
+    n_zenith, n_azimuth = ORDER_ONE_NODES if degrees <= LOWEST_SUN_DEG else ORDER_ONE_NODES_LOW_SUN
+    if not lights.has_sun:
+        shape = (medium.wavelength_nm.size, len(scatterers(medium)), 1, 1)
+        return SkyField(coefficient=np.zeros(shape))
+    if lights.moon is None:
+        return fit_field(_order_one_law(medium, sun_zenith_rad, None), n_zenith=n_zenith, n_azimuth=n_azimuth)
+    is_mirrored = not lights.moon.breaks_symmetry
+    n_zenith, n_azimuth = ORDER_ONE_NODES_ECLIPSE
+    return fit_field(
+        _order_one_law(medium, sun_zenith_rad, lights.moon),
+        n_zenith=n_zenith,
+        n_azimuth=n_azimuth if is_mirrored else 2 * n_azimuth - 1,
+        is_mirrored=is_mirrored,
+    )
+
+
+def _order_one_law(
+    medium: Medium, sun_zenith_rad: float, moon: Moon | None
+) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
+    """Order 1 before the phase functions, of directions."""
+    if moon is None:
+        return lambda zenith, azimuth: scattered_once(medium, sun_zenith_rad, zenith, azimuth)
+    return lambda zenith, azimuth: eclipsed_once(medium, sun_zenith_rad, zenith, azimuth, moon)
+
+
+def radiance_of_order_one(
+    medium: Medium, sun_zenith_rad: float, once: SkyField | ExactOnce, zenith_rad: np.ndarray, azimuth_rad: np.ndarray
+) -> np.ndarray:
+    """Radiance of order 1 in directions (n,) by its field, shape (n_wl, n). [W m-2 sr-1 nm-1]"""
+    cosine = scattering_cosine(sun_zenith_rad, zenith_rad, azimuth_rad)
+    return with_phases(medium, once.at(zenith_rad, azimuth_rad), cosine)
+
+
+def series_error(medium: Medium, sun_zenith_rad: float, once: SkyField | ExactOnce, moon: Moon | None = None) -> float:
+    """Largest relative difference of order 1 from its solver in 64 directions that are no nodes.
+
+    Of an eclipse: the largest difference as a share of the brightest of them, for in totality the later orders are
+    the brighter ones.
+    """
+    if isinstance(once, ExactOnce):
+        return 0.0
+    k = np.arange(64)
+    zenith = np.arccos(((k + 0.5) / 64) ** 1.5)
+    azimuth = (np.pi if moon is None else 2.0 * np.pi) * np.mod(0.5 + k * 0.6180339887498949, 1.0)
+    exact = _order_one_law(medium, sun_zenith_rad, moon)(zenith, azimuth).sum(axis=1)
+    found = once.at(zenith, azimuth).sum(axis=1)
+    brightest = exact.max(axis=1, keepdims=True, initial=0.0)
+    scale = exact + 1e-6 * brightest if moon is None else np.broadcast_to(brightest, exact.shape)
+    return float(
+        np.max(np.divide(np.abs(found - exact), scale, out=np.zeros_like(exact), where=scale > 0), initial=0.0)
+    )
+
+
+_FLUX_BINS = (45, 72)
+_FLUX_BINS_TWILIGHT = (18, 12)
+_FLUX_TOLERANCE = 1e-4
+
+MOST_PATHS, FEWEST_PATHS = 65536, 4096
+"""Paths of each direction and wavelength: the first, unless all directions together had more than `ALL_PATHS`."""
+
+ALL_PATHS = 512 * MOST_PATHS
+
+_MODEL_ERROR = 2e-4
+"""Of tables and shells, as a share of the light that paths bring."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class AtmosphereResult:
+    """What a solution of an atmosphere brings, in the directions asked for.
+
+    Parameters
+    ----------
+    wavelength_nm : ndarray, float64, shape (n_wl,)
+        Wavelengths. [nm]
+    radiance : ndarray, float64, shape (n_wl, n_zenith, n_azimuth)
+        Of the sky without the direct beam, all orders that count. [W m-2 sr-1 nm-1]
+    radiance_by_order : ndarray, float64, shape (n_wl, n_order, n_zenith, n_azimuth)
+        The same by number of interactions, 1 first; where more than 24 count, row 24 holds all the later ones.
+    standard_error : ndarray, float64, shape (n_wl, n_zenith, n_azimuth)
+        Estimated error of the radiance as a standard deviation; light in orders left out is no part of it.
+    direct_irradiance, diffuse_irradiance : ndarray, float64, shape (n_wl,)
+        On the horizontal ground, of the beam and of the sky. [W m-2 nm-1]
+    truncation : ndarray, float64, shape (n_wl,)
+        Estimated share of the sky's irradiance in the orders that were left out; NaN for order 1 alone.
+    method : str
+        "order1", "sos" or "mc".
+    n_orders : int
+        Most interactions that count.
+    dropped : tuple of str
+        What the atmosphere has and the solution has not.
+    seconds : dict of str to float
+        Time that each part of the work took. [s]
+    under_sampled : ndarray, bool, shape (n_wl, n_zenith, n_azimuth), or None
+        Of "mc": where hardly any path reaches the air that the sun lights, and the error may be larger than stated; see
+        `aomc_sky.skies.atmosphere.backward.solve_paths`. None where no path was followed for the sun's light.
+    """
+
+    wavelength_nm: np.ndarray
+    radiance: np.ndarray
+    radiance_by_order: np.ndarray
+    standard_error: np.ndarray
+    direct_irradiance: np.ndarray
+    diffuse_irradiance: np.ndarray
+    truncation: np.ndarray
+    method: str
+    n_orders: int
+    dropped: tuple[str, ...] = ()
+    seconds: dict[str, float] = field(default_factory=dict)
+    under_sampled: np.ndarray | None = None
+
+
+def solve(
+    medium: Medium,
+    *,
+    sun_zenith_rad: float,
+    sky_zenith_rad: ArrayLike,
+    azimuth_from_sun_rad: ArrayLike,
+    method: str = "auto",
+    n_orders: int | None = None,
+    dropped: tuple[str, ...] = (),
+    moon: Moon | None = None,
+    ground_radiance: np.ndarray | None = None,
+    n_paths: int | None = None,
+) -> AtmosphereResult:
+    """Solve an atmosphere in the directions asked for, on all pairs of zenith angles and azimuths.
+
+    Azimuths are counted from the sun's; arguments and errors as of `solve_sky`, `dropped` is what the maker of the
+    medium left out, for the result.
+
+    No interpolation: every direction is solved. Azimuths left and right of the sun are one, so half of them are, unless
+    the Moon stands beside the sun's vertical plane. "mc" follows 65536 paths in each direction and wavelength, fewer
+    where more than 512 directions are asked for, 4096 at least; two suns have numbers of their own. The irradiance of
+    the sky is that of patches, good to 1e-4, and of "mc" has the noise of the whole sky's paths.
+    """
+    started = time.perf_counter()
+    zenith, azimuth = _angles(sky_zenith_rad, "zenith angles"), _angles(azimuth_from_sun_rad, "azimuths")
+    if not np.all((zenith >= 0) & (zenith <= np.pi / 2 * (1 + 1e-15))):
+        raise UsageError("zenith angles of directions must lie within 0 and 90 degrees")
+    lights = chosen_lights(
+        medium, sun_zenith_rad, method=method, n_orders=n_orders, moon=moon, ground_radiance=ground_radiance,
+        n_paths=n_paths,
+    )  # fmt: skip
+    rings, ring = np.unique(np.minimum(zenith, np.pi / 2), return_inverse=True)
+    found = solve_sky_and_rings(medium, sun_zenith_rad, rings, lights, n_listed=MOST_LISTED)
+    sky = found.sky
+    grid = PatchGrid.regular(*(_FLUX_BINS if sun_zenith_rad <= np.pi / 2 else _FLUX_BINS_TWILIGHT))
+    mean, _ = patch_means(sky, grid, 0.0, tolerance=_FLUX_TOLERANCE)
+    after_flux = time.perf_counter()
+    by_order, error, flagged = _by_order(found, rings, azimuth, lights.n_paths)
+    by_order, error = by_order[:, :, ring], error[:, ring]
+    if found.glow is not None:
+        by_order = by_order + found.glow[:, :, ring, None]
+        error = np.hypot(error, sky.glow_error * found.glow.sum(axis=1)[:, ring, None])
+    return AtmosphereResult(
+        wavelength_nm=medium.wavelength_nm,
+        radiance=by_order.sum(axis=1),
+        radiance_by_order=by_order,
+        standard_error=error,
+        direct_irradiance=sky.direct_irradiance,
+        diffuse_irradiance=mean.sum(axis=1) @ grid.projected_solid_angle_sr,
+        truncation=sky.truncation,
+        method=sky.method,
+        n_orders=sky.n_orders,
+        dropped=dropped,
+        seconds={"irradiance": after_flux - started, "directions": time.perf_counter() - after_flux},
+        under_sampled=None if flagged is None else flagged[:, ring],
+    )
+
+
+def _angles(given: ArrayLike, what: str) -> np.ndarray:
+    angles = np.atleast_1d(np.asarray(given, dtype=np.float64))
+    if angles.ndim != 1 or not angles.size or not np.all(np.isfinite(angles)):
+        raise UsageError(f"{what} of directions must be finite numbers in one row")
+    return angles
+
+
+def _by_order(
+    found: SkyAndRings, rings: np.ndarray, azimuth: np.ndarray, n_paths: int | None
+) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
+    """The sun's light by order on all pairs, (n_wl, n_order, n_ring, n_azimuth), its error, and whether it is flagged.
+
+    A distinct azimuth is worked out once.
+    """
+    sky = found.sky
+    turned = np.fmod(azimuth, 2 * np.pi)  # exact, so that mirror images stay so to the bit
+    turned -= np.where(np.abs(turned) > np.pi, np.copysign(2 * np.pi, turned), 0.0)
+    columns, column = np.unique(np.round(np.abs(turned) if sky.is_mirrored else turned, 15), return_inverse=True)
+    theta, phi = (angle.ravel() for angle in np.meshgrid(rings, columns, indexing="ij"))
+    shape = rings.size, columns.size
+    if sky.method == "mc" and sky.more is not None:
+        paths = directed_paths(sky, theta, phi, n_paths)
+        rows = paths.radiance_by_order.reshape(*paths.radiance_by_order.shape[:2], *shape)
+        error, flagged = (each.reshape(-1, *shape)[..., column] for each in (paths.standard_error, paths.under_sampled))
+        return rows[..., column], error, flagged
+    if sky.moon is None:
+        once = solve_order_one(sky.medium, sky.sun_zenith_rad, theta, phi)
+    else:
+        once = solve_eclipsed_order_one(sky.medium, sky.sun_zenith_rad, theta, phi, sky.moon)
+    rows = np.zeros((once.shape[0], sky.n_listed, *shape))
+    rows[:, 0] = once.reshape(-1, *shape)
+    if found.later is not None:
+        terms = azimuth_basis(columns, found.later.shape[2], is_mirrored=sky.is_mirrored)
+        rows[:, 1:] = np.maximum(found.later.swapaxes(2, 3) @ terms.T, 0.0)
+    once_error, later_error = relative_errors(sky)
+    error = np.hypot(once_error * rows.sum(axis=1), later_error * rows[:, 1:].sum(axis=1))
+    return rows[..., column], error[..., column], None
+
+
+def directed_paths(
+    sky: SolvedSky, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray, n_paths: int | None = None
+) -> PathsResult:
+    """Follow paths in single directions.
+
+    `n_paths` None is as many as the number of directions allows. The result's `standard_error` has 2e-4 of orders 2 and
+    up besides the scatter of the paths; it warns of directions whose error is not to be trusted.
+
+    The random numbers are those of the sun: two suns have errors of their own, and the whole sky others again.
+    """
+    found = solve_paths(
+        sky.medium, sun_zenith_rad=sky.sun_zenith_rad, sky_zenith_rad=sky_zenith_rad,
+        azimuth_from_sun_rad=azimuth_from_sun_rad, n_orders=sky.n_orders, visible=sky.moon, seed=_seed(sky),
+        n_paths=n_paths or int(np.clip(ALL_PATHS // max(sky_zenith_rad.size, 1), FEWEST_PATHS, MOST_PATHS)),
+        threads=os.cpu_count() or 1,
+    )  # fmt: skip
+    if found.under_sampled.any():
+        warnings.warn(
+            f"in {found.under_sampled.sum()} of {found.under_sampled.size} directions and wavelengths "
+            "hardly any path reaches the air that the sun lights; errors there may be larger than stated",
+            ModelLimitWarning,
+            stacklevel=5,
+        )
+    later = found.radiance_by_order[:, 1:].sum(axis=1)
+    return dataclasses.replace(found, standard_error=np.hypot(found.standard_error, _MODEL_ERROR * later))
+
+
+def _seed(sky: SolvedSky) -> int:
+    return int(np.float64(sky.sun_zenith_rad + 0.0).view(np.uint64))

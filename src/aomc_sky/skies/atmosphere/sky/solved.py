@@ -1,0 +1,402 @@
+"""A clear sky after its solution: smooth fields of the direction, radiance anywhere, means over patches, the beam."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from aomc_sky.grid import PatchGrid
+from aomc_sky.skies.atmosphere.lights import GroundBeam, Moon
+from aomc_sky.skies.atmosphere.medium import Medium
+from aomc_sky.skies.atmosphere.order_one import scattering_cosine, with_phases
+from aomc_sky.skies.atmosphere.twilight import ExactOnce
+
+HALF_PI = np.pi / 2
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SkyField:
+    """Functions of zenith angle and azimuth from the sun, as a rule mirrored on the sun's vertical plane.
+
+    A ray's path through shells lit by parallel light is smooth in both angles; only phase functions may be sharp, and
+    they stay outside.
+    """
+
+    #: (..., n_zenith, n_azimuth) of T_k(2 u - 1) cos(m phi), where u = sqrt(1 - theta / (pi/2)): the square root crowds
+    #: the nodes at the horizon, where air masses change over a degree, and is smooth overhead, where cos(theta) would
+    #: not be
+    coefficient: np.ndarray
+    #: False: n_azimuth is odd, and after the cosines of m = 0 ... n // 2 stand the sines of m = 1 ... n // 2.
+    is_mirrored: bool = True
+
+    def on_product(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+        """Values on all pairs of zenith angles (n_z,) and azimuths (n_a,), shape (..., n_z, n_a)."""
+        rows = _zenith_basis(sky_zenith_rad, self.coefficient.shape[-2])
+        columns = azimuth_basis(azimuth_from_sun_rad, self.coefficient.shape[-1], is_mirrored=self.is_mirrored)
+        return rows @ (self.coefficient @ columns.T)
+
+    def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+        """Values in single directions (n,), shape (..., n)."""
+        rows = _zenith_basis(sky_zenith_rad, self.coefficient.shape[-2])
+        columns = azimuth_basis(azimuth_from_sun_rad, self.coefficient.shape[-1], is_mirrored=self.is_mirrored)
+        return np.einsum("nk,...kn->...n", rows, self.coefficient @ columns.T)
+
+    def in_cells(
+        self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray, ring: np.ndarray, column: np.ndarray
+    ) -> np.ndarray:
+        """Values on the nodes of some cells of a product of rings and columns.
+
+        Shape (..., n_cell, n, n) of nodes of each ring (n_ring, n) and column (n_column, n), and of the cells' indices;
+        rings do not fall.
+        """
+        pieces = []
+        for one in np.unique(ring):
+            here = azimuth_from_sun_rad[column[ring == one]]
+            field = self.on_product(sky_zenith_rad[one], here.ravel())
+            pieces.append(field.reshape(*field.shape[:-1], *here.shape).swapaxes(-3, -2))
+        return np.concatenate(pieces, axis=-3)
+
+    def means(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray, weight: np.ndarray) -> np.ndarray:
+        """Weighted means over patches, each the product of a ring and a column.
+
+        Shape (..., n_ring, n_column) of nodes (n_ring, n) and (n_column, n), and a node's weight (n,) in both
+        directions. The series is averaged term by term, so that many nodes cost little.
+        """
+        rows = _zenith_basis(sky_zenith_rad.ravel(), self.coefficient.shape[-2])
+        columns = azimuth_basis(azimuth_from_sun_rad.ravel(), self.coefficient.shape[-1], is_mirrored=self.is_mirrored)
+        row_means = np.einsum("znk,n->zk", rows.reshape(*sky_zenith_rad.shape, -1), weight)
+        column_means = np.einsum("anm,n->am", columns.reshape(*azimuth_from_sun_rad.shape, -1), weight)
+        return row_means @ (self.coefficient @ column_means.T)
+
+
+def fit_field(
+    values: Callable[[np.ndarray, np.ndarray], np.ndarray], *, n_zenith: int, n_azimuth: int, is_mirrored: bool = True
+) -> SkyField:
+    """Fit a field through the values at its nodes.
+
+    `values` takes zenith angles (n,) and azimuths (n,) and gives (..., n). Exact at its nodes, which are neither
+    overhead nor on the horizon. Where it is not mirrored, `n_azimuth` is odd and over the whole turn.
+    """
+    phi = azimuth_nodes(n_azimuth, is_mirrored=is_mirrored)
+    zenith, azimuth = np.meshgrid(zenith_nodes(n_zenith), phi, indexing="ij")
+    value = values(zenith.ravel(), azimuth.ravel())
+    on_nodes = value.reshape(*value.shape[:-1], n_zenith, n_azimuth)
+    series = _to_series(n_zenith) @ on_nodes @ to_azimuth_series(n_azimuth, is_mirrored=is_mirrored).T
+    return SkyField(coefficient=series, is_mirrored=is_mirrored)
+
+
+def zenith_nodes(n: int) -> np.ndarray:
+    """Zenith angles of the nodes of a field, from near the zenith to near the horizon, shape (n,). [rad]"""
+    u = (_chebyshev_nodes(n) + 1) / 2
+    return HALF_PI * (1 - u * u)
+
+
+def azimuth_nodes(n: int, *, is_mirrored: bool) -> np.ndarray:
+    """Azimuths of the nodes of a field, over half a turn or a whole one, shape (n,). [rad]"""
+    return (np.arange(n) + 0.5) * (np.pi if is_mirrored else 2.0 * np.pi) / n
+
+
+def to_azimuth_series(n: int, *, is_mirrored: bool) -> np.ndarray:
+    """Matrix from values at `azimuth_nodes` to the factors of the azimuth's series, shape (n, n)."""
+    if is_mirrored:
+        return _to_series(n)
+    matrix = azimuth_basis(azimuth_nodes(n, is_mirrored=False), n, is_mirrored=False).T * (2.0 / n)
+    matrix[0] /= 2
+    return matrix
+
+
+def field_of_modes(modes: np.ndarray, *, is_mirrored: bool = True) -> SkyField:
+    """A field from its series in the azimuth at `zenith_nodes`.
+
+    `modes` (..., n_azimuth, n_zenith) are factors of cos(m phi), or as `SkyField` has them where it is not mirrored.
+    """
+    return SkyField(coefficient=_to_series(modes.shape[-1]) @ modes.swapaxes(-1, -2), is_mirrored=is_mirrored)
+
+
+def _chebyshev_nodes(n: int) -> np.ndarray:
+    return np.cos((np.arange(n) + 0.5) * np.pi / n)
+
+
+def _to_series(n: int) -> np.ndarray:
+    """Matrix from values at the nodes to coefficients of T_0 ... T_{n-1}."""
+    angle = (np.arange(n) + 0.5) * np.pi / n
+    matrix = np.cos(np.outer(np.arange(n), angle)) * 2.0 / n
+    matrix[0] /= 2
+    return matrix
+
+
+def _zenith_basis(sky_zenith_rad: np.ndarray, n: int) -> np.ndarray:
+    u = np.sqrt(np.clip(1 - sky_zenith_rad / HALF_PI, 0.0, 1.0))
+    return np.cos(np.outer(np.arccos(2 * u - 1), np.arange(n)))
+
+
+def azimuth_basis(azimuth_from_sun_rad: np.ndarray, n: int, *, is_mirrored: bool) -> np.ndarray:
+    """Terms of the azimuth's series, shape (n_azimuth, n)."""
+    if is_mirrored:
+        return np.cos(np.outer(azimuth_from_sun_rad, np.arange(n)))
+    angle = np.outer(azimuth_from_sun_rad, np.arange(n // 2 + 1))
+    return np.concatenate([np.cos(angle), np.sin(angle[:, 1:])], axis=1)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class SolvedSky:
+    """Radiance of the sky at the ground, as phase functions times smooth fields.
+
+    Parameters
+    ----------
+    medium : Medium
+        The atmosphere.
+    sun_zenith_rad : float
+        Zenith angle of the sun. [rad]
+    once : SkyField or ExactOnce, shape (n_wl, n_scatterer, ...)
+        Light scattered once by each kind of particle that scatters, without its phase function. [W m-2 nm-1]
+    more : SkyField, shape (n_wl, n_order - 1, ...), or None
+        Radiance of orders 2 and up; None where order 1 is all. [W m-2 sr-1 nm-1]
+    direct : GroundBeam
+        The light of the sun that reaches the ground unscattered.
+    method : str
+        "order1", "sos" or "mc".
+    n_orders : int
+        Most interactions that count.
+    truncation : ndarray, float64, shape (n_wl,)
+        Estimated share of the sky's irradiance in the orders that do not count; NaN for order 1 alone.
+    resolution_error : float
+        Estimated error of cutting angles and depths in the later orders, as a share of the radiance.
+    series_error : float
+        Largest relative difference of the field of order 1 from its solver that was found between the nodes.
+    seconds : dict of str to float
+        Time of each part of the solution. [s]
+    moon : Moon or None
+        What hides part of the sun.
+    visible_share : float
+        Of the sun's disc, seen by the observer beside the Moon; `direct` has it already. [0 to 1]
+    glow : SkyField, shape (n_wl, n_listed, ...), or None
+        Radiance of orders 1 and up that a glowing ground brings. [W m-2 sr-1 nm-1]
+    glow_error : float
+        Standard error of one direction of it, as a share.
+    node_error : ndarray, float64, shape (n_wl, n_zenith, n_azimuth), or None
+        Of "mc": standard error of orders 2 and up at `zenith_nodes` and `azimuth_nodes`. [W m-2 sr-1 nm-1]
+    reason : str
+        Why "auto" took the method; empty where the method was asked for.
+    n_paths : int
+        Backward paths of each direction and wavelength that brought orders 2 and up; 0 where no paths did.
+    """
+
+    medium: Medium
+    sun_zenith_rad: float
+    once: SkyField | ExactOnce
+    more: SkyField | None
+    direct: GroundBeam
+    method: str
+    n_orders: int
+    truncation: np.ndarray
+    resolution_error: float
+    series_error: float
+    seconds: dict[str, float]
+    moon: Moon | None = None
+    visible_share: float = 1.0
+    glow: SkyField | None = None
+    glow_error: float = 0.0
+    node_error: np.ndarray | None = None
+    reason: str = ""
+    n_paths: int = 0
+
+    @property
+    def n_listed(self) -> int:
+        """Orders that are kept one by one; the last one holds all later ones too."""
+        of_sun = 1 if self.more is None else 1 + int(self.more.coefficient.shape[1])
+        return max(of_sun, 0 if self.glow is None else int(self.glow.coefficient.shape[1]))
+
+    @property
+    def is_mirrored(self) -> bool:
+        """Whether the sky right of the sun is that left of it."""
+        return self.moon is None or not self.moon.breaks_symmetry
+
+    @property
+    def direct_irradiance(self) -> np.ndarray:
+        """Irradiance of the direct beam on the horizontal ground, shape (n_wl,). [W m-2 nm-1]"""
+        return self.direct.irradiance
+
+    @property
+    def direct_normal(self) -> np.ndarray:
+        """Irradiance of the direct beam on a plane normal to it, shape (n_wl,). [W m-2 nm-1]"""
+        return self.visible_share * self.medium.toa_irradiance * np.exp(-self.direct.optical_depth)
+
+    def once_on_product(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+        """Radiance of order 1 on all pairs of zenith angles (n_z,) and azimuths from the sun (n_a,).
+
+        Shape (n_wl, n_z, n_a). [W m-2 sr-1 nm-1, >= 0]
+        """
+        parts = self.once.on_product(sky_zenith_rad, azimuth_from_sun_rad)
+        return with_phases(self.medium, parts, self._cosine(sky_zenith_rad[:, None], azimuth_from_sun_rad[None, :]))
+
+    def once_at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+        """Radiance of order 1 in single directions (n,), shape (n_wl, n). [W m-2 sr-1 nm-1, >= 0]"""
+        parts = self.once.at(sky_zenith_rad, azimuth_from_sun_rad)
+        return with_phases(self.medium, parts, self._cosine(sky_zenith_rad, azimuth_from_sun_rad))
+
+    def once_in_cells(
+        self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray, ring: np.ndarray, column: np.ndarray
+    ) -> np.ndarray:
+        """Radiance of order 1 on the nodes of some cells of a product of rings and columns.
+
+        Shape (n_wl, n_cell, n, n) of nodes of each ring (n_ring, n) and column (n_column, n), and of the cells'
+        indices; rings do not fall. [W m-2 sr-1 nm-1, >= 0]
+        """
+        theta, phi = sky_zenith_rad[ring][:, :, None], azimuth_from_sun_rad[column][:, None, :]
+        parts = self.once.in_cells(sky_zenith_rad, azimuth_from_sun_rad, ring, column)
+        return with_phases(self.medium, parts, self._cosine(theta, phi))
+
+    def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+        """Radiance of all orders together in single directions (n,), shape (n_wl, n). [W m-2 sr-1 nm-1, >= 0]"""
+        radiance = self.once_at(sky_zenith_rad, azimuth_from_sun_rad)
+        for part in (self.more, self.glow):
+            if part is not None:
+                whole = dataclasses.replace(part, coefficient=part.coefficient.sum(axis=1))
+                radiance = radiance + np.maximum(whole.at(sky_zenith_rad, azimuth_from_sun_rad), 0.0)
+        return radiance
+
+    def path_error(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+        """Standard error of orders 2 and up by paths in single directions (n,): that of the nearest node, (n_wl, n)."""
+        assert self.node_error is not None  # method "mc"
+        n_zenith, n_azimuth = self.node_error.shape[1:]
+        turned = np.mod(azimuth_from_sun_rad, 2.0 * np.pi)
+        turned = np.minimum(turned, 2.0 * np.pi - turned) if self.is_mirrored else turned
+        node = azimuth_nodes(n_azimuth, is_mirrored=self.is_mirrored)
+        rings = np.argmin(np.abs(sky_zenith_rad[:, None] - zenith_nodes(n_zenith)), axis=1)
+        return np.asarray(self.node_error[:, rings, np.argmin(np.abs(turned[:, None] - node), axis=1)])
+
+    def _cosine(self, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+        return scattering_cosine(self.sun_zenith_rad, zenith, azimuth)
+
+
+FIRST_POINTS = 3
+"""Gauss points of order 1 in each direction of a patch, before any patch is refined."""
+
+MORE_POINTS = 16
+"""Gauss points of the orders above, whose series are averaged term by term."""
+
+_GROWTH = 5 / 3
+_MOST_POINTS = 64
+_MOST_VALUES = 2_000_000
+"""Radiances evaluated at a time, so that no call takes more than some ten megabytes."""
+
+
+def patch_means(
+    sky: SolvedSky, grid: PatchGrid, sun_azimuth_rad: float, *, tolerance: float = 1e-5
+) -> tuple[np.ndarray, float]:
+    """Flux-weighted mean radiance of every patch, by order.
+
+    Shape (n_wl, n_order, n_patch): integral of L cos over the patch / its projected solid angle [W m-2 sr-1 nm-1]; and
+    the largest relative change of order 1 by the last refinement of any patch, which is above its error. `tolerance` is
+    such a change by two thirds more points each way.
+
+    Gauss points in mu^2 and azimuth. Order 1 has 3 x 3 and then 5 x 5 of them in all patches, and more where the mean
+    still changes: around the sun under aerosols with a sharp forward peak, and along the horizon.
+    """
+    columns, mirror = _distinct_columns(grid, sun_azimuth_rad, is_mirrored=sky.is_mirrored)
+    once, change = _refined_once(sky, grid, columns, tolerance)
+    mean = np.zeros((once.shape[0], sky.n_listed, grid.n_zenith, len(columns)))
+    mean[:, 0] = once.reshape(once.shape[0], grid.n_zenith, -1)
+    if sky.more is not None:
+        share, weight = _gauss(MORE_POINTS)
+        azimuth = columns[:, :1] + (columns[:, 1:] - columns[:, :1]) * share
+        mean[:, 1:] = np.maximum(sky.more.means(_zeniths(grid, share), azimuth, weight), 0.0)
+    if sky.glow is not None:
+        mean += glow_means(sky.glow, grid)[..., None]
+    return mean[..., mirror].reshape(*mean.shape[:2], -1), change
+
+
+def glow_means(glow: SkyField, grid: PatchGrid) -> np.ndarray:
+    """Means of a sky that is the same all around over the rings of a grid, shape (n_wl, n_order, n_zenith)."""
+    share, weight = _gauss(MORE_POINTS)
+    anywhere = np.zeros((1, MORE_POINTS))
+    return np.maximum(glow.means(_zeniths(grid, share), anywhere, weight)[..., 0], 0.0)
+
+
+def _refined_once(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, tolerance: float) -> tuple[np.ndarray, float]:
+    """Means of order 1, and their largest last change."""
+    mean = _on_all(sky, grid, columns, FIRST_POINTS)
+    n_points = _more(FIRST_POINTS)
+    finer = _on_all(sky, grid, columns, n_points)
+    change, mean = _relative_change(mean, finer), finer
+    while n_points < _MOST_POINTS and np.any(change > tolerance):
+        n_points = _more(n_points)
+        unsettled = np.flatnonzero(change > tolerance)
+        finer = _on_some(sky, grid, columns, unsettled, n_points)
+        change[unsettled] = _relative_change(mean[:, unsettled], finer)
+        mean[:, unsettled] = finer
+    return mean, float(change.max(initial=0.0))
+
+
+def _more(n_points: int) -> int:
+    return min(int(np.ceil(n_points * _GROWTH)), _MOST_POINTS)
+
+
+def _relative_change(coarse: np.ndarray, fine: np.ndarray) -> np.ndarray:
+    """Largest change of a patch over the wavelengths, shape (n_patch,)."""
+    share = np.divide(np.abs(fine - coarse), fine, out=np.zeros_like(fine), where=fine > 0)
+    return share.max(axis=0)
+
+
+def _distinct_columns(grid: PatchGrid, sun_azimuth_rad: float, *, is_mirrored: bool) -> tuple[np.ndarray, np.ndarray]:
+    """Columns that are no mirror image of another on the sun's vertical plane, and which of them each column is.
+
+    Where the sky is not mirrored there, all of them. Columns are (n, 2) azimuths from the sun [rad], the others indices
+    (n_azimuth,) into them.
+    """
+    bounds = np.deg2rad(grid.azimuth_bounds_deg) - sun_azimuth_rad
+    middle, width = bounds.mean(axis=1), bounds[:, 1] - bounds[:, 0]
+    folded = np.mod(middle + np.pi, 2 * np.pi) - np.pi
+    if is_mirrored:
+        folded = np.abs(folded)
+    alike = np.round(np.column_stack([folded, width]), 12)
+    _, first, mirror = np.unique(alike, axis=0, return_index=True, return_inverse=True)
+    columns = folded[first, None] + width[first, None] * np.array([-0.5, 0.5])
+    return columns, mirror.ravel()
+
+
+def _gauss(n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Nodes and weights on 0 to 1."""
+    nodes, weights = np.polynomial.legendre.leggauss(n)
+    return (nodes + 1) / 2, weights / 2
+
+
+def _zeniths(grid: PatchGrid, share: np.ndarray) -> np.ndarray:
+    """Zenith angles at shares of the growth of sin^2 in each ring, shape (n_zenith, n). [rad]"""
+    near, growth, far = grid.ring_sin2()
+    sin2 = near[:, None] + growth[:, None] * share
+    cos2 = far[:, None] + growth[:, None] * (1 - share)
+    return np.arctan2(np.sqrt(sin2), np.sqrt(cos2))
+
+
+def _on_all(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, n: int) -> np.ndarray:
+    """Means of order 1 over all patches by n x n points, some rings at a time, shape (n_wl, n_patch)."""
+    share, weight = _gauss(n)
+    zenith = _zeniths(grid, share)
+    azimuth = (columns[:, :1] + (columns[:, 1:] - columns[:, :1]) * share).ravel()
+    rings = max(_MOST_VALUES // (n * azimuth.size * sky.medium.wavelength_nm.size), 1)
+    means = []
+    for start in range(0, grid.n_zenith, rings):
+        some = zenith[start : start + rings]
+        radiance = sky.once_on_product(some.ravel(), azimuth)
+        cells = radiance.reshape(-1, len(some), n, len(columns), n)
+        means.append(np.einsum("wzicj,i,j->wzc", cells, weight, weight, optimize=True))
+    return np.concatenate(means, axis=1).reshape(sky.medium.wavelength_nm.size, -1)
+
+
+def _on_some(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, patches: np.ndarray, n: int) -> np.ndarray:
+    """Means of order 1 over listed patches by n x n points, shape (n_wl, n_listed)."""
+    share, weight = _gauss(n)
+    at_once = max(_MOST_VALUES // (n * n * sky.medium.wavelength_nm.size), 1)
+    zenith = _zeniths(grid, share)
+    azimuth = columns[:, :1] + (columns[:, 1:] - columns[:, :1]) * share
+    means = []
+    for start in range(0, patches.size, at_once):
+        ring, column = np.divmod(patches[start : start + at_once], len(columns))
+        cells = sky.once_in_cells(zenith, azimuth, ring, column)
+        means.append(np.einsum("wpij,i,j->wp", cells, weight, weight, optimize=True))
+    return np.concatenate(means, axis=1)
