@@ -48,11 +48,6 @@ class Law(enum.IntEnum):
     GGX = 7
     BECKMANN = 8
 
-    @property
-    def is_lobe(self) -> bool:
-        """Whether it is a lobe of a background sky."""
-        return Law.HG <= self <= Law.BECKMANN
-
 
 def are_lobes(law: np.ndarray) -> np.ndarray:
     """Which of many laws are lobes of background skies."""
@@ -60,9 +55,6 @@ def are_lobes(law: np.ndarray) -> np.ndarray:
 
 
 N_CELL_PARAMETERS = 6
-N_SHARED = 11
-N_LOBE_SHARED = 10
-N_ENVELOPE_PARAMETERS = 8
 
 
 def cells_of_grid(grid: PatchGrid, law: Law = Law.CELL_MU2) -> np.ndarray:
@@ -156,24 +148,12 @@ class Component:
                 f"do not fit mass {self.mass.shape}; wanted (n_wl,), (n_wl or 1, n_cell) and "
                 f"(n_cell, {N_CELL_PARAMETERS})"
             )
-        self._check_law(n_cell)
+        if (self.shared is None) != (self.bounds is None):
+            raise ValueError(f"component {self.name!r}: a law needs both shared and bounds, or neither")
         for name in ("strength", "mass"):
             value = getattr(self, name)
             if not np.all(np.isfinite(value)) or np.any(value < 0):
                 raise SceneError(f"component {self.name!r}: {name} must be finite and not negative")
-
-    def _check_law(self, n_cell: int) -> None:
-        """Raise where `shared` and `bounds` are not what the law reads."""
-        shapes = [None if x is None else x.shape for x in (self.shared, self.bounds)]
-        if self.law is Law.PEREZ and shapes != [(N_SHARED,), (n_cell, 4)]:
-            raise ValueError(f"component {self.name!r}: law PEREZ needs shared ({N_SHARED},) and bounds ({n_cell}, 4)")
-        if self.law.is_lobe:
-            is_table = shapes[1] is not None and shapes[1][1:] == (N_ENVELOPE_PARAMETERS,)
-            if n_cell != 1 or shapes[0] != (N_LOBE_SHARED,) or not is_table:
-                raise ValueError(
-                    f"component {self.name!r}: a lobe needs one cell, shared ({N_LOBE_SHARED},) and bounds "
-                    f"(n, {N_ENVELOPE_PARAMETERS})"
-                )
 
     @property
     def n_cells(self) -> int:
