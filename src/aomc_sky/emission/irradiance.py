@@ -107,22 +107,14 @@ class Irradiance:
         if len(known) < len(components):
             return None
         plane = np.stack(known)
-        above = np.stack([_over_hemisphere(c, row) for c, row in zip(components, plane, strict=True)])
-        kept = np.array([1.0 - c.below_horizon for c in components])[:, None]
+        # light of lobes over the hemisphere: that of the horizontal plane times the mean of 1 / mu; 0 for other laws
+        above = np.array([law_of(c.law).moments(c)[1][0] if law_of(c.law).covers_sky else 0.0 for c in components])
+        above, kept = above[:, None] * plane, np.array([1.0 - c.below_horizon for c in components])[:, None]
         total = np.divide(above, kept, out=np.zeros_like(above), where=kept > 0)
-        is_lobe = np.array([law_of(c.law).covers_sky for c in components])[:, None]
-        sphere, lost = np.sum(total * is_lobe, axis=0), np.sum((total - above) * is_lobe, axis=0)
+        sphere, lost = np.sum(total, axis=0), np.sum(total - above, axis=0)
         loss = np.divide(lost, sphere, out=np.zeros_like(lost), where=sphere > 0)
         return cls(of_component=plane.T[row_of_band], horizon_loss=np.clip(loss, 0.0, 1.0)[row_of_band])
 
     def as_arrays(self) -> dict[str, np.ndarray]:
         """Arrays of a plan."""
         return {"irradiance_W_m2_nm": self.of_component, "horizon_loss": self.horizon_loss}
-
-
-def _over_hemisphere(component: Component, plane: np.ndarray) -> np.ndarray:
-    """Irradiance of a lobe integrated over the hemisphere, from that of the horizontal plane."""
-    if not law_of(component.law).covers_sky:
-        return np.zeros_like(plane)
-    over: np.ndarray = plane * cell_moments((component,))[1][0]  # the mean of 1 / mu
-    return over

@@ -203,7 +203,7 @@ def marks_of(components: Iterable[Component], grid: PatchGrid, sun: Mark | None 
         if beam is not None:
             marks.append(Mark(zenith_deg=beam[0], azimuth_deg=beam[1], symbol=Symbol.BEAM))
         if law.sun_deg is not None and sun is None:
-            sun = sun_mark(*law.sun_deg(component))
+            sun = sun_mark(*law.sun_deg(component).tolist())
         if law.axis_deg is not None:
             zenith, azimuth, width = law.axis_deg(component)
             if width < 90.0 / grid.n_zenith and zenith <= 90.0:

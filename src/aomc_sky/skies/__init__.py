@@ -1,7 +1,6 @@
 """Radiance as a function of sky direction and wavelength: no file knows, no sampling.
 
 model            What every sky model promises, the models by name, and the share of a model in the light of a scene
-cell_law         What a law answers besides directions: moments, rules of a plan, density; the laws of no slice
 uniform          A sky of equal radiance everywhere
 function_sky     A sky given by a function of direction and wavelength, and what constant patches cost
 quadrature       Integrals over patches by one adaptive Gauss rule, in plain numpy: of every sky that needs them

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -102,11 +101,9 @@ class Scene:
         names = [c.name for c in self.components]
         if len(set(names)) != len(names):
             raise SceneError(f"component names must differ, got {names}")
-        for law, n in Counter(c.law for c in self.components).items():
-            if n > 1 and law_of(law).instead:
-                raise SceneError(
-                    f"a scene can have one component of law {law.name}; give the others {law_of(law).instead}"
-                )
+        laws = [c.law for c in self.components]
+        for law in (law for law in laws if laws.count(law) > 1 and law_of(law).instead):
+            raise SceneError(f"a scene can have one component of law {law.name}; give the others {law_of(law).instead}")
         n_rows = {c.strength.size for c in self.components}
         if len(n_rows) != 1:
             raise SceneError(f"components must have equally many rows, got {sorted(n_rows)}")

@@ -49,8 +49,7 @@ class RepeatFinder:
         if is_centred:
             return "all photons of a patch have one direction"
         for component in components:
-            width = law_of(component.law).width_rad
-            if width is not None and width(component) < _LEAST_WIDTH:
+            if law_of(component.law).width_rad(component) < _LEAST_WIDTH:
                 return f"{component.name} is narrower than {_LEAST_WIDTH:g} rad"
         points = [points_deg(component, is_centred=False)[1:] for component in components]
         zenith, azimuth = (np.concatenate(angle) for angle in zip(*points, strict=True))

@@ -186,8 +186,7 @@ _Parts = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def _of_one_cell(component: Component, zones: PatchGrid, start: int) -> _Parts:
-    shares = law_of(component.law).shares or _disc_around_zenith
-    mass = shares(component, zones)
+    mass = (law_of(component.law).shares or _disc_around_zenith)(component, zones)
     zone = np.flatnonzero(mass > 0)
     return np.full(zone.size, start), zone, mass[zone] / mass[zone].sum()
 

@@ -1,4 +1,4 @@
-"""The laws HG, GGX and BECKMANN: one lobe times the cosine, as `aomc_sky.skies.cell_law` asks for it."""
+"""The laws HG, GGX and BECKMANN: one lobe times the cosine, as `CellLaw` asks for it."""
 
 from __future__ import annotations
 
@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from aomc_sky.component import Component
-from aomc_sky.skies.cell_law import CellLaw
+from aomc_sky.component import CellLaw, Component
 from aomc_sky.skies.lobes.envelope import lobe_of
 from aomc_sky.skies.lobes.patches import TiltedLobe, patch_shares
 
