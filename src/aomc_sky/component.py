@@ -1,11 +1,11 @@
-"""What a sky hands to the sampler: laws by name, and arrays. No sky, no file, no generator."""
+"""What a sky hands to the sampler: laws by name, and arrays; and what a law answers. No sky, no file, no generator."""
 
 from __future__ import annotations
 
 import dataclasses
 import enum
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,11 +48,6 @@ class Law(enum.IntEnum):
     GGX = 7
     BECKMANN = 8
 
-    @property
-    def is_lobe(self) -> bool:
-        """Whether it is a lobe of a background sky."""
-        return Law.HG <= self <= Law.BECKMANN
-
 
 def are_lobes(law: np.ndarray) -> np.ndarray:
     """Which of many laws are lobes of background skies."""
@@ -60,9 +55,6 @@ def are_lobes(law: np.ndarray) -> np.ndarray:
 
 
 N_CELL_PARAMETERS = 6
-N_SHARED = 11
-N_LOBE_SHARED = 10
-N_ENVELOPE_PARAMETERS = 8
 
 
 def cells_of_grid(grid: PatchGrid, law: Law = Law.CELL_MU2) -> np.ndarray:
@@ -156,24 +148,12 @@ class Component:
                 f"do not fit mass {self.mass.shape}; wanted (n_wl,), (n_wl or 1, n_cell) and "
                 f"(n_cell, {N_CELL_PARAMETERS})"
             )
-        self._check_law(n_cell)
+        if (self.shared is None) != (self.bounds is None):
+            raise ValueError(f"component {self.name!r}: a law needs both shared and bounds, or neither")
         for name in ("strength", "mass"):
             value = getattr(self, name)
             if not np.all(np.isfinite(value)) or np.any(value < 0):
                 raise SceneError(f"component {self.name!r}: {name} must be finite and not negative")
-
-    def _check_law(self, n_cell: int) -> None:
-        """Raise where `shared` and `bounds` are not what the law reads."""
-        shapes = [None if x is None else x.shape for x in (self.shared, self.bounds)]
-        if self.law is Law.PEREZ and shapes != [(N_SHARED,), (n_cell, 4)]:
-            raise ValueError(f"component {self.name!r}: law PEREZ needs shared ({N_SHARED},) and bounds ({n_cell}, 4)")
-        if self.law.is_lobe:
-            is_table = shapes[1] is not None and shapes[1][1:] == (N_ENVELOPE_PARAMETERS,)
-            if n_cell != 1 or shapes[0] != (N_LOBE_SHARED,) or not is_table:
-                raise ValueError(
-                    f"component {self.name!r}: a lobe needs one cell, shared ({N_LOBE_SHARED},) and bounds "
-                    f"(n, {N_ENVELOPE_PARAMETERS})"
-                )
 
     @property
     def n_cells(self) -> int:
@@ -187,6 +167,42 @@ class Component:
     def weight_of(self, row: int) -> np.ndarray | None:
         """Photon weights per cell of one wavelength, shape (n_cell,), or None where all are 1."""
         return None if self.weight is None else self.weight[as_index(row, "row") if self.weight.shape[0] > 1 else 0]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class CellLaw:
+    """What a law answers besides directions; a function that is None, or an empty text, does not concern it."""
+
+    #: Mean of mu and of 1 / mu over each cell of a component, (n_cell,) each.
+    moments: Callable[[Component], tuple[np.ndarray, np.ndarray]]
+    #: Which cells (n_cell, 6) send photons down to the horizon, so that the mean of 1 / mu^2 is infinite.
+    reaches_horizon: Callable[[np.ndarray], np.ndarray] = lambda cell: cell[:, 2] <= 0
+    #: Function of the zenith angle in which the photons of a ring are counted, and spread evenly without `flux`. [deg]
+    coordinate: Callable[[np.ndarray], np.ndarray] = lambda zenith_deg: np.sin(np.deg2rad(zenith_deg)) ** 2
+    #: Flux (n_ring, n_column) through rings and columns, where photons are uneven inside cells. [ends (n, 2) in deg]
+    flux: Callable[[Component, np.ndarray, np.ndarray], np.ndarray] | None = None
+    #: Share of the flux in each patch of a whole hemisphere, where one cell without centre covers the sky.
+    shares: Callable[[Component, PatchGrid], np.ndarray] | None = None
+    #: Smallest angle over which the light of such a cell changes. [rad]
+    width_rad: Callable[[Component], float] = lambda component: math.inf
+    #: Zenith angle and azimuth of its axis, and the angle about it that holds half of the light. [deg]
+    axis_deg: Callable[[Component], tuple[float, float, float]] | None = None
+    #: Zenith angle and azimuth of the sun of a sky, (2,). [deg]
+    sun_deg: Callable[[Component], np.ndarray] | None = None
+    is_beam: bool = False  #: Whether the light comes from one direction or a disc.
+    needs_patches: bool = False  #: Whether a component must have a grid.
+    instead: str = ""  #: What others can have, where a scene can have one component of the law.
+    leave_out: str = ""  #: How a person takes it out of a scene for a program that does not know it.
+    #: Shapes of `Component.shared` and `bounds`, from the numbers of cells and of rows of `bounds`.
+    tables: Callable[[int, int], tuple[tuple[int, ...], tuple[int, ...]]] | None = None
+    #: The member of a plan that no kernel may read by, what was found there, and what is allowed; from the cells
+    #: (n_cell, 6) and `bounds`.
+    refused: Callable[[np.ndarray, np.ndarray | None], tuple[str, str, str] | None] = lambda cell, bounds: None
+
+    @property
+    def covers_sky(self) -> bool:
+        """Whether its one cell covers the whole sky."""
+        return self.shares is not None
 
 
 def scaled(components: Iterable[Component], factor: ArrayLike) -> list[Component]:

@@ -8,15 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
-from aomc_sky.component import Component, Law, are_lobes
+from aomc_sky.component import Component, Law
 from aomc_sky.errors import SceneError
+from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.options import Placement
 from aomc_sky.plan.plan import Plan
-
-_GAUSS_POINTS = 64
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -32,83 +32,12 @@ class Moments:
         return 1.0 / self.mean_inverse_mu
 
 
-def _cell_mu2(head: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    far, near = np.sqrt(head[:, 2]), np.sqrt(head[:, 2] + head[:, 1])
-    total = near + far
-    with np.errstate(divide="ignore", invalid="ignore"):
-        mean = (2.0 / 3.0) * (near * near + near * far + far * far) / total
-        inverse = 2.0 / total
-    return np.where(total > 0, mean, 0.0), inverse
-
-
-def _cell_mu(head: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    far, growth = head[:, 2], head[:, 1]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = growth / far
-        inverse = np.where(far > 0, np.where(ratio > 0, np.log1p(ratio) / growth, 1.0 / far), np.inf)
-    return far + growth / 2.0, inverse
-
-
-def _disc(head: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    sin_z, cos_z, sin_r, cos_r = head.T
-    drop = sin_r**2 / (1.0 + cos_r)  # 1 - cos r without cancellation
-    along = cos_z**2 * drop * (1 + cos_r + cos_r**2) / 3.0
-    across = sin_z**2 / 2.0 * drop**2 * (1 - drop / 3.0)
-    return 2.0 * (along + across) / (sin_r**2 * cos_z), 2.0 * drop / (sin_r**2 * cos_z)
-
-
-def _disc_at_horizon(head: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss points in s with mu = top (1 - s^2), which takes the root at the upper rim away."""
-    nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
-    s, weights = (nodes + 1) / 2, weights / 2
-    mean, inverse = np.empty(head.shape[0]), np.empty(head.shape[0])
-    for k, (top2, _, chord2, cos_z) in enumerate(head):
-        top = np.sqrt(top2)
-        mu = top * (1 - s * s)
-        sin_z = np.sqrt(1 - cos_z**2)
-        # chord^2 = (difference of heights)^2 + (difference of radii)^2 + 4 r r' sin^2(azimuth / 2)
-        radius = np.sqrt(1 - mu * mu)
-        rest = chord2 - (mu - cos_z) ** 2 - (radius - sin_z) ** 2
-        width = 2 * np.arcsin(np.sqrt(np.clip(rest / (4 * radius * sin_z), 0.0, 1.0)))
-        measure = weights * 2 * top * s * width
-        flux = np.sum(measure * mu)
-        mean[k], inverse[k] = np.sum(measure * mu * mu) / flux, np.sum(measure) / flux
-    return mean, inverse
-
-
-def _lobe(head: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Both stand in the cell."""
-    return head[:, 0], head[:, 2]
-
-
-_OF_LAW = {
-    Law.CELL_MU2: _cell_mu2,
-    Law.BEAM: _cell_mu2,
-    Law.CELL_MU: _cell_mu,
-    Law.DISC: _disc,
-    Law.DISC_AT_HORIZON: _disc_at_horizon,
-    Law.HG: _lobe,
-    Law.GGX: _lobe,
-    Law.BECKMANN: _lobe,
-}
-
-
-def _perez(component: Component) -> tuple[np.ndarray, np.ndarray]:
-    from aomc_sky.skies.perez.patches import patch_moments
-
-    grid, shared = component.grid, component.shared
-    assert grid is not None
-    assert shared is not None
-    mean, inverse = patch_moments(grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0, shared)
-    return mean.ravel(), inverse.ravel()
-
-
 def cell_moments(components: tuple[Component, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Mean of mu and of 1 / mu over each cell of the components, (n_cell,) each.
 
     Relative error below 1e-14; for a disc at the horizon below 1e-10, for a Perez sky see `skies.perez.patches`.
     """
-    parts = [_perez(c) if c.law is Law.PEREZ else _OF_LAW[c.law](c.cell[:, :4]) for c in components]
+    parts = [law_of(c.law).moments(c) for c in components]
     return np.concatenate([mean for mean, _ in parts]), np.concatenate([inverse for _, inverse in parts])
 
 
@@ -133,11 +62,12 @@ def scalar_has_variance(plan: Plan, band: int) -> bool:
         return True  # a finite number of directions
     arrays = plan.arrays
     lit = arrays["mass"][arrays["row_of_band"][band]] > 0
-    law, cell = arrays["law"], arrays["cell"]
-    is_tamed = (law == Law.CELL_MU) & (arrays["weight"].size > 0)  # their weight carries a factor mu
-    touches = np.where(law == Law.DISC, cell[:, 1] <= cell[:, 2], cell[:, 2] <= 0)  # cos z <= sin r; far edge at mu 0
-    touches = (touches | (law == Law.DISC_AT_HORIZON) | are_lobes(law)) & ~is_tamed
-    return not bool(np.any(lit & touches))
+    for start, end in pairwise(arrays["component_start"].tolist()):
+        law = Law(int(arrays["law"][start]))
+        is_tamed = law is Law.CELL_MU and arrays["weight"].size > 0  # their weight carries a factor mu
+        if not is_tamed and np.any(lit[start:end] & law_of(law).reaches_horizon(arrays["cell"][start:end])):
+            return False
+    return True
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -177,22 +107,14 @@ class Irradiance:
         if len(known) < len(components):
             return None
         plane = np.stack(known)
-        above = np.stack([_over_hemisphere(c, row) for c, row in zip(components, plane, strict=True)])
-        kept = np.array([1.0 - c.below_horizon for c in components])[:, None]
+        # light of lobes over the hemisphere: that of the horizontal plane times the mean of 1 / mu; 0 for other laws
+        above = np.array([law_of(c.law).moments(c)[1][0] if law_of(c.law).covers_sky else 0.0 for c in components])
+        above, kept = above[:, None] * plane, np.array([1.0 - c.below_horizon for c in components])[:, None]
         total = np.divide(above, kept, out=np.zeros_like(above), where=kept > 0)
-        is_lobe = np.array([c.law.is_lobe for c in components])[:, None]
-        sphere, lost = np.sum(total * is_lobe, axis=0), np.sum((total - above) * is_lobe, axis=0)
+        sphere, lost = np.sum(total, axis=0), np.sum(total - above, axis=0)
         loss = np.divide(lost, sphere, out=np.zeros_like(lost), where=sphere > 0)
         return cls(of_component=plane.T[row_of_band], horizon_loss=np.clip(loss, 0.0, 1.0)[row_of_band])
 
     def as_arrays(self) -> dict[str, np.ndarray]:
         """Arrays of a plan."""
         return {"irradiance_W_m2_nm": self.of_component, "horizon_loss": self.horizon_loss}
-
-
-def _over_hemisphere(component: Component, plane: np.ndarray) -> np.ndarray:
-    """Irradiance of a lobe integrated over the hemisphere, from that of the horizontal plane."""
-    if not component.law.is_lobe:
-        return np.zeros_like(plane)
-    over: np.ndarray = plane * cell_moments((component,))[1][0]  # the mean of 1 / mu
-    return over

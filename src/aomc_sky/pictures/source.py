@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
@@ -12,8 +11,7 @@ from aomc_sky.component import Component, Law, beam_direction_deg
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, Dome, Mark, Picture, Symbol, spread
-from aomc_sky.skies.lobes.envelope import lobe_of
-from aomc_sky.skies.lobes.patches import patch_shares
+from aomc_sky.plan.laws import law_of
 from aomc_sky.whole_number import as_index
 
 if TYPE_CHECKING:
@@ -61,7 +59,7 @@ def source_picture(
 
 
 def _has_lobes(components: Sequence[Component]) -> bool:
-    return any(c.law.is_lobe for c in components)
+    return any(law_of(c.law).covers_sky for c in components)
 
 
 def _counts(source: PhotonSource, band: int) -> list[np.ndarray]:
@@ -81,9 +79,10 @@ def _irradiances(source: PhotonSource, band: int) -> list[np.ndarray]:
 
 def _density(component: Component, light: np.ndarray, grid: PatchGrid, *, per_flux: bool) -> np.ndarray:
     """Light of a component per solid angle, or per projected solid angle, of each patch; beams have none."""
-    if component.law.is_lobe:
+    shares = law_of(component.law).shares
+    if shares is not None:
         area = grid.projected_solid_angle_sr if per_flux else grid.solid_angle_sr
-        return float(light.sum()) * patch_shares(component, grid) / area
+        return float(light.sum()) * shares(component, grid) / area
     if component.grid is None:
         return np.zeros(grid.n_patches)
     drawn, light = folded(component.grid, light)
@@ -101,9 +100,9 @@ def _dome_title(source: PhotonSource, band: int, light: list[np.ndarray], show: 
     """Wavelength, and what the beam takes."""
     wavelength = float(source.plan.arrays["wavelength_nm"][band])
     title = f"waveband {band + 1}, {wavelength:g} nm" if source.n_bands > 1 else f"{wavelength:g} nm"
-    beam = sum(float(x.sum()) for c, x in zip(source.components, light, strict=True) if c.law in BEAMS)
+    beam = sum(float(x.sum()) for c, x in zip(source.components, light, strict=True) if law_of(c.law).is_beam)
     total = sum(float(part.sum()) for part in light)
-    if not any(c.law in BEAMS for c in source.components):
+    if not any(law_of(c.law).is_beam for c in source.components):
         return f"{title}\n{spaced(total)} photons" if show == "counts" else title
     if show == "counts":
         return f"{title}\n{spaced(total)} photons, {spaced(beam)} in the beam"
@@ -193,37 +192,25 @@ def on_grid(grid: PatchGrid, values: np.ndarray, finer: PatchGrid) -> np.ndarray
     return np.where(patch >= 0, values[np.maximum(patch, 0)], 0.0)
 
 
-BEAMS = (Law.BEAM, Law.DISC, Law.DISC_AT_HORIZON)
-"""Laws of light without patches that comes from one direction."""
-
-
 def marks_of(components: Iterable[Component], grid: PatchGrid, sun: Mark | None = None) -> tuple[Mark, ...]:
-    """Marks of components: beams, lobes narrower than a ring of `grid`, and the sun where no beam shows it.
+    """Marks of components: beams, lobes whose half is narrower than a ring of `grid`, and the sun if there is no beam.
 
     A given sun takes the place of that of a Perez sky.
     """
     marks = []
     for component in components:
-        beam = beam_direction_deg(component)
-        if beam is not None and component.law in BEAMS:
+        law, beam = law_of(component.law), beam_direction_deg(component)
+        if beam is not None:
             marks.append(Mark(zenith_deg=beam[0], azimuth_deg=beam[1], symbol=Symbol.BEAM))
-        if component.law is Law.PEREZ and component.shared is not None and sun is None:
-            sun = sun_mark(90.0 * float(component.shared[5]), 90.0 * float(component.shared[6]))
-        marks += narrow_lobe(component, grid) if component.law.is_lobe else []
+        if law.sun_deg is not None and sun is None:
+            sun = sun_mark(*law.sun_deg(component).tolist())
+        if law.axis_deg is not None:
+            zenith, azimuth, width = law.axis_deg(component)
+            if width < 90.0 / grid.n_zenith and zenith <= 90.0:
+                marks.append(Mark(zenith_deg=zenith, azimuth_deg=azimuth, symbol=Symbol.LOBE))
     if sun is not None and not any(mark.symbol is Symbol.BEAM for mark in marks):
         marks.append(sun)
     return tuple(marks)
-
-
-def narrow_lobe(component: Component, grid: PatchGrid) -> list[Mark]:
-    """The mark of a lobe of which half lies within less than the width of a ring around an axis above the horizon."""
-    kind, first, second, rotation = lobe_of(component)
-    x, y, z = rotation[:, 2].tolist()
-    zenith, azimuth = math.degrees(math.atan2(math.hypot(x, y), z)), math.degrees(math.atan2(y, x)) % 360.0
-    width = _width_deg(kind, first, second)
-    if width >= 90.0 / grid.n_zenith or zenith > 90.0:
-        return []
-    return [Mark(zenith_deg=zenith, azimuth_deg=azimuth, symbol=Symbol.LOBE)]
 
 
 def sun_mark(zenith_deg: float, azimuth_deg: float) -> Mark:
@@ -236,12 +223,3 @@ def lobe_note(bins: tuple[int, int]) -> str:
     """What a picture says of lobes drawn on equal bins of zenith and azimuth."""
     size = f"{90.0 / bins[0]:g}° x {360.0 / bins[1]:g}°"
     return f"Lobes have no patches of their own: each is drawn by its mean in patches of {size}."
-
-
-def _width_deg(kind: str, first: float, second: float) -> float:
-    """Twice the angle about the axis that holds half of a lobe, of the narrower way where it has two. [deg]"""
-    if kind == "hg":
-        half = 2.0 * math.asin((1.0 - first) * math.sqrt(2.0 + first) / 2.0)
-    else:
-        half = math.atan(min(first, second) * (1.0 if kind == "ggx" else math.sqrt(math.log(2.0))))
-    return 2.0 * math.degrees(half)

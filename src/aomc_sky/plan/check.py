@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.component import N_CELL_PARAMETERS, N_ENVELOPE_PARAMETERS, N_LOBE_SHARED, N_SHARED, Law
-from aomc_sky.directions import sin_cos_deg
+from aomc_sky.component import N_CELL_PARAMETERS, Law
 from aomc_sky.errors import AomcSkyError
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.plan.counts import Arrays
 from aomc_sky.plan.footprint import Footprint
+from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.options import (
     MAX_REPLICATES,
     WITHDRAWN,
@@ -77,7 +77,6 @@ OPTIONS = {
 
 _VERSIONS = {"aomc-sky/1": "aomc-sky 0.1", "aomc-sky/2": "aomc-sky 0.2"}
 _NAME = re.compile(r"[!-+\--~]([ -+\--~]{0,198}[!-+\--~])?")
-_MAX_BINS = 2**16  # the number of a bin in its cell, and of a cell in its lobe, share one word of 32 bits
 _LARGEST = 1e300
 
 
@@ -235,8 +234,10 @@ def _check_values(arrays: Arrays, options: Mapping[str, Any], lengths: Mapping[s
     _require(rises, "E954", "cumulative", "wanted photons before each cell, from 0 and increasing")
     same = np.array_equal(arrays["keys"], plan_keys(options))
     _require(same, "E954", "keys", f"wanted the keys that follow from seed {options['seed']}")
-    n_perez = int(np.count_nonzero(law[start[:-1]] == Law.PEREZ))
-    _require(n_perez <= 1, "E954", "law", f"found {n_perez} components of law PEREZ, at most one is allowed")
+    for number, n in zip(*np.unique(law[start[:-1]], return_counts=True), strict=True):
+        one = Law(int(number))
+        message = f"found {n} components of law {one.name}, at most one is allowed"
+        _require(n == 1 or not law_of(one).instead, "E954", "law", message)
     is_table = lengths["n_component"] == 1 and "zenith_bounds_deg_0" in arrays
     of_aomc = options["allocation"] == AllocationMethod.AOMC.value
     _require(
@@ -250,12 +251,13 @@ def _check_values(arrays: Arrays, options: Mapping[str, Any], lengths: Mapping[s
 def _check_component(arrays: Arrays, k: int) -> None:
     """Which arrays a component has, and the numbers in them by which kernels read or go on."""
     start = arrays["component_start"]
-    n_cell, law = int(start[k + 1] - start[k]), Law(int(arrays["law"][start[k]]))
+    n_cell, number = int(start[k + 1] - start[k]), Law(int(arrays["law"][start[k]]))
+    law = law_of(number)
     names = [f"{name}_{k}" for name in OF_COMPONENT]
     has_zenith, has_azimuth, has_shared, has_bounds = (name in arrays for name in names)
-    has_tables = law is Law.PEREZ or law.is_lobe
-    fits = has_zenith == has_azimuth and has_shared == has_bounds == has_tables and (has_zenith or law is not Law.PEREZ)
-    _require(fits, "E952", names[0], f"the arrays of component {k} are not those of law {law.name}")
+    has_tables = law.tables is not None
+    fits = has_zenith == has_azimuth and has_shared == has_bounds == has_tables and has_zenith >= law.needs_patches
+    _require(fits, "E952", names[0], f"the arrays of component {k} are not those of law {number.name}")
     if has_zenith:
         zenith, azimuth = arrays[names[0]], arrays[names[1]]
         _require(len(zenith) * len(azimuth) == n_cell, "E954", names[0], f"wanted as many patches as cells, {n_cell}")
@@ -266,34 +268,12 @@ def _check_component(arrays: Arrays, k: int) -> None:
             PatchGrid(zenith_bounds_deg=zenith, azimuth_bounds_deg=azimuth)
         except ValueError as error:
             raise _RefusedError("E954", names[0], str(error)) from None
-    if has_tables:
-        shapes = arrays[names[2]].shape, arrays[names[3]].shape
-        expected = (
-            ((N_LOBE_SHARED,), (shapes[1][0], N_ENVELOPE_PARAMETERS)) if law.is_lobe else ((N_SHARED,), (n_cell, 4))
-        )
-        _require(shapes == expected, "E953", names[3], f"found shapes {shapes}, wanted {expected} for law {law.name}")
-    if law.is_lobe:
-        _require(
-            n_cell == 1, "E954", "component_start", f"found {n_cell} cells of component {k}, wanted one for a lobe"
-        )
-        count = arrays[names[3]][:, 3]
-        total = int(min(count.sum(), _LARGEST)) if count.min() >= 1 and np.all(count == np.rint(count)) else 0
-        is_power = 2 <= total <= _MAX_BINS and total.bit_count() == 1
-        _require(is_power, "E954", names[3], f"wanted a power of two of whole bins, 2 to {_MAX_BINS}")
-    if law is Law.DISC_AT_HORIZON:
-        _check_disc_at_horizon(arrays["cell"][start[k] : start[k + 1]])
-
-
-def _check_disc_at_horizon(cells: np.ndarray) -> None:
-    """Rim and width follow from centre and radius: six of ten tries hit the disc, and no loop goes on for ever."""
-    top, half_width, chord2, cos_z, _, _ = cells.T
-    largest = 4.0 * float(sin_cos_deg(5.0)[0]) ** 2 * (1.0 + 1e-12)
-    holds = np.all(
-        (chord2 > 0) & (chord2 <= largest) & (cos_z >= 0) & (cos_z <= 1) & (half_width > 0) & (half_width <= 1)
-    )
-    if holds:
-        sin_z, sin_r = np.sqrt(1.0 - cos_z * cos_z), np.sqrt(chord2 * (1.0 - chord2 / 4.0))
-        rim = cos_z * (1.0 - chord2 / 2.0) + sin_z * sin_r
-        wide = sin_cos_deg(half_width * 90.0)[0] * sin_z
-        holds = np.all((np.abs(top / rim**2 - 1.0) <= 1e-9) & (np.abs(wide / sin_r - 1.0) <= 1e-9))
-    _require(holds, "E954", "cell", "wanted upper rim and width of a disc of at most 10 degrees that the horizon cuts")
+    if law.tables is not None:
+        shapes, expected = (arrays[names[2]].shape, arrays[names[3]].shape), law.tables(n_cell, len(arrays[names[3]]))
+        message = f"found shapes {shapes}, wanted {expected} for law {number.name}"
+        _require(shapes == expected, "E953", names[3], message)
+    refused = law.refused(arrays["cell"][start[k] : start[k + 1]], arrays.get(names[3]))
+    if refused is not None:
+        member, found, wanted = refused
+        message = f"found {found} of component {k}, wanted {wanted}" if found else f"wanted {wanted}"
+        raise _RefusedError("E954", f"{member}_{k}" if member in OF_COMPONENT else member, message)

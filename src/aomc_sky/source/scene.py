@@ -16,13 +16,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from aomc_sky import memory
-from aomc_sky.component import Component, Law
+from aomc_sky.component import Component
 from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.plan.check import plan_keys
 from aomc_sky.plan.counts import cumulative_counts
 from aomc_sky.plan.footprint import Footprint
+from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.options import Placement, SamplingOptions, resolve_options
 from aomc_sky.plan.plan import Plan
 from aomc_sky.plan.sampling.allocation import MAX_PHOTONS, AllocationMethod, allocate, checked_photons, normalise
@@ -100,8 +101,9 @@ class Scene:
         names = [c.name for c in self.components]
         if len(set(names)) != len(names):
             raise SceneError(f"component names must differ, got {names}")
-        if sum(c.law is Law.PEREZ for c in self.components) > 1:
-            raise SceneError("a scene can have one component of law PEREZ; give the others within='uniform'")
+        laws = [c.law for c in self.components]
+        for law in (law for law in laws if laws.count(law) > 1 and law_of(law).instead):
+            raise SceneError(f"a scene can have one component of law {law.name}; give the others {law_of(law).instead}")
         n_rows = {c.strength.size for c in self.components}
         if len(n_rows) != 1:
             raise SceneError(f"components must have equally many rows, got {sorted(n_rows)}")
@@ -150,7 +152,7 @@ class Scene:
             of_model = model.notes(self.wavebands.wavelength_nm) if hasattr(model, "notes") else ()
             notes += [note for note in of_model if note not in notes]
             without_beam.append(model.missing_beam() if hasattr(model, "missing_beam") else "")
-        if not any(Law.BEAM <= component.law <= Law.DISC_AT_HORIZON for component in parts):
+        if not any(law_of(component.law).is_beam for component in parts):
             notes += filter(None, without_beam)
         object.__setattr__(self, "components", tuple(parts))
         object.__setattr__(self, "notes", tuple(notes))
@@ -351,7 +353,7 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions, max_memory_byt
 
 
 def _refuse_centres(components: tuple[Component, ...], options: SamplingOptions) -> None:
-    lobes = [c.name for c in components if c.law.is_lobe]
+    lobes = [c.name for c in components if law_of(c.law).covers_sky]
     if lobes and options.placement is Placement.CENTRE:
         raise SceneError(
             f"placement 'centre' puts photons in the middle of patches, and the lobe {lobes[0]!r} has none; "

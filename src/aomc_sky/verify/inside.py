@@ -6,22 +6,23 @@ from functools import cached_property
 
 import numpy as np
 
-from aomc_sky.component import Component, Law
+from aomc_sky.component import Component
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.grid import PatchGrid
+from aomc_sky.plan.laws import law_of
 from aomc_sky.verify.report import Check, kolmogorov_p
 from aomc_sky.verify.zone_tests import MIN_EVEN, of_chi_square, untested
-from aomc_sky.verify.zones import at_centres, coordinate, fixed_directions, perez_masses
+from aomc_sky.verify.zones import at_centres, fixed_directions
 
 N_STEPS = 64
 """Steps across a patch of constant radiance: the Kolmogorov distance between them says nearly all."""
 
-N_STEPS_PEREZ = 8
-"""Steps across a patch with the luminance of Perez: each needs the mass of its own part."""
+N_STEPS_UNEVEN = 8
+"""Steps across a patch of uneven light: each needs the flux of its own part."""
 
 
 class PatchInterior:
-    """The patches of one component of law CELL_MU2, CELL_MU or PEREZ, and the positions in them.
+    """The patches of one component, and the positions in them.
 
     Patches that touch a fixed direction are left out.
     """
@@ -29,10 +30,10 @@ class PatchInterior:
     def __init__(self, component: Component, fixed: np.ndarray) -> None:
         assert component.grid is not None
         self.grid: PatchGrid = component.grid
-        self._component, self._law = component, component.law
-        self.n_steps = N_STEPS_PEREZ if component.law is Law.PEREZ else N_STEPS
+        self._component, self._law = component, law_of(component.law)
+        self.n_steps = N_STEPS if self._law.flux is None else N_STEPS_UNEVEN
         self.is_usable = (self.grid.solid_angle_sr > 0) & ~_touched(self.grid, fixed)
-        self._rings = coordinate(self._law, self.grid.zenith_bounds_deg)
+        self._rings = self._law.coordinate(self.grid.zenith_bounds_deg)
 
     def count(self, zenith_deg: np.ndarray, azimuth_deg: np.ndarray) -> np.ndarray:
         """Photons of each patch, then of each step along and across all patches together."""
@@ -42,7 +43,7 @@ class PatchInterior:
         ring, column = np.divmod(patch, self.grid.n_azimuth)
         near, far = self._rings[ring].T
         start, end = self.grid.azimuth_bounds_deg[column].T
-        along = (coordinate(self._law, zenith_deg[chosen]) - near) / (far - near)
+        along = (self._law.coordinate(zenith_deg[chosen]) - near) / (far - near)
         across = np.mod(azimuth_deg[chosen] - start, 360.0) / (end - start)
         of_patches = np.bincount(patch, minlength=self.grid.n_patches)
         return np.concatenate([of_patches, self._steps(along), self._steps(across)])
@@ -54,19 +55,22 @@ class PatchInterior:
 
     def _expected(self, of_patches: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Photons of each step along and across, if patches hold these. [two of shape (n_steps,)]"""
-        if self._law is Law.PEREZ:
-            along, across = self._perez_shares
+        if self._shares is not None:
+            along, across = self._shares
             return of_patches @ along, of_patches @ across
         even = np.full(self.n_steps, of_patches.sum() / self.n_steps)
         return even, even
 
     @cached_property
-    def _perez_shares(self) -> tuple[np.ndarray, np.ndarray]:
-        """Share of each step of each patch along and across, (n_patch, n_steps) each."""
+    def _shares(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """Share of each step of each patch along and across, (n_patch, n_steps) each; None where all are equal."""
+        flux = self._law.flux
+        if flux is None:
+            return None
         n, rings, columns = self.n_steps, self.grid.n_zenith, self.grid.n_azimuth
         zenith, azimuth = self.grid.zenith_bounds_deg, self.grid.azimuth_bounds_deg
-        along = perez_masses(self._component, _steps_of(zenith, n), azimuth)
-        across = perez_masses(self._component, zenith, _steps_of(azimuth, n)).reshape(-1, n)
+        along = flux(self._component, _steps_of(zenith, n), azimuth)
+        across = flux(self._component, zenith, _steps_of(azimuth, n)).reshape(-1, n)
         along = along.reshape(rings, n, columns).transpose(0, 2, 1).reshape(-1, n)
         totals = (mass.sum(axis=1, keepdims=True) for mass in (along, across))
         shares = [mass / np.where(total > 0, total, 1.0) for mass, total in zip((along, across), totals, strict=True)]
@@ -104,7 +108,7 @@ def interior_of(source: PhotonSource) -> tuple[PatchInterior | None, str]:
     why = ""
     if at_centres(source):
         why = "photons lie in the centres of patches"
-    elif any(component.law.is_lobe for component in components):
+    elif any(law_of(component.law).covers_sky for component in components):
         why = "lobes add light inside the patches" if with_grid else "lobes have no patches"
     elif len(with_grid) != 1:
         why = "several components have patches" if with_grid else "no component has patches"

@@ -16,6 +16,7 @@ import numpy as np
 
 from aomc_sky.component import Component
 from aomc_sky.directions import Frame, travel_from_sky
+from aomc_sky.plan.laws import law_of
 from aomc_sky.verify.report import Check, binomial_tail
 from aomc_sky.verify.zone_tests import untested
 from aomc_sky.verify.zones import points_deg
@@ -48,7 +49,7 @@ class RepeatFinder:
         if is_centred:
             return "all photons of a patch have one direction"
         for component in components:
-            if component.law.is_lobe and _width(component) < _LEAST_WIDTH:
+            if law_of(component.law).width_rad(component) < _LEAST_WIDTH:
                 return f"{component.name} is narrower than {_LEAST_WIDTH:g} rad"
         points = [points_deg(component, is_centred=False)[1:] for component in components]
         zenith, azimuth = (np.concatenate(angle) for angle in zip(*points, strict=True))
@@ -103,14 +104,6 @@ class RepeatSample:
         detail += f"; in {kept:.2g} of the sky" if self.halvings else ""
         p_value = binomial_tail(equal, near, MOST_EQUAL)
         return Check(name=NAME, waveband=waveband, found=equal / kept / self.n, p_value=p_value, detail=detail)
-
-
-def _width(component: Component) -> float:
-    from aomc_sky.skies.lobes.envelope import lobe_of
-    from aomc_sky.skies.lobes.patches import TiltedLobe
-
-    kind, param0, param1, rotation = lobe_of(component)
-    return TiltedLobe(kind=kind, param0=param0, param1=param1, rotation=rotation).width
 
 
 def _square(x: np.ndarray) -> np.ndarray:

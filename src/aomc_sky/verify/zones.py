@@ -10,6 +10,7 @@ import numpy as np
 from aomc_sky.component import Component, Law, beam_direction_deg
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.grid import PatchGrid
+from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.options import Placement
 
 N_ZONES = 16
@@ -28,14 +29,6 @@ _SLIVER = 1e-9
 """Smallest part of a ring or column that counts: less comes from rounding of edges."""
 
 _GAUSS_POINTS = 48
-
-
-def coordinate(law: Law, zenith_deg: np.ndarray) -> np.ndarray:
-    """Function of the zenith angle in which photons of a ring are spread evenly; the angle itself for a Perez sky."""
-    if law is Law.PEREZ:
-        return zenith_deg
-    angle = np.deg2rad(zenith_deg)
-    return 2 * np.sin(angle / 2) ** 2 if law is Law.CELL_MU else np.sin(angle) ** 2
 
 
 def at_centres(source: PhotonSource) -> bool:
@@ -175,7 +168,7 @@ def zone_shares(source: PhotonSource, zones: PatchGrid, *, is_flux: bool = False
     """
     start, parts = 0, []
     for component in source.components:
-        if component.law.is_lobe or _holds_zenith(component):
+        if law_of(component.law).covers_sky or _holds_zenith(component):
             parts.append(_of_one_cell(component, zones, start))
         else:
             cell, zenith, azimuth = points_deg(component, is_centred=at_centres(source))
@@ -193,12 +186,7 @@ _Parts = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 def _of_one_cell(component: Component, zones: PatchGrid, start: int) -> _Parts:
-    if component.law.is_lobe:
-        from aomc_sky.skies.lobes.patches import patch_shares
-
-        mass = patch_shares(component, zones)
-    else:
-        mass = _disc_around_zenith(component, zones)
+    mass = (law_of(component.law).shares or _disc_around_zenith)(component, zones)
     zone = np.flatnonzero(mass > 0)
     return np.full(zone.size, start), zone, mass[zone] / mass[zone].sum()
 
@@ -209,12 +197,12 @@ def _of_patches(component: Component, grid: PatchGrid, zones: PatchGrid, start: 
     column, zone_column, azimuth = grid_cuts(grid.azimuth_bounds_deg, zones.azimuth_bounds_deg)
     cell = (ring[:, None] * grid.n_azimuth + column).ravel()
     zone = (zone_ring[:, None] * zones.n_azimuth + zone_column).ravel()
-    if component.law is Law.PEREZ:
-        is_cut = cell.size > grid.n_patches
-        mass = perez_masses(component, zenith, azimuth).ravel() if is_cut else np.ones(cell.size)
+    law = law_of(Law.CELL_MU2 if is_flux and component.law is Law.CELL_MU else component.law)
+    if law.flux is None:
+        mass = np.outer(np.diff(law.coordinate(zenith)), np.diff(azimuth)).ravel()
     else:
-        law = Law.CELL_MU2 if is_flux else component.law
-        mass = np.outer(np.diff(coordinate(law, zenith)), np.diff(azimuth)).ravel()
+        is_cut = cell.size > grid.n_patches
+        mass = law.flux(component, zenith, azimuth).ravel() if is_cut else np.ones(cell.size)
     total = np.bincount(cell, mass)[cell]
     return cell + start, zone, np.divide(mass, total, out=np.zeros_like(mass), where=total > 0)
 
@@ -228,14 +216,6 @@ def grid_cuts(bounds_deg: np.ndarray, zone_bounds_deg: np.ndarray) -> _Parts:
     start, end = np.maximum(low[:, None], edges[:-1]), np.minimum(high[:, None], edges[1:])
     parent, zone = np.nonzero(end - start > _SLIVER * (high - low)[:, None])
     return parent, zone % len(zone_bounds_deg), np.column_stack([start[parent, zone], end[parent, zone]])
-
-
-def perez_masses(component: Component, zenith_deg: np.ndarray, azimuth_deg: np.ndarray) -> np.ndarray:
-    """Flux of a Perez sky through each of rings x columns. [sr, shape (n_ring, n_column)]"""
-    from aomc_sky.skies.perez.patches import patch_integrals
-
-    assert component.shared is not None
-    return patch_integrals(zenith_deg / 90.0, azimuth_deg / 90.0, component.shared)
 
 
 def _disc_around_zenith(component: Component, zones: PatchGrid) -> np.ndarray:

@@ -184,7 +184,7 @@ def test_plan_survives_a_file(tmp_path):
 
 def test_component_shapes_are_checked():
     (lobe,) = components(LOBES[:1])
-    with pytest.raises(ValueError, match="a lobe needs one cell"):
+    with pytest.raises(ValueError, match="needs both shared and bounds"):
         Component(name="x", law=Law.HG, strength=np.ones(1), mass=np.ones((1, 1)), cell=lobe.cell, shared=lobe.shared)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import warnings
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -11,8 +11,9 @@ import numpy as np
 from aomc_sky.component import Component, Law, beam_direction_deg, cells_of_grid
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.errors import AllocationError, ModelLimitWarning, SceneError
+from aomc_sky.errors import AllocationError, SceneError
 from aomc_sky.grid import PatchGrid
+from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands
@@ -94,7 +95,7 @@ def whole_degree(component: Component) -> tuple[int, int] | None:
 
 def _beam_refusal(component: Component, n_photons: int) -> Refusal:
     direction = beam_direction_deg(component)
-    where, options, by_hand = "", "", ""
+    where, options = "", ""
     if direction is not None:
         where = f" from zenith angle {direction[0]:g}, azimuth {direction[1]:g} degrees"
         zenith, azimuth = min(max(round(direction[0]), 1), LAST_ZENITH_DEG), round(direction[1]) % 360
@@ -102,14 +103,11 @@ def _beam_refusal(component: Component, n_photons: int) -> Refusal:
             options = f"--sun-zenith {zenith} --sun-azimuth {azimuth}"
     if component.law in (Law.DISC, Law.DISC_AT_HORIZON):
         where += ", with the disc of the sun"
-        by_hand = "write disc = false in [sun] of sky.toml"
-    if component.law.is_lobe:
-        by_hand = "leave [[background]] out of sky.toml: the AOMC program knows no lobes"
     return Refusal(
         reason=f"component {component.name!r} (law {component.law.name}) sends {n_photons} photons{where}; the AOMC "
         "program's sky file holds only zenith angles of 1, 2 .. 89 degrees and whole azimuths",
         run=options,
-        by_hand=by_hand,
+        by_hand=law_of(component.law).leave_out,
     )
 
 
@@ -196,7 +194,9 @@ def degree_refusals(source: PhotonSource, bands: Sequence[int]) -> list[Refusal]
                 by_hand="give it a grid of the whole hemisphere",
             )
             for c, _ in lit
-            if c.law is Law.PEREZ and c.grid is not None and abs(c.grid.solid_angle_sr.sum() - 2 * np.pi) > 1e-9
+            if law_of(c.law).flux is not None
+            and c.grid is not None
+            and abs(c.grid.solid_angle_sr.sum() - 2 * np.pi) > 1e-9
         ]
     return refusals
 
@@ -261,26 +261,15 @@ def _carried_over(component: Component, grid: PatchGrid) -> np.ndarray:
     """Masses (n_row, n_patch) of a component on another grid of the hemisphere."""
     own = component.grid
     assert own is not None
-    if component.law is Law.PEREZ:
-        return _perez_mass(component, grid)
+    flux = law_of(component.law).flux
+    if flux is not None:
+        mass = flux(component, grid.zenith_bounds_deg, grid.azimuth_bounds_deg).ravel()
+        return np.outer(component.strength, mass / math.fsum(mass.tolist()))
     in_mu = component.law is Law.CELL_MU
     rings = _ring_shares(own.zenith_bounds_deg, grid.zenith_bounds_deg, in_mu=in_mu)
     columns = _column_shares(own.azimuth_bounds_deg, grid.azimuth_bounds_deg)
     table = component.mass.reshape(-1, own.n_zenith, own.n_azimuth)
     return (rings @ table @ columns.T).reshape(len(table), -1)
-
-
-def _perez_mass(component: Component, grid: PatchGrid) -> np.ndarray:
-    """Masses of a Perez sky by its own law, from the numbers that its photons are made of."""
-    from aomc_sky.skies.perez.sky import PerezSky
-
-    numbers = component.shared
-    assert numbers is not None
-    sun_zenith, sun_azimuth = np.deg2rad(90.0 * numbers[5:7]).tolist()
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelLimitWarning)  # the run has reported them
-        sky = PerezSky(sun_zenith_rad=sun_zenith, sun_azimuth_rad=sun_azimuth, coefficients=numbers[:5])
-        return np.outer(component.strength, sky.patch_mass(grid))
 
 
 def _ring_shares(own: np.ndarray, new: np.ndarray, *, in_mu: bool) -> np.ndarray:

@@ -1,0 +1,114 @@
+"""What each law answers, by its number: the laws that belong to no slice, and where a slice has its own.
+
+Directions stand in `aomc_sky.kernels.cells.laws`, those of a slice in its kernels.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from importlib import import_module
+
+import numpy as np
+
+from aomc_sky.component import CellLaw, Component, Law
+from aomc_sky.directions import sin_cos_deg
+
+_GAUSS_POINTS = 64
+
+
+def _cell_mu2(component: Component) -> tuple[np.ndarray, np.ndarray]:
+    _, growth, far2 = component.cell[:, :3].T
+    far, near = np.sqrt(far2), np.sqrt(far2 + growth)
+    total = near + far
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean = (2.0 / 3.0) * (near * near + near * far + far * far) / total
+        inverse = 2.0 / total
+    return np.where(total > 0, mean, 0.0), inverse
+
+
+def _cell_mu(component: Component) -> tuple[np.ndarray, np.ndarray]:
+    _, growth, far = component.cell[:, :3].T
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = growth / far
+        inverse = np.where(far > 0, np.where(ratio > 0, np.log1p(ratio) / growth, 1.0 / far), np.inf)
+    return far + growth / 2.0, inverse
+
+
+def _disc(component: Component) -> tuple[np.ndarray, np.ndarray]:
+    sin_z, cos_z, sin_r, cos_r = component.cell[:, :4].T
+    drop = sin_r**2 / (1.0 + cos_r)  # 1 - cos r without cancellation
+    along = cos_z**2 * drop * (1 + cos_r + cos_r**2) / 3.0
+    across = sin_z**2 / 2.0 * drop**2 * (1 - drop / 3.0)
+    return 2.0 * (along + across) / (sin_r**2 * cos_z), 2.0 * drop / (sin_r**2 * cos_z)
+
+
+def _disc_at_horizon(component: Component) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss points in s with mu = top (1 - s^2), which takes the root at the upper rim away."""
+    nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
+    s, weights = (nodes + 1) / 2, weights / 2
+    mean, inverse = np.empty(component.n_cells), np.empty(component.n_cells)
+    for k, (top2, _, chord2, cos_z) in enumerate(component.cell[:, :4]):
+        top = np.sqrt(top2)
+        mu = top * (1 - s * s)
+        sin_z = np.sqrt(1 - cos_z**2)
+        # chord^2 = (difference of heights)^2 + (difference of radii)^2 + 4 r r' sin^2(azimuth / 2)
+        radius = np.sqrt(1 - mu * mu)
+        rest = chord2 - (mu - cos_z) ** 2 - (radius - sin_z) ** 2
+        width = 2 * np.arcsin(np.sqrt(np.clip(rest / (4 * radius * sin_z), 0.0, 1.0)))
+        measure = weights * 2 * top * s * width
+        flux = np.sum(measure * mu)
+        mean[k], inverse[k] = np.sum(measure * mu * mu) / flux, np.sum(measure) / flux
+    return mean, inverse
+
+
+def _refused_disc_at_horizon(cell: np.ndarray, _: np.ndarray | None) -> tuple[str, str, str] | None:
+    """Rim and width follow from centre and radius: six of ten tries hit the disc, and no loop goes on for ever."""
+    top, half_width, chord2, cos_z, _, _ = cell.T
+    largest = 4.0 * float(sin_cos_deg(5.0)[0]) ** 2 * (1.0 + 1e-12)
+    holds = np.all(
+        (chord2 > 0) & (chord2 <= largest) & (cos_z >= 0) & (cos_z <= 1) & (half_width > 0) & (half_width <= 1)
+    )
+    if holds:
+        sin_z, sin_r = np.sqrt(1.0 - cos_z * cos_z), np.sqrt(chord2 * (1.0 - chord2 / 4.0))
+        rim = cos_z * (1.0 - chord2 / 2.0) + sin_z * sin_r
+        wide = sin_cos_deg(half_width * 90.0)[0] * sin_z
+        holds = np.all((np.abs(top / rim**2 - 1.0) <= 1e-9) & (np.abs(wide / sin_r - 1.0) <= 1e-9))
+    return None if holds else ("cell", "", "upper rim and width of a disc of at most 10 degrees that the horizon cuts")
+
+
+_NO_DISC = "write disc = false in [sun] of sky.toml"
+
+#: The law of a number, or for a law of a slice "module:OBJECT".
+_LAWS: dict[Law, CellLaw | str] = {
+    Law.CELL_MU2: CellLaw(moments=_cell_mu2),
+    Law.CELL_MU: CellLaw(moments=_cell_mu, coordinate=lambda zenith_deg: 2 * np.sin(np.deg2rad(zenith_deg) / 2) ** 2),
+    Law.BEAM: CellLaw(moments=_cell_mu2, is_beam=True),
+    Law.DISC: CellLaw(
+        moments=_disc,
+        reaches_horizon=lambda cell: cell[:, 1] <= cell[:, 2],  # cos z <= sin r
+        is_beam=True,
+        leave_out=_NO_DISC,
+    ),
+    Law.DISC_AT_HORIZON: CellLaw(
+        moments=_disc_at_horizon,
+        reaches_horizon=lambda cell: np.ones(len(cell), dtype=bool),
+        is_beam=True,
+        leave_out=_NO_DISC,
+        refused=_refused_disc_at_horizon,
+    ),
+    Law.PEREZ: "aomc_sky.skies.perez.law:PEREZ",
+    Law.HG: "aomc_sky.skies.lobes.law:LOBE",
+    Law.GGX: "aomc_sky.skies.lobes.law:LOBE",
+    Law.BECKMANN: "aomc_sky.skies.lobes.law:LOBE",
+}
+
+
+@cache
+def law_of(number: Law) -> CellLaw:
+    """The law of a number; the module of a slice is imported when the first plan or scene has its law."""
+    law = _LAWS[number]
+    if isinstance(law, CellLaw):
+        return law
+    module, _, name = law.partition(":")
+    found: CellLaw = getattr(import_module(module), name)
+    return found

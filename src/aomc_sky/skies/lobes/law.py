@@ -1,0 +1,54 @@
+"""The laws HG, GGX and BECKMANN: one lobe times the cosine, as `CellLaw` asks for it."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from aomc_sky.component import CellLaw, Component
+from aomc_sky.skies.lobes.envelope import lobe_of
+from aomc_sky.skies.lobes.patches import TiltedLobe, patch_shares
+
+_N_SHARED = 10
+_N_ENVELOPE = 8
+_MAX_BINS = 2**16  # the number of a bin in its cell, and of a cell in its lobe, share one word of 32 bits
+
+
+def _width_rad(component: Component) -> float:
+    kind, param0, param1, rotation = lobe_of(component)
+    return TiltedLobe(kind=kind, param0=param0, param1=param1, rotation=rotation).width
+
+
+def _axis_deg(component: Component) -> tuple[float, float, float]:
+    """Direction of the axis, and twice the angle that holds half of a lobe, of the narrower way where it has two."""
+    kind, first, second, rotation = lobe_of(component)
+    x, y, z = rotation[:, 2].tolist()
+    if kind == "hg":
+        half = 2.0 * math.asin((1.0 - first) * math.sqrt(2.0 + first) / 2.0)
+    else:
+        half = math.atan(min(first, second) * (1.0 if kind == "ggx" else math.sqrt(math.log(2.0))))
+    zenith, azimuth = math.degrees(math.atan2(math.hypot(x, y), z)), math.degrees(math.atan2(y, x)) % 360.0
+    return zenith, azimuth, 2.0 * math.degrees(half)
+
+
+def _refused(cell: np.ndarray, bounds: np.ndarray | None) -> tuple[str, str, str] | None:
+    assert bounds is not None  # `tables` says so
+    if len(cell) != 1:
+        return "component_start", f"{len(cell)} cells", "one for a lobe"
+    count = bounds[:, 3]
+    total = int(min(count.sum(), 2.0 * _MAX_BINS)) if count.min() >= 1 and np.all(count == np.rint(count)) else 0
+    is_power = 2 <= total <= _MAX_BINS and total.bit_count() == 1
+    return None if is_power else ("bounds", "", f"a power of two of whole bins, 2 to {_MAX_BINS}")
+
+
+LOBE = CellLaw(
+    moments=lambda component: (component.cell[:, 0], component.cell[:, 2]),
+    reaches_horizon=lambda cell: np.ones(len(cell), dtype=bool),
+    shares=patch_shares,
+    width_rad=_width_rad,
+    axis_deg=_axis_deg,
+    leave_out="leave [[background]] out of sky.toml: the AOMC program knows no lobes",
+    tables=lambda _, n_bound: ((_N_SHARED,), (n_bound, _N_ENVELOPE)),
+    refused=_refused,
+)
