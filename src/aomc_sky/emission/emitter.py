@@ -19,6 +19,7 @@ from aomc_sky.emission.band_tables import (
     lobe_offset_words,
     on_cache_lines,
 )
+from aomc_sky.emission.kernels.hooks import QUEUE, REJECTION
 from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW, scratch_words
 from aomc_sky.kernels.backend import use_kernels
 from aomc_sky.plan.footprint import Footprint, FootprintShape
@@ -114,6 +115,12 @@ class Emitter:
     def _lobes(self) -> LobeTables | None:
         return LobeTables.of(self.plan.arrays)
 
+    @property
+    def hooks(self) -> tuple[str, ...]:
+        """What the kernels call beside their own text."""
+        tables = {REJECTION: self._luminance, QUEUE: self._lobes}
+        return tuple(hook for hook, table in tables.items() if table is not None)
+
     @cached_property
     def _cells(self) -> np.ndarray:
         return np.asfortranarray(self.plan.arrays["cell"].astype(self.dtype))
@@ -180,8 +187,11 @@ class Emitter:
         from aomc_sky.emission.kernels import emit
 
         name, arguments = self._kernels.get(band, self._kernel)
-        memory = () if name == "emit_runs" else (_scratch.words(self._n_scratch, self.dtype),)
-        getattr(emit, name)(np.uint64(start), *(arrays[output] for output in _OUTPUTS), *memory, *arguments)
+        photons = (np.uint64(start), *(arrays[output] for output in _OUTPUTS))
+        if name == "emit_runs":
+            emit.emit_runs(*photons, *arguments)
+        else:
+            emit.emit_with(*self.hooks)(*photons, _scratch.words(self._n_scratch, self.dtype), *arguments)
         if self.has_positions:
             self._fill_positions(self._stream(band), start, arrays)
 
