@@ -1,4 +1,4 @@
-"""Kernels are compiled with the slices that a plan needs: variants keep apart, and the next process finds their code."""
+"""Kernels are compiled with the slices that a plan needs: variants keep apart; the next process finds their code."""
 
 from __future__ import annotations
 
