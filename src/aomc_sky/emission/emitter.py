@@ -19,6 +19,7 @@ from aomc_sky.emission.band_tables import (
     lobe_offset_words,
     on_cache_lines,
 )
+from aomc_sky.emission.kernels.hooks import QUEUE, REJECTION
 from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW, scratch_words
 from aomc_sky.kernels.backend import use_kernels
 from aomc_sky.plan.footprint import Footprint, FootprintShape
@@ -115,6 +116,12 @@ class Emitter:
         return LobeTables.of(self.plan.arrays)
 
     @cached_property
+    def hooks(self) -> tuple[str, ...]:
+        """What the kernels call beside their own text; see `kernels.hooks`."""
+        tables = {REJECTION: self._luminance, QUEUE: self._lobes}
+        return tuple(hook for hook, table in tables.items() if table is not None)
+
+    @cached_property
     def _cells(self) -> np.ndarray:
         return np.asfortranarray(self.plan.arrays["cell"].astype(self.dtype))
 
@@ -148,6 +155,13 @@ class Emitter:
         laws = (table.main, None if is_common else table.law, perez, lobes)
         return "emit", (np.uint64(table.n), *stream.arguments(), *search, cells, *laws, table.cell_of_slot)
 
+    def _compiled(self, band: int) -> tuple[str, Callable[..., None], tuple[object, ...]]:
+        """`_kernel` with its function, which is bound by one thread: each of two would compile its own."""
+        from aomc_sky.emission.kernels import emit
+
+        name, arguments = self._kernel(band)
+        return name, emit.emit_runs if name == "emit_runs" else emit.emit_with(*self.hooks), arguments
+
     def n_photons(self, band: int) -> int:
         """Photons launched in a band."""
         return int(self.plan.arrays["cumulative"][band, -1])
@@ -177,11 +191,9 @@ class Emitter:
 
     def fill_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         """As `fill`, by the compiled kernels."""
-        from aomc_sky.emission.kernels import emit
-
-        name, arguments = self._kernels.get(band, self._kernel)
+        name, kernel, arguments = self._kernels.get(band, self._compiled)
         memory = () if name == "emit_runs" else (_scratch.words(self._n_scratch, self.dtype),)
-        getattr(emit, name)(np.uint64(start), *(arrays[output] for output in _OUTPUTS), *memory, *arguments)
+        kernel(np.uint64(start), *(arrays[output] for output in _OUTPUTS), *memory, *arguments)
         if self.has_positions:
             self._fill_positions(self._stream(band), start, arrays)
 

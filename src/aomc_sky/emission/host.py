@@ -59,7 +59,7 @@ class _Block:
 
 
 _lock = threading.Lock()
-_compiled: dict[tuple[str, object], JittedNext] = {}
+_compiled: dict[tuple[str, tuple[str, ...], object], JittedNext] = {}
 
 
 def _range_function(emitter: Emitter, band: int) -> tuple[_Block, JittedNext]:
@@ -69,9 +69,9 @@ def _range_function(emitter: Emitter, band: int) -> tuple[_Block, JittedNext]:
     block = _Block(n, arguments)
     signature = next_signature(block.kinds, emitter.dtype)
     with _lock:
-        key = (kernel, signature)
+        key = (kernel, emitter.hooks, signature)
         if key not in _compiled:
-            _compiled[key] = JittedNext(compile_next(kernel, signature), signature)
+            _compiled[key] = JittedNext(compile_next(*key), signature)
         return block, _compiled[key]
 
 
@@ -113,7 +113,7 @@ class NumbaSampler:
         if self.n == 0:
             return make_empty(self.precision.type(0))
         block = _Block(self.n, self._emitter.photon_arguments(self.band))
-        return make_sample(block.as_function(), self.n)
+        return make_sample(self._emitter.hooks, block.as_function(), self.n)
 
     @cached_property
     def fill(self) -> Any:

@@ -7,8 +7,12 @@ vectorised table look-up (a gather) costs more than the scalar one on most proce
 
 from __future__ import annotations
 
+from functools import cache
+from typing import Any
+
 import numpy as np
 
+from aomc_sky.emission.kernels.hooks import with_hooks
 from aomc_sky.emission.kernels.plain import in_circle, in_rectangle
 from aomc_sky.kernels.arithmetic.constants import (
     ANY_WIDTH,
@@ -46,15 +50,10 @@ from aomc_sky.kernels.cells.blocks import (
 from aomc_sky.kernels.cells.laws import disc, disc_at_horizon_trial, from_mu, from_mu2
 from aomc_sky.kernels.formula import by_width, select
 from aomc_sky.kernels.jit import inlined_reader, inner_reader, reader, seen_as
-from aomc_sky.skies.lobes.kernels.cells import lobe_scratch, place_lobes, place_the_rest
-from aomc_sky.skies.perez.kernels.reject import (
-    accept_words,
-    gather_cell_words,
-    perez_scratch,
-    reject,
-    tilt_block,
-    tilted_by_rank,
-)
+
+rejection: Any = None
+queue: Any = None
+"""The hooks of `emit`, which `emit_with` fills."""
 
 _PARAMETERS = PARAMETER_COLUMN * SCRATCH_PHOTONS
 _OF_PEREZ = COLUMNS * SCRATCH_PHOTONS
@@ -226,7 +225,6 @@ def _other_laws(m, main_law, slot, law, p, is_disc, chosen, rank, key, band, u, 
         ux[j], uy[j], uz[j] = direction_of(code, of_cell, u[j], v[j], key, U64(rank[j]), band)
 
 
-@reader
 def emit(
     start,
     ux,
@@ -262,10 +260,10 @@ def emit(
     turn for v); `main` is the way of most slots, one of `constants.NARROW` and those after it; `law` the law of each
     slot (int8), empty where all go the main way; `cell_of_slot` (int32) is empty where slot = cell.
 
-    What needs code of its own is None where a scene has none of it, and numba leaves it out. `law` None is the common
-    case: all slots go the main way, NARROW or QUARTER, by rank, without Perez sky and lobes. `perez` is what
-    `perez.reject` reads, and the steps of its first trial; `lobes` holds the lobe of each slot (int32, -1 for none),
-    the tables of `lobes.law`, the steps of its first trial, and `falls` with `paces`.
+    `law` None is the common case: all slots go the main way, NARROW or QUARTER, by rank, without hooks; numba leaves
+    the rest out. `perez` is what the hook `rejection` reads, and the steps of its first trial, None without it. `lobes`
+    holds what `queue` reads: the lobe of each slot (int32, -1 for none), the tables of `skies.lobes.kernels.law`, the
+    steps of its first trial, and `falls` with `paces`.
 
     Tables of the band: `cumulative` (n_slot + 3,), the ranks before each slot and two sentinels;
     `guide`, the slot of every 2^guide_shift-th rank; `place`, one word per slot, whose
@@ -280,13 +278,13 @@ def emit(
     chosen = column(memory, U64(7), MAX_PHOTONS, ZERO)
     scratch = memory[_PARAMETERS:_OF_PEREZ]
     p, bits = seen_as(scratch, like), seen_as(scratch, word_like(like))
-    if perez is not None:
+    if rejection is not None:
         word = column(memory, U64(4), MAX_PHOTONS, ZERO)
         cell_word = column(memory, U64(5), MAX_PHOTONS, np.uint32(0))
         jacobian = column(memory, U64(6), MAX_PHOTONS, like)
-        perez_memory = perez_scratch(memory[_OF_PEREZ:_OF_LOBES], flag, chosen, like)
-    if lobes is not None:
-        lobe_memory = lobe_scratch(memory[_OF_LOBES:], rank[0], lobes, like)
+        perez_memory = rejection.perez_scratch(memory[_OF_PEREZ:_OF_LOBES], flag, chosen, like)
+    if queue is not None:
+        lobe_memory = queue.lobe_scratch(memory[_OF_LOBES:], rank[0], lobes, like)
         lobe_steps = (shifts, steps, lobes[2], lobes[3])
     for lo in range(0, ux.size, BLOCK):
         hi = min(lo + BLOCK, ux.size)
@@ -305,14 +303,14 @@ def emit(
             else:
                 _quarter_by_rank(m, p, rank, shifts, steps, bits, x, y, z)
         else:
-            if perez is not None:
-                gather_cell_words(m, slot, perez[0], cell_word)
+            if rejection is not None:
+                rejection.gather_cell_words(m, slot, perez[0], cell_word)
             if jitter != ZERO:
                 _places_by_philox(m, rank, place_key, band, u, v)
-                if perez is not None:
-                    tilt_block(m, cell_word, u, v, jacobian)
-            elif perez is not None:
-                tilted_by_rank(m, rank, shifts, steps, bits, cell_word, u, v, jacobian)
+                if rejection is not None:
+                    rejection.tilt_block(m, cell_word, u, v, jacobian)
+            elif rejection is not None:
+                rejection.tilted_by_rank(m, rank, shifts, steps, bits, cell_word, u, v, jacobian)
             else:
                 _places_by_rank(m, rank, shifts, steps, bits, u, v)
             if main == NARROW:
@@ -326,15 +324,23 @@ def emit(
             if law.size > 0:
                 main_law = laws.CELL_MU if main == IN_MU else laws.CELL_MU2
                 _other_laws(m, main_law, slot, law, p, flag, chosen, rank, place_key, band, u, v, x, y, z)
-            if perez is not None:
-                accept_words(m, rank, perez[3], place_key, band, jitter, word)
-                reject(m, slot, rank, p, perez, place_key, band, word, cell_word, jacobian, perez_memory, x, y, z)
-            if lobes is not None:
-                place_lobes(U64(lo), m, slot, rank, lobes, lobe_steps, place_key, band, jitter, lobe_memory, ux, uy, uz)
+            if rejection is not None:
+                of_photons = (word, cell_word, jacobian, perez_memory)
+                rejection.accept_words(m, rank, perez[3], place_key, band, jitter, word)
+                rejection.reject(m, slot, rank, p, perez, place_key, band, *of_photons, x, y, z)
+            if queue is not None:
+                known = (lobes, lobe_steps, place_key, band, jitter, lobe_memory)
+                queue.place_lobes(U64(lo), m, slot, rank, *known, ux, uy, uz)
         if cell_of_slot.size > 0:
             cells_of_slots(m, cell_of_slot, slot)
-    if lobes is not None:
-        place_the_rest(lobes, lobe_steps, place_key, band, jitter, lobe_memory, ux, uy, uz)
+    if queue is not None:
+        queue.place_the_rest(lobes, lobe_steps, place_key, band, jitter, lobe_memory, ux, uy, uz)
+
+
+@cache
+def emit_with(*hooks: str) -> Any:
+    """`emit` compiled with these hooks, those of a plan in the order of `hooks`."""
+    return reader(with_hooks(emit, hooks))
 
 
 @reader

@@ -8,7 +8,8 @@ import numpy as np
 from numba import carray, from_dtype, types
 from numba.core.types import ExternalFunctionPointer
 
-from aomc_sky.emission.kernels.emit import emit, emit_runs
+from aomc_sky.emission.kernels.emit import emit, emit_runs, emit_with
+from aomc_sky.emission.kernels.hooks import with_hooks
 from aomc_sky.kernels.arguments import Block, block_arguments, block_head, is_null
 from aomc_sky.kernels.arithmetic.constants import U64
 from aomc_sky.kernels.jit import c_function, inner
@@ -79,12 +80,12 @@ def next_signature(kinds: Any, precision: np.dtype) -> Any:
     return types.int64(Block(kinds), types.int64, types.int64, pointer, pointer, pointer)
 
 
-def compile_next(kernel: str, signature: Any) -> Any:
+def compile_next(kernel: str, hooks: tuple[str, ...], signature: Any) -> Any:
     """Return the C function `next(block, start, n, ux, uy, uz)` over a kernel of the emission; "" has no photons.
 
     The arguments in the block are the bound ones of the kernel; those of `emit` stand behind the words of its memory.
     """
-    return c_function(_NEXT_OF[kernel], signature)
+    return c_function(with_hooks(_NEXT_OF[kernel], hooks, emit=emit_with(*hooks)), signature)
 
 
 def _address_of(function: JittedNext) -> int:

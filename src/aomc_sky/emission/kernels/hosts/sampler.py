@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -9,17 +10,18 @@ from numba import from_dtype, types
 from numba.extending import overload
 
 from aomc_sky.emission.kernels.emit import direction_of
+from aomc_sky.emission.kernels.hooks import with_hooks
 from aomc_sky.kernels.arguments import block_arguments
-from aomc_sky.kernels.arithmetic.constants import ACCEPT, ONE, U64, ZERO
+from aomc_sky.kernels.arithmetic.constants import U64, ZERO
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned, sincos_turned_any, sincos_turned_narrow, unit
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.cells.blocks import cell_of_table, rank_of_photon, slot_of_rank, split_place, turn_of_table
 from aomc_sky.kernels.cells.laws import from_mu, from_mu2
 from aomc_sky.kernels.jit import inlined, inner, shared, shared_inlined
-from aomc_sky.skies.lobes.kernels.cells import NO_NUMBER, lobe_at, number_by_rank
-from aomc_sky.skies.lobes.kernels.law import decision_by_rank
-from aomc_sky.skies.perez.kernels.cells import is_rejected, is_taken_at_once, tilted
-from aomc_sky.skies.perez.kernels.reject import further_trials
+
+rejection: Any = None
+queue: Any = None
+"""The hooks of `photon_at`, which `photon_at_with` fills."""
 
 
 @inner
@@ -36,27 +38,6 @@ def _main_law(h0, h1, h2, h3, t0, t1, u, v, main_in_mu, main_is_mixed, is_narrow
     return from_mu2(h0, h1, h2, u, sine, cosine)
 
 
-@inner
-def _decision_word(rank, steps, key, band, jitter):
-    """The word that decides trial 0 of a rejection."""
-    if jitter is None:
-        return steps[0] + rank * steps[1]
-    word, _ = philox_pair(key, rank, band, ACCEPT)
-    return word
-
-
-@inner
-def _taken_or_replaced(x, y, z, jacobian, slot, rank, h0, h1, h2, h3, t0, t1, perez, key, band, jitter):
-    """What `perez.reject` does to a block, for one photon."""
-    word_of_slot, bound, sky, steps = perez
-    word = _decision_word(rank, steps, key, band, jitter)
-    cell_word = word_of_slot[slot]
-    if is_taken_at_once(word, cell_word) or not is_rejected(x, y, z, jacobian, word, bound[slot], sky):
-        return x, y, z
-    return further_trials(ONE, x, y, z, rank, h0, h1, h2, h3, t0, t1, cell_word, bound[slot], sky, key, band)
-
-
-@inlined
 def photon_at(
     i,
     order,
@@ -96,24 +77,25 @@ def photon_at(
     else:
         a, b = philox_pair(key, rank, band, ZERO)
         u, v = unit(a, h0), unit(b, h0)
-    if perez is not None:
-        u, v, jacobian = tilted(u, v, perez[0][slot])
+    if rejection is not None:
+        u, v, jacobian = rejection.tilted(u, v, perez[0][slot])
     if law is None:
         x, y, z = _main_law(h0, h1, h2, h3, t0, t1, u, v, main_in_mu, main_is_mixed, is_narrow)
     else:
         x, y, z = direction_of(law[slot], (h0, h1, h2, h3, t0, t1), u, v, key, rank, band)
-    if perez is not None:
-        x, y, z = _taken_or_replaced(x, y, z, jacobian, slot, rank, h0, h1, h2, h3, t0, t1, perez, key, band, jitter)
-    if lobes is not None and lobes[0][slot] >= 0:
-        if jitter is None:
-            number, accept = number_by_rank(lobes[0][slot], rank, lobes[3]), lobes[2]
-            word = decision_by_rank(rank, accept[0], accept[1], accept[2])
-        else:
-            number = NO_NUMBER
-            word, _ = philox_pair(key, rank, band, ACCEPT)
-        lx, ly, lz = lobe_at(lobes[0][slot], lobes[1], ZERO, number, a, b, word, key, rank, band)
+    if rejection is not None:
+        of_cell = (h0, h1, h2, h3, t0, t1)
+        x, y, z = rejection.taken_or_replaced(x, y, z, jacobian, slot, rank, of_cell, perez, key, band, jitter)
+    if queue is not None and lobes[0][slot] >= 0:
+        lx, ly, lz = queue.lobe_photon(lobes[0][slot], a, b, rank, lobes, key, band, jitter)
         x, y, z = type(h0)(lx), type(h0)(ly), type(h0)(lz)
     return x, y, z
+
+
+@cache
+def photon_at_with(*hooks: str) -> Any:
+    """`photon_at` compiled with these hooks."""
+    return inlined(with_hooks(photon_at, hooks))
 
 
 def _index(i: Any) -> Any:
@@ -127,15 +109,15 @@ def _compiled_index(i):
     return lambda i: U64(i)  # noqa: PLW0108  numba wants a function
 
 
-def make_sample(block: Any, n: int) -> Any:
+def make_sample(hooks: tuple[str, ...], block: Any, n: int) -> Any:
     """Return the jitted `sample(i)` of a band with n photons; `block` gives the arguments of `photon_at`."""
-    end = np.uint64(n)
+    photon, end = photon_at_with(*hooks), np.uint64(n)
 
     @shared_inlined
     def sample(i):
         if _index(i) >= end:
             raise IndexError("photon index outside the band")
-        return photon_at(_index(i), *block_arguments(block()))
+        return photon(_index(i), *block_arguments(block()))
 
     return sample
 

@@ -9,18 +9,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.constants import LAST_TRIAL, LOBE_COLUMN, ONE, TWO, U32, U64, ZERO
+from aomc_sky.kernels.arithmetic.constants import ACCEPT, LAST_TRIAL, LOBE_COLUMN, ONE, TWO, U32, U64, ZERO
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned, uniform_f64
 from aomc_sky.kernels.arithmetic.prefetch import prefetch_to_read, prefetch_to_write
-from aomc_sky.kernels.arithmetic.rng import later_words
+from aomc_sky.kernels.arithmetic.rng import later_words, philox_pair
 from aomc_sky.kernels.cells.blocks import column
-from aomc_sky.kernels.jit import inner_reader, seen_as
+from aomc_sky.kernels.jit import inner, inner_reader, seen_as
 from aomc_sky.skies.lobes.kernels.law import (
     CELL_COLUMNS,
     LOBE_COLUMNS,
     RANGE_COLUMNS,
     beckmann_radius,
     bin_of_rank,
+    decision_by_rank,
     heights_hg,
     shares,
     whole_of,
@@ -103,11 +104,16 @@ def lobe_at(lobe, tables, trial, number, first, second, word, key, rank, band):
     )
 
 
-@inner_reader
-def number_by_rank(lobe, rank, falls):
-    """Bin of trial 0 of one photon whose place follows from its rank."""
-    before, each, rest, offset, bits, pace, begin = fall_of_lobe(lobe, falls)
-    return bin_of_rank(rank, before, each, rest, offset, bits, pace, begin)
+@inner
+def lobe_photon(lobe, first, second, rank, lobes, key, band, jitter):
+    """`lobe_at` for trial 0 of a photon whose place has two words; `jitter` is None where they follow from its rank."""
+    if jitter is None:
+        number, accept = bin_of_rank(rank, *fall_of_lobe(lobe, lobes[3])), lobes[2]
+        word = decision_by_rank(rank, accept[0], accept[1], accept[2])
+    else:
+        number = NO_NUMBER
+        word, _ = philox_pair(key, rank, band, ACCEPT)
+    return lobe_at(lobe, lobes[1], ZERO, number, first, second, word, key, rank, band)
 
 
 @inner_reader

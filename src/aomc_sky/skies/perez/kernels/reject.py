@@ -12,7 +12,7 @@ from aomc_sky.kernels.arithmetic.elementary import arc, exp_level, sincos_turned
 from aomc_sky.kernels.arithmetic.rng import later_words, philox_pair
 from aomc_sky.kernels.cells.blocks import MAX_PHOTONS, cell_of_photon, column, turn_of_photon
 from aomc_sky.kernels.cells.laws import from_mu2
-from aomc_sky.kernels.jit import inner_reader
+from aomc_sky.kernels.jit import inner, inner_reader
 from aomc_sky.skies.perez.kernels.cells import is_rejected, is_taken_at_once, measured, tilted
 from aomc_sky.skies.perez.kernels.law import SUN_VECTOR, A, B, C, D, E, slant, with_aureole
 
@@ -189,6 +189,20 @@ def further_trials(trial, x, y, z, rank, h0, h1, h2, h3, t0, t1, cell_word, boun
             break
         trial += ONE
     return x, y, z
+
+
+@inner
+def taken_or_replaced(x, y, z, jacobian, slot, rank, of_cell, perez, key, band, jitter):
+    """What `reject` does to a block, for one photon whose place was `tilted`; `jitter` is None for places by rank."""
+    word_of_slot, bound, sky, steps = perez
+    if jitter is None:
+        word = steps[0] + rank * steps[1]
+    else:
+        word, _ = philox_pair(key, rank, band, ACCEPT)
+    cell_word = word_of_slot[slot]
+    if is_taken_at_once(word, cell_word) or not is_rejected(x, y, z, jacobian, word, bound[slot], sky):
+        return x, y, z
+    return further_trials(ONE, x, y, z, rank, *of_cell, cell_word, bound[slot], sky, key, band)
 
 
 @inner_reader

@@ -1,0 +1,54 @@
+"""Kernels are compiled with the slices that a plan needs: variants keep apart; the next process finds their code."""
+
+from __future__ import annotations
+
+import numba
+import pytest
+
+from tests.support.processes import with_numba
+from tests.support.shared import INPUTS
+
+pytestmark = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT")
+
+PHOTONS = """
+import sys, warnings
+import numpy as np
+import aomc_sky as sky
+from aomc_sky.kernels.backend import announce_photons
+warnings.simplefilter("ignore")
+announce_photons(10**9)  # compiled kernels and not their plain twins
+inputs, *scenes = sys.argv[1:]
+for scene in scenes:
+    source = sky.read_scene(f"{inputs}/{scene}", iterations=4000).source(5)
+    batch = source.photons()
+    source.c_source()
+    plain = {name: np.empty_like(getattr(batch, name)) for name in ("ux", "uy", "uz", "patch")}
+    source._emitter._fill_ranks(0, 0, plain)
+    equal = all(np.array_equal(getattr(batch, name), values) for name, values in plain.items())
+    print(scene, equal, *sorted(name for name in ("lobes", "perez") if f"aomc_sky.skies.{name}" in sys.modules))
+"""
+SAID = ["overcast True", "perez_sky True perez", "night_sky True lobes perez"]
+
+
+def said(*scenes: str, **variables: str) -> list[str]:
+    """For each scene whether its photons are right, and the slices that are loaded by then."""
+    return with_numba(PHOTONS, INPUTS, *scenes, **variables).splitlines()
+
+
+def test_one_process_takes_a_variant_after_the_other():
+    assert said("overcast", "perez_sky", "night_sky") == SAID
+
+
+@pytest.mark.slow
+def test_the_next_process_finds_the_code_of_every_variant(tmp_path):
+    def kept():
+        return {path.name: path.read_bytes() for path in tmp_path.rglob("*.nbc")}
+
+    assert said("overcast", "perez_sky", "night_sky", NUMBA_CACHE_DIR=str(tmp_path)) == SAID
+    first = kept()
+    texts = {name.split("-")[0] for name in first}
+    variants = ("", "_rejection", "_queue")
+    assert texts >= {f"{text}{hooks}" for text in ("emit.emit", "next_photons._next") for hooks in variants}
+    last = said("night_sky", "perez_sky", "overcast", NUMBA_CACHE_DIR=str(tmp_path))[-1]
+    assert last == "overcast True lobes perez"
+    assert kept() == first
