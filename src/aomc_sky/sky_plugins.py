@@ -1,4 +1,4 @@
-"""Sky models of other packages: entry points of one group, looked for only where a name is not our own."""
+"""Sky models by name: ours, and those of other packages, entry points of one group, looked for only for other names."""
 
 from __future__ import annotations
 
@@ -10,12 +10,23 @@ from dataclasses import dataclass
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
+import aomc_sky
 from aomc_sky.errors import PluginError
+
+#: Name of a sky model of ours -> "module:Class".
+SKY_MODELS = {
+    "atmosphere": "aomc_sky.skies.atmosphere.model:AtmosphereSky",
+    "lobes": "aomc_sky.skies.lobes.sky:LobeSky",
+    "tabulated": "aomc_sky.skies.tabulated:TabulatedSky",
+    "perez": "aomc_sky.skies.perez.sky:PerezSky",
+    "uniform": "aomc_sky.skies.uniform:UniformSky",
+}
 
 ENTRY_POINT_GROUP = "aomc_sky.sky_models"
 
 OUR_NAMES = ("perez", "uniform", "none", "atmosphere", "direct", "field", "function", "lobes", "table", "tabulated")
-"""Names of our own skies and of their components, which no other package can take."""
+"""Skies that a scene makes in a way of its own, and names of their components. Other skies of ours are made as those of
+other packages are, from a sun and options; no other package can take the names of either."""
 
 SUN = ("sun_zenith_rad", "sun_azimuth_rad")
 """What every `make` gets besides its options."""
@@ -23,7 +34,7 @@ SUN = ("sun_zenith_rad", "sun_azimuth_rad")
 
 @dataclass(frozen=True, slots=True)
 class SkyPlugin:
-    """A sky model of another package."""
+    """A sky model of another package, or one of ours that is made as these are."""
 
     name: str
     distribution: str
@@ -96,14 +107,19 @@ _BY_NAME = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_O
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class InstalledSkies:
-    """All sky models of other packages; of those that cannot be used, a sentence."""
+    """All sky models that are made from a sun and options; of those that cannot be used, a sentence."""
 
     plugins: Mapping[str, SkyPlugin]
     refused: Mapping[str, str]
 
 
 def installed_skies() -> InstalledSkies:
-    """Look through the installed packages; nothing is imported."""
+    """Look through `SKY_MODELS` and the installed packages; nothing is imported."""
+    ours = {
+        name: SkyPlugin(name, "aomc-sky", aomc_sky.__version__, EntryPoint(name, value, ENTRY_POINT_GROUP))
+        for name, value in SKY_MODELS.items()
+        if name not in OUR_NAMES
+    }
     found: dict[str, list[SkyPlugin]] = {}
     for entry in entry_points(group=ENTRY_POINT_GROUP):
         dist = entry.dist
@@ -112,10 +128,9 @@ def installed_skies() -> InstalledSkies:
     refused = {}
     for name, plugins in found.items():
         owners = " and ".join(f"{p.distribution} {p.version}" for p in plugins)
-        if name in OUR_NAMES:
+        if name in OUR_NAMES or name in ours:
             refused[name] = f"{owners} has a sky model {name!r}, a name of aomc-sky's own, so it is not used"
         elif len(plugins) > 1:
             refused[name] = f"{owners} have each a sky model {name!r}; uninstall all but one"
-    return InstalledSkies(
-        plugins={name: plugins[0] for name, plugins in sorted(found.items()) if name not in refused}, refused=refused
-    )
+    others = {name: plugins[0] for name, plugins in sorted(found.items()) if name not in refused}
+    return InstalledSkies(plugins=ours | others, refused=refused)

@@ -20,13 +20,10 @@ from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.picture import picture_path, save_picture
 from aomc_sky.outputs.tables.netcdf import EXTRA
-from aomc_sky.pictures.backgrounds import lobe_picture
 from aomc_sky.pictures.content import PHOTONS, RADIANCE, Dome, Mark, Picture, Quantity, Symbol, spread
 from aomc_sky.pictures.dome import ColourChoice, View
 from aomc_sky.pictures.panels import draw_into, figure_of
 from aomc_sky.pictures.source import source_picture, sun_mark
-from aomc_sky.skies.lobes.background import BackgroundSky
-from aomc_sky.skies.lobes.sky import LobeSky
 from aomc_sky.skies.model import SkyModel
 from aomc_sky.skies.tabulated import TabulatedSky
 from aomc_sky.source.scene import Scene
@@ -34,6 +31,9 @@ from aomc_sky.wavebands import Wavebands
 
 _FINE = (180, 720)
 """Patches of half a degree, in which a model is drawn."""
+
+_LOBES = "aomc_sky.skies.lobes."
+"""Modules whose skies are drawn as lobes; they are imported for such a sky alone."""
 
 
 def plot(
@@ -125,10 +125,8 @@ def plot(
         picture = _of_source(what, show, bands, sun, title)
     elif show is not None or bands is not None:
         raise UsageError("show and bands are for a source or a scene")
-    elif isinstance(what, BackgroundSky):
-        raise UsageError("a background sky changes with time: plot background_at(sky, time)")
-    elif isinstance(what, LobeSky):
-        picture = lobe_picture([("", [what])], wavelength_nm, title=title)
+    elif any(base.__module__.startswith(_LOBES) for base in type(what).__mro__):
+        picture = _of_lobes(what, wavelength_nm, title)
     else:
         picture = _of_values(what, wavelength_nm, grid, sun, title, label)
     view, choice = View.named(seen_from), ColourChoice(limits=limits, cmap=cmap, norm=norm)
@@ -177,6 +175,15 @@ def _of_source(
     if isinstance(what, Scene):
         return picture_of_scene(what, what.source(0), show=show or "radiance", bands=bands, sun=sun, title=title)
     return source_picture(what, show=show or "counts", bands=bands, sun=sun, title=title)
+
+
+def _of_lobes(what: Any, wavelength_nm: float, title: str) -> Picture:
+    from aomc_sky.pictures.backgrounds import lobe_picture
+    from aomc_sky.skies.lobes.background import BackgroundSky
+
+    if isinstance(what, BackgroundSky):
+        raise UsageError("a background sky changes with time: plot background_at(sky, time)")
+    return lobe_picture([("", [what])], wavelength_nm, title=title)
 
 
 def _of_values(

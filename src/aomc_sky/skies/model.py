@@ -1,7 +1,4 @@
-"""What every sky model promises, our sky models by name, and the share that a model has in the light of a scene.
-
-`SKY_MODELS` is the only place that names ours; those of other packages are in `sky_plugins`.
-"""
+"""What every sky model promises, the class of a name, and the share that a model has in the light of a scene."""
 
 from __future__ import annotations
 
@@ -15,15 +12,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
 from aomc_sky.errors import SceneError, UsageError
-
-#: Name of a sky model -> "module:Class".
-SKY_MODELS = {
-    "atmosphere": "aomc_sky.skies.atmosphere.model:AtmosphereSky",
-    "lobes": "aomc_sky.skies.lobes.sky:LobeSky",
-    "tabulated": "aomc_sky.skies.tabulated:TabulatedSky",
-    "perez": "aomc_sky.skies.perez.sky:PerezSky",
-    "uniform": "aomc_sky.skies.uniform:UniformSky",
-}
+from aomc_sky.sky_plugins import SKY_MODELS
 
 
 @runtime_checkable

@@ -50,7 +50,6 @@ def _readers(arguments: argparse.Namespace) -> dict[Kind, Callable[[Path], Any]]
     from aomc_sky.formats.aomc.amc import read_difcol, read_lambbot
     from aomc_sky.formats.aomc.skydist import read_skydist
     from aomc_sky.formats.mcpl.file import check_mcpl
-    from aomc_sky.skies.lobes.file.file import read_background_file
 
     return {
         Kind.SCENE: lambda path: _read_amc(path, lenient),
@@ -61,7 +60,7 @@ def _readers(arguments: argparse.Namespace) -> dict[Kind, Callable[[Path], Any]]
         Kind.TABLE: lambda path: read_skydist(path, lenient=lenient, max_memory_bytes=max_memory),
         Kind.SKY_TOML: lambda path: _read_toml(path, lenient, allow_paths, arguments),
         Kind.MCPL: check_mcpl,
-        Kind.BACKGROUND: read_background_file,
+        Kind.BACKGROUND: _read_background,
         Kind.ATMOSPHERE: lambda path: _read_atmosphere(path, allow_paths),
     }
 
@@ -74,6 +73,13 @@ def _read_amc(path: Path, lenient: bool) -> None:
         read_amc(path, lenient=lenient)
     except InputFileError as error:
         raise not_a_scene(path) or error from None
+
+
+def _read_background(path: Path) -> None:
+    """Read a background-sky file."""
+    from aomc_sky.skies.lobes.file.file import read_background_file
+
+    read_background_file(path)
 
 
 def _read_atmosphere(path: Path, allow_paths: list[str]) -> None:

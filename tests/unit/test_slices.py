@@ -1,0 +1,167 @@
+"""A slice below `skies/` can be deleted: scenes without it give the same bytes, others name what is missing."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.support.host_programs import EXAMPLES, make, needs_host, run
+from tests.support.shared import INPUTS, REPOSITORY
+
+pytestmark = pytest.mark.slow
+
+WITHOUT = {"lobes": ("lobes",), "atmosphere": ("atmosphere",), "both": ("lobes", "atmosphere")}
+"""Copies of the package -> the slices that they lack."""
+
+N = "2e4"
+
+_WORK = """
+import contextlib, hashlib, io, json, sys
+from pathlib import Path
+import aomc_sky
+from aomc_sky.cli.main import main
+
+scene, out, *works = sys.argv[1:]
+
+def command(*words):
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said):
+        code = main([words[0], *words[1:]])
+    assert code == 0, (words, code, said.getvalue())
+
+def digests(folder):
+    return {p.name: hashlib.sha256(p.read_bytes()).hexdigest() for p in sorted(Path(folder).iterdir())}
+
+def plain():
+    command("run", scene, "--iterations", ITERATIONS, "--out", f"{out}/plain", "-q")
+    return digests(f"{out}/plain")
+
+def compiled():
+    from aomc_sky.kernels import backend
+    backend.PLAIN_PHOTONS = 0  # as if the job were large
+    command("run", scene, "--iterations", ITERATIONS, "--out", f"{out}/compiled", "-q")
+    assert "numba" in sys.modules
+    return digests(f"{out}/compiled")
+
+def looks():
+    command("validate", scene)
+    command("verify", f"{out}/plain", "-q")
+    command("plot", scene, "--out", f"{out}/scene.svg", "-q")
+    command("plot", f"{out}/plain", "--out", f"{out}/run.svg", "-q")
+    return [Path(out, name).stat().st_size > 0 for name in ("scene.svg", "run.svg")]
+
+def host():
+    import numpy as np
+    source = aomc_sky.read_scene(scene, iterations=int(float(ITERATIONS))).source(1)
+    sampler = source.numba_sampler(0)
+    photons = np.zeros((3, sampler.n), source.dtype)
+    assert sampler.fill(0, photons) == sampler.n
+    return hashlib.sha256(photons.tobytes()).hexdigest()
+
+of_package = Path(aomc_sky.__file__).parent
+print(json.dumps({"package": str(of_package), **{work: globals()[work]() for work in works}}))
+""".replace("ITERATIONS", repr(N))
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], Path]]:
+    """The folder of a copy of the package, by its name in `WITHOUT`, or "whole"."""
+
+    @cache
+    def copy(name: str) -> Path:
+        folder = tmp_path_factory.mktemp(name)
+        shutil.copytree(REPOSITORY / "src/aomc_sky", folder / "aomc_sky", ignore=shutil.ignore_patterns("__pycache__"))
+        for missing in WITHOUT.get(name, ()):
+            shutil.rmtree(folder / "aomc_sky" / "skies" / missing)
+        return folder
+
+    yield copy
+    copy.cache_clear()
+
+
+def environment(package: Path) -> dict[str, str]:
+    return {**os.environ, "PYTHONPATH": str(package), "NUMBA_CACHE_DIR": str(package / "cache")}
+
+
+def python(package: Path, *words: str) -> subprocess.CompletedProcess[str]:
+    """What Python says that sees a copy of the package."""
+    command = [sys.executable, *words]
+    return subprocess.run(
+        command, cwd=package, env=environment(package), capture_output=True, text=True, timeout=600, check=False
+    )
+
+
+def work(package: Path, scene: str, *works: str) -> dict[str, Any]:
+    """What a copy of the package makes of a scene."""
+    out = package / scene / "-".join(works)
+    out.mkdir(parents=True)
+    done = python(package, "-c", _WORK, str(INPUTS / scene), str(out), *works)
+    assert done.returncode == 0, done.stderr
+    found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    assert found.pop("package") == str(package / "aomc_sky")  # not the one that is installed
+    return found
+
+
+@cache
+def _of_whole(package: Path, scene: str, works: tuple[str, ...]) -> dict[str, Any]:
+    return work(package, scene, *works)
+
+
+@pytest.mark.parametrize("works", [("plain", "looks"), ("compiled",), ("host",)], ids="-".join)
+@pytest.mark.parametrize("scene", ["clear_day", "perez_sky"])
+@pytest.mark.parametrize("name", WITHOUT)
+def test_scenes_that_need_no_slice_give_the_same_bytes(
+    package: Callable[[str], Path], name: str, scene: str, works: tuple[str, ...]
+) -> None:
+    if "looks" in works:
+        pytest.importorskip("matplotlib")
+    assert work(package(name), scene, *works) == _of_whole(package("whole"), scene, works)
+
+
+@pytest.mark.parametrize(("name", "scene"), [("atmosphere", "night_sky"), ("lobes", "atmosphere_sky")])
+def test_slices_do_not_need_each_other(package: Callable[[str], Path], name: str, scene: str) -> None:
+    if scene == "night_sky":
+        pytest.importorskip("h5py")
+    assert work(package(name), scene, "plain") == _of_whole(package("whole"), scene, ("plain",))
+
+
+def test_compiled_lobes_do_not_need_the_atmosphere(package: Callable[[str], Path]) -> None:
+    pytest.importorskip("h5py")
+    works = ("compiled", "host")
+    assert work(package("atmosphere"), "night_sky", *works) == _of_whole(package("whole"), "night_sky", works)
+
+
+@pytest.mark.parametrize("command", ["run", "validate", "plot", "info"])
+@pytest.mark.parametrize(("name", "scene"), [("lobes", "night_sky"), ("atmosphere", "atmosphere_sky")])
+def test_a_scene_names_the_slice_that_is_missing(
+    package: Callable[[str], Path], tmp_path: Path, command: str, name: str, scene: str
+) -> None:
+    out = {"run": ["--out", str(tmp_path / "out")], "plot": ["--out", str(tmp_path / "sky.svg")]}.get(command, [])
+    done = python(package(name), "-m", "aomc_sky", command, str(INPUTS / scene), *out)
+    assert done.returncode != 0
+    assert f"No module named 'aomc_sky.skies.{name}'" in done.stderr + done.stdout
+    assert list(tmp_path.iterdir()) == []
+
+
+@needs_host
+@pytest.mark.parametrize("scene", ["clear_day", "perez_sky"])
+def test_a_program_in_c_gets_the_same_bytes(package: Callable[[str], Path], tmp_path: Path, scene: str) -> None:
+    folder = tmp_path / "c"
+    shutil.copytree(EXAMPLES / "c", folder, ignore=shutil.ignore_patterns("sky_means"))
+    make(folder)
+    photons = {}
+    for name in ("whole", *WITHOUT):
+        command = ["./sky_means", str(INPUTS / scene), "11", f"iterations={int(float(N))}", f"{name}.bin"]
+        run(command, folder, OMP_NUM_THREADS="1", **environment(package(name)))
+        photons[name] = (folder / f"{name}.bin").read_bytes()
+    assert photons["whole"]
+    assert [name for name in WITHOUT if photons[name] != photons["whole"]] == []
