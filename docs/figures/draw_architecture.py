@@ -34,7 +34,7 @@ WAY = (
     ("engine.run", "run_job", "the job: blocks of photons on threads"),
     ("emission.photon_source", "PhotonSource", "any photon by its index"),
     ("emission.kernels.emit", "emit", "the compiled loop"),
-    ("outputs.photons.rows", "NpyWriter", "photons become files"),
+    ("outputs.photons.npy", "NpyWriter", "photons become files"),
     ("outputs.manifest", "build_manifest", "the manifest closes last"),
 )
 """Module, function or class, and what happens there, in the order of ``aomc-sky run amc.inp``."""

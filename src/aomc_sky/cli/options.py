@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from aomc_sky.errors import UsageError
 from aomc_sky.inputs import LIGHTS, MODEL, PEREZ, SUN, Input
+from aomc_sky.outputs.photon_formats import FOLDER_FORMATS
 
 if TYPE_CHECKING:
     from aomc_sky.emission.photon_source import PhotonSource
@@ -236,7 +237,7 @@ def _sky_option(text: str) -> tuple[str, Any]:
     return name, found["value"] if len(found) == 1 else value
 
 
-_SHARED = """\
+_SHARED = f"""\
 --allocation systematic|largest-remainder|multinomial|aomc  how photons are distributed over the patches (default
                         systematic)
 --allow-path DIR        folder below which files named in sky.toml or in an .atmo file may lie, besides its own;
@@ -244,7 +245,7 @@ _SHARED = """\
 --azimuth-bins n+1|n    n: azimuth indices run from 1 to n (default n+1, from 0)
 --bins equal|degrees    what the indices of skydist.inp are (default: what the file declares, else equal bins)
 --compat aomc|          everything as the AOMC 1.2.2 program does it
---format npy|mcpl|raw|none  photon files, repeatable (default npy); none: counts and plan only
+--format {"|".join(FOLDER_FORMATS)}|none  photon files, repeatable (default npy); none: counts and plan only
 --iterations N          photons per waveband instead of line 1 of amc.inp, also as 1e6
 --json                  one JSON object on standard output and nothing else
 --lenient               take Fortran's value where a person reads another one

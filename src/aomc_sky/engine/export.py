@@ -13,7 +13,8 @@ from aomc_sky.errors import ForeignOutputError, UsageError
 from aomc_sky.formats.mcpl.file import holds
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder
-from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, Progress, photon_files, photon_writer
+from aomc_sky.outputs.photon_formats import photon_writer
+from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, Progress, photon_files
 from aomc_sky.outputs.photons.mcpl import McplWriter, is_gzip_name, write_mcpl_file
 
 LARGE_TEXT_BYTES = 1_000_000_000

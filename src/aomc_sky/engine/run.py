@@ -22,14 +22,13 @@ from aomc_sky.outputs.counts import COUNTS_FILES, counts_file
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.folder.target_file import check_folder
 from aomc_sky.outputs.manifest import build_manifest, chosen_bands, manifest_bytes, read_manifest, scene_part
+from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, photon_writer
 from aomc_sky.outputs.photons.files import (
-    FOLDER_FORMATS,
     ChunkPool,
     Meter,
     Progress,
     complete_formats,
     photon_files,
-    photon_writer,
     run_files,
 )
 from aomc_sky.outputs.shard import BLOCK, MANIFEST, PART, is_run_file
@@ -209,7 +208,7 @@ def finish_run(source: PhotonSource, scene: Scene, folder: RunFolder, sums: Sums
 def remove_rest(folder: RunFolder) -> None:
     """Remove the marks of shards and what they fill, once the run is finished."""
     for name in folder.names():
-        if is_run_file(name) and name.endswith((PART, ".done")):
+        if name.endswith((PART, ".done")) and is_run_file(name):
             folder.remove(name)
 
 

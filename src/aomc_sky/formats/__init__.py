@@ -12,5 +12,4 @@ weather         Hourly weather files (EPW, TMY2, TMY3): when each hour began, an
 background/     Background-sky files (DIRSIG BackgroundSkyData, HDF5).
 netcdf          netCDF files that hold a radiance over directions.
 mcpl/           MCPL files (Monte Carlo Particle Lists, formats 2 and 3).
-photons_npy     Photons in a numpy file: rows of travel directions, with a weight in a fourth column or none.
 """

@@ -5,8 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 from aomc_sky.errors import UsageError
+from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, WAVEBAND, file_pattern
 
 BLOCK = 65_536
 """Photons of a chunk of work and of a block of statistics. In every numpy file it fills whole pages of 4096 bytes."""
@@ -73,22 +75,23 @@ PART = ".part"
 TEMPORARY = ".aomc-sky-"
 """How names of files under way begin; they end in a point and eight hexadecimal digits of chance."""
 
-_WAVEBAND = "(?:[0-9]{4}|[1-9][0-9]{4,8})"
-_OURS = re.compile(
-    rf"plan\.npz|manifest\.json|counts\.(?:csv|npz)|photons\.mcpl|photons-{_WAVEBAND}\.(?:raw|csv)"
-    rf"|(?:photons|positions|weights)-{_WAVEBAND}\.npy(?:\.part)?|shard-[0-9]{{1,7}}-of-[0-9]{{1,7}}\.done"
-    rf"|blocks-{_WAVEBAND}\.npy"  # of version 0.2
-)
-
 
 def is_temporary_file(name: str) -> bool:
     """Whether a file of this name is one that some process had not finished."""
     return re.fullmatch(r"\.aomc-sky-.+\.[0-9a-f]{8}", name, re.DOTALL) is not None
 
 
+@cache
+def _ours() -> re.Pattern[str]:
+    return re.compile(
+        rf"plan\.npz|manifest\.json|counts\.(?:csv|npz)|{file_pattern(*PHOTON_FORMATS)}|(?:{file_pattern('npy')})\.part"
+        rf"|shard-[0-9]{{1,7}}-of-[0-9]{{1,7}}\.done|blocks-{WAVEBAND}\.npy"  # the last is of version 0.2
+    )
+
+
 def is_run_file(name: str) -> bool:
     """Whether a file of this name is one of a run."""
-    return _OURS.fullmatch(name) is not None
+    return _ours().fullmatch(name) is not None
 
 
 _MARK = re.compile(r"shard-([0-9]{1,7})-of-([0-9]{1,7})\.done")

@@ -15,7 +15,7 @@ from aomc_sky.component import Law
 from aomc_sky.directions import Frame, sky_from_travel
 from aomc_sky.emission.irradiance import cell_moments
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.outputs.photons.files import in_order
+from aomc_sky.outputs.photons.files import PhotonRows, in_order
 from aomc_sky.plan.options import Placement
 from aomc_sky.plan.sampling.streams import stream_key
 from aomc_sky.system import n_cpus
@@ -44,15 +44,6 @@ class Tied(enum.Enum):
     INDEPENDENT = "iid"  #: every photon is a draw of its own
     STRATIFIED = "stratified"  #: spread more evenly than chance, by a plan that is not known
     MIXED = "mixed"  #: between the last two: a merge of both, or a part of evenly spread photons
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class PhotonRows:
-    """A block of photons of one waveband."""
-
-    start: int  #: Index of the first one.
-    direction: np.ndarray  #: Travel directions. [shape (n, 3)]
-    weight: np.ndarray | None = None  #: None where every weight is 1. [shape (n,)]
 
 
 def verify_directions(

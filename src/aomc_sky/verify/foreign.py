@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,34 +11,17 @@ import numpy as np
 from aomc_sky.directions import Frame
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import UsageError
-from aomc_sky.formats.mcpl.file import McplFile, read_mcpl
 from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, names_runs, runs_of
-from aomc_sky.formats.photons_npy import PhotonsNpy, read_photons_npy
-from aomc_sky.formats.text_file import refuse
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.outputs.photons.mcpl import MEV_NM, PHOTON
+from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, photon_writer
+from aomc_sky.outputs.photons.files import PhotonFile, PhotonRows, PhotonWriter
 from aomc_sky.source.scene import Scene
 from aomc_sky.verify.counts import FAMILY_LEVEL
-from aomc_sky.verify.directions import PhotonRows, Tied, verify_directions
+from aomc_sky.verify.directions import Tied, verify_directions
 from aomc_sky.verify.report import Check, VerifyReport
-
-ENERGY_TOLERANCE = 1e-4
-"""How far a photon's energy may be from that of its waveband, as a share of it."""
 
 _PACKED = {"float32": 6e-7, "float64": 1.4e-15}
 """What packing may change a component by (docs/formats/mcpl.md)."""
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class PhotonFile:
-    """A file of photons and the wavebands of a scene that they belong to."""
-
-    path: Path
-    #: Photons of each waveband [0-based] that has some, or that the user names, block by block.
-    rows: Mapping[int, Callable[[], Iterator[PhotonRows]]]
-    notes: tuple[str, ...] = ()  #: photons that were left out
-    header: McplHeader | None = None  #: of an MCPL file
-    n_of: Mapping[int, int] = field(default_factory=dict)  #: photons of each waveband, where their energies differ
 
 
 def open_photons(
@@ -51,93 +33,17 @@ def open_photons(
 ) -> PhotonFile:
     """Open a file of photons.
 
-    ``.npy``: rows ux, uy, uz, and the weight where there is a fourth column, or in a numpy file of `weights`; anything
-    else: MCPL, of which photons belong to the waveband of their energy. `wavebands` are 1-based. A UsageError says that
-    neither the file nor the user names the waveband, or that there is no such one.
+    The ending of its name says the format; any other ending is MCPL. `weights` is a file of the weights of a ``.npy``
+    file. `wavebands` are 1-based. A UsageError says that neither the file nor the user names the waveband, or that
+    there is no such one.
     """
     n_bands, bands = wavelength_nm.size, tuple(dict.fromkeys(waveband - 1 for waveband in wavebands or ()))
     for band in bands:
         if not 0 <= band < n_bands:
             raise UsageError(f"waveband {band + 1} is not in this scene; it has wavebands 1 to {n_bands}")
-    if Path(path).suffix.lower() == ".npy":
-        return _open_npy(Path(path), bands, n_bands, weights)
-    if weights is not None:
-        raise UsageError("--weights is for a .npy file; an MCPL file holds its own weights")
-    return _open_mcpl(Path(path), bands, MEV_NM / wavelength_nm)
-
-
-def _open_npy(path: Path, bands: tuple[int, ...], n_bands: int, weights: str | Path | None) -> PhotonFile:
-    photons = read_photons_npy(path)
-    if not bands and n_bands > 1:
-        raise UsageError(f"the scene has {n_bands} wavebands: name the waveband of the photons with --waveband")
-    if len(bands) > 1:
-        raise UsageError("a .npy file holds photons of one waveband: give one --waveband")
-    of_weights = None if weights is None else read_photons_npy(weights, n_columns=(1,))
-    if of_weights is not None and photons.n_columns == 4:
-        raise UsageError(f"{path} has weights in its fourth column: leave --weights out")
-    if of_weights is not None and len(of_weights) != len(photons):
-        message = f"{len(of_weights)} weights for the {len(photons)} photons of {path}"
-        raise refuse(of_weights.path, message, code="E903")
-    return PhotonFile(path=path, rows={band: partial(_npy_rows, photons, of_weights) for band in bands or (0,)})
-
-
-def _npy_rows(photons: PhotonsNpy, weights: PhotonsNpy | None) -> Iterator[PhotonRows]:
-    of_weights = None if weights is None else weights.blocks()
-    start = 0
-    for rows in photons.blocks():
-        weight = rows[:, 3] if photons.n_columns == 4 else None
-        if of_weights is not None:
-            weight = next(of_weights)[:, 0]
-        yield PhotonRows(start=start, direction=rows[:, :3], weight=weight)
-        start += len(rows)
-
-
-def _open_mcpl(path: Path, bands: tuple[int, ...], energy: np.ndarray) -> PhotonFile:
-    file = read_mcpl(path)
-    n_of, n_photons = np.zeros(energy.size, dtype=np.int64), 0
-    for particles in file.blocks():
-        own = particles.energy[particles.pdg_code == PHOTON]
-        n_photons += own.size
-        n_of += [np.count_nonzero(_has_energy(own, expected)) for expected in energy]
-    notes = []
-    if n_photons < len(file):
-        notes.append(f"{len(file) - n_photons} of {len(file)} particles are not photons and were left out")
-    if not n_of.any():
-        if not bands and energy.size > 1:
-            raise UsageError(
-                f"no photon of {path} has the energy of a waveband of the scene: name their waveband with --waveband"
-            )
-        if len(bands) > 1:
-            raise UsageError(f"no photon of {path} has the energy of a waveband: give one --waveband for all")
-        notes.append("no photon has the energy of a waveband: all photons are used")
-        rows = {band: partial(_mcpl_rows, file, None) for band in bands or (0,)}
-        return PhotonFile(path=path, rows=rows, notes=tuple(notes), header=file.header)
-    bands = bands or tuple(np.flatnonzero(n_of).tolist())
-    left = n_photons - int(n_of[list(bands)].sum())
-    if left > 0:
-        notes.append(f"{left} of {n_photons} photons belong to other wavebands, or to none, and were left out")
-    return PhotonFile(
-        path=path,
-        rows={band: partial(_mcpl_rows, file, float(energy[band])) for band in bands},
-        notes=tuple(notes),
-        header=file.header,
-        n_of={band: int(n_of[band]) for band in bands},
-    )
-
-
-def _has_energy(energy: np.ndarray, expected: float) -> np.ndarray:
-    return np.abs(energy - expected) <= ENERGY_TOLERANCE * expected
-
-
-def _mcpl_rows(file: McplFile, energy: float | None) -> Iterator[PhotonRows]:
-    start = 0
-    for particles in file.blocks():
-        chosen = particles.pdg_code == PHOTON
-        if energy is not None:
-            chosen &= _has_energy(particles.energy, energy)
-        direction, weight = particles.direction[chosen], particles.weight[chosen]
-        yield PhotonRows(start=start, direction=direction, weight=weight)
-        start += len(direction)
+    by_ending = {Path(writer.names[0]).suffix: writer for writer in map(photon_writer, PHOTON_FORMATS)}
+    writer: type[PhotonWriter] = by_ending.get(Path(path).suffix.lower(), by_ending[".mcpl"])
+    return writer.read(Path(path), wavelength_nm, bands, weights)
 
 
 SceneOf = Callable[[int], Scene | None]

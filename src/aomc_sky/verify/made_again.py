@@ -18,17 +18,17 @@ from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import COUNTS_FILES, counts_file
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
 from aomc_sky.outputs.manifest import build_manifest, chosen_bands, scene_part
+from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, photon_writer
 from aomc_sky.outputs.photons.files import (
-    FOLDER_FORMATS,
     ChunkPool,
     FileLayout,
     Meter,
     PhotonFiles,
+    PhotonRows,
     Progress,
     Target,
     formats_in,
     photon_files,
-    photon_writer,
     run_files,
 )
 from aomc_sky.outputs.shard import BLOCK, MANIFEST, block_spans
@@ -39,7 +39,7 @@ from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import read_at
 from aomc_sky.verify.counts import FAMILY_LEVEL
-from aomc_sky.verify.directions import PhotonRows, verify_directions
+from aomc_sky.verify.directions import verify_directions
 from aomc_sky.verify.report import Check, VerifyReport, judged, named
 
 RESULT_TOLERANCE = 1e-12

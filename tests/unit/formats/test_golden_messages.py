@@ -13,9 +13,9 @@ from aomc_sky.errors import InputFileError
 from aomc_sky.formats.aomc.amc import read_amc, read_difcol, read_lambbot
 from aomc_sky.formats.aomc.skydist import read_skydist
 from aomc_sky.formats.mcpl.file import check_mcpl
-from aomc_sky.formats.photons_npy import read_photons_npy
 from aomc_sky.formats.sky_toml.file import read_sky_toml
 from aomc_sky.formats.weather import read_weather
+from aomc_sky.outputs.photons.npy import read_photons_npy
 from aomc_sky.skies.atmosphere.description.medium import read_medium
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from tests.support.shared import DATA, INPUTS

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aomc_sky.errors import UsageError
-from aomc_sky.outputs.photons.files import PHOTON_FORMATS, photon_writer
+from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, PHOTON_FORMATS, photon_writer
 from aomc_sky.outputs.shard import BLOCK, Shard, block_spans, is_run_file, marks_among, parse_shard
 from aomc_sky.source.read.scene import read_scene
 from tests.support.shared import INPUTS
@@ -51,11 +51,25 @@ def test_everything_that_writers_write_is_known():
     assert is_run_file(Shard(index=7, count=1_000_000).mark)
 
 
-def test_the_schema_allows_the_files_of_a_run():
-    text = (resources.files("aomc_sky.outputs") / "manifest.schema.json").read_text()
-    pattern = json.loads(text)["properties"]["files"]["propertyNames"]["pattern"]
-    allowed = {name for name in (*OURS, *NOT_OURS) if re.search(pattern[:-1] + r"\Z", name)}
-    assert allowed == {*IN_MANIFESTS}
+def of_schema(*path):
+    found = json.loads((resources.files("aomc_sky.outputs") / "manifest.schema.json").read_text())
+    for key in path:
+        found = found["properties"][key] if key in found.get("properties", {}) else found[key]
+    return found
+
+
+def test_the_schema_allows_the_files_of_a_run_and_no_other_folder():
+    pattern = of_schema("files", "propertyNames", "pattern")
+    refused = {name for name in (*OURS, *NOT_OURS) if not re.search(pattern[:-1] + r"\Z", name)}
+    assert not refused & {*IN_MANIFESTS}
+    assert {name for name in NOT_OURS if "/" in name or name.startswith(".") or not name.isprintable()} <= refused
+    assert {"", "manifest.json", "photons-0001.npy.part", "shard-003-of-100.done", "Photons-0001.npy"} <= refused
+
+
+def test_the_schema_allows_the_formats_of_a_run():
+    pattern = of_schema("options", "formats", "items", "pattern")
+    assert all(re.search(pattern, name) for name in (*FOLDER_FORMATS, "none"))
+    assert FOLDER_FORMATS == ("npy", "mcpl", "raw")  # of the command line, and of the documentation
 
 
 @given(st.lists(st.integers(0, 20 * BLOCK), min_size=1, max_size=5), st.integers(1, 40))

@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import aomc_sky as sky
-from aomc_sky.verify.directions import DirectionTests, PhotonRows, Tied, is_kept, thinning_key
+from aomc_sky.outputs.photons.files import PhotonRows
+from aomc_sky.verify.directions import DirectionTests, Tied, is_kept, thinning_key
 from aomc_sky.verify.report import Pulls
 from tests.support.shared import INPUTS
 

@@ -1,6 +1,8 @@
-"""Photon files: one class per photon format.
+"""Photon files: one file per photon format.
 
-files   What a writer says of its files, the formats by name, and the threads that fill the files
-rows    Rows of numbers: numpy arrays (npy), bare float32 records (raw), text with all digits (csv)
-mcpl    One MCPL file, byte for byte what libmcpl writes for the same photons and head
+files   What a writer says of its files, the photons of a file, and the threads that fill the files
+npy     Numpy arrays, written; read to verify
+mcpl    One MCPL file, byte for byte what libmcpl writes for the same photons and head; read to verify
+raw     Bare float32 records
+csv     Text with all digits, for export
 """

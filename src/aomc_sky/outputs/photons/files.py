@@ -9,34 +9,25 @@ import contextlib
 import math
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
-from importlib import import_module
-from typing import Any, TypeVar
+from pathlib import Path
+from typing import ClassVar, TypeVar
 
 import numpy as np
 
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.photons import PhotonBatch
-from aomc_sky.errors import UsageError
+from aomc_sky.formats.mcpl.header import McplHeader
+from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.counts import COUNTS_FILES
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
+from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, photon_writer
 from aomc_sky.outputs.shard import BLOCK, PLAN, block_spans
 from aomc_sky.outputs.statistics import BlockSums, PhotonSums, photon_sums
 from aomc_sky.system import n_cpus, write_at
-
-PHOTON_FORMATS = {
-    "csv": "aomc_sky.outputs.photons.rows:CsvWriter",
-    "mcpl": "aomc_sky.outputs.photons.mcpl:McplWriter",
-    "npy": "aomc_sky.outputs.photons.rows:NpyWriter",
-    "raw": "aomc_sky.outputs.photons.rows:RawWriter",
-}
-"""Name of a photon format -> "module:Class"; "none" writes counts and plan only."""
-
-FOLDER_FORMATS = {"npy": "photons-{:04d}.npy", "mcpl": "photons.mcpl", "raw": "photons-{:04d}.raw"}
-"""Formats that a run folder may hold -> the name of a file that shows it; its number is a waveband's."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,11 +45,35 @@ class FileLayout:
         return len(self.head) + self.n_rows * self.row_bytes
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PhotonRows:
+    """A block of photons of one waveband."""
+
+    start: int  #: Index of the first one.
+    direction: np.ndarray  #: Travel directions. [shape (n, 3)]
+    weight: np.ndarray | None = None  #: None where every weight is 1. [shape (n,)]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PhotonFile:
+    """A file of photons and the wavebands of a scene that they belong to."""
+
+    path: Path
+    #: Photons of each waveband [0-based] that has some, or that the user names, block by block.
+    rows: Mapping[int, Callable[[], Iterator[PhotonRows]]]
+    notes: tuple[str, ...] = ()  #: photons that were left out
+    header: McplHeader | None = None  #: of an MCPL file
+    n_of: Mapping[int, int] = field(default_factory=dict)  #: photons of each waveband, where their energies differ
+
+
 class PhotonWriter(ABC):
     """The files of a source in one format: their layouts, and the bytes of each block; it opens no file.
 
     `bands` are the wavebands [0-based] that share files: one of the groups that `parts` gives.
     """
+
+    #: Names of its files, first of the one that is always there; {:04d} is the waveband, from 1.
+    names: ClassVar[tuple[str, ...]]
 
     def __init__(self, source: PhotonSource) -> None:
         self.source = source
@@ -75,17 +90,14 @@ class PhotonWriter(ABC):
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Bytes that a batch adds to each file; they outlive its arrays, which are filled again."""
 
+    @staticmethod
+    def read(path: Path, wavelength_nm: np.ndarray, bands: tuple[int, ...], weights: str | Path | None) -> PhotonFile:
+        """Open a file for `verify`, with the wavelengths of a scene and the wavebands that the user names."""
+        advice = "name a .npy or an MCPL file"
+        raise refuse(path, "photons of this format cannot be read", code="E802", advice=advice)
+
     def recycle(self, chunks: tuple[memoryview, ...]) -> None:  # noqa: B027
         """Take memory back whose bytes are written; by default every chunk has its own."""
-
-
-def photon_writer(name: str) -> Any:
-    """Return the writer class of a photon format."""
-    target = PHOTON_FORMATS.get(name)
-    if target is None:
-        raise UsageError(f"there is no photon format {name!r}; the formats are {', '.join(PHOTON_FORMATS)} and none")
-    module, _, attribute = target.partition(":")
-    return getattr(import_module(module), attribute)
 
 
 Write = Callable[[int, int, tuple[memoryview, ...]], object]
@@ -160,8 +172,8 @@ def formats_in(folder: RunFolder, bands: Sequence[int]) -> list[str]:
     """Formats of which a run folder holds any file."""
     return [
         name
-        for name, file in FOLDER_FORMATS.items()
-        if any(folder.size_of(file.format(band + 1)) is not None for band in bands)
+        for name in FOLDER_FORMATS
+        if any(folder.size_of(photon_writer(name).names[0].format(band + 1)) is not None for band in bands)
     ]
 
 
@@ -180,6 +192,12 @@ def run_files(source: PhotonSource, folder: RunFolder, bands: Sequence[int]) -> 
     names = [layout.name for part in photon_files(folder, writers, bands) for layout in part.layouts]
     sizes = {name: folder.size_of(name) for name in (PLAN, *COUNTS_FILES, *names)}
     return {name: size for name, size in sizes.items() if size is not None}
+
+
+def stacked(batch: PhotonBatch) -> np.ndarray:
+    """Rows of all numbers of the photons: direction, position and weight, where they have them."""
+    columns = [batch.ux, batch.uy, batch.uz, batch.x, batch.y, batch.weight]
+    return np.stack([c for c in columns if c is not None], axis=-1)
 
 
 _Item = TypeVar("_Item")

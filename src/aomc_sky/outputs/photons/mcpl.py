@@ -1,4 +1,4 @@
-"""Photons as one MCPL file, byte for byte what libmcpl writes for the same photons and head."""
+"""Photons as one MCPL file, byte for byte what libmcpl writes for the same photons and head; and those of anybody."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import gzip
 import sys
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, BinaryIO, cast
 
@@ -16,11 +17,12 @@ import aomc_sky
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.formats.mcpl.file import McplFile, read_mcpl
 from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, encode_header, plan_begin
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
-from aomc_sky.outputs.photons.files import ChunkPool, FileLayout, PhotonWriter
+from aomc_sky.outputs.photons.files import ChunkPool, FileLayout, PhotonFile, PhotonRows, PhotonWriter
 from aomc_sky.outputs.statistics import batches
 from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.plan.sampling.streams import STREAM_VERSION
@@ -41,9 +43,26 @@ MAX_WAVEBANDS = 2**12
 GZIP_LEVEL = 6
 """zlib's default, which mcpltool takes too."""
 
-_NAME = "photons.mcpl"
+ENERGY_TOLERANCE = 1e-4
+"""How far a photon's energy may be from that of its waveband, as a share of it."""
+
 _CM_PER_M = 100.0
 _WAVELENGTHS_PER_COMMENT = 100
+
+
+def _has_energy(energy: np.ndarray, expected: float) -> np.ndarray:
+    return np.abs(energy - expected) <= ENERGY_TOLERANCE * expected
+
+
+def _mcpl_rows(file: McplFile, energy: float | None) -> Iterator[PhotonRows]:
+    start = 0
+    for particles in file.blocks():
+        chosen = particles.pdg_code == PHOTON
+        if energy is not None:
+            chosen &= _has_energy(particles.energy, energy)
+        direction, weight = particles.direction[chosen], particles.weight[chosen]
+        yield PhotonRows(start=start, direction=direction, weight=weight)
+        start += len(direction)
 
 
 class McplWriter(PhotonWriter):
@@ -51,6 +70,8 @@ class McplWriter(PhotonWriter):
 
     float32 photons make a file of single precision, float64 ones a file of double precision.
     """
+
+    names = ("photons.mcpl",)
 
     def __init__(self, source: PhotonSource) -> None:
         super().__init__(source)
@@ -66,7 +87,7 @@ class McplWriter(PhotonWriter):
         """The one file."""
         n = sum(self.source.n_photons(band) for band in bands)
         head = encode_header(self._header(n, _comments(self.source, bands)))
-        return (FileLayout(_NAME, head, self._record.itemsize, n),)
+        return (FileLayout(self.names[0], head, self._record.itemsize, n),)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Records of a batch, good until they are given to `recycle`."""
@@ -89,6 +110,41 @@ class McplWriter(PhotonWriter):
             if records.size >= n:
                 return records
         return np.zeros(n, self._record)
+
+    @staticmethod
+    def read(path: Path, wavelength_nm: np.ndarray, bands: tuple[int, ...], weights: str | Path | None) -> PhotonFile:
+        """Open an MCPL file: each photon belongs to the waveband of its energy."""
+        if weights is not None:
+            raise UsageError("--weights is for a .npy file; an MCPL file holds its own weights")
+        file, energy = read_mcpl(path), MEV_NM / wavelength_nm
+        n_of, n_photons = np.zeros(energy.size, dtype=np.int64), 0
+        for particles in file.blocks():
+            own = particles.energy[particles.pdg_code == PHOTON]
+            n_photons += own.size
+            n_of += [np.count_nonzero(_has_energy(own, expected)) for expected in energy]
+        notes = []
+        if n_photons < len(file):
+            notes.append(f"{len(file) - n_photons} of {len(file)} particles are not photons and were left out")
+        if not n_of.any():
+            if not bands and energy.size > 1:
+                none = f"no photon of {path} has the energy of a waveband of the scene"
+                raise UsageError(f"{none}: name their waveband with --waveband")
+            if len(bands) > 1:
+                raise UsageError(f"no photon of {path} has the energy of a waveband: give one --waveband for all")
+            notes.append("no photon has the energy of a waveband: all photons are used")
+            rows = {band: partial(_mcpl_rows, file, None) for band in bands or (0,)}
+            return PhotonFile(path=path, rows=rows, notes=tuple(notes), header=file.header)
+        bands = bands or tuple(np.flatnonzero(n_of).tolist())
+        left = n_photons - int(n_of[list(bands)].sum())
+        if left > 0:
+            notes.append(f"{left} of {n_photons} photons belong to other wavebands, or to none, and were left out")
+        return PhotonFile(
+            path=path,
+            rows={band: partial(_mcpl_rows, file, float(energy[band])) for band in bands},
+            notes=tuple(notes),
+            header=file.header,
+            n_of={band: int(n_of[band]) for band in bands},
+        )
 
     def recycle(self, chunks: tuple[memoryview, ...]) -> None:
         """Take memory back whose bytes are written."""

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import UsageError
-from aomc_sky.outputs.photons.files import PHOTON_FORMATS, ChunkPool, photon_writer
-from aomc_sky.outputs.photons.rows import HEAD_BYTES
+from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, photon_writer
+from aomc_sky.outputs.photons.files import ChunkPool
+from aomc_sky.outputs.photons.npy import HEAD_BYTES
 from aomc_sky.outputs.shard import BLOCK
 from aomc_sky.source.read.scene import read_scene
 from tests.support.scenes import weighted_source

@@ -10,7 +10,7 @@ import pytest
 from aomc_sky import Scene, UniformSky, Wavebands
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import OutputError
-from aomc_sky.outputs.photons.rows import CsvWriter
+from aomc_sky.outputs.photons.csv import CsvWriter
 from tests.support.scenes import weighted_source
 
 

@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.photons_npy import read_photons_npy
+from aomc_sky.outputs.photons.npy import read_photons_npy
+from aomc_sky.outputs.shard import BLOCK
 
 
 @pytest.mark.parametrize("dtype", ["<f4", ">f4", "<f8", ">f8"])
-@pytest.mark.parametrize("shape", [(0, 3), (7, 3), (7, 4), (7,)])
-@pytest.mark.parametrize("size", [1, 3, 100])
-def test_rows_come_back(tmp_path: Path, dtype: str, shape: tuple[int, ...], size: int) -> None:
+@pytest.mark.parametrize("shape", [(0, 3), (7, 3), (BLOCK, 4), (2 * BLOCK + 1,)])
+def test_rows_come_back(tmp_path: Path, dtype: str, shape: tuple[int, ...]) -> None:
     rows = np.arange(float(np.prod(shape))).reshape(shape).astype(dtype)
     np.save(tmp_path / "x.npy", rows)
     file = read_photons_npy(tmp_path / "x.npy", n_columns=(1, 3, 4))
-    blocks = list(file.blocks(size))
-    assert len(file) == len(rows)
-    assert all(len(block) <= size for block in blocks)
+    blocks = list(file.blocks())
+    assert file.n_photons == len(rows)
+    assert all(len(block) <= BLOCK for block in blocks)
     assert np.array_equal(np.concatenate([*blocks, np.zeros((0, file.n_columns))]).reshape(shape), rows)
 
 
@@ -37,9 +37,3 @@ def test_a_file_that_becomes_shorter(tmp_path: Path) -> None:
     path.write_bytes(path.read_bytes()[:-1])
     with pytest.raises(InputFileError, match="E903"):
         list(file.blocks())
-
-
-def test_a_size_below_one(tmp_path: Path) -> None:
-    np.save(tmp_path / "x.npy", np.zeros((1, 3)))
-    with pytest.raises(ValueError, match="size"):
-        next(read_photons_npy(tmp_path / "x.npy").blocks(0))

@@ -1,0 +1,161 @@
+"""Photons as numpy arrays: those that we write, and rows of directions that anybody wrote."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+
+from aomc_sky.emission.photon_source import PhotonSource
+from aomc_sky.emission.photons import PhotonBatch
+from aomc_sky.errors import UsageError
+from aomc_sky.formats.text_file import open_data, refuse
+from aomc_sky.outputs.photons.files import FileLayout, PhotonFile, PhotonRows, PhotonWriter
+from aomc_sky.outputs.shard import block_spans
+from aomc_sky.regular_file import open_regular
+
+HEAD_BYTES = 4096
+"""Length of the head. Blocks of photons then begin on pages, so that two machines never write into one page."""
+
+_HEAD_READERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PhotonsNpy:
+    """A file whose head and length have been checked; nothing is held open."""
+
+    path: Path
+    dtype: np.dtype  #: float32 or float64, of either byte order
+    n_photons: int  #: Rows
+    n_columns: int  #: 3: ux, uy, uz; 4: the weight besides; 1: one number for each photon
+    data_start: int  #: Where the first row begins. [bytes]
+
+    def blocks(self) -> Iterator[np.ndarray]:
+        """Yield all rows as they are stored, shape (n, n_columns)."""
+        with open_regular(self.path) as file:
+            file.seek(self.data_start)
+            for start, stop in block_spans(0, self.n_photons):
+                yield self._block(file, start, stop - start)
+
+    def _block(self, file: BinaryIO, start: int, n: int) -> np.ndarray:
+        # not a memory map: a file that shrinks under a map ends the process
+        data = file.read(n * self.n_columns * self.dtype.itemsize)
+        if len(data) != n * self.n_columns * self.dtype.itemsize:
+            raise refuse(self.path, "the file became shorter while it was read", code="E903")
+        rows = np.frombuffer(data, self.dtype).reshape(n, self.n_columns)
+        is_finite = np.isfinite(rows)
+        if not is_finite.all():
+            row = start + int((~is_finite).any(axis=1).argmax())
+            raise refuse(self.path, f"row {row}: not finite numbers", code="E904", advice="make the file again")
+        return rows
+
+
+def read_photons_npy(path: str | Path, *, n_columns: tuple[int, ...] = (3, 4)) -> PhotonsNpy:
+    """Open a numpy file of photons, version 1 or 2 of the format, in C order; its `blocks` reads the rows.
+
+    `n_columns` are the numbers per photon that are allowed; 1 stands for an array of one dimension.
+    """
+    path = Path(path)
+    with open_data(path, what="a .npy file", code="E901") as file:
+        size = os.fstat(file.fileno()).st_size
+        shape, fortran_order, dtype = _read_head(file, path)
+        start = file.tell()
+    columns = 1 if len(shape) == 1 else shape[1] if len(shape) == 2 else 0
+    is_float = dtype.kind == "f" and dtype.itemsize in (4, 8)
+    if columns not in n_columns or not is_float or (fortran_order and columns > 1):
+        order = ", Fortran order" if fortran_order else ""
+        shapes = " or ".join("(n,)" if k == 1 else f"(n, {k})" for k in n_columns)
+        advice = f"write an array of float32 or float64 and shape {shapes} in C order: travel directions ux, uy, uz, "
+        advice += "then the weight where there are weights"
+        raise refuse(path, f"an array of {dtype} and shape {shape}{order}", code="E902", advice=advice)
+    n_bytes, expected = size - start, shape[0] * columns * dtype.itemsize
+    if n_bytes != expected:
+        message = f"{n_bytes} bytes of data, but the header says {shape[0]} rows, {expected} bytes"
+        raise refuse(path, message, code="E903", advice="make the file again")
+    return PhotonsNpy(path=path, dtype=dtype, n_photons=shape[0], n_columns=columns, data_start=start)
+
+
+def _read_head(file: BinaryIO, path: Path) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    try:
+        version = np.lib.format.read_magic(file)
+        return _HEAD_READERS[version](file)
+    except (KeyError, ValueError, OSError):
+        message = "not a numpy file of version 1 or 2, or its header is damaged"
+        raise refuse(path, message, code="E902", advice="write it with numpy.save") from None
+
+
+def _npy_rows(photons: PhotonsNpy, weights: PhotonsNpy | None) -> Iterator[PhotonRows]:
+    of_weights = None if weights is None else weights.blocks()
+    start = 0
+    for rows in photons.blocks():
+        weight = rows[:, 3] if photons.n_columns == 4 else None
+        if of_weights is not None:
+            weight = next(of_weights)[:, 0]
+        yield PhotonRows(start=start, direction=rows[:, :3], weight=weight)
+        start += len(rows)
+
+
+def _little_endian(array: np.ndarray) -> memoryview:
+    return np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<")).data.cast("B")
+
+
+class NpyWriter(PhotonWriter):
+    """Which numpy files a source needs, and their bytes."""
+
+    names = ("photons-{:04d}.npy", "positions-{:04d}.npy", "weights-{:04d}.npy")
+
+    def __init__(self, source: PhotonSource) -> None:
+        super().__init__(source)
+        widths = (3, 2 * source.has_positions, 1 * source.has_weights)
+        self._widths = {name: width for name, width in zip(self.names, widths, strict=True) if width}
+
+    def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
+        """The files of a waveband; the first holds the directions."""
+        n, dtype = self.source.n_photons(bands[0]), self.source.dtype
+        return tuple(
+            FileLayout(
+                name.format(bands[0] + 1), _head(dtype, (n, width) if width > 1 else (n,)), width * dtype.itemsize, n
+            )
+            for name, width in self._widths.items()
+        )
+
+    def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
+        """Bytes that a batch adds to each file."""
+        rows = [_little_endian(batch.directions)]
+        if self.source.has_positions:
+            assert batch.positions is not None
+            rows.append(_little_endian(batch.positions))
+        if self.source.has_weights:
+            assert batch.weight is not None
+            rows.append(_little_endian(batch.weight.copy()))  # a pool fills the array of the batch again
+        return tuple(rows)
+
+    @staticmethod
+    def read(path: Path, wavelength_nm: np.ndarray, bands: tuple[int, ...], weights: str | Path | None) -> PhotonFile:
+        """Open a file of rows ux, uy, uz, and the weight where there is a fourth column, or in a file of weights."""
+        photons = read_photons_npy(path)
+        if not bands and wavelength_nm.size > 1:
+            n_bands = wavelength_nm.size
+            raise UsageError(f"the scene has {n_bands} wavebands: name the waveband of the photons with --waveband")
+        if len(bands) > 1:
+            raise UsageError("a .npy file holds photons of one waveband: give one --waveband")
+        of_weights = None if weights is None else read_photons_npy(weights, n_columns=(1,))
+        if of_weights is not None and photons.n_columns == 4:
+            raise UsageError(f"{path} has weights in its fourth column: leave --weights out")
+        if of_weights is not None and of_weights.n_photons != photons.n_photons:
+            message = f"{of_weights.n_photons} weights for the {photons.n_photons} photons of {path}"
+            raise refuse(of_weights.path, message, code="E903")
+        return PhotonFile(path=path, rows={band: partial(_npy_rows, photons, of_weights) for band in bands or (0,)})
+
+
+def _head(dtype: np.dtype, shape: tuple[int, ...]) -> bytes:
+    """Head of a little-endian array in C order, version 1.0 of the format, filled up with spaces."""
+    text = f"{{'descr': {dtype.newbyteorder('<').str!r}, 'fortran_order': False, 'shape': {shape!r}, }}"
+    start = np.lib.format.magic(1, 0)
+    n_left = HEAD_BYTES - len(start) - 2
+    return start + n_left.to_bytes(2, "little") + text.ljust(n_left - 1).encode("ascii") + b"\n"
