@@ -17,6 +17,7 @@ import numpy as np
 
 from aomc_sky import memory
 from aomc_sky.component import Component, Law
+from aomc_sky.content import same_content
 from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
@@ -40,7 +41,7 @@ ARRAYS_HELD = 3
 """How often the arrays of a plan stand in memory while a run writes it: measured, 3.06 times for 9e6 cells."""
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class Scene:
     """What a run models, and nothing else.
 
@@ -88,6 +89,18 @@ class Scene:
     input_files: Mapping[str, str] = field(default_factory=dict)
     options: Mapping[str, Any] = field(default_factory=dict)
     irradiance: Irradiance | None = None
+
+    __eq__ = same_content
+
+    def __repr__(self) -> str:
+        nm = self.wavebands.wavelength_nm
+        bands = (
+            f"{nm.size} waveband{'s' * (nm.size != 1)} {nm.min():g} to {nm.max():g} nm"
+            if nm.size > 1
+            else f"{nm[0]:g} nm"
+        )
+        names = ", ".join(c.name for c in self.components[:4]) + (", ..." if len(self.components) > 4 else "")
+        return f"<Scene: {sum(map(int, self.n_photons))} photons, {bands}; {names}>"
 
     @in_default_mode
     def __post_init__(self) -> None:
