@@ -53,8 +53,8 @@ class Scene:
         Photons of each band, or one number for all. [0 to 2^62]
     components : Component, sky model or function, or a sequence of them
         What shines. A model (`UniformSky`, `DirectBeam`, `TabulatedSky`) is lowered at the wavelengths of the bands, a
-        row for each. A function of (sky_zenith_rad, sky_azimuth_rad, wavelength_nm) is a `FunctionSky`. Of several
-        models each has its share, `strength` or `irradiance_W_m2_nm`. Names are unique.
+        row for each; "uniform" is one by its name. A function of (sky_zenith_rad, sky_azimuth_rad, wavelength_nm) is a
+        `FunctionSky`. Of several models each has its share, `strength` or `irradiance_W_m2_nm`. Names are unique.
     row_of_band : array_like, int, shape (n_band,), optional
         Row of the components' strengths and masses that serves each band; by default row = band, or
         row 0 for components with one row.

@@ -112,3 +112,12 @@ def test_a_low_sun_may_be_faint():
     with pytest.warns(sky.ModelLimitWarning):
         scene = sky.weather_scene(wavebands=[500.0], sun_zenith_deg=89.5, ghi=1.5, dhi=1.4)
     assert scene.source().n_photons(0) == 1_000_000
+
+
+def test_a_name_of_a_sky():
+    scene = sky.Scene(wavebands=[500.0], n_photons=10, components="uniform")
+    assert [c.name for c in scene.components] == ["uniform"]
+    with pytest.raises(sky.SceneError, match=r"write components=PerezSky\(\.\.\.\), or weather_scene"):
+        sky.Scene(wavebands=[500.0], n_photons=10, components="perez")
+    with pytest.raises(sky.UsageError, match="there is no sky model 'perz'; the models are"):
+        sky.Scene(wavebands=[500.0], n_photons=10, components="perz")
