@@ -54,6 +54,7 @@ _HOMES = {
     "plan.plan": "Plan",
     "source.read.scene": "read_scene",
     "source.scene": "Scene",
+    "source.weather_scene": "weather_scene",
     "verify.counts": "verify_counts",
     "wavebands": "Wavebands",
 }

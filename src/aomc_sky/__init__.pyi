@@ -58,6 +58,7 @@ from aomc_sky.source.light.sun_position import sun_position as sun_position
 from aomc_sky.source.read.scene import read_scene as read_scene
 from aomc_sky.source.read.solve import solve_atmosphere as solve_atmosphere
 from aomc_sky.source.scene import Scene as Scene
+from aomc_sky.source.weather_scene import weather_scene as weather_scene
 from aomc_sky.verify.counts import verify_counts as verify_counts
 from aomc_sky.wavebands import Wavebands as Wavebands
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aomc_sky.content import same_content
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import SceneError
 from aomc_sky.grid import PatchGrid
@@ -86,7 +87,7 @@ def _frozen(array: np.ndarray) -> np.ndarray:
     return array
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class Component:
     """One part of the light: a law, its cells, and how much light each cell holds per wavelength.
 
@@ -134,6 +135,12 @@ class Component:
     bounds: np.ndarray | None = None
     irradiance_W_m2_nm: np.ndarray | None = None  # noqa: N815
     below_horizon: float = 0.0
+
+    __eq__ = same_content
+
+    def __repr__(self) -> str:
+        rows = "" if self.strength.size == 1 else f", {self.strength.size} rows"
+        return f"<Component {self.name!r}: {self.law.name}, {self.n_cells} cell{'s' * (self.n_cells != 1)}{rows}>"
 
     def __post_init__(self) -> None:
         for name in ("strength", "mass", "cell", "weight", "shared", "bounds", "irradiance_W_m2_nm"):

@@ -6,12 +6,13 @@ from dataclasses import InitVar, dataclass
 
 import numpy as np
 
+from aomc_sky.content import same_content
 from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
 from aomc_sky.whole_number import as_index
 
 
 @in_both_units
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class PatchGrid:
     """A product of zenith rings and azimuth columns, patches zenith-major.
 
@@ -49,6 +50,8 @@ class PatchGrid:
             object.__setattr__(self, name, bounds)
         if self.zenith_bounds_deg.min() < 0 or self.zenith_bounds_deg.max() > 90:
             raise ValueError("zenith bounds must lie within 0 to 90 degrees")
+
+    __eq__ = same_content
 
     def __repr__(self) -> str:
         spans = [

@@ -7,10 +7,11 @@ from dataclasses import KW_ONLY, dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aomc_sky.content import same_content
 from aomc_sky.errors import SceneError, UsageError
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(eq=False, frozen=True, slots=True)
 class Wavebands:
     """The wavebands of lambbot.inp, in file order.
 
@@ -30,6 +31,14 @@ class Wavebands:
     bottom_specular_fraction: np.ndarray | None = None
     target_reflectance: np.ndarray | None = None
     target_specular_fraction: np.ndarray | None = None
+
+    __eq__ = same_content
+
+    def __repr__(self) -> str:
+        nm = self.wavelength_nm
+        return (
+            f"<Wavebands: {nm[0]:g} nm>" if nm.size == 1 else f"<Wavebands: {nm.size}, {nm.min():g} to {nm.max():g} nm>"
+        )
 
     def __post_init__(self) -> None:
         n_bands = np.size(self.wavelength_nm)

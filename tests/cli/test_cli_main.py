@@ -28,7 +28,7 @@ def test_version_and_module_call():
     assert done.stdout.strip() == f"aomc-sky {__version__}"
 
 
-@pytest.mark.parametrize("words", [[], ["fly"], ["run"], ["validate"], ["run", "a", "b"]])
+@pytest.mark.parametrize("words", [[], ["fly"], ["validate"], ["run", "a", "b"]])
 def test_usage_errors(words, capsys):
     with pytest.raises(SystemExit) as stop:
         main(words)

@@ -110,7 +110,7 @@ def test_bad_weather_in_words(name, words, code, text, amc, tmp_path, capsys, mo
 
 def test_photons_of_one_sky(tmp_path, capsys):
     out = tmp_path / "sky"
-    assert command("perez", *CLEAR, *SMALL, "--seed", 4, "--out", out) == 0
+    assert command("perez", *CLEAR, *SMALL, "--seed", 4, "--diffuse-only", "--out", out) == 0
     shown = capsys.readouterr().out
     assert "dni: 850\ndhi: 95\n" in shown
     assert "20000 photons in 1 wavebands, seed 4" in shown
@@ -126,10 +126,10 @@ def test_photons_of_one_sky(tmp_path, capsys):
     assert command("info", out, "--json") == 0
     assert command("export", out, "--to", "csv", "--out", tmp_path / "csv") == 0
     capsys.readouterr()
-    assert command("perez", *CLEAR, *SMALL, "--seed", 4, "--out", out) == 0
+    assert command("perez", *CLEAR, *SMALL, "--seed", 4, "--diffuse-only", "--out", out) == 0
     assert "finished before" in capsys.readouterr().out
-    assert command("perez", *CLEAR, *SMALL, "--seed", 5, "--out", out) == 5
-    assert command("perez", *CLEAR, *SMALL, "--seed", 5, "--out", out, "--force", "--json") == 0
+    assert command("perez", *CLEAR, *SMALL, "--seed", 5, "--diffuse-only", "--out", out) == 5
+    assert command("perez", *CLEAR, *SMALL, "--seed", 5, "--diffuse-only", "--out", out, "--force", "--json") == 0
     assert json.loads(capsys.readouterr().out.splitlines()[-1])["run"]["seed"] == 5
 
 
@@ -139,8 +139,8 @@ def test_photons_of_sky_and_beam(tmp_path, capsys):
     assert command("perez", *words, "--json") == 0
     run = json.loads(capsys.readouterr().out)["run"]
     assert not any("missing" in note for note in run["notes"])
-    assert command("perez", *CLEAR, *SMALL, "--out", tmp_path / "sky") == 0
-    missing = "note: the direct beam of the sun, 87 % of the light, is missing; write --with-beam to launch it too"
+    assert command("perez", *CLEAR, *SMALL, "--diffuse-only", "--out", tmp_path / "sky") == 0
+    missing = "note: the direct beam of the sun, 0.8727 of the light, is left out (dni 850 and dhi 95 W m-2 (options))"
     assert missing in capsys.readouterr().out.splitlines()
     beam = 850 * np.cos(np.deg2rad(40.0))
     photons = np.load(out / "photons-0001.npy")

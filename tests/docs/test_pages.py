@@ -64,7 +64,7 @@ def test_page_of_own_skies(tmp_path: Path, cie_site: Path, monkeypatch: pytest.M
 @pytest.mark.slow
 def test_page_of_weather(tmp_path: Path) -> None:
     pytest.importorskip("pvlib")
-    assert carry_out("howto/weather.md", tmp_path) == 16
+    assert carry_out("howto/weather.md", tmp_path) == 17
 
 
 def test_page_of_mcpl_codes(tmp_path: Path) -> None:

@@ -99,6 +99,26 @@ def answer(arguments: argparse.Namespace, values: Callable[[], Any], text: Calla
         print(text())
 
 
+def _degrees(positive: str, negative: str) -> Callable[[str], float]:
+    """Type of an angle of a place, also as 43.4N."""
+
+    def angle(text: str) -> float:
+        side = text.strip()[-1:].upper()
+        number = text.strip()[:-1] if side in (positive, negative) else text
+        if re.fullmatch(r"[+-]?\d+,\d+", number):
+            raise argparse.ArgumentTypeError(f"decimals follow a point: write {number.replace(',', '.')}")
+        value = finite_number(number)
+        if side not in (positive, negative):
+            return value
+        if value < 0:
+            raise argparse.ArgumentTypeError(f"{text!r} has a sign and a letter; write one of them")
+        return -value if side == negative else value
+
+    return angle
+
+
+_PLACE_KINDS = {"latitude": _degrees("N", "S"), "longitude": _degrees("E", "W")}
+
 Kinds = Mapping[str, Callable[[str], Any]]
 
 
@@ -340,8 +360,8 @@ _MOMENT = {
 
 _MOMENT_OPTIONS = """\
 --time ISO8601   date and time with Z or an offset
---latitude DEG   north positive, with --time
---longitude DEG  east positive, with --time
+--latitude DEG   north positive, also as 43.4N, with --time
+--longitude DEG  east positive, also as 7.9E, with --time
 --altitude M     height above the sea, with --time (default 0)
 --row N          the hour of the file to take, from 1
 """
@@ -352,7 +372,7 @@ def add_moment_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group(
         "when and where, or an hour of a weather file (the sun at its middle; needs the extra 'weather')"
     )
-    add_table(group, _MOMENT_OPTIONS)
+    add_table(group, _MOMENT_OPTIONS, _PLACE_KINDS)
     files = "--epw FILE  an EPW file of hours\n--tmy2 FILE  a TMY2 file of hours\n--tmy3 FILE  a TMY3 file of hours"
     add_table(group.add_mutually_exclusive_group(), files)
 

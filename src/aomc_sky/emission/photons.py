@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+
+from aomc_sky.content import same_content
 
 Arrays = dict[str, Any]
 """Arrays of a batch by name; None for those that it does not have."""
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class PhotonBatch:
     """Photons [start, start + n) of one waveband.
 
@@ -44,8 +46,31 @@ class PhotonBatch:
     y: np.ndarray | None = None
     weight: np.ndarray | None = None
 
+    __eq__ = same_content
+
+    def __repr__(self) -> str:
+        parts = "".join(f", {name}" for name in ("x", "y", "weight") if getattr(self, name) is not None)
+        return (
+            f"<PhotonBatch: photons {self.start} to {self.start + len(self) - 1} of band {self.band} at "
+            f"{self.wavelength_nm:g} nm, {self.ux.dtype}{parts}>"
+        )
+
     def __len__(self) -> int:
         return int(self.ux.size)
+
+    def __getitem__(self, photons: slice) -> PhotonBatch:
+        """The photons of a slice of step 1, as views of these arrays."""
+        if not isinstance(photons, slice):
+            raise TypeError("a batch takes slices, for example batch[:1000]; one photon is batch[i : i + 1]")
+        first, _, step = photons.indices(len(self))
+        if step != 1:
+            raise ValueError("photons of a batch follow each other; take every k-th from its arrays")
+        arrays: dict[str, Any] = {name: array[photons] for name, array in self.to_dict().items()}
+        return replace(self, start=self.start + first, **arrays)
+
+    def to_dict(self) -> dict[str, np.ndarray]:
+        """The arrays that there are, by name: `pandas.DataFrame(batch.to_dict())`, alike for polars."""
+        return {name: array for name in _NAMES if (array := getattr(self, name)) is not None}
 
     @property
     def directions(self) -> np.ndarray:

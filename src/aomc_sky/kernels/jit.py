@@ -6,6 +6,7 @@ are faster and are kept on the disk; elsewhere each process compiles them anew, 
 
 from __future__ import annotations
 
+import logging
 import warnings
 from collections.abc import Callable
 from typing import Any
@@ -22,6 +23,9 @@ if config.DISABLE_JIT and np.lib.NumpyVersion(np.__version__) < "2.0.0":
     # numpy 1 makes a float of an int and a uint64; compiled kernels, and numpy 2, do not. This changes the whole
     # process, in which somebody switched off the JIT to look for a fault.
     np._set_promotion_state("weak")  # type: ignore[attr-defined]
+
+if logging.getLogger("numba").level == logging.NOTSET:
+    logging.getLogger("numba").setLevel(logging.WARNING)  # else a host whose root logs DEBUG gets the bytecode of all
 
 _PUBLIC = {"nogil": True, "error_model": "numpy"}
 

@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from aomc_sky.content import same_content
 from aomc_sky.errors import InputFileError, OutputError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.text_file import refuse
@@ -33,7 +34,7 @@ _OPTIONS, _SHA256 = "options", "sha256"
 _MAX_HEADER = 1000
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class Plan:
     """The settled part of a run; photons are a pure function of it.
 
@@ -61,6 +62,13 @@ class Plan:
     arrays: dict[str, np.ndarray]
     options: dict[str, Any]
     _checked: tuple[dict[str, np.ndarray], str] | None = field(default=None, init=False, repr=False, compare=False)
+
+    __eq__ = same_content
+
+    def __repr__(self) -> str:
+        total = int(self.arrays["cumulative"][:, -1].astype(object).sum())
+        bands = f"{self.n_bands} waveband{'s' * (self.n_bands != 1)}"
+        return f"<Plan {self.sha256[:16]}: {total} photons in {bands}, {self.n_cells} cells, seed {self.seed}>"
 
     def check(self, path: str | Path = "plan") -> None:
         """Raise unless photons can be made; of equal read-only arrays and options only the first time.

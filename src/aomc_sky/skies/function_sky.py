@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
-from aomc_sky.errors import SceneError
+from aomc_sky.errors import AomcSkyError, SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.elementary import HALF_PI, sin_cos
-from aomc_sky.skies.model import Share, check_share, with_share
+from aomc_sky.skies.model import Share, check_share, sky_model, with_share
 from aomc_sky.skies.quadrature import POINTS, Rule, at_points, weighted_sum
 
 #: Radiance of directions, arrays of one shape: (sky_zenith_rad, sky_azimuth_rad).
@@ -300,6 +300,8 @@ def _wavelengths(wavelength_nm: ArrayLike) -> np.ndarray:
 
 def as_sky_model(given: Any) -> Any:
     """A model that can be lowered: itself, or a `FunctionSky` of what has a radiance alone or is a function."""
+    if isinstance(given, str):
+        return _model_of_name(given)
     if hasattr(given, "lower"):
         return given
     function = getattr(given, "radiance", given)
@@ -310,6 +312,18 @@ def as_sky_model(given: Any) -> Any:
     chosen = {name: getattr(given, name, None) for name in ("name", "grid", "strength", "irradiance_W_m2_nm")}
     is_function = function is given  # whose attributes are its own affair
     return FunctionSky(function, **({} if is_function else {k: v for k, v in chosen.items() if v is not None}))
+
+
+def _model_of_name(name: str) -> Any:
+    """The model of that name, which must do without inputs."""
+    model = sky_model(name)
+    try:
+        return model()
+    except (TypeError, AomcSkyError):
+        advice = ", or weather_scene(...) for sun and sky" if name == "perez" else ""
+        raise SceneError(
+            f"the sky {name!r} cannot be made of its name alone: write components={model.__name__}(...){advice}"
+        ) from None
 
 
 class PatchIntegrals(NamedTuple):

@@ -17,6 +17,7 @@ import numpy as np
 
 from aomc_sky import memory
 from aomc_sky.component import Component
+from aomc_sky.content import same_content
 from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
@@ -41,7 +42,7 @@ ARRAYS_HELD = 3
 """How often the arrays of a plan stand in memory while a run writes it: measured, 3.06 times for 9e6 cells."""
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class Scene:
     """What a run models, and nothing else.
 
@@ -53,8 +54,8 @@ class Scene:
         Photons of each band, or one number for all. [0 to 2^62]
     components : Component, sky model or function, or a sequence of them
         What shines. A model (`UniformSky`, `DirectBeam`, `TabulatedSky`) is lowered at the wavelengths of the bands, a
-        row for each. A function of (sky_zenith_rad, sky_azimuth_rad, wavelength_nm) is a `FunctionSky`. Of several
-        models each has its share, `strength` or `irradiance_W_m2_nm`. Names are unique.
+        row for each; "uniform" is one by its name. A function of (sky_zenith_rad, sky_azimuth_rad, wavelength_nm) is a
+        `FunctionSky`. Of several models each has its share, `strength` or `irradiance_W_m2_nm`. Names are unique.
     row_of_band : array_like, int, shape (n_band,), optional
         Row of the components' strengths and masses that serves each band; by default row = band, or
         row 0 for components with one row.
@@ -89,6 +90,18 @@ class Scene:
     input_files: Mapping[str, str] = field(default_factory=dict)
     options: Mapping[str, Any] = field(default_factory=dict)
     irradiance: Irradiance | None = None
+
+    __eq__ = same_content
+
+    def __repr__(self) -> str:
+        nm = self.wavebands.wavelength_nm
+        bands = (
+            f"{nm.size} waveband{'s' * (nm.size != 1)} {nm.min():g} to {nm.max():g} nm"
+            if nm.size > 1
+            else f"{nm[0]:g} nm"
+        )
+        names = ", ".join(c.name for c in self.components[:4]) + (", ..." if len(self.components) > 4 else "")
+        return f"<Scene: {sum(map(int, self.n_photons))} photons, {bands}; {names}>"
 
     @in_default_mode
     def __post_init__(self) -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import dataclasses
 import math
 import warnings
 from collections.abc import Callable
@@ -45,7 +44,9 @@ what is written and printed:
 _OF_PHOTONS = f"""\
 {cli_options.SAMPLING}\
 --format --threads --max-memory
---with-beam                   with --out: photons of the direct beam too
+--wavelengths NM...           with --out: wavebands in place of the one of --wavelength
+--diffuse-only                with --out: photons of the sky without those of the sun's beam
+--with-beam                   with --out: beam and sky, which is the default; an error where the beam is not known
 -v --verbose                  with --out: print how photons are drawn
 """
 
@@ -61,8 +62,7 @@ def add_options(parser: Parser) -> None:
     group = parser.add_argument_group("the sun, without a weather file")
     cli_options.add_inputs(group, SUN["zenith_deg"], SUN["azimuth_deg"])
     group = parser.add_argument_group("the sky: two of dni, dhi and ghi, epsilon and delta, or coefficients")
-    of_scene = ("spectrum", "within")
-    cli_options.add_inputs(group, *(row for row in (PEREZ | MODEL).values() if row.name not in of_scene))
+    cli_options.add_inputs(group, *(PEREZ | MODEL).values())
     defaults = {"bins": [45, 180], "wavelength": 550.0, "iterations": 10**6}
     cli_options.add_table(parser, _OPTIONS, {"iterations": cli_options.photon_total}, **defaults)
     cli_options.add_table(parser, _OF_PHOTONS)
@@ -73,7 +73,10 @@ def add_options(parser: Parser) -> None:
 def perez(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.cli.progress import patience
+    from aomc_sky.grid import PatchGrid
     from aomc_sky.outputs.folder.target_file import check_folder, check_target
+    from aomc_sky.source.light.inputs import direct_fraction
+    from aomc_sky.source.weather_scene import perez_and_sun, perez_sky
 
     if arguments.out is None:
         for name in cli_options.given_options(arguments, _OF_PHOTONS):
@@ -83,8 +86,12 @@ def perez(arguments: argparse.Namespace) -> int:
     else:
         cli_options.formats_of(arguments)
         check_folder(arguments.out, "--out")
-    if not arguments.wavelength > 0:
-        raise UsageError(f"--wavelength must be positive, got {arguments.wavelength:g}")
+    if arguments.diffuse_only and arguments.with_beam:
+        raise UsageError("--diffuse-only contradicts --with-beam")
+    for option, values_nm in (("--wavelength", [arguments.wavelength]), ("--wavelengths", arguments.wavelengths or [])):
+        for value in values_nm:
+            if not value > 0:
+                raise UsageError(f"{option} must be positive, got {value:g}")
     files = (("--write-skydist", arguments.write_skydist, _write_table), ("--plot", arguments.plot, _write_picture))
     weather = [file for file in (arguments.epw, arguments.tmy2, arguments.tmy3) if file is not None]
     for option, path, _ in files:
@@ -93,7 +100,12 @@ def perez(arguments: argparse.Namespace) -> int:
     is_shown = cli_options.speaks(arguments)
     with patience("modelling the sky", enabled=is_shown):
         given = _given(arguments)
-        sky, limited = _sky(given, arguments)
+        inputs, sun = perez_and_sun(given)
+        if direct_fraction(inputs, sun) == 1.0:
+            hour = given.weather
+            what = "the diffuse irradiance" if hour is None or hour.path is None else f"{hour.where}: DHI"
+            raise SceneError(f"{what} is 0, so there is no light in the sky")
+        sky, limited = perez_sky(given, inputs, sun, PatchGrid.regular(*arguments.bins))
         values = _values(sky, given, limited)
     for _, path, write in files:
         if path is not None:
@@ -101,7 +113,7 @@ def perez(arguments: argparse.Namespace) -> int:
                 write(sky, values, arguments, path)
     texts: list[Callable[[], str]] = [partial(report_text, _HEAD, dict(values))]
     if arguments.out is not None:
-        values["run"], text = _emit(_scene(sky, given, values, arguments), arguments)
+        values["run"], text = _emit(_scene(given, arguments), arguments)
         texts += [lambda: "", text]
     cli_options.answer(arguments, lambda: values, lambda: "\n".join(text() for text in texts))
     return 0
@@ -113,51 +125,28 @@ _HEAD = (
 
 
 def _given(arguments: argparse.Namespace) -> GivenInputs:
-    """What the options say of sun and sky: a direction of the sun, and a whole set of the model's inputs."""
+    """What the options say of sun and sky."""
     from aomc_sky.source.light.inputs import given_inputs
 
-    inputs = cli_options.sky_arguments(arguments)
-    if not inputs["weather"]:
-        zenith = arguments.sun_zenith
-        if zenith is None:
-            raise UsageError("where is the sun? write --sun-zenith, or --time, --latitude and --longitude")
-        if not 0 <= zenith < 90:
-            raise SceneError(f"a sky needs the sun above the horizon, 0 to below 90 degrees, got {zenith:g}")
-    given = given_inputs(**inputs)
-    if given.weather is not None:
-        given.weather.require_sun()
-    if not given.perez.has_set:
-        raise UsageError(
-            "which sky? write two of --dni, --dhi and --ghi, --epsilon and --delta, or --coefficients a b c d e"
-        )
-    return given
+    return given_inputs(**cli_options.sky_arguments(arguments))
 
 
-def _sky(given: GivenInputs, arguments: argparse.Namespace) -> tuple[PerezSky, list[str]]:
-    """The sky with its patches, and the warnings on what its model had to limit."""
+def _scene(given: GivenInputs, arguments: argparse.Namespace) -> Scene:
+    """Sun and sky in their shares, or the sky alone; the warnings of the sky were given before."""
     from aomc_sky.grid import PatchGrid
-    from aomc_sky.skies.perez.irradiances import EXTRATERRESTRIAL_NORMAL
-    from aomc_sky.skies.perez.sky import PerezSky
+    from aomc_sky.source.weather_scene import scene_of_weather
 
-    sun, weather = given.sun, given.weather
-    assert sun.zenith_deg is not None, "checked in _given"
-    dated = EXTRATERRESTRIAL_NORMAL if weather is None else weather.extraterrestrial_normal
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", ModelLimitWarning)
-        sky = PerezSky(
-            sun_zenith_rad=math.radians(sun.zenith_deg),
-            sun_azimuth_rad=math.radians((sun.azimuth_deg or 0.0) % 360.0),
+    with_beam = False if arguments.diffuse_only else arguments.with_beam or None
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelLimitWarning)
+        return scene_of_weather(
+            given,
+            arguments.wavelengths or [arguments.wavelength],
+            arguments.iterations,
+            spectrum=given.perez.spectrum or "flat",
+            with_beam=with_beam,
             grid=PatchGrid.regular(*arguments.bins),
-            **{"extraterrestrial_normal": dated, **given.model},
-            **given.perez.as_arguments(),
         )
-    if sky.is_dark:
-        what = "the diffuse irradiance" if weather is None or weather.path is None else f"{weather.where}: DHI"
-        raise SceneError(f"{what} is 0, so there is no light in the sky")
-    texts = list(dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, ModelLimitWarning)))
-    for text in texts:
-        warnings.warn(text, ModelLimitWarning, stacklevel=2)
-    return sky, texts
 
 
 def _values(sky: PerezSky, given: GivenInputs, limited: list[str]) -> dict[str, Any]:
@@ -234,56 +223,3 @@ def _emit(scene: Scene, arguments: argparse.Namespace) -> tuple[dict[str, Any], 
         result = run_job(source, scene, folder, cli_options.job_options(arguments), progress)
     manifest = {**(result.manifest or {}), "folder": str(folder), "was_finished": result.was_finished}
     return manifest, partial(run_text, scene, source, result, folder, verbose=arguments.verbose)
-
-
-def _scene(sky: PerezSky, given: GivenInputs, values: dict[str, Any], arguments: argparse.Namespace) -> Scene:
-    """One waveband under the sky, and under the beam where it was asked for."""
-    import numpy as np
-
-    from aomc_sky.skies.direct_beam import DirectBeam
-    from aomc_sky.source.scene import Scene
-    from aomc_sky.wavebands import Wavebands
-
-    nm = np.array([arguments.wavelength])
-    sun = {"zenith_deg": values["sun_zenith_deg"], "azimuth_deg": values["sun_azimuth_deg"]}
-    fraction = _beam_share(sky, sun) if arguments.with_beam else 0.0
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelLimitWarning)  # they were printed when the sky was found
-        sky = dataclasses.replace(sky, strength=1.0 - fraction)
-    beam = DirectBeam(sun_zenith_deg=sun["zenith_deg"], sun_azimuth_deg=sun["azimuth_deg"], strength=fraction).lower(nm)
-    split = f"direct fraction {fraction:.6g}, the rest from a perez sky" if fraction else ""
-    names = ("epsilon", "delta", "coefficients", "limits", "air_mass", "extraterrestrial_normal", "dni", "dhi")
-    return Scene(
-        wavebands=Wavebands(wavelength_nm=nm),
-        n_photons=np.array([arguments.iterations]),
-        components=(*(beam if fraction else ()), *sky.lower(nm)),
-        notes=tuple(filter(None, [split or sky.missing_beam("write --with-beam to launch it too")])),
-        input_files={} if given.weather is None or given.weather.path is None else {"weather": given.weather.path},
-        options={
-            "sky": "perez",
-            "sun": sun,
-            "perez": {name: values[name] for name in names} | {"limited": values["warnings"]},
-            "weather": values["source"] or None,
-        },
-    )
-
-
-def _beam_share(sky: PerezSky, sun: dict[str, float]) -> float:
-    """Share of the beam in the photons of a horizontal plane. [0 to 1]"""
-    from aomc_sky.formats.sky_toml.keys import PerezSection
-    from aomc_sky.source.light.inputs import PerezInputs, Sun, direct_fraction
-
-    section = PerezSection(dni=sky.dni, dhi=sky.dhi, epsilon=sky.epsilon, delta=sky.delta)
-    at = Sun(
-        zenith_deg=sun["zenith_deg"],
-        azimuth_deg=sun["azimuth_deg"],
-        extraterrestrial_normal=sky.extraterrestrial_normal,
-    )
-    fraction = None
-    if sky.coefficients is None:
-        fraction = direct_fraction(PerezInputs(section=section, origin="options", text=""), at)
-    if fraction is None:
-        raise UsageError(
-            "--with-beam: coefficients do not say how bright the beam is; write two of --dni, --dhi, --ghi"
-        )
-    return fraction

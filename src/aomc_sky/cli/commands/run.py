@@ -33,11 +33,14 @@ examples:
   aomc-sky run amc.inp --iterations 1e11 --engine dask       by the processes of a Dask cluster
   aomc-sky run amc.inp --dry-run                             what would be modelled, and what not
   aomc-sky run amc.inp --dni 850 --dhi 95 --sun-zenith 32.4  light source 0 under a given weather
+  aomc-sky run --time 2026-06-21T09:30Z --latitude 43.4 --longitude 7.9 --ghi 780 --dhi 140 \\
+      --wavelengths 412 443 555 --iterations 1e6 --out day   no files: the whole light of a place
 """
 
 _OPTIONS = """\
 --out DIR                     run folder (default: aomc-sky-out beside amc.inp); - with --format raw
 --seed
+--wavelengths NM...           without AMC_INP: the wavebands
 """
 _OUTPUT = f"""\
 {cli_options.SAMPLING}\
@@ -61,7 +64,12 @@ def add_options(parser: Parser) -> None:
         "Read amc.inp and the files next to it, distribute the photons over the sky, emit and write them."
     )
     parser.epilog = _EPILOG
-    parser.add_argument("amc_inp", metavar="AMC_INP", help="amc.inp, or the folder that holds it")
+    parser.add_argument(
+        "amc_inp",
+        metavar="AMC_INP",
+        nargs="?",
+        help="amc.inp, or the folder that holds it; none: sun and sky by the options of weather, at --wavelengths",
+    )
     cli_options.add_table(parser, _OPTIONS)
     cli_options.add_reading_options(parser)
     cli_options.add_moment_options(parser)
@@ -78,7 +86,12 @@ def run(arguments: argparse.Namespace) -> int:
 
     _check(arguments)
     shard = None if arguments.shard is None else parse_shard(arguments.shard)
-    scene = cli_options.scene_of(arguments, arguments.amc_inp, wavebands=arguments.waveband)
+    if arguments.amc_inp is None:
+        scene = _scene_of_weather(arguments)
+    elif arguments.wavelengths:
+        raise UsageError(f"--wavelengths is for a run without files; {arguments.amc_inp} names its own")
+    else:
+        scene = cli_options.scene_of(arguments, arguments.amc_inp, wavebands=arguments.waveband)
     if arguments.dry_run:
         print(json.dumps(scene_summary(scene)) if arguments.json else dry_run_text(scene))
         return 0
@@ -109,6 +122,28 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
+_OF_FILES = "--sky --sky-option --bins --weighting --azimuth-bins --compat --lenient --allow-path --waveband"
+
+
+def _scene_of_weather(arguments: argparse.Namespace) -> Scene:
+    """Sun and sky at an hour, without files of AMC."""
+    from aomc_sky.source.light.inputs import given_inputs
+    from aomc_sky.source.weather_scene import scene_of_weather
+
+    inputs = cli_options.sky_arguments(arguments)
+    if not any(inputs.values()):
+        raise UsageError("which scene? name amc.inp, or say where the sun is, how bright it is, and --wavelengths")
+    for name in cli_options.given_options(arguments, _OF_FILES, cli_options.add_light_options):
+        raise UsageError(f"{name} is for a scene of files: name its amc.inp")
+    if not arguments.wavelengths:
+        raise UsageError("a run without amc.inp needs its wavebands: --wavelengths 412 443 555")
+    if arguments.out is None:
+        raise UsageError("a run without amc.inp needs --out DIR")
+    given = given_inputs(**inputs)
+    photons = 10**6 if arguments.iterations is None else arguments.iterations
+    return scene_of_weather(given, arguments.wavelengths, photons, spectrum=given.perez.spectrum or "flat")
+
+
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse formats that do not go with the output and the engine."""
     formats = cli_options.formats_of(arguments)
@@ -126,8 +161,9 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _folder(arguments: argparse.Namespace, scene: Scene) -> Path:
-    of_scene = Path(scene.input_files["amc"]).parent
+    of_scene = None if "amc" not in scene.input_files else Path(scene.input_files["amc"]).parent
     if arguments.out is None:
+        assert of_scene is not None, "checked in _scene_of_weather"
         return of_scene / "aomc-sky-out"
     from aomc_sky.outputs.folder.target_file import check_folder
 

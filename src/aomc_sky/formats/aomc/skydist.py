@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from aomc_sky import memory
+from aomc_sky.content import same_content
 from aomc_sky.errors import SceneError, Span
 from aomc_sky.formats.aomc.scanner import ListScanner, Record, Token, list_integer, list_real
 from aomc_sky.formats.report import Report
@@ -33,7 +34,7 @@ class Values(enum.Enum):
     MASS = "mass"
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class SkyTable:
     """The contents of skydist.inp.
 
@@ -58,6 +59,12 @@ class SkyTable:
     declared_bins: Bins | None = None
     declared_values: Values | None = None
     path: str = ""
+
+    __eq__ = same_content
+
+    def __repr__(self) -> str:
+        n, n_zenith, n_azimuth = self.radiance.shape
+        return f"<SkyTable: {n} wavelength{'s' * (n != 1)}, {n_zenith} x {n_azimuth} values, path {self.path!r}>"
 
     def __post_init__(self) -> None:
         shape, n_wl = np.shape(self.radiance), np.size(self.wavelength_nm)

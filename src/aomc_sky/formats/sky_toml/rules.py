@@ -15,6 +15,7 @@ LATEST_S = 253_402_300_799.0
 EARLIEST_S = -62_135_596_800.0
 """Seconds since 1970-01-01 UTC of the first and the last second of the years 1 to 9999."""
 
+_LIKELY = 0.6  # likeness of a name from which it is named as the nearest
 _MAX_TEXT = 1000
 _TIMES = "write 2026-06-21T23:30:00Z, 2026-06-22T01:30:00+02:00, or seconds since 1970-01-01 UTC"
 
@@ -94,8 +95,8 @@ def sky_name(words: Sequence[str]) -> Rule:
         names = joined([_quoted(name) for name in (*words, *installed.plugins)])
         if value in installed.refused:
             raise BadValueError("E704", installed.refused[value], advice=f"write {names}")
-        best = nearest(value, (*words, *installed.plugins))
-        message = f"there is no sky model {shown_value(value)}; the nearest is {best}"
+        best = nearest(value, (*words, *installed.plugins), at_least=_LIKELY)
+        message = f"there is no sky model {shown_value(value)}{f'; the nearest is {best}' if best else ''}"
         raise BadValueError("E704", message, advice=f"write {names}, or install the package that has it")
 
     return read

@@ -96,7 +96,7 @@ def refuse_beside_time(sun: Mapping[str, Any]) -> None:
 def _of_time(time: Any, latitude_deg: float, longitude_deg: float, altitude_m: float = 0.0) -> Weather:
     from aomc_sky.source.light.sun_position import sun_position, utc
 
-    moment = utc(time)
+    moment = utc(time, "--time")
     position = sun_position(moment, latitude_deg, longitude_deg, altitude_m)
     text = str(np.datetime_as_string(moment, timezone="UTC"))
     place = f"latitude {latitude_deg:g}, longitude {longitude_deg:g}"

@@ -1,0 +1,312 @@
+"""The whole light of a place and an hour: the sun's beam and a Perez sky in their shares, without files of AMC."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import warnings
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.component import Component, scaled
+from aomc_sky.emission.irradiance import Irradiance
+from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
+from aomc_sky.formats.sky_toml.keys import SPECTRL2, PerezSection
+from aomc_sky.grid import PatchGrid
+from aomc_sky.inputs import PEREZ
+from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
+from aomc_sky.skies.model import sky_model
+from aomc_sky.skies.perez.irradiances import EXTRATERRESTRIAL_NORMAL
+from aomc_sky.source.light.inputs import (
+    GivenInputs,
+    PerezInputs,
+    Sun,
+    choose_perez,
+    direct_fraction,
+    given_inputs,
+    model_inputs,
+)
+from aomc_sky.source.scene import Scene
+from aomc_sky.wavebands import Wavebands
+
+if TYPE_CHECKING:
+    import datetime
+
+    from aomc_sky.skies.perez.sky import PerezSky
+
+
+def weather_scene(
+    *,
+    wavebands: Wavebands | Sequence[float] | np.ndarray,
+    n_photons: ArrayLike = 1_000_000,
+    time: str | datetime.datetime | np.datetime64 | None = None,
+    latitude_deg: float | None = None,
+    longitude_deg: float | None = None,
+    altitude_m: float | None = None,
+    epw: str | Path | None = None,
+    tmy2: str | Path | None = None,
+    tmy3: str | Path | None = None,
+    row: int | None = None,
+    sun_zenith_deg: float | None = None,
+    sun_azimuth_deg: float | None = None,
+    ghi: float | None = None,
+    dni: float | None = None,
+    dhi: float | None = None,
+    epsilon: float | None = None,
+    delta: float | None = None,
+    coefficients: Sequence[float] | None = None,
+    spectrum: str = "flat",
+    sun_disc: bool = False,
+    diffuse_only: bool = False,
+    within: str | None = None,
+    limits: str | None = None,
+    air_mass: str | None = None,
+    extraterrestrial_normal: float | None = None,
+    grid: PatchGrid | None = None,
+) -> Scene:
+    """Make the scene of sun and sky at an hour, from what a weather station measures.
+
+    The sun is that of a time and a place, of an hour of a weather file, or of two angles. The sky is the all-weather
+    model of Perez, Seals and Michalsky (1993). Beam and sky share the photons of a waveband as they share the light on
+    a horizontal plane: dni cos Z : dhi, Z being the zenith angle of the sun.
+
+    Parameters
+    ----------
+    wavebands : Wavebands, or array_like of float64, shape (n_band,)
+        The wavebands, or their wavelengths. [nm]
+    n_photons : array_like, int, shape (n_band,) or one for all
+        Photons of each waveband. [0 to 2^62]
+    time : str, datetime or datetime64, optional
+        ISO 8601 with its zone, for example ``2026-06-21T09:30Z``; datetime64 is UTC. Needs the extra ``weather``.
+    latitude_deg, longitude_deg : float, optional
+        The place, with `time`: north and east positive. [deg, -90 to 90 and -180 to 180]
+    altitude_m : float, optional
+        Its height above the sea. [m, -500 to 9000]
+    epw, tmy2, tmy3 : str or Path, optional
+        A weather file, which gives place, sun and irradiances of the hour `row`.
+    row : int, optional
+        The hour of the file. [from 1]
+    sun_zenith_deg, sun_azimuth_deg : float, optional
+        The sun, without time and file; the azimuth from +x (east) towards +y (north). [deg, 0 to below 90; -360 to 360]
+    ghi, dni, dhi : float, optional
+        Global horizontal, direct normal and diffuse horizontal irradiance, any two of them. [W m-2]
+    epsilon, delta : float, optional
+        Clearness and brightness of the sky in their place. [1 or more; 0 or more]
+    coefficients : sequence of 5 float, optional
+        Those of the sky's law in their place. They do not say how bright the beam is: the sky is launched alone.
+    spectrum : str
+        "flat": every waveband has the broadband shares. "spectrl2": shares and irradiances of each waveband by
+        cloudless spectra (Bird and Riordan 1986, by pvlib) that are scaled to dni and dhi.
+    sun_disc : bool
+        The beam comes from the solar disc, 0.2665 degrees in radius, and not from one direction.
+    diffuse_only : bool
+        Launch the sky without the beam.
+    within, limits, air_mass, extraterrestrial_normal : optional
+        As in `PerezSky`.
+    grid : PatchGrid, optional
+        Patches of the sky; by default 45 x 180.
+
+    Returns
+    -------
+    Scene
+        Components "direct" and "perez"; `scene.irradiance` in W m-2 nm-1 with ``spectrum="spectrl2"``, else None.
+
+    Raises
+    ------
+    UsageError
+        Inputs that contradict each other or do not suffice.
+    SceneError
+        The sun below the horizon, irradiances that no sky has, or no light at all.
+
+    Examples
+    --------
+    >>> import aomc_sky as sky
+    >>> scene = sky.weather_scene(wavebands=[443.0, 555.0], sun_zenith_deg=40.0, ghi=780.0, dhi=140.0)
+    >>> [component.name for component in scene.components]
+    ['direct', 'perez']
+    >>> [round(float(component.strength[0]), 4) for component in scene.components]
+    [0.8205, 0.1795]
+    """
+    if spectrum not in PEREZ["spectrum"].words:
+        raise UsageError(f"spectrum must be one of {', '.join(map(repr, PEREZ['spectrum'].words))}, got {spectrum!r}")
+    perez = {"ghi": ghi, "dni": dni, "dhi": dhi, "epsilon": epsilon, "delta": delta, "limits": limits}
+    perez |= {"air_mass": air_mass, "extraterrestrial_normal": extraterrestrial_normal}
+    if coefficients is not None:
+        if len(coefficients) != 5:
+            raise UsageError(f"coefficients are five numbers a, b, c, d, e, got {len(coefficients)}")
+        perez |= dict(zip("abcde", map(float, coefficients), strict=True))
+    given = given_inputs(
+        perez,
+        {"zenith_deg": sun_zenith_deg, "azimuth_deg": sun_azimuth_deg, "disc": sun_disc},
+        within,
+        weather={
+            "time": time, "latitude_deg": latitude_deg, "longitude_deg": longitude_deg, "altitude_m": altitude_m,
+            "epw": epw, "tmy2": tmy2, "tmy3": tmy3, "row": row,
+        },
+    )  # fmt: skip
+    return scene_of_weather(
+        given, wavebands, n_photons, spectrum=spectrum, with_beam=False if diffuse_only else None, grid=grid
+    )
+
+
+def scene_of_weather(
+    given: GivenInputs,
+    wavebands: Wavebands | Sequence[float] | np.ndarray,
+    n_photons: ArrayLike,
+    *,
+    spectrum: str = "flat",
+    with_beam: bool | None = None,
+    grid: PatchGrid | None = None,
+) -> Scene:
+    """The scene of checked inputs; `with_beam` None launches the beam where the inputs say how bright it is."""
+    bands = wavebands if isinstance(wavebands, Wavebands) else Wavebands(wavelength_nm=np.asarray(wavebands, float))
+    inputs, sun = perez_and_sun(given)
+    fractions, irradiance, notes, options = _shares(inputs, sun, bands, spectrum, with_beam)
+    rows, row_of_band = np.unique(fractions, return_inverse=True)
+    components: list[Component] = []
+    if np.any(rows > 0):
+        radius = SOLAR_RADIUS_DEG if sun.disc else 0.0
+        beam = DirectBeam(sun_zenith_deg=sun.zenith_deg, sun_azimuth_deg=sun.azimuth_deg, radius_deg=radius)
+        components += scaled(beam.lower(rows), rows)
+    shown: dict[str, Any] = {}
+    if np.any(rows < 1):
+        sky, limited = perez_sky(given, inputs, sun, grid)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ModelLimitWarning)  # they were given when the sky was found
+            components += scaled(sky.lower(rows), 1.0 - rows)
+        shown = {**shown_of(sky), "limited": limited}
+    absolute = None
+    if irradiance is not None:
+        columns = {"direct": irradiance[0], "perez": irradiance[1]}
+        absolute = Irradiance(of_component=np.stack([columns[component.name] for component in components], axis=1))
+    weather = given.weather
+    return Scene(
+        wavebands=bands,
+        n_photons=np.broadcast_to(np.asarray(n_photons), (bands.n_bands,)).copy(),
+        components=tuple(components),
+        row_of_band=row_of_band.ravel(),
+        notes=notes,
+        input_files={} if weather is None or weather.path is None else {"weather": weather.path},
+        options={
+            "sky": "perez",
+            "sun": sun.as_options(),
+            "perez": shown,
+            "weather": None if weather is None else weather.source,
+            **options,
+        },
+        irradiance=absolute,
+    )
+
+
+def perez_and_sun(given: GivenInputs) -> tuple[PerezInputs, Sun]:
+    """The set of Perez inputs and the sun that a caller gives; an error says which of them is missing."""
+    weather = given.weather
+    if weather is not None:
+        weather.require_sun()
+    origin = given.origin if weather is None or weather.path is not None else "options"
+    inputs = choose_perez(PerezSection(), given.perez, origin)
+    if given.sun.zenith_deg is None:
+        raise UsageError("where is the sun? write --sun-zenith, or --time, --latitude and --longitude")
+    if not 0 <= given.sun.zenith_deg < 90:
+        raise SceneError(f"a sky needs the sun above the horizon, 0 to below 90 degrees, got {given.sun.zenith_deg:g}")
+    if inputs is None:
+        raise UsageError(
+            "which sky? write two of --dni, --dhi and --ghi, --epsilon and --delta, or --coefficients a b c d e"
+        )
+    sun = Sun(
+        zenith_deg=given.sun.zenith_deg,
+        azimuth_deg=(given.sun.azimuth_deg or 0.0) % 360.0,
+        disc=bool(given.sun.disc),
+        origin=given.origin,
+        extraterrestrial_normal=_extraterrestrial(given),
+    )
+    _refuse_kilowatts(inputs, sun)
+    return inputs, sun
+
+
+def _extraterrestrial(given: GivenInputs) -> float:
+    dated = EXTRATERRESTRIAL_NORMAL if given.weather is None else given.weather.extraterrestrial_normal
+    return float(given.model.get("extraterrestrial_normal", dated))
+
+
+_KILOWATTS = 2.0
+"""The irradiance of a horizontal plane below which a value is in kW m-2 rather than in W m-2. [W m-2]"""
+_HIGH_SUN_DEG = 80.0
+
+
+def _refuse_kilowatts(inputs: PerezInputs, sun: Sun) -> None:
+    """Raise where the sun is high and all irradiances are those of a moonlit night, or of a table in kW m-2."""
+    section = inputs.section
+    values = [v for v in (section.ghi, section.dni, section.dhi) if v is not None]
+    if values and 0 < max(values) < _KILOWATTS and sun.zenith_deg < _HIGH_SUN_DEG:
+        raise SceneError(
+            f"{inputs}: that is no daylight with the sun at a zenith angle of {sun.zenith_deg:.3g} degrees; "
+            f"irradiances are in W m-2: write {1000 * max(values):g} for {max(values):g} kW m-2"
+        )
+
+
+_Shares = tuple[np.ndarray, "tuple[np.ndarray, np.ndarray] | None", tuple[str, ...], dict[str, Any]]
+
+
+def _shares(inputs: PerezInputs, sun: Sun, bands: Wavebands, spectrum: str, with_beam: bool | None) -> _Shares:
+    """Direct fraction of each band, irradiances of beam and sky where a spectrum has them, notes and options."""
+    broadband = direct_fraction(inputs, sun)
+    if broadband is None:
+        if with_beam:
+            raise UsageError("coefficients do not say how bright the beam is; write two of --dni, --dhi, --ghi")
+        note = "coefficients do not say how bright the beam is: the sky is launched alone"
+        return np.zeros(bands.n_bands), None, (note,), {}
+    if spectrum == SPECTRL2:
+        from aomc_sky.source.light.spectral_split import spectral_split
+
+        found = spectral_split(inputs, sun, bands.wavelength_nm)
+        fractions, irradiance = found.direct_fraction, (found.direct_irradiance, found.diffuse_irradiance)
+        how, options = f"spectra of SPCTRL2 at turbidity {found.turbidity:.3g}", {"spectrum": found.as_options()}
+    else:
+        fractions, irradiance = np.full(bands.n_bands, broadband), None
+        how, options = "the broadband share in every waveband; blue light is more diffuse, red light less", {}
+        if bands.n_bands == 1:
+            how = "the broadband share"
+    low, high = float(fractions.min()), float(fractions.max())
+    shown = f"{low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
+    if with_beam is False:
+        note = f"the direct beam of the sun, {shown} of the light, is left out ({inputs})"
+        zero = np.zeros(bands.n_bands)
+        return zero, None if irradiance is None else (zero, irradiance[1]), (note,), options
+    return fractions, irradiance, (f"direct fraction {shown}, the rest from a perez sky ({inputs}: {how})",), options
+
+
+def perez_sky(given: GivenInputs, inputs: PerezInputs, sun: Sun, grid: PatchGrid | None) -> tuple[PerezSky, list[str]]:
+    """The sky of strength 1, and the warnings on what its model had to limit, which are given once more."""
+    model: Mapping[str, Any] = {"extraterrestrial_normal": sun.extraterrestrial_normal, **given.model}
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ModelLimitWarning)
+        sky = sky_model("perez")(
+            sun_zenith_rad=math.radians(sun.zenith_deg),
+            sun_azimuth_rad=math.radians(sun.azimuth_deg),
+            grid=PatchGrid.regular(45, 180) if grid is None else grid,
+            **model,
+            **model_inputs(inputs, sun),
+        )
+    texts = list(dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, ModelLimitWarning)))
+    for text in texts:
+        warnings.warn(text, ModelLimitWarning, stacklevel=3)
+    return dataclasses.replace(sky, strength=1.0), texts
+
+
+def shown_of(sky: PerezSky) -> dict[str, Any]:
+    """What a manifest has of a Perez sky."""
+    return {
+        "epsilon": None if sky.clearness is None else float(sky.clearness),
+        "delta": None if sky.brightness is None else float(sky.brightness),
+        "coefficients": [float(c) for c in sky.model_coefficients],
+        "limits": sky.limits,
+        "air_mass": sky.air_mass,
+        "extraterrestrial_normal": sky.extraterrestrial_normal,
+        "dni": sky.dni,
+        "dhi": sky.dhi,
+    }

@@ -1,0 +1,123 @@
+"""The whole light of a place: shares of beam and sky, their spectra, and what cannot be."""
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+
+NOON = {"sun_zenith_deg": 40.0, "sun_azimuth_deg": 30.0, "ghi": 780.0, "dhi": 140.0}
+
+
+def mean_cosine_of_sky(model):
+    """By the midpoint rule over the hemisphere, with none of our quadratures."""
+    mu = (np.arange(1500) + 0.5) / 1500
+    azimuth = (np.arange(720) + 0.5) / 720 * 2 * np.pi
+    radiance = model.radiance(np.arccos(mu)[:, None], azimuth[None, :], 550.0)
+    return (radiance * mu[:, None] ** 2).sum() / (radiance * mu[:, None]).sum()
+
+
+def test_beam_and_sky_share_the_light_of_the_plane():
+    scene = sky.weather_scene(wavebands=[443.0, 555.0], n_photons=200_000, **NOON)
+    share = (780.0 - 140.0) / 780.0
+    beam, diffuse = scene.components
+    assert (beam.name, diffuse.name) == ("direct", "perez")
+    assert beam.strength[0] / (beam.strength[0] + diffuse.strength[0]) == pytest.approx(share, rel=1e-12)
+    model = sky.PerezSky(**NOON)
+    expected = share * np.cos(np.deg2rad(40.0)) + (1 - share) * mean_cosine_of_sky(model)
+    source = scene.source(seed=3)
+    for band in range(2):
+        assert source.exact_moments(band).mean_mu == pytest.approx(expected, rel=2e-5)
+        assert -source.photons(band).uz.astype(float).mean() == pytest.approx(expected, rel=1e-5)
+    assert scene.irradiance is None
+    assert any("direct fraction 0.8205" in note for note in scene.notes)
+
+
+@pytest.mark.parametrize(
+    "given",
+    [{"ghi": 780.0, "dni": 640.0 / np.cos(np.deg2rad(40.0))}, {"dni": 640.0 / np.cos(np.deg2rad(40.0)), "dhi": 140.0}],
+)
+def test_any_two_irradiances_make_the_same_scene(given):
+    rest = {"sun_zenith_deg": 40.0, "sun_azimuth_deg": 30.0, **given}
+    one, other = (
+        sky.weather_scene(wavebands=[500.0], **inputs).source(seed=1).photons(0, 0, 1000) for inputs in (NOON, rest)
+    )
+    np.testing.assert_allclose(one.uz, other.uz, atol=1e-6)
+
+
+def test_spectra_have_the_given_irradiances():
+    pytest.importorskip("pvlib")
+    wavelength_nm = np.unique(np.concatenate([np.arange(300.0, 1000.0, 0.5), np.arange(1000.0, 4000.5, 2.0)]))
+    scene = sky.weather_scene(wavebands=wavelength_nm, n_photons=0, spectrum="spectrl2", **NOON)
+    direct, diffuse = (np.trapezoid(column, wavelength_nm) for column in scene.irradiance.of_component.T)
+    assert direct == pytest.approx(640.0, rel=1e-3)  # the spectra have 122 wavelengths, joined by straight lines
+    assert diffuse == pytest.approx(140.0, rel=1e-3)
+    fraction = scene.irradiance.of_component[:, 0] / scene.irradiance.of_component.sum(axis=1)
+    blue, red = (int(np.searchsorted(wavelength_nm, nm)) for nm in (412.0, 670.0))
+    assert fraction[blue] < 640 / 780 < fraction[red]
+    launched = np.stack([c.strength[scene.row_of_band] for c in scene.components], axis=1)
+    np.testing.assert_allclose(
+        launched / launched.sum(axis=1, keepdims=True), np.stack([fraction, 1 - fraction], axis=1), atol=1e-9
+    )
+
+
+def test_the_sky_alone_and_the_beam_alone():
+    alone = sky.weather_scene(wavebands=[500.0], diffuse_only=True, **NOON)
+    assert [c.name for c in alone.components] == ["perez"]
+    assert any("left out" in note for note in alone.notes)
+    model = sky.PerezSky(**NOON)
+    assert alone.source().exact_moments(0).mean_mu == pytest.approx(mean_cosine_of_sky(model), rel=2e-5)
+    beam = sky.weather_scene(wavebands=[500.0], sun_zenith_deg=40.0, dni=900.0, dhi=0.0)
+    assert [c.name for c in beam.components] == ["direct"]
+    disc = sky.weather_scene(wavebands=[500.0], sun_disc=True, **NOON)
+    assert disc.components[0].law is sky.Law.DISC
+
+
+def test_coefficients_do_not_say_how_bright_the_beam_is():
+    scene = sky.weather_scene(wavebands=[500.0], sun_zenith_deg=40.0, coefficients=(-1, -0.3, 10, -3, 0.45))
+    assert [c.name for c in scene.components] == ["perez"]
+    assert any("do not say how bright the beam is" in note for note in scene.notes)
+
+
+def test_a_time_and_a_place():
+    pytest.importorskip("pvlib")
+    place = {"latitude_deg": 43.4, "longitude_deg": 7.9}
+    scene = sky.weather_scene(wavebands=[500.0], time="2026-06-21T09:30Z", ghi=780.0, dhi=140.0, **place)
+    sun = sky.sun_position("2026-06-21T09:30Z", **place)
+    assert scene.options["sun"]["zenith_deg"] == pytest.approx(float(sun.apparent_zenith_deg), abs=1e-8)
+    assert scene.source().exact_moments(0).mean_mu == pytest.approx(0.820, abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("changed", "error", "text"),
+    [
+        ({"ghi": None}, sky.UsageError, "dhi"),
+        ({"ghi": None, "dhi": None}, sky.UsageError, "which sky?"),
+        ({"sun_zenith_deg": None}, sky.UsageError, "where is the sun?"),
+        ({"sun_zenith_deg": 95.0}, sky.SceneError, "above the horizon"),
+        ({"ghi": 0.78, "dhi": 0.14}, sky.SceneError, "write 780 for 0.78 kW m-2"),
+        ({"spectrum": "am15"}, sky.UsageError, "spectrum must be one of"),
+        ({"epsilon": 2.0, "delta": 0.1}, sky.UsageError, "the Perez sky"),
+        ({"coefficients": (1, 2)}, sky.UsageError, "five numbers"),
+        ({"time": "2026-06-21T09:30Z"}, sky.UsageError, "--sun-zenith"),
+        ({"n_photons": -1}, sky.AomcSkyError, "photons"),
+        ({"ghi": float("nan")}, sky.UsageError, "ghi"),
+    ],
+)
+def test_what_cannot_be_is_refused(changed, error, text):
+    with pytest.raises(error, match=text):
+        sky.weather_scene(wavebands=[500.0], **{**NOON, **changed})
+
+
+def test_a_low_sun_may_be_faint():
+    with pytest.warns(sky.ModelLimitWarning):
+        scene = sky.weather_scene(wavebands=[500.0], sun_zenith_deg=89.5, ghi=1.5, dhi=1.4)
+    assert scene.source().n_photons(0) == 1_000_000
+
+
+def test_a_name_of_a_sky():
+    scene = sky.Scene(wavebands=[500.0], n_photons=10, components="uniform")
+    assert [c.name for c in scene.components] == ["uniform"]
+    with pytest.raises(sky.SceneError, match=r"write components=PerezSky\(\.\.\.\), or weather_scene"):
+        sky.Scene(wavebands=[500.0], n_photons=10, components="perez")
+    with pytest.raises(sky.UsageError, match="there is no sky model 'perz'; the models are"):
+        sky.Scene(wavebands=[500.0], n_photons=10, components="perz")
