@@ -7,6 +7,7 @@ import enum
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -48,11 +49,6 @@ class Law(enum.IntEnum):
     HG = 6
     GGX = 7
     BECKMANN = 8
-
-
-def are_lobes(law: np.ndarray) -> np.ndarray:
-    """Which of many laws are lobes of background skies."""
-    return np.asarray((law >= Law.HG) & (law <= Law.BECKMANN))
 
 
 N_CELL_PARAMETERS = 6
@@ -205,6 +201,13 @@ class CellLaw:
     #: The member of a plan that no kernel may read by, what was found there, and what is allowed; from the cells
     #: (n_cell, 6) and `bounds`.
     refused: Callable[[np.ndarray, np.ndarray | None], tuple[str, str, str] | None] = lambda cell, bounds: None
+
+    #: The common law by which photons start, where a rejection follows.
+    starts_as: Law | None = None
+    #: What the emission calls beside its own text: "rejection", "queue" or nothing.
+    hook: str = ""
+    #: What that reads, from the arrays of a plan: an object with `of_slots(slots)`.
+    hook_tables: Callable[[dict[str, np.ndarray]], Any] | None = None
 
     @property
     def covers_sky(self) -> bool:

@@ -1,6 +1,8 @@
-"""How much memory a scene may take: one limit for files and plans, known before anything is allocated."""
+"""How much memory a scene may take: one limit for files and plans, known before anything is allocated; cache lines."""
 
 from __future__ import annotations
+
+import numpy as np
 
 DEFAULT_LIMIT_BYTES = 2**31
 """What a scene may take where nobody says so: it is a matter of its files, whatever the machine has."""
@@ -22,3 +24,12 @@ def shown(n_bytes: int) -> str:
 def advice(n_bytes: int) -> str:
     """An option that lets something so large pass."""
     return f"--max-memory {-(-n_bytes * 5 // 4 // 2**30)}G"
+
+
+def on_cache_lines(values: np.ndarray) -> np.ndarray:
+    """A copy that begins on a cache line, so that a row of 64 bytes lies on one."""
+    memory = np.empty(values.nbytes + 64, np.uint8)
+    begin = -memory.ctypes.data % 64
+    copy = memory[begin : begin + values.nbytes].view(values.dtype)
+    copy[:] = values
+    return copy

@@ -4,9 +4,10 @@ import numba
 import numpy as np
 import pytest
 
-from aomc_sky.emission.band_tables import LobeTables, lobe_offset_words
+from aomc_sky.emission.band_tables import lobe_offset_words
 from aomc_sky.plan.sampling import streams
 from aomc_sky.skies.lobes.kernels import law as plain
+from aomc_sky.skies.lobes.tables import LobeTables
 from tests.statistical.test_lobe_emission import LOBES as EMITTED
 from tests.support import chi2
 from tests.support.fairness import LOBES, component, fairness, scene_of

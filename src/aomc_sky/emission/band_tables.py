@@ -1,16 +1,17 @@
 """Tables of one waveband in the form the emission kernels read: the words of its random streams, and its cells.
 
-Rings and CellWords hold the cells of a plan, PerezBounds and LobeTables what two of the laws read besides; BandTable
-and StreamWords are what one band needs of them.
+Rings and CellWords hold the cells of a plan; BandTable and StreamWords are what one band needs of them. What a law of a
+slice reads besides stands with the slice (`CellLaw.hook_tables`).
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 
-from aomc_sky.component import Law, are_lobes
+from aomc_sky.component import Law
 from aomc_sky.kernels.arithmetic.constants import (
     ACCEPT_STEP,
     ANY_WIDTH,
@@ -20,7 +21,6 @@ from aomc_sky.kernels.arithmetic.constants import (
     R2_STEP_U,
     R2_STEP_V,
     RING_STEP,
-    TILT_STEP,
 )
 from aomc_sky.kernels.arithmetic.elementary import NARROW_HALF_WIDTH
 from aomc_sky.plan.options import Order, Placement
@@ -31,7 +31,7 @@ _UPPER_HALF = np.uint64(0xFFFFFFFF00000000)
 _GUIDE_ENTRIES = 80_000
 _SHORT = 2**32
 _LONG_RUN = 8
-_LOW10 = np.uint32(0x3FF)
+_COMMON = (Law.CELL_MU2, Law.CELL_MU, Law.BEAM, Law.DISC, Law.DISC_AT_HORIZON)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -187,125 +187,11 @@ def _distinct_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
     return np.ascontiguousarray(rows[first]), first, inverse.ravel()
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class PerezBounds:
-    """What the exact rejection inside cells reads, one entry per cell; other laws take every photon."""
+class HookTables(Protocol):
+    """What a hook of the emission reads of all cells."""
 
-    #: uint32: tilts in steps in 10 bits each, then 12 bits; where the upper 12 bits of a photon's word are below these,
-    #: it is taken without a look at the luminance.
-    word: np.ndarray
-    #: Upper bound of the luminance, which the tilt has levelled, float64; -inf for other laws.
-    bound: np.ndarray
-    #: `Component.shared`, float64 (11,).
-    sky: np.ndarray
-
-    @classmethod
-    def of(cls, arrays: dict[str, np.ndarray]) -> PerezBounds | None:
-        """Build them from the arrays of a plan; None where no component has law PEREZ."""
-        start = arrays["component_start"]
-        perez = np.flatnonzero(arrays["law"][start[:-1]] == Law.PEREZ)
-        if not perez.size:
-            return None
-        index = int(perez[0])
-        cells = slice(int(start[index]), int(start[index + 1]))
-        upper, lower, *tilts = arrays[f"bounds_{index}"].T
-        share = np.divide(lower, upper, out=np.zeros_like(lower), where=upper > 0)
-        threshold = np.floor(share * 2.0**12).astype(np.uint32)  # below 2^12, for bounds keep a distance
-        tilt_u, tilt_v = ((tilt / TILT_STEP).astype(np.int32).astype(np.uint32) & _LOW10 for tilt in tilts)
-        word = np.full(arrays["law"].size, 2**12 - 1, np.uint32)
-        word[cells] = (tilt_u << np.uint32(22)) | (tilt_v << np.uint32(12)) | threshold
-        bound = np.full(arrays["law"].size, -np.inf)
-        bound[cells] = upper
-        return cls(word=word, bound=bound, sky=arrays[f"shared_{index}"])
-
-    def of_slots(self, slots: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def of_slots(self, slots: np.ndarray) -> tuple[Any, ...]:
         """The same for chosen cells, as the kernel reads them."""
-        return self.word[slots], self.bound[slots], self.sky
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class LobeTables:
-    """Shapes and envelopes of all lobes."""
-
-    #: Number of each cell's lobe, int32 (n_cell,); -1 for other laws.
-    lobe: np.ndarray
-    #: The cell of each lobe, int64 (n_lobe,).
-    cell: np.ndarray
-    #: Those of `skies.lobes.kernels.law`, row by row; those of a band from `of_slots`. Lobes with equal envelopes share
-    #: their bins.
-    tables: tuple[np.ndarray, ...]
-
-    @classmethod
-    def of(cls, arrays: dict[str, np.ndarray]) -> LobeTables | None:
-        """Build them from the arrays of a plan; None without a lobe."""
-        start = arrays["component_start"][:-1]
-        law = arrays["law"][start]
-        numbers = np.flatnonzero(are_lobes(law))
-        if not numbers.size:
-            return None
-        numbers = numbers[np.argsort(law[numbers], kind="stable")]
-        lobe = np.full(arrays["law"].size, -1, np.int32)
-        lobe[start[numbers]] = np.arange(numbers.size)
-        kinds = np.searchsorted(law[numbers], [Law.GGX, Law.BECKMANN]).astype(np.int32)
-        shapes = np.concatenate([np.delete(arrays[f"shared_{k}"], 7) for k in numbers])
-        ranges, bins, envelopes = _envelopes([arrays[f"bounds_{k}"] for k in numbers])
-        return cls(lobe=lobe, cell=start[numbers], tables=(ranges, bins, shapes, envelopes, kinds))
-
-    def of_slots(self, slots: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
-        """The lobes of chosen cells, and the tables; `kinds` gets the first slot of a lobe and the end of the last."""
-        lobe = self.lobe[slots]
-        of_lobes = np.flatnonzero(lobe >= 0)
-        span = [of_lobes[0], of_lobes[-1] + 1] if of_lobes.size else [0, 0]
-        return lobe, (*self.tables[:4], np.append(self.tables[4], np.array(span, np.int32)))
-
-    def falls(self, cumulative: np.ndarray, words: np.ndarray) -> tuple[np.ndarray, ...]:
-        """How the photons of a band are shared out over the bins of each lobe, the `falls` and `paces` of its kernels.
-
-        `cumulative` (n_cell + 1,) holds the photons before each cell, `words` uint64 (n_lobe,) the random ones of the
-        offsets.
-        """
-        from aomc_sky.skies.lobes.kernels.law import OFFSET_BITS, PACE_MARGIN, RANGE_COLUMNS  # no other scene needs it
-
-        before, n = cumulative[self.cell].astype(np.uint64), np.diff(cumulative)[self.cell].astype(np.uint64)
-        bits = self.tables[0].reshape(-1, RANGE_COLUMNS)[:, 1]
-        size = np.uint64(1) << bits
-        unit = bits + np.uint64(OFFSET_BITS)
-        offset = words >> (np.uint64(64) - unit)
-        falls = np.stack([before, n // size, n % size, offset, bits], axis=1)
-        pace = np.divide(size.astype(np.float64), n, out=np.zeros(n.size), where=n > 0)
-        left = ((np.uint64(1) << unit) - offset).astype(np.float64) / (np.uint64(1) << unit)
-        paces = np.stack([pace, left * pace - PACE_MARGIN], axis=1)
-        return falls.ravel(), paces.ravel()
-
-
-def _envelopes(cells_of_lobe: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Ranges of each lobe, bins and cells of all envelopes."""
-    from aomc_sky.skies.lobes.kernels.law import RANGE_COLUMNS
-
-    known: dict[bytes, list[int]] = {}
-    bins: list[np.ndarray] = []
-    envelopes: list[np.ndarray] = []
-    ranges = np.zeros((len(cells_of_lobe), RANGE_COLUMNS), np.uint64)
-    for row, cells in zip(ranges, cells_of_lobe, strict=True):
-        key = cells.tobytes()
-        if key not in known:
-            count = cells[:, 3].astype(np.int64)
-            which = np.repeat(np.arange(count.size), count)
-            part = np.arange(which.size) - np.repeat(np.cumsum(count) - count, count)
-            known[key] = [sum(map(len, bins)), which.size.bit_length() - 1, sum(map(len, envelopes)), 0]
-            bins.append((which << 16 | part).astype(np.uint32))
-            envelopes.append(cells)
-        row[:] = known[key]
-    return ranges.ravel(), np.concatenate(bins), on_cache_lines(np.concatenate(envelopes).ravel())
-
-
-def on_cache_lines(values: np.ndarray) -> np.ndarray:
-    """A copy that begins on a cache line, so that a row of 64 bytes lies on one."""
-    memory = np.empty(values.nbytes + 64, np.uint8)
-    begin = -memory.ctypes.data % 64
-    copy = memory[begin : begin + values.nbytes].view(values.dtype)
-    copy[:] = values
-    return copy
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -323,8 +209,9 @@ class BandTable:
     main: np.uint64
     #: Empty where slot = cell.
     cell_of_slot: np.ndarray
-    perez: tuple[np.ndarray, np.ndarray, np.ndarray] | None
-    lobes: tuple[np.ndarray, tuple[np.ndarray, ...]] | None
+    #: What the hooks of the emission read of these slots.
+    rejection: tuple[Any, ...] | None
+    queue: tuple[Any, ...] | None
 
     @property
     def is_common(self) -> bool:
@@ -342,11 +229,13 @@ class BandTable:
         cumulative: np.ndarray,
         law: np.ndarray,
         cells: CellWords,
-        luminance: PerezBounds | None = None,
-        lobes: LobeTables | None = None,
+        rejection: HookTables | None = None,
+        queue: HookTables | None = None,
     ) -> BandTable:
-        """Build the tables from the cumulative counts (n_cell + 1,) of a band with photons."""
-        law = np.where(law == Law.PEREZ, np.int8(Law.CELL_MU2), law)  # so they start; rejection follows
+        """Build the tables from the cumulative counts (n_cell + 1,) of a band with photons.
+
+        `law` is the one by which the photons of a cell start, before a rejection or a queue.
+        """
         n = int(cumulative[-1])
         counts = np.diff(cumulative)
         slots = np.flatnonzero(counts)
@@ -363,7 +252,7 @@ class BandTable:
         ends = np.concatenate([ends, sentinels])
         main = _main_law(slot_law, counts[slots])
         is_main, is_complete = slot_law == main, slots.size == law.size
-        is_same = is_main | are_lobes(slot_law)  # lobes are overwritten whatever they start as
+        is_same = is_main | ~np.isin(slot_law, _COMMON)  # what a queue makes is overwritten whatever it starts as
         uniform = bool(np.all(is_same)) or bool(np.all(is_same | ((slot_law == Law.BEAM) & (main == Law.CELL_MU2))))
         width = cells.width if is_complete else cells.width[slots]
         widths = set(np.flatnonzero(np.bincount(width, weights=is_main)).tolist()) - {0}
@@ -382,8 +271,8 @@ class BandTable:
             law=slot_law[:0] if uniform else slot_law,
             main=way,
             cell_of_slot=slots[: 0 if is_complete else None].astype(np.int32),
-            perez=None if luminance is None else luminance.of_slots(slots),
-            lobes=None if lobes is None else lobes.of_slots(slots),
+            rejection=None if rejection is None else rejection.of_slots(slots),
+            queue=None if queue is None else queue.of_slots(slots),
         )
 
 

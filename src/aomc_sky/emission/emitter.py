@@ -9,20 +9,20 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from aomc_sky.component import CellLaw, Law
 from aomc_sky.emission.band_tables import (
     BandTable,
     CellWords,
-    LobeTables,
-    PerezBounds,
     Rings,
     StreamWords,
     lobe_offset_words,
-    on_cache_lines,
 )
 from aomc_sky.emission.kernels.hooks import QUEUE, REJECTION
 from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW, scratch_words
 from aomc_sky.kernels.backend import use_kernels
+from aomc_sky.memory import on_cache_lines
 from aomc_sky.plan.footprint import Footprint, FootprintShape
+from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.options import Placement
 from aomc_sky.plan.plan import Plan
 
@@ -107,18 +107,36 @@ class Emitter:
         return Rings.of(self.plan.arrays)
 
     @cached_property
-    def _luminance(self) -> PerezBounds | None:
-        is_centre = self.plan.options["placement"] == Placement.CENTRE.value
-        return None if is_centre else PerezBounds.of(self.plan.arrays)
+    def _laws(self) -> dict[Law, CellLaw]:
+        """The laws of the plan; no other slice is imported."""
+        return {Law(number): law_of(Law(number)) for number in np.unique(self.plan.arrays["law"]).tolist()}
 
     @cached_property
-    def _lobes(self) -> LobeTables | None:
-        return LobeTables.of(self.plan.arrays)
+    def _start_law(self) -> np.ndarray:
+        """The law by which the photons of each cell start."""
+        law = self.plan.arrays["law"]
+        for number, of_slice in self._laws.items():
+            if of_slice.starts_as is not None:
+                law = np.where(law == number, np.int8(of_slice.starts_as), law)
+        return law
+
+    def _hook_tables(self, hook: str) -> Any:
+        make = next((law.hook_tables for law in self._laws.values() if law.hook == hook), None)
+        return None if make is None else make(self.plan.arrays)
+
+    @cached_property
+    def _rejection(self) -> Any:
+        is_centre = self.plan.options["placement"] == Placement.CENTRE.value
+        return None if is_centre else self._hook_tables(REJECTION)
+
+    @cached_property
+    def _queue(self) -> Any:
+        return self._hook_tables(QUEUE)
 
     @cached_property
     def hooks(self) -> tuple[str, ...]:
         """What the kernels call beside their own text; see `kernels.hooks`."""
-        tables = {REJECTION: self._luminance, QUEUE: self._lobes}
+        tables = {REJECTION: self._rejection, QUEUE: self._queue}
         return tuple(hook for hook, table in tables.items() if table is not None)
 
     @cached_property
@@ -127,7 +145,7 @@ class Emitter:
 
     def _lobe_steps(self, band: int) -> tuple[object, ...]:
         """What the lobes of a band take their first trials from: the steps of the decision, `falls` with `paces`."""
-        lobes, cumulative = self._lobes, self.plan.arrays["cumulative"]
+        lobes, cumulative = self._queue, self.plan.arrays["cumulative"]
         assert lobes is not None
         prepare = lambda b: lobes.falls(cumulative[b], lobe_offset_words(self.plan, b, lobes.cell))  # noqa: E731
         return self._stream(band).accept, self._falls.get(band, prepare)
@@ -138,10 +156,10 @@ class Emitter:
     def _tables(self, band: int) -> tuple[BandTable, tuple[object, ...], np.ndarray, Any, Any]:
         """Of a band with photons: its table, how a rank finds its cell, the cells, and what Perez and lobes read."""
         arrays, words, stream = self.plan.arrays, self._words, self._stream(band)
-        table = BandTable.of(arrays["cumulative"][band], arrays["law"], words, self._luminance, self._lobes)
+        table = BandTable.of(arrays["cumulative"][band], self._start_law, words, self._rejection, self._queue)
         search = (table.cumulative, table.guide, table.guide_shift, table.place)
-        perez = None if table.perez is None else (*table.perez, stream.accept)
-        lobes = None if table.lobes is None else (*table.lobes, *self._lobe_steps(band))
+        perez = None if table.rejection is None else (*table.rejection, stream.accept)
+        lobes = None if table.queue is None else (*table.queue, *self._lobe_steps(band))
         return table, search, words.with_turns(stream.turns), perez, lobes
 
     def _kernel(self, band: int) -> tuple[str, tuple[object, ...]]:
@@ -168,7 +186,7 @@ class Emitter:
 
     @cached_property
     def _n_scratch(self) -> int:
-        return scratch_words(0 if self._lobes is None else self._lobes.cell.size)
+        return scratch_words(0 if self._queue is None else self._queue.cell.size)
 
     def host_arguments(self, band: int) -> tuple[str, tuple[object, ...]]:
         """The name of the kernel of a band with photons, and the arguments in the block of `next`."""
@@ -222,7 +240,7 @@ class Emitter:
         from aomc_sky.kernels.cells.order import slot_finder
 
         cumulative, stream = self.plan.arrays["cumulative"][band], self._stream(band)
-        perez, lobes = self._luminance, self._lobes
+        perez, lobes = self._rejection, self._queue
         plain.emit(  # type: ignore[call-arg]
             start,
             start + arrays["ux"].size,

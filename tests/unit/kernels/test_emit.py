@@ -11,8 +11,8 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
-from aomc_sky.emission.band_tables import PerezBounds
 from aomc_sky.skies.perez.kernels.cells import tilted
+from aomc_sky.skies.perez.law import PerezBounds
 from tests.support.emitted import both
 
 JIT = not numba.config.DISABLE_JIT

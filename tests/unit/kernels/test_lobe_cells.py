@@ -10,12 +10,12 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.component import Component, Law
-from aomc_sky.emission.band_tables import LobeTables
 from aomc_sky.errors import SceneError
 from aomc_sky.kernels.arithmetic.elementary import split_power
 from aomc_sky.kernels.jit import shared
 from aomc_sky.skies.lobes.kernels import law as plain_lobe
 from aomc_sky.skies.lobes.sky import lobe_components
+from aomc_sky.skies.lobes.tables import LobeTables
 from tests.support.backend import photons_by
 from tests.support.emitted import both
 from tests.support.sampled import scene

@@ -9,6 +9,7 @@ import numpy as np
 from aomc_sky.component import CellLaw, Component
 from aomc_sky.skies.lobes.envelope import lobe_of
 from aomc_sky.skies.lobes.patches import TiltedLobe, patch_shares
+from aomc_sky.skies.lobes.tables import LobeTables
 
 _N_SHARED = 10
 _N_ENVELOPE = 8
@@ -51,4 +52,6 @@ LOBE = CellLaw(
     leave_out="leave [[background]] out of sky.toml: the AOMC program knows no lobes",
     tables=lambda _, n_bound: ((_N_SHARED,), (n_bound, _N_ENVELOPE)),
     refused=_refused,
+    hook="queue",
+    hook_tables=LobeTables.of,
 )

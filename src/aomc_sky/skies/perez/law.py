@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from aomc_sky.component import CellLaw, Component
+from aomc_sky.component import CellLaw, Component, Law
+from aomc_sky.kernels.arithmetic.constants import TILT_STEP
 from aomc_sky.skies.perez.patches import patch_integrals, patch_moments
 
 _N_SHARED = 11
+_LOW10 = np.uint32(0x3FF)
 
 
 def _numbers(component: Component) -> np.ndarray:
@@ -22,6 +26,39 @@ def _moments(component: Component) -> tuple[np.ndarray, np.ndarray]:
     return mean.ravel(), inverse.ravel()
 
 
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PerezBounds:
+    """What the exact rejection inside cells reads, one entry per cell; other laws take every photon."""
+
+    #: uint32: tilts in steps in 10 bits each, then 12 bits; where the upper 12 bits of a photon's word are below these,
+    #: it is taken without a look at the luminance.
+    word: np.ndarray
+    #: Upper bound of the luminance, which the tilt has levelled, float64; -inf for other laws.
+    bound: np.ndarray
+    #: `Component.shared`, float64 (11,).
+    sky: np.ndarray
+
+    @classmethod
+    def of(cls, arrays: dict[str, np.ndarray]) -> PerezBounds:
+        """Build them from the arrays of a plan with a component of the law."""
+        start = arrays["component_start"]
+        index = int(np.flatnonzero(arrays["law"][start[:-1]] == Law.PEREZ)[0])
+        cells = slice(int(start[index]), int(start[index + 1]))
+        upper, lower, *tilts = arrays[f"bounds_{index}"].T
+        share = np.divide(lower, upper, out=np.zeros_like(lower), where=upper > 0)
+        threshold = np.floor(share * 2.0**12).astype(np.uint32)  # below 2^12, for bounds keep a distance
+        tilt_u, tilt_v = ((tilt / TILT_STEP).astype(np.int32).astype(np.uint32) & _LOW10 for tilt in tilts)
+        word = np.full(arrays["law"].size, 2**12 - 1, np.uint32)
+        word[cells] = (tilt_u << np.uint32(22)) | (tilt_v << np.uint32(12)) | threshold
+        bound = np.full(arrays["law"].size, -np.inf)
+        bound[cells] = upper
+        return cls(word=word, bound=bound, sky=arrays[f"shared_{index}"])
+
+    def of_slots(self, slots: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The same for chosen cells, as the kernel reads them."""
+        return self.word[slots], self.bound[slots], self.sky
+
+
 PEREZ = CellLaw(
     moments=_moments,
     coordinate=lambda zenith_deg: zenith_deg,
@@ -30,4 +67,7 @@ PEREZ = CellLaw(
     needs_patches=True,
     instead="within='uniform'",
     tables=lambda n_cell, _: ((_N_SHARED,), (n_cell, 4)),
+    starts_as=Law.CELL_MU2,
+    hook="rejection",
+    hook_tables=PerezBounds.of,
 )
