@@ -93,8 +93,7 @@ class PhotonWriter(ABC):
     @staticmethod
     def read(path: Path, wavelength_nm: np.ndarray, bands: tuple[int, ...], weights: str | Path | None) -> PhotonFile:
         """Open a file for `verify`, with the wavelengths of a scene and the wavebands that the user names."""
-        advice = "name a .npy or an MCPL file"
-        raise refuse(path, "photons of this format cannot be read", code="E802", advice=advice)
+        raise refuse(path, "photons of this format cannot be read", code="E802", advice="write them as MCPL")
 
     def recycle(self, chunks: tuple[memoryview, ...]) -> None:  # noqa: B027
         """Take memory back whose bytes are written; by default every chunk has its own."""
