@@ -5,7 +5,7 @@ from __future__ import annotations
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.errors import OutputError
-from aomc_sky.outputs.photons.files import FileLayout, PhotonWriter, stacked
+from aomc_sky.outputs.photons.files import PhotonWriter, stacked
 
 _DIGITS = {4: 8, 8: 16}
 """Digits after the point that tell every float32 and every float64 from its neighbours, by bytes."""
@@ -28,18 +28,13 @@ class CsvWriter(PhotonWriter):
         columns += ["x_m", "y_m"] if source.has_positions else []
         columns += ["weight"] if source.has_weights else []
         digits = _DIGITS[source.dtype.itemsize]
-        self._head = (",".join(columns) + "\n").encode("ascii")
+        self.head = (",".join(columns) + "\n").encode("ascii")
         self._row = ",".join([f"%+.{digits}e"] * len(columns)) + "\n"
-        self._row_bytes = len(columns) * (digits + _OTHER_CHARACTERS)
-
-    def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
-        """The file of a waveband; its head names the columns."""
-        n = self.source.n_photons(bands[0])
-        return (FileLayout(self.names[0].format(bands[0] + 1), self._head, self._row_bytes, n),)
+        self.row_bytes = len(columns) * (digits + _OTHER_CHARACTERS)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Lines of a batch."""
         text = (self._row * len(batch)) % tuple(stacked(batch).ravel().tolist())
-        if len(text) != len(batch) * self._row_bytes:
+        if len(text) != len(batch) * self.row_bytes:
             raise OutputError("a position or weight lies outside 1e-99 to 1e99 and does not fit the columns")
         return (memoryview(text.encode("ascii")),)

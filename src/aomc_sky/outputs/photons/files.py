@@ -74,6 +74,8 @@ class PhotonWriter(ABC):
 
     #: Names of its files, first of the one that is always there; {:04d} is the waveband, from 1.
     names: ClassVar[tuple[str, ...]]
+    #: What a file begins with, and what each photon takes after it. [bytes]
+    head, row_bytes = b"", 0
 
     def __init__(self, source: PhotonSource) -> None:
         self.source = source
@@ -82,9 +84,10 @@ class PhotonWriter(ABC):
         """Wavebands that share files: by default every one has its own."""
         return [(band,) for band in bands]
 
-    @abstractmethod
     def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
-        """The files."""
+        """The files: by default one for each waveband."""
+        name, n = self.names[0].format(bands[0] + 1), self.source.n_photons(bands[0])
+        return (FileLayout(name, self.head, self.row_bytes, n),)
 
     @abstractmethod
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
@@ -93,8 +96,7 @@ class PhotonWriter(ABC):
     @staticmethod
     def read(path: Path, wavelength_nm: np.ndarray, bands: tuple[int, ...], weights: str | Path | None) -> PhotonFile:
         """Open a file for `verify`, with the wavelengths of a scene and the wavebands that the user names."""
-        advice = "name a .npy or an MCPL file"
-        raise refuse(path, "photons of this format cannot be read", code="E802", advice=advice)
+        raise refuse(path, "photons of this format cannot be read", code="E802", advice="write them as MCPL")
 
     def recycle(self, chunks: tuple[memoryview, ...]) -> None:  # noqa: B027
         """Take memory back whose bytes are written; by default every chunk has its own."""

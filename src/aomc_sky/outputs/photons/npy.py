@@ -40,19 +40,17 @@ class PhotonsNpy:
         with open_regular(self.path) as file:
             file.seek(self.data_start)
             for start, stop in block_spans(0, self.n_photons):
-                yield self._block(file, start, stop - start)
-
-    def _block(self, file: BinaryIO, start: int, n: int) -> np.ndarray:
-        # not a memory map: a file that shrinks under a map ends the process
-        data = file.read(n * self.n_columns * self.dtype.itemsize)
-        if len(data) != n * self.n_columns * self.dtype.itemsize:
-            raise refuse(self.path, "the file became shorter while it was read", code="E903")
-        rows = np.frombuffer(data, self.dtype).reshape(n, self.n_columns)
-        is_finite = np.isfinite(rows)
-        if not is_finite.all():
-            row = start + int((~is_finite).any(axis=1).argmax())
-            raise refuse(self.path, f"row {row}: not finite numbers", code="E904", advice="make the file again")
-        return rows
+                # not a memory map: a file that shrinks under a map ends the process
+                n_bytes = (stop - start) * self.n_columns * self.dtype.itemsize
+                data = file.read(n_bytes)
+                if len(data) != n_bytes:
+                    raise refuse(self.path, "the file became shorter while it was read", code="E903")
+                rows = np.frombuffer(data, self.dtype).reshape(stop - start, self.n_columns)
+                is_finite = np.isfinite(rows).all(axis=1)
+                if not is_finite.all():
+                    message = f"row {start + int(is_finite.argmin())}: not finite numbers"
+                    raise refuse(self.path, message, code="E904", advice="make the file again")
+                yield rows
 
 
 def read_photons_npy(path: str | Path, *, n_columns: tuple[int, ...] = (3, 4)) -> PhotonsNpy:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.photons import PhotonBatch
-from aomc_sky.outputs.photons.files import FileLayout, PhotonWriter, stacked
+from aomc_sky.outputs.photons.files import PhotonWriter, stacked
 
 _RECORD = np.dtype("<f4")
 
@@ -15,11 +16,9 @@ class RawWriter(PhotonWriter):
 
     names = ("photons-{:04d}.raw",)
 
-    def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
-        """The file of a waveband: no head, records of float32 start at once."""
-        width = 3 + 2 * self.source.has_positions + self.source.has_weights
-        n = self.source.n_photons(bands[0])
-        return (FileLayout(self.names[0].format(bands[0] + 1), b"", width * _RECORD.itemsize, n),)
+    def __init__(self, source: PhotonSource) -> None:
+        super().__init__(source)
+        self.row_bytes = (3 + 2 * source.has_positions + source.has_weights) * _RECORD.itemsize
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Records of a batch."""

@@ -7,12 +7,13 @@ import io
 import numpy as np
 import pytest
 
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import InputFileError, UsageError
 from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, photon_writer
 from aomc_sky.outputs.photons.files import ChunkPool
 from aomc_sky.outputs.photons.npy import HEAD_BYTES
 from aomc_sky.outputs.shard import BLOCK
 from aomc_sky.source.read.scene import read_scene
+from aomc_sky.verify.foreign import open_photons
 from tests.support.scenes import weighted_source
 from tests.support.shared import INPUTS
 
@@ -52,6 +53,13 @@ def test_an_npy_header_is_numpys_own_on_a_page():
 def test_unknown_formats_are_refused():
     with pytest.raises(UsageError, match="and none"):
         photon_writer("hdf5")
+
+
+@pytest.mark.parametrize("name", ["photons-0001.raw", "photons-0001.CSV"])
+def test_files_without_a_reader_are_refused(name, tmp_path):
+    (tmp_path / name).write_bytes(bytes(24))
+    with pytest.raises(InputFileError, match="photons of this format cannot be read"):
+        open_photons(tmp_path / name, np.array([500.0]))
 
 
 @pytest.mark.parametrize("name", sorted(PHOTON_FORMATS))
