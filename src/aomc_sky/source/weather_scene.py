@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, scaled
+from aomc_sky.directions import given_angle
 from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.formats.sky_toml.keys import SPECTRL2, PerezSection
@@ -53,6 +54,8 @@ def weather_scene(
     row: int | None = None,
     sun_zenith_deg: float | None = None,
     sun_azimuth_deg: float | None = None,
+    sun_zenith_rad: float | None = None,
+    sun_azimuth_rad: float | None = None,
     ghi: float | None = None,
     dni: float | None = None,
     dhi: float | None = None,
@@ -90,8 +93,9 @@ def weather_scene(
         A weather file, which gives place, sun and irradiances of the hour `row`.
     row : int, optional
         The hour of the file. [from 1]
-    sun_zenith_deg, sun_azimuth_deg : float, optional
-        The sun, without time and file; the azimuth from +x (east) towards +y (north). [deg, 0 to below 90; -360 to 360]
+    sun_zenith_deg, sun_azimuth_deg, or sun_zenith_rad, sun_azimuth_rad : float, optional
+        The sun, without time and file; the azimuth from +x (east) towards +y (north). [0 to below 90 degrees, -360 to
+        360]
     ghi, dni, dhi : float, optional
         Global horizontal, direct normal and diffuse horizontal irradiance, any two of them. [W m-2]
     epsilon, delta : float, optional
@@ -131,6 +135,10 @@ def weather_scene(
     >>> [round(float(component.strength[0]), 4) for component in scene.components]
     [0.8205, 0.1795]
     """
+    angles: dict[str, Any] = {"zenith_deg": sun_zenith_deg, "azimuth_deg": sun_azimuth_deg, "disc": sun_disc}
+    for name, twin in (("zenith_deg", sun_zenith_rad), ("azimuth_deg", sun_azimuth_rad)):
+        if twin is not None:
+            angles[name] = given_angle(f"sun_{name}", angles[name], twin)
     if spectrum not in PEREZ["spectrum"].words:
         raise UsageError(f"spectrum must be one of {', '.join(map(repr, PEREZ['spectrum'].words))}, got {spectrum!r}")
     perez = {"ghi": ghi, "dni": dni, "dhi": dhi, "epsilon": epsilon, "delta": delta, "limits": limits}
@@ -141,7 +149,7 @@ def weather_scene(
         perez |= dict(zip("abcde", map(float, coefficients), strict=True))
     given = given_inputs(
         perez,
-        {"zenith_deg": sun_zenith_deg, "azimuth_deg": sun_azimuth_deg, "disc": sun_disc},
+        angles,
         within,
         weather={
             "time": time, "latitude_deg": latitude_deg, "longitude_deg": longitude_deg, "altitude_m": altitude_m,

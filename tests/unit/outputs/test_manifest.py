@@ -47,7 +47,7 @@ def test_a_manifest_keeps_its_schema(run):
         (("bands", 0, "residual"), 0.5),
         (("files", "../victim"), {"bytes": 1}),
         (("files", "photons-0001.npy", "bytes"), "1"),
-        (("options", "formats"), ["csv"]),
+        (("options", "formats"), ["../npy"]),
     ],
 )
 def test_the_schema_refuses_what_is_no_manifest(run, place, value):

@@ -33,8 +33,7 @@ examples:
   aomc-sky run amc.inp --iterations 1e11 --engine dask       by the processes of a Dask cluster
   aomc-sky run amc.inp --dry-run                             what would be modelled, and what not
   aomc-sky run amc.inp --dni 850 --dhi 95 --sun-zenith 32.4  light source 0 under a given weather
-  aomc-sky run --time 2026-06-21T09:30Z --latitude 43.4 --longitude 7.9 --ghi 780 --dhi 140 \\
-      --wavelengths 412 443 555 --iterations 1e6 --out day   no files: the whole light of a place
+  aomc-sky run --sun-zenith 40 --ghi 780 --dhi 140 --wavelengths 443 555 --out day      sun and sky without files
 """
 
 _OPTIONS = """\
