@@ -1,1 +1,10 @@
-"""Photons by their index: tables of a band, the photon source and the kernels that emit."""
+"""Any photon of a plan by its index.
+
+photon_source  The photon source: random access to every photon of a plan, without state
+photons        A batch of photons: a struct of arrays, and how a caller's arrays are reused
+emitter        From a plan to arrays of photons: which kernel makes them, and the tables it reads
+band_tables    Tables of one waveband in the form the emission kernels read
+irradiance     Irradiance of a scene: in absolute units of each component, and planar over scalar of a band's photons
+host           A band's photons inside another code's own loop: jitted functions for numba, a C function for the rest
+kernels/       Photons of a band: the compiled text, its plain twin, hosts and batches
+"""

@@ -7,9 +7,7 @@ units           Numbers with units: a closed table of exact factors, because gen
 aomc/           The files that the AOMC program reads: amc.inp, lambbot.inp, difcol.inp, skydist.inp.
 sky_toml/       sky.toml, beside amc.inp: weather, sun, background skies, atmosphere.
 spectrum_csv    Spectra as two columns of numbers, and their means over the bins of a wavelength grid.
-atmo/           Atmosphere descriptions (.atmo), the format of CalcMySky.
 weather         Hourly weather files (EPW, TMY2, TMY3): when each hour began, and its irradiances.
-background/     Background-sky files (DIRSIG BackgroundSkyData, HDF5).
 netcdf          netCDF files that hold a radiance over directions.
 mcpl/           MCPL files (Monte Carlo Particle Lists, formats 2 and 3).
 """

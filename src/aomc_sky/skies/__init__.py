@@ -1,6 +1,6 @@
-"""Radiance as a function of sky direction and wavelength: no file knows, no sampling.
+"""Sky models: radiance as a function of direction and wavelength, one file each, or a folder with all that is its own.
 
-model            What every sky model promises, the models by name, and the share of a model in the light of a scene
+model            What every sky model promises, and the share of a model in the light of a scene
 uniform          A sky of equal radiance everywhere
 function_sky     A sky given by a function of direction and wavelength, and what constant patches cost
 quadrature       Integrals over patches by one adaptive Gauss rule, in plain numpy: of every sky that needs them
@@ -8,6 +8,6 @@ tabulated        A sky given as a table of values, also with the AOMC 1.2.2 prog
 radiance_field   A radiance field with coordinates, as programs and instruments give it, as values over patches
 direct_beam      The direct beam of the sun: a direction, or the solar disc
 perez/           The all-weather sky of Perez, Seals and Michalsky (1993)
-lobes/           Background skies: lobes that move and change with time, each with a spectrum
-atmosphere       The clear sky of a physical atmosphere as a sky model, in absolute units, and its direct beam
+lobes/           Background skies: their files, lobes that move and change with time, each with a spectrum
+atmosphere/      The clear sky of a physical atmosphere: its file, its solution, and the model in absolute units
 """

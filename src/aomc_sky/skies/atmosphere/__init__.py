@@ -12,4 +12,7 @@ eclipse             Light scattered once under a sun that the Moon hides in part
 scattering_orders/  Light scattered more than once, by successive orders in columns
 backward            Light scattered more than once, by paths followed backwards
 sky/                The whole sky after its solution, and the ways to it
+description/        Atmosphere descriptions (.atmo): their reader, and the medium that they describe
+model               The sky model: radiance of the solution in absolute units, and its direct beam
+kernels/            Light in spherical shells: quadratures along rays, and paths followed backwards
 """

@@ -9,4 +9,8 @@ law         What the spine asks of a lobe: moments, rules of a plan, shares of p
 sky         WeightedLobe and LobeSky: lobes with their light, and the components that the sampler gets
 animation   One lobe over time: its keys, and what their times count from
 background  BackgroundSky: animated lobes with their curves, and how they stand at one time
+tables      What the emission reads of all lobes: shapes, envelopes and bins
+light       Files of sky.toml become the light of a scene
+file/       Background-sky files (DIRSIG BackgroundSkyData, HDF5)
+kernels/    Photons of the lobes, and the queue of those that are tried again
 """

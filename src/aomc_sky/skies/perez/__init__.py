@@ -6,6 +6,7 @@ coefficients  From irradiances and the sun to clearness, brightness and the coef
 table         Table 1 of the paper, and nothing else
 sky           PerezSky: limits, warnings, radiance, and the component that the sampler gets
 patches       Mass and moments of every patch of a grid, by the rule in `skies.quadrature`
-law           What the spine asks of the law PEREZ: moments, rules of a plan, flux through patches
+law           What the spine asks of the law PEREZ: moments, rules of a plan, flux, what the rejection reads
+kernels/      The luminance and its photons, for arrays and compiled
 bounds        Bounds of the luminance over every patch, for the exact rejection inside it
 """

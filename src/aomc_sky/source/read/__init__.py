@@ -7,5 +7,7 @@ sun_and_sky  A scene lit by the sun and a sky model: how each waveband is split 
 plugin       The sky model of another package: which one, with which options, and what it gives
 kind         What a path holds, for commands that take several kinds, or were given another
 field        The radiance field that sky.toml names, as the diffuse sky of a scene
+absolute_units  Scenes in absolute units: what [sky] of sky.toml says, and the backgrounds added to it
+solve        `solve_atmosphere`: the sky of a description for Python
 atmosphere   A scene lit by the sun and the clear sky of an atmosphere description, in absolute units
 """
