@@ -39,6 +39,7 @@ from aomc_sky.skies.atmosphere.model import AtmosphereSky as AtmosphereSky
 from aomc_sky.skies.atmosphere.sky.solve import AtmosphereResult as AtmosphereResult
 from aomc_sky.skies.direct_beam import DirectBeam as DirectBeam
 from aomc_sky.skies.function_sky import FunctionSky as FunctionSky
+from aomc_sky.skies.harrison_coombes import HarrisonCoombesSky as HarrisonCoombesSky
 from aomc_sky.skies.lobes import functions as lobes  # noqa: F401
 from aomc_sky.skies.lobes.background import BackgroundSky as BackgroundSky
 from aomc_sky.skies.lobes.background import background_at as background_at
@@ -49,6 +50,7 @@ from aomc_sky.skies.lobes.file.file import write_background as write_background
 from aomc_sky.skies.lobes.light import read_background as read_background
 from aomc_sky.skies.lobes.sky import LobeSky as LobeSky
 from aomc_sky.skies.lobes.sky import WeightedLobe as WeightedLobe
+from aomc_sky.skies.overcast import OvercastSky as OvercastSky
 from aomc_sky.skies.perez import functions as perez  # noqa: F401
 from aomc_sky.skies.perez.sky import PerezSky as PerezSky
 from aomc_sky.skies.tabulated import TabulatedSky as TabulatedSky

@@ -16,7 +16,10 @@ from aomc_sky.errors import PluginError
 #: Name of a sky model of ours -> "module:Class".
 SKY_MODELS = {
     "atmosphere": "aomc_sky.skies.atmosphere.model:AtmosphereSky",
+    "cardioidal": "aomc_sky.skies.overcast:OvercastSky",
+    "harrison-coombes": "aomc_sky.skies.harrison_coombes:HarrisonCoombesSky",
     "lobes": "aomc_sky.skies.lobes.sky:LobeSky",
+    "overcast": "aomc_sky.skies.overcast:OvercastSky",
     "tabulated": "aomc_sky.skies.tabulated:TabulatedSky",
     "perez": "aomc_sky.skies.perez.sky:PerezSky",
     "uniform": "aomc_sky.skies.uniform:UniformSky",
@@ -31,6 +34,9 @@ other packages are, from a sun and options; no other package can take the names 
 SUN = ("sun_zenith_rad", "sun_azimuth_rad")
 """What every `make` gets besides its options."""
 
+_OF_SCENE = ("sun_zenith_deg", "sun_azimuth_deg", "strength", "irradiance_W_m2_nm", "grid")
+"""Arguments of our classes that a scene of files sets otherwise: no options."""
+
 
 @dataclass(frozen=True, slots=True)
 class SkyPlugin:
@@ -43,6 +49,11 @@ class SkyPlugin:
 
     def __str__(self) -> str:
         return f"{self.name!r} ({self.distribution} {self.version})"
+
+    @property
+    def is_ours(self) -> bool:
+        """Whether it is a sky of this package."""
+        return self.name in SKY_MODELS
 
     def load(self) -> MakeSky:
         """Import it; PluginError where that fails, or where what it names cannot be called with a sun.
@@ -64,7 +75,7 @@ class SkyPlugin:
             parameters = None
         found = MakeSky(plugin=self, make=make, parameters=parameters)
         missing = [name for name in SUN if not found.takes(name)]
-        if missing:
+        if missing and not self.is_ours:  # a sky of ours may have no sun
             raise self.wrong(f"{self.entry_point.value} takes no {' and no '.join(missing)}")
         return found
 
@@ -99,7 +110,8 @@ class MakeSky:
     def options(self) -> dict[str, bool]:
         """Its options by name, and whether each is needed; what it takes as ``**`` has no names."""
         known = (self.parameters or {}).items()
-        return {n: p.default is p.empty for n, p in known if n not in SUN and p.kind in _BY_NAME}
+        no_options = (*SUN, *_OF_SCENE) if self.plugin.is_ours else SUN
+        return {n: p.default is p.empty for n, p in known if n not in no_options and p.kind in _BY_NAME}
 
 
 _BY_NAME = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)

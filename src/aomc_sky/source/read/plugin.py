@@ -57,7 +57,8 @@ class PluginSky:
         """The sky under a sun, one that can be lowered."""
         plugin = self.make.plugin
         try:
-            given = self.make.make(sun_zenith_rad=sun_zenith_rad, sun_azimuth_rad=sun_azimuth_rad, **self.options)
+            sun = {"sun_zenith_rad": sun_zenith_rad, "sun_azimuth_rad": sun_azimuth_rad}
+            given = self.make.make(**{n: v for n, v in sun.items() if self.make.takes(n)}, **self.options)
         except _OUR_WARNINGS:
             raise
         except (AomcSkyError, TypeError, ValueError) as error:
