@@ -36,11 +36,18 @@ def said(*scenes: str, **variables: str) -> list[str]:
 
 
 def test_one_process_takes_a_variant_after_the_other():
+    assert said("overcast", "perez_sky") == SAID[:2]
+
+
+def test_a_variant_with_a_queue_after_the_others():
+    pytest.importorskip("h5py")
     assert said("overcast", "perez_sky", "night_sky") == SAID
 
 
 @pytest.mark.slow
 def test_the_next_process_finds_the_code_of_every_variant(tmp_path):
+    pytest.importorskip("h5py")
+
     def kept():
         return {path.name: path.read_bytes() for path in tmp_path.rglob("*.nbc")}
 
