@@ -1,6 +1,7 @@
 """What every sky model of the registry promises; a new one is tested from the moment it is registered."""
 
 import dataclasses
+import inspect
 from functools import cache, partial
 
 import numpy as np
@@ -60,7 +61,9 @@ EXAMPLES = {
     "uniform": [sky.UniformSky, partial(sky.UniformSky, per_solid_angle=True)],
 }
 for name in SKY_MODELS:
-    EXAMPLES.setdefault(name, [partial(sky_model(name), sun_zenith_rad=0.7, sun_azimuth_rad=0.4)])
+    sun = {"sun_zenith_rad": 0.7, "sun_azimuth_rad": 0.4}
+    taken = inspect.signature(sky_model(name)).parameters
+    EXAMPLES.setdefault(name, [partial(sky_model(name), **{n: v for n, v in sun.items() if n in taken})])
 INSTANCES = [(name, k) for name, models in EXAMPLES.items() for k in range(len(models))]
 
 

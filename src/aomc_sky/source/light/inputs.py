@@ -185,6 +185,10 @@ def given_lights(given: Mapping[str, Any] | None) -> dict[str, float]:
 
 def _check_model(name: str, value: object) -> None:
     row = MODEL[name]
+    if row.is_switch and not isinstance(value, (bool, np.bool_)):
+        raise UsageError(f"{name} must be True or False, got {value!r}")
+    if row.is_switch:
+        return
     if row.words and value not in row.words:
         raise UsageError(f"{name} must be one of {', '.join(map(repr, row.words))}, got {value!r}")
     if not row.words and not (isinstance(value, Real) and row.low <= float(value) <= row.high):
