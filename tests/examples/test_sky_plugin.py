@@ -96,7 +96,9 @@ def test_command_line(cie_site, tmp_path):
 
     listed = command("info", "--skies", "--json", site=cie_site)
     about = {"name": "cie", "distribution": "cie-skies", "version": "1.0", "options": ["type (needed)"]}
-    assert json.loads(listed.stdout) == {"skies": [about], "refused": []}
+    found = json.loads(listed.stdout)
+    assert [one for one in found["skies"] if one["distribution"] != "aomc-sky"] == [about]
+    assert found["refused"] == []
     checked = command("verify", tmp_path / "a", site=tmp_path)  # the plan needs no package
     assert checked.returncode == 0, checked.stdout
 
