@@ -54,11 +54,11 @@ def test_page_of_own_skies(tmp_path: Path, cie_site: Path, monkeypatch: pytest.M
     pip_install(tmp_path / "our_skies", tmp_path / "site")  # the package that the page shows
     monkeypatch.syspath_prepend(tmp_path / "site")
     scene = sky.read_scene(
-        tmp_path / "inputs" / "clear_day", sky="overcast", sky_options={"brightening": 0}, iterations=10**6
+        tmp_path / "inputs" / "clear_day", sky="bright_zenith", sky_options={"brightening": 0}, iterations=10**6
     )
     assert -scene.source().photons(0).uz.mean(dtype=float) == pytest.approx(2 / 3, abs=1e-5)
     with pytest.raises(sky.UsageError, match=r"our-skies 0\.1.*brightening must be 0 or more, got -1"):
-        sky.read_scene(tmp_path / "inputs" / "clear_day", sky="overcast", sky_options={"brightening": -1})
+        sky.read_scene(tmp_path / "inputs" / "clear_day", sky="bright_zenith", sky_options={"brightening": -1})
 
 
 @pytest.mark.slow
