@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import warnings
 from collections.abc import Mapping, Sequence
@@ -297,13 +296,14 @@ def perez_sky(given: GivenInputs, inputs: PerezInputs, sun: Sun, grid: PatchGrid
             sun_zenith_rad=math.radians(sun.zenith_deg),
             sun_azimuth_rad=math.radians(sun.azimuth_deg),
             grid=PatchGrid.regular(45, 180) if grid is None else grid,
+            strength=1.0,
             **model,
             **model_inputs(inputs, sun),
         )
     texts = list(dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, ModelLimitWarning)))
     for text in texts:
         warnings.warn(text, ModelLimitWarning, stacklevel=3)
-    return dataclasses.replace(sky, strength=1.0), texts
+    return sky, texts
 
 
 def shown_of(sky: PerezSky) -> dict[str, Any]:
