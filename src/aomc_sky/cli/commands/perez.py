@@ -132,13 +132,13 @@ def _given(arguments: argparse.Namespace) -> GivenInputs:
 
 
 def _scene(given: GivenInputs, arguments: argparse.Namespace) -> Scene:
-    """Sun and sky in their shares, or the sky alone; the warnings of the sky were given before."""
+    """Sun and sky in their shares, or the sky alone."""
     from aomc_sky.grid import PatchGrid
     from aomc_sky.source.weather_scene import scene_of_weather
 
     with_beam = False if arguments.diffuse_only else arguments.with_beam or None
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ModelLimitWarning)
+        warnings.filterwarnings("ignore", "(?!spectrum )", ModelLimitWarning)  # those of the sky were given before
         return scene_of_weather(
             given,
             arguments.wavelengths or [arguments.wavelength],
