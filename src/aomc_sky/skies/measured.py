@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
-from aomc_sky.directions import given_angle, travel_from_sky
+from aomc_sky.directions import given_angle, sky_from_travel, travel_from_sky
 from aomc_sky.errors import InputWarning, SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
@@ -20,7 +20,7 @@ from aomc_sky.skies.function_sky import FunctionSky
 from aomc_sky.skies.model import Share, check_share, with_share
 
 GLOBAL_POINTS = 1000  #: Up to so many directions one spline serves the sky; of more, each direction has its neighbours.
-NEIGHBOURS = 64
+NEIGHBOURS = 32
 _SMOOTHING = 1e-7  # two measurements of almost one direction are averaged
 _THIN = 0.02  #: Spread across a plane, as a share of that along it, below which directions lie in one plane.
 _STEP_DEG = 2.0  #: Of the table from which radiances are taken, by a cubic spline.
@@ -182,10 +182,21 @@ class RadianceField(Share):
             )
         ]
         sun = None if np.isnan(sun_angles).any() else -travel_from_sky(*sun_angles)
-        is_given = ~np.isnan(values) & (zenith <= 90)
+        is_above, is_gap = np.abs(zenith) <= 90, np.isnan(values)
+        for n, what in ((np.sum(~is_above), "directions below the horizon"), (np.sum(is_above & is_gap), "gaps")):
+            remarks = (*remarks, *([f"{n} of {values.size} radiances are {what}, and left out"] if n else []))
+        is_given = is_above & ~is_gap
         points = _sorted_points(zenith[is_given], azimuth[is_given], nm[is_given], values[is_given])
         options = {"is_absolute": is_absolute, "sun": sun, "grid": grid, "remarks": remarks, **share}
         return cls(*points, **options)  # type: ignore[arg-type]
+
+    @property
+    def sun_deg(self) -> tuple[float, float] | None:
+        """Zenith angle and azimuth of the sun, where it is known."""
+        if self.sun is None:
+            return None
+        zenith, azimuth = np.rad2deg(sky_from_travel(-self.sun))
+        return round(float(zenith), 9), round(float(azimuth), 9)
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
         """Interpolated radiance, in the unit of the points; arguments broadcast, angles up to pi/2 and any turn."""

@@ -28,6 +28,7 @@ class Kind(enum.Enum):
     NPY = "a numpy file of photons"
     RUN_FILE = "a file of a run"
     WEATHER = "a weather file"
+    MEASURED = "a measured sky"
 
 
 _ENDINGS = {
@@ -54,7 +55,8 @@ def kind_of_name(name: str) -> Kind | None:
     name = name.lower()
     by_ending = (kind for endings, kind in _ENDINGS.items() if name.endswith(endings))
     by_part = (kind for part, kind in _TABLES.items() if name.startswith(part) or f".{part}." in name)
-    return next(itertools.chain(by_ending, by_part), None)
+    measured = (Kind.MEASURED for _ in "1" if name.endswith((".csv", ".tsv")))
+    return next(itertools.chain(by_ending, by_part, measured), None)
 
 
 def kind_of(path: Path) -> Kind | None:
