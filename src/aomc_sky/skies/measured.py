@@ -58,9 +58,9 @@ class RadianceField(Share):
     """A sky of radiances in measured directions, as scattered as they are: `from_points` or `read_radiance_csv`.
 
     The logarithm of the radiance is interpolated by a thin-plate spline of the unit vectors of the directions
-    (`scipy.interpolate.RBFInterpolator`; the radiance itself, cut at 0, at a wavelength with a measured 0). Unit vectors
-    know neither a pole nor a turn, so the zenith and azimuth 0 are directions like all others, and no radiance is
-    negative. Where the sun is known, a trend is fitted first: functions of the zenith angle and of the angle to the
+    (`scipy.interpolate.RBFInterpolator`; the radiance itself, cut at 0, at a wavelength with a measured 0). Unit
+    vectors know neither a pole nor a turn, so the zenith and azimuth 0 are directions like all others, and no radiance
+    is negative. Where the sun is known, a trend is fitted first: functions of the zenith angle and of the angle to the
     sun. Beyond the measured directions (their hull in the stereographic projection, to the horizon as a rule) the trend
     goes on, and what remains keeps its value at the nearest point of the hull. Between two measured wavelengths
     radiances are linear, beyond them constant with a warning.
@@ -132,7 +132,8 @@ class RadianceField(Share):
         is_absolute: bool = False,
         grid: PatchGrid | None = None,
         remarks: tuple[str, ...] = (),
-        **share: ArrayLike,
+        strength: ArrayLike | None = None,
+        irradiance_W_m2_nm: ArrayLike | None = None,  # noqa: N803
     ) -> RadianceField:
         """Sky of points in any order; NaN is a gap, and a direction that comes again has its mean radiance.
 
@@ -165,6 +166,7 @@ class RadianceField(Share):
         nm = np.array([550.0]) if wavelength_nm is None else np.atleast_1d(np.asarray(wavelength_nm, np.float64))
         if wavelength_nm is None:
             remarks = (*remarks, "the points have no wavelength, so the sky is the same at all wavelengths")
+        shape = values.shape
         if values.ndim == 2 and values.shape == (nm.size, zenith.size):
             zenith, azimuth = np.tile(zenith, nm.size), np.tile(azimuth, nm.size)
             values, nm = values.ravel(), np.repeat(nm, values.shape[1])
@@ -172,7 +174,7 @@ class RadianceField(Share):
         if not zenith.shape == azimuth.shape == values.shape == nm.shape:
             raise SceneError(
                 f"{zenith.size} zenith angles, {azimuth.size} azimuths and {nm.size} wavelengths do not fit radiances "
-                f"of shape {np.shape(radiance)}"
+                f"of shape {shape}"
             )
         sun_angles = [
             given_angle(f"sun_{name}", value, twin, math.nan)
@@ -187,8 +189,15 @@ class RadianceField(Share):
             remarks = (*remarks, *([f"{n} of {values.size} radiances are {what}, and left out"] if n else []))
         is_given = is_above & ~is_gap
         points = _sorted_points(zenith[is_given], azimuth[is_given], nm[is_given], values[is_given])
-        options = {"is_absolute": is_absolute, "sun": sun, "grid": grid, "remarks": remarks, **share}
-        return cls(*points, **options)  # type: ignore[arg-type]
+        return cls(
+            *points,
+            is_absolute=is_absolute,
+            sun=sun,
+            grid=grid,
+            remarks=remarks,
+            strength=strength,
+            irradiance_W_m2_nm=irradiance_W_m2_nm,
+        )
 
     @property
     def sun_deg(self) -> tuple[float, float] | None:

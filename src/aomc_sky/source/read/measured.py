@@ -77,7 +77,11 @@ def read_radiance_csv(
         if value is not None or twin is not None:
             angles[name] = float(given_angle(name, value, twin))
     points = read_radiance_points(
-        path, azimuth_convention=azimuth_convention, angle_unit=angle_unit, radiance_unit=radiance_unit, **angles
+        os.fspath(path),
+        azimuth_convention=azimuth_convention,
+        angle_unit=angle_unit,
+        radiance_unit=radiance_unit,
+        **angles,
     )
     try:
         return RadianceField.from_points(
@@ -93,7 +97,9 @@ def read_radiance_csv(
             strength=strength,
         )
     except SceneError as error:
-        raise refuse(path, str(error), advice="give each wavelength radiances of the sky", code="E654") from None
+        raise refuse(
+            os.fspath(path), str(error), advice="give each wavelength radiances of the sky", code="E654"
+        ) from None
 
 
 def measured_scene(
@@ -114,7 +120,7 @@ def measured_scene(
     return Scene(
         wavebands=bands,
         n_photons=only_bands(photons, wavebands, bands.wavelength_nm),
-        components=(sky,),
+        components=sky,  # type: ignore[arg-type]
         input_files={"radiance": os.fspath(path)},
         options={
             "sky": sky.name,

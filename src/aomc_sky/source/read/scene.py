@@ -346,6 +346,7 @@ def _footprint(config: AmcConfig) -> Footprint:
 
 
 def listed_bands(wavebands: Sequence[int] | None) -> list[int] | None:
+    """The chosen bands, each once, in order."""
     return None if wavebands is None else sorted({as_index(b, "a waveband") for b in wavebands})
 
 
