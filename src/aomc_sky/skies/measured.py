@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import warnings
+from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, field
 from typing import NamedTuple
 
@@ -110,8 +111,6 @@ class RadianceField(Share):
                 raise SceneError(f"{len(values)} directions at {nm:g} nm; a measured sky needs 3 or more")
             if not np.all(np.isfinite(values) & (values >= 0)) or direction.shape != (len(values), 3):
                 raise SceneError(f"radiances at {nm:g} nm must be finite and not negative, one for each direction")
-            if not values.max() > 0:
-                raise SceneError(f"all radiances at {nm:g} nm are 0")
         grid = PatchGrid.regular(45, 180) if self.grid is None else self.grid
         object.__setattr__(self, "_sky", FunctionSky(self._values, grid=grid, name=self.name))
 
@@ -183,7 +182,7 @@ class RadianceField(Share):
                 ("azimuth_deg", sun_azimuth_deg, sun_azimuth_rad),
             )
         ]
-        sun = None if np.isnan(sun_angles).any() else -travel_from_sky(*sun_angles)
+        sun = None if np.isnan(sun_angles).any() else -travel_from_sky(sun_angles[0], sun_angles[1])
         is_above, is_gap = np.abs(zenith) <= 90, np.isnan(values)
         for n, what in ((np.sum(~is_above), "directions below the horizon"), (np.sum(is_above & is_gap), "gaps")):
             remarks = (*remarks, *([f"{n} of {values.size} radiances are {what}, and left out"] if n else []))
@@ -218,7 +217,10 @@ class RadianceField(Share):
     def interpolant(self, row: int) -> Interpolant:
         """The interpolated sky at one of the measured wavelengths, computed once."""
         if row not in self._made:
-            self._made[row] = interpolate(self.direction[row], self.values[row], self.sun)
+            direction = self.direction[row]
+            alike = [k for k, other in enumerate(self.direction) if np.array_equal(other, direction)]
+            values = np.stack([self.values[k] for k in alike])
+            self._made.update(zip(alike, interpolate(direction, values, self.sun), strict=True))
         return self._made[row]
 
     def rows_of(self, wavelength_nm: float) -> list[tuple[int, float]]:
@@ -254,37 +256,47 @@ class RadianceField(Share):
                 InputWarning,
                 stacklevel=5,
             )
-        share = max(self.interpolant(row).extrapolated for one in nm for row, _ in self.rows_of(one))
-        if share > MOST_EXTRAPOLATED:
-            warnings.warn(
-                f"{100 * share:.2g} % of the light comes from beyond the measured directions, where it is extrapolated"
-                + ("" if self.sun is not None else "; say where the sun is: a trend around it serves better"),
-                InputWarning,
-                stacklevel=5,
-            )
+        warn_of_extrapolation(self._parts(nm), has_sun=self.sun is not None)
+
+    def _parts(self, nm: np.ndarray) -> list[Interpolant]:
+        return [self.interpolant(row) for row in sorted({row for one in nm for row, _ in self.rows_of(one)})]
 
     def notes(self, wavelength_nm: ArrayLike) -> tuple[str, ...]:
         """How the sky was made, the leave-one-out error, and the share of the light that is extrapolated."""
         nm = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
-        rows = sorted({row for one in nm for row, _ in self.rows_of(one)})
-        parts = [self.interpolant(row) for row in rows]
-        worst, beyond = max(parts, key=lambda part: part.error), max(parts, key=lambda part: part.extrapolated)
-        n = sorted({part.n_directions for part in parts})
-        counts = f"{n[0]}" if len(n) == 1 else f"{n[0]} to {n[-1]}"
-        return (
-            f"measured sky: {counts} directions, thin-plate spline of the unit vectors"
-            f"{'' if self.sun is None else ' on a trend around the sun'}; foretold by the others, a radiance is off by "
-            f"{100 * worst.error:.2g} % (root mean square), at most {100 * worst.worst_error:.2g} % (zenith angle "
-            f"{worst.worst_deg[0]:.0f}, azimuth {worst.worst_deg[1]:.0f})",
-            f"measured sky: {100 * beyond.extrapolated:.2g} % of the light comes from beyond the measured directions; "
-            f"the widest gap is {beyond.gap_deg:.0f} degrees from the nearest one",
-            *(f"measured sky: {remark}" for remark in self.remarks),
-            *self._sky.notes(nm),
-        )
+        notes = (*notes_of(self._parts(nm), has_sun=self.sun is not None), *self.remarks)
+        return (*(f"measured sky: {note}" for note in notes), *self._sky.notes(nm))
 
     def missing_beam(self) -> str:
         """What a scene of this sky alone leaves out."""
         return "measured sky: the direct beam of the sun is no part of it; add DirectBeam(...) with its share"
+
+
+def notes_of(parts: Sequence[Interpolant], *, has_sun: bool = False) -> tuple[str, ...]:
+    """What interpolation did, and its errors, the largest of all wavelengths."""
+    worst, beyond = max(parts, key=lambda part: part.error), max(parts, key=lambda part: part.extrapolated)
+    n = sorted({part.n_directions for part in parts})
+    counts = f"{n[0]}" if len(n) == 1 else f"{n[0]} to {n[-1]}"
+    return (
+        f"{counts} directions, interpolated by a thin-plate spline of their unit vectors"
+        f"{' on a trend around the sun' if has_sun else ''}; foretold by the others, a radiance is off by "
+        f"{100 * worst.error:.2g} % (root mean square), at most {100 * worst.worst_error:.2g} % (zenith angle "
+        f"{worst.worst_deg[0]:.0f}, azimuth {worst.worst_deg[1]:.0f})",
+        f"{100 * beyond.extrapolated:.2g} % of the light comes from beyond the measured directions; the widest gap is "
+        f"{beyond.gap_deg:.0f} degrees from the nearest one",
+    )
+
+
+def warn_of_extrapolation(parts: Sequence[Interpolant], *, has_sun: bool = False) -> None:
+    """Warn of light from beyond the measured directions, above `MOST_EXTRAPOLATED`."""
+    share = max(part.extrapolated for part in parts)
+    if share > MOST_EXTRAPOLATED:
+        warnings.warn(
+            f"{100 * share:.2g} % of the light comes from beyond the measured directions, where it is extrapolated"
+            + ("" if has_sun else "; say where the sun is, and a trend around it serves there"),
+            InputWarning,
+            stacklevel=5,
+        )
 
 
 def _sorted_points(
@@ -304,22 +316,20 @@ def _sorted_points(
 
 
 @in_default_mode
-def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | None = None) -> Interpolant:
-    """Interpolate radiances (n,) in directions (n, 3), three or more, not all 0."""
+def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | None = None) -> tuple[Interpolant, ...]:
+    """Interpolate radiances (n_wl, n) in directions (n, 3), three or more, none of n_wl dark everywhere."""
     from scipy.interpolate import RBFInterpolator
     from scipy.ndimage import spline_filter
     from scipy.spatial import KDTree
 
-    is_log = bool(np.all(values > 0))
-    level = np.log(values) if is_log else values
-    zenith, azimuth = (
-        angle.ravel()
-        for angle in np.meshgrid(np.arange(_N_RINGS) * _STEP_DEG, np.arange(_N_COLUMNS) * _STEP_DEG, indexing="ij")
-    )
+    is_log, n = np.all(values > 0, axis=1), len(direction)
+    level = np.where(is_log[:, None], np.log(np.where(values > 0, values, 1.0)), values).T
+    steps = np.arange(_N_RINGS) * _STEP_DEG, np.arange(_N_COLUMNS) * _STEP_DEG
+    zenith, azimuth = (angle.ravel() for angle in np.meshgrid(*steps, indexing="ij"))
     asked = -travel_from_sky(zenith, azimuth)
-    trend, asked_trend = np.zeros(len(level)), np.zeros(len(asked))
-    if sun is not None and is_log and len(level) >= _TREND_POINTS:
-        trend, asked_trend = _trend(direction, level, sun, asked)
+    trend, asked_trend = np.zeros_like(level), np.zeros((len(asked), len(values)))
+    if sun is not None and n >= _TREND_POINTS:
+        trend, asked_trend = (part * is_log for part in _trend(direction, level, sun, asked))
     middle = direction.mean(axis=0)
     _, spread, axes = np.linalg.svd(direction - middle, full_matrices=False)
     axes = axes[: max(2, int(np.sum(spread > _THIN * spread[0])))].T  # directions in one plane know its axes alone
@@ -330,25 +340,30 @@ def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | Non
         level - trend,
         kernel="thin_plate_spline",
         smoothing=_SMOOTHING,
-        neighbors=None if len(level) <= GLOBAL_POINTS else NEIGHBOURS,
+        neighbors=None if n <= GLOBAL_POINTS else NEIGHBOURS,
     )
-    table = np.round(spline((inside - middle) @ axes) + asked_trend, _DIGITS)
-    flux = (np.exp(table) if is_log else table.clip(0.0)) * np.sin(np.deg2rad(2 * zenith))
-    gap, _ = KDTree(direction).query(asked)
-    error = _leave_one_out(points, level - trend)
-    share = np.abs(np.expm1(-error) if is_log else error / values.mean())
-    worst = int(share.argmax())
-    azimuth_deg = math.degrees(math.atan2(direction[worst, 1], direction[worst, 0])) % 360
-    return Interpolant(
-        table=spline_filter(_padded(table.reshape(_N_RINGS, _N_COLUMNS)), 3),
-        is_log=is_log,
-        n_directions=len(level),
-        error=float(np.sqrt(np.mean(share * share))),
-        worst_error=float(share[worst]),
-        worst_deg=(math.degrees(math.acos(min(direction[worst, 2], 1.0))), azimuth_deg),
-        extrapolated=float(flux[is_outside].sum() / flux.sum()),
-        gap_deg=math.degrees(2 * math.asin(min(gap.max() / 2, 1.0))),
-    )
+    tables = np.round(spline((inside - middle) @ axes) + asked_trend, _DIGITS).T
+    gap = math.degrees(2 * math.asin(min(KDTree(direction).query(asked)[0].max() / 2, 1.0)))
+    chosen, errors = _leave_one_out(points, level - trend)
+    shares = np.abs(np.where(is_log, np.expm1(-errors), errors / np.maximum(values.mean(axis=1), 1e-300))).T
+    made = []
+    for table, has_log, share in zip(tables, is_log.tolist(), shares, strict=True):
+        worst = chosen[share.argmax()]
+        zenith_rad, azimuth_rad = sky_from_travel(-direction[worst])
+        flux = (np.exp(table) if has_log else table.clip(0.0)) * np.sin(np.deg2rad(2 * zenith))
+        made.append(
+            Interpolant(
+                table=spline_filter(_padded(table.reshape(_N_RINGS, _N_COLUMNS)), 3),
+                is_log=has_log,
+                n_directions=n,
+                error=float(np.sqrt(np.mean(share * share))),
+                worst_error=float(share.max()),
+                worst_deg=(math.degrees(zenith_rad), math.degrees(azimuth_rad)),
+                extrapolated=float(flux[is_outside].sum() / flux.sum()) if flux.any() else 0.0,
+                gap_deg=gap,
+            )
+        )
+    return tuple(made)
 
 
 _N_RINGS, _N_COLUMNS = round(90 / _STEP_DEG) + 1, round(360 / _STEP_DEG)
@@ -375,7 +390,7 @@ def _trend(
     given = functions(direction)
     mean, scale = given.mean(axis=0), given.std(axis=0) + 1e-3
     # what the directions cannot tell apart, as the zenith angles of an almucantar, is left to the others
-    shares = np.linalg.lstsq((given - mean) / scale, level - level.mean(), rcond=3e-3)[0]
+    shares = np.linalg.lstsq((given - mean) / scale, level - level.mean(axis=0), rcond=3e-3)[0]
     return (given - mean) / scale @ shares, (functions(asked) - mean) / scale @ shares
 
 
@@ -409,8 +424,11 @@ def _into_hull(direction: np.ndarray, asked: np.ndarray) -> tuple[np.ndarray, np
     return inside, is_outside
 
 
-def _leave_one_out(points: np.ndarray, level: np.ndarray) -> np.ndarray:
-    """Errors of foretelling each level by the others, or `_SAMPLED` of many: Rippa (1999), equation (17)."""
+def _leave_one_out(points: np.ndarray, level: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Errors (n, n_wl) of foretelling levels by those of the other points: Rippa (1999), equation (17).
+
+    And which points: all, or `_SAMPLED` of many.
+    """
     from scipy.spatial import KDTree
     from scipy.spatial.distance import cdist
     from scipy.special import xlogy
@@ -421,12 +439,12 @@ def _leave_one_out(points: np.ndarray, level: np.ndarray) -> np.ndarray:
         kernel = xlogy(distance * distance, distance) + _SMOOTHING * np.eye(len(x))
         matrix = np.block([[kernel, ones], [ones.T, np.zeros((ones.shape[1],) * 2)]])
         inverse = np.linalg.inv(matrix)[: len(x), : len(x)]
-        diagonal = np.diag(inverse)
+        diagonal = np.diag(inverse)[:, None]
         is_free = np.abs(diagonal) > 1e-6  # a plane through as many points has no error
-        return np.divide(inverse @ y, diagonal, out=np.zeros(len(x)), where=is_free)
+        return np.divide(inverse @ y, diagonal, out=np.zeros_like(y), where=np.broadcast_to(is_free, y.shape))
 
     if len(level) <= GLOBAL_POINTS:
-        return errors(points, level)
+        return np.arange(len(level)), errors(points, level)
     chosen = np.arange(_SAMPLED) * len(level) // _SAMPLED
     _, near = KDTree(points).query(points[chosen], k=NEIGHBOURS + 1)
-    return np.array([errors(points[some], level[some])[0] for some in near])
+    return chosen, np.stack([errors(points[some], level[some])[0] for some in near])
