@@ -7,7 +7,7 @@ import math
 import warnings
 from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -132,7 +132,7 @@ class RadianceField(Share):
         grid: PatchGrid | None = None,
         remarks: tuple[str, ...] = (),
         strength: ArrayLike | None = None,
-        irradiance_W_m2_nm: ArrayLike | None = None,  # noqa: N803
+        irradiance_W_m2_nm: ArrayLike | None = None,
     ) -> RadianceField:
         """Sky of points in any order; NaN is a gap, and a direction that comes again has its mean radiance.
 
@@ -335,13 +335,10 @@ def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | Non
     axes = axes[: max(2, int(np.sum(spread > _THIN * spread[0])))].T  # directions in one plane know its axes alone
     points = (direction - middle) @ axes
     inside, is_outside = _into_hull(direction, asked)
-    spline = RBFInterpolator(
-        points,
-        level - trend,
-        kernel="thin_plate_spline",
-        smoothing=_SMOOTHING,
-        neighbors=None if n <= GLOBAL_POINTS else NEIGHBOURS,
-    )
+    how: dict[str, Any] = {"kernel": "thin_plate_spline", "smoothing": _SMOOTHING}
+    if n > GLOBAL_POINTS:  # neighbours may lie in one plane, which the distance alone allows
+        how: dict[str, Any] = {"kernel": "linear", "smoothing": _SMOOTHING, "neighbors": NEIGHBOURS}
+    spline = RBFInterpolator(points, level - trend, **how)
     tables = np.round(spline((inside - middle) @ axes) + asked_trend, _DIGITS).T
     gap = math.degrees(2 * math.asin(min(KDTree(direction).query(asked)[0].max() / 2, 1.0)))
     chosen, errors = _leave_one_out(points, level - trend)
@@ -433,10 +430,11 @@ def _leave_one_out(points: np.ndarray, level: np.ndarray) -> tuple[np.ndarray, n
     from scipy.spatial.distance import cdist
     from scipy.special import xlogy
 
-    def errors(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    def errors(x: np.ndarray, y: np.ndarray, *, is_local: bool = False) -> np.ndarray:
         distance = cdist(x, x)
-        ones = np.column_stack([np.ones(len(x)), x])
-        kernel = xlogy(distance * distance, distance) + _SMOOTHING * np.eye(len(x))
+        ones = np.ones((len(x), 1)) if is_local else np.column_stack([np.ones(len(x)), x])
+        kernel = -distance if is_local else xlogy(distance * distance, distance)
+        kernel += _SMOOTHING * np.eye(len(x))
         matrix = np.block([[kernel, ones], [ones.T, np.zeros((ones.shape[1],) * 2)]])
         inverse = np.linalg.inv(matrix)[: len(x), : len(x)]
         diagonal = np.diag(inverse)[:, None]
@@ -447,4 +445,4 @@ def _leave_one_out(points: np.ndarray, level: np.ndarray) -> tuple[np.ndarray, n
         return np.arange(len(level)), errors(points, level)
     chosen = np.arange(_SAMPLED) * len(level) // _SAMPLED
     _, near = KDTree(points).query(points[chosen], k=NEIGHBOURS + 1)
-    return chosen, np.stack([errors(points[some], level[some])[0] for some in near])
+    return chosen, np.stack([errors(points[some], level[some], is_local=True)[0] for some in near])
