@@ -175,7 +175,7 @@ class RadianceField(Share):
                 f"{zenith.size} zenith angles, {azimuth.size} azimuths and {nm.size} wavelengths do not fit radiances "
                 f"of shape {shape}"
             )
-        sun_angles = [
+        sun_angles: list[float] = [
             given_angle(f"sun_{name}", value, twin, math.nan)
             for name, value, twin in (
                 ("zenith_deg", sun_zenith_deg, sun_zenith_rad),
@@ -337,7 +337,7 @@ def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | Non
     inside, is_outside = _into_hull(direction, asked)
     how: dict[str, Any] = {"kernel": "thin_plate_spline", "smoothing": _SMOOTHING}
     if n > GLOBAL_POINTS:  # neighbours may lie in one plane, which the distance alone allows
-        how: dict[str, Any] = {"kernel": "linear", "smoothing": _SMOOTHING, "neighbors": NEIGHBOURS}
+        how |= {"kernel": "linear", "neighbors": NEIGHBOURS}
     spline = RBFInterpolator(points, level - trend, **how)
     tables = np.round(spline((inside - middle) @ axes) + asked_trend, _DIGITS).T
     gap = math.degrees(2 * math.asin(min(KDTree(direction).query(asked)[0].max() / 2, 1.0)))
