@@ -326,7 +326,8 @@ def _interpolated(
 
     Interpolated as a `RadianceField` is.
     """
-    from aomc_sky.skies.measured import RadianceField, notes_of, warn_of_extrapolation
+    from aomc_sky.skies.measured import RadianceField
+    from aomc_sky.skies.on_sphere import notes_of, warn_of_extrapolation
 
     is_given = np.all(np.isfinite(values), axis=0)
     if not is_given.all():

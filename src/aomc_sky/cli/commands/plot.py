@@ -157,7 +157,7 @@ def _values(target: Path, kind: Kind, picture: Picture, n_panels: int, maps: Seq
 def _text(values: dict[str, Any]) -> str:
     """A line for the file, and one for what it leaves out."""
     n = len(values["domes"])
-    domes = f"{n} dome{'s' if n > 1 else ''} of a {values['of']}"
+    domes = f"{n} dome{'s' if n > 1 else ''} of a {'measured sky' if values['of'] == 'measured' else values['of']}"
     lines = [f"{values['out']}: {domes}, {values['quantity']}, {values['bytes']} bytes"]
     if values["left_out"]:
         lines.append(

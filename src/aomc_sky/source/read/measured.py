@@ -116,7 +116,7 @@ def measured_scene(
     photons = np.full(bands.n_bands, 10**6 if iterations is None else iterations)
     sun = None
     if sky.sun_deg is not None:
-        sun = {"zenith_deg": sky.sun_deg[0], "azimuth_deg": sky.sun_deg[1], "disc": False, "from": "options"}
+        sun = {"zenith_deg": sky.sun_deg[0], "azimuth_deg": sky.sun_deg[1], "disc": False, "from": "measured sky"}
     return Scene(
         wavebands=bands,
         n_photons=only_bands(photons, wavebands, bands.wavelength_nm),
