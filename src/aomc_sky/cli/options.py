@@ -242,9 +242,9 @@ def add_measured_options(parser: argparse.ArgumentParser) -> None:
 
 
 _MEASURED_OPTIONS = """\
---azimuth-convention NAME  from where its azimuths count: north_clockwise, enu_from_east, west_of_south, from_sun (with
-                        --sun-azimuth), from_sun_clockwise
---angle-unit UNIT       of its angles: deg or rad
+--azimuth-convention north_clockwise|enu_from_east|west_of_south|from_sun|from_sun_clockwise  from where its azimuths
+                        count; from the sun with --sun-azimuth
+--angle-unit deg|rad    of its angles
 --radiance-unit UNIT    of its radiances, such as 'mW m-2 nm-1 sr-1', or relative
 """
 

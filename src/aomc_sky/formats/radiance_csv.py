@@ -146,8 +146,10 @@ class _Table:
         self._read_rows(columns)
         of = {_OTHER.get(one.name.role, one.name.role): one for one in columns}
         if not {"zenith", "azimuth", "radiance"} <= of.keys() or not self.rows:
-            self.report.close()
-        zenith, azimuth = (self._angle(of[role]) for role in ("zenith", "azimuth"))
+            self._close()
+        angles = [of["zenith"], of["azimuth"]]
+        are_degrees = any(np.any(np.abs(one.values) > 2 * np.pi) for one in angles)
+        zenith, azimuth = (self._angle(one, are_degrees) for one in angles)
         sun_zenith, sun_azimuth = self._sun("sun_zenith", 90.0), self._sun("sun_azimuth", 360.0)
         azimuth = self._converted(azimuth, of["azimuth"], sun_azimuth)
         light = [one for one in columns if one.name.role == "radiance"]
@@ -155,7 +157,7 @@ class _Table:
         wavelength = self._wavelengths(light, of.get("wavelength"))
         for one in light:
             self._refuse(one, (one.values < 0) | (one.values > MAX_VALUE), "a radiance is 0 or more")
-        self.report.close()
+        self._close()
         zenith, azimuth = np.tile(zenith, len(light)), np.tile(azimuth, len(light))
         is_whole = np.isfinite(zenith) & np.isfinite(azimuth)
         is_whole &= True if wavelength is None else np.isfinite(wavelength)
@@ -173,6 +175,10 @@ class _Table:
             sun_azimuth_deg=sun_azimuth,
             remarks=tuple(self.remarks),
         )
+
+    def _close(self) -> None:
+        self.report.problems.sort(key=lambda problem: (problem.line, problem.column))
+        self.report.close()
 
     def _columns(self) -> list[_Column]:
         """The columns that are used; problems of the names are reported."""
@@ -253,14 +259,14 @@ class _Table:
             return column.name.unit, column.span
         return (text, span) if given is None else (str(given), column.span)
 
-    def _angle(self, column: _Column) -> np.ndarray:
-        """Zenith angles, or azimuths as they count in the file. [deg]"""
+    def _angle(self, column: _Column, are_degrees: bool) -> np.ndarray:
+        """Zenith angles, or azimuths as they count in the file [deg]; `are_degrees`: no radian is so large."""
         unit, span = self._stated("angle", column)
         scale = angle_degrees(unit) if unit else 1.0
         if scale is None:
             self.report.at(span, "E651", f"{quoted(unit)} is no unit of an angle", advice=_SAY_ANGLE)
             scale = 1.0
-        elif not unit and not np.any(np.abs(column.values) > 2 * np.pi):
+        elif not unit and not are_degrees:
             self.report.at(span, "E651", "nothing says whether this is in degrees or radians", advice=_SAY_ANGLE)
         angle = np.round(column.values * scale, _DIGITS)
         low, high = (-360, 360) if "azimuth" in column.name.role else (-90, 180)
@@ -299,7 +305,8 @@ class _Table:
     def _factor(self, light: list[_Column]) -> float:
         """What the unit is in W m-2 nm-1 sr-1; 0 of relative radiances."""
         unit, span = self._stated("radiance", light[0])
-        other = next((one for one in light if one.name.unit != light[0].name.unit), None)
+        factors = [radiance_factor(one.name.unit) if one.name.unit else -1.0 for one in light]
+        other = next((one for one, of_it in zip(light, factors, strict=True) if of_it != factors[0]), None)
         if not unit and other is None:
             self.remarks.append("the file has no unit of radiance, so its light is relative (--radiance-unit says one)")
             return 0.0
