@@ -248,7 +248,8 @@ class _Table:
         for k in np.flatnonzero(is_bad)[:MAX_PER_VALUE]:
             number, line = self.rows[k]
             text, start = self._cells(line)[column.index]
-            message, advice = f"{quoted(text)} is no {column.name.role}", f"{allowed}; nothing, nan or -999 is a gap"
+            what = f"{column.name.role}{' angle' * (column.name.role in ('zenith', 'elevation'))}"
+            message, advice = f"{quoted(text)} is no {what}", f"{allowed}; nothing, nan or -999 is a gap"
             self.report.at(Span(number, start + 1, line, len(text)), "E653", message, advice=advice)
 
     def _stated(self, key: str, column: _Column) -> tuple[str, Span]:
@@ -282,7 +283,7 @@ class _Table:
         convention = "" if match is None or name == "sun_zenith" else convention_of(match[2]) or "from_sun"
         if match is None or not -high <= (value := parse_real(match[1])) <= high or convention.startswith("from_sun"):
             advice = _SAY_SUN if name == "sun_azimuth" else "write '# sun zenith: 40', 0 to 90 degrees"
-            self.report.at(span, "E651", f"{quoted(text)} is no {name.replace('_', ' ')}", advice=advice)
+            self.report.at(span, "E651", f"{quoted(text)} does not say where the sun is", advice=advice)
             return 0.0
         return float(to_enu_azimuth_deg(value, AzimuthConvention[convention.upper()])) if convention else value
 
@@ -319,7 +320,12 @@ class _Table:
 
     def _wavelengths(self, light: list[_Column], column: _Column | None) -> np.ndarray | None:
         """Wavelength of each radiance, None where the file has none. [nm]"""
-        if light[0].name.wavelength_nm is not None:
+        own = [one.name.wavelength_nm is not None for one in light]
+        if any(own) and (not all(own) or column is not None):
+            span = light[own.index(False)].span if column is None else column.span
+            advice = "keep one of the two, and give the other columns other names"
+            self.report.at(span, "E651", "other columns have wavelengths in their names", advice=advice)
+        if any(own):
             return np.repeat([float(one.name.wavelength_nm or 0.0) for one in light], light[0].values.size)
         if column is not None:
             scale = length_nm(column.name.unit or "nm")

@@ -25,9 +25,9 @@ class RadianceField(Share):
     """A sky of radiances in measured directions, as scattered as they are: `from_points` or `read_radiance_csv`.
 
     The logarithm of the radiance is interpolated by a thin-plate spline of the unit vectors of the directions
-    (`scipy.interpolate.RBFInterpolator`; the radiance itself, cut at 0, at a wavelength with a measured 0). Unit
-    vectors know neither a pole nor a turn, so the zenith and azimuth 0 are directions like all others, and no radiance
-    is negative. Where the sun is known, a trend is fitted first: functions of the zenith angle and of the angle to the
+    (`scipy.interpolate.RBFInterpolator`; the root of the radiance at a wavelength with a measured 0). Unit vectors
+    know neither a pole nor a turn, so the zenith and azimuth 0 are directions like all others, and no radiance is
+    negative. Where the sun is known, a trend is fitted first: functions of the zenith angle and of the angle to the
     sun. Beyond the measured directions (their hull in the stereographic projection, to the horizon as a rule) the trend
     goes on, and what remains keeps its value at the nearest point of the hull. Between two measured wavelengths
     radiances are linear, beyond them constant with a warning.
@@ -74,7 +74,9 @@ class RadianceField(Share):
         check_share(self)
         for nm, direction, values in zip(self.wavelength_nm, self.direction, self.values, strict=True):
             if len(values) < 3:
-                raise SceneError(f"{len(values)} directions at {nm:g} nm; a measured sky needs 3 or more")
+                raise SceneError(
+                    f"{len(values)} direction{'s' * (len(values) != 1)} at {nm:g} nm; a measured sky needs 3 or more"
+                )
             if not np.all(np.isfinite(values) & (values >= 0)) or direction.shape != (len(values), 3):
                 raise SceneError(f"radiances at {nm:g} nm must be finite and not negative, one for each direction")
         grid = PatchGrid.regular(45, 180) if self.grid is None else self.grid

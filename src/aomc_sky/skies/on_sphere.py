@@ -28,7 +28,9 @@ MOST_EXTRAPOLATED = 0.05  #: Share of the light beyond the measured directions a
 class Interpolant(NamedTuple):
     """The interpolated radiance at one wavelength, and what is known of its error."""
 
-    table: np.ndarray  #: Spline coefficients of the logarithm, or of the radiance where a measured one is 0.
+    table: (
+        np.ndarray
+    )  #: Spline coefficients of the logarithm, or of the root of the radiance where a measured one is 0.
     is_log: bool
     n_directions: int
     error: float  #: Root mean square of the leave-one-out errors, as shares of the radiance.
@@ -44,7 +46,7 @@ class Interpolant(NamedTuple):
         step = math.radians(_STEP_DEG)
         at = np.stack([sky_zenith_rad / step, np.mod(sky_azimuth_rad, 2 * np.pi) / step]) + _PAD
         value = map_coordinates(self.table, at.reshape(2, -1), prefilter=False, mode="nearest")
-        return np.asarray((np.exp(value) if self.is_log else value.clip(0.0)).reshape(at.shape[1:]))
+        return np.asarray((np.exp(value) if self.is_log else value * value).reshape(at.shape[1:]))
 
 
 @in_default_mode
@@ -55,7 +57,7 @@ def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | Non
     from scipy.spatial import KDTree
 
     is_log, n = np.all(values > 0, axis=1), len(direction)
-    level = np.where(is_log[:, None], np.log(np.where(values > 0, values, 1.0)), values).T
+    level = np.where(is_log[:, None], np.log(np.where(values > 0, values, 1.0)), np.sqrt(values)).T
     steps = np.arange(_N_RINGS) * _STEP_DEG, np.arange(_N_COLUMNS) * _STEP_DEG
     zenith, azimuth = (angle.ravel() for angle in np.meshgrid(*steps, indexing="ij"))
     asked = -travel_from_sky(zenith, azimuth)
@@ -74,12 +76,13 @@ def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | Non
     tables = np.round(spline((inside - middle) @ axes) + asked_trend, _DIGITS).T
     gap = math.degrees(2 * math.asin(min(KDTree(direction).query(asked)[0].max() / 2, 1.0)))
     chosen, errors = _leave_one_out(points, level - trend)
-    shares = np.abs(np.where(is_log, np.expm1(-errors), errors / np.maximum(values.mean(axis=1), 1e-300))).T
+    of_root = ((level[chosen] - errors) ** 2 - level[chosen] ** 2) / np.maximum(values.mean(axis=1), 1e-300)
+    shares = np.abs(np.where(is_log, np.expm1(-errors), of_root)).T
     made = []
     for table, has_log, share in zip(tables, is_log.tolist(), shares, strict=True):
         worst = chosen[share.argmax()]
         zenith_rad, azimuth_rad = sky_from_travel(-direction[worst])
-        flux = (np.exp(table) if has_log else table.clip(0.0)) * np.sin(np.deg2rad(2 * zenith))
+        flux = (np.exp(table) if has_log else table * table) * np.sin(np.deg2rad(2 * zenith))
         made.append(
             Interpolant(
                 table=spline_filter(_padded(table.reshape(_N_RINGS, _N_COLUMNS)), 3),
