@@ -216,7 +216,7 @@ class RadianceField(Share):
         outside = nm[(nm < known[0]) | (nm > known[-1])]
         if known.size > 1 and outside.size:
             warnings.warn(
-                f"{outside.size} of {nm.size} wavebands, such as {outside[0]:g} nm, lie outside the measured "
+                f"measured sky: {outside.size} of {nm.size} wavebands, such as {outside[0]:g} nm, lie outside the measured "
                 f"wavelengths {known[0]:g} to {known[-1]:g} nm; they have the sky of the nearest one",
                 InputWarning,
                 stacklevel=5,

@@ -203,8 +203,8 @@ def warn_of_extrapolation(parts: Sequence[Interpolant], *, has_sun: bool = False
     share = max(part.extrapolated for part in parts)
     if share > MOST_EXTRAPOLATED:
         warnings.warn(
-            f"{100 * share:.2g} % of the light comes from beyond the measured directions, where it is extrapolated"
-            + ("" if has_sun else "; say where the sun is, and a trend around it serves there"),
+            f"measured sky: {100 * share:.2g} % of the light comes from beyond the measured directions, where it is "
+            "extrapolated" + ("" if has_sun else "; say where the sun is, and a trend around it serves there"),
             InputWarning,
             stacklevel=5,
         )
