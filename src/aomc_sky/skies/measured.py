@@ -53,9 +53,9 @@ class RadianceField(Share):
 
     Notes
     -----
-    Accuracy: of Perez skies seen in 300 irregular directions the irradiance is within 0.5 % up to clearness 3 and
-    within 1 % of the clearest; the surroundings of the sun need the most directions. A scene notes the leave-one-out
-    error: what each radiance is foretold by the others. The direct beam is no part of it.
+    Accuracy: of Perez skies seen in 300 irregular directions the irradiance is within 0.8 % up to clearness 3 and within
+    1.9 % at 8, with the sun known within 0.5 and 1.2 %; its surroundings need the most directions. A scene notes how
+    well each radiance is foretold by the others. The direct beam is no part of it. Cost: about 1 s for a wavelength.
     """
 
     wavelength_nm: np.ndarray
@@ -216,8 +216,8 @@ class RadianceField(Share):
         outside = nm[(nm < known[0]) | (nm > known[-1])]
         if known.size > 1 and outside.size:
             warnings.warn(
-                f"measured sky: {outside.size} of {nm.size} wavebands, such as {outside[0]:g} nm, lie outside the measured "
-                f"wavelengths {known[0]:g} to {known[-1]:g} nm; they have the sky of the nearest one",
+                f"measured sky: {outside.size} of {nm.size} wavebands, such as {outside[0]:g} nm, lie outside the "
+                f"measured wavelengths {known[0]:g} to {known[-1]:g} nm; they have the sky of the nearest one",
                 InputWarning,
                 stacklevel=5,
             )

@@ -78,10 +78,10 @@ def test_the_rule_of_these_tests_is_that_of_scipy():
 @pytest.mark.parametrize("with_sun", [False, True])
 @pytest.mark.parametrize("epsilon", list(PEREZ))
 def test_irradiance_of_300_irregular_directions(epsilon, with_sun):
-    """Within 0.5 % up to clearness 3 and within 1 % of the clearest sky; its leave-one-out error is not hidden."""
+    """Within 1 % up to clearness 3 and within 2 % of the clearest sky; its leave-one-out error is not hidden."""
     model = perez(epsilon)
     measured = seen(model, irregular(), with_sun)
-    assert abs(error(measured, model)) < (0.005 if epsilon <= 3 else 0.01)
+    assert abs(error(measured, model)) < (0.01 if epsilon <= 3 else 0.02)
     part = measured.interpolant(0)
     assert part.n_directions == 300
     assert part.extrapolated < 0.05
