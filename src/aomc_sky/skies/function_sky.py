@@ -11,10 +11,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.component import Component, Law, cells_of_grid
+from aomc_sky.component import MAX_SLOPE, Component, Law, cells_of_grid
 from aomc_sky.errors import AomcSkyError, SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
+from aomc_sky.kernels.arithmetic.constants import SLOPE_STEP
 from aomc_sky.kernels.arithmetic.elementary import HALF_PI, sin_cos
 from aomc_sky.skies.model import Share, check_share, sky_model, with_share
 from aomc_sky.skies.quadrature import POINTS, Rule, at_points, weighted_sum
@@ -35,7 +36,8 @@ _MOST_STEPS = 12
 class FunctionSky(Share):
     """Photons of any radiance L, through a horizontal surface: the mass of a patch is its integral of L cos.
 
-    Inside a patch photons lie as if the radiance were constant there. `variation` says what that costs.
+    Inside a patch photons follow L cos linearly in sin^2 of the zenith angle and in azimuth, with the means of both
+    that it has there. `variation` says what that leaves out.
 
     Parameters
     ----------
@@ -116,7 +118,7 @@ class FunctionSky(Share):
         return np.minimum(sums, np.finfo(np.float64).max)
 
     def variation(self, wavelength_nm: ArrayLike) -> np.ndarray:
-        """Total variation between photons of the function and those of constant patches, shape (n_wl,).
+        """Total variation between the photons and those of the function itself, shape (n_wl,).
 
         The largest difference between the two of the share of photons in any part of the sky, itself known to about
         3 %. [0 to 1]
@@ -139,15 +141,16 @@ class FunctionSky(Share):
         Returns
         -------
         tuple of one Component
-            Law CELL_MU2; its strength is the function's irradiance.
+            Law CELL_SLOPED; its strength is the function's irradiance.
         """
         wavelengths = _wavelengths(wavelength_nm)
         grid = self.patches
         component = Component(
             name=self.name,
-            law=Law.CELL_MU2,
+            law=Law.CELL_SLOPED,
             strength=self.irradiance(wavelengths),
             mass=np.stack([self._of(nm).mass for nm in wavelengths]),
+            slope=np.stack([self._of(nm).slope for nm in wavelengths]),
             cell=cells_of_grid(grid),
             grid=grid,
         )
@@ -195,8 +198,8 @@ class FunctionSky(Share):
                 aim *= 0.95 * tolerance / variation
             shape = _coarsest(
                 aim,
-                grid.n_zenith * max(part.ring_variation for part in parts),
-                grid.n_azimuth * max(part.column_variation for part in parts),
+                grid.n_zenith**2 * max(part.ring_variation for part in parts),
+                grid.n_azimuth**2 * max(part.column_variation for part in parts),
             )
             if shape[0] * shape[1] > _MAX_PATCHES:
                 break
@@ -286,11 +289,11 @@ def _takes_three(function: Callable[..., object]) -> bool:
 
 
 def _coarsest(tolerance: float, rings: float, columns: float) -> tuple[int, int]:
-    """The fewest patches (n_zenith, n_azimuth) with rings / n_zenith + columns / n_azimuth <= tolerance."""
-    n_azimuth = max(1, math.ceil(2 * columns / tolerance))
-    n_zenith = max(1, math.ceil(rings / (tolerance - columns / n_azimuth)))
+    """The fewest patches (n_zenith, n_azimuth) with rings / n_zenith^2 + columns / n_azimuth^2 <= tolerance."""
+    n_azimuth = max(1, math.ceil(math.sqrt(2 * columns / tolerance)))
+    n_zenith = max(1, math.ceil(math.sqrt(rings / (tolerance - columns / n_azimuth**2))))
     if n_zenith == 1 and rings < tolerance:
-        n_azimuth = max(1, math.ceil(columns / (tolerance - rings)))
+        n_azimuth = max(1, math.ceil(math.sqrt(columns / (tolerance - rings))))
     return n_zenith, n_azimuth
 
 
@@ -331,7 +334,8 @@ class PatchIntegrals(NamedTuple):
 
     mass: np.ndarray  #: Integral of L cos over each patch, shape (n_patch,). [radiance x sr]
     error: float  #: Estimated error of all masses together, as a share of their sum.
-    variation: float  #: Total variation between L cos and its means over the patches, as a share. [0 to 1]
+    slope: np.ndarray  #: Slopes of `Law.CELL_SLOPED` with the means of L cos in each patch, shape (n_patch, 2).
+    variation: float  #: Total variation between L cos and these laws, as a share. [0 to 1]
     ring_variation: float  #: That of the means over each patch's azimuths: what narrower rings would mend.
     column_variation: float  #: That of the means over its zenith angles: what narrower columns would mend.
 
@@ -368,23 +372,61 @@ def integrate_patches(radiance: Radiance, grid: PatchGrid) -> PatchIntegrals:
     mass = middle * area + parts.masses(n) * (HALF_PI * HALF_PI)
     total = _sum(mass)
     if not total > 0:
-        return PatchIntegrals(mass, 0.0, 0.0, 0.0, 0.0)
+        return PatchIntegrals(mass, 0.0, np.zeros((n, 2)), 0.0, 0.0, 0.0)
     mean = middle + parts.masses(n) * (HALF_PI * HALF_PI) / area
     is_cut = np.bincount(parts.patch, minlength=n) > 1
-    around = by_ring = by_column = 0.0
-    for some, values, weight in _in_turn(at, tiles):
-        alone = ~is_cut[some]
-        beyond = values - mean[some]
-        around += _sum(_mean(np.abs(beyond) * weight)[alone])
-        beyond = (beyond - _mean(beyond * weight) / weighted_sum(weight[:, 0], _WEIGHTS)) * weight
-        by_ring += _sum(weighted_sum(np.abs(weighted_sum(np.swapaxes(beyond, 0, 1), _WEIGHTS)), _WEIGHTS))
-        by_column += _sum(weighted_sum(np.abs(weighted_sum(beyond, _WEIGHTS)), _WEIGHTS))
+    place, slope, variation = _Place(grid, azimuth), np.zeros((2, n)), np.zeros(3)
+    whole = np.flatnonzero(~is_cut)
+    for some, values, weight in _in_turn(at, tiles[:, whole]):
+        own = whole[some]
+        at_points_of = place.of(tiles[:, own], own)
+        slope[:, own] = _slopes([_mean(values * weight * x) for x in at_points_of], mass[own])
+        variation += _variation(values, weight, mean[own], slope[:, own], at_points_of)
     of_cut = is_cut[parts.patch]
-    level = mean[parts.patch[of_cut]]
-    for some, values, weight in _in_turn(at, parts.tiles[:, of_cut]):
-        around += _sum(_mean(np.abs(values - level[some]) * weight))
+    pieces, owner, lean = parts.tiles[:, of_cut], parts.patch[of_cut], np.zeros((2, n))
+    for some, values, weight in _in_turn(at, pieces):
+        for axis, x in enumerate(place.of(pieces[:, some], owner[some])):
+            np.add.at(lean[axis], owner[some], _mean(values * weight * x))
+    slope[:, is_cut] = _slopes(lean[:, is_cut], mass[is_cut])
+    for some, values, weight in _in_turn(at, pieces):
+        own = owner[some]
+        variation += _variation(values, weight, mean[own], slope[:, own], place.of(pieces[:, some], own))
     error = _sum(parts.doubt) * (HALF_PI * HALF_PI)
-    return PatchIntegrals(mass, error / total, *(part / total / 2.0 for part in (around, by_ring, by_column)))
+    return PatchIntegrals(mass, error / total, slope.T, *(variation / total / 2.0).tolist())
+
+
+def _slopes(lean: Any, mass: np.ndarray) -> np.ndarray:
+    """Slopes (2, n) from the integrals of L cos (2u - 1) and L cos (2v - 1) over patches: u has the mean 1/2 + s/6."""
+    slope = 3.0 * np.divide(lean, mass, out=np.zeros((2, mass.size)), where=mass > 0)
+    return np.asarray(np.rint(np.clip(slope, -MAX_SLOPE, MAX_SLOPE) / SLOPE_STEP) * SLOPE_STEP)
+
+
+def _variation(
+    values: np.ndarray, weight: np.ndarray, mean: np.ndarray, slope: np.ndarray, place: tuple[np.ndarray, np.ndarray]
+) -> np.ndarray:
+    """Integrals of |L cos - its law|, and of what stays of it after means over azimuths and over zenith angles."""
+    beyond = (values - mean * (1.0 + slope[0] * place[0]) * (1.0 + slope[1] * place[1])) * weight
+    by_ring = weighted_sum(np.abs(weighted_sum(np.swapaxes(beyond, 0, 1), _WEIGHTS)), _WEIGHTS)
+    by_column = weighted_sum(np.abs(weighted_sum(beyond, _WEIGHTS)), _WEIGHTS)
+    return np.array([_sum(_mean(np.abs(beyond))), _sum(by_ring), _sum(by_column)])
+
+
+class _Place:
+    """Where points lie in their patches: 2u - 1 and 2v - 1, see `Law.CELL_SLOPED`."""
+
+    def __init__(self, grid: PatchGrid, azimuth: np.ndarray) -> None:
+        self._rings, self._columns, self._n_azimuth = grid.ring_sin2(), azimuth, grid.n_azimuth
+
+    def of(self, tiles: np.ndarray, patch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """At the points of parts of these patches, arrays that broadcast to (order, order, n_part)."""
+        ring, column = np.divmod(patch, self._n_azimuth)
+        near, growth = self._rings[0][ring], self._rings[1][ring]
+        start, end = self._columns[column].T
+        turns = 4.0 * np.floor(0.25 * (0.5 * (tiles[2] + tiles[3]) - start))  # parts may lie whole turns away
+        index = np.zeros(patch.size, dtype=np.int64)
+        sine2 = at_points(lambda x, y, _: sin_cos(x)[0] ** 2, _ORDER, tiles, index)
+        azimuth = at_points(lambda x, y, _: y, _ORDER, tiles, index)
+        return 2.0 * (sine2 - near) / growth - 1.0, 2.0 * (azimuth - turns - start) / (end - start) - 1.0
 
 
 def _in_turn(at: Radiance, tiles: np.ndarray) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
