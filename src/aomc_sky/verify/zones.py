@@ -164,7 +164,7 @@ class ZoneShares:
         return float(of_cells[self.cell] @ (self.share * off * off))
 
 
-def zone_shares(source: PhotonSource, zones: PatchGrid, band: int, *, is_flux: bool = False) -> ZoneShares:
+def zone_shares(source: PhotonSource, zones: PatchGrid, band: int = 0, *, is_flux: bool = False) -> ZoneShares:
     """Spread the cells of a source over zones; those of a band where bands differ inside cells.
 
     `is_flux` is for sums of weights: patches of law CELL_MU then count as those of law CELL_MU2, for their weights
