@@ -88,6 +88,8 @@ def not_a_scene(amc: Path) -> InputFileError | None:
         return refuse(path, f"there is no such file; did you mean {beside}?")
     if kind in (None, Kind.SCENE) or not path.is_file():
         return None
+    if kind is Kind.MEASURED:
+        return refuse(path, f"this is {kind.value}; amc.inp belongs here", advice="read it by sky.read_radiance_csv")
     advice = f"write {beside}" if beside.is_file() else "name amc.inp, which says how the files beside it are used"
     if kind_of(path.parent) is Kind.RUN:
         advice = f"`aomc-sky info {path.parent}` shows the run that it is of"
