@@ -156,7 +156,7 @@ class _Table:
         factor = self._factor(light)
         wavelength = self._wavelengths(light, of.get("wavelength"))
         for one in light:
-            self._refuse(one, (one.values < 0) | (one.values > MAX_VALUE), "a radiance is 0 or more")
+            self._refuse(one, one.values < 0, "a radiance is 0 or more")
         self._close()
         zenith, azimuth = np.tile(zenith, len(light)), np.tile(azimuth, len(light))
         is_whole = np.isfinite(zenith) & np.isfinite(azimuth)
@@ -241,6 +241,8 @@ class _Table:
         if text.lower() in GAPS:
             return np.nan
         value = parse_real(text if self.delimiter == "," else text.replace(",", "."))
+        if abs(value) > MAX_VALUE:
+            raise BadValueError("E652", f"{quoted(text)} is beyond all ranges", advice="write a smaller number")
         return np.nan if value in GAP_NUMBERS else value
 
     def _refuse(self, column: _Column, is_bad: np.ndarray, allowed: str) -> None:

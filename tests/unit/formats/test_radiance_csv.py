@@ -2,6 +2,8 @@
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 import aomc_sky as sky
 from aomc_sky.formats.radiance_csv import read_radiance_points
@@ -125,3 +127,34 @@ def test_names_behind_a_comment_sign_and_other_columns():
     assert wide.sun_deg == pytest.approx((60.0, 225.0))
     assert "columns not used: temp" in wide.remarks
     assert wide.values[0].max() == pytest.approx(0.085)
+
+
+GOOD = [path.read_text(encoding="utf-8") for path in sorted((DATA / "radiance_csv").glob("*/*.csv"))]
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@given(
+    text=st.sampled_from(GOOD),
+    changes=st.lists(
+        st.tuples(
+            st.integers(0, 400), st.integers(0, 12), st.sampled_from([*' ,;\t#:=-().0e9"°\n\r', "nan", "sun", "1e400"])
+        ),
+        max_size=6,
+    ),
+)
+def test_a_mutated_table_is_points_or_a_message(tmp_path, text, changes):
+    for place, width, word in changes:
+        text = text[: place % len(text)] + word + text[place % len(text) + width :] if text else word
+    (tmp_path / "sky.csv").write_text(text, encoding="utf-8", newline="")
+    try:
+        points = read_radiance_points(tmp_path / "sky.csv")
+    except sky.InputFileError as error:
+        problems = error.problems
+    else:
+        problems = ()
+    assert all(problem.advice for problem in problems)
+    if problems:
+        return
+    assert points.zenith_deg.shape == points.azimuth_deg.shape == points.radiance.shape
+    assert np.all(np.isfinite(points.zenith_deg) & np.isfinite(points.azimuth_deg))
+    assert not np.any(points.radiance < 0)
