@@ -26,9 +26,7 @@ def measured(n: int = 150, seed: int = 1) -> str:
     azimuth = np.round(rng.uniform(0, 360, n), 1)
     columns = [zenith, azimuth]
     for wavelength_nm, epsilon, irradiance in BANDS:
-        perez = sky.PerezSky(
-            sun_zenith_deg=SUN_ZENITH_DEG, sun_azimuth_deg=SUN_AZIMUTH_DEG, epsilon=epsilon, delta=0.2
-        )
+        perez = sky.PerezSky(sun_zenith_deg=SUN_ZENITH_DEG, sun_azimuth_deg=SUN_AZIMUTH_DEG, epsilon=epsilon, delta=0.2)
         total = sky.FunctionSky(perez.radiance).irradiance(wavelength_nm)[0]
         light = perez.radiance(np.deg2rad(zenith), np.deg2rad(90 - azimuth), wavelength_nm)
         columns.append(light * irradiance / total)
