@@ -55,7 +55,7 @@ class RadianceField(Share):
     -----
     Accuracy: of Perez skies seen in 300 irregular directions the irradiance is within 0.8 % up to clearness 3 and 1.9 %
     at 8, with the sun known within 0.5 and 1.2 %; its surroundings need the most directions. A scene notes how well
-    each radiance is foretold by the others. The direct beam is no part of it. Cost: about 1 s for a wavelength.
+    each radiance is foretold by the others. The direct beam is no part of it. Cost: half a second for a wavelength.
     """
 
     wavelength_nm: np.ndarray
