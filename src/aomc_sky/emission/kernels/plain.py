@@ -40,11 +40,10 @@ def emit(
     """Write the photons [start, stop) of a band with n photons.
 
     `finder` comes from `slot_finder` over the counts of all cells; `turns` holds the ring of each
-    cell and the turn of each ring; `cells` (n_cell, 6) in the precision
-    of the outputs; `laws` int8 (n_cell,); `perez` holds words and bounds (n_cell,), the sky's numbers and
-    the steps of the first trial, or None; `lobes` the lobe of each cell, the tables of `lobes.law`, the steps of
-    the first trial, and `falls` with `paces`; `slopes` the words of `laws.sloped` (n_cell,), or None. Other parameters
-    are those of the kernel.
+    cell and the turn of each ring; `cells` (n_cell, 6) in the precision of the outputs; `laws` int8 (n_cell,); `perez`
+    holds words and bounds (n_cell,), the sky's numbers and the steps of the first trial, or None; `lobes` the lobe of
+    each cell, the tables of `lobes.kernels.law`, the steps of the first trial, and `falls` with `paces`; `slopes` the
+    words of `laws.sloped` (n_cell,), or None. Other parameters are those of the kernel.
     """
     is_shuffled = order_keys.size > 0
     rank = ranks_of_photons(start, stop, n, order_keys) if is_shuffled else np.arange(start, stop, dtype=U64)
