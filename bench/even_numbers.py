@@ -9,8 +9,8 @@ degrees of the vertical, Ld downwards and Lu upwards, at 0 (just below the surfa
 All choices are random (Philox) but the first ones: with one number the first free path comes from the photon, with two
 the first scattering angle too, with three the azimuth of that scattering. Each replicate is a seed of its own.
 
-A factor is the variance of the mean of N independent photons, which is that of one photon over N, divided by the variance of
-the mean over the replicates. Its relative standard error is the root of 2 / (replicates - 1).
+A factor is the variance of the mean of N independent photons, which is that of one photon over N, divided by the
+variance of the mean over the replicates. Its relative standard error is the root of 2 / (replicates - 1).
 """
 
 from __future__ import annotations
@@ -24,8 +24,7 @@ from pathlib import Path
 import numba
 import numpy as np
 
-ROOT = Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT / "examples" / "slab"))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples" / "slab"))
 
 from fresnel import reflectance, refracted_mu
 from philox import event_numbers, transport_key
@@ -33,6 +32,7 @@ from scattering import sample_henyey_greenstein, turned
 
 import aomc_sky as sky
 
+CLEAR_DAY = Path(__file__).resolve().parents[1] / "inputs" / "clear_day"
 WATERS = {"clear": (0.114, 0.037), "coastal": (0.179, 0.219), "harbour": (0.366, 1.824)}
 """Absorption and scattering. [1/m]"""
 DEPTHS_M = (0.0, 1.0, 5.0, 10.0)
@@ -117,7 +117,7 @@ def simulate(
 
 def factors(n: int, replicates: int, water: tuple[float, float], threads: int) -> np.ndarray:
     """Factor of each quantity and depth for 0 to 3 numbers, (4, quantities, depths); nan where no light comes."""
-    scene = sky.read_scene(ROOT / "inputs" / "clear_day", iterations=n, wavebands=[1])
+    scene = sky.read_scene(CLEAR_DAY, iterations=n, wavebands=[1])
     attenuation = sum(water)
     depths, medium = attenuation * np.array(DEPTHS_M), (attenuation * BLACK_M, water[1] / attenuation)
 

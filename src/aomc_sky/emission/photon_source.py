@@ -14,12 +14,16 @@ from aomc_sky.emission.irradiance import Moments, cell_moments, mean_moments
 from aomc_sky.emission.photons import MAX_NUMBERS, Arrays, PhotonBatch, batch_arrays, first_entries
 from aomc_sky.float_mode import in_default_mode, require_default
 from aomc_sky.grid import PatchGrid
+from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.plan.footprint import Footprint
 from aomc_sky.plan.plan import Plan
 from aomc_sky.whole_number import as_index, as_index_within
 
 if TYPE_CHECKING:
     from aomc_sky.emission.host import CSource, NumbaSampler
+
+_BLOCK = 2**20
+"""Photons that are made in one piece, a few milliseconds."""
 
 
 class PhotonSource:
@@ -251,6 +255,11 @@ class PhotonSource:
             Fresh arrays unless `out` is given. Directions have unit length within 3e-7 (float32) or
             6e-16 (float64).
 
+        Notes
+        -----
+        Fresh arrays of many million photons take several times as long as batches: the operating system clears new
+        memory page by page, which takes longer than to fill it. `out`, and `batches`, use memory that is there.
+
         Raises
         ------
         IndexError
@@ -302,11 +311,15 @@ class PhotonSource:
 
     @in_default_mode
     def _filled(self, band: int, start: int, arrays: Arrays) -> PhotonBatch:
-        """The photons from `start` on, as many as the arrays hold."""
-        if arrays["ux"].size:
-            self._emit(band, start, arrays)
+        """The photons from `start` on, as many as the arrays hold; between two blocks Ctrl-C is answered."""
+        n = arrays["ux"].size
+        if n > _BLOCK:
+            announce_photons(n)
+        for lo in range(0, n, _BLOCK):
+            part = arrays if n <= _BLOCK else _entries(arrays, slice(lo, lo + _BLOCK))
+            self._emit(band, start + lo, part)
             if self.has_weights:
-                self._weigh(band, arrays)
+                self._weigh(band, part)
         wavelength = float(self.plan.arrays["wavelength_nm"][band])
         return PhotonBatch(**arrays, band=band, start=start, wavelength_nm=wavelength)
 
@@ -315,8 +328,7 @@ class PhotonSource:
             self._emitter.fill(band, start, arrays)
             return
         for replicate, begin, end in self.replicate_parts(band, start, start + arrays["ux"].size):
-            part = slice(begin - start, end - start)
-            views = {name: None if array is None else array[part] for name, array in arrays.items()}
+            views = _entries(arrays, slice(begin - start, end - start))
             self._emitter.fill(replicate * self.n_bands + band, begin - self.replicate_range(band, replicate)[0], views)
 
     def _weigh(self, band: int, arrays: dict[str, Any]) -> None:
@@ -327,6 +339,10 @@ class PhotonSource:
         if np.any(law == Law.CELL_MU):
             in_mu = (law == Law.CELL_MU)[arrays["patch"]]
             np.multiply(weight, -arrays["uz"], out=weight, where=in_mu)
+
+
+def _entries(arrays: Arrays, part: slice) -> Arrays:
+    return {name: None if array is None else array[part] for name, array in arrays.items()}
 
 
 def _checked_numbers(value: Any) -> int:
