@@ -137,7 +137,7 @@ class TestSurface:
 class TestNumbers:
     """A first free path, angle and azimuth that go with the photon: the same light, known better."""
 
-    DEPTHS = (0.5, 1.5)
+    DEPTHS = (0.5, 1.0)
 
     def shares(self, water: Water, numbers: int) -> np.ndarray:
         scene = sky.Scene(wavebands=BAND, n_photons=N, components=sky.DirectBeam(sun_zenith_deg=40.0))
