@@ -2,7 +2,7 @@
 
     python bench/even_numbers.py [--photons 100000] [--replicates 200]
 
-The light of inputs/clear_day falls through a flat surface into three waters (Petzold's, Mobley 1994, Table 3.10; Henyey
+The light of inputs/clear_day falls through a flat surface into three waters (Petzold's, in Mobley 1994; Henyey
 and Greenstein with g = 0.9; refractive index 1.34; black below 15 m). At each collision a photon's weight is
 multiplied with the albedo of single scattering. Counted are the irradiances Ed and Eu, and the radiances within 20
 degrees of the vertical, Ld downwards and Lu upwards, at 0 (just below the surface), 1, 5 and 10 m.
