@@ -412,7 +412,7 @@ def sky_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] | None = None) -> Scene:
     """Read the scene that the options of `add_reading_options` describe."""
-    from aomc_sky.cli.progress import patience
+    from aomc_sky.progress import patience
     from aomc_sky.source.read.scene import read_scene
 
     began = time.monotonic()

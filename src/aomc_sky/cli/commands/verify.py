@@ -108,8 +108,8 @@ def _refuse_mixture(arguments: argparse.Namespace) -> None:
 def _run_report(arguments: argparse.Namespace) -> VerifyReport:
     import secrets
 
-    from aomc_sky.cli.progress import patience, progress_bar
     from aomc_sky.engine.stored_run import open_run
+    from aomc_sky.progress import patience, progress_bar
     from aomc_sky.verify.made_again import scene_checks, statistics_of_run, verify_run
     from aomc_sky.verify.report import Check, judged
 
@@ -147,8 +147,8 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
 
 
 def _photon_report(arguments: argparse.Namespace) -> VerifyReport:
-    from aomc_sky.cli.progress import patience
     from aomc_sky.directions import Frame
+    from aomc_sky.progress import patience
     from aomc_sky.verify.directions import Tied
     from aomc_sky.verify.foreign import Origin, open_photons, origin_of, verify_photons
 

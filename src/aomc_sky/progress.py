@@ -34,13 +34,26 @@ def _stream() -> TextIO | None:
     return stream if stream.isatty() or "ipykernel" in sys.modules else None
 
 
+_under_way: list[str] = []
+
+
 @contextlib.contextmanager
 def _shown(text: str, *, enabled: bool, unit: str = "") -> Iterator[Any]:
-    """Give a bar of tqdm that shows a text and its time, once it has taken a second; None where nobody would see it."""
-    stream = _stream() if enabled else None
-    if stream is None:
-        yield None
-        return
+    """Give a bar of tqdm that shows a text and its time, once it has taken a second; None where nobody would see it.
+
+    What is under way first decides: inside it nothing else is shown, also where it is not shown itself.
+    """
+    stream = _stream() if enabled and not _under_way else None
+    _under_way.append(text)
+    try:
+        with contextlib.nullcontext() if stream is None else _bar(text, unit, stream) as bar:
+            yield bar
+    finally:
+        _under_way.pop()
+
+
+@contextlib.contextmanager
+def _bar(text: str, unit: str, stream: TextIO) -> Iterator[Any]:
     from tqdm.auto import tqdm
 
     width = shutil.get_terminal_size().columns - len("^C") - 1  # what the terminal adds must not break the line
