@@ -37,13 +37,15 @@ def _stream() -> TextIO | None:
 _under_way: list[str] = []
 
 
+def is_free() -> bool:
+    """Whether a function that Python calls may show its progress: no command is under way that does so, or is quiet."""
+    return not _under_way
+
+
 @contextlib.contextmanager
 def _shown(text: str, *, enabled: bool, unit: str = "") -> Iterator[Any]:
-    """Give a bar of tqdm that shows a text and its time, once it has taken a second; None where nobody would see it.
-
-    What is under way first decides: inside it nothing else is shown, also where it is not shown itself.
-    """
-    stream = _stream() if enabled and not _under_way else None
+    """Give a bar of tqdm that shows a text and its time, once it has taken a second; None where nobody would see it."""
+    stream = _stream() if enabled else None
     _under_way.append(text)
     try:
         with contextlib.nullcontext() if stream is None else _bar(text, unit, stream) as bar:

@@ -33,7 +33,7 @@ from aomc_sky.outputs.photons.files import (
 )
 from aomc_sky.outputs.shard import BLOCK, MANIFEST, PART, is_run_file
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
-from aomc_sky.progress import progress_bar
+from aomc_sky.progress import is_free, progress_bar
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import n_cpus
 from aomc_sky.whole_number import as_number_of
@@ -126,7 +126,7 @@ def write_run(
         force=force,
         max_memory_bytes=sampling.get("max_memory_bytes"),
     )
-    with progress_bar(enabled=True) as progress:
+    with progress_bar(enabled=is_free()) as progress:
         manifest = run_job(scene.source(seed, **sampling), scene, Path(out), options, progress).manifest
     assert manifest is not None, "only a pipe has none"
     return manifest

@@ -13,7 +13,7 @@ from aomc_sky.directions import in_both_units, settle_angles
 from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
-from aomc_sky.progress import patience
+from aomc_sky.progress import is_free, patience
 from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.sky.solve import relative_errors, solve_sky
@@ -94,7 +94,7 @@ class AtmosphereSky(Share):
         if not np.isfinite(self.sun_azimuth_deg):
             raise SceneError(f"the sun's azimuth must be finite, got {self.sun_azimuth_deg}")
         tolerance = _TOLERANCE if self.sun_zenith_deg <= 90.0 else _TOLERANCE_TWILIGHT
-        with patience("solving the atmosphere", enabled=True):
+        with patience("solving the atmosphere", enabled=is_free()):
             solved = solve_sky(
                 self.medium,
                 sun_zenith_rad=math.radians(self.sun_zenith_deg),

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.directions import given_angle
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.sky_toml.keys import PREFIX, MoonDirection, moon_direction
-from aomc_sky.progress import patience
+from aomc_sky.progress import is_free, patience
 from aomc_sky.skies.atmosphere.description.medium import (
     MediumReport,
     glow_of_luminance,
@@ -112,7 +112,7 @@ def solve_atmosphere(
     zenith_deg = given_angle("sky_zenith_deg", sky_zenith_deg, sky_zenith_rad)
     azimuth_deg = given_angle("azimuth_from_sun_deg", azimuth_from_sun_deg, azimuth_from_sun_rad)
     medium, report, rows, sun = read_for_sun(path, wavelength_nm, sun_deg, allow_paths)
-    with patience("solving the atmosphere", enabled=True):
+    with patience("solving the atmosphere", enabled=is_free()):
         result = solve(
             medium,
             sun_zenith_rad=sun,
