@@ -93,3 +93,15 @@ def positions(shape_is_circle, start, key, band, size_x, size_y, x, y):
     a, b = philox_pair(key, np.arange(start, start + x.size, dtype=U64), U64(band), U64(0))
     u, v = unit(a, x), unit(b, x)
     x[:], y[:] = in_circle(u, v, size_x / 2) if shape_is_circle else in_rectangle(u, v, size_x, size_y)
+
+
+def numbers(start, out, n, order_keys, shifts, steps, key, band, jitter):
+    """The numbers of the photons from `start` on, as in `kernels.numbers`; `out` (n, k)."""
+    stop = start + out.shape[0]
+    rank = ranks_of_photons(start, stop, n, order_keys) if order_keys.size else np.arange(start, stop, dtype=U64)
+    for c in range(out.shape[1]):
+        if jitter:
+            word = philox_pair(key, rank, band, U64(2 if c == 2 else 1))[c % 2]
+        else:
+            word = shifts[c] + rank * steps[c]
+        out[:, c] = unit(word, out)
