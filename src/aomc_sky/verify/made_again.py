@@ -27,9 +27,9 @@ from aomc_sky.outputs.photons.files import (
     PhotonRows,
     Progress,
     Target,
-    formats_in,
     photon_files,
     run_files,
+    stored_files,
 )
 from aomc_sky.outputs.shard import BLOCK, MANIFEST, block_spans
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
@@ -72,7 +72,7 @@ def verify_run(
     compared = [
         _ComparedFiles(folder, part, is_listed=name in formats)
         for name in FOLDER_FORMATS
-        if name in {*formats, *formats_in(folder, all_bands)}
+        if name in {*formats, *stored_files(source, folder, all_bands)}
         for part in photon_files(folder, [photon_writer(name)(source)], all_bands)
         if not {*part.bands}.isdisjoint(bands)
     ]
@@ -226,7 +226,7 @@ def _manifest_check(
         for k in unknown:
             results[k] = replace(results[k], **{name: stored[bands[k] + 1][name] for name in _OF_PHOTONS})
     of_scene = {"inputs": found["inputs"], "scene": found["options"]["scene"], "notes": found["notes"]}
-    files = run_files(source, folder, bands)
+    files = run_files(folder, stored_files(source, folder, bands))
     expected = build_manifest(source, of_scene, results, formats, files, version=found["version"])
     wrong = list(_differences(found, json.loads(json.dumps(expected))))
     detail = named(wrong) if wrong else f"{MANIFEST} agrees with the plan and the files"
@@ -324,7 +324,7 @@ def statistics_of_run(
 
     Photons that no file holds are not made.
     """
-    if not formats_in(RunFolder(path), bands):
+    if not stored_files(source, RunFolder(path), bands):
         notes = ["directions were not tested: the run stores no photons"]
         return judged([], family_level=family_level, notes=notes)
     announce_photons(sum(source.n_photons(band) for band in bands))
