@@ -13,6 +13,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Se
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
+from itertools import accumulate
 from pathlib import Path
 from typing import ClassVar, TypeVar
 
@@ -114,10 +115,8 @@ class PhotonFiles:
         self.layouts = writer.layouts(bands)
         if name:  # of one file, where a user named it
             self.layouts = tuple(replace(layout, name=name) for layout in self.layouts)
-        self._rows_before, n_before = {}, 0
-        for band in bands:
-            self._rows_before[band] = n_before
-            n_before += writer.source.n_photons(band)
+        rows = accumulate((writer.source.n_photons(band) for band in bands[:-1]), initial=0)
+        self._rows_before = dict(zip(bands, rows, strict=False))
 
     @cached_property
     def missing(self) -> list[FileLayout]:
