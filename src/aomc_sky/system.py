@@ -1,4 +1,4 @@
-"""What not every operating system offers, each call with what is done where it is missing; and opening regular files.
+"""What not every operating system offers: each such call stands here with what is done where it is missing.
 
 The rest of the package calls Python's own ``os``, ``signal`` and ``pathlib`` for what Linux, macOS and Windows share;
 mypy checks it as on each of them (``mypy --platform win32``). docs/platforms.md shows the same list to users.
@@ -7,9 +7,7 @@ mypy checks it as on each of them (``mypy --platform win32``). docs/platforms.md
 from __future__ import annotations
 
 import errno
-import io
 import os
-import stat
 import sys
 import threading
 from pathlib import Path
@@ -73,67 +71,6 @@ def sync_folder(path: Path) -> None:
             os.fsync(handle)
         finally:
             os.close(handle)
-
-
-# regular files: whatever a person or another file named is opened here, and nothing hangs. A pipe, a terminal or a
-# device would block or never end, and every input is read twice, the second time for its hash; so a pipe is not read
-# even where it was given on purpose. /dev/stdin and other names of a file that the shell opened are regular files.
-
-_KINDS = {
-    stat.S_IFDIR: "a folder",
-    stat.S_IFIFO: "a pipe",
-    stat.S_IFSOCK: "a socket",
-    stat.S_IFCHR: "a device",
-    stat.S_IFBLK: "a device",
-    stat.S_IFLNK: "a symbolic link",
-}
-
-
-class FileKindError(OSError):
-    """What stands under a name is not a regular file; `kind` says what it is: ``a pipe``, ``a folder``."""
-
-    def __init__(self, path: str | Path, kind: str) -> None:
-        self.kind, self.reason = kind, f"this is {kind}, not a regular file"
-        super().__init__(errno.EINVAL, self.reason, os.fspath(path))
-
-
-def regular_status(path: str | Path, *, follow_links: bool = True) -> os.stat_result:
-    """Look at a file without opening it; FileKindError for what is no regular file.
-
-    Without `follow_links` a symbolic link is none: for names inside a folder that we fill, never for what a user named.
-    """
-    try:
-        status = os.stat(path, follow_symlinks=follow_links)
-    except ValueError as error:
-        raise OSError(errno.EINVAL, f"no file can have this name ({error})", repr(path)) from error
-    _require_regular(path, status)
-    return status
-
-
-def open_regular(path: str | Path, *, follow_links: bool = True) -> io.BufferedReader:
-    """Open a regular file for reading; never waits, whatever stands under the name. See `regular_status`."""
-    regular_status(path, follow_links=follow_links)  # first: opening a device may do something
-    handle = open_handle(path, os.O_RDONLY, follow_links=follow_links)
-    try:
-        _require_regular(path, os.fstat(handle))  # and again: another file may have taken the name
-        return os.fdopen(handle, "rb")
-    except BaseException:
-        os.close(handle)
-        raise
-
-
-def read_regular(path: str | Path, max_bytes: int, *, follow_links: bool = True) -> bytes:
-    """Read a whole regular file, OSError for more than `max_bytes`, whatever it claims; see `regular_status`."""
-    with open_regular(path, follow_links=follow_links) as file:
-        data = file.read(max_bytes + 1) if os.fstat(file.fileno()).st_size <= max_bytes else None
-    if data is None or len(data) > max_bytes:
-        raise OSError(errno.EFBIG, f"the file is larger than {max_bytes} bytes", os.fspath(path))
-    return data
-
-
-def _require_regular(path: str | Path, status: os.stat_result) -> None:
-    if not stat.S_ISREG(status.st_mode):
-        raise FileKindError(path, _KINDS.get(stat.S_IFMT(status.st_mode), "something else"))
 
 
 # locks
