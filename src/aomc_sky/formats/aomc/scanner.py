@@ -146,7 +146,7 @@ class ListScanner:
                 values, slash, rest = self._values(index, missing)
             else:  # one value more than is missing is enough to see that the line is another record
                 values, slash, rest = self._values(index, missing + 1)
-                fits = len(values) == missing or (over_many_lines and len(values) <= missing)
+                fits = len(values) <= missing if over_many_lines else len(values) == missing
                 if not fits and not slash:
                     return Record(tuple(tokens), index, False, "")
             tokens += values[:missing]
