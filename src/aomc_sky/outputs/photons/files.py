@@ -262,7 +262,7 @@ class ChunkPool:
         self.source = source
         self.threads = threads or n_cpus()
         self._executor = ThreadPoolExecutor(max_workers=self.threads, thread_name_prefix="aomc-sky")
-        self._free: deque[_Memory] = deque()
+        self._free: list[_Memory] = []  # the last one first: it is in the cache
 
     def __enter__(self) -> ChunkPool:
         return self
@@ -300,7 +300,7 @@ class ChunkPool:
     ) -> tuple[int, list[tuple[memoryview, ...]], list[BlockSums], int, _Memory]:
         start, stop = span
         try:
-            memory = self._free.popleft()
+            memory = self._free.pop()
         except IndexError:
             memory = _Memory(self.source)
         block = memory.block(self.source.photons(band, start, stop, out=memory.batch))
