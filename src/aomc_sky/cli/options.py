@@ -151,12 +151,17 @@ def _rows(table: str) -> list[str]:
     return re.sub(r"\n +", " ", table.strip()).split("\n")
 
 
+def attribute(option: str) -> str:
+    """Where argparse keeps the value of an option."""
+    return option[2:].replace("-", "_")
+
+
 def _add(
     group: argparse._ActionsContainer, words: list[str], text: str, kinds: Kinds, defaults: Mapping[str, Any]
 ) -> None:
     flags = [word for word in words if word.startswith("-")]
     values = words[len(flags) :]
-    name = flags[-1][2:].replace("-", "_")
+    name = attribute(flags[-1])
     if not values:
         group.add_argument(*flags, action="store_true", help=text)
         return
@@ -350,7 +355,7 @@ def add_inputs(group: argparse._ArgumentGroup, *rows: Input) -> None:
             continue
         value = "|".join(row.words) or (row.unit or row.name[0]).split()[0].upper()
         value = "a b c d e" if row.name == "coefficients" else value
-        kinds = {} if row.words else {row.attribute: number_in(row.low, row.high)}
+        kinds = {} if row.words else {attribute(row.option): number_in(row.low, row.high)}
         add_table(group, f"{row.option} {value}  {row.text}{f' [{row.unit}]' if row.unit else ''}", kinds)
 
 
@@ -362,7 +367,7 @@ def add_light_options(parser: argparse.ArgumentParser) -> None:
 
 def inputs_of(arguments: argparse.Namespace, rows: Mapping[str, Input]) -> dict[str, Any]:
     """Values of the inputs that a sub-command takes and somebody gives."""
-    values = {name: getattr(arguments, row.attribute, None) for name, row in rows.items()}
+    values = {name: getattr(arguments, attribute(row.option), None) for name, row in rows.items()}
     return {name: value for name, value in values.items() if value is not None}
 
 

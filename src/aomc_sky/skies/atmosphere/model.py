@@ -146,20 +146,7 @@ class AtmosphereSky(Share):
         return self.solved.direct_irradiance
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
-        """Radiance of the sky without the direct beam, of the nearest wavelength that is solved.
-
-        Parameters
-        ----------
-        sky_zenith_rad, sky_azimuth_rad : array_like
-            Sky direction. [rad, 0 to pi/2 and any turn]
-        wavelength_nm : array_like
-            Wavelength. [nm]
-
-        Returns
-        -------
-        ndarray, float64
-            Broadcast of the arguments. [W m-2 sr-1 nm-1]
-        """
+        """Radiance of the sky without the direct beam, of the nearest wavelength that is solved. [W m-2 sr-1 nm-1]"""
         zenith, azimuth, wavelength = np.broadcast_arrays(
             np.asarray(sky_zenith_rad, dtype=np.float64),
             np.asarray(sky_azimuth_rad, dtype=np.float64) - math.radians(self.sun_azimuth_deg),
@@ -173,17 +160,9 @@ class AtmosphereSky(Share):
         return radiance.reshape(zenith.shape)
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
-        """One component of patches whose masses are irradiances, a row for each wavelength asked for.
+        """One component of patches whose masses are irradiances; a wavelength gets the nearest one that is solved.
 
-        Parameters
-        ----------
-        wavelength_nm : array_like, shape (n_wl,)
-            Wavelengths; each gets the nearest one that is solved. [nm]
-
-        Returns
-        -------
-        tuple of one Component
-            Law CELL_MU2, strength in W m-2 nm-1. The irradiance of the photons is that of the patches exactly.
+        Law CELL_MU2, strength in W m-2 nm-1. The irradiance of the photons is that of the patches exactly.
         """
         rows = nearest_wavelength_index(np.atleast_1d(wavelength_nm), self.medium.wavelength_nm)
         mass = self.patch_mean.sum(axis=1)[rows] * self.grid.projected_solid_angle_sr
@@ -199,17 +178,9 @@ class AtmosphereSky(Share):
         return with_share(self, (component,))
 
     def beam(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
-        """The direct beam at the wavelengths asked for, in W m-2 nm-1; nothing where the sun is down.
+        """The direct beam in W m-2 nm-1 at the nearest wavelengths that are solved; nothing where the sun is down.
 
-        Parameters
-        ----------
-        wavelength_nm : array_like, shape (n_wl,)
-            Wavelengths; each gets the nearest one that is solved. [nm]
-
-        Returns
-        -------
-        tuple of Component
-            A disc of uniform radiance with the radius of the medium's sun, or one direction where that is 0.
+        A disc of uniform radiance with the radius of the medium's sun, or one direction where that is 0.
         """
         rows = nearest_wavelength_index(np.atleast_1d(wavelength_nm), self.medium.wavelength_nm)
         strength = self.direct_irradiance[rows]

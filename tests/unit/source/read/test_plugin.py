@@ -235,6 +235,7 @@ def test_options_without_a_model_of_others(capsys):
         main(["run", str(SCENE), "--sky-option", "type"])
     assert "expected KEY=VALUE" in capsys.readouterr().err
     assert main(["run", str(SCENE), "--sky", "uniform", "--sky-option", "a=1", "--sky-option", "a=2"]) == 2
+    assert "--sky-option a is given twice" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
