@@ -38,6 +38,7 @@ _HOMES = {
     "pictures.plot": "plot",
     "plan.sampling.allocation": "AllocationMethod allocate",
     "skies.atmosphere.model": "AtmosphereSky",
+    "skies.cie": "CieSky",
     "skies.direct_beam": "DirectBeam",
     "skies.function_sky": "FunctionSky",
     "skies.harrison_coombes": "HarrisonCoombesSky",

@@ -37,6 +37,7 @@ from aomc_sky.skies.atmosphere.medium import Medium as Medium
 from aomc_sky.skies.atmosphere.medium import rayleigh_cross_section as rayleigh_cross_section
 from aomc_sky.skies.atmosphere.model import AtmosphereSky as AtmosphereSky
 from aomc_sky.skies.atmosphere.sky.solve import AtmosphereResult as AtmosphereResult
+from aomc_sky.skies.cie import CieSky as CieSky
 from aomc_sky.skies.direct_beam import DirectBeam as DirectBeam
 from aomc_sky.skies.function_sky import FunctionSky as FunctionSky
 from aomc_sky.skies.harrison_coombes import HarrisonCoombesSky as HarrisonCoombesSky

@@ -14,7 +14,7 @@ DECLARED: dict[str, dict[str, tuple[int, int]]] = {
         "test_a_jump_at_an_azimuth": (1, 1),
         "test_a_function_of_wavelength": (2, 1),
     },
-    "test_sky_plugin": {"test_photons_of_an_installed_sky": (2, 1)},
+    "test_cie_sky": {"test_photons_of_general_skies": (2, 1)},
     "test_low_discrepancy": {"test_over_seeds_each_photon_is_uniform": (2, 4), "test_pairs_of_patches": (1, 2)},
     "test_counts": {"test_rounding_is_bernoulli": (1, 12), "test_multinomial_is_multinomial": (1, 1)},
     "test_replicates": {

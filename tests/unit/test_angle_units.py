@@ -36,8 +36,8 @@ MODELS = {
 
 def test_the_public_api_has_these_angles():
     assert {name for name, _ in ANGLES} == {
-        "AtmosphereSky", "DirectBeam", "HarrisonCoombesSky", "Medium", "Moon", "PatchGrid", "PerezSky", "SkyLobe",
-        "plot",
+        "AtmosphereSky", "CieSky", "DirectBeam", "HarrisonCoombesSky", "Medium", "Moon", "PatchGrid", "PerezSky",
+        "SkyLobe", "plot",
         "solve_atmosphere", "weather_scene",
     }  # fmt: skip
 
