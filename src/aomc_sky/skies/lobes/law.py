@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
 from aomc_sky.component import CellLaw, Component
 from aomc_sky.skies.lobes.envelope import lobe_of
+from aomc_sky.skies.lobes.horizon import mass_above_horizon
+from aomc_sky.skies.lobes.lobe import pdf, quaternion_of
 from aomc_sky.skies.lobes.patches import TiltedLobe, patch_shares
 from aomc_sky.skies.lobes.tables import LobeTables
 
@@ -33,6 +37,29 @@ def _axis_deg(component: Component) -> tuple[float, float, float]:
     return zenith, azimuth, 2.0 * math.degrees(half)
 
 
+def _radiance(component: Component) -> Callable[[float, np.ndarray, np.ndarray], np.ndarray]:
+    kind, first, second, rotation = lobe_of(component)
+    per_irradiance = 1.0 / float(
+        mass_above_horizon(kind, first, second, quaternion_of(rotation), weighting="projected")
+    )
+    return partial(_radiance_at, kind, first, second, rotation, per_irradiance)
+
+
+def _radiance_at(
+    kind: str,
+    first: float,
+    second: float,
+    rotation: np.ndarray,
+    per_irradiance: float,
+    irradiance: float,
+    zenith: np.ndarray,
+    azimuth: np.ndarray,
+) -> np.ndarray:
+    sine = np.sin(zenith)
+    world = np.stack(np.broadcast_arrays(sine * np.cos(azimuth), sine * np.sin(azimuth), np.cos(zenith)), axis=-1)
+    return pdf(kind, first, second, world @ rotation) * (irradiance * per_irradiance)
+
+
 def _refused(cell: np.ndarray, bounds: np.ndarray | None) -> tuple[str, str, str] | None:
     assert bounds is not None  # `tables` says so
     if len(cell) != 1:
@@ -47,6 +74,7 @@ LOBE = CellLaw(
     moments=lambda component: (component.cell[:, 0], component.cell[:, 2]),
     reaches_horizon=lambda cell: np.ones(len(cell), dtype=bool),
     shares=patch_shares,
+    radiance=_radiance,
     width_rad=_width_rad,
     axis_deg=_axis_deg,
     leave_out="leave [[background]] out of sky.toml: the AOMC program knows no lobes",
