@@ -33,7 +33,8 @@ def band_radiance(components: Sequence[Component], row: int, irradiance: Sequenc
         if law.radiance is not None:
             parts.append(partial(law.radiance(component), float(total)))
         else:
-            grid, values = patch_radiance(component, mass * (total / mass.sum()))
+            assert component.grid is not None
+            grid, values = patch_radiance(component.law, component.grid, mass * (total / mass.sum()))
             parts.append(partial(_of_patch, grid, np.append(values, 0.0)))
     return parts
 
@@ -71,12 +72,11 @@ def cell_irradiances(source: PhotonSource, band: int) -> list[np.ndarray]:
     return [part * (total / part.sum()) if part.sum() > 0 else part for part, total in zip(parts, totals, strict=True)]
 
 
-def patch_radiance(component: Component, light: np.ndarray) -> tuple[PatchGrid, np.ndarray]:
-    """Patches with an extent, and the mean radiance of each for the irradiance `light` of the cells, (n_patch,)."""
-    assert component.grid is not None
-    grid, light = folded(component.grid, light)
+def patch_radiance(law: Law, grid: PatchGrid, light: np.ndarray) -> tuple[PatchGrid, np.ndarray]:
+    """Patches with an extent, and the mean radiance of each for the irradiance `light` of the patches, (n_patch,)."""
+    grid, light = folded(grid, light)
     projected = grid.projected_solid_angle_sr
-    if component.law is not Law.CELL_MU:
+    if law is not Law.CELL_MU:
         return grid, light / projected
     radiance = light / grid.solid_angle_sr  # photons follow it per solid angle; the irradiance stays what it is
     total = float(radiance @ projected)

@@ -77,7 +77,7 @@ def _density(component: Component, light: np.ndarray, grid: PatchGrid, *, per_fl
     if component.grid is None:
         return np.zeros(grid.n_patches)
     if per_flux:
-        drawn, values = patch_radiance(component, light)
+        drawn, values = patch_radiance(component.law, component.grid, light)
         return on_grid(drawn, values, grid)
     drawn, light = folded(component.grid, light)
     return on_grid(drawn, light / drawn.solid_angle_sr, grid)
