@@ -59,9 +59,9 @@ def to_xarray(source: PhotonSource, *, photons: bool = False) -> Any:  # xarray.
         Dimension `waveband` (from 1) with the coordinates `wavelength` and `sky_wavelength` [nm]. For the
         component with patches `counts`, `mass`, `expected` and `radiance` [W m-2 sr-1 nm-1, or sr-1 for an
         irradiance 1 of all light] over (waveband, zenith, azimuth), with `zenith_bounds` and `azimuth_bounds` [degree];
-        ``data.swap_dims(waveband="wavelength")`` chooses by wavelength. Every other component adds its name: `counts_direct`
-        over (waveband) for a beam, `counts_NAME` over (waveband, zenith_NAME, azimuth_NAME) for a second
-        set of patches; where absolute units are known, `irradiance` and `irradiance_NAME` over (waveband)
+        ``data.swap_dims(waveband="wavelength")`` chooses by wavelength. Every other component adds its name:
+        `counts_direct` over (waveband) for a beam, `counts_NAME` over (waveband, zenith_NAME, azimuth_NAME) for a
+        second set of patches; where absolute units are known, `irradiance` and `irradiance_NAME` over (waveband)
         [W m-2 nm-1]. Attributes state seed, plan, options and conventions.
 
     Raises
