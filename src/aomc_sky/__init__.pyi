@@ -4,6 +4,7 @@ from aomc_sky.component import Law as Law
 from aomc_sky.directions import AzimuthConvention as AzimuthConvention
 from aomc_sky.directions import Frame as Frame
 from aomc_sky.emission.photon_source import PhotonSource as PhotonSource
+from aomc_sky.emission.photons import Photon as Photon
 from aomc_sky.emission.photons import PhotonBatch as PhotonBatch
 from aomc_sky.engine.run import write_run as write_run
 from aomc_sky.errors import AllocationError as AllocationError
@@ -27,6 +28,7 @@ from aomc_sky.phase import rayleigh as rayleigh
 from aomc_sky.phase import scattering as scattering
 from aomc_sky.pictures.plot import plot as plot
 from aomc_sky.plan.footprint import Footprint as Footprint
+from aomc_sky.plan.footprint import FootprintShape as FootprintShape
 from aomc_sky.plan.plan import Plan as Plan
 from aomc_sky.plan.sampling.allocation import AllocationMethod as AllocationMethod
 from aomc_sky.plan.sampling.allocation import allocate as allocate

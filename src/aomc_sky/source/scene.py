@@ -11,11 +11,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+import aomc_sky
 from aomc_sky import memory
 from aomc_sky.component import Component
 from aomc_sky.content import same_content
@@ -107,6 +109,24 @@ class Scene:
         )
         names = ", ".join(c.name for c in self.components[:4]) + (", ..." if len(self.components) > 4 else "")
         return f"<Scene: {sum(map(int, self.n_photons))} photons, {bands}; {names}>"
+
+    def _repr_html_(self) -> str:
+        from aomc_sky.notebook import MOST_ROWS, html
+
+        nm, photons = self.wavebands.wavelength_nm.tolist(), self.n_photons.tolist()
+        known = self.irradiance
+        unit = "" if known is None else " [W m-2 nm-1]"
+        rows = []
+        for band in range(min(len(nm), MOST_ROWS)):
+            row = self.row_of_band[band]
+            light = [c.strength[row] for c in self.components] if known is None else known.of_component[band]
+            rows.append((band, f"{nm[band]:g}", photons[band], *(f"{float(x):.4g}" for x in light)))
+        head = ("band", "nm", "photons", *(f"{c.name}{unit}" for c in self.components))
+        return html(repr(self)[1:-1], head, rows, len(nm), lambda: self.plot(bands=range(min(len(nm), 3)), size_px=640))
+
+    def plot(self, path: str | Path | None = None, **options: Any) -> Any:
+        """Draw the sky dome of each waveband: `aomc_sky.plot` of this scene, with its arguments and its figure."""
+        return aomc_sky.plot(self, path, **options)
 
     @in_default_mode
     def __post_init__(self) -> None:
