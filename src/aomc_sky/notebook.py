@@ -28,10 +28,16 @@ def html(
 
 def _picture(draw: Callable[[], Any]) -> str:
     try:
-        figure, data = draw(), io.BytesIO()
+        data = png_bytes(draw())
     except MissingExtraError as error:
         return f"<p>{escape(str(error))}</p>"
     except AomcSkyError:  # a scene without light has no dome
         return ""
+    return f'<img alt="the dome of the sky" src="data:image/png;base64,{base64.b64encode(data).decode()}">'
+
+
+def png_bytes(figure: Any) -> bytes:
+    """A figure of matplotlib as a PNG."""
+    data = io.BytesIO()
     figure.savefig(data, format="png", dpi=figure.dpi)
-    return f'<img alt="the dome of the sky" src="data:image/png;base64,{base64.b64encode(data.getvalue()).decode()}">'
+    return data.getvalue()

@@ -283,7 +283,8 @@ class PhotonSource:
         """Yield all photons of all wavebands one at a time, wavebands interleaved in the ratio of their photons.
 
         For codes that ask for the next particle. Any first part of it has all wavebands in their shares, each within
-        one photon; every waveband's photons come in order. Cost: 2 to 6 us a photon; `batches` is a hundred times as fast.
+        one photon; every waveband's photons come in order. Cost: 2 to 6 us a photon; `batches` is a hundred times as
+        fast.
         """
 
         def of_band(band: int) -> Iterator[tuple[float, Photon]]:
