@@ -38,6 +38,9 @@ class Law(enum.IntEnum):
     HG, GGX, BECKMANN
         The flux of one lobe of a background sky above the horizon, exactly: density of the lobe times cosine of the
         zenith angle. One cell; `shared` is the lobe, `bounds` the envelope of its sampler.
+    CELL_SLOPED
+        As CELL_MU2, with the density (1 + s (2 u - 1)) (1 + t (2 v - 1)) at the place (u, v) in the cell, u from its
+        near to its far edge in sin^2 and v along its azimuth; `slope` holds s and t.
     """
 
     CELL_MU2 = 0
@@ -49,9 +52,12 @@ class Law(enum.IntEnum):
     HG = 6
     GGX = 7
     BECKMANN = 8
+    CELL_SLOPED = 9
 
 
 N_CELL_PARAMETERS = 6
+MAX_SLOPE = 1.0 - 2.0**-10
+"""Steepest slope of `Law.CELL_SLOPED`: at 1 the edge of a cell is dark."""
 
 
 def cells_of_grid(grid: PatchGrid, law: Law = Law.CELL_MU2) -> np.ndarray:
@@ -113,6 +119,8 @@ class Component:
         size, by which the position (u, v) moves to u + k_u u (1 - u), v + k_v v (1 - v) before the rejection; in the
         first two an upper and a lower bound of the luminance there x (1 + k_u (1 - 2u)) (1 + k_v (1 - 2v)).
         Lobes: the envelope, see `aomc_sky.skies.lobes.envelope`.
+    slope : ndarray, float64, shape (n_wl, n_cell, 2) or (1, n_cell, 2), or None
+        `Law.CELL_SLOPED`: how the light changes inside each cell, see there. [-1 to 1, `MAX_SLOPE` at most]
     irradiance_W_m2_nm : ndarray, float64, shape (n_wl,), or None
         Irradiance of the horizontal plane where it is known in absolute units. [W m-2 nm-1, 0 to inf]
     below_horizon : float
@@ -129,6 +137,7 @@ class Component:
     weight: np.ndarray | None = None
     shared: np.ndarray | None = None
     bounds: np.ndarray | None = None
+    slope: np.ndarray | None = None
     irradiance_W_m2_nm: np.ndarray | None = None  # noqa: N815
     below_horizon: float = 0.0
 
@@ -139,7 +148,7 @@ class Component:
         return f"<Component {self.name!r}: {self.law.name}, {self.n_cells} cell{'s' * (self.n_cells != 1)}{rows}>"
 
     def __post_init__(self) -> None:
-        for name in ("strength", "mass", "cell", "weight", "shared", "bounds", "irradiance_W_m2_nm"):
+        for name in ("strength", "mass", "cell", "weight", "shared", "bounds", "slope", "irradiance_W_m2_nm"):
             value = getattr(self, name)
             if value is not None:
                 object.__setattr__(self, name, _frozen(np.asarray(value, dtype=np.float64)))
@@ -151,6 +160,14 @@ class Component:
                 f"do not fit mass {self.mass.shape}; wanted (n_wl,), (n_wl or 1, n_cell) and "
                 f"(n_cell, {N_CELL_PARAMETERS})"
             )
+        if self.slope is not None and self.slope.shape not in ((1, n_cell, 2), (n_wl, n_cell, 2)):
+            raise ValueError(
+                f"component {self.name!r}: slope {self.slope.shape}; wanted (n_wl or 1, n_cell, 2) as in mass"
+            )
+        if (self.slope is None) == (self.law is Law.CELL_SLOPED) or (
+            self.slope is not None and not np.all(np.abs(self.slope) <= MAX_SLOPE)
+        ):
+            raise ValueError(f"component {self.name!r}: law CELL_SLOPED, and no other, has slopes up to {MAX_SLOPE}")
         if (self.shared is None) != (self.bounds is None):
             raise ValueError(f"component {self.name!r}: a law needs both shared and bounds, or neither")
         for name in ("strength", "mass"):
@@ -171,18 +188,25 @@ class Component:
         """Photon weights per cell of one wavelength, shape (n_cell,), or None where all are 1."""
         return None if self.weight is None else self.weight[as_index(row, "row") if self.weight.shape[0] > 1 else 0]
 
+    def of_row(self, row: int) -> Component:
+        """The component of one wavelength, with one row of everything."""
+        of_all = {name: getattr(self, name) for name in ("strength", "mass", "weight", "slope", "irradiance_W_m2_nm")}
+        own = {k: v if v is None or len(v) == 1 else v[row : row + 1] for k, v in of_all.items()}
+        return dataclasses.replace(self, **own)
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CellLaw:
     """What a law answers besides directions; a function that is None, or an empty text, does not concern it."""
 
-    #: Mean of mu and of 1 / mu over each cell of a component, (n_cell,) each.
+    #: Mean of mu and of 1 / mu over each cell of a component, (n_cell,) each; of its first row.
     moments: Callable[[Component], tuple[np.ndarray, np.ndarray]]
     #: Which cells (n_cell, 6) send photons down to the horizon, so that the mean of 1 / mu^2 is infinite.
     reaches_horizon: Callable[[np.ndarray], np.ndarray] = lambda cell: cell[:, 2] <= 0
     #: Function of the zenith angle in which the photons of a ring are counted, and spread evenly without `flux`. [deg]
     coordinate: Callable[[np.ndarray], np.ndarray] = lambda zenith_deg: np.sin(np.deg2rad(zenith_deg)) ** 2
-    #: Flux (n_ring, n_column) through rings and columns, where photons are uneven inside cells. [ends (n, 2) in deg]
+    #: Flux (n_ring, n_column) through rings and columns, where photons are uneven inside cells; of the first row of a
+    #: component. [ends (n, 2) in deg]
     flux: Callable[[Component, np.ndarray, np.ndarray], np.ndarray] | None = None
     #: Share of the flux in each patch of a whole hemisphere, where one cell without centre covers the sky.
     shares: Callable[[Component, PatchGrid], np.ndarray] | None = None
@@ -197,6 +221,7 @@ class CellLaw:
     sun_deg: Callable[[Component], np.ndarray] | None = None
     is_beam: bool = False  #: Whether the light comes from one direction or a disc.
     needs_patches: bool = False  #: Whether a component must have a grid.
+    has_slopes: bool = False  #: Whether it has `Component.slope`.
     instead: str = ""  #: What others can have, where a scene can have one component of the law.
     leave_out: str = ""  #: How a person takes it out of a scene for a program that does not know it.
     #: Shapes of `Component.shared` and `bounds`, from the numbers of cells and of rows of `bounds`.

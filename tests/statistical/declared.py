@@ -12,6 +12,7 @@ DECLARED: dict[str, dict[str, tuple[int, int]]] = {
         "test_a_bright_zenith": (1, 1),
         "test_a_spot_of_one_degree": (1, 1),
         "test_a_jump_at_an_azimuth": (1, 1),
+        "test_photons_follow_the_function_inside_coarse_patches": (1, 1),
         "test_a_function_of_wavelength": (2, 1),
     },
     "test_cie_sky": {"test_photons_of_general_skies": (2, 1)},

@@ -110,3 +110,22 @@ def test_a_function_of_wavelength(plan, nm):
 
     plan.check(ring_p(zenith, share_below))
     plan.catches(ring_p(zenith, lambda edges: share_below(edges, at=1100 - nm)))
+
+
+def leaning(z, a, nm):
+    return np.exp(2 * np.sin(z) * np.cos(a - 0.3))
+
+
+def test_photons_follow_the_function_inside_coarse_patches(plan):
+    """Halves of patches of 10 x 15 degrees against the function; patches of constant radiance are found out."""
+    grid = sky.PatchGrid.regular(9, 24)
+    zenith, azimuth = emitted(leaning, grid=grid)
+    fine = sky.PatchGrid.regular(18, 48)
+    counts = np.bincount(fine.patch_of(np.rad2deg(zenith), np.rad2deg(azimuth)), minlength=fine.n_patches)
+    own = sky.FunctionSky(leaning, grid=fine).lower([500.0])[0].mass[0]
+    plan.check(chi2.chi2_p(counts, own / own.sum() * N))
+    constant = np.kron(sky.FunctionSky(leaning, grid=grid).lower([500.0])[0].mass[0].reshape(9, 24), np.ones((2, 2)))
+    area = fine.projected_solid_angle_sr.reshape(18, 48)
+    share = area / np.kron(area.reshape(9, 2, 24, 2).sum(axis=(1, 3)), np.ones((2, 2)))
+    expected = (constant * share).ravel()
+    plan.catches(chi2.chi2_p(counts, expected / expected.sum() * N))

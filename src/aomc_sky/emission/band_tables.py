@@ -212,11 +212,13 @@ class BandTable:
     #: What the hooks of the emission read of these slots.
     rejection: tuple[Any, ...] | None
     queue: tuple[Any, ...] | None
+    #: Words of the slopes of these slots; None where no cell has any.
+    slopes: np.ndarray | None
 
     @property
     def is_common(self) -> bool:
-        """Whether every slot starts uniform in mu^2, all cells narrow or none, at most 90 degrees wide."""
-        return self.law.size == 0 and int(self.main) <= int(QUARTER)
+        """Whether every slot is uniform in mu^2 before hooks, all cells narrow or none, at most 90 degrees wide."""
+        return self.law.size == 0 and int(self.main) <= int(QUARTER) and self.slopes is None
 
     @property
     def has_long_runs(self) -> bool:
@@ -231,6 +233,7 @@ class BandTable:
         cells: CellWords,
         rejection: HookTables | None = None,
         queue: HookTables | None = None,
+        slopes: np.ndarray | None = None,
     ) -> BandTable:
         """Build the tables from the cumulative counts (n_cell + 1,) of a band with photons.
 
@@ -273,6 +276,7 @@ class BandTable:
             cell_of_slot=slots[: 0 if is_complete else None].astype(np.int32),
             rejection=None if rejection is None else rejection.of_slots(slots),
             queue=None if queue is None else queue.of_slots(slots),
+            slopes=None if slopes is None else slopes[slots],
         )
 
 

@@ -20,6 +20,7 @@ from aomc_sky.emission.band_tables import (
 from aomc_sky.emission.kernels.hooks import QUEUE, REJECTION
 from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW, scratch_words
 from aomc_sky.kernels.backend import use_kernels
+from aomc_sky.kernels.cells.laws import slope_words
 from aomc_sky.memory import on_cache_lines
 from aomc_sky.plan.footprint import Footprint, FootprintShape
 from aomc_sky.plan.laws import law_of
@@ -81,7 +82,7 @@ class Emitter:
         self.dtype = np.dtype(plan.options["precision"])
         shape, size_x, size_y = plan.options["footprint"]
         self.footprint = Footprint(shape=FootprintShape(shape), size_x_m=size_x, size_y_m=size_y)
-        self._streams, self._kernels, self._finders, self._falls = (_BandCache() for _ in range(4))
+        self._streams, self._kernels, self._finders, self._falls, self._plain_slopes = (_BandCache() for _ in range(5))
 
     @property
     def has_positions(self) -> bool:
@@ -143,6 +144,19 @@ class Emitter:
     def _cells(self) -> np.ndarray:
         return np.asfortranarray(self.plan.arrays["cell"].astype(self.dtype))
 
+    def _slopes(self, band: int) -> np.ndarray | None:
+        """Words of the slopes of all cells of a band, or None where the plan has none."""
+        arrays = self.plan.arrays
+        is_centre = self.plan.options["placement"] == Placement.CENTRE.value
+        parts = {k: arrays[f"slope_{k}"] for k in range(len(self.plan.component_names)) if f"slope_{k}" in arrays}
+        if is_centre or not parts:
+            return None
+        row, slope = int(arrays["row_of_band"][band % self.plan.n_bands]), np.zeros((self.plan.n_cells, 2))
+        for k, of_component in parts.items():
+            start, end = arrays["component_start"][k : k + 2]
+            slope[start:end] = of_component[row if len(of_component) > 1 else 0]
+        return slope_words(slope)
+
     def _lobe_steps(self, band: int) -> tuple[object, ...]:
         """What the lobes of a band take their first trials from: the steps of the decision, `falls` with `paces`."""
         lobes, cumulative = self._queue, self.plan.arrays["cumulative"]
@@ -156,7 +170,8 @@ class Emitter:
     def _tables(self, band: int) -> tuple[BandTable, tuple[object, ...], np.ndarray, Any, Any]:
         """Of a band with photons: its table, how a rank finds its cell, the cells, and what Perez and lobes read."""
         arrays, words, stream = self.plan.arrays, self._words, self._stream(band)
-        table = BandTable.of(arrays["cumulative"][band], self._start_law, words, self._rejection, self._queue)
+        hooks = self._rejection, self._queue, self._slopes(band)
+        table = BandTable.of(arrays["cumulative"][band], self._start_law, words, *hooks)
         search = (table.cumulative, table.guide, table.guide_shift, table.place)
         perez = None if table.rejection is None else (*table.rejection, stream.accept)
         lobes = None if table.queue is None else (*table.queue, *self._lobe_steps(band))
@@ -170,7 +185,7 @@ class Emitter:
         if is_common and not stream.order_keys.size and table.has_long_runs:
             parameters = (cells, cells.view(self.dtype), table.main)
             return "emit_runs", (stream.shifts, stream.steps, *search, *parameters, table.cell_of_slot)
-        laws = (table.main, None if is_common else table.law, perez, lobes)
+        laws = (table.main, None if is_common else table.law, perez, lobes, table.slopes)
         return "emit", (np.uint64(table.n), *stream.arguments(), *search, cells, *laws, table.cell_of_slot)
 
     def _compiled(self, band: int) -> tuple[str, Callable[..., None], tuple[object, ...]]:
@@ -204,7 +219,7 @@ class Emitter:
             order = tuple(np.array([table.n, *split_order(np.uint64(table.n)), *stream.order_keys], np.uint64))
         _, *rest, jitter = stream.arguments()
         ways = (True if table.main == way else None for way in (IN_MU, ANY_WIDTH, NARROW))
-        laws = (table.law if table.law.size else None, *ways, perez, lobes)
+        laws = (table.law if table.law.size else None, *ways, perez, lobes, table.slopes)
         return order, *rest, True if jitter else None, *search, cells, cells.view(self.dtype), *laws
 
     def fill_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
@@ -252,5 +267,6 @@ class Emitter:
             self.plan.arrays["law"],
             None if perez is None else (perez.word, perez.bound, perez.sky, stream.accept),
             None if lobes is None else (lobes.lobe, lobes.tables, *self._lobe_steps(band)),
+            self._plain_slopes.get(band, self._slopes),
             *(arrays[name] for name in _OUTPUTS),
         )

@@ -170,9 +170,20 @@ class PhotonSource:
                     grid=plan.grid_of(k),
                     shared=plan.arrays.get(f"shared_{k}"),
                     bounds=plan.arrays.get(f"bounds_{k}"),
+                    slope=plan.arrays.get(f"slope_{k}"),
                 )
             )
         return tuple(parts)
+
+    def components_of(self, band: int) -> tuple[Component, ...]:
+        """The components of a band, with one row of everything."""
+        row = int(self.plan.arrays["row_of_band"][self._band(band)])
+        return tuple(component.of_row(row) for component in self.components)
+
+    @property
+    def bands_differ_inside_cells(self) -> bool:
+        """Whether photons lie in cells in another way in each band."""
+        return any(len(array) > 1 for name, array in self.plan.arrays.items() if name.startswith("slope_"))
 
     @property
     def grid(self) -> PatchGrid | None:
@@ -211,7 +222,11 @@ class PhotonSource:
     @in_default_mode
     def exact_moments(self, band: int) -> Moments:
         """Exact means of mu and 1/mu of a band's photons, from the masses."""
-        return mean_moments(self.mass(band), *self._cell_moments)
+        return mean_moments(self.mass(band), *self.cell_moments(band))
+
+    def cell_moments(self, band: int) -> tuple[np.ndarray, np.ndarray]:
+        """Mean of mu and of 1 / mu over each cell of a band, (n_cell,) each; see `emission.irradiance.cell_moments`."""
+        return cell_moments(self.components_of(band)) if self.bands_differ_inside_cells else self._cell_moments
 
     @cached_property
     def _cell_moments(self) -> tuple[np.ndarray, np.ndarray]:

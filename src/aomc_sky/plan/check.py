@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.component import N_CELL_PARAMETERS, Law
+from aomc_sky.component import MAX_SLOPE, N_CELL_PARAMETERS, Law
 from aomc_sky.errors import AomcSkyError
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
@@ -67,6 +67,7 @@ OF_COMPONENT = {
     "azimuth_bounds_deg": ("<f8", ("n_column", 2)),
     "shared": ("<f8", ("n_shared",)),
     "bounds": ("<f8", ("n_bound", "n_bound_column")),
+    "slope": ("<f8", ("n_slope_row", "n_slope", 2)),
 }
 """Arrays of component k, whose names end in _k."""
 
@@ -254,9 +255,10 @@ def _check_component(arrays: Arrays, k: int) -> None:
     n_cell, number = int(start[k + 1] - start[k]), Law(int(arrays["law"][start[k]]))
     law = law_of(number)
     names = [f"{name}_{k}" for name in OF_COMPONENT]
-    has_zenith, has_azimuth, has_shared, has_bounds = (name in arrays for name in names)
+    has_zenith, has_azimuth, has_shared, has_bounds, has_slope = (name in arrays for name in names)
     has_tables = law.tables is not None
     fits = has_zenith == has_azimuth and has_shared == has_bounds == has_tables and has_zenith >= law.needs_patches
+    fits = fits and has_slope == law.has_slopes
     _require(fits, "E952", names[0], f"the arrays of component {k} are not those of law {number.name}")
     if has_zenith:
         zenith, azimuth = arrays[names[0]], arrays[names[1]]
@@ -272,6 +274,11 @@ def _check_component(arrays: Arrays, k: int) -> None:
         shapes, expected = (arrays[names[2]].shape, arrays[names[3]].shape), law.tables(n_cell, len(arrays[names[3]]))
         message = f"found shapes {shapes}, wanted {expected} for law {number.name}"
         _require(shapes == expected, "E953", names[3], message)
+    if has_slope:
+        slope = arrays[names[4]]
+        fits = slope.shape[1] == n_cell and len(slope) in (1, len(arrays["mass"]))
+        _require(fits, "E953", names[4], f"found shape {slope.shape}, wanted a row for all masses or one for each")
+        _require(np.all(np.abs(slope) <= MAX_SLOPE), "E954", names[4], f"wanted slopes up to {MAX_SLOPE} in size")
     refused = law.refused(arrays["cell"][start[k] : start[k + 1]], arrays.get(names[3]))
     if refused is not None:
         member, found, wanted = refused

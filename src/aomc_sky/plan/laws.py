@@ -26,6 +26,52 @@ def _cell_mu2(component: Component) -> tuple[np.ndarray, np.ndarray]:
     return np.where(total > 0, mean, 0.0), inverse
 
 
+def _cell_sloped(component: Component) -> tuple[np.ndarray, np.ndarray]:
+    """With near and far the cosines n and f of the edges, and w = 1 - u: mu^2 = f^2 + (n^2 - f^2) w.
+
+    int mu w dw = 2 (3 n^3 + 6 n^2 f + 4 n f^2 + 2 f^3) / (15 (n + f)^2), int w / mu dw = 2 (n + 2 f) / (3 (n + f)^2).
+    """
+    mean, inverse = _cell_mu2(component)
+    _, growth, far2 = component.cell[:, :3].T
+    assert component.slope is not None
+    slope, far, near = component.slope[0, :, 0], np.sqrt(far2), np.sqrt(far2 + growth)
+    total2 = (near + far) ** 2
+    cubic = ((3.0 * near + 6.0 * far) * near + 4.0 * far * far) * near + 2.0 * far**3
+    with np.errstate(divide="ignore", invalid="ignore"):
+        mean_w, inverse_w = (2.0 / 15.0) * cubic / total2, (2.0 / 3.0) * (near + 2.0 * far) / total2
+    lit = total2 > 0
+    mean = np.where(lit, mean + slope * (mean - 2.0 * mean_w), mean)
+    return mean, np.where(lit, inverse + slope * (inverse - 2.0 * inverse_w), inverse)
+
+
+def _sloped_flux(component: Component, zenith_deg: np.ndarray, azimuth_deg: np.ndarray) -> np.ndarray:
+    """A cell of mass m and slopes s, t gives a part of it m (P + s Q) (P' + t Q').
+
+    P is the part's extent in u, Q the integral of 2u - 1 over it, and P', Q' those in v.
+    """
+    grid = component.grid
+    assert grid is not None
+    assert component.slope is not None
+    near, growth, _ = grid.ring_sin2()
+    at = np.sin(np.deg2rad(zenith_deg))[:, :, None] ** 2
+    ends = np.clip((at - near) / np.where(growth > 0, growth, 1.0), 0.0, 1.0)
+    along = _extent_and_lean(ends)
+    start, width = grid.azimuth_bounds_deg[:, 0], np.diff(grid.azimuth_bounds_deg, axis=1)[:, 0]
+    turns = [azimuth_deg[:, :, None] + turn for turn in (-720.0, -360.0, 0.0, 360.0, 720.0)]
+    parts = [_extent_and_lean(np.clip((at - start) / width, 0.0, 1.0)) for at in turns]
+    extent, lean = (np.sum(x, axis=0) for x in zip(*parts, strict=True))
+    mass = component.mass[0].reshape(grid.n_zenith, grid.n_azimuth)
+    s, t = component.slope[0].reshape(grid.n_zenith, grid.n_azimuth, 2).transpose(2, 0, 1)
+    of_columns = [part @ extent.T + (part * t) @ lean.T for part in (mass, mass * s)]
+    return np.asarray(along[0] @ of_columns[0] + along[1] @ of_columns[1])
+
+
+def _extent_and_lean(ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """From ends (n, 2, n_cell) of parts in [0, 1]: their lengths and the integrals of 2u - 1, (n, n_cell) each."""
+    low, high = ends[:, 0], ends[:, 1]
+    return high - low, high * (high - 1.0) - low * (low - 1.0)
+
+
 def _cell_mu(component: Component) -> tuple[np.ndarray, np.ndarray]:
     _, growth, far = component.cell[:, :3].T
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -100,6 +146,13 @@ _LAWS: dict[Law, CellLaw | str] = {
     Law.HG: "aomc_sky.skies.lobes.law:LOBE",
     Law.GGX: "aomc_sky.skies.lobes.law:LOBE",
     Law.BECKMANN: "aomc_sky.skies.lobes.law:LOBE",
+    Law.CELL_SLOPED: CellLaw(
+        moments=_cell_sloped,
+        flux=_sloped_flux,
+        needs_patches=True,
+        has_slopes=True,
+        starts_as=Law.CELL_MU2,
+    ),
 }
 
 

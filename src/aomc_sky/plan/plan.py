@@ -47,8 +47,9 @@ class Plan:
         `law` int8 and `cell` float64 (n_cell, 6); `component_start` (n_component + 1,);
         `keys` uint64, one per stream; and for each component k with patches `zenith_bounds_deg_k`,
         `azimuth_bounds_deg_k`, for one of law PEREZ also `shared_k` (11,) and `bounds_k` (cells of the
-        component, 2). Where absolute units are known there are `irradiance_W_m2_nm` float64
-        (n_band, n_component) and `horizon_loss` float64 (n_band,), which change no photon.
+        component, 2), for one of law CELL_SLOPED `slope_k` (1 or n_row, cells of the component, 2). Where absolute
+        units are known there are `irradiance_W_m2_nm` float64 (n_band, n_component) and `horizon_loss` float64
+        (n_band,), which change no photon.
     options : dict
         Everything else that changes photons, and names: JSON values only.
 

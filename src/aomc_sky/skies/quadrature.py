@@ -161,6 +161,13 @@ class Rule:
             done.append(self._along_circles(tiles[:, is_crossed], patch[is_crossed], allowed))
         return Parts(*(np.concatenate(columns, axis=-1) for columns in zip(*done, strict=True)))
 
+    def of_tiles(self, tiles: np.ndarray, patch: np.ndarray, allowed: np.ndarray) -> Parts:
+        """Integrate parts of patches, seen from the centre, whatever a first look would say of them.
+
+        `allowed` is the error of each patch.
+        """
+        return self._refined(lambda values: values, tiles, patch, allowed, patch)
+
     def _first_look(self, edges: Edges, patch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Integrals over rings x columns by the higher order, and how far the lower one is away."""
         both = np.zeros((2, *patch.shape))

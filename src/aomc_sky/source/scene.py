@@ -432,7 +432,7 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions, max_memory_byt
         "mass": mass,
         "weight": _weights(components, n_cells, rows) if options.weights else np.zeros((0, 0)),
         "keys": plan_keys(chosen),
-        **_cell_arrays(components, cells_of),
+        **_cell_arrays(components, cells_of, rows),
     }
     if options.allocation is AllocationMethod.AOMC:
         arrays["cumulative"] = _aomc_cumulative(scene)
@@ -474,7 +474,8 @@ def _refuse_large_plan(scene: Scene, n_cells: int, n_rows: int, replicates: int,
             f"{replicates} replicates of {n_bands} wavebands of {n_cells} cells make a plan of {size / 2**30:.1f} GiB, "
             f"more than {MAX_REPLICATES_BYTES / 2**30:g} GiB; ask for fewer replicates or larger cells"
         )
-    arrays = size + 8 * n_rows * n_cells + sum(c.cell.nbytes for c in scene.components)
+    of_cells = sum(c.cell.nbytes + (0 if c.slope is None else c.slope.nbytes) for c in scene.components)
+    arrays = size + 8 * n_rows * n_cells + of_cells
     n_bytes = ARRAYS_HELD * arrays
     if n_bytes > max(memory.allowed(limit), memory.FREE_BYTES):
         raise UsageError(
@@ -493,8 +494,8 @@ def _refuse_too_few(scene: Scene, replicates: int) -> None:
         )
 
 
-def _cell_arrays(components: tuple[Component, ...], n_cells: list[int]) -> dict[str, np.ndarray]:
-    """Laws, parameters and bounds of the cells of all components."""
+def _cell_arrays(components: tuple[Component, ...], n_cells: list[int], rows: np.ndarray) -> dict[str, np.ndarray]:
+    """Laws, parameters, bounds and slopes of the cells of all components."""
     arrays = {
         "law": np.repeat(np.array([c.law for c in components], np.int8), n_cells),
         "cell": np.concatenate([c.cell for c in components]),
@@ -506,6 +507,8 @@ def _cell_arrays(components: tuple[Component, ...], n_cells: list[int]) -> dict[
             arrays[f"azimuth_bounds_deg_{k}"] = component.grid.azimuth_bounds_deg
         if component.shared is not None and component.bounds is not None:
             arrays[f"shared_{k}"], arrays[f"bounds_{k}"] = component.shared, component.bounds
+        if component.slope is not None:
+            arrays[f"slope_{k}"] = component.slope if len(component.slope) == 1 else component.slope[rows]
     return arrays
 
 

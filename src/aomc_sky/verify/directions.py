@@ -13,7 +13,6 @@ import numpy as np
 
 from aomc_sky.component import Law
 from aomc_sky.directions import Frame, sky_from_travel
-from aomc_sky.emission.irradiance import cell_moments
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.outputs.photons.files import PhotonRows, in_order
 from aomc_sky.plan.options import Placement
@@ -24,7 +23,7 @@ from aomc_sky.verify.counts import FAMILY_LEVEL
 from aomc_sky.verify.inside import interior_of
 from aomc_sky.verify.repeats import RepeatFinder, RepeatSample
 from aomc_sky.verify.report import Against, Check, Pulls, VerifyReport, judged
-from aomc_sky.verify.zones import MARGIN_DEG, at_centres, choose_zones, zone_shares
+from aomc_sky.verify.zones import MARGIN_DEG, ZoneShares, at_centres, choose_zones, zone_shares
 
 LENGTH_TOLERANCE = 1e-5
 """How far the square of a direction's length may be from 1, as libmcpl has it."""
@@ -98,7 +97,7 @@ class DirectionTests:
         self._source, self._tied, self._frame = source, tied, frame
         self._thinning_key = thinning_key(seed) if tied is Tied.STRATIFIED else None
         self.zones = choose_zones(source)
-        self._shares = zone_shares(source, self.zones)
+        self._kept_shares: dict[int, ZoneShares] = {}
         self._interior, self._why_no_interior = interior_of(source)
         self._repeats = RepeatFinder.of(source.components, frame, is_centred=at_centres(source))
 
@@ -110,10 +109,17 @@ class DirectionTests:
             notes.append(f"repeated photons were not looked for: {self._repeats}")
         return notes
 
+    def _shares(self, band: int) -> ZoneShares:
+        """How the cells of a band spread over the zones."""
+        key = band if self._source.bands_differ_inside_cells else 0
+        if key not in self._kept_shares:
+            self._kept_shares[key] = zone_shares(self._source, self.zones, band)
+        return self._kept_shares[key]
+
     def count(self, band: int, blocks: Iterable[PhotonRows], threads: int = 0) -> DirectionCounts:
         """Count blocks on threads; the counts are the same on any number of them."""
         threads = threads or n_cpus()
-        is_dark = self._shares.expected(self._of_cells(band)) <= 0
+        is_dark = self._shares(band).expected(self._of_cells(band)) <= 0
         count = partial(self._count, is_dark=is_dark)
         total = count(PhotonRows(start=0, direction=np.zeros((0, 3))))
         with ThreadPoolExecutor(threads) as executor, closing(in_order(executor, threads, count, blocks)) as counted:
@@ -160,7 +166,7 @@ class DirectionTests:
 
     def checks(self, band: int, counts: DirectionCounts) -> tuple[list[Check], Pulls | None]:
         """What the counts of a waveband say, and their map, which is None where there is no photon to test."""
-        waveband, expected = band + 1, self._shares.expected(self._of_cells(band))
+        waveband, expected = band + 1, self._shares(band).expected(self._of_cells(band))
         if counts.n == 0:  # a plan may want none, a file of another code then proves nothing
             is_planned = self._tied is Tied.PLAN
             detail = "none" if is_planned else "none: nothing was tested"
@@ -194,7 +200,7 @@ class DirectionTests:
         A tenth of the variance of independent photons is allowed besides, as in the chi-square per degree of freedom.
         """
         options, waveband, zones, photons = self._source.plan.options, band + 1, self.zones, counts.of_zones[0]
-        of_cells, shares = self._of_cells(band), self._shares
+        of_cells, shares = self._of_cells(band), self._shares(band)
         checks = zone_tests.by_marginals(
             zones, zone_tests.even, photons, expected, shares.loose(of_cells), waveband=waveband
         )
@@ -223,10 +229,11 @@ class DirectionTests:
             own = float(score**2 @ expected)
             if self._tied is not Tied.STRATIFIED:
                 return own
-            return (own + zone_tests.RESONANCE * self._shares.variance(of_cells, score)) / 4  # a random half is kept
+            tied = zone_tests.RESONANCE * self._shares(band).variance(of_cells, score)
+            return (own + tied) / 4  # a random half is kept
 
         if self._tied is Tied.STRATIFIED:
-            loose = self._shares.loose(of_cells)
+            loose = self._shares(band).loose(of_cells)
             checks = zone_tests.by_marginals(zones, zone_tests.thinned, kept, expected, loose, waveband=waveband)
             checks += zone_tests.share_checks(zones, kept, expected / 2, variance, waveband)
         else:
@@ -240,8 +247,8 @@ class DirectionTests:
         waveband, zones, (weight, weight2) = band + 1, self.zones, counts.of_zones[2:]
         mass, is_mu = self._source.mass(band), self._source.plan.arrays["law"] == Law.CELL_MU
         # flux through the horizontal: photons uniform in solid angle times their cosine
-        flux = np.where(is_mu, mass * cell_moments(self._source.components)[0], mass)
-        share = zone_shares(self._source, zones, is_flux=True).expected(flux)
+        flux = np.where(is_mu, mass * self._source.cell_moments(band)[0], mass)
+        share = zone_shares(self._source, zones, band, is_flux=True).expected(flux)
         share /= share.sum()
         expected = share * weight.sum()
         test = partial(zone_tests.weighted, is_mixed=self._tied is not Tied.INDEPENDENT)

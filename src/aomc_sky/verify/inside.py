@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 
 from aomc_sky.component import Component
@@ -12,7 +10,7 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.plan.laws import law_of
 from aomc_sky.verify.report import Check, kolmogorov_p
 from aomc_sky.verify.zone_tests import MIN_EVEN, of_chi_square, untested
-from aomc_sky.verify.zones import at_centres, fixed_directions
+from aomc_sky.verify.zones import at_centres, components_seen, fixed_directions
 
 N_STEPS = 64
 """Steps across a patch of constant radiance: the Kolmogorov distance between them says nearly all."""
@@ -27,8 +25,9 @@ class PatchInterior:
     Patches that touch a fixed direction are left out.
     """
 
-    def __init__(self, component: Component, fixed: np.ndarray) -> None:
+    def __init__(self, source: PhotonSource, component: Component, fixed: np.ndarray) -> None:
         assert component.grid is not None
+        self._source, self._kept_shares = source, dict[int, tuple[np.ndarray, np.ndarray]]()
         self.grid: PatchGrid = component.grid
         self._component, self._law = component, law_of(component.law)
         self.n_steps = N_STEPS if self._law.flux is None else N_STEPS_UNEVEN
@@ -53,24 +52,29 @@ class PatchInterior:
         n = self.n_steps
         return np.bincount(np.clip((position * n).astype(np.int64), 0, n - 1), minlength=n)
 
-    def _expected(self, of_patches: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def _expected(self, of_patches: np.ndarray, band: int) -> tuple[np.ndarray, np.ndarray]:
         """Photons of each step along and across, if patches hold these. [two of shape (n_steps,)]"""
-        if self._shares is not None:
-            along, across = self._shares
+        if self._law.flux is not None:
+            along, across = self._shares(band)
             return of_patches @ along, of_patches @ across
         even = np.full(self.n_steps, of_patches.sum() / self.n_steps)
         return even, even
 
-    @cached_property
-    def _shares(self) -> tuple[np.ndarray, np.ndarray] | None:
-        """Share of each step of each patch along and across, (n_patch, n_steps) each; None where all are equal."""
+    def _shares(self, band: int) -> tuple[np.ndarray, np.ndarray]:
+        """Share of each step of each patch along and across, (n_patch, n_steps) each."""
+        key = band if self._source.bands_differ_inside_cells else 0
+        if key not in self._kept_shares:
+            seen = components_seen(self._source, band)
+            self._kept_shares[key] = self._shares_of(next(c for c in seen if c.name == self._component.name))
+        return self._kept_shares[key]
+
+    def _shares_of(self, component: Component) -> tuple[np.ndarray, np.ndarray]:
         flux = self._law.flux
-        if flux is None:
-            return None
+        assert flux is not None
         n, rings, columns = self.n_steps, self.grid.n_zenith, self.grid.n_azimuth
         zenith, azimuth = self.grid.zenith_bounds_deg, self.grid.azimuth_bounds_deg
-        along = flux(self._component, _steps_of(zenith, n), azimuth)
-        across = flux(self._component, zenith, _steps_of(azimuth, n)).reshape(-1, n)
+        along = flux(component, _steps_of(zenith, n), azimuth)
+        across = flux(component, zenith, _steps_of(azimuth, n)).reshape(-1, n)
         along = along.reshape(rings, n, columns).transpose(0, 2, 1).reshape(-1, n)
         totals = (mass.sum(axis=1, keepdims=True) for mass in (along, across))
         shares = [mass / np.where(total > 0, total, 1.0) for mass, total in zip((along, across), totals, strict=True)]
@@ -86,7 +90,8 @@ class PatchInterior:
         of_patches, *steps = np.split(counts, self.grid.n_patches + np.array([0, self.n_steps]))
         n, checks = int(of_patches.sum()), []
         kinds = "chi-square, two-sided" if are_independent else "chi-square", "Kolmogorov-Smirnov"
-        for axis, found, expected in zip(("mu^2", "azimuth"), steps, self._expected(of_patches), strict=True):
+        of_steps = self._expected(of_patches, waveband - 1)
+        for axis, found, expected in zip(("mu^2", "azimuth"), steps, of_steps, strict=True):
             chi_square, kolmogorov = (f"inside patches, {axis}: {kind}" for kind in kinds)
             if n < MIN_EVEN or expected.min() < MIN_EVEN / found.size:
                 checks += [untested(chi_square, waveband), untested(kolmogorov, waveband)]
@@ -117,7 +122,7 @@ def interior_of(source: PhotonSource) -> tuple[PatchInterior | None, str]:
     if why:
         return None, why
     fixed = fixed_directions([c for c in components if c.grid is None], is_centred=False)
-    return PatchInterior(with_grid[0], fixed), ""
+    return PatchInterior(source, with_grid[0], fixed), ""
 
 
 def _touched(grid: PatchGrid, fixed: np.ndarray) -> np.ndarray:

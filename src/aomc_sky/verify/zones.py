@@ -36,6 +36,11 @@ def at_centres(source: PhotonSource) -> bool:
     return bool(source.plan.options["placement"] == Placement.CENTRE.value)
 
 
+def components_seen(source: PhotonSource, band: int) -> tuple[Component, ...]:
+    """The components of a source, with one row where photons of bands lie differently in cells."""
+    return source.components_of(band) if source.bands_differ_inside_cells else source.components
+
+
 def points_deg(component: Component, *, is_centred: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Cells whose photons share one direction, the zenith angles and the azimuths of these directions. [deg]
 
@@ -159,15 +164,15 @@ class ZoneShares:
         return float(of_cells[self.cell] @ (self.share * off * off))
 
 
-def zone_shares(source: PhotonSource, zones: PatchGrid, *, is_flux: bool = False) -> ZoneShares:
-    """Spread the cells of a source over zones.
+def zone_shares(source: PhotonSource, zones: PatchGrid, band: int = 0, *, is_flux: bool = False) -> ZoneShares:
+    """Spread the cells of a source over zones; those of a band where bands differ inside cells.
 
     `is_flux` is for sums of weights: patches of law CELL_MU then count as those of law CELL_MU2, for their weights
-    carry the cosine. Errors: 1e-12 for patches of constant radiance, beams and discs, 1e-10 for a Perez sky, for lobes
-    those of `aomc_sky.lobes.patch_mass`.
+    carry the cosine. Errors: 1e-12 for patches of constant radiance or with slopes, beams and discs, 1e-10 for a Perez
+    sky, for lobes those of `aomc_sky.lobes.patch_mass`.
     """
     start, parts = 0, []
-    for component in source.components:
+    for component in components_seen(source, band):
         if law_of(component.law).covers_sky or _holds_zenith(component):
             parts.append(_of_one_cell(component, zones, start))
         else:

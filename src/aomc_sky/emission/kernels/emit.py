@@ -40,6 +40,7 @@ from aomc_sky.kernels.cells.blocks import (
     column,
     copy_parameters,
     fill_parameters,
+    place_on_slopes,
     ranks_of_block,
     slot_of_rank,
     split_place,
@@ -248,6 +249,7 @@ def emit(
     law,
     perez,
     lobes,
+    slopes,
     cell_of_slot,
 ):
     """Write the photons [start, start + ux.size) of a band with n photons.
@@ -263,7 +265,7 @@ def emit(
     `law` None is the common case: all slots go the main way, NARROW or QUARTER, by rank, without hooks; numba leaves
     the rest out. `perez` is what the hook `rejection` reads, and the steps of its first trial, None without it. `lobes`
     holds what `queue` reads: the lobe of each slot (int32, -1 for none), the tables of `skies.lobes.kernels.law`, the
-    steps of its first trial, and `falls` with `paces`.
+    steps of its first trial, and `falls` with `paces`. `slopes` holds the words of `laws.sloped` of the slots, or None.
 
     Tables of the band: `cumulative` (n_slot + 3,), the ranks before each slot and two sentinels;
     `guide`, the slot of every 2^guide_shift-th rank; `place`, one word per slot, whose
@@ -313,6 +315,8 @@ def emit(
                 rejection.tilted_by_rank(m, rank, shifts, steps, bits, cell_word, u, v, jacobian)
             else:
                 _places_by_rank(m, rank, shifts, steps, bits, u, v)
+            if slopes is not None:
+                place_on_slopes(m, slot, slopes, column(memory, U64(4), MAX_PHOTONS, ZERO), u, v)
             if main == NARROW:
                 _cells_mu2_narrow(m, p, u, v, x, y, z)
             elif main == QUARTER:

@@ -10,7 +10,7 @@ import numpy as np
 from aomc_sky.kernels.arithmetic.constants import U64
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned_any, unit
 from aomc_sky.kernels.arithmetic.rng import philox_pair
-from aomc_sky.kernels.cells.laws import BECKMANN, HG, PEREZ, directions_of, positions_in_cells
+from aomc_sky.kernels.cells.laws import BECKMANN, HG, PEREZ, directions_of, positions_in_cells, sloped
 from aomc_sky.kernels.cells.order import ranks_of_photons
 from aomc_sky.kernels.formula import formula, kind_of
 
@@ -31,6 +31,7 @@ def emit(
     laws,
     perez,
     lobes,
+    slopes,
     ux,
     uy,
     uz,
@@ -42,12 +43,15 @@ def emit(
     cell and the turn of each ring; `cells` (n_cell, 6) in the precision
     of the outputs; `laws` int8 (n_cell,); `perez` holds words and bounds (n_cell,), the sky's numbers and
     the steps of the first trial, or None; `lobes` the lobe of each cell, the tables of `lobes.law`, the steps of
-    the first trial, and `falls` with `paces`. Other parameters are those of the kernel.
+    the first trial, and `falls` with `paces`; `slopes` the words of `laws.sloped` (n_cell,), or None. Other parameters
+    are those of the kernel.
     """
     is_shuffled = order_keys.size > 0
     rank = ranks_of_photons(start, stop, n, order_keys) if is_shuffled else np.arange(start, stop, dtype=U64)
     cell[:] = finder(rank)
     u, v = positions_in_cells(rank, jitter, place_key, band, shifts, steps, turns[1][turns[0][cell]], ux)
+    if slopes is not None:
+        u, v = sloped(u, v, slopes[cell])
     law = laws[cell]
     for code in np.flatnonzero(np.bincount(law)):
         chosen = slice(None) if np.all(law == code) else np.flatnonzero(law == code)

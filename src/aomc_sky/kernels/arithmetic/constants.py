@@ -52,5 +52,8 @@ LAST_TRIAL = np.uint64(10_000)
 TILT_STEP = 2.0**-11
 """The slope along which photons are sent inside a cell before the rejection: 10 bits for each direction."""
 
+SLOPE_STEP = 2.0**-30
+"""Slopes of the light inside a cell are whole numbers of these."""
+
 NARROW, QUARTER, ANY_WIDTH, IN_MU = (np.uint64(way) for way in range(4))
 """The way of most slots: uniform in mu^2 in cells of at most 3 degrees of azimuth, at most 90, of any width; in mu."""

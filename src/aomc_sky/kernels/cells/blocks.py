@@ -14,6 +14,7 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.arithmetic.constants import FOUR, LOW32, ONE, S32, SCRATCH_PHOTONS, THREE, TWO, U32, U64, ZERO
+from aomc_sky.kernels.cells.laws import sloped
 from aomc_sky.kernels.cells.order import SHORT_LIMIT, permute_long, permute_short, split_order
 from aomc_sky.kernels.formula import by_width
 from aomc_sky.kernels.jit import inner_reader, seen_as, spliced
@@ -101,6 +102,23 @@ def _cell_f64(p, j):
 
 #: The six parameters h0, h1, h2, h3, t0, t1 of photon j from the scratch memory p, seen as floats: (p, j).
 cell_of_photon = by_width(_cell_f32, _cell_f64, of=0)
+
+
+_NO_SLOPE = np.uint64(1 << 63)
+
+
+@inner_reader
+def place_on_slopes(m, slot, word_of_slot, word, u, v):
+    """`sloped` for a block; `word` is scratch memory."""
+    j = ZERO
+    while j < m:
+        w = word_of_slot[U64(slot[j])]
+        word[j] = w
+        if w == _NO_SLOPE:  # never; see `cells_of_slots`
+            break
+        j += ONE
+    for j in range(min(m, MAX_PHOTONS)):
+        u[j], v[j] = sloped(u[j], v[j], word[j])
 
 
 @spliced

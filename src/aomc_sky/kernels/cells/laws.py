@@ -8,6 +8,7 @@ law              h0, h1, h2, h3 | t0, t1
 ================ ==================================================================================
 CELL_MU2         sin^2 at the near edge, growth of sin^2, cos^2 at the far edge, half the azimuth
                  width in quarter turns | sine, cosine of the centre azimuth
+CELL_SLOPED      as CELL_MU2, at the place that `sloped` gives
 CELL_MU          1 - mu at the near edge, growth of 1 - mu, mu at the far edge, half width | the same
 BEAM             as CELL_MU2 with no growth and no width
 DISC             sine, cosine of the centre's zenith angle, sine, cosine of the radius | the same
@@ -25,7 +26,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.constants import U64
+from aomc_sky.kernels.arithmetic.constants import LOW32, S32, SLOPE_STEP, U64
 from aomc_sky.kernels.arithmetic.elementary import (
     NARROW_HALF_WIDTH,
     sincos_turned_any,
@@ -33,9 +34,47 @@ from aomc_sky.kernels.arithmetic.elementary import (
     unit,
 )
 from aomc_sky.kernels.arithmetic.rng import philox_pair
-from aomc_sky.kernels.formula import formula, kind_of
+from aomc_sky.kernels.formula import by_width, formula, kind_of, smaller
 
-CELL_MU2, CELL_MU, BEAM, DISC, DISC_AT_HORIZON, PEREZ, HG, GGX, BECKMANN = range(9)
+CELL_MU2, CELL_MU, BEAM, DISC, DISC_AT_HORIZON, PEREZ, HG, GGX, BECKMANN, CELL_SLOPED = range(10)
+
+
+def _below_one_f32(x):
+    return smaller(x, np.float32(1.0 - 2.0**-24))
+
+
+def _below_one_f64(x):
+    return smaller(x, 1.0 - 2.0**-53)
+
+
+_below_one = by_width(_below_one_f32, _below_one_f64)
+
+
+@formula
+def _on_slope(u, slope):
+    """Where in [0, 1) the integral of 1 + slope (2x - 1) reaches u: the root x of (1 - slope) x + slope x^2 = u."""
+    rest = kind_of(u)(1) - slope
+    four = kind_of(u)(4)
+    return _below_one((u + u) / (rest + np.sqrt(rest * rest + four * slope * u)))
+
+
+@formula
+def sloped(u, v, word):
+    """The place (u, v) in a cell of `Law.CELL_SLOPED`; the halves of a word are its slopes in steps, 32 bits each.
+
+    A slope of 0 leaves a number as it is.
+    """
+    kind = kind_of(u)
+    step = kind(SLOPE_STEP)
+    slope_u = kind(np.int32(word >> S32)) * step
+    slope_v = kind(np.int32(word & LOW32)) * step
+    return _on_slope(u, slope_u), _on_slope(v, slope_v)
+
+
+def slope_words(slope):
+    """The words of `sloped`, uint64 (n,), of slopes (n, 2)."""
+    steps = np.rint(slope / SLOPE_STEP).astype(np.int64)
+    return (steps[:, 0].astype(np.uint64) << S32) | (steps[:, 1].astype(np.uint64) & LOW32)
 
 
 @formula

@@ -195,6 +195,7 @@ def degree_refusals(source: PhotonSource, bands: Sequence[int]) -> list[Refusal]
             )
             for c, _ in lit
             if law_of(c.law).flux is not None
+            and c.slope is None
             and c.grid is not None
             and abs(c.grid.solid_angle_sr.sum() - 2 * np.pi) > 1e-9
         ]
@@ -263,8 +264,11 @@ def carried_over(component: Component, grid: PatchGrid) -> np.ndarray:
     assert own is not None
     flux = law_of(component.law).flux
     if flux is not None:
-        mass = flux(component, grid.zenith_bounds_deg, grid.azimuth_bounds_deg).ravel()
-        return np.outer(component.strength, mass / math.fsum(mass.tolist()))
+        n_rows = 1 if component.slope is None else len(component.mass)
+        rows = [component.of_row(row) for row in range(n_rows)]
+        masses = [flux(row, grid.zenith_bounds_deg, grid.azimuth_bounds_deg).ravel() for row in rows]
+        shares = np.stack([mass / (math.fsum(mass.tolist()) or 1.0) for mass in masses])
+        return component.strength[:, None] * shares
     in_mu = component.law is Law.CELL_MU
     rings = _ring_shares(own.zenith_bounds_deg, grid.zenith_bounds_deg, in_mu=in_mu)
     columns = _column_shares(own.azimuth_bounds_deg, grid.azimuth_bounds_deg)

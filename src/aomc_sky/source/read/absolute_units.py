@@ -85,6 +85,7 @@ def _joined(draft: SceneDraft, base: np.ndarray, skies: Sequence[LobeSky], bands
             strength=base[first, k],
             mass=_rows(component.mass, old_rows),
             weight=None if component.weight is None else _rows(component.weight, old_rows),
+            slope=None if component.slope is None else _rows(component.slope, old_rows),
         )
         for k, component in enumerate(components)
     ]
@@ -101,7 +102,7 @@ def _joined(draft: SceneDraft, base: np.ndarray, skies: Sequence[LobeSky], bands
 
 
 def _rows(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """The rows of masses or weights that serve; one row serves all."""
+    """The rows of masses, weights or slopes that serve; one row serves all."""
     return values if values.shape[0] == 1 else values[rows]
 
 

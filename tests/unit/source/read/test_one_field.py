@@ -115,7 +115,7 @@ def smooth(sky_zenith_rad, sky_azimuth_rad, wavelength_nm):
     return 2 + np.sin(sky_zenith_rad) * np.cos(np.asarray(sky_azimuth_rad) - 1) + 440 / np.asarray(wavelength_nm)
 
 
-def test_a_smooth_field_differs_by_the_stated_error_of_its_patches(tmp_path):
+def test_a_smooth_field_differs_to_second_order_in_its_patches(tmp_path):
     """The function's own masses against values at the middles of patches: second order in their width."""
     differences = []
     for factor in (1, 2, 4):
@@ -126,6 +126,5 @@ def test_a_smooth_field_differs_by_the_stated_error_of_its_patches(tmp_path):
         at_middles = smooth(zenith, azimuth, NM[:, None, None])
         table = sky.TabulatedSky.from_xarray(as_field(at_middles, grid))
         difference = 0.5 * np.abs(masses(scene_of(table)) - masses(scene_of(model))).sum(axis=1)
-        assert np.all(difference < model.variation(NM))  # what constant patches cost bounds what their values cost
         differences.append(difference.max())
     np.testing.assert_allclose(np.divide(differences[:-1], differences[1:]), 4.0, rtol=0.2)

@@ -16,7 +16,7 @@ from aomc_sky.kernels.arithmetic.constants import U64, ZERO
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned, sincos_turned_any, sincos_turned_narrow, unit
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.cells.blocks import cell_of_table, rank_of_photon, slot_of_rank, split_place, turn_of_table
-from aomc_sky.kernels.cells.laws import from_mu, from_mu2
+from aomc_sky.kernels.cells.laws import from_mu, from_mu2, sloped
 from aomc_sky.kernels.jit import inlined, inner, shared, shared_inlined
 
 rejection: Any = None
@@ -58,6 +58,7 @@ def photon_at(
     is_narrow,
     perez,
     lobes,
+    slopes,
 ):
     """Return the travel direction of photon i (uint64) of a band.
 
@@ -77,6 +78,8 @@ def photon_at(
     else:
         a, b = philox_pair(key, rank, band, ZERO)
         u, v = unit(a, h0), unit(b, h0)
+    if slopes is not None:
+        u, v = sloped(u, v, slopes[slot])
     if rejection is not None:
         u, v, jacobian = rejection.tilted(u, v, perez[0][slot])
     if law is None:
