@@ -35,7 +35,9 @@ def band_radiance(components: Sequence[Component], row: int, irradiance: Sequenc
         else:
             assert component.grid is not None
             grid, values = patch_radiance(component.law, component.grid, mass * (total / mass.sum()))
-            parts.append(partial(_of_patch, grid, np.append(values, 0.0)))
+            slope = component.of_row(row).slope
+            sloped = None if slope is None else np.append(slope[0], np.zeros((1, 2)), axis=0)
+            parts.append(partial(_of_patch, grid, np.append(values, 0.0), sloped))
     return parts
 
 
@@ -55,11 +57,22 @@ def sum_of(parts: Sequence[Radiance], sky_zenith_rad: np.ndarray, sky_azimuth_ra
 _HORIZON = np.nextafter(np.pi / 2, 2.0)
 
 
-def _of_patch(grid: PatchGrid, values: np.ndarray, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
-    """Value of the patch; the last one is that of directions outside all patches."""
+def _of_patch(
+    grid: PatchGrid, values: np.ndarray, slope: np.ndarray | None, zenith: np.ndarray, azimuth: np.ndarray
+) -> np.ndarray:
+    """Value of the patch; the last one is that of directions outside all patches. `slope` as in `Component`."""
     # radians of whole degrees come back as these, so that edges belong to the patch that starts there
     zenith_deg, azimuth_deg = np.round(np.rad2deg(zenith), 12), np.round(np.rad2deg(azimuth), 12)
-    return values[grid.patch_of(zenith_deg, azimuth_deg)]
+    patch = grid.patch_of(zenith_deg, azimuth_deg)
+    if slope is None:
+        return values[patch]
+    ring, column = np.divmod(np.maximum(patch, 0), grid.n_azimuth)
+    near, growth, _ = grid.ring_sin2()
+    start, end = grid.azimuth_bounds_deg[column, 0], grid.azimuth_bounds_deg[column, 1]
+    u = (np.sin(zenith) ** 2 - near[ring]) / growth[ring]
+    v = np.mod(azimuth_deg - start, 360.0) / (end - start)
+    s, t = np.moveaxis(slope[patch], -1, 0)
+    return values[patch] * (1.0 + s * (2.0 * u - 1.0)) * (1.0 + t * (2.0 * v - 1.0))
 
 
 def cell_irradiances(source: PhotonSource, band: int) -> list[np.ndarray]:

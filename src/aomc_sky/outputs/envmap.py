@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import io
 import json
 from collections.abc import Iterator, Sequence
@@ -56,8 +55,7 @@ def _shares(component: Component, row: int, grid: PatchGrid) -> np.ndarray:
     law = law_of(component.law)
     if law.shares is not None:
         return law.shares(component, grid)
-    one = dataclasses.replace(component, strength=np.ones(1), mass=component.mass_of(row)[None], weight=None)
-    mass = carried_over(one, grid)[0]
+    mass = carried_over(component.of_row(row), grid)[0]
     return mass / mass.sum()
 
 

@@ -15,6 +15,9 @@ SUN = {"sun_zenith_deg": 32.0, "sun_azimuth_deg": 331.0}
 SCENES = {
     "perez": lambda: sky.Scene(wavebands=[550.0], n_photons=10, components=sky.PerezSky(**SUN, epsilon=6.0, delta=0.1)),
     "cie": lambda: sky.Scene(wavebands=[550.0], n_photons=10, components=sky.CieSky(type=12, **SUN)),
+    "function": lambda: sky.Scene(
+        wavebands=[550.0], n_photons=10, components=lambda z, a, nm: 1 + np.cos(z) * (1 + np.sin(z) * np.cos(a))
+    ),
     "uniform": lambda: sky.Scene(wavebands=[550.0], n_photons=10, components="uniform"),
     "overcast": lambda: sky.Scene(wavebands=[550.0], n_photons=10, components="overcast"),
     "day": lambda: sky.weather_scene(
@@ -152,3 +155,21 @@ def test_datasets_carry_radiance_and_wavelengths():
     np.testing.assert_allclose(one[5:], exact[5:], rtol=1e-2)  # the zenith's ring is all around in one patch
     area = scene.source().grid.projected_solid_angle_sr
     assert one.values.ravel() @ area == pytest.approx(scene.irradiance.of_component[1, 1], rel=1e-9)
+
+
+def test_functions_have_their_radiance_in_directions_and_pixels():
+    """Photons follow a function inside patches, and so does its radiance: to the second order of a patch."""
+    from aomc_sky.outputs.envmap import maps
+
+    scene = SCENES["function"]()
+    zenith, azimuth = np.deg2rad(np.random.default_rng(1).uniform([1, 0], [89, 360], (200, 2))).T
+    exact = 1 + np.cos(zenith) * (1 + np.sin(zenith) * np.cos(azimuth))
+    irradiance = np.pi * (1 + 2 / 3)  # the azimuthal part has none
+    found = scene.radiance(0, sky_zenith_rad=zenith, sky_azimuth_rad=azimuth)
+    np.testing.assert_allclose(found, exact / irradiance, rtol=1e-3)
+    assert scene.radiance(0, sky_zenith_deg=33.3, sky_azimuth_deg=-77.7) == pytest.approx(
+        float(scene.radiance(0, sky_zenith_deg=[33.3], sky_azimuth_deg=[[282.3]])[0, 0]), rel=1e-12
+    )
+    (pixels,) = maps(scene.source(), [0])
+    at = scene.radiance(0, sky_zenith_deg=np.arange(0.25, 90, 0.5)[:, None], sky_azimuth_deg=np.arange(0.25, 360, 0.5))
+    np.testing.assert_allclose(pixels[10:180], at[10:], rtol=2e-3)
