@@ -67,6 +67,11 @@ def test_page_of_weather(tmp_path: Path) -> None:
     assert carry_out("howto/weather.md", tmp_path) == 17
 
 
+def test_page_of_radiance(tmp_path: Path) -> None:
+    pytest.importorskip("xarray")
+    assert carry_out("howto/radiance.md", tmp_path) == 5
+
+
 def test_page_of_mcpl_codes(tmp_path: Path) -> None:
     pytest.importorskip("mcpl")
     assert carry_out("howto/to_mcpl_codes.md", tmp_path) == 3
