@@ -5,7 +5,8 @@ uniform          A sky of equal radiance everywhere
 overcast         The overcast sky of the CIE, cardioidal in ocean optics
 cie              The fifteen general skies of the CIE
 harrison_coombes The clear sky of Harrison and Coombes
-function_sky     A sky given by a function of direction and wavelength, and what constant patches cost
+function_sky     A sky given by a function of direction and wavelength
+patch_integrals  What patches hold of a radiance: masses, slopes, and what a law linear in each leaves out
 quadrature       Integrals over patches by one adaptive Gauss rule, in plain numpy: of every sky that needs them
 tabulated        A sky given as a table of values, also with the AOMC 1.2.2 program's own weights in 32-bit arithmetic
 radiance_field   A radiance field with coordinates, as programs and instruments give it, as values over patches

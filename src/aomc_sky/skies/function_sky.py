@@ -4,34 +4,20 @@ from __future__ import annotations
 
 import inspect
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.component import MAX_SLOPE, Component, Law, cells_of_grid
+from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.errors import AomcSkyError, SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
-from aomc_sky.kernels.arithmetic.constants import SLOPE_STEP
-from aomc_sky.kernels.arithmetic.elementary import HALF_PI, sin_cos
 from aomc_sky.skies.model import Share, check_share, sky_model, with_share
-from aomc_sky.skies.quadrature import POINTS, Parts, Rule, at_points, weighted_sum
+from aomc_sky.skies.patch_integrals import SURE_SPOT, TOLERANCE, PatchIntegrals, integrate_patches
 
-#: Radiance of directions, arrays of one shape: (sky_zenith_rad, sky_azimuth_rad).
-Radiance = Callable[[np.ndarray, np.ndarray], np.ndarray]
-
-TOLERANCE = 1e-10  #: Error of all masses together, as a share of the total, at which the rule ends.
-_MAX_PARTS = 2**18  #: Parts of patches at which it ends.
-_PARTS_AT_ONCE = 2**12
-_ORDER = 8  #: Of the second look, whose points lie between those of the first.
-_WEIGHTS = POINTS[_ORDER].weights
-_SEEN = 25.0  #: A patch is looked at again where both looks differ by so many times what it may be wrong.
-_SIXTEENTHS = 16
-SURE_SPOT = 0.19
-"""A disc of light this wide, in widths of a patch, holds a point of orders 4, 7 or 8: their largest gap is 0.186."""
 _MAX_PATCHES = 4_000_000
 _NOTED = 1e-4  #: Total variation above which notes speak of it.
 _MOST_STEPS = 12
@@ -167,6 +153,8 @@ class FunctionSky(Share):
         """What a scene should tell its user."""
         variation, error = self.variation(wavelength_nm).max(), self.quadrature_error(wavelength_nm).max()
         grid = self.patches
+        if variation == 0:  # one radiance at all points
+            return ()
         text = f"sky {self.name!r}: a spot of light less than {self.sure_spot_deg:.2g} degrees wide may be missed"
         if variation >= _NOTED:
             text += (
@@ -342,161 +330,3 @@ def _model_of_name(name: str) -> Any:
         raise SceneError(
             f"the sky {name!r} cannot be made of its name alone: write components={model.__name__}(...){advice}"
         ) from None
-
-
-class PatchIntegrals(NamedTuple):
-    """What the patches of a grid hold of a radiance."""
-
-    mass: np.ndarray  #: Integral of L cos over each patch, shape (n_patch,). [radiance x sr]
-    error: float  #: Estimated error of all masses together, as a share of their sum.
-    slope: np.ndarray  #: Slopes of `Law.CELL_SLOPED` with the means of L cos in each patch, shape (n_patch, 2).
-    variation: float  #: Total variation between L cos and these laws, as a share. [0 to 1]
-    ring_variation: float  #: That of the means over each patch's azimuths: what narrower rings would mend.
-    column_variation: float  #: That of the means over its zenith angles: what narrower columns would mend.
-
-
-def integrate_patches(radiance: Radiance, grid: PatchGrid) -> PatchIntegrals:
-    """Integrate L cos over every patch by the rule of `skies.quadrature`, with orders 4 and 7 first.
-
-    What is integrated is L less its value at the middle of the patch, so that a constant is exact. Where the radiance
-    is smooth the difference of the orders overstates the error by far. Order 8 then looks between their points, for
-    spots. Parts that jumps cross are cut until there are `_MAX_PARTS`.
-    """
-    zenith, azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
-    n, area = grid.n_patches, grid.projected_solid_angle_sr
-    ring, column = np.divmod(np.arange(n), grid.n_azimuth)
-    tiles = np.stack([*zenith[ring].T, *azimuth[column].T])
-
-    def at(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        angles = np.broadcast_arrays(x * HALF_PI, np.mod(y * HALF_PI, 2.0 * np.pi))
-        return radiance(*(np.ascontiguousarray(angle) for angle in angles))
-
-    def flux(x: np.ndarray, y: np.ndarray, level: np.ndarray) -> np.ndarray:
-        sine, mu = sin_cos(x)
-        return (at(x, y) - level) * (sine * mu)
-
-    middle = at(0.5 * (tiles[0] + tiles[1]), 0.5 * (tiles[2] + tiles[3]))
-    rule = Rule(
-        light=lambda x, y, patch: flux(x[0], y[0], middle[patch]),
-        share=0.0,
-        floor=0.25 * TOLERANCE / n,
-        first=(4, 7),
-        most_parts=_MAX_PARTS,
-    )
-    parts = rule.integrate(zenith, azimuth, middle * area / (HALF_PI * HALF_PI))
-    base = middle * area
-    total = _sum(base + parts.masses(n) * (HALF_PI * HALF_PI))
-    if not total > 0:
-        return PatchIntegrals(base, 0.0, np.zeros((n, 2)), 0.0, 0.0, 0.0)
-    again = _mistaken(at, grid, tiles, parts, base, total)
-    if again.any():
-        chosen = np.flatnonzero(again)
-        finer = rule.of_tiles(
-            _sixteenths(tiles[:, chosen]),
-            np.repeat(chosen, _SIXTEENTHS),
-            np.full(n, rule.floor * total / (HALF_PI * HALF_PI)),
-        )
-        kept = Parts(*(column[..., ~again[parts.patch]] for column in parts))
-        parts = Parts(*(np.concatenate(columns, axis=-1) for columns in zip(kept, finer, strict=True)))
-    mass = base + parts.masses(n) * (HALF_PI * HALF_PI)
-    total, mean = _sum(mass), mass / area
-    is_cut = np.bincount(parts.patch, minlength=n) > 1
-    place, slope = _Place(grid, azimuth), np.zeros((2, n))
-    around = by_ring = by_column = 0.0
-    for some, values, weight in _in_turn(at, tiles):
-        places = place.of(tiles[:, some], np.arange(n)[some])
-        slope[:, some] = _slopes(np.stack([_mean(values * weight * x) for x in places]), mass[some])
-        beyond = _beyond(values, mean[some], slope[:, some], places) * weight
-        around += _sum(_mean(np.abs(beyond))[~is_cut[some]])
-        by_ring += _sum(weighted_sum(np.abs(weighted_sum(np.swapaxes(beyond, 0, 1), _WEIGHTS)), _WEIGHTS))
-        by_column += _sum(weighted_sum(np.abs(weighted_sum(beyond, _WEIGHTS)), _WEIGHTS))
-    of_cut = is_cut[parts.patch]
-    pieces, owner, lean = parts.tiles[:, of_cut], parts.patch[of_cut], np.zeros((2, n))
-    for some, values, weight in _in_turn(at, pieces):
-        for axis, x in enumerate(place.of(pieces[:, some], owner[some])):
-            np.add.at(lean[axis], owner[some], _mean(values * weight * x))
-    slope[:, is_cut] = _slopes(lean[:, is_cut], mass[is_cut])
-    for some, values, weight in _in_turn(at, pieces):
-        own = owner[some]
-        around += _sum(
-            _mean(np.abs(_beyond(values, mean[own], slope[:, own], place.of(pieces[:, some], own))) * weight)
-        )
-    error = _sum(parts.doubt) * (HALF_PI * HALF_PI)
-    return PatchIntegrals(mass, error / total, slope.T, *(part / total / 2.0 for part in (around, by_ring, by_column)))
-
-
-def _mistaken(
-    at: Radiance, grid: PatchGrid, tiles: np.ndarray, parts: Parts, base: np.ndarray, total: float
-) -> np.ndarray:
-    """Patches whose integral by order 8 is another one, and their neighbours, into which what was missed may reach.
-
-    Orders 4 and 7 have agreed on them: a narrow spot lay between their points.
-    """
-    n = grid.n_patches
-    is_cut = np.bincount(parts.patch, minlength=n) > 1
-    mass = base + parts.masses(n) * (HALF_PI * HALF_PI)
-    found = np.zeros(n, dtype=bool)
-    for some, values, weight in _in_turn(at, tiles):
-        found[some] = np.abs(_mean(values * weight) - mass[some]) > _SEEN * TOLERANCE * total / n
-    near = (found & ~is_cut).reshape(grid.n_zenith, grid.n_azimuth)
-    near = near | np.roll(near, 1, axis=1) | np.roll(near, -1, axis=1)
-    padded = np.pad(near, ((1, 1), (0, 0)))
-    return np.asarray((padded[:-2] | padded[1:-1] | padded[2:]).ravel() & ~is_cut)
-
-
-def _sixteenths(tiles: np.ndarray) -> np.ndarray:
-    """Each tile cut in 4 x 4, side by side."""
-    x, y = (np.linspace(tiles[k], tiles[k + 1], 5) for k in (0, 2))
-    i, j = np.divmod(np.arange(_SIXTEENTHS), 4)
-    return np.stack([x[i], x[i + 1], y[j], y[j + 1]]).transpose(0, 2, 1).reshape(4, -1)
-
-
-def _slopes(lean: Any, mass: np.ndarray) -> np.ndarray:
-    """Slopes (2, n) from the integrals of L cos (2u - 1) and L cos (2v - 1) over patches: u has the mean 1/2 + s/6."""
-    slope = 3.0 * np.divide(lean, mass, out=np.zeros((2, mass.size)), where=mass > 0)
-    return np.asarray(np.rint(np.clip(slope, -MAX_SLOPE, MAX_SLOPE) / SLOPE_STEP) * SLOPE_STEP)
-
-
-def _beyond(
-    values: np.ndarray, mean: np.ndarray, slope: np.ndarray, place: tuple[np.ndarray, np.ndarray]
-) -> np.ndarray:
-    """Radiance less that of the patches' laws."""
-    return np.asarray(values - mean * (1.0 + slope[0] * place[0]) * (1.0 + slope[1] * place[1]))
-
-
-class _Place:
-    """Where points lie in their patches: 2u - 1 and 2v - 1, see `Law.CELL_SLOPED`."""
-
-    def __init__(self, grid: PatchGrid, azimuth: np.ndarray) -> None:
-        self._rings, self._columns, self._n_azimuth = grid.ring_sin2(), azimuth, grid.n_azimuth
-
-    def of(self, tiles: np.ndarray, patch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """At the points of parts of these patches, arrays that broadcast to (order, order, n_part)."""
-        ring, column = np.divmod(patch, self._n_azimuth)
-        near, growth = self._rings[0][ring], self._rings[1][ring]
-        start, end = self._columns[column].T
-        turns = 4.0 * np.floor(0.25 * (0.5 * (tiles[2] + tiles[3]) - start))  # parts may lie whole turns away
-        index = np.zeros(patch.size, dtype=np.int64)
-        sine2 = at_points(lambda x, y, _: sin_cos(x)[0] ** 2, _ORDER, tiles, index)
-        azimuth = at_points(lambda x, y, _: y, _ORDER, tiles, index)
-        return 2.0 * (sine2 - near) / growth - 1.0, 2.0 * (azimuth - turns - start) / (end - start) - 1.0
-
-
-def _in_turn(at: Radiance, tiles: np.ndarray) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
-    """Some tiles at a time, the radiance at their points, and the projected solid angle of a tile at these."""
-    for k in range(0, tiles.shape[1], _PARTS_AT_ONCE):
-        some = slice(k, k + _PARTS_AT_ONCE)
-        part = tiles[:, some]
-        index = np.zeros(part.shape[1], dtype=np.int64)
-        values = at_points(lambda x, y, _: at(x, y), _ORDER, part, index)
-        weight = at_points(lambda x, y, _: np.multiply(*sin_cos(x)), _ORDER, part, index)
-        yield some, values, weight * ((part[1] - part[0]) * (part[3] - part[2]) * (HALF_PI * HALF_PI))
-
-
-def _mean(values: np.ndarray) -> np.ndarray:
-    return weighted_sum(weighted_sum(values, _WEIGHTS), _WEIGHTS)
-
-
-def _sum(values: np.ndarray) -> float:
-    """Sum in the order of the array; numpy's own differs between processors."""
-    return float(np.cumsum(values)[-1]) if values.size else 0.0

@@ -3,11 +3,13 @@
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.spatial import KDTree
 
 import aomc_sky as sky
 from aomc_sky.component import MAX_SLOPE
-from aomc_sky.skies import function_sky
-from aomc_sky.skies.function_sky import integrate_patches
+from aomc_sky.skies import patch_integrals
+from aomc_sky.skies.patch_integrals import SURE_SPOT, integrate_patches
+from aomc_sky.skies.quadrature import POINTS
 
 GRIDS = [(1, 1), (9, 4), (90, 360)]
 
@@ -97,7 +99,7 @@ def test_no_light_is_no_error():
 
 def test_what_never_settles_ends_with_its_error(monkeypatch):
     """A disc's edge runs through no grid: quadrature ends at its limit of parts, and says how far it came."""
-    monkeypatch.setattr(function_sky, "_MAX_PARTS", 2000)
+    monkeypatch.setattr(patch_integrals, "_MAX_PARTS", 2000)
     middle = np.array([np.sin(0.7) * np.cos(2.0), np.sin(0.7) * np.sin(2.0), np.cos(0.7)])
 
     def disc(z, a):
@@ -107,3 +109,49 @@ def test_what_never_settles_ends_with_its_error(monkeypatch):
     result = integrate_patches(disc, sky.PatchGrid.regular(9, 36))
     exact = np.pi * np.sin(0.2) ** 2 * np.cos(0.7)  # of a disc above the horizon: pi sin^2 r cos z
     assert 1e-10 < abs(result.mass.sum() / exact - 1) <= result.error < 0.05
+
+
+def spot(zenith, azimuth, width_deg, share):
+    """Radiance 1 and a disc with a share of the light."""
+    middle = np.array([np.sin(zenith) * np.cos(azimuth), np.sin(zenith) * np.sin(azimuth), np.cos(zenith)])
+    radius = np.deg2rad(width_deg) / 2
+    bright = share / (1 - share) / (np.sin(radius) ** 2 * np.cos(zenith))
+
+    def radiance(z, a):
+        x, y = np.sin(z) * np.cos(a) - middle[0], np.sin(z) * np.sin(a) - middle[1]
+        return 1 + bright * (x * x + y * y + (np.cos(z) - middle[2]) ** 2 <= (2 * np.sin(radius / 2)) ** 2)
+
+    return radiance
+
+
+def emptiest(*orders):
+    """The place in a patch that is farthest from the points of these orders, and how far it is."""
+    nodes = (POINTS[order].nodes for order in orders)
+    points = np.concatenate([np.array(np.meshgrid(x, x)).reshape(2, -1).T for x in nodes])
+    around = np.concatenate([points + np.array([i, j]) for i in (-1, 0, 1) for j in (-1, 0, 1)])
+    asked = np.array(np.meshgrid(*2 * [np.linspace(0, 1, 500)])).reshape(2, -1).T
+    distance = KDTree(around).query(asked)[0]
+    return asked[distance.argmax()], distance.max()
+
+
+def test_the_widest_gap_between_the_points():
+    assert SURE_SPOT - 0.006 < 2 * emptiest(4, 7, 8)[1] < SURE_SPOT
+
+
+def test_spots_between_the_points_are_found(monkeypatch):
+    """0.19 degrees and wider in patches of one degree, with 7 % of the light; the first look alone misses one."""
+    monkeypatch.setattr(patch_integrals, "_MAX_PARTS", 2**10)
+    grid = sky.PatchGrid(
+        zenith_bounds_deg=[[k, k + 1] for k in range(80, 86)], azimuth_bounds_deg=[[k, k + 1] for k in range(70, 80)]
+    )
+    even = grid.projected_solid_angle_sr.sum()
+    hidden = (*(np.array([83, 75]) + emptiest(4, 7)[0]), 0.2)
+    places = [hidden, *np.random.default_rng(5).uniform([81, 71, 0.19], [85, 79, 0.5], (40, 3))]
+
+    def found(zenith, azimuth, width):
+        light = integrate_patches(spot(np.deg2rad(zenith), np.deg2rad(azimuth), width, 0.07), grid).mass.sum() / even
+        return (light - 1) / (0.07 / 0.93 * np.pi / even)
+
+    assert all(0.9 < found(*place) < 1.1 for place in places)
+    monkeypatch.setattr(patch_integrals, "_SEEN", np.inf)
+    assert found(*hidden) == 0
