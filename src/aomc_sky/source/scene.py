@@ -239,7 +239,7 @@ class Scene:
         -----
         The beam and the disc of the sun are apart: their irradiance is in `irradiance`. Accuracy: 1e-10 of the
         integral, 1e-13 of the law of a direction; tables and functions have the radiance of their patches. Cost: a
-        band's first direction up to 20 ms, then 20 to 60 us for one direction, 0.3 us for each of many.
+        band's first direction up to 20 ms, then 20 to 80 us for one direction, 0.3 us for each of many.
         """
         from aomc_sky.emission.radiance import band_radiance, sum_of
 

@@ -11,7 +11,7 @@ import numpy as np
 from aomc_sky.component import CellLaw, Component
 from aomc_sky.skies.lobes.envelope import lobe_of
 from aomc_sky.skies.lobes.horizon import mass_above_horizon
-from aomc_sky.skies.lobes.lobe import pdf, quaternion_of
+from aomc_sky.skies.lobes.lobe import quaternion_of
 from aomc_sky.skies.lobes.patches import TiltedLobe, patch_shares
 from aomc_sky.skies.lobes.tables import LobeTables
 
@@ -42,22 +42,32 @@ def _radiance(component: Component) -> Callable[[float, np.ndarray, np.ndarray],
     per_irradiance = 1.0 / float(
         mass_above_horizon(kind, first, second, quaternion_of(rotation), weighting="projected")
     )
-    return partial(_radiance_at, kind, first, second, rotation, per_irradiance)
+    return partial(_radiance_at, kind, first, second, tuple(map(tuple, rotation.T.tolist())), per_irradiance)
 
 
 def _radiance_at(
     kind: str,
     first: float,
     second: float,
-    rotation: np.ndarray,
+    rotation: tuple[tuple[float, ...], ...],
     per_irradiance: float,
     irradiance: float,
     zenith: np.ndarray,
     azimuth: np.ndarray,
 ) -> np.ndarray:
+    """The density of `lobe.pdf` without its looks at the input; `rotation` has the local axes as rows."""
     sine = np.sin(zenith)
-    world = np.stack(np.broadcast_arrays(sine * np.cos(azimuth), sine * np.sin(azimuth), np.cos(zenith)), axis=-1)
-    return pdf(kind, first, second, world @ rotation) * (irradiance * per_irradiance)
+    world = (sine * np.cos(azimuth), sine * np.sin(azimuth), np.cos(zenith))
+    (a, b, c), (d, e, f), axis = rotation
+    if kind == "hg":
+        one_minus_mu = sum((w - v) ** 2 for w, v in zip(world, axis, strict=True)) / 2.0
+        density = (1.0 - first * first) / (4.0 * math.pi * ((1.0 - first) ** 2 + 2.0 * first * one_minus_mu) ** 1.5)
+        return np.asarray(density * (irradiance * per_irradiance))
+    x, y = world[0] * a + world[1] * b + world[2] * c, world[0] * d + world[1] * e + world[2] * f
+    z = np.maximum(sum(w * v for w, v in zip(world, axis, strict=True)), 1e-9)  # 0 and below: nothing comes from there
+    square = (x / first) ** 2 + (y / second) ** 2
+    density = z / (square + z * z) ** 2 if kind == "ggx" else np.exp(-square / (z * z)) / z**3
+    return np.asarray(np.where(z > 1e-9, density, 0.0) * (irradiance * per_irradiance / (math.pi * first * second)))
 
 
 def _refused(cell: np.ndarray, bounds: np.ndarray | None) -> tuple[str, str, str] | None:
