@@ -53,6 +53,7 @@ from aomc_sky.skies.lobes.file.file import write_background as write_background
 from aomc_sky.skies.lobes.light import read_background as read_background
 from aomc_sky.skies.lobes.sky import LobeSky as LobeSky
 from aomc_sky.skies.lobes.sky import WeightedLobe as WeightedLobe
+from aomc_sky.skies.measured import RadianceField as RadianceField
 from aomc_sky.skies.overcast import OvercastSky as OvercastSky
 from aomc_sky.skies.perez import functions as perez  # noqa: F401
 from aomc_sky.skies.perez.sky import PerezSky as PerezSky
@@ -60,6 +61,7 @@ from aomc_sky.skies.tabulated import TabulatedSky as TabulatedSky
 from aomc_sky.skies.tabulated import Weighting as Weighting
 from aomc_sky.skies.uniform import UniformSky as UniformSky
 from aomc_sky.source.light.sun_position import sun_position as sun_position
+from aomc_sky.source.read.measured import read_radiance_csv as read_radiance_csv
 from aomc_sky.source.read.scene import read_scene as read_scene
 from aomc_sky.source.read.solve import solve_atmosphere as solve_atmosphere
 from aomc_sky.source.scene import Scene as Scene
