@@ -17,7 +17,7 @@ def test_readme(tmp_path: Path) -> None:
     text = (REPOSITORY / "README.md").read_text()
     own_sky = next(step.text for step in steps(text) if isinstance(step, SavedFile))
     assert sum(bool(line.strip()) for line in own_sky.splitlines()[1:]) <= 10
-    assert len(text.split()) <= 740
+    assert len(text.split()) <= 790  # of which fifty are the note that the first run prints
 
 
 @pytest.mark.slow
