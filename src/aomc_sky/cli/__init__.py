@@ -6,6 +6,5 @@ failure    What is said of a command that fails: a text for a person, or one JSO
 options    Options that several sub-commands share, and the types that turn their text into values
 commands/  The sub-commands, with what they print
 terminal   What a command prints: streams that escape control characters, tables, warnings and errors
-progress   Progress on standard error by tqdm, on a terminal and in notebooks
 background_report  What a background-sky file holds: animations and spectra, and at one time its lobes
 """

@@ -429,7 +429,7 @@ def sky_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] | None = None) -> Scene:
     """Read the scene that the options of `add_reading_options` describe."""
-    from aomc_sky.cli.progress import patience
+    from aomc_sky.progress import patience
     from aomc_sky.source.read.kind import Kind, kind_of_name
     from aomc_sky.source.read.scene import read_scene
 
@@ -470,7 +470,7 @@ _NOT_MEASURED = "--sky --sky-option --bins --weighting --azimuth-bins --compat -
 
 def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[int] | None) -> Scene:
     """Read a measured sky; its options and those of the sun are all that it takes."""
-    from aomc_sky.cli.progress import patience
+    from aomc_sky.progress import patience
     from aomc_sky.source.light.inputs import given_inputs
 
     given = given_inputs(**sky_arguments(arguments))

@@ -52,6 +52,8 @@ class PhotonBatch:
         Position at the surface where the scene has a footprint. [m]
     weight : ndarray, precision of ux, shape (n,), or None
         Statistical weight, mean 1, where weights differ and were asked for.
+    numbers : ndarray, precision of ux, shape (n, k), or None
+        Further coordinates of each photon's low-discrepancy point, uniform in [0, 1), where `numbers=k` asked for them.
     """
 
     ux: np.ndarray
@@ -64,11 +66,12 @@ class PhotonBatch:
     x: np.ndarray | None = None
     y: np.ndarray | None = None
     weight: np.ndarray | None = None
+    numbers: np.ndarray | None = None
 
     __eq__ = same_content
 
     def __repr__(self) -> str:
-        parts = "".join(f", {name}" for name in ("x", "y", "weight") if getattr(self, name) is not None)
+        parts = "".join(f", {name}" for name in ("x", "y", "weight", "numbers") if getattr(self, name) is not None)
         return (
             f"<PhotonBatch: photons {self.start} to {self.start + len(self) - 1} of band {self.band} at "
             f"{self.wavelength_nm:g} nm, {self.ux.dtype}{parts}>"
@@ -112,12 +115,16 @@ class PhotonBatch:
         first, _, step = photons.indices(len(self))
         if step != 1:
             raise ValueError("photons of a batch follow each other; take every k-th from its arrays")
-        arrays: dict[str, Any] = {name: array[photons] for name, array in self.to_dict().items()}
+        arrays: Arrays = {name: array[photons] for name in _NAMES if (array := getattr(self, name)) is not None}
         return replace(self, start=self.start + first, **arrays)
 
     def to_dict(self) -> dict[str, np.ndarray]:
-        """The arrays that there are, by name: `pandas.DataFrame(batch.to_dict())`, alike for polars."""
-        return {name: array for name in _NAMES if (array := getattr(self, name)) is not None}
+        """The arrays that there are, by name: `pandas.DataFrame(batch.to_dict())`, alike for polars.
+
+        Numbers are the columns n1, n2, n3.
+        """
+        columns = {f"n{k}": c for k, c in enumerate(() if self.numbers is None else self.numbers.T, 1)}
+        return {name: array for name in _NAMES[:-1] if (array := getattr(self, name)) is not None} | columns
 
     @property
     def directions(self) -> np.ndarray:
@@ -130,36 +137,57 @@ class PhotonBatch:
         return None if self.x is None or self.y is None else np.stack([self.x, self.y], axis=-1)
 
 
-_NAMES = ("ux", "uy", "uz", "patch", "x", "y", "weight")
+_NAMES = ("ux", "uy", "uz", "patch", "x", "y", "weight", "numbers")
 _CELL = np.dtype(np.int32)
+
+MAX_NUMBERS = 3
+"""Most further coordinates of a photon."""
 
 
 def batch_arrays(
-    n: int, dtype: np.dtype, out: PhotonBatch | None, *, with_positions: bool, with_weights: bool
+    n: int, dtype: np.dtype, out: PhotonBatch | None, *, with_positions: bool, with_weights: bool, n_numbers: int = 0
 ) -> Arrays:
     """Arrays of length n for a batch: new ones, or the first n entries of those of `out`.
 
-    ValueError: the arrays of `out` are too short, of another type, not contiguous, read-only, or overlap.
+    Numbers are (n, n_numbers), each column in one piece. ValueError: the arrays of `out` are too short, of another
+    type, not contiguous, read-only, or overlap.
     """
     position, weight = dtype if with_positions else None, dtype if with_weights else None
     expected = (dtype, dtype, dtype, _CELL, position, position, weight)
     if out is None:
-        return {name: None if kind is None else np.empty(n, kind) for name, kind in zip(_NAMES, expected, strict=True)}
-    arrays: Arrays = dict.fromkeys(_NAMES)
+        arrays: Arrays = {
+            name: None if k is None else np.empty(n, k) for name, k in zip(_NAMES, expected, strict=False)
+        }
+        return arrays | {"numbers": np.empty((n_numbers, n), dtype).T if n_numbers else None}
+    arrays = dict.fromkeys(_NAMES)
     present: list[np.ndarray] = []
-    for name, kind in zip(_NAMES, expected, strict=True):
+    for name, kind in zip(_NAMES, (*expected, dtype if n_numbers else None), strict=True):
         if kind is None:
             continue
         array = getattr(out, name)
-        fits = isinstance(array, np.ndarray) and array.dtype == kind and array.ndim == 1 and array.size >= n
-        if not fits or not (flags := array.flags).c_contiguous or not flags.writeable:
-            raise ValueError(f"out.{name} must be a writable contiguous {kind} array of at least {n} entries")
+        rest = (n_numbers,) if name == "numbers" else ()
+        fits = (
+            isinstance(array, np.ndarray)
+            and array.dtype == kind
+            and array.shape[1:] == rest
+            and array.shape[:1] >= (n,)
+        )
+        if not fits or not (flags := array.T.flags).c_contiguous or not flags.writeable:
+            shape = (
+                f"Fortran-ordered {kind} array of {n_numbers} columns and" if rest else f"contiguous {kind} array of"
+            )
+            raise ValueError(f"out.{name} must be a writable {shape} at least {n} entries")
         arrays[name] = array = array[:n]
         for other in present:  # a loop, for every thread waits while another one looks
             if np.may_share_memory(array, other):
                 raise ValueError("the arrays of out overlap; every array needs memory of its own")
         present.append(array)
     return arrays
+
+
+def number_columns(numbers: np.ndarray) -> list[np.ndarray]:
+    """The columns of the numbers of photons, as many as there may be; empty ones for those that are not there."""
+    return [*numbers.T, *[np.empty(0, numbers.dtype)] * (MAX_NUMBERS - numbers.shape[1])]
 
 
 def first_entries(arrays: Arrays, n: int) -> Arrays:

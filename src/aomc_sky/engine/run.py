@@ -33,6 +33,7 @@ from aomc_sky.outputs.photons.files import (
 )
 from aomc_sky.outputs.shard import BLOCK, MANIFEST, PART, is_run_file
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
+from aomc_sky.progress import is_free, progress_bar
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import n_cpus
 from aomc_sky.whole_number import as_number_of
@@ -97,6 +98,9 @@ def write_run(
     **sampling
         Arguments of `Scene.source`: method, order, precision and so on.
 
+    On a terminal and in notebooks a bar shows the progress of what takes longer than a second; TQDM_DISABLE=1 in the
+    environment shows none.
+
     Returns
     -------
     dict
@@ -115,7 +119,6 @@ def write_run(
         raise UsageError(f"formats are {', '.join(FOLDER_FORMATS)}, got {unknown[0]!r}")
     amc = scene.input_files.get("amc")
     check_folder(Path(out) if os.fspath(out) else "", "out", scene=None if amc is None else Path(amc).parent)
-    source = scene.source(seed, **sampling)
     n_threads = as_number_of(threads, "threads", 0, 1024)
     options = JobOptions(
         formats=chosen or ("none",),
@@ -123,7 +126,8 @@ def write_run(
         force=force,
         max_memory_bytes=sampling.get("max_memory_bytes"),
     )
-    manifest = run_job(source, scene, Path(out), options).manifest
+    with progress_bar(enabled=is_free()) as progress:
+        manifest = run_job(scene.source(seed, **sampling), scene, Path(out), options, progress).manifest
     assert manifest is not None, "only a pipe has none"
     return manifest
 

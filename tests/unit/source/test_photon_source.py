@@ -14,7 +14,7 @@ import aomc_sky as sky
 from tests.support.shared import INPUTS
 
 BANDS = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
-FIELDS = ("ux", "uy", "uz", "patch", "x", "y", "weight")
+FIELDS = ("ux", "uy", "uz", "patch", "x", "y", "weight", "numbers")
 
 
 def scene(n=30_011, components=None, **more):
@@ -70,6 +70,19 @@ def test_batches_are_the_photons(size):
         assert_equal(batch, whole, slice(at, at + len(batch)))
         at += len(batch)
     assert at == len(whole) == 30_011
+
+
+def test_many_photons_come_in_blocks(monkeypatch):
+    """Between two of them Python answers Ctrl-C; the bits are those of batches, weights and replicates included."""
+    source, sizes = scene(5_000).source(seed=2, replicates=3), []
+    fill = source._emitter.fill
+    monkeypatch.setattr("aomc_sky.emission.photon_source._BLOCK", 1_000)
+    monkeypatch.setattr(source._emitter, "fill", lambda *a: (sizes.append(a[2]["ux"].size), fill(*a)))
+    whole = source.photons(1, numbers=1)
+    assert max(sizes) <= 1_000
+    assert sum(sizes) == 5_000
+    for batch in source.batches(1, 700, numbers=1):
+        assert_equal(batch, whole, slice(batch.start, batch.start + len(batch)))
 
 
 def test_threads_and_processes():

@@ -121,9 +121,9 @@ def _wavelengths(text: str) -> tuple[float, ...]:
 
 def atmosphere(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
-    from aomc_sky.cli.progress import patience, progress_bar
     from aomc_sky.engine.atmosphere import prepare_table, solve_table, table_report, write_netcdf, write_table
     from aomc_sky.outputs.folder.run_folder import create_folder
+    from aomc_sky.progress import patience, progress_bar
 
     if not arguments.no_save_tex:
         _check_outputs(arguments)

@@ -51,10 +51,10 @@ def add_options(parser: Parser) -> None:
 
 def export(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
-    from aomc_sky.cli.progress import patience, progress_bar
     from aomc_sky.cli.terminal import print_warning
     from aomc_sky.engine.export import ExportOptions, export_run, size_warning
     from aomc_sky.engine.stored_run import open_run
+    from aomc_sky.progress import patience, progress_bar
 
     options = ExportOptions(
         to=arguments.to,

@@ -82,9 +82,9 @@ def add_options(parser: Parser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
-    from aomc_sky.cli.progress import patience, progress_bar
     from aomc_sky.engine.run import run_job, stream_job
     from aomc_sky.outputs.shard import parse_shard
+    from aomc_sky.progress import patience, progress_bar
 
     _check(arguments)
     shard = None if arguments.shard is None else parse_shard(arguments.shard)

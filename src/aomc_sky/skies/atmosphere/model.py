@@ -16,6 +16,7 @@ from aomc_sky.directions import in_both_units, settle_angles
 from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
+from aomc_sky.progress import is_free, patience
 from aomc_sky.skies.atmosphere.description.medium import read_medium, warn_of_others, warn_of_outside
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.lights import Moon
@@ -97,17 +98,18 @@ class AtmosphereSky(Share):
         settle_angles(self, default=0.0, sun_azimuth_deg=sun_azimuth_rad)
         if not np.isfinite(self.sun_azimuth_deg):
             raise SceneError(f"the sun's azimuth must be finite, got {self.sun_azimuth_deg}")
-        solved = solve_sky(
-            self.medium,
-            sun_zenith_rad=math.radians(self.sun_zenith_deg),
-            method=self.method,
-            n_orders=self.n_orders,
-            moon=self.moon,
-            ground_radiance=self.ground_radiance,
-            n_paths=self.n_paths,
-        )
         tolerance = _TOLERANCE if self.sun_zenith_deg <= 90.0 else _TOLERANCE_TWILIGHT
-        mean, change = patch_means(solved, self.grid, math.radians(self.sun_azimuth_deg), tolerance=tolerance)
+        with patience("solving the atmosphere", enabled=is_free()):
+            solved = solve_sky(
+                self.medium,
+                sun_zenith_rad=math.radians(self.sun_zenith_deg),
+                method=self.method,
+                n_orders=self.n_orders,
+                moon=self.moon,
+                ground_radiance=self.ground_radiance,
+                n_paths=self.n_paths,
+            )
+            mean, change = patch_means(solved, self.grid, math.radians(self.sun_azimuth_deg), tolerance=tolerance)
         mean.flags.writeable = False
         for name, value in (("solved", solved), ("patch_mean", mean), ("patch_change", change)):
             object.__setattr__(self, name, value)

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.directions import given_angle
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.sky_toml.keys import PREFIX, MoonDirection, moon_direction
+from aomc_sky.progress import is_free, patience
 from aomc_sky.skies.atmosphere.description.medium import (
     MediumReport,
     glow_of_luminance,
@@ -113,18 +114,19 @@ def solve_atmosphere(
     azimuth_deg = given_angle("azimuth_from_sun_deg", azimuth_from_sun_deg, azimuth_from_sun_rad)
     medium, report, rows, sun = read_for_sun(path, wavelength_nm, sun_deg, allow_paths)
     warn_of_others(os.fspath(path), wavelength_nm, medium.wavelength_nm)
-    result = solve(
-        medium,
-        sun_zenith_rad=sun,
-        sky_zenith_rad=np.deg2rad(_numbers(zenith_deg, "zenith angles of directions")),
-        azimuth_from_sun_rad=np.deg2rad(_numbers(azimuth_deg, "azimuths of directions")),
-        method=method,
-        n_orders=orders,
-        n_paths=paths,
-        dropped=report.dropped,
-        moon=moon_of_direction(direction_of_moon(moon), medium, report, float(np.rad2deg(sun)), 0.0),
-        ground_radiance=glow_of_luminance(ground_luminance_cd_m2, report, os.fspath(path)),
-    )
+    with patience("solving the atmosphere", enabled=is_free()):
+        result = solve(
+            medium,
+            sun_zenith_rad=sun,
+            sky_zenith_rad=np.deg2rad(_numbers(zenith_deg, "zenith angles of directions")),
+            azimuth_from_sun_rad=np.deg2rad(_numbers(azimuth_deg, "azimuths of directions")),
+            method=method,
+            n_orders=orders,
+            n_paths=paths,
+            dropped=report.dropped,
+            moon=moon_of_direction(direction_of_moon(moon), medium, report, float(np.rad2deg(sun)), 0.0),
+            ground_radiance=glow_of_luminance(ground_luminance_cd_m2, report, os.fspath(path)),
+        )
     return dataclasses.replace(result, **{name: getattr(result, name)[rows] for name in _PER_WAVELENGTH})
 
 
