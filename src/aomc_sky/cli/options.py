@@ -300,7 +300,8 @@ _SHARED = f"""\
 --seed INT              seed, 0 to 2^64-1 (default 0)
 --sky perez|uniform|none|NAME  diffuse sky with light-source flag 0 (default perez); with flag 1, instead of
                         skydist.inp; none: the backgrounds of sky.toml alone; NAME: overcast, cardioidal,
-                        harrison-coombes, or a model of another package (`aomc-sky info --skies`)
+                        cie (--sky-option type=1 to 15), harrison-coombes, or a model of another package
+                        (`aomc-sky info --skies`)
 --sky-option KEY=VALUE  an option of a sky of that name, as [sky] of sky.toml has it; repeatable
 --strict                warnings are errors
 --threads N             threads, 1 to 1024 (default: all CPUs)

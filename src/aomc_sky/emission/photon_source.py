@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import heapq
+import operator
 from collections.abc import Iterator
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+import aomc_sky
 from aomc_sky.component import Component, Law
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.emission.irradiance import Moments, cell_moments, mean_moments
-from aomc_sky.emission.photons import MAX_NUMBERS, Arrays, PhotonBatch, batch_arrays, first_entries
+from aomc_sky.emission.photons import MAX_NUMBERS, Arrays, Photon, PhotonBatch, batch_arrays, first_entries
 from aomc_sky.float_mode import in_default_mode, require_default
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.backend import announce_photons
@@ -66,6 +69,18 @@ class PhotonSource:
 
     def __repr__(self) -> str:
         return f"<PhotonSource: {self.n_bands} bands, {self.plan.n_cells} cells, {self.total} photons>"
+
+    def _repr_html_(self) -> str:
+        from aomc_sky.notebook import MOST_ROWS, html
+
+        nm = self.plan.arrays["wavelength_nm"].tolist()
+        rows = [
+            (band, f"{nm[band]:g}", self.n_photons(band), f"{self.exact_moments(band).mean_mu:.6f}")
+            for band in range(min(self.n_bands, MOST_ROWS))
+        ]
+        head = ("band", "nm", "photons", "mean cosine")
+        bands = range(min(self.n_bands, 3))
+        return html(repr(self)[1:-1], head, rows, self.n_bands, lambda: aomc_sky.plot(self, bands=bands, size_px=640))
 
     @property
     def n_bands(self) -> int:
@@ -302,6 +317,22 @@ class PhotonSource:
             length = min(size, n - start)
             arrays = self._arrays(length, None, numbers) if reused is None else first_entries(reused, length)
             yield self._filled(band, start, arrays)
+
+    def one_by_one(self) -> Iterator[Photon]:
+        """Yield all photons of all wavebands one at a time, wavebands interleaved in the ratio of their photons.
+
+        For codes that ask for the next particle. Any first part of it has all wavebands in their shares, each within
+        one photon; every waveband's photons come in order. Cost: 2 to 6 us a photon; `batches` is a hundred times as
+        fast.
+        """
+
+        def of_band(band: int) -> Iterator[tuple[float, Photon]]:
+            n = self.n_photons(band)
+            for batch in self.batches(band, 4096):
+                yield from (((photon.index_in_band + 0.5) / n, photon) for photon in batch)
+
+        bands = (of_band(band) for band in range(self.n_bands))
+        return (photon for _, photon in heapq.merge(*bands, key=operator.itemgetter(0)))
 
     def numba_sampler(self, band: int = 0, *, numbers: int = 0) -> NumbaSampler:
         """Return the photons of a band as jitted functions for your own `@njit` loop; see `NumbaSampler`.

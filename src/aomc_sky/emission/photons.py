@@ -2,15 +2,34 @@
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+import aomc_sky
 from aomc_sky.content import same_content
+from aomc_sky.directions import sky_from_travel
+from aomc_sky.grid import PatchGrid
 
 Arrays = dict[str, Any]
 """Arrays of a batch by name; None for those that it does not have."""
+
+
+class Photon(NamedTuple):
+    """One photon as plain numbers, for codes that take one at a time."""
+
+    band: int  #: Waveband. [0 to n_bands - 1]
+    index_in_band: int
+    wavelength_nm: float
+    ux: float  #: Travel direction, unit vector, z up: uz < 0.
+    uy: float
+    uz: float
+    x: float  #: Position at the surface; 0 without a footprint. [m]
+    y: float
+    weight: float  #: 1 where weights do not differ.
 
 
 @dataclass(eq=False, frozen=True, kw_only=True, slots=True)
@@ -57,6 +76,34 @@ class PhotonBatch:
             f"<PhotonBatch: photons {self.start} to {self.start + len(self) - 1} of band {self.band} at "
             f"{self.wavelength_nm:g} nm, {self.ux.dtype}{parts}>"
         )
+
+    def _repr_html_(self) -> str:
+        from aomc_sky.notebook import MOST_ROWS, html
+
+        columns = self[:MOST_ROWS].to_dict()
+        rows = [
+            (self.start + k, *(f"{float(v):.6g}" for v in one))
+            for k, one in enumerate(zip(*columns.values(), strict=True))
+        ]
+        return html(repr(self)[1:-1], ("photon", *columns), rows, len(self), self._dome)
+
+    def _dome(self) -> Any:
+        """Photons per steradian in 18 x 36 patches; of many photons, a million from the first."""
+        grid, some = PatchGrid.regular(18, 36), self[:1_000_000]
+        zenith, azimuth = map(np.rad2deg, sky_from_travel(some.directions.astype(np.float64)))
+        patch = grid.patch_of(np.minimum(zenith, 90.0), azimuth)
+        values = np.bincount(patch, minlength=grid.n_patches) / grid.solid_angle_sr
+        return aomc_sky.plot(values, grid=grid, label="photons per steradian [sr$^{-1}$]", size_px=480)
+
+    def __iter__(self) -> Iterator[Photon]:
+        """The photons one by one."""
+        columns = self.to_dict()
+        zeros, ones = itertools.repeat(0.0), itertools.repeat(1.0)
+        parts = [columns[n].tolist() for n in ("ux", "uy", "uz")]
+        parts += [columns[n].tolist() if n in columns else zeros for n in ("x", "y")]
+        parts.append(columns["weight"].tolist() if "weight" in columns else ones)
+        for k, numbers in enumerate(zip(*parts, strict=False), start=self.start):
+            yield Photon(self.band, k, self.wavelength_nm, *numbers)
 
     def __len__(self) -> int:
         return int(self.ux.size)

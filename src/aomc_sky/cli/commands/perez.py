@@ -81,6 +81,8 @@ def perez(arguments: argparse.Namespace) -> int:
     if arguments.out is None:
         for name in cli_options.given_options(arguments, _OF_PHOTONS):
             raise UsageError(f"{name} is for photons: name their folder with --out DIR")
+        if arguments.spectrum is not None:
+            raise UsageError("--spectrum shares beam and sky out over the photons: name their folder with --out DIR")
     elif arguments.out == "-":
         raise UsageError("--out - is for run; perez writes a folder: name it, for example --out sky")
     else:

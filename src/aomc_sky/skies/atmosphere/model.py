@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
+from collections.abc import Sequence
 from dataclasses import InitVar, dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +17,8 @@ from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
 from aomc_sky.progress import is_free, patience
+from aomc_sky.skies.atmosphere.description.medium import read_medium, warn_of_others, warn_of_outside
+from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.sky.solve import relative_errors, solve_sky
@@ -108,6 +113,39 @@ class AtmosphereSky(Share):
         mean.flags.writeable = False
         for name, value in (("solved", solved), ("patch_mean", mean), ("patch_change", change)):
             object.__setattr__(self, name, value)
+
+    @classmethod
+    def from_file(
+        cls,
+        path: str | os.PathLike[str],
+        *,
+        wavelength_nm: ArrayLike,
+        allow_paths: Sequence[str | os.PathLike[str]] = (),
+        **options: Any,
+    ) -> AtmosphereSky:
+        """The sky of an atmosphere description.
+
+        Parameters
+        ----------
+        path : str or path
+            The description, a .atmo file.
+        wavelength_nm : array_like, shape (n_wl,)
+            Wavelengths to solve; each takes the nearest one of the description. [nm]
+        allow_paths : sequence of str or path
+            Folders below which tables of the description may lie, besides its own.
+        options
+            The other arguments of `AtmosphereSky`: `sun_zenith_deg` and so on.
+
+        Raises
+        ------
+        InputFileError
+            Everything that is wrong with the description and its files.
+        """
+        description = read_atmo(os.fspath(path), allow_paths=[os.fspath(one) for one in allow_paths])
+        medium, _ = read_medium(description, wavelength_nm)
+        warn_of_outside(description, wavelength_nm)
+        warn_of_others(os.fspath(path), wavelength_nm, medium.wavelength_nm)
+        return cls(medium=medium, **options)
 
     @property
     def n_listed(self) -> int:

@@ -19,6 +19,7 @@ from aomc_sky.skies.atmosphere.description.medium import (
     glow_of_luminance,
     moon_of_direction,
     read_medium,
+    warn_of_others,
     warn_of_outside,
 )
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
@@ -62,8 +63,8 @@ def solve_atmosphere(
     path : str or path
         The description, a .atmo file.
     wavelength_nm : array_like, shape (n_wl,)
-        Wavelengths; each gets the nearest one of the description, which `result.wavelength_nm` says; one more than
-        20 nm beyond them all is warned of. [nm]
+        Wavelengths; each gets the nearest one of the description, which `result.wavelength_nm` says; an `InputWarning`
+        where that is more than 1 nm away. [nm]
     sun_zenith_deg, or sun_zenith_rad : float
         Zenith angle of the sun. [deg, 0 to 108]
     sky_zenith_deg, or sky_zenith_rad : array_like, shape (n_zenith,)
@@ -112,6 +113,7 @@ def solve_atmosphere(
     zenith_deg = given_angle("sky_zenith_deg", sky_zenith_deg, sky_zenith_rad)
     azimuth_deg = given_angle("azimuth_from_sun_deg", azimuth_from_sun_deg, azimuth_from_sun_rad)
     medium, report, rows, sun = read_for_sun(path, wavelength_nm, sun_deg, allow_paths)
+    warn_of_others(os.fspath(path), wavelength_nm, medium.wavelength_nm)
     with patience("solving the atmosphere", enabled=is_free()):
         result = solve(
             medium,

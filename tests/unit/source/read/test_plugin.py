@@ -187,7 +187,7 @@ def test_an_unknown_name_gets_the_nearest_and_all_there_are(install):
         sky.read_scene(SCENE, sky="drak")
     message = (
         'there is no sky model \'drak\'; the nearest is dark; write "perez", "uniform", "none", "cardioidal", '
-        '"harrison-coombes", "overcast" or "dark"'
+        '"cie", "harrison-coombes", "overcast" or "dark"'
     )
     assert message in str(caught.value)
 
