@@ -70,5 +70,3 @@ from aomc_sky.verify.counts import verify_counts as verify_counts
 from aomc_sky.wavebands import Wavebands as Wavebands
 
 __version__: str
-from aomc_sky.skies.measured import RadianceField as RadianceField
-from aomc_sky.source.read.measured import read_radiance_csv as read_radiance_csv
