@@ -25,11 +25,11 @@ module aomc_sky
     type, bind(c), public :: sky_band
         type(c_funptr) :: next = c_null_funptr
         type(c_funptr) :: next_double = c_null_funptr
-        type(c_funptr) :: numbers = c_null_funptr
-        type(c_funptr) :: numbers_double = c_null_funptr
         type(c_ptr) :: context = c_null_ptr
         integer(c_int64_t) :: n_photons = 0
         real(c_double) :: wavelength_nm = 0
+        type(c_funptr) :: numbers = c_null_funptr
+        type(c_funptr) :: numbers_double = c_null_funptr
     end type
 
     ! Write the directions of the photons from `start` on and return how many: fewer than the arrays hold at

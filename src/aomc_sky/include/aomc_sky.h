@@ -42,11 +42,11 @@ typedef int64_t (*aomc_sky_numbers_double)(void *context, int64_t start, int64_t
 typedef struct aomc_sky_source {
     aomc_sky_next next;
     aomc_sky_next_double next_double;
-    aomc_sky_numbers numbers;
-    aomc_sky_numbers_double numbers_double;
     void *context;
     int64_t n_photons;
     double wavelength_nm;
+    aomc_sky_numbers numbers;
+    aomc_sky_numbers_double numbers_double;
 } aomc_sky_source;
 
 /* ---- For programs without Python: compile aomc_sky_embed.c with them. ----
