@@ -114,13 +114,13 @@ def sphere_integrals_between(knots: np.ndarray, value: np.ndarray) -> float:
 
 
 def test_drawn_angles_follow_the_table() -> None:
-    """100 000 angles; a peak moved by a tenth of a degree, the planted defect, is found."""
+    """100 000 angles; angles that are up to a sixth too small, the planted defect, are found."""
     law = sea_salt()
     found, freedom = drawn_chi_square(law, law, 100_000)
     assert found < chi2.isf(1e-6, freedom)
-    squeezed = np.pi * (law.angle_rad / np.pi) ** 1.02
+    squeezed = np.pi * (law.angle_rad / np.pi) ** 1.03
     wrong = TabulatedPhase(angle_rad=squeezed, value=law.value, norm=law.norm, norm_error=law.norm_error)
-    assert drawn_chi_square(wrong, law, 100_000)[0] > 2.0 * chi2.isf(1e-6, freedom)
+    assert drawn_chi_square(wrong, law, 100_000)[0] > 2 * chi2.isf(1e-6, freedom)
 
 
 SCENE = """\
@@ -158,22 +158,23 @@ def rows(angle_deg: np.ndarray, *columns: np.ndarray) -> str:
     return "".join(", ".join(f"{x:.17g}" for x in row) + "\n" for row in zip(angle_deg, *columns, strict=True))
 
 
-@pytest.mark.parametrize(("method", "tolerance"), [("sos", 2e-3), ("mc", 6e-3)])
-def test_a_table_gives_the_sky_of_the_formula_it_was_made_of(tmp_path: Path, method: str, tolerance: float) -> None:
-    """All orders; the table is within 4e-4 of the formula, and paths of one seed differ where a step goes elsewhere."""
+@pytest.mark.parametrize("method", ["sos", "mc"])
+def test_a_table_gives_the_sky_of_the_formula_it_was_made_of(tmp_path: Path, method: str) -> None:
+    """All orders: the table is within 4e-4 of the formula; paths have their errors besides."""
     code = """
     ```
         return vec4((1.0 - 0.49) / (4.0*PI) / pow(1.49 - 1.4*dotViewSun, 1.5));
     ```"""
     options = {
         "wavelength_nm": [500.0], "sun_zenith_deg": 50.0, "sky_zenith_deg": [10.0, 50.0, 75.0],
-        "azimuth_from_sun_deg": [0.0, 120.0], "method": method, **({"paths": 20_000} if method == "mc" else {}),
+        "azimuth_from_sun_deg": [0.0, 120.0], "method": method, **({"paths": 2000} if method == "mc" else {}),
     }  # fmt: skip
     (tmp_path / "code").mkdir()
     by_code = sky.solve_atmosphere(scene(tmp_path / "code", code), **options)
     by_table = sky.solve_atmosphere(scene(tmp_path, "file hg.csv", hg=rows(ANGLES, hg(0.7, ANGLES))), **options)
     assert by_code.radiance_by_order.shape[1] > 2
-    np.testing.assert_allclose(by_table.radiance, by_code.radiance, rtol=tolerance)
+    noise = 4.0 * np.hypot(by_table.standard_error, by_code.standard_error) if method == "mc" else 0.0
+    assert np.all(np.abs(by_table.radiance - by_code.radiance) < 2e-3 * by_code.radiance + noise)
 
 
 def test_the_aureole_is_that_of_direct_quadrature(tmp_path: Path) -> None:
@@ -295,5 +296,5 @@ def test_the_tables_of_inputs_follow_miepython() -> None:
     script = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(script)
     angle = np.array([0.0, 1.0, 2.0, 15.0, 90.0, 120.0])
-    exact = script.mie(script.SEA_SALT, 500.0, angle, 200)[0]
+    exact = script.mie(script.SEA_SALT, 500.0, angle, 1000)[0]
     np.testing.assert_allclose(sea_salt()(np.cos(np.radians(angle)), 0), exact, rtol=0.02)
