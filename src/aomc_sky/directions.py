@@ -57,6 +57,12 @@ def to_enu_azimuth_deg(azimuth_deg: ArrayLike, convention: AzimuthConvention) ->
     return np.where(turned >= 360.0, 0.0, turned)
 
 
+def azimuth_from_sun_deg(angle_deg: ArrayLike, sun_azimuth_deg: float, *, clockwise: bool = False) -> np.ndarray:
+    """Azimuths from +x towards +y, 0 to 360, of directions that are turned from the sun's azimuth by an angle. [deg]"""
+    turned = np.mod(sun_azimuth_deg + (-1.0 if clockwise else 1.0) * np.asarray(angle_deg, dtype=np.float64), 360.0)
+    return np.where(turned >= 360.0, 0.0, turned)
+
+
 _TWINS = {"_deg": "_rad", "_rad": "_deg"}
 
 

@@ -42,6 +42,11 @@ def test_page_of_aomc_users(tmp_path: Path) -> None:
     assert carry_out("howto/from_aomc.md", tmp_path) == 6
 
 
+@pytest.mark.slow
+def test_page_of_measured_skies(tmp_path: Path) -> None:
+    assert carry_out("howto/measured_sky.md", tmp_path) == 3
+
+
 def test_page_of_libradtran_users(tmp_path: Path) -> None:
     assert carry_out("howto/from_libradtran.md", tmp_path) == 4
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import sys
 import time
@@ -229,8 +230,23 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
         "how the files are read:\n--iterations --sky --sky-option --bins --weighting --azimuth-bins --compat --lenient "
         "--strict --allow-path --max-memory",
     )
+    add_measured_options(parser)
     add_sky_options(parser)
     add_light_options(parser)
+
+
+def add_measured_options(parser: argparse.ArgumentParser) -> None:
+    """What a table of measured radiances does not say."""
+    group = parser.add_argument_group("a measured sky (.csv, .tsv; default: what the file says)")
+    add_table(group, _MEASURED_OPTIONS)
+
+
+_MEASURED_OPTIONS = """\
+--azimuth-convention north_clockwise|enu_from_east|west_of_south|from_sun|from_sun_clockwise  from where its azimuths
+                        count; from the sun with --sun-azimuth
+--angle-unit deg|rad    of its angles
+--radiance-unit UNIT    of its radiances, such as 'mW m-2 nm-1 sr-1', or relative
+"""
 
 
 def _sky_name(text: str) -> str:
@@ -413,8 +429,13 @@ def sky_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
 def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] | None = None) -> Scene:
     """Read the scene that the options of `add_reading_options` describe."""
     from aomc_sky.cli.progress import patience
+    from aomc_sky.source.read.kind import Kind, kind_of_name
     from aomc_sky.source.read.scene import read_scene
 
+    if kind_of_name(os.path.basename(path)) is Kind.MEASURED and not os.path.isdir(path):
+        return _measured_scene(arguments, path, wavebands)
+    for name in given_options(arguments, add_measured_options):
+        raise UsageError(f"{name} is for a measured sky (.csv); {path} is none")
     began = time.monotonic()
     with patience("preparing the scene", enabled=speaks(arguments)):
         scene = read_scene(
@@ -441,6 +462,36 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
             file=sys.stderr,
         )
     return scene
+
+
+_NOT_MEASURED = "--sky --sky-option --bins --weighting --azimuth-bins --compat --lenient --allow-path"
+
+
+def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[int] | None) -> Scene:
+    """Read a measured sky; its options and those of the sun are all that it takes."""
+    from aomc_sky.cli.progress import patience
+    from aomc_sky.source.light.inputs import given_inputs
+
+    given = given_inputs(**sky_arguments(arguments))
+    others = [name for name in given.names if name != "the sun"]
+    others += given_options(arguments, _NOT_MEASURED, add_light_options)
+    if others or given.sun.disc is not None or given.model:
+        named = " and ".join(others) or ("--disc" if given.sun.disc is not None else "--within")
+        raise UsageError(f"{named}: not used with {path}, a measured sky, whose light is that of the file alone")
+    with patience("interpolating the sky", enabled=speaks(arguments)):
+        from aomc_sky.source.read.measured import measured_scene
+
+        return measured_scene(
+            path,
+            iterations=arguments.iterations,
+            wavelength_nm=getattr(arguments, "wavelengths", None),
+            wavebands=wavebands,
+            azimuth_convention=arguments.azimuth_convention,
+            angle_unit=arguments.angle_unit,
+            radiance_unit=arguments.radiance_unit,
+            sun_zenith_deg=given.sun.zenith_deg,
+            sun_azimuth_deg=given.sun.azimuth_deg,
+        )
 
 
 def moment(text: str) -> float:

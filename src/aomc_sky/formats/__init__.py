@@ -7,6 +7,8 @@ units           Numbers with units: a closed table of exact factors, because gen
 aomc/           The files that the AOMC program reads: amc.inp, lambbot.inp, difcol.inp, skydist.inp.
 sky_toml/       sky.toml, beside amc.inp: weather, sun, background skies, atmosphere.
 spectrum_csv    Spectra as two columns of numbers, and their means over the bins of a wavelength grid.
+radiance_csv    Measured radiances of the sky as a table of text.
+radiance_words  The words of such tables: names of columns, units, where azimuths count from.
 weather         Hourly weather files (EPW, TMY2, TMY3): when each hour began, and its irradiances.
 netcdf          netCDF files that hold a radiance over directions.
 mcpl/           MCPL files (Monte Carlo Particle Lists, formats 2 and 3).

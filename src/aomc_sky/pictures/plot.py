@@ -215,11 +215,15 @@ def _of_values(
 
 
 def _unit_of(sky: Any) -> str:
+    if getattr(sky, "is_absolute", False):
+        return RADIANCE.label
     is_absolute = getattr(sky, "dhi", None) is not None
     return "radiance [W m$^{-2}$ sr$^{-1}$]" if is_absolute else "relative radiance"
 
 
 def _sun_of(sky: Any) -> Mark | None:
+    if getattr(sky, "sun_deg", None) is not None:
+        return sun_mark(*sky.sun_deg)
     zenith = getattr(sky, "sun_zenith_rad", None)
     return None if zenith is None else sun_mark(float(np.rad2deg(zenith)), float(np.rad2deg(sky.sun_azimuth_rad)))
 

@@ -8,6 +8,8 @@ function_sky     A sky given by a function of direction and wavelength
 patch_integrals  What patches hold of a radiance: masses, slopes, and what a law linear in each leaves out
 quadrature       Integrals over patches by one adaptive Gauss rule, in plain numpy: of every sky that needs them
 tabulated        A sky given as a table of values, also with the AOMC 1.2.2 program's own weights in 32-bit arithmetic
+measured         Radiances in scattered directions, as instruments give them
+on_sphere        The same interpolated on the sphere, with the errors that are known
 radiance_field   A radiance field with coordinates, as programs and instruments give it, as values over patches
 direct_beam      The direct beam of the sun: a direction, or the solar disc
 perez/           The all-weather sky of Perez, Seals and Michalsky (1993)

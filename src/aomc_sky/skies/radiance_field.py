@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg, travel_from_sky
+from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
 from aomc_sky.errors import SceneError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.quadrature import POINTS, weighted_sum
@@ -42,7 +42,7 @@ _DIGITS = 10  #: Of a degree: radians become the degrees that they were.
 _WIDE_GAP = 3.0  #: How many usual steps are a gap.
 
 
-class RadianceField(NamedTuple):
+class PatchRadiances(NamedTuple):
     """What a field says of the sky over patches."""
 
     wavelength_nm: np.ndarray  #: (n_wl,)
@@ -67,7 +67,7 @@ def read_radiance_field(
     angle_unit: str | None,
     azimuth_convention: AzimuthConvention | str | None,
     grid: PatchGrid | None,
-) -> RadianceField:
+) -> PatchRadiances:
     """Turn an xarray.DataArray of radiance, or what has its members, into values over patches.
 
     Zenith angles and azimuths that are dimensions of the field become patches that end half-way between them; those of
@@ -93,8 +93,9 @@ def read_radiance_field(
         zenith_deg, azimuth_deg, values, product = _product(zenith, zenith_deg, azimuth_deg, values, remarks)
         _check_radiances(values)
         if not np.isnan(values).any():
-            return RadianceField(wavelength_nm, values, product, tuple(remarks))
-        grid = product if grid is None else grid
+            return PatchRadiances(wavelength_nm, values, product, tuple(remarks))
+        if grid is None and np.isfinite(values).all(axis=0).mean() >= 0.5:
+            grid = product  # else points that were unstacked, or a scan: no field
         zenith_deg, azimuth_deg = (a.ravel() for a in np.meshgrid(zenith_deg, azimuth_deg, indexing="ij"))
         values = values.reshape(wavelength_nm.size, -1)
     elif zenith_deg.min() < 0 or zenith_deg.min() > 90:
@@ -107,7 +108,7 @@ def read_radiance_field(
     _check_radiances(values)
     grid = PatchGrid.regular(90, 180) if grid is None else grid
     radiance = _interpolated(zenith_deg, azimuth_deg, values, grid, remarks)
-    return RadianceField(wavelength_nm, radiance, grid, tuple(remarks))
+    return PatchRadiances(wavelength_nm, radiance, grid, tuple(remarks))
 
 
 def _check_kind(field: Any) -> None:
@@ -323,68 +324,33 @@ def _interpolated(
 ) -> np.ndarray:
     """Mean radiance of each patch, shape (n_wl, n_zenith, n_azimuth), by 4 x 4 points of Gauss in a patch.
 
-    Linear in the spherical triangles of Delaunay between the directions; beyond them, and where three directions make
-    no triangle, the value of the nearest one.
+    Interpolated as a `RadianceField` is.
     """
-    from scipy.spatial import Delaunay, KDTree, QhullError
+    from aomc_sky.skies.measured import RadianceField
+    from aomc_sky.skies.on_sphere import notes_of, warn_of_extrapolation
 
     is_given = np.all(np.isfinite(values), axis=0)
     if not is_given.all():
         n_missing = np.count_nonzero(~is_given)
         remarks.append(
-            f"{n_missing} of {is_given.size} directions have no value at one wavelength or more; neighbours fill them"
+            f"{n_missing} of {is_given.size} directions have no value at one wavelength or more; they are interpolated"
         )
-    measured, values = -travel_from_sky(zenith_deg[is_given], azimuth_deg[is_given]), values[:, is_given]
+    rows = np.arange(float(len(values)))  # in place of wavelengths, which may come twice
+    measured = RadianceField.from_points(zenith_deg[is_given], azimuth_deg[is_given], values[:, is_given], rows)
+    parts = [measured.interpolant(row) for row in range(len(values))]
+    remarks += notes_of(parts)
+    warn_of_extrapolation(parts)
     nodes, weights, _ = POINTS[4]
     near, growth, far = grid.ring_sin2()
     zenith = np.arctan2(
         np.sqrt(near[:, None] + growth[:, None] * nodes), np.sqrt(far[:, None] + growth[:, None] * (1 - nodes))
     )
-    bounds = grid.azimuth_bounds_deg
+    bounds = np.deg2rad(grid.azimuth_bounds_deg)
     azimuth = bounds[:, :1] + (bounds[:, 1:] - bounds[:, :1]) * nodes
-    asked = -travel_from_sky(np.rad2deg(zenith)[:, None, :, None], azimuth[None, :, None, :])
-    shape = asked.shape[:-1]
-    asked = asked.reshape(-1, 3)
-    distance, nearest = KDTree(measured).query(asked)
-    at_nodes = values[:, nearest]
-    is_inside = np.zeros(len(asked), bool)
-    try:  # the stereographic projection from below keeps circles, so Delaunay's triangles are those of the sphere
-        triangles = Delaunay(measured[:, :2] / (1 + measured[:, 2:]))
-    except (QhullError, ValueError):
-        remarks.append(
-            "the directions lie on one circle or are fewer than three: every patch has the value of the nearest one"
-        )
-    else:
-        candidates = triangles.find_simplex(asked[:, :2] / (1 + asked[:, 2:]))
-        is_inside = candidates >= 0
-        corners = triangles.simplices[candidates[is_inside]]
-        shares = _shares_of_corners(measured[corners], asked[is_inside])
-        at_nodes[:, is_inside] = sum(values[:, corners[:, k]] * shares[k] for k in range(3))
-    outside = _patch_means((~is_inside).reshape(shape).astype(float), weights)
-    share = float(np.cumsum(outside.ravel() * grid.projected_solid_angle_sr)[-1])
-    share /= float(grid.projected_solid_angle_sr.sum())
-    if share > 1e-3:
-        angle = np.rad2deg(2 * np.arcsin(min(float(distance.max()) / 2, 1.0)))
-        remarks.append(
-            f"{100 * share:.2g} % of the sky (by projected solid angle) lies outside the measured directions, up to "
-            f"{angle:.2g} degrees from the nearest one, whose value it gets"
-        )
-    return _patch_means(at_nodes.reshape(-1, *shape), weights)
+    asked = np.broadcast_arrays(zenith[:, None, :, None], azimuth[None, :, None, :])
+    return _patch_means(np.stack([part(*asked) for part in parts]), weights)
 
 
 def _patch_means(at_nodes: np.ndarray, weights: np.ndarray) -> np.ndarray:
     """Means over the last two axes, the points of a patch."""
     return weighted_sum(weighted_sum(np.moveaxis(at_nodes, (-2, -1), (0, 1)), weights), weights)
-
-
-def _shares_of_corners(corners: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Shares (3, n) with which unit vectors (n, 3) at the corners (n, 3, 3) of triangles add up along points (n, 3)."""
-    first, second, third = np.moveaxis(corners, 1, 0)
-    normals = np.cross(second, third), np.cross(third, first), np.cross(first, second)
-    volume = _dot(first, normals[0])
-    shares = np.stack([_dot(points, normal) / volume for normal in normals]).clip(0.0)
-    return np.asarray(shares / (shares[0] + shares[1] + shares[2]))
-
-
-def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    return np.asarray(a[:, 0] * b[:, 0] + a[:, 1] * b[:, 1] + a[:, 2] * b[:, 2])

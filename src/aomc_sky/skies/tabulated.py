@@ -148,8 +148,8 @@ class TabulatedSky(Share):
         -------
         TabulatedSky
             Weighting `Weighting.PROJECTED`. Patches end half-way between zenith angles and between azimuths, cut at 0
-            and 90 degrees. Scattered directions are interpolated on the sphere, linear in Delaunay's triangles; beyond
-            them the nearest direction counts. `remarks` name gaps and what was taken for granted.
+            and 90 degrees. Scattered directions and gaps are interpolated as those of a `RadianceField`, with a warning
+            above 5 % of light from beyond them. `remarks` name gaps, errors and what was taken for granted.
 
         Raises
         ------

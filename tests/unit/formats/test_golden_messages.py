@@ -18,6 +18,7 @@ from aomc_sky.formats.weather import read_weather
 from aomc_sky.outputs.photons.npy import read_photons_npy
 from aomc_sky.skies.atmosphere.description.medium import read_medium
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
+from aomc_sky.source.read.measured import read_radiance_csv
 from tests.support.shared import DATA, INPUTS
 
 READERS: dict[str, Callable[[str], object]] = {
@@ -30,14 +31,16 @@ READERS: dict[str, Callable[[str], object]] = {
     "atmo_blocks": lambda path: read_medium(read_atmo(path)),
     "mcpl": check_mcpl,
     "photons_npy": lambda path: list(read_photons_npy(path).blocks()),
+    "radiance_csv": read_radiance_csv,
     "weather": lambda path: read_weather(path, Path(path).name.split("_")[0]),
 }
 LEAST = {"amc": 20, "lambbot": 10, "difcol": 5, "skydist": 20, "sky_toml": 20, "atmo": 36, "atmo_blocks": 5}
-LEAST |= {"mcpl": 5, "photons_npy": 6, "weather": 20}
+LEAST |= {"mcpl": 5, "photons_npy": 6, "weather": 20, "radiance_csv": 10}
 """Bad files that there are at least."""
 
-ENDINGS = (".inp", ".toml", ".mcpl", ".h5", ".atmo", ".npy")
+ENDINGS = (".inp", ".toml", ".mcpl", ".h5", ".atmo", ".npy", ".csv")
 GOOD = [(kind, p) for kind in READERS for p in sorted((DATA / kind / "good").glob("*")) if p.suffix in ENDINGS]
+GOOD = [(kind, p) for kind, p in GOOD if kind != "weather" or p.suffix != ".csv"]  # tests/unit/formats/test_weather.py
 BAD = [(kind, p) for kind in READERS for p in sorted((DATA / kind / "bad").glob("*")) if p.suffix in ENDINGS]
 SHOWN = sorted([*(INPUTS / "bad").glob("*.inp"), *(INPUTS / "bad").glob("*.toml")])
 

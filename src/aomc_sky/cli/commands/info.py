@@ -47,7 +47,10 @@ def add_options(parser: Parser) -> None:
         "  aomc-sky info --include-dir\n  aomc-sky info --skies"
     )
     parser.add_argument(
-        "path", metavar="PATH", nargs="?", help="amc.inp, a folder, an MCPL, HDF5 (.h5, .hdf5) or .atmo file"
+        "path",
+        metavar="PATH",
+        nargs="?",
+        help="amc.inp, a folder, a measured sky (.csv), an MCPL, HDF5 (.h5, .hdf5) or .atmo file",
     )
     building = parser.add_mutually_exclusive_group()
     cli_options.add_table(building, _INSTEAD)

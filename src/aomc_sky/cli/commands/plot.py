@@ -82,8 +82,8 @@ def add_options(parser: Parser) -> None:
     parser.add_argument(
         "path",
         metavar="PATH",
-        help="amc.inp or its folder, a run folder, a background sky (.h5, .hdf5), skydist.inp, or a netCDF "
-        "file of this package (.nc)",
+        help="amc.inp or its folder, a run folder, a measured sky (.csv), a background sky (.h5, .hdf5), skydist.inp, "
+        "or a netCDF file of this package (.nc)",
     )
     cli_options.add_table(parser, _PICTURE, seen_from="above", scale="shared")
     cli_options.add_table(parser, _CONTENT, seed=0)
@@ -157,7 +157,7 @@ def _values(target: Path, kind: Kind, picture: Picture, n_panels: int, maps: Seq
 def _text(values: dict[str, Any]) -> str:
     """A line for the file, and one for what it leaves out."""
     n = len(values["domes"])
-    domes = f"{n} dome{'s' if n > 1 else ''} of a {values['of']}"
+    domes = f"{n} dome{'s' if n > 1 else ''} of a {'measured sky' if values['of'] == 'measured' else values['of']}"
     lines = [f"{values['out']}: {domes}, {values['quantity']}, {values['bytes']} bytes"]
     if values["left_out"]:
         lines.append(
@@ -174,9 +174,11 @@ _USUAL_NM = 550.0
 """A background sky is drawn at its wavelength that is nearest to this one."""
 
 _BELONGS: dict[str, tuple[Kind, ...]] = {
-    "--show": (Kind.SCENE, Kind.RUN),
+    "--show": (Kind.SCENE, Kind.RUN, Kind.MEASURED),
     "--pull": (Kind.RUN,),
-    "--waveband": (Kind.SCENE, Kind.RUN, Kind.TABLE, Kind.NETCDF),
+    "--waveband": (Kind.SCENE, Kind.RUN, Kind.TABLE, Kind.NETCDF, Kind.MEASURED),
+    **dict.fromkeys(("--azimuth-convention", "--angle-unit", "--radiance-unit"), (Kind.MEASURED,)),
+    **dict.fromkeys(("--seed", "--iterations", "--sun-zenith", "--sun-azimuth"), (Kind.SCENE, Kind.MEASURED)),
     "--wavelength": (Kind.BACKGROUND,),
     **dict.fromkeys(("--bins", "--weighting", "--azimuth-bins", "--compat", "--lenient"), (Kind.SCENE, Kind.TABLE)),
     **dict.fromkeys(("--strict", "--max-memory"), tuple(Kind)),
@@ -350,6 +352,7 @@ def _nearest_nm(scene: LobeScene) -> float:
 
 _PICTURES: dict[Kind, Callable[[argparse.Namespace], tuple[Picture, int]]] = {
     Kind.SCENE: _scene,
+    Kind.MEASURED: _scene,
     Kind.RUN: _run,
     Kind.BACKGROUND: _background,
     Kind.TABLE: _table,

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.terminal import MAX_ROWS, shown, table
 from aomc_sky.errors import UsageError
+from aomc_sky.source.read.kind import Kind, kind_of_name
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
@@ -33,13 +34,14 @@ examples:
   aomc-sky run amc.inp --iterations 1e11 --engine dask       by the processes of a Dask cluster
   aomc-sky run amc.inp --dry-run                             what would be modelled, and what not
   aomc-sky run amc.inp --dni 850 --dhi 95 --sun-zenith 32.4  light source 0 under a given weather
+  aomc-sky run sky.csv --azimuth-convention north_clockwise  measured radiances, at their wavelengths
   aomc-sky run --sun-zenith 40 --ghi 780 --dhi 140 --wavelengths 443 555 --out day      sun and sky without files
 """
 
 _OPTIONS = """\
 --out DIR                     run folder (default: aomc-sky-out beside amc.inp); - with --format raw
 --seed
---wavelengths NM...           without AMC_INP: the wavebands
+--wavelengths NM...           without AMC_INP, or of a measured sky: the wavebands
 """
 _OUTPUT = f"""\
 {cli_options.SAMPLING}\
@@ -67,7 +69,8 @@ def add_options(parser: Parser) -> None:
         "amc_inp",
         metavar="AMC_INP",
         nargs="?",
-        help="amc.inp, or the folder that holds it; none: sun and sky by the options of weather, at --wavelengths",
+        help="amc.inp, or the folder that holds it, or a measured sky (.csv); none: sun and sky by the options of "
+        "weather, at --wavelengths",
     )
     cli_options.add_table(parser, _OPTIONS)
     cli_options.add_reading_options(parser)
@@ -87,7 +90,7 @@ def run(arguments: argparse.Namespace) -> int:
     shard = None if arguments.shard is None else parse_shard(arguments.shard)
     if arguments.amc_inp is None:
         scene = _scene_of_weather(arguments)
-    elif arguments.wavelengths:
+    elif arguments.wavelengths and kind_of_name(Path(arguments.amc_inp).name) is not Kind.MEASURED:
         raise UsageError(f"--wavelengths is for a run without files; {arguments.amc_inp} names its own")
     else:
         scene = cli_options.scene_of(arguments, arguments.amc_inp, wavebands=arguments.waveband)
@@ -160,7 +163,8 @@ def _check(arguments: argparse.Namespace) -> None:
 
 
 def _folder(arguments: argparse.Namespace, scene: Scene) -> Path:
-    of_scene = None if "amc" not in scene.input_files else Path(scene.input_files["amc"]).parent
+    named = scene.input_files.get("amc") or scene.input_files.get("radiance")
+    of_scene = None if named is None else Path(named).parent
     if arguments.out is None:
         assert of_scene is not None, "checked in _scene_of_weather"
         return of_scene / "aomc-sky-out"

@@ -34,7 +34,8 @@ def add_options(parser: Parser) -> None:
         "Read every file named (of a folder: all of a known name, and those that its amc.inp asks for) and "
         "report every problem of every file, and of a folder with amc.inp whatever `run` would refuse; never "
         "make photons. The name of a file says its kind: amc, lambbot, "
-        "skydist or difcol at its start or between dots, or its ending .toml, .mcpl, .h5 or .atmo."
+        "skydist or difcol at its start or between dots, or its ending .toml, .mcpl, .h5, .atmo or .csv (a measured "
+        "sky)."
     )
     parser.epilog = "examples:\n  aomc-sky validate inputs/clear_day\n  aomc-sky validate amc.inp skydist.inp"
     parser.add_argument("paths", nargs="+", metavar="FILE", help="a file, or a folder")
@@ -62,6 +63,7 @@ def _readers(arguments: argparse.Namespace) -> dict[Kind, Callable[[Path], Any]]
         Kind.MCPL: check_mcpl,
         Kind.BACKGROUND: _read_background,
         Kind.ATMOSPHERE: lambda path: _read_atmosphere(path, allow_paths),
+        Kind.MEASURED: lambda path: cli_options.scene_of(arguments, str(path)),
     }
 
 

@@ -127,11 +127,6 @@ class PerezSection(Section):
     coefficients: tuple[float, float, float, float, float] | None = None  #: a, b, c, d, e of eq. (1). [-1000 to 1000]
     spectrum: str | None = None  #: "flat" or `SPECTRL2`
 
-    def as_arguments(self) -> dict[str, Any]:
-        """Arguments of `aomc_sky.PerezSky`: what is given of its inputs."""
-        names = ("dni", "dhi", "ghi", "epsilon", "delta", "coefficients")
-        return {name: getattr(self, name) for name in names if getattr(self, name) is not None}
-
     @property
     def has_irradiances(self) -> bool:
         """Whether the set is one of irradiances."""
@@ -140,7 +135,7 @@ class PerezSection(Section):
     @property
     def has_set(self) -> bool:
         """Whether one of the `SETS` is given."""
-        return self != PerezSection(spectrum=self.spectrum)
+        return any(value is not None for value in (self.dni, self.dhi, self.ghi, self.epsilon, self.coefficients))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -261,7 +256,7 @@ def perez_section(values: Mapping[str, Any]) -> PerezSection:
 
 def set_problem(names: Collection[str]) -> tuple[str, str]:
     """Message and advice where the given keys of [perez] are not one of the `SETS`; empty where they are, or none."""
-    names = [name for name in names if name != "spectrum"]
+    names = [name for name in names if any(name in group for group in _GROUPS)]
     if not names or any(set(names) == set(complete) for complete in SETS):
         return "", ""
     groups = [[name for name in group if name in names] for group in _GROUPS]

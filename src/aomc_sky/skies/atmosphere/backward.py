@@ -25,8 +25,10 @@ from aomc_sky.whole_number import as_index, as_number_of
 MOST_LISTED = 24
 """Orders that are listed one by one; where more count, the last row holds all the later ones together."""
 
-CHECKED = 4
-"""One path of so many also samples the sun's order 1, which is compared with its quadrature."""
+_LEAST_PATHS = 8
+
+TRUSTED = 0.2
+"""Relative error of a variance up to which the standard error from it is trusted."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -41,7 +43,7 @@ class PathsResult:
     standard_error: np.ndarray
     under_sampled: np.ndarray  #: (n_wl, n) where the errors are not to be trusted: see `solve_paths`
     n_paths: int  #: Paths of each direction and wavelength
-    #: What they brought, for more of them: `rows` (n_wl, n, n_row, 2) and `totals` (n_wl, n, 6) of `paths_result`
+    #: What they brought, for more of them: `rows` (n_wl, n, n_row, 2) and `totals` (n_wl, n, 3) of `paths_result`
     sums: tuple[np.ndarray, np.ndarray]
 
     @property
@@ -54,7 +56,7 @@ def paths_result(order_one: np.ndarray, rows: np.ndarray, totals: np.ndarray, n_
     """Means and errors of sums, and where they are not to be trusted.
 
     `order_one` (n_wl, n) is the sun's, `rows` (n_wl, n, n_row, 2) sums of light and of its squares by order, and
-    `totals` (n_wl, n, 6) the sums that `skies.atmosphere.kernels.paths` fills for each direction.
+    `totals` (n_wl, n, 3) the sums that `skies.atmosphere.kernels.paths` fills for each direction.
     """
     mean = rows[..., 0] / n_paths
     radiance = np.ascontiguousarray(mean.swapaxes(1, 2))
@@ -64,7 +66,7 @@ def paths_result(order_one: np.ndarray, rows: np.ndarray, totals: np.ndarray, n_
         radiance_by_order=radiance,
         standard_error_by_order=_standard_error(rows[..., 0], rows[..., 1], n_paths).swapaxes(1, 2),
         standard_error=error,
-        under_sampled=_under_sampled(order_one, totals, n_paths),
+        under_sampled=_under_sampled(totals, n_paths) | ((totals[..., 1] == 0) & (order_one > 0) & (rows.shape[2] > 1)),
         n_paths=n_paths,
         sums=(rows, totals),
     )
@@ -75,14 +77,10 @@ def _standard_error(total: np.ndarray, squares: np.ndarray, n: int) -> np.ndarra
     return np.sqrt(np.maximum(squares / n - mean * mean, 0.0) / (n - 1))
 
 
-def _under_sampled(order_one: np.ndarray, totals: np.ndarray, n: int) -> np.ndarray:
-    """Whether paths fail where the answer is known, or one of them has a good part of the variance."""
-    n_checked = -(-n // CHECKED)
-    error = _standard_error(totals[..., 3], totals[..., 4], n_checked)
-    gap = np.abs(totals[..., 3] / n_checked - order_one)
-    fails = (gap > 4.0 * error + 0.01 * order_one) | (error > 0.2 * order_one)
-    alone = totals[..., 2] ** 2 > 0.2 * np.maximum(totals[..., 1], 1e-300)
-    return (fails & (order_one > 0)) | alone
+def _under_sampled(totals: np.ndarray, n: int) -> np.ndarray:
+    """Whether the relative error sqrt(sum x^4 / (sum x^2)^2 - 1 / n) of the variance is above `TRUSTED`."""
+    squares = np.where(totals[..., 1] > 0, totals[..., 1], 1.0)
+    return np.asarray(totals[..., 2] / squares**2 > TRUSTED**2 + 1.0 / n)
 
 
 BLOCK = 1024
@@ -121,16 +119,15 @@ def solve_paths(
     errors.
 
     Accuracy: the standard error, and 1e-4 of tables and shells. Where the sun reaches only air that the paths hardly
-    ever reach, few of them bring all the light and the error bar is too small; `under_sampled` marks where the sun's
-    order 1 by the paths and by quadrature differ by more than 4 standard errors and 1 %, where the former is known to
-    less than 20 %, and where a single path has more than 20 % of the variance. Cost: 1 us a path.
+    ever reach, few of them bring all the light and the error bar is too small; `under_sampled` marks where the paths
+    know their own variance to less than 20 %. Cost: 1 us a path.
     """
     zenith, azimuth = checked_directions(sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
     glow = _checked_glow(medium, ground_radiance)
     _check_numbers(n_paths=n_paths, n_orders=n_orders, seed=seed, threads=threads)
     n_row = min(n_orders, MOST_LISTED)
     rows = np.zeros((medium.wavelength_nm.size, zenith.size, n_row, 2))
-    totals = np.zeros((medium.wavelength_nm.size, zenith.size, 6))
+    totals = np.zeros((medium.wavelength_nm.size, zenith.size, 3))
     n_known = 0
     if first is not None:
         n_known, (rows, totals) = first.n_paths, (each.copy() for each in first.sums)
@@ -181,7 +178,7 @@ class Bundle:
     ) -> None:
         """Add to the sums over the `first` paths, whole blocks, of one direction and wavelength those of the others.
 
-        `orders` (n_row, 2) and `totals` (6,) end as if all had been followed at once, to the bit.
+        `orders` (n_row, 2) and `totals` (3,) end as if all had been followed at once, to the bit.
         """
         from aomc_sky.skies.atmosphere.kernels.paths import follow_paths
 
@@ -190,15 +187,13 @@ class Bundle:
         across = float(np.sin(zenith))
         view = (across * float(np.cos(azimuth)), across * float(np.sin(azimuth)), float(np.cos(zenith)))
         follow_paths(
-            *self._scene(row), (min(self._n_orders, 2**31), orders.shape[0], CHECKED),
+            *self._scene(row), (min(self._n_orders, 2**31), orders.shape[0]),
             self._address(row, _word(zenith, azimuth)), view, first, self._n_paths, BLOCK, *self._scratch(row),
             sums, blocks,
         )  # fmt: skip
-        greatest = np.maximum(totals[[2, 5]], blocks[:, [2, 5]].max(axis=0, initial=0.0))
         for of_orders, of_all in zip(sums, blocks, strict=True):
             orders += of_orders
             totals += of_all
-        totals[[2, 5]] = greatest
 
     def _address(self, row: int, direction: np.uint64) -> tuple[np.uint64, np.uint64, np.uint64]:
         """Words of direction and wavelength, and the key, of the counter of random numbers."""
@@ -245,7 +240,7 @@ def _checked_glow(medium: Medium, ground_radiance: ArrayLike | None) -> np.ndarr
 
 def checked_paths(given: Any) -> int:
     """A number of paths of each direction and wavelength; a UsageError for what is none."""
-    return as_number_of(given, "the number of paths", 2 * CHECKED, MOST_PATHS)
+    return as_number_of(given, "the number of paths", _LEAST_PATHS, MOST_PATHS)
 
 
 def _check_numbers(*, n_paths: int, n_orders: int, seed: int, threads: int) -> None:

@@ -6,6 +6,7 @@ table        A sky file as the components of a scene: bins, weighting, wavelengt
 sun_and_sky  A scene lit by the sun and a sky model: how each waveband is split between the two, and what shines
 plugin       The sky model of another package: which one, with which options, and what it gives
 kind         What a path holds, for commands that take several kinds, or were given another
+measured     A measured sky: a table of radiances as a sky model, and as a scene of its own
 field        The radiance field that sky.toml names, as the diffuse sky of a scene
 absolute_units  Scenes in absolute units: what [sky] of sky.toml says, and the backgrounds added to it
 solve        `solve_atmosphere`: the sky of a description for Python

@@ -28,6 +28,7 @@ class Kind(enum.Enum):
     NPY = "a numpy file of photons"
     RUN_FILE = "a file of a run"
     WEATHER = "a weather file"
+    MEASURED = "a measured sky"
 
 
 _ENDINGS = {
@@ -54,7 +55,8 @@ def kind_of_name(name: str) -> Kind | None:
     name = name.lower()
     by_ending = (kind for endings, kind in _ENDINGS.items() if name.endswith(endings))
     by_part = (kind for part, kind in _TABLES.items() if name.startswith(part) or f".{part}." in name)
-    return next(itertools.chain(by_ending, by_part), None)
+    measured = (Kind.MEASURED for _ in "1" if name.endswith((".csv", ".tsv")))
+    return next(itertools.chain(by_ending, by_part, measured), None)
 
 
 def kind_of(path: Path) -> Kind | None:
@@ -86,6 +88,8 @@ def not_a_scene(amc: Path) -> InputFileError | None:
         return refuse(path, f"there is no such file; did you mean {beside}?")
     if kind in (None, Kind.SCENE) or not path.is_file():
         return None
+    if kind is Kind.MEASURED:
+        return refuse(path, f"this is {kind.value}; amc.inp belongs here", advice="read it by sky.read_radiance_csv")
     advice = f"write {beside}" if beside.is_file() else "name amc.inp, which says how the files beside it are used"
     if kind_of(path.parent) is Kind.RUN:
         advice = f"`aomc-sky info {path.parent}` shows the run that it is of"

@@ -151,9 +151,9 @@ def read_scene(
         paths = paths if given.weather.path is None else {**paths, "weather": given.weather.path}
     draft = dataclasses.replace(
         draft,
-        n_photons=_only_bands(draft.n_photons, wavebands, bands.wavelength_nm),
+        n_photons=only_bands(draft.n_photons, wavebands, bands.wavelength_nm),
         notes=(*draft.notes, *_unused_notes(files, draft.options)),
-        options={**draft.options, "compat": compat, "lenient": lenient, "wavebands": _listed(wavebands)},
+        options={**draft.options, "compat": compat, "lenient": lenient, "wavebands": listed_bands(wavebands)},
     )
     scene = draft.scene(
         bands,
@@ -345,14 +345,16 @@ def _footprint(config: AmcConfig) -> Footprint:
     return Footprint(shape=shape, size_x_m=x, size_y_m=y)
 
 
-def _listed(wavebands: Sequence[int] | None) -> list[int] | None:
+def listed_bands(wavebands: Sequence[int] | None) -> list[int] | None:
+    """The chosen bands, each once, in order."""
     return None if wavebands is None else sorted({as_index(b, "a waveband") for b in wavebands})
 
 
-def _only_bands(n_photons: np.ndarray, wavebands: Sequence[int] | None, wavelength_nm: np.ndarray) -> np.ndarray:
+def only_bands(n_photons: np.ndarray, wavebands: Sequence[int] | None, wavelength_nm: np.ndarray) -> np.ndarray:
+    """Photons of the chosen bands, from 1, and none of the others."""
     if wavebands is None:
         return n_photons
-    chosen = _listed(wavebands)
+    chosen = listed_bands(wavebands)
     if not chosen:
         raise UsageError(f"no waveband is chosen; there are {n_photons.size}, from 1")
     for number in chosen:

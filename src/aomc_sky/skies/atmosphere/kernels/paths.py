@@ -37,8 +37,8 @@ from aomc_sky.skies.atmosphere.kernels.shells import (
     sun_share,
 )
 
-ALTITUDE, VX, VY, VZ, UX, UY, UZ, MU, TO_END, WEIGHT, LEAST, LIGHT, TOTAL, ONCE = range(14)
-N_STATE = 14
+ALTITUDE, VX, VY, VZ, UX, UY, UZ, MU, TO_END, WEIGHT, LEAST, LIGHT, TOTAL = range(13)
+N_STATE = 13
 """Rows of the paths' state."""
 
 PATH, LIVE, KIND, CELL, SHELL, END = range(6)
@@ -154,7 +154,7 @@ def open_path(radius, shells, flight, weight, view, i, numbers, state, marks):
     state[ALTITUDE, i], state[VX, i], state[VY, i], state[VZ, i] = altitude, vx, vy, vz
     state[UX, i], state[UY, i], state[UZ, i] = view[0], view[1], view[2]
     state[WEIGHT, i], state[LEAST, i] = weight, min(_ROULETTE, _SHARE * weight)
-    state[LIGHT, i], state[TOTAL, i], state[ONCE, i] = 0.0, 0.0, 0.0
+    state[LIGHT, i], state[TOTAL, i] = 0.0, 0.0
 
 
 @inlined_reader
@@ -235,9 +235,9 @@ def light_here(scales, shells, table, phases, sun, moon, ground, altitude, shell
 
 
 @inlined_reader
-def light_up(scales, shells, table, phases, sun, moon, ground, first, every, n, state, marks):
-    """Add the sun's light of the vertex of every so many of the paths."""
-    for i in range(first, n, every):
+def light_up(scales, shells, table, phases, sun, moon, ground, n, state, marks):
+    """Add the sun's light of the vertices of the paths."""
+    for i in range(n):
         k = index(marks[LIVE, i])
         state[LIGHT, k] += state[WEIGHT, k] * light_here(
             scales, shells, table, phases, sun, moon, ground, state[ALTITUDE, k], marks[SHELL, k],
@@ -312,18 +312,13 @@ def follow(
     scales, shells, table, phases, guide, sun, moon, ground, limits, address, first, n, roots, numbers, state, marks,
     sums, block,
 ):  # fmt: skip
-    """Follow paths number `first` and on from their first collision to their ends: fills TOTAL and ONCE.
+    """Follow paths number `first` and on from their first collision to their ends: fills TOTAL.
 
-    `ground`: albedo, own radiance, sun's irradiance; `limits`: most interactions, rows of `sums`, and which
-    paths count for the sun's order 1: every so many. A row is filled by one vertex, and by what the flight from there
-    sees of the ground's own light; the last row has all later ones too.
+    `ground`: albedo, own radiance, sun's irradiance; `limits`: most interactions, and rows of `sums`. A row is filled
+    by one vertex after the first, for the sun's order 1 is known, and by what the flight from there sees of the
+    ground's own light; the last row has all later ones too.
     """
     step = 1
-    light_up(
-        scales, shells, table, phases, sun, moon, ground, -first % limits[2], limits[2], n, state, marks
-    )  # fmt: skip
-    for k in range(n):
-        state[ONCE, k], state[LIGHT, k] = state[LIGHT, k], 0.0
     while n > 0:
         row = min(step, limits[1]) - 1
         find_cells(shells, phases, guide, n, numbers, marks)
@@ -342,7 +337,7 @@ def follow(
         )  # fmt: skip
         n = fly(scales[0], shells, ground, n, roots, numbers, state, marks, sums, block, row)
         step += 1
-        light_up(scales, shells, table, phases, sun, moon, ground, 0, 1, n, state, marks)
+        light_up(scales, shells, table, phases, sun, moon, ground, n, state, marks)
 
 
 @reader
@@ -359,8 +354,8 @@ def follow_paths(
     `follow`; `address` (uint64): direction, wavelength, key. A row of the sums has `block` paths, a multiple of
     `ABREAST`; the first path is number `begin`.
 
-    `sums` (n_block, n_row, 2): light of each order, and its squares. `whole` (n_block, 6): light without the sun's
-    order 1, its squares, greatest; the same of that order from the paths that count for it. Scratch: `flight` (4,
+    `sums` (n_block, n_row, 2): light of each order, and its squares. `whole` (n_block, 3): light without the sun's
+    order 1, its squares and fourth powers. Scratch: `flight` (4,
     n_shell + 1, at least ROOTS), `numbers` (N_NUMBER, ABREAST), `state` (N_STATE, ABREAST), `marks` int64 (N_MARK,
     ABREAST).
     """
@@ -380,10 +375,7 @@ def follow_paths(
             state, marks, sums, row,
         )  # fmt: skip
         for i in range(n):
-            light, once = state[TOTAL, i], state[ONCE, i]
+            light = state[TOTAL, i]
             whole[row, 0] += light
             whole[row, 1] += light * light
-            whole[row, 2] = max(whole[row, 2], light)
-            whole[row, 3] += once
-            whole[row, 4] += once * once
-            whole[row, 5] = max(whole[row, 5], once)
+            whole[row, 2] += light * light * (light * light)

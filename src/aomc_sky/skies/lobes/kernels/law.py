@@ -5,8 +5,9 @@ from the axis and in the azimuth psi, and becomes a direction as `aomc_sky.skies
 probability cos(zenith) / bound of the bin; if not, it falls anew into any bin. So its law is lobe times cosine,
 exactly. Everything is worked out in float64 for both precisions.
 
-Of a photon's first word the upper m bits are the bin, what is left the place in b; the second is the place in psi, the
-third decides. Later trials divide two words as those of `perez.cells` do.
+In a later trial a photon has two words of Philox (placement key; rank, band, trial). The upper 42 bits of each are its
+place: of the first m bits the bin and what is left the place in b, of the second the place in psi. The lower 22 bits of
+both are the number that decides.
 
 Where places follow from ranks, trial 0 takes no bin from a word: R2 fills the whole square evenly, but no strip of it
 that is narrower than its points stand apart, and such strips the bins would be. Bins are patches of equal mass instead.
@@ -169,7 +170,12 @@ def place_lobes(lobe, tables, words, key, rank, band):
 
 
 def lobe_words(rank, lobe, falls, shifts, steps, accept, key, band, jitter):
-    """Bin and the three words of trial 0 of photons of the lobes `lobe`: by rank, or from Philox without a bin."""
+    """Bin and the three words of trial 0 of photons of the lobes `lobe`: by rank, or from Philox without a bin.
+
+    The keys are those of `keys` in the plan. Philox (shift key; 0, 0, band, 0) gives `shifts`, (shift key; 0, 0, band,
+    1) the first and the last of `accept`, between which `ACCEPT_STEP` stands, (shift key; cell of the lobe, 0, band, 2)
+    the offset in `falls`. `key` is the placement key.
+    """
     if jitter:
         return (None, *philox_pair(key, rank, U64(band), U64(0)), philox_pair(key, rank, U64(band), ACCEPT)[0])
     before, each, rest, offset, bits = falls[0].reshape(-1, FALL_COLUMNS)[lobe].T

@@ -1,0 +1,125 @@
+"""Words for measured radiances as people write them: names of columns, units, and where azimuths count from."""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+import numpy as np
+
+_ROLES = {
+    name: role
+    for role, names in {
+        "zenith": "zenith zenith_angle za zen vza theta polar_angle sky_zenith view_zenith viewing_zenith "
+        "view_zenith_angle viewing_zenith_angle",
+        "elevation": "elevation elevation_angle elev el altitude altitude_angle alt sky_elevation view_elevation",
+        "azimuth": "azimuth azimuth_angle az azi phi vaa sky_azimuth view_azimuth viewing_azimuth view_azimuth_angle "
+        "viewing_azimuth_angle",
+        "relative azimuth": "relative_azimuth relative_azimuth_angle raa azimuth_from_sun rel_azimuth",
+        "wavelength": "wavelength wavelengths wave_length wl wvl lambda lam nm",
+        "radiance": "radiance sky_radiance spectral_radiance l lsky l_sky",
+    }.items()
+    for name in names.split()
+}
+_WIDE = re.compile(r"(?:(?:(?:sky|spectral)[_ ]?)?radiance|l(?:_?sky)?)?[_ ]*(\d{3,4}(?:\.\d+)?)[_ ]*(?:nm)?", re.I)
+KEYS = {
+    key: name
+    for name, keys in {
+        "azimuth": "azimuth azimuths azimuth_convention",
+        "angle": "angle_unit angle_units angles",
+        "radiance": "radiance_unit radiance_units radiance unit units",
+        "sun_zenith": "sun_zenith solar_zenith sun_zenith_angle solar_zenith_angle sza",
+        "sun_azimuth": "sun_azimuth solar_azimuth sun_azimuth_angle solar_azimuth_angle saa",
+        "wavelength": "wavelength",
+    }.items()
+    for key in keys.split()
+}
+"""Keys of lines '# key: value', and what they are about."""
+
+GAPS = ("", "nan", "na", "n/a", "null", "none", "-", "--")
+GAP_NUMBERS = (-999.0, -9999.0)
+CONVENTIONS = ("north_clockwise", "enu_from_east", "west_of_south", "from_sun", "from_sun_clockwise")
+"""From where azimuths may count: members of `AzimuthConvention`, and the sun, against the clock without a word."""
+
+_ANGLES = {
+    **dict.fromkeys(("deg", "degree", "degrees", "°"), 1.0),
+    **dict.fromkeys(("rad", "radian", "radians"), 180 / np.pi),
+}
+_LENGTHS = {"nm": 1.0, "um": 1e3, "micron": 1e3, "m": 1e9} | {
+    f"{prefix}met{end}": factor
+    for prefix, factor in (("nano", 1.0), ("micro", 1e3))
+    for end in ("er", "ers", "re", "res")
+}
+_RELATIVE = ("relative", "rel", "arbitrary", "arb", "a.u.", "au", "counts", "dn", "1", "dimensionless", "unitless")
+_PARTS = (
+    {"w": 1.0, "kw": 1e3, "mw": 1e-3, "uw": 1e-6, "nw": 1e-9},
+    {"m2": 1.0, "cm2": 1e4, "mm2": 1e6},
+    {"nm": 1.0, "um": 1e-3, "micron": 1e-3, "angstrom": 10.0},
+    {"sr": 1.0, "str": 1.0, "ster": 1.0, "steradian": 1.0},
+)
+_PLAIN = str.maketrans("µμ⁻¹²·\u2212/*^_", "uu-12 -    ")
+
+
+def angle_degrees(unit: str) -> float | None:
+    """What an angle's unit is in degrees; None of another word."""
+    return _ANGLES.get(unit.strip().lower())
+
+
+def length_nm(unit: str) -> float | None:
+    """What a wavelength's unit is in nm; None of another word."""
+    return _LENGTHS.get(unit.strip().lower().translate(_PLAIN))
+
+
+def radiance_factor(unit: str) -> float | None:
+    """What a unit is in W m-2 nm-1 sr-1; 0 of relative radiances; None where it is no unit of spectral radiance.
+
+    Signs, slashes and brackets say nothing that the four parts do not: power, area, wavelength, solid angle.
+    """
+    text = unit.strip().lower()
+    if text in _RELATIVE:
+        return 0.0
+    words = re.findall(r"[a-z]+2?", re.sub(r"(?<=m)[ -]*(?=2)", "", text.translate(_PLAIN).replace("per", " ")))
+    found = [[part[word] for word in words if word in part] for part in _PARTS]
+    is_whole = len(words) == 4 and all(len(one) == 1 for one in found)
+    return float(np.prod(found)) if is_whole else None
+
+
+def convention_of(text: str) -> str | None:
+    """The convention that words such as "clockwise from north" name; None where they name none."""
+    words = set(re.findall(r"[a-z]+", text.lower().replace("_", " ").replace("anti", "counter").replace("r-c", "rc")))
+    is_counter = "counterclockwise" in words or ("counter" in words and "clockwise" in words)
+    is_clockwise = "clockwise" in words and not is_counter
+    if words & {"sun", "solar"}:
+        return "from_sun_clockwise" if is_clockwise else "from_sun"
+    if {"west", "south"} <= words:
+        return "west_of_south"
+    if words & {"north", "n"} and "east" not in words:
+        return None if is_counter else "north_clockwise"
+    if words & {"east", "x"} and not is_clockwise:
+        return "enu_from_east"
+    return None
+
+
+class Name(NamedTuple):
+    """What the name of a column says."""
+
+    role: str
+    unit: str
+    wavelength_nm: float | None = None  #: of a column for one wavelength
+
+
+def name_of_column(text: str) -> Name | None:
+    """What a name says; None where it is nothing of ours."""
+    match = re.fullmatch(r"([^(\[]*?)\s*[(\[](.*?)[)\]]*", text)
+    name, unit = (match[1], match[2].strip()) if match else (text, "")
+    if re.fullmatch(r"\d+(\.\d+)?\s*nm", unit):  # L (412 nm)
+        name, unit = f"{name}_{unit}", ""
+    wide = _WIDE.fullmatch(name.strip())
+    if wide:
+        return Name("radiance", unit, float(wide[1]))
+    parts = re.sub(r"[\W_]+", "_", name.lower()).strip("_").split("_")
+    for k in range(len(parts), 0, -1):  # zenith_deg, radiance_W_m2_nm_sr
+        role = _ROLES.get("_".join(parts[:k]))
+        if role:
+            return Name(role, unit or " ".join(parts[k:]))
+    return None

@@ -1,0 +1,131 @@
+"""A measured sky: a table of radiances as a sky model, and as a scene of its own."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from aomc_sky.directions import AzimuthConvention, given_angle
+from aomc_sky.errors import SceneError
+from aomc_sky.formats.radiance_csv import read_radiance_points
+from aomc_sky.formats.text_file import refuse
+from aomc_sky.grid import PatchGrid
+from aomc_sky.skies.measured import RadianceField
+from aomc_sky.source.read.scene import listed_bands, only_bands
+from aomc_sky.source.scene import Scene
+from aomc_sky.wavebands import Wavebands
+
+
+def read_radiance_csv(
+    path: str | os.PathLike[str],
+    *,
+    azimuth_convention: AzimuthConvention | str | None = None,
+    angle_unit: str | None = None,
+    radiance_unit: str | None = None,
+    sun_zenith_deg: float | None = None,
+    sun_azimuth_deg: float | None = None,
+    sun_zenith_rad: float | None = None,
+    sun_azimuth_rad: float | None = None,
+    grid: PatchGrid | None = None,
+    strength: ArrayLike | None = None,
+) -> RadianceField:
+    """Read measured radiances of the sky, in any directions and any order, from a table of text.
+
+    The first row names the columns, separated by commas, semicolons or tabs: zenith or elevation, azimuth, wavelength
+    and radiance, or ``L_412`` and so on for each wavelength; units stand in brackets or behind an underscore. Lines
+    ``# key: value`` say what an argument would. Nothing, ``nan``, -999 and -9999 are gaps. Negative zenith angles, and
+    elevations above 90 degrees, lie beyond the zenith, as in scans of the principal plane.
+
+    Parameters
+    ----------
+    path : str or path
+        The file, at most 128 MiB.
+    azimuth_convention : AzimuthConvention or str, optional
+        From where azimuths count, if not the file says it (``# azimuth: clockwise from north``): "north_clockwise",
+        "enu_from_east", "west_of_south", "from_sun" (against the clock) or "from_sun_clockwise".
+    angle_unit : {"deg", "rad"}, optional
+        Of both angles, if not the names of the columns (``zenith_rad``) or ``# angle unit: deg`` say it.
+    radiance_unit : str, optional
+        Such as "mW m-2 nm-1 sr-1" or "uW/cm2/sr/nm", or "relative"; else that of the column or ``# radiance unit:``.
+    sun_zenith_deg, sun_azimuth_deg, or sun_zenith_rad, sun_azimuth_rad : float, optional
+        Where the sun is, the azimuth from +x (east) towards +y (north), or ``# sun zenith: 40`` and ``# sun azimuth:
+        225 clockwise from north``. Azimuths from the sun need its azimuth; with both angles the sky is interpolated
+        better around the sun.
+    grid, strength : optional
+        As in `RadianceField`.
+
+    Returns
+    -------
+    RadianceField
+        In absolute units where the file has them.
+
+    Raises
+    ------
+    InputFileError
+        Every problem of the file: E651 for names, units and conventions, E652 for a row that cannot be read, E653 for a
+        number outside its range, E654 for too few radiances.
+    """
+    angles: dict[str, Any] = {}
+    for name, value, twin in (
+        ("sun_zenith_deg", sun_zenith_deg, sun_zenith_rad),
+        ("sun_azimuth_deg", sun_azimuth_deg, sun_azimuth_rad),
+    ):
+        if value is not None or twin is not None:
+            angles[name] = float(given_angle(name, value, twin))
+    points = read_radiance_points(
+        os.fspath(path),
+        azimuth_convention=azimuth_convention,
+        angle_unit=angle_unit,
+        radiance_unit=radiance_unit,
+        **angles,
+    )
+    try:
+        return RadianceField.from_points(
+            points.zenith_deg,
+            points.azimuth_deg,
+            points.radiance,
+            points.wavelength_nm,
+            sun_zenith_deg=points.sun_zenith_deg,
+            sun_azimuth_deg=points.sun_azimuth_deg,
+            is_absolute=points.is_absolute,
+            grid=grid,
+            remarks=points.remarks,
+            strength=strength,
+        )
+    except SceneError as error:
+        raise refuse(
+            os.fspath(path), str(error), advice="give each wavelength radiances of the sky", code="E654"
+        ) from None
+
+
+def measured_scene(
+    path: str | os.PathLike[str],
+    *,
+    iterations: int | None = None,
+    wavelength_nm: Sequence[float] | None = None,
+    wavebands: Sequence[int] | None = None,
+    **how: Any,
+) -> Scene:
+    """A scene of a measured sky alone, at its own wavelengths by default; `how` as `read_radiance_csv` takes it."""
+    sky = read_radiance_csv(path, **how)
+    bands = Wavebands(wavelength_nm=sky.wavelength_nm if wavelength_nm is None else np.asarray(wavelength_nm, float))
+    photons = np.full(bands.n_bands, 10**6 if iterations is None else iterations)
+    sun = None
+    if sky.sun_deg is not None:
+        sun = {"zenith_deg": sky.sun_deg[0], "azimuth_deg": sky.sun_deg[1], "disc": False, "from": "measured sky"}
+    return Scene(
+        wavebands=bands,
+        n_photons=only_bands(photons, wavebands, bands.wavelength_nm),
+        components=sky,  # type: ignore[arg-type]
+        input_files={"radiance": os.fspath(path)},
+        options={
+            "sky": sky.name,
+            "sun": sun,
+            "wavebands": listed_bands(wavebands),
+            **{name: value for name, value in how.items() if isinstance(value, str)},
+        },
+    )

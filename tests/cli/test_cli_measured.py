@@ -1,0 +1,94 @@
+"""A table of measured radiances on the command line: run, plot, validate and info."""
+
+import json
+import re
+import shutil
+
+import numpy as np
+import pytest
+
+from aomc_sky.cli.main import main
+from tests.support.shared import INPUTS
+
+SKY = INPUTS / "measured" / "sky.csv"
+TRUE = {412: 0.31, 490: 0.27, 555: 0.215, 670: 0.13}  # inputs/make_measured.py
+
+
+def test_run_at_the_wavelengths_of_the_file(tmp_path, capsys):
+    assert main(["run", str(SKY), "--iterations", "1e4", "--out", str(tmp_path / "out"), "--json"]) == 0
+    bands = json.loads(capsys.readouterr().out)["bands"]
+    assert [band["wavelength_nm"] for band in bands] == list(TRUE)
+    for band in bands:
+        assert band["irradiance_W_m2_nm"] == pytest.approx(TRUE[band["wavelength_nm"]], rel=3e-3)
+        assert band["launched"] == 10**4
+    assert main(["verify", str(tmp_path / "out"), "--scene", str(SKY), "--iterations", "1e4", "--quiet"]) == 0
+
+
+def test_run_at_other_wavelengths_beside_the_file(tmp_path, capsys):
+    path = shutil.copy(SKY, tmp_path / "sky.csv")
+    assert main(["run", str(path), "--wavelengths", "451", "555", "--iterations", "1000", "--format", "none"]) == 0
+    assert (tmp_path / "aomc-sky-out" / "counts.csv").exists()
+    out = capsys.readouterr().out
+    assert re.search(r"foretold by the others, a radiance is off by \d[\d.]* %", out)
+    shown = float(re.search(r"1  451 +(0\.\d+)", out)[1])
+    assert shown == pytest.approx((TRUE[412] + TRUE[490]) / 2, rel=3e-3)
+
+
+def test_plot_validate_and_info(tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    out = tmp_path / "sky.png"
+    assert main(["plot", str(SKY), "--waveband", "1", "--size", "300", "--out", str(out)]) == 0
+    assert "1 dome of a measured sky, radiance [W m-2 sr-1 nm-1]" in capsys.readouterr().out
+    assert out.read_bytes().startswith(b"\x89PNG")
+    assert main(["validate", str(SKY)]) == 0
+    assert main(["info", str(SKY), "--json"]) == 0
+    summary = json.loads(capsys.readouterr().out.split("\n", 1)[1])
+    assert summary["wavebands"] == list(TRUE)
+    assert summary["options"]["sun"]["azimuth_deg"] == pytest.approx(135.0)
+
+
+def test_options_say_what_a_file_does_not(tmp_path, capsys):
+    rows = [line for line in SKY.read_text().splitlines() if not line.startswith("#")]
+    (tmp_path / "bare.csv").write_text("\n".join(rows))
+    assert main(["info", str(tmp_path / "bare.csv")]) == 3
+    said = capsys.readouterr().err
+    assert "nothing says from where azimuths count" in said
+    assert "--azimuth-convention north_clockwise|enu_from_east" in said
+    assert "'# azimuth: clockwise from north'" in said
+    how = ["--azimuth-convention", "north_clockwise", "--radiance-unit", "mW m-2 nm-1 sr-1", "--iterations", "10"]
+    sun = ["--sun-zenith", "40", "--sun-azimuth", "135"]
+    assert main(["info", str(tmp_path / "bare.csv"), *how, *sun, "--json"]) == 0
+    ours = json.loads(capsys.readouterr().out)
+    assert main(["info", str(SKY), "--iterations", "10", "--json"]) == 0
+    theirs = json.loads(capsys.readouterr().out)
+    assert ours["notes"] == theirs["notes"]
+    np.testing.assert_array_equal(ours["wavebands"], theirs["wavebands"])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--dni", "800", "--dhi", "80"], "Perez inputs: not used with .*, a measured sky, whose light is that of the"),
+        (["--sky", "uniform"], "--sky: not used with"),
+        (["--disc"], "--disc: not used with"),
+        (["--waveband", "5"], "waveband 5"),
+        (["--radiance-unit", "lux"], "radiance unit 'lux' is not known"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(arguments, message, capsys):
+    assert main(["run", str(SKY), "--out", "nowhere", *arguments]) == 2
+    assert re.search(message, capsys.readouterr().err)
+
+
+def test_a_scene_of_amc_has_no_use_for_its_options(capsys):
+    assert main(["run", str(INPUTS / "clear_day"), "--angle-unit", "deg"]) == 2
+    assert "--angle-unit is for a measured sky (.csv)" in capsys.readouterr().err
+
+
+def test_little_of_the_sky_is_a_warning_and_strict_an_error(tmp_path, capsys):
+    head = "# azimuth: from north\n# radiance unit: relative\nzenith_deg,azimuth_deg,L_550\n"
+    rows = "".join(f"{zenith},{azimuth},1\n" for zenith in (0, 20, 40) for azimuth in range(0, 360, 30))
+    (tmp_path / "cap.csv").write_text(head + rows)
+    assert main(["validate", str(tmp_path / "cap.csv")]) == 0
+    assert "measured sky: 60 % of the light comes from beyond the measured directions" in capsys.readouterr().err
+    assert main(["validate", str(tmp_path / "cap.csv"), "--strict"]) == 3

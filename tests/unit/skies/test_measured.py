@@ -1,0 +1,205 @@
+"""Skies of measured directions: Perez skies seen as instruments see them, against their own irradiance."""
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import aomc_sky as sky
+
+SUN_DEG = 40.0
+PEREZ = {1.0: 0.2, 1.2: 0.3, 2.0: 0.25, 3.0: 0.2, 8.0: 0.12}  # clearness and brightness
+
+# Holben et al. (1998), table 3: angles from the sun, in azimuth along the almucantar; above it and below (-)
+ALMUCANTAR = [2, 2.5, 3, 3.5, 4, 4.5, 5, 6, 8, 10, 12, 14, 16, 18, 20, 25, 30, 35, 40, 45, 50, 60, 70, 80, 90, 100, 110]
+ALMUCANTAR += [120, 130, 140, 160, 180]
+PLANE = [-6, -5, -4.5, -4, -3.5, -3, -2.5, -2, *ALMUCANTAR[:-2]]
+
+
+def perez(epsilon, sun_zenith_deg=SUN_DEG):
+    return sky.PerezSky(sun_zenith_deg=sun_zenith_deg, sun_azimuth_deg=0.0, epsilon=epsilon, delta=PEREZ[epsilon])
+
+
+def irradiance(model):
+    """Product rule of Gauss and of the trapezium, finer than any test here wants."""
+    x, w = np.polynomial.legendre.leggauss(200)
+    zenith, azimuth = (x + 1) * np.pi / 4, np.arange(720) * np.pi / 360
+    light = model.radiance(zenith[:, None], azimuth, 550.0).mean(axis=1) * 2 * np.pi
+    return float(np.sum(light * w * np.sin(2 * zenith)) * np.pi / 8)
+
+
+def irregular(n=300, seed=0, limit_deg=86.0):
+    rng = np.random.default_rng(seed)
+    return np.rad2deg(np.arccos(rng.uniform(np.cos(np.deg2rad(limit_deg)), 1, n))), rng.uniform(0, 360, n)
+
+
+def aeronet(sun_zenith_deg, plane=True):
+    zenith, azimuth = [sun_zenith_deg] * (2 * len(ALMUCANTAR)), ALMUCANTAR + [-a for a in ALMUCANTAR]
+    above = [
+        sun_zenith_deg - a for a in PLANE if plane and -87 < sun_zenith_deg - a < 87
+    ]  # negative: beyond the zenith
+    return np.array(zenith + above), np.array(azimuth + [0] * len(above), float)
+
+
+def tregenza():
+    """The 145 directions of Tregenza (1987), as sky scanners have them."""
+    rings = zip((6, 18, 30, 42, 54, 66, 78, 90), (30, 30, 24, 24, 18, 12, 6, 1), strict=True)
+    points = [(90 - altitude, 360 * k / n) for altitude, n in rings for k in range(n)]
+    return np.array(points, float).T
+
+
+def seen(model, points, with_sun=False):
+    zenith, azimuth = points
+    values = model.radiance(np.abs(np.deg2rad(zenith)), np.deg2rad(azimuth + 180 * (zenith < 0)), 550.0)
+    sun = {"sun_zenith_deg": np.rad2deg(model.sun_zenith_rad), "sun_azimuth_deg": 0.0} if with_sun else {}
+    return sky.RadianceField.from_points(zenith, azimuth, values, **sun)
+
+
+def error(measured, model):
+    return measured.irradiance(550.0)[0] / irradiance(model) - 1
+
+
+@pytest.mark.slow
+def test_the_rule_of_these_tests_is_that_of_scipy():
+    from scipy.integrate import dblquad
+
+    model = perez(3.0)
+    light = dblquad(
+        lambda azimuth, zenith: float(model.radiance(zenith, azimuth, 550.0)) * np.sin(2 * zenith),
+        0,
+        np.pi / 2,
+        0,
+        np.pi,
+        epsrel=1e-4,
+    )[0]
+    assert irradiance(model) == pytest.approx(light, rel=2e-4)
+
+
+@pytest.mark.parametrize("with_sun", [False, True])
+@pytest.mark.parametrize("epsilon", list(PEREZ))
+def test_irradiance_of_300_irregular_directions(epsilon, with_sun):
+    """Within 1 % up to clearness 3 and within 2 % of the clearest sky; its leave-one-out error is not hidden."""
+    model = perez(epsilon)
+    measured = seen(model, irregular(), with_sun)
+    assert abs(error(measured, model)) < (0.01 if epsilon <= 3 else 0.02)
+    part = measured.interpolant(0)
+    assert part.n_directions == 300
+    assert part.extrapolated < 0.05
+    assert part.error < (0.02 if epsilon <= 3 else 0.04)
+
+
+@pytest.mark.parametrize(
+    ("epsilon", "sun_zenith_deg", "plane", "most"),
+    [(1.0, 30.0, True, 0.02), (3.0, 30.0, True, 0.06), (1.2, 60.0, True, 0.01), (3.0, 60.0, True, 0.01),
+     (8.0, 60.0, True, 0.01), (3.0, 60.0, False, 0.12)],
+)  # fmt: skip
+def test_almucantar_and_principal_plane(epsilon, sun_zenith_deg, plane, most):
+    """Two scans leave most of the sky to the trend around the sun: the share is said, and the error stays small."""
+    model = perez(epsilon, sun_zenith_deg)
+    measured = seen(model, aeronet(sun_zenith_deg, plane), with_sun=True)
+    assert abs(error(measured, model)) < most
+    with pytest.warns(sky.InputWarning, match=r"\d\d % of the light comes from beyond the measured directions"):
+        sky.Scene(wavebands=[550.0], n_photons=10, components=measured)
+
+
+def test_without_the_sun_two_scans_are_too_few():
+    model = perez(3.0, 30.0)
+    measured = seen(model, aeronet(30.0))
+    assert error(measured, model) > 0.2
+    with pytest.warns(sky.InputWarning, match="say where the sun is"):
+        measured.lower(550.0)
+
+
+@pytest.mark.parametrize("epsilon", [1.2, 3.0, 8.0])
+def test_directions_of_a_sky_scanner(epsilon):
+    model = perez(epsilon, 37.0)
+    assert abs(error(seen(model, tregenza()), model)) < 0.01
+    assert abs(error(seen(model, tregenza(), with_sun=True), model)) < 0.005
+
+
+@pytest.mark.parametrize("n", [1000, 1001])
+def test_more_directions_have_their_neighbours(n):
+    model = perez(2.0)
+    assert abs(error(seen(model, irregular(n)), model)) < 0.002
+
+
+def test_zenith_and_north_are_directions_like_others():
+    """A sky that is turned, so that another direction becomes the zenith's neighbour, or azimuth 0, is the same sky."""
+    model, (zenith, azimuth) = perez(2.0), irregular(200)
+    azimuth = np.round(azimuth)
+    values = model.radiance(np.deg2rad(zenith), np.deg2rad(azimuth), 550.0)
+    one, turned = (sky.RadianceField.from_points(zenith, azimuth + turn, values) for turn in (0.0, 90.0))
+    at_zenith, at_azimuth = np.deg2rad(irregular(500, 3, 90))
+    ours, theirs = one.radiance(at_zenith, at_azimuth, 550), turned.radiance(at_zenith, at_azimuth + np.pi / 2, 550)
+    np.testing.assert_allclose(theirs, ours, rtol=2e-5)
+    around = one.radiance(np.deg2rad(0.01), np.linspace(0, 2 * np.pi, 50), 550.0)
+    assert np.ptp(around) / around.mean() < 1e-3
+    left, right = (one.radiance(np.deg2rad(50.0), angle, 550.0) for angle in (-1e-9, 1e-9))
+    assert abs(left / right - 1) < 1e-7
+
+
+def test_measured_radiances_come_back():
+    model, points = perez(2.0), irregular(300)
+    measured = seen(model, points)
+    zenith, azimuth = np.deg2rad(points)
+    ratio = measured.radiance(zenith, azimuth, 550.0) / model.radiance(zenith, azimuth, 550.0) - 1
+    assert np.sqrt(np.mean(ratio**2)) < 2e-3
+    assert (
+        np.abs(ratio).max() < 2e-2
+    )  # of two directions a fraction of a degree apart, which a table of 2 degrees joins
+
+
+def test_no_radiance_is_negative_where_one_is_zero():
+    zenith, azimuth = irregular(100)
+    values = np.where(azimuth < 180, 0.0, 5.0)
+    measured = sky.RadianceField.from_points(zenith, azimuth, values)
+    light = measured.radiance(*np.deg2rad(irregular(2000, 2, 90)), 550.0)
+    assert not measured.interpolant(0).is_log
+    assert light.min() >= 0.0
+    assert measured.irradiance(550.0)[0] == pytest.approx(2.5 * np.pi, rel=0.08)
+
+
+POINTS = irregular(40)
+VALUES = perez(2.0).radiance(*np.deg2rad(POINTS), 550.0)
+
+
+@settings(max_examples=6, deadline=None, suppress_health_check=list(HealthCheck))
+@given(order=st.permutations(range(80)))
+def test_any_order_of_points_gives_the_same_sky(order):
+    zenith, azimuth = np.tile(POINTS, 2)
+    nm, values = np.repeat([440.0, 550.0], 40), np.concatenate([VALUES, 2 * VALUES])
+    values[7], zenith[9], azimuth[9] = np.nan, zenith[8], azimuth[8]
+    first = sky.RadianceField.from_points(zenith, azimuth, values, nm)
+    again = sky.RadianceField.from_points(zenith[order], azimuth[order], values[order], nm[order])
+    assert [len(one) for one in first.values] == [38, 40]
+    for row in range(2):
+        np.testing.assert_array_equal(first.interpolant(row).table, again.interpolant(row).table)
+
+
+def test_absolute_radiances_make_absolute_irradiances():
+    model, points = perez(1.2), irregular(300)
+    values = np.stack([model.radiance(*np.deg2rad(points), 550.0) * level for level in (0.1, 0.3)])
+    measured = sky.RadianceField.from_points(*points, values, [450.0, 550.0], is_absolute=True)
+    scene = sky.Scene(wavebands=[450.0, 500.0, 550.0], n_photons=1000, components=measured)
+    expected = irradiance(model) * np.array([0.1, 0.2, 0.3])
+    np.testing.assert_allclose(scene.irradiance.of_component[:, 0], expected, rtol=3e-3)
+    assert any("foretold by the others, a radiance is off by" in note for note in scene.notes)
+    assert any("the direct beam of the sun is no part of it" in note for note in scene.notes)
+    share = sky.RadianceField.from_points(*points, values[0], is_absolute=True, strength=2.0)
+    assert sky.Scene(wavebands=[450.0], n_photons=1000, components=share).irradiance is None
+    with pytest.warns(sky.InputWarning, match="1 of 2 wavebands, such as 900 nm, lie outside the measured"):
+        measured.lower([450.0, 900.0])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (([10, 20], [0, 90], [1, 1]), "2 directions at 550 nm; a measured sky needs 3 or more"),
+        (([10, 20, 30], [0, 90, 180], [1, -1, 1]), "at 550 nm must be finite and not negative"),
+        (([10, 20, 30], [0, 90], [1, 1, 1]), r"3 zenith angles, 2 azimuths and 3 wavelengths do not fit .* \(3,\)"),
+        (([100, 120], [0, 90], [1, 1]), "there is no radiance from above the horizon"),
+    ],
+)
+def test_points_that_are_no_sky_are_refused(arguments, message):
+    with pytest.raises(sky.SceneError, match=message):
+        sky.RadianceField.from_points(*map(np.array, arguments))
