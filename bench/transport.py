@@ -29,7 +29,7 @@ from harness import best_cpu_time, machine
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples" / "slab"))
 
 from fresnel import reflectance, refracted_mu
-from philox import transport_key
+from philox import event_numbers, transport_key
 from tally import ONE_PHOTON, REFLECTED, Tally, add_refracted, empty_tally
 from transport import enter
 from water import Water, water_layer
@@ -120,7 +120,8 @@ def surface_loop(sample: Any, tables: Any, n: int, water: Water, tally: Tally) -
 def slab_loop(sample: Any, tables: Any, n: int, water: Water, key: np.uint64, depths: np.ndarray, tally: Tally) -> None:
     for i in range(n):
         ux, uy, uz = sample(i, *tables)
-        enter(i, np.float64(ux), np.float64(uy), np.float64(uz), water, key, depths, tally)
+        first = event_numbers(key, i, 0)
+        enter(i, np.float64(ux), np.float64(uy), np.float64(uz), water, key, depths, tally, first)
 
 
 def run(loop: str, sampler: Sampler, n: int, seed: int = 1) -> Tally:

@@ -93,7 +93,7 @@ def pytest_collectreport(report: pytest.CollectReport) -> None:
 
 
 @pytest.fixture(scope="session")
-def cie_site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def skies_site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder for the module path in which pip has installed the package of examples/sky_plugin."""
     site = tmp_path_factory.mktemp("site")
     pip_install(REPOSITORY / "examples" / "sky_plugin", site)

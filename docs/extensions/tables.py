@@ -1,12 +1,42 @@
-"""Cells of a few letters do not break, so that a wide table scrolls instead of cutting its numbers."""
+"""Tables of the pages: cells of a few letters do not break, and the inputs of sky and sun come from their own rows.
+
+A wide table scrolls instead of cutting its numbers. `{inputs} SUN` makes the table of `aomc_sky.inputs.SUN`.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from docutils import nodes
+from sphinx.util.docutils import SphinxDirective
+
+from aomc_sky import inputs
+from aomc_sky.formats.sky_toml.rules import range_text
 
 _SHORT = 12
+
+
+def inputs_table(rows: Mapping[str, inputs.Input]) -> str:
+    """Keys of sky.toml in Markdown: what each is, its range or words, its option."""
+    lines = ["| key | meaning | range | option |", "| --- | --- | --- | --- |"]
+    for name, row in rows.items():
+        key, text = f"`{name}`", row.text
+        if name == "coefficients":
+            key, text = "`a` to `e`", f"{name} {text}"
+        words = ("true", "false") if row.is_switch else [f'"{word}"' for word in row.words]
+        bounds = range_text(row.low, row.high).replace("e+0", "e").replace("e+", "e")
+        values = ", ".join(f"`{word}`" for word in words) or bounds
+        unit = f" [{row.unit}]" if row.unit else ""
+        lines.append(f"| {key} | {text.replace('--', chr(92) + '--')}{unit} | {values} | `{row.option}` |")
+    return "\n".join(lines)
+
+
+class _Inputs(SphinxDirective):
+    required_arguments = 1
+
+    def run(self) -> list[nodes.Node]:
+        return list(self.parse_text_to_nodes(inputs_table(getattr(inputs, self.arguments[0]))))
 
 
 def _mark_short_cells(app: Any, doctree: nodes.document, docname: str) -> None:
@@ -16,6 +46,7 @@ def _mark_short_cells(app: Any, doctree: nodes.document, docname: str) -> None:
 
 
 def setup(app: Any) -> dict[str, bool]:
-    """Mark cells when a page is ready."""
+    """Know the directive, and mark cells when a page is ready."""
+    app.add_directive("inputs", _Inputs)
     app.connect("doctree-resolved", _mark_short_cells)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -49,8 +49,11 @@ def run(options: argparse.Namespace, water: Water, depths_m: np.ndarray) -> list
     optical_depths = optical_depths_of(depths_m, water)
     tallies = []
     for seed in range(options.seed, options.seed + options.replicates):
-        sample = scene.source(seed, precision="float64").numba_sampler(options.waveband - 1).sample
-        tallies.append(simulate(sample, n, water, transport_key(seed), optical_depths, options.threads))
+        source, numbers = scene.source(seed, precision="float64"), options.numbers
+        sample = source.numba_sampler(options.waveband - 1, numbers=numbers).sample
+        tallies.append(
+            simulate(sample, n, water, transport_key(seed), optical_depths, options.threads, numbers=numbers)
+        )
     return tallies
 
 
@@ -85,6 +88,9 @@ def parse(arguments: Sequence[str] | None) -> argparse.Namespace:
     parser.add_argument("--photons", type=int, default=1_000_000, help="of all replicates together")
     parser.add_argument("--replicates", type=int, default=8, help="independent runs, for the standard errors")
     parser.add_argument("--seed", type=int, default=1, help="of the first replicate; the next ones count on")
+    parser.add_argument(
+        "--numbers", type=int, choices=range(4), default=0, help="numbers of the photon that its first event takes"
+    )
     parser.add_argument("--threads", type=int, help="default: all cores; the result is the same")
     options = parser.parse_args(arguments)
     if options.replicates < 2 or options.photons < options.replicates or options.levels < 2:

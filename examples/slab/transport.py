@@ -34,6 +34,9 @@ from water import Water
 
 from aomc_sky import UsageError
 
+Numbers = tuple[float, float, float, float]
+"""Of an event: for the free path, the photon's fate, the angle and the azimuth of a scattering."""
+
 CHUNK = 65_536
 """Photons that a thread takes at a time."""
 
@@ -83,6 +86,7 @@ def follow(
     key: np.uint64,
     depths: np.ndarray,
     tally: Tally,
+    first: Numbers,
 ) -> None:
     """Follow a photon from just below the surface to its end; every choice is one random number, its weight stays.
 
@@ -102,10 +106,14 @@ def follow(
         Optical depths to count at, ascending. [0 to the layer's]
     tally : Tally
         Receives the weight.
+    first : tuple of four float
+        The numbers of its first event; see `FIRST_NUMBERS`.
     """
     z, level, event, end = 0.0, 0, 0, -1
+    path, fate, polar, plane = first
     while end < 0:
-        path, fate, polar, plane = event_numbers(key, photon, event)
+        if event > 0:
+            path, fate, polar, plane = event_numbers(key, photon, event)
         event += 1
         z += math.log(path) * uz  # log of a number below 1: minus the free path
         level = count_levels(z, level, depths, weight, tally)
@@ -130,7 +138,15 @@ def follow(
 
 @numba.njit(nogil=True)
 def enter(
-    photon: int, ux: float, uy: float, uz: float, water: Water, key: np.uint64, depths: np.ndarray, tally: Tally
+    photon: int,
+    ux: float,
+    uy: float,
+    uz: float,
+    water: Water,
+    key: np.uint64,
+    depths: np.ndarray,
+    tally: Tally,
+    first: Numbers,
 ) -> None:
     """Split a photon from the sky at the surface, and follow the refracted part; parameters as in `follow`."""
     index = water.refractive_index
@@ -140,12 +156,44 @@ def enter(
     tally.fate[REFLECTED] += turned_back
     if weight > 0:
         add_refracted(tally.refracted, ux, uy, mu, index, weight)
-        follow(photon, ux / index, uy / index, -mu, weight, water, key, depths, tally)
+        follow(photon, ux / index, uy / index, -mu, weight, water, key, depths, tally, first)
+
+
+@numba.njit(nogil=True)
+def by_chance(light: tuple[float, ...], key: np.uint64, photon: int) -> Numbers:
+    """Random numbers for the first event, too."""
+    return event_numbers(key, photon, 0)
+
+
+@numba.njit(nogil=True)
+def with_path(light: tuple[float, ...], key: np.uint64, photon: int) -> Numbers:
+    """The first free path goes with the photon; 1 - n lies in (0, 1], so that its logarithm is finite."""
+    _, fate, polar, plane = event_numbers(key, photon, 0)
+    return 1.0 - light[3], fate, polar, plane
+
+
+@numba.njit(nogil=True)
+def with_angle(light: tuple[float, ...], key: np.uint64, photon: int) -> Numbers:
+    """The first scattering angle, too."""
+    _, fate, _, plane = event_numbers(key, photon, 0)
+    return 1.0 - light[3], fate, light[4], plane
+
+
+@numba.njit(nogil=True)
+def with_plane(light: tuple[float, ...], key: np.uint64, photon: int) -> Numbers:
+    """And the azimuth of the first scattering."""
+    _, fate, _, _ = event_numbers(key, photon, 0)
+    return 1.0 - light[3], fate, light[4], light[5]
+
+
+FIRST_NUMBERS = (by_chance, with_path, with_angle, with_plane)
+"""The numbers of a photon's first event, of samplers with 0 to 3 numbers."""
 
 
 @numba.njit(nogil=True)
 def trace(
-    sample: Callable[[int], tuple[float, float, float]],
+    sample: Callable[[int], tuple[float, ...]],
+    first_numbers: Callable[[tuple[float, ...], np.uint64, int], Numbers],
     first: int,
     last: int,
     water: Water,
@@ -155,19 +203,27 @@ def trace(
 ) -> None:
     """Launch the photons [first, last) of a sampler. No Python runs in this loop; `sample` is compiled into it."""
     for photon in range(first, last):
-        ux, uy, uz = sample(photon)
-        enter(photon, np.float64(ux), np.float64(uy), np.float64(uz), water, key, depths, tally)
+        light = sample(photon)
+        ux, uy, uz = np.float64(light[0]), np.float64(light[1]), np.float64(light[2])
+        enter(photon, ux, uy, uz, water, key, depths, tally, first_numbers(light, key, photon))
 
 
 def simulate(
-    sample: Any, n_photons: int, water: Water, key: np.uint64, depths: Sequence[float], n_threads: int | None = None
+    sample: Any,
+    n_photons: int,
+    water: Water,
+    key: np.uint64,
+    depths: Sequence[float],
+    n_threads: int | None = None,
+    *,
+    numbers: int = 0,
 ) -> Tally:
     """Launch photons 0 to n_photons - 1 on several threads; the tally does not depend on how many.
 
     Parameters
     ----------
     sample : jitted function
-        ``sample(i) -> (ux, uy, uz)``, as ``source.numba_sampler(band).sample``.
+        ``sample(i) -> (ux, uy, uz, ...)``, as ``source.numba_sampler(band, numbers=numbers).sample``.
     n_photons : int
         How many. [0 to 2^30]
     water : Water
@@ -178,6 +234,8 @@ def simulate(
         Optical depths to count at, ascending. [0 to the layer's]
     n_threads : int, optional
         Default: all cores.
+    numbers : int
+        How many numbers of the photon its first event takes: free path, scattering angle, azimuth. [0 to 3]
 
     Raises
     ------
@@ -192,7 +250,7 @@ def simulate(
 
     def part(first: int) -> Tally:
         tally = empty_tally(levels.size)
-        trace(sample, first, min(first + CHUNK, n_photons), water, key, levels, tally)
+        trace(sample, FIRST_NUMBERS[numbers], first, min(first + CHUNK, n_photons), water, key, levels, tally)
         return tally
 
     with ThreadPoolExecutor(n_threads or os.cpu_count()) as pool:

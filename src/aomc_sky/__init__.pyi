@@ -4,6 +4,7 @@ from aomc_sky.component import Law as Law
 from aomc_sky.directions import AzimuthConvention as AzimuthConvention
 from aomc_sky.directions import Frame as Frame
 from aomc_sky.emission.photon_source import PhotonSource as PhotonSource
+from aomc_sky.emission.photons import Photon as Photon
 from aomc_sky.emission.photons import PhotonBatch as PhotonBatch
 from aomc_sky.engine.run import write_run as write_run
 from aomc_sky.errors import AllocationError as AllocationError
@@ -27,6 +28,7 @@ from aomc_sky.phase import rayleigh as rayleigh
 from aomc_sky.phase import scattering as scattering
 from aomc_sky.pictures.plot import plot as plot
 from aomc_sky.plan.footprint import Footprint as Footprint
+from aomc_sky.plan.footprint import FootprintShape as FootprintShape
 from aomc_sky.plan.plan import Plan as Plan
 from aomc_sky.plan.sampling.allocation import AllocationMethod as AllocationMethod
 from aomc_sky.plan.sampling.allocation import allocate as allocate
@@ -37,6 +39,7 @@ from aomc_sky.skies.atmosphere.medium import Medium as Medium
 from aomc_sky.skies.atmosphere.medium import rayleigh_cross_section as rayleigh_cross_section
 from aomc_sky.skies.atmosphere.model import AtmosphereSky as AtmosphereSky
 from aomc_sky.skies.atmosphere.sky.solve import AtmosphereResult as AtmosphereResult
+from aomc_sky.skies.cie import CieSky as CieSky
 from aomc_sky.skies.direct_beam import DirectBeam as DirectBeam
 from aomc_sky.skies.function_sky import FunctionSky as FunctionSky
 from aomc_sky.skies.harrison_coombes import HarrisonCoombesSky as HarrisonCoombesSky
@@ -50,6 +53,7 @@ from aomc_sky.skies.lobes.file.file import write_background as write_background
 from aomc_sky.skies.lobes.light import read_background as read_background
 from aomc_sky.skies.lobes.sky import LobeSky as LobeSky
 from aomc_sky.skies.lobes.sky import WeightedLobe as WeightedLobe
+from aomc_sky.skies.measured import RadianceField as RadianceField
 from aomc_sky.skies.overcast import OvercastSky as OvercastSky
 from aomc_sky.skies.perez import functions as perez  # noqa: F401
 from aomc_sky.skies.perez.sky import PerezSky as PerezSky
@@ -57,6 +61,7 @@ from aomc_sky.skies.tabulated import TabulatedSky as TabulatedSky
 from aomc_sky.skies.tabulated import Weighting as Weighting
 from aomc_sky.skies.uniform import UniformSky as UniformSky
 from aomc_sky.source.light.sun_position import sun_position as sun_position
+from aomc_sky.source.read.measured import read_radiance_csv as read_radiance_csv
 from aomc_sky.source.read.scene import read_scene as read_scene
 from aomc_sky.source.read.solve import solve_atmosphere as solve_atmosphere
 from aomc_sky.source.scene import Scene as Scene

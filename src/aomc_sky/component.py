@@ -210,6 +210,9 @@ class CellLaw:
     flux: Callable[[Component, np.ndarray, np.ndarray], np.ndarray] | None = None
     #: Share of the flux in each patch of a whole hemisphere, where one cell without centre covers the sky.
     shares: Callable[[Component, PatchGrid], np.ndarray] | None = None
+    #: Of a component: function of irradiance on a horizontal plane, zenith angle and azimuth [rad] that gives the
+    #: radiance, where the law is not constant in patches; it can be pickled.
+    radiance: Callable[[Component], Callable[[float, np.ndarray, np.ndarray], np.ndarray]] | None = None
     #: Smallest angle over which the light of such a cell changes. [rad]
     width_rad: Callable[[Component], float] = lambda component: math.inf
     #: Zenith angle and azimuth of its axis, and the angle about it that holds half of the light. [deg]

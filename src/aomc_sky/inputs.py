@@ -19,11 +19,6 @@ class Input:
     words: tuple[str, ...] = ()  #: Values of a choice, the default first
     is_switch: bool = False  #: Whether it is true or false
 
-    @property
-    def attribute(self) -> str:
-        """Where argparse keeps it."""
-        return self.option[2:].replace("-", "_")
-
 
 def _by_name(*rows: Input) -> dict[str, Input]:
     return {row.name: row for row in rows}

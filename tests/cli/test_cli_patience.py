@@ -9,7 +9,8 @@ import time
 
 import pytest
 
-from aomc_sky.cli import progress
+import aomc_sky as sky
+from aomc_sky import progress
 from aomc_sky.cli.main import main
 from aomc_sky.skies.atmosphere import model as sky_model
 from aomc_sky.steps import STEPS, counted
@@ -147,3 +148,22 @@ def test_a_quiet_command_and_one_for_programs_say_nothing(name, option, tmp_path
     slowly(monkeypatch, stream, "")
     assert main([*words, option]) == 0
     assert stream.getvalue() == ""
+
+
+def test_python_shows_it_too(monkeypatch, tmp_path):
+    """A run that Python writes and a sky that it solves; not inside something that shows nothing."""
+    stream = Terminal()
+    monkeypatch.setattr(progress, "_stream", lambda: stream)
+    monkeypatch.setattr(progress, "_PATIENCE_S", 0.001)
+    scene = sky.Scene(wavebands=[500], n_photons=300_000, components=sky.UniformSky())
+    sky.write_run(scene, tmp_path / "shown")
+    assert "/300k [" in stream.getvalue()
+    shown = len(stream.getvalue())
+    with progress.patience("quiet", enabled=False):
+        sky.write_run(scene, tmp_path / "silent")
+    assert len(stream.getvalue()) == shown
+    directions = {"sky_zenith_deg": [10.0], "azimuth_from_sun_deg": [0.0]}
+    air = INPUTS / "atmosphere" / "molecules_only.atmo"
+    sky.solve_atmosphere(air, wavelength_nm=550, sun_zenith_deg=30, **directions, orders=1)
+    assert "solving the atmosphere" in stream.getvalue()[shown:]
+    assert stream.is_clear

@@ -13,11 +13,11 @@ from pathlib import Path
 
 import pytest
 
-from aomc_sky.cli import progress
+from aomc_sky import progress
 from aomc_sky.cli.main import main
-from aomc_sky.cli.progress import progress_bar
 from aomc_sky.cli.terminal import table, warnings_at_end
 from aomc_sky.errors import InputWarning, SceneError
+from aomc_sky.progress import progress_bar
 from tests.support.pseudo_terminal import pseudo_terminal, screen, start_in
 from tests.support.scenes import copy_scene
 

@@ -202,6 +202,15 @@ def test_damage_is_found_and_named(out, capsys, name):
         assert text in done.failed
 
 
+def test_photons_that_a_file_lost_are_counted_although_they_equal_those_before(tmp_path, capsys):
+    run(tmp_path / "out", iterations=3 * BLOCK, scene=INPUTS / "beam_only" / "amc.inp")
+    path = tmp_path / "out" / "photons-0001.npy"
+    with open(path, "r+b") as file:
+        file.truncate(4096 + 12 * 70_000)
+    done = Verified(capsys, tmp_path / "out")
+    assert "126608 of 196608 photons differ from the plan, the first is photon 70000" in done.failed
+
+
 def test_damage_in_every_format(tmp_path, capsys):
     run(tmp_path / "out", "--format", "mcpl", "--format", "raw", iterations=70_000)
     flip(tmp_path / "out" / "photons.mcpl", (tmp_path / "out" / "photons.mcpl").stat().st_size - 5)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -168,6 +169,22 @@ def test_our_own_files_say_how_to_test_them(verify, method, precision, tmp_path)
     assert (code, failed(report)) == (1, {"photons made again"})
     wrong = [check["detail"] for check in report["checks"] if not check["passed"]]
     assert wrong == ["1 of 5000 photons differ from the plan; the first is photon 1000"]
+
+
+@pytest.mark.parametrize("name", ["perez_sky", "sun_and_sky"])
+def test_the_numbers_of_photons_come_from_the_file(name, tmp_path, capsys):
+    """Wavebands that differ in number, and a run of other iterations than amc.inp says: compared photon by photon."""
+    files, path = INPUTS / name, tmp_path / "ours.mcpl"
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", sky.InputWarning)
+        source = sky.read_scene(files, iterations=700).source(4)
+    sky.write_mcpl(source, path)
+    assert len({source.n_photons(band) for band in range(source.n_bands)}) > 1
+    for words in ([], ["--waveband", "2"]):
+        assert main(["verify", "--scene", str(files), str(path), *words]) == 0
+        assert "its plan is the plan of this scene: every photon is compared with it" in capsys.readouterr().out
+    assert main(["verify", "--scene", str(files), str(path), "--iterations", "701"]) == 0
+    assert "its plan is not the plan of this scene" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

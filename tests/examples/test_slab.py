@@ -134,6 +134,30 @@ class TestSurface:
         assert np.max(np.abs(table[::-1] - cells) / np.sqrt(cells / N)) > SIGMAS
 
 
+class TestNumbers:
+    """A first free path, angle and azimuth that go with the photon: the same light, known better."""
+
+    DEPTHS = (0.5, 1.0)
+
+    def shares(self, water: Water, numbers: int) -> np.ndarray:
+        scene = sky.Scene(wavebands=BAND, n_photons=N, components=sky.DirectBeam(sun_zenith_deg=40.0))
+        sample = scene.source(1, precision="float64").numba_sampler(0, numbers=numbers).sample
+        tally = transport.simulate(sample, N, water, KEY, self.DEPTHS, numbers=numbers)
+        light(tally, N)
+        return np.array([tally.down, tally.up])
+
+    def test_a_beam_in_absorbing_water(self) -> None:
+        """Its free path decides all: far closer to T exp(-tau / mu) than chance, which is one deviation."""
+        mu = fresnel.refracted_mu(np.cos(np.deg2rad(40)), INDEX)
+        truth = (1 - layer.fresnel(np.cos(np.deg2rad(40)), INDEX)) * np.exp(-np.array(self.DEPTHS) / mu)
+        assert np.max(deviations(self.shares(absorbing(1.5), 1)[0], truth, N)) < 0.05
+
+    def test_the_same_light_in_turbid_water(self) -> None:
+        water = turbid(1.5, 0.6, asymmetry=0.5)
+        by_chance = self.shares(water, 0) / (float(N) * ONE_PHOTON)
+        assert np.max(deviations(self.shares(water, 3), by_chance, N)) < SIGMAS * np.sqrt(2)
+
+
 class TestAbsorption:
     DEPTHS = (0.0, 0.1, 0.5, 1.0, 2.0)
 

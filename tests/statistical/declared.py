@@ -15,8 +15,12 @@ DECLARED: dict[str, dict[str, tuple[int, int]]] = {
         "test_photons_follow_the_function_inside_coarse_patches": (1, 1),
         "test_a_function_of_wavelength": (2, 1),
     },
-    "test_sky_plugin": {"test_photons_of_an_installed_sky": (2, 1)},
+    "test_cie_sky": {"test_photons_of_general_skies": (2, 1)},
     "test_low_discrepancy": {"test_over_seeds_each_photon_is_uniform": (2, 4), "test_pairs_of_patches": (1, 2)},
+    "test_numbers": {
+        "test_over_seeds_they_are_uniform": (2, 12),
+        "test_philox_placement_makes_them_independent": (1, 12),
+    },
     "test_counts": {"test_rounding_is_bernoulli": (1, 12), "test_multinomial_is_multinomial": (1, 1)},
     "test_replicates": {
         "test_the_exact_mean_lies_within_the_error_bars": (2, 2),

@@ -36,8 +36,8 @@ MODELS = {
 
 def test_the_public_api_has_these_angles():
     assert {name for name, _ in ANGLES} == {
-        "AtmosphereSky", "DirectBeam", "HarrisonCoombesSky", "Medium", "Moon", "PatchGrid", "PerezSky", "SkyLobe",
-        "plot", "read_radiance_csv",
+        "AtmosphereSky", "CieSky", "DirectBeam", "HarrisonCoombesSky", "Medium", "Moon", "PatchGrid", "PerezSky",
+        "SkyLobe", "plot", "read_radiance_csv",
         "solve_atmosphere", "weather_scene",
     }  # fmt: skip
 
@@ -93,11 +93,11 @@ def test_both_at_once_and_none_are_refused(name):
 def test_functions_take_both_units():
     path = "inputs/atmosphere/clear_marine.atmo"
     one = sky.solve_atmosphere(
-        path, wavelength_nm=550, sun_zenith_deg=40, sky_zenith_deg=[0, 60], azimuth_from_sun_deg=[90], method="order1"
+        path, wavelength_nm=560, sun_zenith_deg=40, sky_zenith_deg=[0, 60], azimuth_from_sun_deg=[90], method="order1"
     )
     other = sky.solve_atmosphere(
         path,
-        wavelength_nm=550,
+        wavelength_nm=560,
         sun_zenith_rad=np.deg2rad(40),
         sky_zenith_rad=np.deg2rad([0, 60]),
         azimuth_from_sun_rad=[np.pi / 2],

@@ -151,12 +151,17 @@ def _rows(table: str) -> list[str]:
     return re.sub(r"\n +", " ", table.strip()).split("\n")
 
 
+def attribute(option: str) -> str:
+    """Where argparse keeps the value of an option."""
+    return option[2:].replace("-", "_")
+
+
 def _add(
     group: argparse._ActionsContainer, words: list[str], text: str, kinds: Kinds, defaults: Mapping[str, Any]
 ) -> None:
     flags = [word for word in words if word.startswith("-")]
     values = words[len(flags) :]
-    name = flags[-1][2:].replace("-", "_")
+    name = attribute(flags[-1])
     if not values:
         group.add_argument(*flags, action="store_true", help=text)
         return
@@ -295,7 +300,8 @@ _SHARED = f"""\
 --seed INT              seed, 0 to 2^64-1 (default 0)
 --sky perez|uniform|none|NAME  diffuse sky with light-source flag 0 (default perez); with flag 1, instead of
                         skydist.inp; none: the backgrounds of sky.toml alone; NAME: overcast, cardioidal,
-                        harrison-coombes, or a model of another package (`aomc-sky info --skies`)
+                        cie (--sky-option type=1 to 15), harrison-coombes, or a model of another package
+                        (`aomc-sky info --skies`)
 --sky-option KEY=VALUE  an option of a sky of that name, as [sky] of sky.toml has it; repeatable
 --strict                warnings are errors
 --threads N             threads, 1 to 1024 (default: all CPUs)
@@ -350,7 +356,7 @@ def add_inputs(group: argparse._ArgumentGroup, *rows: Input) -> None:
             continue
         value = "|".join(row.words) or (row.unit or row.name[0]).split()[0].upper()
         value = "a b c d e" if row.name == "coefficients" else value
-        kinds = {} if row.words else {row.attribute: number_in(row.low, row.high)}
+        kinds = {} if row.words else {attribute(row.option): number_in(row.low, row.high)}
         add_table(group, f"{row.option} {value}  {row.text}{f' [{row.unit}]' if row.unit else ''}", kinds)
 
 
@@ -362,7 +368,7 @@ def add_light_options(parser: argparse.ArgumentParser) -> None:
 
 def inputs_of(arguments: argparse.Namespace, rows: Mapping[str, Input]) -> dict[str, Any]:
     """Values of the inputs that a sub-command takes and somebody gives."""
-    values = {name: getattr(arguments, row.attribute, None) for name, row in rows.items()}
+    values = {name: getattr(arguments, attribute(row.option), None) for name, row in rows.items()}
     return {name: value for name, value in values.items() if value is not None}
 
 
@@ -428,7 +434,7 @@ def sky_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] | None = None) -> Scene:
     """Read the scene that the options of `add_reading_options` describe."""
-    from aomc_sky.cli.progress import patience
+    from aomc_sky.progress import patience
     from aomc_sky.source.read.kind import Kind, kind_of_name
     from aomc_sky.source.read.scene import read_scene
 
@@ -469,7 +475,7 @@ _NOT_MEASURED = "--sky --sky-option --bins --weighting --azimuth-bins --compat -
 
 def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[int] | None) -> Scene:
     """Read a measured sky; its options and those of the sun are all that it takes."""
-    from aomc_sky.cli.progress import patience
+    from aomc_sky.progress import patience
     from aomc_sky.source.light.inputs import given_inputs
 
     given = given_inputs(**sky_arguments(arguments))

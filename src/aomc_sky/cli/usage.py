@@ -15,6 +15,12 @@ _LIKELY = 0.65
 """Likeness of a word to a known one, from which it is asked whether that was meant."""
 
 
+_ELSEWHERE = {
+    "diffuse_only": "the sky alone: aomc-sky perez --diffuse-only, or a direct fraction of 0 in difcol.inp",
+}
+"""Names that another command has, and what to write here."""
+
+
 class WrongWordsError(UsageError):
     """Words that the parser cannot take."""
 
@@ -119,4 +125,6 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     by_name = {name.strip("-").replace("-", "_"): name for name in known if len(name.strip("-")) > 1}
     name = word.strip("-").replace("-", "_")
     best = nearest(name, by_name, at_least=_LIKELY) if by_name else ""
-    return f"; did you mean {by_name[best]}{remark_of(name)}?" if best else ""
+    if not best:
+        return next((f"; {text}" for ours, text in _ELSEWHERE.items() if nearest(name, (ours,), at_least=_LIKELY)), "")
+    return f"; did you mean {by_name[best]}{remark_of(name)}?"

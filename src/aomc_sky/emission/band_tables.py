@@ -85,6 +85,8 @@ class StreamWords:
     accept: np.ndarray
     placement_key: np.uint64
     position_key: np.uint64
+    #: Shifts of the numbers for hosts, uint64 (3,).
+    number_shifts: np.ndarray
     #: The band's part of the Philox counters.
     band: np.uint64
     #: 1 where positions come from Philox instead, else 0.
@@ -105,6 +107,7 @@ class StreamWords:
             accept=np.insert(_band_words(shift_key, band, 1), 1, ACCEPT_STEP),
             placement_key=placement_key,
             position_key=position_key,
+            number_shifts=np.append(_band_words(shift_key, band, 3), _band_words(shift_key, band, 4)[:1]),
             band=np.uint64(band),
             jitter=np.uint64(plan.options["placement"] == Placement.PHILOX.value),
         )

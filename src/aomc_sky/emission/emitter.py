@@ -18,7 +18,8 @@ from aomc_sky.emission.band_tables import (
     lobe_offset_words,
 )
 from aomc_sky.emission.kernels.hooks import QUEUE, REJECTION
-from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW, scratch_words
+from aomc_sky.emission.photons import number_columns
+from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW, NUMBER_STEPS, scratch_words
 from aomc_sky.kernels.backend import use_kernels
 from aomc_sky.kernels.cells.laws import slope_words
 from aomc_sky.memory import on_cache_lines
@@ -90,7 +91,7 @@ class Emitter:
         return self.footprint.shape is not FootprintShape.POINT
 
     def fill(self, band: int, start: int, arrays: dict[str, Any]) -> None:
-        """Write the photons from `start` on into arrays `ux`, `uy`, `uz`, `patch` and, with a footprint, `x`, `y`.
+        """Write the photons from `start` on into arrays `ux`, `uy`, `uz`, `patch`, `x`, `y` and `numbers` if there.
 
         Here and below `band` is a replicate band, and photons are counted from its first one; see `Plan`.
         """
@@ -222,6 +223,12 @@ class Emitter:
         laws = (table.law if table.law.size else None, *ways, perez, lobes, table.slopes)
         return order, *rest, True if jitter else None, *search, cells, cells.view(self.dtype), *laws
 
+    def number_arguments(self, band: int) -> tuple[object, ...]:
+        """What `kernels.numbers` reads of a band."""
+        stream = self._stream(band)
+        key, counter = stream.position_key, (stream.band, stream.jitter)
+        return np.uint64(self.n_photons(band)), stream.order_keys, stream.number_shifts, NUMBER_STEPS, key, *counter
+
     def fill_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         """As `fill`, by the compiled kernels."""
         name, kernel, arguments = self._kernels.get(band, self._compiled)
@@ -229,6 +236,10 @@ class Emitter:
         kernel(np.uint64(start), *(arrays[output] for output in _OUTPUTS), *memory, *arguments)
         if self.has_positions:
             self._fill_positions(self._stream(band), start, arrays)
+        if arrays.get("numbers") is not None:
+            from aomc_sky.emission.kernels.numbers import numbers_of_photons
+
+            numbers_of_photons(np.uint64(start), *number_columns(arrays["numbers"]), *self.number_arguments(band))
 
     def _fill_positions(self, stream: StreamWords, start: int, arrays: dict[str, Any]) -> None:
         from aomc_sky.emission.kernels import emit
@@ -249,6 +260,10 @@ class Emitter:
             is_circle = self.footprint.shape is FootprintShape.CIRCLE
             sizes = (self.footprint.size_x_m, self.footprint.size_y_m)
             plain.positions(is_circle, start, self._stream(band).position_key, band, *sizes, arrays["x"], arrays["y"])
+        if arrays.get("numbers") is not None:
+            from aomc_sky.emission.kernels import plain
+
+            plain.numbers(start, arrays["numbers"], *self.number_arguments(band))
 
     def _fill_ranks(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         from aomc_sky.emission.kernels import plain

@@ -14,7 +14,13 @@ from aomc_sky.errors import UsageError
 from aomc_sky.plan.plan import Plan
 
 try:
-    from aomc_sky.emission.kernels.hosts.next_photons import OPEN, JittedNext, compile_next, next_signature
+    from aomc_sky.emission.kernels.hosts.next_photons import (
+        OPEN,
+        JittedNext,
+        compile_next,
+        next_signature,
+        numbers_signature,
+    )
     from aomc_sky.emission.kernels.hosts.sampler import make_empty, make_fill, make_sample
     from aomc_sky.kernels.arguments import fixed_block, typed, words_of
     from aomc_sky.kernels.jit import is_off
@@ -40,10 +46,10 @@ def _require_host(plan: Plan) -> None:
 
 
 class _Block:
-    """Arguments of a kernel in memory that stays where it is."""
+    """Arguments of two kernels, that of the numbers and another one, in memory that stays where it is."""
 
-    def __init__(self, n: int, arguments: tuple[object, ...]) -> None:
-        self.arguments = arguments
+    def __init__(self, n: int, of_numbers: tuple[object, ...], of_photons: tuple[object, ...]) -> None:
+        self.arguments = arguments = (of_numbers, of_photons)
         self.kinds = typed(arguments)
         self.words = np.array([OPEN, n, *words_of(arguments)], dtype=np.uint64)
 
@@ -63,16 +69,20 @@ _compiled: dict[tuple[str, tuple[str, ...], object], JittedNext] = {}
 
 
 def _range_function(emitter: Emitter, band: int) -> tuple[_Block, JittedNext]:
-    """The block of a band and the C function for it, compiled once per process and set of types."""
+    """The block of a band and the C function for it."""
     n = emitter.n_photons(band)
     kernel, arguments = emitter.host_arguments(band) if n else ("", ())
-    block = _Block(n, arguments)
-    signature = next_signature(block.kinds, emitter.dtype)
+    block = _Block(n, emitter.number_arguments(band), arguments)
+    return block, _compiled_once(kernel, emitter.hooks, next_signature(block.kinds, emitter.dtype))
+
+
+def _compiled_once(kernel: str, hooks: tuple[str, ...], signature: Any) -> JittedNext:
+    """A C function, compiled once per process and set of types."""
     with _lock:
-        key = (kernel, emitter.hooks, signature)
+        key = (kernel, hooks, signature)
         if key not in _compiled:
             _compiled[key] = JittedNext(compile_next(*key), signature)
-        return block, _compiled[key]
+        return _compiled[key]
 
 
 class NumbaSampler:
@@ -91,40 +101,48 @@ class NumbaSampler:
         Photons of the band.
     precision : numpy.dtype
         float32 or float64, that of the source.
+    numbers : int
+        Further coordinates that each photon carries; see `PhotonSource.photons`. [0 to 3]
     """
 
-    def __init__(self, emitter: Emitter, band: int) -> None:
+    def __init__(self, emitter: Emitter, band: int, numbers: int = 0) -> None:
         _require_host(emitter.plan)
         self._emitter = emitter
         self.band = band
         self.n = emitter.n_photons(band)
         self.precision = emitter.dtype
+        self.numbers = numbers
 
     def __repr__(self) -> str:
-        return f"<NumbaSampler: band {self.band}, {self.n} photons, {self.precision}>"
+        numbers = f", {self.numbers} numbers each" if self.numbers else ""
+        return f"<NumbaSampler: band {self.band}, {self.n} photons, {self.precision}{numbers}>"
 
     @cached_property
     def sample(self) -> Any:
         """Jitted ``sample(i) -> (ux, uy, uz)``: the travel direction of photon i, as `PhotonSource.photons` gives it.
 
+        Its numbers, where the sampler was asked for any, follow: ``(ux, uy, uz, n1, n2)``.
         The index is an integer, 0 to n - 1; any other raises IndexError, a float or bool TypeError
         when it is compiled. Random access, no state, no GIL.
         """
         if self.n == 0:
-            return make_empty(self.precision.type(0))
-        block = _Block(self.n, self._emitter.photon_arguments(self.band))
-        return make_sample(self._emitter.hooks, block.as_function(), self.n)
+            return make_empty((self.precision.type(0),) * (3 + self.numbers))
+        of_photon = self._emitter.photon_arguments(self.band)
+        _, _, *words = self._emitter.number_arguments(self.band)
+        of_numbers = (self.precision.type(0), of_photon[0], *words[:-1], True if words[-1] else None)
+        block = _Block(self.n, of_numbers if self.numbers else (), of_photon)
+        return make_sample(self._emitter.hooks, block.as_function(), self.n, self.numbers)
 
     @cached_property
     def fill(self) -> Any:
         """Jitted ``fill(start, out) -> int``: write the directions of the photons from `start` on; return how many.
 
-        `out` is a C-contiguous array (3, n) of the source's precision, whose rows become ux, uy and uz;
-        another type is a typing error. Beyond the end of the band fewer photons come, and none from there on.
+        `out` is a C-contiguous array (3 + numbers, n) of the source's precision, whose rows become ux, uy, uz and the
+        numbers; another type is a typing error. Beyond the end of the band fewer photons come, and none from there on.
         A negative `start` raises IndexError.
         """
         block, function = _range_function(self._emitter, self.band)
-        return make_fill(function, block.as_function(), self.precision)
+        return make_fill(function, block.as_function(), self.precision, self.numbers)
 
 
 class CSource:
@@ -136,6 +154,10 @@ class CSource:
     a thread of Python, may run in any number of threads at once, and costs what `PhotonSource.photons` costs.
     In a source of precision float64 the last three arguments are pointers to double.
 
+    ``int64_t numbers(void *context, int64_t start, int64_t n, float *n1, float *n2, float *n3)`` writes up to three
+    further coordinates of the same photons (see `PhotonSource.photons`) and answers alike; a pointer is NULL for a
+    coordinate that is not wanted.
+
     The tables live as long as this object, which therefore must outlive the last call. It closes with `close`,
     at the end of a ``with`` block, or when it is dropped; a later call returns `AOMC_SKY_CLOSED`, one that
     is still running has undefined results.
@@ -144,6 +166,8 @@ class CSource:
     ----------
     address, context : int
         The function and its first argument, as addresses of this process.
+    numbers_address : int
+        The second function; it has the same first argument.
     band : int
         Waveband. [0 to n_bands - 1]
     n : int
@@ -168,6 +192,12 @@ class CSource:
             f"<CSource: band {self.band}, {self.n} photons, {self.precision}, {'closed' if self.is_closed else 'open'}>"
         )
 
+    @cached_property
+    def numbers_address(self) -> int:
+        """Address of the C function of the numbers, which is compiled at the first use."""
+        signature = numbers_signature(self._block.kinds, self.precision)
+        return int(_compiled_once("numbers", (), signature).compiled.address)
+
     def __enter__(self) -> CSource:
         return self
 
@@ -182,4 +212,4 @@ class CSource:
     def close(self) -> None:
         """End the source and drop its tables; calls from now on return `AOMC_SKY_CLOSED`."""
         self._finalizer()
-        self._block.arguments = ()
+        self._block.arguments = ((), ())

@@ -13,6 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from aomc_sky.component import Component, Law
+from aomc_sky.content import same_content
 from aomc_sky.errors import SceneError
 from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.options import Placement
@@ -70,7 +71,7 @@ def scalar_has_variance(plan: Plan, band: int) -> bool:
     return True
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class Irradiance:
     """What a horizontal plane receives from each component of a scene, waveband by waveband.
 
@@ -85,6 +86,8 @@ class Irradiance:
 
     of_component: np.ndarray
     horizon_loss: np.ndarray = None  # type: ignore[assignment]
+
+    __eq__ = same_content
 
     def __post_init__(self) -> None:
         horizon_loss: np.ndarray | None = self.horizon_loss

@@ -164,6 +164,27 @@ def _export_netcdf(job: _Job) -> tuple[list[str], bool]:
     return [job.name], False
 
 
+def _export_envmap(job: _Job) -> tuple[list[str], bool]:
+    from aomc_sky.outputs import envmap
+
+    source, folder, n_bands = job.run.source, job.folder, len(job.bands)
+    head, axes = envmap.head_of_map(n_bands), envmap.axes_text(source, job.bands)
+    size = len(head) + 4 * n_bands * envmap.N_ROWS * envmap.N_COLUMNS
+    with folder.held(source.plan, force=job.options.force):
+        is_there = folder.holds(envmap.MAP, head, size) and folder.holds(envmap.AXES, axes, len(axes))
+        if is_there and not job.options.force:
+            return [envmap.MAP, envmap.AXES], True
+        folder.require_space(size)
+        with folder.stream(envmap.MAP) as file:
+            file.write(head)
+            for k, one in enumerate(envmap.maps(source, job.bands)):
+                file.write(one.astype("<f4").tobytes())
+                if job.progress is not None:
+                    job.progress(k + 1, n_bands)
+        folder.write(envmap.AXES, axes)
+    return [envmap.MAP, envmap.AXES], False
+
+
 def _export_aomc(job: _Job) -> tuple[list[str], bool]:
     from aomc_sky.outputs.aomc.skydist import aomc_sky, check_scene, water_note, write_aomc_folder
 
@@ -206,5 +227,6 @@ EXPORTS: dict[str, tuple[Callable[[_Job], tuple[list[str], bool]], str]] = {
     "csv": (_export_photons, ""),
     "netcdf": (_export_netcdf, "counts.nc"),
     "aomc": (_export_aomc, ""),
+    "envmap": (_export_envmap, ""),
 }
 """Format -> what writes it, and the name of its file in a folder (empty: the format is a folder)."""

@@ -30,9 +30,11 @@ from aomc_sky.outputs.photons.files import (
     complete_formats,
     photon_files,
     run_files,
+    stored_files,
 )
 from aomc_sky.outputs.shard import BLOCK, MANIFEST, PART, is_run_file
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
+from aomc_sky.progress import is_free, progress_bar
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import n_cpus
 from aomc_sky.whole_number import as_number_of
@@ -97,6 +99,9 @@ def write_run(
     **sampling
         Arguments of `Scene.source`: method, order, precision and so on.
 
+    On a terminal and in notebooks a bar shows the progress of what takes longer than a second; TQDM_DISABLE=1 in the
+    environment shows none.
+
     Returns
     -------
     dict
@@ -115,7 +120,6 @@ def write_run(
         raise UsageError(f"formats are {', '.join(FOLDER_FORMATS)}, got {unknown[0]!r}")
     amc = scene.input_files.get("amc")
     check_folder(Path(out) if os.fspath(out) else "", "out", scene=None if amc is None else Path(amc).parent)
-    source = scene.source(seed, **sampling)
     n_threads = as_number_of(threads, "threads", 0, 1024)
     options = JobOptions(
         formats=chosen or ("none",),
@@ -123,7 +127,8 @@ def write_run(
         force=force,
         max_memory_bytes=sampling.get("max_memory_bytes"),
     )
-    manifest = run_job(source, scene, Path(out), options).manifest
+    with progress_bar(enabled=is_free()) as progress:
+        manifest = run_job(scene.source(seed, **sampling), scene, Path(out), options, progress).manifest
     assert manifest is not None, "only a pipe has none"
     return manifest
 
@@ -173,7 +178,7 @@ def make_photons(
     missing = [of_part for of_part in files if of_part.missing]
     folder.require_space(sum(of_part.n_bytes_missing for of_part in missing))
     write_counts(source, folder)
-    if not files and not complete_formats(source, folder, bands):
+    if not files and not complete_formats(stored_files(source, folder, bands)):
         return {band: PhotonSums(source.replicates) for band in bands}, 0
     meter = Meter(progress, sum(source.n_photons(band) for band in bands))
     announce_photons(meter.total)
@@ -197,8 +202,8 @@ def finish_run(source: PhotonSource, scene: Scene, folder: RunFolder, sums: Sums
     """Write the manifest, and remove what was needed on the way. Whoever does it writes the same bytes."""
     bands = chosen_bands(source)
     results = [band_result(source, band, sums[band]) for band in bands]
-    formats = complete_formats(source, folder, bands)
-    manifest = build_manifest(source, scene_part(scene), results, formats, run_files(source, folder, bands))
+    stored = stored_files(source, folder, bands)
+    manifest = build_manifest(source, scene_part(scene), results, complete_formats(stored), run_files(folder, stored))
     data = manifest_bytes(manifest)
     folder.write(MANIFEST, data)
     remove_rest(folder)
@@ -220,12 +225,10 @@ def finished_manifest(source: PhotonSource, folder: RunFolder, formats: Sequence
         manifest = read_manifest(folder.path / MANIFEST)
     except InputFileError:
         return None
-    bands, files = chosen_bands(source), manifest["files"]
-    is_known = all(
-        folder.size_of(name) == files.get(name, {}).get("bytes") for name in run_files(source, folder, bands)
-    )
+    stored, files = stored_files(source, folder, chosen_bands(source)), manifest["files"]
+    is_known = all(size == files.get(name, {}).get("bytes") for name, size in run_files(folder, stored).items())
     has_counts = any(name in files and folder.size_of(name) is not None for name in COUNTS_FILES)
-    is_complete = {*formats} - {"none"} <= {*complete_formats(source, folder, bands)}
+    is_complete = {*formats} - {"none"} <= {*complete_formats(stored)}
     is_same = manifest["plan_sha256"] == source.plan.sha256
     return manifest if is_same and is_known and has_counts and is_complete else None
 

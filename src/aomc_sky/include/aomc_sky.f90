@@ -25,6 +25,8 @@ module aomc_sky
     type, bind(c), public :: sky_band
         type(c_funptr) :: next = c_null_funptr
         type(c_funptr) :: next_double = c_null_funptr
+        type(c_funptr) :: numbers = c_null_funptr
+        type(c_funptr) :: numbers_double = c_null_funptr
         type(c_ptr) :: context = c_null_ptr
         integer(c_int64_t) :: n_photons = 0
         real(c_double) :: wavelength_nm = 0
@@ -36,7 +38,14 @@ module aomc_sky
         module procedure next_single, next_double
     end interface
 
-    public :: open_scene, open_run, close_scene, n_bands, get_band, next_photons, error_text
+    ! Write up to three numbers of each photon from `start` on, uniform in [0, 1), and return how many photons they are
+    ! of, as next_photons does: further coordinates of its low-discrepancy point, for its first free path, scattering
+    ! angle and azimuth. Numbers that are not wanted are left out.
+    interface next_numbers
+        module procedure numbers_single, numbers_double
+    end interface
+
+    public :: open_scene, open_run, close_scene, n_bands, get_band, next_photons, next_numbers, error_text
 
     abstract interface
         function next_single_c(context, start, n, ux, uy, uz) bind(c)
@@ -53,6 +62,21 @@ module aomc_sky
             integer(c_int64_t), value :: start, n
             real(c_double), intent(inout) :: ux(*), uy(*), uz(*)
             integer(c_int64_t) :: next_double_c
+        end function
+        function numbers_single_c(context, start, n, n1, n2, n3) bind(c)
+            import :: c_ptr, c_int64_t, c_float
+            type(c_ptr), value :: context
+            integer(c_int64_t), value :: start, n
+            real(c_float), intent(inout), optional :: n1(*), n2(*), n3(*)
+            integer(c_int64_t) :: numbers_single_c
+        end function
+
+        function numbers_double_c(context, start, n, n1, n2, n3) bind(c)
+            import :: c_ptr, c_int64_t, c_double
+            type(c_ptr), value :: context
+            integer(c_int64_t), value :: start, n
+            real(c_double), intent(inout), optional :: n1(*), n2(*), n3(*)
+            integer(c_int64_t) :: numbers_double_c
         end function
     end interface
 
@@ -173,6 +197,38 @@ contains
         if (.not. c_associated(band%next_double)) return
         call c_f_procpointer(band%next_double, next)
         n = next(band%context, start, room(size(ux), size(uy), size(uz)), ux, uy, uz)
+    end function
+
+    function numbers_single(band, start, n1, n2, n3) result(n)
+        type(sky_band), intent(in) :: band
+        integer(c_int64_t), intent(in) :: start
+        real(c_float), intent(inout), contiguous :: n1(:)
+        real(c_float), intent(inout), contiguous, optional :: n2(:), n3(:)
+        integer(c_int64_t) :: n, wanted
+        procedure(numbers_single_c), pointer :: numbers
+        n = sky_closed
+        if (.not. c_associated(band%numbers)) return
+        call c_f_procpointer(band%numbers, numbers)
+        wanted = size(n1, kind=c_int64_t)
+        if (present(n2)) wanted = min(wanted, size(n2, kind=c_int64_t))
+        if (present(n3)) wanted = min(wanted, size(n3, kind=c_int64_t))
+        n = numbers(band%context, start, wanted, n1, n2, n3)
+    end function
+
+    function numbers_double(band, start, n1, n2, n3) result(n)
+        type(sky_band), intent(in) :: band
+        integer(c_int64_t), intent(in) :: start
+        real(c_double), intent(inout), contiguous :: n1(:)
+        real(c_double), intent(inout), contiguous, optional :: n2(:), n3(:)
+        integer(c_int64_t) :: n, wanted
+        procedure(numbers_double_c), pointer :: numbers
+        n = sky_closed
+        if (.not. c_associated(band%numbers_double)) return
+        call c_f_procpointer(band%numbers_double, numbers)
+        wanted = size(n1, kind=c_int64_t)
+        if (present(n2)) wanted = min(wanted, size(n2, kind=c_int64_t))
+        if (present(n3)) wanted = min(wanted, size(n3, kind=c_int64_t))
+        n = numbers(band%context, start, wanted, n1, n2, n3)
     end function
 
     ! Photons that all three arrays can hold.

@@ -16,12 +16,12 @@
 extern "C" {
 #endif
 
-/* Answers of `next` that are no number of photons. */
+/* Answers of `next` and `numbers` that are no number of photons. */
 enum {
     AOMC_SKY_CLOSED = -1,    /* the context is NULL, or its source was closed or dropped */
     AOMC_SKY_BAD_START = -2, /* start < 0 */
     AOMC_SKY_BAD_COUNT = -3, /* n < 0 */
-    AOMC_SKY_NO_ARRAY = -4   /* a pointer to the directions is NULL */
+    AOMC_SKY_NO_ARRAY = -4   /* a pointer to the directions is NULL, or all three to the numbers are */
 };
 
 /* Write the directions of the photons [start, start + n) and return how many were written: fewer at the end
@@ -32,10 +32,18 @@ typedef int64_t (*aomc_sky_next)(void *context, int64_t start, int64_t n, float 
 /* The same for a source of precision float64. */
 typedef int64_t (*aomc_sky_next_double)(void *context, int64_t start, int64_t n, double *ux, double *uy, double *uz);
 
-/* The photons of one band. Of the two functions the one of the source's precision is there, the other is NULL. */
+/* Write up to three numbers of each of the photons [start, start + n), uniform in [0, 1), and return how many photons
+ * they are of; the answers are those of `next`. They are further coordinates of the low-discrepancy point of the photon:
+ * use them for its first free path, scattering angle and azimuth. A pointer is NULL for a number that is not wanted. */
+typedef int64_t (*aomc_sky_numbers)(void *context, int64_t start, int64_t n, float *n1, float *n2, float *n3);
+typedef int64_t (*aomc_sky_numbers_double)(void *context, int64_t start, int64_t n, double *n1, double *n2, double *n3);
+
+/* The photons of one band. Of two functions the one of the source's precision is there, the other is NULL. */
 typedef struct aomc_sky_source {
     aomc_sky_next next;
     aomc_sky_next_double next_double;
+    aomc_sky_numbers numbers;
+    aomc_sky_numbers_double numbers_double;
     void *context;
     int64_t n_photons;
     double wavelength_nm;

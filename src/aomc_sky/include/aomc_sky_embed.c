@@ -193,7 +193,7 @@ int64_t aomc_sky_bands(const aomc_sky_scene *scene) { return scene == NULL ? 0 :
 
 int aomc_sky_band(aomc_sky_scene *scene, int64_t band, aomc_sky_source *source)
 {
-    unsigned long long address, context;
+    unsigned long long address, numbers, context;
     long long n_photons;
     int is_double, status = 0;
     double wavelength_nm;
@@ -208,12 +208,14 @@ int aomc_sky_band(aomc_sky_scene *scene, int64_t band, aomc_sky_source *source)
     lock = PyGILState_Ensure();
     answer = PyObject_CallMethod(scene->opened, "source", "(L)", (long long)band);
     if (answer == NULL ||
-        !PyArg_ParseTuple(answer, "KKpLd", &address, &context, &is_double, &n_photons, &wavelength_nm)) {
+        !PyArg_ParseTuple(answer, "KKKpLd", &address, &numbers, &context, &is_double, &n_photons, &wavelength_nm)) {
         status = fail_by_python();
     } else {
         /* POSIX promises that a function pointer survives the way through an integer */
         source->next = is_double ? NULL : (aomc_sky_next)(uintptr_t)address;
         source->next_double = is_double ? (aomc_sky_next_double)(uintptr_t)address : NULL;
+        source->numbers = is_double ? NULL : (aomc_sky_numbers)(uintptr_t)numbers;
+        source->numbers_double = is_double ? (aomc_sky_numbers_double)(uintptr_t)numbers : NULL;
         source->context = (void *)(uintptr_t)context;
         source->n_photons = n_photons;
         source->wavelength_nm = wavelength_nm;

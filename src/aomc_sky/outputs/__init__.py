@@ -9,5 +9,6 @@ folder/     A run folder: its lock, its files, what may be replaced.
 photons/    Photon files: one file per photon format.
 tables/     Tables beside photons: counts, masses, radiances.
 aomc/       Files from which the AOMC program launches our photon counts.
+envmap      The diffuse light of a run as a latitude-longitude map of radiance for renderers, with the beam beside it
 picture     Pictures of matplotlib as files: complete or not at all, and the same bytes for the same picture
 """

@@ -48,35 +48,29 @@ def cell_texts(source: PhotonSource, cells: np.ndarray | None = None) -> list[st
     return texts
 
 
-def n_rows(source: PhotonSource, bands: list[int]) -> int:
-    """Lines that counts.csv would have besides its header."""
-    return sum(int(np.count_nonzero(source.mass(band))) for band in bands)
-
-
-def counts_csv(source: PhotonSource, bands: list[int]) -> bytes:
-    """Return counts.csv of the given bands."""
-    masses = [source.mass(band) for band in bands]
+def counts_csv(source: PhotonSource, bands: list[int], masses: list[np.ndarray]) -> bytes:
+    """Return counts.csv of the given bands, which have these masses."""
     is_lit = np.any([mass > 0 for mass in masses], axis=0)
     texts, text_of = cell_texts(source, np.flatnonzero(is_lit)), np.cumsum(is_lit) - 1
-    arrays = source.plan.arrays
+    arrays, counts = source.plan.arrays, source.counts
     lines = [COLUMNS]
     for band, mass in zip(bands, masses, strict=True):
         wavelength, sky = (_number(arrays[name][band]) for name in ("wavelength_nm", "sky_wavelength_nm"))
         head = f"{band + 1},{wavelength},{sky},"
         cells = np.flatnonzero(mass)
-        columns = (text_of[cells], mass[cells], source.expected(band)[cells], source.counts[band, cells])
+        columns = (text_of[cells], mass[cells], source.expected(band)[cells], counts[band, cells])
         rows = zip(*(column.tolist() for column in columns), strict=True)
         lines += [f"{head}{texts[k]},{share!r},{expected!r},{n}" for k, share, expected, n in rows]
     return "\n".join([*lines, ""]).encode("ascii")
 
 
-def counts_npz(source: PhotonSource, bands: list[int]) -> bytes:
+def counts_npz(source: PhotonSource, bands: list[int], masses: list[np.ndarray]) -> bytes:
     """Return counts.npz: the arrays behind counts.csv, (n_band, n_cell) each."""
     buffer = io.BytesIO()
     np.savez(
         buffer,
         waveband=np.array(bands, dtype=np.int64) + 1,
-        mass=np.stack([source.mass(band) for band in bands]),
+        mass=np.stack(masses),
         photons=source.counts[bands],
         cell=np.array(cell_texts(source), dtype=np.str_),
     )
@@ -85,5 +79,6 @@ def counts_npz(source: PhotonSource, bands: list[int]) -> bytes:
 
 def counts_file(source: PhotonSource, bands: list[int]) -> tuple[str, bytes]:
     """Name and bytes of the counts file: CSV up to a million rows, npz above."""
-    is_text = n_rows(source, bands) <= MAX_CSV_ROWS
-    return COUNTS_FILES[not is_text], (counts_csv if is_text else counts_npz)(source, bands)
+    masses = [source.mass(band) for band in bands]
+    is_text = sum(map(np.count_nonzero, masses)) <= MAX_CSV_ROWS
+    return COUNTS_FILES[not is_text], (counts_csv if is_text else counts_npz)(source, bands, masses)

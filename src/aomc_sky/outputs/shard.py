@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import chain
 
 from aomc_sky.errors import UsageError
 from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, WAVEBAND, file_pattern
@@ -53,7 +54,7 @@ class Shard:
 
 def block_spans(start: int, stop: int) -> Iterator[tuple[int, int]]:
     """First photon and end of every block between two photons, the first of which begins a block."""
-    return ((at, min(at + BLOCK, stop)) for at in range(start, stop, BLOCK))
+    return zip(range(start, stop, BLOCK), chain(range(start + BLOCK, stop, BLOCK), (stop,)), strict=False)
 
 
 _TEXT = re.compile(r"([0-9]{1,7})/([0-9]{1,7})")

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
+from aomc_sky.notebook import png_bytes
 from aomc_sky.pictures.content import MOST_PANELS, Picture, Symbol
 from aomc_sky.pictures.dome import (
     EXTRA,
@@ -65,6 +67,7 @@ def figure_of(
     layout = _Layout.of(picture, size, view, is_shared=is_shared, has_caption=has_caption)
     figure = figure_module.Figure(figsize=(size.width_in, layout.height_in), dpi=size.dpi, facecolor="white")
     backend.FigureCanvasAgg(figure)
+    figure._repr_png_ = partial(png_bytes, figure)  # a notebook shows it
     shared = colours_of(picture, choice)
     mesh = None
     for k, dome in enumerate(picture.domes):

@@ -260,7 +260,7 @@ def netcdf_picture(path: str | Path, *, panels: Sequence[int] | None = None, tit
 
 
 def _netcdf_picture(dataset: Any, panels: Sequence[int] | None, title: str) -> tuple[Picture, int]:
-    name = "radiance" if "radiance" in dataset else "counts"
+    name = "counts" if "counts" in dataset else "radiance"
     table = dataset[name]
     if table.dims[-2:] != ("zenith", "azimuth"):
         raise KeyError(f"{name} over zenith and azimuth")

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from aomc_sky.component import Component, Law, beam_direction_deg
+from aomc_sky.emission.radiance import cell_irradiances, folded, patch_radiance, point_cells
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, Dome, Mark, Picture, Symbol, spread
@@ -50,7 +51,7 @@ def source_picture(
     quantity = PHOTONS if show == "counts" else RADIANCE if is_absolute else RELATIVE_RADIANCE
     domes = []
     for band in chosen:
-        light = _counts(source, band) if show == "counts" else _irradiances(source, band)
+        light = _counts(source, band) if show == "counts" else cell_irradiances(source, band)
         values = np.zeros(grid.n_patches)
         for component, part in zip(components, light, strict=True):
             values += _density(component, part, grid, per_flux=show == "radiance")
@@ -67,16 +68,6 @@ def _counts(source: PhotonSource, band: int) -> list[np.ndarray]:
     return np.split(source.counts[band].astype(np.float64), source.plan.arrays["component_start"][1:-1])
 
 
-def _irradiances(source: PhotonSource, band: int) -> list[np.ndarray]:
-    """Irradiance of the cells of each component: W m-2 nm-1, or shares of all light where that is not known."""
-    parts = np.split(source.mass(band), source.plan.arrays["component_start"][1:-1])
-    absolute = source.irradiance(band)
-    if absolute is None:
-        return parts
-    totals = [absolute[name] for name in source.plan.component_names]
-    return [part * (total / part.sum()) if part.sum() > 0 else part for part, total in zip(parts, totals, strict=True)]
-
-
 def _density(component: Component, light: np.ndarray, grid: PatchGrid, *, per_flux: bool) -> np.ndarray:
     """Light of a component per solid angle, or per projected solid angle, of each patch; beams have none."""
     shares = law_of(component.law).shares
@@ -85,15 +76,11 @@ def _density(component: Component, light: np.ndarray, grid: PatchGrid, *, per_fl
         return float(light.sum()) * shares(component, grid) / area
     if component.grid is None:
         return np.zeros(grid.n_patches)
+    if per_flux:
+        drawn, values = patch_radiance(component.law, component.grid, light)
+        return on_grid(drawn, values, grid)
     drawn, light = folded(component.grid, light)
-    if not per_flux:
-        return on_grid(drawn, light / drawn.solid_angle_sr, grid)
-    projected = drawn.projected_solid_angle_sr
-    if component.law is Law.CELL_MU:  # photons follow the radiance per solid angle; the irradiance stays what it is
-        radiance = light / drawn.solid_angle_sr
-        total = float(radiance @ projected)
-        return on_grid(drawn, radiance * (float(light.sum()) / total if total > 0 else 0.0), grid)
-    return on_grid(drawn, light / projected, grid)
+    return on_grid(drawn, light / drawn.solid_angle_sr, grid)
 
 
 def _dome_title(source: PhotonSource, band: int, light: list[np.ndarray], show: str) -> str:
@@ -132,29 +119,6 @@ def _notes(components: Sequence[Component], show: str) -> tuple[str, ...]:
 
 
 _SAME_DEG = 1e-9
-
-
-def folded(grid: PatchGrid, light: np.ndarray) -> tuple[PatchGrid, np.ndarray]:
-    """Patches with an extent, and the light on them, zenith-major.
-
-    Patches of zero extent are the whole degrees of the AOMC program: they become cells of one degree around the points,
-    zenith 1 to 90 and azimuth 0 to 359. Points of azimuth 360 and more fall on those of a turn less.
-    """
-    if np.any(grid.solid_angle_sr > 0):
-        return grid, light
-    drawn = point_cells(grid)
-    rings = grid.zenith_bounds_deg[:, 0].astype(np.int64) - 1
-    columns = np.mod(grid.azimuth_bounds_deg[:, 0].astype(np.int64), 360)
-    patch = (rings[:, None] * drawn.n_azimuth + columns[None, :]).ravel()
-    return drawn, np.bincount(patch, weights=light, minlength=drawn.n_patches)
-
-
-def point_cells(grid: PatchGrid) -> PatchGrid:
-    """Cells of one degree around whole degrees as far down as a lattice goes; the ring of 90 ends at the horizon."""
-    z = np.unique(grid.zenith_bounds_deg[:, 0])
-    a = np.arange(360.0)
-    zenith = np.column_stack([z - 0.5, np.minimum(z + 0.5, 90.0)])
-    return PatchGrid(zenith_bounds_deg=zenith, azimuth_bounds_deg=np.column_stack([a - 0.5, a + 0.5]))
 
 
 def common_grid(grids: Sequence[PatchGrid]) -> PatchGrid:

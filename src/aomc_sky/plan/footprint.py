@@ -23,8 +23,8 @@ class Footprint:
 
     Parameters
     ----------
-    shape : FootprintShape
-        Which shape.
+    shape : FootprintShape, or {"point", "circle", "rectangle"}
+        Which shape. `Footprint.circle` and `Footprint.rectangle` are shorter.
     size_x_m, size_y_m : float
         Diameter of a circle (both), sides of a rectangle, 0 for a point. [m]
     """
@@ -40,3 +40,13 @@ class Footprint:
             raise SceneError(f"the sizes of a footprint must be finite and not negative, got {sizes}")
         if self.shape is FootprintShape.CIRCLE and self.size_x_m != self.size_y_m:
             raise SceneError(f"a circle has one diameter, got {sizes}")
+
+    @classmethod
+    def circle(cls, diameter_m: float) -> Footprint:
+        """A circle around the origin."""
+        return cls(shape=FootprintShape.CIRCLE, size_x_m=diameter_m, size_y_m=diameter_m)
+
+    @classmethod
+    def rectangle(cls, size_x_m: float, size_y_m: float) -> Footprint:
+        """A rectangle around the origin, its sides along x and y."""
+        return cls(shape=FootprintShape.RECTANGLE, size_x_m=size_x_m, size_y_m=size_y_m)

@@ -3,6 +3,7 @@
 model            What every sky model promises, and the share of a model in the light of a scene
 uniform          A sky of equal radiance everywhere
 overcast         The overcast sky of the CIE, cardioidal in ocean optics
+cie              The fifteen general skies of the CIE
 harrison_coombes The clear sky of Harrison and Coombes
 function_sky     A sky given by a function of direction and wavelength
 patch_integrals  What patches hold of a radiance: masses, slopes, and what a law linear in each leaves out

@@ -1,7 +1,8 @@
-"""The clear sky of Harrison and Coombes (1988), as HydroLight users know it."""
+"""The sky of Harrison and Coombes (1988), clear to overcast, as HydroLight users know it."""
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import InitVar, dataclass
 
@@ -10,18 +11,22 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
 from aomc_sky.directions import in_both_units, settle_angles
-from aomc_sky.skies.model import Share, check_share
+from aomc_sky.errors import SceneError
+from aomc_sky.skies.function_sky import FunctionSky
+from aomc_sky.skies.model import Share, check_share, with_share
 from aomc_sky.skies.perez.sky import PerezSky
 
 
 @in_both_units
 @dataclass(frozen=True, kw_only=True, slots=True)
 class HarrisonCoombesSky(Share):
-    """Relative radiance of a cloudless sky: (1.63 + 53.7 exp(-5.49 p) + 2.04 cos^2 p cos Z) (1 - exp(-0.19 / cos z)).
+    """Relative radiance of a sky with the cloud cover C: C N_cloud + (1 - C) N_clear.
 
-    z is the zenith angle of a sky element, p its angle from the sun in radians, Z the zenith angle of the sun. Harrison
-    and Coombes, Solar Energy 40 (1988) 387, for a sky without clouds. It is the law of Perez with other coefficients,
-    so photons follow it exactly inside patches. The direct beam is not in it; the same at all wavelengths.
+    N_clear = (1.63 + 53.7 exp(-5.49 p) + 2.04 cos^2 p cos Z) (1 - exp(-0.19 / cos z)) (1 - exp(-0.53 / cos Z)) and
+    N_cloud = 0.45 + 0.12 Z + 0.43 cos z + 0.72 exp(-1.88 p). z is the zenith angle of a sky element, p its angle from
+    the sun, Z the zenith angle of the sun, in radians. Harrison and Coombes, Solar Energy 41 (1988) 387, eqs. (3) to
+    (5), the default sky of HydroLight. Without clouds it is the law of Perez with other coefficients, and photons
+    follow it exactly inside patches. The direct beam is not in it; the same at all wavelengths.
 
     Parameters
     ----------
@@ -29,6 +34,8 @@ class HarrisonCoombesSky(Share):
         Zenith angle of the sun. [0 to below 90 degrees]
     sun_azimuth_deg, or sun_azimuth_rad : float
         Azimuth of the sun from +x (east) towards +y (north). [any turn]
+    cloud : float
+        Cover of opaque clouds C. [0, the default, to 1]
     strength, irradiance_W_m2_nm : array_like, optional
         As for `UniformSky`. [>= 0]
 
@@ -43,10 +50,13 @@ class HarrisonCoombesSky(Share):
 
     sun_zenith_rad: float = None  # type: ignore[assignment]
     sun_azimuth_rad: float = None  # type: ignore[assignment]
+    cloud: float = 0.0
     sun_zenith_deg: InitVar[float | None] = None
     sun_azimuth_deg: InitVar[float | None] = None
 
     def __post_init__(self, sun_zenith_deg: float | None, sun_azimuth_deg: float | None) -> None:
+        if not 0.0 <= self.cloud <= 1.0:
+            raise SceneError(f"cloud must be the cover of opaque clouds, 0 to 1, got {self.cloud!r}")
         check_share(self)
         settle_angles(self, sun_zenith_rad=sun_zenith_deg, sun_azimuth_rad=sun_azimuth_deg)
         self._law()  # which checks the sun
@@ -62,9 +72,20 @@ class HarrisonCoombesSky(Share):
         )
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
-        """Radiance of sky elements, relative; 0 below the horizon."""
-        return self._law().radiance(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
+        """C N_cloud + (1 - C) N_clear of sky elements; 0 below the horizon."""
+        law, cosine = self._law(), math.cos(self.sun_zenith_rad)
+        clear = law.radiance(sky_zenith_rad, sky_azimuth_rad, wavelength_nm) * (-1.63 * math.expm1(-0.53 / cosine))
+        if self.cloud == 0:
+            return clear
+        aureole = dataclasses.replace(law, coefficients=(0.0, 0.0, 0.72, -1.88, 0.0))  # 1 + 0.72 exp(-1.88 p)
+        cloudy = aureole.radiance(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
+        rest = 0.12 * self.sun_zenith_rad - 0.55 + 0.43 * np.cos(sky_zenith_rad)
+        return np.where(cloudy > 0, self.cloud * (cloudy + rest) + (1.0 - self.cloud) * clear, 0.0)
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One component of patches."""
-        return self._law().lower(wavelength_nm)
+        if self.cloud == 0:
+            return self._law().lower(wavelength_nm)
+        (one,) = FunctionSky(self.radiance, name="harrison-coombes").lower(550.0)  # for all wavelengths
+        strength = np.full(np.size(wavelength_nm), one.strength[0])
+        return with_share(self, (dataclasses.replace(one, strength=strength),))

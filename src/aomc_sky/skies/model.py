@@ -27,7 +27,20 @@ class SkyModel(Protocol):
     """
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
-        """Radiance, relative unless the model says otherwise, of a sky element. [>= 0]"""
+        """Radiance, relative unless the model says otherwise, of sky elements; arguments and results of every model.
+
+        Parameters
+        ----------
+        sky_zenith_rad, sky_azimuth_rad : array_like
+            Sky direction: 0 overhead, azimuth from +x (east) towards +y (north). [rad, 0 to pi/2 and any turn]
+        wavelength_nm : array_like
+            Wavelength. [nm]
+
+        Returns
+        -------
+        ndarray, float64
+            Broadcast of the arguments. [>= 0]
+        """
         ...
 
 

@@ -179,20 +179,9 @@ class TabulatedSky(Share):
         return rule(wavelength_nm, self.wavelength_nm)
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
-        """Relative radiance of the patch that a direction lies in; listed masses are divided by their
-        projected solid angle.
+        """Relative radiance of the patch that a direction lies in, 0 outside all patches.
 
-        Parameters
-        ----------
-        sky_zenith_rad, sky_azimuth_rad : array_like
-            Sky direction. [rad, 0 to pi/2 and any turn]
-        wavelength_nm : array_like
-            Wavelength; the table's rule chooses the set. [nm]
-
-        Returns
-        -------
-        ndarray, float64
-            Broadcast of the arguments; 0 outside all patches.
+        The table's rule chooses the set for a wavelength; listed masses are divided by their projected solid angle.
         """
         zenith, azimuth, wavelength = np.broadcast_arrays(
             np.asarray(sky_zenith_rad, dtype=np.float64),
@@ -228,17 +217,8 @@ class TabulatedSky(Share):
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One component of patches, a row of masses per wavelength asked for.
 
-        Parameters
-        ----------
-        wavelength_nm : array_like, shape (n_wl,)
-            Wavelengths. [nm]
-
-        Returns
-        -------
-        tuple of one Component
-            Law CELL_MU2, or CELL_MU for solid-angle weighting. The strength is 1 per wavelength, 0
-            where a set holds no light. Listed and solid-angle masses carry the weights that turn
-            photons into flux, mean 1.
+        Law CELL_MU2, or CELL_MU for solid-angle weighting. The strength is 1 per wavelength, 0 where a set holds no
+        light. Listed and solid-angle masses carry the weights that turn photons into flux, mean 1.
         """
         rows = self.table_index(wavelength_nm)
         if self.wavelength_nm.size > 1:  # one row serves all wavelengths

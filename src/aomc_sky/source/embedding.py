@@ -29,13 +29,14 @@ class Opened:
         """Number of wavebands."""
         return self._photons.n_bands
 
-    def source(self, band: int) -> tuple[int, int, bool, int, float]:
-        """Address, context, whether it is float64, photons and wavelength [nm] of a band."""
+    def source(self, band: int) -> tuple[int, int, int, bool, int, float]:
+        """Addresses of photons and numbers, context, whether it is float64, photons and wavelength [nm] of a band."""
         if band not in self._sources:
             self._sources[band] = self._photons.c_source(band)
         source = self._sources[band]
         wavelength = float(self._photons.plan.arrays["wavelength_nm"][band])
-        return source.address, source.context, source.precision.itemsize == 8, source.n, wavelength
+        addresses = source.address, source.numbers_address
+        return *addresses, source.context, source.precision.itemsize == 8, source.n, wavelength
 
     def close(self) -> None:
         """Close every source."""

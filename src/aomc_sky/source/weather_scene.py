@@ -29,6 +29,7 @@ from aomc_sky.source.light.inputs import (
     direct_fraction,
     given_inputs,
     model_inputs,
+    refuse_kilowatts,
 )
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands
@@ -231,29 +232,13 @@ def perez_and_sun(given: GivenInputs) -> tuple[PerezInputs, Sun]:
         origin=given.origin,
         extraterrestrial_normal=_extraterrestrial(given),
     )
-    _refuse_kilowatts(inputs, sun)
+    refuse_kilowatts(inputs, sun)
     return inputs, sun
 
 
 def _extraterrestrial(given: GivenInputs) -> float:
     dated = EXTRATERRESTRIAL_NORMAL if given.weather is None else given.weather.extraterrestrial_normal
     return float(given.model.get("extraterrestrial_normal", dated))
-
-
-_KILOWATTS = 2.0
-"""The irradiance of a horizontal plane below which a value is in kW m-2 rather than in W m-2. [W m-2]"""
-_HIGH_SUN_DEG = 80.0
-
-
-def _refuse_kilowatts(inputs: PerezInputs, sun: Sun) -> None:
-    """Raise where the sun is high and all irradiances are those of a moonlit night, or of a table in kW m-2."""
-    section = inputs.section
-    values = [v for v in (section.ghi, section.dni, section.dhi) if v is not None]
-    if values and 0 < max(values) < _KILOWATTS and sun.zenith_deg < _HIGH_SUN_DEG:
-        raise SceneError(
-            f"{inputs}: that is no daylight with the sun at a zenith angle of {sun.zenith_deg:.3g} degrees; "
-            f"irradiances are in W m-2: write {1000 * max(values):g} for {max(values):g} kW m-2"
-        )
 
 
 _Shares = tuple[np.ndarray, "tuple[np.ndarray, np.ndarray] | None", tuple[str, ...], dict[str, Any]]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -46,10 +46,6 @@ def open_photons(
     return writer.read(Path(path), wavelength_nm, bands, weights)
 
 
-SceneOf = Callable[[int], Scene | None]
-"""The scene read again with so many photons per waveband; None where the user has settled the number."""
-
-
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Origin:
     """What a file says of itself."""
@@ -66,8 +62,8 @@ _TESTED = {
 }
 
 
-def origin_of(photons: PhotonFile, scene: Scene, scene_of: SceneOf) -> Origin:
-    """Read the head of a file of photons; `scene_of` gives the scene with the number of photons that the file has."""
+def origin_of(photons: PhotonFile, scene: Scene, *, own_numbers: bool = False) -> Origin:
+    """Read the head of a file of photons; without `own_numbers` of photons a scene may have those of the file."""
     header = photons.header
     if header is None or not names_runs(header):
         return Origin()
@@ -80,7 +76,7 @@ def origin_of(photons: PhotonFile, scene: Scene, scene_of: SceneOf) -> Origin:
         if runs.n_photons != header.n_particles:
             note += f" and {runs.n_photons} photons, the file holds {header.n_particles}"
         else:
-            tied, plan = _tied(runs), _plan_of(photons, header, runs, scene, scene_of)
+            tied, plan = _tied(runs), _plan_of(photons, header, runs, scene, own_numbers)
             note += "; its plan is not the plan of this scene" if runs.plan and plan is None else ""
         if plan is not None:
             note += f", seed {runs.seed}, and its plan is the plan of this scene: every photon is compared with it"
@@ -95,26 +91,29 @@ def _tied(runs: McplRuns) -> Tied:
 
 
 def _plan_of(
-    photons: PhotonFile, header: McplHeader, runs: McplRuns, scene: Scene, scene_of: SceneOf
+    photons: PhotonFile, header: McplHeader, runs: McplRuns, scene: Scene, own_numbers: bool
 ) -> PhotonSource | None:
     """The source that the plan in the head belongs to, made of the scene with the head's seed and precision."""
-    seed, sizes = runs.seed, set(photons.n_of.values())
-    if seed is None or not sizes:
+    seed = runs.seed
+    if seed is None or not photons.n_of:
         return None
+    method = "iid" if _tied(runs) is Tied.INDEPENDENT else None
+    precision = "float64" if header.is_double else "float32"
+    for numbers in (scene.n_photons, *(() if own_numbers else _numbers_of(photons, scene.n_photons.size))):
+        changed = replace(scene, n_photons=numbers)
+        source = changed.source(seed, method=method, precision=precision, weights=header.weight == 0.0)
+        if runs.is_plan(source.plan.sha256):
+            return source if all(source.n_photons(band) == n for band, n in photons.n_of.items()) else None
+    return None
 
-    def source_of(scene: Scene) -> PhotonSource:
-        method, precision = (
-            "iid" if _tied(runs) is Tied.INDEPENDENT else None,
-            "float64" if header.is_double else "float32",
-        )
-        return scene.source(seed, method=method, precision=precision, weights=header.weight == 0.0)
 
-    source = source_of(scene)
-    if not runs.is_plan(source.plan.sha256) and len(sizes) == 1:
-        same_size = scene_of(sizes.pop())
-        source = source if same_size is None else source_of(same_size)
-    has_photons = all(source.n_photons(band) == n for band, n in photons.n_of.items())
-    return source if has_photons and runs.is_plan(source.plan.sha256) else None
+def _numbers_of(photons: PhotonFile, n_bands: int) -> Iterator[np.ndarray]:
+    """Photons of each waveband that the run of a file may have asked for; the file may hold some of its bands."""
+    numbers = np.zeros(n_bands, np.int64)
+    numbers[list(photons.n_of)] = list(photons.n_of.values())
+    yield numbers
+    if len(photons.n_of) < n_bands and len(sizes := set(photons.n_of.values())) == 1:
+        yield np.full(n_bands, sizes.pop())
 
 
 def verify_photons(

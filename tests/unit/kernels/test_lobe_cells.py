@@ -167,9 +167,9 @@ def test_a_lobe_has_no_centre():
 
 
 def test_counts_name_the_lobe_alone():
-    from aomc_sky.outputs.counts import counts_csv
+    from aomc_sky.outputs.counts import counts_file
 
-    lines = counts_csv(scene(components(LOBES[:2]), 10).source(), [0]).decode().splitlines()
+    lines = counts_file(scene(components(LOBES[:2]), 10).source(), [0])[1].decode().splitlines()
     assert lines[1].split(",")[3:10] == ["lobe 0", "", "", "", "", "", ""]
     assert len(lines) == 3
 

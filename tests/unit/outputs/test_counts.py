@@ -20,17 +20,17 @@ def dense() -> PhotonSource:
 
 def test_counts_csv_columns_and_bounds():
     source = read_scene(INPUTS / "document_example", iterations=1000).source(seed=3)
-    lines = counts.counts_csv(source, [0, 2]).decode().splitlines()
+    lines = counts.counts_file(source, [0, 2])[1].decode().splitlines()
     assert lines[0] == counts.COLUMNS
     first = lines[1].split(",")
     assert first[:1] + first[3:10] == ["1", "sky", "1", "0", "0.0", "45.0", "0.0", "120.0"]
     assert {line.split(",")[0] for line in lines[1:]} == {"1", "3"}
-    assert len(lines) - 1 == counts.n_rows(source, [0, 2])
+    assert len(lines) - 1 == sum(np.count_nonzero(source.mass(band)) for band in (0, 2))
 
 
 def test_components_without_patches_leave_their_columns_empty():
     beam = read_scene(INPUTS / "beam_only").source()
-    rows = [line.split(",") for line in counts.counts_csv(beam, [0]).decode().splitlines()[1:]]
+    rows = [line.split(",") for line in counts.counts_file(beam, [0])[1].decode().splitlines()[1:]]
     assert [row[3:10] for row in rows] == [["direct", "", "", "", "", "", ""]]
     assert rows[0][2] == ""
     assert int(rows[0][-1]) == beam.n_photons(0)
@@ -38,9 +38,9 @@ def test_components_without_patches_leave_their_columns_empty():
 
 def test_a_dense_sky_has_a_line_for_every_patch_with_mass(dense):
     bands = list(range(dense.n_bands))
-    data = counts.counts_csv(dense, bands)
+    data = counts.counts_file(dense, bands)[1]
     rows = data.count(b"\n") - 1
-    assert rows == counts.n_rows(dense, bands)
+    assert rows == sum(np.count_nonzero(dense.mass(band)) for band in bands)
     assert rows > 30_000
 
 

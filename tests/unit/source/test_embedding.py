@@ -51,7 +51,7 @@ def test_a_source_is_made_once_and_closed():
     opened = open_scene(os.fsencode(INPUTS / "clear_day"), 1, "iterations=100")
     first = opened.source(0)
     assert first == opened.source(0)
-    assert first[2:] == (False, 100, 440.0)
+    assert first[3:] == (False, 100, 440.0)
     opened.close()
     with pytest.raises(IndexError):
         opened.source(3)

@@ -14,7 +14,7 @@ import aomc_sky as sky
 from tests.support.shared import INPUTS
 
 BANDS = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
-FIELDS = ("ux", "uy", "uz", "patch", "x", "y", "weight")
+FIELDS = ("ux", "uy", "uz", "patch", "x", "y", "weight", "numbers")
 
 
 def scene(n=30_011, components=None, **more):
@@ -70,6 +70,44 @@ def test_batches_are_the_photons(size):
         assert_equal(batch, whole, slice(at, at + len(batch)))
         at += len(batch)
     assert at == len(whole) == 30_011
+
+
+def test_many_photons_come_in_blocks(monkeypatch):
+    """Between two of them Python answers Ctrl-C; the bits are those of batches, weights and replicates included."""
+    source, sizes = scene(5_000).source(seed=2, replicates=3), []
+    fill = source._emitter.fill
+    monkeypatch.setattr("aomc_sky.emission.photon_source._BLOCK", 1_000)
+    monkeypatch.setattr(source._emitter, "fill", lambda *a: (sizes.append(a[2]["ux"].size), fill(*a)))
+    whole = source.photons(1, numbers=1)
+    assert max(sizes) <= 1_000
+    assert sum(sizes) == 5_000
+    for batch in source.batches(1, 700, numbers=1):
+        assert_equal(batch, whole, slice(batch.start, batch.start + len(batch)))
+
+
+def test_a_batch_has_photons():
+    with pytest.raises(ValueError, match="size must be at least 1, got 0"):
+        next(scene().source().batches(0, 0))
+
+
+def test_the_scale_of_masses_is_no_share_of_the_light():
+    table = sky.TabulatedSky(
+        wavelength_nm=[450], values=np.full((1, 54), 7.0), grid=sky.PatchGrid.regular(6, 9), strength=0.25
+    )
+    source = scene(1000, (table, sky.DirectBeam(sun_zenith_deg=30, strength=0.75))).source()
+    assert source.counts[:, -1].tolist() == [750, 750]
+
+
+def test_two_rows_of_one_wavelength_are_refused_unless_the_program_chooses():
+    grid, values = sky.PatchGrid.regular(1, 1), np.array([[1.0], [2.0]])
+    with pytest.raises(sky.SceneError, match="500 nm stands in it twice"):
+        sky.TabulatedSky(wavelength_nm=[500, 500], values=values, grid=grid)
+    sky.TabulatedSky(wavelength_nm=[500, 500], values=values, grid=grid, midpoint_rule=True)
+
+
+def test_a_circle_has_one_diameter():
+    with pytest.raises(sky.SceneError, match="a circle has one diameter"):
+        sky.Footprint(shape="circle", size_x_m=1.0, size_y_m=2.0)
 
 
 def test_threads_and_processes():

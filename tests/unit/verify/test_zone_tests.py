@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 import pytest
+import scipy.stats
 
 import aomc_sky as sky
-from aomc_sky.verify.zone_tests import share_checks, share_score
+from aomc_sky.verify.zone_tests import share_checks, share_score, thinned
 from aomc_sky.verify.zones import ZoneShares
 
 ZONES = sky.PatchGrid(
@@ -119,3 +120,12 @@ def test_a_uniform_sky_is_not_tested_for_lambert():
     uniform, lambert = checks_of(1e5 * FLUX, 1e5 * FLUX)
     assert uniform.p_value is not None
     assert lambert.p_value is None
+
+
+def test_cells_that_cut_patches_may_spread_by_their_loose_variance_too():
+    expected = np.full(64, 2000.0)
+    kept = expected / 2 + 1.8 * np.sqrt(expected / 4) * np.tile([-1.0, 1.0], 32)
+    alone, with_loose = (thinned(kept, expected, loose, "x", 1).p_value for loose in (0 * expected, expected))
+    # statistic 1.8^2 x 64 = 207, half of it with loose variance as large as the expectation
+    assert alone == pytest.approx(2 * scipy.stats.chi2.sf(207.36, 64), rel=1e-9)
+    assert with_loose == pytest.approx(2 * scipy.stats.chi2.sf(103.68, 64), rel=1e-9)

@@ -121,9 +121,9 @@ def _wavelengths(text: str) -> tuple[float, ...]:
 
 def atmosphere(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
-    from aomc_sky.cli.progress import patience, progress_bar
     from aomc_sky.engine.atmosphere import prepare_table, solve_table, table_report, write_netcdf, write_table
     from aomc_sky.outputs.folder.run_folder import create_folder
+    from aomc_sky.progress import patience, progress_bar
 
     if not arguments.no_save_tex:
         _check_outputs(arguments)
@@ -147,7 +147,7 @@ def atmosphere(arguments: argparse.Namespace) -> int:
     report = table_report(table)
     cli_options.answer(arguments, lambda: {**report, "files": files}, lambda: _text(report, files))
     for option, why in () if arguments.quiet else _IDLE.items():
-        if getattr(arguments, _attribute(option)):
+        if getattr(arguments, cli_options.attribute(option)):
             print(f"aomc-sky: note: {option} has no effect: {why}", file=sys.stderr)
     return 0
 
@@ -169,7 +169,7 @@ def _request(arguments: argparse.Namespace) -> TableRequest:
         n_paths=arguments.paths,
         bins=None if arguments.bins is None else (arguments.bins[0], arguments.bins[1]),
         allow_paths=tuple(arguments.allow_path),
-        saves=Saves(**{name: getattr(arguments, _attribute(option)) for name, (option, _) in _SAVES.items()}),
+        saves=Saves(**{key: getattr(arguments, cli_options.attribute(option)) for key, (option, _) in _SAVES.items()}),
         significand_bits=arguments.texture_save_precision,
         moon=moon_direction(lights),
         ground_luminance_cd_m2=lights.get(GLOW_KEY, 0.0),
@@ -210,7 +210,7 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
         )
     _check_targets(arguments)
     options = [*(option for option, _ in _SAVES.values()), "--texture-save-precision"]
-    needing = [option for option in options if getattr(arguments, _attribute(option))]
+    needing = [option for option in options if getattr(arguments, cli_options.attribute(option))]
     if arguments.no_netcdf and needing and arguments.out is None:
         raise UsageError(f"{', '.join(needing)}: this is written to atmosphere.nc, which --no-netcdf leaves out")
     if not arguments.no_netcdf or arguments.out is not None:
@@ -252,7 +252,3 @@ _IDLE = {
     **dict.fromkeys(("--opengl-info", "--opengl-debug", "--opengl-debug-full"), "OpenGL is not used"),
 }
 """Options of calcmysky that change nothing, and why."""
-
-
-def _attribute(option: str) -> str:
-    return option[2:].replace("-", "_")

@@ -17,11 +17,12 @@ examples:
   aomc-sky export out --to mcpl                       out.mcpl beside out
   aomc-sky export out --to netcdf --out sky.nc        counts and masses of every patch and waveband
   aomc-sky export out --to aomc --scene amc.inp --out for_aomc   a folder that the AOMC program runs
+  aomc-sky export out --to envmap                     radiance as a latitude-longitude map for renderers
 """
 
 _OPTIONS = """\
---out PATH                    folder (npy, csv, aomc) or file (mcpl, netcdf); default beside RUN: RUN-npy, RUN-csv,
-                              RUN-aomc, RUN.mcpl, RUN.nc; a name that ends in .mcpl.gz is compressed
+--out PATH                    folder (npy, csv, aomc, envmap) or file (mcpl, netcdf); default beside RUN: RUN-npy,
+                              RUN-csv, RUN-aomc, RUN-envmap, RUN.mcpl, RUN.nc; .mcpl.gz: compressed
 --waveband I                  only this band, from 1; repeatable; netcdf always holds all
 --scene AMC_INP               amc.inp of the run's scene, for aomc: its files are copied beside the sky
 --photons                     for netcdf: photons too, up to 1e7 of them
@@ -39,7 +40,10 @@ def add_options(parser: Parser) -> None:
     parser.epilog = _EPILOG
     parser.add_argument("run", metavar="RUN", help="run folder")
     parser.add_argument(
-        "--to", choices=("mcpl", "npy", "csv", "netcdf", "aomc"), required=True, help="the format; see docs/export.md"
+        "--to",
+        choices=("mcpl", "npy", "csv", "netcdf", "aomc", "envmap"),
+        required=True,
+        help="the format; see docs/export.md",
     )
     cli_options.add_table(parser, _OPTIONS)
     parser.set_defaults(handler=export, resumes=True)
@@ -47,10 +51,10 @@ def add_options(parser: Parser) -> None:
 
 def export(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
-    from aomc_sky.cli.progress import patience, progress_bar
     from aomc_sky.cli.terminal import print_warning
     from aomc_sky.engine.export import ExportOptions, export_run, size_warning
     from aomc_sky.engine.stored_run import open_run
+    from aomc_sky.progress import patience, progress_bar
 
     options = ExportOptions(
         to=arguments.to,

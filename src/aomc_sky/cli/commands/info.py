@@ -219,8 +219,8 @@ _UNITS = {"energy": "MeV", "time": "ms", **dict.fromkeys("xyz", "cm")}
 
 def _mcpl(arguments: argparse.Namespace, path: Path) -> int:
     """Print what a file holds; every record is read and checked."""
-    from aomc_sky.cli.progress import patience
     from aomc_sky.formats.mcpl.file import read_mcpl
+    from aomc_sky.progress import patience
 
     with patience("reading the file", enabled=cli_options.speaks(arguments)):
         file = read_mcpl(path)

@@ -72,15 +72,17 @@ def add_options(parser: Parser) -> None:
 
 def perez(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
-    from aomc_sky.cli.progress import patience
     from aomc_sky.grid import PatchGrid
     from aomc_sky.outputs.folder.target_file import check_folder, check_target
+    from aomc_sky.progress import patience
     from aomc_sky.source.light.inputs import direct_fraction
     from aomc_sky.source.weather_scene import perez_and_sun, perez_sky
 
     if arguments.out is None:
         for name in cli_options.given_options(arguments, _OF_PHOTONS):
             raise UsageError(f"{name} is for photons: name their folder with --out DIR")
+        if arguments.spectrum is not None:
+            raise UsageError("--spectrum shares beam and sky out over the photons: name their folder with --out DIR")
     elif arguments.out == "-":
         raise UsageError("--out - is for run; perez writes a folder: name it, for example --out sky")
     else:
@@ -214,8 +216,8 @@ def _write_picture(sky: PerezSky, values: dict[str, Any], arguments: argparse.Na
 def _emit(scene: Scene, arguments: argparse.Namespace) -> tuple[dict[str, Any], Callable[[], str]]:
     """Write the run folder of one sky; its manifest, and the text that `run` would print."""
     from aomc_sky.cli.commands.run import run_text
-    from aomc_sky.cli.progress import progress_bar
     from aomc_sky.engine.run import run_job
+    from aomc_sky.progress import progress_bar
 
     source = cli_options.source_of(scene, arguments)
     folder = Path(arguments.out)

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.background_report import lobe_scene
-from aomc_sky.cli.progress import patience
 from aomc_sky.cli.terminal import shown
 from aomc_sky.errors import UsageError
+from aomc_sky.progress import patience
 from aomc_sky.source.read.kind import Kind, kind_of
 
 if TYPE_CHECKING:

@@ -82,16 +82,19 @@ def add_options(parser: Parser) -> None:
 
 def run(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
-    from aomc_sky.cli.progress import patience, progress_bar
     from aomc_sky.engine.run import run_job, stream_job
     from aomc_sky.outputs.shard import parse_shard
+    from aomc_sky.progress import patience, progress_bar
 
     _check(arguments)
     shard = None if arguments.shard is None else parse_shard(arguments.shard)
     if arguments.amc_inp is None:
         scene = _scene_of_weather(arguments)
     elif arguments.wavelengths and kind_of_name(Path(arguments.amc_inp).name) is not Kind.MEASURED:
-        raise UsageError(f"--wavelengths is for a run without files; {arguments.amc_inp} names its own")
+        raise UsageError(
+            f"--wavelengths is for a run without files; {arguments.amc_inp} has its own in lambbot.inp: leave "
+            "it out, or choose among them with --waveband 1"
+        )
     else:
         scene = cli_options.scene_of(arguments, arguments.amc_inp, wavebands=arguments.waveband)
     if arguments.dry_run:
@@ -134,7 +137,10 @@ def _scene_of_weather(arguments: argparse.Namespace) -> Scene:
 
     inputs = cli_options.sky_arguments(arguments)
     if not any(inputs.values()):
-        raise UsageError("which scene? name amc.inp, or say where the sun is, how bright it is, and --wavelengths")
+        raise UsageError(
+            "which scene? name amc.inp or its folder, or sun, sky and wavebands: --sun-zenith 40 --ghi 780 --dhi 140 "
+            "--wavelengths 440 550 --out day"
+        )
     for name in cli_options.given_options(arguments, _OF_FILES, cli_options.add_light_options):
         raise UsageError(f"{name} is for a scene of files: name its amc.inp")
     if not arguments.wavelengths:
@@ -305,8 +311,12 @@ def run_text(
 ) -> str:
     """What a run or a shard prints when it is done."""
     from aomc_sky.engine.run import JobResult
+    from aomc_sky.source.read.table import READING
 
-    lines = [f"note: {note}" for note in scene.notes]
+    # what the AOMC program would do comes after the table, for a newcomer has not met it
+    lines, last = (
+        [f"note: {note}" for note in scene.notes if note.startswith(READING) is is_last] for is_last in (False, True)
+    )
     if verbose:
         lines += [f"{name}: {shown(value)}" for name, value in {**scene.input_files, **scene.options}.items()]
         drawn = ("method", "allocation", "placement", "order", "precision", "replicates")
@@ -316,6 +326,7 @@ def run_text(
     else:
         launched = sum(band.launched for band in result.bands)
         lines.append(tables_text(result.bands, source.plan.options))
+        lines += [*last, *[""][: len(last)]]
         lines.append(f"{launched} photons in {len(result.bands)} wavebands, seed {source.plan.seed}")
     if result.was_finished:
         lines.append(

@@ -6,7 +6,6 @@ import argparse
 import dataclasses
 import json
 from collections.abc import Iterator
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,7 +16,6 @@ from aomc_sky.source.read.kind import kind_of
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
-    from aomc_sky.source.scene import Scene
     from aomc_sky.verify.report import Check, Pulls, VerifyReport
 
 _EPILOG = """\
@@ -110,8 +108,8 @@ def _refuse_mixture(arguments: argparse.Namespace) -> None:
 def _run_report(arguments: argparse.Namespace) -> VerifyReport:
     import secrets
 
-    from aomc_sky.cli.progress import patience, progress_bar
     from aomc_sky.engine.stored_run import open_run
+    from aomc_sky.progress import patience, progress_bar
     from aomc_sky.verify.made_again import scene_checks, statistics_of_run, verify_run
     from aomc_sky.verify.report import Check, judged
 
@@ -149,8 +147,8 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
 
 
 def _photon_report(arguments: argparse.Namespace) -> VerifyReport:
-    from aomc_sky.cli.progress import patience
     from aomc_sky.directions import Frame
+    from aomc_sky.progress import patience
     from aomc_sky.verify.directions import Tied
     from aomc_sky.verify.foreign import Origin, open_photons, origin_of, verify_photons
 
@@ -160,7 +158,7 @@ def _photon_report(arguments: argparse.Namespace) -> VerifyReport:
         arguments.path, scene.wavebands.wavelength_nm, wavebands=arguments.waveband, weights=arguments.weights
     )
     if arguments.method is None:
-        origin = origin_of(photons, scene, partial(_scene_of, arguments))
+        origin = origin_of(photons, scene, own_numbers=arguments.iterations is not None)
     else:
         origin = Origin(tied=Tied(arguments.method))
     with patience("comparing the photons", enabled=cli_options.speaks(arguments)):
@@ -173,14 +171,6 @@ def _photon_report(arguments: argparse.Namespace) -> VerifyReport:
             seed=arguments.seed or 0,
             threads=arguments.threads or 0,
         )
-
-
-def _scene_of(arguments: argparse.Namespace, n_photons: int) -> Scene | None:
-    """The scene with so many photons in each waveband, unless the user gave a number."""
-    if arguments.iterations is not None:
-        return None
-    changed = argparse.Namespace(**{**vars(arguments), "iterations": n_photons})
-    return cli_options.scene_of(changed, arguments.scene)
 
 
 _HEAD = ("check", "waveband", "outcome", "found", "allowed", "p-value", "what")

@@ -40,11 +40,10 @@ def emit(
     """Write the photons [start, stop) of a band with n photons.
 
     `finder` comes from `slot_finder` over the counts of all cells; `turns` holds the ring of each
-    cell and the turn of each ring; `cells` (n_cell, 6) in the precision
-    of the outputs; `laws` int8 (n_cell,); `perez` holds words and bounds (n_cell,), the sky's numbers and
-    the steps of the first trial, or None; `lobes` the lobe of each cell, the tables of `lobes.law`, the steps of
-    the first trial, and `falls` with `paces`; `slopes` the words of `laws.sloped` (n_cell,), or None. Other parameters
-    are those of the kernel.
+    cell and the turn of each ring; `cells` (n_cell, 6) in the precision of the outputs; `laws` int8 (n_cell,); `perez`
+    holds words and bounds (n_cell,), the sky's numbers and the steps of the first trial, or None; `lobes` the lobe of
+    each cell, the tables of `lobes.kernels.law`, the steps of the first trial, and `falls` with `paces`; `slopes` the
+    words of `laws.sloped` (n_cell,), or None. Other parameters are those of the kernel.
     """
     is_shuffled = order_keys.size > 0
     rank = ranks_of_photons(start, stop, n, order_keys) if is_shuffled else np.arange(start, stop, dtype=U64)
@@ -94,3 +93,15 @@ def positions(shape_is_circle, start, key, band, size_x, size_y, x, y):
     a, b = philox_pair(key, np.arange(start, start + x.size, dtype=U64), U64(band), U64(0))
     u, v = unit(a, x), unit(b, x)
     x[:], y[:] = in_circle(u, v, size_x / 2) if shape_is_circle else in_rectangle(u, v, size_x, size_y)
+
+
+def numbers(start, out, n, order_keys, shifts, steps, key, band, jitter):
+    """The numbers of the photons from `start` on, as in `kernels.numbers`; `out` (n, k)."""
+    stop = start + out.shape[0]
+    rank = ranks_of_photons(start, stop, n, order_keys) if order_keys.size else np.arange(start, stop, dtype=U64)
+    for c in range(out.shape[1]):
+        if jitter:
+            word = philox_pair(key, rank, band, U64(2 if c == 2 else 1))[c % 2]
+        else:
+            word = shifts[c] + rank * steps[c]
+        out[:, c] = unit(word, out)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import enum
 import math
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
@@ -198,10 +199,10 @@ def read_fields(lines: list[str], fields: tuple[Field, ...], report: Report) -> 
     if _is_displaced(lines, fields, report) and not report.lenient:
         return {}
     values: dict[str, int | float] = {}
-    for number, (line, field) in enumerate(zip(lines, fields, strict=False), start=1):
-        value = _checked(_reading(line, number, field), report)
+    for reading in _readings(lines, fields):
+        value = _checked(reading, report)
         if value is not None:
-            values[field.name] = value
+            values[reading.field.name] = value
     if len(lines) < len(fields):
         end, missing = Span(max(1, len(lines)), 1, lines[-1] if lines else ""), fields[len(lines)]
         message = f"the file ends after line {len(lines)}; {len(fields)} lines are needed, the next is {missing.title}"
@@ -277,18 +278,14 @@ class _Reading:
         return f"I{f.width}" if f.decimals is None else f"F{f.width}.{f.decimals}"
 
 
-def _reading(line: str, number: int, field: Field) -> _Reading:
-    """A line read in both ways. [number from 1]"""
-    token, column = _what_a_person_reads(line, field)
+def _readings(lines: list[str], fields: tuple[Field, ...]) -> Iterator[_Reading]:
+    """Every line read in both ways."""
+    seen = [(line, field, *_what_a_person_reads(line, field)) for line, field in zip(lines, fields, strict=False)]
     # no number ends with a comma
-    value, meant = two_readings(line[_START : _START + field.width], token.removesuffix(","), field.decimals)
-    return _Reading(
-        field=field,
-        span=Span(number, column, line, max(len(token), 1)),
-        token=token,
-        value=value,
-        meant=meant,
-    )
+    texts = [(line[_START : _START + f.width], token.removesuffix(","), f.decimals) for line, f, token, _ in seen]
+    for k, ((line, field, token, column), both) in enumerate(zip(seen, two_readings(texts), strict=True), start=1):
+        span = Span(k, column, line, max(len(token), 1))
+        yield _Reading(field=field, span=span, token=token, value=both[0], meant=both[1])
 
 
 def _checked(reading: _Reading, report: Report) -> int | float | None:

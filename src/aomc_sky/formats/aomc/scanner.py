@@ -30,14 +30,18 @@ class Token(Span):
         return Span(self.line, self.column + len(self.word), self.text)
 
 
-def two_readings(field: str, word: str, decimals: int | None) -> tuple[int | float | None, int | float | None]:
-    """Value of a field under Fw.d, or under Iw where d is None, and of the word that a person reads; None for none.
+def two_readings(
+    fields: list[tuple[str, str, int | None]],
+) -> list[tuple[int | float | None, int | float | None]]:
+    """For each (field, word, d): value of the field under Fw.d, or under Iw where d is None, and of the word that a
+    person reads; None for none.
 
     In a field blanks are ignored, a comma ends it, and nothing is 0.
     """
-    if decimals is None:
-        return _fixed_integer(field), list_integer(word)
-    return _fixed_real(field, decimals), list_real(word)
+    return [
+        (_fixed_integer(field), list_integer(word)) if d is None else (_fixed_real(field, d), list_real(word))
+        for field, word, d in fields
+    ]
 
 
 def _fixed_integer(field: str) -> int | None:
@@ -142,7 +146,7 @@ class ListScanner:
                 values, slash, rest = self._values(index, missing)
             else:  # one value more than is missing is enough to see that the line is another record
                 values, slash, rest = self._values(index, missing + 1)
-                fits = len(values) == missing or (over_many_lines and len(values) <= missing)
+                fits = len(values) <= missing if over_many_lines else len(values) == missing
                 if not fits and not slash:
                     return Record(tuple(tokens), index, False, "")
             tokens += values[:missing]

@@ -237,7 +237,7 @@ def _patch_table(component: Component, part: np.ndarray) -> np.ndarray:
 
 def _shared_out_anew(source: PhotonSource, components: list[Component], n_photons: np.ndarray) -> np.ndarray:
     plan, grid = source.plan, PatchGrid.whole_degrees()
-    mass = sum(_carried_over(component, grid) for component in components)
+    mass = sum(carried_over(component, grid) for component in components)
     component = Component(
         name="sky",
         law=Law.CELL_MU2,
@@ -258,7 +258,7 @@ def _shared_out_anew(source: PhotonSource, components: list[Component], n_photon
     return scene.source(plan.seed, allocation=method, method=plan.options["method"]).counts
 
 
-def _carried_over(component: Component, grid: PatchGrid) -> np.ndarray:
+def carried_over(component: Component, grid: PatchGrid) -> np.ndarray:
     """Masses (n_row, n_patch) of a component on another grid of the hemisphere."""
     own = component.grid
     assert own is not None

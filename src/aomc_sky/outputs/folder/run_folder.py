@@ -8,6 +8,7 @@ import os
 import platform
 import random
 import shutil
+import stat
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -19,7 +20,7 @@ import numpy as np
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError, UsageError
 from aomc_sky.outputs.shard import MANIFEST, PART, PLAN, TEMPORARY, is_run_file, is_temporary_file
 from aomc_sky.plan.plan import Plan
-from aomc_sky.regular_file import open_regular, regular_status
+from aomc_sky.regular_file import open_regular
 from aomc_sky.system import (
     EXCLUSIVE,
     HAS_LOCKS,
@@ -231,9 +232,10 @@ class RunFolder:
     def size_of(self, name: str) -> int | None:
         """Size of a file, None if there is none; a link or a pipe is none. [bytes]"""
         try:
-            return regular_status(self.path / name, follow_links=False).st_size
+            status = os.lstat(self.path / name)
         except OSError:
             return None
+        return status.st_size if stat.S_ISREG(status.st_mode) else None
 
     @contextlib.contextmanager
     def reading(self, name: str) -> Iterator[BinaryIO]:

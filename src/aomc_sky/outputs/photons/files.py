@@ -13,6 +13,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Se
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property, partial
+from itertools import accumulate
 from pathlib import Path
 from typing import ClassVar, TypeVar
 
@@ -107,19 +108,20 @@ Write = Callable[[int, int, tuple[memoryview, ...]], object]
 
 
 class PhotonFiles:
-    """The files of one writer for the wavebands that share them. The folder is looked at once."""
+    """The files of one writer for the wavebands that share them."""
 
     def __init__(self, folder: RunFolder, writer: PhotonWriter, bands: tuple[int, ...], *, name: str = "") -> None:
         self.writer, self.bands, self._folder = writer, bands, folder
         self.layouts = writer.layouts(bands)
         if name:  # of one file, where a user named it
             self.layouts = tuple(replace(layout, name=name) for layout in self.layouts)
-        #: Files that are not there: names appear only when files are complete.
-        self.missing = [layout for layout in self.layouts if not folder.holds(layout.name, layout.head, layout.size)]
-        self._rows_before, n_before = {}, 0
-        for band in bands:
-            self._rows_before[band] = n_before
-            n_before += writer.source.n_photons(band)
+        rows = accumulate((writer.source.n_photons(band) for band in bands[:-1]), initial=0)
+        self._rows_before = dict(zip(bands, rows, strict=False))
+
+    @cached_property
+    def missing(self) -> list[FileLayout]:
+        """Files that are not there, looked for once: names appear only when files are complete."""
+        return [file for file in self.layouts if not self._folder.holds(file.name, file.head, file.size)]
 
     @property
     def n_bytes_missing(self) -> int:
@@ -170,28 +172,25 @@ def photon_files(folder: RunFolder, writers: Iterable[PhotonWriter], bands: Sequ
     return [PhotonFiles(folder, writer, part) for writer in writers for part in writer.parts(bands)]
 
 
-def formats_in(folder: RunFolder, bands: Sequence[int]) -> list[str]:
-    """Formats of which a run folder holds any file."""
-    return [
-        name
-        for name in FOLDER_FORMATS
-        if any(folder.size_of(photon_writer(name).names[0].format(band + 1)) is not None for band in bands)
-    ]
+def stored_files(source: PhotonSource, folder: RunFolder, bands: Sequence[int]) -> dict[str, list[PhotonFiles]]:
+    """Photon files of each format of which a run folder holds any."""
+    names = {*folder.names()}
+    writers = {name: photon_writer(name) for name in FOLDER_FORMATS}
+    return {
+        name: photon_files(folder, [writer(source)], bands)
+        for name, writer in writers.items()
+        if not names.isdisjoint(writer.names[0].format(band + 1) for band in bands)
+    }
 
 
-def complete_formats(source: PhotonSource, folder: RunFolder, bands: Sequence[int]) -> list[str]:
-    """Formats of which a run folder holds every file."""
-    return [
-        name
-        for name in formats_in(folder, bands)
-        if not any(part.missing for part in photon_files(folder, [photon_writer(name)(source)], bands))
-    ]
+def complete_formats(stored: Mapping[str, list[PhotonFiles]]) -> list[str]:
+    """Formats of which a run folder holds every file; `stored` as `stored_files` gives it."""
+    return [name for name, files in stored.items() if not any(part.missing for part in files)]
 
 
-def run_files(source: PhotonSource, folder: RunFolder, bands: Sequence[int]) -> dict[str, int]:
+def run_files(folder: RunFolder, stored: Mapping[str, list[PhotonFiles]]) -> dict[str, int]:
     """Sizes of the files of a run that are in its folder; their names follow from the plan. [bytes]"""
-    writers = [photon_writer(name)(source) for name in formats_in(folder, bands)]
-    names = [layout.name for part in photon_files(folder, writers, bands) for layout in part.layouts]
+    names = [layout.name for files in stored.values() for part in files for layout in part.layouts]
     sizes = {name: folder.size_of(name) for name in (PLAN, *COUNTS_FILES, *names)}
     return {name: size for name, size in sizes.items() if size is not None}
 
@@ -263,7 +262,7 @@ class ChunkPool:
         self.source = source
         self.threads = threads or n_cpus()
         self._executor = ThreadPoolExecutor(max_workers=self.threads, thread_name_prefix="aomc-sky")
-        self._free: deque[_Memory] = deque()
+        self._free: list[_Memory] = []  # the last one first: it is in the cache
 
     def __enter__(self) -> ChunkPool:
         return self
@@ -301,7 +300,7 @@ class ChunkPool:
     ) -> tuple[int, list[tuple[memoryview, ...]], list[BlockSums], int, _Memory]:
         start, stop = span
         try:
-            memory = self._free.popleft()
+            memory = self._free.pop()
         except IndexError:
             memory = _Memory(self.source)
         block = memory.block(self.source.photons(band, start, stop, out=memory.batch))

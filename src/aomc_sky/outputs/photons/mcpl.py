@@ -143,7 +143,7 @@ class McplWriter(PhotonWriter):
             rows={band: partial(_mcpl_rows, file, float(energy[band])) for band in bands},
             notes=tuple(notes),
             header=file.header,
-            n_of={band: int(n_of[band]) for band in bands},
+            n_of={int(band): int(n_of[band]) for band in np.flatnonzero(n_of)},
         )
 
     def recycle(self, chunks: tuple[memoryview, ...]) -> None:

@@ -109,12 +109,12 @@ class NpyWriter(PhotonWriter):
 
     def __init__(self, source: PhotonSource) -> None:
         super().__init__(source)
-        widths = (3, 2 * source.has_positions, 1 * source.has_weights)
+        self._dtype, widths = source.dtype, (3, 2 * source.has_positions, 1 * source.has_weights)
         self._widths = {name: width for name, width in zip(self.names, widths, strict=True) if width}
 
     def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
         """The files of a waveband; the first holds the directions."""
-        n, dtype = self.source.n_photons(bands[0]), self.source.dtype
+        n, dtype = self.source.n_photons(bands[0]), self._dtype
         return tuple(
             FileLayout(
                 name.format(bands[0] + 1), _head(dtype, (n, width) if width > 1 else (n,)), width * dtype.itemsize, n

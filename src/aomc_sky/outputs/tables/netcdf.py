@@ -11,6 +11,7 @@ import numpy as np
 import aomc_sky
 from aomc_sky.component import Component, beam_direction_deg
 from aomc_sky.emission.photon_source import PhotonSource
+from aomc_sky.emission.radiance import cell_irradiances, patch_radiance
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.grid import PatchGrid
@@ -42,7 +43,7 @@ _COLUMNS = {
 
 
 def to_xarray(source: PhotonSource, *, photons: bool = False) -> Any:  # xarray.Dataset; the package is optional
-    """Return counts, masses and expected photons of all patches and wavebands as a dataset.
+    """Return counts, masses, expected photons and radiance of all patches and wavebands as a dataset.
 
     Parameters
     ----------
@@ -56,10 +57,11 @@ def to_xarray(source: PhotonSource, *, photons: bool = False) -> Any:  # xarray.
     -------
     xarray.Dataset
         Dimension `waveband` (from 1) with the coordinates `wavelength` and `sky_wavelength` [nm]. For the
-        component with patches `counts`, `mass` and `expected` over (waveband, zenith, azimuth), with
-        `zenith_bounds` and `azimuth_bounds` [degree]. Every other component adds its name: `counts_direct`
-        over (waveband) for a beam, `counts_NAME` over (waveband, zenith_NAME, azimuth_NAME) for a second
-        set of patches; where absolute units are known, `irradiance` and `irradiance_NAME` over (waveband)
+        component with patches `counts`, `mass`, `expected` and `radiance` [W m-2 sr-1 nm-1, or sr-1 for an
+        irradiance 1 of all light] over (waveband, zenith, azimuth), with `zenith_bounds` and `azimuth_bounds` [degree];
+        ``data.swap_dims(waveband="wavelength")`` chooses by wavelength. Every other component adds its name:
+        `counts_direct` over (waveband) for a beam, `counts_NAME` over (waveband, zenith_NAME, azimuth_NAME) for a
+        second set of patches; where absolute units are known, `irradiance` and `irradiance_NAME` over (waveband)
         [W m-2 nm-1]. Attributes state seed, plan, options and conventions.
 
     Raises
@@ -78,6 +80,7 @@ def to_xarray(source: PhotonSource, *, photons: bool = False) -> Any:  # xarray.
         ending = "" if k == first_with_patches else f"_{component.name}"
         cells = slice(int(starts[k]), int(starts[k + 1]))
         variables |= _component_variables(source, component, cells, ending)
+        variables |= _radiance(source, component, k, ending)
         variables |= _irradiance(source, component.name, ending)
         if component.grid is not None:
             coordinates |= grid_coordinates(component.grid, ending)
@@ -139,6 +142,26 @@ def _component_variables(source: PhotonSource, component: Component, cells: slic
     return {
         f"{name}{ending}": variable(dimensions, array.reshape(shape), _LONG_NAMES[name].format(part=part), "1", **about)
         for name, array in values.items()
+    }
+
+
+def _radiance(source: PhotonSource, component: Component, k: int, ending: str) -> dict[str, Any]:
+    """Mean radiance of each patch that has an extent."""
+    grid = component.grid
+    if grid is None or not np.any(grid.solid_angle_sr > 0):
+        return {}
+    bands = range(source.n_bands)
+    values = [patch_radiance(component.law, grid, cell_irradiances(source, band)[k])[1] for band in bands]
+    is_absolute = source.irradiance(0) is not None
+    text = "mean radiance of the patch" + ("" if is_absolute else ", for an irradiance 1 of all light")
+    return {
+        f"radiance{ending}": variable(
+            ("waveband", f"zenith{ending}", f"azimuth{ending}"),
+            np.stack(values).reshape(source.n_bands, grid.n_zenith, grid.n_azimuth),
+            f"{text}, component {component.name}",
+            "W m-2 sr-1 nm-1" if is_absolute else "sr-1",
+            component=component.name,
+        )
     }
 
 

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+import os
+from collections.abc import Sequence
 from dataclasses import InitVar, dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,6 +16,9 @@ from aomc_sky.directions import in_both_units, settle_angles
 from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
+from aomc_sky.progress import is_free, patience
+from aomc_sky.skies.atmosphere.description.medium import read_medium, warn_of_others, warn_of_outside
+from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.sky.solve import relative_errors, solve_sky
@@ -92,20 +98,54 @@ class AtmosphereSky(Share):
         settle_angles(self, default=0.0, sun_azimuth_deg=sun_azimuth_rad)
         if not np.isfinite(self.sun_azimuth_deg):
             raise SceneError(f"the sun's azimuth must be finite, got {self.sun_azimuth_deg}")
-        solved = solve_sky(
-            self.medium,
-            sun_zenith_rad=math.radians(self.sun_zenith_deg),
-            method=self.method,
-            n_orders=self.n_orders,
-            moon=self.moon,
-            ground_radiance=self.ground_radiance,
-            n_paths=self.n_paths,
-        )
         tolerance = _TOLERANCE if self.sun_zenith_deg <= 90.0 else _TOLERANCE_TWILIGHT
-        mean, change = patch_means(solved, self.grid, math.radians(self.sun_azimuth_deg), tolerance=tolerance)
+        with patience("solving the atmosphere", enabled=is_free()):
+            solved = solve_sky(
+                self.medium,
+                sun_zenith_rad=math.radians(self.sun_zenith_deg),
+                method=self.method,
+                n_orders=self.n_orders,
+                moon=self.moon,
+                ground_radiance=self.ground_radiance,
+                n_paths=self.n_paths,
+            )
+            mean, change = patch_means(solved, self.grid, math.radians(self.sun_azimuth_deg), tolerance=tolerance)
         mean.flags.writeable = False
         for name, value in (("solved", solved), ("patch_mean", mean), ("patch_change", change)):
             object.__setattr__(self, name, value)
+
+    @classmethod
+    def from_file(
+        cls,
+        path: str | os.PathLike[str],
+        *,
+        wavelength_nm: ArrayLike,
+        allow_paths: Sequence[str | os.PathLike[str]] = (),
+        **options: Any,
+    ) -> AtmosphereSky:
+        """The sky of an atmosphere description.
+
+        Parameters
+        ----------
+        path : str or path
+            The description, a .atmo file.
+        wavelength_nm : array_like, shape (n_wl,)
+            Wavelengths to solve; each takes the nearest one of the description. [nm]
+        allow_paths : sequence of str or path
+            Folders below which tables of the description may lie, besides its own.
+        options
+            The other arguments of `AtmosphereSky`: `sun_zenith_deg` and so on.
+
+        Raises
+        ------
+        InputFileError
+            Everything that is wrong with the description and its files.
+        """
+        description = read_atmo(os.fspath(path), allow_paths=[os.fspath(one) for one in allow_paths])
+        medium, _ = read_medium(description, wavelength_nm)
+        warn_of_outside(description, wavelength_nm)
+        warn_of_others(os.fspath(path), wavelength_nm, medium.wavelength_nm)
+        return cls(medium=medium, **options)
 
     @property
     def n_listed(self) -> int:
@@ -144,20 +184,7 @@ class AtmosphereSky(Share):
         return self.solved.direct_irradiance
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
-        """Radiance of the sky without the direct beam, of the nearest wavelength that is solved.
-
-        Parameters
-        ----------
-        sky_zenith_rad, sky_azimuth_rad : array_like
-            Sky direction. [rad, 0 to pi/2 and any turn]
-        wavelength_nm : array_like
-            Wavelength. [nm]
-
-        Returns
-        -------
-        ndarray, float64
-            Broadcast of the arguments. [W m-2 sr-1 nm-1]
-        """
+        """Radiance of the sky without the direct beam, of the nearest wavelength that is solved. [W m-2 sr-1 nm-1]"""
         zenith, azimuth, wavelength = np.broadcast_arrays(
             np.asarray(sky_zenith_rad, dtype=np.float64),
             np.asarray(sky_azimuth_rad, dtype=np.float64) - math.radians(self.sun_azimuth_deg),
@@ -171,17 +198,9 @@ class AtmosphereSky(Share):
         return radiance.reshape(zenith.shape)
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
-        """One component of patches whose masses are irradiances, a row for each wavelength asked for.
+        """One component of patches whose masses are irradiances; a wavelength gets the nearest one that is solved.
 
-        Parameters
-        ----------
-        wavelength_nm : array_like, shape (n_wl,)
-            Wavelengths; each gets the nearest one that is solved. [nm]
-
-        Returns
-        -------
-        tuple of one Component
-            Law CELL_MU2, strength in W m-2 nm-1. The irradiance of the photons is that of the patches exactly.
+        Law CELL_MU2, strength in W m-2 nm-1. The irradiance of the photons is that of the patches exactly.
         """
         rows = nearest_wavelength_index(np.atleast_1d(wavelength_nm), self.medium.wavelength_nm)
         mass = self.patch_mean.sum(axis=1)[rows] * self.grid.projected_solid_angle_sr
@@ -197,17 +216,9 @@ class AtmosphereSky(Share):
         return with_share(self, (component,))
 
     def beam(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
-        """The direct beam at the wavelengths asked for, in W m-2 nm-1; nothing where the sun is down.
+        """The direct beam in W m-2 nm-1 at the nearest wavelengths that are solved; nothing where the sun is down.
 
-        Parameters
-        ----------
-        wavelength_nm : array_like, shape (n_wl,)
-            Wavelengths; each gets the nearest one that is solved. [nm]
-
-        Returns
-        -------
-        tuple of Component
-            A disc of uniform radiance with the radius of the medium's sun, or one direction where that is 0.
+        A disc of uniform radiance with the radius of the medium's sun, or one direction where that is 0.
         """
         rows = nearest_wavelength_index(np.atleast_1d(wavelength_nm), self.medium.wavelength_nm)
         strength = self.direct_irradiance[rows]

@@ -7,13 +7,14 @@ azimuth psi in the stretched plane, counted from where the horizon is farthest o
     ggx       R = sqrt(a), Z = sqrt(b)
     beckmann  R = sqrt(-log b), Z = 1
 
-and the direction is M (R cos psi, R sin psi, Z), normalised. The last row of M is (k, 0, n_z), so the cosine of the
-zenith angle is (n_z Z + k R cos psi) / sqrt(Z^2 + R^2 r^2), r(psi) being the stretch in that direction.
+and the light comes from M (R cos psi, R sin psi, Z), normalised; the photon travels the opposite way. The last row of M
+is (k, 0, n_z), so the cosine of the zenith angle is (n_z Z + k R cos psi) / sqrt(Z^2 + R^2 r^2), r(psi) being the
+stretch in that direction.
 
-A photon falls into a bin of the envelope, is uniform in it, and stays with the probability cosine / bound; one that
-does not stay falls anew, into any bin. So the emitted law is lobe times cosine whatever the bins are: they only settle
-how often photons fall. Cells of the plane (b, psi) are halved where the bound wastes most, then each gets as many bins
-of equal size as its part of the envelope asks for.
+A photon falls into a bin of the envelope, is uniform in it (trial 0 by rank: in the cell of its bin, which comes to the
+same), and stays with the probability cosine / bound; one that does not stay falls anew, into any bin. So the emitted
+law is lobe times cosine whatever the bins are: they only settle how often photons fall. Cells of the plane (b, psi) are
+halved where the bound wastes most, then each gets as many bins of equal size as its part of the envelope asks for.
 """
 
 from __future__ import annotations

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
 from aomc_sky.component import CellLaw, Component
 from aomc_sky.skies.lobes.envelope import lobe_of
+from aomc_sky.skies.lobes.horizon import mass_above_horizon
+from aomc_sky.skies.lobes.lobe import quaternion_of
 from aomc_sky.skies.lobes.patches import TiltedLobe, patch_shares
 from aomc_sky.skies.lobes.tables import LobeTables
 
@@ -33,6 +37,39 @@ def _axis_deg(component: Component) -> tuple[float, float, float]:
     return zenith, azimuth, 2.0 * math.degrees(half)
 
 
+def _radiance(component: Component) -> Callable[[float, np.ndarray, np.ndarray], np.ndarray]:
+    kind, first, second, rotation = lobe_of(component)
+    per_irradiance = 1.0 / float(
+        mass_above_horizon(kind, first, second, quaternion_of(rotation), weighting="projected")
+    )
+    return partial(_radiance_at, kind, first, second, tuple(map(tuple, rotation.T.tolist())), per_irradiance)
+
+
+def _radiance_at(
+    kind: str,
+    first: float,
+    second: float,
+    rotation: tuple[tuple[float, ...], ...],
+    per_irradiance: float,
+    irradiance: float,
+    zenith: np.ndarray,
+    azimuth: np.ndarray,
+) -> np.ndarray:
+    """The density of `lobe.pdf` without its looks at the input; `rotation` has the local axes as rows."""
+    sine = np.sin(zenith)
+    world = (sine * np.cos(azimuth), sine * np.sin(azimuth), np.cos(zenith))
+    (a, b, c), (d, e, f), axis = rotation
+    if kind == "hg":
+        one_minus_mu = sum((w - v) ** 2 for w, v in zip(world, axis, strict=True)) / 2.0
+        density = (1.0 - first * first) / (4.0 * math.pi * ((1.0 - first) ** 2 + 2.0 * first * one_minus_mu) ** 1.5)
+        return np.asarray(density * (irradiance * per_irradiance))
+    x, y = world[0] * a + world[1] * b + world[2] * c, world[0] * d + world[1] * e + world[2] * f
+    z = np.maximum(sum(w * v for w, v in zip(world, axis, strict=True)), 1e-9)  # 0 and below: nothing comes from there
+    square = (x / first) ** 2 + (y / second) ** 2
+    density = z / (square + z * z) ** 2 if kind == "ggx" else np.exp(-square / (z * z)) / z**3
+    return np.asarray(np.where(z > 1e-9, density, 0.0) * (irradiance * per_irradiance / (math.pi * first * second)))
+
+
 def _refused(cell: np.ndarray, bounds: np.ndarray | None) -> tuple[str, str, str] | None:
     assert bounds is not None  # `tables` says so
     if len(cell) != 1:
@@ -47,6 +84,7 @@ LOBE = CellLaw(
     moments=lambda component: (component.cell[:, 0], component.cell[:, 2]),
     reaches_horizon=lambda cell: np.ones(len(cell), dtype=bool),
     shares=patch_shares,
+    radiance=_radiance,
     width_rad=_width_rad,
     axis_deg=_axis_deg,
     leave_out="leave [[background]] out of sky.toml: the AOMC program knows no lobes",

@@ -133,23 +133,10 @@ class LobeSky(Share):
         return total
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
-        """Components with the exact flux law, in absolute units.
+        """Components with the exact flux law, in absolute units, a row for each wavelength.
 
-        Parameters
-        ----------
-        wavelength_nm : array_like, shape (n_wl,)
-            Wavelengths, a row each. [nm]
-
-        Returns
-        -------
-        tuple of Component
-            One for each lobe of which light reaches a horizontal plane, called as the lobe; letters that a table
-            or netCDF cannot hold are replaced.
-
-        Raises
-        ------
-        SceneError
-            A wavelength is outside the spectra.
+        One for each lobe of which light reaches a horizontal plane, called as the lobe; letters that a table or netCDF
+        cannot hold are replaced. SceneError: a wavelength is outside the spectra.
         """
         if not self.lobes:
             return ()
@@ -165,24 +152,9 @@ class LobeSky(Share):
         return with_share(self, components)
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
-        """Radiance of the sky: the sum over the lobes of irradiance times density.
+        """Radiance of the sky: the sum over the lobes of irradiance times density. [W m-2 sr-1 nm-1]
 
-        Parameters
-        ----------
-        sky_zenith_rad, sky_azimuth_rad : array_like
-            Sky directions: 0 overhead, azimuth from +x (east) towards +y (north). [rad]
-        wavelength_nm : array_like
-            Wavelengths, broadcast with the angles. [nm]
-
-        Returns
-        -------
-        ndarray, float64
-            [W m-2 sr-1 nm-1]
-
-        Raises
-        ------
-        SceneError
-            A wavelength is outside the spectra.
+        SceneError: a wavelength is outside the spectra.
         """
         zenith, azimuth = np.broadcast_arrays(sky_zenith_rad, sky_azimuth_rad)
         sine = np.sin(zenith)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from aomc_sky.component import CellLaw, Component, Law
+from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.constants import TILT_STEP
 from aomc_sky.skies.perez.patches import patch_integrals, patch_moments
 
@@ -24,6 +27,22 @@ def _moments(component: Component) -> tuple[np.ndarray, np.ndarray]:
     assert grid is not None
     mean, inverse = patch_moments(grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0, _numbers(component))
     return mean.ravel(), inverse.ravel()
+
+
+def _radiance(component: Component) -> Callable[[float, np.ndarray, np.ndarray], np.ndarray]:
+    numbers, grid = _numbers(component), PatchGrid.regular(6, 12)
+    integral = patch_integrals(grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0, numbers).sum()
+    return partial(_radiance_at, (*numbers.tolist(), float(integral)))
+
+
+def _radiance_at(numbers: tuple[float, ...], irradiance: float, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
+    """Radiance of max(f, 0); gamma comes from the chord to the sun, right to the last bits beside it."""
+    a, b, c, d, e, _, _, _, x, y, z, integral = numbers
+    sine, mu = np.sin(zenith), np.cos(zenith)
+    chord2 = (sine * np.cos(azimuth) - x) ** 2 + (sine * np.sin(azimuth) - y) ** 2 + (mu - z) ** 2
+    gamma = 2.0 * np.arcsin(np.minimum(np.sqrt(chord2) / 2.0, 1.0))
+    f = (1.0 + a * np.exp(b / np.maximum(mu, 1e-300))) * (1.0 + c * np.exp(d * gamma) + e * (1.0 - chord2 / 2.0) ** 2)
+    return np.asarray(np.maximum(f, 0.0) * (irradiance / integral))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -63,6 +82,7 @@ PEREZ = CellLaw(
     moments=_moments,
     coordinate=lambda zenith_deg: zenith_deg,
     flux=lambda component, zenith, azimuth: patch_integrals(zenith / 90.0, azimuth / 90.0, _numbers(component)),
+    radiance=_radiance,
     sun_deg=lambda component: 90.0 * _numbers(component)[5:7],
     needs_patches=True,
     instead="within='uniform'",

@@ -267,17 +267,7 @@ class PerezSky(Share):
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
         """Radiance of a sky element, the same at all wavelengths; 0 below the horizon.
 
-        Parameters
-        ----------
-        sky_zenith_rad, sky_azimuth_rad : array_like
-            Sky direction. [rad]
-        wavelength_nm : array_like
-            Any wavelength; it takes part in the broadcast alone. [nm]
-
-        Returns
-        -------
-        ndarray, float64
-            [W m-2 sr-1 where dhi is known, so that the sky's irradiance is dhi; else relative, f itself]
+        In W m-2 sr-1 where dhi is known, so that the sky's irradiance is dhi; else relative, f itself.
         """
         zenith = np.asarray(sky_zenith_rad, dtype=np.float64)
         azimuth = np.asarray(sky_azimuth_rad, dtype=np.float64) - self.sun_azimuth_rad
@@ -321,18 +311,7 @@ class PerezSky(Share):
         return mass / (total if _is_whole_sky(grid) else self.relative_integral)
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
-        """One component named "perez", one row of masses for all wavelengths; none where dhi is 0.
-
-        Parameters
-        ----------
-        wavelength_nm : array_like, shape (n_wl,)
-            Wavelengths. [nm]
-
-        Returns
-        -------
-        tuple of Component
-            Strength 1 at every wavelength.
-        """
+        """One component named "perez", one row of masses for all wavelengths, of strength 1; none where dhi is 0."""
         if self.is_dark:
             return ()
         grid = self.patches

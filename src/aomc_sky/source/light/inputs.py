@@ -277,10 +277,28 @@ def sky_inputs(config: AmcConfig, toml: SkyToml, given: GivenInputs) -> SkyInput
             f"zenith_deg: {sun.zenith_deg:g} ({sun.origin}) is outside the range 0 to below 90; a sun that has set "
             "needs [atmosphere]"
         )
+    if perez is not None:
+        refuse_kilowatts(perez, sun)
     sun = replace(sun, extraterrestrial_normal=choices.get("extraterrestrial_normal", sun.extraterrestrial_normal))
     spectrum = given.perez.spectrum or toml.perez.spectrum
     notes = () if weather is None else _replaced(config, toml, weather)
     return SkyInputs(sun=sun, perez=perez, model=choices, spectrum=spectrum, is_of_file=of_file, notes=notes)
+
+
+_KILOWATTS = 2.0
+"""The irradiance of a horizontal plane below which a value is in kW m-2 rather than in W m-2. [W m-2]"""
+_HIGH_SUN_DEG = 80.0
+
+
+def refuse_kilowatts(inputs: PerezInputs, sun: Sun) -> None:
+    """Raise where the sun is high and all irradiances are those of a moonlit night, or of a table in kW m-2."""
+    section = inputs.section
+    values = [v for v in (section.ghi, section.dni, section.dhi) if v is not None]
+    if values and 0 < max(values) < _KILOWATTS and sun.zenith_deg < _HIGH_SUN_DEG:
+        raise SceneError(
+            f"{inputs}: that is no daylight with the sun at a zenith angle of {sun.zenith_deg:.3g} degrees; "
+            f"irradiances are in W m-2: write {1000 * max(values):g} for {max(values):g} kW m-2"
+        )
 
 
 def _replaced(config: AmcConfig, toml: SkyToml, weather: Weather) -> tuple[str, ...]:

@@ -86,11 +86,17 @@ def not_a_scene(amc: Path) -> InputFileError | None:
     beside = path.with_name("amc.inp")
     if beside.is_file() and not os.path.lexists(path):
         return refuse(path, f"there is no such file; did you mean {beside}?")
+    if not os.path.lexists(path) and kind is not Kind.SCENE:
+        what = "file" if path.suffix else "file or folder"
+        return refuse(path, f"there is no such {what}", advice="name amc.inp or the folder that holds it")
     if kind in (None, Kind.SCENE) or not path.is_file():
         return None
     if kind is Kind.MEASURED:
         return refuse(path, f"this is {kind.value}; amc.inp belongs here", advice="read it by sky.read_radiance_csv")
     advice = f"write {beside}" if beside.is_file() else "name amc.inp, which says how the files beside it are used"
+    if kind is Kind.ATMOSPHERE:
+        advice = f"`aomc-sky atmosphere {path} --out sky.nc` solves it; for photons name amc.inp, with"
+        advice += f' [atmosphere] and file = "{path.name}" in sky.toml beside it'
     if kind_of(path.parent) is Kind.RUN:
         advice = f"`aomc-sky info {path.parent}` shows the run that it is of"
     return refuse(path, f"this is {kind.value}; amc.inp belongs here", advice=advice)

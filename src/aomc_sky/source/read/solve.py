@@ -13,11 +13,13 @@ from numpy.typing import ArrayLike
 from aomc_sky.directions import given_angle
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.sky_toml.keys import PREFIX, MoonDirection, moon_direction
+from aomc_sky.progress import is_free, patience
 from aomc_sky.skies.atmosphere.description.medium import (
     MediumReport,
     glow_of_luminance,
     moon_of_direction,
     read_medium,
+    warn_of_others,
     warn_of_outside,
 )
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
@@ -61,8 +63,8 @@ def solve_atmosphere(
     path : str or path
         The description, a .atmo file.
     wavelength_nm : array_like, shape (n_wl,)
-        Wavelengths; each gets the nearest one of the description, which `result.wavelength_nm` says; one more than
-        20 nm beyond them all is warned of. [nm]
+        Wavelengths; each gets the nearest one of the description, which `result.wavelength_nm` says; an `InputWarning`
+        where that is more than 1 nm away. [nm]
     sun_zenith_deg, or sun_zenith_rad : float
         Zenith angle of the sun. [deg, 0 to 108]
     sky_zenith_deg, or sky_zenith_rad : array_like, shape (n_zenith,)
@@ -111,18 +113,20 @@ def solve_atmosphere(
     zenith_deg = given_angle("sky_zenith_deg", sky_zenith_deg, sky_zenith_rad)
     azimuth_deg = given_angle("azimuth_from_sun_deg", azimuth_from_sun_deg, azimuth_from_sun_rad)
     medium, report, rows, sun = read_for_sun(path, wavelength_nm, sun_deg, allow_paths)
-    result = solve(
-        medium,
-        sun_zenith_rad=sun,
-        sky_zenith_rad=np.deg2rad(_numbers(zenith_deg, "zenith angles of directions")),
-        azimuth_from_sun_rad=np.deg2rad(_numbers(azimuth_deg, "azimuths of directions")),
-        method=method,
-        n_orders=orders,
-        n_paths=paths,
-        dropped=report.dropped,
-        moon=moon_of_direction(direction_of_moon(moon), medium, report, float(np.rad2deg(sun)), 0.0),
-        ground_radiance=glow_of_luminance(ground_luminance_cd_m2, report, os.fspath(path)),
-    )
+    warn_of_others(os.fspath(path), wavelength_nm, medium.wavelength_nm)
+    with patience("solving the atmosphere", enabled=is_free()):
+        result = solve(
+            medium,
+            sun_zenith_rad=sun,
+            sky_zenith_rad=np.deg2rad(_numbers(zenith_deg, "zenith angles of directions")),
+            azimuth_from_sun_rad=np.deg2rad(_numbers(azimuth_deg, "azimuths of directions")),
+            method=method,
+            n_orders=orders,
+            n_paths=paths,
+            dropped=report.dropped,
+            moon=moon_of_direction(direction_of_moon(moon), medium, report, float(np.rad2deg(sun)), 0.0),
+            ground_radiance=glow_of_luminance(ground_luminance_cd_m2, report, os.fspath(path)),
+        )
     return dataclasses.replace(result, **{name: getattr(result, name)[rows] for name in _PER_WAVELENGTH})
 
 

@@ -184,6 +184,9 @@ def _notes(table: SkyTable, sky: TabulatedSky) -> list[str]:
     return notes
 
 
+READING = "skydist.inp read with"
+"""How the note of `reading_note` begins, which `run` prints after its table."""
+
 # how the AOMC program would read the file, in the numbers of the run's table: mean cosine and Ed/Eo
 
 
@@ -201,9 +204,7 @@ def reading_note(
 
     `component` holds the sky as it was read, `rows` its row for each waveband.
     """
-    read = (
-        f"skydist.inp read with {sky.weighting.value} values {'at whole degrees' if is_on_degrees else 'in equal bins'}"
-    )
+    read = f"{READING} {sky.weighting.value} values {'at whole degrees' if is_on_degrees else 'in equal bins'}"
     program = "the AOMC program reads radiances at whole degrees"
     lit = np.argwhere(table.radiance[:, _HORIZON:] > 0)
     if lit.size:

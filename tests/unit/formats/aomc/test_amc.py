@@ -116,3 +116,10 @@ def test_no_permission_is_an_input_output_error(tmp_path: Path) -> None:
     path.chmod(0)
     with pytest.raises(OutputError, match="ermission"):
         read_amc(path)
+
+
+def test_a_mistyped_label_is_no_displaced_line(tmp_path: Path) -> None:
+    text = (DATA / "amc/good/thirty_lines.inp").read_text()
+    assert text.count("\n4)") == 1
+    (tmp_path / "amc.inp").write_text(text.replace("\n4)", "\n5)"))
+    assert read_amc(tmp_path / "amc.inp") == read_amc(DATA / "amc/good/thirty_lines.inp")

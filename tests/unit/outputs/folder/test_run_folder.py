@@ -42,7 +42,7 @@ def test_a_claim_writes_the_plan_once(folder):
     assert names(folder) == {"plan.npz"}
 
 
-def test_another_run_is_replaced_by_force_alone(folder):
+def test_another_run_is_replaced_by_force_alone(folder, monkeypatch):
     claim(folder, 1)
     own = {"photons-0001.npy", "photons-0002.npy.part", "blocks-0001.npy", "shard-1-of-2.done", "manifest.json"}
     for name in {*own, "notes.txt"}:
@@ -50,7 +50,10 @@ def test_another_run_is_replaced_by_force_alone(folder):
     with pytest.raises(ForeignOutputError, match="another run"):
         claim(folder, 2)
     assert names(folder) == {"plan.npz", "notes.txt", *own}
+    removed, remove = [], RunFolder.remove
+    monkeypatch.setattr(RunFolder, "remove", lambda self, name: (removed.append(name), remove(self, name)))
     claim(folder, 2, force=True)
+    assert (removed[0], removed[-1]) == ("manifest.json", "plan.npz")  # a killed one leaves a run that is not finished
     assert names(folder) == {"plan.npz", "notes.txt"}
     assert Plan.load(folder.path / "plan.npz").sha256 == plan_of(2).sha256
 

@@ -37,7 +37,7 @@ def test_strengths_are_the_irradiances_of_the_solution(amc: Path) -> None:
     np.testing.assert_array_equal(scene.sky_wavelength_nm, [410, 500, 590, 680])
     found = sky.solve_atmosphere(
         amc.parent / "clear.atmo",
-        wavelength_nm=scene.wavebands.wavelength_nm,
+        wavelength_nm=scene.sky_wavelength_nm,
         sun_zenith_deg=SUN_DEG,
         sky_zenith_deg=0,
         azimuth_from_sun_deg=0,

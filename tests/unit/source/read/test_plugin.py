@@ -187,7 +187,7 @@ def test_an_unknown_name_gets_the_nearest_and_all_there_are(install):
         sky.read_scene(SCENE, sky="drak")
     message = (
         'there is no sky model \'drak\'; the nearest is dark; write "perez", "uniform", "none", "cardioidal", '
-        '"harrison-coombes", "overcast" or "dark"'
+        '"cie", "harrison-coombes", "overcast" or "dark"'
     )
     assert message in str(caught.value)
 
@@ -235,6 +235,7 @@ def test_options_without_a_model_of_others(capsys):
         main(["run", str(SCENE), "--sky-option", "type"])
     assert "expected KEY=VALUE" in capsys.readouterr().err
     assert main(["run", str(SCENE), "--sky", "uniform", "--sky-option", "a=1", "--sky-option", "a=2"]) == 2
+    assert "--sky-option a is given twice" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

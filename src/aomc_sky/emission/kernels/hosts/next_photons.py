@@ -1,4 +1,4 @@
-"""The C function that delivers a range of photons of a band: `emit` behind an address, for C, Fortran and `fill`."""
+"""The C functions that deliver photons of a band and their numbers: kernels behind an address, for C and Fortran."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numba.core.types import ExternalFunctionPointer
 
 from aomc_sky.emission.kernels.emit import emit, emit_runs, emit_with
 from aomc_sky.emission.kernels.hooks import with_hooks
+from aomc_sky.emission.kernels.numbers import numbers_of_photons
 from aomc_sky.kernels.arguments import Block, block_arguments, block_head, is_null
 from aomc_sky.kernels.arithmetic.constants import U64
 from aomc_sky.kernels.jit import c_function, inner
@@ -47,7 +48,7 @@ def _next(block, start, n, ux, uy, uz):
         return count
     x, y, z = carray(ux, count), carray(uy, count), carray(uz, count)
     cell = np.empty(min(count, _CHUNK), np.int32)
-    arguments = block_arguments(block)
+    arguments = block_arguments(block)[1]
     memory = np.zeros(arguments[0], np.uint64)
     for lo in range(0, count, _CHUNK):
         hi = min(lo + _CHUNK, count)
@@ -63,7 +64,7 @@ def _next_of_runs(block, start, n, ux, uy, uz):
     cell = np.empty(min(count, _CHUNK), np.int32)
     for lo in range(0, count, _CHUNK):
         hi = min(lo + _CHUNK, count)
-        emit_runs(U64(start + lo), x[lo:hi], y[lo:hi], z[lo:hi], cell[: hi - lo], *block_arguments(block))
+        emit_runs(U64(start + lo), x[lo:hi], y[lo:hi], z[lo:hi], cell[: hi - lo], *block_arguments(block)[1])
     return count
 
 
@@ -71,7 +72,19 @@ def _next_of_none(block, start, n, ux, uy, uz):
     return _photons_due(block, start, n, ux, uy, uz)
 
 
-_NEXT_OF = {"": _next_of_none, "emit": _next, "emit_runs": _next_of_runs}
+def _numbers(block, start, n, n1, n2, n3):
+    count = _photons_due(block, start, n, block, block, block)
+    if count <= 0:
+        return count
+    if is_null(n1) and is_null(n2) and is_null(n3):
+        return NO_ARRAY
+    first, second = carray(n1, 0 if is_null(n1) else count), carray(n2, 0 if is_null(n2) else count)
+    third = carray(n3, 0 if is_null(n3) else count)
+    numbers_of_photons(U64(start), first, second, third, *block_arguments(block)[0])
+    return count
+
+
+_NEXT_OF = {"": _next_of_none, "emit": _next, "emit_runs": _next_of_runs, "numbers": _numbers}
 
 
 def next_signature(kinds: Any, precision: np.dtype) -> Any:
@@ -80,10 +93,16 @@ def next_signature(kinds: Any, precision: np.dtype) -> Any:
     return types.int64(Block(kinds), types.int64, types.int64, pointer, pointer, pointer)
 
 
+def numbers_signature(kinds: Any, precision: np.dtype) -> Any:
+    """The same of the function of the numbers, which reads the first arguments of a block of these types."""
+    return next_signature(types.Tuple((kinds[0],)), precision)
+
+
 def compile_next(kernel: str, hooks: tuple[str, ...], signature: Any) -> Any:
     """Return the C function `next(block, start, n, ux, uy, uz)` over a kernel of the emission; "" has no photons.
 
-    The arguments in the block are the bound ones of the kernel; those of `emit` stand behind the words of its memory.
+    A block holds the bound arguments of `numbers_of_photons` and those of the kernel; those of `emit` stand behind the
+    words of its memory. The kernel "numbers" reads the first ones alone: it is one function for the blocks of all.
     """
     return c_function(with_hooks(_NEXT_OF[kernel], hooks, emit=emit_with(*hooks)), signature)
 

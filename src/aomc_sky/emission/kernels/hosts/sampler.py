@@ -11,6 +11,7 @@ from numba.extending import overload
 
 from aomc_sky.emission.kernels.emit import direction_of
 from aomc_sky.emission.kernels.hooks import with_hooks
+from aomc_sky.emission.kernels.numbers import numbers_of_photons, three_numbers
 from aomc_sky.kernels.arguments import block_arguments
 from aomc_sky.kernels.arithmetic.constants import U64, ZERO
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned, sincos_turned_any, sincos_turned_narrow, unit
@@ -112,42 +113,68 @@ def _compiled_index(i):
     return lambda i: U64(i)  # noqa: PLW0108  numba wants a function
 
 
-def make_sample(hooks: tuple[str, ...], block: Any, n: int) -> Any:
-    """Return the jitted `sample(i)` of a band with n photons; `block` gives the arguments of `photon_at`."""
+def make_sample(hooks: tuple[str, ...], block: Any, n: int, n_numbers: int = 0) -> Any:
+    """Return the jitted `sample(i)` of a band with n photons.
+
+    `block` gives the arguments of `three_numbers` after the index, of which there are none without numbers, and those
+    of `photon_at`.
+    """
     photon, end = photon_at_with(*hooks), np.uint64(n)
+    if n_numbers:
+
+        @shared_inlined
+        def sample_with_numbers(i):
+            if _index(i) >= end:
+                raise IndexError("photon index outside the band")
+            of_numbers, of_photon = block_arguments(block())
+            return photon(_index(i), *of_photon) + three_numbers(_index(i), *of_numbers)[:n_numbers]
+
+        return sample_with_numbers
 
     @shared_inlined
     def sample(i):
         if _index(i) >= end:
             raise IndexError("photon index outside the band")
-        return photon(_index(i), *block_arguments(block()))
+        return photon(_index(i), *block_arguments(block())[1])
 
     return sample
 
 
-def make_fill(next_photons: Any, block: Any, precision: np.dtype) -> Any:
+def make_fill(next_photons: Any, block: Any, precision: np.dtype, n_numbers: int = 0) -> Any:
     """Return the jitted `fill(start, out)` of a band; `next_photons` is the C function for its block."""
+    rows = 3 + n_numbers
+    refusal = f"out must have the shape ({rows}, n)"
 
     @shared
     def fill(start, out):
         if start < 0:
             raise IndexError("the first photon has index 0")
-        if out.shape[0] != 3:
-            raise ValueError("out must have the shape (3, n)")
+        if out.shape[0] != rows:
+            raise ValueError(refusal)
         return next_photons(block(), start, out.shape[1], out[0].ctypes, out[1].ctypes, out[2].ctypes)
 
-    fill.compile((types.int64, types.Array(from_dtype(precision), 2, "C")))
-    fill.disable_compile()  # the tables are read in this precision alone
-    return fill
+    @shared
+    def fill_with_numbers(start, out):
+        n = fill(start, out)
+        if n > 0:
+            first, second, third = out[3], out[min(4, rows - 1)], out[rows - 1]
+            second, third = second[: n if rows > 4 else 0], third[: n if rows > 5 else 0]
+            numbers_of_photons(U64(start), first[:n], second, third, *block_arguments(block())[0])
+        return n
+
+    chosen = fill_with_numbers if n_numbers else fill
+    chosen.compile((types.int64, types.Array(from_dtype(precision), 2, "C")))
+    chosen.disable_compile()  # the tables are read in this precision alone
+    return chosen
 
 
-def make_empty(zero: Any) -> Any:
-    """Return `sample` of a band without photons; `zero` has the wanted precision."""
+def make_empty(zeros: tuple[Any, ...]) -> Any:
+    """Return `sample` of a band without photons; `zeros` have the wanted precision."""
 
     @shared
     def sample(i):
         if _index(i) >= ZERO:
             raise IndexError("photon index outside the band")
-        return zero, zero, zero
+        return zeros
 
     return sample

@@ -32,6 +32,7 @@ from aomc_sky.wavebands import nearest_wavelength_index
 NEGLIGIBLE_SHARE = 1e-6
 _NORM_LIMIT = 0.01
 _FAR_NM = 20.0
+_NEAR_NM = 1.0
 _SAME_PHASE = 1e-6
 
 T = TypeVar("T")
@@ -129,6 +130,21 @@ def warn_of_outside(description: AtmosphereDescription, wavelength_nm: ArrayLike
         if not known[0] - _FAR_NM <= requested <= known[-1] + _FAR_NM:
             text = f"{requested:g} nm lies outside the wavelengths {known[0]:g} to {known[-1]:g} nm of the description"
             warnings.warn(f"{description.path}: {text}; {found:g} nm is used", InputWarning, stacklevel=2)
+
+
+def warn_of_others(path: str, wavelength_nm: ArrayLike, known_nm: np.ndarray) -> None:
+    """Warn of wavelengths that get those of a description more than 1 nm and up to 20 nm away. [nm]"""
+    requested = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+    found = known_nm[nearest_wavelength_index(requested, known_nm)]
+    distance = np.abs(found - requested)
+    is_other = (distance > _NEAR_NM) & (
+        (distance <= _FAR_NM) | ((requested > known_nm[0]) & (requested < known_nm[-1]))
+    )
+    if is_other.any():
+        pairs = ", ".join(f"{a:g} for {b:g}" for a, b in zip(found[is_other], requested[is_other], strict=True))
+        warnings.warn(
+            f"{path}: its wavelength nearest to the one asked for is used: {pairs} nm", InputWarning, stacklevel=3
+        )
 
 
 def _wavelength_index(description: AtmosphereDescription, wavelength_nm: ArrayLike | None) -> np.ndarray:

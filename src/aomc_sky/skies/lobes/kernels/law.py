@@ -9,11 +9,11 @@ In a later trial a photon has two words of Philox (placement key; rank, band, tr
 place: of the first m bits the bin and what is left the place in b, of the second the place in psi. The lower 22 bits of
 both are the number that decides.
 
-Where places follow from ranks, trial 0 takes no bin from a word: R2 fills the whole square evenly, but no strip of it
-that is narrower than its points stand apart, and such strips the bins would be. Bins are patches of equal mass instead.
-The n photons of a lobe are shared out over them as those of a band over its cells, floor(n b / 2^m + offset) before bin
-b, with one offset per seed, band and lobe (`bin_of_rank`); and since the bins of a cell stand side by side, each with
-the same probability, the two fractions are the place in the whole cell of that bin.
+With placement r2, trial 0 does not cut the bin out of the R2 number: bins would be strips narrower than the distance of
+its points, and filled unevenly. The bin comes from the rank instead. The n photons of a lobe are shared out over them
+as those of a band over its cells, floor(n b / 2^m + offset) before bin b, with one offset per seed, band and lobe
+(`bin_of_rank`); and since the bins of a cell stand side by side, each with the same probability, the two fractions are
+the place in the whole cell of that bin.
 
 Tables: `ranges`, for each lobe its first bin, m, its first cell and 0; `bins`, for each bin its cell, counted from the
 first of the lobe, in the upper 16 bits and its number in the cell in the lower ones; `shapes`, for each lobe M row by
@@ -56,7 +56,7 @@ _S12 = np.uint64(12)
 
 @inlined_formula
 def bin_of_rank(rank, before, each, rest, offset, bits, pace, begin):
-    """The bin of trial 0 of a photon: that one whose photons begin at its rank in the lobe or before.
+    """The bin of trial 0 of a photon: the last one whose first photon is not after this one.
 
     A line says the bin or the one below it, whole numbers say which; nothing depends on how the line is rounded.
     """
@@ -170,11 +170,12 @@ def place_lobes(lobe, tables, words, key, rank, band):
 
 
 def lobe_words(rank, lobe, falls, shifts, steps, accept, key, band, jitter):
-    """Bin and the three words of trial 0 of photons of the lobes `lobe`: by rank, or from Philox without a bin.
+    """Bin and three words of trial 0 of photons of the lobes `lobe`: by rank (r2), or with `jitter` (philox) no bin.
 
-    The keys are those of `keys` in the plan. Philox (shift key; 0, 0, band, 0) gives `shifts`, (shift key; 0, 0, band,
-    1) the first and the last of `accept`, between which `ACCEPT_STEP` stands, (shift key; cell of the lobe, 0, band, 2)
-    the offset in `falls`. `key` is the placement key.
+    The keys are those of `keys` in the plan, and Philox gives two words of a key and a counter (x low, x high, band,
+    draw). `shifts` are those of (shift key; 0, 0, band, 0); `accept` is shift, ACCEPT_STEP and the key of the hash, the
+    first and the last from (shift key; 0, 0, band, 1); the offset in `falls` is of (shift key; cell of the lobe, 0,
+    band, 2). `key` is the placement key.
     """
     if jitter:
         return (None, *philox_pair(key, rank, U64(band), U64(0)), philox_pair(key, rank, U64(band), ACCEPT)[0])

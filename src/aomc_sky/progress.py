@@ -34,13 +34,28 @@ def _stream() -> TextIO | None:
     return stream if stream.isatty() or "ipykernel" in sys.modules else None
 
 
+_under_way: list[str] = []
+
+
+def is_free() -> bool:
+    """Whether a function that Python calls may show its progress: no command is under way that does so, or is quiet."""
+    return not _under_way
+
+
 @contextlib.contextmanager
 def _shown(text: str, *, enabled: bool, unit: str = "") -> Iterator[Any]:
     """Give a bar of tqdm that shows a text and its time, once it has taken a second; None where nobody would see it."""
     stream = _stream() if enabled else None
-    if stream is None:
-        yield None
-        return
+    _under_way.append(text)
+    try:
+        with contextlib.nullcontext() if stream is None else _bar(text, unit, stream) as bar:
+            yield bar
+    finally:
+        _under_way.pop()
+
+
+@contextlib.contextmanager
+def _bar(text: str, unit: str, stream: TextIO) -> Iterator[Any]:
     from tqdm.auto import tqdm
 
     width = shutil.get_terminal_size().columns - len("^C") - 1  # what the terminal adds must not break the line

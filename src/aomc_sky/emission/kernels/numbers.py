@@ -1,0 +1,62 @@
+"""Numbers that a photon carries for its host: further coordinates of its low-discrepancy point, from its rank alone."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from aomc_sky.kernels.arithmetic.constants import BLOCK, ONE, TWO, U64, ZERO
+from aomc_sky.kernels.arithmetic.elementary import unit
+from aomc_sky.kernels.arithmetic.rng import philox_pair
+from aomc_sky.kernels.cells.blocks import rank_of_photon, ranks_of_block
+from aomc_sky.kernels.jit import inlined, inner_reader, kernel
+
+
+@inner_reader
+def _by_rank(m, rank, shift, step, out):
+    for j in range(m):
+        out[j] = unit(shift + rank[j] * step, out[j])
+
+
+@inner_reader
+def _by_philox(m, rank, key, band, draw, is_second, out):
+    for j in range(m):
+        first, second = philox_pair(key, rank[j], band, draw)
+        out[j] = unit(second if is_second else first, out[j])
+
+
+@kernel
+def numbers_of_photons(start, first, second, third, n, order_keys, shifts, steps, key, band, jitter):
+    """Write the numbers of the photons from `start` on (uint64) into three arrays; an empty one is left out.
+
+    By rank: `shifts` + rank x `steps`, uint64 (3,) each, as 64-bit fractions. With `jitter` not 0: words of Philox,
+    counter (rank, `band`, 1) for two of them and (rank, `band`, 2) for the third. Others as in `emit`.
+    """
+    rank = np.empty(BLOCK, np.uint64)
+    size = max(first.size, second.size, third.size)
+    for lo in range(0, size, BLOCK):
+        hi = min(lo + BLOCK, size)
+        m = U64(hi - lo)
+        if order_keys.size == 0:
+            for j in range(m):
+                rank[j] = start + U64(lo) + j
+        else:
+            ranks_of_block(start + U64(lo), m, n, order_keys, rank)
+        for c, out in enumerate((first, second, third)):
+            if out.size == 0:
+                continue
+            if jitter == ZERO:
+                _by_rank(m, rank, shifts[c], steps[c], out[lo:hi])
+            else:
+                _by_philox(m, rank, key, band, TWO if c == 2 else ONE, c == 1, out[lo:hi])
+
+
+@inlined
+def three_numbers(i, like, order, shifts, steps, key, band, jitter):
+    """The numbers of photon i; arguments as in `sampler.photon_at`, `like` is any number of the precision."""
+    rank = i if order is None else rank_of_photon(i, order)
+    if jitter is None:
+        a, b, c = shifts[0] + rank * steps[0], shifts[1] + rank * steps[1], shifts[2] + rank * steps[2]
+    else:
+        a, b = philox_pair(key, rank, band, ONE)
+        c, _ = philox_pair(key, rank, band, TWO)
+    return unit(a, like), unit(b, like), unit(c, like)

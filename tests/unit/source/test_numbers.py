@@ -1,0 +1,227 @@
+"""Numbers that photons carry for their hosts: a function of the rank, the same bits in any range, order and host."""
+
+import ctypes
+import itertools
+
+import numba
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.emission.photons import number_columns
+from aomc_sky.errors import UsageError
+from aomc_sky.kernels.arithmetic.constants import NUMBER_STEPS
+from aomc_sky.plan.sampling.streams import philox_pair
+from tests.support.host_programs import REFERENCE, compile_c, include_dir, needs_host, run
+from tests.support.host_scenes import N, directions, source
+from tests.support.shared import INPUTS
+
+JIT = not numba.config.DISABLE_JIT
+needs_jit = pytest.mark.skipif(not JIT, reason="hosts need the compiler")
+WAYS = [
+    ("shuffled", "r2", "float32"),
+    ("patch", "r2", "float64"),
+    ("shuffled", "philox", "float64"),
+    ("patch", "philox", "float32"),
+    ("shuffled", "centre", "float32"),
+]
+
+
+def options(way):
+    return dict(zip(("order", "placement", "precision"), way, strict=True))
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_they_are_the_sequence_of_the_ranks(way):
+    """Against whole numbers of Python; ranks by patch order, which the shuffled photons are matched to."""
+    made = source("table", **options(way))
+    key = [int(k) for k in made.plan.arrays["keys"]]
+    rank = np.arange(N)
+    if way[0] == "shuffled":
+        in_order = source("table", **{**options(way), "order": "patch"}).photons(1, numbers=3)
+        batch = made.photons(1, numbers=3)
+        rows = [np.column_stack([b.patch, b.directions, b.numbers]) for b in (in_order, batch)]
+        assert np.array_equal(*(row[np.lexsort(row.T)] for row in rows))
+        made = source("table", **{**options(way), "order": "patch"})
+    bits = 24 if way[2] == "float32" else 53
+    words = philox_pair(key[1], 0, 1, 3) + philox_pair(key[1], 0, 1, 4)[:1]
+    numbers = made.photons(1, numbers=3).numbers
+    for r in (*rank[:50].tolist(), N - 1):
+        if way[1] == "philox":
+            expected = philox_pair(key[3], r, 1, 1) + philox_pair(key[3], r, 1, 2)[:1]
+        else:
+            expected = [(w + r * int(s)) % 2**64 for w, s in zip(words, NUMBER_STEPS, strict=True)]
+        assert numbers[r].tolist() == [(word >> (64 - bits)) / 2**bits for word in expected]
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("name", ["everything", "narrow cells"])
+def test_photons_are_the_same_for_any_number(name, way):
+    made = source(name, **options(way))
+    plain, most = made.photons(), made.photons(numbers=3)
+    assert plain.numbers is None
+    assert (most.numbers.shape, most.numbers.dtype) == ((N, 3), made.dtype)
+    assert most.numbers.min() >= 0
+    assert most.numbers.max() < 1
+    for k in range(4):
+        batch = made.photons(numbers=k)
+        assert directions(batch).tobytes() == directions(plain).tobytes()
+        assert np.array_equal(batch.patch, plain.patch)
+        assert k == 0 or np.array_equal(batch.numbers, most.numbers[:, :k])
+
+
+def test_the_first_ones_are_pinned():
+    """For ever: whoever changes a step or a shift changes STREAM_VERSION."""
+    made = source("table", order="patch", precision="float64")
+    assert made.photons(0, 0, 2, numbers=3).numbers.tolist() == [
+        [0.9360273168851968, 0.16986640314226653, 0.7690952537388718],
+        [0.355729822580116, 0.5827495518975229, 0.3996998485464395],
+    ]
+
+
+def test_any_range_and_batch():
+    made = source("table")
+    whole = made.photons(1, numbers=2).numbers
+    for start, stop in itertools.pairwise(np.unique(np.random.default_rng(1).integers(0, N, 40)).tolist()):
+        assert np.array_equal(made.photons(1, start, stop, numbers=2).numbers, whole[start:stop])
+    out = made.photons(1, 0, 5000, numbers=2)
+    reused = [batch.numbers.copy() for batch in made.batches(1, 5000, out, numbers=2)]
+    assert np.array_equal(np.concatenate(reused), whole)
+    assert np.array_equal(np.concatenate([b.numbers for b in made.batches(1, 4099, numbers=2)]), whole)
+    assert np.array_equal(made.photons(1, numbers=2)[10:20].numbers, whole[10:20])
+    columns = made.photons(1, numbers=2).to_dict()
+    assert list(columns) == ["ux", "uy", "uz", "patch", "n1", "n2"]
+    assert np.array_equal(columns["n2"], whole[:, 1])
+
+
+def test_replicates_have_their_own():
+    made = source("table", replicates=3)
+    whole = made.photons(0, numbers=1).numbers[:, 0]
+    cut = made.replicate_range(0, 1)[0]
+    assert np.array_equal(made.photons(0, cut - 5, cut + 5, numbers=1).numbers[:, 0], whole[cut - 5 : cut + 5])
+    assert not np.isin(np.sort(whole[:cut])[:100], whole[cut:]).any()
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("start", [0, 2**33 + 17])
+def test_plain_equals_compiled(way, start):
+    made = source("table", 3 * 10**10 if start else N, **options(way))
+    n = 5001 if JIT else 60
+    found = []
+    for fill in (made._emitter.fill_plain, made._emitter.fill_compiled):
+        arrays = {name: np.empty(n, made.dtype) for name in ("ux", "uy", "uz")}
+        numbers = np.empty((3, n), made.dtype).T
+        if start == 0 or fill == made._emitter.fill_compiled:
+            fill(0, start, {**arrays, "patch": np.empty(n, np.int32), "numbers": numbers})
+        else:
+            from aomc_sky.emission.kernels import plain
+
+            plain.numbers(start, numbers, *made._emitter.number_arguments(0))
+        found.append(numbers)
+    assert found[0].tobytes() == found[1].tobytes()
+
+
+def test_wrong_arguments():
+    made = source("table")
+    for wrong in (-1, 4, True, 1.0, "2", None):
+        with pytest.raises(UsageError, match="numbers must be a whole number from 0 to 3"):
+            made.photons(numbers=wrong)
+        with pytest.raises(UsageError, match="numbers must be a whole number from 0 to 3"):
+            next(made.batches(numbers=wrong))
+    two = made.photons(0, 0, 10, numbers=2)
+    for out in (made.photons(0, 0, 10), made.photons(0, 0, 10, numbers=3), made.photons(0, 0, 9, numbers=2)):
+        with pytest.raises(ValueError, match="out"):
+            made.photons(0, 0, 10, out=out, numbers=2)
+    object.__setattr__(two, "numbers", np.ascontiguousarray(two.numbers))
+    with pytest.raises(ValueError, match=r"out\.numbers must be a writable Fortran-ordered float32 array of 2 columns"):
+        made.photons(0, 0, 10, out=two, numbers=2)
+    assert [c.size for c in number_columns(made.photons(0, 0, 10, numbers=2).numbers)] == [10, 10, 0]
+
+
+@needs_jit
+@pytest.mark.parametrize(("way", "k"), [(WAYS[0], 3), (WAYS[3], 1), (WAYS[2], 2)])
+def test_inside_a_loop_of_numba(way, k):
+    made = source("everything", **options(way))
+    sampler = made.numba_sampler(1, numbers=k)
+    sample = sampler.sample
+
+    @numba.njit
+    def loop(out):
+        for i in range(out.shape[1]):
+            photon = sample(i)
+            for c in range(out.shape[0]):
+                out[c, i] = photon[c]
+
+    batch = made.photons(1, numbers=k)
+    expected = np.vstack([directions(batch), batch.numbers.T])
+    out, filled = np.zeros((2, 3 + k, N), made.dtype)
+    loop(out)
+    assert out.tobytes() == expected.tobytes()
+    assert sampler.fill(0, filled) == N
+    assert filled.tobytes() == expected.tobytes()
+    assert sampler.fill(N - 3, filled) == 3
+    assert np.array_equal(filled[:, :3], expected[:, -3:])
+    assert np.array_equal(filled[:, 3:], expected[:, 3:])
+    with pytest.raises(ValueError, match=rf"\({3 + k}, n\)"):
+        sampler.fill(0, np.empty((2, 10), made.dtype))
+    with pytest.raises(IndexError):
+        sample(N)
+
+
+@needs_jit
+def test_a_band_without_photons():
+    sampler = source("table", [0, 5]).numba_sampler(0, numbers=2)
+    with pytest.raises(IndexError):
+        sampler.sample(0)
+    assert sampler.fill(0, np.empty((5, 4), np.float32)) == 0
+
+
+@needs_jit
+@pytest.mark.parametrize("way", [WAYS[0], WAYS[1], WAYS[2]])
+def test_the_c_function(way):
+    made = source("table", [N, 0], **options(way))
+    expected = made.photons(numbers=3).numbers.T
+    kind = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64, *[ctypes.c_void_p] * 3)
+    first, second = made.c_source(0), made.c_source(1)
+    function = kind(first.numbers_address)
+    out = np.full((3, N), made.dtype.type(7))
+    pointers = [row.ctypes.data for row in out]
+    assert function(first.context, 0, N, *pointers) == N
+    assert out.tobytes() == expected.tobytes()
+    out[:] = 7
+    assert function(first.context, N - 10, N, None, pointers[1], None) == 10
+    assert np.array_equal(out[1, :10], expected[1, -10:])
+    assert np.all(out[[0, 2]] == 7)
+    assert np.all(out[1, 10:] == 7)
+    assert (
+        function(first.context, N, 10, *pointers) == kind(second.numbers_address)(second.context, 0, 5, *pointers) == 0
+    )
+    assert [function(*call, *pointers) for call in ((None, 0, 1), (first.context, -1, 1), (first.context, 0, -1))] == [
+        -1,
+        -2,
+        -3,
+    ]
+    assert function(first.context, 0, 10, None, None, None) == -4
+    first.close()
+    assert function(first.context, 0, 10, *pointers) == -1
+
+
+@needs_host
+def test_programs_in_c_and_fortran(tmp_path):
+    """tests/reference/numbers.c and numbers.f90 write n1, n2, n3 of all photons of the first band, threes at a time."""
+    made = sky.read_scene(INPUTS / "clear_day", iterations=2000)
+    compile_c("numbers", tmp_path).replace(tmp_path / "in_c")
+    programs = ["in_c"]
+    if run(["sh", "-c", "command -v gfortran || true"], tmp_path):
+        objects = [str(include_dir() / "aomc_sky.f90"), str(REFERENCE / "numbers.f90")]
+        from aomc_sky.cli.commands.info import embed_flags
+
+        shim = ["gcc", "-c", "-o", "shim.o", str(include_dir() / "aomc_sky_embed.c"), *embed_flags()]
+        run(shim, tmp_path)
+        run(["gfortran", "-Wall", "-Werror", "-o", "in_fortran", *objects, "shim.o", *embed_flags()], tmp_path)
+        programs.append("in_fortran")
+    for program, precision in itertools.product(programs, ("float32", "float64")):
+        words = f"iterations=2000 precision={precision}"
+        run([f"./{program}", str(INPUTS / "clear_day"), words, "out.bin"], tmp_path)
+        expected = made.source(3, precision=precision).photons(numbers=3).numbers.T
+        assert (tmp_path / "out.bin").read_bytes() == np.ascontiguousarray(expected).tobytes(), program
