@@ -176,7 +176,7 @@ Earth-Sun distance: 1 AU
 scattering orders: 12
 
 wavelengths: min=410nm,max=680nm,count=4
-solar irradiance at TOA: 1.602, 1.783, 1.680, 1.461  # a black disc of 5772 K
+solar irradiance at TOA: SUN  # means over 20 nm of atmosphere/spectra/sun_astm_g173.csv
 ground albedo: 0.06, 0.05, 0.045, 0.04
 
 Scatterer "air":
@@ -221,6 +221,13 @@ Absorber "ozone":
 """
 
 
+def under_sun(description: str, *wavelengths: float) -> str:
+    """A description with the measured irradiance of the sun at its wavelengths, means over 20 nm, in place of SUN."""
+    table = np.loadtxt(Path(__file__).parent / "atmosphere" / "spectra" / "sun_astm_g173.csv", delimiter=",")
+    means = [table[np.abs(table[:, 0] - nm) < 10.0, 1].mean() for nm in wavelengths]
+    return description.replace("SUN", ", ".join(f"{mean:.4g}" for mean in means))
+
+
 def atmosphere_sky() -> dict[str, str]:
     """Sun and sky of a physical atmosphere: clear.atmo says how much light there is and from where."""
     toml = (
@@ -231,7 +238,11 @@ def atmosphere_sky() -> dict[str, str]:
         "zenith_deg = 41.5\n"
     )
     files = {"amc.inp": amc(300_000, flag=0, n_wavebands=4, azimuth=65, zenith=42, footprint=3)}
-    return files | {"lambbot.inp": lambbot([412.0, 510.0, 590.0, 670.0]), "sky.toml": toml, "clear.atmo": _CLEAR_ATMO}
+    return files | {
+        "lambbot.inp": lambbot([412.0, 510.0, 590.0, 670.0]),
+        "sky.toml": toml,
+        "clear.atmo": under_sun(_CLEAR_ATMO, 410, 500, 590, 680),
+    }
 
 
 _NIGHT_ATMO = """\
@@ -245,7 +256,7 @@ Earth-Moon distance: 365000 km
 scattering orders: 16
 
 wavelengths: min=450nm,max=650nm,count=2
-solar irradiance at TOA: 1.92, 1.53  # a black disc of 5772 K
+solar irradiance at TOA: SUN  # means over 20 nm of atmosphere/spectra/sun_astm_g173.csv
 ground albedo: 0.05, 0.04
 light pollution relative radiance: 1.09201e-5, 1.5668e-5  # white lamps, 1 cd/m2
 
@@ -295,7 +306,11 @@ def _under_night_atmo(toml: str, *, zenith: int, bands: tuple[float, ...] = (450
     """A scene under `_NIGHT_ATMO`, on 18 x 36 patches."""
     head = '[atmosphere]\nfile = "air.atmo"\nzenith_bins = 18\nazimuth_bins = 36\n'
     files = {"amc.inp": amc(100_000, flag=0, n_wavebands=len(bands), azimuth=90, zenith=zenith)}
-    return files | {"lambbot.inp": lambbot(list(bands)), "sky.toml": head + toml, "air.atmo": _NIGHT_ATMO}
+    return files | {
+        "lambbot.inp": lambbot(list(bands)),
+        "sky.toml": head + toml,
+        "air.atmo": under_sun(_NIGHT_ATMO, 450, 650),
+    }
 
 
 def twilight() -> dict[str, str]:

@@ -93,7 +93,7 @@ def test_light_of_the_ground_by_orders(tmp_path: Path, capsys: pytest.CaptureFix
         "light pollution texture size for VZA: 6",
         "light pollution texture size for altitude: 7",
     )
-    key, values = "solar irradiance at TOA: file spectra/sun_5772K.csv", "0.002"
+    key, values = "solar irradiance at TOA: file spectra/sun_astm_g173.csv", "0.002"
     assert key in model.read_text()
     count = 4
     line = f"light pollution relative radiance: {','.join([values] * count)}"

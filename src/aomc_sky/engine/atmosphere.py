@@ -264,6 +264,7 @@ def table_report(table: AtmosphereTable) -> dict[str, Any]:
         "wavelength_nm": medium.wavelength_nm.tolist(),
         "optical_depth": {name: rows.tolist() for name, rows in report.optical_depth.items()},
         "phase_norm": {name: rows.tolist() for name, rows in report.phase_norm.items()},
+        "phase_norm_error": {name: rows.tolist() for name, rows in report.phase_norm_error.items()},
         "dropped": list(report.dropped),
         "ground_albedo": medium.ground_albedo.tolist(),
         "sun_angular_radius_deg": float(np.rad2deg(medium.sun_angular_radius_rad)),

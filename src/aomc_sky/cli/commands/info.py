@@ -313,6 +313,7 @@ def _atmosphere(arguments: argparse.Namespace, path: Path) -> int:
         ],
         "optical_depth": {name: depth.tolist() for name, depth in medium.optical_depth.items()},
         "phase_norm": {name: norm.tolist() for name, norm in medium.phase_norm.items()},
+        "phase_norm_error": {name: error.tolist() for name, error in medium.phase_norm_error.items()},
         "negligible_species": list(medium.dropped),
         "sizes": dict(d.sizes),
         "textures_are_radiances": d.textures_are_radiances,

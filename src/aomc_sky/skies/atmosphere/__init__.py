@@ -4,6 +4,7 @@ Each file or room may look at those above it, at no other.
 
 language/           The language of code blocks: a typed part of GLSL, checked once and evaluated over many altitudes
 medium              The air: constituents by altitude, densities and phase functions from code blocks
+phase_table         Phase functions as tables: their norm, and their values between the angles
 optical_depth       Densities as polynomials between edges, and optical depths along straight rays through them
 lights              What comes from outside: the Moon before the sun, and the sun's beam at the ground
 order_one           Light scattered once, by quadrature on the spherical profile

@@ -9,6 +9,7 @@ from enum import Enum
 import numpy as np
 
 from aomc_sky.errors import SourceText
+from aomc_sky.skies.atmosphere.phase_table import PhaseTable
 
 
 class PhaseFunctionType(Enum):
@@ -26,8 +27,8 @@ class ScattererDescription:
     name: str  #: Lower-case letters, digits and underscores
     line: int  #: Where its section begins. [1-based]
     number_density: SourceText  #: Body of a function of the altitude. [m to m-3]
-    #: Body of a function of the cosine of the scattering angle, for four wavelengths at once. [sr-1]
-    phase_function: SourceText
+    #: Body of a function of the cosine of the scattering angle, for four wavelengths at once [sr-1], or a table
+    phase_function: SourceText | PhaseTable
     cross_section_1um_m2: float  #: Extinction cross section at 1000 nm. [m2, 1e-35 to 1]
     angstrom_exponent: float  #: The extinction cross section falls as the wavelength to this power. [-10 to 10]
     single_scattering_albedo: np.ndarray  #: float64 (n_wl,), share of the extinction that is scattering. [0 to 1]

@@ -37,7 +37,9 @@ class Spectral:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Code:
-    """A code block."""
+    """A code block; or a table in another file, where `or_table`."""
+
+    or_table: bool = False
 
 
 Rule = Spectral | Code | Callable[[str], Any]
@@ -206,7 +208,7 @@ TOP_KEYS: dict[str, Rule] = {
 
 SCATTERER_KEYS: dict[str, Rule] = {
     "number density": Code(),
-    "phase function": Code(),
+    "phase function": Code(or_table=True),
     "phase function type": phase_type_value,
     "cross section at 1 um": _quantity(Dimension.AREA, Fraction(1, 10**35), 1, "1e-35 m^2 to 1 m^2"),
     "angstrom exponent": partial(real_value, low=-10, high=10),
@@ -234,7 +236,7 @@ EXAMPLES = {
     "earth radius": "Earth radius: 6371 km",
     "scattering orders": "scattering orders: 4",
     "number density": "number density: and a code block below",
-    "phase function": "phase function: and a code block below",
+    "phase function": "phase function: file aerosol.csv, or a code block below",
     "cross section at 1 um": "cross section at 1 um: 0.03914 fm^2",
     "angstrom exponent": "angstrom exponent: 4.095",
     "cross section": "cross section: file ozone.csv",

@@ -6,14 +6,14 @@ import dataclasses
 import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from numbers import Real
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import InputFileError, InputWarning, Problem, SceneError
+from aomc_sky.errors import InputFileError, InputWarning, Problem, SceneError, SourceText
 from aomc_sky.formats.sky_toml.keys import MoonDirection
 from aomc_sky.skies.atmosphere.description.data import (
     AbsorberDescription,
@@ -21,10 +21,11 @@ from aomc_sky.skies.atmosphere.description.data import (
     PhaseFunctionType,
     ScattererDescription,
 )
-from aomc_sky.skies.atmosphere.language.block import Block, read_block
+from aomc_sky.skies.atmosphere.language.block import read_block
 from aomc_sky.skies.atmosphere.language.values import Type
 from aomc_sky.skies.atmosphere.lights import MOON_RADIUS_M, Moon
 from aomc_sky.skies.atmosphere.medium import Constituent, Medium, NumberDensity, PhaseBlock, read_phase_block
+from aomc_sky.skies.atmosphere.phase_table import PhaseTable, TabulatedPhase, tabulated_phase
 from aomc_sky.wavebands import nearest_wavelength_index
 
 # of the vertical optical depth: what counts for less is left out
@@ -84,6 +85,8 @@ class MediumReport:
     #: integral over the sphere of each phase function as its block gives it; it was divided by it
     phase_norm: Mapping[str, np.ndarray]
     dropped: tuple[str, ...]  #: optical depth below NEGLIGIBLE_SHARE of the whole at every wavelength
+    #: what the steps of its angles leave open of that integral, as a share, for each phase function from a table
+    phase_norm_error: Mapping[str, np.ndarray] = field(default_factory=dict)
     ground_glow: np.ndarray | None = None  #: radiance of a ground that glows with 1 cd/m2 [W m-2 sr-1 nm-1]
     moon_distance_m: float | None = None  #: between the centres of earth and Moon, where the description says it
 
@@ -157,7 +160,7 @@ def _wavelength_index(description: AtmosphereDescription, wavelength_nm: ArrayLi
 class _Part:
     constituent: Constituent
     column_m2: float
-    phase: PhaseBlock | None
+    phase: PhaseBlock | TabulatedPhase | None
 
 
 class _BlockReader:
@@ -220,10 +223,22 @@ class _BlockReader:
         kinks = density.kinks()
         return density, kinks, density.column(kinks)
 
-    def _phase(self, one: ScattererDescription) -> PhaseBlock:
+    def _phase(self, one: ScattererDescription) -> PhaseBlock | TabulatedPhase:
+        if isinstance(one.phase_function, PhaseTable):
+            phase: PhaseBlock | TabulatedPhase = tabulated_phase(
+                one.phase_function, self._description.wavelength_nm[self._index]
+            )
+        else:
+            phase = self._phase_block(one, one.phase_function)
+        _warn_of_norm(one, phase)
+        if one.phase_function_type is PhaseFunctionType.ACHROMATIC:
+            _warn_of_colour(one, phase)
+        return phase
+
+    def _phase_block(self, one: ScattererDescription, text: SourceText) -> PhaseBlock:
         types, hints = phase_names(self._description)
         block = read_block(
-            one.phase_function,
+            text,
             subject=f'phase function of "{one.name}"',
             gives=Type.VEC4,
             argument="dotViewSun",
@@ -233,27 +248,34 @@ class _BlockReader:
         sets, set_of_row = np.unique(self._index // SET_SIZE, return_inverse=True)
         given = [self._common | spectral_values(self._description, int(one)) for one in sets]
         rows = list(zip(set_of_row.tolist(), (self._index % SET_SIZE).tolist(), strict=True))
-        phase = read_phase_block(block, given, rows)
-        _warn_of_norm(one, phase.norm)
-        if one.phase_function_type is PhaseFunctionType.ACHROMATIC:
-            _warn_of_colour(one, block, phase)
-        return phase
+        return read_phase_block(block, given, rows)
 
 
-def _warn_of_norm(one: ScattererDescription, norm: np.ndarray) -> None:
-    worst = float(norm[np.argmax(np.abs(norm - 1.0))])
+def _place(one: ScattererDescription) -> str:
+    """Where a phase function stands, for warnings."""
+    law = one.phase_function
+    return law.path if isinstance(law, PhaseTable) else f"{law.path}:{law.line}"
+
+
+def _warn_of_norm(one: ScattererDescription, phase: PhaseBlock | TabulatedPhase) -> None:
+    worst = float(phase.norm[np.argmax(np.abs(phase.norm - 1.0))])
+    if isinstance(phase, TabulatedPhase) and (error := float(phase.norm_error.max())) > _NORM_LIMIT:
+        message = f'{_place(one)}: the angles of the phase function of "{one.name}" are too far apart'
+        warnings.warn(f"{message}: they leave {error:.2g} of its integral open", InputWarning, stacklevel=2)
     if abs(worst - 1.0) > _NORM_LIMIT:
-        place = f"{one.phase_function.path}:{one.phase_function.line}"
-        message = f'{place}: the phase function of "{one.name}" has the integral {worst:.6g} over the sphere, not 1'
+        message = (
+            f'{_place(one)}: the phase function of "{one.name}" has the integral {worst:.6g} over the sphere, not 1'
+        )
         warnings.warn(f"{message}; it was divided by it", InputWarning, stacklevel=2)
 
 
-def _warn_of_colour(one: ScattererDescription, block: Block, phase: PhaseBlock) -> None:
+def _warn_of_colour(one: ScattererDescription, phase: PhaseBlock | TabulatedPhase) -> None:
     mu = np.linspace(-1.0, 1.0, 181)
     values = [phase(mu, row) for row in range(phase.norm.size)]
     if any(np.abs(value - values[0]).max() > _SAME_PHASE * values[0].max() for value in values):
-        place = f"{block.source.path}:{block.source.line}"
-        message = f'{place}: the phase function of "{one.name}" is called achromatic and depends on the wavelength'
+        message = (
+            f'{_place(one)}: the phase function of "{one.name}" is called achromatic and depends on the wavelength'
+        )
         warnings.warn(f"{message}; it is used as it is", InputWarning, stacklevel=2)
 
 
@@ -268,6 +290,9 @@ def _report(parts: Sequence[_Part], index: np.ndarray) -> tuple[tuple[Constituen
         wavelength_index=index,
         optical_depth=depth,
         phase_norm={part.constituent.name: part.phase.norm for part in parts if part.phase is not None},
+        phase_norm_error={
+            part.constituent.name: part.phase.norm_error for part in parts if isinstance(part.phase, TabulatedPhase)
+        },
         dropped=dropped,
     )
     return tuple(part.constituent for part in parts if part.constituent.name not in dropped), report

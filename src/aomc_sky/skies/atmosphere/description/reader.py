@@ -38,6 +38,7 @@ from aomc_sky.skies.atmosphere.description.keys import (
 )
 from aomc_sky.skies.atmosphere.description.scan import Entry, Lines, Section, scan
 from aomc_sky.skies.atmosphere.description.spectra import SpectrumReader, Term, out_of_range
+from aomc_sky.skies.atmosphere.phase_table import PhaseTable
 
 MAX_BYTES = 2**20
 MAX_SPECIES = 256
@@ -317,11 +318,19 @@ class EntryReader:
     def _single(self, entry: Entry, rule: Code | Callable[[str], Any]) -> None:
         is_range = entry.key == WAVELENGTHS
         self.builder.has_wavelengths |= is_range
-        value: Any = entry.code if isinstance(rule, Code) else rule(entry.value)
+        if isinstance(rule, Code):
+            value: Any = entry.code or self._phase_table(entry)
+        else:
+            value = rule(entry.value)
         if is_range:
             self.builder.wavelength_nm = value
         if value is not None:
             self.values[entry.key] = value
+
+    def _phase_table(self, entry: Entry) -> PhaseTable | None:
+        if not self.builder.has_wavelengths:
+            raise BadValueError("E405", "a table before the wavelengths", advice="write wavelengths: above it")
+        return self.builder.spectra.phase_table(entry.value, self.builder.wavelength_nm)
 
     def _spectrum(self, entry: Entry, rule: Spectral) -> None:
         """Read one entry of a spectrum: a new one, or a weighted part that is added."""

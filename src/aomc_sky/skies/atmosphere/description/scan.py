@@ -209,17 +209,25 @@ def _check_close(lines: Lines, kind: str, text: str) -> None:
     lines.report.at(lines.span(lines.at, text.index("}") + 1), "E401", message, advice=_CLOSING)
 
 
+def names_file(value: str) -> bool:
+    """Whether a value is ``file PATH``."""
+    return value == "file" or value.startswith("file ")
+
+
 def with_code(lines: Lines, entry: Entry, keys: Mapping[str, Rule]) -> Entry:
     """Add the code block below an entry, if its key wants one or if there is one; everything else is reported.
 
     Without a fence the reading ends: what follows may be code.
     """
-    wants_code = isinstance(keys.get(entry.key), Code)
+    rule = keys.get(entry.key)
+    wants_code = isinstance(rule, Code) and not (rule.or_table and names_file(entry.value))
     has_fence = lines.at < len(lines.lines) and _FENCE.match(lines.lines[lines.at]) is not None
     if not wants_code and not has_fence:
         return entry
     if not wants_code:
         message = f"{quoted(entry.key)} takes no code block"
+        if isinstance(rule, Code):
+            message = f"{quoted(entry.key)} names a file and has a code block"
         lines.report.at(lines.first_of(lines.at, 3), "E401", message, advice="remove the block")
     elif entry.value and not entry.value.startswith("```"):
         message = f"{quoted(entry.value)} is not read; the code is in the lines below"

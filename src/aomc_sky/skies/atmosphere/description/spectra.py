@@ -1,4 +1,4 @@
-"""Spectra of a description file: lists of numbers, tables in other files, and weighted sums of such tables."""
+"""Spectra of a description file: lists of numbers, tables in other files, weighted sums of such; and phase tables."""
 
 from __future__ import annotations
 
@@ -18,6 +18,9 @@ from aomc_sky.formats.report import BadValueError, Gathered, outside, quoted
 from aomc_sky.formats.spectrum_csv import MAX_VALUE, Spectrum, bin_means, read_spectrum_csv
 from aomc_sky.formats.units import parse_real
 from aomc_sky.skies.atmosphere.description.keys import Spectral
+from aomc_sky.skies.atmosphere.description.phase_csv import read_phase_csv
+from aomc_sky.skies.atmosphere.description.scan import names_file
+from aomc_sky.skies.atmosphere.phase_table import PhaseTable
 
 MAX_FILES = 64
 MAX_TOTAL_BYTES = 2**23
@@ -44,6 +47,7 @@ class SpectrumReader:
     problems: list[Problem] = field(default_factory=list)  #: Gets what is wrong inside the tables
     _tables: dict[str, Spectrum | None] = field(default_factory=dict)
     _means: dict[str, np.ndarray] = field(default_factory=dict)
+    _n_tables: int = 0
     _n_bytes: int = 0
     _n_references: int = 0
 
@@ -52,7 +56,7 @@ class SpectrumReader:
 
         Without wavelengths, which could not be read, only the text is checked.
         """
-        if text == "file" or text.startswith("file "):
+        if names_file(text):
             name = text[4:].strip()
             return self._from_file(name, len(text) - len(name), 1.0, rule, wavelength_nm)
         if text.startswith("weighted file"):
@@ -79,13 +83,11 @@ class SpectrumReader:
         self, name: str, offset: int, weight: float, rule: Spectral, wavelength_nm: np.ndarray | None
     ) -> Term | None:
         try:
-            if not name:
-                raise BadValueError("E401", "the path is missing", advice="write file table.csv")
-            shown, real = referenced_file(name, self.path, self.allow_paths)
+            shown, real = self._found(name)
             table = self._table(shown, real)
             if table is None or wavelength_nm is None:
                 return None
-            _check_cover(name, table, wavelength_nm)
+            _check_cover(name, table.wavelength_nm, wavelength_nm)
         except BadValueError as problem:
             problem.offset, problem.width = offset, max(len(name), 1)
             raise
@@ -94,17 +96,47 @@ class SpectrumReader:
         glow = weight * luminance(table.wavelength_nm, table.value) if rule.is_glow else 0.0
         return Term(values=weight * self._means[real], luminance=glow)
 
-    def _table(self, shown: str, real: str) -> Spectrum | None:
-        """Read a table, or take it from those that were read; None where it is bad, and reported."""
+    def phase_table(self, text: str, wavelength_nm: np.ndarray | None) -> PhaseTable | None:
+        """Read ``file PATH`` of a phase function; None where the table is bad, and reported."""
+        name = text[4:].strip()
+        try:
+            shown, real = self._found(name)
+            self._count(real)
+            try:
+                table = read_phase_csv(real, shown=shown, text=f"file {name}")
+            except InputFileError as error:
+                self.problems.extend(error.problems)
+                return None
+            if table.wavelength_nm.size > 1 and wavelength_nm is not None:
+                _check_cover(name, table.wavelength_nm, wavelength_nm)
+        except BadValueError as problem:
+            problem.offset, problem.width = len(text) - len(name), max(len(name), 1)
+            raise
+        return table
+
+    def _found(self, name: str) -> tuple[str, str]:
+        """Path for messages and path to open of a table, which is named once more."""
+        if not name:
+            raise BadValueError("E401", "the path is missing", advice="write file table.csv")
+        found = referenced_file(name, self.path, self.allow_paths)
         self._n_references += 1
         if self._n_references > MAX_REFERENCES:
             raise BadValueError("E402", f"more than {MAX_REFERENCES} names of tables", advice="name fewer")
-        if real in self._tables:
-            return self._tables[real]
+        return found
+
+    def _count(self, real: str) -> None:
+        """Count a table that will be read."""
+        self._n_tables += 1
         self._n_bytes += os.stat(real).st_size
-        if len(self._tables) >= MAX_FILES or self._n_bytes > MAX_TOTAL_BYTES:
+        if self._n_tables > MAX_FILES or self._n_bytes > MAX_TOTAL_BYTES:
             message = f"more than {MAX_FILES} tables, or {MAX_TOTAL_BYTES} bytes of them"
             raise BadValueError("E402", message, advice="name fewer or smaller files")
+
+    def _table(self, shown: str, real: str) -> Spectrum | None:
+        """Read a table, or take it from those that were read; None where it is bad, and reported."""
+        if real in self._tables:
+            return self._tables[real]
+        self._count(real)
         try:
             # the path that was checked, without links; the user sees the one of the file
             self._tables[real] = read_spectrum_csv(real)
@@ -141,8 +173,8 @@ def out_of_range(shown: str, rule: Spectral, *, offset: int = 0, width: int = 0)
     return outside(shown, limits, offset=offset, width=width)
 
 
-def _check_cover(name: str, table: Spectrum, wavelength_nm: np.ndarray) -> None:
-    low, high = table.wavelength_nm[0], table.wavelength_nm[-1]
+def _check_cover(name: str, known_nm: np.ndarray, wavelength_nm: np.ndarray) -> None:
+    low, high = known_nm[0], known_nm[-1]
     if wavelength_nm[0] < low or wavelength_nm[-1] > high:
         needed = f"{wavelength_nm[0]:g} to {wavelength_nm[-1]:g} nm"
         message = f"{quoted(name)} has data from {low:g} to {high:g} nm; the wavelengths go from {needed}"

@@ -1,0 +1,303 @@
+"""Phase functions as tables: their norm, the law they are drawn by, and a scene that reads one, by two methods."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.stats import chi2
+
+import aomc_sky as sky
+from aomc_sky.errors import InputFileError, InputWarning
+from aomc_sky.skies.atmosphere.backward import path_tables
+from aomc_sky.skies.atmosphere.description.medium import read_medium
+from aomc_sky.skies.atmosphere.description.reader import read_atmo
+from aomc_sky.skies.atmosphere.phase_table import PhaseTable, TabulatedPhase, sphere_integrals, tabulated_phase
+from tests.support.atmospheres import henyey_greenstein_phase, uniform
+from tests.support.shared import INPUTS
+
+MARINE = INPUTS / "atmosphere" / "clear_marine.atmo"
+ANGLES = np.concatenate([np.arange(0.0, 20.0, 0.2), np.arange(20.0, 181.0, 1.0)])
+
+
+def table(angle_deg: np.ndarray, value: np.ndarray, wavelength_nm: tuple[float, ...] = (0.0,)) -> PhaseTable:
+    return PhaseTable(
+        path="t.csv",
+        text="file t.csv",
+        angle_deg=angle_deg,
+        wavelength_nm=np.array(wavelength_nm),
+        value=np.atleast_2d(value),
+    )
+
+
+def hg(g: float, angle_deg: np.ndarray) -> np.ndarray:
+    return henyey_greenstein_phase(g)(np.cos(np.radians(angle_deg)), 0)
+
+
+def by_quad(angle_rad: np.ndarray, value: np.ndarray) -> float:
+    """Integral over the sphere of a function that is linear between its points, piece by piece."""
+    pieces = [
+        quad(lambda t: np.interp(t, angle_rad, value) * np.sin(t), low, high, epsabs=0.0, epsrel=1e-13)[0]
+        for low, high in pairwise(angle_rad.tolist())
+    ]
+    return 2.0 * np.pi * float(np.sum(pieces))
+
+
+@pytest.mark.parametrize("angle_deg", [ANGLES, np.array([0.0, 180.0]), np.array([0.0, 1e-3, 3.4, 3.5, 90.0, 180.0])])
+def test_the_norm_is_that_of_quadrature(angle_deg: np.ndarray) -> None:
+    value = np.random.default_rng(5).uniform(0.0, 3.0, angle_deg.size)
+    angle = np.radians(angle_deg)
+    assert sphere_integrals(angle, value[None])[0] == pytest.approx(by_quad(angle, value), rel=2e-13)
+    law = tabulated_phase(table(angle_deg, value), np.array([550.0]))
+    assert by_quad(law.angle_rad, law.value[0]) == pytest.approx(1.0, rel=2e-13)
+    np.testing.assert_allclose(law(np.cos(angle), 0) * law.norm[0], value, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("g", [0.0, 0.5, 0.85])
+def test_the_error_of_the_norm_is_what_the_steps_make(g: float) -> None:
+    """Henyey and Greenstein's law has the integral 1, so what the table has more is its error."""
+    law = tabulated_phase(table(ANGLES, hg(g, ANGLES)), np.array([550.0]))
+    assert abs(law.norm[0] - 1.0) < 1.5 * law.norm_error[0] + 1e-15
+    assert law.norm_error[0] < 3e-4
+
+
+def test_columns_are_blended_after_their_norm() -> None:
+    values = np.stack([hg(0.6, ANGLES), 7.0 * hg(0.8, ANGLES)])
+    law = tabulated_phase(table(ANGLES, values, (400.0, 600.0)), np.array([400.0, 450.0, 600.0]))
+    np.testing.assert_allclose(law.norm, [1.0, 2.5, 7.0], rtol=3e-4)
+    np.testing.assert_allclose(law.value[1], 0.75 * law.value[0] + 0.25 * law.value[2], rtol=1e-14)
+    assert by_quad(law.angle_rad, law.value[1]) == pytest.approx(1.0, rel=2e-13)
+
+
+def sea_salt() -> TabulatedPhase:
+    medium, _ = read_medium(read_atmo(MARINE), [500.0])
+    law = next(part.phase_function for part in medium.constituents if part.name == "sea_salt")
+    assert isinstance(law, TabulatedPhase)
+    return law
+
+
+def drawn_chi_square(drawn: TabulatedPhase, law: TabulatedPhase, n: int) -> tuple[float, int]:
+    """Chi-square of angles drawn as the paths draw them against integrals of the law over the same cells."""
+    from aomc_sky.kernels.jit import shared
+    from aomc_sky.skies.atmosphere.kernels.shells import draw_angle, find_cell
+
+    @shared
+    def draw(phases, guide, x):
+        return draw_angle(phases, 0, find_cell(phases, guide, 0, x), x)
+
+    tables = path_tables(uniform(0.1, phase=drawn))
+    found = np.array([draw(tables.phases[0], tables.guides[0], x) for x in np.random.default_rng(11).random(n)])
+    assert np.ptp(found[:, 1]) < 0.01  # weights, which counts can leave out where they are alike
+    angle = np.degrees(2.0 * np.arcsin(np.minimum(found[:, 0] ** 2, 1.0)))
+    edges = np.array([0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 5.0, 10.0, 20.0, 40.0, 60.0, 90.0, 120.0, 150.0, 170.0, 180.0])
+    counts = np.histogram(angle, edges)[0]
+    expected = []
+    for low, high in pairwise(np.radians(edges)):
+        knots = np.concatenate([[low], law.angle_rad[(law.angle_rad > low) & (law.angle_rad < high)], [high]])
+        expected.append(n * sphere_integrals_between(knots, np.interp(knots, law.angle_rad, law.value[0])))
+    expected = np.array(expected)
+    assert expected.min() > 20.0
+    return float(((counts - expected) ** 2 / expected).sum()), edges.size - 2
+
+
+def sphere_integrals_between(knots: np.ndarray, value: np.ndarray) -> float:
+    """Simpson's rule on 200 parts of each piece, independent of the closed form."""
+    x = np.unique(np.concatenate([np.linspace(low, high, 201) for low, high in pairwise(knots.tolist())]))
+    y = np.interp(x, knots, value) * np.sin(x)
+    middle = 0.5 * (x[1:] + x[:-1])
+    z = np.interp(middle, knots, value) * np.sin(middle)
+    return 2.0 * np.pi * float((np.diff(x) * (y[1:] + y[:-1] + 4.0 * z)).sum() / 6.0)
+
+
+def test_drawn_angles_follow_the_table() -> None:
+    """100 000 angles; angles that are up to a sixth too small, the planted defect, are found."""
+    law = sea_salt()
+    found, freedom = drawn_chi_square(law, law, 100_000)
+    assert found < chi2.isf(1e-6, freedom)
+    squeezed = np.pi * (law.angle_rad / np.pi) ** 1.03
+    wrong = TabulatedPhase(angle_rad=squeezed, value=law.value, norm=law.norm, norm_error=law.norm_error)
+    assert drawn_chi_square(wrong, law, 100_000)[0] > 2 * chi2.isf(1e-6, freedom)
+
+
+SCENE = """\
+version: 6
+atmosphere height: 100 km
+Earth radius: 6371 km
+Earth-Sun distance: 1 AU
+scattering orders: 30
+wavelengths: min=500nm,max=500nm,count=1
+solar irradiance at TOA: 1.9
+ground albedo: 0.1
+Scatterer "salt":
+{
+    number density:
+    ```
+        return 4.0e8 * exp(-altitude / (1.2*km));
+    ```
+    phase function: PHASE
+    cross section at 1 um: 0.5 um^2
+    angstrom exponent: 0
+}
+"""
+
+
+def scene(folder: Path, phase: str, /, **tables: str) -> Path:
+    """A description with one scatterer, and its tables."""
+    for name, text in tables.items():
+        (folder / f"{name}.csv").write_text(text)
+    path = folder / "salt.atmo"
+    path.write_text(SCENE.replace("PHASE", phase))
+    return path
+
+
+def rows(angle_deg: np.ndarray, *columns: np.ndarray) -> str:
+    return "".join(", ".join(f"{x:.17g}" for x in row) + "\n" for row in zip(angle_deg, *columns, strict=True))
+
+
+@pytest.mark.filterwarnings("ignore:in .* directions and wavelengths hardly any path")
+@pytest.mark.parametrize("method", ["sos", "mc"])
+def test_a_table_gives_the_sky_of_the_formula_it_was_made_of(tmp_path: Path, method: str) -> None:
+    """All orders: the table is within 4e-4 of the formula; paths have their errors besides."""
+    code = """
+    ```
+        return vec4((1.0 - 0.49) / (4.0*PI) / pow(1.49 - 1.4*dotViewSun, 1.5));
+    ```"""
+    options = {
+        "wavelength_nm": [500.0], "sun_zenith_deg": 50.0, "sky_zenith_deg": [10.0, 50.0, 75.0],
+        "azimuth_from_sun_deg": [0.0, 120.0], "method": method, **({"paths": 2000} if method == "mc" else {}),
+    }  # fmt: skip
+    (tmp_path / "code").mkdir()
+    by_code = sky.solve_atmosphere(scene(tmp_path / "code", code), **options)
+    by_table = sky.solve_atmosphere(scene(tmp_path, "file hg.csv", hg=rows(ANGLES, hg(0.7, ANGLES))), **options)
+    assert by_code.radiance_by_order.shape[1] > 2
+    noise = 4.0 * np.hypot(by_table.standard_error, by_code.standard_error) if method == "mc" else 0.0
+    assert np.all(np.abs(by_table.radiance - by_code.radiance) < 2e-3 * by_code.radiance + noise)
+
+
+def test_the_aureole_is_that_of_direct_quadrature(tmp_path: Path) -> None:
+    """Order 1 beside the sun: L = F0 p sigma int n exp(-tau) ds by scipy, the table read and normalised apart."""
+    source = (INPUTS / "atmosphere" / "phase" / "sea_salt.csv").read_text()
+    path = scene(tmp_path, "file phase.csv", phase=source)
+    away = np.array([0.05, 0.5, 1.0, 2.0, 5.0, 10.0])
+    found = sky.solve_atmosphere(
+        path, wavelength_nm=[500.0], sun_zenith_deg=40.0, sky_zenith_deg=40.0 + away, azimuth_from_sun_deg=[0.0],
+        method="order1",
+    ).radiance[0, :, 0]  # fmt: skip
+    table = np.loadtxt([line for line in source.splitlines() if line[0].isdigit()], delimiter=",")
+    angle, value = np.radians(table[:, 0]), table[:, 2]
+    norm = by_quad(angle, value)
+    assert norm == pytest.approx(1.0, abs=1e-3)  # Mie's own norm, by the efficiencies
+    node, weight = np.polynomial.legendre.leggauss(400)
+    u, weight = 0.5 * (1.0 + node), 0.5 * weight
+    radius, sigma, sun = 6.371e6, 0.5e-12, np.radians(40.0)
+
+    def depth(x: float, z: float, direction: float, way: float) -> float:
+        """Optical depth along a way in the plane of the sun, by 400 nodes that crowd at its begin."""
+        s = way * u**3
+        h = np.hypot(x + s * np.sin(direction), z + s * np.cos(direction)) - radius
+        return float(sigma * 4.0e8 * (np.exp(-h / 1200.0) * 3.0 * u**2 * way) @ weight)
+
+    for k, degrees in enumerate(away):
+        view = np.radians(40.0 + degrees)
+
+        def scattered(s: float, view: float = view) -> float:
+            x, z = s * np.sin(view), radius + s * np.cos(view)
+            n = 4.0e8 * np.exp(-(np.hypot(x, z) - radius) / 1200.0)
+            return n * sigma * np.exp(-depth(0.0, radius, view, s) - depth(x, z, sun, 60e3))
+
+        line = quad(scattered, 0.0, 60e3, points=[500.0, 2e3, 8e3], epsrel=1e-8, limit=200)[0]
+        exact = 1.9 * np.interp(np.radians(degrees), angle, value) / norm * line
+        assert found[k] == pytest.approx(exact, rel=3e-6)
+
+
+GOOD = "angle [deg], 400, 600\n0, 3, 2\n90, 1, 1\n180, 1, 0\n"
+
+
+def test_a_table_of_two_wavelengths_is_read(tmp_path: Path) -> None:
+    (part,) = read_atmo(scene(tmp_path, "file t.csv", t="# made by hand\n\n" + GOOD)).scatterers
+    law = part.phase_function
+    assert isinstance(law, PhaseTable)
+    assert law.text == "file t.csv"
+    np.testing.assert_array_equal(law.angle_deg, [0.0, 90.0, 180.0])
+    np.testing.assert_array_equal(law.wavelength_nm, [400.0, 600.0])
+    np.testing.assert_array_equal(law.value, [[3.0, 1.0, 1.0], [2.0, 1.0, 0.0]])
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "message"),
+    [
+        ("0\n90\n180\n", "E401", "a row of 1 column where 2 are expected"),
+        ("0, 1, 2\n180, 1, 2\n", "E401", "a row of 3 columns where 2 are expected"),
+        (GOOD.replace("90, 1, 1", "90, 1"), "E401", "a row of 2 columns where 3 are expected"),
+        ("0, 1\n90, -2\n180, 1\n", "E404", "'-2' is outside 0 to 1e+30"),
+        ("0, 1\n90, nan\n180, 1\n", "E401", "'nan' is not a number"),
+        ("5, 1\n90, 1\n180, 1\n", "E408", "the angles go from 5 to 180 degrees"),
+        ("0, 1\n90, 1\n170, 1\n", "E408", "the angles go from 0 to 170 degrees"),
+        ("0, 1\n90, 1\n90, 1\n180, 1\n", "E401", "angle 90 is not above 90"),
+        ("0, 1\n200, 1\n", "E404", "'200' is outside 0 to 180"),
+        ("0, 0\n180, 0\n", "E404", "a column of zeros, which cannot be normalised"),
+        ("# nothing\n", "E401", "the file has 0 rows of numbers"),
+        (GOOD.replace("400, 600", "600, 400"), "E401", "the wavelengths do not rise"),
+        (GOOD.replace("400, 600", "40, 600"), "E404", "'40' is outside 100 to 100000"),
+        (GOOD.replace("400, 600", "550, 600"), "E408", "has data from 550 to 600 nm"),
+    ],
+)
+def test_a_bad_table_gets_one_sentence(tmp_path: Path, text: str, code: str, message: str) -> None:
+    path = scene(tmp_path, "file t.csv", t=text)
+    with pytest.raises(InputFileError) as caught:
+        read_atmo(path)
+    assert code in {problem.code for problem in caught.value.problems}
+    assert message in str(caught.value)
+    of_table = [problem for problem in caught.value.problems if problem.path.endswith("t.csv")]
+    assert of_table or code == "E408"
+    assert all(problem.advice for problem in caught.value.problems)
+
+
+@pytest.mark.parametrize("name", ["../t.csv", "/etc/passwd", "link.csv", "folder", "missing.csv", "salt.atmo", ""])
+def test_a_name_leads_nowhere_else(tmp_path: Path, name: str) -> None:
+    (tmp_path / "t.csv").write_text("0, 1\n180, 1\n")
+    inside = tmp_path / "inside"
+    (inside / "folder").mkdir(parents=True)
+    (inside / "link.csv").symlink_to(tmp_path / "t.csv")
+    path = scene(inside, f"file {name}")
+    with pytest.raises(InputFileError) as caught:
+        read_atmo(path)
+    (problem,) = caught.value.problems
+    assert problem.code == ("E402" if name else "E401")
+    assert problem.line == 15
+    if name in ("../t.csv", "link.csv"):
+        assert read_atmo(path, allow_paths=[tmp_path]).scatterers[0].phase_function.text == f"file {name}"
+
+
+def test_a_file_and_a_code_block_are_refused(tmp_path: Path) -> None:
+    path = scene(tmp_path, "file t.csv\n```\nreturn vec4(1.0);\n```", t="0, 1\n180, 1\n")
+    with pytest.raises(InputFileError, match="names a file and has a code block"):
+        read_atmo(path)
+
+
+def test_angles_too_far_apart_are_warned_of(tmp_path: Path) -> None:
+    coarse = np.arange(0.0, 181.0, 20.0)
+    path = scene(tmp_path, "file t.csv", t=rows(coarse, hg(0.85, coarse)))
+    with pytest.warns(InputWarning) as caught:
+        read_medium(read_atmo(path))
+    texts = [str(one.message) for one in caught]
+    assert any("too far apart" in text for text in texts)
+    assert any("has the integral" in text for text in texts)
+
+
+def test_the_tables_of_inputs_follow_miepython(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("miepython")
+    spec = importlib.util.spec_from_file_location("make_tables", INPUTS / "make_tables.py")
+    assert spec is not None
+    assert spec.loader is not None
+    script = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, spec.name, script)  # where dataclasses look
+    spec.loader.exec_module(script)
+    angle = np.array([0.0, 1.0, 2.0, 15.0, 90.0, 120.0])
+    exact = script.mie(script.SEA_SALT, 500.0, angle, 1000)[0]
+    np.testing.assert_allclose(sea_salt()(np.cos(np.radians(angle)), 0), exact, rtol=0.02)
