@@ -155,9 +155,9 @@ def test_python_shows_it_too(monkeypatch, tmp_path):
     stream = Terminal()
     monkeypatch.setattr(progress, "_stream", lambda: stream)
     monkeypatch.setattr(progress, "_PATIENCE_S", 0.001)
-    scene = sky.Scene(wavebands=[500], n_photons=300_000, components=sky.UniformSky())
+    scene = sky.Scene(wavebands=[500], n_photons=6_000_000, components=sky.UniformSky())
     sky.write_run(scene, tmp_path / "shown")
-    assert "/300k [" in stream.getvalue()
+    assert "/6.00M [" in stream.getvalue()
     shown = len(stream.getvalue())
     with progress.patience("quiet", enabled=False):
         sky.write_run(scene, tmp_path / "silent")
