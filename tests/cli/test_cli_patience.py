@@ -7,6 +7,7 @@ import logging
 import threading
 import time
 
+import numpy as np
 import pytest
 
 import aomc_sky as sky
@@ -162,7 +163,7 @@ def test_python_shows_it_too(monkeypatch, tmp_path):
     with progress.patience("quiet", enabled=False):
         sky.write_run(scene, tmp_path / "silent")
     assert len(stream.getvalue()) == shown
-    directions = {"sky_zenith_deg": [10.0], "azimuth_from_sun_deg": [0.0]}
+    directions = {"sky_zenith_deg": np.linspace(0, 85, 3000), "azimuth_from_sun_deg": np.zeros(3000)}
     air = INPUTS / "atmosphere" / "molecules_only.atmo"
     sky.solve_atmosphere(air, wavelength_nm=550, sun_zenith_deg=30, **directions, orders=1)
     assert "solving the atmosphere" in stream.getvalue()[shown:]

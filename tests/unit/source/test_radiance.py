@@ -12,6 +12,13 @@ from tests.support.shared import INPUTS
 
 FOUR = [(10.25, 20.25), (40.25, 120.25), (60.25, 330.25), (80.25, 250.25)]  # middles of pixels
 SUN = {"sun_zenith_deg": 32.0, "sun_azimuth_deg": 331.0}
+
+
+def day():
+    pytest.importorskip("pvlib")
+    return sky.weather_scene(wavebands=[443.0, 555.0], **SUN, ghi=780, dhi=140, spectrum="spectrl2", n_photons=1000)
+
+
 SCENES = {
     "perez": lambda: sky.Scene(wavebands=[550.0], n_photons=10, components=sky.PerezSky(**SUN, epsilon=6.0, delta=0.1)),
     "cie": lambda: sky.Scene(wavebands=[550.0], n_photons=10, components=sky.CieSky(type=12, **SUN)),
@@ -20,9 +27,7 @@ SCENES = {
     ),
     "uniform": lambda: sky.Scene(wavebands=[550.0], n_photons=10, components="uniform"),
     "overcast": lambda: sky.Scene(wavebands=[550.0], n_photons=10, components="overcast"),
-    "day": lambda: sky.weather_scene(
-        wavebands=[443.0, 555.0], **SUN, ghi=780, dhi=140, spectrum="spectrl2", n_photons=1000
-    ),
+    "day": day,
     "table": lambda: sky.read_scene(INPUTS / "clear_day"),
     "per solid angle": lambda: sky.read_scene(INPUTS / "clear_day", weighting="solid-angle"),
 }
@@ -44,7 +49,7 @@ def test_the_integral_is_the_irradiance(name):
 
 
 def test_directions_of_models_in_absolute_units():
-    scene = SCENES["day"]()
+    scene = day()
     model = sky.PerezSky(**SUN, ghi=780, dhi=140)
     zenith, azimuth = np.deg2rad(np.array([*FOUR, (32.0, 331.0), (90.0, 0.0)])).T
     for band in (0, 1):
@@ -104,7 +109,7 @@ def test_what_is_no_direction_or_band():
 
 
 def test_the_map_of_an_export(tmp_path, capsys):
-    scene = SCENES["day"]()
+    scene = day()
     sky.write_run(scene, tmp_path / "day")
     assert main(["export", str(tmp_path / "day"), "--to", "envmap"]) == 0
     found = np.load(tmp_path / "day-envmap" / "envmap.npy")
@@ -147,7 +152,7 @@ def test_maps_of_tables_hold_their_light(name, options):
 
 def test_datasets_carry_radiance_and_wavelengths():
     pytest.importorskip("xarray")
-    scene = SCENES["day"]()
+    scene = day()
     data = sky.to_xarray(scene.source())
     assert data.radiance.attrs["units"] == "W m-2 sr-1 nm-1"
     one = data.swap_dims(waveband="wavelength").radiance.sel(wavelength=555.0)
