@@ -161,7 +161,7 @@ def test_a_program_in_c_gets_the_same_bytes(package: Callable[[str], Path], tmp_
     photons = {}
     for name in ("whole", *WITHOUT):
         command = ["./sky_means", str(INPUTS / scene), "11", f"iterations={int(float(N))}", f"{name}.bin"]
-        run(command, folder, OMP_NUM_THREADS="1", **environment(package(name)))
+        run(command, folder, **{**environment(package(name)), "OMP_NUM_THREADS": "1"})
         photons[name] = (folder / f"{name}.bin").read_bytes()
     assert photons["whole"]
     assert [name for name in WITHOUT if photons[name] != photons["whole"]] == []

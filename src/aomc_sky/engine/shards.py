@@ -82,8 +82,9 @@ def run_shard(
                 write_counts(source, folder)
                 manifest = finish_run(source, scene, folder, sums)
             elif (manifest := finished_manifest(source, folder, FORMATS)) is not None:
-                remove_rest(folder)  # another process ended the run meanwhile
                 missing = []
+        if manifest is not None:
+            remove_rest(folder)  # another process ended the run, or was killed at its last step
     return ShardResult(
         shard=shard,
         ranges=ranges_of(source, shard),
