@@ -1,6 +1,7 @@
 """The law linear in mu^2 and azimuth inside a cell: against mpmath at hard points, and its books against quadrature."""
 
 import mpmath
+import numba
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -97,6 +98,7 @@ def mixed_scene():
     return sky.Scene(wavebands=[440.0, 670.0], n_photons=40_000, components=[function, disc, even])
 
 
+@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="hosts need the compiler")
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 @pytest.mark.parametrize("placement", ["r2", "philox"])
 def test_kernels_and_numpy_give_the_same_bits(precision, placement):
