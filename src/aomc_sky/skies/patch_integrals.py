@@ -50,11 +50,25 @@ def integrate_patches(radiance: Radiance, grid: PatchGrid) -> PatchIntegrals:
     sky = _Patches(radiance, grid)
     parts = sky.parts()
     mass = sky.masses(parts)
-    total = _sum(mass)
-    if not total > 0:
+    if not _sum(mass) > 0:
         return PatchIntegrals(mass, 0.0, np.zeros((grid.n_patches, 2)), 0.0, 0.0, 0.0)
-    slope, left = sky.laws(parts, mass)
+    look = sky.second_look(mass)
+    parts = sky.cut_again(parts, mass, look.mass)
+    mass = sky.masses(parts)
+    slope, around = sky.laws(parts, mass, look)
+    total = _sum(mass)
+    left = around, look.by_ring, look.by_column
     return PatchIntegrals(mass, _sum(parts.doubt) * _AREA / total, slope, *(part / total / 2.0 for part in left))
+
+
+class _Look(NamedTuple):
+    """What order 8 says of whole patches."""
+
+    mass: np.ndarray  #: (n_patch,)
+    slope: np.ndarray  #: (2, n_patch)
+    around: np.ndarray  #: Integrals of |L cos - their laws|, (n_patch,).
+    by_ring: float  #: Sums of those of means over azimuths,
+    by_column: float  #: and over zenith angles.
 
 
 class _Patches:
@@ -88,11 +102,20 @@ class _Patches:
         return self._middle * self._area + parts.masses(self._n) * _AREA
 
     def parts(self) -> Parts:
-        """Parts of the patches that the rule agrees on, those with narrow spots cut once more."""
-        parts = self._rule.integrate(self._zenith, self._azimuth, self._middle * self._area / _AREA)
-        mass = self.masses(parts)
-        total = _sum(mass)
-        again = self._mistaken(parts, mass, total)
+        """Parts of the patches that orders 4 and 7 agree on."""
+        return self._rule.integrate(self._zenith, self._azimuth, self._middle * self._area / _AREA)
+
+    def cut_again(self, parts: Parts, mass: np.ndarray, seen: np.ndarray) -> Parts:
+        """Cut the patches whose integral by order 8 is another one, and their neighbours, into which a spot may reach.
+
+        Orders 4 and 7 have agreed on them: a narrow spot lay between their points.
+        """
+        total, is_cut = _sum(mass), self._is_cut(parts)
+        found = np.abs(seen - mass) > _SEEN * TOLERANCE * total / self._n
+        near = (found & ~is_cut).reshape(self._grid.n_zenith, self._grid.n_azimuth)
+        near = near | np.roll(near, 1, axis=1) | np.roll(near, -1, axis=1)
+        padded = np.pad(near, ((1, 1), (0, 0)))
+        again = (padded[:-2] | padded[1:-1] | padded[2:]).ravel() & ~is_cut
         if not again.any():
             return parts
         chosen = np.flatnonzero(again)
@@ -104,30 +127,24 @@ class _Patches:
     def _is_cut(self, parts: Parts) -> np.ndarray:
         return np.asarray(np.bincount(parts.patch, minlength=self._n) > 1)
 
-    def _mistaken(self, parts: Parts, mass: np.ndarray, total: float) -> np.ndarray:
-        """Patches whose integral by order 8 is another one, and their neighbours, into which what was missed may reach.
-
-        Orders 4 and 7 have agreed on them: a narrow spot lay between their points.
-        """
-        is_cut, found = self._is_cut(parts), np.zeros(self._n, dtype=bool)
-        for some, values, weight in self._in_turn(self._tiles):
-            found[some] = np.abs(_mean(values * weight) - mass[some]) > _SEEN * TOLERANCE * total / self._n
-        near = (found & ~is_cut).reshape(self._grid.n_zenith, self._grid.n_azimuth)
-        near = near | np.roll(near, 1, axis=1) | np.roll(near, -1, axis=1)
-        padded = np.pad(near, ((1, 1), (0, 0)))
-        return np.asarray((padded[:-2] | padded[1:-1] | padded[2:]).ravel() & ~is_cut)
-
-    def laws(self, parts: Parts, mass: np.ndarray) -> tuple[np.ndarray, tuple[float, float, float]]:
-        """Slopes (n_patch, 2), and integrals of |L cos - their laws|, in all and of means over one coordinate."""
-        is_cut, slope, mean = self._is_cut(parts), np.zeros((2, self._n)), mass / self._area
-        around = by_ring = by_column = 0.0
+    def second_look(self, mass: np.ndarray) -> _Look:
+        """Order 8 on whole patches: other masses where it sees a spot, and the laws of all that are not cut."""
+        seen, around, slope, mean = np.zeros(self._n), np.zeros(self._n), np.zeros((2, self._n)), mass / self._area
+        by_ring = by_column = 0.0
         for some, values, weight in self._in_turn(self._tiles):
             places = self._places(self._tiles[:, some], np.arange(self._n)[some])
+            seen[some] = _mean(values * weight)
             slope[:, some] = _slopes(np.stack([_mean(values * weight * x) for x in places]), mass[some])
             beyond = _beyond(values, mean[some], slope[:, some], places) * weight
-            around += _sum(_mean(np.abs(beyond))[~is_cut[some]])
+            around[some] = _mean(np.abs(beyond))
             by_ring += _sum(weighted_sum(np.abs(weighted_sum(np.swapaxes(beyond, 0, 1), _WEIGHTS)), _WEIGHTS))
             by_column += _sum(weighted_sum(np.abs(weighted_sum(beyond, _WEIGHTS)), _WEIGHTS))
+        return _Look(seen, slope, around, by_ring, by_column)
+
+    def laws(self, parts: Parts, mass: np.ndarray, look: _Look) -> tuple[np.ndarray, float]:
+        """Slopes (n_patch, 2), and the integral of |L cos - their laws|; those of cut patches from their parts."""
+        is_cut, slope, mean = self._is_cut(parts), look.slope, mass / self._area
+        around = _sum(look.around[~is_cut])
         of_cut = is_cut[parts.patch]
         pieces, owner, lean = parts.tiles[:, of_cut], parts.patch[of_cut], np.zeros((2, self._n))
         for some, values, weight in self._in_turn(pieces):
@@ -138,7 +155,7 @@ class _Patches:
             own = owner[some]
             beyond = _beyond(values, mean[own], slope[:, own], self._places(pieces[:, some], own))
             around += _sum(_mean(np.abs(beyond) * weight))
-        return slope.T, (around, by_ring, by_column)
+        return slope.T, around
 
     def _places(self, tiles: np.ndarray, patch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """2u - 1 and 2v - 1 of `Law.CELL_SLOPED` at the points of parts of patches, (order, order, n_part) each."""

@@ -35,17 +35,14 @@ def test_places_against_the_distribution_function(kind, slope):
     np.testing.assert_allclose(x.astype(float), np.minimum(exact, last), rtol=allowed, atol=0)
 
 
+def sloped_component(grid, slope):
+    cell = cells_of_grid(grid)
+    return Component(name="s", law=Law.CELL_SLOPED, strength=[1.0], mass=[[1.0]], cell=cell, grid=grid, slope=slope)
+
+
 def one_ring(slope, *, lo=20.0, hi=70.0):
     grid = sky.PatchGrid(zenith_bounds_deg=[[lo, hi]], azimuth_bounds_deg=[[350.0, 440.0]])
-    return Component(
-        name="s",
-        law=Law.CELL_SLOPED,
-        strength=[1.0],
-        mass=[[1.0]],
-        cell=cells_of_grid(grid),
-        grid=grid,
-        slope=[[slope]],
-    )
+    return sloped_component(grid, [[slope]])
 
 
 @pytest.mark.parametrize("ends", [(0.0, 90.0), (0.0, 1.0), (89.0, 90.0), (20.0, 70.0)])
@@ -144,17 +141,8 @@ def test_bands_have_slopes_of_their_own(tmp_path):
     ids=["steep", "nan", "shape", "none"],
 )
 def test_slopes_that_no_kernel_may_read(slope):
-    grid = sky.PatchGrid.regular(1, 1)
     with pytest.raises(ValueError, match="slope"):
-        Component(
-            name="s",
-            law=Law.CELL_SLOPED,
-            strength=[1.0],
-            mass=[[1.0]],
-            cell=cells_of_grid(grid),
-            grid=grid,
-            slope=slope,
-        )
+        sloped_component(sky.PatchGrid.regular(1, 1), slope)
 
 
 @pytest.mark.parametrize("value", [1.0, -3.0])
