@@ -1,8 +1,8 @@
-"""Opening a file that a person or another file named: the one way for all readers, and nothing that hangs.
+"""Opening a file that a person or another file named: one way for all readers, which never hangs.
 
-Only regular files are opened. A pipe, a terminal or a device would block or never end, and every input is read twice,
-the second time for its hash; so a pipe is not read even where it was given on purpose. ``/dev/stdin`` and other names
-of a file that the shell opened (``< scene/skydist.inp``) are regular files and are read.
+Only regular files are opened. A pipe, a terminal or a device could block or never end. Every input is also read twice,
+the second time for its hash, and a pipe can be read only once. ``/dev/stdin`` is fine if the shell opened a regular
+file for it (``< scene/skydist.inp``).
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _KINDS = {
 
 
 class FileKindError(OSError):
-    """What stands under a name is not a regular file; `kind` says what it is: ``a pipe``, ``a folder``."""
+    """The path is not a regular file; `kind` names it: ``a pipe``, ``a folder``."""
 
     def __init__(self, path: str | Path, kind: str) -> None:
         self.kind, self.reason = kind, f"this is {kind}, not a regular file"
@@ -34,9 +34,10 @@ class FileKindError(OSError):
 
 
 def regular_status(path: str | Path, *, follow_links: bool = True) -> os.stat_result:
-    """Look at a file without opening it; FileKindError for what is no regular file.
+    """Look at a file without opening it; FileKindError for anything but a regular file.
 
-    Without `follow_links` a symbolic link is none: for names inside a folder that we fill, never for what a user named.
+    Without `follow_links` a symbolic link is refused too. That is for names inside our own folders, never for a path of
+    the user.
     """
     try:
         status = os.stat(path, follow_symlinks=follow_links)
@@ -47,7 +48,7 @@ def regular_status(path: str | Path, *, follow_links: bool = True) -> os.stat_re
 
 
 def open_regular(path: str | Path, *, follow_links: bool = True) -> io.BufferedReader:
-    """Open a regular file for reading; never waits, whatever stands under the name. See `regular_status`."""
+    """Open a regular file for reading, without ever waiting. See `regular_status`."""
     regular_status(path, follow_links=follow_links)  # first: opening a device may do something
     handle = open_handle(path, os.O_RDONLY, follow_links=follow_links)
     try:
@@ -59,7 +60,7 @@ def open_regular(path: str | Path, *, follow_links: bool = True) -> io.BufferedR
 
 
 def read_regular(path: str | Path, max_bytes: int, *, follow_links: bool = True) -> bytes:
-    """Read a whole regular file, OSError for more than `max_bytes`, whatever it claims; see `regular_status`."""
+    """Read a whole regular file, OSError for more than `max_bytes` actual bytes; see `regular_status`."""
     with open_regular(path, follow_links=follow_links) as file:
         data = file.read(max_bytes + 1) if os.fstat(file.fileno()).st_size <= max_bytes else None
     if data is None or len(data) > max_bytes:

@@ -1,7 +1,7 @@
-"""What not every operating system offers: each such call stands here with what is done where it is missing.
+"""Calls that some operating systems lack, each with its substitute.
 
-The rest of the package calls Python's own ``os``, ``signal`` and ``pathlib`` for what Linux, macOS and Windows share;
-mypy checks it as on each of them (``mypy --platform win32``). docs/platforms.md shows the same list to users.
+Everything else uses the common part of ``os``, ``signal`` and ``pathlib``. mypy checks the package as on each system
+(``mypy --platform win32``). docs/platforms.md has the same list for users.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ except ImportError:  # Windows
 # files
 
 _PLAIN = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0)
-"""Neither waits for a pipe's other end, nor becomes a terminal's process, nor turns the ends of lines."""
+"""The opened file never blocks on a pipe, takes no terminal, and keeps line ends as they are."""
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 _position = threading.Lock()
-"""Held by who moves the position of an open file, where nothing reads and writes without it."""
+"""Held while the position of an open file is moved, on systems without pread and pwrite."""
 
 
 def open_handle(path: str | Path, access: int, *, follow_links: bool = True) -> int:
     """``os.open`` for bytes, which never waits; without `follow_links` OSError for a symbolic link.
 
-    Where the system has no such word, the link is looked for first, and one that comes in between is followed.
+    A system without O_NOFOLLOW checks for a link first, and follows one that appears after that.
     """
     if not follow_links and not _NO_LINK and os.path.islink(path):
         raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), os.fspath(path))
@@ -38,7 +38,7 @@ def open_handle(path: str | Path, access: int, *, follow_links: bool = True) -> 
 
 
 def write_at(handle: int, data: bytes | memoryview, offset: int) -> int:
-    """Write at an offset from any thread; how many bytes were written."""
+    """Write at an offset from any thread; returns the number of bytes written."""
     if hasattr(os, "pwrite"):
         return os.pwrite(handle, data, offset)
     with _position:
@@ -47,7 +47,7 @@ def write_at(handle: int, data: bytes | memoryview, offset: int) -> int:
 
 
 def read_at(handle: int, room: bytearray, offset: int) -> int:
-    """Fill a buffer from an offset, from any thread; how many bytes there were."""
+    """Fill a buffer from an offset, from any thread; returns the number of bytes read."""
     if hasattr(os, "preadv"):
         return os.preadv(handle, [room], offset)
     with _position:
@@ -58,13 +58,13 @@ def read_at(handle: int, room: bytearray, offset: int) -> int:
 
 
 def sync_file(handle: int) -> None:
-    """Force what was written to the disk; nothing where the system cannot be asked."""
+    """Force written data to the disk, if the system can."""
     if hasattr(os, "fsync"):
         os.fsync(handle)
 
 
 def sync_folder(path: Path) -> None:
-    """Force the names in a folder to the disk; nothing where a folder cannot be opened."""
+    """Force the names in a folder to the disk, if the system can open folders."""
     if hasattr(os, "O_DIRECTORY"):
         handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
         try:
@@ -95,7 +95,7 @@ def flock(file: int | IO[bytes], how: int) -> None:
 
 
 def n_cpus() -> int:
-    """CPUs this process may use, all of the machine where the system does not say."""
+    """CPUs this process may use; all of the machine if the system does not say."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -67,7 +66,8 @@ class RadiancePoints:
     remarks: tuple[str, ...]
 
 
-class _Column(NamedTuple):
+@dataclass(frozen=True, slots=True)
+class _Column:
     """A column that the reader uses; `values` are NaN in gaps."""
 
     name: Name
