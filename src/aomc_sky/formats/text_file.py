@@ -12,8 +12,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from aomc_sky.errors import NOWHERE, InputFileError, OutputError, Span
-from aomc_sky.regular_file import FileKindError, open_regular
-from aomc_sky.system import sync_file
+from aomc_sky.system import FileKindError, open_regular, sync_file
 
 MAX_LINE_BYTES = 65_536
 MAX_FILE_BYTES = 2**31

@@ -25,7 +25,7 @@ from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.plan.check import check_plan, check_stream
 from aomc_sky.plan.sampling.streams import STREAM_VERSION
-from aomc_sky.regular_file import FileKindError, open_regular
+from aomc_sky.system import FileKindError, open_regular
 
 MAX_PLAN_BYTES = 2**34
 """Largest plan that is read. [bytes]"""
