@@ -207,15 +207,17 @@ class _BlockReader:
 
     def _profile(self, one: Species) -> tuple[NumberDensity, np.ndarray, float]:
         """The number density, the altitudes of its kinks, and its column. [m, m-2]"""
-        types, hints = density_names(self._description)
+        # a number of particles has no wavelength
+        spectral = [*_SPECTRAL_TYPES, *(_CROSS_SECTION + each.name for each in self._description.scatterers)]
+        hints = dict.fromkeys(spectral, "a number of particles does not depend on the wavelength")
         block = read_block(
             one.number_density,
             subject=f'number density of "{one.name}"',
             gives=Type.FLOAT,
             argument="altitude",
             unit="m",
-            given=types,
-            hints=hints,
+            given=_COMMON_TYPES,
+            hints=hints | _TABLE_HINTS | {"dotViewSun": "a number density depends on altitude alone"},
         )
         density = NumberDensity(block=block, given=self._common, top_m=self._description.atmosphere_height_m)
         kinks = density.kinks()
@@ -233,14 +235,14 @@ class _BlockReader:
         return phase
 
     def _phase_block(self, one: ScattererDescription, text: SourceText) -> PhaseBlock:
-        types, hints = phase_names(self._description)
+        sections = {_CROSS_SECTION + each.name: Type.VEC4 for each in self._description.scatterers}
         block = read_block(
             text,
             subject=f'phase function of "{one.name}"',
             gives=Type.VEC4,
             argument="dotViewSun",
-            given=types,
-            hints=hints,
+            given=_COMMON_TYPES | _SPECTRAL_TYPES | sections,
+            hints=_TABLE_HINTS | {"altitude": "a phase function depends on dotViewSun and the wavelengths alone"},
         )
         sets, set_of_row = np.unique(self._index // SET_SIZE, return_inverse=True)
         given = [self._common | spectral_values(self._description, int(one)) for one in sets]
@@ -301,21 +303,6 @@ def _report(
 def sun_angular_radius(description: AtmosphereDescription) -> float:
     """Return the radius of the sun over its distance. [rad]"""
     return SUN_RADIUS_M / description.earth_sun_distance_m
-
-
-def density_names(description: AtmosphereDescription) -> tuple[dict[str, Type], dict[str, str]]:
-    """Return the names that a number density reads, with types, and hints for the names with wavelengths."""
-    spectral = [*_SPECTRAL_TYPES, *(_CROSS_SECTION + one.name for one in description.scatterers)]
-    hints = dict.fromkeys(spectral, "a number of particles does not depend on the wavelength")
-    hints |= _TABLE_HINTS | {"dotViewSun": "a number density depends on altitude alone"}
-    return dict(_COMMON_TYPES), hints
-
-
-def phase_names(description: AtmosphereDescription) -> tuple[dict[str, Type], dict[str, str]]:
-    """Return the names that a phase function reads, with types, and hints for those that it does not."""
-    types = _COMMON_TYPES | _SPECTRAL_TYPES
-    types |= {_CROSS_SECTION + one.name: Type.VEC4 for one in description.scatterers}
-    return types, _TABLE_HINTS | {"altitude": "a phase function depends on dotViewSun and the wavelengths alone"}
 
 
 def common_values(description: AtmosphereDescription) -> dict[str, np.ndarray | float]:
