@@ -134,7 +134,7 @@ class _Patches:
         for some, values, weight in self._in_turn(self._tiles):
             places = self._places(self._tiles[:, some], np.arange(self._n)[some])
             seen[some] = _mean(values * weight)
-            slope[:, some] = _slopes(np.stack([_mean(values * weight * x) for x in places]), mass[some])
+            slope[:, some] = slopes_of(np.stack([_mean(values * weight * x) for x in places]), mass[some])
             beyond = _beyond(values, mean[some], slope[:, some], places) * weight
             around[some] = _mean(np.abs(beyond))
             by_ring += _sum(weighted_sum(np.abs(weighted_sum(np.swapaxes(beyond, 0, 1), _WEIGHTS)), _WEIGHTS))
@@ -150,7 +150,7 @@ class _Patches:
         for some, values, weight in self._in_turn(pieces):
             for axis, x in enumerate(self._places(pieces[:, some], owner[some])):
                 np.add.at(lean[axis], owner[some], _mean(values * weight * x))
-        slope[:, is_cut] = _slopes(lean[:, is_cut], mass[is_cut])
+        slope[:, is_cut] = slopes_of(lean[:, is_cut], mass[is_cut])
         for some, values, weight in self._in_turn(pieces):
             own = owner[some]
             beyond = _beyond(values, mean[own], slope[:, own], self._places(pieces[:, some], own))
@@ -186,9 +186,9 @@ def _sixteenths(tiles: np.ndarray) -> np.ndarray:
     return np.stack([x[i], x[i + 1], y[j], y[j + 1]]).transpose(0, 2, 1).reshape(4, -1)
 
 
-def _slopes(lean: np.ndarray, mass: np.ndarray) -> np.ndarray:
-    """Slopes (2, n) from the integrals of L cos (2u - 1) and L cos (2v - 1) over patches: u has the mean 1/2 + s/6."""
-    slope = 3.0 * np.divide(lean, mass, out=np.zeros((2, mass.size)), where=mass > 0)
+def slopes_of(lean: np.ndarray, mass: np.ndarray) -> np.ndarray:
+    """Slopes (2, ...) from integrals of L cos (2u - 1) and L cos (2v - 1) over patches: u has the mean 1/2 + s/6."""
+    slope = 3.0 * np.divide(lean, mass, out=np.zeros_like(lean), where=mass > 0)
     return np.asarray(np.rint(np.clip(slope, -MAX_SLOPE, MAX_SLOPE) / SLOPE_STEP) * SLOPE_STEP)
 
 
