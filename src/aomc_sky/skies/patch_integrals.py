@@ -1,4 +1,4 @@
-"""What the patches of a grid hold of a radiance: masses, slopes, and what a law linear in each patch leaves out."""
+"""Integrals of a radiance over the patches of a grid: masses, slopes, and the error of a law linear in each patch."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ Radiance = Callable[[np.ndarray, np.ndarray], np.ndarray]
 TOLERANCE = 1e-10  #: Error of all masses together, as a share of the total, at which the rule ends.
 _MAX_PARTS = 2**18  #: Parts of patches at which it ends.
 _PARTS_AT_ONCE = 2**12
-_ORDER = 8  #: Of the second look, whose points lie between those of the first.
+_ORDER = 8  #: Order of the second look; its points lie between those of the first.
 _WEIGHTS = POINTS[_ORDER].weights
 _SEEN = 25.0  #: A patch is looked at again where both looks differ by so many times what it may be wrong.
 _SIXTEENTHS = 16
-_AREA = HALF_PI * HALF_PI  #: Of a square of one quarter turn.
+_AREA = HALF_PI * HALF_PI  #: Area of a square of one quarter turn.
 
 SURE_SPOT = 0.19
 """A disc of light this wide, in widths of a patch, holds a point of orders 4, 7 or 8: their largest gap is 0.186."""
 
 
 class PatchIntegrals(NamedTuple):
-    """What the patches of a grid hold of a radiance."""
+    """Integrals of a radiance over patches."""
 
     mass: np.ndarray  #: Integral of L cos over each patch, shape (n_patch,). [radiance x sr]
     error: float  #: Estimated error of all masses together, as a share of their sum.
@@ -43,9 +43,9 @@ class PatchIntegrals(NamedTuple):
 def integrate_patches(radiance: Radiance, grid: PatchGrid) -> PatchIntegrals:
     """Integrate L cos over every patch by the rule of `skies.quadrature`, with orders 4 and 7 first.
 
-    What is integrated is L less its value at the middle of the patch, so that a constant is exact. Where the radiance
-    is smooth the difference of the orders overstates the error by far. Order 8 then looks between their points, for
-    spots. Parts that jumps cross are cut until there are `_MAX_PARTS`.
+    The integrand is L less its value at the middle of the patch, so a constant is exact. For a smooth radiance the
+    difference of the orders overstates the error by far. Order 8 then looks between their points for spots. Parts that
+    jumps cross are cut until there are `_MAX_PARTS`.
     """
     sky = _Patches(radiance, grid)
     parts = sky.parts()
@@ -62,7 +62,7 @@ def integrate_patches(radiance: Radiance, grid: PatchGrid) -> PatchIntegrals:
 
 
 class _Look(NamedTuple):
-    """What order 8 says of whole patches."""
+    """Results of order 8 for whole patches."""
 
     mass: np.ndarray  #: (n_patch,)
     slope: np.ndarray  #: (2, n_patch)
@@ -106,7 +106,7 @@ class _Patches:
         return self._rule.integrate(self._zenith, self._azimuth, self._middle * self._area / _AREA)
 
     def cut_again(self, parts: Parts, mass: np.ndarray, seen: np.ndarray) -> Parts:
-        """Cut the patches whose integral by order 8 is another one, and their neighbours, into which a spot may reach.
+        """Cut patches whose integral by order 8 differs, and their neighbours, into which a spot may reach.
 
         Orders 4 and 7 have agreed on them: a narrow spot lay between their points.
         """
@@ -128,7 +128,7 @@ class _Patches:
         return np.asarray(np.bincount(parts.patch, minlength=self._n) > 1)
 
     def second_look(self, mass: np.ndarray) -> _Look:
-        """Order 8 on whole patches: other masses where it sees a spot, and the laws of all that are not cut."""
+        """Order 8 on whole patches: the masses that it sees, and the laws of all patches that are not cut."""
         seen, around, slope, mean = np.zeros(self._n), np.zeros(self._n), np.zeros((2, self._n)), mass / self._area
         by_ring = by_column = 0.0
         for some, values, weight in self._in_turn(self._tiles):

@@ -39,18 +39,18 @@ _NM |= {
     for prefix, factor in (("nano", 1.0), ("micro", 1e3))
     for end in ("er", "ers", "re", "res")
 }
-_DIGITS = 10  #: Of a degree: radians become the degrees that they were.
+_DIGITS = 10  #: Digits of a degree; radians become the degrees that they were.
 _WIDE_GAP = 3.0  #: How many usual steps are a gap.
 
 
 class PatchRadiances(NamedTuple):
-    """What a field says of the sky over patches."""
+    """A field as radiances over patches."""
 
     wavelength_nm: np.ndarray  #: (n_wl,)
     radiance: np.ndarray  #: Means, (n_wl, n_zenith, n_azimuth).
-    slope: np.ndarray | None  #: As in `TabulatedSky`; None of a field whose values are means of patches.
+    slope: np.ndarray | None  #: As in `TabulatedSky`, or None if the values are means of patches.
     grid: PatchGrid
-    remarks: tuple[str, ...]  #: What was taken for granted, and what was missing.
+    remarks: tuple[str, ...]  #: Assumptions, and gaps.
 
 
 class _Axis(NamedTuple):
@@ -269,7 +269,7 @@ def _values(field: Any, zenith: _Axis, azimuth: _Axis | None, wavelength: _Axis 
 
 
 def _check_radiances(values: np.ndarray) -> None:
-    """Refuse what no radiance of the sky is; what is left out may be anything."""
+    """Refuse values that are no radiance of the sky; those left out before may be anything."""
     if np.any(values < 0) or np.any(np.isinf(values)):
         raise SceneError("the field has values that are negative or infinite; a radiance is finite and not negative")
     if not np.any(values > 0):

@@ -32,7 +32,7 @@ _COSINE_ULP = {49: 1, 74: 1}
 
 
 class Weighting(enum.Enum):
-    """What the listed values are, and hence how many photons a patch gets.
+    """The meaning of the listed values; it decides how many photons a patch gets.
 
     LISTED
         Masses: the value over the sum of the values.

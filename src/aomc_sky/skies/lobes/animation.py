@@ -17,7 +17,7 @@ _EPOCH_WEEKDAY = 4.0  # 1970-01-01 was a Thursday, four days after Sunday
 
 
 class Reference(enum.Enum):
-    """What the relative times of an animation count from."""
+    """The zero of the times of an animation."""
 
     ABSOLUTE = "absolute"  #: A point in time; the animation does not repeat.
     DIURNAL = "diurnal"  #: The most recent midnight.
@@ -72,19 +72,10 @@ class LobeAnimation:
             raise SceneError("the coefficient of a lobe must be finite and not negative")
 
     def relative_days(self, unix_time_s: ArrayLike, *, utc_offset_h: float = 0.0) -> np.ndarray:
-        """Time since the reference; of a repeating animation in [0, 1) or [0, 7).
+        """Days since the reference, of a repeating animation in [0, 1) or [0, 7).
 
-        Parameters
-        ----------
-        unix_time_s : array_like
-            Time. [s since 1970-01-01 UTC]
-        utc_offset_h : float
-            Local time less UTC, for the midnight of repeating animations. [h]
-
-        Returns
-        -------
-        ndarray, float64
-            [d]
+        `unix_time_s` counts seconds since 1970-01-01 UTC. `utc_offset_h` is local time less UTC, for the midnight of
+        repeating animations.
         """
         time, offset = real(unix_time_s), real(utc_offset_h)
         if not np.all(np.isfinite(time)) or not np.all(np.isfinite(offset)):
@@ -97,19 +88,9 @@ class LobeAnimation:
         return np.mod(local + _EPOCH_WEEKDAY * _DAY_S, 7.0 * _DAY_S) / _DAY_S
 
     def between(self, relative_days: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Keys around a time and how far it lies between them.
+        """Keys before and after a time in days, int64, and the share of the later one [0 to 1).
 
-        Parameters
-        ----------
-        relative_days : array_like
-            Time since the reference. [d]
-
-        Returns
-        -------
-        key_low, key_high : ndarray, int64
-            Equal up to the first and from the last key on: the end keys hold, also at midnight.
-        fraction : ndarray, float64
-            Share of the later key. [0 to 1)
+        Both keys are equal up to the first and from the last key on: the end keys hold, also at midnight.
         """
         time = np.asarray(relative_days, dtype=np.float64)
         last = self.time_days.size - 1
