@@ -59,6 +59,9 @@ class Share:
     strength: ArrayLike | None = None  #: Relative irradiance on a horizontal plane, a number or one per wavelength.
     irradiance_W_m2_nm: ArrayLike | None = None  # noqa: N815  #: The same in absolute units.
 
+    def __post_init__(self) -> None:
+        check_share(self)
+
 
 def check_share(model: Share) -> None:
     """Refuse both at once, and values that are no irradiance; arrays become tuples, which compare and hash."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import enum
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,18 +9,11 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.errors import SceneError
 from aomc_sky.phase.vectorised import real
+from aomc_sky.skies.lobes.file.data import ReferenceType
 from aomc_sky.skies.lobes.lobe import checked, vertical_in_local
 
 _DAY_S = 86400.0
 _EPOCH_WEEKDAY = 4.0  # 1970-01-01 was a Thursday, four days after Sunday
-
-
-class Reference(enum.Enum):
-    """The zero of the times of an animation."""
-
-    ABSOLUTE = "absolute"  #: A point in time; the animation does not repeat.
-    DIURNAL = "diurnal"  #: The most recent midnight.
-    HEBDOMADAL = "hebdomadal"  #: Midnight at the begin of the most recent Sunday.
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -42,7 +34,7 @@ class LobeAnimation:
         Row of the sky's curves. [0 to n_curve - 1]
     time_days : ndarray, float64, shape (n_key,)
         Time since the reference, never falling; of equal times the later key wins. [d]
-    reference : Reference
+    reference : ReferenceType
         What the times count from.
     reference_unix_s : float
         The reference of an absolute animation. [s since 1970-01-01 UTC]
@@ -55,7 +47,7 @@ class LobeAnimation:
     quaternion: np.ndarray
     curve: np.ndarray
     time_days: np.ndarray
-    reference: Reference
+    reference: ReferenceType
     reference_unix_s: float = 0.0
 
     def __post_init__(self) -> None:
@@ -80,10 +72,10 @@ class LobeAnimation:
         time, offset = real(unix_time_s), real(utc_offset_h)
         if not np.all(np.isfinite(time)) or not np.all(np.isfinite(offset)):
             raise SceneError("a time and its UTC offset must be finite")
-        if self.reference is Reference.ABSOLUTE:
+        if self.reference is ReferenceType.ABSOLUTE:
             return (time - self.reference_unix_s) / _DAY_S
         local = time + 3600.0 * utc_offset_h
-        if self.reference is Reference.DIURNAL:
+        if self.reference is ReferenceType.DIURNAL:
             return np.mod(local, _DAY_S) / _DAY_S
         return np.mod(local + _EPOCH_WEEKDAY * _DAY_S, 7.0 * _DAY_S) / _DAY_S
 

@@ -17,7 +17,7 @@ from aomc_sky.errors import NOWHERE, InputFileError, Problem, SceneError, UsageE
 from aomc_sky.formats.report import nearest
 from aomc_sky.formats.sky_toml.keys import BackgroundSection
 from aomc_sky.formats.sky_toml.rules import shown_value
-from aomc_sky.skies.lobes.animation import LobeAnimation, Reference
+from aomc_sky.skies.lobes.animation import LobeAnimation
 from aomc_sky.skies.lobes.background import BackgroundSky, background_at
 from aomc_sky.skies.lobes.file.data import KINDS, Animation, BackgroundFile, LobeType
 from aomc_sky.skies.lobes.file.file import read_background_file
@@ -75,7 +75,7 @@ def _animation(one: Animation) -> LobeAnimation:
         quaternion=one.quaternion,
         curve=one.curve_index,
         time_days=one.relative_time_days,
-        reference=Reference[one.reference.name],
+        reference=one.reference,
         reference_unix_s=float(one.time_point_s),
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -172,23 +172,9 @@ def lobe_components(
             known[key] = _unit_lobe(kind, float(first), float(second), turn)
         unit = known[key]
         if unit is not None:
-            parts.append(_named(unit, name, row))
+            plane = row * unit.strength[0]
+            parts.append(replace(unit, name=name, strength=plane, irradiance_W_m2_nm=plane))
     return tuple(parts)
-
-
-def _named(unit: Component, name: str, irradiance: np.ndarray) -> Component:
-    plane = irradiance * unit.strength[0]
-    return Component(
-        name=name,
-        law=unit.law,
-        strength=plane,
-        mass=unit.mass,
-        cell=unit.cell,
-        shared=unit.shared,
-        bounds=unit.bounds,
-        irradiance_W_m2_nm=plane,
-        below_horizon=unit.below_horizon,
-    )
 
 
 def _unit_lobe(kind: str, param0: float, param1: float, quaternion: np.ndarray) -> Component | None:
