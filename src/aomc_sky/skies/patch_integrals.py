@@ -106,13 +106,13 @@ class _Patches:
         return self._rule.integrate(self._zenith, self._azimuth, self._middle * self._area / _AREA)
 
     def cut_again(self, parts: Parts, mass: np.ndarray, seen: np.ndarray) -> Parts:
-        """Cut patches whose integral by order 8 differs, and their neighbours, into which a spot may reach.
+        """Cut patches whose integral by order 8 differs, and neighbours of cut ones, into which a spot may reach.
 
-        Orders 4 and 7 have agreed on them: a narrow spot lay between their points.
+        Orders 4 and 7 have agreed on them: a narrow spot, or a part of one, lay between their points.
         """
         total, is_cut = _sum(mass), self._is_cut(parts)
         found = np.abs(seen - mass) > _SEEN * TOLERANCE * total / self._n
-        near = (found & ~is_cut).reshape(self._grid.n_zenith, self._grid.n_azimuth)
+        near = (found | is_cut).reshape(self._grid.n_zenith, self._grid.n_azimuth)
         near = near | np.roll(near, 1, axis=1) | np.roll(near, -1, axis=1)
         padded = np.pad(near, ((1, 1), (0, 0)))
         again = (padded[:-2] | padded[1:-1] | padded[2:]).ravel() & ~is_cut
