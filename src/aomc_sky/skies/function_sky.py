@@ -153,17 +153,14 @@ class FunctionSky(Share):
     def refined(self, tolerance: float, *, wavelength_nm: ArrayLike = (400.0, 550.0, 700.0)) -> FunctionSky:
         """Return this sky on an even grid, as coarse as it may be, whose `variation` is at most `tolerance`.
 
+        SceneError: it takes more than 4 million patches.
+
         Parameters
         ----------
         tolerance : float
             Wished total variation. [above 0, below 1]
         wavelength_nm : array_like
             Wavelengths at which it must hold. [nm]
-
-        Raises
-        ------
-        SceneError
-            It takes more than 4 million patches.
         """
         if not 0 < tolerance < 1:
             raise SceneError(f"tolerance is a share of the photons between 0 and 1, got {tolerance!r}")

@@ -104,6 +104,8 @@ class RadianceField(Share):
     ) -> RadianceField:
         """Sky of points in any order; NaN is a gap, and a direction that comes again has its mean radiance.
 
+        SceneError: arrays that do not fit, negative radiances, fewer than three directions at a wavelength.
+
         Parameters
         ----------
         sky_zenith_deg, sky_azimuth_deg, or sky_zenith_rad, sky_azimuth_rad : array_like, shape (n,)
@@ -116,11 +118,6 @@ class RadianceField(Share):
             Where the sun is. [deg]
         is_absolute, grid, remarks, strength, irradiance_W_m2_nm : optional
             As for the class.
-
-        Raises
-        ------
-        SceneError
-            Arrays that do not fit, negative radiances, fewer than three directions at a wavelength.
         """
         zenith, azimuth = (
             np.asarray(given_angle(name, value, twin), dtype=np.float64).ravel()

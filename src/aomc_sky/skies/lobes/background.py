@@ -112,6 +112,10 @@ def background_at(
 ) -> LobeSky:
     """One or several background skies at one time.
 
+    Lobes are called as the animations, behind that ``/key`` (from 0) where two keys fade into each other, before that
+    ``sky/`` (from 1) where several skies add. Lobes without light are left out. SceneError: the time or the offset is
+    not finite.
+
     Parameters
     ----------
     backgrounds : BackgroundSky or sequence of BackgroundSky
@@ -121,20 +125,7 @@ def background_at(
     utc_offset_h : float, optional
         Local time less UTC, for the midnight of repeating animations. [h] Left out: that of each sky.
     interpolation : {"crossfade", "slerp"} or Interpolation
-        What lobes do between their keys.
-
-    Returns
-    -------
-    LobeSky
-        Its lobes are called as the animations, behind that ``/key`` (from 0) where two keys fade into each other,
-        before that ``sky/`` (from 1) where several skies add. Lobes without light are left out.
-
-    Raises
-    ------
-    UsageError
-        There is no such interpolation.
-    SceneError
-        The time or the offset is not finite.
+        How lobes go from one key to the next.
     """
     try:
         how = Interpolation(interpolation)

@@ -30,28 +30,16 @@ _KIND = {lobe_type: kind for kind, lobe_type in KINDS.items()}
 
 
 def read_background(path: str | os.PathLike[str], *, utc_offset_h: float = 0.0) -> BackgroundSky:
-    """Read a background-sky file (DIRSIG BackgroundSkyData, HDF5) as a sky.
+    """Read a background-sky file (DIRSIG BackgroundSkyData, HDF5) as a sky in absolute units.
+
+    InputFileError: all problems of the file together. MissingExtraError: h5py is not installed.
 
     Parameters
     ----------
     path : str or path
         The file.
     utc_offset_h : float
-        Local time less UTC: where the midnight of diurnal and weekly animations lies. [h]
-
-    Returns
-    -------
-    BackgroundSky
-        Its animations, in absolute units.
-
-    Raises
-    ------
-    InputFileError
-        Everything that is wrong with the file, together.
-    MissingExtraError
-        h5py is not installed.
-    SceneError
-        The UTC offset is not finite.
+        Local time less UTC: the midnight of diurnal and weekly animations. [h]
     """
     return background_sky(read_background_file(Path(path)), utc_offset_h=utc_offset_h)
 

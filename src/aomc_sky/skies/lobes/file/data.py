@@ -164,13 +164,15 @@ def background_of_lobes(
     description: str = "",
     organization: str = "",
 ) -> BackgroundFile:
-    """Build the content of a background-sky file from lobes.
+    """Content of a background-sky file from lobes, for `aomc_sky.write_background`; equal spectra become one curve.
+
+    UsageError: an unknown kind or reference. SceneError: a spectrum without one value for each wavelength, or an
+    animation without a lobe.
 
     Parameters
     ----------
     animations : mapping of str to SkyLobe, or to a sequence of them
-        One lobe stands still; several are the keys of an animation, in the order of time. The light of the
-        animations adds.
+        One lobe stands still; several are the keys of an animation, in the order of time. The light of all adds.
     wavelength_nm : array_like, shape (n_wavelength,)
         Wavelengths of the spectra, rising. [nm]
     reference : {"diurnal", "hebdomadal", "absolute"}
@@ -179,18 +181,6 @@ def background_of_lobes(
         The reference time of "absolute". [s since 1970-01-01 UTC]
     name, author, description, organization : str
         Texts for persons.
-
-    Returns
-    -------
-    BackgroundFile
-        For `aomc_sky.write_background`, which checks every value. Equal spectra become one curve.
-
-    Raises
-    ------
-    UsageError
-        An unknown kind or reference.
-    SceneError
-        A spectrum without one value for each wavelength, or an animation without a lobe.
     """
     if reference not in _REFERENCES:
         raise UsageError(f"reference is one of {', '.join(map(repr, _REFERENCES))}, not {reference!r}")

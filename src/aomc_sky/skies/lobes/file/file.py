@@ -64,12 +64,15 @@ _INTEGERS = ("Type", "CurveIndex", "TimePoint")
 def read_background_file(path: str | Path) -> BackgroundFile:
     """Read a background-sky file into our units.
 
-    Members are found by name, whatever their width, byte order and padding; the texts and numbers of ``/Info`` may be
+    Members are found by name, whatever their width, byte order and padding. The texts and numbers of ``/Info`` may be
     attributes of the root instead. Name, author, organization, description and file type are for persons: they may be a
     text, a list of texts or numbers, and anything else is a warning. Quaternions are normalised in float64. ``Param1``
-    of a Henyey-Greenstein lobe has no meaning and becomes 0. h5py opens the file in this process. No other file is
-    opened, and no array is read that is larger than a file of this size can hold; a file that is made to harm the HDF5
-    library itself is a matter of that library.
+    of a Henyey-Greenstein lobe has no meaning and becomes 0.
+
+    h5py opens the file in this process. No other file is opened, and no array is read that is larger than a file of
+    this size can hold. A file that is made to harm the HDF5 library itself is a matter of that library. InputFileError:
+    every problem of the file, codes E500 to E509. MissingExtraError: h5py is not installed (``pip install
+    "aomc-sky[hdf5]"``).
 
     Parameters
     ----------
@@ -80,13 +83,6 @@ def read_background_file(path: str | Path) -> BackgroundFile:
     -------
     BackgroundFile
         Wavelengths in nm and curves in W m-2 nm-1, from micrometres and W cm-2 um-1 in the file.
-
-    Raises
-    ------
-    InputFileError
-        Every problem of the file, codes E500 to E509.
-    MissingExtraError
-        h5py is not installed: ``pip install "aomc-sky[hdf5]"``.
     """
     report = Report(path=str(path))
     members = read_members(path, MEMBERS, report, extra=EXTRA, informing=INFORMING)
@@ -382,21 +378,15 @@ def _add(report: Report, code: str, name: str, message: str, advice: str) -> Non
 def write_background(path: str | Path, background: BackgroundFile) -> None:
     """Write a background-sky file, atomically; equal content gives equal bytes with one version of the library.
 
+    SceneError: values that the reader would refuse, rounded to float32; nothing is written. OutputError: the operating
+    system refuses; nothing was changed. MissingExtraError: h5py is not installed (``pip install "aomc-sky[hdf5]"``).
+
     Parameters
     ----------
     path : str or Path
         The file; its folder must exist.
     background : BackgroundFile
         Content in our units; it is stored in the widths of the format, float32 and uint32.
-
-    Raises
-    ------
-    SceneError
-        Values that the reader would refuse, rounded to float32 as they are; nothing is written.
-    OutputError
-        The operating system refuses; nothing was changed.
-    MissingExtraError
-        h5py is not installed: ``pip install "aomc-sky[hdf5]"``.
     """
     report = Report(path=str(path))
     check_storable(background, report)
