@@ -186,7 +186,7 @@ class _PrintCompletion(argparse.Action):
 
         shtab = optional_module("shtab", extra="completion")
         complete = build_parser()
-        commands = next(action.choices for action in complete._actions if action.dest == "command")
+        commands = next(action.choices for action in complete._actions if isinstance(action, argparse._SubParsersAction))
         for action in (action for one in commands.values() for action in one._actions):
             if action.metavar in ("DIR", "FILE", "PATH", "AMC_INP", "RUN", "MODEL"):
                 action.complete = shtab.DIRECTORY if action.metavar == "DIR" else shtab.FILE

@@ -1,4 +1,4 @@
-"""``aomc-sky atmosphere``: the clear sky of an atmosphere description as tables, under one sun or several."""
+"""``aomc-sky atmosphere``: the clear sky of an atmosphere description as tables, for one sun or several."""
 
 from __future__ import annotations
 
@@ -101,7 +101,7 @@ def _suns(text: str) -> tuple[float, ...] | None:
 
 
 def _range(text: str) -> tuple[float, ...]:
-    """START:END:STEP with both ends, where the step meets the end."""
+    """START:END:STEP; END is included if a step reaches it."""
     parts = [cli_options.finite_number(part) for part in text.split(":")]
     if len(parts) != 3 or not parts[2] > 0 or parts[1] < parts[0]:
         raise argparse.ArgumentTypeError(f"wanted START:END:STEP with a step above 0, for example 0:80:5, got {text!r}")
@@ -133,9 +133,7 @@ def atmosphere(arguments: argparse.Namespace) -> int:
     files: dict[str, str] = {}
     if not arguments.no_save_tex:
         if arguments.out_dir is not None:
-            create_folder(
-                Path(arguments.out_dir)
-            )  # a folder that cannot be written ends the command before minutes of work
+            create_folder(Path(arguments.out_dir))  # an error before minutes of work
         with progress_bar(enabled=shown, unit="skies", before="solving") as progress:
             table = solve_table(table, progress=progress)
         with patience("writing the tables", enabled=shown):
@@ -177,7 +175,7 @@ def _request(arguments: argparse.Namespace) -> TableRequest:
 
 
 def _check_targets(arguments: argparse.Namespace) -> None:
-    """Nothing of others is replaced; beside a report of ours every file of a table is ours."""
+    """Refuse to replace files of others; every file of a table beside a report of ours is ours."""
     from aomc_sky.engine.atmosphere import DESCRIPTION_NAME, NETCDF_NAME, REPORT_HEAD, REPORT_NAME, SKYDIST_NAME
     from aomc_sky.outputs.folder.target_file import check_folder, check_target, is_ours
 
@@ -191,17 +189,12 @@ def _check_targets(arguments: argparse.Namespace) -> None:
     names = (SKYDIST_NAME, NETCDF_NAME, DESCRIPTION_NAME, REPORT_NAME)
     for path in [folder / name for name in names] + sorted(folder.glob(f"sun_*/{SKYDIST_NAME}")):
         if path.exists():
-            check_target(
-                path,
-                "--out-dir",
-                force=arguments.force or is_table,
-                inputs=[arguments.path],
-                is_copy=path.name == DESCRIPTION_NAME,
-            )
+            is_copy, force = path.name == DESCRIPTION_NAME, arguments.force or is_table
+            check_target(path, "--out-dir", force=force, inputs=[arguments.path], is_copy=is_copy)
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
-    """Fail before the work, not after it."""
+    """Refuse before the work what cannot be written after it."""
     from aomc_sky.outputs.tables.atmosphere import require_netcdf
 
     if arguments.out_dir is None and arguments.out is None:
@@ -218,7 +211,7 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
 
 
 def _text(report: Mapping[str, Any], files: Mapping[str, str]) -> str:
-    """A description, its species, and where they are solved the skies; `files` by their role."""
+    """A description with its species and, once solved, its skies; `files` by their role."""
     roles = {role: path for role, path in files.items() if not role.startswith("skydist ")}
     if len(roles) < len(files):
         roles["skydist.inp"] = f"{len(files) - len(roles)} files, one in the folder of each sun"
@@ -243,7 +236,7 @@ _SAVES = {
         "'colour'",
     ),
 }
-"""Member of `Saves` -> its option, and what atmosphere.nc holds then."""
+"""Member of `Saves` -> its option, and what it adds to atmosphere.nc."""
 
 _IDLE = {
     "--radiance": "spectral radiances are written in any case",
@@ -251,4 +244,4 @@ _IDLE = {
     "--no-eds-tex": "there is no texture of eclipsed double scattering to leave out",
     **dict.fromkeys(("--opengl-info", "--opengl-debug", "--opengl-debug-full"), "OpenGL is not used"),
 }
-"""Options of calcmysky that change nothing, and why."""
+"""Options of calcmysky that change nothing -> why."""
