@@ -186,7 +186,8 @@ class _PrintCompletion(argparse.Action):
 
         shtab = optional_module("shtab", extra="completion")
         complete = build_parser()
-        commands = next(action.choices for action in complete._actions if isinstance(action, argparse._SubParsersAction))
+        actions = (action for action in complete._actions if isinstance(action, argparse._SubParsersAction))
+        commands = next(actions).choices
         for action in (action for one in commands.values() for action in one._actions):
             if action.metavar in ("DIR", "FILE", "PATH", "AMC_INP", "RUN", "MODEL"):
                 action.complete = shtab.DIRECTORY if action.metavar == "DIR" else shtab.FILE

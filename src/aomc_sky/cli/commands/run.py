@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Any
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.terminal import MAX_ROWS, shown, table
 from aomc_sky.errors import UsageError
-from aomc_sky.source.read.kind import Kind, kind_of_name
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
@@ -89,11 +88,6 @@ def run(arguments: argparse.Namespace) -> int:
     shard = None if arguments.shard is None else parse_shard(arguments.shard)
     if arguments.amc_inp is None:
         scene = _scene_of_weather(arguments)
-    elif arguments.wavelengths and kind_of_name(Path(arguments.amc_inp).name) is not Kind.MEASURED:
-        raise UsageError(
-            f"--wavelengths is for a run without files; {arguments.amc_inp} has its own in lambbot.inp: leave "
-            "it out, or choose among them with --waveband 1"
-        )
     else:
         scene = cli_options.scene_of(arguments, arguments.amc_inp, wavebands=arguments.waveband)
     if arguments.dry_run:
