@@ -120,7 +120,7 @@ def _read_toml(path: Path, arguments: argparse.Namespace) -> None:
         from aomc_sky.source.read.field import read_sky_field
 
         read_sky_field(toml.sky.table, str(path))
-    if toml.sky.model_span is not None and arguments.sky in (None, toml.sky.model):
+    if toml.sky.model is not None and toml.sky.model_span is not None and arguments.sky in (None, toml.sky.model):
         from aomc_sky.source.read.plugin import choose_plugin
 
         choose_plugin(toml.sky.model, toml.sky, cli_options.sky_option_arguments(arguments), str(path))
