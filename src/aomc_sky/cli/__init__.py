@@ -5,6 +5,6 @@ main       ``aomc-sky``: runs one sub-command, with its streams, warnings and Ct
 usage      The parser: all sub-commands, help in two lengths, and usage errors that suggest the word that was meant
 options    Options that several sub-commands share, and the types that turn their text into values
 commands/  The sub-commands, with what they print
-terminal   What a command prints: streams that escape control characters, tables, warnings and errors
-background_report  What a background-sky file holds: animations and spectra, and at one time its lobes
+terminal   Output of commands: streams that escape control characters, tables, warnings and errors
+background_report  The contents of a background-sky file: animations and spectra, and its lobes at one time
 """

@@ -65,8 +65,8 @@ def _parse(argv: Sequence[str], arguments: argparse.Namespace) -> None:
 def _interrupts_remembered() -> Iterator[None]:
     """After Ctrl-C, raise KeyboardInterrupt in place of any exception that ends the block.
 
-    The import of numpy, for example, turns an interrupt into an ImportError. Nothing changes in other threads than the
-    main one, or if something else handles or ignores SIGINT.
+    The import of numpy, for example, turns an interrupt into an ImportError. It changes nothing in other threads than
+    the main one, or if something else handles or ignores SIGINT.
     """
     was_pressed = False
 
@@ -133,7 +133,7 @@ class Failure:
 
 
 def _report_failure(error: BaseException, arguments: argparse.Namespace, *, as_json: bool) -> int | None:
-    """Print why a command failed and return the exit code; None for a bug of ours, which is not printed here."""
+    """Print why a command failed and return the exit code, or return None for a bug of ours."""
     failure = _failure_of(error, arguments)
     if failure is None:
         return None
@@ -195,7 +195,7 @@ def _failure_of(error: BaseException, arguments: argparse.Namespace) -> Failure 
 
 
 def _fault_of_machine(error: BaseException) -> Failure | None:
-    """A limit of this process or of its numbers was reached; None for any other error."""
+    """The failure if a limit of this process or of its numbers was reached, or None."""
     is_shallow = isinstance(error, ImportError) and sys.getrecursionlimit() < _LEAST_DEPTH
     if isinstance(error, RecursionError) or is_shallow:
         limit = f"the recursion limit of this Python, {sys.getrecursionlimit()}, is too low; 1000 is usual"

@@ -152,7 +152,7 @@ def _rows(table: str) -> list[str]:
 
 
 def attribute(option: str) -> str:
-    """Where argparse keeps the value of an option."""
+    """The attribute in which argparse keeps the value of an option."""
     return option[2:].replace("-", "_")
 
 

@@ -1,4 +1,4 @@
-"""What a command prints: streams that escape control characters, tables, warnings and errors.
+"""Output of commands: streams that escape control characters, tables, warnings and errors.
 
 All output passes through a `VisibleStream`, so texts of files cannot move the cursor or hide letters.
 """
@@ -68,12 +68,7 @@ def warnings_at_end(*, is_strict: bool = False) -> Iterator[None]:
             with contextlib.suppress(OSError, ValueError):  # tables come before warnings; main reports this error
                 sys.stdout.flush()
             for text in kept:
-                print_warning(text)
-
-
-def print_warning(text: str) -> None:
-    """Print one warning, a rendered problem or a sentence, on standard error."""
-    print(text if "warning[" in text else f"aomc-sky: warning: {text}", file=sys.stderr)
+                print(text if "warning[" in text else f"aomc-sky: warning: {text}", file=sys.stderr)
 
 
 def error_text(error: AomcSkyError) -> str:

@@ -53,19 +53,19 @@ _MOST_VALUES = 500_000_000
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class TableRequest:
-    """The contents of a table of an atmosphere; None stands for what the description says."""
+    """The contents of a table of an atmosphere; where None is allowed, the description decides."""
 
     path: str  #: the description
-    sun_zenith_deg: tuple[float, ...] | None  #: rising; None is evenly from 0 to 90 [deg, 0 to 108]
+    sun_zenith_deg: tuple[float, ...] | None  #: rising; by default evenly from 0 to 90 [deg, 0 to 108]
     sun_azimuth_deg: float = 0.0  #: from +x towards +y [deg]
-    wavelength_nm: tuple[float, ...] | None = None  #: each the nearest of the description; None is all [nm]
+    wavelength_nm: tuple[float, ...] | None = None  #: each the nearest of the description; by default all [nm]
     method: str = "auto"  #: as `aomc_sky.skies.atmosphere.sky.method.chosen_method` has it
     n_orders: int | None = None  #: most interactions that count
-    n_paths: int | None = None  #: backward paths per direction and wavelength; None lets `solve_sky` choose
-    bins: tuple[int, int] | None = None  #: equal bins of zenith and azimuth; None without a description: 45 and 180
+    n_paths: int | None = None  #: backward paths per direction and wavelength; `solve_sky` decides
+    bins: tuple[int, int] | None = None  #: equal bins of zenith and azimuth, at last 45 and 180
     allow_paths: tuple[str, ...] = ()  #: more folders below which tables of the description may lie
     saves: Saves = field(default_factory=Saves)  #: what the netCDF file holds besides radiances and irradiances
-    significand_bits: int | None = None  #: of the numbers in the netCDF file, then float32; None is float64 [1 to 24]
+    significand_bits: int | None = None  #: of float32 in the netCDF file, which else has float64 [1 to 24]
     moon: MoonDirection = field(default_factory=MoonDirection)  #: where the Moon hides part of the sun; empty: no Moon
     ground_luminance_cd_m2: float = 0.0  #: light that the ground emits [0 or more]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -14,16 +14,13 @@ from aomc_sky.formats.mcpl.file import holds
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder
 from aomc_sky.outputs.photon_formats import photon_writer
-from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, Progress, photon_files
+from aomc_sky.outputs.photons.files import ChunkPool, Meter, Progress, photon_files
 from aomc_sky.outputs.photons.mcpl import McplWriter, is_gzip_name, write_mcpl_file
-
-LARGE_TEXT_BYTES = 1_000_000_000
-"""Text files larger than this get a warning before they are made. [bytes]"""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ExportOptions:
-    """What is exported, and where to; none of it changes a photon."""
+    """The format and the target of an export; they change no photon."""
 
     to: str  #: one of `EXPORTS`
     out: str | None = None  #: file or folder; `target_of` has the default
@@ -103,12 +100,13 @@ def target_of(run: StoredRun, options: ExportOptions) -> Path:
 
 def _export_mcpl(job: _Job) -> tuple[list[str], bool]:
     """One MCPL file, compressed if its name ends in ".gz"."""
-    if not is_gzip_name(Path(job.name)):
-        return _export_photons(job)
     source, target = job.run.source, job.folder.path / job.name
     if not job.options.force and job.folder.size_of(job.name) is not None:
         (layout,) = McplWriter(source).layouts(job.bands)
-        if not holds(target, layout.head, layout.size):
+        is_complete = job.folder.holds(job.name, layout.head, layout.size)
+        if is_gzip_name(target):
+            is_complete = holds(target, layout.head, layout.size)
+        if not is_complete:
             raise ForeignOutputError(_foreign(job))
         return [job.name], True
     meter = Meter(job.progress, sum(source.n_photons(band) for band in job.bands))
@@ -118,28 +116,19 @@ def _export_mcpl(job: _Job) -> tuple[list[str], bool]:
 
 def _export_photons(job: _Job) -> tuple[list[str], bool]:
     """Photon files as a run writes them; complete files are kept."""
-    writer = photon_writer(job.options.to)(job.run.source)
-    if job.name:
-        return _export_files(job, [PhotonFiles(job.folder, writer, job.bands, name=job.name)])
-    with job.folder.held(job.run.source.plan, force=job.options.force):
-        return _export_files(job, photon_files(job.folder, [writer], job.bands))
-
-
-def _export_files(job: _Job, parts: Sequence[PhotonFiles]) -> tuple[list[str], bool]:
-    names = [layout.name for part in parts for layout in part.layouts]
-    missing = [part for part in parts if job.options.force or part.missing]
-    if job.name and missing and not job.options.force and job.folder.size_of(job.name) is not None:
-        raise ForeignOutputError(_foreign(job))
-    job.folder.require_space(sum(part.n_bytes_missing for part in missing))
-    source = job.run.source
-    meter = Meter(job.progress, sum(source.n_photons(band) for part in missing for band in part.bands))
-    announce_photons(meter.total)
-    with ChunkPool(source, job.options.threads) as pool:
-        for part in missing:
-            with part.writing() as write:
-                for band in part.bands:
-                    pool.emit(band, [(part.writer, write)], meter.add)
-    return names, not missing
+    source, force = job.run.source, job.options.force
+    with job.folder.held(source.plan, force=force):
+        parts = photon_files(job.folder, [photon_writer(job.options.to)(source)], job.bands)
+        missing = [part for part in parts if force or part.missing]
+        job.folder.require_space(sum(part.n_bytes_missing for part in missing))
+        meter = Meter(job.progress, sum(source.n_photons(band) for part in missing for band in part.bands))
+        announce_photons(meter.total)
+        with ChunkPool(source, job.options.threads) as pool:
+            for part in missing:
+                with part.writing() as write:
+                    for band in part.bands:
+                        pool.emit(band, [(part.writer, write)], meter.add)
+    return [layout.name for part in parts for layout in part.layouts], not missing
 
 
 def _foreign(job: _Job) -> str:
@@ -205,18 +194,6 @@ def _export_aomc(job: _Job) -> tuple[list[str], bool]:
         )
     job.notes.extend(filter(None, [water_note(job.folder)]))
     return names, False
-
-
-def size_warning(run: StoredRun, options: ExportOptions) -> str:
-    """A warning before a large text file is made, or an empty text."""
-    if options.to != "csv":
-        return ""
-    bands = run.chosen(options.wavebands)
-    writers = [photon_writer(to)(run.source) for to in ("csv", "npy")]
-    n_bytes, in_npy = (sum(layout.size for band in bands for layout in writer.layouts((band,))) for writer in writers)
-    if n_bytes <= LARGE_TEXT_BYTES:
-        return ""
-    return f"the text takes {n_bytes / 1e9:.3g} GB; --to npy takes {in_npy / 1e9:.3g} GB and is much faster"
 
 
 EXPORTS: dict[str, tuple[Callable[[_Job], tuple[list[str], bool]], str]] = {

@@ -7,7 +7,7 @@ import json
 import os
 import platform
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -42,7 +42,7 @@ from aomc_sky.whole_number import as_number_of
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class JobOptions:
-    """What a job writes and with how many threads; none of it changes a photon."""
+    """Formats, threads and limits of a job; they change no photon."""
 
     formats: tuple[str, ...] = ("npy",)
     threads: int = 0
@@ -52,15 +52,15 @@ class JobOptions:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class JobResult:
-    """What a finished job or shard reports."""
+    """The report of a finished job or shard."""
 
     bands: Sequence[BandResult] = ()  #: in order; none of a shard
     seconds: float
     emitted: int  #: photons that were made
     was_finished: bool = False  #: whether the whole run was finished before
-    manifest: dict[str, Any] | None = None  #: None for a pipe, and for a run that is not finished
+    manifest: dict[str, Any] | None = None  #: of a finished run in a folder
     threads: int = 0
-    shard: Shard | None = None  #: None for a whole run
+    shard: Shard | None = None  #: the part that was made, if not the whole run
     ranges: Sequence[tuple[int, int, int]] = ()  #: of the shard: waveband [0-based], first photon, end
     missing: Sequence[Shard] = ()  #: shards that are not made yet
 
@@ -118,9 +118,9 @@ def write_run(
         It cannot be written.
     """
     chosen = tuple(dict.fromkeys([formats] if isinstance(formats, str) else formats))
-    unknown = [name for name in chosen if name not in FOLDER_FORMATS]
-    if unknown:
-        raise UsageError(f"formats are {', '.join(FOLDER_FORMATS)}, got {unknown[0]!r}")
+    for name in chosen:
+        if name not in FOLDER_FORMATS:
+            raise UsageError(f"formats are {', '.join(FOLDER_FORMATS)}, got {name!r}")
     amc = scene.input_files.get("amc")
     check_folder(Path(out) if os.fspath(out) else "", "out", scene=None if amc is None else Path(amc).parent)
     n_threads, memory = as_number_of(threads, "threads", 0, 1024), sampling.get("max_memory_bytes")
@@ -210,7 +210,7 @@ def remove_rest(folder: RunFolder) -> None:
 
 
 def finished_manifest(source: PhotonSource, folder: RunFolder, formats: Sequence[str]) -> dict[str, Any] | None:
-    """The manifest of a run that has all files of these formats; None if work is left. No photon is read."""
+    """The manifest of a run that has all files of these formats, or None if work is left. No photon is read."""
     if folder.size_of(MANIFEST) is None:
         return None
     try:
@@ -232,22 +232,17 @@ def stream_job(source: PhotonSource, pipe: BinaryIO, threads: int, progress: Pro
     chosen = chosen_bands(source)
     meter = Meter(progress, sum(source.n_photons(b) for b in chosen))
     announce_photons(meter.total)
-    with _pipe_errors(), ChunkPool(source, threads) as pool:
-        to_pipe = (writer, lambda band, start, chunks: pipe.write(chunks[0]))
-        sums = [pool.emit(band, [to_pipe], meter.add) for band in chosen]
-        pipe.flush()
-    bands = [band_result(source, band, of_band) for band, of_band in zip(chosen, sums, strict=True)]
-    return JobResult(bands=bands, seconds=time.perf_counter() - started, emitted=meter.done)
-
-
-@contextlib.contextmanager
-def _pipe_errors() -> Iterator[None]:
     try:
-        yield
+        with ChunkPool(source, threads) as pool:
+            to_pipe = (writer, lambda band, start, chunks: pipe.write(chunks[0]))
+            sums = [pool.emit(band, [to_pipe], meter.add) for band in chosen]
+            pipe.flush()
     except BrokenPipeError:
         raise OutputError("the program that reads standard output ended before the last photon") from None
     except OSError as error:
         raise OutputError(f"cannot write to standard output: {error.strerror or error}") from error
+    bands = [band_result(source, band, of_band) for band, of_band in zip(chosen, sums, strict=True)]
+    return JobResult(bands=bands, seconds=time.perf_counter() - started, emitted=meter.done)
 
 
 def check_memory(source: PhotonSource, options: JobOptions) -> None:

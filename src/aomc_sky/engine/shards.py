@@ -103,7 +103,7 @@ def make_shard(pool: ChunkPool, folder: RunFolder, shard: Shard, progress: Progr
 
 
 def read_mark(source: PhotonSource, folder: RunFolder, shard: Shard) -> Sums | None:
-    """Sums over the photons of a shard, from its mark; None if the mark is missing, damaged or of another run."""
+    """Sums over the photons of a shard, from its mark, or None without a valid mark of this run."""
     try:
         with folder.reading(shard.mark) as file:
             mark = json.loads(file.read(MAX_MARK_BYTES))

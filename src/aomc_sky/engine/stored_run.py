@@ -21,7 +21,7 @@ class StoredRun:
 
     path: Path  #: the folder, absolute
     source: PhotonSource  #: from the plan alone
-    manifest: dict[str, Any] | None  #: None where the run is unfinished
+    manifest: dict[str, Any] | None  #: of a finished run
     bands: tuple[int, ...]  #: wavebands that the run was asked for [0-based]
 
     def chosen(self, wavebands: list[int] | None) -> tuple[int, ...]:

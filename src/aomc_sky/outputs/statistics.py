@@ -130,11 +130,11 @@ class PhotonSums:
         return _rounded([term for of_replicate in self._sums[name] for term in of_replicate.terms])
 
     def mean(self, name: str) -> float | None:
-        """Mean over all photons; None without photons, infinite if a photon is horizontal."""
+        """Mean over all photons, or None without photons; infinite if a photon is horizontal."""
         return self.total(name) / self.n_photons if self.n_photons else None
 
     def planar_over_scalar(self) -> float | None:
-        """1 / mean of 1 / mu: Ed / Eo of photons that carry equal flux; None without photons."""
+        """1 / mean of 1 / mu: Ed / Eo of photons that carry equal flux, or None without photons."""
         return self.n_photons / self.total("inverse") if self.n_photons else None
 
     def standard_error(self, name: str) -> float | None:
@@ -147,7 +147,7 @@ def standard_error(totals: np.ndarray, n_photons: np.ndarray) -> float | None:
     """Standard error of sum(totals) / sum(n_photons), the mean over all photons of R independent replicates.
 
     With e_r = total_r - mean n_r it is sqrt(R / (R - 1) sum e_r^2) / N. Its own relative error is 1 / sqrt(2 (R - 1))
-    for normal replicate means. None for fewer than two replicates, no photons, or a total that is not finite.
+    for normal replicate means. The result is None for fewer than two replicates, no photons, or infinite totals.
     """
     n, all_photons = totals.size, math.fsum(n_photons)
     if n < 2 or all_photons == 0 or not np.all(np.isfinite(totals)):

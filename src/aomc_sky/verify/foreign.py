@@ -166,7 +166,7 @@ class MadeAgain:
             yield rows
 
     def check(self) -> Check:
-        """What was found, after all blocks."""
+        """The check, after all blocks."""
         detail = f"all {self._n} photons agree with the plan"
         if self._n_wrong:
             detail = f"{self._n_wrong} of {self._n} photons differ from the plan; the first is photon {self._first}"

@@ -118,7 +118,7 @@ class _ComparedFiles:
 
     @contextmanager
     def opened(self) -> Iterator[Target]:
-        """What `ChunkPool.emit` gives its blocks to."""
+        """The target to which `ChunkPool.emit` gives its blocks."""
         with ExitStack() as stack:
             for k, layout in enumerate(self.part.layouts):
                 if self._folder.size_of(layout.name) is not None:
@@ -173,7 +173,7 @@ class _ComparedFiles:
             )
 
     def _faults(self, layout: FileLayout, file: BinaryIO) -> Iterator[str]:
-        """What is wrong with the length and the head of a file."""
+        """Faults of the length and the head of a file."""
         size = self._folder.size_of(layout.name)
         if size != layout.size:
             yield f"{size} bytes in place of {layout.size}"

@@ -30,7 +30,7 @@ class Check:
 
     name: str
     passed: bool = True  #: `judged` decides for tests with a p-value
-    waveband: int | None = None  #: None for all [1-based]
+    waveband: int | None = None  #: if it is of one waveband [1-based]
     found: float | None = None  #: the statistic
     allowed: float | None = None  #: its bound
     p_value: float | None = None  #: of a statistical test
@@ -149,7 +149,7 @@ def cell_json(pulls: Pulls, ring: int, column: int) -> dict[str, Any]:
 
 
 def largest_pull(maps: Sequence[Pulls]) -> tuple[Pulls, int, int] | None:
-    """The map with the largest pull, and its ring and column; None if no cell has a pull."""
+    """The map with the largest pull, and its ring and column, or None if no cell has a pull."""
     worst = [(pulls, *pulls.worst(1)[0]) for pulls in maps if pulls.worst(1)]
     return max(worst, key=lambda w: abs(w[0].pull[w[1], w[2]]), default=None)
 

@@ -63,7 +63,7 @@ options of calcmysky:
 
 
 def add_options(parser: Parser) -> None:
-    """What the sub-command takes."""
+    """Add the options of the sub-command."""
     parser.description = (
         "Solve the atmosphere that a CalcMySky description (.atmo) describes: radiance of the clear sky "
         "at sea level, the direct beam, and how good both are."

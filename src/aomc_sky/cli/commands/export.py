@@ -34,7 +34,7 @@ _OPTIONS = """\
 
 
 def add_options(parser: Parser) -> None:
-    """What the sub-command takes."""
+    """Add the options of the sub-command."""
     parser.description = (
         "Write a run in another format. Everything comes from the run's plan.npz: a run with --format none will do."
     )
@@ -52,8 +52,7 @@ def add_options(parser: Parser) -> None:
 
 def export(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
-    from aomc_sky.cli.terminal import print_warning
-    from aomc_sky.engine.export import ExportOptions, export_run, size_warning
+    from aomc_sky.engine.export import ExportOptions, export_run
     from aomc_sky.engine.stored_run import open_run
     from aomc_sky.progress import patience, progress_bar
 
@@ -69,9 +68,6 @@ def export(arguments: argparse.Namespace) -> int:
     _check(arguments)
     with patience("reading the run", enabled=cli_options.speaks(arguments)):
         run = open_run(arguments.run)
-    warning = size_warning(run, options)
-    if warning and not arguments.quiet:
-        print_warning(warning)  # before the work, so that the user may stop it
     with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
         result = export_run(run, options, progress)
     cli_options.answer(arguments, lambda: _as_json(run, options, result), lambda: _text(run, options, result))

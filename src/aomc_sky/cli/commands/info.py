@@ -34,7 +34,7 @@ lobes of a background sky at one --time:
 
 
 def add_options(parser: Parser) -> None:
-    """What the sub-command takes."""
+    """Add the options of the sub-command."""
     parser.description = (
         "Show what a scene (amc.inp or its folder), a run folder, an MCPL file, a background-sky file "
         "(HDF5) or the description of an atmosphere (.atmo) contains, or where the C headers are, or which sky models "

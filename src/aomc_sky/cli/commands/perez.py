@@ -52,7 +52,7 @@ _OF_PHOTONS = f"""\
 
 
 def add_options(parser: Parser) -> None:
-    """What the sub-command takes."""
+    """Add the options of the sub-command."""
     parser.description = (
         "Print clearness, brightness, coefficients and normalisation of a Perez sky; write it as "
         "skydist.inp, as photons or as a picture."
@@ -150,7 +150,7 @@ def _scene(given: GivenInputs, arguments: argparse.Namespace) -> Scene:
 
 
 def _values(sky: PerezSky, given: GivenInputs, limited: list[str]) -> dict[str, Any]:
-    """A sky as JSON values; None for values that do not follow from the inputs."""
+    """A sky as JSON values; a value that does not follow from the inputs is None."""
     from aomc_sky.skies.perez.functions import epsilon_bin
     from aomc_sky.skies.perez.functions import limited as limits_of
 

@@ -73,7 +73,7 @@ a background sky over time:
 
 
 def add_options(parser: Parser) -> None:
-    """What the sub-command takes."""
+    """Add the options of the sub-command."""
     parser.description = (
         "Draw the sky dome: the source of a scene before any run, photons per steradian or pulls of a run, "
         "a background sky over time, a table. North is up, the zenith in the centre, the horizon at the "
@@ -115,8 +115,11 @@ def plot(arguments: argparse.Namespace) -> int:
     check_target(target, "--out", force=arguments.force, inputs=[arguments.path])
     maps: tuple[Pulls, ...] = ()
     with patience("drawing", enabled=cli_options.speaks(arguments)):
-        maps = _pulls(arguments) if arguments.pull else ()
-        picture, n_panels = _pull_picture(arguments, maps) if maps else _PICTURES[kind](arguments)
+        if arguments.pull:
+            picture, maps = _pull_picture(arguments)
+            n_panels = len(maps)
+        else:
+            picture, n_panels = _PICTURES[kind](arguments)
         figure = figure_of(
             picture,
             size_px=arguments.size or _SIZE_PX,
@@ -256,32 +259,25 @@ def _run(arguments: argparse.Namespace) -> tuple[Picture, int]:
     return source_picture(run.source, show=show, bands=drawn, sun=sun, title=title), len(bands)
 
 
-def _pulls(arguments: argparse.Namespace) -> tuple[Pulls, ...]:
-    """Maps of the pulls of a finished run."""
+def _pull_picture(arguments: argparse.Namespace) -> tuple[Picture, tuple[Pulls, ...]]:
+    """The picture and the maps of the pulls of a finished run."""
     from aomc_sky.engine.stored_run import open_run
+    from aomc_sky.pictures.content import DRAWN, PLANNED, pull_picture
+    from aomc_sky.pictures.source import spaced
     from aomc_sky.verify.made_again import statistics_of_run
+    from aomc_sky.verify.report import Against
 
     run = open_run(arguments.path)
     if run.manifest is None:
         raise UsageError(f"{arguments.path} is not finished; the same run command finishes it")
-    report = statistics_of_run(run.path, run.source, run.chosen(arguments.waveband))
-    if not report.pulls:
+    maps = statistics_of_run(run.path, run.source, run.chosen(arguments.waveband)).pulls
+    if not maps:
         raise UsageError(f"{arguments.path} holds no photons to compare; run it with --format npy")
-    return report.pulls
-
-
-def _pull_picture(arguments: argparse.Namespace, maps: tuple[Pulls, ...]) -> tuple[Picture, int]:
-    from aomc_sky.engine.stored_run import open_run
-    from aomc_sky.pictures.content import DRAWN, PLANNED, pull_picture
-    from aomc_sky.pictures.source import spaced
-    from aomc_sky.verify.report import Against
-
-    source = open_run(arguments.path).source
-    wavelength = source.plan.arrays["wavelength_nm"]
+    wavelength = run.source.plan.arrays["wavelength_nm"]
     named = [(f"waveband {p.waveband}, {wavelength[p.waveband - 1]:g} nm", p.zones, p.pull) for p in maps]
-    title = _title(arguments, f"{_name(arguments)}: pulls of {spaced(source.total)} photons")
+    title = _title(arguments, f"{_name(arguments)}: pulls of {spaced(run.source.total)} photons")
     note = PLANNED if any(p.against is Against.PLAN for p in maps) else DRAWN
-    return pull_picture(named, title=title, note=note), len(maps)
+    return pull_picture(named, title=title, note=note), maps
 
 
 def _table(arguments: argparse.Namespace) -> tuple[Picture, int]:

@@ -58,7 +58,7 @@ what is written and printed:
 
 
 def add_options(parser: Parser) -> None:
-    """What the sub-command takes."""
+    """Add the options of the sub-command."""
     parser.description = (
         "Read amc.inp and the files next to it, distribute the photons over the sky, emit and write them."
     )

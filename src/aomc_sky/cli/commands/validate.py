@@ -28,7 +28,7 @@ _ENDING = {
 
 
 def add_options(parser: Parser) -> None:
-    """What the sub-command takes."""
+    """Add the options of the sub-command."""
     parser.description = (
         "Read every file named (of a folder: all of a known name, and those that its amc.inp asks for) and "
         "report every problem of every file, and of a folder with amc.inp whatever `run` would refuse; never "

@@ -56,7 +56,7 @@ FAILED, FOREIGN = 1, 5
 
 
 def add_options(parser: Parser) -> None:
-    """What the sub-command takes."""
+    """Add the options of the sub-command."""
     parser.description = (
         "Check a run folder: make its counts and photons again from the plan and compare every bit with the files. "
         "With --scene and a file: test photons that another code made against the sky of a scene."

@@ -75,7 +75,7 @@ def photon_refusals(n_photons: dict[int, int]) -> list[Refusal]:
 
 
 def whole_degree(component: Component) -> tuple[int, int] | None:
-    """Zenith angle and azimuth of a beam from whole degrees; None for other components."""
+    """Zenith angle and azimuth of a beam from whole degrees, or None for other components."""
     direction = beam_direction_deg(component)
     if direction is None or component.law is not Law.BEAM:
         return None

@@ -135,9 +135,9 @@ def one_total(source: PhotonSource, n_photons: dict[int, int]) -> PhotonSource:
 def _wavelength_rows(wavelength_nm: np.ndarray, chosen: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
     """The waveband of each row of the table, and the row that the program takes for each waveband.
 
-    Rows ascend in wavelength and differ in 32 bits. Of wavebands with one wavelength, a chosen one is preferred. The
-    program takes the first j with wavelength < (w[j] + w[j+1]) / 2, which finds each wavelength of an ascending table
-    whose neighbours differ as 32-bit floats.
+    Rows ascend in wavelength and differ in 32 bits. A chosen waveband comes before others of the same wavelength.
+    The program takes the first j with wavelength < (w[j] + w[j+1]) / 2, which finds each wavelength of an ascending
+    table whose neighbours differ as 32-bit floats.
     """
     single = wavelength_nm.astype(np.float32)
     is_chosen = np.zeros(wavelength_nm.size, dtype=bool)

@@ -58,7 +58,7 @@ def _reported(action: str, path: Path) -> Iterator[None]:
 
 
 def create_folder(path: Path) -> None:
-    """Create a folder and those above it, where they are missing."""
+    """Create a folder, and the missing folders above it."""
     with _reported("create the folder", path):
         path.mkdir(parents=True, exist_ok=True)
 
@@ -67,13 +67,11 @@ def create_folder(path: Path) -> None:
 def folder_held(
     folder: Path, plan_sha256: str, claim: Callable[[bool], None], *, is_alone: bool = False
 ) -> Iterator[None]:
-    """Hold a folder for a plan while the block runs; OutputError where another plan holds it.
+    """Hold a folder for a plan while the block runs; OutputError if a process with another plan holds it.
 
-    Processes with the same plan share the folder, unless `is_alone` asks for it alone. The first of them calls
-    ``claim(True)`` while nobody else is there: it refuses the folder of another plan and writes this plan. A file
-    system that knows no locks gets ``claim(False)``.
-
-    A lock is exclusive during the claim and shared from then on. The last process that leaves removes its file.
+    Processes with the same plan share the folder, unless `is_alone`. The first one calls ``claim(True)``, which refuses
+    the folder of another plan or writes this plan, under an exclusive lock; after that the lock is shared. The last
+    process that leaves removes the file of the lock. A file system without locks gets ``claim(False)``.
     """
     handle = _held_lock(folder, plan_sha256, claim, is_alone)
     try:
@@ -229,7 +227,7 @@ class RunFolder:
             )
 
     def size_of(self, name: str) -> int | None:
-        """Size of a regular file; None for no file, a link or a pipe. [bytes]"""
+        """Size of a regular file, or None for no file, a link or a pipe. [bytes]"""
         try:
             status = os.lstat(self.path / name)
         except OSError:
@@ -279,7 +277,7 @@ class RunFolder:
 
     @contextlib.contextmanager
     def filling(self, name: str, access: int = os.O_WRONLY) -> Iterator[int | None]:
-        """Open a reserved file, and flush it to the disk at the end; None if the file is finished already."""
+        """Open a reserved file, and flush it to the disk at the end. A finished file gives None."""
         path = self.path / (name + PART)
         with _reported("write", path):
             try:

@@ -11,7 +11,7 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from functools import cached_property, partial
 from itertools import accumulate
 from pathlib import Path
@@ -52,7 +52,7 @@ class PhotonRows:
 
     start: int  #: index of the first photon
     direction: np.ndarray  #: travel directions [shape (n, 3)]
-    weight: np.ndarray | None = None  #: None if every weight is 1 [shape (n,)]
+    weight: np.ndarray | None = None  #: if they are not all 1 [shape (n,)]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -110,11 +110,9 @@ Write = Callable[[int, int, tuple[memoryview, ...]], object]
 class PhotonFiles:
     """The files of one writer for the wavebands that share them."""
 
-    def __init__(self, folder: RunFolder, writer: PhotonWriter, bands: tuple[int, ...], *, name: str = "") -> None:
+    def __init__(self, folder: RunFolder, writer: PhotonWriter, bands: tuple[int, ...]) -> None:
         self.writer, self.bands, self._folder = writer, bands, folder
         self.layouts = writer.layouts(bands)
-        if name:  # from the user, for a single file
-            self.layouts = tuple(replace(layout, name=name) for layout in self.layouts)
         rows = accumulate((writer.source.n_photons(band) for band in bands[:-1]), initial=0)
         self._rows_before = dict(zip(bands, rows, strict=False))
 

@@ -263,7 +263,7 @@ def netcdf_bytes(dataset: Any) -> bytes:
 
 
 def plan_of_netcdf(path: str | Path, *, photons: bool = False) -> str | None:
-    """SHA-256 of the plan of a netCDF file with or without photons; None for any other file."""
+    """SHA-256 of the plan of a netCDF file with or without photons, or None for any other file."""
     xr = optional_module("xarray", extra=EXTRA)
     optional_module("h5netcdf", extra=EXTRA)
     try:
