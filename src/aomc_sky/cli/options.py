@@ -271,12 +271,12 @@ _SHARED = f"""\
 --allow-path DIR        folder below which files named in sky.toml or in an .atmo file may lie, besides its own;
                         repeatable
 --azimuth-bins n+1|n    n: azimuth indices run from 1 to n (default n+1, from 0)
---bins equal|degrees    what the indices of skydist.inp are (default: what the file declares, else equal bins)
+--bins equal|degrees    meaning of the indices of skydist.inp (default: what the file declares, else equal bins)
 --compat aomc|          everything as the AOMC 1.2.2 program does it
 --format {"|".join(FOLDER_FORMATS)}|none  photon files, repeatable (default npy); none: counts and plan only
 --iterations N          photons per waveband instead of line 1 of amc.inp, also as 1e6
 --json                  one JSON object on standard output and nothing else
---lenient               take Fortran's value where a person reads another one
+--lenient               use Fortran's value if a person would read another one
 --max-memory SIZE       refuse a sky file, plan or run that takes more, e.g. 4G (default 2G, threads not counted)
 --method stratified|iid  how the photons of a band depend on each other (default stratified)
 --order shuffled|patch  order of the photons of a band (default shuffled)
@@ -289,12 +289,12 @@ _SHARED = f"""\
                         skydist.inp; none: the backgrounds of sky.toml alone; NAME: overcast, cardioidal,
                         cie (--sky-option type=1 to 15), harrison-coombes, or a model of another package
                         (`aomc-sky info --skies`)
---sky-option KEY=VALUE  an option of a sky of that name, as [sky] of sky.toml has it; repeatable
+--sky-option KEY=VALUE  an option of a named sky, as in [sky] of sky.toml; repeatable
 --strict                warnings are errors
 --threads N             threads, 1 to 1024 (default: all CPUs)
 --waveband I            only this band, from 1; repeatable
---weighting listed|projected|solid-angle|aomc  what its values are: masses (listed, the default) or radiances
-                        times solid angle
+--weighting listed|projected|solid-angle|aomc  meaning of the values of skydist.inp: masses (listed,
+                        the default) or radiances times solid angle
 --weights               carry weights where the launch law is not the flux law
 """
 """Options of several sub-commands."""
