@@ -199,44 +199,31 @@ MAX_COMPONENTS = 6
 _Column = tuple[str, Callable[["BandResult"], str]]
 
 
-def _number(member: str, digits: int = 6) -> Callable[[BandResult], str]:
+def _column(head: str, member: str, form: str) -> _Column:
+    """A column with a member of `BandResult`; missing numbers are "-"."""
+
     def text(band: BandResult) -> str:
         value = getattr(band, member)
-        return "-" if value is None or math.isnan(value) else f"{value:.{digits}f}"
+        if value is None or math.isnan(value):
+            return "-"
+        return "0" if form == ".1e" and value == 0 else f"{value:{form}}"
 
-    return text
-
-
-def _with_error(head: str, name: str) -> tuple[_Column, _Column]:
-    def error(band: BandResult) -> str:
-        value = getattr(band, f"{name}_standard_error")
-        return "-" if value is None else f"{value:.1e}" if value else "0"
-
-    return (head, _number(f"{name}_photons", 8)), ("(s.e.)", error)
+    return head, text
 
 
-_BAND: tuple[_Column, ...] = (
-    ("band", lambda band: str(band.waveband)),
-    ("nm", lambda band: f"{band.wavelength_nm:g}"),
-)
-_COLUMNS: tuple[_Column, ...] = (
+_BAND = (_column("band", "waveband", "d"), _column("nm", "wavelength_nm", "g"))
+_COLUMNS = (
     *_BAND,
-    ("sky nm", lambda band: "-" if band.sky_wavelength_nm is None else f"{band.sky_wavelength_nm:g}"),
-    ("requested", lambda band: str(band.requested)),
-    ("launched", lambda band: str(band.launched)),
-    ("residual", lambda band: str(band.residual)),
-    ("mean cosine", _number("mean_cosine_exact")),
-    ("(photons)", _number("mean_cosine_photons")),
-    ("Ed/Eo", _number("ed_over_eo_exact")),
-    ("(photons)", _number("ed_over_eo_photons")),
+    _column("sky nm", "sky_wavelength_nm", "g"),
+    *(_column(name, name, "d") for name in ("requested", "launched", "residual")),
+    _column("mean cosine", "mean_cosine_exact", ".6f"),
+    _column("(photons)", "mean_cosine_photons", ".6f"),
+    _column("Ed/Eo", "ed_over_eo_exact", ".6f"),
+    _column("(photons)", "ed_over_eo_photons", ".6f"),
 )
-_ERRORS: tuple[_Column, ...] = (
-    *_BAND,
-    *_with_error("Ed", "ed"),
-    *_with_error("Eo", "eo"),
-    *_with_error("mean cosine", "mean_cosine"),
-    *_with_error("Ed/Eo", "ed_over_eo"),
-)
+_ERRORS = list(_BAND)
+for _head, _name in (("Ed", "ed"), ("Eo", "eo"), ("mean cosine", "mean_cosine"), ("Ed/Eo", "ed_over_eo")):
+    _ERRORS += [_column(_head, f"{_name}_photons", ".8f"), _column("(s.e.)", f"{_name}_standard_error", ".1e")]
 
 
 def _table(bands: Sequence[BandResult], columns: Sequence[_Column]) -> str:
@@ -275,7 +262,7 @@ def _irradiance_text(bands: Sequence[BandResult]) -> str:
     head = "irradiance of the horizontal plane, W m-2 nm-1"
     if any(band.horizon_loss for band in bands):
         head += "; below: share of the lobes' light from below the horizon"
-        columns.append(("below", lambda band: f"{band.horizon_loss:.4f}"))
+        columns.append(_column("below", "horizon_loss", ".4f"))
     rest = f"\n... {len(names)} components (manifest.json has all)" if len(names) > MAX_COMPONENTS else ""
     return f"{head}\n{_table(bands, columns)}{rest}"
 

@@ -15,13 +15,12 @@ from dataclasses import dataclass, field, fields
 from functools import cached_property, partial
 from itertools import accumulate
 from pathlib import Path
-from typing import ClassVar, TypeVar
+from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 import numpy as np
 
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.photons import PhotonBatch
-from aomc_sky.formats.mcpl.header import McplHeader
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.counts import COUNTS_FILES
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
@@ -29,6 +28,9 @@ from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, photon_writer
 from aomc_sky.outputs.shard import BLOCK, PLAN, block_spans
 from aomc_sky.outputs.statistics import BlockSums, PhotonSums, photon_sums
 from aomc_sky.system import n_cpus, write_at
+
+if TYPE_CHECKING:
+    from aomc_sky.formats.mcpl.header import McplHeader
 
 
 @dataclass(frozen=True, slots=True)
