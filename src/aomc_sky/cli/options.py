@@ -434,22 +434,17 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
             f"--wavelengths is for a run without files or a measured sky; {path} has its own in lambbot.inp: leave it "
             "out, or choose among them with --waveband 1"
         )
+    names = ("iterations", "sky", "bins", "weighting", "compat", "lenient", "azimuth_bins")
     began = time.monotonic()
     with patience("preparing the scene", enabled=speaks(arguments)):
         scene = read_scene(
             path,
-            iterations=arguments.iterations,
-            sky=arguments.sky,
-            bins=arguments.bins,
-            weighting=arguments.weighting,
-            compat=arguments.compat,
-            lenient=arguments.lenient,
-            azimuth_bins=arguments.azimuth_bins,
             wavebands=wavebands,
             allow_paths=arguments.allow_path,
             max_memory_bytes=arguments.max_memory,
             sky_options=sky_option_arguments(arguments),
             atmosphere=inputs_of(arguments, LIGHTS),
+            **{name: getattr(arguments, name) for name in names},
             **sky_arguments(arguments),
         )
     seconds = time.monotonic() - began

@@ -62,7 +62,7 @@ class TableRequest:
     method: str = "auto"  #: as `aomc_sky.skies.atmosphere.sky.method.chosen_method` has it
     n_orders: int | None = None  #: most interactions that count
     n_paths: int | None = None  #: backward paths per direction and wavelength; `solve_sky` decides
-    bins: tuple[int, int] | None = None  #: equal bins of zenith and azimuth, at last 45 and 180
+    bins: tuple[int, int] | None = None  #: equal bins of zenith and azimuth, of the description or 45 and 180
     allow_paths: tuple[str, ...] = ()  #: more folders below which tables of the description may lie
     saves: Saves = field(default_factory=Saves)  #: what the netCDF file holds besides radiances and irradiances
     significand_bits: int | None = None  #: of float32 in the netCDF file, which else has float64 [1 to 24]
@@ -106,8 +106,7 @@ def prepare_table(request: TableRequest) -> AtmosphereTable:
     refused: list[tuple[float, UsageError]] = []
     for degrees in suns:
         try:
-            how: dict[str, Any] = {"method": request.method, "n_orders": request.n_orders, "n_paths": request.n_paths}
-            how |= _lights_of(request, medium, report, degrees)
+            how = _how(request, medium, report, degrees)
             lights.append(chosen_lights(medium, float(np.deg2rad(degrees)), **how))
         except UsageError as error:
             refused.append((degrees, error))
@@ -144,9 +143,12 @@ def _suns_of(sizes: Mapping[str, int]) -> tuple[float, ...]:
     return tuple(round(float(sun), 10) for sun in np.linspace(0.0, 90.0, sizes[SUNS]))
 
 
-def _lights_of(request: TableRequest, medium: Medium, report: MediumReport, sun_zenith_deg: float) -> dict[str, Any]:
-    """The arguments of `AtmosphereSky` for an eclipse and a glowing ground."""
+def _how(request: TableRequest, medium: Medium, report: MediumReport, sun_zenith_deg: float) -> dict[str, Any]:
+    """Arguments of `AtmosphereSky`: the method, an eclipse, and a glowing ground."""
     return {
+        "method": request.method,
+        "n_orders": request.n_orders,
+        "n_paths": request.n_paths,
         "moon": moon_of_direction(request.moon, medium, report, sun_zenith_deg, request.sun_azimuth_deg),
         "ground_radiance": glow_of_luminance(request.ground_luminance_cd_m2, report, request.path),
     }
@@ -163,11 +165,8 @@ def solve_table(table: AtmosphereTable, *, progress: Callable[[int, int], None] 
                 medium=table.medium,
                 sun_zenith_deg=degrees,
                 sun_azimuth_deg=request.sun_azimuth_deg,
-                method=request.method,
-                n_orders=request.n_orders,
-                n_paths=request.n_paths,
                 grid=PatchGrid.regular(*table.bins),
-                **_lights_of(request, table.medium, table.report, degrees),
+                **_how(request, table.medium, table.report, degrees),
             )
         skies.append(sky)
         if progress is not None:

@@ -69,7 +69,7 @@ Sums = dict[int, PhotonSums]
 """Sums over the photons of each waveband. [0-based]"""
 
 Make = Callable[[PhotonSource, RunFolder, JobOptions, Progress | None], tuple[Sums, int]]
-"""Writes the photons; returns the sums of all wavebands and how many photons were made."""
+"""Writes counts and photons; returns the sums of all wavebands and how many photons were made."""
 
 
 @in_default_mode
@@ -140,7 +140,7 @@ def run_job(
     *,
     make: Make | None = None,
 ) -> JobResult:
-    """Write a run folder: plan, photons, counts, manifest. A finished run is not made again.
+    """Write a run folder: plan, counts, photons, manifest. A finished run is not made again.
 
     `progress` is called with photons done and photons in all. `make` fills the photon files; by default the threads of
     this process do.
@@ -166,7 +166,7 @@ def run_job(
 def make_photons(
     source: PhotonSource, folder: RunFolder, options: JobOptions, progress: Progress | None
 ) -> tuple[Sums, int]:
-    """Make the missing photon files on the threads of this process.
+    """Write the counts, and make the missing photon files on the threads of this process.
 
     A file with its final name and the right size is kept and not read. Its photons are made once more for their sums.
     """
@@ -175,6 +175,7 @@ def make_photons(
     files = photon_files(folder, writers, bands)
     missing = [of_part for of_part in files if of_part.missing]
     folder.require_space(sum(of_part.n_bytes_missing for of_part in missing))
+    folder.write(*counts_file(source, bands))
     if not files and not complete_formats(stored_files(source, folder, bands)):
         return {band: PhotonSums(source.replicates) for band in bands}, 0
     meter = Meter(progress, sum(source.n_photons(band) for band in bands))
@@ -190,9 +191,8 @@ def make_photons(
 
 
 def finish_run(source: PhotonSource, scene: Scene, folder: RunFolder, sums: Sums) -> dict[str, Any]:
-    """Write counts and manifest, and remove temporary files. Every process writes the same bytes."""
+    """Write the manifest, and remove temporary files. Every process writes the same bytes."""
     bands = chosen_bands(source)
-    folder.write(*counts_file(source, bands))
     results = [band_result(source, band, sums[band]) for band in bands]
     stored = stored_files(source, folder, bands)
     manifest = build_manifest(source, scene_part(scene), results, complete_formats(stored), run_files(folder, stored))

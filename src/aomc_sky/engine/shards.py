@@ -11,6 +11,7 @@ from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.engine.run import JobOptions, JobResult, Sums, check_memory, finish_run, finished_manifest, remove_rest
 from aomc_sky.errors import OutputError, UsageError
 from aomc_sky.kernels.backend import announce_photons
+from aomc_sky.outputs.counts import counts_file
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import chosen_bands
 from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, Progress
@@ -136,13 +137,14 @@ def joined_sums(source: PhotonSource, parts: Iterable[Sums]) -> Sums:
 
 
 def finish_files(source: PhotonSource, folder: RunFolder) -> None:
-    """Give the filled files their final names, and make the files of wavebands without photons."""
+    """Give the filled files their final names, make those of wavebands without photons, and write the counts."""
     for band in chosen_bands(source):
         files = PhotonFiles(folder, NpyWriter(source), (band,))
         if not source.n_photons(band):
             files.reserve()
         for layout in files.missing:
             folder.finish(layout.name)
+    folder.write(*counts_file(source, chosen_bands(source)))
 
 
 def drop_stale_marks(source: PhotonSource, folder: RunFolder) -> None:
