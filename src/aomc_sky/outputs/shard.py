@@ -26,7 +26,7 @@ class Shard:
 
     def __post_init__(self) -> None:
         if not 1 <= self.index <= self.count <= MAX_SHARDS:
-            raise UsageError(f"wanted a shard k/K with 1 <= k <= K <= {MAX_SHARDS}, got {self.index}/{self.count}")
+            raise UsageError(f"expected a shard k/K with 1 <= k <= K <= {MAX_SHARDS}, got {self.index}/{self.count}")
 
     def __str__(self) -> str:
         return f"{self.index}/{self.count}"
@@ -64,7 +64,7 @@ def parse_shard(text: str) -> Shard:
     """Read ``k/K``, 1 <= k <= K <= 1e6."""
     match = _TEXT.fullmatch(text.strip())
     if match is None:
-        raise UsageError(f"wanted a shard as k/K, for example 3/100, got {text!r}")
+        raise UsageError(f"expected a shard as k/K, for example 3/100, got {text!r}")
     return Shard(index=int(match[1]), count=int(match[2]))
 
 

@@ -1,4 +1,4 @@
-"""Checks of a run, and of photons that anybody made: counts, bits, directions.
+"""Checks of a run, and of photons of any program: counts, bits, directions.
 
 counts      `aomc_sky.verify_counts`: photon counts against the masses they come from
 made_again  Makes a run folder again from its plan, or the plan from its scene, and compares

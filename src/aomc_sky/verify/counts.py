@@ -98,8 +98,7 @@ def verify_counts(
     Raises
     ------
     ValueError
-        Shapes that do not fit, counts that are not whole numbers from 0, masses that are negative or
-        not finite.
+        Shapes do not fit, counts are not whole numbers from 0, or masses are negative or not finite.
     UsageError
         An unknown method.
     """

@@ -77,7 +77,7 @@ def fixed_directions(components: Sequence[Component], *, is_centred: bool) -> np
 
 
 def _around_disc(disc: Component) -> np.ndarray:
-    """Rectangle around a disc, (1, 4); the whole turn where it holds the zenith."""
+    """Rectangle around a disc, (1, 4); all azimuths if the disc contains the zenith."""
     (zenith, azimuth), (third, fourth) = _centre_deg(disc), disc.cell[0, 2:4]
     radius = np.arctan2(third, fourth) if disc.law is Law.DISC else 2 * np.arcsin(np.sqrt(third) / 2)
     half = 180.0 if _holds_zenith(disc) else np.rad2deg(np.arcsin(np.sin(radius) / np.sin(np.deg2rad(zenith))))

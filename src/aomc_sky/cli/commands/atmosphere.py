@@ -94,7 +94,7 @@ def _suns(text: str) -> tuple[float, ...] | None:
         return None
     suns = _range(text) if ":" in text else tuple(sorted(map(cli_options.finite_number, text.split(","))))
     if any(not 0 <= sun <= 180 for sun in suns):
-        raise argparse.ArgumentTypeError(f"wanted zenith angles from 0 to 180 degrees, got {text!r}")
+        raise argparse.ArgumentTypeError(f"expected zenith angles from 0 to 180 degrees, got {text!r}")
     if len(set(suns)) < len(suns):
         raise argparse.ArgumentTypeError(f"a sun is given twice in {text!r}")
     return suns
@@ -104,7 +104,7 @@ def _range(text: str) -> tuple[float, ...]:
     """START:END:STEP; END is included if a step reaches it."""
     parts = [cli_options.finite_number(part) for part in text.split(":")]
     if len(parts) != 3 or not parts[2] > 0 or parts[1] < parts[0]:
-        raise argparse.ArgumentTypeError(f"wanted START:END:STEP with a step above 0, for example 0:80:5, got {text!r}")
+        raise argparse.ArgumentTypeError(f"expected START:END:STEP with a step above 0, such as 0:80:5, got {text!r}")
     start, end, step = parts
     count = int((end - start) / step * (1 + 1e-12)) + 1
     if count > _MOST_SUNS:
@@ -115,7 +115,7 @@ def _range(text: str) -> tuple[float, ...]:
 def _wavelengths(text: str) -> tuple[float, ...]:
     values = tuple(cli_options.finite_number(part) for part in text.split(","))
     if any(value <= 0 for value in values):
-        raise argparse.ArgumentTypeError(f"wanted positive wavelengths in nm, got {text!r}")
+        raise argparse.ArgumentTypeError(f"expected positive wavelengths in nm, got {text!r}")
     return values
 
 

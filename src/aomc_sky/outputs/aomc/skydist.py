@@ -198,7 +198,7 @@ def read_quietly(path: Path) -> AmcConfig:
 SKYDIST = "skydist.inp"
 COUNTS = "counts.csv"
 _LEFT_OUT = (SKYDIST, "amc.inp", "difcol.inp")
-"""Files of a scene that are not copied: two are written anew, and the program does not need difcol.inp."""
+"""Files of a scene that are not copied: two are made new, and the program does not need difcol.inp."""
 
 
 def check_scene(amc_inp: Path, wavelength_nm: np.ndarray) -> None:

@@ -287,6 +287,6 @@ def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> N
     """
     path = Path(path)
     if not path.name:
-        raise UsageError(f"wanted the name of a file, got {str(path)!r}")
+        raise UsageError(f"expected the name of a file, got {str(path)!r}")
     threads = as_number_of(threads, "threads", 0, 1024)
     write_mcpl_file(source, tuple(range(source.n_bands)), path, threads=threads, count=lambda n: None)
