@@ -223,7 +223,8 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
         "--strict --allow-path --max-memory",
     )
     add_measured_options(parser)
-    add_sky_options(parser)
+    group = parser.add_argument_group("the sun and the Perez sky (default: sky.toml, difcol.inp, amc.inp)")
+    add_inputs(group, *PEREZ.values(), *SUN.values(), *MODEL.values())
     add_light_options(parser)
 
 
@@ -384,12 +385,6 @@ def add_moment_options(parser: argparse.ArgumentParser) -> None:
     add_table(group, _MOMENT_OPTIONS, _PLACE_KINDS)
     files = "--epw FILE  an EPW file of hours\n--tmy2 FILE  a TMY2 file of hours\n--tmy3 FILE  a TMY3 file of hours"
     add_table(group.add_mutually_exclusive_group(), files)
-
-
-def add_sky_options(parser: argparse.ArgumentParser) -> None:
-    """Options in place of sky.toml, difcol.inp and the sun of amc.inp."""
-    group = parser.add_argument_group("the sun and the Perez sky (default: sky.toml, difcol.inp, amc.inp)")
-    add_inputs(group, *PEREZ.values(), *SUN.values(), *MODEL.values())
 
 
 def number_in(low: float, high: float) -> Callable[[str], float]:

@@ -118,7 +118,11 @@ def report_text(head: str, values: Mapping[str, Any]) -> str:
     spectra: dict[str, list[float]] = {}
     for name, value in values.items():
         members = value if isinstance(value, Mapping) else {"": value}
-        found = {f"{name} {key}".strip(): v for key, v in members.items() if _is_spectrum(v, n_wavelengths)}
+        found = {
+            f"{name} {key}".strip(): v
+            for key, v in members.items()
+            if isinstance(v, list) and 0 < len(v) == n_wavelengths and isinstance(v[0], float)
+        }
         spectra |= found
         if isinstance(value, list) and value and isinstance(value[0], Mapping):
             tables.append(f"\n{_plain(name)}:\n{_objects(value)}")
@@ -134,10 +138,6 @@ def report_text(head: str, values: Mapping[str, Any]) -> str:
 
 def _plain(name: str) -> str:
     return name.replace("_", " ")
-
-
-def _is_spectrum(value: Any, length: int) -> bool:
-    return isinstance(value, list) and 0 < len(value) == length and isinstance(value[0], float)
 
 
 def _objects(objects: Sequence[Mapping[str, Any]]) -> str:

@@ -119,7 +119,8 @@ def verify_counts(
     checks: list[CountCheck] = []
     for band, row in enumerate(bands):
         if requested is not None:
-            checks.append(_sum_check(band, row, int(requested[band])))
+            found, n = int(row.sum()), int(requested[band])
+            checks.append(CountCheck(band=band, name="sum of the counts", passed=found == n, found=found, allowed=n))
         checks += _band_checks(band, row, masses[band if len(masses) > 1 else 0], chosen, level, rings)
     return CountsReport(checks=tuple(checks))
 
@@ -178,11 +179,6 @@ def _zero_check(band: int, counts: np.ndarray, mass: np.ndarray) -> CountCheck:
     worst = int(wrong.argmax())
     found, cell = float(wrong[worst]), worst if wrong[worst] else None
     return CountCheck(band=band, name="zero mass, no photon", passed=found == 0, found=found, allowed=0.0, cell=cell)
-
-
-def _sum_check(band: int, counts: np.ndarray, requested: int) -> CountCheck:
-    found = int(counts.sum())
-    return CountCheck(band=band, name="sum of the counts", passed=found == requested, found=found, allowed=requested)
 
 
 def _cell_check(band: int, counts: np.ndarray, p: np.ndarray, mass: np.ndarray) -> CountCheck:

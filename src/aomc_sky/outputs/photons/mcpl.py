@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import TYPE_CHECKING, Any, BinaryIO, cast
 
 import numpy as np
 
@@ -17,7 +17,6 @@ import aomc_sky
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.formats.mcpl.file import McplFile, read_mcpl
 from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, encode_header, plan_begin
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.folder.run_folder import RunFolder
@@ -27,6 +26,9 @@ from aomc_sky.outputs.statistics import batches
 from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.plan.sampling.streams import STREAM_VERSION
 from aomc_sky.whole_number import as_number_of
+
+if TYPE_CHECKING:
+    from aomc_sky.formats.mcpl.file import McplFile
 
 PHOTON = 22
 """The photon in the numbering of the Particle Data Group."""
@@ -114,6 +116,8 @@ class McplWriter(PhotonWriter):
     @staticmethod
     def read(path: Path, wavelength_nm: np.ndarray, bands: tuple[int, ...], weights: str | Path | None) -> PhotonFile:
         """Open an MCPL file: each photon belongs to the waveband of its energy."""
+        from aomc_sky.formats.mcpl.file import read_mcpl
+
         if weights is not None:
             raise UsageError("--weights is for a .npy file; an MCPL file holds its own weights")
         file, energy = read_mcpl(path), MEV_NM / wavelength_nm

@@ -149,16 +149,11 @@ def write_atmosphere_netcdf(
         _add_glow(dataset, axes, skies[0].medium, glow, n_glow_rows, skies[0].solved.n_orders)
     dataset = dataset.assign_coords(axes)
     if significand_bits is not None:
-        _shorten(dataset, significand_bits)
+        for one in dataset.data_vars.values():
+            if "units" in one.attrs:  # edges of patches and names have none
+                one.data = rounded_significand(one.values, significand_bits)
+        dataset.attrs["significand_bits"] = significand_bits
     RunFolder(path.parent).write(path.name, netcdf_bytes(dataset))
-
-
-def _shorten(dataset: Any, n_bits: int) -> None:
-    """Round the variables with units; edges of patches and names do not change."""
-    for one in dataset.data_vars.values():
-        if "units" in one.attrs:
-            one.data = rounded_significand(one.values, n_bits)
-    dataset.attrs["significand_bits"] = n_bits
 
 
 def rounded_significand(values: np.ndarray, n_bits: int) -> np.ndarray:
