@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from aomc_sky.regular_file import FileKindError, open_regular, read_regular, regular_status
+from aomc_sky.system import FileKindError, open_regular, read_regular, regular_status
 
 READERS = {
     "status": regular_status,
@@ -23,13 +23,6 @@ def regular(tmp_path: Path) -> Path:
     path = tmp_path / "regular"
     path.write_bytes(b"twelve bytes")
     return path
-
-
-def test_a_regular_file_is_read(regular):
-    assert read_regular(regular, 12) == b"twelve bytes"
-    assert regular_status(regular).st_size == 12
-    with open_regular(regular) as file:
-        assert file.read() == b"twelve bytes"
 
 
 def test_a_link_is_followed_unless_it_may_not_be(regular, tmp_path):
@@ -63,23 +56,9 @@ def test_nothing_else_is_opened(read, follow, tmp_path):
 
 
 @each_reader
-def test_a_pipe_behind_a_link(read, tmp_path):
-    os.mkfifo(tmp_path / "pipe")
-    (tmp_path / "link").symlink_to("pipe")
-    with pytest.raises(FileKindError, match="a pipe"):
-        read(tmp_path / "link")
-
-
-@each_reader
 def test_a_name_that_no_file_can_have(read):
     with pytest.raises(OSError, match="no file can have this name"):
         read("a\0b")
-
-
-@each_reader
-def test_a_missing_file(read, tmp_path):
-    with pytest.raises(FileNotFoundError):
-        read(tmp_path / "missing")
 
 
 def test_a_link_put_there_after_the_look_is_not_followed(regular, tmp_path, monkeypatch):
