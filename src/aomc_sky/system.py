@@ -1,7 +1,7 @@
 """What not every operating system offers: each such call stands here with what is done where it is missing.
 
 The rest of the package calls Python's own ``os``, ``signal`` and ``pathlib`` for what Linux, macOS and Windows share;
-mypy checks it as on each of them (``mypy --platform win32``). docs/platforms.md shows the same list to users.
+mypy checks it as on each of them (``mypy --platform win32``). docs/faults.md shows the same list to users.
 """
 
 from __future__ import annotations
