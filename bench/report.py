@@ -3,8 +3,8 @@
     python bench/report.py [FILE] [--photons 1e3 1e5] [--replicates 4] [--turns 1]
 
 Writes FILE (default performance.md) and the same name with .png and .csv; takes a quarter of an hour. Exits with 1 when
-a bar is missed; `python bench/check.py` measures the bars alone. The table under "Peers" is the one of docs/accuracy.md,
-the numbers are what docs/figures/draw_readme.py draws.
+a bar is missed; `python bench/check.py` measures the bars alone. The table under "Peers" is that of docs/accuracy.md;
+docs/figures/draw_readme.py draws the numbers.
 """
 
 from __future__ import annotations
@@ -219,7 +219,7 @@ def trend_table(own: Sequence[Trend]) -> str:
 
 
 def speed_table(run: SpeedRun, rows: Sequence[Row]) -> str:
-    """Everybody's time per photon, and how large the errors are on the peers' sky: those of peers are those of `iid`."""
+    """Everybody's time per photon, and the errors on the peers' sky, where the peers have those of `iid`."""
     of_sky = [row for row in rows if row.sky == PEER_SKY and row.n_photons == run.n_photons]
     errors = {row.method: tuple(f"{row.error[q]:.1e}" for q in QUANTITIES) for row in of_sky}
     nothing = ("-",) * len(QUANTITIES)
