@@ -248,7 +248,8 @@ def page_text(results: Results, check: Check, picture: str, numbers: str) -> str
     if run is not None:
         parts.append(
             f"## Peers, {short_count(run.n_photons)} photons of a table\n\n"
-            f"Median of {run.turns} turns, float32 unless the name says otherwise.\n\n{speed_table(run, results.rows)}\n\n{_PEERS}"
+            f"Median of {run.turns} turns, float32 unless the name says otherwise.\n\n"
+            f"{speed_table(run, results.rows)}\n\n{_PEERS}"
         )
         parts += [f"{line}\n" for line in run.left_out]
     return "\n".join(parts)
