@@ -88,7 +88,7 @@ def test_decisions_keep_their_numbers() -> None:
     assert all("**Decision.**" in record and "**Why.**" in record for record in records[1::2])
 
 
-@pytest.mark.parametrize("name", ["amc", "atmo", "atmo_blocks", "sky_toml"])
+@pytest.mark.parametrize("name", ["amc", "atmo", "sky_toml"])
 def test_page_of_a_text_format_has_a_grammar(name: str) -> None:
     page = (REPOSITORY / "docs" / "formats" / f"{name}.md").read_text()
     assert "## Grammar\n" in page
