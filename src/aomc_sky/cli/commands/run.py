@@ -34,6 +34,7 @@ examples:
   aomc-sky run amc.inp --dni 850 --dhi 95 --sun-zenith 32.4  light source 0 under a given weather
   aomc-sky run sky.csv --azimuth-convention north_clockwise  measured radiances, at their wavelengths
   aomc-sky run --sun-zenith 40 --ghi 780 --dhi 140 --wavelengths 443 555 --out day      sun and sky without files
+  aomc-sky run --sky overcast --wavelengths 443 555 --out grey                          a sky alone
 """
 
 _OPTIONS = """\
@@ -68,7 +69,7 @@ def add_options(parser: Parser) -> None:
         metavar="AMC_INP",
         nargs="?",
         help="amc.inp, or the folder that holds it, or a measured sky (.csv); none: sun and sky by the options of "
-        "weather, at --wavelengths",
+        "weather, or a --sky alone, at --wavelengths",
     )
     cli_options.add_table(parser, _OPTIONS)
     cli_options.add_reading_options(parser)
@@ -118,7 +119,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-_OF_FILES = "--sky --sky-option --bins --weighting --azimuth-bins --compat --lenient --allow-path --waveband"
+_OF_FILES = "--bins --weighting --azimuth-bins --compat --lenient --allow-path --waveband"
 
 
 def _scene_of_weather(arguments: argparse.Namespace) -> Scene:
@@ -127,10 +128,10 @@ def _scene_of_weather(arguments: argparse.Namespace) -> Scene:
     from aomc_sky.source.weather_scene import scene_of_weather
 
     inputs = cli_options.sky_arguments(arguments)
-    if not any(inputs.values()):
+    if not any(inputs.values()) and arguments.sky is None:
         raise UsageError(
             "which scene? name amc.inp or its folder, or sun, sky and wavebands: --sun-zenith 40 --ghi 780 --dhi 140 "
-            "--wavelengths 440 550 --out day"
+            "--wavelengths 440 550 --out day, or --sky overcast --wavelengths 550 --out day"
         )
     for name in cli_options.given_options(arguments, _OF_FILES, cli_options.add_light_options):
         raise UsageError(f"{name} is for a scene of files: name its amc.inp")
@@ -140,6 +141,13 @@ def _scene_of_weather(arguments: argparse.Namespace) -> Scene:
         raise UsageError("a run without amc.inp needs --out DIR")
     given = given_inputs(**inputs)
     photons = 10**6 if arguments.iterations is None else arguments.iterations
+    options = cli_options.sky_option_arguments(arguments)
+    if arguments.sky not in (None, "perez"):
+        from aomc_sky.source.read.plugin import scene_of_sky
+
+        return scene_of_sky(arguments.sky, options, given, arguments.wavelengths, photons)
+    for name in options:
+        raise UsageError(f"--sky-option {name}: name its sky with --sky")
     return scene_of_weather(given, arguments.wavelengths, photons, spectrum=given.perez.spectrum or "flat")
 
 

@@ -17,6 +17,10 @@ from aomc_sky.formats.report import nearest
 from aomc_sky.formats.sky_models import MakeSky, installed_skies
 from aomc_sky.formats.sky_toml.keys import KEYS, SkySection
 from aomc_sky.skies.function_sky import FunctionSky, as_sky_model
+from aomc_sky.skies.model import sky_model
+from aomc_sky.source.light.inputs import GivenInputs
+from aomc_sky.source.scene import Scene
+from aomc_sky.wavebands import Wavebands
 
 _OUR_WARNINGS = (InputWarning, ModelLimitWarning)  # exceptions where warnings are errors
 
@@ -143,6 +147,38 @@ def choose_plugin(name: str, section: SkySection, given: Mapping[str, Any], path
     if wrong:
         raise UsageError(". ".join(wrong))
     return PluginSky(make=make, options=options, section=of_file, path=path)
+
+
+def scene_of_sky(
+    name: str, options: Mapping[str, Any], given: GivenInputs, wavelength_nm: Sequence[float], n_photons: int
+) -> Scene:
+    """The scene of a sky of this name alone, without files and without a beam."""
+    unused = [word for word in given.names if word != "the sun"]
+    if unused or given.sun.disc is not None:
+        raise UsageError(
+            f"{' and '.join(unused) or '--disc'}: without amc.inp, --sky {name} is the sky alone, and no beam; leave "
+            "this out, or name the amc.inp of a scene that has both"
+        )
+    bands = Wavebands(wavelength_nm=np.asarray(wavelength_nm, dtype=np.float64))
+    photons = np.full(bands.n_bands, n_photons)
+    if name not in installed_skies().plugins:
+        if name != "uniform":
+            raise UsageError(f"--sky {name} needs a scene of files: name its amc.inp")
+        if options:
+            raise UsageError("the sky model 'uniform' has no options")
+        return Scene(wavebands=bands, n_photons=photons, components=sky_model(name)().lower(bands.wavelength_nm))
+    plugin = choose_plugin(name, SkySection(), options, "")
+    if given.sun.zenith_deg is None and plugin.make.takes("sun_zenith_rad"):
+        raise UsageError(f"where is the sun? --sky {name} needs --sun-zenith, and --sun-azimuth unless it is 0")
+    model = plugin.model(math.radians(given.sun.zenith_deg or 0.0), math.radians(given.sun.azimuth_deg or 0.0))
+    notes = model.notes(bands.wavelength_nm) if hasattr(model, "notes") else ()
+    return Scene(
+        wavebands=bands,
+        n_photons=photons,
+        components=plugin.lower(model, bands.wavelength_nm),
+        notes=(plugin.text, *notes),
+        options={"sky": name, "plugin": plugin.record},
+    )
 
 
 def _unknown(make: MakeSky, name: str, known: Sequence[str]) -> tuple[str, str]:

@@ -1,0 +1,53 @@
+"""``run --sky NAME --wavelengths NM``: a sky by name, without files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aomc_sky.cli.main import main
+
+
+def run(*words: object) -> int:
+    return main(["run", "--wavelengths", "443", "555", "--iterations", "20000", *map(str, words)])
+
+
+@pytest.mark.parametrize(
+    ("words", "mean_cosine"),
+    [
+        (("--sky", "uniform"), 2 / 3),
+        (("--sky", "overcast"), 5 / 7),
+        (("--sky", "cie", "--sky-option", "type=5", "--sun-zenith", "40"), 2 / 3),
+    ],
+)
+def test_the_sky_alone(tmp_path: Path, words: tuple[str, ...], mean_cosine: float) -> None:
+    assert run(*words, "--out", tmp_path / "grey", "-q") == 0
+    assert main(["verify", str(tmp_path / "grey"), "-q"]) == 0
+    manifest = json.loads((tmp_path / "grey" / "manifest.json").read_text())
+    assert [band["launched"] for band in manifest["bands"]] == [20000, 20000]
+    for band in (1, 2):
+        photons = np.load(tmp_path / "grey" / f"photons-{band:04d}.npy")
+        assert -photons[:, 2].mean(dtype=np.float64) == pytest.approx(mean_cosine, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("--sky", "cie", "--sky-option", "type=12"), "--sky cie needs --sun-zenith"),
+        (("--sky", "cie", "--sun-zenith", "40"), "--sky-option type="),
+        (("--sky", "none"), "--sky none needs a scene of files"),
+        (("--sky", "overcast", "--ghi", "300", "--dhi", "200", "--sun-zenith", "40"), "is the sky alone"),
+        (("--sky", "uniform", "--sky-option", "a=1"), "has no options"),
+        (("--sky-option", "a=1", "--ghi", "300", "--dhi", "200", "--sun-zenith", "40"), "name its sky with --sky"),
+        (("--sky", "overcast", "--bins", "degrees"), "--bins is for a scene of files"),
+    ],
+)
+def test_what_does_not_fit(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...], message: str
+) -> None:
+    assert run(*words, "--out", tmp_path / "grey") == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "grey").exists()
