@@ -100,6 +100,26 @@ class Picture:
     #: Sentences below them.
     notes: tuple[str, ...] = ()
 
+    @property
+    def sun_sentence(self) -> tuple[str, ...]:
+        """The direction of the sun in words, if all domes have the same sun."""
+        suns = {(m.zenith_deg, m.azimuth_deg) for dome in self.domes for m in dome.marks if m.symbol in _SUNS}
+        return tuple(f"The sun is {direction_words(*sun)}." for sun in suns) if len(suns) == 1 else ()
+
+
+_SUNS = (Symbol.BEAM, Symbol.SUN, Symbol.SUN_OF_AMC, Symbol.SUN_BELOW)
+_POINTS = ("east", "northeast", "north", "northwest", "west", "southwest", "south", "southeast")
+
+
+def direction_words(zenith_deg: float, azimuth_deg: float) -> str:
+    """A sky direction in words, its azimuth also as a compass shows it."""
+    if round(zenith_deg, 1) == 0:
+        return "at the zenith"
+    height = f"{zenith_deg:.3g}° from the zenith" if zenith_deg <= 90 else f"{zenith_deg - 90:.3g}° below the horizon"
+    azimuth = round(azimuth_deg, 1) % 360.0
+    compass = round((90.0 - azimuth) % 360.0, 1)
+    return f"{height} in the {_POINTS[round(azimuth / 45.0) % 8]} (azimuth {azimuth:g}°, compass {compass:g}°)"
+
 
 def spread(bands: Sequence[int]) -> list[int]:
     """All of some bands, or 12 evenly spread over them, the first and the last among them."""

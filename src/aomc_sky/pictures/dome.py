@@ -220,7 +220,8 @@ _WIDEST_DEG = 2.0
 _BELOW_AT_DEG = 84.0
 _BEYOND = 1e300
 _LETTERS = {0.0: "E", 90.0: "N", 180.0: "W", 270.0: "S"}
-_LARGE_IN, _SMALL_IN = 3.4, 2.3
+_NUMBERED_EM = 20.7
+_NUMBER_EM = 2.1  # of two digits and a degree sign, with a gap
 _GAP_IN = 0.04
 _RULER = (30.0, 60.0, 90.0)
 _SIDES = {-1: "right", 0: "center", 1: "left"}
@@ -239,23 +240,18 @@ class Panel:
     view: View
 
     @property
-    def is_large(self) -> bool:
-        """Whether there is room for directions between the four main ones."""
-        return self.width_in > _LARGE_IN
-
-    @property
-    def is_small(self) -> bool:
-        """Whether the main directions are letters without their degrees."""
-        return self.width_in < _SMALL_IN
+    def has_azimuths(self) -> bool:
+        """Whether there is room for azimuths between the points of the compass."""
+        return 72 * self.width_in > _NUMBERED_EM * self.font_pt
 
     @property
     def side_in(self) -> float:
-        """Room for the directions east and west."""
-        return _GAP_IN + self.font_pt / 72 * (1.0 if self.is_small else 2.5)
+        """Room for the letters east and west."""
+        return _GAP_IN + self.font_pt / 72
 
     @property
     def top_in(self) -> float:
-        """Room for the directions north and south."""
+        """Room for the letters north and south."""
         return _GAP_IN + 1.35 * self.font_pt / 72
 
     @property
@@ -340,10 +336,12 @@ def _draw_patches(axes: Any, dome: Dome, quantity: Quantity, colours: Colours, v
     finite = np.clip(dome.values, -_BEYOND, _BEYOND)  # matplotlib would hide an infinite pull
     values = np.ma.masked_array(finite, ~dome.has_colour(quantity))
     shown = values.reshape(dome.grid.n_zenith, dome.grid.n_azimuth).repeat(repeats, axis=1)
-    style = {"norm": colours.norm, "cmap": colours.cmap, "rasterized": True, "linewidth": 0.0}
-    # smooth edges let what is below shine through between neighbours: below are the same patches without smooth edges
-    axes.pcolormesh(x, y, shown, antialiased=False, **style)
-    return axes.pcolormesh(x, y, shown, antialiased=True, **style)
+    style = {"norm": colours.norm, "cmap": colours.cmap, "rasterized": True, "linewidth": 0.0, "snap": False}
+    # Smooth edges let the background shine through between neighbours, so patches without smooth edges lie below; a
+    # second smooth mesh takes their jags away. `snap` would move the corners of patches to whole dots.
+    for is_smooth in (False, True, True):
+        mesh = axes.pcolormesh(x, y, shown, antialiased=is_smooth, **style)
+    return mesh
 
 
 def mesh_edges(grid: PatchGrid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -368,30 +366,31 @@ def _draw_ruler(axes: Any, panel: Panel) -> None:
     """Zenith angles of the rings and the rim, below the dome, where no patch is hidden."""
     inch = panel.degrees_per_inch
     top = -90.0 - 0.6 * _GAP_IN * inch
+    font_pt = 0.8 * panel.font_pt
+    has_room = 72 * _RULER[0] / inch > _NUMBER_EM * font_pt
     for angle in _RULER:
         axes.plot([angle, angle], [top, top - 0.03 * inch], color="#555555", linewidth=0.6)
-        number = f"{angle:g}" if panel.is_small else f"{angle:g}°"
-        style = {"ha": "center", "va": "top", "fontsize": 0.8 * panel.font_pt, "color": "#555555"}
-        axes.text(angle, top - 0.045 * inch, number, **style)
+        if has_room or angle == _RULER[-1]:
+            style = {"ha": "center", "va": "top", "fontsize": font_pt, "color": "#555555"}
+            axes.text(angle, top - 0.045 * inch, f"{angle:g}°", **style)
     axes.plot([_RULER[0], _RULER[-1]], [top, top], color="#555555", linewidth=0.6)
 
 
 def _directions(panel: Panel) -> np.ndarray:
-    return np.arange(0.0, 360.0, 45.0 if panel.is_large else 90.0)
+    return np.arange(0.0, 360.0, 45.0 if panel.has_azimuths else 90.0)
 
 
 def _draw_directions(axes: Any, panel: Panel) -> None:
+    """Letters of the compass, and azimuths between them: "90° N" would read as a latitude."""
     radius = 90.0 + _GAP_IN * panel.degrees_per_inch
     for azimuth in _directions(panel):
         x, y = (float(v) for v in drawn_at(radius, azimuth, panel.view))
         letter = _LETTERS.get(float(azimuth), "")
-        across, up = (round(v / radius) if letter else v / abs(v) for v in (x, y))
-        number = "" if panel.is_small else f"{azimuth:g}°"
-        between = "\n" if across and letter and number else " "
-        text = f"{number}{between}{letter}".strip()
-        ha, va = _SIDES[int(across)], _HEIGHTS[int(up)]
+        number = f"azimuth\n{azimuth:g}°" if azimuth == 45.0 else f"{azimuth:g}°"
+        across, up = (round(v / radius) for v in (x, y))
         size, colour = (panel.font_pt, "black") if letter else (0.85 * panel.font_pt, "#555555")
-        axes.text(x, y, text, ha=ha, va=va, fontsize=size, color=colour, linespacing=0.95)
+        style = {"ha": _SIDES[across], "va": _HEIGHTS[up], "fontsize": size, "color": colour, "linespacing": 0.95}
+        axes.text(x, y, letter or number, **style)
 
 
 def _draw_outline(axes: Any, grid: PatchGrid, mark: Mark, view: View) -> None:

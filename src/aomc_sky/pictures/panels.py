@@ -35,7 +35,7 @@ SCALES = ("shared", "each")
 _PROJECTION = "Zenith in the centre, horizon at the rim, the zenith angle as radius."
 _MARGIN_IN, _BETWEEN_IN = 0.12, 0.14
 _BAR_IN, _BAR_WIDTH = 0.12, 0.86
-_FONT_PT, _TITLE, _LINE = 8.0, 1.25, 1.3
+_FONT, _TITLE, _LINE = 0.8, 1.25, 1.3  # of matplotlib's font.size, of the other letters, of their height
 _TITLE_WIDTH = 0.92  # of a dome
 _OWN_BAR_IN, _OWN_BAR_WIDTH = 0.07, 0.8  # of a dome
 _ROWS = {1: (1,), 2: (2,), 3: (3,), 4: (2, 2), 5: (3, 2), 6: (3, 3), 7: (4, 3), 8: (4, 4), 9: (3, 3, 3), 10: (4, 3, 3)}
@@ -80,14 +80,24 @@ def figure_of(
             _draw_bar(figure, layout, mesh, colours, layout.own_bar(k), label=f"colour bar {k + 1}")
     if layout.has_bar and is_shared:
         _draw_bar(figure, layout, mesh, shared, layout.bar, label="colour bar").set_label(
-            picture.quantity.label, fontsize=layout.font_pt, labelpad=2
+            _bar_label(picture, shared), fontsize=layout.font_pt, labelpad=2
         )
     elif layout.has_bar:
         at = 0.5, (layout.caption_in + layout.key_in + 0.06) / layout.height_in
-        figure.text(*at, picture.quantity.label, ha="center", va="bottom", fontsize=layout.font_pt)
+        figure.text(*at, _bar_label(picture, shared), ha="center", va="bottom", fontsize=layout.font_pt)
     _draw_texts(figure, layout)
     _draw_key(figure, layout)
     return figure
+
+
+def _bar_label(picture: Picture, colours: Colours) -> str:
+    """Quantity and unit, and whether the bar is logarithmic."""
+    return picture.quantity.label + (", log scale" if type(colours.norm).__name__ == "LogNorm" else "")
+
+
+def _letters_pt() -> float:
+    """Size of letters that the reader of a figure has chosen. [pt]"""
+    return float(optional_module("matplotlib", extra=EXTRA).rcParams["font.size"])
 
 
 def _check_scale(scale: str) -> None:
@@ -102,10 +112,9 @@ def draw_into(axes: Any, picture: Picture, *, view: View, choice: ColourChoice, 
     if len(every) != len(picture.domes):
         raise UsageError(f"{len(picture.domes)} domes need as many axes, got {len(every)}; bands chooses wavebands")
     shared = colours_of(picture, choice)
-    font_pt = 0.8 * float(optional_module("matplotlib", extra=EXTRA).rcParams["font.size"])
     for one, dome in zip(every, picture.domes, strict=True):
         box, dpi = one.get_window_extent(), one.get_figure().dpi
-        panel = Panel(width_in=box.width / dpi, font_pt=font_pt, view=view)
+        panel = Panel(width_in=box.width / dpi, font_pt=_letters_pt(), view=view)
         if panel.height_in > box.height / dpi:  # lower than wide
             width = box.height / dpi + panel.width_in - panel.height_in
             panel = dataclasses.replace(panel, width_in=width)
@@ -136,7 +145,7 @@ class _Layout:
     @classmethod
     def of(cls, picture: Picture, scale: Scale, view: View, *, is_shared: bool, has_caption: bool) -> _Layout:
         """Lay the parts of a picture out."""
-        font, rows = _FONT_PT, _ROWS[len(picture.domes)]
+        font, rows = _FONT * _letters_pt(), _ROWS[len(picture.domes)]
         inside = scale.width_in - 2 * _MARGIN_IN
         most_in = 0.98 * inside  # letters of .svg and .pdf, which no dots move, may be a little wider
         width = (inside - (rows[0] - 1) * _BETWEEN_IN) / rows[0]
@@ -144,7 +153,7 @@ class _Layout:
         ruler = Ruler.of(scale.dpi)
         shrink = _title_shrink(picture, panel, ruler)
         title = _wrapped(picture.title, _TITLE * font, most_in, ruler)
-        sentences = (view.sentence, _PROJECTION, *picture.notes) if has_caption else ()
+        sentences = (view.sentence, _PROJECTION, *picture.sun_sentence, *picture.notes) if has_caption else ()
         caption = _wrapped(" ".join(sentences), font, most_in, ruler)
         line = _LINE * font / 72
         return cls(

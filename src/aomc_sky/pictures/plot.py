@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.directions import given_angle
+from aomc_sky.directions import AzimuthConvention, given_angle, to_enu_azimuth_deg
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
@@ -46,6 +46,7 @@ def plot(
     grid: PatchGrid | None = None,
     sun_deg: Sequence[float] | None = None,
     sun_rad: Sequence[float] | None = None,
+    azimuth_convention: AzimuthConvention | str = AzimuthConvention.ENU_FROM_EAST,
     title: str = "",
     label: str | None = None,
     seen_from: str = "above",
@@ -76,7 +77,10 @@ def plot(
     grid : PatchGrid, optional
         The patches of an array; by default equal bins of its two dimensions.
     sun_deg, or sun_rad : (float, float), optional
-        Zenith angle and azimuth of the sun, from +x towards +y. By default where `what` has it. [deg]
+        Zenith angle and azimuth of the sun. By default where `what` has it. [deg]
+    azimuth_convention : AzimuthConvention or str
+        From where the azimuth of `sun_deg` counts: by default from +x (east) towards +y. A compass azimuth, from north
+        through east, is ``"north_clockwise"``.
     title : str
         Above the picture.
     label : str, optional
@@ -120,7 +124,7 @@ def plot(
     sun = None
     if sun_deg is not None or sun_rad is not None:
         zenith, azimuth = given_angle("sun_deg", sun_deg, sun_rad)
-        sun = sun_mark(float(zenith), float(azimuth))
+        sun = sun_mark(float(zenith), float(to_enu_azimuth_deg(azimuth, _convention_of(azimuth_convention))))
     if isinstance(what, PhotonSource | Scene):
         picture = _of_source(what, show, bands, sun, title)
     elif show is not None or bands is not None:
@@ -138,6 +142,13 @@ def plot(
     if target is not None:
         save_picture(figure, target, dpi=figure.dpi)
     return figure
+
+
+def _convention_of(name: AzimuthConvention | str) -> AzimuthConvention:
+    known = {member.name.lower(): member for member in AzimuthConvention}
+    if isinstance(name, str) and name.lower() not in known:
+        raise UsageError(f"azimuth_convention must be one of {', '.join(map(repr, known))}, got {name!r}")
+    return known[name.lower()] if isinstance(name, str) else name
 
 
 def sun_of_options(options: Any) -> Mark | None:
@@ -161,7 +172,8 @@ def picture_of_scene(
         with warnings.catch_warnings(action="ignore"):  # the scene's reader gave them
             config = read_amc(scene.input_files["amc"], lenient=bool(scene.options.get("lenient")))
         zenith, azimuth = float(config.direct_zenith_deg), float(config.direct_azimuth_deg)
-        sun = Mark(zenith_deg=zenith, azimuth_deg=azimuth, symbol=Symbol.SUN_OF_AMC)
+        if zenith > 0:  # amc.inp has zeros where there is no sun, as below an overcast sky
+            sun = Mark(zenith_deg=zenith, azimuth_deg=azimuth, symbol=Symbol.SUN_OF_AMC)
     return source_picture(source, show=show, bands=bands, sun=sun, title=title)
 
 
@@ -290,7 +302,7 @@ def _netcdf_dome(dataset: Any, table: Any, grid: PatchGrid, index: tuple[int, ..
 _TITLES: dict[str, Callable[[Any, int], str]] = {
     "waveband": lambda dataset, k: f"waveband {k + 1}, {float(dataset['wavelength'][k]):g} nm",
     "wavelength": lambda dataset, k: f"{float(dataset['wavelength'][k]):.6g} nm",
-    "sun_zenith": lambda dataset, k: f"sun at {float(dataset['sun_zenith'][k]):g}°",
+    "sun_zenith": lambda dataset, k: f"sun {float(dataset['sun_zenith'][k]):g}° from the zenith",
 }
 """What an index along a dimension is called above a dome."""
 
