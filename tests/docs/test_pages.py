@@ -77,6 +77,24 @@ def test_page_of_radiance(tmp_path: Path) -> None:
     assert carry_out("howto/radiance.md", tmp_path) == 5
 
 
+def test_page_of_pictures(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    pytest.importorskip("h5py")
+    assert carry_out("plots.md", tmp_path) == 2
+    assert {path.name for path in tmp_path.iterdir()} >= {
+        "sky.png",
+        "counts.svg",
+        "even.png",
+        "night.png",
+        "two_bands.pdf",
+    }
+
+
+@pytest.mark.slow
+def test_page_of_hosts(tmp_path: Path) -> None:
+    assert carry_out("hosts.md", tmp_path) == 3
+
+
 def test_page_of_mcpl_codes(tmp_path: Path) -> None:
     pytest.importorskip("mcpl")
     assert carry_out("howto/to_mcpl_codes.md", tmp_path) == 3

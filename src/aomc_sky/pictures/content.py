@@ -1,4 +1,4 @@
-"""What a picture shows: domes of patches with their values, marks on them, and what the colours mean."""
+"""Content of a picture: domes of patches with their values, marks on them, and the quantity of the colours."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOST_PANELS = 12
 
 
 class Symbol(enum.Enum):
-    """What a mark means; the value is its line in the key of the picture."""
+    """Meaning of a mark; the value is its line in the key of the picture."""
 
     BEAM = "direct beam: marked, not in the colours"
     SUN = "the sun"
@@ -39,13 +39,13 @@ class Mark:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Quantity:
-    """What the colours mean."""
+    """The quantity of the colours."""
 
     #: Name and unit, beside the colour bar.
     label: str
     #: Colours that part at zero, linear; else logarithmic colours of values from 0.
     is_signed: bool = False
-    #: What patches without a colour are.
+    #: Meaning of patches without a colour.
     void: str = "no light"
 
 
@@ -145,8 +145,8 @@ def pull_picture(
 ) -> Picture:
     """Maps of pulls side by side, 12 spread over them where there are more; colours part at zero.
 
-    Each is a title, its zones and their pulls: NaN where nothing is expected, or too little to say. `note` says what
-    size of pulls to expect.
+    Each is a title, its zones and their pulls: NaN if too few photons are expected. `note` gives the expected size of
+    pulls.
     """
     chosen = [maps[k] for k in spread(range(len(maps)))]
     domes = tuple(_pull_dome(*one) for one in chosen)

@@ -32,7 +32,7 @@ VOID_COLOUR = "#d4d4d4"
 NORMS = ("log", "linear")
 """Norms that have names."""
 
-_SEQUENTIAL, _DIVERGING = "viridis", "RdBu_r"  # both can be told apart with every kind of colour vision
+_SEQUENTIAL, _DIVERGING = "viridis", "RdBu_r"  # for every kind of colour vision
 _MOST_DECADES = 4.0
 _LEAST_LIGHT = 1e-200  # smaller numbers have no digits left for a scale
 _LEAST_RATIO = 2.0
@@ -51,20 +51,14 @@ _LEAST_PULL, _MOST_PULL = 4.0, 8.0
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Scale:
-    """Width of a picture in inches, its dots per inch, and its letters."""
+    """Width of a picture and its dots per inch."""
 
-    #: Width. [inch]
     width_in: float
-    #: Dots per inch.
     dpi: float
 
     @classmethod
     def of(cls, size_px: int) -> Scale:
-        """The scale of a picture `size_px` wide: letters grow with the square root of the size.
-
-        Letters of a fixed number of dots would be lost on a large picture, letters that grow with the picture cannot
-        be read on a small one.
-        """
+        """The scale of a picture `size_px` wide: letters grow with the square root of the size, to be read on all."""
         if not SIZES_PX[0] <= size_px <= SIZES_PX[1]:
             raise UsageError(f"a picture is {SIZES_PX[0]} to {SIZES_PX[1]} dots wide, got {size_px}")
         width = 6.4 * math.sqrt(size_px / 960.0)
@@ -73,13 +67,10 @@ class Scale:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ColourChoice:
-    """What a person wants of the colours; None: what suits the picture."""
+    """Options of the colours; see `aomc_sky.plot`."""
 
-    #: Values of the two ends of the bar: rising, positive where colours are logarithmic.
     limits: Sequence[float] | None = None
-    #: A colour map of matplotlib, or its name.
     cmap: Any = None
-    #: "log", "linear", or a norm of matplotlib, whose own limits count where it has them.
     norm: Any = None
 
 
@@ -88,21 +79,17 @@ USUAL_COLOURS = ColourChoice()
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Colours:
-    """Values to colours."""
+    """From values to colours, as matplotlib has them; masked values have `VOID_COLOUR`."""
 
-    #: Limits and scale.
     norm: Any
-    #: Colours; that of masked values is `VOID_COLOUR`.
     cmap: Any
-    #: Ends of the bar beyond which values lie. One of "neither", "min", "max", "both".
     extend: str
 
 
 def colours_of(picture: Picture, choice: ColourChoice = USUAL_COLOURS) -> Colours:
-    """Colours that serve all domes of a picture: by default logarithmic, for pulls linear.
+    """Colours for all domes of a picture, by default logarithmic over at most four decades.
 
-    By default the ends of the bar are those of the domes, at most four decades; linear colours start at zero, and those
-    of pulls reach as far on both sides of it, 4 to 8.
+    By default linear colours start at zero. Those of pulls are linear and reach from -4 to 4, at most from -8 to 8.
     """
     values = np.concatenate([dome.values[dome.has_colour(picture.quantity)] for dome in picture.domes])
     norm = _norm_of(values, choice, is_signed=picture.quantity.is_signed)
@@ -230,13 +217,10 @@ _HEIGHTS = {-1: "top", 0: "center", 1: "bottom"}
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Panel:
-    """Size of the axes of a dome, and what room that leaves."""
+    """Sizes of the axes of a dome."""
 
-    #: Width of the axes. [inch]
     width_in: float
-    #: Size of the letters. [pt]
     font_pt: float
-    #: From where the dome is seen.
     view: View
 
     @property
@@ -287,7 +271,7 @@ class View(enum.Enum):
 
     @property
     def sentence(self) -> str:
-        """What the picture says of it."""
+        """The sentence of the caption."""
         if self is View.ABOVE:
             seen, side, way = "above, as a map", "right", "anticlockwise"
         else:
@@ -299,7 +283,7 @@ class View(enum.Enum):
 
 
 def drawn_at(zenith_deg: Any, azimuth_deg: Any, view: View) -> tuple[np.ndarray, np.ndarray]:
-    """Where sky directions are drawn, right and up, in degrees: the zenith angle is the radius."""
+    """Position of sky directions on the picture, right and up, in degrees: the zenith angle is the radius."""
     sine, cosine = sin_cos_deg(azimuth_deg)
     radius = np.asarray(zenith_deg, dtype=np.float64)
     return radius * (cosine if view is View.ABOVE else -cosine), radius * sine
@@ -308,8 +292,8 @@ def drawn_at(zenith_deg: Any, azimuth_deg: Any, view: View) -> tuple[np.ndarray,
 def draw_dome(axes: Any, dome: Dome, quantity: Quantity, colours: Colours, panel: Panel) -> Any:
     """Draw a dome on axes as large as the panel says; the QuadMesh of its patches is returned.
 
-    Its array has a row for each ring; a column wider than 2 degrees is repeated, so that its straight edges follow the
-    arc within 1.5e-4 of the radius.
+    Its array has a row for each ring. Columns wider than 2 degrees are repeated: their straight edges follow the arc
+    within 1.5e-4 of the radius.
     """
     axes.set_axis_off()
     half = panel.degrees_per_inch / 2
@@ -337,8 +321,8 @@ def _draw_patches(axes: Any, dome: Dome, quantity: Quantity, colours: Colours, v
     values = np.ma.masked_array(finite, ~dome.has_colour(quantity))
     shown = values.reshape(dome.grid.n_zenith, dome.grid.n_azimuth).repeat(repeats, axis=1)
     style = {"norm": colours.norm, "cmap": colours.cmap, "rasterized": True, "linewidth": 0.0, "snap": False}
-    # Smooth edges let the background shine through between neighbours, so patches without smooth edges lie below; a
-    # second smooth mesh takes their jags away. `snap` would move the corners of patches to whole dots.
+    # The background shines through between neighbours with smooth edges, so patches without smooth edges lie below.
+    # A second smooth mesh hides their jags. `snap` would move the corners of patches to whole dots.
     for is_smooth in (False, True, True):
         mesh = axes.pcolormesh(x, y, shown, antialiased=is_smooth, **style)
     return mesh
@@ -412,11 +396,7 @@ _COMPASS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
 
 
 def draw_mark(axes: Any, x: Any, y: Any, symbol: Symbol, font_pt: float) -> None:
-    """Draw a mark at data coordinates: white in a dark rim, so that it is seen on any colour.
-
-    A ring with a point is the beam, a ring the sun, a triangle the sun below the horizon, a diamond a narrow lobe, four
-    strokes the sun of amc.inp, which hide no patch. Its size is in proportion to the letters.
-    """
+    """Draw a mark at data coordinates, as large as a letter and white in a dark rim, so that it shows on any colour."""
     effects = optional_module("matplotlib.patheffects", extra=EXTRA)
     size = 1.05 * font_pt
     rim = [effects.withStroke(linewidth=0.3 * font_pt, foreground="black")]

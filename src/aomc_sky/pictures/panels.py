@@ -127,7 +127,7 @@ def draw_into(axes: Any, picture: Picture, *, view: View, choice: ColourChoice, 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class _Layout:
-    """Places of everything, in inches from the lower left corner; heights are those of rows, from the top down."""
+    """Positions of all parts, in inches from the lower left corner; rows count from the top."""
 
     width_in: float
     panel: Panel
@@ -216,7 +216,7 @@ class _Layout:
         return self.parts(*self.corner(k), self.panel.width_in, self.panel.height_in)
 
     def corner(self, k: int) -> tuple[float, float]:
-        """Lower left corner of the axes of a dome; a row with fewer domes stands in the middle."""
+        """Lower left corner of the axes of a dome; a row with fewer domes is centred."""
         row = int(np.searchsorted(np.cumsum(self.rows), k, side="right"))
         step = self.panel.width_in + _BETWEEN_IN
         left = (self.width_in - self.rows[row] * step + _BETWEEN_IN) / 2
@@ -260,7 +260,7 @@ def _draw_dome_title(figure: Any, layout: _Layout, k: int) -> None:
 
 
 def _title_shrink(picture: Picture, panel: Panel, ruler: Ruler) -> float:
-    """How much smaller the titles of all domes are set, so that each line is narrower than its dome; else 1."""
+    """Factor on the titles of all domes that makes each line narrower than its dome; 1 if none does."""
     lines = [line for dome in picture.domes for line in _title_parts(dome.title, panel)]
     most_in = _TITLE_WIDTH * panel.width_in
     fitting = (s for s in _SHRINKS if all(ruler.width_in(text, s * font) <= most_in for text, font in lines))
@@ -323,9 +323,8 @@ def _draw_key(figure: Any, layout: _Layout) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Ruler:
-    """Measures text in matplotlib's own font, whose letters are moved to whole dots: few dots make it wider."""
+    """Measures text in matplotlib's font, whose letters start at whole dots and so are wider on few dots."""
 
-    #: What would draw it.
     renderer: Any
 
     @classmethod
@@ -340,9 +339,7 @@ class Ruler:
         return float(width) / float(self.renderer.dpi)
 
     def lines(self, text: str, font_pt: float, width_in: float) -> list[str]:
-        """Break a paragraph into lines between its words, and within words that are too long; at least a letter in
-        each.
-        """
+        """Break a paragraph into lines between its words, and within words that are too long."""
         lines: list[str] = []
         for word in text.split():
             longer = f"{lines[-1]} {word}" if lines else word

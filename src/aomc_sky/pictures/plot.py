@@ -32,6 +32,9 @@ from aomc_sky.wavebands import Wavebands
 _FINE = (180, 720)
 """Patches of half a degree, in which a model is drawn."""
 
+_WITHOUT_SUN = ("uniform", "overcast", "cardioidal")
+"""Names of skies that have the same light wherever the sun is; a beam has a mark of its own."""
+
 _LOBES = "aomc_sky.skies.lobes."
 """Modules whose skies are drawn as lobes; they are imported for such a sky alone."""
 
@@ -125,8 +128,11 @@ def plot(
     if sun_deg is not None or sun_rad is not None:
         zenith, azimuth = given_angle("sun_deg", sun_deg, sun_rad)
         sun = sun_mark(float(zenith), float(to_enu_azimuth_deg(azimuth, _convention_of(azimuth_convention))))
-    if isinstance(what, PhotonSource | Scene):
-        picture = _of_source(what, show, bands, sun, title)
+    if isinstance(what, Scene):
+        show = show or "radiance"
+        picture = picture_of_scene(what, what.source(0), show=show, bands=bands, sun=sun, title=title)
+    elif isinstance(what, PhotonSource):
+        picture = source_picture(what, show=show or "counts", bands=bands, sun=sun, title=title)
     elif show is not None or bands is not None:
         raise UsageError("show and bands are for a source or a scene")
     elif any(base.__module__.startswith(_LOBES) for base in type(what).__mro__):
@@ -152,9 +158,13 @@ def _convention_of(name: AzimuthConvention | str) -> AzimuthConvention:
 
 
 def sun_of_options(options: Any) -> Mark | None:
-    """The sun that the options of a scene, or of its manifest, name."""
-    sun = options.get("sun") if isinstance(options.get("sun"), dict) else None
-    return None if sun is None else sun_mark(float(sun["zenith_deg"]), float(sun["azimuth_deg"]))
+    """The sun in the options of a scene, or of its manifest, unless the sky has none."""
+    sun = options.get("sun")
+    return (
+        None
+        if not isinstance(sun, dict) or options.get("sky") in _WITHOUT_SUN
+        else sun_mark(float(sun["zenith_deg"]), float(sun["azimuth_deg"]))
+    )
 
 
 def picture_of_scene(
@@ -172,21 +182,9 @@ def picture_of_scene(
         with warnings.catch_warnings(action="ignore"):  # the scene's reader gave them
             config = read_amc(scene.input_files["amc"], lenient=bool(scene.options.get("lenient")))
         zenith, azimuth = float(config.direct_zenith_deg), float(config.direct_azimuth_deg)
-        if zenith > 0:  # amc.inp has zeros where there is no sun, as below an overcast sky
+        if zenith > 0:  # zeros in amc.inp mean that there is no sun, for example under an overcast sky
             sun = Mark(zenith_deg=zenith, azimuth_deg=azimuth, symbol=Symbol.SUN_OF_AMC)
     return source_picture(source, show=show, bands=bands, sun=sun, title=title)
-
-
-def _of_source(
-    what: PhotonSource | Scene,
-    show: str | None,
-    bands: Sequence[int] | None,
-    sun: Mark | None,
-    title: str,
-) -> Picture:
-    if isinstance(what, Scene):
-        return picture_of_scene(what, what.source(0), show=show or "radiance", bands=bands, sun=sun, title=title)
-    return source_picture(what, show=show or "counts", bands=bands, sun=sun, title=title)
 
 
 def _of_lobes(what: Any, wavelength_nm: float, title: str) -> Picture:

@@ -86,7 +86,7 @@ import warnings
 with warnings.catch_warnings(record=True) as caught:
     warnings.simplefilter("always")
     from aomc_sky.kernels import jit
-    from aomc_sky.emission.kernels.batches.compiled import block_sums
+    from aomc_sky.emission.kernels.batches import block_sums
 import numpy as np
 told = [str(w.message) for w in caught if issubclass(w.category, RuntimeWarning)]
 sums = block_sums(np.array([-0.5, -1.0], np.float32))

@@ -169,6 +169,8 @@ def test_letters_follow_the_font_size_of_matplotlib(pt):
 
 def test_the_sun_of_an_overcast_sky_is_not_marked():
     assert marks_of(sky.plot(sky.read_scene(INPUTS / "overcast"))) == {}  # amc.inp says 0, 0
+    for name in ("overcast", "uniform"):
+        assert marks_of(sky.plot(sky.read_scene(INPUTS / "clear_day", sky=name))) == {}  # amc.inp says 35, 0
 
 
 @pytest.mark.parametrize(
