@@ -49,20 +49,11 @@ _STEPS: tuple[tuple[float, ...], ...] = (
 _LEAST_PULL, _MOST_PULL = 4.0, 8.0
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Scale:
-    """Width of a picture and its dots per inch."""
-
-    width_in: float
-    dpi: float
-
-    @classmethod
-    def of(cls, size_px: int) -> Scale:
-        """The scale of a picture `size_px` wide: letters grow with the square root of the size, to be read on all."""
-        if not SIZES_PX[0] <= size_px <= SIZES_PX[1]:
-            raise UsageError(f"a picture is {SIZES_PX[0]} to {SIZES_PX[1]} dots wide, got {size_px}")
-        width = 6.4 * math.sqrt(size_px / 960.0)
-        return cls(width_in=width, dpi=size_px / width)
+def width_of(size_px: int) -> float:
+    """Width of a picture of so many dots: letters grow with its square root, so that they suit all sizes. [inch]"""
+    if not SIZES_PX[0] <= size_px <= SIZES_PX[1]:
+        raise UsageError(f"a picture is {SIZES_PX[0]} to {SIZES_PX[1]} dots wide, got {size_px}")
+    return 6.4 * math.sqrt(size_px / 960.0)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

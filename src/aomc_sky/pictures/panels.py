@@ -20,13 +20,13 @@ from aomc_sky.pictures.dome import (
     ColourChoice,
     Colours,
     Panel,
-    Scale,
     View,
     colours_of,
     draw_dome,
     draw_mark,
     plain_text,
     tick_numbers,
+    width_of,
 )
 
 SCALES = ("shared", "each")
@@ -60,12 +60,13 @@ def figure_of(
     _check_scale(scale)
     if not 1 <= len(picture.domes) <= MOST_PANELS:
         raise UsageError(f"a picture has 1 to {MOST_PANELS} domes, got {len(picture.domes)}")
-    size = Scale.of(size_px)
+    width_in = width_of(size_px)
+    dpi = size_px / width_in
     figure_module = optional_module("matplotlib.figure", extra=EXTRA)
     backend = optional_module("matplotlib.backends.backend_agg", extra=EXTRA)
     is_shared = scale == "shared" or len(picture.domes) == 1
-    layout = _Layout.of(picture, size, view, is_shared=is_shared, has_caption=has_caption)
-    figure = figure_module.Figure(figsize=(size.width_in, layout.height_in), dpi=size.dpi, facecolor="white")
+    layout = _Layout.of(picture, width_in, dpi, view, is_shared=is_shared, has_caption=has_caption)
+    figure = figure_module.Figure(figsize=(width_in, layout.height_in), dpi=dpi, facecolor="white")
     backend.FigureCanvasAgg(figure)
     figure._repr_png_ = partial(png_bytes, figure)  # a notebook shows it
     shared = colours_of(picture, choice)
@@ -143,21 +144,23 @@ class _Layout:
     font_pt: float
 
     @classmethod
-    def of(cls, picture: Picture, scale: Scale, view: View, *, is_shared: bool, has_caption: bool) -> _Layout:
+    def of(
+        cls, picture: Picture, width_in: float, dpi: float, view: View, *, is_shared: bool, has_caption: bool
+    ) -> _Layout:
         """Lay the parts of a picture out."""
         font, rows = _FONT * _letters_pt(), _ROWS[len(picture.domes)]
-        inside = scale.width_in - 2 * _MARGIN_IN
+        inside = width_in - 2 * _MARGIN_IN
         most_in = 0.98 * inside  # letters of .svg and .pdf, which no dots move, may be a little wider
         width = (inside - (rows[0] - 1) * _BETWEEN_IN) / rows[0]
         panel = Panel(width_in=width, font_pt=font if rows[0] < 3 else 0.9 * font, view=view)
-        ruler = Ruler.of(scale.dpi)
+        ruler = Ruler.of(dpi)
         shrink = _title_shrink(picture, panel, ruler)
         title = _wrapped(picture.title, _TITLE * font, most_in, ruler)
         sentences = (view.sentence, _PROJECTION, *picture.sun_sentence, *picture.notes) if has_caption else ()
         caption = _wrapped(" ".join(sentences), font, most_in, ruler)
         line = _LINE * font / 72
         return cls(
-            width_in=scale.width_in,
+            width_in=width_in,
             panel=panel,
             rows=rows,
             title=title,
