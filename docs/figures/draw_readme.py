@@ -1,8 +1,8 @@
 """Draw the two pictures of the README: a sky with its photons, and error against time.
 
 Run from anywhere: python docs/figures/draw_readme.py [FOLDER]; the PNG files go to FOLDER, by default beside this
-script. The sky and its photons come from `aomc_sky` itself, the errors and times from docs/performance.csv, which
-`bench/report.py` measures.
+script. The sky and its photons come from `aomc_sky` itself, the errors and times from performance.csv beside
+this script, which `bench/report.py` measures.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ def _name_points(axes: Axes, time_ms: list[float], error: list[float], photons: 
 def main() -> None:
     """Write the pictures."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else HERE
-    pictures = {"readme_sky": draw_sky(), "readme_error": draw_error(HERE.parent / "performance.csv")}
+    pictures = {"readme_sky": draw_sky(), "readme_error": draw_error(HERE / "performance.csv")}
     for name, figure in pictures.items():
         FigureCanvasAgg(figure)
         figure.savefig(folder / f"{name}.png", dpi=DPI, metadata={"Software": "aomc-sky"})

@@ -11,12 +11,12 @@ from importlib.util import find_spec
 import pytest
 
 from aomc_sky.cli import commands
-from aomc_sky.cli.main import COMMANDS
+from aomc_sky.cli.usage import COMMANDS
 from tests.support.extras import ROOT
 from tests.support.fault_rows import command
 from tests.support.mistakes import make_folder
 
-ROWS = re.findall(r"(?m)^\| `aomc-sky ?(.*?)` \| `(.*)` \|$", (ROOT / "docs" / "mistakes.md").read_text())
+ROWS = re.findall(r"(?m)^\| `aomc-sky ?(.*?)` \| `(.*)` \|$", (ROOT / "docs" / "errors.md").read_text())
 
 
 @pytest.fixture(scope="module")
