@@ -303,8 +303,8 @@ Absorber "ozone":
 
 
 def _under_night_atmo(toml: str, *, zenith: int, bands: tuple[float, ...] = (450.0, 650.0)) -> dict[str, str]:
-    """A scene under `_NIGHT_ATMO`, on 18 x 36 patches."""
-    head = '[atmosphere]\nfile = "air.atmo"\nzenith_bins = 18\nazimuth_bins = 36\n'
+    """A scene under `_NIGHT_ATMO`."""
+    head = '[atmosphere]\nfile = "air.atmo"\n'
     files = {"amc.inp": amc(100_000, flag=0, n_wavebands=len(bands), azimuth=90, zenith=zenith)}
     return files | {
         "lambbot.inp": lambbot(list(bands)),

@@ -15,4 +15,4 @@ for ax, hour in zip(axes.flat, range(4, 20, 2), strict=True):
     place = {"sun_zenith_deg": sun.apparent_zenith_deg, "sun_azimuth_deg": sun.azimuth_deg}
     sky.plot(sky.PerezSky(epsilon=6, delta=0.12, **place), ax=ax, limits=(0.3, 10))
     ax.set_title(f"{hour:02d}:00 UTC")
-figure.colorbar(axes[0, 0].collections[-1], ax=axes, label="radiance, relative", shrink=0.7)
+figure.colorbar(axes[0, 0].collections[-1], ax=axes, label="relative radiance, log scale", shrink=0.7)

@@ -77,6 +77,19 @@ def test_page_of_radiance(tmp_path: Path) -> None:
     assert carry_out("howto/radiance.md", tmp_path) == 5
 
 
+def test_page_of_pictures(tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    pytest.importorskip("h5py")
+    assert carry_out("plots.md", tmp_path) == 2
+    pictures = {"sky.png", "counts.svg", "even.png", "night.png", "two_bands.pdf"}
+    assert pictures <= {path.name for path in tmp_path.iterdir()}
+
+
+@pytest.mark.slow
+def test_page_of_hosts(tmp_path: Path) -> None:
+    assert carry_out("hosts.md", tmp_path) == 3
+
+
 def test_page_of_the_atmosphere(tmp_path: Path) -> None:
     assert carry_out("models/atmosphere.md", tmp_path) == 1
 

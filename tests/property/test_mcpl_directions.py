@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from aomc_sky.emission.kernels.batches import plain
+from aomc_sky.emission.kernels import plain
 from tests.support.mcpl import unpacked
 
 UNIT = {np.float32: 3e-7, np.float64: 6e-16}

@@ -36,12 +36,14 @@ class SavedFile:
 
 
 def steps(text: str) -> Iterator[Command | SavedFile]:
-    """Files and commands of a page in order; ``sh`` blocks, which set a machine up, are left out."""
+    """Files and commands of a page in order, without ``sh`` blocks and nameless fragments of C and Fortran."""
     for language, body in _FENCE.findall(text):
         if language == "console":
             yield from _commands(body)
         elif language not in {"", "sh", "text"}:
             name = _NAME.match(body)
+            if name is None and language in {"c", "fortran"}:
+                continue
             assert name is not None, f"no file name in the first line of\n{body}"
             yield SavedFile(name[1], body)
 

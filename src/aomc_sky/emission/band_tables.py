@@ -1,7 +1,7 @@
 """Tables of one waveband in the form the emission kernels read: the words of its random streams, and its cells.
 
-Rings and CellWords hold the cells of a plan; BandTable and StreamWords are what one band needs of them. What a law of a
-slice reads besides stands with the slice (`CellLaw.hook_tables`).
+Rings and CellWords hold the cells of a plan, BandTable and StreamWords those of one band. Further tables of a law are
+in its slice (`CellLaw.hook_tables`).
 """
 
 from __future__ import annotations
@@ -36,17 +36,14 @@ _COMMON = (Law.CELL_MU2, Law.CELL_MU, Law.BEAM, Law.DISC, Law.DISC_AT_HORIZON)
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Rings:
-    """Which ring each cell lies in.
+    """The ring of each cell.
 
-    A ring is a run of neighbouring cells of one component between the same two zenith angles, that is with the
-    same first three parameters: a zenith row of a grid, however wide its columns are. A beam, a disc and a lobe are a
-    ring each. Rings are numbered from 0 through all components, in the order of the cells.
+    A ring is a run of cells of one component with the same first three parameters: a zenith row of a grid. A beam, a
+    disc and a lobe are a ring each. Rings count from 0 through all components.
     """
 
-    #: Number of each cell's ring, int64 (n_cell,).
-    of_cell: np.ndarray
-    #: The first cell of each ring, int64 (n_ring,).
-    first: np.ndarray
+    of_cell: np.ndarray  #: number of each cell's ring, int64 (n_cell,)
+    first: np.ndarray  #: first cell of each ring, int64 (n_ring,)
 
     @classmethod
     def of(cls, arrays: dict[str, np.ndarray]) -> Rings:
@@ -58,16 +55,14 @@ class Rings:
         return cls(of_cell=np.cumsum(starts) - 1, first=np.flatnonzero(starts))
 
     def turns(self, cumulative: np.ndarray) -> np.ndarray:
-        """What each ring adds to shift + rank x step of v: 64-bit fractions that wrap, multiples of 2^-32; (n_ring,).
+        """Turns of the rings, 64-bit fractions that are added to shift + rank x step of v; (n_ring,).
 
-        The steps along a ring count from its first photon, and rings start a golden ratio apart: whatever number of
-        photons a ring holds, photons above each other in neighbouring rings are never nearly in step.
-
-        `cumulative`, int64 (n_cell + 1,), holds the band's photons before each cell.
+        Steps along a ring count from its first photon, and rings start a golden ratio apart. So photons of neighbouring
+        rings are never nearly in step. `cumulative` (n_cell + 1,) counts the band's photons before each cell.
         """
         number = np.arange(self.first.size, dtype=np.uint64)
         turns = number * RING_STEP - cumulative[self.first].astype(np.uint64) * R2_STEP_V
-        return turns & _UPPER_HALF  # what stands beside float32 parameters has 32 bits
+        return turns & _UPPER_HALF  # a turn beside float32 parameters has 32 bits
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -79,8 +74,7 @@ class StreamWords:
     #: Position in the cell as a 64-bit fraction: shift + rank x step, uint64 (2,) each. A step of 0 is the centre.
     shifts: np.ndarray
     steps: np.ndarray
-    #: What each ring adds to the second one, uint64 (n_ring,); see `Rings.turns`.
-    turns: np.ndarray
+    turns: np.ndarray  #: `Rings.turns`
     #: Shift and step of the words that decide the first trial of a rejection; the key of what moves them for lobes.
     accept: np.ndarray
     placement_key: np.uint64
@@ -183,7 +177,7 @@ class CellWords:
 
 
 def _distinct_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Distinct rows, where each stands first, and which one every row is."""
+    """Unique rows, first index, inverse."""
     rows = np.ascontiguousarray(rows)
     keys = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).ravel()
     _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
@@ -191,15 +185,15 @@ def _distinct_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
 
 
 class HookTables(Protocol):
-    """What a hook of the emission reads of all cells."""
+    """Tables of all cells for a hook of the emission."""
 
     def of_slots(self, slots: np.ndarray) -> tuple[Any, ...]:
-        """The same for chosen cells, as the kernel reads them."""
+        """The tables of these cells, as the kernel reads them."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BandTable:
-    """What `kernels.emit` needs of one band; see there. `n` is the number of photons."""
+    """Arguments of `kernels.emit` for a band with `n` photons."""
 
     n: int
     cumulative: np.ndarray
@@ -212,11 +206,10 @@ class BandTable:
     main: np.uint64
     #: Empty where slot = cell.
     cell_of_slot: np.ndarray
-    #: What the hooks of the emission read of these slots.
+    #: Tables of the hooks for these slots.
     rejection: tuple[Any, ...] | None
     queue: tuple[Any, ...] | None
-    #: Words of the slopes of these slots; None where no cell has any.
-    slopes: np.ndarray | None
+    slopes: np.ndarray | None  #: words of the slopes of these slots
 
     @property
     def is_common(self) -> bool:
@@ -238,10 +231,7 @@ class BandTable:
         queue: HookTables | None = None,
         slopes: np.ndarray | None = None,
     ) -> BandTable:
-        """Build the tables from the cumulative counts (n_cell + 1,) of a band with photons.
-
-        `law` is the one by which the photons of a cell start, before a rejection or a queue.
-        """
+        """Build the tables; photons of a cell start by its `law`, before a rejection or a queue."""
         n = int(cumulative[-1])
         counts = np.diff(cumulative)
         slots = np.flatnonzero(counts)

@@ -34,19 +34,18 @@ _OUTPUTS = ("ux", "uy", "uz", "patch")
 
 
 class _BandCache:
-    """Something prepared for each of the last few bands, shared by threads."""
+    """Results for the last few bands, shared by threads; one thread prepares each."""
 
     def __init__(self) -> None:
         self._kept: dict[int, Any] = {}
         self._lock = threading.Lock()
 
     def get(self, band: int, prepare: Callable[[int], T]) -> T:
-        """Return what was prepared for a band, preparing it once."""
+        """The result for a band."""
         prepared = self._kept.get(band)
         if prepared is None:
             with self._lock:
-                prepared = self._kept.get(band)
-                if prepared is None:
+                if (prepared := self._kept.get(band)) is None:
                     prepared = prepare(band)
                     while len(self._kept) >= _CACHED_BANDS:
                         self._kept.pop(next(iter(self._kept)))
@@ -55,9 +54,9 @@ class _BandCache:
 
 
 class _Scratch(threading.local):
-    """Memory that kernels work in, of each thread its own.
+    """Memory of each thread for kernels.
 
-    Whole vectors are computed on what earlier photons left behind the last one: so none has been of another precision.
+    Vector loops read stale values behind the last photon, so memory is kept per precision.
     """
 
     def __init__(self) -> None:
@@ -136,7 +135,7 @@ class Emitter:
 
     @cached_property
     def hooks(self) -> tuple[str, ...]:
-        """What the kernels call beside their own text; see `kernels.hooks`."""
+        """Names of the hooks that the plan needs; see `kernels.hooks`."""
         tables = {REJECTION: self._rejection, QUEUE: self._queue}
         return tuple(hook for hook, table in tables.items() if table is not None)
 
@@ -158,7 +157,7 @@ class Emitter:
         return slope_words(slope)
 
     def _lobe_steps(self, band: int) -> tuple[object, ...]:
-        """What the lobes of a band take their first trials from: the steps of the decision, `falls` with `paces`."""
+        """Words for the first trials of the lobes of a band: the steps of the decision, `falls` with `paces`."""
         lobes, cumulative = self._queue, self.plan.arrays["cumulative"]
         assert lobes is not None
         prepare = lambda b: lobes.falls(cumulative[b], lobe_offset_words(self.plan, b, lobes.cell))  # noqa: E731
@@ -168,7 +167,7 @@ class Emitter:
         return self._streams.get(band, lambda b: StreamWords.of(self.plan, b, self._rings))
 
     def _tables(self, band: int) -> tuple[BandTable, tuple[object, ...], np.ndarray, Any, Any]:
-        """Of a band with photons: its table, how a rank finds its cell, the cells, and what Perez and lobes read."""
+        """Tables of a band with photons: the band, the search from rank to cell, the cells, Perez, lobes."""
         arrays, words, stream = self.plan.arrays, self._words, self._stream(band)
         hooks = self._rejection, self._queue, self._slopes(band)
         table = BandTable.of(arrays["cumulative"][band], self._start_law, words, *hooks)
@@ -189,7 +188,7 @@ class Emitter:
         return "emit", (np.uint64(table.n), *stream.arguments(), *search, cells, *laws, table.cell_of_slot)
 
     def _compiled(self, band: int) -> tuple[str, Callable[..., None], tuple[object, ...]]:
-        """`_kernel` with its function, which is bound by one thread: each of two would compile its own."""
+        """`_kernel` with its function. One thread binds it, because each of two would compile its own."""
         from aomc_sky.emission.kernels import emit
 
         name, arguments = self._kernel(band)
@@ -204,9 +203,9 @@ class Emitter:
         return scratch_words(0 if self._queue is None else self._queue.cell.size)
 
     def host_arguments(self, band: int) -> tuple[str, tuple[object, ...]]:
-        """The name of the kernel of a band with photons, and the arguments in the block of `next`."""
+        """The name of the kernel of a band with photons, and its block for `next`: words of memory, then arguments."""
         name, arguments = self._kernel(band)
-        return name, arguments if name == "emit_runs" else (np.uint64(self._n_scratch), *arguments)
+        return name, (np.uint64(0 if name == "emit_runs" else self._n_scratch), *arguments)
 
     def photon_arguments(self, band: int) -> tuple[object, ...]:
         """The arguments of `emission.kernels.hosts.sampler.photon_at` after the index, for a band with photons."""
@@ -223,48 +222,32 @@ class Emitter:
         return order, *rest, True if jitter else None, *search, cells, cells.view(self.dtype), *laws
 
     def number_arguments(self, band: int) -> tuple[object, ...]:
-        """What `kernels.numbers` reads of a band."""
+        """The last arguments of `kernels.numbers` for a band."""
         stream = self._stream(band)
         key, counter = stream.position_key, (stream.band, stream.jitter)
         return np.uint64(self.n_photons(band)), stream.order_keys, stream.number_shifts, NUMBER_STEPS, key, *counter
 
     def fill_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         """As `fill`, by the compiled kernels."""
-        name, kernel, arguments = self._kernels.get(band, self._compiled)
-        memory = () if name == "emit_runs" else (_scratch.words(self._n_scratch, self.dtype),)
-        kernel(np.uint64(start), *(arrays[output] for output in _OUTPUTS), *memory, *arguments)
+        _, kernel, arguments = self._kernels.get(band, self._compiled)
+        memory = _scratch.words(self._n_scratch, self.dtype)
+        kernel(np.uint64(start), *(arrays[output] for output in _OUTPUTS), memory, *arguments)
         if self.has_positions:
-            self._fill_positions(self._stream(band), start, arrays)
+            from aomc_sky.emission.kernels import emit
+
+            emit.positions(*self._position_arguments(band, np.uint64(start)), arrays["x"], arrays["y"])
         if arrays.get("numbers") is not None:
             from aomc_sky.emission.kernels.numbers import numbers_of_photons
 
             numbers_of_photons(np.uint64(start), *number_columns(arrays["numbers"]), *self.number_arguments(band))
 
-    def _fill_positions(self, stream: StreamWords, start: int, arrays: dict[str, Any]) -> None:
-        from aomc_sky.emission.kernels import emit
-
-        size_x, size_y = np.float64(self.footprint.size_x_m), np.float64(self.footprint.size_y_m)
-        photons = (np.uint64(start), arrays["x"], arrays["y"], stream.position_key, stream.band)
-        if self.footprint.shape is FootprintShape.CIRCLE:
-            emit.circle_positions(*photons, size_x / 2)
-        else:
-            emit.rectangle_positions(*photons, size_x, size_y)
+    def _position_arguments(self, band: int, start: Any) -> tuple[object, ...]:
+        stream, footprint = self._stream(band), self.footprint
+        sizes = np.float64(footprint.size_x_m), np.float64(footprint.size_y_m)
+        return footprint.shape is FootprintShape.CIRCLE, start, stream.position_key, stream.band, *sizes
 
     def fill_plain(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         """As `fill`, in plain numpy."""
-        self._fill_ranks(band, start, arrays)
-        if self.has_positions:
-            from aomc_sky.emission.kernels import plain
-
-            is_circle = self.footprint.shape is FootprintShape.CIRCLE
-            sizes = (self.footprint.size_x_m, self.footprint.size_y_m)
-            plain.positions(is_circle, start, self._stream(band).position_key, band, *sizes, arrays["x"], arrays["y"])
-        if arrays.get("numbers") is not None:
-            from aomc_sky.emission.kernels import plain
-
-            plain.numbers(start, arrays["numbers"], *self.number_arguments(band))
-
-    def _fill_ranks(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         from aomc_sky.emission.kernels import plain
         from aomc_sky.kernels.cells.order import slot_finder
 
@@ -284,3 +267,7 @@ class Emitter:
             self._plain_slopes.get(band, self._slopes),
             *(arrays[name] for name in _OUTPUTS),
         )
+        if self.has_positions:
+            plain.positions(*self._position_arguments(band, start), arrays["x"], arrays["y"])  # type: ignore[call-arg]
+        if arrays.get("numbers") is not None:
+            plain.numbers(start, arrays["numbers"], *self.number_arguments(band))

@@ -31,11 +31,11 @@ except (ImportError, AttributeError) as error:
     ) from error
 
 _kept: list[Any] = []
-"""Tables that compiled code reads. Nobody can say when machine code is dropped, so they live as long as the process."""
+"""Tables of compiled code. They live as long as the process, because the end of machine code is unknown."""
 
 
 def _require_host(plan: Plan) -> None:
-    """Refuse where there is no compiler, and a plan of several randomisations."""
+    """Refuse plans with replicates, and all plans if the compiler is off."""
     if is_off():
         raise UsageError("hosts need numba's compiler; unset NUMBA_DISABLE_JIT, or take photons in batches")
     if (replicates := plan.replicates) > 1:
@@ -46,7 +46,7 @@ def _require_host(plan: Plan) -> None:
 
 
 class _Block:
-    """Arguments of two kernels, that of the numbers and another one, in memory that stays where it is."""
+    """Arguments of two kernels, the numbers and another one, at a fixed address."""
 
     def __init__(self, n: int, of_numbers: tuple[object, ...], of_photons: tuple[object, ...]) -> None:
         self.arguments = arguments = (of_numbers, of_photons)
@@ -55,11 +55,11 @@ class _Block:
 
     @property
     def address(self) -> int:
-        """Where it stands."""
+        """Address of the first word."""
         return int(self.words.ctypes.data)
 
     def as_function(self) -> Any:
-        """A jitted function that gives the block; from here on it lives as long as the process."""
+        """A jitted function that returns the block, which then lives as long as the process."""
         _kept.append((self.words, self.arguments))
         return fixed_block(self.kinds, self.address)
 
@@ -146,17 +146,19 @@ class NumbaSampler:
 
 
 class CSource:
-    """The photons of one band as a C function and its context; the declarations stand in ``aomc_sky.h``.
+    """The photons of one band as a C function and its context, declared in ``aomc_sky.h``.
 
-    ``int64_t next(void *context, int64_t start, int64_t n, float *ux, float *uy, float *uz)`` writes the travel
-    directions of the photons [start, start + n) of the band and returns how many: fewer at the end of the band,
-    0 from there on. A negative answer is an error (`AOMC_SKY_CLOSED` and others). It needs neither the GIL nor
-    a thread of Python, may run in any number of threads at once, and costs what `PhotonSource.photons` costs.
-    In a source of precision float64 the last three arguments are pointers to double.
+    ``int64_t next(void *context, int64_t start, int64_t n, float *ux, float *uy, float *uz)``
 
-    ``int64_t numbers(void *context, int64_t start, int64_t n, float *n1, float *n2, float *n3)`` writes up to three
-    further coordinates of the same photons (see `PhotonSource.photons`) and answers alike; a pointer is NULL for a
-    coordinate that is not wanted.
+    It writes the travel directions of the photons [start, start + n) of the band. It returns the number of photons:
+    fewer at the end of the band, then 0. A negative answer is an error (`AOMC_SKY_CLOSED` and others). It needs neither
+    the GIL nor a thread of Python, any number of threads may call it at once, and it costs as much as
+    `PhotonSource.photons`. In a source of precision float64 the last three arguments are pointers to double.
+
+    ``int64_t numbers(void *context, int64_t start, int64_t n, float *n1, float *n2, float *n3)``
+
+    It writes up to three further coordinates of the same photons (see `PhotonSource.photons`), with the same answers.
+    A pointer is NULL for a coordinate that is not wanted.
 
     The tables live as long as this object, which therefore must outlive the last call. It closes with `close`,
     at the end of a ``with`` block, or when it is dropped; a later call returns `AOMC_SKY_CLOSED`, one that

@@ -1,7 +1,7 @@
 """Irradiance of a scene: in absolute units of each component, and planar over scalar of a band's photons.
 
-`cell_moments` gives the exact means of mu and 1/mu over the cells of each law: the books of a run are compared with
-them, and an irradiance of the horizontal plane becomes that of a sphere.
+`cell_moments` gives the exact means of mu and 1/mu over the cells of each law. The sums of a run are compared with
+them, and they turn planar into scalar irradiance.
 """
 
 from __future__ import annotations
@@ -54,10 +54,9 @@ def mean_moments(mass: np.ndarray, mean_mu: np.ndarray, mean_inverse_mu: np.ndar
 
 
 def scalar_has_variance(plan: Plan, band: int) -> bool:
-    """Whether w / mu of a band's photons has a finite variance: no light down to the horizon, or weights that tame it.
+    """Whether w / mu of a band's photons has a finite variance: no light at the horizon, or weights with a factor mu.
 
-    Next to the horizon the flux law has the density 2 mu in mu, so that the mean of 1 / mu is finite and that of
-    1 / mu^2 grows like a logarithm without bound.
+    The flux law has the density 2 mu near the horizon. So the mean of 1 / mu is finite, and that of 1 / mu^2 is not.
     """
     if plan.options["placement"] == Placement.CENTRE.value:
         return True  # a finite number of directions
@@ -73,7 +72,7 @@ def scalar_has_variance(plan: Plan, band: int) -> bool:
 
 @dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class Irradiance:
-    """What a horizontal plane receives from each component of a scene, waveband by waveband.
+    """Irradiance of a horizontal plane by each component of a scene and waveband.
 
     Parameters
     ----------
@@ -105,7 +104,7 @@ class Irradiance:
 
     @classmethod
     def of_components(cls, components: Sequence[Component], row_of_band: np.ndarray) -> Irradiance | None:
-        """What components say of themselves, by the row (n_band,) that serves each band; None where one is relative."""
+        """The irradiances of components, by the row (n_band,) of each band; None if a component is relative."""
         known = [c.irradiance_W_m2_nm for c in components if c.irradiance_W_m2_nm is not None]
         if len(known) < len(components):
             return None

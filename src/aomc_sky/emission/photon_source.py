@@ -143,14 +143,14 @@ class PhotonSource:
         return sum(self._first[:, -1].tolist())
 
     def irradiance(self, band: int = 0) -> dict[str, float] | None:
-        """Irradiance of each component on a horizontal plane, by name. [W m-2 nm-1; None where it is not known]"""
+        """Irradiance of each component on a horizontal plane, by name; None if it is not known. [W m-2 nm-1]"""
         absolute = self.plan.arrays.get("irradiance_W_m2_nm")
         if absolute is None:
             return None
         return dict(zip(self.plan.component_names, absolute[self._band(band)].tolist(), strict=True))
 
     def horizon_loss(self, band: int = 0) -> float:
-        """Of the light of the lobes the share from below the horizon, which sends no photons. [0 to 1]"""
+        """Share of the lobes' light that comes from below the horizon and sends no photons. [0 to 1]"""
         loss = self.plan.arrays.get("horizon_loss")
         return 0.0 if loss is None else float(loss[self._band(band)])
 
@@ -202,7 +202,7 @@ class PhotonSource:
 
     @property
     def footprint(self) -> Footprint:
-        """Where photons enter the surface."""
+        """Area of the surface through which photons enter."""
         return self._emitter.footprint
 
     @property
@@ -392,12 +392,11 @@ def _entries(arrays: Arrays, part: slice) -> Arrays:
 
 
 def _checked_numbers(value: Any) -> int:
-    """How many numbers a photon carries; a UsageError outside 0 to 3."""
-    return (
-        value if type(value) is int and 0 <= value <= MAX_NUMBERS else as_index_within(value, "numbers", 0, MAX_NUMBERS)
-    )
+    """Numbers that a photon carries; a UsageError outside 0 to 3."""
+    is_quick = type(value) is int and 0 <= value <= MAX_NUMBERS
+    return value if is_quick else as_index_within(value, "numbers", 0, MAX_NUMBERS)
 
 
 def _integer(value: Any, name: str) -> int:
-    """As `as_index`; Python's own integers need no look, and whoever asks photon by photon asks three times."""
+    """As `as_index`, but quick for Python's own integers: calls for single photons need it."""
     return value if type(value) is int else as_index(value, name)

@@ -21,7 +21,7 @@ Radiance = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 def band_radiance(components: Sequence[Component], row: int, irradiance: Sequence[float]) -> list[Radiance]:
-    """Functions whose sum is the radiance of a band, made once and called often; beams and discs have none.
+    """Functions whose sum is the radiance of a band without beams and discs, for many calls.
 
     `irradiance` of each component on a horizontal plane sets the unit. The functions can be pickled.
     """

@@ -1,8 +1,8 @@
 ! The photons of aomc-sky in a Fortran program; Fortran 2008, the same functions as aomc_sky.h.
 !
-! A program that starts Python itself is linked with aomc_sky_embed.c. Bands and photons are counted from 0,
-! as in C: the first photon of the first band is photon 0 of band 0. Directions are unit vectors of travel,
-! z up: uz <= 0. `next_photons` needs no lock; any number of threads may call it at once.
+! Link a program that starts Python itself with aomc_sky_embed.c. Bands and photons count from 0, as in C: the first
+! photon of the first band is photon 0 of band 0. Directions are unit vectors of travel with z up: uz <= 0.
+! `next_photons` needs no lock. Any number of threads may call it at once.
 !
 !    type(sky_scene) :: scene
 !    type(sky_band) :: band
@@ -32,15 +32,15 @@ module aomc_sky
         type(c_funptr) :: numbers_double = c_null_funptr
     end type
 
-    ! Write the directions of the photons from `start` on and return how many: fewer than the arrays hold at
-    ! the end of the band, 0 from there on, negative for an error.
+    ! Write the directions of the photons from `start` on and return the number of photons: fewer than the arrays
+    ! hold at the end of the band, then 0. A negative answer is an error.
     interface next_photons
         module procedure next_single, next_double
     end interface
 
-    ! Write up to three numbers of each photon from `start` on, uniform in [0, 1), and return how many photons they are
-    ! of, as next_photons does: further coordinates of its low-discrepancy point, for its first free path, scattering
-    ! angle and azimuth. Numbers that are not wanted are left out.
+    ! Write up to three numbers in [0, 1) of each photon from `start` on. The answers are those of next_photons. The
+    ! numbers are further coordinates of the low-discrepancy point of the photon, for its first free path, its first
+    ! scattering angle and the azimuth of that scattering. The second and the third may be left out.
     interface next_numbers
         module procedure numbers_single, numbers_double
     end interface
@@ -130,7 +130,7 @@ module aomc_sky
 contains
 
     ! Open amc.inp or the folder of a scene; status is 0, or -1 with the reason in error_text().
-    ! `seed` is taken as its 64 bits; `options` are words name=value, see aomc_sky.h.
+    ! The 64 bits of `seed` count as unsigned; `options` are words name=value, see aomc_sky.h.
     subroutine open_scene(path, seed, scene, status, options)
         character(*), intent(in) :: path
         integer(c_int64_t), intent(in) :: seed
@@ -238,7 +238,7 @@ contains
         room = min(nx, ny, nz)
     end function
 
-    ! Why the last call failed.
+    ! The reason for the last failure.
     function error_text() result(text)
         character(:), allocatable :: text
         character(kind=c_char), pointer :: letters(:)

@@ -1,4 +1,4 @@
-/* Starts Python, opens a scene of aomc-sky and hands out its sources; see aomc_sky.h. C99.
+/* Starts Python, opens a scene of aomc-sky and returns its sources; see aomc_sky.h. C99.
  *
  *   cc -c aomc_sky_embed.c $(aomc-sky info --embed-flags)
  */
@@ -34,7 +34,7 @@ static int fail(const char *text)
     return -1;
 }
 
-/* The pending Python exception as our error text; the package's own errors speak for themselves. */
+/* Make an error text of the pending Python exception; errors of the package need no name of their class. */
 static int fail_by_python(void)
 {
     PyObject *value, *text;
@@ -116,7 +116,7 @@ static int start_python(void)
     return 0;
 }
 
-/* Call a function of aomc_sky.source.embedding with arguments made by Py_BuildValue, which this takes over. */
+/* Call a function of aomc_sky.source.embedding; this takes over the arguments, which Py_BuildValue has made. */
 static int open_by(const char *function, PyObject *arguments, aomc_sky_scene **scene)
 {
     PyObject *module = PyImport_ImportModule("aomc_sky.source.embedding");
@@ -211,7 +211,7 @@ int aomc_sky_band(aomc_sky_scene *scene, int64_t band, aomc_sky_source *source)
         !PyArg_ParseTuple(answer, "KKKpLd", &address, &numbers, &context, &is_double, &n_photons, &wavelength_nm)) {
         status = fail_by_python();
     } else {
-        /* POSIX promises that a function pointer survives the way through an integer */
+        /* POSIX promises that a function pointer fits an integer and comes back unchanged */
         source->next = is_double ? NULL : (aomc_sky_next)(uintptr_t)address;
         source->next_double = is_double ? (aomc_sky_next_double)(uintptr_t)address : NULL;
         source->numbers = is_double ? NULL : (aomc_sky_numbers)(uintptr_t)numbers;

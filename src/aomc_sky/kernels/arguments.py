@@ -1,8 +1,8 @@
-"""Arguments of a kernel behind an address, for hosts: how Python lays them down, and how compiled code reads them.
+"""Arguments of a kernel behind an address, for hosts: Python writes them, and compiled code reads them.
 
-They stand in a *block* of 64-bit words. Behind a head of two words that say whose it is, a number takes one word, an
-array two (where it lies, its length), a tuple the words of its parts; None and True take none, because they are types
-to the compiler. The types of all are the type of the block.
+A *block* of 64-bit words has a head of two words, then the arguments. A number takes one word, an array two (address
+and length), a tuple the words of its parts. The compiler knows None and True by their types, so they take no word. The
+types of all arguments are the type of the block.
 """
 
 from __future__ import annotations
@@ -24,18 +24,14 @@ _WORD = ir.IntType(64)
 _ADD_ADDRESS = BaseContext.add_dynamic_addr  # private, so that a numba without it is found at once
 
 
-def typed(arguments: Iterable[object]) -> Any:
-    """Numba's type of the tuple of arguments."""
-    return types.Tuple(tuple([_typed(argument) for argument in arguments]))
-
-
-def _typed(argument: Any) -> Any:
+def typed(argument: Any) -> Any:
+    """Numba's type of an argument, or of the tuple of several."""
     if argument is None:
         return types.none
     if argument is True:
         return types.boolean
     if isinstance(argument, tuple):
-        return typed(argument)
+        return types.Tuple(tuple(typed(part) for part in argument))
     if isinstance(argument, np.ndarray) and argument.ndim == 1 and argument.flags.c_contiguous:
         return types.Array(from_dtype(argument.dtype), 1, "C")
     if isinstance(argument, np.generic):
@@ -101,7 +97,7 @@ def _value(context: Any, builder: Any, kind: Any, words: _Words) -> Any:
 
 @intrinsic
 def block_arguments(typing_context, block):
-    """The tuple of arguments that stands behind the head of a block."""
+    """The tuple of arguments of a block, without its head."""
 
     def generate(context, builder, signature, arguments):
         return _value(context, builder, block.kinds, _Words(builder, arguments[0]))
@@ -135,8 +131,7 @@ def is_null(typing_context, pointer):
 def fixed_block(kinds: Any, address: int) -> Any:
     """Return a jitted function without arguments that gives a block at an address of this process.
 
-    numba knows such an address as one that another process does not have: a function that uses it is not
-    cached on disk, also when its author asks for that.
+    Another process does not have this address. numba knows that, and never caches a function that uses it.
     """
     answer = Block(kinds)
 

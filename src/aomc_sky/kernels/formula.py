@@ -1,7 +1,8 @@
 """One text of a formula for both backends: numpy calls it with arrays, kernels compile it for one photon.
 
 `formula` marks a text that kernels compile as it stands. Such a text is written with + - x / sqrt, whole numbers and
-the functions below, which have a form in numpy, here, and one for the compiler, in `jit`. Nothing here loads numba.
+the functions below, which have a form in numpy, here, and one for the compiler, in `jit`. This file does not load
+numba.
 """
 
 from __future__ import annotations
@@ -19,12 +20,12 @@ _compilers: list[Compile] = []
 
 
 def formula(text: Text) -> Text:
-    """Let kernels call a formula for arrays, too; the compiler decides where its lines stand in for the call."""
+    """Let kernels call a formula for arrays, too; the compiler decides where to inline it."""
     return _marked(text, False)
 
 
 def inlined_formula(text: Text) -> Text:
-    """`formula` for a straight text that stands in a loop, which vectorises only if it is inlined."""
+    """`formula` for a straight text in a loop, which vectorises only if the text is inlined."""
     return _marked(text, True)
 
 

@@ -1,7 +1,7 @@
 """The only decorators of the package's kernels: strict IEEE, no GIL, arrays that do not overlap, and a sound cache.
 
-All work with numba's public names alone. Where numba has the private ones of `numba_private` as we know them, kernels
-are faster and are kept on the disk; elsewhere each process compiles them anew, and the photons are the same.
+All work with numba's public names alone. If numba also has the private names of `numba_private`, kernels are faster and
+are cached on the disk. Otherwise each process compiles them anew, and the photons are the same.
 """
 
 from __future__ import annotations
@@ -63,21 +63,21 @@ def _options(*, is_inner: bool = False, is_reader: bool = False, is_inlined: boo
     return {"pipeline_class": _private.KernelCompiler, "forceinline": is_inlined, **_PUBLIC, **own}
 
 
-#: For Python and for the jitted code of a user: a function that is kept with what calls it.
+#: For Python and for the jitted code of a user; cached with its caller.
 shared = numba.njit(**_options())
-#: `shared` that stands in the loop of a user, which vectorises only if it is inlined.
+#: `shared` for the loop of a user, which vectorises only if the function is inlined.
 shared_inlined = numba.njit(**_options(is_inlined=True))
-#: A function that only kernels call, and that is kept with them. Called from Python it crashes. It has its own promise
-#: that arrays do not overlap, which LLVM keeps when it inlines.
+#: For kernels alone, and cached with them; a call from Python crashes. It promises that arrays do not overlap, and LLVM
+#: keeps the promise when it inlines.
 inner = numba.njit(**_options(is_inner=True))
-#: `inner` for a long straight function that stands in a loop, which vectorises only if it is inlined.
+#: `inner` for a long straight function in a loop, which vectorises only if the function is inlined.
 inlined = numba.njit(**_options(is_inner=True, is_inlined=True))
-#: `inner` that makes no array: it reads and fills those it is given, and numba counts no references. Counting costs
-#: more than the work where small functions pass arrays on at every step of a loop, and takes time to compile.
+#: `inner` that makes no array, so numba counts no references. In small functions of a loop that counting costs more
+#: than the work, and it takes time to compile.
 inner_reader = numba.njit(**_options(is_inner=True, is_reader=True))
 #: `inlined` for such a function.
 inlined_reader = numba.njit(**_options(is_inner=True, is_reader=True, is_inlined=True))
-#: `inner_reader` whose lines stand in for the call: the only way to return an array to a function that does not count.
+#: `inner_reader` that numba inlines itself: only so can it return an array to a function that counts no references.
 spliced = numba.njit(inline="always", **_options(is_inner=True, is_reader=True))
 
 
@@ -103,7 +103,7 @@ def is_off() -> bool:
 
 
 def overloads(function: Callable[..., Any], *, is_inlined: bool = False) -> Any:
-    """Numba's `overload` for forms that stand in kernels alone."""
+    """Numba's `overload` for forms that only kernels use."""
     options = _options(is_inner=True, is_reader=True, is_inlined=is_inlined)
     return overload(function, jit_options=options, strict=False)
 
@@ -130,19 +130,19 @@ def _compile_formula(text: Callable[..., Any], is_inlined: bool) -> None:
     overloads(text, is_inlined=is_inlined)(chosen)
 
 
-def _lowered(function: Callable[..., Any], result: Callable[..., Any], *kinds: Any) -> Callable[..., Any]:
-    """Decorate the LLVM code that stands in kernels for a function of arrays; `result` gives the type it returns."""
+def lowered(function: Callable[..., Any], result: Callable[..., Any], *kinds: Any) -> Callable[..., Any]:
+    """Decorate the LLVM code of a function of arrays for kernels; `result` gives the type that it returns."""
     type_callable(function)(lambda context: result)
     return lower_builtin(function, *kinds)  # type: ignore[no-any-return]
 
 
-@_lowered(formula.word_of, lambda x: types.int64, types.float64)
-@_lowered(formula.float_of, lambda word: types.float64, types.int64)
+@lowered(formula.word_of, lambda x: types.int64, types.float64)
+@lowered(formula.float_of, lambda word: types.float64, types.int64)
 def _same_bits(context: Any, builder: Any, signature: Any, values: Any) -> Any:
     return builder.bitcast(values[0], context.get_value_type(signature.return_type))
 
 
-@_lowered(formula.nested, lambda coefficients, t: t, types.BaseTuple, types.Float)
+@lowered(formula.nested, lambda coefficients, t: t, types.BaseTuple, types.Float)
 def _nested(context: Any, builder: Any, signature: Any, values: Any) -> Any:
     value = builder.extract_value(values[0], 0)
     for k in range(1, len(signature.args[0])):
@@ -151,7 +151,7 @@ def _nested(context: Any, builder: Any, signature: Any, values: Any) -> Any:
 
 
 def array_at(context: Any, builder: Any, kind: Any, address: Any, size: Any) -> Any:
-    """LLVM code for an array of one dimension, in memory whose references nobody counts."""
+    """LLVM code for an array of one dimension without counted references."""
     array = context.make_array(kind)(context, builder)
     width = context.get_constant(types.intp, kind.dtype.bitwidth // 8)
     array.data = builder.bitcast(address, array.data.type)
@@ -166,7 +166,7 @@ def seen_as(words: Any, like: Any) -> Any:
     return words.view(like.dtype)
 
 
-@_lowered(seen_as, lambda words, like: types.Array(like, 1, "C"), types.Array, types.Number)
+@lowered(seen_as, lambda words, like: types.Array(like, 1, "C"), types.Array, types.Number)
 def _seen_as(context: Any, builder: Any, signature: Any, values: Any) -> Any:
     array = context.make_array(signature.args[0])(context, builder, values[0])
     old, new = (array.nitems.type(kind.dtype.bitwidth) for kind in (signature.args[0], signature.return_type))

@@ -1,9 +1,9 @@
-"""The private names of numba that speed the kernels up: one pipeline, and one cache. Without them `jit` works, too.
+"""Private names of numba that speed the kernels up: one pipeline and one cache. `jit` also works without them.
 
-numba's own cache looks at the file of the cached function alone: after an edit of a helper in another file it would run
-the old code. And it writes an index before the code that the index names: a process killed in between leaves other code
-under that name. So here each signature has one file, which is replaced as a whole and sealed by a hash: of the text of
-all kernels, of the signature and the processor, and of the code itself.
+numba's own cache looks only at the file of the cached function. After an edit of a helper in another file it would run
+old code. It also writes an index before the code of that index: a process killed in between leaves other code under the
+name. So here each signature has one file, which is replaced as a whole. A hash seals it: of the text of all kernels, of
+the signature and the processor, and of the code.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ OF_READER = {"_nrt": False}
 def _import_array_functions() -> None:
     """Load numba's array functions without scipy.linalg, which takes as long as numba itself.
 
-    They load it to see whether BLAS is there: it is, with scipy, and who multiplies matrices asks for it again.
+    They load it only to see whether BLAS is there. scipy has it, and a product of matrices asks again.
     """
     ensure_blas, linalg.ensure_blas = linalg.ensure_blas, lambda: None
     try:
@@ -57,8 +57,8 @@ _SEAL_BYTES = 32
 class KernelCompiler(CompilerBase):
     """numba's own pipeline with the promise that array arguments do not overlap.
 
-    Without the promise a loop that gathers from a table and stores to an output does not vectorise.
-    Callers keep it: outputs are distinct arrays, checked where they come from a user.
+    Without the promise a loop that reads from a table and writes to an output does not vectorise. Outputs are distinct
+    arrays, and those of a user are checked.
     """
 
     def define_pipelines(self) -> list[Any]:
@@ -107,7 +107,7 @@ class _CodeFiles:
         return hashlib.sha256(repr((AS_IMPORTED, key)).encode() + code).digest()
 
     def load(self, key: Any) -> Any:
-        """What was saved under a key, or None."""
+        """The data of a key, or None."""
         try:
             content = self._path(key).read_bytes()
         except OSError:
@@ -129,7 +129,7 @@ class _CodeFiles:
 class StampedCache(FunctionCache):
     """numba's cache of a function, in numba's folder, for these kernels alone.
 
-    Nothing is read or written once a kernel's file has changed: a module imported later may have the new text.
+    After a change of a kernel's file it is not used any more, because a module imported later may have the new text.
     """
 
     def __init__(self, function: Callable[..., Any]) -> None:

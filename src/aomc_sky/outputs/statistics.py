@@ -156,13 +156,13 @@ def standard_error(totals: np.ndarray, n_photons: np.ndarray) -> float | None:
     return math.sqrt(n / (n - 1) * math.fsum(residual * residual)) / all_photons
 
 
-def batches() -> Any:
+def batch_functions() -> Any:
     """The functions for sums and records of a batch, plain or compiled, with the same bits."""
     if use_kernels(0):
-        from aomc_sky.emission.kernels.batches import compiled
+        from aomc_sky.emission.kernels import batches
 
-        return compiled
-    from aomc_sky.emission.kernels.batches import plain
+        return batches
+    from aomc_sky.emission.kernels import plain
 
     return plain
 
@@ -171,7 +171,7 @@ def photon_sums(
     source: PhotonSource, band: int, start: int, uz: np.ndarray, weight: np.ndarray | None
 ) -> list[BlockSums]:
     """Sums over photons [start, start + n) of a band, separate for each replicate."""
-    sums, of_batch = [], batches()
+    sums, of_batch = [], batch_functions()
     for replicate, begin, end in source.replicate_parts(band, start, start + uz.size):
         part = slice(begin - start, end - start)
         mu, inverse = of_batch.block_sums(uz[part])

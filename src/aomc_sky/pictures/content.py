@@ -1,4 +1,4 @@
-"""What a picture shows: domes of patches with their values, marks on them, and what the colours mean."""
+"""Content of a picture: domes of patches with their values, marks on them, and the quantity of the colours."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MOST_PANELS = 12
 
 
 class Symbol(enum.Enum):
-    """What a mark means; the value is its line in the key of the picture."""
+    """Meaning of a mark; the value is its line in the key of the picture."""
 
     BEAM = "direct beam: marked, not in the colours"
     SUN = "the sun"
@@ -39,13 +39,13 @@ class Mark:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Quantity:
-    """What the colours mean."""
+    """The quantity of the colours."""
 
     #: Name and unit, beside the colour bar.
     label: str
     #: Colours that part at zero, linear; else logarithmic colours of values from 0.
     is_signed: bool = False
-    #: What patches without a colour are.
+    #: Meaning of patches without a colour.
     void: str = "no light"
 
 
@@ -100,6 +100,26 @@ class Picture:
     #: Sentences below them.
     notes: tuple[str, ...] = ()
 
+    @property
+    def sun_sentence(self) -> tuple[str, ...]:
+        """The direction of the sun in words, if all domes have the same sun."""
+        suns = {(m.zenith_deg, m.azimuth_deg) for dome in self.domes for m in dome.marks if m.symbol in _SUNS}
+        return tuple(f"The sun is {direction_words(*sun)}." for sun in suns) if len(suns) == 1 else ()
+
+
+_SUNS = (Symbol.BEAM, Symbol.SUN, Symbol.SUN_OF_AMC, Symbol.SUN_BELOW)
+_POINTS = ("east", "northeast", "north", "northwest", "west", "southwest", "south", "southeast")
+
+
+def direction_words(zenith_deg: float, azimuth_deg: float) -> str:
+    """A sky direction in words, its azimuth also as a compass shows it."""
+    if round(zenith_deg, 1) == 0:
+        return "at the zenith"
+    height = f"{zenith_deg:.3g}° from the zenith" if zenith_deg <= 90 else f"{zenith_deg - 90:.3g}° below the horizon"
+    azimuth = round(azimuth_deg, 1) % 360.0
+    compass = round((90.0 - azimuth) % 360.0, 1)
+    return f"{height} in the {_POINTS[round(azimuth / 45.0) % 8]} (azimuth {azimuth:g}°, compass {compass:g}°)"
+
 
 def spread(bands: Sequence[int]) -> list[int]:
     """All of some bands, or 12 evenly spread over them, the first and the last among them."""
@@ -125,8 +145,8 @@ def pull_picture(
 ) -> Picture:
     """Maps of pulls side by side, 12 spread over them where there are more; colours part at zero.
 
-    Each is a title, its zones and their pulls: NaN where nothing is expected, or too little to say. `note` says what
-    size of pulls to expect.
+    Each is a title, its zones and their pulls: NaN if too few photons are expected. `note` gives the expected size of
+    pulls.
     """
     chosen = [maps[k] for k in spread(range(len(maps)))]
     domes = tuple(_pull_dome(*one) for one in chosen)

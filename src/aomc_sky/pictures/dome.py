@@ -32,7 +32,7 @@ VOID_COLOUR = "#d4d4d4"
 NORMS = ("log", "linear")
 """Norms that have names."""
 
-_SEQUENTIAL, _DIVERGING = "viridis", "RdBu_r"  # both can be told apart with every kind of colour vision
+_SEQUENTIAL, _DIVERGING = "viridis", "RdBu_r"  # for every kind of colour vision
 _MOST_DECADES = 4.0
 _LEAST_LIGHT = 1e-200  # smaller numbers have no digits left for a scale
 _LEAST_RATIO = 2.0
@@ -49,37 +49,19 @@ _STEPS: tuple[tuple[float, ...], ...] = (
 _LEAST_PULL, _MOST_PULL = 4.0, 8.0
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Scale:
-    """Width of a picture in inches, its dots per inch, and its letters."""
-
-    #: Width. [inch]
-    width_in: float
-    #: Dots per inch.
-    dpi: float
-
-    @classmethod
-    def of(cls, size_px: int) -> Scale:
-        """The scale of a picture `size_px` wide: letters grow with the square root of the size.
-
-        Letters of a fixed number of dots would be lost on a large picture, letters that grow with the picture cannot
-        be read on a small one.
-        """
-        if not SIZES_PX[0] <= size_px <= SIZES_PX[1]:
-            raise UsageError(f"a picture is {SIZES_PX[0]} to {SIZES_PX[1]} dots wide, got {size_px}")
-        width = 6.4 * math.sqrt(size_px / 960.0)
-        return cls(width_in=width, dpi=size_px / width)
+def width_of(size_px: int) -> float:
+    """Width of a picture of so many dots: letters grow with its square root, so that they suit all sizes. [inch]"""
+    if not SIZES_PX[0] <= size_px <= SIZES_PX[1]:
+        raise UsageError(f"a picture is {SIZES_PX[0]} to {SIZES_PX[1]} dots wide, got {size_px}")
+    return 6.4 * math.sqrt(size_px / 960.0)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ColourChoice:
-    """What a person wants of the colours; None: what suits the picture."""
+    """Options of the colours; see `aomc_sky.plot`."""
 
-    #: Values of the two ends of the bar: rising, positive where colours are logarithmic.
     limits: Sequence[float] | None = None
-    #: A colour map of matplotlib, or its name.
     cmap: Any = None
-    #: "log", "linear", or a norm of matplotlib, whose own limits count where it has them.
     norm: Any = None
 
 
@@ -88,21 +70,17 @@ USUAL_COLOURS = ColourChoice()
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Colours:
-    """Values to colours."""
+    """From values to colours, as matplotlib has them; masked values have `VOID_COLOUR`."""
 
-    #: Limits and scale.
     norm: Any
-    #: Colours; that of masked values is `VOID_COLOUR`.
     cmap: Any
-    #: Ends of the bar beyond which values lie. One of "neither", "min", "max", "both".
     extend: str
 
 
 def colours_of(picture: Picture, choice: ColourChoice = USUAL_COLOURS) -> Colours:
-    """Colours that serve all domes of a picture: by default logarithmic, for pulls linear.
+    """Colours for all domes of a picture, by default logarithmic over at most four decades.
 
-    By default the ends of the bar are those of the domes, at most four decades; linear colours start at zero, and those
-    of pulls reach as far on both sides of it, 4 to 8.
+    By default linear colours start at zero. Those of pulls are linear and reach from -4 to 4, at most from -8 to 8.
     """
     values = np.concatenate([dome.values[dome.has_colour(picture.quantity)] for dome in picture.domes])
     norm = _norm_of(values, choice, is_signed=picture.quantity.is_signed)
@@ -220,7 +198,8 @@ _WIDEST_DEG = 2.0
 _BELOW_AT_DEG = 84.0
 _BEYOND = 1e300
 _LETTERS = {0.0: "E", 90.0: "N", 180.0: "W", 270.0: "S"}
-_LARGE_IN, _SMALL_IN = 3.4, 2.3
+_NUMBERED_EM = 20.7
+_NUMBER_EM = 2.1  # of two digits and a degree sign, with a gap
 _GAP_IN = 0.04
 _RULER = (30.0, 60.0, 90.0)
 _SIDES = {-1: "right", 0: "center", 1: "left"}
@@ -229,33 +208,25 @@ _HEIGHTS = {-1: "top", 0: "center", 1: "bottom"}
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Panel:
-    """Size of the axes of a dome, and what room that leaves."""
+    """Sizes of the axes of a dome."""
 
-    #: Width of the axes. [inch]
     width_in: float
-    #: Size of the letters. [pt]
     font_pt: float
-    #: From where the dome is seen.
     view: View
 
     @property
-    def is_large(self) -> bool:
-        """Whether there is room for directions between the four main ones."""
-        return self.width_in > _LARGE_IN
-
-    @property
-    def is_small(self) -> bool:
-        """Whether the main directions are letters without their degrees."""
-        return self.width_in < _SMALL_IN
+    def has_azimuths(self) -> bool:
+        """Whether there is room for azimuths between the points of the compass."""
+        return 72 * self.width_in > _NUMBERED_EM * self.font_pt
 
     @property
     def side_in(self) -> float:
-        """Room for the directions east and west."""
-        return _GAP_IN + self.font_pt / 72 * (1.0 if self.is_small else 2.5)
+        """Room for the letters east and west."""
+        return _GAP_IN + self.font_pt / 72
 
     @property
     def top_in(self) -> float:
-        """Room for the directions north and south."""
+        """Room for the letters north and south."""
         return _GAP_IN + 1.35 * self.font_pt / 72
 
     @property
@@ -291,7 +262,7 @@ class View(enum.Enum):
 
     @property
     def sentence(self) -> str:
-        """What the picture says of it."""
+        """The sentence of the caption."""
         if self is View.ABOVE:
             seen, side, way = "above, as a map", "right", "anticlockwise"
         else:
@@ -303,7 +274,7 @@ class View(enum.Enum):
 
 
 def drawn_at(zenith_deg: Any, azimuth_deg: Any, view: View) -> tuple[np.ndarray, np.ndarray]:
-    """Where sky directions are drawn, right and up, in degrees: the zenith angle is the radius."""
+    """Position of sky directions on the picture, right and up, in degrees: the zenith angle is the radius."""
     sine, cosine = sin_cos_deg(azimuth_deg)
     radius = np.asarray(zenith_deg, dtype=np.float64)
     return radius * (cosine if view is View.ABOVE else -cosine), radius * sine
@@ -312,8 +283,8 @@ def drawn_at(zenith_deg: Any, azimuth_deg: Any, view: View) -> tuple[np.ndarray,
 def draw_dome(axes: Any, dome: Dome, quantity: Quantity, colours: Colours, panel: Panel) -> Any:
     """Draw a dome on axes as large as the panel says; the QuadMesh of its patches is returned.
 
-    Its array has a row for each ring; a column wider than 2 degrees is repeated, so that its straight edges follow the
-    arc within 1.5e-4 of the radius.
+    Its array has a row for each ring. Columns wider than 2 degrees are repeated: their straight edges follow the arc
+    within 1.5e-4 of the radius.
     """
     axes.set_axis_off()
     half = panel.degrees_per_inch / 2
@@ -340,10 +311,12 @@ def _draw_patches(axes: Any, dome: Dome, quantity: Quantity, colours: Colours, v
     finite = np.clip(dome.values, -_BEYOND, _BEYOND)  # matplotlib would hide an infinite pull
     values = np.ma.masked_array(finite, ~dome.has_colour(quantity))
     shown = values.reshape(dome.grid.n_zenith, dome.grid.n_azimuth).repeat(repeats, axis=1)
-    style = {"norm": colours.norm, "cmap": colours.cmap, "rasterized": True, "linewidth": 0.0}
-    # smooth edges let what is below shine through between neighbours: below are the same patches without smooth edges
-    axes.pcolormesh(x, y, shown, antialiased=False, **style)
-    return axes.pcolormesh(x, y, shown, antialiased=True, **style)
+    style = {"norm": colours.norm, "cmap": colours.cmap, "rasterized": True, "linewidth": 0.0, "snap": False}
+    # The background shines through between neighbours with smooth edges, so patches without smooth edges lie below.
+    # A second smooth mesh hides their jags. `snap` would move the corners of patches to whole dots.
+    for is_smooth in (False, True, True):
+        mesh = axes.pcolormesh(x, y, shown, antialiased=is_smooth, **style)
+    return mesh
 
 
 def mesh_edges(grid: PatchGrid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -368,30 +341,31 @@ def _draw_ruler(axes: Any, panel: Panel) -> None:
     """Zenith angles of the rings and the rim, below the dome, where no patch is hidden."""
     inch = panel.degrees_per_inch
     top = -90.0 - 0.6 * _GAP_IN * inch
+    font_pt = 0.8 * panel.font_pt
+    has_room = 72 * _RULER[0] / inch > _NUMBER_EM * font_pt
     for angle in _RULER:
         axes.plot([angle, angle], [top, top - 0.03 * inch], color="#555555", linewidth=0.6)
-        number = f"{angle:g}" if panel.is_small else f"{angle:g}°"
-        style = {"ha": "center", "va": "top", "fontsize": 0.8 * panel.font_pt, "color": "#555555"}
-        axes.text(angle, top - 0.045 * inch, number, **style)
+        if has_room or angle == _RULER[-1]:
+            style = {"ha": "center", "va": "top", "fontsize": font_pt, "color": "#555555"}
+            axes.text(angle, top - 0.045 * inch, f"{angle:g}°", **style)
     axes.plot([_RULER[0], _RULER[-1]], [top, top], color="#555555", linewidth=0.6)
 
 
 def _directions(panel: Panel) -> np.ndarray:
-    return np.arange(0.0, 360.0, 45.0 if panel.is_large else 90.0)
+    return np.arange(0.0, 360.0, 45.0 if panel.has_azimuths else 90.0)
 
 
 def _draw_directions(axes: Any, panel: Panel) -> None:
+    """Letters of the compass, and azimuths between them: "90° N" would read as a latitude."""
     radius = 90.0 + _GAP_IN * panel.degrees_per_inch
     for azimuth in _directions(panel):
         x, y = (float(v) for v in drawn_at(radius, azimuth, panel.view))
         letter = _LETTERS.get(float(azimuth), "")
-        across, up = (round(v / radius) if letter else v / abs(v) for v in (x, y))
-        number = "" if panel.is_small else f"{azimuth:g}°"
-        between = "\n" if across and letter and number else " "
-        text = f"{number}{between}{letter}".strip()
-        ha, va = _SIDES[int(across)], _HEIGHTS[int(up)]
+        number = f"azimuth\n{azimuth:g}°" if azimuth == 45.0 else f"{azimuth:g}°"
+        across, up = (round(v / radius) for v in (x, y))
         size, colour = (panel.font_pt, "black") if letter else (0.85 * panel.font_pt, "#555555")
-        axes.text(x, y, text, ha=ha, va=va, fontsize=size, color=colour, linespacing=0.95)
+        style = {"ha": _SIDES[across], "va": _HEIGHTS[up], "fontsize": size, "color": colour, "linespacing": 0.95}
+        axes.text(x, y, letter or number, **style)
 
 
 def _draw_outline(axes: Any, grid: PatchGrid, mark: Mark, view: View) -> None:
@@ -413,11 +387,7 @@ _COMPASS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
 
 
 def draw_mark(axes: Any, x: Any, y: Any, symbol: Symbol, font_pt: float) -> None:
-    """Draw a mark at data coordinates: white in a dark rim, so that it is seen on any colour.
-
-    A ring with a point is the beam, a ring the sun, a triangle the sun below the horizon, a diamond a narrow lobe, four
-    strokes the sun of amc.inp, which hide no patch. Its size is in proportion to the letters.
-    """
+    """Draw a mark at data coordinates, as large as a letter and white in a dark rim, so that it shows on any colour."""
     effects = optional_module("matplotlib.patheffects", extra=EXTRA)
     size = 1.05 * font_pt
     rim = [effects.withStroke(linewidth=0.3 * font_pt, foreground="black")]

@@ -20,13 +20,13 @@ from aomc_sky.pictures.dome import (
     ColourChoice,
     Colours,
     Panel,
-    Scale,
     View,
     colours_of,
     draw_dome,
     draw_mark,
     plain_text,
     tick_numbers,
+    width_of,
 )
 
 SCALES = ("shared", "each")
@@ -35,7 +35,7 @@ SCALES = ("shared", "each")
 _PROJECTION = "Zenith in the centre, horizon at the rim, the zenith angle as radius."
 _MARGIN_IN, _BETWEEN_IN = 0.12, 0.14
 _BAR_IN, _BAR_WIDTH = 0.12, 0.86
-_FONT_PT, _TITLE, _LINE = 8.0, 1.25, 1.3
+_FONT, _TITLE, _LINE = 0.8, 1.25, 1.3  # of matplotlib's font.size, of the other letters, of their height
 _TITLE_WIDTH = 0.92  # of a dome
 _OWN_BAR_IN, _OWN_BAR_WIDTH = 0.07, 0.8  # of a dome
 _ROWS = {1: (1,), 2: (2,), 3: (3,), 4: (2, 2), 5: (3, 2), 6: (3, 3), 7: (4, 3), 8: (4, 4), 9: (3, 3, 3), 10: (4, 3, 3)}
@@ -60,12 +60,13 @@ def figure_of(
     _check_scale(scale)
     if not 1 <= len(picture.domes) <= MOST_PANELS:
         raise UsageError(f"a picture has 1 to {MOST_PANELS} domes, got {len(picture.domes)}")
-    size = Scale.of(size_px)
+    width_in = width_of(size_px)
+    dpi = size_px / width_in
     figure_module = optional_module("matplotlib.figure", extra=EXTRA)
     backend = optional_module("matplotlib.backends.backend_agg", extra=EXTRA)
     is_shared = scale == "shared" or len(picture.domes) == 1
-    layout = _Layout.of(picture, size, view, is_shared=is_shared, has_caption=has_caption)
-    figure = figure_module.Figure(figsize=(size.width_in, layout.height_in), dpi=size.dpi, facecolor="white")
+    layout = _Layout.of(picture, width_in, dpi, view, is_shared=is_shared, has_caption=has_caption)
+    figure = figure_module.Figure(figsize=(width_in, layout.height_in), dpi=dpi, facecolor="white")
     backend.FigureCanvasAgg(figure)
     figure._repr_png_ = partial(png_bytes, figure)  # a notebook shows it
     shared = colours_of(picture, choice)
@@ -80,14 +81,24 @@ def figure_of(
             _draw_bar(figure, layout, mesh, colours, layout.own_bar(k), label=f"colour bar {k + 1}")
     if layout.has_bar and is_shared:
         _draw_bar(figure, layout, mesh, shared, layout.bar, label="colour bar").set_label(
-            picture.quantity.label, fontsize=layout.font_pt, labelpad=2
+            _bar_label(picture, shared), fontsize=layout.font_pt, labelpad=2
         )
     elif layout.has_bar:
         at = 0.5, (layout.caption_in + layout.key_in + 0.06) / layout.height_in
-        figure.text(*at, picture.quantity.label, ha="center", va="bottom", fontsize=layout.font_pt)
+        figure.text(*at, _bar_label(picture, shared), ha="center", va="bottom", fontsize=layout.font_pt)
     _draw_texts(figure, layout)
     _draw_key(figure, layout)
     return figure
+
+
+def _bar_label(picture: Picture, colours: Colours) -> str:
+    """Quantity and unit, and whether the bar is logarithmic."""
+    return picture.quantity.label + (", log scale" if type(colours.norm).__name__ == "LogNorm" else "")
+
+
+def _letters_pt() -> float:
+    """Size of letters that the reader of a figure has chosen. [pt]"""
+    return float(optional_module("matplotlib", extra=EXTRA).rcParams["font.size"])
 
 
 def _check_scale(scale: str) -> None:
@@ -102,10 +113,9 @@ def draw_into(axes: Any, picture: Picture, *, view: View, choice: ColourChoice, 
     if len(every) != len(picture.domes):
         raise UsageError(f"{len(picture.domes)} domes need as many axes, got {len(every)}; bands chooses wavebands")
     shared = colours_of(picture, choice)
-    font_pt = 0.8 * float(optional_module("matplotlib", extra=EXTRA).rcParams["font.size"])
     for one, dome in zip(every, picture.domes, strict=True):
         box, dpi = one.get_window_extent(), one.get_figure().dpi
-        panel = Panel(width_in=box.width / dpi, font_pt=font_pt, view=view)
+        panel = Panel(width_in=box.width / dpi, font_pt=_letters_pt(), view=view)
         if panel.height_in > box.height / dpi:  # lower than wide
             width = box.height / dpi + panel.width_in - panel.height_in
             panel = dataclasses.replace(panel, width_in=width)
@@ -118,7 +128,7 @@ def draw_into(axes: Any, picture: Picture, *, view: View, choice: ColourChoice, 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class _Layout:
-    """Places of everything, in inches from the lower left corner; heights are those of rows, from the top down."""
+    """Positions of all parts, in inches from the lower left corner; rows count from the top."""
 
     width_in: float
     panel: Panel
@@ -134,21 +144,23 @@ class _Layout:
     font_pt: float
 
     @classmethod
-    def of(cls, picture: Picture, scale: Scale, view: View, *, is_shared: bool, has_caption: bool) -> _Layout:
+    def of(
+        cls, picture: Picture, width_in: float, dpi: float, view: View, *, is_shared: bool, has_caption: bool
+    ) -> _Layout:
         """Lay the parts of a picture out."""
-        font, rows = _FONT_PT, _ROWS[len(picture.domes)]
-        inside = scale.width_in - 2 * _MARGIN_IN
+        font, rows = _FONT * _letters_pt(), _ROWS[len(picture.domes)]
+        inside = width_in - 2 * _MARGIN_IN
         most_in = 0.98 * inside  # letters of .svg and .pdf, which no dots move, may be a little wider
         width = (inside - (rows[0] - 1) * _BETWEEN_IN) / rows[0]
         panel = Panel(width_in=width, font_pt=font if rows[0] < 3 else 0.9 * font, view=view)
-        ruler = Ruler.of(scale.dpi)
+        ruler = Ruler.of(dpi)
         shrink = _title_shrink(picture, panel, ruler)
         title = _wrapped(picture.title, _TITLE * font, most_in, ruler)
-        sentences = (view.sentence, _PROJECTION, *picture.notes) if has_caption else ()
+        sentences = (view.sentence, _PROJECTION, *picture.sun_sentence, *picture.notes) if has_caption else ()
         caption = _wrapped(" ".join(sentences), font, most_in, ruler)
         line = _LINE * font / 72
         return cls(
-            width_in=scale.width_in,
+            width_in=width_in,
             panel=panel,
             rows=rows,
             title=title,
@@ -207,7 +219,7 @@ class _Layout:
         return self.parts(*self.corner(k), self.panel.width_in, self.panel.height_in)
 
     def corner(self, k: int) -> tuple[float, float]:
-        """Lower left corner of the axes of a dome; a row with fewer domes stands in the middle."""
+        """Lower left corner of the axes of a dome; a row with fewer domes is centred."""
         row = int(np.searchsorted(np.cumsum(self.rows), k, side="right"))
         step = self.panel.width_in + _BETWEEN_IN
         left = (self.width_in - self.rows[row] * step + _BETWEEN_IN) / 2
@@ -251,7 +263,7 @@ def _draw_dome_title(figure: Any, layout: _Layout, k: int) -> None:
 
 
 def _title_shrink(picture: Picture, panel: Panel, ruler: Ruler) -> float:
-    """How much smaller the titles of all domes are set, so that each line is narrower than its dome; else 1."""
+    """Factor on the titles of all domes that makes each line narrower than its dome; 1 if none does."""
     lines = [line for dome in picture.domes for line in _title_parts(dome.title, panel)]
     most_in = _TITLE_WIDTH * panel.width_in
     fitting = (s for s in _SHRINKS if all(ruler.width_in(text, s * font) <= most_in for text, font in lines))
@@ -314,9 +326,8 @@ def _draw_key(figure: Any, layout: _Layout) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Ruler:
-    """Measures text in matplotlib's own font, whose letters are moved to whole dots: few dots make it wider."""
+    """Measures text in matplotlib's font, whose letters start at whole dots and so are wider on few dots."""
 
-    #: What would draw it.
     renderer: Any
 
     @classmethod
@@ -331,9 +342,7 @@ class Ruler:
         return float(width) / float(self.renderer.dpi)
 
     def lines(self, text: str, font_pt: float, width_in: float) -> list[str]:
-        """Break a paragraph into lines between its words, and within words that are too long; at least a letter in
-        each.
-        """
+        """Break a paragraph into lines between its words, and within words that are too long."""
         lines: list[str] = []
         for word in text.split():
             longer = f"{lines[-1]} {word}" if lines else word

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.directions import given_angle
+from aomc_sky.directions import AzimuthConvention, given_angle, to_enu_azimuth_deg
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
@@ -32,6 +32,9 @@ from aomc_sky.wavebands import Wavebands
 _FINE = (180, 720)
 """Patches of half a degree, in which a model is drawn."""
 
+_WITHOUT_SUN = ("uniform", "overcast", "cardioidal")
+"""Names of skies that have the same light wherever the sun is; a beam has a mark of its own."""
+
 _LOBES = "aomc_sky.skies.lobes."
 """Modules whose skies are drawn as lobes; they are imported for such a sky alone."""
 
@@ -46,6 +49,7 @@ def plot(
     grid: PatchGrid | None = None,
     sun_deg: Sequence[float] | None = None,
     sun_rad: Sequence[float] | None = None,
+    azimuth_convention: AzimuthConvention | str = AzimuthConvention.ENU_FROM_EAST,
     title: str = "",
     label: str | None = None,
     seen_from: str = "above",
@@ -76,7 +80,10 @@ def plot(
     grid : PatchGrid, optional
         The patches of an array; by default equal bins of its two dimensions.
     sun_deg, or sun_rad : (float, float), optional
-        Zenith angle and azimuth of the sun, from +x towards +y. By default where `what` has it. [deg]
+        Zenith angle and azimuth of the sun. By default where `what` has it. [deg]
+    azimuth_convention : AzimuthConvention or str
+        From where the azimuth of `sun_deg` counts: by default from +x (east) towards +y. A compass azimuth, from north
+        through east, is ``"north_clockwise"``.
     title : str
         Above the picture.
     label : str, optional
@@ -120,9 +127,12 @@ def plot(
     sun = None
     if sun_deg is not None or sun_rad is not None:
         zenith, azimuth = given_angle("sun_deg", sun_deg, sun_rad)
-        sun = sun_mark(float(zenith), float(azimuth))
-    if isinstance(what, PhotonSource | Scene):
-        picture = _of_source(what, show, bands, sun, title)
+        sun = sun_mark(float(zenith), float(to_enu_azimuth_deg(azimuth, _convention_of(azimuth_convention))))
+    if isinstance(what, Scene):
+        show = show or "radiance"
+        picture = picture_of_scene(what, what.source(0), show=show, bands=bands, sun=sun, title=title)
+    elif isinstance(what, PhotonSource):
+        picture = source_picture(what, show=show or "counts", bands=bands, sun=sun, title=title)
     elif show is not None or bands is not None:
         raise UsageError("show and bands are for a source or a scene")
     elif any(base.__module__.startswith(_LOBES) for base in type(what).__mro__):
@@ -140,10 +150,21 @@ def plot(
     return figure
 
 
+def _convention_of(name: AzimuthConvention | str) -> AzimuthConvention:
+    known = {member.name.lower(): member for member in AzimuthConvention}
+    if isinstance(name, str) and name.lower() not in known:
+        raise UsageError(f"azimuth_convention must be one of {', '.join(map(repr, known))}, got {name!r}")
+    return known[name.lower()] if isinstance(name, str) else name
+
+
 def sun_of_options(options: Any) -> Mark | None:
-    """The sun that the options of a scene, or of its manifest, name."""
-    sun = options.get("sun") if isinstance(options.get("sun"), dict) else None
-    return None if sun is None else sun_mark(float(sun["zenith_deg"]), float(sun["azimuth_deg"]))
+    """The sun in the options of a scene, or of its manifest, unless the sky has none."""
+    sun = options.get("sun")
+    return (
+        None
+        if not isinstance(sun, dict) or options.get("sky") in _WITHOUT_SUN
+        else sun_mark(float(sun["zenith_deg"]), float(sun["azimuth_deg"]))
+    )
 
 
 def picture_of_scene(
@@ -161,20 +182,9 @@ def picture_of_scene(
         with warnings.catch_warnings(action="ignore"):  # the scene's reader gave them
             config = read_amc(scene.input_files["amc"], lenient=bool(scene.options.get("lenient")))
         zenith, azimuth = float(config.direct_zenith_deg), float(config.direct_azimuth_deg)
-        sun = Mark(zenith_deg=zenith, azimuth_deg=azimuth, symbol=Symbol.SUN_OF_AMC)
+        if zenith > 0:  # zeros in amc.inp mean that there is no sun, for example under an overcast sky
+            sun = Mark(zenith_deg=zenith, azimuth_deg=azimuth, symbol=Symbol.SUN_OF_AMC)
     return source_picture(source, show=show, bands=bands, sun=sun, title=title)
-
-
-def _of_source(
-    what: PhotonSource | Scene,
-    show: str | None,
-    bands: Sequence[int] | None,
-    sun: Mark | None,
-    title: str,
-) -> Picture:
-    if isinstance(what, Scene):
-        return picture_of_scene(what, what.source(0), show=show or "radiance", bands=bands, sun=sun, title=title)
-    return source_picture(what, show=show or "counts", bands=bands, sun=sun, title=title)
 
 
 def _of_lobes(what: Any, wavelength_nm: float, title: str) -> Picture:
@@ -290,7 +300,7 @@ def _netcdf_dome(dataset: Any, table: Any, grid: PatchGrid, index: tuple[int, ..
 _TITLES: dict[str, Callable[[Any, int], str]] = {
     "waveband": lambda dataset, k: f"waveband {k + 1}, {float(dataset['wavelength'][k]):g} nm",
     "wavelength": lambda dataset, k: f"{float(dataset['wavelength'][k]):.6g} nm",
-    "sun_zenith": lambda dataset, k: f"sun at {float(dataset['sun_zenith'][k]):g}°",
+    "sun_zenith": lambda dataset, k: f"sun {float(dataset['sun_zenith'][k]):g}° from the zenith",
 }
 """What an index along a dimension is called above a dome."""
 

@@ -157,9 +157,9 @@ def on_grid(grid: PatchGrid, values: np.ndarray, finer: PatchGrid) -> np.ndarray
 
 
 def marks_of(components: Iterable[Component], grid: PatchGrid, sun: Mark | None = None) -> tuple[Mark, ...]:
-    """Marks of components: beams, lobes whose half is narrower than a ring of `grid`, and the sun if there is no beam.
+    """Marks of beams, of lobes with half of their light within a ring of `grid`, and of the sun if there is no beam.
 
-    A given sun takes the place of that of a Perez sky.
+    A given sun replaces that of a Perez sky.
     """
     marks = []
     for component in components:
@@ -184,6 +184,6 @@ def sun_mark(zenith_deg: float, azimuth_deg: float) -> Mark:
 
 
 def lobe_note(bins: tuple[int, int]) -> str:
-    """What a picture says of lobes drawn on equal bins of zenith and azimuth."""
+    """Note on lobes drawn on equal bins of zenith and azimuth."""
     size = f"{90.0 / bins[0]:g}° x {360.0 / bins[1]:g}°"
     return f"Lobes have no patches of their own: each is drawn by its mean in patches of {size}."

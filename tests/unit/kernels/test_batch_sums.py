@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from aomc_sky.emission.kernels.batches import compiled, plain
+from aomc_sky.emission.kernels import batches, plain
 
 
-@pytest.mark.parametrize("form", [compiled, plain])
+@pytest.mark.parametrize("form", [batches, plain])
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_sums_are_those_of_one_after_the_other(precision, form):
     rng = np.random.default_rng(1)

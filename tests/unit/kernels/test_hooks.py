@@ -22,8 +22,9 @@ for scene in scenes:
     source = sky.read_scene(f"{inputs}/{scene}", iterations=4000).source(5)
     batch = source.photons()
     source.c_source()
-    plain = {name: np.empty_like(getattr(batch, name)) for name in ("ux", "uy", "uz", "patch")}
-    source._emitter._fill_ranks(0, 0, plain)
+    names = [name for name in ("ux", "uy", "uz", "patch", "x", "y") if getattr(batch, name) is not None]
+    plain = {name: np.empty_like(getattr(batch, name)) for name in names}
+    source._emitter.fill_plain(0, 0, plain)
     equal = all(np.array_equal(getattr(batch, name), values) for name, values in plain.items())
     print(scene, equal, *sorted(name for name in ("lobes", "perez") if f"aomc_sky.skies.{name}" in sys.modules))
 """

@@ -91,7 +91,7 @@ print(len(told), all("compiles its kernels anew" in text for text in told), jit.
 """
 SUMS = """
 import numpy as np
-from aomc_sky.emission.kernels.batches.compiled import block_sums
+from aomc_sky.emission.kernels.batches import block_sums
 print(block_sums(np.array([-0.5, -1.0], np.float32)))
 """
 PHOTONS = """

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aomc_sky.outputs import statistics
-from aomc_sky.outputs.statistics import BlockSums, ExactSum, PhotonSums, batches
+from aomc_sky.outputs.statistics import BlockSums, ExactSum, PhotonSums, batch_functions
 from aomc_sky.source.read.scene import read_scene
 from tests.support.backend import photons_by
 from tests.support.shared import INPUTS
@@ -66,7 +66,7 @@ def test_block_sums_do_not_depend_on_the_kernels():
     sums = []
     for kernels in (False, True):
         with photons_by(kernels=kernels):
-            sums.append(batches().block_sums(uz))
+            sums.append(batch_functions().block_sums(uz))
     assert sums[0] == sums[1]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import itertools
 import os
 import subprocess
@@ -14,9 +15,10 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.content import RELATIVE_RADIANCE, Dome, Picture
+from aomc_sky.pictures.content import RELATIVE_RADIANCE, Dome, Picture, direction_words
 from aomc_sky.pictures.dome import round_numbers
 from aomc_sky.pictures.panels import figure_of
+from aomc_sky.pictures.source import sun_mark
 from tests.support.shared import INPUTS
 
 pytest.importorskip("matplotlib")
@@ -113,8 +115,62 @@ def test_the_picture_says_what_it_shows(seen_from, words):
     assert "azimuth from 0° in the east to 90° in the north" in caption
     assert "zenith angle as radius" in caption
     assert any("W m" in text and "sr" in text for text in texts)
-    assert {"90° N", "0°\nE", "180°\nW", "270° S", "45°", "30°", "60°"} <= set(texts)
+    assert {"N", "E", "S", "W", "azimuth\n45°", "135°", "225°", "315°", "30°", "60°", "90°"} <= set(texts)
     assert "the sun" in texts
+    assert "The sun is 45° from the zenith in the northeast (azimuth 30°, compass 60°)." in caption
+    assert "radiance [W m$^{-2}$ sr$^{-1}$], log scale" in texts
+
+
+@pytest.mark.parametrize(
+    ("zenith_deg", "azimuth_deg", "words"),
+    [
+        (0.0, 70.0, "at the zenith"),
+        (32.42, 121.26, "32.4° from the zenith in the northwest (azimuth 121.3°, compass 328.7°)"),
+        (93.0, 450.0, "3° below the horizon in the north (azimuth 90°, compass 0°)"),
+        (10.0, -0.01, "10° from the zenith in the east (azimuth 0°, compass 90°)"),
+    ],
+)
+def test_a_direction_in_words(zenith_deg, azimuth_deg, words):
+    assert direction_words(zenith_deg, azimuth_deg) == words
+
+
+def test_the_sun_is_named_where_all_domes_have_it():
+    domes = [Dome(grid=PatchGrid.regular(1, 4), values=np.ones(4), marks=(sun_mark(z, 0.0),)) for z in (30.0, 40.0)]
+    assert Picture(domes=(domes[0], domes[0]), quantity=RELATIVE_RADIANCE).sun_sentence != ()
+    assert Picture(domes=tuple(domes), quantity=RELATIVE_RADIANCE).sun_sentence == ()
+
+
+def test_linear_colours_are_not_called_logarithmic():
+    assert not any("log scale" in text for text in texts_of(sky.plot(Spot(), norm="linear")))
+
+
+def test_the_azimuth_of_the_sun_may_be_that_of_a_compass():
+    for convention in ("north_clockwise", sky.AzimuthConvention.NORTH_CLOCKWISE):
+        figure = sky.plot(sky.UniformSky(), sun_deg=(60.0, 90.0), azimuth_convention=convention)
+        assert marks_of(figure)["mark-sun"] == pytest.approx((60.0, 0.0), abs=1e-9)  # in the east
+    with pytest.raises(UsageError, match="azimuth_convention must be one of 'enu_from_east'"):
+        sky.plot(sky.UniformSky(), sun_deg=(60.0, 90.0), azimuth_convention="compass")
+
+
+@pytest.mark.parametrize("pt", [8.0, 12.0])
+def test_letters_follow_the_font_size_of_matplotlib(pt):
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    with rc_context({"font.size": pt}):
+        axes = Figure(figsize=(84 / 25.4, 84 / 25.4)).subplots()
+        sky.plot(Spot(), ax=axes)
+        whole = sky.plot(Spot())
+    size = {text.get_text(): text.get_fontsize() for text in axes.texts}
+    assert [size[letter] for letter in "NESW"] == [pt] * 4
+    north = next(text for text in dome_axes(whole).texts if text.get_text() == "N")
+    assert north.get_fontsize() == pytest.approx(0.8 * pt)
+
+
+def test_the_sun_of_an_overcast_sky_is_not_marked():
+    assert marks_of(sky.plot(sky.read_scene(INPUTS / "overcast"))) == {}  # amc.inp says 0, 0
+    for name in ("overcast", "uniform"):
+        assert marks_of(sky.plot(sky.read_scene(INPUTS / "clear_day", sky=name))) == {}  # amc.inp says 35, 0
 
 
 @pytest.mark.parametrize(
@@ -166,6 +222,29 @@ def test_edges_of_patches_are_smooth_and_let_nothing_shine_through(ratio, is_edg
     assert len(found) >= 5 if is_edge_seen else len(found) == 1
 
 
+def test_edges_of_patches_have_no_jags():
+    """A dot on an edge has the mean of its area, as a picture with eight times the dots shows it."""
+    from matplotlib.figure import Figure
+
+    values = np.ones((45, 24))
+    values[:, 5:12], values[20:30] = 100.0, 50.0
+    figure = Figure(figsize=(4, 4), dpi=100)
+    axes = figure.add_axes((0, 0, 1, 1))
+    sky.plot(values, ax=axes, norm="linear", cmap="gray")
+    for line in list(axes.lines):
+        line.remove()
+    coarse, fine = (red_dots(figure, dpi) for dpi in (100, 800))
+    x, y = np.meshgrid(np.arange(-199.5, 200), np.arange(-199.5, 200))
+    difference = (coarse - fine.reshape(400, 8, 400, 8).mean(axis=(1, 3)))[np.hypot(x, y) < 170]
+    assert np.sqrt(np.mean(difference**2)) < 4.0  # of 255; 2.0 here, 13.7 where corners are moved to whole dots
+
+
+def red_dots(figure, dpi):
+    file = io.BytesIO()
+    figure.savefig(file, format="rgba", dpi=dpi)
+    return np.frombuffer(file.getvalue(), np.uint8).reshape(4 * dpi, 4 * dpi, 4)[..., 0].astype(float)
+
+
 def scene_of(*wavelengths, mass=(1.0, 100.0)):
     values = np.outer(np.geomspace(*mass, len(wavelengths)), np.linspace(1.0, 2.0, 12))
     table = sky.TabulatedSky(wavelength_nm=wavelengths, values=values, grid=PatchGrid.regular(3, 4))
@@ -179,7 +258,7 @@ def test_each_dome_has_its_own_bar_on_request():
     assert mesh_of(each, 1).norm.vmax < 1e-4 * mesh_of(each, 2).norm.vmax
     labels = [axes.get_label() for axes in each.axes if "bar" in axes.get_label()]
     assert labels == ["colour bar 1", "colour bar 2"]
-    assert texts_of(each).count("photons per steradian [sr$^{-1}$]") == 1
+    assert texts_of(each).count("photons per steradian [sr$^{-1}$], log scale") == 1
 
 
 def test_domes_go_into_axes_of_your_own():

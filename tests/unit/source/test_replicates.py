@@ -217,14 +217,14 @@ def test_photons_with_weights():
 
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_weighted_sums_agree_to_the_bit(dtype):
-    from aomc_sky.outputs.statistics import batches
+    from aomc_sky.outputs.statistics import batch_functions
 
     rng = np.random.default_rng(1)
     uz, weight = -rng.uniform(1e-3, 1, 5000).astype(dtype), rng.uniform(0, 2, 5000).astype(dtype)
     sums = []
     for kernels in (False, True):
         with photons_by(kernels=kernels):
-            sums.append(batches().weighted_block_sums(uz, weight))
+            sums.append(batch_functions().weighted_block_sums(uz, weight))
     assert sums[0] == sums[1]
 
 

@@ -238,9 +238,11 @@ def _scene(arguments: argparse.Namespace) -> tuple[Picture, int]:
 
     scene = cli_options.scene_of(arguments, arguments.path, wavebands=arguments.waveband)
     bands = _bands(arguments, scene.wavebands.wavelength_nm)
-    title = _title(arguments, f"{_name(arguments)}: the source")
+    show = arguments.show or "radiance"
+    shown_words = "radiance of the sky" if show == "radiance" else "photons that a run will launch"
+    title = _title(arguments, f"{_name(arguments)}: {shown_words}")
     source = scene.source(arguments.seed, max_memory_bytes=arguments.max_memory)
-    picture = picture_of_scene(scene, source, show=arguments.show or "radiance", bands=bands, title=title)
+    picture = picture_of_scene(scene, source, show=show, bands=bands, title=title)
     return picture, len(bands or range(source.n_bands))
 
 

@@ -1,8 +1,8 @@
 """Photon i of a band, for i in [start, stop): rank, slot, place in the cell, travel direction, position.
 
-A band is a table of *slots*: its cells with at least one photon, in order. Work goes in blocks that
-stay in the cache, one simple loop per step: simple loops vectorise, a fused one does not, and a
-vectorised table look-up (a gather) costs more than the scalar one on most processors.
+A band is a table of *slots*: its cells with at least one photon, in order. Photons are made in blocks that stay in the
+cache, with one simple loop per step, because simple loops vectorise and a fused one does not. A vectorised table
+look-up (a gather) costs more than the scalar one on most processors.
 """
 
 from __future__ import annotations
@@ -80,8 +80,8 @@ def _slots_far(m, rank, cumulative, shift, place, slot, guide):
         slot[j] = s
 
 
-#: Slots of the ranks of a block. Tables of 2^16 slots and more, whose guide has 32 bits, lie beyond the near caches:
-#: there the entries of the photons ahead are asked for, for the look-ups of one photon wait for each other.
+#: Slots of the ranks of a block. Tables of 2^16 slots and more (guides of 32 bits) do not fit the near caches. There
+#: the entries of later photons are fetched early, because the look-ups of one photon wait for each other.
 _slots_shuffled = by_width(_slots_far, _slots_near)
 
 
@@ -254,23 +254,22 @@ def emit(
 ):
     """Write the photons [start, start + ux.size) of a band with n photons.
 
-    `memory` is scratch, `constants.scratch_words` words, zeros at first and of one precision alone: whole vectors are
-    computed on what stands behind the last photon, and thrown away.
+    `memory` is scratch of `constants.scratch_words` words, zeros at first. Use it for one precision alone, because
+    vector loops read stale values behind the last photon.
 
-    What only chooses between loops is chosen at run time: `order_keys` empty leaves the photons in the order of the
-    cells; `jitter` not 0 takes the position in the cell from Philox instead of `shifts` + rank x `steps` (+ the ring's
-    turn for v); `main` is the way of most slots, one of `constants.NARROW` and those after it; `law` the law of each
-    slot (int8), empty where all go the main way; `cell_of_slot` (int32) is empty where slot = cell.
+    These arguments choose loops at run time. `order_keys` empty: photons in the order of the cells. `jitter` not 0: the
+    position in the cell comes from Philox instead of `shifts` + rank x `steps` (+ the ring's turn for v). `main`: the
+    way of most slots, one of `constants.NARROW` and the next ones. `law`: the law of each slot (int8), empty if all go
+    the main way. `cell_of_slot` (int32): empty if slot = cell.
 
     `law` None is the common case: all slots go the main way, NARROW or QUARTER, by rank, without hooks; numba leaves
-    the rest out. `perez` is what the hook `rejection` reads, and the steps of its first trial, None without it. `lobes`
-    holds what `queue` reads: the lobe of each slot (int32, -1 for none), the tables of `skies.lobes.kernels.law`, the
-    steps of its first trial, and `falls` with `paces`. `slopes` holds the words of `laws.sloped` of the slots, or None.
+    the rest out. `perez` has the tables of the hook `rejection` and the steps of its first trial, `lobes` those of
+    `queue`: the lobe of each slot (int32, -1 for none), the tables of `skies.lobes.kernels.law`, the steps of the first
+    trial, `falls` with `paces`. `slopes` has the words of `laws.sloped`. Each of the three may be None.
 
-    Tables of the band: `cumulative` (n_slot + 3,), the ranks before each slot and two sentinels;
-    `guide`, the slot of every 2^guide_shift-th rank; `place`, one word per slot, whose
-    halves are the positions of its ring's and its column's parameters in `words` (see `cells.blocks`). Outputs have one
-    length and, for directions, one precision. Integers that count photons are uint64.
+    Tables of the band: `cumulative` (n_slot + 3,), the ranks before each slot and two sentinels. `guide`, the slot of
+    every 2^guide_shift-th rank. `place`, one word per slot: its halves are the positions of the ring's and the column's
+    parameters in `words` (see `cells.blocks`). Integers that count photons are uint64.
     """
     like = type(ux[0])(0)
     rank = column(memory, U64(0), MAX_PHOTONS, type(cumulative[0])(0))
@@ -354,6 +353,7 @@ def emit_runs(
     uy,
     uz,
     cell,
+    memory,
     shifts,
     steps,
     cumulative,
@@ -367,9 +367,9 @@ def emit_runs(
 ):
     """Write the photons of the ranks [start, start + ux.size) run by run: the parameters of a cell stay in registers.
 
-    The same photons as `emit` gives, 1.5 times as fast where cells hold many of them, for the common case: one law
-    uniform in mu^2, no cell wider than 90 degrees, positions by rank. Parameters are those of `emit`; `values` is the
-    table of words seen as floats of the outputs' precision.
+    The photons are those of `emit`, 1.5 times as fast if cells hold many of them. It serves the common case: one law
+    uniform in mu^2, no cell wider than 90 degrees, positions by rank. Parameters are those of `emit`, and `memory` is
+    not used; `values` are `words` as floats of the outputs' precision.
     """
     n = U64(ux.size)
     step_u, step_v = steps[0], steps[1]
@@ -382,7 +382,7 @@ def emit_runs(
         of_cell = cell_of_table(values, head, tail)
         turned_v = base_v + turn_of_table(words, head, of_cell[0])
         c = cell_of_slot[s] if cell_of_slot.size > 0 else np.int32(s)
-        # whole vectors: what is beyond the end of the run is written again by the next one
+        # whole vectors: the next run writes the photons beyond the end of this one again
         vectors = min(n, j + ((end - j + _REST_OF_VECTOR) & _WHOLE_VECTORS))
         if main == NARROW:
             _narrow_run(j, vectors, base_u, turned_v, step_u, step_v, of_cell, c, ux, uy, uz, cell)
@@ -392,44 +392,33 @@ def emit_runs(
         s += ONE
 
 
-@inlined_reader
-def _narrow_run(lo, hi, base_u, base_v, step_u, step_v, of_cell, c, ux, uy, uz, cell):
-    """The photons lo to hi - 1, of one cell."""
-    h0, h1, h2, half_width, t0, t1 = of_cell
-    bits_u, bits_v = base_u + lo * step_u, base_v + lo * step_v
-    for i in range(lo, hi):
-        sine, cosine = sincos_turned_narrow(t0, t1, half_width, unit(bits_v, h0))
-        ux[i], uy[i], uz[i] = from_mu2(h0, h1, h2, unit(bits_u, h0), sine, cosine)
-        cell[i] = c
-        bits_u += step_u  # a sum, for vectors of 64-bit products take longer
-        bits_v += step_v
+def _run(turned):
+    """The photons lo to hi - 1, which are of one cell."""
+
+    def loop(lo, hi, base_u, base_v, step_u, step_v, of_cell, c, ux, uy, uz, cell):
+        h0, h1, h2, half_width, t0, t1 = of_cell
+        bits_u, bits_v = base_u + lo * step_u, base_v + lo * step_v
+        for i in range(lo, hi):
+            sine, cosine = turned(t0, t1, half_width, unit(bits_v, h0))
+            ux[i], uy[i], uz[i] = from_mu2(h0, h1, h2, unit(bits_u, h0), sine, cosine)
+            cell[i] = c
+            bits_u += step_u  # a sum, because vectors of 64-bit products take longer
+            bits_v += step_v
+
+    return inlined_reader(loop)
 
 
-@inlined_reader
-def _quarter_run(lo, hi, base_u, base_v, step_u, step_v, of_cell, c, ux, uy, uz, cell):
-    """The same of a wider cell."""
-    h0, h1, h2, half_width, t0, t1 = of_cell
-    bits_u, bits_v = base_u + lo * step_u, base_v + lo * step_v
-    for i in range(lo, hi):
-        sine, cosine = sincos_turned(t0, t1, half_width, unit(bits_v, h0))
-        ux[i], uy[i], uz[i] = from_mu2(h0, h1, h2, unit(bits_u, h0), sine, cosine)
-        cell[i] = c
-        bits_u += step_u  # a sum, for vectors of 64-bit products take longer
-        bits_v += step_v
+_narrow_run = _run(sincos_turned_narrow)
+_quarter_run = _run(sincos_turned)
 
 
 @reader
-def circle_positions(start, x, y, key, band, radius):
-    """Uniform over a circle around the origin: r = radius sqrt(u); start and key uint64."""
+def positions(is_circle, start, key, band, size_x, size_y, x, y):
+    """Positions over a circle of diameter `size_x` or a rectangle, from a stream of their own; uint64 and float64."""
     for j in range(U64(x.size)):
         a, b = philox_pair(key, start + j, band, ZERO)
         u, v = unit(a, x[j]), unit(b, x[j])
-        x[j], y[j] = in_circle(u, v, radius)
-
-
-@reader
-def rectangle_positions(start, x, y, key, band, size_x, size_y):
-    """Uniform over a rectangle centred on the origin; start and key uint64."""
-    for j in range(U64(x.size)):
-        a, b = philox_pair(key, start + j, band, ZERO)
-        x[j], y[j] = in_rectangle(unit(a, x[j]), unit(b, x[j]), size_x, size_y)
+        if is_circle:
+            x[j], y[j] = in_circle(u, v, size_x / 2)
+        else:
+            x[j], y[j] = in_rectangle(u, v, size_x, size_y)

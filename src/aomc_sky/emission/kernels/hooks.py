@@ -1,6 +1,6 @@
-"""One text of a kernel for every plan, with hooks for what a slice does: its module, or None where the plan needs none.
+"""One text of a kernel for every plan, with hooks for the slices: a module, or None if the plan does not need it.
 
-numba leaves out what stands behind `if queue is not None`; so a table neither loads nor compiles Perez and lobes.
+numba leaves out the code of `if queue is not None`, so a table neither loads nor compiles Perez and lobes.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ _SLICES = {REJECTION: "aomc_sky.skies.perez.kernels.reject", QUEUE: "aomc_sky.sk
 def with_hooks(text: Callable[..., Any], hooks: tuple[str, ...], **others: Any) -> Any:
     """A copy of a text whose globals are the slices of these hooks, and `others`.
 
-    Its name says which, for numba keeps code by name: of two copies with one name the second would run the first one's
-    code. Globals are not part of that name; what a closure holds is, and a dispatcher differs in each process.
+    numba caches code by name, so the name has the hooks: two copies with one name would share their code. A closure
+    would not do, because the dispatcher in it differs in each process, so its code is never found again.
     """
     slices = {hook: import_module(module) if hook in hooks else None for hook, module in _SLICES.items()}
     name = "_".join([text.__name__, *hooks])

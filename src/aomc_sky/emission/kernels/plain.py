@@ -1,4 +1,4 @@
-"""The emission of `emit` in plain numpy, equal to the bit: for small jobs, which numba's start-up would slow down.
+"""The kernels in plain numpy, equal to the bit: for small jobs, which numba's start-up would slow down.
 
 The formulas are those of the kernels, called with whole arrays; the tests compare both forms bit by bit.
 """
@@ -12,7 +12,9 @@ from aomc_sky.kernels.arithmetic.elementary import sincos_turned_any, unit
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.cells.laws import BECKMANN, HG, PEREZ, directions_of, positions_in_cells, sloped
 from aomc_sky.kernels.cells.order import ranks_of_photons
-from aomc_sky.kernels.formula import formula, kind_of
+from aomc_sky.kernels.formula import formula, kind_of, larger, select
+
+_BLOCK = 4096  # records of intermediate arrays that stay in the cache
 
 
 def emit(
@@ -39,11 +41,11 @@ def emit(
 ):
     """Write the photons [start, stop) of a band with n photons.
 
-    `finder` comes from `slot_finder` over the counts of all cells; `turns` holds the ring of each
-    cell and the turn of each ring; `cells` (n_cell, 6) in the precision of the outputs; `laws` int8 (n_cell,); `perez`
-    holds words and bounds (n_cell,), the sky's numbers and the steps of the first trial, or None; `lobes` the lobe of
-    each cell, the tables of `lobes.kernels.law`, the steps of the first trial, and `falls` with `paces`; `slopes` the
-    words of `laws.sloped` (n_cell,), or None. Other parameters are those of the kernel.
+    `finder` is `slot_finder` over the counts of all cells. `turns`: the ring of each cell, the turn of each ring.
+    `cells` (n_cell, 6) has the precision of the outputs, `laws` is int8 (n_cell,). `perez`: words and bounds (n_cell,),
+    the sky's numbers, the steps of the first trial. `lobes`: the lobe of each cell, the tables of `lobes.kernels.law`,
+    the steps of the first trial, `falls` with `paces`. `slopes`: the words of `laws.sloped` (n_cell,). Others as in the
+    kernel.
     """
     is_shuffled = order_keys.size > 0
     rank = ranks_of_photons(start, stop, n, order_keys) if is_shuffled else np.arange(start, stop, dtype=U64)
@@ -88,11 +90,11 @@ def in_rectangle(u, v, size_x, size_y):
     return kind(size_x) * (u - kind(0.5)), kind(size_y) * (v - kind(0.5))
 
 
-def positions(shape_is_circle, start, key, band, size_x, size_y, x, y):
+def positions(is_circle, start, key, band, size_x, size_y, x, y):
     """Positions over a circle of diameter size_x or a rectangle, from a stream of their own."""
-    a, b = philox_pair(key, np.arange(start, start + x.size, dtype=U64), U64(band), U64(0))
+    a, b = philox_pair(key, np.arange(start, start + x.size, dtype=U64), band, U64(0))
     u, v = unit(a, x), unit(b, x)
-    x[:], y[:] = in_circle(u, v, size_x / 2) if shape_is_circle else in_rectangle(u, v, size_x, size_y)
+    x[:], y[:] = in_circle(u, v, size_x / 2) if is_circle else in_rectangle(u, v, size_x, size_y)
 
 
 def numbers(start, out, n, order_keys, shifts, steps, key, band, jitter):
@@ -105,3 +107,51 @@ def numbers(start, out, n, order_keys, shifts, steps, key, band, jitter):
         else:
             word = shifts[c] + rank * steps[c]
         out[:, c] = unit(word, out)
+
+
+def block_sums(uz):
+    """Sums of mu and 1 / mu in the order of the photons, mu = -uz, in float64."""
+    mu = -uz.astype(np.float64)
+    with np.errstate(divide="ignore"):
+        return _sums(mu, 1.0 / mu)
+
+
+def weighted_block_sums(uz, weight):
+    """Sums of the weight w and of w / mu, likewise."""
+    w = weight.astype(np.float64)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return _sums(w, w / -uz.astype(np.float64))
+
+
+def _sums(first, second):
+    """Two sums at once, as parts of a complex one: `cumsum` adds one number after the other."""
+    both = np.empty(first.size, np.complex128)
+    both.real, both.imag = first, second
+    last = np.cumsum(both, out=both)[-1]
+    return float(last.real), float(last.imag)
+
+
+@formula
+def packed(x, y, z, energy):
+    """The packed direction of an MCPL record (adaptive projection), equal to libmcpl to the bit.
+
+    It has the two smaller components of the unit vector, 1 / uz in the place of the largest one, and the energy with
+    the sign of the largest. libmcpl divides in float64 and rounds; float32 gives the same bits, because 53 >= 2 x 24 +
+    2.
+    """
+    far_x, far_y = np.abs(x), np.abs(y)
+    is_flat = np.abs(z) < larger(far_x, far_y)
+    is_x, is_y = is_flat & (far_x >= far_y), is_flat & (far_x < far_y)
+    inverse = kind_of(z)(1) / select(z == 0, np.abs(z), z)  # infinity without a sign, also of -0
+    signed_energy = np.copysign(energy, select(is_x, x, select(is_y, y, z)))
+    return select(is_x, inverse, x), select(is_y, inverse, y), signed_energy
+
+
+def pack(ux, uy, uz, cell, energy, flags, n_flagged, first, second, signed_energy, user_flags):
+    """Write `packed` and user flags into the fields of records: `flags` + cell, or 0 from the cell `n_flagged` on."""
+    for start in range(0, ux.size, _BLOCK):
+        part = slice(start, start + _BLOCK)
+        with np.errstate(divide="ignore", over="ignore"):
+            first[part], second[part], signed_energy[part] = packed(ux[part], uy[part], uz[part], energy)
+        own = cell[part]
+        user_flags[part] = np.where(own < n_flagged, flags + own.astype(np.uint32), np.uint32(0))

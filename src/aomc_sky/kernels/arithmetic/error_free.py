@@ -1,4 +1,4 @@
-"""What rounding left out of a sum and of a product, and what is right to the last bit: sums, shares of a sum, products.
+"""Rounding errors of a sum and a product; sums, shares of a sum and products without any error.
 
 `two_sum` and `two_product` are + - x alone, for arrays, and for kernels to compile; the rest is of arrays alone.
 """
@@ -22,7 +22,7 @@ _REST = np.uint64((1 << 62) - 1)
 
 _CUMULATIVE_LEVELS = 4
 _MAX_VECTOR = 1 << 20
-_CHUNK = 8192  # what stands between two steps stays in the cache
+_CHUNK = 8192  # intermediate arrays of this size stay in the cache
 _DOUBT = 2.0**-26
 _SUM_LEVELS = 3
 _SPLIT = 134217729.0  # 2^27 + 1 cuts a float64 into two halves whose products are exact
@@ -36,7 +36,7 @@ def two_sum(a: Any, b: Any) -> tuple[Any, Any]:
 
 
 def product_error(a: Any, b: Any, product: Any) -> Any:
-    """What the rounding of a * b left out (Dekker); exact where nothing overflows or leaves the normal numbers."""
+    """Rounding error of a * b (Dekker); exact for normal numbers without overflow."""
     cut = _SPLIT * a
     a_high = cut - (cut - a)
     cut = _SPLIT * b
@@ -54,9 +54,9 @@ def two_product(a: Any, b: Any) -> tuple[Any, Any]:
 def exact_sum(values: np.ndarray) -> float:
     """Correctly rounded sum, equal to `math.fsum` to the bit and several times as fast for large arrays.
 
-    Values lie in [0, 1]. S. M. Rump, T. Ogita, S. Oishi, Accurate floating-point summation I, SIAM J. Sci. Comput. 31,
-    189 (2008): adding and subtracting a power of two cuts every summand at the same bit without an error, and the upper
-    parts have so few bits that their plain sum is exact in any order.
+    Values lie in [0, 1]. Adding and subtracting a power of two cuts every summand at the same bit without an error. The
+    upper parts have so few bits that their plain sum is exact in any order (S. M. Rump, T. Ogita, S. Oishi, Accurate
+    floating-point summation I, SIAM J. Sci. Comput. 31, 189, 2008).
     """
     bits = (values.size + 1).bit_length()
     sigma = math.ldexp(1.0, bits)
@@ -76,12 +76,12 @@ def exact_sum(values: np.ndarray) -> float:
 def rounded_cumulative(values: np.ndarray) -> np.ndarray:
     """Cumulative sums over the total, each rounded to the nearest multiple of 2^-62: uint64 (n + 1,), from 0 to 2^62.
 
-    With S_k the exact sum of the first k values, entry k is floor(2^62 S_k / S_n + 1/2), whatever the scale and the
-    range of the values. [0 to 1.8e308, at least one positive]
+    Entry k is floor(2^62 S_k / S_n + 1/2), where S_k is the exact sum of the first k values. [0 to 1.8e308, at least
+    one positive]
 
-    The running sums are held, and divided, in twice the precision of float64. What that leaves out moves a quotient by
-    less than 2^-30 units for up to 2^20 values; a quotient nearer than 2^-26 to where rounding changes is settled by
-    integers, and so are all quotients of more values.
+    Running sums and quotients have twice the precision of float64. For up to 2^20 values the error of a quotient is
+    below 2^-30 units. Quotients within 2^-26 of a change of rounding are computed with integers, and so are all
+    quotients of more than 2^20 values.
     """
     units = np.zeros(values.size + 1, dtype=np.int64)
     is_long = values.size > _MAX_VECTOR
@@ -103,10 +103,10 @@ def _fill_units(values: np.ndarray, units: np.ndarray) -> np.ndarray:
 
 
 def _running_sums(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Running sums of up to 2^20 numbers up to 1 as sums of two floats, within 2^-95 + 2^-105 of themselves.
+    """Running sums of up to 2^20 numbers up to 1 as sums of two floats, with relative errors below 2^-95 + 2^-105.
 
-    Adding and subtracting a power of two cuts all numbers at one bit (Rump, Ogita and Oishi 2008, as in
-    `exact_sum`): 32 bits or more are taken off at each of four levels, so few that running sums of them are exact.
+    The cuts are those of `exact_sum`. Each of four levels takes 32 bits or more, so few that their running sums are
+    exact.
     """
     bits = (values.size + 1).bit_length()
     sigma = [2.0 ** (bits + level * (bits - 53)) for level in range(_CUMULATIVE_LEVELS)]

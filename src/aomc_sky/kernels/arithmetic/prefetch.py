@@ -1,6 +1,6 @@
-"""Hints to the processor which memory is wanted soon; no effect on any result.
+"""Hints to the processor about memory that is needed soon; they change no result.
 
-Stores to lines that are not in the nearest cache wait for them one after the other; lines asked for come side by side.
+Stores to lines outside the nearest cache wait for one line after the other. Lines that were asked for arrive together.
 """
 
 from __future__ import annotations
@@ -9,9 +9,8 @@ from typing import Any
 
 from llvmlite import ir
 from numba.core import cgutils, types
-from numba.extending import intrinsic
 
-from aomc_sky.kernels.jit import overloads
+from aomc_sky.kernels.jit import lowered
 
 _KEEP_NEAR = 3
 _DATA = 1
@@ -21,8 +20,8 @@ def _asking(write: int) -> Any:
     """Code that asks for the line of an element, to write it or to read it."""
 
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        array, index = arguments
-        data = context.make_array(signature.args[0])(context, builder, array).data
+        data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+        index = context.cast(builder, arguments[1], signature.args[1], types.uint64)
         address = builder.bitcast(builder.gep(data, [index]), cgutils.voidptr_t)
         number = ir.IntType(32)
         kind = ir.FunctionType(ir.VoidType(), [cgutils.voidptr_t, number, number, number])
@@ -33,16 +32,6 @@ def _asking(write: int) -> Any:
     return code
 
 
-@intrinsic
-def _ask_to_read(context, array, index):
-    return types.void(array, types.uint64), _asking(0)
-
-
-@intrinsic
-def _ask_to_write(context, array, index):
-    return types.void(array, types.uint64), _asking(1)
-
-
 def prefetch_to_read(array, index):
     """Ask for the cache line of an element that will be read soon; an index beyond the array does no harm."""
 
@@ -51,17 +40,5 @@ def prefetch_to_write(array, index):
     """Ask for the cache line of an element that will be written soon; an index beyond the array does no harm."""
 
 
-@overloads(prefetch_to_read)
-def _read_overload(array, index):
-    def ask(array, index):
-        _ask_to_read(array, index)
-
-    return ask
-
-
-@overloads(prefetch_to_write)
-def _write_overload(array, index):
-    def ask(array, index):
-        _ask_to_write(array, index)
-
-    return ask
+for _write, _ask in enumerate((prefetch_to_read, prefetch_to_write)):
+    lowered(_ask, lambda array, index: types.void, types.Array, types.Integer)(_asking(_write))

@@ -1,4 +1,4 @@
-"""Cells of a band: who is where in them, their order, and the laws of patches.
+"""Cells of a band: order of photons, parameters, laws.
 
 order   The keyed order of photons: a bijection on [0, N), so that every prefix of a run is a fair sample
 laws    The laws inside a cell: six parameters and two uniform numbers become a travel direction

@@ -1,12 +1,14 @@
 """From a rank to the parameters of a cell, on the way to the photons of a block.
 
-A slot is a cell with photons: a guide table finds the slot of a rank, then at most a few steps. Its parameters are
-four floats of its ring and four of its column, moved as 64-bit words. A head belongs to the ring: the first three
-parameters and the ring's *turn*, an integer in the place of a fourth float; a tail belongs to the column: sine and
-cosine of the centre, half the width, and a float that is not used. Heads and tails stand in one table of words, two for
-four float32, four for four float64. The scratch memory has what vector loops read fastest: a float32 photon's head and,
-in a second row, its tail, each in one piece; float64 in rows of pairs, h0 and h1, h2 and the turn, t0 and t1, and a row
-of h3. Words that lie side by side are read before they are written: the compiler then moves two at a time.
+A slot is a cell with photons. A guide table and at most a few steps find the slot of a rank. The parameters of a slot
+are a head and a tail of four floats each, moved as 64-bit words. The head belongs to the ring: the first three
+parameters and the ring's *turn*, an integer. The tail belongs to the column: sine and cosine of the centre, half the
+width, and an unused float. One table of words holds heads and tails, with two words for four float32 and four for four
+float64.
+
+The scratch memory has the order that vector loops read fastest. float32: a row of heads, then a row of tails. float64:
+rows of pairs (h0 and h1, h2 and the turn, t0 and t1), then a row of h3. Neighbouring words are read before they are
+written, so that the compiler moves two at a time.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from aomc_sky.kernels.formula import by_width
 from aomc_sky.kernels.jit import inner_reader, seen_as, spliced
 
 MAX_PHOTONS = np.uint64(SCRATCH_PHOTONS)
-"""Most photons of a block. A loop that names it vectorises: 16 bytes times its index are known not to wrap."""
+"""Most photons of a block. Loops with this bound vectorise, because 16 bytes times the index cannot wrap."""
 
 _TAILS = np.uint64(4 * SCRATCH_PHOTONS)
 _PAIRS = np.uint64(2 * SCRATCH_PHOTONS)
@@ -136,58 +138,30 @@ def cell_of_table(values, head, tail):
     return values[h], values[h + ONE], values[h + TWO], values[t + TWO], values[t], values[t + ONE]
 
 
-def _word_like_f32(like):
-    return U32(0)
-
-
-def _word_like_f64(like):
-    return U64(0)
-
-
-#: A whole number as wide as `like`: the turns of photons stand in such ones.
-word_like = by_width(_word_like_f32, _word_like_f64)
-
-
-def _turn_u32(bits, j):
-    return np.uint64(bits[FOUR * j + THREE]) << S32
-
-
-def _turn_u64(bits, j):
-    return bits[TWO * j + _PAIRS + ONE]
-
+#: An integer type as wide as `like`, for the turns of photons.
+word_like = by_width(lambda like: U32(0), lambda like: U64(0))
 
 #: The turn of photon j's ring, a 64-bit fraction, from the scratch memory seen as `word_like` numbers: (bits, j).
-turn_of_photon = by_width(_turn_u32, _turn_u64, of=0)
-
-
-def _table_turn_f32(words, head, like):
-    return words[head + ONE] & _HIGH32
-
-
-def _table_turn_f64(words, head, like):
-    return words[head + THREE]
-
+turn_of_photon = by_width(
+    lambda bits, j: np.uint64(bits[FOUR * j + THREE]) << S32,
+    lambda bits, j: bits[TWO * j + _PAIRS + ONE],
+    of=0,
+)
 
 #: The turn of a head of the table of words; `like` is any number of the precision.
-turn_of_table = by_width(_table_turn_f32, _table_turn_f64)
+turn_of_table = by_width(
+    lambda words, head, like: words[head + ONE] & _HIGH32, lambda words, head, like: words[head + THREE]
+)
 
-
-def _split_u32(word):
-    return np.uint64(word >> _S16), np.uint64(word & _LOW16)
-
-
-def _split_u64(word):
-    return word >> S32, word & LOW32
-
-
-#: Positions of a cell's head and tail in the table of words: the two halves of a 32- or 64-bit word. The width is known
-#: when the kernel is compiled, which makes the shifts constants.
-split_place = by_width(_split_u32, _split_u64)
+#: Positions of a cell's head and tail in the table of words: the two halves of a 32- or 64-bit word.
+split_place = by_width(
+    lambda word: (np.uint64(word >> _S16), np.uint64(word & _LOW16)), lambda word: (word >> S32, word & LOW32)
+)
 
 
 @inner_reader
 def _ranks_short(start, m, n, keys, rank):
-    """Ranks beyond the end walk on; one in a chunk is rare, so that most chunks are left alone."""
+    """A rank beyond the end is permuted again; most chunks have none."""
     s64, b64 = split_order(n)
     s, b, last = U32(s64), U32(b64), U32(n - ONE)
     k0, k1, k2 = U32(keys[0]), U32(keys[1]), U32(keys[2])

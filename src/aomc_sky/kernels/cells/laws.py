@@ -39,20 +39,12 @@ from aomc_sky.kernels.formula import by_width, formula, kind_of, smaller
 CELL_MU2, CELL_MU, BEAM, DISC, DISC_AT_HORIZON, PEREZ, HG, GGX, BECKMANN, CELL_SLOPED = range(10)
 
 
-def _below_one_f32(x):
-    return smaller(x, np.float32(1.0 - 2.0**-24))
-
-
-def _below_one_f64(x):
-    return smaller(x, 1.0 - 2.0**-53)
-
-
-_below_one = by_width(_below_one_f32, _below_one_f64)
+_below_one = by_width(lambda x: smaller(x, np.float32(1.0 - 2.0**-24)), lambda x: smaller(x, 1.0 - 2.0**-53))
 
 
 @formula
 def _on_slope(u, slope):
-    """Where in [0, 1) the integral of 1 + slope (2x - 1) reaches u: the root x of (1 - slope) x + slope x^2 = u."""
+    """Root x in [0, 1) of (1 - slope) x + slope x^2 = u, the integral of 1 + slope (2x - 1)."""
     rest = kind_of(u)(1) - slope
     four = kind_of(u)(4)
     return _below_one((u + u) / (rest + np.sqrt(rest * rest + four * slope * u)))

@@ -71,7 +71,7 @@ def permute_short(i, s, b, k0, k1, k2):
 
 @formula
 def high_step(low, key, b):
-    """What a round adds to the high half, from the low one."""
+    """Step of the high half in a round, from the low half."""
     return (U64(stir(U32(low), key)) * b) >> S32
 
 

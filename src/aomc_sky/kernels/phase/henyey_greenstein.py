@@ -19,7 +19,7 @@ product_error = inlined_formula(error_free.product_error)
 
 @inlined_formula
 def twice_square(x, rest):
-    """2 (x + rest)^2, rounded once: `rest` is what the rounding of x left out."""
+    """2 (x + rest)^2, rounded once; `rest` is the rounding error of x."""
     square = x * x
     twice = square + (product_error(x, x, square) + 2.0 * (x * rest))
     return twice + twice
@@ -34,7 +34,7 @@ def mirrored(g):
 
 @inlined_formula
 def gap(h):
-    """1 - h and what its rounding leaves out."""
+    """1 - h and its rounding error."""
     d = 1.0 - h
     return d, (1.0 - d) - h
 
@@ -43,9 +43,9 @@ def gap(h):
 def numerators(xi, h, off, sign, d, rest, near, far):
     """1 - mu and 1 + mu at xi for g = h, as numerators, and their denominator D^2.
 
-    1 - mu = 2 (1-h)^2 q (1 + h p) / D^2 and 1 + mu = 2 (1+h)^2 p ((1-h) + h p) / D^2 with
-    D = (1-h) + 2 h p: no difference of numbers of like size, no division by h. `near` and `far` are
-    2 (1-h)^2 and 2 (1+h)^2. D^2 takes back what the rounding of D left out.
+    1 - mu = 2 (1-h)^2 q (1 + h p) / D^2 and 1 + mu = 2 (1+h)^2 p ((1-h) + h p) / D^2, where D = (1-h) + 2 h p. This has
+    no difference of similar numbers and no division by h. `near` and `far` are 2 (1-h)^2 and 2 (1+h)^2. D^2 is
+    corrected for the rounding of D.
     """
     p = off + sign * xi
     q = (1.0 - off) - sign * xi
@@ -68,7 +68,7 @@ def ends(v, w, square, off):
 
 @inlined_formula
 def pivot(h, d, rest):
-    """The z of `parts` at which mu is 0, (1-h)^2 / (2 (1 + h^2)), and what its rounding left out."""
+    """The z of `parts` at which mu is 0, (1-h)^2 / (2 (1 + h^2)), and its rounding error."""
     square, h2 = d * d, h * h
     c = 1.0 + h2
     c_rest = ((1.0 - c) + h2) + product_error(h, h, h2)
@@ -84,7 +84,7 @@ def pivot(h, d, rest):
 
 @inlined_formula
 def middle(h, off, sign, d, rest, zero, zero_rest):
-    """What `parts` takes of g: xi where mu is 0, h p there, what n is there, and twice the z there."""
+    """Arguments of `parts` that depend on g alone, all at mu = 0: xi, h p, n, and twice z."""
     q = np.sqrt(1.0 + h * h)
     xi = off + sign * (d / (q * ((1.0 + h) + q)))
     p = off + sign * xi

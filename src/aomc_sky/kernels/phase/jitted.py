@@ -10,13 +10,12 @@ The names are `rayleigh_` and `hg_` before those of the two modules, and `new_di
         mu, one_minus_mu, sin_theta = jitted.hg_sample_mu_sin(xi, g)
         return jitted.new_direction(ux, uy, uz, one_minus_mu, sin_theta, share)
 
-Scalars in, scalars out, in the precision of the first argument; float32 is worked out in float64 but for the last
-division of Henyey-Greenstein's mu. The bits are those of `aomc_sky.rayleigh`, `aomc_sky.henyey_greenstein` and
-`aomc_sky.scattering`. Nothing is checked inside: arguments outside their ranges give meaningless numbers. Gamma, xi and
-the azimuth's share lie in [0, 1], g in (-1, 1), 1 - mu in [0, 2].
+Arguments and results are scalars in the precision of the first argument. float32 is computed in float64, except for the
+last division of Henyey-Greenstein's mu. The bits are those of `aomc_sky.rayleigh`, `aomc_sky.henyey_greenstein` and
+`aomc_sky.scattering`. Arguments are not checked: outside their ranges the results have no meaning. Gamma, xi and the
+azimuth's share lie in [0, 1], g in (-1, 1), 1 - mu in [0, 2].
 
-Over arrays each law has loops of its own, and one for a single parameter, whose part of the work then stands outside
-the loop: so they become vectors.
+Over arrays each law has its own loops, also for a single parameter, so that the loops vectorise.
 """
 
 from __future__ import annotations

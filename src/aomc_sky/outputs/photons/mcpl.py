@@ -22,7 +22,7 @@ from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.photons.files import ChunkPool, FileLayout, PhotonFile, PhotonRows, PhotonWriter
-from aomc_sky.outputs.statistics import batches
+from aomc_sky.outputs.statistics import batch_functions
 from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.plan.sampling.streams import STREAM_VERSION
 from aomc_sky.whole_number import as_number_of
@@ -191,7 +191,7 @@ def _pack(batch: PhotonBatch, energy: np.floating, records: np.ndarray) -> None:
     packed = [records["packed"][:, k] for k in range(3)]
     n_flagged = np.int32(MAX_CELLS if is_flagged else 0)
     photons = (batch.ux, batch.uy, batch.uz, batch.patch)
-    batches().pack(*photons, energy, flags, n_flagged, *packed, records["user_flags"])
+    batch_functions().pack(*photons, energy, flags, n_flagged, *packed, records["user_flags"])
 
 
 def _comments(source: PhotonSource, bands: Sequence[int]) -> tuple[str, ...]:

@@ -16,17 +16,17 @@ from aomc_sky.kernels.arithmetic.constants import U64
 from aomc_sky.kernels.jit import c_function, inner
 
 CLOSED, BAD_START, BAD_COUNT, NO_ARRAY = -1, -2, -3, -4
-"""Answers that are no number of photons; they stand in include/aomc_sky.h too."""
+"""Errors, as in include/aomc_sky.h."""
 
 OPEN = np.uint64(0x736B79616F6D6331)
 """First word of the block of an open source; the second is the number of photons."""
 
-_CHUNK = 16384  # the cells, which a host does not get, stay in the cache
+_CHUNK = 16384  # so many cells, which hosts do not get, stay in the cache
 
 
 @inner
 def _photons_due(block, start, n, ux, uy, uz):
-    """How many photons a call delivers, or why none; 0 at the end of the band."""
+    """Number of photons that a call delivers, 0 at the end of the band; or an error."""
     if is_null(block):
         return CLOSED
     state, end = block_head(block)
@@ -56,18 +56,6 @@ def _next(block, start, n, ux, uy, uz):
     return count
 
 
-def _next_of_runs(block, start, n, ux, uy, uz):
-    count = _photons_due(block, start, n, ux, uy, uz)
-    if count <= 0:
-        return count
-    x, y, z = carray(ux, count), carray(uy, count), carray(uz, count)
-    cell = np.empty(min(count, _CHUNK), np.int32)
-    for lo in range(0, count, _CHUNK):
-        hi = min(lo + _CHUNK, count)
-        emit_runs(U64(start + lo), x[lo:hi], y[lo:hi], z[lo:hi], cell[: hi - lo], *block_arguments(block)[1])
-    return count
-
-
 def _next_of_none(block, start, n, ux, uy, uz):
     return _photons_due(block, start, n, ux, uy, uz)
 
@@ -84,7 +72,7 @@ def _numbers(block, start, n, n1, n2, n3):
     return count
 
 
-_NEXT_OF = {"": _next_of_none, "emit": _next, "emit_runs": _next_of_runs, "numbers": _numbers}
+_NEXT_OF = {"": _next_of_none, "emit": _next, "emit_runs": _next, "numbers": _numbers}
 
 
 def next_signature(kinds: Any, precision: np.dtype) -> Any:
@@ -101,10 +89,13 @@ def numbers_signature(kinds: Any, precision: np.dtype) -> Any:
 def compile_next(kernel: str, hooks: tuple[str, ...], signature: Any) -> Any:
     """Return the C function `next(block, start, n, ux, uy, uz)` over a kernel of the emission; "" has no photons.
 
-    A block holds the bound arguments of `numbers_of_photons` and those of the kernel; those of `emit` stand behind the
-    words of its memory. The kernel "numbers" reads the first ones alone: it is one function for the blocks of all.
+    A block holds the arguments of `numbers_of_photons`, then the words of memory and the arguments of the kernel. The
+    kernel "numbers" reads the first ones alone: one function serves all blocks.
     """
-    return c_function(with_hooks(_NEXT_OF[kernel], hooks, emit=emit_with(*hooks)), signature)
+    text = _NEXT_OF[kernel]
+    if kernel == "emit_runs":
+        return c_function(with_hooks(text, ("runs",), emit=emit_runs), signature)  # no slice, but a name of its own
+    return c_function(with_hooks(text, hooks, emit=emit_with(*hooks)), signature)
 
 
 def _address_of(function: JittedNext) -> int:
