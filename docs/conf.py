@@ -9,6 +9,8 @@ import aomc_sky
 
 sys.path.insert(0, str(Path(__file__).parent / "extensions"))
 
+import topics
+
 project = "aomc-sky"
 author = "aomc-sky developers"
 copyright = "2026, aomc-sky developers"
@@ -18,6 +20,7 @@ extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
+    "sphinx.ext.viewcode",
     "numpydoc",
     "sphinxcontrib.bibtex",
     "sphinx_copybutton",
@@ -29,18 +32,20 @@ extensions = [
 ]
 myst_enable_extensions = ["attrs_inline", "colon_fence", "dollarmath"]
 myst_heading_anchors = 3
-exclude_patterns = ["_build", "static", "extensions", "**sg_execution_times.rst", "figures"]
+exclude_patterns = ["_build", "static", "templates", "extensions", "**sg_execution_times.rst", "figures"]
+templates_path = ["templates"]
 default_role = "code"
 highlight_language = "none"  # a block without a language is text: what a program prints, a grammar, a file
 
 autodoc_typehints = "none"  # the numpydoc sections name types, shapes, units and ranges
 autodoc_member_order = "bysource"
-autosummary_generate = False
+autosummary_context = {"topic_of": topics.topic_of()}
 numpydoc_show_class_members = False
 toc_object_entries_show_parents = "hide"
 bibtex_bibfiles = ["references.bib"]
 
-copybutton_prompt_text = "$ "
+copybutton_prompt_text = r"\$ |>>> |\.\.\. "
+copybutton_prompt_is_regexp = True
 copybutton_only_copy_prompt_lines = True
 
 sphinx_gallery_conf = {

@@ -24,6 +24,11 @@ def gamma_from_rho(rho: ArrayLike) -> Any:
     ------
     UsageError
         rho is outside 0 to 1 or NaN.
+
+    Examples
+    --------
+    >>> print(f"{sky.rayleigh.gamma_from_rho(0.0279):.5f}")
+    0.01415
     """
     kind = precision_of(rho)
     return evaluate(lambda x: (x / (2.0 - x),), kind, checked("rho", rho, kind, 0.0, 1.0))[0]
@@ -36,6 +41,11 @@ def rho_from_gamma(gamma: ArrayLike) -> Any:
     ------
     UsageError
         gamma is outside 0 to 1 or NaN.
+
+    Examples
+    --------
+    >>> print(f"{sky.rayleigh.rho_from_gamma(0.0142):.4f}")
+    0.0280
     """
     kind = precision_of(gamma)
     return evaluate(lambda x: ((x + x) / (1.0 + x),), kind, checked("gamma", gamma, kind, 0.0, 1.0))[0]
@@ -48,6 +58,11 @@ def king_factor(gamma: ArrayLike) -> Any:
     ------
     UsageError
         gamma is not in [0, 3/4): a symmetric polarisability has no larger one.
+
+    Examples
+    --------
+    >>> print(f"{sky.rayleigh.king_factor(0.0142):.4f}")
+    1.0482
     """
     kind = precision_of(gamma)
     g = checked("gamma", gamma, kind, 0.0, 0.75)
@@ -63,6 +78,11 @@ def gamma_from_king_factor(king: ArrayLike) -> Any:
     ------
     UsageError
         F is below 1, infinite or NaN.
+
+    Examples
+    --------
+    >>> print(f"{sky.rayleigh.gamma_from_king_factor(1.049):.5f}")
+    0.01442
     """
     kind = precision_of(king)
     F = checked("the King factor", king, kind, 1.0, float(np.finfo(kind).max))
@@ -104,6 +124,11 @@ def air_depolarisation(wavelength_nm: ArrayLike) -> Any:
     -----
     Accuracy: the table itself at its 36 wavelengths. Left out one by one, its inner rows come back within
     1.1 percent. The gas formulas of Bates, as Bodhaine et al. (1999) give them, differ by up to 2.6 percent.
+
+    Examples
+    --------
+    >>> print(f"{sky.rayleigh.air_depolarisation(550.0):.5f}")
+    0.02842
     """
     kind = precision_of(wavelength_nm)
     wavelength = checked("wavelength_nm", wavelength_nm, kind, float(WAVELENGTH_NM[0]), float(WAVELENGTH_NM[-1]))
@@ -111,5 +136,11 @@ def air_depolarisation(wavelength_nm: ArrayLike) -> Any:
 
 
 def air_gamma(wavelength_nm: ArrayLike) -> Any:
-    """Anisotropy gamma of dry air by wavelength; argument, accuracy and errors as for `air_depolarisation`."""
+    """Anisotropy gamma of dry air by wavelength; argument, accuracy and errors as for `air_depolarisation`.
+
+    Examples
+    --------
+    >>> print(f"{sky.rayleigh.air_gamma(550.0):.5f}")
+    0.01441
+    """
     return gamma_from_rho(air_depolarisation(wavelength_nm))

@@ -82,6 +82,13 @@ class Scene:
     irradiance : Irradiance, optional
         Absolute units; by default what the components say of themselves, where all of them do (`LobeSky`).
         Photons follow `strength` alone.
+
+    Examples
+    --------
+    >>> scene = sky.Scene(wavebands=[440.0, 550.0], n_photons=1000, components="overcast")
+    >>> source = scene.source(seed=1)
+    >>> source.n_bands, source.n_photons(0)
+    (2, 1000)
     """
 
     wavebands: Wavebands

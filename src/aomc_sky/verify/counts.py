@@ -127,6 +127,15 @@ def verify_counts(
         not finite.
     UsageError
         An unknown method.
+
+    Examples
+    --------
+    >>> mass = [0.5, 0.3, 0.2]
+    >>> (
+    ...     bool(sky.verify_counts(sky.allocate(mass, 1000), mass)),
+    ...     bool(sky.verify_counts([510, 290, 200], mass)),
+    ... )
+    (True, False)
     """
     try:
         chosen = AllocationMethod(method)

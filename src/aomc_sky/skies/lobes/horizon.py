@@ -47,6 +47,13 @@ def mass_above_horizon(
     are integrals of positive functions on nodes that are dense in the logarithm of the distance to what is
     sharp. Relative accuracy: 1e-14 plain and 1e-13 for "hg", 1e-10 for projected "ggx" and "beckmann"; with
     the axis below the horizon the condition of n_z comes on top, up to 2 (n_z / k)^2 2e-16 for Beckmann.
+
+    Examples
+    --------
+    >>> print(
+    ...     sky.lobes.mass_above_horizon("ggx", 0.3, 0.3, [1.0, 0.0, 0.0, 0.0])
+    ... )  # all of a lobe that points up
+    1.0
     """
     if weighting not in ("plain", "projected"):
         raise UsageError(f"weighting is 'plain' or 'projected', not {weighting!r}")

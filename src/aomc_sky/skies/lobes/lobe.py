@@ -92,6 +92,13 @@ def pdf(kind: str, param0: ArrayLike, param1: ArrayLike, m: ArrayLike) -> np.nda
     Accuracy: 8 ulp for "hg" and "ggx", 8 (1 + A/m_z^2) ulp for "beckmann", for any float input. The
     condition of the density itself comes on top where `m` is a rounded unit vector: next to the axis
     1 - mu is computed from m_x and m_y, so give those with all their digits.
+
+    Examples
+    --------
+    >>> print(
+    ...     f"{sky.lobes.pdf('hg', 0.0, 0.0, [0.0, 0.0, 1.0]):.6f}"
+    ... )  # g = 0 is isotropic: 1 / (4 pi)
+    0.079577
     """
     first, second = checked(kind, param0, param1)
     vector = _scaled_direction(m)
@@ -151,6 +158,11 @@ def sample(kind: str, param0: ArrayLike, param1: ArrayLike, u: ArrayLike, v: Arr
     so nothing cancels for g next to 1 and nothing is divided by g. "ggx": (alpha_x sqrt(u) cos, alpha_y
     sqrt(u) sin, sqrt(1 - u)); "beckmann": the stretched slope has the radius sqrt(-log1p(-u)).
     Accuracy: 8 ulp in each component; m_z of "hg" 2e-16 absolute where it is small.
+
+    Examples
+    --------
+    >>> print(sky.lobes.sample("ggx", 0.3, 0.3, [0.0], [0.0]))  # the axis itself
+    [[0. 0. 1.]]
     """
     first, second = checked(kind, param0, param1)
     radial, azimuth = real(u), real(v)
@@ -209,6 +221,13 @@ def rotation_matrix(quaternion: ArrayLike) -> np.ndarray:
     ndarray, float64, shape (..., 3, 3)
         R with world = R local; each element within 4 ulp of itself for the components as given: they are
         divided by the squared length once, not normalised first.
+
+    Examples
+    --------
+    >>> print(sky.lobes.rotation_matrix([1.0, 0.0, 0.0, 0.0]))
+    [[1. 0. 0.]
+     [0. 1. 0.]
+     [0. 0. 1.]]
     """
     w, x, y, z = np.moveaxis(_scaled_quaternion(quaternion), -1, 0)
     rows = (
@@ -256,6 +275,12 @@ def to_world(quaternion: ArrayLike, local: ArrayLike) -> np.ndarray:
     -------
     ndarray, float64, shape (..., 3)
         Vectors of the same lengths.
+
+    Examples
+    --------
+    >>> quarter_turn_about_z = [np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]
+    >>> print(sky.lobes.to_world(quarter_turn_about_z, [1.0, 0.0, 0.0]).round(12) + 0.0)
+    [0. 1. 0.]
     """
     return _turned(rotation_matrix(quaternion), local)
 
@@ -272,6 +297,12 @@ def to_local(quaternion: ArrayLike, world: ArrayLike) -> np.ndarray:
     -------
     ndarray, float64, shape (..., 3)
         Local vectors.
+
+    Examples
+    --------
+    >>> quarter_turn_about_z = [np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]
+    >>> print(sky.lobes.to_local(quarter_turn_about_z, [0.0, 1.0, 0.0]).round(12) + 0.0)
+    [1. 0. 0.]
     """
     return _turned(np.swapaxes(rotation_matrix(quaternion), -1, -2), world)
 

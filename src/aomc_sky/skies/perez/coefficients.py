@@ -60,6 +60,11 @@ def sky_clearness(dni: ArrayLike, dhi: ArrayLike, sun_zenith_rad: ArrayLike) -> 
     Notes
     -----
     Accuracy: 3 ulp. Written as 1 + (dni/dhi) / (1 + 1.041 Z^3), which keeps a tiny dni.
+
+    Examples
+    --------
+    >>> print(sky.perez.sky_clearness(850.0, 95.0, np.radians(32.4)).round(2))
+    8.53
     """
     direct, diffuse = np.broadcast_arrays(checked_irradiance("dni", dni), checked_irradiance("dhi", dhi))
     zenith = checked_sun(sun_zenith_rad)
@@ -88,6 +93,11 @@ def relative_air_mass(sun_zenith_rad: ArrayLike, *, formula: str = "kasten-young
     ------
     SceneError
         The sun is so far below the horizon (96.08 or 93.885 degrees) that the formula has no value.
+
+    Examples
+    --------
+    >>> print(sky.perez.relative_air_mass(np.radians([0.0, 60.0, 90.0])).round(3))
+    [ 1.     1.994 37.92 ]
     """
     if formula not in _AIR_MASS:
         raise UsageError(f"air_mass must be one of {', '.join(map(repr, _AIR_MASS))}, got {formula!r}")
@@ -125,6 +135,11 @@ def sky_brightness(
     -------
     ndarray, float64
         Broadcast of the arguments. [0 or more]
+
+    Examples
+    --------
+    >>> print(sky.perez.sky_brightness(95.0, np.radians(32.4)).round(5))
+    0.08261
     """
     extraterrestrial = checked_extraterrestrial(extraterrestrial_normal)
     mass = relative_air_mass(checked_sun(sun_zenith_rad), formula=air_mass)
@@ -154,6 +169,11 @@ def diffuse_from_global(ghi: ArrayLike, dni: ArrayLike, sun_zenith_rad: ArrayLik
     Notes
     -----
     Accuracy: 3 ulp of the larger of ghi and dni cos Z, which under a clear sky is a large multiple of dhi.
+
+    Examples
+    --------
+    >>> print(sky.perez.diffuse_from_global(780.0, 850.0, np.radians(40.0)).round(2))
+    128.86
     """
     return closed_irradiances(ghi=ghi, dni=dni, sun_zenith_deg=np.rad2deg(checked_sun(sun_zenith_rad)))[1]
 
@@ -191,6 +211,11 @@ def direct_from_global(
     -----
     Accuracy: 4 ulp, and 2e-16 / cos Z from the angle in radians. Errors of ghi and dhi are divided by cos Z: 1 W m-2
     becomes 11 at Z = 85 and 57 at 89 degrees. References: [long2008] for the limits.
+
+    Examples
+    --------
+    >>> print(sky.perez.direct_from_global(780.0, 140.0, np.radians(40.0)).round(2))
+    835.46
     """
     return closed_irradiances(
         ghi=ghi,
@@ -212,6 +237,11 @@ def epsilon_bin(epsilon: ArrayLike) -> np.ndarray:
     -------
     ndarray, int64
         Row of Table 1.
+
+    Examples
+    --------
+    >>> print(sky.perez.epsilon_bin([1.0, 1.065, 7.0]))
+    [0 1 7]
     """
     clearness = np.asarray(epsilon, dtype=np.float64)
     if np.any(np.isnan(clearness)):
@@ -243,6 +273,12 @@ def limited(epsilon: ArrayLike, delta: ArrayLike, *, limits: str = "radiance") -
         Delta is negative or infinite.
     UsageError
         `limits` is neither of the two.
+
+    Examples
+    --------
+    >>> epsilon, delta = sky.perez.limited(20.0, 0.005)
+    >>> print(epsilon, delta)
+    12.01 0.01
     """
     if limits not in LIMITS:
         raise UsageError(f"limits must be one of {', '.join(map(repr, LIMITS))}, got {limits!r}")
@@ -293,6 +329,11 @@ def coefficients(
     Accuracy: a, b and e within 1 ulp for the given numbers; c and d within 1e-15 of the sum of their
     terms' magnitudes. The sums are compensated and Table 1 is exact, so that terms may cancel. The
     sky jumps between the bins of epsilon, by up to 0.25 in total variation: the model is so.
+
+    Examples
+    --------
+    >>> print(sky.perez.coefficients(5.5, 0.12, np.radians(48.0)).round(4))
+    [-0.9735 -0.2187 14.7685 -3.9062  0.5826]
     """
     clearness, brightness = limited(epsilon, delta, limits=limits)
     clearness, brightness, zenith = np.broadcast_arrays(clearness, brightness, checked_sun(sun_zenith_rad))

@@ -76,6 +76,15 @@ def relative_radiance(
     -----
     Accuracy: 1e-15 (1 + |b| / cos^2 xi) of the product of the factors' sums of magnitudes, also beside
     the sun: gamma comes from the half angle, never from the arc cosine of a dot product.
+
+    Examples
+    --------
+    >>> coefficients = sky.perez.coefficients(5.5, 0.12, np.radians(48.0))
+    >>> towards_the_sun, opposite = sky.perez.relative_radiance(
+    ...     np.radians(48.0), [0.0, np.pi], np.radians(48.0), coefficients
+    ... )
+    >>> print(f"{towards_the_sun / opposite:.2f}")
+    15.91
     """
     a, x, c, y, rest = _factors(sky_zenith_rad, azimuth_from_sun_rad, sun_zenith_rad, coefficients)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -100,6 +109,14 @@ def relative_radiance_log(
     -------
     sign, log_magnitude : ndarray, float64
         -1, 0 or 1, and a number that is -inf where f = 0 and inf only at the horizon itself.
+
+    Examples
+    --------
+    >>> sign, log_magnitude = sky.perez.relative_radiance_log(
+    ...     1.57, 0.0, 0.8, [1.0, 5.0, 0.0, 0.0, 0.0]
+    ... )
+    >>> print(sign, log_magnitude.round(2))
+    1.0 6278.83
     """
     with np.errstate(over="ignore", invalid="ignore"):
         return _sign_and_log(*_factors(sky_zenith_rad, azimuth_from_sun_rad, sun_zenith_rad, coefficients))
@@ -181,6 +198,15 @@ def luminance(
         Neither or both of the two are given.
     SceneError
         f overhead (eq. 2) or its integral (eq. 3) is not positive, so that nothing can be scaled by it.
+
+    Examples
+    --------
+    >>> coefficients = sky.perez.coefficients(5.5, 0.12, np.radians(48.0))
+    >>> overhead = sky.perez.luminance(
+    ...     0.0, 0.0, np.radians(48.0), coefficients, diffuse_illuminance=12_000.0
+    ... )
+    >>> print(overhead.round(1))
+    2085.9
     """
     relative = relative_radiance(sky_zenith_rad, azimuth_from_sun_rad, sun_zenith_rad, coefficients)
     if (zenith_luminance is None) == (diffuse_illuminance is None):
@@ -218,6 +244,12 @@ def horizontal_integral(coefficients: ArrayLike, sun_zenith_rad: ArrayLike) -> n
     Notes
     -----
     Accuracy: 1e-10 relative, against the sum of the magnitudes of the three terms.
+
+    Examples
+    --------
+    >>> coefficients = sky.perez.coefficients(5.5, 0.12, np.radians(48.0))
+    >>> print(sky.perez.horizontal_integral(coefficients, np.radians(48.0)).round(4))
+    2.2812
     """
     values = np.asarray(coefficients, dtype=np.float64)
     zenith = checked_sun(sun_zenith_rad)

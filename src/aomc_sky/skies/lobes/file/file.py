@@ -90,6 +90,15 @@ def read_background_file(path: str | Path) -> BackgroundFile:
     -----
     h5py opens the file in this process. No other file is opened, and no array is read that is larger than a file of
     this size can hold; a file that is made to harm the HDF5 library itself is a matter of that library.
+
+    Examples
+    --------
+    >>> town = sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
+    >>> sky.write_background(
+    ...     "town.h5", sky.background_of_lobes({"town": town}, [550.0], name="A town")
+    ... )
+    >>> sky.read_background_file("town.h5").info.name
+    'A town'
     """
     report = Report(path=str(path))
     members = read_members(path, MEMBERS, report, extra=EXTRA, informing=INFORMING)
@@ -403,6 +412,11 @@ def write_background(path: str | Path, background: BackgroundFile) -> None:
         The operating system refuses; nothing was changed.
     MissingExtraError
         h5py is not installed: ``pip install "aomc-sky[hdf5]"``.
+
+    Examples
+    --------
+    >>> town = sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
+    >>> sky.write_background("town.h5", sky.background_of_lobes({"town": town}, [550.0]))
     """
     report = Report(path=str(path))
     check_storable(background, report)
