@@ -93,7 +93,7 @@ def test_page_that_leads_on_says_what_each_of_its_pages_answers(hub: str) -> Non
 def site(tmp_path: Path) -> Path:
     """The least of a site that is as it should be."""
     pages = sorted({*check_site.FIRST.values(), "changelog"})
-    entries = {word: [[pages.index(page), "index-0", True]] for word, page in check_site.FIRST.items()}
+    entries = {word.lower(): [[pages.index(page), "index-0", True]] for word, page in check_site.FIRST.items()}
     index = json.dumps({"docnames": pages, "indexentries": entries})
     (tmp_path / "searchindex.js").write_text(f"Search.setIndex({index})")
     (tmp_path / "index.html").write_text('<a href="https://elsewhere">x</a><img alt="" src="sky.png">')
