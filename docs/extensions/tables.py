@@ -6,6 +6,7 @@ A wide table scrolls instead of cutting its numbers. `{inputs} SUN` makes the ta
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -45,9 +46,11 @@ class _Names(SphinxDirective):
     required_arguments = 1
 
     def run(self) -> list[nodes.Node]:
-        lines = [f"   ~{name.removeprefix('aomc_sky.')}" for name in names_of(self.arguments[0])]
-        head = ["```{eval-rst}", ".. currentmodule:: aomc_sky", "", ".. autosummary::", "   :nosignatures:", ""]
-        return list(self.parse_text_to_nodes("\n".join([*head, *lines, "```"])))
+        links = []
+        for name in names_of(self.arguments[0]):
+            public = re.fullmatch(r"aomc_sky\.((?:[a-z_]+\.)?\w+)", name)  # a class that is only returned stands deeper
+            links.append(f"{{py:obj}}`{public[1] if public else name.rpartition('.')[2]} <{name}>`")
+        return list(self.parse_text_to_nodes(" · ".join(links)))
 
 
 def _mark_short_cells(app: Any, doctree: nodes.document, docname: str) -> None:
