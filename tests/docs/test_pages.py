@@ -81,6 +81,10 @@ def test_page_of_radiance(tmp_path: Path) -> None:
     assert carry_out("howto/radiance.md", tmp_path) == 5
 
 
+def test_page_of_the_atmosphere(tmp_path: Path) -> None:
+    assert carry_out("models/atmosphere.md", tmp_path) == 1
+
+
 def test_page_of_mcpl_codes(tmp_path: Path) -> None:
     pytest.importorskip("mcpl")
     assert carry_out("howto/to_mcpl_codes.md", tmp_path) == 3

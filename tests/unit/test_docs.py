@@ -90,7 +90,7 @@ def test_decisions_keep_their_numbers() -> None:
         assert "**Decision.**" in text
 
 
-@pytest.mark.parametrize("name", ["amc", "atmo", "atmo_blocks", "difcol", "lambbot", "sky_toml", "skydist"])
+@pytest.mark.parametrize("name", ["amc", "atmo", "difcol", "lambbot", "sky_toml", "skydist"])
 def test_page_of_a_text_format_has_a_grammar(name: str) -> None:
     page = (REPOSITORY / "docs" / "formats" / f"{name}.md").read_text()
     assert "## Grammar\n" in page

@@ -1,7 +1,7 @@
 """One scattering step: a direction, a scattering angle and an azimuth give the next direction.
 
-Arguments broadcast. float32 arrays give float32, worked out in float64; scalars give numpy scalars. The
-jitted form, with the same bits, stands in `aomc_sky.kernels.phase.jitted`.
+Arguments broadcast. float32 arrays give float32, worked out in float64; scalars give numpy scalars.
+`aomc_sky.kernels.phase.jitted` has the jitted form, with the same bits.
 """
 
 from __future__ import annotations

@@ -39,7 +39,7 @@ def sample(
 
 
 def _read_only(array: NDArray[Any]) -> NDArray[Any]:
-    """A contiguous view that nobody writes: arrays that may be written are another variant to compile."""
+    """A contiguous read-only view: numba would compile another variant for writable arrays."""
     view = np.ascontiguousarray(array).view()
     view.flags.writeable = False
     return view
@@ -55,7 +55,7 @@ def shape_of(arguments: tuple[NDArray[Any], ...]) -> tuple[int, ...]:
 
 
 def precision_of(*arguments: ArrayLike) -> np.dtype[Any]:
-    """float32 where every array is no finer than that, else float64; plain Python numbers do not decide."""
+    """float32 if no array is finer than that, else float64; plain Python numbers do not decide."""
     try:
         kind = np.result_type(*[a if isinstance(a, (int, float)) else np.asarray(a) for a in arguments])
     except (TypeError, ValueError):
@@ -66,7 +66,7 @@ def precision_of(*arguments: ArrayLike) -> np.dtype[Any]:
 
 
 def real(value: ArrayLike) -> NDArray[np.float64]:
-    """The value in float64; UsageError where it is no array of real numbers."""
+    """The value in float64; a UsageError for anything but real numbers."""
     precision_of(value)
     return np.asarray(value, dtype=np.float64)
 

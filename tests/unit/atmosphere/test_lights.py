@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from aomc_sky.errors import UsageError
 from aomc_sky.skies.atmosphere.lights import ground_beam
 from aomc_sky.skies.atmosphere.optical_depth import optical_depth_to_top
 from tests.support.atmospheres import exponential, full, mol_ozone, molecules_only
@@ -49,11 +48,6 @@ def test_the_disc_and_its_centre() -> None:
     ]:
         sun = np.radians(sun_deg)
         assert low < disc_irradiance(medium, sun)[0] / ground_beam(medium, sun).irradiance[0] - 1 < high
-
-
-def test_bad_suns() -> None:
-    with pytest.raises(UsageError, match="zenith"):
-        ground_beam(exponential(1.0), -0.1)
 
 
 @needs_shared

@@ -10,7 +10,6 @@ import mpmath
 import numpy as np
 import pytest
 
-from aomc_sky.errors import UsageError
 from aomc_sky.skies.atmosphere.backward import SHELL_TOLERANCE, uniform_shells
 from aomc_sky.skies.atmosphere.medium import Constituent, Medium
 from aomc_sky.skies.atmosphere.optical_depth import (
@@ -123,12 +122,6 @@ def test_the_beam_by_level() -> None:
     assert np.isinf(below[0, 0])
     assert np.all(np.isfinite(below[0, 1:]))
     np.testing.assert_array_equal(below, optical_depth_to_top(medium, altitude, np.radians(92.0)))
-
-
-@pytest.mark.parametrize(("altitude_m", "zenith"), [(-1.0, 0.0), (2e5, 0.0), (0.0, -0.1), (0.0, 3.2), (np.nan, 0.0)])
-def test_bad_rays(altitude_m: float, zenith: float) -> None:
-    with pytest.raises(UsageError, match=r"altitude|zenith"):
-        optical_depth_to_top(exponential(1.0), altitude_m, zenith)
 
 
 def with_density(density: Callable[[np.ndarray], np.ndarray], kinks_m: list[float]) -> Medium:

@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 from scipy.integrate import trapezoid
 
-from aomc_sky.errors import UsageError
 from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.optical_depth import optical_depth_to_top
 from aomc_sky.skies.atmosphere.scattering_orders.diffuse import (
@@ -251,22 +250,6 @@ def test_series_times_cosine() -> None:
     series = np.cos(np.arange(4)[:, None] * AZIMUTH)
     longer = np.cos(np.arange(5)[:, None] * AZIMUTH)
     np.testing.assert_allclose(product.T @ longer, (modes.T @ series) * np.cos(AZIMUTH), atol=1e-15)
-
-
-@pytest.mark.parametrize(
-    "change",
-    [
-        {"sun_zenith_rad": 3.2},
-        {"sun_zenith_rad": np.nan},
-        {"sky_zenith_rad": np.array([2.0])},
-        {"sky_zenith_rad": np.array([])},
-        {"n_listed": 0},
-    ],
-)
-def test_arguments_out_of_range(change: dict) -> None:
-    fine = {"medium": atmospheres.molecules_only(450.0, 0.2), "sun_zenith_rad": 0.5, "sky_zenith_rad": np.zeros(1)}
-    with pytest.raises(UsageError):
-        solve_orders(**{**fine, **change})
 
 
 def test_a_wish_for_more_directions() -> None:

@@ -15,12 +15,12 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.errors import UsageError
 from aomc_sky.skies.atmosphere.eclipse import solve_eclipsed_order_one
-from aomc_sky.skies.atmosphere.lights import Moon
+from aomc_sky.skies.atmosphere.lights import Moon, sun_and_moon
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers
 from aomc_sky.skies.atmosphere.optical_depth import Profile, columns, density_profile
-from aomc_sky.skies.atmosphere.order_one import checked_directions, solve_order_one
+from aomc_sky.skies.atmosphere.order_one import checked_directions
 from aomc_sky.steps import counted
-from aomc_sky.whole_number import as_index, as_number_of
+from aomc_sky.whole_number import as_number_of
 
 MOST_LISTED = 24
 """Orders that are listed one by one; where more count, the last row holds all the later ones together."""
@@ -35,15 +35,15 @@ TRUSTED = 0.2
 class PathsResult:
     """Radiance of directions by backward paths."""
 
-    #: (n_wl, n_order, n) by number of interactions, 1 first: order 1 of the sun by quadrature, all else by paths. Where
-    #: more than 24 orders count, row 24 holds all the later ones. [W m-2 sr-1 nm-1]
+    #: (n_wl, n_order, n) by number of interactions, 1 first: order 1 of the sun by quadrature, all else by paths. Row
+    #: 24 holds the later ones too. [W m-2 sr-1 nm-1]
     radiance_by_order: np.ndarray
-    standard_error_by_order: np.ndarray  #: (n_wl, n_order, n) of each; 0 where no path has a part in it
-    #: (n_wl, n) of the sum of all orders, whose errors are correlated: not the root of the sum of squares
+    standard_error_by_order: np.ndarray  #: (n_wl, n_order, n), 0 without paths
+    #: (n_wl, n) of the sum of all orders, whose errors are correlated
     standard_error: np.ndarray
     under_sampled: np.ndarray  #: (n_wl, n) where the errors are not to be trusted: see `solve_paths`
     n_paths: int  #: Paths of each direction and wavelength
-    #: What they brought, for more of them: `rows` (n_wl, n, n_row, 2) and `totals` (n_wl, n, 3) of `paths_result`
+    #: `rows` and `totals` of `paths_result`, to follow more paths
     sums: tuple[np.ndarray, np.ndarray]
 
     @property
@@ -53,10 +53,10 @@ class PathsResult:
 
 
 def paths_result(order_one: np.ndarray, rows: np.ndarray, totals: np.ndarray, n_paths: int) -> PathsResult:
-    """Means and errors of sums, and where they are not to be trusted.
+    """Means and errors of sums: `order_one` (n_wl, n) is the sun's.
 
-    `order_one` (n_wl, n) is the sun's, `rows` (n_wl, n, n_row, 2) sums of light and of its squares by order, and
-    `totals` (n_wl, n, 3) the sums that `skies.atmosphere.kernels.paths` fills for each direction.
+    `rows` (n_wl, n, n_row, 2) are sums of light and of its squares by order. `totals` (n_wl, n, 3) are the sums that
+    `kernels.paths` fills for each direction.
     """
     mean = rows[..., 0] / n_paths
     radiance = np.ascontiguousarray(mean.swapaxes(1, 2))
@@ -105,26 +105,22 @@ def solve_paths(
     order_one: np.ndarray | None = None,
     first: PathsResult | None = None,
 ) -> PathsResult:
-    """Follow light backwards from the ground.
+    """Follow light backwards from the ground: `n_paths` in each direction and wavelength.
 
-    The medium's own number of orders does not count. `n_paths` is for each direction and wavelength; `visible` hides
-    part of the sun, whose disc has the medium's `sun_angular_radius_rad`; `ground_radiance` (n_wl,) is light that the
-    ground gives off by itself, the same everywhere and into all directions [W m-2 sr-1 nm-1]. The result is the same
-    for any number of threads. What was made before is given back: `tables` of this medium serve all suns, `order_one`
-    (n_wl, n) is the sun's in these directions, and `first` holds the first paths, whole blocks of them, which are not
-    followed again where everything else is the same.
+    The medium's own number of orders does not count. `visible` hides part of the sun; `ground_radiance` (n_wl,) is
+    light that the ground gives off by itself [W m-2 sr-1 nm-1]. Earlier results save work: `tables` of this medium
+    serve all suns, `order_one` (n_wl, n) is the sun's in these directions, and `first` holds the first paths, in whole
+    blocks.
 
-    Random numbers are addressed by direction, wavelength, path and step, so a direction's light does not depend on
-    what else is asked for. The same direction under two suns has the same numbers: give each a seed for independent
-    errors.
+    Random numbers are addressed by direction, wavelength, path and step. The light of a direction depends neither on
+    the number of threads nor on other directions. The same direction under two suns has the same numbers: give each sun
+    a seed for independent errors.
 
-    Accuracy: the standard error, and 1e-4 of tables and shells. Where the sun reaches only air that the paths hardly
-    ever reach, few of them bring all the light and the error bar is too small; `under_sampled` marks where the paths
-    know their own variance to less than 20 %. Cost: 1 us a path.
+    Accuracy: the standard error, and 1e-4 of tables and shells. `under_sampled` marks directions whose paths know their
+    own variance to less than 20 %. Cost: 1 us a path.
     """
     zenith, azimuth = checked_directions(sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
     glow = _checked_glow(medium, ground_radiance)
-    _check_numbers(n_paths=n_paths, n_orders=n_orders, seed=seed, threads=threads)
     n_row = min(n_orders, MOST_LISTED)
     rows = np.zeros((medium.wavelength_nm.size, zenith.size, n_row, 2))
     totals = np.zeros((medium.wavelength_nm.size, zenith.size, 3))
@@ -132,7 +128,11 @@ def solve_paths(
     if first is not None:
         n_known, (rows, totals) = first.n_paths, (each.copy() for each in first.sums)
     if scatterers(medium) and zenith.size:
-        task = Bundle(medium, tables or path_tables(medium), sun_zenith_rad, visible, glow, (n_paths, n_orders, seed))
+        sun, moon = sun_and_moon(medium, sun_zenith_rad, visible)
+        task = Bundle(
+            medium=medium, tables=tables or path_tables(medium), sun=sun, moon=moon, glow=glow,
+            n_paths=n_paths, n_orders=n_orders, seed=seed,
+        )  # fmt: skip
         places = [(row, k) for row in range(rows.shape[0]) for k in range(zenith.size)]
 
         def work(place: tuple[int, int]) -> None:
@@ -143,79 +143,51 @@ def solve_paths(
             for _ in counted(pool.map(work, places), "direction", len(places)):
                 pass
     if order_one is None:
-        order_one = _order_one(medium, sun_zenith_rad, zenith, azimuth, visible)
+        order_one = solve_eclipsed_order_one(medium, sun_zenith_rad, zenith, azimuth, visible)
     return paths_result(order_one, rows, totals, n_paths)
 
 
-def _order_one(
-    medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, azimuth: np.ndarray, visible: Moon | None
-) -> np.ndarray:
-    if visible is None:
-        return solve_order_one(medium, sun_zenith_rad, zenith, azimuth)
-    return solve_eclipsed_order_one(medium, sun_zenith_rad, zenith, azimuth, visible)
-
-
+@dataclass(frozen=True, kw_only=True, slots=True)
 class Bundle:
-    """All that the paths of one call share."""
+    """The scene and the settings of one call."""
 
-    def __init__(
-        self,
-        medium: Medium,
-        tables: PathTables,
-        sun_zenith_rad: float,
-        visible: Moon | None,
-        glow: np.ndarray,
-        numbers: tuple[int, int, int],
-    ) -> None:
-        self._medium, self._tables, self._glow = medium, tables, glow
-        self._n_paths, self._n_orders, self._seed = numbers
-        self._sun = (float(np.sin(sun_zenith_rad)), 0.0, float(np.cos(sun_zenith_rad)))
-        centre = (0.0, 0.0, 0.0) if visible is None else visible.centre_m(medium.earth_radius_m)
-        self._moon = (*centre, 0.0 if visible is None else visible.radius_m, float(medium.sun_angular_radius_rad))
+    medium: Medium
+    tables: PathTables
+    sun: tuple[float, ...]
+    moon: tuple[float, ...]
+    glow: np.ndarray
+    n_paths: int
+    n_orders: int
+    seed: int
 
     def follow(
         self, row: int, first: int, zenith: float, azimuth: float, orders: np.ndarray, totals: np.ndarray
     ) -> None:
-        """Add to the sums over the `first` paths, whole blocks, of one direction and wavelength those of the others.
+        """Add the paths of one direction and wavelength after the `first`, whole blocks, to `orders` and `totals`.
 
         `orders` (n_row, 2) and `totals` (3,) end as if all had been followed at once, to the bit.
         """
-        from aomc_sky.skies.atmosphere.kernels.paths import follow_paths
+        from aomc_sky.skies.atmosphere.kernels.paths import ABREAST, N_MARK, N_NUMBER, N_STATE, follow_paths
+        from aomc_sky.skies.atmosphere.kernels.shells import ROOTS
 
-        n_block = -(-(self._n_paths - first) // BLOCK)
+        medium, tables = self.medium, self.tables
+        n_block = -(-(self.n_paths - first) // BLOCK)
         sums, blocks = np.zeros((n_block, *orders.shape)), np.zeros((n_block, totals.size))
         across = float(np.sin(zenith))
         view = (across * float(np.cos(azimuth)), across * float(np.sin(azimuth)), float(np.cos(zenith)))
+        ground = (float(medium.ground_albedo[row]), float(self.glow[row]), float(medium.toa_irradiance[row]))
+        address = (_word(zenith, azimuth), _word(float(medium.wavelength_nm[row])), np.uint64(self.seed))
+        flight = np.empty((4, max(tables.shells[row].shape[1] + 1, ROOTS)))
+        marks = np.empty((N_MARK, ABREAST), dtype=np.int64)
         follow_paths(
-            *self._scene(row), (min(self._n_orders, 2**31), orders.shape[0]),
-            self._address(row, _word(zenith, azimuth)), view, first, self._n_paths, BLOCK, *self._scratch(row),
+            tables.scales, tables.shells[row], tables.depths[row], tables.phases[row], tables.guides[row],
+            self.sun, self.moon, ground, (min(self.n_orders, 2**31), orders.shape[0]), address, view,
+            first, self.n_paths, BLOCK, flight, np.empty((N_NUMBER, ABREAST)), np.empty((N_STATE, ABREAST)), marks,
             sums, blocks,
         )  # fmt: skip
         for of_orders, of_all in zip(sums, blocks, strict=True):
             orders += of_orders
             totals += of_all
-
-    def _address(self, row: int, direction: np.uint64) -> tuple[np.uint64, np.uint64, np.uint64]:
-        """Words of direction and wavelength, and the key, of the counter of random numbers."""
-        return direction, _word(float(self._medium.wavelength_nm[row])), np.uint64(self._seed)
-
-    def _scene(self, row: int) -> tuple[Any, ...]:
-        """What a kernel reads of the scene at one wavelength."""
-        medium, tables = self._medium, self._tables
-        ground = (float(medium.ground_albedo[row]), float(self._glow[row]), float(medium.toa_irradiance[row]))
-        return (
-            tables.scales, tables.shells[row], tables.depths[row], tables.phases[row], tables.guides[row],
-            self._sun, self._moon, ground,
-        )  # fmt: skip
-
-    def _scratch(self, row: int) -> tuple[np.ndarray, ...]:
-        """To work in."""
-        from aomc_sky.skies.atmosphere.kernels.paths import ABREAST, N_MARK, N_NUMBER, N_STATE
-        from aomc_sky.skies.atmosphere.kernels.shells import ROOTS
-
-        flight = np.empty((4, max(self._tables.shells[row].shape[1] + 1, ROOTS)))
-        marks = np.empty((N_MARK, ABREAST), dtype=np.int64)
-        return flight, np.empty((N_NUMBER, ABREAST)), np.empty((N_STATE, ABREAST)), marks
 
 
 def _word(*numbers: float) -> np.uint64:
@@ -241,15 +213,6 @@ def _checked_glow(medium: Medium, ground_radiance: ArrayLike | None) -> np.ndarr
 def checked_paths(given: Any) -> int:
     """A number of paths of each direction and wavelength; a UsageError for what is none."""
     return as_number_of(given, "the number of paths", _LEAST_PATHS, MOST_PATHS)
-
-
-def _check_numbers(*, n_paths: int, n_orders: int, seed: int, threads: int) -> None:
-    checked_paths(n_paths)
-    n_orders, threads = as_index(n_orders, "orders"), as_index(threads, "threads")
-    if n_orders < 1 or threads < 1:
-        raise UsageError(f"orders and threads must be 1 or more, got {n_orders} and {threads}")
-    if not 0 <= as_index(seed, "the seed") < 2**64:
-        raise UsageError(f"the seed must lie within 0 and 2^64 - 1, got {seed}")
 
 
 _DEPTH_STEPS, _MOST_DEPTH_STEPS = 192, 768
@@ -281,12 +244,9 @@ class PathTables:
 
 
 def path_tables(medium: Medium) -> PathTables:
-    """Tabulate a medium.
+    """Tabulate a medium: transmissions to 2e-4 and phase functions to 1e-5, both measured.
 
-    One constituent scatters at least.
-
-    Accuracy: transmissions to 2e-4 and phase functions to 1e-5, both measured; steps are halved until they are met, at
-    most twice and four times. Cost: 0.2 s.
+    Steps are halved until that is met, at most twice and four times.
     """
     profile, shells = density_profile(medium), uniform_shells(medium)
     depth, bend, floor = _depth_tables(medium, profile, shells.edge_m)
@@ -337,7 +297,7 @@ def _depth_tables(medium: Medium, profile: Profile, edge: np.ndarray) -> tuple[n
 
 
 def _mean_altitude(profile: Profile, edge: np.ndarray) -> float:
-    """Altitude that stands for the height of the atmosphere: mean over the extinction of all wavelengths."""
+    """Mean altitude of the extinction of all wavelengths."""
     weight = (columns(profile, edge[:-1], 1.0, edge[1:]) @ profile.extinction_m2.T).mean(axis=1)
     total = float(weight.sum())
     return float(weight @ (0.5 * (edge[1:] + edge[:-1]))) / total if total > 0 else float(edge[-1])
@@ -403,13 +363,8 @@ class Shells:
 
 
 def uniform_shells(medium: Medium) -> Shells:
-    """Cut an atmosphere into shells.
-
-    50 m thick up to 4 km, then 100 m to 10 km, 250 m to 30 km, 500 m to 60 km and 1 km above, for a top at 120 km and
-    in proportion for others; cut at the kinks; halved where the extinction asks for it.
-
-    Accuracy: vertical columns are those of the profile; slant ones and transmissions inside a shell are off by
-    `SHELL_TOLERANCE` of what the shell adds, wherever the extinction is above 1e-6 of its largest. Cost: 10 ms.
+    """Cut an atmosphere into shells: `_STEPS_M` in proportion to its top, cut at the kinks, halved to
+    `SHELL_TOLERANCE`.
     """
     profile = density_profile(medium)
     edges = np.union1d(_regular_edges(medium.top_m), profile.edge_m)

@@ -1,4 +1,4 @@
-"""Light scattered once under a sun that the Moon hides in part: quadrature along the way that is looked along."""
+"""Light scattered once under a sun that the Moon hides in part, by quadrature along the line of sight."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.skies.atmosphere.kernels.rays import way_from_ground
-from aomc_sky.skies.atmosphere.lights import Moon
+from aomc_sky.skies.atmosphere.lights import Moon, sun_and_moon
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers
 from aomc_sky.skies.atmosphere.optical_depth import Profile, columns, columns_to_top, density_profile, meets_ground
-from aomc_sky.skies.atmosphere.order_one import scattering_cosine, widest_angle, with_phases
+from aomc_sky.skies.atmosphere.order_one import scattered_once, scattering_cosine, widest_angle, with_phases
 
 _N_NODES = 8
 _PANELS = 12  # of each panel of the profile: the shadow's edge is not known beforehand
@@ -26,28 +26,22 @@ _TOLERANCE = 1e-7  # of a column
 
 
 def solve_eclipsed_order_one(
-    medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, azimuth: np.ndarray, moon: Moon
+    medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, azimuth: np.ndarray, moon: Moon | None
 ) -> np.ndarray:
-    """Radiance of light scattered once in air that sees only part of the sun.
+    """Radiance (n_wl, n) of light scattered once, before a Moon where there is one. [W m-2 sr-1 nm-1]
 
-    Shape (n_wl, n) in directions (n,), azimuth from the sun's. [W m-2 sr-1 nm-1]
-
-    Accuracy: 1e-4 of the light that the same air would have without the Moon. Cost: 6 ms a direction; 1.5 ms and 0.1 s
-    once under a sun higher than some 25 degrees, see `sun_series`.
+    The error of an eclipse is 1e-4 of the light without the Moon. Cost: 6 ms a direction, 1.5 ms under a high sun.
     """
     parts = eclipsed_once(medium, sun_zenith_rad, zenith, azimuth, moon)
     return with_phases(medium, parts, scattering_cosine(sun_zenith_rad, zenith, azimuth))
 
 
 def eclipsed_once(
-    medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, azimuth: np.ndarray, moon: Moon
+    medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, azimuth: np.ndarray, moon: Moon | None
 ) -> np.ndarray:
-    """`solve_eclipsed_order_one` before the phase functions: what each constituent would give with one of 1.
-
-    Arguments, accuracy and cost as there.
-
-    Shape (n_wl, n_scatterer, n), in the order of `scatterers`. [W m-2 nm-1, >= 0]
-    """
+    """`solve_eclipsed_order_one` before the phase functions, (n_wl, n_scatterer, n), as `scattered_once`."""
+    if moon is None:
+        return scattered_once(medium, sun_zenith_rad, zenith, azimuth)
     which = scatterers(medium)
     radiance = np.zeros((medium.wavelength_nm.size, len(which), zenith.size))
     if not which:
@@ -75,8 +69,7 @@ def visible_share(medium: Medium, sun_zenith_rad: float, moon: Moon) -> float:
     from aomc_sky.skies.atmosphere.kernels.shells import fill_sun_share
 
     share = np.empty(1)
-    sun = (float(np.sin(sun_zenith_rad)), 0.0, float(np.cos(sun_zenith_rad)))
-    shadow = (*moon.centre_m(medium.earth_radius_m), moon.radius_m, float(medium.sun_angular_radius_rad))
+    sun, shadow = sun_and_moon(medium, sun_zenith_rad, moon)
     fill_sun_share(np.array([medium.earth_radius_m]), np.array([[0.0], [0.0], [1.0]]), sun, shadow, share)
     return float(share[0])
 
@@ -100,10 +93,7 @@ def _light(
     moon: Moon,
     to_eye: np.ndarray,
 ) -> np.ndarray:
-    """Way per altitude times transmission from the sun and to the eye times visible share, (n_wl, n_node).
-
-    `to_eye` are columns (n_node, n_constituent). Nodes that see nothing of the sun cost nothing.
-    """
+    """Way per altitude times transmission from the sun and to the eye times visible share, (n_wl, n_node)."""
     from aomc_sky.skies.atmosphere.kernels.shells import fill_sun_share
 
     radius, altitude, (zenith, azimuth) = medium.earth_radius_m, to_sun.altitude_m, direction
@@ -111,10 +101,9 @@ def _light(
     way, root = way_from_ground(radius, mu, altitude)
     r = radius + altitude
     vertical = np.stack([way * sine * np.cos(azimuth), way * sine * np.sin(azimuth), radius + way * mu]) / r
-    sun = (float(np.sin(sun_zenith_rad)), 0.0, float(np.cos(sun_zenith_rad)))
+    sun, shadow = sun_and_moon(medium, sun_zenith_rad, moon)
     at_sun = np.clip(sun[0] * vertical[0] + sun[2] * vertical[2], -1.0, 1.0)
     share = np.empty_like(altitude)
-    shadow = (*moon.centre_m(radius), moon.radius_m, float(medium.sun_angular_radius_rad))
     fill_sun_share(r, vertical, sun, shadow, share)
     share[meets_ground(radius, altitude, at_sun)] = 0.0
     light = np.zeros((medium.wavelength_nm.size, altitude.size))
@@ -135,8 +124,8 @@ class SunSeries:
     #: middle, half: (n,) of the range of cosines at each altitude
     middle: np.ndarray
     half: np.ndarray
-    #: (n, n_constituent, _N_COSINES) of Chebyshev polynomials over the range; None where the sun is too low for them,
-    #: and every ray is solved. [m-2]
+    #: (n, n_constituent, _N_COSINES) of Chebyshev polynomials over the range [m-2]; with None every ray is solved,
+    #: because the sun is too low for them
     coefficient: np.ndarray | None
 
     def columns(self, which: np.ndarray, mu: np.ndarray) -> np.ndarray:
@@ -149,11 +138,7 @@ class SunSeries:
 
 
 def sun_series(profile: Profile, altitude_m: np.ndarray, sun_zenith_rad: float) -> SunSeries:
-    """Solve columns in `_N_COSINES` cosines of each altitude.
-
-    Accuracy: 1e-7 of a column, measured in five cosines of each altitude; where that is not met, or the sun lower than
-    6 degrees from anywhere in the sky, there is no series.
-    """
+    """Solve columns in `_N_COSINES` cosines of each altitude; no series where five others differ by more than 1e-7."""
     width = widest_angle(profile, altitude_m)
     low = np.cos(np.minimum(sun_zenith_rad + width, np.pi))
     high = np.cos(np.maximum(sun_zenith_rad - width, 0.0))

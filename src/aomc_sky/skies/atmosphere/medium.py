@@ -1,7 +1,4 @@
-"""The air as its solvers see it: constituents by altitude, cross sections and phase functions by wavelength.
-
-Densities and phase functions from code blocks are checked over all altitudes and cosines, with their jumps and bends.
-"""
+"""The air as its solvers see it: constituents by altitude, cross sections and phase functions by wavelength."""
 
 from __future__ import annotations
 
@@ -137,11 +134,8 @@ _MAX_LAYERS = 100
 
 def scatterers(medium: Medium) -> list[int]:
     """Indices of the constituents that scatter at any wavelength, in their order."""
-    return [k for k, part in enumerate(medium.constituents) if _scatters(part)]
-
-
-def _scatters(part: Constituent) -> bool:
-    return part.phase_function is not None and bool(np.any(part.scattering_m2 > 0))
+    parts = enumerate(medium.constituents)
+    return [k for k, part in parts if part.phase_function is not None and np.any(part.scattering_m2 > 0)]
 
 
 def unlit(medium: Medium) -> Medium:
@@ -150,25 +144,20 @@ def unlit(medium: Medium) -> Medium:
 
 
 def _is_unphysical(value: np.ndarray) -> np.ndarray:
-    """Where a density or a phase function is negative, infinite or NaN."""
+    """Mask of values that are negative, infinite or NaN."""
     return ~((value >= 0.0) & (value < np.inf))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class NumberDensity:
-    """Particles per volume by altitude; calling it evaluates the block and checks what comes out. Pure."""
+    """Particles per volume by altitude; calling it evaluates the block and checks the values. Pure."""
 
     block: Block
     given: Mapping[str, np.ndarray | float]
     top_m: float  #: Altitude above which there is nothing. [m]
 
     def __call__(self, altitude_m: np.ndarray) -> np.ndarray:
-        """Density at altitudes, finite and not negative; one outside by rounding is taken for the end that it passed.
-        [m-3]
-
-        An InputFileError names an altitude where the block gives something else. Cost: 10 to 60 us and 5 to 30 ns an
-        altitude.
-        """
+        """Density at altitudes, finite and not negative; one outside by rounding takes the end. [m-3]"""
         altitude_m = np.clip(np.asarray(altitude_m, dtype=np.float64), 0.0, self.top_m)
         value = self.block(altitude_m, self.given).reshape(altitude_m.shape)
         bad = _is_unphysical(value)
@@ -181,16 +170,12 @@ class NumberDensity:
         return value
 
     def kinks(self) -> np.ndarray:
-        """Find the altitudes where the density jumps or bends, and check it on all samples and beside all kinks.
+        """Find the altitudes where the density jumps or bends, and check it on all samples and beside all kinks. [m]
 
-        A thin smooth layer (it falls to a half within a 128th of the atmosphere on both sides) counts as three bends,
-        its peak and its halves, so that no quadrature steps over it.
-
-        Rising, inside the atmosphere. [m] An InputFileError says where the density is negative or undefined, or that it
-        has too many pieces.
-
-        Accuracy: the first number of the upper piece, for pieces of more than ``top_m / 16384``; a thinner piece is
-        found where a bend leads to it (``abs(altitude - h) < 2.0``).
+        The first number of the upper piece, rising, inside the atmosphere. Pieces thinner than ``top_m / 16384`` are
+        found where a bend leads to them (``abs(altitude - h) < 2.0``). A thin smooth layer falls to a half within a
+        128th of the atmosphere on both sides. It counts as three bends, its peak and its halves, so that no quadrature
+        steps over it.
         """
         # a block that never ends, or fails everywhere, is reported for two altitudes at once
         self(np.array([0.0, self.top_m]))
@@ -249,23 +234,14 @@ class PhaseBlock:
     norm: np.ndarray  #: (n_wl,) integral over the sphere of what the block gives, for each wavelength; it is divided by
 
     def __call__(self, mu: np.ndarray, row: int) -> np.ndarray:
-        """Phase function at cosines of scattering angles (n,); 1 is straight on, and one outside by rounding is taken
-        for its end. [sr-1]
-
-        An InputFileError names a cosine where the block gives something negative or not finite. Accuracy: that of the
-        norm, 1e-10. Cost: 20 to 80 us and 20 to 100 ns a cosine.
-        """
+        """Phase function at cosines of scattering angles (n,); one outside by rounding takes the end. [sr-1]"""
         mu = np.clip(np.asarray(mu, dtype=np.float64), -1.0, 1.0)
         group, component = self.rows[row]
         return (_checked_phase(self.block, mu, self.given[group])[component] / self.norm[row]).reshape(mu.shape)
 
 
 def read_phase_block(block: Block, given: Sequence[Given], rows: Sequence[tuple[int, int]]) -> PhaseBlock:
-    """Check a phase function at all cosines and find its integrals.
-
-    An InputFileError where it is negative, infinite or undefined somewhere, or zero everywhere, or its integral does
-    not settle.
-    """
+    """Check a phase function at all cosines and find its integrals."""
     integrals = [sphere_integral(block, one) for one in given]
     norm = np.array([integrals[group].value[component] for group, component in rows])
     error = np.array([integrals[group].error[component] for group, component in rows])
@@ -280,15 +256,10 @@ def read_phase_block(block: Block, given: Sequence[Given], rows: Sequence[tuple[
 
 
 def sphere_integral(block: Block, given: Given) -> Integral:
-    """Integrate a phase function over the sphere: 2 pi times the integral over mu from -1 to 1.
+    """Integrate a phase function over the sphere, one integral for each component: 2 pi times the integral over mu.
 
-    With ``1 - mu = 2 t^4`` the integral runs over t from 0 to 1 with ``d mu = 8 t^3 dt``, which draws a forward peak of
-    width 1e-12 in 1 - mu out to a thousandth of the range; panels are halved until a further halving changes none by
-    1e-12 of the whole.
-
-    One integral for each component of the block.
-
-    Accuracy: 1e-10, and 1e-16 over the width of the peak in 1 - mu where that is more, since the block is given mu.
+    The variable is t, 0 to 1, with ``1 - mu = 2 t^4``: a forward peak of width 1e-12 in 1 - mu takes a thousandth of
+    the range. Accuracy: 1e-10, and 1e-16 over the width of the peak where that is more.
     """
     # a block that never ends, or fails everywhere, is reported for two cosines at once
     _checked_phase(block, np.array([1.0, -1.0]), given)
@@ -327,15 +298,10 @@ _FINEST = 2.0**-60
 
 
 def find_kinks(trace: Callable[[np.ndarray], np.ndarray], samples: np.ndarray) -> np.ndarray:
-    """Find where the way through a function changes, by halving.
+    """Find where the way through a function changes: the first number of each piece but the first one.
 
     Between neighbouring samples of different traces the interval is halved until its ends are neighbouring numbers; a
-    third trace that turns up in between is followed to both of its ends. A piece that lies between two samples of equal
-    trace is not seen unless a kink of another kind leads to it.
-
-    `trace` takes places (n,) and gives numbers (n,) uint64 that are equal on one piece; `samples` rise. Returns the
-    first place of each piece but the first one: a step at ``x < 8000`` gives 8000 itself. A SceneError for more than
-    MAX_KINKS.
+    third trace in between is followed to both of its ends. A piece between two samples of equal trace is not seen.
     """
     traces = trace(samples)
     change = np.flatnonzero(traces[:-1] != traces[1:])
@@ -373,12 +339,10 @@ class Integral:
 
 
 def integrate(function: Callable[[np.ndarray], np.ndarray], edges: np.ndarray, *, tolerance: float) -> Integral:
-    """Integrate functions of one sign over the range of some edges.
+    """Integrate functions of one sign over the range of some edges, among which their jumps and bends belong.
 
-    Every panel has 15 Gauss-Legendre nodes. It is halved until that changes its share by at most `tolerance` of the
-    whole, or until a million nodes are spent; the error says which.
-
-    `function` takes places (n,) and gives (n_function, n). Jumps and bends belong among the rising `edges`.
+    Every panel has 15 Gauss nodes. It is halved until that changes its share by at most `tolerance` of the whole, or
+    until a million nodes are spent; the error says which.
     """
     low, high = edges[:-1], edges[1:]
     whole = _panels(function, low, high)

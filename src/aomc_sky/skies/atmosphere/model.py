@@ -27,9 +27,9 @@ from aomc_sky.skies.direct_beam import DirectBeam
 from aomc_sky.skies.model import Share, check_share, with_share
 from aomc_sky.wavebands import nearest_wavelength_index
 
-DEFAULT_BINS = (45, 180)  #: Equal bins of zenith and azimuth, where nobody asks for others.
+DEFAULT_BINS = (45, 180)  #: Equal bins of zenith and azimuth, by default.
 
-#: Of patch means; the second where the edge of the earth's shadow runs through patches.
+#: Tolerances of patch means; the second one with the edge of the earth's shadow in the sky.
 _TOLERANCE, _TOLERANCE_TWILIGHT = 1e-5, 1e-3
 
 
@@ -38,7 +38,7 @@ _TOLERANCE, _TOLERANCE_TWILIGHT = 1e-5, 1e-3
 class AtmosphereSky(Share):
     """Diffuse light of a clear atmosphere at sea level.
 
-    The medium is solved once, when the model is made. What light does on its way is smooth in the direction and kept
+    The medium is solved once, when the model is made. The integrals along the rays are smooth in the direction and kept
     as series; phase functions, which may be sharp, are evaluated in every direction.
 
     Parameters

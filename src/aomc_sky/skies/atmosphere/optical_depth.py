@@ -1,20 +1,17 @@
-"""Optical depth along straight rays, by densities that are polynomials between edges: no quadrature runs user code.
+"""Optical depth along straight rays, by densities that are polynomials between edges.
 
-Panels start at the kinks and are halved until the polynomial of each represents the extinction at all wavelengths. A
-ray is an altitude and the zenith angle of the direction it takes there. One that sinks is folded at the lowest point it
-reaches: to the top it has twice the depth of the level ray from there, less that of its mirror image.
+A ray is an altitude and the zenith angle of its direction there. One that sinks is folded at its lowest point: to the
+top it has twice the depth of the level ray from there, less that of its mirror image.
 """
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import UsageError
 from aomc_sky.skies.atmosphere.kernels.rays import lowest_altitude
 from aomc_sky.skies.atmosphere.medium import Medium
 
@@ -23,7 +20,7 @@ N_NODES = 10
 
 _TOLERANCE = 1e-11
 _MOST_PANELS = 1000
-_NARROWEST = 2.0**-22  # of the top's altitude: below this an undeclared jump is as good as found
+_NARROWEST = 2.0**-22  # of the top's altitude: narrower panels are not halved at an undeclared jump
 _WIDEST_RATIO = 4.0  # of neighbouring panels, so that a kink is never near on the scale of a panel
 
 
@@ -59,12 +56,10 @@ class Profile:
 
 
 def density_profile(medium: Medium) -> Profile:
-    """Represent the densities of a medium by polynomials.
+    """Represent the densities of a medium by polynomials, to 1e-11 of the extinction.
 
-    The medium's densities are evaluated inside panels only, never at a kink.
-
-    Accuracy: 1e-11 of the extinction where it is smooth between its declared kinks (`relative_error` has the figure
-    reached); an undeclared jump is enclosed in panels of 2e-7 of the top's altitude. Cost: a few milliseconds.
+    Panels are halved until that is met. No density is evaluated at a kink; an undeclared jump is enclosed in panels of
+    2e-7 of the top's altitude.
     """
     extinction = np.array([part.scattering_m2 + part.absorption_m2 for part in medium.constituents])
     extinction = extinction.reshape(len(medium.constituents), medium.wavelength_nm.size).T
@@ -85,9 +80,8 @@ def density_profile(medium: Medium) -> Profile:
 def _powers(values: np.ndarray) -> np.ndarray:
     """Coefficients (n_panel, n_constituent, N_NODES), highest power first, of values (n_panel, N_NODES, n_constituent).
 
-    By way of the Chebyshev series, whose sums over the nodes are orthogonal and whose powers are integers: the
-    polynomial is off by some 30 ulp of the largest value. The inverse of the nodes' powers, whose condition is 1e4,
-    loses ten times as much, and other digits on other processors.
+    By way of the Chebyshev series: off by some 30 ulp of the largest value. The inverse of the nodes' powers (condition
+    1e4) loses ten times as much, and gives other digits on other processors.
     """
     series = chebyshev.chebvander(_first_kind(N_NODES), N_NODES - 1).T * (2.0 / N_NODES)
     series[0] *= 0.5
@@ -164,6 +158,7 @@ def _balanced(edges: np.ndarray) -> np.ndarray:
 
 N_GAUSS = 10
 """Gauss nodes of a panel of the profile: 1e-11 of its polynomials."""
+_GAUSS = np.polynomial.legendre.leggauss(N_GAUSS)
 
 
 def meets_ground(radius_m: float, altitude_m: np.ndarray, mu: np.ndarray) -> np.ndarray:
@@ -172,26 +167,23 @@ def meets_ground(radius_m: float, altitude_m: np.ndarray, mu: np.ndarray) -> np.
 
 
 def columns(profile: Profile, low_m: ArrayLike, mu: ArrayLike, high_m: ArrayLike) -> np.ndarray:
-    """Particles per area along rising rays between two altitudes.
+    """Particles per area (..., n_constituent) along rising rays between two altitudes; arguments broadcast. [m-2]
 
-    Shape (..., n_constituent) of altitudes 0 <= low <= high <= top and the cosine of the zenith angle at the start, 0
-    to 1, which broadcast. [m-2]
-
-    Accuracy: 1e-13 for the profile's polynomials, so `Profile.relative_error` decides. Cost: 0.1 us a panel.
+    mu is the cosine of the zenith angle at the start. [0 to 1] Good to 1e-13 of the profile's polynomials.
     """
     from aomc_sky.skies.atmosphere.kernels.ray_integrals import fill_columns
 
     low, cosine, high = np.broadcast_arrays(*(np.asarray(x, dtype=np.float64) for x in (low_m, mu, high_m)))
     out = np.empty((low.size, profile.coefficient.shape[1]))
     rays = [np.array(x).ravel() for x in (low, cosine, high)]  # copies: old numpy warns of broadcast arrays in kernels
-    fill_columns(profile.earth_radius_m, profile.edge_m, profile.coefficient, *gauss_nodes(), *rays, out)
+    fill_columns(profile.earth_radius_m, profile.edge_m, profile.coefficient, *_GAUSS, *rays, out)
     return out.reshape(*low.shape, -1)
 
 
 def columns_to_top(profile: Profile, altitude_m: ArrayLike, mu: ArrayLike) -> np.ndarray:
-    """Particles per area from a point to the top, along a ray of any zenith angle.
+    """Particles per area (..., n_constituent) from a point to the top, along a ray of any zenith angle. [m-2]
 
-    Shape (..., n_constituent). Of no meaning where the ground is in the way: see `meets_ground`. [m-2]
+    Without meaning where the ground is in the way: see `meets_ground`.
     """
     altitude, cosine = np.broadcast_arrays(np.asarray(altitude_m, dtype=np.float64), np.asarray(mu, dtype=np.float64))
     rising = columns(profile, altitude, np.abs(cosine), profile.top_m)
@@ -205,17 +197,11 @@ def columns_to_top(profile: Profile, altitude_m: ArrayLike, mu: ArrayLike) -> np
 
 
 def optical_depth_to_top(medium: Medium, altitude_m: ArrayLike, zenith_rad: ArrayLike) -> np.ndarray:
-    """Optical depth between a point and the top of the atmosphere along a straight ray.
-
-    Shape (n_wl, ...) of altitudes and zenith angles, which broadcast. Infinite where the ray meets the ground; one that
-    only touches it passes. A UsageError for what is out of range.
-
-    Accuracy: 1e-10 relative, where the densities are smooth between declared kinks and the angle is given to as many
-    digits. Cost: 10 ms for the polynomials, then 2 to 5 us a ray.
+    """Optical depth (n_wl, ...) between a point and the top along a straight ray; infinite where the ray meets the
+    ground.
     """
-    altitude, zenith = _checked(medium, altitude_m, zenith_rad)
+    altitude, cosine = np.broadcast_arrays(np.asarray(altitude_m, dtype=np.float64), np.cos(zenith_rad))
     profile = density_profile(medium)
-    cosine = np.cos(zenith)
     blocked = meets_ground(medium.earth_radius_m, altitude, cosine)
     column = columns_to_top(profile, altitude, cosine)
     return np.where(blocked, np.inf, np.moveaxis(column @ profile.extinction_m2.T, -1, 0))
@@ -225,21 +211,3 @@ def vertical_optical_depth(medium: Medium) -> np.ndarray:
     """Optical depth of the whole atmosphere along the vertical, by constituent: (n_wl, n_constituent)."""
     profile = density_profile(medium)
     return profile.extinction_m2 * columns(profile, 0.0, 1.0, profile.top_m)
-
-
-@functools.cache
-def gauss_nodes() -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights on [-1, 1] of a panel of the profile."""
-    node, weight = np.polynomial.legendre.leggauss(N_GAUSS)
-    return node, weight
-
-
-def _checked(medium: Medium, altitude_m: ArrayLike, zenith_rad: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    altitude, zenith = np.broadcast_arrays(
-        np.asarray(altitude_m, dtype=np.float64), np.asarray(zenith_rad, dtype=np.float64)
-    )
-    if not np.all((altitude >= 0.0) & (altitude <= medium.top_m)):
-        raise UsageError(f"an altitude must lie within 0 and the top of the atmosphere, {medium.top_m:g} m")
-    if not np.all((zenith >= 0.0) & (zenith <= np.pi)):
-        raise UsageError("a zenith angle must lie within 0 and pi radians")
-    return altitude, zenith

@@ -1,8 +1,6 @@
 """Light scattered once: radiance at the ground by quadrature on the continuous spherical profile.
 
-    L = F0 sum_i p_i(angle to the sun) sigma_i int n_i(s) exp(-depth to the eye - depth to the sun) ds
-
-A direction and the sun's have one angle between them, so phase functions stand before the integrals, which are smooth.
+L = F0 sum_i p_i(angle to the sun) sigma_i int n_i(s) exp(-depth to the eye - depth to the sun) ds
 """
 
 from __future__ import annotations
@@ -33,12 +31,8 @@ def solve_order_one(
 ) -> np.ndarray:
     """Radiance (n_wl, n) of light scattered once in the air, seen from the ground. [W m-2 sr-1 nm-1, >= 0]
 
-    Directions (n,) are looked into, azimuth 0 into the sun's. The sun is a point at a zenith angle of 0 to pi; below
-    the horizon the earth's shadow darkens the lower air.
-
-    Accuracy: 1e-6 relative where the densities are smooth between their declared kinks, also for a low or set sun and
-    along the horizon. Cost: 15 to 40 ms once for the tables; then 10 us a direction with the sun up, 60 us with it on
-    or below the horizon, and 2 us a direction and wavelength.
+    The sun is a point, its azimuth 0, at a zenith angle of 0 to pi. Accuracy: 1e-6 relative where the densities are
+    smooth between their declared kinks. Cost: 15 to 40 ms for the tables, then 10 to 60 us a direction.
     """
     zenith, azimuth = checked_directions(sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
     parts = scattered_once(medium, sun_zenith_rad, zenith, azimuth)
@@ -47,7 +41,7 @@ def solve_order_one(
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class OrderOneTables:
-    """What order 1 under one sun needs in every direction; cost: 15 to 40 ms."""
+    """Tables of order 1 under one sun, for all directions; cost: 15 to 40 ms."""
 
     profile: Profile
     u_edge: np.ndarray  #: (n_panel + 1,) roots of the altitudes between panels. [m^0.5]
@@ -81,10 +75,7 @@ def scattered_once(
     azimuth_from_sun_rad: ArrayLike,
     tables: OrderOneTables | None = None,
 ) -> np.ndarray:
-    """`solve_order_one` before the phase functions: what each constituent would give with a phase function of 1.
-
-    Shape (n_wl, n_scatterer, n), in the order of `scatterers`. [W m-2 nm-1, >= 0]
-    """
+    """`solve_order_one` before the phase functions, (n_wl, n_scatterer, n) in the order of `scatterers`."""
     from aomc_sky.skies.atmosphere.kernels.order_one import fill_order_one
 
     zenith, azimuth = checked_directions(sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
@@ -110,10 +101,9 @@ def scattered_once(
 
 
 def with_phases(medium: Medium, parts: np.ndarray, cosine: np.ndarray) -> np.ndarray:
-    """Sum over the scatterers of phase function times what each gives without it.
+    """Sum over the scatterers of phase function times what each gives without it, parts (n_wl, n_scatterer, ...).
 
-    Shape (n_wl, ...) of parts (n_wl, n_scatterer, ...) as of `scattered_once`; the cosines of the scattering angles
-    broadcast to their directions. A series that ends a rounding below zero gives 0.
+    The cosines of the scattering angles broadcast to the directions. A series that ends a rounding below zero gives 0.
     """
     radiance, flat = np.zeros((parts.shape[0], *parts.shape[2:])), cosine.ravel()
     for k, index in enumerate(scatterers(medium)):
@@ -136,7 +126,7 @@ def _rule(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     degrees = np.arange(n)
     values = np.polynomial.legendre.legvander(node, n)
     series = values[:, :n].T * weight * (degrees + 0.5)[:, None]  # Legendre coefficients (degree, polynomial)
-    below = np.column_stack([np.ones(n), values[:, : n - 1]])  # P_-1 = 1 stands for P_1's -1 at the lower end
+    below = np.column_stack([np.ones(n), values[:, : n - 1]])  # P_-1 = 1: P_1 is -1 at the lower end
     integrals = (values[:, 1:] - below) / (2.0 * degrees + 1.0)
     integrals[:, 0] = node + 1.0
     return node, weight, np.ascontiguousarray(integrals @ series)
@@ -153,7 +143,7 @@ def _grouped(zenith: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 def checked_directions(
     sun_zenith_rad: float, zenith_rad: ArrayLike, azimuth_rad: ArrayLike
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Directions looked into as arrays; a UsageError for what is no direction of the sky, or no place of the sun."""
+    """Directions looked into as arrays; a UsageError if they or the sun are out of range."""
     zenith = np.atleast_1d(np.asarray(zenith_rad, dtype=np.float64))
     azimuth = np.atleast_1d(np.asarray(azimuth_rad, dtype=np.float64))
     if zenith.ndim != 1 or zenith.shape != azimuth.shape:
@@ -176,11 +166,9 @@ _N_LEVEL = 14  # Chebyshev nodes of the level columns in a panel: 1e-9
 class SunColumns:
     """Columns from points at given altitudes to the top, for one position of the sun.
 
-    A ray to the sun that sinks first is folded at its lowest point, so two smooth tables do: columns of rising rays
-    over altitude and the sun's cosine, and columns of level rays over altitude.
-
-    Each altitude has a row of the table: its columns under mu = scale sinh(low + i / inverse_step). A row reaches over
-    the directions that the sun takes at points seen from the observer: few where it is high, down to 0 where it is low.
+    A ray that sinks is folded at its lowest point, and two smooth tables are enough: rising rays over altitude and the
+    sun's cosine, and level rays over altitude. The row of an altitude has its columns under mu = scale sinh(low + i /
+    inverse_step), over the directions that the sun takes at points seen from the observer.
     """
 
     table: np.ndarray  #: (n_entry, n_constituent) all rows, one behind the other. [m-2]
@@ -198,13 +186,9 @@ class SunColumns:
 
 
 def sun_columns(profile: Profile, panel_m: np.ndarray, altitude_m: np.ndarray, sun_zenith_rad: float) -> SunColumns:
-    """Tabulate the columns towards the sun.
+    """Tabulate the columns towards the sun to 1e-6 of the depth; the error falls with the sixth power of `STEP`.
 
-    `panel_m` (n_panel + 1,) has all edges of the profile, `altitude_m` (n_panel, n_node) lies inside the panels; the
-    error of the table falls with the sixth power of `STEP`.
-
-    Accuracy: 1e-6 of the optical depth. Cost: 2 us an entry; 7 entries an altitude under a high
-    sun, about 50 under a low one.
+    `panel_m` (n_panel + 1,) has all edges of the profile, `altitude_m` (n_panel, n_node) lies inside the panels.
     """
     scale = _scales(profile, panel_m, altitude_m)
     least, greatest = _range(profile, panel_m[1:], sun_zenith_rad)
@@ -271,10 +255,10 @@ _MOST_PANELS = 2000
 
 
 def ray_panels(profile: Profile, sun_zenith_rad: float) -> np.ndarray:
-    """Altitudes where rays from the ground are cut.
+    """Altitudes where rays from the ground are cut, from 0 to the top, the profile's edges among them. [m]
 
-    From 0 to the top, the profile's edges among them. In each panel the altitude grows by at most a factor of 4, and at
-    no wavelength do the vertical depth or the sun's depth change by more than `DEPTH_OF_PANEL`, short of darkness. [m]
+    In each panel the altitude grows by at most a factor of 4. The vertical depth and the sun's depth change by at most
+    `DEPTH_OF_PANEL` at any wavelength, short of darkness.
     """
     edges = _near_ground(profile)
     if abs(np.cos(sun_zenith_rad)) < _LOW_SUN:

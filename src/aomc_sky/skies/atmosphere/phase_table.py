@@ -9,7 +9,7 @@ import numpy as np
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PhaseTable:
-    """What a file says, as it says it."""
+    """The content of a file, before it is normalised."""
 
     path: str  #: The file, for messages
     text: str  #: The value of the key that names it
@@ -28,11 +28,7 @@ class TabulatedPhase:
     norm_error: np.ndarray  #: (n_wl,) what the steps of the angle leave open of it, as a share of it
 
     def __call__(self, mu: np.ndarray, row: int) -> np.ndarray:
-        """Phase function at cosines of scattering angles (n,); 1 is straight on, and one outside by rounding is taken
-        for its end. [sr-1]
-
-        Accuracy: 1e-14 of the largest value for the function that is linear between the points. Cost: 50 ns a cosine.
-        """
+        """Phase function at cosines of scattering angles (n,); one outside by rounding takes the end. [sr-1]"""
         angle = np.arccos(np.clip(np.asarray(mu, dtype=np.float64), -1.0, 1.0))
         return np.asarray(np.interp(angle, self.angle_rad, self.value[row]))
 
@@ -40,8 +36,7 @@ class TabulatedPhase:
 def tabulated_phase(table: PhaseTable, wavelength_nm: np.ndarray) -> TabulatedPhase:
     """Normalise the columns of a table, and interpolate between them, linear in the wavelength.
 
-    One column serves all wavelengths. `norm_error` is a third of the change of the integral when every second angle
-    is left out (Richardson): above the true error where the steps resolve the function.
+    The error of the norm is a third of its change when every second angle is left out (Richardson).
     """
     angle = np.radians(table.angle_deg)
     angle[-1] = np.pi
@@ -66,8 +61,8 @@ def tabulated_phase(table: PhaseTable, wavelength_nm: np.ndarray) -> TabulatedPh
 def sphere_integrals(angle_rad: np.ndarray, value: np.ndarray) -> np.ndarray:
     """Integrals over the sphere, (n_column,), of functions (n_column, n_angle) that are linear in the angle.
 
-    With a step d around the middle m, and the values p and q at its ends, the integral of the value times sin is
-    (p + q) sin(m) sin(d/2) + (q - p) cos(m) (sin(d/2) / (d/2) - cos(d/2)). Accuracy: 1e-14 of itself.
+    A step d around the middle m has the values p and q at its ends. Its integral of the value times sin is (p + q)
+    sin(m) sin(d/2) + (q - p) cos(m) (sin(d/2) / (d/2) - cos(d/2)).
     """
     middle, half = 0.5 * (angle_rad[1:] + angle_rad[:-1]), 0.5 * np.diff(angle_rad)
     sine = np.sin(half)

@@ -1,8 +1,7 @@
-"""Light scattered once, solved anew in every zenith angle: for suns below the horizon, whose shadow no series of both
-angles holds.
+"""Light scattered once under a sun below the horizon, solved anew in every zenith angle: no series holds the shadow.
 
-Along a circle of one zenith angle it is smooth but for some pieces, so where many azimuths are asked for, it is solved
-in 17 of them and read from a polynomial. A piece whose first nine do not foretell the other eight is halved.
+Along a circle of one zenith angle the light is smooth but for some pieces. Many azimuths are read from a polynomial
+through 17 of them. A piece whose first nine do not foretell the other eight is halved.
 """
 
 from __future__ import annotations
@@ -27,12 +26,9 @@ _FLOOR = 1e-3  # of the largest value of a piece: below it differences count as 
 
 @dataclass(frozen=True, kw_only=True)
 class ExactOnce:
-    """What `SkyField` gives of order 1, without a series in the zenith angle.
+    """Light of order 1 as `SkyField` gives it, without a series in the zenith angle.
 
-    Accuracy: `at` is that of `scattered_once`; the others differ from it by 3e-6 of a value, or 3e-9 of the largest one
-    of its circle, and means over patches by 6e-8 at most (suns at 90.5 to 100 degrees). Cost: that of
-    `scattered_once` in 17 azimuths of each zenith angle, of more of them where the shadow of the earth has an edge, and
-    of no more directions than twice those asked for.
+    `at` is exact; the others differ from it by 3e-6 of a value or 3e-9 of the largest one of its circle.
     """
 
     medium: Medium
@@ -40,7 +36,7 @@ class ExactOnce:
 
     @cached_property
     def tables(self) -> OrderOneTables:
-        """What all directions share: made when the first one is asked for."""
+        """Tables for all directions, made at the first call."""
         return order_one_tables(self.medium, self.sun_zenith_rad)
 
     def on_product(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
@@ -113,7 +109,7 @@ class _Piece:
         return self.asked.size <= N_NODES
 
     def nodes(self, folded: list[np.ndarray]) -> np.ndarray:
-        """Where it is to be solved: at the nodes of a polynomial, or where it is asked for. [rad]"""
+        """Azimuths to solve: the nodes of a polynomial, or those asked for. [rad]"""
         if self.is_short:
             return folded[self.circle][self.asked]
         x = np.cos(np.pi * np.arange(N_NODES) / (N_NODES - 1))

@@ -5,6 +5,5 @@ data     The description: numbers in SI, spectra on its wavelengths, code as tex
 keys     Every key of a file, and what it accepts.
 scan     The lines put together: entries, sections and code blocks with their spans; no values.
 medium   Blocks of code become the constituents of a medium, and lights.
-phase_csv  Phase functions as tables in other files.
-spectra  Lists of numbers, tables in other files, and weighted sums of such tables; how bright the eye sees them.
+spectra  Lists of numbers, tables in other files and their sums; phase functions as tables; luminance of a spectrum.
 """

@@ -13,7 +13,7 @@ from aomc_sky.skies.atmosphere.phase_table import PhaseTable
 
 
 class PhaseFunctionType(Enum):
-    """What the file says of a phase function; a promise that lets a solver save work."""
+    """Type of a phase function; a promise that lets a solver save work."""
 
     GENERAL = "general"
     ACHROMATIC = "achromatic"
@@ -25,7 +25,7 @@ class ScattererDescription:
     """One species that scatters, and absorbs where its albedo is below 1."""
 
     name: str  #: Lower-case letters, digits and underscores
-    line: int  #: Where its section begins. [1-based]
+    line: int  #: First line of its section. [1-based]
     number_density: SourceText  #: Body of a function of the altitude. [m to m-3]
     #: Body of a function of the cosine of the scattering angle, for four wavelengths at once [sr-1], or a table
     phase_function: SourceText | PhaseTable
@@ -49,7 +49,7 @@ class AbsorberDescription:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class AtmosphereDescription:
-    """All that a description file says."""
+    """The content of a description file."""
 
     path: str  #: The file as the user named it
     #: Altitude above which there is nothing [m, 1 to 1e6]; radius of the ground [m, 1e-3 to 1e10]

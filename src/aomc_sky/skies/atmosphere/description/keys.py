@@ -74,7 +74,7 @@ def real_value(text: str, *, low: float, high: float) -> float:
 
 
 def _quantity(dimension: Dimension, low: Fraction, high: int, shown: str) -> Callable[[str], float]:
-    """What reads a length or an area within limits. [m or m2]"""
+    """Reader of a length or an area within limits. [m or m2]"""
 
     def read(text: str) -> float:
         value = parse_quantity(text, dimension)

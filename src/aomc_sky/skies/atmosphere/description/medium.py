@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import warnings
 from collections.abc import Callable, Mapping, Sequence
@@ -78,14 +77,14 @@ _TABLE_HINTS = dict.fromkeys(_TABLE_NAMES, "a block does not know sizes of table
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class MediumReport:
-    """What became of the species of a description."""
+    """The species of a description and their optical depths."""
 
     wavelength_index: np.ndarray  #: (n_wl,) wavelengths of the description that the medium has, rising
     optical_depth: Mapping[str, np.ndarray]  #: vertical, (n_wl,) for each species, those that were dropped too
     #: integral over the sphere of each phase function as its block gives it; it was divided by it
     phase_norm: Mapping[str, np.ndarray]
     dropped: tuple[str, ...]  #: optical depth below NEGLIGIBLE_SHARE of the whole at every wavelength
-    #: what the steps of its angles leave open of that integral, as a share, for each phase function from a table
+    #: error of that integral by the steps of the angles, as a share, for each phase function from a table
     phase_norm_error: Mapping[str, np.ndarray] = field(default_factory=dict)
     ground_glow: np.ndarray | None = None  #: radiance of a ground that glows with 1 cd/m2 [W m-2 sr-1 nm-1]
     moon_distance_m: float | None = None  #: between the centres of earth and Moon, where the description says it
@@ -94,18 +93,18 @@ class MediumReport:
 def read_medium(
     description: AtmosphereDescription, wavelength_nm: ArrayLike | None = None
 ) -> tuple[Medium, MediumReport]:
-    """Evaluate what a description says at some of its wavelengths, by default all. [nm]
+    """Evaluate a description at some of its wavelengths, by default all. [nm]
 
-    For each wavelength the nearest of the description is taken, of two the longer; every one once, rising. Phase
-    functions get the integral 1; one that was more than 1 % off is warned of, as is one that is declared achromatic
-    and is not. The error has the problems of all code blocks.
+    Each wavelength takes the nearest one of the description, of two equally near the longer; each stands once, rising.
+    Warnings are for a phase function whose integral was more than 1 % off, and for an achromatic one that is not. The
+    error has the problems of all code blocks.
     """
     index = _wavelength_index(description, wavelength_nm)
     reader = _BlockReader(description, index)
     parts = [reader.part(one) for one in description.species]
     if reader.problems:
         raise InputFileError(reader.problems)
-    kept, report = _report([part for part in parts if part is not None], index)
+    kept, report = _report(description, [part for part in parts if part is not None], index)
     medium = Medium(
         earth_radius_m=description.earth_radius_m,
         top_m=description.atmosphere_height_m,
@@ -118,8 +117,7 @@ def read_medium(
         least_line_points=description.sizes.get("radial integration points", 0),
         least_angles=description.sizes.get("angular integration points", 0),
     )
-    glow = None if description.ground_glow is None else description.ground_glow[index]
-    return medium, dataclasses.replace(report, ground_glow=glow, moon_distance_m=description.earth_moon_distance_m)
+    return medium, report
 
 
 def warn_of_outside(description: AtmosphereDescription, wavelength_nm: ArrayLike) -> None:
@@ -209,15 +207,17 @@ class _BlockReader:
 
     def _profile(self, one: Species) -> tuple[NumberDensity, np.ndarray, float]:
         """The number density, the altitudes of its kinks, and its column. [m, m-2]"""
-        types, hints = density_names(self._description)
+        # a number of particles has no wavelength
+        spectral = [*_SPECTRAL_TYPES, *(_CROSS_SECTION + each.name for each in self._description.scatterers)]
+        hints = dict.fromkeys(spectral, "a number of particles does not depend on the wavelength")
         block = read_block(
             one.number_density,
             subject=f'number density of "{one.name}"',
             gives=Type.FLOAT,
             argument="altitude",
             unit="m",
-            given=types,
-            hints=hints,
+            given=_COMMON_TYPES,
+            hints=hints | _TABLE_HINTS | {"dotViewSun": "a number density depends on altitude alone"},
         )
         density = NumberDensity(block=block, given=self._common, top_m=self._description.atmosphere_height_m)
         kinks = density.kinks()
@@ -225,9 +225,8 @@ class _BlockReader:
 
     def _phase(self, one: ScattererDescription) -> PhaseBlock | TabulatedPhase:
         if isinstance(one.phase_function, PhaseTable):
-            phase: PhaseBlock | TabulatedPhase = tabulated_phase(
-                one.phase_function, self._description.wavelength_nm[self._index]
-            )
+            wavelength = self._description.wavelength_nm[self._index]
+            phase: PhaseBlock | TabulatedPhase = tabulated_phase(one.phase_function, wavelength)
         else:
             phase = self._phase_block(one, one.phase_function)
         _warn_of_norm(one, phase)
@@ -236,14 +235,14 @@ class _BlockReader:
         return phase
 
     def _phase_block(self, one: ScattererDescription, text: SourceText) -> PhaseBlock:
-        types, hints = phase_names(self._description)
+        sections = {_CROSS_SECTION + each.name: Type.VEC4 for each in self._description.scatterers}
         block = read_block(
             text,
             subject=f'phase function of "{one.name}"',
             gives=Type.VEC4,
             argument="dotViewSun",
-            given=types,
-            hints=hints,
+            given=_COMMON_TYPES | _SPECTRAL_TYPES | sections,
+            hints=_TABLE_HINTS | {"altitude": "a phase function depends on dotViewSun and the wavelengths alone"},
         )
         sets, set_of_row = np.unique(self._index // SET_SIZE, return_inverse=True)
         given = [self._common | spectral_values(self._description, int(one)) for one in sets]
@@ -252,7 +251,7 @@ class _BlockReader:
 
 
 def _place(one: ScattererDescription) -> str:
-    """Where a phase function stands, for warnings."""
+    """File and line of a phase function, for warnings."""
     law = one.phase_function
     return law.path if isinstance(law, PhaseTable) else f"{law.path}:{law.line}"
 
@@ -279,46 +278,31 @@ def _warn_of_colour(one: ScattererDescription, phase: PhaseBlock | TabulatedPhas
         warnings.warn(f"{message}; it is used as it is", InputWarning, stacklevel=2)
 
 
-def _report(parts: Sequence[_Part], index: np.ndarray) -> tuple[tuple[Constituent, ...], MediumReport]:
-    depth = {}
-    for part in parts:
-        one = part.constituent
-        depth[one.name] = part.column_m2 * (one.scattering_m2 + one.absorption_m2)
+def _report(
+    description: AtmosphereDescription, parts: Sequence[_Part], index: np.ndarray
+) -> tuple[tuple[Constituent, ...], MediumReport]:
+    named = {part.constituent.name: part for part in parts}
+    depth = {
+        name: part.column_m2 * (part.constituent.scattering_m2 + part.constituent.absorption_m2)
+        for name, part in named.items()
+    }
     total = np.sum(list(depth.values()), axis=0)
     dropped = tuple(name for name, row in depth.items() if (row <= NEGLIGIBLE_SHARE * total).all())
     report = MediumReport(
         wavelength_index=index,
         optical_depth=depth,
-        phase_norm={part.constituent.name: part.phase.norm for part in parts if part.phase is not None},
-        phase_norm_error={
-            part.constituent.name: part.phase.norm_error for part in parts if isinstance(part.phase, TabulatedPhase)
-        },
+        phase_norm={name: part.phase.norm for name, part in named.items() if part.phase is not None},
+        phase_norm_error={n: one.phase.norm_error for n, one in named.items() if isinstance(one.phase, TabulatedPhase)},
         dropped=dropped,
+        ground_glow=None if description.ground_glow is None else description.ground_glow[index],
+        moon_distance_m=description.earth_moon_distance_m,
     )
-    return tuple(part.constituent for part in parts if part.constituent.name not in dropped), report
+    return tuple(part.constituent for name, part in named.items() if name not in dropped), report
 
 
 def sun_angular_radius(description: AtmosphereDescription) -> float:
     """Return the radius of the sun over its distance. [rad]"""
     return SUN_RADIUS_M / description.earth_sun_distance_m
-
-
-def density_names(description: AtmosphereDescription) -> tuple[dict[str, Type], dict[str, str]]:
-    """Return the names that a number density reads, with types, and hints for those that it does not.
-
-    A number of particles has no wavelength: names with four wavelengths are not among them.
-    """
-    spectral = [*_SPECTRAL_TYPES, *(_CROSS_SECTION + one.name for one in description.scatterers)]
-    hints = dict.fromkeys(spectral, "a number of particles does not depend on the wavelength")
-    hints |= _TABLE_HINTS | {"dotViewSun": "a number density depends on altitude alone"}
-    return dict(_COMMON_TYPES), hints
-
-
-def phase_names(description: AtmosphereDescription) -> tuple[dict[str, Type], dict[str, str]]:
-    """Return the names that a phase function reads, with types, and hints for those that it does not."""
-    types = _COMMON_TYPES | _SPECTRAL_TYPES
-    types |= {_CROSS_SECTION + one.name: Type.VEC4 for one in description.scatterers}
-    return types, _TABLE_HINTS | {"altitude": "a phase function depends on dotViewSun and the wavelengths alone"}
 
 
 def common_values(description: AtmosphereDescription) -> dict[str, np.ndarray | float]:
@@ -336,10 +320,9 @@ def common_values(description: AtmosphereDescription) -> dict[str, np.ndarray | 
 
 
 def spectral_values(description: AtmosphereDescription, set_index: int) -> dict[str, np.ndarray | float]:
-    """Return the values of the names with four wavelengths for one set of four.
+    """Return the values of the names with four wavelengths for one set of four of the file.
 
-    The sets are those of the file, so that a block may tell them apart; a last set that is not full repeats its last
-    wavelength.
+    A last set that is not full repeats its last wavelength.
     """
     n = description.wavelength_nm.size
     rows = np.minimum(np.arange(SET_SIZE) + SET_SIZE * set_index, n - 1)
@@ -365,10 +348,7 @@ def extinction_cross_section(one: ScattererDescription, wavelength_nm: np.ndarra
 def moon_of_direction(
     direction: MoonDirection | None, medium: Medium, report: MediumReport, sun_zenith_deg: float, sun_azimuth_deg: float
 ) -> Moon | None:
-    """The Moon in a direction of the sky; none where it is empty. Direction of the sun in degrees.
-
-    SceneError: nobody says where or how far away the Moon is, or it would stand inside the earth.
-    """
+    """The Moon in a direction of the sky; none where it is empty. Direction of the sun in degrees."""
     if direction is None or direction.is_empty:
         return None
     if not direction.has_angle:

@@ -1,4 +1,4 @@
-"""Atmosphere descriptions (``.atmo``), the format of CalcMySky: all of it read and checked, no code evaluated."""
+"""Atmosphere descriptions (``.atmo``), the format of CalcMySky: all is read and checked, no code is evaluated."""
 
 from __future__ import annotations
 
@@ -254,7 +254,7 @@ class EntryReader:
     """Reads the entries of one level."""
 
     builder: Builder
-    keys: Mapping[str, Rule]  #: What may stand in this level
+    keys: Mapping[str, Rule]  #: The keys of this level
     values: dict[str, Any] = field(default_factory=dict)  #: Good values so far; spectra arrive with `finish`
     sums: dict[str, Sum] = field(default_factory=dict)
     seen: set[str] = field(default_factory=set)  #: Keys that stood there, good or bad

@@ -62,7 +62,7 @@ class Lines:
         return self.lines[index].split("#", 1)[0]
 
     def next(self) -> str | None:
-        """Read the next line that is not blank, up to its comment; None at the end of the file."""
+        """Read the next line that is not blank, up to its comment, or None at the end of the file."""
         while self.at < len(self.lines):
             text = self.content(self.at)
             self.at += 1
@@ -92,7 +92,7 @@ class Lines:
         return self.entry(text, text.strip().lower(), "", _indent(text) + 1)
 
     def key_and_value(self, text: str, keys: Iterable[str], directives: tuple[str, ...]) -> Entry | None:
-        """Split the line that was read last at its colon; None where it has not exactly one, and reported."""
+        """Split the line that was read last at its colon; or report its absence and return None."""
         parts = text.split(":")
         if len(parts) == 2:
             key, value = " ".join(parts[0].split()).lower(), parts[1].strip()
@@ -176,7 +176,7 @@ def _open(lines: Lines, head: Entry) -> None:
 
 
 def _end(lines: Lines, span: Span, message: str, *, advice: str, name: str = "") -> NoReturn:
-    """Report a fault that leaves no structure to read on by, and end the reading with all that was found before."""
+    """Report a fault that hides the structure of the rest, and raise all errors so far."""
     lines.report.at(span, "E401", message, name=name, advice=advice)
     raise InputFileError([problem for problem in lines.report.problems if problem.is_error])
 
@@ -215,10 +215,7 @@ def names_file(value: str) -> bool:
 
 
 def with_code(lines: Lines, entry: Entry, keys: Mapping[str, Rule]) -> Entry:
-    """Add the code block below an entry, if its key wants one or if there is one; everything else is reported.
-
-    Without a fence the reading ends: what follows may be code.
-    """
+    """Add the code block below an entry, if its key wants one or if there is one. Without a fence the reading ends."""
     rule = keys.get(entry.key)
     wants_code = isinstance(rule, Code) and not (rule.or_table and names_file(entry.value))
     has_fence = lines.at < len(lines.lines) and _FENCE.match(lines.lines[lines.at]) is not None

@@ -1,11 +1,10 @@
 """Light scattered once on its way to the ground, by quadrature along straight rays.
 
-All rays have their nodes at the same altitudes, so densities and the table of the sun's columns are read, not
-searched for. In a panel between two altitudes the variable is u = sqrt(altitude): along a level ray the way is
-smooth in it. What the light of a node passes on its way down is the integral of the interpolating polynomial of the
-extinction, panel by panel. A ray leaves the earth's shadow at one point, and at one point each the sun's ray
-ceases to touch a kink of the densities; a panel that has such points is cut there, and its stretches have nodes of
-their own, to which those of the panel are interpolated.
+All rays have their nodes at the same altitudes, so densities and the table of the sun's columns are read, not searched
+for. In a panel between two altitudes the variable is u = sqrt(altitude): along a level ray the way is smooth in it. The
+depth from a node to the eye is the integral of the polynomial through the extinction, panel by panel. A panel is cut
+where the ray leaves the earth's shadow, and where the sun's ray ceases to touch a kink of the densities. The pieces
+have nodes of their own, to which those of the panel are interpolated.
 """
 
 from __future__ import annotations
@@ -126,9 +125,9 @@ def columns_to_sun(
 def root_above(radius, mu, sun_mu, scattering_mu, touched):
     """Root of the altitude beyond which the sun's ray to a point of a ray from the ground stays above `touched`.
 
-    Points whose ray to a sinking sun touches one altitude lie on a half cylinder round the earth's shadow; the way to
+    The points whose ray to a sinking sun touches one altitude form a half cylinder round the earth's shadow. The way to
     it is the root of s^2 sin^2(angle to the sun) + 2 s R (mu - sun_mu scattering_mu) = (R sun_mu)^2 + h (h + 2 R).
-    Infinite where the ray does not meet it, or only where the sun does not sink any more.
+    Infinite if the ray does not meet it, or only where the sun does not sink any more.
     """
     across = (1.0 - scattering_mu) * (1.0 + scattering_mu)
     slope = radius * (mu - sun_mu * scattering_mu)
@@ -232,8 +231,8 @@ def add_stretch(
 ):  # fmt: skip
     """Add part of a panel, with nodes of its own, to out (n_wl, n_scatterer).
 
-    Where the stretch ends because the sun's ray touches a kink, light bends there like a root, or a power of one:
-    `is_bent` takes the root of the distance to the end as the variable.
+    At the end of a stretch where the sun's ray touches a kink, light bends like a root, or a power of one: `is_bent`
+    takes the root of the distance to the end as the variable.
     """
     k = node.size
     first = panel * k

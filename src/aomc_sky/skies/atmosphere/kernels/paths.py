@@ -1,12 +1,12 @@
 """Paths of light followed backwards from the ground through spherical shells.
 
-A path starts at the eye, where its first collision is forced; at every vertex in the air or on the ground the sun's
-light that would be turned into the path is added, weakened by its way (the local estimate). The vertical v of the
-place, the direction u and the altitude are its state. The numbers of a step are one block of Philox, addressed by
-path, step, direction and wavelength: no path knows which others are followed, or by whom.
+A path starts at the eye, and its first collision is forced. Every vertex in the air or on the ground adds the sun's
+light that is turned into the path, weakened by its way (the local estimate). The vertical v of the place, the direction
+u and the altitude are its state. The numbers of a step are one block of Philox, addressed by path, step, direction and
+wavelength: a path does not depend on other paths.
 
-Some hundred paths go abreast, one kind of work at a time: numbers are made in vectors, and a processor works on the
-next path while a root or a table's entry of this one is under way.
+Some hundred paths go abreast, one kind of work at a time. So numbers are made in vectors, and a processor works on the
+next path while it waits for a root or a table's entry of this one.
 """
 
 from __future__ import annotations

@@ -2,14 +2,13 @@
 
 A ray that rises from altitude a under the cosine mu has, s further on, the altitude
 
-    a + q / (sqrt(r^2 + q) + r),  q = s (s + 2 r mu),  r = R + a,
+a + q / (sqrt(r^2 + q) + r), q = s (s + 2 r mu), r = R + a,
 
-and reaches altitude b at s = c / (r mu + sqrt((r mu)^2 + c)), c = (b - a)(b + a + 2 R). Nothing is subtracted from
-something as large as the earth, so an atmosphere of 1 m keeps its digits. The densities are polynomials between the
-edges of panels; Gauss nodes along s are smooth there, also where the ray starts out level.
+and reaches altitude b at s = c / (r mu + sqrt((r mu)^2 + c)), c = (b - a)(b + a + 2 R). The densities are polynomials
+between the edges of panels; Gauss nodes along s are smooth there, also where the ray starts out level.
 
-For successive orders of scattering an element of a column is crossed from share a to share b of its vertical depth at
-the rate x of optical path per share; the source is the polynomial through its nodes. Rows of `inverse` turn its node
+For successive orders a ray crosses an element of a column from share a to share b of its vertical depth, at the rate x
+of optical path per share. The source is the polynomial through the element's nodes; rows of `inverse` turn its node
 values into coefficients of powers.
 """
 

@@ -1,6 +1,6 @@
-"""Where a straight ray through a spherical atmosphere is: + - x / sqrt alone, for arrays and for kernels to compile.
+"""Positions on a straight ray through a spherical atmosphere: + - x / sqrt alone, for arrays and for kernels.
 
-One source for both gives both the same bits. Nothing is subtracted from something as large as the earth.
+One source gives both the same bits. No difference is taken with a number as large as the earth's radius.
 """
 
 from __future__ import annotations
@@ -14,9 +14,7 @@ def lowest_altitude(radius, altitude, mu):
 
 
 def way_from_ground(radius, mu, altitude):
-    """Way along a ray that leaves the ground under the cosine mu to an altitude, and the altitude's distance from where
-    the whole line is lowest.
-    """
+    """Way along a ray from the ground to an altitude, and that altitude's distance from the line's lowest point."""
     rise = altitude * (altitude + 2.0 * radius)
     start = radius * mu
     root = np.sqrt(start * start + rise)

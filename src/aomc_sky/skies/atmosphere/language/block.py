@@ -20,7 +20,7 @@ _LANES = 4096
 class Block:
     """A code block that was read; calling it evaluates it. Pure: equal arguments give equal bits."""
 
-    source: SourceText  #: the block as it stands in its file
+    source: SourceText  #: the block as written
     subject: str  #: what it gives, for messages: ``number density of "ozone"``
     gives: Type
     argument: str  #: what it is a function of
@@ -32,18 +32,16 @@ class Block:
     def __call__(self, argument: np.ndarray, given: Mapping[str, np.ndarray | float]) -> np.ndarray:
         """Values at altitudes or cosines (n,): shape (n,), or (n_component, n) where the block gives a vector.
 
-        They are not looked at: they may be infinite or NaN. An InputFileError where the block has no defined value at
-        one of the arguments. Accuracy: IEEE float64 for ``+ - * /`` and sqrt, in the order written; about 1 ulp for
-        other functions.
+        They may be infinite or NaN. An InputFileError where the block has no defined value at one of the arguments.
         """
         return np.concatenate([self._run(part, given).result for part in _parts(argument)], axis=-1)
 
     def trace(self, argument: np.ndarray, given: Mapping[str, np.ndarray | float]) -> np.ndarray:
         """A number (n,) uint64 for the way that each argument takes through the block.
 
-        Where two neighbours have equal numbers, they take the same branch of every condition and of every function
-        with a bend (``abs``, ``min``, ``floor``): the block is smooth between them. The numbers are hashes; two
-        different ways are equal with a probability of 5e-20.
+        The block is smooth between neighbours of equal numbers: they take the same branch of every condition and of
+        every function with a bend (``abs``, ``min``, ``floor``). The numbers are hashes; two different ways are equal
+        with a probability of 5e-20.
         """
         return np.concatenate([self._run(part, given, traces=True).trace for part in _parts(argument)])
 
@@ -68,7 +66,7 @@ class Block:
         return InputFileError(problems.found)
 
     def refused_at(self, argument: float | None, message: str, advice: str = "") -> InputFileError:
-        """Return the error for a value that nobody can take, at one argument or (None) as a whole."""
+        """Return the error for a wrong value, at one argument or (None) as a whole."""
         first = len(self.source.text) - len(self.source.text.lstrip())
         if argument is not None:
             message = f"{message}, {self.argument} {argument:.12g} {self.unit}".rstrip()
@@ -93,11 +91,9 @@ def read_block(
 ) -> Block:
     """Read a code block: the body of a GLSL function of one float. An InputFileError has all its problems.
 
-    `given` are the names that it can read, with their types; `hints` names that it cannot read, with what to do about
-    them; `subject` and `unit` stand in messages.
-
-    The text is data from first to last: it becomes functions of this package that call each other, and nothing that a
-    block says is ever handed to Python or to a compiler.
+    `given` are the names that it can read, with their types; `hints` are names that it cannot read, with what to do
+    about them. A block becomes functions of this package that call each other; its text never reaches Python or a
+    compiler.
     """
     body = Body(Problems(source, subject), gives, given or {}, argument, hints or {})
     statement = body.read()

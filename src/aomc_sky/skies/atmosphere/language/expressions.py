@@ -52,7 +52,7 @@ class Value:
     components: tuple[int, ...] | None = None
 
     def as_type(self, expected: Type, what: str) -> Value:
-        """The value where a type is expected; a whole number may stand for a real one."""
+        """The value as an expected type; a whole number may replace a real one."""
         if self.type.joined(expected) is expected:
             return replace(self, type=expected)
         advice = f"write {expected.value}(...) around it"
@@ -66,8 +66,8 @@ class Value:
 class Expressions:
     """Goes through the tokens of a block.
 
-    `given` are names with values that a block reads and cannot change; `argument` is the float that it is a function
-    of, which it may change, as in GLSL; `hints` say what to do instead of names that other blocks have.
+    `given` are names with values that a block cannot change. `argument` is the float that it is a function of, which it
+    may change, as in GLSL. `hints` say what to do instead of names that other blocks have.
     """
 
     def __init__(
@@ -285,7 +285,7 @@ class Expressions:
             return _constructed(span, TYPE_NAMES[name.text], arguments)
         if name.text not in BUILT_INS:
             near = difflib.get_close_matches(name.text[:60], BUILT_INS, n=1)
-            advice = f"is {near[0]} meant?" if near else "the functions are listed in docs/formats/atmo_blocks.md"
+            advice = f"is {near[0]} meant?" if near else "the functions are listed in docs/formats/atmo.md"
             raise RefusalError(name.span, f"there is no function {name.text[:60]}", advice)
         kind = BUILT_INS[name.text].resolve([one.type for one in arguments])
         if kind is None:
@@ -352,7 +352,7 @@ def _chain(names: Sequence[str], operands: Sequence[Value]) -> Value:
 
 
 def law(operator: str, left: Type, right: Type, span: Span) -> tuple[Function, Type]:
-    """What an operator does to two types, and the type of the result."""
+    """The function of an operator for two types, and the type of the result."""
     kinds, kind = f"{left.value} and {right.value}", left.joined(right)
     if operator in operators.EQUALITY and kind is not None:
         return operators.EQUALITY[operator], Type.BOOL

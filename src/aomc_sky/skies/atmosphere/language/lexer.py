@@ -16,14 +16,14 @@ MAX_INT = 2**31 - 1
 
 
 class Span(NamedTuple):
-    """Where something stands in the text."""
+    """Offsets of a piece of the text."""
 
     start: int
     end: int
 
 
 class RefusalError(Exception):
-    """A problem of the text; whoever catches it knows the file."""
+    """A problem of the text; the caller knows the file."""
 
     def __init__(self, span: Span, message: str, advice: str = "") -> None:
         self.span, self.message, self.advice = span, message, advice
@@ -53,7 +53,7 @@ class Problems:
 
 
 class Kind(enum.Enum):
-    """What a token is."""
+    """Kinds of tokens."""
 
     NAME = enum.auto()
     NUMBER = enum.auto()
@@ -82,7 +82,7 @@ _BRACKETS = ("(", ")", "{", "}", "[", "]", ",", ";")
 
 
 def read_tokens(problems: Problems) -> list[Token]:
-    """Return the tokens of the block, the last of kind END; raise all that is no token together."""
+    """Return the tokens of the block, the last of kind END; raise all other characters together."""
     text = problems.source.text
     size = len(text.encode("utf-8", "surrogatepass"))
     if size > MAX_BLOCK_BYTES:

@@ -1,6 +1,6 @@
 """Operators and built-in functions: what they do to arrays, and what they make of the types of their operands.
 
-GLSL decides which types each takes. Where GLSL leaves the result open, it is NaN here, and `Run` refuses it.
+The types are those of GLSL. A result that GLSL leaves open is NaN here, and `Run` refuses it.
 """
 
 from __future__ import annotations
@@ -16,38 +16,34 @@ from aomc_sky.skies.atmosphere.language.values import Array, Function, Type
 Law = Callable[..., Any]
 
 
-def _function(name: str, law: Law, decides: Law | None = None) -> Function:
-    return Function(name=name, law=law, decides=decides)
-
-
 def _equal(left: Array, right: Array) -> Array:
     same = np.equal(left, right)
     return same.all(axis=0) if same.ndim > 1 else same
 
 
 ARITHMETIC = {
-    "+": _function("+", np.add),
-    "-": _function("-", np.subtract),
-    "*": _function("*", np.multiply),
-    "/": _function("/", np.divide),
+    "+": Function("+", np.add),
+    "-": Function("-", np.subtract),
+    "*": Function("*", np.multiply),
+    "/": Function("/", np.divide),
 }
 # towards zero, as on every graphics card
-WHOLE_QUOTIENT = _function("/", lambda left, right: np.trunc(left / right))
+WHOLE_QUOTIENT = Function("/", lambda left, right: np.trunc(left / right))
 ORDERS = {
-    "<": _function("<", np.less, np.less),
-    ">": _function(">", np.greater, np.greater),
-    "<=": _function("<=", np.less_equal, np.less_equal),
-    ">=": _function(">=", np.greater_equal, np.greater_equal),
+    "<": Function("<", np.less, np.less),
+    ">": Function(">", np.greater, np.greater),
+    "<=": Function("<=", np.less_equal, np.less_equal),
+    ">=": Function(">=", np.greater_equal, np.greater_equal),
 }
 EQUALITY = {
-    "==": _function("==", _equal, _equal),
-    "!=": _function("!=", lambda left, right: ~_equal(left, right), _equal),
+    "==": Function("==", _equal, _equal),
+    "!=": Function("!=", lambda left, right: ~_equal(left, right), _equal),
 }
-SIGNS = {"-": _function("-", np.negative), "+": _function("+", np.positive), "!": _function("!", np.logical_not)}
+SIGNS = {"-": Function("-", np.negative), "+": Function("+", np.positive), "!": Function("!", np.logical_not)}
 
 
 def arithmetic(operator: str, left: Type, right: Type) -> tuple[Function, Type] | None:
-    """Return what an operator does to two types, and the type of the result; None where GLSL has no such operation."""
+    """Return the function of an operator for two types, and the type of the result; or None, as GLSL has none."""
     if Type.BOOL in (left, right) or (left.is_vector and right.is_vector and left is not right):
         return None
     if left is right is Type.INT:
@@ -68,7 +64,7 @@ def constructor(kind: Type) -> Function:
             return rows[0].astype(np.float64)
         return rows[0] != 0 if kind is Type.BOOL else np.trunc(rows[0])
 
-    return _function(kind.value, build, build if kind in (Type.BOOL, Type.INT) else None)
+    return Function(kind.value, build, build if kind in (Type.BOOL, Type.INT) else None)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -81,7 +77,7 @@ class BuiltIn:
     gives_float: bool  #: the result is a float whatever g is
 
     def resolve(self, given: Sequence[Type]) -> Type | None:
-        """Type of the result for arguments of these types; None where it does not take them."""
+        """Type of the result for arguments of these types, or None if it does not take them."""
         for pattern in self.patterns:
             if len(pattern) != len(given) or Type.BOOL in given:
                 continue
@@ -180,7 +176,7 @@ _BUILT_INS: tuple[tuple[str, str, Law, Law | None], ...] = (
 )
 BUILT_INS = {
     name: BuiltIn(
-        function=_function(name, law, decides),
+        function=Function(name, law, decides),
         patterns=tuple(one for one in patterns.split() if one not in ("i", "s")),
         takes_int="i" in patterns,
         gives_float="s" in patterns,

@@ -1,11 +1,11 @@
 """Types of values, and the state of one run over many lanes (altitudes or cosines).
 
-A value is a float64 or bool array whose last axis is the lane and, for a vector, whose first axis is the component; a
-length of 1 stands for all lanes. Whole numbers are float64 too, for they have 32 bits in GLSL: a result beyond them is
-refused, never wrapped. Where GLSL leaves a result open, it is NaN, and refused too.
+A value is a float64 or bool array. Its last axis is the lane, and a length of 1 means all lanes; the first axis of a
+vector is the component. Whole numbers are float64 too. They have 32 bits in GLSL: a result beyond them is refused,
+never wrapped. A result that GLSL leaves open is NaN, and refused too.
 
-Each lane follows its own branches, by masks. A lane that a statement does not concern keeps its values, and nothing
-that is worked out in it counts: a division by zero in a branch that is not taken is no error.
+Each lane follows its own branches, by masks. A statement changes only the lanes that reach it; a division by zero in
+another branch is no error.
 """
 
 from __future__ import annotations
@@ -48,13 +48,13 @@ class Type(enum.Enum):
         return f"an {self.value}" if self is Type.INT else f"a {self.value}"
 
     def joined(self, other: Type) -> Type | None:
-        """The type that both can take without loss: a whole number may stand for a real one; None for none."""
+        """The type that both can take without loss, or None; a whole number may replace a real one."""
         if self is other:
             return self
         return Type.FLOAT if {self, other} == {Type.INT, Type.FLOAT} else None
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class Function:
     """One operation on values of known types."""
 
@@ -79,7 +79,7 @@ class Run:
     trace: Array | None  #: (n,) uint64 hashes of all decisions of a lane, if they are asked for
 
     def apply(self, span: Span, kind: Type, function: Function, values: Sequence[Array], mask: Array) -> Array:
-        """What a function makes of values, a result of some type; `mask` are the lanes that count."""
+        """Apply a function to values, for a result of some type; `mask` are the lanes that count."""
         if self.trace is not None and function.decides is not None:
             self.trace = _noted(self.trace, function.decides(*values), mask)
         result: Array = function.law(*values)

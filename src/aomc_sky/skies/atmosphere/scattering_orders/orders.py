@@ -1,29 +1,20 @@
 """Successive orders of scattering in a plane column, all Fourier modes of the azimuth at once.
 
-Law. For optical depth t from the top, mu > 0 the cosine of a zenith angle, azimuth phi from the sun's, and
-L = sum_m (2 - [m = 0]) L_m cos(m phi), order n of the radiance of light that travels down (+) and up (-) is
+The radiance of light that travels down (+) and up (-) is L = sum_m (2 - [m = 0]) L_m cos(m phi), with phi the azimuth
+from the sun's. Order n of it, for optical depth tau from the top and mu > 0 the cosine of a zenith angle, follows from
 
-    +-mu dL_m^n/dt = J_m^n - L_m^n,
-    J_m^n(t, +-mu) = sum_l (2 l + 1)/2 w_l(t) V_lm(+-mu) M_lm^(n-1)(t),
-    M_lm^n(t)      = sum_(+-) int_0^1 V_lm(+-mu) L_m^n(t, +-mu) dmu,        M_lm^0(t) = B(t) V_lm(mu0) / (2 pi),
++-mu dL_m^n/dtau = J_m^n - L_m^n,
 
-with B what is left of the direct beam of irradiance 1, and w_l = sum over the kinds of particles of single-scattering
-albedo times phase moment x_l. Nothing comes down at the top; what leaves the ground of albedo A is of mode 0,
+J_m^n(tau, +-mu) = sum_l (2 l + 1)/2 w_l(tau) V_lm(+-mu) M_lm^(n-1)(tau),
 
-    L_0^n(up) = A / pi E^(n-1),        E^0 = mu0 B(ground),        E^n = 2 pi int_0^1 mu L_0^n(down) dmu,
+M_lm^n(tau) = sum_(+-) int_0^1 V_lm(+-mu) L_m^n(tau, +-mu) dmu, M_lm^0(tau) = B(tau) V_lm(mu0) / (2 pi).
 
-so a reflection by the ground counts as one order.
+B is the rest of the direct beam of irradiance 1, and V_lm(mu) = sqrt((l - m)! / (l + m)!) P_lm(mu). w_l is the sum over
+the kinds of particles of single-scattering albedo times phase moment x_l = 2 pi int p(c) P_l(c) dc. The ground of
+albedo A sends up A / pi times the irradiance of the order before, in mode 0: a reflection counts as one order.
 
-Method: Gauss nodes in mu for each hemisphere; in depth, elements with Gauss nodes inside, on which J is a polynomial
-and the path integral exact (`paths`). Orders are summed until the rest is a geometric series to the
-tolerance; the rest is then added in closed form, for each mode with its own ratio.
-
-The azimuth of a phase function is solved one Fourier mode at a time. With the normalised associated Legendre functions
-
-    V_lm(mu) = sqrt((l - m)! / (l + m)!) P_lm(mu),       P_l(cos T) = sum_m (2 - [m = 0]) V_lm(mu) V_lm(mu') cos(m phi),
-
-a phase function p(cos T) = sum_l (2 l + 1) / (4 pi) x_l P_l(cos T) has the moments x_l = 2 pi int p(c) P_l(c) dc, with
-x_0 = 1, and its mode m is p_m(mu, mu') = sum_(l >= m) (2 l + 1) / (4 pi) x_l V_lm(mu) V_lm(mu').
+Each hemisphere has Gauss nodes in mu. Orders are summed until the rest is a geometric series to the tolerance; it is
+then added in closed form, for each mode with its own ratio.
 """
 
 from __future__ import annotations
@@ -103,14 +94,11 @@ def _pieces(phase: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np
 
 
 def phase_moments(phase: Callable[[np.ndarray], np.ndarray], n_moments: int) -> np.ndarray:
-    """Legendre moments x_l of a phase function, l = 0 to n_moments - 1.
+    """Legendre moments x_l of a phase function, l = 0 to n_moments - 1, at most 256. x_0 is 1: the solver conserves
+    energy.
 
-    `phase` has the integral 1 over the sphere; up to 256 moments. x_0 is 1 exactly: the quadrature's own norm is
-    divided out, so that a solver conserves energy. A SceneError where the norm is off by more than 1e-3: no phase
-    function, or one with a peak narrower than 1e-6 in 1 - c.
-
-    Accuracy: 1e-12 for smooth functions and peaks down to 1 - c = 1e-5, 1e-9 with jumps and bends, which panels are
-    halved towards. Cost: 0.2 ms, 2 ms with a jump.
+    A SceneError where the norm is off by more than 1e-3. Accuracy: 1e-12 for smooth functions and peaks down to 1 - c =
+    1e-5, 1e-9 with jumps and bends, which panels are halved towards.
     """
     cosine, quadrature = _forward_quadrature(n_moments)
     edges = np.linspace(0.0, 1.0, _N_PANEL + 1)
@@ -126,13 +114,10 @@ def phase_moments(phase: Callable[[np.ndarray], np.ndarray], n_moments: int) -> 
 
 
 def legendre_table(mu: np.ndarray, n_modes: int, n_moments: int) -> np.ndarray:
-    """Normalised associated Legendre functions, V_lm(mu) at [m, l - m]; a row ends in zeros from l = n_moments on.
+    """Normalised associated Legendre functions (n_modes, n_moments, n): V_lm(mu) at [m, l - m], zeros from l =
+    n_moments on.
 
-    The place l - m makes the parity V_lm(-mu) = (-1)^(l - m) V_lm(mu) one of even and odd columns.
-
-    Shape (n_modes, n_moments, n), n_modes <= n_moments.
-
-    Accuracy: 1e-13 absolute; the recurrence in l is stable, for all modes at once.
+    V_lm(-mu) = (-1)^(l - m) V_lm(mu), so parity is that of the column. Accuracy: 1e-13 absolute.
     """
     order = np.arange(n_modes, dtype=float)[:, None]
     steps = np.arange(1, n_modes, dtype=float)[:, None]
@@ -150,10 +135,7 @@ def legendre_table(mu: np.ndarray, n_modes: int, n_moments: int) -> np.ndarray:
 
 
 def moments_by_mode(moments: np.ndarray, n_modes: int) -> np.ndarray:
-    """Moments times (2 l + 1) / 2, arranged like `legendre_table`: entry [m, l - m], zeros past the last degree.
-
-    Shape (..., n_modes, n_moments) of moments (..., n_moments).
-    """
+    """Moments (..., n_moments) times (2 l + 1) / 2, arranged like `legendre_table`: (..., n_modes, n_moments)."""
     n = moments.shape[-1]
     padded = np.concatenate([(np.arange(n) + 0.5) * moments, np.zeros((*moments.shape[:-1], n_modes))], axis=-1)
     return padded[..., np.arange(n_modes)[:, None] + np.arange(n)]
@@ -173,9 +155,8 @@ class Angles:
 
 
 def split_table(mu: np.ndarray, n_modes: int, n_moments: int) -> tuple[np.ndarray, np.ndarray]:
-    """Legendre functions with l - m even and odd, each (n_modes, n_half, n).
-
-    An odd number of degrees gets a last row of zeros.
+    """Legendre functions with l - m even and odd, each (n_modes, n_half, n); an odd number of degrees gets a row of
+    zeros.
     """
     table = legendre_table(mu, n_modes, n_moments)
     if n_moments % 2:
@@ -188,8 +169,6 @@ def gauss_angles(n_mu: int, n_moments: int) -> Angles:
     """Gauss nodes on (0, 1) in two panels, with their Legendre functions, as many modes as degrees.
 
     Radiance over a thin column bends within a few degrees of the horizon; the panel below mu = 0.05 is for that.
-
-    Energy is kept to rounding up to about 2 (n_mu - 6) degrees.
     """
     n_low = min(_LOW_NODES, n_mu // 2)
     panels = ((0.0, _LOW_PANEL, n_low), (_LOW_PANEL, 1.0, n_mu - n_low))
@@ -222,9 +201,8 @@ class OrderMoments:
 
 
 def scattering_moments(slab: Slab, kinds: np.ndarray, n_modes: int) -> np.ndarray:
-    """(2 l + 1)/2 w_l at the nodes of a slab, by parity of l - m.
-
-    Shape (2, n_modes, n_half, n_level) of moments x_l (n_kind, n_moments).
+    """(2 l + 1)/2 w_l at the nodes of a slab by parity of l - m, (2, n_modes, n_half, n_level), of x_l (n_kind,
+    n_moments).
     """
     n_kind, n_moments = kinds.shape
     rows = moments_by_mode(np.pad(kinds, ((0, 0), (0, n_moments % 2))), n_modes)
@@ -277,11 +255,7 @@ def sum_orders(
     last_order: int | None,
     n_listed: int,
 ) -> OrderMoments:
-    """Work out the orders one after the other.
-
-    `scattering` is that of `scattering_moments`; `last_order` is where to stop, exactly, and None means all; `n_listed`
-    is the last order that is listed on its own.
-    """
+    """Work out the orders up to `last_order`, or all (None), with the rest as a geometric series."""
     column = _Column(paths, angles, scattering, albedo)
     beam = beam_moments(slab, mu0, scattering.shape[1], angles.n_moments)
     return _summed(column, beam, max(mu0, 0.0) * slab.beam_at_ground, last_order, n_listed)
@@ -290,10 +264,7 @@ def sum_orders(
 def light_from_ground(
     slab: Slab, paths: Paths, scattering: np.ndarray, angles: Angles, mu0: float, albedo: float
 ) -> np.ndarray:
-    """Moments of the part of order 1 that is the direct beam, reflected by the ground.
-
-    Shape (2, n_modes, n_half, n_level); arguments as of `sum_orders`.
-    """
+    """Moments (2, n_modes, n_half, n_level) of the part of order 1 that is the direct beam, reflected by the ground."""
     column = _Column(paths, angles, scattering, albedo)
     dark = np.zeros_like(beam_moments(slab, mu0, scattering.shape[1], angles.n_moments))
     return column.next_order(dark, max(mu0, 0.0) * slab.beam_at_ground)[0]
@@ -329,8 +300,9 @@ def _summed(column: _Column, beam: np.ndarray, direct: float, last_order: int | 
 class GeometricRest:
     """Watches how each mode shrinks from order to order, and says what all later orders would add.
 
-    A mode of size s and ratio r to the order before leaves r / (1 - r) times itself. The ratio's own change d, the
-    larger one of the last two steps, goes on as a geometric series of ratio q: an error of s d / (1 - q) / (1 - r)^2.
+    A mode of size s and ratio r to the order before leaves r / (1 - r) times itself. The change d of the ratio, the
+    larger one of the last two steps, continues as a geometric series of ratio q. The error is s d / (1 - q) / (1 -
+    r)^2.
     """
 
     def __init__(self, n_modes: int) -> None:

@@ -1,25 +1,21 @@
 """Straight paths of light through a column of shells, as weights on its source function.
 
-Law, for a path that crosses an element from share a to share b of its vertical optical depth, x its own optical depth
-per share:
+A path crosses an element from share a to share b of its vertical optical depth, with x its own optical depth per share:
 
-    L(b) = L(a) exp(-x (b - a)) + int_a^b J(s) exp(-x (b - s)) x ds .
+L(b) = L(a) exp(-x (b - a)) + int_a^b J(s) exp(-x (b - s)) x ds .
 
-J is a polynomial through the element's nodes. The integrals of its powers follow from
+J is a polynomial through the element's nodes, and the integrals of its powers are
 
-    psi_d(z) = int_0^1 v^d exp(-z (1 - v)) z dv,    psi_0 = 1 - exp(-z),    psi_d = 1 - (d / z) psi_(d-1),
+psi_d(z) = int_0^1 v^d exp(-z (1 - v)) z dv, psi_0 = 1 - exp(-z), psi_d = 1 - (d / z) psi_(d-1),
 
-by the recurrence upward for z >= 1, and for z < 1 downward from a series, each stable on its side. The weights are
-exact for such a J, at any slope, to 1e-12.
+by the recurrence upward for z >= 1, and downward from a series for z < 1: exact to 1e-12 at any slope.
 
-Through shells x = X / (b - a), with X the optical depth of the straight line in the element, and the tangent point of
-lines that sink and miss the ground. A path that meets the horizontal plane of a node under a small angle leaves a plane
-column far away, but a spherical one after some hundred kilometres: a plane column scatters too much light along the
-horizon, 2 to 10 % in orders >= 2. The source function of a node is that of its altitude alone: the same at each place
-along the path, in the direction that the path has at its end. For the directions that are looked into from the ground,
-the brightness of the source follows the sun's local zenith angle to first order (`Seen`). What is neglected: that x
-changes inside an element, that a direction's own zenith angle changes along its path, and the sun's where light goes on
-to be scattered again.
+Through shells x = X / (b - a), with X the optical depth of the straight line in the element. The source function of a
+node is that of its altitude alone. For the directions looked into from the ground, its brightness follows the sun's
+local zenith angle to first order (`Seen`). Three
+changes are neglected: of x inside an element, of a direction's own zenith angle along its path, and of the sun's zenith
+angle where light goes on to be scattered again. A plane column would scatter too much light along the
+horizon, 2 to 10 % in orders >= 2.
 """
 
 from __future__ import annotations
@@ -44,7 +40,7 @@ class Paths:
     down: np.ndarray
     up: np.ndarray
     #: (n_mu, n_level, n_level) radiance at a node of light that went down beyond the lowest point of a path that misses
-    #: the ground, then up; None where none does
+    #: the ground, then up; or None
     over: np.ndarray | None
     at_ground: np.ndarray  #: (n_mu, n_level) radiance that arrives at the ground
     from_ground: np.ndarray  #: (n_mu, n_level) what is left at a node of radiance that leaves the ground
@@ -52,7 +48,7 @@ class Paths:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Crossings:
-    """What the lines through the nodes of a column meet at one wavelength."""
+    """Optical paths of the lines through the nodes of a column at one wavelength."""
 
     #: (n_level, n_mu, n_element) optical path through each element, on one side of the line's lowest point
     crossed: np.ndarray
@@ -63,10 +59,9 @@ class Crossings:
 
 
 def node_paths(share: np.ndarray, lines: Crossings, ground_crossed: np.ndarray) -> Paths:
-    """Weights of the lines through the nodes of a column.
+    """Weights of the lines through the nodes of a column, at shares (n_element, n_node) of their elements from the top.
 
-    `share` (n_element, n_node) is where the nodes are in their elements, from the top; `ground_crossed` (n_mu,
-    n_element) are the optical paths of the lines that end at the ground.
+    `ground_crossed` (n_mu, n_element) are the optical paths of the lines that end at the ground.
     """
     from aomc_sky.skies.atmosphere.kernels.ray_integrals import fill_down, fill_up
 
@@ -101,10 +96,7 @@ def node_paths(share: np.ndarray, lines: Crossings, ground_crossed: np.ndarray) 
 
 
 def ground_weights(share: np.ndarray, crossed: np.ndarray) -> np.ndarray:
-    """Weights of the source function on the radiance that arrives at the ground.
-
-    Shape (n_mu, n_level) of shares (n_element, n_node) and optical paths through each element (n_mu, n_element).
-    """
+    """Weights (n_mu, n_level) of the source function on the radiance at the ground; `crossed` is (n_mu, n_element)."""
     from aomc_sky.skies.atmosphere.kernels.ray_integrals import fill_down
 
     n_mu, n_element = crossed.shape
@@ -117,10 +109,6 @@ def ground_weights(share: np.ndarray, crossed: np.ndarray) -> np.ndarray:
 def _inverse(share: np.ndarray) -> np.ndarray:
     """Values at the nodes of elements to coefficients of powers of the share, (n_element, n_node, n_node)."""
     return np.linalg.inv(share[:, :, None] ** np.arange(share.shape[1]))
-
-
-SHELL_ERROR = 5e-3
-"""Largest share of the sky's radiance that the neglected changes along a path cost, for a sun above 10 degrees."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -138,10 +126,7 @@ class Lines:
 
 
 def lines_through(grid: AltitudeGrid, altitude_m: np.ndarray, element: np.ndarray, mu: np.ndarray) -> Lines:
-    """Columns of lines through points.
-
-    Points at altitudes (n_level,), in the elements (n_level,), under cosines (n_mu,) of 0 to 1.
-    """
+    """Columns of lines through points: altitudes and elements (n_level,), under cosines (n_mu,) of 0 to 1."""
     radius = grid.profile.earth_radius_m
     lowest = lowest_altitude(radius, altitude_m[:, None], mu)
     low_edge, high_edge = grid.edge_m[1:], grid.edge_m[:-1]
@@ -172,10 +157,7 @@ class ShellPaths:
         self._view = lines_through(grid, ground, last, view_mu)
 
     def weights(self, slab: Slab, extinction_m2: np.ndarray) -> tuple[Paths, np.ndarray]:
-        """Paths of the nodes' directions, and (n_zenith, n_level) for the directions looked into.
-
-        Cross sections are (n_constituent,). [m2]
-        """
+        """Paths of the nodes' directions, and (n_zenith, n_level) for the directions looked into, at one wavelength."""
         share = slab.share
         lines = Crossings(
             crossed=self._lines.crossed @ extinction_m2,
@@ -203,7 +185,7 @@ SUN_STEP_RAD = 2e-3
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Seen:
-    """What the directions looked into from the ground meet."""
+    """Weights of the directions looked into from the ground."""
 
     weights: np.ndarray  #: (n_zenith, n_level) radiance by the source at a node
     #: (n_zenith, n_level) by how much the vertical of the place where a direction crosses a node's altitude is turned
@@ -223,22 +205,16 @@ FLAT_RIPPLE, FLAT_MOMENTS = 1e-6, 200
 
 _MORE_IN_SHELLS = 3  # halves: the slope of a path changes inside an element
 _LEAST_ELEMENTS, _MOST_ELEMENTS = 10, 30
-_FLATTEST = 1e-4  # height over radius below which shells are as good as flat
+_FLATTEST = 1e-4  # height over radius below which shells count as flat
 
 
 def elements_for(optical_depth: float) -> int:
-    """Elements to spread over a column: shallow paths see the last tenths of its depth.
-
-    10 up to an optical depth of 1, then slowly more: 18 at 5, 23 at 10.
-    """
+    """Elements to spread over a column: 10 up to an optical depth of 1, then slowly more: 18 at 5, 23 at 10."""
     return int(np.clip(np.ceil(_LEAST_ELEMENTS * optical_depth**0.36), _LEAST_ELEMENTS, _MOST_ELEMENTS))
 
 
 class ShellColumns:
-    """The columns of a medium, one for each wavelength.
-
-    `n_element` are spread over them; None chooses by the optical depth.
-    """
+    """The columns of a medium, one for each wavelength, of `n_element` each, by default chosen by the optical depth."""
 
     def __init__(self, medium: Medium, n_element: int | None, sun_zenith_rad: float) -> None:
         is_curved = medium.top_m > _FLATTEST * medium.earth_radius_m

@@ -1,6 +1,6 @@
-"""A column as the solver of scattering orders sees it: elements in optical depth, nodes inside them.
+"""A column of a medium at one wavelength: elements in optical depth, nodes inside them.
 
-It is that of a medium at one wavelength, on altitudes that all wavelengths share.
+All wavelengths share their altitudes.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class Slab:
 
     @property
     def share(self) -> np.ndarray:
-        """Where the nodes are in the optical depth of their elements, (n_element, n_node). [0 to 1]"""
+        """Share of the optical depth of its element above each node, (n_element, n_node). [0 to 1]"""
         return (self.node_depth - self.edge_depth[:-1, None]) / np.diff(self.edge_depth)[:, None]
 
 
@@ -52,10 +52,7 @@ def clustered_depths(total: float, n_element: int) -> np.ndarray:
 
 
 def joined_edges(fixed: np.ndarray, wished: np.ndarray, least: float) -> np.ndarray:
-    """Rising edges: all the fixed ones, and the wished ones that are not next to a fixed one.
-
-    Both rise; fixed ones closer than `least` to the one before fall away.
-    """
+    """Rising edges: the fixed ones more than `least` apart, and the wished ones that are not next to a fixed one."""
     kept = [fixed[0]]
     for edge in fixed[1:]:
         if edge - kept[-1] > least:
@@ -82,10 +79,7 @@ class AltitudeGrid:
 
 
 def altitude_grid(medium: Medium, n_element: int) -> AltitudeGrid:
-    """Place elements: crowded in optical depth at top and ground, none across a kink, none too tall.
-
-    Kinks and tall elements add some to `n_element`; the medium has an optical depth.
-    """
+    """Place elements: crowded in optical depth at top and ground, none across a kink, none too tall."""
     profile = density_profile(medium)
     weight = _mean_extinction(medium, profile)
     search = np.unique(np.concatenate([profile.edge_m, np.linspace(0.0, medium.top_m, _N_SEARCH)]))
@@ -138,10 +132,7 @@ def _phase_at(part: Constituent, row: int) -> Callable[[np.ndarray], np.ndarray]
 
 
 def slabs_of_medium(medium: Medium, grid: AltitudeGrid, sun_zenith_rad: float) -> tuple[Slab, ...]:
-    """The column of every wavelength, lit by the pseudo-spherical beam.
-
-    An element that is empty at a wavelength has 1e-12 of the whole optical depth there.
-    """
+    """The column of every wavelength, lit by the pseudo-spherical beam."""
     points = np.append(grid.node_m.ravel(), 0.0)
     beam = np.exp(-optical_depth_to_top(medium, points, sun_zenith_rad))
     return tuple(_slab(medium, grid, row, beam[row]) for row in range(medium.wavelength_nm.size))

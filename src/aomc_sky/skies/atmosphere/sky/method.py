@@ -1,4 +1,4 @@
-"""What lights an atmosphere, which way it is solved, and which suns a way is good for."""
+"""The lights of an atmosphere, the method of its solution, and the suns that a method is good for."""
 
 from __future__ import annotations
 
@@ -38,17 +38,12 @@ def chosen_method(
     is_eclipsed: bool = False,
     is_glowing: bool = False,
 ) -> tuple[str, int]:
-    """Settle method and number of orders.
+    """Settle method and number of orders, by default the medium's.
 
-    "order1": light scattered once, whatever the medium says; exact shells for any sun. "sos": order 1 and successive
-    orders of scattering, for any sun above the horizon. "mc": order 1, and backward paths through shells for the
-    others, for any sun. "auto": "order1" for one order, "sos" for a sun 10 degrees up and higher or an atmosphere that
-    is flat beside its ground, else "mc".
-
-    `n_orders` None takes the medium's. Before the Moon (`is_eclipsed`) "auto" takes "mc", and "sos" is refused; over a
-    ground that glows deep night is light enough, and is solved by "mc". A UsageError for a sun that the method is not
-    good for, a SceneError for no sun, a ModelLimitWarning for "sos" with a sun lower than 10 degrees in an atmosphere
-    that is not flat.
+    "order1": light scattered once; exact shells for any sun. "sos": order 1 and successive orders of scattering, for
+    any sun above the horizon. "mc": order 1, and backward paths through shells for the others, for any sun. "auto":
+    "order1" for one order, "sos" for a sun 10 degrees up and higher or an atmosphere that is flat beside its ground,
+    else "mc"; "mc" too before the Moon, where "sos" is refused, and over a ground that glows in deep night.
     """
     if method not in METHODS:
         raise UsageError(f"method must be one of {', '.join(map(repr, METHODS))}, got {method!r}")
@@ -63,7 +58,9 @@ def chosen_method(
     if orders == 1:
         return "order1", 1
     if is_eclipsed:
-        return _of_eclipse(method), orders
+        if method == "sos":
+            raise UsageError('method "sos" cannot solve an eclipse; use "mc" or "auto"')
+        return "mc", orders
     is_low = degrees > LOWEST_SUN_DEG + 1e-9 and is_curved(medium, sun_zenith_rad)
     if method == "mc" or (method == "auto" and (is_low or degrees > 90.0 + 1e-9)):
         return "mc", orders
@@ -79,17 +76,8 @@ def chosen_method(
     return "sos", orders
 
 
-def _of_eclipse(method: str) -> str:
-    if method == "sos":
-        raise UsageError('method "sos" cannot solve an eclipse; use "mc" or "auto"')
-    return "mc"
-
-
 def reason_of(chosen: str, sun_zenith_rad: float, *, is_eclipsed: bool) -> str:
-    """Why "auto" takes a method; it is logged too.
-
-    A clause without a full stop.
-    """
+    """Why "auto" takes a method, a clause without a full stop; it is logged too."""
     height = 90.0 - math.degrees(sun_zenith_rad)
     sun = f"the sun stands {height:.4g} degrees high"
     if chosen == "order1":
@@ -116,7 +104,7 @@ class Lights:
     """Settled: what shines, and how it is solved."""
 
     has_sun: bool  #: False in deep night
-    moon: Moon | None  #: What hides part of the sun
+    moon: Moon | None  #: It hides part of the sun
     ground_radiance: np.ndarray | None  #: (n_wl,) of a ground that glows. [W m-2 sr-1 nm-1]
     #: method, n_orders: as `chosen_method` gives them
     method: str

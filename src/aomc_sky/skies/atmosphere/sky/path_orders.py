@@ -1,6 +1,4 @@
-"""Orders 2 and up of the whole sky by backward paths, as series of the azimuth; and of a ground that glows by itself,
-such as that of towns.
-"""
+"""Orders 2 and up of the whole sky by backward paths, as series of the azimuth; and the light of a glowing ground."""
 
 from __future__ import annotations
 
@@ -13,7 +11,7 @@ import numpy as np
 
 from aomc_sky.errors import ModelLimitWarning
 from aomc_sky.skies.atmosphere.backward import PathsResult, path_tables, solve_paths
-from aomc_sky.skies.atmosphere.lights import Moon
+from aomc_sky.skies.atmosphere.lights import Moon, is_mirrored
 from aomc_sky.skies.atmosphere.medium import Medium, unlit
 from aomc_sky.skies.atmosphere.sky.solved import azimuth_nodes, to_azimuth_series
 
@@ -41,8 +39,7 @@ class LaterOrders:
     #: Estimated error as a share of the radiance; of paths the median standard error of one direction
     resolution_error: float
     n_paths: int = 0  #: Paths of each direction and wavelength
-    #: Of paths: (n_wl, n_zenith, n_azimuth) standard error of the sum of these orders in each direction that was
-    #: followed. [W m-2 sr-1 nm-1]
+    #: (n_wl, n_zenith, n_azimuth) standard error of their sum in each direction that paths followed. [W m-2 sr-1 nm-1]
     node_error: np.ndarray | None = None
 
 
@@ -57,18 +54,14 @@ def path_orders(
     n_paths: int | None = None,
     order_one: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None,
 ) -> LaterOrders:
-    """Follow paths in all zenith angles and `N_AZIMUTH` azimuths.
+    """Follow paths in all zenith angles and `N_AZIMUTH` azimuths. Cost: 4 s a wavelength and core.
 
-    Orders from `n_listed` on share the last row. `order_one` gives the sun's order 1 (n_wl, n) in directions, with
-    which that of the paths is compared; None solves it. `n_paths` None is `N_PATHS`, and four times as many where these
-    know a direction to less than 5 %. Warns of errors that are large or not to be trusted.
-
-    The same directions have the same light on any number of threads. Cost: 4 s a wavelength and
-    core for 64 zenith angles.
+    Orders from `n_listed` on share the last row. `order_one` gives the sun's order 1 (n_wl, n) in directions. `n_paths`
+    is by default `N_PATHS`, or four times as many if these know a direction to more than 5 %.
     """
-    is_mirrored = moon is None or not moon.breaks_symmetry
-    n_azimuth = N_AZIMUTH if is_mirrored else 2 * N_AZIMUTH - 1
-    azimuth = azimuth_nodes(n_azimuth, is_mirrored=is_mirrored)
+    mirrored = is_mirrored(moon)
+    n_azimuth = N_AZIMUTH if mirrored else 2 * N_AZIMUTH - 1
+    azimuth = azimuth_nodes(n_azimuth, is_mirrored=mirrored)
     theta, phi = np.meshgrid(sky_zenith_rad, azimuth, indexing="ij")
     tables = path_tables(medium)
 
@@ -82,15 +75,20 @@ def path_orders(
     paths = follow(n_paths or N_PATHS, None if order_one is None else order_one(theta.ravel(), phi.ravel()))
     if n_paths is None and _later_error(paths) > _LARGE:
         paths = follow(_MORE * N_PATHS, paths.radiance_by_order[:, 0], paths)
-    _warn_of_under_sampling(paths)
+    error = _later_error(paths)
+    if error > 2.0 * _LARGE:
+        text = f"the paths give orders 2 and up with an error of {100 * error:.2g} % in a direction: the sun is too low"
+        warnings.warn(text, ModelLimitWarning, stacklevel=3)
+    if paths.under_sampled.mean() > _FEW:
+        warn_of_under_sampling(paths.under_sampled, stacklevel=4)
     rows = paths.radiance_by_order[:, 1:]
     rows = np.concatenate([rows[:, : n_listed - 2], rows[:, n_listed - 2 :].sum(axis=1, keepdims=True)], axis=1)
-    to_modes = to_azimuth_series(n_azimuth, is_mirrored=is_mirrored)
+    to_modes = to_azimuth_series(n_azimuth, is_mirrored=mirrored)
     on_nodes = rows.reshape(*rows.shape[:2], sky_zenith_rad.size, n_azimuth)
     return LaterOrders(
         modes=np.einsum("ma,wkza->wkmz", to_modes, on_nodes),
         truncation=_truncation(paths, n_orders),
-        resolution_error=_later_error(paths),
+        resolution_error=error,
         n_paths=paths.n_paths,
         node_error=paths.standard_error.reshape(-1, sky_zenith_rad.size, n_azimuth),
     )
@@ -111,19 +109,13 @@ def _truncation(paths: PathsResult, n_orders: int) -> np.ndarray:
     return np.divide(last * ratio / (1.0 - ratio), total, out=np.zeros_like(last), where=total > 0)
 
 
-def _warn_of_under_sampling(paths: PathsResult) -> None:
-    error = _later_error(paths)
-    if error > 2.0 * _LARGE:
-        text = f"the paths give orders 2 and up with an error of {100 * error:.2g} % in a direction: the sun is too low"
-        warnings.warn(text, ModelLimitWarning, stacklevel=4)
-    flagged = paths.under_sampled
-    if flagged.mean() <= _FEW:
-        return
+def warn_of_under_sampling(flagged: np.ndarray, *, stacklevel: int) -> None:
+    """Warn of directions whose errors are not to be trusted."""
     warnings.warn(
         f"in {flagged.sum()} of {flagged.size} directions and wavelengths hardly any path reaches the air that the sun "
         "lights; errors there may be larger than stated",
         ModelLimitWarning,
-        stacklevel=4,
+        stacklevel=stacklevel,
     )
 
 
@@ -147,13 +139,9 @@ def glow_orders(
     n_listed: int,
     n_paths: int | None = None,
 ) -> GlowOrders:
-    """Follow paths in some zenith angles.
+    """Follow paths in some zenith angles, over a ground of radiance (n_wl,) that is the same everywhere; no sun.
 
-    The medium's sun does not count. `ground_radiance` (n_wl,) is the same everywhere and into all directions; the
-    result is linear in it, for no path depends on it. Orders from `n_listed` on share the last row. `n_paths` None is
-    `GLOW_PATHS`.
-
-    Accuracy: the standard error, 0.2 to 0.5 % of a direction. Cost: 3 s a wavelength and core for 64 zenith angles.
+    The result is linear in it. Orders from `n_listed` on share the last row. Cost: 3 s a wavelength and core.
     """
     paths = solve_paths(
         unlit(medium), sun_zenith_rad=0.0, sky_zenith_rad=sky_zenith_rad,

@@ -1,28 +1,31 @@
-"""Solve an atmosphere: for the whole sky at sea level, or in given directions, each solved for itself."""
+"""Solve an atmosphere: for the whole sky at sea level, or in single directions."""
 
 from __future__ import annotations
 
 import dataclasses
 import os
 import time
-import warnings
-from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import ModelLimitWarning, UsageError
+from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere.backward import MOST_LISTED, PathsResult, solve_paths
 from aomc_sky.skies.atmosphere.eclipse import eclipsed_once, solve_eclipsed_order_one, visible_share
-from aomc_sky.skies.atmosphere.lights import Moon, ground_beam
+from aomc_sky.skies.atmosphere.lights import Moon, ground_beam, is_mirrored
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers, unlit
-from aomc_sky.skies.atmosphere.order_one import scattered_once, scattering_cosine, solve_order_one, with_phases
+from aomc_sky.skies.atmosphere.order_one import scattering_cosine, with_phases
 from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, DiffuseSky, solve_orders
 from aomc_sky.skies.atmosphere.sky.method import LOWEST_SUN_DEG, Lights, chosen_lights
-from aomc_sky.skies.atmosphere.sky.path_orders import GlowOrders, LaterOrders, glow_orders, path_orders
+from aomc_sky.skies.atmosphere.sky.path_orders import (
+    GlowOrders,
+    LaterOrders,
+    glow_orders,
+    path_orders,
+    warn_of_under_sampling,
+)
 from aomc_sky.skies.atmosphere.sky.solved import (
     SkyField,
     SolvedSky,
@@ -59,8 +62,7 @@ def later_orders(
 ) -> LaterOrders:
     """Orders 2 to `n_orders`, and what the orders above them would bring.
 
-    The medium's own number of orders does not count. Orders from `n_listed` on, order 1 among those listed, share the
-    last row where more count.
+    Orders from `n_listed` on, order 1 among those listed, share the last row where more count.
     """
     if n_orders <= n_listed:
         everything = dataclasses.replace(medium, n_orders=ALL_ORDERS)
@@ -100,13 +102,13 @@ def solve_sky(
 ) -> SolvedSky:
     """Solve for the whole sky.
 
-    The sun's zenith angle is 0 to 0.6 pi, and 0 to pi with `ground_radiance` (n_wl,), the light that the ground gives
-    off by itself [W m-2 sr-1 nm-1]: in deep night the sun is left out. `method` and `n_orders` are as for
+    The sun's zenith angle is 0 to 0.6 pi. With `ground_radiance` (n_wl,), the light that the ground gives off by itself
+    [W m-2 sr-1 nm-1], it is 0 to pi, and in deep night the sun is left out. `method` and `n_orders` are as for
     `chosen_method`. A Moon that reaches no part of the sun from anywhere in the atmosphere is left out. `n_paths` None
-    is 4096 of the sun's, four times as many where these know a direction to less than 5 %, and 32768 of the ground's.
+    is 4096 for the sun, four times as many where these know a direction to less than 5 %, and 32768 for the ground.
 
-    Accuracy: the fields follow the solvers to `SolvedSky.series_error`, the largest difference found in 64 directions
-    between the nodes: 2e-8 under a sun at 40 degrees, 1e-7 at 80, 7e-6 at 90. Cost: 0.1 s a wavelength; see the page.
+    The fields follow the solvers to `SolvedSky.series_error`, the largest difference found in 64 directions between the
+    nodes: 2e-8 under a sun at 40 degrees, 1e-7 at 80, 7e-6 at 90.
     """
     lights = chosen_lights(
         medium, sun_zenith_rad, method=method, n_orders=n_orders, moon=moon, ground_radiance=ground_radiance,
@@ -120,8 +122,8 @@ class SkyAndRings:
     """A whole sky, and more zenith angles of the same solution."""
 
     sky: SolvedSky
-    #: (n_wl, n_row, n_modes, n_ring) series in the azimuth of orders 2, 3, ... in the zenith angles; None where order 1
-    #: is all the sun's light, and of "mc", whose series is not meant for single directions.
+    #: (n_wl, n_row, n_modes, n_ring) series in the azimuth of orders 2, 3, ... in the zenith angles; None for order 1
+    #: alone, and for "mc", whose series is not meant for single directions.
     later: np.ndarray | None
     glow: np.ndarray | None  #: (n_wl, n_row, n_ring) orders 1, 2, ... of a glowing ground in them. [W m-2 sr-1 nm-1]
 
@@ -129,15 +131,13 @@ class SkyAndRings:
 def solve_sky_and_rings(
     medium: Medium, sun_zenith_rad: float, ring_rad: np.ndarray, lights: Lights, *, n_listed: int
 ) -> SkyAndRings:
-    """Solve for the whole sky, and look into more zenith angles with the same solution.
+    """Solve for the whole sky, and look into the zenith angles `ring_rad` (n_ring,) with the same solution.
 
-    `lights` is from `chosen_lights`, `ring_rad` (n_ring,) are the zenith angles. Orders from `n_listed` on share the
-    last row.
+    Orders from `n_listed` on share the last row.
     """
     if not lights.has_sun:
         medium = unlit(medium)
     zenith, n_rows = np.concatenate([zenith_nodes(MORE_NODES), ring_rad]), min(n_listed, lights.n_orders)
-    is_mirrored = lights.moon is None or not lights.moon.breaks_symmetry
     started = time.perf_counter()
     once = order_one_field(medium, sun_zenith_rad, lights)
     after_once = time.perf_counter()
@@ -152,7 +152,9 @@ def solve_sky_and_rings(
         medium=medium,
         sun_zenith_rad=sun_zenith_rad,
         once=once,
-        more=None if later is None else field_of_modes(later.modes[..., :MORE_NODES], is_mirrored=is_mirrored),
+        more=None
+        if later is None
+        else field_of_modes(later.modes[..., :MORE_NODES], is_mirrored=is_mirrored(lights.moon)),
         direct=dataclasses.replace(direct, irradiance=share * direct.irradiance),
         method=lights.method,
         n_orders=lights.n_orders,
@@ -193,15 +195,19 @@ def _later(
         return None
     if lights.method == "sos":
         return later_orders(medium, sun_zenith_rad, zenith, lights.n_orders, n_listed=n_rows)
+
+    def order_one(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
+        return with_phases(medium, once.at(theta, phi), scattering_cosine(sun_zenith_rad, theta, phi))
+
     return path_orders(
         medium, sun_zenith_rad, zenith[:MORE_NODES], lights.n_orders, n_listed=n_rows, moon=lights.moon,
-        n_paths=lights.n_paths, order_one=partial(radiance_of_order_one, medium, sun_zenith_rad, once),
+        n_paths=lights.n_paths, order_one=order_one,
     )  # fmt: skip
 
 
 def relative_errors(sky: SolvedSky) -> tuple[float, float]:
-    """Estimated errors of the solvers: of quadratures and resolutions as a share of the radiance, and of the orders
-    above as a share of them.
+    """Estimated errors: of quadratures and resolution as a share of the radiance, of the later orders as a share of
+    them.
     """
     if sky.method == "mc":
         return ORDER_ONE_ERROR, sky.resolution_error
@@ -212,54 +218,35 @@ def relative_errors(sky: SolvedSky) -> tuple[float, float]:
 
 def order_one_field(medium: Medium, sun_zenith_rad: float, lights: Lights) -> SkyField | ExactOnce:
     """Light scattered once before the phase functions, over the whole sky: a series, or in twilight solved anew."""
-    degrees = float(np.rad2deg(sun_zenith_rad))
-    if lights.has_sun and lights.moon is None and degrees > _LOWEST_OF_SERIES_DEG:
-        return ExactOnce(medium=medium, sun_zenith_rad=sun_zenith_rad)
-    n_zenith, n_azimuth = ORDER_ONE_NODES if degrees <= LOWEST_SUN_DEG else ORDER_ONE_NODES_LOW_SUN
     if not lights.has_sun:
-        shape = (medium.wavelength_nm.size, len(scatterers(medium)), 1, 1)
-        return SkyField(coefficient=np.zeros(shape))
-    if lights.moon is None:
-        return fit_field(_order_one_law(medium, sun_zenith_rad, None), n_zenith=n_zenith, n_azimuth=n_azimuth)
-    is_mirrored = not lights.moon.breaks_symmetry
-    n_zenith, n_azimuth = ORDER_ONE_NODES_ECLIPSE
+        return SkyField(coefficient=np.zeros((medium.wavelength_nm.size, len(scatterers(medium)), 1, 1)))
+    degrees = float(np.rad2deg(sun_zenith_rad))
+    if lights.moon is not None:
+        n_zenith, n_azimuth = ORDER_ONE_NODES_ECLIPSE
+    elif degrees > _LOWEST_OF_SERIES_DEG:
+        return ExactOnce(medium=medium, sun_zenith_rad=sun_zenith_rad)
+    else:
+        n_zenith, n_azimuth = ORDER_ONE_NODES if degrees <= LOWEST_SUN_DEG else ORDER_ONE_NODES_LOW_SUN
+    mirrored = is_mirrored(lights.moon)
     return fit_field(
-        _order_one_law(medium, sun_zenith_rad, lights.moon),
+        lambda zenith, azimuth: eclipsed_once(medium, sun_zenith_rad, zenith, azimuth, lights.moon),
         n_zenith=n_zenith,
-        n_azimuth=n_azimuth if is_mirrored else 2 * n_azimuth - 1,
-        is_mirrored=is_mirrored,
+        n_azimuth=n_azimuth if mirrored else 2 * n_azimuth - 1,
+        is_mirrored=mirrored,
     )
-
-
-def _order_one_law(
-    medium: Medium, sun_zenith_rad: float, moon: Moon | None
-) -> Callable[[np.ndarray, np.ndarray], np.ndarray]:
-    """Order 1 before the phase functions, of directions."""
-    if moon is None:
-        return lambda zenith, azimuth: scattered_once(medium, sun_zenith_rad, zenith, azimuth)
-    return lambda zenith, azimuth: eclipsed_once(medium, sun_zenith_rad, zenith, azimuth, moon)
-
-
-def radiance_of_order_one(
-    medium: Medium, sun_zenith_rad: float, once: SkyField | ExactOnce, zenith_rad: np.ndarray, azimuth_rad: np.ndarray
-) -> np.ndarray:
-    """Radiance of order 1 in directions (n,) by its field, shape (n_wl, n). [W m-2 sr-1 nm-1]"""
-    cosine = scattering_cosine(sun_zenith_rad, zenith_rad, azimuth_rad)
-    return with_phases(medium, once.at(zenith_rad, azimuth_rad), cosine)
 
 
 def series_error(medium: Medium, sun_zenith_rad: float, once: SkyField | ExactOnce, moon: Moon | None = None) -> float:
     """Largest relative difference of order 1 from its solver in 64 directions that are no nodes.
 
-    Of an eclipse: the largest difference as a share of the brightest of them, for in totality the later orders are
-    the brighter ones.
+    In an eclipse it is a share of the brightest of them: in totality the later orders are the brighter ones.
     """
     if isinstance(once, ExactOnce):
         return 0.0
     k = np.arange(64)
     zenith = np.arccos(((k + 0.5) / 64) ** 1.5)
     azimuth = (np.pi if moon is None else 2.0 * np.pi) * np.mod(0.5 + k * 0.6180339887498949, 1.0)
-    exact = _order_one_law(medium, sun_zenith_rad, moon)(zenith, azimuth).sum(axis=1)
+    exact = eclipsed_once(medium, sun_zenith_rad, zenith, azimuth, moon).sum(axis=1)
     found = once.at(zenith, azimuth).sum(axis=1)
     brightest = exact.max(axis=1, keepdims=True, initial=0.0)
     scale = exact + 1e-6 * brightest if moon is None else np.broadcast_to(brightest, exact.shape)
@@ -283,7 +270,7 @@ _MODEL_ERROR = 2e-4
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class AtmosphereResult:
-    """What a solution of an atmosphere brings, in the directions asked for.
+    """Radiance of an atmosphere in the directions asked for, with its irradiances and errors.
 
     Parameters
     ----------
@@ -352,15 +339,12 @@ def solve(
     ground_radiance: np.ndarray | None = None,
     n_paths: int | None = None,
 ) -> AtmosphereResult:
-    """Solve an atmosphere in the directions asked for, on all pairs of zenith angles and azimuths.
+    """Solve an atmosphere in all pairs of zenith angles and azimuths from the sun, each solved for itself.
 
-    Azimuths are counted from the sun's; arguments and errors as of `solve_sky`, `dropped` is what the maker of the
-    medium left out, for the result.
-
-    No interpolation: every direction is solved. Azimuths left and right of the sun are one, so half of them are, unless
-    the Moon stands beside the sun's vertical plane. "mc" follows 65536 paths in each direction and wavelength, fewer
-    where more than 512 directions are asked for, 4096 at least; two suns have numbers of their own. The irradiance of
-    the sky is that of patches, good to 1e-4, and of "mc" has the noise of the whole sky's paths.
+    Arguments and errors as of `solve_sky`; `dropped` is what the maker of the medium left out. The two sides of the
+    sun's vertical plane are one unless the Moon stands beside it. "mc" follows 65536 paths in each direction and
+    wavelength, fewer where more than 512 directions are asked for, 4096 at least; two suns have numbers of their own.
+    The irradiance of the sky is that of patches, good to 1e-4, and of "mc" has the noise of the whole sky's paths.
     """
     started = time.perf_counter()
     zenith, azimuth = _angles(sky_zenith_rad, "zenith angles"), _angles(azimuth_from_sun_rad, "azimuths")
@@ -407,10 +391,7 @@ def _angles(given: ArrayLike, what: str) -> np.ndarray:
 def _by_order(
     found: SkyAndRings, rings: np.ndarray, azimuth: np.ndarray, n_paths: int | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
-    """The sun's light by order on all pairs, (n_wl, n_order, n_ring, n_azimuth), its error, and whether it is flagged.
-
-    A distinct azimuth is worked out once.
-    """
+    """The sun's light by order on all pairs, (n_wl, n_order, n_ring, n_azimuth), its error, and where it is flagged."""
     sky = found.sky
     turned = np.fmod(azimuth, 2 * np.pi)  # exact, so that mirror images stay so to the bit
     turned -= np.where(np.abs(turned) > np.pi, np.copysign(2 * np.pi, turned), 0.0)
@@ -422,10 +403,7 @@ def _by_order(
         rows = paths.radiance_by_order.reshape(*paths.radiance_by_order.shape[:2], *shape)
         error, flagged = (each.reshape(-1, *shape)[..., column] for each in (paths.standard_error, paths.under_sampled))
         return rows[..., column], error, flagged
-    if sky.moon is None:
-        once = solve_order_one(sky.medium, sky.sun_zenith_rad, theta, phi)
-    else:
-        once = solve_eclipsed_order_one(sky.medium, sky.sun_zenith_rad, theta, phi, sky.moon)
+    once = solve_eclipsed_order_one(sky.medium, sky.sun_zenith_rad, theta, phi, sky.moon)
     rows = np.zeros((once.shape[0], sky.n_listed, *shape))
     rows[:, 0] = once.reshape(-1, *shape)
     if found.later is not None:
@@ -439,12 +417,9 @@ def _by_order(
 def directed_paths(
     sky: SolvedSky, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray, n_paths: int | None = None
 ) -> PathsResult:
-    """Follow paths in single directions.
+    """Follow paths in single directions; `n_paths` None is as many as the number of directions allows.
 
-    `n_paths` None is as many as the number of directions allows. The result's `standard_error` has 2e-4 of orders 2 and
-    up besides the scatter of the paths; it warns of directions whose error is not to be trusted.
-
-    The random numbers are those of the sun: two suns have errors of their own, and the whole sky others again.
+    Two suns have errors of their own, and the whole sky others again.
     """
     found = solve_paths(
         sky.medium, sun_zenith_rad=sky.sun_zenith_rad, sky_zenith_rad=sky_zenith_rad,
@@ -453,12 +428,7 @@ def directed_paths(
         threads=os.cpu_count() or 1,
     )  # fmt: skip
     if found.under_sampled.any():
-        warnings.warn(
-            f"in {found.under_sampled.sum()} of {found.under_sampled.size} directions and wavelengths "
-            "hardly any path reaches the air that the sun lights; errors there may be larger than stated",
-            ModelLimitWarning,
-            stacklevel=5,
-        )
+        warn_of_under_sampling(found.under_sampled, stacklevel=6)
     later = found.radiance_by_order[:, 1:].sum(axis=1)
     return dataclasses.replace(found, standard_error=np.hypot(found.standard_error, _MODEL_ERROR * later))
 

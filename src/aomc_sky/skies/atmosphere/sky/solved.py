@@ -1,4 +1,4 @@
-"""A clear sky after its solution: smooth fields of the direction, radiance anywhere, means over patches, the beam."""
+"""A clear sky after its solution: smooth fields of the direction, radiance anywhere, means over patches."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.atmosphere.lights import GroundBeam, Moon
+from aomc_sky.skies.atmosphere.lights import GroundBeam, Moon, is_mirrored
 from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.order_one import scattering_cosine, with_phases
 from aomc_sky.skies.atmosphere.twilight import ExactOnce
@@ -21,8 +21,7 @@ HALF_PI = np.pi / 2
 class SkyField:
     """Functions of zenith angle and azimuth from the sun, as a rule mirrored on the sun's vertical plane.
 
-    A ray's path through shells lit by parallel light is smooth in both angles; only phase functions may be sharp, and
-    they stay outside.
+    Light along a ray through shells is smooth in both angles; only phase functions may be sharp, and they stay outside.
     """
 
     #: (..., n_zenith, n_azimuth) of T_k(2 u - 1) cos(m phi), where u = sqrt(1 - theta / (pi/2)): the square root crowds
@@ -47,10 +46,9 @@ class SkyField:
     def in_cells(
         self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray, ring: np.ndarray, column: np.ndarray
     ) -> np.ndarray:
-        """Values on the nodes of some cells of a product of rings and columns.
+        """Values (..., n_cell, n, n) on the nodes of some cells of rings (n_ring, n) and columns (n_column, n).
 
-        Shape (..., n_cell, n, n) of nodes of each ring (n_ring, n) and column (n_column, n), and of the cells' indices;
-        rings do not fall.
+        `ring` and `column` are the cells' indices; rings do not fall.
         """
         pieces = []
         for one in np.unique(ring):
@@ -60,10 +58,9 @@ class SkyField:
         return np.concatenate(pieces, axis=-3)
 
     def means(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray, weight: np.ndarray) -> np.ndarray:
-        """Weighted means over patches, each the product of a ring and a column.
+        """Weighted means (..., n_ring, n_column) over patches with nodes (n_ring, n) and (n_column, n).
 
-        Shape (..., n_ring, n_column) of nodes (n_ring, n) and (n_column, n), and a node's weight (n,) in both
-        directions. The series is averaged term by term, so that many nodes cost little.
+        The series is averaged term by term, so that many nodes cost little.
         """
         rows = _zenith_basis(sky_zenith_rad.ravel(), self.coefficient.shape[-2])
         columns = azimuth_basis(azimuth_from_sun_rad.ravel(), self.coefficient.shape[-1], is_mirrored=self.is_mirrored)
@@ -75,11 +72,7 @@ class SkyField:
 def fit_field(
     values: Callable[[np.ndarray, np.ndarray], np.ndarray], *, n_zenith: int, n_azimuth: int, is_mirrored: bool = True
 ) -> SkyField:
-    """Fit a field through the values at its nodes.
-
-    `values` takes zenith angles (n,) and azimuths (n,) and gives (..., n). Exact at its nodes, which are neither
-    overhead nor on the horizon. Where it is not mirrored, `n_azimuth` is odd and over the whole turn.
-    """
+    """Fit a field through the values at its nodes; an odd `n_azimuth` over the whole turn where it is not mirrored."""
     phi = azimuth_nodes(n_azimuth, is_mirrored=is_mirrored)
     zenith, azimuth = np.meshgrid(zenith_nodes(n_zenith), phi, indexing="ij")
     value = values(zenith.ravel(), azimuth.ravel())
@@ -109,10 +102,7 @@ def to_azimuth_series(n: int, *, is_mirrored: bool) -> np.ndarray:
 
 
 def field_of_modes(modes: np.ndarray, *, is_mirrored: bool = True) -> SkyField:
-    """A field from its series in the azimuth at `zenith_nodes`.
-
-    `modes` (..., n_azimuth, n_zenith) are factors of cos(m phi), or as `SkyField` has them where it is not mirrored.
-    """
+    """A field from its series in the azimuth (..., n_azimuth, n_zenith) at `zenith_nodes`."""
     return SkyField(coefficient=_to_series(modes.shape[-1]) @ modes.swapaxes(-1, -2), is_mirrored=is_mirrored)
 
 
@@ -143,66 +133,31 @@ def azimuth_basis(azimuth_from_sun_rad: np.ndarray, n: int, *, is_mirrored: bool
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SolvedSky:
-    """Radiance of the sky at the ground, as phase functions times smooth fields.
-
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere.
-    sun_zenith_rad : float
-        Zenith angle of the sun. [rad]
-    once : SkyField or ExactOnce, shape (n_wl, n_scatterer, ...)
-        Light scattered once by each kind of particle that scatters, without its phase function. [W m-2 nm-1]
-    more : SkyField, shape (n_wl, n_order - 1, ...), or None
-        Radiance of orders 2 and up; None where order 1 is all. [W m-2 sr-1 nm-1]
-    direct : GroundBeam
-        The light of the sun that reaches the ground unscattered.
-    method : str
-        "order1", "sos" or "mc".
-    n_orders : int
-        Most interactions that count.
-    truncation : ndarray, float64, shape (n_wl,)
-        Estimated share of the sky's irradiance in the orders that do not count; NaN for order 1 alone.
-    resolution_error : float
-        Estimated error of cutting angles and depths in the later orders, as a share of the radiance.
-    series_error : float
-        Largest relative difference of the field of order 1 from its solver that was found between the nodes.
-    seconds : dict of str to float
-        Time of each part of the solution. [s]
-    moon : Moon or None
-        What hides part of the sun.
-    visible_share : float
-        Of the sun's disc, seen by the observer beside the Moon; `direct` has it already. [0 to 1]
-    glow : SkyField, shape (n_wl, n_listed, ...), or None
-        Radiance of orders 1 and up that a glowing ground brings. [W m-2 sr-1 nm-1]
-    glow_error : float
-        Standard error of one direction of it, as a share.
-    node_error : ndarray, float64, shape (n_wl, n_zenith, n_azimuth), or None
-        Of "mc": standard error of orders 2 and up at `zenith_nodes` and `azimuth_nodes`. [W m-2 sr-1 nm-1]
-    reason : str
-        Why "auto" took the method; empty where the method was asked for.
-    n_paths : int
-        Backward paths of each direction and wavelength that brought orders 2 and up; 0 where no paths did.
-    """
+    """Radiance of the sky at the ground, as phase functions times smooth fields."""
 
     medium: Medium
     sun_zenith_rad: float
+    #: (n_wl, n_scatterer, ...) light scattered once by each kind of particle, without its phase function. [W m-2 nm-1]
     once: SkyField | ExactOnce
-    more: SkyField | None
+    more: SkyField | None  #: (n_wl, n_order - 1, ...) orders 2 and up, if any. [W m-2 sr-1 nm-1]
     direct: GroundBeam
-    method: str
-    n_orders: int
+    method: str  #: "order1", "sos" or "mc"
+    n_orders: int  #: Most interactions that count
+    #: (n_wl,) estimated share of the sky's irradiance in the orders that do not count; NaN for order 1 alone
     truncation: np.ndarray
-    resolution_error: float
-    series_error: float
-    seconds: dict[str, float]
-    moon: Moon | None = None
-    visible_share: float = 1.0
-    glow: SkyField | None = None
-    glow_error: float = 0.0
+    resolution_error: (
+        float  #: Estimated error of cutting angles and depths in the later orders, as a share of the radiance
+    )
+    series_error: float  #: Largest relative difference of the field of order 1 from its solver between the nodes
+    seconds: dict[str, float]  #: Time of each part of the solution
+    moon: Moon | None = None  #: It hides part of the sun
+    visible_share: float = 1.0  #: Share of the sun's disc that the observer sees; `direct` has it already
+    glow: SkyField | None = None  #: (n_wl, n_listed, ...) orders 1 and up of a glowing ground. [W m-2 sr-1 nm-1]
+    glow_error: float = 0.0  #: Standard error of one direction of it, as a share
+    #: Of "mc": (n_wl, n_zenith, n_azimuth) standard error of orders 2 and up at `zenith_nodes` and `azimuth_nodes`
     node_error: np.ndarray | None = None
-    reason: str = ""
-    n_paths: int = 0
+    reason: str = ""  #: Why "auto" took the method; empty where the method was asked for
+    n_paths: int = 0  #: Backward paths of each direction and wavelength; 0 where no paths brought orders 2 and up
 
     @property
     def n_listed(self) -> int:
@@ -213,7 +168,7 @@ class SolvedSky:
     @property
     def is_mirrored(self) -> bool:
         """Whether the sky right of the sun is that left of it."""
-        return self.moon is None or not self.moon.breaks_symmetry
+        return is_mirrored(self.moon)
 
     @property
     def direct_irradiance(self) -> np.ndarray:
@@ -225,30 +180,11 @@ class SolvedSky:
         """Irradiance of the direct beam on a plane normal to it, shape (n_wl,). [W m-2 nm-1]"""
         return self.visible_share * self.medium.toa_irradiance * np.exp(-self.direct.optical_depth)
 
-    def once_on_product(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
-        """Radiance of order 1 on all pairs of zenith angles (n_z,) and azimuths from the sun (n_a,).
-
-        Shape (n_wl, n_z, n_a). [W m-2 sr-1 nm-1, >= 0]
-        """
-        parts = self.once.on_product(sky_zenith_rad, azimuth_from_sun_rad)
-        return with_phases(self.medium, parts, self._cosine(sky_zenith_rad[:, None], azimuth_from_sun_rad[None, :]))
-
     def once_at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Radiance of order 1 in single directions (n,), shape (n_wl, n). [W m-2 sr-1 nm-1, >= 0]"""
-        parts = self.once.at(sky_zenith_rad, azimuth_from_sun_rad)
-        return with_phases(self.medium, parts, self._cosine(sky_zenith_rad, azimuth_from_sun_rad))
-
-    def once_in_cells(
-        self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray, ring: np.ndarray, column: np.ndarray
-    ) -> np.ndarray:
-        """Radiance of order 1 on the nodes of some cells of a product of rings and columns.
-
-        Shape (n_wl, n_cell, n, n) of nodes of each ring (n_ring, n) and column (n_column, n), and of the cells'
-        indices; rings do not fall. [W m-2 sr-1 nm-1, >= 0]
-        """
-        theta, phi = sky_zenith_rad[ring][:, :, None], azimuth_from_sun_rad[column][:, None, :]
-        parts = self.once.in_cells(sky_zenith_rad, azimuth_from_sun_rad, ring, column)
-        return with_phases(self.medium, parts, self._cosine(theta, phi))
+        return self.with_phases(
+            self.once.at(sky_zenith_rad, azimuth_from_sun_rad), sky_zenith_rad, azimuth_from_sun_rad
+        )
 
     def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Radiance of all orders together in single directions (n,), shape (n_wl, n). [W m-2 sr-1 nm-1, >= 0]"""
@@ -269,8 +205,13 @@ class SolvedSky:
         rings = np.argmin(np.abs(sky_zenith_rad[:, None] - zenith_nodes(n_zenith)), axis=1)
         return np.asarray(self.node_error[:, rings, np.argmin(np.abs(turned[:, None] - node), axis=1)])
 
-    def _cosine(self, zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
-        return scattering_cosine(self.sun_zenith_rad, zenith, azimuth)
+    def with_phases(
+        self, parts: np.ndarray, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray
+    ) -> np.ndarray:
+        """Radiance (n_wl, ...) of order 1 from values of `once`, (n_wl, n_scatterer, ...); directions broadcast."""
+        return with_phases(
+            self.medium, parts, scattering_cosine(self.sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
+        )
 
 
 FIRST_POINTS = 3
@@ -288,14 +229,12 @@ _MOST_VALUES = 2_000_000
 def patch_means(
     sky: SolvedSky, grid: PatchGrid, sun_azimuth_rad: float, *, tolerance: float = 1e-5
 ) -> tuple[np.ndarray, float]:
-    """Flux-weighted mean radiance of every patch, by order.
+    """Flux-weighted mean radiance of every patch by order, (n_wl, n_order, n_patch), and the change of order 1.
 
-    Shape (n_wl, n_order, n_patch): integral of L cos over the patch / its projected solid angle [W m-2 sr-1 nm-1]; and
-    the largest relative change of order 1 by the last refinement of any patch, which is above its error. `tolerance` is
-    such a change by two thirds more points each way.
-
-    Gauss points in mu^2 and azimuth. Order 1 has 3 x 3 and then 5 x 5 of them in all patches, and more where the mean
-    still changes: around the sun under aerosols with a sharp forward peak, and along the horizon.
+    The mean is the integral of L cos over the patch / its projected solid angle [W m-2 sr-1 nm-1]. The change is the
+    largest relative one of any patch by its last refinement, which is above its error; patches are refined until it is
+    at most `tolerance`. Gauss points are in mu^2 and azimuth: 3 x 3 of order 1, then 5 x 5, then more where the mean
+    still changes.
     """
     columns, mirror = _distinct_columns(grid, sun_azimuth_rad, is_mirrored=sky.is_mirrored)
     once, change = _refined_once(sky, grid, columns, tolerance)
@@ -345,8 +284,7 @@ def _relative_change(coarse: np.ndarray, fine: np.ndarray) -> np.ndarray:
 def _distinct_columns(grid: PatchGrid, sun_azimuth_rad: float, *, is_mirrored: bool) -> tuple[np.ndarray, np.ndarray]:
     """Columns that are no mirror image of another on the sun's vertical plane, and which of them each column is.
 
-    Where the sky is not mirrored there, all of them. Columns are (n, 2) azimuths from the sun [rad], the others indices
-    (n_azimuth,) into them.
+    Columns are (n, 2) azimuths from the sun [rad], the others indices (n_azimuth,) into them.
     """
     bounds = np.deg2rad(grid.azimuth_bounds_deg) - sun_azimuth_rad
     middle, width = bounds.mean(axis=1), bounds[:, 1] - bounds[:, 0]
@@ -382,7 +320,8 @@ def _on_all(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, n: int) -> np.
     means = []
     for start in range(0, grid.n_zenith, rings):
         some = zenith[start : start + rings]
-        radiance = sky.once_on_product(some.ravel(), azimuth)
+        theta = some.ravel()
+        radiance = sky.with_phases(sky.once.on_product(theta, azimuth), theta[:, None], azimuth)
         cells = radiance.reshape(-1, len(some), n, len(columns), n)
         means.append(np.einsum("wzicj,i,j->wzc", cells, weight, weight, optimize=True))
     return np.concatenate(means, axis=1).reshape(sky.medium.wavelength_nm.size, -1)
@@ -397,6 +336,7 @@ def _on_some(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, patches: np.n
     means = []
     for start in range(0, patches.size, at_once):
         ring, column = np.divmod(patches[start : start + at_once], len(columns))
-        cells = sky.once_in_cells(zenith, azimuth, ring, column)
+        parts = sky.once.in_cells(zenith, azimuth, ring, column)
+        cells = sky.with_phases(parts, zenith[ring][:, :, None], azimuth[column][:, None, :])
         means.append(np.einsum("wpij,i,j->wp", cells, weight, weight, optimize=True))
     return np.concatenate(means, axis=1)

@@ -1,0 +1,59 @@
+"""`AtmosphereSky.from_file`: a sky of a description, with its warnings and errors."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.errors import InputFileError, InputWarning
+from aomc_sky.skies.atmosphere.description.medium import read_medium
+from tests.support.shared import INPUTS
+
+MARINE = INPUTS / "atmosphere" / "clear_marine.atmo"
+FEW = {"sun_zenith_deg": 40.0, "sun_azimuth_deg": 20.0, "n_orders": 2, "grid": sky.PatchGrid.regular(6, 8)}
+
+
+@pytest.mark.parametrize("path", [MARINE, str(MARINE)], ids=["path", "text"])
+def test_it_is_the_sky_of_the_medium(path: Path | str) -> None:
+    found = sky.AtmosphereSky.from_file(path, wavelength_nm=[440.0, 560.0], **FEW)
+    medium, _ = read_medium(sky.read_atmo(MARINE), [440.0, 560.0])
+    expected = sky.AtmosphereSky(medium=medium, **FEW)
+    assert found.medium.wavelength_nm.tolist() == [440.0, 560.0]
+    np.testing.assert_array_equal(found.patch_mean, expected.patch_mean)
+    np.testing.assert_array_equal(found.direct_irradiance, expected.direct_irradiance)
+    assert found.solved.n_orders == 2
+
+
+def test_each_wavelength_takes_the_nearest_one() -> None:
+    with pytest.warns(InputWarning, match=r"clear_marine\.atmo: its wavelength nearest .* 560 for 562, 440 for 445 nm"):
+        found = sky.AtmosphereSky.from_file(MARINE, wavelength_nm=[562.0, 445.0, 440.5], **FEW)
+    assert found.medium.wavelength_nm.tolist() == [440.0, 560.0]
+    with pytest.warns(InputWarning, match="1000 nm lies outside the wavelengths 400 to 700 nm .* 700 nm is used"):
+        assert sky.AtmosphereSky.from_file(MARINE, wavelength_nm=1000.0, **FEW).medium.wavelength_nm.tolist() == [700.0]
+
+
+def test_tables_elsewhere_want_a_word(tmp_path: Path) -> None:
+    """The description names spectra/..., here by an absolute path of another folder."""
+    shutil.copytree(MARINE.parent / "spectra", tmp_path / "tables")
+    (tmp_path / "own").mkdir()
+    text = MARINE.read_text().replace("file spectra/", "file ../tables/").replace("file phase/", "file ../tables/")
+    shutil.copy(MARINE.parent / "phase" / "sea_salt.csv", tmp_path / "tables")
+    moved = tmp_path / "own" / "clear.atmo"
+    moved.write_text(text)
+    with pytest.raises(InputFileError, match="--allow-path"):
+        sky.AtmosphereSky.from_file(moved, wavelength_nm=560.0, **FEW)
+    found = sky.AtmosphereSky.from_file(moved, wavelength_nm=560.0, allow_paths=[tmp_path / "tables"], **FEW)
+    same = sky.AtmosphereSky.from_file(MARINE, wavelength_nm=560.0, **FEW)
+    np.testing.assert_array_equal(found.patch_mean, same.patch_mean)
+
+
+def test_all_problems_of_the_file_are_told(tmp_path: Path) -> None:
+    bad = tmp_path / "bad.atmo"
+    bad.write_text("version: 6\nscattering orders: none\natmosphere height: 5 parsec\n")
+    with pytest.raises(InputFileError) as caught:
+        sky.AtmosphereSky.from_file(bad, wavelength_nm=560.0, **FEW)
+    assert {problem.line for problem in caught.value.problems} >= {2, 3}
