@@ -34,18 +34,19 @@ settings.load_profile(os.environ.get("AOMC_SKY_HYPOTHESIS", "ci" if os.environ.g
 
 
 FIRST = (
-    *("test_emit.py", "test_lobe_cells.py", "test_crafted_folders.py", "test_backward.py", "test_hosts.py"),
-    *("test_verify.py", "test_host.py", "test_perez_emission.py", "test_slab.py", "test_plan_faults.py"),
-    *("test_cli_verify_scene.py", "test_photon_source.py", "test_machine_faults.py", "test_aomc_light.py"),
-    *("test_cli_verify.py", "test_quantities.py", "test_two_runs.py", "test_startup.py", "test_lobe_fairness.py"),
+    *("test_emit.py", "test_backward.py", "test_hosts.py", "test_verify.py", "test_pages.py", "test_lobe_cells.py"),
     *(
-        "test_sky_plugin.py",
-        "test_folder_faults.py",
-        "test_phase.py",
-        "test_functions.py",
-        "test_phase_arrays.py",
-        "test_as_python.py",
+        "test_cli_verify_scene.py",
+        "test_slab.py",
+        "test_host.py",
+        "test_numbers.py",
+        "test_plot.py",
+        "test_measured.py",
     ),
+    *("test_cli_plot.py", "test_sky_plugin.py", "test_cli_verify.py", "test_patches.py", "test_aomc_light.py"),
+    *("test_replicates.py", "test_perez_emission.py", "test_folder_faults.py", "test_crafted_folders.py"),
+    *("test_output_targets.py", "test_named_skies.py", "test_function_sky.py", "test_cli_export.py"),
+    *("test_low_discrepancy.py", "test_startup.py", "test_skydist.py"),
 )
 """Files that take a worker five seconds or more: they come first, so that none is left with one of them at the end."""
 

@@ -71,11 +71,11 @@ def test_shares_beside_the_sun_are_those_of_difcol(installed):
     np.testing.assert_allclose(beam + diffuse, 1.0, rtol=1e-15)
 
 
-@pytest.mark.parametrize("brightening", [0, 1.23, 5])
+@pytest.mark.parametrize("brightening", [0, 1.23])
 def test_the_mean_cosine_is_that_of_the_integrals(installed, brightening):
     """Mean of mu of the flux mu (1 + b mu) by hand: (1/3 + b/4) / (1/2 + b/3)."""
     scene = sky.read_scene(
-        INPUTS / "clear_day", sky="bright_zenith", sky_options={"brightening": brightening}, iterations=1_000_000
+        INPUTS / "clear_day", sky="bright_zenith", sky_options={"brightening": brightening}, iterations=400_000
     )
     exact = (1 / 3 + brightening / 4) / (1 / 2 + brightening / 3)
     assert -scene.source(seed=1).photons(0).uz.mean(dtype=float) == pytest.approx(exact, abs=2e-5)

@@ -20,7 +20,7 @@ from tests.support.fault_rows import row
 from tests.support.processes import start, wait_for
 from tests.support.scenes import copy_scene
 
-SLOW_PAIRS = int(os.environ.get("AOMC_SKY_PAIRS", "20"))
+SLOW_PAIRS = int(os.environ.get("AOMC_SKY_PAIRS", "10"))
 """Of the slow test; the page on faults says how to ask for more."""
 
 _SERVER = multiprocessing.get_context("forkserver")

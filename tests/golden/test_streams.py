@@ -104,6 +104,14 @@ def computed(request):
         return golden_words() | golden_photons()
 
 
+def test_keys_differ_by_seed_method_and_name():
+    names = (streams.ALLOCATION, streams.ORDER, streams.SHIFT, streams.PLACEMENT, streams.POSITION)
+    methods = (None, "stratified", "iid")
+    seeds = (*range(200), 2**64 - 1)
+    keys = {streams.stream_key(seed, name, method) for seed in seeds for method in methods for name in names}
+    assert len(keys) == len(seeds) * len(methods) * len(names)
+
+
 @pytest.mark.parametrize("part", ["words", "orders"])
 def test_streams_never_change(part, computed):
     assert computed[part] == json.loads(WORDS.read_text())[part]

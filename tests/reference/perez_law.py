@@ -66,23 +66,10 @@ class PerezLaw:
 
 
 def integrate_boxes(function: Function, boxes: np.ndarray, tolerance: float) -> tuple[np.ndarray, float]:
-    """Integrate over rectangles, each split in four until its Gauss sum and that of its quarters agree.
+    """Integrals over rectangles (n, 4) of x0, x1, y0, y1, and a bound of the sum of their errors.
 
-    Parameters
-    ----------
-    function : callable
-        Vectorised function of x and y.
-    boxes : ndarray, shape (n, 4)
-        x0, x1, y0, y1 of each.
-    tolerance : float
-        Allowed sum of the disagreements, relative to the sum of the integrals.
-
-    Returns
-    -------
-    integrals : ndarray, shape (n,)
-        The integrals.
-    error : float
-        Sum of all disagreements of accepted boxes, in the units of the integrals: the error is smaller.
+    Each is split in four until its Gauss sum and that of its quarters agree: the disagreements add up to the
+    tolerance, relative to the sum of the integrals, at most.
     """
     owner, coarse = np.arange(len(boxes)), _gauss(function, boxes)
     total, error, scale = np.zeros(len(boxes)), 0.0, np.abs(coarse).sum()
@@ -129,19 +116,9 @@ def flux_over_sky(law: PerezLaw, quantity: Callable[[np.ndarray, np.ndarray, np.
     """Integral of max(f, 0) cos(zenith) times a quantity over the hemisphere, in coordinates around the sun.
 
     Around the sun nothing is cut up to gamma = pi/2 - Z; beyond, gamma = pi/2 - Z cos(t) and psi from where the
-    horizon cuts, so that the integrand is smooth on both rectangles and the sun is an edge.
-
-    Parameters
-    ----------
-    law : PerezLaw
-        The sky.
-    quantity : callable
-        Function of (ux, uy, uz), the direction towards the sky with x towards the sun's azimuth; even in uy.
-
-    Returns
-    -------
-    float
-        The integral. Relative error below ten tolerances (disagreement of the two finest sums, checked).
+    horizon cuts, so that the integrand is smooth on both rectangles and the sun is an edge. The quantity is a function
+    of the direction (ux, uy, uz) towards the sky, x towards the sun's azimuth, even in uy. The relative error is below
+    ten tolerances, which is checked.
     """
     z = law.sun_zenith_rad
     s, c = np.sin(z), np.cos(z)

@@ -29,23 +29,15 @@ Extinction = Callable[[float], float]
 class Beam:
     """The sun at a true altitude: what refraction makes of it.
 
-    Parameters
-    ----------
-    true_deg, apparent_deg : float
-        Altitude without and with refraction.
-    depth_straight, depth_bent : float
-        Slant optical depth of the straight line towards the true altitude, and of the ray.
-    concentration : float
-        Irradiance of a horizontal plane over that of the straight beam, for the same transmittance. The parameter of a
-        ray, n r cos(altitude) at the ground, is its distance from the earth's centre outside the air; so the light
-        between two distances falls on the ring of the ground between two true altitudes.
+    The parameter of a ray, n r cos(altitude) at the ground, is its distance from the earth's centre outside the air; so
+    the light between two distances falls on the ring of the ground between two true altitudes.
     """
 
-    true_deg: float
+    true_deg: float  #: Altitude without refraction
     apparent_deg: float
-    depth_straight: float
+    depth_straight: float  #: Slant optical depth of the straight line towards the true altitude
     depth_bent: float
-    concentration: float
+    concentration: float  #: Irradiance of a horizontal plane over that of the straight beam, for the same transmittance
 
     @property
     def horizontal_ratio(self) -> float:

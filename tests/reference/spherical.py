@@ -33,15 +33,7 @@ def exponential_column(radius_m: float, top_m: float, scale_m: float, altitude_m
 
 
 class SlowRays:
-    """Order 1 of a medium at one wavelength, in single directions.
-
-    Parameters
-    ----------
-    medium : Medium
-        The atmosphere.
-    cut_m : sequence of float
-        Altitudes where quadratures are cut: its kinks, and some between.
-    """
+    """Order 1 of a medium at one wavelength, in single directions; quadratures are cut at the altitudes `cut_m`."""
 
     def __init__(self, medium: Medium, cut_m: tuple[float, ...], row: int = 0) -> None:
         self.medium = medium

@@ -73,7 +73,7 @@ def test_spherical_rows() -> None:
 @needs_shared
 @pytest.mark.slow
 def test_all_spherical_rows() -> None:
-    pulls, flagged = spherical_pulls(n_paths=100_000, every=1)
+    pulls, flagged = spherical_pulls(n_paths=50_000, every=1)
     assert pulls.shape[1] == 945
     assert np.abs(pulls).max() < 5.0
     assert np.all(chdtr(945, np.sum(pulls**2, axis=1)) < 0.9999)

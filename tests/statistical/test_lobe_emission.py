@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.special import gammaincc
 
 from aomc_sky.skies.lobes import functions as lobes
 from aomc_sky.skies.lobes.sky import lobe_components
@@ -70,18 +69,12 @@ def test_patches(plan, name):
     plan.check(patch_p(LOBES[name], sky_directions(photons(source))))
 
 
-def upper_p(observed, expected):
-    """Chance of so large a chi-square: photons that fill cells evenly have p near 1, which is no defect."""
-    observed, expected = chi2.pool(observed, expected)
-    return float(gammaincc((observed.size - 1) / 2, chi2.chi2_statistic(observed, expected) / 2))
-
-
 @pytest.mark.slow
 def test_even_photons(plan):
     """Photons that are tied together are not farther from the law than chance."""
     for name in ("city", "below the horizon"):
         world = sky_directions(source_of(LOBES[name], precision="float64").photons())
-        plan.check(upper_p(*patches(LOBES[name], world)))
+        plan.check(chi2.upper_p(*patches(LOBES[name], world)))
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])

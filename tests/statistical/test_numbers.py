@@ -87,7 +87,7 @@ def test_a_rejection_does_not_choose_numbers(monkeypatch):
     assert chi_square_with_the_place(source)[0] > 5
 
 
-@pytest.mark.parametrize("n", [7, 60])
+@pytest.mark.parametrize("n", [pytest.param(7, marks=pytest.mark.slow), 60])
 def test_over_seeds_they_are_uniform(plan, n):
     """One photon of each of many seeds: each number, each pair, and each with both places of the direction."""
     points = np.concatenate([coordinates(dome(n, seed)[5:6]) for seed in range(SEEDS)])

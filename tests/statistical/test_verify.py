@@ -54,7 +54,7 @@ def summed_p(reports, beginning):
     return chi2.two_sided(gammainc(half, statistic / 2), gammaincc(half, statistic / 2))
 
 
-@pytest.mark.parametrize("name", ["clear_day", "perez_sky"])
+@pytest.mark.parametrize("name", ["clear_day", pytest.param("perez_sky", marks=pytest.mark.slow)])
 def test_chi_squares_of_independent_photons(plan, name):
     """Statistics of many seeds add up to a chi-square: level and power are those of theory."""
     reports = [independent_report(name, seed) for seed in range(SEEDS)]
@@ -214,24 +214,20 @@ def test_one_percent_uniform_in_zenith_angle(plan_only, method, tied):
 
 @pytest.mark.slow
 def test_power_of_one_percent_over_seeds(plan_only):
-    """The same for 40 choices of the photons that are spoilt: caught always in our runs, nearly always in theirs."""
-    source, directions = many("stratified")
-    ours = [direction_report(source, Tied.PLAN, uniform_in_zenith_angle(directions, 0.01, s)) for s in range(40)]
-    assert not any(ours)
-    source, directions = many("iid")
-    theirs = [
-        direction_report(source, Tied.INDEPENDENT, uniform_in_zenith_angle(directions, 0.01, s)) for s in range(40)
-    ]
-    assert sum(map(bool, theirs)) <= 4
+    """The same for ten choices of the photons that are spoilt: caught always in our runs, nearly always in theirs."""
+    for method, tied, most in (("stratified", Tied.PLAN, 0), ("iid", Tied.INDEPENDENT, 1)):
+        source, directions = many(method)
+        passed = [direction_report(source, tied, uniform_in_zenith_angle(directions, 0.01, s)) for s in range(10)]
+        assert sum(map(bool, passed)) <= most
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("method", "tied"), [("stratified", Tied.PLAN), ("iid", Tied.INDEPENDENT)])
 @pytest.mark.parametrize("name", ["night_sky", "light_polluted", "overcast", "perez_sky", "atmosphere_sky"])
 def test_power_of_one_percent_over_scenes(plan_only, name, method, tied):
-    """Lobes, whose photons lie in cells that zones cut, and skies of all kinds: five seeds each."""
+    """Lobes, whose photons lie in cells that zones cut, and skies of all kinds: two seeds each."""
     scene = scene_of(name, MANY)
-    for seed in range(5):
+    for seed in range(2):
         source = scene.source(seed, method=method)
         report = direction_report(source, tied, uniform_in_zenith_angle(directions_of(source), 0.01, seed))
         assert not report
@@ -357,11 +353,11 @@ def false_alarms(name, method, tied, seeds, n):
 
 
 @pytest.mark.parametrize(("name", "method", "tied"), CONFIGURATIONS[:6])
-def test_correct_photons_of_three_seeds_pass(name, method, tied):
-    assert false_alarms(name, method, tied, range(3), 20_000) == []
+def test_correct_photons_of_a_seed_pass(name, method, tied):
+    assert false_alarms(name, method, tied, range(1), 20_000) == []
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "method", "tied"), CONFIGURATIONS)
-def test_correct_photons_of_200_seeds_pass(name, method, tied):
-    assert false_alarms(name, method, tied, range(100, 300), 20_000) == []
+def test_correct_photons_of_50_seeds_pass(name, method, tied):
+    assert false_alarms(name, method, tied, range(100, 150), 20_000) == []

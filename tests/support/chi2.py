@@ -49,6 +49,12 @@ def chi2_p(observed: np.ndarray, expected: np.ndarray) -> float:
     return two_sided(gammainc(half, statistic / 2), gammaincc(half, statistic / 2))
 
 
+def upper_p(observed: np.ndarray, expected: np.ndarray) -> float:
+    """Chance of so large a chi-square: photons that fill cells evenly have p near 1, which is no defect."""
+    observed, expected = pool(observed, expected)
+    return float(gammaincc((observed.size - 1) / 2, chi2_statistic(observed, expected) / 2))
+
+
 def homogeneity_p(first: np.ndarray, second: np.ndarray) -> float:
     """Two-sided p-value that two histograms come from one law, their totals fixed."""
     n, m = first.sum(), second.sum()

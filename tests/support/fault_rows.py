@@ -21,29 +21,13 @@ ROWS = ("1 1 0 10.5", "1 1 1 12.0", "1 2 1 20.0", "2 1 0 8.2", "2 1 1 9.5", "2 2
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Fault:
-    """One fault and its answer.
-
-    Parameters
-    ----------
-    row : int
-        Row of the matrix. [1-based]
-    name : str
-        The fault in a few words, for the test's id.
-    files : dict
-        Files of the scene that are replaced, name -> text or bytes.
-    answer : str
-        All of standard error, word for word.
-    options : sequence of str
-        Further arguments of ``run``.
-    code : int
-        Exit code.
-    """
+    """One fault of a row of the matrix, and its answer."""
 
     row: int
-    name: str
-    files: dict[str, str | bytes]
-    answer: str
-    options: Sequence[str] = ()
+    name: str  #: For the test's id
+    files: dict[str, str | bytes]  #: Files of the scene that are replaced
+    answer: str  #: All of standard error, word for word
+    options: Sequence[str] = ()  #: Further arguments of ``run``
     code: int = 3
 
 

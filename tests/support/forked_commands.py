@@ -17,13 +17,7 @@ _SERVER.set_forkserver_preload(["aomc_sky.cli.main", "aomc_sky.engine.run", "aom
 
 
 class ForkedCommand:
-    """A run of the command, with those parts of `subprocess.Popen` that the tests use.
-
-    Parameters
-    ----------
-    words : object
-        The command line behind ``aomc-sky``.
-    """
+    """A run of ``aomc-sky WORDS``, with those parts of `subprocess.Popen` that the tests use."""
 
     def __init__(self, *words: object) -> None:
         self.stderr = tempfile.NamedTemporaryFile("r", prefix="aomc-sky-test-")  # noqa: SIM115 # lives as long as the process

@@ -36,13 +36,7 @@ class Done:
 
 
 class ForkServer:
-    """A process that has imported some modules and forks another one for each program; it starts with the first.
-
-    Parameters
-    ----------
-    *modules : str
-        What it imports before it forks.
-    """
+    """A process that has imported some modules and forks another one for each program; it starts with the first."""
 
     def __init__(self, *modules: str) -> None:
         self._modules = modules

@@ -1,8 +1,8 @@
 """The declared statistical tests, which share one level of significance.
 
 A correct program fails the whole suite of statistical tests with chance 1e-6: each p-value is compared
-with Sidak's share of it. The shares hold only if the list is complete, so a test that asks for an
-undeclared name fails, and so does a declared name that a full run of tests/statistical never asks for.
+with Sidak's share of it. The shares hold only if the list is complete: a test that asks for an undeclared
+name fails, and tests/statistical/conftest.py compares the list with the tests that are there.
 """
 
 from __future__ import annotations
@@ -16,18 +16,10 @@ FAMILY_LEVEL = 1e-6
 
 @dataclass
 class StatisticalPlan:
-    """Names of tests, each with the number of p-values it compares.
-
-    Parameters
-    ----------
-    declared : dict
-        Name -> number of p-values.
-    family_level : float
-        Chance that a correct program fails any of them.
-    """
+    """Names of tests, each with the number of p-values it compares."""
 
     declared: dict[str, int]
-    family_level: float = FAMILY_LEVEL
+    family_level: float = FAMILY_LEVEL  #: Chance that a correct program fails any of them
     used: dict[str, int] = field(default_factory=dict)
 
     @property
@@ -53,10 +45,6 @@ class StatisticalPlan:
     def bind(self, name: str) -> BoundPlan:
         """The plan for one run of a test."""
         return BoundPlan(plan=self, name=name)
-
-    def unused(self) -> dict[str, int]:
-        """Declared p-values that were never compared."""
-        return {name: n - self.used.get(name, 0) for name, n in self.declared.items() if self.used.get(name, 0) < n}
 
 
 @dataclass

@@ -44,13 +44,7 @@ def resonant_rings(smallest: int, largest: int) -> list[int]:
 
 
 class EqualPatches:
-    """A grid of equal patches with the same number of photons in each, and the errors of its photons.
-
-    Parameters
-    ----------
-    n_zenith, n_azimuth, each : int
-        Rings, columns, photons of a patch.
-    """
+    """A grid of equal patches with `each` photons in each of them, and the errors of its photons."""
 
     def __init__(self, n_zenith: int, n_azimuth: int, each: int = 1) -> None:
         self.n_zenith, self.n_azimuth, self.each = n_zenith, n_azimuth, each
@@ -154,15 +148,6 @@ class EqualPatches:
         def places(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             rng = np.random.default_rng([seed, self.n, 1])
             return np.arange(self.n) // self.each, rng.random(self.n), rng.random(self.n)
-
-        return places
-
-    def independent(self) -> Places:
-        """Independent photons."""
-
-        def places(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-            rng = np.random.default_rng([seed, self.n, 2])
-            return rng.integers(0, self.n_zenith * self.n_azimuth, self.n), rng.random(self.n), rng.random(self.n)
 
         return places
 

@@ -18,7 +18,7 @@ from tests.support.shared import INPUTS
 
 SCENES = [
     ("clear_day", "iterations=200000"),
-    ("perez_sky", "iterations=30000"),
+    pytest.param("perez_sky", "iterations=30000", marks=pytest.mark.slow),
     ("document_example", "compat=aomc"),
     pytest.param("perez_sky", "iterations=30000 placement=philox", marks=pytest.mark.slow),
     pytest.param("sparse_sky", "order=patch", marks=pytest.mark.slow),

@@ -25,13 +25,6 @@ def regular(tmp_path: Path) -> Path:
     return path
 
 
-def test_a_regular_file_is_read(regular):
-    assert read_regular(regular, 12) == b"twelve bytes"
-    assert regular_status(regular).st_size == 12
-    with open_regular(regular) as file:
-        assert file.read() == b"twelve bytes"
-
-
 def test_a_link_is_followed_unless_it_may_not_be(regular, tmp_path):
     link = tmp_path / "link"
     link.symlink_to(regular)
@@ -63,23 +56,9 @@ def test_nothing_else_is_opened(read, follow, tmp_path):
 
 
 @each_reader
-def test_a_pipe_behind_a_link(read, tmp_path):
-    os.mkfifo(tmp_path / "pipe")
-    (tmp_path / "link").symlink_to("pipe")
-    with pytest.raises(FileKindError, match="a pipe"):
-        read(tmp_path / "link")
-
-
-@each_reader
 def test_a_name_that_no_file_can_have(read):
     with pytest.raises(OSError, match="no file can have this name"):
         read("a\0b")
-
-
-@each_reader
-def test_a_missing_file(read, tmp_path):
-    with pytest.raises(FileNotFoundError):
-        read(tmp_path / "missing")
 
 
 def test_a_link_put_there_after_the_look_is_not_followed(regular, tmp_path, monkeypatch):

@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from bench.accuracy import Found, Row, error_of, measure_errors, slope_of, tallied, trends
+from bench.accuracy import Found, Row, error_of, measure_errors, slope_of, trends
 from bench.quantities import QUANTITIES, Values
 from bench.samplers import METHODS
 from bench.skies import bench_sky
@@ -31,12 +31,6 @@ def test_error_is_the_root_mean_square_and_scalar_the_median() -> None:
     assert error["scalar"] == pytest.approx(0.1)
     assert set(bias) == set(QUANTITIES) - {"histogram"}
     assert all(value == pytest.approx(0.1) for value in bias.values())
-
-
-def test_histogram_error_is_a_norm() -> None:
-    moved = Values(planar=0.5, scalar=2.0, cone=0.1, ring=0.01, histogram=np.array([0.5, 0.0, 0.25, 0.25]))
-    assert moved.relative_error(TRUTH, "histogram") == pytest.approx(math.sqrt(2 * 0.25**2) / 0.5)
-    assert moved.relative_error(TRUTH, "planar") == 0
 
 
 def rows(errors: list[float], photons: list[int], seconds: list[float] | None = None) -> list[Row]:
@@ -108,14 +102,6 @@ def test_independent_photons_have_the_error_that_theory_gives() -> None:
         assert row.error[quantity] == pytest.approx(math.sqrt((1 - p) / p / n), rel=0.4)
     expected = math.sqrt((1 - (truth.histogram**2).sum()) / n) / np.linalg.norm(truth.histogram)
     assert row.error["histogram"] == pytest.approx(expected, rel=0.2)
-
-
-def test_both_orders_emit_the_same_photons() -> None:
-    scene = bench_sky("clear-uniform").scene(3000)
-    one, other = (tallied(scene.source(seed=3, order=order)) for order in ("shuffled", "patch"))
-    assert np.array_equal(one.histogram, other.histogram)
-    assert one.planar == pytest.approx(other.planar, rel=1e-12)
-    assert (one.cone, one.ring) == (other.cone, other.ring)
 
 
 def test_a_method_without_chance_runs_once() -> None:

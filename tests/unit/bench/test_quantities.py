@@ -158,17 +158,6 @@ def travel(zenith_deg: np.ndarray, azimuth_deg: np.ndarray, dtype: type) -> list
     return [component.astype(dtype) for component in vector]
 
 
-def test_tally_agrees_with_arctan2() -> None:
-    generator = np.random.default_rng(3)
-    zenith, azimuth = np.rad2deg(np.arccos(np.sqrt(generator.random(20_000)))), 360 * generator.random(20_000)
-    sums = Tally()
-    for part in np.split(np.arange(20_000), [1, 4096, 9001]):
-        sums.add(*travel(zenith[part], azimuth[part], np.float64))
-    bins = histogram_grid().patch_of(zenith, azimuth)
-    counted = np.bincount(bins, minlength=N_ROWS * N_SECTORS)
-    assert np.array_equal(np.rint(sums.values().histogram * 20_000), counted)
-
-
 def test_no_photon_is_an_error_of_one() -> None:
     nothing = Tally().values()
     truth = Values(planar=0.5, scalar=2.0, cone=0.1, ring=0.1, histogram=np.full(288, 1 / 288))

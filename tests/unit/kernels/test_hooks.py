@@ -35,10 +35,6 @@ def said(*scenes: str, **variables: str) -> list[str]:
     return with_numba(PHOTONS, INPUTS, *scenes, **variables).splitlines()
 
 
-def test_one_process_takes_a_variant_after_the_other():
-    assert said("overcast", "perez_sky") == SAID[:2]
-
-
 def test_a_variant_with_a_queue_after_the_others():
     pytest.importorskip("h5py")
     assert said("overcast", "perez_sky", "night_sky") == SAID

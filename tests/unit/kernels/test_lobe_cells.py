@@ -174,14 +174,6 @@ def test_counts_name_the_lobe_alone():
     assert len(lines) == 3
 
 
-def test_plan_survives_a_file(tmp_path):
-    source = scene(components(), 1000).source(seed=3)
-    source.plan.save(tmp_path / "plan.npz")
-    again = sky.PhotonSource.from_plan(type(source.plan).load(tmp_path / "plan.npz"))
-    np.testing.assert_array_equal(again.photons().ux, source.photons().ux)
-    assert [c.law for c in again.components] == [c.law for c in source.components]
-
-
 def test_component_shapes_are_checked():
     (lobe,) = components(LOBES[:1])
     with pytest.raises(ValueError, match="needs both shared and bounds"):
@@ -252,7 +244,7 @@ def test_a_host_takes_lobes_one_at_a_time():
     assert [sample(i) for i in range(300)] == list(zip(batch.ux, batch.uy, batch.uz, strict=True))
 
 
-# both are code of their own; test_as_python.py runs them as Python by default
+# both are code of their own; the gate's leg without the JIT runs them as Python
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["lobes", "perez and lobes"])
 def test_lobes_of_2_to_the_62_photons(name):

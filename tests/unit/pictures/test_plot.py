@@ -214,7 +214,7 @@ def test_where_no_light_comes_from_the_sun_of_amc_inp_is_a_cross():
     assert where == pytest.approx((35.0, 0.0))
 
 
-@pytest.mark.parametrize("n", range(1, 13))
+@pytest.mark.parametrize("n", [1, 2, 3, 5, 7, 10, 12])
 def test_rows_of_domes_leave_no_slot_empty(n):
     domes = tuple(Dome(grid=PatchGrid.regular(1, 4), values=np.ones(4)) for _ in range(n))
     figure = figure_of(Picture(domes=domes, quantity=RELATIVE_RADIANCE), size_px=300)

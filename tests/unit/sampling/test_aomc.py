@@ -71,12 +71,6 @@ def test_uniform_sky_of_whole_degrees_ring_by_ring():
         np.testing.assert_array_equal(found, expected)
 
 
-@pytest.mark.parametrize("n", [0, 1, 10, 9999, 2**24 + 1, 5 * 10**7, 999_999_999])
-def test_walk_equals_the_plain_one(n):
-    weight = np.random.default_rng(8).lognormal(sigma=2.0, size=(12, 17)).astype(np.float32)
-    np.testing.assert_array_equal(allocate(weight, n, method="aomc"), plain.aomc(weight, n))
-
-
 def test_program_loses_every_photon_of_a_fine_uniform_sky():
     weight = aomc_weight(np.ones((89, 360)))
     assert allocate(weight, 10_000, method="aomc").sum() == 0

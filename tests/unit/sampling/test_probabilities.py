@@ -7,7 +7,6 @@ import pytest
 
 from aomc_sky.errors import AllocationError
 from aomc_sky.kernels.arithmetic import error_free as fixed_point
-from aomc_sky.kernels.arithmetic.error_free import product_over_2_62
 from aomc_sky.plan.sampling.allocation import fixed_point_cumulative, normalise
 from tests.reference import allocation as plain
 
@@ -96,14 +95,3 @@ def test_masses_that_are_none(function, mass, message):
     with pytest.raises(AllocationError, match=message) as caught:
         function(mass)
     assert caught.value.exit_code == 4
-
-
-EDGES = [0, 1, 2, 3, 2**31, 2**32 - 1, 2**32, 2**32 + 1, 2**61, 2**62 - 2**32, 2**62 - 1, 2**62]
-
-
-def test_product_at_the_ends_equals_python_integers():
-    for n in EDGES:
-        for u in (0, 1, 2**32, 2**62 - 2, 2**62 - 1):
-            quotient, rest = product_over_2_62(np.array(EDGES, dtype=np.uint64), n, u)
-            exact = [divmod(n * a + u, 2**62) for a in EDGES]
-            assert [(int(q), int(r)) for q, r in zip(quotient, rest, strict=True)] == exact

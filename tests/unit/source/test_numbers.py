@@ -55,8 +55,8 @@ def test_they_are_the_sequence_of_the_ranks(way):
 
 
 @pytest.mark.parametrize("way", WAYS)
-@pytest.mark.parametrize("name", ["everything", "narrow cells"])
-def test_photons_are_the_same_for_any_number(name, way):
+def test_photons_are_the_same_for_any_number(way):
+    name = "everything" if way[0] == "shuffled" else "narrow cells"
     made = source(name, **options(way))
     plain, most = made.photons(), made.photons(numbers=3)
     assert plain.numbers is None
@@ -102,8 +102,7 @@ def test_replicates_have_their_own():
     assert not np.isin(np.sort(whole[:cut])[:100], whole[cut:]).any()
 
 
-@pytest.mark.parametrize("way", WAYS)
-@pytest.mark.parametrize("start", [0, 2**33 + 17])
+@pytest.mark.parametrize(("way", "start"), list(zip(WAYS, (2**33 + 17, 0) * 3, strict=False)))
 def test_plain_equals_compiled(way, start):
     made = source("table", 3 * 10**10 if start else N, **options(way))
     n = 5001 if JIT else 60
@@ -139,7 +138,7 @@ def test_wrong_arguments():
 
 
 @needs_jit
-@pytest.mark.parametrize(("way", "k"), [(WAYS[0], 3), (WAYS[3], 1), (WAYS[2], 2)])
+@pytest.mark.parametrize(("way", "k"), [(WAYS[3], 3), (WAYS[1], 1)])
 def test_inside_a_loop_of_numba(way, k):
     made = source("everything", **options(way))
     sampler = made.numba_sampler(1, numbers=k)
@@ -177,7 +176,7 @@ def test_a_band_without_photons():
 
 
 @needs_jit
-@pytest.mark.parametrize("way", [WAYS[0], WAYS[1], WAYS[2]])
+@pytest.mark.parametrize("way", [WAYS[0], WAYS[1]])
 def test_the_c_function(way):
     made = source("table", [N, 0], **options(way))
     expected = made.photons(numbers=3).numbers.T

@@ -68,13 +68,6 @@ def test_a_group_with_two_names_is_refused(name, target, tmp_path):
     assert refused(changed(tmp_path, change)) == ["E502"]
 
 
-@pytest.mark.parametrize("shape", [(10**15, 3), (2**60, 1), (2, 10**9)])
-@pytest.mark.parametrize("chunks", [None, True, (1, 1)])
-def test_sizes_beyond_the_file_are_refused(shape, chunks, tmp_path):
-    change = created("SpectralCurves", shape=shape, dtype="f4", chunks=chunks)
-    assert refused(changed(tmp_path, change)) == ["E503"]
-
-
 def test_a_long_text_and_a_text_that_is_no_number(tmp_path):
     for odd in ("one", np.array([1, 1]), 1.5):
         assert refused(changed(tmp_path, replaced("Info/FormatVersion", odd))) == ["E505"]
@@ -171,9 +164,6 @@ def test_what_is_no_file_and_no_hdf5(tmp_path):
     assert refused(tmp_path / "pipe.h5") == ["E500"]
     assert refused("/dev/zero") == ["E500"]
     assert refused("a\0b") == ["E500"]
-    for data in (b"", b"\x89HDF\r\n\x1a", b"text" * 1000, np.random.default_rng(1).bytes(100_000)):
-        (tmp_path / "x.h5").write_bytes(data)
-        assert refused(tmp_path / "x.h5") == ["E501"]
     with open(tmp_path / "large.h5", "wb") as file:
         file.truncate(2**40)
     assert refused(tmp_path / "large.h5") == ["E503"]

@@ -57,16 +57,6 @@ def test_a_packed_file_is_read_as_libmcpl_does(pieces, tmp_path):
     assert [(b.start, len(b)) for b in ours.blocks(100, 250, 380)] == [(250, 50), (300, 80)]
 
 
-def test_mcpltools_own_gzip_is_read(tmp_path):
-    plain, target = tmp_path / "x.mcpl", tmp_path / "y.mcpl.gz"
-    plain.write_bytes(good(1000))
-    (tmp_path / "z.mcpl").write_bytes(good(500))
-    oracle().tool("--merge", target, plain, tmp_path / "z.mcpl")
-    assert target.read_bytes()[:2] == b"\x1f\x8b"
-    assert len(read_mcpl(target)) == 1500
-    check_mcpl(target)
-
-
 def test_the_packed_file_stands_in_the_place_of_a_missing_one(tmp_path):
     (tmp_path / "x.mcpl.gz").write_bytes(gzip.compress(good()))
     assert read_mcpl(tmp_path / "x.mcpl").path == tmp_path / "x.mcpl.gz"
@@ -126,12 +116,6 @@ def test_broken_packed_files_have_their_code(name, tmp_path):
     path.write_bytes(data)
     ((found, message),) = problems(path)
     assert (found, message[: len(words)]) == (code, words)
-
-
-def test_a_packed_file_without_particles(tmp_path):
-    (tmp_path / "x.mcpl.gz").write_bytes(gzip.compress(good(0)))
-    check_mcpl(tmp_path / "x.mcpl.gz")
-    assert len(read_mcpl(tmp_path / "x.mcpl.gz").particles()) == 0
 
 
 def test_flipped_bytes_give_particles_or_an_input_error(tmp_path):

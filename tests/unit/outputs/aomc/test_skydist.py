@@ -370,7 +370,7 @@ def test_the_program_launches_exactly_these_counts(counts):
 
 
 @pytest.mark.slow
-@settings(deadline=None, max_examples=4000)
+@settings(deadline=None, max_examples=1500)
 @given(skies())
 def test_the_program_launches_exactly_these_counts_of_many_skies(counts):
     assert_exact(counts)

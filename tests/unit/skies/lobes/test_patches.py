@@ -31,8 +31,18 @@ SHAPES = [
 ]
 
 
-@pytest.mark.parametrize("quaternion", [UP, TILTED, ON_HORIZON, DOWN])
-@pytest.mark.parametrize("shape", SHAPES)
+TURNS = (UP, TILTED, ON_HORIZON, DOWN)
+"""Each shape has two of them by default, and each of them half of the shapes."""
+
+
+@pytest.mark.parametrize(
+    ("shape", "quaternion"),
+    [
+        pytest.param(shape, turn, marks=() if (i + j) % 4 < 2 else pytest.mark.slow)
+        for i, shape in enumerate(SHAPES)
+        for j, turn in enumerate(TURNS)
+    ],
+)
 def test_patches_add_up_to_the_mass_above_the_horizon(shape, quaternion):
     """Two computations that share nothing but the density."""
     mass = lobes.patch_mass(*shape, quaternion, GRID)

@@ -85,7 +85,7 @@ def test_blue_light_is_more_diffuse_than_the_whole_spectrum(dni: float, broadban
     assert found[2] < 0.8 * broadband
 
 
-@pytest.mark.parametrize("zenith_deg", [32.4, 60.0])
+@pytest.mark.parametrize("zenith_deg", [pytest.param(32.4, marks=pytest.mark.slow), 60.0])
 def test_the_diffuse_fraction_is_that_of_a_solved_atmosphere(zenith_deg: float) -> None:
     # light scattered by molecules, sea salt of optical depth 0.08 and ozone, by solution; 10 % of molecules and
     # aerosol are what two models differ by, 22 % in the red, where the aerosol is all
