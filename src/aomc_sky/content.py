@@ -1,4 +1,4 @@
-"""Equality of records that hold arrays, which `==` of dataclasses raises at."""
+"""Equality of records that hold arrays: the `==` of dataclasses raises for them."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ class Frame(enum.Enum):
 
 
 class AzimuthConvention(enum.Enum):
-    """Where azimuth zero lies and which way it grows; value = (offset in degrees, orientation).
+    """Direction of azimuth zero and sense of rotation; value = (offset in degrees, orientation).
 
     The azimuth in our convention, from +x (east) towards +y (north), is offset + orientation * azimuth.
 
@@ -93,8 +93,8 @@ def given_angle(name: str, value: Any, twin: Any, default: float | None = None) 
     """An angle in the unit that `name` ends in, from an argument of this name or its `twin` in the other unit.
 
     Radians are degrees times pi/180 in float64, as `math.radians` has them, and degrees the other way round: within
-    1 ulp, and exactly the rounded value for multiples of 90 degrees. UsageError for both at once, for none without a
-    `default`, and for what is no number.
+    1 ulp, and exactly the rounded value for multiples of 90 degrees. UsageError for both at once, for neither without a
+    `default`, and for values that are not numbers.
     """
     other = name[:-4] + _TWINS[name[-4:]]
     if twin is None:
@@ -134,9 +134,9 @@ def _converted(name: str, twin: str) -> property:
     return property(lambda model: given_angle(name, None, getattr(model, twin)))
 
 
-# sin(pi r / 2) / r and cos(pi r / 2) as polynomials in r^2 for |r| <= 1/2, highest power first; minimax,
-# fitted at 50 digits with rounded coefficients. libm and numpy differ between versions and processors in
-# the last bit, and so would the photons.
+# sin(pi r / 2) / r and cos(pi r / 2) as polynomials in r^2 for |r| <= 1/2, highest power first. They are minimax
+# polynomials, fitted at 50 digits with rounded coefficients. The last bits of libm and numpy depend on version and
+# processor; photons must not.
 SIN_QUARTER = (
     5.633933781537854e-08,
     -3.59864335298231e-06,

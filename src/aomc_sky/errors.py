@@ -1,4 +1,4 @@
-"""Everything that can go wrong, and the place in a text file that it names: each class knows exit code and name."""
+"""All errors and warnings, each with exit code and name, and the position in a text file that an error names."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ class AllocationError(AomcSkyError):
 
 
 class OutputError(AomcSkyError):
-    """Writing failed: disk full, no permission, folder vanished. Nothing half-written is left.
+    """Writing failed: disk full, no permission, folder vanished. It leaves no half-written file.
 
     Examples
     --------

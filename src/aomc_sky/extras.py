@@ -1,4 +1,4 @@
-"""Packages that only some features need: imported when the feature is used, and named when they are absent."""
+"""Packages that only some features need: imported on first use, and named in the error when they are absent."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ def optional_module(name: str, *, extra: str) -> ModuleType:
     try:
         return import_module(name)
     except ModuleNotFoundError as error:
-        # a module that is there but lacks one of its own dependencies is as good as absent
+        # the missing module may also be a dependency of this one
         raise MissingExtraError(
             f'this needs the package {error.name or name}, which is not installed: pip install "aomc-sky[{extra}]"'
         ) from error

@@ -1,4 +1,4 @@
-"""Inputs of sky and sun, stated once: options, keys of sky.toml and checks of arguments are made from these rows."""
+"""Inputs of sky and sun: options, keys of sky.toml and checks of arguments are made from these rows."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True, slots=True)
 class Input:
-    """One input: how it is named, what it is, and which values it may have."""
+    """One input: its names, its description and its allowed values."""
 
     name: str  #: Key of sky.toml, and argument in Python
     option: str  #: On the command line
-    text: str  #: What it is, for help
+    text: str  #: Description for --help
     unit: str = ""
     low: float = -math.inf
     high: float = math.inf
@@ -54,7 +54,7 @@ MODEL = _by_name(
     Input("extraterrestrial_normal", "--extraterrestrial", "extraterrestrial normal irradiance (default 1361.1, with "
           "a date times the factor of the sun's distance)", "W m-2", 1, 1e6),
 )  # fmt: skip
-"""Further arguments of `PerezSky`, no keys of sky.toml."""
+"""Further arguments of `PerezSky`, which are not keys of sky.toml."""
 
 LIGHTS = _by_name(
     Input("moon_zenith_deg", "--moon-zenith", "zenith angle of the Moon before the sun", "deg", 0, 180),

@@ -1,4 +1,4 @@
-"""Progress on standard error by tqdm, on a terminal and in notebooks: a bar, or what is under way and for how long."""
+"""Progress on standard error by tqdm, on a terminal and in notebooks: a bar, or the current work and its time."""
 
 from __future__ import annotations
 
@@ -7,17 +7,28 @@ import logging
 import shutil
 import sys
 import threading
-from collections.abc import Callable, Iterator
-from typing import Any, TextIO
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, TextIO, TypeVar
 
-from aomc_sky.steps import STEPS
+T = TypeVar("T")
 
 _PATIENCE_S = 1.0
-"""What takes no longer shows nothing."""
+"""Shorter work shows nothing."""
+
+STEPS = logging.getLogger("aomc_sky.steps")
+"""Gets a text for each part of a loop, at the level of debugging. It passes none on: there are thousands."""
+STEPS.propagate = False
+
+
+def counted(parts: Iterable[T], name: str, n: int) -> Iterator[T]:
+    """Pass `n` parts on, and log the number of each before it."""
+    for k, part in enumerate(parts, start=1):
+        STEPS.debug("%s %d of %d", name, k, n)
+        yield part
 
 
 class _Steps(logging.Handler):
-    """Shows how far the loop is that was `counted` last, beside a text."""
+    """Shows the position of the last `counted` loop beside a text."""
 
     def __init__(self, bar: Any, text: str) -> None:
         super().__init__()
@@ -29,7 +40,7 @@ class _Steps(logging.Handler):
 
 
 def _stream() -> TextIO | None:
-    """Standard error, where somebody watches it."""
+    """Standard error, if it is a terminal or a notebook."""
     stream: TextIO = getattr(sys.stderr, "stream", sys.stderr)  # the cursor is moved past a `VisibleStream`
     return stream if stream.isatty() or "ipykernel" in sys.modules else None
 
@@ -38,13 +49,13 @@ _under_way: list[str] = []
 
 
 def is_free() -> bool:
-    """Whether a function that Python calls may show its progress: no command is under way that does so, or is quiet."""
+    """Whether a function called from Python may show its progress: no command does so already."""
     return not _under_way
 
 
 @contextlib.contextmanager
 def _shown(text: str, *, enabled: bool, unit: str = "") -> Iterator[Any]:
-    """Give a bar of tqdm that shows a text and its time, once it has taken a second; None where nobody would see it."""
+    """Yield a bar of tqdm that shows a text and its time after a second, or None without a terminal or notebook."""
     stream = _stream() if enabled else None
     _under_way.append(text)
     try:
@@ -83,7 +94,7 @@ def _bar(text: str, unit: str, stream: TextIO) -> Iterator[Any]:
 
 @contextlib.contextmanager
 def patience(text: str, *, enabled: bool) -> Iterator[None]:
-    """Show what is under way and for how long, once it has taken a second."""
+    """Show the current work and its time after a second."""
     with _shown(text, enabled=enabled):
         yield
 
@@ -92,9 +103,9 @@ def patience(text: str, *, enabled: bool) -> Iterator[None]:
 def progress_bar(
     *, enabled: bool, unit: str = "photons", before: str = "preparing"
 ) -> Iterator[Callable[[int, int], None] | None]:
-    """Give a function of (done, total) that draws a bar, or None where nobody would see it.
+    """Yield a function of (done, total) that draws a bar, or None without a terminal or notebook.
 
-    Until it is called first, the text `before` is shown.
+    The text `before` is shown until its first call.
     """
     with _shown(before, enabled=enabled, unit=unit) as bar:
 

@@ -1,13 +1,15 @@
-"""What not every operating system offers: each such call stands here with what is done where it is missing.
+"""Opening of regular files, and calls that some operating systems lack, each with its substitute.
 
-The rest of the package calls Python's own ``os``, ``signal`` and ``pathlib`` for what Linux, macOS and Windows share;
-mypy checks it as on each of them (``mypy --platform win32``). docs/platforms.md shows the same list to users.
+Everything else uses the common part of ``os``, ``signal`` and ``pathlib``. mypy checks the package as on each system
+(``mypy --platform win32``). docs/platforms.md has the same list for users.
 """
 
 from __future__ import annotations
 
 import errno
+import io
 import os
+import stat
 import sys
 import threading
 from pathlib import Path
@@ -21,24 +23,85 @@ except ImportError:  # Windows
 # files
 
 _PLAIN = getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_NOCTTY", 0) | getattr(os, "O_BINARY", 0)
-"""Neither waits for a pipe's other end, nor becomes a terminal's process, nor turns the ends of lines."""
+"""The opened file never blocks on a pipe, takes no terminal, and keeps line ends as they are."""
 _NO_LINK = getattr(os, "O_NOFOLLOW", 0)
 _position = threading.Lock()
-"""Held by who moves the position of an open file, where nothing reads and writes without it."""
+"""Held while the position of an open file is moved, on systems without pread and pwrite."""
 
 
 def open_handle(path: str | Path, access: int, *, follow_links: bool = True) -> int:
     """``os.open`` for bytes, which never waits; without `follow_links` OSError for a symbolic link.
 
-    Where the system has no such word, the link is looked for first, and one that comes in between is followed.
+    A system without O_NOFOLLOW checks for a link first, and follows one that appears after that.
     """
     if not follow_links and not _NO_LINK and os.path.islink(path):
         raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), os.fspath(path))
     return os.open(path, access | _PLAIN | (0 if follow_links else _NO_LINK), 0o666)
 
 
+# Only regular files are opened for reading. A pipe, a terminal or a device could block or never end, and each input is
+# read twice, the second time for its hash. ``/dev/stdin`` is fine if the shell opened a regular file for it
+# (``< scene/skydist.inp``).
+_KINDS = {
+    stat.S_IFDIR: "a folder",
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFSOCK: "a socket",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+    stat.S_IFLNK: "a symbolic link",
+}
+
+
+class FileKindError(OSError):
+    """The path is not a regular file; `kind` names it: ``a pipe``, ``a folder``."""
+
+    def __init__(self, path: str | Path, kind: str) -> None:
+        self.kind, self.reason = kind, f"this is {kind}, not a regular file"
+        super().__init__(errno.EINVAL, self.reason, os.fspath(path))
+
+
+def regular_status(path: str | Path, *, follow_links: bool = True) -> os.stat_result:
+    """Look at a file without opening it; FileKindError for anything but a regular file.
+
+    Without `follow_links` a symbolic link is refused too. That is for names inside our own folders, never for a path of
+    the user.
+    """
+    try:
+        status = os.stat(path, follow_symlinks=follow_links)
+    except ValueError as error:
+        raise OSError(errno.EINVAL, f"no file can have this name ({error})", repr(path)) from error
+    _require_regular(path, status)
+    return status
+
+
+def open_regular(path: str | Path, *, follow_links: bool = True) -> io.BufferedReader:
+    """Open a regular file for reading, without ever waiting. See `regular_status`."""
+    regular_status(path, follow_links=follow_links)  # first: opening a device may do something
+    handle = open_handle(path, os.O_RDONLY, follow_links=follow_links)
+    try:
+        _require_regular(path, os.fstat(handle))  # and again: another file may have taken the name
+        return os.fdopen(handle, "rb")
+    except BaseException:
+        os.close(handle)
+        raise
+
+
+def read_regular(path: str | Path, max_bytes: int, *, follow_links: bool = True) -> bytes:
+    """Read a whole regular file, OSError for more than `max_bytes` actual bytes; see `regular_status`."""
+    with open_regular(path, follow_links=follow_links) as file:
+        data = file.read(max_bytes + 1) if os.fstat(file.fileno()).st_size <= max_bytes else None
+    if data is None or len(data) > max_bytes:
+        raise OSError(errno.EFBIG, f"the file is larger than {max_bytes} bytes", os.fspath(path))
+    return data
+
+
+def _require_regular(path: str | Path, status: os.stat_result) -> None:
+    if not stat.S_ISREG(status.st_mode):
+        raise FileKindError(path, _KINDS.get(stat.S_IFMT(status.st_mode), "something else"))
+
+
 def write_at(handle: int, data: bytes | memoryview, offset: int) -> int:
-    """Write at an offset from any thread; how many bytes were written."""
+    """Write at an offset from any thread; returns the number of bytes written."""
     if hasattr(os, "pwrite"):
         return os.pwrite(handle, data, offset)
     with _position:
@@ -47,7 +110,7 @@ def write_at(handle: int, data: bytes | memoryview, offset: int) -> int:
 
 
 def read_at(handle: int, room: bytearray, offset: int) -> int:
-    """Fill a buffer from an offset, from any thread; how many bytes there were."""
+    """Fill a buffer from an offset, from any thread; returns the number of bytes read."""
     if hasattr(os, "preadv"):
         return os.preadv(handle, [room], offset)
     with _position:
@@ -58,13 +121,13 @@ def read_at(handle: int, room: bytearray, offset: int) -> int:
 
 
 def sync_file(handle: int) -> None:
-    """Force what was written to the disk; nothing where the system cannot be asked."""
+    """Force written data to the disk, if the system can."""
     if hasattr(os, "fsync"):
         os.fsync(handle)
 
 
 def sync_folder(path: Path) -> None:
-    """Force the names in a folder to the disk; nothing where a folder cannot be opened."""
+    """Force the names in a folder to the disk, if the system can open folders."""
     if hasattr(os, "O_DIRECTORY"):
         handle = os.open(path, os.O_RDONLY | os.O_DIRECTORY)
         try:
@@ -95,7 +158,7 @@ def flock(file: int | IO[bytes], how: int) -> None:
 
 
 def n_cpus() -> int:
-    """CPUs this process may use, all of the machine where the system does not say."""
+    """CPUs this process may use; all of the machine if the system does not say."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

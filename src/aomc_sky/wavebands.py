@@ -71,7 +71,7 @@ class Wavebands:
 
 
 def absent_waveband(number: int, wavelength_nm: np.ndarray) -> UsageError:
-    """The error of a waveband that there is not, from 1; whoever wrote a wavelength is told its number."""
+    """The error for a waveband that does not exist, from 1; a wavelength gets the number of its waveband as advice."""
     n, low, high = wavelength_nm.size, wavelength_nm.min(), wavelength_nm.max()
     there = f"there {'is' if n == 1 else 'are'} {n}, counted from 1, {low:g}{f' to {high:g}' * (n > 1)} nm"
     near = int(np.abs(wavelength_nm - number).argmin())

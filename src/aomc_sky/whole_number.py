@@ -1,4 +1,4 @@
-"""Whole numbers that a caller gives: numpy's and Python's alike become Python's own, everything else is refused."""
+"""Whole numbers from a caller: integers of numpy and Python become Python's own, everything else is refused."""
 
 from __future__ import annotations
 

@@ -13,8 +13,8 @@ import pytest
 import aomc_sky as sky
 from aomc_sky import progress
 from aomc_sky.cli.main import main
+from aomc_sky.progress import STEPS, counted
 from aomc_sky.skies.atmosphere import model as sky_model
-from aomc_sky.steps import STEPS, counted
 from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
 

@@ -264,7 +264,6 @@ def test_dry_run_writes_nothing(amc, capsys):
     [
         (["--waveband", "9"], 2),
         (["--format", "mcpl", "--format", "none"], 2),
-        (["--method", "sobol"], 2),
         (["--sky", "perez"], 2),
         (["--dni", "850", "--dhi", "95"], 2),
         (["--format", "none", "--format", "npy"], 2),

@@ -9,8 +9,8 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.component import Component
+from aomc_sky.formats.sky_models import SKY_MODELS
 from aomc_sky.skies.model import SkyModel, sky_model
-from aomc_sky.sky_plugins import SKY_MODELS
 from tests.support import atmospheres
 
 GRID = sky.PatchGrid.regular(5, 8)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from aomc_sky.regular_file import FileKindError, open_regular, read_regular, regular_status
+from aomc_sky.system import FileKindError, open_regular, read_regular, regular_status
 
 READERS = {
     "status": regular_status,

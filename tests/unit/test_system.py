@@ -58,6 +58,7 @@ def test_every_call_of_the_module_stands_on_the_page() -> None:
     page = (REPOSITORY / "docs" / "platforms.md").read_text()
     tree = ast.parse(Path(system.__file__).read_text())
     functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+    functions -= {"regular_status", "open_regular", "read_regular", "_require_regular"}  # the same on every system
     assert functions == set(re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE))
 
 

@@ -178,15 +178,6 @@ def _add(
     group.add_argument(*flags, **how)
 
 
-def _sampling_method(word: str) -> str:
-    """The word itself; a method that was removed is told with what to write instead."""
-    if word not in ("stratified", "iid"):
-        from aomc_sky.plan.options import refuse_withdrawn
-
-        refuse_withdrawn(word)
-    return word
-
-
 SAMPLING = """\
 how photons are drawn (default: the scene's preset):
 --allocation --method --placement --order --precision --weights --replicates
@@ -315,7 +306,6 @@ _SHARED = f"""\
 _SHARED_ROWS = {re.findall(r"--[a-z-]+", row)[0]: row for row in _rows(_SHARED)}
 _SHARED_KINDS: Kinds = {
     "iterations": photon_total,
-    "method": _sampling_method,
     "sky": _sky_name,
     "sky_option": _sky_option,
     "threads": thread_count,

@@ -6,6 +6,7 @@ emitter        From a plan to arrays of photons: which kernel makes them, and th
 band_tables    Tables of one waveband in the form the emission kernels read
 irradiance     Irradiance of a scene: in absolute units of each component, and planar over scalar of a band's photons
 radiance       Radiance of the diffuse light as the photons have it: of patches, and in any direction of the sky
+notebook       A table and the dome of the sky in a notebook
 host           A band's photons inside another code's own loop: jitted functions for numba, a C function for the rest
 kernels/       Photons of a band: the compiled text, its plain twin, hosts and batches
 """

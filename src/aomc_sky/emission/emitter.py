@@ -19,10 +19,9 @@ from aomc_sky.emission.band_tables import (
 )
 from aomc_sky.emission.kernels.hooks import QUEUE, REJECTION
 from aomc_sky.emission.photons import number_columns
-from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW, NUMBER_STEPS, scratch_words
+from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW, NUMBER_STEPS, on_cache_lines, scratch_words
 from aomc_sky.kernels.backend import use_kernels
 from aomc_sky.kernels.cells.laws import slope_words
-from aomc_sky.memory import on_cache_lines
 from aomc_sky.plan.footprint import Footprint, FootprintShape
 from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.options import Placement

@@ -83,7 +83,7 @@ class PhotonSource:
         return f"<PhotonSource: {self.n_bands} bands, {self.plan.n_cells} cells, {self.total} photons>"
 
     def _repr_html_(self) -> str:
-        from aomc_sky.notebook import MOST_ROWS, html
+        from aomc_sky.emission.notebook import MOST_ROWS, html
 
         nm = self.plan.arrays["wavelength_nm"].tolist()
         rows = [

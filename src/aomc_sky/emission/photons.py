@@ -97,7 +97,7 @@ class PhotonBatch:
         )
 
     def _repr_html_(self) -> str:
-        from aomc_sky.notebook import MOST_ROWS, html
+        from aomc_sky.emission.notebook import MOST_ROWS, html
 
         columns = self[:MOST_ROWS].to_dict()
         rows = [

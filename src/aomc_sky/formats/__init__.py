@@ -1,10 +1,11 @@
 """One file or room per file format: numbers and where they stood, no physics.
 
-report          Problems of a file, gathered until it has been read to its end, and how their messages show values.
-text_file       Reading a file that a person may have broken: kind, size, encoding, line ends; and writing one.
-hdf5_storage    What is looked at before data of an HDF5 file are read.
+report          Problems of a file, gathered to its end, and texts of their messages.
+text_file       Reading a text file with checks, and writing one.
+hdf5_storage    Checks of an HDF5 file before its data are read.
 units           Numbers with units: a closed table of exact factors, because general unit libraries guess.
 aomc/           The files that the AOMC program reads: amc.inp, lambbot.inp, difcol.inp, skydist.inp.
+sky_models      Sky models by name: ours, and those of other packages.
 sky_toml/       sky.toml, beside amc.inp: weather, sun, background skies, atmosphere.
 spectrum_csv    Spectra as two columns of numbers, and their means over the bins of a wavelength grid.
 radiance_csv    Measured radiances of the sky as a table of text.

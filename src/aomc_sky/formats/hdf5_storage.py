@@ -1,6 +1,6 @@
-"""What is looked at before data of an HDF5 file are read: that they lie in this file, and how large they can be.
+"""Checks of an HDF5 file before its data are read: that they are in this file, and how large they can be.
 
-A file that is made to harm h5py itself is a matter of h5py: it runs in this process.
+h5py runs in this process, so these checks do not protect against a file that attacks h5py itself.
 """
 
 from __future__ import annotations
@@ -11,9 +11,9 @@ from importlib import import_module
 from typing import Any
 
 UNPACKED_BYTES = 64 << 20
-"""What may be declared beyond a multiple of the size of the file. [bytes]"""
+"""Bytes that a file may declare beyond a multiple of its size. [bytes]"""
 HARMLESS_BYTES = 16 << 20
-"""What one compressed chunk may unpack to without a look at it. [bytes]"""
+"""A compressed chunk of at most this unpacked size is not inspected. [bytes]"""
 _MOST_TIMES = 1032  # deflate: a length of 258 bytes takes two bits
 _DEFLATE, _SHUFFLE, _FLETCHER32 = 1, 2, 3
 
@@ -27,12 +27,12 @@ class RefusedError(Exception):
 
 
 def allowed_bytes(n_bytes_of_file: int) -> int:
-    """How much a file of this size may declare: numbers pack to a half or a quarter, seldom to less."""
+    """Bytes that a file of this size may declare: numbers pack to a half or a quarter, seldom to less."""
     return min(100 * n_bytes_of_file, 4 * n_bytes_of_file + UNPACKED_BYTES)
 
 
 def declared_bytes(item: Any) -> int:
-    """What a dataset or an attribute declares, in whole numbers without an end; 0 for one without values."""
+    """Bytes that a dataset or an attribute declares, as an exact whole number; 0 for one without values."""
     return math.prod(item.shape) * int(item.dtype.itemsize) if item.shape is not None else 0
 
 
@@ -54,7 +54,7 @@ def require_own_data(dataset: Any) -> None:
 
 
 def require_size(n_bytes: int, budget: int, allowed: int, what: str) -> None:
-    """Refuse what is larger than the rest of the budget of the file (E503)."""
+    """Refuse data larger than the rest of the budget of the file (E503)."""
     if n_bytes > budget:
         raise RefusedError(
             "E503",

@@ -34,22 +34,24 @@ KEYS = {
     }.items()
     for key in keys.split()
 }
-"""Keys of lines '# key: value', and what they are about."""
+"""Keys of lines '# key: value', and their subjects."""
 
 GAPS = ("", "nan", "na", "n/a", "null", "none", "-", "--")
 GAP_NUMBERS = (-999.0, -9999.0)
 CONVENTIONS = ("north_clockwise", "enu_from_east", "west_of_south", "from_sun", "from_sun_clockwise")
-"""From where azimuths may count: members of `AzimuthConvention`, and the sun, against the clock without a word."""
+"""From where azimuths may count: members of `AzimuthConvention`, or the sun (counterclockwise by default)."""
 
-_ANGLES = {
+ANGLE_DEGREES = {
     **dict.fromkeys(("deg", "degree", "degrees", "°"), 1.0),
     **dict.fromkeys(("rad", "radian", "radians"), 180 / np.pi),
 }
-_LENGTHS = {"nm": 1.0, "um": 1e3, "micron": 1e3, "m": 1e9} | {
-    f"{prefix}met{end}": factor
-    for prefix, factor in (("nano", 1.0), ("micro", 1e3))
-    for end in ("er", "ers", "re", "res")
+"""Units of an angle, in degrees, by their `plain_unit`."""
+LENGTH_NM = {
+    **dict.fromkeys(("nm", "nanometer", "nanometers", "nanometre", "nanometres"), 1.0),
+    **dict.fromkeys(("um", "micron", "micrometer", "micrometers", "micrometre", "micrometres"), 1e3),
+    "m": 1e9,
 }
+"""Units of a wavelength, in nm, by their `plain_unit`."""
 _RELATIVE = ("relative", "rel", "arbitrary", "arb", "a.u.", "au", "counts", "dn", "1", "dimensionless", "unitless")
 _PARTS = (
     {"w": 1.0, "kw": 1e3, "mw": 1e-3, "uw": 1e-6, "nw": 1e-9},
@@ -60,32 +62,26 @@ _PARTS = (
 _PLAIN = str.maketrans("µμ⁻¹²·\u2212/*^_", "uu-12 -    ")
 
 
-def angle_degrees(unit: str) -> float | None:
-    """What an angle's unit is in degrees; None of another word."""
-    return _ANGLES.get(unit.strip().lower())
-
-
-def length_nm(unit: str) -> float | None:
-    """What a wavelength's unit is in nm; None of another word."""
-    return _LENGTHS.get(unit.strip().lower().translate(_PLAIN))
+def plain_unit(unit: str) -> str:
+    """A unit in small letters and plain signs."""
+    return unit.strip().lower().translate(_PLAIN)
 
 
 def radiance_factor(unit: str) -> float | None:
-    """What a unit is in W m-2 nm-1 sr-1; 0 of relative radiances; None where it is no unit of spectral radiance.
+    """A unit in W m-2 nm-1 sr-1, 0 for relative radiances; any other word gives None.
 
-    Signs, slashes and brackets say nothing that the four parts do not: power, area, wavelength, solid angle.
+    A unit has four parts: power, area, wavelength and solid angle. Signs, slashes and brackets add nothing.
     """
-    text = unit.strip().lower()
-    if text in _RELATIVE:
+    if unit.strip().lower() in _RELATIVE:
         return 0.0
-    words = re.findall(r"[a-z]+2?", re.sub(r"(?<=m)[ -]*(?=2)", "", text.translate(_PLAIN).replace("per", " ")))
+    words = re.findall(r"[a-z]+2?", re.sub(r"(?<=m)[ -]*(?=2)", "", plain_unit(unit).replace("per", " ")))
     found = [[part[word] for word in words if word in part] for part in _PARTS]
     is_whole = len(words) == 4 and all(len(one) == 1 for one in found)
     return float(np.prod(found)) if is_whole else None
 
 
 def convention_of(text: str) -> str | None:
-    """The convention that words such as "clockwise from north" name; None where they name none."""
+    """The convention in words such as "clockwise from north", or None."""
     words = set(re.findall(r"[a-z]+", text.lower().replace("_", " ").replace("anti", "counter").replace("r-c", "rc")))
     is_counter = "counterclockwise" in words or ("counter" in words and "clockwise" in words)
     is_clockwise = "clockwise" in words and not is_counter
@@ -101,15 +97,20 @@ def convention_of(text: str) -> str | None:
 
 
 class Name(NamedTuple):
-    """What the name of a column says."""
+    """Meaning of the name of a column."""
 
     role: str
     unit: str
     wavelength_nm: float | None = None  #: of a column for one wavelength
 
+    @property
+    def slot(self) -> str:
+        """The quantity that the column gives in the end."""
+        return {"elevation": "zenith", "relative azimuth": "azimuth"}.get(self.role, self.role)
+
 
 def name_of_column(text: str) -> Name | None:
-    """What a name says; None where it is nothing of ours."""
+    """Read a name of a column; an unknown name gives None."""
     match = re.fullmatch(r"([^(\[]*?)\s*[(\[](.*?)[)\]]*", text)
     name, unit = (match[1], match[2].strip()) if match else (text, "")
     if re.fullmatch(r"\d+(\.\d+)?\s*nm", unit):  # L (412 nm)

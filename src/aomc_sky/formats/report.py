@@ -1,4 +1,4 @@
-"""Problems of a file, gathered until it has been read to its end, and how their messages show values."""
+"""Problems of a file, gathered to its end, and texts of their messages."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ T = TypeVar("T")
 
 MAX_PROBLEMS = 200
 MAX_PER_VALUE = 20
-"""Problems of one value that are reported; a list of thousands of words is better reported once."""
+"""Problems that are reported for one value."""
 
 
 @dataclass(kw_only=True, slots=True)
 class Report:
     """Problems of one file, gathered until the file has been read to its end."""
 
-    path: str  #: Of the file, as the user named it
+    path: str  #: Path of the file, as the user named it
     lenient: bool = False  #: Problems that may be downgraded become warnings
     downgrade: frozenset[str] = frozenset()  #: Codes that become warnings in any case
     problems: list[Problem] = field(default_factory=list)
@@ -51,7 +51,7 @@ class Report:
         self.problems.append(problem)
 
     def bad_value(self, span: Span, problem: BadValueError, *, name: str = "") -> None:
-        """Note what is wrong with the value that stands in `span`."""
+        """Note the problem of the value in `span`."""
         part = span.part(problem.offset, problem.width or span.width)
         self.at(part, problem.code, problem.message, name=name, advice=problem.advice)
 
@@ -62,7 +62,7 @@ class Report:
 
     @property
     def is_full(self) -> bool:
-        """Whether so much is wrong that reading on helps nobody; warnings alone never stop a reader."""
+        """Whether there are enough errors to stop reading; warnings alone never stop a reader."""
         return self.has_errors and len(self.problems) >= MAX_PROBLEMS
 
     def close(self) -> None:
@@ -75,7 +75,7 @@ class Report:
 
 
 class BadValueError(Exception):
-    """What is wrong with a piece of a value; the reader of the file adds path, line and column.
+    """The problem of a piece of a value; the reader of the file adds path, line and column.
 
     `offset` is the first offending character of the value, `width` how many to underline, 0 for the whole value.
     """
@@ -97,7 +97,7 @@ class Gathered:
         self._problems: list[BadValueError] = []
 
     def attempt(self, parse: Callable[[], T]) -> T | None:
-        """What a part says, or None where it is bad."""
+        """The value of a part, or None if it is bad."""
         try:
             return parse()
         except BadValueError as problem:
@@ -115,6 +115,22 @@ class Gathered:
             first, *rest = self._problems
             first.more = tuple(rest)
             raise first
+
+
+MEMORY_BYTES = 2**31
+"""Most memory for the arrays of a scene by default: a limit of its files, not of the machine."""
+_FREE_BYTES = 2**24  # Python itself takes more
+
+
+def beyond_memory(n_bytes: int, limit_bytes: int | None) -> tuple[str, str]:
+    """Message and advice for arrays larger than the limit of memory; empty for smaller ones."""
+    limit = MEMORY_BYTES if limit_bytes is None else limit_bytes
+    if n_bytes <= max(limit, _FREE_BYTES):
+        return "", ""
+    size, most = (f"{n / 2**20:.0f} MiB" if n < 2**30 else f"{n / 2**30:.1f} GiB" for n in (n_bytes, limit))
+    return f"about {size} of memory, more than the {most} of --max-memory", (
+        f"write --max-memory {-(-n_bytes * 5 // 4 // 2**30)}G"
+    )
 
 
 def outside(shown: str, allowed: str, *, offset: int = 0, width: int = 0) -> BadValueError:
@@ -183,7 +199,7 @@ SYNONYM = 2.0
 
 
 def nearest(name: str, known: Collection[str], *, at_least: float = 0.0) -> str:
-    """The known name that people mean by `name`, else the one most like it; "" where that is less than `at_least`."""
+    """The known name that people mean by `name`, or else the most similar one; "" below `at_least`."""
     name = name[:40].lower()
     meant = [ours for ours, words in _MEANT.items() if ours in known and name in words.split()]
 
@@ -195,5 +211,5 @@ def nearest(name: str, known: Collection[str], *, at_least: float = 0.0) -> str:
 
 
 def remark_of(name: str) -> str:
-    """What to say beside the name of ours that people mean by `name`; mostly nothing."""
+    """A remark beside our name for `name`; usually empty."""
     return _REMARKS.get(name.lower().rpartition("_")[2], "")

@@ -29,25 +29,9 @@ class Spectrum:
 
 
 def read_spectrum_csv(path: str | Path) -> Spectrum:
-    """Read a table of wavelength [nm] and value, separated by a comma.
+    """Read a table of wavelength [nm] and value, separated by a comma; blank lines and lines with ``#`` are left out.
 
-    Lines that are blank or begin with ``#`` are left out.
-
-    Parameters
-    ----------
-    path : str or Path
-        The file, at most 4 MiB and 2^17 rows.
-
-    Returns
-    -------
-    Spectrum
-
-    Raises
-    ------
-    InputFileError
-        Every problem of the file: E401 for a row of another form, E404 for a number beyond all ranges.
-    OutputError
-        The operating system refuses.
+    InputFileError: every problem of the file, E401 for a row of another form, E404 for a number beyond all ranges.
     """
     lines = read_bytes(path, most_bytes=MAX_BYTES, code="E401").decode("utf-8", "surrogateescape").split("\n")
     report = Report(path=str(path))
@@ -98,8 +82,8 @@ def _number(cell: str, offset: int, low: float, high: float) -> float:
 def bin_means(spectrum: Spectrum, wavelength_nm: np.ndarray) -> np.ndarray:
     """Mean of a piecewise-linear spectrum over the bin around every wavelength of an even grid, which its data contain.
 
-    The bin of w is [w - d/2, w + d/2] with the step d of the grid, cut at the ends of the data; a single wavelength has
-    the bin of width 0. Within 4 ulp for values of one sign: exact sums of trapezoids, no difference of integrals.
+    The bin of w is [w - d/2, w + d/2] with the step d of the grid, cut at the ends of the data. A single wavelength has
+    a bin of width 0. The error is at most 4 ulp for values of one sign, by exact sums of trapezoids.
     """
     x, y = spectrum.wavelength_nm, spectrum.value
     n = len(wavelength_nm)

@@ -1,4 +1,4 @@
-"""Reading a file that a person may have broken: kind, size, encoding, line ends; and writing one atomically."""
+"""Reading a text file with checks of kind, size, encoding and line ends; and writing a file atomically."""
 
 from __future__ import annotations
 
@@ -12,13 +12,12 @@ from pathlib import Path
 from typing import BinaryIO
 
 from aomc_sky.errors import NOWHERE, InputFileError, OutputError, Span
-from aomc_sky.regular_file import FileKindError, open_regular
-from aomc_sky.system import sync_file
+from aomc_sky.system import FileKindError, open_regular, sync_file
 
 MAX_LINE_BYTES = 65_536
 MAX_FILE_BYTES = 2**31
 UNSIZED_BYTES = 2**20
-"""Most that is read of a file whose size is stated as less, as those of /proc are."""
+"""Most bytes of a file whose stated size is smaller, such as a file of /proc."""
 
 _BOM_UTF8 = b"\xef\xbb\xbf"
 _LONE_RETURN = re.compile(rb"\r(?!\n|\Z)")
@@ -71,7 +70,7 @@ def read_bytes(path: str | Path, *, most_bytes: int = MAX_FILE_BYTES, code: str 
         raise OutputError(f"cannot read {path}: {error.strerror or error}") from error
     data = data.removeprefix(_BOM_UTF8)
     if b"\r" in data and (lone_return := _LONE_RETURN.search(data)):
-        # Fortran ends the line here, most editors do not: two people would see two different files
+        # Fortran ends the line here, most editors do not
         message = "there is a carriage return inside a line; Fortran ends the line here"
         raise _refuse_byte(path, data, lone_return.start(), message, "save the file with LF or CR LF line ends")
     return data
@@ -91,7 +90,7 @@ def _refuse_byte(
 
 
 def _bounded_bytes(path: str | Path, most: int) -> bytes:
-    """Read in pieces, so that a gigabyte without a line end is refused after the first one; and at most so much."""
+    """Read at most so much, in pieces, so that a gigabyte without a line end is refused after the first one."""
     pieces: list[bytes] = []
     open_line, n_bytes = 0, 0
     with open_regular(path) as file:
@@ -121,7 +120,7 @@ def _count(pieces: list[bytes]) -> int:
 
 
 def _long_line(piece: bytes, open_line: int) -> int | None:
-    """Where in the piece the first line beyond the limit starts (0 if before), None if there is none."""
+    """Start of the first line beyond the limit in the piece (0 if it started before), or None."""
     start = -open_line
     while start + MAX_LINE_BYTES < len(piece):
         # the last line end inside the allowed length: everything before it is short enough
@@ -146,7 +145,7 @@ def read_lines(path: str | Path) -> list[str]:
 
 
 def lines_at(path: str | Path, numbers: Iterable[int]) -> dict[int, str]:
-    """Texts of some lines of a file that was read before; what cannot be read again is left out. [lines from 1]"""
+    """Texts of some lines of a file that was read before, as far as it can be read again. [lines from 1]"""
     needed = set(numbers)
     texts: dict[int, str] = {}
     with contextlib.suppress(OSError), open_regular(path) as file:

@@ -1,7 +1,7 @@
 """Numbers with units: a closed table of exact factors, because general unit libraries guess.
 
-Such a library reads AU as another unit or as a product, and works for minutes on hostile exponents. Here a quantity
-is a plain decimal number and one of the units below; the factor is rational, and only the result is rounded.
+Such a library reads AU as another unit or as a product, and works for minutes on hostile exponents. A quantity here is
+a plain decimal number and one of the units below. The factor is rational, and only the result is rounded.
 """
 
 from __future__ import annotations
@@ -13,17 +13,17 @@ from fractions import Fraction
 from aomc_sky.formats.report import BadValueError, quoted
 
 MAX_DIGITS = 100
-"""Longest number that is read; nobody writes a longer one by hand."""
+"""Longest number that is read. [characters]"""
 
 _PREFIXES = {"a": -18, "f": -15, "p": -12, "n": -9, "u": -6, "m": -3, "c": -2, "": 0, "k": 3, "M": 6, "G": 9}
 _QUANTITY = re.compile(r"(-?[0-9.]+) *([a-zA-Z][a-zA-Z0-9^-]*)\Z", re.ASCII)
-# possessive: a number of many digits that goes wrong at its end would else be tried in n^2 ways
+# possessive: otherwise a long number with an error at its end would be tried in n^2 ways
 _NUMBER = re.compile(r"[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][+-]?[0-9]++)?\Z", re.ASCII)
 _EXPONENT = re.compile(r"-?[0-9.]+[eE][+-]?[0-9]+", re.ASCII)
 
 
 class Dimension(Enum):
-    """What a quantity measures."""
+    """Kind of a quantity."""
 
     LENGTH = "length"
     RECIPROCAL_LENGTH = "reciprocal length"

@@ -1,8 +1,8 @@
 """Hourly weather files: EPW, TMY2 and TMY3. When each hour began, and its irradiances.
 
-In all three files the hour label, 1 to 24 in local standard time, marks the END of the 60 minutes over
-which the irradiances were gathered. (Libraries that turn labels into time stamps keep the end for TMY3 and
-subtract an hour for EPW and TMY2.) Here an hour is the interval [start, start + 1 h) in UTC, whatever the file.
+In all three files the hour label, 1 to 24 in local standard time, is the END of the 60 minutes of the irradiances.
+(Some libraries keep this end for TMY3, and subtract an hour for EPW and TMY2.) An hour is here always the interval
+[start, start + 1 h) in UTC.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _TMY2_COLUMNS = ((1, 3), (3, 5), (5, 7), (7, 9), (17, 21), (23, 27), (29, 33))
 """From and to, counted from 0: year, month, day, hour, GHI, DNI, DHI."""
 HOUR = np.timedelta64(3600, "s")
 MAX_IRRADIANCE = 2000.0
-"""More than the sun gives outside the atmosphere, and than any cloud edge adds. [W m-2]"""
+"""Above the sun's irradiance outside the atmosphere, and above any cloud edge. [W m-2]"""
 _MAX_BYTES = 64 * 2**20
 _NAMES = ("year", "month", "day", "hour", "GHI", "DNI", "DHI")
 _EXPECTED = ("a year", "a month", "a day", "a whole hour", *["an irradiance"] * 3)
@@ -77,7 +77,7 @@ class WeatherTable:
 
     @property
     def midpoint(self) -> np.ndarray:
-        """Middle of each hour in UTC, the time at which the sun's position stands for the hour, datetime64[s]."""
+        """Middle of each hour in UTC, datetime64[s]: the sun's position there counts for the hour."""
         return self.start + HOUR // 2
 
 
@@ -165,7 +165,7 @@ def _row(text: str, layout: Layout) -> list[float]:
 
 
 def _wrong_date(row: list[float], first_hour: int) -> int | None:
-    """Which part of a date no calendar has, None for a date that exists."""
+    """Index of the impossible part of a date, None for a date that exists."""
     year, month, day, hour = row[:4]
     for k, value, low, high in ((0, year, 1800, 2200), (1, month, 1, 12), (3, hour, first_hour, 24)):
         if not (low <= value <= high and value == int(value)):
@@ -180,7 +180,7 @@ Pieces = list[tuple[int, str]]
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Layout:
-    """What the head of a file says, and how its rows are cut; a row that is none is a `BadValueError`."""
+    """Contents of the head of a file, and the function that cuts its rows (`BadValueError` for a bad row)."""
 
     station: str
     position: tuple[float, float, float]  #: Latitude and longitude [deg], and local standard time minus UTC [h]
@@ -190,7 +190,7 @@ class Layout:
 
 
 def _position(pieces: Sequence[str], text: str, report: Report) -> tuple[float, float, float] | None:
-    """Latitude, longitude and time zone of a head line; None and a note where one is no such number."""
+    """Latitude, longitude and time zone of a head line; a bad number is reported and gives None."""
     found: list[float] = []
     for (name, limit), piece in zip(
         (("latitude", 90.0), ("longitude", 180.0), ("time zone", 14.0)), pieces, strict=True

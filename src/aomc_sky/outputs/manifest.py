@@ -16,8 +16,8 @@ from aomc_sky.errors import OutputError
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.statistics import BandResult
 from aomc_sky.plan.sampling.streams import STREAM_VERSION
-from aomc_sky.regular_file import FileKindError, open_regular, read_regular
 from aomc_sky.source.scene import Scene
+from aomc_sky.system import FileKindError, open_regular, read_regular
 
 MAX_MANIFEST_BYTES = 1 << 26
 """More than 40 000 wavebands take."""

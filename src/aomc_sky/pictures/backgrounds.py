@@ -12,11 +12,11 @@ from aomc_sky.formats.sky_toml.rules import moment_text
 from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.content import MOST_PANELS, RADIANCE, Dome, Picture
 from aomc_sky.pictures.source import LOBE_BINS, lobe_note, marks_of
+from aomc_sky.progress import counted
 from aomc_sky.skies.lobes.animation import Reference
 from aomc_sky.skies.lobes.background import BackgroundSky, background_at
 from aomc_sky.skies.lobes.patches import patch_shares
 from aomc_sky.skies.lobes.sky import LobeSky
-from aomc_sky.steps import counted
 
 MOVING_BINS = (45, 180)
 """Equal bins of zenith and azimuth of skies at several times."""

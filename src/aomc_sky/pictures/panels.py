@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from aomc_sky.emission.notebook import png_bytes
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
-from aomc_sky.notebook import png_bytes
 from aomc_sky.pictures.content import MOST_PANELS, Picture, Symbol
 from aomc_sky.pictures.dome import (
     EXTRA,

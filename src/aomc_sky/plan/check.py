@@ -1,8 +1,8 @@
-"""What must hold before a kernel reads by the numbers of a plan.
+"""Checks of a plan before a kernel uses its numbers as indices.
 
-Kernels check no index, so every number of a plan that serves as one is checked here: types, lengths, laws, counts, and
-the bins of lobes. Decision 22 lists each look-up of the kernels with its rule. Whether the numbers are those of a scene
-is not asked: the plan's hash names them, and `verify --scene` makes them again.
+Kernels check no index. Therefore every number of a plan that serves as one is checked here: types, lengths, laws,
+counts, and the bins of lobes. Decision 22 lists each look-up of the kernels with its rule. These checks do not compare
+the plan with a scene: `verify --scene` does.
 """
 
 from __future__ import annotations
@@ -23,8 +23,6 @@ from aomc_sky.plan.footprint import Footprint
 from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.options import (
     MAX_REPLICATES,
-    WITHDRAWN,
-    WITHDRAWN_METHOD,
     Method,
     Order,
     Placement,
@@ -39,7 +37,7 @@ MAX_CELLS = 2**31 - 1
 """Cells have numbers of type int32 in batches and tables."""
 
 STREAMS = (ORDER, SHIFT, PLACEMENT, POSITION)
-"""Streams whose keys stand in the plan, in this order; allocation has done its work by then."""
+"""Streams whose keys are in the plan, in this order; the key of allocation is not needed any more."""
 
 MEMBERS: dict[str, tuple[str, tuple[str | int, ...]]] = {
     "wavelength_nm": ("<f8", ("n_band",)),
@@ -54,7 +52,7 @@ MEMBERS: dict[str, tuple[str, tuple[str | int, ...]]] = {
     "component_start": ("<i8", ("n_component + 1",)),
     "keys": ("<u8", (len(STREAMS),)),
 }
-"""Type and lengths of the arrays that every plan has; a name stands for the same length wherever it is."""
+"""Type and lengths of the arrays that every plan has; equal names are equal lengths."""
 
 OPTIONAL = {
     "irradiance_W_m2_nm": ("<f8", ("n_band", "n_component")),
@@ -82,7 +80,7 @@ _LARGEST = 1e300
 
 
 class _RefusedError(Exception):
-    """Code, member, and what is wrong with it."""
+    """Code, member, and its fault."""
 
 
 def plan_keys(options: Mapping[str, Any]) -> np.ndarray:
@@ -91,7 +89,7 @@ def plan_keys(options: Mapping[str, Any]) -> np.ndarray:
 
 
 def check_plan(arrays: Arrays, options: Mapping[str, Any], path: str = "plan") -> None:
-    """Raise unless photons can be made from a plan as it is; `path` is what the message calls it.
+    """Raise unless photons can be made from a plan; messages call it `path`.
 
     E952 (a member is missing or not known), E953 (type or shape), E954 (values), E955 (options). Only the first problem
     is reported: the others follow from it.
@@ -142,9 +140,6 @@ def _check_options(options: Any) -> None:
     _check_stream(options)
     odd = sorted(map(str, OPTIONS ^ set(options)))
     _require(not odd, "E955", "options", f"options that are missing or not known: {ascii(odd)[:200]}")
-    if WITHDRAWN_METHOD in (options["method"], options["placement"]):
-        message = f"{WITHDRAWN} and read its plans; run the scene again with --method stratified"
-        raise _RefusedError("E955", "options.method", message)
     try:
         as_index_within(options["seed"], "seed", 0, MAX_SEED)
         as_index_within(options["replicates"], "replicates", 1, MAX_REPLICATES)
@@ -250,7 +245,7 @@ def _check_values(arrays: Arrays, options: Mapping[str, Any], lengths: Mapping[s
 
 
 def _check_component(arrays: Arrays, k: int) -> None:
-    """Which arrays a component has, and the numbers in them by which kernels read or go on."""
+    """Check the arrays of a component, and the numbers in them that kernels use as indices or limits."""
     start = arrays["component_start"]
     n_cell, number = int(start[k + 1] - start[k]), Law(int(arrays["law"][start[k]]))
     law = law_of(number)

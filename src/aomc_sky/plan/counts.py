@@ -1,4 +1,4 @@
-"""The photon counts of a plan, made from its masses: when it is built, and again when a run is verified."""
+"""The photon counts of a plan, made from its masses; `verify` makes them again."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""What each law answers, by its number: the laws that belong to no slice, and where a slice has its own.
+"""Properties of each law, by its number: laws outside the slices, and the modules of the others.
 
-Directions stand in `aomc_sky.kernels.cells.laws`, those of a slice in its kernels.
+Directions are in `aomc_sky.kernels.cells.laws`, those of a slice in its kernels.
 """
 
 from __future__ import annotations
@@ -89,7 +89,7 @@ def _disc(component: Component) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _disc_at_horizon(component: Component) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss points in s with mu = top (1 - s^2), which takes the root at the upper rim away."""
+    """Gauss points in s with mu = top (1 - s^2), which removes the root at the upper rim."""
     nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
     s, weights = (nodes + 1) / 2, weights / 2
     mean, inverse = np.empty(component.n_cells), np.empty(component.n_cells)
@@ -108,7 +108,7 @@ def _disc_at_horizon(component: Component) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _refused_disc_at_horizon(cell: np.ndarray, _: np.ndarray | None) -> tuple[str, str, str] | None:
-    """Rim and width follow from centre and radius: six of ten tries hit the disc, and no loop goes on for ever."""
+    """Rim and width must follow from centre and radius: then six of ten tries hit the disc, and every loop ends."""
     top, half_width, chord2, cos_z, _, _ = cell.T
     largest = 4.0 * float(sin_cos_deg(5.0)[0]) ** 2 * (1.0 + 1e-12)
     holds = np.all(

@@ -1,4 +1,4 @@
-"""How a scene is sampled: the choices of one run, resolved from the scene's preset and the caller."""
+"""How a scene is sampled: the choices of one run, from the scene's preset and the caller."""
 
 from __future__ import annotations
 
@@ -10,24 +10,21 @@ from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.whole_number import as_index_within
 
 MAX_REPLICATES = 4096
-"""More make no error bar better: one of so many is itself known to 1.1 %."""
-
-
-WITHDRAWN_METHOD = "sobol"
-"""Names are part of the keys of random streams, so no other method may take this one."""
-
-WITHDRAWN = f"method {WITHDRAWN_METHOD!r} was removed; early builds of 0.1.0 are the last that have it"
+"""An error bar of so many replicates is itself known to 1.1 %."""
 
 
 class Method(enum.Enum):
-    """How photons are tied together: stratified counts and points, or independent draws."""
+    """Dependence of photons on each other: stratified counts and points, or independent draws.
+
+    Names are part of the keys of random streams. "sobol" was a method of early builds, so no other one may take it.
+    """
 
     STRATIFIED = "stratified"
     IID = "iid"
 
 
 class Placement(enum.Enum):
-    """Where a photon lies in its cell: the R2 sequence by rank, Philox, or the centre."""
+    """Position of a photon in its cell: the R2 sequence by rank, Philox, or the centre."""
 
     R2 = "r2"
     PHILOX = "philox"
@@ -72,20 +69,14 @@ def _member(kind: type[enum.Enum], value: object, name: str) -> enum.Enum:
         raise UsageError(f"{name} must be one of {allowed}, got {value!r}") from None
 
 
-def refuse_withdrawn(name: object) -> None:
-    """Raise UsageError for the name of a method that this version does not have any more."""
-    if name == WITHDRAWN_METHOD:
-        raise UsageError(f"{WITHDRAWN}; write --method stratified, which is the default")
-
-
 _FORCED: dict[enum.Enum | None, dict[str, enum.Enum]] = {
     Method.IID: {"allocation": AllocationMethod.MULTINOMIAL, "placement": Placement.PHILOX},
 }
-"""What a method means."""
+"""Choices that follow from a method."""
 
 
 def method_of(allocation: object, placement: object) -> Method:
-    """The method that a choice of counts and places amounts to."""
+    """The method of a choice of counts and places."""
     independent = allocation is AllocationMethod.MULTINOMIAL and placement is Placement.PHILOX
     return Method.IID if independent else Method.STRATIFIED
 
@@ -102,9 +93,7 @@ def resolve_options(
     weights: bool = False,
     replicates: object = 1,
 ) -> SamplingOptions:
-    """The options of a run: what the caller says, else what the preset says; a UsageError where they contradict."""
-    refuse_withdrawn(method)
-    refuse_withdrawn(placement)
+    """The options of a run, from the caller or else the preset; a UsageError where they contradict each other."""
     chosen: dict[str, enum.Enum] = {}
     choices = (
         ("allocation", AllocationMethod, allocation),

@@ -1,7 +1,7 @@
-"""What every shard, export and check reads and never recomputes, and plan.npz, its file.
+"""The plan of a run, which every shard, export and check reads and never recomputes; and its file plan.npz.
 
-The file holds its own hash: one that was changed or damaged is refused before anything else is said of it. No member is
-ever unpickled, and none is longer than the file, so reading takes no more memory than the file is long.
+The file holds its own hash: a changed or damaged file is refused first. No member is ever unpickled, and none is longer
+than the file, so reading takes no more memory than the length of the file.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.plan.check import check_plan, check_stream
 from aomc_sky.plan.sampling.streams import STREAM_VERSION
-from aomc_sky.regular_file import FileKindError, open_regular
+from aomc_sky.system import FileKindError, open_regular
 
 MAX_PLAN_BYTES = 2**34
-"""Largest plan that is read: what the machines that run it hold."""
+"""Largest plan that is read. [bytes]"""
 
 _OPTIONS, _SHA256 = "options", "sha256"
 _MAX_HEADER = 1000
@@ -82,17 +82,9 @@ class Plan:
         return f"<Plan {self.sha256[:16]}: {total} photons in {bands}, {self.n_cells} cells, seed {self.seed}>"
 
     def check(self, path: str | Path = "plan") -> None:
-        """Raise unless photons can be made; of equal read-only arrays and options only the first time.
+        """Raise unless photons can be made; equal read-only arrays and options are checked only once.
 
-        Parameters
-        ----------
-        path : str or Path
-            What the message calls the plan.
-
-        Raises
-        ------
-        InputFileError
-            E952 to E955, naming the member, what was found and what is allowed.
+        InputFileError: E952 to E955, with the member of `path`, what was found and what is allowed.
         """
         if self._checked is not None:
             arrays, options = self._checked
@@ -174,15 +166,7 @@ class Plan:
     @classmethod
     @in_default_mode
     def load(cls, path: str | Path) -> Plan:
-        """Read a plan that `save` wrote.
-
-        Raises
-        ------
-        InputFileError
-            E951 to E955: the file is missing, damaged, or not a plan.
-        OutputError
-            The operating system refuses.
-        """
+        """Read a plan that `save` wrote; InputFileError (E951 to E955) if it is missing, damaged, or not a plan."""
         members = _members(path)
         text, digest = members.pop(_OPTIONS, None), members.pop(_SHA256, None)
         try:
@@ -198,12 +182,12 @@ class Plan:
 
 
 def _not_a_plan(path: str | Path, message: str, advice: str = "make the run again") -> InputFileError:
-    """The error for a file that is no plan as a whole."""
+    """The error for a file that is not a plan."""
     return refuse(path, message, advice=advice, code="E951")
 
 
 def _members(path: str | Path) -> dict[str, np.ndarray]:
-    """All arrays of the file, read-only; E951 for whatever goes wrong."""
+    """All arrays of the file, read-only; E951 for any problem."""
     try:
         with open_regular(path) as file, zipfile.ZipFile(file) as stored:
             size = os.fstat(file.fileno()).st_size
@@ -227,7 +211,7 @@ def _members(path: str | Path) -> dict[str, np.ndarray]:
 
 
 def _array(stored: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
-    """One array, read-only: its head says exactly as many bytes as there are, and no type that needs an object."""
+    """One array, read-only; its head must give the exact number of bytes, and a type of numbers."""
     with stored.open(info) as member:
         if np.lib.format.read_magic(member) != (1, 0):
             raise ValueError(f"{info.filename} is not a numpy array of version 1.0")

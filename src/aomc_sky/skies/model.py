@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.sky_plugins import SKY_MODELS
+from aomc_sky.formats.sky_models import SKY_MODELS
 
 
 @runtime_checkable

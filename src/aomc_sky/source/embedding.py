@@ -1,4 +1,4 @@
-"""What a C or Fortran program asks of the Python that it started: a scene, then its bands."""
+"""Functions for a C or Fortran program that starts Python: a scene, then its bands."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class Opened:
 
 
 def parse_options(text: str) -> dict[str, Any]:
-    """Read options from words ``name=value``; a UsageError says which word is none."""
+    """Read options from words ``name=value``; a UsageError names a bad word."""
     options: dict[str, Any] = {}
     for word in text.split():
         name, equals, value = word.partition("=")

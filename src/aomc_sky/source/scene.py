@@ -1,7 +1,6 @@
-"""A scene: wavebands, how many photons each gets, where they enter, and what shines; and how it becomes a plan.
+"""A scene: wavebands, photons of each, where they enter, and light; and how it becomes a plan.
 
-Readers of files make a `SceneDraft`, to which wavebands and files are joined; `build_plan` settles a scene: joint
-masses, exact integer counts, keys.
+Readers of files make a `SceneDraft`. `build_plan` settles a scene: joint masses, exact integer counts, keys.
 """
 
 from __future__ import annotations
@@ -18,13 +17,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 import aomc_sky
-from aomc_sky import memory
 from aomc_sky.component import Component
 from aomc_sky.content import same_content
 from aomc_sky.directions import given_angle
 from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
+from aomc_sky.formats.report import beyond_memory
 from aomc_sky.plan.check import plan_keys
 from aomc_sky.plan.counts import cumulative_counts
 from aomc_sky.plan.footprint import Footprint
@@ -42,15 +41,15 @@ if TYPE_CHECKING:
     from aomc_sky.emission.radiance import Radiance
 
 MAX_REPLICATES_BYTES = 2**32
-"""Largest cumulative counts of a plan with replicates: what fits the machines that run it."""
+"""Largest cumulative counts of a plan with replicates. [bytes]"""
 
 ARRAYS_HELD = 3
-"""How often the arrays of a plan stand in memory while a run writes it: measured, 3.06 times for 9e6 cells."""
+"""Copies of a plan's arrays in memory while a run writes it: measured, 3.06 for 9e6 cells."""
 
 
 @dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class Scene:
-    """What a run models, and nothing else.
+    """The light and the wavebands of a run.
 
     Parameters
     ----------
@@ -59,9 +58,10 @@ class Scene:
     n_photons : array_like, int64, shape (n_band,)
         Photons of each band, or one number for all. [0 to 2^62]
     components : Component, sky model or function, or a sequence of them
-        What shines. A model (`UniformSky`, `DirectBeam`, `TabulatedSky`) is lowered at the wavelengths of the bands, a
-        row for each; "uniform" is one by its name. A function of (sky_zenith_rad, sky_azimuth_rad, wavelength_nm) is a
-        `FunctionSky`. Of several models each has its share, `strength` or `irradiance_W_m2_nm`. Names are unique.
+        The light. A model (`UniformSky`, `DirectBeam`, `TabulatedSky`) is lowered at the wavelengths of the bands, a
+        row for each; "uniform" is a model by its name. A function of (sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
+        becomes a `FunctionSky`. Each of several models has its share, `strength` or `irradiance_W_m2_nm`. Names are
+        unique.
     row_of_band : array_like, int, shape (n_band,), optional
         Row of the components' strengths and masses that serves each band; by default row = band, or
         row 0 for components with one row.
@@ -74,13 +74,13 @@ class Scene:
     preset_name : str, optional
         Name of a preset that no choice may contradict (``--compat aomc``).
     notes : tuple of str
-        What a run should tell its user, a line each.
+        Lines that a run prints for its user.
     input_files : mapping
         Role ("amc", "skydist" ...) to path of the files the scene came from.
     options : mapping
         How the files were read: JSON values.
     irradiance : Irradiance, optional
-        Absolute units; by default what the components say of themselves, where all of them do (`LobeSky`).
+        Absolute units; by default those of the components, if all of them have any (`LobeSky`).
         Photons follow `strength` alone.
 
     Examples
@@ -114,7 +114,7 @@ class Scene:
         return f"<Scene: {sum(map(int, self.n_photons))} photons, {bands}; {names}>"
 
     def _repr_html_(self) -> str:
-        from aomc_sky.notebook import MOST_ROWS, html
+        from aomc_sky.emission.notebook import MOST_ROWS, html
 
         nm, photons = self.wavebands.wavelength_nm.tolist(), self.n_photons.tolist()
         known = self.irradiance
@@ -170,7 +170,7 @@ class Scene:
             raise SceneError(f"irradiance must have one entry for each of {n_bands} bands and {expected[1]} components")
 
     def _lower_components(self) -> None:
-        """Put components in the place of models and functions, and the notes of these behind those of the scene."""
+        """Replace models and functions by their components, and append their notes."""
         given = self.components if isinstance(self.components, (tuple, list)) else (self.components,)
         parts: list[Component] = []
         notes = list(self.notes)
@@ -218,6 +218,12 @@ class Scene:
     ) -> np.ndarray:
         """Radiance of the diffuse light of a band as its photons have it, for next-event estimates in another code.
 
+        The result has the broadcast shape of the angles, in W m-2 sr-1 nm-1 where `irradiance` is known. Otherwise it
+        is in sr-1, for an irradiance 1 of all light on a horizontal plane, beam included. The beam and the disc of the
+        sun are not part of it: `irradiance` has them. Accuracy: 1e-10 of the integral, 1e-13 of the law of a direction;
+        tables and functions have the radiance of their patches. Cost: up to 20 ms for the first direction of a band,
+        then 20 to 80 us for one direction, 0.3 us for each of many.
+
         Parameters
         ----------
         band : int
@@ -226,23 +232,6 @@ class Scene:
             Zenith angle of the sky element, 0 overhead. [0 to 90 degrees]
         sky_azimuth_rad, or sky_azimuth_deg : array_like
             Its azimuth from +x (east) towards +y (north). [any turn]
-
-        Returns
-        -------
-        ndarray, float64
-            Broadcast shape of the angles. [W m-2 sr-1 nm-1 where `irradiance` is known; else sr-1, for an irradiance 1
-            of all light, beam included, on a horizontal plane]
-
-        Raises
-        ------
-        SceneError, UsageError, IndexError
-            A direction below the horizon; an angle in both units or in none; a band that does not exist.
-
-        Notes
-        -----
-        The beam and the disc of the sun are apart: their irradiance is in `irradiance`. Accuracy: 1e-10 of the
-        integral, 1e-13 of the law of a direction; tables and functions have the radiance of their patches. Cost: a
-        band's first direction up to 20 ms, then 20 to 80 us for one direction, 0.3 us for each of many.
         """
         from aomc_sky.emission.radiance import band_radiance, sum_of
 
@@ -298,12 +287,15 @@ class Scene:
     ) -> PhotonSource:
         """Settle the photon counts and return the source that emits them.
 
+        The source is stateless and picklable. Its systematic counts differ from N p by less than 1 + N 2^-62 photons in
+        each cell: usually by 1, by up to 1.22 at 1e18 photons of a waveband. None means the preset of the scene.
+
         Parameters
         ----------
         seed : int
             Seed of the run; equal scene, seed and options give equal photons. [0 to 2^64 - 1]
         allocation : {"systematic", "largest-remainder", "multinomial", "aomc"}, optional
-            How integers are shared out. None here and below: the scene's preset.
+            How integers are shared out.
         method : {"stratified", "iid"}, optional
             "iid" means multinomial counts and Philox placement.
         placement : {"r2", "philox", "centre"}, optional
@@ -315,16 +307,10 @@ class Scene:
         weights : bool
             Carry a weight per photon where the launch law is not the flux law.
         replicates : int
-            Independent randomisations that share the photons of each band, for error bars; no choice for
-            `aomc` allocation, which has no randomness. [1 to 4096, at most the photons of a band]
+            Independent randomisations that share the photons of each band, for error bars; not for `aomc`
+            allocation, which has no randomness. [1 to 4096, at most the photons of a band]
         max_memory_bytes : int, optional
             Refuse a plan that takes more before it takes any; 2 GiB by default. [bytes]
-
-        Returns
-        -------
-        PhotonSource
-            Stateless and picklable. Its systematic counts differ from N p by less than 1 + N 2^-62 photons in each
-            cell: by 1 as a rule, by up to 1.22 at 1e18 photons of a waveband.
         """
         from aomc_sky.emission.photon_source import PhotonSource
 
@@ -357,7 +343,7 @@ def _whole_photons(n_photons: object, n_bands: int) -> np.ndarray:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SceneDraft:
-    """What a table, a sky model, an atmosphere or backgrounds make of a scene; fields as `Scene` has them."""
+    """A scene without wavebands and files, from a table, a sky model, an atmosphere or backgrounds."""
 
     components: tuple[Component, ...]
     n_photons: np.ndarray
@@ -369,13 +355,13 @@ class SceneDraft:
     irradiance: Irradiance | None = None
 
     def scene(self, wavebands: Wavebands, **others: Any) -> Scene:
-        """The scene; `others` are the fields that a draft has not."""
+        """The scene; `others` are the fields that a draft lacks."""
         own = {one.name: getattr(self, one.name) for one in dataclasses.fields(self)}
         return Scene(wavebands=wavebands, **own, **others)
 
 
 def require_projected(weighting: str | None, what: str) -> None:
-    """Refuse another weighting of a sky whose photons pass the horizontal sea surface; `what` is for the message."""
+    """Refuse another weighting for a sky whose photons pass the horizontal sea surface."""
     if weighting not in (None, "projected"):
         raise UsageError(
             f"{what} sends photons through the horizontal sea surface; weighting {weighting!r} does not; leave "
@@ -394,7 +380,7 @@ def photons_of_intensity(intensity: np.ndarray, iterations: int) -> np.ndarray:
 def joint_mass(components: tuple[Component, ...], row: int) -> np.ndarray:
     """Mass of every cell of all components for one row, shape (n_cell,), any scale; all 0 without light.
 
-    A single component keeps its own masses, so that its counts are those of `allocate`.
+    A single component keeps its own masses, so that `allocate` gives the same counts.
     """
     strength = np.array([c.strength[row] for c in components])
     if not strength.max(initial=0.0) > 0:
@@ -410,11 +396,9 @@ def joint_mass(components: tuple[Component, ...], row: int) -> np.ndarray:
 
 
 def build_plan(scene: Scene, seed: int, options: SamplingOptions, max_memory_bytes: int | None = None) -> Plan:
-    """Settle the photon counts of a scene and all that its photons depend on.
+    """Settle the photon counts of a scene, and everything else that its photons depend on.
 
-    Each row of counts sums exactly to the request, except under `aomc` allocation. `max_memory_bytes` refuses what
-    takes more before it takes any; 2 GiB by default. SceneError: a waveband wants photons and has no light, or fewer
-    photons than replicates.
+    Each row of counts sums exactly to the request, except under `aomc` allocation.
     """
     components, chosen = scene.components, _plan_options(scene, seed, options)
     cells_of = [component.n_cells for component in components]
@@ -477,12 +461,10 @@ def _refuse_large_plan(scene: Scene, n_cells: int, n_rows: int, replicates: int,
         )
     of_cells = sum(c.cell.nbytes + (0 if c.slope is None else c.slope.nbytes) for c in scene.components)
     arrays = size + 8 * n_rows * n_cells + of_cells
-    n_bytes = ARRAYS_HELD * arrays
-    if n_bytes > max(memory.allowed(limit), memory.FREE_BYTES):
+    too_large, advice = beyond_memory(ARRAYS_HELD * arrays, limit)
+    if too_large:
         raise UsageError(
-            f"a plan of {n_bands} wavebands of {n_cells} cells takes about {memory.shown(n_bytes)} of memory, more "
-            f"than the {memory.shown(memory.allowed(limit))} of --max-memory; take larger cells, or write "
-            f"{memory.advice(n_bytes)}"
+            f"a plan of {n_bands} wavebands of {n_cells} cells takes {too_large}; take larger cells, or {advice}"
         )
 
 

@@ -183,11 +183,10 @@ def scene_of_weather(
         components += scaled(beam.lower(rows), rows)
     shown: dict[str, Any] = {}
     if np.any(rows < 1):
-        sky, limited = perez_sky(given, inputs, sun, grid)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", ModelLimitWarning)  # they were given when the sky was found
-            components += scaled(sky.lower(rows), 1.0 - rows)
-        shown = {**shown_of(sky), "limited": limited}
+        sky, limited = perez_sky(given.model, inputs, sun, grid)
+        components += scaled(sky.lower(rows), 1.0 - rows)
+        shown = {name: getattr(sky, name) for name in ("limits", "air_mass", "extraterrestrial_normal", "dni", "dhi")}
+        shown |= {**sky_options(sky), "limited": limited}
     absolute = None
     if irradiance is not None:
         columns = {"direct": irradiance[0], "perez": irradiance[1]}
@@ -273,17 +272,18 @@ def _shares(inputs: PerezInputs, sun: Sun, bands: Wavebands, spectrum: str, with
     return fractions, irradiance, (f"direct fraction {shown}, the rest from a perez sky ({inputs}: {how})",), options
 
 
-def perez_sky(given: GivenInputs, inputs: PerezInputs, sun: Sun, grid: PatchGrid | None) -> tuple[PerezSky, list[str]]:
-    """The sky of strength 1, and the warnings on what its model had to limit, which are given once more."""
-    model: Mapping[str, Any] = {"extraterrestrial_normal": sun.extraterrestrial_normal, **given.model}
+def perez_sky(
+    model: Mapping[str, Any], inputs: PerezInputs, sun: Sun, grid: PatchGrid | None = None
+) -> tuple[PerezSky, list[str]]:
+    """The sky of strength 1, and the warnings of its model about limits; each is given once more."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ModelLimitWarning)
         sky = sky_model("perez")(
             sun_zenith_rad=math.radians(sun.zenith_deg),
             sun_azimuth_rad=math.radians(sun.azimuth_deg),
-            grid=PatchGrid.regular(45, 180) if grid is None else grid,
+            grid=grid,
             strength=1.0,
-            **model,
+            **{"extraterrestrial_normal": sun.extraterrestrial_normal, **model},
             **model_inputs(inputs, sun),
         )
     texts = list(dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, ModelLimitWarning)))
@@ -292,15 +292,10 @@ def perez_sky(given: GivenInputs, inputs: PerezInputs, sun: Sun, grid: PatchGrid
     return sky, texts
 
 
-def shown_of(sky: PerezSky) -> dict[str, Any]:
-    """What a manifest has of a Perez sky."""
+def sky_options(sky: PerezSky) -> dict[str, Any]:
+    """Clearness, brightness and coefficients of a Perez sky, for a manifest."""
     return {
         "epsilon": None if sky.clearness is None else float(sky.clearness),
         "delta": None if sky.brightness is None else float(sky.brightness),
         "coefficients": [float(c) for c in sky.model_coefficients],
-        "limits": sky.limits,
-        "air_mass": sky.air_mass,
-        "extraterrestrial_normal": sky.extraterrestrial_normal,
-        "dni": sky.dni,
-        "dhi": sky.dhi,
     }

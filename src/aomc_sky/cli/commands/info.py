@@ -81,7 +81,7 @@ def info(arguments: argparse.Namespace) -> int:
 def _skies(arguments: argparse.Namespace) -> int:
     """The sky models of other packages, and why some of them cannot be used."""
     from aomc_sky.errors import PluginError
-    from aomc_sky.sky_plugins import installed_skies
+    from aomc_sky.formats.sky_models import installed_skies
 
     installed = installed_skies()
     refused = list(installed.refused.values())

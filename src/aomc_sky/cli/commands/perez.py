@@ -107,7 +107,7 @@ def perez(arguments: argparse.Namespace) -> int:
             hour = given.weather
             what = "the diffuse irradiance" if hour is None or hour.path is None else f"{hour.where}: DHI"
             raise SceneError(f"{what} is 0, so there is no light in the sky")
-        sky, limited = perez_sky(given, inputs, sun, PatchGrid.regular(*arguments.bins))
+        sky, limited = perez_sky(given.model, inputs, sun, PatchGrid.regular(*arguments.bins))
         values = _values(sky, given, limited)
     for _, path, write in files:
         if path is not None:

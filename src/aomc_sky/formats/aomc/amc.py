@@ -1,7 +1,7 @@
 """The files of the AOMC program: amc.inp, lambbot.inp and difcol.inp.
 
-amc.inp has 30 values in fixed columns, one in each line, from column 49 on (31 in the older layout). lambbot.inp and
-difcol.inp have a count, then a row of reals for each waveband.
+amc.inp has one value in each line, in fixed columns from column 49 on: 30 lines, or 31 in the older layout.
+lambbot.inp and difcol.inp have a count, then a row of reals for each waveband.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ class LightSource(enum.IntEnum):
 
 
 class FootprintCode(enum.IntEnum):
-    """The number that stands for a shape of the lit area of the sea surface."""
+    """Number of each shape of the lit area of the sea surface."""
 
     POINT = 1
     CIRCLE = 2
@@ -101,10 +101,10 @@ class Field:
 
     name: str  #: Attribute of `AmcConfig`
     title: str  #: Name for a person
-    label: str  #: What stands before the value and its colon; only its number is ever looked at
+    label: str  #: Text before the value and its colon; only its number is checked
     low: float
     high: float
-    decimals: int | None = None  #: d of Fw.d; None for an integer
+    decimals: int | None = None  #: d of Fw.d; an integer has None
     words: str = ""  #: The range in words, where low and high do not say it
     width: int = 8  #: Columns of the value, from column 49
     is_odd: bool = False  #: Even numbers but 0 are refused
@@ -183,9 +183,9 @@ _KINDS: dict[str, Any] = {"light_source": LightSource, "footprint": FootprintCod
 
 
 def read_amc(path: str | Path, *, lenient: bool = False) -> AmcConfig:
-    """Read amc.inp as Fortran does, and refuse what a person would read differently.
+    """Read amc.inp as Fortran does, and refuse values that a person would read differently.
 
-    With `lenient` the value of Fortran is taken there, with a warning; what Fortran itself refuses stays an error.
+    With `lenient` such a value is the one of Fortran, with a warning. Values that Fortran refuses stay errors.
     """
     lines = read_lines(path)
     report = Report(path=str(path), lenient=lenient)
@@ -213,14 +213,14 @@ def read_fields(lines: list[str], fields: tuple[Field, ...], report: Report) -> 
 
 
 def _is_displaced(lines: list[str], fields: tuple[Field, ...], report: Report) -> bool:
-    """Whether a numbered label stands in a line that is not its own: a line is missing or too many."""
+    """Whether a numbered label is in a wrong line, because a line is missing or too many."""
     labels = [_LABEL.match(field.label) for field in fields]
     own_line = {m[1]: k for k, m in enumerate(labels) if m}
     for index, line in enumerate(lines[: len(fields)]):
         label = _LABEL.match(line[:_START])
         if not label or own_line.get(label[1], index) == index:
             continue
-        # one label that a person mistyped is no displaced line: the next numbered label decides
+        # a single mistyped label does not mean a displaced line: the next numbered label decides
         own = own_line[label[1]]
         if not _next_label_agrees(lines, own_line, index, index - own):
             continue
@@ -258,13 +258,13 @@ def _next_label_agrees(lines: list[str], own_line: dict[str, int], index: int, s
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class _Reading:
-    """What Fortran reads in a line, and what a person does."""
+    """A line as Fortran reads it, and as a person reads it."""
 
     field: Field
     span: Span  #: The number that a person sees
     token: str  #: Its text; empty where there is none
-    value: int | float | None  #: What Fortran makes of its columns; None where it refuses them
-    meant: int | float | None  #: What a person reads
+    value: int | float | None  #: Value that Fortran reads in its columns, or None if it refuses them
+    meant: int | float | None  #: Value that a person reads
 
     @property
     def text(self) -> str:
@@ -289,7 +289,7 @@ def _readings(lines: list[str], fields: tuple[Field, ...]) -> Iterator[_Reading]
 
 
 def _checked(reading: _Reading, report: Report) -> int | float | None:
-    """The value of a line, None where something is wrong with it, which is reported."""
+    """The value of a line; a wrong one is reported and gives None."""
     field, value, meant = reading.field, reading.value, reading.meant
 
     def note(code: str, message: str, advice: str, *, can_downgrade: bool = False) -> None:
@@ -315,7 +315,7 @@ def _checked(reading: _Reading, report: Report) -> int | float | None:
 
 
 def _what_a_person_reads(line: str, field: Field) -> tuple[str, int]:
-    """The number a person sees in a line and its 1-based column; empty where there is none."""
+    """The number a person sees in a line and its 1-based column, or an empty text."""
     end = _START + field.width
     inside = [k for k in range(_START, min(end, len(line))) if line[k] not in " \t"]
     if inside:

@@ -12,23 +12,22 @@ from pathlib import Path
 
 import numpy as np
 
-from aomc_sky import memory
 from aomc_sky.content import same_content
 from aomc_sky.errors import SceneError, Span
 from aomc_sky.formats.aomc.scanner import ListScanner, Record, Token, list_integer, list_real
-from aomc_sky.formats.report import Report
+from aomc_sky.formats.report import Report, beyond_memory
 from aomc_sky.formats.text_file import read_bytes, split_lines, write_atomically
 
 
 class Bins(enum.Enum):
-    """What the indices are: numbers of equal bins, or whole degrees."""
+    """Meaning of the indices: numbers of equal bins, or whole degrees."""
 
     EQUAL = "equal"
     DEGREES = "degrees"
 
 
 class Values(enum.Enum):
-    """What the listed values are: radiances, or masses (shares of the photons)."""
+    """Meaning of the listed values: radiances, or masses (shares of the photons)."""
 
     RADIANCE = "radiance"
     MASS = "mass"
@@ -121,7 +120,7 @@ def read_skydist(
     [440. 550. 670.]
     """
     data = read_bytes(path)
-    for end in (data.find(b"\n", _HEAD_BYTES), None):  # mostly a piece is enough; else all of it says what is wrong
+    for end in (data.find(b"\n", _HEAD_BYTES), None):  # a short piece is usually enough
         report = Report(path=str(path), lenient=lenient, downgrade=downgrade)
         if (head := read_head(split_lines(data[:end]), len(data), report, max_memory_bytes)) is not None:
             break
@@ -182,7 +181,7 @@ _HEAD_BYTES = 262_144
 """A piece of this length, up to a line end, holds the header and the wavelengths of nearly every file."""
 MIN_ROW_BYTES = 8
 PATCH_BYTES, BIN_BYTES = 290, 24
-"""What a run takes for each patch and for each of its bins: measured for 1e6 to 1.8e7 bins, 1 to 18 wavelengths."""
+"""Memory of a run for each patch and for each of its bins: measured for 1e6 to 1.8e7 bins, 1 to 18 wavelengths."""
 
 _COUNTS = ("numskyelem", "sky_zenith", "sky_azimuth", "numskywave")
 _LOWEST = (1, 1, 0, 1)
@@ -204,7 +203,7 @@ class SkyHead:
     n_table: int
     wavelength_nm: np.ndarray  #: float64 (n_table,), in file order
     first_row: int  #: Index of the line after the wavelengths. [0-based]
-    count_token: Token  #: Where the row count stands
+    count_token: Token  #: The row count
 
 
 def read_head(lines: list[str], n_bytes: int, report: Report, max_memory_bytes: int | None = None) -> SkyHead | None:
@@ -272,24 +271,20 @@ def _sizes_are_possible(
     bins = n_zenith * (n_azimuth + 1) * n_table
     if bins > MAX_BINS:
         note(1, f"{n_zenith} x {n_azimuth + 1} x {n_table} = {bins} bins are too many; the limit is {MAX_BINS}")
-    # a count that is a little too large is a wrong count (E303); one that no such file could hold is not believed
+    # a count that is a little too large is a wrong count (E303); this one is impossible for such a file
     if n_rows > max(n_bytes, 64) * 1000:
         note(0, f"{n_rows} rows do not fit into a file of {n_bytes} bytes")
     return report.n_errors == before
 
 
 def _fits(n_zenith: int, n_azimuth: int, n_table: int, limit: int | None, token: Token, report: Report) -> bool:
-    """Whether the bins fit into memory, those that the file leaves out among them."""
+    """Whether all bins fit into memory, including those that the file leaves out."""
     patches = n_zenith * (n_azimuth + 1)
-    n_bytes = patches * (PATCH_BYTES + BIN_BYTES * n_table)
-    if n_bytes <= max(memory.allowed(limit), memory.FREE_BYTES):
-        return True
-    message = (
-        f"{n_zenith} x {n_azimuth + 1} x {n_table} = {patches * n_table} bins take about {memory.shown(n_bytes)} "
-        f"of memory, more than the {memory.shown(memory.allowed(limit))} of --max-memory"
-    )
-    report.at(token, "E304", message, name=_COUNTS[1], advice=f"correct the header, or write {memory.advice(n_bytes)}")
-    return False
+    size, advice = beyond_memory(patches * (PATCH_BYTES + BIN_BYTES * n_table), limit)
+    if size:
+        message = f"{n_zenith} x {n_azimuth + 1} x {n_table} = {patches * n_table} bins take {size}"
+        report.at(token, "E304", message, name=_COUNTS[1], advice=f"correct the header, or {advice}")
+    return not size
 
 
 def _read_wavelengths(record: Record, report: Report) -> np.ndarray | None:
@@ -327,9 +322,9 @@ _PLAIN_ROW = re.compile(
 
 
 def read_rows_fast(data: bytes, head: SkyHead) -> tuple[np.ndarray, np.ndarray] | None:
-    """Read all rows, or return None where anything is not plain: the slow reader then says what.
+    """Read all rows, or return None for a row that is not plain: then the slow reader reports the problem.
 
-    Accepts only what `read_rows` accepts without a message, with equal results.
+    It accepts only rows that `read_rows` accepts without a message, with equal results.
     """
     if head.n_rows * MIN_ROW_BYTES > len(data) + 1:
         return None
@@ -351,9 +346,9 @@ def read_rows_fast(data: bytes, head: SkyHead) -> tuple[np.ndarray, np.ndarray] 
 
 
 def plain_rows(lines: list[bytes]) -> tuple[np.ndarray, np.ndarray] | None:
-    """Whole numbers int64 (3, n) and values float64 (n,) of lines that have four plain numbers each, else None.
+    """Whole numbers int64 (3, n) and values float64 (n,) of lines with four plain numbers each, else None.
 
-    Blanks stand between numbers, whole numbers have at most eight digits and no sign. The values are those of `float`.
+    Plain whole numbers have at most eight digits and no sign; blanks separate the numbers.
     """
     rows = [line.split() for line in lines]
     if not rows or any(len(row) != len(_COLUMNS) for row in rows) or b"".join(lines).translate(None, _PLAIN_BYTES):
@@ -418,7 +413,7 @@ def read_rows(lines: list[str], head: SkyHead, report: Report) -> tuple[np.ndarr
 
 
 def _take_plain(index: int, lines: list[str], radiance: np.ndarray, line: np.ndarray, report: Report) -> bool:
-    """Store a row of four plain numbers that nothing is wrong with, as most rows of a broken file are; else False."""
+    """Store a row of four good plain numbers, as most rows of a broken file are; otherwise return False."""
     plain = _PLAIN_ROW.match(lines[index]) if index < len(lines) else None
     if plain is None:
         return False

@@ -1,4 +1,4 @@
-"""MCPL files: looked at here, read by the package `mcpl` of the format's authors, block by block."""
+"""MCPL files: checked here, then read block by block by the package `mcpl` of the format's authors."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ DIRECTION_TOLERANCE = 1e-5
 """How far the squares of a direction may be from 1, as libmcpl has it."""
 GZIP_MAGIC = b"\x1f\x8b"
 MOST_TIMES = 1032
-"""How many times as long what deflate unpacks can be: a length of 258 bytes takes two bits."""
+"""Largest ratio of unpacked to packed length with deflate: two bits stand for 258 bytes."""
 _PIECE = 1 << 20
 _AGAIN = "make it again"
 _CUT = "the file is damaged or was cut; make it again"
@@ -70,25 +70,17 @@ class McplFile:
     """A file whose head and length have been checked."""
 
     path: Path  #: The file
-    header: McplHeader  #: What its head says
-    data_start: int  #: Where the first record begins, in what a compressed file unpacks to. [bytes]
+    header: McplHeader  #: Its head
+    data_start: int  #: Offset of the first record in the unpacked file. [bytes]
     is_packed: bool = False  #: Whether it is compressed by gzip
 
     def __len__(self) -> int:
         return self.header.n_particles
 
     def particles(self, start: int = 0, stop: int | None = None) -> McplParticles:
-        """Read the particles [start, stop), all of them into memory; what stands before them is read too.
+        """Read the particles [start, stop) into memory; those before them are read too. None is the end.
 
-        Parameters
-        ----------
-        start, stop : int
-            Range of indices; None is the end. [0 <= start <= stop <= n_particles]
-
-        Raises
-        ------
-        InputFileError
-            A record is no particle (E805), or the file changed since it was opened (E804).
+        InputFileError: a record is no particle (E805), or the file changed since it was opened (E804).
         """
         parts = list(self.blocks(BLOCK, start, stop)) or [_no_particles(start)]
         if len(parts) == 1:
@@ -179,13 +171,13 @@ def holds(path: Path, head: bytes, n_bytes: int) -> bool:
 
 
 def existing_path(path: Path) -> Path:
-    """The file of this name, or the compressed one that stands in its place (``photons.mcpl.gz``)."""
+    """The file of this name, or the compressed one beside it (``photons.mcpl.gz``)."""
     packed = path.with_name(f"{path.name}.gz") if path.name.lower().endswith(".mcpl") else path
     return packed if packed != path and not os.path.lexists(path) and os.path.exists(packed) else path
 
 
 class _Head:
-    """Where a head ends and what it says of the length of the file: the library believes all of it."""
+    """The head, and the length of the file that follows from it: the library does not check them."""
 
     def __init__(self, path: Path, file: BinaryIO, most_bytes: int) -> None:
         self.path, self.file, self.most_bytes, self.position = path, file, most_bytes, 0
@@ -265,7 +257,7 @@ class _Head:
         return self._take(n, name)
 
     def _text(self, name: str) -> str:
-        return self._piece(name).decode("utf-8", "replace")  # of all ways to go on, the one that is not slow
+        return self._piece(name).decode("utf-8", "replace")  # other ways of going on are slow
 
     def require_length(self, size: int) -> None:
         """Refuse a file of another length than its number of particles asks for."""
@@ -279,7 +271,7 @@ class _Head:
             raise _fault(self.path, "E804", message, advice, "particles")
 
     def require_packed_length(self, stream: BinaryIO) -> None:
-        """The same of a packed file, which has to be unpacked to know; at its end gzip compares its check sum."""
+        """The same for a packed file, which must be unpacked for it; gzip compares its check sum at the end."""
         n_bytes = self.header.n_particles * self.record_bytes
         if n_bytes > self.most_bytes - self.position:
             held = (self.most_bytes - self.position) // self.record_bytes
@@ -318,9 +310,9 @@ def _damage_named(path: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _library_file(file: McplFile, size: int) -> Iterator[Any]:
-    """The file as the library opens it, without what it prints of it; one that is packed is unpacked beside it first.
+    """The file opened by the library, whose prints are dropped; a packed file is unpacked to a temporary file first.
 
-    The library goes by the name, and would leave what gzip reads open.
+    The library could read packed files by name, but it would leave them open.
     """
     mcpl = optional_module("mcpl", extra=EXTRA)
     with contextlib.ExitStack() as stack:
@@ -353,7 +345,7 @@ def _next_block(path: Path, file: Any) -> Any:
 
 
 def _unpacked(block: Any, wanted: slice, start: int) -> McplParticles:
-    """Some particles of a block, in arrays of their own: the library uses its own ones again."""
+    """Copies of some particles of a block, because the library uses its arrays again."""
     real = {
         "energy": block.ekin,
         "position": block.position,

@@ -1,4 +1,4 @@
-"""The head of an MCPL file: what it says, its bytes, and what the heads of our runs say of them."""
+"""The head of an MCPL file: its fields, its bytes, and the comments of our runs."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MAX_TEXT = 65_535
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class McplHeader:
-    """What the head of an MCPL file says."""
+    """Fields of the head of an MCPL file."""
 
     n_particles: int  #: Records in the file. [0 to 2^64 - 1]
     source: str = "unknown"  #: Name of the program that made the file
@@ -79,10 +79,10 @@ def _encoded(text: str) -> bytes:
     return data
 
 
-# Runs of ours. `mcpltool --merge` wants two heads to be equal but for the values of comments ``stat:sum:KEY:VALUE``,
-# which it adds up (mcpl_actual_can_merge and mcpl_merge_files of libmcpl). So whatever differs between runs is such a
-# number: the seed in two halves and the begin of the plan's hash mean something as long as the file holds one run, and
-# the number of runs says whether it does.
+# Our runs. `mcpltool --merge` joins files with equal heads, and adds up the values of comments ``stat:sum:KEY:VALUE``
+# (mcpl_actual_can_merge and mcpl_merge_files of libmcpl). Therefore everything that differs between runs is such a
+# number. The seed, in two halves, and the begin of the plan's hash have a meaning in a file of one run only. The number
+# of runs shows whether it is one.
 _PREFIX = "stat:sum:aomc_sky_"
 _WIDTH = 24
 _HALF = 32
@@ -104,8 +104,8 @@ class McplRuns:
     n_photons: int
     n_iid: int
     n_stratified: int
-    seed: int | None = None  #: Of a single run; None of several. [0 to 2^64 - 1]
-    plan: str = ""  #: First hexadecimal digits of the SHA-256 of the plan of a single run; empty of several
+    seed: int | None = None  #: Seed of a single run, None for several. [0 to 2^64 - 1]
+    plan: str = ""  #: First hexadecimal digits of the SHA-256 of the plan of a single run; empty for several
 
     def comments(self) -> tuple[str, ...]:
         """The comments of a single run."""
@@ -128,12 +128,12 @@ class McplRuns:
 
 
 def plan_begin(sha256: str) -> str:
-    """What a head says of the hash of a plan."""
+    """The digits of a plan's hash in a head."""
     return sha256[:_PLAN_DIGITS]
 
 
 def runs_of(header: McplHeader) -> McplRuns | None:
-    """What a head says of runs of ours, None where it says nothing, or what no run or merge of ours says."""
+    """Our runs in a head; None without any, or with sums that no run or merge of ours gives."""
     values: dict[str, int] = {}
     for comment in header.comments:
         key, colon, text = comment.removeprefix(_PREFIX).partition(":")
@@ -161,12 +161,12 @@ def runs_of(header: McplHeader) -> McplRuns | None:
 
 
 def names_runs(header: McplHeader) -> bool:
-    """Whether a head comes from runs of ours, though it may not say which: `mcpltool --extract` blots sums out."""
+    """Whether a head comes from our runs, even if it does not say which: `mcpltool --extract` deletes the sums."""
     return any(comment.startswith(_PREFIX) for comment in header.comments)
 
 
 def _sum_value(text: str) -> int | None:
-    """A sum as a whole number; None of -1, which is libmcpl's word for not known, and of what is no such number."""
+    """A sum as a whole number; other texts, and the -1 that libmcpl writes for "not known", give None."""
     try:
         value = float(text)
     except ValueError:

@@ -51,7 +51,7 @@ _TOML_POSITION = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SkyToml:
-    """What sky.toml says; a section that is left out is empty."""
+    """Contents of sky.toml; a missing section is empty."""
 
     perez: PerezSection = field(default_factory=PerezSection)
     sun: SunSection = field(default_factory=SunSection)
@@ -61,7 +61,7 @@ class SkyToml:
 
 
 def read_sky_toml(path: str | Path, *, n_wavebands: int | None = None, allow_paths: Sequence[str] = ()) -> SkyToml:
-    """Read sky.toml; `n_wavebands` values are wanted of arrays with one for each waveband.
+    """Read sky.toml; arrays for the wavebands must have `n_wavebands` values.
 
     The files that it names may lie below its own folder and below `allow_paths`.
     """
@@ -90,13 +90,13 @@ def read_sky_toml(path: str | Path, *, n_wavebands: int | None = None, allow_pat
 
 
 def problem_of_key(path: str | Path, key: tuple[str, ...], code: str, message: str, advice: str) -> Problem:
-    """A problem that shows only when the file is used, at the value of a key that was read: ("sky", "table")."""
+    """A problem that appears when the file is used, at the value of a key such as ("sky", "table")."""
     span = key_spans(_text(path))[key].value
     return span.problem(str(path), code, message, field=key[-1], advice=advice)
 
 
 def _text(path: str | Path) -> str:
-    """The text of the file, lines ended by LF; small, for nobody writes a long one by hand."""
+    """The text of the file, with LF as line ends."""
     data = read_bytes(path, most_bytes=MAX_BYTES, code="E701")
     try:
         return data.decode().replace("\r\n", "\n")
@@ -142,7 +142,7 @@ class SectionReader:
     """Turns problems of a parsed file into reports with spans."""
 
     report: Report
-    spans: SpansOfKeys  #: Where every key stands
+    spans: SpansOfKeys  #: Positions of the keys
     folder: Path  #: Folder of the file, from which the paths in it count
     allow_paths: Sequence[str] = ()  #: Folders beside it, below which the files named may lie
     n_wavebands: int | None = None  #: Values that an array for the wavebands must have, where that is known
@@ -188,7 +188,7 @@ class SectionReader:
         return good
 
     def _value(self, section: str, name: str, value: object, path: tuple[str, ...]) -> Any:
-        """A value as its key has it, None where it is bad, and reported."""
+        """The value of a key; a bad one is reported and gives None."""
         span, n_bands = self.spans[path].value, self.n_wavebands
         try:
             good = KEYS[section][name](value)
@@ -236,7 +236,7 @@ class SectionReader:
         self.report.at(span, "E702", message, advice=advice)
 
     def refuse_section(self, name: str) -> None:
-        """Report a section that is not known, or a key that stands in none."""
+        """Report an unknown section, or a key outside all sections."""
         span = self.spans[name,].key
         owner = next((section for section in KEYS if name in KEYS[section]), None)
         if owner is not None:
@@ -265,7 +265,7 @@ class SectionReader:
             self._check_night(content, sky)
 
     def _check_atmosphere(self, content: dict[str, Any]) -> None:
-        """Report a sun that has set without [atmosphere], and a Moon whose direction is said twice or not at all."""
+        """Report a sun below the horizon without [atmosphere], and a Moon with two directions or none."""
         sun, section = content.get("sun"), content.get("atmosphere")
         zenith = sun.get("zenith_deg") if isinstance(sun, dict) else None
         is_number = isinstance(zenith, int | float) and not isinstance(zenith, bool)
@@ -281,7 +281,7 @@ class SectionReader:
             self.report.at(self.spans["atmosphere", moon[0]].key, "E705", message, name="atmosphere", advice=advice)
 
     def _check_one_sky(self, content: dict[str, Any]) -> None:
-        """Report what says beside [atmosphere] which sky there is, or how bright: the description says both."""
+        """Report keys beside [atmosphere] for the sky or its brightness: the description gives both."""
         if content.get("perez"):
             span, message = self.spans["perez",].key, "[perez] and [atmosphere] describe the same sky twice"
             self.report.at(span, "E705", message, advice="remove one of them")
@@ -292,7 +292,7 @@ class SectionReader:
                 self.report.at(span, "E705", message, name="sky", advice="remove it")
 
     def _check_table(self, sky: dict[str, Any]) -> None:
-        """Report a model beside a table, and what is said of a table that is not there."""
+        """Report a model beside a table, and keys of a table without a table."""
         if "table" not in sky:
             is_of_others = "model" in sky and sky["model"] not in DIFFUSE_MODELS  # whose options they are
             for name in () if is_of_others else (name for name in FIELD_KEYS if name in sky):
@@ -313,7 +313,7 @@ class SectionReader:
                 self.report.at(span, "E705", f'{name} with model "none"', name="sky", advice="remove one of them")
 
 
-# Where keys stand: the standard library's reader gives values without lines.
+# Positions of keys: the standard library's reader gives values without lines.
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -325,7 +325,7 @@ class KeySpans:
 
 
 class SpansOfKeys(dict[tuple[str, ...], KeySpans]):
-    """Spans by the path of a key: what has no line of its own stands where the key does that it is part of."""
+    """Spans by the path of a key; a key without a line of its own has the span of the key around it."""
 
     def __missing__(self, path: tuple[str, ...]) -> KeySpans:
         nowhere = Span(0, 0, "")

@@ -1,4 +1,4 @@
-"""What may be said about the light of a scene: sections, keys, their ranges, and which of them go together."""
+"""Sections and keys of sky.toml, their ranges, and the sets that belong together."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from aomc_sky.directions import AzimuthConvention
 from aomc_sky.errors import Span
 from aomc_sky.formats.report import BadValueError
 from aomc_sky.formats.sky_toml.rules import Rule, choice, count, flag, indices, number, several, sky_name, text, time
-from aomc_sky.inputs import LIGHTS, PEREZ, SUN, Input
+from aomc_sky.inputs import LIGHTS, MODEL, PEREZ, SUN, Input
 
 COEFFICIENT_NAMES = ("a", "b", "c", "d", "e")
 SETS = (("dni", "dhi"), ("ghi", "dni"), ("ghi", "dhi"), ("ghi", "dni", "dhi"), ("epsilon", "delta"), COEFFICIENT_NAMES)
-"""What describes a Perez sky: exactly one of these. Of three irradiances ghi is only checked."""
+"""A Perez sky needs exactly one of these sets. With three irradiances, ghi is only checked."""
 
 SPECTRL2 = "spectrl2"
-"""The spectrum by which beam and sky share each waveband where they do not do so all alike."""
+"""The spectrum that divides each waveband between beam and sky."""
 
 _GROUPS = (("dni", "dhi", "ghi"), ("epsilon", "delta"), COEFFICIENT_NAMES)
 _SETS_TEXT = "dni + dhi, ghi + dni, ghi + dhi, epsilon + delta, or a, b, c, d, e"
@@ -48,7 +48,7 @@ PREFIX = "moon_"
 
 
 def _rules(rows: Mapping[str, Input]) -> dict[str, Rule]:
-    """What each key of some inputs accepts."""
+    """Rule of each key of some inputs."""
     return {
         name: flag if row.is_switch else choice(row.words) if row.words else number(row.low, row.high)
         for name, row in rows.items()
@@ -92,6 +92,9 @@ KEYS: dict[str, dict[str, Rule]] = {
     },
 }
 """Sections of sky.toml and what each key of them accepts."""
+
+RULES = {**KEYS, "model": _rules(MODEL)}
+"""The same with the arguments of `PerezSky` that are not keys of sky.toml."""
 
 REPEATED = ("background",)
 """Sections that may stand any number of times, as [[section]]."""
@@ -162,7 +165,7 @@ class FieldSection:
     """The netCDF file of [sky], and what it does not say itself."""
 
     file: str  #: Path of the file, as it can be opened
-    variable: str | None = None  #: Of the radiances; None is the only one, or the only one that is called a radiance
+    variable: str | None = None  #: Name of the radiances; by default the only variable, or the only radiance
     isel: tuple[tuple[str, int], ...] = ()  #: The index to take of dimensions that are neither angles nor wavelengths
     zenith: str | None = None  #: Names of coordinates
     azimuth: str | None = None
@@ -176,7 +179,7 @@ class SkySection(Section):
     """[sky]: which sky, and how bright it is."""
 
     model: str | None = None  #: One of `DIFFUSE_MODELS`, or the name of another package's model
-    model_span: Span | None = field(default=None, compare=False)  #: Where such a name stands
+    model_span: Span | None = field(default=None, compare=False)  #: Position of such a name
     options: tuple[SkyOption, ...] = ()  #: Keys that are not ours, beside such a name
     table: FieldSection | None = None  #: A radiance field instead of a model
     #: Irradiance of the diffuse sky on a horizontal plane, a value for each waveband. [W m-2 nm-1, 0 to 10 000]
@@ -191,7 +194,7 @@ class BackgroundSection:
 
     file: str  #: Path of the file, as it can be opened
     time: float  #: Time. [s since 1970-01-01 UTC]
-    animation: tuple[str, ...] | None = None  #: Names of the animations that shine; None is all of them
+    animation: tuple[str, ...] | None = None  #: Names of the animations that shine, by default all
     utc_offset: float = 0.0  #: Local time less UTC, for the midnight of repeating animations. [h, -24 to 24]
     interpolation: str = "crossfade"  #: One of `INTERPOLATIONS`: what happens between two keys
 
@@ -205,7 +208,7 @@ class MoonDirection(Section):
     zenith_offset_deg: float | None = None
     azimuth_deg: float | None = None  #: Azimuth, from +x towards +y. [deg, -360 to 360]
     azimuth_offset_deg: float | None = None  #: That minus the sun's azimuth. [deg, -360 to 360]
-    distance_km: float | None = None  #: From the observer; None is what the description says. [km, 2000 to 1e12]
+    distance_km: float | None = None  #: From the observer, by default that of the description. [km, 2000 to 1e12]
 
     @property
     def has_angle(self) -> bool:
@@ -213,14 +216,14 @@ class MoonDirection(Section):
         return not dataclasses.replace(self, distance_km=None).is_empty
 
     def angles(self, sun_zenith_deg: float, sun_azimuth_deg: float) -> tuple[float, float]:
-        """Zenith angle and azimuth from the sun's; an angle that nobody gives is the sun's. [deg]"""
+        """Zenith angle, and azimuth from the sun's; the default angles are those of the sun. [deg]"""
         zenith = sun_zenith_deg + (self.zenith_offset_deg or 0.0) if self.zenith_deg is None else self.zenith_deg
         if self.azimuth_deg is None:
             return zenith, self.azimuth_offset_deg or 0.0
         return zenith, self.azimuth_deg - sun_azimuth_deg
 
     def under(self, first: MoonDirection) -> MoonDirection:
-        """What `first` says, and this direction where it is silent; an angle and its offset are one thing."""
+        """Angles and distance of `first`, completed by this direction; an angle and its offset count as one."""
         merged = {name: value for name, value in dataclasses.asdict(first).items() if value is not None}
         for pair in (("zenith_deg", "zenith_offset_deg"), ("azimuth_deg", "azimuth_offset_deg"), ("distance_km",)):
             if not any(name in merged for name in pair):
@@ -234,15 +237,15 @@ class AtmosphereSection:
 
     file: str  #: Path of the description, as it can be opened
     method: str = "auto"  #: One of `SOLVERS`
-    #: Most interactions of light with air and ground; None is what the description says. [1 to 400]
+    #: Most interactions of light with air and ground, by default those of the description. [1 to 400]
     orders: int | None = None
-    #: Backward paths of each direction and wavelength; None is as many as the solver finds right. [8 to 1e9]
+    #: Backward paths of each direction and wavelength; the solver chooses by default. [8 to 1e9]
     paths: int | None = None
     #: Equal bins of the patches. [1 to 3600]
     zenith_bins: int = 45
     azimuth_bins: int = 180
-    moon: MoonDirection = field(default_factory=MoonDirection)  #: Where the Moon hides part of the sun; empty: no Moon
-    ground_luminance_cd_m2: float = 0.0  #: Of the ground's own light. [0 to 1e6]
+    moon: MoonDirection = field(default_factory=MoonDirection)  #: The Moon that hides part of the sun; empty: no Moon
+    ground_luminance_cd_m2: float = 0.0  #: Luminance of the ground's own light. [0 to 1e6]
 
 
 def perez_section(values: Mapping[str, Any]) -> PerezSection:
@@ -255,7 +258,7 @@ def perez_section(values: Mapping[str, Any]) -> PerezSection:
 
 
 def set_problem(names: Collection[str]) -> tuple[str, str]:
-    """Message and advice where the given keys of [perez] are not one of the `SETS`; empty where they are, or none."""
+    """Message and advice for keys of [perez] that are not one of the `SETS`; empty for a good set and for no key."""
     names = [name for name in names if any(name in group for group in _GROUPS)]
     if not names or any(set(names) == set(complete) for complete in SETS):
         return "", ""
@@ -289,13 +292,13 @@ BUILDERS: dict[str, Callable[[Mapping[str, Any]], Any]] = {
     "background": lambda values: BackgroundSection(**values),
     "atmosphere": lambda values: _atmosphere_section(values) if values else None,
 }
-"""What the good values of a section become."""
+"""Functions that make a section from its good values."""
 
 
 def value_problem(section: str, name: str, value: object) -> tuple[str, str, str]:
-    """Code, message and advice of the first fault of a value of a section; empty where it is good."""
+    """Code, message and advice of the first fault of a value; empty for a good one."""
     try:
-        KEYS[section][name](value)
+        RULES[section][name](value)
     except BadValueError as problem:
         return problem.code, problem.message, problem.advice
     return "", "", ""
@@ -307,7 +310,7 @@ def moon_direction(values: Mapping[str, Any]) -> MoonDirection:
 
 
 def moon_problem(names: Collection[str]) -> tuple[str, str]:
-    """Message and advice where the `MOON_KEYS` that are given are not one position; empty where they are, or none."""
+    """Message and advice for `MOON_KEYS` that are not one position; empty for a good position and for no key."""
     for pair in _TWICE:
         if all(name in names for name in pair):
             return f"{pair[0]} and {pair[1]} say the same thing twice", f"remove {pair[1]}"

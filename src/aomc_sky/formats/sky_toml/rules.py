@@ -1,4 +1,4 @@
-"""Kinds of values of sky.toml: each kind is a function that reads a value, and says what is wrong with another one."""
+"""Kinds of values of sky.toml: each is a function that returns a good value and refuses a bad one."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MAX_TEXT = 1000
 _TIMES = "write 2026-06-21T23:30:00Z, 2026-06-22T01:30:00+02:00, or seconds since 1970-01-01 UTC"
 
 Rule = Callable[[object], Any]
-"""What a key accepts: the value in the form in which it is used; BadValueError (E703, E704) for every other one."""
+"""Returns a good value in the form of later use; BadValueError (E703, E704) for any other value."""
 
 
 def range_text(low: float, high: float) -> str:
@@ -87,7 +87,7 @@ def sky_name(words: Sequence[str]) -> Rule:
     def read(value: object) -> str:
         if not isinstance(value, str) or value in words:
             return str(choice(words)(value))
-        from aomc_sky.sky_plugins import installed_skies  # a look through all packages
+        from aomc_sky.formats.sky_models import installed_skies  # a look through all packages
 
         installed = installed_skies()
         if value in installed.plugins:

@@ -29,9 +29,9 @@ from aomc_sky.outputs.aomc.degree_counts import (
 )
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.plan.sampling.allocation import AllocationMethod, allocate
-from aomc_sky.regular_file import open_regular
 from aomc_sky.skies.tabulated import aomc_weight
 from aomc_sky.source.scene import Scene
+from aomc_sky.system import open_regular
 from aomc_sky.wavebands import Wavebands, midpoint_wavelength_index
 
 INTENSITIES = "intensities.csv"

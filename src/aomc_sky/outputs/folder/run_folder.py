@@ -20,7 +20,6 @@ import numpy as np
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError, UsageError
 from aomc_sky.outputs.shard import MANIFEST, PART, PLAN, TEMPORARY, is_run_file, is_temporary_file
 from aomc_sky.plan.plan import Plan
-from aomc_sky.regular_file import open_regular
 from aomc_sky.system import (
     EXCLUSIVE,
     HAS_LOCKS,
@@ -28,6 +27,7 @@ from aomc_sky.system import (
     SHARED,
     flock,
     open_handle,
+    open_regular,
     read_at,
     sync_file,
     sync_folder,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from aomc_sky.errors import ForeignOutputError, UsageError
 from aomc_sky.outputs.counts import COLUMNS
-from aomc_sky.regular_file import open_regular
+from aomc_sky.system import open_regular
 
 SOFTWARE = "aomc-sky"
 """Stands in every picture and dataset of ours, so that the next command knows them."""

@@ -17,7 +17,7 @@ from aomc_sky.errors import UsageError
 from aomc_sky.formats.text_file import open_data, refuse
 from aomc_sky.outputs.photons.files import FileLayout, PhotonFile, PhotonRows, PhotonWriter
 from aomc_sky.outputs.shard import block_spans
-from aomc_sky.regular_file import open_regular
+from aomc_sky.system import open_regular
 
 HEAD_BYTES = 4096
 """Length of the head. Blocks of photons then begin on pages, so that two machines never write into one page."""

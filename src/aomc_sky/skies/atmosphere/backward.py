@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import UsageError
+from aomc_sky.progress import counted
 from aomc_sky.skies.atmosphere.eclipse import solve_eclipsed_order_one
 from aomc_sky.skies.atmosphere.lights import Moon, sun_and_moon
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers
 from aomc_sky.skies.atmosphere.optical_depth import Profile, columns, density_profile
 from aomc_sky.skies.atmosphere.order_one import checked_directions
-from aomc_sky.steps import counted
 from aomc_sky.whole_number import as_number_of
 
 MOST_LISTED = 24

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.component import Law
-from aomc_sky.memory import on_cache_lines
+from aomc_sky.kernels.arithmetic.constants import on_cache_lines
 from aomc_sky.skies.lobes.kernels.law import OFFSET_BITS, PACE_MARGIN, RANGE_COLUMNS
 
 

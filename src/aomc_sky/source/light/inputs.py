@@ -1,4 +1,4 @@
-"""Which inputs of the Perez sky and of the sun win, and what they mean: shares of beam and sky.
+"""Inputs of the Perez sky and of the sun in order of precedence, and their shares of beam and sky.
 
 Options win over sky.toml, sky.toml over difcol.inp and amc.inp.
 """
@@ -20,8 +20,8 @@ from aomc_sky.formats.aomc.amc import AmcConfig, DifcolTable
 from aomc_sky.formats.sky_toml.file import SkyToml
 from aomc_sky.formats.sky_toml.keys import (
     COEFFICIENT_NAMES,
-    KEYS,
     MOON_KEYS,
+    RULES,
     PerezSection,
     SunSection,
     moon_problem,
@@ -50,7 +50,7 @@ _THREE_LINES = (
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class GivenInputs:
-    """What options or arguments say; None and empty sections where they are silent."""
+    """Inputs from options or arguments; a missing one is None or an empty section."""
 
     perez: PerezSection = field(default_factory=PerezSection)
     sun: SunSection = field(default_factory=SunSection)
@@ -65,7 +65,7 @@ class GivenInputs:
 
     @property
     def names(self) -> list[str]:
-        """What was given, for messages; not the law inside a patch, which every sky has."""
+        """Given inputs, for messages; the law inside a patch is left out, because every sky has it."""
         parts = {
             "Perez inputs": self.perez.has_set,
             "spectrum": self.perez.spectrum is not None,
@@ -107,7 +107,7 @@ class Sun:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PerezInputs:
-    """The set of inputs that won, complete; `origin` is who gave it, `text` how a person reads it."""
+    """The complete set of inputs in use; `origin` is its source, `text` describes it for a person."""
 
     section: PerezSection
     origin: str
@@ -124,11 +124,10 @@ def given_inputs(
     atmosphere: Mapping[str, Any] | None = None,
     weather: Mapping[str, Any] | None = None,
 ) -> GivenInputs:
-    """Check what a caller gives; None as a value is not given.
+    """Check the inputs of a caller; a value None is left out.
 
-    `perez` has keys of [perez], one whole set and ``spectrum``, and ``limits``, ``air_mass`` and
-    ``extraterrestrial_normal`` of `aomc_sky.PerezSky`; `sun` has keys of [sun]; `atmosphere` as `given_lights`;
-    `weather` as `weather_of`, whose file or time takes the place of the sun's angles, and a file that of the set.
+    `perez` has keys of [perez] and `MODEL`, `sun` those of [sun]; `atmosphere` is as for `given_lights`, `weather` as
+    for `weather_of`. A time or a weather file replaces the sun's angles, and a file also the Perez inputs.
     """
     moment = given_weather(weather, perez, sun)
     if moment is not None:
@@ -136,8 +135,6 @@ def given_inputs(
         perez, sun = {**(perez or {}), **moment.irradiances}, {**(sun or {}), **angles}
     values = {name: value for name, value in {**(perez or {}), "within": within}.items() if value is not None}
     model = {name: values.pop(name) for name in MODEL if name in values}
-    for name, value in model.items():
-        _check_model(name, value)
     perez_keys, position = _checked("perez", values), _checked("sun", sun or {})
     message, advice = set_problem(list(perez_keys))
     if message:
@@ -145,7 +142,7 @@ def given_inputs(
     return GivenInputs(
         perez=perez_section(perez_keys),
         sun=SunSection(**position),
-        model=model,
+        model=_checked("model", model),
         lights=given_lights(atmosphere),
         weather=moment,
     )
@@ -154,7 +151,7 @@ def given_inputs(
 def given_weather(
     weather: Mapping[str, Any] | None, perez: Mapping[str, Any] | None, sun: Mapping[str, Any] | None
 ) -> Weather | None:
-    """What a time and a place or an hour of a file say; refused beside inputs that say the same."""
+    """Weather of a time and a place or of an hour of a file; refused beside inputs of the same quantities."""
     if not weather or all(value is None for value in weather.values()):
         return None
     from aomc_sky.source.light.weather import WEATHER_FILES, refuse_beside_file, refuse_beside_time, weather_of
@@ -172,7 +169,7 @@ def given_weather(
 
 
 def given_lights(given: Mapping[str, Any] | None) -> dict[str, float]:
-    """The Moon and the glow of the ground that a caller gives, checked: keys of [atmosphere]; None is not given."""
+    """Checked keys of [atmosphere] for the Moon and the glow of the ground; a value None is left out."""
     values = {name: value for name, value in (given or {}).items() if value is not None}
     for name in values:
         if name not in LIGHTS:
@@ -183,31 +180,20 @@ def given_lights(given: Mapping[str, Any] | None) -> dict[str, float]:
     return _checked("atmosphere", values)
 
 
-def _check_model(name: str, value: object) -> None:
-    row = MODEL[name]
-    if row.is_switch and not isinstance(value, (bool, np.bool_)):
-        raise UsageError(f"{name} must be True or False, got {value!r}")
-    if row.is_switch:
-        return
-    if row.words and value not in row.words:
-        raise UsageError(f"{name} must be one of {', '.join(map(repr, row.words))}, got {value!r}")
-    if not row.words and not (isinstance(value, Real) and row.low <= float(value) <= row.high):
-        raise UsageError(f"{name} must be {row.low:g} to {row.high:g} {row.unit}, got {value!r}")
-
-
 def _checked(section: str, values: Mapping[str, Any]) -> dict[str, Any]:
     good: dict[str, Any] = {}
     for name, value in values.items():
-        if name not in KEYS[section]:
-            raise UsageError(f"{section} has no input {name!r}; the inputs are {', '.join(KEYS[section])}")
-        if value is None:
-            continue
-        plain = value if isinstance(value, (bool, str)) or not isinstance(value, Real) else float(value)
-        plain = bool(plain) if isinstance(plain, np.bool_) else plain
-        _, message, advice = value_problem(section, name, plain)
-        if message:
-            raise UsageError(f"{name}: {message}; {advice}")
-        good[name] = plain
+        if name not in RULES[section]:
+            raise UsageError(f"{section} has no input {name!r}; the inputs are {', '.join(RULES[section])}")
+        if isinstance(value, np.bool_):
+            value = bool(value)
+        elif isinstance(value, Real) and not isinstance(value, bool):
+            value = float(value)
+        if value is not None:
+            _, message, advice = value_problem(section, name, value)
+            if message:
+                raise UsageError(f"{name}: {message}; {advice}")
+            good[name] = value
     return good
 
 
@@ -228,7 +214,7 @@ def resolve_sun(config: AmcConfig, toml: SunSection, given: SunSection, who: str
 
 
 def choose_perez(toml: PerezSection, given: PerezSection, who: str = "options") -> PerezInputs | None:
-    """The set that wins, from `who` or sky.toml; None where neither has one."""
+    """The set of inputs from `who`, or else from sky.toml, or None."""
     section, origin = (given, who) if given.has_set else (toml, "sky.toml")
     if not section.has_set:
         return None
@@ -248,16 +234,16 @@ class SkyInputs:
     """Everything beside difcol.inp that shapes the light of a sky model."""
 
     sun: Sun
-    perez: PerezInputs | None = None  #: None where difcol.inp has to do
-    #: more arguments of `PerezSky`: limits, within; for irradiances air_mass, extraterrestrial_normal
+    perez: PerezInputs | None = None  #: None: difcol.inp alone
+    #: further arguments of `PerezSky`: limits, within; with irradiances also air_mass, extraterrestrial_normal
     model: Mapping[str, Any] = field(default_factory=dict)
     spectrum: str | None = None  #: how beam and sky share each waveband without difcol.inp
     is_of_file: bool = False  #: whether the irradiances are those of an hour of a weather file
-    notes: tuple[str, ...] = ()  #: what a time, a place or a weather file took the place of
+    notes: tuple[str, ...] = ()  #: inputs that a time, a place or a weather file replaces
 
 
 def sky_inputs(config: AmcConfig, toml: SkyToml, given: GivenInputs) -> SkyInputs:
-    """Put together what wins."""
+    """Join the inputs by their precedence."""
     weather = given.weather
     if weather is not None:
         weather.require_sun()
@@ -286,12 +272,12 @@ def sky_inputs(config: AmcConfig, toml: SkyToml, given: GivenInputs) -> SkyInput
 
 
 _KILOWATTS = 2.0
-"""The irradiance of a horizontal plane below which a value is in kW m-2 rather than in W m-2. [W m-2]"""
+"""Irradiances below this are probably in kW m-2. [W m-2]"""
 _HIGH_SUN_DEG = 80.0
 
 
 def refuse_kilowatts(inputs: PerezInputs, sun: Sun) -> None:
-    """Raise where the sun is high and all irradiances are those of a moonlit night, or of a table in kW m-2."""
+    """Raise if the sun is high and all irradiances are tiny: probably they are in kW m-2."""
     section = inputs.section
     values = [v for v in (section.ghi, section.dni, section.dhi) if v is not None]
     if values and 0 < max(values) < _KILOWATTS and sun.zenith_deg < _HIGH_SUN_DEG:
@@ -302,7 +288,7 @@ def refuse_kilowatts(inputs: PerezInputs, sun: Sun) -> None:
 
 
 def _replaced(config: AmcConfig, toml: SkyToml, weather: Weather) -> tuple[str, ...]:
-    """What a time, a place or a weather file took the place of, for the notes of a scene."""
+    """Notes on inputs that a time, a place or a weather file replaces."""
     before = resolve_sun(config, toml.sun, SunSection())
     text = (
         f"{weather.origin}: the sun at a zenith angle of {weather.sun_zenith_deg:.4f} and an azimuth of "
@@ -315,7 +301,7 @@ def _replaced(config: AmcConfig, toml: SkyToml, weather: Weather) -> tuple[str, 
 
 
 def direct_fraction(inputs: PerezInputs, sun: Sun) -> float | None:
-    """Share of the beam, dni cos Z / (dni cos Z + dhi); None where coefficients are all that is given. [0 to 1]"""
+    """Share of the beam, dni cos Z / (dni cos Z + dhi); or None with coefficients alone. [0 to 1]"""
     section = inputs.section
     if section.coefficients is not None:
         return None
@@ -374,7 +360,7 @@ def model_inputs(inputs: PerezInputs, sun: Sun) -> dict[str, Any]:
 
 
 def difcol_of_inputs(inputs: PerezInputs | None, sun: Sun, path: str, n_wavebands: int) -> DifcolTable:
-    """What difcol.inp would say where it is absent: one direct fraction, intensity 1."""
+    """Substitute for a missing difcol.inp: one direct fraction, intensity 1."""
     fraction = None if inputs is None else direct_fraction(inputs, sun)
     if fraction is None:
         reason = "nothing else says" if inputs is None else f"{inputs.text} do not say"

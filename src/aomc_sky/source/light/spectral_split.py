@@ -18,9 +18,9 @@ SHORTEST_NM, LONGEST_NM = 300.0, 4000.0
 """The wavelengths of SPCTRL2."""
 
 WATER_CM, OZONE_ATM_CM, TURBIDITY = 1.416, 0.344, 0.084
-"""Of the reference spectrum ASTM G173; the turbidity is the optical depth of the aerosol at 500 nm."""
+"""Values of the reference spectrum ASTM G173; the turbidity is the optical depth of the aerosol at 500 nm."""
 LARGEST_TURBIDITY = 0.5
-"""What scatters more than this is rather cloud than aerosol."""
+"""Above this it is rather cloud than aerosol."""
 SEA_ALBEDO, PRESSURE_PA = 0.06, 101_325.0
 
 _ANY_DAY = 80  # the distance of the sun scales both spectra alike, and they are scaled anyway
@@ -53,8 +53,8 @@ class SpectralSplit:
 def spectral_split(inputs: PerezInputs, sun: Sun, wavelength_nm: np.ndarray) -> SpectralSplit:
     """Split the light of each waveband by spectra whose integrals are the irradiances that are given.
 
-    Rounded, so that the last bit of a library's exponential is not another run. Warns where no turbidity from 0 to 0.5
-    gives the ratio of dhi and dni.
+    Results are rounded, so that the last bit of a library's exponential does not change the run. Warns if no turbidity
+    from 0 to 0.5 gives the ratio of dhi and dni.
     """
     _refuse_outside(wavelength_nm)
     dni, dhi = irradiances(inputs, sun)

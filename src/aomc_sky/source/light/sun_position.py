@@ -1,4 +1,4 @@
-"""Where the sun stands, and how much it gives outside the atmosphere: pvlib's numbers in our conventions."""
+"""Position of the sun and its irradiance outside the atmosphere: pvlib's numbers in our conventions."""
 
 from __future__ import annotations
 
@@ -51,10 +51,10 @@ def utc(time: str | datetime.datetime | np.datetime64, name: str = "time") -> np
 def sun_position(
     time: ArrayLike | str | datetime.datetime, latitude_deg: float, longitude_deg: float, altitude_m: float = 0.0
 ) -> SunPosition:
-    """Where the sun stands, and its irradiance outside the atmosphere; needs the extra `weather`.
+    """Position of the sun, and its irradiance outside the atmosphere; needs the extra `weather`.
 
-    Light comes from the apparent zenith angle, and air masses are functions of it; it is the true one from 0.83 degrees
-    below the horizon down.
+    Light comes from the apparent zenith angle, and air masses depend on it. It equals the true zenith angle if the sun
+    is 0.83 degrees below the horizon or lower.
 
     Parameters
     ----------

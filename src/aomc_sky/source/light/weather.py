@@ -1,4 +1,4 @@
-"""When and where the sun shines, or an hour of a weather file: what either says of the sun and of the sky."""
+"""Sun and sky from a time and a place, or from an hour of a weather file."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _PLACE = {"latitude_deg": "--latitude", "longitude_deg": "--longitude", "altitud
 WEATHER_KEYS = (*WEATHER_FILES, "row", "time", *_PLACE)
 
 ANGLE_DECIMALS = 9
-"""Of the sun's angles in degrees, so that the last bit of a library's sine is not another run."""
+"""Decimals of the sun's angles in degrees, so that the last bit of a library's sine does not change the run."""
 IRRADIANCE_DECIMALS = 6
 
 
@@ -44,7 +44,7 @@ class Weather:
         return f"{self.path}:{self.source['line']}"
 
     def require_sun(self) -> None:
-        """Raise a SceneError where the sun is not seen."""
+        """Raise a SceneError for a sun below the horizon."""
         if self.sun_zenith_deg >= 90:
             below = self.sun_zenith_deg - 90
             raise SceneError(
@@ -54,7 +54,7 @@ class Weather:
 
 
 def weather_of(given: Mapping[str, Any] | None) -> Weather | None:
-    """The weather that a caller names, with the keys `WEATHER_KEYS`; None as a value is not given."""
+    """The weather of a caller, with the keys `WEATHER_KEYS`; a value None is left out."""
     values = {name: value for name, value in (given or {}).items() if value is not None}
     for name in values:
         if name not in WEATHER_KEYS:
@@ -80,7 +80,7 @@ def weather_of(given: Mapping[str, Any] | None) -> Weather | None:
 
 
 def refuse_beside_file(names: tuple[str, ...], values: Mapping[str, Any], kind: str) -> None:
-    """Raise for the first value that is given beside a weather file, which already says it."""
+    """Raise for the first value beside a weather file, which already gives it."""
     for name in names:
         if values.get(name) is not None:
             option = _PLACE.get(name) or f"--{name.replace('_', '-')}"
@@ -88,7 +88,7 @@ def refuse_beside_file(names: tuple[str, ...], values: Mapping[str, Any], kind: 
 
 
 def refuse_beside_time(sun: Mapping[str, Any]) -> None:
-    """Raise for angles of the sun beside a time, which says where it stands."""
+    """Raise for angles of the sun beside a time, which already gives them."""
     if any(sun.get(name) is not None for name in ("zenith_deg", "azimuth_deg")):
         raise UsageError("--time says where the sun is; leave out --sun-zenith and --sun-azimuth")
 
@@ -166,10 +166,10 @@ def _day_near(table: WeatherTable, k: int) -> str:
 def hour_irradiances(
     table: WeatherTable, index: int, sun_zenith_deg: float, extraterrestrial_normal: float
 ) -> tuple[float, float]:
-    """DNI and DHI of an hour, one of them from GHI where the file lacks it; a SceneError where it has no two. [W m-2]
+    """DNI and DHI of an hour, one of them from GHI if the file lacks it; a SceneError without two of them. [W m-2]
 
-    Warns where the GHI of a complete hour is not their sum: means of an hour belong to no single place of the sun, so
-    that DNI and DHI, which the sky is made of, are used as they are.
+    The sky is made from DNI and DHI as they are. A warning says if the GHI of the hour is not their sum: the sun moves
+    during an hour, and means need not fit one position.
     """
     from aomc_sky.skies.perez.irradiances import closed_irradiances
 

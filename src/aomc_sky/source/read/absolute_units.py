@@ -1,4 +1,4 @@
-"""Scenes in absolute units: what [sky] of sky.toml says of sun and sky, and the backgrounds added to them."""
+"""Scenes in absolute units: irradiances in [sky] of sky.toml, and the backgrounds."""
 
 from __future__ import annotations
 
@@ -36,14 +36,13 @@ def night_draft(n_wavebands: int, n_photons: int, *notes: str) -> SceneDraft:
 
 
 def background_options(sections: Sequence[BackgroundSection], folder: str) -> list[dict[str, Any]]:
-    """What [[background]] says, as JSON values for a manifest; the same wherever the scene lies."""
+    """Keys of [[background]] as JSON values for a manifest; paths do not depend on the folder of the scene."""
     return [
         {
+            **dataclasses.asdict(one),
             "file": os.path.relpath(one.file, folder or os.curdir),
             "time": moment_text(one.time),
             "animation": None if one.animation is None else list(one.animation),
-            "utc_offset": one.utc_offset,
-            "interpolation": one.interpolation,
         }
         for one in sections
     ]
@@ -54,9 +53,8 @@ def with_absolute_units(
 ) -> SceneDraft:
     """State the irradiance of every component, and add the lobes of the backgrounds.
 
-    The draft as it was where nothing is absolute. With backgrounds the strengths are irradiances in the same unit, with
-    a row for each distinct set of base row, wavelength and irradiances. E708: relative light besides backgrounds, and
-    nothing that says how bright it is.
+    A draft in relative units stays as it is. With backgrounds the strengths are irradiances in the same unit, with a
+    row for each distinct set of base row, wavelength and irradiances. E708: backgrounds beside relative light.
     """
     is_absolute = section.diffuse_irradiance is not None or section.direct_irradiance is not None
     known = draft.irradiance
@@ -83,9 +81,7 @@ def _joined(draft: SceneDraft, base: np.ndarray, skies: Sequence[LobeSky], bands
         dataclasses.replace(
             component,
             strength=base[first, k],
-            mass=_rows(component.mass, old_rows),
-            weight=None if component.weight is None else _rows(component.weight, old_rows),
-            slope=None if component.slope is None else _rows(component.slope, old_rows),
+            **{name: _rows(getattr(component, name), old_rows) for name in ("mass", "weight", "slope")},
         )
         for k, component in enumerate(components)
     ]
@@ -101,9 +97,9 @@ def _joined(draft: SceneDraft, base: np.ndarray, skies: Sequence[LobeSky], bands
     )
 
 
-def _rows(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """The rows of masses, weights or slopes that serve; one row serves all."""
-    return values if values.shape[0] == 1 else values[rows]
+def _rows(values: np.ndarray | None, rows: np.ndarray) -> Any:
+    """The needed rows of masses, weights or slopes, if there are any; a single row is for all."""
+    return values if values is None or values.shape[0] == 1 else values[rows]
 
 
 def _base_irradiance(draft: SceneDraft, section: SkySection, bands: Wavebands, toml_path: str) -> np.ndarray:
@@ -115,9 +111,9 @@ def _base_irradiance(draft: SceneDraft, section: SkySection, bands: Wavebands, t
     is_beam = np.array([c.name == BEAM for c in components])
     beam, sky = share[is_beam].sum(axis=0), share[~is_beam].sum(axis=0)
     _refuse_unknown(section, beam, sky, bands, toml_path)
-    diffuse = _values(section.diffuse_irradiance, bands)
+    diffuse = np.array(section.diffuse_irradiance or np.zeros(bands.n_bands))
     if section.direct_irradiance is not None:
-        direct = _values(section.direct_irradiance, bands)
+        direct = np.array(section.direct_irradiance)
     else:
         direct = np.divide(diffuse * beam, sky, out=np.zeros_like(diffuse), where=sky > 0)
     for name, expected, modelled in (("diffuse", diffuse, sky), ("direct", direct, beam)):
@@ -126,10 +122,6 @@ def _base_irradiance(draft: SceneDraft, section: SkySection, bands: Wavebands, t
     level = np.where(is_beam[:, None], direct, diffuse)
     irradiance: np.ndarray = np.divide(share * level, total, out=np.zeros_like(share), where=total > 0).T
     return irradiance
-
-
-def _values(irradiance: tuple[float, ...] | None, bands: Wavebands) -> np.ndarray:
-    return np.zeros(bands.n_bands) if irradiance is None else np.array(irradiance, dtype=np.float64)
 
 
 def _refuse_contradiction(name: str, expected: np.ndarray, modelled: np.ndarray, bands: Wavebands) -> None:

@@ -25,7 +25,7 @@ from aomc_sky.source.scene import SceneDraft, photons_of_intensity, require_proj
 from aomc_sky.wavebands import Wavebands, nearest_wavelength_index
 
 _FAR_NM = 20.0
-"""Distance of a waveband from its wavelength of the description above which a person should know."""
+"""A waveband farther from its wavelength of the description gets a warning. [nm]"""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -40,14 +40,14 @@ class SceneAtmosphere:
 def read_atmosphere(
     section: AtmosphereSection, lambbot: LambbotTable | None, allow_paths: Sequence[str] = ()
 ) -> SceneAtmosphere:
-    """Read a description, and evaluate it at the wavelengths nearest to the wavebands; at all without `lambbot`."""
+    """Read a description, and evaluate it at the wavelengths nearest to the wavebands; without `lambbot` at all."""
     wavelength = None if lambbot is None else lambbot.wavelength_nm
     medium, report = read_medium(read_atmo(section.file, allow_paths=allow_paths), wavelength)
     return SceneAtmosphere(section=section, medium=medium, report=report)
 
 
 def with_lights(atmosphere: SceneAtmosphere, lights: Mapping[str, float]) -> SceneAtmosphere:
-    """The same, with what a caller gives of the Moon and of the ground's glow (`given_lights`) in the first place."""
+    """The same; Moon and glow of the ground from the caller (`given_lights`) come first."""
     section = atmosphere.section
     section = dataclasses.replace(
         section,
@@ -112,7 +112,7 @@ def _warn_of_far_wavelengths(wanted_nm: np.ndarray, found_nm: np.ndarray, file: 
 
 
 def _options(sky: AtmosphereSky, atmosphere: SceneAtmosphere) -> dict[str, Any]:
-    """What the manifest says of the solution: JSON values."""
+    """The solution as JSON values for the manifest."""
     return {
         "file": atmosphere.section.file,
         "method": sky.solved.method,
@@ -133,7 +133,7 @@ def _options(sky: AtmosphereSky, atmosphere: SceneAtmosphere) -> dict[str, Any]:
 
 
 def _eclipse_options(sky: AtmosphereSky) -> dict[str, float] | None:
-    """Where the Moon stands that hides part of the sun from somewhere, and what the observer sees of the sun."""
+    """Position of a Moon that hides part of the sun, and the share of the sun that the observer sees."""
     moon = sky.solved.moon
     if moon is None:
         return None

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -41,11 +42,11 @@ class SkyField:
     def lower(self, rows: np.ndarray, *, per_solid_angle: bool) -> tuple[Component, ...]:
         """The component of some rows of the field, of strength 1 where they shine."""
         weighting = Weighting.SOLID_ANGLE if per_solid_angle else Weighting.PROJECTED
-        return replace(self.sky, weighting=weighting).lower_rows(rows)
+        return dataclasses.replace(self.sky, weighting=weighting).lower_rows(rows)
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was read, and what was taken for granted or missing."""
+        """Notes on the file, with its gaps and the assumptions."""
         grid, n_wl = self.sky.grid, self.sky.wavelength_nm.size
         wavelengths = f", {n_wl} wavelength{'s' * (n_wl != 1)}" if self.has_wavelength else ""
         of_file = f"{self.section.file}, {self.variable!r}"
@@ -54,16 +55,11 @@ class SkyField:
 
     def as_options(self, folder: str) -> dict[str, Any]:
         """JSON values for a manifest; the same wherever the scene lies."""
-        section = self.section
         return {
-            "file": os.path.relpath(section.file, folder or os.curdir),
+            **dataclasses.asdict(self.section),
+            "file": os.path.relpath(self.section.file, folder or os.curdir),
             "variable": self.variable,
-            "isel": dict(section.isel),
-            "zenith": section.zenith,
-            "azimuth": section.azimuth,
-            "wavelength": section.wavelength,
-            "angle_unit": section.angle_unit,
-            "azimuth_convention": section.azimuth_convention,
+            "isel": dict(self.section.isel),
             "n_zenith": self.sky.grid.n_zenith,
             "n_azimuth": self.sky.grid.n_azimuth,
             "wavelength_nm": self.sky.wavelength_nm.tolist() if self.has_wavelength else None,
@@ -72,7 +68,7 @@ class SkyField:
 
 
 def read_sky_field(section: FieldSection, toml_path: str) -> SkyField:
-    """Read the file that `table` names; what it does not say is an error at a key of sky.toml (E710)."""
+    """Read the file that `table` names; missing information is an error at a key of sky.toml (E710)."""
     try:
         field = read_field(section.file, variable=section.variable, isel=dict(section.isel))
         return _sky_field(section, field)
@@ -87,14 +83,8 @@ def read_sky_field(section: FieldSection, toml_path: str) -> SkyField:
 
 
 def _sky_field(section: FieldSection, field: Any) -> SkyField:
-    sky = TabulatedSky.from_xarray(
-        field,
-        zenith=section.zenith,
-        azimuth=section.azimuth,
-        wavelength=section.wavelength,
-        angle_unit=section.angle_unit,
-        azimuth_convention=section.azimuth_convention,
-    )
+    names = ("zenith", "azimuth", "wavelength", "angle_unit", "azimuth_convention")
+    sky = TabulatedSky.from_xarray(field, **{name: getattr(section, name) for name in names})
     return SkyField(
         section=section, variable=str(field.name), sky=sky, has_wavelength=has_wavelength(field, section.wavelength)
     )

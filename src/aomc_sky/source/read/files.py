@@ -6,7 +6,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ParamSpec, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from aomc_sky.errors import InputFileError, Problem, UsageError
 from aomc_sky.formats.aomc.amc import (
@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from aomc_sky.source.read.field import SkyField
     from aomc_sky.source.read.plugin import PluginSky
 
-P = ParamSpec("P")
 T = TypeVar("T")
 
 ATMOSPHERE = "atmosphere"
@@ -41,7 +40,7 @@ OUR_SKIES = (None, "perez", "uniform", "none", ATMOSPHERE, FIELD)
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SceneFiles:
-    """What the files of a scene say; of a file that is not there or not asked for, None."""
+    """Contents of the files of a scene; None for a file that is absent or not needed."""
 
     config: AmcConfig
     lambbot: LambbotTable
@@ -82,26 +81,30 @@ def read_scene_files(
     max_memory_bytes: int | None = None,
     sky_options: Mapping[str, Any] | None = None,
 ) -> SceneFiles:
-    """Read amc.inp and the files beside it: all that can be read before the first error, so that all are reported."""
-    reading = _Reading(folder=amc_path.parent, lenient=lenient, compat=compat, max_memory_bytes=max_memory_bytes)
+    """Read amc.inp and the files beside it, and report the problems of all of them together."""
+    reading = _Reading(folder=amc_path.parent)
     config = reading.attempt(read_amc, amc_path, lenient=lenient)
     n = config.n_wavebands if config else None
+    light = config.light_source if config else None
     has_target = bool(config and config.bottom_target)
     reading.paths["amc"] = str(amc_path)
     path = reading.beside("lambbot")
     lambbot = reading.attempt(read_lambbot, path, n_wavebands=n, has_target=has_target, lenient=lenient)
     n_problems = len(reading.problems)
-    toml = reading.toml(n, allow_paths)
+    toml = reading.toml(n, allow_paths) if compat is None else None  # the program knows no such file
     is_sure = len(reading.problems) == n_problems
     if sky is None and toml is not None:
         of_section = toml.sky.model if toml.sky.table is None else FIELD
         sky = of_section if toml.atmosphere is None else ATMOSPHERE
-    table = reading.table(config, sky, is_sure=is_sure)
-    difcol = reading.difcol(config, sky)
-    backgrounds = reading.backgrounds(toml)
-    atmosphere = reading.atmosphere(toml, sky, lambbot, allow_paths)
+    table = difcol = None
+    if light is LightSource.FILE and sky is None and (is_sure or reading.has("skydist.inp")):
+        how = {"lenient": lenient, "max_memory_bytes": max_memory_bytes}
+        downgrade = frozenset({"E308"}) if compat else frozenset()
+        table = reading.attempt(read_skydist, reading.beside("skydist"), downgrade=downgrade, **how)
+    if light is LightSource.MODEL and (compat is not None or (sky != "none" and reading.has("difcol.inp"))):
+        difcol = reading.attempt(read_difcol, reading.beside("difcol"), n_wavebands=n)
+    of_toml = {} if toml is None else reading.named_files(toml, sky, lambbot, allow_paths)
     plugin = reading.plugin(toml, sky, sky_options or {})
-    sky_field = reading.sky_field(toml, sky)
     if config is None and (mistaken := not_a_scene(amc_path)):
         raise mistaken
     if reading.problems or config is None or lambbot is None:
@@ -114,26 +117,21 @@ def read_scene_files(
         toml=toml,
         paths=reading.paths,
         sky=sky,
-        backgrounds=backgrounds,
-        atmosphere=atmosphere,
         plugin=plugin,
-        sky_field=sky_field,
+        **of_toml,
     )
 
 
 @dataclass(kw_only=True, slots=True)
 class _Reading:
-    """The files of a folder that were read so far, and what was wrong with them."""
+    """The files of a folder so far, and their problems."""
 
     folder: Path
-    lenient: bool
-    compat: str | None
-    max_memory_bytes: int | None = None
     paths: dict[str, str] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
 
-    def attempt(self, read: Callable[P, T], *args: P.args, **kwargs: P.kwargs) -> T | None:
-        """What `read` gives; None where it finds problems, which are kept."""
+    def attempt(self, read: Callable[..., T], *args: Any, **kwargs: Any) -> T | None:
+        """The result of `read`, or None with its problems kept."""
         try:
             return read(*args, **kwargs)
         except InputFileError as error:
@@ -150,58 +148,38 @@ class _Reading:
         return os.path.lexists(self.folder / name)
 
     def toml(self, n_wavebands: int | None, allow_paths: Sequence[str]) -> SkyToml | None:
-        """sky.toml; None where there is none, or a broken one."""
-        if self.compat is not None or not self.has("sky.toml"):  # the program knows no such file
+        """sky.toml, or None if it is absent or broken."""
+        if not self.has("sky.toml"):
             return None
         from aomc_sky.formats.sky_toml.file import read_sky_toml
 
         path = self.beside("sky_toml", "sky.toml")
         return self.attempt(read_sky_toml, path, n_wavebands=n_wavebands, allow_paths=allow_paths)
 
-    def table(self, config: AmcConfig | None, sky: str | None, *, is_sure: bool) -> SkyTable | None:
-        """skydist.inp, where the light comes from it; a sky.toml that cannot be read leaves this unsure."""
-        if config is None or config.light_source is not LightSource.FILE or sky is not None:
-            return None
-        if not is_sure and not self.has("skydist.inp"):
-            return None
-        path = self.beside("skydist")
-        downgrade = frozenset({"E308"}) if self.compat else frozenset()
-        return self.attempt(
-            read_skydist, path, downgrade=downgrade, lenient=self.lenient, max_memory_bytes=self.max_memory_bytes
-        )
+    def named_files(
+        self, toml: SkyToml, sky: str | None, lambbot: LambbotTable | None, allow_paths: Sequence[str]
+    ) -> dict[str, Any]:
+        """Background skies, and the atmosphere or radiance field if it is the sky."""
+        found: dict[str, Any] = {}
+        if toml.background:
+            from aomc_sky.skies.lobes.light import read_backgrounds
 
-    def difcol(self, config: AmcConfig | None, sky: str | None) -> DifcolTable | None:
-        """difcol.inp, where there is one and the scene has a sun."""
-        is_there = self.compat is not None or (sky != "none" and self.has("difcol.inp"))
-        if config is None or config.light_source is not LightSource.MODEL or not is_there:
-            return None
-        path = self.beside("difcol")
-        return self.attempt(read_difcol, path, n_wavebands=config.n_wavebands)
+            self.paths |= {f"background_{k}": one.file for k, one in enumerate(toml.background, start=1)}
+            found["backgrounds"] = self.attempt(read_backgrounds, toml.background, self.paths["sky_toml"]) or ()
+        if sky == ATMOSPHERE and toml.atmosphere is not None:
+            from aomc_sky.source.read.atmosphere import read_atmosphere
 
-    def backgrounds(self, toml: SkyToml | None) -> tuple[LobeSky, ...]:
-        """The background skies that sky.toml names, at their times."""
-        if toml is None or not toml.background:
-            return ()
-        from aomc_sky.skies.lobes.light import read_backgrounds
+            self.paths["atmosphere"] = toml.atmosphere.file
+            found["atmosphere"] = self.attempt(read_atmosphere, toml.atmosphere, lambbot, allow_paths)
+        if sky == FIELD and toml.sky.table is not None:
+            from aomc_sky.source.read.field import read_sky_field
 
-        sections = toml.background
-        self.paths |= {f"background_{k}": one.file for k, one in enumerate(sections, start=1)}
-        return self.attempt(read_backgrounds, sections, self.paths["sky_toml"]) or ()
-
-    def atmosphere(
-        self, toml: SkyToml | None, sky: str | None, lambbot: LambbotTable | None, allow_paths: Sequence[str]
-    ) -> SceneAtmosphere | None:
-        """The atmosphere that sky.toml names, where it is the sky."""
-        section = None if toml is None or sky != ATMOSPHERE else toml.atmosphere
-        if section is None:
-            return None
-        from aomc_sky.source.read.atmosphere import read_atmosphere
-
-        self.paths["atmosphere"] = section.file
-        return self.attempt(read_atmosphere, section, lambbot, allow_paths)
+            self.paths["table"] = toml.sky.table.file
+            found["sky_field"] = self.attempt(read_sky_field, toml.sky.table, self.paths["sky_toml"])
+        return found
 
     def plugin(self, toml: SkyToml | None, sky: str | None, given: Mapping[str, Any]) -> PluginSky | None:
-        """The sky model of another package with its options; None where the sky is one of ours."""
+        """The sky model of another package with its options, or None for a sky of ours."""
         if sky in OUR_SKIES or sky is None:
             if given:
                 what = "no --sky NAME and no [sky] model names one" if sky is None else f"this sky is {sky!r}"
@@ -212,13 +190,3 @@ class _Reading:
 
         section = SkySection() if toml is None else toml.sky
         return self.attempt(choose_plugin, sky, section, given, self.paths.get("sky_toml", ""))
-
-    def sky_field(self, toml: SkyToml | None, sky: str | None) -> SkyField | None:
-        """The radiance field that sky.toml names, where it is the sky."""
-        section = None if toml is None or sky != FIELD else toml.sky.table
-        if section is None:
-            return None
-        from aomc_sky.source.read.field import read_sky_field
-
-        self.paths["table"] = section.file
-        return self.attempt(read_sky_field, section, self.paths["sky_toml"])

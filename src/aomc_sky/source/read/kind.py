@@ -1,4 +1,4 @@
-"""What a path holds, by its name and its first bytes: for commands that take several kinds, or were given another."""
+"""Kind of a file or folder, by its name and first bytes, for commands and for messages about a wrong kind."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from aomc_sky.formats.text_file import refuse
 
 
 class Kind(enum.Enum):
-    """What a path is, as a message says it."""
+    """Kinds of files and folders, as messages name them."""
 
     SCENE = "a scene"
     RUN = "a run"
@@ -51,16 +51,19 @@ _MOST_ENTRIES = 1000
 
 
 def kind_of_name(name: str) -> Kind | None:
-    """Kind of a file by its ending, or by the begin or a part of its name; None for any other name."""
+    """Kind of a file by the end, the begin or a part of its name, or None."""
     name = name.lower()
-    by_ending = (kind for endings, kind in _ENDINGS.items() if name.endswith(endings))
-    by_part = (kind for part, kind in _TABLES.items() if name.startswith(part) or f".{part}." in name)
-    measured = (Kind.MEASURED for _ in "1" if name.endswith((".csv", ".tsv")))
-    return next(itertools.chain(by_ending, by_part, measured), None)
+    for endings, kind in _ENDINGS.items():
+        if name.endswith(endings):
+            return kind
+    for part, kind in _TABLES.items():
+        if name.startswith(part) or f".{part}." in name:
+            return kind
+    return Kind.MEASURED if name.endswith((".csv", ".tsv")) else None
 
 
 def kind_of(path: Path) -> Kind | None:
-    """Kind of a file or a folder; None where it is not known."""
+    """Kind of a file or a folder, or None."""
     if path.is_dir():
         is_run = (path / "manifest.json").exists() or (path / "plan.npz").exists()
         return Kind.RUN if is_run else Kind.SCENE if (path / "amc.inp").exists() else None
@@ -73,7 +76,7 @@ def kind_of(path: Path) -> Kind | None:
 
 
 def not_a_scene(amc: Path) -> InputFileError | None:
-    """The error of a path that was given for amc.inp and holds something else; None where that is not known."""
+    """The error for a path that was given for amc.inp and is of another kind, or None."""
     is_folder = amc.name == "amc.inp" and not os.path.lexists(amc) and amc.parent.is_dir()
     path = amc.parent if is_folder else amc
     kind = kind_of(path)
@@ -117,7 +120,7 @@ def _no_scene_here(folder: Path) -> InputFileError | None:
 
 
 def not_a_run(path: Path, maker: str) -> InputFileError:
-    """The error of a path that was given for a run folder and is none; `maker` is the command that writes one."""
+    """The error for a path that is not a run folder; `maker` is the command that writes one."""
     kind = kind_of(path)
     if kind is Kind.SCENE:
         run = (path if path.is_dir() else path.parent) / "aomc-sky-out"

@@ -35,10 +35,10 @@ def read_radiance_csv(
 ) -> RadianceField:
     """Read measured radiances of the sky, in any directions and any order, from a table of text.
 
-    The first row names the columns, separated by commas, semicolons or tabs: zenith or elevation, azimuth, wavelength
-    and radiance, or ``L_412`` and so on for each wavelength; units stand in brackets or behind an underscore. Lines
-    ``# key: value`` say what an argument would. Nothing, ``nan``, -999 and -9999 are gaps. Negative zenith angles, and
-    elevations above 90 degrees, lie beyond the zenith, as in scans of the principal plane.
+    The first row names the columns, separated by commas, semicolons or tabs. They are zenith or elevation, azimuth,
+    wavelength and radiance, or ``L_412`` and so on for each wavelength. Units are in brackets or after an underscore.
+    A line ``# key: value`` has the effect of an argument. A gap is empty, ``nan``, -999 or -9999. Negative zenith
+    angles, and elevations above 90 degrees, lie beyond the zenith, as in scans of the principal plane.
 
     Parameters
     ----------
@@ -87,37 +87,24 @@ def read_radiance_csv(
     >>> print(field.radiance(0.0, 0.0, 550.0).round(3))
     0.3
     """
-    angles: dict[str, Any] = {}
-    for name, value, twin in (
-        ("sun_zenith_deg", sun_zenith_deg, sun_zenith_rad),
-        ("sun_azimuth_deg", sun_azimuth_deg, sun_azimuth_rad),
-    ):
-        if value is not None or twin is not None:
-            angles[name] = float(given_angle(name, value, twin))
     points = read_radiance_points(
         os.fspath(path),
         azimuth_convention=azimuth_convention,
         angle_unit=angle_unit,
         radiance_unit=radiance_unit,
-        **angles,
+        sun_zenith_deg=_degrees("sun_zenith_deg", sun_zenith_deg, sun_zenith_rad),
+        sun_azimuth_deg=_degrees("sun_azimuth_deg", sun_azimuth_deg, sun_azimuth_rad),
     )
     try:
-        return RadianceField.from_points(
-            points.zenith_deg,
-            points.azimuth_deg,
-            points.radiance,
-            points.wavelength_nm,
-            sun_zenith_deg=points.sun_zenith_deg,
-            sun_azimuth_deg=points.sun_azimuth_deg,
-            is_absolute=points.is_absolute,
-            grid=grid,
-            remarks=points.remarks,
-            strength=strength,
-        )
+        return RadianceField.from_points(**vars(points), grid=grid, strength=strength)
     except SceneError as error:
         raise refuse(
             os.fspath(path), str(error), advice="give each wavelength radiances of the sky", code="E654"
         ) from None
+
+
+def _degrees(name: str, value: float | None, twin: float | None) -> float | None:
+    return None if value is None and twin is None else float(given_angle(name, value, twin))
 
 
 def measured_scene(

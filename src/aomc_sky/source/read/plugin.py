@@ -1,11 +1,11 @@
-"""The sky model of another package: which one, with which options, and what it gives for a sun and the wavebands."""
+"""The sky model of another package: its options, and its components for a sun and wavebands."""
 
 from __future__ import annotations
 
 import dataclasses
 import datetime
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
@@ -14,9 +14,9 @@ import numpy as np
 from aomc_sky.component import Component
 from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning, ModelLimitWarning, Problem, Span, UsageError
 from aomc_sky.formats.report import nearest
+from aomc_sky.formats.sky_models import MakeSky, installed_skies
 from aomc_sky.formats.sky_toml.keys import KEYS, SkySection
 from aomc_sky.skies.function_sky import FunctionSky, as_sky_model
-from aomc_sky.sky_plugins import MakeSky, installed_skies
 
 _OUR_WARNINGS = (InputWarning, ModelLimitWarning)  # exceptions where warnings are errors
 
@@ -42,7 +42,7 @@ class PluginSky:
             "distribution": plugin.distribution,
             "version": plugin.version,
             "entry_point": plugin.entry_point.value,
-            "options": {name: _json_value(value) for name, value in self.options.items()},
+            "options": {name: plain_option(name, value, _json_text) for name, value in self.options.items()},
         }
 
     @property
@@ -95,7 +95,7 @@ class PluginSky:
         return (dataclasses.replace(components[0], name=plugin.name),) if is_alone else components
 
     def _refuse_options(self, error: Exception) -> NoReturn:
-        """Say what the model refuses, at the key of sky.toml that the reason names, or at its own name."""
+        """Raise the model's refusal, at the key of sky.toml in its reason, or at the name of the model."""
         reason = " ".join(str(error).split())
         message = f"the sky model {self} refuses what it is given: {reason or type(error).__name__}"
         of_file = [option for option in self.section.options if self.options[option.name] is option.value]
@@ -107,16 +107,16 @@ class PluginSky:
 
 
 def options_text(make: MakeSky) -> str:
-    """What a model takes, for messages."""
+    """Options of a model, for messages."""
     names = [f"{name} (needed)" if is_needed else name for name, is_needed in make.options.items()]
     open_ended = [] if make.parameters is not None and not make.takes("") else ["and others that it does not name"]
     return f"its options are {', '.join([*names, *open_ended])}" if names or open_ended else "it has no options"
 
 
 def choose_plugin(name: str, section: SkySection, given: Mapping[str, Any], path: str) -> PluginSky:
-    """The model of this name with the options of sky.toml, over which those that are `given` win one by one.
+    """The model of this name with the options of sky.toml, and those that are `given`, which come first.
 
-    Raises whatever is wrong with the names of options; their values are the model's affair.
+    Wrong names of options are errors here; the model checks their values.
     """
     of_file = section if section.model == name else SkySection()
     make = installed_skies().plugins[name].load()
@@ -155,33 +155,23 @@ def _problem(path: str, span: Span | None, code: str, message: str, advice: str)
     return span.problem(path, code, message, field="sky", advice=advice)
 
 
-def _json_value(value: Any) -> Any:
-    """A value of TOML as JSON has it: dates, and numbers that are not finite, as text."""
-    if isinstance(value, Mapping):
-        return {str(name): _json_value(one) for name, one in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_json_value(one) for one in value]
+def _json_text(value: Any) -> Any:
+    """Dates, and numbers that are not finite, as text for JSON."""
     if isinstance(value, (datetime.date, datetime.time)):
         return value.isoformat()
-    if isinstance(value, float) and not math.isfinite(value):
-        return str(value)
-    return value
+    return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def checked_options(given: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Options that a caller gives, as plain values that a manifest can hold."""
-    return {name: _plain(name, value) for name, value in (given or {}).items()}
-
-
-def _plain(name: str, value: Any) -> Any:
+def plain_option(name: str, value: Any, of_scalar: Callable[[Any], Any] = lambda value: value) -> Any:
+    """An option as plain values of Python, which a manifest can hold."""
     if isinstance(value, (np.generic, np.ndarray)):
         value = value.tolist()
     if isinstance(value, (list, tuple)):
-        return [_plain(name, one) for one in value]
+        return [plain_option(name, one, of_scalar) for one in value]
     if isinstance(value, Mapping):
-        return {str(key): _plain(name, one) for key, one in value.items()}
+        return {str(key): plain_option(name, one, of_scalar) for key, one in value.items()}
     if isinstance(value, (bool, int, float, str, datetime.date, datetime.time)):
-        return value
+        return of_scalar(value)
     raise UsageError(
         f"option {name} of a sky model must be a number, a text, true or false, or a list of such, got "
         f"{type(value).__name__}; a model made in Python goes into Scene(components=...)"

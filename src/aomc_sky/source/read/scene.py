@@ -12,8 +12,8 @@ import numpy as np
 
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
-from aomc_sky.formats.aomc.amc import AmcConfig, LambbotTable
-from aomc_sky.plan.footprint import Footprint, FootprintShape
+from aomc_sky.formats.aomc.amc import AmcConfig, FootprintCode
+from aomc_sky.plan.footprint import Footprint
 from aomc_sky.plan.sampling.allocation import MAX_PHOTONS
 from aomc_sky.source.read.files import SceneFiles, read_scene_files
 from aomc_sky.source.scene import Scene, SceneDraft
@@ -128,15 +128,15 @@ def read_scene(
         given = given_inputs(perez, sun, within, atmosphere, weather)
     allowed = [os.fspath(one) for one in allow_paths]
     if sky_options:
-        from aomc_sky.source.read.plugin import checked_options
+        from aomc_sky.source.read.plugin import plain_option
 
-        sky_options = checked_options(sky_options)
+        sky_options = {name: plain_option(name, value) for name, value in sky_options.items()}
     amc_path = Path(path) / "amc.inp" if Path(path).is_dir() else Path(path)
     files = read_scene_files(amc_path, sky, lenient, compat, allowed, max_memory_bytes, sky_options)
     if iterations is not None:
         n = as_number_of(iterations, "iterations", 1, MAX_PHOTONS, error=SceneError)
         files = dataclasses.replace(files, config=dataclasses.replace(files.config, iterations=n))
-    bands = _wavebands(files.lambbot)
+    bands = Wavebands(**dataclasses.asdict(files.lambbot))
     if given is not None:
         _refuse_unused(given, files, compat)
     if files.table is not None:
@@ -330,25 +330,12 @@ def _unused_notes(files: SceneFiles, options: Mapping[str, Any]) -> tuple[str, .
     return tuple(notes)
 
 
-def _wavebands(lambbot: LambbotTable) -> Wavebands:
-    return Wavebands(
-        wavelength_nm=lambbot.wavelength_nm,
-        bottom_reflectance=lambbot.bottom_reflectance,
-        bottom_specular_fraction=lambbot.bottom_specular_fraction,
-        target_reflectance=lambbot.target_reflectance,
-        target_specular_fraction=lambbot.target_specular_fraction,
-    )
-
-
 def _footprint(config: AmcConfig) -> Footprint:
-    shape = FootprintShape[config.footprint.name]
-    sides = {
-        FootprintShape.POINT: (0.0, 0.0),
-        FootprintShape.CIRCLE: (config.circle_diameter_m, config.circle_diameter_m),
-        FootprintShape.RECTANGLE: (config.rectangle_x_m, config.rectangle_y_m),
-    }
-    x, y = sides[shape]
-    return Footprint(shape=shape, size_x_m=x, size_y_m=y)
+    if config.footprint is FootprintCode.CIRCLE:
+        return Footprint.circle(config.circle_diameter_m)
+    if config.footprint is FootprintCode.RECTANGLE:
+        return Footprint.rectangle(config.rectangle_x_m, config.rectangle_y_m)
+    return Footprint()
 
 
 def listed_bands(wavebands: Sequence[int] | None) -> list[int] | None:

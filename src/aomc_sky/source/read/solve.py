@@ -150,9 +150,9 @@ def read_for_sun(
     sun_zenith_deg: float,
     allow_paths: Sequence[str | os.PathLike[str]],
 ) -> tuple[Medium, MediumReport, np.ndarray, float]:
-    """Read a description at some wavelengths, and check what was asked for; arguments as for `solve_atmosphere`.
+    """Read a description at some wavelengths, and check the arguments of `solve_atmosphere`.
 
-    Gives the row of the medium for each wavelength asked for besides, and the sun's zenith angle in radians.
+    Also returns the row of the medium for each wavelength, and the sun's zenith angle in radians.
     """
     sun = _numbers(sun_zenith_deg, "the sun's zenith angle")
     if sun.size != 1:
@@ -167,7 +167,7 @@ def read_for_sun(
 
 
 def direction_of_moon(moon: Mapping[str, float] | None) -> MoonDirection | None:
-    """The argument `moon` of `solve_atmosphere`, checked; a UsageError for what is no place."""
+    """The argument `moon` of `solve_atmosphere`, checked; a UsageError without a direction."""
     if moon is None:
         return None
     if not isinstance(moon, Mapping):

@@ -1,4 +1,4 @@
-"""A scene lit by the sun and a sky model: how each waveband is split between the two, who says so, and what shines."""
+"""A scene lit by the sun and a sky model: with the split of each waveband between the two."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from aomc_sky.component import Component, scaled
-from aomc_sky.errors import InputWarning, ModelLimitWarning, SceneError, UsageError
+from aomc_sky.errors import InputWarning, SceneError, UsageError
 from aomc_sky.formats.aomc.amc import AmcConfig, DifcolTable
 from aomc_sky.formats.sky_toml.keys import SPECTRL2, SkySection
 from aomc_sky.plan.options import Order, Placement, SamplingOptions
@@ -28,7 +28,6 @@ from aomc_sky.source.light.inputs import (
     direct_fraction,
     inputs_of_difcol,
     missing_inputs,
-    model_inputs,
 )
 from aomc_sky.source.read.files import FIELD, SceneFiles
 from aomc_sky.source.scene import SceneDraft, photons_of_intensity, require_projected
@@ -44,16 +43,16 @@ AOMC_INTERNAL_PRESET = SamplingOptions(
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BandSplit:
-    """How the light of every waveband is split between beam and sky, and who says so."""
+    """Split of the light of every waveband between beam and sky."""
 
-    difcol: DifcolTable  #: what difcol.inp says, or what stands in for it
-    origin: str  #: who says so, for the notes
-    units: SkySection  #: irradiances of sun and sky where a spectrum tells them, else what sky.toml says
-    options: dict[str, Any] = field(default_factory=dict)  #: what a manifest has of a spectrum
+    difcol: DifcolTable  #: contents of difcol.inp, or a substitute
+    origin: str  #: source of the split, for the notes
+    units: SkySection  #: irradiances of sun and sky from a spectrum, or else from sky.toml
+    options: dict[str, Any] = field(default_factory=dict)  #: entries of a spectrum in the manifest
 
 
 def band_split(files: SceneFiles, inputs: SkyInputs, sky: str | None, wavelength_nm: np.ndarray) -> BandSplit:
-    """Say how each waveband is split: by difcol.inp, a spectrum, or one broadband fraction, with a warning."""
+    """Split each waveband by difcol.inp, a spectrum, or one broadband fraction (with a warning)."""
     n_bands, units = files.config.n_wavebands, files.toml_or_empty.sky
     if files.difcol is not None:
         _warn_of_other_light(files.difcol, inputs)
@@ -92,7 +91,7 @@ def _by_spectrum(inputs: SkyInputs, units: SkySection, wavelength_nm: np.ndarray
 
 
 _MORE_DIRECT = 0.1
-"""What a direct fraction of visible bands may exceed that of the whole spectrum by; air makes it smaller."""
+"""Allowed excess of the direct fraction of visible bands over that of the whole spectrum."""
 
 
 def _warn_of_other_light(difcol: DifcolTable, inputs: SkyInputs) -> None:
@@ -193,7 +192,7 @@ def sun_and_sky_draft(
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Diffuse:
-    """The diffuse part of a scene: components of strength 1, and what to tell about them."""
+    """The diffuse part of a scene: components of strength 1, with notes and options."""
 
     components: tuple[Component, ...] = ()
     notes: tuple[str, ...] = ()
@@ -202,7 +201,7 @@ class Diffuse:
 
 
 def has_diffuse_light(difcol: DifcolTable) -> bool:
-    """Whether a band with light, or any band where none has, leaves a part of it to the sky."""
+    """Whether the sky has a part of any band with light, or of any band if none has light."""
     lit = difcol.intensity > 0
     return bool(np.any(difcol.direct_fraction[lit if lit.any() else slice(None)] < 1))
 
@@ -210,33 +209,17 @@ def has_diffuse_light(difcol: DifcolTable) -> bool:
 def _perez(
     inputs: SkyInputs, difcol: DifcolTable, weighting: str | None, fractions: np.ndarray, *, replaces_file: bool
 ) -> Diffuse:
-    """The Perez sky, with what it limited kept for the manifest besides being warned of."""
+    """The Perez sky; the manifest keeps the warnings about its limits."""
     require_projected(weighting, "the Perez sky")
+    from aomc_sky.source.weather_scene import perez_sky, sky_options
+
     weather = inputs.perez or inputs_of_difcol(difcol, inputs.sun)
-    with warnings.catch_warnings(record=True) as caught:
-        warnings.simplefilter("always", ModelLimitWarning)
-        sky = sky_model("perez")(
-            sun_zenith_rad=math.radians(inputs.sun.zenith_deg),
-            sun_azimuth_rad=math.radians(inputs.sun.azimuth_deg),
-            **inputs.model,
-            **model_inputs(weather, inputs.sun),
-        )
-        components = sky.lower(fractions)
-    for warning in caught:
-        warnings.warn(warning.message, stacklevel=2)
-    limited = [str(w.message) for w in caught if issubclass(w.category, ModelLimitWarning)]
-    shown = {
-        "epsilon": None if sky.clearness is None else float(sky.clearness),
-        "delta": None if sky.brightness is None else float(sky.brightness),
-        "coefficients": [float(c) for c in sky.model_coefficients],
-        **inputs.model,
-        "from": str(weather),
-        "limited": limited,
-    }
+    sky, limited = perez_sky(inputs.model, weather, inputs.sun)
+    shown = {**sky_options(sky), **inputs.model, "from": str(weather), "limited": limited}
     notes = [_perez_note(shown, weather)]
     if replaces_file and (missing := sky.missing_beam("write 0 as the light source of amc.inp to launch both")):
         notes.append(missing)
-    return Diffuse(components=components, notes=tuple(notes), options={"perez": shown})
+    return Diffuse(components=sky.lower(fractions), notes=tuple(notes), options={"perez": shown})
 
 
 def _of_plugin(

@@ -1,4 +1,4 @@
-"""A sky file as the components of a scene: bins, weighting, wavelengths, and what to say of it."""
+"""A sky file as the components of a scene: bins, weighting, wavelengths, and notes."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _DEGREES_ADVICE = "without --bins degrees indices are numbers of equal bins"
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class TableOptions:
-    """How the caller wants skydist.inp read; None takes what the file declares, or the default."""
+    """How to read skydist.inp; by default as the file declares."""
 
     bins: str | None = None
     weighting: str | None = None

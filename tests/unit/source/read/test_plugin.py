@@ -274,7 +274,7 @@ def test_what_belongs_to_other_skies_is_refused(install, options):
 
 def test_our_own_names_start_no_search(monkeypatch):
     searches = []
-    monkeypatch.setattr("aomc_sky.sky_plugins.entry_points", lambda **group: searches.append(group) or ())
+    monkeypatch.setattr("aomc_sky.formats.sky_models.entry_points", lambda **group: searches.append(group) or ())
     sky.read_scene(SCENE, sky="uniform")
     sky.read_scene(SCENE)
     assert searches == []

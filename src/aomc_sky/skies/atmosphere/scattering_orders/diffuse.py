@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from aomc_sky.progress import counted
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers
 from aomc_sky.skies.atmosphere.optical_depth import optical_depth_to_top, vertical_optical_depth
 from aomc_sky.skies.atmosphere.scattering_orders.orders import (
@@ -31,7 +32,6 @@ from aomc_sky.skies.atmosphere.scattering_orders.orders import (
 )
 from aomc_sky.skies.atmosphere.scattering_orders.paths import SUN_STEP_RAD, Paths, ShellColumns
 from aomc_sky.skies.atmosphere.scattering_orders.slab import Slab
-from aomc_sky.steps import counted
 
 ALL_ORDERS = 1000
 """From this many orders on all are meant, and the rest is added as a geometric series."""

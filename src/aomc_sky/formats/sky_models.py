@@ -1,4 +1,4 @@
-"""Sky models by name: ours, and those of other packages, entry points of one group, looked for only for other names."""
+"""Sky models by name: ours, and those of other packages (entry points of one group)."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class SkyPlugin:
     def load(self) -> MakeSky:
         """Import it; PluginError where that fails, or where what it names cannot be called with a sun.
 
-        What it prints goes to standard error, for standard output may be JSON.
+        Its prints go to standard error, because standard output may be JSON.
         """
         try:
             with contextlib.redirect_stdout(sys.stderr):

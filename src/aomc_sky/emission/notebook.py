@@ -1,4 +1,4 @@
-"""How things look in a notebook: a table, and the dome of the sky where matplotlib is installed."""
+"""A table in a notebook, with the dome of the sky if matplotlib is installed."""
 
 from __future__ import annotations
 
