@@ -91,6 +91,23 @@ def cells_of_grid(grid: PatchGrid, law: Law = Law.CELL_MU2) -> np.ndarray:
     return cell.reshape(-1, N_CELL_PARAMETERS)
 
 
+def slope_factor(
+    slope: np.ndarray,
+    grid: PatchGrid,
+    sin2: tuple[np.ndarray, ...],
+    patch: np.ndarray,
+    sky_zenith_rad: np.ndarray,
+    sky_azimuth_deg: np.ndarray,
+) -> np.ndarray:
+    """Radiance in a direction over the mean of its patch, for slopes (..., 2) as in `Component`; `grid.ring_sin2()`."""
+    ring, column = np.divmod(np.maximum(patch, 0), grid.n_azimuth)
+    start, end = grid.azimuth_bounds_deg[column, 0], grid.azimuth_bounds_deg[column, 1]
+    u = (np.sin(sky_zenith_rad) ** 2 - sin2[0][ring]) / sin2[1][ring]
+    v = np.mod(sky_azimuth_deg - start, 360.0) / (end - start)
+    s, t = np.moveaxis(slope, -1, 0)
+    return np.asarray((1.0 + s * (2.0 * u - 1.0)) * (1.0 + t * (2.0 * v - 1.0)))
+
+
 def _frozen(array: np.ndarray) -> np.ndarray:
     array = np.ascontiguousarray(array)
     array.flags.writeable = False

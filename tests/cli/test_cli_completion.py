@@ -7,7 +7,7 @@ import subprocess
 
 import pytest
 
-from aomc_sky.cli.main import COMMANDS, build_parser
+from aomc_sky.cli.usage import COMMANDS, build_parser
 from tests.support.fault_rows import command
 
 pytest.importorskip("shtab")
@@ -21,7 +21,7 @@ def script_of(shell: str, capsys) -> str:
 @pytest.mark.parametrize("shell", ["bash", "zsh"])
 def test_every_command_and_option_is_there(shell, capsys):
     text = script_of(shell, capsys)
-    commands = next(action for action in build_parser(is_complete=True)._actions if action.dest == "command").choices
+    commands = next(action for action in build_parser()._actions if action.dest == "command").choices
     assert list(commands) == list(COMMANDS)
     for name, parser in commands.items():
         assert name in text

@@ -297,12 +297,6 @@ def test_the_plan_of_another_run_is_told(amc, out, tmp_path, capsys):
     assert not (tmp_path / "out-npy").exists()
 
 
-def test_large_texts_are_told_before(out, capsys, monkeypatch):
-    monkeypatch.setattr("aomc_sky.engine.export.LARGE_TEXT_BYTES", 1000)
-    assert export(out, "--to", "csv", "--waveband", 1) == 0
-    assert "GB; --to npy takes" in capsys.readouterr().err
-
-
 @pytest.mark.parametrize("to", ["npy", "mcpl", "netcdf"])
 def test_a_full_disk_leaves_nothing_half(out, tmp_path, to):
     if to == "netcdf":

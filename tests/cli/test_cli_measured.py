@@ -32,6 +32,14 @@ def test_run_at_other_wavelengths_beside_the_file(tmp_path, capsys):
     assert re.search(r"foretold by the others, a radiance is off by \d[\d.]* %", out)
     shown = float(re.search(r"1  451 +(0\.\d+)", out)[1])
     assert shown == pytest.approx((TRUE[412] + TRUE[490]) / 2, rel=3e-3)
+    scene = ["--scene", str(path), "--iterations", "1000"]
+    verify = ["verify", str(tmp_path / "aomc-sky-out"), "--quiet"]
+    assert main([*verify, *scene, "--wavelengths", "451", "555"]) == 0
+    assert main([*verify, *scene, "--wavelengths", "451", "556"]) == 5
+    assert main([*verify, "--wavelengths", "451", "555"]) == 2
+    amc = ["--scene", str(INPUTS / "clear_day"), "--wavelengths", "451"]
+    assert main([*verify, *amc]) == 2
+    assert "choose among them with --waveband 1" in capsys.readouterr().err
 
 
 def test_plot_validate_and_info(tmp_path, capsys):

@@ -11,7 +11,7 @@ from importlib.util import find_spec
 import pytest
 
 from aomc_sky.cli import commands
-from aomc_sky.cli.main import COMMANDS
+from aomc_sky.cli.usage import COMMANDS
 from tests.support.extras import ROOT
 from tests.support.fault_rows import command
 from tests.support.mistakes import make_folder

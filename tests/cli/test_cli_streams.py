@@ -62,7 +62,7 @@ def _hears_interrupts() -> Iterator[None]:
 
 @pytest.mark.usefixtures("_hears_interrupts")
 def test_interrupted_while_the_parser_is_made(monkeypatch, capsys):
-    monkeypatch.setattr(front_door, "build_parser", lambda: signal.raise_signal(signal.SIGINT))
+    monkeypatch.setattr(front_door, "build_parser", lambda names: signal.raise_signal(signal.SIGINT))
     assert front_door.main(["info", "x"]) == 130
     assert capsys.readouterr().err == "aomc-sky: interrupted\n"
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
@@ -70,7 +70,7 @@ def test_interrupted_while_the_parser_is_made(monkeypatch, capsys):
 
 @pytest.mark.usefixtures("_hears_interrupts")
 def test_interrupt_that_c_code_answers_with_another_error(monkeypatch, capsys):
-    def as_numpy_does() -> None:
+    def as_numpy_does(names: list[str]) -> None:
         try:
             signal.raise_signal(signal.SIGINT)
         except KeyboardInterrupt:
@@ -82,7 +82,7 @@ def test_interrupt_that_c_code_answers_with_another_error(monkeypatch, capsys):
 
 
 def test_errors_without_an_interrupt_stay_what_they_are(monkeypatch):
-    def fails() -> None:
+    def fails(names: list[str]) -> None:
         raise ImportError("really")
 
     monkeypatch.setattr(front_door, "build_parser", fails)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import re
 
-from aomc_sky.cli.main import build_parser
+from aomc_sky.cli.usage import build_parser
 from aomc_sky.skies.atmosphere.description.keys import DIRECTIVES, SCATTERER_DIRECTIVE, SECTION_KEYS, TOP_KEYS
 from tests.support.shared import REPOSITORY
 
@@ -36,7 +36,7 @@ TOOL = (
 
 def options() -> set[str]:
     """Every option of the command."""
-    (commands,) = (a for a in build_parser(is_complete=True)._actions if isinstance(a, argparse._SubParsersAction))
+    (commands,) = (a for a in build_parser()._actions if isinstance(a, argparse._SubParsersAction))
     return {text for action in commands.choices["atmosphere"]._actions for text in action.option_strings}
 
 

@@ -9,13 +9,13 @@ from collections import defaultdict
 
 import pytest
 
-from aomc_sky.cli.main import build_parser
+from aomc_sky.cli.usage import build_parser
 from tests.support.extras import PACKAGES, ROOT, extras_of_project
 
 PAGE = (ROOT / "docs" / "cli.md").read_text()
 FLAG = re.compile(r"(?<![\w-])--?[a-z][a-z0-9-]*")
 PARSERS: dict[str, argparse.ArgumentParser] = next(
-    action for action in build_parser(is_complete=True)._actions if isinstance(action, argparse._SubParsersAction)
+    action for action in build_parser()._actions if isinstance(action, argparse._SubParsersAction)
 ).choices
 
 
@@ -113,7 +113,7 @@ def test_help_is_of_one_form(command):
 
 @pytest.mark.parametrize("command", ["", *PARSERS])
 def test_examples_of_the_help_can_be_parsed(command):
-    epilog = (PARSERS[command] if command else build_parser(is_complete=True)).epilog
+    epilog = (PARSERS[command] if command else build_parser()).epilog
     lines = epilog.partition("examples:\n")[2].partition("\n\n")[0].splitlines()
     assert lines
     for line in lines:
@@ -121,7 +121,7 @@ def test_examples_of_the_help_can_be_parsed(command):
         assert words is not None, line
         given = shlex.split(words[1])
         assert given[0] == command or not command
-        build_parser(is_complete=True).parse_args(given)
+        build_parser().parse_args(given)
 
 
 def test_options_of_several_commands_mean_the_same():

@@ -1,4 +1,4 @@
-"""What a background-sky file holds: its animations and spectra, and at one time its lobes and their irradiance."""
+"""The contents of a background-sky file: its animations and spectra, and its lobes and irradiances at one time."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _KINDS = {1: "hg", 2: "ggx", 3: "beckmann"}
 
 
 def report_background(arguments: argparse.Namespace, path: Path) -> int:
-    """Print what the file holds, or with --time the lobes of that time."""
+    """Print the contents of the file, or with --time the lobes at that time."""
     if arguments.time is not None:
         try:
             time_s = cli_options.moment(arguments.time)
@@ -63,37 +63,35 @@ def _contents(path: Path, file: BackgroundFile) -> dict[str, Any]:
         "wavelength_nm": file.wavelength_nm.tolist(),
         "curves": [
             {
-                "least": float(curve.min()),
-                "greatest": float(curve.max()),
-                "integral": float((width * (curve[1:] + curve[:-1])).sum() / 2),
+                "least": float(c.min()),
+                "greatest": float(c.max()),
+                "integral": float((width * (c[1:] + c[:-1])).sum() / 2),
             }
-            for curve in file.curves
+            for c in file.curves
         ],
         "curve_unit": "W m-2 nm-1",
     }
 
 
 def _animation(keys: Animation) -> dict[str, Any]:
+    columns = {
+        "relative_time_days": keys.relative_time_days.tolist(),
+        "type": [_KINDS[int(kind)] for kind in keys.lobe_type],
+        "param0": keys.param0.tolist(),
+        "param1": keys.param1.tolist(),
+        "coefficient": keys.coefficient.tolist(),
+        "quaternion": keys.quaternion.tolist(),
+        "curve": keys.curve_index.tolist(),
+    }
     return {
         "reference": keys.reference.name.lower(),
         "time_point_s": keys.time_point_s,
-        "keys": [
-            {
-                "relative_time_days": float(keys.relative_time_days[k]),
-                "type": _KINDS[int(keys.lobe_type[k])],
-                "param0": float(keys.param0[k]),
-                "param1": float(keys.param1[k]),
-                "coefficient": float(keys.coefficient[k]),
-                "quaternion": keys.quaternion[k].tolist(),
-                "curve": int(keys.curve_index[k]),
-            }
-            for k in range(len(keys))
-        ],
+        "keys": [{name: column[k] for name, column in columns.items()} for k in range(len(keys))],
     }
 
 
 def _text(path: Path, file: BackgroundFile) -> str:
-    """The file for a person: a table for each animation, then the curves."""
+    """The contents as text: a table for each animation, then the curves."""
     from aomc_sky.formats.sky_toml.rules import moment_text
 
     contents = _contents(path, file)
@@ -116,14 +114,14 @@ def _lobes(scene: LobeScene) -> dict[str, Any]:
     from aomc_sky.formats.sky_toml.rules import moment_text
     from aomc_sky.skies.lobes.light import axis_of
 
-    first = scene.section
+    section = scene.section
     sphere, plane = scene.irradiance(), scene.irradiance(above="projected")
     return {
-        "files": [first.file],
-        "time": moment_text(first.time),
-        "unix_time_s": first.time,
-        "utc_offset_h": first.utc_offset,
-        "interpolation": first.interpolation,
+        "files": [section.file],
+        "time": moment_text(section.time),
+        "unix_time_s": section.time,
+        "utc_offset_h": section.utc_offset,
+        "interpolation": section.interpolation,
         "wavelength_nm": scene.wavelength_nm.tolist(),
         "sphere_W_m2_nm": sphere.sum(axis=0).tolist(),
         "irradiance_W_m2_nm": plane.sum(axis=0).tolist(),

@@ -1,4 +1,4 @@
-"""Options that several sub-commands share, and the types that turn their text into values."""
+"""Options of several sub-commands, and the types that convert their texts to values."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from aomc_sky.source.scene import Scene
 
 _SLOW_SKY_S = 5.0
-"""A solution of an atmosphere that takes longer is better saved."""
+"""If an atmosphere takes longer to solve, a note advises to save it."""
 
 _SUFFIXES = {"": 1, "k": 2**10, "m": 2**20, "g": 2**30, "t": 2**40}
 
@@ -65,7 +65,7 @@ thread_count = whole_number_in(1, 1024)
 
 
 def photon_total(text: str) -> int:
-    """Iterations: 1 or more; more than 2^62 is a scene that cannot be sampled, not a wrong usage."""
+    """Iterations, 1 or more; for more than 2^62 the scene reports that it cannot be sampled."""
     value = whole_number(text)
     if value < 1:
         raise argparse.ArgumentTypeError(f"expected 1 to 2^62 iterations, got {text}")
@@ -86,12 +86,12 @@ def memory(text: str) -> int:
 
 
 def speaks(arguments: argparse.Namespace) -> bool:
-    """Whether a person reads along: neither a program nor somebody who wants quiet."""
+    """Whether to print for a person: neither --json nor --quiet is given."""
     return not (getattr(arguments, "json", False) or getattr(arguments, "quiet", False))
 
 
 def answer(arguments: argparse.Namespace, values: Callable[[], Any], text: Callable[[], str]) -> None:
-    """Print what a command found: one JSON object, a text, or with --quiet nothing."""
+    """Print the result of a command: one JSON object, a text, or with --quiet nothing."""
     if arguments.json:
         import json
 
@@ -101,7 +101,7 @@ def answer(arguments: argparse.Namespace, values: Callable[[], Any], text: Calla
 
 
 def _degrees(positive: str, negative: str) -> Callable[[str], float]:
-    """Type of an angle of a place, also as 43.4N."""
+    """Type of a latitude or longitude, also as 43.4N."""
 
     def angle(text: str) -> float:
         side = text.strip()[-1:].upper()
@@ -129,11 +129,11 @@ def add_table(
     kinds: Kinds | None = None,
     **defaults: Any,
 ) -> None:
-    """Add the options of a table, as help shows them.
+    """Add the options of a table that looks like help.
 
-    A row is --quiet, --size PX, --range LOW HIGH, --norm log|linear or --wavelength NM..., two blanks, and the help; a
-    line that begins with a blank goes on with it. The word for the value says its type, where `kinds` has none of that
-    option. A row without help names options of several commands. A row that ends with a colon begins a group.
+    A row is --quiet, --size PX, --range LOW HIGH, --norm log|linear or --wavelength NM..., two blanks, and the help;
+    lines that begin with a blank continue it. The type comes from `kinds`, or else from the word for the value. A row
+    without help names options of `_SHARED`. A row that ends with a colon begins a group.
     """
     parser = group
     for row in _rows(table):
@@ -152,7 +152,7 @@ def _rows(table: str) -> list[str]:
 
 
 def attribute(option: str) -> str:
-    """Where argparse keeps the value of an option."""
+    """The attribute in which argparse keeps the value of an option."""
     return option[2:].replace("-", "_")
 
 
@@ -185,7 +185,7 @@ how photons are drawn (default: the scene's preset):
 
 
 def formats_of(arguments: argparse.Namespace) -> tuple[str, ...]:
-    """The formats that were asked for, each once."""
+    """The chosen formats, each once."""
     formats = tuple(dict.fromkeys(arguments.format or ("npy",)))
     if "none" in formats and len(formats) > 1:
         raise UsageError("--format none cannot be combined with another format")
@@ -193,51 +193,40 @@ def formats_of(arguments: argparse.Namespace) -> tuple[str, ...]:
 
 
 def source_of(scene: Scene, arguments: argparse.Namespace) -> PhotonSource:
-    """The source of a scene that the options of `SAMPLING` describe."""
-    return scene.source(
-        arguments.seed,
-        allocation=arguments.allocation,
-        method=arguments.method,
-        placement=arguments.placement,
-        order=arguments.order,
-        precision=arguments.precision,
-        weights=arguments.weights,
-        replicates=arguments.replicates,
-        max_memory_bytes=arguments.max_memory,
-    )
+    """The source of a scene, by the options of `SAMPLING`."""
+    names = ("allocation", "method", "placement", "order", "precision", "weights", "replicates")
+    chosen = {name: getattr(arguments, name) for name in names}
+    return scene.source(arguments.seed, max_memory_bytes=arguments.max_memory, **chosen)
 
 
 def job_options(arguments: argparse.Namespace) -> JobOptions:
-    """What a job writes, and with what means."""
+    """The options of a job."""
     from aomc_sky.engine.run import JobOptions
 
-    return JobOptions(
-        formats=formats_of(arguments),
-        threads=arguments.threads or 0,
-        force=arguments.force,
-        max_memory_bytes=arguments.max_memory,
-    )
+    formats, threads = formats_of(arguments), arguments.threads or 0
+    return JobOptions(formats=formats, threads=threads, force=arguments.force, max_memory_bytes=arguments.max_memory)
 
 
 def add_reading_options(parser: argparse.ArgumentParser) -> None:
-    """Options that say how the input files are read."""
+    """Options for reading the input files."""
     add_table(
         parser,
         "how the files are read:\n--iterations --sky --sky-option --bins --weighting --azimuth-bins --compat --lenient "
         "--strict --allow-path --max-memory",
     )
     add_measured_options(parser)
-    add_sky_options(parser)
+    group = parser.add_argument_group("the sun and the Perez sky (default: sky.toml, difcol.inp, amc.inp)")
+    add_inputs(group, *PEREZ.values(), *SUN.values(), *MODEL.values())
     add_light_options(parser)
 
 
 def add_measured_options(parser: argparse.ArgumentParser) -> None:
-    """What a table of measured radiances does not say."""
-    group = parser.add_argument_group("a measured sky (.csv, .tsv; default: what the file says)")
-    add_table(group, _MEASURED_OPTIONS)
+    """Options for a table of measured radiances that does not state its conventions."""
+    add_table(parser, _MEASURED_OPTIONS)
 
 
 _MEASURED_OPTIONS = """\
+a measured sky (.csv, .tsv; default: what the file says):
 --azimuth-convention north_clockwise|enu_from_east|west_of_south|from_sun|from_sun_clockwise  from where its azimuths
                         count; from the sun with --sun-azimuth
 --angle-unit deg|rad    of its angles
@@ -246,7 +235,7 @@ _MEASURED_OPTIONS = """\
 
 
 def _sky_name(text: str) -> str:
-    """A sky of ours, or of an installed package."""
+    """The name of a sky of ours or of an installed package."""
     from aomc_sky.formats.sky_toml.keys import value_problem
 
     _, message, advice = value_problem("sky", "model", text)
@@ -256,7 +245,7 @@ def _sky_name(text: str) -> str:
 
 
 def _sky_option(text: str) -> tuple[str, Any]:
-    """Name and value of KEY=VALUE; the value as TOML has it, where it is no such value the text itself."""
+    """Name and value of KEY=VALUE; the value is read as TOML, or is the text itself if it is not TOML."""
     import tomllib
 
     name, is_pair, value = text.partition("=")
@@ -275,12 +264,12 @@ _SHARED = f"""\
 --allow-path DIR        folder below which files named in sky.toml or in an .atmo file may lie, besides its own;
                         repeatable
 --azimuth-bins n+1|n    n: azimuth indices run from 1 to n (default n+1, from 0)
---bins equal|degrees    what the indices of skydist.inp are (default: what the file declares, else equal bins)
+--bins equal|degrees    meaning of the indices of skydist.inp (default: what the file declares, else equal bins)
 --compat aomc|          everything as the AOMC 1.2.2 program does it
 --format {"|".join(FOLDER_FORMATS)}|none  photon files, repeatable (default npy); none: counts and plan only
 --iterations N          photons per waveband instead of line 1 of amc.inp, also as 1e6
 --json                  one JSON object on standard output and nothing else
---lenient               take Fortran's value where a person reads another one
+--lenient               use Fortran's value if a person would read another one
 --max-memory SIZE       refuse a sky file, plan or run that takes more, e.g. 4G (default 2G, threads not counted)
 --method stratified|iid  how the photons of a band depend on each other (default stratified)
 --order shuffled|patch  order of the photons of a band (default shuffled)
@@ -293,12 +282,12 @@ _SHARED = f"""\
                         skydist.inp; none: the backgrounds of sky.toml alone; NAME: overcast, cardioidal,
                         cie (--sky-option type=1 to 15), harrison-coombes, or a model of another package
                         (`aomc-sky info --skies`)
---sky-option KEY=VALUE  an option of a sky of that name, as [sky] of sky.toml has it; repeatable
+--sky-option KEY=VALUE  an option of a named sky, as in [sky] of sky.toml; repeatable
 --strict                warnings are errors
 --threads N             threads, 1 to 1024 (default: all CPUs)
 --waveband I            only this band, from 1; repeatable
---weighting listed|projected|solid-angle|aomc  what its values are: masses (listed, the default) or radiances
-                        times solid angle
+--weighting listed|projected|solid-angle|aomc  meaning of the values of skydist.inp: masses (listed,
+                        the default) or radiances times solid angle
 --weights               carry weights where the launch law is not the flux law
 """
 """Options of several sub-commands."""
@@ -327,7 +316,7 @@ def sky_option_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
 def given_options(
     arguments: argparse.Namespace, *options: str | Callable[[argparse.ArgumentParser], object]
 ) -> list[str]:
-    """The options of tables, or that functions add, that are not as they are when left out."""
+    """The options that the user gave, out of those that tables and functions describe."""
     parser = argparse.ArgumentParser(add_help=False)
     for one in options:
         if isinstance(one, str):
@@ -339,7 +328,7 @@ def given_options(
 
 
 def add_inputs(group: argparse._ArgumentGroup, *rows: Input) -> None:
-    """Options of inputs of sky and sun; None where one is not given."""
+    """Add options for inputs of sky and sun; the default is None."""
     for row in rows:
         if row.is_switch:
             group.add_argument(row.option, action=argparse.BooleanOptionalAction, default=None, help=row.text)
@@ -351,13 +340,13 @@ def add_inputs(group: argparse._ArgumentGroup, *rows: Input) -> None:
 
 
 def add_light_options(parser: argparse.ArgumentParser) -> None:
-    """The Moon and the glow of the ground under an atmosphere, which win over sky.toml."""
+    """The Moon and the glow of the ground under an atmosphere, in place of those of sky.toml."""
     group = parser.add_argument_group("eclipse and glowing ground under an atmosphere")
     add_inputs(group, *LIGHTS.values())
 
 
 def inputs_of(arguments: argparse.Namespace, rows: Mapping[str, Input]) -> dict[str, Any]:
-    """Values of the inputs that a sub-command takes and somebody gives."""
+    """The inputs that the sub-command has and the user gave."""
     values = {name: getattr(arguments, attribute(row.option), None) for name, row in rows.items()}
     return {name: value for name, value in values.items() if value is not None}
 
@@ -380,19 +369,13 @@ _MOMENT_OPTIONS = """\
 
 
 def add_moment_options(parser: argparse.ArgumentParser) -> None:
-    """When and where the sun shines, or an hour of a weather file, instead of the angles of the sun."""
+    """Time and place, or an hour of a weather file, in place of the angles of the sun."""
     group = parser.add_argument_group(
         "when and where, or an hour of a weather file (the sun at its middle; needs the extra 'weather')"
     )
     add_table(group, _MOMENT_OPTIONS, _PLACE_KINDS)
     files = "--epw FILE  an EPW file of hours\n--tmy2 FILE  a TMY2 file of hours\n--tmy3 FILE  a TMY3 file of hours"
     add_table(group.add_mutually_exclusive_group(), files)
-
-
-def add_sky_options(parser: argparse.ArgumentParser) -> None:
-    """Options that win over sky.toml, difcol.inp and the sun of amc.inp."""
-    group = parser.add_argument_group("the sun and the Perez sky (default: sky.toml, difcol.inp, amc.inp)")
-    add_inputs(group, *PEREZ.values(), *SUN.values(), *MODEL.values())
 
 
 def number_in(low: float, high: float) -> Callable[[str], float]:
@@ -413,7 +396,7 @@ def number_in(low: float, high: float) -> Callable[[str], float]:
 
 
 def sky_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
-    """The arguments `perez`, `sun`, `within` and `weather` of `read_scene`, with what is given."""
+    """The arguments `perez`, `sun`, `within` and `weather` of `read_scene`."""
     perez = inputs_of(arguments, PEREZ | MODEL)
     perez |= dict(zip("abcde", perez.pop("coefficients", ()), strict=False))
     sun, within = inputs_of(arguments, SUN), perez.pop("within", None)
@@ -432,22 +415,22 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
         return _measured_scene(arguments, path, wavebands)
     for name in given_options(arguments, add_measured_options):
         raise UsageError(f"{name} is for a measured sky (.csv); {path} is none")
+    if getattr(arguments, "wavelengths", None):
+        raise UsageError(
+            f"--wavelengths is for a run without files or a measured sky; {path} has its own in lambbot.inp: leave it "
+            "out, or choose among them with --waveband 1"
+        )
+    names = ("iterations", "sky", "bins", "weighting", "compat", "lenient", "azimuth_bins")
     began = time.monotonic()
     with patience("preparing the scene", enabled=speaks(arguments)):
         scene = read_scene(
             path,
-            iterations=arguments.iterations,
-            sky=arguments.sky,
-            bins=arguments.bins,
-            weighting=arguments.weighting,
-            compat=arguments.compat,
-            lenient=arguments.lenient,
-            azimuth_bins=arguments.azimuth_bins,
             wavebands=wavebands,
             allow_paths=arguments.allow_path,
             max_memory_bytes=arguments.max_memory,
             sky_options=sky_option_arguments(arguments),
             atmosphere=inputs_of(arguments, LIGHTS),
+            **{name: getattr(arguments, name) for name in names},
             **sky_arguments(arguments),
         )
     seconds = time.monotonic() - began
@@ -464,7 +447,7 @@ _NOT_MEASURED = "--sky --sky-option --bins --weighting --azimuth-bins --compat -
 
 
 def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[int] | None) -> Scene:
-    """Read a measured sky; its options and those of the sun are all that it takes."""
+    """Read a measured sky, which takes only its own options and those of the sun."""
     from aomc_sky.progress import patience
     from aomc_sky.source.light.inputs import given_inputs
 
@@ -510,7 +493,7 @@ _BACKGROUND_OPTIONS = """\
 
 
 def add_background_options(parser: argparse.ArgumentParser | argparse._ArgumentGroup, more: str) -> None:
-    """A group of options of a background sky, beginning with these."""
+    """Add the options of a background sky after the rows of `more`."""
     kinds, defaults = {"utc_offset": number_in(-24, 24)}, {"utc_offset": 0.0, "interpolation": "crossfade"}
     add_table(parser, more + _BACKGROUND_OPTIONS, kinds, **defaults)
 

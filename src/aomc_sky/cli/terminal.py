@@ -1,6 +1,6 @@
-"""What a command prints: streams that escape control characters, tables, warnings and errors.
+"""Output of commands: streams that escape control characters, tables, warnings and errors.
 
-All that a command prints passes through a `VisibleStream`: texts of files cannot move the cursor, hide or turn letters.
+All output passes through a `VisibleStream`, so texts of files cannot move the cursor or hide letters.
 """
 
 from __future__ import annotations
@@ -44,15 +44,15 @@ _OF_THIS_PACKAGE = (InputWarning, ModelLimitWarning)
 
 
 @contextlib.contextmanager
-def warnings_at_end() -> Iterator[None]:
-    """Keep our warnings while the block runs; print each text once after it, before an error that ends the command.
+def warnings_at_end(*, is_strict: bool = False) -> Iterator[None]:
+    """Collect our warnings and print each text once after the block; with `is_strict` they are errors.
 
-    Warnings of other packages go their usual way.
+    Warnings of other packages are shown as usual.
     """
     kept: dict[str, None] = {}
     with warnings.catch_warnings():
         for category in _OF_THIS_PACKAGE:
-            warnings.simplefilter("always", category)
+            warnings.simplefilter("error" if is_strict else "always", category)
         previous = warnings.showwarning
 
         def keep(message: Any, category: Any, filename: str, lineno: int, file: Any = None, line: Any = None) -> None:
@@ -65,15 +65,10 @@ def warnings_at_end() -> Iterator[None]:
         try:
             yield
         finally:
-            with contextlib.suppress(OSError, ValueError):  # tables stand before the warnings; main reports this fault
+            with contextlib.suppress(OSError, ValueError):  # tables come before warnings; main reports this error
                 sys.stdout.flush()
             for text in kept:
-                print_warning(text)
-
-
-def print_warning(text: str) -> None:
-    """Print one warning, a rendered problem or a sentence, on standard error."""
-    print(text if "warning[" in text else f"aomc-sky: warning: {text}", file=sys.stderr)
+                print(text if "warning[" in text else f"aomc-sky: warning: {text}", file=sys.stderr)
 
 
 def error_text(error: AomcSkyError) -> str:
@@ -83,7 +78,7 @@ def error_text(error: AomcSkyError) -> str:
 
 
 def table(rows: Sequence[Sequence[str]], head: Sequence[str], *, n_left: int = 0) -> str:
-    """Text of a table, a line per row; the first `n_left` columns are aligned to the left, the others to the right."""
+    """A table, one line per row; the first `n_left` columns are aligned left, the others right."""
     cells = [[visible(cell) for cell in row] for row in (head, *rows)]
     widths = [max(len(row[k]) for row in cells) for k in range(len(head))]
     lines = (
@@ -98,9 +93,9 @@ MAX_ROWS = 40
 
 
 def shown(value: Any, *, most: int = 400, items: int = 12) -> str:
-    """A JSON value in one line: at most so many characters of a text, and the ends of a list of more items.
+    """A JSON value in one line: texts are cut after `most` characters, lists of more than `items` show their ends.
 
-    Of a group of values what is not set is left out.
+    Values of a group that are not set are left out.
     """
     if isinstance(value, Mapping):
         return ", ".join(f"{name} {shown(v, most=most)}" for name, v in value.items() if v is not None and v != [])
@@ -116,14 +111,18 @@ def shown(value: Any, *, most: int = 400, items: int = 12) -> str:
 def report_text(head: str, values: Mapping[str, Any]) -> str:
     """A report for a person: a line for each value, a table for each list of objects, and one for all spectra.
 
-    Spectra are the lists that are as long as ``wavelength_nm``.
+    Spectra are lists as long as ``wavelength_nm``.
     """
     n_wavelengths = len(values.get("wavelength_nm") or ())
     lines, tables = [head], []
     spectra: dict[str, list[float]] = {}
     for name, value in values.items():
         members = value if isinstance(value, Mapping) else {"": value}
-        found = {f"{name} {key}".strip(): v for key, v in members.items() if _is_spectrum(v, n_wavelengths)}
+        found = {
+            f"{name} {key}".strip(): v
+            for key, v in members.items()
+            if isinstance(v, list) and 0 < len(v) == n_wavelengths and isinstance(v[0], float)
+        }
         spectra |= found
         if isinstance(value, list) and value and isinstance(value[0], Mapping):
             tables.append(f"\n{_plain(name)}:\n{_objects(value)}")
@@ -132,9 +131,8 @@ def report_text(head: str, values: Mapping[str, Any]) -> str:
         elif value not in (None, [], {}, "") and not found:
             lines.append(f"{_plain(name)}: {shown(value)}")
     if spectra:
-        tables.append(
-            "\n" + _objects([dict(zip(spectra, row, strict=True)) for row in zip(*spectra.values(), strict=True)])
-        )
+        rows = zip(*spectra.values(), strict=True)
+        tables.append("\n" + _objects([dict(zip(spectra, row, strict=True)) for row in rows]))
     return "\n".join([*lines, *tables])
 
 
@@ -142,12 +140,8 @@ def _plain(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _is_spectrum(value: Any, length: int) -> bool:
-    return isinstance(value, list) and 0 < len(value) == length and isinstance(value[0], float)
-
-
 def _objects(objects: Sequence[Mapping[str, Any]]) -> str:
-    """A table of objects with the same members; each word of a name stands in a line of its own."""
+    """A table of objects with the same members; each word of a column's name has its own line."""
     names = [name for name in objects[0] if any(one[name] is not None for one in objects)]
     words = [_plain(name).split() for name in names]
     height = max(map(len, words))

@@ -1,4 +1,4 @@
-"""The parser: help in two lengths, and usage errors that begin with what is wrong and name what was meant."""
+"""The parser: all sub-commands, help in two lengths, and usage errors that suggest the word that was meant."""
 
 from __future__ import annotations
 
@@ -7,26 +7,22 @@ import re
 import sys
 import textwrap
 from collections.abc import Iterable
+from importlib import import_module
 from typing import Any, NoReturn
 
+from aomc_sky import __version__
 from aomc_sky.errors import UsageError
 
 _LIKELY = 0.65
-"""Likeness of a word to a known one, from which it is asked whether that was meant."""
-
-
-_ELSEWHERE = {
-    "diffuse_only": "the sky alone: aomc-sky perez --diffuse-only, or a direct fraction of 0 in difcol.inp",
-}
-"""Names that another command has, and what to write here."""
+"""How alike two words are if one was probably meant for the other. [0 to 1]"""
 
 
 class WrongWordsError(UsageError):
-    """Words that the parser cannot take."""
+    """Words on the command line that the parser refuses."""
 
 
 class _HelpAll(argparse.Action):
-    """Print every option, and leave."""
+    """Print all options, and exit."""
 
     def __call__(self, parser: argparse.ArgumentParser, *rest: object, **named: object) -> None:
         assert isinstance(parser, Parser)
@@ -35,7 +31,7 @@ class _HelpAll(argparse.Action):
 
 
 class _Formatter(argparse.RawDescriptionHelpFormatter):
-    """Sentences are wrapped, examples are not; options have some more columns than argparse gives them."""
+    """Wraps sentences but not examples, and gives options more columns than argparse does."""
 
     def __init__(self, prog: str) -> None:
         super().__init__(prog, max_help_position=28)
@@ -49,12 +45,12 @@ class Parser(argparse.ArgumentParser):
 
     def __init__(self, **named: Any) -> None:
         super().__init__(formatter_class=_Formatter, **named)
-        self.color = False  # Python 3.14 has colours of its own, which the streams of a command would escape
+        self.color = False  # the streams of a command would escape the colours of Python 3.14
         self._positionals.title = "arguments"
         self._first: tuple[str, ...] = ()
 
     def show_first(self, names: str) -> None:
-        """Let ``--help`` show these options alone, in this order, and ``--help-all`` all of them in their groups."""
+        """``--help`` shows only these options, in this order; ``--help-all`` shows all of them in groups."""
         self._first = tuple(f"--{name}" for name in names.split())
         self.add_argument("--help-all", action=_HelpAll, nargs=0, help="show all options, in groups, and exit")
 
@@ -80,13 +76,13 @@ class Parser(argparse.ArgumentParser):
         return formatter.format_help()
 
     def _print_message(self, message: str, file: Any = None) -> None:
-        if file is sys.stdout:  # an error of standard output is an error of the command; argparse drops it
+        if file is sys.stdout:  # argparse would hide that standard output failed
             file.write(message)
         else:
             super()._print_message(message, file)
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
-        """As argparse does it; the parser that a word is not for says so."""
+        """As argparse does, and refuse words that are left over."""
         found, rest = super().parse_known_args(args, namespace)
         clock = next((w for w in (getattr(found, "amc_inp", None), *rest) if w and re.match(r"\d\d?:\d\d", w)), None)
         if clock is not None and getattr(found, "time", None):
@@ -99,10 +95,10 @@ class Parser(argparse.ArgumentParser):
         return found, rest
 
     def error(self, message: str) -> NoReturn:
-        """Raise the message of argparse, with the word that was meant."""
+        """Raise the message of argparse with the word that was probably meant."""
         message = message.removeprefix("argument ")
         choice = re.search(r" \(choose from (.*)\)", message)
-        if choice:  # of which Python's versions make different lists
+        if choice:  # versions of Python write this list differently
             known = re.findall(r"[\w.+-]+", choice[1])
             near = did_you_mean(message.split("'")[1], known)
             message = message[: choice.start()] + (near or f"; choose from {', '.join(known)}")
@@ -110,7 +106,7 @@ class Parser(argparse.ArgumentParser):
 
 
 def _usage_of(needed: Iterable[argparse.Action]) -> str:
-    """The arguments and options that a command cannot do without, as a person writes them."""
+    """The arguments and options that a command needs, as a person writes them."""
     words = []
     for action in needed:
         name = action.metavar or "|".join(map(str, action.choices or (action.dest,)))
@@ -119,12 +115,81 @@ def _usage_of(needed: Iterable[argparse.Action]) -> str:
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """The known word that was meant, as a question; empty where none is near."""
+    """The known word that was meant, as a question; empty if none is alike."""
     from aomc_sky.formats.report import nearest, remark_of
 
     by_name = {name.strip("-").replace("-", "_"): name for name in known if len(name.strip("-")) > 1}
     name = word.strip("-").replace("-", "_")
     best = nearest(name, by_name, at_least=_LIKELY) if by_name else ""
-    if not best:
-        return next((f"; {text}" for ours, text in _ELSEWHERE.items() if nearest(name, (ours,), at_least=_LIKELY)), "")
-    return f"; did you mean {by_name[best]}{remark_of(name)}?"
+    return f"; did you mean {by_name[best]}{remark_of(name)}?" if best else ""
+
+
+COMMANDS = {
+    "run": "read amc.inp, sample, write a run folder",
+    "validate": "read files and report every problem",
+    "info": "show what a scene, a run folder, an MCPL file, a background-sky file or an atmosphere contains",
+    "plot": "draw the sky dome of a scene, a run or a file",
+    "export": "write a run in another format",
+    "verify": "check a run, or photons of any code against a scene",
+    "perez": "look at a Perez sky",
+    "atmosphere": "the clear sky of an atmosphere description (.atmo) as tables",
+}
+"""Sub-command -> its line of help; `commands/` holds a module of that name."""
+
+WITHDRAWN = {
+    "bench": "write python bench/report.py in the repository",
+    "lobes": "write aomc-sky info or plot FILE.h5 --time TIME; [[background]] in sky.toml gives photons",
+    "merge": "shards write in place: run the missing shards",
+    "completion": "write aomc-sky --print-completion bash|zsh|tcsh",
+}
+"""Sub-commands of earlier versions -> what to use."""
+
+_EPILOG = """\
+`aomc-sky COMMAND --help` shows what a command takes.
+
+exit codes:
+  0 ok   1 a check failed   2 usage   3 bad input   4 the scene cannot be sampled
+  5 the output folder belongs to another run   6 input/output error   130 interrupted, resumable
+
+examples:
+  aomc-sky run inputs/clear_day/amc.inp --seed 1 --out out
+  aomc-sky run amc.inp --compat aomc --format none
+  aomc-sky validate inputs/clear_day
+  aomc-sky plot inputs/clear_day
+  aomc-sky info out
+  aomc-sky verify out
+"""
+
+
+def build_parser(names: Iterable[str] = COMMANDS) -> argparse.ArgumentParser:
+    """The parser of the program, with the options of these sub-commands."""
+    about = "The photon source for Monte Carlo light transport in ocean and atmosphere."
+    parser = Parser(prog="aomc-sky", description=about, epilog=_EPILOG)
+    parser.add_argument("--version", action="version", version=f"aomc-sky {__version__}")
+    parser.add_argument(
+        "--print-completion", action=_PrintCompletion, choices=("bash", "zsh", "tcsh"), metavar="bash|zsh|tcsh",
+        help="print a completion script for a shell (needs the extra 'completion')",
+    )  # fmt: skip
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
+    for name, text in COMMANDS.items():
+        command = commands.add_parser(name, help=text)
+        if name in names:
+            import_module(f"aomc_sky.cli.commands.{name}").add_options(command)
+    return parser
+
+
+class _PrintCompletion(argparse.Action):
+    """Print a completion script with all sub-commands, and exit."""
+
+    def __call__(self, parser: argparse.ArgumentParser, namespace: object, shell: Any, option: object = None) -> None:
+        from aomc_sky.extras import optional_module
+
+        shtab = optional_module("shtab", extra="completion")
+        complete = build_parser()
+        actions = (action for action in complete._actions if isinstance(action, argparse._SubParsersAction))
+        commands = next(actions).choices
+        for action in (action for one in commands.values() for action in one._actions):
+            if action.metavar in ("DIR", "FILE", "PATH", "AMC_INP", "RUN", "MODEL"):
+                action.complete = shtab.DIRECTORY if action.metavar == "DIR" else shtab.FILE
+        sys.stdout.write(shtab.complete(complete, shell))
+        parser.exit()

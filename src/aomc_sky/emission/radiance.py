@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from aomc_sky.component import Component, Law
+from aomc_sky.component import Component, Law, slope_factor
 from aomc_sky.errors import SceneError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.plan.laws import law_of
@@ -36,7 +36,7 @@ def band_radiance(components: Sequence[Component], row: int, irradiance: Sequenc
             assert component.grid is not None
             grid, values = patch_radiance(component.law, component.grid, mass * (total / mass.sum()))
             slope = component.of_row(row).slope
-            sloped = None if slope is None else (np.append(slope[0], np.zeros((1, 2)), axis=0), *grid.ring_sin2()[:2])
+            sloped = None if slope is None else (np.append(slope[0], np.zeros((1, 2)), axis=0), grid.ring_sin2())
             parts.append(partial(_of_patch, grid, np.append(values, 0.0), sloped))
     return parts
 
@@ -60,26 +60,21 @@ _HORIZON = np.nextafter(np.pi / 2, 2.0)
 def _of_patch(
     grid: PatchGrid,
     values: np.ndarray,
-    sloped: tuple[np.ndarray, np.ndarray, np.ndarray] | None,
+    sloped: tuple[np.ndarray, tuple[np.ndarray, ...]] | None,
     zenith: np.ndarray,
     azimuth: np.ndarray,
 ) -> np.ndarray:
     """Value of the patch; the last one is that of directions outside all patches.
 
-    `sloped`: slopes of patches as in `Component`, sin^2 at the near edge of rings and its growth.
+    `sloped`: slopes of patches as in `Component`, and `grid.ring_sin2()`.
     """
     # radians of whole degrees come back as these, so that edges belong to the patch that starts there
     zenith_deg, azimuth_deg = np.round(np.rad2deg(zenith), 12), np.round(np.rad2deg(azimuth), 12)
     patch = grid.patch_of(zenith_deg, azimuth_deg)
     if sloped is None:
         return values[patch]
-    slope, near, growth = sloped
-    ring, column = np.divmod(np.maximum(patch, 0), grid.n_azimuth)
-    start, end = grid.azimuth_bounds_deg[column, 0], grid.azimuth_bounds_deg[column, 1]
-    u = (np.sin(zenith) ** 2 - near[ring]) / growth[ring]
-    v = np.mod(azimuth_deg - start, 360.0) / (end - start)
-    s, t = np.moveaxis(slope[patch], -1, 0)
-    return values[patch] * (1.0 + s * (2.0 * u - 1.0)) * (1.0 + t * (2.0 * v - 1.0))
+    slope, sin2 = sloped
+    return values[patch] * slope_factor(slope[patch], grid, sin2, patch, zenith, azimuth_deg)
 
 
 def cell_irradiances(source: PhotonSource, band: int) -> list[np.ndarray]:

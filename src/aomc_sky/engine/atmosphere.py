@@ -1,4 +1,4 @@
-"""One atmosphere under several suns: asked for, checked, solved, and written as tables with a report."""
+"""One atmosphere under several suns: checked, solved, and written as tables with a report."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import dataclasses
 import json
 import time
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -47,12 +47,95 @@ AZIMUTH_COLUMNS = "scattering texture size for dot(view,sun)"
 SUNS = "scattering texture size for sza"
 GLOW_ROWS = "light pollution texture size for vza"
 
+_MOST_VALUES = 500_000_000
+"""Radiances of one table; more would not fit into the memory of a small machine."""
 
-def suns_of(sizes: Mapping[str, int]) -> tuple[float, ...]:
-    """Zenith angles of as many suns as a description asks for, evenly from 0 to 90. [deg]
 
-    UsageError where the description does not say how many, or more than 1000.
+@dataclass(frozen=True, kw_only=True, slots=True)
+class TableRequest:
+    """The contents of a table of an atmosphere; where None is allowed, the description decides."""
+
+    path: str  #: the description
+    sun_zenith_deg: tuple[float, ...] | None  #: rising; by default evenly from 0 to 90 [deg, 0 to 108]
+    sun_azimuth_deg: float = 0.0  #: from +x towards +y [deg]
+    wavelength_nm: tuple[float, ...] | None = None  #: each the nearest of the description; by default all [nm]
+    method: str = "auto"  #: as `aomc_sky.skies.atmosphere.sky.method.chosen_method` has it
+    n_orders: int | None = None  #: most interactions that count
+    n_paths: int | None = None  #: backward paths per direction and wavelength; `solve_sky` decides
+    bins: tuple[int, int] | None = None  #: equal bins of zenith and azimuth, of the description or 45 and 180
+    allow_paths: tuple[str, ...] = ()  #: more folders below which tables of the description may lie
+    saves: Saves = field(default_factory=Saves)  #: what the netCDF file holds besides radiances and irradiances
+    significand_bits: int | None = None  #: of float32 in the netCDF file, which else has float64 [1 to 24]
+    moon: MoonDirection = field(default_factory=MoonDirection)  #: where the Moon hides part of the sun; empty: no Moon
+    ground_luminance_cd_m2: float = 0.0  #: light that the ground emits [0 or more]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class AtmosphereTable:
+    """A description that was evaluated, and its skies once they are solved."""
+
+    request: TableRequest
+    medium: Medium
+    report: MediumReport
+    sun_zenith_deg: tuple[float, ...]  #: rising [deg]
+    bins: tuple[int, int]  #: equal bins of zenith and azimuth
+    sizes: Mapping[str, int]  #: texture sizes and numbers of points of the description
+    glow: np.ndarray | None  #: radiance of a ground of 1 cd m-2, if described [W m-2 sr-1 nm-1]; float64 (n_wl,)
+    methods: tuple[str, ...]  #: "order1" or "sos" for each sun
+    skies: tuple[AtmosphereSky, ...] = ()  #: one for each sun; empty before the solution
+    seconds: float = 0.0  #: time of the solution [s]
+
+
+def prepare_table(request: TableRequest) -> AtmosphereTable:
+    """Read and check everything, and solve nothing.
+
+    UsageError names all suns that the method cannot solve, and refuses tables that are too large; SceneError in deep
+    night.
     """
+    description = read_atmo(request.path, allow_paths=request.allow_paths)
+    medium, report = read_medium(description, request.wavelength_nm)
+    if request.wavelength_nm is not None:
+        warn_of_outside(description, request.wavelength_nm)
+    sizes = description.sizes
+    suns = _suns_of(sizes) if request.sun_zenith_deg is None else request.sun_zenith_deg
+    rows = max(sizes[ZENITH_ROWS] // 2, 1) if ZENITH_ROWS in sizes else DEFAULT_BINS[0]
+    columns = sizes.get(AZIMUTH_COLUMNS, DEFAULT_BINS[1])
+    bins = request.bins or (min(rows, MOST_BINS), min(columns, MOST_BINS))
+    glow = None if description.ground_glow is None else description.ground_glow[report.wavelength_index]
+    lights: list[Lights] = []
+    refused: list[tuple[float, UsageError]] = []
+    for degrees in suns:
+        try:
+            how = _how(request, medium, report, degrees)
+            lights.append(chosen_lights(medium, float(np.deg2rad(degrees)), **how))
+        except UsageError as error:
+            refused.append((degrees, error))
+    if refused:
+        named = ", ".join(f"{degrees:g}" for degrees, _ in refused)
+        raise UsageError(f"--sun-zenith {named}: {refused[0][1]}")
+    methods = [one.method for one in lights]
+    check_saves(request.saves, wavelength_nm=medium.wavelength_nm, methods=methods, glow=glow)
+    n_directions = bins[0] * bins[1] + (MOST_SOURCES if request.saves.source else 0)
+    n_values = sum(min(one.n_orders, 8) for one in lights) * medium.wavelength_nm.size * n_directions
+    if n_values > _MOST_VALUES:
+        raise UsageError(
+            f"the table would hold {n_values:.3g} radiances, {_MOST_VALUES:g} is the most; ask for fewer suns, "
+            "wavelengths or bins"
+        )
+    return AtmosphereTable(
+        request=request,
+        medium=medium,
+        report=report,
+        sun_zenith_deg=suns,
+        bins=bins,
+        sizes=sizes,
+        glow=glow,
+        methods=tuple(methods),
+    )
+
+
+def _suns_of(sizes: Mapping[str, int]) -> tuple[float, ...]:
+    """Zenith angles of as many suns as a description asks for, evenly from 0 to 90. [deg]"""
     if SUNS not in sizes:
         raise UsageError(f'--sun-zenith all: the description has no "{SUNS}"')
     if sizes[SUNS] > MOST_SUNS:
@@ -60,204 +143,87 @@ def suns_of(sizes: Mapping[str, int]) -> tuple[float, ...]:
     return tuple(round(float(sun), 10) for sun in np.linspace(0.0, 90.0, sizes[SUNS]))
 
 
-_MOST_VALUES = 500_000_000
-"""Radiances of one table; more would not fit into the memory of a small machine."""
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class TableRequest:
-    """What a table of an atmosphere is to hold."""
-
-    path: str  #: the description
-    #: zenith angles of the sun, rising; None is as many from 0 to 90 as the description says [deg, 0 to 108]
-    sun_zenith_deg: tuple[float, ...] | None
-    sun_azimuth_deg: float = 0.0  #: azimuth of the sun, from +x towards +y [deg]
-    #: wavelengths, each the nearest of the description; None is all [nm]
-    wavelength_nm: tuple[float, ...] | None = None
-    method: str = "auto"  #: as `aomc_sky.skies.atmosphere.sky.method.chosen_method` has it
-    n_orders: int | None = None  #: most interactions that count; None is what the description says
-    #: backward paths of each direction and wavelength; None is as many as `solve_sky` finds right
-    n_paths: int | None = None
-    #: equal bins of zenith and azimuth; None is those of the description, or 45 and 180
-    bins: tuple[int, int] | None = None
-    allow_paths: tuple[str, ...] = ()  #: folders below which tables of the description may lie, besides its own
-    saves: Saves = field(default_factory=Saves)  #: what the netCDF file holds besides radiances and irradiances
-    #: of the numbers in the netCDF file, then in float32; None is float64 [1 to 24]
-    significand_bits: int | None = None
-    moon: MoonDirection = field(default_factory=MoonDirection)  #: where the Moon hides part of the sun; empty: no Moon
-    ground_luminance_cd_m2: float = 0.0  #: of the ground's own light [0 or more]
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class AtmosphereTable:
-    """A description, evaluated, and its skies once they are solved."""
-
-    request: TableRequest  #: what was asked for
-    medium: Medium  #: the atmosphere
-    report: MediumReport  #: what became of the species
-    sun_zenith_deg: tuple[float, ...]  #: zenith angles of the sun, rising [deg]
-    bins: tuple[int, int]  #: equal bins of zenith and azimuth
-    sizes: Mapping[str, int]  #: texture sizes and numbers of points of the description
-    #: radiance of a ground of 1 cd m-2, where the description has it [W m-2 sr-1 nm-1]; float64 (n_wl,)
-    glow: np.ndarray | None
-    methods: tuple[str, ...]  #: "order1" or "sos" of each sun
-    skies: tuple[AtmosphereSky, ...] = ()  #: of each sun; empty before the solution
-    seconds: float = 0.0  #: time of the solution [s]
-
-
-def prepare_table(request: TableRequest) -> AtmosphereTable:
-    """Read and check everything, solve nothing: a table without skies.
-
-    UsageError for suns that the method is not good for, all of them named, and for a table too large; SceneError in
-    deep night.
-    """
-    description = read_atmo(request.path, allow_paths=request.allow_paths)
-    medium, report = read_medium(description, request.wavelength_nm)
-    if request.wavelength_nm is not None:
-        warn_of_outside(description, request.wavelength_nm)
-    suns = suns_of(description.sizes) if request.sun_zenith_deg is None else request.sun_zenith_deg
-    rows, columns = description.sizes.get(ZENITH_ROWS), description.sizes.get(AZIMUTH_COLUMNS, DEFAULT_BINS[1])
-    rows = DEFAULT_BINS[0] if rows is None else max(rows // 2, 1)
-    bins = request.bins or (min(rows, MOST_BINS), min(columns, MOST_BINS))
-    glow = None if description.ground_glow is None else description.ground_glow[report.wavelength_index]
-    lights = [_chosen(request, medium, report, degrees) for degrees in suns]
-    refused = [
-        (degrees, outcome) for degrees, outcome in zip(suns, lights, strict=True) if isinstance(outcome, UsageError)
-    ]
-    if refused:
-        named = ", ".join(f"{degrees:g}" for degrees, _ in refused)
-        raise UsageError(f"--sun-zenith {named}: {refused[0][1]}")
-    chosen = [outcome for outcome in lights if isinstance(outcome, Lights)]
-    methods = [outcome.method for outcome in chosen]
-    check_saves(request.saves, wavelength_nm=medium.wavelength_nm, methods=methods, glow=glow)
-    _check_size(request, medium, chosen, bins)
-    return AtmosphereTable(
-        request=request,
-        medium=medium,
-        report=report,
-        sun_zenith_deg=suns,
-        bins=bins,
-        sizes=description.sizes,
-        glow=glow,
-        methods=tuple(methods),
-    )
-
-
-def _chosen(request: TableRequest, medium: Medium, report: MediumReport, sun_zenith_deg: float) -> Lights | UsageError:
-    """What lights the air under one sun, and how it is solved; or why not."""
-    try:
-        return chosen_lights(
-            medium,
-            float(np.deg2rad(sun_zenith_deg)),
-            method=request.method,
-            n_orders=request.n_orders,
-            n_paths=request.n_paths,
-            **_lights_of(request, medium, report, sun_zenith_deg),
-        )
-    except UsageError as error:
-        return error
-
-
-def _lights_of(request: TableRequest, medium: Medium, report: MediumReport, sun_zenith_deg: float) -> dict[str, Any]:
-    """The arguments of `AtmosphereSky` for an eclipse and a glowing ground."""
+def _how(request: TableRequest, medium: Medium, report: MediumReport, sun_zenith_deg: float) -> dict[str, Any]:
+    """Arguments of `AtmosphereSky`: the method, an eclipse, and a glowing ground."""
     return {
+        "method": request.method,
+        "n_orders": request.n_orders,
+        "n_paths": request.n_paths,
         "moon": moon_of_direction(request.moon, medium, report, sun_zenith_deg, request.sun_azimuth_deg),
         "ground_radiance": glow_of_luminance(request.ground_luminance_cd_m2, report, request.path),
     }
 
 
-def _check_size(request: TableRequest, medium: Medium, chosen: Sequence[Lights], bins: tuple[int, int]) -> None:
-    """Refuse a table that would not fit into the memory of a small machine."""
-    n_places = bins[0] * bins[1] + (MOST_SOURCES if request.saves.source else 0)
-    n_values = sum(min(lights.n_orders, 8) for lights in chosen) * medium.wavelength_nm.size * n_places
-    if n_values > _MOST_VALUES:
-        raise UsageError(
-            f"the table would hold {n_values:.3g} radiances, {_MOST_VALUES:g} is the most; ask for fewer suns, "
-            "wavelengths or bins"
-        )
-
-
 def solve_table(table: AtmosphereTable, *, progress: Callable[[int, int], None] | None = None) -> AtmosphereTable:
-    """Solve a table of `prepare_table` for every sun; `progress` gets the number of skies that are done, and of all."""
-    started, skies = time.perf_counter(), []
+    """Solve a table for every sun; `progress` is called with skies done and skies in all."""
+    started, request = time.perf_counter(), table.request
+    skies: list[AtmosphereSky] = []
     for degrees in table.sun_zenith_deg:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ModelLimitWarning)  # `prepare_table` has warned of low suns
-            skies.append(_sky(table, degrees))
+            sky = AtmosphereSky(
+                medium=table.medium,
+                sun_zenith_deg=degrees,
+                sun_azimuth_deg=request.sun_azimuth_deg,
+                grid=PatchGrid.regular(*table.bins),
+                **_how(request, table.medium, table.report, degrees),
+            )
+        skies.append(sky)
         if progress is not None:
             progress(len(skies), len(table.sun_zenith_deg))
     return dataclasses.replace(table, skies=tuple(skies), seconds=time.perf_counter() - started)
 
 
-def _sky(table: AtmosphereTable, sun_zenith_deg: float) -> AtmosphereSky:
-    request = table.request
-    return AtmosphereSky(
-        medium=table.medium,
-        sun_zenith_deg=sun_zenith_deg,
-        sun_azimuth_deg=request.sun_azimuth_deg,
-        method=request.method,
-        n_orders=request.n_orders,
-        n_paths=request.n_paths,
-        grid=PatchGrid.regular(*table.bins),
-        **_lights_of(request, table.medium, table.report, sun_zenith_deg),
-    )
-
-
 NETCDF_NAME = "atmosphere.nc"
 REPORT_NAME = "report.json"
 REPORT_HEAD = '{\n "description": '
-"""How a report of ours begins."""
+"""The first characters of each report."""
 
 SKYDIST_NAME = "skydist.inp"
 DESCRIPTION_NAME = "params.atmo"
 
 
 def write_table(table: AtmosphereTable, folder: Path, *, netcdf: bool = True) -> dict[str, str]:
-    """Write what was solved, every file whole or not at all, the report last; return the path of each file by its role.
+    """Write the solved skies, each file complete or not at all, the report last; returns the path of each file by role.
 
-    Roles are "netcdf", "report", "description" (a copy, as CalcMySky keeps one), and "skydist" of one sun,
-    "skydist SUN" of several.
+    Roles are "netcdf", "report", "description" (a copy, as CalcMySky keeps one), and "skydist" for one sun,
+    "skydist SUN" for several.
     """
-    written: dict[str, str] = {}
-    lit = [sky for sky in table.skies if np.any(sky.patch_mean > 0)]
-    for sky in lit:
-        name = f"sun_{sky.sun_zenith_deg:g}"
-        target = folder if len(table.skies) == 1 else folder / name
-        create_folder(target)
-        write_atmosphere_skydist(sky, target / SKYDIST_NAME)
-        written["skydist" if len(table.skies) == 1 else f"skydist {name}"] = str(target / SKYDIST_NAME)
+    written: dict[str, Path] = {}
     create_folder(folder)
+    for sky in table.skies:
+        if np.any(sky.patch_mean > 0):
+            name = f"sun_{sky.sun_zenith_deg:g}" if len(table.skies) > 1 else ""
+            create_folder(folder / name)
+            written[f"skydist {name}".strip()] = path = folder / name / SKYDIST_NAME
+            write_atmosphere_skydist(sky, path)
     if netcdf:
-        write_netcdf(table, folder / NETCDF_NAME)
-        written["netcdf"] = str(folder / NETCDF_NAME)
-    write_bytes_atomically(folder / DESCRIPTION_NAME, read_bytes(table.request.path))
-    written["description"] = str(folder / DESCRIPTION_NAME)
-    write_atomically(str(folder / REPORT_NAME), json.dumps(table_report(table), indent=1, allow_nan=False) + "\n")
-    written["report"] = str(folder / REPORT_NAME)
-    return written
+        written["netcdf"] = folder / NETCDF_NAME
+        write_netcdf(table, written["netcdf"])
+    written |= {"description": folder / DESCRIPTION_NAME, "report": folder / REPORT_NAME}
+    write_bytes_atomically(written["description"], read_bytes(table.request.path))
+    write_atomically(written["report"], json.dumps(table_report(table), indent=1, allow_nan=False) + "\n")
+    return {role: str(path) for role, path in written.items()}
 
 
 def write_netcdf(table: AtmosphereTable, path: Path) -> None:
-    """Write what was solved as one netCDF file, atomically; `[sky] table` of sky.toml reads that of one sun."""
-    request = table.request
+    """Write the solved skies as one netCDF file, atomically; `[sky] table` of sky.toml reads that of one sun."""
     write_atmosphere_netcdf(
         table.skies,
         path,
-        description=request.path,
-        saves=request.saves,
+        description=table.request.path,
+        saves=table.request.saves,
         glow=table.glow,
         n_glow_rows=max(table.sizes.get(GLOW_ROWS, 2 * _GLOW_ROWS) // 2, 1),
-        significand_bits=request.significand_bits,
+        significand_bits=table.request.significand_bits,
     )
 
 
 def table_report(table: AtmosphereTable) -> dict[str, Any]:
-    """What a table, with or without skies, rests on and how good it is: JSON values.
-
-    Species with optical depths and norms of their phase functions, what was dropped; per sun the irradiances,
-    the truncation, the estimated errors and the time.
-    """
+    """The species of a table, and the irradiances and estimated errors of its suns, as JSON values."""
     report, medium = table.report, table.medium
+    suns = zip(table.sun_zenith_deg, table.methods, strict=True)
+    unsolved = [{"sun_zenith_deg": degrees, "method": method} for degrees, method in suns]
     return {
         "description": table.request.path,
         "version": aomc_sky.__version__,
@@ -270,12 +236,7 @@ def table_report(table: AtmosphereTable) -> dict[str, Any]:
         "sun_angular_radius_deg": float(np.rad2deg(medium.sun_angular_radius_rad)),
         "bins": list(table.bins),
         "sizes": dict(sorted(table.sizes.items())),
-        "suns": [
-            {"sun_zenith_deg": degrees, "method": method}
-            for degrees, method in zip(table.sun_zenith_deg, table.methods, strict=True)
-        ]
-        if not table.skies
-        else [_sun_report(sky) for sky in table.skies],
+        "suns": [_sun_report(sky) for sky in table.skies] or unsolved,
         "seconds": table.seconds,
     }
 

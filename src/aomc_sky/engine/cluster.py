@@ -1,4 +1,4 @@
-"""A run on a Dask cluster: its shards are the tasks, and a task that is lost is done again elsewhere."""
+"""A run on a Dask cluster: its tasks are shards, and a lost task is done again by another worker."""
 
 from __future__ import annotations
 
@@ -7,23 +7,15 @@ import signal
 import socket
 import tempfile
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.engine.run import JobOptions, JobResult, Sums, run_job, write_counts
-from aomc_sky.engine.shards import (
-    FORMATS,
-    drop_stale_marks,
-    finish_files,
-    joined_sums,
-    make_shard,
-    ranges_of,
-    read_mark,
-)
-from aomc_sky.errors import AomcSkyError, OutputError, UsageError
+from aomc_sky.engine.run import JobOptions, JobResult, Sums, run_job
+from aomc_sky.engine.shards import drop_stale_marks, finish_files, joined_sums, make_shard, ranges_of, read_mark
+from aomc_sky.errors import AomcSkyError, OutputError
 from aomc_sky.extras import optional_module
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import chosen_bands
@@ -34,7 +26,7 @@ from aomc_sky.source.scene import Scene
 from aomc_sky.system import n_cpus
 
 TASK_PHOTONS = 1 << 20
-"""Photons of a task, more where a run would have beyond `MAX_TASKS` of them."""
+"""Photons of a task; a run with more than `MAX_TASKS` of these has larger tasks."""
 
 MAX_TASKS = 1000
 
@@ -45,7 +37,7 @@ _RESUME = "run the same command to continue"
 
 
 def tasks_of(source: PhotonSource) -> list[Shard]:
-    """How a run is divided: by its photons alone, so that any cluster goes on where another ended."""
+    """The tasks of a run; they depend on its photons alone, so any cluster can continue the run of another."""
     n_photons = [source.n_photons(band) for band in chosen_bands(source)]
     n_blocks = sum(-(-n // BLOCK) for n in n_photons)
     count = max(1, min(-(-sum(n_photons) // TASK_PHOTONS), MAX_TASKS, n_blocks))
@@ -61,16 +53,12 @@ def run_on_dask(
     scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> JobResult:
-    """Write a run folder by the workers of a Dask cluster. Nothing of a run that was finished before is made again.
+    """Write a run folder with the workers of a Dask cluster; the files have the same bytes as those of `run_job`.
 
-    `out` lies on a file system that all workers share. `scheduler` is an address (``tcp://host:8786``); by default a
-    local cluster of `options.threads` processes is started.
-
-    The tasks are the shards of `tasks_of`: each writes its photons in place and leaves its mark. The same command goes
-    on from the marks that are there. Files are those of `run_job` to the byte.
+    All workers share the file system of `out`. `scheduler` is an address (``tcp://host:8786``); by default a local
+    cluster of `options.threads` processes is started. Each task leaves the mark of a shard, so the same command
+    continues a run that was interrupted.
     """
-    if options.formats != FORMATS:
-        raise UsageError("--engine dask writes npy alone; export the run to other formats")
     distributed = optional_module("distributed", extra="dask")
     make = partial(_make, distributed, scheduler)
     return run_job(source, scene, out.resolve(), options, progress, make=make)
@@ -81,7 +69,6 @@ def _make(
     scheduler: str | None,
     source: PhotonSource,
     folder: RunFolder,
-    formats: Sequence[str],
     options: JobOptions,
     progress: Progress | None,
 ) -> tuple[Sums, int]:
@@ -105,7 +92,6 @@ def _make(
             finally:
                 client.cancel(futures, force=True)
     finish_files(source, folder)
-    write_counts(source, folder)
     return joined_sums(source, parts), meter.done - n_kept
 
 
@@ -114,7 +100,7 @@ def _n_photons(sums: Sums) -> int:
 
 
 def _results(distributed: Any, client: Any, futures: list[Any]) -> Iterator[Sums]:
-    """What tasks return, as they end."""
+    """The results of tasks, in the order in which they finish."""
     try:
         for future in distributed.as_completed(futures, loop=client.loop):
             yield future.result()
@@ -128,13 +114,13 @@ def _make_shard(folder: str, plan_sha256: str, shard: Shard) -> Sums:
     """Task of a worker."""
     source, run_folder = _source(folder, plan_sha256), RunFolder(Path(folder))
     with run_folder.held(source.plan), ChunkPool(source, 1) as pool:
-        # a worker that was lost may have made it
+        # a lost worker may have made it
         return read_mark(source, run_folder, shard) or make_shard(pool, run_folder, shard)
 
 
 @lru_cache(maxsize=2)
 def _source(folder: str, plan_sha256: str) -> PhotonSource:
-    """The run of a folder, from its plan, once for all tasks of a worker."""
+    """The run of a folder, from its plan; a worker reads it once for all its tasks."""
     try:
         plan = Plan.load(Path(folder) / PLAN)
     except AomcSkyError as error:
@@ -149,8 +135,8 @@ def _source(folder: str, plan_sha256: str) -> PhotonSource:
 
 @contextlib.contextmanager
 def _interrupts_ignored() -> Iterator[None]:
-    """Ignore SIGINT here and in the processes that are started meanwhile, in these for good."""
-    if threading.current_thread() is not threading.main_thread():  # where Python lets nobody change it
+    """Ignore SIGINT during the block; processes that are started in the block ignore it for ever."""
+    if threading.current_thread() is not threading.main_thread():  # which alone may change it
         yield
         return
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -162,20 +148,20 @@ def _interrupts_ignored() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _cluster_client(distributed: Any, scheduler: str | None, n_workers: int) -> Iterator[Any]:
-    """Connect to a scheduler, or start a cluster of processes here that ends with the context."""
+    """Connect to a scheduler, or start a local cluster that ends with the context."""
     with contextlib.ExitStack() as stack:
         if scheduler is None:
             scratch = stack.enter_context(tempfile.TemporaryDirectory(prefix="aomc-sky-dask-"))
-            with _interrupts_ignored():  # a terminal interrupts the workers too, which must not print tracebacks
+            with _interrupts_ignored():  # Ctrl-C reaches the workers too, and they would print tracebacks
                 cluster = distributed.LocalCluster(
                     n_workers=n_workers,
                     threads_per_worker=1,
                     processes=True,
                     dashboard_address=None,
-                    # its server is for the workers; the port that Dask takes by default may be another cluster's
+                    # another cluster may have Dask's default port
                     scheduler_kwargs={"dashboard_address": "127.0.0.1:0"},
                     local_directory=scratch,
-                    silence_logs=50,  # workers that die are our business, and reported by us
+                    silence_logs=50,  # we report workers that die
                 )
             scheduler = stack.enter_context(cluster)
         try:

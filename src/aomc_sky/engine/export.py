@@ -1,32 +1,29 @@
-"""``export``: other formats from the plan of a run; no photon needs to have been stored."""
+"""``export``: other formats from the plan of a run, which needs no stored photons."""
 
 from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from aomc_sky.engine.stored_run import StoredRun, scene_file
-from aomc_sky.errors import ForeignOutputError, UsageError
+from aomc_sky.engine.stored_run import StoredRun
+from aomc_sky.errors import ForeignOutputError, SceneError, UsageError
 from aomc_sky.formats.mcpl.file import holds
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder
 from aomc_sky.outputs.photon_formats import photon_writer
-from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, Progress, photon_files
+from aomc_sky.outputs.photons.files import ChunkPool, Meter, Progress, photon_files
 from aomc_sky.outputs.photons.mcpl import McplWriter, is_gzip_name, write_mcpl_file
-
-LARGE_TEXT_BYTES = 1_000_000_000
-"""A warning comes before text files beyond this are made. [bytes]"""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ExportOptions:
-    """What is exported and where to; nothing here changes a photon."""
+    """The format and the target of an export; they change no photon."""
 
     to: str  #: one of `EXPORTS`
-    out: str | None = None  #: file or folder; see `target_of` for the default
+    out: str | None = None  #: file or folder; `target_of` has the default
     wavebands: list[int] | None = None  #: only these [1-based]
     scene: str | None = None  #: amc.inp of the run's scene, for `aomc`
     photons: bool = False  #: photons too, for `netcdf` [at most 1e7]
@@ -36,7 +33,7 @@ class ExportOptions:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ExportResult:
-    """What an export made: its files with their sizes [bytes], wavebands [0-based], and notes for the user."""
+    """The files of an export with their sizes [bytes], its wavebands [0-based], and notes for the user."""
 
     target: Path
     files: dict[str, int]
@@ -49,7 +46,7 @@ class ExportResult:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class _Job:
-    """An export under way: the folder, the name of its one file (empty: files of their own names)."""
+    """An export that is being made; `name` is that of its one file, or empty."""
 
     run: StoredRun
     options: ExportOptions
@@ -62,25 +59,22 @@ class _Job:
 
 
 def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None = None) -> ExportResult:
-    """Write a run of `open_run` in another format; `progress` is called with photons done and photons in all.
+    """Write a run in another format; `progress` is called with photons done and photons in all.
 
-    ForeignOutputError where the target belongs to something else, SceneError where the format cannot carry the run.
+    ForeignOutputError if the target holds something else, SceneError if the format cannot hold the run.
     """
-    started = time.perf_counter()
-    target = target_of(run, options)
-    bands = run.chosen(options.wavebands)
-    _, file_name = EXPORTS[options.to]
+    started, target, bands = time.perf_counter(), target_of(run, options), run.chosen(options.wavebands)
+    make, file_name = EXPORTS[options.to]
     folder, name = (target.parent, target.name) if file_name else (target, "")
     if not name and folder.resolve() == run.path.resolve():
         raise UsageError(f"--out {options.out} is the run itself; name another folder")
     job = _Job(run=run, options=options, bands=bands, folder=RunFolder(folder), name=name, progress=progress)
-    if name:  # the others create theirs when nothing refuses them
+    if name:  # the others create their folder once the export is known to be possible
         create_folder(folder)
-    names, was_finished = EXPORTS[options.to][0](job)
-    sizes = {file: job.folder.size_of(file) or 0 for file in names}
+    names, was_finished = make(job)
     return ExportResult(
         target=target,
-        files=sizes,
+        files={file: job.folder.size_of(file) or 0 for file in names},
         bands=bands,
         photons=sum(job.launched or [run.source.n_photons(band) for band in bands]),
         seconds=time.perf_counter() - started,
@@ -90,11 +84,9 @@ def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None
 
 
 def target_of(run: StoredRun, options: ExportOptions) -> Path:
-    """File or folder of an export.
+    """File or folder of an export; the default is beside the run folder ``out``: ``out-npy``, ``out.mcpl``.
 
-    The default is beside the run folder ``out``: ``out-npy``, ``out-csv``, ``out-aomc`` are folders,
-    ``out.mcpl`` and ``out.nc`` are files. For the formats of one file, a name with another ending is a folder;
-    for mcpl ``out.mcpl.gz`` is a compressed file.
+    For formats of one file, a name with another ending is a folder; ``out.mcpl.gz`` is a compressed file.
     """
     _, file_name = EXPORTS[options.to]
     suffix = Path(file_name).suffix
@@ -107,13 +99,14 @@ def target_of(run: StoredRun, options: ExportOptions) -> Path:
 
 
 def _export_mcpl(job: _Job) -> tuple[list[str], bool]:
-    """One MCPL file, compressed where its name says so."""
-    if not is_gzip_name(Path(job.name)):
-        return _export_photons(job)
+    """One MCPL file, compressed if its name ends in ".gz"."""
     source, target = job.run.source, job.folder.path / job.name
     if not job.options.force and job.folder.size_of(job.name) is not None:
         (layout,) = McplWriter(source).layouts(job.bands)
-        if not holds(target, layout.head, layout.size):
+        is_complete = job.folder.holds(job.name, layout.head, layout.size)
+        if is_gzip_name(target):
+            is_complete = holds(target, layout.head, layout.size)
+        if not is_complete:
             raise ForeignOutputError(_foreign(job))
         return [job.name], True
     meter = Meter(job.progress, sum(source.n_photons(band) for band in job.bands))
@@ -122,29 +115,20 @@ def _export_mcpl(job: _Job) -> tuple[list[str], bool]:
 
 
 def _export_photons(job: _Job) -> tuple[list[str], bool]:
-    """Photon files of the run's own writers; those that are complete already are kept."""
-    writer = photon_writer(job.options.to)(job.run.source)
-    if job.name:
-        return _export_files(job, [PhotonFiles(job.folder, writer, job.bands, name=job.name)])
-    with job.folder.held(job.run.source.plan, force=job.options.force):
-        return _export_files(job, photon_files(job.folder, [writer], job.bands))
-
-
-def _export_files(job: _Job, parts: Sequence[PhotonFiles]) -> tuple[list[str], bool]:
-    names = [layout.name for part in parts for layout in part.layouts]
-    missing = [part for part in parts if job.options.force or part.missing]
-    if job.name and missing and not job.options.force and job.folder.size_of(job.name) is not None:
-        raise ForeignOutputError(_foreign(job))
-    job.folder.require_space(sum(part.n_bytes_missing for part in missing))
-    source = job.run.source
-    meter = Meter(job.progress, sum(source.n_photons(band) for part in missing for band in part.bands))
-    announce_photons(meter.total)
-    with ChunkPool(source, job.options.threads) as pool:
-        for part in missing:
-            with part.writing() as write:
-                for band in part.bands:
-                    pool.emit(band, [(part.writer, write)], meter.add)
-    return names, not missing
+    """Photon files as a run writes them; complete files are kept."""
+    source, force = job.run.source, job.options.force
+    with job.folder.held(source.plan, force=force):
+        parts = photon_files(job.folder, [photon_writer(job.options.to)(source)], job.bands)
+        missing = [part for part in parts if force or part.missing]
+        job.folder.require_space(sum(part.n_bytes_missing for part in missing))
+        meter = Meter(job.progress, sum(source.n_photons(band) for part in missing for band in part.bands))
+        announce_photons(meter.total)
+        with ChunkPool(source, job.options.threads) as pool:
+            for part in missing:
+                with part.writing() as write:
+                    for band in part.bands:
+                        pool.emit(band, [(part.writer, write)], meter.add)
+    return [layout.name for part in parts for layout in part.layouts], not missing
 
 
 def _foreign(job: _Job) -> str:
@@ -189,8 +173,11 @@ def _export_aomc(job: _Job) -> tuple[list[str], bool]:
     from aomc_sky.outputs.aomc.skydist import aomc_sky, check_scene, water_note, write_aomc_folder
 
     source = job.run.source
-    amc_inp = None if job.options.scene is None else scene_file(job.options.scene)
+    amc_inp = None if job.options.scene is None else Path(os.path.abspath(job.options.scene))
     if amc_inp is not None:
+        amc_inp = amc_inp / "amc.inp" if amc_inp.is_dir() else amc_inp
+        if not amc_inp.is_file():
+            raise SceneError(f"{job.options.scene}: there is no amc.inp here")
         check_scene(amc_inp, source.plan.arrays["wavelength_nm"])
         if amc_inp.parent.resolve() == job.folder.path.resolve():
             raise UsageError(f"{job.folder.path} holds the scene itself; choose another --out")
@@ -209,18 +196,6 @@ def _export_aomc(job: _Job) -> tuple[list[str], bool]:
     return names, False
 
 
-def size_warning(run: StoredRun, options: ExportOptions) -> str:
-    """The warning before a large text is made, else empty."""
-    if options.to != "csv":
-        return ""
-    bands = run.chosen(options.wavebands)
-    writers = [photon_writer(to)(run.source) for to in ("csv", "npy")]
-    n_bytes, in_npy = (sum(layout.size for band in bands for layout in writer.layouts((band,))) for writer in writers)
-    if n_bytes <= LARGE_TEXT_BYTES:
-        return ""
-    return f"the text takes {n_bytes / 1e9:.3g} GB; --to npy takes {in_npy / 1e9:.3g} GB and is much faster"
-
-
 EXPORTS: dict[str, tuple[Callable[[_Job], tuple[list[str], bool]], str]] = {
     "mcpl": (_export_mcpl, "photons.mcpl"),
     "npy": (_export_photons, ""),
@@ -229,4 +204,4 @@ EXPORTS: dict[str, tuple[Callable[[_Job], tuple[list[str], bool]], str]] = {
     "aomc": (_export_aomc, ""),
     "envmap": (_export_envmap, ""),
 }
-"""Format -> what writes it, and the name of its file in a folder (empty: the format is a folder)."""
+"""Format -> the function that writes it, and the name of its file (empty: the format is a folder)."""

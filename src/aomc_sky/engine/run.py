@@ -1,4 +1,4 @@
-"""A run folder, or a stream of photons: plan, counts, photons, manifest."""
+"""Write a run folder (plan, counts, photons, manifest), or a stream of photons."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import json
 import os
 import platform
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -32,7 +32,7 @@ from aomc_sky.outputs.photons.files import (
     run_files,
     stored_files,
 )
-from aomc_sky.outputs.shard import BLOCK, MANIFEST, PART, is_run_file
+from aomc_sky.outputs.shard import BLOCK, MANIFEST, PART, Shard, is_run_file
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.progress import is_free, progress_bar
 from aomc_sky.source.scene import Scene
@@ -42,7 +42,7 @@ from aomc_sky.whole_number import as_number_of
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class JobOptions:
-    """What a job writes and with what means; nothing here changes a photon."""
+    """Formats, threads and limits of a job; they change no photon."""
 
     formats: tuple[str, ...] = ("npy",)
     threads: int = 0
@@ -52,21 +52,24 @@ class JobOptions:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class JobResult:
-    """What a finished job reports: bands in order, seconds, photons made, and the manifest (None for a pipe)."""
+    """The report of a finished job or shard."""
 
-    bands: list[BandResult]
+    bands: Sequence[BandResult] = ()  #: in order; none of a shard
     seconds: float
-    emitted: int
-    was_finished: bool
-    manifest: dict[str, Any] | None
+    emitted: int  #: photons that were made
+    was_finished: bool = False  #: whether the whole run was finished before
+    manifest: dict[str, Any] | None = None  #: of a finished run in a folder
     threads: int = 0
+    shard: Shard | None = None  #: the part that was made, if not the whole run
+    ranges: Sequence[tuple[int, int, int]] = ()  #: of the shard: waveband [0-based], first photon, end
+    missing: Sequence[Shard] = ()  #: shards that are not made yet
 
 
 Sums = dict[int, PhotonSums]
 """Sums over the photons of each waveband. [0-based]"""
 
-Make = Callable[[PhotonSource, RunFolder, Sequence[str], JobOptions, Progress | None], tuple[Sums, int]]
-"""Writes counts and photons of some formats; returns the sums of all wavebands and how many photons were made."""
+Make = Callable[[PhotonSource, RunFolder, JobOptions, Progress | None], tuple[Sums, int]]
+"""Writes counts and photons; returns the sums of all wavebands and how many photons were made."""
 
 
 @in_default_mode
@@ -80,18 +83,18 @@ def write_run(
     force: bool = False,
     **sampling: Any,
 ) -> dict[str, Any]:
-    """Write a run folder of any scene, as ``aomc-sky run`` does of files: what `verify`, `export` and `plot` read.
+    """Write a run folder of any scene, as ``aomc-sky run`` does; `verify`, `export` and `plot` read it.
 
     Parameters
     ----------
     scene : Scene
-        What shines, also one that came from no file.
+        The light, from files or made in Python.
     out : str or path
-        The run folder, made where it is not there. One that holds the same run, finished or not, is continued.
+        The run folder; it is made if it does not exist. A folder with the same run, finished or not, is continued.
     seed : int
         Seed of the run. [0 to 2^64 - 1]
     formats : sequence of {"npy", "mcpl", "raw"}
-        Photon files; none of them: counts and plan only.
+        Photon files; an empty sequence: counts and plan only.
     threads : int
         Threads that make photons; 0 is all. The bytes do not depend on them. [0 to 1024]
     force : bool
@@ -99,8 +102,8 @@ def write_run(
     **sampling
         Arguments of `Scene.source`: method, order, precision and so on.
 
-    On a terminal and in notebooks a bar shows the progress of what takes longer than a second; TQDM_DISABLE=1 in the
-    environment shows none.
+    On a terminal and in notebooks a bar shows the progress after a second; TQDM_DISABLE=1 in the environment turns it
+    off.
 
     Returns
     -------
@@ -122,18 +125,13 @@ def write_run(
     (1000, 3)
     """
     chosen = tuple(dict.fromkeys([formats] if isinstance(formats, str) else formats))
-    unknown = [name for name in chosen if name not in FOLDER_FORMATS]
-    if unknown:
-        raise UsageError(f"formats are {', '.join(FOLDER_FORMATS)}, got {unknown[0]!r}")
+    for name in chosen:
+        if name not in FOLDER_FORMATS:
+            raise UsageError(f"formats are {', '.join(FOLDER_FORMATS)}, got {name!r}")
     amc = scene.input_files.get("amc")
     check_folder(Path(out) if os.fspath(out) else "", "out", scene=None if amc is None else Path(amc).parent)
-    n_threads = as_number_of(threads, "threads", 0, 1024)
-    options = JobOptions(
-        formats=chosen or ("none",),
-        threads=n_threads,
-        force=force,
-        max_memory_bytes=sampling.get("max_memory_bytes"),
-    )
+    n_threads, memory = as_number_of(threads, "threads", 0, 1024), sampling.get("max_memory_bytes")
+    options = JobOptions(formats=chosen or ("none",), threads=n_threads, force=force, max_memory_bytes=memory)
     with progress_bar(enabled=is_free()) as progress:
         manifest = run_job(scene.source(seed, **sampling), scene, Path(out), options, progress).manifest
     assert manifest is not None, "only a pipe has none"
@@ -149,10 +147,10 @@ def run_job(
     *,
     make: Make | None = None,
 ) -> JobResult:
-    """Write a run folder: plan, counts, photons, manifest. Nothing of a run that was finished before is made again.
+    """Write a run folder: plan, counts, photons, manifest. A finished run is not made again.
 
-    `progress` is called with photons done and photons in all. `make` fills the photon files, by default the threads of
-    this process.
+    `progress` is called with photons done and photons in all. `make` fills the photon files; by default the threads of
+    this process do.
     """
     check_memory(source, options)
     folder, started = RunFolder(out), time.perf_counter()
@@ -160,7 +158,7 @@ def run_job(
         manifest = finished_manifest(source, folder, options.formats)
         was_finished, emitted = manifest is not None, 0
         if manifest is None:
-            sums, emitted = (make or make_photons)(source, folder, options.formats, options, progress)
+            sums, emitted = (make or make_photons)(source, folder, options, progress)
             manifest = finish_run(source, scene, folder, sums)
     return JobResult(
         bands=[BandResult(**band) for band in manifest["bands"]],
@@ -173,18 +171,18 @@ def run_job(
 
 
 def make_photons(
-    source: PhotonSource, folder: RunFolder, formats: Sequence[str], options: JobOptions, progress: Progress | None
+    source: PhotonSource, folder: RunFolder, options: JobOptions, progress: Progress | None
 ) -> tuple[Sums, int]:
-    """Write the counts, and make the photon files that are missing on the threads of this process.
+    """Write the counts, and make the missing photon files on the threads of this process.
 
-    A file under its final name with the right size is kept and not read: its photons are made once more for their sums.
+    A file with its final name and the right size is kept and not read. Its photons are made once more for their sums.
     """
     bands = chosen_bands(source)
-    writers = [photon_writer(name)(source) for name in formats if name != "none"]
+    writers = [photon_writer(name)(source) for name in options.formats if name != "none"]
     files = photon_files(folder, writers, bands)
     missing = [of_part for of_part in files if of_part.missing]
     folder.require_space(sum(of_part.n_bytes_missing for of_part in missing))
-    write_counts(source, folder)
+    folder.write(*counts_file(source, bands))
     if not files and not complete_formats(stored_files(source, folder, bands)):
         return {band: PhotonSums(source.replicates) for band in bands}, 0
     meter = Meter(progress, sum(source.n_photons(band) for band in bands))
@@ -199,14 +197,8 @@ def make_photons(
     return sums, meter.done
 
 
-def write_counts(source: PhotonSource, folder: RunFolder) -> None:
-    """Write counts.csv or counts.npz."""
-    name, data = counts_file(source, chosen_bands(source))
-    folder.write(name, data)
-
-
 def finish_run(source: PhotonSource, scene: Scene, folder: RunFolder, sums: Sums) -> dict[str, Any]:
-    """Write the manifest, and remove what was needed on the way. Whoever does it writes the same bytes."""
+    """Write the manifest, and remove temporary files. Every process writes the same bytes."""
     bands = chosen_bands(source)
     results = [band_result(source, band, sums[band]) for band in bands]
     stored = stored_files(source, folder, bands)
@@ -214,18 +206,18 @@ def finish_run(source: PhotonSource, scene: Scene, folder: RunFolder, sums: Sums
     data = manifest_bytes(manifest)
     folder.write(MANIFEST, data)
     remove_rest(folder)
-    return dict(json.loads(data))  # what a later call reads
+    return dict(json.loads(data))  # as a later call reads it
 
 
 def remove_rest(folder: RunFolder) -> None:
-    """Remove the marks of shards and what they fill, once the run is finished."""
+    """Remove the marks and partial files of shards from a finished run."""
     for name in folder.names():
         if name.endswith((PART, ".done")) and is_run_file(name):
             folder.remove(name)
 
 
 def finished_manifest(source: PhotonSource, folder: RunFolder, formats: Sequence[str]) -> dict[str, Any] | None:
-    """The manifest of a run that has all files of some formats; None where there is work left. No photon is read."""
+    """The manifest of a run that has all files of these formats, or None if work is left. No photon is read."""
     if folder.size_of(MANIFEST) is None:
         return None
     try:
@@ -240,38 +232,28 @@ def finished_manifest(source: PhotonSource, folder: RunFolder, formats: Sequence
     return manifest if is_same and is_known and has_counts and is_complete else None
 
 
-def stream_job(
-    source: PhotonSource, scene: Scene, pipe: BinaryIO, options: JobOptions, progress: Progress | None = None
-) -> JobResult:
-    """Write the photons of all bands to a pipe, in one format, one band after the other."""
-    if len(options.formats) != 1 or options.formats[0] != "raw":
-        raise UsageError("--out - needs --format raw, and no other format")
+def stream_job(source: PhotonSource, pipe: BinaryIO, threads: int, progress: Progress | None = None) -> JobResult:
+    """Write the photons of all bands to a pipe as raw records, one band after the other."""
     started = time.perf_counter()
-    writer = photon_writer(options.formats[0])(source)
+    writer = photon_writer("raw")(source)
     chosen = chosen_bands(source)
     meter = Meter(progress, sum(source.n_photons(b) for b in chosen))
     announce_photons(meter.total)
-    with _pipe_errors(), ChunkPool(source, options.threads) as pool:
-        to_pipe = (writer, lambda band, start, chunks: pipe.write(chunks[0]))
-        sums = [pool.emit(band, [to_pipe], meter.add) for band in chosen]
-        pipe.flush()
-    bands = [band_result(source, band, of_band) for band, of_band in zip(chosen, sums, strict=True)]
-    seconds = time.perf_counter() - started
-    return JobResult(bands=bands, seconds=seconds, emitted=meter.done, was_finished=False, manifest=None)
-
-
-@contextlib.contextmanager
-def _pipe_errors() -> Iterator[None]:
     try:
-        yield
+        with ChunkPool(source, threads) as pool:
+            to_pipe = (writer, lambda band, start, chunks: pipe.write(chunks[0]))
+            sums = [pool.emit(band, [to_pipe], meter.add) for band in chosen]
+            pipe.flush()
     except BrokenPipeError:
         raise OutputError("the program that reads standard output ended before the last photon") from None
     except OSError as error:
         raise OutputError(f"cannot write to standard output: {error.strerror or error}") from error
+    bands = [band_result(source, band, of_band) for band, of_band in zip(chosen, sums, strict=True)]
+    return JobResult(bands=bands, seconds=time.perf_counter() - started, emitted=meter.done)
 
 
 def check_memory(source: PhotonSource, options: JobOptions) -> None:
-    """Raise before any photon is made when a job needs more than the user allows; no limit, no check."""
+    """Raise, before any photon is made, if a job needs more memory than the user allows."""
     if options.max_memory_bytes is None:
         return
     plan = 3 * sum(array.nbytes for array in source.plan.arrays.values())
@@ -284,7 +266,7 @@ def check_memory(source: PhotonSource, options: JobOptions) -> None:
 
 
 def run_record(seconds: float, emitted: int, threads: int) -> dict[str, Any]:
-    """Time, speed and machine of a command: printed, and no part of the files."""
+    """Time, speed and machine of a command: they are printed, and are not in the files."""
     from importlib.metadata import version
 
     return {

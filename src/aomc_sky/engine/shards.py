@@ -1,18 +1,17 @@
-"""Shards of a run: each writes its photons in place into files of full size; whoever sees all marks ends the run."""
+"""Shards of a run: each writes its photons into files of full size, and the last one finishes the run."""
 
 from __future__ import annotations
 
 import json
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.engine.run import JobOptions, Sums, check_memory, finish_run, finished_manifest, remove_rest, write_counts
+from aomc_sky.engine.run import JobOptions, JobResult, Sums, check_memory, finish_run, finished_manifest, remove_rest
 from aomc_sky.errors import OutputError, UsageError
 from aomc_sky.kernels.backend import announce_photons
+from aomc_sky.outputs.counts import counts_file
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import chosen_bands
 from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, Progress
@@ -23,28 +22,9 @@ from aomc_sky.source.scene import Scene
 from aomc_sky.system import n_cpus
 
 FORMATS = ("npy",)
-"""What shards write; a finished run is exported to any other format from its plan."""
+"""What shards write; `export` turns a finished run into any other format."""
 
 MAX_MARK_BYTES = 1 << 26
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class ShardResult:
-    """What a shard reports."""
-
-    shard: Shard
-    ranges: list[tuple[int, int, int]]  #: its photons: waveband [0-based], first photon, end
-    seconds: float  #: what it took [s]
-    emitted: int  #: photons that had to be made
-    was_finished: bool  #: whether the whole run was finished before
-    missing: list[Shard]  #: shards that are not made yet
-    manifest: dict[str, Any] | None  #: of the run, where it is finished now
-    threads: int
-
-    @property
-    def n_photons(self) -> int:
-        """Photons of the shard in all wavebands."""
-        return sum(end - first for _, first, end in self.ranges)
 
 
 def run_shard(
@@ -54,14 +34,12 @@ def run_shard(
     options: JobOptions,
     shard: Shard,
     progress: Progress | None = None,
-) -> ShardResult:
-    """Make the photons of one shard in the folder of the run, and end the run where all other shards are there.
+) -> JobResult:
+    """Make the photons of one shard in the folder of the run; the last shard finishes the run.
 
-    A shard that has left its mark is not made again, and a run that is finished is not changed. Any number of
-    processes may make one shard at once: they write the same bytes.
+    A shard with a mark is not made again, and a finished run is not changed. Several processes may make the same shard
+    at once: they write the same bytes.
     """
-    if options.formats != FORMATS:
-        raise UsageError("--shard writes npy alone; export the finished run to other formats")
     if options.force:
         raise UsageError("--force would remove what other shards made; remove the folder, or leave --force out")
     check_memory(source, options)
@@ -79,21 +57,20 @@ def run_shard(
             sums, missing = marked_sums(source, folder, shard.count)
             if not missing:
                 finish_files(source, folder)
-                write_counts(source, folder)
                 manifest = finish_run(source, scene, folder, sums)
             elif (manifest := finished_manifest(source, folder, FORMATS)) is not None:
                 missing = []
         if manifest is not None:
-            remove_rest(folder)  # another process ended the run, or was killed at its last step
-    return ShardResult(
-        shard=shard,
-        ranges=ranges_of(source, shard),
+            remove_rest(folder)  # another process finished the run, or was killed at its last step
+    return JobResult(
         seconds=time.perf_counter() - started,
         emitted=emitted,
         was_finished=was_finished,
-        missing=missing,
         manifest=manifest,
         threads=options.threads or n_cpus(),
+        shard=shard,
+        ranges=ranges_of(source, shard),
+        missing=missing,
     )
 
 
@@ -104,7 +81,7 @@ def ranges_of(source: PhotonSource, shard: Shard) -> list[tuple[int, int, int]]:
 
 
 def make_shard(pool: ChunkPool, folder: RunFolder, shard: Shard, progress: Progress | None = None) -> Sums:
-    """Write the photons of a shard into the files of the run, then its mark, and return the sums over them."""
+    """Write the photons of a shard into the files of the run, then its mark; returns the sums over the photons."""
     source, ranges = pool.source, ranges_of(pool.source, shard)
     writer, meter = NpyWriter(source), Meter(progress, sum(end - first for _, first, end in ranges))
     row_bytes = sum(layout.row_bytes for layout in writer.layouts((0,)))
@@ -127,7 +104,7 @@ def make_shard(pool: ChunkPool, folder: RunFolder, shard: Shard, progress: Progr
 
 
 def read_mark(source: PhotonSource, folder: RunFolder, shard: Shard) -> Sums | None:
-    """Sums over the photons of a shard that has left its mark; None where there is no such mark of this run."""
+    """Sums over the photons of a shard, from its mark, or None without a valid mark of this run."""
     try:
         with folder.reading(shard.mark) as file:
             mark = json.loads(file.read(MAX_MARK_BYTES))
@@ -141,7 +118,7 @@ def read_mark(source: PhotonSource, folder: RunFolder, shard: Shard) -> Sums | N
 
 
 def marked_sums(source: PhotonSource, folder: RunFolder, count: int) -> tuple[Sums, list[Shard]]:
-    """Sums over all photons of `count` shards that have left their marks, and the shards that have not."""
+    """Sums over all photons of `count` shards, from their marks, and the shards without a mark."""
     shards = [Shard(index=k + 1, count=count) for k in range(count)]
     marked = {*marks_among(folder.names(), count)}
     missing = [shard for shard in shards if shard not in marked]
@@ -160,20 +137,21 @@ def joined_sums(source: PhotonSource, parts: Iterable[Sums]) -> Sums:
 
 
 def finish_files(source: PhotonSource, folder: RunFolder) -> None:
-    """Give the files that shards filled their final names; those of wavebands without photons are made here."""
+    """Give the filled files their final names, make those of wavebands without photons, and write the counts."""
     for band in chosen_bands(source):
         files = PhotonFiles(folder, NpyWriter(source), (band,))
         if not source.n_photons(band):
             files.reserve()
         for layout in files.missing:
             folder.finish(layout.name)
+    folder.write(*counts_file(source, chosen_bands(source)))
 
 
 def drop_stale_marks(source: PhotonSource, folder: RunFolder) -> None:
     """Remove marks whose files are gone or have another size.
 
-    Marks are listed first: a file that another process makes meanwhile is there when its mark is. A file is looked for
-    under its first name first.
+    Marks are listed before files, and the temporary name of a file is tried before its final name: another process may
+    make and rename files at the same time.
     """
     shards = marks_among(folder.names())
     layouts = {band: NpyWriter(source).layouts((band,)) for band in chosen_bands(source) if shards}

@@ -1,4 +1,4 @@
-"""A run folder, opened again: its plan as a photon source, and what its manifest says."""
+"""A run folder that is opened again: its plan as a photon source, and its manifest."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.errors import ForeignOutputError, SceneError, UsageError
-from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.errors import ForeignOutputError, UsageError
 from aomc_sky.outputs.manifest import chosen_bands, read_manifest
 from aomc_sky.outputs.shard import MANIFEST, PLAN
 from aomc_sky.plan.plan import Plan
@@ -18,50 +17,39 @@ from aomc_sky.source.read.kind import not_a_run
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class StoredRun:
-    """A run as its folder has it."""
+    """A run that was read from its folder."""
 
     path: Path  #: the folder, absolute
     source: PhotonSource  #: from the plan alone
-    manifest: dict[str, Any] | None  #: None where the run is unfinished
+    manifest: dict[str, Any] | None  #: of a finished run
     bands: tuple[int, ...]  #: wavebands that the run was asked for [0-based]
 
     def chosen(self, wavebands: list[int] | None) -> tuple[int, ...]:
-        """Wavebands for a job, in the order of the run: those named [1-based], or all of the run."""
+        """The named wavebands [1-based], or all of the run, in its order."""
         if not wavebands:
             return self.bands
         for waveband in wavebands:
             if waveband - 1 not in self.bands:
-                raise UsageError(f"waveband {waveband} is not in this run; it has {_named(self.bands)}")
+                first = ", ".join(str(band + 1) for band in self.bands[:20]) + (" ..." if len(self.bands) > 20 else "")
+                plural = "s" if len(self.bands) > 1 else ""
+                raise UsageError(f"waveband {waveband} is not in this run; it has waveband{plural} {first}")
         return tuple(band for band in self.bands if band + 1 in wavebands)
 
 
-def _named(bands: tuple[int, ...]) -> str:
-    first = ", ".join(str(b + 1) for b in bands[:20])
-    return f"waveband{'s' if len(bands) > 1 else ''} {first}{' ...' if len(bands) > 20 else ''}"
-
-
 def open_run(path: str | Path) -> StoredRun:
-    """Open a run folder; InputFileError where there is no run, or its plan or manifest is damaged.
+    """Open a run folder.
 
-    ForeignOutputError where the manifest is of another plan.
+    InputFileError if there is no run, or if its plan or manifest is damaged. ForeignOutputError if the manifest belongs
+    to another plan.
     """
-    folder = RunFolder(Path(os.path.abspath(path)))
-    if not (folder.path / PLAN).is_file():
+    folder = Path(os.path.abspath(path))
+    if not (folder / PLAN).is_file():
         raise not_a_run(Path(path), "aomc-sky run --out")
-    source = PhotonSource.from_plan(Plan.load(folder.path / PLAN))
-    manifest = read_manifest(folder.path / MANIFEST) if os.path.lexists(folder.path / MANIFEST) else None
+    source = PhotonSource.from_plan(Plan.load(folder / PLAN))
+    manifest = read_manifest(folder / MANIFEST) if os.path.lexists(folder / MANIFEST) else None
     if manifest is not None and manifest["plan_sha256"] != source.plan.sha256:
         raise ForeignOutputError(
-            f"{folder.path / MANIFEST} belongs to another run (another scene, seed or options) than {PLAN}: plan "
+            f"{folder / MANIFEST} belongs to another run (another scene, seed or options) than {PLAN}: plan "
             f"{manifest['plan_sha256'][:16]}, not {source.plan.sha256[:16]}"
         )
-    return StoredRun(path=folder.path, source=source, manifest=manifest, bands=tuple(chosen_bands(source)))
-
-
-def scene_file(named: str | Path) -> Path:
-    """amc.inp of a scene that the user names, by itself or by its folder."""
-    path = Path(os.path.abspath(named))
-    path = path / "amc.inp" if path.is_dir() else path
-    if not path.is_file():
-        raise SceneError(f"{named}: there is no amc.inp here")
-    return path
+    return StoredRun(path=folder, source=source, manifest=manifest, bands=tuple(chosen_bands(source)))

@@ -13,7 +13,7 @@ COLUMNS = (
     "zenith_lo_deg,zenith_hi_deg,azimuth_lo_deg,azimuth_hi_deg,mass,expected,photons"
 )
 COUNTS_FILES = ("counts.csv", "counts.npz")
-"""Names of the file of counts, as text and for many rows."""
+"""The file of counts: as text, and for many rows."""
 
 MAX_CSV_ROWS = 1_000_000
 
@@ -23,18 +23,14 @@ def _number(value: float) -> str:
 
 
 def cell_texts(source: PhotonSource, cells: np.ndarray | None = None) -> list[str]:
-    """Component, indices and bounds of cells, all by default, as in counts.csv; ascending."""
+    """Component, indices and bounds of cells, by default of all, as in counts.csv; `cells` ascend."""
     texts: list[str] = []
     start = 0
+    chosen = np.arange(source.plan.n_cells) if cells is None else cells
     for component in source.components:
         end = start + component.n_cells
-        chosen = (
-            np.arange(start, end)
-            if cells is None
-            else cells[np.searchsorted(cells, start) : np.searchsorted(cells, end)]
-        )
-        grid, own = component.grid, chosen - start
-        start = end
+        own = chosen[np.searchsorted(chosen, start) : np.searchsorted(chosen, end)] - start
+        grid, start = component.grid, end
         if grid is None:
             texts += [f"{component.name},,,,,,"] * own.size
             continue
@@ -49,7 +45,7 @@ def cell_texts(source: PhotonSource, cells: np.ndarray | None = None) -> list[st
 
 
 def counts_csv(source: PhotonSource, bands: list[int], masses: list[np.ndarray]) -> bytes:
-    """Return counts.csv of the given bands, which have these masses."""
+    """The text of counts.csv for bands with these masses."""
     is_lit = np.any([mass > 0 for mass in masses], axis=0)
     texts, text_of = cell_texts(source, np.flatnonzero(is_lit)), np.cumsum(is_lit) - 1
     arrays, counts = source.plan.arrays, source.counts
@@ -65,7 +61,7 @@ def counts_csv(source: PhotonSource, bands: list[int], masses: list[np.ndarray])
 
 
 def counts_npz(source: PhotonSource, bands: list[int], masses: list[np.ndarray]) -> bytes:
-    """Return counts.npz: the arrays behind counts.csv, (n_band, n_cell) each."""
+    """The bytes of counts.npz: the arrays of counts.csv, shape (n_band, n_cell)."""
     buffer = io.BytesIO()
     np.savez(
         buffer,

@@ -32,7 +32,7 @@ def head_of_map(n_bands: int) -> bytes:
 
 
 def maps(source: PhotonSource, bands: Sequence[int]) -> Iterator[np.ndarray]:
-    """Mean radiance of each pixel of a band, weighted with the cosine; float32 (N_ROWS, N_COLUMNS)."""
+    """The map of each band: mean radiance of each pixel, weighted with the cosine; float32 (N_ROWS, N_COLUMNS)."""
     grid = PatchGrid.regular(N_ROWS // 2, N_COLUMNS)
     shares: dict[tuple[str, int], np.ndarray] = {}
     for band in bands:
@@ -40,8 +40,7 @@ def maps(source: PhotonSource, bands: Sequence[int]) -> Iterator[np.ndarray]:
         radiance = np.zeros((N_ROWS, N_COLUMNS), np.float32)
         for component, light in zip(source.components, cell_irradiances(source, band), strict=True):
             if not law_of(component.law).is_beam and light.sum() > 0:
-                is_same = law_of(component.law).radiance is not None  # in all rows
-                key = component.name, 0 if is_same else row
+                key = component.name, 0 if law_of(component.law).radiance is not None else row  # 0: in all rows
                 if key not in shares:
                     shares = {k: v for k, v in shares.items() if k[1] in (0, row)}
                     shares[key] = _shares(component, row, grid)
@@ -60,7 +59,7 @@ def _shares(component: Component, row: int, grid: PatchGrid) -> np.ndarray:
 
 
 def axes_of(source: PhotonSource, bands: Sequence[int]) -> dict[str, Any]:
-    """What the numbers of the map mean, and the light that is not in it, as JSON values."""
+    """The meaning of the map's numbers, and the beams, which are not in the map, as JSON values."""
     lights = [[float(light.sum()) for light in cell_irradiances(source, band)] for band in bands]
     is_beam = [law_of(component.law).is_beam for component in source.components]
     is_absolute = source.irradiance(0) is not None
@@ -100,5 +99,5 @@ def _beam(component: Component, irradiance: list[float]) -> dict[str, Any]:
 
 
 def axes_text(source: PhotonSource, bands: Sequence[int]) -> bytes:
-    """The same as the bytes of a file."""
+    """The bytes of the file `AXES`."""
     return (json.dumps(axes_of(source, bands), indent=1) + "\n").encode("ascii")

@@ -1,4 +1,4 @@
-"""manifest.json: what a finished run holds. Its bytes follow from scene, plan and files, whoever writes it."""
+"""manifest.json: the contents of a finished run. Its bytes depend on scene, plan and files alone."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from aomc_sky.source.scene import Scene
 from aomc_sky.system import FileKindError, open_regular, read_regular
 
 MAX_MANIFEST_BYTES = 1 << 26
-"""More than 40 000 wavebands take."""
+"""More than the manifest of 40 000 wavebands needs."""
 
 SCHEMA = "aomc-sky-manifest/2"
 
@@ -34,7 +34,7 @@ CONVENTIONS = {
 
 
 def input_hashes(scene: Scene) -> dict[str, dict[str, str]]:
-    """Name and SHA-256 of every file that the scene came from."""
+    """Name and SHA-256 of every file of the scene."""
     hashes = {}
     for role, path in sorted(scene.input_files.items()):
         try:
@@ -47,13 +47,13 @@ def input_hashes(scene: Scene) -> dict[str, dict[str, str]]:
 
 
 def chosen_bands(source: PhotonSource) -> list[int]:
-    """Wavebands of a run: those that photons were asked for, or all where there are none. [0-based]"""
+    """Wavebands of a run: those with requested photons, or all if there are none. [0-based]"""
     requested = source.plan.arrays["requested"]
     return [band for band in range(source.n_bands) if requested[band] > 0] or list(range(source.n_bands))
 
 
 def scene_part(scene: Scene) -> dict[str, Any]:
-    """What a manifest says of the scene beyond its plan."""
+    """The part of a manifest that describes the scene."""
     return {"inputs": input_hashes(scene), "scene": dict(scene.options), "notes": list(scene.notes)}
 
 
@@ -65,7 +65,7 @@ def build_manifest(
     files: Mapping[str, int],
     version: str = aomc_sky.__version__,
 ) -> dict[str, Any]:
-    """Put the manifest together: `of_scene` as `scene_part` gives it, `files` with their sizes [bytes]."""
+    """The manifest; `of_scene` comes from `scene_part`, `files` have their sizes. [bytes]"""
     options = source.plan.options
     sampling = ("method", "allocation", "placement", "order", "precision", "weights")
     return {
@@ -96,9 +96,9 @@ def manifest_bytes(manifest: Mapping[str, Any]) -> bytes:
 
 
 def read_manifest(path: str | Path) -> dict[str, Any]:
-    """Read the manifest of a run, so that its numbers and texts can be shown; InputFileError where it is none of ours.
+    """Read the manifest of a run and check the types of its values; InputFileError if it is not one of ours.
 
-    `aomc-sky verify` alone says whether they are true.
+    Only `aomc-sky verify` checks whether the values are true.
     """
     advice = "remove the file and run the command that made it again, or name another folder"
     try:
@@ -108,10 +108,9 @@ def read_manifest(path: str | Path) -> dict[str, Any]:
         raise refuse(path, error.reason, code="E961", advice=advice) from None
     except OSError as error:
         raise refuse(path, f"cannot be read: {error.strerror}", code="E100", advice=advice) from None
-    except RecursionError:
-        raise refuse(path, "not a readable manifest (nested too deeply)", code="E100", advice=advice) from None
-    except ValueError as error:
-        raise refuse(path, f"not a readable manifest ({error})", code="E100", advice=advice) from None
+    except (RecursionError, ValueError) as error:
+        why = error if isinstance(error, ValueError) else "nested too deeply"
+        raise refuse(path, f"not a readable manifest ({why})", code="E100", advice=advice) from None
     except (KeyError, TypeError, AttributeError):
         is_ours = False
     if not is_ours:

@@ -1,4 +1,4 @@
-"""Photon formats by name. A format is one file in `photons`, loaded when it is needed: help needs the names alone."""
+"""Photon formats by name. A format is one file in `photons`, which is imported when it is needed."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ PHOTON_FORMATS = {
 """Name of a photon format -> "module:Class", in the order of manifests; "none" writes counts and plan only."""
 
 FOLDER_FORMATS = tuple(name for name in PHOTON_FORMATS if name != "csv")
-"""Formats that a run folder may hold: text is for export alone."""
+"""Formats in a run folder; csv is for export alone."""
 
 WAVEBAND = "(?:[0-9]{4}|[1-9][0-9]{4,8})"
-"""Pattern of a waveband in the name of a file."""
+"""Pattern of the number of a waveband in the name of a file."""
 
 
 def photon_writer(name: str) -> Any:
-    """Return the writer class of a photon format."""
+    """The writer class of a photon format."""
     target = PHOTON_FORMATS.get(name)
     if target is None:
         raise UsageError(f"there is no photon format {name!r}; the formats are {', '.join(PHOTON_FORMATS)} and none")
@@ -33,6 +33,6 @@ def photon_writer(name: str) -> Any:
 
 
 def file_pattern(*formats: str) -> str:
-    """Pattern of the names of all files that some formats make."""
+    """Pattern of the names of all files of these formats."""
     names = [re.escape(name) for key in formats for name in photon_writer(key).names]
     return "|".join(name.replace(re.escape("{:04d}"), WAVEBAND) for name in names)

@@ -1,4 +1,4 @@
-"""Pictures of matplotlib as files: complete or not at all, and the same bytes for the same picture."""
+"""Pictures of matplotlib as files: written atomically, with the same bytes for the same picture."""
 
 from __future__ import annotations
 
@@ -26,11 +26,8 @@ def picture_path(path: str | Path) -> Path:
 
 
 def save_picture(figure: Any, target: Path, *, dpi: float) -> None:
-    """Write a picture, complete or not at all.
-
-    `dpi` is that of a PNG; pictures inside an SVG or PDF have 300 dots per inch at least.
-    """
-    # without a date or random names, so that equal pictures give equal files
+    """Write a picture atomically; `dpi` is that of a PNG, pictures inside an SVG or PDF have at least 300."""
+    # no date and no random names, so that equal pictures give equal files
     metadata = {
         ".png": {"Software": SOFTWARE},
         ".svg": {"Date": None, "Creator": SOFTWARE},

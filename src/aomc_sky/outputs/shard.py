@@ -1,4 +1,4 @@
-"""Which photons each part of a run makes, and the names of the files in a run folder: all follow from the plan."""
+"""The photons of each part of a run, and the names of the files in a run folder; both follow from the plan."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from aomc_sky.errors import UsageError
 from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, WAVEBAND, file_pattern
 
 BLOCK = 65_536
-"""Photons of a chunk of work and of a block of statistics. In every numpy file it fills whole pages of 4096 bytes."""
+"""Photons that are made, written and summed together. In numpy files they fill whole pages of 4096 bytes."""
 
 MAX_SHARDS = 1_000_000
 
@@ -26,20 +26,20 @@ class Shard:
 
     def __post_init__(self) -> None:
         if not 1 <= self.index <= self.count <= MAX_SHARDS:
-            raise UsageError(f"wanted a shard k/K with 1 <= k <= K <= {MAX_SHARDS}, got {self.index}/{self.count}")
+            raise UsageError(f"expected a shard k/K with 1 <= k <= K <= {MAX_SHARDS}, got {self.index}/{self.count}")
 
     def __str__(self) -> str:
         return f"{self.index}/{self.count}"
 
     @property
     def mark(self) -> str:
-        """Name of the file that says that its photons are on the disk: ``shard-003-of-100.done``."""
+        """Name of the file that marks its photons as written: ``shard-003-of-100.done``."""
         return f"shard-{self.index:0{len(str(self.count))}d}-of-{self.count}.done"
 
     def ranges(self, n_photons: Sequence[int]) -> list[tuple[int, int, int]]:
-        """Its photons in wavebands of so many photons: number in the list, first photon, end.
+        """Its photons in wavebands with these numbers of photons: position in the list, first photon, end.
 
-        The blocks of all wavebands stand in one row, of which a shard takes consecutive ones.
+        The blocks of all wavebands form one row, and a shard takes consecutive blocks of it.
         """
         n_blocks = [-(-n // BLOCK) for n in n_photons]
         first, end = ((self.index - k) * sum(n_blocks) // self.count for k in (1, 0))
@@ -53,7 +53,7 @@ class Shard:
 
 
 def block_spans(start: int, stop: int) -> Iterator[tuple[int, int]]:
-    """First photon and end of every block between two photons, the first of which begins a block."""
+    """First photon and end of every block from `start`, which begins a block, to `stop`."""
     return zip(range(start, stop, BLOCK), chain(range(start + BLOCK, stop, BLOCK), (stop,)), strict=False)
 
 
@@ -64,21 +64,21 @@ def parse_shard(text: str) -> Shard:
     """Read ``k/K``, 1 <= k <= K <= 1e6."""
     match = _TEXT.fullmatch(text.strip())
     if match is None:
-        raise UsageError(f"wanted a shard as k/K, for example 3/100, got {text!r}")
+        raise UsageError(f"expected a shard as k/K, for example 3/100, got {text!r}")
     return Shard(index=int(match[1]), count=int(match[2]))
 
 
 PLAN = "plan.npz"
 MANIFEST = "manifest.json"
 PART = ".part"
-"""Ends the names of files that several processes fill."""
+"""Ending of the names of files that several processes fill."""
 
 TEMPORARY = ".aomc-sky-"
-"""How names of files under way begin; they end in a point and eight hexadecimal digits of chance."""
+"""Beginning of the names of unfinished files, which end in a point and eight random hexadecimal digits."""
 
 
 def is_temporary_file(name: str) -> bool:
-    """Whether a file of this name is one that some process had not finished."""
+    """Whether this is the name of an unfinished file."""
     return re.fullmatch(r"\.aomc-sky-.+\.[0-9a-f]{8}", name, re.DOTALL) is not None
 
 
@@ -91,7 +91,7 @@ def _ours() -> re.Pattern[str]:
 
 
 def is_run_file(name: str) -> bool:
-    """Whether a file of this name is one of a run."""
+    """Whether this is the name of a file of a run."""
     return _ours().fullmatch(name) is not None
 
 
@@ -99,7 +99,7 @@ _MARK = re.compile(r"shard-([0-9]{1,7})-of-([0-9]{1,7})\.done")
 
 
 def marks_among(names: Sequence[str], count: int = 0) -> list[Shard]:
-    """Shards whose marks are among names, in order; with `count` only those of so many parts."""
+    """Shards whose marks are among these names, in order; with `count` only those of that many parts."""
     there = {*names}
     found = sorted((int(match[2]), int(match[1])) for match in map(_MARK.fullmatch, names) if match is not None)
     shards = [Shard(index=k, count=n) for n, k in found if 1 <= k <= n <= MAX_SHARDS and count in (0, n)]

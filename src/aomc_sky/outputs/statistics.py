@@ -1,4 +1,4 @@
-"""Sums over the photons of a block, and what a run says of its photons, which no split of the work can change."""
+"""Sums over photons, and the results of a waveband; they do not depend on how the work was divided."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ _MOST_TERMS = 4096
 
 
 class ExactSum:
-    """A sum that no order or grouping of its terms changes.
+    """A sum without rounding errors, which does not depend on the order or grouping of its terms.
 
-    Terms are kept as they are until they are many. Then they become an expansion: the sum rounded to nearest, what is
-    left of it rounded, and so on to zero, at most forty numbers, whose sum is that of the terms without any error.
-    A term that is not finite, and a sum beyond the range of floats, make it infinite.
+    Many terms are replaced by an expansion: the sum rounded to nearest, the rest rounded, and so on down to zero. These
+    are at most forty numbers with exactly the same sum. The sum is infinite if a term is not finite, or if it exceeds
+    the range of floats.
     """
 
     __slots__ = ("_terms",)
@@ -30,20 +30,15 @@ class ExactSum:
     def __init__(self) -> None:
         self._terms: list[float] = []
 
-    def add(self, term: float) -> None:
-        """Add a number."""
-        self._terms.append(term)
+    def add(self, *terms: float) -> None:
+        """Add numbers."""
+        self._terms += terms
         if len(self._terms) > _MOST_TERMS:
             self._terms = _expansion(self._terms)
 
-    def add_sum(self, other: ExactSum) -> None:
-        """Add another sum."""
-        for term in other._terms:
-            self.add(term)
-
     @property
     def terms(self) -> list[float]:
-        """A few numbers whose sum is this one without any error."""
+        """A few numbers with exactly this sum."""
         return _expansion(self._terms)
 
     @property
@@ -71,30 +66,28 @@ def _expansion(terms: list[float]) -> list[float]:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BlockSums:
-    """Sums over the photons of one block that belong to one replicate."""
+    """Sums over the photons of one block that belong to one replicate; weights are 1 unless photons carry them."""
 
-    replicate: int  #: replicate of the photons [0 to replicates - 1]
-    n_photons: int  #: how many they are
-    #: sums of mu and of 1 / mu
+    replicate: int  #: [0 to replicates - 1]
+    n_photons: int
     mu: float
-    inverse: float
-    #: sums of the weight w and of w / mu; w is 1 where photons carry no weights
+    inverse: float  #: of 1 / mu
     weight: float
-    weighted_inverse: float
+    weighted_inverse: float  #: of weight / mu
 
 
 _SUMMED = ("mu", "inverse", "weight", "weighted_inverse")
 
 
 class PhotonSums:
-    """Sums over the fixed blocks of a band, combined exactly, replicate by replicate."""
+    """Exact sums over the blocks of a band, replicate by replicate."""
 
     def __init__(self, replicates: int = 1) -> None:
         self._n_photons = [0] * replicates
         self._sums = {name: [ExactSum() for _ in range(replicates)] for name in _SUMMED}
 
     def add(self, blocks: Iterable[BlockSums]) -> None:
-        """Add the sums of the next photons."""
+        """Add the sums of blocks."""
         for block in blocks:
             self._n_photons[block.replicate] += block.n_photons
             for name, sums in self._sums.items():
@@ -105,34 +98,27 @@ class PhotonSums:
         self._n_photons = [a + b for a, b in zip(self._n_photons, other._n_photons, strict=True)]
         for name, sums in self._sums.items():
             for of_replicate, of_other in zip(sums, other._sums[name], strict=True):
-                of_replicate.add_sum(of_other)
+                of_replicate.add(*of_other.terms)
 
     def as_json(self) -> dict[str, Any]:
-        """The sums as JSON values, without any error; a sum without an end is null."""
-        sums = {
-            name: [[t if math.isfinite(t) else None for t in r.terms] for r in self._sums[name]] for name in _SUMMED
-        }
+        """The sums as JSON values, exactly; an infinite sum is null."""
+        sums = {name: [[finite(t) for t in of_one.terms] for of_one in sums] for name, sums in self._sums.items()}
         return {"n_photons": self._n_photons, **sums}
 
     @classmethod
     def from_json(cls, values: dict[str, Any], replicates: int) -> PhotonSums:
-        """What `as_json` gave; ValueError for anything else."""
+        """The sums from the result of `as_json`; ValueError for anything else."""
         sums = cls(replicates)
         try:
             sums._n_photons = [operator.index(n) for n in values["n_photons"]]
             for name, of_replicates in sums._sums.items():
                 for of_replicate, terms in zip(of_replicates, values[name], strict=True):
-                    for term in terms:
-                        of_replicate.add(math.inf if term is None else float(term))
+                    of_replicate.add(*(math.inf if term is None else float(term) for term in terms))
         except (KeyError, TypeError) as error:
             raise ValueError(f"these are no sums of photons ({error})") from error
         if len(sums._n_photons) != replicates:
             raise ValueError(f"these are sums of {len(sums._n_photons)} replicates, not {replicates}")
         return sums
-
-    def totals(self, name: str) -> list[float]:
-        """One sum over each replicate, correctly rounded; infinite where a photon is horizontal."""
-        return [of_replicate.value for of_replicate in self._sums[name]]
 
     @property
     def n_photons(self) -> int:
@@ -141,30 +127,27 @@ class PhotonSums:
 
     def total(self, name: str) -> float:
         """One sum over all photons, correctly rounded."""
-        every = ExactSum()
-        for of_replicate in self._sums[name]:
-            every.add_sum(of_replicate)
-        return every.value
+        return _rounded([term for of_replicate in self._sums[name] for term in of_replicate.terms])
 
     def mean(self, name: str) -> float | None:
-        """Mean over all photons; None where none were emitted, infinite where a photon is horizontal."""
+        """Mean over all photons, or None without photons; infinite if a photon is horizontal."""
         return self.total(name) / self.n_photons if self.n_photons else None
 
     def planar_over_scalar(self) -> float | None:
-        """1 / mean of 1 / mu: Ed / Eo of photons that carry equal flux; None where none were emitted."""
+        """1 / mean of 1 / mu: Ed / Eo of photons that carry equal flux, or None without photons."""
         return self.n_photons / self.total("inverse") if self.n_photons else None
 
     def standard_error(self, name: str) -> float | None:
-        """Standard error of `mean`, from the scatter of the replicates; see `standard_error`."""
-        return standard_error(np.array(self.totals(name)), np.array(self._n_photons, np.float64))
+        """Standard error of `mean`, from the scatter of the replicates."""
+        totals = [of_replicate.value for of_replicate in self._sums[name]]
+        return standard_error(np.array(totals), np.array(self._n_photons, np.float64))
 
 
 def standard_error(totals: np.ndarray, n_photons: np.ndarray) -> float | None:
     """Standard error of sum(totals) / sum(n_photons), the mean over all photons of R independent replicates.
 
-    With e_r = total_r - mean n_r it is sqrt(R / (R - 1) sum e_r^2) / N; None for fewer than two
-    replicates, no photons, or a total that is not finite. Its own relative error is
-    1 / sqrt(2 (R - 1)) for normal replicate means.
+    With e_r = total_r - mean n_r it is sqrt(R / (R - 1) sum e_r^2) / N. Its own relative error is 1 / sqrt(2 (R - 1))
+    for normal replicate means. The result is None for fewer than two replicates, no photons, or infinite totals.
     """
     n, all_photons = totals.size, math.fsum(n_photons)
     if n < 2 or all_photons == 0 or not np.all(np.isfinite(totals)):
@@ -174,7 +157,7 @@ def standard_error(totals: np.ndarray, n_photons: np.ndarray) -> float | None:
 
 
 def batches() -> Any:
-    """The sums and records of a batch, plain or compiled, which give the same bits."""
+    """The functions for sums and records of a batch, plain or compiled, with the same bits."""
     if use_kernels(0):
         from aomc_sky.emission.kernels.batches import compiled
 
@@ -187,35 +170,26 @@ def batches() -> Any:
 def photon_sums(
     source: PhotonSource, band: int, start: int, uz: np.ndarray, weight: np.ndarray | None
 ) -> list[BlockSums]:
-    """Sums over photons [start, start + n) of a band, apart for each replicate among them."""
+    """Sums over photons [start, start + n) of a band, separate for each replicate."""
     sums, of_batch = [], batches()
     for replicate, begin, end in source.replicate_parts(band, start, start + uz.size):
         part = slice(begin - start, end - start)
         mu, inverse = of_batch.block_sums(uz[part])
-        of_weights = (float(end - begin), inverse)
+        weights, weighted = float(end - begin), inverse
         if weight is not None:
-            of_weights = of_batch.weighted_block_sums(uz[part], weight[part])
-        sums.append(
-            BlockSums(
-                replicate=replicate,
-                n_photons=end - begin,
-                mu=mu,
-                inverse=inverse,
-                weight=of_weights[0],
-                weighted_inverse=of_weights[1],
-            )
-        )
+            weights, weighted = of_batch.weighted_block_sums(uz[part], weight[part])
+        of_block = {"mu": mu, "inverse": inverse, "weight": weights, "weighted_inverse": weighted}
+        sums.append(BlockSums(replicate=replicate, n_photons=end - begin, **of_block))
     return sums
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BandResult:
-    """One waveband of a run, in the order of the printed table.
+    """The results of one waveband, in the order of the printed table.
 
-    Means of the photons are None where none were emitted, standard errors besides where there are no
-    replicates. `ed_photons` is the mean weight w, `eo_photons` the mean of w / mu: planar and scalar
-    irradiance in units of what one photon of weight 1 stands for. Where absolute units are known
-    `irradiance_W_m2_nm` is the planar irradiance of all components together.
+    Means over photons are None without photons, and standard errors also without replicates. `ed_photons` is the mean
+    weight w and `eo_photons` the mean of w / mu: planar and scalar irradiance per photon of weight 1.
+    `irradiance_W_m2_nm` is the planar irradiance of all components, where absolute units are known.
     """
 
     waveband: int
@@ -272,5 +246,5 @@ def band_result(source: PhotonSource, band: int, sums: PhotonSums) -> BandResult
 
 
 def finite(value: float) -> float | None:
-    """The value, or None where JSON has no number for it."""
+    """The value, or None if JSON has no number for it."""
     return value if math.isfinite(value) else None

@@ -13,8 +13,8 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.content import MOST_PANELS, RADIANCE, Dome, Picture
 from aomc_sky.pictures.source import LOBE_BINS, lobe_note, marks_of
 from aomc_sky.progress import counted
-from aomc_sky.skies.lobes.animation import Reference
 from aomc_sky.skies.lobes.background import BackgroundSky, background_at
+from aomc_sky.skies.lobes.file.data import ReferenceType
 from aomc_sky.skies.lobes.patches import patch_shares
 from aomc_sky.skies.lobes.sky import LobeSky
 
@@ -58,13 +58,13 @@ def time_span_s(sky: BackgroundSky) -> tuple[float, float]:
     day, of local time.
     """
     animations = sky.animations.values()
-    fixed = [a for a in animations if a.reference is Reference.ABSOLUTE and a.time_days.size > 1]
+    fixed = [a for a in animations if a.reference is ReferenceType.ABSOLUTE and a.time_days.size > 1]
     if fixed:
         starts = [a.reference_unix_s + _DAY_S * float(a.time_days[0]) for a in fixed]
         stops = [a.reference_unix_s + _DAY_S * float(a.time_days[-1]) for a in fixed]
         return min(starts), max(stops)
     midnight = -3600.0 * sky.utc_offset_h
-    if any(a.reference is Reference.HEBDOMADAL for a in animations):
+    if any(a.reference is ReferenceType.HEBDOMADAL for a in animations):
         return midnight + _SUNDAY_S, midnight + _SUNDAY_S + 7 * _DAY_S
     return midnight, midnight + _DAY_S
 
@@ -81,11 +81,11 @@ def frame_times_s(start_s: float, stop_s: float, n_frames: int) -> np.ndarray:
 def time_text(sky: BackgroundSky, unix_time_s: float) -> str:
     """A time as its picture says it: of the day or the week where the sky repeats, else the date in UTC."""
     references = {a.reference for a in sky.animations.values() if a.time_days.size > 1}
-    if Reference.ABSOLUTE in references:
+    if ReferenceType.ABSOLUTE in references:
         return moment_text(float(round(unix_time_s)))
     local = datetime.datetime(1970, 1, 1) + datetime.timedelta(seconds=round(unix_time_s + 3600.0 * sky.utc_offset_h))
     days = ("Monday", "Tuesday", "Wednesday", "Thursday", "Friday", "Saturday", "Sunday")
-    day = f"{days[local.weekday()]} " if Reference.HEBDOMADAL in references else ""
+    day = f"{days[local.weekday()]} " if ReferenceType.HEBDOMADAL in references else ""
     return f"{day}{local:%H:%M} local time"
 
 

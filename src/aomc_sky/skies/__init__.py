@@ -1,17 +1,17 @@
-"""Sky models: radiance as a function of direction and wavelength, one file each, or a folder with all that is its own.
+"""Sky models: radiance as a function of direction and wavelength. One file each, or a folder.
 
-model            What every sky model promises, and the share of a model in the light of a scene
+model            The promises of every sky model, and the share of a model in the light of a scene
 uniform          A sky of equal radiance everywhere
 overcast         The overcast sky of the CIE, cardioidal in ocean optics
 cie              The fifteen general skies of the CIE
 harrison_coombes The clear sky of Harrison and Coombes
 function_sky     A sky given by a function of direction and wavelength
-patch_integrals  What patches hold of a radiance: masses, slopes, and what a law linear in each leaves out
-quadrature       Integrals over patches by one adaptive Gauss rule, in plain numpy: of every sky that needs them
-tabulated        A sky given as a table of values, also with the AOMC 1.2.2 program's own weights in 32-bit arithmetic
+patch_integrals  Integrals of a radiance over patches: masses, slopes, and the error of a linear law
+quadrature       Integrals over patches by one adaptive Gauss rule in plain numpy
+tabulated        A table of values, also with the AOMC 1.2.2 program's own weights in 32-bit arithmetic
 measured         Radiances in scattered directions, as instruments give them
-on_sphere        The same interpolated on the sphere, with the errors that are known
-radiance_field   A radiance field with coordinates, as programs and instruments give it, as values over patches
+on_sphere        Their interpolation on the sphere, with its errors
+radiance_field   A radiance field with coordinates becomes means and slopes of patches
 direct_beam      The direct beam of the sun: a direction, or the solar disc
 perez/           The all-weather sky of Perez, Seals and Michalsky (1993)
 lobes/           Background skies: their files, lobes that move and change with time, each with a spectrum

@@ -90,20 +90,7 @@ class FunctionSky(Share):
         return PatchGrid.regular(90, 360) if self.grid is None else self.grid
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
-        """Radiance of sky elements, checked.
-
-        Parameters
-        ----------
-        sky_zenith_rad, sky_azimuth_rad : array_like
-            Sky direction. [rad, 0 to pi/2 and any turn]
-        wavelength_nm : array_like
-            Wavelength. [nm]
-
-        Returns
-        -------
-        ndarray, float64
-            Broadcast of the arguments, in the function's unit.
-        """
+        """Radiance of sky elements in the function's unit, checked; arguments as for all models, any turn."""
         given = (np.asarray(x, dtype=np.float64) for x in (sky_zenith_rad, sky_azimuth_rad, wavelength_nm))
         zenith, azimuth, wavelength = np.broadcast_arrays(*given)
         value = np.empty(zenith.shape)
@@ -133,18 +120,7 @@ class FunctionSky(Share):
 
     @in_default_mode
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
-        """One component of patches, a row of masses for each wavelength.
-
-        Parameters
-        ----------
-        wavelength_nm : array_like, shape (n_wl,)
-            Wavelengths. [nm]
-
-        Returns
-        -------
-        tuple of one Component
-            Law CELL_SLOPED; its strength is the function's irradiance.
-        """
+        """One component of law CELL_SLOPED, a row of masses for each wavelength; its strength is the irradiance."""
         wavelengths = _wavelengths(wavelength_nm)
         grid = self.patches
         component = Component(
@@ -159,7 +135,7 @@ class FunctionSky(Share):
         return with_share(self, (component,))
 
     def notes(self, wavelength_nm: ArrayLike) -> tuple[str, ...]:
-        """What a scene should tell its user."""
+        """Notes of a scene of this sky: the smallest sure spot, and how far the law is from the function."""
         variation, error = self.variation(wavelength_nm).max(), self.quadrature_error(wavelength_nm).max()
         grid = self.patches
         if variation == 0:  # one radiance at all points
@@ -186,17 +162,14 @@ class FunctionSky(Share):
     def refined(self, tolerance: float, *, wavelength_nm: ArrayLike = (400.0, 550.0, 700.0)) -> FunctionSky:
         """Return this sky on an even grid, as coarse as it may be, whose `variation` is at most `tolerance`.
 
+        SceneError: it takes more than 4 million patches.
+
         Parameters
         ----------
         tolerance : float
             Wished total variation. [above 0, below 1]
         wavelength_nm : array_like
             Wavelengths at which it must hold. [nm]
-
-        Raises
-        ------
-        SceneError
-            It takes more than 4 million patches.
         """
         if not 0 < tolerance < 1:
             raise SceneError(f"tolerance is a share of the photons between 0 and 1, got {tolerance!r}")
@@ -240,7 +213,7 @@ class FunctionSky(Share):
         return 0 if peak == 0 or 1e-200 < peak < 1e200 else math.frexp(peak)[1]
 
     def _values(self, zenith: np.ndarray, azimuth: np.ndarray, wavelength_nm: float) -> np.ndarray:
-        """What the function gives, of the shape of the angles."""
+        """Checked values of the function, of the shape of the angles."""
         try:
             values = np.asanyarray(self.function(zenith, azimuth, wavelength_nm))
         except (TypeError, ValueError) as error:

@@ -24,13 +24,13 @@ from aomc_sky.skies.on_sphere import Interpolant, interpolate, notes_of, warn_of
 class RadianceField(Share):
     """A sky of radiances in measured directions, as scattered as they are: `from_points` or `read_radiance_csv`.
 
-    The logarithm of the radiance is interpolated by a thin-plate spline of the unit vectors of the directions
-    (`scipy.interpolate.RBFInterpolator`; the root of the radiance at a wavelength with a measured 0). Unit vectors
-    know neither a pole nor a turn, so the zenith and azimuth 0 are directions like all others, and no radiance is
-    negative. Where the sun is known, a trend is fitted first: functions of the zenith angle and of the angle to the
-    sun. Beyond the measured directions (their hull in the stereographic projection, to the horizon as a rule) the trend
-    goes on, and what remains keeps its value at the nearest point of the hull. Between two measured wavelengths
-    radiances are linear, beyond them constant with a warning.
+    A thin-plate spline of unit vectors interpolates the logarithm of the radiance
+    (`scipy.interpolate.RBFInterpolator`), or its root at a wavelength with a measured 0. Unit vectors know neither a
+    pole nor a turn, so the zenith and azimuth 0 are directions like all others. No radiance is negative. If the sun is
+    known, a trend is fitted first: functions of the zenith angle and of the angle to the sun. The trend goes on beyond
+    the measured directions (their hull in the stereographic projection, to the horizon as a rule). The rest keeps its
+    value at the nearest point of the hull. Between two measured wavelengths radiances are linear, beyond them constant
+    with a warning.
 
     Parameters
     ----------
@@ -54,8 +54,8 @@ class RadianceField(Share):
     Notes
     -----
     Accuracy: of Perez skies seen in 300 irregular directions the irradiance is within 0.8 % up to clearness 3 and 1.9 %
-    at 8, with the sun known within 0.5 and 1.2 %; its surroundings need the most directions. A scene notes how well
-    each radiance is foretold by the others. The direct beam is no part of it. Cost: half a second for a wavelength.
+    at 8, with the sun known within 0.5 and 1.2 %; its surroundings need the most directions. A scene notes the error of
+    each radiance foretold by the others. The direct beam is no part of it. Cost: half a second for a wavelength.
 
     Examples
     --------
@@ -117,6 +117,8 @@ class RadianceField(Share):
     ) -> RadianceField:
         """Sky of points in any order; NaN is a gap, and a direction that comes again has its mean radiance.
 
+        SceneError: arrays that do not fit, negative radiances, fewer than three directions at a wavelength.
+
         Parameters
         ----------
         sky_zenith_deg, sky_azimuth_deg, or sky_zenith_rad, sky_azimuth_rad : array_like, shape (n,)
@@ -129,11 +131,6 @@ class RadianceField(Share):
             Where the sun is. [deg]
         is_absolute, grid, remarks, strength, irradiance_W_m2_nm : optional
             As for the class.
-
-        Raises
-        ------
-        SceneError
-            Arrays that do not fit, negative radiances, fewer than three directions at a wavelength.
         """
         zenith, azimuth = (
             np.asarray(given_angle(name, value, twin), dtype=np.float64).ravel()
@@ -250,7 +247,7 @@ class RadianceField(Share):
         return tuple(f"measured sky: {note}" for note in notes)
 
     def missing_beam(self) -> str:
-        """What a scene of this sky alone leaves out."""
+        """The note of a scene of this sky alone."""
         return "measured sky: the direct beam of the sun is no part of it; add DirectBeam(...) with its share"
 
 

@@ -1,4 +1,4 @@
-"""What every sky model promises, the class of a name, and the share that a model has in the light of a scene."""
+"""The promises of every sky model, the class of a name, and the share that a model has in the light of a scene."""
 
 from __future__ import annotations
 
@@ -19,15 +19,14 @@ from aomc_sky.formats.sky_models import SKY_MODELS
 class SkyModel(Protocol):
     """Radiance of the sky.
 
-    `radiance` broadcasts its arguments and is finite, not negative, and pure: equal arguments give
-    equal values. A model may also have `lower(wavelength_nm)`, which returns its components with
-    exact laws; `notes(wavelength_nm)`, sentences for the notes of its scene; and `missing_beam()`, a
-    sentence for the notes of a scene without a beam. One without `lower` is lowered to patches of
-    constant radiance by `FunctionSky`, those of its `grid` if it has one.
+    `radiance` broadcasts its arguments. It is finite, not negative, and pure: equal arguments give equal values. Three
+    other methods are optional. `lower(wavelength_nm)` returns components with exact laws. `notes(wavelength_nm)`
+    returns sentences for the notes of a scene, `missing_beam()` one for a scene without a beam. `FunctionSky` lowers a
+    model without `lower`, on its `grid` if it has one.
     """
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
-        """Radiance, relative unless the model says otherwise, of sky elements; arguments and results of every model.
+        """Radiance, relative unless the model says otherwise; arguments and results of every model.
 
         Parameters
         ----------
@@ -55,14 +54,17 @@ def sky_model(name: str) -> Any:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Share:
-    """What every sky model takes besides its own arguments; one of the two, or none in a scene of one model."""
+    """The share of a model in a scene: one of the two, or none in a scene of one model."""
 
     strength: ArrayLike | None = None  #: Relative irradiance on a horizontal plane, a number or one per wavelength.
     irradiance_W_m2_nm: ArrayLike | None = None  # noqa: N815  #: The same in absolute units.
 
+    def __post_init__(self) -> None:
+        check_share(self)
+
 
 def check_share(model: Share) -> None:
-    """Refuse both at once, and what is no irradiance; arrays become tuples, which compare and hash."""
+    """Refuse both at once, and values that are no irradiance; arrays become tuples, which compare and hash."""
     if model.strength is not None and model.irradiance_W_m2_nm is not None:
         raise UsageError("give a sky model strength= (relative) or irradiance_W_m2_nm= (absolute), not both")
     for name in ("strength", "irradiance_W_m2_nm"):

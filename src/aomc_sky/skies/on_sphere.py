@@ -17,9 +17,9 @@ GLOBAL_POINTS = 1000  #: Up to so many directions one spline serves the sky; of 
 NEIGHBOURS = 32
 _SMOOTHING = 1e-7  # two measurements of almost one direction are averaged
 _THIN = 0.02  #: Spread across a plane, as a share of that along it, below which directions lie in one plane.
-_STEP_DEG = 2.0  #: Of the table from which radiances are taken, by a cubic spline.
+_STEP_DEG = 2.0  #: Step of the table that a cubic spline interpolates.
 _PAD = 8  #: Steps by which the table goes on beyond zenith, horizon and the turn.
-_DIGITS = 8  #: Of the table: the last digits of linear algebra differ between processors.
+_DIGITS = 8  #: Digits of the table; the last ones of linear algebra differ between processors.
 _SAMPLED = 300
 _TREND_POINTS = 12
 MOST_EXTRAPOLATED = 0.05  #: Share of the light beyond the measured directions above which a person is warned.
@@ -157,10 +157,7 @@ def _into_hull(direction: np.ndarray, asked: np.ndarray) -> tuple[np.ndarray, np
 
 
 def _leave_one_out(points: np.ndarray, level: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Errors (n, n_wl) of foretelling levels by those of the other points: Rippa (1999), equation (17).
-
-    And which points: all, or `_SAMPLED` of many.
-    """
+    """Points (at most `_SAMPLED`), and errors (n, n_wl) of their levels by the other points: Rippa (1999), eq. (17)."""
     from scipy.spatial import KDTree
     from scipy.spatial.distance import cdist
     from scipy.special import xlogy
@@ -184,7 +181,7 @@ def _leave_one_out(points: np.ndarray, level: np.ndarray) -> tuple[np.ndarray, n
 
 
 def notes_of(parts: Sequence[Interpolant], *, has_sun: bool = False) -> tuple[str, ...]:
-    """What interpolation did, and its errors, the largest of all wavelengths."""
+    """Method and errors of the interpolation, the largest of all wavelengths."""
     worst, beyond = max(parts, key=lambda part: part.error), max(parts, key=lambda part: part.extrapolated)
     n = sorted({part.n_directions for part in parts})
     counts = f"{n[0]}" if len(n) == 1 else f"{n[0]} to {n[-1]}"

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import Component
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.function_sky import FunctionSky
-from aomc_sky.skies.model import Share, check_share, with_share
+from aomc_sky.skies.model import Share, with_share
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -36,9 +36,6 @@ class OvercastSky(Share):
     """
 
     grid: PatchGrid = field(default_factory=lambda: PatchGrid.regular(720, 1))
-
-    def __post_init__(self) -> None:
-        check_share(self)
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
         """Radiance of sky elements, as a share of the zenith's."""

@@ -1,4 +1,4 @@
-"""What the patches of a grid hold of a radiance: masses, slopes, and what a law linear in each patch leaves out."""
+"""Integrals of a radiance over the patches of a grid: masses, slopes, and the error of a law linear in each patch."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ Radiance = Callable[[np.ndarray, np.ndarray], np.ndarray]
 TOLERANCE = 1e-10  #: Error of all masses together, as a share of the total, at which the rule ends.
 _MAX_PARTS = 2**18  #: Parts of patches at which it ends.
 _PARTS_AT_ONCE = 2**12
-_ORDER = 8  #: Of the second look, whose points lie between those of the first.
+_ORDER = 8  #: Order of the second look; its points lie between those of the first.
 _WEIGHTS = POINTS[_ORDER].weights
 _SEEN = 25.0  #: A patch is looked at again where both looks differ by so many times what it may be wrong.
 _SIXTEENTHS = 16
-_AREA = HALF_PI * HALF_PI  #: Of a square of one quarter turn.
+_AREA = HALF_PI * HALF_PI  #: Area of a square of one quarter turn.
 
 SURE_SPOT = 0.19
 """A disc of light this wide, in widths of a patch, holds a point of orders 4, 7 or 8: their largest gap is 0.186."""
 
 
 class PatchIntegrals(NamedTuple):
-    """What the patches of a grid hold of a radiance."""
+    """Integrals of a radiance over patches."""
 
     mass: np.ndarray  #: Integral of L cos over each patch, shape (n_patch,). [radiance x sr]
     error: float  #: Estimated error of all masses together, as a share of their sum.
@@ -43,9 +43,9 @@ class PatchIntegrals(NamedTuple):
 def integrate_patches(radiance: Radiance, grid: PatchGrid) -> PatchIntegrals:
     """Integrate L cos over every patch by the rule of `skies.quadrature`, with orders 4 and 7 first.
 
-    What is integrated is L less its value at the middle of the patch, so that a constant is exact. Where the radiance
-    is smooth the difference of the orders overstates the error by far. Order 8 then looks between their points, for
-    spots. Parts that jumps cross are cut until there are `_MAX_PARTS`.
+    The integrand is L less its value at the middle of the patch, so a constant is exact. For a smooth radiance the
+    difference of the orders overstates the error by far. Order 8 then looks between their points for spots. Parts that
+    jumps cross are cut until there are `_MAX_PARTS`.
     """
     sky = _Patches(radiance, grid)
     parts = sky.parts()
@@ -62,7 +62,7 @@ def integrate_patches(radiance: Radiance, grid: PatchGrid) -> PatchIntegrals:
 
 
 class _Look(NamedTuple):
-    """What order 8 says of whole patches."""
+    """Results of order 8 for whole patches."""
 
     mass: np.ndarray  #: (n_patch,)
     slope: np.ndarray  #: (2, n_patch)
@@ -106,13 +106,13 @@ class _Patches:
         return self._rule.integrate(self._zenith, self._azimuth, self._middle * self._area / _AREA)
 
     def cut_again(self, parts: Parts, mass: np.ndarray, seen: np.ndarray) -> Parts:
-        """Cut the patches whose integral by order 8 is another one, and their neighbours, into which a spot may reach.
+        """Cut patches whose integral by order 8 differs, and neighbours of cut ones, into which a spot may reach.
 
-        Orders 4 and 7 have agreed on them: a narrow spot lay between their points.
+        Orders 4 and 7 have agreed on them: a narrow spot, or a part of one, lay between their points.
         """
         total, is_cut = _sum(mass), self._is_cut(parts)
         found = np.abs(seen - mass) > _SEEN * TOLERANCE * total / self._n
-        near = (found & ~is_cut).reshape(self._grid.n_zenith, self._grid.n_azimuth)
+        near = (found | is_cut).reshape(self._grid.n_zenith, self._grid.n_azimuth)
         near = near | np.roll(near, 1, axis=1) | np.roll(near, -1, axis=1)
         padded = np.pad(near, ((1, 1), (0, 0)))
         again = (padded[:-2] | padded[1:-1] | padded[2:]).ravel() & ~is_cut
@@ -128,13 +128,13 @@ class _Patches:
         return np.asarray(np.bincount(parts.patch, minlength=self._n) > 1)
 
     def second_look(self, mass: np.ndarray) -> _Look:
-        """Order 8 on whole patches: other masses where it sees a spot, and the laws of all that are not cut."""
+        """Order 8 on whole patches: the masses that it sees, and the laws of all patches that are not cut."""
         seen, around, slope, mean = np.zeros(self._n), np.zeros(self._n), np.zeros((2, self._n)), mass / self._area
         by_ring = by_column = 0.0
         for some, values, weight in self._in_turn(self._tiles):
             places = self._places(self._tiles[:, some], np.arange(self._n)[some])
             seen[some] = _mean(values * weight)
-            slope[:, some] = _slopes(np.stack([_mean(values * weight * x) for x in places]), mass[some])
+            slope[:, some] = slopes_of(np.stack([_mean(values * weight * x) for x in places]), mass[some])
             beyond = _beyond(values, mean[some], slope[:, some], places) * weight
             around[some] = _mean(np.abs(beyond))
             by_ring += _sum(weighted_sum(np.abs(weighted_sum(np.swapaxes(beyond, 0, 1), _WEIGHTS)), _WEIGHTS))
@@ -150,7 +150,7 @@ class _Patches:
         for some, values, weight in self._in_turn(pieces):
             for axis, x in enumerate(self._places(pieces[:, some], owner[some])):
                 np.add.at(lean[axis], owner[some], _mean(values * weight * x))
-        slope[:, is_cut] = _slopes(lean[:, is_cut], mass[is_cut])
+        slope[:, is_cut] = slopes_of(lean[:, is_cut], mass[is_cut])
         for some, values, weight in self._in_turn(pieces):
             own = owner[some]
             beyond = _beyond(values, mean[own], slope[:, own], self._places(pieces[:, some], own))
@@ -186,9 +186,9 @@ def _sixteenths(tiles: np.ndarray) -> np.ndarray:
     return np.stack([x[i], x[i + 1], y[j], y[j + 1]]).transpose(0, 2, 1).reshape(4, -1)
 
 
-def _slopes(lean: np.ndarray, mass: np.ndarray) -> np.ndarray:
-    """Slopes (2, n) from the integrals of L cos (2u - 1) and L cos (2v - 1) over patches: u has the mean 1/2 + s/6."""
-    slope = 3.0 * np.divide(lean, mass, out=np.zeros((2, mass.size)), where=mass > 0)
+def slopes_of(lean: np.ndarray, mass: np.ndarray) -> np.ndarray:
+    """Slopes (2, ...) from integrals of L cos (2u - 1) and L cos (2v - 1) over patches: u has the mean 1/2 + s/6."""
+    slope = 3.0 * np.divide(lean, mass, out=np.zeros_like(lean), where=mass > 0)
     return np.asarray(np.rint(np.clip(slope, -MAX_SLOPE, MAX_SLOPE) / SLOPE_STEP) * SLOPE_STEP)
 
 

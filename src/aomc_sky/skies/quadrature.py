@@ -1,13 +1,13 @@
 """Integrals of a sky over patches by one adaptive Gauss rule, in plain numpy.
 
 The flux through a horizontal plane from a patch is the integral of L(x, y) sin x cos x dx dy, with the zenith angle x
-and the azimuth y. A patch is integrated by two orders of Gauss points. Where they disagree orders 5 and 8 follow, and
-then the patch is cut in halves or quarters until those agree. Only sums, products and roots are used: BLAS, einsum and
+and the azimuth y. Two orders of Gauss points integrate a patch. If they disagree, orders 5 and 8 follow, and then the
+patch is cut in halves or quarters until those agree. Only sums, products and roots are used: BLAS, einsum and
 numpy's own reductions may have other last digits on another processor.
 
 Angles are in quarter turns and count from a centre, the sun or the axis of a lobe, so that they keep all their digits
-beside it. Patches are cut there, so that what is sharp stands in a corner. A sky may end, or have a kink, at circles
-about the centre. Patches that a circle crosses are cut along it: their azimuths end at the circle.
+beside it. Patches are cut there: a sharp feature lies in a corner. A sky may end, or have a kink, at circles about the
+centre. Patches that a circle crosses are cut along it: their azimuths end at the circle.
 """
 
 from __future__ import annotations

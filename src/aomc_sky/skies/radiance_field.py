@@ -6,9 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
+from aomc_sky.directions import AzimuthConvention, sin_cos_deg, to_enu_azimuth_deg
 from aomc_sky.errors import SceneError
 from aomc_sky.grid import PatchGrid
+from aomc_sky.skies.patch_integrals import slopes_of
 from aomc_sky.skies.quadrature import POINTS, weighted_sum
 
 #: Names by which a coordinate is known, beside those that begin with one of them.
@@ -38,17 +39,18 @@ _NM |= {
     for prefix, factor in (("nano", 1.0), ("micro", 1e3))
     for end in ("er", "ers", "re", "res")
 }
-_DIGITS = 10  #: Of a degree: radians become the degrees that they were.
+_DIGITS = 10  #: Digits of a degree; radians become the degrees that they were.
 _WIDE_GAP = 3.0  #: How many usual steps are a gap.
 
 
 class PatchRadiances(NamedTuple):
-    """What a field says of the sky over patches."""
+    """A field as radiances over patches."""
 
     wavelength_nm: np.ndarray  #: (n_wl,)
-    radiance: np.ndarray  #: (n_wl, n_zenith, n_azimuth)
+    radiance: np.ndarray  #: Means, (n_wl, n_zenith, n_azimuth).
+    slope: np.ndarray | None  #: As in `TabulatedSky`, or None if the values are means of patches.
     grid: PatchGrid
-    remarks: tuple[str, ...]  #: What was taken for granted, and what was missing.
+    remarks: tuple[str, ...]  #: Assumptions, and gaps.
 
 
 class _Axis(NamedTuple):
@@ -70,7 +72,7 @@ def read_radiance_field(
 ) -> PatchRadiances:
     """Turn an xarray.DataArray of radiance, or what has its members, into values over patches.
 
-    Zenith angles and azimuths that are dimensions of the field become patches that end half-way between them; those of
+    Zenith angles and azimuths that are dimensions of the field become patches that end half-way between them. Those of
     scattered directions, and fields with NaN, are interpolated on the sphere to `grid`.
     """
     _check_kind(field)
@@ -88,12 +90,17 @@ def read_radiance_field(
     if wavelength is None:
         remarks.append("the field has no wavelength, so its sky is the same at all wavelengths")
     values = _values(field, zenith, azimuth, wavelength, wavelength_nm.size)
+    has_bounds = any("bounds" in part.attributes for part in (zenith, azimuth) if part is not None)
     is_scattered = azimuth is not None and zenith.dims == azimuth.dims
     if not is_scattered:
         zenith_deg, azimuth_deg, values, product = _product(zenith, zenith_deg, azimuth_deg, values, remarks)
         _check_radiances(values)
         if not np.isnan(values).any():
-            return PatchRadiances(wavelength_nm, values, product, tuple(remarks))
+            slope = None
+            if not has_bounds and zenith_deg.size > 1:
+                means = [_between_samples(zenith_deg, azimuth_deg, row, product) for row in values]
+                values, slope = (np.stack(part) for part in zip(*means, strict=True))
+            return PatchRadiances(wavelength_nm, values, slope, product, tuple(remarks))
         if grid is None and np.isfinite(values).all(axis=0).mean() >= 0.5:
             grid = product  # else points that were unstacked, or a scan: no field
         zenith_deg, azimuth_deg = (a.ravel() for a in np.meshgrid(zenith_deg, azimuth_deg, indexing="ij"))
@@ -107,8 +114,8 @@ def read_radiance_field(
     assert azimuth_deg is not None
     _check_radiances(values)
     grid = PatchGrid.regular(90, 180) if grid is None else grid
-    radiance = _interpolated(zenith_deg, azimuth_deg, values, grid, remarks)
-    return PatchRadiances(wavelength_nm, radiance, grid, tuple(remarks))
+    radiance, slope = _interpolated(zenith_deg, azimuth_deg, values, grid, remarks)
+    return PatchRadiances(wavelength_nm, radiance, None if has_bounds else slope, grid, tuple(remarks))
 
 
 def _check_kind(field: Any) -> None:
@@ -158,7 +165,8 @@ def _axis(field: Any, role: str, given: str | None) -> _Axis | None:
         raise SceneError(f"coordinate {candidates[0]!r} has {values.ndim} dimensions; a wavelength has one")
     if not np.all(np.isfinite(values)):
         raise SceneError(f"coordinate {candidates[0]!r} has values that are not finite")
-    return _Axis(candidates[0], tuple(map(str, coordinate.dims)), values.ravel(), dict(coordinate.attrs))
+    attributes = {**getattr(coordinate, "encoding", {}), **coordinate.attrs}  # xarray may put the bounds into either
+    return _Axis(candidates[0], tuple(map(str, coordinate.dims)), values.ravel(), attributes)
 
 
 def _has_role(name: str, coordinate: Any, role: str) -> bool:
@@ -261,7 +269,7 @@ def _values(field: Any, zenith: _Axis, azimuth: _Axis | None, wavelength: _Axis 
 
 
 def _check_radiances(values: np.ndarray) -> None:
-    """Refuse what no radiance of the sky is; what is left out may be anything."""
+    """Refuse values that are no radiance of the sky; those left out before may be anything."""
     if np.any(values < 0) or np.any(np.isinf(values)):
         raise SceneError("the field has values that are negative or infinite; a radiance is finite and not negative")
     if not np.any(values > 0):
@@ -319,13 +327,70 @@ def _between(centres: np.ndarray) -> np.ndarray:
     return np.column_stack([ends[:-1], ends[1:]])
 
 
+def _between_samples(
+    zenith_deg: np.ndarray, azimuth_deg: np.ndarray, values: np.ndarray, grid: PatchGrid
+) -> tuple[np.ndarray, np.ndarray]:
+    """Mean radiance and slopes, as of `_laws`, of the patches around samples that a monotone cubic joins.
+
+    Four Gauss points on either side of a sample, where the cubic is smooth. SciPy's PCHIP [fritsch1984].
+    """
+    from scipy.interpolate import PchipInterpolator
+
+    rings, start = grid.zenith_bounds_deg, grid.azimuth_bounds_deg[0, 0]
+    nodes, of_v, v = _around_samples(grid.azimuth_bounds_deg, azimuth_deg)
+    turn, column = np.divmod(np.arange(-2, azimuth_deg.size + 2), azimuth_deg.size)
+    around = PchipInterpolator(azimuth_deg[column] + 360.0 * turn, values[:, column], axis=1)
+    rows, across = around(nodes), around(start + np.mod(nodes + 180.0 - start, 360.0))
+
+    def beyond(edge: float, last: int, before: int) -> np.ndarray:
+        step = (edge - zenith_deg[last]) / (zenith_deg[last] - zenith_deg[before])
+        return np.maximum(rows[last] + (rows[last] - rows[before]) * step, 0.0)[None]
+
+    angles, levels = [zenith_deg], [rows]
+    if rings[0, 0] == 0.0:  # the sky goes on across the zenith
+        near = np.flatnonzero(zenith_deg > 0.0)[1::-1]
+        angles, levels = [-zenith_deg[near], *angles], [across[near], *levels]
+    else:
+        angles, levels = [rings[:1, 0], *angles], [beyond(rings[0, 0], 0, 1), *levels]
+    if rings[-1, 1] > zenith_deg[-1]:
+        angles, levels = [*angles, rings[-1:, 1]], [*levels, beyond(rings[-1, 1], -1, -2)]
+    nodes, length, _ = _around_samples(rings, zenith_deg)
+    sine, cosine = sin_cos_deg(nodes)
+    sin2, growth, _ = grid.ring_sin2()
+    of_u = length * sine * cosine
+    at_nodes = PchipInterpolator(np.concatenate(angles), np.concatenate(levels))(nodes)
+    return _laws(at_nodes, of_u / of_u.sum(axis=0), 2.0 * (sine * sine - sin2) / growth - 1.0, of_v, v)
+
+
+def _around_samples(bounds: np.ndarray, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Gauss points between bounds (n, 2) and a sample in each, their weights, and places -1 to 1, (8, n) each."""
+    gauss, weights, _ = POINTS[4]
+    (start, end), width = bounds.T, bounds[:, 1] - bounds[:, 0]
+    ends = ((start, samples), (samples, end))
+    nodes = np.concatenate([low + (high - low) * gauss[:, None] for low, high in ends])
+    shares = np.concatenate([(high - low) / width * weights[:, None] for low, high in ends])
+    return nodes, shares, 2.0 * (nodes - start) / width - 1.0
+
+
+def _laws(
+    values: np.ndarray, of_u: np.ndarray, u: np.ndarray, of_v: np.ndarray, v: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Means (n_zenith, n_azimuth), slopes (n_patch, 2) from radiances at points (k, n_zenith, m, n_azimuth) of patches.
+
+    Weights `of_u` (k, n_zenith), `of_v` (m, n_azimuth), and the places 2u - 1, 2v - 1 of the points.
+    """
+    values = np.moveaxis(values, 2, 0)
+    lines, leaning = weighted_sum(values, of_v), weighted_sum(values, of_v * v)
+    weights = [part[..., None] for part in (of_u, of_u * u)]
+    mean = weighted_sum(lines, weights[0])
+    lean = np.stack([weighted_sum(lines, weights[1]), weighted_sum(leaning, weights[0])])
+    return mean, np.moveaxis(slopes_of(lean, mean), 0, -1).reshape(-1, 2)
+
+
 def _interpolated(
     zenith_deg: np.ndarray, azimuth_deg: np.ndarray, values: np.ndarray, grid: PatchGrid, remarks: list[str]
-) -> np.ndarray:
-    """Mean radiance of each patch, shape (n_wl, n_zenith, n_azimuth), by 4 x 4 points of Gauss in a patch.
-
-    Interpolated as a `RadianceField` is.
-    """
+) -> tuple[np.ndarray, np.ndarray]:
+    """Means and slopes of patches at all wavelengths by 4 x 4 Gauss points, interpolated as a `RadianceField`."""
     from aomc_sky.skies.measured import RadianceField
     from aomc_sky.skies.on_sphere import notes_of, warn_of_extrapolation
 
@@ -347,10 +412,8 @@ def _interpolated(
     )
     bounds = np.deg2rad(grid.azimuth_bounds_deg)
     azimuth = bounds[:, :1] + (bounds[:, 1:] - bounds[:, :1]) * nodes
-    asked = np.broadcast_arrays(zenith[:, None, :, None], azimuth[None, :, None, :])
-    return _patch_means(np.stack([part(*asked) for part in parts]), weights)
-
-
-def _patch_means(at_nodes: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Means over the last two axes, the points of a patch."""
-    return weighted_sum(weighted_sum(np.moveaxis(at_nodes, (-2, -1), (0, 1)), weights), weights)
+    asked = np.broadcast_arrays(zenith.T[:, :, None, None], azimuth.T[None, None])
+    of_points, places = weights[:, None], 2.0 * nodes[:, None] - 1.0
+    laws = [_laws(part(*asked), of_points, places, of_points, places) for part in parts]
+    means, slopes = (np.stack(one) for one in zip(*laws, strict=True))
+    return means, slopes

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.component import Component, Law, cells_of_grid
+from aomc_sky.component import Component, Law, cells_of_grid, slope_factor
 from aomc_sky.directions import AzimuthConvention
 from aomc_sky.errors import InputWarning, SceneError
 from aomc_sky.float_mode import in_default_mode
@@ -32,7 +32,7 @@ _COSINE_ULP = {49: 1, 74: 1}
 
 
 class Weighting(enum.Enum):
-    """What the listed values are, and hence how many photons a patch gets.
+    """The meaning of the listed values; it decides how many photons a patch gets.
 
     LISTED
         Masses: the value over the sum of the values.
@@ -72,6 +72,9 @@ class TabulatedSky(Share):
         What the values mean.
     midpoint_rule : bool
         Take the AOMC program's rule for a band's wavelength instead of the nearest one.
+    slope : ndarray, float64, shape (n_table, n_patch, 2), optional
+        How the radiance changes inside each patch, as in `Component`; without it the radiance there is constant. Only
+        for `Weighting.PROJECTED`.
     remarks : tuple of str
         Notes of a scene of this table.
     strength, irradiance_W_m2_nm : array_like, optional
@@ -97,11 +100,13 @@ class TabulatedSky(Share):
     grid: PatchGrid
     weighting: Weighting = Weighting.LISTED
     midpoint_rule: bool = False
+    slope: np.ndarray | None = None
     remarks: tuple[str, ...] = ()
 
     @in_default_mode
     def __post_init__(self) -> None:
         check_share(self)
+        object.__setattr__(self, "weighting", Weighting(self.weighting))
         if np.ma.is_masked(self.values):
             raise SceneError("the values of a sky are masked; give them a radiance, 0 where no light comes from")
         wavelength = np.atleast_1d(np.asarray(self.wavelength_nm, dtype=np.float64))
@@ -127,11 +132,15 @@ class TabulatedSky(Share):
                 f"the wavelength {differing[0]:g} nm stands in it twice with different values; give each "
                 "wavelength one row"
             )
-        for name, array in (("wavelength_nm", wavelength), ("values", values)):
+        slope = None if self.slope is None else np.asarray(self.slope, dtype=np.float64)
+        if slope is not None and (slope.shape != (*values.shape, 2) or self.weighting is not Weighting.PROJECTED):
+            raise ValueError(f"slope wants weighting PROJECTED and the shape {(*values.shape, 2)}, got {slope.shape}")
+        for name, array in (("wavelength_nm", wavelength), ("values", values), ("slope", slope)):
+            if array is None:
+                continue
             frozen = np.ascontiguousarray(array)
             frozen.flags.writeable = False
             object.__setattr__(self, name, frozen)
-        object.__setattr__(self, "weighting", Weighting(self.weighting))
 
     @classmethod
     def from_xarray(
@@ -168,8 +177,12 @@ class TabulatedSky(Share):
         -------
         TabulatedSky
             Weighting `Weighting.PROJECTED`. Patches end half-way between zenith angles and between azimuths, cut at 0
-            and 90 degrees. Scattered directions and gaps are interpolated as those of a `RadianceField`, with a warning
-            above 5 % of light from beyond them. `remarks` name gaps, errors and what was taken for granted.
+            and 90 degrees. The values are radiances in these directions. A monotone cubic (PCHIP) joins them, in
+            azimuth around the turn and in zenith angle across the zenith; beyond the last zenith angle it goes on
+            linearly, not below 0. Patches hold its means and slopes. Values of a field with bounds (CF attribute
+            ``bounds`` of an angle) are means of patches, where the radiance is constant. Scattered directions and gaps
+            are interpolated as those of a `RadianceField`, with a warning above 5 % of light from beyond them.
+            `remarks` name gaps, errors and what was taken for granted.
 
         Raises
         ------
@@ -190,6 +203,7 @@ class TabulatedSky(Share):
             values=read.radiance,
             grid=read.grid,
             weighting=Weighting.PROJECTED,
+            slope=read.slope,
             remarks=read.remarks,
         )
 
@@ -199,7 +213,7 @@ class TabulatedSky(Share):
         return rule(wavelength_nm, self.wavelength_nm)
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
-        """Relative radiance of the patch that a direction lies in, 0 outside all patches.
+        """Relative radiance of directions, 0 outside all patches; constant in a patch without `slope`.
 
         The table's rule chooses the set for a wavelength; listed masses are divided by their projected solid angle.
         """
@@ -208,9 +222,13 @@ class TabulatedSky(Share):
             np.asarray(sky_azimuth_rad, dtype=np.float64),
             np.asarray(wavelength_nm, dtype=np.float64),
         )
-        patch = self.grid.patch_of(np.rad2deg(zenith), np.rad2deg(azimuth))
+        azimuth_deg = np.rad2deg(azimuth)
+        patch = self.grid.patch_of(np.rad2deg(zenith), azimuth_deg)
         row = self.table_index(wavelength.ravel()).reshape(wavelength.shape)
         value = self.values[row, np.maximum(patch, 0)]
+        if self.slope is not None:
+            slope = self.slope[row, np.maximum(patch, 0)]
+            value = value * slope_factor(slope, self.grid, self.grid.ring_sin2(), patch, zenith, azimuth_deg)
         if self.weighting is Weighting.LISTED:
             area = self.grid.projected_solid_angle_sr[np.maximum(patch, 0)]
             value = np.divide(value, area, out=np.zeros_like(value), where=area > 0)
@@ -237,8 +255,9 @@ class TabulatedSky(Share):
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One component of patches, a row of masses per wavelength asked for.
 
-        Law CELL_MU2, or CELL_MU for solid-angle weighting. The strength is 1 per wavelength, 0 where a set holds no
-        light. Listed and solid-angle masses carry the weights that turn photons into flux, mean 1.
+        Law CELL_MU2, CELL_SLOPED with `slope`, or CELL_MU for solid-angle weighting. The strength is 1 per wavelength,
+        0 where a set holds no light. Listed and solid-angle masses carry the weights that turn photons into flux, mean
+        1.
         """
         rows = self.table_index(wavelength_nm)
         if self.wavelength_nm.size > 1:  # one row serves all wavelengths
@@ -265,7 +284,8 @@ class TabulatedSky(Share):
     def lower_rows(self, rows: np.ndarray) -> tuple[Component, ...]:
         """As `lower`, a row of masses for each of these sets of the table."""
         mass = np.stack([self.mass(int(row)) for row in rows])
-        law = Law.CELL_MU if self.weighting is Weighting.SOLID_ANGLE else Law.CELL_MU2
+        law = Law.CELL_MU2 if self.slope is None else Law.CELL_SLOPED
+        law = Law.CELL_MU if self.weighting is Weighting.SOLID_ANGLE else law
         component = Component(
             name="sky",
             law=law,
@@ -274,6 +294,7 @@ class TabulatedSky(Share):
             cell=cells_of_grid(self.grid, law),
             grid=self.grid,
             weight=self._weights(mass),
+            slope=None if self.slope is None else self.slope[rows],
         )
         return with_share(self, (component,))
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.model import Share, check_share, with_share
+from aomc_sky.skies.model import Share, with_share
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -35,9 +35,6 @@ class UniformSky(Share):
     """
 
     per_solid_angle: bool = False
-
-    def __post_init__(self) -> None:
-        check_share(self)
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
         """Relative radiance: 1 everywhere."""

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.errors import UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.kernels.arithmetic.error_free import FIXED_POINT_BITS
-from aomc_sky.plan.sampling.allocation import AllocationMethod, fixed_point_cumulative, normalise
+from aomc_sky.plan.sampling.allocation import AllocationMethod, allocate, fixed_point_cumulative, normalise
 from aomc_sky.plan.sampling.walk import WalkedGrid, walk_of_cells
 from aomc_sky.verify.report import chi_square_p, pooled, sidak_level
 from aomc_sky.whole_number import as_index_within
@@ -24,34 +24,28 @@ MIN_EXPECTED = 20.0
 
 MAX_COUNT = 2**62
 _ROUNDING = 2.0**-52
-"""Masses may have been divided by their sum: their rounding, relative to the mass of a cell or a run."""
+"""Rounding of masses that were divided by their sum, relative to the mass of a cell or a run."""
 
 _UNIT = 2.0**-62
-"""A cell and a run of cells in fixed point are within one unit of their exact share."""
+"""In fixed point, a cell or a run of cells is within one unit of its exact share."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CountCheck:
     """One check of one band."""
 
-    #: Of the counts. [0-based]
-    band: int
-    #: What was checked.
+    band: int  #: [0-based]
     name: str
-    #: The outcome.
     passed: bool
-    #: found, allowed: Statistic and bound, or p-value and level.
-    found: float
-    allowed: float
-    #: Cell that is farthest off.
-    cell: int | None = None
+    found: float  #: the statistic, or its p-value
+    allowed: float  #: the bound, or the level
+    cell: int | None = None  #: the worst cell
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CountsReport:
     """The outcome of `verify_counts`."""
 
-    #: Every check made.
     checks: tuple[CountCheck, ...]
 
     @property
@@ -61,24 +55,6 @@ class CountsReport:
 
     def __bool__(self) -> bool:
         return self.passed
-
-    def render(self) -> str:
-        """The checks as a table for a person."""
-        head = ("band", "check", "outcome", "found", "allowed", "worst cell")
-        rows = [
-            (
-                str(c.band),
-                c.name,
-                "ok" if c.passed else "FAILED",
-                f"{c.found:.6g}",
-                f"{c.allowed:.6g}",
-                "" if c.cell is None else str(c.cell),
-            )
-            for c in self.checks
-        ]
-        widths = [max(len(row[k]) for row in (head, *rows)) for k in range(len(head))]
-        lines = ["  ".join(c.ljust(w) for c, w in zip(row, widths, strict=True)).rstrip() for row in (head, *rows)]
-        return "\n".join(lines)
 
 
 @in_default_mode
@@ -99,7 +75,7 @@ def verify_counts(
     mass : array_like, shape of `counts`, or (n_cell,) for all bands
         Masses of any scale. [>= 0]
     method : {"systematic", "largest-remainder", "multinomial", "aomc"}
-        What the counts claim to be.
+        How the photons were shared out.
     n_photons : int or array_like of int, shape (n_band,), optional
         Photons that were requested; where given, the sums are compared with it. ``"aomc"`` needs it, because
         its sums differ from the request.
@@ -111,20 +87,18 @@ def verify_counts(
     Returns
     -------
     CountsReport
-        True in a condition when everything passed. Zero masses must have zero counts. Systematic and
-        largest remainder: |count - N p| < 1 + N 2^-52 p + N 2^-62, in rational arithmetic where float64 cannot
-        decide; systematic besides: every contiguous run of cells (with `n_columns`: of the walk, so also every run
-        of whole rings) within 1 + N 2^-52 + N 2^-62 photons. The first
-        of the two terms beside 1 is what masses lose that were divided by their sum in float64, 0.2 photons at
-        1e15, the second a unit of the fixed point. Multinomial: two-sided chi-square, cells pooled to an
-        expectation of at least 20, at a level that gives the whole report a chance of 1e-6 to fail correct counts
-        (Sidak). AOMC: equality with the program's rounding.
+        True in a condition if every check passed. Zero masses must have zero counts. Systematic and largest
+        remainder: |count - N p| < 1 + N 2^-52 p + N 2^-62, in rational arithmetic where float64 cannot decide.
+        Systematic also: every contiguous run of cells (with `n_columns`: of the walk, so also every run of whole
+        rings) within 1 + N 2^-52 + N 2^-62 photons. The second term is the rounding of masses that were divided by
+        their sum in float64, 0.2 photons at 1e15; the third is a unit of the fixed point. Multinomial: two-sided
+        chi-square, cells pooled to an expectation of at least 20, at a level at which the whole report fails correct
+        counts with a chance of 1e-6 (Sidak). AOMC: equality with the program's rounding.
 
     Raises
     ------
     ValueError
-        Shapes that do not fit, counts that are not whole numbers from 0, masses that are negative or
-        not finite.
+        Shapes do not fit, counts are not whole numbers from 0, or masses are negative or not finite.
     UsageError
         An unknown method.
 
@@ -154,7 +128,8 @@ def verify_counts(
     checks: list[CountCheck] = []
     for band, row in enumerate(bands):
         if requested is not None:
-            checks.append(_sum_check(band, row, int(requested[band])))
+            found, n = int(row.sum()), int(requested[band])
+            checks.append(CountCheck(band=band, name="sum of the counts", passed=found == n, found=found, allowed=n))
         checks += _band_checks(band, row, masses[band if len(masses) > 1 else 0], chosen, level, rings)
     return CountsReport(checks=tuple(checks))
 
@@ -211,14 +186,8 @@ def _band_checks(
 def _zero_check(band: int, counts: np.ndarray, mass: np.ndarray) -> CountCheck:
     wrong = np.where(mass == 0, counts, 0)
     worst = int(wrong.argmax())
-    found = float(wrong[worst])
-    name, cell = "zero mass, no photon", worst if found else None
-    return CountCheck(band=band, name=name, passed=found == 0, found=found, allowed=0.0, cell=cell)
-
-
-def _sum_check(band: int, counts: np.ndarray, requested: int) -> CountCheck:
-    found = int(counts.sum())
-    return CountCheck(band=band, name="sum of the counts", passed=found == requested, found=found, allowed=requested)
+    found, cell = float(wrong[worst]), worst if wrong[worst] else None
+    return CountCheck(band=band, name="zero mass, no photon", passed=found == 0, found=found, allowed=0.0, cell=cell)
 
 
 def _cell_check(band: int, counts: np.ndarray, p: np.ndarray, mass: np.ndarray) -> CountCheck:
@@ -227,7 +196,7 @@ def _cell_check(band: int, counts: np.ndarray, p: np.ndarray, mass: np.ndarray) 
     allowed = 1.0 + expected * _ROUNDING + n * _UNIT
     ratio = np.abs(counts - expected) / allowed
     worst = int(ratio.argmax())
-    # float64 decides unless a ratio is within its own error of 1, which grows with the counts
+    # float64 decides, except if a ratio is within its own error of 1; this error grows with the counts
     doubtful = np.flatnonzero(ratio >= 1.0 - 1e-9 - expected * 8 * _ROUNDING)
     failed = bool(doubtful.size) and _exactly_outside(counts, mass, n, doubtful[np.argsort(-ratio[doubtful])])
     return CountCheck(
@@ -241,7 +210,7 @@ def _cell_check(band: int, counts: np.ndarray, p: np.ndarray, mass: np.ndarray) 
 
 
 def _exactly_outside(counts: np.ndarray, mass: np.ndarray, n: int, cells: np.ndarray) -> bool:
-    """Whether any cell is off both the mass and its 62-bit fixed point, in rational arithmetic."""
+    """Whether any cell differs from both the mass and its 62-bit fixed point, in rational arithmetic."""
     total = sum((Fraction(float(m)) for m in mass), Fraction(0))
     fixed = np.diff(fixed_point_cumulative(mass))
     for cell in cells.tolist():
@@ -262,7 +231,7 @@ def _run_check(
     counts, p, mass = counts[order], p[order], mass[order]
     difference = np.cumsum(counts - n * p)
     spread = float(difference.max(initial=0.0) - difference.min(initial=0.0))
-    # float64 decides where it is far below 1; else integers do
+    # float64 decides if the spread is far below 1; otherwise integers do
     passed = spread < 1 - n * _ROUNDING * 4 - 1e-9 or _spread(counts, _integer_masses(mass)) < 1 + n * (
         Fraction(1, 2**52) + Fraction(1, 2**62)
     )
@@ -298,7 +267,7 @@ def _chi_square_check(band: int, counts: np.ndarray, p: np.ndarray, level: float
     n = int(counts.sum())
     observed, expected = pooled(counts, n * p, MIN_EXPECTED)
     degrees = expected.size - 1
-    if degrees < 1:  # one group, which holds everything: nothing to compare
+    if degrees < 1:  # one group holds all photons
         return CountCheck(band=band, name="chi-square (too few photons)", passed=True, found=1.0, allowed=level)
     pull = (observed - expected) / np.sqrt(expected)
     p_value = chi_square_p(float(pull @ pull), degrees)
@@ -308,8 +277,6 @@ def _chi_square_check(band: int, counts: np.ndarray, p: np.ndarray, level: float
 
 def _aomc_check(counts: np.ndarray, weight: np.ndarray, n_photons: ArrayLike | None) -> CountCheck:
     """Equality with the program's rounding."""
-    from aomc_sky.plan.sampling.allocation import allocate
-
     if counts.shape != weight.shape or counts.ndim != 2:
         raise ValueError("method 'aomc' needs counts and weights of one shape (n_zenith, n_azimuth)")
     if n_photons is None or np.ndim(n_photons) != 0:

@@ -1,4 +1,4 @@
-"""Photons that another code made: files of them, what a file says of itself, and their tests against a scene."""
+"""Photons that another code made: their files, the origin that a file states, and tests against a scene."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from aomc_sky.verify.directions import Tied, verify_directions
 from aomc_sky.verify.report import Check, VerifyReport
 
 _PACKED = {"float32": 6e-7, "float64": 1.4e-15}
-"""What packing may change a component by (docs/formats/mcpl.md)."""
+"""Largest change of a component by packing (docs/formats/mcpl.md)."""
 
 
 def open_photons(
@@ -31,11 +31,10 @@ def open_photons(
     wavebands: Sequence[int] | None = None,
     weights: str | Path | None = None,
 ) -> PhotonFile:
-    """Open a file of photons.
+    """Open a file of photons; the format follows from its ending, and is MCPL for unknown endings.
 
-    The ending of its name says the format; any other ending is MCPL. `weights` is a file of the weights of a ``.npy``
-    file. `wavebands` are 1-based. A UsageError says that neither the file nor the user names the waveband, or that
-    there is no such one.
+    `weights` is a file with the weights of a ``.npy`` file. `wavebands` are 1-based. UsageError if the waveband does
+    not exist, or if neither the file nor the user gives it.
     """
     n_bands, bands = wavelength_nm.size, tuple(dict.fromkeys(waveband - 1 for waveband in wavebands or ()))
     for band in bands:
@@ -48,10 +47,10 @@ def open_photons(
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Origin:
-    """What a file says of itself."""
+    """The origin of photons, from the head of their file."""
 
-    tied: Tied = Tied.INDEPENDENT  #: how its photons are tied together
-    plan: PhotonSource | None = None  #: the source of exactly these photons, where the scene gives it
+    tied: Tied = Tied.INDEPENDENT  #: how the photons depend on each other
+    plan: PhotonSource | None = None  #: the source of exactly these photons, if the scene gives it
     notes: tuple[str, ...] = ()
 
 
@@ -63,7 +62,7 @@ _TESTED = {
 
 
 def origin_of(photons: PhotonFile, scene: Scene, *, own_numbers: bool = False) -> Origin:
-    """Read the head of a file of photons; without `own_numbers` of photons a scene may have those of the file."""
+    """The origin of a file of photons; unless `own_numbers`, a scene may take its numbers of photons from the file."""
     header = photons.header
     if header is None or not names_runs(header):
         return Origin()
@@ -93,7 +92,7 @@ def _tied(runs: McplRuns) -> Tied:
 def _plan_of(
     photons: PhotonFile, header: McplHeader, runs: McplRuns, scene: Scene, own_numbers: bool
 ) -> PhotonSource | None:
-    """The source that the plan in the head belongs to, made of the scene with the head's seed and precision."""
+    """The source with the plan of the head, made from the scene with the head's seed and precision."""
     seed = runs.seed
     if seed is None or not photons.n_of:
         return None
@@ -108,7 +107,7 @@ def _plan_of(
 
 
 def _numbers_of(photons: PhotonFile, n_bands: int) -> Iterator[np.ndarray]:
-    """Photons of each waveband that the run of a file may have asked for; the file may hold some of its bands."""
+    """Possible photons of each waveband in the run of a file, which may hold only some of its bands."""
     numbers = np.zeros(n_bands, np.int64)
     numbers[list(photons.n_of)] = list(photons.n_of.values())
     yield numbers
@@ -126,10 +125,10 @@ def verify_photons(
     seed: int = 0,
     threads: int = 0,
 ) -> VerifyReport:
-    """Test photons against the sky of a scene, whose masses count, not its photons.
+    """Test photons against the masses of a scene's sky.
 
-    Where `origin`, what the file says of itself, has a plan, every photon is compared with the one that the plan makes.
-    Other arguments are those of `verify_directions`.
+    If `origin` has a plan, every photon is compared with that of the plan. Other arguments are those of
+    `verify_directions`.
     """
     again = {} if origin.plan is None else {band: MadeAgain(origin.plan, band) for band in photons.rows}
     rows = {band: again[band].compared(of_band()) if again else of_band() for band, of_band in photons.rows.items()}
@@ -167,7 +166,7 @@ class MadeAgain:
             yield rows
 
     def check(self) -> Check:
-        """What was found, after all blocks."""
+        """The check, after all blocks."""
         detail = f"all {self._n} photons agree with the plan"
         if self._n_wrong:
             detail = f"{self._n_wrong} of {self._n} photons differ from the plan; the first is photon {self._first}"
@@ -182,7 +181,7 @@ class MadeAgain:
 
 
 def _too_even(report: VerifyReport) -> list[str]:
-    """A sentence where tests for independent photons failed only from below."""
+    """Advice if tests for independent photons failed because the photons are too even."""
     even = [check for check in report.checks if check.is_even and not check.passed]
     if not even:
         return []

@@ -1,4 +1,4 @@
-"""A run folder, made again from its plan and compared: counts, photons and manifest; and the plan from its scene."""
+"""Makes the counts, photons and manifest of a run again from its plan, or the plan from its scene, and compares."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ from aomc_sky.verify.directions import verify_directions
 from aomc_sky.verify.report import Check, VerifyReport, judged, named
 
 RESULT_TOLERANCE = 1e-12
-"""Relative difference of numbers that another processor may compute; counts and photons are compared exactly."""
+"""Largest relative difference of numbers from another processor; counts and photons must be equal."""
 
 _OF_PHOTONS = tuple(field.name for field in fields(BandResult) if field.name.endswith(("_photons", "_standard_error")))
-"""What only the photons themselves show."""
+"""Results that need the photons themselves."""
 
 
 def verify_run(
@@ -62,9 +62,9 @@ def verify_run(
 ) -> VerifyReport:
     """Make the counts, the photons and the manifest of a run again and compare them with its files.
 
-    `bands` are those whose photons are made. [0-based] Of their blocks `resample` is the part that is made [0 to 1], at
-    least one of each waveband unless it is 0, drawn by `seed`. Photons that no file holds are not made. `progress` is
-    called with photons done and photons in all.
+    Photons are made for `bands` [0-based] that are in a file. `resample` is the part of their blocks that is made
+    [0 to 1], drawn by `seed`, at least one of each waveband unless it is 0. `progress` is called with photons done and
+    photons in all.
     """
     folder, all_bands = RunFolder(path), chosen_bands(source)
     formats = [name for name in FOLDER_FORMATS if name in manifest["options"]["formats"]]
@@ -96,7 +96,7 @@ def verify_run(
 
 
 def _chosen_blocks(source: PhotonSource, band: int, resample: float, seed: int) -> list[tuple[int, int]]:
-    """Blocks of a waveband to make again, in order, drawn at random where not all are wanted."""
+    """Blocks of a waveband to make again, in order; some are drawn at random unless all are wanted."""
     spans = list(block_spans(0, source.n_photons(band)))
     if resample == 1:
         return spans
@@ -118,7 +118,7 @@ class _ComparedFiles:
 
     @contextmanager
     def opened(self) -> Iterator[Target]:
-        """What `ChunkPool.emit` gives its blocks to."""
+        """The target to which `ChunkPool.emit` gives its blocks."""
         with ExitStack() as stack:
             for k, layout in enumerate(self.part.layouts):
                 if self._folder.size_of(layout.name) is not None:
@@ -173,7 +173,7 @@ class _ComparedFiles:
             )
 
     def _faults(self, layout: FileLayout, file: BinaryIO) -> Iterator[str]:
-        """What is wrong with the length and the head of a file."""
+        """Faults of the length and the head of a file."""
         size = self._folder.size_of(layout.name)
         if size != layout.size:
             yield f"{size} bytes in place of {layout.size}"
@@ -216,7 +216,7 @@ def _manifest_check(
 ) -> Check:
     """Build the manifest again from the plan and compare it.
 
-    What only the scene knows is taken as it is, and so are the means over photons that were not all made again.
+    The part of the scene is taken from the manifest, and so are means over photons that were not all made again.
     """
     bands = chosen_bands(source)
     results = [band_result(source, band, sums.get(band) or PhotonSums(source.replicates)) for band in bands]
@@ -261,10 +261,7 @@ def _shown(value: Any) -> str:
 
 
 def _counts_checks(source: PhotonSource, bands: Sequence[int]) -> Iterator[Check]:
-    """Share the photons out again and compare the counts of the plan.
-
-    Under allocation aomc the counts follow from the table itself: the scene makes them again.
-    """
+    """Share the photons out again and compare the counts; those of allocation aomc need the table of the scene."""
     plan = source.plan
     if plan.options["allocation"] == AllocationMethod.AOMC.value:
         return
@@ -277,7 +274,7 @@ def _counts_checks(source: PhotonSource, bands: Sequence[int]) -> Iterator[Check
 
 
 def scene_checks(plan: Plan, manifest: Mapping[str, Any], scene: Scene) -> list[Check]:
-    """Make the plan of a run again from its scene, and what its manifest says of the scene."""
+    """Make the plan of a run, and the part of its manifest on the scene, again from the scene, and compare."""
     names = ("method", "allocation", "placement", "order", "precision", "weights", "replicates")
     made = scene.source(plan.seed, **{name: plan.options[name] for name in names}).plan
     wrong = [] if plan.sha256 == made.sha256 else [*_differences(plan.options, made.options, source="the scene gives")]
@@ -320,10 +317,7 @@ def statistics_of_run(
     seed: int = 0,
     threads: int = 0,
 ) -> VerifyReport:
-    """Test the directions of a run that stores photons, made from its plan: `verify_run` compares the files with them.
-
-    Photons that no file holds are not made.
-    """
+    """Test the directions of a run with stored photons; they are made from the plan, as `verify_run` compares files."""
     if not stored_files(source, RunFolder(path), bands):
         notes = ["directions were not tested: the run stores no photons"]
         return judged([], family_level=family_level, notes=notes)

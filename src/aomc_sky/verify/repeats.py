@@ -1,10 +1,9 @@
-"""Photons that repeat another one: pairs of equal directions, against pairs that are only neighbours.
+"""Photons that repeat another one: pairs of equal directions, compared with pairs of neighbours.
 
-Photons of a sky of any smooth radiance meet by chance: among those of one small square of the horizontal plane, 2^-17
-wide, a pair has equal directions to the last bit about as often as one of the numbers that a direction can have there
-is hit twice. In single precision there are 2^14 of them or more, with two random numbers of 24 bits about 5000. So of
-the pairs of a square at most a share of 1 / 64 may be equal, whatever the sky; a photon that was copied makes a pair
-that is always equal. Directions that many photons have by right, those of beams, are left out.
+Photons of a smooth sky can have equal directions by chance. In a square of the horizontal plane that is 2^-17 wide,
+single precision has 2^14 directions or more, and a sampler with two random numbers of 24 bits has about 5000. So at
+most 1 / 64 of the pairs of a square are equal by chance, for any sky. A copied photon makes a pair that is always
+equal. The directions of beams, which many photons share, are left out.
 """
 
 from __future__ import annotations
@@ -23,7 +22,7 @@ from aomc_sky.verify.zones import points_deg
 
 NAME = "photons that repeat another"
 MOST_EQUAL = 1 / 64
-"""Share of the pairs of a square that may be equal by chance, from above."""
+"""Largest share of equal pairs in a square by chance."""
 MAX_KEPT = 2**22
 """Photons that are compared; of more, those in a random part of the squares. [32 MB]"""
 _MAX_BEAMS = 64
@@ -39,13 +38,13 @@ _EXACT_BITS = np.uint64(64 - _ID_BITS)
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class RepeatFinder:
-    """What photons are compared by."""
+    """Turns photons into words that can be compared."""
 
-    beams: np.ndarray  #: horizontal parts of travel directions that many photons have by right [shape (n_beam, 2)]
+    beams: np.ndarray  #: horizontal parts of the travel directions of beams [shape (n_beam, 2)]
 
     @classmethod
     def of(cls, components: Sequence[Component], frame: Frame, *, is_centred: bool) -> RepeatFinder | str:
-        """For a sky, or why repeated photons of it say nothing."""
+        """The finder for a sky, or a reason why repeated photons are no fault there."""
         if is_centred:
             return "all photons of a patch have one direction"
         for component in components:
@@ -58,7 +57,7 @@ class RepeatFinder:
         return cls(beams=travel_from_sky(zenith, azimuth, frame).reshape(-1, 3)[:, :2])
 
     def sample(self, direction: np.ndarray) -> RepeatSample:
-        """The words of photons: 40 bits name the square, well mixed, and 24 bits the direction in it."""
+        """A word for each photon: 40 bits name the square, well mixed, and 24 bits the direction in it."""
         is_far = np.isfinite(direction).all(axis=1)
         for beam in self.beams:
             is_far &= np.sum((direction[:, :2] - beam) ** 2, axis=1) > _BEAM_RADIUS**2
@@ -86,15 +85,15 @@ class RepeatSample:
         return RepeatSample(parts=tuple(parts), n=self.n + other.n, halvings=halvings)
 
     def pairs(self) -> tuple[int, int]:
-        """Pairs of photons of one square, and those of them that are equal."""
+        """Number of pairs in one square, and of equal pairs."""
         words = np.concatenate([np.zeros(0, np.uint64), *self.parts])
         return _pairs(words >> _EXACT_BITS), _pairs(words)
 
     def check(self, waveband: int) -> Check:
         """Whether more photons are equal than neighbours explain.
 
-        Given the pairs of one square, each is equal with a chance of 1 / 64 at most, and two pairs are equal
-        independently of each other: the binomial law from above.
+        Each pair of one square is equal with a chance of 1 / 64 at most, independently of other pairs, so the binomial
+        law is an upper bound.
         """
         if self.n < 2:
             return untested(NAME, waveband)
@@ -112,7 +111,7 @@ def _square(x: np.ndarray) -> np.ndarray:
 
 
 def _mixed(number: np.ndarray) -> np.ndarray:
-    """A permutation of numbers of 40 bits in which every bit depends on all: part of the squares is a random part."""
+    """A permutation of 40-bit numbers in which every bit depends on all, so that part of the squares is random."""
     for factor in (0x9E3779B97F, 0xBF58476D1D):  # odd, so that the product can be undone
         number = (number * np.uint64(factor)) & _ID_MASK
         number ^= number >> np.uint64(_ID_BITS // 2)

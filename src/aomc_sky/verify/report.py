@@ -1,4 +1,4 @@
-"""What a verification found: checks in order, the maps of those that failed, and the laws behind p-values."""
+"""The report of a verification: checks, maps of pulls, and the distributions behind p-values."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ import numpy as np
 from aomc_sky.grid import PatchGrid
 
 LEAST_EXPECTED = 20.0
-"""Photons that a cell expects at least for its pull to say something."""
+"""Fewest expected photons of a cell with a pull."""
 
 MAX_NAMED = 5
-"""So many of a kind stand in a detail by name, the others as a number."""
+"""Most differences that a detail names; the rest are counted."""
 
 
 def named(wrong: Sequence[str]) -> str:
-    """The first few, and how many more there are."""
+    """The first few texts, and the number of the others."""
     more = f"; {len(wrong) - MAX_NAMED} more" if len(wrong) > MAX_NAMED else ""
     return "; ".join(wrong[:MAX_NAMED]) + more
 
@@ -29,19 +29,19 @@ class Check:
     """One check."""
 
     name: str
-    passed: bool = True  #: of a test with a p-value `judged` settles it
-    waveband: int | None = None  #: None for all [1-based]
+    passed: bool = True  #: `judged` decides for tests with a p-value
+    waveband: int | None = None  #: if it is of one waveband [1-based]
     found: float | None = None  #: the statistic
     allowed: float | None = None  #: its bound
     p_value: float | None = None  #: of a statistical test
-    detail: str = ""  #: what is damaged, how many photons, which cell is worst
-    is_foreign: bool = False  #: whether the failure means that a file belongs to another scene, seed or run
-    is_of_zones: bool = False  #: whether a map of pulls shows the failure; it does for every test with a p-value
-    is_even: bool = False  #: whether a two-sided statistic is smaller than that of independent photons should be
+    detail: str = ""  #: the damage, the number of photons, the worst cell
+    is_foreign: bool = False  #: whether a failure means that a file belongs to another scene, seed or run
+    is_of_zones: bool = False  #: whether a map of pulls shows a failure, as for all tests with a p-value
+    is_even: bool = False  #: whether photons are spread more evenly than independent ones
 
 
 class Against(enum.Enum):
-    """What pulls compare photons with: masses, from which counts are drawn, or the counts of a plan."""
+    """The reference of pulls: masses, from which counts are drawn, or the counts of a plan."""
 
     MASSES = "the masses of the sky"
     PLAN = "the counts of the plan"
@@ -49,7 +49,7 @@ class Against(enum.Enum):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Pulls:
-    """Where the photons of a waveband lie off: what a failed test of directions shows."""
+    """A map of the differences between photons of a waveband and their expectation."""
 
     waveband: int  #: [1-based]
     zones: PatchGrid  #: the cells of the map
@@ -60,9 +60,9 @@ class Pulls:
 
     @property
     def pull(self) -> np.ndarray:
-        """(observed - expected) over the standard deviation: a normal law of variance 1 for independent photons.
+        """(observed - expected) over the standard deviation: standard normal for independent photons.
 
-        NaN where a cell expects fewer than 20 photons; inf where a cell that expects nothing holds something.
+        NaN if a cell expects fewer than 20 photons; inf if a cell without expectation has photons.
         """
         is_enough = self.variance >= LEAST_EXPECTED
         deviation = np.sqrt(np.where(is_enough, self.variance, 1.0))
@@ -70,7 +70,7 @@ class Pulls:
         return np.where((self.expected == 0) & (self.observed > 0), np.inf, pull)
 
     def worst(self, n: int = 10) -> list[tuple[int, int]]:
-        """Ring and column of the cells that are farthest off."""
+        """Ring and column of the cells with the largest pulls."""
         pull = self.pull
         size = np.where(np.isnan(pull), -1.0, np.abs(pull))
         order = np.argsort(-size, axis=None, kind="stable")[:n]
@@ -84,7 +84,7 @@ class VerifyReport:
     checks: tuple[Check, ...]  #: in the order in which they were made
     family_level: float  #: chance that correct photons fail any of its tests
     level: float  #: of each test (Sidak)
-    notes: tuple[str, ...] = ()  #: what was not tested, and why
+    notes: tuple[str, ...] = ()  #: for example tests that were not possible
     pulls: tuple[Pulls, ...] = field(default=(), repr=False)  #: of the wavebands whose directions were tested
 
     @property
@@ -102,12 +102,12 @@ class VerifyReport:
 
     @property
     def failed_pulls(self) -> tuple[Pulls, ...]:
-        """Maps of the wavebands of which a test failed."""
+        """Maps of the wavebands with a failed test."""
         failed = {c.waveband for c in self.checks if not c.passed and (c.is_of_zones or c.p_value is not None)}
         return tuple(p for p in self.pulls if p.waveband in failed)
 
     def as_json(self) -> dict[str, Any]:
-        """Everything as JSON values; the maps only of wavebands that failed."""
+        """The report as JSON values, with maps of failed wavebands only."""
         return {
             "passed": self.passed,
             "family_level": self.family_level,
@@ -125,17 +125,10 @@ class VerifyReport:
 def judged(
     checks: Sequence[Check], *, family_level: float, notes: Sequence[str] = (), pulls: Sequence[Pulls] = ()
 ) -> VerifyReport:
-    """Give each test, a check with a p-value, its share of the family level and settle its outcome.
-
-    The family level is the chance that correct photons fail any of the tests.
-    """
+    """Decide the tests (checks with a p-value), so that correct photons fail any of them with this chance."""
     level = sidak_level(family_level, sum(check.p_value is not None for check in checks))
-    settled = (
-        check if check.p_value is None else replace(check, passed=bool(check.p_value >= level)) for check in checks
-    )
-    return VerifyReport(
-        checks=tuple(settled), family_level=family_level, level=level, notes=tuple(notes), pulls=tuple(pulls)
-    )
+    decided = tuple(c if c.p_value is None else replace(c, passed=bool(c.p_value >= level)) for c in checks)
+    return VerifyReport(checks=decided, family_level=family_level, level=level, notes=tuple(notes), pulls=tuple(pulls))
 
 
 def _check_json(check: Check) -> dict[str, Any]:
@@ -144,7 +137,7 @@ def _check_json(check: Check) -> dict[str, Any]:
 
 
 def cell_json(pulls: Pulls, ring: int, column: int) -> dict[str, Any]:
-    """One cell of a map as JSON values; a pull without an end is null."""
+    """One cell of a map as JSON values; an infinite pull is null."""
     pull = float(pulls.pull[ring, column])
     return {
         "zenith_deg": pulls.zones.zenith_bounds_deg[ring].tolist(),
@@ -156,22 +149,21 @@ def cell_json(pulls: Pulls, ring: int, column: int) -> dict[str, Any]:
 
 
 def largest_pull(maps: Sequence[Pulls]) -> tuple[Pulls, int, int] | None:
-    """The map with the cell that is farthest off, its ring and its column; None where no cell says anything."""
+    """The map with the largest pull, and its ring and column, or None if no cell has a pull."""
     worst = [(pulls, *pulls.worst(1)[0]) for pulls in maps if pulls.worst(1)]
     return max(worst, key=lambda w: abs(w[0].pull[w[1], w[2]]), default=None)
 
 
 def sidak_level(family_level: float, n_tests: int) -> float:
-    """Level of each of n tests that gives all together the family level.
+    """Level of each of n tests that together have the family level: 1 - (1 - family_level)^(1 / n).
 
-    1 - (1 - family_level)^(1 / n): exact for independent tests, on the safe side for tests of one kind of data that are
-    positively dependent.
+    Exact for independent tests, and conservative for positively dependent tests.
     """
     return float(-np.expm1(np.log1p(-family_level) / max(n_tests, 1)))
 
 
 def chi_square_p(statistic: float, degrees: int) -> float:
-    """Two-sided p-value of a chi-square: too even is as wrong as too uneven."""
+    """Two-sided p-value of a chi-square: photons can be too uneven or too even."""
     return min(1.0, 2 * min(chi_square_tail(statistic, degrees), chi_square_rest(statistic, degrees)))
 
 
@@ -210,9 +202,9 @@ def kolmogorov_p(distance: float, n_photons: int) -> float:
 
 
 def pool_starts(expected: np.ndarray, least: float) -> np.ndarray:
-    """First cells of groups of neighbours that expect at least `least` each; the last one takes what is left.
+    """First cells of groups of neighbours that expect at least `least` each, for `numpy.add.reduceat`.
 
-    For `numpy.add.reduceat`: one group where all cells together expect too little for two, none for no cells.
+    The last group takes the rest. There is always one group, except for no cells.
     """
     if expected.size == 0:
         return np.zeros(0, dtype=np.int64)

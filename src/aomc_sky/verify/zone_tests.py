@@ -1,4 +1,4 @@
-"""Tests of photons counted by zone: a chi-square for each way in which photons are tied together, and scores."""
+"""Tests of photons counted by zone: a chi-square for each kind of dependence between photons, and scores."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from aomc_sky.verify.counts import MIN_EXPECTED
 from aomc_sky.verify.report import Check, chi_square_rest, chi_square_tail, pool_starts, pooled
 
 MIN_EVEN = 1000.0
-"""Photons that a cell expects at least where stratified photons are tested for evenness."""
+"""Fewest expected photons of a cell in a test for evenness of stratified photons."""
 
 MAX_PER_DEGREE = 0.1
-"""Chi-square per degree of freedom that stratified photons stay below in such cells; independent ones have 1."""
+"""Largest chi-square per degree of freedom of stratified photons in such cells; independent photons have 1."""
 
 MIN_WEIGHTED = 100.0
-"""Effective photons that a cell has at least where weights differ: their variance is estimated."""
+"""Fewest effective photons of a cell if weights differ, because their variance is estimated."""
 
 RESONANCE = 1.5
-"""Low-discrepancy positions spread at most so much more than independent ones (docs/methods.md: 1.01^2)."""
+"""Largest variance of low-discrepancy positions over that of independent ones (docs/methods.md: 1.01^2)."""
 
 
 def by_marginals(zones: PatchGrid, test: Callable[..., Check], *of_zones: np.ndarray, waveband: int) -> list[Check]:
-    """One test of zones of mu^2, of azimuth and of both; one with a single cell says nothing and is left out."""
+    """A test of zones of mu^2, one of azimuth and one of both; tests with a single cell are left out."""
     checks = []
     for name, axis in (("mu^2", 1), ("azimuth", 0), ("mu^2 x azimuth", ())):
         sums = [x.reshape(zones.n_zenith, zones.n_azimuth).sum(axis=axis).ravel() for x in of_zones]
@@ -35,12 +35,12 @@ def by_marginals(zones: PatchGrid, test: Callable[..., Check], *of_zones: np.nda
 
 
 def untested(name: str, waveband: int) -> Check:
-    """The line of a test that had too few photons."""
+    """The check for a test with too few photons."""
     return Check(name=name, waveband=waveband, detail="too few photons")
 
 
 def of_chi_square(statistic: float, degrees: int, name: str, waveband: int, *, is_two_sided: bool) -> Check:
-    """The line of a chi-square, which knows whether it lies in the lower tail."""
+    """The check for a chi-square, which notes whether it lies in the lower tail."""
     upper, lower = chi_square_tail(statistic, degrees), chi_square_rest(statistic, degrees)
     return Check(
         name=name,
@@ -57,7 +57,7 @@ def independent(
 ) -> Check:
     """Two-sided chi-square of independent photons, cells pooled to an expectation of 20, their total fixed.
 
-    With `is_mixed` some may be spread more evenly, and only too uneven ones fail.
+    With `is_mixed` only too uneven photons fail, because some may be spread more evenly.
     """
     counted, mean = pooled(observed, expected, MIN_EXPECTED)
     name = f"{name}: chi-square" + ("" if is_mixed else ", two-sided")
@@ -70,9 +70,9 @@ def independent(
 def thinned(kept: np.ndarray, expected: np.ndarray, loose: np.ndarray, name: str, waveband: int) -> Check:
     """Two-sided chi-square of evenly spread photons of which a random half was kept.
 
-    Expectation N p / 2, variance N p / 4, and cells independent: chi-square with as many degrees of freedom as cells.
-    Where cells cut patches or lobes the variance may be larger by `loose` / 4; the upper tail then allows for the
-    largest share of it.
+    Cells are independent with expectation N p / 2 and variance N p / 4, so the chi-square has as many degrees of
+    freedom as cells. If cells cut patches or lobes, the variance may be larger by `loose` / 4; the upper tail allows
+    for the largest share of it.
     """
     lit = expected > 0
     starts = pool_starts(expected[lit] / 2, MIN_EXPECTED)
@@ -90,9 +90,9 @@ def thinned(kept: np.ndarray, expected: np.ndarray, loose: np.ndarray, name: str
 def weighted(
     weight: np.ndarray, weight2: np.ndarray, share: np.ndarray, name: str, waveband: int, *, is_mixed: bool = False
 ) -> Check:
-    """Two-sided test of sums of weights against shares, their covariance estimated from the squares of weights.
+    """Two-sided test of sums of weights against shares; the covariance is estimated from the squares of weights.
 
-    Z_c = W_c - p_c W has the covariance S_c (c = d) - p_d S_c - p_c S_d + p_c p_d S, S the sums of squares; Z^T C^-1 Z
+    Z_c = W_c - p_c W has the covariance S_c (c = d) - p_d S_c - p_c S_d + p_c p_d S, with sums of squares S. Z^T C^-1 Z
     over all cells but one is a chi-square. With `is_mixed` only too uneven photons fail.
     """
     name = f"{name}: chi-square of weights" + ("" if is_mixed else ", two-sided")
@@ -110,11 +110,11 @@ def weighted(
 
 
 def even(observed: np.ndarray, expected: np.ndarray, loose: np.ndarray, name: str, waveband: int) -> Check:
-    """Chi-square per degree of freedom of photons whose counts the plan fixes, in cells that expect 1000 or more.
+    """Chi-square per degree of freedom of photons with counts from a plan, in cells that expect 1000 or more.
 
-    Where cells are whole patches it must stay below 0.1. A cell that cuts patches or lobes may spread by its `loose`
-    variance besides: then the p-value is an upper bound, that of (statistic - 0.1 degrees) over the largest share of
-    loose variance.
+    For cells of whole patches it must stay below 0.1. Cells that cut patches or lobes have in addition their `loose`
+    variance; then the p-value is an upper bound, that of (statistic - 0.1 degrees) over the largest share of loose
+    variance.
     """
     lit = expected > 0
     starts = pool_starts(expected[lit], MIN_EVEN)
@@ -149,11 +149,11 @@ def share_checks(
     *,
     photons_per_unit: float = 1.0,
 ) -> list[Check]:
-    """Two-sided tests of a share of photons of the two commonest mistakes of a sampler.
+    """Two-sided tests for a share of photons with one of the two commonest mistakes of a sampler.
 
-    Uniform in zenith angle, which is no sine and no cosine, shows in rings; the same radiance from everywhere, the law
-    of a white wall (Lambert), differs most in azimuth from a sky with a sun. `variance` is that of the sum over photons
-    of a number of their zones, known or known from above.
+    Uniform in zenith angle (the sine and the cosine are missing) shows in rings. Equal radiance from everywhere
+    (Lambert) differs most in azimuth from a sky with a sun. `variance` gives the variance, or an upper bound, of the
+    sum over photons of a number of their zones.
     """
     zone = np.arange(zones.n_patches)
     width, turn = (np.diff(x)[:, 0] for x in (zones.zenith_bounds_deg, zones.azimuth_bounds_deg))
@@ -168,28 +168,27 @@ def share_checks(
             checks.append(untested(name, waveband))
             continue
         found, scale = float(score @ (observed - expected)), difference * float(expected.sum())
-        p_value, detail = (
-            math.erfc(abs(found) / deviation / math.sqrt(2)),
-            f"standard deviation {deviation / scale:.2g}",
-        )
+        p_value = math.erfc(abs(found) / deviation / math.sqrt(2))
+        detail = f"standard deviation {deviation / scale:.2g}"
         checks.append(Check(name=name, waveband=waveband, found=found / scale, p_value=p_value, detail=detail))
     return checks
 
 
 _LEAST_DIFFERENCE = 1e-6
-"""D below which the sky itself is too like the mistake."""
+"""If D is smaller, the sky itself is too similar to the mistake."""
 
 
 def share_score(
     mistake: np.ndarray, expected: np.ndarray, group: np.ndarray, photons_per_unit: float = 1.0
 ) -> tuple[np.ndarray, float]:
-    """The number of each zone whose sum over photons shows a small share of a mistake best, and its difference D.
+    """Numbers of zones whose sum over photons best shows a small share of a mistake, and its difference D.
 
-    With p_c of the photons expected in a group c of zones and u_c of those of the mistake, the derivative of the
-    log-likelihood at a share of 0 is the sum over c of a_c n_c, a_c = u_c / p_c - 1: of all statistics of these counts
-    it has the most power against a small share s (Neyman and Pearson). Its expectation is s N D, D = sum of u_c^2 / p_c
-    - 1. Groups are put together in the order of u / p, which loses little, until they expect 1000 photons: a p-value of
-    1e-7 from the normal law is then within a factor of 1.5. Zeros for fewer than two, and where D is 0.
+    Let the sky put the share p_c of photons into group c of zones, and the mistake the share u_c. The derivative of
+    the log-likelihood at a share of 0 is the sum over c of a_c n_c, a_c = u_c / p_c - 1. It has the most power of all
+    statistics of these counts against a small share s (Neyman and Pearson). Its expectation is s N D, D = sum of
+    u_c^2 / p_c - 1. Groups are joined in the order of u / p until they expect 1000 photons, which loses little power;
+    then a p-value of 1e-7 from the normal law is within a factor of 1.5. Zeros for fewer than two groups, and if D is
+    0.
     """
     p_all, u_all = np.bincount(group, expected), np.bincount(group, mistake)
     lit = np.flatnonzero(p_all > 0)

@@ -14,19 +14,19 @@ from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.options import Placement
 
 N_ZONES = 16
-"""Zones in each coordinate: few have more power against a defect that reaches far than many have."""
+"""Zones in each coordinate; few zones have more power against a defect of large extent than many."""
 
 MARGIN_DEG = 1e-4
-"""Distance of an edge from directions that many photons share: thirty times the rounding of single precision."""
+"""Distance between edges and directions that many photons share: thirty times the rounding of single precision."""
 
 _LEAST_EDGES = 7
-"""So many edges of patches, or more, are enough for zones."""
+"""Fewest edges of patches that are enough for zones."""
 
 _FINE = 4096
 """Possible edges of zones where patches have too few."""
 
 _SLIVER = 1e-9
-"""Smallest part of a ring or column that counts: less comes from rounding of edges."""
+"""Smaller parts of a ring or column come from rounding of edges."""
 
 _GAUSS_POINTS = 48
 
@@ -37,20 +37,20 @@ def at_centres(source: PhotonSource) -> bool:
 
 
 def components_seen(source: PhotonSource, band: int) -> tuple[Component, ...]:
-    """The components of a source, with one row where photons of bands lie differently in cells."""
+    """The components of a source; of this band alone if bands place photons differently in cells."""
     return source.components_of(band) if source.bands_differ_inside_cells else source.components
 
 
 def points_deg(component: Component, *, is_centred: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Cells whose photons share one direction, the zenith angles and the azimuths of these directions. [deg]
 
-    They are beams, patches without extent, and with `is_centred` every patch that has light.
+    They are beams, patches without extent, and with `is_centred` every patch with light.
     """
     cells = np.arange(component.n_cells if component.law is Law.BEAM else 0)
     if component.grid is not None:
         is_point = (component.grid.solid_angle_sr == 0) | is_centred
         cells = np.flatnonzero(is_point & (component.mass.max(axis=0) > 0))
-    near, growth, far, _, sine, cosine = component.cell[cells].T  # the middle lies halfway in the law's coordinate
+    near, growth, far, _, sine, cosine = component.cell[cells].T  # the middle in the coordinate of the law
     sin2, mu2 = near + growth / 2, far + growth / 2
     if component.law is Law.CELL_MU:
         sin2, mu2 = sin2 * (1 + mu2), mu2 * mu2
@@ -60,7 +60,7 @@ def points_deg(component: Component, *, is_centred: bool) -> tuple[np.ndarray, n
 def fixed_directions(components: Sequence[Component], *, is_centred: bool) -> np.ndarray:
     """Rectangles around directions that many photons share, and around discs, with margins for rounding.
 
-    Ends in zenith angle and azimuth, (n, 4); a width of 360 in azimuth means a disc around the zenith. [deg]
+    Ends in zenith angle and azimuth, (n, 4); a disc around the zenith has a width of 360 in azimuth. [deg]
     """
     parts = [np.zeros((0, 4))]
     for component in components:
@@ -77,7 +77,7 @@ def fixed_directions(components: Sequence[Component], *, is_centred: bool) -> np
 
 
 def _around_disc(disc: Component) -> np.ndarray:
-    """Rectangle around a disc, (1, 4); the whole turn where it holds the zenith."""
+    """Rectangle around a disc, (1, 4); all azimuths if the disc contains the zenith."""
     (zenith, azimuth), (third, fourth) = _centre_deg(disc), disc.cell[0, 2:4]
     radius = np.arctan2(third, fourth) if disc.law is Law.DISC else 2 * np.arcsin(np.sqrt(third) / 2)
     half = 180.0 if _holds_zenith(disc) else np.rad2deg(np.arcsin(np.sin(radius) / np.sin(np.deg2rad(zenith))))
@@ -98,8 +98,8 @@ def _holds_zenith(component: Component) -> bool:
 def choose_zones(source: PhotonSource) -> PatchGrid:
     """Up to 16 x 16 zones for the photons of a source, about equal in mu^2 and in azimuth.
 
-    Edges are those of the first component with patches where it has at least 7 of them, so that zones hold whole
-    patches. No edge runs through a beam, a disc or another fixed direction, or within 1e-4 degrees of it.
+    The edges are those of the first component with patches if it has at least 7 of them, so that zones are made of
+    whole patches. Edges keep 1e-4 degrees away from beams, discs and other fixed directions.
     """
     fixed = fixed_directions(source.components, is_centred=at_centres(source))
     is_sector = fixed[:, 3] - fixed[:, 2] < 360.0
@@ -135,39 +135,35 @@ def _edges(targets: np.ndarray, candidates: np.ndarray, taken: np.ndarray, end: 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ZoneShares:
-    """Parts of cells that lie in zones; those of one cell add up to 1."""
+    """Parts of cells that lie in zones; the parts of one cell add up to 1."""
 
-    #: cell, zone: Cell in the order of the counts, zone in the order of the patches of the zones. [shape (n,)]
-    cell: np.ndarray
-    zone: np.ndarray
-    share: np.ndarray  #: Part of the photons of the cell. [0 to 1, shape (n,)]
+    cell: np.ndarray  #: in the order of the counts [shape (n,)]
+    zone: np.ndarray  #: in the order of the patches of the zones [shape (n,)]
+    share: np.ndarray  #: part of the photons of the cell [0 to 1, shape (n,)]
     n_zones: int
 
     def expected(self, of_cells: np.ndarray) -> np.ndarray:
-        """What zones hold if cells hold this, float64 (n_zone,)."""
+        """Photons of zones if cells have these, float64 (n_zone,)."""
         return np.bincount(self.zone, of_cells[self.cell] * self.share, self.n_zones)
 
     def loose(self, of_cells: np.ndarray) -> np.ndarray:
-        """Variance of the photons of a zone at given photons per cell, if positions in cells are independent.
+        """Variance of the photons of each zone for fixed photons of cells, if positions in cells are independent.
 
-        0 where a zone consists of whole cells. [shape (n_zone,)]
+        0 for zones of whole cells. [shape (n_zone,)]
         """
         return np.bincount(self.zone, of_cells[self.cell] * self.share * (1 - self.share), self.n_zones)
 
     def variance(self, of_cells: np.ndarray, per_zone: np.ndarray) -> float:
-        """Variance of the sum over photons of a number of their zones, if positions in cells are independent.
-
-        0 where that number is the same in all of a cell.
-        """
+        """Variance of the sum over photons of a number of their zones, if positions in cells are independent."""
         mean = np.bincount(self.cell, self.share * per_zone[self.zone], of_cells.size)
         off = per_zone[self.zone] - mean[self.cell]
         return float(of_cells[self.cell] @ (self.share * off * off))
 
 
 def zone_shares(source: PhotonSource, zones: PatchGrid, band: int = 0, *, is_flux: bool = False) -> ZoneShares:
-    """Spread the cells of a source over zones; those of a band where bands differ inside cells.
+    """Spread the cells of a source over zones; `band` counts if bands differ inside cells.
 
-    `is_flux` is for sums of weights: patches of law CELL_MU then count as those of law CELL_MU2, for their weights
+    With `is_flux`, for sums of weights, patches of law CELL_MU count as patches of law CELL_MU2, because their weights
     carry the cosine. Errors: 1e-12 for patches of constant radiance or with slopes, beams and discs, 1e-10 for a Perez
     sky, for lobes those of `aomc_sky.lobes.patch_mass`.
     """
@@ -197,7 +193,7 @@ def _of_one_cell(component: Component, zones: PatchGrid, start: int) -> _Parts:
 
 
 def _of_patches(component: Component, grid: PatchGrid, zones: PatchGrid, start: int, *, is_flux: bool) -> _Parts:
-    """Patches that have an extent, cut where zones end."""
+    """Patches with an extent, cut at the edges of zones."""
     ring, zone_ring, zenith = grid_cuts(grid.zenith_bounds_deg, zones.zenith_bounds_deg)
     column, zone_column, azimuth = grid_cuts(grid.azimuth_bounds_deg, zones.azimuth_bounds_deg)
     cell = (ring[:, None] * grid.n_azimuth + column).ravel()
@@ -213,7 +209,7 @@ def _of_patches(component: Component, grid: PatchGrid, zones: PatchGrid, start: 
 
 
 def grid_cuts(bounds_deg: np.ndarray, zone_bounds_deg: np.ndarray) -> _Parts:
-    """Cut rings or columns at the edges of zones, which leave no gaps: parent, zone and ends (n, 2) of each part."""
+    """Cut rings or columns at the edges of zones without gaps: parent, zone and ends (n, 2) of each part."""
     edges = np.append(zone_bounds_deg[:, 0], zone_bounds_deg[-1, 1])
     low = edges[0] + np.mod(bounds_deg[:, 0] - edges[0], 360.0)
     high = low + (bounds_deg[:, 1] - bounds_deg[:, 0])
@@ -224,10 +220,11 @@ def grid_cuts(bounds_deg: np.ndarray, zone_bounds_deg: np.ndarray) -> _Parts:
 
 
 def _disc_around_zenith(component: Component, zones: PatchGrid) -> np.ndarray:
-    """Mass of a disc that holds the zenith: it lies in the first ring, its sectors are those of an ellipse.
+    """Mass of a disc around the zenith, which lies in the first ring; its sectors are those of an ellipse.
 
-    The orthographic projection of the disc is uniform in flux (Nusselt): an ellipse with semi-axes sin r cos z along
-    the sun's azimuth and sin r across it, its centre at cos r sin z. A sector is the integral of s^2 / 2 over azimuth.
+    The orthographic projection of the disc is uniform in flux (Nusselt). It is an ellipse with semi-axes sin r cos z
+    along the sun's azimuth and sin r across it, and its centre at cos r sin z. A sector is the integral of s^2 / 2 over
+    azimuth.
     """
     sin_z, cos_z, sin_r, cos_r = component.cell[0, :4].tolist()
     azimuth = np.arctan2(component.cell[0, 4], component.cell[0, 5])

@@ -33,7 +33,7 @@ def test_any_grouping_is_the_sum_correctly_rounded(terms, cut, most):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(statistics, "_MOST_TERMS", most)
         grouped = of(terms[:cut])
-        grouped.add_sum(of(reversed(terms[cut:])))
+        grouped.add(*of(reversed(terms[cut:])).terms)
     assert grouped.value == of(terms).value == float(sum(map(Fraction, terms), Fraction(0)))
 
 

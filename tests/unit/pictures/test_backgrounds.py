@@ -8,12 +8,13 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.errors import UsageError
 from aomc_sky.pictures.backgrounds import frame_times_s, moving_picture, time_span_s, time_text
-from aomc_sky.skies.lobes.animation import LobeAnimation, Reference
+from aomc_sky.skies.lobes.animation import LobeAnimation
+from aomc_sky.skies.lobes.file.data import ReferenceType
 
 DAY = 86400.0
 
 
-def animation(times, coefficient, reference=Reference.DIURNAL, origin=0.0, kind="hg"):
+def animation(times, coefficient, reference=ReferenceType.DIURNAL, origin=0.0, kind="hg"):
     n = len(times)
     return LobeAnimation(
         kind=(kind,) * n,
@@ -39,8 +40,8 @@ def background(*animations, offset=0.0):
 
 STEADY = animation([0.0], [1.0])
 DAILY = animation([0.0, 0.5], [0.0, 1.0])
-WEEKLY = animation([0.0, 3.5], [0.0, 1.0], Reference.HEBDOMADAL)
-ONCE = animation([0.25, 2.0], [0.0, 1.0], Reference.ABSOLUTE, 1.7e9)
+WEEKLY = animation([0.0, 3.5], [0.0, 1.0], ReferenceType.HEBDOMADAL)
+ONCE = animation([0.25, 2.0], [0.0, 1.0], ReferenceType.ABSOLUTE, 1.7e9)
 
 
 @pytest.mark.parametrize(

@@ -155,3 +155,32 @@ def test_spots_between_the_points_are_found(monkeypatch):
     assert all(0.9 < found(*place) < 1.1 for place in places)
     monkeypatch.setattr(patch_integrals, "_SEEN", np.inf)
     assert found(*hidden) == 0
+
+
+@pytest.mark.parametrize(
+    ("zenith_deg", "azimuth_deg", "width_deg"), [(39.876, 147.546, 0.289), (25.841, 207.287, 0.351)]
+)
+def test_a_spot_that_reaches_into_a_neighbour_is_whole(zenith_deg, azimuth_deg, width_deg, monkeypatch):
+    """The points of the neighbour lie beside the part of the spot: 3 and 2 % of its light were missing."""
+    monkeypatch.setattr(patch_integrals, "_MAX_PARTS", 2**13)
+    zenith, radius = np.deg2rad([zenith_deg, width_deg / 2])
+    x, y, z = (
+        np.sin(zenith) * np.cos(np.deg2rad(azimuth_deg)),
+        np.sin(zenith) * np.sin(np.deg2rad(azimuth_deg)),
+        np.cos(zenith),
+    )
+
+    def spot(theta, phi):
+        s = np.sin(theta)
+        chord2 = (s * np.cos(phi) - x) ** 2 + (s * np.sin(phi) - y) ** 2 + (np.cos(theta) - z) ** 2
+        return 1.0 * (chord2 < 4 * np.sin(radius / 2) ** 2)
+
+    edges = np.floor(zenith_deg) + np.arange(-2.0, 4.0), np.floor(azimuth_deg) + np.arange(-3.0, 5.0)
+    grid = sky.PatchGrid(
+        **{
+            f"{name}_bounds_deg": np.column_stack([ends[:-1], ends[1:]])
+            for name, ends in zip(("zenith", "azimuth"), edges, strict=True)
+        }
+    )
+    exact = np.pi * np.sin(radius) ** 2 * np.cos(zenith)
+    assert patch_integrals.integrate_patches(spot, grid).mass.sum() == pytest.approx(exact, rel=2e-3)

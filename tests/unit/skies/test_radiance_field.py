@@ -1,5 +1,6 @@
 """Radiance fields with coordinates: conventions give one sky, gaps are reported, fields of real programs are read."""
 
+import dataclasses
 import itertools
 
 import numpy as np
@@ -49,7 +50,74 @@ def test_a_regular_field_becomes_patches_around_its_points():
     assert table.remarks == ()
     for zenith, azimuth in ((15, 60), (86, 330)):
         seen = table.radiance(np.deg2rad(zenith), np.deg2rad(azimuth), NM)
-        np.testing.assert_allclose(seen, radiance(zenith, azimuth, NM))
+        np.testing.assert_allclose(seen, radiance(zenith, azimuth, NM), rtol=0.02)
+
+
+PEREZ = sky.PerezSky(epsilon=3.0, delta=0.2, sun_zenith_deg=40.0, sun_azimuth_deg=100.0)
+
+
+def samples(step_deg, **attributes):
+    """A Perez sky in directions `step_deg` apart, the first half a step from the zenith."""
+    zenith, azimuth = np.arange(step_deg / 2, 90.0, step_deg), np.arange(0.0, 360.0, step_deg)
+    units = {"units": "degree", "azimuth_convention": "enu_from_east"} | attributes
+    return xarray.DataArray(
+        PEREZ.radiance(np.deg2rad(zenith)[:, None], np.deg2rad(azimuth), 550.0),
+        dims=("zenith", "azimuth"),
+        coords={"zenith": ("zenith", zenith, units), "azimuth": ("azimuth", azimuth, units)},
+    )
+
+
+def means(directions, flux):
+    """Mean cosine, and mean component towards azimuth 50 degrees."""
+    x, y, mu = directions
+    return np.array([(mu * flux).sum(), ((x * np.cos(0.9) + y * np.sin(0.9)) * flux).sum()]) / flux.sum()
+
+
+def errors(table):
+    """Irradiance (relative) and the means of photons, less those of a dense quadrature of the Perez sky."""
+    sin2, azimuth = (np.arange(2000) + 0.5) / 2000, (np.arange(1440) + 0.5) * np.pi / 720
+    sine, mu = np.sqrt(sin2)[:, None], np.sqrt(1 - sin2)[:, None]
+    flux = PEREZ.radiance(np.arcsin(sine), azimuth, 550.0)
+    exact = means((sine * np.cos(azimuth), sine * np.sin(azimuth), mu), flux)
+    irradiance = table.values[0] @ table.grid.projected_solid_angle_sr / (np.pi * flux.mean()) - 1
+    photons = sky.Scene(wavebands=[550.0], n_photons=200_000, components=table).source(seed=1).photons()
+    return np.array([irradiance, *means((-photons.ux, -photons.uy, -photons.uz), np.ones(200_000)) - exact])
+
+
+def test_samples_of_a_smooth_sky_make_its_light():
+    """Errors of samples: of 5 degrees a fifth of those of constant patches at most, of 2 degrees a tenth of these."""
+    coarse, fine = (errors(sky.TabulatedSky.from_xarray(samples(step))) for step in (5.0, 2.0))
+    assert np.all(np.abs(coarse) < [2e-4, 1e-5, 8e-5])
+    assert np.all(np.abs(fine) < [2e-5, 3e-6, 8e-6])
+    flat = errors(sky.TabulatedSky.from_xarray(samples(5.0, bounds="bounds")))
+    assert np.all(np.abs(flat[1:]) > 5 * np.abs(coarse[1:]))
+
+
+def test_a_defect_of_slopes_is_seen():
+    """Root mean square error of the radiance in random directions, away from the sun."""
+    rng, table = np.random.default_rng(2), sky.TabulatedSky.from_xarray(samples(5.0))
+    zenith, azimuth = np.arcsin(np.sqrt(rng.uniform(0, 1, 4000))), rng.uniform(2.7, 6.2, 4000)
+    exact = PEREZ.radiance(zenith, azimuth, 550.0)
+
+    def error(slope):
+        return np.std(dataclasses.replace(table, slope=slope).radiance(zenith, azimuth, 550.0) / exact)
+
+    right = error(table.slope)
+    for defect in (-table.slope, table.slope[..., ::-1], table.slope * [0, 1], table.slope * [1, 0]):
+        assert error(defect) > 2 * right
+
+
+def test_no_radiance_is_negative_and_an_even_field_stays_even():
+    """Noise from 0 to 1000: the monotone cubic has no extremes of its own. One zenith angle has nothing to join."""
+    made = field()
+    made[:] = np.random.default_rng(3).lognormal(0, 3, made.shape) * (made > 1.3)
+    table = sky.TabulatedSky.from_xarray(made)
+    assert table.values.min() >= 0
+    assert table.values.max() <= float(made.max()) * (1 + 1e-12)
+    even = sky.TabulatedSky.from_xarray(0 * field() + 2.5)
+    np.testing.assert_allclose(even.values, 2.5, rtol=1e-14)
+    assert np.abs(even.slope).max() < 1e-8
+    assert sky.TabulatedSky.from_xarray(made.isel(zenith=[3])).slope is None
 
 
 @pytest.mark.parametrize("order", list(itertools.permutations(("wavelength", "zenith", "azimuth"))), ids="-".join)
@@ -68,7 +136,7 @@ def test_conventions_and_orders_of_one_field_are_one_sky(order, tmp_path):
 
 def test_conventions_that_are_given_win_over_attributes():
     given = sky.TabulatedSky.from_xarray(field(north=True), azimuth_convention=sky.AzimuthConvention.ENU_FROM_EAST)
-    assert abs(given.radiance(0.5, np.deg2rad(90), 440) - radiance(30, 0, 440)) < 0.01
+    assert abs(given.radiance(0.5, np.deg2rad(90), 440) - radiance(30, 0, 440)) < 0.02
     bare = field(radians=True, attributes=False)
     table = sky.TabulatedSky.from_xarray(bare, angle_unit="rad", azimuth_convention="enu_from_east")
     np.testing.assert_array_equal(table.lower(NM)[0].mass, sky.TabulatedSky.from_xarray(field()).lower(NM)[0].mass)
@@ -83,7 +151,7 @@ def test_what_is_taken_for_granted_is_said():
     cf = made.copy()
     cf.azimuth.attrs.update(standard_name="sensor_azimuth_angle")
     assert sky.TabulatedSky.from_xarray(cf).radiance(0.5, np.deg2rad(90), 440) == pytest.approx(
-        radiance(30, 0, 440), abs=0.01
+        radiance(30, 0, 440), abs=0.02
     )
     even = sky.TabulatedSky.from_xarray(made.isel(azimuth=0, drop=True))
     assert even.grid.n_azimuth == 1

@@ -1,4 +1,4 @@
-"""``aomc-sky atmosphere``: the clear sky of an atmosphere description as tables, under one sun or several."""
+"""``aomc-sky atmosphere``: the clear sky of an atmosphere description as tables, for one sun or several."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ options of calcmysky:
 
 
 def add_options(parser: Parser) -> None:
-    """What the sub-command takes."""
+    """Add the options of the sub-command."""
     parser.description = (
         "Solve the atmosphere that a CalcMySky description (.atmo) describes: radiance of the clear sky "
         "at sea level, the direct beam, and how good both are."
@@ -94,17 +94,17 @@ def _suns(text: str) -> tuple[float, ...] | None:
         return None
     suns = _range(text) if ":" in text else tuple(sorted(map(cli_options.finite_number, text.split(","))))
     if any(not 0 <= sun <= 180 for sun in suns):
-        raise argparse.ArgumentTypeError(f"wanted zenith angles from 0 to 180 degrees, got {text!r}")
+        raise argparse.ArgumentTypeError(f"expected zenith angles from 0 to 180 degrees, got {text!r}")
     if len(set(suns)) < len(suns):
         raise argparse.ArgumentTypeError(f"a sun is given twice in {text!r}")
     return suns
 
 
 def _range(text: str) -> tuple[float, ...]:
-    """START:END:STEP with both ends, where the step meets the end."""
+    """START:END:STEP; END is included if a step reaches it."""
     parts = [cli_options.finite_number(part) for part in text.split(":")]
     if len(parts) != 3 or not parts[2] > 0 or parts[1] < parts[0]:
-        raise argparse.ArgumentTypeError(f"wanted START:END:STEP with a step above 0, for example 0:80:5, got {text!r}")
+        raise argparse.ArgumentTypeError(f"expected START:END:STEP with a step above 0, such as 0:80:5, got {text!r}")
     start, end, step = parts
     count = int((end - start) / step * (1 + 1e-12)) + 1
     if count > _MOST_SUNS:
@@ -115,7 +115,7 @@ def _range(text: str) -> tuple[float, ...]:
 def _wavelengths(text: str) -> tuple[float, ...]:
     values = tuple(cli_options.finite_number(part) for part in text.split(","))
     if any(value <= 0 for value in values):
-        raise argparse.ArgumentTypeError(f"wanted positive wavelengths in nm, got {text!r}")
+        raise argparse.ArgumentTypeError(f"expected positive wavelengths in nm, got {text!r}")
     return values
 
 
@@ -133,9 +133,7 @@ def atmosphere(arguments: argparse.Namespace) -> int:
     files: dict[str, str] = {}
     if not arguments.no_save_tex:
         if arguments.out_dir is not None:
-            create_folder(
-                Path(arguments.out_dir)
-            )  # a folder that cannot be written ends the command before minutes of work
+            create_folder(Path(arguments.out_dir))  # an error before minutes of work
         with progress_bar(enabled=shown, unit="skies", before="solving") as progress:
             table = solve_table(table, progress=progress)
         with patience("writing the tables", enabled=shown):
@@ -177,7 +175,7 @@ def _request(arguments: argparse.Namespace) -> TableRequest:
 
 
 def _check_targets(arguments: argparse.Namespace) -> None:
-    """Nothing of others is replaced; beside a report of ours every file of a table is ours."""
+    """Refuse to replace files of others; every file of a table beside a report of ours is ours."""
     from aomc_sky.engine.atmosphere import DESCRIPTION_NAME, NETCDF_NAME, REPORT_HEAD, REPORT_NAME, SKYDIST_NAME
     from aomc_sky.outputs.folder.target_file import check_folder, check_target, is_ours
 
@@ -191,17 +189,12 @@ def _check_targets(arguments: argparse.Namespace) -> None:
     names = (SKYDIST_NAME, NETCDF_NAME, DESCRIPTION_NAME, REPORT_NAME)
     for path in [folder / name for name in names] + sorted(folder.glob(f"sun_*/{SKYDIST_NAME}")):
         if path.exists():
-            check_target(
-                path,
-                "--out-dir",
-                force=arguments.force or is_table,
-                inputs=[arguments.path],
-                is_copy=path.name == DESCRIPTION_NAME,
-            )
+            is_copy, force = path.name == DESCRIPTION_NAME, arguments.force or is_table
+            check_target(path, "--out-dir", force=force, inputs=[arguments.path], is_copy=is_copy)
 
 
 def _check_outputs(arguments: argparse.Namespace) -> None:
-    """Fail before the work, not after it."""
+    """Refuse before the work what cannot be written after it."""
     from aomc_sky.outputs.tables.atmosphere import require_netcdf
 
     if arguments.out_dir is None and arguments.out is None:
@@ -218,7 +211,7 @@ def _check_outputs(arguments: argparse.Namespace) -> None:
 
 
 def _text(report: Mapping[str, Any], files: Mapping[str, str]) -> str:
-    """A description, its species, and where they are solved the skies; `files` by their role."""
+    """A description with its species and, once solved, its skies; `files` by their role."""
     roles = {role: path for role, path in files.items() if not role.startswith("skydist ")}
     if len(roles) < len(files):
         roles["skydist.inp"] = f"{len(files) - len(roles)} files, one in the folder of each sun"
@@ -243,7 +236,7 @@ _SAVES = {
         "'colour'",
     ),
 }
-"""Member of `Saves` -> its option, and what atmosphere.nc holds then."""
+"""Member of `Saves` -> its option, and what it adds to atmosphere.nc."""
 
 _IDLE = {
     "--radiance": "spectral radiances are written in any case",
@@ -251,4 +244,4 @@ _IDLE = {
     "--no-eds-tex": "there is no texture of eclipsed double scattering to leave out",
     **dict.fromkeys(("--opengl-info", "--opengl-debug", "--opengl-debug-full"), "OpenGL is not used"),
 }
-"""Options of calcmysky that change nothing, and why."""
+"""Options of calcmysky that change nothing -> why."""

@@ -6,6 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
+from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
@@ -33,7 +34,7 @@ _OPTIONS = """\
 
 
 def add_options(parser: Parser) -> None:
-    """What the sub-command takes."""
+    """Add the options of the sub-command."""
     parser.description = (
         "Write a run in another format. Everything comes from the run's plan.npz: a run with --format none will do."
     )
@@ -51,8 +52,7 @@ def add_options(parser: Parser) -> None:
 
 def export(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
-    from aomc_sky.cli.terminal import print_warning
-    from aomc_sky.engine.export import ExportOptions, export_run, size_warning
+    from aomc_sky.engine.export import ExportOptions, export_run
     from aomc_sky.engine.stored_run import open_run
     from aomc_sky.progress import patience, progress_bar
 
@@ -66,15 +66,8 @@ def export(arguments: argparse.Namespace) -> int:
         force=arguments.force,
     )
     _check(arguments)
-    if arguments.out is not None:
-        from aomc_sky.outputs.folder.target_file import check_folder
-
-        check_folder(arguments.out, "--out")
     with patience("reading the run", enabled=cli_options.speaks(arguments)):
         run = open_run(arguments.run)
-    warning = size_warning(run, options)
-    if warning and not arguments.quiet:
-        print_warning(warning)  # before the work: a person may think again
     with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
         result = export_run(run, options, progress)
     cli_options.answer(arguments, lambda: _as_json(run, options, result), lambda: _text(run, options, result))
@@ -82,7 +75,7 @@ def export(arguments: argparse.Namespace) -> int:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    from aomc_sky.errors import UsageError
+    from aomc_sky.outputs.folder.target_file import check_folder
 
     if arguments.scene is not None and arguments.to != "aomc":
         raise UsageError("--scene is for --to aomc")
@@ -90,6 +83,8 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UsageError("--photons is for --to netcdf; other formats hold photons always, or never")
     if arguments.waveband and arguments.to == "netcdf":
         raise UsageError("--to netcdf holds all wavebands; select one when you read it")
+    if arguments.out is not None:
+        check_folder(arguments.out, "--out")
 
 
 def _as_json(run: StoredRun, options: ExportOptions, result: ExportResult) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""``aomc-sky info``: what a scene, a run folder, or a file of one of the formats contains."""
+"""``aomc-sky info``: the contents of a scene, a run folder, or a file of one of the formats."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import os
 import shlex
 import sys
 import sysconfig
+from collections.abc import Iterable
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,7 +34,7 @@ lobes of a background sky at one --time:
 
 
 def add_options(parser: Parser) -> None:
-    """What the sub-command takes."""
+    """Add the options of the sub-command."""
     parser.description = (
         "Show what a scene (amc.inp or its folder), a run folder, an MCPL file, a background-sky file "
         "(HDF5) or the description of an atmosphere (.atmo) contains, or where the C headers are, or which sky models "
@@ -79,7 +80,7 @@ def info(arguments: argparse.Namespace) -> int:
 
 
 def _skies(arguments: argparse.Namespace) -> int:
-    """The sky models of other packages, and why some of them cannot be used."""
+    """Print the sky models of other packages, and why some of them cannot be used."""
     from aomc_sky.errors import PluginError
     from aomc_sky.formats.sky_models import installed_skies
 
@@ -96,13 +97,10 @@ def _skies(arguments: argparse.Namespace) -> int:
         skies.append({**about, "options": [f"{name} (needed)" if needed else name for name, needed in options]})
 
     def text() -> str:
-        rows = [
-            (sky["name"], f"{sky['distribution']} {sky['version']}", ", ".join(sky["options"]) or "-") for sky in skies
-        ]
+        rows = [(s["name"], f"{s['distribution']} {s['version']}", ", ".join(s["options"]) or "-") for s in skies]
         listed = table(rows, ("--sky", "package", "--sky-option"), n_left=3)
-        return "\n".join(
-            [listed if rows else "no other package brings a sky model", *(f"note: {why}" for why in refused)]
-        )
+        notes = [f"note: {why}" for why in refused]
+        return "\n".join([listed if rows else "no other package brings a sky model", *notes])
 
     cli_options.answer(arguments, lambda: {"skies": skies, "refused": refused}, text)
     return 0
@@ -178,11 +176,10 @@ def include_dir() -> Path:
 
 
 def embed_flags() -> list[str]:
-    """Flags that compile aomc_sky_embed.c and link a program with the Python that runs this.
+    """Flags that compile aomc_sky_embed.c and link a program with this Python, for ``cc ... $(...)``.
 
-    As ``python3-config --cflags --ldflags --embed`` gives them, but for this very interpreter, also from a virtual
-    environment, and with the path of the latter, so that the program finds aomc-sky. They are meant for
-    ``cc ... $(aomc-sky info --embed-flags)``: the shell looks at no quotes there.
+    ``python3-config --cflags --ldflags --embed`` does not know the virtual environment in which the program finds
+    aomc-sky. The flags have no quotes, because the shell does not interpret quotes there.
     """
     headers = Path(sysconfig.get_paths()["include"])
     if not (headers / "Python.h").exists():
@@ -196,10 +193,10 @@ def _words(name: str) -> list[str]:
 
 
 def _library() -> list[str]:
-    """The shared library where it is installed, else the static one with all that extensions look for in it."""
+    """The shared library if it is installed, else the static one with all symbols that extensions need."""
     version = sysconfig.get_config_var("LDVERSION") or sysconfig.get_config_var("py_version_short")
-    main, fixed = (Path(sysconfig.get_config_var(name) or "") for name in ("LIBDIR", "LIBPL"))
-    folders = [main, main / (sysconfig.get_config_var("MULTIARCH") or ""), fixed]
+    main, multi_arch, fixed = (sysconfig.get_config_var(name) or "" for name in ("LIBDIR", "MULTIARCH", "LIBPL"))
+    folders = [Path(main), Path(main) / multi_arch, Path(fixed)]
     for folder in folders:
         if (folder / f"libpython{version}.so").exists():
             return [f"-L{folder}", f"-lpython{version}", f"-Wl,-rpath,{folder}"]
@@ -218,7 +215,7 @@ _UNITS = {"energy": "MeV", "time": "ms", **dict.fromkeys("xyz", "cm")}
 
 
 def _mcpl(arguments: argparse.Namespace, path: Path) -> int:
-    """Print what a file holds; every record is read and checked."""
+    """Print the head of a file and the bounds of its columns; every record is read and checked."""
     from aomc_sky.formats.mcpl.file import read_mcpl
     from aomc_sky.progress import patience
 
@@ -255,7 +252,7 @@ def _mcpl(arguments: argparse.Namespace, path: Path) -> int:
 
 
 def _bounds(file: McplFile) -> dict[str, tuple[float, float]]:
-    """Least and greatest value of every column, by name; nothing of an empty file."""
+    """Least and greatest value of each column; empty for an empty file."""
     bounds: dict[str, tuple[float, float]] = {}
     for part in file.blocks():
         columns = {"energy": part.energy}
@@ -269,8 +266,29 @@ def _bounds(file: McplFile) -> dict[str, tuple[float, float]]:
     return bounds
 
 
+_DESCRIPTION = (
+    "atmosphere_height_m", "earth_radius_m", "earth_sun_distance_m", "earth_moon_distance_m", "scattering_orders",
+    "wavelength_nm", "solar_irradiance", "ground_albedo", "ground_glow", "glow_luminance_cd_m2",
+)  # fmt: skip
+_SCATTERER = (
+    "name", "line", "cross_section_1um_m2", "angstrom_exponent", "single_scattering_albedo", "phase_function_type",
+    "needs_interpolation_guides", "number_density", "phase_function",
+)  # fmt: skip
+_ABSORBER = ("name", "line", "cross_section_m2", "number_density")
+_BY_SPECIES = ("optical_depth", "phase_norm", "phase_norm_error")
+
+
+def _members(of: object, names: Iterable[str]) -> dict[str, Any]:
+    """Some attributes as JSON values: numbers, arrays, enumerations and texts of a file."""
+    values = {name: getattr(of, name) for name in names}
+    return {
+        name: value.tolist() if hasattr(value, "tolist") else getattr(value, "text", getattr(value, "value", value))
+        for name, value in values.items()
+    }
+
+
 def _atmosphere(arguments: argparse.Namespace, path: Path) -> int:
-    """Print what a description holds and what its code blocks give."""
+    """Print the contents of a description, and what its code blocks compute."""
     from aomc_sky.skies.atmosphere.description.medium import read_medium
     from aomc_sky.skies.atmosphere.description.reader import read_atmo
 
@@ -278,48 +296,15 @@ def _atmosphere(arguments: argparse.Namespace, path: Path) -> int:
     _, medium = read_medium(d)
     what = "atmosphere description"
     values = {
-        "atmosphere_height_m": d.atmosphere_height_m,
-        "earth_radius_m": d.earth_radius_m,
-        "earth_sun_distance_m": d.earth_sun_distance_m,
-        "earth_moon_distance_m": d.earth_moon_distance_m,
-        "scattering_orders": d.scattering_orders,
-        "wavelength_nm": d.wavelength_nm.tolist(),
-        "solar_irradiance": d.solar_irradiance.tolist(),
-        "ground_albedo": d.ground_albedo.tolist(),
-        "ground_glow": None if d.ground_glow is None else d.ground_glow.tolist(),
-        "glow_luminance_cd_m2": d.glow_luminance_cd_m2,
-        "scatterers": [
-            {
-                "name": part.name,
-                "line": part.line,
-                "cross_section_1um_m2": part.cross_section_1um_m2,
-                "angstrom_exponent": part.angstrom_exponent,
-                "single_scattering_albedo": part.single_scattering_albedo.tolist(),
-                "phase_function_type": part.phase_function_type.value,
-                "needs_interpolation_guides": part.needs_interpolation_guides,
-                "number_density": part.number_density.text,
-                "phase_function": part.phase_function.text,
-            }
-            for part in d.scatterers
-        ],
-        "absorbers": [
-            {
-                "name": gas.name,
-                "line": gas.line,
-                "cross_section_m2": gas.cross_section_m2.tolist(),
-                "number_density": gas.number_density.text,
-            }
-            for gas in d.absorbers
-        ],
-        "optical_depth": {name: depth.tolist() for name, depth in medium.optical_depth.items()},
-        "phase_norm": {name: norm.tolist() for name, norm in medium.phase_norm.items()},
-        "phase_norm_error": {name: error.tolist() for name, error in medium.phase_norm_error.items()},
+        **_members(d, _DESCRIPTION),
+        "scatterers": [_members(part, _SCATTERER) for part in d.scatterers],
+        "absorbers": [_members(gas, _ABSORBER) for gas in d.absorbers],
+        **{name: {key: array.tolist() for key, array in getattr(medium, name).items()} for name in _BY_SPECIES},
         "negligible_species": list(medium.dropped),
         "sizes": dict(d.sizes),
         "textures_are_radiances": d.textures_are_radiances,
         "has_eclipsed_double_scattering_textures": d.has_eclipsed_double_scattering_textures,
     }
-    cli_options.answer(
-        arguments, lambda: {"format": what, "path": d.path} | values, lambda: report_text(f"{what} {path}", values)
-    )
+    with_path = {"format": what, "path": d.path} | values
+    cli_options.answer(arguments, lambda: with_path, lambda: report_text(f"{what} {path}", values))
     return 0

@@ -52,7 +52,7 @@ _OF_PHOTONS = f"""\
 
 
 def add_options(parser: Parser) -> None:
-    """What the sub-command takes."""
+    """Add the options of the sub-command."""
     parser.description = (
         "Print clearness, brightness, coefficients and normalisation of a Perez sky; write it as "
         "skydist.inp, as photons or as a picture."
@@ -73,10 +73,36 @@ def add_options(parser: Parser) -> None:
 def perez(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.grid import PatchGrid
-    from aomc_sky.outputs.folder.target_file import check_folder, check_target
     from aomc_sky.progress import patience
-    from aomc_sky.source.light.inputs import direct_fraction
+    from aomc_sky.source.light.inputs import direct_fraction, given_inputs
     from aomc_sky.source.weather_scene import perez_and_sun, perez_sky
+
+    _check(arguments)
+    is_shown = cli_options.speaks(arguments)
+    with patience("modelling the sky", enabled=is_shown):
+        given = given_inputs(**cli_options.sky_arguments(arguments))
+        inputs, sun = perez_and_sun(given)
+        if direct_fraction(inputs, sun) == 1.0:
+            hour = given.weather
+            what = "the diffuse irradiance" if hour is None or hour.path is None else f"{hour.where}: DHI"
+            raise SceneError(f"{what} is 0, so there is no light in the sky")
+        sky, limited = perez_sky(given.model, inputs, sun, PatchGrid.regular(*arguments.bins))
+        values = _values(sky, given, limited)
+    for path, write in ((arguments.write_skydist, _write_table), (arguments.plot, _write_picture)):
+        if path is not None:
+            with patience(f"writing {Path(path).name}", enabled=is_shown):
+                write(sky, values, arguments, path)
+    texts: list[Callable[[], str]] = [partial(report_text, _HEAD, dict(values))]
+    if arguments.out is not None:
+        values["run"], text = _emit(_scene(given, arguments), arguments)
+        texts += [lambda: "", text]
+    cli_options.answer(arguments, lambda: values, lambda: "\n".join(text() for text in texts))
+    return 0
+
+
+def _check(arguments: argparse.Namespace) -> None:
+    """Refuse options that contradict each other, and outputs that would replace files of others."""
+    from aomc_sky.outputs.folder.target_file import check_folder, check_target
 
     if arguments.out is None:
         for name in cli_options.given_options(arguments, _OF_PHOTONS):
@@ -94,31 +120,10 @@ def perez(arguments: argparse.Namespace) -> int:
         for value in values_nm:
             if not value > 0:
                 raise UsageError(f"{option} must be positive, got {value:g}")
-    files = (("--write-skydist", arguments.write_skydist, _write_table), ("--plot", arguments.plot, _write_picture))
     weather = [file for file in (arguments.epw, arguments.tmy2, arguments.tmy3) if file is not None]
-    for option, path, _ in files:
+    for option, path in (("--write-skydist", arguments.write_skydist), ("--plot", arguments.plot)):
         if path is not None:
             check_target(path, option, force=arguments.force, inputs=weather)
-    is_shown = cli_options.speaks(arguments)
-    with patience("modelling the sky", enabled=is_shown):
-        given = _given(arguments)
-        inputs, sun = perez_and_sun(given)
-        if direct_fraction(inputs, sun) == 1.0:
-            hour = given.weather
-            what = "the diffuse irradiance" if hour is None or hour.path is None else f"{hour.where}: DHI"
-            raise SceneError(f"{what} is 0, so there is no light in the sky")
-        sky, limited = perez_sky(given.model, inputs, sun, PatchGrid.regular(*arguments.bins))
-        values = _values(sky, given, limited)
-    for _, path, write in files:
-        if path is not None:
-            with patience(f"writing {Path(path).name}", enabled=is_shown):
-                write(sky, values, arguments, path)
-    texts: list[Callable[[], str]] = [partial(report_text, _HEAD, dict(values))]
-    if arguments.out is not None:
-        values["run"], text = _emit(_scene(given, arguments), arguments)
-        texts += [lambda: "", text]
-    cli_options.answer(arguments, lambda: values, lambda: "\n".join(text() for text in texts))
-    return 0
 
 
 _HEAD = (
@@ -126,21 +131,14 @@ _HEAD = (
 )
 
 
-def _given(arguments: argparse.Namespace) -> GivenInputs:
-    """What the options say of sun and sky."""
-    from aomc_sky.source.light.inputs import given_inputs
-
-    return given_inputs(**cli_options.sky_arguments(arguments))
-
-
 def _scene(given: GivenInputs, arguments: argparse.Namespace) -> Scene:
-    """Sun and sky in their shares, or the sky alone."""
+    """A scene of sun and sky, or of the sky alone."""
     from aomc_sky.grid import PatchGrid
     from aomc_sky.source.weather_scene import scene_of_weather
 
     with_beam = False if arguments.diffuse_only else arguments.with_beam or None
     with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", "(?!spectrum )", ModelLimitWarning)  # those of the sky were given before
+        warnings.filterwarnings("ignore", "(?!spectrum )", ModelLimitWarning)  # warnings of the sky were shown before
         return scene_of_weather(
             given,
             arguments.wavelengths or [arguments.wavelength],
@@ -152,7 +150,7 @@ def _scene(given: GivenInputs, arguments: argparse.Namespace) -> Scene:
 
 
 def _values(sky: PerezSky, given: GivenInputs, limited: list[str]) -> dict[str, Any]:
-    """A sky as JSON values; None where the inputs do not tell."""
+    """A sky as JSON values; a value that does not follow from the inputs is None."""
     from aomc_sky.skies.perez.functions import epsilon_bin
     from aomc_sky.skies.perez.functions import limited as limits_of
 
@@ -185,9 +183,9 @@ def _values(sky: PerezSky, given: GivenInputs, limited: list[str]) -> dict[str, 
 
 
 def _write_table(sky: PerezSky, values: dict[str, Any], arguments: argparse.Namespace, path: str) -> None:
-    """Write skydist.inp: the mean radiance of each patch, weighted as its photons are.
+    """Write skydist.inp: the mean radiance of each patch, weighted with the cosine.
 
-    Read back, the table gives the masses of the model again, for mass = radiance x projected solid angle.
+    Mass = radiance x projected solid angle, so a scene that reads the table has the masses of the model.
     """
     import numpy as np
 
@@ -196,11 +194,8 @@ def _write_table(sky: PerezSky, values: dict[str, Any], arguments: argparse.Name
     grid = sky.patches
     scale = values["horizontal_integral"] if sky.dhi is None else sky.dhi
     radiance = sky.patch_mass(grid) * scale / grid.projected_solid_angle_sr
-    table = SkyTable(
-        wavelength_nm=np.array([arguments.wavelength]),
-        radiance=radiance.reshape(1, grid.n_zenith, grid.n_azimuth),
-        path=path,
-    )
+    radiance = radiance.reshape(1, grid.n_zenith, grid.n_azimuth)
+    table = SkyTable(wavelength_nm=np.array([arguments.wavelength]), radiance=radiance, path=path)
     write_skydist(table, path, bins=Bins.EQUAL, values=Values.RADIANCE)
 
 
@@ -214,7 +209,7 @@ def _write_picture(sky: PerezSky, values: dict[str, Any], arguments: argparse.Na
 
 
 def _emit(scene: Scene, arguments: argparse.Namespace) -> tuple[dict[str, Any], Callable[[], str]]:
-    """Write the run folder of one sky; its manifest, and the text that `run` would print."""
+    """Write the run folder of one sky; returns its manifest, and the text that `run` would print."""
     from aomc_sky.cli.commands.run import run_text
     from aomc_sky.engine.run import run_job
     from aomc_sky.progress import progress_bar

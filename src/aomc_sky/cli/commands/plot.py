@@ -6,6 +6,7 @@ import argparse
 import dataclasses
 import os
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -72,7 +73,7 @@ a background sky over time:
 
 
 def add_options(parser: Parser) -> None:
-    """What the sub-command takes."""
+    """Add the options of the sub-command."""
     parser.description = (
         "Draw the sky dome: the source of a scene before any run, photons per steradian or pulls of a run, "
         "a background sky over time, a table. North is up, the zenith in the centre, the horizon at the "
@@ -87,14 +88,10 @@ def add_options(parser: Parser) -> None:
     )
     cli_options.add_table(parser, _PICTURE, seen_from="above", scale="shared")
     cli_options.add_table(parser, _CONTENT, seed=0)
-    _add_time_options(parser)
+    cli_options.add_background_options(parser, _TIME)
     cli_options.add_reading_options(parser)
     parser.show_first("out show pull waveband wavelength time size seen-from range title force json quiet")
     parser.set_defaults(handler=plot)
-
-
-def _add_time_options(parser: argparse.ArgumentParser) -> None:
-    cli_options.add_background_options(parser, _TIME)
 
 
 def plot(arguments: argparse.Namespace) -> int:
@@ -118,8 +115,11 @@ def plot(arguments: argparse.Namespace) -> int:
     check_target(target, "--out", force=arguments.force, inputs=[arguments.path])
     maps: tuple[Pulls, ...] = ()
     with patience("drawing", enabled=cli_options.speaks(arguments)):
-        maps = _pulls(arguments) if arguments.pull else ()
-        picture, n_panels = _pull_picture(arguments, maps) if maps else _PICTURES[kind](arguments)
+        if arguments.pull:
+            picture, maps = _pull_picture(arguments)
+            n_panels = len(maps)
+        else:
+            picture, n_panels = _PICTURES[kind](arguments)
         figure = figure_of(
             picture,
             size_px=arguments.size or _SIZE_PX,
@@ -135,7 +135,7 @@ def plot(arguments: argparse.Namespace) -> int:
 
 
 def _values(target: Path, kind: Kind, picture: Picture, n_panels: int, maps: Sequence[Pulls]) -> dict[str, Any]:
-    """What was drawn, as JSON values."""
+    """The result as JSON values."""
     from aomc_sky.pictures.dome import plain_label
     from aomc_sky.verify.report import cell_json, largest_pull
 
@@ -155,14 +155,13 @@ def _values(target: Path, kind: Kind, picture: Picture, n_panels: int, maps: Seq
 
 
 def _text(values: dict[str, Any]) -> str:
-    """A line for the file, and one for what it leaves out."""
+    """A line for the file, and notes."""
     n = len(values["domes"])
     domes = f"{n} dome{'s' if n > 1 else ''} of a {'measured sky' if values['of'] == 'measured' else values['of']}"
     lines = [f"{values['out']}: {domes}, {values['quantity']}, {values['bytes']} bytes"]
     if values["left_out"]:
-        lines.append(
-            f"note: {n + values['left_out']} wavebands, {n} spread over them are drawn; choose with --waveband I"
-        )
+        n_all = n + values["left_out"]
+        lines.append(f"note: {n_all} wavebands, {n} spread over them are drawn; choose with --waveband I")
     if "largest_pull" in values:
         none = "none, because every zone expects too few photons"
         lines.append(f"largest pull: {shown(values['largest_pull']) if values['largest_pull'] else none}")
@@ -171,7 +170,7 @@ def _text(values: dict[str, Any]) -> str:
 
 _SIZE_PX = 960
 _USUAL_NM = 550.0
-"""A background sky is drawn at its wavelength that is nearest to this one."""
+"""A background sky is drawn at its wavelength nearest to this one."""
 
 _BELONGS: dict[str, tuple[Kind, ...]] = {
     "--show": (Kind.SCENE, Kind.RUN, Kind.MEASURED),
@@ -183,12 +182,12 @@ _BELONGS: dict[str, tuple[Kind, ...]] = {
     **dict.fromkeys(("--bins", "--weighting", "--azimuth-bins", "--compat", "--lenient"), (Kind.SCENE, Kind.TABLE)),
     **dict.fromkeys(("--strict", "--max-memory"), tuple(Kind)),
 }
-"""The kinds of paths that an option says something about, where that is not a scene alone."""
+"""Option -> the kinds of paths that it applies to; options that are missing here apply to scenes alone."""
 
 
 def _refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
-    """Raise for options that say nothing about this kind of path."""
-    of_time = cli_options.given_options(arguments, _add_time_options)
+    """Refuse options that do not apply to this kind of path."""
+    of_time = cli_options.given_options(arguments, partial(cli_options.add_background_options, more=_TIME))
     others = cli_options.given_options(arguments, _CONTENT, cli_options.add_reading_options)
     for option in [*of_time, *others]:
         kinds = (Kind.BACKGROUND,) if option in of_time else _BELONGS.get(option, (Kind.SCENE,))
@@ -200,7 +199,7 @@ def _refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
 
 
 def _target(arguments: argparse.Namespace) -> Path:
-    """Where the picture goes; a wrong name is reported before the work."""
+    """The path of the picture; a wrong name is an error before the work."""
     from aomc_sky.outputs.picture import picture_path
 
     if arguments.out == "":
@@ -217,7 +216,7 @@ def _title(arguments: argparse.Namespace, text: str) -> str:
 
 
 def _name(arguments: argparse.Namespace) -> str:
-    """What a person calls the path: a scene by its folder."""
+    """The name of the path in a title; a scene has the name of its folder."""
     path = Path(os.path.abspath(arguments.path))
     return path.parent.name if path.name == "amc.inp" else path.name
 
@@ -260,32 +259,25 @@ def _run(arguments: argparse.Namespace) -> tuple[Picture, int]:
     return source_picture(run.source, show=show, bands=drawn, sun=sun, title=title), len(bands)
 
 
-def _pulls(arguments: argparse.Namespace) -> tuple[Pulls, ...]:
-    """Maps of the pulls of a finished run."""
+def _pull_picture(arguments: argparse.Namespace) -> tuple[Picture, tuple[Pulls, ...]]:
+    """The picture and the maps of the pulls of a finished run."""
     from aomc_sky.engine.stored_run import open_run
+    from aomc_sky.pictures.content import DRAWN, PLANNED, pull_picture
+    from aomc_sky.pictures.source import spaced
     from aomc_sky.verify.made_again import statistics_of_run
+    from aomc_sky.verify.report import Against
 
     run = open_run(arguments.path)
     if run.manifest is None:
         raise UsageError(f"{arguments.path} is not finished; the same run command finishes it")
-    report = statistics_of_run(run.path, run.source, run.chosen(arguments.waveband))
-    if not report.pulls:
+    maps = statistics_of_run(run.path, run.source, run.chosen(arguments.waveband)).pulls
+    if not maps:
         raise UsageError(f"{arguments.path} holds no photons to compare; run it with --format npy")
-    return report.pulls
-
-
-def _pull_picture(arguments: argparse.Namespace, maps: tuple[Pulls, ...]) -> tuple[Picture, int]:
-    from aomc_sky.engine.stored_run import open_run
-    from aomc_sky.pictures.content import DRAWN, PLANNED, pull_picture
-    from aomc_sky.pictures.source import spaced
-    from aomc_sky.verify.report import Against
-
-    source = open_run(arguments.path).source
-    wavelength = source.plan.arrays["wavelength_nm"]
+    wavelength = run.source.plan.arrays["wavelength_nm"]
     named = [(f"waveband {p.waveband}, {wavelength[p.waveband - 1]:g} nm", p.zones, p.pull) for p in maps]
-    title = _title(arguments, f"{_name(arguments)}: pulls of {spaced(source.total)} photons")
+    title = _title(arguments, f"{_name(arguments)}: pulls of {spaced(run.source.total)} photons")
     note = PLANNED if any(p.against is Against.PLAN for p in maps) else DRAWN
-    return pull_picture(named, title=title, note=note), len(maps)
+    return pull_picture(named, title=title, note=note), maps
 
 
 def _table(arguments: argparse.Namespace) -> tuple[Picture, int]:
@@ -309,7 +301,7 @@ def _netcdf(arguments: argparse.Namespace) -> tuple[Picture, int]:
 
 
 def _background(arguments: argparse.Namespace) -> tuple[Picture, int]:
-    """The sky at one time, a dome for each wavelength; or at up to 12 times."""
+    """The sky at one time with a dome for each wavelength, or at up to 12 times."""
     from aomc_sky.formats.sky_toml.rules import moment_text
     from aomc_sky.pictures.backgrounds import lobe_picture
 
@@ -327,14 +319,14 @@ def _background(arguments: argparse.Namespace) -> tuple[Picture, int]:
 
 
 def _over_time(arguments: argparse.Namespace) -> Picture:
-    """The animations that were named, at one wavelength, over the time."""
+    """The named animations at one wavelength and several times."""
     from aomc_sky.pictures.backgrounds import frame_times_s, moving_picture, time_span_s
     from aomc_sky.pictures.content import MOST_PANELS
     from aomc_sky.skies.lobes.light import read_background
 
     if arguments.wavelength and len(arguments.wavelength) > 1:
         raise UsageError("several times are shown at one --wavelength; several wavelengths are for one --time")
-    scene = lobe_scene(arguments, 0.0)  # refuses names and wavelengths that the file does not have
+    scene = lobe_scene(arguments, 0.0)  # refuses names and wavelengths that are not in the file
     wavelength = float(scene.wavelength_nm[0]) if arguments.wavelength else _nearest_nm(scene)
     sky = read_background(arguments.path, utc_offset_h=arguments.utc_offset)
     if arguments.animation is not None:

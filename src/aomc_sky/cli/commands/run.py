@@ -15,13 +15,11 @@ from typing import TYPE_CHECKING, Any
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.terminal import MAX_ROWS, shown, table
 from aomc_sky.errors import UsageError
-from aomc_sky.source.read.kind import Kind, kind_of_name
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
     from aomc_sky.emission.photon_source import PhotonSource
     from aomc_sky.engine.run import JobResult
-    from aomc_sky.engine.shards import ShardResult
     from aomc_sky.outputs.statistics import BandResult
     from aomc_sky.source.scene import Scene
 
@@ -60,7 +58,7 @@ what is written and printed:
 
 
 def add_options(parser: Parser) -> None:
-    """What the sub-command takes."""
+    """Add the options of the sub-command."""
     parser.description = (
         "Read amc.inp and the files next to it, distribute the photons over the sky, emit and write them."
     )
@@ -90,11 +88,6 @@ def run(arguments: argparse.Namespace) -> int:
     shard = None if arguments.shard is None else parse_shard(arguments.shard)
     if arguments.amc_inp is None:
         scene = _scene_of_weather(arguments)
-    elif arguments.wavelengths and kind_of_name(Path(arguments.amc_inp).name) is not Kind.MEASURED:
-        raise UsageError(
-            f"--wavelengths is for a run without files; {arguments.amc_inp} has its own in lambbot.inp: leave "
-            "it out, or choose among them with --waveband 1"
-        )
     else:
         scene = cli_options.scene_of(arguments, arguments.amc_inp, wavebands=arguments.waveband)
     if arguments.dry_run:
@@ -104,10 +97,9 @@ def run(arguments: argparse.Namespace) -> int:
         source = cli_options.source_of(scene, arguments)
     options = cli_options.job_options(arguments)
     folder = None if arguments.out == "-" else _folder(arguments, scene)
-    result: JobResult | ShardResult
     with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
         if folder is None:
-            result = stream_job(source, scene, sys.stdout.buffer, options, progress)
+            result = stream_job(source, sys.stdout.buffer, options.threads, progress)
         elif shard is not None:
             from aomc_sky.engine.shards import run_shard
 
@@ -115,8 +107,7 @@ def run(arguments: argparse.Namespace) -> int:
         elif arguments.engine == "dask":
             from aomc_sky.engine.cluster import run_on_dask
 
-            scheduler = arguments.scheduler
-            result = run_on_dask(source, scene, folder, options, scheduler=scheduler, progress=progress)
+            result = run_on_dask(source, scene, folder, options, scheduler=arguments.scheduler, progress=progress)
         else:
             result = run_job(source, scene, folder, options, progress)
     text = partial(run_text, scene, source, result, folder, verbose=arguments.verbose)
@@ -131,7 +122,7 @@ _OF_FILES = "--sky --sky-option --bins --weighting --azimuth-bins --compat --len
 
 
 def _scene_of_weather(arguments: argparse.Namespace) -> Scene:
-    """Sun and sky at an hour, without files of AMC."""
+    """Sun and sky from options alone, without files of AMC."""
     from aomc_sky.source.light.inputs import given_inputs
     from aomc_sky.source.weather_scene import scene_of_weather
 
@@ -153,7 +144,7 @@ def _scene_of_weather(arguments: argparse.Namespace) -> Scene:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    """Refuse formats that do not go with the output and the engine."""
+    """Refuse options that contradict each other."""
     formats = cli_options.formats_of(arguments)
     for name, is_given in (("--shard", arguments.shard is not None), ("--engine dask", arguments.engine == "dask")):
         if is_given and (arguments.out == "-" or formats != ("npy",)):
@@ -180,9 +171,9 @@ def _folder(arguments: argparse.Namespace, scene: Scene) -> Path:
     return Path(arguments.out)
 
 
-def run_values(source: PhotonSource, result: JobResult | ShardResult, folder: Path) -> dict[str, Any]:
-    """What a run or a shard says to a program: the manifest, where there is one, and what was done."""
-    from aomc_sky.engine.run import JobResult, run_record
+def run_values(source: PhotonSource, result: JobResult, folder: Path) -> dict[str, Any]:
+    """A run or a shard as JSON values: the manifest, if there is one, and what was done."""
+    from aomc_sky.engine.run import run_record
 
     values = {
         **(result.manifest or {"plan_sha256": source.plan.sha256, "seed": source.plan.seed}),
@@ -190,9 +181,10 @@ def run_values(source: PhotonSource, result: JobResult | ShardResult, folder: Pa
         "was_finished": result.was_finished,
         "run": run_record(result.seconds, result.emitted, result.threads),
     }
-    if not isinstance(result, JobResult):
+    if result.shard is not None:
+        n_photons = sum(end - first for _, first, end in result.ranges)
         values["finished"] = result.manifest is not None
-        values["shard"] = {"index": result.shard.index, "count": result.shard.count, "photons": result.n_photons}
+        values["shard"] = {"index": result.shard.index, "count": result.shard.count, "photons": n_photons}
         values["missing"] = [str(shard) for shard in result.missing]
     return values
 
@@ -202,60 +194,47 @@ _ENDLESS = (
     "finite value; the photons' own says only how near the horizon they come. Flux is launched by --weighting projected"
 )
 MAX_COMPONENTS = 6
-"""Columns of components beside the table's own; the brightest are shown."""
+"""Columns for the brightest components."""
 
 _Column = tuple[str, Callable[["BandResult"], str]]
 
 
-def _number(member: str, digits: int = 6) -> Callable[[BandResult], str]:
+def _column(head: str, member: str, form: str) -> _Column:
+    """A column with a member of `BandResult`; missing numbers are "-"."""
+
     def text(band: BandResult) -> str:
         value = getattr(band, member)
-        return "-" if value is None or math.isnan(value) else f"{value:.{digits}f}"
+        if value is None or math.isnan(value):
+            return "-"
+        return "0" if form == ".1e" and value == 0 else f"{value:{form}}"
 
-    return text
-
-
-def _with_error(head: str, name: str) -> tuple[_Column, _Column]:
-    def error(band: BandResult) -> str:
-        value = getattr(band, f"{name}_standard_error")
-        return "-" if value is None else f"{value:.1e}" if value else "0"
-
-    return (head, _number(f"{name}_photons", 8)), ("(s.e.)", error)
+    return head, text
 
 
-_BAND: tuple[_Column, ...] = (
-    ("band", lambda band: str(band.waveband)),
-    ("nm", lambda band: f"{band.wavelength_nm:g}"),
-)
-_COLUMNS: tuple[_Column, ...] = (
+_BAND = (_column("band", "waveband", "d"), _column("nm", "wavelength_nm", "g"))
+_COLUMNS = (
     *_BAND,
-    ("sky nm", lambda band: "-" if band.sky_wavelength_nm is None else f"{band.sky_wavelength_nm:g}"),
-    ("requested", lambda band: str(band.requested)),
-    ("launched", lambda band: str(band.launched)),
-    ("residual", lambda band: str(band.residual)),
-    ("mean cosine", _number("mean_cosine_exact")),
-    ("(photons)", _number("mean_cosine_photons")),
-    ("Ed/Eo", _number("ed_over_eo_exact")),
-    ("(photons)", _number("ed_over_eo_photons")),
+    _column("sky nm", "sky_wavelength_nm", "g"),
+    *(_column(name, name, "d") for name in ("requested", "launched", "residual")),
+    _column("mean cosine", "mean_cosine_exact", ".6f"),
+    _column("(photons)", "mean_cosine_photons", ".6f"),
+    _column("Ed/Eo", "ed_over_eo_exact", ".6f"),
+    _column("(photons)", "ed_over_eo_photons", ".6f"),
 )
-_ERRORS: tuple[_Column, ...] = (
-    *_BAND,
-    *_with_error("Ed", "ed"),
-    *_with_error("Eo", "eo"),
-    *_with_error("mean cosine", "mean_cosine"),
-    *_with_error("Ed/Eo", "ed_over_eo"),
-)
+_ERRORS = list(_BAND)
+for _head, _name in (("Ed", "ed"), ("Eo", "eo"), ("mean cosine", "mean_cosine"), ("Ed/Eo", "ed_over_eo")):
+    _ERRORS += [_column(_head, f"{_name}_photons", ".8f"), _column("(s.e.)", f"{_name}_standard_error", ".1e")]
 
 
 def _table(bands: Sequence[BandResult], columns: Sequence[_Column]) -> str:
-    """A line for each band; of many, for the first ones."""
+    """A line for each of the first bands."""
     text = table([[cell(band) for _, cell in columns] for band in bands[:MAX_ROWS]], [head for head, _ in columns])
     hidden = len(bands) - MAX_ROWS
     return text + (f"\n... and {hidden} more wavebands (manifest.json has all)" if hidden > 0 else "")
 
 
 def tables_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
-    """The table of all bands; absolute irradiances and standard errors where they are known."""
+    """The table of all bands, and absolute irradiances and standard errors if they are known."""
     text = f"\n{_table(bands, _COLUMNS)}\n"
     if any(band.ed_over_eo_exact == 0 for band in bands):
         text += f"{_ENDLESS}\n"
@@ -268,28 +247,28 @@ def tables_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
 
 
 def _irradiance_text(bands: Sequence[BandResult]) -> str:
-    """Absolute irradiances of the components, and what the horizon takes."""
+    """Absolute irradiances of the components, and the share of light from below the horizon."""
 
-    def of_component(name: str) -> Callable[[BandResult], float]:
-        return lambda band: (band.component_irradiance_W_m2_nm or {})[name]
+    def irradiance(name: str, band: BandResult) -> float:
+        return (band.component_irradiance_W_m2_nm or {})[name]
 
-    def cell(value: Callable[[BandResult], float]) -> Callable[[BandResult], str]:
-        return lambda band: f"{value(band):.4g}"
+    def column(name: str) -> _Column:
+        return name, lambda band: f"{irradiance(name, band):.4g}"
 
-    by_name = {name: of_component(name) for name in bands[0].component_irradiance_W_m2_nm or {}}
-    names = sorted(by_name, key=lambda name: -max(map(by_name[name], bands)))
+    names = list(bands[0].component_irradiance_W_m2_nm or {})
+    names.sort(key=lambda name: -max(irradiance(name, band) for band in bands))
     columns = [*_BAND, ("Ed", lambda band: f"{band.irradiance_W_m2_nm or 0.0:.4g}")]
-    columns += [(name, cell(by_name[name])) for name in names[:MAX_COMPONENTS]]
+    columns += [column(name) for name in names[:MAX_COMPONENTS]]
     head = "irradiance of the horizontal plane, W m-2 nm-1"
     if any(band.horizon_loss for band in bands):
         head += "; below: share of the lobes' light from below the horizon"
-        columns.append(("below", lambda band: f"{band.horizon_loss:.4f}"))
+        columns.append(_column("below", "horizon_loss", ".4f"))
     rest = f"\n... {len(names)} components (manifest.json has all)" if len(names) > MAX_COMPONENTS else ""
     return f"{head}\n{_table(bands, columns)}{rest}"
 
 
 def _error_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
-    """Standard errors of a run with replicates, and what they do not tell."""
+    """Standard errors of a run with replicates, and their limits."""
     emitted = [band for band in bands if band.ed_photons is not None]
     if not emitted:
         return "no standard errors: a run that makes no photons has none (--format none)"
@@ -306,14 +285,11 @@ def _error_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
-def run_text(
-    scene: Scene, source: PhotonSource, result: JobResult | ShardResult, folder: Path | None, *, verbose: bool
-) -> str:
-    """What a run or a shard prints when it is done."""
-    from aomc_sky.engine.run import JobResult
+def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path | None, *, verbose: bool) -> str:
+    """The text that a run or a shard prints when it is done."""
     from aomc_sky.source.read.table import READING
 
-    # what the AOMC program would do comes after the table, for a newcomer has not met it
+    # notes on the AOMC program come after the table, for newcomers do not know the program
     lines, last = (
         [f"note: {note}" for note in scene.notes if note.startswith(READING) is is_last] for is_last in (False, True)
     )
@@ -321,7 +297,7 @@ def run_text(
         lines += [f"{name}: {shown(value)}" for name, value in {**scene.input_files, **scene.options}.items()]
         drawn = ("method", "allocation", "placement", "order", "precision", "replicates")
         lines += [f"{name}: {source.plan.options[name]}" for name in drawn]
-    if not isinstance(result, JobResult):
+    if result.shard is not None:
         lines += _shard_lines(source, result)
     else:
         launched = sum(band.launched for band in result.bands)
@@ -344,11 +320,12 @@ def run_text(
     return "\n".join([*lines, f"plan {source.plan.sha256[:16]}" + ("" if folder is None else f", folder {folder}")])
 
 
-def _shard_lines(source: PhotonSource, result: ShardResult) -> list[str]:
+def _shard_lines(source: PhotonSource, result: JobResult) -> list[str]:
+    n_photons = sum(end - first for _, first, end in result.ranges)
     spans = [f"waveband {band + 1}: photons {first} to {end - 1}" for band, first, end in result.ranges]
     missing = ", ".join(map(str, result.missing[:20])) + (" ..." if len(result.missing) > 20 else "")
     return [
-        f"shard {result.shard}: {result.n_photons} photons, seed {source.plan.seed}",
+        f"shard {result.shard}: {n_photons} photons, seed {source.plan.seed}",
         *spans[:MAX_ROWS],
         *([f"... and {len(spans) - MAX_ROWS} more wavebands"] if len(spans) > MAX_ROWS else []),
         f"shards that are not made yet: {missing}" if missing else "all shards are made: the run is finished",
@@ -368,7 +345,7 @@ def scene_summary(scene: Scene) -> dict[str, Any]:
 
 
 def dry_run_text(scene: Scene) -> str:
-    """What a run would model, and what it would not."""
+    """The text of --dry-run: what a run would model, and what it would not."""
     import numpy as np
 
     n_bands = int(np.count_nonzero(scene.n_photons))

@@ -1,9 +1,8 @@
-"""``aomc-sky validate``: every problem of every file, and nothing else."""
+"""``aomc-sky validate``: report every problem of every file, and make no photons."""
 
 from __future__ import annotations
 
 import argparse
-import functools
 import json
 import sys
 import warnings
@@ -25,11 +24,11 @@ _ENDING = {
     Kind.SKY_TOML: "sky.toml",
     **dict.fromkeys((Kind.MCPL, Kind.BACKGROUND, Kind.ATMOSPHERE), ""),
 }
-"""Ends of the names of files that are read in a folder."""
+"""Kind of file -> the ending of names that are read in a folder."""
 
 
 def add_options(parser: Parser) -> None:
-    """What the sub-command takes."""
+    """Add the options of the sub-command."""
     parser.description = (
         "Read every file named (of a folder: all of a known name, and those that its amc.inp asks for) and "
         "report every problem of every file, and of a folder with amc.inp whatever `run` would refuse; never "
@@ -54,12 +53,10 @@ def _readers(arguments: argparse.Namespace) -> dict[Kind, Callable[[Path], Any]]
 
     return {
         Kind.SCENE: lambda path: _read_amc(path, lenient),
-        Kind.LAMBBOT: lambda path: _read_beside(
-            path, functools.partial(read_lambbot, lenient=lenient), lenient, with_target=True
-        ),
-        Kind.DIFCOL: lambda path: _read_beside(path, read_difcol, lenient, with_target=False),
+        Kind.LAMBBOT: lambda path: read_lambbot(path, lenient=lenient, **_beside(path, lenient, with_target=True)),
+        Kind.DIFCOL: lambda path: read_difcol(path, **_beside(path, lenient)),
         Kind.TABLE: lambda path: read_skydist(path, lenient=lenient, max_memory_bytes=max_memory),
-        Kind.SKY_TOML: lambda path: _read_toml(path, lenient, allow_paths, arguments),
+        Kind.SKY_TOML: lambda path: _read_toml(path, arguments),
         Kind.MCPL: check_mcpl,
         Kind.BACKGROUND: _read_background,
         Kind.ATMOSPHERE: lambda path: _read_atmosphere(path, allow_paths),
@@ -68,7 +65,7 @@ def _readers(arguments: argparse.Namespace) -> dict[Kind, Callable[[Path], Any]]
 
 
 def _read_amc(path: Path, lenient: bool) -> None:
-    """Read amc.inp; what holds something else is named."""
+    """Read amc.inp; a file of another kind is an error that says its kind."""
     from aomc_sky.formats.aomc.amc import read_amc
 
     try:
@@ -92,51 +89,47 @@ def _read_atmosphere(path: Path, allow_paths: list[str]) -> None:
     read_medium(read_atmo(path, allow_paths=allow_paths))
 
 
-def _read_beside(path: Path, read: Callable[..., Any], lenient: bool, *, with_target: bool) -> Any:
-    """Read a file with one row per waveband; an amc.inp beside it tells how many."""
-    extra: dict[str, Any] = {}
+def _beside(path: Path, lenient: bool, *, with_target: bool = False) -> dict[str, Any]:
+    """The number of wavebands, and whether there is a target, from an amc.inp in the same folder."""
+    from aomc_sky.formats.aomc.amc import read_amc
+
     amc = path.parent / "amc.inp"
-    if amc.is_file():
-        from aomc_sky.formats.aomc.amc import read_amc
-
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", InputWarning)
-                config = read_amc(amc, lenient=lenient)
-            extra["n_wavebands"] = config.n_wavebands
-            if with_target:
-                extra["has_target"] = config.bottom_target
-        except AomcSkyError:
-            pass  # reported under its own name
-    return read(path, **extra)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", InputWarning)
+            config = read_amc(amc, lenient=lenient) if amc.is_file() else None
+    except AomcSkyError:
+        config = None  # reported under its own name
+    if config is None:
+        return {}
+    return {"n_wavebands": config.n_wavebands} | ({"has_target": config.bottom_target} if with_target else {})
 
 
-def _read_toml(path: Path, lenient: bool, allow_paths: list[str], arguments: argparse.Namespace) -> None:
+def _read_toml(path: Path, arguments: argparse.Namespace) -> None:
     """Read sky.toml, and the background-sky files, the atmosphere, the field and the sky model that it names."""
     from aomc_sky.formats.sky_toml.file import read_sky_toml
 
-    read = functools.partial(read_sky_toml, allow_paths=allow_paths)
-    toml = _read_beside(path, read, lenient, with_target=False)
+    toml = read_sky_toml(path, allow_paths=arguments.allow_path, **_beside(path, arguments.lenient))
     if toml.background:
         from aomc_sky.skies.lobes.light import read_backgrounds
 
         read_backgrounds(toml.background, str(path))
     if toml.atmosphere is not None:
-        _read_atmosphere(Path(toml.atmosphere.file), allow_paths)
+        _read_atmosphere(Path(toml.atmosphere.file), arguments.allow_path)
     if toml.sky.table is not None and arguments.sky is None:
         from aomc_sky.source.read.field import read_sky_field
 
         read_sky_field(toml.sky.table, str(path))
-    if toml.sky.model_span is not None and arguments.sky in (None, toml.sky.model):
+    if toml.sky.model is not None and toml.sky.model_span is not None and arguments.sky in (None, toml.sky.model):
         from aomc_sky.source.read.plugin import choose_plugin
 
         choose_plugin(toml.sky.model, toml.sky, cli_options.sky_option_arguments(arguments), str(path))
 
 
 def _refusal(folder: Path, arguments: argparse.Namespace) -> None:
-    """Raise what `run` would for the scene of a folder: files that are missing, a sky without light, too large a plan.
+    """Raise the errors of `run` for the scene of a folder: missing files, a dark sky, a plan that is too large.
 
-    The light of an atmosphere takes `run` its minutes and is not solved here.
+    The light of an atmosphere takes minutes and is not solved here.
     """
     from aomc_sky.source.read.files import read_scene_files
 
@@ -152,16 +145,15 @@ def _refusal(folder: Path, arguments: argparse.Namespace) -> None:
 
 
 def _check_scene(folder: Path, arguments: argparse.Namespace, results: list[dict[str, Any]]) -> int:
-    """Add to the results what no file alone shows; return the exit code of `run`."""
+    """Add to the results what only the whole scene shows; returns the exit code of `run`."""
     of_path = {result["path"]: result for result in results}
     known = {line for result in results for line in result["problems"]}
     of_scene, code, by_path = _checked(folder, lambda path: _refusal(path, arguments), arguments.strict)
     for path, problems in by_path.items():
-        result = of_path.get(path)
-        if result is None:
-            results.append(_result(path, code, problems))
-        elif result["ok"]:
-            result.update(ok=False, problems=[*result["problems"], *problems])
+        if path not in of_path:
+            results.append({"path": path, "ok": code == 0, "was_read": True, "problems": problems})
+        elif of_path[path]["ok"]:
+            of_path[path].update(ok=False, problems=[*of_path[path]["problems"], *problems])
     rest = [text for text in of_scene["problems"] if text not in known] if not by_path else []
     if rest:
         results.append({**of_scene, "problems": rest})
@@ -180,10 +172,9 @@ def validate(arguments: argparse.Namespace) -> int:
     for named in arguments.paths:
         own: list[dict[str, Any]] = []
         for path in _files_of(Path(named)):
+            read = readers.get(kind_of_name(path.name) or Kind.SCENE, readers[Kind.SCENE])
             with patience("reading the files", enabled=not arguments.json):
-                result, code, _ = _checked(
-                    path, readers.get(kind_of_name(path.name) or Kind.SCENE, readers[Kind.SCENE]), arguments.strict
-                )
+                result, code, _ = _checked(path, read, arguments.strict)
             own.append(result)
             worst = max(worst, code)
         if (Path(named) / "amc.inp").is_file():
@@ -192,7 +183,7 @@ def validate(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print(json.dumps({"files": results, "ok": worst == 0}))
     else:
-        printed: list[list[str]] = []  # a broken file that sky.toml names is read for both of them
+        printed: list[list[str]] = []  # a broken file that sky.toml names has its problems in both
         for result in results:
             if result["problems"] and result["problems"] not in printed:
                 printed.append(result["problems"])
@@ -202,7 +193,7 @@ def validate(arguments: argparse.Namespace) -> int:
 
 
 def _files_of(path: Path) -> list[Path]:
-    """The path itself, or the files of a folder that have known names, those of a scene first."""
+    """The path itself, or the files with known names in a folder, those of a scene first."""
     if not path.is_dir():
         return [path]
     known = [path / name for name in SCENE_FILES if (path / name).exists()]
@@ -211,13 +202,13 @@ def _files_of(path: Path) -> list[Path]:
 
 
 def _is_known(path: Path) -> bool:
-    """Whether the name of a file of a folder tells its kind; `skydist.png` and `report.toml` do not."""
+    """Whether a file in a folder has a known name; `skydist.png` and `report.toml` have not."""
     ending = _ENDING.get(kind) if (kind := kind_of_name(path.name)) else None
     return ending is not None and path.name.lower().endswith(ending)
 
 
 def _checked(path: Path, read: Callable[[Path], Any], strict: bool) -> tuple[dict[str, Any], int, dict[str, list[str]]]:
-    """What to report of a file or folder, the exit code, and the lines of problems under the files that they are of."""
+    """The result of a file or folder, its exit code, and the lines of problems by file."""
     problems: list[str] = []
     by_path: dict[str, list[str]] = {}
     code, was_read = 0, True
@@ -231,16 +222,11 @@ def _checked(path: Path, read: Callable[[Path], Any], strict: bool) -> tuple[dic
             for name in dict.fromkeys(problem.path for problem in error.problems):
                 of_file = InputFileError([problem for problem in error.problems if problem.path == name])
                 by_path[name] = str(of_file).split("\n")
-        except MissingExtraError as error:
-            problems, code, was_read = [error_text(error)], error.exit_code, False
         except AomcSkyError as error:
             problems, code = [error_text(error)], error.exit_code
+            was_read = not isinstance(error, MissingExtraError)
     noticed = list(dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, _OURS)))
     if strict and noticed:
         code = code or 3
     result = {"path": str(path), "ok": code == 0, "was_read": was_read, "problems": [*problems, *noticed]}
     return result, code, by_path
-
-
-def _result(path: str, code: int, problems: list[str]) -> dict[str, Any]:
-    return {"path": path, "ok": code == 0, "was_read": True, "problems": problems}

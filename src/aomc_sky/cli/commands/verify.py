@@ -1,4 +1,4 @@
-"""``aomc-sky verify``: a run, or photons that another code made, against what they ought to be."""
+"""``aomc-sky verify``: check a run, or photons that another code made."""
 
 from __future__ import annotations
 
@@ -42,8 +42,9 @@ what is checked:
                               the random choice that thins photons (default 0), 0 to 2^64-1
 --threads
 photons of another code:
---scene AMC_INP               amc.inp of the scene that they ought to come from; of a run folder, the scene that its
-                              plan is compared with, read as `aomc-sky run` read it
+--scene AMC_INP               amc.inp (or measured sky) of the scene that they should come from; of a run folder, the
+                              scene that its plan is compared with, read as `aomc-sky run` read it
+--wavelengths NM...           of a measured sky: the wavebands, as `aomc-sky run` had them
 --method iid|stratified       how they depend on each other: independent draws (iid), or spread more evenly than
                               chance; default: what the head of an MCPL file of ours says, and iid of others
 --frame up|down               which way z grows in their directions (default up; AOMC's is down)
@@ -55,7 +56,7 @@ FAILED, FOREIGN = 1, 5
 
 
 def add_options(parser: Parser) -> None:
-    """What the sub-command takes."""
+    """Add the options of the sub-command."""
     parser.description = (
         "Check a run folder: make its counts and photons again from the plan and compare every bit with the files. "
         "With --scene and a file: test photons that another code made against the sky of a scene."
@@ -85,7 +86,7 @@ def verify(arguments: argparse.Namespace) -> int:
 
 
 def _refuse_mixture(arguments: argparse.Namespace) -> None:
-    """Raise where options of a run and of photons of another code stand together."""
+    """Refuse options of a run together with options of photons of another code."""
     is_folder = Path(arguments.path).is_dir()
     if arguments.scene is not None and not is_folder:
         for name in ("resample", "statistics"):
@@ -97,6 +98,7 @@ def _refuse_mixture(arguments: argparse.Namespace) -> None:
             advice = "give their file instead of the folder, and" if is_folder else "give their"
             raise UsageError(f"--{name} is for photons of another code: {advice} --scene AMC_INP")
     reading = cli_options.given_options(arguments, cli_options.add_reading_options, cli_options.add_moment_options)
+    reading += ["--wavelengths"] if arguments.wavelengths else []
     for name in reading if arguments.scene is None else ():
         raise UsageError(f"{name} says how a scene is read; a run is checked against its own plan: leave it out")
     if not is_folder and Path(arguments.path).exists():
@@ -178,10 +180,7 @@ _PULL_HEAD = ("zenith [deg]", "azimuth [deg]", "photons", "expected", "pull")
 
 
 def report_text(report: VerifyReport, *, verbose: bool, only_failed: bool) -> str:
-    """The whole text.
-
-    `verbose`: a line for every check of every waveband; otherwise checks that passed in several wavebands share one.
-    """
+    """The report as text; unless `verbose`, checks that passed in several wavebands share one line."""
     checks = [c for c in report.checks if not (only_failed and c.passed)]
     rows = [_row(check) for check in checks] if verbose else list(_short_rows(checks))
     lines = [table(rows, _HEAD, n_left=len(_HEAD))]
@@ -208,7 +207,7 @@ def _row(check: Check, wavebands: str | None = None) -> tuple[str, ...]:
 
 
 def _short_rows(checks: list[Check]) -> Iterator[tuple[str, ...]]:
-    """Checks of one name that passed in several wavebands in one line, with their worst values."""
+    """One line for the checks of a name that passed in several wavebands, with their worst values."""
     for name in dict.fromkeys(check.name for check in checks):
         passed = [check for check in checks if check.name == name and check.passed]
         if len(passed) > 1:

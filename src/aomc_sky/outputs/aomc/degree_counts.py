@@ -1,4 +1,4 @@
-"""Photon counts on whole degrees, the only directions that the AOMC program's sky file knows, or why there are none."""
+"""Photon counts on whole degrees, the only directions in the AOMC program's sky file, or reasons against them."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from aomc_sky.wavebands import Wavebands
 LAST_ZENITH_DEG = 89
 
 MOST_PHOTONS = 16_000_000
-"""Photons of a band up to which shares of the total in 32-bit floats tell every integer apart (below 2^24)."""
+"""Most photons of a band for which 32-bit floats can hold every share of the total (below 2^24)."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Refusal:
-    """A reason, and what cures it: options of `run`, options of `export`, or something that a person does."""
+    """A reason, and a remedy: options of `run`, options of `export`, or something to do by hand."""
 
     reason: str
     run: str = ""
@@ -36,7 +36,7 @@ class Refusal:
 
 
 def raise_all(refusals: Sequence[Refusal], *, scene: str = "AMC_INP", run: str = "RUN") -> None:
-    """Raise one error with all reasons; `scene` and `run` are what the user would write."""
+    """Raise one error with all reasons, if there are any; `scene` and `run` are the names that the user knows."""
     if not refusals:
         return
     reasons = [refusal.reason for refusal in refusals]
@@ -62,29 +62,20 @@ def _solution(refusals: Sequence[Refusal], scene: str, run: str) -> str:
 
 
 def photon_refusals(n_photons: dict[int, int]) -> list[Refusal]:
-    """No photons at all, or too many; `n_photons` of each waveband that has any. [0-based]"""
+    """Refuse no photons at all, and too many; `n_photons` of each waveband that has any. [0-based]"""
     if not n_photons:
-        return [
-            Refusal(
-                reason="no waveband of this run has photons, so there is nothing to export",
-                run="--iterations 1000000",
-            )
-        ]
+        reason = "no waveband of this run has photons, so there is nothing to export"
+        return [Refusal(reason=reason, run="--iterations 1000000")]
     band, most = max(n_photons.items(), key=lambda item: item[1])
     if most <= MOST_PHOTONS:
         return []
-    return [
-        Refusal(
-            reason=f"waveband {band + 1} has {most} photons; the AOMC program counts in 32-bit floats, which are "
-            f"exact up to {MOST_PHOTONS} photons per waveband",
-            run=f"--iterations {MOST_PHOTONS}",
-            is_allocation=True,
-        )
-    ]
+    reason = f"waveband {band + 1} has {most} photons; the AOMC program counts in 32-bit floats, which are exact up to "
+    reason += f"{MOST_PHOTONS} photons per waveband"
+    return [Refusal(reason=reason, run=f"--iterations {MOST_PHOTONS}", is_allocation=True)]
 
 
 def whole_degree(component: Component) -> tuple[int, int] | None:
-    """The whole degrees that a beam comes from, None where it does not."""
+    """Zenith angle and azimuth of a beam from whole degrees, or None for other components."""
     direction = beam_direction_deg(component)
     if direction is None or component.law is not Law.BEAM:
         return None
@@ -112,7 +103,7 @@ def _beam_refusal(component: Component, n_photons: int) -> Refusal:
 
 
 def wavelength_refusals(wavelength_nm: np.ndarray, bands: Iterable[int]) -> list[Refusal]:
-    """Wavebands [0-based] that would not find their own sky."""
+    """Refuse wavebands [0-based] that would not find their own sky."""
     single, refusals = wavelength_nm.astype(np.float32), []
     for band in bands:
         named = f"waveband {band + 1} at {wavelength_nm[band]:.9g} nm"
@@ -135,21 +126,18 @@ _SHARED_OUT = (
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class DegreeCounts:
-    """Photons of each whole degree, and what was done to have them."""
+    """Photons of each whole degree."""
 
-    #: photons of [waveband, zenith index - 1, azimuth index], 0 for bands that were not asked for; int64 (n_band, 89,
-    #: n_azimuth)
-    counts: np.ndarray
-    note: str = ""  #: a line for the user where the run's own patches are others, else empty
+    counts: np.ndarray  #: from zenith index 1, 0 for bands that are not chosen; int64 (n_band, 89, n_azimuth)
+    note: str = ""  #: a line for the user if the run's own patches are not whole degrees
 
 
 def degree_counts(source: PhotonSource, bands: Sequence[int]) -> DegreeCounts:
     """Photons of a run on whole degrees, as many in each band as the run has.
 
-    A run on whole degrees (``--bins degrees``, or ``--compat aomc``) keeps its counts. Any other one is
-    shared out anew: its masses are carried over to cells of one degree (those of a Perez sky by its own
-    law, all others by the law inside their patches), then allocated with the run's method and seed. A beam
-    from a whole degree keeps its counts. Refused with a SceneError: `degree_refusals`.
+    A run on whole degrees (``--bins degrees``, or ``--compat aomc``) and a beam from a whole degree keep their counts.
+    Other masses are carried over to cells of one degree (those of a Perez sky by its own law, others by the law inside
+    their patches), and shared out with the run's method and seed. SceneError for the reasons of `degree_refusals`.
     """
     raise_all(degree_refusals(source, bands))
     parts = _parts(source, bands)
@@ -170,7 +158,7 @@ def degree_counts(source: PhotonSource, bands: Sequence[int]) -> DegreeCounts:
 
 
 def _beam_table(component: Component, counts: np.ndarray) -> np.ndarray:
-    """Counts of a beam from a whole degree, which the program launches in that very direction."""
+    """Counts of a beam from a whole degree."""
     degree = whole_degree(component)
     assert degree is not None  # `degree_refusals` has looked
     table = np.zeros((len(counts), _N_ZENITH, _N_AZIMUTH), dtype=np.int64)
@@ -179,7 +167,7 @@ def _beam_table(component: Component, counts: np.ndarray) -> np.ndarray:
 
 
 def degree_refusals(source: PhotonSource, bands: Sequence[int]) -> list[Refusal]:
-    """Why light of a run has no place on whole degrees, every reason."""
+    """All reasons why light of a run cannot be put on whole degrees."""
     lit = [(component, part) for component, part in _parts(source, bands) if part.any()]
     refusals = [
         _beam_refusal(component, int(part.sum()))
@@ -203,7 +191,7 @@ def degree_refusals(source: PhotonSource, bands: Sequence[int]) -> list[Refusal]
 
 
 def _parts(source: PhotonSource, bands: Sequence[int]) -> list[tuple[Component, np.ndarray]]:
-    """The components with their counts, 0 for bands that were not asked for."""
+    """The components with their counts, 0 for bands that are not chosen."""
     counts = np.zeros_like(source.counts)
     counts[list(bands)] = source.counts[list(bands)]
     first = source.plan.arrays["component_start"]
@@ -214,12 +202,10 @@ def _is_on_degrees(grid: PatchGrid | None) -> bool:
     """Whether the patches are cells around whole degrees, or the points themselves."""
     if grid is None:
         return False
-    cells = PatchGrid.whole_degrees()
-    points = PatchGrid.lattice(grid.n_zenith, grid.n_azimuth)
     return any(
         np.array_equal(grid.zenith_bounds_deg, known.zenith_bounds_deg)
         and np.array_equal(grid.azimuth_bounds_deg, known.azimuth_bounds_deg)
-        for known in (cells, points)
+        for known in (PatchGrid.whole_degrees(), PatchGrid.lattice(grid.n_zenith, grid.n_azimuth))
     )
 
 
@@ -277,7 +263,7 @@ def carried_over(component: Component, grid: PatchGrid) -> np.ndarray:
 
 
 def _ring_shares(own: np.ndarray, new: np.ndarray, *, in_mu: bool) -> np.ndarray:
-    """Share of each own ring's light in each new ring, (n_new, n_own); a line lies in one of them."""
+    """Share of each own ring's light in each new ring, (n_new, n_own); a ring without width lies in one of them."""
 
     def light(near: np.ndarray, far: np.ndarray) -> np.ndarray:
         if in_mu:

@@ -1,5 +1,5 @@
 """A run folder: its lock, its files, what may be replaced.
 
-run_folder   The folder of one plan: it is claimed, its files appear when they are complete, and only ours are removed
-target_file  Files and folders that a user names for output: what is there is replaced only where we wrote it
+run_folder   The folder of one run: its lock, and its files, which appear when they are complete
+target_file  Output files and folders that a user names: only files that aomc-sky wrote are replaced
 """

@@ -1,4 +1,4 @@
-"""The folder of one plan: it is claimed, its files appear when they are complete, and only ours are removed."""
+"""The folder of one run: its lock, and its files, which appear when they are complete."""
 
 from __future__ import annotations
 
@@ -35,22 +35,22 @@ from aomc_sky.system import (
 )
 
 LOCK = ".aomc-sky.lock"
-"""Stands in a folder while somebody holds it. After a kill -9 it may stay, locked by nobody."""
+"""The file that is locked while a process holds the folder. After a kill -9 it may remain, but unlocked."""
 
 _CLAIM_S, _REFUSED_S = 60.0, 0.1
-"""How long a process waits for another one that removes an old run, and for one that only looks at the lock. [s]"""
+"""Longest wait for a process that removes an old run, and for one that only looks at the lock. [s]"""
 
 _FEWER_FILES = "--format none writes counts and plan only, from which any photon can be made"
 
 
 def os_error(action: str, path: Path, error: OSError) -> OutputError:
-    """The error that says what could not be done with which file, and why."""
+    """The error for an action on a file that the operating system refused."""
     return OutputError(f"cannot {action} {path}: {error.strerror or error}")
 
 
 @contextlib.contextmanager
 def _reported(action: str, path: Path) -> Iterator[None]:
-    """What the operating system refuses in a block, as such an error."""
+    """Turn an OSError of the block into an error that names action and file."""
     try:
         yield
     except OSError as error:
@@ -58,7 +58,7 @@ def _reported(action: str, path: Path) -> Iterator[None]:
 
 
 def create_folder(path: Path) -> None:
-    """Create a folder and those above it, where they are missing."""
+    """Create a folder, and the missing folders above it."""
     with _reported("create the folder", path):
         path.mkdir(parents=True, exist_ok=True)
 
@@ -67,13 +67,11 @@ def create_folder(path: Path) -> None:
 def folder_held(
     folder: Path, plan_sha256: str, claim: Callable[[bool], None], *, is_alone: bool = False
 ) -> Iterator[None]:
-    """Hold a folder for a plan while the block runs; OutputError where another plan holds it.
+    """Hold a folder for a plan while the block runs; OutputError if a process with another plan holds it.
 
-    Processes with the same plan share the folder, unless `is_alone` asks for it alone. The first of them calls
-    ``claim(True)`` while nobody else is there: it refuses the folder of another plan and writes this plan. A file
-    system that knows no locks gets ``claim(False)``.
-
-    A lock is exclusive during the claim and shared from then on. The last process that leaves removes its file.
+    Processes with the same plan share the folder, unless `is_alone`. The first one calls ``claim(True)``, which refuses
+    the folder of another plan or writes this plan, under an exclusive lock; after that the lock is shared. The last
+    process that leaves removes the file of the lock. A file system without locks gets ``claim(False)``.
     """
     handle = _held_lock(folder, plan_sha256, claim, is_alone)
     try:
@@ -124,34 +122,34 @@ def _held_lock(folder: Path, plan_sha256: str, claim: Callable[[bool], None], is
 
 
 def _locked(handle: int) -> int | None:
-    """`EXCLUSIVE` or `SHARED`, whichever can be had now; 0 where another has it alone; None without locks."""
+    """`EXCLUSIVE` or else `SHARED`, if it is free; 0 if another process has the lock alone; None without locks."""
     for how in (EXCLUSIVE, SHARED):
         try:
             flock(handle, how | NON_BLOCKING)
         except BlockingIOError:
             continue
-        except OSError:  # not every network file system knows locks
+        except OSError:  # some network file systems have no locks
             return None
         return how
     return 0
 
 
 def _is_current(path: Path, handle: int) -> bool:
-    """Whether an open lock is still that of the folder: whoever left may have removed it."""
+    """Whether an open lock is still that of the folder; a process that left may have removed it."""
     with contextlib.suppress(OSError):
         return os.path.samestat(os.fstat(handle), os.stat(path, follow_symlinks=False))
     return False
 
 
 def _holder(handle: int) -> tuple[str, str]:
-    """Plan, and process and host, as the lock says them; empty for a new lock."""
+    """The plan, and process and host, from the text of a lock; empty for a new lock."""
     text = bytearray(400)
     plan, _, who = ascii(text[: read_at(handle, text, 0)].decode("ascii", "replace"))[1:-1].partition(" ")
     return plan, who
 
 
 def _leave(path: Path, handle: int) -> None:
-    """Close a lock, and remove its file where nobody else has it."""
+    """Close a lock, and remove its file if no other process has it."""
     with contextlib.suppress(OSError):
         flock(handle, EXCLUSIVE | NON_BLOCKING)
         if _is_current(path, handle):
@@ -162,8 +160,8 @@ def _leave(path: Path, handle: int) -> None:
 class RunFolder:
     """A folder that holds the files of one plan; created when a run claims it.
 
-    A file appears under its final name only when it is complete and on the disk. The manifest comes last, so a folder
-    without one is not a finished run. No name that a file holds is ever used: names follow from plan and options.
+    A file gets its final name when it is complete and on the disk. The manifest comes last, so a folder without one is
+    not a finished run. Names follow from plan and options, never from the contents of a file.
     """
 
     def __init__(self, path: Path) -> None:
@@ -171,18 +169,17 @@ class RunFolder:
 
     @contextlib.contextmanager
     def held(self, plan: Plan, *, force: bool = False) -> Iterator[None]:
-        """Hold the folder for a plan while the block runs; processes of one plan share it.
+        """Hold the folder for a plan while the block runs; processes with the same plan share it.
 
-        The folder must be empty or hold a run of ours. `force` replaces that run, whatever its plan. OutputError where
-        another plan holds it, ForeignOutputError where it holds another run, UsageError where it holds files that no
-        run of ours wrote.
+        `force` replaces any run of ours in the folder. OutputError if a process with another plan holds the folder,
+        ForeignOutputError if it contains another run, UsageError if it contains files that are not of a run.
         """
         create_folder(self.path)
         with folder_held(self.path, plan.sha256, partial(self._claim, plan, force), is_alone=force):
             yield
 
     def _claim(self, plan: Plan, force: bool, is_alone: bool) -> None:
-        """Write the plan, or make sure that the one there is the same."""
+        """Write the plan, or check that the stored plan is the same."""
         names, stored = self.names(), self.path / PLAN
         visible = sorted(name for name in names if not name.startswith("."))
         if self.size_of(PLAN) is None and visible:
@@ -214,13 +211,13 @@ class RunFolder:
             return os.listdir(self.path)
 
     def remove(self, name: str) -> None:
-        """Remove a file, if it is there."""
+        """Remove a file, if it exists."""
         with _reported("remove", self.path / name):
             (self.path / name).unlink(missing_ok=True)
             sync_folder(self.path)
 
     def require_space(self, n_bytes: int, advice: str = _FEWER_FILES) -> None:
-        """Raise before anything is written when the disk cannot hold that much more. [bytes]"""
+        """Raise if the disk has not this much space. [bytes]"""
         with _reported("write to", self.path):
             free = shutil.disk_usage(self.path).free
         if n_bytes > free:
@@ -230,7 +227,7 @@ class RunFolder:
             )
 
     def size_of(self, name: str) -> int | None:
-        """Size of a file, None if there is none; a link or a pipe is none. [bytes]"""
+        """Size of a regular file, or None for no file, a link or a pipe. [bytes]"""
         try:
             status = os.lstat(self.path / name)
         except OSError:
@@ -244,7 +241,7 @@ class RunFolder:
             yield file
 
     def holds(self, name: str, head: bytes, size: int) -> bool:
-        """Whether a finished file is there that begins so and has this length. [bytes]"""
+        """Whether there is a finished file with this head and this length. [bytes]"""
         if self.size_of(name) != size:
             return False
         with self.reading(name) as file:
@@ -257,7 +254,7 @@ class RunFolder:
 
     @contextlib.contextmanager
     def stream(self, name: str) -> Iterator[BinaryIO]:
-        """Open a file that gets its final name when the block ends without an error, else vanishes."""
+        """Open a file that gets its name if the block ends without an error, and is removed otherwise."""
         temporary = self.path / f"{TEMPORARY}{name}.{os.urandom(4).hex()}"
         try:
             with _reported("write", self.path / name):
@@ -272,7 +269,7 @@ class RunFolder:
                 temporary.unlink(missing_ok=True)
 
     def reserve(self, name: str, head: bytes, size: int) -> None:
-        """Make the file that several processes fill; whatever the order, the same file comes of it. [bytes]"""
+        """Make a file that several processes fill in any order. [bytes]"""
         with self.filling(name, os.O_WRONLY | os.O_CREAT) as handle:
             assert handle is not None, "a file that is created is there"
             os.ftruncate(handle, size)
@@ -280,7 +277,7 @@ class RunFolder:
 
     @contextlib.contextmanager
     def filling(self, name: str, access: int = os.O_WRONLY) -> Iterator[int | None]:
-        """Open a reserved file; what was written through its handle is on the disk in the end. None: it is finished."""
+        """Open a reserved file, and flush it to the disk at the end. A finished file gives None."""
         path = self.path / (name + PART)
         with _reported("write", path):
             try:
@@ -297,7 +294,7 @@ class RunFolder:
                 os.close(handle)
 
     def finish(self, name: str) -> None:
-        """Give a file that is filled its final name; another process may have done so already."""
+        """Give a filled file its final name, unless another process has done so."""
         try:
             if self.size_of(name) is None:
                 os.replace(self.path / (name + PART), self.path / name)
@@ -308,7 +305,7 @@ class RunFolder:
 
 
 def _is_our_plan(path: Path) -> bool:
-    """Whether a file is a plan of ours, of whatever version of the package."""
+    """Whether a file is a plan of any version of the package."""
     try:
         with np.load(path, allow_pickle=False) as stored:
             return str(json.loads(stored["options"].tobytes())["stream"]).startswith("aomc-sky")

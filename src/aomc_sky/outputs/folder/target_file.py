@@ -1,4 +1,4 @@
-"""Files and folders that a user names for output: what is there already is replaced only where we wrote it."""
+"""Output files and folders that a user names: only files that aomc-sky wrote are replaced."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from aomc_sky.outputs.counts import COLUMNS
 from aomc_sky.system import open_regular
 
 SOFTWARE = "aomc-sky"
-"""Stands in every picture and dataset of ours, so that the next command knows them."""
+"""Our name in each picture and dataset, by which the next command recognises them."""
 
 _LOOKED_AT = 1 << 16
 _ALLOWED_INP = "skydist.inp"
@@ -23,17 +23,17 @@ _PICTURES = (
     (b"%PDF-", b"/Creator (aomc-sky)"),
     (b"\x89HDF\r\n", b"aomc-sky "),
 )
-"""How a file begins, and what is near its beginning or its end where it is ours."""
+"""First bytes of a kind of file, and bytes near its beginning or its end if it is ours."""
 
 
 def check_target(
     path: str | Path, option: str, *, force: bool, inputs: Iterable[object] = (), head: str = "", is_copy: bool = False
 ) -> None:
-    """Raise where writing a file would replace something that is not ours.
+    """Refuse to replace a file that aomc-sky did not write.
 
-    `option` names the file, for messages. `force` replaces files of others too, but never one of `inputs`, which the
-    command reads, nor one that a scene is made of, unless what is written `is_copy` of an input. `head` is how a
-    text of ours begins that this module does not know.
+    `option` is the option that names the file. `force` allows files of others, but never one of `inputs`, which the
+    command reads, or a file with the ending of an input, unless the output `is_copy` of one. `head` is the beginning of
+    a text of ours that this module does not know.
     """
     target = Path(path)
     if not os.fspath(path):
@@ -41,7 +41,7 @@ def check_target(
     try:
         status = os.stat(target)
     except (OSError, ValueError):
-        return  # nothing there, or whoever writes says what is wrong
+        return  # there is no file, or the writer reports the error
     if stat.S_ISDIR(status.st_mode):
         return
     if not stat.S_ISREG(status.st_mode):
@@ -61,7 +61,7 @@ def check_target(
 
 
 def is_ours(path: Path, head: str = "") -> bool:
-    """Whether we wrote a table, a picture or a dataset, by what is near its beginning and its end."""
+    """Whether aomc-sky wrote a table, a picture or a dataset, judged by its beginning and its end."""
     try:
         with open_regular(path) as file:
             first = file.read(_LOOKED_AT)
@@ -71,13 +71,13 @@ def is_ours(path: Path, head: str = "") -> bool:
         return False
     if not first or any(first.startswith(start) and mark in first + last for start, mark in _PICTURES):
         return True
-    if first.startswith(tuple(text.encode() for text in (COLUMNS, head) if text)):
+    if first.startswith(COLUMNS.encode()) or (head and first.startswith(head.encode())):
         return True
     return last.rstrip(b"\n").rpartition(b"\n")[2].startswith(b"# aomc-sky bins=")
 
 
 def check_folder(path: str | Path, option: str, *, scene: str | Path | None = None) -> None:
-    """Raise a UsageError for an output folder without a name, or that is the folder of the scene."""
+    """Refuse an output folder with an empty name, and the folder of the scene."""
     instead = "aomc-sky-out"
     if not os.fspath(path):
         raise UsageError(f"{option} is empty, which means the current folder; name a folder, for example {instead}")

@@ -8,16 +8,16 @@ from aomc_sky.errors import OutputError
 from aomc_sky.outputs.photons.files import PhotonWriter, stacked
 
 _DIGITS = {4: 8, 8: 16}
-"""Digits after the point that tell every float32 and every float64 from its neighbours, by bytes."""
+"""Bytes of a float -> digits after the point that distinguish it from its neighbours."""
 
 _OTHER_CHARACTERS = len("+1.e+00") + len(",")
 
 
 class CsvWriter(PhotonWriter):
-    """Which CSV files a source needs, and their bytes.
+    """The CSV files of a source, and their bytes.
 
-    A number is a sign, a digit, a point, 8 digits (float32) or 16 (float64), and an exponent of two
-    digits: reading it back gives the same bits, and the length of a file is known before it is made.
+    A number is a sign, a digit, a point, 8 digits (float32) or 16 (float64), and an exponent of two digits: it can be
+    read without loss, and the size of a file is known before it is made.
     """
 
     names = ("photons-{:04d}.csv",)

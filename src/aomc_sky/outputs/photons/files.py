@@ -1,6 +1,6 @@
-"""Photon files while they are made: what a writer says of them, their bytes, and the threads that fill them.
+"""Photon files: their layouts, the writers that make their bytes, and the threads that fill them.
 
-`ChunkPool.emit` is the one loop over the blocks of a waveband: files, pipes, shards and `verify` are its targets.
+`ChunkPool.emit` is the one loop over the blocks of a waveband; it serves files, pipes, shards and `verify`.
 """
 
 from __future__ import annotations
@@ -11,17 +11,16 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, fields
 from functools import cached_property, partial
 from itertools import accumulate
 from pathlib import Path
-from typing import ClassVar, TypeVar
+from typing import TYPE_CHECKING, ClassVar, TypeVar
 
 import numpy as np
 
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.photons import PhotonBatch
-from aomc_sky.formats.mcpl.header import McplHeader
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.counts import COUNTS_FILES
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
@@ -30,15 +29,18 @@ from aomc_sky.outputs.shard import BLOCK, PLAN, block_spans
 from aomc_sky.outputs.statistics import BlockSums, PhotonSums, photon_sums
 from aomc_sky.system import n_cpus, write_at
 
+if TYPE_CHECKING:
+    from aomc_sky.formats.mcpl.header import McplHeader
+
 
 @dataclass(frozen=True, slots=True)
 class FileLayout:
-    """A photon file as it is once it is complete: known before the first photon is made."""
+    """A complete photon file; its size is known before the first photon is made."""
 
     name: str
-    head: bytes  #: what it begins with
-    row_bytes: int  #: what each photon takes after it [bytes]
-    n_rows: int  #: how many photons there are
+    head: bytes
+    row_bytes: int  #: of each photon after the head [bytes]
+    n_rows: int  #: photons
 
     @property
     def size(self) -> int:
@@ -50,9 +52,9 @@ class FileLayout:
 class PhotonRows:
     """A block of photons of one waveband."""
 
-    start: int  #: Index of the first one.
-    direction: np.ndarray  #: Travel directions. [shape (n, 3)]
-    weight: np.ndarray | None = None  #: None where every weight is 1. [shape (n,)]
+    start: int  #: index of the first photon
+    direction: np.ndarray  #: travel directions [shape (n, 3)]
+    weight: np.ndarray | None = None  #: if they are not all 1 [shape (n,)]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -60,22 +62,22 @@ class PhotonFile:
     """A file of photons and the wavebands of a scene that they belong to."""
 
     path: Path
-    #: Photons of each waveband [0-based] that has some, or that the user names, block by block.
+    #: photons, block by block, of each waveband [0-based] that has any or that the user names
     rows: Mapping[int, Callable[[], Iterator[PhotonRows]]]
-    notes: tuple[str, ...] = ()  #: photons that were left out
+    notes: tuple[str, ...] = ()  #: on photons that were left out
     header: McplHeader | None = None  #: of an MCPL file
     n_of: Mapping[int, int] = field(default_factory=dict)  #: photons of each waveband, where their energies differ
 
 
 class PhotonWriter(ABC):
-    """The files of a source in one format: their layouts, and the bytes of each block; it opens no file.
+    """The files of a source in one format: their layouts, and the bytes of each block. It opens no file.
 
-    `bands` are the wavebands [0-based] that share files: one of the groups that `parts` gives.
+    `bands` are the wavebands [0-based] that share files: one of the groups of `parts`.
     """
 
-    #: Names of its files, first of the one that is always there; {:04d} is the waveband, from 1.
+    #: names of its files; the first one always exists; {:04d} is the waveband, from 1
     names: ClassVar[tuple[str, ...]]
-    #: What a file begins with, and what each photon takes after it. [bytes]
+    #: first bytes of a file, and size of each photon after them [bytes]
     head, row_bytes = b"", 0
 
     def __init__(self, source: PhotonSource) -> None:
@@ -92,7 +94,7 @@ class PhotonWriter(ABC):
 
     @abstractmethod
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
-        """Bytes that a batch adds to each file; they outlive its arrays, which are filled again."""
+        """Bytes that a batch adds to each file, in memory of their own: the arrays of the batch are used again."""
 
     @staticmethod
     def read(path: Path, wavelength_nm: np.ndarray, bands: tuple[int, ...], weights: str | Path | None) -> PhotonFile:
@@ -100,41 +102,39 @@ class PhotonWriter(ABC):
         raise refuse(path, "photons of this format cannot be read", code="E802", advice="write them as MCPL")
 
     def recycle(self, chunks: tuple[memoryview, ...]) -> None:  # noqa: B027
-        """Take memory back whose bytes are written; by default every chunk has its own."""
+        """Take back memory after its bytes are written; by default every chunk has new memory."""
 
 
 Write = Callable[[int, int, tuple[memoryview, ...]], object]
-"""Takes what a writer made of a block: its waveband [0-based], its first photon, its bytes in each file."""
+"""Takes the waveband [0-based] of a block, its first photon, and its bytes for each file."""
 
 
 class PhotonFiles:
     """The files of one writer for the wavebands that share them."""
 
-    def __init__(self, folder: RunFolder, writer: PhotonWriter, bands: tuple[int, ...], *, name: str = "") -> None:
+    def __init__(self, folder: RunFolder, writer: PhotonWriter, bands: tuple[int, ...]) -> None:
         self.writer, self.bands, self._folder = writer, bands, folder
         self.layouts = writer.layouts(bands)
-        if name:  # of one file, where a user named it
-            self.layouts = tuple(replace(layout, name=name) for layout in self.layouts)
         rows = accumulate((writer.source.n_photons(band) for band in bands[:-1]), initial=0)
         self._rows_before = dict(zip(bands, rows, strict=False))
 
     @cached_property
     def missing(self) -> list[FileLayout]:
-        """Files that are not there, looked for once: names appear only when files are complete."""
+        """Files that do not exist. They are looked for once, since a name appears only when its file is complete."""
         return [file for file in self.layouts if not self._folder.holds(file.name, file.head, file.size)]
 
     @property
     def n_bytes_missing(self) -> int:
-        """Length of the files that are still to be made. [bytes]"""
+        """Size of the missing files. [bytes]"""
         return sum(layout.size for layout in self.missing)
 
     def offset(self, layout: FileLayout, band: int, photon: int) -> int:
-        """Where a photon stands in a file. [bytes]"""
+        """Position of a photon in a file. [bytes]"""
         return len(layout.head) + (self._rows_before[band] + photon) * layout.row_bytes
 
     @contextlib.contextmanager
     def writing(self) -> Iterator[Write]:
-        """Make the files; they get their names when the block ends without an error, and vanish otherwise."""
+        """Make the files; they get their names if the block ends without an error, and are removed otherwise."""
         with contextlib.ExitStack() as stack:
             handles: list[int | None] = []
             for layout in self.layouts:
@@ -145,13 +145,13 @@ class PhotonFiles:
             yield partial(self._put, handles)
 
     def reserve(self) -> None:
-        """Make the files that shards fill at full size, where they are not finished."""
+        """Make the missing files at full size, for shards to fill."""
         for layout in self.missing:
             self._folder.reserve(layout.name, layout.head, layout.size)
 
     @contextlib.contextmanager
     def filling(self) -> Iterator[Write]:
-        """Open reserved files; what was written is on the disk when the block ends."""
+        """Open reserved files; all bytes are on the disk when the block ends."""
         with contextlib.ExitStack() as stack:
             handles = [stack.enter_context(self._folder.filling(layout.name)) for layout in self.layouts]
             yield partial(self._put, handles)
@@ -163,7 +163,7 @@ class PhotonFiles:
                 while handle is not None and data:
                     done = write_at(handle, data, offset)
                     data, offset = data[done:], offset + done
-            except OSError as error:  # reported here, for other files are open around it
+            except OSError as error:  # reported here, because several files are open
                 raise os_error("write", self._folder.path / layout.name, error) from error
 
 
@@ -173,7 +173,7 @@ def photon_files(folder: RunFolder, writers: Iterable[PhotonWriter], bands: Sequ
 
 
 def stored_files(source: PhotonSource, folder: RunFolder, bands: Sequence[int]) -> dict[str, list[PhotonFiles]]:
-    """Photon files of each format of which a run folder holds any."""
+    """Photon files of each format that has at least one file in the run folder."""
     names = {*folder.names()}
     writers = {name: photon_writer(name) for name in FOLDER_FORMATS}
     return {
@@ -184,19 +184,19 @@ def stored_files(source: PhotonSource, folder: RunFolder, bands: Sequence[int]) 
 
 
 def complete_formats(stored: Mapping[str, list[PhotonFiles]]) -> list[str]:
-    """Formats of which a run folder holds every file; `stored` as `stored_files` gives it."""
+    """Formats of which a run folder holds every file; `stored` comes from `stored_files`."""
     return [name for name, files in stored.items() if not any(part.missing for part in files)]
 
 
 def run_files(folder: RunFolder, stored: Mapping[str, list[PhotonFiles]]) -> dict[str, int]:
-    """Sizes of the files of a run that are in its folder; their names follow from the plan. [bytes]"""
+    """Sizes of the files in a run folder; their names follow from the plan. [bytes]"""
     names = [layout.name for files in stored.values() for part in files for layout in part.layouts]
     sizes = {name: folder.size_of(name) for name in (PLAN, *COUNTS_FILES, *names)}
     return {name: size for name, size in sizes.items() if size is not None}
 
 
 def stacked(batch: PhotonBatch) -> np.ndarray:
-    """Rows of all numbers of the photons: direction, position and weight, where they have them."""
+    """A row of numbers for each photon: direction, then position and weight if it has them."""
     columns = [batch.ux, batch.uy, batch.uz, batch.x, batch.y, batch.weight]
     return np.stack([c for c in columns if c is not None], axis=-1)
 
@@ -208,10 +208,10 @@ _Result = TypeVar("_Result")
 def in_order(
     executor: ThreadPoolExecutor, n_ahead: int, work: Callable[[_Item], _Result], items: Iterable[_Item]
 ) -> Generator[_Result, None, None]:
-    """Yield what `work` makes of every item, in their order, a few ahead of the one that is used.
+    """Yield `work(item)` for every item, in order, while threads work on the next `n_ahead` items.
 
-    Items are read on the caller's thread, `n_ahead` are worked on while one is used. With 1, for a pool of one
-    thread, the caller works himself, so that one thread means one core (a worker of a cluster has no more).
+    Items are read on the caller's thread. With `n_ahead` 1 the caller's thread does all the work, so that one thread
+    means one core, as a worker of a cluster has it.
     """
     if n_ahead == 1:
         yield from map(work, items)
@@ -224,7 +224,7 @@ def in_order(
                 yield waiting.popleft().result()
         while waiting:
             yield waiting.popleft().result()
-    finally:  # whoever stops early may close what the work reads
+    finally:  # a caller that stops early may close what the work reads
         for future in waiting:
             future.cancel()
         wait(waiting)
@@ -235,34 +235,31 @@ Progress = Callable[[int, int], None]
 
 
 class Meter:
-    """Photons done and photons in all, reported as they change."""
+    """Counts photons and reports the count."""
 
     def __init__(self, progress: Progress | None = None, total: int = 0) -> None:
         self._progress = progress
         self.done, self.total = 0, total
 
     def add(self, n_photons: int) -> None:
-        """So many more are done."""
+        """Count more photons as done."""
         self.done += n_photons
         if self._progress:
             self._progress(self.done, self.total)
 
 
 Target = tuple[PhotonWriter, Write]
-"""A writer, and what takes the bytes that it makes of each block."""
+"""A writer, and the function that takes the bytes of each block."""
 
 
 class ChunkPool:
-    """Threads that make the chunks of a band ahead of the one that is written, in bounded memory.
-
-    `threads` 0 is one per CPU.
-    """
+    """Threads that make blocks of photons ahead of the one that is written, in bounded memory; 0 is one per CPU."""
 
     def __init__(self, source: PhotonSource, threads: int) -> None:
         self.source = source
         self.threads = threads or n_cpus()
         self._executor = ThreadPoolExecutor(max_workers=self.threads, thread_name_prefix="aomc-sky")
-        self._free: list[_Memory] = []  # the last one first: it is in the cache
+        self._free: list[_Memory] = []  # the last one is used first: it is in the cache
 
     def __enter__(self) -> ChunkPool:
         return self
@@ -277,15 +274,15 @@ class ChunkPool:
         count: Callable[[int], None],
         spans: Iterable[tuple[int, int]] | None = None,
     ) -> PhotonSums:
-        """Make the photons of a waveband: every block goes to all targets, in order; returns the sums of all.
+        """Make the photons of a waveband, give each block to all targets in order, and return the sums over photons.
 
-        `spans` are some blocks, all by default. `count` is called with the photons of each block that is written. Its
-        bytes are good until then, when their memory is used again.
+        `spans` are the blocks, by default all. `count` is called with the photons of each block after it is written;
+        then the memory of its bytes is used again.
         """
         sums, writers = PhotonSums(self.source.replicates), [writer for writer, _ in targets]
         chosen = block_spans(0, self.source.n_photons(band)) if spans is None else spans
         made = in_order(self._executor, self.threads, partial(self._chunk, band, writers), chosen)
-        with contextlib.closing(made):  # at once, also where a target fails: the threads end before the pool does
+        with contextlib.closing(made):  # if a target fails, threads end before the pool does
             for start, chunks, block, n_photons, memory in made:
                 for (writer, write), chunk in zip(targets, chunks, strict=True):
                     write(band, start, chunk)
@@ -331,7 +328,7 @@ class _Block(PhotonBatch):
 
 
 class _Memory:
-    """What one block takes, touched once: the arrays of its batch and its rows."""
+    """Memory of one block, used again and again: the arrays of its batch and its rows."""
 
     def __init__(self, source: PhotonSource) -> None:
         dtype = source.dtype

@@ -1,4 +1,4 @@
-"""Photons as one MCPL file, byte for byte what libmcpl writes for the same photons and head; and those of anybody."""
+"""Photons as one MCPL file: writes the same bytes as libmcpl, and reads files of any program."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any, BinaryIO, cast
+from typing import TYPE_CHECKING, Any, BinaryIO, cast
 
 import numpy as np
 
@@ -17,7 +17,6 @@ import aomc_sky
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.formats.mcpl.file import McplFile, read_mcpl
 from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, encode_header, plan_begin
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.folder.run_folder import RunFolder
@@ -28,6 +27,9 @@ from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.plan.sampling.streams import STREAM_VERSION
 from aomc_sky.whole_number import as_number_of
 
+if TYPE_CHECKING:
+    from aomc_sky.formats.mcpl.file import McplFile
+
 PHOTON = 22
 """The photon in the numbering of the Particle Data Group."""
 
@@ -35,16 +37,16 @@ MEV_NM = 1.2398419843320026e-3
 """h c: energy [MeV] times wavelength [nm] of a photon, exact constants of the SI, rounded to float64."""
 
 MAX_CELLS = 2**20
-"""Photons of a cell from here on have the user flags 0."""
+"""From this cell on, photons have the user flags 0."""
 
 MAX_WAVEBANDS = 2**12
-"""Photons of a waveband from here on, counted from 1, have the user flags 0."""
+"""From this waveband on, counted from 1, photons have the user flags 0."""
 
 GZIP_LEVEL = 6
 """zlib's default, which mcpltool takes too."""
 
 ENERGY_TOLERANCE = 1e-4
-"""How far a photon's energy may be from that of its waveband, as a share of it."""
+"""Largest relative difference between the energy of a photon and that of its waveband."""
 
 _CM_PER_M = 100.0
 _WAVELENGTHS_PER_COMMENT = 100
@@ -96,7 +98,7 @@ class McplWriter(PhotonWriter):
             return (memoryview(b""),)
         _pack(batch, self._energy[batch.band], records)
         if batch.x is not None and batch.y is not None:
-            # a product in float64, rounded to float32, has the same bits: 100 needs 7 of them
+            # the product in float32 has the bits of a rounded float64 product, for 100 has 7 bits
             records["position"][:, 0] = _CM_PER_M * batch.x
             records["position"][:, 1] = _CM_PER_M * batch.y
         if batch.weight is not None:
@@ -104,7 +106,7 @@ class McplWriter(PhotonWriter):
         return (records.view(np.uint8).data,)
 
     def _spare(self, n: int) -> np.ndarray:
-        """Records to fill, whose depth and time are 0: fresh memory costs several times what filling it does."""
+        """Records whose depth and time are 0; memory is used again, for new memory is slower than filling it."""
         with contextlib.suppress(IndexError):
             records = self._free.pop()
             if records.size >= n:
@@ -114,6 +116,8 @@ class McplWriter(PhotonWriter):
     @staticmethod
     def read(path: Path, wavelength_nm: np.ndarray, bands: tuple[int, ...], weights: str | Path | None) -> PhotonFile:
         """Open an MCPL file: each photon belongs to the waveband of its energy."""
+        from aomc_sky.formats.mcpl.file import read_mcpl
+
         if weights is not None:
             raise UsageError("--weights is for a .npy file; an MCPL file holds its own weights")
         file, energy = read_mcpl(path), MEV_NM / wavelength_nm
@@ -147,7 +151,7 @@ class McplWriter(PhotonWriter):
         )
 
     def recycle(self, chunks: tuple[memoryview, ...]) -> None:
-        """Take memory back whose bytes are written."""
+        """Take back memory after its bytes are written."""
         for chunk in chunks:
             if isinstance(chunk.obj, np.ndarray):
                 self._free.append(chunk.obj.base)
@@ -191,9 +195,9 @@ def _pack(batch: PhotonBatch, energy: np.floating, records: np.ndarray) -> None:
 
 
 def _comments(source: PhotonSource, bands: Sequence[int]) -> tuple[str, ...]:
-    """What a reader of the file must know; nothing of the machine or the time, so that runs compare equal.
+    """Comments for readers of the file, without machine and time, so that equal runs give equal files.
 
-    Only the sums differ between runs of the same wavebands, so that their files can be merged.
+    Between runs of the same wavebands only sums differ, so their files can be merged.
     """
     flags = "user flags: waveband x 2^20 + cell; waveband from 1, cell from 0 as in the columns of counts"
     if source.plan.n_cells > MAX_CELLS or source.n_bands >= MAX_WAVEBANDS:
@@ -237,9 +241,9 @@ def is_gzip_name(path: Path) -> bool:
 
 @contextlib.contextmanager
 def _mcpl_stream(file: BinaryIO, path: Path) -> Iterator[BinaryIO]:
-    """What an MCPL file is written to: the file itself, or gzip where the name of the finished file asks for it.
+    """The stream for an MCPL file: the file itself, or gzip if the final name ends in ".gz".
 
-    Equal content gives equal bytes with one version of zlib: no name and no time are in the head of gzip.
+    The head of gzip has no name and no time, so equal contents give equal bytes with one version of zlib.
     """
     if not is_gzip_name(path):
         yield file
@@ -251,7 +255,7 @@ def _mcpl_stream(file: BinaryIO, path: Path) -> Iterator[BinaryIO]:
 def write_mcpl_file(
     source: PhotonSource, bands: tuple[int, ...], path: Path, *, threads: int, count: Callable[[int], None]
 ) -> None:
-    """Write the photons of some wavebands [0-based] as one MCPL file; `count` is called with the photons of a block."""
+    """Write photons of wavebands [0-based] as one MCPL file; `count` is called with the photons of each block."""
     writer, folder = McplWriter(source), RunFolder(path.parent)
     (layout,) = writer.layouts(bands)
     folder.require_space(layout.size)
@@ -292,6 +296,6 @@ def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> N
     """
     path = Path(path)
     if not path.name:
-        raise UsageError(f"wanted the name of a file, got {str(path)!r}")
+        raise UsageError(f"expected the name of a file, got {str(path)!r}")
     threads = as_number_of(threads, "threads", 0, 1024)
     write_mcpl_file(source, tuple(range(source.n_bands)), path, threads=threads, count=lambda n: None)

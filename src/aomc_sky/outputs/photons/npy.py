@@ -1,4 +1,4 @@
-"""Photons as numpy arrays: those that we write, and rows of directions that anybody wrote."""
+"""Photons as numpy arrays: writes them, and reads rows of directions from any program."""
 
 from __future__ import annotations
 
@@ -20,27 +20,27 @@ from aomc_sky.outputs.shard import block_spans
 from aomc_sky.system import open_regular
 
 HEAD_BYTES = 4096
-"""Length of the head. Blocks of photons then begin on pages, so that two machines never write into one page."""
+"""Length of the head. Blocks of photons begin on pages after it, so that two machines never write to one page."""
 
 _HEAD_READERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PhotonsNpy:
-    """A file whose head and length have been checked; nothing is held open."""
+    """A closed file whose head and length have been checked."""
 
     path: Path
     dtype: np.dtype  #: float32 or float64, of either byte order
-    n_photons: int  #: Rows
-    n_columns: int  #: 3: ux, uy, uz; 4: the weight besides; 1: one number for each photon
-    data_start: int  #: Where the first row begins. [bytes]
+    n_photons: int  #: rows
+    n_columns: int  #: 3: ux, uy, uz; 4: also the weight; 1: one number for each photon
+    data_start: int  #: position of the first row [bytes]
 
     def blocks(self) -> Iterator[np.ndarray]:
         """Yield all rows as they are stored, shape (n, n_columns)."""
         with open_regular(self.path) as file:
             file.seek(self.data_start)
             for start, stop in block_spans(0, self.n_photons):
-                # not a memory map: a file that shrinks under a map ends the process
+                # no memory map: if a mapped file shrinks, the process crashes
                 n_bytes = (stop - start) * self.n_columns * self.dtype.itemsize
                 data = file.read(n_bytes)
                 if len(data) != n_bytes:
@@ -54,9 +54,9 @@ class PhotonsNpy:
 
 
 def read_photons_npy(path: str | Path, *, n_columns: tuple[int, ...] = (3, 4)) -> PhotonsNpy:
-    """Open a numpy file of photons, version 1 or 2 of the format, in C order; its `blocks` reads the rows.
+    """Open a numpy file of photons, version 1 or 2 of the format, in C order.
 
-    `n_columns` are the numbers per photon that are allowed; 1 stands for an array of one dimension.
+    `n_columns` are the allowed numbers per photon; 1 stands for an array of one dimension.
     """
     path = Path(path)
     with open_data(path, what="a .npy file", code="E901") as file:
@@ -103,7 +103,7 @@ def _little_endian(array: np.ndarray) -> memoryview:
 
 
 class NpyWriter(PhotonWriter):
-    """Which numpy files a source needs, and their bytes."""
+    """The numpy files of a source, and their bytes."""
 
     names = ("photons-{:04d}.npy", "positions-{:04d}.npy", "weights-{:04d}.npy")
 
@@ -114,13 +114,11 @@ class NpyWriter(PhotonWriter):
 
     def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
         """The files of a waveband; the first holds the directions."""
-        n, dtype = self.source.n_photons(bands[0]), self._dtype
-        return tuple(
-            FileLayout(
-                name.format(bands[0] + 1), _head(dtype, (n, width) if width > 1 else (n,)), width * dtype.itemsize, n
-            )
-            for name, width in self._widths.items()
-        )
+        n, files = self.source.n_photons(bands[0]), []
+        for name, width in self._widths.items():
+            head = _head(self._dtype, (n, width) if width > 1 else (n,))
+            files.append(FileLayout(name.format(bands[0] + 1), head, width * self._dtype.itemsize, n))
+        return tuple(files)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Bytes that a batch adds to each file."""
@@ -130,12 +128,12 @@ class NpyWriter(PhotonWriter):
             rows.append(_little_endian(batch.positions))
         if self.source.has_weights:
             assert batch.weight is not None
-            rows.append(_little_endian(batch.weight.copy()))  # a pool fills the array of the batch again
+            rows.append(_little_endian(batch.weight.copy()))  # the array of the batch is used again
         return tuple(rows)
 
     @staticmethod
     def read(path: Path, wavelength_nm: np.ndarray, bands: tuple[int, ...], weights: str | Path | None) -> PhotonFile:
-        """Open a file of rows ux, uy, uz, and the weight where there is a fourth column, or in a file of weights."""
+        """Open a file of rows ux, uy, uz; weights come from a fourth column or from a file of their own."""
         photons = read_photons_npy(path)
         if not bands and wavelength_nm.size > 1:
             n_bands = wavelength_nm.size

@@ -12,7 +12,7 @@ _RECORD = np.dtype("<f4")
 
 
 class RawWriter(PhotonWriter):
-    """Which raw files a source needs, and their bytes."""
+    """The raw files of a source, and their bytes."""
 
     names = ("photons-{:04d}.raw",)
 

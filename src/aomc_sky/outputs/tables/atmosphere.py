@@ -1,13 +1,13 @@
-"""Skies of an atmosphere under several suns: as a dataset with CF conventions, as skydist.inp, and more on demand.
+"""Skies of an atmosphere under several suns: as a dataset with CF conventions, and as skydist.inp.
 
-On demand are orders, source functions, the light of the ground, X, Y, Z and scotopic luminance.
+Optional are orders, source functions, the light of the ground, X, Y, Z and scotopic luminance.
 """
 
 from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -34,7 +34,7 @@ _ORDERS = ("sun_zenith", "wavelength", "order", "zenith", "azimuth")
 
 
 def require_netcdf() -> None:
-    """Fail before the work, not after it, where the packages for netCDF are not installed."""
+    """Raise MissingExtraError, before the work, if the packages for netCDF are not installed."""
     for name in ("xarray", "h5netcdf", "h5py"):
         optional_module(name, extra=EXTRA)
 
@@ -71,28 +71,24 @@ def _light(skies: Sequence[AtmosphereSky]) -> dict[str, Variable]:
     error = np.stack([sky.patch_error for sky in skies]).reshape(radiance.shape)
     mean = "mean over the patch, weighted with the cosine of the zenith angle"
     error_text = "estimated error of the radiance, as a standard deviation"
-    rows = {
-        "direct_irradiance": ("irradiance of the direct beam on the horizontal ground", _IRRADIANCE),
-        "direct_normal_irradiance": ("irradiance of the direct beam on a plane normal to it", _IRRADIANCE),
-        "diffuse_irradiance": ("irradiance of the sky on the horizontal ground", _IRRADIANCE),
-        "truncation": ("estimated share of the sky's irradiance in the orders that were left out", "1"),
-    }
-    values = (
-        [sky.direct_irradiance for sky in skies],
-        [sky.solved.direct_normal for sky in skies],
-        [sky.diffuse_irradiance for sky in skies],
-        [sky.solved.truncation for sky in skies],
-    )
+    beam, suns = "irradiance of the direct beam on", ("sun_zenith", "wavelength")
+
+    def of_suns(rows: Iterable[np.ndarray], text: str, unit: str = _IRRADIANCE) -> Variable:
+        return variable(suns, np.stack(list(rows)), text, unit)
+
+    left_out = "estimated share of the sky's irradiance in the orders that were left out"
     return {
         "radiance": variable(_PATCHES, radiance, f"radiance of the sky without the direct beam, {mean}", _RADIANCE),
         "standard_error": variable(_PATCHES, error, error_text, _RADIANCE),
         "radiance_by_order": variable(
             _ORDERS, by_order, f"radiance of the sky by the number of interactions, {mean}", _RADIANCE
         ),
-        **{
-            name: variable(("sun_zenith", "wavelength"), np.stack(row), *about)
-            for (name, about), row in zip(rows.items(), values, strict=True)
-        },
+        "direct_irradiance": of_suns((sky.direct_irradiance for sky in skies), f"{beam} the horizontal ground"),
+        "direct_normal_irradiance": of_suns((s.solved.direct_normal for s in skies), f"{beam} a plane normal to it"),
+        "diffuse_irradiance": of_suns(
+            (sky.diffuse_irradiance for sky in skies), "irradiance of the sky on the horizontal ground"
+        ),
+        "truncation": of_suns((sky.solved.truncation for sky in skies), left_out, "1"),
     }
 
 
@@ -132,12 +128,11 @@ def write_atmosphere_netcdf(
     n_glow_rows: int = 1,
     significand_bits: int | None = None,
 ) -> None:
-    """Write skies of one medium and grid under several suns, rising in zenith angle, whole or not at all.
+    """Write skies of one medium and grid under several suns, rising in zenith angle, atomically.
 
-    `description` is the path of the description. Source functions are those of skies of method "sos", NaN under other
-    suns. `glow` (n_wl,), the radiance of a ground of 1 cd m-2 [W m-2 sr-1 nm-1], is needed with `saves.glow`; its light
-    has `n_glow_rows` zenith angles. With `significand_bits` [1 to 24] all variables but the axes have so many bits, in
-    float32.
+    `description` is the path of the description. Source functions are NaN for skies of other methods than "sos".
+    `saves.glow` needs `glow` (n_wl,), the radiance of a ground of 1 cd m-2 [W m-2 sr-1 nm-1], and has `n_glow_rows`
+    zenith angles. `significand_bits` [1 to 24] rounds all variables except the axes, in float32.
     """
     dataset, axes = _dataset(skies, description), dict[str, Variable]()
     if saves.irradiance:
@@ -154,23 +149,18 @@ def write_atmosphere_netcdf(
         _add_glow(dataset, axes, skies[0].medium, glow, n_glow_rows, skies[0].solved.n_orders)
     dataset = dataset.assign_coords(axes)
     if significand_bits is not None:
-        _shorten(dataset, significand_bits)
+        for one in dataset.data_vars.values():
+            if "units" in one.attrs:  # edges of patches and names have none
+                one.data = rounded_significand(one.values, significand_bits)
+        dataset.attrs["significand_bits"] = significand_bits
     RunFolder(path.parent).write(path.name, netcdf_bytes(dataset))
 
 
-def _shorten(dataset: Any, n_bits: int) -> None:
-    """Round the variables of a dataset that have units; edges of patches and names stay what they are."""
-    for one in dataset.data_vars.values():
-        if "units" in one.attrs:
-            one.data = rounded_significand(one.values, n_bits)
-    dataset.attrs["significand_bits"] = n_bits
-
-
 def rounded_significand(values: np.ndarray, n_bits: int) -> np.ndarray:
-    """Round to the nearest float32 with significands of so many bits [1 to 24], ties to even.
+    """Round to the nearest float32 with significands of `n_bits` [1 to 24], ties to even.
 
-    Within 2^-n_bits of the values, as a share of them, where these lie in the range of float32's normal numbers,
-    1.2e-38 to 3.4e38. Zeros, NaN and infinities stay what they are.
+    The relative error is at most 2^-n_bits for normal numbers of float32, 1.2e-38 to 3.4e38. Zeros, NaN and infinities
+    do not change.
     """
     fraction, exponent = np.frexp(np.asarray(values, dtype=np.float64))
     return np.ldexp(np.rint(np.ldexp(fraction, n_bits)), exponent - n_bits).astype(np.float32)
@@ -179,15 +169,10 @@ def rounded_significand(values: np.ndarray, n_bits: int) -> np.ndarray:
 def write_atmosphere_skydist(sky: AtmosphereSky, path: Path) -> None:
     """Write the patches of one sky, without the direct beam, as skydist.inp.
 
-    Read back it gives the masses of the model again, for mass = radiance x projected solid angle.
+    Mass = radiance x projected solid angle, so a scene that reads the table has the masses of the model.
     """
-    grid = sky.grid
-    radiance = sky.patch_mean.sum(axis=1).reshape(-1, grid.n_zenith, grid.n_azimuth)
-    table = SkyTable(
-        wavelength_nm=sky.medium.wavelength_nm,
-        radiance=radiance,
-        path=str(path),
-    )
+    radiance = sky.patch_mean.sum(axis=1).reshape(-1, sky.grid.n_zenith, sky.grid.n_azimuth)
+    table = SkyTable(wavelength_nm=sky.medium.wavelength_nm, radiance=radiance, path=str(path))
     write_skydist(table, path, bins=Bins.EQUAL, values=Values.RADIANCE)
 
 
@@ -205,22 +190,22 @@ _MISSED = 0.01
 
 
 def xyzw_weights(wavelength_nm: np.ndarray) -> np.ndarray:
-    """Factors (n_wl, 4) by which spectral radiances at rising wavelengths add up to X, Y, Z and W.
+    """Factors (n_wl, 4) that turn spectral radiances at rising wavelengths into X, Y, Z and W.
 
-    In cd m-2 per W m-2 sr-1 nm-1: Y is the luminance with 683 lm W-1, W the scotopic one with 1700 lm W-1.
-    The spectrum is linear between the wavelengths and zero outside them. Its products with the CIE 1931 2-degree
-    colour-matching functions and the CIE 1951 scotopic function are summed in steps of 1 nm, 360 to 830 nm
-    (CIE 15:2018, section 7.1), so that wide steps of the radiance do not cut the functions.
+    In cd m-2 per W m-2 sr-1 nm-1: Y is the luminance with 683 lm W-1, W the scotopic luminance with 1700 lm W-1. The
+    spectrum is linear between the wavelengths and zero outside them. Its products with the CIE 1931 2-degree
+    colour-matching functions and the CIE 1951 scotopic function are summed in steps of 1 nm from 360 to 830 nm (CIE
+    15:2018, section 7.1), so that wide steps of the radiance do not skip parts of the functions.
     """
     between = np.stack([np.interp(_TABLE_NM, wavelength_nm, row, 0.0, 0.0) for row in np.eye(wavelength_nm.size)])
     return between @ _eye()
 
 
 def check_wavelengths(wavelength_nm: np.ndarray) -> None:
-    """Refuse rising wavelengths that no colour follows from, and warn of those that it follows from badly.
+    """Refuse fewer than two wavelengths, and warn if rising wavelengths give inaccurate colours.
 
-    Refused: fewer than two. Warned of: steps wider than 20 nm, or more than 1 % of an equal-energy spectrum's
-    X, Y, Z or W outside the wavelengths.
+    Inaccurate are steps wider than 20 nm, and more than 1 % of X, Y, Z or W of an equal-energy spectrum outside the
+    wavelengths.
     """
     optional_module("colour", extra=_COLOUR)
     if wavelength_nm.size < 2:
@@ -246,11 +231,9 @@ def _eye() -> np.ndarray:
     colour = optional_module("colour", extra=_COLOUR)
     matching = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
     night = optional_module("colour.colorimetry", extra=_COLOUR).SDS_LEFS["CIE 1951 Scotopic Standard Observer"]
-    columns = [
-        PHOTOPIC_LM_W * np.interp(_TABLE_NM, matching.wavelengths, matching.values[:, k], 0.0, 0.0) for k in range(3)
-    ]
-    columns.append(SCOTOPIC_LM_W * np.interp(_TABLE_NM, night.wavelengths, night.values, 0.0, 0.0))
-    return np.stack(columns, axis=1)
+    day = [np.interp(_TABLE_NM, matching.wavelengths, matching.values[:, k], 0.0, 0.0) for k in range(3)]
+    dark = np.interp(_TABLE_NM, night.wavelengths, night.values, 0.0, 0.0)
+    return np.stack([*(PHOTOPIC_LM_W * column for column in day), SCOTOPIC_LM_W * dark], axis=1)
 
 
 SOURCE_DEG = np.arange(0.0, 181.0, 15.0)
@@ -268,13 +251,13 @@ _GLOW_UNITS = "W m-2 sr-1 nm-1 per cd m-2"
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Saves:
-    """What is wanted besides radiances and irradiances."""
+    """Optional contents besides radiances and irradiances."""
 
     irradiance: bool = False  #: irradiances order by order
-    source_from_ground: bool = False  #: source function of order 2, of light that the ground sends up
+    source_from_ground: bool = False  #: source function of order 2, of light that the ground reflects
     source: bool = False  #: source functions of orders 2 and up
     cumulative: bool = False  #: radiance of all orders up to each
-    glow: bool = False  #: radiance of the light that a ground of 1 cd m-2 gives off by itself, order by order
+    glow: bool = False  #: radiance of light that a ground of 1 cd m-2 emits, order by order
     xyzw: bool = False  #: X, Y, Z and scotopic luminance
 
     @property
@@ -284,10 +267,9 @@ class Saves:
 
 
 def check_saves(saves: Saves, *, wavelength_nm: np.ndarray, methods: Sequence[str], glow: np.ndarray | None) -> None:
-    """Refuse before the work what cannot be saved, and warn as `check_wavelengths` does.
+    """Refuse, before the work, contents that are not available, and warn as `check_wavelengths` does.
 
-    `wavelength_nm` rises; `methods` are those of the suns; `glow` is the radiance of a ground of 1 cd m-2, where the
-    description has it.
+    `wavelength_nm` rises; `methods` are those of the suns; `glow` is the radiance of a ground of 1 cd m-2 or None.
     """
     if saves.any_source and "sos" not in methods:
         raise UsageError("source functions need --method sos and two orders or more; no sun is solved in this way")
@@ -353,11 +335,8 @@ def _add_glow(
         unlit(medium), sun_zenith_rad=0.0, sky_zenith_rad=np.deg2rad(zenith), azimuth_from_sun_rad=np.zeros(n_rows),
         n_paths=GLOW_PATHS, n_orders=n_orders, ground_radiance=glow, threads=os.cpu_count() or 1,
     )  # fmt: skip
-    dimensions, values, errors = (
-        ("wavelength", "glow_order", "glow_zenith"),
-        light.radiance_by_order,
-        light.standard_error_by_order,
-    )
+    dimensions, values = ("wavelength", "glow_order", "glow_zenith"), light.radiance_by_order
+    errors = light.standard_error_by_order
     text = "radiance of the sky by the light of a ground of luminance 1 cd m-2, by the number of interactions"
     dataset["glow_by_order"] = variable(dimensions, values, text, _GLOW_UNITS)
     dataset["glow_standard_error"] = variable(dimensions, errors, "standard error of glow_by_order", _GLOW_UNITS)

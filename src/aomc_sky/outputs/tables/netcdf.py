@@ -29,7 +29,7 @@ _LONG_NAMES = {
 }
 
 MOST_PHOTONS = 10_000_000
-"""Photons that a dataset holds, since it stands in memory as a whole (about 200 MB)."""
+"""Most photons of a dataset, which is in memory as a whole (about 200 MB)."""
 
 _COLUMNS = {
     "ux": {"long_name": f"x of the {CONVENTIONS['direction']}", "units": "1"},
@@ -50,8 +50,8 @@ def to_xarray(source: PhotonSource, *, photons: bool = False) -> Any:  # xarray.
     source : PhotonSource
         The run.
     photons : bool
-        Hold the photons too: `ux`, `uy`, `uz`, `patch` and what else they have over (photon), waveband
-        after waveband, and `photon_count` over (waveband). [at most 1e7 photons]
+        Include the photons: `ux`, `uy`, `uz`, `patch`, and `x`, `y`, `weight` if they have them, over (photon),
+        waveband after waveband, and `photon_count` over (waveband). [at most 1e7 photons]
 
     Returns
     -------
@@ -224,11 +224,7 @@ def _attributes(source: PhotonSource) -> dict[str, Any]:
 
 
 def _photon_variables(source: PhotonSource) -> dict[str, Any]:
-    """Variables of all photons, and how many each waveband has (a contiguous ragged array of the CF conventions).
-
-    `ux`, `uy`, `uz`, `patch`, and `x`, `y`, `weight` where the run has them, over (photon); `photon_count` over
-    (waveband). UsageError for more than 1e7 photons.
-    """
+    """Variables of all photons, and their number in each waveband (a contiguous ragged array of the CF conventions)."""
     if source.total > MOST_PHOTONS:
         raise UsageError(
             f"{source.total} photons are more than the {MOST_PHOTONS} that a dataset holds in memory; take npy or mcpl "
@@ -258,14 +254,13 @@ def write_netcdf(source: PhotonSource, path: str | Path, *, photons: bool = Fals
 
 
 def netcdf_bytes(dataset: Any) -> bytes:
-    """The file in memory, for the HDF5 library dies of a full disk where it should report one."""
+    """The bytes of the file; they are made in memory, because the HDF5 library crashes if the disk is full."""
     xr = optional_module("xarray", extra=EXTRA)
     h5netcdf = optional_module("h5netcdf", extra=EXTRA)
-    optional_module("h5py", extra=EXTRA)  # h5netcdf does without it, until it writes
-    encoding: dict[str, dict[str, Any]] = {
-        str(name): {"zlib": True, "complevel": 4} for name in dataset.data_vars if dataset[name].size > 1
-    }
-    # coordinates and bounds have no gaps, so they say nothing about fill values
+    optional_module("h5py", extra=EXTRA)  # h5netcdf needs it to write
+    packed = {"zlib": True, "complevel": 4}
+    encoding: dict[str, Any] = {str(name): dict(packed) for name in dataset.data_vars if dataset[name].size > 1}
+    # coordinates and bounds have no gaps, so they need no fill values
     encoding |= {str(name): {"_FillValue": None} for name in dataset.coords}
     buffer = io.BytesIO()
     with h5netcdf.File(buffer, "w") as file:
@@ -274,7 +269,7 @@ def netcdf_bytes(dataset: Any) -> bytes:
 
 
 def plan_of_netcdf(path: str | Path, *, photons: bool = False) -> str | None:
-    """SHA-256 of the plan whose dataset a netCDF file holds, with or without photons; None for any other file."""
+    """SHA-256 of the plan of a netCDF file with or without photons, or None for any other file."""
     xr = optional_module("xarray", extra=EXTRA)
     optional_module("h5netcdf", extra=EXTRA)
     try:

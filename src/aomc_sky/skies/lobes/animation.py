@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import enum
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,18 +9,11 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.errors import SceneError
 from aomc_sky.phase.vectorised import real
+from aomc_sky.skies.lobes.file.data import ReferenceType
 from aomc_sky.skies.lobes.lobe import checked, vertical_in_local
 
 _DAY_S = 86400.0
 _EPOCH_WEEKDAY = 4.0  # 1970-01-01 was a Thursday, four days after Sunday
-
-
-class Reference(enum.Enum):
-    """What the relative times of an animation count from."""
-
-    ABSOLUTE = "absolute"  #: A point in time; the animation does not repeat.
-    DIURNAL = "diurnal"  #: The most recent midnight.
-    HEBDOMADAL = "hebdomadal"  #: Midnight at the begin of the most recent Sunday.
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -42,7 +34,7 @@ class LobeAnimation:
         Row of the sky's curves. [0 to n_curve - 1]
     time_days : ndarray, float64, shape (n_key,)
         Time since the reference, never falling; of equal times the later key wins. [d]
-    reference : Reference
+    reference : ReferenceType
         What the times count from.
     reference_unix_s : float
         The reference of an absolute animation. [s since 1970-01-01 UTC]
@@ -55,7 +47,7 @@ class LobeAnimation:
     quaternion: np.ndarray
     curve: np.ndarray
     time_days: np.ndarray
-    reference: Reference
+    reference: ReferenceType
     reference_unix_s: float = 0.0
 
     def __post_init__(self) -> None:
@@ -72,44 +64,25 @@ class LobeAnimation:
             raise SceneError("the coefficient of a lobe must be finite and not negative")
 
     def relative_days(self, unix_time_s: ArrayLike, *, utc_offset_h: float = 0.0) -> np.ndarray:
-        """Time since the reference; of a repeating animation in [0, 1) or [0, 7).
+        """Days since the reference, of a repeating animation in [0, 1) or [0, 7).
 
-        Parameters
-        ----------
-        unix_time_s : array_like
-            Time. [s since 1970-01-01 UTC]
-        utc_offset_h : float
-            Local time less UTC, for the midnight of repeating animations. [h]
-
-        Returns
-        -------
-        ndarray, float64
-            [d]
+        `unix_time_s` counts seconds since 1970-01-01 UTC. `utc_offset_h` is local time less UTC, for the midnight of
+        repeating animations.
         """
         time, offset = real(unix_time_s), real(utc_offset_h)
         if not np.all(np.isfinite(time)) or not np.all(np.isfinite(offset)):
             raise SceneError("a time and its UTC offset must be finite")
-        if self.reference is Reference.ABSOLUTE:
+        if self.reference is ReferenceType.ABSOLUTE:
             return (time - self.reference_unix_s) / _DAY_S
         local = time + 3600.0 * utc_offset_h
-        if self.reference is Reference.DIURNAL:
+        if self.reference is ReferenceType.DIURNAL:
             return np.mod(local, _DAY_S) / _DAY_S
         return np.mod(local + _EPOCH_WEEKDAY * _DAY_S, 7.0 * _DAY_S) / _DAY_S
 
     def between(self, relative_days: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Keys around a time and how far it lies between them.
+        """Keys before and after a time in days, int64, and the share of the later one [0 to 1).
 
-        Parameters
-        ----------
-        relative_days : array_like
-            Time since the reference. [d]
-
-        Returns
-        -------
-        key_low, key_high : ndarray, int64
-            Equal up to the first and from the last key on: the end keys hold, also at midnight.
-        fraction : ndarray, float64
-            Share of the later key. [0 to 1)
+        Both keys are equal up to the first and from the last key on: the end keys hold, also at midnight.
         """
         time = np.asarray(relative_days, dtype=np.float64)
         last = self.time_days.size - 1

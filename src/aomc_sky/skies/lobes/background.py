@@ -58,7 +58,9 @@ class BackgroundSky:
     def irradiance(
         self, animation: str | None, unix_time_s: ArrayLike, wavelength_nm: ArrayLike, *, above: str = "sphere"
     ) -> np.ndarray:
-        """Spectral irradiance of an animation, integrated over the whole sphere as the files give it.
+        """Spectral irradiance of an animation: coefficient times curve, linear in time and wavelength. [W m-2 nm-1]
+
+        SceneError: a wavelength is outside the curves by more than 1e-6 of itself, or a time is not finite.
 
         Parameters
         ----------
@@ -70,18 +72,6 @@ class BackgroundSky:
             Wavelengths. [nm]
         above : {"sphere", "horizon", "projected"}
             The whole lobe; its part above the horizon; that part on a horizontal plane.
-
-        Returns
-        -------
-        ndarray, float64
-            Coefficient times curve, linear in time between the keys and in wavelength. [W m-2 nm-1]
-
-        Raises
-        ------
-        UsageError
-            There is no such animation, or `above` is unknown.
-        SceneError
-            A wavelength is outside the curves by more than 1e-6 of itself, or a time is not finite.
         """
         if above not in ("sphere", "horizon", "projected"):
             raise UsageError(f"above is 'sphere', 'horizon' or 'projected', not {above!r}")
@@ -107,13 +97,13 @@ class BackgroundSky:
 
 
 class Interpolation(enum.Enum):
-    """What a lobe does between two keys; its irradiance is linear in time either way.
+    """How a lobe goes from one key to the next; its irradiance is linear in time either way.
 
     CROSSFADE
         The lobes of both keys stand still, and the light goes from one to the other.
     SLERP
-        One lobe turns the short way at a constant rate, its parameters linear in time. A key cannot turn into a
-        key of another kind: those two fade as above.
+        One lobe turns the short way at a constant rate, its parameters linear in time. Keys of different kinds
+        fade as above.
     """
 
     CROSSFADE = "crossfade"
@@ -129,6 +119,10 @@ def background_at(
 ) -> LobeSky:
     """One or several background skies at one time.
 
+    Lobes are called as the animations, behind that ``/key`` (from 0) where two keys fade into each other, before that
+    ``sky/`` (from 1) where several skies add. Lobes without light are left out. SceneError: the time or the offset is
+    not finite.
+
     Parameters
     ----------
     backgrounds : BackgroundSky or sequence of BackgroundSky
@@ -138,20 +132,7 @@ def background_at(
     utc_offset_h : float, optional
         Local time less UTC, for the midnight of repeating animations. [h] Left out: that of each sky.
     interpolation : {"crossfade", "slerp"} or Interpolation
-        What lobes do between their keys.
-
-    Returns
-    -------
-    LobeSky
-        Its lobes are called as the animations, behind that ``/key`` (from 0) where two keys fade into each other,
-        before that ``sky/`` (from 1) where several skies add. Lobes without light are left out.
-
-    Raises
-    ------
-    UsageError
-        There is no such interpolation.
-    SceneError
-        The time or the offset is not finite.
+        How lobes go from one key to the next.
 
     Examples
     --------

@@ -1,20 +1,20 @@
-"""What the sampler of a lobe works with: the lobe turned to the horizon, and an envelope of bins of equal probability.
+"""The envelope of a lobe for its sampler: the lobe turned to the horizon, and bins of equal probability.
 
-A direction of a lobe has two coordinates, each uniform: the share b of the lobe that is farther from the axis, and the
-azimuth psi in the stretched plane, counted from where the horizon is farthest or the zenith nearest. With a = 1 - b::
+A direction of a lobe has two uniform coordinates. b is the share of the lobe that is farther from the axis. psi is the
+azimuth in the stretched plane, from where the horizon is farthest or the zenith nearest. With a = 1 - b::
 
     hg        p = (1-g)^2 a (1 + g b), q = (1+g)^2 b (1 - g + g b);   R = 2 sqrt(p q), Z = q - p
     ggx       R = sqrt(a), Z = sqrt(b)
     beckmann  R = sqrt(-log b), Z = 1
 
 and the light comes from M (R cos psi, R sin psi, Z), normalised; the photon travels the opposite way. The last row of M
-is (k, 0, n_z), so the cosine of the zenith angle is (n_z Z + k R cos psi) / sqrt(Z^2 + R^2 r^2), r(psi) being the
-stretch in that direction.
+is (k, 0, n_z). So the cosine of the zenith angle is (n_z Z + k R cos psi) / sqrt(Z^2 + R^2 r^2). r(psi) is the stretch
+in that direction.
 
-A photon falls into a bin of the envelope, is uniform in it (trial 0 by rank: in the cell of its bin, which comes to the
-same), and stays with the probability cosine / bound; one that does not stay falls anew, into any bin. So the emitted
-law is lobe times cosine whatever the bins are: they only settle how often photons fall. Cells of the plane (b, psi) are
-halved where the bound wastes most, then each gets as many bins of equal size as its part of the envelope asks for.
+A photon falls into a bin of the envelope and is uniform in it (trial 0 by rank: in the cell of its bin, with the same
+result). It stays with the probability cosine / bound; else it falls anew, into any bin. The emitted law is lobe times
+cosine for any bins: they only decide how often photons fall. Cells of the plane (b, psi) are halved where the bound
+wastes most. Then each gets as many bins of equal size as its part of the envelope needs.
 """
 
 from __future__ import annotations
@@ -108,9 +108,9 @@ class LobeFrame:
     def upper_bound(self, a: np.ndarray, b: np.ndarray, psi: np.ndarray) -> np.ndarray:
         """Upper bound of `cosine` over cells; arguments hold both ends, shape (2, n): a falls, b and psi rise.
 
-        With the largest cosine c of psi and the smallest r in the cell, the numerator n_z Z + k R c over the root is an
-        upper bound where it is positive; as a function of tan t = R r / Z it is N cos(t - t0), whose maximum between
-        two ends is known. Rounding is covered by a margin of 1e-9 of itself.
+        Take the largest cosine c of psi and the smallest r in the cell. Then (n_z Z + k R c) over the root is an upper
+        bound if it is positive. As a function of tan t = R r / Z it is N cos(t - t0), whose maximum between two ends is
+        known. A margin of 1e-9 of itself covers rounding.
         """
         least = self._least_stretch(psi)
         cosines = np.cos(psi * (np.pi / 2))
@@ -254,7 +254,7 @@ def envelope_of(frame: LobeFrame) -> tuple[np.ndarray, float]:
 
     Columns: least b, width of a bin in b, least a, number of bins; half the width in psi in quarter turns [up to 1/2],
     sine and cosine of the centre; bound of the cosine. The bins of a cell stand side by side in b. Their number in all
-    cells is a power of two; photons fall into each with the same probability, and bound x area is the same for all. The
+    cells is a power of two. Photons fall into each with the same probability, and bound x area is the same for all. The
     integral over the lobe's projected mass is the mean number of tries.
     """
     cells = _refined(frame)

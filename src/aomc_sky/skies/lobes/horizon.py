@@ -16,37 +16,23 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 def mass_above_horizon(
     kind: str, param0: ArrayLike, param1: ArrayLike, quaternion: ArrayLike, *, weighting: str = "plain"
 ) -> np.ndarray:
-    """Integral of a lobe over the upper hemisphere of the world.
+    """Integral of a lobe over the upper hemisphere of the world. [0 to 1]
+
+    n is the world vertical in the local frame, k = hypot(alpha_x n_x, alpha_y n_y) and N = hypot(n_z, k). GGX: (1 + n_z
+    / N) / 2, from k^2 / (2 N (N - n_z)) for n_z < 0. Beckmann: erfc(-n_z / k) / 2. The others are integrals on nodes
+    that are dense in the logarithm of the distance to sharp features. Relative accuracy: 1e-14 plain and 1e-13 for
+    "hg", 1e-10 for projected "ggx" and "beckmann". With the axis below the horizon the condition of n_z comes on top,
+    up to 2 (n_z / k)^2 2e-16 for Beckmann.
 
     Parameters
     ----------
-    kind : str
-        "hg", "ggx" or "beckmann".
-    param0, param1 : array_like
+    kind, param0, param1 : str, array_like, array_like
         As for `pdf`.
     quaternion : array_like, shape (..., 4)
         Rotation (w, x, y, z) from local to world; the leading axes broadcast with the parameters.
     weighting : {"plain", "projected"}
-        Integral of the density, or of the density times the cosine of the zenith angle: the share of the
-        lobe's sphere-integrated irradiance that a horizontal plane receives.
-
-    Returns
-    -------
-    ndarray, float64
-        [0 to 1]
-
-    Raises
-    ------
-    UsageError, SceneError
-        Unknown kind or weighting; parameter outside its range; quaternion zero or not finite.
-
-    Notes
-    -----
-    With n the world vertical in the local frame, k = hypot(alpha_x n_x, alpha_y n_y) and N = hypot(n_z, k):
-    GGX (1 + n_z / N) / 2, from k^2 / (2 N (N - n_z)) where n_z < 0; Beckmann erfc(-n_z / k) / 2. The others
-    are integrals of positive functions on nodes that are dense in the logarithm of the distance to what is
-    sharp. Relative accuracy: 1e-14 plain and 1e-13 for "hg", 1e-10 for projected "ggx" and "beckmann"; with
-    the axis below the horizon the condition of n_z comes on top, up to 2 (n_z / k)^2 2e-16 for Beckmann.
+        Integral of the density, or of the density times the cosine of the zenith angle: the share of the lobe's light
+        that a horizontal plane receives.
 
     Examples
     --------
@@ -157,8 +143,8 @@ def _vndf_projected(
 ) -> float:
     """Integral over stretched slopes (u, v), u along the way to the horizon, of density ((n_z + k u) / secant)^power.
 
-    The secant is the root of a quadratic form q in (u, v). For fixed u it is sharp in v at one point, the density
-    at v = 0; as functions of u all is sharp at u = 0 or where the horizon begins.
+    The secant is the root of a quadratic form q in (u, v). For fixed u the integrand is sharp in v at one point, the
+    density at v = 0. As functions of u both are sharp at u = 0 or at the horizon.
     """
     k = float(np.hypot(alpha_x * nx, alpha_y * ny))
     if k == 0.0 and nz < 0.0:

@@ -17,7 +17,7 @@ from aomc_sky.errors import NOWHERE, InputFileError, Problem, SceneError, UsageE
 from aomc_sky.formats.report import nearest
 from aomc_sky.formats.sky_toml.keys import BackgroundSection
 from aomc_sky.formats.sky_toml.rules import shown_value
-from aomc_sky.skies.lobes.animation import LobeAnimation, Reference
+from aomc_sky.skies.lobes.animation import LobeAnimation
 from aomc_sky.skies.lobes.background import BackgroundSky, background_at
 from aomc_sky.skies.lobes.file.data import KINDS, Animation, BackgroundFile, LobeType
 from aomc_sky.skies.lobes.file.file import read_background_file
@@ -30,28 +30,16 @@ _KIND = {lobe_type: kind for kind, lobe_type in KINDS.items()}
 
 
 def read_background(path: str | os.PathLike[str], *, utc_offset_h: float = 0.0) -> BackgroundSky:
-    """Read a background-sky file (DIRSIG BackgroundSkyData, HDF5) as a sky.
+    """Read a background-sky file (DIRSIG BackgroundSkyData, HDF5) as a sky in absolute units.
+
+    InputFileError: all problems of the file together. MissingExtraError: h5py is not installed.
 
     Parameters
     ----------
     path : str or path
         The file.
     utc_offset_h : float
-        Local time less UTC: where the midnight of diurnal and weekly animations lies. [h]
-
-    Returns
-    -------
-    BackgroundSky
-        Its animations, in absolute units.
-
-    Raises
-    ------
-    InputFileError
-        Everything that is wrong with the file, together.
-    MissingExtraError
-        h5py is not installed.
-    SceneError
-        The UTC offset is not finite.
+        Local time less UTC: the midnight of diurnal and weekly animations. [h]
 
     Examples
     --------
@@ -82,7 +70,7 @@ def _animation(one: Animation) -> LobeAnimation:
         quaternion=one.quaternion,
         curve=one.curve_index,
         time_days=one.relative_time_days,
-        reference=Reference[one.reference.name],
+        reference=one.reference,
         reference_unix_s=float(one.time_point_s),
     )
 

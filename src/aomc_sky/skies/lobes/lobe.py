@@ -58,7 +58,7 @@ def one_minus_mu(m: np.ndarray) -> np.ndarray:
 
 
 def pdf(kind: str, param0: ArrayLike, param1: ArrayLike, m: ArrayLike) -> np.ndarray:
-    """Density of a lobe per steradian, over the whole sphere of its local frame.
+    """Density of a lobe over the whole sphere of its local frame; its integral is 1. [sr-1]
 
     With mu = m_z and A = (m_x/alpha_x)^2 + (m_y/alpha_y)^2 of the unit vector::
 
@@ -66,32 +66,17 @@ def pdf(kind: str, param0: ArrayLike, param1: ArrayLike, m: ArrayLike) -> np.nda
         ggx       m_z / (pi alpha_x alpha_y (A + m_z^2)^2),            0 for m_z <= 0
         beckmann  exp(-A / m_z^2) / (pi alpha_x alpha_y m_z^3),        0 for m_z <= 0
 
+    float32 where all arrays are float32, else float64. Accuracy: 8 ulp for "hg" and "ggx", 8 (1 + A/m_z^2) ulp for
+    "beckmann". Next to the axis 1 - mu is computed from m_x and m_y, so give those with all their digits.
+
     Parameters
     ----------
     kind : str
         "hg", "ggx" or "beckmann".
-    param0 : array_like
-        g of "hg" [0 <= g < 1], else alpha_x [> 0].
-    param1 : array_like
-        alpha_y [> 0]; not looked at for "hg".
+    param0, param1 : array_like
+        g of "hg" [0 <= g < 1] and nothing, else the roughness alpha_x and alpha_y. [> 0]
     m : array_like, shape (..., 3)
         Directions of any length but 0; the leading axes broadcast with the parameters.
-
-    Returns
-    -------
-    ndarray
-        float32 where all arrays given are float32, else float64. The integral over the sphere is 1. [sr-1]
-
-    Raises
-    ------
-    UsageError, SceneError
-        Unknown kind; parameter outside its range; direction zero or not finite.
-
-    Notes
-    -----
-    Accuracy: 8 ulp for "hg" and "ggx", 8 (1 + A/m_z^2) ulp for "beckmann", for any float input. The
-    condition of the density itself comes on top where `m` is a rounded unit vector: next to the axis
-    1 - mu is computed from m_x and m_y, so give those with all their digits.
 
     Examples
     --------
@@ -132,32 +117,20 @@ def _stretched(x: np.ndarray, alpha: np.ndarray) -> tuple[tuple[np.ndarray, np.n
 
 
 def sample(kind: str, param0: ArrayLike, param1: ArrayLike, u: ArrayLike, v: ArrayLike) -> np.ndarray:
-    """Directions of a lobe from uniform numbers, over the whole sphere of the local frame.
+    """Unit vectors (..., 3) of a lobe from uniform numbers, over the whole sphere of the local frame.
+
+    "hg": D = 1 - g + 2 g u, 1 - mu = 2 (1 - g)^2 (1 - u)(1 + g u) / D^2, and alike for 1 + mu and the sine, so that
+    nothing cancels for g next to 1 and nothing is divided by g. "ggx": (alpha_x sqrt(u) cos, alpha_y sqrt(u) sin,
+    sqrt(1 - u)). "beckmann": the stretched slope has the radius sqrt(-log1p(-u)). Accuracy: 8 ulp in each component;
+    m_z of "hg" 2e-16 absolute where it is small. float32 where all arrays are float32, else float64.
 
     Parameters
     ----------
     kind, param0, param1 : str, array_like, array_like
         As for `pdf`.
     u, v : array_like
-        Uniform numbers: u the probability of a smaller mu ("hg") or of a smaller stretched radius (else),
-        v the azimuth as a share of a turn. [0 to 1]
-
-    Returns
-    -------
-    ndarray, shape (..., 3)
-        Unit vectors; float32 where all arrays given are float32, else float64.
-
-    Raises
-    ------
-    UsageError, SceneError
-        Unknown kind; parameter or uniform number outside its range.
-
-    Notes
-    -----
-    "hg": D = 1 - g + 2 g u, 1 - mu = 2 (1 - g)^2 (1 - u)(1 + g u) / D^2 and alike for 1 + mu and the sine,
-    so nothing cancels for g next to 1 and nothing is divided by g. "ggx": (alpha_x sqrt(u) cos, alpha_y
-    sqrt(u) sin, sqrt(1 - u)); "beckmann": the stretched slope has the radius sqrt(-log1p(-u)).
-    Accuracy: 8 ulp in each component; m_z of "hg" 2e-16 absolute where it is small.
+        Uniform numbers: u the probability of a smaller mu ("hg") or of a smaller stretched radius (else), v the azimuth
+        as a share of a turn. [0 to 1]
 
     Examples
     --------
@@ -209,18 +182,10 @@ def _scaled_quaternion(quaternion: ArrayLike) -> np.ndarray:
 
 
 def rotation_matrix(quaternion: ArrayLike) -> np.ndarray:
-    """Rotation from local to world: its columns are the local axes, its last row the vertical in the local frame.
+    """Rotation R (..., 3, 3) of quaternions (..., 4), world = R local; its last row is the local vertical of the world.
 
-    Parameters
-    ----------
-    quaternion : array_like, shape (..., 4)
-        (w, x, y, z), normalised here.
-
-    Returns
-    -------
-    ndarray, float64, shape (..., 3, 3)
-        R with world = R local; each element within 4 ulp of itself for the components as given: they are
-        divided by the squared length once, not normalised first.
+    The quaternion (w, x, y, z) may have any length but 0. Each element is within 4 ulp of itself for the components as
+    given, for they are divided by the squared length once.
 
     Examples
     --------
@@ -240,10 +205,10 @@ def rotation_matrix(quaternion: ArrayLike) -> np.ndarray:
 
 
 def quaternion_of(matrix: np.ndarray) -> np.ndarray:
-    """Quaternion of a rotation from local to world: `rotation_matrix` backwards, largest component positive.
+    """Quaternion of a rotation from local to world: the inverse of `rotation_matrix`, largest component positive.
 
-    The four squares 4 w^2, 4 x^2, 4 y^2, 4 z^2 are 1 with the signed sums of the diagonal, and the products stand off
-    the diagonal; the largest component is divided by, so nothing cancels [shepperd1978].
+    4 w^2, 4 x^2, 4 y^2 and 4 z^2 are 1 plus the signed sums of the diagonal; the other elements give the products. The
+    largest component divides them, so nothing cancels [shepperd1978].
     """
     (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = matrix.tolist()
     w2, x2, y2, z2 = 1 + xx + yy + zz, 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz
@@ -262,19 +227,7 @@ def vertical_in_local(quaternion: ArrayLike) -> np.ndarray:
 
 
 def to_world(quaternion: ArrayLike, local: ArrayLike) -> np.ndarray:
-    """Turn local directions into the world frame (x east, y north, z up).
-
-    Parameters
-    ----------
-    quaternion : array_like, shape (..., 4)
-        As for `rotation_matrix`.
-    local : array_like, shape (..., 3)
-        Vectors; the leading axes broadcast with those of the quaternion.
-
-    Returns
-    -------
-    ndarray, float64, shape (..., 3)
-        Vectors of the same lengths.
+    """Turn local directions (..., 3) into the world frame (x east, y north, z up).
 
     Examples
     --------
@@ -286,17 +239,7 @@ def to_world(quaternion: ArrayLike, local: ArrayLike) -> np.ndarray:
 
 
 def to_local(quaternion: ArrayLike, world: ArrayLike) -> np.ndarray:
-    """Turn world directions into the local frame of a lobe: `to_world` backwards, same shapes.
-
-    Parameters
-    ----------
-    quaternion, world : array_like
-        The rotation and the vectors.
-
-    Returns
-    -------
-    ndarray, float64, shape (..., 3)
-        Local vectors.
+    """Turn world directions (..., 3) into the local frame of a lobe: the inverse of `to_world`.
 
     Examples
     --------

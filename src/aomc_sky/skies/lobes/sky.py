@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -80,22 +80,9 @@ class WeightedLobe:
         checked_samples(self.wavelength_nm, np.atleast_2d(self.spectrum))
 
     def irradiance(self, wavelength_nm: ArrayLike) -> np.ndarray:
-        """Spectral irradiance integrated over the whole sphere, linear in wavelength.
+        """Spectral irradiance integrated over the whole sphere, linear in wavelength [nm]. [W m-2 nm-1]
 
-        Parameters
-        ----------
-        wavelength_nm : array_like
-            Wavelengths. [nm]
-
-        Returns
-        -------
-        ndarray, float64
-            [W m-2 nm-1]
-
-        Raises
-        ------
-        SceneError
-            A wavelength is outside the spectrum by more than 1e-6 of itself.
+        SceneError: a wavelength is outside the spectrum by more than 1e-6 of itself.
         """
         row: np.ndarray = spectra_at(wavelength_nm, self.wavelength_nm, self.spectrum[None])[0]
         return row
@@ -140,23 +127,7 @@ class LobeSky(Share):
             raise SceneError(f"the names of the lobes of a sky must differ, got {', '.join(names)}")
 
     def irradiance(self, wavelength_nm: ArrayLike) -> np.ndarray:
-        """Spectral irradiance of all lobes, integrated over the whole sphere.
-
-        Parameters
-        ----------
-        wavelength_nm : array_like
-            Wavelengths. [nm]
-
-        Returns
-        -------
-        ndarray, float64
-            [W m-2 nm-1]
-
-        Raises
-        ------
-        SceneError
-            A wavelength is outside the spectra.
-        """
+        """Spectral irradiance of all lobes, over the whole sphere, as `WeightedLobe.irradiance`. [W m-2 nm-1]"""
         total = np.zeros(np.shape(wavelength_nm))
         for lobe in self.lobes:
             total = total + lobe.irradiance(wavelength_nm)
@@ -205,12 +176,12 @@ def lobe_components(
     quaternion: ArrayLike,
     irradiance: ArrayLike,
 ) -> tuple[Component, ...]:
-    """Lower lobes to components whose photons have exactly the flux law: density of the lobe times cosine.
+    """Components whose photons have exactly the flux law of lobes: density times cosine.
 
-    `irradiance` (n_lobe, n_wl) is that of each lobe over the whole sphere, coefficient times curve. [W m-2 nm-1, >= 0]
-    One component for each lobe with light above the horizon, in their order; `strength` is the irradiance of the
-    horizontal plane, `below_horizon` the share of the lobe that hangs below. Lobes without light, and those whose
-    projected share is below `LEAST_MASS`, are left out. About 10 ms a lobe; equal lobes share the work.
+    `irradiance` (n_lobe, n_wl) is that of each lobe over the whole sphere. [W m-2 nm-1, >= 0] Each lobe with light
+    above the horizon has one component, in their order. `strength` is the irradiance of the horizontal plane,
+    `below_horizon` the share of the lobe below the horizon. Lobes with a projected share below `LEAST_MASS` are left
+    out. About 10 ms a lobe; equal lobes share the work.
     """
     light = np.asarray(irradiance, dtype=np.float64)
     shapes = [np.asarray(x, dtype=np.float64) for x in (param0, param1, quaternion)]
@@ -231,27 +202,13 @@ def lobe_components(
             known[key] = _unit_lobe(kind, float(first), float(second), turn)
         unit = known[key]
         if unit is not None:
-            parts.append(_named(unit, name, row))
+            plane = row * unit.strength[0]
+            parts.append(replace(unit, name=name, strength=plane, irradiance_W_m2_nm=plane))
     return tuple(parts)
 
 
-def _named(unit: Component, name: str, irradiance: np.ndarray) -> Component:
-    plane = irradiance * unit.strength[0]
-    return Component(
-        name=name,
-        law=unit.law,
-        strength=plane,
-        mass=unit.mass,
-        cell=unit.cell,
-        shared=unit.shared,
-        bounds=unit.bounds,
-        irradiance_W_m2_nm=plane,
-        below_horizon=unit.below_horizon,
-    )
-
-
 def _unit_lobe(kind: str, param0: float, param1: float, quaternion: np.ndarray) -> Component | None:
-    """The component of a lobe with the irradiance 1 over the sphere; None where nothing of it is above the horizon."""
+    """The component of a lobe with the irradiance 1 over the sphere, or None if all of it lies below the horizon."""
     projected, above = (
         float(mass_above_horizon(kind, param0, param1, quaternion, weighting=w)) for w in ("projected", "plain")
     )
@@ -273,7 +230,7 @@ def _unit_lobe(kind: str, param0: float, param1: float, quaternion: np.ndarray) 
 
 
 def plain_name(name: str) -> str:
-    """A name that a column of counts.csv and a variable of netCDF can hold, whatever stands in a file."""
+    """The name of a file with letters that columns of counts.csv and variables of netCDF may have."""
     return _NO_PLAIN_WORD.sub("_", name.replace("/", ":"))[:_MAX_NAME].strip()
 
 

@@ -1,4 +1,4 @@
-"""What the emission reads of all lobes: shapes, envelopes and bins."""
+"""Tables of all lobes for the emission: shapes, envelopes and bins."""
 
 from __future__ import annotations
 

@@ -1,14 +1,14 @@
 """Rigorous bounds of the Perez luminance over each patch, for the exact rejection inside it.
 
-The first factor is monotonic in mu for b <= 0, exp(d gamma) in gamma, and the ends of gamma over a patch are
-known, so bounds of both factors and of their product follow without sampling. Where the luminance is smooth, photons
-are sent along its slope first, and little is left to reject:
+The first factor is monotonic in mu for b <= 0, exp(d gamma) in gamma. The ends of gamma over a patch are known. They
+bound both factors and their product without sampling. If the luminance is smooth, photons are sent along
+its slope first, and little is left to reject:
 
-A patch is the unit square of (u, v), uniform in mu^2 and in azimuth. The map u' = u + k u (1 - u), and the same for
-v, sends photons where the luminance is higher: their density is 1 / J, J = (1 + k_u (1 - 2u)) (1 + k_v (1 - 2v)). With
-k half the logarithmic slope of the luminance f across the patch, f J is constant to second order. By Taylor's theorem,
-log f differs from its tangent at the patch's centre by at most R, half the largest second derivative along any line
-through the patch, and what the map leaves of the tangent is known exactly:
+A patch is the unit square of (u, v), uniform in mu^2 and in azimuth. The map u' = u + k u (1 - u), and the same for v,
+sends photons to the brighter side. Their density is 1 / J, J = (1 + k_u (1 - 2u)) (1 + k_v (1 - 2v)). With k half the
+logarithmic slope of the luminance f across the patch, f J is constant to second order. By Taylor's theorem, log f
+differs from its tangent at the patch's centre by at most R, half the largest second derivative along any line through
+the patch. The map's difference from the tangent is known exactly:
 
     e^|k_u| (1 - |k_u|) e^|k_v| (1 - |k_v|) e^-R  <=  f J / f(centre)  <=  e^((k_u^2 + k_v^2)/2 + R).
 """

@@ -1,7 +1,7 @@
-"""From irradiances and the sun to clearness, brightness and the coefficients a to e of the Perez sky, eqs. (4) to (8).
+"""Irradiances and the sun become clearness, brightness and the coefficients a to e of the Perez sky, eqs. (4) to (8).
 
-Exponential and power are made of + - x / alone, for numpy and libm differ between versions and processors in the last
-bit of a few percent of their values; the coefficients, and the hash that names a run, would differ with them.
+Exponential and power use + - x / alone. Those of numpy and libm differ between versions and processors in the last bit
+of a few percent of their values, and the coefficients and the hash of a run would differ with them.
 """
 
 from __future__ import annotations
@@ -36,30 +36,17 @@ _LN2_REST = 1.1612227229362532e-26  # ln 2 less LN2_HI and LN2_LO
 
 
 def sky_clearness(dni: ArrayLike, dhi: ArrayLike, sun_zenith_rad: ArrayLike) -> np.ndarray:
-    """Sky clearness epsilon, eq. (4), with 1.041 Z^3 and Z in radians.
+    """Sky clearness epsilon, eq. (4), with 1.041 Z^3 and Z in radians. [1 to inf]
+
+    Without diffuse light it is infinite, without any light 1. Accuracy: 3 ulp, for 1 + (dni/dhi) / (1 + 1.041 Z^3)
+    keeps a tiny dni.
 
     Parameters
     ----------
-    dni : array_like
-        Direct normal irradiance. [W m-2, 0 or more; -5 to 0 counts as 0]
-    dhi : array_like
-        Diffuse horizontal irradiance. [W m-2, 0 or more; -5 to 0 counts as 0]
+    dni, dhi : array_like
+        Direct normal and diffuse horizontal irradiance. [W m-2, 0 or more; -5 to 0 counts as 0]
     sun_zenith_rad : array_like
         Zenith angle of the sun. [rad, 0 to pi/2]
-
-    Returns
-    -------
-    ndarray, float64
-        Broadcast of the arguments. [1 to inf] Without diffuse light it is infinite, without any light 1.
-
-    Raises
-    ------
-    SceneError
-        An irradiance is below -5 W m-2 or infinite, or the sun is below the horizon.
-
-    Notes
-    -----
-    Accuracy: 3 ulp. Written as 1 + (dni/dhi) / (1 + 1.041 Z^3), which keeps a tiny dni.
 
     Examples
     --------
@@ -75,24 +62,14 @@ def sky_clearness(dni: ArrayLike, dhi: ArrayLike, sun_zenith_rad: ArrayLike) -> 
 
 
 def relative_air_mass(sun_zenith_rad: ArrayLike, *, formula: str = "kasten-young-1989") -> np.ndarray:
-    """Relative optical air mass at sea level.
+    """Relative optical air mass at sea level: 1 overhead, 37.92 (36.51) at the horizon.
 
     Parameters
     ----------
     sun_zenith_rad : array_like
-        Zenith angle of the sun. [rad, 0 to where the formula ends, beyond pi/2]
+        Zenith angle of the sun. [rad, 0 to below 96.08 or 93.885 degrees, where the formula ends]
     formula : {"kasten-young-1989", "kasten-1966"}
-        The paper takes the first [kasten1989]; gendaylit takes the second, 0.15 (93.885 - Z)^-1.253.
-
-    Returns
-    -------
-    ndarray, float64
-        1 overhead, 37.92 (36.51) at the horizon.
-
-    Raises
-    ------
-    SceneError
-        The sun is so far below the horizon (96.08 or 93.885 degrees) that the formula has no value.
+        The paper takes the first [kasten1989]. gendaylit takes the second, 0.15 (93.885 - Z)^-1.253.
 
     Examples
     --------
@@ -118,7 +95,7 @@ def sky_brightness(
     extraterrestrial_normal: ArrayLike = EXTRATERRESTRIAL_NORMAL,
     air_mass: str = "kasten-young-1989",
 ) -> np.ndarray:
-    """Sky brightness Delta, eq. (5): air mass x dhi / extraterrestrial_normal.
+    """Sky brightness Delta, eq. (5): air mass x dhi / extraterrestrial_normal. [0 or more]
 
     Parameters
     ----------
@@ -131,11 +108,6 @@ def sky_brightness(
     air_mass : {"kasten-young-1989", "kasten-1966"}
         Formula of the air mass.
 
-    Returns
-    -------
-    ndarray, float64
-        Broadcast of the arguments. [0 or more]
-
     Examples
     --------
     >>> print(sky.perez.sky_brightness(95.0, np.radians(32.4)).round(5))
@@ -147,7 +119,10 @@ def sky_brightness(
 
 
 def diffuse_from_global(ghi: ArrayLike, dni: ArrayLike, sun_zenith_rad: ArrayLike) -> np.ndarray:
-    """Diffuse horizontal irradiance that closes ghi = dhi + dni cos Z.
+    """Diffuse horizontal irradiance that closes ghi = dhi + dni cos Z; rounding below zero gives 0. [W m-2]
+
+    Accuracy: 3 ulp of the larger of ghi and dni cos Z, which under a clear sky is a large multiple of dhi. SceneError:
+    dni cos Z exceeds ghi by more than rounding, or dhi exceeds what a sky can give under this sun.
 
     Parameters
     ----------
@@ -155,20 +130,6 @@ def diffuse_from_global(ghi: ArrayLike, dni: ArrayLike, sun_zenith_rad: ArrayLik
         Global horizontal and direct normal irradiance. [W m-2, 0 or more; -5 to 0 counts as 0]
     sun_zenith_rad : array_like
         Zenith angle of the sun. [rad, 0 to pi/2]
-
-    Returns
-    -------
-    ndarray, float64
-        Broadcast of the arguments; rounding below zero gives 0. [W m-2]
-
-    Raises
-    ------
-    SceneError
-        dni cos Z exceeds ghi by more than rounding, or dhi what a sky can give under this sun.
-
-    Notes
-    -----
-    Accuracy: 3 ulp of the larger of ghi and dni cos Z, which under a clear sky is a large multiple of dhi.
 
     Examples
     --------
@@ -185,7 +146,12 @@ def direct_from_global(
     *,
     extraterrestrial_normal: ArrayLike = EXTRATERRESTRIAL_NORMAL,
 ) -> np.ndarray:
-    """Direct normal irradiance that closes ghi = dhi + dni cos Z.
+    """Direct normal irradiance that closes ghi = dhi + dni cos Z. [W m-2]
+
+    It is 0 where dhi exceeds ghi by at most 5 % (10 % beyond Z = 75 degrees). Accuracy: 4 ulp, and 2e-16 / cos Z from
+    the angle in radians. Errors of ghi and dhi are divided by cos Z: 1 W m-2 becomes 11 at Z = 85 and 57 at 89 degrees.
+    SceneError: dhi exceeds ghi by more, the beam or dhi exceeds its limit [long2008], or the sun is not above the
+    horizon.
 
     Parameters
     ----------
@@ -195,22 +161,6 @@ def direct_from_global(
         Zenith angle of the sun. [rad, 0 to below pi/2]
     extraterrestrial_normal : array_like
         Irradiance on a plane that faces the sun outside the atmosphere, on that day. [W m-2]
-
-    Returns
-    -------
-    ndarray, float64
-        Broadcast of the arguments; 0 where dhi exceeds ghi by at most 5 % (10 % beyond Z = 75 degrees). [W m-2]
-
-    Raises
-    ------
-    SceneError
-        dhi exceeds ghi by more, the beam or dhi what the extraterrestrial irradiance allows, or the sun is not above
-        the horizon.
-
-    Notes
-    -----
-    Accuracy: 4 ulp, and 2e-16 / cos Z from the angle in radians. Errors of ghi and dhi are divided by cos Z: 1 W m-2
-    becomes 11 at Z = 85 and 57 at 89 degrees. References: [long2008] for the limits.
 
     Examples
     --------
@@ -226,17 +176,7 @@ def direct_from_global(
 
 
 def epsilon_bin(epsilon: ArrayLike) -> np.ndarray:
-    """Bin of the sky clearness, 0 to 7: lower edges belong to the bin, values below 1 to the first.
-
-    Parameters
-    ----------
-    epsilon : array_like
-        Sky clearness; not NaN. [1 to inf]
-
-    Returns
-    -------
-    ndarray, int64
-        Row of Table 1.
+    """Row of Table 1 for a sky clearness, 0 to 7. A lower edge belongs to its bin, values below 1 to the first.
 
     Examples
     --------
@@ -252,27 +192,15 @@ def epsilon_bin(epsilon: ArrayLike) -> np.ndarray:
 def limited(epsilon: ArrayLike, delta: ArrayLike, *, limits: str = "radiance") -> tuple[np.ndarray, np.ndarray]:
     """Sky clearness and brightness after the limits that the coefficients are taken at.
 
+    SceneError: Delta is negative or infinite.
+
     Parameters
     ----------
-    epsilon : array_like
-        Sky clearness. [-]
-    delta : array_like
-        Sky brightness. [0 or more]
+    epsilon, delta : array_like
+        Sky clearness and brightness. [-]
     limits : {"radiance", "paper"}
-        "radiance" is the published practice: epsilon to [1, 12.01], Delta to [0.01, 0.6], and Delta
-        at least 0.2 where 1.065 <= epsilon < 2.8. "paper" changes nothing.
-
-    Returns
-    -------
-    epsilon, delta : ndarray, float64
-        Broadcast of the arguments.
-
-    Raises
-    ------
-    SceneError
-        Delta is negative or infinite.
-    UsageError
-        `limits` is neither of the two.
+        "radiance" is the published practice: epsilon to [1, 12.01], Delta to [0.01, 0.6], and Delta at least 0.2 where
+        1.065 <= epsilon < 2.8. "paper" changes nothing.
 
     Examples
     --------
@@ -301,34 +229,20 @@ def limited(epsilon: ArrayLike, delta: ArrayLike, *, limits: str = "radiance") -
 def coefficients(
     epsilon: ArrayLike, delta: ArrayLike, sun_zenith_rad: ArrayLike, *, limits: str = "radiance"
 ) -> np.ndarray:
-    """Coefficients a to e of a sky, eqs. (6) to (8) with Table 1.
+    """Coefficients a to e of a sky, eqs. (6) to (8) with Table 1, shape (..., 5); b may be positive.
+
+    Accuracy: a, b and e within 1 ulp for the given numbers; c and d within 1e-15 of the sum of their terms' magnitudes.
+    The model jumps between the bins of epsilon, by up to 0.25 in total variation. SceneError: an input is outside its
+    range, or so large that a coefficient overflows.
 
     Parameters
     ----------
-    epsilon : array_like
-        Sky clearness, eq. (4). [-]
-    delta : array_like
-        Sky brightness, eq. (5). [0 or more]
+    epsilon, delta : array_like
+        Sky clearness and brightness, eqs. (4) and (5). [-, 0 or more]
     sun_zenith_rad : array_like
         Zenith angle of the sun. [rad, 0 to pi/2]
     limits : {"radiance", "paper"}
         See `limited`.
-
-    Returns
-    -------
-    ndarray, float64, shape (..., 5)
-        a, b, c, d, e; the leading axes are the broadcast of the arguments. b may be positive.
-
-    Raises
-    ------
-    SceneError
-        An input is outside its range, or so large that a coefficient overflows.
-
-    Notes
-    -----
-    Accuracy: a, b and e within 1 ulp for the given numbers; c and d within 1e-15 of the sum of their
-    terms' magnitudes. The sums are compensated and Table 1 is exact, so that terms may cancel. The
-    sky jumps between the bins of epsilon, by up to 0.25 in total variation: the model is so.
 
     Examples
     --------

@@ -1,7 +1,7 @@
-"""The all-weather sky of Perez, Seals and Michalsky (1993) [perez1993]: its functions in one place.
+"""The functions of the all-weather sky of Perez, Seals and Michalsky (1993) [perez1993], with its equation numbers.
 
-The equation numbers are the paper's. All functions broadcast over directions, over skies (time
-series of epsilon, Delta and the sun) and over both. NaN comes out only where NaN went in.
+All broadcast over directions, over skies (time series of epsilon, Delta and the sun) and over both, and return float64.
+NaN comes out only where NaN went in.
 """
 
 from __future__ import annotations
@@ -49,6 +49,11 @@ def relative_radiance(
 ) -> np.ndarray:
     """Relative radiance f of eq. (1): [1 + a exp(b / cos xi)] [1 + c exp(d gamma) + e cos^2 gamma].
 
+    It is neither normalised nor clipped: some coefficients give negative values. At the horizon the limit of the first
+    factor is 1 for b < 0, 1 + a for b = 0 and infinite for b > 0. Values beyond the largest float64 are infinite;
+    `relative_radiance_log` has their logarithm. Accuracy: 1e-15 (1 + |b| / cos^2 xi) of the product of the factors'
+    sums of magnitudes, also beside the sun. SceneError: an angle is outside its range.
+
     Parameters
     ----------
     sky_zenith_rad : array_like
@@ -59,23 +64,6 @@ def relative_radiance(
         Zenith angle of the sun. [rad, 0 to pi/2]
     coefficients : array_like, shape (..., 5)
         a, b, c, d, e; the leading axes broadcast with the angles.
-
-    Returns
-    -------
-    ndarray, float64
-        Not normalised and not clipped: some coefficients give negative values. At the horizon the
-        limit of the first factor is 1 for b < 0, 1 + a for b = 0 and infinite for b > 0. Values
-        beyond the largest float64 are infinite; `relative_radiance_log` has their logarithm.
-
-    Raises
-    ------
-    SceneError
-        An angle is outside its range.
-
-    Notes
-    -----
-    Accuracy: 1e-15 (1 + |b| / cos^2 xi) of the product of the factors' sums of magnitudes, also beside
-    the sun: gamma comes from the half angle, never from the arc cosine of a dot product.
 
     Examples
     --------
@@ -100,15 +88,7 @@ def relative_radiance_log(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Sign and natural logarithm of the magnitude of f, for b > 0, where f itself may overflow.
 
-    Parameters
-    ----------
-    sky_zenith_rad, azimuth_from_sun_rad, sun_zenith_rad, coefficients : array_like
-        As for `relative_radiance`.
-
-    Returns
-    -------
-    sign, log_magnitude : ndarray, float64
-        -1, 0 or 1, and a number that is -inf where f = 0 and inf only at the horizon itself.
+    Arguments as for `relative_radiance`. The logarithm is -inf where f = 0, and inf only at the horizon itself.
 
     Examples
     --------
@@ -176,7 +156,9 @@ def luminance(
     zenith_luminance: ArrayLike | None = None,
     diffuse_illuminance: ArrayLike | None = None,
 ) -> np.ndarray:
-    """Luminance of a sky element from the zenith luminance, eq. (2), or the diffuse illuminance, eq. (3).
+    """Luminance of a sky element from the zenith luminance, eq. (2), or the diffuse illuminance, eq. (3); not clipped.
+
+    SceneError: f overhead (eq. 2) or its integral (eq. 3) is not positive, so that nothing can be scaled by it.
 
     Parameters
     ----------
@@ -186,18 +168,6 @@ def luminance(
         Lvz; one of the two must be given. [cd m-2]
     diffuse_illuminance : array_like, optional
         Evd. [lx; W m-2 gives a radiance in W m-2 sr-1]
-
-    Returns
-    -------
-    ndarray, float64
-        Lv, not clipped. [cd m-2]
-
-    Raises
-    ------
-    UsageError
-        Neither or both of the two are given.
-    SceneError
-        f overhead (eq. 2) or its integral (eq. 3) is not positive, so that nothing can be scaled by it.
 
     Examples
     --------
@@ -222,7 +192,10 @@ def luminance(
 
 
 def horizontal_integral(coefficients: ArrayLike, sun_zenith_rad: ArrayLike) -> np.ndarray:
-    """Integral of f cos xi over the hemisphere, the denominator of eq. (3).
+    """Integral of f cos xi over the hemisphere, the denominator of eq. (3), without a clip of f. [sr]
+
+    Accuracy: 1e-10 of the sum of the magnitudes of the three terms. SceneError: b > 0 with a not 0, where the integral
+    diverges at the horizon, or the sun is below the horizon.
 
     Parameters
     ----------
@@ -230,20 +203,6 @@ def horizontal_integral(coefficients: ArrayLike, sun_zenith_rad: ArrayLike) -> n
         a, b, c, d, e with b <= 0; the leading axes broadcast with the sun.
     sun_zenith_rad : array_like
         Zenith angle of the sun. [rad, 0 to pi/2]
-
-    Returns
-    -------
-    ndarray, float64
-        The integral of f as it is, without a clip. [sr]
-
-    Raises
-    ------
-    SceneError
-        b > 0 with a not 0: the integral diverges at the horizon. Or the sun is below the horizon.
-
-    Notes
-    -----
-    Accuracy: 1e-10 relative, against the sum of the magnitudes of the three terms.
 
     Examples
     --------
@@ -279,9 +238,8 @@ def _smooth_part(values: np.ndarray, sun: np.ndarray) -> np.ndarray:
 def _aureole_part(values: np.ndarray, sun: np.ndarray) -> np.ndarray:
     """The integral with F2 = c exp(d gamma), over whole circles about the sun and then over cut ones.
 
-    It has a cusp at the sun and a boundary layer at the horizon, as thin as |b|; in coordinates centred on the sun,
-    split at gamma = pi/2 - Z, both are edges of the rectangle, and double-exponential quadrature resolves edges at
-    every scale.
+    There is a cusp at the sun and a boundary layer at the horizon, as thin as |b|. In coordinates about the sun, split
+    at gamma = pi/2 - Z, both are edges of the rectangle. Double-exponential quadrature resolves edges at every scale.
     """
     near, far, weight = _rule(*_RULE_GAMMA)
     near, far = near[:, None], far[:, None]

@@ -10,7 +10,7 @@ from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.inputs import PEREZ
 
 EXTRATERRESTRIAL_NORMAL = 1361.1  #: Solar constant. [W m-2]
-OFFSET = 5.0  #: Negative irradiances down to minus this are an instrument's offset and count as 0. [W m-2]
+OFFSET = 5.0  #: Irradiances from minus this to 0 are an instrument's offset and count as 0. [W m-2]
 
 # The tests of the Baseline Surface Radiation Network [long2008]: what three measured irradiances differ by, how far a
 # shaded instrument is above an open one, and the most diffuse light that is physically possible.
@@ -18,10 +18,10 @@ LOW_SUN_DEG = 75.0  #: Zenith angle beyond which the second number of a pair hol
 LEAST_SUM = 50.0  #: Irradiances below this are compared as if they were this. [W m-2]
 SUM_TOLERANCE = (0.08, 0.15)
 DIFFUSE_TOLERANCE = (0.05, 0.10)
-#: Factor, power of the cosine, and what is left at the horizon, 50 W m-2 more than the network's, for in the hour of a
-#: mean value the sun moves by up to 15 degrees. [W m-2]
+#: Factor, power of the cosine, and the rest at the horizon. The rest is 50 W m-2 above the network's, for the sun moves
+#: by up to 15 degrees in the hour of a mean value. [W m-2]
 DIFFUSE_LIMIT = (0.95, 1.2, 100.0)
-BEAM_TOLERANCE = 1.05  #: The sun's distance, 3.4 %, where nobody tells the date, and the calibration of instruments.
+BEAM_TOLERANCE = 1.05  #: The sun's distance (3.4 %) on an unknown date, and the calibration of instruments.
 
 
 def checked_sun(sun_zenith_rad: ArrayLike) -> np.ndarray:
@@ -71,14 +71,13 @@ def closed_irradiances(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Direct normal and diffuse horizontal irradiance from two of the three; three are checked, dni and dhi count.
 
-    The one function that closes GHI = DHI + DNI cos Z; NaN comes out only where NaN went in. For the numbers given,
-    DNI is within 4 ulp, DHI within 3 ulp of the larger of GHI and DNI cos Z. What an error u of the inputs becomes:
-    u(DNI)^2 = (u(GHI)^2 + u(DHI)^2) / cos^2 Z + (DNI tan Z u(Z))^2, so 1 W m-2 becomes 11 at Z = 85 and 57 at 89
-    degrees; u(DHI)^2 = u(GHI)^2 + cos^2 Z u(DNI)^2 + (DNI sin Z u(Z))^2, which under a clear sky is a large part of it.
+    NaN comes out only where NaN went in. For the numbers given, DNI is within 4 ulp, DHI within 3 ulp of the larger of
+    GHI and DNI cos Z. An error u of the inputs grows: u(DNI)^2 = (u(GHI)^2 + u(DHI)^2) / cos^2 Z + (DNI tan Z u(Z))^2.
+    So 1 W m-2 becomes 11 at Z = 85 and 57 at 89 degrees. u(DHI)^2 = u(GHI)^2 + cos^2 Z u(DNI)^2 + (DNI sin Z u(Z))^2,
+    under a clear sky a large part of DHI.
 
-    SceneError: an irradiance below -5 W m-2 or infinite; the sun not above the horizon where DNI is wanted; DHI above
-    GHI, or DNI cos Z above it; a DNI from GHI and DHI, or a DHI, above what the extraterrestrial irradiance allows;
-    three that do not agree.
+    SceneError: an irradiance is below -5 W m-2 or infinite; DNI is asked for of a sun below the horizon; DHI or DNI cos
+    Z is above GHI; DNI or DHI is above its limit for the extraterrestrial irradiance; three values do not agree.
     """
     zenith = np.asarray(sun_zenith_deg, dtype=np.float64)
     cosine = sin_cos_deg(zenith)[1]
@@ -122,7 +121,7 @@ def check_diffuse(
 
 
 def dhi_exceeds_ghi(ghi: float | None, dni: float | None, dhi: float | None) -> str:
-    """What to tell where DHI lies above GHI by no more than instruments differ; empty elsewhere."""
+    """A warning if DHI lies above GHI by no more than instruments differ, else an empty text."""
     if ghi is None or dhi is None or dni is not None or not dhi > max(ghi, 0.0):
         return ""
     return f"dhi {dhi:g} exceeds ghi {ghi:g} W m-2 by no more than instruments differ; dni counts as 0"

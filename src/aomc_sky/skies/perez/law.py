@@ -47,10 +47,10 @@ def _radiance_at(numbers: tuple[float, ...], irradiance: float, zenith: np.ndarr
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PerezBounds:
-    """What the exact rejection inside cells reads, one entry per cell; other laws take every photon."""
+    """Tables of the exact rejection inside cells, one entry per cell; other laws take every photon."""
 
-    #: uint32: tilts in steps in 10 bits each, then 12 bits; where the upper 12 bits of a photon's word are below these,
-    #: it is taken without a look at the luminance.
+    #: uint32: two tilts in steps, 10 bits each, then a limit of 12 bits. A photon is taken without a look at the
+    #: luminance if the upper 12 bits of its word are below the limit.
     word: np.ndarray
     #: Upper bound of the luminance, which the tilt has levelled, float64; -inf for other laws.
     bound: np.ndarray

@@ -151,7 +151,7 @@ class PerezSky(Share):
         warnings.warn(message, ModelLimitWarning, stacklevel=4)
 
     def _close_irradiances(self) -> None:
-        """Put the third of ghi, dni and dhi in the place of None; refuse what no sun can give."""
+        """Compute the one of ghi, dni and dhi that is missing; refuse irradiances that no sun can give."""
         for name in ("ghi", "dni", "dhi"):
             if getattr(self, name) is not None:
                 check_single_irradiance(name, getattr(self, name))
@@ -245,7 +245,7 @@ class PerezSky(Share):
 
     @property
     def beam_share(self) -> float | None:
-        """Share of the sun's beam in the light on a horizontal plane; None where dni and dhi are not known. [0 to 1]"""
+        """Share of the sun's beam in the light on a horizontal plane, or None without dni or dhi. [0 to 1]"""
         if self.dni is None or self.dhi is None:
             return None
         beam, diffuse = max(self.dni, 0.0) * math.cos(self.sun_zenith_rad), max(self.dhi, 0.0)
@@ -292,27 +292,12 @@ class PerezSky(Share):
 
     @in_default_mode
     def patch_mass(self, grid: PatchGrid) -> np.ndarray:
-        """Share of the photons through a horizontal surface that comes from each patch.
+        """Share of the photons through a horizontal surface that comes from each patch, shape (n_patch,).
 
-        Parameters
-        ----------
-        grid : PatchGrid
-            Any patches with an extent; a grid of the whole hemisphere gives masses that sum to 1.
-
-        Returns
-        -------
-        ndarray, float64, shape (n_patch,)
-            Integral of max(f, 0) cos xi over the patch, divided by that over the hemisphere.
-
-        Raises
-        ------
-        SceneError
-            The sky is dark, or the grid holds points or lines instead of patches.
-
-        Notes
-        -----
-        Accuracy: 1e-10 of the patch. Cost: 20 ms for 45 x 180 patches, 60 ms for 90 x 360, two to four times that
-        where the luminance is negative somewhere. The bits are the same on every machine.
+        The integral of max(f, 0) cos xi over the patch, divided by that over the hemisphere: masses of a grid of the
+        whole hemisphere sum to 1. SceneError: the grid has points or lines, or dhi is 0. Accuracy: 1e-10 of the patch.
+        Cost: 20 ms for 45 x 180 patches, 60 ms for 90 x 360, two to four times that where the luminance is negative
+        somewhere.
         """
         if self.is_dark:
             raise SceneError("dhi is 0, so the sky has no diffuse part to share over patches")
@@ -379,7 +364,7 @@ def _share_below_zero(coefficients: np.ndarray, sun_zenith_rad: float) -> float:
 
 
 def _is_whole_sky(grid: PatchGrid) -> bool:
-    """Whether the rings follow each other from 0 to 90 degrees and the columns once around."""
+    """Check that rings cover 0 to 90 degrees and columns one turn, without gaps."""
     rings, columns = grid.zenith_bounds_deg, grid.azimuth_bounds_deg
     ends = (rings[0, 0], rings[-1, 1] - 90.0, columns[-1, 1] - columns[0, 0] - 360.0)
     steps = (rings[1:, 0] - rings[:-1, 1], columns[1:, 0] - columns[:-1, 1], np.array(ends))

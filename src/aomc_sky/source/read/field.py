@@ -41,8 +41,10 @@ class SkyField:
 
     def lower(self, rows: np.ndarray, *, per_solid_angle: bool) -> tuple[Component, ...]:
         """The component of some rows of the field, of strength 1 where they shine."""
-        weighting = Weighting.SOLID_ANGLE if per_solid_angle else Weighting.PROJECTED
-        return dataclasses.replace(self.sky, weighting=weighting).lower_rows(rows)
+        sky = (
+            dataclasses.replace(self.sky, weighting=Weighting.SOLID_ANGLE, slope=None) if per_solid_angle else self.sky
+        )
+        return sky.lower_rows(rows)
 
     @property
     def notes(self) -> tuple[str, ...]:

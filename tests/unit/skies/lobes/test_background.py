@@ -8,8 +8,9 @@ import pytest
 import aomc_sky
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.lobes import functions as lobes
-from aomc_sky.skies.lobes.animation import LobeAnimation, Reference
+from aomc_sky.skies.lobes.animation import LobeAnimation
 from aomc_sky.skies.lobes.background import BackgroundSky, Interpolation, background_at
+from aomc_sky.skies.lobes.file.data import ReferenceType
 from aomc_sky.skies.lobes.light import read_background
 from aomc_sky.skies.lobes.lobe import slerp
 from tests.support.background import plain_file
@@ -21,7 +22,7 @@ SATURDAY_2024_06_01 = 1_717_200_000.0  # midnight UTC
 ANGLES = (np.linspace(0.0, np.pi / 2, 7)[:, None], np.linspace(0.0, 6.0, 9))
 
 
-def animation(times, coefficients, reference=Reference.DIURNAL, **changes):
+def animation(times, coefficients, reference=ReferenceType.DIURNAL, **changes):
     n = len(times)
     given = {
         "kind": ("hg",) * n,
@@ -61,13 +62,13 @@ def glow(coefficients=(1.0, 3.0), **changes):
 @pytest.mark.parametrize(
     ("reference", "unix_s", "days"),
     [
-        (Reference.DIURNAL, SATURDAY_2024_06_01, 0.0),
-        (Reference.DIURNAL, SATURDAY_2024_06_01 - 43200, 0.5),
-        (Reference.DIURNAL, -1.0, 86399 / DAY),
-        (Reference.HEBDOMADAL, SATURDAY_2024_06_01, 6.0),
-        (Reference.HEBDOMADAL, SATURDAY_2024_06_01 + DAY, 0.0),
-        (Reference.HEBDOMADAL, 0.0, 4.0),
-        (Reference.ABSOLUTE, SATURDAY_2024_06_01 - DAY, -1.0),
+        (ReferenceType.DIURNAL, SATURDAY_2024_06_01, 0.0),
+        (ReferenceType.DIURNAL, SATURDAY_2024_06_01 - 43200, 0.5),
+        (ReferenceType.DIURNAL, -1.0, 86399 / DAY),
+        (ReferenceType.HEBDOMADAL, SATURDAY_2024_06_01, 6.0),
+        (ReferenceType.HEBDOMADAL, SATURDAY_2024_06_01 + DAY, 0.0),
+        (ReferenceType.HEBDOMADAL, 0.0, 4.0),
+        (ReferenceType.ABSOLUTE, SATURDAY_2024_06_01 - DAY, -1.0),
     ],
 )
 def test_relative_times(reference, unix_s, days):

@@ -1,6 +1,6 @@
 """Background-sky files (DIRSIG BackgroundSkyData, HDF5).
 
-data          What a file holds: lobe animations and the spectra they share; built from lobes that a person describes
-file          `read_background_file` and `write_background`: members made into data, checked, and written.
-hdf5_members  Members of an HDF5 file that nobody vouches for.
+data          The content of a file, also built from lobes that a person describes.
+file          `read_background_file` and `write_background`: members become data, are checked, and are written.
+hdf5_members  Members of an HDF5 file from an unknown source.
 """

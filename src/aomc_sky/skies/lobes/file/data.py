@@ -1,4 +1,4 @@
-"""What a background-sky file holds: lobe animations and the spectra they share.
+"""The content of a background-sky file: lobe animations and the spectra they share.
 
 It is read from a file, or built in Python from lobes as a person describes them: an axis on the sky, a shape, a
 spectrum.
@@ -18,7 +18,7 @@ from aomc_sky.errors import SceneError, UsageError
 
 
 class LobeType(enum.IntEnum):
-    """Functional form of a lobe, with the number that stands in the file."""
+    """Functional form of a lobe, with its number in the file."""
 
     HENYEY_GREENSTEIN = 1
     GGX = 2
@@ -26,7 +26,7 @@ class LobeType(enum.IntEnum):
 
 
 class ReferenceType(enum.IntEnum):
-    """What relative times count from, with the number that stands in the file."""
+    """The zero of relative times, with its number in the file."""
 
     ABSOLUTE = 1
     """A point in time; the animation does not repeat."""
@@ -56,7 +56,7 @@ class Animation:
     curve_index: np.ndarray  #: int64, rows of the spectra. [0 to n_curve - 1]
     #: float64, times since the reference time, never falling; of equal ones the later key wins. [d]
     relative_time_days: np.ndarray
-    reference: ReferenceType  #: What relative times count from
+    reference: ReferenceType  #: The zero of relative times
     time_point_s: int = 0  #: The reference time of type ABSOLUTE; no meaning otherwise. [s since 1970-01-01 UTC]
 
     def __len__(self) -> int:
@@ -65,7 +65,7 @@ class Animation:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BackgroundInfo:
-    """What a file says of itself; an empty text is absent."""
+    """Title and version of a file; an empty text is absent."""
 
     #: Texts for persons
     name: str = ""
@@ -172,13 +172,15 @@ def background_of_lobes(
     description: str = "",
     organization: str = "",
 ) -> BackgroundFile:
-    """Build the content of a background-sky file from lobes.
+    """Content of a background-sky file from lobes, for `aomc_sky.write_background`; equal spectra become one curve.
+
+    UsageError: an unknown kind or reference. SceneError: a spectrum without one value for each wavelength, or an
+    animation without a lobe.
 
     Parameters
     ----------
     animations : mapping of str to SkyLobe, or to a sequence of them
-        One lobe stands still; several are the keys of an animation, in the order of time. The light of the
-        animations adds.
+        One lobe stands still; several are the keys of an animation, in the order of time. The light of all adds.
     wavelength_nm : array_like, shape (n_wavelength,)
         Wavelengths of the spectra, rising. [nm]
     reference : {"diurnal", "hebdomadal", "absolute"}
@@ -187,18 +189,6 @@ def background_of_lobes(
         The reference time of "absolute". [s since 1970-01-01 UTC]
     name, author, description, organization : str
         Texts for persons.
-
-    Returns
-    -------
-    BackgroundFile
-        For `aomc_sky.write_background`, which checks every value. Equal spectra become one curve.
-
-    Raises
-    ------
-    UsageError
-        An unknown kind or reference.
-    SceneError
-        A spectrum without one value for each wavelength, or an animation without a lobe.
 
     Examples
     --------

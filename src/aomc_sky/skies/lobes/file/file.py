@@ -64,10 +64,15 @@ _INTEGERS = ("Type", "CurveIndex", "TimePoint")
 def read_background_file(path: str | Path) -> BackgroundFile:
     """Read a background-sky file into our units.
 
-    Members are found by name, whatever their width, byte order and padding; the texts and numbers of ``/Info``
-    may stand as attributes of the root instead. What is only for persons (name, author, organization,
-    description, file type) may be a text, a list of texts or numbers; anything else there is a warning.
-    Quaternions are normalised in float64; ``Param1`` of a Henyey-Greenstein lobe, which has no meaning, becomes 0.
+    Members are found by name, whatever their width, byte order and padding. The texts and numbers of ``/Info`` may be
+    attributes of the root instead. Name, author, organization, description and file type are for persons: they may be a
+    text, a list of texts or numbers, and anything else is a warning. Quaternions are normalised in float64. ``Param1``
+    of a Henyey-Greenstein lobe has no meaning and becomes 0.
+
+    h5py opens the file in this process. No other file is opened, and no array is read that is larger than a file of
+    this size can hold. A file that is made to harm the HDF5 library itself is a matter of that library. InputFileError:
+    every problem of the file, codes E500 to E509. MissingExtraError: h5py is not installed (``pip install
+    "aomc-sky[hdf5]"``).
 
     Parameters
     ----------
@@ -78,18 +83,6 @@ def read_background_file(path: str | Path) -> BackgroundFile:
     -------
     BackgroundFile
         Wavelengths in nm and curves in W m-2 nm-1, from micrometres and W cm-2 um-1 in the file.
-
-    Raises
-    ------
-    InputFileError
-        Every problem of the file, codes E500 to E509.
-    MissingExtraError
-        h5py is not installed: ``pip install "aomc-sky[hdf5]"``.
-
-    Notes
-    -----
-    h5py opens the file in this process. No other file is opened, and no array is read that is larger than a file of
-    this size can hold; a file that is made to harm the HDF5 library itself is a matter of that library.
 
     Examples
     --------
@@ -112,10 +105,7 @@ def read_background_file(path: str | Path) -> BackgroundFile:
 
 
 def background_of_members(members: Hdf5Members, report: Report) -> BackgroundFile | None:
-    """Put a file together without the animations that are reported (E504, E505); None where its spectra are.
-
-    Its values are not checked.
-    """
+    """Build a file from its members, without the animations that are reported (E504, E505); None without spectra."""
     info = _info(members, report)
     animations = _animations(members, report)
     spectra = _spectra(members, report)
@@ -162,7 +152,7 @@ def _animations(members: Hdf5Members, report: Report) -> dict[str, Animation]:
 
 
 def _info(members: Hdf5Members, report: Report) -> BackgroundInfo:
-    """What the file says of itself; only its format version is a reason to refuse it."""
+    """Title and version of a file; only its format version is a reason to refuse it."""
     values: dict[str, Any] = {}
     for name, field in (*NUMBERS.items(), *TEXTS.items()):
         paths = [f"Info/{name}", f"@{name}"]
@@ -189,7 +179,7 @@ def _is_there(members: Hdf5Members, path: str) -> bool:
 
 
 def _info_value(members: Hdf5Members, path: str, *, is_number: bool) -> int | str | None:
-    """What a member of /Info says, as a number or a text; None where it cannot be taken as one."""
+    """A member of /Info as a number or a text, or None."""
     array, text = members.arrays.get(path), members.texts.get(path)
     if not is_number:
         return text if array is None else ", ".join(f"{value:.15g}" for value in array.reshape(-1).tolist())
@@ -206,7 +196,7 @@ def _default(field: str) -> object:
 
 
 def _plain(members: Hdf5Members, path: str, report: Report) -> np.ndarray | None:
-    """An array of numbers as float64; None and a report where it is not there."""
+    """An array of numbers as float64, or None and a report."""
     array = members.arrays.get(path)
     if array is not None:
         return array.astype(np.float64)
@@ -250,7 +240,7 @@ def _animation(members: Hdf5Members, path: str, report: Report) -> Animation | N
 
 
 def _record(members: Hdf5Members, path: str, fields: tuple[str, ...], report: Report) -> dict[str, np.ndarray] | None:
-    """The members of a table of records, each of shape (n,) or (n, 4); None and a report where one is wrong."""
+    """The members of a table of records, each of shape (n,) or (n, 4), or None and a report."""
     shown = printable(f"/{path}")
     if _is_reported(report, path):
         return None
@@ -397,21 +387,15 @@ def _add(report: Report, code: str, name: str, message: str, advice: str) -> Non
 def write_background(path: str | Path, background: BackgroundFile) -> None:
     """Write a background-sky file, atomically; equal content gives equal bytes with one version of the library.
 
+    SceneError: values that the reader would refuse, rounded to float32; nothing is written. OutputError: the operating
+    system refuses; nothing was changed. MissingExtraError: h5py is not installed (``pip install "aomc-sky[hdf5]"``).
+
     Parameters
     ----------
     path : str or Path
         The file; its folder must exist.
     background : BackgroundFile
         Content in our units; it is stored in the widths of the format, float32 and uint32.
-
-    Raises
-    ------
-    SceneError
-        Values that the reader would refuse, rounded to float32 as they are; nothing is written.
-    OutputError
-        The operating system refuses; nothing was changed.
-    MissingExtraError
-        h5py is not installed: ``pip install "aomc-sky[hdf5]"``.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Members of an HDF5 file that nobody vouches for."""
+"""Members of an HDF5 file from an unknown source."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ _AGAIN = "make the file again"
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Hdf5Members:
-    """What was requested of a file and is there."""
+    """The requested members that the file has."""
 
     #: Paths of all groups and datasets seen, without the leading slash
     names: set[str] = field(default_factory=set)
@@ -52,10 +52,10 @@ def read_members(
 ) -> Hdf5Members:
     """Read members; `requested` are paths, with ``*`` for any name and ``@name`` for an attribute of the root.
 
-    No other file is opened, whatever the file says: links other than hard ones, external and virtual storage
-    are refused (E502), sizes beyond what the file can hold and filters other than gzip, shuffle and
-    fletcher32 too (E503), and members that hold no numbers or text (E505). Of the `informing` ones, which are for
-    persons, texts, lists of texts and numbers of any shape are taken, and what is none of these is a warning.
+    No other file is opened. Links other than hard ones, external and virtual storage are refused (E502). So are sizes
+    that the file cannot hold, filters other than gzip, shuffle and fletcher32 (E503), and members without numbers or
+    text (E505). Members of `informing` are for persons: they may be texts, lists of texts and numbers of any shape;
+    anything else is a warning.
     """
     h5py = optional_module("h5py", extra=extra)
     with open_data(path, what="an HDF5 file", code="E500") as file:
@@ -76,7 +76,7 @@ def read_members(
 
 
 class _Reading:
-    """What has been read of one file, and how many bytes more it may declare."""
+    """The members read so far, and the bytes that further ones may declare."""
 
     def __init__(
         self, h5py: Any, n_bytes: int, requested: Sequence[str], informing: Sequence[str], report: Report

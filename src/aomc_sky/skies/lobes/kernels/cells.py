@@ -1,8 +1,7 @@
 """Directions of photons of one lobe at a time; `law` explains the law and the words.
 
-What they need is laid side by side, so that every loop vectorises but the look-up of their cells and the writing.
-None of these functions makes an array: numba then counts no references to those they are handed, which costs more than
-a loop over few photons.
+Their numbers lie side by side, so every loop vectorises but the look-up of their cells and the writing. No function
+here makes an array: numba then counts no references to its arguments, which costs more than a loop over few photons.
 """
 
 from __future__ import annotations
@@ -316,7 +315,7 @@ def _columns(memory, like):
 def lobe_scratch(memory, rank, lobes, like):
     """Scratch memory of a call whose directions are like `like`, in words; ranks of photons are like `rank`.
 
-    What vector loops touch has room for whole vectors, and numbers other than zero.
+    Arrays of vector loops have room for whole vectors, and numbers other than zero.
     """
     queues, rest = lobe_queues(memory, rank, U64(lobes[1][0].size) // _RANGE_COLUMNS)
     words, found, rows, floats, directions = _columns(rest, like)

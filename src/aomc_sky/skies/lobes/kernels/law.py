@@ -1,27 +1,30 @@
 """Photons of the lobes of background skies: the formulas, for arrays and kernels, and the whole in plain numpy.
 
-A photon falls into one of 2^m bins, all equally likely, is uniform in it in the share b of the lobe that is farther
-from the axis and in the azimuth psi, and becomes a direction as `aomc_sky.skies.lobes.envelope` says. It stays with the
-probability cos(zenith) / bound of the bin; if not, it falls anew into any bin. So its law is lobe times cosine,
-exactly. Everything is worked out in float64 for both precisions.
+A photon falls into one of 2^m bins, all equally likely. It is uniform in the bin in b, the share of the lobe that is
+farther from the axis, and in the azimuth psi. `aomc_sky.skies.lobes.envelope` says which direction that is. The photon
+stays with the probability cos(zenith) / bound of the bin; if not, it falls anew into any bin. The law is therefore
+exactly lobe times cosine. All numbers are float64 for both precisions.
 
 In a later trial a photon has two words of Philox (placement key; rank, band, trial). The upper 42 bits of each are its
-place: of the first m bits the bin and what is left the place in b, of the second the place in psi. The lower 22 bits of
-both are the number that decides.
+place. The first m bits of the first word are the bin, the rest is the place in b; the second word has the place in psi.
+The lower 22 bits of both are the number that decides.
 
 With placement r2, trial 0 does not cut the bin out of the R2 number: bins would be strips narrower than the distance of
-its points, and filled unevenly. The bin comes from the rank instead. The n photons of a lobe are shared out over them
-as those of a band over its cells, floor(n b / 2^m + offset) before bin b, with one offset per seed, band and lobe
-(`bin_of_rank`); and since the bins of a cell stand side by side, each with the same probability, the two fractions are
-the place in the whole cell of that bin.
+its points, and filled unevenly. The bin comes from the rank instead (`bin_of_rank`). The n photons of a lobe are shared
+out over its bins like those of a band over its cells: floor(n b / 2^m + offset) before bin b. Each seed, band and lobe
+has one offset. The bins of a cell lie side by side, each with the same probability, so the two fractions are the place
+in the whole cell of that bin.
 
-Tables: `ranges`, for each lobe its first bin, m, its first cell and 0; `bins`, for each bin its cell, counted from the
-first of the lobe, in the upper 16 bits and its number in the cell in the lower ones; `shapes`, for each lobe M row by
-row without the 0 in its last row, and g; `envelopes`, the cells of `aomc_sky.skies.lobes.envelope`; `kinds`: the lobes
-of kind "hg" stand before the first number, those of "ggx" between it and the second, those of "beckmann" behind; for
-the kernels two more, the first slot of a lobe and the end of the last. For the photons of one band, `falls` holds for
-each lobe the rank of its first photon, n // 2^m, n % 2^m, the offset in units of 2^-(m + OFFSET_BITS), and m;
-`paces`, for each lobe 2^m / n and where the line of `bin_of_rank` begins.
+Tables:
+
+ranges     for each lobe its first bin, m, its first cell and 0
+bins       for each bin its cell, counted from the first of the lobe, in the upper 16 bits; below, its number there
+shapes     for each lobe M row by row without the 0 in its last row, and g
+envelopes  the cells of `aomc_sky.skies.lobes.envelope`
+kinds      the ends of the lobes of kind "hg" and "ggx"; for kernels the first slot of a lobe and the end of the last
+falls      for each lobe of a band the rank of its first photon, n // 2^m, n % 2^m, the offset in units of
+           2^-(m + OFFSET_BITS), and m
+paces      for each lobe of a band 2^m / n and the begin of the line of `bin_of_rank`
 """
 
 from __future__ import annotations
@@ -70,8 +73,8 @@ def bin_of_rank(rank, before, each, rest, offset, bits, pace, begin):
 def decision_by_rank(rank, shift, step, key):
     """The word that decides trial 0: the sequence moved by up to half a turn.
 
-    Unmoved it goes through the same values again where the places lie on a line of their lattice, and next to the
-    horizon, where few photons stay, whole lines stayed or went together.
+    Without the move the sequence repeats its values along lines of the lattice of places. Next to the horizon, where
+    few photons stay, whole lines then stayed or went together.
     """
     x = (rank ^ key) * _STIR_A
     x = x ^ (x >> S32)
@@ -135,7 +138,7 @@ def _heights(a, b, lobe, g, kinds):
 def _fallen(number, first, second, lobe, tables):
     """Directions and bounds of photons of the lobes `lobe` from two words each.
 
-    `number` holds the bins in whose cells they lie; None where the first word names the bin.
+    `number` holds the bins in whose cells they lie. If it is None, the first word names the bin.
     """
     ranges, bins, shapes, envelopes, kinds = tables
     start, bits, cell, _ = ranges.reshape(-1, RANGE_COLUMNS)[lobe].T
@@ -172,10 +175,10 @@ def place_lobes(lobe, tables, words, key, rank, band):
 def lobe_words(rank, lobe, falls, shifts, steps, accept, key, band, jitter):
     """Bin and three words of trial 0 of photons of the lobes `lobe`: by rank (r2), or with `jitter` (philox) no bin.
 
-    The keys are those of `keys` in the plan, and Philox gives two words of a key and a counter (x low, x high, band,
-    draw). `shifts` are those of (shift key; 0, 0, band, 0); `accept` is shift, ACCEPT_STEP and the key of the hash, the
-    first and the last from (shift key; 0, 0, band, 1); the offset in `falls` is of (shift key; cell of the lobe, 0,
-    band, 2). `key` is the placement key.
+    The keys are those of `keys` in the plan. Philox gives two words of a key and a counter (x low, x high, band, draw).
+    `shifts` come from (shift key; 0, 0, band, 0). `accept` is shift, ACCEPT_STEP and the key of the hash, the first and
+    the last from (shift key; 0, 0, band, 1). The offset in `falls` comes from (shift key; cell of the lobe, 0, band,
+    2). `key` is the placement key.
     """
     if jitter:
         return (None, *philox_pair(key, rank, U64(band), U64(0)), philox_pair(key, rank, U64(band), ACCEPT)[0])

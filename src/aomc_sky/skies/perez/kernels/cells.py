@@ -1,11 +1,10 @@
 """Photons of the Perez sky inside a cell: exact rejection, so that the emitted law does not depend on the cells.
 
-A photon starts as one of CELL_MU2, uniform in mu^2 and azimuth, is moved along the slope of the luminance
-(`tilted`), and is taken with the probability max(f, 0) J / bound, J being what the move divides the density by. Where
-its uniform number already lies below the lower bound of f J over the bound, no luminance is computed. The number of
-trial 0 is a sequence by rank like the place (or Philox, draw ACCEPT), later trials t take all from draw t
-of Philox: 42 bits for each coordinate of the place, 44 for the number. The formulas serve arrays, here, and the loops
-of `reject`.
+A photon starts as one of CELL_MU2, uniform in mu^2 and azimuth. It is moved along the slope of the luminance
+(`tilted`), and kept with the probability max(f, 0) J / bound. J is the factor by which the move divides the density. No
+luminance is computed if the uniform number of the photon lies below the lower bound of f J over the bound. The number
+of trial 0 is a sequence by rank like the place (or Philox, draw ACCEPT). Trial t takes all from draw t of Philox: 42
+bits for each coordinate of the place, 44 for the number. The formulas serve arrays, here, and the loops of `reject`.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The Perez luminance in float64 with + - x / sqrt alone: the same bits on every machine, no branches.
 
-Angles do not appear: a point of the sky is given by its cosine mu and by h = sin^2(gamma/2), half its
-squared chord to the sun over two, which keeps all digits beside the sun. One text serves arrays and kernels.
+A point of the sky has no angles here, but its cosine mu and h = sin^2(gamma/2), a quarter of the squared chord to the
+sun. h keeps all digits beside the sun. One text serves arrays and kernels.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ A, B, C, D, E, SUN_X, SUN_Y, SUN_SINE, SUN_VECTOR = range(9)
 
 @inlined_formula
 def slant(mu, b):
-    """Exponent of the first factor, b / mu for b <= 0; at mu = 0 as good as its limit. [mu 0 to 1]"""
+    """Exponent of the first factor, b / mu for b <= 0; at mu = 0 it acts as its limit. [mu 0 to 1]"""
     return b / larger(mu, 1e-300)
 
 

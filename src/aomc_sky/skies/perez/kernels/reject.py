@@ -113,8 +113,8 @@ def _measure_again(n, x, y, z, word, sky, chord, mu, limit):
 def _luminance(n, chord, mu, sky, scale, value):
     """Luminance of n photons x their J in `value`; `chord` and `mu` are used up.
 
-    The steps of `law` in loops of their own: in one loop each photon would wait for its whole chain of
-    operations, in short ones the processor works on many photons at once.
+    Each step of `law` has a loop of its own. In one loop each photon would wait for its whole chain of operations; in
+    short loops the processor works on many photons at once.
     """
     a, b, c, d, e = sky[A], sky[B], sky[C], sky[D], sky[E]
     for k in range(n):
@@ -129,7 +129,7 @@ def _luminance(n, chord, mu, sky, scale, value):
 
 @inner_reader
 def _keep_rejected(n, limit, value, part, left, chosen):
-    """Append the rejected of a part of the chosen photons to the front of them all; return how many stand there."""
+    """Append the rejected of a part of the chosen photons to the front of them all; return their number."""
     k = ZERO
     while k < n:
         j = part[k]
@@ -193,7 +193,7 @@ def further_trials(trial, x, y, z, rank, h0, h1, h2, h3, t0, t1, cell_word, boun
 
 @inner
 def taken_or_replaced(x, y, z, jacobian, slot, rank, of_cell, perez, key, band, jitter):
-    """What `reject` does to a block, for one photon whose place was `tilted`; `jitter` is None for places by rank."""
+    """`reject` for one photon whose place was `tilted`; `jitter` is None for places by rank."""
     word_of_slot, bound, sky, steps = perez
     if jitter is None:
         word = steps[0] + rank * steps[1]
@@ -218,9 +218,9 @@ def _one_by_one(n, trial, chosen, slot, rank, p, bound, cell_word, sky, key, ban
 def reject(m, slot, rank, p, perez, key, band, word, cell_word, jacobian, scratch, ux, uy, uz):
     """Replace the photons of a block that the Perez luminance rejects.
 
-    `perez` holds the words of the slots (n_slot,) uint32, tilts and the number below which the upper 12 bits of a
-    photon's word are taken at once; `bound` (n_slot,) float64; and `sky`, a to e, three angles and the sun's
-    unit vector. `word` decides trial 0; `cell_word` and `jacobian` belong to the photons too; `scratch` comes from
+    `perez` has the words of the slots (n_slot,) uint32: tilts, and the limit below which the upper 12 bits of a
+    photon's word are taken at once. Then `bound` (n_slot,) float64, and `sky`: a to e, three angles and the sun's unit
+    vector. `word` decides trial 0. `cell_word` and `jacobian` belong to the photons too. `scratch` comes from
     `perez_scratch`.
     """
     bound, sky = perez[1], perez[2]
