@@ -37,7 +37,7 @@ LIMITS = {
     "histogram, independent photons against default": 6.0,
     "planar irradiance, within patches uniform": 300.0,
 }
-"""By name; the limits of docs/performance.md."""
+"""What `main` compares with, by name."""
 AT_MOST = ("one photon per call of a numba host against the default", "growth of a streamed run's memory [MB]")
 """Bars from above; all others are from below."""
 

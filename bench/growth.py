@@ -1,7 +1,7 @@
 """How cost grows with photons, patches, wavebands, shards and threads: processor time and peak memory of whole runs.
 
-    python bench/growth.py [--rows photons patches ...] [--small]     # measures: docs/growth.csv, then the picture
-    python bench/growth.py --redraw                                   # docs/growth.png from docs/growth.csv
+    python bench/growth.py [--rows photons patches ...] [--small]     # measures: growth.csv, then the picture
+    python bench/growth.py --redraw                                   # growth.png from growth.csv
 
 Every point is a process of its own: `aomc-sky run`, all shards in one, and `write_run` of a scene for
 wavebands, of which AMC's files hold 500 at most. Files go to memory where there is /dev/shm; the photons of the rows
@@ -28,7 +28,6 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-TABLE, PICTURE = ROOT / "docs" / "growth.csv", ROOT / "docs" / "growth.png"
 COLUMNS = ("row", "n", "turns", "processor_s", "wall_s", "peak_mb")
 TURNS, LONG_S = 3, 8.0
 GRID = 90, 360
@@ -294,7 +293,9 @@ def main() -> None:
     parser.add_argument("--rows", nargs="+", choices=ROWS, default=list(ROWS), metavar="ROW", help=", ".join(ROWS))
     parser.add_argument("--small", action="store_true", help="the first three points of each row")
     parser.add_argument("--redraw", action="store_true", help="the picture from the numbers that are there")
-    parser.add_argument("--out", type=Path, default=TABLE, metavar="FILE", help="the numbers; the picture ends in .png")
+    parser.add_argument(
+        "--out", type=Path, default=Path("growth.csv"), metavar="FILE", help="the numbers; the picture ends in .png"
+    )
     arguments = parser.parse_args()
     if not arguments.redraw:
         work = Path(tempfile.mkdtemp(dir="/dev/shm" if Path("/dev/shm").is_dir() else None))

@@ -2,8 +2,9 @@
 
     python bench/report.py [FILE] [--photons 1e3 1e5] [--replicates 4] [--turns 1]
 
-Writes FILE (default docs/performance.md) and the same name with .png and .csv; takes a quarter of an hour. Exits with 1
-when a bar is missed; `python bench/check.py` measures the bars alone.
+Writes FILE (default performance.md) and the same name with .png and .csv; takes a quarter of an hour. Exits with 1 when
+a bar is missed; `python bench/check.py` measures the bars alone. The table under "Peers" is that of docs/accuracy.md;
+docs/figures/draw_readme.py draws the numbers.
 """
 
 from __future__ import annotations
@@ -39,6 +40,8 @@ CSV_COLUMNS = (
     *(f"error_{quantity}" for quantity in QUANTITIES),
     *(f"bias_{quantity}" for quantity in QUANTITIES if quantity != "histogram"),
 )
+SPEED_COLUMNS = ("sampler", "ns per photon", "times the default", *QUANTITIES)
+"""The head of the one table of docs/accuracy.md."""
 
 _HEAD = """\
 # Speed against error
@@ -51,25 +54,12 @@ Machine: {machine}.
 Times depend on the machine, ratios much less. Contenders take turns, so that all see the same machine; a time is the
 median of the turns, a ratio the median of the ratios inside a turn. One turn more comes first and does not count.
 Everything runs on one thread unless stated otherwise, kernels are compiled and loaded beforehand.
-
-![Relative error of three quantities of a clear sky against time](figures/readme_error.png)
 """
 
 _SKIES_CAPTION = """\
 Rows are skies, columns quantities, and all panels have the same axes. One line per method, one point per number of
 photons; lower and further left is better. The time of the first points is that of the plan. numpy's `choice` and
 Mitsuba 3 have the error of independent photons at the time that their measured rate gives.
-"""
-
-_GROWTH = """\
-## How cost grows
-
-![Time for each and peak memory against photons, patches, wavebands, shards and threads](growth.png)
-
-`python bench/growth.py` measures this figure (`growth.csv`) in whole processes, start-up included, and draws it.
-Above is processor time for one photon, patch, waveband or shard: it falls while start-up is shared, and the dashed
-line is linear growth, the cheapest point for ever. Of threads it is the time by the clock times their number, which
-would stay level if they never waited. Below is the peak memory of the process, with linear growth dashed.
 """
 
 _COLUMNS = """\
@@ -228,18 +218,17 @@ def trend_table(own: Sequence[Trend]) -> str:
     return markdown_table(rows, ("method", *(f"slope {q}" for q in quantities), *names))
 
 
-def speed_table(run: SpeedRun) -> str:
-    """Everybody's time per photon, and how many times that of the default."""
-    rows = [
-        (
-            name,
-            f"{run.ns_per_photon(name):.2f}",
-            f"{1e3 / run.ns_per_photon(name):.1f}",
-            f"{run.ratio(name, 'default') or math.nan:.2f}",
-        )
-        for name in sorted(run.times, key=run.ns_per_photon)
-    ]
-    return markdown_table(rows, ("sampler", "ns per photon", "million/s", "times the default"))
+def speed_table(run: SpeedRun, rows: Sequence[Row]) -> str:
+    """Everybody's time per photon, and the errors on the peers' sky, where the peers have those of `iid`."""
+    of_sky = [row for row in rows if row.sky == PEER_SKY and row.n_photons == run.n_photons]
+    errors = {row.method: tuple(f"{row.error[q]:.1e}" for q in QUANTITIES) for row in of_sky}
+    nothing = ("-",) * len(QUANTITIES)
+    texts = []
+    for name in sorted(run.times, key=run.ns_per_photon):
+        drawn = nothing if name.startswith("stores") else errors.get("iid", nothing)
+        speed = (f"{run.ns_per_photon(name):.2f}", f"{run.ratio(name, 'default') or math.nan:.2f}")
+        texts.append((name, *speed, *errors.get(name.partition(",")[0], drawn)))
+    return markdown_table(texts, SPEED_COLUMNS)
 
 
 def page_text(results: Results, check: Check, picture: str, numbers: str) -> str:
@@ -251,7 +240,6 @@ def page_text(results: Results, check: Check, picture: str, numbers: str) -> str
     parts = [
         _HEAD.format(machine=results.machine, csv=f"`{numbers}`"),
         "\n".join(bars),
-        _GROWTH,
         f"## Every sky and quantity\n\n![Error against time, a row for each sky]({picture})\n\n{_SKIES_CAPTION}",
         _COLUMNS.format(quantities=quantities, methods=methods, batch=BATCH),
         *(_sky(results, sky) for sky in dict.fromkeys(row.sky for row in results.rows)),
@@ -260,7 +248,8 @@ def page_text(results: Results, check: Check, picture: str, numbers: str) -> str
     if run is not None:
         parts.append(
             f"## Peers, {short_count(run.n_photons)} photons of a table\n\n"
-            f"Median of {run.turns} turns, float32 unless the name says otherwise.\n\n{speed_table(run)}\n\n{_PEERS}"
+            f"Median of {run.turns} turns, float32 unless the name says otherwise.\n\n"
+            f"{speed_table(run, results.rows)}\n\n{_PEERS}"
         )
         parts += [f"{line}\n" for line in run.left_out]
     return "\n".join(parts)
@@ -296,8 +285,7 @@ def write_page(results: Results, check: Check, path: Path) -> list[Path]:
 @guarded
 def main(argv: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    page = ROOT / "docs" / "performance.md"
-    parser.add_argument("file", type=Path, nargs="?", default=page, metavar="FILE", help="the page")
+    parser.add_argument("file", type=Path, nargs="?", default=Path("performance.md"), metavar="FILE", help="the page")
     parser.add_argument("--skies", nargs="+", choices=SKIES, default=SKIES, help="only these skies")
     parser.add_argument("--photons", nargs="+", type=count, metavar="N", help="numbers of photons, also as 1e6")
     parser.add_argument("--replicates", type=count, metavar="R", help="runs behind every error")

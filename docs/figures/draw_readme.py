@@ -1,8 +1,8 @@
 """Draw the two pictures of the README: a sky with its photons, and error against time; on white and on dark paper.
 
 Run from anywhere: python docs/figures/draw_readme.py [FOLDER]; the PNG files go to FOLDER, by default beside this
-script. The sky and its photons come from `aomc_sky` itself, the errors and times from docs/performance.csv, which
-`bench/report.py` measures.
+script. The sky and its photons come from `aomc_sky` itself, the errors and times from performance.csv beside
+this script, which `bench/report.py` measures.
 """
 
 from __future__ import annotations
@@ -101,7 +101,7 @@ def main() -> None:
         with rc_context(style):
             pictures = {
                 "readme_sky": draw_sky(paper=paper, points=points),
-                "readme_error": draw_error(HERE.parent / "performance.csv"),
+                "readme_error": draw_error(HERE / "performance.csv"),
             }
             for name, figure in pictures.items():
                 FigureCanvasAgg(figure)

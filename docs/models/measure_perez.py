@@ -1,4 +1,4 @@
-"""Print the two tables of perez.md: jumps between bins, and differences from reference tables.
+"""Print what perez.md states: jumps between bins, and differences from reference tables.
 
 python docs/models/measure_perez.py [FOLDER], with FOLDER the one that holds relative_radiance.csv and its companions.
 """

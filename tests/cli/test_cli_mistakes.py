@@ -16,7 +16,7 @@ from tests.support.extras import ROOT
 from tests.support.fault_rows import command
 from tests.support.mistakes import make_folder
 
-ROWS = re.findall(r"(?m)^\| `aomc-sky ?(.*?)` \| `(.*)` \|$", (ROOT / "docs" / "mistakes.md").read_text())
+ROWS = re.findall(r"(?m)^\| `aomc-sky ?(.*?)` \| `(.*)` \|$", (ROOT / "docs" / "errors.md").read_text())
 
 
 @pytest.fixture(scope="module")

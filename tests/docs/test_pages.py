@@ -34,8 +34,8 @@ def test_tutorial_after_the_readme_in_one_folder(tmp_path: Path) -> None:
 def test_page_of_five_tasks(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     pytest.importorskip("pvlib")
-    assert carry_out("howto/five_tasks.md", tmp_path) == 5
-    text = (REPOSITORY / "docs" / "howto" / "five_tasks.md").read_text()
+    assert carry_out("howto/index.md", tmp_path) == 5
+    text = (REPOSITORY / "docs" / "howto" / "index.md").read_text()
     programs = [step for step in steps(text) if isinstance(step, SavedFile)]
     lines = {one.name: sum(bool(line.strip()) for line in one.text.splitlines()[1:]) for one in programs}
     assert len(lines) == 5
@@ -87,7 +87,7 @@ def test_page_of_the_atmosphere(tmp_path: Path) -> None:
 
 def test_page_of_mcpl_codes(tmp_path: Path) -> None:
     pytest.importorskip("mcpl")
-    assert carry_out("howto/to_mcpl_codes.md", tmp_path) == 3
+    assert carry_out("formats/mcpl.md", tmp_path) == 3
 
 
 @pytest.mark.parametrize(

@@ -77,7 +77,7 @@ def test_commands_stand_in_blocks_of_a_shell(page: Path) -> None:
     assert [block for language, block in blocks if language in ("", "text") and starts.search(block)] == []
 
 
-HUBS = ["start", "howto/index", "reference", "models/index", "quality", "formats/index"]
+HUBS = ["start", "howto/index", "reference", "models/index", "accuracy", "formats/index"]
 
 
 @pytest.mark.parametrize("hub", HUBS)

@@ -1,4 +1,4 @@
-"""The folder in which the mistakes of docs/mistakes.md are made."""
+"""The folder in which the mistakes of docs/errors.md are made."""
 
 from __future__ import annotations
 

@@ -11,8 +11,11 @@ import pytest
 
 from aomc_sky.errors import MissingExtraError
 from bench import check, peers, report
+from bench.accuracy import Row
 from bench.check import LIMITS, Bar, Check
-from bench.samplers import METHODS
+from bench.quantities import QUANTITIES
+from bench.samplers import METHODS, SpeedRun
+from bench.skies import PEER_SKY
 from tests.support.shared import REPOSITORY
 
 TINY = ["--skies", "uniform", "--photons", "1e3", "2000", "--replicates", "2", "--turns", "1"]
@@ -112,7 +115,24 @@ def test_scripts_start_from_any_folder(script: str, tmp_path: Path) -> None:
     assert "usage:" in done.stdout
 
 
-def test_the_page_in_the_documentation_has_the_text_of_the_script() -> None:
-    page = (REPOSITORY / "docs/performance.md").read_text()
-    head = report._HEAD.partition("Machine:")[0].format(csv="`performance.csv`")
-    assert " ".join(page.split()).startswith(" ".join(head.split()))
+def test_peers_have_the_error_of_independent_photons_and_stores_have_none() -> None:
+    n = 1000
+    names = ("stores of 12 bytes", "default", "default, two threads", "numpy choice")
+    run = SpeedRun(n_photons=n, turns=1, times={name: [k * 1e-6] for k, name in enumerate(names, start=1)})
+    errors = {"default": 0.5, "iid": 2.0}
+    rows = [
+        Row(sky=PEER_SKY, method=method, n_photons=n, error=dict.fromkeys(QUANTITIES, error))
+        for method, error in errors.items()
+    ]
+    table = report.speed_table(run, rows).splitlines()[2:]
+    shown = {line.split(" | ")[0].removeprefix("| "): line.split(" | ")[3] for line in table}
+    assert shown == dict(zip(names, ("-", "5.0e-01", "5.0e-01", "2.0e+00"), strict=True))
+
+
+def test_the_table_in_the_documentation_has_the_columns_of_the_script() -> None:
+    page = (REPOSITORY / "docs/accuracy.md").read_text()
+    table = page.partition("<!-- speed table: begin")[2].partition("<!-- speed table: end -->")[0]
+    rows = [line.strip("| ").split(" | ") for line in table.splitlines() if line.startswith("| ")]
+    assert tuple(rows[0]) == report.SPEED_COLUMNS
+    assert {*METHODS} <= {row[0] for row in rows}
+    assert {len(row) for row in rows} == {len(report.SPEED_COLUMNS)}
