@@ -22,6 +22,17 @@ FIRST = {
     "numba": "hosts",
     "mean cosine": "conventions",
     "shard": "scale",
+    "overcast": "howto/own_sky",
+    "CSV": "howto/measured_sky",
+    "install": "tutorial",
+    "conda": "tutorial",
+    "Jupyter": "notebooks",
+    "PAR": "notebooks",
+    "weather": "howto/weather",
+    "beam": "howto/own_sky",
+    "netCDF": "howto/own_sky",
+    "Fortran": "hosts",
+    "own sky": "howto/own_sky",
 }
 """What a reader searches for -> the page that the search must show first."""
 
@@ -48,7 +59,7 @@ def misled_words(site: Path) -> list[str]:
     """Words whose page is not the one main entry of the index that the search ranks above all else."""
     index = json.loads((site / "searchindex.js").read_text().removeprefix("Search.setIndex(").removesuffix(")"))
     pages, entries = index["docnames"], index["indexentries"]
-    found = {word: [pages[page] for page, _, is_main in entries.get(word, []) if is_main] for word in FIRST}
+    found = {word: [pages[page] for page, _, is_main in entries.get(word.lower(), []) if is_main] for word in FIRST}
     return [f"{word}: {found[word]}, not {page}" for word, page in FIRST.items() if found[word] != [page]]
 
 

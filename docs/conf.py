@@ -9,15 +9,18 @@ import aomc_sky
 
 sys.path.insert(0, str(Path(__file__).parent / "extensions"))
 
+import topics
+
 project = "aomc-sky"
 author = "aomc-sky developers"
 copyright = "2026, aomc-sky developers"
 version = release = aomc_sky.__version__
 
 extensions = [
-    "myst_parser",
+    "myst_nb",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
+    "sphinx.ext.viewcode",
     "numpydoc",
     "sphinxcontrib.bibtex",
     "sphinx_copybutton",
@@ -29,18 +32,23 @@ extensions = [
 ]
 myst_enable_extensions = ["attrs_inline", "colon_fence", "dollarmath"]
 myst_heading_anchors = 3
-exclude_patterns = ["_build", "static", "extensions", "**sg_execution_times.rst", "figures"]
+nb_execution_mode = "cache"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+exclude_patterns = ["_build", "static", "templates", "extensions", "**sg_execution_times.rst", "figures"]
+templates_path = ["templates"]
 default_role = "code"
 highlight_language = "none"  # a block without a language is text: what a program prints, a grammar, a file
 
 autodoc_typehints = "none"  # the numpydoc sections name types, shapes, units and ranges
 autodoc_member_order = "bysource"
-autosummary_generate = False
+autosummary_context = {"topic_of": topics.topic_of()}
 numpydoc_show_class_members = False
 toc_object_entries_show_parents = "hide"
 bibtex_bibfiles = ["references.bib"]
 
-copybutton_prompt_text = "$ "
+copybutton_prompt_text = r"\$ |>>> |\.\.\. "
+copybutton_prompt_is_regexp = True
 copybutton_only_copy_prompt_lines = True
 
 sphinx_gallery_conf = {
@@ -53,6 +61,7 @@ sphinx_gallery_conf = {
     "download_all_examples": False,
     "notebook_extensions": set(),
     "show_signature": False,
+    "capture_repr": (),  # a program prints what it says; no object with its address
     "min_reported_time": 60,
     "remove_config_comments": True,
 }
@@ -67,7 +76,12 @@ html_context = {"default_mode": "auto"}
 html_favicon = "static/mark.svg"
 html_show_sourcelink = False
 html_theme_options = {
-    "logo": {"text": "aomc-sky", "image_light": "static/mark.svg", "image_dark": "static/mark.svg", "alt_text": ""},
+    "logo": {
+        "text": f"aomc-sky {release}",
+        "image_light": "static/mark.svg",
+        "image_dark": "static/mark.svg",
+        "alt_text": "",
+    },
     "search_bar_text": "Search",
     "show_prev_next": False,
     "header_links_before_dropdown": 7,

@@ -1,12 +1,15 @@
-"""Pictures of the gallery: figures that a block of a script made, by pyplot or without it."""
+"""Pictures of the gallery: figures that a block of a script made, by pyplot or without it; warnings without paths."""
 
 from __future__ import annotations
 
+import warnings
 from typing import Any
 
 import matplotlib.pyplot as plt
 from matplotlib.figure import Figure
 from sphinx_gallery.scrapers import figure_rst
+
+warnings.formatwarning = lambda message, category, *_: f"{category.__name__}: {message}\n"  # no path of this machine
 
 
 def figures(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""Draw the two pictures of the README: a sky with its photons, and error against time.
+"""Draw the two pictures of the README: a sky with its photons, and error against time; on white and on dark paper.
 
 Run from anywhere: python docs/figures/draw_readme.py [FOLDER]; the PNG files go to FOLDER, by default beside this
 script. The sky and its photons come from `aomc_sky` itself, the errors and times from performance.csv beside
@@ -12,6 +12,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+from matplotlib import rc_context, rcParams
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import ListedColormap
@@ -22,29 +23,38 @@ import aomc_sky as sky
 
 HERE = Path(__file__).resolve().parent
 N_SHOWN, DPI = 4000, 200
-DARK, PALE = "#222222", "#8a8a8a"
+PALE = "#8a8a8a"
+INK = ("text.color", "axes.labelcolor", "axes.edgecolor", "xtick.color", "ytick.color")
+WHITE = dict.fromkeys(INK, "#222222")
+BLACK = dict.fromkeys(INK, "#d0d4da") | {"figure.facecolor": "#14181e", "axes.facecolor": "#14181e"}
+"""Ink and paper of the pictures; the dark ones have the paper of the site's dark mode."""
+
 LINES = {
     "default": ("default", "#0072B2", "o"),
-    "iid": ("independent photons", "#555555", "s"),
+    "iid": ("independent photons", "#777777", "s"),
     "aomc": ("AOMC's rounding", "#D55E00", "X"),
 }
 """Method in the file to label, colour of Okabe and Ito, marker."""
 
 
-def draw_sky() -> Figure:
-    """A clear sky as radiance, and the first photons of its source as points."""
+def draw_sky(*, paper: str, points: str) -> Figure:
+    """A clear sky as radiance, and the first photons of its source as points on a disc."""
     model = sky.PerezSky(sun_zenith_rad=np.radians(48.0), sun_azimuth_rad=np.radians(55.0), epsilon=5.5, delta=0.12)
     scene = sky.Scene(wavebands=[550.0], n_photons=N_SHOWN, components=model)
     figure = Figure(figsize=(6.6, 3.05))
     left, right = (figure.add_axes((x, 0.0, 0.44, 0.91)) for x in (0.03, 0.53))
     sky.plot(model, ax=left)
-    sky.plot(np.ones((9, 36)), ax=right, cmap=ListedColormap(["#ececec"]))
+    sky.plot(np.ones((9, 36)), ax=right, cmap=ListedColormap([paper]))
     photons = scene.source(seed=1).photons(0, 0, N_SHOWN)
     zenith = np.degrees(np.arccos(-photons.uz))  # a photon travels away from where it comes from
     azimuth = np.arctan2(-photons.uy, -photons.ux)
-    right.plot(zenith * np.cos(azimuth), zenith * np.sin(azimuth), ".", color="#440154", markersize=2.0, mew=0)
-    left.set_title("radiance of a clear sky", fontsize=10, color=DARK)
-    right.set_title(f"its first {N_SHOWN:,} photons".replace(",", " "), fontsize=10, color=DARK)
+    right.plot(zenith * np.cos(azimuth), zenith * np.sin(azimuth), ".", color=points, markersize=2.0, mew=0)
+    for axes in (left, right):
+        for drawn in (*axes.lines, *axes.texts):
+            if drawn.get_color() in ("black", "#555555"):
+                drawn.set_color(rcParams["text.color"])
+    left.set_title("radiance of a clear sky", fontsize=10)
+    right.set_title(f"its first {N_SHOWN:,} photons".replace(",", " "), fontsize=10)
     return figure
 
 
@@ -63,14 +73,14 @@ def draw_error(table: Path) -> Figure:
         if method == "default":
             _name_points(axes, time_ms, error, [int(row["n_photons"]) for row in own])
     axes.set(xscale="log", yscale="log", xlabel="processor time of one run, plan and photons [ms]")
-    axes.set_title("relative error of the irradiance, a clear sky", fontsize=10, loc="left", color=DARK)
+    axes.set_title("relative error of the irradiance, a clear sky", fontsize=10, loc="left")
     axes.set(xlim=(2.6, 300.0), ylim=(8e-9, 2.0))
     axes.xaxis.set_major_locator(FixedLocator([5, 10, 20, 50, 100]))
     axes.xaxis.set_major_formatter("{x:g}")
     axes.yaxis.set_major_locator(LogLocator(base=100.0))
     for axis in (axes.xaxis, axes.yaxis):
         axis.set_minor_locator(NullLocator())
-    axes.grid(axis="y", color="#e3e3e3", linewidth=0.7)
+    axes.grid(axis="y", color=PALE, alpha=0.25, linewidth=0.7)
     axes.tick_params(labelsize=8, color=PALE)
     axes.spines[["top", "right"]].set_visible(False)
     axes.spines[["left", "bottom"]].set_color(PALE)
@@ -86,10 +96,16 @@ def _name_points(axes: Axes, time_ms: list[float], error: list[float], photons: 
 def main() -> None:
     """Write the pictures."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else HERE
-    pictures = {"readme_sky": draw_sky(), "readme_error": draw_error(HERE / "performance.csv")}
-    for name, figure in pictures.items():
-        FigureCanvasAgg(figure)
-        figure.savefig(folder / f"{name}.png", dpi=DPI, metadata={"Software": "aomc-sky"})
+    papers = {"": (WHITE, "#ececec", "#440154"), "_dark": (BLACK, "#2a3038", "#fde725")}
+    for suffix, (style, paper, points) in papers.items():
+        with rc_context(style):
+            pictures = {
+                "readme_sky": draw_sky(paper=paper, points=points),
+                "readme_error": draw_error(HERE / "performance.csv"),
+            }
+            for name, figure in pictures.items():
+                FigureCanvasAgg(figure)
+                figure.savefig(folder / f"{name}{suffix}.png", dpi=DPI, metadata={"Software": "aomc-sky"})
 
 
 if __name__ == "__main__":

@@ -41,6 +41,14 @@ class Law(enum.IntEnum):
     CELL_SLOPED
         As CELL_MU2, with the density (1 + s (2 u - 1)) (1 + t (2 v - 1)) at the place (u, v) in the cell, u from its
         near to its far edge in sin^2 and v along its azimuth; `slope` holds s and t.
+
+    Examples
+    --------
+    >>> [
+    ...     component.law
+    ...     for component in sky.read_scene("inputs/clear_day", iterations=1000).components
+    ... ]
+    [<Law.CELL_MU2: 0>]
     """
 
     CELL_MU2 = 0
@@ -143,6 +151,12 @@ class Component:
     below_horizon : float
         Share of the component's light, as its source gives it, that lies below the horizon and sends no photons.
         [0 to 1]
+
+    Examples
+    --------
+    >>> (beam,) = sky.DirectBeam(sun_zenith_deg=30.0).lower(np.array([550.0]))
+    >>> beam.name, beam.law, beam.mass.shape
+    ('direct', <Law.BEAM: 2>, (1, 1))
     """
 
     name: str

@@ -20,7 +20,13 @@ C = TypeVar("C")
 
 
 class Frame(enum.Enum):
-    """Which way z grows: UP is ours (a sky photon has uz < 0), DOWN is AOMC's (uz > 0)."""
+    """Which way z grows: UP is ours (a sky photon has uz < 0), DOWN is AOMC's (uz > 0).
+
+    Examples
+    --------
+    >>> sky.Frame.UP
+    <Frame.UP: 'up'>
+    """
 
     UP = "up"
     DOWN = "down"
@@ -30,6 +36,14 @@ class AzimuthConvention(enum.Enum):
     """Direction of azimuth zero and sense of rotation; value = (offset in degrees, orientation).
 
     The azimuth in our convention, from +x (east) towards +y (north), is offset + orientation * azimuth.
+
+    Examples
+    --------
+    >>> south_west = sky.directions.to_enu_azimuth_deg(
+    ...     225.0, sky.AzimuthConvention.NORTH_CLOCKWISE
+    ... )
+    >>> print(south_west)
+    225.0
     """
 
     ENU_FROM_EAST = (0.0, 1.0)
@@ -51,6 +65,15 @@ def to_enu_azimuth_deg(azimuth_deg: ArrayLike, convention: AzimuthConvention) ->
     -------
     ndarray, float64
         Azimuth from +x towards +y. [deg, 0 to 360)
+
+    Examples
+    --------
+    >>> print(
+    ...     sky.directions.to_enu_azimuth_deg(
+    ...         [0.0, 90.0], sky.AzimuthConvention.NORTH_CLOCKWISE
+    ...     )
+    ... )
+    [90.  0.]
     """
     offset, orientation = convention.value
     turned = np.mod(offset + orientation * np.asarray(azimuth_deg, dtype=np.float64), 360.0)
@@ -184,6 +207,13 @@ def travel_from_sky(sky_zenith_deg: ArrayLike, sky_azimuth_deg: ArrayLike, frame
     -------
     ndarray, float64, shape (..., 3)
         Unit vector along which the photon moves.
+
+    Examples
+    --------
+    >>> print(
+    ...     sky.directions.travel_from_sky(90.0, 0.0)
+    ... )  # from the east: it goes to the west
+    [-1.  0.  0.]
     """
     sin_z, cos_z = sin_cos_deg(sky_zenith_deg)
     sin_a, cos_a = sin_cos_deg(sky_azimuth_deg)
@@ -206,6 +236,12 @@ def sky_from_travel(direction: ArrayLike, frame: Frame = Frame.UP) -> tuple[np.n
     -------
     sky_zenith_rad, sky_azimuth_rad : ndarray, float64
         Zenith angle [rad, 0 to pi] and azimuth [rad, 0 to 2 pi) of the sky element.
+
+    Examples
+    --------
+    >>> zenith_rad, azimuth_rad = sky.directions.sky_from_travel([0.0, -0.6, -0.8])
+    >>> print(np.degrees([zenith_rad, azimuth_rad]).round(2))
+    [36.87 90.  ]
     """
     u = np.asarray(direction, dtype=np.float64)
     cos_z = -u[..., 2] if frame is Frame.UP else u[..., 2]

@@ -25,14 +25,31 @@ def visible(text: str, *, keep_lines: bool = False) -> str:
 
 
 class AomcSkyError(Exception):
-    """Base of all errors that aomc-sky raises on purpose; a traceback of anything else is our bug."""
+    """Base of all errors that aomc-sky raises on purpose; a traceback of anything else is our bug.
+
+    Examples
+    --------
+    >>> try:
+    ...     sky.read_scene("no_such_folder")
+    ... except sky.AomcSkyError as error:
+    ...     print(type(error).__name__)
+    InputFileError
+    """
 
     exit_code = 1
     code = "error"  #: of the JSON object that a command with --json prints
 
 
 class UsageError(AomcSkyError):
-    """Options that contradict each other or that name something unknown."""
+    """Options that contradict each other or that name something unknown.
+
+    Examples
+    --------
+    >>> sky.read_scene("inputs/clear_day", bins="thirds")
+    Traceback (most recent call last):
+        ...
+    aomc_sky.errors.UsageError: bins must be one of 'equal', 'degrees', got 'thirds'
+    """
 
     exit_code = 2
     code = "usage"
@@ -46,7 +63,15 @@ class MissingExtraError(AomcSkyError):
 
 
 class SceneError(AomcSkyError):
-    """The files are readable but describe a scene that cannot be sampled (a sky without light)."""
+    """The files are readable but describe a scene that cannot be sampled (a sky without light).
+
+    Examples
+    --------
+    >>> sky.PerezSky(sun_zenith_deg=95.0, epsilon=5.0, delta=0.1)
+    Traceback (most recent call last):
+        ...
+    aomc_sky.errors.SceneError: the sun must be above the horizon, ...
+    """
 
     exit_code = 4
     code = "scene"
@@ -59,14 +84,32 @@ class PluginError(SceneError):
 
 
 class AllocationError(AomcSkyError):
-    """The photons cannot be shared out: too many of them, or no mass to share them over."""
+    """The photons cannot be shared out: too many of them, or no mass to share them over.
+
+    Examples
+    --------
+    >>> sky.allocate([0.0, 0.0], 10)
+    Traceback (most recent call last):
+        ...
+    aomc_sky.errors.AllocationError: all masses are zero, so there is nothing to share photons over
+    """
 
     exit_code = 4
     code = "allocation"
 
 
 class OutputError(AomcSkyError):
-    """Writing failed: disk full, no permission, folder vanished. It leaves no half-written file."""
+    """Writing failed: disk full, no permission, folder vanished. It leaves no half-written file.
+
+    Examples
+    --------
+    >>> scene = sky.Scene(wavebands=[550.0], n_photons=10, components="uniform")
+    >>> try:
+    ...     sky.write_mcpl(scene.source(), "no_such_folder/photons.mcpl")
+    ... except sky.OutputError:
+    ...     print("not written")
+    not written
+    """
 
     exit_code = 6
     code = "output"
@@ -87,11 +130,28 @@ class ForeignOutputError(OutputError):
 
 
 class InputWarning(UserWarning):
-    """Something in an input file that a person should know about, but that can be read."""
+    """Something in an input file that a person should know about, but that can be read.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> warnings.simplefilter("error", sky.InputWarning)  # doubtful input ends the program
+    """
 
 
 class ModelLimitWarning(UserWarning):
-    """A model was asked for values outside its range, and limited them."""
+    """A model was asked for values outside its range, and limited them.
+
+    Examples
+    --------
+    >>> import warnings
+    >>> with warnings.catch_warnings(record=True) as caught:
+    ...     warnings.simplefilter("always")
+    ...     model = sky.PerezSky(sun_zenith_deg=30.0, epsilon=0.9, delta=0.1)
+    ...     scene = sky.Scene(wavebands=[550.0], n_photons=1000, components=model)
+    >>> print(caught[0].message)
+    Perez sky, epsilon 0.9, Delta 0.1, limits 'radiance': epsilon below 1 counts as 1
+    """
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -131,7 +191,16 @@ class Problem:
 
 
 class InputFileError(AomcSkyError):
-    """All problems of an input file, or of several, reported in one go."""
+    """All problems of an input file, or of several, reported in one go.
+
+    Examples
+    --------
+    >>> try:
+    ...     sky.read_skydist("inputs/bad/nan_radiance.skydist.inp")
+    ... except sky.InputFileError as error:
+    ...     [problem.code for problem in error.problems]
+    ['E302']
+    """
 
     exit_code = 3
 

@@ -30,6 +30,14 @@ class PatchGrid:
     Bounds are kept in degrees, so that the whole degrees of a file stay exact; everything that
     leaves the grid is in radians, cosines or steradians. A ring or column of zero extent is a lattice
     line, which is how the AOMC program reads a table.
+
+    Examples
+    --------
+    >>> grid = sky.PatchGrid(
+    ...     zenith_bounds_deg=[[0.0, 45.0], [45.0, 90.0]], azimuth_bounds_deg=[[0.0, 360.0]]
+    ... )
+    >>> print((grid.projected_solid_angle_sr / np.pi).round(6))
+    [0.5 0.5]
     """
 
     zenith_bounds_deg: np.ndarray = None  # type: ignore[assignment]

@@ -23,6 +23,12 @@ class Wavebands:
         Reflectance of the bottom and its specular share. [0 to 1]
     target_reflectance, target_specular_fraction : array_like, float64, shape (n_band,), or None
         The same for the bottom target, where amc.inp has one. [0 to 1]
+
+    Examples
+    --------
+    >>> bands = sky.Wavebands([440.0, 550.0, 670.0])
+    >>> bands.wavelength_nm
+    array([440., 550., 670.])
     """
 
     wavelength_nm: np.ndarray

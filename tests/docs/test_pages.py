@@ -17,13 +17,17 @@ def test_readme(tmp_path: Path) -> None:
     text = (REPOSITORY / "README.md").read_text()
     own_sky = next(step.text for step in steps(text) if isinstance(step, SavedFile))
     assert sum(bool(line.strip()) for line in own_sky.splitlines()[1:]) <= 10
-    assert len(text.split()) <= 790  # of which fifty are the note that the first run prints
+    assert len(text.split()) <= 700
 
 
 @pytest.mark.slow
-def test_tutorial(tmp_path: Path) -> None:
+def test_tutorial_after_the_readme_in_one_folder(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
+    assert carry_out("../README.md", tmp_path) == 2
     assert carry_out("tutorial.md", tmp_path) == 13
+    pages = [(REPOSITORY / page).read_text() for page in ("README.md", "docs/tutorial.md")]
+    saved = [{step.name for step in steps(page) if isinstance(step, SavedFile)} for page in pages]
+    assert saved[0].isdisjoint(saved[1])  # so that the programs of both pages go on running
 
 
 @pytest.mark.slow

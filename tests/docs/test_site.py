@@ -8,63 +8,43 @@ import json
 import re
 from collections import Counter
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 import aomc_sky
+from tests.support.public_names import public_names
 from tests.support.shared import REPOSITORY
 
 DOCS = REPOSITORY / "docs"
-TOPICS = sorted((DOCS / "api").glob("*.md"))
+TOPICS = sorted(topic.stem for topic in (DOCS / "api").glob("*.md"))
 GALLERY = sorted((REPOSITORY / "examples" / "gallery").glob("*.py"))
-_found = importlib.util.spec_from_file_location("check_site", DOCS / "check_site.py")
-assert _found is not None
-assert _found.loader is not None
-check_site = importlib.util.module_from_spec(_found)
-_found.loader.exec_module(check_site)
+
+
+def script(path: Path) -> ModuleType:
+    found = importlib.util.spec_from_file_location(path.stem, path)
+    assert found is not None
+    assert found.loader is not None
+    module = importlib.util.module_from_spec(found)
+    found.loader.exec_module(module)
+    return module
+
+
+check_site = script(DOCS / "check_site.py")
+topics = script(DOCS / "extensions" / "topics.py")
 PAGES = [p for p in sorted([*REPOSITORY.glob("*.md"), *DOCS.rglob("*.md")]) if "_build" not in p.parts]
 
 
-def defined(topic: Path) -> list[str]:
-    """Names that a page defines, as one writes them after `aomc_sky.`."""
-    names = re.findall(r"^\.\. auto(?:function|class|exception):: (\S+)$", topic.read_text(), re.MULTILINE)
-    return [name.removeprefix("aomc_sky.") for name in names]
+def test_every_public_name_stands_in_exactly_one_topic() -> None:
+    in_topics = Counter(name.removeprefix("aomc_sky.") for topic in TOPICS for name in topics.names_of(topic))
+    assert {name: in_topics[name] for name in public_names()} == dict.fromkeys(public_names(), 1)
+    assert max(in_topics.values()) == 1
 
 
-def listed(topic: Path) -> list[str]:
-    """Names in the table at the head of a page, which the overview shows too."""
-    table = topic.read_text().partition("<!-- names -->")[2].partition("<!-- definitions -->")[0]
-    return re.findall(r"^   ~?([\w.]+)$", table, re.MULTILINE)
-
-
-def public_names() -> list[str]:
-    """What `import aomc_sky` offers, modules by what they say is theirs."""
-    modules = aomc_sky._PUBLIC_MODULES
-    names = [name for name in aomc_sky.__all__ if name != "__version__" and name not in modules]
-    for module in modules:
-        ours = getattr(aomc_sky, module)
-        names += [f"{module}.{name}" for name in getattr(ours, "__all__", []) if callable(getattr(ours, name))]
-    return names
-
-
-def test_every_public_name_stands_on_exactly_one_page() -> None:
-    on_pages = Counter(name for topic in TOPICS for name in defined(topic))
-    assert {name: on_pages[name] for name in public_names()} == dict.fromkeys(public_names(), 1)
-    assert max(on_pages.values()) == 1
-
-
-@pytest.mark.parametrize("topic", TOPICS, ids=[topic.stem for topic in TOPICS])
-def test_table_of_a_page_lists_what_the_page_defines(topic: Path) -> None:
-    whole_modules = re.findall(r"^\.\. automodule:: aomc_sky\.(\S+)\n   :members:$", topic.read_text(), re.MULTILINE)
-    single = [name for name in listed(topic) if not name.startswith(tuple(f"{m}." for m in whole_modules))]
-    assert single == defined(topic)
-
-
-def test_overview_shows_the_table_of_every_page() -> None:
+def test_overview_shows_the_names_of_every_topic() -> None:
     overview = (DOCS / "api.md").read_text()
-    names = [f"api/{topic.stem}" for topic in TOPICS]
-    assert sorted(re.findall(r"^(api/\w+)$", overview, re.MULTILINE)) == names
-    assert sorted(re.findall(r"^```\{include\} (\S+)\.md$", overview, re.MULTILINE)) == names
+    assert sorted(re.findall(r"^api/(\w+)$", overview, re.MULTILINE)) == TOPICS
+    assert sorted(re.findall(r"^```\{names\} (\w+)$", overview, re.MULTILINE)) == TOPICS
 
 
 @pytest.mark.parametrize("program", GALLERY, ids=[program.stem for program in GALLERY])
@@ -113,7 +93,7 @@ def test_page_that_leads_on_says_what_each_of_its_pages_answers(hub: str) -> Non
 def site(tmp_path: Path) -> Path:
     """The least of a site that is as it should be."""
     pages = sorted({*check_site.FIRST.values(), "changelog"})
-    entries = {word: [[pages.index(page), "index-0", True]] for word, page in check_site.FIRST.items()}
+    entries = {word.lower(): [[pages.index(page), "index-0", True]] for word, page in check_site.FIRST.items()}
     index = json.dumps({"docnames": pages, "indexentries": entries})
     (tmp_path / "searchindex.js").write_text(f"Search.setIndex({index})")
     (tmp_path / "index.html").write_text('<a href="https://elsewhere">x</a><img alt="" src="sky.png">')

@@ -57,7 +57,7 @@ def _commands(body: str) -> Iterator[Command]:
 
 def carry_out(page: str, folder: Path) -> int:
     """Do what a page of docs/ says in a folder that has the scenes of inputs/; return how many commands ran."""
-    shutil.copytree(REPOSITORY / "inputs", folder / "inputs")
+    shutil.copytree(REPOSITORY / "inputs", folder / "inputs", dirs_exist_ok=True)
     path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
     environment = os.environ | {"PATH": path, "COLUMNS": "200", "NO_COLOR": "1"}
     checker, n = doctest.OutputChecker(), 0

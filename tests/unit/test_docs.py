@@ -54,7 +54,7 @@ def test_readme_shows_what_the_command_prints(tmp_path: Path) -> None:
     arguments[arguments.index("inputs/clear_day/amc.inp")] = str(REPOSITORY / "inputs/clear_day/amc.inp")
     arguments[arguments.index("out")] = str(tmp_path / "out")
     done = subprocess.run([sys.executable, "-m", "aomc_sky", *arguments], capture_output=True, text=True, check=True)
-    assert len(shown.splitlines()) == 6
+    assert len(shown.splitlines()) == 4
     assert f"\n{shown}" in done.stdout
 
 

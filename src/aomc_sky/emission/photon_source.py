@@ -41,6 +41,18 @@ class PhotonSource:
     -----
     Any range, in any order, on any thread or machine gives the same bits. Instances hold no state
     besides caches, can be pickled, and may be shared between threads.
+
+    Examples
+    --------
+    >>> source = sky.Scene(
+    ...     wavebands=[440.0, 550.0], n_photons=1000, components="uniform"
+    ... ).source(seed=1)
+    >>> everything, part = (
+    ...     source.photons(band=1),
+    ...     source.photons(band=1, start=500, stop=510),
+    ... )
+    >>> np.array_equal(everything.ux[500:510], part.ux)
+    True
     """
 
     def __init__(self, plan: Plan) -> None:

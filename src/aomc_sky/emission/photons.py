@@ -19,7 +19,17 @@ Arrays = dict[str, Any]
 
 
 class Photon(NamedTuple):
-    """One photon as plain numbers, for codes that take one at a time."""
+    """One photon as plain numbers, for codes that take one at a time.
+
+    Examples
+    --------
+    >>> source = sky.Scene(
+    ...     wavebands=[550.0], n_photons=10, components=sky.DirectBeam(sun_zenith_deg=0.0)
+    ... ).source()
+    >>> photon = next(source.one_by_one())
+    >>> photon.band, photon.index_in_band, photon.uz
+    (0, 0, -1.0)
+    """
 
     band: int  #: Waveband. [0 to n_bands - 1]
     index_in_band: int
@@ -54,6 +64,15 @@ class PhotonBatch:
         Statistical weight, mean 1, where weights differ and were asked for.
     numbers : ndarray, precision of ux, shape (n, k), or None
         Further coordinates of each photon's low-discrepancy point, uniform in [0, 1), where `numbers=k` asked for them.
+
+    Examples
+    --------
+    >>> source = sky.Scene(wavebands=[550.0], n_photons=1000, components="uniform").source(
+    ...     seed=1
+    ... )
+    >>> batch = source.photons(band=0, start=100, stop=110)
+    >>> len(batch), batch.start, batch.ux.dtype
+    (10, 100, dtype('float32'))
     """
 
     ux: np.ndarray

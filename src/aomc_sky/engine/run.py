@@ -116,6 +116,13 @@ def write_run(
         The folder holds another run.
     OutputError
         It cannot be written.
+
+    Examples
+    --------
+    >>> scene = sky.Scene(wavebands=[550.0], n_photons=1000, components="overcast")
+    >>> result = sky.write_run(scene, "cloudy", seed=1)
+    >>> np.load("cloudy/photons-0001.npy").shape
+    (1000, 3)
     """
     chosen = tuple(dict.fromkeys([formats] if isinstance(formats, str) else formats))
     for name in chosen:

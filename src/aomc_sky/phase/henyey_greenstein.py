@@ -59,6 +59,11 @@ def sample_mu(xi: ArrayLike, g: ArrayLike) -> Any:
     Accuracy: 2e-16 absolute for abs(mu) < 1/4 and 4 ulp beyond, for every g, g = 0 and 1e-8 included; float32
     within 3 ulp of its own where abs(mu) is above 1e-9. Take `sample_mu_sin` beside the peak of a narrow
     lobe. Cost: one division for each number.
+
+    Examples
+    --------
+    >>> print(sky.henyey_greenstein.sample_mu([0.0, 0.5, 1.0], 0.5))
+    [-1.      0.6875  1.    ]
     """
     kind, x, h = _arguments("xi", xi, 1.0, g)
     return sample(formulas.cosine32 if kind == np.float32 else formulas.cosine, True, 1, kind, x, h)[0]
@@ -68,6 +73,12 @@ def sample_mu_sin(xi: ArrayLike, g: ArrayLike) -> tuple[Any, Any, Any]:
     """`sample_mu` with 1 - mu and the sine, both within 5 ulp beside mu = 1 and -1; arguments and errors as there.
 
     The bound holds for every g up to the last float64 below 1, and for xi of 0 or above 1e-290.
+
+    Examples
+    --------
+    >>> mu, one_minus_mu, sin_theta = sky.henyey_greenstein.sample_mu_sin(0.999, 0.95)
+    >>> print(f"{one_minus_mu:.3e}")
+    2.568e-06
     """
     kind, x, h = _arguments("xi", xi, 1.0, g)
     mu, one_minus_mu, sin_theta = sample(_sample_all32 if kind == np.float32 else _sample_all, True, 3, kind, x, h)
@@ -93,6 +104,11 @@ def pdf_sr(one_minus_mu: ArrayLike, g: ArrayLike) -> Any:
     ------
     UsageError
         An argument is outside its range or NaN.
+
+    Examples
+    --------
+    >>> print(f"{sky.henyey_greenstein.pdf_sr(0.0, 0.5):.6f}")  # straight on: 6 / (4 pi)
+    0.477465
     """
     return evaluate(formulas.density, *_arguments("one_minus_mu", one_minus_mu, 2.0, g))[0]
 
@@ -101,12 +117,23 @@ def cdf(one_minus_mu: ArrayLike, g: ArrayLike) -> Any:
     """Probability of a smaller mu; arguments, accuracy and errors as for `pdf_sr`.
 
     Its small values, on the far side of the lobe, keep their digits; so do those of `survival` beside mu = 1.
+
+    Examples
+    --------
+    >>> print(f"{sky.henyey_greenstein.cdf(1.0, 0.5):.6f}")
+    0.170820
     """
     return evaluate(formulas.tails, *_arguments("one_minus_mu", one_minus_mu, 2.0, g))[0]
 
 
 def survival(one_minus_mu: ArrayLike, g: ArrayLike) -> Any:
-    """Probability of a larger mu, 1 - `cdf` with its own last digits; arguments and errors as for `pdf_sr`."""
+    """Probability of a larger mu, 1 - `cdf` with its own last digits; arguments and errors as for `pdf_sr`.
+
+    Examples
+    --------
+    >>> print(f"{sky.henyey_greenstein.survival(1.0, 0.5):.6f}")
+    0.829180
+    """
     return evaluate(formulas.tails, *_arguments("one_minus_mu", one_minus_mu, 2.0, g))[1]
 
 
@@ -117,6 +144,11 @@ def legendre(order: int, g: ArrayLike) -> Any:
     ------
     UsageError
         The order is not a whole number of at least 0, or g is outside (-1, 1).
+
+    Examples
+    --------
+    >>> print(sky.henyey_greenstein.legendre(2, 0.5))
+    0.25
     """
     power = as_index(order, "the order of a Legendre moment")
     if power < 0:

@@ -72,6 +72,11 @@ def sample_mu(xi: ArrayLike, gamma: ArrayLike) -> Any:
     -----
     Accuracy: within 4 ulp everywhere, also beside xi = 1/2, where mu is small, and for gamma up to 1. With
     float32, rounded from float64. Cost: two divisions for each number, no root and no branch.
+
+    Examples
+    --------
+    >>> print(sky.rayleigh.sample_mu([0.0, 0.5, 1.0], 0.0142))
+    [-1.  0.  1.]
     """
     kind, x, g = _arguments("xi", xi, 0.0, gamma)
     return sample(formulas.cosine, False, 1, kind, x, g)[0]
@@ -94,6 +99,12 @@ def sample_mu_sin(xi: ArrayLike, gamma: ArrayLike) -> tuple[Any, Any, Any]:
     ------
     UsageError
         An argument is outside its range or NaN.
+
+    Examples
+    --------
+    >>> mu, one_minus_mu, sin_theta = sky.rayleigh.sample_mu_sin(0.5, 0.0142)
+    >>> print(mu, one_minus_mu, sin_theta)
+    0.0 1.0 1.0
     """
     kind, x, g = _arguments("xi", xi, 0.0, gamma)
     mu, one_minus_mu, sin_theta = sample(formulas.cosine_and_ends, False, 3, kind, x, g)
@@ -119,12 +130,23 @@ def pdf_mu(mu: ArrayLike, gamma: ArrayLike) -> Any:
     ------
     UsageError
         An argument is outside its range or NaN.
+
+    Examples
+    --------
+    >>> print(sky.rayleigh.pdf_mu([0.0, 1.0], 0.0))
+    [0.375 0.75 ]
     """
     return evaluate(formulas.density, *_arguments("mu", mu, -1.0, gamma))[0]
 
 
 def pdf_sr(mu: ArrayLike, gamma: ArrayLike) -> Any:
-    """Density per steradian, `pdf_mu` over 2 pi. [sr-1]; arguments, accuracy and errors as there."""
+    """Density per steradian, `pdf_mu` over 2 pi. [sr-1]; arguments, accuracy and errors as there.
+
+    Examples
+    --------
+    >>> print(f"{sky.rayleigh.pdf_sr(1.0, 1.0):.6f}")  # gamma = 1 is isotropic: 1 / (4 pi)
+    0.079577
+    """
     return evaluate(_density_sr, *_arguments("mu", mu, -1.0, gamma))[0]
 
 
@@ -132,6 +154,11 @@ def cdf_mu(mu: ArrayLike, gamma: ArrayLike) -> Any:
     """Probability of a smaller mu; arguments and errors as for `pdf_mu`.
 
     Within 4 ulp, also where it is small beside mu = -1.
+
+    Examples
+    --------
+    >>> print(sky.rayleigh.cdf_mu([-1.0, 0.0, 1.0], 0.0))
+    [0.  0.5 1. ]
     """
     return evaluate(formulas.cumulated, *_arguments("mu", mu, -1.0, gamma))[0]
 
@@ -146,27 +173,57 @@ def _moment(gamma: ArrayLike, upper: tuple[float, float], lower: tuple[float, fl
 
 
 def mean_mu2(gamma: ArrayLike) -> Any:
-    """Mean of mu^2, (2 + 3 gamma) / (5 (1 + 2 gamma)). The mean of mu is 0."""
+    """Mean of mu^2, (2 + 3 gamma) / (5 (1 + 2 gamma)). The mean of mu is 0.
+
+    Examples
+    --------
+    >>> print(sky.rayleigh.mean_mu2(0.0))
+    0.4
+    """
     return _moment(gamma, (2.0, 3.0), (5.0, 10.0))
 
 
 def mean_mu4(gamma: ArrayLike) -> Any:
-    """Mean of mu^4, 3 (3 + 4 gamma) / (35 (1 + 2 gamma))."""
+    """Mean of mu^4, 3 (3 + 4 gamma) / (35 (1 + 2 gamma)).
+
+    Examples
+    --------
+    >>> print(f"{sky.rayleigh.mean_mu4(0.0):.6f}")
+    0.257143
+    """
     return _moment(gamma, (9.0, 12.0), (35.0, 70.0))
 
 
 def mean_abs_mu(gamma: ArrayLike) -> Any:
-    """Mean of abs(mu), 3 (3 + 5 gamma) / (16 (1 + 2 gamma))."""
+    """Mean of abs(mu), 3 (3 + 5 gamma) / (16 (1 + 2 gamma)).
+
+    Examples
+    --------
+    >>> print(sky.rayleigh.mean_abs_mu(0.0))
+    0.5625
+    """
     return _moment(gamma, (9.0, 15.0), (16.0, 32.0))
 
 
 def legendre2(gamma: ArrayLike) -> Any:
-    """Mean of the second Legendre polynomial, (1 - gamma) / (10 (1 + 2 gamma)); the other moments but the 0th are 0."""
+    """Mean of the second Legendre polynomial, (1 - gamma) / (10 (1 + 2 gamma)); the other moments but the 0th are 0.
+
+    Examples
+    --------
+    >>> print(sky.rayleigh.legendre2(0.0))
+    0.1
+    """
     return _moment(gamma, (1.0, -1.0), (10.0, 20.0))
 
 
 def max_polarisation(gamma: ArrayLike) -> Any:
-    """Degree of polarisation of natural light scattered once by 90 degrees, (1 - gamma) / (1 + 3 gamma)."""
+    """Degree of polarisation of natural light scattered once by 90 degrees, (1 - gamma) / (1 + 3 gamma).
+
+    Examples
+    --------
+    >>> print(f"{sky.rayleigh.max_polarisation(0.0142):.4f}")
+    0.9455
+    """
     return _moment(gamma, (1.0, -1.0), (1.0, 3.0))
 
 
@@ -181,6 +238,11 @@ def gamma_from_rho(rho: ArrayLike) -> Any:
     ------
     UsageError
         rho is outside 0 to 1 or NaN.
+
+    Examples
+    --------
+    >>> print(f"{sky.rayleigh.gamma_from_rho(0.0279):.5f}")
+    0.01415
     """
     return _mapped(lambda x: x / (2.0 - x), "rho", rho, 0.0, 1.0)
 
@@ -192,6 +254,11 @@ def rho_from_gamma(gamma: ArrayLike) -> Any:
     ------
     UsageError
         gamma is outside 0 to 1 or NaN.
+
+    Examples
+    --------
+    >>> print(f"{sky.rayleigh.rho_from_gamma(0.0142):.4f}")
+    0.0280
     """
     return _mapped(lambda x: (x + x) / (1.0 + x), "gamma", gamma, 0.0, 1.0)
 
@@ -203,6 +270,11 @@ def king_factor(gamma: ArrayLike) -> Any:
     ------
     UsageError
         gamma is not in [0, 3/4): a symmetric polarisability has no larger one.
+
+    Examples
+    --------
+    >>> print(f"{sky.rayleigh.king_factor(0.0142):.4f}")
+    1.0482
     """
     kind = precision_of(gamma)
     g = checked("gamma", gamma, kind, 0.0, 0.75)
@@ -218,6 +290,11 @@ def gamma_from_king_factor(king: ArrayLike) -> Any:
     ------
     UsageError
         F is below 1, infinite or NaN.
+
+    Examples
+    --------
+    >>> print(f"{sky.rayleigh.gamma_from_king_factor(1.049):.5f}")
+    0.01442
     """
     most = float(np.finfo(precision_of(king)).max)
     return _mapped(lambda x: 0.75 * ((x - 1.0) / (x + 1.5)), "the King factor", king, 1.0, most)
@@ -259,6 +336,11 @@ def air_depolarisation(wavelength_nm: ArrayLike) -> Any:
     -----
     Accuracy: the table itself at its 36 wavelengths. Left out one by one, its inner rows come back within
     1.1 percent. The gas formulas of Bates, as Bodhaine et al. (1999) give them, differ by up to 2.6 percent.
+
+    Examples
+    --------
+    >>> print(f"{sky.rayleigh.air_depolarisation(550.0):.5f}")
+    0.02842
     """
     low, high = float(WAVELENGTH_NM[0]), float(WAVELENGTH_NM[-1])
     return _mapped(
@@ -267,5 +349,11 @@ def air_depolarisation(wavelength_nm: ArrayLike) -> Any:
 
 
 def air_gamma(wavelength_nm: ArrayLike) -> Any:
-    """Anisotropy gamma of dry air by wavelength; argument, accuracy and errors as for `air_depolarisation`."""
+    """Anisotropy gamma of dry air by wavelength; argument, accuracy and errors as for `air_depolarisation`.
+
+    Examples
+    --------
+    >>> print(f"{sky.rayleigh.air_gamma(550.0):.5f}")
+    0.01441
+    """
     return gamma_from_rho(air_depolarisation(wavelength_nm))

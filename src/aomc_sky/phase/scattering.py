@@ -61,6 +61,15 @@ def new_direction(
     -----
     Accuracy: the length is 1 within 4 ulp of 1 after any number of steps, since each brings it back; the
     direction is right to 1e-15 (float32: 1e-7) each step.
+
+    Examples
+    --------
+    >>> mu, one_minus_mu, sin_theta = sky.rayleigh.sample_mu_sin(0.5, 0.0)  # by 90 degrees
+    >>> ux, uy, uz = sky.scattering.new_direction(
+    ...     0.0, 0.0, -1.0, one_minus_mu, sin_theta, 0.25
+    ... )
+    >>> print(f"{abs(uz):.1f}")
+    0.0
     """
     kind = precision_of(ux, uy, uz, one_minus_mu, sin_theta, azimuth_share)
     limit = 1.0 + _LENGTH_TOLERANCE

@@ -122,6 +122,16 @@ def plot(
         The file cannot be written; what stood there before is unchanged.
     MissingExtraError
         matplotlib is not installed: ``pip install "aomc-sky[plot]"``.
+
+    Examples
+    --------
+    >>> figure = sky.plot(
+    ...     sky.CieSky(type=12, sun_zenith_deg=40.0, sun_azimuth_deg=0.0),
+    ...     "clear.png",
+    ...     size_px=600,
+    ... )
+    >>> len(figure.axes)
+    3
     """
     target = None if path is None else picture_path(path)
     sun = None

@@ -10,7 +10,13 @@ from aomc_sky.errors import SceneError
 
 
 class FootprintShape(enum.Enum):
-    """Point, circle or rectangle, centred on the origin."""
+    """Point, circle or rectangle, centred on the origin.
+
+    Examples
+    --------
+    >>> sky.Footprint.rectangle(2.0, 1.0).shape
+    <FootprintShape.RECTANGLE: 'rectangle'>
+    """
 
     POINT = "point"
     CIRCLE = "circle"
@@ -27,6 +33,18 @@ class Footprint:
         Which shape. `Footprint.circle` and `Footprint.rectangle` are shorter.
     size_x_m, size_y_m : float
         Diameter of a circle (both), sides of a rectangle, 0 for a point. [m]
+
+    Examples
+    --------
+    >>> scene = sky.Scene(
+    ...     wavebands=[550.0],
+    ...     n_photons=1000,
+    ...     components="uniform",
+    ...     footprint=sky.Footprint.circle(10.0),
+    ... )
+    >>> photons = scene.source().photons()
+    >>> bool(np.hypot(photons.x, photons.y).max() < 5.0)
+    True
     """
 
     shape: FootprintShape = FootprintShape.POINT

@@ -58,6 +58,16 @@ class Plan:
     A replicate band is one replicate of one band; its number, replicate x n_bands + band, stands in every
     random counter where the band stands in a run without replicates, so that all are independent.
     `aomc_sky.plan.check` bounds all numbers by which kernels read; whoever emits photons asks for `check` first.
+
+    Examples
+    --------
+    >>> source = sky.Scene(wavebands=[550.0], n_photons=1000, components="uniform").source(
+    ...     seed=1
+    ... )
+    >>> source.plan.save("plan.npz")
+    >>> again = sky.PhotonSource(sky.Plan.load("plan.npz"))
+    >>> np.array_equal(again.photons().ux, source.photons().ux)
+    True
     """
 
     arrays: dict[str, np.ndarray]

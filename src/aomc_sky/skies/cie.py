@@ -59,7 +59,6 @@ class CieSky(Share):
 
     Examples
     --------
-    >>> import aomc_sky as sky
     >>> model = sky.CieSky(type=12, sun_zenith_deg=40.0, sun_azimuth_deg=0.0)
     >>> scene = sky.Scene(wavebands=[550.0], n_photons=1000, components=model)
     >>> scene.source().total

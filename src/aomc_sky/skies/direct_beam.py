@@ -37,6 +37,14 @@ class DirectBeam(Share):
     Notes
     -----
     Photons pass the horizontal surface, so those of a disc are cosine-weighted.
+
+    Examples
+    --------
+    >>> scene = sky.Scene(
+    ...     wavebands=[550.0], n_photons=100, components=sky.DirectBeam(sun_zenith_deg=60.0)
+    ... )
+    >>> print(scene.source().photons().uz[:2])
+    [-0.5 -0.5]
     """
 
     sun_zenith_deg: float = None  # type: ignore[assignment]

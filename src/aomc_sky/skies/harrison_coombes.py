@@ -41,9 +41,12 @@ class HarrisonCoombesSky(Share):
 
     Examples
     --------
-    >>> import aomc_sky as sky
     >>> model = sky.HarrisonCoombesSky(sun_zenith_deg=40.0, sun_azimuth_deg=0.0)
-    >>> photons = sky.Scene(wavebands=[550.0], n_photons=1000, components=model).source().photons()
+    >>> photons = (
+    ...     sky.Scene(wavebands=[550.0], n_photons=1000, components=model)
+    ...     .source()
+    ...     .photons()
+    ... )
     >>> len(photons)
     1000
     """

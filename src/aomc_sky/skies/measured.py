@@ -56,6 +56,19 @@ class RadianceField(Share):
     Accuracy: of Perez skies seen in 300 irregular directions the irradiance is within 0.8 % up to clearness 3 and 1.9 %
     at 8, with the sun known within 0.5 and 1.2 %; its surroundings need the most directions. A scene notes the error of
     each radiance foretold by the others. The direct beam is no part of it. Cost: half a second for a wavelength.
+
+    Examples
+    --------
+    >>> zenith, azimuth = (
+    ...     np.array([0.0, 30.0, 60.0, 60.0, 60.0, 80.0]),
+    ...     np.array([0.0, 90.0, 0.0, 120.0, 240.0, 45.0]),
+    ... )
+    >>> measured = 0.2 + 0.1 * np.cos(np.radians(zenith))
+    >>> field = sky.RadianceField.from_points(
+    ...     zenith, azimuth, measured, wavelength_nm=550.0
+    ... )
+    >>> print(field.radiance(0.0, 0.0, 550.0).round(3))
+    0.3
     """
 
     wavelength_nm: np.ndarray

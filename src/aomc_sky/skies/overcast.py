@@ -30,7 +30,6 @@ class OvercastSky(Share):
 
     Examples
     --------
-    >>> import aomc_sky as sky
     >>> scene = sky.Scene(wavebands=[550.0], n_photons=1000, components="overcast")
     >>> round(scene.source().exact_moments(0).mean_mu, 6)
     0.714286

@@ -42,6 +42,12 @@ class Weighting(enum.Enum):
         Radiances, without the cosine: mass = value x solid angle.
     AOMC
         The AOMC 1.2.2 program's float32 weights of whole-degree lattice points.
+
+    Examples
+    --------
+    >>> scene = sky.read_scene("inputs/sparse_sky", weighting=sky.Weighting.PROJECTED.value)
+    >>> scene.options["weighting"]
+    'projected'
     """
 
     LISTED = "listed"
@@ -73,6 +79,20 @@ class TabulatedSky(Share):
         Notes of a scene of this table.
     strength, irradiance_W_m2_nm : array_like, optional
         Share of the light in a scene of several models, as for `UniformSky`. [>= 0]
+
+    Examples
+    --------
+    >>> grid = sky.PatchGrid(
+    ...     zenith_bounds_deg=[[0.0, 45.0], [45.0, 90.0]], azimuth_bounds_deg=[[0.0, 360.0]]
+    ... )
+    >>> model = sky.TabulatedSky(
+    ...     wavelength_nm=[550.0],
+    ...     values=[[1.0, 3.0]],
+    ...     grid=grid,
+    ...     weighting=sky.Weighting.LISTED,
+    ... )
+    >>> sky.Scene(wavebands=[550.0], n_photons=1000, components=model).source().counts
+    array([[250, 750]])
     """
 
     wavelength_nm: np.ndarray

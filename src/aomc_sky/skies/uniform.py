@@ -26,6 +26,12 @@ class UniformSky(Share):
         each wavelength of the scene. [>= 0]
     irradiance_W_m2_nm : array_like, optional
         The same in absolute units, for all components of a scene or none. [W m-2 nm-1]
+
+    Examples
+    --------
+    >>> scene = sky.Scene(wavebands=[550.0], n_photons=1000, components=sky.UniformSky())
+    >>> print(f"{scene.source().exact_moments(0).mean_mu:.6f}")
+    0.666667
     """
 
     per_solid_angle: bool = False

@@ -82,6 +82,13 @@ class Scene:
     irradiance : Irradiance, optional
         Absolute units; by default those of the components, if all of them have any (`LobeSky`).
         Photons follow `strength` alone.
+
+    Examples
+    --------
+    >>> scene = sky.Scene(wavebands=[440.0, 550.0], n_photons=1000, components="overcast")
+    >>> source = scene.source(seed=1)
+    >>> source.n_bands, source.n_photons(0)
+    (2, 1000)
     """
 
     wavebands: Wavebands
@@ -102,11 +109,7 @@ class Scene:
 
     def __repr__(self) -> str:
         nm = self.wavebands.wavelength_nm
-        bands = (
-            f"{nm.size} waveband{'s' * (nm.size != 1)} {nm.min():g} to {nm.max():g} nm"
-            if nm.size > 1
-            else f"{nm[0]:g} nm"
-        )
+        bands = f"{nm.size} wavebands {nm.min():g} to {nm.max():g} nm" if nm.size > 1 else f"{nm[0]:g} nm"
         names = ", ".join(c.name for c in self.components[:4]) + (", ..." if len(self.components) > 4 else "")
         return f"<Scene: {sum(map(int, self.n_photons))} photons, {bands}; {names}>"
 
@@ -232,10 +235,8 @@ class Scene:
         """
         from aomc_sky.emission.radiance import band_radiance, sum_of
 
-        zenith, azimuth = (
-            given_angle("sky_zenith_rad", sky_zenith_rad, sky_zenith_deg),
-            given_angle("sky_azimuth_rad", sky_azimuth_rad, sky_azimuth_deg),
-        )
+        zenith = given_angle("sky_zenith_rad", sky_zenith_rad, sky_zenith_deg)
+        azimuth = given_angle("sky_azimuth_rad", sky_azimuth_rad, sky_azimuth_deg)
         parts = self._radiance.get(band)
         if parts is None:
             band = as_index(band, "band")

@@ -128,8 +128,9 @@ def weather_scene(
 
     Examples
     --------
-    >>> import aomc_sky as sky
-    >>> scene = sky.weather_scene(wavebands=[443.0, 555.0], sun_zenith_deg=40.0, ghi=780.0, dhi=140.0)
+    >>> scene = sky.weather_scene(
+    ...     wavebands=[443.0, 555.0], sun_zenith_deg=40.0, ghi=780.0, dhi=140.0
+    ... )
     >>> [component.name for component in scene.components]
     ['direct', 'perez']
     >>> [round(float(component.strength[0]), 4) for component in scene.components]

@@ -101,6 +101,15 @@ def verify_counts(
         Shapes do not fit, counts are not whole numbers from 0, or masses are negative or not finite.
     UsageError
         An unknown method.
+
+    Examples
+    --------
+    >>> mass = [0.5, 0.3, 0.2]
+    >>> (
+    ...     bool(sky.verify_counts(sky.allocate(mass, 1000), mass)),
+    ...     bool(sky.verify_counts([510, 290, 200], mass)),
+    ... )
+    (True, False)
     """
     try:
         chosen = AllocationMethod(method)

@@ -50,6 +50,12 @@ class SkyTable:
         What the comment after the data says, in files that we wrote.
     path : str
         The file, for messages.
+
+    Examples
+    --------
+    >>> table = sky.read_skydist("inputs/sparse_sky/skydist.inp")
+    >>> table.radiance.shape
+    (3, 30, 72)
     """
 
     wavelength_nm: np.ndarray
@@ -106,6 +112,12 @@ def read_skydist(
     Cost
     ----
     A third of the time of numpy.loadtxt; a file that does not pass its checks is read again to say why.
+
+    Examples
+    --------
+    >>> table = sky.read_skydist("inputs/clear_day/skydist.inp")
+    >>> print(table.wavelength_nm)
+    [440. 550. 670.]
     """
     data = read_bytes(path)
     for end in (data.find(b"\n", _HEAD_BYTES), None):  # a short piece is usually enough
@@ -144,6 +156,12 @@ def write_skydist(
         The file, replaced atomically.
     bins, values : Bins, Values
         Stand in a comment after the data, which AOMC ignores and `read_skydist` obeys.
+
+    Examples
+    --------
+    >>> sky.write_skydist(sky.read_skydist("inputs/sparse_sky/skydist.inp"), "copy.inp")
+    >>> sky.read_skydist("copy.inp").radiance.shape
+    (3, 30, 72)
     """
     n_table, n_zenith, n_columns = table.radiance.shape
     wave, zenith, azimuth = np.nonzero(table.radiance)

@@ -128,6 +128,13 @@ def read_mcpl(path: str | Path) -> McplFile:
         particles (E804), or damage to the compression (E806). A compressed file is unpacked to its end to know.
     MissingExtraError
         The package mcpl is not installed: ``pip install "aomc-sky[mcpl]"``.
+
+    Examples
+    --------
+    >>> scene = sky.Scene(wavebands=[550.0], n_photons=100, components="uniform")
+    >>> sky.write_mcpl(scene.source(), "photons.mcpl")
+    >>> len(sky.read_mcpl("photons.mcpl"))
+    100
     """
     optional_module("mcpl", extra=EXTRA)
     path = existing_path(Path(path))

@@ -5,6 +5,7 @@ The names are `rayleigh_` and `hg_` before those of the two modules, and `new_di
     from numba import njit
     from aomc_sky.kernels.phase import jitted
 
+
     @njit
     def scatter(ux, uy, uz, xi, share, g):
         mu, one_minus_mu, sin_theta = jitted.hg_sample_mu_sin(xi, g)

@@ -288,6 +288,11 @@ def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> N
     -----
     Photons pass through in blocks: memory stays flat whatever their number. See docs/formats/mcpl.md
     for units, conventions and user flags.
+
+    Examples
+    --------
+    >>> scene = sky.Scene(wavebands=[550.0], n_photons=100, components="uniform")
+    >>> sky.write_mcpl(scene.source(seed=1), "photons.mcpl")
     """
     path = Path(path)
     if not path.name:

@@ -70,6 +70,12 @@ def to_xarray(source: PhotonSource, *, photons: bool = False) -> Any:  # xarray.
         xarray is not installed: ``pip install "aomc-sky[netcdf]"``.
     UsageError
         Photons are asked for, and there are too many.
+
+    Examples
+    --------
+    >>> source = sky.read_scene("inputs/clear_day", iterations=1000).source()
+    >>> int(sky.to_xarray(source).counts.sum())
+    3000
     """
     xr = optional_module("xarray", extra=EXTRA)
     variables: dict[str, Any] = {}

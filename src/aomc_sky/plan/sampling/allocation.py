@@ -41,6 +41,11 @@ class AllocationMethod(enum.Enum):
         Independent photons: conditional binomials from counters of their own.
     AOMC
         The AOMC 1.2.2 program's float32 rounding, which loses or gains photons.
+
+    Examples
+    --------
+    >>> sky.allocate([0.5, 0.3, 0.2], 7, method=sky.AllocationMethod.LARGEST_REMAINDER)
+    array([4, 2, 1])
     """
 
     SYSTEMATIC = "systematic"
@@ -142,6 +147,11 @@ def allocate(
     References
     ----------
     W. Hoermann, The generation of binomial random variates, J. Stat. Comput. Simul. 46, 101 (1993).
+
+    Examples
+    --------
+    >>> sky.allocate([0.5, 0.3, 0.2], 10, seed=1)
+    array([5, 3, 2])
     """
     chosen = _method(method)
     values = np.asarray(mass, dtype=np.float64)

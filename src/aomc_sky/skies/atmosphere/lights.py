@@ -33,6 +33,12 @@ class Moon:
         Between the observer and its centre. [m, > the radius]
     radius_m : float
         [m, > 0]
+
+    Examples
+    --------
+    >>> moon = sky.Moon(zenith_deg=30.2, distance_m=3.7e8)
+    >>> print(f"{np.degrees(moon.radius_m / moon.distance_m):.3f}")  # its angular radius
+    0.269
     """
 
     zenith_rad: float = None  # type: ignore[assignment]

@@ -32,6 +32,19 @@ class Constituent:
     phase_function : callable or None
         Cosines of scattering angles (n,) float64 and a row of the wavelengths (int) to the phase function (n,)
         float64, of integral 1 over the sphere; 1 is straight on. None where nothing is scattered. [sr-1]
+
+    Examples
+    --------
+    >>> haze = sky.Constituent(
+    ...     name="haze",
+    ...     number_density=lambda altitude_m: 1e8 * np.exp(-altitude_m / 1200.0),
+    ...     kink_altitude_m=np.empty(0),
+    ...     scattering_m2=np.array([1e-12]),
+    ...     absorption_m2=np.array([1e-13]),
+    ...     phase_function=lambda mu, row: sky.henyey_greenstein.pdf_sr(1 - mu, 0.7),
+    ... )
+    >>> print(haze.number_density(np.array([0.0, 1200.0])).round(-5))
+    [1.00e+08 3.68e+07]
     """
 
     name: str
@@ -68,6 +81,21 @@ class Medium:
     least_line_points, least_angles : int
         Points along a line that order 1 has at least, and directions on the sphere that `sos` has at least;
         accuracy does not need them. [0 or more]
+
+    Examples
+    --------
+    >>> vacuum = sky.Medium(
+    ...     earth_radius_m=6.371e6,
+    ...     top_m=1e5,
+    ...     wavelength_nm=np.array([550.0]),
+    ...     constituents=(),
+    ...     n_orders=1,
+    ...     ground_albedo=np.array([0.06]),
+    ...     toa_irradiance=np.array([1.88]),
+    ...     sun_angular_radius_deg=0.2665,
+    ... )
+    >>> vacuum.wavelength_nm
+    array([550.])
     """
 
     earth_radius_m: float
@@ -391,6 +419,13 @@ def rayleigh_cross_section(
     -----
     Accuracy: 2e-15 relative for the given float64 numbers, also where n - 1 is tiny; n itself is commonly known
     to 1e-8, which is 4e-5 of n - 1 and so 7e-5 of sigma for air.
+
+    Examples
+    --------
+    >>> print(
+    ...     f"{sky.rayleigh_cross_section(1.000278, 288.15, 101325.0, wavelength_nm=550.0):.3e}"
+    ... )
+    4.307e-31
     """
     n = _in_range("the refractive index", refractive_index, 1.0, 2.0)
     temperature = _in_range("the temperature", temperature_k, np.nextafter(0.0, 1.0), 1e9)

@@ -73,6 +73,12 @@ class AtmosphereSky(Share):
     directions between the nodes (2e-8 for a sun above 10 degrees); patch means are good to `patch_change`, 1e-5,
     1e-3 in twilight.
     The solver's own error is `patch_error`.
+
+    Examples
+    --------
+    >>> clear = sky.read_scene("inputs/atmosphere_sky", iterations=1000)
+    >>> [component.name for component in clear.components]
+    ['direct', 'atmosphere']
     """
 
     medium: Medium

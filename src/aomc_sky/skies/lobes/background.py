@@ -32,6 +32,13 @@ class BackgroundSky:
         Spectral irradiance integrated over the whole sphere. [W m-2 nm-1, >= 0]
     utc_offset_h : float
         Local time less UTC, for the midnight of repeating animations. [h]
+
+    Examples
+    --------
+    >>> town = sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
+    >>> sky.write_background("town.h5", sky.background_of_lobes({"town": town}, [550.0]))
+    >>> sorted(sky.read_background("town.h5").animations)
+    ['town']
     """
 
     animations: Mapping[str, LobeAnimation]
@@ -126,6 +133,14 @@ def background_at(
         Local time less UTC, for the midnight of repeating animations. [h] Left out: that of each sky.
     interpolation : {"crossfade", "slerp"} or Interpolation
         How lobes go from one key to the next.
+
+    Examples
+    --------
+    >>> town = sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
+    >>> sky.write_background("town.h5", sky.background_of_lobes({"town": town}, [550.0]))
+    >>> at_noon = sky.background_at(sky.read_background("town.h5"), unix_time_s=43200.0)
+    >>> [lobe.name for lobe in at_noon.lobes]
+    ['town']
     """
     try:
         how = Interpolation(interpolation)

@@ -33,6 +33,13 @@ def mass_above_horizon(
     weighting : {"plain", "projected"}
         Integral of the density, or of the density times the cosine of the zenith angle: the share of the lobe's light
         that a horizontal plane receives.
+
+    Examples
+    --------
+    >>> print(
+    ...     sky.lobes.mass_above_horizon("ggx", 0.3, 0.3, [1.0, 0.0, 0.0, 0.0])
+    ... )  # all of a lobe that points up
+    1.0
     """
     if weighting not in ("plain", "projected"):
         raise UsageError(f"weighting is 'plain' or 'projected', not {weighting!r}")

@@ -77,6 +77,13 @@ def pdf(kind: str, param0: ArrayLike, param1: ArrayLike, m: ArrayLike) -> np.nda
         g of "hg" [0 <= g < 1] and nothing, else the roughness alpha_x and alpha_y. [> 0]
     m : array_like, shape (..., 3)
         Directions of any length but 0; the leading axes broadcast with the parameters.
+
+    Examples
+    --------
+    >>> print(
+    ...     f"{sky.lobes.pdf('hg', 0.0, 0.0, [0.0, 0.0, 1.0]):.6f}"
+    ... )  # g = 0 is isotropic: 1 / (4 pi)
+    0.079577
     """
     first, second = checked(kind, param0, param1)
     vector = _scaled_direction(m)
@@ -124,6 +131,11 @@ def sample(kind: str, param0: ArrayLike, param1: ArrayLike, u: ArrayLike, v: Arr
     u, v : array_like
         Uniform numbers: u the probability of a smaller mu ("hg") or of a smaller stretched radius (else), v the azimuth
         as a share of a turn. [0 to 1]
+
+    Examples
+    --------
+    >>> print(sky.lobes.sample("ggx", 0.3, 0.3, [0.0], [0.0]))  # the axis itself
+    [[0. 0. 1.]]
     """
     first, second = checked(kind, param0, param1)
     radial, azimuth = real(u), real(v)
@@ -174,6 +186,13 @@ def rotation_matrix(quaternion: ArrayLike) -> np.ndarray:
 
     The quaternion (w, x, y, z) may have any length but 0. Each element is within 4 ulp of itself for the components as
     given, for they are divided by the squared length once.
+
+    Examples
+    --------
+    >>> print(sky.lobes.rotation_matrix([1.0, 0.0, 0.0, 0.0]))
+    [[1. 0. 0.]
+     [0. 1. 0.]
+     [0. 0. 1.]]
     """
     w, x, y, z = np.moveaxis(_scaled_quaternion(quaternion), -1, 0)
     rows = (
@@ -208,12 +227,26 @@ def vertical_in_local(quaternion: ArrayLike) -> np.ndarray:
 
 
 def to_world(quaternion: ArrayLike, local: ArrayLike) -> np.ndarray:
-    """Turn local directions (..., 3) into the world frame (x east, y north, z up)."""
+    """Turn local directions (..., 3) into the world frame (x east, y north, z up).
+
+    Examples
+    --------
+    >>> quarter_turn_about_z = [np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]
+    >>> print(sky.lobes.to_world(quarter_turn_about_z, [1.0, 0.0, 0.0]).round(12) + 0.0)
+    [0. 1. 0.]
+    """
     return _turned(rotation_matrix(quaternion), local)
 
 
 def to_local(quaternion: ArrayLike, world: ArrayLike) -> np.ndarray:
-    """Turn world directions (..., 3) into the local frame of a lobe: the inverse of `to_world`."""
+    """Turn world directions (..., 3) into the local frame of a lobe: the inverse of `to_world`.
+
+    Examples
+    --------
+    >>> quarter_turn_about_z = [np.sqrt(0.5), 0.0, 0.0, np.sqrt(0.5)]
+    >>> print(sky.lobes.to_local(quarter_turn_about_z, [0.0, 1.0, 0.0]).round(12) + 0.0)
+    [1. 0. 0.]
+    """
     return _turned(np.swapaxes(rotation_matrix(quaternion), -1, -2), world)
 
 

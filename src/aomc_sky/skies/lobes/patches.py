@@ -46,6 +46,14 @@ def patch_mass(
         The patches; one without extent has no mass.
     weighting : {"plain", "projected"}
         Integral of the density, or of the density times the cosine of the zenith angle.
+
+    Examples
+    --------
+    >>> grid = sky.PatchGrid(
+    ...     zenith_bounds_deg=[[0.0, 45.0], [45.0, 90.0]], azimuth_bounds_deg=[[0.0, 360.0]]
+    ... )
+    >>> print(sky.lobes.patch_mass("hg", 0.8, 0.0, [1.0, 0.0, 0.0, 0.0], grid).round(6))
+    [0.809513 0.139792]
     """
     if weighting not in ("plain", "projected"):
         raise UsageError(f"weighting is 'plain' or 'projected', not {weighting!r}")

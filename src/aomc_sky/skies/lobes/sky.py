@@ -43,6 +43,20 @@ class WeightedLobe:
         Wavelengths of the spectrum, rising. [nm]
     spectrum : ndarray, float64, shape (n_wavelength,)
         Spectral irradiance integrated over the whole sphere. [W m-2 nm-1, >= 0]
+
+    Examples
+    --------
+    >>> glow = sky.WeightedLobe(
+    ...     name="glow",
+    ...     kind="ggx",
+    ...     param0=0.3,
+    ...     param1=0.3,
+    ...     quaternion=np.array([1.0, 0.0, 0.0, 0.0]),
+    ...     wavelength_nm=np.array([440.0, 550.0]),
+    ...     spectrum=np.array([1e-8, 2e-8]),
+    ... )
+    >>> sky.LobeSky(lobes=(glow,)).lobes[0].name
+    'glow'
     """
 
     name: str
@@ -84,6 +98,22 @@ class LobeSky(Share):
         The lobes; their light adds. No lobe: a black sky.
     strength, irradiance_W_m2_nm : array_like, optional
         Instead of its own irradiance, as for `UniformSky`. [>= 0]
+
+    Examples
+    --------
+    >>> town = sky.WeightedLobe(
+    ...     name="town",
+    ...     kind="hg",
+    ...     param0=0.8,
+    ...     param1=0.0,
+    ...     quaternion=np.array([1.0, 0.0, 0.0, 0.0]),
+    ...     wavelength_nm=np.array([550.0]),
+    ...     spectrum=np.array([1e-8]),
+    ... )
+    >>> sky.Scene(
+    ...     wavebands=[550.0], n_photons=1000, components=sky.LobeSky(lobes=(town,))
+    ... ).source().total
+    1000
     """
 
     lobes: tuple[WeightedLobe, ...]

@@ -47,6 +47,11 @@ def sky_clearness(dni: ArrayLike, dhi: ArrayLike, sun_zenith_rad: ArrayLike) -> 
         Direct normal and diffuse horizontal irradiance. [W m-2, 0 or more; -5 to 0 counts as 0]
     sun_zenith_rad : array_like
         Zenith angle of the sun. [rad, 0 to pi/2]
+
+    Examples
+    --------
+    >>> print(sky.perez.sky_clearness(850.0, 95.0, np.radians(32.4)).round(2))
+    8.53
     """
     direct, diffuse = np.broadcast_arrays(checked_irradiance("dni", dni), checked_irradiance("dhi", dhi))
     zenith = checked_sun(sun_zenith_rad)
@@ -65,6 +70,11 @@ def relative_air_mass(sun_zenith_rad: ArrayLike, *, formula: str = "kasten-young
         Zenith angle of the sun. [rad, 0 to below 96.08 or 93.885 degrees, where the formula ends]
     formula : {"kasten-young-1989", "kasten-1966"}
         The paper takes the first [kasten1989]. gendaylit takes the second, 0.15 (93.885 - Z)^-1.253.
+
+    Examples
+    --------
+    >>> print(sky.perez.relative_air_mass(np.radians([0.0, 60.0, 90.0])).round(3))
+    [ 1.     1.994 37.92 ]
     """
     if formula not in _AIR_MASS:
         raise UsageError(f"air_mass must be one of {', '.join(map(repr, _AIR_MASS))}, got {formula!r}")
@@ -97,6 +107,11 @@ def sky_brightness(
         Irradiance on a plane that faces the sun outside the atmosphere, on that day. [W m-2]
     air_mass : {"kasten-young-1989", "kasten-1966"}
         Formula of the air mass.
+
+    Examples
+    --------
+    >>> print(sky.perez.sky_brightness(95.0, np.radians(32.4)).round(5))
+    0.08261
     """
     extraterrestrial = checked_extraterrestrial(extraterrestrial_normal)
     mass = relative_air_mass(checked_sun(sun_zenith_rad), formula=air_mass)
@@ -115,6 +130,11 @@ def diffuse_from_global(ghi: ArrayLike, dni: ArrayLike, sun_zenith_rad: ArrayLik
         Global horizontal and direct normal irradiance. [W m-2, 0 or more; -5 to 0 counts as 0]
     sun_zenith_rad : array_like
         Zenith angle of the sun. [rad, 0 to pi/2]
+
+    Examples
+    --------
+    >>> print(sky.perez.diffuse_from_global(780.0, 850.0, np.radians(40.0)).round(2))
+    128.86
     """
     return closed_irradiances(ghi=ghi, dni=dni, sun_zenith_deg=np.rad2deg(checked_sun(sun_zenith_rad)))[1]
 
@@ -141,6 +161,11 @@ def direct_from_global(
         Zenith angle of the sun. [rad, 0 to below pi/2]
     extraterrestrial_normal : array_like
         Irradiance on a plane that faces the sun outside the atmosphere, on that day. [W m-2]
+
+    Examples
+    --------
+    >>> print(sky.perez.direct_from_global(780.0, 140.0, np.radians(40.0)).round(2))
+    835.46
     """
     return closed_irradiances(
         ghi=ghi,
@@ -151,7 +176,13 @@ def direct_from_global(
 
 
 def epsilon_bin(epsilon: ArrayLike) -> np.ndarray:
-    """Row of Table 1 for a sky clearness, 0 to 7. A lower edge belongs to its bin, values below 1 to the first."""
+    """Row of Table 1 for a sky clearness, 0 to 7. A lower edge belongs to its bin, values below 1 to the first.
+
+    Examples
+    --------
+    >>> print(sky.perez.epsilon_bin([1.0, 1.065, 7.0]))
+    [0 1 7]
+    """
     clearness = np.asarray(epsilon, dtype=np.float64)
     if np.any(np.isnan(clearness)):
         raise SceneError("a sky clearness that is not a number has no bin")
@@ -170,6 +201,12 @@ def limited(epsilon: ArrayLike, delta: ArrayLike, *, limits: str = "radiance") -
     limits : {"radiance", "paper"}
         "radiance" is the published practice: epsilon to [1, 12.01], Delta to [0.01, 0.6], and Delta at least 0.2 where
         1.065 <= epsilon < 2.8. "paper" changes nothing.
+
+    Examples
+    --------
+    >>> epsilon, delta = sky.perez.limited(20.0, 0.005)
+    >>> print(epsilon, delta)
+    12.01 0.01
     """
     if limits not in LIMITS:
         raise UsageError(f"limits must be one of {', '.join(map(repr, LIMITS))}, got {limits!r}")
@@ -206,6 +243,11 @@ def coefficients(
         Zenith angle of the sun. [rad, 0 to pi/2]
     limits : {"radiance", "paper"}
         See `limited`.
+
+    Examples
+    --------
+    >>> print(sky.perez.coefficients(5.5, 0.12, np.radians(48.0)).round(4))
+    [-0.9735 -0.2187 14.7685 -3.9062  0.5826]
     """
     clearness, brightness = limited(epsilon, delta, limits=limits)
     clearness, brightness, zenith = np.broadcast_arrays(clearness, brightness, checked_sun(sun_zenith_rad))

@@ -64,6 +64,15 @@ def relative_radiance(
         Zenith angle of the sun. [rad, 0 to pi/2]
     coefficients : array_like, shape (..., 5)
         a, b, c, d, e; the leading axes broadcast with the angles.
+
+    Examples
+    --------
+    >>> coefficients = sky.perez.coefficients(5.5, 0.12, np.radians(48.0))
+    >>> towards_the_sun, opposite = sky.perez.relative_radiance(
+    ...     np.radians(48.0), [0.0, np.pi], np.radians(48.0), coefficients
+    ... )
+    >>> print(f"{towards_the_sun / opposite:.2f}")
+    15.91
     """
     a, x, c, y, rest = _factors(sky_zenith_rad, azimuth_from_sun_rad, sun_zenith_rad, coefficients)
     with np.errstate(over="ignore", invalid="ignore"):
@@ -80,6 +89,14 @@ def relative_radiance_log(
     """Sign and natural logarithm of the magnitude of f, for b > 0, where f itself may overflow.
 
     Arguments as for `relative_radiance`. The logarithm is -inf where f = 0, and inf only at the horizon itself.
+
+    Examples
+    --------
+    >>> sign, log_magnitude = sky.perez.relative_radiance_log(
+    ...     1.57, 0.0, 0.8, [1.0, 5.0, 0.0, 0.0, 0.0]
+    ... )
+    >>> print(sign, log_magnitude.round(2))
+    1.0 6278.83
     """
     with np.errstate(over="ignore", invalid="ignore"):
         return _sign_and_log(*_factors(sky_zenith_rad, azimuth_from_sun_rad, sun_zenith_rad, coefficients))
@@ -151,6 +168,15 @@ def luminance(
         Lvz; one of the two must be given. [cd m-2]
     diffuse_illuminance : array_like, optional
         Evd. [lx; W m-2 gives a radiance in W m-2 sr-1]
+
+    Examples
+    --------
+    >>> coefficients = sky.perez.coefficients(5.5, 0.12, np.radians(48.0))
+    >>> overhead = sky.perez.luminance(
+    ...     0.0, 0.0, np.radians(48.0), coefficients, diffuse_illuminance=12_000.0
+    ... )
+    >>> print(overhead.round(1))
+    2085.9
     """
     relative = relative_radiance(sky_zenith_rad, azimuth_from_sun_rad, sun_zenith_rad, coefficients)
     if (zenith_luminance is None) == (diffuse_illuminance is None):
@@ -177,6 +203,12 @@ def horizontal_integral(coefficients: ArrayLike, sun_zenith_rad: ArrayLike) -> n
         a, b, c, d, e with b <= 0; the leading axes broadcast with the sun.
     sun_zenith_rad : array_like
         Zenith angle of the sun. [rad, 0 to pi/2]
+
+    Examples
+    --------
+    >>> coefficients = sky.perez.coefficients(5.5, 0.12, np.radians(48.0))
+    >>> print(sky.perez.horizontal_integral(coefficients, np.radians(48.0)).round(4))
+    2.2812
     """
     values = np.asarray(coefficients, dtype=np.float64)
     zenith = checked_sun(sun_zenith_rad)

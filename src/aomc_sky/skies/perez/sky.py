@@ -77,6 +77,17 @@ class PerezSky(Share):
         the sun gives outside the atmosphere, or no part of the sky shines.
     UsageError
         Not exactly one set of inputs is given, or a choice is unknown.
+
+    Examples
+    --------
+    >>> model = sky.PerezSky(
+    ...     sun_zenith_deg=40.0, sun_azimuth_deg=180.0, dni=850.0, dhi=95.0
+    ... )
+    >>> print(f"{model.clearness:.2f}")
+    7.61
+    >>> scene = sky.Scene(wavebands=[550.0], n_photons=1000, components=model)
+    >>> scene.source().total
+    1000
     """
 
     sun_zenith_rad: float = None  # type: ignore[assignment]

@@ -83,6 +83,12 @@ def sun_position(
     -----
     Accuracy: the angles are those of the algorithm of Reda and Andreas (2004), uncertainty 0.0003 degrees, as pvlib
     has it, for air of 12 degrees C; the irradiance is 1361.1 W m-2 times the distance factor of Spencer (1971).
+
+    Examples
+    --------
+    >>> sun = sky.sun_position("2026-06-21T12:00Z", latitude_deg=54.0, longitude_deg=8.0)
+    >>> print(f"{sun.apparent_zenith_deg:.1f} {sun.azimuth_deg:.1f}")
+    31.1 256.5
     """
     moments = utc(time) if isinstance(time, (str, datetime.datetime)) else time
     times = np.asarray(moments, dtype="datetime64[s]")

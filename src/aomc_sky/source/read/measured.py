@@ -68,6 +68,24 @@ def read_radiance_csv(
     InputFileError
         Every problem of the file: E651 for names, units and conventions, E652 for a row that cannot be read, E653 for a
         number outside its range, E654 for too few radiances.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> rows = [
+    ...     "zenith_deg,azimuth_deg,radiance",
+    ...     "0,0,0.3",
+    ...     "45,0,0.25",
+    ...     "45,120,0.25",
+    ...     "45,240,0.25",
+    ...     "80,60,0.2",
+    ... ]
+    >>> _ = Path("measured.csv").write_text(chr(10).join(rows))
+    >>> field = sky.read_radiance_csv(
+    ...     "measured.csv", azimuth_convention="north_clockwise", radiance_unit="relative"
+    ... )
+    >>> print(field.radiance(0.0, 0.0, 550.0).round(3))
+    0.3
     """
     points = read_radiance_points(
         os.fspath(path),

@@ -113,6 +113,12 @@ def read_scene(
         The files describe a scene that cannot be sampled.
     UsageError
         Options that contradict each other or the files.
+
+    Examples
+    --------
+    >>> scene = sky.read_scene("inputs/clear_day", iterations=1000)
+    >>> print(scene.wavebands.wavelength_nm)
+    [440. 550. 670.]
     """
     _check_choices(sky=sky, bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
     given = None

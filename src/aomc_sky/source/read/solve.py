@@ -108,6 +108,20 @@ def solve_atmosphere(
     Notes
     -----
     Accuracy and cost: docs/models/atmosphere.md; `result.standard_error` estimates the error in every direction.
+
+    Examples
+    --------
+    >>> solved = sky.solve_atmosphere(
+    ...     "inputs/atmosphere/molecules_only.atmo",
+    ...     wavelength_nm=[400.0, 700.0],
+    ...     sun_zenith_deg=30.0,
+    ...     sky_zenith_deg=[0.0],
+    ...     azimuth_from_sun_deg=[0.0],
+    ...     method="order1",
+    ... )
+    >>> blue, red = solved.radiance[:, 0, 0]
+    >>> bool(blue > 4 * red)
+    True
     """
     sun_deg = given_angle("sun_zenith_deg", sun_zenith_deg, sun_zenith_rad)
     zenith_deg = given_angle("sky_zenith_deg", sky_zenith_deg, sky_zenith_rad)

@@ -68,6 +68,12 @@ def read_atmo(path: str | Path, *, allow_paths: Sequence[str | Path] = ()) -> At
         Every problem of the file and of its tables.
     OutputError
         The operating system refuses.
+
+    Examples
+    --------
+    >>> air = sky.read_atmo("inputs/atmosphere/molecules_only.atmo")
+    >>> [scatterer.name for scatterer in air.scatterers]
+    ['air']
     """
     text = read_bytes(path, most_bytes=MAX_BYTES, code="E401").decode("utf-8", "surrogateescape")
     lines = [line.removesuffix("\r") for line in text.split("\n")]

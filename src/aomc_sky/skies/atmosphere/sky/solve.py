@@ -297,6 +297,19 @@ class AtmosphereResult:
     under_sampled : ndarray, bool, shape (n_wl, n_zenith, n_azimuth), or None
         Of "mc": where hardly any path reaches the air that the sun lights, and the error may be larger than stated; see
         `aomc_sky.skies.atmosphere.backward.solve_paths`. None where no path was followed for the sun's light.
+
+    Examples
+    --------
+    >>> solved = sky.solve_atmosphere(
+    ...     "inputs/atmosphere/molecules_only.atmo",
+    ...     wavelength_nm=[550.0],
+    ...     sun_zenith_deg=30.0,
+    ...     sky_zenith_deg=[0.0, 45.0],
+    ...     azimuth_from_sun_deg=[90.0],
+    ...     method="order1",
+    ... )
+    >>> solved.radiance.shape, solved.method
+    ((1, 2, 1), 'order1')
     """
 
     wavelength_nm: np.ndarray

@@ -134,6 +134,14 @@ class SkyLobe:
         Multiplies the spectrum. [>= 0]
     time_days : float
         Time of this key since the reference of its animation. [d]
+
+    Examples
+    --------
+    >>> town = sky.SkyLobe(
+    ...     kind="hg", width=0.8, zenith_deg=85.0, azimuth_deg=30.0, spectrum=[1e-8, 2e-8]
+    ... )
+    >>> sky.background_of_lobes({"town": town}, [440.0, 550.0]).wavelength_nm
+    array([440., 550.])
     """
 
     kind: str
@@ -181,6 +189,13 @@ def background_of_lobes(
         The reference time of "absolute". [s since 1970-01-01 UTC]
     name, author, description, organization : str
         Texts for persons.
+
+    Examples
+    --------
+    >>> town = sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
+    >>> background = sky.background_of_lobes({"town": town}, [550.0])
+    >>> print(background.wavelength_nm)
+    [550.]
     """
     if reference not in _REFERENCES:
         raise UsageError(f"reference is one of {', '.join(map(repr, _REFERENCES))}, not {reference!r}")

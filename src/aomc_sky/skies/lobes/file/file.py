@@ -83,6 +83,15 @@ def read_background_file(path: str | Path) -> BackgroundFile:
     -------
     BackgroundFile
         Wavelengths in nm and curves in W m-2 nm-1, from micrometres and W cm-2 um-1 in the file.
+
+    Examples
+    --------
+    >>> town = sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
+    >>> sky.write_background(
+    ...     "town.h5", sky.background_of_lobes({"town": town}, [550.0], name="A town")
+    ... )
+    >>> sky.read_background_file("town.h5").info.name
+    'A town'
     """
     report = Report(path=str(path))
     members = read_members(path, MEMBERS, report, extra=EXTRA, informing=INFORMING)
@@ -387,6 +396,11 @@ def write_background(path: str | Path, background: BackgroundFile) -> None:
         The file; its folder must exist.
     background : BackgroundFile
         Content in our units; it is stored in the widths of the format, float32 and uint32.
+
+    Examples
+    --------
+    >>> town = sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
+    >>> sky.write_background("town.h5", sky.background_of_lobes({"town": town}, [550.0]))
     """
     report = Report(path=str(path))
     check_storable(background, report)

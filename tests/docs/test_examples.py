@@ -1,0 +1,46 @@
+"""Examples of public names, as `help` and the site show them, are run and print what they say."""
+
+from __future__ import annotations
+
+import doctest
+import inspect
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import aomc_sky
+from tests.support.public_names import public_names
+from tests.support.shared import INPUTS
+
+WITHOUT = {"PluginError"}  # it takes another package
+EXTRA = {"h5py": r"write_background|read_background", "mcpl": "read_mcpl", "pvlib": "sun_position"}
+EXTRA |= {"xarray": "to_xarray", "matplotlib": r"sky\.plot"}
+FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+
+
+def examples(name: str) -> doctest.DocTest:
+    value = aomc_sky
+    for part in name.split("."):
+        value = getattr(value, part)
+    names = {"np": np, "sky": aomc_sky}  # as the pages of the site say
+    return doctest.DocTestParser().get_doctest(inspect.getdoc(value) or "", names, name, None, None)
+
+
+def needs(test: doctest.DocTest) -> list[str]:
+    """Libraries that an example takes besides those of the package."""
+    text = "".join(example.source for example in test.examples)
+    return [library for library, words in EXTRA.items() if re.search(words, text)]
+
+
+@pytest.mark.parametrize("name", sorted(set(public_names()) - WITHOUT))
+def test_example_prints_what_it_says(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    test = examples(name)
+    assert test.examples, "a public name shows how it is used"
+    for library in needs(test):
+        pytest.importorskip(library)
+    (tmp_path / "inputs").symlink_to(INPUTS)
+    monkeypatch.chdir(tmp_path)
+    said: list[str] = []
+    assert doctest.DocTestRunner(optionflags=FLAGS).run(test, out=said.append).failed == 0, "".join(said)
