@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import io
 import logging
 import threading
@@ -9,6 +10,7 @@ import time
 
 import numpy as np
 import pytest
+import tqdm.auto
 
 import aomc_sky as sky
 from aomc_sky import progress
@@ -156,6 +158,8 @@ def test_python_shows_it_too(monkeypatch, tmp_path):
     stream = Terminal()
     monkeypatch.setattr(progress, "_stream", lambda: stream)
     monkeypatch.setattr(progress, "_PATIENCE_S", 0.001)
+    # tqdm draws every 0.1 s, and a fast machine needs less for the whole run
+    monkeypatch.setattr(tqdm.auto, "tqdm", functools.partial(tqdm.auto.tqdm, mininterval=0.0))
     scene = sky.Scene(wavebands=[500], n_photons=6_000_000, components=sky.UniformSky())
     sky.write_run(scene, tmp_path / "shown")
     assert "/6.00M [" in stream.getvalue()
