@@ -115,7 +115,10 @@ class FunctionSky(Share):
         return np.array([self._of(nm).variation for nm in _wavelengths(wavelength_nm)])
 
     def quadrature_error(self, wavelength_nm: ArrayLike) -> np.ndarray:
-        """Estimated error of all masses together as a share of their sum, shape (n_wl,)."""
+        """Estimated error of all masses together as a share of their sum, shape (n_wl,).
+
+        It is too small where the function jumps: of 200 discs, 0.2 to 0.5 degrees wide, the light was right to 0.9 %.
+        """
         return np.array([self._of(nm).error for nm in _wavelengths(wavelength_nm)])
 
     @in_default_mode
@@ -147,7 +150,7 @@ class FunctionSky(Share):
                 "of the photons (total variation), FunctionSky.refined finds a finer grid"
             )
         if error > TOLERANCE:
-            text += f"; the masses are known to {error:.1g} of their sum"
+            text += f"; the estimated error of the masses is {error:.1g} of their sum, and more where the function jumps"
         return (text,)
 
     @property
