@@ -1,4 +1,4 @@
-"""What a sky hands to the sampler: laws by name, and arrays; and what a law answers. No sky, no file, no generator."""
+"""The input of the sampler: components with their laws and arrays. It knows no sky, no file and no generator."""
 
 from __future__ import annotations
 
@@ -228,7 +228,7 @@ class Component:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CellLaw:
-    """What a law answers besides directions; a function that is None, or an empty text, does not concern it."""
+    """The facts about a law besides its directions; None or an empty text means that the law has no such fact."""
 
     #: Mean of mu and of 1 / mu over each cell of a component, (n_cell,) each; of its first row.
     moments: Callable[[Component], tuple[np.ndarray, np.ndarray]]
@@ -241,8 +241,8 @@ class CellLaw:
     flux: Callable[[Component, np.ndarray, np.ndarray], np.ndarray] | None = None
     #: Share of the flux in each patch of a whole hemisphere, where one cell without centre covers the sky.
     shares: Callable[[Component, PatchGrid], np.ndarray] | None = None
-    #: Of a component: function of irradiance on a horizontal plane, zenith angle and azimuth [rad] that gives the
-    #: radiance, where the law is not constant in patches; it can be pickled.
+    #: Gives a function for a component: the radiance at (irradiance on a horizontal plane, zenith angle, azimuth)
+    #: [rad], where the law is not constant in patches. The function can be pickled.
     radiance: Callable[[Component], Callable[[float, np.ndarray, np.ndarray], np.ndarray]] | None = None
     #: Smallest angle over which the light of such a cell changes. [rad]
     width_rad: Callable[[Component], float] = lambda component: math.inf
@@ -253,8 +253,8 @@ class CellLaw:
     is_beam: bool = False  #: Whether the light comes from one direction or a disc.
     needs_patches: bool = False  #: Whether a component must have a grid.
     has_slopes: bool = False  #: Whether it has `Component.slope`.
-    instead: str = ""  #: What others can have, where a scene can have one component of the law.
-    leave_out: str = ""  #: How a person takes it out of a scene for a program that does not know it.
+    instead: str = ""  #: Advice for further components, where a scene can have one component of the law.
+    leave_out: str = ""  #: How to take the component out of a scene, for a program that does not know its law.
     #: Shapes of `Component.shared` and `bounds`, from the numbers of cells and of rows of `bounds`.
     tables: Callable[[int, int], tuple[tuple[int, ...], tuple[int, ...]]] | None = None
     #: The member of a plan that no kernel may read by, what was found there, and what is allowed; from the cells
@@ -263,9 +263,9 @@ class CellLaw:
 
     #: The common law by which photons start, where a rejection follows.
     starts_as: Law | None = None
-    #: What the emission calls beside its own text: "rejection", "queue" or nothing.
+    #: Hook that the emission calls: "rejection", "queue" or none.
     hook: str = ""
-    #: What that reads, from the arrays of a plan: an object with `of_slots(slots)`.
+    #: Makes the tables of the hook from the arrays of a plan: an object with `of_slots(slots)`.
     hook_tables: Callable[[dict[str, np.ndarray]], Any] | None = None
 
     @property

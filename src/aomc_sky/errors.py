@@ -218,10 +218,10 @@ class InputFileError(AomcSkyError):
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """Some characters of one line of a file; width 1 where nothing stands."""
+    """Some characters of one line of a file; width 1 at an empty position."""
 
     line: int  #: [1-based]
-    column: int  #: Of the first character. [1-based]
+    column: int  #: Column of the first character. [1-based]
     text: str  #: The whole line
     width: int = 1  #: Characters. [1 or more]
 
@@ -232,7 +232,7 @@ class Span:
     def problem(
         self, path: str, code: str, message: str, *, field: str = "", advice: str = "", is_error: bool = True
     ) -> Problem:
-        """A problem that stands here, in the file of this path."""
+        """A problem at this position of the file."""
         return Problem(
             path=path,
             line=self.line,
@@ -248,16 +248,16 @@ class Span:
 
 
 NOWHERE = Span(0, 0, "")
-"""Of a problem of a file as a whole."""
+"""The position of a problem that concerns the file as a whole."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SourceText:
-    """Some whole lines of a text file, as they stand there."""
+    """Some complete lines of a text file, unchanged."""
 
     text: str  #: The lines, joined by a line feed
     path: str  #: The file as the user named it
-    line: int  #: Line of the file that the first line of `text` is. [1-based]
+    line: int  #: Line number of the first line of `text` in the file. [1-based]
 
     def problem(self, offset: int, code: str, field: str, message: str, advice: str = "", width: int = 1) -> Problem:
         """Return a problem that stands at a character of the text; the end of the text is allowed."""

@@ -41,7 +41,7 @@ def test_the_sky_alone(tmp_path: Path, words: tuple[str, ...], mean_cosine: floa
         (("--sky", "none"), "--sky none needs a scene of files"),
         (("--sky", "overcast", "--ghi", "300", "--dhi", "200", "--sun-zenith", "40"), "is the sky alone"),
         (("--sky", "uniform", "--sky-option", "a=1"), "has no options"),
-        (("--sky-option", "a=1", "--ghi", "300", "--dhi", "200", "--sun-zenith", "40"), "name its sky with --sky"),
+        (("--sky-option", "a=1", "--ghi", "300", "--dhi", "200", "--sun-zenith", "40"), "is for a sky of another name"),
         (("--sky", "overcast", "--bins", "degrees"), "--bins is for a scene of files"),
     ],
 )

@@ -150,7 +150,7 @@ class FunctionSky(Share):
                 "of the photons (total variation), FunctionSky.refined finds a finer grid"
             )
         if error > TOLERANCE:
-            text += f"; the estimated error of the masses is {error:.1g} of their sum, and more where the function jumps"
+            text += f"; the estimated error of the masses is {error:.1g} of their sum, and more at jumps"
         return (text,)
 
     @property

@@ -17,7 +17,7 @@ from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.formats.sky_toml.keys import SPECTRL2, PerezSection
 from aomc_sky.grid import PatchGrid
-from aomc_sky.inputs import PEREZ
+from aomc_sky.inputs import MODEL, PEREZ
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
 from aomc_sky.skies.model import sky_model
 from aomc_sky.skies.perez.irradiances import EXTRATERRESTRIAL_NORMAL
@@ -185,7 +185,7 @@ def scene_of_weather(
     if np.any(rows < 1):
         sky, limited = perez_sky(given.model, inputs, sun, grid)
         components += scaled(sky.lower(rows), 1.0 - rows)
-        shown = {name: getattr(sky, name) for name in ("limits", "air_mass", "extraterrestrial_normal", "dni", "dhi")}
+        shown = {name: getattr(sky, name) for name in (*MODEL, "dni", "dhi")}
         shown |= {**sky_options(sky), "limited": limited}
     absolute = None
     if irradiance is not None:

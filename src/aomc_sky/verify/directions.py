@@ -29,15 +29,15 @@ LENGTH_TOLERANCE = 1e-5
 """How far the square of a direction's length may be from 1, as libmcpl has it."""
 
 _ZENITH_DEG = 1e-3
-"""So near to the zenith an azimuth says nothing, and counts as 0."""
+"""Nearer to the zenith than this the azimuth means nothing and counts as 0."""
 
 
 _LEAST_VARIANCE = 1e-9
-"""Of weights, over the square of their mean: below it they count as equal."""
+"""Weights with a smaller relative variance count as equal."""
 
 
 class Tied(enum.Enum):
-    """How photons are tied together, which settles the tests."""
+    """How photons depend on each other; the tests follow from it."""
 
     PLAN = "plan"  #: ours: the plan fixes how many come from each cell
     INDEPENDENT = "iid"  #: every photon is a draw of its own
@@ -103,14 +103,14 @@ class DirectionTests:
 
     @property
     def notes(self) -> list[str]:
-        """What is not tested."""
+        """Reasons for tests that are left out."""
         notes = [] if self._interior else [f"positions inside patches were not tested: {self._why_no_interior}"]
         if isinstance(self._repeats, str):
             notes.append(f"repeated photons were not looked for: {self._repeats}")
         return notes
 
     def _shares(self, band: int) -> ZoneShares:
-        """How the cells of a band spread over the zones."""
+        """The shares of the cells of a band in the zones."""
         key = band if self._source.bands_differ_inside_cells else 0
         if key not in self._kept_shares:
             self._kept_shares[key] = zone_shares(self._source, self.zones, band)
@@ -278,7 +278,7 @@ class DirectionTests:
 
 
 def _exact_checks(counts: DirectionCounts, waveband: int) -> list[Check]:
-    """What every photon must pass."""
+    """The checks that every photon must pass."""
     checks = []
     for name, n_wrong, advice in (
         ("directions are unit vectors", counts.n_bad_length, ""),

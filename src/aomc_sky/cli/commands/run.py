@@ -147,7 +147,9 @@ def _scene_of_weather(arguments: argparse.Namespace) -> Scene:
 
         return scene_of_sky(arguments.sky, options, given, arguments.wavelengths, photons)
     for name in options:
-        raise UsageError(f"--sky-option {name}: name its sky with --sky")
+        raise UsageError(
+            f"--sky-option {name} is for a sky of another name, such as --sky cie; the Perez sky has options of its own"
+        )
     return scene_of_weather(given, arguments.wavelengths, photons, spectrum=given.perez.spectrum or "flat")
 
 
