@@ -2,7 +2,7 @@
 
     python bench/report.py [FILE] [--photons 1e3 1e5] [--replicates 4] [--turns 1]
 
-Writes FILE (default performance.md) and the same name with .png and .csv; takes a quarter of an hour. Exits with 1 when
+Writes FILE (default performance.md) and the same name with .png and .csv; takes a few minutes. Exits with 1 when
 a bar is missed; `python bench/check.py` measures the bars alone. The table under "Peers" is that of docs/accuracy.md;
 docs/figures/draw_readme.py draws the numbers.
 """
@@ -293,7 +293,7 @@ def main(argv: list[str] | None = None) -> int:
     options = parser.parse_args(argv)
     if not options.file.absolute().parent.is_dir():
         raise UsageError(f"the folder of {options.file} does not exist")
-    optional_module("matplotlib", extra="plot")  # not after a quarter of an hour
+    optional_module("matplotlib", extra="plot")  # not after all the measurements
     sizes = Sizes(
         skies=tuple(options.skies),
         photons=tuple(sorted(options.photons or Sizes().photons)),

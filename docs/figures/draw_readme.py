@@ -59,7 +59,7 @@ def draw_sky(*, paper: str, points: str) -> Figure:
 
 
 def draw_error(table: Path) -> Figure:
-    """Error of the planar irradiance against the time of a run, a line for each method, named where it ends."""
+    """Error of the mean cosine against the time of a run, a line for each method, named where it ends."""
     with table.open() as file:
         rows = [row for row in csv.DictReader(file) if row["sky"] == "clear-uniform" and row["method"] in LINES]
     figure = Figure(figsize=(5.6, 3.2), layout="constrained")
@@ -73,9 +73,9 @@ def draw_error(table: Path) -> Figure:
         if method == "default":
             _name_points(axes, time_ms, error, [int(row["n_photons"]) for row in own])
     axes.set(xscale="log", yscale="log", xlabel="processor time of one run, plan and photons [ms]")
-    axes.set_title("relative error of the irradiance, a clear sky", fontsize=10, loc="left")
-    axes.set(xlim=(2.6, 300.0), ylim=(8e-9, 2.0))
-    axes.xaxis.set_major_locator(FixedLocator([5, 10, 20, 50, 100]))
+    axes.set_title("relative error of the mean cosine, a clear sky", fontsize=10, loc="left")
+    axes.set(xlim=(1.3, 300.0), ylim=(8e-9, 2.0))
+    axes.xaxis.set_major_locator(FixedLocator([2, 5, 10, 20, 50, 100]))
     axes.xaxis.set_major_formatter("{x:g}")
     axes.yaxis.set_major_locator(LogLocator(base=100.0))
     for axis in (axes.xaxis, axes.yaxis):

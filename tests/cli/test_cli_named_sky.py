@@ -51,3 +51,20 @@ def test_what_does_not_fit(
     assert run(*words, "--out", tmp_path / "grey") == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "grey").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "is_noted"),
+    [
+        (["--iterations", "100"], True),
+        (["--iterations", "1e6"], False),
+        (["--iterations", "100", "--format", "none"], False),
+    ],
+)
+def test_a_rough_scalar_irradiance_is_noted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], is_noted: bool
+) -> None:
+    """Ed/Eo of the photons more than 1 % from the exact value."""
+    sky = ["run", "--sky", "uniform", "--wavelengths", "500", "--out", str(tmp_path / "out")]
+    assert main([*sky, *words]) == 0
+    assert ("near the horizon decide Ed/Eo" in capsys.readouterr().out) is is_noted

@@ -43,6 +43,10 @@ def finite_number(text: str) -> float:
         value = float(text)
     except ValueError:
         value = float("nan")
+        if "," in text:
+            raise argparse.ArgumentTypeError(
+                f"expected a finite number, got {text!r}; write several with blanks between them, decimals with a point"
+            ) from None
     if not abs(value) < float("inf"):
         raise argparse.ArgumentTypeError(f"expected a finite number, got {text!r}")
     return value

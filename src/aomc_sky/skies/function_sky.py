@@ -293,6 +293,8 @@ def as_sky_model(given: Any) -> Any:
     """A model that can be lowered: itself, or a `FunctionSky` of what has a radiance alone or is a function."""
     if isinstance(given, str):
         return _model_of_name(given)
+    if isinstance(given, type):
+        raise SceneError(f"a scene takes a sky, not its class: write {given.__name__}(...)")
     if hasattr(given, "lower"):
         return given
     function = getattr(given, "radiance", given)

@@ -203,6 +203,10 @@ _ENDLESS = (
     "note: Ed/Eo is 0 because light at the horizon is launched by solid angle, so that Eo, the mean of 1/mu, has no\n"
     "finite value; the photons' own says only how near the horizon they come. Flux is launched by --weighting projected"
 )
+_ROUGH = (
+    "note: a few photons near the horizon decide Ed/Eo of the photons, which is more than 1 % off here: take the\n"
+    "exact value beside it, or more photons"
+)
 MAX_COMPONENTS = 6
 """Columns for the brightest components."""
 
@@ -248,12 +252,19 @@ def tables_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
     text = f"\n{_table(bands, _COLUMNS)}\n"
     if any(band.ed_over_eo_exact == 0 for band in bands):
         text += f"{_ENDLESS}\n"
+    if options.get("placement") != "centre" and any(map(_is_rough, bands)):
+        text += f"{_ROUGH}\n"
     known = [band for band in bands if band.component_irradiance_W_m2_nm is not None]
     if known:
         text += f"\n{_irradiance_text(known)}\n"
     if int(options.get("replicates", 1)) > 1:
         text += f"\n{_error_text(bands, options)}\n"
     return text
+
+
+def _is_rough(band: BandResult) -> bool:
+    exact, photons = band.ed_over_eo_exact, band.ed_over_eo_photons
+    return exact is not None and photons is not None and abs(photons - exact) > 0.01 * exact > 0
 
 
 def _irradiance_text(bands: Sequence[BandResult]) -> str:

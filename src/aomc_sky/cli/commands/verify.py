@@ -189,7 +189,11 @@ def report_text(report: VerifyReport, *, verbose: bool, only_failed: bool) -> st
         lines += ["", f"waveband {pulls.waveband}, zones with the largest differences:", _pull_table(pulls)]
     failed = sum(not check.passed for check in report.checks)
     tests = sum(check.p_value is not None for check in report.checks)
-    level = f"{tests} tests at {report.level:.3g} each, {report.family_level:g} together" if tests else "no tests"
+    level = (
+        f"{tests} tests at {report.level:.3g} each, {report.family_level:g} together"
+        if tests
+        else "bits compared, no statistical tests"
+    )
     outcome = "all checks passed" if not failed else f"{failed} of {len(report.checks)} checks FAILED"
     return "\n".join([*lines, "", f"{outcome} ({level})"])
 

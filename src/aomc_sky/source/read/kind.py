@@ -29,6 +29,7 @@ class Kind(enum.Enum):
     RUN_FILE = "a file of a run"
     WEATHER = "a weather file"
     MEASURED = "a measured sky"
+    PROGRAM = "a Python program"
 
 
 _ENDINGS = {
@@ -40,6 +41,7 @@ _ENDINGS = {
     (".npy",): Kind.NPY,
     ("plan.npz", "manifest.json", "counts.csv", "counts.npz"): Kind.RUN_FILE,
     (".epw", ".tm2", ".tmy2", ".tmy3"): Kind.WEATHER,
+    (".py", ".ipynb"): Kind.PROGRAM,
 }
 _TABLES = {"amc": Kind.SCENE, "lambbot": Kind.LAMBBOT, "difcol": Kind.DIFCOL, "skydist": Kind.TABLE}
 _FIRST_BYTES = {b"\x93NUMPY": Kind.NPY, b"MCPL": Kind.MCPL, b"\x89HDF": Kind.BACKGROUND}
@@ -100,6 +102,8 @@ def not_a_scene(amc: Path) -> InputFileError | None:
     if kind is Kind.ATMOSPHERE:
         advice = f"`aomc-sky atmosphere {path} --out sky.nc` solves it; for photons name amc.inp, with"
         advice += f' [atmosphere] and file = "{path.name}" in sky.toml beside it'
+    if kind is Kind.PROGRAM:
+        advice = f"run it by Python: python {path}; there aomc_sky.write_run makes a run folder"
     if kind_of(path.parent) is Kind.RUN:
         advice = f"`aomc-sky info {path.parent}` shows the run that it is of"
     return refuse(path, f"this is {kind.value}; amc.inp belongs here", advice=advice)
