@@ -28,7 +28,7 @@ def folder(tmp_path_factory):
 
 def test_first_lines_are_those_of_the_page(folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
-    assert len(ROWS) == 32
+    assert len(ROWS) == 37
     for words, line in ROWS:
         status = command(*shlex.split(words))
         said = capsys.readouterr()
