@@ -39,11 +39,11 @@ TYPES = (
 class CieSky(Share):
     """One of the fifteen standard general skies of the CIE: radiance f(p) phi(z) / (f(Z) phi(0)).
 
-    phi(z) = 1 + a exp(b / cos z) and f(p) = 1 + c (exp(d p) - exp(d pi/2)) + e cos^2 p; z is the zenith angle of a sky
-    element, p its angle from the sun, Z the zenith angle of the sun. ISO 15469:2004 (CIE S 011/E:2003), eqs. (1) to
-    (6) and table 1; Darula and Kittler, Proc. eSim (2002). Luminance of the standard, taken as the relative radiance
-    of every wavelength. It is the law of Perez times a constant, so photons follow it exactly inside patches. The
-    direct beam is not in it.
+    phi(z) = 1 + a exp(b / cos z) and f(p) = 1 + c (exp(d p) - exp(d pi/2)) + e cos^2 p. A sky element has the zenith
+    angle z and the angle p from the sun; the sun has the zenith angle Z. ISO 15469:2004 (CIE S 011/E:2003), eqs. (1) to
+    (6) and table 1; Darula and Kittler, Proc. eSim (2002). The luminance of the standard is taken as the relative
+    radiance of every wavelength. It is the law of Perez times a constant, so photons follow it exactly inside patches.
+    The direct beam is not in it.
 
     Parameters
     ----------

@@ -22,11 +22,11 @@ from aomc_sky.skies.perez.sky import PerezSky
 class HarrisonCoombesSky(Share):
     """Relative radiance of a sky with the cloud cover C: C N_cloud + (1 - C) N_clear.
 
-    N_clear = (1.63 + 53.7 exp(-5.49 p) + 2.04 cos^2 p cos Z) (1 - exp(-0.19 / cos z)) (1 - exp(-0.53 / cos Z)) and
-    N_cloud = 0.45 + 0.12 Z + 0.43 cos z + 0.72 exp(-1.88 p). z is the zenith angle of a sky element, p its angle from
-    the sun, Z the zenith angle of the sun, in radians. Harrison and Coombes, Solar Energy 41 (1988) 387, eqs. (3) to
-    (5), the default sky of HydroLight. Without clouds it is the law of Perez with other coefficients, and photons
-    follow it exactly inside patches. The direct beam is not in it; the same at all wavelengths.
+    N_clear = (1.63 + 53.7 exp(-5.49 p) + 2.04 cos^2 p cos Z) (1 - exp(-0.19 / cos z)) (1 - exp(-0.53 / cos Z)). N_cloud
+    = 0.45 + 0.12 Z + 0.43 cos z + 0.72 exp(-1.88 p). A sky element has the zenith angle z and the angle p from the sun;
+    the sun has the zenith angle Z, all in radians. Harrison and Coombes, Solar Energy 41 (1988) 387, eqs. (3) to (5),
+    the default sky of HydroLight. Without clouds it is the law of Perez with other coefficients, and photons follow it
+    exactly inside patches. The direct beam is not in it; the same at all wavelengths.
 
     Parameters
     ----------

@@ -20,9 +20,9 @@ class SkyModel(Protocol):
     """Radiance of the sky.
 
     `radiance` broadcasts its arguments. It is finite, not negative, and pure: equal arguments give equal values. Three
-    other methods are optional. `lower(wavelength_nm)` returns components with exact laws. `notes(wavelength_nm)`
-    returns sentences for the notes of a scene, `missing_beam()` one for a scene without a beam. `FunctionSky` lowers a
-    model without `lower`, on its `grid` if it has one.
+    other methods are optional. The method `lower(wavelength_nm)` returns components with exact laws. For the notes of a
+    scene, `notes(wavelength_nm)` returns sentences, and `missing_beam()` one for a scene without a beam. If a model has
+    no `lower`, `FunctionSky` lowers it, on its `grid` if it has one.
     """
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:

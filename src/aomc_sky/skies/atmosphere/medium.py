@@ -300,7 +300,7 @@ _FINEST = 2.0**-60
 def find_kinks(trace: Callable[[np.ndarray], np.ndarray], samples: np.ndarray) -> np.ndarray:
     """Find where the way through a function changes: the first number of each piece but the first one.
 
-    Between neighbouring samples of different traces the interval is halved until its ends are neighbouring numbers; a
+    Between neighbouring samples of different traces the interval is halved until its ends are neighbouring numbers. A
     third trace in between is followed to both of its ends. A piece between two samples of equal trace is not seen.
     """
     traces = trace(samples)
@@ -390,9 +390,9 @@ def rayleigh_cross_section(
 ) -> Any:
     """Rayleigh scattering cross section of one molecule of an ideal gas.
 
-    sigma = (8 pi^3 / 3) (n^2 - 1)^2 / lambda^4 (k T / p)^2 F, equation (120.4) of [landau1984] with h = sigma N, the
-    form in which the description of an atmosphere asks for it; F is the King factor of anisotropic molecules,
-    1 by default as there. Arguments broadcast.
+    sigma = (8 pi^3 / 3) (n^2 - 1)^2 / lambda^4 (k T / p)^2 F. This is equation (120.4) of [landau1984] with h = sigma
+    N, in the form that the description of an atmosphere asks for. F is the King factor of anisotropic molecules, 1 by
+    default as there. Arguments broadcast.
 
     Parameters
     ----------

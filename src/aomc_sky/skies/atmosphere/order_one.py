@@ -179,9 +179,9 @@ class SunColumns:
     scale: np.ndarray
     low: np.ndarray
     inverse_step: np.ndarray
-    #: (n_profile_panel, n_constituent, n) columns of level rays in each panel of the profile, as polynomials of 2
-    #: sqrt((high - h)/(high - low)) - 1, highest power first: the root of the distance to a jump above is how they
-    #: change there. [m-2]
+    #: (n_profile_panel, n_constituent, n) columns of level rays in each panel of the profile, highest power first. They
+    #: are polynomials of 2 sqrt((high - h)/(high - low)) - 1: below a jump they change like the root of the distance to
+    #: it. [m-2]
     level: np.ndarray
 
 

@@ -1,15 +1,15 @@
 """The envelope of a lobe for its sampler: the lobe turned to the horizon, and bins of equal probability.
 
-A direction of a lobe has two uniform coordinates. b is the share of the lobe that is farther from the axis. psi is the
-azimuth in the stretched plane, from where the horizon is farthest or the zenith nearest. With a = 1 - b::
+A direction of a lobe has two uniform coordinates, b and psi. The share b of the lobe is farther from the axis. The
+azimuth psi is in the stretched plane, from where the horizon is farthest or the zenith nearest. With a = 1 - b::
 
     hg        p = (1-g)^2 a (1 + g b), q = (1+g)^2 b (1 - g + g b);   R = 2 sqrt(p q), Z = q - p
     ggx       R = sqrt(a), Z = sqrt(b)
     beckmann  R = sqrt(-log b), Z = 1
 
 and the light comes from M (R cos psi, R sin psi, Z), normalised; the photon travels the opposite way. The last row of M
-is (k, 0, n_z). So the cosine of the zenith angle is (n_z Z + k R cos psi) / sqrt(Z^2 + R^2 r^2). r(psi) is the stretch
-in that direction.
+is (k, 0, n_z). The cosine of the zenith angle is thus (n_z Z + k R cos psi) / sqrt(Z^2 + R^2 r^2), with the stretch
+r(psi) in that direction.
 
 A photon falls into a bin of the envelope and is uniform in it (trial 0 by rank: in the cell of its bin, with the same
 result). It stays with the probability cosine / bound; else it falls anew, into any bin. The emitted law is lobe times
@@ -252,7 +252,7 @@ def _apportioned(mass: np.ndarray, n: int) -> np.ndarray:
 def envelope_of(frame: LobeFrame) -> tuple[np.ndarray, float]:
     """Envelope of a lobe that is not all below the horizon: its cells, shape (n, 8), and its integral.
 
-    Columns: least b, width of a bin in b, least a, number of bins; half the width in psi in quarter turns [up to 1/2],
+    Columns: least b, a bin's width in b, least a, number of bins; half the width in psi in quarter turns [up to 1/2],
     sine and cosine of the centre; bound of the cosine. The bins of a cell stand side by side in b. Their number in all
     cells is a power of two. Photons fall into each with the same probability, and bound x area is the same for all. The
     integral over the lobe's projected mass is the mean number of tries.

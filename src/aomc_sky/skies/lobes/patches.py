@@ -32,9 +32,9 @@ def patch_mass(
     """Integral of one lobe over each patch of the sky, shape (n_patch,), zenith-major.
 
     The sum over a grid of the hemisphere is `mass_above_horizon`. SceneError: the columns cover more than one turn.
-    Accuracy, absolute: 2e-15; 1e-14 for a roughness of 1000, 4e-13 for an anisotropy of 1e4. Where an edge passes
-    through the axis of a narrow lobe its angle, rounded to 2e-16, counts in units of the width. Masses below 1e-16 have
-    no digits. Cost: 10 to 50 ms for 108 patches, 6 s for an anisotropy of 1e4.
+    Accuracy, absolute: 2e-15; 1e-14 for a roughness of 1000, 4e-13 for an anisotropy of 1e4. If an edge passes through
+    the axis of a narrow lobe, its angle, rounded to 2e-16, counts in units of the width. Masses below 1e-16 have no
+    digits. Cost: 10 to 50 ms for 108 patches, 6 s for an anisotropy of 1e4.
 
     Parameters
     ----------

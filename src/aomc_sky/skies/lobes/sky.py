@@ -178,8 +178,8 @@ def lobe_components(
 ) -> tuple[Component, ...]:
     """Components whose photons have exactly the flux law of lobes: density times cosine.
 
-    `irradiance` (n_lobe, n_wl) is that of each lobe over the whole sphere. [W m-2 nm-1, >= 0] Each lobe with light
-    above the horizon has one component, in their order. `strength` is the irradiance of the horizontal plane,
+    The `irradiance` (n_lobe, n_wl) of each lobe is over the whole sphere [W m-2 nm-1, >= 0]. Each lobe with light above
+    the horizon has one component, in their order. Its `strength` is the irradiance of the horizontal plane,
     `below_horizon` the share of the lobe below the horizon. Lobes with a projected share below `LEAST_MASS` are left
     out. About 10 ms a lobe; equal lobes share the work.
     """

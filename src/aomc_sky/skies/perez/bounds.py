@@ -59,10 +59,10 @@ def patch_bounds(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray) -
 def _half_chord2_range(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Smallest and largest sin^2(gamma/2) over each patch, shape (n_ring, n_column).
 
-    It grows with the azimuth from the sun on every ring, so both lie on the nearest and the farthest meridian.
-    Along one of them cos gamma = A cos x + B sin x with A = cos Z, B = sin Z cos(azimuth): the largest
-    value is at an end, the smallest at an end or at the foot of the perpendicular from the sun, where
-    cos^2 gamma = 1 - sin^2 Z sin^2(azimuth).
+    It grows with the azimuth from the sun on every ring, so both lie on the nearest and the farthest meridian. Along
+    one of them cos gamma = A cos x + B sin x with A = cos Z, B = sin Z cos(azimuth). The largest value is at an end.
+    The smallest is at an end or at the foot of the perpendicular from the sun, where cos^2 gamma = 1 - sin^2 Z
+    sin^2(azimuth).
     """
     sun_x, sun_y, sine, cosine = numbers[5], numbers[6], numbers[7], numbers[10]
     y_low, y_high = _azimuth_range(azimuth[:, 0], azimuth[:, 1], sun_y)
@@ -190,8 +190,8 @@ def _remainder(
 ) -> np.ndarray:
     """R: half the largest second derivative of log f along a line from the centre of a patch to its rim.
 
-    For p(gamma) = log F2 it is p'' r^2 + p' (cot(gamma) t^2 + k): r and t are the parts of the move across the sky
-    towards the sun and past it, k the bend of the line on the sphere. `least` is a lower bound of F2.
+    For p(gamma) = log F2 it is p'' r^2 + p' (cot(gamma) t^2 + k). The move across the sky has the parts r towards the
+    sun and t past it; k is the bend of the line on the sphere. The argument `least` is a lower bound of F2.
     """
     (near, far), (high_mu, low_mu), growth = rings.sine, rings.cosine, rings.growth
     both = np.minimum(near * high_mu, far * low_mu)  # sine x cosine has no minimum inside

@@ -1,7 +1,7 @@
 """Irradiances and the sun become clearness, brightness and the coefficients a to e of the Perez sky, eqs. (4) to (8).
 
 Exponential and power use + - x / alone. Those of numpy and libm differ between versions and processors in the last bit
-of a few percent of their values, and the coefficients and the hash of a run would differ with them.
+of a few percent of their values. The coefficients and the hash of a run would differ with them.
 """
 
 from __future__ import annotations

@@ -12,8 +12,8 @@ from aomc_sky.inputs import PEREZ
 EXTRATERRESTRIAL_NORMAL = 1361.1  #: Solar constant. [W m-2]
 OFFSET = 5.0  #: Irradiances from minus this to 0 are an instrument's offset and count as 0. [W m-2]
 
-# The tests of the Baseline Surface Radiation Network [long2008]: what three measured irradiances differ by, how far a
-# shaded instrument is above an open one, and the most diffuse light that is physically possible.
+# Limits in the tests of the Baseline Surface Radiation Network [long2008]. They say how much three measured irradiances
+# differ, how far a shaded instrument is above an open one, and how much diffuse light is physically possible.
 LOW_SUN_DEG = 75.0  #: Zenith angle beyond which the second number of a pair holds. [deg]
 LEAST_SUM = 50.0  #: Irradiances below this are compared as if they were this. [W m-2]
 SUM_TOLERANCE = (0.08, 0.15)
@@ -73,8 +73,8 @@ def closed_irradiances(
 
     NaN comes out only where NaN went in. For the numbers given, DNI is within 4 ulp, DHI within 3 ulp of the larger of
     GHI and DNI cos Z. An error u of the inputs grows: u(DNI)^2 = (u(GHI)^2 + u(DHI)^2) / cos^2 Z + (DNI tan Z u(Z))^2.
-    So 1 W m-2 becomes 11 at Z = 85 and 57 at 89 degrees. u(DHI)^2 = u(GHI)^2 + cos^2 Z u(DNI)^2 + (DNI sin Z u(Z))^2,
-    under a clear sky a large part of DHI.
+    An error of 1 W m-2 becomes 11 at Z = 85 and 57 at 89 degrees. For DHI, u(DHI)^2 = u(GHI)^2 + cos^2 Z u(DNI)^2 +
+    (DNI sin Z u(Z))^2. Under a clear sky this error is a large part of DHI.
 
     SceneError: an irradiance is below -5 W m-2 or infinite; DNI is asked for of a sun below the horizon; DHI or DNI cos
     Z is above GHI; DNI or DHI is above its limit for the extraterrestrial irradiance; three values do not agree.

@@ -1,8 +1,8 @@
 """Masses of the patches of a Perez sky: what its luminance needs of the rule in `skies.quadrature`.
 
 The luminance is a cone at the sun, where patches are cut. In the layer at the horizon, where exp(b / cos xi) changes,
-rings are cut until Gauss points see the first factor. Where the second factor changes its sign, which is a circle
-about the sun, patches end at the circle.
+rings are cut until Gauss points see the first factor. If the second factor changes its sign, it does so on a circle
+about the sun, where patches end.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ def patch_integrals(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray
 def patch_moments(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Means of mu and of 1/mu over the flux of max(f, 0) from each patch, (n_ring, n_column) each, 0 where it is dark.
 
-    Arguments as for `patch_integrals`. 4 x 4 Gauss points in zenith angle and azimuth, where the flux over mu is smooth
-    up to the horizon: means over a whole sky are good to 1e-6 on patches of 2 degrees, 1e-4 on patches of 10.
+    Arguments as for `patch_integrals`. A patch has 4 x 4 Gauss points in zenith angle and azimuth, where the flux over
+    mu is smooth up to the horizon. Means over a whole sky are good to 1e-6 on patches of 2 degrees, 1e-4 on 10.
     """
     x, y = zenith - numbers[5], azimuth - numbers[6]
     index = np.zeros((len(zenith), len(azimuth)), dtype=np.int64)

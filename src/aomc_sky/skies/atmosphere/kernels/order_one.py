@@ -231,8 +231,8 @@ def add_stretch(
 ):  # fmt: skip
     """Add part of a panel, with nodes of its own, to out (n_wl, n_scatterer).
 
-    At the end of a stretch where the sun's ray touches a kink, light bends like a root, or a power of one: `is_bent`
-    takes the root of the distance to the end as the variable.
+    A stretch may end where the sun's ray touches a kink. There the light bends like a root, or a power of one. With
+    `is_bent` the variable is the root of the distance to the end.
     """
     k = node.size
     first = panel * k

@@ -5,8 +5,8 @@ light that is turned into the path, weakened by its way (the local estimate). Th
 u and the altitude are its state. The numbers of a step are one block of Philox, addressed by path, step, direction and
 wavelength: a path does not depend on other paths.
 
-Some hundred paths go abreast, one kind of work at a time. So numbers are made in vectors, and a processor works on the
-next path while it waits for a root or a table's entry of this one.
+Some hundred paths go abreast, one kind of work at a time. The numbers can then be made in vectors. While a processor
+waits for a root or a table's entry of one path, it works on the next.
 """
 
 from __future__ import annotations
@@ -314,9 +314,9 @@ def follow(
 ):  # fmt: skip
     """Follow paths number `first` and on from their first collision to their ends: fills TOTAL.
 
-    `ground`: albedo, own radiance, sun's irradiance; `limits`: most interactions, and rows of `sums`. A row is filled
-    by one vertex after the first, for the sun's order 1 is known, and by what the flight from there sees of the
-    ground's own light; the last row has all later ones too.
+    `ground`: albedo, own radiance, sun's irradiance; `limits`: most interactions, and rows of `sums`. Each vertex after
+    the first fills one row; the first has none, since the sun's order 1 is known. The row also gets what the flight
+    from there sees of the ground's own light. The last row has all later ones too.
     """
     step = 1
     while n > 0:
@@ -348,16 +348,15 @@ def follow_paths(
     """Add the light of blocks of paths in one direction at one wavelength to `sums` and `whole`.
 
     `scales`: radius of the ground, and c and s of `table` (n_shell + 1, n + 1), the optical depths. The rows of
-    `shells` (FIRST_SHARE + 2 n_scatterer, n_shell) are named in `shells`. `phases` (n_scatterer, n + 1, 2): phase
-    functions over t, and their integrals up to there; `guide` int64 (n_scatterer, n): where a part of the integral
-    lies. `sun`, `view`: directions, z up at the eye; `moon` as for `shells.sun_share`; `ground`, `limits` as for
-    `follow`; `address` (uint64): direction, wavelength, key. A row of the sums has `block` paths, a multiple of
-    `ABREAST`; the first path is number `begin`.
+    `shells` (FIRST_SHARE + 2 n_scatterer, n_shell) are named in `shells`. Phase functions: `phases` (n_scatterer, n +
+    1, 2) has them over t, and their integrals up to there; `guide` int64 (n_scatterer, n) tells where a part of the
+    integral lies. Directions: `sun` and `view`, z up at the eye. Philox gets `address` (uint64): direction, wavelength,
+    key. The Moon, `moon`, is as for `shells.sun_share`; `ground` and `limits` are as for `follow`. A row of the sums
+    has `block` paths, a multiple of `ABREAST`; the first path is number `begin`.
 
     `sums` (n_block, n_row, 2): light of each order, and its squares. `whole` (n_block, 3): light without the sun's
-    order 1, its squares and fourth powers. Scratch: `flight` (4,
-    n_shell + 1, at least ROOTS), `numbers` (N_NUMBER, ABREAST), `state` (N_STATE, ABREAST), `marks` int64 (N_MARK,
-    ABREAST).
+    order 1, its squares and fourth powers. Scratch: `flight` (4, n_shell + 1, at least ROOTS), `numbers` (N_NUMBER,
+    ABREAST), `state` (N_STATE, ABREAST), `marks` int64 (N_MARK, ABREAST).
     """
     first_flight(scales[0], shells, view[2], flight)
     weight = -math.expm1(-flight[0, shells.shape[1]])

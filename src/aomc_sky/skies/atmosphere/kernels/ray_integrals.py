@@ -135,8 +135,8 @@ def add_stretch(depth, begin, end, factor, inverse, psi, out):
 def fill_down(crossed, own, share, element, inverse, out):
     """Light that comes down to points: out (n_mu, n_point, n_level).
 
-    crossed (n_point, n_mu, n_element): optical path through each element; own (n_point, n_mu): through the part above
-    the point of its own one; share, element (n_point,): where the point lies; inverse (n_element, n_node, n_node).
+    Optical paths: crossed (n_point, n_mu, n_element) through each element, own (n_point, n_mu) above the point in its
+    own one. Places of points: share, element (n_point,). Shape of inverse: (n_element, n_node, n_node).
     """
     n_node = inverse.shape[1]
     psi = np.empty(n_node)
@@ -156,10 +156,10 @@ def fill_down(crossed, own, share, element, inverse, out):
 def fill_up(crossed, below, tangent, lowest, share, element, inverse, turned, up, over, from_ground):
     """Light that goes up to points: from this side of a line's lowest point, from beyond it, and from the ground.
 
-    below (n_point, n_mu): optical path through the part of the own element below a point; tangent (n_point, n_mu,
-    n_element): share of an element above the line's lowest point; lowest (n_point, n_mu): its altitude, negative under
-    the ground; turned: `inverse` for shares counted from below. up, over (n_mu, n_point, n_level); from_ground (n_mu,
-    n_point).
+    Optical path through the part of the own element below a point: below (n_point, n_mu). Lowest point of a line:
+    tangent (n_point, n_mu, n_element), the share of an element above it, and lowest (n_point, n_mu), its altitude,
+    negative under the ground. The `inverse` for shares counted from below: turned. Results: up, over (n_mu, n_point,
+    n_level); from_ground (n_mu, n_point).
     """
     n_element, n_node = inverse.shape[0], inverse.shape[1]
     psi = np.empty(n_node)

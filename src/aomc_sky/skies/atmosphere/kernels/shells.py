@@ -1,12 +1,12 @@
 """Uniform spherical shells as backward paths meet them: optical depths, phase functions, ways, the sun beside the Moon.
 
-A table has the optical depths to the top over the shells' edges and x = n mu (1 + c) / (mu + c) of rising rays, times
-sqrt(mu^2 + s^2), which leaves little of 1/mu; a ray that sinks is folded at its lowest point. Phase functions are
-tabulated over t, 1 - mu = 2 t^4, which gives a forward peak most of the nodes.
+A table has the optical depths to the top along rising rays, over the shells' edges and x = n mu (1 + c) / (mu + c).
+They have a factor sqrt(mu^2 + s^2), which leaves little of 1/mu. A ray that sinks is folded at its lowest point. Phase
+functions are tabulated over t, 1 - mu = 2 t^4, which gives a forward peak most of the nodes.
 
-On a line with impact parameter p the way from its lowest point to radius a is q = sqrt(a^2 - p^2), and its way in a
-shell is the difference of two of them: one root a shell. For a ray of cosine mu at radius r, a^2 - p^2 is (r mu)^2 +
-c_a - c, with c = h (h + 2 R) of an altitude h.
+A line with impact parameter p has the way q = sqrt(a^2 - p^2) from its lowest point to radius a. Its way in a shell is
+the difference of two q: one root a shell. For a ray of cosine mu at radius r, a^2 - p^2 is (r mu)^2 + c_a - c, with c =
+h (h + 2 R) of an altitude h.
 """
 
 from __future__ import annotations

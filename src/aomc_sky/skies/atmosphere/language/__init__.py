@@ -1,4 +1,4 @@
-"""The language of code blocks: a typed part of GLSL, read once and evaluated over many altitudes or cosines.
+"""The language of code blocks: a typed part of GLSL, read once, then evaluated over many altitudes or cosines.
 
 block        A code block as a function of many altitudes or cosines
 statements   Statements as they are read; every way through a block ends with a value

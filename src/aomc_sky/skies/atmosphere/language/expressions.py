@@ -66,8 +66,8 @@ class Value:
 class Expressions:
     """Goes through the tokens of a block.
 
-    `given` are names with values that a block cannot change. `argument` is the float that it is a function of, which it
-    may change, as in GLSL. `hints` say what to do instead of names that other blocks have.
+    The names `given` have values that a block cannot change. The block is a function of the float `argument`, which it
+    may change, as in GLSL. For names that other blocks have, `hints` say what to do instead.
     """
 
     def __init__(

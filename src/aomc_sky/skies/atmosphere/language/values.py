@@ -4,8 +4,8 @@ A value is a float64 or bool array. Its last axis is the lane, and a length of 1
 vector is the component. Whole numbers are float64 too. They have 32 bits in GLSL: a result beyond them is refused,
 never wrapped. A result that GLSL leaves open is NaN, and refused too.
 
-Each lane follows its own branches, by masks. A statement changes only the lanes that reach it; a division by zero in
-another branch is no error.
+Each lane follows its own branches, by masks. A statement changes only the lanes that reach it. A division by zero in
+another branch is not an error.
 """
 
 from __future__ import annotations

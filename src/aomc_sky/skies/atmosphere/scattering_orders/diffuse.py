@@ -192,8 +192,8 @@ def choose_resolution(
     """Resolution that the most peaked phase function of a set of columns asks for.
 
     A series cut at degree N lacks a narrow peak at the sun, where order 1 is far brighter. It leaves ripples all over
-    the sky, about (N + 1/2) x_N^2 (depth of the peaked / of all scatterers)^2 of the mean of order 2: at most
-    `tolerance`. `kinds` are the phase moments (n_kind, SERIES_LENGTH) of each column.
+    the sky. They are about (N + 1/2) x_N^2 (depth of the peaked / of all scatterers)^2 of the mean of order 2: at most
+    `tolerance`. Each column has its phase moments (n_kind, SERIES_LENGTH) in `kinds`.
     """
     degree = np.arange(SERIES_LENGTH)
     missing = np.zeros(SERIES_LENGTH + 1)

@@ -9,11 +9,11 @@ J_m^n(tau, +-mu) = sum_l (2 l + 1)/2 w_l(tau) V_lm(+-mu) M_lm^(n-1)(tau),
 
 M_lm^n(tau) = sum_(+-) int_0^1 V_lm(+-mu) L_m^n(tau, +-mu) dmu, M_lm^0(tau) = B(tau) V_lm(mu0) / (2 pi).
 
-B is the rest of the direct beam of irradiance 1, and V_lm(mu) = sqrt((l - m)! / (l + m)!) P_lm(mu). w_l is the sum over
-the kinds of particles of single-scattering albedo times phase moment x_l = 2 pi int p(c) P_l(c) dc. The ground of
-albedo A sends up A / pi times the irradiance of the order before, in mode 0: a reflection counts as one order.
+B is the rest of the direct beam of irradiance 1, and V_lm(mu) = sqrt((l - m)! / (l + m)!) P_lm(mu). The factor w_l is a
+sum over the kinds of particles: single-scattering albedo times phase moment x_l = 2 pi int p(c) P_l(c) dc. The ground
+of albedo A sends up A / pi times the irradiance of the order before, in mode 0: a reflection counts as one order.
 
-Each hemisphere has Gauss nodes in mu. Orders are summed until the rest is a geometric series to the tolerance; it is
+Each hemisphere has Gauss nodes in mu. Orders are summed until the rest is a geometric series to the tolerance. It is
 then added in closed form, for each mode with its own ratio.
 """
 
@@ -191,8 +191,8 @@ _SLOWEST = 0.95
 class OrderMoments:
     """Moments M of the orders, what a source function in any direction needs, for a beam of irradiance 1."""
 
-    #: (2, up to n_modes, n_half, n_level) orders 1 to n_listed - 1, whose light comes down in orders 2 to n_listed; the
-    #: first axis is the parity of l - m; modes that have died out are cut
+    #: (2, up to n_modes, n_half, n_level) orders 1 to n_listed - 1. Their light comes down in orders 2 to n_listed. The
+    #: first axis is the parity of l - m. Modes that have died out are cut
     listed: tuple[np.ndarray, ...]
     #: (2, n_modes, n_half, n_level) orders from 1 on that another order follows, with the geometric rest
     total: np.ndarray

@@ -188,8 +188,8 @@ class Seen:
     """Weights of the directions looked into from the ground."""
 
     weights: np.ndarray  #: (n_zenith, n_level) radiance by the source at a node
-    #: (n_zenith, n_level) by how much the vertical of the place where a direction crosses a node's altitude is turned
-    #: from the observer's; the sun stands that much higher there if one looks towards it. [rad]
+    #: (n_zenith, n_level) angle from the observer's vertical to that of the place where a direction crosses a node's
+    #: altitude. The sun is higher there by this angle if one looks towards it. [rad]
     turn: np.ndarray
 
 

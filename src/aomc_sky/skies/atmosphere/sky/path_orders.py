@@ -32,7 +32,7 @@ _SEED = 1  # not that of the sun's paths
 class LaterOrders:
     """Orders 2 and up in some zenith angles, by paths or by successive orders."""
 
-    #: (n_wl, n_row, n_modes, n_zenith) series in the azimuth of orders 2, 3, ...: factors of cos(m phi), or as
+    #: (n_wl, n_row, n_modes, n_zenith) series of orders 2, 3, ... in the azimuth. They are factors of cos(m phi), or as
     #: `SkyField` has them where it is not mirrored. [W m-2 sr-1 nm-1]
     modes: np.ndarray
     truncation: np.ndarray  #: (n_wl,) estimated share of the sky's irradiance in the orders that do not count
@@ -56,8 +56,8 @@ def path_orders(
 ) -> LaterOrders:
     """Follow paths in all zenith angles and `N_AZIMUTH` azimuths. Cost: 4 s a wavelength and core.
 
-    Orders from `n_listed` on share the last row. `order_one` gives the sun's order 1 (n_wl, n) in directions. `n_paths`
-    is by default `N_PATHS`, or four times as many if these know a direction to more than 5 %.
+    Orders from `n_listed` on share the last row. The function `order_one` gives the sun's order 1 (n_wl, n) in
+    directions. The default of `n_paths` is `N_PATHS`, or four times as many if the median error of these is above 5 %.
     """
     mirrored = is_mirrored(moon)
     n_azimuth = N_AZIMUTH if mirrored else 2 * N_AZIMUTH - 1

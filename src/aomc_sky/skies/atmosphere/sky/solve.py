@@ -102,13 +102,13 @@ def solve_sky(
 ) -> SolvedSky:
     """Solve for the whole sky.
 
-    The sun's zenith angle is 0 to 0.6 pi. With `ground_radiance` (n_wl,), the light that the ground gives off by itself
-    [W m-2 sr-1 nm-1], it is 0 to pi, and in deep night the sun is left out. `method` and `n_orders` are as for
-    `chosen_method`. A Moon that reaches no part of the sun from anywhere in the atmosphere is left out. `n_paths` None
-    is 4096 for the sun, four times as many where these know a direction to less than 5 %, and 32768 for the ground.
+    The sun's zenith angle is 0 to 0.6 pi, with `ground_radiance` 0 to pi. This is the ground's own light (n_wl,) [W m-2
+    sr-1 nm-1]; with it, the sun is left out in deep night. Arguments `method` and `n_orders` are as for
+    `chosen_method`. A Moon is left out if it reaches no part of the sun from anywhere in the atmosphere. By default
+    `n_paths` is 32768 for the ground. For the sun it is 4096, or four times as many if their median error is above 5 %.
 
-    The fields follow the solvers to `SolvedSky.series_error`, the largest difference found in 64 directions between the
-    nodes: 2e-8 under a sun at 40 degrees, 1e-7 at 80, 7e-6 at 90.
+    The fields follow the solvers to `SolvedSky.series_error`. It is the largest difference found in 64 directions
+    between the nodes: 2e-8 under a sun at 40 degrees, 1e-7 at 80, 7e-6 at 90.
     """
     lights = chosen_lights(
         medium, sun_zenith_rad, method=method, n_orders=n_orders, moon=moon, ground_radiance=ground_radiance,
@@ -122,8 +122,8 @@ class SkyAndRings:
     """A whole sky, and more zenith angles of the same solution."""
 
     sky: SolvedSky
-    #: (n_wl, n_row, n_modes, n_ring) series in the azimuth of orders 2, 3, ... in the zenith angles; None for order 1
-    #: alone, and for "mc", whose series is not meant for single directions.
+    #: (n_wl, n_row, n_modes, n_ring) series in the azimuth of orders 2, 3, ... in the zenith angles. It is None for
+    #: order 1 alone, and for "mc": that series is not meant for single directions.
     later: np.ndarray | None
     glow: np.ndarray | None  #: (n_wl, n_row, n_ring) orders 1, 2, ... of a glowing ground in them. [W m-2 sr-1 nm-1]
 
@@ -342,9 +342,9 @@ def solve(
     """Solve an atmosphere in all pairs of zenith angles and azimuths from the sun, each solved for itself.
 
     Arguments and errors as of `solve_sky`; `dropped` is what the maker of the medium left out. The two sides of the
-    sun's vertical plane are one unless the Moon stands beside it. "mc" follows 65536 paths in each direction and
-    wavelength, fewer where more than 512 directions are asked for, 4096 at least; two suns have numbers of their own.
-    The irradiance of the sky is that of patches, good to 1e-4, and of "mc" has the noise of the whole sky's paths.
+    sun's vertical plane are equal unless the Moon lies off it. Method "mc" follows 65536 paths in each direction and
+    wavelength. For more than 512 directions it follows fewer, 4096 at least. Two suns have numbers of their own. The
+    irradiance of the sky is that of patches, good to 1e-4, and of "mc" has the noise of the whole sky's paths.
     """
     started = time.perf_counter()
     zenith, azimuth = _angles(sky_zenith_rad, "zenith angles"), _angles(azimuth_from_sun_rad, "azimuths")

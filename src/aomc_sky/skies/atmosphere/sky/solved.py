@@ -24,11 +24,11 @@ class SkyField:
     Light along a ray through shells is smooth in both angles; only phase functions may be sharp, and they stay outside.
     """
 
-    #: (..., n_zenith, n_azimuth) of T_k(2 u - 1) cos(m phi), where u = sqrt(1 - theta / (pi/2)): the square root crowds
-    #: the nodes at the horizon, where air masses change over a degree, and is smooth overhead, where cos(theta) would
+    #: (..., n_zenith, n_azimuth) of T_k(2 u - 1) cos(m phi), where u = sqrt(1 - theta / (pi/2)). The square root crowds
+    #: the nodes at the horizon, where air masses change over a degree. It is smooth overhead, where cos(theta) would
     #: not be
     coefficient: np.ndarray
-    #: False: n_azimuth is odd, and after the cosines of m = 0 ... n // 2 stand the sines of m = 1 ... n // 2.
+    #: False: n_azimuth is odd, and the sines of m = 1 ... n // 2 follow the cosines of m = 0 ... n // 2.
     is_mirrored: bool = True
 
     def on_product(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
@@ -232,9 +232,9 @@ def patch_means(
     """Flux-weighted mean radiance of every patch by order, (n_wl, n_order, n_patch), and the change of order 1.
 
     The mean is the integral of L cos over the patch / its projected solid angle [W m-2 sr-1 nm-1]. The change is the
-    largest relative one of any patch by its last refinement, which is above its error; patches are refined until it is
-    at most `tolerance`. Gauss points are in mu^2 and azimuth: 3 x 3 of order 1, then 5 x 5, then more where the mean
-    still changes.
+    largest relative one of any patch by its last refinement, and is above its error. Patches are refined until it is at
+    most `tolerance`. Gauss points are in mu^2 and azimuth: 3 x 3 of order 1, then 5 x 5, then more where the mean still
+    changes.
     """
     columns, mirror = _distinct_columns(grid, sun_azimuth_rad, is_mirrored=sky.is_mirrored)
     once, change = _refined_once(sky, grid, columns, tolerance)

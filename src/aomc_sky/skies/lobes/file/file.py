@@ -66,8 +66,8 @@ def read_background_file(path: str | Path) -> BackgroundFile:
 
     Members are found by name, whatever their width, byte order and padding. The texts and numbers of ``/Info`` may be
     attributes of the root instead. Name, author, organization, description and file type are for persons: they may be a
-    text, a list of texts or numbers, and anything else is a warning. Quaternions are normalised in float64. ``Param1``
-    of a Henyey-Greenstein lobe has no meaning and becomes 0.
+    text, a list of texts or numbers. Anything else is a warning. Quaternions are normalised in float64. ``Param1`` of a
+    Henyey-Greenstein lobe has no meaning and becomes 0.
 
     h5py opens the file in this process. No other file is opened, and no array is read that is larger than a file of
     this size can hold. A file that is made to harm the HDF5 library itself is a matter of that library. InputFileError:

@@ -52,10 +52,10 @@ def read_members(
 ) -> Hdf5Members:
     """Read members; `requested` are paths, with ``*`` for any name and ``@name`` for an attribute of the root.
 
-    No other file is opened. Links other than hard ones, external and virtual storage are refused (E502). So are sizes
-    that the file cannot hold, filters other than gzip, shuffle and fletcher32 (E503), and members without numbers or
-    text (E505). Members of `informing` are for persons: they may be texts, lists of texts and numbers of any shape;
-    anything else is a warning.
+    No other file is opened. Links other than hard ones, external and virtual storage are refused (E502). The reader
+    also refuses sizes that the file cannot hold, filters other than gzip, shuffle and fletcher32 (E503), and members
+    without numbers or text (E505). Members of `informing` are for persons: they may be texts, lists of texts and
+    numbers of any shape. Anything else is a warning.
     """
     h5py = optional_module("h5py", extra=extra)
     with open_data(path, what="an HDF5 file", code="E500") as file:

@@ -1,9 +1,9 @@
 """Photons of the lobes of background skies: the formulas, for arrays and kernels, and the whole in plain numpy.
 
 A photon falls into one of 2^m bins, all equally likely. It is uniform in the bin in b, the share of the lobe that is
-farther from the axis, and in the azimuth psi. `aomc_sky.skies.lobes.envelope` says which direction that is. The photon
-stays with the probability cos(zenith) / bound of the bin; if not, it falls anew into any bin. The law is therefore
-exactly lobe times cosine. All numbers are float64 for both precisions.
+farther from the axis, and in the azimuth psi. The module `aomc_sky.skies.lobes.envelope` says which direction that is.
+The photon stays with the probability cos(zenith) / bound of the bin; if not, it falls anew into any bin. The law is
+therefore exactly lobe times cosine. All numbers are float64 for both precisions.
 
 In a later trial a photon has two words of Philox (placement key; rank, band, trial). The upper 42 bits of each are its
 place. The first m bits of the first word are the bin, the rest is the place in b; the second word has the place in psi.
@@ -12,8 +12,8 @@ The lower 22 bits of both are the number that decides.
 With placement r2, trial 0 does not cut the bin out of the R2 number: bins would be strips narrower than the distance of
 its points, and filled unevenly. The bin comes from the rank instead (`bin_of_rank`). The n photons of a lobe are shared
 out over its bins like those of a band over its cells: floor(n b / 2^m + offset) before bin b. Each seed, band and lobe
-has one offset. The bins of a cell lie side by side, each with the same probability, so the two fractions are the place
-in the whole cell of that bin.
+has one offset. The bins of a cell lie side by side, each with the same probability. The two fractions are thus the
+place in the whole cell of that bin.
 
 Tables:
 
@@ -176,9 +176,9 @@ def lobe_words(rank, lobe, falls, shifts, steps, accept, key, band, jitter):
     """Bin and three words of trial 0 of photons of the lobes `lobe`: by rank (r2), or with `jitter` (philox) no bin.
 
     The keys are those of `keys` in the plan. Philox gives two words of a key and a counter (x low, x high, band, draw).
-    `shifts` come from (shift key; 0, 0, band, 0). `accept` is shift, ACCEPT_STEP and the key of the hash, the first and
-    the last from (shift key; 0, 0, band, 1). The offset in `falls` comes from (shift key; cell of the lobe, 0, band,
-    2). `key` is the placement key.
+    The `shifts` come from (shift key; 0, 0, band, 0). The parts of `accept` are shift, ACCEPT_STEP and the key of the
+    hash; the first and the last come from (shift key; 0, 0, band, 1). The offset in `falls` comes from (shift key; cell
+    of the lobe, 0, band, 2). `key` is the placement key.
     """
     if jitter:
         return (None, *philox_pair(key, rank, U64(band), U64(0)), philox_pair(key, rank, U64(band), ACCEPT)[0])

@@ -1,7 +1,7 @@
 """The Perez luminance in float64 with + - x / sqrt alone: the same bits on every machine, no branches.
 
-A point of the sky has no angles here, but its cosine mu and h = sin^2(gamma/2), a quarter of the squared chord to the
-sun. h keeps all digits beside the sun. One text serves arrays and kernels.
+A point of the sky has no angles here, but its cosine mu and h = sin^2(gamma/2). This h is a quarter of the squared
+chord to the sun, and keeps all digits beside the sun. One text serves arrays and kernels.
 """
 
 from __future__ import annotations
