@@ -99,7 +99,7 @@ def slope_factor(
     sky_zenith_rad: np.ndarray,
     sky_azimuth_deg: np.ndarray,
 ) -> np.ndarray:
-    """Radiance in a direction over the mean of its patch, for slopes (..., 2) as in `Component`; `grid.ring_sin2()`."""
+    """Radiance in a direction over the mean of its patch, for slopes (..., 2); `sin2` is `grid.ring_sin2()`."""
     ring, column = np.divmod(np.maximum(patch, 0), grid.n_azimuth)
     start, end = grid.azimuth_bounds_deg[column, 0], grid.azimuth_bounds_deg[column, 1]
     u = (np.sin(sky_zenith_rad) ** 2 - sin2[0][ring]) / sin2[1][ring]

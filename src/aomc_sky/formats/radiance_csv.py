@@ -271,7 +271,7 @@ class _Table:
         if self.sun[name] is not None or name not in self.head:
             return self.sun[name]
         text, span = self.head[name]
-        match = re.fullmatch(r"(-?\d+(?:\.\d*)?)\s*(?:deg(?:rees)?|°)?,?\s*(.*)", text)
+        match = re.fullmatch(r"(-?(?:\d+\.?\d*|\.\d+))\s*(?:deg(?:rees)?|°)?,?\s*(.*)", text)
         convention = "" if match is None or name == "sun_zenith" else convention_of(match[2]) or "from_sun"
         if match is None or abs(float(match[1])) > high or convention.startswith("from_sun"):
             advice = _SAY_SUN if name == "sun_azimuth" else "write '# sun zenith: 40', 0 to 90 degrees"

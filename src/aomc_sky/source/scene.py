@@ -334,7 +334,9 @@ def _whole_photons(n_photons: object, n_bands: int) -> np.ndarray:
         photons = np.full(n_bands, photons)
     if photons.shape != (n_bands,):
         raise SceneError(f"n_photons must have one entry for each of {n_bands} bands, got shape {photons.shape}")
-    if photons.dtype.kind not in "iu" and not (photons.dtype.kind == "f" and np.all(photons == np.rint(photons))):
+    kind = photons.dtype.kind
+    is_whole = kind in "iu" or (kind == "f" and np.all(photons == np.rint(photons)))
+    if not is_whole and not (kind == "O" and all(type(n) is int for n in photons)):  # beyond 64 bits
         raise SceneError("n_photons must be whole numbers")
     if np.any(photons < 0) or np.any(photons > MAX_PHOTONS):
         raise SceneError(f"n_photons must lie within 0 and 2^62 = {MAX_PHOTONS}")

@@ -40,7 +40,7 @@ class SceneAtmosphere:
 def read_atmosphere(
     section: AtmosphereSection, lambbot: LambbotTable | None, allow_paths: Sequence[str] = ()
 ) -> SceneAtmosphere:
-    """Read a description, and evaluate it at the wavelengths nearest to the wavebands; without `lambbot` at all."""
+    """Read a description and evaluate it, at the wavelengths nearest to the wavebands if there is `lambbot`."""
     wavelength = None if lambbot is None else lambbot.wavelength_nm
     medium, report = read_medium(read_atmo(section.file, allow_paths=allow_paths), wavelength)
     return SceneAtmosphere(section=section, medium=medium, report=report)

@@ -18,7 +18,7 @@ from aomc_sky.formats.sky_models import MakeSky, installed_skies
 from aomc_sky.formats.sky_toml.keys import KEYS, SkySection
 from aomc_sky.skies.function_sky import FunctionSky, as_sky_model
 from aomc_sky.skies.model import sky_model
-from aomc_sky.source.light.inputs import GivenInputs
+from aomc_sky.source.light.inputs import GivenInputs, Sun
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands
 
@@ -98,6 +98,15 @@ class PluginSky:
         is_alone = len(components) == 1
         return (dataclasses.replace(components[0], name=plugin.name),) if is_alone else components
 
+    def notes(self, model: Any, wavelength_nm: np.ndarray) -> tuple[str, ...]:
+        """Notes of a `model`, if it has any."""
+        try:
+            return tuple(model.notes(wavelength_nm)) if hasattr(model, "notes") else ()
+        except _OUR_WARNINGS:
+            raise
+        except Exception as error:
+            raise self.make.plugin.failed("fails", error) from error
+
     def _refuse_options(self, error: Exception) -> NoReturn:
         """Raise the model's refusal, at the key of sky.toml in its reason, or at the name of the model."""
         reason = " ".join(str(error).split())
@@ -153,32 +162,54 @@ def scene_of_sky(
     name: str, options: Mapping[str, Any], given: GivenInputs, wavelength_nm: Sequence[float], n_photons: int
 ) -> Scene:
     """The scene of a sky of this name alone, without files and without a beam."""
-    unused = [word for word in given.names if word != "the sun"]
-    if unused or given.sun.disc is not None:
+    weather = given.weather
+    if weather is not None and weather.path is not None:
         raise UsageError(
-            f"{' and '.join(unused) or '--disc'}: without amc.inp, --sky {name} is the sky alone, and no beam; leave "
-            "this out, or name the amc.inp of a scene that has both"
+            f"--sky {name} without amc.inp takes the sun by --time or --sun-zenith, not from {weather.path}"
+        )
+    unused = [word for word in given.names if word != "the sun"]
+    unused += ["--within"] * ("within" in given.model) + ["--disc"] * (given.sun.disc is not None)
+    if unused:
+        raise UsageError(
+            f"{' and '.join(unused)}: without amc.inp, --sky {name} is the sky alone, and no beam; leave this out, or "
+            "name the amc.inp of a scene that has both"
         )
     bands = Wavebands(wavelength_nm=np.asarray(wavelength_nm, dtype=np.float64))
+    plugin = None
+    if name in installed_skies().plugins:
+        plugin = choose_plugin(name, SkySection(), options, "")
+    elif name != "uniform":
+        raise UsageError(f"--sky {name} needs a scene of files: name its amc.inp")
+    elif options:
+        raise UsageError("the sky model 'uniform' has no options")
+    sun = _sun_of_sky(name, given) if plugin is not None and plugin.make.takes("sun_zenith_rad") else None
+    if sun is None and not given.sun.is_empty:
+        raise UsageError(f"--sky {name} does not depend on the sun: leave the sun out")
+    shown = {"sky": name, "sun": None if sun is None else sun.as_options()}
+    notes: tuple[str, ...] = ()
+    if plugin is None:
+        components = sky_model(name)().lower(bands.wavelength_nm)
+    else:
+        angles = (0.0, 0.0) if sun is None else (math.radians(sun.zenith_deg), math.radians(sun.azimuth_deg))
+        model = plugin.model(*angles)
+        components = plugin.lower(model, bands.wavelength_nm)
+        notes = (plugin.text, *plugin.notes(model, bands.wavelength_nm))
+        shown |= {"plugin": plugin.record, "weather": None if weather is None else weather.source}
     photons = np.full(bands.n_bands, n_photons)
-    if name not in installed_skies().plugins:
-        if name != "uniform":
-            raise UsageError(f"--sky {name} needs a scene of files: name its amc.inp")
-        if options:
-            raise UsageError("the sky model 'uniform' has no options")
-        return Scene(wavebands=bands, n_photons=photons, components=sky_model(name)().lower(bands.wavelength_nm))
-    plugin = choose_plugin(name, SkySection(), options, "")
-    if given.sun.zenith_deg is None and plugin.make.takes("sun_zenith_rad"):
+    return Scene(wavebands=bands, n_photons=photons, components=components, notes=notes, options=shown)
+
+
+def _sun_of_sky(name: str, given: GivenInputs) -> Sun:
+    if given.weather is not None:
+        given.weather.require_sun()
+    zenith = given.sun.zenith_deg
+    if zenith is None:
         raise UsageError(f"where is the sun? --sky {name} needs --sun-zenith, and --sun-azimuth unless it is 0")
-    model = plugin.model(math.radians(given.sun.zenith_deg or 0.0), math.radians(given.sun.azimuth_deg or 0.0))
-    notes = model.notes(bands.wavelength_nm) if hasattr(model, "notes") else ()
-    return Scene(
-        wavebands=bands,
-        n_photons=photons,
-        components=plugin.lower(model, bands.wavelength_nm),
-        notes=(plugin.text, *notes),
-        options={"sky": name, "plugin": plugin.record},
-    )
+    if zenith >= 90.0:
+        raise UsageError(
+            f"--sun-zenith: {zenith:g} is outside the range 0 to below 90; a sky needs the sun above the horizon"
+        )
+    return Sun(zenith_deg=zenith, azimuth_deg=given.sun.azimuth_deg or 0.0, origin=given.origin)
 
 
 def _unknown(make: MakeSky, name: str, known: Sequence[str]) -> tuple[str, str]:

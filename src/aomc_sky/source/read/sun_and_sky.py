@@ -238,13 +238,12 @@ def _of_plugin(
         )
     shares = [np.divide(c.strength, total, out=np.zeros_like(total), where=total > 0) for c in components]
     is_absolute = all(c.irradiance_W_m2_nm is not None for c in components) and bool(np.all(fractions < 1))
-    notes = model.notes(wavelength_nm) if hasattr(model, "notes") else ()
     return Diffuse(
         components=tuple(
             dataclasses.replace(c, strength=share, irradiance_W_m2_nm=None)
             for c, share in zip(components, shares, strict=True)
         ),
-        notes=(plugin.text, *notes),
+        notes=(plugin.text, *plugin.notes(model, wavelength_nm)),
         options={"plugin": plugin.record},
         irradiance=tuple(total.tolist()) if is_absolute else None,
     )
