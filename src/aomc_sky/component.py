@@ -39,8 +39,8 @@ class Law(enum.IntEnum):
         The flux of one lobe of a background sky above the horizon, exactly: density of the lobe times cosine of the
         zenith angle. One cell; `shared` is the lobe, `bounds` the envelope of its sampler.
     CELL_SLOPED
-        As CELL_MU2, with the density (1 + s (2 u - 1)) (1 + t (2 v - 1)) at the place (u, v) in the cell, u from its
-        near to its far edge in sin^2 and v along its azimuth; `slope` holds s and t.
+        As CELL_MU2, with the density (1 + s (2 u - 1)) (1 + t (2 v - 1)) at the place (u, v) in the cell. From the near
+        to the far edge, u counts in sin^2; v runs along the azimuth. The numbers s and t are in `slope`.
 
     Examples
     --------
@@ -228,7 +228,7 @@ class Component:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class CellLaw:
-    """The facts about a law besides its directions; None or an empty text means that the law has no such fact."""
+    """The facts about a law besides its directions. A fact that the law does not have is None or an empty text."""
 
     #: Mean of mu and of 1 / mu over each cell of a component, (n_cell,) each; of its first row.
     moments: Callable[[Component], tuple[np.ndarray, np.ndarray]]
@@ -280,7 +280,7 @@ def scaled(components: Iterable[Component], factor: ArrayLike) -> list[Component
 
 
 def beam_direction_deg(component: Component) -> tuple[float, float] | None:
-    """Zenith angle and azimuth of a beam or of the centre of a disc, within 1e-9 degrees; None for patches. [deg]"""
+    """Zenith angle and azimuth of a beam or of the centre of a disc, within 1e-9 degrees; patches give None. [deg]"""
     if component.grid is not None or component.n_cells != 1:
         return None
     first, second, third, fourth, sine, cosine = component.cell[0].tolist()

@@ -164,8 +164,8 @@ class Problem:
     column: int
     code: str  #: Stable code, ``E104`` for an error or a warning of the same kind; documented in docs/errors.md
     field: str  #: Name of the value for a person (``depth``, ``radiance``)
-    message: str  #: What was found and what was allowed
-    advice: str = ""  #: What to write instead, printed beside the caret
+    message: str  #: The fault, and what was allowed
+    advice: str = ""  #: The text to write instead, printed beside the caret
     text: str = ""  #: The source line, for the caret display
     width: int = 1  #: Characters to underline
     is_error: bool = True  #: False turns the problem into a warning

@@ -40,7 +40,7 @@ def open_handle(path: str | Path, access: int, *, follow_links: bool = True) -> 
 
 
 # Only regular files are opened for reading. A pipe, a terminal or a device could block or never end, and each input is
-# read twice, the second time for its hash. ``/dev/stdin`` is fine if the shell opened a regular file for it
+# read twice, the second time for its hash. The path ``/dev/stdin`` is fine if the shell opened a regular file for it
 # (``< scene/skydist.inp``).
 _KINDS = {
     stat.S_IFDIR: "a folder",

@@ -57,8 +57,9 @@ class Rings:
     def turns(self, cumulative: np.ndarray) -> np.ndarray:
         """Turns of the rings, 64-bit fractions that are added to shift + rank x step of v; (n_ring,).
 
-        Steps along a ring count from its first photon, and rings start a golden ratio apart. So photons of neighbouring
-        rings are never nearly in step. `cumulative` (n_cell + 1,) counts the band's photons before each cell.
+        Steps along a ring count from its first photon, and rings start a golden ratio apart. Photons of neighbouring
+        rings are therefore never nearly in step. The array `cumulative` (n_cell + 1,) counts the band's photons before
+        each cell.
         """
         number = np.arange(self.first.size, dtype=np.uint64)
         turns = number * RING_STEP - cumulative[self.first].astype(np.uint64) * R2_STEP_V

@@ -56,7 +56,8 @@ def mean_moments(mass: np.ndarray, mean_mu: np.ndarray, mean_inverse_mu: np.ndar
 def scalar_has_variance(plan: Plan, band: int) -> bool:
     """Whether w / mu of a band's photons has a finite variance: no light at the horizon, or weights with a factor mu.
 
-    The flux law has the density 2 mu near the horizon. So the mean of 1 / mu is finite, and that of 1 / mu^2 is not.
+    The flux law has the density 2 mu near the horizon. The mean of 1 / mu is therefore finite, but the mean of 1 / mu^2
+    is not.
     """
     if plan.options["placement"] == Placement.CENTRE.value:
         return True  # a finite number of directions
@@ -104,7 +105,7 @@ class Irradiance:
 
     @classmethod
     def of_components(cls, components: Sequence[Component], row_of_band: np.ndarray) -> Irradiance | None:
-        """The irradiances of components, by the row (n_band,) of each band; None if a component is relative."""
+        """The irradiances of components, by the row (n_band,) of each band. Any relative component gives None."""
         known = [c.irradiance_W_m2_nm for c in components if c.irradiance_W_m2_nm is not None]
         if len(known) < len(components):
             return None

@@ -155,7 +155,7 @@ class PhotonSource:
         return sum(self._first[:, -1].tolist())
 
     def irradiance(self, band: int = 0) -> dict[str, float] | None:
-        """Irradiance of each component on a horizontal plane, by name; None if it is not known. [W m-2 nm-1]"""
+        """Irradiance of each component on a horizontal plane, by name, or None if it is unknown. [W m-2 nm-1]"""
         absolute = self.plan.arrays.get("irradiance_W_m2_nm")
         if absolute is None:
             return None

@@ -1,7 +1,7 @@
 """Hourly weather files: EPW, TMY2 and TMY3. When each hour began, and its irradiances.
 
-In all three files the hour label, 1 to 24 in local standard time, is the END of the 60 minutes of the irradiances.
-(Some libraries keep this end for TMY3, and subtract an hour for EPW and TMY2.) An hour is here always the interval
+In all three files the hour label, 1 to 24 in local standard time, is the END of the 60 minutes of the irradiances. Some
+libraries keep this end for TMY3, and subtract an hour for EPW and TMY2. Here an hour is always the interval
 [start, start + 1 h) in UTC.
 """
 

@@ -72,8 +72,8 @@ def _uniforms(key, cell, band, draw):
 def _binomial_by_inversion(n, p, u):
     """Smallest k whose distribution function exceeds u, for n p below 10 and p up to 1/2.
 
-    Rounding may leave a rest of u that no later term uses up. So beyond the mean the search ends when the rest of the
-    distribution is far below 2^-53, the resolution of u.
+    Rounding may leave a rest of u that no later term uses up. Beyond the mean, the search therefore ends when the rest
+    of the distribution is far below 2^-53, the resolution of u.
     """
     term = exp(n * _log1p(-p))
     odds = p / (1.0 - p)

@@ -2,8 +2,8 @@
 
 numba's own cache looks only at the file of the cached function. After an edit of a helper in another file it would run
 old code. It also writes an index before the code of that index: a process killed in between leaves other code under the
-name. So here each signature has one file, which is replaced as a whole. A hash seals it: of the text of all kernels, of
-the signature and the processor, and of the code.
+name. Here each signature therefore has one file, which is replaced as a whole. A hash seals it: of the text of all
+kernels, of the signature and the processor, and of the code.
 """
 
 from __future__ import annotations

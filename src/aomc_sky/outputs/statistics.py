@@ -187,9 +187,9 @@ def photon_sums(
 class BandResult:
     """The results of one waveband, in the order of the printed table.
 
-    Means over photons are None without photons, and standard errors also without replicates. `ed_photons` is the mean
-    weight w and `eo_photons` the mean of w / mu: planar and scalar irradiance per photon of weight 1.
-    `irradiance_W_m2_nm` is the planar irradiance of all components, where absolute units are known.
+    Means over photons are None without photons, and standard errors also without replicates. The planar irradiance per
+    photon of weight 1 is `ed_photons`, the mean weight w. The scalar one is `eo_photons`, the mean of w / mu. The
+    planar irradiance of all components is `irradiance_W_m2_nm`, where absolute units are known.
     """
 
     waveband: int

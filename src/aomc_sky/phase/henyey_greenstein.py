@@ -1,9 +1,9 @@
 """Henyey-Greenstein: p(mu) = (1 - g^2) / (4 pi (1 + g^2 - 2 g mu)^(3/2)) per steradian, mean mu = g.
 
 g lies in (-1, 1); a negative g is the mirror image. Positions beside the peak are given by 1 - mu, since mu has no
-digits left there. Arguments broadcast. float32 arrays give float32, worked out in float64 but for the last division of
-mu; everything else gives float64; scalars give numpy scalars. `aomc_sky.kernels.phase.jitted` has the jitted forms,
-with the same bits.
+digits left there. Arguments broadcast. Arrays of float32 give float32, worked out in float64 except for the last
+division of mu. Everything else gives float64, and scalars give numpy scalars. The jitted forms, with the same bits, are
+in `aomc_sky.kernels.phase.jitted`.
 """
 
 from __future__ import annotations

@@ -29,7 +29,8 @@ def _cell_mu2(component: Component) -> tuple[np.ndarray, np.ndarray]:
 def _cell_sloped(component: Component) -> tuple[np.ndarray, np.ndarray]:
     """With near and far the cosines n and f of the edges, and w = 1 - u: mu^2 = f^2 + (n^2 - f^2) w.
 
-    int mu w dw = 2 (3 n^3 + 6 n^2 f + 4 n f^2 + 2 f^3) / (15 (n + f)^2), int w / mu dw = 2 (n + 2 f) / (3 (n + f)^2).
+    The integral int mu w dw is 2 (3 n^3 + 6 n^2 f + 4 n f^2 + 2 f^3) / (15 (n + f)^2). The integral
+    int w / mu dw is 2 (n + 2 f) / (3 (n + f)^2).
     """
     mean, inverse = _cell_mu2(component)
     _, growth, far2 = component.cell[:, :3].T

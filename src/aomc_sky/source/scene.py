@@ -288,7 +288,8 @@ class Scene:
         """Settle the photon counts and return the source that emits them.
 
         The source is stateless and picklable. Its systematic counts differ from N p by less than 1 + N 2^-62 photons in
-        each cell: usually by 1, by up to 1.22 at 1e18 photons of a waveband. None means the preset of the scene.
+        each cell: usually by 1, by up to 1.22 at 1e18 photons of a waveband. An option that is None takes the preset of
+        the scene.
 
         Parameters
         ----------

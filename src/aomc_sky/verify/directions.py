@@ -57,8 +57,8 @@ def verify_directions(
 ) -> VerifyReport:
     """Test the photons of wavebands, in blocks of any order, against the sky of a source.
 
-    `seed` is that of the thinning; 0 threads: one per CPU. Of each waveband: exact checks of every direction, zones of
-    mu^2, of azimuth and of both, and positions inside patches.
+    `seed` is that of the thinning; 0 threads: one per CPU. Each waveband gets exact checks of every direction, and
+    tests of zones of mu^2, of azimuth and of both, and of positions inside patches.
     """
     tests = DirectionTests(source, tied=tied, frame=frame, seed=seed)
     checks: list[Check] = []
@@ -79,8 +79,8 @@ class DirectionCounts:
         np.ndarray
     )  #: photons, those that thinning keeps, sums of weights and of their squares [shape (4, n_zone)]
     n_upward: int  #: that do not come from above
-    n_bad_length: int  #: whose direction is no unit vector
-    n_dark: int  #: in zones that expect none, farther from their edges than rounding brings them
+    n_bad_length: int  #: whose direction is not a unit vector
+    n_dark: int  #: in zones that expect none, farther from their edges than rounding moves them
     n_negative: int  #: whose weight is below 0
     inside: np.ndarray  #: `PatchInterior.count`; empty where positions inside patches are not tested
     repeats: RepeatSample
@@ -165,7 +165,7 @@ class DirectionTests:
         return np.minimum(from_ring, around)
 
     def checks(self, band: int, counts: DirectionCounts) -> tuple[list[Check], Pulls | None]:
-        """What the counts of a waveband say, and their map, which is None where there is no photon to test."""
+        """The checks of the counts of a waveband, and their map of pulls. Without a photon to test the map is None."""
         waveband, expected = band + 1, self._shares(band).expected(self._of_cells(band))
         if counts.n == 0:  # a plan may want none, a file of another code then proves nothing
             is_planned = self._tied is Tied.PLAN

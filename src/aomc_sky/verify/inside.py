@@ -83,8 +83,8 @@ class PatchInterior:
     def checks(self, counts: np.ndarray, waveband: int, *, are_independent: bool) -> list[Check]:
         """Chi-square and Kolmogorov-Smirnov of both coordinates.
 
-        Where photons lie independently of each other inside patches the chi-square is two-sided; otherwise only too
-        uneven positions fail. The Kolmogorov distance is taken between steps, so it is at most the true one, and the
+        The chi-square is two-sided if photons lie independently of each other inside patches. Otherwise only positions
+        that are too uneven fail. The Kolmogorov distance is taken between steps, so it is at most the true one, and the
         p-value at most too large.
         """
         of_patches, *steps = np.split(counts, self.grid.n_patches + np.array([0, self.n_steps]))

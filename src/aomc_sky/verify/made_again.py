@@ -62,9 +62,9 @@ def verify_run(
 ) -> VerifyReport:
     """Make the counts, the photons and the manifest of a run again and compare them with its files.
 
-    Photons are made for `bands` [0-based] that are in a file. `resample` is the part of their blocks that is made
-    [0 to 1], drawn by `seed`, at least one of each waveband unless it is 0. `progress` is called with photons done and
-    photons in all.
+    Photons are made for `bands` [0-based] that are in a file. The part of their blocks that is made is `resample`,
+    0 to 1. These blocks are drawn by `seed`, at least one of each waveband unless `resample` is 0. The function
+    `progress` is called with photons done and photons in all.
     """
     folder, all_bands = RunFolder(path), chosen_bands(source)
     formats = [name for name in FOLDER_FORMATS if name in manifest["options"]["formats"]]

@@ -1,8 +1,8 @@
 """Photons that repeat another one: pairs of equal directions, compared with pairs of neighbours.
 
 Photons of a smooth sky can have equal directions by chance. In a square of the horizontal plane that is 2^-17 wide,
-single precision has 2^14 directions or more, and a sampler with two random numbers of 24 bits has about 5000. So at
-most 1 / 64 of the pairs of a square are equal by chance, for any sky. A copied photon makes a pair that is always
+single precision has 2^14 directions or more, and a sampler with two random numbers of 24 bits has about 5000. For any
+sky, at most 1 / 64 of the pairs of a square are therefore equal by chance. A copied photon makes a pair that is always
 equal. The directions of beams, which many photons share, are left out.
 """
 

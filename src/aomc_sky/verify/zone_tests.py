@@ -152,8 +152,8 @@ def share_checks(
     """Two-sided tests for a share of photons with one of the two commonest mistakes of a sampler.
 
     Uniform in zenith angle (the sine and the cosine are missing) shows in rings. Equal radiance from everywhere
-    (Lambert) differs most in azimuth from a sky with a sun. `variance` gives the variance, or an upper bound, of the
-    sum over photons of a number of their zones.
+    (Lambert) differs most in azimuth from a sky with a sun. The function `variance` gives the variance, or an upper
+    bound, of the sum over photons of a number of their zones.
     """
     zone = np.arange(zones.n_patches)
     width, turn = (np.diff(x)[:, 0] for x in (zones.zenith_bounds_deg, zones.azimuth_bounds_deg))
@@ -183,12 +183,11 @@ def share_score(
 ) -> tuple[np.ndarray, float]:
     """Numbers of zones whose sum over photons best shows a small share of a mistake, and its difference D.
 
-    Let the sky put the share p_c of photons into group c of zones, and the mistake the share u_c. The derivative of
-    the log-likelihood at a share of 0 is the sum over c of a_c n_c, a_c = u_c / p_c - 1. It has the most power of all
-    statistics of these counts against a small share s (Neyman and Pearson). Its expectation is s N D, D = sum of
-    u_c^2 / p_c - 1. Groups are joined in the order of u / p until they expect 1000 photons, which loses little power;
-    then a p-value of 1e-7 from the normal law is within a factor of 1.5. Zeros for fewer than two groups, and if D is
-    0.
+    Let the sky put the share p_c of photons into group c of zones, and the mistake the share u_c. The derivative of the
+    log-likelihood at a share of 0 is the sum over c of a_c n_c, a_c = u_c / p_c - 1. It has the most power of all
+    statistics of these counts against a small share s (Neyman and Pearson). Its expectation is s N D, D = sum of u_c^2
+    / p_c - 1. Groups are joined in the order of u / p until they expect 1000 photons, which loses little power. A
+    p-value of 1e-7 from the normal law is then within a factor of 1.5. Zeros for fewer than two groups, and if D is 0.
     """
     p_all, u_all = np.bincount(group, expected), np.bincount(group, mistake)
     lit = np.flatnonzero(p_all > 0)

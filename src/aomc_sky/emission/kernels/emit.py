@@ -257,19 +257,22 @@ def emit(
     `memory` is scratch of `constants.scratch_words` words, zeros at first. Use it for one precision alone, because
     vector loops read stale values behind the last photon.
 
-    These arguments choose loops at run time. `order_keys` empty: photons in the order of the cells. `jitter` not 0: the
-    position in the cell comes from Philox instead of `shifts` + rank x `steps` (+ the ring's turn for v). `main`: the
-    way of most slots, one of `constants.NARROW` and the next ones. `law`: the law of each slot (int8), empty if all go
-    the main way. `cell_of_slot` (int32): empty if slot = cell.
+    Five arguments choose loops at run time. An empty `order_keys` leaves the photons in the order of the cells. If
+    `jitter` is not 0, Philox gives the position in the cell, instead of `shifts` + rank x `steps` (+ the ring's turn
+    for v). Most slots go the way `main`, one of `constants.NARROW` and the next ones. The array `law` has the law of
+    each slot (int8); it is empty if all slots go the main way. The array `cell_of_slot` (int32) is empty if slot =
+    cell.
 
-    `law` None is the common case: all slots go the main way, NARROW or QUARTER, by rank, without hooks; numba leaves
-    the rest out. `perez` has the tables of the hook `rejection` and the steps of its first trial, `lobes` those of
-    `queue`: the lobe of each slot (int32, -1 for none), the tables of `skies.lobes.kernels.law`, the steps of the first
-    trial, `falls` with `paces`. `slopes` has the words of `laws.sloped`. Each of the three may be None.
+    In the common case `law` is None: all slots go the main way, NARROW or QUARTER, by rank, without hooks. Then numba
+    leaves the rest out. The hook `rejection` takes `perez`: its tables, and the steps of its first trial. The hook
+    `queue` takes `lobes`: the lobe of each slot (int32, -1 for none), the tables of `skies.lobes.kernels.law`, the
+    steps of the first trial, and `falls` with `paces`. The words of `laws.sloped` are in `slopes`. Each of the three
+    may be None.
 
-    Tables of the band: `cumulative` (n_slot + 3,), the ranks before each slot and two sentinels. `guide`, the slot of
-    every 2^guide_shift-th rank. `place`, one word per slot: its halves are the positions of the ring's and the column's
-    parameters in `words` (see `cells.blocks`). Integers that count photons are uint64.
+    Three arrays are tables of the band. The ranks before each slot, and two sentinels, are in `cumulative` (n_slot +
+    3,). The slot of every 2^guide_shift-th rank is in `guide`. Each slot has one word in `place`: its halves are the
+    positions of the ring's and the column's parameters in `words` (see `cells.blocks`). Integers that count photons are
+    uint64.
     """
     like = type(ux[0])(0)
     rank = column(memory, U64(0), MAX_PHOTONS, type(cumulative[0])(0))

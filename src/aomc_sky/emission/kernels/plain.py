@@ -41,11 +41,11 @@ def emit(
 ):
     """Write the photons [start, stop) of a band with n photons.
 
-    `finder` is `slot_finder` over the counts of all cells. `turns`: the ring of each cell, the turn of each ring.
-    `cells` (n_cell, 6) has the precision of the outputs, `laws` is int8 (n_cell,). `perez`: words and bounds (n_cell,),
-    the sky's numbers, the steps of the first trial. `lobes`: the lobe of each cell, the tables of `lobes.kernels.law`,
-    the steps of the first trial, `falls` with `paces`. `slopes`: the words of `laws.sloped` (n_cell,). Others as in the
-    kernel.
+    `finder` is `slot_finder` over the counts of all cells. The pair `turns` has the ring of each cell and the turn of
+    each ring. The array `cells` (n_cell, 6) has the precision of the outputs, and `laws` is int8 (n_cell,). A Perez sky
+    has in `perez` words and bounds (n_cell,), the sky's numbers, and the steps of the first trial. Lobes have in
+    `lobes` the lobe of each cell, the tables of `lobes.kernels.law`, the steps of the first trial, and `falls` with
+    `paces`. The words of `laws.sloped` (n_cell,) are in `slopes`. The other arguments are those of the kernel.
     """
     is_shuffled = order_keys.size > 0
     rank = ranks_of_photons(start, stop, n, order_keys) if is_shuffled else np.arange(start, stop, dtype=U64)
@@ -136,8 +136,8 @@ def packed(x, y, z, energy):
     """The packed direction of an MCPL record (adaptive projection), equal to libmcpl to the bit.
 
     It has the two smaller components of the unit vector, 1 / uz in the place of the largest one, and the energy with
-    the sign of the largest. libmcpl divides in float64 and rounds; float32 gives the same bits, because 53 >= 2 x 24 +
-    2.
+    the sign of the largest. The library libmcpl divides in float64 and rounds. A division in float32 gives the same
+    bits, because 53 >= 2 x 24 + 2.
     """
     far_x, far_y = np.abs(x), np.abs(y)
     is_flat = np.abs(z) < larger(far_x, far_y)

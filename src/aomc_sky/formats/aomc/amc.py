@@ -1,6 +1,6 @@
 """The files of the AOMC program: amc.inp, lambbot.inp and difcol.inp.
 
-amc.inp has one value in each line, in fixed columns from column 49 on: 30 lines, or 31 in the older layout.
+amc.inp has one value in each line, in fixed columns from column 49 on: 30 lines, or 31 in the older layout. Both
 lambbot.inp and difcol.inp have a count, then a row of reals for each waveband.
 """
 

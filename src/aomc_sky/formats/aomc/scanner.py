@@ -26,7 +26,7 @@ class Token(Span):
 
     @property
     def behind(self) -> Span:
-        """Where a further value would begin."""
+        """The place where a further value would begin."""
         return Span(self.line, self.column + len(self.word), self.text)
 
 
@@ -76,12 +76,12 @@ def _bounded(exponent: str) -> int:
 
 
 def list_integer(text: str) -> int | None:
-    """Value of a list-directed integer, None if it is not one."""
+    """Value of a list-directed integer, or None if the text is not one."""
     return int(text) if _INTEGER.match(text) and text.isascii() and len(text) < 40 else None
 
 
 def list_real(text: str) -> float | None:
-    """Value of a list-directed real: point optional, exponent by E, D, Q or a sign; None if it is not one."""
+    """Value of a list-directed real: point optional, exponent by E, D, Q or a sign. Other text gives None."""
     if _NON_FINITE.match(text):
         return float(text.split("(")[0])
     parts = _REAL.match(text)
@@ -99,15 +99,15 @@ class Record:
     tokens: tuple[Token, ...]
     next_line: int  #: Index of the line after the record. [0-based]
     ended_by_slash: bool  #: A slash ended the record and left values unset
-    rest: str  #: What follows the last value in its line
+    rest: str  #: The text after the last value in its line
 
     def reals(self) -> list[float | None]:
-        """The values as reals; None for a null value, and for what is no number."""
+        """The values as reals. A null value, and a word that is not a number, give None."""
         return [list_real(token.word) for token in self.tokens]
 
     @property
     def decimal_comma(self) -> tuple[Span, str, str] | None:
-        """Where the last value goes on behind a comma: what a person reads as one number, with message and advice."""
+        """Span, message and advice for a last value that goes on after a comma: a person reads one number."""
         token = self.tokens[-1]
         if "." in token.word or self.rest[:1] != "," or not self.rest[1:2].isdigit():
             return None
@@ -135,8 +135,8 @@ class ListScanner:
     def record(self, index: int, n: int, *, over_many_lines: bool = False) -> Record:
         """Read n values from line `index` on.
 
-        A record goes on in the next line only if that line holds exactly the missing values
-        (`over_many_lines`: at most the missing ones), so that a short row does not swallow its neighbour.
+        A record goes on in the next line only if that line holds exactly the missing values. With `over_many_lines` the
+        line may hold fewer. A short row therefore does not swallow its neighbour.
         """
         tokens: list[Token] = []
         index = self.skip_blank(index)

@@ -78,9 +78,9 @@ class McplFile:
         return self.header.n_particles
 
     def particles(self, start: int = 0, stop: int | None = None) -> McplParticles:
-        """Read the particles [start, stop) into memory; those before them are read too. None is the end.
+        """Read the particles [start, stop) into memory; those before them are read too. A stop of None is the end.
 
-        InputFileError: a record is no particle (E805), or the file changed since it was opened (E804).
+        InputFileError: a record is not a particle (E805), or the file changed since it was opened (E804).
         """
         parts = list(self.blocks(BLOCK, start, stop)) or [_no_particles(start)]
         if len(parts) == 1:

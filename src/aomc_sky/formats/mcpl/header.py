@@ -133,7 +133,7 @@ def plan_begin(sha256: str) -> str:
 
 
 def runs_of(header: McplHeader) -> McplRuns | None:
-    """Our runs in a head; None without any, or with sums that no run or merge of ours gives."""
+    """Our runs in a head. The result is None without any, or with sums that no run or merge of ours gives."""
     values: dict[str, int] = {}
     for comment in header.comments:
         key, colon, text = comment.removeprefix(_PREFIX).partition(":")

@@ -6,9 +6,9 @@ parameters and the ring's *turn*, an integer. The tail belongs to the column: si
 width, and an unused float. One table of words holds heads and tails, with two words for four float32 and four for four
 float64.
 
-The scratch memory has the order that vector loops read fastest. float32: a row of heads, then a row of tails. float64:
-rows of pairs (h0 and h1, h2 and the turn, t0 and t1), then a row of h3. Neighbouring words are read before they are
-written, so that the compiler moves two at a time.
+The scratch memory has the order that vector loops read fastest. In float32 it is a row of heads, then a row of tails.
+In float64 it is rows of pairs (h0 and h1, h2 and the turn, t0 and t1), then a row of h3. Neighbouring words are read
+before they are written, so that the compiler moves two at a time.
 """
 
 from __future__ import annotations

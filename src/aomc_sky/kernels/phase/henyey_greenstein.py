@@ -1,7 +1,7 @@
 """The Henyey-Greenstein phase function's formulas: + - x / sqrt alone, one text for arrays and for kernels.
 
 Everything is written for h = |g| and mirrored, so that the peak is always at p = 1; 1 - h and the rounding it leaves
-are carried along. The derivation stands in docs/models/rayleigh.md.
+are carried along. The derivation is in docs/models/rayleigh.md.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ def gap(h):
 def numerators(xi, h, off, sign, d, rest, near, far):
     """1 - mu and 1 + mu at xi for g = h, as numerators, and their denominator D^2.
 
-    1 - mu = 2 (1-h)^2 q (1 + h p) / D^2 and 1 + mu = 2 (1+h)^2 p ((1-h) + h p) / D^2, where D = (1-h) + 2 h p. This has
-    no difference of similar numbers and no division by h. `near` and `far` are 2 (1-h)^2 and 2 (1+h)^2. D^2 is
-    corrected for the rounding of D.
+    Write D = (1-h) + 2 h p. Then 1 - mu = 2 (1-h)^2 q (1 + h p) / D^2 and 1 + mu = 2 (1+h)^2 p ((1-h) + h p) / D^2.
+    These formulas have no difference of similar numbers and no division by h. `near` and `far` are
+    2 (1-h)^2 and 2 (1+h)^2. D^2 is corrected for the rounding of D.
     """
     p = off + sign * xi
     q = (1.0 - off) - sign * xi
@@ -99,9 +99,9 @@ def middle(h, off, sign, d, rest, zero, zero_rest):
 def parts(xi, p, h, d, xi_0, hp_0, n_0, twice):
     """Numerator n of mu, and what its denominator has more than abs(n), for mu > 0 and for mu < 0: the smaller one.
 
-    With z = p ((1-h) + h p), 1 - mu = 2 (1-h)^2 (1 - z) / D^2, 1 + mu = 2 (1+h)^2 z / D^2 and
-    D^2 = (1-h)^2 + 4 h z, so mu = (z - z0) / (z0 + (1 - 2 z0) z) with z0 = (1-h)^2 / (2 (1 + h^2)). The difference
-    is (p - p0) ((1-h) + h p + h p0), which loses nothing beside mu = 0.
+    Write z = p ((1-h) + h p) and z0 = (1-h)^2 / (2 (1 + h^2)). Then 1 - mu = 2 (1-h)^2 (1 - z) / D^2,
+    1 + mu = 2 (1+h)^2 z / D^2 and D^2 = (1-h)^2 + 4 h z. It follows that mu = (z - z0) / (z0 + (1 - 2 z0) z).
+    The difference z - z0 is (p - p0) ((1-h) + h p + h p0), which loses nothing near mu = 0.
     """
     s = d + h * p
     z = p * s

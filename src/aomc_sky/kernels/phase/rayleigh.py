@@ -1,6 +1,6 @@
 """The Rayleigh phase function's formulas: + - x / alone, one text for arrays and for kernels.
 
-The derivation stands in docs/models/rayleigh.md.
+The derivation is in docs/models/rayleigh.md.
 """
 
 from __future__ import annotations

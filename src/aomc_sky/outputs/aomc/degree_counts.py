@@ -136,8 +136,9 @@ def degree_counts(source: PhotonSource, bands: Sequence[int]) -> DegreeCounts:
     """Photons of a run on whole degrees, as many in each band as the run has.
 
     A run on whole degrees (``--bins degrees``, or ``--compat aomc``) and a beam from a whole degree keep their counts.
-    Other masses are carried over to cells of one degree (those of a Perez sky by its own law, others by the law inside
-    their patches), and shared out with the run's method and seed. SceneError for the reasons of `degree_refusals`.
+    Other masses are carried over to cells of one degree, and shared out with the run's method and seed. The
+    masses of a Perez sky are carried over by its own law, others by the law inside their patches. SceneError for the
+    reasons of `degree_refusals`.
     """
     raise_all(degree_refusals(source, bands))
     parts = _parts(source, bands)

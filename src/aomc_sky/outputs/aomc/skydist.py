@@ -294,9 +294,9 @@ def exact_radiances(counts: np.ndarray) -> np.ndarray:
 
     Up to 1.6e7 photons, weights equal to the counts would give the counts. But the program's four products round and
     cannot reach every weight. If that matters (in patches with a quarter of the photons or more), values move by units
-    of the last place; if that does not help, all values are scaled a little, which makes other weights possible. This
-    takes about 10 ms for a full table of 89 x 360, and ten times that for many scales. AllocationError if no values
-    are found.
+    of the last place. If that does not help, all values are scaled a little, which makes other weights possible. The
+    search takes about 10 ms for a full table of 89 x 360, and ten times that for many scales. AllocationError if no
+    values are found.
     """
     total = int(counts.sum())
     if total > MOST_PHOTONS:

@@ -31,9 +31,9 @@ def check_target(
 ) -> None:
     """Refuse to replace a file that aomc-sky did not write.
 
-    `option` is the option that names the file. `force` allows files of others, but never one of `inputs`, which the
-    command reads, or a file with the ending of an input, unless the output `is_copy` of one. `head` is the beginning of
-    a text of ours that this module does not know.
+    `option` is the option that names the file. With `force`, files of others are allowed. One of `inputs`, which the
+    command reads, is never allowed. A file with the ending of an input is allowed only if the output `is_copy` of one.
+    The text `head` is the beginning of a text of ours that this module does not know.
     """
     target = Path(path)
     if not os.fspath(path):

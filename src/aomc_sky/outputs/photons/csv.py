@@ -16,8 +16,8 @@ _OTHER_CHARACTERS = len("+1.e+00") + len(",")
 class CsvWriter(PhotonWriter):
     """The CSV files of a source, and their bytes.
 
-    A number is a sign, a digit, a point, 8 digits (float32) or 16 (float64), and an exponent of two digits: it can be
-    read without loss, and the size of a file is known before it is made.
+    A number is a sign, a digit, a point, 8 digits (float32) or 16 (float64), and an exponent of two digits. Such a
+    number can be read without loss, and the size of a file is known before it is made.
     """
 
     names = ("photons-{:04d}.csv",)

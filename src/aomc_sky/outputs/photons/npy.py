@@ -56,7 +56,7 @@ class PhotonsNpy:
 def read_photons_npy(path: str | Path, *, n_columns: tuple[int, ...] = (3, 4)) -> PhotonsNpy:
     """Open a numpy file of photons, version 1 or 2 of the format, in C order.
 
-    `n_columns` are the allowed numbers per photon; 1 stands for an array of one dimension.
+    `n_columns` are the allowed numbers per photon; 1 means an array of one dimension.
     """
     path = Path(path)
     with open_data(path, what="a .npy file", code="E901") as file:

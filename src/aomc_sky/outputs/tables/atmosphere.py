@@ -130,9 +130,9 @@ def write_atmosphere_netcdf(
 ) -> None:
     """Write skies of one medium and grid under several suns, rising in zenith angle, atomically.
 
-    `description` is the path of the description. Source functions are NaN for skies of other methods than "sos".
-    `saves.glow` needs `glow` (n_wl,), the radiance of a ground of 1 cd m-2 [W m-2 sr-1 nm-1], and has `n_glow_rows`
-    zenith angles. `significand_bits` [1 to 24] rounds all variables except the axes, in float32.
+    `description` is the path of the description. Source functions are NaN for skies of other methods than "sos". The
+    table of `saves.glow` needs `glow` (n_wl,), the radiance of a ground of 1 cd m-2 [W m-2 sr-1 nm-1], and has
+    `n_glow_rows` zenith angles. All variables except the axes are rounded to `significand_bits` [1 to 24], in float32.
     """
     dataset, axes = _dataset(skies, description), dict[str, Variable]()
     if saves.irradiance:
@@ -195,7 +195,7 @@ def xyzw_weights(wavelength_nm: np.ndarray) -> np.ndarray:
     In cd m-2 per W m-2 sr-1 nm-1: Y is the luminance with 683 lm W-1, W the scotopic luminance with 1700 lm W-1. The
     spectrum is linear between the wavelengths and zero outside them. Its products with the CIE 1931 2-degree
     colour-matching functions and the CIE 1951 scotopic function are summed in steps of 1 nm from 360 to 830 nm (CIE
-    15:2018, section 7.1), so that wide steps of the radiance do not skip parts of the functions.
+    15:2018, section 7.1). Wide steps of the radiance therefore do not skip parts of the functions.
     """
     between = np.stack([np.interp(_TABLE_NM, wavelength_nm, row, 0.0, 0.0) for row in np.eye(wavelength_nm.size)])
     return between @ _eye()

@@ -30,10 +30,10 @@ class AllocationMethod(enum.Enum):
     """How integers are shared out.
 
     SYSTEMATIC
-        One uniform offset per band: every count is the floor or the ceiling of N p, and its mean is exactly N p.
-        Any contiguous run of cells is within one photon. In a scene, the rings of a grid begin at columns of their
-        own (`aomc_sky.plan.sampling.walk`): runs of whole rings and runs in the order of that walk are within one
-        photon, other runs of cells within three.
+        One uniform offset per band: every count is the floor or the ceiling of N p, and its mean is exactly N p. Any
+        contiguous run of cells is within one photon. In a scene, the rings of a grid begin at columns of their own
+        (`aomc_sky.plan.sampling.walk`). Runs of whole rings, and runs in the order of that walk, are then within one
+        photon, and other runs of cells within three.
     LARGEST_REMAINDER
         No randomness: floors, and one more for the largest remainders. Biased where photons are
         fewer than cells.
@@ -88,8 +88,8 @@ def _checked(mass: ArrayLike) -> np.ndarray:
 def normalise(mass: ArrayLike) -> np.ndarray:
     """Divide masses by their sum: (n_cell,), relative errors at most 2^-52 where the result is a normal number.
 
-    Masses from 5e-324 to 1.8e308 may stand in one array; AllocationError where none is positive, or one is negative or
-    not finite.
+    One array may hold masses from 5e-324 to 1.8e308. AllocationError where none is positive, or one is negative or not
+    finite.
     """
     values = _checked(mass)
     scaled = np.ldexp(values, -int(np.frexp(values.max())[1]))  # the largest lies in [1/2, 1)
@@ -99,9 +99,9 @@ def normalise(mass: ArrayLike) -> np.ndarray:
 def fixed_point_cumulative(mass: ArrayLike) -> np.ndarray:
     """Exact cumulative of the masses over their sum, in units of 2^-62: uint64 (n_cell + 1,), 0 to 2^62.
 
-    Each entry is rounded to the nearest unit. So every cell, and every run of neighbouring cells, is within one unit of
-    2^62 times its exact share. A cell of zero mass has zero units; a positive cell below one unit may have zero, too.
-    Masses and errors are those of `normalise`.
+    Each entry is rounded to the nearest unit. Every cell, and every run of neighbouring cells, is therefore within one
+    unit of 2^62 times its exact share. A cell of zero mass has zero units; a positive cell below one unit may have
+    zero, too. Masses and errors are those of `normalise`.
     """
     return rounded_cumulative(_checked(mass))
 
@@ -175,9 +175,9 @@ def allocate_bands(
     """Share the photons of several bands out over one set of masses, normalised once: int64 (k, n_cell).
 
     Any method but AOMC; each row sums exactly to its request, which is one of `checked_photons`. The number of a band
-    is the address of its random numbers. `family` is the method of the photons that the counts are for; None for "iid"
-    where counts are multinomial, else "stratified". `rings` are the grids through which systematic allocation walks
-    ring by ring.
+    is the address of its random numbers. `family` is the method of the photons that the counts are for. By default it
+    is "iid" for multinomial counts and "stratified" for others. Systematic allocation walks through the grids of
+    `rings` ring by ring.
 
     Cost: per cell and band about 50 ns (systematic), 90 ns (largest remainder), 200 ns (multinomial), and 60 ns per
     cell for the normalisation, which the bands share.
@@ -211,8 +211,8 @@ def _systematic(
 def _tying_units(cumulative: np.ndarray, mass: ArrayLike, n: int) -> np.ndarray:
     """Units of each cell; of cells of one mass the fewest, so that equal masses tie and the first of them comes first.
 
-    Rounding the cumulative gives equal masses units that differ by one. Where what this leaves out makes up a whole
-    photon the units stay as they are, and with them the bound of one photon.
+    Rounding the cumulative gives equal masses units that differ by one. If the part left out makes up a whole photon,
+    the units stay as they are, and the bound of one photon still holds.
     """
     units = np.diff(cumulative)
     if n * units.size < 1 << FIXED_POINT_BITS:

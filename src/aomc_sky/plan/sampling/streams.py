@@ -35,7 +35,7 @@ def stream_key(seed: int, stream: str, method: str | None = None) -> int:
 
     `seed` is a `checked_seed`. The key is the first 8 bytes, little-endian, of SHA-256 over the version of the keys,
     seed, method (if any) and name, joined by NUL. The method is that of the photons: photons of one seed by two methods
-    share no number. None for streams that no method has a part in.
+    share no number. For streams that no method has a part in it is None.
     """
     named = (stream,) if method is None else (method, stream)
     text = "\0".join((_KEY_VERSION, str(int(seed)), *named)).encode()

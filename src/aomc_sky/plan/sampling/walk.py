@@ -1,8 +1,8 @@
 """The order in which systematic allocation goes through the patches of a grid.
 
-Systematic allocation gives a photon to every N-th part of the cumulative mass. So the patches of a ring with a photon
-more are evenly spaced where all are equal. If every ring began at the same column, rings of equal mass would fill the
-same columns. Therefore each ring begins its walk at a column of its own and closes the circle.
+Systematic allocation gives a photon to every N-th part of the cumulative mass. If all patches of a ring are equal,
+those with a photon more are therefore evenly spaced. If every ring began at the same column, rings of equal mass would
+fill the same columns. Therefore each ring begins its walk at a column of its own and closes the circle.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ def first_columns(units_before: np.ndarray, n_photons: int, n_columns: int) -> n
 
     `units_before`, uint64 (n_ring + 1,), is the fixed-point cumulative mass before each ring, and at the end.
 
-    Write E for the photons that a ring expects, C for those of the rings before it in the grid, and x in [0, 1) for the
-    share of the ring before its first column. The pattern of patches with a photon more is shifted by E x - C of its
-    period. Ring q takes the x that makes this shift frac(q sqrt 2), so that the shifts of successive rings are spread
-    evenly whatever E is; of these x the one next to frac(q (sqrt 13 - 3) / 2 + w / 16), where w is a pseudo-random
-    number (Philox, counter q). E counts modulo the columns; where more than half of the patches have a photon more,
-    those without one are the pattern. A ring that expects less than one photon takes x = w. The first ring begins at
-    column 0.
+    Write E for the photons that a ring expects, and C for those of the rings before it in the grid. Write x in [0, 1)
+    for the share of the ring before its first column. The pattern of patches with a photon more is shifted by E x - C
+    of its period. Ring q takes an x that makes this shift frac(q sqrt 2). The shifts of successive rings are then
+    spread evenly whatever E is. Among these x it takes the one next to frac(q (sqrt 13 - 3) / 2 + w / 16), where w is a
+    pseudo-random number (Philox, counter q). E counts modulo the columns; where more than half of the patches have a
+    photon more, those without one are the pattern. A ring that expects less than one photon takes x = w. The first ring
+    begins at column 0.
     """
     quotient, remainder = product_over_2_62(units_before - units_before[0], n_photons, 0)
     unit = 2.0**-FIXED_POINT_BITS

@@ -234,7 +234,7 @@ class SkyInputs:
     """Everything beside difcol.inp that shapes the light of a sky model."""
 
     sun: Sun
-    perez: PerezInputs | None = None  #: None: difcol.inp alone
+    perez: PerezInputs | None = None  #: without one, difcol.inp alone
     #: further arguments of `PerezSky`: limits, within; with irradiances also air_mass, extraterrestrial_normal
     model: Mapping[str, Any] = field(default_factory=dict)
     spectrum: str | None = None  #: how beam and sky share each waveband without difcol.inp

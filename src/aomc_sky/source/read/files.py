@@ -40,7 +40,7 @@ OUR_SKIES = (None, "perez", "uniform", "none", ATMOSPHERE, FIELD)
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SceneFiles:
-    """Contents of the files of a scene; None for a file that is absent or not needed."""
+    """Contents of the files of a scene. A file that is absent or not needed is None."""
 
     config: AmcConfig
     lambbot: LambbotTable
