@@ -102,8 +102,10 @@ def slope_factor(
     """Radiance in a direction over the mean of its patch, for slopes (..., 2); `sin2` is `grid.ring_sin2()`."""
     ring, column = np.divmod(np.maximum(patch, 0), grid.n_azimuth)
     start, end = grid.azimuth_bounds_deg[column, 0], grid.azimuth_bounds_deg[column, 1]
-    u = (np.sin(sky_zenith_rad) ** 2 - sin2[0][ring]) / sin2[1][ring]
-    v = np.mod(sky_azimuth_deg - start, 360.0) / (end - start)
+    first = grid.azimuth_bounds_deg[0, 0]
+    azimuth = first + np.mod(sky_azimuth_deg - first, 360.0)  # as in `PatchGrid.patch_of`: both round alike at an edge
+    u = np.clip((np.sin(sky_zenith_rad) ** 2 - sin2[0][ring]) / sin2[1][ring], 0.0, 1.0)
+    v = np.clip((azimuth - start) / (end - start), 0.0, 1.0)
     s, t = np.moveaxis(slope, -1, 0)
     return np.asarray((1.0 + s * (2.0 * u - 1.0)) * (1.0 + t * (2.0 * v - 1.0)))
 

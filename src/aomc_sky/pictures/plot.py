@@ -134,10 +134,10 @@ def plot(
     3
     """
     target = None if path is None else picture_path(path)
-    sun = None
+    sun, convention = None, _convention_of(azimuth_convention)
     if sun_deg is not None or sun_rad is not None:
         zenith, azimuth = given_angle("sun_deg", sun_deg, sun_rad)
-        sun = sun_mark(float(zenith), float(to_enu_azimuth_deg(azimuth, _convention_of(azimuth_convention))))
+        sun = sun_mark(float(zenith), float(to_enu_azimuth_deg(azimuth, convention)))
     if isinstance(what, Scene):
         show = show or "radiance"
         picture = picture_of_scene(what, what.source(0), show=show, bands=bands, sun=sun, title=title)
@@ -162,9 +162,11 @@ def plot(
 
 def _convention_of(name: AzimuthConvention | str) -> AzimuthConvention:
     known = {member.name.lower(): member for member in AzimuthConvention}
-    if isinstance(name, str) and name.lower() not in known:
+    if isinstance(name, AzimuthConvention):
+        return name
+    if not isinstance(name, str) or name.lower() not in known:
         raise UsageError(f"azimuth_convention must be one of {', '.join(map(repr, known))}, got {name!r}")
-    return known[name.lower()] if isinstance(name, str) else name
+    return known[name.lower()]
 
 
 def sun_of_options(options: Any) -> Mark | None:
@@ -192,7 +194,7 @@ def picture_of_scene(
         with warnings.catch_warnings(action="ignore"):  # the scene's reader gave them
             config = read_amc(scene.input_files["amc"], lenient=bool(scene.options.get("lenient")))
         zenith, azimuth = float(config.direct_zenith_deg), float(config.direct_azimuth_deg)
-        if zenith > 0:  # zeros in amc.inp mean that there is no sun, for example under an overcast sky
+        if zenith or azimuth:  # zeros in amc.inp mean that there is no sun, for example under an overcast sky
             sun = Mark(zenith_deg=zenith, azimuth_deg=azimuth, symbol=Symbol.SUN_OF_AMC)
     return source_picture(source, show=show, bands=bands, sun=sun, title=title)
 

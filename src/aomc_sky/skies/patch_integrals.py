@@ -11,7 +11,7 @@ from aomc_sky.component import MAX_SLOPE
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.constants import SLOPE_STEP
 from aomc_sky.kernels.arithmetic.elementary import HALF_PI, sin_cos
-from aomc_sky.skies.quadrature import POINTS, Parts, Rule, at_points, weighted_sum
+from aomc_sky.skies.quadrature import POINTS, Parts, Rule, at_points, cut, weighted_sum
 
 #: Radiance of directions, arrays of one shape: (sky_zenith_rad, sky_azimuth_rad).
 Radiance = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -79,6 +79,9 @@ class _Patches:
         self._zenith, self._azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
         ring, column = np.divmod(np.arange(self._n), grid.n_azimuth)
         self._tiles = np.stack([*self._zenith[ring].T, *self._azimuth[column].T])
+        _, owner = cut(self._azimuth - 4.0 * np.floor(0.25 * self._azimuth[:, :1]), np.arange(9.0))
+        #: parts of a patch that the rule makes of every sky, at quarter turns of azimuth
+        self._n_aligned = np.tile(np.bincount(owner, minlength=grid.n_azimuth), grid.n_zenith)
         self._area, self._sin2 = grid.projected_solid_angle_sr, grid.ring_sin2()
         self._middle = self._at(0.5 * (self._tiles[0] + self._tiles[1]), 0.5 * (self._tiles[2] + self._tiles[3]))
         self._rule = Rule(
@@ -112,7 +115,8 @@ class _Patches:
         """
         total, is_cut = _sum(mass), self._is_cut(parts)
         found = np.abs(seen - mass) > _SEEN * TOLERANCE * total / self._n
-        near = (found | is_cut).reshape(self._grid.n_zenith, self._grid.n_azimuth)
+        is_refined = self._n_parts(parts) > self._n_aligned
+        near = (found | is_refined).reshape(self._grid.n_zenith, self._grid.n_azimuth)
         near = near | np.roll(near, 1, axis=1) | np.roll(near, -1, axis=1)
         padded = np.pad(near, ((1, 1), (0, 0)))
         again = (padded[:-2] | padded[1:-1] | padded[2:]).ravel() & ~is_cut
@@ -125,7 +129,10 @@ class _Patches:
         return Parts(*(np.concatenate(columns, axis=-1) for columns in zip(kept, finer, strict=True)))
 
     def _is_cut(self, parts: Parts) -> np.ndarray:
-        return np.asarray(np.bincount(parts.patch, minlength=self._n) > 1)
+        return self._n_parts(parts) > 1
+
+    def _n_parts(self, parts: Parts) -> np.ndarray:
+        return np.bincount(parts.patch, minlength=self._n)
 
     def second_look(self, mass: np.ndarray) -> _Look:
         """Order 8 on whole patches: the masses that it sees, and the laws of all patches that are not cut."""

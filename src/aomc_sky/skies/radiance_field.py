@@ -98,7 +98,7 @@ def read_radiance_field(
         if not np.isnan(values).any():
             slope = None
             if not has_bounds and zenith_deg.size > 1:
-                means = [_between_samples(zenith_deg, azimuth_deg, row, product) for row in values]
+                means = [_joined(zenith_deg, azimuth_deg, row, product) for row in values]
                 values, slope = (np.stack(part) for part in zip(*means, strict=True))
             return PatchRadiances(wavelength_nm, values, slope, product, tuple(remarks))
         if grid is None and np.isfinite(values).all(axis=0).mean() >= 0.5:
@@ -327,6 +327,16 @@ def _between(centres: np.ndarray) -> np.ndarray:
     return np.column_stack([ends[:-1], ends[1:]])
 
 
+def _joined(
+    zenith_deg: np.ndarray, azimuth_deg: np.ndarray, values: np.ndarray, grid: PatchGrid
+) -> tuple[np.ndarray, np.ndarray]:
+    """`_between_samples` of radiances of any magnitude: no product of the cubic leaves the range of floats."""
+    exponent = int(np.frexp(values.max())[1])
+    mean, slope = _between_samples(zenith_deg, azimuth_deg, np.ldexp(values, -exponent), grid)
+    with np.errstate(over="ignore"):
+        return np.minimum(np.ldexp(mean, exponent), np.finfo(np.float64).max), slope
+
+
 def _between_samples(
     zenith_deg: np.ndarray, azimuth_deg: np.ndarray, values: np.ndarray, grid: PatchGrid
 ) -> tuple[np.ndarray, np.ndarray]:
@@ -355,11 +365,13 @@ def _between_samples(
     if rings[-1, 1] > zenith_deg[-1]:
         angles, levels = [*angles, rings[-1:, 1]], [*levels, beyond(rings[-1, 1], -1, -2)]
     nodes, length, _ = _around_samples(rings, zenith_deg)
-    sine, cosine = sin_cos_deg(nodes)
-    sin2, growth, _ = grid.ring_sin2()
+    (sine, after, of_both), (cosine, _, _) = sin_cos_deg([nodes, nodes - rings[:, 0], nodes + rings[:, 0]])
     of_u = length * sine * cosine
     at_nodes = PchipInterpolator(np.concatenate(angles), np.concatenate(levels))(nodes)
-    return _laws(at_nodes, of_u / of_u.sum(axis=0), 2.0 * (sine * sine - sin2) / growth - 1.0, of_v, v)
+    of_u /= of_u.sum(axis=0)
+    u = 2.0 * after * of_both / grid.ring_sin2()[1] - 1.0
+    u -= (of_u * u).sum(axis=0)  # so a constant has no slope, also where the points do not integrate a wide ring
+    return _laws(at_nodes, of_u, u, of_v, v)
 
 
 def _around_samples(bounds: np.ndarray, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.component import Component, Law, cells_of_grid, slope_factor
+from aomc_sky.component import MAX_SLOPE, Component, Law, cells_of_grid, slope_factor
 from aomc_sky.directions import AzimuthConvention
 from aomc_sky.errors import InputWarning, SceneError
 from aomc_sky.float_mode import in_default_mode
@@ -133,8 +133,15 @@ class TabulatedSky(Share):
                 "wavelength one row"
             )
         slope = None if self.slope is None else np.asarray(self.slope, dtype=np.float64)
-        if slope is not None and (slope.shape != (*values.shape, 2) or self.weighting is not Weighting.PROJECTED):
-            raise ValueError(f"slope wants weighting PROJECTED and the shape {(*values.shape, 2)}, got {slope.shape}")
+        if slope is not None and self.weighting is not Weighting.PROJECTED:
+            raise ValueError("slope wants weighting PROJECTED; with another weighting, set slope to None")
+        if slope is not None and (slope.shape != (*values.shape, 2) or not np.all(np.abs(slope) <= MAX_SLOPE)):
+            raise ValueError(
+                f"slope wants the shape {(*values.shape, 2)} and values from {-MAX_SLOPE:g} to {MAX_SLOPE:g}, got the "
+                f"shape {slope.shape}"
+            )
+        if slope is not None and not np.all(self.grid.solid_angle_sr > 0):
+            raise ValueError("slope wants patches with an extent; this grid has points")
         for name, array in (("wavelength_nm", wavelength), ("values", values), ("slope", slope)):
             if array is None:
                 continue

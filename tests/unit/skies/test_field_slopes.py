@@ -1,0 +1,78 @@
+"""Slopes of a gridded radiance field: at edges of patches, of constant fields, and of fields of any magnitude."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from aomc_sky.grid import PatchGrid
+from aomc_sky.skies.patch_integrals import integrate_patches
+from aomc_sky.skies.tabulated import TabulatedSky, Weighting
+
+xarray = pytest.importorskip("xarray")
+
+ZENITH_DEG = np.arange(5.0, 90.0, 20.0)
+
+
+def smooth(zenith_deg, azimuth_deg):
+    return 2.0 + 1.9 * np.sin(np.deg2rad(zenith_deg)) * np.cos(np.deg2rad(azimuth_deg))
+
+
+def field(zenith_deg, azimuth_deg, function):
+    angles = np.meshgrid(zenith_deg, azimuth_deg, indexing="ij")
+    coordinates = {
+        name: (name, values, {"units": "degree"}) for name, values in (("zenith", zenith_deg), ("azimuth", azimuth_deg))
+    }
+    return TabulatedSky.from_xarray(xarray.DataArray(function(*angles), dims=("zenith", "azimuth"), coords=coordinates))
+
+
+@pytest.mark.parametrize(("n", "first", "error"), [(4, 0.1, 0.4), (24, 0.25, 0.02), (80, 0.5, 0.01), (120, 0.25, 0.01)])
+def test_radiance_beside_the_edges_of_patches(n, first, error):
+    table = field(ZENITH_DEG, first + np.arange(n) * 360.0 / n, smooth)
+    edges = table.grid.azimuth_bounds_deg.ravel()
+    beside = [np.nextafter(edges, end) for end in (-np.inf, np.inf)]
+    azimuth_deg = np.concatenate([edges, *beside, edges + 360.0, edges - 720.0])
+    found = table.radiance(np.deg2rad(65.0), np.deg2rad(azimuth_deg), 550.0)
+    assert np.abs(found - smooth(65.0, azimuth_deg)).max() < error
+
+
+@pytest.mark.parametrize("zenith_deg", [[0.0, 45.0, 90.0 - 1e-9, 90.0], [0.0, 90.0], [40.0, 41.0]])
+def test_a_constant_field_has_no_slope(zenith_deg):
+    table = field(np.array(zenith_deg), np.arange(0.0, 360.0, 30.0), lambda zenith, _: np.ones(zenith.shape))
+    assert np.all(table.slope == 0)
+    np.testing.assert_allclose(table.values, 1.0, rtol=1e-14)
+
+
+@pytest.mark.parametrize("scale", [5e-324, 1e-310, 1.7e308])
+def test_fields_of_any_magnitude(scale):
+    table = field(ZENITH_DEG, np.arange(0.0, 360.0, 30.0), lambda zenith, _: np.where(zenith < 40, scale, 0.5 * scale))
+    assert np.all(np.isfinite(table.values))
+    assert table.values.max() == pytest.approx(scale, rel=0.01, abs=0.0)
+    assert np.all(np.abs(table.slope) <= 1)
+
+
+def test_what_no_slope_is():
+    grid = PatchGrid.regular(2, 4)
+    good = {"wavelength_nm": [550.0], "values": np.ones((1, 8)), "grid": grid, "weighting": Weighting.PROJECTED}
+    TabulatedSky(**good, slope=np.zeros((1, 8, 2)))
+    for slope, weighting, message in (
+        (np.zeros((1, 8)), Weighting.PROJECTED, "shape"),
+        (np.full((1, 8, 2), 2.0), Weighting.PROJECTED, "values from"),
+        (np.full((1, 8, 2), np.nan), Weighting.PROJECTED, "values from"),
+        (np.zeros((1, 8, 2)), Weighting.LISTED, "set slope to None"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            TabulatedSky(**good | {"weighting": weighting}, slope=slope)
+
+
+@pytest.mark.parametrize("grid", [PatchGrid.whole_degrees(), PatchGrid.regular(18, 36)])
+def test_patches_across_quarter_turns_are_no_sign_of_a_spot(grid):
+    n_values = 0
+
+    def radiance(zenith, azimuth):
+        nonlocal n_values
+        n_values += zenith.size
+        return 1.0 + 0.3 * np.cos(zenith) + 0.2 * np.sin(zenith) * np.cos(azimuth)
+
+    integrate_patches(radiance, grid)
+    assert n_values <= 140 * grid.n_patches
