@@ -59,7 +59,7 @@ def test_page_of_libradtran_users(tmp_path: Path) -> None:
 def test_page_of_own_skies(tmp_path: Path, skies_site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pytest.importorskip("xarray")
     monkeypatch.setenv("PYTHONPATH", str(skies_site))
-    assert carry_out("howto/own_sky.md", tmp_path) == 9
+    assert carry_out("howto/own_sky.md", tmp_path) == 10
     pip_install(tmp_path / "our_skies", tmp_path / "site")  # the package that the page shows
     monkeypatch.syspath_prepend(tmp_path / "site")
     scene = sky.read_scene(
