@@ -327,6 +327,9 @@ class _Block(PhotonBatch):
         return np.stack([self.x, self.y], axis=-1, out=self.memory.positions[: len(self)])
 
 
+_BATCH_FIELDS = tuple(field.name for field in fields(PhotonBatch))
+
+
 class _Memory:
     """Memory of one block, used again and again: the arrays of its batch and its rows."""
 
@@ -349,6 +352,6 @@ class _Memory:
 
     def block(self, batch: PhotonBatch) -> _Block:
         """Photons that fill the arrays of `batch`, with memory for their rows."""
-        block = _Block(**{field.name: getattr(batch, field.name) for field in fields(batch)})
+        block = _Block(**{name: getattr(batch, name) for name in _BATCH_FIELDS})
         block.__dict__["memory"] = self
         return block
