@@ -313,7 +313,7 @@ def test_a_full_disk_leaves_nothing_half(out, tmp_path, to):
 
 
 def test_a_killed_export_is_finished_by_the_same_command(amc, tmp_path):
-    assert main(["run", str(amc), "--iterations", "3e6", "--format", "none", "-q", "--out", str(tmp_path / "out")]) == 0
+    assert main(["run", str(amc), "--iterations", "9e6", "--format", "none", "-q", "--out", str(tmp_path / "out")]) == 0
     made = tmp_path / "out-npy"
     process = start("export", tmp_path / "out", "--to", "npy", "--threads", "1")
     wait_for(made, ".aomc-sky-photons-0002*", process)

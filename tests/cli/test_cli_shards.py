@@ -151,7 +151,7 @@ def test_shards_at_once(amc, whole, tmp_path):
 
 
 def test_a_killed_shard_costs_its_photons(amc, tmp_path):
-    more = ("--iterations", 3_000_000, "--threads", 1)
+    more = ("--iterations", 9_000_000, "--threads", 1)
     assert run(amc, tmp_path / "whole", *more) == 0
     process = start(*words(amc, tmp_path / "out", "--shard", "1/2", *more))
     wait_for(tmp_path / "out", "photons-0002.npy.part", process)

@@ -36,7 +36,7 @@ SIGNALS = {"kill-9": (signal.SIGKILL, -9), "interrupt": (signal.SIGINT, 130)}
 
 @pytest.mark.parametrize(("how", "code"), SIGNALS.values(), ids=[row_id(41, name) for name in SIGNALS])
 def test_a_killed_run_is_finished_by_the_same_command(amc, tmp_path, how, code):
-    words = ["run", amc, "--iterations", "1.5e6", "--threads", "1", "-q", "--out"]
+    words = ["run", amc, "--iterations", "6e6", "--threads", "1", "-q", "--out"]
     assert main([*map(str, words), str(tmp_path / "whole")]) == 0
     whole = run_bytes(tmp_path / "whole")
     out = tmp_path / "out"

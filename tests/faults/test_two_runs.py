@@ -41,7 +41,7 @@ def words_of(scene: Path, out: Path, seed: int, *options: object) -> list[str]:
 @pytest.fixture
 def stopped(scene, tmp_path) -> Iterator[Any]:
     """A run of seed 1 into ``out`` that is stopped in its midst, and alive."""
-    process = start(*words_of(scene, tmp_path / "out", 1, "--iterations", "6e5"))
+    process = start(*words_of(scene, tmp_path / "out", 1, "--iterations", "3e6"))
     wait_for(tmp_path / "out", "counts.csv", process)
     process.send_signal(signal.SIGSTOP)
     assert process.poll() is None
@@ -76,7 +76,7 @@ def test_another_plan_is_refused_while_one_holds_the_folder(fault, options, stop
 
 @row(47, "force-while-the-same-run-goes-on")
 def test_force_takes_no_living_run_apart(fault, stopped, scene, tmp_path, capsys):
-    same = words_of(scene, tmp_path / "out", 1, "--iterations", "6e5")
+    same = words_of(scene, tmp_path / "out", 1, "--iterations", "3e6")
     assert main([*same, "--force"]) == 6
     assert f"process {stopped.pid} on" in capsys.readouterr().err
     assert main(same) == 0  # without it the work is shared
@@ -87,7 +87,7 @@ def test_force_takes_no_living_run_apart(fault, stopped, scene, tmp_path, capsys
 @row(47, "shards-of-one-plan-share-the-folder")
 def test_shards_of_one_plan_share_a_folder(fault, scene, tmp_path, capsys):
     out = tmp_path / "out"
-    shard = words_of(scene, out, 1, "--iterations", "6e5", "--shard")
+    shard = words_of(scene, out, 1, "--iterations", "3e6", "--shard")
     process = start(*shard, "1/2")
     wait_for(out, "*photons-0002*", process)
     process.send_signal(signal.SIGSTOP)
