@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from aomc_sky.directions import AzimuthConvention, azimuth_from_sun_deg, to_enu_azimuth_deg
-from aomc_sky.errors import Span, UsageError
+from aomc_sky.errors import Span, UsageError, require_one_of
 from aomc_sky.formats.radiance_words import (
     ANGLE_DEGREES,
     CONVENTIONS,
@@ -89,8 +89,8 @@ def read_radiance_points(
     convention = azimuth_convention
     if isinstance(convention, AzimuthConvention):
         convention = convention.name.lower()
-    if convention is not None and convention not in CONVENTIONS:
-        raise UsageError(f"azimuth_convention must be one of {', '.join(map(repr, CONVENTIONS))}, got {convention!r}")
+    if convention is not None:
+        require_one_of(CONVENTIONS, convention, "azimuth_convention")
     if angle_unit not in (None, "deg", "rad"):
         raise UsageError(f"angle_unit must be 'deg' or 'rad', got {angle_unit!r}")
     if radiance_unit is not None and radiance_factor(radiance_unit) is None:

@@ -252,14 +252,6 @@ class View(enum.Enum):
     ABOVE = "above"
     BELOW = "below"
 
-    @classmethod
-    def named(cls, name: str) -> View:
-        """The view of a name."""
-        try:
-            return cls(name)
-        except ValueError:
-            raise UsageError(f"the dome is seen from 'above' or 'below', not from {name!r}") from None
-
     @property
     def sentence(self) -> str:
         """The sentence of the caption."""

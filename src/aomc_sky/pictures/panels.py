@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.emission.notebook import png_bytes
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import UsageError, require_one_of
 from aomc_sky.extras import optional_module
 from aomc_sky.pictures.content import MOST_PANELS, Picture, Symbol
 from aomc_sky.pictures.dome import (
@@ -56,7 +56,7 @@ def figure_of(
     With the scale "each" every dome has its own colours and bar. Without matplotlib a MissingExtraError names the
     extra.
     """
-    _check_scale(scale)
+    require_one_of(SCALES, scale, "scale")
     if not 1 <= len(picture.domes) <= MOST_PANELS:
         raise UsageError(f"a picture has 1 to {MOST_PANELS} domes, got {len(picture.domes)}")
     width_in = width_of(size_px)
@@ -100,14 +100,9 @@ def _letters_pt() -> float:
     return float(optional_module("matplotlib", extra=EXTRA).rcParams["font.size"])
 
 
-def _check_scale(scale: str) -> None:
-    if scale not in SCALES:
-        raise UsageError(f"scale must be one of {', '.join(SCALES)}, got {scale!r}")
-
-
 def draw_into(axes: Any, picture: Picture, *, view: View, choice: ColourChoice, scale: str = "shared") -> Any:
     """Draw the domes of a picture into axes that somebody has, one for each; their figure is returned."""
-    _check_scale(scale)
+    require_one_of(SCALES, scale, "scale")
     every = np.atleast_1d(np.asarray(axes, dtype=object)).ravel().tolist()
     if len(every) != len(picture.domes):
         raise UsageError(f"{len(picture.domes)} domes need as many axes, got {len(every)}; bands chooses wavebands")

@@ -8,7 +8,7 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import require_one_of
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.kernels.arithmetic.error_free import FIXED_POINT_BITS
 from aomc_sky.plan.sampling.allocation import AllocationMethod, fixed_point_cumulative, normalise
@@ -111,10 +111,8 @@ def verify_counts(
     (True, False)
     """
     known = [m.value for m in AllocationMethod if m is not AllocationMethod.AOMC]
-    name = method.value if isinstance(method, AllocationMethod) else method
-    if name not in known:
-        raise UsageError(f"method must be one of {', '.join(map(repr, known))}, got {method!r}")
-    chosen = AllocationMethod(name)
+    require_one_of(known, getattr(method, "value", method), "method")
+    chosen = AllocationMethod(method)
     photons, masses = _checked_counts(counts), _checked_masses(mass)
     bands, masses = np.atleast_2d(photons), np.atleast_2d(masses)
     if bands.size == 0 or bands.ndim != 2 or masses.shape not in (bands.shape, (1, bands.shape[1])):

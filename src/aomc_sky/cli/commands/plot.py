@@ -123,7 +123,7 @@ def plot(arguments: argparse.Namespace) -> int:
         figure = figure_of(
             picture,
             size_px=arguments.size or _SIZE_PX,
-            view=View.named(arguments.seen_from),
+            view=View(arguments.seen_from),
             choice=ColourChoice(limits=arguments.range, cmap=arguments.cmap, norm=arguments.norm),
             scale=arguments.scale,
             has_caption=not arguments.no_caption,
@@ -314,7 +314,7 @@ def _background(arguments: argparse.Namespace) -> tuple[Picture, int]:
         raise UsageError("--time is one time; --start, --stop and --frames are for several")
     scene = lobe_scene(arguments, arguments.time)
     wavelengths = scene.wavelength_nm.tolist() if arguments.wavelength else [_nearest_nm(scene)]
-    pictures = [lobe_picture([(f"{w:g} nm", [scene.sky])], w) for w in wavelengths]
+    pictures = [lobe_picture([(f"{w:g} nm", scene.sky)], w) for w in wavelengths]
     title = _title(arguments, f"{Path(arguments.path).name}, {moment_text(arguments.time)}")
     domes = tuple(picture.domes[0] for picture in pictures)
     return dataclasses.replace(pictures[0], domes=domes, title=title), len(domes)

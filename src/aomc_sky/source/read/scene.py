@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import SceneError, UsageError, require_one_of
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.aomc.amc import AmcConfig, FootprintCode
 from aomc_sky.plan.footprint import Footprint
@@ -250,8 +250,8 @@ def _check_choices(**choices: str | None) -> None:
         "azimuth_bins": ("n+1", "n"),
     }
     for name, value in choices.items():
-        if value is not None and name in allowed and value not in allowed[name]:
-            raise UsageError(f"{name} must be one of {', '.join(map(repr, allowed[name]))}, got {value!r}")
+        if value is not None and name in allowed:
+            require_one_of(allowed[name], value, name)
     if choices["sky"] is not None:
         from aomc_sky.formats.sky_toml.keys import value_problem
 
