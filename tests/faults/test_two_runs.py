@@ -117,7 +117,7 @@ def test_a_killed_holder_blocks_nobody(fault, stopped, scene, tmp_path):
 
 
 def _run_at_once(words: list[str], ready: Any, ended: Any, other_ended: Any, meets: bool, error_file: str) -> None:
-    """Claim the folder when the other process does; with `meets` the one that gets it holds it until the other ended."""
+    """Claim the folder when the other process does; with `meets` the one that has it waits until the other ended."""
     from aomc_sky.cli.main import main
 
     held = RunFolder.held
