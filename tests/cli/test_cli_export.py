@@ -13,7 +13,7 @@ import pytest
 
 from aomc_sky import PhotonSource, Plan, read_mcpl, read_scene, write_mcpl
 from aomc_sky.cli.main import main
-from tests.support.processes import start, wait_for
+from tests.support.processes import end_by, start, stopped
 from tests.support.scenes import copy_scene
 
 
@@ -313,12 +313,9 @@ def test_a_full_disk_leaves_nothing_half(out, tmp_path, to):
 
 
 def test_a_killed_export_is_finished_by_the_same_command(amc, tmp_path):
-    assert main(["run", str(amc), "--iterations", "9e6", "--format", "none", "-q", "--out", str(tmp_path / "out")]) == 0
+    assert main(["run", str(amc), "--iterations", "2e5", "--format", "none", "-q", "--out", str(tmp_path / "out")]) == 0
     made = tmp_path / "out-npy"
-    process = start("export", tmp_path / "out", "--to", "npy", "--threads", "1")
-    wait_for(made, ".aomc-sky-photons-0002*", process)
-    process.send_signal(signal.SIGKILL)
-    process.communicate(timeout=60)
+    end_by(stopped("export", tmp_path / "out", "--to", "npy", block=6), signal.SIGKILL)  # of four in each waveband
     first = (made / "photons-0001.npy").stat().st_mtime_ns
     assert not (made / "photons-0002.npy").exists()
     assert export(tmp_path / "out", "--to", "npy", "-q") == 0
