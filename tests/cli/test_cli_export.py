@@ -18,11 +18,6 @@ from tests.support.scenes import copy_scene
 
 
 @pytest.fixture
-def amc(tmp_path: Path) -> Path:
-    return copy_scene("document_example", tmp_path)
-
-
-@pytest.fixture
 def out(amc: Path, tmp_path: Path) -> Path:
     """A run without photons."""
     folder = tmp_path / "out"
@@ -264,29 +259,6 @@ def test_what_is_no_run(amc, tmp_path, capsys):
     ):
         assert export(path, "--to", "npy") == 3
         assert text in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("damage", ["cut", "empty", "byte", "text", "array", "manifest"])
-def test_damaged_runs_are_told(amc, out, tmp_path, capsys, damage):
-    codes = {"manifest": "E100"}
-    plan = out / "plan.npz"
-    data = plan.read_bytes()
-    if damage == "array":
-        with np.load(plan) as stored:
-            arrays = dict(stored)
-        np.savez(plan, **{**arrays, "cell": np.zeros(3)})
-    elif damage == "manifest":
-        (out / "manifest.json").write_text("{")
-    else:
-        middle = data.index(b"mass.npy") + 160  # a number of the masses
-        changed = bytes([data[middle] ^ 255])
-        byte = data[:middle] + changed + data[middle + 1 :]
-        plan.write_bytes({"cut": data[:-100], "empty": b"", "byte": byte, "text": b"mine"}[damage])
-    assert export(out, "--to", "npy") == 3
-    error = capsys.readouterr().err
-    assert f"error[{codes.get(damage, 'E951')}]" in error
-    assert "again" in error
-    assert not (tmp_path / "out-npy").exists()
 
 
 def test_the_plan_of_another_run_is_told(amc, out, tmp_path, capsys):

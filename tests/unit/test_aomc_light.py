@@ -60,32 +60,6 @@ def test_all_signs_and_magnitudes_of_both_components():
     assert at_the_seam > 10_000  # planted: the law without its bound
 
 
-@pytest.mark.slow
-def test_every_float_of_the_component_across_the_seam():
-    """All values uy from 2^-27 to 1 of directions that come from x > 0: phi falls from 2 pi; smaller ones are at 2 pi.
-
-    The seam is where y = -uy is below 0 and x above it. For every uy the longest ux, sqrt(1 - uy^2), turns
-    least from the seam: a shorter one has a smaller azimuth, and `below_full_turn` bounds both.
-    """
-    first, last = (int(np.float32(x).view(np.uint32)) for x in (2.0**-27, 1))
-    assert free_azimuth(np.float32([-1]), np.float32([2.0**-27])) == FULL_TURN
-    size = 1 << 21
-    n_free, previous = 0, np.float32(np.inf)
-    for start in range(first, last + 1, size):
-        uy = np.arange(start, min(start + size, last + 1), dtype=np.uint32).view(np.float32)
-        ux = -np.sqrt(1 - uy.astype(np.float64) ** 2).astype(np.float32)
-        free = free_azimuth(ux, uy)
-        assert free[0] <= previous
-        assert np.all(np.diff(free) <= 0)  # atan2 is monotone here, so the first of a block is its largest
-        phi = np.minimum(free, constant("below_full_turn"))
-        assert phi.min() >= 0
-        assert np.all(azimuth_bin(phi[0], EVERY_NUMBER_OF_BINS) <= EVERY_NUMBER_OF_BINS)
-        n_free += np.count_nonzero(azimuth_bin(free, 360) > 360)
-        previous = free[-1]
-    assert light_azimuth(np.float32([-1]), np.float32([0])) == 0
-    assert n_free > 1_000_000  # planted: without the bound, all these are outside the array
-
-
 @pytest.fixture(scope="module")
 def program(tmp_path_factory):
     """An AOMC-like program around our `light`, its arrays checked."""

@@ -193,14 +193,6 @@ def test_the_largest_seed_is_one():
     assert checked_seed(np.uint64(2**64 - 1)) == 2**64 - 1
 
 
-@pytest.mark.parametrize("rows", [[0.0, 1.0, 0.0], [-1, 0, 0], [0, 0, 1]])
-def test_rows_of_bands_are_indices(rows):
-    bands = sky.Wavebands(wavelength_nm=np.array([440.0, 550.0, 670.0]))
-    beam = sky.DirectBeam(sun_zenith_deg=30.0).lower(np.array([500.0]))
-    with pytest.raises(SceneError, match="row_of_band"):
-        sky.Scene(wavebands=bands, n_photons=10, components=tuple(beam), row_of_band=np.array(rows))
-
-
 def test_bounds_are_read_as_a_person_writes_them():
     for high, words in ((4096, "4096"), (2**31 - 1, r"2\^31 - 1"), (2**62, r"2\^62"), (2**62 + 1, str(2**62 + 1))):
         with pytest.raises(AomcSkyError, match=f"n must be a whole number from 1 to {words}, got 0"):

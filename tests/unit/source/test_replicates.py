@@ -154,12 +154,6 @@ def test_a_stored_plan_keeps_its_replicates(tmp_path):
     assert_same(joined([again.photons()]), joined([source.photons()]))
 
 
-@pytest.mark.parametrize("wrong", [0, -1, 4097, 2.0, "3", True, None, math.nan])
-def test_what_is_no_number_of_replicates(wrong):
-    with pytest.raises(UsageError, match="1 to 4096"):
-        scene(10_000).source(replicates=wrong)
-
-
 def test_replicates_without_photons_or_chance_are_refused(monkeypatch):
     assert scene(12).source(replicates=12).n_photons(0) == 12
     with pytest.raises(SceneError, match="waveband 2 has 12 photons, too few for 13 replicates"):
