@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -134,14 +132,6 @@ def test_a_huge_file_is_refused_unread(tmp_path):
         file.truncate(2**31)
     with pytest.raises(InputFileError, match="at most"):
         read_weather(path, "epw")
-
-
-def test_reading_needs_neither_pandas_nor_pvlib():
-    code = "import sys; from aomc_sky.formats.weather import read_weather; read_weather(sys.argv[1], 'epw');"
-    code += "print(sorted({'pandas', 'pvlib', 'numba', 'scipy'} & set(sys.modules)))"
-    path = DATA / "good" / GOOD["epw"]
-    done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, timeout=60, check=True)
-    assert done.stdout.strip() == "[]"
 
 
 EPW_NUMBERS = [k for k in range(6, 35) if k not in (26, 27)]
