@@ -13,13 +13,8 @@ import pytest
 
 from aomc_sky import PhotonSource, Plan, read_mcpl, read_scene, write_mcpl
 from aomc_sky.cli.main import main
-from tests.support.processes import start, wait_for
+from tests.support.processes import end_by, start, stopped
 from tests.support.scenes import copy_scene
-
-
-@pytest.fixture
-def amc(tmp_path: Path) -> Path:
-    return copy_scene("document_example", tmp_path)
 
 
 @pytest.fixture
@@ -266,29 +261,6 @@ def test_what_is_no_run(amc, tmp_path, capsys):
         assert text in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("damage", ["cut", "empty", "byte", "text", "array", "manifest"])
-def test_damaged_runs_are_told(amc, out, tmp_path, capsys, damage):
-    codes = {"manifest": "E100"}
-    plan = out / "plan.npz"
-    data = plan.read_bytes()
-    if damage == "array":
-        with np.load(plan) as stored:
-            arrays = dict(stored)
-        np.savez(plan, **{**arrays, "cell": np.zeros(3)})
-    elif damage == "manifest":
-        (out / "manifest.json").write_text("{")
-    else:
-        middle = data.index(b"mass.npy") + 160  # a number of the masses
-        changed = bytes([data[middle] ^ 255])
-        byte = data[:middle] + changed + data[middle + 1 :]
-        plan.write_bytes({"cut": data[:-100], "empty": b"", "byte": byte, "text": b"mine"}[damage])
-    assert export(out, "--to", "npy") == 3
-    error = capsys.readouterr().err
-    assert f"error[{codes.get(damage, 'E951')}]" in error
-    assert "again" in error
-    assert not (tmp_path / "out-npy").exists()
-
-
 def test_the_plan_of_another_run_is_told(amc, out, tmp_path, capsys):
     assert run(amc, "--out", tmp_path / "other", "--weighting", "projected") == 0
     shutil.copy(tmp_path / "other" / "plan.npz", out / "plan.npz")
@@ -313,12 +285,9 @@ def test_a_full_disk_leaves_nothing_half(out, tmp_path, to):
 
 
 def test_a_killed_export_is_finished_by_the_same_command(amc, tmp_path):
-    assert main(["run", str(amc), "--iterations", "9e6", "--format", "none", "-q", "--out", str(tmp_path / "out")]) == 0
+    assert main(["run", str(amc), "--iterations", "2e5", "--format", "none", "-q", "--out", str(tmp_path / "out")]) == 0
     made = tmp_path / "out-npy"
-    process = start("export", tmp_path / "out", "--to", "npy", "--threads", "1")
-    wait_for(made, ".aomc-sky-photons-0002*", process)
-    process.send_signal(signal.SIGKILL)
-    process.communicate(timeout=60)
+    end_by(stopped("export", tmp_path / "out", "--to", "npy", block=6), signal.SIGKILL)  # of four in each waveband
     first = (made / "photons-0001.npy").stat().st_mtime_ns
     assert not (made / "photons-0002.npy").exists()
     assert export(tmp_path / "out", "--to", "npy", "-q") == 0

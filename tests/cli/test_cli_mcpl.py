@@ -6,7 +6,6 @@ import gzip
 import json
 import shutil
 import subprocess
-from pathlib import Path
 
 import jsonschema
 import numpy as np
@@ -17,7 +16,7 @@ from aomc_sky.cli.main import main
 from aomc_sky.engine.run import JobOptions, run_job
 from aomc_sky.formats.mcpl.header import runs_of
 from tests.support.mcpl import oracle
-from tests.support.scenes import copy_scene, run_bytes
+from tests.support.scenes import run_bytes
 from tests.support.shared import DATA, INPUTS, REPOSITORY
 
 ITERATIONS = 70_000  # more than a block of work
@@ -25,11 +24,6 @@ ITERATIONS = 70_000  # more than a block of work
 
 def run(*words: object) -> int:
     return main(["run", *map(str, words)])
-
-
-@pytest.fixture
-def amc(tmp_path: Path) -> Path:
-    return copy_scene("document_example", tmp_path)
 
 
 def test_one_file_holds_all_wavebands_and_stands_in_the_manifest(amc, tmp_path):
@@ -105,35 +99,6 @@ def test_files_of_other_wavebands_do_not_merge(amc, tmp_path):
     sky.write_mcpl(sky.read_scene(INPUTS / "clear_day", iterations=100).source(2), tmp_path / "b.mcpl")
     with pytest.raises(subprocess.CalledProcessError):
         oracle().tool("--merge", tmp_path / "c.mcpl", tmp_path / "a.mcpl", tmp_path / "b.mcpl")
-
-
-class Stop(Exception):  # noqa: N818
-    """What stops a run on its way."""
-
-
-@pytest.mark.parametrize("after", [1, 3, 5])
-def test_a_run_that_was_stopped_ends_with_the_same_bytes(after, amc, tmp_path):
-    scene = sky.read_scene(amc, iterations=ITERATIONS)
-    options = JobOptions(formats=("npy", "mcpl"), threads=2)
-    run_job(scene.source(), scene, tmp_path / "whole", options)
-    calls = []
-
-    def stop(done: int, total: int) -> None:
-        calls.append((done, total))
-        if len(calls) == after:
-            raise Stop
-
-    with pytest.raises(Stop):
-        run_job(scene.source(), scene, tmp_path / "out", options, stop)
-    names = {p.name for p in (tmp_path / "out").iterdir()}
-    assert not any(name.startswith(".aomc-sky-") for name in names)
-    assert "photons.mcpl" not in names
-    assert "manifest.json" not in names
-    seen = []
-    result = run_job(scene.source(), scene, tmp_path / "out", options, lambda *a: seen.append(a))
-    assert not result.was_finished
-    assert seen[-1][0] == seen[-1][1] >= 3 * ITERATIONS  # what was finished is read too
-    assert run_bytes(tmp_path / "out") == run_bytes(tmp_path / "whole")
 
 
 def test_a_file_of_the_right_length_with_another_head_is_not_ours(amc, tmp_path):

@@ -12,10 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from aomc_sky.outputs import statistics
-from aomc_sky.outputs.statistics import BlockSums, ExactSum, PhotonSums, batch_functions
-from aomc_sky.source.read.scene import read_scene
-from tests.support.backend import photons_by
-from tests.support.shared import INPUTS
+from aomc_sky.outputs.statistics import BlockSums, ExactSum, PhotonSums
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e290, max_value=1e290)
 
@@ -37,14 +34,6 @@ def test_any_grouping_is_the_sum_correctly_rounded(terms, cut, most):
     assert grouped.value == of(terms).value == float(sum(map(Fraction, terms), Fraction(0)))
 
 
-def test_expansion_is_exact_at_the_ends_of_the_range():
-    terms = [2.0**1000, 1.0, 5e-324, -(2.0**-1000), 3e-17, -1e-300]
-    parts = statistics._expansion(terms)
-    assert len(parts) <= 40
-    assert sum(map(Fraction, parts)) == sum(map(Fraction, terms))
-    assert statistics._expansion([1.0, -1.0]) == []
-
-
 def test_memory_is_bounded():
     total, draw = ExactSum(), random.Random(3)
     terms = [draw.expovariate(1.0) for _ in range(3 * statistics._MOST_TERMS)]
@@ -59,15 +48,6 @@ def test_what_is_not_finite_or_too_large_is_infinite(terms, monkeypatch):
     assert of(terms).value == math.inf
     monkeypatch.setattr(statistics, "_MOST_TERMS", 1)
     assert of([*terms, 1.0, 1.0]).value == math.inf
-
-
-def test_block_sums_do_not_depend_on_the_kernels():
-    uz = read_scene(INPUTS / "document_example", iterations=65_536).source(seed=3).photons(0).uz
-    sums = []
-    for kernels in (False, True):
-        with photons_by(kernels=kernels):
-            sums.append(batch_functions().block_sums(uz))
-    assert sums[0] == sums[1]
 
 
 def test_sums_of_horizontal_photons_and_of_none():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -15,14 +16,30 @@ from aomc_sky import Component, DirectBeam, Law, PatchGrid, PerezSky, Scene, Wav
 from aomc_sky.component import cells_of_grid
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import AllocationError, SceneError
+from aomc_sky.formats.aomc.amc import LightSource, read_amc
 from aomc_sky.outputs.aomc import skydist
 from aomc_sky.outputs.aomc.skydist import MOST_PHOTONS, AomcSky, aomc_sky, exact_radiances, write_aomc_folder
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.plan.sampling.allocation import allocate
 from aomc_sky.skies.tabulated import TabulatedSky, aomc_weight
-from tests.support.aomc_program import launched
 from tests.support.fortran import compile_reader, needs_gfortran
 from tests.support.shared import DATA, INPUTS
+
+
+def launched(program: Path, folder: Path, shape: tuple[int, ...]) -> np.ndarray:
+    """Photons of (waveband, zenith index - 1, azimuth index) that the program launches in `folder`."""
+    config = read_amc(folder / "amc.inp")
+    assert config.light_source is LightSource.FILE
+    lines = (folder / "lambbot.inp").read_text().splitlines()[1:]
+    wavelengths = [line.split()[0] for line in lines[: config.n_wavebands]]
+    job = f"{folder / 'skydist.inp'}\n{config.iterations} {len(wavelengths)}\n{' '.join(wavelengths)}\n"
+    done = subprocess.run([program], input=job, capture_output=True, text=True, timeout=120, check=True)
+    counts = np.zeros(shape, dtype=np.int64)
+    rows = np.loadtxt(done.stdout.splitlines(), dtype=np.int64, ndmin=2)
+    if rows.size:
+        counts[rows[:, 0] - 1, rows[:, 1] - 1, rows[:, 2]] = rows[:, 3]
+    return counts
+
 
 WAVELENGTHS = np.array([412.5, 440.0, 550.0, 675.3])
 

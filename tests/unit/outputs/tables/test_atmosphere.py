@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import MissingExtraError, ModelLimitWarning, UsageError
-from aomc_sky.outputs.tables.atmosphere import check_wavelengths, rounded_significand, xyzw, xyzw_weights
+from aomc_sky.outputs.tables.atmosphere import check_wavelengths, rounded_significand, xyzw
 
 
 def nearest(value: float, n_bits: int) -> float:
@@ -73,22 +73,6 @@ def test_coarse_spectra_against_the_functions_of_colour(colour: object) -> None:
         np.testing.assert_allclose(found[3], luminous_flux(dark, night, 1700.0), rtol=1e-9)
 
 
-def test_sum_written_out(colour: object) -> None:
-    from colour import MSDS_CMFS
-    from colour.colorimetry import SDS_LEFS
-
-    matching = MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
-    night = SDS_LEFS["CIE 1951 Scotopic Standard Observer"]
-    wavelength = np.array([443.0, 490.0, 512.0, 555.0, 670.0])
-    radiance = np.array([0.3, 0.2, 0.5, 0.9, 0.1])
-    sums = np.zeros(4)
-    for nm in range(443, 671):
-        light = float(np.interp(nm, wavelength, radiance))
-        sums[:3] += 683.0 * light * np.asarray(matching[float(nm)])
-        sums[3] += 1700.0 * light * float(night[float(nm)])
-    np.testing.assert_allclose(xyzw(radiance, wavelength), sums, rtol=1e-12)
-
-
 @pytest.mark.parametrize(
     ("kelvin", "chromaticity"), [(2856.0, (0.4476, 0.4074)), (5000.0, (0.3451, 0.3516)), (10000.0, (0.2807, 0.2884))]
 )
@@ -98,15 +82,6 @@ def test_published_chromaticities_of_blackbodies(
     for wavelength in (FINE_NM, np.arange(360.0, 831.0, 10.0)):
         x, y, z, _ = xyzw(planck(wavelength, kelvin), wavelength)
         np.testing.assert_allclose((x / (x + y + z), y / (x + y + z)), chromaticity, atol=3e-4)
-
-
-def test_peaks_of_the_eye(colour: object) -> None:
-    weights = xyzw_weights(FINE_NM)
-    assert weights[FINE_NM == 555.0, 1] == pytest.approx(683.0, rel=1e-6)
-    assert weights[FINE_NM == 507.0, 3] == pytest.approx(1700.0, rel=1e-3)
-    assert int(FINE_NM[weights[:, 3].argmax()]) in (506, 507)
-    sums = weights.sum(axis=0)
-    np.testing.assert_allclose(sums[:3] / 683.0, [106.865, 106.857, 106.892], rtol=1e-5)
 
 
 def test_wavelengths_that_no_colour_follows_from(colour: object) -> None:
