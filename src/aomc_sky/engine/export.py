@@ -181,8 +181,7 @@ def _export_aomc(job: _Job) -> tuple[list[str], bool]:
         check_scene(amc_inp, source.plan.arrays["wavelength_nm"])
         if amc_inp.parent.resolve() == job.folder.path.resolve():
             raise UsageError(f"{job.folder.path} holds the scene itself; choose another --out")
-    scene = "AMC_INP" if amc_inp is None else os.path.relpath(amc_inp)
-    sky = aomc_sky(source, job.bands, scene=scene, run=os.path.relpath(job.run.path))
+    sky = aomc_sky(source, job.bands)
     with job.folder.held(source.plan, force=job.options.force):
         names = write_aomc_folder(sky, job.folder, amc_inp)
     job.launched.extend(sky.counts.sum(axis=(1, 2)).tolist())
