@@ -91,10 +91,6 @@ def test_netcdf_holds_the_counts(out, tmp_path, capsys):
     capsys.readouterr()
     assert export(out, "--to", "netcdf", "--out", tmp_path / "new" / "sky.nc") == 0
     assert "nothing was done again" in capsys.readouterr().out
-    assert export(out, "--to", "netcdf", "--out", tmp_path / "new" / "sky.nc", "--photons") == 5
-    assert export(out, "--to", "netcdf", "--out", tmp_path / "new" / "sky.nc", "--photons", "--force", "-q") == 0
-    with xarray.open_dataset(tmp_path / "new" / "sky.nc", engine="h5netcdf") as data:
-        assert np.array_equal(data.uz[40_000:], source_of(out).photons(2).uz)
     (tmp_path / "out.nc").write_text("mine")
     assert export(out, "--to", "netcdf") == 5
     assert (tmp_path / "out.nc").read_text() == "mine"
@@ -235,7 +231,6 @@ def test_the_run_itself_is_no_target(out, capsys):
         (["--to", "npy", "--waveband", "4"], "waveband 4 is not in this run; it has wavebands 1, 2, 3"),
         (["--to", "npy", "--waveband", "0"], "waveband 0 is not"),
         (["--to", "csv", "--scene", "x"], "--scene is for --to aomc"),
-        (["--to", "npy", "--photons"], "--photons is for --to netcdf"),
         (["--to", "netcdf", "--waveband", "1"], "holds all wavebands"),
     ],
 )

@@ -306,6 +306,24 @@ class ChunkPool:
         return start, chunks, sums, stop - start, memory
 
 
+def emit_photons(
+    source: PhotonSource,
+    files: Sequence[PhotonFiles],
+    bands: Iterable[int],
+    threads: int,
+    count: Callable[[int], None],
+) -> dict[int, PhotonSums]:
+    """Make the photons of wavebands, write those that belong to the files, and return the sums of each waveband."""
+    sums = {}
+    with ChunkPool(source, threads) as pool, contextlib.ExitStack() as stack:
+        shared = [(f.writer, stack.enter_context(f.writing())) for f in files if len(f.bands) > 1]
+        for band in bands:
+            with contextlib.ExitStack() as of_band:
+                own = [(f.writer, of_band.enter_context(f.writing())) for f in files if f.bands == (band,)]
+                sums[band] = pool.emit(band, [*own, *shared], count)
+    return sums
+
+
 class _Block(PhotonBatch):
     """A batch of a pool: its rows are made once for all files, into memory that is used again.
 
