@@ -175,10 +175,10 @@ def photon_files(folder: RunFolder, writers: Iterable[PhotonWriter], bands: Sequ
 def stored_files(source: PhotonSource, folder: RunFolder, bands: Sequence[int]) -> dict[str, list[PhotonFiles]]:
     """Photon files of each format that has at least one file in the run folder."""
     names = {*folder.names()}
-    writers = {name: photon_writer(name) for name in FOLDER_FORMATS}
+    writers = {key: photon_writer(key) for key in FOLDER_FORMATS if any(name.endswith(f".{key}") for name in names)}
     return {
-        name: photon_files(folder, [writer(source)], bands)
-        for name, writer in writers.items()
+        key: photon_files(folder, [writer(source)], bands)
+        for key, writer in writers.items()
         if not names.isdisjoint(writer.names[0].format(band + 1) for band in bands)
     }
 

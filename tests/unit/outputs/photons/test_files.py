@@ -7,7 +7,7 @@ import io
 import numpy as np
 import pytest
 
-from aomc_sky.errors import InputFileError, UsageError
+from aomc_sky.errors import InputFileError
 from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, photon_writer
 from aomc_sky.outputs.photons.files import ChunkPool
 from aomc_sky.outputs.photons.npy import HEAD_BYTES
@@ -48,11 +48,6 @@ def test_an_npy_header_is_numpys_own_on_a_page():
     assert text in buffer.getvalue()  # the same words, and more blanks behind them
     assert len(data) == HEAD_BYTES + batch.directions.nbytes
     assert np.array_equal(np.load(io.BytesIO(data)), batch.directions)
-
-
-def test_unknown_formats_are_refused():
-    with pytest.raises(UsageError, match="and none"):
-        photon_writer("hdf5")
 
 
 @pytest.mark.parametrize("name", ["photons-0001.raw", "photons-0001.CSV"])
