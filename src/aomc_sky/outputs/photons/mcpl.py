@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
 import sys
-from collections import deque
 from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -76,7 +74,6 @@ class McplWriter(PhotonWriter):
         self._name = name
         self._record = self._header(0, ()).record
         self._energy = _energies(source)
-        self._free: deque[Any] = deque()  # arrays of records; threads pop and append
 
     def parts(self, bands: Sequence[int]) -> list[tuple[int, ...]]:
         """Wavebands that share a file: all."""
@@ -89,8 +86,8 @@ class McplWriter(PhotonWriter):
         return (FileLayout(self._name, head, self._record.itemsize, n),)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
-        """Records of a batch, good until they are given to `recycle`."""
-        records = self._spare(len(batch))[: len(batch)]
+        """Records of a batch; depth and time are 0."""
+        records = np.zeros(len(batch), self._record)
         if records.size == 0:
             return (memoryview(b""),)
         _pack(batch, self._energy[batch.band], records)
@@ -101,14 +98,6 @@ class McplWriter(PhotonWriter):
         if batch.weight is not None:
             records["weight"] = batch.weight
         return (records.view(np.uint8).data,)
-
-    def _spare(self, n: int) -> np.ndarray:
-        """Records whose depth and time are 0; memory is used again, for new memory is slower than filling it."""
-        with contextlib.suppress(IndexError):
-            records = self._free.pop()
-            if records.size >= n:
-                return records
-        return np.zeros(n, self._record)
 
     @staticmethod
     def read(path: Path, wavelength_nm: np.ndarray, bands: tuple[int, ...], weights: str | Path | None) -> PhotonFile:
@@ -146,12 +135,6 @@ class McplWriter(PhotonWriter):
             header=file.header,
             n_of={int(band): int(n_of[band]) for band in np.flatnonzero(n_of)},
         )
-
-    def recycle(self, chunks: tuple[memoryview, ...]) -> None:
-        """Take back memory after its bytes are written."""
-        for chunk in chunks:
-            if isinstance(chunk.obj, np.ndarray):
-                self._free.append(chunk.obj.base)
 
     def _header(self, n: int, comments: tuple[str, ...]) -> McplHeader:
         return McplHeader(
