@@ -242,7 +242,8 @@ def stream_job(source: PhotonSource, pipe: BinaryIO, threads: int, progress: Pro
     except OSError as error:
         raise OutputError(f"cannot write to standard output: {error.strerror or error}") from error
     bands = [band_result(source, band, of_band) for band, of_band in zip(chosen, sums, strict=True)]
-    return JobResult(bands=bands, seconds=time.perf_counter() - started, emitted=meter.done)
+    seconds = time.perf_counter() - started
+    return JobResult(bands=bands, seconds=seconds, emitted=meter.done, threads=threads or n_cpus())
 
 
 def check_memory(source: PhotonSource, options: JobOptions) -> None:

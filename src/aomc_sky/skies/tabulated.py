@@ -345,4 +345,5 @@ def aomc_weight(radiance: np.ndarray) -> np.ndarray:
     sine, cosine = sine_and_cosine(index)
     cosine = np.where(index == _HORIZON, np.float32(0), cosine)
     first = np.where((index == 1) | (index == 89), _FIRST_AND_LAST_RING, _RING)[:, None]
-    return (((radiance.astype(np.float32) * sine[:, None]) * first) * _RING) * cosine[:, None]
+    with np.errstate(over="ignore", invalid="ignore"):  # a value beyond float32 is infinite, as in the program
+        return (((radiance.astype(np.float32) * sine[:, None]) * first) * _RING) * cosine[:, None]
