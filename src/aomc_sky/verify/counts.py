@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import require_one_of
-from aomc_sky.float_mode import in_default_mode
 from aomc_sky.kernels.arithmetic.error_free import FIXED_POINT_BITS
 from aomc_sky.plan.sampling.allocation import AllocationMethod, fixed_point_cumulative, normalise
 from aomc_sky.plan.sampling.walk import WalkedGrid, walk_of_cells
@@ -57,7 +56,6 @@ class CountsReport:
         return self.passed
 
 
-@in_default_mode
 def verify_counts(
     counts: ArrayLike,
     mass: ArrayLike,
