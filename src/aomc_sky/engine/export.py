@@ -10,10 +10,9 @@ from pathlib import Path
 
 from aomc_sky.engine.stored_run import StoredRun
 from aomc_sky.errors import ForeignOutputError, SceneError, UsageError
-from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder
 from aomc_sky.outputs.photon_formats import photon_writer
-from aomc_sky.outputs.photons.files import Meter, PhotonFiles, Progress, emit_photons, photon_files
+from aomc_sky.outputs.photons.files import PhotonFiles, Progress, emit_photons, photon_files, require_space
 from aomc_sky.outputs.photons.mcpl import McplWriter
 
 
@@ -118,11 +117,9 @@ def _export_photons(job: _Job) -> tuple[list[str], bool]:
 
 
 def _emit(job: _Job, files: list[PhotonFiles]) -> None:
-    source, bands = job.run.source, [band for file in files for band in file.bands]
-    job.folder.require_space(sum(layout.size for file in files for layout in file.layouts))
-    meter = Meter(job.progress, sum(source.n_photons(band) for band in bands))
-    announce_photons(meter.total)
-    emit_photons(source, files, bands, job.options.threads, meter.add)
+    bands = [band for file in files for band in file.bands]
+    require_space(files)
+    emit_photons(job.run.source, files, bands, job.options.threads, job.progress)
 
 
 def _foreign(job: _Job) -> str:
