@@ -305,6 +305,6 @@ def test_progress_and_flat_memory(out, monkeypatch):
 
     monkeypatch.setattr(PhotonSource, "photons", watched)
     result = export_run(open_run(out), ExportOptions(to="npy"), lambda done, total: told.append((done, total)))
-    assert told[-1] == (60_000, 60_000) == (result.photons, result.photons)
+    assert told[-1] == (60_000, 60_000) == (result["photons"], result["photons"])
     assert len(told) == 3 * 20
     assert max(sizes) == 1024

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from aomc_sky.engine.stored_run import StoredRun
 from aomc_sky.errors import ForeignOutputError, SceneError, UsageError
@@ -29,19 +30,6 @@ class ExportOptions:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class ExportResult:
-    """The files of an export with their sizes [bytes], its wavebands [0-based], and notes for the user."""
-
-    target: Path
-    files: dict[str, int]
-    bands: tuple[int, ...]
-    photons: int
-    seconds: float
-    notes: tuple[str, ...] = ()
-    was_finished: bool = False
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
 class _Job:
     """An export that is being made; `name` is that of its one file, or empty."""
 
@@ -55,8 +43,10 @@ class _Job:
     launched: list[int] = field(default_factory=list)  #: photons of each waveband, where they are not the run's
 
 
-def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None = None) -> ExportResult:
-    """Write a run in another format; `progress` is called with photons done and photons in all.
+def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None = None) -> dict[str, Any]:
+    """Write a run in another format and return what was written, as JSON values.
+
+    The function `progress` is called with photons done and photons in all.
 
     ForeignOutputError if the target holds something else, SceneError if the format cannot hold the run.
     """
@@ -69,15 +59,18 @@ def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None
     if name:  # the others create their folder once the export is known to be possible
         create_folder(folder)
     names, was_finished = make(job)
-    return ExportResult(
-        target=target,
-        files={file: job.folder.size_of(file) or 0 for file in names},
-        bands=bands,
-        photons=sum(job.launched or [run.source.n_photons(band) for band in bands]),
-        seconds=time.perf_counter() - started,
-        notes=tuple(job.notes),
-        was_finished=was_finished,
-    )
+    return {
+        "to": options.to,
+        "out": str(target),
+        "plan_sha256": run.source.plan.sha256,
+        "seed": run.source.plan.seed,
+        "wavebands": [band + 1 for band in bands],
+        "photons": sum(job.launched or [run.source.n_photons(band) for band in bands]),
+        "files": {file: {"bytes": job.folder.size_of(file) or 0} for file in names},
+        "notes": job.notes,
+        "seconds": round(time.perf_counter() - started, 6),
+        "was_finished": was_finished,
+    }
 
 
 def target_of(run: StoredRun, options: ExportOptions) -> Path:
