@@ -152,6 +152,8 @@ def read_quietly(path: Path) -> AmcConfig:
 
 SKYDIST = "skydist.inp"
 COUNTS = "counts.csv"
+_OF_PROGRAM = ("amc.inp", "lambbot.inp", "conc.inp", "abs.inp", "scat.inp", "spf.inp")
+"""Files that the program reads besides the sky; the last four describe the water."""
 _LEFT_OUT = (SKYDIST, "amc.inp", "difcol.inp")
 """Files of a scene that are not copied: two are made new, and the program does not need difcol.inp."""
 
@@ -198,29 +200,9 @@ def counts_text(sky: AomcSky) -> bytes:
 
 
 def water_note(folder: RunFolder) -> str:
-    """A note on files of the water that are missing, with their rows; empty if there are all four.
-
-    The program opens all four in any case, and stops if the first number of one differs from amc.inp.
-    """
-    if folder.size_of("amc.inp") is None:
-        return (
-            "the AOMC program also reads amc.inp, lambbot.inp and the files of the water (conc.inp, abs.inp, scat.inp, "
-            "spf.inp) from the folder of skydist.inp"
-        )
-    config = read_quietly(folder.path / "amc.inp")
-    rows = {
-        "conc.inp": config.n_concentration_layers,
-        "abs.inp": config.n_wavebands,
-        "scat.inp": config.n_wavebands,
-        "spf.inp": config.n_spf_angles,
-    }
-    missing = [f"{name} ({n} row{'s' if n != 1 else ''})" for name, n in rows.items() if folder.size_of(name) is None]
-    if not missing:
-        return ""
-    return (
-        "the AOMC program still needs files of the water, which are not in the folder of the scene: "
-        f"{', '.join(missing)}, for {config.n_constituents} constituent{'s' if config.n_constituents != 1 else ''}"
-    )
+    """A note on files that are missing: the program opens all of them, and stops without one."""
+    missing = [name for name in _OF_PROGRAM if folder.size_of(name) is None]
+    return f"the AOMC program also reads {', '.join(missing)} from the folder of skydist.inp" if missing else ""
 
 
 _NEIGHBOURS = 3
