@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import shutil
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -50,8 +50,9 @@ def aomc_sky(source: PhotonSource, bands: Sequence[int] | None = None) -> AomcSk
     """Turn the counts of a run into radiances for the AOMC program, checked by its own 32-bit rule.
 
     amc.inp holds one number of photons. If the wavebands of a run differ in it, the run is planned again with the
-    largest one for all of them. Wavebands that are not among `bands` launch nothing. SceneError names the reasons why
-    the program cannot have the run; AllocationError if no radiances give the counts.
+    largest one for all of them. Wavebands that are not among `bands` launch nothing, unless they have the wavelength of
+    one. SceneError names the reasons why the program cannot have the run; AllocationError if no radiances give the
+    counts.
     """
     chosen = list(range(source.n_bands) if bands is None else bands)
     n_photons = {band: source.n_photons(band) for band in chosen if source.n_photons(band)}
@@ -79,7 +80,7 @@ def aomc_sky(source: PhotonSource, bands: Sequence[int] | None = None) -> AomcSk
         counts=own,
         wavelength_nm=wavelength_nm,
         sky_wavelength_nm=wavelength_nm[band_of_row[row_of_band]],
-        notes=tuple(filter(None, (note, total_note, *_launch_notes(own, chosen)))),
+        notes=tuple(filter(None, (note, total_note))),
     )
 
 
@@ -110,17 +111,6 @@ def _wavelength_rows(wavelength_nm: np.ndarray, chosen: Sequence[int]) -> tuple[
     order = np.lexsort((np.arange(single.size), ~is_chosen, single))
     band_of_row = order[np.unique(single[order], return_index=True)[1]]
     return band_of_row, midpoint_wavelength_index(wavelength_nm, wavelength_nm[band_of_row])
-
-
-def _launch_notes(launched: np.ndarray, chosen: Sequence[int]) -> Iterator[str]:
-    is_lit = launched.sum(axis=(1, 2)) > 0
-    others = [band for band in np.flatnonzero(is_lit).tolist() if band not in chosen]
-    for bands, text in (
-        (others, "wavebands that have the wavelength of a chosen waveband launch the same photons"),
-        (np.flatnonzero(~is_lit).tolist(), "wavebands without photons, whose sky is dark"),
-    ):
-        named = ", ".join(str(band + 1) for band in bands[:20]) + (" ..." if len(bands) > 20 else "")
-        yield f"{text}: {named}" if bands else ""
 
 
 def write_amc_copy(scene: Path, target: Path, iterations: int) -> None:
