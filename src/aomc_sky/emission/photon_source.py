@@ -235,7 +235,6 @@ class PhotonSource:
         """Requested photons x probability of each cell, float64, shape (n_cell,)."""
         return float(self.plan.arrays["requested"][self._band(band)]) * self.mass(band)
 
-    @in_default_mode
     def exact_moments(self, band: int) -> Moments:
         """Exact means of mu and 1/mu of a band's photons, from the masses."""
         return mean_moments(self.mass(band), *self.cell_moments(band))

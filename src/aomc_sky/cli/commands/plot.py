@@ -66,9 +66,8 @@ _TIME = """\
 a background sky over time:
 --time TIME                   one time: ISO 8601 with Z or an offset, or seconds since 1970-01-01 UTC (default:
                               several times side by side)
---start TIME                  the first of them (default: the first key, midnight)
---stop TIME                   their end (default: the last key, a day or week later)
---frames N                    how many they are, 2 to 12 (default 12)
+--frames N                    how many they are, from the first key to the last, or over a day or a week, 2 to 12
+                              (default 12)
 """
 
 
@@ -310,8 +309,8 @@ def _background(arguments: argparse.Namespace) -> tuple[Picture, int]:
     if arguments.time is None:
         picture = _over_time(arguments)
         return picture, len(picture.domes)
-    if arguments.start is not None or arguments.stop is not None or arguments.frames is not None:
-        raise UsageError("--time is one time; --start, --stop and --frames are for several")
+    if arguments.frames is not None:
+        raise UsageError("--time is one time; --frames is for several")
     scene = lobe_scene(arguments, arguments.time)
     wavelengths = scene.wavelength_nm.tolist() if arguments.wavelength else [_nearest_nm(scene)]
     pictures = [lobe_picture([(f"{w:g} nm", scene.sky)], w) for w in wavelengths]
@@ -333,10 +332,8 @@ def _over_time(arguments: argparse.Namespace) -> Picture:
     sky = read_background(arguments.path, utc_offset_h=arguments.utc_offset)
     if arguments.animation is not None:
         sky = dataclasses.replace(sky, animations={name: sky.animations[name] for name in arguments.animation})
-    given = (arguments.start, arguments.stop)
-    start, stop = (usual if time is None else time for usual, time in zip(time_span_s(sky), given, strict=True))
     title = _title(arguments, f"{Path(arguments.path).name} at {wavelength:g} nm")
-    times = frame_times_s(start, stop, arguments.frames or MOST_PANELS).tolist()
+    times = frame_times_s(*time_span_s(sky), arguments.frames or MOST_PANELS).tolist()
     return moving_picture(sky, wavelength, times, title=title, interpolation=arguments.interpolation)
 
 
