@@ -136,7 +136,7 @@ def read_scene(
     if iterations is not None:
         n = as_number_of(iterations, "iterations", 1, MAX_PHOTONS, error=SceneError)
         files = dataclasses.replace(files, config=dataclasses.replace(files.config, iterations=n))
-    bands = Wavebands(**dataclasses.asdict(files.lambbot))
+    bands = files.bands
     if given is not None:
         _refuse_unused(given, files, compat)
     if files.table is not None:
