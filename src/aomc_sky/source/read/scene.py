@@ -181,12 +181,14 @@ def _model_draft(
 ) -> tuple[SceneDraft, SkySection | None]:
     """A scene without a sky file, and the irradiances of sun and sky where a spectrum tells them."""
     if files.sky == "none":
-        from aomc_sky.source.read.absolute_units import night_draft
-
         if not files.backgrounds:
             raise UsageError("sky 'none' leaves no light: sky.toml beside amc.inp has no [[background]]")
         note = "neither sun nor daylight is modelled: the backgrounds are the only source"
-        return night_draft(bands.n_bands, files.config.iterations, note), None
+        photons = np.full(bands.n_bands, files.config.iterations, dtype=np.int64)
+        rows = np.zeros(bands.n_bands, dtype=np.int64)
+        return SceneDraft(
+            components=(), n_photons=photons, row_of_band=rows, notes=(note,), options={"sky": "none"}
+        ), None
     from aomc_sky.source.light.inputs import GivenInputs, sky_inputs
 
     given = given or GivenInputs()

@@ -30,7 +30,7 @@ from aomc_sky.skies.atmosphere.description.medium import (
     warn_of_outside,
 )
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
-from aomc_sky.source.read.solve import read_for_sun
+from aomc_sky.source.read.solve import solve_atmosphere
 from tests.support import atmospheres
 from tests.support.atmospheres import molecules_only
 from tests.support.scenes import copy_scene
@@ -173,7 +173,14 @@ def test_wavelengths_a_little_outside_or_between_are_not() -> None:
 def test_solving_far_outside_warns() -> None:
     model = INPUTS / "atmosphere" / "molecules_only.atmo"
     with pytest.warns(InputWarning, match="5000 nm lies outside the wavelengths 400 to 700 nm"):
-        read_for_sun(model, [5000.0], 40.0, ())
+        solve_atmosphere(
+            model,
+            wavelength_nm=[5000.0],
+            sun_zenith_deg=40.0,
+            sky_zenith_deg=[0.0],
+            azimuth_from_sun_deg=[0.0],
+            method="order1",
+        )
     with pytest.warns(InputWarning, match="5000 nm lies outside the wavelengths 400 to 700 nm"):
         prepare_table(TableRequest(path=str(model), sun_zenith_deg=(40.0,), wavelength_nm=(5000.0,)))
 
