@@ -39,7 +39,7 @@ def test_hours_begin_one_hour_before_their_label(kind, first, latitude, longitud
     assert table.start[0] == np.datetime64(first)
     assert table.midpoint[0] == np.datetime64(first) + np.timedelta64(30, "m")
     assert (table.latitude_deg, table.longitude_deg, table.station) == (latitude, longitude, place)
-    assert table.n_rows == 48
+    assert table.line.size == 48
     assert table.line[0] == {"epw": 9, "tmy3": 3, "tmy2": 2}[kind]
     for day in (table.start[:24], table.start[24:]):
         assert np.all(np.diff(day) == HOUR)
@@ -124,7 +124,7 @@ def test_a_changed_file_is_read_or_refused_with_a_place_inside(kind, start, n, t
         except InputFileError as error:
             lines = [problem.line for problem in error.problems]
         else:
-            assert table.n_rows > 0
+            assert table.line.size > 0
             assert not np.any(np.isinf([table.dni, table.dhi, table.ghi]))
             assert not np.any(np.isnat(table.start))
         assert all(0 <= line <= n_lines for line in lines)

@@ -122,14 +122,14 @@ def _weather(position: SunPosition, origin: str, source: dict[str, Any], **other
 
 def _of_row(path: str | Path, kind: str, row: int) -> Weather:
     """One hour of a file, its sun at the middle; the row counts from 1."""
-    from aomc_sky.formats.weather import read_weather
+    from aomc_sky.formats.weather import HOUR, read_weather
     from aomc_sky.source.light.sun_position import sun_position
     from aomc_sky.whole_number import as_index
 
     table = read_weather(path, kind)
     k = as_index(row, "a row") - 1
-    if not 0 <= k < table.n_rows:
-        raise UsageError(f"--row {k + 1} does not exist; {table.path} has rows 1 to {table.n_rows}")
+    if not 0 <= k < table.line.size:
+        raise UsageError(f"--row {k + 1} does not exist; {table.path} has rows 1 to {table.line.size}")
     where = f"{table.path}:{table.line[k]}"
     position = sun_position(table.midpoint[k], table.latitude_deg, table.longitude_deg)
     if float(position.apparent_zenith_deg) >= 90:
@@ -144,7 +144,7 @@ def _of_row(path: str | Path, kind: str, row: int) -> Weather:
         "place": table.station,
         "latitude_deg": table.latitude_deg,
         "longitude_deg": table.longitude_deg,
-        "hour": [str(np.datetime_as_string(t, timezone="UTC")) for t in (table.start[k], table.end[k])],
+        "hour": [str(np.datetime_as_string(t, timezone="UTC")) for t in (table.start[k], table.start[k] + HOUR)],
         "sun_at": str(np.datetime_as_string(table.midpoint[k], timezone="UTC")),
     }
     weather = _weather(position, f"{Path(table.path).name}, row {k + 1}", source, path=table.path)
@@ -157,7 +157,7 @@ def _day_near(table: WeatherTable, k: int) -> str:
     """The row nearest to a night's that has a sun, as advice."""
     from aomc_sky.source.light.sun_position import sun_position
 
-    rows = np.arange(max(k - 24, 0), min(k + 25, table.n_rows))
+    rows = np.arange(max(k - 24, 0), min(k + 25, table.line.size))
     zenith = sun_position(table.midpoint[rows], table.latitude_deg, table.longitude_deg).apparent_zenith_deg
     days = rows[zenith < 90]
     return "" if days.size == 0 else f"; the nearest row with a sun is {int(days[np.argmin(np.abs(days - k))]) + 1}"
