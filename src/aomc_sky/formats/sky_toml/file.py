@@ -253,7 +253,7 @@ class SectionReader:
         perez, sun, sky, atmosphere = (one if isinstance(one, dict) else {} for one in sections)
         if perez and all(name in KEYS["perez"] for name in perez):  # a misspelt key is reported elsewhere
             self._contradict(("perez", next(iter(perez))), *set_problem(perez))
-        zenith = sun.get("zenith_deg")
+        zenith: Any = sun.get("zenith_deg")
         if "atmosphere" not in content and type(zenith) in (int, float) and 90 <= zenith <= 180:
             span, message = self.spans["sun", "zenith_deg"].value, f"{zenith} is outside the range 0 to below 90"
             advice = "write 0 to below 90; a sun that has set needs [atmosphere]"

@@ -140,10 +140,10 @@ def read_scene(
     if given is not None:
         _refuse_unused(given, files, compat)
     if files.table is not None:
-        from aomc_sky.source.read.table import TableOptions, table_draft
+        from aomc_sky.source.read.table import table_draft
 
-        options = TableOptions(bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
-        draft, units = table_draft(files.config, bands, files.table, options), None
+        how = {"bins": bins, "weighting": weighting, "azimuth_bins": azimuth_bins}
+        draft, units = table_draft(files.config, bands, files.table, compat=compat, **how), None
     else:
         of_night = weighting if files.sky == "none" else None
         for name, value in (("bins", bins), ("weighting", of_night), ("azimuth_bins", azimuth_bins)):

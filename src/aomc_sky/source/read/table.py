@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -28,24 +27,16 @@ _BEYOND = "as whole degrees the zenith index must not go beyond {}"
 _DEGREES_ADVICE = "without --bins degrees indices are numbers of equal bins"
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class TableOptions:
-    """How to read skydist.inp; by default as the file declares."""
-
-    bins: str | None = None
-    weighting: str | None = None
-    compat: str | None = None
-    azimuth_bins: str = "n+1"
-
-
-def table_draft(config: AmcConfig, bands: Wavebands, table: SkyTable, options: TableOptions) -> SceneDraft:
-    """A scene lit by a sky file."""
-    sky, chosen = tabulated_sky(table, options)
+def table_draft(
+    config: AmcConfig, bands: Wavebands, table: SkyTable, *, compat: str | None, **how: str | None
+) -> SceneDraft:
+    """A scene lit by a sky file; `how` as `tabulated_sky` takes it."""
+    sky, chosen = tabulated_sky(table, compat=compat, **how)
     row_of_band = sky.table_index(bands.wavelength_nm)
     used, rows = np.unique(row_of_band, return_inverse=True)
     components = sky.lower_rows(used)
     notes = []
-    if not options.compat:
+    if not compat:
         reading = reading_note(
             table,
             sky,
@@ -63,22 +54,29 @@ def table_draft(config: AmcConfig, bands: Wavebands, table: SkyTable, options: T
         sky_wavelength_nm=table.wavelength_nm[row_of_band],
         notes=tuple(notes),
         options={"sky": "table", **chosen},
-        preset=AOMC_TABLE_PRESET if options.compat else SamplingOptions(),
+        preset=AOMC_TABLE_PRESET if compat else SamplingOptions(),
     )
 
 
-def tabulated_sky(table: SkyTable, options: TableOptions) -> tuple[TabulatedSky, dict[str, str]]:
-    """A sky file as a model, and how it was read: bins, weighting, azimuth_bins."""
-    if options.compat:
+def tabulated_sky(
+    table: SkyTable,
+    *,
+    bins: str | None = None,
+    weighting: str | None = None,
+    compat: str | None = None,
+    azimuth_bins: str | None = "n+1",
+) -> tuple[TabulatedSky, dict[str, str | None]]:
+    """A sky file as a model, by default as the file declares, and how it was read."""
+    if compat:
         return _compat_sky(table), {"bins": "degrees", "weighting": "aomc", "azimuth_bins": "n+1"}
-    bins = Bins(options.bins) if options.bins else table.declared_bins or Bins.EQUAL
+    kind = Bins(bins) if bins else table.declared_bins or Bins.EQUAL
     declared = {Values.RADIANCE: "projected", Values.MASS: "listed", None: "listed"}[table.declared_values]
-    weighting = Weighting(options.weighting or declared)
-    grid, values = _grid_and_values(table, bins, options.azimuth_bins)
-    if weighting is Weighting.AOMC and bins is not Bins.DEGREES:
+    meaning = Weighting(weighting or declared)
+    grid, values = _grid_and_values(table, kind, azimuth_bins)
+    if meaning is Weighting.AOMC and kind is not Bins.DEGREES:
         raise UsageError("weighting 'aomc' is the program's weight of whole degrees; write --bins degrees with it")
-    sky = TabulatedSky(wavelength_nm=table.wavelength_nm, values=values, grid=grid, weighting=weighting)
-    return sky, {"bins": bins.value, "weighting": weighting.value, "azimuth_bins": options.azimuth_bins}
+    sky = TabulatedSky(wavelength_nm=table.wavelength_nm, values=values, grid=grid, weighting=meaning)
+    return sky, {"bins": kind.value, "weighting": meaning.value, "azimuth_bins": azimuth_bins}
 
 
 def _compat_sky(table: SkyTable) -> TabulatedSky:
@@ -100,7 +98,7 @@ def _compat_sky(table: SkyTable) -> TabulatedSky:
     )
 
 
-def _grid_and_values(table: SkyTable, bins: Bins, azimuth_bins: str) -> tuple[PatchGrid, np.ndarray]:
+def _grid_and_values(table: SkyTable, bins: Bins, azimuth_bins: str | None) -> tuple[PatchGrid, np.ndarray]:
     n_table, n_zenith, n_columns = table.radiance.shape
     if bins is Bins.DEGREES:
         if azimuth_bins != "n+1":
