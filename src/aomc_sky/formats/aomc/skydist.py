@@ -311,15 +311,13 @@ def _read_wavelengths(record: Record, report: Report) -> np.ndarray | None:
 
 _PIECE_ROWS = 1 << 14  # what is made of them stays in the cache, and other threads come to work between two pieces
 _COLUMNS = ("wavelength index", "zenith index", "azimuth index", "value")
-_PLAIN_ROW = re.compile(
-    r"[ \t]*([0-9]{1,9})[ \t]+([0-9]{1,9})[ \t]+([0-9]{1,9})[ \t]+"
-    r"([0-9]{1,40}(?:\.[0-9]{0,40})?(?:[eE][+-]?[0-9]{1,3})?)[ \t\r]*\Z"
+# a row of plain numbers; possessive, so that nothing is tried twice
+_ROW = (
+    r"[ \t]*+([0-9]{1,8}+)[ \t]++([0-9]{1,8}+)[ \t]++([0-9]{1,8}+)[ \t]++"
+    r"([+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][+-]?[0-9]++)?+)[ \t\r]*+"
 )
-# possessive: nothing is tried twice
-_PLAIN_ROWS = re.compile(
-    rb"(?:[ \t]*+(?:[0-9]{1,8}+[ \t]++){3}[+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][+-]?[0-9]++)?+[ \t\r]*+(?:\n|\Z))"
-    rb"{1,%d}+" % _PIECE_ROWS
-)
+_PLAIN_ROW = re.compile(rf"{_ROW}\Z")
+_PLAIN_ROWS = re.compile(rf"(?:{_ROW}(?:\n|\Z)){{1,{_PIECE_ROWS}}}+".encode())
 
 
 def read_rows_fast(data: bytes, head: SkyHead) -> tuple[np.ndarray, np.ndarray] | None:
@@ -407,7 +405,7 @@ def _take_plain(index: int, lines: list[str], radiance: np.ndarray, line: np.nda
         return False
     wave, zenith, azimuth, value = int(plain[1]), int(plain[2]), int(plain[3]), float(plain[4])
     n_table, n_zenith, n_columns = line.shape
-    if not (1 <= wave <= n_table and 1 <= zenith <= n_zenith and azimuth < n_columns and value < math.inf):
+    if not (1 <= wave <= n_table and 1 <= zenith <= n_zenith and azimuth < n_columns and 0 <= value < math.inf):
         return False
     where = (wave - 1, zenith - 1, azimuth)
     if line[where] and radiance[where] != value:
