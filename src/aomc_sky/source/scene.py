@@ -373,7 +373,8 @@ def photons_of_intensity(intensity: np.ndarray, iterations: int) -> np.ndarray:
     """Round-half-up of intensity x iterations, exact in the decimals of the file."""
     exact = [math.floor(Fraction(repr(float(x))) * iterations + Fraction(1, 2)) for x in intensity]
     if max(exact) > MAX_PHOTONS:
-        raise SceneError(f"intensity x iterations must not exceed 2^62 photons in a band, got {max(exact)}")
+        found = f"{max(intensity):g} x {iterations}"
+        raise SceneError(f"intensity x iterations must not exceed 2^62 photons in a band, got {found}")
     return np.array(exact, dtype=np.int64)
 
 

@@ -166,17 +166,6 @@ def check_mcpl(path: str | Path) -> None:
         pass
 
 
-def holds(path: Path, head: bytes, n_bytes: int) -> bool:
-    """Whether a file packed by gzip is complete, unpacks to so many bytes, and begins with these."""
-    try:
-        with open_data(path, what="an MCPL file", code="E801") as file, _damage_named(path):
-            stream = gzip.GzipFile(fileobj=file, mode="rb")
-            begin = stream.read(len(head))
-            return begin == head and len(head) + _length_of_rest(cast(BinaryIO, stream), n_bytes) == n_bytes
-    except InputFileError:
-        return False
-
-
 class _Head:
     """The head, and the length of the file that follows from it: the library does not check them."""
 
