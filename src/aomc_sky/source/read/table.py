@@ -212,7 +212,7 @@ def reading_note(
     of_band = f" of waveband {band + 1}" if bands.n_bands > 1 else ""
     now, then = ((f"{one.mean_mu:.4f}", f"{one.planar_over_scalar:.4f}") for one in pairs[band])
     if np.isinf(change[band]):
-        takes = f"and finds no light{of_band}"
+        takes = f"and launches no photon{of_band}"
     elif now == then:
         takes = f"and takes the light{of_band} at the same mean cosine, {now[0]}, and Ed/Eo, {now[1]}"
     else:

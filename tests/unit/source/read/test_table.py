@@ -97,7 +97,7 @@ def test_the_two_options_reproduce_it(name):
     ("text", "options", "said"),
     [
         ("2 180 0 1\n500.0\n1 20 0 1.0\n1 134 0 1.0\n", {}, "cannot use this file, whose zenith indices go to 134"),
-        ("2 80 0 1\n500.0\n1 20 0 1e39\n1 34 0 1e39\n", {}, "and finds no light"),
+        ("2 80 0 1\n500.0\n1 20 0 1e39\n1 34 0 1e39\n", {}, "and launches no photon"),
         (
             "1 60 0 1\n500.0\n1 60 0 1.0\n",
             {"bins": "degrees", "weighting": "aomc"},
@@ -114,7 +114,7 @@ def test_what_is_said_of_the_program(tmp_path, text, options, said):
 def test_huge_values(tmp_path):
     """Their sum is beyond float64, their mean cosine is that of the two rings."""
     huge, small = (f"2 90 0 1\n500.0\n1 20 0 1.5e{power}\n1 60 0 1.5e{power}\n" for power in (308, 38))
-    assert "and finds no light" in sky.read_scene(write_scene(tmp_path, sky_text=huge)).notes[0]
+    assert "and launches no photon" in sky.read_scene(write_scene(tmp_path, sky_text=huge)).notes[0]
     scene = sky.read_scene(write_scene(tmp_path, sky_text=small, iterations=10_000))
     mu, _ = means_of_equal_bins(scene, 0)
     assert two_readings(scene)["our_mu"] == f"{mu:.4f}"
