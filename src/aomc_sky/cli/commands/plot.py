@@ -284,11 +284,11 @@ def _pull_picture(arguments: argparse.Namespace) -> tuple[Picture, tuple[Pulls, 
 def _table(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.formats.aomc.skydist import read_skydist
     from aomc_sky.pictures.plot import table_picture
-    from aomc_sky.source.read.table import TableOptions, tabulated_sky
+    from aomc_sky.source.read.table import tabulated_sky
 
     names = ("bins", "weighting", "compat", "azimuth_bins")
-    options = TableOptions(**{name: getattr(arguments, name) for name in names})
-    sky, how = tabulated_sky(read_skydist(arguments.path, lenient=arguments.lenient), options)
+    options = {name: getattr(arguments, name) for name in names}
+    sky, how = tabulated_sky(read_skydist(arguments.path, lenient=arguments.lenient), **options)
     bands = _bands(arguments, sky.wavelength_nm)
     title = _title(arguments, f"{_name(arguments)}: {how['weighting']} values, {how['bins']} bins")
     return table_picture(sky, bands=bands, title=title), len(bands or sky.wavelength_nm)

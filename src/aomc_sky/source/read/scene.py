@@ -136,14 +136,14 @@ def read_scene(
     if iterations is not None:
         n = as_number_of(iterations, "iterations", 1, MAX_PHOTONS, error=SceneError)
         files = dataclasses.replace(files, config=dataclasses.replace(files.config, iterations=n))
-    bands = Wavebands(**dataclasses.asdict(files.lambbot))
+    bands = files.bands
     if given is not None:
         _refuse_unused(given, files, compat)
     if files.table is not None:
-        from aomc_sky.source.read.table import TableOptions, table_draft
+        from aomc_sky.source.read.table import table_draft
 
-        options = TableOptions(bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
-        draft, units = table_draft(files.config, bands, files.table, options), None
+        how = {"bins": bins, "weighting": weighting, "azimuth_bins": azimuth_bins}
+        draft, units = table_draft(files.config, bands, files.table, compat=compat, **how), None
     else:
         of_night = weighting if files.sky == "none" else None
         for name, value in (("bins", bins), ("weighting", of_night), ("azimuth_bins", azimuth_bins)):
@@ -181,12 +181,14 @@ def _model_draft(
 ) -> tuple[SceneDraft, SkySection | None]:
     """A scene without a sky file, and the irradiances of sun and sky where a spectrum tells them."""
     if files.sky == "none":
-        from aomc_sky.source.read.absolute_units import night_draft
-
         if not files.backgrounds:
             raise UsageError("sky 'none' leaves no light: sky.toml beside amc.inp has no [[background]]")
         note = "neither sun nor daylight is modelled: the backgrounds are the only source"
-        return night_draft(bands.n_bands, files.config.iterations, note), None
+        photons = np.full(bands.n_bands, files.config.iterations, dtype=np.int64)
+        rows = np.zeros(bands.n_bands, dtype=np.int64)
+        return SceneDraft(
+            components=(), n_photons=photons, row_of_band=rows, notes=(note,), options={"sky": "none"}
+        ), None
     from aomc_sky.source.light.inputs import GivenInputs, sky_inputs
 
     given = given or GivenInputs()
