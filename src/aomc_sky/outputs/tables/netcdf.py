@@ -12,15 +12,13 @@ import aomc_sky
 from aomc_sky.component import Component, beam_direction_deg
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.radiance import cell_irradiances, patch_radiance
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import InputFileError, OutputError, UsageError
 from aomc_sky.extras import optional_module
+from aomc_sky.formats.netcdf import EXTRA, open_netcdf
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.shard import BLOCK
-
-EXTRA = "netcdf"
-"""The extra that installs xarray and h5netcdf."""
 
 _LONG_NAMES = {
     "counts": "photons of the {part}",
@@ -270,11 +268,9 @@ def netcdf_bytes(dataset: Any) -> bytes:
 
 def plan_of_netcdf(path: str | Path, *, photons: bool = False) -> str | None:
     """SHA-256 of the plan of a netCDF file with or without photons, or None for any other file."""
-    xr = optional_module("xarray", extra=EXTRA)
-    optional_module("h5netcdf", extra=EXTRA)
     try:
-        with xr.open_dataset(path, engine="h5netcdf") as dataset:
+        with open_netcdf(path) as (dataset, _):
             is_wanted = ("photon_count" in dataset) == photons
             return str(dataset.attrs.get("plan_sha256")) if is_wanted else None
-    except (OSError, ValueError, KeyError):
+    except (InputFileError, OutputError):
         return None
