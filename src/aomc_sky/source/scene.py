@@ -210,9 +210,9 @@ class Scene:
     def radiance(
         self,
         band: int = 0,
-        *,
         sky_zenith_rad: ArrayLike | None = None,
         sky_azimuth_rad: ArrayLike | None = None,
+        *,
         sky_zenith_deg: ArrayLike | None = None,
         sky_azimuth_deg: ArrayLike | None = None,
     ) -> np.ndarray:
