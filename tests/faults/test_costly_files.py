@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from aomc_sky.errors import InputFileError
 from aomc_sky.formats import text_file
 from aomc_sky.formats.aomc import skydist
 from aomc_sky.formats.aomc import skydist as rows
+from aomc_sky.source.read import kind
 from tests.support.fault_rows import command, launched, row, row_id
 from tests.support.processes import limited
 from tests.support.scenes import copy_scene
@@ -134,6 +136,25 @@ def test_a_file_without_an_end_has_a_limit(piece, tmp_path, monkeypatch):
     with pytest.raises(InputFileError, match=r"error\[E101\]: the file has no end"):
         text_file.read_bytes(path)
     assert endless.n_read < 10 * text_file.UNSIZED_BYTES
+
+
+@row(50, "nothing-yet-in-binary-files")
+def test_a_binary_file_that_gives_nothing_is_refused(fault, tmp_path, monkeypatch):
+    """A file of /proc states no size, and says that there is nothing yet."""
+    reading, writing = os.pipe()
+    os.set_blocking(reading, False)
+    monkeypatch.setattr(text_file, "open_regular", lambda _: os.fdopen(reading, "rb"))
+    with pytest.raises(InputFileError, match=r"error\[E801\]: not a regular file"):
+        text_file.open_data(tmp_path / "kmsg", what="an MCPL file", code="E801")
+    os.close(writing)
+
+
+@row(50, "nothing-yet-in-a-file-of-any-name")
+def test_the_kind_of_a_file_is_found_without_waiting(fault, tmp_path, monkeypatch):
+    path = tmp_path / "kmsg"
+    path.touch()
+    monkeypatch.setattr(kind, "open_regular", lambda _: Endless(None))
+    assert kind.kind_of(path) is None
 
 
 @row(50, "pieces")

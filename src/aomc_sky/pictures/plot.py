@@ -14,12 +14,12 @@ from numpy.typing import ArrayLike
 from aomc_sky.directions import AzimuthConvention, given_angle, to_enu_azimuth_deg
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import UsageError, member_of, require_one_of
-from aomc_sky.extras import optional_module
 from aomc_sky.formats.aomc.amc import read_amc
+from aomc_sky.formats.hdf5_storage import require_size
+from aomc_sky.formats.netcdf import open_netcdf
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.picture import picture_path, save_picture
-from aomc_sky.outputs.tables.netcdf import EXTRA
 from aomc_sky.pictures.content import PHOTONS, RADIANCE, Dome, Mark, Picture, Quantity, Symbol, spread
 from aomc_sky.pictures.dome import ColourChoice, View
 from aomc_sky.pictures.panels import draw_into, figure_of
@@ -263,22 +263,20 @@ def netcdf_picture(path: str | Path, *, panels: Sequence[int] | None = None, tit
     Counts of a run become photons per steradian; radiances of an atmosphere stay. By default all domes are
     drawn, or 12 spread over them. Without xarray and h5netcdf a MissingExtraError names the extra.
     """
-    xr = optional_module("xarray", extra=EXTRA)
-    optional_module("h5netcdf", extra=EXTRA)
-    try:
-        with xr.open_dataset(path, engine="h5netcdf") as dataset:
-            return _netcdf_picture(dataset.load(), panels, title)
-    except FileNotFoundError:
-        raise refuse(path, "there is no such file", advice=_ADVICE) from None
-    except (OSError, KeyError, ValueError) as error:
-        raise refuse(path, f"this is not a table of patches ({error})", advice=_ADVICE) from error
+    with open_netcdf(path) as (dataset, allowed):
+        try:
+            return _netcdf_picture(dataset, allowed, panels, title)
+        except (KeyError, ValueError) as error:
+            raise refuse(path, f"this is not a table of patches ({error})", advice=_ADVICE) from error
 
 
-def _netcdf_picture(dataset: Any, panels: Sequence[int] | None, title: str) -> tuple[Picture, int]:
+def _netcdf_picture(dataset: Any, allowed_bytes: int, panels: Sequence[int] | None, title: str) -> tuple[Picture, int]:
     name = "counts" if "counts" in dataset else "radiance"
     table = dataset[name]
     if table.dims[-2:] != ("zenith", "azimuth"):
         raise KeyError(f"{name} over zenith and azimuth")
+    for one in (table, dataset["zenith_bounds"], dataset["azimuth_bounds"]):
+        require_size(8 * one.size, allowed_bytes, allowed_bytes, "a table")
     grid = PatchGrid(
         zenith_bounds_deg=dataset["zenith_bounds"].values, azimuth_bounds_deg=dataset["azimuth_bounds"].values
     )

@@ -68,8 +68,8 @@ def add_options(parser: Parser) -> None:
         "amc_inp",
         metavar="AMC_INP",
         nargs="?",
-        help="amc.inp, or the folder that holds it, or a measured sky (.csv); none: sun and sky by the options of "
-        "weather, or a --sky alone, at --wavelengths",
+        help="amc.inp, or the folder that holds it, or a measured sky (.csv), or a radiance field (.nc); none: sun and "
+        "sky by the options of weather, or a --sky alone, at --wavelengths",
     )
     cli_options.add_table(parser, _OPTIONS)
     cli_options.add_reading_options(parser)

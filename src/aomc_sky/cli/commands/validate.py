@@ -60,7 +60,7 @@ def _readers(arguments: argparse.Namespace) -> dict[Kind, Callable[[Path], Any]]
         Kind.MCPL: check_mcpl,
         Kind.BACKGROUND: _read_background,
         Kind.ATMOSPHERE: lambda path: _read_atmosphere(path, allow_paths),
-        Kind.MEASURED: lambda path: cli_options.scene_of(arguments, str(path)),
+        **dict.fromkeys((Kind.MEASURED, Kind.NETCDF), lambda path: cli_options.scene_of(arguments, str(path))),
     }
 
 

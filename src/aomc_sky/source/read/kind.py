@@ -10,6 +10,7 @@ from pathlib import Path
 
 from aomc_sky.errors import InputFileError
 from aomc_sky.formats.text_file import refuse
+from aomc_sky.system import open_regular
 
 
 class Kind(enum.Enum):
@@ -71,8 +72,8 @@ def kind_of(path: Path) -> Kind | None:
         return Kind.RUN if is_run else Kind.SCENE if (path / "amc.inp").exists() else None
     kind = kind_of_name(path.name)
     if kind is None and path.is_file():
-        with contextlib.suppress(OSError), open(path, "rb") as file:
-            start = file.read(8)
+        with contextlib.suppress(OSError), open_regular(path) as file:
+            start = file.read(8) or b""  # None: nothing yet, as of /proc/kmsg
             kind = next((one for first, one in _FIRST_BYTES.items() if start.startswith(first)), None)
     return kind
 
