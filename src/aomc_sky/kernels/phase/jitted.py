@@ -11,9 +11,10 @@ The names are `rayleigh_` and `hg_` before those of the two modules, and `new_di
         mu, one_minus_mu, sin_theta = jitted.hg_sample_mu_sin(xi, g)
         return jitted.new_direction(ux, uy, uz, one_minus_mu, sin_theta, share)
 
-Arguments and results are scalars in the precision of the first argument. float32 is computed in float64. The bits are those of `aomc_sky.rayleigh`, `aomc_sky.henyey_greenstein` and
-`aomc_sky.scattering`. Arguments are not checked: outside their ranges the results have no meaning. Gamma, xi and the
-azimuth's share lie in [0, 1], g in (-1, 1), 1 - mu in [0, 2].
+Arguments and results are scalars in the precision of the first argument. float32 is computed in float64. The bits are
+those of `aomc_sky.rayleigh`, `aomc_sky.henyey_greenstein` and `aomc_sky.scattering`. Arguments are not checked: outside
+their ranges the results have no meaning. Gamma, xi and the azimuth's share lie in [0, 1], g in (-1, 1), 1 - mu in [0,
+2].
 """
 
 from __future__ import annotations

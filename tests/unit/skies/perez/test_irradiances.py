@@ -12,7 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
-from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.irradiances import closed_irradiances
 from aomc_sky.skies.perez.sky import PerezSky
 
@@ -44,10 +43,10 @@ def test_the_beam_is_that_of_pvlib() -> None:
     ghi, dhi = np.array([1000.0, 800.0, 500.0, 250.0, 100.0, 48.0]), np.array([100.0, 80.0, 120.0, 60.0, 30.0, 20.0])
     oracle = irradiance.dni(pandas.Series(ghi), pandas.Series(dhi), pandas.Series(zenith)).to_numpy()
     assert np.all(np.isfinite(oracle))  # from 88 degrees on pvlib gives none
-    np.testing.assert_allclose(perez.direct_from_global(ghi, dhi, np.deg2rad(zenith)), oracle, rtol=1e-13)
+    np.testing.assert_allclose(closed_irradiances(ghi=ghi, dhi=dhi, sun_zenith_deg=zenith)[0], oracle, rtol=1e-13)
     sums = irradiance.complete_irradiance(zenith, ghi=None, dni=pandas.Series(oracle), dhi=pandas.Series(dhi))
     np.testing.assert_allclose(sums["ghi"], ghi, rtol=1e-13)
-    np.testing.assert_allclose(perez.diffuse_from_global(ghi, oracle, np.deg2rad(zenith)), dhi, rtol=1e-12)
+    np.testing.assert_allclose(closed_irradiances(ghi=ghi, dni=oracle, sun_zenith_deg=zenith)[1], dhi, rtol=1e-12)
 
 
 def test_broadcast_and_gaps() -> None:
