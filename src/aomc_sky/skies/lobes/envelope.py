@@ -154,8 +154,8 @@ def lobe_of(component: Component) -> tuple[str, float, float, np.ndarray]:
     return kind, float(stretch[0]), float(stretch[1]), rotation
 
 
-# Cells of the plane (b, psi) are arrays (6, n): least b, growth of b, least a, least psi, growth of psi [quarter turns],
-# and the upper bound of the cosine.
+# Cells of the plane (b, psi) are arrays (6, n): least b, growth of b, least a, least psi and growth of psi, both in
+# quarter turns, and the upper bound of the cosine.
 
 
 def _bounded(frame: LobeFrame, rows: np.ndarray) -> np.ndarray:
