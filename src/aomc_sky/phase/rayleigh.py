@@ -24,7 +24,6 @@ __all__ = [
     "gamma_from_king_factor",
     "gamma_from_rho",
     "king_factor",
-    "legendre2",
     "mean_mu2",
     "pdf_mu",
     "pdf_sr",
@@ -163,10 +162,6 @@ def _mapped(law: Callable[[Any], Any], name: str, value: ArrayLike, low: float, 
     return evaluate(law, kind, checked(name, value, kind, low, high))[0]
 
 
-def _moment(gamma: ArrayLike, upper: tuple[float, float], lower: tuple[float, float]) -> Any:
-    return _mapped(lambda x: (upper[0] + upper[1] * x) / (lower[0] + lower[1] * x), "gamma", gamma, 0.0, 1.0)
-
-
 def mean_mu2(gamma: ArrayLike) -> Any:
     """Mean of mu^2, (2 + 3 gamma) / (5 (1 + 2 gamma)). The mean of mu is 0.
 
@@ -175,18 +170,7 @@ def mean_mu2(gamma: ArrayLike) -> Any:
     >>> print(sky.rayleigh.mean_mu2(0.0))
     0.4
     """
-    return _moment(gamma, (2.0, 3.0), (5.0, 10.0))
-
-
-def legendre2(gamma: ArrayLike) -> Any:
-    """Mean of the second Legendre polynomial, (1 - gamma) / (10 (1 + 2 gamma)); the other moments but the 0th are 0.
-
-    Examples
-    --------
-    >>> print(sky.rayleigh.legendre2(0.0))
-    0.1
-    """
-    return _moment(gamma, (1.0, -1.0), (10.0, 20.0))
+    return _mapped(lambda x: (2.0 + 3.0 * x) / (5.0 + 10.0 * x), "gamma", gamma, 0.0, 1.0)
 
 
 # Anisotropy of a molecule: gamma = rho / (2 - rho), rho = 2 gamma / (1 + gamma).

@@ -184,11 +184,10 @@ class Rule:
 
     def values(self, x: np.ndarray, y: np.ndarray, patch: np.ndarray) -> np.ndarray:
         """The integrand at points seen from the centre."""
-        return self.light(self.x_terms(x), self.y_terms(y), patch)
+        return self._values_of(self.light)(x, y, patch)
 
-    def _pilot_values(self, x: np.ndarray, y: np.ndarray, patch: np.ndarray) -> np.ndarray:
-        assert self.pilot is not None
-        return self.pilot(self.x_terms(x), self.y_terms(y), patch)
+    def _values_of(self, light: Light) -> Values:
+        return lambda x, y, patch: light(self.x_terms(x), self.y_terms(y), patch)
 
     def _refined(
         self,
@@ -207,7 +206,7 @@ class Rule:
             mass, doubt, lean = _by_two_orders(mapped(self.values), tiles, index)
             good = doubt <= allowed[patch]
             if self.pilot is not None:
-                whole, rest, lean_of_pilot = _by_two_orders(mapped(self._pilot_values), tiles, index)
+                whole, rest, lean_of_pilot = _by_two_orders(mapped(self._values_of(self.pilot)), tiles, index)
                 is_seen = rest <= np.maximum(_PILOT * whole, allowed[patch])
                 good &= is_seen
                 lean = np.where(is_seen, lean, lean_of_pilot)

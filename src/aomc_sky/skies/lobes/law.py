@@ -10,8 +10,7 @@ import numpy as np
 
 from aomc_sky.component import CellLaw, Component
 from aomc_sky.skies.lobes.envelope import lobe_of
-from aomc_sky.skies.lobes.horizon import mass_above_horizon
-from aomc_sky.skies.lobes.lobe import quaternion_of
+from aomc_sky.skies.lobes.horizon import projected_mass
 from aomc_sky.skies.lobes.patches import TiltedLobe, patch_shares
 from aomc_sky.skies.lobes.tables import LobeTables
 
@@ -39,9 +38,7 @@ def _axis_deg(component: Component) -> tuple[float, float, float]:
 
 def _radiance(component: Component) -> Callable[[float, np.ndarray, np.ndarray], np.ndarray]:
     kind, first, second, rotation = lobe_of(component)
-    per_irradiance = 1.0 / float(
-        mass_above_horizon(kind, first, second, quaternion_of(rotation), weighting="projected")
-    )
+    per_irradiance = 1.0 / projected_mass(kind, first, second, rotation[2])
     return partial(_radiance_at, kind, first, second, tuple(map(tuple, rotation.T.tolist())), per_irradiance)
 
 

@@ -204,23 +204,6 @@ def rotation_matrix(quaternion: ArrayLike) -> np.ndarray:
     return np.stack([np.stack([element / length2 for element in row], axis=-1) for row in rows], axis=-2)
 
 
-def quaternion_of(matrix: np.ndarray) -> np.ndarray:
-    """Quaternion of a rotation from local to world: the inverse of `rotation_matrix`, largest component positive.
-
-    4 w^2, 4 x^2, 4 y^2 and 4 z^2 are 1 plus the signed sums of the diagonal; the other elements give the products. The
-    largest component divides them, so nothing cancels [shepperd1978].
-    """
-    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = matrix.tolist()
-    w2, x2, y2, z2 = 1 + xx + yy + zz, 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz
-    rows = (
-        (w2, zy - yz, xz - zx, yx - xy),
-        (zy - yz, x2, yx + xy, xz + zx),
-        (xz - zx, yx + xy, y2, zy + yz),
-        (yx - xy, xz + zx, zy + yz, z2),
-    )
-    return normalised(rows[int(np.argmax((w2, x2, y2, z2)))])
-
-
 def vertical_in_local(quaternion: ArrayLike) -> np.ndarray:
     """The world vertical in the local frame, shape (..., 3); its last component is the cosine of the axis zenith."""
     return rotation_matrix(quaternion)[..., 2, :]

@@ -14,7 +14,7 @@ from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.phase.vectorised import real
 from aomc_sky.skies.lobes.envelope import LAWS, LobeFrame, envelope_of
-from aomc_sky.skies.lobes.horizon import mass_above_horizon, mean_cosine
+from aomc_sky.skies.lobes.horizon import mass_above_horizon, projected_mass
 from aomc_sky.skies.lobes.lobe import checked, pdf, to_local, vertical_in_local
 from aomc_sky.skies.model import Share, check_share, with_share
 
@@ -186,7 +186,7 @@ def _unit_lobe(lobe: WeightedLobe) -> Component | None:
         return None
     kind, param0, param1 = lobe.kind, float(lobe.param0), float(lobe.param1)
     frame = LobeFrame.of(kind, param0, param1, lobe.quaternion)
-    mean = mean_cosine(kind, param0, param1, lobe.quaternion, projected)
+    mean = projected_mass(kind, param0, param1, vertical_in_local(lobe.quaternion), power=2) / projected
     cells, _ = envelope_of(frame)
     return Component(
         name=kind,

@@ -9,7 +9,8 @@ from aomc_sky.component import Law
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.lobes import functions as lobes
 from aomc_sky.skies.lobes.envelope import LobeFrame, envelope_of
-from aomc_sky.skies.lobes.horizon import mean_cosine
+from aomc_sky.skies.lobes.horizon import projected_mass
+from aomc_sky.skies.lobes.lobe import vertical_in_local
 from tests.support.lobes import lobe_components
 
 SHAPES = [
@@ -133,8 +134,10 @@ def test_mean_cosine_closed_forms():
     for zenith_deg in (0.0, 50.0, 90.0, 140.0):
         quaternion = tilted(zenith_deg)
         projected = float(lobes.mass_above_horizon("hg", 0.0, 0.0, quaternion, weighting="projected"))
-        assert mean_cosine("hg", 0.0, 0.0, quaternion, projected) == pytest.approx(2 / 3, rel=1e-12)
-    assert mean_cosine("ggx", 1.0, 1.0, tilted(0.0), 2 / 3) == pytest.approx(0.75, rel=1e-9)
+        squared = projected_mass("hg", 0.0, 0.0, vertical_in_local(quaternion), power=2)
+        assert squared / projected == pytest.approx(2 / 3, rel=1e-12)
+    squared = projected_mass("ggx", 1.0, 1.0, vertical_in_local(tilted(0.0)), power=2)
+    assert squared / (2 / 3) == pytest.approx(0.75, rel=1e-9)
 
 
 def lower(**changed):
