@@ -124,7 +124,7 @@ class _Patches:
             return parts
         chosen = np.flatnonzero(again)
         tiles, owner = _sixteenths(self._tiles[:, chosen]), np.repeat(chosen, _SIXTEENTHS)
-        finer = self._rule.of_tiles(tiles, owner, np.full(self._n, self._rule.floor * total / _AREA))
+        finer = self._rule.refined(tiles, owner, np.full(self._n, self._rule.floor * total / _AREA))
         kept = Parts(*(column[..., ~again[parts.patch]] for column in parts))
         return Parts(*(np.concatenate(columns, axis=-1) for columns in zip(kept, finer, strict=True)))
 

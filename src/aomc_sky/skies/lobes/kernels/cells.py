@@ -12,7 +12,7 @@ from aomc_sky.kernels.arithmetic.constants import ACCEPT, LAST_TRIAL, LOBE_COLUM
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned, uniform_f64
 from aomc_sky.kernels.arithmetic.prefetch import prefetch_to_read, prefetch_to_write
 from aomc_sky.kernels.arithmetic.rng import later_words, philox_pair
-from aomc_sky.kernels.cells.blocks import column
+from aomc_sky.kernels.cells.blocks import column, whole_vectors
 from aomc_sky.kernels.jit import inner, inner_reader, seen_as
 from aomc_sky.skies.lobes.kernels.law import (
     CELL_COLUMNS,
@@ -36,7 +36,6 @@ from aomc_sky.skies.lobes.kernels.queue import (
     fall_of_lobe,
     lobe_queues,
     photons_of_lobes,
-    whole_vectors,
     words_of_photons,
 )
 
