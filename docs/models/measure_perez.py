@@ -195,7 +195,7 @@ def patches(folder: Path) -> list[Line]:
 
 
 def hard_cases(folder: Path) -> list[Line]:
-    """hard_cases.csv: ln |f| without limits, b > 0 among them, where f is a float64, against the 20 digits; all signs must agree."""
+    """hard_cases.csv: ln |f| without limits, b > 0 among them, where f is a float64; the signs of all must agree."""
     rows = rows_of(folder / "hard_cases.csv")
     five: dict[tuple[str, ...], dict[str, float]] = {}
     for row in rows:

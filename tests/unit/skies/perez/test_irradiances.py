@@ -36,22 +36,6 @@ def test_any_two_give_the_third(dni: float, dhi: float, zenith: float) -> None:
     assert tuple(map(float, found)) == (dni, dhi)
 
 
-def test_the_beam_is_that_of_pvlib() -> None:
-    irradiance = pytest.importorskip("pvlib").irradiance
-    pandas = pytest.importorskip("pandas")
-    zenith = np.array([0.0, 20.0, 45.5, 70.0, 84.0, 87.9])
-    ghi, dhi = np.array([1000.0, 800.0, 500.0, 250.0, 100.0, 48.0]), np.array([100.0, 80.0, 120.0, 60.0, 30.0, 20.0])
-    oracle = irradiance.dni(pandas.Series(ghi), pandas.Series(dhi), pandas.Series(zenith)).to_numpy()
-    assert np.all(np.isfinite(oracle))  # from 88 degrees on pvlib gives none
-    for k, sun in enumerate(zenith):
-        beam, _ = closed_irradiances(ghi=ghi[k], dhi=dhi[k], sun_zenith_deg=sun)
-        assert beam == pytest.approx(oracle[k], rel=1e-13)
-        _, rest = closed_irradiances(ghi=ghi[k], dni=oracle[k], sun_zenith_deg=sun)
-        assert rest == pytest.approx(dhi[k], rel=1e-12)
-    sums = irradiance.complete_irradiance(zenith, ghi=None, dni=pandas.Series(oracle), dhi=pandas.Series(dhi))
-    np.testing.assert_allclose(sums["ghi"], ghi, rtol=1e-13)
-
-
 def test_what_an_unlit_instrument_shows_is_0() -> None:
     direct, diffuse = closed_irradiances(ghi=30.0, dhi=-3.0, sun_zenith_deg=80.0)
     assert float(diffuse) == 0
@@ -105,14 +89,6 @@ def test_one_is_not_enough() -> None:
 
 CLEAR = {"dni": 850.0, "dhi": 95.0}
 GHI = 850.0 * math.cos(0.5) + 95.0
-
-
-@pytest.mark.parametrize("given", [{"ghi": GHI, "dhi": 95.0}, {"ghi": GHI, "dni": 850.0}, {"ghi": 860.0, **CLEAR}])
-def test_a_sky_from_any_two(given: dict[str, float]) -> None:
-    one, other = PerezSky(sun_zenith_rad=0.5, **CLEAR), PerezSky(sun_zenith_rad=0.5, **given)
-    assert (other.dni, other.dhi) == (pytest.approx(850.0, rel=1e-14), pytest.approx(95.0, rel=1e-12))
-    np.testing.assert_allclose(other.model_coefficients, one.model_coefficients, rtol=1e-11)
-    assert other.radiance(0.3, 0.2, 550.0) == pytest.approx(float(one.radiance(0.3, 0.2, 550.0)), rel=1e-11)
 
 
 def test_diffuse_light_above_the_global_is_said() -> None:
