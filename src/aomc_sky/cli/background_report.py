@@ -115,10 +115,11 @@ def _lobes(section: BackgroundSection, sky: LobeSky, wavelength_nm: np.ndarray) 
     import numpy as np
 
     from aomc_sky.formats.sky_toml.rules import moment_text
-    from aomc_sky.skies.lobes.light import axis_of
+    from aomc_sky.skies.lobes.lobe import axis_deg, rotation_matrix
     from aomc_sky.skies.lobes.sky import plain_name
 
     shares = np.array([[lobe.share("plain"), lobe.share("projected")] for lobe in sky.lobes]).reshape(-1, 2)
+    axes = [axis_deg(rotation_matrix(lobe.quaternion)) for lobe in sky.lobes]
     sphere = np.array([lobe.irradiance(wavelength_nm) for lobe in sky.lobes]).reshape(-1, wavelength_nm.size)
     plane, whole = sphere * shares[:, 1:], sphere.sum(axis=0)
     below = whole - (sphere * shares[:, :1]).sum(axis=0)
@@ -140,8 +141,8 @@ def _lobes(section: BackgroundSection, sky: LobeSky, wavelength_nm: np.ndarray) 
                 "param0": lobe.param0,
                 "param1": lobe.param1,
                 "quaternion": lobe.quaternion.tolist(),
-                "zenith_deg": axis_of(lobe)[0],
-                "azimuth_deg": axis_of(lobe)[1],
+                "zenith_deg": axes[k][0],
+                "azimuth_deg": axes[k][1],
                 "share_above_horizon": float(shares[k, 0]),
                 "share_on_horizontal": float(shares[k, 1]),
                 "sphere_W_m2_nm": sphere[k].tolist(),

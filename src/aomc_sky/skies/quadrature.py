@@ -175,11 +175,8 @@ class Rule:
         both *= (edges[1] - edges[0]) * (edges[3] - edges[2])
         return both[1], np.abs(both[1] - both[0])
 
-    def values(self, x: np.ndarray, y: np.ndarray, patch: np.ndarray) -> np.ndarray:
+    def values_of(self, light: Light) -> Values:
         """The integrand at points seen from the centre."""
-        return self._values_of(self.light)(x, y, patch)
-
-    def _values_of(self, light: Light) -> Values:
         return lambda x, y, patch: light(self.x_terms(x), self.y_terms(y), patch)
 
     def refined(
@@ -201,10 +198,10 @@ class Rule:
         done = [Parts(tiles[:, :0], patch[:0], np.zeros(0), np.zeros(0))]
         n_left = self.most_parts
         for k in range(_MAX_ROUNDS):
-            mass, doubt, lean = _by_two_orders(mapped(self.values), tiles, index)
+            mass, doubt, lean = _by_two_orders(mapped(self.values_of(self.light)), tiles, index)
             good = doubt <= allowed[patch]
             if self.pilot is not None:
-                whole, rest, lean_of_pilot = _by_two_orders(mapped(self._values_of(self.pilot)), tiles, index)
+                whole, rest, lean_of_pilot = _by_two_orders(mapped(self.values_of(self.pilot)), tiles, index)
                 is_seen = rest <= np.maximum(_PILOT * whole, allowed[patch])
                 good &= is_seen
                 lean = np.where(is_seen, lean, lean_of_pilot)

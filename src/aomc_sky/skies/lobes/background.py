@@ -77,7 +77,8 @@ class BackgroundSky:
         total = np.zeros(shape_of((real(unix_time_s), spectrum[0])))
         for lobe in self._named(animation):
             strength = lobe.coefficient * _shares(lobe, above)
-            for key, weight in self._weights(lobe, unix_time_s):
+            low, high, fraction = lobe.between(lobe.relative_days(unix_time_s, utc_offset_h=self.utc_offset_h))
+            for key, weight in ((low, 1.0 - fraction), (high, fraction)):
                 total = total + weight * strength[key] * _rows(spectrum, lobe.curve_index[key], total.shape)
         return total
 
@@ -88,10 +89,6 @@ class BackgroundSky:
             known = ", ".join(self.animations) or "none"
             raise UsageError(f"there is no animation {animation!r} in this sky; there are: {known}")
         return [self.animations[animation]]
-
-    def _weights(self, lobe: Animation, unix_time_s: ArrayLike) -> list[tuple[np.ndarray, np.ndarray]]:
-        low, high, fraction = lobe.between(lobe.relative_days(unix_time_s, utc_offset_h=self.utc_offset_h))
-        return [(low, 1.0 - fraction), (high, fraction)]
 
 
 INTERPOLATIONS = ("crossfade", "slerp")

@@ -12,14 +12,13 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.component import Component
-from aomc_sky.errors import NOWHERE, InputFileError, Problem, SceneError, UsageError
+from aomc_sky.errors import NOWHERE, InputFileError, Problem, UsageError
 from aomc_sky.formats.report import nearest
 from aomc_sky.formats.sky_toml.keys import BackgroundSection
 from aomc_sky.formats.sky_toml.rules import shown_value
 from aomc_sky.skies.lobes.background import BackgroundSky, background_at
 from aomc_sky.skies.lobes.file.data import BackgroundFile
 from aomc_sky.skies.lobes.file.file import read_background_file
-from aomc_sky.skies.lobes.lobe import rotation_matrix
 from aomc_sky.skies.lobes.sky import LobeSky, WeightedLobe, plain_name
 
 _TOLERANCE = 1e-6  # 0.400 um is 0.4000000059 in float32
@@ -141,19 +140,6 @@ def _free(name: str, taken: Collection[str]) -> str:
     while candidate in taken:
         candidate, number = f"{name} ({number})", number + 1
     return candidate
-
-
-def refuse_darkness(light: BackgroundLight) -> None:
-    """Raise where the backgrounds are the only source and nothing of them reaches the horizontal plane."""
-    if not light.components:
-        reason = "all their lobes lie below the horizon" if light.hidden else "their lobes have no light at that time"
-        raise SceneError(f"the backgrounds are the only source of light, but {reason}")
-
-
-def axis_of(lobe: WeightedLobe) -> tuple[float, float]:
-    """Zenith angle and azimuth of the axis of a lobe. [deg; azimuth from +x towards +y, 0 to below 360]"""
-    x, y, z = rotation_matrix(lobe.quaternion)[:, 2]
-    return float(np.degrees(np.arctan2(np.hypot(x, y), z))), float(np.degrees(np.arctan2(y, x)) % 360.0)
 
 
 def read_lobes(section: BackgroundSection, wavelength_nm: Sequence[float] | None) -> tuple[LobeSky, np.ndarray]:

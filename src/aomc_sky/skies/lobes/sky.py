@@ -129,10 +129,7 @@ class LobeSky(Share):
 
     def irradiance(self, wavelength_nm: ArrayLike) -> np.ndarray:
         """Spectral irradiance of all lobes, over the whole sphere, as `WeightedLobe.irradiance`. [W m-2 nm-1]"""
-        total = np.zeros(np.shape(wavelength_nm))
-        for lobe in self.lobes:
-            total = total + lobe.irradiance(wavelength_nm)
-        return total
+        return sum((lobe.irradiance(wavelength_nm) for lobe in self.lobes), np.zeros(np.shape(wavelength_nm)))
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """Components with the exact flux law, in absolute units, a row for each wavelength.
