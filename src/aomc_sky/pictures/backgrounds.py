@@ -58,10 +58,10 @@ def time_span_s(sky: BackgroundSky) -> tuple[float, float]:
     day, of local time.
     """
     animations = sky.animations.values()
-    fixed = [a for a in animations if a.reference is ReferenceType.ABSOLUTE and a.time_days.size > 1]
+    fixed = [a for a in animations if a.reference is ReferenceType.ABSOLUTE and a.relative_time_days.size > 1]
     if fixed:
-        starts = [a.reference_unix_s + _DAY_S * float(a.time_days[0]) for a in fixed]
-        stops = [a.reference_unix_s + _DAY_S * float(a.time_days[-1]) for a in fixed]
+        starts = [a.time_point_s + _DAY_S * float(a.relative_time_days[0]) for a in fixed]
+        stops = [a.time_point_s + _DAY_S * float(a.relative_time_days[-1]) for a in fixed]
         return min(starts), max(stops)
     midnight = -3600.0 * sky.utc_offset_h
     if any(a.reference is ReferenceType.HEBDOMADAL for a in animations):
@@ -78,7 +78,7 @@ def frame_times_s(start_s: float, stop_s: float, n_frames: int) -> np.ndarray:
 
 def time_text(sky: BackgroundSky, unix_time_s: float) -> str:
     """A time as its picture says it: of the day or the week where the sky repeats, else the date in UTC."""
-    references = {a.reference for a in sky.animations.values() if a.time_days.size > 1}
+    references = {a.reference for a in sky.animations.values() if a.relative_time_days.size > 1}
     if ReferenceType.ABSOLUTE in references:
         return moment_text(float(round(unix_time_s)))
     local = datetime.datetime(1970, 1, 1) + datetime.timedelta(seconds=round(unix_time_s + 3600.0 * sky.utc_offset_h))

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
-from aomc_sky.cli.background_report import lobe_scene
+from aomc_sky.cli.background_report import lobes_at
 from aomc_sky.cli.terminal import shown
 from aomc_sky.errors import UsageError
 from aomc_sky.progress import patience
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     from aomc_sky.cli.usage import Parser
     from aomc_sky.pictures.content import Picture
-    from aomc_sky.skies.lobes.light import LobeScene
     from aomc_sky.verify.report import Pulls
 
 _EPILOG = """\
@@ -311,9 +310,9 @@ def _background(arguments: argparse.Namespace) -> tuple[Picture, int]:
         return picture, len(picture.domes)
     if arguments.frames is not None:
         raise UsageError("--time is one time; --frames is for several")
-    scene = lobe_scene(arguments, arguments.time)
-    wavelengths = scene.wavelength_nm.tolist() if arguments.wavelength else [_nearest_nm(scene)]
-    pictures = [lobe_picture([(f"{w:g} nm", scene.sky)], w) for w in wavelengths]
+    _, sky, known_nm = lobes_at(arguments, arguments.time)
+    wavelengths = known_nm.tolist() if arguments.wavelength else [_nearest_nm(known_nm)]
+    pictures = [lobe_picture([(f"{w:g} nm", sky)], w) for w in wavelengths]
     title = _title(arguments, f"{Path(arguments.path).name}, {moment_text(arguments.time)}")
     domes = tuple(picture.domes[0] for picture in pictures)
     return dataclasses.replace(pictures[0], domes=domes, title=title), len(domes)
@@ -327,8 +326,8 @@ def _over_time(arguments: argparse.Namespace) -> Picture:
 
     if arguments.wavelength and len(arguments.wavelength) > 1:
         raise UsageError("several times are shown at one --wavelength; several wavelengths are for one --time")
-    scene = lobe_scene(arguments, 0.0)  # refuses names and wavelengths that are not in the file
-    wavelength = float(scene.wavelength_nm[0]) if arguments.wavelength else _nearest_nm(scene)
+    *_, known_nm = lobes_at(arguments, 0.0)  # refuses names and wavelengths that are not in the file
+    wavelength = float(known_nm[0]) if arguments.wavelength else _nearest_nm(known_nm)
     sky = read_background(arguments.path, utc_offset_h=arguments.utc_offset)
     if arguments.animation is not None:
         sky = dataclasses.replace(sky, animations={name: sky.animations[name] for name in arguments.animation})
@@ -337,8 +336,8 @@ def _over_time(arguments: argparse.Namespace) -> Picture:
     return moving_picture(sky, wavelength, times, title=title, interpolation=arguments.interpolation)
 
 
-def _nearest_nm(scene: LobeScene) -> float:
-    return float(scene.wavelength_nm[abs(scene.wavelength_nm - _USUAL_NM).argmin()])
+def _nearest_nm(known_nm: np.ndarray) -> float:
+    return float(known_nm[abs(known_nm - _USUAL_NM).argmin()])
 
 
 _PICTURES: dict[Kind, Callable[[argparse.Namespace], tuple[Picture, int]]] = {

@@ -18,7 +18,6 @@ from aomc_sky.skies.perez.irradiances import (
     checked_extraterrestrial,
     checked_irradiance,
     checked_sun,
-    closed_irradiances,
 )
 from aomc_sky.skies.perez.table import EPSILON_EDGES, TEN_THOUSANDTHS
 
@@ -115,63 +114,6 @@ def sky_brightness(
     extraterrestrial = checked_extraterrestrial(extraterrestrial_normal)
     mass = relative_air_mass(checked_sun(sun_zenith_rad), formula=air_mass)
     return mass * checked_irradiance("dhi", dhi) / extraterrestrial
-
-
-def diffuse_from_global(ghi: ArrayLike, dni: ArrayLike, sun_zenith_rad: ArrayLike) -> np.ndarray:
-    """Diffuse horizontal irradiance that closes ghi = dhi + dni cos Z; rounding below zero gives 0. [W m-2]
-
-    Accuracy: 3 ulp of the larger of ghi and dni cos Z, which under a clear sky is a large multiple of dhi. SceneError:
-    dni cos Z exceeds ghi by more than rounding, or dhi exceeds what a sky can give under this sun.
-
-    Parameters
-    ----------
-    ghi, dni : array_like
-        Global horizontal and direct normal irradiance. [W m-2, 0 or more; -5 to 0 counts as 0]
-    sun_zenith_rad : array_like
-        Zenith angle of the sun. [rad, 0 to pi/2]
-
-    Examples
-    --------
-    >>> print(sky.perez.diffuse_from_global(780.0, 850.0, np.radians(40.0)).round(2))
-    128.86
-    """
-    return closed_irradiances(ghi=ghi, dni=dni, sun_zenith_deg=np.rad2deg(checked_sun(sun_zenith_rad)))[1]
-
-
-def direct_from_global(
-    ghi: ArrayLike,
-    dhi: ArrayLike,
-    sun_zenith_rad: ArrayLike,
-    *,
-    extraterrestrial_normal: ArrayLike = EXTRATERRESTRIAL_NORMAL,
-) -> np.ndarray:
-    """Direct normal irradiance that closes ghi = dhi + dni cos Z. [W m-2]
-
-    It is 0 where dhi exceeds ghi by at most 5 % (10 % beyond Z = 75 degrees). Accuracy: 4 ulp, and 2e-16 / cos Z from
-    the angle in radians. Errors of ghi and dhi are divided by cos Z: 1 W m-2 becomes 11 at Z = 85 and 57 at 89 degrees.
-    SceneError: dhi exceeds ghi by more, the beam or dhi exceeds its limit [long2008], or the sun is not above the
-    horizon.
-
-    Parameters
-    ----------
-    ghi, dhi : array_like
-        Global and diffuse horizontal irradiance. [W m-2, 0 or more; -5 to 0 counts as 0]
-    sun_zenith_rad : array_like
-        Zenith angle of the sun. [rad, 0 to below pi/2]
-    extraterrestrial_normal : array_like
-        Irradiance on a plane that faces the sun outside the atmosphere, on that day. [W m-2]
-
-    Examples
-    --------
-    >>> print(sky.perez.direct_from_global(780.0, 140.0, np.radians(40.0)).round(2))
-    835.46
-    """
-    return closed_irradiances(
-        ghi=ghi,
-        dhi=dhi,
-        sun_zenith_deg=np.rad2deg(checked_sun(sun_zenith_rad)),
-        extraterrestrial_normal=extraterrestrial_normal,
-    )[0]
 
 
 def epsilon_bin(epsilon: ArrayLike) -> np.ndarray:

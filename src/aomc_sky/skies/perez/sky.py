@@ -159,12 +159,12 @@ class PerezSky(Share):
             ghi=self.ghi,
             dni=self.dni,
             dhi=self.dhi,
-            sun_zenith_deg=np.rad2deg(self.sun_zenith_rad),
+            sun_zenith_deg=float(np.rad2deg(self.sun_zenith_rad)),
             extraterrestrial_normal=self.extraterrestrial_normal,
         )
         for name, value in zip(("dni", "dhi"), closed, strict=True):
             if getattr(self, name) is None:
-                object.__setattr__(self, name, float(value))
+                object.__setattr__(self, name, value)
         if is_exceeded:
             self._warn(is_exceeded)
 

@@ -307,14 +307,13 @@ def irradiances(inputs: PerezInputs, sun: Sun) -> tuple[float, float]:
 
     section = inputs.section
     if section.epsilon is None:
-        closed = closed_irradiances(
+        return closed_irradiances(
             ghi=section.ghi,
             dni=section.dni,
             dhi=section.dhi,
             sun_zenith_deg=sun.zenith_deg,
             extraterrestrial_normal=sun.extraterrestrial_normal,
         )
-        return float(closed[0]), float(closed[1])
     from aomc_sky.skies.perez.functions import sky_brightness, sky_clearness
 
     zenith = math.radians(sun.zenith_deg)

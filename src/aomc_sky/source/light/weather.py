@@ -189,4 +189,4 @@ def hour_irradiances(
         closed_irradiances(**given, **sun)
     except SceneError as error:
         warnings.warn(f"{where}: {error} (here DNI and DHI of the hour are used)", InputWarning, stacklevel=2)
-    return float(dni), float(dhi)
+    return dni, dhi
