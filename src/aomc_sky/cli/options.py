@@ -382,6 +382,14 @@ def add_moment_options(parser: argparse.ArgumentParser) -> None:
     add_table(group.add_mutually_exclusive_group(), files)
 
 
+def _wavelength(text: str) -> float:
+    """A number in nm; one in micrometres is refused."""
+    number = finite_number(text)
+    if 0.1 <= number < 20.0:
+        raise argparse.ArgumentTypeError(f"wavelengths are in nm, got {text!r}; write {1000 * number:g}")
+    return number
+
+
 def number_in(low: float, high: float) -> Callable[[str], float]:
     """Type of an option that is a number in a range."""
 
@@ -512,7 +520,8 @@ def add_background_options(parser: argparse.ArgumentParser | argparse._ArgumentG
 
 _KINDS: Kinds = {
     **dict.fromkeys(("PX", "N", "I", "R"), whole_number),
-    **dict.fromkeys(("DEG", "M", "NM", "LOW"), finite_number),
+    **dict.fromkeys(("DEG", "M", "LOW"), finite_number),
+    "NM": _wavelength,
     "INT": seed,
     "NZ": whole_number_in(1, 3600),
     "SIZE": memory,

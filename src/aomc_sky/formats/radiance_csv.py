@@ -204,8 +204,10 @@ class _Table:
             self.remarks.append(f"columns not used: {', '.join(map(printable, unused))}")
         if not self.rows:
             self.report.add("E654", "the file has no row of numbers", advice="write a row for each direction")
+        if missing:
+            return []
         self._read_rows(list(columns.values()), len(cells))
-        return [] if missing else list(columns.values())
+        return list(columns.values())
 
     def _read_rows(self, columns: list[_Column], n_names: int) -> None:
         width = max((one.index for one in columns), default=0) + 1
