@@ -38,8 +38,6 @@ def test_the_sky_alone(tmp_path: Path, words: tuple[str, ...], mean_cosine: floa
     [
         (("--sky", "cie", "--sky-option", "type=12"), "--sky cie needs --sun-zenith"),
         (("--sky", "cie", "--sun-zenith", "40"), "--sky-option type="),
-        (("--sky", "uniform", "--placement", "centre"), "and 'uniform' has none"),
-        (("--sky", "uniform", "--wavelengths", "0.443"), "wavelengths are in nm, got '0.443'; write 443"),
         (("--sky", "none"), "--sky none needs a scene of files"),
         (("--sky", "overcast", "--ghi", "300", "--dhi", "200", "--sun-zenith", "40"), "is the sky alone"),
         (("--sky", "uniform", "--sky-option", "a=1"), "has no options"),
@@ -56,6 +54,17 @@ def test_what_does_not_fit(
     assert run(*words, "--out", tmp_path / "grey") == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "grey").exists()
+
+
+def test_a_sky_without_patches_has_no_middle(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("--sky", "uniform", "--placement", "centre", "--out", tmp_path / "grey") == 4
+    assert "and 'uniform' has none" in capsys.readouterr().err
+
+
+def test_micrometres(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="2"):
+        run("--sky", "uniform", "--wavelengths", "0.443", "--out", tmp_path / "grey")
+    assert "wavelengths are in nm, got '0.443'; write 443" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
