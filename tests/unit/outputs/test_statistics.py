@@ -34,6 +34,14 @@ def test_any_grouping_is_the_sum_correctly_rounded(terms, cut, most):
     assert grouped.value == of(terms).value == float(sum(map(Fraction, terms), Fraction(0)))
 
 
+def test_expansion_is_exact_at_the_ends_of_the_range():
+    terms = [2.0**1000, 1.0, 5e-324, -(2.0**-1000), 3e-17, -1e-300]
+    parts = statistics._expansion(terms)
+    assert len(parts) <= 40
+    assert sum(map(Fraction, parts)) == sum(map(Fraction, terms))
+    assert statistics._expansion([1.0, -1.0]) == []
+
+
 def test_memory_is_bounded():
     total, draw = ExactSum(), random.Random(3)
     terms = [draw.expovariate(1.0) for _ in range(3 * statistics._MOST_TERMS)]

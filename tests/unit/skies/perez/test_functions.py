@@ -120,6 +120,7 @@ def test_clearness_and_brightness() -> None:
     assert perez.relative_air_mass(np.pi / 2) == pytest.approx(37.919608377836325302, rel=1e-14)
     assert perez.relative_air_mass(np.pi / 2, formula="kasten-1966") == pytest.approx(36.510324500288756567, rel=1e-14)
     assert perez.diffuse_from_global(500, 400, z) == pytest.approx(300)
+    assert perez.direct_from_global(500, 100, z) == pytest.approx(800)
     assert perez.diffuse_from_global(200.0, 400 * (1 + 1e-13), z) == 0
 
 
