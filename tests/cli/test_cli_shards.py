@@ -214,4 +214,6 @@ def test_what_a_shard_prints(amc, tmp_path, capsys):
     assert again["missing"] == ["1/3", "3/3"]
     assert again["run"]["seconds"] >= 0
     assert main(["info", str(tmp_path / "out")]) == 0
-    assert "shards: 2/3\n" in capsys.readouterr().out
+    assert "shards: 2/3\nmissing: 1/3 3/3\n" in capsys.readouterr().out
+    assert main(["info", "--json", str(tmp_path / "out")]) == 0
+    assert json.loads(capsys.readouterr().out)["missing"] == ["1/3", "3/3"]
