@@ -139,14 +139,14 @@ def test_a_file_without_an_end_has_a_limit(piece, tmp_path, monkeypatch):
 @row(50, "pieces")
 def test_rows_are_the_same_however_the_file_is_cut(fault, tmp_path, monkeypatch):
     path = tmp_path / "skydist.inp"
-    text = "".join(f"1 {z + 1} {a} {z * a % 97 + 0.125}\n" for z in range(20) for a in range(30))
-    path.write_text("600 20 29 1\n550\n" + text.rstrip("\n"))
-    whole = skydist.read_skydist(path)
-    monkeypatch.setattr("aomc_sky.formats.aomc.skydist._PIECE_ROWS", 7)
+    value = np.add.outer(np.arange(20) * 31, np.arange(900)) % 97 + 0.125
+    text = "".join(f"1 {z + 1} {a} {value[z, a]}\n" for z in range(20) for a in range(900))
+    path.write_text("18000 20 899 1\n550\n" + text.rstrip("\n"))
+    assert value.size > skydist._PIECE_ROWS
     monkeypatch.setattr(skydist, "read_rows", None)
-    again = skydist.read_skydist(path)
-    assert np.array_equal(again.radiance, whole.radiance)
-    assert np.array_equal(again.line, whole.line)
+    table = skydist.read_skydist(path)
+    assert np.array_equal(table.radiance[0], value)
+    assert np.array_equal(table.line[0].ravel(), np.arange(3, 18003))
 
 
 @row(50, "hundreds-of-backgrounds")

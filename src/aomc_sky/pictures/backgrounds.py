@@ -26,24 +26,24 @@ _SUNDAY_S = 3 * _DAY_S  # 1970-01-04 was a Sunday
 
 
 def lobe_picture(
-    skies: Sequence[tuple[str, Sequence[LobeSky]]],
+    skies: Sequence[tuple[str, LobeSky]],
     wavelength_nm: float,
     *,
     title: str = "",
     bins: tuple[int, int] = LOBE_BINS,
 ) -> Picture:
-    """Skies of lobes at one wavelength, W m-2 sr-1 nm-1; the light of the skies under one title adds.
+    """Skies of lobes at one wavelength, each with its title. [W m-2 sr-1 nm-1]
 
     Each lobe is drawn by its exact mean in equal bins of zenith and azimuth, and marked where it is narrower than a
     patch.
     """
     grid = PatchGrid.regular(*bins)
-    domes = tuple(_dome(name, parts, wavelength_nm, grid) for name, parts in counted(skies, "sky", len(skies)))
+    domes = tuple(_dome(name, sky, wavelength_nm, grid) for name, sky in counted(skies, "sky", len(skies)))
     return Picture(domes=domes, quantity=RADIANCE, title=title, notes=(lobe_note(bins),))
 
 
-def _dome(name: str, skies: Sequence[LobeSky], wavelength_nm: float, grid: PatchGrid) -> Dome:
-    components = [c for sky in skies for c in sky.lower([wavelength_nm])]
+def _dome(name: str, sky: LobeSky, wavelength_nm: float, grid: PatchGrid) -> Dome:
+    components = sky.lower([wavelength_nm])
     light = np.zeros(grid.n_patches)
     for component in components:
         light += float(component.strength[0]) * patch_shares(component, grid)
@@ -73,8 +73,6 @@ def frame_times_s(start_s: float, stop_s: float, n_frames: int) -> np.ndarray:
     """Times of 2 to 12 domes: even steps, the last one a step before the end, where a repeating sky begins again."""
     if not 2 <= n_frames <= MOST_PANELS:
         raise UsageError(f"--frames is 2 to {MOST_PANELS}, as many domes as fit side by side, got {n_frames}")
-    if not stop_s > start_s:
-        raise UsageError("--stop must be later than --start")
     return start_s + (stop_s - start_s) * np.arange(n_frames) / n_frames
 
 
@@ -101,5 +99,5 @@ def moving_picture(
 
     `interpolation` says what lobes do between their keys; times are seconds since 1970-01-01 UTC.
     """
-    skies = [(time_text(sky, t), [background_at(sky, t, interpolation=interpolation)]) for t in times_s]
+    skies = [(time_text(sky, t), background_at(sky, t, interpolation=interpolation)) for t in times_s]
     return lobe_picture(skies, wavelength_nm, title=title, bins=MOVING_BINS)

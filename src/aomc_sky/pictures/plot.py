@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.directions import AzimuthConvention, given_angle, to_enu_azimuth_deg
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import UsageError, member_of, require_one_of
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.aomc.amc import read_amc
 from aomc_sky.formats.text_file import refuse
@@ -134,10 +134,12 @@ def plot(
     3
     """
     target = None if path is None else picture_path(path)
-    sun, convention = None, _convention_of(azimuth_convention)
+    convention = str(getattr(azimuth_convention, "name", azimuth_convention)).lower()
+    require_one_of((member.name.lower() for member in AzimuthConvention), convention, "azimuth_convention")
+    sun = None
     if sun_deg is not None or sun_rad is not None:
         zenith, azimuth = given_angle("sun_deg", sun_deg, sun_rad)
-        sun = sun_mark(float(zenith), float(to_enu_azimuth_deg(azimuth, convention)))
+        sun = sun_mark(float(zenith), float(to_enu_azimuth_deg(azimuth, AzimuthConvention[convention.upper()])))
     if isinstance(what, Scene):
         show = show or "radiance"
         picture = picture_of_scene(what, what.source(0), show=show, bands=bands, sun=sun, title=title)
@@ -149,7 +151,7 @@ def plot(
         picture = _of_lobes(what, wavelength_nm, title)
     else:
         picture = _of_values(what, wavelength_nm, grid, sun, title, label)
-    view, choice = View.named(seen_from), ColourChoice(limits=limits, cmap=cmap, norm=norm)
+    view, choice = member_of(View, seen_from, "seen_from"), ColourChoice(limits=limits, cmap=cmap, norm=norm)
     if ax is not None:
         if target is not None:
             raise UsageError("a figure with your own axes is yours to save: leave the path out")
@@ -158,15 +160,6 @@ def plot(
     if target is not None:
         save_picture(figure, target, dpi=figure.dpi)
     return figure
-
-
-def _convention_of(name: AzimuthConvention | str) -> AzimuthConvention:
-    known = {member.name.lower(): member for member in AzimuthConvention}
-    if isinstance(name, AzimuthConvention):
-        return name
-    if not isinstance(name, str) or name.lower() not in known:
-        raise UsageError(f"azimuth_convention must be one of {', '.join(map(repr, known))}, got {name!r}")
-    return known[name.lower()]
 
 
 def sun_of_options(options: Any) -> Mark | None:
@@ -205,7 +198,7 @@ def _of_lobes(what: Any, wavelength_nm: float, title: str) -> Picture:
 
     if isinstance(what, BackgroundSky):
         raise UsageError("a background sky changes with time: plot background_at(sky, time)")
-    return lobe_picture([("", [what])], wavelength_nm, title=title)
+    return lobe_picture([("", what)], wavelength_nm, title=title)
 
 
 def _of_values(

@@ -66,9 +66,8 @@ _TIME = """\
 a background sky over time:
 --time TIME                   one time: ISO 8601 with Z or an offset, or seconds since 1970-01-01 UTC (default:
                               several times side by side)
---start TIME                  the first of them (default: the first key, midnight)
---stop TIME                   their end (default: the last key, a day or week later)
---frames N                    how many they are, 2 to 12 (default 12)
+--frames N                    how many they are, from the first key to the last, or over a day or a week, 2 to 12
+                              (default 12)
 """
 
 
@@ -123,7 +122,7 @@ def plot(arguments: argparse.Namespace) -> int:
         figure = figure_of(
             picture,
             size_px=arguments.size or _SIZE_PX,
-            view=View.named(arguments.seen_from),
+            view=View(arguments.seen_from),
             choice=ColourChoice(limits=arguments.range, cmap=arguments.cmap, norm=arguments.norm),
             scale=arguments.scale,
             has_caption=not arguments.no_caption,
@@ -285,11 +284,11 @@ def _pull_picture(arguments: argparse.Namespace) -> tuple[Picture, tuple[Pulls, 
 def _table(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.formats.aomc.skydist import read_skydist
     from aomc_sky.pictures.plot import table_picture
-    from aomc_sky.source.read.table import TableOptions, tabulated_sky
+    from aomc_sky.source.read.table import tabulated_sky
 
     names = ("bins", "weighting", "compat", "azimuth_bins")
-    options = TableOptions(**{name: getattr(arguments, name) for name in names})
-    sky, how = tabulated_sky(read_skydist(arguments.path, lenient=arguments.lenient), options)
+    options = {name: getattr(arguments, name) for name in names}
+    sky, how = tabulated_sky(read_skydist(arguments.path, lenient=arguments.lenient), **options)
     bands = _bands(arguments, sky.wavelength_nm)
     title = _title(arguments, f"{_name(arguments)}: {how['weighting']} values, {how['bins']} bins")
     return table_picture(sky, bands=bands, title=title), len(bands or sky.wavelength_nm)
@@ -310,11 +309,11 @@ def _background(arguments: argparse.Namespace) -> tuple[Picture, int]:
     if arguments.time is None:
         picture = _over_time(arguments)
         return picture, len(picture.domes)
-    if arguments.start is not None or arguments.stop is not None or arguments.frames is not None:
-        raise UsageError("--time is one time; --start, --stop and --frames are for several")
+    if arguments.frames is not None:
+        raise UsageError("--time is one time; --frames is for several")
     scene = lobe_scene(arguments, arguments.time)
     wavelengths = scene.wavelength_nm.tolist() if arguments.wavelength else [_nearest_nm(scene)]
-    pictures = [lobe_picture([(f"{w:g} nm", [scene.sky])], w) for w in wavelengths]
+    pictures = [lobe_picture([(f"{w:g} nm", scene.sky)], w) for w in wavelengths]
     title = _title(arguments, f"{Path(arguments.path).name}, {moment_text(arguments.time)}")
     domes = tuple(picture.domes[0] for picture in pictures)
     return dataclasses.replace(pictures[0], domes=domes, title=title), len(domes)
@@ -333,10 +332,8 @@ def _over_time(arguments: argparse.Namespace) -> Picture:
     sky = read_background(arguments.path, utc_offset_h=arguments.utc_offset)
     if arguments.animation is not None:
         sky = dataclasses.replace(sky, animations={name: sky.animations[name] for name in arguments.animation})
-    given = (arguments.start, arguments.stop)
-    start, stop = (usual if time is None else time for usual, time in zip(time_span_s(sky), given, strict=True))
     title = _title(arguments, f"{Path(arguments.path).name} at {wavelength:g} nm")
-    times = frame_times_s(start, stop, arguments.frames or MOST_PANELS).tolist()
+    times = frame_times_s(*time_span_s(sky), arguments.frames or MOST_PANELS).tolist()
     return moving_picture(sky, wavelength, times, title=title, interpolation=arguments.interpolation)
 
 

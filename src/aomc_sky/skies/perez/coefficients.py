@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import sin_cos_deg
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import SceneError, require_one_of
 from aomc_sky.kernels.arithmetic.elementary import LN2_HI, LN2_LO, exp_reduced
 from aomc_sky.kernels.arithmetic.error_free import two_product, two_sum
 from aomc_sky.skies.perez.irradiances import (
@@ -76,8 +76,7 @@ def relative_air_mass(sun_zenith_rad: ArrayLike, *, formula: str = "kasten-young
     >>> print(sky.perez.relative_air_mass(np.radians([0.0, 60.0, 90.0])).round(3))
     [ 1.     1.994 37.92 ]
     """
-    if formula not in _AIR_MASS:
-        raise UsageError(f"air_mass must be one of {', '.join(map(repr, _AIR_MASS))}, got {formula!r}")
+    require_one_of(_AIR_MASS, formula, "air_mass")
     offset, reach, exponent = _AIR_MASS[formula]
     zenith = np.asarray(sun_zenith_rad, dtype=np.float64)
     degrees = np.rad2deg(zenith)
@@ -208,8 +207,7 @@ def limited(epsilon: ArrayLike, delta: ArrayLike, *, limits: str = "radiance") -
     >>> print(epsilon, delta)
     12.01 0.01
     """
-    if limits not in LIMITS:
-        raise UsageError(f"limits must be one of {', '.join(map(repr, LIMITS))}, got {limits!r}")
+    require_one_of(LIMITS, limits, "limits")
     arrays = (np.asarray(epsilon, dtype=np.float64), np.asarray(delta, dtype=np.float64))
     clearness, brightness = np.broadcast_arrays(*arrays)
     if np.any((brightness < 0) | np.isinf(brightness)):

@@ -24,17 +24,6 @@ BEAM = "direct"
 _MAX_SHOWN = 12
 
 
-def night_draft(n_wavebands: int, n_photons: int, *notes: str) -> SceneDraft:
-    """A scene without sun and sky, with equally many photons in every band: no component yet."""
-    return SceneDraft(
-        components=(),
-        n_photons=np.full(n_wavebands, n_photons, dtype=np.int64),
-        row_of_band=np.zeros(n_wavebands, dtype=np.int64),
-        notes=notes,
-        options={"sky": "none"},
-    )
-
-
 def background_options(sections: Sequence[BackgroundSection], folder: str) -> list[dict[str, Any]]:
     """Keys of [[background]] as JSON values for a manifest; paths do not depend on the folder of the scene."""
     return [

@@ -97,7 +97,7 @@ def read_radiance_csv(
         sun_azimuth_deg=_degrees("sun_azimuth_deg", sun_azimuth_deg, sun_azimuth_rad),
     )
     try:
-        return RadianceField.from_points(**vars(points), grid=grid, strength=strength)
+        return RadianceField.from_points(**points, grid=grid, strength=strength)
     except SceneError as error:
         raise refuse(
             os.fspath(path), str(error), advice="give each wavelength radiances of the sky", code="E654"
