@@ -90,17 +90,6 @@ def exact_transmission() -> float:
 
 
 class TestSurface:
-    def test_reflectance(self) -> None:
-        """Normal incidence, Brewster's angle, grazing and total reflection by their own formulas."""
-        assert fresnel.reflectance(1.0, 1.0, INDEX) == pytest.approx(((INDEX - 1) / (INDEX + 1)) ** 2, rel=1e-14)
-        brewster = np.cos(np.arctan(INDEX))
-        behind = fresnel.refracted_mu(brewster, INDEX)
-        across = ((1 - INDEX**2) / (1 + INDEX**2)) ** 2
-        assert fresnel.reflectance(brewster, behind, INDEX) == pytest.approx(across / 2, rel=1e-13)
-        assert fresnel.reflectance(0.0, fresnel.refracted_mu(0.0, INDEX), INDEX) == 1.0
-        assert fresnel.refracted_mu(0.6, 1 / INDEX) == 0.0
-        assert fresnel.reflectance(0.6, 0.0, 1 / INDEX) == 1.0
-
     BAR = 3e-6
     """What six replicates of N photons say of their mean, at most."""
 

@@ -108,11 +108,3 @@ def test_a_mutated_file_is_read_or_refused_at_a_place(
     assert found.scatterers
     for part in found.species:
         assert part.number_density.text in text.replace("\r\n", "\n")
-
-
-@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
-@given(data=st.binary(max_size=300))
-def test_any_bytes_get_an_answer(data: bytes, tmp_path_factory: pytest.TempPathFactory) -> None:
-    path = tmp_path_factory.getbasetemp() / "bytes.atmo"
-    path.write_bytes(b"version: 6\n" + data)
-    assert isinstance(outcome(path), InputFileError)

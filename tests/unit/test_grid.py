@@ -7,14 +7,6 @@ from mpmath import mp, mpf
 import aomc_sky as sky
 
 
-@pytest.mark.parametrize(("n_zenith", "n_azimuth"), [(1, 1), (2, 3), (7, 11), (90, 360), (18, 1), (1, 72)])
-def test_areas_of_the_hemisphere(n_zenith, n_azimuth):
-    grid = sky.PatchGrid.regular(n_zenith, n_azimuth)
-    assert grid.n_patches == n_zenith * n_azimuth
-    assert abs(grid.projected_solid_angle_sr.sum() - np.pi) < 1e-13
-    assert abs(grid.solid_angle_sr.sum() - 2 * np.pi) < 2e-13
-
-
 def test_areas_do_not_cancel_next_to_zenith_and_horizon():
     grid = sky.PatchGrid.regular(90_000, 1)
     with mp.workdps(40):

@@ -94,7 +94,7 @@ def test_paths_of_a_source_that_is_known() -> None:
 
 
 def test_a_line_that_turns_inside_an_element() -> None:
-    """Source 1: what arrives past the lowest point is one minus what is left of the whole line."""
+    """What arrives of sources 1 and s, from this side of the lowest point and from beyond it, in closed form."""
     share = np.array([[0.2, 0.4, 0.6, 0.8]])
     crossed, below = np.full((4, 1, 1), 0.7), np.array([[0.6], [0.4], [0.1], [0.0]])
     lines = Crossings(crossed=crossed, below=below, tangent=np.full((4, 1, 1), 0.65), lowest=np.full((4, 1), 10.0))
@@ -103,6 +103,11 @@ def test_a_line_that_turns_inside_an_element() -> None:
     np.testing.assert_allclose(paths.up.sum(axis=2)[0, :3], -np.expm1(-below[:3, 0]), rtol=1e-12)
     both = (paths.up + paths.over).sum(axis=2)[0, :3]
     np.testing.assert_allclose(both, -np.expm1(-(below[:3, 0] + 0.7)), rtol=1e-12)
+    start, near = share[0, :3], below[:3, 0]
+    from_here = start * -np.expm1(-near) + (0.65 - start) / near * (1 - (1 + near) * np.exp(-near))
+    beyond = 0.65 * np.exp(-near) * (-np.expm1(-0.7) - (1 - 1.7 * np.exp(-0.7)) / 0.7)
+    np.testing.assert_allclose((paths.up @ share[0])[0, :3], from_here, rtol=1e-11)
+    np.testing.assert_allclose((paths.over @ share[0])[0, :3], beyond, rtol=1e-11)
 
 
 # ---- columns ----

@@ -9,7 +9,7 @@ import pytest
 
 from aomc_sky.errors import MissingExtraError
 from bench import peers as peers_module
-from bench.peers import STORES, TWO_THREADS, Peer, measure_peers, peers_of_table
+from bench.peers import Peer, peers_of_table
 from bench.quantities import Tally
 from bench.skies import BenchSky, bench_sky
 
@@ -80,11 +80,3 @@ def test_mitsuba_follows_the_table(sky: BenchSky) -> None:
     assert_close_to_the_truth(
         sky, tuple(np.ascontiguousarray(np.array(part)) for part in (vector.x, vector.y, vector.z))
     )
-
-
-@pytest.mark.slow
-def test_all_contenders_take_turns(sky: BenchSky, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(peers_module, "optional_module", absent)
-    run = measure_peers(sky, 2000, 1)
-    assert run.left_out == ('Mitsuba 3 is left out: not installed: pip install "aomc-sky[bench]"',)
-    assert {*NAMES, *STORES, TWO_THREADS, "default", "patch-order"} <= set(run.times)

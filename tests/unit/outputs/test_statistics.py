@@ -11,10 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from aomc_sky.outputs.statistics import BlockSums, PhotonSums, batch_functions
-from aomc_sky.source.read.scene import read_scene
-from tests.support.backend import photons_by
-from tests.support.shared import INPUTS
+from aomc_sky.outputs.statistics import BlockSums, PhotonSums
 
 FINITE = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e290, max_value=1e290)
 
@@ -49,15 +46,6 @@ def test_what_is_not_finite_or_too_large_is_infinite(terms):
 def test_what_is_no_sum_is_refused(damage):
     with pytest.raises(ValueError, match="sums"):
         PhotonSums.from_json(of([1.0]).as_json() | damage, 1)
-
-
-def test_block_sums_do_not_depend_on_the_kernels():
-    uz = read_scene(INPUTS / "document_example", iterations=65_536).source(seed=3).photons(0).uz
-    sums = []
-    for kernels in (False, True):
-        with photons_by(kernels=kernels):
-            sums.append(batch_functions().block_sums(uz))
-    assert sums[0] == sums[1]
 
 
 def test_sums_of_horizontal_photons_and_of_none():

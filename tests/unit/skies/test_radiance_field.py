@@ -324,24 +324,3 @@ def test_a_turned_table_is_refused():
     for shape in ((4, 3, 1), (4, 3)):  # wavelengths last, or none
         with pytest.raises(sky.SceneError, match=r"radiances of shape \(1, n_zenith, n_azimuth\), got "):
             sky.SkyTable(wavelength_nm=np.array([500.0]), radiance=np.ones(shape))
-
-
-def test_a_field_of_pythonicdisort():
-    """Flat molecules: the masses of the patches sum to the irradiance that DISORT's own quadrature gives."""
-    disort = pytest.importorskip("PythonicDISORT")
-    moments = np.zeros((1, 32))
-    moments[0, [0, 2]] = 1.0, 0.1
-    mu_nodes, _, flux_down, _, u = disort.pydisort(
-        np.array([0.25]), np.array([1 - 1e-6]), 32, moments, 0.6, 1.0, 0.0, only_flux=False
-    )[:5]
-    azimuth = np.arange(0.0, 360.0, 15.0)
-    down = np.asarray(mu_nodes) < 0
-    values = np.asarray(u(0.25, np.deg2rad(azimuth)))[down]
-    coords = {
-        "mu": ("mu", -np.asarray(mu_nodes)[down]),
-        "phi": ("phi", azimuth, {"units": "deg", "azimuth_convention": "enu_from_east"}),
-    }
-    table = sky.TabulatedSky.from_xarray(xarray.DataArray(values, dims=("mu", "phi"), coords=coords))
-    diffuse = float(np.ravel(flux_down(0.25)[0])[0])
-    irradiance = table.values[0] @ table.grid.projected_solid_angle_sr
-    assert abs(irradiance / diffuse - 1) < 5e-3

@@ -199,6 +199,14 @@ def test_everything_that_changes_photons_changes_the_name():
     assert len(names) == 8
 
 
+@pytest.mark.parametrize(
+    ("name", "allowed"), [("method", "'stratified', 'iid'"), ("placement", "'r2', 'philox', 'centre'")]
+)
+def test_a_choice_that_there_is_not_gets_those_that_there_are(name, allowed):
+    with pytest.raises(sky.UsageError, match=f"{name} must be one of {allowed}, got 'sobol'"):
+        scene().source(**{name: "sobol"})
+
+
 def test_counts_of_one_column_are_those_of_allocate():
     rng = np.random.default_rng(9)
     values = rng.lognormal(0, 3, (1, 54))

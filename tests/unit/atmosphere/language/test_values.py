@@ -82,6 +82,7 @@ def test_expressions(expression: str, wanted: float) -> None:
         ("sqrt(2)", math.sqrt(2)),
         ("inversesqrt(4)", 0.5),
         ("pow(2, 10)", 1024.0),
+        ("pow(7.3, -99.5)", math.pow(7.3, -99.5)),
         ("pow(vec2(2, 3), vec2(3)).y", 27.0),
         ("floor(-1.5)", -2.0),
         ("ceil(-1.5)", -1.0),

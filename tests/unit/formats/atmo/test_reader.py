@@ -117,6 +117,7 @@ def test_tables_are_summed_by_their_weights() -> None:
     snow = [0.95 - x * 1e-4 for x in (25, 100, 200, 300)]
     wanted = 0.8 * np.array(grass) + 0.2 * np.array(snow)
     np.testing.assert_allclose(d.ground_albedo, wanted, rtol=1e-14)
+    assert not any(spectrum.flags.writeable for spectrum in (d.solar_irradiance, d.ground_albedo))
 
 
 def test_weighted_files_add_to_a_whole_one(tmp_path: Path) -> None:

@@ -327,15 +327,6 @@ def test_the_program_launches_exactly_these_counts_of_many_skies(counts):
     assert_exact(counts)
 
 
-@pytest.mark.parametrize("n", [1, 5, 7_499_999, 8_388_607, 8_388_609, MOST_PHOTONS - 1, MOST_PHOTONS])
-def test_few_patches_hold_all_photons(n):
-    for places in ([(0, 0)], [(88, 2), (44, 1)], [(0, 0), (6, 1), (12, 2)]):
-        counts = np.zeros((89, 3), dtype=np.int64)
-        for place, part in zip(places, np.diff(np.linspace(0, n, len(places) + 1).astype(int)), strict=True):
-            counts[place] = part
-        assert_exact(counts)
-
-
 def test_one_patch_of_most_photons_in_a_bright_sky_needs_more_than_the_first_guess():
     rng = np.random.default_rng(5)
     mass = 0.85 + 0.3 * rng.random((66, 178))

@@ -117,6 +117,7 @@ def test_clearness_and_brightness() -> None:
     assert perez.relative_air_mass(np.pi / 2, formula="kasten-1966") == pytest.approx(36.510324500288756567, rel=1e-14)
     assert closed_irradiances(ghi=500, dni=400, sun_zenith_deg=60.0)[1] == pytest.approx(300)
     assert closed_irradiances(ghi=200.0, dni=400 * (1 + 1e-13), sun_zenith_deg=60.0)[1] == 0
+    assert closed_irradiances(ghi=500, dhi=100, sun_zenith_deg=60.0)[0] == pytest.approx(800)
 
 
 @pytest.mark.parametrize(

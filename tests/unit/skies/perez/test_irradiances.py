@@ -91,6 +91,14 @@ CLEAR = {"dni": 850.0, "dhi": 95.0}
 GHI = 850.0 * math.cos(0.5) + 95.0
 
 
+@pytest.mark.parametrize("given", [{"ghi": GHI, "dhi": 95.0}, {"ghi": GHI, "dni": 850.0}, {"ghi": 860.0, **CLEAR}])
+def test_a_sky_from_any_two(given: dict[str, float]) -> None:
+    one, other = PerezSky(sun_zenith_rad=0.5, **CLEAR), PerezSky(sun_zenith_rad=0.5, **given)
+    assert (other.dni, other.dhi) == (pytest.approx(850.0, rel=1e-14), pytest.approx(95.0, rel=1e-12))
+    np.testing.assert_allclose(other.model_coefficients, one.model_coefficients, rtol=1e-11)
+    assert other.radiance(0.3, 0.2, 550.0) == pytest.approx(float(one.radiance(0.3, 0.2, 550.0)), rel=1e-11)
+
+
 def test_diffuse_light_above_the_global_is_said() -> None:
     with pytest.warns(ModelLimitWarning, match="its irradiances: dhi 102 exceeds ghi 100"):
         sky = PerezSky(sun_zenith_rad=0.5, ghi=100.0, dhi=102.0)

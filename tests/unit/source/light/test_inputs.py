@@ -195,11 +195,6 @@ def test_difcol_stands_in(fraction: float, zenith_deg: float, expected: int | No
     assert direct_fraction(inputs, Sun(zenith_deg=zenith_deg, azimuth_deg=0.0)) == pytest.approx(mean, abs=1e-12)
 
 
-def test_medians_are_those_decided() -> None:
-    assert MEDIAN_DELTA == (0.18, 0.30, 0.31, 0.29, 0.25, 0.18, 0.14, 0.09)
-    assert sum(MEDIAN_DELTA) == pytest.approx(1.74)
-
-
 def test_bands_without_light_count_nothing(tmp_path: Path) -> None:
     folder = scene_folder(tmp_path, difcol="4\n1 1\n0.2 0\n1 1\n1 2\n")
     scene = sky.read_scene(folder)
