@@ -5,6 +5,8 @@ L = F0 sum_i p_i(angle to the sun) sigma_i int n_i(s) exp(-depth to the eye - de
 
 from __future__ import annotations
 
+import os
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,9 +14,8 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import UsageError
-from aomc_sky.skies.atmosphere.kernels.rays import lowest_altitude
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers
-from aomc_sky.skies.atmosphere.optical_depth import Profile, columns, density_profile
+from aomc_sky.skies.atmosphere.optical_depth import Profile, columns, columns_to_top, density_profile
 
 N_NODES = 6
 """Gauss nodes of a panel: 1e-6 and better; see docs/models/atmosphere.md."""
@@ -86,12 +87,18 @@ def scattered_once(
     tables = tables or order_one_tables(medium, sun_zenith_rad)
     profile, sun = tables.profile, tables.sun
     rays, order, start = _grouped(zenith)
-    fill_order_one(
-        profile.earth_radius_m, tables.u_edge, profile.kink_m, *tables.rule, tables.density, profile.extinction_m2,
-        np.array(which), np.cos(sun_zenith_rad), np.sin(sun_zenith_rad),
-        sun.table, sun.row_start, sun.n_row, sun.scale, sun.low, sun.inverse_step, profile.edge_m, sun.level,
-        np.cos(rays), np.sin(rays), start, np.cos(azimuth[order]), out,
-    )  # fmt: skip
+    threads, across = os.cpu_count() or 1, np.cos(azimuth[order])
+
+    def look(some: np.ndarray) -> None:
+        fill_order_one(
+            profile.earth_radius_m, tables.u_edge, profile.kink_m, *tables.rule, tables.density, profile.extinction_m2,
+            np.array(which), np.cos(sun_zenith_rad), np.sin(sun_zenith_rad),
+            sun.table, sun.row_start, sun.n_row, sun.scale, sun.low, sun.inverse_step, profile.edge_m, sun.level,
+            np.cos(rays[some]), np.sin(rays[some]), start[some[0] : some[-1] + 2], across, out,
+        )  # fmt: skip
+
+    with ThreadPoolExecutor(max_workers=threads) as pool:
+        list(pool.map(look, np.array_split(np.arange(rays.size), min(threads, rays.size))))
     in_order = np.empty_like(out)
     in_order[order] = np.maximum(
         out, 0.0
@@ -300,7 +307,7 @@ def _change(profile: Profile, edges: np.ndarray, sun_zenith_rad: float) -> np.nd
     change = -np.diff(vertical, axis=0)
     over = vertical[0] - vertical
     for sun_mu in (np.full(edges.size, np.cos(sun_zenith_rad)), np.cos(sun_zenith_rad + widest_angle(profile, edges))):
-        depth = _clipped_columns(profile, edges, sun_mu) @ sigma
+        depth = columns_to_top(profile, edges, sun_mu) @ sigma
         seen = np.minimum(depth[1:] + over[1:], depth[:-1] + over[:-1]) < _NO_LIGHT + vertical[0]
         change = np.maximum(change, np.where(seen, np.abs(np.diff(depth, axis=0)), 0.0))
     return change.max(axis=1)
@@ -310,10 +317,3 @@ def widest_angle(profile: Profile, altitude_m: np.ndarray) -> np.ndarray:
     """Largest angle at the earth's centre between the observer and a point it sees at an altitude. [rad]"""
     level = np.sqrt(altitude_m * (altitude_m + 2.0 * profile.earth_radius_m))
     return np.arctan2(level, profile.earth_radius_m)
-
-
-def _clipped_columns(profile: Profile, altitude_m: np.ndarray, mu: np.ndarray) -> np.ndarray:
-    """Columns to the top; in the shadow those of the ray that touches the ground."""
-    rising = columns(profile, altitude_m, np.abs(mu), profile.top_m)
-    lowest = np.maximum(lowest_altitude(profile.earth_radius_m, altitude_m, np.minimum(mu, 0.0)), 0.0)
-    return np.where(mu[:, None] < 0.0, 2.0 * columns(profile, lowest, 0.0, profile.top_m) - rising, rising)

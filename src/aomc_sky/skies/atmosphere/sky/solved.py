@@ -5,14 +5,20 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere.lights import GroundBeam, Moon, is_mirrored
 from aomc_sky.skies.atmosphere.medium import Medium
-from aomc_sky.skies.atmosphere.order_one import scattering_cosine, with_phases
-from aomc_sky.skies.atmosphere.twilight import ExactOnce
+from aomc_sky.skies.atmosphere.order_one import (
+    OrderOneTables,
+    order_one_tables,
+    scattered_once,
+    scattering_cosine,
+    with_phases,
+)
 
 HALF_PI = np.pi / 2
 
@@ -129,6 +135,31 @@ def azimuth_basis(azimuth_from_sun_rad: np.ndarray, n: int, *, is_mirrored: bool
         return np.cos(np.outer(azimuth_from_sun_rad, np.arange(n)))
     angle = np.outer(azimuth_from_sun_rad, np.arange(n // 2 + 1))
     return np.concatenate([np.cos(angle), np.sin(angle[:, 1:])], axis=1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExactOnce:
+    """Light of order 1 as `SkyField` gives it, solved anew in every direction: no series holds the earth's shadow."""
+
+    medium: Medium
+    sun_zenith_rad: float
+
+    @cached_property
+    def tables(self) -> OrderOneTables:
+        """Tables for all directions, made at the first call."""
+        return order_one_tables(self.medium, self.sun_zenith_rad)
+
+    def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+        """Values in single directions (n,), shape (n_wl, n_scatterer, n)."""
+        return scattered_once(self.medium, self.sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad, self.tables)
+
+    def in_cells(
+        self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray, ring: np.ndarray, column: np.ndarray
+    ) -> np.ndarray:
+        """Values on the nodes of cells, as `SkyField.in_cells`, shape (n_wl, n_scatterer, n_cell, n, n)."""
+        theta, phi = np.broadcast_arrays(sky_zenith_rad[ring][:, :, None], azimuth_from_sun_rad[column][:, None, :])
+        values = self.at(theta.ravel(), phi.ravel())
+        return values.reshape(*values.shape[:2], *theta.shape)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -258,27 +289,16 @@ def glow_means(glow: SkyField, grid: PatchGrid) -> np.ndarray:
 
 def _refined_once(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, tolerance: float) -> tuple[np.ndarray, float]:
     """Means of order 1, and their largest last change."""
-    mean = _on_all(sky, grid, columns, FIRST_POINTS)
-    n_points = _more(FIRST_POINTS)
-    finer = _on_all(sky, grid, columns, n_points)
-    change, mean = _relative_change(mean, finer), finer
-    while n_points < _MOST_POINTS and np.any(change > tolerance):
-        n_points = _more(n_points)
-        unsettled = np.flatnonzero(change > tolerance)
-        finer = _on_some(sky, grid, columns, unsettled, n_points)
-        change[unsettled] = _relative_change(mean[:, unsettled], finer)
+    unsettled, n_points = np.arange(grid.n_zenith * len(columns)), FIRST_POINTS
+    mean, change = _means(sky, grid, columns, unsettled, n_points), np.zeros(unsettled.size)
+    while n_points < _MOST_POINTS and unsettled.size:
+        n_points = min(int(np.ceil(n_points * _GROWTH)), _MOST_POINTS)
+        finer = _means(sky, grid, columns, unsettled, n_points)
+        moved = np.abs(finer - mean[:, unsettled])
+        change[unsettled] = np.divide(moved, finer, out=np.zeros_like(finer), where=finer > 0).max(axis=0)
         mean[:, unsettled] = finer
+        unsettled = np.flatnonzero(change > tolerance)
     return mean, float(change.max(initial=0.0))
-
-
-def _more(n_points: int) -> int:
-    return min(int(np.ceil(n_points * _GROWTH)), _MOST_POINTS)
-
-
-def _relative_change(coarse: np.ndarray, fine: np.ndarray) -> np.ndarray:
-    """Largest change of a patch over the wavelengths, shape (n_patch,)."""
-    share = np.divide(np.abs(fine - coarse), fine, out=np.zeros_like(fine), where=fine > 0)
-    return share.max(axis=0)
 
 
 def _distinct_columns(grid: PatchGrid, sun_azimuth_rad: float, *, is_mirrored: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -311,24 +331,8 @@ def _zeniths(grid: PatchGrid, share: np.ndarray) -> np.ndarray:
     return np.arctan2(np.sqrt(sin2), np.sqrt(cos2))
 
 
-def _on_all(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, n: int) -> np.ndarray:
-    """Means of order 1 over all patches by n x n points, some rings at a time, shape (n_wl, n_patch)."""
-    share, weight = _gauss(n)
-    zenith = _zeniths(grid, share)
-    azimuth = (columns[:, :1] + (columns[:, 1:] - columns[:, :1]) * share).ravel()
-    rings = max(_MOST_VALUES // (n * azimuth.size * sky.medium.wavelength_nm.size), 1)
-    means = []
-    for start in range(0, grid.n_zenith, rings):
-        some = zenith[start : start + rings]
-        theta = some.ravel()
-        radiance = sky.with_phases(sky.once.on_product(theta, azimuth), theta[:, None], azimuth)
-        cells = radiance.reshape(-1, len(some), n, len(columns), n)
-        means.append(np.einsum("wzicj,i,j->wzc", cells, weight, weight, optimize=True))
-    return np.concatenate(means, axis=1).reshape(sky.medium.wavelength_nm.size, -1)
-
-
-def _on_some(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, patches: np.ndarray, n: int) -> np.ndarray:
-    """Means of order 1 over listed patches by n x n points, shape (n_wl, n_listed)."""
+def _means(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, patches: np.ndarray, n: int) -> np.ndarray:
+    """Means of order 1 over listed patches by n x n points, some at a time, shape (n_wl, n_listed)."""
     share, weight = _gauss(n)
     at_once = max(_MOST_VALUES // (n * n * sky.medium.wavelength_nm.size), 1)
     zenith = _zeniths(grid, share)
