@@ -18,10 +18,10 @@ from aomc_sky.skies.atmosphere.scattering_orders.orders import (
     phase_moments,
     split_table,
 )
-from aomc_sky.skies.atmosphere.scattering_orders.paths import Crossings, ground_weights, node_paths
+from aomc_sky.skies.atmosphere.scattering_orders.paths import ground_weights, node_paths
 from aomc_sky.skies.atmosphere.scattering_orders.slab import Slab, altitude_grid, slabs_of_medium
 from tests.support import atmospheres
-from tests.support.plane_layers import Layers, plane_crossings, slab_of_layers
+from tests.support.plane_layers import Layers, flat_medium
 
 # ---- Legendre series ----
 
@@ -124,8 +124,7 @@ def test_weights_of_an_element(path: float) -> None:
 
 def test_weights_along_the_horizon_are_the_source_at_its_end() -> None:
     share = np.array([[0.1, 0.4, 0.6, 0.9]])
-    _, crossed = plane_crossings(np.array([0.0, 0.3]), 0.3 * share, np.array([0.0]))
-    weights = ground_weights(share, crossed)[0]
+    weights = ground_weights(share, np.array([[0.3e12]]))[0]
     np.testing.assert_allclose(weights @ share[0] ** 3, 1.0, rtol=1e-10)
 
 
@@ -134,8 +133,10 @@ def test_paths_of_a_source_that_is_known() -> None:
     edges, mu = np.array([0.0, 0.1, 0.5, 0.6]), np.array([0.05, 0.7])
     share = np.tile([[0.08, 0.3, 0.7, 0.95]], (3, 1))
     nodes = edges[:-1, None] + np.diff(edges)[:, None] * share
-    lines, ground = plane_crossings(edges, nodes, mu)
-    paths = node_paths(share, lines, ground)
+    ground = np.diff(edges) / mu[:, None]
+    crossed = np.tile(ground, (nodes.size, 1, 1))
+    below = (edges[1:, None] - nodes).ravel()[:, None] / mu
+    paths = node_paths(share, crossed, below, np.ones_like(crossed), np.full_like(below, -1.0), ground)
     depth, cosine = nodes.ravel(), mu[:, None]
     down = depth - cosine * -np.expm1(-depth / cosine)
     up = depth + cosine - (0.6 + cosine) * np.exp(-(0.6 - depth) / cosine)
@@ -150,8 +151,7 @@ def test_a_line_that_turns_inside_an_element() -> None:
     """Source 1: what arrives past the lowest point is one minus what is left of the whole line."""
     share = np.array([[0.2, 0.4, 0.6, 0.8]])
     crossed, below = np.full((4, 1, 1), 0.7), np.array([[0.6], [0.4], [0.1], [0.0]])
-    lines = Crossings(crossed=crossed, below=below, tangent=np.full((4, 1, 1), 0.65), lowest=np.full((4, 1), 10.0))
-    paths = node_paths(share, lines, np.array([[0.7]]))
+    paths = node_paths(share, crossed, below, np.full((4, 1, 1), 0.65), np.full((4, 1), 10.0), np.array([[0.7]]))
     assert paths.over is not None
     np.testing.assert_allclose(paths.up.sum(axis=2)[0, :3], -np.expm1(-below[:3, 0]), rtol=1e-12)
     both = (paths.up + paths.over).sum(axis=2)[0, :3]
@@ -165,12 +165,13 @@ def test_elements_of_layers_keep_interfaces() -> None:
     layers = Layers(
         optical_depth=np.array([0.2, 0.0, 0.03]), scattering=np.array([[1.0, 0.3, 0.5]]), phases=(np.ones_like,)
     )
-    slab = slab_of_layers(layers, 0.5, 6)
-    assert np.any(slab.edge_depth == 0.2)
+    medium = flat_medium(layers, 0.0, 1)
+    (slab,) = slabs_of_medium(medium, altitude_grid(medium, 6), np.arccos(0.5))
+    assert np.abs(slab.edge_depth - 0.2).min() < 1e-12
     assert np.all(np.diff(slab.edge_depth) > 0.0)
-    assert slab.edge_depth[-1] == pytest.approx(0.23, rel=1e-15)
-    np.testing.assert_array_equal(slab.scattering[0], np.where(slab.node_depth < 0.2, 1.0, 0.5))
-    np.testing.assert_allclose(slab.beam, np.exp(-slab.node_depth / 0.5))
+    assert slab.edge_depth[-1] == pytest.approx(0.23, rel=1e-12)
+    np.testing.assert_allclose(slab.scattering[0], np.where(slab.node_depth < 0.2, 1.0, 0.5), rtol=1e-12)
+    np.testing.assert_allclose(slab.beam, np.exp(-slab.node_depth / 0.5), rtol=1e-9)
 
 
 @pytest.mark.parametrize("medium", [atmospheres.full([450.0, 600.0]), atmospheres.mol_ozone([550.0])])
@@ -204,7 +205,8 @@ def slab_with(depth: float, albedos: list[float]) -> Slab:
     layers = Layers(
         optical_depth=np.array([depth]), scattering=np.array(albedos)[:, None], phases=(np.ones_like,) * len(albedos)
     )
-    return slab_of_layers(layers, 1.0, 4)
+    medium = flat_medium(layers, 0.0, 1)
+    return slabs_of_medium(medium, altitude_grid(medium, 4), 0.0)[0]
 
 
 def test_moments_follow_the_peak_and_its_share() -> None:

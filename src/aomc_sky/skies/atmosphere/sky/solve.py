@@ -16,6 +16,7 @@ from aomc_sky.skies.atmosphere.backward import MOST_LISTED, PathsResult, solve_p
 from aomc_sky.skies.atmosphere.eclipse import eclipsed_once, solve_eclipsed_order_one, visible_share
 from aomc_sky.skies.atmosphere.lights import Moon, ground_beam, is_mirrored
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers, unlit
+from aomc_sky.skies.atmosphere.optical_depth import vertical_optical_depth
 from aomc_sky.skies.atmosphere.order_one import scattering_cosine, with_phases
 from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, DiffuseSky, solve_orders
 from aomc_sky.skies.atmosphere.sky.method import LOWEST_SUN_DEG, Lights, chosen_lights
@@ -177,7 +178,9 @@ def _later(
     n_rows: int,
     once: SkyField | ExactOnce,
 ) -> LaterOrders | None:
-    if lights.method == "order1" or not lights.has_sun or not scatterers(medium):
+    if lights.method == "order1" or not lights.has_sun:
+        return None
+    if not np.any(vertical_optical_depth(medium)[:, scatterers(medium)] > 0.0):
         return None
     if lights.method == "sos":
         return later_orders(medium, sun_zenith_rad, zenith, lights.n_orders, n_listed=n_rows)
@@ -192,14 +195,12 @@ def _later(
 
 
 def relative_errors(sky: SolvedSky) -> tuple[float, float]:
-    """Estimated errors: of quadratures and resolution as a share of the radiance, of the later orders as a share of
-    them.
-    """
+    """Estimated errors: of quadratures as a share of the radiance, of the later orders as a share of them."""
     if sky.method == "mc":
         return ORDER_ONE_ERROR, sky.resolution_error
     low = max(float(np.rad2deg(sky.sun_zenith_rad)) - LOWEST_SUN_DEG, 0.0) / (90.0 - LOWEST_SUN_DEG)
     curvature = sky.medium.top_m / sky.medium.earth_radius_m / _CURVATURE_OF_EARTH
-    return ORDER_ONE_ERROR + sky.resolution_error, min(curvature, 1.0) * (0.004 + 0.026 * low)
+    return ORDER_ONE_ERROR, sky.resolution_error + min(curvature, 1.0) * (0.004 + 0.026 * low)
 
 
 def order_one_field(medium: Medium, sun_zenith_rad: float, lights: Lights) -> SkyField | ExactOnce:
