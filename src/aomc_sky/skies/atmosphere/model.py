@@ -17,7 +17,7 @@ from aomc_sky.errors import SceneError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
 from aomc_sky.progress import is_free, patience
-from aomc_sky.skies.atmosphere.description.medium import read_medium, warn_of_others, warn_of_outside
+from aomc_sky.skies.atmosphere.description.medium import read_medium, warn_of_others
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.medium import Medium
@@ -149,7 +149,6 @@ class AtmosphereSky(Share):
         """
         description = read_atmo(os.fspath(path), allow_paths=[os.fspath(one) for one in allow_paths])
         medium, _ = read_medium(description, wavelength_nm)
-        warn_of_outside(description, wavelength_nm)
         warn_of_others(os.fspath(path), wavelength_nm, medium.wavelength_nm)
         return cls(medium=medium, **options)
 

@@ -20,7 +20,6 @@ from aomc_sky.skies.atmosphere.description.medium import (
     moon_of_direction,
     read_medium,
     warn_of_others,
-    warn_of_outside,
 )
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.medium import Medium
@@ -127,7 +126,6 @@ def solve_atmosphere(
     zenith_deg = given_angle("sky_zenith_deg", sky_zenith_deg, sky_zenith_rad)
     azimuth_deg = given_angle("azimuth_from_sun_deg", azimuth_from_sun_deg, azimuth_from_sun_rad)
     medium, report, rows, sun = read_for_sun(path, wavelength_nm, sun_deg, allow_paths)
-    warn_of_others(os.fspath(path), wavelength_nm, medium.wavelength_nm)
     with patience("solving the atmosphere", enabled=is_free()):
         result = solve(
             medium,
@@ -162,7 +160,7 @@ def read_for_sun(
     requested = _numbers(wavelength_nm, "wavelengths")
     description = read_atmo(Path(path), allow_paths=[os.fspath(one) for one in allow_paths])
     medium, report = read_medium(description, requested)
-    warn_of_outside(description, requested)
+    warn_of_others(os.fspath(path), requested, medium.wavelength_nm)
     return medium, report, nearest_wavelength_index(requested, medium.wavelength_nm), float(np.deg2rad(sun[0]))
 
 

@@ -27,7 +27,7 @@ from aomc_sky.skies.atmosphere.description.medium import (
     glow_of_luminance,
     moon_of_direction,
     read_medium,
-    warn_of_outside,
+    warn_of_others,
 )
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.source.read.solve import read_for_sun
@@ -155,26 +155,24 @@ def test_the_nearest_wavelengths_are_taken_once_and_rise(wanted: object, index: 
     np.testing.assert_array_equal(medium.constituents[1].absorption_m2, np.linspace(1e-26, 4e-25, 7)[index])
 
 
-@pytest.mark.parametrize(("wanted", "taken"), [(379.9, 400), ([550.0, 720.1], 700), ([5000.0], 700)])
-def test_wavelengths_beyond_the_description_are_warned_of(wanted: object, taken: int) -> None:
-    with pytest.warns(
-        InputWarning, match=rf"lies outside the wavelengths 400 to 700 nm .*; {taken} nm is used"
-    ) as told:
-        warn_of_outside(description(air(), ozone()), wanted)
+@pytest.mark.parametrize(("wanted", "taken"), [(398.9, "400 for 398.9"), ([550.0, 720.1], "700 for 720.1")])
+def test_other_wavelengths_are_warned_of(wanted: object, taken: str) -> None:
+    with pytest.warns(InputWarning, match=f"air.atmo: its wavelength nearest .*: {taken} nm") as told:
+        warn_of_others("air.atmo", wanted, GRID_NM)
     assert len(told) == 1
 
 
-def test_wavelengths_a_little_outside_or_between_are_not() -> None:
+def test_wavelengths_as_near_as_a_nanometre_are_not() -> None:
     with warnings.catch_warnings(record=True) as caught:
-        warn_of_outside(description(air(), ozone()), [380.0, 425.0, 550.0, 720.0])
+        warn_of_others("air.atmo", [399.0, 550.5, 701.0], GRID_NM)
     assert caught == []
 
 
 def test_solving_far_outside_warns() -> None:
     model = INPUTS / "atmosphere" / "molecules_only.atmo"
-    with pytest.warns(InputWarning, match="5000 nm lies outside the wavelengths 400 to 700 nm"):
+    with pytest.warns(InputWarning, match="700 for 5000 nm"):
         read_for_sun(model, [5000.0], 40.0, ())
-    with pytest.warns(InputWarning, match="5000 nm lies outside the wavelengths 400 to 700 nm"):
+    with pytest.warns(InputWarning, match="700 for 5000 nm"):
         prepare_table(TableRequest(path=str(model), sun_zenith_deg=(40.0,), wavelength_nm=(5000.0,)))
 
 

@@ -30,7 +30,6 @@ from aomc_sky.wavebands import nearest_wavelength_index
 # of the vertical optical depth: what counts for less is left out
 NEGLIGIBLE_SHARE = 1e-6
 _NORM_LIMIT = 0.01
-_FAR_NM = 20.0
 _NEAR_NM = 1.0
 _SAME_PHASE = 1e-6
 
@@ -120,29 +119,15 @@ def read_medium(
     return medium, report
 
 
-def warn_of_outside(description: AtmosphereDescription, wavelength_nm: ArrayLike) -> None:
-    """Warn of wavelengths more than 20 nm beyond those of a description, whose last one answers for them. [nm]"""
-    known = description.wavelength_nm
-    for requested in np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)):
-        found = known[0] if requested < known[0] else known[-1]
-        if not known[0] - _FAR_NM <= requested <= known[-1] + _FAR_NM:
-            text = f"{requested:g} nm lies outside the wavelengths {known[0]:g} to {known[-1]:g} nm of the description"
-            warnings.warn(f"{description.path}: {text}; {found:g} nm is used", InputWarning, stacklevel=2)
-
-
 def warn_of_others(path: str, wavelength_nm: ArrayLike, known_nm: np.ndarray) -> None:
-    """Warn of wavelengths that get those of a description more than 1 nm and up to 20 nm away. [nm]"""
+    """Warn of wavelengths that get those of a description more than 1 nm away. [nm]"""
     requested = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
     found = known_nm[nearest_wavelength_index(requested, known_nm)]
-    distance = np.abs(found - requested)
-    is_other = (distance > _NEAR_NM) & (
-        (distance <= _FAR_NM) | ((requested > known_nm[0]) & (requested < known_nm[-1]))
-    )
+    is_other = np.abs(found - requested) > _NEAR_NM
     if is_other.any():
         pairs = ", ".join(f"{a:g} for {b:g}" for a, b in zip(found[is_other], requested[is_other], strict=True))
-        warnings.warn(
-            f"{path}: its wavelength nearest to the one asked for is used: {pairs} nm", InputWarning, stacklevel=3
-        )
+        text = f"{path}: its wavelength nearest to the one asked for is used: {pairs} nm"
+        warnings.warn(text, InputWarning, stacklevel=3)
 
 
 def _wavelength_index(description: AtmosphereDescription, wavelength_nm: ArrayLike | None) -> np.ndarray:

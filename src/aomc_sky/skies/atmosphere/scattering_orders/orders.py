@@ -60,14 +60,6 @@ def _moment_weights(cosine: np.ndarray, weight: np.ndarray, n_moments: int) -> n
     return weight.ravel() * table
 
 
-@lru_cache(maxsize=2)
-def _forward_quadrature(n_moments: int) -> tuple[np.ndarray, np.ndarray]:
-    """Cosines (n_panel, n) and weights of the moments (n_moments, n_panel, n) of equal panels."""
-    edges = np.linspace(0.0, 1.0, _N_PANEL + 1)
-    cosine, weight = _panels(edges[:-1], edges[1:])
-    return cosine, _moment_weights(cosine, weight, n_moments).reshape(n_moments, *cosine.shape)
-
-
 def _is_rough(phase: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Whether the two halves of a panel bring another integral than the panel: a jump, a bend, a narrow peak."""
     middle = 0.5 * (low + high)
@@ -78,21 +70,6 @@ def _is_rough(phase: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: 
     return np.asarray(np.abs(first + second - whole) > _ROUGH)
 
 
-def _pieces(phase: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Panels that replace rough ones: halves, halved again where a jump lies."""
-    smooth_low, smooth_high = [], []
-    for _ in range(_MOST_HALVINGS):
-        middle = 0.5 * (low + high)
-        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
-        rough = _is_rough(phase, low, high)
-        smooth_low.append(low[~rough])
-        smooth_high.append(high[~rough])
-        low, high = low[rough], high[rough]
-        if not 0 < low.size <= _MOST_ROUGH:
-            break
-    return np.concatenate([*smooth_low, low]), np.concatenate([*smooth_high, high])
-
-
 def phase_moments(phase: Callable[[np.ndarray], np.ndarray], n_moments: int) -> np.ndarray:
     """Legendre moments x_l of a phase function, l = 0 to n_moments - 1, at most 256. x_0 is 1: the solver conserves
     energy.
@@ -100,14 +77,17 @@ def phase_moments(phase: Callable[[np.ndarray], np.ndarray], n_moments: int) -> 
     A SceneError where the norm is off by more than 1e-3. Accuracy: 1e-12 for smooth functions and peaks down to 1 - c =
     1e-5, 1e-9 with jumps and bends, which panels are halved towards.
     """
-    cosine, quadrature = _forward_quadrature(n_moments)
     edges = np.linspace(0.0, 1.0, _N_PANEL + 1)
-    rough = _is_rough(phase, edges[:-1], edges[1:])
-    smooth = quadrature[:, ~rough].reshape(n_moments, -1)
-    moments = smooth @ phase(cosine[~rough].ravel())
-    if np.any(rough):
-        finer, weight = _panels(*_pieces(phase, edges[:-1][rough], edges[1:][rough]))
-        moments += _moment_weights(finer, weight, n_moments) @ phase(finer.ravel())
+    low, high = edges[:-1], edges[1:]
+    for _ in range(_MOST_HALVINGS):
+        rough = _is_rough(phase, low, high)
+        if not 0 < np.count_nonzero(rough) <= _MOST_ROUGH:
+            break
+        middle = 0.5 * (low + high)[rough]
+        low = np.concatenate([low[~rough], low[rough], middle])
+        high = np.concatenate([high[~rough], middle, high[rough]])
+    cosine, weight = _panels(low, high)
+    moments = _moment_weights(cosine, weight, n_moments) @ phase(cosine.ravel())
     if not abs(moments[0] - 1.0) < _NORM_TOLERANCE:
         raise SceneError(f"a phase function has the integral {moments[0]:.6g} over the sphere; expected 1")
     return moments / moments[0]
