@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from aomc_sky.skies.atmosphere.eclipse import solve_order_one
 from aomc_sky.skies.atmosphere.lights import ground_beam
 from aomc_sky.skies.atmosphere.medium import Constituent, Medium
-from aomc_sky.skies.atmosphere.order_one import solve_order_one
 from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, DiffuseSky, solve_orders
 from tests.support.atmospheres import medium_of
 

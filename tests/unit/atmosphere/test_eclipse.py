@@ -10,10 +10,9 @@ import pytest
 
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.atmosphere.eclipse import eclipsed_once, solve_eclipsed_order_one, visible_share
+from aomc_sky.skies.atmosphere.eclipse import eclipsed_once, solve_order_one, visible_share
 from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.medium import Medium
-from aomc_sky.skies.atmosphere.order_one import solve_order_one
 from aomc_sky.skies.atmosphere.sky.method import Lights, chosen_lights
 from aomc_sky.skies.atmosphere.sky.path_orders import glow_orders
 from aomc_sky.skies.atmosphere.sky.solve import solve_sky
@@ -54,7 +53,7 @@ def test_a_moon_far_from_the_sun_changes_no_bit(medium: Medium) -> None:
 
 
 def test_a_moon_that_touches_no_disc_gives_the_order_one_of_the_whole_sun(medium: Medium) -> None:
-    hidden = solve_eclipsed_order_one(medium, SUN, ZENITH, AZIMUTH, moon(8.0))
+    hidden = solve_order_one(medium, SUN, ZENITH, AZIMUTH, moon(8.0))
     np.testing.assert_allclose(hidden, solve_order_one(medium, SUN, ZENITH, AZIMUTH), rtol=2e-5)
 
 

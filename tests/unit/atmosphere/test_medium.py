@@ -192,7 +192,7 @@ def hg(g: float) -> str:
 
 
 def norm_of(text: str) -> np.ndarray:
-    return sphere_integral(phase_block(text), GIVEN).value
+    return sphere_integral(phase_block(text), GIVEN)[0]
 
 
 def read(text: str) -> PhaseBlock:

@@ -13,9 +13,10 @@ import pytest
 
 from aomc_sky.errors import UsageError
 from aomc_sky.skies.atmosphere import order_one
+from aomc_sky.skies.atmosphere.eclipse import solve_order_one
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers
 from aomc_sky.skies.atmosphere.optical_depth import density_profile
-from aomc_sky.skies.atmosphere.order_one import ray_panels, scattered_once, scattering_cosine, solve_order_one
+from aomc_sky.skies.atmosphere.order_one import ray_panels, scattered_once, scattering_cosine
 from aomc_sky.skies.atmosphere.sky.solved import ExactOnce
 from tests.reference.spherical import SlowRays
 from tests.support.atmospheres import (

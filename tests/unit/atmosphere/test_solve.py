@@ -11,9 +11,9 @@ from scipy.special import chdtr
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere.backward import MOST_LISTED, solve_paths
+from aomc_sky.skies.atmosphere.eclipse import solve_order_one
 from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.model import AtmosphereSky
-from aomc_sky.skies.atmosphere.order_one import solve_order_one
 from aomc_sky.skies.atmosphere.sky import path_orders
 from aomc_sky.skies.atmosphere.sky import solve as solve_module
 from aomc_sky.skies.atmosphere.sky.method import chosen_method, is_curved, reason_of
@@ -74,7 +74,7 @@ def test_the_whole_sky_agrees_with_single_directions(medium: object) -> None:
     theta, phi = (x.ravel() for x in np.meshgrid(zenith, azimuth, indexing="ij"))
     np.testing.assert_allclose(sky.at(theta, phi), direct.radiance.reshape(-1, theta.size), rtol=2e-4)
     once = solve_order_one(medium, SUN, theta, phi)  # type: ignore[arg-type]
-    np.testing.assert_allclose(sky.once_at(theta, phi), once, rtol=1e-6)
+    np.testing.assert_allclose(sky.with_phases(sky.once.at(theta, phi), theta, phi), once, rtol=1e-6)
     np.testing.assert_allclose(direct.radiance_by_order[:, 0].reshape(once.shape), once, rtol=1e-14)
     assert sky.series_error < 1e-6
 
@@ -124,8 +124,9 @@ def test_patch_means_settle_around_a_sharp_peak() -> None:
     sin2 = np.sin(np.deg2rad(39 + np.array([0.0, 3.0]))) ** 2
     zenith = np.arcsin(np.sqrt(sin2[0] + (sin2[1] - sin2[0]) * (share + 1) / 2))
     azimuth = np.deg2rad(12 + 6 * (share + 1) / 2) - 0.3
-    directions = (one.ravel() for one in np.meshgrid(zenith, azimuth, indexing="ij"))
-    exact = np.einsum("wij,i,j->w", sky.once_at(*directions).reshape(-1, 200, 200), weight, weight) / 4
+    theta, phi = (one.ravel() for one in np.meshgrid(zenith, azimuth, indexing="ij"))
+    once = sky.with_phases(sky.once.at(theta, phi), theta, phi)
+    exact = np.einsum("wij,i,j->w", once.reshape(-1, 200, 200), weight, weight) / 4
     np.testing.assert_allclose(mean[:, 0, ring * 60 + column], exact, rtol=2e-5)
 
 

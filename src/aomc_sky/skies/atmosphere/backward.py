@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.errors import UsageError
 from aomc_sky.progress import counted
-from aomc_sky.skies.atmosphere.eclipse import solve_eclipsed_order_one
+from aomc_sky.skies.atmosphere.eclipse import solve_order_one
 from aomc_sky.skies.atmosphere.lights import Moon, sun_and_moon
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers
 from aomc_sky.skies.atmosphere.optical_depth import Profile, columns, density_profile
@@ -141,7 +141,7 @@ def solve_paths(
             for _ in counted(pool.map(follow, places), "direction", len(places)):
                 pass
     if order_one is None:
-        order_one = solve_eclipsed_order_one(medium, sun_zenith_rad, zenith, azimuth, visible)
+        order_one = solve_order_one(medium, sun_zenith_rad, zenith, azimuth, visible)
     return paths_result(order_one, rows, totals, n_paths)
 
 
@@ -203,33 +203,33 @@ def path_tables(medium: Medium) -> PathTables:
 
     Steps are halved until that is met, at most twice and four times.
     """
-    profile, shells = density_profile(medium), uniform_shells(medium)
-    depth, bend, floor = _depth_tables(medium, profile, shells.edge_m)
+    profile, (edge, density) = density_profile(medium), uniform_shells(medium)
+    depth, bend, floor = _depth_tables(medium, profile, edge)
     phase = _phase_tables(medium)
     rows = range(medium.wavelength_nm.size)
     laws = [_cumulated(phase[row]) for row in rows]
     return PathTables(
         scales=(float(medium.earth_radius_m), bend, floor),
-        shells=tuple(_shell_rows(medium, shells, row) for row in rows),
+        shells=tuple(_shell_rows(medium, edge, density, row) for row in rows),
         depths=tuple(depth),
         phases=tuple(law for law, _ in laws),
         guides=tuple(guide for _, guide in laws),
     )
 
 
-def _shell_rows(medium: Medium, shells: Shells, row: int) -> np.ndarray:
+def _shell_rows(medium: Medium, edge: np.ndarray, density: np.ndarray, row: int) -> np.ndarray:
     """Edges, rise of the squared radii, extinction, albedo, and the scatterers' shares of each shell."""
     which = scatterers(medium)
-    low, high = shells.edge_m[:-1], shells.edge_m[1:]
+    low, high = edge[:-1], edge[1:]
     cross = np.array([part.scattering_m2[row] + part.absorption_m2[row] for part in medium.constituents])
-    extinction = shells.density @ cross
-    scattering = shells.density[:, which] * np.array([medium.constituents[k].scattering_m2[row] for k in which])
+    extinction = density @ cross
+    scattering = density[:, which] * np.array([medium.constituents[k].scattering_m2[row] for k in which])
     share = np.divide(scattering, extinction[:, None], out=np.zeros_like(scattering), where=extinction[:, None] > 0)
     albedo = share.sum(axis=1)
     upto = np.cumsum(share, axis=1)
     upto = np.divide(upto, albedo[:, None], out=np.ones_like(upto), where=albedo[:, None] > 0)
     upto[:, -1] = 1.0
-    fall, rise = (edge * (edge + 2.0 * medium.earth_radius_m) for edge in (low, high))
+    fall, rise = (each * (each + 2.0 * medium.earth_radius_m) for each in (low, high))
     return np.vstack([low, high, fall, rise, extinction, albedo, 1.0 / (high - low), upto.T, share.T])
 
 
@@ -308,18 +308,12 @@ def _cumulated(phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.ascontiguousarray(np.stack([phase, upto], axis=-1)), np.clip(guide, 0, n - 1).astype(np.int64)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Shells:
-    """An atmosphere cut into uniform shells."""
-
-    edge_m: np.ndarray  #: (n_shell + 1,) rising altitudes from the ground to the top; every kink is among them. [m]
-    #: (n_shell, n_constituent) mean of each constituent over the thickness, so that vertical columns are exact. [m-3]
-    density: np.ndarray
-
-
-def uniform_shells(medium: Medium) -> Shells:
+def uniform_shells(medium: Medium) -> tuple[np.ndarray, np.ndarray]:
     """Cut an atmosphere into shells: `_STEPS_M` in proportion to its top, cut at the kinks, halved to
     `SHELL_TOLERANCE`.
+
+    Rising altitudes (n_shell + 1,) [m], and means (n_shell, n_constituent) of the densities over the thickness, so that
+    vertical columns are exact. [m-3]
     """
     profile = density_profile(medium)
     edges = np.union1d(_regular_edges(medium.top_m), profile.edge_m)
@@ -329,8 +323,7 @@ def uniform_shells(medium: Medium) -> Shells:
         if not bent.any() or edges.size + bent.sum() > _MOST_SHELLS:
             break
         edges = np.sort(np.concatenate([edges, 0.5 * (edges[1:] + edges[:-1])[bent]]))
-    thickness = np.diff(edges)
-    return Shells(edge_m=edges, density=columns(profile, edges[:-1], 1.0, edges[1:]) / thickness[:, None])
+    return edges, columns(profile, edges[:-1], 1.0, edges[1:]) / np.diff(edges)[:, None]
 
 
 def _regular_edges(top_m: float) -> np.ndarray:

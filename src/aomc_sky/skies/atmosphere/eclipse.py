@@ -6,24 +6,30 @@ import os
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from aomc_sky.skies.atmosphere.kernels.rays import way_from_ground
 from aomc_sky.skies.atmosphere.lights import Moon, sun_and_moon
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers
 from aomc_sky.skies.atmosphere.optical_depth import Profile, columns, columns_to_top, density_profile, meets_ground
-from aomc_sky.skies.atmosphere.order_one import scattered_once, scattering_cosine, with_phases
+from aomc_sky.skies.atmosphere.order_one import checked_directions, scattered_once, scattering_cosine, with_phases
 
 _N_NODES = 8
 _PANELS = 12  # of each panel of the profile: the shadow's edge is not known beforehand
 
 
-def solve_eclipsed_order_one(
-    medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, azimuth: np.ndarray, moon: Moon | None
+def solve_order_one(
+    medium: Medium,
+    sun_zenith_rad: float,
+    sky_zenith_rad: ArrayLike,
+    azimuth_from_sun_rad: ArrayLike,
+    moon: Moon | None = None,
 ) -> np.ndarray:
     """Radiance (n_wl, n) of light scattered once, before a Moon where there is one. [W m-2 sr-1 nm-1]
 
     The error of an eclipse is 1e-4 of the light without the Moon. Cost: 6 ms a direction.
     """
+    zenith, azimuth = checked_directions(sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
     parts = eclipsed_once(medium, sun_zenith_rad, zenith, azimuth, moon)
     return with_phases(medium, parts, scattering_cosine(sun_zenith_rad, zenith, azimuth))
 
@@ -31,7 +37,7 @@ def solve_eclipsed_order_one(
 def eclipsed_once(
     medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, azimuth: np.ndarray, moon: Moon | None
 ) -> np.ndarray:
-    """`solve_eclipsed_order_one` before the phase functions, (n_wl, n_scatterer, n), as `scattered_once`."""
+    """`solve_order_one` before the phase functions, (n_wl, n_scatterer, n), as `scattered_once`."""
     if moon is None:
         return scattered_once(medium, sun_zenith_rad, zenith, azimuth)
     which = scatterers(medium)

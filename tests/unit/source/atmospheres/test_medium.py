@@ -265,9 +265,7 @@ def test_the_problems_of_all_blocks_come_together() -> None:
     assert "a number density depends on altitude alone" in str(caught.value)
 
 
-def test_names_of_tables_are_refused_with_a_reason() -> None:
-    with pytest.raises(InputFileError, match="a block does not know sizes of tables"):
-        read_medium(description(air(number_density=source("return transmittanceTextureSize.x;"))))
+def test_names_of_other_blocks_are_refused_with_a_reason() -> None:
     with pytest.raises(InputFileError, match="a number of particles does not depend on the wavelength"):
         read_medium(description(air(number_density=source("return groundAlbedo.x;"))))
     with pytest.raises(InputFileError, match="depends on dotViewSun and the wavelengths alone"):

@@ -42,36 +42,6 @@ DOBSON_UNIT_M2 = 2.687e20
 SET_SIZE = 4
 
 _CROSS_SECTION = "scatteringCrossSection_"
-_COMMON_TYPES = {
-    "PI": Type.FLOAT,
-    "km": Type.FLOAT,
-    "dobsonUnit": Type.FLOAT,
-    "earthRadius": Type.FLOAT,
-    "atmosphereHeight": Type.FLOAT,
-    "earthCenter": Type.VEC3,
-    "moonRadius": Type.FLOAT,
-    "sunAngularRadius": Type.FLOAT,
-}
-_SPECTRAL_TYPES = {
-    "wavelengths": Type.VEC4,
-    "wlSetIndex": Type.INT,
-    "groundAlbedo": Type.VEC4,
-    "solarIrradianceAtTOA": Type.VEC4,
-    "lightPollutionRelativeRadiance": Type.VEC4,
-}
-_TABLE_NAMES = (
-    "transmittanceTextureSize",
-    "irradianceTextureSize",
-    "scatteringTextureSize",
-    "eclipsedSingleScatteringTextureSize",
-    "lightPollutionTextureSize",
-    "radialIntegrationPoints",
-    "angularIntegrationPoints",
-    "lightPollutionAngularIntegrationPoints",
-    "eclipseAngularIntegrationPoints",
-    "numTransmittanceIntegrationPoints",
-)
-_TABLE_HINTS = dict.fromkeys(_TABLE_NAMES, "a block does not know sizes of tables: write the number")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -193,16 +163,17 @@ class _BlockReader:
     def _profile(self, one: Species) -> tuple[NumberDensity, np.ndarray, float]:
         """The number density, the altitudes of its kinks, and its column. [m, m-2]"""
         # a number of particles has no wavelength
-        spectral = [*_SPECTRAL_TYPES, *(_CROSS_SECTION + each.name for each in self._description.scatterers)]
-        hints = dict.fromkeys(spectral, "a number of particles does not depend on the wavelength")
+        hints = dict.fromkeys(
+            spectral_values(self._description, 0), "a number of particles does not depend on the wavelength"
+        )
         block = read_block(
             one.number_density,
             subject=f'number density of "{one.name}"',
             gives=Type.FLOAT,
             argument="altitude",
             unit="m",
-            given=_COMMON_TYPES,
-            hints=hints | _TABLE_HINTS | {"dotViewSun": "a number density depends on altitude alone"},
+            given=_types_of(self._common),
+            hints=hints | {"dotViewSun": "a number density depends on altitude alone"},
         )
         density = NumberDensity(block=block, given=self._common, top_m=self._description.atmosphere_height_m)
         kinks = density.kinks()
@@ -220,19 +191,24 @@ class _BlockReader:
         return phase
 
     def _phase_block(self, one: ScattererDescription, text: SourceText) -> PhaseBlock:
-        sections = {_CROSS_SECTION + each.name: Type.VEC4 for each in self._description.scatterers}
+        sets, set_of_row = np.unique(self._index // SET_SIZE, return_inverse=True)
+        given = [self._common | spectral_values(self._description, int(one)) for one in sets]
         block = read_block(
             text,
             subject=f'phase function of "{one.name}"',
             gives=Type.VEC4,
             argument="dotViewSun",
-            given=_COMMON_TYPES | _SPECTRAL_TYPES | sections,
-            hints=_TABLE_HINTS | {"altitude": "a phase function depends on dotViewSun and the wavelengths alone"},
+            given=_types_of(given[0]),
+            hints={"altitude": "a phase function depends on dotViewSun and the wavelengths alone"},
         )
-        sets, set_of_row = np.unique(self._index // SET_SIZE, return_inverse=True)
-        given = [self._common | spectral_values(self._description, int(one)) for one in sets]
         rows = list(zip(set_of_row.tolist(), (self._index % SET_SIZE).tolist(), strict=True))
         return read_phase_block(block, given, rows)
+
+
+def _types_of(values: Mapping[str, np.ndarray | float]) -> dict[str, Type]:
+    """Types of names in code, of their values; one name is a whole number."""
+    vectors = {name: Type(f"vec{one.size}") for name, one in values.items() if isinstance(one, np.ndarray)}
+    return dict.fromkeys(values, Type.FLOAT) | vectors | {name: Type.INT for name in values if name == "wlSetIndex"}
 
 
 def _place(one: ScattererDescription) -> str:

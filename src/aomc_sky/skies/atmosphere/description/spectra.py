@@ -30,14 +30,6 @@ MAX_REFERENCES = 1024
 _WEIGHTED = re.compile(r"(weighted file\s+)(\S+)\s+(.*)\Z", re.DOTALL)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Term:
-    """A part of a spectrum."""
-
-    values: np.ndarray  #: float64 (n_wl,), on the wavelengths of the description
-    luminance: float  #: That of a glow; 0 for other spectra, and for one number, which has no bins. [cd m-2]
-
-
 @dataclass(kw_only=True, slots=True)
 class SpectrumReader:
     """Reads the spectra of one description, every table once."""
@@ -51,9 +43,10 @@ class SpectrumReader:
     _n_bytes: int = 0
     _n_references: int = 0
 
-    def term(self, text: str, rule: Spectral, wavelength_nm: np.ndarray | None) -> Term | None:
-        """Read ``0.1, 0.2``, ``file PATH`` or ``weighted file WEIGHT PATH``; a bad table is reported and gives None.
+    def term(self, text: str, rule: Spectral, wavelength_nm: np.ndarray | None) -> tuple[np.ndarray, float] | None:
+        """Read ``0.1, 0.2``, ``file PATH`` or ``weighted file WEIGHT PATH``: values on the wavelengths, and luminance.
 
+        A bad table is reported and gives None.
         Without wavelengths, because they could not be read, only the text is checked.
         """
         if names_file(text):
@@ -77,11 +70,11 @@ class SpectrumReader:
             message = f"{len(values)} number{'s' * (len(values) != 1)} for {len(wavelength_nm)} wavelengths"
             raise BadValueError("E408", message, advice="write one for each wavelength, or name a file")
         listed = np.array(values, np.float64)
-        return Term(values=listed, luminance=_bin_luminance(listed, wavelength_nm) if rule.is_glow else 0.0)
+        return listed, _bin_luminance(listed, wavelength_nm) if rule.is_glow else 0.0
 
     def _from_file(
         self, name: str, offset: int, weight: float, rule: Spectral, wavelength_nm: np.ndarray | None
-    ) -> Term | None:
+    ) -> tuple[np.ndarray, float] | None:
         try:
             shown, real = self._found(name)
             table = self._table(shown, real)
@@ -94,7 +87,7 @@ class SpectrumReader:
         if real not in self._means:
             self._means[real] = bin_means(table, wavelength_nm)
         glow = weight * luminance(table.wavelength_nm, table.value) if rule.is_glow else 0.0
-        return Term(values=weight * self._means[real], luminance=glow)
+        return weight * self._means[real], glow
 
     def phase_table(self, text: str, wavelength_nm: np.ndarray | None) -> PhaseTable | None:
         """Read ``file PATH`` of a phase function; a bad table is reported and gives None."""

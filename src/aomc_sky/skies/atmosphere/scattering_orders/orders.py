@@ -237,26 +237,12 @@ def sum_orders(
 ) -> OrderMoments:
     """Work out the orders up to `last_order`, or all (None), with the rest as a geometric series."""
     column = _Column(paths, angles, scattering, albedo)
-    beam = beam_moments(slab, mu0, scattering.shape[1], angles.n_moments)
-    return _summed(column, beam, max(mu0, 0.0) * slab.beam_at_ground, last_order, n_listed)
-
-
-def light_from_ground(
-    slab: Slab, paths: Paths, scattering: np.ndarray, angles: Angles, mu0: float, albedo: float
-) -> np.ndarray:
-    """Moments (2, n_modes, n_half, n_level) of the part of order 1 that is the direct beam, reflected by the ground."""
-    column = _Column(paths, angles, scattering, albedo)
-    dark = np.zeros_like(beam_moments(slab, mu0, scattering.shape[1], angles.n_moments))
-    return column.next_order(dark, max(mu0, 0.0) * slab.beam_at_ground)[0]
-
-
-def _summed(column: _Column, beam: np.ndarray, direct: float, last_order: int | None, n_listed: int) -> OrderMoments:
-    """Orders of a column from its direct beam on."""
+    moments = beam_moments(slab, mu0, scattering.shape[1], angles.n_moments)
+    irradiance = max(mu0, 0.0) * slab.beam_at_ground
     listed, fluxes = [], np.zeros(n_listed + 1)
-    fluxes[0] = direct
-    total, flux_total = np.zeros_like(beam), 0.0
-    rest = GeometricRest(beam.shape[1])
-    moments, irradiance = beam, direct
+    fluxes[0] = irradiance
+    total, flux_total = np.zeros_like(moments), 0.0
+    rest = GeometricRest(moments.shape[1])
     for order in range(1, (last_order or _LAST_ORDER) + 1):
         moments, irradiance = column.next_order(moments[:, : rest.n_active], irradiance)
         n = moments.shape[1]
@@ -275,6 +261,15 @@ def _summed(column: _Column, beam: np.ndarray, direct: float, last_order: int | 
         total[:, :n] += rest.gain[:, None, None] * moments
         left = irradiance * float(rest.gain[0])
     return OrderMoments(listed=tuple(listed), total=total, irradiance=fluxes, irradiance_total=flux_total + left)
+
+
+def light_from_ground(
+    slab: Slab, paths: Paths, scattering: np.ndarray, angles: Angles, mu0: float, albedo: float
+) -> np.ndarray:
+    """Moments (2, n_modes, n_half, n_level) of the part of order 1 that is the direct beam, reflected by the ground."""
+    column = _Column(paths, angles, scattering, albedo)
+    dark = np.zeros_like(beam_moments(slab, mu0, scattering.shape[1], angles.n_moments))
+    return column.next_order(dark, max(mu0, 0.0) * slab.beam_at_ground)[0]
 
 
 class GeometricRest:

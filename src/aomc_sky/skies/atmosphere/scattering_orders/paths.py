@@ -165,11 +165,6 @@ _LEAST_ELEMENTS, _MOST_ELEMENTS = 10, 30
 _FLATTEST = 1e-4  # height over radius below which shells count as flat
 
 
-def elements_for(optical_depth: float) -> int:
-    """Elements to spread over a column: 10 up to an optical depth of 1, then slowly more: 18 at 5, 23 at 10."""
-    return int(np.clip(np.ceil(_LEAST_ELEMENTS * optical_depth**0.36), _LEAST_ELEMENTS, _MOST_ELEMENTS))
-
-
 class ShellColumns:
     """The columns of a medium, one for each wavelength, of `n_element` each, by default chosen by the optical depth."""
 
@@ -178,7 +173,9 @@ class ShellColumns:
         self.ripple = CURVED_RIPPLE if is_curved else FLAT_RIPPLE
         self.most_moments = CURVED_MOMENTS if is_curved else FLAT_MOMENTS
         depth = float(vertical_optical_depth(medium).sum(axis=1).max())
-        self.n_element = n_element or _MORE_IN_SHELLS * elements_for(depth) // 2
+        # 10 up to an optical depth of 1, then slowly more: 18 at 5, 23 at 10
+        spread = int(np.clip(np.ceil(_LEAST_ELEMENTS * depth**0.36), _LEAST_ELEMENTS, _MOST_ELEMENTS))
+        self.n_element = n_element or _MORE_IN_SHELLS * spread // 2
         self.grid = altitude_grid(medium, self.n_element)
         self.slabs = slabs_of_medium(medium, self.grid, sun_zenith_rad)
         self.turned_slabs = slabs_of_medium(medium, self.grid, min(sun_zenith_rad + SUN_STEP_RAD, np.pi))

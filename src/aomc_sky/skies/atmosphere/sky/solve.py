@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere.backward import MOST_LISTED, PathsResult, solve_paths
-from aomc_sky.skies.atmosphere.eclipse import eclipsed_once, solve_eclipsed_order_one, visible_share
+from aomc_sky.skies.atmosphere.eclipse import eclipsed_once, solve_order_one, visible_share
 from aomc_sky.skies.atmosphere.lights import Moon, ground_beam, is_mirrored
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers, unlit
 from aomc_sky.skies.atmosphere.optical_depth import vertical_optical_depth
@@ -389,7 +389,7 @@ def _by_order(
         rows = paths.radiance_by_order.reshape(*paths.radiance_by_order.shape[:2], *shape)
         error, flagged = (each.reshape(-1, *shape)[..., column] for each in (paths.standard_error, paths.under_sampled))
         return rows[..., column], error, flagged
-    once = solve_eclipsed_order_one(sky.medium, sky.sun_zenith_rad, theta, phi, sky.moon)
+    once = solve_order_one(sky.medium, sky.sun_zenith_rad, theta, phi, sky.moon)
     rows = np.zeros((once.shape[0], sky.n_listed, *shape))
     rows[:, 0] = once.reshape(-1, *shape)
     if sky.more is not None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -13,8 +12,6 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere.lights import GroundBeam, Moon, is_mirrored
 from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.order_one import (
-    OrderOneTables,
-    order_one_tables,
     scattered_once,
     scattering_cosine,
     with_phases,
@@ -137,21 +134,16 @@ def azimuth_basis(azimuth_from_sun_rad: np.ndarray, n: int, *, is_mirrored: bool
     return np.concatenate([np.cos(angle), np.sin(angle[:, 1:])], axis=1)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, slots=True)
 class ExactOnce:
     """Light of order 1 as `SkyField` gives it, solved anew in every direction: no series holds the earth's shadow."""
 
     medium: Medium
     sun_zenith_rad: float
 
-    @cached_property
-    def tables(self) -> OrderOneTables:
-        """Tables for all directions, made at the first call."""
-        return order_one_tables(self.medium, self.sun_zenith_rad)
-
     def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Values in single directions (n,), shape (n_wl, n_scatterer, n)."""
-        return scattered_once(self.medium, self.sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad, self.tables)
+        return scattered_once(self.medium, self.sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
 
     def in_cells(
         self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray, ring: np.ndarray, column: np.ndarray
@@ -211,15 +203,10 @@ class SolvedSky:
         """Irradiance of the direct beam on a plane normal to it, shape (n_wl,). [W m-2 nm-1]"""
         return self.visible_share * self.medium.toa_irradiance * np.exp(-self.direct.optical_depth)
 
-    def once_at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
-        """Radiance of order 1 in single directions (n,), shape (n_wl, n). [W m-2 sr-1 nm-1, >= 0]"""
-        return self.with_phases(
-            self.once.at(sky_zenith_rad, azimuth_from_sun_rad), sky_zenith_rad, azimuth_from_sun_rad
-        )
-
     def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Radiance of all orders together in single directions (n,), shape (n_wl, n). [W m-2 sr-1 nm-1, >= 0]"""
-        radiance = self.once_at(sky_zenith_rad, azimuth_from_sun_rad)
+        once = self.once.at(sky_zenith_rad, azimuth_from_sun_rad)
+        radiance = self.with_phases(once, sky_zenith_rad, azimuth_from_sun_rad)
         for part in (self.more, self.glow):
             if part is not None:
                 whole = dataclasses.replace(part, coefficient=part.coefficient.sum(axis=1))
