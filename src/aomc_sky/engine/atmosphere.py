@@ -257,7 +257,6 @@ def _sun_report(sky: AtmosphereSky) -> dict[str, Any]:
         "diffuse_irradiance": sky.diffuse_irradiance.tolist(),
         "truncation": None if solved.more is None else solved.truncation.tolist(),
         "largest_relative_error": relative.max(axis=1).tolist(),
-        "series_error": solved.series_error,
         "patch_change": sky.patch_change,
         "seconds": dict(solved.seconds),
     }

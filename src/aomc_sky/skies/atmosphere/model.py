@@ -69,9 +69,8 @@ class AtmosphereSky(Share):
 
     Notes
     -----
-    Accuracy: radiances of order 1 follow their solver to `solved.series_error`, the largest difference found in 64
-    directions between the nodes (2e-8 for a sun above 10 degrees); patch means are good to `patch_change`, 1e-5,
-    1e-3 in twilight.
+    Accuracy: radiances of order 1 follow their solver to 2e-8 for a sun above 10 degrees; patch means are good to
+    `patch_change`, 1e-5, 1e-3 in twilight.
     The solver's own error is `patch_error`.
 
     Examples

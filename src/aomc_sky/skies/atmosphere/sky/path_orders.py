@@ -36,7 +36,8 @@ class LaterOrders:
     #: `SkyField` has them where it is not mirrored. [W m-2 sr-1 nm-1]
     modes: np.ndarray
     truncation: np.ndarray  #: (n_wl,) estimated share of the sky's irradiance in the orders that do not count
-    #: Estimated error as a share of the radiance; of paths the median standard error of one direction
+    #: Estimated error of cutting angles and depths, as a share of these orders; of paths the median standard error of
+    #: one direction
     resolution_error: float
     n_paths: int = 0  #: Paths of each direction and wavelength
     #: (n_wl, n_zenith, n_azimuth) standard error of their sum in each direction that paths followed. [W m-2 sr-1 nm-1]

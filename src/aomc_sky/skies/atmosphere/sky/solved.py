@@ -34,12 +34,6 @@ class SkyField:
     #: False: n_azimuth is odd, and the sines of m = 1 ... n // 2 follow the cosines of m = 0 ... n // 2.
     is_mirrored: bool = True
 
-    def on_product(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
-        """Values on all pairs of zenith angles (n_z,) and azimuths (n_a,), shape (..., n_z, n_a)."""
-        rows = _zenith_basis(sky_zenith_rad, self.coefficient.shape[-2])
-        columns = azimuth_basis(azimuth_from_sun_rad, self.coefficient.shape[-1], is_mirrored=self.is_mirrored)
-        return rows @ (self.coefficient @ columns.T)
-
     def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Values in single directions (n,), shape (..., n)."""
         rows = _zenith_basis(sky_zenith_rad, self.coefficient.shape[-2])
@@ -56,7 +50,9 @@ class SkyField:
         pieces = []
         for one in np.unique(ring):
             here = azimuth_from_sun_rad[column[ring == one]]
-            field = self.on_product(sky_zenith_rad[one], here.ravel())
+            rows = _zenith_basis(sky_zenith_rad[one], self.coefficient.shape[-2])
+            columns = azimuth_basis(here.ravel(), self.coefficient.shape[-1], is_mirrored=self.is_mirrored)
+            field = rows @ (self.coefficient @ columns.T)
             pieces.append(field.reshape(*field.shape[:-1], *here.shape).swapaxes(-3, -2))
         return np.concatenate(pieces, axis=-3)
 
@@ -168,10 +164,7 @@ class SolvedSky:
     n_orders: int  #: Most interactions that count
     #: (n_wl,) estimated share of the sky's irradiance in the orders that do not count; NaN for order 1 alone
     truncation: np.ndarray
-    resolution_error: (
-        float  #: Estimated error of cutting angles and depths in the later orders, as a share of the radiance
-    )
-    series_error: float  #: Largest relative difference of the field of order 1 from its solver between the nodes
+    resolution_error: float  #: Estimated error of orders 2 and up, as a share of them, as `LaterOrders` has it
     seconds: dict[str, float]  #: Time of each part of the solution
     moon: Moon | None = None  #: It hides part of the sun
     visible_share: float = 1.0  #: Share of the sun's disc that the observer sees; `direct` has it already
