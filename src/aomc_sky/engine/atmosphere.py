@@ -258,5 +258,4 @@ def _sun_report(sky: AtmosphereSky) -> dict[str, Any]:
         "truncation": None if solved.more is None else solved.truncation.tolist(),
         "largest_relative_error": relative.max(axis=1).tolist(),
         "patch_change": sky.patch_change,
-        "seconds": dict(solved.seconds),
     }

@@ -195,14 +195,6 @@ class NumberDensity:
         self(np.concatenate([samples, inside, np.nextafter(inside, 0.0)]))
         return inside
 
-    def column(self, kinks_m: np.ndarray) -> float:
-        """Particles above each square metre of ground, to about 1e-10; `kinks_m` are those of `kinks`. [m-2]"""
-        # in a cubic root for scale heights of metres, evenly for layers of metres
-        step = np.linspace(0.0, 1.0, 65) ** 3
-        even = self.top_m * np.union1d(step, np.linspace(0.0, 1.0, 1025))
-        edges = np.unique(np.concatenate([even, kinks_m]))
-        return float(integrate(lambda altitude: self(altitude)[None], edges, tolerance=1e-12)[0][0])
-
 
 def _thin_layers(value: np.ndarray) -> list[list[int]]:
     """For each thin layer the indices where it has half of its peak, of its peak, and where it has half again."""

@@ -128,16 +128,10 @@ def _solved_sky(
         medium = unlit(medium)
     nodes, n_rows = zenith_nodes(MORE_NODES), min(n_listed, lights.n_orders)
     mirrored = is_mirrored(lights.moon)
-    started = time.perf_counter()
     once = order_one_field(medium, sun_zenith_rad, lights)
-    after_once = time.perf_counter()
     later = _later(medium, sun_zenith_rad, np.append(nodes, ring_rad), lights, n_rows, once)
     modes = np.empty(0) if later is None else later.modes
-    after_later = time.perf_counter()
-    seconds = {"order 1": after_once - started, "later orders": after_later - after_once}
     glow, glow_error = _glow(medium, nodes, lights, n_rows)
-    if glow is not None:
-        seconds["glow"] = time.perf_counter() - after_later
     share = 1.0 if lights.moon is None else visible_share(medium, sun_zenith_rad, lights.moon)
     direct = ground_beam(medium, sun_zenith_rad)
     sky = SolvedSky(
@@ -150,7 +144,6 @@ def _solved_sky(
         n_orders=lights.n_orders,
         truncation=np.full(medium.wavelength_nm.size, np.nan) if later is None else later.truncation,
         resolution_error=0.0 if later is None else later.resolution_error,
-        seconds=seconds,
         moon=lights.moon,
         visible_share=share,
         glow=None if glow is None else field_of_modes(glow[:, :, None]),

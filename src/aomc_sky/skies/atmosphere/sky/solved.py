@@ -165,7 +165,6 @@ class SolvedSky:
     #: (n_wl,) estimated share of the sky's irradiance in the orders that do not count; NaN for order 1 alone
     truncation: np.ndarray
     resolution_error: float  #: Estimated error of orders 2 and up, as a share of them, as `LaterOrders` has it
-    seconds: dict[str, float]  #: Time of each part of the solution
     moon: Moon | None = None  #: It hides part of the sun
     visible_share: float = 1.0  #: Share of the sun's disc that the observer sees; `direct` has it already
     glow: SkyField | None = None  #: (n_wl, n_listed, ...) orders 1 and up of a glowing ground. [W m-2 sr-1 nm-1]
