@@ -46,14 +46,15 @@ def scattered_once(
     u_edge = np.sqrt(panel_m)
     u = 0.5 * (u_edge[1:] + u_edge[:-1])[:, None] + 0.5 * np.diff(u_edge)[:, None] * rule[0]
     density = np.ascontiguousarray(profile.density((u * u).ravel()).T)
+    mixed = profile.extinction_m2 @ density
     level, to_sun = _level(profile), sun_columns(profile, panel_m, u * u, sun_zenith_rad)
     rays, order, start = _grouped(zenith)
     threads, across = os.cpu_count() or 1, np.cos(azimuth[order])
 
     def look(some: np.ndarray) -> None:
         fill_order_one(
-            profile.earth_radius_m, u_edge, profile.kink_m, *rule, density, profile.extinction_m2, np.array(which),
-            np.cos(sun_zenith_rad), np.sin(sun_zenith_rad), *to_sun, profile.edge_m, level,
+            profile.earth_radius_m, u_edge, profile.kink_m, *rule, density, profile.extinction_m2, mixed,
+            np.array(which), np.cos(sun_zenith_rad), np.sin(sun_zenith_rad), *to_sun, profile.edge_m, level,
             np.cos(rays[some]), np.sin(rays[some]), start[some[0] : some[-1] + 2], across, out,
         )  # fmt: skip
 
@@ -85,8 +86,8 @@ def scattering_cosine(sun_zenith_rad: float, zenith_rad: np.ndarray, azimuth_fro
     return np.maximum(1.0 - 2.0 * (np.sin((zenith_rad - sun_zenith_rad) / 2) ** 2 + across), -1.0)
 
 
-def _rule(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Gauss nodes and weights, and integrals (n, n) from -1 to each node of each of Lagrange's polynomials."""
+def _rule(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Gauss rule, integrals (n, n) from -1 to each node of each of Lagrange's polynomials, and inverse gaps."""
     node, weight = np.polynomial.legendre.leggauss(n)
     degrees = np.arange(n)
     values = np.polynomial.legendre.legvander(node, n)
@@ -94,7 +95,8 @@ def _rule(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     below = np.column_stack([np.ones(n), values[:, : n - 1]])  # P_-1 = 1: P_1 is -1 at the lower end
     integrals = (values[:, 1:] - below) / (2.0 * degrees + 1.0)
     integrals[:, 0] = node + 1.0
-    return node, weight, np.ascontiguousarray(integrals @ series)
+    inverse_gap = 1.0 / np.prod(node[:, None] - node + np.eye(n), axis=1)
+    return node, weight, np.ascontiguousarray(integrals @ series), inverse_gap
 
 
 def _grouped(zenith: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
