@@ -8,6 +8,7 @@
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "aomc_sky.h"
 
@@ -54,12 +55,18 @@ int main(int argc, char **argv)
 {
     aomc_sky_scene *scene;
     FILE *file = NULL;
+    char *end;
 
     if (argc < 3 || argc > 5) {
         fprintf(stderr, "usage: %s SCENE SEED [OPTIONS [FILE]]\n", argv[0]);
         return 2;
     }
-    if (aomc_sky_open(argv[1], strtoull(argv[2], NULL, 10), argc > 3 ? argv[3] : NULL, &scene) != 0) {
+    const uint64_t seed = strtoull(argv[2], &end, 10);
+    if (end == argv[2] || *end != '\0' || strchr(argv[2], '-') != NULL) {
+        fprintf(stderr, "SEED is no whole number from 0\n");
+        return 2;
+    }
+    if (aomc_sky_open(argv[1], seed, argc > 3 ? argv[3] : NULL, &scene) != 0) {
         die(argv[1]);
     }
     if (argc > 4 && (file = fopen(argv[4], "wb")) == NULL) {

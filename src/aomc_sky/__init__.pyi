@@ -39,7 +39,7 @@ from aomc_sky.skies.atmosphere.medium import Medium as Medium
 from aomc_sky.skies.atmosphere.medium import rayleigh_cross_section as rayleigh_cross_section
 from aomc_sky.skies.atmosphere.model import AtmosphereSky as AtmosphereSky
 from aomc_sky.skies.atmosphere.sky.solve import AtmosphereResult as AtmosphereResult
-from aomc_sky.skies.cie import CieSky as CieSky
+from aomc_sky.skies.cie import CIESky as CIESky
 from aomc_sky.skies.direct_beam import DirectBeam as DirectBeam
 from aomc_sky.skies.function_sky import FunctionSky as FunctionSky
 from aomc_sky.skies.harrison_coombes import HarrisonCoombesSky as HarrisonCoombesSky
@@ -54,6 +54,7 @@ from aomc_sky.skies.lobes.light import read_background as read_background
 from aomc_sky.skies.lobes.sky import LobeSky as LobeSky
 from aomc_sky.skies.lobes.sky import WeightedLobe as WeightedLobe
 from aomc_sky.skies.measured import RadianceField as RadianceField
+from aomc_sky.skies.overcast import CardioidalSky as CardioidalSky
 from aomc_sky.skies.overcast import OvercastSky as OvercastSky
 from aomc_sky.skies.perez import functions as perez  # noqa: F401
 from aomc_sky.skies.perez.sky import PerezSky as PerezSky

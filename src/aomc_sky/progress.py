@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import logging
 import shutil
 import sys
 import threading
@@ -15,28 +14,22 @@ T = TypeVar("T")
 _PATIENCE_S = 1.0
 """Shorter work shows nothing."""
 
-STEPS = logging.getLogger("aomc_sky.steps")
-"""Gets a text for each part of a loop, at the level of debugging. It passes none on: there are thousands."""
-STEPS.propagate = False
+_under_way: list[tuple[Any, str]] = []
+"""Bar, or None, and text of what is under way; the innermost last."""
+
+
+def is_free() -> bool:
+    """Whether a function called from Python may show its progress: no command does so already."""
+    return not _under_way
 
 
 def counted(parts: Iterable[T], name: str, n: int) -> Iterator[T]:
-    """Pass `n` parts on, and log the number of each before it."""
+    """Pass `n` parts on, and show the number of each beside the text of what is under way."""
     for k, part in enumerate(parts, start=1):
-        STEPS.debug("%s %d of %d", name, k, n)
+        bar, text = _under_way[-1] if _under_way else (None, "")
+        if bar is not None:
+            bar.set_description_str(f"{text}, {name} {k} of {n}", refresh=False)
         yield part
-
-
-class _Steps(logging.Handler):
-    """Shows the position of the last `counted` loop beside a text."""
-
-    def __init__(self, bar: Any, text: str) -> None:
-        super().__init__()
-        self.bar, self.text = bar, text
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Show the text."""
-        self.bar.set_description_str(f"{self.text}, {record.getMessage()}", refresh=False)
 
 
 def _stream() -> TextIO | None:
@@ -45,24 +38,16 @@ def _stream() -> TextIO | None:
     return stream if stream.isatty() or "ipykernel" in sys.modules else None
 
 
-_under_way: list[str] = []
-
-
-def is_free() -> bool:
-    """Whether a function called from Python may show its progress: no command does so already."""
-    return not _under_way
-
-
 @contextlib.contextmanager
 def _shown(text: str, *, enabled: bool, unit: str = "") -> Iterator[Any]:
     """Yield a bar of tqdm that shows a text and its time after a second, or None without a terminal or notebook."""
     stream = _stream() if enabled else None
-    _under_way.append(text)
-    try:
-        with contextlib.nullcontext() if stream is None else _bar(text, unit, stream) as bar:
+    with contextlib.nullcontext() if stream is None else _bar(text, unit, stream) as bar:
+        _under_way.append((bar, text))
+        try:
             yield bar
-    finally:
-        _under_way.pop()
+        finally:
+            _under_way.pop()
 
 
 @contextlib.contextmanager
@@ -72,22 +57,17 @@ def _bar(text: str, unit: str, stream: TextIO) -> Iterator[Any]:
     width = shutil.get_terminal_size().columns - len("^C") - 1  # what the terminal adds must not break the line
     how = {"unit": f" {unit}", "unit_scale": True, "bar_format": "{desc}: {elapsed}", "delay": _PATIENCE_S}
     with tqdm(desc=text, file=stream, leave=False, ncols=width, **how) as bar:
-        ended, steps = threading.Event(), _Steps(bar, text)
+        ended = threading.Event()
 
         def tick() -> None:
             while not ended.wait(_PATIENCE_S):
                 bar.update(0)
 
         clock = threading.Thread(target=tick, daemon=True)
-        level = STEPS.level
-        STEPS.addHandler(steps)
-        STEPS.setLevel(logging.DEBUG)
         clock.start()
         try:
             yield bar
         finally:
-            STEPS.removeHandler(steps)
-            STEPS.setLevel(level)
             ended.set()
             clock.join()
 

@@ -120,12 +120,6 @@ def read_at(handle: int, room: bytearray, offset: int) -> int:
     return len(data)
 
 
-def sync_file(handle: int) -> None:
-    """Force written data to the disk, if the system can."""
-    if hasattr(os, "fsync"):
-        os.fsync(handle)
-
-
 def sync_folder(path: Path) -> None:
     """Force the names in a folder to the disk, if the system can open folders."""
     if hasattr(os, "O_DIRECTORY"):

@@ -153,34 +153,6 @@ def test_the_version_names_the_format(capsys: pytest.CaptureFixture[str]) -> Non
     assert "version 6" in capsys.readouterr().out
 
 
-def test_validate_reads_the_description_of_a_scene(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    amc = copy_scene("atmosphere_sky", tmp_path)
-    assert main(["validate", str(amc.parent)]) == 0
-    assert "difcol" not in capsys.readouterr().out
-    atmo = amc.parent / "clear.atmo"
-    atmo.write_text(atmo.read_text().replace("return 6.0e8", "return 6.0e8 * nothing"))
-    assert main(["validate", str(amc.parent)]) == 3
-    assert "clear.atmo" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    ("arguments", "status", "message"),
-    [
-        (["--moon-zenith-offset", "0.1"], 4, "the distance of the Moon is missing"),
-        (["--moon-zenith-offset", "0.1", "--moon-distance", "365000", "--method", "sos"], 2, "cannot solve an eclipse"),
-        (["--moon-zenith", "1", "--moon-zenith-offset", "0.1"], 2, "twice"),
-        (["--moon-distance", "365000"], 4, "without a place"),
-        (["--ground-luminance", "1"], 4, "light pollution"),
-        (["--sun-zenith", "120"], 4, "108"),
-    ],
-)
-def test_lights_that_cannot_be(
-    arguments: list[str], status: int, message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run("--out-dir", tmp_path, "--no-netcdf", *arguments, *FAST) == status
-    assert message in capsys.readouterr().err
-
-
 def test_a_slow_sky_says_how_to_save_it_and_the_saved_one_is_a_sky(tmp_path, monkeypatch, capsys):
     xarray = pytest.importorskip("xarray")
     pytest.importorskip("h5netcdf")

@@ -61,7 +61,7 @@ def test_every_save_option(tmp_path: Path) -> None:
 def test_without_the_options_the_file_is_as_it_was(tmp_path: Path) -> None:
     assert run(MOLECULES, tmp_path, "--radiance", *ORDER_ONE) == 0
     with opened(tmp_path) as found:
-        named = {"irradiance_by_order", "radiance_up_to_order", "source_by_order", "source_from_ground", "xyzw"}
+        named = {"irradiance_by_order", "radiance_up_to_order", "source_by_order", "source_from_ground"}
         assert not named & set(found.variables)
         assert found.radiance.dtype == np.float64
 
@@ -153,7 +153,6 @@ def test_options_that_change_nothing_say_so(tmp_path: Path, capsys: pytest.Captu
         ["--texture-save-precision", "many"],
         ["--no-netcdf", "--save-irradiance"],
         ["--no-netcdf", "--texture-save-precision", "8"],
-        ["--no-netcdf", "--xyzw"],
     ],
 )
 def test_wrong_usage(arguments: list[str], tmp_path: Path) -> None:

@@ -38,31 +38,6 @@ def test_the_shell_takes_the_script(shell, tmp_path, capsys):
     assert (done.returncode, done.stderr) == (0, "")
 
 
-@pytest.mark.parametrize(
-    ("words", "reply"),
-    [
-        (["r"], "run"),
-        (["run", "--all"], "--allocation"),
-        (["run", "--method", "s"], "stratified"),
-        (["export", "o"], "out"),
-    ],
-)
-def test_bash_proposes(words, reply, tmp_path, capsys):
-    if shutil.which("bash") is None:
-        pytest.skip("bash is not installed")
-    (tmp_path / "script").write_text(script_of("bash", capsys))
-    (tmp_path / "out").mkdir()
-    line = " ".join(f'"{word}"' for word in ("aomc-sky", *words))
-    ask = f"""
-source ./script
-COMP_WORDS=({line}); COMP_CWORD={len(words)}
-_shtab_aomc_sky
-echo "${{COMPREPLY[@]}}"
-"""
-    done = subprocess.run(["bash", "-c", ask], cwd=tmp_path, capture_output=True, text=True, check=True)
-    assert reply in done.stdout.split(), done
-
-
 def test_a_shell_that_shtab_does_not_know(capsys):
     assert command("--print-completion", "fish") == 2
     assert "invalid choice: 'fish'" in capsys.readouterr().err

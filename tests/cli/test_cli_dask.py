@@ -151,6 +151,22 @@ def test_options_that_contradict_each_other(amc, tmp_path, options) -> None:
     assert not (tmp_path / "out").exists()
 
 
+SLOW_TASKS = """
+import sys, time
+from aomc_sky.cli.main import main
+from aomc_sky.engine import cluster
+make = cluster._make_shard
+
+def make_slowly(*arguments):
+    time.sleep(1.0)
+    return make(*arguments)
+
+cluster._make_shard = make_slowly
+sys.exit(main())
+"""
+"""Of twenty tasks on two workers; the signal comes 0.05 s after the first of them."""
+
+
 @pytest.mark.slow
 def test_interrupt_of_a_terminal_is_one_line(amc, tmp_path) -> None:
     """A terminal sends SIGINT to the workers too; they print nothing, and the ranges made so far stay.
@@ -159,7 +175,7 @@ def test_interrupt_of_a_terminal_is_one_line(amc, tmp_path) -> None:
     """
     pytest.importorskip("distributed")
     more = ["--iterations", 20_000_000, "--waveband", 1, "--threads", 2, "-q"]
-    command = [sys.executable, "-m", "aomc_sky", *words(amc, tmp_path / "run", *more, "--engine", "dask")]
+    command = [sys.executable, "-c", SLOW_TASKS, *words(amc, tmp_path / "run", *more, "--engine", "dask")]
     # a shell that runs this in the background has SIGINT ignored, which children inherit
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     with socket.socket() as taken:

@@ -91,7 +91,7 @@ def test_what_wants_an_extra_names_it(extra, folder, monkeypatch, capsys):
     assert not list(folder.glob("new*"))
 
 
-@pytest.mark.parametrize("pair", [("hdf5", "plot"), ("netcdf", "colour")])
+@pytest.mark.parametrize("pair", [("hdf5", "plot")])
 def test_of_two_extras_the_missing_one_is_named(pair, folder, monkeypatch, capsys):
     for name in PACKAGES[pair[0]]:
         pytest.importorskip(name)

@@ -107,16 +107,6 @@ def test_info_of_an_atmosphere_as_json(capsys):
     assert found["negligible_species"] == []
 
 
-def test_validate_reads_the_code_too(tmp_path, capsys):
-    path = tmp_path / "x.atmo"
-    text = (DATA / "atmo" / "good" / "plain.atmo").read_text()
-    path.write_text(text)
-    assert main(["validate", str(path)]) == 0
-    path.write_text(text.replace("return 1e18;", "return nothing;"))
-    assert main(["validate", str(path)]) == 3
-    assert f"{path}:26:16: error[E403]" in capsys.readouterr().err
-
-
 def test_allow_path_lets_tables_lie_elsewhere(tmp_path, capsys):
     (tmp_path / "home").mkdir()
     (tmp_path / "sun.csv").write_text("300,1\n900,1\n")

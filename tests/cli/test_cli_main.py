@@ -7,17 +7,10 @@ import os
 import re
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
 from aomc_sky.cli.main import main
-from tests.support.scenes import copy_scene
-
-
-@pytest.fixture
-def amc(tmp_path: Path) -> Path:
-    return copy_scene("document_example", tmp_path)
 
 
 @pytest.mark.parametrize("words", [[], ["fly"], ["validate"], ["run", "a", "b"]])
@@ -29,20 +22,6 @@ def test_usage_errors(words, capsys):
     assert len(said) == 2
     assert said[0].startswith("aomc-sky: error: ")
     assert re.fullmatch(r"      = help: aomc-sky (\w+ )?--help", said[1])
-
-
-def test_errors_of_every_file_are_shown_in_one_go(amc, capsys):
-    sky, table = amc.parent / "skydist.inp", amc.parent / "lambbot.inp"
-    sky.write_text(sky.read_text().replace("10.5", "-1"))
-    table.write_text("not a number\n")
-    for command, stream in (("run", "err"), ("validate", "err")):
-        target = str(amc) if command == "run" else str(amc.parent)
-        assert main([command, target]) == 3
-        text = getattr(capsys.readouterr(), stream)
-        assert "skydist.inp:3:7: error[E302]" in text
-        assert "lambbot.inp:1:" in text
-        assert "^" in text
-        assert "Traceback" not in text
 
 
 def test_validate_says_ok(amc, capsys):
@@ -78,12 +57,3 @@ def test_file_names_need_not_be_text(amc, tmp_path):
         )
         assert done.returncode == 0, done.stderr
         assert b"Traceback" not in done.stderr
-
-
-def test_a_manifest_nested_without_end_is_told(amc, tmp_path, capsys):
-    out = tmp_path / "out"
-    assert main(["run", str(amc), "--iterations", "1000", "--format", "none", "--out", str(out)]) == 0
-    (out / "manifest.json").write_text("[" * 100_000)
-    capsys.readouterr()
-    assert main(["info", str(out)]) == 3
-    assert "error[E100]: not a readable manifest (nested too deeply)" in capsys.readouterr().err

@@ -58,9 +58,14 @@ def test_plot_validate_and_info(tmp_path, capsys):
 def test_options_say_what_a_file_does_not(tmp_path, capsys):
     rows = [line for line in SKY.read_text().splitlines() if not line.startswith("#")]
     (tmp_path / "bare.csv").write_text("\n".join(rows))
-    assert main(["info", str(tmp_path / "bare.csv")]) == 3
+    assert main(["info", str(tmp_path / "bare.csv"), "--json"]) == 0
+    notes = " ".join(json.loads(capsys.readouterr().out)["notes"])
+    assert "the file does not say from where azimuths count; they are taken from +x (east) towards +y (north)" in notes
+    assert "no unit of radiance, so its light is relative" in notes
+    (tmp_path / "unclear.csv").write_text("\n".join(["# azimuth: from the pole", *rows]))
+    assert main(["info", str(tmp_path / "unclear.csv")]) == 3
     said = capsys.readouterr().err
-    assert "nothing says from where azimuths count" in said
+    assert "'from the pole' does not say from where azimuths count" in said
     assert "--azimuth-convention north_clockwise|enu_from_east" in said
     assert "'# azimuth: clockwise from north'" in said
     how = ["--azimuth-convention", "north_clockwise", "--radiance-unit", "mW m-2 nm-1 sr-1", "--iterations", "10"]

@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import re
 import shlex
+import shutil
 from importlib.resources import files
 from importlib.util import find_spec
+from pathlib import Path
 
 import pytest
 
@@ -14,7 +16,22 @@ from aomc_sky.cli import commands
 from aomc_sky.cli.usage import COMMANDS
 from tests.support.extras import ROOT
 from tests.support.fault_rows import command
-from tests.support.mistakes import make_folder
+from tests.support.scenes import copy_scene
+from tests.support.shared import INPUTS
+
+
+def make_folder(folder: Path) -> None:
+    """A scene, a run of it, a scene whose sky.toml has an unknown key, an atmosphere, and a program."""
+    from aomc_sky.cli.main import main
+
+    copy_scene("document_example", folder).parent.rename(folder / "scene")
+    words = ["run", str(folder / "scene"), "--iterations", "100", "-q", "--out"]
+    assert main([*words, str(folder / "out")]) == 0
+    shutil.copytree(INPUTS / "perez_sky", folder / "misspelt")
+    (folder / "misspelt" / "sky.toml").write_text("[perez]\ndni = 850.0\ndiffuse = 95.0\n")
+    shutil.copy(INPUTS / "atmosphere" / "molecules_only.atmo", folder / "air.atmo")
+    (folder / "my_sky.py").write_text("import aomc_sky\n")
+
 
 ROWS = re.findall(r"(?m)^\| `aomc-sky ?(.*?)` \| `(.*)` \|$", (ROOT / "docs" / "errors.md").read_text())
 

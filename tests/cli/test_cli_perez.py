@@ -114,9 +114,6 @@ def test_a_relative_table_has_the_models_own_scale(tmp_path):
         (["--sun-zenith", "40", "--dni", "850"], 2, "dhi"),
         (["--sun-zenith", "40", "--epsilon", "2"], 2, "delta"),
         ([*CLEAR, "--epsilon", "2", "--delta", "0.1"], 2, "twice"),
-        (["--sun-zenith", "40", "--ghi", "700"], 2, "ghi without dni; add dni (or dhi)"),
-        ([*CLEAR, "--row", "3"], 2, "--row"),
-        ([*CLEAR, "--latitude", "50"], 2, "--latitude needs --time"),
         ([*CLEAR, "--time", "2024-01-01T12:00:00Z"], 2, "--sun-zenith"),
         (["--time", "2024-01-01T12:00:00Z", "--latitude", "5", "--dni", "1", "--dhi", "1"], 2, "--longitude"),
         ([*CLEAR, "--placement", "philox"], 2, "--placement is for photons"),
@@ -124,13 +121,9 @@ def test_a_relative_table_has_the_models_own_scale(tmp_path):
         ([*CLEAR, "--with-beam"], 2, "--out DIR"),
         ([*CLEAR, "--write-skydist", "s.inp", "--wavelength", "-1"], 2, "positive"),
         ([*CLEAR, "--plot", "sky.jpeg"], 2, ".png"),
-        (["--epw", EPW], 2, "--row N"),
-        (["--epw", EPW, "--row", "3", "--dni", "5"], 2, "--dni"),
         (["--epw", EPW, "--row", "3", "--sun-zenith", "5"], 2, "--sun-zenith"),
-        (["--epw", EPW, "--row", "49"], 2, "rows 1 to 48"),
         (["--epw", EPW, "--row", "0"], 2, "rows 1 to 48"),
         (["--epw", "absent.epw", "--row", "1"], 3, "absent.epw"),
-        (["--epw", TMY3, "--row", "1"], 3, "E601"),
         (["--sun-zenith", "40", "--dni", "850", "--ghi", "100"], 4, "ghi"),
         ([*CLEAR, "--write-skydist", "no/such/folder/skydist.inp"], 6, "no/such/folder"),
     ],
@@ -144,24 +137,3 @@ def test_errors_have_their_codes_and_no_traceback(words, code, text, capsys, tmp
     assert text.lower() in said.err.lower()
     assert "Traceback" not in said.err
     assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        ["--sun-zenith", "high"],
-        ["--sun-zenith", "nan"],
-        ["--dni", "inf"],
-        ["--bins", "0", "5"],
-        ["--bins", "5"],
-        ["--coefficients", "1", "2", "3"],
-        ["--epw", "a", "--tmy3", "b"],
-        ["--format", "jpeg"],
-        ["--limits", "mine"],
-    ],
-)
-def test_usage_errors(words, capsys):
-    with pytest.raises(SystemExit) as stop:
-        main(["perez", *words])
-    assert stop.value.code == 2
-    assert f"aomc-sky: error: {words[0]}" in capsys.readouterr().err.replace("--tmy3", "--epw")

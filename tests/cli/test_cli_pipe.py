@@ -77,3 +77,11 @@ def test_a_program_that_reads_no_photon_ends_as_well(host, tmp_path):
     amc = copy_scene("document_example", tmp_path)
     n, *_ = piped(host, amc, 3, "--iterations", "1", "--waveband", "1")
     assert n == 1
+
+
+def test_the_report_counts_the_threads(tmp_path):
+    amc = copy_scene("document_example", tmp_path)
+    words = ["run", str(amc), "--iterations", "100", "--format", "raw", "--out", "-", "--threads", "1"]
+    answer = subprocess.run([sys.executable, "-m", "aomc_sky", *words], capture_output=True, timeout=60, check=True)
+    assert len(answer.stdout) == 3 * 100 * 12
+    assert ", 1 thread, " in answer.stderr.decode()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from importlib import resources
-from pathlib import Path
 
 import jsonschema
 import numpy as np
@@ -13,15 +12,10 @@ import pytest
 from aomc_sky.cli.main import main
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.plan.plan import Plan
-from tests.support.scenes import copy_scene, run_bytes
+from tests.support.scenes import run_bytes
 
 SCHEMA = json.loads((resources.files("aomc_sky.outputs") / "manifest.schema.json").read_text())
 ERRORS = ("ed_standard_error", "eo_standard_error", "mean_cosine_standard_error", "ed_over_eo_standard_error")
-
-
-@pytest.fixture
-def amc(tmp_path: Path) -> Path:
-    return copy_scene("document_example", tmp_path)
 
 
 def run(*words: object) -> int:

@@ -17,14 +17,9 @@ from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.engine.run import JobOptions, run_job
 from aomc_sky.plan.plan import Plan
 from aomc_sky.source.read.scene import read_scene
-from tests.support.scenes import copy_scene, run_bytes
+from tests.support.scenes import run_bytes
 
 SCHEMA = json.loads((resources.files("aomc_sky.outputs") / "manifest.schema.json").read_text())
-
-
-@pytest.fixture
-def amc(tmp_path: Path) -> Path:
-    return copy_scene("document_example", tmp_path)
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.cli.main import main
-from tests.support.processes import start, wait_for
+from tests.support.processes import end_by, start, stopped
 from tests.support.scenes import flip_bit, run_bytes, scene_with_circle
 
 BLOCK = 65_536
@@ -151,12 +151,10 @@ def test_shards_at_once(amc, whole, tmp_path):
 
 
 def test_a_killed_shard_costs_its_photons(amc, tmp_path):
-    more = ("--iterations", 9_000_000, "--threads", 1)
+    more = ("--iterations", 6 * BLOCK)
     assert run(amc, tmp_path / "whole", *more) == 0
-    process = start(*words(amc, tmp_path / "out", "--shard", "1/2", *more))
-    wait_for(tmp_path / "out", "photons-0002.npy.part", process)
-    process.send_signal(signal.SIGKILL)
-    process.communicate(timeout=60)
+    end_by(stopped(*words(amc, tmp_path / "out", "--shard", "1/2", *more), block=2), signal.SIGKILL)
+    assert names(tmp_path / "out") > PARTS
     assert not [name for name in names(tmp_path / "out") if name.endswith((".done", ".npy"))]
     for k in (2, 1):
         assert run(amc, tmp_path / "out", "--shard", f"{k}/2", *more) == 0
@@ -216,4 +214,6 @@ def test_what_a_shard_prints(amc, tmp_path, capsys):
     assert again["missing"] == ["1/3", "3/3"]
     assert again["run"]["seconds"] >= 0
     assert main(["info", str(tmp_path / "out")]) == 0
-    assert "shards: 2/3\n" in capsys.readouterr().out
+    assert "shards: 2/3\nmissing: 1/3 3/3\n" in capsys.readouterr().out
+    assert main(["info", "--json", str(tmp_path / "out")]) == 0
+    assert json.loads(capsys.readouterr().out)["missing"] == ["1/3", "3/3"]

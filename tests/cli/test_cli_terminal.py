@@ -6,7 +6,6 @@ import io
 import json
 import sys
 import termios
-import time
 import types
 import warnings
 from pathlib import Path
@@ -18,6 +17,7 @@ from aomc_sky.cli.main import main
 from aomc_sky.cli.terminal import table, warnings_at_end
 from aomc_sky.errors import InputWarning, SceneError
 from aomc_sky.progress import progress_bar
+from tests.support.processes import resting
 from tests.support.pseudo_terminal import pseudo_terminal, screen, start_in
 from tests.support.scenes import copy_scene
 
@@ -57,20 +57,6 @@ def test_one_text_is_one_warning_and_stands_before_the_error(capsys):
     assert capsys.readouterr().err == "aomc-sky: warning: old\naomc-sky: warning: new\n"
 
 
-def test_a_bar_shows_share_and_rate(monkeypatch):
-    stream = io.StringIO()
-    monkeypatch.setattr(progress, "_stream", lambda: stream)
-    monkeypatch.setattr(progress, "_PATIENCE_S", 0.01)
-    with progress_bar(enabled=True) as draw:
-        for done in range(1, 5):
-            time.sleep(0.15)
-            draw(done * 10**9, 4 * 10**9)
-    for text in (" 25%|", "1.00G/4.00G", "photons/s]", "100%"):
-        assert text in stream.getvalue()
-    assert "\n" not in stream.getvalue()
-    assert stream.getvalue().split("\r")[-2].strip() == ""
-
-
 def test_a_pipe_and_a_quiet_command_get_no_bar(monkeypatch):
     monkeypatch.setattr(sys, "stderr", io.StringIO())
     with progress_bar(enabled=True) as draw:
@@ -99,10 +85,10 @@ def test_json_is_json_on_a_terminal(tmp_path: Path):
 
 def test_ctrl_c_leaves_a_sane_terminal(tmp_path: Path):
     amc = copy_scene("document_example", tmp_path)
-    words = ["run", str(amc), "--iterations", "1e9", "--threads", "1", "--out", str(tmp_path / "out")]
+    command = resting("run", amc, "--iterations", "2e5", "--out", tmp_path / "out", block=2)
     with pseudo_terminal(80) as (slave, seen):
         before = termios.tcgetattr(slave)
-        with start_in(slave, [sys.executable, "-m", "aomc_sky", *words]) as program:
+        with start_in(slave, command) as program:
             while program.poll() is None and not seen.wait_for("photons/s", 0.5):
                 pass  # kernels may have to be compiled
             seen.type("\x03")

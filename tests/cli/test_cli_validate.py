@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import json
 import shutil
-import warnings
 from pathlib import Path
 
 import pytest
 
 from aomc_sky.cli.main import main
-from aomc_sky.cli.terminal import error_text
-from aomc_sky.errors import AomcSkyError
-from aomc_sky.source.read.scene import read_scene
-from tests.support.fault_rows import AMC, ROWS, amc_line, sky
+from tests.support.fault_rows import ROWS, amc_line, sky
 from tests.support.scenes import copy_scene
 from tests.support.shared import DATA, INPUTS
 
@@ -60,18 +56,6 @@ BROKEN = {
 }
 
 
-def refusal(folder: Path, **how: object) -> tuple[int, str]:
-    """Exit code and text of what reading and settling a scene raises."""
-    limit = how.get("max_memory_bytes")
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        try:
-            read_scene(folder, **how).source(max_memory_bytes=limit)
-        except AomcSkyError as error:
-            return error.exit_code, error_text(error)
-    return 0, ""
-
-
 def both_agree(folder: Path, tmp_path: Path, options: list[str], capsys) -> tuple[int, str]:
     """Compare ``run`` with ``validate``; return the code and the text that both have."""
     ran = main(
@@ -111,16 +95,6 @@ def test_scenes_with_one_bad_file(kind, path, tmp_path, capsys):
     folder = copy_scene(BASE[kind], tmp_path).parent
     shutil.copy(path, folder / NAMES[kind])
     both_agree(folder, tmp_path, [], capsys)
-
-
-def test_a_table_of_zeros_in_the_words_of_the_library(tmp_path, capsys):
-    folder = copy_scene("document_example", tmp_path).parent
-    (folder / "skydist.inp").write_text(ZERO)
-    code, text = refusal(folder)
-    assert code == 4
-    assert main(["validate", str(folder)]) == 4
-    assert capsys.readouterr().err == f"{text}\n"
-    assert AMC  # the scene's own amc.inp stays
 
 
 def test_warnings_of_a_scene_are_errors_under_strict(tmp_path, capsys):

@@ -43,7 +43,7 @@ EXAMPLES = {
         partial(atmosphere, sun_zenith_deg=40.0, sun_azimuth_deg=70.0),
         partial(atmosphere, sun_zenith_deg=91.0, method="order1"),
     ],
-    "cie": [partial(sky.CieSky, type=n, sun_zenith_rad=0.7, sun_azimuth_rad=0.4) for n in (1, 12)],
+    "cie": [partial(sky.CIESky, type=n, sun_zenith_rad=0.7, sun_azimuth_rad=0.4) for n in (1, 12)],
     "lobes": [
         partial(lobes, ("hg", 0.0, 0.0, (1, 0, 0, 0))),
         partial(

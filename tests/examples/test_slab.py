@@ -12,7 +12,6 @@ import numpy as np
 import philox
 import pytest
 import run_slab
-import scattering
 import transport
 from numpy.typing import ArrayLike
 from tally import ABSORBED, BOTTOM, LEAVING, MAX_PHOTONS, ONE_PHOTON, REFLECTED, Tally
@@ -173,23 +172,6 @@ class TestAbsorption:
         assert tally.fate[BOTTOM] == tally.down[-1]
         assert not tally.up.any()
         light(tally, N)
-
-
-class TestPhaseFunctions:
-    U = (np.arange(20_000) + 0.5) / 20_000
-
-    def henyey_greenstein(self, g: float) -> np.ndarray:
-        return np.array([scattering.sample_henyey_greenstein(g, u) for u in self.U])
-
-    @pytest.mark.parametrize("g", [-0.6, 1e-9, 1e-3, 0.5, 0.924])
-    def test_henyey_greenstein(self, g: float) -> None:
-        """The mean cosine is g, and the distribution function gives the uniform numbers back."""
-        mu = self.henyey_greenstein(g)
-        assert mu.mean() == pytest.approx(g, abs=1e-6)
-        if abs(g) > 1e-6:
-            back = (1 - g * g) / (2 * g) * (1 / np.sqrt(1 + g * g - 2 * g * mu) - 1 / (1 + g))
-            np.testing.assert_allclose(back, self.U, atol=1e-12 / abs(g))
-        assert [scattering.sample_henyey_greenstein(g, u) for u in (0.0, 1.0)] == pytest.approx([-1, 1], abs=1e-12)
 
 
 class TestRandomNumbers:

@@ -22,7 +22,7 @@ from aomc_sky.cli.main import main
 from aomc_sky.outputs.folder import run_folder
 from aomc_sky.outputs.folder.run_folder import LOCK
 from tests.support.fault_rows import command, row, row_id
-from tests.support.processes import start, wait_for, whole_files_only
+from tests.support.processes import end_by, start, stopped, whole_files_only
 from tests.support.scenes import copy_scene, run_bytes
 
 
@@ -36,14 +36,12 @@ SIGNALS = {"kill-9": (signal.SIGKILL, -9), "interrupt": (signal.SIGINT, 130)}
 
 @pytest.mark.parametrize(("how", "code"), SIGNALS.values(), ids=[row_id(41, name) for name in SIGNALS])
 def test_a_killed_run_is_finished_by_the_same_command(amc, tmp_path, how, code):
-    words = ["run", amc, "--iterations", "6e6", "--threads", "1", "-q", "--out"]
+    words = ["run", amc, "--iterations", "2e5", "-q", "--out"]
     assert main([*map(str, words), str(tmp_path / "whole")]) == 0
     whole = run_bytes(tmp_path / "whole")
     out = tmp_path / "out"
-    process = start(*words, out)
-    wait_for(out, "*photons-0002*", process)  # under whatever name
-    process.send_signal(how)
-    _, err = process.communicate(timeout=60)
+    process = stopped(*words, out, block=6)  # of four in each waveband
+    err = end_by(process, how)
     assert process.returncode == code
     assert b"Traceback" not in err
     assert not (out / "manifest.json").exists()

@@ -284,21 +284,6 @@ def test_the_kernels_give_good_photons_or_none(fault: str) -> None:
     assert in_child(lambda: photons_of_random_plans(30 * N_RANDOM, 12, "fill_compiled"), 20 * MOST_CPU_S) == []
 
 
-@row_46("the-check-is-done-once")
-def test_a_plan_is_judged_once(fault: str, monkeypatch: Any) -> None:
-    """Read-only arrays that were judged are not judged again; a change of the mapping is."""
-    asked = []
-    plan = Plan(arrays=dict(plan_of("table").arrays), options=dict(plan_of("table").options))
-    monkeypatch.setattr("aomc_sky.plan.plan.check_plan", lambda *words: asked.append(words))
-    PhotonSource.from_plan(plan)
-    PhotonSource.from_plan(plan)
-    assert len(asked) == 1
-    plan.arrays["law"] = plan.arrays["law"].copy()
-    PhotonSource.from_plan(plan)
-    PhotonSource.from_plan(plan)
-    assert len(asked) == 3  # arrays that can be written are judged each time
-
-
 PROBE = """
 from tests.faults.test_plan_faults import KINDS, photons_of_random_plans
 from aomc_sky.kernels.jit import is_off

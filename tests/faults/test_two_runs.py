@@ -18,7 +18,7 @@ import pytest
 from aomc_sky.cli.main import main
 from aomc_sky.outputs.folder.run_folder import LOCK, RunFolder
 from tests.support.fault_rows import row
-from tests.support.processes import start, wait_for
+from tests.support.processes import end_by, stopped
 from tests.support.scenes import copy_scene
 
 SLOW_PAIRS = int(os.environ.get("AOMC_SKY_PAIRS", "10"))
@@ -39,12 +39,9 @@ def words_of(scene: Path, out: Path, seed: int, *options: object) -> list[str]:
 
 
 @pytest.fixture
-def stopped(scene, tmp_path) -> Iterator[Any]:
+def holder(scene, tmp_path) -> Iterator[Any]:
     """A run of seed 1 into ``out`` that is stopped in its midst, and alive."""
-    process = start(*words_of(scene, tmp_path / "out", 1, "--iterations", "3e6"))
-    wait_for(tmp_path / "out", "counts.csv", process)
-    process.send_signal(signal.SIGSTOP)
-    assert process.poll() is None
+    process = stopped(*words_of(scene, tmp_path / "out", 1), block=6)
     yield process
     process.kill()
     process.communicate(timeout=60)
@@ -58,14 +55,14 @@ def goes_on(process: Any) -> int:
 
 @pytest.mark.parametrize("options", [(), ("--force",)], ids=["plain", "force"])
 @row(47, "another-seed-while-one-runs")
-def test_another_plan_is_refused_while_one_holds_the_folder(fault, options, stopped, scene, tmp_path, capsys):
+def test_another_plan_is_refused_while_one_holds_the_folder(fault, options, holder, scene, tmp_path, capsys):
     out = tmp_path / "out"
     before = {path.name for path in out.iterdir()}
     assert main(words_of(scene, out, 2, *options)) == 6
-    told = re.escape(f"{out} is held by another run (plan ") + f"[0-9a-f]{{16}}, process {stopped.pid} on .+"
+    told = re.escape(f"{out} is held by another run (plan ") + f"[0-9a-f]{{16}}, process {holder.pid} on .+"
     assert re.search(told, capsys.readouterr().err)
     assert {path.name for path in out.iterdir()} == before
-    assert goes_on(stopped) == 0
+    assert goes_on(holder) == 0
     assert main(["verify", str(out)]) == 0
     assert not (out / LOCK).exists()
     assert json.loads((out / "manifest.json").read_text())["seed"] == 1
@@ -75,22 +72,20 @@ def test_another_plan_is_refused_while_one_holds_the_folder(fault, options, stop
 
 
 @row(47, "force-while-the-same-run-goes-on")
-def test_force_takes_no_living_run_apart(fault, stopped, scene, tmp_path, capsys):
-    same = words_of(scene, tmp_path / "out", 1, "--iterations", "3e6")
+def test_force_takes_no_living_run_apart(fault, holder, scene, tmp_path, capsys):
+    same = words_of(scene, tmp_path / "out", 1)
     assert main([*same, "--force"]) == 6
-    assert f"process {stopped.pid} on" in capsys.readouterr().err
+    assert f"process {holder.pid} on" in capsys.readouterr().err
     assert main(same) == 0  # without it the work is shared
-    assert goes_on(stopped) == 0
+    assert goes_on(holder) == 0
     assert main(["verify", str(tmp_path / "out")]) == 0
 
 
 @row(47, "shards-of-one-plan-share-the-folder")
 def test_shards_of_one_plan_share_a_folder(fault, scene, tmp_path, capsys):
     out = tmp_path / "out"
-    shard = words_of(scene, out, 1, "--iterations", "3e6", "--shard")
-    process = start(*shard, "1/2")
-    wait_for(out, "*photons-0002*", process)
-    process.send_signal(signal.SIGSTOP)
+    shard = words_of(scene, out, 1, "--shard")
+    process = stopped(*shard, "1/2", block=5)
     try:
         assert main([*shard, "2/2"]) == 0
         assert main([*shard, "1/2"]) == 0  # which the stopped process makes, too
@@ -105,10 +100,9 @@ def test_shards_of_one_plan_share_a_folder(fault, scene, tmp_path, capsys):
 
 
 @row(47, "killed-holder")
-def test_a_killed_holder_blocks_nobody(fault, stopped, scene, tmp_path):
+def test_a_killed_holder_blocks_nobody(fault, holder, scene, tmp_path):
     out = tmp_path / "out"
-    stopped.kill()
-    stopped.wait(timeout=60)
+    end_by(holder, signal.SIGKILL)
     assert (out / LOCK).exists()
     assert main(words_of(scene, out, 2)) == 5
     assert main(words_of(scene, out, 2, "--force")) == 0
@@ -117,7 +111,7 @@ def test_a_killed_holder_blocks_nobody(fault, stopped, scene, tmp_path):
 
 
 def _run_at_once(words: list[str], ready: Any, ended: Any, other_ended: Any, meets: bool, error_file: str) -> None:
-    """Claim the folder when the other process does; with `meets` the one that gets it holds it until the other ended."""
+    """Claim the folder when the other process does; with `meets` its holder waits for the end of the other."""
     from aomc_sky.cli.main import main
 
     held = RunFolder.held

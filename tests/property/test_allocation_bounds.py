@@ -8,7 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 
 from aomc_sky.kernels.arithmetic.error_free import exact_sum, product_over_2_62
@@ -144,20 +144,6 @@ def test_mean_over_offsets_is_the_expectation(mass, n, bits):
     assert total == [m * n * c // WHOLE for c in cumulative.tolist()]
 
 
-@given(st.lists(st.integers(0, 64), min_size=1, max_size=12), photons)
-def test_mean_count_over_a_full_grid_of_offsets_is_n_p(parts, n):
-    """Masses in 64ths: 64 offsets meet every case that 2^62 offsets meet, and the mean is N p exactly."""
-    parts = [*parts, -sum(parts) % 64 or 64]
-    whole = sum(parts)
-    assume(whole & (whole - 1) == 0)
-    cumulative = fixed_point_cumulative(parts)
-    counts = np.zeros(len(parts), dtype=object)
-    for j in range(whole):
-        quotient, _ = product_over_2_62(cumulative, n, j * (WHOLE // whole))
-        counts += np.diff(quotient.astype(object))
-    assert counts.tolist() == [n * part for part in parts]
-
-
 @given(tables(tame), st.integers(-900, 900), photons, seeds, bounded)
 def test_a_power_of_two_changes_nothing(mass, exponent, n, seed, method):
     scaled = np.ldexp(mass, exponent)
@@ -165,15 +151,6 @@ def test_a_power_of_two_changes_nothing(mass, exponent, n, seed, method):
     np.testing.assert_array_equal(
         allocate(scaled, n, method=method, seed=seed), allocate(mass, n, method=method, seed=seed)
     )
-
-
-@given(masses, st.lists(photons, min_size=1, max_size=6), st.randoms(use_true_random=False), seeds)
-def test_bands_may_come_in_any_order(mass, n, random, seed):
-    order = list(range(len(n)))
-    random.shuffle(order)
-    rows = allocate_bands(mass, n, range(len(n)), seed=seed)
-    mixed = allocate_bands(mass, [n[k] for k in order], order, seed=seed)
-    np.testing.assert_array_equal(mixed, rows[order])
 
 
 @given(masses, st.integers(0, 2**53), seeds)

@@ -246,7 +246,7 @@ for path in sys.stdin.read().split():
         except InputFileError as error:
             assert all(problem.message for problem in error.problems)
             n_refused += 1
-assert not {"numba", "scipy"} & set(sys.modules)
+assert not {"numba", "scipy", "pandas", "pvlib"} & set(sys.modules)
 status = dict(line.split(":", 1) for line in open("/proc/self/status"))
 print(n_read, n_refused, int(status["VmHWM"].split()[0]) / 1024)
 """
@@ -275,15 +275,6 @@ def test_every_reader_of_every_mutated_file_is_bounded(tmp_path: Path) -> None:
     assert int(n_read) > 20
     assert int(n_refused) > 5 * len(paths)
     assert float(peak_mb) < MOST_MB
-
-
-@settings(max_examples=200, deadline=None)
-@given(blob=st.binary(max_size=400))
-def test_any_bytes_are_read_or_refused(blob: bytes, tmp_path_factory: pytest.TempPathFactory) -> None:
-    path = tmp_path_factory.getbasetemp() / "blob.inp"
-    path.write_bytes(blob)
-    for read in (read_amc, read_lambbot, read_difcol, read_skydist):
-        read_or_refuse(lambda r=read: r(path), blob.decode("latin-1"))
 
 
 def rows_both_ways(path: Path) -> tuple[Any, Any] | None:

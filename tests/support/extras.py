@@ -24,7 +24,6 @@ PACKAGES = {
     "netcdf": ("xarray", "h5netcdf", "h5py"),
     "plot": ("matplotlib", "PIL"),
     "weather": ("pvlib", "pandas"),
-    "colour": ("colour",),
     "completion": ("shtab",),
     "dask": ("distributed", "dask"),
     "bench": ("mitsuba", "drjit", "PythonicDISORT"),
@@ -33,7 +32,6 @@ PACKAGES = {
 
 DISTRIBUTIONS = {
     "PIL": "matplotlib",
-    "colour": "colour-science",
     "pandas": "pvlib",
     "drjit": "mitsuba",
     "dask": "distributed",
@@ -72,7 +70,6 @@ def commands_wanting(folder: Path) -> dict[str, list[tuple[str, ...]]]:
             ("perez", *PLACE, "--dni", "800", "--dhi", "90"),
             ("perez", "--epw", EPW, "--row", "12"),
         ],
-        "colour": [],  # with netcdf, below
         "completion": [("--print-completion", "bash")],
         "dask": [("run", str(INPUTS / "clear_day"), "--iterations", "100", "--engine", "dask", "--out", f"{new}-dask")],
         "bench": [],  # no command wants it; the scripts of bench/ leave absent peers out with a line
@@ -81,9 +78,7 @@ def commands_wanting(folder: Path) -> dict[str, list[tuple[str, ...]]]:
 
 def commands_wanting_two(folder: Path) -> dict[tuple[str, str], list[tuple[str, ...]]]:
     """Pairs of extras -> commands that want both."""
-    table = ("atmosphere", HAZY, *SUN, "--out-dir", str(folder / "tables"), "--xyzw")
     return {
-        ("netcdf", "colour"): [table],
         ("hdf5", "plot"): [
             ("plot", NIGHT, "--time", "2026-02-14T21:30:00Z", "--out", str(folder / "night.svg")),
         ],

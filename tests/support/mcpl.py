@@ -189,20 +189,6 @@ def encoded(header: McplHeader, records: np.ndarray | bytes = b"") -> bytes:
     return encode_header(header) + (records if isinstance(records, bytes) else records.tobytes())
 
 
-def unpacked(packed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Energies and directions of packed triples, through a file."""
-    from aomc_sky.formats.mcpl.file import read_mcpl
-
-    header = McplHeader(n_particles=len(packed), pdg_code=22, weight=1.0, is_double=packed.dtype == np.float64)
-    records = np.zeros(len(packed), header.record)
-    records["packed"] = packed
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "x.mcpl"
-        path.write_bytes(encoded(header, records))
-        particles = read_mcpl(path).particles()
-    return particles.energy, particles.direction
-
-
 def written_by_libmcpl(library: LibMcpl, source: PhotonSource, path: Path) -> bytes:
     """The file that libmcpl makes of a source's photons and of the head that our writer gives them."""
     header = parsed(McplWriter(source).layouts(tuple(range(source.n_bands)))[0].head)

@@ -17,7 +17,7 @@ from typing import Any
 
 MODULES = ("fcntl", "resource", "termios", "pwd", "grp", "posix_ipc", "syslog")
 FUNCTIONS = (
-    *("fork", "forkpty", "register_at_fork", "fsync", "fdatasync", "pread", "preadv", "pwrite", "pwritev", "readv"),
+    *("fork", "forkpty", "register_at_fork", "fdatasync", "pread", "preadv", "pwrite", "pwritev", "readv"),
     *(
         "writev",
         "sendfile",

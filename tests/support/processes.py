@@ -32,6 +32,23 @@ with open(peak_file, "w") as file:
 sys.exit(code)
 """
 _COMMANDS = ForkServer("aomc_sky.cli.main", "numpy")
+
+_IN_ITS_MIDST = """
+import os, signal, sys
+from aomc_sky.cli.main import main
+from aomc_sky.emission.photon_source import PhotonSource
+block, photons = int(sys.argv.pop(1)), PhotonSource.photons
+
+def photons_or_rest(*arguments, **options):
+    global block
+    block -= 1
+    if block == 0:
+        {rest}
+    return photons(*arguments, **options)
+
+PhotonSource.photons = photons_or_rest
+sys.exit(main())
+"""
 _NUMBA = ForkServer("numba", "numba.core.caching", "numba.core.ccallback")
 
 
@@ -56,7 +73,35 @@ def limited(folder: Path, *words: object, cpu_s: float = MOST_CPU_S) -> Ended:
 
 def start(*words: object, **how: object) -> subprocess.Popen:
     """A process that hears SIGINT, which a shell lets its background jobs ignore and they their children."""
-    command = [sys.executable, "-m", "aomc_sky", *map(str, words)]
+    return _listening([sys.executable, "-m", "aomc_sky", *map(str, words)], **how)
+
+
+def resting(*words: object, block: int, rest: str = "signal.pause()") -> list[str]:
+    """Command line that rests, for ever or until a signal comes, before it makes its block of photons of this number.
+
+    However fast the machine is, it is in its midst then: it works on one thread.
+    """
+    program = _IN_ITS_MIDST.format(rest=rest)
+    return [sys.executable, "-c", program, str(block), *map(str, words), "--threads", "1"]
+
+
+def stopped(*words: object, block: int) -> subprocess.Popen:
+    """A process that has stopped itself, as by SIGSTOP, before its block of photons of this number."""
+    process = _listening(resting(*words, block=block, rest="os.kill(os.getpid(), signal.SIGSTOP)"))
+    now = os.waitid(os.P_PID, process.pid, os.WSTOPPED | os.WEXITED | os.WNOWAIT)
+    assert now is not None
+    assert now.si_code == os.CLD_STOPPED, process.communicate()
+    return process
+
+
+def end_by(process: subprocess.Popen, how: signal.Signals) -> bytes:
+    """Send a signal to a stopped process, and return its standard error when it has ended."""
+    process.send_signal(how)
+    process.send_signal(signal.SIGCONT)
+    return process.communicate(timeout=60)[1]
+
+
+def _listening(command: list[str], **how: object) -> subprocess.Popen:
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **how)

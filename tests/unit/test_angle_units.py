@@ -36,7 +36,7 @@ MODELS = {
 
 def test_the_public_api_has_these_angles():
     assert {name for name, _ in ANGLES} == {
-        "AtmosphereSky", "CieSky", "DirectBeam", "HarrisonCoombesSky", "Medium", "Moon", "PatchGrid", "PerezSky",
+        "AtmosphereSky", "CIESky", "DirectBeam", "HarrisonCoombesSky", "Medium", "Moon", "PatchGrid", "PerezSky",
         "SkyLobe", "plot", "read_radiance_csv",
         "solve_atmosphere", "weather_scene",
     }  # fmt: skip

@@ -162,6 +162,8 @@ def test_wrong_commands_of_the_examples(c_folder):
         (["nowhere", "1"], "no such file"),
         ([], "usage"),
         ([str(INPUTS / "clear_day"), "1", "order=up"], "'patch'"),
+        ([str(INPUTS / "clear_day"), "1e3"], "SEED is no whole number"),
+        ([str(INPUTS / "clear_day"), "-1"], "SEED is no whole number"),
     ):
         done = subprocess.run(["./sky_means", *arguments], cwd=c_folder, capture_output=True, text=True, check=False)
         assert done.returncode != 0

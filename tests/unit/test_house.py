@@ -103,7 +103,7 @@ def test_package_depends_on_its_core_dependencies_alone() -> None:
 def test_no_other_module_calls_what_is_not_everywhere() -> None:
     """mypy checks the same for Windows by typeshed's lists; this test has a list of its own."""
     absent = {*(f"os.{name}" for name in (*FUNCTIONS, *FLAGS)), *(f"signal.{name}" for name in SIGNALS), *ABSENT}
-    absent |= {"os.fsync", "sys.platform", "os.name", "os.open"}
+    absent |= {"sys.platform", "os.name", "os.open"}
     users = {(path.name, name) for path in MODULES for name in (module(path).members | module(path).modules) & absent}
     users -= {("cache.py", "sys.platform"), ("main.py", "os.open")}  # a default value; the null device
     assert {name for name, _ in users} == {"system.py"}

@@ -51,27 +51,6 @@ def test_scene_plot_is_plot(tmp_path):
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
 
 
-@pytest.mark.slow
-def test_in_a_notebook():
-    pytest.importorskip("matplotlib")
-    nbclient, nbformat = pytest.importorskip("nbclient"), pytest.importorskip("nbformat")
-    pytest.importorskip("ipykernel")
-    code = [
-        "import aomc_sky as sky",
-        'scene = sky.Scene(wavebands=[550], n_photons=1000, components="overcast"); scene',
-        "scene.source()",
-        "scene.source().photons(0)",
-        "scene.plot()",
-    ]
-    book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(one) for one in code])
-    nbclient.NotebookClient(book, timeout=120, kernel_name="python3").execute()
-    for cell in book.cells[1:4]:
-        (output,) = cell.outputs
-        assert png_of(output.data["text/html"]).startswith(b"\x89PNG")
-        assert output.data["text/plain"].startswith("<")
-    assert "image/png" in book.cells[4].outputs[0].data
-
-
 def test_photons_one_by_one():
     scene = sky.Scene(
         wavebands=[440, 550, 670],

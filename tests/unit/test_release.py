@@ -37,9 +37,9 @@ def test_recipe_needs_what_the_package_needs() -> None:
     assert listed("run") - {"python >=${{ python_min }}"} == as_conda(PROJECT["dependencies"])
     extras = PROJECT["optional-dependencies"]
     assert extras["all"] == [
-        f"aomc-sky[{','.join(('weather', 'plot', 'completion', 'dask', 'hdf5', 'mcpl', 'netcdf', 'colour', 'bench'))}]"
+        f"aomc-sky[{','.join(('weather', 'plot', 'completion', 'dask', 'hdf5', 'mcpl', 'netcdf', 'bench'))}]"
     ]
-    users = ("weather", "plot", "completion", "dask", "hdf5", "mcpl", "netcdf", "colour")
+    users = ("weather", "plot", "completion", "dask", "hdf5", "mcpl", "netcdf")
     assert listed("run_constraints") == set().union(*(as_conda(extras[name]) for name in users))
     assert "- hatchling >=1.27" in RECIPE
 

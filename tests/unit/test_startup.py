@@ -137,6 +137,7 @@ MODELS = PEREZ | LOBES | ATMOSPHERE | MOON | WEATHER | {"sky_toml", "light", "un
 UNUSED = {
     "clear_day": MODELS,
     "document_example": MODELS,
+    "beam_only": PEREZ | ATMOSPHERE | WEATHER | TABLE | {"uniform"},
     "perez_sky": ATMOSPHERE | WEATHER | TABLE | {"uniform"},
     "sun_and_sky": ATMOSPHERE | WEATHER | TABLE | {"uniform"},
     "night_sky": PEREZ | ATMOSPHERE | WEATHER | TABLE | {"uniform"},
@@ -151,7 +152,7 @@ def run_words(scene: Path, out: Path) -> list[str]:
 
 @pytest.mark.parametrize(
     "scenes",
-    [("clear_day", "document_example"), ("perez_sky", "sun_and_sky"), ("night_sky",), ("atmosphere_sky",)],
+    [("clear_day", "document_example"), ("beam_only", "perez_sky", "sun_and_sky"), ("night_sky",), ("atmosphere_sky",)],
     ids=" ".join,
 )
 def test_a_run_loads_what_its_scene_needs_alone(tmp_path: Path, scenes: tuple[str, ...]) -> None:

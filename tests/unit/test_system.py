@@ -97,8 +97,7 @@ def test_a_link_is_refused_without_the_word_for_it(tmp_path: Path, monkeypatch: 
 
 
 def test_what_the_system_does_not_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    for name in ("sched_getaffinity", "O_DIRECTORY", "fsync"):
+    for name in ("sched_getaffinity", "O_DIRECTORY"):
         monkeypatch.delattr(os, name)
     assert system.n_cpus() == os.cpu_count()
     system.sync_folder(tmp_path / "absent")
-    system.sync_file(-1)

@@ -7,7 +7,7 @@ in its slice (`CellLaw.hook_tables`).
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 
@@ -185,13 +185,6 @@ def _distinct_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
     return np.ascontiguousarray(rows[first]), first, inverse.ravel()
 
 
-class HookTables(Protocol):
-    """Tables of all cells for a hook of the emission."""
-
-    def of_slots(self, slots: np.ndarray) -> tuple[Any, ...]:
-        """The tables of these cells, as the kernel reads them."""
-
-
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BandTable:
     """Arguments of `kernels.emit` for a band with `n` photons."""
@@ -228,11 +221,11 @@ class BandTable:
         cumulative: np.ndarray,
         law: np.ndarray,
         cells: CellWords,
-        rejection: HookTables | None = None,
-        queue: HookTables | None = None,
-        slopes: np.ndarray | None = None,
+        rejection: Any,
+        queue: Any,
+        slopes: np.ndarray | None,
     ) -> BandTable:
-        """Build the tables; photons of a cell start by its `law`, before a rejection or a queue."""
+        """Build the tables; photons of a cell start by its `law`, before a rejection or a queue (`hook_tables`)."""
         n = int(cumulative[-1])
         counts = np.diff(cumulative)
         slots = np.flatnonzero(counts)

@@ -215,7 +215,7 @@ class Emitter:
         table, search, cells, perez, lobes = self._tables(band)
         order = None
         if stream.order_keys.size:
-            order = tuple(np.array([table.n, *split_order(np.uint64(table.n)), *stream.order_keys], np.uint64))
+            order = tuple(np.array([table.n, *split_order(np.uint64(table.n or 1)), *stream.order_keys], np.uint64))
         _, *rest, jitter = stream.arguments()
         ways = (True if table.main == way else None for way in (IN_MU, ANY_WIDTH, NARROW))
         laws = (table.law if table.law.size else None, *ways, perez, lobes, table.slopes)

@@ -21,7 +21,7 @@ try:
         next_signature,
         numbers_signature,
     )
-    from aomc_sky.emission.kernels.hosts.sampler import make_empty, make_fill, make_sample
+    from aomc_sky.emission.kernels.hosts.sampler import make_fill, make_sample
     from aomc_sky.kernels.arguments import fixed_block, typed, words_of
     from aomc_sky.kernels.jit import is_off
 except (ImportError, AttributeError) as error:
@@ -70,9 +70,8 @@ _compiled: dict[tuple[str, tuple[str, ...], object], JittedNext] = {}
 
 def _range_function(emitter: Emitter, band: int) -> tuple[_Block, JittedNext]:
     """The block of a band and the C function for it."""
-    n = emitter.n_photons(band)
-    kernel, arguments = emitter.host_arguments(band) if n else ("", ())
-    block = _Block(n, emitter.number_arguments(band), arguments)
+    kernel, arguments = emitter.host_arguments(band)
+    block = _Block(emitter.n_photons(band), emitter.number_arguments(band), arguments)
     return block, _compiled_once(kernel, emitter.hooks, next_signature(block.kinds, emitter.dtype))
 
 
@@ -125,8 +124,6 @@ class NumbaSampler:
         The index is an integer, 0 to n - 1; any other raises IndexError, a float or bool TypeError
         when it is compiled. Random access, no state, no GIL.
         """
-        if self.n == 0:
-            return make_empty((self.precision.type(0),) * (3 + self.numbers))
         of_photon = self._emitter.photon_arguments(self.band)
         _, _, *words = self._emitter.number_arguments(self.band)
         of_numbers = (self.precision.type(0), of_photon[0], *words[:-1], True if words[-1] else None)

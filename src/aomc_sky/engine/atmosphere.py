@@ -114,7 +114,7 @@ def prepare_table(request: TableRequest) -> AtmosphereTable:
         named = ", ".join(f"{degrees:g}" for degrees, _ in refused)
         raise UsageError(f"--sun-zenith {named}: {refused[0][1]}")
     methods = [one.method for one in lights]
-    check_saves(request.saves, wavelength_nm=medium.wavelength_nm, methods=methods, glow=glow)
+    check_saves(request.saves, methods=methods, glow=glow)
     n_directions = bins[0] * bins[1] + (MOST_SOURCES if request.saves.source else 0)
     n_values = sum(min(one.n_orders, 8) for one in lights) * medium.wavelength_nm.size * n_directions
     if n_values > _MOST_VALUES:

@@ -10,12 +10,11 @@ from pathlib import Path
 
 from aomc_sky.engine.stored_run import StoredRun
 from aomc_sky.errors import ForeignOutputError, SceneError, UsageError
-from aomc_sky.formats.mcpl.file import holds
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder
 from aomc_sky.outputs.photon_formats import photon_writer
-from aomc_sky.outputs.photons.files import ChunkPool, Meter, Progress, photon_files
-from aomc_sky.outputs.photons.mcpl import McplWriter, is_gzip_name, write_mcpl_file
+from aomc_sky.outputs.photons.files import Meter, PhotonFiles, Progress, emit_photons, photon_files
+from aomc_sky.outputs.photons.mcpl import McplWriter
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -26,7 +25,6 @@ class ExportOptions:
     out: str | None = None  #: file or folder; `target_of` has the default
     wavebands: list[int] | None = None  #: only these [1-based]
     scene: str | None = None  #: amc.inp of the run's scene, for `aomc`
-    photons: bool = False  #: photons too, for `netcdf` [at most 1e7]
     threads: int = 0  #: 0 for one per CPU
     force: bool = False  #: replace what is there
 
@@ -86,31 +84,26 @@ def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None
 def target_of(run: StoredRun, options: ExportOptions) -> Path:
     """File or folder of an export; the default is beside the run folder ``out``: ``out-npy``, ``out.mcpl``.
 
-    For formats of one file, a name with another ending is a folder; ``out.mcpl.gz`` is a compressed file.
+    For formats of one file, a name with another ending is a folder.
     """
     _, file_name = EXPORTS[options.to]
     suffix = Path(file_name).suffix
     if options.out is None:
         return run.path.with_name(run.path.name + (suffix or f"-{options.to}"))
     out = Path(options.out).absolute()
-    if options.to == "mcpl" and is_gzip_name(out) and not out.is_dir():
-        return out
+    if out.suffix.lower() == ".gz":
+        raise UsageError(f"--out {options.out}: an export is not packed; write {out.stem} and run gzip on it")
     return out / file_name if file_name and (out.suffix != suffix or out.is_dir()) else out
 
 
 def _export_mcpl(job: _Job) -> tuple[list[str], bool]:
-    """One MCPL file, compressed if its name ends in ".gz"."""
-    source, target = job.run.source, job.folder.path / job.name
+    """One MCPL file."""
+    (file,) = photon_files(job.folder, [McplWriter(job.run.source, job.name)], job.bands)
     if not job.options.force and job.folder.size_of(job.name) is not None:
-        (layout,) = McplWriter(source).layouts(job.bands)
-        is_complete = job.folder.holds(job.name, layout.head, layout.size)
-        if is_gzip_name(target):
-            is_complete = holds(target, layout.head, layout.size)
-        if not is_complete:
+        if file.missing:
             raise ForeignOutputError(_foreign(job))
         return [job.name], True
-    meter = Meter(job.progress, sum(source.n_photons(band) for band in job.bands))
-    write_mcpl_file(source, job.bands, target, threads=job.options.threads, count=meter.add)
+    _emit(job, [file])
     return [job.name], False
 
 
@@ -118,17 +111,18 @@ def _export_photons(job: _Job) -> tuple[list[str], bool]:
     """Photon files as a run writes them; complete files are kept."""
     source, force = job.run.source, job.options.force
     with job.folder.held(source.plan, force=force):
-        parts = photon_files(job.folder, [photon_writer(job.options.to)(source)], job.bands)
-        missing = [part for part in parts if force or part.missing]
-        job.folder.require_space(sum(part.n_bytes_missing for part in missing))
-        meter = Meter(job.progress, sum(source.n_photons(band) for part in missing for band in part.bands))
-        announce_photons(meter.total)
-        with ChunkPool(source, job.options.threads) as pool:
-            for part in missing:
-                with part.writing() as write:
-                    for band in part.bands:
-                        pool.emit(band, [(part.writer, write)], meter.add)
-    return [layout.name for part in parts for layout in part.layouts], not missing
+        files = photon_files(job.folder, [photon_writer(job.options.to)(source)], job.bands)
+        missing = [file for file in files if force or file.missing]
+        _emit(job, missing)
+    return [layout.name for file in files for layout in file.layouts], not missing
+
+
+def _emit(job: _Job, files: list[PhotonFiles]) -> None:
+    source, bands = job.run.source, [band for file in files for band in file.bands]
+    job.folder.require_space(sum(layout.size for file in files for layout in file.layouts))
+    meter = Meter(job.progress, sum(source.n_photons(band) for band in bands))
+    announce_photons(meter.total)
+    emit_photons(source, files, bands, job.options.threads, meter.add)
 
 
 def _foreign(job: _Job) -> str:
@@ -141,10 +135,10 @@ def _export_netcdf(job: _Job) -> tuple[list[str], bool]:
 
     target = job.folder.path / job.name
     if not job.options.force and job.folder.size_of(job.name) is not None:
-        if plan_of_netcdf(target, photons=job.options.photons) != job.run.source.plan.sha256:
+        if plan_of_netcdf(target) != job.run.source.plan.sha256:
             raise ForeignOutputError(_foreign(job))
         return [job.name], True
-    write_netcdf(job.run.source, target, photons=job.options.photons)
+    write_netcdf(job.run.source, target)
     return [job.name], False
 
 
@@ -181,8 +175,7 @@ def _export_aomc(job: _Job) -> tuple[list[str], bool]:
         check_scene(amc_inp, source.plan.arrays["wavelength_nm"])
         if amc_inp.parent.resolve() == job.folder.path.resolve():
             raise UsageError(f"{job.folder.path} holds the scene itself; choose another --out")
-    scene = "AMC_INP" if amc_inp is None else os.path.relpath(amc_inp)
-    sky = aomc_sky(source, job.bands, scene=scene, run=os.path.relpath(job.run.path))
+    sky = aomc_sky(source, job.bands)
     with job.folder.held(source.plan, force=job.options.force):
         names = write_aomc_folder(sky, job.folder, amc_inp)
     job.launched.extend(sky.counts.sum(axis=(1, 2)).tolist())

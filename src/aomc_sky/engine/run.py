@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import platform
@@ -28,6 +27,7 @@ from aomc_sky.outputs.photons.files import (
     Meter,
     Progress,
     complete_formats,
+    emit_photons,
     photon_files,
     run_files,
     stored_files,
@@ -187,14 +187,7 @@ def make_photons(
         return {band: PhotonSums(source.replicates) for band in bands}, 0
     meter = Meter(progress, sum(source.n_photons(band) for band in bands))
     announce_photons(meter.total)
-    sums = {}
-    with ChunkPool(source, options.threads) as pool, contextlib.ExitStack() as stack:
-        shared = [(f.writer, stack.enter_context(f.writing())) for f in missing if len(f.bands) > 1]
-        for band in bands:
-            with contextlib.ExitStack() as of_band:
-                own = [(f.writer, of_band.enter_context(f.writing())) for f in missing if f.bands == (band,)]
-                sums[band] = pool.emit(band, [*own, *shared], meter.add)
-    return sums, meter.done
+    return emit_photons(source, missing, bands, options.threads, meter.add), meter.done
 
 
 def finish_run(source: PhotonSource, scene: Scene, folder: RunFolder, sums: Sums) -> dict[str, Any]:
@@ -249,7 +242,8 @@ def stream_job(source: PhotonSource, pipe: BinaryIO, threads: int, progress: Pro
     except OSError as error:
         raise OutputError(f"cannot write to standard output: {error.strerror or error}") from error
     bands = [band_result(source, band, of_band) for band, of_band in zip(chosen, sums, strict=True)]
-    return JobResult(bands=bands, seconds=time.perf_counter() - started, emitted=meter.done)
+    seconds = time.perf_counter() - started
+    return JobResult(bands=bands, seconds=seconds, emitted=meter.done, threads=threads or n_cpus())
 
 
 def check_memory(source: PhotonSource, options: JobOptions) -> None:

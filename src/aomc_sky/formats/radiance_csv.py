@@ -35,6 +35,10 @@ _SAY_AZIMUTH = (
     f"write --azimuth-convention {'|'.join(CONVENTIONS)} (azimuth_convention=), or a line '# azimuth: clockwise from "
     "north', '# azimuth: from the sun'"
 )
+_ASSUMED_AZIMUTH = (
+    "the file does not say from where azimuths count; they are taken from +x (east) towards +y (north), as in "
+    "skydist.inp; --azimuth-convention (azimuth_convention=) says otherwise"
+)
 _SAY_ANGLE = "write --angle-unit deg or rad (angle_unit=), or a line '# angle unit: deg', or name the column zenith_deg"
 _SAY_SUN = (
     "write --sun-azimuth DEG, from east towards north (sun_azimuth_deg=), or a line '# sun azimuth: 225 clockwise from "
@@ -283,18 +287,21 @@ class _Table:
     def _converted(self, azimuth: np.ndarray, column: _Column, sun_azimuth: float | None) -> np.ndarray:
         """Azimuths from +x towards +y."""
         text, span = self.head.get("azimuth", ("", column.span))
-        usual = "from_sun" if column.name.role == "relative azimuth" and not text else None
-        convention = self.given.get("azimuth") or convention_of(text) or usual
-        if convention is None:
-            what = f"{quoted(text)} does not say" if text else "nothing says"
-            self._bad(span, f"{what} from where azimuths count", _SAY_AZIMUTH)
-        elif not convention.startswith("from_sun"):
+        convention = self.given.get("azimuth") or convention_of(text)
+        if convention is None and text:
+            self._bad(span, f"{quoted(text)} does not say from where azimuths count", _SAY_AZIMUTH)
+            return azimuth
+        if convention is None and column.name.role == "relative azimuth":
+            convention = "from_sun"
+        elif convention is None:
+            self.remarks.append(_ASSUMED_AZIMUTH)
+            convention = "enu_from_east"
+        if not convention.startswith("from_sun"):
             return to_enu_azimuth_deg(azimuth, AzimuthConvention[convention.upper()])
-        elif sun_azimuth is None:
+        if sun_azimuth is None:
             self._bad(span, "azimuths count from the sun, but nothing says where it is", _SAY_SUN)
-        else:
-            return azimuth_from_sun_deg(azimuth, sun_azimuth, clockwise=convention == "from_sun_clockwise")
-        return azimuth
+            return azimuth
+        return azimuth_from_sun_deg(azimuth, sun_azimuth, clockwise=convention == "from_sun_clockwise")
 
     def _factor(self, light: list[_Column]) -> float:
         """The unit in W m-2 nm-1 sr-1; 0 for relative radiances."""

@@ -17,7 +17,7 @@ from aomc_sky.errors import PluginError
 SKY_MODELS = {
     "atmosphere": "aomc_sky.skies.atmosphere.model:AtmosphereSky",
     "cardioidal": "aomc_sky.skies.overcast:OvercastSky",
-    "cie": "aomc_sky.skies.cie:CieSky",
+    "cie": "aomc_sky.skies.cie:CIESky",
     "harrison-coombes": "aomc_sky.skies.harrison_coombes:HarrisonCoombesSky",
     "lobes": "aomc_sky.skies.lobes.sky:LobeSky",
     "overcast": "aomc_sky.skies.overcast:OvercastSky",

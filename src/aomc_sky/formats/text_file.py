@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from aomc_sky.errors import NOWHERE, InputFileError, OutputError, Span
-from aomc_sky.system import FileKindError, open_regular, sync_file
+from aomc_sky.system import FileKindError, open_regular
 
 MAX_LINE_BYTES = 65_536
 MAX_FILE_BYTES = 2**31
@@ -171,7 +171,7 @@ def write_bytes_atomically(path: str | Path, data: bytes) -> None:
         with os.fdopen(handle, "wb") as file:
             file.write(data)
             file.flush()
-            sync_file(file.fileno())
+            os.fsync(file.fileno())
         umask = os.umask(0)
         os.umask(umask)
         os.chmod(temporary, 0o666 & ~umask)

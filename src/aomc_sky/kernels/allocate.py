@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from aomc_sky.kernels.arithmetic.constants import ONE, U64, ZERO
-from aomc_sky.kernels.arithmetic.elementary import LN2_HI, LN2_LO, exp_reduced, log_of_parts, uniform_f64
+from aomc_sky.kernels.arithmetic.elementary import exp_level, log_level, uniform_f64
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.jit import inner, kernel
 
@@ -17,46 +17,24 @@ _TAIL = 1e-20
 
 
 @inner
-def log(x):
-    """Natural logarithm of a positive float64; within 1 ulp for normal numbers.
-
-    The argument is split exactly into 2^k (1 + f) with 1 + f in [sqrt(1/2), sqrt(2)); see `log_of_parts`.
-    """
-    m, k = math.frexp(x)
-    if m < 0.7071067811865476:
-        m = m + m
-        k = k - 1
-    return log_of_parts(m - 1.0, k)
-
-
-@inner
-def exp(x):
-    """Exponential of a float64 in [-745, 709]; within 1 ulp where the result is a normal number."""
-    if x < -745.2:
-        return 0.0
-    k = np.rint(x * 1.4426950408889634)
-    return math.ldexp(exp_reduced(x - k * LN2_HI, k * LN2_LO), int(k))
-
-
-@inner
 def _log1p(x):
     """log(1 + x) for x > -1, within 2 ulp (Kahan's quotient)."""
     y = 1.0 + x
     if y == 1.0:
         return x
-    return log(y) * (x / (y - 1.0))
+    return log_level(y) * (x / (y - 1.0))
 
 
 @inner
 def _stirling_rest(k):
     """Log k! - ((k + 1/2) log(k + 1) - (k + 1) + log(2 pi) / 2); absolute error below 1e-11."""
     if k < 10.0:
-        factorial = 1.0
+        factorial = np.float64(1.0)
         j = 2.0
         while j <= k:
             factorial *= j
             j += 1.0
-        return log(factorial) - ((k + 0.5) * log(k + 1.0) - (k + 1.0) + 0.9189385332046728)
+        return log_level(factorial) - ((k + 0.5) * log_level(k + 1.0) - (k + 1.0) + 0.9189385332046728)
     x = k + 1.0
     y = 1.0 / (x * x)
     return (1.0 / 12.0 - (1.0 / 360.0 - (1.0 / 1260.0 - y / 1680.0) * y) * y) / x
@@ -75,7 +53,7 @@ def _binomial_by_inversion(n, p, u):
     Rounding may leave a rest of u that no later term uses up. Beyond the mean, the search therefore ends when the rest
     of the distribution is far below 2^-53, the resolution of u.
     """
-    term = exp(n * _log1p(-p))
+    term = exp_level(n * _log1p(-p))
     odds = p / (1.0 - p)
     mean = n * p
     k = 0.0
@@ -91,7 +69,7 @@ def _binomial_by_inversion(n, p, u):
 @inner
 def _mode_constants(n, p, mode):
     """The parts of `_log_ratio` that do not depend on k."""
-    slope = log((p / (1.0 - p)) * ((n - mode + 1.0) / (mode + 1.0)))
+    slope = log_level((p / (1.0 - p)) * ((n - mode + 1.0) / (mode + 1.0)))
     return slope, _stirling_rest(mode) + _stirling_rest(n - mode)
 
 
@@ -137,7 +115,7 @@ def _binomial_by_rejection(n, p, key, cell, band):
             return k
         if k < 0.0 or k > n:
             continue
-        if log(v * alpha / (a / (us * us) + b)) <= _log_ratio(n, k, mode, slope, at_mode):
+        if log_level(v * alpha / (a / (us * us) + b)) <= _log_ratio(n, k, mode, slope, at_mode):
             return k
 
 

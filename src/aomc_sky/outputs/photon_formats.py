@@ -6,15 +6,13 @@ import re
 from importlib import import_module
 from typing import Any
 
-from aomc_sky.errors import UsageError
-
 PHOTON_FORMATS = {
     "npy": "aomc_sky.outputs.photons.npy:NpyWriter",
     "mcpl": "aomc_sky.outputs.photons.mcpl:McplWriter",
     "raw": "aomc_sky.outputs.photons.raw:RawWriter",
     "csv": "aomc_sky.outputs.photons.csv:CsvWriter",
 }
-"""Name of a photon format -> "module:Class", in the order of manifests; "none" writes counts and plan only."""
+"""Name of a photon format, in which its files end -> "module:Class", in the order of manifests."""
 
 FOLDER_FORMATS = tuple(name for name in PHOTON_FORMATS if name != "csv")
 """Formats in a run folder; csv is for export alone."""
@@ -25,14 +23,12 @@ WAVEBAND = "(?:[0-9]{4}|[1-9][0-9]{4,8})"
 
 def photon_writer(name: str) -> Any:
     """The writer class of a photon format."""
-    target = PHOTON_FORMATS.get(name)
-    if target is None:
-        raise UsageError(f"there is no photon format {name!r}; the formats are {', '.join(PHOTON_FORMATS)} and none")
-    module, _, attribute = target.partition(":")
+    module, _, attribute = PHOTON_FORMATS[name].partition(":")
     return getattr(import_module(module), attribute)
 
 
-def file_pattern(*formats: str) -> str:
-    """Pattern of the names of all files of these formats."""
-    names = [re.escape(name) for key in formats for name in photon_writer(key).names]
-    return "|".join(name.replace(re.escape("{:04d}"), WAVEBAND) for name in names)
+def is_photon_file(name: str) -> bool:
+    """Whether this is the name of a file of photons."""
+    ending = name.rpartition(".")[2]
+    names = map(re.escape, photon_writer(ending).names if ending in PHOTON_FORMATS else ())
+    return any(re.fullmatch(pattern.replace(re.escape("{:04d}"), WAVEBAND), name) for pattern in names)

@@ -5,11 +5,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cache
 from itertools import chain
 
 from aomc_sky.errors import UsageError
-from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, WAVEBAND, file_pattern
+from aomc_sky.outputs.photon_formats import WAVEBAND, is_photon_file
 
 BLOCK = 65_536
 """Photons that are made, written and summed together. In numpy files they fill whole pages of 4096 bytes."""
@@ -82,17 +81,17 @@ def is_temporary_file(name: str) -> bool:
     return re.fullmatch(r"\.aomc-sky-.+\.[0-9a-f]{8}", name, re.DOTALL) is not None
 
 
-@cache
-def _ours() -> re.Pattern[str]:
-    return re.compile(
-        rf"plan\.npz|manifest\.json|counts\.(?:csv|npz)|{file_pattern(*PHOTON_FORMATS)}|(?:{file_pattern('npy')})\.part"
-        rf"|shard-[0-9]{{1,7}}-of-[0-9]{{1,7}}\.done|blocks-{WAVEBAND}\.npy"  # the last is of version 0.2
-    )
+_OTHERS = re.compile(
+    rf"plan\.npz|manifest\.json|counts\.(?:csv|npz)|shard-[0-9]{{1,7}}-of-[0-9]{{1,7}}\.done|blocks-{WAVEBAND}\.npy"
+)
+"""Files that hold no photons; the last is of version 0.2."""
 
 
 def is_run_file(name: str) -> bool:
     """Whether this is the name of a file of a run."""
-    return _ours().fullmatch(name) is not None
+    if _OTHERS.fullmatch(name) is not None:
+        return True
+    return is_photon_file(name.removesuffix(PART) if name.endswith(f".npy{PART}") else name)
 
 
 _MARK = re.compile(r"shard-([0-9]{1,7})-of-([0-9]{1,7})\.done")

@@ -14,54 +14,25 @@ from aomc_sky.emission.irradiance import scalar_has_variance
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.kernels.backend import use_kernels
 
-_MOST_TERMS = 4096
+_UNITS = 1 << 1074
+"""Sums are whole numbers of units of 2^-1074, as every finite float is one: their order does not matter."""
+_INFINITE = 1 << 2200
+"""Units that stand for an infinite term; finite terms never reach them, and no float holds them."""
 
 
-class ExactSum:
-    """A sum without rounding errors, which does not depend on the order or grouping of its terms.
-
-    Many terms are replaced by an expansion: the sum rounded to nearest, the rest rounded, and so on down to zero. These
-    are at most forty numbers with exactly the same sum. The sum is infinite if a term is not finite, or if it exceeds
-    the range of floats.
-    """
-
-    __slots__ = ("_terms",)
-
-    def __init__(self) -> None:
-        self._terms: list[float] = []
-
-    def add(self, *terms: float) -> None:
-        """Add numbers."""
-        self._terms += terms
-        if len(self._terms) > _MOST_TERMS:
-            self._terms = _expansion(self._terms)
-
-    @property
-    def terms(self) -> list[float]:
-        """A few numbers with exactly this sum."""
-        return _expansion(self._terms)
-
-    @property
-    def value(self) -> float:
-        """The sum, correctly rounded."""
-        return _rounded(self._terms)
+def _units(value: float) -> int:
+    if not math.isfinite(value):
+        return _INFINITE
+    numerator, denominator = value.as_integer_ratio()
+    return numerator * (_UNITS // denominator)
 
 
-def _rounded(terms: list[float]) -> float:
+def _rounded(units: int) -> float:
+    """The nearest float; infinite beyond their range."""
     try:
-        return math.fsum(terms) if all(map(math.isfinite, terms)) else math.inf
+        return units / _UNITS
     except OverflowError:
         return math.inf
-
-
-def _expansion(terms: list[float]) -> list[float]:
-    parts: list[float] = []
-    while part := _rounded(terms):
-        parts.append(part)
-        if math.isinf(part):
-            return [part]
-        terms = [*terms, -part]
-    return parts
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -84,40 +55,36 @@ class PhotonSums:
 
     def __init__(self, replicates: int = 1) -> None:
         self._n_photons = [0] * replicates
-        self._sums = {name: [ExactSum() for _ in range(replicates)] for name in _SUMMED}
+        self._sums = {name: [0] * replicates for name in _SUMMED}
 
     def add(self, blocks: Iterable[BlockSums]) -> None:
         """Add the sums of blocks."""
         for block in blocks:
             self._n_photons[block.replicate] += block.n_photons
             for name, sums in self._sums.items():
-                sums[block.replicate].add(getattr(block, name))
+                sums[block.replicate] += _units(getattr(block, name))
 
     def add_sums(self, other: PhotonSums) -> None:
         """Add the sums of other photons of the same band."""
         self._n_photons = [a + b for a, b in zip(self._n_photons, other._n_photons, strict=True)]
         for name, sums in self._sums.items():
-            for of_replicate, of_other in zip(sums, other._sums[name], strict=True):
-                of_replicate.add(*of_other.terms)
+            self._sums[name] = [a + b for a, b in zip(sums, other._sums[name], strict=True)]
 
     def as_json(self) -> dict[str, Any]:
-        """The sums as JSON values, exactly; an infinite sum is null."""
-        sums = {name: [[finite(t) for t in of_one.terms] for of_one in sums] for name, sums in self._sums.items()}
-        return {"n_photons": self._n_photons, **sums}
+        """The sums as JSON values, exactly."""
+        return {"n_photons": self._n_photons, **self._sums}
 
     @classmethod
     def from_json(cls, values: dict[str, Any], replicates: int) -> PhotonSums:
         """The sums from the result of `as_json`; ValueError for anything else."""
         sums = cls(replicates)
         try:
-            sums._n_photons = [operator.index(n) for n in values["n_photons"]]
-            for name, of_replicates in sums._sums.items():
-                for of_replicate, terms in zip(of_replicates, values[name], strict=True):
-                    of_replicate.add(*(math.inf if term is None else float(term) for term in terms))
+            sums._n_photons, *columns = ([operator.index(n) for n in values[key]] for key in ("n_photons", *_SUMMED))
         except (KeyError, TypeError) as error:
             raise ValueError(f"these are no sums of photons ({error})") from error
-        if len(sums._n_photons) != replicates:
-            raise ValueError(f"these are sums of {len(sums._n_photons)} replicates, not {replicates}")
+        sums._sums = dict(zip(_SUMMED, columns, strict=True))
+        if {len(column) for column in (sums._n_photons, *columns)} != {replicates}:
+            raise ValueError(f"these are not sums of {replicates} replicates")
         return sums
 
     @property
@@ -127,7 +94,7 @@ class PhotonSums:
 
     def total(self, name: str) -> float:
         """One sum over all photons, correctly rounded."""
-        return _rounded([term for of_replicate in self._sums[name] for term in of_replicate.terms])
+        return _rounded(sum(self._sums[name]))
 
     def mean(self, name: str) -> float | None:
         """Mean over all photons, or None without photons; infinite if a photon is horizontal."""
@@ -139,8 +106,8 @@ class PhotonSums:
 
     def standard_error(self, name: str) -> float | None:
         """Standard error of `mean`, from the scatter of the replicates."""
-        totals = [of_replicate.value for of_replicate in self._sums[name]]
-        return standard_error(np.array(totals), np.array(self._n_photons, np.float64))
+        totals = np.array([_rounded(units) for units in self._sums[name]])
+        return standard_error(totals, np.array(self._n_photons, np.float64))
 
 
 def standard_error(totals: np.ndarray, n_photons: np.ndarray) -> float | None:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import UsageError
+from aomc_sky.kernels.arithmetic.elementary import sin_cos
 from aomc_sky.kernels.phase import scatter as formulas
 from aomc_sky.phase.vectorised import checked, evaluate, precision_of
 
@@ -21,7 +22,7 @@ _LENGTH_TOLERANCE = 1e-3
 
 
 def _step(ux: Any, uy: Any, uz: Any, one_minus_mu: Any, sin_theta: Any, share: Any) -> tuple[Any, ...]:
-    cosine, sine = formulas.cos_sin(share)
+    sine, cosine = sin_cos(4.0 * share)
     return formulas.turned(ux, uy, uz, one_minus_mu, sin_theta, cosine, sine)
 
 

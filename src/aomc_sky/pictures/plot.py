@@ -126,7 +126,7 @@ def plot(
     Examples
     --------
     >>> figure = sky.plot(
-    ...     sky.CieSky(type=12, sun_zenith_deg=40.0, sun_azimuth_deg=0.0),
+    ...     sky.CIESky(type=12, sun_zenith_deg=40.0, sun_azimuth_deg=0.0),
     ...     "clear.png",
     ...     size_px=600,
     ... )

@@ -12,7 +12,7 @@ import json
 import math
 import os
 import zipfile
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -72,7 +72,6 @@ class Plan:
 
     arrays: dict[str, np.ndarray]
     options: dict[str, Any]
-    _checked: tuple[dict[str, np.ndarray], str] | None = field(default=None, init=False, repr=False, compare=False)
 
     __eq__ = same_content
 
@@ -82,18 +81,8 @@ class Plan:
         return f"<Plan {self.sha256[:16]}: {total} photons in {bands}, {self.n_cells} cells, seed {self.seed}>"
 
     def check(self, path: str | Path = "plan") -> None:
-        """Raise unless photons can be made; equal read-only arrays and options are checked only once.
-
-        InputFileError: E952 to E955, with the member of `path`, what was found and what is allowed.
-        """
-        if self._checked is not None:
-            arrays, options = self._checked
-            same = arrays.keys() == self.arrays.keys() and all(a is self.arrays[n] for n, a in arrays.items())
-            if same and options == repr(self.options):
-                return
+        """Raise unless photons can be made: InputFileError E952 to E955, which calls the plan `path`."""
         check_plan(self.arrays, self.options, str(path))
-        if not any(array.flags.writeable for array in self.arrays.values()):
-            object.__setattr__(self, "_checked", (dict(self.arrays), repr(self.options)))
 
     @property
     def seed(self) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from dataclasses import InitVar, dataclass
 
@@ -36,7 +37,7 @@ TYPES = (
 
 @in_both_units
 @dataclass(frozen=True, kw_only=True, slots=True)
-class CieSky(Share):
+class CIESky(Share):
     """One of the fifteen standard general skies of the CIE: radiance f(p) phi(z) / (f(Z) phi(0)).
 
     phi(z) = 1 + a exp(b / cos z) and f(p) = 1 + c (exp(d p) - exp(d pi/2)) + e cos^2 p. A sky element has the zenith
@@ -53,13 +54,13 @@ class CieSky(Share):
     sun_zenith_deg, or sun_zenith_rad : float
         Zenith angle of the sun. [0 to below 90 degrees]
     sun_azimuth_deg, or sun_azimuth_rad : float
-        Azimuth of the sun from +x (east) towards +y (north). [any turn]
+        Azimuth of the sun from +x (east) towards +y (north); 0 by default. [any turn]
     strength, irradiance_W_m2_nm : array_like, optional
         As for `UniformSky`. [>= 0]
 
     Examples
     --------
-    >>> model = sky.CieSky(type=12, sun_zenith_deg=40.0, sun_azimuth_deg=0.0)
+    >>> model = sky.CIESky(type=12, sun_zenith_deg=40.0, sun_azimuth_deg=0.0)
     >>> scene = sky.Scene(wavebands=[550.0], n_photons=1000, components=model)
     >>> scene.source().total
     1000
@@ -75,7 +76,8 @@ class CieSky(Share):
         if isinstance(self.type, bool) or self.type not in range(1, 16):
             raise SceneError(f"type of a CIE sky must be a whole number from 1 to 15, got {self.type!r}")
         check_share(self)
-        settle_angles(self, sun_zenith_rad=sun_zenith_deg, sun_azimuth_rad=sun_azimuth_deg)
+        settle_angles(self, sun_zenith_rad=sun_zenith_deg)
+        settle_angles(self, default=0.0, sun_azimuth_rad=sun_azimuth_deg)
         self._law()  # which checks the sun
 
     def _law(self) -> PerezSky:
@@ -97,4 +99,4 @@ class CieSky(Share):
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One component of patches."""
-        return self._law().lower(wavelength_nm)
+        return tuple(dataclasses.replace(one, name="cie") for one in self._law().lower(wavelength_nm))

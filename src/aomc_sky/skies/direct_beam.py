@@ -10,7 +10,6 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import Component, Law
 from aomc_sky.directions import arcsin_deg, in_both_units, settle_angles, sin_cos_deg
 from aomc_sky.errors import SceneError
-from aomc_sky.float_mode import in_default_mode
 from aomc_sky.skies.model import Share, check_share, with_share
 
 SOLAR_RADIUS_DEG = 0.2665  #: Mean angular radius of the solar disc.
@@ -54,7 +53,6 @@ class DirectBeam(Share):
     sun_azimuth_rad: InitVar[float | None] = None
     radius_rad: InitVar[float | None] = None
 
-    @in_default_mode
     def __post_init__(
         self, sun_zenith_rad: float | None, sun_azimuth_rad: float | None, radius_rad: float | None
     ) -> None:

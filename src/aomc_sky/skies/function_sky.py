@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.errors import AomcSkyError, SceneError
-from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.model import Share, check_share, sky_model, with_share
 from aomc_sky.skies.patch_integrals import SURE_SPOT, TOLERANCE, PatchIntegrals, integrate_patches
@@ -121,7 +120,6 @@ class FunctionSky(Share):
         """
         return np.array([self._of(nm).error for nm in _wavelengths(wavelength_nm)])
 
-    @in_default_mode
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One component of law CELL_SLOPED, a row of masses for each wavelength; its strength is the irradiance."""
         wavelengths = _wavelengths(wavelength_nm)
@@ -161,7 +159,6 @@ class FunctionSky(Share):
         widest = columns.max() * np.sin(np.deg2rad(grid.zenith_bounds_deg[:, 1].max()))
         return SURE_SPOT * float(max(rings.max(), widest))
 
-    @in_default_mode
     def refined(self, tolerance: float, *, wavelength_nm: ArrayLike = (400.0, 550.0, 700.0)) -> FunctionSky:
         """Return this sky on an even grid, as coarse as it may be, whose `variation` is at most `tolerance`.
 

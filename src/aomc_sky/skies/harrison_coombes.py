@@ -33,9 +33,9 @@ class HarrisonCoombesSky(Share):
     sun_zenith_deg, or sun_zenith_rad : float
         Zenith angle of the sun. [0 to below 90 degrees]
     sun_azimuth_deg, or sun_azimuth_rad : float
-        Azimuth of the sun from +x (east) towards +y (north). [any turn]
-    cloud : float
-        Cover of opaque clouds C. [0, the default, to 1]
+        Azimuth of the sun from +x (east) towards +y (north); 0 by default. [any turn]
+    cloud_cover : float
+        Cover C of opaque clouds. [0, the default, to 1]
     strength, irradiance_W_m2_nm : array_like, optional
         As for `UniformSky`. [>= 0]
 
@@ -53,15 +53,16 @@ class HarrisonCoombesSky(Share):
 
     sun_zenith_rad: float = None  # type: ignore[assignment]
     sun_azimuth_rad: float = None  # type: ignore[assignment]
-    cloud: float = 0.0
+    cloud_cover: float = 0.0
     sun_zenith_deg: InitVar[float | None] = None
     sun_azimuth_deg: InitVar[float | None] = None
 
     def __post_init__(self, sun_zenith_deg: float | None, sun_azimuth_deg: float | None) -> None:
-        if not 0.0 <= self.cloud <= 1.0:
-            raise SceneError(f"cloud must be the cover of opaque clouds, 0 to 1, got {self.cloud!r}")
+        if not 0.0 <= self.cloud_cover <= 1.0:
+            raise SceneError(f"cloud_cover must be 0 to 1, got {self.cloud_cover!r}")
         check_share(self)
-        settle_angles(self, sun_zenith_rad=sun_zenith_deg, sun_azimuth_rad=sun_azimuth_deg)
+        settle_angles(self, sun_zenith_rad=sun_zenith_deg)
+        settle_angles(self, default=0.0, sun_azimuth_rad=sun_azimuth_deg)
         self._law()  # which checks the sun
 
     def _law(self) -> PerezSky:
@@ -78,17 +79,17 @@ class HarrisonCoombesSky(Share):
         """C N_cloud + (1 - C) N_clear of sky elements; 0 below the horizon."""
         law, cosine = self._law(), math.cos(self.sun_zenith_rad)
         clear = law.radiance(sky_zenith_rad, sky_azimuth_rad, wavelength_nm) * (-1.63 * math.expm1(-0.53 / cosine))
-        if self.cloud == 0:
+        if self.cloud_cover == 0:
             return clear
         aureole = dataclasses.replace(law, coefficients=(0.0, 0.0, 0.72, -1.88, 0.0))  # 1 + 0.72 exp(-1.88 p)
         cloudy = aureole.radiance(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
         rest = 0.12 * self.sun_zenith_rad - 0.55 + 0.43 * np.cos(sky_zenith_rad)
-        return np.where(cloudy > 0, self.cloud * (cloudy + rest) + (1.0 - self.cloud) * clear, 0.0)
+        return np.where(cloudy > 0, self.cloud_cover * (cloudy + rest) + (1.0 - self.cloud_cover) * clear, 0.0)
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One component of patches."""
-        if self.cloud == 0:
-            return self._law().lower(wavelength_nm)
+        if self.cloud_cover == 0:
+            return tuple(dataclasses.replace(one, name="harrison-coombes") for one in self._law().lower(wavelength_nm))
         (one,) = FunctionSky(self.radiance, name="harrison-coombes").lower(550.0)  # for all wavelengths
         strength = np.full(np.size(wavelength_nm), one.strength[0])
         return with_share(self, (dataclasses.replace(one, strength=strength),))

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import Component
 from aomc_sky.directions import given_angle, sky_from_travel, travel_from_sky
 from aomc_sky.errors import InputWarning, SceneError
-from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.function_sky import FunctionSky
 from aomc_sky.skies.model import Share, check_share, with_share
@@ -210,7 +209,6 @@ class RadianceField(Share):
         parts = [share * self.interpolant(row)(zenith, azimuth) for row, share in self.rows_of(wavelength_nm)]
         return parts[0] if len(parts) == 1 else parts[0] + parts[1]
 
-    @in_default_mode
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One component of patches; its strength is the irradiance, in W m-2 nm-1 where the radiances are absolute."""
         nm = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)).ravel()

@@ -11,7 +11,6 @@ import numpy as np
 
 from aomc_sky.directions import sky_from_travel, travel_from_sky
 from aomc_sky.errors import InputWarning
-from aomc_sky.float_mode import in_default_mode
 
 GLOBAL_POINTS = 1000  #: Up to so many directions one spline serves the sky; of more, each direction has its neighbours.
 NEIGHBOURS = 32
@@ -49,7 +48,6 @@ class Interpolant(NamedTuple):
         return np.asarray((np.exp(value) if self.is_log else value * value).reshape(at.shape[1:]))
 
 
-@in_default_mode
 def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | None = None) -> tuple[Interpolant, ...]:
     """Interpolate radiances (n_wl, n) in directions (n, 3), three or more, none of n_wl dark everywhere."""
     from scipy.interpolate import RBFInterpolator

@@ -46,3 +46,7 @@ class OvercastSky(Share):
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One component of rings."""
         return with_share(self, FunctionSky(self.radiance, grid=self.grid, name="overcast").lower(wavelength_nm))
+
+
+CardioidalSky = OvercastSky
+"""The name that ocean optics uses."""

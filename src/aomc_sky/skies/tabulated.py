@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import MAX_SLOPE, Component, Law, cells_of_grid, slope_factor
 from aomc_sky.directions import AzimuthConvention
 from aomc_sky.errors import InputWarning, SceneError
-from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.model import Share, check_share, with_share
 from aomc_sky.wavebands import midpoint_wavelength_index, nearest_wavelength_index
@@ -103,7 +102,6 @@ class TabulatedSky(Share):
     slope: np.ndarray | None = None
     remarks: tuple[str, ...] = ()
 
-    @in_default_mode
     def __post_init__(self) -> None:
         check_share(self)
         object.__setattr__(self, "weighting", Weighting(self.weighting))
@@ -258,7 +256,6 @@ class TabulatedSky(Share):
         scaled = np.ldexp(values, -int(np.frexp(peak)[1])) if peak > 0 else values  # 5e-324 x area would vanish
         return scaled * area
 
-    @in_default_mode
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One component of patches, a row of masses per wavelength asked for.
 
@@ -348,4 +345,5 @@ def aomc_weight(radiance: np.ndarray) -> np.ndarray:
     sine, cosine = sine_and_cosine(index)
     cosine = np.where(index == _HORIZON, np.float32(0), cosine)
     first = np.where((index == 1) | (index == 89), _FIRST_AND_LAST_RING, _RING)[:, None]
-    return (((radiance.astype(np.float32) * sine[:, None]) * first) * _RING) * cosine[:, None]
+    with np.errstate(over="ignore", invalid="ignore"):  # a value beyond float32 is infinite, as in the program
+        return (((radiance.astype(np.float32) * sine[:, None]) * first) * _RING) * cosine[:, None]

@@ -210,9 +210,9 @@ class Scene:
     def radiance(
         self,
         band: int = 0,
-        *,
         sky_zenith_rad: ArrayLike | None = None,
         sky_azimuth_rad: ArrayLike | None = None,
+        *,
         sky_zenith_deg: ArrayLike | None = None,
         sky_azimuth_deg: ArrayLike | None = None,
     ) -> np.ndarray:
@@ -376,7 +376,8 @@ def photons_of_intensity(intensity: np.ndarray, iterations: int) -> np.ndarray:
     """Round-half-up of intensity x iterations, exact in the decimals of the file."""
     exact = [math.floor(Fraction(repr(float(x))) * iterations + Fraction(1, 2)) for x in intensity]
     if max(exact) > MAX_PHOTONS:
-        raise SceneError(f"intensity x iterations must not exceed 2^62 photons in a band, got {max(exact)}")
+        found = f"{max(intensity):g} x {iterations}"
+        raise SceneError(f"intensity x iterations must not exceed 2^62 photons in a band, got {found}")
     return np.array(exact, dtype=np.int64)
 
 

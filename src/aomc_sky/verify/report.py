@@ -162,32 +162,16 @@ def sidak_level(family_level: float, n_tests: int) -> float:
     return float(-np.expm1(np.log1p(-family_level) / max(n_tests, 1)))
 
 
-def chi_square_p(statistic: float, degrees: int) -> float:
-    """Two-sided p-value of a chi-square: photons can be too uneven or too even."""
-    return min(1.0, 2 * min(chi_square_tail(statistic, degrees), chi_square_rest(statistic, degrees)))
+def chi_square_tails(statistic: float, degrees: int) -> tuple[float, float]:
+    """Chances of a larger and of a smaller chi-square, without cancellation."""
+    from scipy.special import gammainc, gammaincc
+
+    return float(gammaincc(degrees / 2, statistic / 2)), float(gammainc(degrees / 2, statistic / 2))
 
 
-def chi_square_rest(statistic: float, degrees: int) -> float:
-    """Chance of a smaller chi-square, without cancellation."""
-    from scipy.special import gammainc
-
-    return float(gammainc(degrees / 2, statistic / 2))
-
-
-def chi_square_tail(statistic: float, degrees: int) -> float:
-    """Chance of a larger chi-square."""
-    from scipy.special import gammaincc
-
-    return float(gammaincc(degrees / 2, statistic / 2))
-
-
-def binomial_tail(found: int, n: int, chance: float) -> float:
-    """Chance of at least `found` of n events that have this chance each."""
-    from scipy.special import bdtrc
-
-    if found <= 0:
-        return 1.0
-    return 0.0 if found > n else float(bdtrc(found - 1, n, chance))
+def two_sided(upper: float, lower: float) -> float:
+    """The p-value of both tails: photons can be too uneven or too even."""
+    return min(1.0, 2 * min(upper, lower))
 
 
 def kolmogorov_p(distance: float, n_photons: int) -> float:

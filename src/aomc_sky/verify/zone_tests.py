@@ -9,7 +9,7 @@ import numpy as np
 
 from aomc_sky.grid import PatchGrid
 from aomc_sky.verify.counts import MIN_EXPECTED
-from aomc_sky.verify.report import Check, chi_square_rest, chi_square_tail, pool_starts, pooled
+from aomc_sky.verify.report import Check, chi_square_tails, pool_starts, pooled, two_sided
 
 MIN_EVEN = 1000.0
 """Fewest expected photons of a cell in a test for evenness of stratified photons."""
@@ -41,11 +41,11 @@ def untested(name: str, waveband: int) -> Check:
 
 def of_chi_square(statistic: float, degrees: int, name: str, waveband: int, *, is_two_sided: bool) -> Check:
     """The check for a chi-square, which notes whether it lies in the lower tail."""
-    upper, lower = chi_square_tail(statistic, degrees), chi_square_rest(statistic, degrees)
+    upper, lower = chi_square_tails(statistic, degrees)
     return Check(
         name=name,
         waveband=waveband,
-        p_value=min(1.0, 2 * min(upper, lower)) if is_two_sided else upper,
+        p_value=two_sided(upper, lower) if is_two_sided else upper,
         found=statistic,
         detail=f"{statistic:.5g} for {degrees} degrees of freedom",
         is_even=is_two_sided and lower < upper,
@@ -81,8 +81,8 @@ def thinned(kept: np.ndarray, expected: np.ndarray, loose: np.ndarray, name: str
         return untested(name, waveband)
     counted, half, free = (np.add.reduceat(x[lit], starts) for x in (kept, expected / 2, loose / 2))
     statistic = float(np.sum((counted - half) ** 2 / (half / 2)))
-    upper = chi_square_tail(statistic / (1 + float((free / half).max())), half.size)
-    p_value = min(1.0, 2 * min(upper, chi_square_rest(statistic, half.size)))
+    upper, _ = chi_square_tails(statistic / (1 + float((free / half).max())), half.size)
+    p_value = two_sided(upper, chi_square_tails(statistic, half.size)[1])
     detail = f"{statistic:.5g} for {half.size} degrees of freedom"
     return Check(name=name, waveband=waveband, p_value=p_value, found=statistic, detail=detail)
 
@@ -135,7 +135,7 @@ def even(observed: np.ndarray, expected: np.ndarray, loose: np.ndarray, name: st
             detail=detail,
             is_of_zones=True,
         )
-    p_value = chi_square_tail(max(statistic - MAX_PER_DEGREE * degrees, 0.0) / share, degrees)
+    p_value, _ = chi_square_tails(max(statistic - MAX_PER_DEGREE * degrees, 0.0) / share, degrees)
     detail += ", which cut patches: the p-value is an upper bound"
     return Check(name=name, waveband=waveband, found=per_degree, p_value=p_value, detail=detail)
 

@@ -124,22 +124,6 @@ def test_glow_is_linear_in_the_radiance_of_the_ground(medium: Medium) -> None:
     assert one[0].shape == (1, 3, 2)
 
 
-def test_glow_scattered_once_is_its_integral(medium: Medium) -> None:
-    """In flat layers: int ds/mu e^(-s/mu) int dmu' 2 pi p(mu, mu') e^(-s/mu'), s from the ground, p's azimuth mean."""
-    air = dataclasses.replace(medium, ground_albedo=np.zeros(1), earth_radius_m=6.371e9)
-    zenith = np.radians([0.0, 60.0])
-    found, error = glow_orders(air, np.ones(1), zenith, 1, n_listed=1, n_paths=20_000)
-    depth = 3.08458e25 * 8000.0 * (1 - math.exp(-15.0)) * float(air.constituents[0].scattering_m2[0])
-    node, weight = (rule / 2 for rule in np.polynomial.legendre.leggauss(64))
-    s, down = depth * (node + 0.5)[:, None], (node + 0.5) ** 2  # squares: e^(-s/mu') is steep for grazing light
-    measure = weight[:, None] * depth * weight * 2.0 * (node + 0.5)
-    for k, mu in enumerate(np.cos(zenith)):
-        phase = 3.0 / 8.0 * (1.0 + (mu * down) ** 2 + 0.5 * (1.0 - mu**2) * (1.0 - down**2))
-        exact = np.sum(measure * phase * np.exp(-s / mu - s / down)) / mu
-        assert found[0, 0, k] == pytest.approx(exact, rel=5.0 * error)
-    assert error < 0.01
-
-
 def test_glow_is_added_to_the_sky_of_the_sun(medium: Medium) -> None:
     sky = solve_sky(medium, sun_zenith_rad=SUN)
     coefficient = np.zeros((1, 3, 1, 1))

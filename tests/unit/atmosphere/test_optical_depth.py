@@ -15,7 +15,6 @@ from aomc_sky.skies.atmosphere.medium import Constituent, Medium
 from aomc_sky.skies.atmosphere.optical_depth import (
     N_GAUSS,
     N_NODES,
-    _powers,
     density_profile,
     optical_depth_to_top,
     vertical_optical_depth,
@@ -82,15 +81,6 @@ def test_the_ground_is_in_the_way() -> None:
     to_top = optical_depth_to_top(medium, 1000.0, zenith)[0]
     assert np.isfinite(to_top).tolist() == [True, True, False, False]
     assert np.isinf(optical_depth_to_top(medium, 0.0, np.radians(90.001))[0])
-
-
-@pytest.mark.parametrize("slope", [0.0, 0.5, -1.0])
-def test_polynomials_of_the_densities_keep_their_digits(slope: float) -> None:
-    """Densities that are linear in a panel come back within the rounding of their series and of Horner's rule."""
-    node, x = np.polynomial.chebyshev.chebpts1(N), np.linspace(-1.0, 1.0, 1001)
-    found = np.polyval(_powers((1.0 + slope * node)[None, :, None])[0, 0], x)
-    bound = (N * 2 * (N + 1) + 2 * N) * 2.0**-53 * (1.0 + abs(slope))
-    np.testing.assert_allclose(found, 1.0 + slope * x, rtol=0, atol=bound)
 
 
 def test_touching_the_ground_is_passing() -> None:

@@ -78,17 +78,6 @@ def test_two_flat_layers_of_different_air() -> None:
     np.testing.assert_allclose(found, [above, below], rtol=1e-7)
 
 
-@pytest.mark.parametrize("top_m", [1.0, 120e3, 1e6])
-def test_same_shape_same_sky(top_m: float) -> None:
-    zenith, azimuth = np.radians([0.0, 40.0, 89.0, 90.0]), np.array([0.0, 1.0, 2.0, 3.0])
-    scale = top_m / 120e3
-    for sun_deg in (30.0, 90.0, 92.0):
-        small = exponential(0.4, earth_radius_m=6.371e6 * scale, top_m=top_m, scale_height_m=8e3 * scale)
-        found = solve_order_one(small, np.radians(sun_deg), zenith, azimuth)
-        expected = solve_order_one(exponential(0.4), np.radians(sun_deg), zenith, azimuth)
-        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-300)
-
-
 def compare(
     medium: Medium, cases_deg: list[tuple[float, float, float]], rtol: float, cuts_m: tuple[float, ...] = CUTS_M
 ) -> None:

@@ -14,28 +14,14 @@ from aomc_sky.skies.atmosphere.scattering_orders.orders import (
     GeometricRest,
     gauss_angles,
     legendre_table,
-    moments_by_mode,
     phase_moments,
-    split_table,
 )
-from aomc_sky.skies.atmosphere.scattering_orders.paths import ground_weights, node_paths
+from aomc_sky.skies.atmosphere.scattering_orders.paths import node_paths
 from aomc_sky.skies.atmosphere.scattering_orders.slab import Slab, altitude_grid, slabs_of_medium
 from tests.support import atmospheres
 from tests.support.plane_layers import Layers, flat_medium
 
 # ---- Legendre series ----
-
-
-def test_associated_functions_against_mpmath() -> None:
-    mu = np.array([-1.0, -0.3, 0.02, 0.6, 0.999, 1.0])
-    table = legendre_table(mu, 6, 12)
-    for m in range(6):
-        for degree in range(m, 12, 3):
-            norm = mpmath.sqrt(mpmath.factorial(degree - m) / mpmath.factorial(degree + m))
-            expected = [float(norm * mpmath.legenp(degree, m, mpmath.mpf(x), type=2).real) for x in mu[1:-1].tolist()]
-            np.testing.assert_allclose(table[m, degree - m, 1:-1] * (-1) ** m, expected, atol=2e-14)
-            np.testing.assert_array_equal(np.abs(table[m, degree - m, [0, -1]]), float(m == 0))
-        np.testing.assert_array_equal(table[m, 12 - m :], 0.0)
 
 
 def test_addition_theorem_at_high_degree() -> None:
@@ -47,14 +33,6 @@ def test_addition_theorem_at_high_degree() -> None:
         m = np.arange(degree + 1)
         found = np.sum(terms[m] * first[m, degree - m] * second[m, degree - m])
         assert found == pytest.approx(float(mpmath.legendre(degree, cosine)), abs=1e-12)
-
-
-def test_tables_split_by_parity() -> None:
-    mu = np.array([0.2, 0.9])
-    (even, odd), (even_back, odd_back) = split_table(mu, 5, 5), split_table(-mu, 5, 5)
-    np.testing.assert_allclose(even_back, even, atol=1e-15)
-    np.testing.assert_allclose(odd_back, -odd, atol=1e-15)
-    assert even.shape == odd.shape == (5, 3, 2)
 
 
 @pytest.mark.parametrize("g", [-0.5, 0.0, 0.7, 0.95])
@@ -87,11 +65,6 @@ def test_moments_of_a_phase_function_with_jumps() -> None:
         np.testing.assert_allclose(found[degree], expected, rtol=0.0, atol=1e-9)
 
 
-def test_moments_by_mode() -> None:
-    rows = moments_by_mode(np.array([1.0, 0.5, 0.25]), 3)
-    np.testing.assert_array_equal(rows, [[0.5, 0.75, 0.625], [0.75, 0.625, 0.0], [0.625, 0.0, 0.0]])
-
-
 def test_angles_keep_energy_and_flux() -> None:
     """The functions of mode 0 are orthogonal to those of degree 0 and 1, up to the last degree."""
     angles = gauss_angles(30, 48)
@@ -101,31 +74,6 @@ def test_angles_keep_energy_and_flux() -> None:
 
 
 # ---- path weights ----
-
-
-def exact_weight(path: float, share: np.ndarray, j: int) -> float:
-    """int_0^1 exp(-x (1 - s)) l_j(s) x ds with 30 digits."""
-
-    def basis(s: mpmath.mpf) -> mpmath.mpf:
-        return mpmath.fprod((s - share[k]) / (share[j] - share[k]) for k in range(share.size) if k != j)
-
-    with mpmath.workdps(20):
-        points = [0, 1] if path < 20.0 else [0, 1 - 20 / mpmath.mpf(path), 1]
-        return float(mpmath.quad(lambda s: mpmath.exp(-path * (1 - s)) * basis(s) * path, points))
-
-
-@pytest.mark.parametrize("path", [1e-9, 1e-3, 0.3, 0.999, 1.001, 7.0, 300.0])
-def test_weights_of_an_element(path: float) -> None:
-    share = np.array([[0.1, 0.35, 0.6, 0.93]])
-    found = ground_weights(share, np.array([[path]]))[0]
-    expected = np.array([exact_weight(path, share[0], j) for j in range(4)])
-    np.testing.assert_allclose(found, expected, atol=1e-13 * np.abs(expected).max())
-
-
-def test_weights_along_the_horizon_are_the_source_at_its_end() -> None:
-    share = np.array([[0.1, 0.4, 0.6, 0.9]])
-    weights = ground_weights(share, np.array([[0.3e12]]))[0]
-    np.testing.assert_allclose(weights @ share[0] ** 3, 1.0, rtol=1e-10)
 
 
 def test_paths_of_a_source_that_is_known() -> None:
@@ -159,19 +107,6 @@ def test_a_line_that_turns_inside_an_element() -> None:
 
 
 # ---- columns ----
-
-
-def test_elements_of_layers_keep_interfaces() -> None:
-    layers = Layers(
-        optical_depth=np.array([0.2, 0.0, 0.03]), scattering=np.array([[1.0, 0.3, 0.5]]), phases=(np.ones_like,)
-    )
-    medium = flat_medium(layers, 0.0, 1)
-    (slab,) = slabs_of_medium(medium, altitude_grid(medium, 6), np.arccos(0.5))
-    assert np.abs(slab.edge_depth - 0.2).min() < 1e-12
-    assert np.all(np.diff(slab.edge_depth) > 0.0)
-    assert slab.edge_depth[-1] == pytest.approx(0.23, rel=1e-12)
-    np.testing.assert_allclose(slab.scattering[0], np.where(slab.node_depth < 0.2, 1.0, 0.5), rtol=1e-12)
-    np.testing.assert_allclose(slab.beam, np.exp(-slab.node_depth / 0.5), rtol=1e-9)
 
 
 @pytest.mark.parametrize("medium", [atmospheres.full([450.0, 600.0]), atmospheres.mol_ozone([550.0])])

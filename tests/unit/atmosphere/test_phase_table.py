@@ -179,42 +179,6 @@ def test_a_table_gives_the_sky_of_the_formula_it_was_made_of(tmp_path: Path, met
     assert np.all(np.abs(by_table.radiance - by_code.radiance) < 2e-3 * by_code.radiance + noise)
 
 
-def test_the_aureole_is_that_of_direct_quadrature(tmp_path: Path) -> None:
-    """Order 1 beside the sun: L = F0 p sigma int n exp(-tau) ds by scipy, the table read and normalised apart."""
-    source = (INPUTS / "atmosphere" / "phase" / "sea_salt.csv").read_text()
-    path = scene(tmp_path, "file phase.csv", phase=source)
-    away = np.array([0.05, 0.5, 1.0, 2.0, 5.0, 10.0])
-    found = sky.solve_atmosphere(
-        path, wavelength_nm=[500.0], sun_zenith_deg=40.0, sky_zenith_deg=40.0 + away, azimuth_from_sun_deg=[0.0],
-        method="order1",
-    ).radiance[0, :, 0]  # fmt: skip
-    table = np.loadtxt([line for line in source.splitlines() if line[0].isdigit()], delimiter=",")
-    angle, value = np.radians(table[:, 0]), table[:, 2]
-    norm = by_quad(angle, value)
-    assert norm == pytest.approx(1.0, abs=1e-3)  # Mie's own norm, by the efficiencies
-    node, weight = np.polynomial.legendre.leggauss(400)
-    u, weight = 0.5 * (1.0 + node), 0.5 * weight
-    radius, sigma, sun = 6.371e6, 0.5e-12, np.radians(40.0)
-
-    def depth(x: float, z: float, direction: float, way: float) -> float:
-        """Optical depth along a way in the plane of the sun, by 400 nodes that crowd at its begin."""
-        s = way * u**3
-        h = np.hypot(x + s * np.sin(direction), z + s * np.cos(direction)) - radius
-        return float(sigma * 4.0e8 * (np.exp(-h / 1200.0) * 3.0 * u**2 * way) @ weight)
-
-    for k, degrees in enumerate(away):
-        view = np.radians(40.0 + degrees)
-
-        def scattered(s: float, view: float = view) -> float:
-            x, z = s * np.sin(view), radius + s * np.cos(view)
-            n = 4.0e8 * np.exp(-(np.hypot(x, z) - radius) / 1200.0)
-            return n * sigma * np.exp(-depth(0.0, radius, view, s) - depth(x, z, sun, 60e3))
-
-        line = quad(scattered, 0.0, 60e3, points=[500.0, 2e3, 8e3], epsrel=1e-8, limit=200)[0]
-        exact = 1.9 * np.interp(np.radians(degrees), angle, value) / norm * line
-        assert found[k] == pytest.approx(exact, rel=3e-6)
-
-
 GOOD = "angle [deg], 400, 600\n0, 3, 2\n90, 1, 1\n180, 1, 0\n"
 
 

@@ -110,16 +110,6 @@ def ground_irradiance(sky: FlatSky) -> np.ndarray:
     return sky.direct_irradiance + sky.irradiance_by_order.sum(axis=1)
 
 
-def test_the_ground_multiplies_what_the_air_throws_back() -> None:
-    """E(A) = E(0) / (1 - A s): the same s whatever the albedo."""
-    total = {}
-    for albedo in (0.0, 0.3, 0.6, 1.0):
-        sky = solve_layers(one_layer(0.4), albedo, 0.7, np.zeros(1))
-        total[albedo] = ground_irradiance(sky)[0]
-    thrown = [(1.0 - total[0.0] / total[albedo]) / albedo for albedo in (0.3, 0.6, 1.0)]
-    np.testing.assert_allclose(thrown, thrown[0], rtol=1e-5)
-
-
 def test_ground_is_an_interaction() -> None:
     """A white ground changes order 2 and not order 1, by what a uniform ground radiance gives."""
     black, white = (
@@ -130,13 +120,6 @@ def test_ground_is_an_interaction() -> None:
     reflected = (white - black)[0, 1, 0]
     np.testing.assert_allclose(reflected, reflected[0], rtol=1e-12)
     assert reflected[0] > 0.01
-
-
-def test_splitting_a_layer_changes_nothing() -> None:
-    halves = Layers(optical_depth=np.array([0.25, 0.0, 0.35]), scattering=np.full((1, 3), 0.9), phases=(rayleigh,))
-    zenith = np.deg2rad([5.0, 60.0, 88.0])
-    whole = whole_radiance(solve_layers(one_layer(0.6, 0.9), 0.2, 1.0, zenith))
-    np.testing.assert_allclose(whole_radiance(solve_layers(halves, 0.2, 1.0, zenith)), whole, rtol=1e-5)
 
 
 # ---- orders ----

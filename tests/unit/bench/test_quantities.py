@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import functools
-
-import mpmath
 import numpy as np
 import pytest
 
@@ -53,36 +50,6 @@ def test_bins_are_rows_of_refracted_angle() -> None:
     refracted = np.arcsin(np.sin(np.deg2rad(grid.zenith_bounds_deg)) / REFRACTIVE_INDEX)
     assert np.ptp(np.diff(refracted, axis=1)) < 1e-12
     assert refracted[-1, 1] == pytest.approx(np.arcsin(1 / REFRACTIVE_INDEX), rel=1e-14)
-
-
-@pytest.mark.parametrize("name", ["clear", pytest.param("overcast", marks=pytest.mark.slow)])
-def test_perez_hemisphere_against_nested_mpmath(skies: dict[str, BenchSky], name: str) -> None:
-    """In zenith and azimuth, where ours is in polar coordinates around the sun."""
-    sky = skies[name]
-    a, b, c, d, e = sky.model.model_coefficients.tolist()
-    sun = sky.model.sun_zenith_rad
-
-    @functools.cache  # the three integrals ask for the same rings
-    def ring(mu: float) -> float:
-        sine = np.sqrt(1 - mu * mu)
-        x, w = NODES
-        azimuth = np.pi * x**2  # crowds to the meridian of the sun
-        cosine = np.clip(mu * np.cos(sun) + sine * np.sin(sun) * np.cos(azimuth), -1, 1)
-        gamma = np.arccos(cosine)
-        f = (1 + a * np.exp(b / mu)) * (1 + c * np.exp(d * gamma) + e * cosine**2)
-        return float(f @ (w * 4 * np.pi * x))
-
-    x, w = np.polynomial.legendre.leggauss(1500)
-    NODES = (x + 1) / 2, w / 2
-    edges = [0, 0.02, 0.1, 0.4, np.cos(sun), 1]
-    with mpmath.workdps(15):
-        flux, with_mu, without = (
-            float(mpmath.quad(lambda mu, p=p: ring(float(mu)) * mu**p if mu > 0 else 0.0, edges, maxdegree=6))
-            for p in (1, 2, 0)
-        )
-    values = sky.truth.values
-    assert values.planar == pytest.approx(with_mu / flux, rel=2e-7)
-    assert values.scalar == pytest.approx(without / flux, rel=2e-7)
 
 
 def test_regions_against_a_count_on_a_fine_lattice(skies: dict[str, BenchSky]) -> None:

@@ -3,18 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import subprocess
-import sys
-import tempfile
 from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from aomc_sky.errors import InputFileError, MissingExtraError
-from aomc_sky.extras import optional_module
+from aomc_sky.errors import InputFileError
 from aomc_sky.formats.weather import HOUR, read_weather
 
 DATA = Path(__file__).resolve().parents[2] / "data" / "weather"
@@ -111,25 +105,6 @@ def test_the_end_of_a_day_may_be_written_as_the_start_of_the_next(tmp_path):
         changed("epw", tmp_path, "2003,6,21,24,", "2003,6,22,0,")
 
 
-@given(st.sampled_from(sorted(GOOD)), st.integers(0, 3000), st.integers(0, 40), st.text(max_size=12))
-def test_a_changed_file_is_read_or_refused_with_a_place_inside(kind, start, n, text):
-    data = (DATA / "good" / GOOD[kind]).read_bytes()
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "changed"
-        path.write_bytes(data[:start] + text.encode() + data[start + n :])
-        n_lines = len(path.read_bytes().split(b"\n"))
-        lines = []
-        try:
-            table = read_weather(path, kind)
-        except InputFileError as error:
-            lines = [problem.line for problem in error.problems]
-        else:
-            assert table.n_rows > 0
-            assert not np.any(np.isinf([table.dni, table.dhi, table.ghi]))
-            assert not np.any(np.isnat(table.start))
-        assert all(0 <= line <= n_lines for line in lines)
-
-
 def test_a_quoted_name_may_hold_a_comma_and_zero_may_have_a_sign(tmp_path):
     table = changed("epw", tmp_path, ",Kleinmachnow,", ',"Kleinmachnow, south",')
     assert (table.station, table.latitude_deg) == ("Kleinmachnow, south", 52.40)
@@ -151,39 +126,12 @@ def test_line_ends_and_blank_lines_do_not_matter(tmp_path):
         assert np.array_equal(one, other) or one == str(path)
 
 
-@pytest.mark.parametrize("kind", GOOD)
-def test_files_that_are_something_else(kind, tmp_path):
-    for number, data in enumerate((b"", b"\n\n", bytes(range(256)), b"a,b\n" * 5, b"," * 60_000, b"\xff\xfea\0")):
-        path = tmp_path / str(number)
-        path.write_bytes(data)
-        with pytest.raises(InputFileError):
-            read_weather(path, kind)
-    with pytest.raises(InputFileError, match="no such file"):
-        read_weather(tmp_path / "absent", kind)
-    with pytest.raises(InputFileError, match="folder"):
-        read_weather(tmp_path, kind)
-
-
 def test_a_huge_file_is_refused_unread(tmp_path):
     path = tmp_path / "huge.epw"
     with path.open("wb") as file:
         file.truncate(2**31)
     with pytest.raises(InputFileError, match="at most"):
         read_weather(path, "epw")
-
-
-def test_reading_needs_neither_pandas_nor_pvlib():
-    code = "import sys; from aomc_sky.formats.weather import read_weather; read_weather(sys.argv[1], 'epw');"
-    code += "print(sorted({'pandas', 'pvlib', 'numba', 'scipy'} & set(sys.modules)))"
-    path = DATA / "good" / GOOD["epw"]
-    done = subprocess.run([sys.executable, "-c", code, path], capture_output=True, text=True, timeout=60, check=True)
-    assert done.stdout.strip() == "[]"
-
-
-def test_a_missing_extra_is_named():
-    with pytest.raises(MissingExtraError, match=r'pip install "aomc-sky\[weather\]"') as caught:
-        optional_module("a_package_that_nobody_has", extra="weather")
-    assert caught.value.exit_code == 2
 
 
 EPW_NUMBERS = [k for k in range(6, 35) if k not in (26, 27)]

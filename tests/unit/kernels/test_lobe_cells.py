@@ -84,16 +84,6 @@ def test_compiled_equals_plain_everywhere(name, precision):
         assert_equal(chosen.source(seed=9, order=order, placement=placement, precision=precision))
 
 
-@pytest.mark.slow
-@pytest.mark.skipif(not JIT, reason="hosts need the compiler")
-@pytest.mark.parametrize("placement", ["r2", "philox"])
-def test_one_at_a_time(placement):
-    source = scene(scenes()["perez and lobes"], N).source(seed=9, placement=placement)
-    sample, batch = source.numba_sampler(0).sample, source.photons()
-    for i in range(0, N, 37):
-        assert sample(i) == (batch.ux[i], batch.uy[i], batch.uz[i])
-
-
 @pytest.mark.parametrize("compiled", [False, True])
 def test_any_split_gives_the_same_photons(compiled):
     source = scene(scenes()["lobes"], N).source(seed=4)
@@ -164,14 +154,6 @@ def test_split_power():
 def test_a_lobe_has_no_centre():
     with pytest.raises(SceneError, match="lobe 0"):
         scene(components(), 10).source(placement="centre")
-
-
-def test_counts_name_the_lobe_alone():
-    from aomc_sky.outputs.counts import counts_file
-
-    lines = counts_file(scene(components(LOBES[:2]), 10).source(), [0])[1].decode().splitlines()
-    assert lines[1].split(",")[3:10] == ["lobe 0", "", "", "", "", "", ""]
-    assert len(lines) == 3
 
 
 def test_component_shapes_are_checked():

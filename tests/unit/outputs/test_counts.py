@@ -36,14 +36,6 @@ def test_components_without_patches_leave_their_columns_empty():
     assert int(rows[0][-1]) == beam.n_photons(0)
 
 
-def test_a_dense_sky_has_a_line_for_every_patch_with_mass(dense):
-    bands = list(range(dense.n_bands))
-    data = counts.counts_file(dense, bands)[1]
-    rows = data.count(b"\n") - 1
-    assert rows == sum(np.count_nonzero(dense.mass(band)) for band in bands)
-    assert rows > 30_000
-
-
 def test_a_large_table_becomes_npz(dense, monkeypatch):
     monkeypatch.setattr(counts, "MAX_CSV_ROWS", 1000)
     name, data = counts.counts_file(dense, [0])

@@ -45,12 +45,6 @@ def test_normalised_to_one_ulp_or_so(mass):
     assert abs(sum(map(plain.Fraction, found.tolist())) - 1) <= plain.Fraction(1, 2**52)
 
 
-def test_shape_is_flattened_in_order():
-    table = np.arange(6.0).reshape(2, 3)
-    np.testing.assert_array_equal(normalise(table), normalise(table.ravel()))
-    np.testing.assert_array_equal(fixed_point_cumulative(table.T), fixed_point_cumulative(table.T.ravel()))
-
-
 def test_what_is_left_over_is_spread_and_never_falls_to_a_zero():
     shares = np.diff(fixed_point_cumulative([0.0, 1.0, 1.0, 1.0, 0.0]))
     third = 2**62 // 3  # 2^62 is 1 above a multiple of 3

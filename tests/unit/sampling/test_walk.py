@@ -4,7 +4,6 @@ import itertools
 import math
 from fractions import Fraction
 
-import mpmath
 import numpy as np
 import pytest
 from hypothesis import given
@@ -12,8 +11,7 @@ from hypothesis import strategies as st
 
 import aomc_sky as sky
 from aomc_sky.plan.sampling.allocation import AllocationMethod, allocate_bands, fixed_point_cumulative
-from aomc_sky.plan.sampling.streams import philox_pair
-from aomc_sky.plan.sampling.walk import WalkedGrid, first_columns, walk_of_cells
+from aomc_sky.plan.sampling.walk import WalkedGrid, walk_of_cells
 
 WHOLE = 1 << 62
 GOLDEN = (math.sqrt(5) - 1) / 2
@@ -54,34 +52,6 @@ def test_bounds(grid, n, band):
     ]
     running = [Fraction(0), *itertools.accumulate(part)]
     assert max(running) - min(running) < 1
-
-
-def plain_first_columns(units, n, n_columns):
-    """The docstring of `first_columns` in rational numbers and 60 digits."""
-    with mpmath.workdps(60):
-        fraction = lambda x: x - mpmath.floor(x)  # noqa: E731
-        found = []
-        for q, (low, high) in enumerate(itertools.pairwise(units)):
-            expected, before = (mpmath.mpf(n * (b - a)) / WHOLE for a, b in ((low, high), (units[0], low)))
-            excess = expected - n_columns * mpmath.floor(expected / n_columns)
-            is_gap = excess > mpmath.mpf("0.5001") * n_columns
-            fewer, sign = (n_columns - excess, -1) if is_gap else (excess, 1)
-            w = mpmath.mpf(philox_pair(0, q, 0, 0)[0]) / 2**64
-            near = fraction(q * (mpmath.sqrt(13) - 3) / 2) + w / 16
-            off = q * mpmath.sqrt(2) + sign * before - fewer * near
-            x = near if fewer < 0.999 else near + (off - mpmath.nint(off)) / max(fewer, 1)
-            x = w if expected < 0.999 else x
-            found.append(int(mpmath.floor(fraction(x if q else mpmath.mpf(0)) * n_columns)))
-        return found
-
-
-@pytest.mark.parametrize(
-    ("n_rings", "n_columns", "n"), [(90, 360, 9000), (40, 7, 1111), (30, 48, 991), (12, 360, 10**9)]
-)
-def test_first_columns_are_those_of_the_formula(n_rings, n_columns, n):
-    mass = np.random.default_rng(n).lognormal(0, 1, n_rings)
-    units = fixed_point_cumulative(mass)
-    assert first_columns(units, n, n_columns).tolist() == plain_first_columns(units.tolist(), n, n_columns)
 
 
 def test_counts_are_unbiased():

@@ -151,15 +151,3 @@ def test_what_no_grid_can_meet(monkeypatch):
     for tolerance in (0, 1, -1, math.nan):
         with pytest.raises(sky.SceneError, match="between 0 and 1"):
             FunctionSky(bright_zenith).refined(tolerance)
-
-
-def test_one_field_as_function_and_as_table_is_one_source():
-    """Constant in every patch: the same plan to the bit, whichever way it comes."""
-    grid = sky.PatchGrid.regular(6, 9)
-    values = np.random.default_rng(3).lognormal(0, 1, (2, 54))
-    table = sky.TabulatedSky(wavelength_nm=BANDS.wavelength_nm, values=values, grid=grid, weighting="projected")
-    model = FunctionSky(table.radiance, grid=grid)
-    mass = [c.mass / c.mass.sum(axis=1, keepdims=True) for c in (*table.lower([440, 550]), *model.lower([440, 550]))]
-    np.testing.assert_allclose(mass[0], mass[1], rtol=1e-15)
-    photons = [source_of(m, seed=5).photons(1, 0, 100_000) for m in (table, model)]
-    np.testing.assert_array_equal(photons[0].ux, photons[1].ux)

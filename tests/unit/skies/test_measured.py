@@ -59,22 +59,6 @@ def error(measured, model):
     return measured.irradiance(550.0)[0] / irradiance(model) - 1
 
 
-@pytest.mark.slow
-def test_the_rule_of_these_tests_is_that_of_scipy():
-    from scipy.integrate import dblquad
-
-    model = perez(3.0)
-    light = dblquad(
-        lambda azimuth, zenith: float(model.radiance(zenith, azimuth, 550.0)) * np.sin(2 * zenith),
-        0,
-        np.pi / 2,
-        0,
-        np.pi,
-        epsrel=1e-4,
-    )[0]
-    assert irradiance(model) == pytest.approx(light, rel=2e-4)
-
-
 @pytest.mark.parametrize(("epsilon", "with_sun"), [*((epsilon, False) for epsilon in PEREZ), (1.2, True), (8.0, True)])
 def test_irradiance_of_300_irregular_directions(epsilon, with_sun):
     """Within 1 % up to clearness 3 and within 2 % of the clearest sky; its leave-one-out error is not hidden."""

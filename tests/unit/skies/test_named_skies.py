@@ -54,7 +54,7 @@ def harrison_coombes(zenith, azimuth, sun_zenith, sun_azimuth, cloud=0.0):
 
 @pytest.mark.parametrize(("sun_zenith_deg", "cloud"), [(0.0, 0.0), (35.0, 0.0), (70.0, 0.0), (85.0, 0.0), (50.0, 0.6)])
 def test_the_sky_of_harrison_and_coombes(sun_zenith_deg, cloud):
-    model = sky.HarrisonCoombesSky(sun_zenith_deg=sun_zenith_deg, sun_azimuth_deg=60.0, cloud=cloud)
+    model = sky.HarrisonCoombesSky(sun_zenith_deg=sun_zenith_deg, sun_azimuth_deg=60.0, cloud_cover=cloud)
     sun = np.deg2rad([sun_zenith_deg, 60.0])
     directions = np.deg2rad([[3.0, 10.0], [35.0, 60.0], [50.0, 200.0], [80.0, 300.0], [89.0, 61.0]])
     ours = np.array([float(model.radiance(*direction, 550.0)) for direction in directions])
@@ -93,7 +93,7 @@ def cie(number, zenith, azimuth, sun_zenith, sun_azimuth):
 @pytest.mark.parametrize("number", range(1, 16))
 def test_the_general_skies_of_the_cie(number):
     sun = np.deg2rad([50.0, 60.0])
-    model = sky.CieSky(type=number, sun_zenith_deg=50.0, sun_azimuth_deg=60.0)
+    model = sky.CIESky(type=number, sun_zenith_deg=50.0, sun_azimuth_deg=60.0)
     for direction in np.deg2rad([[0.0, 0.0], [35.0, 61.0], [50.0, 60.0], [80.0, 300.0], [89.9, 61.0]]):
         assert float(model.radiance(*direction, 550.0)) == pytest.approx(cie(number, *direction, *sun), rel=1e-12)
     expected = mean_cosine(lambda *direction: cie(number, *direction, *sun), *sun)
@@ -125,14 +125,22 @@ def test_a_scene_of_files_takes_them_by_name(name, tmp_path):
     assert sky.read_scene(other).components[1] == scene.components[1]
 
 
+def test_the_sun_stands_at_azimuth_0_by_default():
+    assert sky.CIESky(type=12, sun_zenith_deg=40.0) == sky.CIESky(
+        type=12, sun_zenith_rad=np.deg2rad(40.0), sun_azimuth_deg=0
+    )
+    assert sky.HarrisonCoombesSky(sun_zenith_deg=40.0).sun_azimuth_rad == 0.0
+    assert sky.CardioidalSky() == sky.OvercastSky()
+
+
 def test_what_they_refuse():
     with pytest.raises(sky.AomcSkyError):
         sky.HarrisonCoombesSky(sun_zenith_deg=95.0, sun_azimuth_deg=0.0)
     for number in (0, 16, 3.5, "12", True):
         with pytest.raises(sky.SceneError, match="whole number from 1 to 15"):
-            sky.CieSky(type=number, sun_zenith_deg=40.0, sun_azimuth_deg=0.0)
+            sky.CIESky(type=number, sun_zenith_deg=40.0, sun_azimuth_deg=0.0)
     with pytest.raises(sky.SceneError, match=r"0 to 1, got 1\.5"):
-        sky.HarrisonCoombesSky(sun_zenith_deg=40.0, sun_azimuth_deg=0.0, cloud=1.5)
+        sky.HarrisonCoombesSky(sun_zenith_deg=40.0, sun_azimuth_deg=0.0, cloud_cover=1.5)
     with pytest.raises(sky.UsageError, match="sun_zenith"):
         sky.HarrisonCoombesSky(sun_azimuth_deg=0.0)
     assert sky.Scene(wavebands=[500.0], n_photons=1, components="overcast").components[0].name == "overcast"

@@ -163,18 +163,7 @@ def test_spots_between_the_points_are_found(monkeypatch):
 def test_a_spot_that_reaches_into_a_neighbour_is_whole(zenith_deg, azimuth_deg, width_deg, monkeypatch):
     """The points of the neighbour lie beside the part of the spot: 3 and 2 % of its light were missing."""
     monkeypatch.setattr(patch_integrals, "_MAX_PARTS", 2**13)
-    zenith, radius = np.deg2rad([zenith_deg, width_deg / 2])
-    x, y, z = (
-        np.sin(zenith) * np.cos(np.deg2rad(azimuth_deg)),
-        np.sin(zenith) * np.sin(np.deg2rad(azimuth_deg)),
-        np.cos(zenith),
-    )
-
-    def spot(theta, phi):
-        s = np.sin(theta)
-        chord2 = (s * np.cos(phi) - x) ** 2 + (s * np.sin(phi) - y) ** 2 + (np.cos(theta) - z) ** 2
-        return 1.0 * (chord2 < 4 * np.sin(radius / 2) ** 2)
-
+    radiance = spot(*np.deg2rad([zenith_deg, azimuth_deg]), width_deg, 1 - 1e-9)
     edges = np.floor(zenith_deg) + np.arange(-2.0, 4.0), np.floor(azimuth_deg) + np.arange(-3.0, 5.0)
     grid = sky.PatchGrid(
         **{
@@ -182,5 +171,5 @@ def test_a_spot_that_reaches_into_a_neighbour_is_whole(zenith_deg, azimuth_deg, 
             for name, ends in zip(("zenith", "azimuth"), edges, strict=True)
         }
     )
-    exact = np.pi * np.sin(radius) ** 2 * np.cos(zenith)
-    assert patch_integrals.integrate_patches(spot, grid).mass.sum() == pytest.approx(exact, rel=2e-3)
+    exact = np.pi * (1e9 - 1)  # of a spot with all but 1e-9 of the light of a dome of radiance 1
+    assert integrate_patches(radiance, grid).mass.sum() == pytest.approx(exact, rel=2e-3)

@@ -168,14 +168,6 @@ def test_inside_a_loop_of_numba(way, k):
 
 
 @needs_jit
-def test_a_band_without_photons():
-    sampler = source("table", [0, 5]).numba_sampler(0, numbers=2)
-    with pytest.raises(IndexError):
-        sampler.sample(0)
-    assert sampler.fill(0, np.empty((5, 4), np.float32)) == 0
-
-
-@needs_jit
 @pytest.mark.parametrize("way", [WAYS[0], WAYS[1]])
 def test_the_c_function(way):
     made = source("table", [N, 0], **options(way))

@@ -11,7 +11,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import aomc_sky as sky
-from tests.support.shared import INPUTS
 
 BANDS = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
 FIELDS = ("ux", "uy", "uz", "patch", "x", "y", "weight", "numbers")
@@ -200,18 +199,6 @@ def test_everything_that_changes_photons_changes_the_name():
     assert len(names) == 8
 
 
-def test_counts_of_several_components():
-    source = scene(n=10**6, components=several()).source()
-    for band in (0, 1):
-        counts, expected = source.counts[band], source.expected(band)
-        assert counts.sum() == 10**6
-        assert np.all(np.abs(counts - expected) < 1 + 1e-9)
-        for k in range(4):
-            start = source.plan.arrays["component_start"]
-            cells = slice(start[k], start[k + 1])
-            assert abs(counts[cells].sum() - expected[cells].sum()) < 1 + 1e-9
-
-
 def test_counts_of_one_column_are_those_of_allocate():
     rng = np.random.default_rng(9)
     values = rng.lognormal(0, 3, (1, 54))
@@ -250,16 +237,6 @@ def test_listed_weights_turn_photons_into_flux():
     assert abs(mean_mu("listed", weights=True) - flux) < 3e-4
     assert abs(mean_mu("solid-angle", weights=True) - flux) < 3e-4
     assert abs(mean_mu("listed", weights=False) - flux) > 0.01
-
-
-def test_interface_of_the_readme():
-    source = sky.read_scene(INPUTS / "clear_day" / "amc.inp").source(seed=1)
-    assert source.counts.shape == (3, 32_400)
-    assert source.total == 3_000_000
-    batch = source.photons(band=0, start=0, stop=65_536)
-    assert batch.ux.dtype == np.float32
-    assert batch.patch.dtype == np.int32
-    assert batch.directions.shape == (65_536, 3)
 
 
 def test_a_plan_of_other_streams_is_refused(tmp_path):

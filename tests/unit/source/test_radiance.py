@@ -21,7 +21,7 @@ def day():
 
 SCENES = {
     "perez": lambda: sky.Scene(wavebands=[550.0], n_photons=10, components=sky.PerezSky(**SUN, epsilon=6.0, delta=0.1)),
-    "cie": lambda: sky.Scene(wavebands=[550.0], n_photons=10, components=sky.CieSky(type=12, **SUN)),
+    "cie": lambda: sky.Scene(wavebands=[550.0], n_photons=10, components=sky.CIESky(type=12, **SUN)),
     "function": lambda: sky.Scene(
         wavebands=[550.0], n_photons=10, components=lambda z, a, nm: 1 + np.cos(z) * (1 + np.sin(z) * np.cos(a))
     ),
@@ -54,7 +54,7 @@ def test_directions_of_models_in_absolute_units():
     zenith, azimuth = np.deg2rad(np.array([*FOUR, (32.0, 331.0), (90.0, 0.0)])).T
     for band in (0, 1):
         expected = model.radiance(zenith, azimuth, 550.0) * scene.irradiance.of_component[band, 1] / 140
-        of_band = scene.radiance(band, sky_zenith_rad=zenith, sky_azimuth_rad=azimuth)
+        of_band = scene.radiance(band, zenith, azimuth)
         np.testing.assert_allclose(of_band, expected, rtol=1e-9)
         one = scene.radiance(band, sky_zenith_deg=FOUR[0][0], sky_azimuth_deg=FOUR[0][1] - 360)
         assert one == pytest.approx(of_band[0], rel=1e-12)

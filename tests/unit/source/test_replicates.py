@@ -13,7 +13,6 @@ from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.outputs.statistics import PhotonSums, photon_sums, standard_error
 from aomc_sky.plan.plan import Plan
-from tests.support.backend import photons_by
 
 GRID = sky.PatchGrid.regular(4, 6)
 VALUES = np.random.default_rng(3).lognormal(0.0, 1.0, (1, GRID.n_patches))
@@ -154,12 +153,6 @@ def test_a_stored_plan_keeps_its_replicates(tmp_path):
     assert_same(joined([again.photons()]), joined([source.photons()]))
 
 
-@pytest.mark.parametrize("wrong", [0, -1, 4097, 2.0, "3", True, None, math.nan])
-def test_what_is_no_number_of_replicates(wrong):
-    with pytest.raises(UsageError, match="1 to 4096"):
-        scene(10_000).source(replicates=wrong)
-
-
 def test_replicates_without_photons_or_chance_are_refused(monkeypatch):
     assert scene(12).source(replicates=12).n_photons(0) == 12
     with pytest.raises(SceneError, match="waveband 2 has 12 photons, too few for 13 replicates"):
@@ -213,19 +206,6 @@ def test_photons_with_weights():
     assert math.isclose(sums.standard_error("weight"), weight.mean(axis=1).std(ddof=1) / math.sqrt(8), rel_tol=1e-9)
     assert math.isclose(sums.mean("weighted_inverse"), (weight / mu).mean(), rel_tol=1e-14)
     assert sums.standard_error("weight") > 0
-
-
-@pytest.mark.parametrize("dtype", [np.float32, np.float64])
-def test_weighted_sums_agree_to_the_bit(dtype):
-    from aomc_sky.outputs.statistics import batch_functions
-
-    rng = np.random.default_rng(1)
-    uz, weight = -rng.uniform(1e-3, 1, 5000).astype(dtype), rng.uniform(0, 2, 5000).astype(dtype)
-    sums = []
-    for kernels in (False, True):
-        with photons_by(kernels=kernels):
-            sums.append(batch_functions().weighted_block_sums(uz, weight))
-    assert sums[0] == sums[1]
 
 
 def has_variance(*parts, **options):

@@ -44,22 +44,6 @@ def test_any_two_irradiances_make_the_same_scene(given):
     np.testing.assert_allclose(one.uz, other.uz, atol=1e-6)
 
 
-def test_spectra_have_the_given_irradiances():
-    pytest.importorskip("pvlib")
-    wavelength_nm = np.unique(np.concatenate([np.arange(300.0, 1000.0, 0.5), np.arange(1000.0, 4000.5, 2.0)]))
-    scene = sky.weather_scene(wavebands=wavelength_nm, n_photons=0, spectrum="spectrl2", **NOON)
-    direct, diffuse = (np.trapezoid(column, wavelength_nm) for column in scene.irradiance.of_component.T)
-    assert direct == pytest.approx(640.0, rel=1e-3)  # the spectra have 122 wavelengths, joined by straight lines
-    assert diffuse == pytest.approx(140.0, rel=1e-3)
-    fraction = scene.irradiance.of_component[:, 0] / scene.irradiance.of_component.sum(axis=1)
-    blue, red = (int(np.searchsorted(wavelength_nm, nm)) for nm in (412.0, 670.0))
-    assert fraction[blue] < 640 / 780 < fraction[red]
-    launched = np.stack([c.strength[scene.row_of_band] for c in scene.components], axis=1)
-    np.testing.assert_allclose(
-        launched / launched.sum(axis=1, keepdims=True), np.stack([fraction, 1 - fraction], axis=1), atol=1e-9
-    )
-
-
 def test_the_sky_alone_and_the_beam_alone():
     alone = sky.weather_scene(wavebands=[500.0], diffuse_only=True, **NOON)
     assert [c.name for c in alone.components] == ["perez"]

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from fractions import Fraction
-from math import comb
-
 import numpy as np
 import pytest
 
@@ -12,7 +9,6 @@ import aomc_sky as sky
 from aomc_sky.directions import Frame
 from aomc_sky.verify import repeats
 from aomc_sky.verify.repeats import RepeatFinder, RepeatSample
-from aomc_sky.verify.report import binomial_tail
 from tests.support.shared import INPUTS
 
 FINDER = RepeatFinder(beams=np.zeros((0, 2)))
@@ -52,20 +48,6 @@ def test_pairs_are_counted_exactly():
 def test_zeros_of_both_signs_are_one_direction():
     rows = np.array([[0.0, -0.0, -1.0], [-0.0, 0.0, -1.0]])
     assert sample_of(rows).pairs() == (1, 1)
-
-
-def test_every_number_of_40_bits_is_mixed_into_another():
-    """The steps can be undone, so none of the squares fall together."""
-    rng = np.random.default_rng(1)
-    numbers = np.unique(np.concatenate([rng.integers(2**40, size=200_000), np.arange(200_000)])).astype(np.uint64)
-    mixed = repeats._mixed(numbers)
-    assert np.unique(mixed).size == numbers.size
-    assert mixed.max() < 2**40
-    undone = mixed.copy()
-    for factor in (0xBF58476D1D, 0x9E3779B97F):
-        undone ^= undone >> np.uint64(20)
-        undone = (undone * np.uint64(pow(factor, -1, 2**40))) & np.uint64(2**40 - 1)
-    assert np.array_equal(undone, numbers)
 
 
 def test_of_many_photons_those_of_some_squares_are_kept(monkeypatch):
@@ -125,10 +107,3 @@ def test_damaged_directions_are_no_pairs():
     assert sample_of(rows).pairs() == (0, 0)
     rows[7:9] = [5.0, -7.0, 1.0]
     assert sample_of(rows).pairs() == (1, 1)
-
-
-@pytest.mark.parametrize(("found", "n"), [(0, 0), (0, 7), (1, 1), (3, 40), (40, 40), (9, 300), (41, 40)])
-def test_the_tail_of_the_binomial_law(found, n):
-    """Against the sum in whole numbers."""
-    ways = sum(comb(n, k) * 63 ** (n - k) for k in range(found, n + 1))
-    assert binomial_tail(found, n, 1 / 64) == pytest.approx(float(Fraction(ways, 64**n)), rel=1e-12)

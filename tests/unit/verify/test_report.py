@@ -9,7 +9,7 @@ import pytest
 
 from aomc_sky.cli.commands.verify import report_text
 from aomc_sky.grid import PatchGrid
-from aomc_sky.verify.report import Check, Pulls, chi_square_p, judged, pool_starts, sidak_level
+from aomc_sky.verify.report import Check, Pulls, chi_square_tails, judged, pool_starts, sidak_level, two_sided
 
 
 def a_test(p_value: float, name: str = "test", waveband: int = 1) -> Check:
@@ -70,6 +70,6 @@ def test_groups_expect_enough() -> None:
 
 
 def test_both_tails_count() -> None:
-    assert chi_square_p(0.01, 100) < 1e-30
-    assert chi_square_p(1000.0, 100) < 1e-30
-    assert chi_square_p(99.33, 100) > 0.9
+    assert two_sided(*chi_square_tails(0.01, 100)) < 1e-30
+    assert two_sided(*chi_square_tails(1000.0, 100)) < 1e-30
+    assert two_sided(*chi_square_tails(99.33, 100)) > 0.9

@@ -230,11 +230,6 @@ _SAVES = {
     "source": ("--save-scat-density", "source functions of orders 2 and up, with --method sos"),
     "cumulative": ("--save-accum-scattering", "radiance of all orders up to each"),
     "glow": ("--save-light-pollution", "light of a ground of 1 cd/m2, order by order, by backward paths"),
-    "xyzw": (
-        "--xyzw",
-        "write X, Y, Z and scotopic luminance too, in cd/m2, as calcmysky does without --radiance; needs the extra "
-        "'colour'",
-    ),
 }
 """Member of `Saves` -> its option, and what it adds to atmosphere.nc."""
 

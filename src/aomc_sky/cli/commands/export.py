@@ -23,10 +23,9 @@ examples:
 
 _OPTIONS = """\
 --out PATH                    folder (npy, csv, aomc, envmap) or file (mcpl, netcdf); default beside RUN: RUN-npy,
-                              RUN-csv, RUN-aomc, RUN-envmap, RUN.mcpl, RUN.nc; .mcpl.gz: compressed
+                              RUN-csv, RUN-aomc, RUN-envmap, RUN.mcpl, RUN.nc
 --waveband I                  only this band, from 1; repeatable; netcdf always holds all
 --scene AMC_INP               amc.inp of the run's scene, for aomc: its files are copied beside the sky
---photons                     for netcdf: photons too, up to 1e7 of them
 --threads
 --force                       replace what is there
 --json --quiet
@@ -61,7 +60,6 @@ def export(arguments: argparse.Namespace) -> int:
         out=arguments.out,
         wavebands=arguments.waveband,
         scene=arguments.scene,
-        photons=arguments.photons,
         threads=arguments.threads or 0,
         force=arguments.force,
     )
@@ -79,8 +77,6 @@ def _check(arguments: argparse.Namespace) -> None:
 
     if arguments.scene is not None and arguments.to != "aomc":
         raise UsageError("--scene is for --to aomc")
-    if arguments.photons and arguments.to != "netcdf":
-        raise UsageError("--photons is for --to netcdf; other formats hold photons always, or never")
     if arguments.waveband and arguments.to == "netcdf":
         raise UsageError("--to netcdf holds all wavebands; select one when you read it")
     if arguments.out is not None:

@@ -138,18 +138,22 @@ def _run(arguments: argparse.Namespace, path: Path) -> int:
 
 
 def _unfinished(arguments: argparse.Namespace, path: Path) -> int:
-    from aomc_sky.outputs.shard import marks_among
+    from aomc_sky.outputs.shard import Shard, marks_among
     from aomc_sky.plan.plan import Plan
 
     plan = Plan.load(path / "plan.npz")
-    values = {
+    shards = dict.fromkeys(marks_among(os.listdir(path)))
+    values: dict[str, Any] = {
         "finished": False,
         "plan_sha256": plan.sha256,
         "seed": plan.seed,
         "requested": plan.arrays["requested"].tolist(),
         "components": list(plan.component_names),
-        "shards": [str(shard) for shard in marks_among(os.listdir(path))],
+        "shards": [str(shard) for shard in shards],
     }
+    if shards:
+        parts = (Shard(index=k, count=n) for n in sorted({s.count for s in shards}) for k in range(1, n + 1))
+        values["missing"] = [str(shard) for shard in parts if shard not in shards]
     head = f"run folder {path}, unfinished; the command that started the run finishes it"
     cli_options.answer(arguments, lambda: values, lambda: report_text(head, values))
     return 0

@@ -429,13 +429,16 @@ def read_band_rows(
             end = scanner.absent(max(len(lines), 1))
             report.at(end, "E203", message, advice="add the missing rows, or correct the count")
             break
-        _read_row(record, rows[k], names, highest, report)
-        if len(record.tokens) < len(names):
+        is_short = len(record.tokens) < len(names)
+        comma = None if is_short else record.decimal_comma()
+        if comma is not None:
+            column, span, message, advice = comma
+            report.at(span, "E205", message, name=names[column], advice=advice)
+        else:
+            _read_row(record, rows[k], names, highest, report)
+        if is_short:
             last = record.tokens[-1] if record.tokens else scanner.absent(record.next_line)
             _report_short(record, last, names, report)
-        elif record.decimal_comma is not None:
-            span, message, advice = record.decimal_comma
-            report.at(span, "E205", message, name=names[-1], advice=advice)
         index = record.next_line
         if report.is_full:
             break

@@ -15,6 +15,8 @@ from aomc_sky.errors import Span
 _INTEGER = re.compile(r"[+-]?\d+\Z")
 _REAL = re.compile(r"([+-]?)(\d*)(\.?)(\d*)(?:[eEdDqQ]([+-]?\d+)|([+-]\d+))?\Z")
 _PIECE = re.compile(r"[^ \t\r,;/]+|[,;/]")
+_BLANKS = re.compile(r"[ \t\r;]+")
+_INNER_COMMA = re.compile(r"(?<=\d),(?=\d)")
 _NON_FINITE = re.compile(r"[+-]?(?:inf(?:inity)?|nan(?:\([^)]*\))?)\Z", re.IGNORECASE)
 
 
@@ -105,15 +107,24 @@ class Record:
         """The values as reals. A null value, and a word that is not a number, give None."""
         return [list_real(token.word) for token in self.tokens]
 
-    @property
-    def decimal_comma(self) -> tuple[Span, str, str] | None:
-        """Span, message and advice for a last value that goes on after a comma: a person reads one number."""
-        token = self.tokens[-1]
-        if "." in token.word or self.rest[:1] != "," or not self.rest[1:2].isdigit():
+    def decimal_comma(self, *, at_end: bool = True) -> tuple[int, Span, str, str] | None:
+        """Index, span, message and advice for a value with a decimal comma, in a record that has all its values.
+
+        A person reads one number in two cases. Either the line has as many words as the record has values, and each is
+        a number once its comma is a point. Or, `at_end`, the last value goes on after a comma.
+        """
+        n, last = len(self.tokens), self.tokens[-1]
+        words = _BLANKS.split(last.text.strip(" \t\r;"))[:n]
+        index = next((k for k, word in enumerate(words) if "," in word), n)
+        if index < len(words) == n and all(list_real(_INNER_COMMA.sub(".", word)) is not None for word in words):
+            word = words[index]
+        elif at_end and "." not in last.word and self.rest[:1] == "," and self.rest[1:2].isdigit():
+            index, word = n - 1, last.word + self.rest.split()[0]
+        else:
             return None
-        rest = self.rest.split()[0]
-        message = f"'{token.word}{rest}' has a decimal comma; Fortran reads {token.word}"
-        return token.part(0, len(token.word) + len(rest)), message, f"write {token.word}.{rest[1:]}"
+        token = self.tokens[index]
+        message = f"'{word}' has a decimal comma; Fortran reads {token.word}"
+        return index, token.part(0, len(word)), message, f"write {word.replace(',', '.', 1)}"
 
 
 class ListScanner:

@@ -288,6 +288,10 @@ def _fits(n_zenith: int, n_azimuth: int, n_table: int, limit: int | None, token:
 
 
 def _read_wavelengths(record: Record, report: Report) -> np.ndarray | None:
+    if (comma := record.decimal_comma(at_end=False)) is not None:
+        _, span, message, advice = comma
+        report.at(span, "E306", message, name="wavelengths", advice=advice)
+        return None
     before = report.n_errors
     wavelength = np.zeros(len(record.tokens))
     first_at: dict[float, int] = {}
@@ -434,6 +438,11 @@ def _take_plain(index: int, lines: list[str], radiance: np.ndarray, line: np.nda
 def _read_row(record: Record, head: SkyHead, report: Report) -> tuple[int, int, int, float] | None:
     highest = (head.n_table, head.n_zenith, head.n_azimuth)
     lowest = (1, 1, 0)
+    comma = record.decimal_comma(at_end=False)
+    if comma is not None and comma[0] < 3:
+        k, span, message, _ = comma
+        report.at(span, "E306", message, name=_COLUMNS[k], advice="write a whole number")
+        return None
     indices: list[int] = []
     for k in range(3):
         token = record.tokens[k]
@@ -465,8 +474,8 @@ def _read_value(record: Record, report: Report) -> float | None:
         message = "the repeat count covers an index and the value; Fortran refuses this"
     elif number is None:
         code, message, advice = "E305", f"'{token.word}' is not a number", "write a number"
-    elif record.decimal_comma is not None:
-        code, (span, message, advice) = "E306", record.decimal_comma
+    elif (comma := record.decimal_comma()) is not None:
+        code, (_, span, message, advice) = "E306", comma
     elif not math.isfinite(number) or number < 0:
         code, advice = "E302", "write 0 or a positive number"
         message = f"{token.word} cannot be a radiance or a share of photons: both are finite and not negative"

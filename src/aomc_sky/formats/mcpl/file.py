@@ -159,17 +159,6 @@ def check_mcpl(path: str | Path) -> None:
         pass
 
 
-def holds(path: Path, head: bytes, n_bytes: int) -> bool:
-    """Whether a file packed by gzip is complete, unpacks to so many bytes, and begins with these."""
-    try:
-        with open_data(path, what="an MCPL file", code="E801") as file, _damage_named(path):
-            stream = gzip.GzipFile(fileobj=file, mode="rb")
-            begin = stream.read(len(head))
-            return begin == head and len(head) + _length_of_rest(cast(BinaryIO, stream), n_bytes) == n_bytes
-    except InputFileError:
-        return False
-
-
 def existing_path(path: Path) -> Path:
     """The file of this name, or the compressed one beside it (``photons.mcpl.gz``)."""
     packed = path.with_name(f"{path.name}.gz") if path.name.lower().endswith(".mcpl") else path

@@ -23,11 +23,11 @@ from __future__ import annotations
 
 import numpy as np
 
+from aomc_sky.kernels.arithmetic.elementary import sin_cos
 from aomc_sky.kernels.jit import inner, kernel, shared, shared_inlined
 from aomc_sky.kernels.phase import henyey_greenstein as hg
 from aomc_sky.kernels.phase import rayleigh, scatter
 
-_cos_sin = inner(scatter.cos_sin)
 _turned = inner(scatter.turned)
 
 
@@ -93,7 +93,7 @@ def hg_survival(one_minus_mu, g):
 @shared
 def new_direction(ux, uy, uz, one_minus_mu, sin_theta, azimuth_share):
     """Direction after scattering by theta; `azimuth_share` is uniform in [0, 1). The precision is that of ux."""
-    c, s = _cos_sin(np.float64(azimuth_share))
+    s, c = sin_cos(4.0 * np.float64(azimuth_share))
     v, sine = np.float64(one_minus_mu), np.float64(sin_theta)
     x, y, z = _turned(np.float64(ux), np.float64(uy), np.float64(uz), v, sine, c, s)
     return type(ux)(x), type(ux)(y), type(ux)(z)

@@ -4,26 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.directions import COS_QUARTER as COS_F64
-from aomc_sky.directions import SIN_QUARTER as SIN_F64
-
-
-def cos_sin(share):
-    """Cosine and sine of a share of the full turn; within 1.5 ulp of 1, and exact at quarter turns."""
-    x = 4.0 * share
-    turns = np.rint(x)
-    r = x - turns
-    t = r * r
-    s = (((SIN_F64[0] * t + SIN_F64[1]) * t + SIN_F64[2]) * t + SIN_F64[3]) * t + SIN_F64[4]
-    s = ((s * t + SIN_F64[5]) * t + SIN_F64[6]) * r
-    c = (((COS_F64[0] * t + COS_F64[1]) * t + COS_F64[2]) * t + COS_F64[3]) * t + COS_F64[4]
-    c = ((c * t + COS_F64[5]) * t + COS_F64[6]) * t + COS_F64[7]
-    half = np.floor(0.5 * turns)
-    swap = turns - (half + half)  # 1 in the quarters where sine and cosine change places
-    flip = 1.0 - 2.0 * (half - 2.0 * np.floor(0.5 * half))
-    stay = 1.0 - swap
-    return flip * (stay * c - swap * s), flip * (stay * s + swap * c)
-
 
 def turned(ux, uy, uz, one_minus_mu, sin_theta, cos_azimuth, sin_azimuth):
     """Direction after a turn by theta, with its length brought back to 1.

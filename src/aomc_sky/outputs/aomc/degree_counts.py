@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from aomc_sky.component import Component, Law, beam_direction_deg, cells_of_grid
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.errors import AllocationError, SceneError
+from aomc_sky.errors import SceneError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.plan.laws import law_of
-from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands
 
@@ -24,54 +22,23 @@ MOST_PHOTONS = 16_000_000
 """Most photons of a band for which 32-bit floats can hold every share of the total (below 2^24)."""
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Refusal:
-    """A reason, and a remedy: options of `run`, options of `export`, or something to do by hand."""
-
-    reason: str
-    run: str = ""
-    export: str = ""
-    by_hand: str = ""
-    is_allocation: bool = False
+def refuse(reasons: Sequence[str]) -> None:
+    """Raise one error with all reasons why the program cannot have a run, if there are any."""
+    if reasons:
+        raise SceneError("the AOMC program cannot launch this run: " + "; ".join(reasons))
 
 
-def raise_all(refusals: Sequence[Refusal], *, scene: str = "AMC_INP", run: str = "RUN") -> None:
-    """Raise one error with all reasons, if there are any; `scene` and `run` are the names that the user knows."""
-    if not refusals:
-        return
-    reasons = [refusal.reason for refusal in refusals]
-    text = reasons[0] if len(reasons) == 1 else "; ".join(f"({k}) {r}" for k, r in enumerate(reasons, start=1))
-    text += f". Solution: {_solution(refusals, scene, run)}"
-    error = AllocationError if all(refusal.is_allocation for refusal in refusals) else SceneError
-    raise error(text)
-
-
-def _solution(refusals: Sequence[Refusal], scene: str, run: str) -> str:
-    by_hand, again, export = (
-        list(dict.fromkeys(filter(None, words)))  # each once, in order
-        for words in zip(*((r.by_hand, r.run, r.export) for r in refusals), strict=True)
-    )
-    steps = list(by_hand)
-    if again or (by_hand and not export):
-        options = "".join(f" {words}" for words in again)
-        steps.append(f"aomc-sky run {scene}{options} --out NEW, with the other options of this run")
-    if export or again or by_hand:
-        options = "".join(f" {words}" for words in export)
-        steps.append(f"aomc-sky export {'NEW' if again or by_hand else run} --to aomc{options}")
-    return "; then ".join(steps)
-
-
-def photon_refusals(n_photons: dict[int, int]) -> list[Refusal]:
-    """Refuse no photons at all, and too many; `n_photons` of each waveband that has any. [0-based]"""
+def photon_reasons(n_photons: dict[int, int]) -> list[str]:
+    """No photons at all, or too many; `n_photons` of each waveband that has any. [0-based]"""
     if not n_photons:
-        reason = "no waveband of this run has photons, so there is nothing to export"
-        return [Refusal(reason=reason, run="--iterations 1000000")]
+        return ["no waveband of it has photons; run it with --iterations 1000000"]
     band, most = max(n_photons.items(), key=lambda item: item[1])
     if most <= MOST_PHOTONS:
         return []
-    reason = f"waveband {band + 1} has {most} photons; the AOMC program counts in 32-bit floats, which are exact up to "
-    reason += f"{MOST_PHOTONS} photons per waveband"
-    return [Refusal(reason=reason, run=f"--iterations {MOST_PHOTONS}", is_allocation=True)]
+    return [
+        f"waveband {band + 1} has {most} photons, but 32-bit floats count {MOST_PHOTONS}; run it with --iterations "
+        f"{MOST_PHOTONS}"
+    ]
 
 
 def whole_degree(component: Component) -> tuple[int, int] | None:
@@ -84,37 +51,24 @@ def whole_degree(component: Component) -> tuple[int, int] | None:
     return (zenith, azimuth % 360) if is_there else None
 
 
-def _beam_refusal(component: Component, n_photons: int) -> Refusal:
-    direction = beam_direction_deg(component)
-    where, options = "", ""
-    if direction is not None:
-        where = f" from zenith angle {direction[0]:g}, azimuth {direction[1]:g} degrees"
+def _beam_reason(component: Component, n_photons: int) -> str:
+    direction, cure = beam_direction_deg(component), law_of(component.law).leave_out
+    if component.law is Law.BEAM and direction is not None:
         zenith, azimuth = min(max(round(direction[0]), 1), LAST_ZENITH_DEG), round(direction[1]) % 360
-        if not np.allclose(direction, (zenith, azimuth), rtol=0, atol=1e-9):
-            options = f"--sun-zenith {zenith} --sun-azimuth {azimuth}"
-    if component.law in (Law.DISC, Law.DISC_AT_HORIZON):
-        where += ", with the disc of the sun"
-    return Refusal(
-        reason=f"component {component.name!r} (law {component.law.name}) sends {n_photons} photons{where}; the AOMC "
-        "program's sky file holds only zenith angles of 1, 2 .. 89 degrees and whole azimuths",
-        run=options,
-        by_hand=law_of(component.law).leave_out,
+        cure = f"run it with --sun-zenith {zenith} --sun-azimuth {azimuth}"
+    return (
+        f"component {component.name!r} (law {component.law.name}) sends {n_photons} photons, but the program's sky "
+        f"holds only zenith angles of 1, 2 .. 89 degrees and whole azimuths; {cure}"
     )
 
 
-def wavelength_refusals(wavelength_nm: np.ndarray, bands: Iterable[int]) -> list[Refusal]:
-    """Refuse wavebands [0-based] that would not find their own sky."""
-    single, refusals = wavelength_nm.astype(np.float32), []
-    for band in bands:
-        named = f"waveband {band + 1} at {wavelength_nm[band]:.9g} nm"
-        if np.count_nonzero(single == single[band]) > 1:
-            reason = f"{named} has the same wavelength as another one and different counts; the AOMC program chooses a "
-            refusals.append(Refusal(reason=f"{reason}sky by its wavelength", export=f"--waveband {band + 1}"))
-        else:
-            reason = f"{named} is too close to another one for the AOMC program's 32-bit floats to choose its own sky"
-            by_hand = "give the wavebands of lambbot.inp wavelengths at least 0.001 nm apart"
-            refusals.append(Refusal(reason=reason, by_hand=by_hand))
-    return refusals
+def wavelength_reasons(wavelength_nm: np.ndarray, bands: Iterable[int]) -> list[str]:
+    """Wavebands [0-based] that would not find their own sky."""
+    return [
+        f"waveband {band + 1} at {wavelength_nm[band]:.9g} nm has the wavelength of another one to 32 bits, and other "
+        f"counts; export it alone with --waveband {band + 1}, or give them wavelengths at least 0.001 nm apart"
+        for band in bands
+    ]
 
 
 _N_ZENITH, _N_AZIMUTH = 89, 360
@@ -124,102 +78,65 @@ _SHARED_OUT = (
 )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class DegreeCounts:
-    """Photons of each whole degree."""
+def degree_counts(source: PhotonSource, bands: Sequence[int]) -> tuple[np.ndarray, str]:
+    """Photons of a run on whole degrees, int64 (n_band, 89, n_azimuth), and a note if they were shared out again.
 
-    counts: np.ndarray  #: from zenith index 1, 0 for bands that are not chosen; int64 (n_band, 89, n_azimuth)
-    note: str = ""  #: a line for the user if the run's own patches are not whole degrees
-
-
-def degree_counts(source: PhotonSource, bands: Sequence[int]) -> DegreeCounts:
-    """Photons of a run on whole degrees, as many in each band as the run has.
-
-    A run on whole degrees (``--bins degrees``, or ``--compat aomc``) and a beam from a whole degree keep their counts.
-    Other masses are carried over to cells of one degree, and shared out with the run's method and seed. The
-    masses of a Perez sky are carried over by its own law, others by the law inside their patches. SceneError for the
-    reasons of `degree_refusals`.
+    A run on whole degrees (``--bins degrees``) and a beam from a whole degree keep their counts. Other masses are
+    carried over to cells of one degree, and shared out with the run's method and seed. The masses of a Perez sky are
+    carried over by its own law, others by the law inside their patches. The caller has looked at `degree_reasons`.
     """
-    raise_all(degree_refusals(source, bands))
-    parts = _parts(source, bands)
-    patches = [(c, part) for c, part in parts if part.any() and c.grid is not None]
-    tables = [_beam_table(c, part) for c, part in parts if part.any() and c.grid is None]
-    note = ""
-    if all(_is_on_degrees(c.grid) for c, _ in patches):
-        tables += [_patch_table(c, part) for c, part in patches]
-    else:
-        n_photons = np.sum([part.sum(axis=1) for _, part in patches], axis=0)
-        new = _shared_out_anew(source, [c for c, _ in patches], n_photons)
-        tables.append(new.reshape(source.n_bands, _N_ZENITH, _N_AZIMUTH))
-        note = _SHARED_OUT
-    total = np.zeros((source.n_bands, _N_ZENITH, max((t.shape[2] for t in tables), default=1)), dtype=np.int64)
+    lit = _lit_parts(source, bands)
+    patches = [(c, part) for c, part in lit if c.grid is not None]
+    note, photons = "", np.zeros((source.n_bands, _N_ZENITH, _N_AZIMUTH), dtype=np.int64)
+    for component, part in lit:
+        degree = whole_degree(component)
+        if degree is not None:
+            photons[:, degree[0] - 1, degree[1]] += part[:, 0]
+    tables = [part for _, part in patches]
+    if not all(_is_on_degrees(c.grid) for c, _ in patches):
+        n_photons = np.sum([part.sum(axis=1) for part in tables], axis=0)
+        tables, note = [_shared_out_anew(source, [c for c, _ in patches], n_photons)], _SHARED_OUT
     for table in tables:
-        total[:, :, : table.shape[2]] += table
-    return DegreeCounts(counts=total, note=note)
+        photons += table.reshape(photons.shape)
+    return photons, note
 
 
-def _beam_table(component: Component, counts: np.ndarray) -> np.ndarray:
-    """Counts of a beam from a whole degree."""
-    degree = whole_degree(component)
-    assert degree is not None  # `degree_refusals` has looked
-    table = np.zeros((len(counts), _N_ZENITH, _N_AZIMUTH), dtype=np.int64)
-    table[:, degree[0] - 1, degree[1]] = counts[:, 0]
-    return table
-
-
-def degree_refusals(source: PhotonSource, bands: Sequence[int]) -> list[Refusal]:
+def degree_reasons(source: PhotonSource, bands: Sequence[int]) -> list[str]:
     """All reasons why light of a run cannot be put on whole degrees."""
-    lit = [(component, part) for component, part in _parts(source, bands) if part.any()]
-    refusals = [
-        _beam_refusal(component, int(part.sum()))
+    lit = _lit_parts(source, bands)
+    reasons = [
+        _beam_reason(component, int(part.sum()))
         for component, part in lit
         if component.grid is None and whole_degree(component) is None
     ]
     if not all(_is_on_degrees(c.grid) for c, _ in lit if c.grid is not None):
-        refusals += [
-            Refusal(
-                reason=f"component {c.name!r} covers a part of the hemisphere, and its law does not say which part "
-                "of a degree",
-                by_hand="give it a grid of the whole hemisphere",
-            )
+        reasons += [
+            f"component {c.name!r} covers a part of the hemisphere; give it a grid of the whole hemisphere"
             for c, _ in lit
             if law_of(c.law).flux is not None
             and c.slope is None
             and c.grid is not None
             and abs(c.grid.solid_angle_sr.sum() - 2 * np.pi) > 1e-9
         ]
-    return refusals
+    return reasons
 
 
-def _parts(source: PhotonSource, bands: Sequence[int]) -> list[tuple[Component, np.ndarray]]:
-    """The components with their counts, 0 for bands that are not chosen."""
+def _lit_parts(source: PhotonSource, bands: Sequence[int]) -> list[tuple[Component, np.ndarray]]:
+    """The components that have photons, with their counts, 0 for bands that are not chosen."""
     counts = np.zeros_like(source.counts)
     counts[list(bands)] = source.counts[list(bands)]
     first = source.plan.arrays["component_start"]
-    return [(c, counts[:, first[k] : first[k + 1]]) for k, c in enumerate(source.components)]
+    parts = [(c, counts[:, first[k] : first[k + 1]]) for k, c in enumerate(source.components)]
+    return [(component, part) for component, part in parts if part.any()]
 
 
 def _is_on_degrees(grid: PatchGrid | None) -> bool:
-    """Whether the patches are cells around whole degrees, or the points themselves."""
-    if grid is None:
-        return False
-    return any(
-        np.array_equal(grid.zenith_bounds_deg, known.zenith_bounds_deg)
-        and np.array_equal(grid.azimuth_bounds_deg, known.azimuth_bounds_deg)
-        for known in (PatchGrid.whole_degrees(), PatchGrid.lattice(grid.n_zenith, grid.n_azimuth))
+    """Whether the patches are cells around whole degrees."""
+    known = PatchGrid.whole_degrees()
+    return grid is not None and all(
+        np.array_equal(getattr(grid, name), getattr(known, name))
+        for name in ("zenith_bounds_deg", "azimuth_bounds_deg")
     )
-
-
-def _patch_table(component: Component, part: np.ndarray) -> np.ndarray:
-    """Counts of a component on whole degrees, (n_band, 89, n_azimuth)."""
-    grid = component.grid
-    assert grid is not None
-    counts = part.reshape(len(part), grid.n_zenith, grid.n_azimuth)
-    if counts[:, _N_ZENITH:].any():
-        raise SceneError("photons come from zenith index 90 and more, which is the horizon and below")
-    table = np.zeros((len(part), _N_ZENITH, grid.n_azimuth), dtype=np.int64)
-    table[:, : grid.n_zenith] = counts[:, :_N_ZENITH]
-    return table
 
 
 def _shared_out_anew(source: PhotonSource, components: list[Component], n_photons: np.ndarray) -> np.ndarray:
@@ -239,10 +156,7 @@ def _shared_out_anew(source: PhotonSource, components: list[Component], n_photon
         components=(component,),
         row_of_band=plan.arrays["row_of_band"],
     )
-    method = plan.options["allocation"]
-    if method == AllocationMethod.AOMC.value:  # it loses photons; the export promises the run's total
-        method = AllocationMethod.SYSTEMATIC.value
-    return scene.source(plan.seed, allocation=method, method=plan.options["method"]).counts
+    return scene.source(plan.seed, allocation=plan.options["allocation"], method=plan.options["method"]).counts
 
 
 def carried_over(component: Component, grid: PatchGrid) -> np.ndarray:

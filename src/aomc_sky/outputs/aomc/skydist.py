@@ -17,15 +17,12 @@ from aomc_sky.formats.aomc.amc import AmcConfig, LightSource, read_amc, read_lam
 from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values, write_skydist
 from aomc_sky.formats.text_file import read_lines, write_atomically
 from aomc_sky.outputs.aomc.degree_counts import (
-    LAST_ZENITH_DEG,
     MOST_PHOTONS,
-    DegreeCounts,
-    Refusal,
     degree_counts,
-    degree_refusals,
-    photon_refusals,
-    raise_all,
-    wavelength_refusals,
+    degree_reasons,
+    photon_reasons,
+    refuse,
+    wavelength_reasons,
 )
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.plan.sampling.allocation import AllocationMethod, allocate
@@ -34,12 +31,7 @@ from aomc_sky.source.scene import Scene
 from aomc_sky.system import open_regular
 from aomc_sky.wavebands import Wavebands, midpoint_wavelength_index
 
-INTENSITIES = "intensities.csv"
-"""File with the photons of each waveband, if they differ; amc.inp holds one number."""
-
 _FIRST_COLUMN, _ITERATIONS_END = 48, 60
-
-_DRIFT = "the program's own rounding is kept: {} to {} photons in a waveband for {} iterations"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -51,71 +43,44 @@ class AomcSky:
     counts: np.ndarray  #: photons that the program will launch, from zenith index 1; int64 (n_band, 89, n_azimuth)
     wavelength_nm: np.ndarray  #: of the wavebands; float64 (n_band,)
     sky_wavelength_nm: np.ndarray  #: of the sky that the program takes for each waveband; float64 (n_band,)
-    photons_of_run: np.ndarray | None = None  #: photons of each waveband in the run, if the program launches others
     notes: tuple[str, ...] = ()  #: lines for the user
 
 
-def aomc_sky(
-    source: PhotonSource, bands: Sequence[int] | None = None, *, scene: str = "AMC_INP", run: str = "RUN"
-) -> AomcSky:
+def aomc_sky(source: PhotonSource, bands: Sequence[int] | None = None) -> AomcSky:
     """Turn the counts of a run into radiances for the AOMC program, checked by its own 32-bit rule.
 
     amc.inp holds one number of photons. If the wavebands of a run differ in it, the run is planned again with the
-    largest one for all of them. A run with the program's own rounding (``--compat aomc``) keeps its counts, whose
-    totals drift. Wavebands that are not among `bands` launch nothing. SceneError names every reason why the program
-    cannot have the run, with a command that helps, in which `scene` and `run` are the names that the user knows;
-    AllocationError if there are too many photons, or if no radiances give the counts.
+    largest one for all of them. Wavebands that are not among `bands` launch nothing. SceneError names the reasons why
+    the program cannot have the run; AllocationError if no radiances give the counts.
     """
     chosen = list(range(source.n_bands) if bands is None else bands)
-    arrays, photons_of_run = source.plan.arrays, None
-    refusals: list[Refusal] = []
-    if is_rounded := source.plan.options["allocation"] == AllocationMethod.AOMC.value:
-        on_degrees, note = _counts_of_table(source, chosen), ""
-        iterations = int(arrays["requested"][chosen].max())
-    else:
-        n_photons = {band: source.n_photons(band) for band in chosen if source.n_photons(band)}
-        iterations, planned = max(n_photons.values(), default=0), source
-        if len(set(n_photons.values())) > 1:
-            planned = one_total(source, n_photons)
-            photons_of_run = np.array([n_photons.get(band, 0) for band in range(source.n_bands)])
-        refusals = [*photon_refusals(n_photons), *degree_refusals(planned, chosen)]
-        counted = DegreeCounts(counts=planned.counts[:, :, None]) if refusals else degree_counts(planned, chosen)
-        on_degrees, note = counted.counts, counted.note
-    wavelength_nm = arrays["wavelength_nm"]
+    n_photons = {band: source.n_photons(band) for band in chosen if source.n_photons(band)}
+    iterations, planned, total_note = max(n_photons.values(), default=0), source, ""
+    if source.plan.options["allocation"] == AllocationMethod.AOMC.value:
+        refuse(["it has the program's own rounding; run the program on the files of the scene, or run this scene again "
+                "without --compat aomc"])  # fmt: skip
+    if len(set(n_photons.values())) > 1:
+        planned = one_total(source, n_photons)
+        total_note = (
+            f"the wavebands of the run have {min(n_photons.values())} to {iterations} photons, but amc.inp holds one "
+            f"number: each waveband was planned again with {iterations} photons; multiply the results of a waveband "
+            f"by its photons in the run over {iterations}"
+        )
+    refuse([*photon_reasons(n_photons), *degree_reasons(planned, chosen)])
+    on_degrees, note = degree_counts(planned, chosen)
+    wavelength_nm = source.plan.arrays["wavelength_nm"]
     band_of_row, row_of_band = _wavelength_rows(wavelength_nm, chosen)
     own = on_degrees[band_of_row[row_of_band]]
-    wrong = [band for band in chosen if not np.array_equal(own[band], on_degrees[band])]
-    raise_all([*refusals, *wavelength_refusals(wavelength_nm, wrong)], scene=scene, run=run)
-    radiances = [np.zeros(own.shape[1:], dtype=np.float32) for _ in band_of_row]
-    for k, band in enumerate(band_of_row.tolist()):
-        if not is_rounded:
-            radiances[k] = exact_radiances(on_degrees[band])
-        elif band in chosen:
-            mass = source.mass(band).reshape(-1, on_degrees.shape[2])[:LAST_ZENITH_DEG]
-            radiances[k] = program_radiances(mass, on_degrees[band], iterations)
-    totals = on_degrees[chosen].sum(axis=(1, 2))
-    if is_rounded and not np.all(totals == iterations):
-        note = _DRIFT.format(totals.min(), totals.max(), iterations)
-    notes = (note, _total_note(photons_of_run, iterations), *_launch_notes(own, chosen))
+    refuse(wavelength_reasons(wavelength_nm, [b for b in chosen if not np.array_equal(own[b], on_degrees[b])]))
+    radiance = np.stack([exact_radiances(on_degrees[band]) for band in band_of_row]).astype(np.float64)
     return AomcSky(
-        table=SkyTable(wavelength_nm=wavelength_nm[band_of_row], radiance=np.stack(radiances).astype(np.float64)),
+        table=SkyTable(wavelength_nm=wavelength_nm[band_of_row], radiance=radiance),
         iterations=iterations,
         counts=own,
         wavelength_nm=wavelength_nm,
         sky_wavelength_nm=wavelength_nm[band_of_row[row_of_band]],
-        photons_of_run=photons_of_run,
-        notes=tuple(filter(None, notes)),
+        notes=tuple(filter(None, (note, total_note, *_launch_notes(own, chosen)))),
     )
-
-
-def _counts_of_table(source: PhotonSource, chosen: Sequence[int]) -> np.ndarray:
-    """Counts of a run with ``--compat aomc``, from zenith index 1; 0 for bands that are not chosen."""
-    grid = source.grid
-    assert grid is not None  # the program's rounding is for one table
-    on_degrees = np.zeros((source.n_bands, LAST_ZENITH_DEG, grid.n_azimuth), dtype=np.int64)
-    counts = source.counts.reshape(source.n_bands, grid.n_zenith, grid.n_azimuth)[chosen, :LAST_ZENITH_DEG]
-    on_degrees[chosen, : grid.n_zenith] = counts
-    return on_degrees
 
 
 def one_total(source: PhotonSource, n_photons: dict[int, int]) -> PhotonSource:
@@ -145,16 +110,6 @@ def _wavelength_rows(wavelength_nm: np.ndarray, chosen: Sequence[int]) -> tuple[
     order = np.lexsort((np.arange(single.size), ~is_chosen, single))
     band_of_row = order[np.unique(single[order], return_index=True)[1]]
     return band_of_row, midpoint_wavelength_index(wavelength_nm, wavelength_nm[band_of_row])
-
-
-def _total_note(photons_of_run: np.ndarray | None, iterations: int) -> str:
-    if photons_of_run is None:
-        return ""
-    lit = photons_of_run[photons_of_run > 0]
-    return (
-        f"the wavebands of the run have {lit.min()} to {lit.max()} photons, but amc.inp holds one number: each "
-        f"waveband was planned again with {iterations} photons, and {INTENSITIES} holds their intensities"
-    )
 
 
 def _launch_notes(launched: np.ndarray, chosen: Sequence[int]) -> Iterator[str]:
@@ -221,9 +176,6 @@ def write_aomc_folder(sky: AomcSky, folder: RunFolder, amc_inp: Path | None) -> 
     write_skydist(sky.table, folder.path / SKYDIST, bins=Bins.DEGREES, values=Values.RADIANCE)
     names = [SKYDIST, COUNTS]
     folder.write(COUNTS, counts_text(sky))
-    if sky.photons_of_run is not None:
-        folder.write(INTENSITIES, intensities_text(sky, sky.photons_of_run))
-        names.append(INTENSITIES)
     if amc_inp is None:
         return names
     others = sorted(p for p in amc_inp.parent.glob("*.inp") if p.is_file() and p.name not in _LEFT_OUT)
@@ -242,16 +194,6 @@ def counts_text(sky: AomcSky) -> bytes:
         zenith, azimuth = np.nonzero(counts)
         rows = zip((zenith + 1).tolist(), azimuth.tolist(), counts[zenith, azimuth].tolist(), strict=True)
         lines += [f"{head},{z},{a},{n}" for z, a, n in rows]
-    return "\n".join([*lines, ""]).encode("ascii")
-
-
-def intensities_text(sky: AomcSky, photons_of_run: np.ndarray) -> bytes:
-    """The intensity of each waveband: photons of the run over photons that the program launches."""
-    lines = ["waveband,wavelength_nm,intensity,photons_of_the_run,photons_launched"]
-    launched = sky.counts.sum(axis=(1, 2)).tolist()
-    for band, (n_run, n_launched) in enumerate(zip(photons_of_run.tolist(), launched, strict=True)):
-        intensity = n_run / n_launched if n_launched else 0.0
-        lines.append(f"{band + 1},{float(sky.wavelength_nm[band])!r},{intensity!r},{n_run},{n_launched}")
     return "\n".join([*lines, ""]).encode("ascii")
 
 
@@ -286,7 +228,6 @@ _NEIGHBOURS = 3
 
 _STEPS = 24
 _SCALES = 32
-_PROGRAM_SCALES, _PROGRAM_EXPONENT = 256, 20
 
 
 def exact_radiances(counts: np.ndarray) -> np.ndarray:
@@ -311,27 +252,6 @@ def exact_radiances(counts: np.ndarray) -> np.ndarray:
             return radiance
     raise AllocationError(
         "no 32-bit radiances make the AOMC program launch exactly these counts; export another seed or photon number"
-    )
-
-
-def program_radiances(mass: np.ndarray, counts: np.ndarray, iterations: int) -> np.ndarray:
-    """Radiances on whole degrees that the program rounds to these photons, with their drift; float32.
-
-    The masses of a run with ``--compat aomc`` are the program's 32-bit weights over their sum. A scale is searched that
-    turns them into weights again, with the roundings of the run; AllocationError if there is none. `mass`
-    (n_zenith, n_azimuth) begins at zenith index 1 and has at most 89 rows, `counts` has 89.
-    """
-    table = np.zeros(counts.shape)
-    table[: len(mass)] = mass
-    if not table.any():
-        return np.zeros(counts.shape, dtype=np.float32)
-    for trial in range(_PROGRAM_SCALES):
-        radiance = _nearest(table * np.ldexp(1.0 + trial / 4096.0, _PROGRAM_EXPONENT))
-        if np.array_equal(allocate(aomc_weight(radiance), iterations, method=AllocationMethod.AOMC), counts):
-            return radiance
-    raise AllocationError(
-        "no 32-bit radiances were found that the AOMC program rounds to the counts of this run; the scene's own "
-        "skydist.inp gives them"
     )
 
 

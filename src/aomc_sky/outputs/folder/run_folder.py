@@ -29,7 +29,6 @@ from aomc_sky.system import (
     open_handle,
     open_regular,
     read_at,
-    sync_file,
     sync_folder,
     write_at,
 )
@@ -261,7 +260,7 @@ class RunFolder:
                 with open(temporary, "xb") as file:
                     yield file
                     file.flush()
-                    sync_file(file.fileno())
+                    os.fsync(file.fileno())
                 os.replace(temporary, self.path / name)
                 sync_folder(self.path)
         finally:
@@ -289,7 +288,7 @@ class RunFolder:
                 return
             try:
                 yield handle
-                sync_file(handle)
+                os.fsync(handle)
             finally:
                 os.close(handle)
 

@@ -6,12 +6,11 @@
 from __future__ import annotations
 
 import contextlib
-import math
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor, wait
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from functools import cached_property, partial
 from itertools import accumulate
 from pathlib import Path
@@ -25,7 +24,7 @@ from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.counts import COUNTS_FILES
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
 from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, photon_writer
-from aomc_sky.outputs.shard import BLOCK, PLAN, block_spans
+from aomc_sky.outputs.shard import PLAN, block_spans
 from aomc_sky.outputs.statistics import BlockSums, PhotonSums, photon_sums
 from aomc_sky.system import n_cpus, write_at
 
@@ -94,15 +93,12 @@ class PhotonWriter(ABC):
 
     @abstractmethod
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
-        """Bytes that a batch adds to each file, in memory of their own: the arrays of the batch are used again."""
+        """Bytes that a batch adds to each file."""
 
     @staticmethod
     def read(path: Path, wavelength_nm: np.ndarray, bands: tuple[int, ...], weights: str | Path | None) -> PhotonFile:
         """Open a file for `verify`, with the wavelengths of a scene and the wavebands that the user names."""
         raise refuse(path, "photons of this format cannot be read", code="E802", advice="write them as MCPL")
-
-    def recycle(self, chunks: tuple[memoryview, ...]) -> None:  # noqa: B027
-        """Take back memory after its bytes are written; by default every chunk has new memory."""
 
 
 Write = Callable[[int, int, tuple[memoryview, ...]], object]
@@ -175,10 +171,10 @@ def photon_files(folder: RunFolder, writers: Iterable[PhotonWriter], bands: Sequ
 def stored_files(source: PhotonSource, folder: RunFolder, bands: Sequence[int]) -> dict[str, list[PhotonFiles]]:
     """Photon files of each format that has at least one file in the run folder."""
     names = {*folder.names()}
-    writers = {name: photon_writer(name) for name in FOLDER_FORMATS}
+    writers = {key: photon_writer(key) for key in FOLDER_FORMATS if any(name.endswith(f".{key}") for name in names)}
     return {
-        name: photon_files(folder, [writer(source)], bands)
-        for name, writer in writers.items()
+        key: photon_files(folder, [writer(source)], bands)
+        for key, writer in writers.items()
         if not names.isdisjoint(writer.names[0].format(band + 1) for band in bands)
     }
 
@@ -259,7 +255,6 @@ class ChunkPool:
         self.source = source
         self.threads = threads or n_cpus()
         self._executor = ThreadPoolExecutor(max_workers=self.threads, thread_name_prefix="aomc-sky")
-        self._free: list[_Memory] = []  # the last one is used first: it is in the cache
 
     def __enter__(self) -> ChunkPool:
         return self
@@ -276,82 +271,40 @@ class ChunkPool:
     ) -> PhotonSums:
         """Make the photons of a waveband, give each block to all targets in order, and return the sums over photons.
 
-        `spans` are the blocks, by default all. `count` is called with the photons of each block after it is written;
-        then the memory of its bytes is used again.
+        `spans` are the blocks, by default all. `count` is called with the photons of each block after it is written.
         """
         sums, writers = PhotonSums(self.source.replicates), [writer for writer, _ in targets]
         chosen = block_spans(0, self.source.n_photons(band)) if spans is None else spans
         made = in_order(self._executor, self.threads, partial(self._chunk, band, writers), chosen)
         with contextlib.closing(made):  # if a target fails, threads end before the pool does
-            for start, chunks, block, n_photons, memory in made:
-                for (writer, write), chunk in zip(targets, chunks, strict=True):
+            for start, chunks, block, n_photons in made:
+                for (_, write), chunk in zip(targets, chunks, strict=True):
                     write(band, start, chunk)
-                    writer.recycle(chunk)
-                self._free.append(memory)
                 sums.add(block)
                 count(n_photons)
         return sums
 
     def _chunk(
         self, band: int, writers: Sequence[PhotonWriter], span: tuple[int, int]
-    ) -> tuple[int, list[tuple[memoryview, ...]], list[BlockSums], int, _Memory]:
-        start, stop = span
-        try:
-            memory = self._free.pop()
-        except IndexError:
-            memory = _Memory(self.source)
-        block = memory.block(self.source.photons(band, start, stop, out=memory.batch))
-        chunks = [writer.chunks(block) for writer in writers]
-        sums = photon_sums(self.source, band, start, block.uz, block.weight)
-        return start, chunks, sums, stop - start, memory
+    ) -> tuple[int, list[tuple[memoryview, ...]], list[BlockSums], int]:
+        batch = self.source.photons(band, *span)
+        chunks = [writer.chunks(batch) for writer in writers]
+        return batch.start, chunks, photon_sums(self.source, band, batch.start, batch.uz, batch.weight), len(batch)
 
 
-class _Block(PhotonBatch):
-    """A batch of a pool: its rows are made once for all files, into memory that is used again.
-
-    Fresh memory costs several times what filling it does.
-    """
-
-    memory: _Memory
-
-    @cached_property
-    def directions(self) -> np.ndarray:
-        """Travel directions, shape (n, 3)."""
-        return np.stack([self.ux, self.uy, self.uz], axis=-1, out=self.memory.directions[: len(self)])
-
-    @cached_property
-    def positions(self) -> np.ndarray | None:
-        """Positions, shape (n, 2), or None. [m]"""
-        if self.x is None or self.y is None:
-            return None
-        return np.stack([self.x, self.y], axis=-1, out=self.memory.positions[: len(self)])
-
-
-_BATCH_FIELDS = tuple(field.name for field in fields(PhotonBatch))
-
-
-class _Memory:
-    """Memory of one block, used again and again: the arrays of its batch and its rows."""
-
-    def __init__(self, source: PhotonSource) -> None:
-        dtype = source.dtype
-        n_positions = BLOCK if source.has_positions else 0
-        self.directions, self.positions = np.empty((BLOCK, 3), dtype), np.empty((n_positions, 2), dtype)
-        self.batch = PhotonBatch(
-            ux=np.empty(BLOCK, dtype),
-            uy=np.empty(BLOCK, dtype),
-            uz=np.empty(BLOCK, dtype),
-            patch=np.empty(BLOCK, np.int32),
-            band=0,
-            start=0,
-            wavelength_nm=math.nan,
-            x=np.empty(BLOCK, dtype) if source.has_positions else None,
-            y=np.empty(BLOCK, dtype) if source.has_positions else None,
-            weight=np.empty(BLOCK, dtype) if source.has_weights else None,
-        )
-
-    def block(self, batch: PhotonBatch) -> _Block:
-        """Photons that fill the arrays of `batch`, with memory for their rows."""
-        block = _Block(**{name: getattr(batch, name) for name in _BATCH_FIELDS})
-        block.__dict__["memory"] = self
-        return block
+def emit_photons(
+    source: PhotonSource,
+    files: Sequence[PhotonFiles],
+    bands: Iterable[int],
+    threads: int,
+    count: Callable[[int], None],
+) -> dict[int, PhotonSums]:
+    """Make the photons of wavebands, write those that belong to the files, and return the sums of each waveband."""
+    sums = {}
+    with ChunkPool(source, threads) as pool, contextlib.ExitStack() as stack:
+        shared = [(f.writer, stack.enter_context(f.writing())) for f in files if len(f.bands) > 1]
+        for band in bands:
+            with contextlib.ExitStack() as of_band:
+                own = [(f.writer, of_band.enter_context(f.writing())) for f in files if f.bands == (band,)]
+                sums[band] = pool.emit(band, [*own, *shared], count)
+    return sums

@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import contextlib
-import gzip
 import sys
-from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,7 +18,7 @@ from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, encode_header, pl
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
-from aomc_sky.outputs.photons.files import ChunkPool, FileLayout, PhotonFile, PhotonRows, PhotonWriter
+from aomc_sky.outputs.photons.files import FileLayout, PhotonFile, PhotonRows, PhotonWriter, emit_photons, photon_files
 from aomc_sky.outputs.statistics import batch_functions
 from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.plan.sampling.streams import STREAM_VERSION
@@ -41,9 +38,6 @@ MAX_CELLS = 2**20
 
 MAX_WAVEBANDS = 2**12
 """From this waveband on, counted from 1, photons have the user flags 0."""
-
-GZIP_LEVEL = 6
-"""zlib's default, which mcpltool takes too."""
 
 ENERGY_TOLERANCE = 1e-4
 """Largest relative difference between the energy of a photon and that of its waveband."""
@@ -75,11 +69,11 @@ class McplWriter(PhotonWriter):
 
     names = ("photons.mcpl",)
 
-    def __init__(self, source: PhotonSource) -> None:
+    def __init__(self, source: PhotonSource, name: str = names[0]) -> None:
         super().__init__(source)
+        self._name = name
         self._record = self._header(0, ()).record
         self._energy = _energies(source)
-        self._free: deque[Any] = deque()  # arrays of records; threads pop and append
 
     def parts(self, bands: Sequence[int]) -> list[tuple[int, ...]]:
         """Wavebands that share a file: all."""
@@ -89,11 +83,11 @@ class McplWriter(PhotonWriter):
         """The one file."""
         n = sum(self.source.n_photons(band) for band in bands)
         head = encode_header(self._header(n, _comments(self.source, bands)))
-        return (FileLayout(self.names[0], head, self._record.itemsize, n),)
+        return (FileLayout(self._name, head, self._record.itemsize, n),)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
-        """Records of a batch, good until they are given to `recycle`."""
-        records = self._spare(len(batch))[: len(batch)]
+        """Records of a batch; depth and time are 0."""
+        records = np.zeros(len(batch), self._record)
         if records.size == 0:
             return (memoryview(b""),)
         _pack(batch, self._energy[batch.band], records)
@@ -104,14 +98,6 @@ class McplWriter(PhotonWriter):
         if batch.weight is not None:
             records["weight"] = batch.weight
         return (records.view(np.uint8).data,)
-
-    def _spare(self, n: int) -> np.ndarray:
-        """Records whose depth and time are 0; memory is used again, for new memory is slower than filling it."""
-        with contextlib.suppress(IndexError):
-            records = self._free.pop()
-            if records.size >= n:
-                return records
-        return np.zeros(n, self._record)
 
     @staticmethod
     def read(path: Path, wavelength_nm: np.ndarray, bands: tuple[int, ...], weights: str | Path | None) -> PhotonFile:
@@ -149,12 +135,6 @@ class McplWriter(PhotonWriter):
             header=file.header,
             n_of={int(band): int(n_of[band]) for band in np.flatnonzero(n_of)},
         )
-
-    def recycle(self, chunks: tuple[memoryview, ...]) -> None:
-        """Take back memory after its bytes are written."""
-        for chunk in chunks:
-            if isinstance(chunk.obj, np.ndarray):
-                self._free.append(chunk.obj.base)
 
     def _header(self, n: int, comments: tuple[str, ...]) -> McplHeader:
         return McplHeader(
@@ -234,38 +214,6 @@ def _wavelengths(source: PhotonSource, bands: Sequence[int]) -> Iterator[str]:
         yield f"wavelengths of the wavebands [nm]: {', '.join(pairs)}"
 
 
-def is_gzip_name(path: Path) -> bool:
-    """Whether a name asks for a compressed file."""
-    return path.name.lower().endswith(".gz")
-
-
-@contextlib.contextmanager
-def _mcpl_stream(file: BinaryIO, path: Path) -> Iterator[BinaryIO]:
-    """The stream for an MCPL file: the file itself, or gzip if the final name ends in ".gz".
-
-    The head of gzip has no name and no time, so equal contents give equal bytes with one version of zlib.
-    """
-    if not is_gzip_name(path):
-        yield file
-        return
-    with gzip.GzipFile(filename="", mode="wb", compresslevel=GZIP_LEVEL, fileobj=file, mtime=0) as packed:
-        yield cast(BinaryIO, packed)
-
-
-def write_mcpl_file(
-    source: PhotonSource, bands: tuple[int, ...], path: Path, *, threads: int, count: Callable[[int], None]
-) -> None:
-    """Write photons of wavebands [0-based] as one MCPL file; `count` is called with the photons of each block."""
-    writer, folder = McplWriter(source), RunFolder(path.parent)
-    (layout,) = writer.layouts(bands)
-    folder.require_space(layout.size)
-    announce_photons(sum(source.n_photons(band) for band in bands))
-    with folder.stream(path.name) as file, _mcpl_stream(file, path) as out, ChunkPool(source, threads) as pool:
-        out.write(layout.head)
-        for band in bands:
-            pool.emit(band, [(writer, lambda band, start, chunks: out.write(chunks[0]))], count)
-
-
 def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> None:
     """Write all photons of a source as one MCPL file (format 3).
 
@@ -274,8 +222,7 @@ def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> N
     source : PhotonSource
         Where the photons come from.
     path : str or Path
-        The file, replaced atomically; its folder must exist. A name that ends in ``.gz`` asks for gzip,
-        which libmcpl reads where it ends in ``.mcpl.gz``.
+        The file, replaced atomically; its folder must exist.
     threads : int
         Threads, 0 for one per CPU; the bytes do not depend on it. [0 to 1024]
 
@@ -295,7 +242,11 @@ def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> N
     >>> sky.write_mcpl(scene.source(seed=1), "photons.mcpl")
     """
     path = Path(path)
-    if not path.name:
-        raise UsageError(f"expected the name of a file, got {str(path)!r}")
+    if not path.name or path.suffix.lower() == ".gz":
+        raise UsageError(f"expected the name of a file such as photons.mcpl, which gzip can pack, got {str(path)!r}")
     threads = as_number_of(threads, "threads", 0, 1024)
-    write_mcpl_file(source, tuple(range(source.n_bands)), path, threads=threads, count=lambda n: None)
+    folder, bands = RunFolder(path.parent), range(source.n_bands)
+    files = photon_files(folder, [McplWriter(source, path.name)], bands)
+    folder.require_space(files[0].layouts[0].size)
+    announce_photons(source.total)
+    emit_photons(source, files, bands, threads, lambda n: None)

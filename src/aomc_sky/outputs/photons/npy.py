@@ -128,7 +128,7 @@ class NpyWriter(PhotonWriter):
             rows.append(_little_endian(batch.positions))
         if self.source.has_weights:
             assert batch.weight is not None
-            rows.append(_little_endian(batch.weight.copy()))  # the array of the batch is used again
+            rows.append(_little_endian(batch.weight))
         return tuple(rows)
 
     @staticmethod

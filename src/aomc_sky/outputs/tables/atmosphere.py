@@ -1,12 +1,11 @@
 """Skies of an atmosphere under several suns: as a dataset with CF conventions, and as skydist.inp.
 
-Optional are orders, source functions, the light of the ground, X, Y, Z and scotopic luminance.
+Optional are orders, source functions and the light of the ground.
 """
 
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,7 +14,7 @@ from typing import Any
 import numpy as np
 
 import aomc_sky
-from aomc_sky.errors import ModelLimitWarning, UsageError
+from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values, write_skydist
 from aomc_sky.outputs.folder.run_folder import RunFolder
@@ -140,8 +139,6 @@ def write_atmosphere_netcdf(
     if saves.cumulative:
         text = "radiance of the sky of all orders up to this one, mean over the patch"
         dataset["radiance_up_to_order"] = variable(_ORDERS, np.cumsum(_by_order(skies), axis=2), text, _RADIANCE)
-    if saves.xyzw:
-        _add_xyzw(dataset, axes, skies)
     if saves.any_source:
         _add_sources(dataset, axes, skies, saves)
     if saves.glow:
@@ -176,66 +173,6 @@ def write_atmosphere_skydist(sky: AtmosphereSky, path: Path) -> None:
     write_skydist(table, path, bins=Bins.EQUAL, values=Values.RADIANCE)
 
 
-_COLOUR = "colour"
-"""The extra that installs colour-science."""
-
-PHOTOPIC_LM_W, SCOTOPIC_LM_W = 683.0, 1700.0
-"""Luminous efficacies at the peaks of the eye's daylight and night functions. [lm W-1]"""
-
-COMPONENTS = ("X", "Y", "Z", "W")
-
-_TABLE_NM = np.arange(360.0, 831.0)
-_WIDEST_STEP_NM = 20.0
-_MISSED = 0.01
-
-
-def xyzw_weights(wavelength_nm: np.ndarray) -> np.ndarray:
-    """Factors (n_wl, 4) that turn spectral radiances at rising wavelengths into X, Y, Z and W.
-
-    In cd m-2 per W m-2 sr-1 nm-1: Y is the luminance with 683 lm W-1, W the scotopic luminance with 1700 lm W-1. The
-    spectrum is linear between the wavelengths and zero outside them. Its products with the CIE 1931 2-degree
-    colour-matching functions and the CIE 1951 scotopic function are summed in steps of 1 nm from 360 to 830 nm (CIE
-    15:2018, section 7.1). Wide steps of the radiance therefore do not skip parts of the functions.
-    """
-    between = np.stack([np.interp(_TABLE_NM, wavelength_nm, row, 0.0, 0.0) for row in np.eye(wavelength_nm.size)])
-    return between @ _eye()
-
-
-def check_wavelengths(wavelength_nm: np.ndarray) -> None:
-    """Refuse fewer than two wavelengths, and warn if rising wavelengths give inaccurate colours.
-
-    Inaccurate are steps wider than 20 nm, and more than 1 % of X, Y, Z or W of an equal-energy spectrum outside the
-    wavelengths.
-    """
-    optional_module("colour", extra=_COLOUR)
-    if wavelength_nm.size < 2:
-        raise UsageError("X, Y, Z and W are sums over a spectrum: they need two wavelengths or more")
-    widest = float(np.diff(wavelength_nm).max())
-    inside = xyzw_weights(wavelength_nm).sum(axis=0) / _eye().sum(axis=0)
-    if widest > _WIDEST_STEP_NM:
-        text = f"wavelengths are up to {widest:.4g} nm apart; X, Y, Z and W need {_WIDEST_STEP_NM:g} nm or less"
-        warnings.warn(text, ModelLimitWarning, stacklevel=2)
-    if inside.min() < 1.0 - _MISSED:
-        missed = ", ".join(f"{name} {100 * (1 - share):.2g} %" for name, share in zip(COMPONENTS, inside, strict=True))
-        text = f"these shares of an even spectrum lie outside the wavelengths and are missing: {missed}"
-        warnings.warn(text, ModelLimitWarning, stacklevel=2)
-
-
-def xyzw(radiance: np.ndarray, wavelength_nm: np.ndarray) -> np.ndarray:
-    """X, Y, Z and W, (..., 4) [cd m-2], of spectral radiances (..., n_wl) [W m-2 sr-1 nm-1]."""
-    return np.asarray(radiance @ xyzw_weights(wavelength_nm))
-
-
-def _eye() -> np.ndarray:
-    """Colour-matching functions and scotopic function with their efficacies and the step, (n, 4). [lm W-1 nm]"""
-    colour = optional_module("colour", extra=_COLOUR)
-    matching = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
-    night = optional_module("colour.colorimetry", extra=_COLOUR).SDS_LEFS["CIE 1951 Scotopic Standard Observer"]
-    day = [np.interp(_TABLE_NM, matching.wavelengths, matching.values[:, k], 0.0, 0.0) for k in range(3)]
-    dark = np.interp(_TABLE_NM, night.wavelengths, night.values, 0.0, 0.0)
-    return np.stack([*(PHOTOPIC_LM_W * column for column in day), SCOTOPIC_LM_W * dark], axis=1)
-
-
 SOURCE_DEG = np.arange(0.0, 181.0, 15.0)
 """Zenith angles, and azimuths from the sun, of source functions. [deg]"""
 
@@ -258,7 +195,6 @@ class Saves:
     source: bool = False  #: source functions of orders 2 and up
     cumulative: bool = False  #: radiance of all orders up to each
     glow: bool = False  #: radiance of light that a ground of 1 cd m-2 emits, order by order
-    xyzw: bool = False  #: X, Y, Z and scotopic luminance
 
     @property
     def any_source(self) -> bool:
@@ -266,17 +202,12 @@ class Saves:
         return self.source or self.source_from_ground
 
 
-def check_saves(saves: Saves, *, wavelength_nm: np.ndarray, methods: Sequence[str], glow: np.ndarray | None) -> None:
-    """Refuse, before the work, contents that are not available, and warn as `check_wavelengths` does.
-
-    `wavelength_nm` rises; `methods` are those of the suns; `glow` is the radiance of a ground of 1 cd m-2 or None.
-    """
+def check_saves(saves: Saves, *, methods: Sequence[str], glow: np.ndarray | None) -> None:
+    """Refuse, before the work, what the suns' `methods` or the radiance of a ground of 1 cd m-2 cannot give."""
     if saves.any_source and "sos" not in methods:
         raise UsageError("source functions need --method sos and two orders or more; no sun is solved in this way")
     if saves.glow and (glow is None or not np.any(glow > 0)):
         raise UsageError('--save-light-pollution: the description has no "light pollution relative radiance" above 0')
-    if saves.xyzw:
-        check_wavelengths(wavelength_nm)
 
 
 def _add_irradiance(dataset: Any, skies: Sequence[AtmosphereSky]) -> None:
@@ -284,17 +215,6 @@ def _add_irradiance(dataset: Any, skies: Sequence[AtmosphereSky]) -> None:
     values = np.stack([sky.patch_mean @ area for sky in skies])
     text = "irradiance of the sky on the horizontal ground by the number of interactions"
     dataset["irradiance_by_order"] = variable(("sun_zenith", "wavelength", "order"), values, text, _IRRADIANCE)
-
-
-def _add_xyzw(dataset: Any, axes: dict[str, Variable], skies: Sequence[AtmosphereSky]) -> None:
-    radiance = np.moveaxis(_by_order(skies).sum(axis=2), 1, -1)
-    text = (
-        "CIE 1931 2-degree X, Y, Z with 683 lm W-1 (Y is the luminance) and scotopic luminance W with 1700 lm W-1, "
-        "mean over the patch"
-    )
-    values = xyzw(radiance, skies[0].medium.wavelength_nm)
-    dataset["xyzw"] = variable(("sun_zenith", "zenith", "azimuth", "eye"), values, text, "cd m-2")
-    axes["eye"] = variable("eye", list(COMPONENTS), "response of the eye")
 
 
 def _add_sources(dataset: Any, axes: dict[str, Variable], skies: Sequence[AtmosphereSky], saves: Saves) -> None:

@@ -12,12 +12,10 @@ import aomc_sky
 from aomc_sky.component import Component, beam_direction_deg
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.radiance import cell_irradiances, patch_radiance
-from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
-from aomc_sky.outputs.shard import BLOCK
 
 EXTRA = "netcdf"
 """The extra that installs xarray and h5netcdf."""
@@ -28,30 +26,14 @@ _LONG_NAMES = {
     "expected": "photons that the {part} is due, before they are made whole",
 }
 
-MOST_PHOTONS = 10_000_000
-"""Most photons of a dataset, which is in memory as a whole (about 200 MB)."""
 
-_COLUMNS = {
-    "ux": {"long_name": f"x of the {CONVENTIONS['direction']}", "units": "1"},
-    "uy": {"long_name": "y of the travel direction", "units": "1"},
-    "uz": {"long_name": f"z of the travel direction; {CONVENTIONS['frame']}", "units": "1"},
-    "patch": {"long_name": "cell of the photon, from 0: cells of all components, patches zenith by zenith"},
-    "x": {"long_name": "x at the surface, origin at the centre of the footprint", "units": "m"},
-    "y": {"long_name": "y at the surface, origin at the centre of the footprint", "units": "m"},
-    "weight": {"long_name": "statistical weight, mean 1", "units": "1"},
-}
-
-
-def to_xarray(source: PhotonSource, *, photons: bool = False) -> Any:  # xarray.Dataset; the package is optional
+def to_xarray(source: PhotonSource) -> Any:  # xarray.Dataset; the package is optional
     """Return counts, masses, expected photons and radiance of all patches and wavebands as a dataset.
 
     Parameters
     ----------
     source : PhotonSource
         The run.
-    photons : bool
-        Include the photons: `ux`, `uy`, `uz`, `patch`, and `x`, `y`, `weight` if they have them, over (photon),
-        waveband after waveband, and `photon_count` over (waveband). [at most 1e7 photons]
 
     Returns
     -------
@@ -68,8 +50,6 @@ def to_xarray(source: PhotonSource, *, photons: bool = False) -> Any:  # xarray.
     ------
     MissingExtraError
         xarray is not installed: ``pip install "aomc-sky[netcdf]"``.
-    UsageError
-        Photons are asked for, and there are too many.
 
     Examples
     --------
@@ -91,8 +71,6 @@ def to_xarray(source: PhotonSource, *, photons: bool = False) -> Any:  # xarray.
         if component.grid is not None:
             coordinates |= grid_coordinates(component.grid, ending)
             variables |= grid_bounds(component.grid, ending)
-    if photons:
-        variables |= _photon_variables(source)
     return xr.Dataset(variables, coordinates, _attributes(source))
 
 
@@ -223,34 +201,10 @@ def _attributes(source: PhotonSource) -> dict[str, Any]:
     }
 
 
-def _photon_variables(source: PhotonSource) -> dict[str, Any]:
-    """Variables of all photons, and their number in each waveband (a contiguous ragged array of the CF conventions)."""
-    if source.total > MOST_PHOTONS:
-        raise UsageError(
-            f"{source.total} photons are more than the {MOST_PHOTONS} that a dataset holds in memory; take npy or mcpl "
-            "for them"
-        )
-    columns: dict[str, np.ndarray] = {}
-    done = 0
-    for band in range(source.n_bands):
-        for batch in source.batches(band, BLOCK):
-            for name in _COLUMNS:
-                values = getattr(batch, name)
-                if values is not None:
-                    columns.setdefault(name, np.empty(source.total, values.dtype))[done : done + len(batch)] = values
-            done += len(batch)
-    counts = np.array([source.n_photons(band) for band in range(source.n_bands)], dtype=np.int64)
-    count_attributes = {"long_name": "photons of the waveband, one after the other", "sample_dimension": "photon"}
-    return {
-        **{name: ("photon", column, _COLUMNS[name]) for name, column in columns.items()},
-        "photon_count": ("waveband", counts, count_attributes),
-    }
-
-
-def write_netcdf(source: PhotonSource, path: str | Path, *, photons: bool = False) -> None:
+def write_netcdf(source: PhotonSource, path: str | Path) -> None:
     """Write the dataset of `to_xarray` as a netCDF-4 file, atomically and compressed."""
     target = Path(path)
-    RunFolder(target.parent).write(target.name, netcdf_bytes(to_xarray(source, photons=photons)))
+    RunFolder(target.parent).write(target.name, netcdf_bytes(to_xarray(source)))
 
 
 def netcdf_bytes(dataset: Any) -> bytes:
@@ -268,13 +222,12 @@ def netcdf_bytes(dataset: Any) -> bytes:
     return buffer.getvalue()
 
 
-def plan_of_netcdf(path: str | Path, *, photons: bool = False) -> str | None:
-    """SHA-256 of the plan of a netCDF file with or without photons, or None for any other file."""
+def plan_of_netcdf(path: str | Path) -> str | None:
+    """SHA-256 of the plan of a netCDF file of ours, or None for any other file."""
     xr = optional_module("xarray", extra=EXTRA)
     optional_module("h5netcdf", extra=EXTRA)
     try:
         with xr.open_dataset(path, engine="h5netcdf") as dataset:
-            is_wanted = ("photon_count" in dataset) == photons
-            return str(dataset.attrs.get("plan_sha256")) if is_wanted else None
+            return str(dataset.attrs.get("plan_sha256"))
     except (OSError, ValueError, KeyError):
         return None

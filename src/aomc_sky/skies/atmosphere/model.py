@@ -14,7 +14,6 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.directions import in_both_units, settle_angles
 from aomc_sky.errors import SceneError
-from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
 from aomc_sky.progress import is_free, patience
 from aomc_sky.skies.atmosphere.description.medium import read_medium, warn_of_others
@@ -96,7 +95,6 @@ class AtmosphereSky(Share):
     patch_mean: np.ndarray = field(init=False)
     patch_change: float = field(init=False)
 
-    @in_default_mode
     def __post_init__(self, sun_zenith_rad: float | None, sun_azimuth_rad: float | None) -> None:
         check_share(self)
         settle_angles(self, sun_zenith_deg=sun_zenith_rad)

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.float_mode import in_default_mode
 from aomc_sky.phase.vectorised import real, shape_of
 from aomc_sky.skies.lobes.animation import LobeAnimation
 from aomc_sky.skies.lobes.horizon import mass_above_horizon
@@ -46,7 +45,6 @@ class BackgroundSky:
     curves: np.ndarray
     utc_offset_h: float = 0.0
 
-    @in_default_mode
     def __post_init__(self) -> None:
         checked_samples(self.wavelength_nm, self.curves)
         for name, animation in self.animations.items():

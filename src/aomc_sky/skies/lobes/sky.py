@@ -11,7 +11,6 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
 from aomc_sky.errors import SceneError
-from aomc_sky.float_mode import in_default_mode
 from aomc_sky.phase.vectorised import real
 from aomc_sky.skies.lobes.envelope import LAWS, LobeFrame, envelope_of
 from aomc_sky.skies.lobes.horizon import mass_above_horizon, mean_cosine
@@ -67,7 +66,6 @@ class WeightedLobe:
     wavelength_nm: np.ndarray
     spectrum: np.ndarray
 
-    @in_default_mode
     def __post_init__(self) -> None:
         for name in ("quaternion", "wavelength_nm", "spectrum"):
             array = np.array(getattr(self, name), dtype=np.float64)
@@ -118,7 +116,6 @@ class LobeSky(Share):
 
     lobes: tuple[WeightedLobe, ...]
 
-    @in_default_mode
     def __post_init__(self) -> None:
         check_share(self)
         object.__setattr__(self, "lobes", tuple(self.lobes))

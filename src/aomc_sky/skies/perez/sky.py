@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
-from aomc_sky.float_mode import in_default_mode
 from aomc_sky.grid import PatchGrid
 from aomc_sky.inputs import MODEL
 from aomc_sky.skies.model import Share, check_share, with_share
@@ -110,7 +109,6 @@ class PerezSky(Share):
     _used: np.ndarray = field(init=False, repr=False, compare=False)
     _integral: float = field(init=False, repr=False, compare=False, default=math.nan)
 
-    @in_default_mode
     def __post_init__(self, sun_zenith_deg: float | None, sun_azimuth_deg: float | None) -> None:
         check_share(self)
         settle_angles(self, sun_zenith_rad=sun_zenith_deg)
@@ -290,7 +288,6 @@ class PerezSky(Share):
         scale = 1.0 if self.dhi is None else self.dhi / self.relative_integral
         return np.broadcast_to(np.where(is_up, np.maximum(value, 0.0) * scale, 0.0), shape).copy()
 
-    @in_default_mode
     def patch_mass(self, grid: PatchGrid) -> np.ndarray:
         """Share of the photons through a horizontal surface that comes from each patch, shape (n_patch,).
 

@@ -46,7 +46,8 @@ def read_radiance_csv(
         The file, at most 128 MiB.
     azimuth_convention : AzimuthConvention or str, optional
         From where azimuths count, if not the file says it (``# azimuth: clockwise from north``): "north_clockwise",
-        "enu_from_east", "west_of_south", "from_sun" (against the clock) or "from_sun_clockwise".
+        "enu_from_east", "west_of_south", "from_sun" (against the clock) or "from_sun_clockwise". If nothing says it,
+        "enu_from_east" (from +x towards +y, as in skydist.inp), with a note.
     angle_unit : {"deg", "rad"}, optional
         Of both angles, if not the names of the columns (``zenith_rad``) or ``# angle unit: deg`` say it.
     radiance_unit : str, optional

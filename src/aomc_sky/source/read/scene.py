@@ -158,7 +158,7 @@ def read_scene(
     draft = dataclasses.replace(
         draft,
         n_photons=only_bands(draft.n_photons, wavebands, bands.wavelength_nm),
-        notes=(*draft.notes, *_unused_notes(files, draft.options)),
+        notes=(*draft.notes, *_unused_notes(files, draft.options), *_empty_band_notes(draft.n_photons)),
         options={**draft.options, "compat": compat, "lenient": lenient, "wavebands": listed_bands(wavebands)},
     )
     scene = draft.scene(
@@ -328,6 +328,14 @@ def _unused_notes(files: SceneFiles, options: Mapping[str, Any]) -> tuple[str, .
     if toml.atmosphere is not None and files.atmosphere is None:
         notes.append("sky.toml: [atmosphere] is not used, another sky is asked for")
     return tuple(notes)
+
+
+def _empty_band_notes(n_photons: np.ndarray) -> tuple[str, ...]:
+    empty = (np.flatnonzero(n_photons == 0) + 1).tolist()
+    if not empty:
+        return ()
+    shown = f"{'s' * (len(empty) > 1)} {', '.join(map(str, empty[:10]))}{', ...' * (len(empty) > 10)}"
+    return (f"difcol.inp: no photons in waveband{shown}, where intensity x iterations is below 1/2",)
 
 
 def _footprint(config: AmcConfig) -> Footprint:

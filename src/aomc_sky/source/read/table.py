@@ -79,6 +79,8 @@ def tabulated_sky(table: SkyTable, options: TableOptions) -> tuple[TabulatedSky,
     grid, values = _grid_and_values(table, bins, options.azimuth_bins)
     if weighting is Weighting.AOMC and bins is not Bins.DEGREES:
         raise UsageError("weighting 'aomc' is the program's weight of whole degrees; write --bins degrees with it")
+    if weighting is Weighting.AOMC:
+        _refuse_infinite_float32(table)
     sky = TabulatedSky(wavelength_nm=table.wavelength_nm, values=values, grid=grid, weighting=weighting)
     return sky, {"bins": bins.value, "weighting": weighting.value, "azimuth_bins": options.azimuth_bins}
 
@@ -89,10 +91,7 @@ def _compat_sky(table: SkyTable) -> TabulatedSky:
     beyond = np.add(np.argwhere(table.radiance[:, 90:, :] > 0), (0, 90, 0))
     if beyond.size:
         _raise_once(table, beyond, _BEYOND.format(90), "the program's zenith indices are degrees; correct the index")
-    too_large = np.argwhere(table.radiance > np.finfo(np.float32).max)
-    if too_large.size:
-        message = "the value is infinite in the program's 32-bit floats, so it launches no photon"
-        _raise_at(table, too_large, "E302", message, "divide all values of the file by one number")
+    _refuse_infinite_float32(table)
     return TabulatedSky(
         wavelength_nm=table.wavelength_nm,
         values=table.radiance.reshape(n_table, -1),
@@ -100,6 +99,13 @@ def _compat_sky(table: SkyTable) -> TabulatedSky:
         weighting=Weighting.AOMC,
         midpoint_rule=True,
     )
+
+
+def _refuse_infinite_float32(table: SkyTable) -> None:
+    too_large = np.argwhere(table.radiance > np.finfo(np.float32).max)
+    if too_large.size:
+        message = "the value is infinite in the program's 32-bit floats, so it launches no photon"
+        _raise_at(table, too_large, "E302", message, "divide all values of the file by one number")
 
 
 def _grid_and_values(table: SkyTable, bins: Bins, azimuth_bins: str) -> tuple[PatchGrid, np.ndarray]:

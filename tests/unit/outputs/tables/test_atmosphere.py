@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import sys
 from fractions import Fraction
 
 import numpy as np
 import pytest
 
-from aomc_sky.errors import MissingExtraError, ModelLimitWarning, UsageError
-from aomc_sky.outputs.tables.atmosphere import check_wavelengths, rounded_significand, xyzw, xyzw_weights
+from aomc_sky.outputs.tables.atmosphere import rounded_significand
 
 
 def nearest(value: float, n_bits: int) -> float:
@@ -40,86 +38,3 @@ def test_zeros_and_what_is_no_number_stay() -> None:
     found = rounded_significand(np.array([0.0, -0.0, np.inf, -np.inf, np.nan]), 3)
     np.testing.assert_array_equal(found, np.array([0.0, -0.0, np.inf, -np.inf, np.nan], dtype=np.float32))
     assert np.signbit(found[1])
-
-
-FINE_NM = np.arange(360.0, 831.0)
-
-
-@pytest.fixture
-def colour() -> object:
-    return pytest.importorskip("colour")
-
-
-def planck(wavelength_nm: np.ndarray, kelvin: float) -> np.ndarray:
-    """Blackbody spectrum, in some unit."""
-    return wavelength_nm**-5.0 / np.expm1(1.438776877e7 / (wavelength_nm * kelvin))
-
-
-def test_coarse_spectra_against_the_functions_of_colour(colour: object) -> None:
-    from colour import MSDS_CMFS, SpectralDistribution
-    from colour.colorimetry import SDS_LEFS, luminous_flux, sd_to_XYZ_integration
-
-    matching = MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
-    night = SDS_LEFS["CIE 1951 Scotopic Standard Observer"]
-    wavelength = np.linspace(400.0, 700.0, 16)
-    for spectrum in (np.ones(16), planck(wavelength, 12000.0) * 1e12, np.random.default_rng(1).uniform(0, 2, 16)):
-        found = xyzw(spectrum, wavelength)
-        light = np.interp(FINE_NM, wavelength, spectrum, 0.0, 0.0)
-        # nothing outside the wavelengths: colour-science would go on with the last value
-        day = SpectralDistribution(dict(zip(FINE_NM, light, strict=True)))
-        np.testing.assert_allclose(found[:3], sd_to_XYZ_integration(day, matching, k=683.0), rtol=1e-9)
-        inside = (FINE_NM >= 380.0) & (FINE_NM <= 780.0)
-        dark = SpectralDistribution(dict(zip(FINE_NM[inside], light[inside], strict=True)))
-        np.testing.assert_allclose(found[3], luminous_flux(dark, night, 1700.0), rtol=1e-9)
-
-
-def test_sum_written_out(colour: object) -> None:
-    from colour import MSDS_CMFS
-    from colour.colorimetry import SDS_LEFS
-
-    matching = MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
-    night = SDS_LEFS["CIE 1951 Scotopic Standard Observer"]
-    wavelength = np.array([443.0, 490.0, 512.0, 555.0, 670.0])
-    radiance = np.array([0.3, 0.2, 0.5, 0.9, 0.1])
-    sums = np.zeros(4)
-    for nm in range(443, 671):
-        light = float(np.interp(nm, wavelength, radiance))
-        sums[:3] += 683.0 * light * np.asarray(matching[float(nm)])
-        sums[3] += 1700.0 * light * float(night[float(nm)])
-    np.testing.assert_allclose(xyzw(radiance, wavelength), sums, rtol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("kelvin", "chromaticity"), [(2856.0, (0.4476, 0.4074)), (5000.0, (0.3451, 0.3516)), (10000.0, (0.2807, 0.2884))]
-)
-def test_published_chromaticities_of_blackbodies(
-    colour: object, kelvin: float, chromaticity: tuple[float, float]
-) -> None:
-    for wavelength in (FINE_NM, np.arange(360.0, 831.0, 10.0)):
-        x, y, z, _ = xyzw(planck(wavelength, kelvin), wavelength)
-        np.testing.assert_allclose((x / (x + y + z), y / (x + y + z)), chromaticity, atol=3e-4)
-
-
-def test_peaks_of_the_eye(colour: object) -> None:
-    weights = xyzw_weights(FINE_NM)
-    assert weights[FINE_NM == 555.0, 1] == pytest.approx(683.0, rel=1e-6)
-    assert weights[FINE_NM == 507.0, 3] == pytest.approx(1700.0, rel=1e-3)
-    assert int(FINE_NM[weights[:, 3].argmax()]) in (506, 507)
-    sums = weights.sum(axis=0)
-    np.testing.assert_allclose(sums[:3] / 683.0, [106.865, 106.857, 106.892], rtol=1e-5)
-
-
-def test_wavelengths_that_no_colour_follows_from(colour: object) -> None:
-    check_wavelengths(np.arange(380.0, 781.0, 20.0))
-    with pytest.raises(UsageError, match="two wavelengths"):
-        check_wavelengths(np.array([550.0]))
-    with pytest.warns(ModelLimitWarning, match="100 nm apart"):
-        check_wavelengths(np.array([380.0, 480.0, 580.0, 680.0, 780.0]))
-    with pytest.warns(ModelLimitWarning, match="outside the wavelengths"):
-        check_wavelengths(np.arange(450.0, 701.0, 10.0))
-
-
-def test_without_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "colour", None)
-    with pytest.raises(MissingExtraError, match=r'pip install "aomc-sky\[colour\]"'):
-        xyzw(np.ones(2), np.array([500.0, 510.0]))

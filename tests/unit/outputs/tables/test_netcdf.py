@@ -8,13 +8,12 @@ import numpy as np
 import pytest
 
 import aomc_sky
-from aomc_sky import DirectBeam, Footprint, Scene, TabulatedSky, UniformSky, Wavebands
+from aomc_sky import DirectBeam, Scene, TabulatedSky, UniformSky, Wavebands
 from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.errors import MissingExtraError, UsageError
+from aomc_sky.errors import MissingExtraError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.tables.netcdf import plan_of_netcdf, to_xarray, write_netcdf
-from aomc_sky.plan.footprint import FootprintShape
 
 xarray = pytest.importorskip("xarray")
 pytest.importorskip("h5netcdf")
@@ -94,39 +93,6 @@ def test_the_file_holds_the_dataset(source, tmp_path):
     assert path.read_bytes() == first
     assert [p.name for p in tmp_path.iterdir()] == ["sky.nc"]
     assert plan_of_netcdf(path) == source.plan.sha256
-
-
-def test_photons_stand_waveband_after_waveband(source, tmp_path):
-    write_netcdf(source, tmp_path / "sky.nc", photons=True)
-    assert plan_of_netcdf(tmp_path / "sky.nc") is None
-    assert plan_of_netcdf(tmp_path / "sky.nc", photons=True) == source.plan.sha256
-    with xarray.open_dataset(tmp_path / "sky.nc", engine="h5netcdf") as data:
-        assert data.photon_count.values.tolist() == [1000, 2000]
-        assert data.photon_count.attrs["sample_dimension"] == "photon"
-        second = source.photons(1)
-        for name in ("ux", "uy", "uz", "patch"):
-            assert np.array_equal(data[name].values[1000:], getattr(second, name))
-            assert data[name].dtype == getattr(second, name).dtype
-        assert "x" not in data
-
-
-def test_positions_and_weights_come_along():
-    footprint = Footprint(shape=FootprintShape.CIRCLE, size_x_m=3.0, size_y_m=3.0)
-    bands = Wavebands(wavelength_nm=WAVELENGTHS)
-    scene = Scene(wavebands=bands, n_photons=[0, 70], components=(table(),), footprint=footprint)
-    source = scene.source(weights=True)
-    data, batch = to_xarray(source, photons=True), source.photons(1)
-    for name in ("x", "y", "weight"):
-        assert np.array_equal(data[name], getattr(batch, name))
-    assert data.x.attrs["units"] == "m"
-
-
-def test_too_many_photons_are_refused():
-    bands = Wavebands(wavelength_nm=WAVELENGTHS)
-    source = Scene(wavebands=bands, n_photons=5_000_001, components=(table(),)).source()
-    with pytest.raises(UsageError, match="10000002 photons"):
-        to_xarray(source, photons=True)
-    assert int(to_xarray(source).counts.sum()) == 10_000_002
 
 
 def test_other_files_have_no_plan(tmp_path):

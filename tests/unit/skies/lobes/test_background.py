@@ -13,7 +13,6 @@ from aomc_sky.skies.lobes.background import BackgroundSky, Interpolation, backgr
 from aomc_sky.skies.lobes.file.data import ReferenceType
 from aomc_sky.skies.lobes.light import read_background
 from aomc_sky.skies.lobes.lobe import slerp
-from tests.support.background import plain_file
 from tests.support.shared import SHARED, needs_shared
 
 UP = (1.0, 0.0, 0.0, 0.0)
@@ -192,25 +191,6 @@ def test_reference_times_row_by_row(reference):
         assert fraction == pytest.approx(float(row["fraction"]), rel=6e-13, abs=1e-15)
         got = sky.irradiance(row["animation"], time, 1000 * float(row["wavelength_um"])) / 10
         assert got == pytest.approx(float(row["irradiance"]), rel=6e-13, abs=0)
-
-
-@pytest.fixture(scope="module")
-def night(tmp_path_factory):
-    """A diurnal animation with keys at 0, 6 and 24 h, written by h5py alone, in micrometres and W cm-2 um-1."""
-    pytest.importorskip("h5py")
-    return read_background(plain_file(tmp_path_factory.mktemp("night") / "night.h5"))
-
-
-def test_irradiance_in_our_units(night):
-    assert isinstance(night, BackgroundSky)
-    small = float(np.float32(1e-9))
-    assert night.irradiance("a", 0.0, 500.0) == pytest.approx(10 * 0.25 * float(np.float32(4e-9)), rel=1e-15)
-    assert night.irradiance("a", 6 * 3600.0, 500.0) == pytest.approx(10 * small, rel=1e-15)
-    assert night.irradiance("a", 86400.0 + 3 * 3600.0, 625.0) == pytest.approx(
-        10 * 0.5 * (0.25 * 0.5 + float(np.float32(2e-9))), rel=1e-15
-    )
-    last = night.irradiance("a", 86400.0 - 1e-6, 750.0)
-    assert last == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize(("time", "offset"), [("noon", 0.0), (None, 0.0), (0.0, "east")])

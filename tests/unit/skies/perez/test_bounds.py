@@ -48,30 +48,6 @@ def test_every_point_lies_between(case, shape):
         assert area @ lower[:, 0, 0] >= 0.96 * (area @ value.min(axis=(1, 2)))
 
 
-def test_grid_does_not_change_the_law_but_uniform_cells_do():
-    """Mean cosine to the sun over coarse and fine patches: equal for exact cells, different for uniform ones."""
-    sun = np.array([np.sin(0.7), 0.0, np.cos(0.7)])
-    means = {}
-    for within in ("exact", "uniform"):
-        for shape in ((4, 6), (45, 180)):
-            grid = sky.PatchGrid.regular(*shape)
-            parts = sky.PerezSky(sun_zenith_rad=0.7, epsilon=8.0, delta=0.1, grid=grid, within=within).lower(500)
-            scene = sky.Scene(wavebands=BANDS, n_photons=200_000, components=parts)
-            means[within, shape] = -(scene.source(seed=1).photons().directions.astype(float) @ sun).mean()
-    assert abs(means["exact", (4, 6)] - means["exact", (45, 180)]) < 2e-3  # 3 standard deviations of iid photons
-    assert abs(means["uniform", (4, 6)] - means["exact", (45, 180)]) > 1e-2
-
-
-def test_plan_and_pickle_keep_the_law(tmp_path):
-    parts = sky.PerezSky(sun_zenith_rad=0.7, epsilon=8.0, delta=0.1, grid=sky.PatchGrid.regular(6, 8)).lower(500)
-    scene = sky.Scene(wavebands=BANDS, n_photons=5000, components=parts)
-    source = scene.source(seed=4)
-    source.plan.save(tmp_path / "plan.npz")
-    again = sky.PhotonSource.from_plan(type(source.plan).load(tmp_path / "plan.npz"))
-    np.testing.assert_array_equal(source.photons().directions, again.photons().directions)
-    np.testing.assert_array_equal(again.components[0].bounds, parts[0].bounds)
-
-
 def test_two_skies_with_exact_cells_are_refused():
     one = sky.PerezSky(sun_zenith_rad=0.7, epsilon=8.0, delta=0.1).lower(500)[0]
     with pytest.raises(sky.SceneError, match="one component of law PEREZ"):

@@ -12,7 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
-from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.irradiances import closed_irradiances
 from aomc_sky.skies.perez.sky import PerezSky
 
@@ -35,19 +34,6 @@ def test_any_two_give_the_third(dni: float, dhi: float, zenith: float) -> None:
     assert found[0] == dni
     found = closed_irradiances(ghi=ghi, dni=dni, dhi=dhi, sun_zenith_deg=zenith)
     assert tuple(map(float, found)) == (dni, dhi)
-
-
-def test_the_beam_is_that_of_pvlib() -> None:
-    irradiance = pytest.importorskip("pvlib").irradiance
-    pandas = pytest.importorskip("pandas")
-    zenith = np.array([0.0, 20.0, 45.5, 70.0, 84.0, 87.9])
-    ghi, dhi = np.array([1000.0, 800.0, 500.0, 250.0, 100.0, 48.0]), np.array([100.0, 80.0, 120.0, 60.0, 30.0, 20.0])
-    oracle = irradiance.dni(pandas.Series(ghi), pandas.Series(dhi), pandas.Series(zenith)).to_numpy()
-    assert np.all(np.isfinite(oracle))  # from 88 degrees on pvlib gives none
-    np.testing.assert_allclose(perez.direct_from_global(ghi, dhi, np.deg2rad(zenith)), oracle, rtol=1e-13)
-    sums = irradiance.complete_irradiance(zenith, ghi=None, dni=pandas.Series(oracle), dhi=pandas.Series(dhi))
-    np.testing.assert_allclose(sums["ghi"], ghi, rtol=1e-13)
-    np.testing.assert_allclose(perez.diffuse_from_global(ghi, oracle, np.deg2rad(zenith)), dhi, rtol=1e-12)
 
 
 def test_broadcast_and_gaps() -> None:
@@ -116,14 +102,6 @@ def test_the_first_bad_value_of_an_array_is_named() -> None:
 
 CLEAR = {"dni": 850.0, "dhi": 95.0}
 GHI = 850.0 * math.cos(0.5) + 95.0
-
-
-@pytest.mark.parametrize("given", [{"ghi": GHI, "dhi": 95.0}, {"ghi": GHI, "dni": 850.0}, {"ghi": 860.0, **CLEAR}])
-def test_a_sky_from_any_two(given: dict[str, float]) -> None:
-    one, other = PerezSky(sun_zenith_rad=0.5, **CLEAR), PerezSky(sun_zenith_rad=0.5, **given)
-    assert (other.dni, other.dhi) == (pytest.approx(850.0, rel=1e-14), pytest.approx(95.0, rel=1e-12))
-    np.testing.assert_allclose(other.model_coefficients, one.model_coefficients, rtol=1e-11)
-    assert other.radiance(0.3, 0.2, 550.0) == pytest.approx(float(one.radiance(0.3, 0.2, 550.0)), rel=1e-11)
 
 
 def test_diffuse_light_above_the_global_is_said() -> None:

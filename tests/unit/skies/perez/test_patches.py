@@ -10,11 +10,9 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.elementary import arc, exp_level
 from aomc_sky.kernels.jit import kernel
 from aomc_sky.skies.perez import functions as perez
-from aomc_sky.skies.perez.kernels.law import first_factor, second_factor
 from aomc_sky.skies.perez.patches import first_factor_zero, second_factor_zeros
 from aomc_sky.skies.perez.sky import PerezSky
 
-EPSILONS = (1.0, 1.1, 1.3, 1.6, 2.0, 3.0, 5.0, 8.0)
 pytestmark = pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")
 
 
@@ -42,16 +40,6 @@ def test_exponential_and_arc_to_the_last_bits() -> None:
     _each(0, h, out)
     with mp.workdps(50):
         assert ulps(out, [2 * mp.asin(mp.sqrt(mp.mpf(float(v)))) for v in h]) < 2.1
-
-
-def test_factors_agree_with_the_numpy_form() -> None:
-    a, b, c, d, e = -0.9, -0.3, 12.0, -4.0, 0.4
-    for xi, phi, sun in ((0.2, 1.0, 0.7), (1.5, 3.0, 0.7), (0.7, 0.0, 0.7)):
-        h = np.sin((xi - sun) / 2) ** 2 + np.sin(xi) * np.sin(sun) * np.sin(phi / 2) ** 2
-        ours = first_factor(np.cos(xi), a, b) * second_factor(h, c, d, e)
-        assert ours == pytest.approx(float(perez.relative_radiance(xi, phi, sun, [a, b, c, d, e])), rel=1e-14)
-    assert first_factor(0.0, a, b) == 1
-    assert first_factor(0.0, a, 0.0) == 1 + a
 
 
 def test_zeros_of_the_factors() -> None:

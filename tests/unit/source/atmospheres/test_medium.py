@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 import aomc_sky
-from aomc_sky.engine.atmosphere import TableRequest, prepare_table
 from aomc_sky.errors import InputFileError, InputWarning, SceneError, SourceText, UsageError
 from aomc_sky.formats.sky_toml.keys import MoonDirection
 from aomc_sky.skies.atmosphere.description.data import (
@@ -30,7 +29,6 @@ from aomc_sky.skies.atmosphere.description.medium import (
     warn_of_others,
 )
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
-from aomc_sky.source.read.solve import read_for_sun
 from tests.support import atmospheres
 from tests.support.atmospheres import molecules_only
 from tests.support.scenes import copy_scene
@@ -166,14 +164,6 @@ def test_wavelengths_as_near_as_a_nanometre_are_not() -> None:
     with warnings.catch_warnings(record=True) as caught:
         warn_of_others("air.atmo", [399.0, 550.5, 701.0], GRID_NM)
     assert caught == []
-
-
-def test_solving_far_outside_warns() -> None:
-    model = INPUTS / "atmosphere" / "molecules_only.atmo"
-    with pytest.warns(InputWarning, match="700 for 5000 nm"):
-        read_for_sun(model, [5000.0], 40.0, ())
-    with pytest.warns(InputWarning, match="700 for 5000 nm"):
-        prepare_table(TableRequest(path=str(model), sun_zenith_deg=(40.0,), wavelength_nm=(5000.0,)))
 
 
 @pytest.mark.parametrize("wanted", [[], [0.0], [-400.0], [np.nan], [np.inf], [[400.0]]])
@@ -360,13 +350,6 @@ def solved(**given: Any) -> aomc_sky.AtmosphereResult:
 def test_wrong_moons(moon: Any, message: str) -> None:
     with pytest.raises(UsageError, match=message):
         solved(sun_zenith_deg=40.0, moon=moon)
-
-
-def test_moon_elsewhere_changes_no_bit() -> None:
-    with_moon = solved(sun_zenith_deg=40.0, moon={"zenith_offset_deg": 20.0})
-    without = solved(sun_zenith_deg=40.0)
-    np.testing.assert_array_equal(with_moon.radiance, without.radiance)
-    np.testing.assert_array_equal(with_moon.diffuse_irradiance, without.diffuse_irradiance)
 
 
 def test_lights_without_an_atmosphere_are_refused(tmp_path: Path) -> None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import math
 import shutil
-import subprocess
-import sys
 import warnings
 from pathlib import Path
 from typing import Any
@@ -208,17 +206,6 @@ def test_bands_without_light_count_nothing(tmp_path: Path) -> None:
     assert [c.name for c in scene.components] == ["direct"]
     assert "no sky is modelled" in scene.notes[0]
     assert scene.source().counts.sum(axis=1).tolist() == [500_000, 0, 500_000, 1_000_000]
-
-
-def test_a_scene_of_direct_light_imports_no_perez() -> None:
-    probe = (
-        "import sys, aomc_sky\n"
-        f"scene = aomc_sky.read_scene({str(INPUTS / 'beam_only')!r}, perez={{'dni': 800, 'dhi': 90}})\n"
-        "scene.source().photons(0, 0, 10)\n"
-        "print([m for m in sys.modules if 'skies.perez' in m or 'law' in m.rpartition('.')[2] and 'perez' in m])\n"
-    )
-    done = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True, timeout=60)
-    assert done.stdout.strip() == "[]"
 
 
 def test_flag_one_takes_the_perez_sky_instead_of_its_file(tmp_path: Path) -> None:

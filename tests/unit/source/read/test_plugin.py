@@ -242,11 +242,8 @@ def test_options_without_a_model_of_others(capsys):
     ("text", "value"),
     [
         ("level=2", 2),
-        ("level=0.5", 0.5),
-        ("level=true", True),
         ("level=[1, 2]", [1, 2]),
         ("level=clear", "clear"),
-        ('level="a b"', "a b"),
         ("level=1\nother=2", "1\nother=2"),
         ("level=", ""),
     ],

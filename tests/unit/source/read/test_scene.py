@@ -42,6 +42,18 @@ def test_subnormal_values_keep_their_shares(tmp_path):
         assert np.count_nonzero(counts) == 2
 
 
+def test_values_beyond_float32(tmp_path):
+    """The program's reading is compared without a warning of numpy's, and refused where it is asked for."""
+    write_scene(tmp_path, sky_text="2 2 2 1\n500\n1 1 0 1e300\n1 2 1 1\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert "launches no photon" in sky.read_scene(tmp_path).notes[0]
+    with pytest.raises(
+        sky.InputFileError, match=r"skydist.inp:3:1: error\[E302\]: .* infinite in the program's 32-bit"
+    ):
+        sky.read_scene(tmp_path, bins="degrees", weighting="aomc")
+
+
 def test_degrees_and_the_seam(tmp_path):
     text = "3 89 360 1\n500\n1 1 0 1.0\n1 45 360 2.0\n1 89 180 3.0\n"
     write_scene(tmp_path, sky_text=text)
@@ -124,6 +136,16 @@ def test_internal_source_shares_exactly():
         n = round(i * 400_000)
         assert source.n_photons(band) == n
         assert abs(source.counts[band, 0] - f * n) < 1 + 1e-9
+
+
+def test_a_waveband_without_photons_is_named(tmp_path):
+    """A run leaves such a waveband out of its files."""
+    shutil.copytree(INPUTS / "sun_and_sky", tmp_path, dirs_exist_ok=True)
+    (tmp_path / "difcol.inp").write_text("5\n0.5 0\n0.5 1\n0.5 0.0000012\n0.5 0.0000013\n0.5 1\n")
+    scene = sky.read_scene(tmp_path, sky="uniform")
+    assert scene.n_photons.tolist() == [0, 400_000, 0, 1, 400_000]
+    assert scene.notes[-1] == "difcol.inp: no photons in wavebands 1, 3, where intensity x iterations is below 1/2"
+    assert "no photons" not in str(sky.read_scene(INPUTS / "sun_and_sky", sky="uniform").notes)
 
 
 def test_a_sky_model_replaces_a_sky_file():

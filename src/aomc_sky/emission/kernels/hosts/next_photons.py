@@ -56,10 +56,6 @@ def _next(block, start, n, ux, uy, uz):
     return count
 
 
-def _next_of_none(block, start, n, ux, uy, uz):
-    return _photons_due(block, start, n, ux, uy, uz)
-
-
 def _numbers(block, start, n, n1, n2, n3):
     count = _photons_due(block, start, n, block, block, block)
     if count <= 0:
@@ -70,9 +66,6 @@ def _numbers(block, start, n, n1, n2, n3):
     third = carray(n3, 0 if is_null(n3) else count)
     numbers_of_photons(U64(start), first, second, third, *block_arguments(block)[0])
     return count
-
-
-_NEXT_OF = {"": _next_of_none, "emit": _next, "emit_runs": _next, "numbers": _numbers}
 
 
 def next_signature(kinds: Any, precision: np.dtype) -> Any:
@@ -87,12 +80,12 @@ def numbers_signature(kinds: Any, precision: np.dtype) -> Any:
 
 
 def compile_next(kernel: str, hooks: tuple[str, ...], signature: Any) -> Any:
-    """Return the C function `next(block, start, n, ux, uy, uz)` over a kernel of the emission; "" has no photons.
+    """Return the C function `next(block, start, n, ux, uy, uz)` over a kernel of the emission.
 
     A block holds the arguments of `numbers_of_photons`, then the words of memory and the arguments of the kernel. The
     kernel "numbers" reads the first ones alone: one function serves all blocks.
     """
-    text = _NEXT_OF[kernel]
+    text = _numbers if kernel == "numbers" else _next
     if kernel == "emit_runs":
         return c_function(with_hooks(text, ("runs",), emit=emit_runs), signature)  # no slice, but a name of its own
     return c_function(with_hooks(text, hooks, emit=emit_with(*hooks)), signature)

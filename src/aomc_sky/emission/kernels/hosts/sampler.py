@@ -151,30 +151,13 @@ def make_fill(next_photons: Any, block: Any, precision: np.dtype, n_numbers: int
             raise IndexError("the first photon has index 0")
         if out.shape[0] != rows:
             raise ValueError(refusal)
-        return next_photons(block(), start, out.shape[1], out[0].ctypes, out[1].ctypes, out[2].ctypes)
-
-    @shared
-    def fill_with_numbers(start, out):
-        n = fill(start, out)
-        if n > 0:
+        n = next_photons(block(), start, out.shape[1], out[0].ctypes, out[1].ctypes, out[2].ctypes)
+        if n > 0 and rows > 3:
             first, second, third = out[3], out[min(4, rows - 1)], out[rows - 1]
             second, third = second[: n if rows > 4 else 0], third[: n if rows > 5 else 0]
             numbers_of_photons(U64(start), first[:n], second, third, *block_arguments(block())[0])
         return n
 
-    chosen = fill_with_numbers if n_numbers else fill
-    chosen.compile((types.int64, types.Array(from_dtype(precision), 2, "C")))
-    chosen.disable_compile()  # the tables are read in this precision alone
-    return chosen
-
-
-def make_empty(zeros: tuple[Any, ...]) -> Any:
-    """Return `sample` of a band without photons; `zeros` have the wanted precision."""
-
-    @shared
-    def sample(i):
-        if _index(i) >= ZERO:
-            raise IndexError("photon index outside the band")
-        return zeros
-
-    return sample
+    fill.compile((types.int64, types.Array(from_dtype(precision), 2, "C")))
+    fill.disable_compile()  # the tables are read in this precision alone
+    return fill

@@ -16,10 +16,10 @@ import math
 import numpy as np
 
 from aomc_sky.kernels.arithmetic.constants import LOW32, S32, U64
-from aomc_sky.kernels.arithmetic.elementary import exp_level, log_of_parts, split_power
+from aomc_sky.kernels.arithmetic.elementary import exp_level, log_level, sin_cos
 from aomc_sky.kernels.arithmetic.rng import philox4x32
 from aomc_sky.kernels.jit import inlined_reader, reader
-from aomc_sky.kernels.phase.scatter import cos_sin, turned
+from aomc_sky.kernels.phase.scatter import turned
 from aomc_sky.skies.atmosphere.kernels.shells import (
     ALBEDO,
     EXTINCTION,
@@ -60,8 +60,6 @@ def settle(state, k, sums, row):
 
 _INV32 = 2.0**-32
 
-_cos_sin = inlined_reader(cos_sin)
-
 FLIGHT, TURN, COSINE, SINE, SPARE = range(5)
 N_NUMBER = 5
 """Rows of a step's numbers: how far, by what angle, cosine and sine of the azimuth, one more."""
@@ -74,25 +72,15 @@ def uniform(word):
 
 
 @inlined_reader
-def minus_log(x):
-    """-log(x) of a number in (0, 1), without a branch."""
-    m, power = split_power(x)
-    is_low = m < 0.7071067811865476
-    m = m + m if is_low else m
-    power = power - 1.0 if is_low else power
-    return -log_of_parts(m - 1.0, power)
-
-
-@inlined_reader
 def fill_numbers(address, step, path, n, flight, turn, cosine, sine, spare):
     """Numbers of a step of n paths; `flight` is an optical depth, of step 0 the uniform number that it comes from."""
     low, high = address[2] & LOW32, address[2] >> S32
     for i in range(n):
         w0, w1, w2, w3 = philox4x32(U64(path[i]), U64(step), address[0], address[1], low, high)
         x = uniform(w0)
-        flight[i] = x if step == 0 else minus_log(x)
+        flight[i] = x if step == 0 else -log_level(x)
         turn[i] = uniform(w1)
-        cosine[i], sine[i] = _cos_sin(uniform(w2))
+        sine[i], cosine[i] = sin_cos(4.0 * uniform(w2))
         spare[i] = uniform(w3)
 
 
