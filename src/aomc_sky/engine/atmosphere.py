@@ -95,7 +95,7 @@ def prepare_table(request: TableRequest) -> AtmosphereTable:
     description = read_atmo(request.path, allow_paths=request.allow_paths)
     medium, report = read_medium(description, request.wavelength_nm)
     if request.wavelength_nm is not None:
-        warn_of_others(request.path, request.wavelength_nm, medium.wavelength_nm)
+        warn_of_others(description, request.wavelength_nm, medium.wavelength_nm)
     sizes = description.sizes
     suns = _suns_of(sizes) if request.sun_zenith_deg is None else request.sun_zenith_deg
     rows = max(sizes[ZENITH_ROWS] // 2, 1) if ZENITH_ROWS in sizes else DEFAULT_BINS[0]

@@ -146,7 +146,7 @@ class AtmosphereSky(Share):
         """
         description = read_atmo(os.fspath(path), allow_paths=[os.fspath(one) for one in allow_paths])
         medium, _ = read_medium(description, wavelength_nm)
-        warn_of_others(os.fspath(path), wavelength_nm, medium.wavelength_nm)
+        warn_of_others(description, wavelength_nm, medium.wavelength_nm)
         return cls(medium=medium, **options)
 
     @property

@@ -160,7 +160,7 @@ def read_for_sun(
     requested = _numbers(wavelength_nm, "wavelengths")
     description = read_atmo(Path(path), allow_paths=[os.fspath(one) for one in allow_paths])
     medium, report = read_medium(description, requested)
-    warn_of_others(os.fspath(path), requested, medium.wavelength_nm)
+    warn_of_others(description, requested, medium.wavelength_nm)
     return medium, report, nearest_wavelength_index(requested, medium.wavelength_nm), float(np.deg2rad(sun[0]))
 
 

@@ -155,14 +155,14 @@ def test_the_nearest_wavelengths_are_taken_once_and_rise(wanted: object, index: 
 
 @pytest.mark.parametrize(("wanted", "taken"), [(398.9, "400 for 398.9"), ([550.0, 720.1], "700 for 720.1")])
 def test_other_wavelengths_are_warned_of(wanted: object, taken: str) -> None:
-    with pytest.warns(InputWarning, match=f"air.atmo: its wavelength nearest .*: {taken} nm") as told:
-        warn_of_others("air.atmo", wanted, GRID_NM)
+    with pytest.warns(InputWarning, match=f"its wavelength nearest .*: {taken} nm") as told:
+        warn_of_others(description(air(), ozone()), wanted, GRID_NM)
     assert len(told) == 1
 
 
 def test_wavelengths_as_near_as_a_nanometre_are_not() -> None:
     with warnings.catch_warnings(record=True) as caught:
-        warn_of_others("air.atmo", [399.0, 550.5, 701.0], GRID_NM)
+        warn_of_others(description(air(), ozone()), [399.0, 550.5, 701.0], GRID_NM)
     assert caught == []
 
 
