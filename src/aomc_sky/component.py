@@ -16,7 +16,6 @@ from aomc_sky.content import same_content
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import SceneError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.whole_number import as_index
 
 
 class Law(enum.IntEnum):
@@ -215,11 +214,11 @@ class Component:
 
     def mass_of(self, row: int) -> np.ndarray:
         """Masses of one wavelength, shape (n_cell,), any scale."""
-        return self.mass[as_index(row, "row") if self.mass.shape[0] > 1 else 0]
+        return self.mass[row if len(self.mass) > 1 else 0]
 
     def weight_of(self, row: int) -> np.ndarray | None:
         """Photon weights per cell of one wavelength, shape (n_cell,), or None where all are 1."""
-        return None if self.weight is None else self.weight[as_index(row, "row") if self.weight.shape[0] > 1 else 0]
+        return None if self.weight is None else self.weight[row if len(self.weight) > 1 else 0]
 
     def of_row(self, row: int) -> Component:
         """The component of one wavelength, with one row of everything."""

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import enum
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
+
+Member = TypeVar("Member", bound=enum.Enum)
 
 MAX_PROBLEMS_SHOWN = 20
 
@@ -267,3 +271,17 @@ class SourceText:
         line, column = self.line + self.text.count("\n", 0, offset), offset - start + 1
         span = Span(line, column, shown, max(1, min(width, len(shown) - column + 1)))
         return span.problem(self.path, code, message, field=field, advice=advice)
+
+
+def require_one_of(allowed: Iterable[str], value: object, name: str) -> None:
+    """Raise a UsageError unless a value is one of some words."""
+    words = list(allowed)
+    if value not in words:
+        raise UsageError(f"{name} must be one of {', '.join(map(repr, words))}, got {value!r}")
+
+
+def member_of(kind: type[Member], value: object, name: str) -> Member:
+    """The member of an enumeration of words, from itself or its word, else a UsageError."""
+    word = value.value if isinstance(value, kind) else value
+    require_one_of([member.value for member in kind], word, name)
+    return kind(word)

@@ -105,3 +105,54 @@ def test_little_of_the_sky_is_a_warning_and_strict_an_error(tmp_path, capsys):
     assert main(["validate", str(tmp_path / "cap.csv")]) == 0
     assert "measured sky: 60 % of the light comes from beyond the measured directions" in capsys.readouterr().err
     assert main(["validate", str(tmp_path / "cap.csv"), "--strict"]) == 3
+
+
+@pytest.fixture
+def field_file(tmp_path):
+    """A netCDF file: radiance 1 + cos(azimuth - south) sin(zenith), azimuths clockwise from north."""
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    zenith, azimuth = np.linspace(2.5, 87.5, 18), np.arange(0.0, 360.0, 10.0)
+    radiance = 1 + np.cos(np.deg2rad(azimuth - 180)) * np.sin(np.deg2rad(zenith))[:, None]
+    compass = {"units": "degree", "azimuth_convention": "north_clockwise"}
+    coordinates = {
+        "wavelength": ("wavelength", [550.0], {"units": "nm"}),
+        "zenith": ("zenith", zenith, {"units": "degree"}),
+        "azimuth": ("azimuth", azimuth, compass),
+    }
+    made = xarray.DataArray(radiance[None], dims=("wavelength", "zenith", "azimuth"), coords=coordinates, name="L")
+    made.to_netcdf(tmp_path / "field.nc", engine="h5netcdf")
+    return tmp_path / "field.nc"
+
+
+def test_run_of_a_radiance_field(field_file, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["run", str(field_file), "--iterations", "1e5", "--out", str(out), "--json"]) == 0
+    band = json.loads(capsys.readouterr().out)["bands"][0]
+    assert (band["wavelength_nm"], band["launched"]) == (550.0, 10**5)
+    assert band["mean_cosine_exact"] == pytest.approx(2 / 3, abs=1e-4)
+    means = np.load(out / "photons-0001.npy").mean(axis=0, dtype=float)
+    assert means[:2] == pytest.approx([0.0, 0.25], abs=2e-3)  # the brighter half is the south: photons travel north
+    verify = ["verify", str(out), "--scene", str(field_file), "--iterations", "1e5", "--quiet"]
+    assert main(verify) == 0
+    assert main([*verify, "--azimuth-convention", "enu_from_east"]) == 5
+    assert (
+        main(["run", str(field_file), "--wavelengths", "440", "550", "--format", "none", "--out", str(out / "b")]) == 0
+    )
+    for words in (["--sun-zenith", "30"], ["--radiance-unit", "relative"], ["--dni", "500", "--dhi", "90"]):
+        assert main(["run", str(field_file), *words, "--out", str(out / "c")]) == 2
+        assert "not used with" in capsys.readouterr().err
+
+
+def test_a_field_that_leaves_something_open(field_file, tmp_path, capsys):
+    xarray = pytest.importorskip("xarray")
+    field = xarray.load_dataarray(field_file)
+    field.isel(wavelength=0, drop=True).to_netcdf(tmp_path / "grey.nc", engine="h5netcdf")
+    assert main(["run", str(tmp_path / "grey.nc"), "--out", str(tmp_path / "out")]) == 2
+    assert "grey.nc has no wavelengths: write --wavelengths" in capsys.readouterr().err
+    xarray.Dataset({"a": field, "b": field}).to_netcdf(tmp_path / "two.nc", engine="h5netcdf")
+    assert main(["run", str(tmp_path / "two.nc"), "--out", str(tmp_path / "out")]) == 3
+    said = capsys.readouterr().err
+    assert "two.nc: error[E710]: the file has 2 variables of numbers: 'a', 'b'" in said
+    assert 'below [sky] with table = "FIELD.nc"' in said
+    assert main(["validate", str(field_file)]) == 0

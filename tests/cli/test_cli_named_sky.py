@@ -38,6 +38,8 @@ def test_the_sky_alone(tmp_path: Path, words: tuple[str, ...], mean_cosine: floa
     [
         (("--sky", "cie", "--sky-option", "type=12"), "--sky cie needs --sun-zenith"),
         (("--sky", "cie", "--sun-zenith", "40"), "--sky-option type="),
+        (("--sky", "uniform", "--placement", "centre"), "and 'uniform' has none"),
+        (("--sky", "uniform", "--wavelengths", "0.443"), "wavelengths are in nm, got '0.443'; write 443"),
         (("--sky", "none"), "--sky none needs a scene of files"),
         (("--sky", "overcast", "--ghi", "300", "--dhi", "200", "--sun-zenith", "40"), "is the sky alone"),
         (("--sky", "uniform", "--sky-option", "a=1"), "has no options"),

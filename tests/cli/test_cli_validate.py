@@ -160,3 +160,11 @@ def test_a_problem_of_a_file_that_sky_toml_names_is_told_once(tmp_path, capsys):
     told = capsys.readouterr()
     assert told.err.count("clear.atmo:1:1: error[") == 1
     assert told.out.count("has errors") == 2
+
+
+def test_weather_files(capsys):
+    assert (
+        main(["validate", str(INPUTS / "weather" / "two_days.epw"), str(DATA / "weather" / "good" / "invented.tm2")])
+        == 0
+    )
+    assert capsys.readouterr().out.count(": ok") == 2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from aomc_sky.errors import InputFileError
 from aomc_sky.formats import text_file
 from aomc_sky.formats.aomc import skydist
 from aomc_sky.formats.aomc import skydist as rows
+from aomc_sky.source.read import kind
 from tests.support.fault_rows import command, launched, row, row_id
 from tests.support.processes import limited
 from tests.support.scenes import copy_scene
@@ -136,17 +138,36 @@ def test_a_file_without_an_end_has_a_limit(piece, tmp_path, monkeypatch):
     assert endless.n_read < 10 * text_file.UNSIZED_BYTES
 
 
+@row(50, "nothing-yet-in-binary-files")
+def test_a_binary_file_that_gives_nothing_is_refused(fault, tmp_path, monkeypatch):
+    """A file of /proc states no size, and says that there is nothing yet."""
+    reading, writing = os.pipe()
+    os.set_blocking(reading, False)
+    monkeypatch.setattr(text_file, "open_regular", lambda _: os.fdopen(reading, "rb"))
+    with pytest.raises(InputFileError, match=r"error\[E801\]: not a regular file"):
+        text_file.open_data(tmp_path / "kmsg", what="an MCPL file", code="E801")
+    os.close(writing)
+
+
+@row(50, "nothing-yet-in-a-file-of-any-name")
+def test_the_kind_of_a_file_is_found_without_waiting(fault, tmp_path, monkeypatch):
+    path = tmp_path / "kmsg"
+    path.touch()
+    monkeypatch.setattr(kind, "open_regular", lambda _: Endless(None))
+    assert kind.kind_of(path) is None
+
+
 @row(50, "pieces")
 def test_rows_are_the_same_however_the_file_is_cut(fault, tmp_path, monkeypatch):
     path = tmp_path / "skydist.inp"
-    text = "".join(f"1 {z + 1} {a} {z * a % 97 + 0.125}\n" for z in range(20) for a in range(30))
-    path.write_text("600 20 29 1\n550\n" + text.rstrip("\n"))
-    whole = skydist.read_skydist(path)
-    monkeypatch.setattr("aomc_sky.formats.aomc.skydist._PIECE_ROWS", 7)
+    value = np.add.outer(np.arange(20) * 31, np.arange(900)) % 97 + 0.125
+    text = "".join(f"1 {z + 1} {a} {value[z, a]}\n" for z in range(20) for a in range(900))
+    path.write_text("18000 20 899 1\n550\n" + text.rstrip("\n"))
+    assert value.size > skydist._PIECE_ROWS
     monkeypatch.setattr(skydist, "read_rows", None)
-    again = skydist.read_skydist(path)
-    assert np.array_equal(again.radiance, whole.radiance)
-    assert np.array_equal(again.line, whole.line)
+    table = skydist.read_skydist(path)
+    assert np.array_equal(table.radiance[0], value)
+    assert np.array_equal(table.line[0].ravel(), np.arange(3, 18003))
 
 
 @row(50, "hundreds-of-backgrounds")

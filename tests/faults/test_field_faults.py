@@ -79,6 +79,27 @@ def test_fault(name, tmp_path, monkeypatch, capsys):
     assert "Traceback" not in said
 
 
+@pytest.mark.parametrize("name", MADE, ids=[row_id(40, f"plot-{name}") for name in MADE])
+def test_a_picture_opens_no_other_file(name, tmp_path, monkeypatch, capsys):
+    """The file of an atmosphere is drawn by its name alone; its storage is looked at all the same."""
+    change, _, words = MADE[name]
+    monkeypatch.chdir(tmp_path)
+    with h5py.File("secret.h5", "w") as file:
+        file["curves"] = np.full((3, 6), 123.0, "f4")
+    Path("secret.bin").write_bytes(np.full(18, 123.0, "f4").tobytes())
+    with h5py.File(plain(Path("x.nc")), "a") as file:
+        edges = np.arange(0.0, 91.0, 30.0), np.arange(0.0, 361.0, 60.0)
+        for axis, at in zip(("zenith", "azimuth"), edges, strict=True):
+            file[f"{axis}_bounds"] = np.stack([at[:-1], at[1:]], axis=1)
+        change(file)
+    assert command("plot", "x.nc", "--out", "x.png") == 3
+    said = capsys.readouterr().err
+    has_no_axes = change is sparse
+    assert f"x.nc: error[{'E100' if has_no_axes else 'E553'}" in said
+    assert ("this is not a table of patches" if has_no_axes else words) in said
+    assert not Path("x.png").exists()
+
+
 def cut(path: Path) -> None:
     path.write_bytes(path.read_bytes()[:3000])
 

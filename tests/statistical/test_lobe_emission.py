@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from aomc_sky.skies.lobes import functions as lobes
-from aomc_sky.skies.lobes.sky import lobe_components
 from tests.statistical.test_lobes import LOBES, grid_around, shares_nearer, textbook
 from tests.support import chi2
 from tests.support.backend import photons_by
+from tests.support.lobes import lobe_components
 from tests.support.sampled import scene
 
 N = 2_000_000

@@ -19,7 +19,7 @@ import numpy as np
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.plan.plan import Plan
-from aomc_sky.skies.lobes.sky import lobe_components
+from tests.support.lobes import lobe_components
 
 N = 997
 WAVEBANDS = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))

@@ -10,7 +10,7 @@ import numpy as np
 import aomc_sky as sky
 from aomc_sky.component import Component
 from aomc_sky.skies.lobes import functions as lobes
-from aomc_sky.skies.lobes.sky import lobe_components
+from tests.support.lobes import lobe_components
 
 Case = tuple[str, float, float, tuple[float, float, float, float]]
 

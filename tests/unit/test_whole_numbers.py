@@ -136,7 +136,6 @@ def test_what_is_no_index_is_our_error(value):
         lambda: sky.PatchGrid.regular(value, 4),
         lambda: sky.PatchGrid.regular(4, value),
         lambda: sky.PatchGrid.lattice(value, 4),
-        lambda: sky.henyey_greenstein.legendre(value, 0.5),
         lambda: sky.read_scene(REPOSITORY / "inputs" / "clear_day" / "amc.inp", wavebands=[value]),
     ]
     if value is not None:  # None is the end

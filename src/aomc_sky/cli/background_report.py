@@ -12,10 +12,11 @@ from aomc_sky.cli.terminal import report_text, shown
 from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
-    from aomc_sky.skies.lobes.file.data import Animation, BackgroundFile
-    from aomc_sky.skies.lobes.light import LobeScene
+    import numpy as np
 
-_KINDS = {1: "hg", 2: "ggx", 3: "beckmann"}
+    from aomc_sky.formats.sky_toml.keys import BackgroundSection
+    from aomc_sky.skies.lobes.file.data import Animation, BackgroundFile
+    from aomc_sky.skies.lobes.sky import LobeSky
 
 
 def report_background(arguments: argparse.Namespace, path: Path) -> int:
@@ -25,7 +26,7 @@ def report_background(arguments: argparse.Namespace, path: Path) -> int:
             time_s = cli_options.moment(arguments.time)
         except argparse.ArgumentTypeError as error:
             raise UsageError(f"--time: {error}") from None
-        lobes = _lobes(lobe_scene(arguments, time_s))
+        lobes = _lobes(*lobes_at(arguments, time_s))
         head = "lobes of a background sky; azimuth from +x (east) towards +y (north)"
         cli_options.answer(arguments, lambda: lobes, lambda: report_text(head, lobes))
         return 0
@@ -38,10 +39,10 @@ def report_background(arguments: argparse.Namespace, path: Path) -> int:
     return 0
 
 
-def lobe_scene(arguments: argparse.Namespace, time_s: float) -> LobeScene:
-    """The lobes of a file at one time, as the options of `add_background_options` choose them."""
+def lobes_at(arguments: argparse.Namespace, time_s: float) -> tuple[BackgroundSection, LobeSky, np.ndarray]:
+    """The lobes of a file at one time, as the options of `add_background_options` choose them, and wavelengths."""
     from aomc_sky.formats.sky_toml.keys import BackgroundSection
-    from aomc_sky.skies.lobes.light import read_lobe_scene
+    from aomc_sky.skies.lobes.light import read_lobes
 
     section = BackgroundSection(
         file=arguments.path,
@@ -50,7 +51,7 @@ def lobe_scene(arguments: argparse.Namespace, time_s: float) -> LobeScene:
         utc_offset=arguments.utc_offset,
         interpolation=arguments.interpolation,
     )
-    return read_lobe_scene(section, arguments.wavelength)
+    return section, *read_lobes(section, arguments.wavelength)
 
 
 def _contents(path: Path, file: BackgroundFile) -> dict[str, Any]:
@@ -76,7 +77,7 @@ def _contents(path: Path, file: BackgroundFile) -> dict[str, Any]:
 def _animation(keys: Animation) -> dict[str, Any]:
     columns = {
         "relative_time_days": keys.relative_time_days.tolist(),
-        "type": [_KINDS[int(kind)] for kind in keys.lobe_type],
+        "type": keys.kind,
         "param0": keys.param0.tolist(),
         "param1": keys.param1.tolist(),
         "coefficient": keys.coefficient.tolist(),
@@ -109,37 +110,44 @@ def _text(path: Path, file: BackgroundFile) -> str:
     return "\n\n".join([*parts, report_text(curves, {"curves": contents["curves"]})])
 
 
-def _lobes(scene: LobeScene) -> dict[str, Any]:
+def _lobes(section: BackgroundSection, sky: LobeSky, wavelength_nm: np.ndarray) -> dict[str, Any]:
     """Lobes and irradiances as JSON values. [W m-2 nm-1, nm, deg]"""
-    from aomc_sky.formats.sky_toml.rules import moment_text
-    from aomc_sky.skies.lobes.light import axis_of
+    import numpy as np
 
-    section = scene.section
-    sphere, plane = scene.irradiance(), scene.irradiance(above="projected")
+    from aomc_sky.formats.sky_toml.rules import moment_text
+    from aomc_sky.skies.lobes.lobe import axis_deg, rotation_matrix
+    from aomc_sky.skies.lobes.sky import plain_name
+
+    shares = np.array([[lobe.share("plain"), lobe.share("projected")] for lobe in sky.lobes]).reshape(-1, 2)
+    axes = [axis_deg(rotation_matrix(lobe.quaternion)) for lobe in sky.lobes]
+    sphere = np.array([lobe.irradiance(wavelength_nm) for lobe in sky.lobes]).reshape(-1, wavelength_nm.size)
+    plane, whole = sphere * shares[:, 1:], sphere.sum(axis=0)
+    below = whole - (sphere * shares[:, :1]).sum(axis=0)
+    loss = np.divide(below, whole, out=np.zeros_like(whole), where=whole > 0).clip(0.0, 1.0)
     return {
         "files": [section.file],
         "time": moment_text(section.time),
         "unix_time_s": section.time,
         "utc_offset_h": section.utc_offset,
         "interpolation": section.interpolation,
-        "wavelength_nm": scene.wavelength_nm.tolist(),
-        "sphere_W_m2_nm": sphere.sum(axis=0).tolist(),
+        "wavelength_nm": wavelength_nm.tolist(),
+        "sphere_W_m2_nm": whole.tolist(),
         "irradiance_W_m2_nm": plane.sum(axis=0).tolist(),
-        "horizon_loss": scene.horizon_loss.tolist(),
+        "horizon_loss": loss.tolist(),
         "lobes": [
             {
-                "name": name,
+                "name": plain_name(lobe.name),
                 "kind": lobe.kind,
                 "param0": lobe.param0,
                 "param1": lobe.param1,
                 "quaternion": lobe.quaternion.tolist(),
-                "zenith_deg": axis_of(lobe)[0],
-                "azimuth_deg": axis_of(lobe)[1],
-                "share_above_horizon": scene.share(lobe, "plain"),
-                "share_on_horizontal": scene.share(lobe, "projected"),
+                "zenith_deg": axes[k][0],
+                "azimuth_deg": axes[k][1],
+                "share_above_horizon": float(shares[k, 0]),
+                "share_on_horizontal": float(shares[k, 1]),
                 "sphere_W_m2_nm": sphere[k].tolist(),
                 "irradiance_W_m2_nm": plane[k].tolist(),
             }
-            for k, (name, lobe) in enumerate(scene.lobes)
+            for k, lobe in enumerate(sky.lobes)
         ],
     }

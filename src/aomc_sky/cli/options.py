@@ -382,6 +382,14 @@ def add_moment_options(parser: argparse.ArgumentParser) -> None:
     add_table(group.add_mutually_exclusive_group(), files)
 
 
+def _wavelength(text: str) -> float:
+    """A number in nm; one in micrometres is refused."""
+    number = finite_number(text)
+    if 0.1 <= number < 20.0:
+        raise argparse.ArgumentTypeError(f"wavelengths are in nm, got {text!r}; write {1000 * number:g}")
+    return number
+
+
 def number_in(low: float, high: float) -> Callable[[str], float]:
     """Type of an option that is a number in a range."""
 
@@ -415,8 +423,9 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
     from aomc_sky.source.read.kind import Kind, kind_of_name
     from aomc_sky.source.read.scene import read_scene
 
-    if kind_of_name(os.path.basename(path)) is Kind.MEASURED and not os.path.isdir(path):
-        return _measured_scene(arguments, path, wavebands)
+    kind = kind_of_name(os.path.basename(path))
+    if kind in (Kind.MEASURED, Kind.NETCDF) and not os.path.isdir(path):
+        return _measured_scene(arguments, path, wavebands, is_field=kind is Kind.NETCDF)
     for name in given_options(arguments, add_measured_options):
         raise UsageError(f"{name} is for a measured sky (.csv); {path} is none")
     if getattr(arguments, "wavelengths", None):
@@ -450,8 +459,8 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
 _NOT_MEASURED = "--sky --sky-option --bins --weighting --azimuth-bins --compat --lenient --allow-path"
 
 
-def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[int] | None) -> Scene:
-    """Read a measured sky, which takes only its own options and those of the sun."""
+def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[int] | None, *, is_field: bool) -> Scene:
+    """Read a measured sky, which takes only its own options and those of the sun, or a radiance field in netCDF."""
     from aomc_sky.progress import patience
     from aomc_sky.source.light.inputs import given_inputs
 
@@ -461,16 +470,23 @@ def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[in
     if others or given.sun.disc is not None or given.model:
         named = " and ".join(others) or ("--disc" if given.sun.disc is not None else "--within")
         raise UsageError(f"{named}: not used with {path}, a measured sky, whose light is that of the file alone")
+    how = {
+        "iterations": arguments.iterations,
+        "wavelength_nm": getattr(arguments, "wavelengths", None),
+        "wavebands": wavebands,
+        "azimuth_convention": arguments.azimuth_convention,
+        "angle_unit": arguments.angle_unit,
+    }
+    if is_field and (given.names or arguments.radiance_unit):
+        raise UsageError(f"{'the sun' if given.names else '--radiance-unit'}: not used with {path}, a radiance field")
     with patience("interpolating the sky", enabled=speaks(arguments)):
-        from aomc_sky.source.read.measured import measured_scene
+        from aomc_sky.source.read.measured import field_scene, measured_scene
 
+        if is_field:
+            return field_scene(path, **how)
         return measured_scene(
             path,
-            iterations=arguments.iterations,
-            wavelength_nm=getattr(arguments, "wavelengths", None),
-            wavebands=wavebands,
-            azimuth_convention=arguments.azimuth_convention,
-            angle_unit=arguments.angle_unit,
+            **how,
             radiance_unit=arguments.radiance_unit,
             sun_zenith_deg=given.sun.zenith_deg,
             sun_azimuth_deg=given.sun.azimuth_deg,
@@ -504,7 +520,8 @@ def add_background_options(parser: argparse.ArgumentParser | argparse._ArgumentG
 
 _KINDS: Kinds = {
     **dict.fromkeys(("PX", "N", "I", "R"), whole_number),
-    **dict.fromkeys(("DEG", "M", "NM", "LOW"), finite_number),
+    **dict.fromkeys(("DEG", "M", "LOW"), finite_number),
+    "NM": _wavelength,
     "INT": seed,
     "NZ": whole_number_in(1, 3600),
     "SIZE": memory,

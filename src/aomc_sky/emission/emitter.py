@@ -208,7 +208,7 @@ class Emitter:
         return name, (np.uint64(0 if name == "emit_runs" else self._n_scratch), *arguments)
 
     def photon_arguments(self, band: int) -> tuple[object, ...]:
-        """The arguments of `emission.kernels.hosts.sampler.photon_at` after the index, for a band with photons."""
+        """The arguments of `emission.kernels.sampler.photon_at` after the index, for a band with photons."""
         from aomc_sky.kernels.cells.order import split_order
 
         stream = self._stream(band)

@@ -14,14 +14,14 @@ from aomc_sky.errors import UsageError
 from aomc_sky.plan.plan import Plan
 
 try:
-    from aomc_sky.emission.kernels.hosts.next_photons import (
+    from aomc_sky.emission.kernels.next_photons import (
         OPEN,
         JittedNext,
         compile_next,
         next_signature,
         numbers_signature,
     )
-    from aomc_sky.emission.kernels.hosts.sampler import make_fill, make_sample
+    from aomc_sky.emission.kernels.sampler import make_fill, make_sample
     from aomc_sky.kernels.arguments import fixed_block, typed, words_of
     from aomc_sky.kernels.jit import is_off
 except (ImportError, AttributeError) as error:

@@ -14,7 +14,7 @@ import aomc_sky
 from aomc_sky.component import Component, Law
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.emission.irradiance import Moments, cell_moments, mean_moments
-from aomc_sky.emission.photons import MAX_NUMBERS, Arrays, Photon, PhotonBatch, batch_arrays, first_entries
+from aomc_sky.emission.photons import MAX_NUMBERS, Arrays, Photon, PhotonBatch, batch_arrays
 from aomc_sky.float_mode import in_default_mode, require_default
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.backend import announce_photons
@@ -235,7 +235,6 @@ class PhotonSource:
         """Requested photons x probability of each cell, float64, shape (n_cell,)."""
         return float(self.plan.arrays["requested"][self._band(band)]) * self.mass(band)
 
-    @in_default_mode
     def exact_moments(self, band: int) -> Moments:
         """Exact means of mu and 1/mu of a band's photons, from the masses."""
         return mean_moments(self.mass(band), *self.cell_moments(band))
@@ -327,7 +326,7 @@ class PhotonSource:
         reused = None if out is None else self._arrays(min(size, n), out, numbers)
         for start in range(0, n, size):
             length = min(size, n - start)
-            arrays = self._arrays(length, None, numbers) if reused is None else first_entries(reused, length)
+            arrays = self._arrays(length, None, numbers) if reused is None else _entries(reused, slice(length))
             yield self._filled(band, start, arrays)
 
     def one_by_one(self) -> Iterator[Photon]:

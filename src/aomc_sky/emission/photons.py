@@ -207,10 +207,3 @@ def batch_arrays(
 def number_columns(numbers: np.ndarray) -> list[np.ndarray]:
     """The columns of the numbers of photons, as many as there may be; empty ones for those that are not there."""
     return [*numbers.T, *[np.empty(0, numbers.dtype)] * (MAX_NUMBERS - numbers.shape[1])]
-
-
-def first_entries(arrays: Arrays, n: int) -> Arrays:
-    """Return the first n entries of every array."""
-    if arrays["ux"].size == n:
-        return arrays
-    return {name: None if array is None else array[:n] for name, array in arrays.items()}

@@ -7,13 +7,13 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from aomc_sky.engine.stored_run import StoredRun
 from aomc_sky.errors import ForeignOutputError, SceneError, UsageError
-from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder
 from aomc_sky.outputs.photon_formats import photon_writer
-from aomc_sky.outputs.photons.files import Meter, PhotonFiles, Progress, emit_photons, photon_files
+from aomc_sky.outputs.photons.files import PhotonFiles, Progress, emit_photons, photon_files, require_space
 from aomc_sky.outputs.photons.mcpl import McplWriter
 
 
@@ -30,19 +30,6 @@ class ExportOptions:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class ExportResult:
-    """The files of an export with their sizes [bytes], its wavebands [0-based], and notes for the user."""
-
-    target: Path
-    files: dict[str, int]
-    bands: tuple[int, ...]
-    photons: int
-    seconds: float
-    notes: tuple[str, ...] = ()
-    was_finished: bool = False
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
 class _Job:
     """An export that is being made; `name` is that of its one file, or empty."""
 
@@ -56,8 +43,10 @@ class _Job:
     launched: list[int] = field(default_factory=list)  #: photons of each waveband, where they are not the run's
 
 
-def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None = None) -> ExportResult:
-    """Write a run in another format; `progress` is called with photons done and photons in all.
+def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None = None) -> dict[str, Any]:
+    """Write a run in another format and return what was written, as JSON values.
+
+    The function `progress` is called with photons done and photons in all.
 
     ForeignOutputError if the target holds something else, SceneError if the format cannot hold the run.
     """
@@ -70,15 +59,18 @@ def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None
     if name:  # the others create their folder once the export is known to be possible
         create_folder(folder)
     names, was_finished = make(job)
-    return ExportResult(
-        target=target,
-        files={file: job.folder.size_of(file) or 0 for file in names},
-        bands=bands,
-        photons=sum(job.launched or [run.source.n_photons(band) for band in bands]),
-        seconds=time.perf_counter() - started,
-        notes=tuple(job.notes),
-        was_finished=was_finished,
-    )
+    return {
+        "to": options.to,
+        "out": str(target),
+        "plan_sha256": run.source.plan.sha256,
+        "seed": run.source.plan.seed,
+        "wavebands": [band + 1 for band in bands],
+        "photons": sum(job.launched or [run.source.n_photons(band) for band in bands]),
+        "files": {file: {"bytes": job.folder.size_of(file) or 0} for file in names},
+        "notes": job.notes,
+        "seconds": round(time.perf_counter() - started, 6),
+        "was_finished": was_finished,
+    }
 
 
 def target_of(run: StoredRun, options: ExportOptions) -> Path:
@@ -118,11 +110,9 @@ def _export_photons(job: _Job) -> tuple[list[str], bool]:
 
 
 def _emit(job: _Job, files: list[PhotonFiles]) -> None:
-    source, bands = job.run.source, [band for file in files for band in file.bands]
-    job.folder.require_space(sum(layout.size for file in files for layout in file.layouts))
-    meter = Meter(job.progress, sum(source.n_photons(band) for band in bands))
-    announce_photons(meter.total)
-    emit_photons(source, files, bands, job.options.threads, meter.add)
+    bands = [band for file in files for band in file.bands]
+    require_space(files)
+    emit_photons(job.run.source, files, bands, job.options.threads, job.progress)
 
 
 def _foreign(job: _Job) -> str:

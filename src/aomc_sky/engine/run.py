@@ -29,6 +29,7 @@ from aomc_sky.outputs.photons.files import (
     complete_formats,
     emit_photons,
     photon_files,
+    require_space,
     run_files,
     stored_files,
 )
@@ -181,13 +182,11 @@ def make_photons(
     writers = [photon_writer(name)(source) for name in options.formats if name != "none"]
     files = photon_files(folder, writers, bands)
     missing = [of_part for of_part in files if of_part.missing]
-    folder.require_space(sum(of_part.n_bytes_missing for of_part in missing))
+    require_space(missing)
     folder.write(*counts_file(source, bands))
     if not files and not complete_formats(stored_files(source, folder, bands)):
         return {band: PhotonSums(source.replicates) for band in bands}, 0
-    meter = Meter(progress, sum(source.n_photons(band) for band in bands))
-    announce_photons(meter.total)
-    return emit_photons(source, missing, bands, options.threads, meter.add), meter.done
+    return emit_photons(source, missing, bands, options.threads, progress), source.total
 
 
 def finish_run(source: PhotonSource, scene: Scene, folder: RunFolder, sums: Sums) -> dict[str, Any]:
@@ -230,7 +229,7 @@ def stream_job(source: PhotonSource, pipe: BinaryIO, threads: int, progress: Pro
     started = time.perf_counter()
     writer = photon_writer("raw")(source)
     chosen = chosen_bands(source)
-    meter = Meter(progress, sum(source.n_photons(b) for b in chosen))
+    meter = Meter(progress, source.total)
     announce_photons(meter.total)
     try:
         with ChunkPool(source, threads) as pool:

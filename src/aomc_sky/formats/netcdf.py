@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import os
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from aomc_sky.errors import AomcSkyError
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.hdf5_storage import (
     RefusedError,
@@ -23,6 +25,8 @@ from aomc_sky.formats.report import printable
 from aomc_sky.formats.text_file import open_data, refuse
 
 EXTRA = "netcdf"
+"""The extra that installs xarray and h5netcdf."""
+
 MAX_FILE_BYTES = 1 << 30
 MAX_NAMES = 40
 _ENGINES = {b"CDF\x01": "scipy", b"CDF\x02": "scipy"}
@@ -45,6 +49,22 @@ def read_field(path: str | Path, *, variable: str | None = None, isel: Mapping[s
     have it. No other file is opened, whatever the file says. InputFileError (E551 to E553); `FieldRefusedError`;
     MissingExtraError without xarray and h5netcdf.
     """
+    with open_netcdf(path, decode_times=False, decode_coords="all") as (dataset, allowed):
+        field = _chosen(dataset, variable)
+        field = _at_indices(_with_coordinates(field, dataset), dict(isel or {}))
+        require_size(
+            sum(math.prod(part.shape) * 8 for part in (field, *field.coords.values())), allowed, allowed, "a field"
+        )
+        return field.load()
+
+
+@contextlib.contextmanager
+def open_netcdf(path: str | Path, **options: Any) -> Iterator[tuple[Any, int]]:
+    """Open a netCDF file as an xarray.Dataset; with it come the bytes that arrays of such a file may declare.
+
+    `options` are those of xarray.open_dataset. No other file is opened. A failure of the library inside the block is an
+    InputFileError, as are those of the file (E551 to E553); MissingExtraError without xarray and h5netcdf.
+    """
     xarray, h5py = (optional_module(name, extra=EXTRA) for name in ("xarray", "h5py"))
     optional_module("h5netcdf", extra=EXTRA)
     with open_data(path, what="a netCDF file", code="E551") as file:
@@ -62,13 +82,9 @@ def read_field(path: str | Path, *, variable: str | None = None, isel: Mapping[s
             data = file if engine == "scipy" else os.path.abspath(path)
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # of attributes that a library does not know
-                with xarray.open_dataset(data, engine=engine, decode_times=False, decode_coords="all") as dataset:
-                    field = _chosen(dataset, variable)
-                    field = _at_indices(_with_coordinates(field, dataset), dict(isel or {}))
-                    n_bytes = sum(math.prod(part.shape) * 8 for part in (field, *field.coords.values()))
-                    require_size(n_bytes, allowed_bytes(size), allowed_bytes(size), "a field")
-                    return field.load()
-        except FieldRefusedError:
+                with xarray.open_dataset(data, engine=engine, **options) as dataset:
+                    yield dataset, allowed_bytes(size)
+        except (FieldRefusedError, AomcSkyError):
             raise
         except RefusedError as refusal:
             raise refuse(path, printable(refusal.message), advice=refusal.advice, code="E553") from None

@@ -5,11 +5,12 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from aomc_sky.directions import AzimuthConvention, azimuth_from_sun_deg, to_enu_azimuth_deg
-from aomc_sky.errors import Span, UsageError
+from aomc_sky.errors import Span, UsageError, require_one_of
 from aomc_sky.formats.radiance_words import (
     ANGLE_DEGREES,
     CONVENTIONS,
@@ -56,20 +57,6 @@ _NEEDED = {
 }
 
 
-@dataclass(frozen=True, kw_only=True)
-class RadiancePoints:
-    """Radiances of directions as a file has them, NaN in a gap: arguments of `RadianceField.from_points`."""
-
-    sky_zenith_deg: np.ndarray  #: (n,); negative: beyond the zenith
-    sky_azimuth_deg: np.ndarray  #: (n,), from +x towards +y
-    wavelength_nm: np.ndarray | None  #: (n,)
-    radiance: np.ndarray  #: (n,), in W m-2 nm-1 sr-1 where `is_absolute`
-    is_absolute: bool
-    sun_zenith_deg: float | None
-    sun_azimuth_deg: float | None  #: from +x towards +y
-    remarks: tuple[str, ...]
-
-
 @dataclass(frozen=True, slots=True)
 class _Column:
     """A column that the reader uses; `values` are NaN in gaps."""
@@ -88,13 +75,16 @@ def read_radiance_points(
     radiance_unit: str | None = None,
     sun_zenith_deg: float | None = None,
     sun_azimuth_deg: float | None = None,
-) -> RadiancePoints:
-    """Read a table; arguments win over the file. InputFileError: every problem of the file (E651 to E654)."""
+) -> dict[str, Any]:
+    """Read a table as arguments of `RadianceField.from_points`, NaN in a gap; arguments here win over the file.
+
+    InputFileError: every problem of the file (E651 to E654).
+    """
     convention = azimuth_convention
     if isinstance(convention, AzimuthConvention):
         convention = convention.name.lower()
-    if convention is not None and convention not in CONVENTIONS:
-        raise UsageError(f"azimuth_convention must be one of {', '.join(map(repr, CONVENTIONS))}, got {convention!r}")
+    if convention is not None:
+        require_one_of(CONVENTIONS, convention, "azimuth_convention")
     if angle_unit not in (None, "deg", "rad"):
         raise UsageError(f"angle_unit must be 'deg' or 'rad', got {angle_unit!r}")
     if radiance_unit is not None and radiance_factor(radiance_unit) is None:
@@ -145,7 +135,7 @@ class _Table:
             start += len(part) + 1
         return cells
 
-    def points(self) -> RadiancePoints:
+    def points(self) -> dict[str, Any]:
         """Return the contents of the file, or raise all its problems."""
         columns = self._columns()
         if not columns or not self.rows:
@@ -168,16 +158,16 @@ class _Table:
         if not is_whole.all():
             n = np.count_nonzero(~is_whole)
             self.remarks.append(f"{n} radiances without direction or wavelength were left out")
-        return RadiancePoints(
-            sky_zenith_deg=zenith[is_whole],
-            sky_azimuth_deg=azimuth[is_whole],
-            wavelength_nm=None if wavelength is None else wavelength[is_whole],
-            radiance=np.concatenate([one.values for one in light])[is_whole] * (factor or 1.0),
-            is_absolute=factor > 0,
-            sun_zenith_deg=sun_zenith,
-            sun_azimuth_deg=sun_azimuth,
-            remarks=tuple(self.remarks),
-        )
+        return {
+            "sky_zenith_deg": zenith[is_whole],
+            "sky_azimuth_deg": azimuth[is_whole],
+            "wavelength_nm": None if wavelength is None else wavelength[is_whole],
+            "radiance": np.concatenate([one.values for one in light])[is_whole] * (factor or 1.0),
+            "is_absolute": factor > 0,
+            "sun_zenith_deg": sun_zenith,
+            "sun_azimuth_deg": sun_azimuth,
+            "remarks": tuple(self.remarks),
+        }
 
     def _close(self) -> None:
         self.report.problems.sort(key=lambda problem: (problem.line, problem.column))
@@ -214,8 +204,10 @@ class _Table:
             self.remarks.append(f"columns not used: {', '.join(map(printable, unused))}")
         if not self.rows:
             self.report.add("E654", "the file has no row of numbers", advice="write a row for each direction")
+        if missing:
+            return []
         self._read_rows(list(columns.values()), len(cells))
-        return [] if missing else list(columns.values())
+        return list(columns.values())
 
     def _read_rows(self, columns: list[_Column], n_names: int) -> None:
         width = max((one.index for one in columns), default=0) + 1

@@ -35,7 +35,11 @@ def open_data(path: str | Path, *, what: str, code: str) -> BinaryIO:
     """Open a regular file for reading; `what` it should be, and the code of the error, for messages."""
     advice = f"give the path of {what}"
     try:
-        return open_regular(path)
+        file = open_regular(path)
+        if os.fstat(file.fileno()).st_size == 0 and file.read(1) is None:  # nothing yet, and no end: /proc/kmsg
+            file.close()
+            raise FileKindError(path, "a file without an end")
+        return file
     except FileKindError:
         raise refuse(path, "not a regular file", advice=advice, code=code) from None
     except PermissionError as error:

@@ -18,9 +18,9 @@ from pathlib import Path
 
 import numpy as np
 
-from aomc_sky.errors import Span
+from aomc_sky.errors import InputFileError, Span
 from aomc_sky.formats.report import BadValueError, Report
-from aomc_sky.formats.text_file import read_bytes, split_lines
+from aomc_sky.formats.text_file import read_bytes, refuse, split_lines
 
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?\Z", re.ASCII)
 
@@ -60,20 +60,10 @@ class WeatherTable:
     dni: np.ndarray
     dhi: np.ndarray
 
-    @property
-    def n_rows(self) -> int:
-        """Number of hours."""
-        return int(self.start.size)
-
     def irradiances(self, index: int) -> dict[str, float]:
         """Those of ghi, dni and dhi that a row has. [0-based; W m-2]"""
         values = {"ghi": self.ghi, "dni": self.dni, "dhi": self.dhi}
         return {name: float(array[index]) for name, array in values.items() if not np.isnan(array[index])}
-
-    @property
-    def end(self) -> np.ndarray:
-        """End of each hour in UTC, datetime64[s]."""
-        return self.start + HOUR
 
     @property
     def midpoint(self) -> np.ndarray:
@@ -84,22 +74,16 @@ class WeatherTable:
 def read_weather(path: str | Path, kind: str) -> WeatherTable:
     """Read a weather file of kind epw, tmy2 or tmy3, rows in file order. Cost: about 0.2 s for a year of hours."""
     lines = _lines(path)
-    report = Report(path=str(path))
-    layout = _HEADS[kind](lines, report)
-    if layout is None:
-        report.close()
-        raise AssertionError("a head that cannot be read leaves an error")
-    line, values = _rows(lines, layout, report)
-    report.close()
+    layout = _HEADS[kind](lines, path)
+    line, values = _rows(lines, layout, path)
     year, month, day, hour = values[:4].astype(np.int64)
     dates = (year - 1970).astype("M8[Y]").astype("M8[M]") + (month - 1)
     local = (dates.astype("M8[D]") + (day - 1)).astype("M8[s]") + (hour - 1) * HOUR
     latitude, longitude, offset = layout.position
     values += 0.0  # some files write -0.00 at night
-    arrays = (line, local - np.timedelta64(round(offset * 3600), "s"), *values[4:])
-    for array in arrays:
+    start = local - np.timedelta64(round(offset * 3600), "s")
+    for array in (line, start, values):
         array.flags.writeable = False
-    line, start, ghi, dni, dhi = arrays
     return WeatherTable(
         path=str(path),
         station=layout.station,
@@ -107,9 +91,9 @@ def read_weather(path: str | Path, kind: str) -> WeatherTable:
         longitude_deg=longitude,
         line=line,
         start=start,
-        ghi=ghi,
-        dni=dni,
-        dhi=dhi,
+        ghi=values[4],
+        dni=values[5],
+        dhi=values[6],
     )
 
 
@@ -121,8 +105,9 @@ def _lines(path: str | Path) -> list[str]:
     return split_lines(data)
 
 
-def _rows(lines: list[str], layout: Layout, report: Report) -> tuple[np.ndarray, np.ndarray]:
-    """Lines and values (7, n_row) of all rows; problems go to the report."""
+def _rows(lines: list[str], layout: Layout, path: str | Path) -> tuple[np.ndarray, np.ndarray]:
+    """Lines and values (7, n_row) of all rows; InputFileError with all problems."""
+    report = Report(path=str(path))
     numbers: list[int] = []
     values: list[list[float]] = []
     for number, text in enumerate(lines[layout.first_row :], start=layout.first_row + 1):
@@ -136,6 +121,7 @@ def _rows(lines: list[str], layout: Layout, report: Report) -> tuple[np.ndarray,
             break
     if not values and not report.has_errors:
         report.at(Span(max(len(lines), 1), 1, ""), "E604", "the file ends before the first hour")
+    report.close()
     return np.array(numbers, dtype=np.int64), np.array(values, dtype=np.float64).reshape(-1, len(_NAMES)).T
 
 
@@ -189,17 +175,19 @@ class Layout:
     first_hour: int = 1  #: Lowest label of an hour
 
 
-def _position(pieces: Sequence[str], text: str, report: Report) -> tuple[float, float, float] | None:
-    """Latitude, longitude and time zone of a head line; a bad number is reported and gives None."""
+def _no_head(path: str | Path, number: int, text: str, message: str, advice: str = "") -> InputFileError:
+    return refuse(path, message, code="E601", advice=advice, span=Span(number, 1, text))
+
+
+def _position(pieces: Sequence[str], text: str, path: str | Path) -> tuple[float, float, float]:
+    """Latitude, longitude and time zone of a head line."""
     found: list[float] = []
-    for (name, limit), piece in zip(
-        (("latitude", 90.0), ("longitude", 180.0), ("time zone", 14.0)), pieces, strict=True
-    ):
-        piece = piece.strip()
+    limits = {"latitude": 90.0, "longitude": 180.0, "time zone": 14.0}
+    for (name, limit), piece in zip(limits.items(), map(str.strip, pieces), strict=True):
         if not NUMBER.match(piece) or abs(float(piece)) > limit:
             span = Span(1, max(text.find(piece), 0) + 1, text, max(len(piece), 1))
-            report.at(span, "E601", f"{piece[:40]!r} is not a number from -{limit:g} to {limit:g}", name=name)
-            return None
+            message = f"{piece[:40]!r} is not a number from -{limit:g} to {limit:g}"
+            raise refuse(path, message, code="E601", name=name, span=span)
         found.append(float(piece))
     return found[0], found[1], found[2]
 
@@ -228,24 +216,20 @@ def _too_short(kind: str) -> BadValueError:
     return BadValueError("E602", f"the row is shorter than a row of {kind} with DNI and DHI")
 
 
-def epw_head(lines: list[str], report: Report) -> Layout | None:
+def epw_head(lines: list[str], path: str | Path) -> Layout:
     """The head of an EPW file: eight lines from LOCATION to DATA PERIODS."""
     first = lines[0] if lines else ""
     pieces = _fields(first)
     if pieces[0].strip().upper() != "LOCATION" or len(pieces) < 9:
         advice = "an EPW file begins with LOCATION,city,state,country,source,WMO,latitude,longitude,time zone"
-        report.at(Span(1, 1, first), "E601", "this is not the header of an EPW file", advice=advice)
-        return None
-    position = _position(pieces[6:9], first, report)
+        raise _no_head(path, 1, first, "this is not the header of an EPW file", advice)
+    position = _position(pieces[6:9], first, path)
     periods = lines[_N_EPW_HEAD - 1] if len(lines) >= _N_EPW_HEAD else ""
     parts = [part.strip() for part in periods.split(",")]
     if parts[0].upper() != "DATA PERIODS":
-        report.at(Span(_N_EPW_HEAD, 1, periods), "E601", "line 8 is not the DATA PERIODS line")
-    elif len(parts) > 2 and parts[2] != "1":
-        message = f"{parts[2]} records per hour; hours are read, 1 record each"
-        report.at(Span(_N_EPW_HEAD, 1, periods), "E601", message)
-    if position is None or report.has_errors:
-        return None
+        raise _no_head(path, _N_EPW_HEAD, periods, "line 8 is not the DATA PERIODS line")
+    if len(parts) > 2 and parts[2] != "1":
+        raise _no_head(path, _N_EPW_HEAD, periods, f"{parts[2]} records per hour; hours are read, 1 record each")
     return Layout(station=pieces[1].strip(), position=position, first_row=_N_EPW_HEAD, cut=_cut_epw)
 
 
@@ -264,7 +248,7 @@ def _cut_epw(text: str) -> Pieces:
     return [fields[k] for k in _EPW_FIELDS]
 
 
-def tmy3_head(lines: list[str], report: Report) -> Layout | None:
+def tmy3_head(lines: list[str], path: str | Path) -> Layout:
     """The head of a TMY3 file: the station, and the names of the columns.
 
     Some programs write the end of a day as 00:00 of the next one, not as 24:00; hour 0 is therefore allowed.
@@ -272,16 +256,13 @@ def tmy3_head(lines: list[str], report: Report) -> Layout | None:
     first = lines[0] if lines else ""
     names = [name.strip() for name in lines[1].split(",")] if len(lines) > 1 else []
     needed = ("Date (MM/DD/YYYY)", "Time (HH:MM)", "GHI (W/m^2)", "DNI (W/m^2)", "DHI (W/m^2)")
-    absent = [name for name in needed if name not in names]
+    advice = "a TMY3 file has its station in line 1 and the names of its columns in line 2"
+    if absent := [name for name in needed if name not in names]:
+        raise _no_head(path, 2, lines[1] if len(lines) > 1 else first, f"there is no column {absent[0]!r}", advice)
     pieces = _fields(first)
-    if absent or len(pieces) < 6:
-        advice = "a TMY3 file has its station in line 1 and the names of its columns in line 2"
-        span, what = Span(1, 1, first), "line 1 has no latitude and longitude"
-        if absent:
-            span, what = Span(2, 1, lines[1] if len(lines) > 1 else first), f"there is no column {absent[0]!r}"
-        report.at(span, "E601", what, advice=advice)
-        return None
-    position = _position((pieces[4], pieces[5], pieces[3]), first, report)
+    if len(pieces) < 6:
+        raise _no_head(path, 1, first, "line 1 has no latitude and longitude", advice)
+    position = _position((pieces[4], pieces[5], pieces[3]), first, path)
     date, time, *irradiance = (names.index(name) for name in needed)
 
     def cut(text: str) -> Pieces:
@@ -292,22 +273,21 @@ def tmy3_head(lines: list[str], report: Report) -> Layout | None:
         of_hour = hour[1] if hour else row[time][1]
         return [*((row[date][0], part) for part in parts), (row[time][0], of_hour), *(row[k] for k in irradiance)]
 
-    return position and Layout(station=pieces[1].strip(), position=position, first_row=2, first_hour=0, cut=cut)
+    return Layout(station=pieces[1].strip(), position=position, first_row=2, first_hour=0, cut=cut)
 
 
-def tmy2_head(lines: list[str], report: Report) -> Layout | None:
+def tmy2_head(lines: list[str], path: str | Path) -> Layout:
     """The head of a TMY2 file: one line of fixed columns."""
     first = lines[0] if lines else ""
     north, east = first[37:38].upper(), first[45:46].upper()
     parts = [first[a:b].strip() for a, b in ((39, 41), (42, 44), (47, 50), (51, 53))]
     if north not in ("N", "S") or east not in ("E", "W") or not all(part.isdecimal() for part in parts):
         advice = "a TMY2 file has N or S in column 38 and E or W in column 46 of its first line"
-        report.at(Span(1, 1, first), "E601", "this is not the header of a TMY2 file", advice=advice)
-        return None
+        raise _no_head(path, 1, first, "this is not the header of a TMY2 file", advice)
     latitude, longitude = (int(parts[k]) + int(parts[k + 1]) / 60 for k in (0, 2))
     texts = (repr(-latitude if north == "S" else latitude), repr(-longitude if east == "W" else longitude))
-    position = _position((*texts, first[33:36]), first, report)
-    return position and Layout(station=first[7:29].strip(), position=position, first_row=1, cut=_cut_tmy2)
+    position = _position((*texts, first[33:36]), first, path)
+    return Layout(station=first[7:29].strip(), position=position, first_row=1, cut=_cut_tmy2)
 
 
 def _cut_tmy2(text: str) -> Pieces:
@@ -317,8 +297,4 @@ def _cut_tmy2(text: str) -> Pieces:
     return [(at, f"19{year}" if year.isdecimal() else year), *others]
 
 
-_HEADS: dict[str, Callable[[list[str], Report], Layout | None]] = {
-    "epw": epw_head,
-    "tmy2": tmy2_head,
-    "tmy3": tmy3_head,
-}
+_HEADS: dict[str, Callable[[list[str], str | Path], Layout]] = {"epw": epw_head, "tmy2": tmy2_head, "tmy3": tmy3_head}

@@ -19,21 +19,17 @@ _texts: list[tuple[Callable[..., Any], bool]] = []
 _compilers: list[Compile] = []
 
 
-def formula(text: Text) -> Text:
+def formula(text: Text, *, is_inlined: bool = False) -> Text:
     """Let kernels call a formula for arrays, too; the compiler decides where to inline it."""
-    return _marked(text, False)
-
-
-def inlined_formula(text: Text) -> Text:
-    """`formula` for a straight text in a loop, which vectorises only if the text is inlined."""
-    return _marked(text, True)
-
-
-def _marked(text: Text, is_inlined: bool) -> Text:
     _texts.append((text, is_inlined))
     for take in _compilers:
         take(text, is_inlined)
     return text
+
+
+def inlined_formula(text: Text) -> Text:
+    """`formula` for a straight text in a loop, which vectorises only if the text is inlined."""
+    return formula(text, is_inlined=True)
 
 
 def compile_formulas(take: Compile) -> None:

@@ -1,8 +1,8 @@
 """Henyey-Greenstein: p(mu) = (1 - g^2) / (4 pi (1 + g^2 - 2 g mu)^(3/2)) per steradian, mean mu = g.
 
 g lies in (-1, 1); a negative g is the mirror image. Positions beside the peak are given by 1 - mu, since mu has no
-digits left there. Arguments broadcast. Arrays of float32 give float32, worked out in float64 except for the last
-division of mu. Everything else gives float64, and scalars give numpy scalars. The jitted forms, with the same bits, are
+digits left there. Arguments broadcast. Arrays of float32 give float32, worked out in float64. Everything
+else gives float64, and scalars give numpy scalars. The jitted forms, with the same bits, are
 in `aomc_sky.kernels.phase.jitted`.
 """
 
@@ -13,20 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aomc_sky.errors import UsageError
 from aomc_sky.kernels.phase import henyey_greenstein as formulas
-from aomc_sky.phase.vectorised import checked, evaluate, precision_of, sample
-from aomc_sky.whole_number import as_index
+from aomc_sky.phase.vectorised import checked, evaluate, precision_of
 
-__all__ = ["cdf", "legendre", "pdf_sr", "sample_mu", "sample_mu_sin", "survival"]
+__all__ = ["cdf", "pdf_sr", "sample_mu", "sample_mu_sin", "survival"]
 
 
 def _sample_all(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
     return formulas.cosine(xi, g), *formulas.beside_the_ends(xi, g)
-
-
-def _sample_all32(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
-    return formulas.cosine32(xi, g), *formulas.beside_the_ends(xi, g)
 
 
 def _arguments(name: str, value: ArrayLike, high: float, g: ArrayLike) -> tuple[np.dtype[Any], Any, Any]:
@@ -57,7 +51,7 @@ def sample_mu(xi: ArrayLike, g: ArrayLike) -> Any:
     Notes
     -----
     Accuracy: 2e-16 absolute for abs(mu) < 1/4 and 4 ulp beyond, for every g, g = 0 and 1e-8 included; float32
-    within 3 ulp of its own where abs(mu) is above 1e-9. Take `sample_mu_sin` beside the peak of a narrow
+    rounded from float64. Take `sample_mu_sin` beside the peak of a narrow
     lobe. Cost: one division for each number.
 
     Examples
@@ -65,8 +59,7 @@ def sample_mu(xi: ArrayLike, g: ArrayLike) -> Any:
     >>> print(sky.henyey_greenstein.sample_mu([0.0, 0.5, 1.0], 0.5))
     [-1.      0.6875  1.    ]
     """
-    kind, x, h = _arguments("xi", xi, 1.0, g)
-    return sample(formulas.cosine32 if kind == np.float32 else formulas.cosine, True, 1, kind, x, h)[0]
+    return evaluate(formulas.cosine, *_arguments("xi", xi, 1.0, g))[0]
 
 
 def sample_mu_sin(xi: ArrayLike, g: ArrayLike) -> tuple[Any, Any, Any]:
@@ -80,8 +73,7 @@ def sample_mu_sin(xi: ArrayLike, g: ArrayLike) -> tuple[Any, Any, Any]:
     >>> print(f"{one_minus_mu:.3e}")
     2.568e-06
     """
-    kind, x, h = _arguments("xi", xi, 1.0, g)
-    mu, one_minus_mu, sin_theta = sample(_sample_all32 if kind == np.float32 else _sample_all, True, 3, kind, x, h)
+    mu, one_minus_mu, sin_theta = evaluate(_sample_all, *_arguments("xi", xi, 1.0, g))
     return mu, one_minus_mu, sin_theta
 
 
@@ -135,23 +127,3 @@ def survival(one_minus_mu: ArrayLike, g: ArrayLike) -> Any:
     0.829180
     """
     return evaluate(formulas.tails, *_arguments("one_minus_mu", one_minus_mu, 2.0, g))[1]
-
-
-def legendre(order: int, g: ArrayLike) -> Any:
-    """Mean of the Legendre polynomial of this order, g^order; order 1 is the mean of mu.
-
-    Raises
-    ------
-    UsageError
-        The order is not a whole number of at least 0, or g is outside (-1, 1).
-
-    Examples
-    --------
-    >>> print(sky.henyey_greenstein.legendre(2, 0.5))
-    0.25
-    """
-    power = as_index(order, "the order of a Legendre moment")
-    if power < 0:
-        raise UsageError(f"the order of a Legendre moment is a whole number of at least 0; found {order!r}")
-    kind = precision_of(g)
-    return evaluate(lambda x: x**power, kind, checked("g", g, kind, -1.0, 1.0, open_ends=True))[0]

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from aomc_sky.errors import UsageError
 from aomc_sky.kernels.phase import rayleigh as formulas
-from aomc_sky.phase.vectorised import checked, evaluate, precision_of, sample
+from aomc_sky.phase.vectorised import checked, evaluate, precision_of
 
 __all__ = [
     "air_depolarisation",
@@ -24,11 +24,7 @@ __all__ = [
     "gamma_from_king_factor",
     "gamma_from_rho",
     "king_factor",
-    "legendre2",
-    "max_polarisation",
-    "mean_abs_mu",
     "mean_mu2",
-    "mean_mu4",
     "pdf_mu",
     "pdf_sr",
     "rho_from_gamma",
@@ -78,8 +74,7 @@ def sample_mu(xi: ArrayLike, gamma: ArrayLike) -> Any:
     >>> print(sky.rayleigh.sample_mu([0.0, 0.5, 1.0], 0.0142))
     [-1.  0.  1.]
     """
-    kind, x, g = _arguments("xi", xi, 0.0, gamma)
-    return sample(formulas.cosine, False, 1, kind, x, g)[0]
+    return evaluate(formulas.cosine, *_arguments("xi", xi, 0.0, gamma))[0]
 
 
 def sample_mu_sin(xi: ArrayLike, gamma: ArrayLike) -> tuple[Any, Any, Any]:
@@ -106,8 +101,7 @@ def sample_mu_sin(xi: ArrayLike, gamma: ArrayLike) -> tuple[Any, Any, Any]:
     >>> print(mu, one_minus_mu, sin_theta)
     0.0 1.0 1.0
     """
-    kind, x, g = _arguments("xi", xi, 0.0, gamma)
-    mu, one_minus_mu, sin_theta = sample(formulas.cosine_and_ends, False, 3, kind, x, g)
+    mu, one_minus_mu, sin_theta = evaluate(formulas.cosine_and_ends, *_arguments("xi", xi, 0.0, gamma))
     return mu, one_minus_mu, sin_theta
 
 
@@ -168,10 +162,6 @@ def _mapped(law: Callable[[Any], Any], name: str, value: ArrayLike, low: float, 
     return evaluate(law, kind, checked(name, value, kind, low, high))[0]
 
 
-def _moment(gamma: ArrayLike, upper: tuple[float, float], lower: tuple[float, float]) -> Any:
-    return _mapped(lambda x: (upper[0] + upper[1] * x) / (lower[0] + lower[1] * x), "gamma", gamma, 0.0, 1.0)
-
-
 def mean_mu2(gamma: ArrayLike) -> Any:
     """Mean of mu^2, (2 + 3 gamma) / (5 (1 + 2 gamma)). The mean of mu is 0.
 
@@ -180,51 +170,7 @@ def mean_mu2(gamma: ArrayLike) -> Any:
     >>> print(sky.rayleigh.mean_mu2(0.0))
     0.4
     """
-    return _moment(gamma, (2.0, 3.0), (5.0, 10.0))
-
-
-def mean_mu4(gamma: ArrayLike) -> Any:
-    """Mean of mu^4, 3 (3 + 4 gamma) / (35 (1 + 2 gamma)).
-
-    Examples
-    --------
-    >>> print(f"{sky.rayleigh.mean_mu4(0.0):.6f}")
-    0.257143
-    """
-    return _moment(gamma, (9.0, 12.0), (35.0, 70.0))
-
-
-def mean_abs_mu(gamma: ArrayLike) -> Any:
-    """Mean of abs(mu), 3 (3 + 5 gamma) / (16 (1 + 2 gamma)).
-
-    Examples
-    --------
-    >>> print(sky.rayleigh.mean_abs_mu(0.0))
-    0.5625
-    """
-    return _moment(gamma, (9.0, 15.0), (16.0, 32.0))
-
-
-def legendre2(gamma: ArrayLike) -> Any:
-    """Mean of the second Legendre polynomial, (1 - gamma) / (10 (1 + 2 gamma)); the other moments but the 0th are 0.
-
-    Examples
-    --------
-    >>> print(sky.rayleigh.legendre2(0.0))
-    0.1
-    """
-    return _moment(gamma, (1.0, -1.0), (10.0, 20.0))
-
-
-def max_polarisation(gamma: ArrayLike) -> Any:
-    """Degree of polarisation of natural light scattered once by 90 degrees, (1 - gamma) / (1 + 3 gamma).
-
-    Examples
-    --------
-    >>> print(f"{sky.rayleigh.max_polarisation(0.0142):.4f}")
-    0.9455
-    """
-    return _moment(gamma, (1.0, -1.0), (1.0, 3.0))
+    return _mapped(lambda x: (2.0 + 3.0 * x) / (5.0 + 10.0 * x), "gamma", gamma, 0.0, 1.0)
 
 
 # Anisotropy of a molecule: gamma = rho / (2 - rho), rho = 2 gamma / (1 + gamma).

@@ -1,8 +1,4 @@
-"""Formulas of the kernels over whole arrays: checks, precision, broadcasting, and blocks that stay in the cache.
-
-Small jobs run in plain numpy and load no compiler; where many numbers are needed a jitted kernel makes them, if
-there is one. The bits are the same.
-"""
+"""Formulas of the kernels over whole arrays: checks, precision, broadcasting, and blocks that stay in the cache."""
 
 from __future__ import annotations
 
@@ -14,35 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from aomc_sky.errors import UsageError
-from aomc_sky.kernels.backend import use_kernels
 
 Formula = Callable[..., Any]
 
 _BLOCK = 8192
-
-
-def sample(
-    formula: Formula, is_hg: bool, n_results: int, kind: np.dtype[Any], xi: NDArray[Any], parameter: NDArray[Any]
-) -> tuple[Any, ...]:
-    """mu, or mu, 1 - mu and the sine, of a phase function: by the formula, or by the jitted loops for many numbers."""
-    shape = shape_of((xi, parameter))
-    if not use_kernels(math.prod(shape)):
-        return evaluate(formula, kind, xi, parameter)
-    from aomc_sky.kernels.phase import jitted
-
-    flat = np.broadcast_to(xi, shape).reshape(-1)
-    second = parameter.reshape(1) if parameter.size == 1 else np.broadcast_to(parameter, shape).reshape(-1)
-    results = [np.empty(flat.size, dtype=kind) for _ in range(n_results)]
-    kernel = jitted.fill_mu if n_results == 1 else jitted.fill_mu_sin
-    kernel(is_hg, _read_only(flat), _read_only(second), *results)
-    return tuple(result.reshape(shape) for result in results)
-
-
-def _read_only(array: NDArray[Any]) -> NDArray[Any]:
-    """A contiguous read-only view: numba would compile another variant for writable arrays."""
-    view = np.ascontiguousarray(array).view()
-    view.flags.writeable = False
-    return view
 
 
 def shape_of(arguments: tuple[NDArray[Any], ...]) -> tuple[int, ...]:

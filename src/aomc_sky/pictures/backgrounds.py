@@ -26,24 +26,24 @@ _SUNDAY_S = 3 * _DAY_S  # 1970-01-04 was a Sunday
 
 
 def lobe_picture(
-    skies: Sequence[tuple[str, Sequence[LobeSky]]],
+    skies: Sequence[tuple[str, LobeSky]],
     wavelength_nm: float,
     *,
     title: str = "",
     bins: tuple[int, int] = LOBE_BINS,
 ) -> Picture:
-    """Skies of lobes at one wavelength, W m-2 sr-1 nm-1; the light of the skies under one title adds.
+    """Skies of lobes at one wavelength, each with its title. [W m-2 sr-1 nm-1]
 
     Each lobe is drawn by its exact mean in equal bins of zenith and azimuth, and marked where it is narrower than a
     patch.
     """
     grid = PatchGrid.regular(*bins)
-    domes = tuple(_dome(name, parts, wavelength_nm, grid) for name, parts in counted(skies, "sky", len(skies)))
+    domes = tuple(_dome(name, sky, wavelength_nm, grid) for name, sky in counted(skies, "sky", len(skies)))
     return Picture(domes=domes, quantity=RADIANCE, title=title, notes=(lobe_note(bins),))
 
 
-def _dome(name: str, skies: Sequence[LobeSky], wavelength_nm: float, grid: PatchGrid) -> Dome:
-    components = [c for sky in skies for c in sky.lower([wavelength_nm])]
+def _dome(name: str, sky: LobeSky, wavelength_nm: float, grid: PatchGrid) -> Dome:
+    components = sky.lower([wavelength_nm])
     light = np.zeros(grid.n_patches)
     for component in components:
         light += float(component.strength[0]) * patch_shares(component, grid)
@@ -58,10 +58,10 @@ def time_span_s(sky: BackgroundSky) -> tuple[float, float]:
     day, of local time.
     """
     animations = sky.animations.values()
-    fixed = [a for a in animations if a.reference is ReferenceType.ABSOLUTE and a.time_days.size > 1]
+    fixed = [a for a in animations if a.reference is ReferenceType.ABSOLUTE and a.relative_time_days.size > 1]
     if fixed:
-        starts = [a.reference_unix_s + _DAY_S * float(a.time_days[0]) for a in fixed]
-        stops = [a.reference_unix_s + _DAY_S * float(a.time_days[-1]) for a in fixed]
+        starts = [a.time_point_s + _DAY_S * float(a.relative_time_days[0]) for a in fixed]
+        stops = [a.time_point_s + _DAY_S * float(a.relative_time_days[-1]) for a in fixed]
         return min(starts), max(stops)
     midnight = -3600.0 * sky.utc_offset_h
     if any(a.reference is ReferenceType.HEBDOMADAL for a in animations):
@@ -73,14 +73,12 @@ def frame_times_s(start_s: float, stop_s: float, n_frames: int) -> np.ndarray:
     """Times of 2 to 12 domes: even steps, the last one a step before the end, where a repeating sky begins again."""
     if not 2 <= n_frames <= MOST_PANELS:
         raise UsageError(f"--frames is 2 to {MOST_PANELS}, as many domes as fit side by side, got {n_frames}")
-    if not stop_s > start_s:
-        raise UsageError("--stop must be later than --start")
     return start_s + (stop_s - start_s) * np.arange(n_frames) / n_frames
 
 
 def time_text(sky: BackgroundSky, unix_time_s: float) -> str:
     """A time as its picture says it: of the day or the week where the sky repeats, else the date in UTC."""
-    references = {a.reference for a in sky.animations.values() if a.time_days.size > 1}
+    references = {a.reference for a in sky.animations.values() if a.relative_time_days.size > 1}
     if ReferenceType.ABSOLUTE in references:
         return moment_text(float(round(unix_time_s)))
     local = datetime.datetime(1970, 1, 1) + datetime.timedelta(seconds=round(unix_time_s + 3600.0 * sky.utc_offset_h))
@@ -101,5 +99,5 @@ def moving_picture(
 
     `interpolation` says what lobes do between their keys; times are seconds since 1970-01-01 UTC.
     """
-    skies = [(time_text(sky, t), [background_at(sky, t, interpolation=interpolation)]) for t in times_s]
+    skies = [(time_text(sky, t), background_at(sky, t, interpolation=interpolation)) for t in times_s]
     return lobe_picture(skies, wavelength_nm, title=title, bins=MOVING_BINS)

@@ -24,7 +24,6 @@ class Symbol(enum.Enum):
     SUN_OF_AMC = "the sun of amc.inp; the light is that of the table alone"
     SUN_BELOW = "azimuth of the sun, which is below the horizon"
     LOBE = "a lobe narrower than a patch: its patches hold the mean"
-    LARGEST = "the zone with the largest pull"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -128,8 +127,6 @@ def spread(bands: Sequence[int]) -> list[int]:
     return [bands[round(k * (len(bands) - 1) / (MOST_PANELS - 1))] for k in range(MOST_PANELS)]
 
 
-INDEPENDENT = "Independent photons would give pulls of size 1; photons that a plan spreads evenly give smaller ones."
-
 _LEAST_PULL = 0.005
 """Smaller pulls are rounding."""
 
@@ -140,9 +137,7 @@ PLANNED = (
 DRAWN = "Pulls are against the masses, from which the counts were drawn: correct photons give pulls of size 1."
 
 
-def pull_picture(
-    maps: Sequence[tuple[str, PatchGrid, np.ndarray]], *, title: str = "", note: str = INDEPENDENT
-) -> Picture:
+def pull_picture(maps: Sequence[tuple[str, PatchGrid, np.ndarray]], *, title: str = "", note: str = PLANNED) -> Picture:
     """Maps of pulls side by side, 12 spread over them where there are more; colours part at zero.
 
     Each is a title, its zones and their pulls: NaN if too few photons are expected. `note` gives the expected size of
@@ -156,16 +151,8 @@ def pull_picture(
 
 
 def _pull_dome(name: str, grid: PatchGrid, pulls: np.ndarray) -> Dome:
-    """A map with its largest pull above it, and a mark in the middle of that zone."""
+    """A map with its largest pull above it."""
     size = np.nan_to_num(np.abs(pulls), nan=0.0, posinf=np.inf)
     if size.max(initial=0.0) < _LEAST_PULL:  # of photons that a plan spreads evenly
         return Dome(grid=grid, values=pulls, title=name)
-    ring, column = divmod(int(np.argmax(size)), grid.n_azimuth)
-    zenith, azimuth = grid.zenith_bounds_deg[ring].mean(), grid.azimuth_bounds_deg[column].mean()
-    mark = Mark(zenith_deg=float(zenith), azimuth_deg=float(azimuth), symbol=Symbol.LARGEST)
-    return Dome(
-        grid=grid,
-        values=pulls,
-        title=f"{name}\nlargest pull {pulls.ravel()[ring * grid.n_azimuth + column]:+.2f}",
-        marks=(mark,),
-    )
+    return Dome(grid=grid, values=pulls, title=f"{name}\nlargest pull {pulls.ravel()[np.argmax(size)]:+.2f}")

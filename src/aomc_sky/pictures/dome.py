@@ -18,7 +18,7 @@ from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.content import Dome, Mark, Picture, Quantity, Symbol
+from aomc_sky.pictures.content import Dome, Picture, Quantity, Symbol
 
 EXTRA = "plot"
 """The extra that installs matplotlib."""
@@ -252,14 +252,6 @@ class View(enum.Enum):
     ABOVE = "above"
     BELOW = "below"
 
-    @classmethod
-    def named(cls, name: str) -> View:
-        """The view of a name."""
-        try:
-            return cls(name)
-        except ValueError:
-            raise UsageError(f"the dome is seen from 'above' or 'below', not from {name!r}") from None
-
     @property
     def sentence(self) -> str:
         """The sentence of the caption."""
@@ -295,9 +287,6 @@ def draw_dome(axes: Any, dome: Dome, quantity: Quantity, colours: Colours, panel
     _draw_ruler(axes, panel)
     _draw_directions(axes, panel)
     for mark in dome.marks:
-        if mark.symbol is Symbol.LARGEST:
-            _draw_outline(axes, dome.grid, mark, panel.view)
-            continue
         zenith = _BELOW_AT_DEG if mark.symbol is Symbol.SUN_BELOW else mark.zenith_deg
         where = drawn_at(zenith, mark.azimuth_deg, panel.view)
         draw_mark(axes, *where, mark.symbol, panel.font_pt)
@@ -368,21 +357,6 @@ def _draw_directions(axes: Any, panel: Panel) -> None:
         axes.text(x, y, letter or number, **style)
 
 
-def _draw_outline(axes: Any, grid: PatchGrid, mark: Mark, view: View) -> None:
-    """A black line around the patch of a mark, which hides nothing of it."""
-    patch = int(grid.patch_of(np.array([mark.zenith_deg]), np.array([mark.azimuth_deg]))[0])
-    (top, bottom), (start, end) = (
-        bounds[k]
-        for bounds, k in zip(
-            (grid.zenith_bounds_deg, grid.azimuth_bounds_deg), divmod(patch, grid.n_azimuth), strict=True
-        )
-    )
-    around = np.linspace(start, end, max(int(end - start), 2))
-    zenith = np.concatenate([np.full(around.size, top), np.full(around.size, bottom)])
-    outline = drawn_at(zenith, np.concatenate([around, around[::-1]]), view)
-    axes.fill(*outline, fill=False, edgecolor="black", linewidth=1.5, gid="mark-largest", zorder=5)
-
-
 _COMPASS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
 
 
@@ -399,7 +373,8 @@ def draw_mark(axes: Any, x: Any, y: Any, symbol: Symbol, font_pt: float) -> None
         strokes = [(0.5 * x, 0.5 * y) if k == 0 else (x, y) for x, y in _COMPASS for k in (0, 1)]
         ring |= {"marker": optional_module("matplotlib.path", extra=EXTRA).Path(strokes, [1, 2] * 4)}
         ring["markersize"] = 1.35 * size
-    ring["marker"] = {Symbol.LOBE: "D", Symbol.LARGEST: "s"}.get(symbol, ring["marker"])
+    if symbol is Symbol.LOBE:
+        ring["marker"] = "D"
     axes.plot([float(x)], [float(y)], gid=f"mark-{symbol.name.lower()}", **ring, **line)
     if symbol is Symbol.BEAM:
         axes.plot([float(x)], [float(y)], marker="o", markersize=0.3 * size, color="white", **line)

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.emission.notebook import png_bytes
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import UsageError, require_one_of
 from aomc_sky.extras import optional_module
 from aomc_sky.pictures.content import MOST_PANELS, Picture, Symbol
 from aomc_sky.pictures.dome import (
@@ -40,7 +40,6 @@ _TITLE_WIDTH = 0.92  # of a dome
 _OWN_BAR_IN, _OWN_BAR_WIDTH = 0.07, 0.8  # of a dome
 _ROWS = {1: (1,), 2: (2,), 3: (3,), 4: (2, 2), 5: (3, 2), 6: (3, 3), 7: (4, 3), 8: (4, 4), 9: (3, 3, 3), 10: (4, 3, 3)}
 _ROWS |= {11: (4, 4, 3), 12: (4, 4, 4)}
-_SHRINKS = (1.0, 0.95, 0.9, 0.85, 0.8)  # in steps: the widths of small letters are whole dots, and do not follow
 
 
 def figure_of(
@@ -57,7 +56,7 @@ def figure_of(
     With the scale "each" every dome has its own colours and bar. Without matplotlib a MissingExtraError names the
     extra.
     """
-    _check_scale(scale)
+    require_one_of(SCALES, scale, "scale")
     if not 1 <= len(picture.domes) <= MOST_PANELS:
         raise UsageError(f"a picture has 1 to {MOST_PANELS} domes, got {len(picture.domes)}")
     width_in = width_of(size_px)
@@ -101,14 +100,9 @@ def _letters_pt() -> float:
     return float(optional_module("matplotlib", extra=EXTRA).rcParams["font.size"])
 
 
-def _check_scale(scale: str) -> None:
-    if scale not in SCALES:
-        raise UsageError(f"scale must be one of {', '.join(SCALES)}, got {scale!r}")
-
-
 def draw_into(axes: Any, picture: Picture, *, view: View, choice: ColourChoice, scale: str = "shared") -> Any:
     """Draw the domes of a picture into axes that somebody has, one for each; their figure is returned."""
-    _check_scale(scale)
+    require_one_of(SCALES, scale, "scale")
     every = np.atleast_1d(np.asarray(axes, dtype=object)).ravel().tolist()
     if len(every) != len(picture.domes):
         raise UsageError(f"{len(picture.domes)} domes need as many axes, got {len(every)}; bands chooses wavebands")
@@ -154,7 +148,6 @@ class _Layout:
         width = (inside - (rows[0] - 1) * _BETWEEN_IN) / rows[0]
         panel = Panel(width_in=width, font_pt=font if rows[0] < 3 else 0.9 * font, view=view)
         ruler = Ruler.of(dpi)
-        shrink = _title_shrink(picture, panel, ruler)
         title = _wrapped(picture.title, _TITLE * font, most_in, ruler)
         sentences = (view.sentence, _PROJECTION, *picture.sun_sentence, *picture.notes) if has_caption else ()
         caption = _wrapped(" ".join(sentences), font, most_in, ruler)
@@ -165,7 +158,7 @@ class _Layout:
             rows=rows,
             title=title,
             title_in=line * (_TITLE * _n_lines(title) + 0.8) if title else 0.05,
-            titles=tuple(_title_lines(dome.title, panel, shrink, ruler) for dome in picture.domes),
+            titles=tuple(_title_lines(dome.title, panel, ruler) for dome in picture.domes),
             has_bar=has_colours(picture),
             is_shared=is_shared,
             caption=caption,
@@ -262,24 +255,12 @@ def _draw_dome_title(figure: Any, layout: _Layout, k: int) -> None:
         figure.text(x / layout.width_in, height / layout.height_in, text, ha="center", va="bottom", fontsize=font)
 
 
-def _title_shrink(picture: Picture, panel: Panel, ruler: Ruler) -> float:
-    """Factor on the titles of all domes that makes each line narrower than its dome; 1 if none does."""
-    lines = [line for dome in picture.domes for line in _title_parts(dome.title, panel)]
-    most_in = _TITLE_WIDTH * panel.width_in
-    fitting = (s for s in _SHRINKS if all(ruler.width_in(text, s * font) <= most_in for text, font in lines))
-    return next(fitting, 1.0)
-
-
-def _title_lines(title: str, panel: Panel, shrink: float, ruler: Ruler) -> list[tuple[str, float]]:
-    """Lines of the title of a dome that are as wide as the dome at most, and the size of their letters."""
-    parts = [(text, shrink * font) for text, font in _title_parts(title, panel)]
-    return [(line, font) for text, font in parts for line in ruler.even_lines(text, font, panel.width_in)]
-
-
-def _title_parts(title: str, panel: Panel) -> tuple[tuple[str, float], tuple[str, float]]:
-    """The first line, and what is smaller below it."""
+def _title_lines(title: str, panel: Panel, ruler: Ruler) -> list[tuple[str, float]]:
+    """Lines of the title of a dome that are narrower than the dome, and the size of their letters: smaller below."""
     first, _, rest = plain_text(title).partition("\n")
-    return (first, panel.font_pt + 1.0), (rest, panel.font_pt)
+    parts = (first, panel.font_pt + 1.0), (rest, panel.font_pt)
+    most_in = _TITLE_WIDTH * panel.width_in
+    return [(line, font) for text, font in parts for line in ruler.even_lines(text, font, most_in)]
 
 
 def _draw_bar(

@@ -13,13 +13,13 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.directions import AzimuthConvention, given_angle, to_enu_azimuth_deg
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.errors import UsageError
-from aomc_sky.extras import optional_module
+from aomc_sky.errors import UsageError, member_of, require_one_of
 from aomc_sky.formats.aomc.amc import read_amc
+from aomc_sky.formats.hdf5_storage import require_size
+from aomc_sky.formats.netcdf import open_netcdf
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.picture import picture_path, save_picture
-from aomc_sky.outputs.tables.netcdf import EXTRA
 from aomc_sky.pictures.content import PHOTONS, RADIANCE, Dome, Mark, Picture, Quantity, Symbol, spread
 from aomc_sky.pictures.dome import ColourChoice, View
 from aomc_sky.pictures.panels import draw_into, figure_of
@@ -134,10 +134,12 @@ def plot(
     3
     """
     target = None if path is None else picture_path(path)
-    sun, convention = None, _convention_of(azimuth_convention)
+    convention = str(getattr(azimuth_convention, "name", azimuth_convention)).lower()
+    require_one_of((member.name.lower() for member in AzimuthConvention), convention, "azimuth_convention")
+    sun = None
     if sun_deg is not None or sun_rad is not None:
         zenith, azimuth = given_angle("sun_deg", sun_deg, sun_rad)
-        sun = sun_mark(float(zenith), float(to_enu_azimuth_deg(azimuth, convention)))
+        sun = sun_mark(float(zenith), float(to_enu_azimuth_deg(azimuth, AzimuthConvention[convention.upper()])))
     if isinstance(what, Scene):
         show = show or "radiance"
         picture = picture_of_scene(what, what.source(0), show=show, bands=bands, sun=sun, title=title)
@@ -149,7 +151,7 @@ def plot(
         picture = _of_lobes(what, wavelength_nm, title)
     else:
         picture = _of_values(what, wavelength_nm, grid, sun, title, label)
-    view, choice = View.named(seen_from), ColourChoice(limits=limits, cmap=cmap, norm=norm)
+    view, choice = member_of(View, seen_from, "seen_from"), ColourChoice(limits=limits, cmap=cmap, norm=norm)
     if ax is not None:
         if target is not None:
             raise UsageError("a figure with your own axes is yours to save: leave the path out")
@@ -158,15 +160,6 @@ def plot(
     if target is not None:
         save_picture(figure, target, dpi=figure.dpi)
     return figure
-
-
-def _convention_of(name: AzimuthConvention | str) -> AzimuthConvention:
-    known = {member.name.lower(): member for member in AzimuthConvention}
-    if isinstance(name, AzimuthConvention):
-        return name
-    if not isinstance(name, str) or name.lower() not in known:
-        raise UsageError(f"azimuth_convention must be one of {', '.join(map(repr, known))}, got {name!r}")
-    return known[name.lower()]
 
 
 def sun_of_options(options: Any) -> Mark | None:
@@ -205,7 +198,7 @@ def _of_lobes(what: Any, wavelength_nm: float, title: str) -> Picture:
 
     if isinstance(what, BackgroundSky):
         raise UsageError("a background sky changes with time: plot background_at(sky, time)")
-    return lobe_picture([("", [what])], wavelength_nm, title=title)
+    return lobe_picture([("", what)], wavelength_nm, title=title)
 
 
 def _of_values(
@@ -270,22 +263,20 @@ def netcdf_picture(path: str | Path, *, panels: Sequence[int] | None = None, tit
     Counts of a run become photons per steradian; radiances of an atmosphere stay. By default all domes are
     drawn, or 12 spread over them. Without xarray and h5netcdf a MissingExtraError names the extra.
     """
-    xr = optional_module("xarray", extra=EXTRA)
-    optional_module("h5netcdf", extra=EXTRA)
-    try:
-        with xr.open_dataset(path, engine="h5netcdf") as dataset:
-            return _netcdf_picture(dataset.load(), panels, title)
-    except FileNotFoundError:
-        raise refuse(path, "there is no such file", advice=_ADVICE) from None
-    except (OSError, KeyError, ValueError) as error:
-        raise refuse(path, f"this is not a table of patches ({error})", advice=_ADVICE) from error
+    with open_netcdf(path) as (dataset, allowed):
+        try:
+            return _netcdf_picture(dataset, allowed, panels, title)
+        except (KeyError, ValueError) as error:
+            raise refuse(path, f"this is not a table of patches ({error})", advice=_ADVICE) from error
 
 
-def _netcdf_picture(dataset: Any, panels: Sequence[int] | None, title: str) -> tuple[Picture, int]:
+def _netcdf_picture(dataset: Any, allowed_bytes: int, panels: Sequence[int] | None, title: str) -> tuple[Picture, int]:
     name = "counts" if "counts" in dataset else "radiance"
     table = dataset[name]
     if table.dims[-2:] != ("zenith", "azimuth"):
         raise KeyError(f"{name} over zenith and azimuth")
+    for one in (table, dataset["zenith_bounds"], dataset["azimuth_bounds"]):
+        require_size(8 * one.size, allowed_bytes, allowed_bytes, "a table")
     grid = PatchGrid(
         zenith_bounds_deg=dataset["zenith_bounds"].values, azimuth_bounds_deg=dataset["azimuth_bounds"].values
     )

@@ -9,7 +9,7 @@ import numpy as np
 
 from aomc_sky.component import Component, Law, beam_direction_deg
 from aomc_sky.emission.radiance import cell_irradiances, folded, patch_radiance, point_cells
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import require_one_of
 from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, Dome, Mark, Picture, Symbol, spread
 from aomc_sky.plan.laws import law_of
@@ -40,8 +40,7 @@ def source_picture(
     a share of the irradiance of the surface. Or photons of each patch over its solid angle. The sun is by default that
     of the beam or of the Perez sky. Lobes are drawn in `LOBE_BINS`.
     """
-    if show not in SHOWN:
-        raise UsageError(f"show must be one of {', '.join(SHOWN)}, got {show!r}")
+    require_one_of(SHOWN, show, "show")
     components = source.components
     grids = [c.grid for c in components if c.grid is not None]
     grid = common_grid([*grids, PatchGrid.regular(*LOBE_BINS)] if _has_lobes(components) else grids)

@@ -30,7 +30,7 @@ from aomc_sky.plan.options import (
     method_of,
 )
 from aomc_sky.plan.sampling.allocation import MAX_PHOTONS, AllocationMethod
-from aomc_sky.plan.sampling.streams import MAX_SEED, ORDER, PLACEMENT, POSITION, SHIFT, STREAM_VERSION, stream_keys
+from aomc_sky.plan.sampling.streams import MAX_SEED, ORDER, PLACEMENT, POSITION, SHIFT, STREAM_VERSION, stream_key
 from aomc_sky.whole_number import as_index_within
 
 MAX_CELLS = 2**31 - 1
@@ -85,7 +85,8 @@ class _RefusedError(Exception):
 
 def plan_keys(options: Mapping[str, Any]) -> np.ndarray:
     """Member `keys` of a plan with these options, uint64 (4,)."""
-    return stream_keys(options["seed"], STREAMS, options["method"])
+    keys = [stream_key(options["seed"], stream, options["method"]) for stream in STREAMS]
+    return np.array(keys, dtype=np.uint64)
 
 
 def check_plan(arrays: Arrays, options: Mapping[str, Any], path: str = "plan") -> None:

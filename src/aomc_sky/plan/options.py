@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 from dataclasses import dataclass
 
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import UsageError, member_of
 from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.whole_number import as_index_within
 
@@ -61,18 +61,8 @@ class SamplingOptions:
     replicates: int = 1
 
 
-def _member(kind: type[enum.Enum], value: object, name: str) -> enum.Enum:
-    try:
-        return kind(value)
-    except ValueError:
-        allowed = ", ".join(repr(m.value) for m in kind)
-        raise UsageError(f"{name} must be one of {allowed}, got {value!r}") from None
-
-
-_FORCED: dict[enum.Enum | None, dict[str, enum.Enum]] = {
-    Method.IID: {"allocation": AllocationMethod.MULTINOMIAL, "placement": Placement.PHILOX},
-}
-"""Choices that follow from a method."""
+_OF_IID: dict[str, enum.Enum] = {"allocation": AllocationMethod.MULTINOMIAL, "placement": Placement.PHILOX}
+"""Choices that follow from the method iid."""
 
 
 def method_of(allocation: object, placement: object) -> Method:
@@ -94,23 +84,15 @@ def resolve_options(
     replicates: object = 1,
 ) -> SamplingOptions:
     """The options of a run, from the caller or else the preset; a UsageError where they contradict each other."""
-    chosen: dict[str, enum.Enum] = {}
-    choices = (
-        ("allocation", AllocationMethod, allocation),
-        ("placement", Placement, placement),
-        ("order", Order, order),
-    )
-    for name, kind, value in choices:
-        if value is not None:
-            chosen[name] = _member(kind, value, name)
-    chosen_method = None if method is None else _member(Method, method, "method")
-    for name, value in _FORCED.get(chosen_method, {}).items():
-        if chosen.get(name, value) is not value:
-            chosen_name = chosen_method.value  # type: ignore[union-attr]
-            raise UsageError(
-                f"method {chosen_name!r} means {name} {value.value!r}, which contradicts {chosen[name].value!r}"
-            )
-        chosen[name] = value
+    choices = ("allocation", AllocationMethod, allocation), ("placement", Placement, placement), ("order", Order, order)
+    chosen: dict[str, enum.Enum] = {
+        name: member_of(kind, value, name) for name, kind, value in choices if value is not None
+    }
+    if method is not None and member_of(Method, method, "method") is Method.IID:
+        for name, value in _OF_IID.items():
+            if chosen.setdefault(name, value) is not value:
+                found = chosen[name].value
+                raise UsageError(f"method 'iid' means {name} {value.value!r}, which contradicts {found!r}")
     if preset_name is not None:
         for name, value in chosen.items():
             if value is not getattr(preset, name):
@@ -125,7 +107,7 @@ def resolve_options(
         allocation=allocation,  # type: ignore[arg-type]
         placement=placement,  # type: ignore[arg-type]
         order=chosen.get("order", preset.order),  # type: ignore[arg-type]
-        precision=_member(Precision, precision, "precision"),  # type: ignore[arg-type]
+        precision=member_of(Precision, precision, "precision"),
         weights=bool(weights),
         replicates=n_replicates,
     )

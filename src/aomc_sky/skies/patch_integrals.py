@@ -113,7 +113,7 @@ class _Patches:
 
         Orders 4 and 7 have agreed on them: a narrow spot, or a part of one, lay between their points.
         """
-        total, is_cut = _sum(mass), self._is_cut(parts)
+        total, is_cut = _sum(mass), self._n_parts(parts) > 1
         found = np.abs(seen - mass) > _SEEN * TOLERANCE * total / self._n
         is_refined = self._n_parts(parts) > self._n_aligned
         near = (found | is_refined).reshape(self._grid.n_zenith, self._grid.n_azimuth)
@@ -124,12 +124,9 @@ class _Patches:
             return parts
         chosen = np.flatnonzero(again)
         tiles, owner = _sixteenths(self._tiles[:, chosen]), np.repeat(chosen, _SIXTEENTHS)
-        finer = self._rule.of_tiles(tiles, owner, np.full(self._n, self._rule.floor * total / _AREA))
+        finer = self._rule.refined(tiles, owner, np.full(self._n, self._rule.floor * total / _AREA))
         kept = Parts(*(column[..., ~again[parts.patch]] for column in parts))
         return Parts(*(np.concatenate(columns, axis=-1) for columns in zip(kept, finer, strict=True)))
-
-    def _is_cut(self, parts: Parts) -> np.ndarray:
-        return self._n_parts(parts) > 1
 
     def _n_parts(self, parts: Parts) -> np.ndarray:
         return np.bincount(parts.patch, minlength=self._n)
@@ -150,7 +147,7 @@ class _Patches:
 
     def laws(self, parts: Parts, mass: np.ndarray, look: _Look) -> tuple[np.ndarray, float]:
         """Slopes (n_patch, 2), and the integral of |L cos - their laws|; those of cut patches from their parts."""
-        is_cut, slope, mean = self._is_cut(parts), look.slope, mass / self._area
+        is_cut, slope, mean = self._n_parts(parts) > 1, look.slope, mass / self._area
         around = _sum(look.around[~is_cut])
         of_cut = is_cut[parts.patch]
         pieces, owner, lean = parts.tiles[:, of_cut], parts.patch[of_cut], np.zeros((2, self._n))

@@ -156,17 +156,10 @@ class Rule:
         tiles = np.stack(np.broadcast_arrays(*edges))
         done = [Parts(tiles[:, good], patch[good], mass[good], doubt[good])]
         rest = ~good & ~is_crossed
-        done.append(self._refined(lambda values: values, tiles[:, rest], patch[rest], allowed, patch[rest]))
+        done.append(self.refined(tiles[:, rest], patch[rest], allowed))
         if is_crossed.any():
             done.append(self._along_circles(tiles[:, is_crossed], patch[is_crossed], allowed))
         return Parts(*(np.concatenate(columns, axis=-1) for columns in zip(*done, strict=True)))
-
-    def of_tiles(self, tiles: np.ndarray, patch: np.ndarray, allowed: np.ndarray) -> Parts:
-        """Integrate parts of patches, seen from the centre, whatever a first look would say of them.
-
-        `allowed` is the error of each patch.
-        """
-        return self._refined(lambda values: values, tiles, patch, allowed, patch)
 
     def _first_look(self, edges: Edges, patch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Integrals over rings x columns by the higher order, and how far the lower one is away."""
@@ -182,32 +175,33 @@ class Rule:
         both *= (edges[1] - edges[0]) * (edges[3] - edges[2])
         return both[1], np.abs(both[1] - both[0])
 
-    def values(self, x: np.ndarray, y: np.ndarray, patch: np.ndarray) -> np.ndarray:
+    def values_of(self, light: Light) -> Values:
         """The integrand at points seen from the centre."""
-        return self.light(self.x_terms(x), self.y_terms(y), patch)
+        return lambda x, y, patch: light(self.x_terms(x), self.y_terms(y), patch)
 
-    def _pilot_values(self, x: np.ndarray, y: np.ndarray, patch: np.ndarray) -> np.ndarray:
-        assert self.pilot is not None
-        return self.pilot(self.x_terms(x), self.y_terms(y), patch)
-
-    def _refined(
+    def refined(
         self,
-        mapped: Callable[[Values], Values],
         tiles: np.ndarray,
-        index: np.ndarray,
-        allowed: np.ndarray,
         patch: np.ndarray,
+        allowed: np.ndarray,
         *,
-        in_angles: bool = True,
+        index: np.ndarray | None = None,
+        mapped: Callable[[Values], Values] = lambda values: values,
     ) -> Parts:
-        """Integrate by orders 5 and 8, and cut where they disagree; `mapped` turns values at angles into those here."""
+        """Integrate parts of patches by orders 5 and 8, and cut where they disagree; `allowed` is the error of a patch.
+
+        Parts are seen from the centre. With `mapped`, which turns values at angles into those of an `index` here, they
+        are in other coordinates.
+        """
+        in_angles = index is None
+        index = patch if index is None else index
         done = [Parts(tiles[:, :0], patch[:0], np.zeros(0), np.zeros(0))]
         n_left = self.most_parts
         for k in range(_MAX_ROUNDS):
-            mass, doubt, lean = _by_two_orders(mapped(self.values), tiles, index)
+            mass, doubt, lean = _by_two_orders(mapped(self.values_of(self.light)), tiles, index)
             good = doubt <= allowed[patch]
             if self.pilot is not None:
-                whole, rest, lean_of_pilot = _by_two_orders(mapped(self._pilot_values), tiles, index)
+                whole, rest, lean_of_pilot = _by_two_orders(mapped(self.values_of(self.pilot)), tiles, index)
                 is_seen = rest <= np.maximum(_PILOT * whole, allowed[patch])
                 good &= is_seen
                 lean = np.where(is_seen, lean, lean_of_pilot)
@@ -287,7 +281,7 @@ class Rule:
 
         n = owner.size
         unit = np.stack([np.zeros(n), np.ones(n), np.zeros(n), np.ones(n)])
-        return self._refined(mapped, unit, np.arange(n), allowed, patch[owner], in_angles=False)
+        return self.refined(unit, patch[owner], allowed, index=np.arange(n), mapped=mapped)
 
     def _azimuth_of(self, circle: np.ndarray, x: np.ndarray) -> np.ndarray:
         """Azimuth at which a circle crosses the ring x; 0 or 2 where all of the ring is outside or inside."""

@@ -43,16 +43,6 @@ _DIGITS = 10  #: Digits of a degree; radians become the degrees that they were.
 _WIDE_GAP = 3.0  #: How many usual steps are a gap.
 
 
-class PatchRadiances(NamedTuple):
-    """A field as radiances over patches."""
-
-    wavelength_nm: np.ndarray  #: (n_wl,)
-    radiance: np.ndarray  #: Means, (n_wl, n_zenith, n_azimuth).
-    slope: np.ndarray | None  #: As in `TabulatedSky`, or None if the values are means of patches.
-    grid: PatchGrid
-    remarks: tuple[str, ...]  #: Assumptions, and gaps.
-
-
 class _Axis(NamedTuple):
     """One coordinate of a field."""
 
@@ -69,8 +59,8 @@ def read_radiance_field(
     angle_unit: str | None,
     azimuth_convention: AzimuthConvention | str | None,
     grid: PatchGrid | None,
-) -> PatchRadiances:
-    """Turn an xarray.DataArray of radiance, or what has its members, into values over patches.
+) -> dict[str, Any]:
+    """Turn an xarray.DataArray of radiance, or what has its members, into arguments of a `TabulatedSky`.
 
     Zenith angles and azimuths that are dimensions of the field become patches that end half-way between them. Those of
     scattered directions, and fields with NaN, are interpolated on the sphere to `grid`.
@@ -100,7 +90,13 @@ def read_radiance_field(
             if not has_bounds and zenith_deg.size > 1:
                 means = [_joined(zenith_deg, azimuth_deg, row, product) for row in values]
                 values, slope = (np.stack(part) for part in zip(*means, strict=True))
-            return PatchRadiances(wavelength_nm, values, slope, product, tuple(remarks))
+            return {
+                "wavelength_nm": wavelength_nm,
+                "values": values,
+                "slope": slope,
+                "grid": product,
+                "remarks": tuple(remarks),
+            }
         if grid is None and np.isfinite(values).all(axis=0).mean() >= 0.5:
             grid = product  # else points that were unstacked, or a scan: no field
         zenith_deg, azimuth_deg = (a.ravel() for a in np.meshgrid(zenith_deg, azimuth_deg, indexing="ij"))
@@ -114,8 +110,9 @@ def read_radiance_field(
     assert azimuth_deg is not None
     _check_radiances(values)
     grid = PatchGrid.regular(90, 180) if grid is None else grid
-    radiance, slope = _interpolated(zenith_deg, azimuth_deg, values, grid, remarks)
-    return PatchRadiances(wavelength_nm, radiance, None if has_bounds else slope, grid, tuple(remarks))
+    values, slope = _interpolated(zenith_deg, azimuth_deg, values, grid, remarks)
+    slope = None if has_bounds else slope
+    return {"wavelength_nm": wavelength_nm, "values": values, "slope": slope, "grid": grid, "remarks": tuple(remarks)}
 
 
 def _check_kind(field: Any) -> None:

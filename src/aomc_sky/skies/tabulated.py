@@ -203,14 +203,7 @@ class TabulatedSky(Share):
             azimuth_convention=azimuth_convention,
             grid=grid,
         )
-        return cls(
-            wavelength_nm=read.wavelength_nm,
-            values=read.radiance,
-            grid=read.grid,
-            weighting=Weighting.PROJECTED,
-            slope=read.slope,
-            remarks=read.remarks,
-        )
+        return cls(weighting=Weighting.PROJECTED, **read)
 
     def table_index(self, wavelength_nm: ArrayLike) -> np.ndarray:
         """Index of the table wavelength that serves each wavelength, shape (n_wl,)."""

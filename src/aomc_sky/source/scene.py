@@ -40,9 +40,6 @@ if TYPE_CHECKING:
     from aomc_sky.emission.photon_source import PhotonSource
     from aomc_sky.emission.radiance import Radiance
 
-MAX_REPLICATES_BYTES = 2**32
-"""Largest cumulative counts of a plan with replicates. [bytes]"""
-
 ARRAYS_HELD = 3
 """Copies of a plan's arrays in memory while a run writes it: measured, 3.06 for 9e6 cells."""
 
@@ -437,10 +434,10 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions, max_memory_byt
 
 
 def _refuse_centres(components: tuple[Component, ...], options: SamplingOptions) -> None:
-    lobes = [c.name for c in components if law_of(c.law).covers_sky]
-    if lobes and options.placement is Placement.CENTRE:
+    whole = [c.name for c in components if law_of(c.law).covers_sky or (c.n_cells == 1 and not law_of(c.law).is_beam)]
+    if whole and options.placement is Placement.CENTRE:
         raise SceneError(
-            f"placement 'centre' puts photons in the middle of patches, and the lobe {lobes[0]!r} has none; "
+            f"placement 'centre' puts photons in the middle of patches, and {whole[0]!r} has none; "
             "take placement r2 or philox"
         )
 
@@ -457,19 +454,12 @@ def _masses(scene: Scene, n_cells: int, rows: np.ndarray) -> np.ndarray:
 
 def _refuse_large_plan(scene: Scene, n_cells: int, n_rows: int, replicates: int, limit: int | None) -> None:
     n_bands = scene.wavebands.n_bands
-    size = 8 * replicates * n_bands * (n_cells + 1)
-    if replicates > 1 and size > MAX_REPLICATES_BYTES:
-        raise SceneError(
-            f"{replicates} replicates of {n_bands} wavebands of {n_cells} cells make a plan of {size / 2**30:.1f} GiB, "
-            f"more than {MAX_REPLICATES_BYTES / 2**30:g} GiB; ask for fewer replicates or larger cells"
-        )
     of_cells = sum(c.cell.nbytes + (0 if c.slope is None else c.slope.nbytes) for c in scene.components)
-    arrays = size + 8 * n_rows * n_cells + of_cells
+    arrays = 8 * replicates * n_bands * (n_cells + 1) + 8 * n_rows * n_cells + of_cells
     too_large, advice = beyond_memory(ARRAYS_HELD * arrays, limit)
     if too_large:
-        raise UsageError(
-            f"a plan of {n_bands} wavebands of {n_cells} cells takes {too_large}; take larger cells, or {advice}"
-        )
+        shown = f"{n_bands} wavebands of {n_cells} cells" + f" in {replicates} replicates" * (replicates > 1)
+        raise UsageError(f"a plan of {shown} takes {too_large}; take larger cells, or {advice}")
 
 
 def _refuse_too_few(scene: Scene, replicates: int) -> None:

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import Component, scaled
 from aomc_sky.directions import given_angle
 from aomc_sky.emission.irradiance import Irradiance
-from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
+from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError, require_one_of
 from aomc_sky.formats.sky_toml.keys import SPECTRL2, PerezSection
 from aomc_sky.grid import PatchGrid
 from aomc_sky.inputs import MODEL, PEREZ
@@ -140,8 +140,7 @@ def weather_scene(
     for name, twin in (("zenith_deg", sun_zenith_rad), ("azimuth_deg", sun_azimuth_rad)):
         if twin is not None:
             angles[name] = given_angle(f"sun_{name}", angles[name], twin)
-    if spectrum not in PEREZ["spectrum"].words:
-        raise UsageError(f"spectrum must be one of {', '.join(map(repr, PEREZ['spectrum'].words))}, got {spectrum!r}")
+    require_one_of(PEREZ["spectrum"].words, spectrum, "spectrum")
     perez = {"ghi": ghi, "dni": dni, "dhi": dhi, "epsilon": epsilon, "delta": delta, "limits": limits}
     perez |= {"air_mass": air_mass, "extraterrestrial_normal": extraterrestrial_normal}
     if coefficients is not None:

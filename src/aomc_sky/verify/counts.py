@@ -8,9 +8,9 @@ from fractions import Fraction
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import require_one_of
 from aomc_sky.kernels.arithmetic.error_free import FIXED_POINT_BITS
-from aomc_sky.plan.sampling.allocation import AllocationMethod, allocate, fixed_point_cumulative, normalise
+from aomc_sky.plan.sampling.allocation import AllocationMethod, fixed_point_cumulative, normalise
 from aomc_sky.plan.sampling.walk import WalkedGrid, walk_of_cells
 from aomc_sky.verify.report import chi_square_tails, pooled, sidak_level, two_sided
 from aomc_sky.whole_number import as_index_within
@@ -72,11 +72,10 @@ def verify_counts(
         Photons of each cell. [>= 0]
     mass : array_like, shape of `counts`, or (n_cell,) for all bands
         Masses of any scale. [>= 0]
-    method : {"systematic", "largest-remainder", "multinomial", "aomc"}
-        How the photons were shared out.
+    method : {"systematic", "largest-remainder", "multinomial"}
+        How the photons were shared out. Those of the AOMC program equal ``allocate(mass, n, method="aomc")``.
     n_photons : int or array_like of int, shape (n_band,), optional
-        Photons that were requested; where given, the sums are compared with it. ``"aomc"`` needs it, because
-        its sums differ from the request.
+        Photons that were requested; where given, the sums are compared with it.
     n_columns : int, optional
         Columns of the grid whose patches the cells are, ring by ring from overhead. Systematic counts of a scene walk
         through each ring from a column of its own (`Scene.source`), and runs of cells are checked in that order.
@@ -91,7 +90,7 @@ def verify_counts(
         rings) within 1 + N 2^-52 + N 2^-62 photons. The second term is the rounding of masses that were divided by
         their sum in float64, 0.2 photons at 1e15; the third is a unit of the fixed point. Multinomial: two-sided
         chi-square, cells pooled to an expectation of at least 20, at a level at which the whole report fails correct
-        counts with a chance of 1e-6 (Sidak). AOMC: equality with the program's rounding.
+        counts with a chance of 1e-6 (Sidak).
 
     Raises
     ------
@@ -109,14 +108,10 @@ def verify_counts(
     ... )
     (True, False)
     """
-    try:
-        chosen = AllocationMethod(method)
-    except ValueError:
-        allowed = ", ".join(repr(m.value) for m in AllocationMethod)
-        raise UsageError(f"method must be one of {allowed}, got {method!r}") from None
+    known = [m.value for m in AllocationMethod if m is not AllocationMethod.AOMC]
+    require_one_of(known, getattr(method, "value", method), "method")
+    chosen = AllocationMethod(method)
     photons, masses = _checked_counts(counts), _checked_masses(mass)
-    if chosen is AllocationMethod.AOMC:
-        return CountsReport(checks=(_aomc_check(photons, masses, n_photons),))
     bands, masses = np.atleast_2d(photons), np.atleast_2d(masses)
     if bands.size == 0 or bands.ndim != 2 or masses.shape not in (bands.shape, (1, bands.shape[1])):
         raise ValueError(f"counts {photons.shape} and mass {np.shape(mass)} do not fit")
@@ -271,15 +266,3 @@ def _chi_square_check(band: int, counts: np.ndarray, p: np.ndarray, level: float
     p_value = two_sided(*chi_square_tails(float(pull @ pull), degrees))
     name = f"chi-square, {degrees} degrees of freedom"
     return CountCheck(band=band, name=name, passed=p_value >= level, found=p_value, allowed=level)
-
-
-def _aomc_check(counts: np.ndarray, weight: np.ndarray, n_photons: ArrayLike | None) -> CountCheck:
-    """Equality with the program's rounding."""
-    if counts.shape != weight.shape or counts.ndim != 2:
-        raise ValueError("method 'aomc' needs counts and weights of one shape (n_zenith, n_azimuth)")
-    if n_photons is None or np.ndim(n_photons) != 0:
-        raise ValueError("method 'aomc' needs n_photons, the iterations of amc.inp")
-    best = allocate(weight, int(np.asarray(n_photons)), method=AllocationMethod.AOMC)
-    found = float(np.count_nonzero(best != counts))
-    name, cell = "equal to the program's rounding", int(np.abs(best - counts).argmax())
-    return CountCheck(band=0, name=name, passed=found == 0, found=found, allowed=0.0, cell=cell)

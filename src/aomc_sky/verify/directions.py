@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from dataclasses import dataclass, fields, replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -97,7 +97,7 @@ class DirectionTests:
         self._source, self._tied, self._frame = source, tied, frame
         self._thinning_key = thinning_key(seed) if tied is Tied.STRATIFIED else None
         self.zones = choose_zones(source)
-        self._kept_shares: dict[int, ZoneShares] = {}
+        self._shares_of_row = cache(partial(zone_shares, source, self.zones))
         self._interior, self._why_no_interior = interior_of(source)
         self._repeats = RepeatFinder.of(source.components, frame, is_centred=at_centres(source))
 
@@ -111,10 +111,7 @@ class DirectionTests:
 
     def _shares(self, band: int) -> ZoneShares:
         """The shares of the cells of a band in the zones."""
-        key = band if self._source.bands_differ_inside_cells else 0
-        if key not in self._kept_shares:
-            self._kept_shares[key] = zone_shares(self._source, self.zones, band)
-        return self._kept_shares[key]
+        return self._shares_of_row(band if self._source.bands_differ_inside_cells else 0)
 
     def count(self, band: int, blocks: Iterable[PhotonRows], threads: int = 0) -> DirectionCounts:
         """Count blocks on threads; the counts are the same on any number of them."""

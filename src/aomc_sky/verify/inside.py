@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from aomc_sky.component import Component
@@ -27,7 +29,7 @@ class PatchInterior:
 
     def __init__(self, source: PhotonSource, component: Component, fixed: np.ndarray) -> None:
         assert component.grid is not None
-        self._source, self._kept_shares = source, dict[int, tuple[np.ndarray, np.ndarray]]()
+        self._source, self._shares = source, cache(self._shares_of_band)
         self.grid: PatchGrid = component.grid
         self._component, self._law = component, law_of(component.law)
         self.n_steps = N_STEPS if self._law.flux is None else N_STEPS_UNEVEN
@@ -55,20 +57,14 @@ class PatchInterior:
     def _expected(self, of_patches: np.ndarray, band: int) -> tuple[np.ndarray, np.ndarray]:
         """Photons of each step along and across, if patches hold these. [two of shape (n_steps,)]"""
         if self._law.flux is not None:
-            along, across = self._shares(band)
+            along, across = self._shares(band if self._source.bands_differ_inside_cells else 0)
             return of_patches @ along, of_patches @ across
         even = np.full(self.n_steps, of_patches.sum() / self.n_steps)
         return even, even
 
-    def _shares(self, band: int) -> tuple[np.ndarray, np.ndarray]:
+    def _shares_of_band(self, band: int) -> tuple[np.ndarray, np.ndarray]:
         """Share of each step of each patch along and across, (n_patch, n_steps) each."""
-        key = band if self._source.bands_differ_inside_cells else 0
-        if key not in self._kept_shares:
-            seen = components_seen(self._source, band)
-            self._kept_shares[key] = self._shares_of(next(c for c in seen if c.name == self._component.name))
-        return self._kept_shares[key]
-
-    def _shares_of(self, component: Component) -> tuple[np.ndarray, np.ndarray]:
+        component = next(c for c in components_seen(self._source, band) if c.name == self._component.name)
         flux = self._law.flux
         assert flux is not None
         n, rings, columns = self.n_steps, self.grid.n_zenith, self.grid.n_azimuth

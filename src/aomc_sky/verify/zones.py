@@ -28,8 +28,6 @@ _FINE = 4096
 _SLIVER = 1e-9
 """Smaller parts of a ring or column come from rounding of edges."""
 
-_GAUSS_POINTS = 48
-
 
 def at_centres(source: PhotonSource) -> bool:
     """Whether all photons of a patch come from its centre."""
@@ -99,7 +97,8 @@ def choose_zones(source: PhotonSource) -> PatchGrid:
     """Up to 16 x 16 zones for the photons of a source, about equal in mu^2 and in azimuth.
 
     The edges are those of the first component with patches if it has at least 7 of them, so that zones are made of
-    whole patches. Edges keep 1e-4 degrees away from beams, discs and other fixed directions.
+    whole patches. Edges keep 1e-4 degrees away from beams, discs and other fixed directions. Azimuth is not cut if the
+    sun's disc holds the zenith beside its centre.
     """
     fixed = fixed_directions(source.components, is_centred=at_centres(source))
     is_sector = fixed[:, 3] - fixed[:, 2] < 360.0
@@ -113,7 +112,8 @@ def choose_zones(source: PhotonSource) -> PatchGrid:
     zenith = _edges(targets, zenith[(zenith > 0) & (zenith < 90)], fixed[:, :2], 90.0)
     zenith = np.concatenate([[0.0], zenith, [90.0]])
     azimuth = _edges(np.arange(N_ZONES) * 360.0 / N_ZONES, azimuth, fixed[is_sector, 2:], 360.0)
-    azimuth = np.append(azimuth, azimuth[0] + 360.0) if azimuth.size else np.array([0.0, 360.0])
+    is_lopsided = any(_holds_zenith(c) and c.cell[0, 0] > 0 for c in source.components)
+    azimuth = np.array([0.0, 360.0]) if is_lopsided or not azimuth.size else np.append(azimuth, azimuth[0] + 360.0)
     return PatchGrid(
         zenith_bounds_deg=np.column_stack([zenith[:-1], zenith[1:]]),
         azimuth_bounds_deg=np.column_stack([azimuth[:-1], azimuth[1:]]),
@@ -219,22 +219,8 @@ def grid_cuts(bounds_deg: np.ndarray, zone_bounds_deg: np.ndarray) -> _Parts:
     return parent, zone % len(zone_bounds_deg), np.column_stack([start[parent, zone], end[parent, zone]])
 
 
-def _disc_around_zenith(component: Component, zones: PatchGrid) -> np.ndarray:
-    """Mass of a disc around the zenith, which lies in the first ring; its sectors are those of an ellipse.
-
-    The orthographic projection of the disc is uniform in flux (Nusselt). It is an ellipse with semi-axes sin r cos z
-    along the sun's azimuth and sin r across it, and its centre at cos r sin z. A sector is the integral of s^2 / 2 over
-    azimuth.
-    """
-    sin_z, cos_z, sin_r, cos_r = component.cell[0, :4].tolist()
-    azimuth = np.arctan2(component.cell[0, 4], component.cell[0, 5])
-    low, high = np.deg2rad(zones.azimuth_bounds_deg).T
-    nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
-    phi = low[:, None] + (high - low)[:, None] * (nodes + 1) / 2 - azimuth
-    along, across, x0 = sin_r * cos_z, sin_r, cos_r * sin_z
-    p = (np.cos(phi) / along) ** 2 + (np.sin(phi) / across) ** 2
-    q, c = x0 * np.cos(phi) / along**2, (x0 / along) ** 2 - 1
-    reach = (q + np.sqrt(q * q - p * c)) / p
+def _disc_around_zenith(_: Component, zones: PatchGrid) -> np.ndarray:
+    """Mass of a disc around the zenith, which lies in the first ring: even, or all of it in a ring of one zone."""
     mass = np.zeros((zones.n_zenith, zones.n_azimuth))
-    mass[0] = (reach**2) @ weights * (high - low)
+    mass[0] = np.diff(zones.azimuth_bounds_deg, axis=1)[:, 0]
     return mass.ravel()

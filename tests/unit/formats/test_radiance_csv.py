@@ -96,9 +96,9 @@ def test_arguments_win_over_the_file(tmp_path):
     points = read_radiance_points(
         path, azimuth_convention="from_sun", sun_azimuth_deg=30.0, radiance_unit="mW/m2/nm/sr"
     )
-    np.testing.assert_allclose(points.sky_azimuth_deg, [50.0, 140.0, 260.0, 20.0])
-    np.testing.assert_allclose(points.radiance, [5e-5, 4e-5, 3e-5, 2e-5])
-    assert points.is_absolute
+    np.testing.assert_allclose(points["sky_azimuth_deg"], [50.0, 140.0, 260.0, 20.0])
+    np.testing.assert_allclose(points["radiance"], [5e-5, 4e-5, 3e-5, 2e-5])
+    assert points["is_absolute"]
     with pytest.raises(sky.UsageError, match="radiance unit 'lux' is not known; write 'W m-2 nm-1 sr-1'"):
         read_radiance_points(path, radiance_unit="lux")
     with pytest.raises(sky.UsageError, match=r"azimuth_convention must be one of 'north_clockwise'.*got 'south'"):
@@ -155,6 +155,6 @@ def test_a_mutated_table_is_points_or_a_message(tmp_path, text, changes):
     assert all(problem.advice for problem in problems)
     if problems:
         return
-    assert points.sky_zenith_deg.shape == points.sky_azimuth_deg.shape == points.radiance.shape
-    assert np.all(np.isfinite(points.sky_zenith_deg) & np.isfinite(points.sky_azimuth_deg))
-    assert not np.any(points.radiance < 0)
+    assert points["sky_zenith_deg"].shape == points["sky_azimuth_deg"].shape == points["radiance"].shape
+    assert np.all(np.isfinite(points["sky_zenith_deg"]) & np.isfinite(points["sky_azimuth_deg"]))
+    assert not np.any(points["radiance"] < 0)

@@ -33,7 +33,7 @@ def test_hours_begin_one_hour_before_their_label(kind, first, latitude, longitud
     assert table.start[0] == np.datetime64(first)
     assert table.midpoint[0] == np.datetime64(first) + np.timedelta64(30, "m")
     assert (table.latitude_deg, table.longitude_deg, table.station) == (latitude, longitude, place)
-    assert table.n_rows == 48
+    assert table.line.size == 48
     assert table.line[0] == {"epw": 9, "tmy3": 3, "tmy2": 2}[kind]
     for day in (table.start[:24], table.start[24:]):
         assert np.all(np.diff(day) == HOUR)

@@ -14,10 +14,10 @@ from aomc_sky.errors import SceneError
 from aomc_sky.kernels.arithmetic.elementary import split_power
 from aomc_sky.kernels.jit import shared
 from aomc_sky.skies.lobes.kernels import law as plain_lobe
-from aomc_sky.skies.lobes.sky import lobe_components
 from aomc_sky.skies.lobes.tables import LobeTables
 from tests.support.backend import photons_by
 from tests.support.emitted import both
+from tests.support.lobes import lobe_components
 from tests.support.sampled import scene
 
 JIT = not numba.config.DISABLE_JIT

@@ -12,7 +12,6 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.kernels.phase import jitted
-from tests.support.backend import photons_by
 
 R, H, S = sky.rayleigh, sky.henyey_greenstein, sky.scattering
 RNG = np.random.default_rng(11)
@@ -41,35 +40,12 @@ def test_blocks_do_not_show():
     assert np.array_equal(R.sample_mu(xi[:, ::-1], gamma), whole[:, ::-1])
 
 
-@pytest.mark.parametrize("kind", [np.float64, np.float32])
-@pytest.mark.parametrize("one", [True, False])
-def test_arrays_filled_by_kernels_have_the_bits_of_plain_numpy(kind, one):
-    xi = RNG.random((300, 300)).astype(kind)
-    second = RNG.random(() if one else (300, 300)).astype(kind) * kind(0.999)
-    for law in (R, H):
-        with photons_by(kernels=True):
-            whole = law.sample_mu_sin(xi, second)
-        parts = [law.sample_mu_sin(xi[k], second if one else second[k]) for k in (0, 150, 299)]
-        for found, name in zip(whole, range(3), strict=True):
-            assert found.dtype == kind
-            assert found.shape == xi.shape
-            assert np.array_equal(found[[0, 150, 299]], [part[name] for part in parts])
-        with photons_by(kernels=True):
-            assert np.array_equal(law.sample_mu(xi, second), whole[0])
-            assert np.array_equal(law.sample_mu(xi.T, second), law.sample_mu(np.ascontiguousarray(xi.T), second))
-            many = law.sample_mu(xi[0, 0], xi * kind(0.5))[5]
-        assert np.array_equal(many, law.sample_mu(xi[0, 0], xi[5] * kind(0.5)))
-
-
 def test_one_rounding_of_float64_is_the_float32_result():
     xi, gamma, g = XI.astype(np.float32), GAMMA.astype(np.float32), (0.999 * G).astype(np.float32)
     assert np.array_equal(R.sample_mu(xi, gamma), R.sample_mu(xi.astype(float), gamma.astype(float)).astype(np.float32))
     wide = [found.astype(np.float32) for found in H.sample_mu_sin(xi.astype(float), g.astype(float))]
-    for found, rounded in zip(H.sample_mu_sin(xi, g)[1:], wide[1:], strict=True):
+    for found, rounded in zip(H.sample_mu_sin(xi, g), wide, strict=True):
         assert np.array_equal(found, rounded)
-    assert (
-        np.abs((H.sample_mu(xi, g) - wide[0]) / np.spacing(np.maximum(np.abs(wide[0]), np.float32(1e-30)))).max() <= 3
-    )
 
 
 @pytest.mark.parametrize("kind", [np.float64, np.float32])
@@ -137,8 +113,6 @@ def test_a_walk_of_a_user(kind):
         (lambda: H.sample_mu(np.float32([0.5]), 1 - 1e-14), "after rounding to float32; give float64"),
         (lambda: H.sample_mu(-1e-9, 0.5), "xi must lie in 0 to 1"),
         (lambda: H.pdf_sr(2.5, 0.5), "one_minus_mu must lie in 0 to 2"),
-        (lambda: H.legendre(-1, 0.5), "whole number"),
-        (lambda: H.legendre(1.5, 0.5), "whole number"),
         (lambda: R.sample_mu(0.5 + 1j, 0.1), "expected real numbers"),
         (lambda: R.sample_mu("a", 0.1), "expected real numbers"),
         (lambda: R.sample_mu([0.1, 0.2], [0.1, 0.2, 0.3]), "broadcast"),
@@ -149,12 +123,6 @@ def test_a_walk_of_a_user(kind):
 def test_outside_the_domain(call, words):
     with pytest.raises(sky.UsageError, match=words):
         call()
-
-
-def test_legendre_moments():
-    assert H.legendre(0, 0.5) == 1
-    assert H.legendre(1, -0.5) == -0.5
-    assert H.legendre(3, 0.5) == 0.125
 
 
 def test_nothing_heavy_is_loaded():

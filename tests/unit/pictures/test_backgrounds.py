@@ -8,24 +8,23 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.errors import UsageError
 from aomc_sky.pictures.backgrounds import frame_times_s, moving_picture, time_span_s, time_text
-from aomc_sky.skies.lobes.animation import LobeAnimation
-from aomc_sky.skies.lobes.file.data import ReferenceType
+from aomc_sky.skies.lobes.file.data import KINDS, Animation, ReferenceType
 
 DAY = 86400.0
 
 
 def animation(times, coefficient, reference=ReferenceType.DIURNAL, origin=0.0, kind="hg"):
     n = len(times)
-    return LobeAnimation(
-        kind=(kind,) * n,
+    return Animation(
+        lobe_type=np.full(n, KINDS[kind], dtype=np.uint8),
         param0=np.full(n, 0.5),
         param1=np.full(n, 0.5),
         coefficient=np.array(coefficient, dtype=float),
         quaternion=np.tile([1.0, 0.3, 0.1, 0.0], (n, 1)),
-        curve=np.zeros(n, dtype=np.int64),
-        time_days=np.array(times, dtype=float),
+        curve_index=np.zeros(n, dtype=np.int64),
+        relative_time_days=np.array(times, dtype=float),
         reference=reference,
-        reference_unix_s=origin,
+        time_point_s=origin,
     )
 
 
@@ -59,7 +58,7 @@ def test_the_time_over_which_a_sky_changes(parts, offset, span):
 
 def test_times_of_frames_stop_before_the_sky_repeats_itself():
     assert frame_times_s(0.0, DAY, 4).tolist() == [0.0, 21600.0, 43200.0, 64800.0]
-    for wrong in ((0.0, 0.0, 4), (0.0, 1.0, 1), (0.0, 1.0, 13)):
+    for wrong in ((0.0, 1.0, 1), (0.0, 1.0, 13)):
         with pytest.raises(UsageError):
             frame_times_s(*wrong)
 

@@ -10,7 +10,7 @@ from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, Symbol, spread
 from aomc_sky.pictures.source import source_picture, sun_mark
-from aomc_sky.source.read.table import TableOptions, tabulated_sky
+from aomc_sky.source.read.table import tabulated_sky
 
 GRID = PatchGrid.regular(3, 8)
 VALUES = np.arange(48.0).reshape(2, 24)
@@ -150,7 +150,7 @@ def test_whole_degrees_of_the_program_are_drawn_as_the_degrees_around_them():
     radiance = np.zeros((1, 90, 361))
     radiance[0, 44, 90], radiance[0, 44, 360], radiance[0, 44, 0] = 3.0, 1.0, 1.0
     table = sky.SkyTable(wavelength_nm=np.array([550.0]), radiance=radiance)
-    model, _ = tabulated_sky(table, TableOptions(compat="aomc"))
+    model, _ = tabulated_sky(table, compat="aomc")
     scene = sky.Scene(wavebands=bands(550.0), n_photons=10, components=(model,))
     picture = source_picture(scene.source(0))
     values = picture.domes[0].values.reshape(90, 360)

@@ -11,7 +11,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
-from aomc_sky.emission.kernels.hosts import next_photons
+from aomc_sky.emission.kernels import next_photons
 from tests.support.host_scenes import SCENES, N, directions, source
 
 # each pair of options; placement "centre" is the code of "r2" with steps of zero

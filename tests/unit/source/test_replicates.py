@@ -153,16 +153,14 @@ def test_a_stored_plan_keeps_its_replicates(tmp_path):
     assert_same(joined([again.photons()]), joined([source.photons()]))
 
 
-def test_replicates_without_photons_or_chance_are_refused(monkeypatch):
+def test_replicates_without_photons_or_chance_are_refused():
     assert scene(12).source(replicates=12).n_photons(0) == 12
     with pytest.raises(SceneError, match="waveband 2 has 12 photons, too few for 13 replicates"):
         scene([13, 12, 0], n_bands=3).source(replicates=13)
     with pytest.raises(UsageError, match="no randomness"):
         scene(1000).source(replicates=2, allocation="aomc")
-    monkeypatch.setattr("aomc_sky.source.scene.MAX_REPLICATES_BYTES", 1000)
-    with pytest.raises(SceneError, match="fewer replicates"):
-        scene(1000).source(replicates=10)
-    scene(1000).source()
+    with pytest.raises(UsageError, match="cells in 4000 replicates takes about"):
+        scene(5000, n_bands=100).source(replicates=4000, max_memory_bytes=2**25)
 
 
 def sums_of(source, band=0, size=64):

@@ -144,18 +144,6 @@ def test_masses_that_were_divided_by_their_sum(n, method):
     assert not sky.verify_counts(counts, divided, method=method)
 
 
-def test_aomc():
-    table = np.random.default_rng(1).lognormal(0, 1, (9, 12))
-    counts = sky.allocate(table, 12345, method="aomc")
-    assert sky.verify_counts(counts, table, method="aomc", n_photons=12345).passed
-    counts[4, 5] += 1
-    report = sky.verify_counts(counts, table, method="aomc", n_photons=12345)
-    assert not report.passed
-    assert report.checks[0].cell == 4 * 12 + 5
-    with pytest.raises(ValueError, match="n_photons"):
-        sky.verify_counts(counts, table, method="aomc")
-
-
 @pytest.mark.parametrize(
     ("counts", "mass", "words"),
     [

@@ -10,8 +10,6 @@ from aomc_sky.errors import UsageError
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
-    from aomc_sky.engine.export import ExportOptions, ExportResult
-    from aomc_sky.engine.stored_run import StoredRun
 
 _EPILOG = """\
 examples:
@@ -68,7 +66,7 @@ def export(arguments: argparse.Namespace) -> int:
         run = open_run(arguments.run)
     with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
         result = export_run(run, options, progress)
-    cli_options.answer(arguments, lambda: _as_json(run, options, result), lambda: _text(run, options, result))
+    cli_options.answer(arguments, lambda: result, lambda: _text(result))
     return 0
 
 
@@ -83,30 +81,15 @@ def _check(arguments: argparse.Namespace) -> None:
         check_folder(arguments.out, "--out")
 
 
-def _as_json(run: StoredRun, options: ExportOptions, result: ExportResult) -> dict[str, Any]:
-    return {
-        "to": options.to,
-        "out": str(result.target),
-        "plan_sha256": run.source.plan.sha256,
-        "seed": run.source.plan.seed,
-        "wavebands": [band + 1 for band in result.bands],
-        "photons": result.photons,
-        "files": {name: {"bytes": size} for name, size in result.files.items()},
-        "notes": list(result.notes),
-        "seconds": round(result.seconds, 6),
-        "was_finished": result.was_finished,
-    }
-
-
-def _text(run: StoredRun, options: ExportOptions, result: ExportResult) -> str:
-    lines = [f"note: {note}" for note in result.notes]
-    if result.was_finished:
+def _text(result: dict[str, Any]) -> str:
+    lines = [f"note: {note}" for note in result["notes"]]
+    if result["was_finished"]:
         lines.append("all files exist already; nothing was done again (--force makes them again)")
-    bands = f"{len(result.bands)} waveband{'s' if len(result.bands) > 1 else ''}"
-    n_bytes = sum(result.files.values())
+    n_bands, files = len(result["wavebands"]), result["files"]
+    n_bytes = sum(file["bytes"] for file in files.values())
     lines.append(
-        f"{result.photons} photons in {bands}, seed {run.source.plan.seed}, as {options.to}: {len(result.files)} "
-        f"file{'s' if len(result.files) > 1 else ''}, {n_bytes} bytes, {result.seconds:.2f} s"
+        f"{result['photons']} photons in {n_bands} waveband{'s' if n_bands > 1 else ''}, seed {result['seed']}, as "
+        f"{result['to']}: {len(files)} file{'s' if len(files) > 1 else ''}, {n_bytes} bytes, {result['seconds']:.2f} s"
     )
-    lines.append(f"plan {run.source.plan.sha256[:16]}, {result.target}")
+    lines.append(f"plan {result['plan_sha256'][:16]}, {result['out']}")
     return "\n".join(lines)

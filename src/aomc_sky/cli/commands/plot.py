@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
-from aomc_sky.cli.background_report import lobe_scene
+from aomc_sky.cli.background_report import lobes_at
 from aomc_sky.cli.terminal import shown
 from aomc_sky.errors import UsageError
 from aomc_sky.progress import patience
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 
     from aomc_sky.cli.usage import Parser
     from aomc_sky.pictures.content import Picture
-    from aomc_sky.skies.lobes.light import LobeScene
     from aomc_sky.verify.report import Pulls
 
 _EPILOG = """\
@@ -66,9 +65,8 @@ _TIME = """\
 a background sky over time:
 --time TIME                   one time: ISO 8601 with Z or an offset, or seconds since 1970-01-01 UTC (default:
                               several times side by side)
---start TIME                  the first of them (default: the first key, midnight)
---stop TIME                   their end (default: the last key, a day or week later)
---frames N                    how many they are, 2 to 12 (default 12)
+--frames N                    how many they are, from the first key to the last, or over a day or a week, 2 to 12
+                              (default 12)
 """
 
 
@@ -123,7 +121,7 @@ def plot(arguments: argparse.Namespace) -> int:
         figure = figure_of(
             picture,
             size_px=arguments.size or _SIZE_PX,
-            view=View.named(arguments.seen_from),
+            view=View(arguments.seen_from),
             choice=ColourChoice(limits=arguments.range, cmap=arguments.cmap, norm=arguments.norm),
             scale=arguments.scale,
             has_caption=not arguments.no_caption,
@@ -285,11 +283,11 @@ def _pull_picture(arguments: argparse.Namespace) -> tuple[Picture, tuple[Pulls, 
 def _table(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.formats.aomc.skydist import read_skydist
     from aomc_sky.pictures.plot import table_picture
-    from aomc_sky.source.read.table import TableOptions, tabulated_sky
+    from aomc_sky.source.read.table import tabulated_sky
 
     names = ("bins", "weighting", "compat", "azimuth_bins")
-    options = TableOptions(**{name: getattr(arguments, name) for name in names})
-    sky, how = tabulated_sky(read_skydist(arguments.path, lenient=arguments.lenient), options)
+    options = {name: getattr(arguments, name) for name in names}
+    sky, how = tabulated_sky(read_skydist(arguments.path, lenient=arguments.lenient), **options)
     bands = _bands(arguments, sky.wavelength_nm)
     title = _title(arguments, f"{_name(arguments)}: {how['weighting']} values, {how['bins']} bins")
     return table_picture(sky, bands=bands, title=title), len(bands or sky.wavelength_nm)
@@ -310,11 +308,11 @@ def _background(arguments: argparse.Namespace) -> tuple[Picture, int]:
     if arguments.time is None:
         picture = _over_time(arguments)
         return picture, len(picture.domes)
-    if arguments.start is not None or arguments.stop is not None or arguments.frames is not None:
-        raise UsageError("--time is one time; --start, --stop and --frames are for several")
-    scene = lobe_scene(arguments, arguments.time)
-    wavelengths = scene.wavelength_nm.tolist() if arguments.wavelength else [_nearest_nm(scene)]
-    pictures = [lobe_picture([(f"{w:g} nm", [scene.sky])], w) for w in wavelengths]
+    if arguments.frames is not None:
+        raise UsageError("--time is one time; --frames is for several")
+    _, sky, known_nm = lobes_at(arguments, arguments.time)
+    wavelengths = known_nm.tolist() if arguments.wavelength else [_nearest_nm(known_nm)]
+    pictures = [lobe_picture([(f"{w:g} nm", sky)], w) for w in wavelengths]
     title = _title(arguments, f"{Path(arguments.path).name}, {moment_text(arguments.time)}")
     domes = tuple(picture.domes[0] for picture in pictures)
     return dataclasses.replace(pictures[0], domes=domes, title=title), len(domes)
@@ -328,20 +326,18 @@ def _over_time(arguments: argparse.Namespace) -> Picture:
 
     if arguments.wavelength and len(arguments.wavelength) > 1:
         raise UsageError("several times are shown at one --wavelength; several wavelengths are for one --time")
-    scene = lobe_scene(arguments, 0.0)  # refuses names and wavelengths that are not in the file
-    wavelength = float(scene.wavelength_nm[0]) if arguments.wavelength else _nearest_nm(scene)
+    *_, known_nm = lobes_at(arguments, 0.0)  # refuses names and wavelengths that are not in the file
+    wavelength = float(known_nm[0]) if arguments.wavelength else _nearest_nm(known_nm)
     sky = read_background(arguments.path, utc_offset_h=arguments.utc_offset)
     if arguments.animation is not None:
         sky = dataclasses.replace(sky, animations={name: sky.animations[name] for name in arguments.animation})
-    given = (arguments.start, arguments.stop)
-    start, stop = (usual if time is None else time for usual, time in zip(time_span_s(sky), given, strict=True))
     title = _title(arguments, f"{Path(arguments.path).name} at {wavelength:g} nm")
-    times = frame_times_s(start, stop, arguments.frames or MOST_PANELS).tolist()
+    times = frame_times_s(*time_span_s(sky), arguments.frames or MOST_PANELS).tolist()
     return moving_picture(sky, wavelength, times, title=title, interpolation=arguments.interpolation)
 
 
-def _nearest_nm(scene: LobeScene) -> float:
-    return float(scene.wavelength_nm[abs(scene.wavelength_nm - _USUAL_NM).argmin()])
+def _nearest_nm(known_nm: np.ndarray) -> float:
+    return float(known_nm[abs(known_nm - _USUAL_NM).argmin()])
 
 
 _PICTURES: dict[Kind, Callable[[argparse.Namespace], tuple[Picture, int]]] = {

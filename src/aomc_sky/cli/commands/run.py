@@ -68,8 +68,8 @@ def add_options(parser: Parser) -> None:
         "amc_inp",
         metavar="AMC_INP",
         nargs="?",
-        help="amc.inp, or the folder that holds it, or a measured sky (.csv); none: sun and sky by the options of "
-        "weather, or a --sky alone, at --wavelengths",
+        help="amc.inp, or the folder that holds it, or a measured sky (.csv), or a radiance field (.nc); none: sun and "
+        "sky by the options of weather, or a --sky alone, at --wavelengths",
     )
     cli_options.add_table(parser, _OPTIONS)
     cli_options.add_reading_options(parser)
@@ -94,11 +94,12 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.dry_run:
         print(json.dumps(scene_summary(scene)) if arguments.json else dry_run_text(scene))
         return 0
-    with patience("sharing out the photons", enabled=cli_options.speaks(arguments)):
+    is_shown = cli_options.speaks(arguments)
+    with patience("sharing out the photons", enabled=is_shown):
         source = cli_options.source_of(scene, arguments)
     options = cli_options.job_options(arguments)
     folder = None if arguments.out == "-" else _folder(arguments, scene)
-    with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
+    with progress_bar(enabled=is_shown) as progress:
         if folder is None:
             result = stream_job(source, sys.stdout.buffer, options.threads, progress)
         elif shard is not None:
@@ -114,7 +115,7 @@ def run(arguments: argparse.Namespace) -> int:
     text = partial(run_text, scene, source, result, folder, verbose=arguments.verbose)
     if folder is not None:
         cli_options.answer(arguments, lambda: run_values(source, result, folder), text)
-    elif cli_options.speaks(arguments):
+    elif is_shown:
         print(text(), file=sys.stderr)  # standard output belongs to the photons
     return 0
 

@@ -33,8 +33,8 @@ def add_options(parser: Parser) -> None:
         "Read every file named (of a folder: all of a known name, and those that its amc.inp asks for) and "
         "report every problem of every file, and of a folder with amc.inp whatever `run` would refuse; never "
         "make photons. The name of a file says its kind: amc, lambbot, "
-        "skydist or difcol at its start or between dots, or its ending .toml, .mcpl, .h5, .atmo or .csv (a measured "
-        "sky)."
+        "skydist or difcol at its start or between dots, or its ending .toml, .mcpl, .h5, .atmo, .epw, .tmy2, .tmy3 "
+        "or .csv (a measured sky)."
     )
     parser.epilog = "examples:\n  aomc-sky validate inputs/clear_day\n  aomc-sky validate amc.inp skydist.inp"
     parser.add_argument("paths", nargs="+", metavar="FILE", help="a file, or a folder")
@@ -60,7 +60,8 @@ def _readers(arguments: argparse.Namespace) -> dict[Kind, Callable[[Path], Any]]
         Kind.MCPL: check_mcpl,
         Kind.BACKGROUND: _read_background,
         Kind.ATMOSPHERE: lambda path: _read_atmosphere(path, allow_paths),
-        Kind.MEASURED: lambda path: cli_options.scene_of(arguments, str(path)),
+        Kind.WEATHER: _read_weather,
+        **dict.fromkeys((Kind.MEASURED, Kind.NETCDF), lambda path: cli_options.scene_of(arguments, str(path))),
     }
 
 
@@ -79,6 +80,13 @@ def _read_background(path: Path) -> None:
     from aomc_sky.skies.lobes.file.file import read_background_file
 
     read_background_file(path)
+
+
+def _read_weather(path: Path) -> None:
+    """Read a weather file."""
+    from aomc_sky.formats.weather import read_weather
+
+    read_weather(path, "tmy2" if path.suffix.lower() == ".tm2" else path.suffix.lower().removeprefix("."))
 
 
 def _read_atmosphere(path: Path, allow_paths: list[str]) -> None:

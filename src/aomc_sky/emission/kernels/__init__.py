@@ -5,5 +5,6 @@ numbers   Further coordinates that a photon carries for its host
 batches   Sums over the photons of a batch, and their MCPL records
 plain     All of these in plain numpy, equal to the bit: for small jobs, which numba's start-up would slow down
 hooks     One text of a kernel for every plan, and the slices that it calls
-hosts/    Photons inside another code's own loop
+sampler   One photon at a time, for a transport code that asks by index
+next_photons  The C function that delivers a range of photons of a band: `emit` behind an address
 """

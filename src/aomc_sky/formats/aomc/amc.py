@@ -6,10 +6,10 @@ lambbot.inp and difcol.inp have a count, then a row of reals for each waveband.
 
 from __future__ import annotations
 
+import dataclasses
 import enum
 import math
 import re
-from collections.abc import Iterator
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
@@ -18,9 +18,10 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import Span
-from aomc_sky.formats.aomc.scanner import ListScanner, Record, Token, list_integer, two_readings
+from aomc_sky.formats.aomc.scanner import ListScanner, Record, Token, fixed_value, list_integer, list_real
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.text_file import read_lines
+from aomc_sky.wavebands import Wavebands
 
 FIRST_COLUMN = 49
 MOST_ITERATIONS = 2**62
@@ -199,10 +200,10 @@ def read_fields(lines: list[str], fields: tuple[Field, ...], report: Report) -> 
     if _is_displaced(lines, fields, report) and not report.lenient:
         return {}
     values: dict[str, int | float] = {}
-    for reading in _readings(lines, fields):
-        value = _checked(reading, report)
+    for index, (line, field) in enumerate(zip(lines, fields, strict=False)):
+        value = _checked(_reading(index, line, field), report)
         if value is not None:
-            values[reading.field.name] = value
+            values[field.name] = value
     if len(lines) < len(fields):
         end, missing = Span(max(1, len(lines)), 1, lines[-1] if lines else ""), fields[len(lines)]
         message = f"the file ends after line {len(lines)}; {len(fields)} lines are needed, the next is {missing.title}"
@@ -278,14 +279,17 @@ class _Reading:
         return f"I{f.width}" if f.decimals is None else f"F{f.width}.{f.decimals}"
 
 
-def _readings(lines: list[str], fields: tuple[Field, ...]) -> Iterator[_Reading]:
-    """Every line read in both ways."""
-    seen = [(line, field, *_what_a_person_reads(line, field)) for line, field in zip(lines, fields, strict=False)]
-    # no number ends with a comma
-    texts = [(line[_START : _START + f.width], token.removesuffix(","), f.decimals) for line, f, token, _ in seen]
-    for k, ((line, field, token, column), both) in enumerate(zip(seen, two_readings(texts), strict=True), start=1):
-        span = Span(k, column, line, max(len(token), 1))
-        yield _Reading(field=field, span=span, token=token, value=both[0], meant=both[1])
+def _reading(index: int, line: str, field: Field) -> _Reading:
+    """A line read in both ways. [index from 0]"""
+    token, column = _what_a_person_reads(line, field)
+    word = token.removesuffix(",")  # no number ends with a comma
+    return _Reading(
+        field=field,
+        span=Span(index + 1, column, line, max(len(token), 1)),
+        token=token,
+        value=fixed_value(line[_START : _START + field.width], field.decimals),
+        meant=list_integer(word) if field.decimals is None else list_real(word),
+    )
 
 
 def _checked(reading: _Reading, report: Report) -> int | float | None:
@@ -365,35 +369,16 @@ def _example(field: Field, meant: float | None) -> str:
     return f"write {text}" + (f" {where}" if field.width == 1 else "")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class LambbotTable:
-    """Wavelengths [nm] and fractions [0 to 1], float64, shape (n_band,); target columns may be None."""
-
-    wavelength_nm: np.ndarray
-    bottom_reflectance: np.ndarray
-    bottom_specular_fraction: np.ndarray
-    target_reflectance: np.ndarray | None = None
-    target_specular_fraction: np.ndarray | None = None
-
-
 def read_lambbot(
     path: str | Path, *, n_wavebands: int | None = None, has_target: bool = False, lenient: bool = False
-) -> LambbotTable:
+) -> Wavebands:
     """Read lambbot.inp; `n_wavebands` is the count that amc.inp announces, to be compared.
 
     With `has_target` there are five columns instead of three; with `lenient` values outside their range are warnings.
     """
     n_columns = 5 if has_target else 3
     rows = read_band_rows(path, _COLUMNS[:n_columns], _HIGHEST[:n_columns], n_wavebands, lenient=lenient)
-    rows.flags.writeable = False
-    target = (rows[:, 3], rows[:, 4]) if has_target else (None, None)
-    return LambbotTable(
-        wavelength_nm=rows[:, 0],
-        bottom_reflectance=rows[:, 1],
-        bottom_specular_fraction=rows[:, 2],
-        target_reflectance=target[0],
-        target_specular_fraction=target[1],
-    )
+    return Wavebands(**dict(zip((field.name for field in dataclasses.fields(Wavebands)), rows.T, strict=False)))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -1,6 +1,6 @@
 """One scanner for both ways in which Fortran reads: fixed columns, and list-directed values.
 
-`two_readings` gives what gfortran's edit descriptors Iw and Fw.d make of a field; `ListScanner` follows list-directed
+`fixed_value` gives what gfortran's edit descriptors Iw and Fw.d make of a field; `ListScanner` follows list-directed
 input, and every token of it knows its line and column.
 """
 
@@ -32,18 +32,12 @@ class Token(Span):
         return Span(self.line, self.column + len(self.word), self.text)
 
 
-def two_readings(
-    fields: list[tuple[str, str, int | None]],
-) -> list[tuple[int | float | None, int | float | None]]:
-    """For each (field, word, d): value of the field under Fw.d, or under Iw where d is None, and of the word that a
-    person reads; None for none.
+def fixed_value(field: str, decimals: int | None) -> int | float | None:
+    """Value of a field under Fw.d, or under Iw where `decimals` is None; None where gfortran refuses it.
 
-    In a field blanks are ignored, a comma ends it, and nothing is 0.
+    Blanks are ignored, a comma ends the field, and nothing is 0.
     """
-    return [
-        (_fixed_integer(field), list_integer(word)) if d is None else (_fixed_real(field, d), list_real(word))
-        for field, word, d in fields
-    ]
+    return _fixed_integer(field) if decimals is None else _fixed_real(field, decimals)
 
 
 def _fixed_integer(field: str) -> int | None:

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import enum
-import io
-import itertools
 import math
 import re
 from dataclasses import dataclass
@@ -315,14 +313,15 @@ def _read_wavelengths(record: Record, report: Report) -> np.ndarray | None:
     return wavelength if report.n_errors == before else None
 
 
-_PLAIN_BYTES = b"0123456789+-.eE \t\r\n"
 _PIECE_ROWS = 1 << 14  # what is made of them stays in the cache, and other threads come to work between two pieces
-_MOST_DIGITS = 8
 _COLUMNS = ("wavelength index", "zenith index", "azimuth index", "value")
-_PLAIN_ROW = re.compile(
-    r"[ \t]*([0-9]{1,9})[ \t]+([0-9]{1,9})[ \t]+([0-9]{1,9})[ \t]+"
-    r"([0-9]{1,40}(?:\.[0-9]{0,40})?(?:[eE][+-]?[0-9]{1,3})?)[ \t\r]*\Z"
+# a row of plain numbers; possessive, so that nothing is tried twice
+_ROW = (
+    r"[ \t]*+([0-9]{1,8}+)[ \t]++([0-9]{1,8}+)[ \t]++([0-9]{1,8}+)[ \t]++"
+    r"([+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][+-]?[0-9]++)?+)[ \t\r]*+"
 )
+_PLAIN_ROW = re.compile(rf"{_ROW}\Z")
+_PLAIN_ROWS = re.compile(rf"(?:{_ROW}(?:\n|\Z)){{1,{_PIECE_ROWS}}}+".encode())
 
 
 def read_rows_fast(data: bytes, head: SkyHead) -> tuple[np.ndarray, np.ndarray] | None:
@@ -332,39 +331,26 @@ def read_rows_fast(data: bytes, head: SkyHead) -> tuple[np.ndarray, np.ndarray] 
     """
     if head.n_rows * MIN_ROW_BYTES > len(data) + 1:
         return None
-    file = io.BytesIO(data)  # no copy
+    start = 0
     for _ in range(head.first_row):
-        file.readline()
-    pieces = []
-    for start in range(0, head.n_rows, _PIECE_ROWS):
-        n_rows = min(_PIECE_ROWS, head.n_rows - start)
-        rows = plain_rows(list(itertools.islice(file, n_rows)))
-        if rows is None or rows[1].size != n_rows:
-            return None
-        pieces.append(rows)
-    rest = file.read().lstrip()
-    if rest and not rest.startswith(b"#"):  # rows have to be counted
+        start = data.find(b"\n", start) + 1 or len(data)
+    rows, start = plain_rows(data, start)
+    rest = data[start:].lstrip()
+    if len(rows) != head.n_rows or (rest and not rest.startswith(b"#")):  # rows have to be counted
         return None
-    index, value = (np.concatenate(parts, axis=-1) for parts in zip(*pieces, strict=True))
-    return _scattered(index, value, head)
+    return _scattered(rows[:, :3].astype(np.int64).T, rows[:, 3], head)
 
 
-def plain_rows(lines: list[bytes]) -> tuple[np.ndarray, np.ndarray] | None:
-    """Whole numbers int64 (3, n) and values float64 (n,) of lines with four plain numbers each, else None.
+def plain_rows(data: bytes, start: int = 0) -> tuple[np.ndarray, int]:
+    """Numbers float64 (n, 4) of the lines from `start` on that have four plain numbers each, and where they end.
 
-    Plain whole numbers have at most eight digits and no sign; blanks separate the numbers.
+    Three whole numbers have at most eight digits and no sign; blanks separate the numbers.
     """
-    rows = [line.split() for line in lines]
-    if not rows or any(len(row) != len(_COLUMNS) for row in rows) or b"".join(lines).translate(None, _PLAIN_BYTES):
-        return None
-    *whole, value = zip(*rows, strict=True)
-    if not all(word.isdigit() and len(word) <= _MOST_DIGITS for column in whole for word in column):
-        return None
-    try:
-        values = np.array([float(word) for word in value])
-    except ValueError:
-        return None
-    return np.array([[int(word) for word in column] for column in whole], np.int64), values
+    pieces = [np.empty((0, 4))]
+    while (piece := _PLAIN_ROWS.match(data, start)) is not None:
+        pieces.append(np.fromiter(map(float, piece[0].split()), np.float64).reshape(-1, 4))
+        start = piece.end()
+    return np.concatenate(pieces), start
 
 
 def _scattered(index: np.ndarray, value: np.ndarray, head: SkyHead) -> tuple[np.ndarray, np.ndarray] | None:
@@ -423,7 +409,7 @@ def _take_plain(index: int, lines: list[str], radiance: np.ndarray, line: np.nda
         return False
     wave, zenith, azimuth, value = int(plain[1]), int(plain[2]), int(plain[3]), float(plain[4])
     n_table, n_zenith, n_columns = line.shape
-    if not (1 <= wave <= n_table and 1 <= zenith <= n_zenith and azimuth < n_columns and value < math.inf):
+    if not (1 <= wave <= n_table and 1 <= zenith <= n_zenith and azimuth < n_columns and 0 <= value < math.inf):
         return False
     where = (wave - 1, zenith - 1, azimuth)
     if line[where] and radiance[where] != value:

@@ -100,7 +100,11 @@ class McplFile:
         with _library_file(self, size) as file:
             for first in range(0, stop, size):
                 with np.errstate(all="ignore"):  # of numbers that no particle has
-                    block = _next_block(self.path, file)
+                    try:
+                        block = file.read_block()
+                    except (optional_module("mcpl", extra=EXTRA).MCPLError, OSError):
+                        message = "the file became shorter while it was read"
+                        raise _fault(self.path, "E804", message, _AGAIN, "particles") from None
                     wanted = slice(max(start - first, 0), min(stop - first, size))
                     if wanted.start < size:
                         part = _unpacked(block, wanted, first + wanted.start)
@@ -137,7 +141,10 @@ def read_mcpl(path: str | Path) -> McplFile:
     100
     """
     optional_module("mcpl", extra=EXTRA)
-    path = existing_path(Path(path))
+    path = Path(path)
+    packed = path.with_name(f"{path.name}.gz")
+    if path.name.lower().endswith(".mcpl") and not os.path.lexists(path) and os.path.exists(packed):
+        path = packed
     with open_data(path, what="an MCPL file", code="E801") as file:
         size = os.fstat(file.fileno()).st_size
         is_packed = file.read(len(GZIP_MAGIC)) == GZIP_MAGIC
@@ -157,12 +164,6 @@ def check_mcpl(path: str | Path) -> None:
     """Read a file to its end and raise its problems: those of the head, or of the first records that have any."""
     for _ in read_mcpl(path).blocks():
         pass
-
-
-def existing_path(path: Path) -> Path:
-    """The file of this name, or the compressed one beside it (``photons.mcpl.gz``)."""
-    packed = path.with_name(f"{path.name}.gz") if path.name.lower().endswith(".mcpl") else path
-    return packed if packed != path and not os.path.lexists(path) and os.path.exists(packed) else path
 
 
 class _Head:
@@ -322,15 +323,6 @@ def _library_file(file: McplFile, size: int) -> Iterator[Any]:
                 reason = str(error) or type(error).__name__
                 raise _fault(file.path, "E803", f"the library of MCPL cannot read it: {reason}", _CUT) from None
         yield stack.enter_context(opened)
-
-
-def _next_block(path: Path, file: Any) -> Any:
-    mcpl = optional_module("mcpl", extra=EXTRA)
-    try:
-        return file.read_block()
-    except (mcpl.MCPLError, OSError):
-        message = "the file became shorter while it was read"
-        raise _fault(path, "E804", message, _AGAIN, "particles") from None
 
 
 def _unpacked(block: Any, wanted: slice, start: int) -> McplParticles:

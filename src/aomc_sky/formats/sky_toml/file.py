@@ -249,68 +249,46 @@ class SectionReader:
 
     def check_sets(self, content: dict[str, Any]) -> None:
         """Report choices that are incomplete or contradict each other, at their first key."""
-        perez, sky = content.get("perez", {}), content.get("sky", {})
-        names = list(perez) if isinstance(perez, dict) else []
-        if all(name in KEYS["perez"] for name in names):  # a misspelt key is reported elsewhere
-            message, advice = set_problem(names)
-            if message:
-                self.report.at(self.spans["perez", names[0]].key, "E705", message, name="perez", advice=advice)
-        self._check_atmosphere(content)
-        if not isinstance(sky, dict):
-            return
-        self._check_table(sky)
-        if "atmosphere" in content:
-            self._check_one_sky(content)
-        elif sky.get("model") == "none":
-            self._check_night(content, sky)
-
-    def _check_atmosphere(self, content: dict[str, Any]) -> None:
-        """Report a sun below the horizon without [atmosphere], and a Moon with two directions or none."""
-        sun, section = content.get("sun"), content.get("atmosphere")
-        zenith = sun.get("zenith_deg") if isinstance(sun, dict) else None
-        is_number = isinstance(zenith, int | float) and not isinstance(zenith, bool)
-        if section is None and is_number and 90.0 <= float(zenith or 0) <= 180.0:
-            message = f"{shown_value(zenith)} is outside the range 0 to below 90"
+        sections = [content.get(name) for name in ("perez", "sun", "sky", "atmosphere")]
+        perez, sun, sky, atmosphere = (one if isinstance(one, dict) else {} for one in sections)
+        if perez and all(name in KEYS["perez"] for name in perez):  # a misspelt key is reported elsewhere
+            self._contradict(("perez", next(iter(perez))), *set_problem(perez))
+        zenith: Any = sun.get("zenith_deg")
+        if "atmosphere" not in content and type(zenith) in (int, float) and 90 <= zenith <= 180:
+            span, message = self.spans["sun", "zenith_deg"].value, f"{zenith} is outside the range 0 to below 90"
             advice = "write 0 to below 90; a sun that has set needs [atmosphere]"
-            self.report.at(self.spans["sun", "zenith_deg"].value, "E704", message, name="zenith_deg", advice=advice)
-        if not isinstance(section, dict):
-            return
-        moon = [name for name in section if name in MOON_KEYS]
-        message, advice = moon_problem(moon)
-        if message:
-            self.report.at(self.spans["atmosphere", moon[0]].key, "E705", message, name="atmosphere", advice=advice)
-
-    def _check_one_sky(self, content: dict[str, Any]) -> None:
-        """Report keys beside [atmosphere] for the sky or its brightness: the description gives both."""
-        if content.get("perez"):
-            span, message = self.spans["perez",].key, "[perez] and [atmosphere] describe the same sky twice"
-            self.report.at(span, "E705", message, advice="remove one of them")
-        for name in content.get("sky", {}):
-            if name in KEYS["sky"]:
-                span = self.spans["sky", name].key
+            self.report.at(span, "E704", message, name="zenith_deg", advice=advice)
+        if moon := [name for name in atmosphere if name in MOON_KEYS]:
+            self._contradict(("atmosphere", moon[0]), *moon_problem(moon))
+        model = sky.get("model")
+        if "table" in sky and "model" in sky:
+            self._contradict(("sky", "model"), "model and table describe the same sky twice", "remove one of them")
+        elif "table" not in sky and (model is None or model in DIFFUSE_MODELS):  # another sky may have such options
+            for name in (name for name in FIELD_KEYS if name in sky):
+                self._contradict(("sky", name), f"{name} without table", 'add table = "field.nc"')
+        if "atmosphere" in content:
+            if perez:
+                self._contradict(
+                    ("perez",), "[perez] and [atmosphere] describe the same sky twice", "remove one of them", name=""
+                )
+            for name in (name for name in sky if name in KEYS["sky"]):
                 message = f"{name} together with [atmosphere], which already gives it"
-                self.report.at(span, "E705", message, name="sky", advice="remove it")
+                self._contradict(("sky", name), message, "remove it")
+        elif model == "none":
+            if not content.get("background"):
+                message, advice = (
+                    'model "none" without a background gives no light',
+                    "add [[background]] with file and time",
+                )
+                self.report.at(self.spans["sky", "model"].value, "E705", message, name="sky", advice=advice)
+            for name in (name for name in PER_WAVEBAND["sky"] if name in sky):
+                self._contradict(("sky", name), f'{name} with model "none"', "remove one of them")
 
-    def _check_table(self, sky: dict[str, Any]) -> None:
-        """Report a model beside a table, and keys of a table without a table."""
-        if "table" not in sky:
-            is_of_others = "model" in sky and sky["model"] not in DIFFUSE_MODELS  # whose options they are
-            for name in () if is_of_others else (name for name in FIELD_KEYS if name in sky):
-                span = self.spans["sky", name].key
-                self.report.at(span, "E705", f"{name} without table", name="sky", advice='add table = "field.nc"')
-        elif "model" in sky:
-            message = "model and table describe the same sky twice"
-            self.report.at(self.spans["sky", "model"].key, "E705", message, name="sky", advice="remove one of them")
-
-    def _check_night(self, content: dict[str, Any], sky: dict[str, Any]) -> None:
-        if not content.get("background"):
-            advice = "add [[background]] with file and time"
-            message = 'model "none" without a background gives no light'
-            self.report.at(self.spans["sky", "model"].value, "E705", message, name="sky", advice=advice)
-        for name in PER_WAVEBAND["sky"]:
-            if name in sky:
-                span = self.spans["sky", name].key
-                self.report.at(span, "E705", f'{name} with model "none"', name="sky", advice="remove one of them")
+    def _contradict(self, path: tuple[str, ...], message: str, advice: str, *, name: str | None = None) -> None:
+        """Report a key that contradicts others; without a message nothing is wrong."""
+        if message:
+            name = path[0] if name is None else name
+            self.report.at(self.spans[path].key, "E705", message, name=name, advice=advice)
 
 
 # Positions of keys: the standard library's reader gives values without lines.

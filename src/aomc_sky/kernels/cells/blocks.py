@@ -123,6 +123,12 @@ def place_on_slopes(m, slot, word_of_slot, word, u, v):
         u[j], v[j] = sloped(u[j], v[j], word[j])
 
 
+@inner_reader
+def whole_vectors(n):
+    """The next multiple of 32: what a vector loop leaves over costs more than computing on stale memory."""
+    return (n + U64(31)) & U64(0xFFFFFFFFFFFFFFE0)
+
+
 @spliced
 def column(memory, number, size, like):
     """Column `number` (uint64) of a memory of uint64 words whose columns have `size` words, as numbers like `like`."""

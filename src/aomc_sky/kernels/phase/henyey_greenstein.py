@@ -9,9 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.arithmetic import error_free
-from aomc_sky.kernels.formula import inlined_formula, select, smaller
+from aomc_sky.kernels.formula import inlined_formula, smaller
 
-_MORE = 1.0 + 2.0**-48
 _INV_4PI = 0.07957747154594767
 
 product_error = inlined_formula(error_free.product_error)
@@ -117,27 +116,6 @@ def cosine(xi, g):
     xi_0, hp_0, n_0, twice = middle(h, off, sign, d, rest, zero, zero_rest)
     n, ahead, behind = parts(xi, off + sign * xi, h, d, xi_0, hp_0, n_0, twice)
     return n / (np.abs(n) + smaller(ahead, behind))
-
-
-@inlined_formula
-def short_parts(p, h):
-    """Numerator and denominator of mu for a result in float32: the plain formulas have digits to spare.
-
-    `_MORE` keeps the denominator the larger one, so that mu never passes 1 when both are rounded to float32.
-    """
-    d = 1.0 - h
-    zero = (d * d) / (2.0 * (1.0 + h * h))
-    z = p * (d + h * p)
-    return z - zero, zero + (_MORE * ((1.0 - zero) - zero)) * z
-
-
-@inlined_formula
-def cosine32(xi, g):
-    """Cosine in float32, of float64 arguments: the one division is in float32 as well."""
-    forward = g >= 0.0
-    n, whole = short_parts(select(forward, xi, 1.0 - xi), np.abs(g))
-    mu = np.float32(n) / np.float32(whole)
-    return select(forward, mu, -mu)
 
 
 @inlined_formula

@@ -11,12 +11,10 @@ The names are `rayleigh_` and `hg_` before those of the two modules, and `new_di
         mu, one_minus_mu, sin_theta = jitted.hg_sample_mu_sin(xi, g)
         return jitted.new_direction(ux, uy, uz, one_minus_mu, sin_theta, share)
 
-Arguments and results are scalars in the precision of the first argument. float32 is computed in float64, except for the
-last division of Henyey-Greenstein's mu. The bits are those of `aomc_sky.rayleigh`, `aomc_sky.henyey_greenstein` and
-`aomc_sky.scattering`. Arguments are not checked: outside their ranges the results have no meaning. Gamma, xi and the
-azimuth's share lie in [0, 1], g in (-1, 1), 1 - mu in [0, 2].
-
-Over arrays each law has its own loops, also for a single parameter, so that the loops vectorise.
+Arguments and results are scalars in the precision of the first argument. float32 is computed in float64. The bits are
+those of `aomc_sky.rayleigh`, `aomc_sky.henyey_greenstein` and `aomc_sky.scattering`. Arguments are not checked: outside
+their ranges the results have no meaning. Gamma, xi and the azimuth's share lie in [0, 1], g in (-1, 1), 1 - mu in [0,
+2].
 """
 
 from __future__ import annotations
@@ -24,7 +22,7 @@ from __future__ import annotations
 import numpy as np
 
 from aomc_sky.kernels.arithmetic.elementary import sin_cos
-from aomc_sky.kernels.jit import inner, kernel, shared, shared_inlined
+from aomc_sky.kernels.jit import inner, shared, shared_inlined
 from aomc_sky.kernels.phase import henyey_greenstein as hg
 from aomc_sky.kernels.phase import rayleigh, scatter
 
@@ -59,10 +57,7 @@ def rayleigh_cdf_mu(mu, gamma):
 @shared_inlined
 def hg_sample_mu(xi, g):
     """Cosine mu of the scattering angle; xi is the probability of a smaller one."""
-    x, mean = np.float64(xi), np.float64(g)
-    if type(xi)(1.0 + 2.0**-40) == 1.0:  # known to the compiler: xi is float32
-        return type(xi)(hg.cosine32(x, mean))
-    return type(xi)(hg.cosine(x, mean))
+    return type(xi)(hg.cosine(np.float64(xi), np.float64(g)))
 
 
 @shared
@@ -97,41 +92,3 @@ def new_direction(ux, uy, uz, one_minus_mu, sin_theta, azimuth_share):
     v, sine = np.float64(one_minus_mu), np.float64(sin_theta)
     x, y, z = _turned(np.float64(ux), np.float64(uy), np.float64(uz), v, sine, c, s)
     return type(ux)(x), type(ux)(y), type(ux)(z)
-
-
-@kernel
-def fill_mu(is_hg, xi, parameter, mu):
-    """`sample_mu` over an array, for one parameter or as many as numbers."""
-    n = xi.size
-    one = parameter[0]
-    if parameter.size == 1 and is_hg:
-        for k in range(n):
-            mu[k] = hg_sample_mu(xi[k], one)
-    elif parameter.size == 1:
-        for k in range(n):
-            mu[k] = rayleigh_sample_mu(xi[k], one)
-    elif is_hg:
-        for k in range(n):
-            mu[k] = hg_sample_mu(xi[k], parameter[k])
-    else:
-        for k in range(n):
-            mu[k] = rayleigh_sample_mu(xi[k], parameter[k])
-
-
-@kernel
-def fill_mu_sin(is_hg, xi, parameter, mu, one_minus_mu, sin_theta):
-    """`sample_mu_sin` over an array, for one parameter or as many as numbers."""
-    n = xi.size
-    one = parameter[0]
-    if parameter.size == 1 and is_hg:
-        for k in range(n):
-            mu[k], one_minus_mu[k], sin_theta[k] = hg_sample_mu_sin(xi[k], one)
-    elif parameter.size == 1:
-        for k in range(n):
-            mu[k], one_minus_mu[k], sin_theta[k] = rayleigh_sample_mu_sin(xi[k], one)
-    elif is_hg:
-        for k in range(n):
-            mu[k], one_minus_mu[k], sin_theta[k] = hg_sample_mu_sin(xi[k], parameter[k])
-    else:
-        for k in range(n):
-            mu[k], one_minus_mu[k], sin_theta[k] = rayleigh_sample_mu_sin(xi[k], parameter[k])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import shutil
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -50,8 +50,9 @@ def aomc_sky(source: PhotonSource, bands: Sequence[int] | None = None) -> AomcSk
     """Turn the counts of a run into radiances for the AOMC program, checked by its own 32-bit rule.
 
     amc.inp holds one number of photons. If the wavebands of a run differ in it, the run is planned again with the
-    largest one for all of them. Wavebands that are not among `bands` launch nothing. SceneError names the reasons why
-    the program cannot have the run; AllocationError if no radiances give the counts.
+    largest one for all of them. Wavebands that are not among `bands` launch nothing, unless they have the wavelength of
+    one. SceneError names the reasons why the program cannot have the run; AllocationError if no radiances give the
+    counts.
     """
     chosen = list(range(source.n_bands) if bands is None else bands)
     n_photons = {band: source.n_photons(band) for band in chosen if source.n_photons(band)}
@@ -79,7 +80,7 @@ def aomc_sky(source: PhotonSource, bands: Sequence[int] | None = None) -> AomcSk
         counts=own,
         wavelength_nm=wavelength_nm,
         sky_wavelength_nm=wavelength_nm[band_of_row[row_of_band]],
-        notes=tuple(filter(None, (note, total_note, *_launch_notes(own, chosen)))),
+        notes=tuple(filter(None, (note, total_note))),
     )
 
 
@@ -112,17 +113,6 @@ def _wavelength_rows(wavelength_nm: np.ndarray, chosen: Sequence[int]) -> tuple[
     return band_of_row, midpoint_wavelength_index(wavelength_nm, wavelength_nm[band_of_row])
 
 
-def _launch_notes(launched: np.ndarray, chosen: Sequence[int]) -> Iterator[str]:
-    is_lit = launched.sum(axis=(1, 2)) > 0
-    others = [band for band in np.flatnonzero(is_lit).tolist() if band not in chosen]
-    for bands, text in (
-        (others, "wavebands that have the wavelength of a chosen waveband launch the same photons"),
-        (np.flatnonzero(~is_lit).tolist(), "wavebands without photons, whose sky is dark"),
-    ):
-        named = ", ".join(str(band + 1) for band in bands[:20]) + (" ..." if len(bands) > 20 else "")
-        yield f"{text}: {named}" if bands else ""
-
-
 def write_amc_copy(scene: Path, target: Path, iterations: int) -> None:
     """Copy amc.inp with new iterations [1 to 999 999 999] and a light source from a file."""
     config = read_quietly(scene)
@@ -152,6 +142,8 @@ def read_quietly(path: Path) -> AmcConfig:
 
 SKYDIST = "skydist.inp"
 COUNTS = "counts.csv"
+_OF_PROGRAM = ("amc.inp", "lambbot.inp", "conc.inp", "abs.inp", "scat.inp", "spf.inp")
+"""Files that the program reads besides the sky; the last four describe the water."""
 _LEFT_OUT = (SKYDIST, "amc.inp", "difcol.inp")
 """Files of a scene that are not copied: two are made new, and the program does not need difcol.inp."""
 
@@ -198,29 +190,9 @@ def counts_text(sky: AomcSky) -> bytes:
 
 
 def water_note(folder: RunFolder) -> str:
-    """A note on files of the water that are missing, with their rows; empty if there are all four.
-
-    The program opens all four in any case, and stops if the first number of one differs from amc.inp.
-    """
-    if folder.size_of("amc.inp") is None:
-        return (
-            "the AOMC program also reads amc.inp, lambbot.inp and the files of the water (conc.inp, abs.inp, scat.inp, "
-            "spf.inp) from the folder of skydist.inp"
-        )
-    config = read_quietly(folder.path / "amc.inp")
-    rows = {
-        "conc.inp": config.n_concentration_layers,
-        "abs.inp": config.n_wavebands,
-        "scat.inp": config.n_wavebands,
-        "spf.inp": config.n_spf_angles,
-    }
-    missing = [f"{name} ({n} row{'s' if n != 1 else ''})" for name, n in rows.items() if folder.size_of(name) is None]
-    if not missing:
-        return ""
-    return (
-        "the AOMC program still needs files of the water, which are not in the folder of the scene: "
-        f"{', '.join(missing)}, for {config.n_constituents} constituent{'s' if config.n_constituents != 1 else ''}"
-    )
+    """A note on files that are missing: the program opens all of them, and stops without one."""
+    missing = [name for name in _OF_PROGRAM if folder.size_of(name) is None]
+    return f"the AOMC program also reads {', '.join(missing)} from the folder of skydist.inp" if missing else ""
 
 
 _NEIGHBOURS = 3

@@ -21,6 +21,7 @@ import numpy as np
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.formats.text_file import refuse
+from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import COUNTS_FILES
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
 from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, photon_writer
@@ -109,7 +110,7 @@ class PhotonFiles:
     """The files of one writer for the wavebands that share them."""
 
     def __init__(self, folder: RunFolder, writer: PhotonWriter, bands: tuple[int, ...]) -> None:
-        self.writer, self.bands, self._folder = writer, bands, folder
+        self.writer, self.bands, self.folder = writer, bands, folder
         self.layouts = writer.layouts(bands)
         rows = accumulate((writer.source.n_photons(band) for band in bands[:-1]), initial=0)
         self._rows_before = dict(zip(bands, rows, strict=False))
@@ -117,12 +118,7 @@ class PhotonFiles:
     @cached_property
     def missing(self) -> list[FileLayout]:
         """Files that do not exist. They are looked for once, since a name appears only when its file is complete."""
-        return [file for file in self.layouts if not self._folder.holds(file.name, file.head, file.size)]
-
-    @property
-    def n_bytes_missing(self) -> int:
-        """Size of the missing files. [bytes]"""
-        return sum(layout.size for layout in self.missing)
+        return [file for file in self.layouts if not self.folder.holds(file.name, file.head, file.size)]
 
     def offset(self, layout: FileLayout, band: int, photon: int) -> int:
         """Position of a photon in a file. [bytes]"""
@@ -134,7 +130,7 @@ class PhotonFiles:
         with contextlib.ExitStack() as stack:
             handles: list[int | None] = []
             for layout in self.layouts:
-                file = stack.enter_context(self._folder.stream(layout.name))
+                file = stack.enter_context(self.folder.stream(layout.name))
                 file.write(layout.head)
                 file.flush()
                 handles.append(file.fileno())
@@ -143,13 +139,13 @@ class PhotonFiles:
     def reserve(self) -> None:
         """Make the missing files at full size, for shards to fill."""
         for layout in self.missing:
-            self._folder.reserve(layout.name, layout.head, layout.size)
+            self.folder.reserve(layout.name, layout.head, layout.size)
 
     @contextlib.contextmanager
     def filling(self) -> Iterator[Write]:
         """Open reserved files; all bytes are on the disk when the block ends."""
         with contextlib.ExitStack() as stack:
-            handles = [stack.enter_context(self._folder.filling(layout.name)) for layout in self.layouts]
+            handles = [stack.enter_context(self.folder.filling(layout.name)) for layout in self.layouts]
             yield partial(self._put, handles)
 
     def _put(self, handles: list[int | None], band: int, start: int, chunks: tuple[memoryview, ...]) -> None:
@@ -160,7 +156,7 @@ class PhotonFiles:
                     done = write_at(handle, data, offset)
                     data, offset = data[done:], offset + done
             except OSError as error:  # reported here, because several files are open
-                raise os_error("write", self._folder.path / layout.name, error) from error
+                raise os_error("write", self.folder.path / layout.name, error) from error
 
 
 def photon_files(folder: RunFolder, writers: Iterable[PhotonWriter], bands: Sequence[int]) -> list[PhotonFiles]:
@@ -292,19 +288,26 @@ class ChunkPool:
         return batch.start, chunks, photon_sums(self.source, band, batch.start, batch.uz, batch.weight), len(batch)
 
 
+def require_space(files: Sequence[PhotonFiles]) -> None:
+    """Raise if the disk has no space for the files."""
+    if files:
+        files[0].folder.require_space(sum(layout.size for f in files for layout in f.layouts))
+
+
 def emit_photons(
     source: PhotonSource,
     files: Sequence[PhotonFiles],
-    bands: Iterable[int],
+    bands: Sequence[int],
     threads: int,
-    count: Callable[[int], None],
+    progress: Progress | None = None,
 ) -> dict[int, PhotonSums]:
     """Make the photons of wavebands, write those that belong to the files, and return the sums of each waveband."""
-    sums = {}
+    sums, meter = {}, Meter(progress, sum(source.n_photons(band) for band in bands))
+    announce_photons(meter.total)
     with ChunkPool(source, threads) as pool, contextlib.ExitStack() as stack:
         shared = [(f.writer, stack.enter_context(f.writing())) for f in files if len(f.bands) > 1]
         for band in bands:
             with contextlib.ExitStack() as of_band:
                 own = [(f.writer, of_band.enter_context(f.writing())) for f in files if f.bands == (band,)]
-                sums[band] = pool.emit(band, [*own, *shared], count)
+                sums[band] = pool.emit(band, [*own, *shared], meter.add)
     return sums

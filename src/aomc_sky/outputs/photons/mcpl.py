@@ -15,10 +15,17 @@ from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, encode_header, plan_begin
-from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
-from aomc_sky.outputs.photons.files import FileLayout, PhotonFile, PhotonRows, PhotonWriter, emit_photons, photon_files
+from aomc_sky.outputs.photons.files import (
+    FileLayout,
+    PhotonFile,
+    PhotonRows,
+    PhotonWriter,
+    emit_photons,
+    photon_files,
+    require_space,
+)
 from aomc_sky.outputs.statistics import batch_functions
 from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.plan.sampling.streams import STREAM_VERSION
@@ -245,8 +252,7 @@ def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> N
     if not path.name or path.suffix.lower() == ".gz":
         raise UsageError(f"expected the name of a file such as photons.mcpl, which gzip can pack, got {str(path)!r}")
     threads = as_number_of(threads, "threads", 0, 1024)
-    folder, bands = RunFolder(path.parent), range(source.n_bands)
-    files = photon_files(folder, [McplWriter(source, path.name)], bands)
-    folder.require_space(files[0].layouts[0].size)
-    announce_photons(source.total)
-    emit_photons(source, files, bands, threads, lambda n: None)
+    bands = range(source.n_bands)
+    files = photon_files(RunFolder(path.parent), [McplWriter(source, path.name)], bands)
+    require_space(files)
+    emit_photons(source, files, bands, threads)

@@ -12,13 +12,12 @@ import aomc_sky
 from aomc_sky.component import Component, beam_direction_deg
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.radiance import cell_irradiances, patch_radiance
+from aomc_sky.errors import InputFileError, OutputError
 from aomc_sky.extras import optional_module
+from aomc_sky.formats.netcdf import EXTRA, open_netcdf
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
-
-EXTRA = "netcdf"
-"""The extra that installs xarray and h5netcdf."""
 
 _LONG_NAMES = {
     "counts": "photons of the {part}",
@@ -224,10 +223,8 @@ def netcdf_bytes(dataset: Any) -> bytes:
 
 def plan_of_netcdf(path: str | Path) -> str | None:
     """SHA-256 of the plan of a netCDF file of ours, or None for any other file."""
-    xr = optional_module("xarray", extra=EXTRA)
-    optional_module("h5netcdf", extra=EXTRA)
     try:
-        with xr.open_dataset(path, engine="h5netcdf") as dataset:
+        with open_netcdf(path) as (dataset, _):
             return str(dataset.attrs.get("plan_sha256"))
-    except (OSError, ValueError, KeyError):
+    except (InputFileError, OutputError):
         return None

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import AllocationError, InputWarning, UsageError
+from aomc_sky.errors import AllocationError, InputWarning, UsageError, member_of
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.kernels.arithmetic.error_free import (
     FIXED_POINT_BITS,
@@ -56,14 +56,6 @@ class AllocationMethod(enum.Enum):
 
 _FAMILY = {AllocationMethod.SYSTEMATIC: "stratified", AllocationMethod.MULTINOMIAL: "iid"}
 """The method of photons whose counts these are, unless a run says otherwise: it is part of the key."""
-
-
-def _method(method: str | AllocationMethod) -> AllocationMethod:
-    try:
-        return AllocationMethod(method)
-    except ValueError:
-        allowed = ", ".join(repr(m.value) for m in AllocationMethod)
-        raise UsageError(f"allocation must be one of {allowed}, got {method!r}") from None
 
 
 def checked_photons(n_photons: object, method: AllocationMethod) -> int:
@@ -153,7 +145,7 @@ def allocate(
     >>> sky.allocate([0.5, 0.3, 0.2], 10, seed=1)
     array([5, 3, 2])
     """
-    chosen = _method(method)
+    chosen = member_of(AllocationMethod, method, "allocation")
     values = np.asarray(mass, dtype=np.float64)
     n = checked_photons(n_photons, chosen)
     if chosen is AllocationMethod.AOMC:

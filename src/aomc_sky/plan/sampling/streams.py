@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
 
 import numpy as np
 
@@ -40,11 +39,6 @@ def stream_key(seed: int, stream: str, method: str | None = None) -> int:
     named = (stream,) if method is None else (method, stream)
     text = "\0".join((_KEY_VERSION, str(int(seed)), *named)).encode()
     return int.from_bytes(hashlib.sha256(text).digest()[:8], "little")
-
-
-def stream_keys(seed: int, streams: Sequence[str], method: str) -> np.ndarray:
-    """Keys of several streams, uint64; see `stream_key`."""
-    return np.array([stream_key(seed, stream, method) for stream in streams], dtype=np.uint64)
 
 
 def philox_pair(key: int, rank: int, band: int, draw: int) -> tuple[int, int]:

@@ -7,7 +7,6 @@ patches     Mass of a lobe in each patch of a grid, plainly and weighted with th
 envelope    The envelope for the sampler: the lobe turned to the horizon, and bins of equal probability with bounds
 law         The laws of lobes as the spine asks for them: moments, rules of a plan, shares of patches, axis and width
 sky         WeightedLobe and LobeSky: lobes with their light, and the components that the sampler gets
-animation   One lobe over time: its keys, and the zero of their times
 background  BackgroundSky: animated lobes with their curves, and the lobes at one time
 tables      Tables of all lobes for the emission: shapes, envelopes and bins
 light       Files of sky.toml become the light of a scene

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import enum
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -11,9 +10,9 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.phase.vectorised import real, shape_of
-from aomc_sky.skies.lobes.animation import LobeAnimation
+from aomc_sky.skies.lobes.file.data import Animation
 from aomc_sky.skies.lobes.horizon import mass_above_horizon
-from aomc_sky.skies.lobes.lobe import slerp
+from aomc_sky.skies.lobes.lobe import checked, slerp, vertical_in_local
 from aomc_sky.skies.lobes.sky import LobeSky, WeightedLobe, checked_samples, spectra_at
 
 
@@ -23,7 +22,7 @@ class BackgroundSky:
 
     Parameters
     ----------
-    animations : mapping of str to LobeAnimation
+    animations : mapping of str to Animation
         The animations by name.
     wavelength_nm : ndarray, float64, shape (n_wavelength,)
         Wavelengths of the curves, rising. [nm]
@@ -40,7 +39,7 @@ class BackgroundSky:
     ['town']
     """
 
-    animations: Mapping[str, LobeAnimation]
+    animations: Mapping[str, Animation]
     wavelength_nm: np.ndarray
     curves: np.ndarray
     utc_offset_h: float = 0.0
@@ -48,7 +47,8 @@ class BackgroundSky:
     def __post_init__(self) -> None:
         checked_samples(self.wavelength_nm, self.curves)
         for name, animation in self.animations.items():
-            if np.any((animation.curve < 0) | (animation.curve >= self.curves.shape[0])):
+            _check(animation)
+            if np.any((animation.curve_index < 0) | (animation.curve_index >= self.curves.shape[0])):
                 raise SceneError(f"animation {name!r} names a curve that does not exist")
         if not np.all(np.isfinite(real(self.utc_offset_h))):
             raise SceneError("the UTC offset must be finite")
@@ -77,11 +77,12 @@ class BackgroundSky:
         total = np.zeros(shape_of((real(unix_time_s), spectrum[0])))
         for lobe in self._named(animation):
             strength = lobe.coefficient * _shares(lobe, above)
-            for key, weight in self._weights(lobe, unix_time_s):
-                total = total + weight * strength[key] * _rows(spectrum, lobe.curve[key], total.shape)
+            low, high, fraction = lobe.between(lobe.relative_days(unix_time_s, utc_offset_h=self.utc_offset_h))
+            for key, weight in ((low, 1.0 - fraction), (high, fraction)):
+                total = total + weight * strength[key] * _rows(spectrum, lobe.curve_index[key], total.shape)
         return total
 
-    def _named(self, animation: str | None) -> list[LobeAnimation]:
+    def _named(self, animation: str | None) -> list[Animation]:
         if animation is None:
             return list(self.animations.values())
         if animation not in self.animations:
@@ -89,23 +90,8 @@ class BackgroundSky:
             raise UsageError(f"there is no animation {animation!r} in this sky; there are: {known}")
         return [self.animations[animation]]
 
-    def _weights(self, lobe: LobeAnimation, unix_time_s: ArrayLike) -> list[tuple[np.ndarray, np.ndarray]]:
-        low, high, fraction = lobe.between(lobe.relative_days(unix_time_s, utc_offset_h=self.utc_offset_h))
-        return [(low, 1.0 - fraction), (high, fraction)]
 
-
-class Interpolation(enum.Enum):
-    """How a lobe goes from one key to the next; its irradiance is linear in time either way.
-
-    CROSSFADE
-        The lobes of both keys stand still, and the light goes from one to the other.
-    SLERP
-        One lobe turns the short way at a constant rate, its parameters linear in time. Keys of different kinds
-        fade as above.
-    """
-
-    CROSSFADE = "crossfade"
-    SLERP = "slerp"
+INTERPOLATIONS = ("crossfade", "slerp")
 
 
 def background_at(
@@ -113,7 +99,7 @@ def background_at(
     unix_time_s: float,
     *,
     utc_offset_h: float | None = None,
-    interpolation: str | Interpolation = Interpolation.CROSSFADE,
+    interpolation: str = "crossfade",
 ) -> LobeSky:
     """One or several background skies at one time.
 
@@ -129,8 +115,10 @@ def background_at(
         Time. [s since 1970-01-01 UTC]
     utc_offset_h : float, optional
         Local time less UTC, for the midnight of repeating animations. [h] Left out: that of each sky.
-    interpolation : {"crossfade", "slerp"} or Interpolation
-        How lobes go from one key to the next.
+    interpolation : {"crossfade", "slerp"}
+        How lobes go from one key to the next; their irradiance is linear in time either way. With "crossfade" the lobes
+        of both keys stand still, and the light goes from one to the other. With "slerp" one lobe turns the short way at
+        a constant rate, its parameters linear in time, and keys of different kinds fade.
 
     Examples
     --------
@@ -140,11 +128,8 @@ def background_at(
     >>> [lobe.name for lobe in at_noon.lobes]
     ['town']
     """
-    try:
-        how = Interpolation(interpolation)
-    except ValueError:
-        allowed = ", ".join(repr(m.value) for m in Interpolation)
-        raise UsageError(f"interpolation is one of {allowed}, not {interpolation!r}") from None
+    if interpolation not in INTERPOLATIONS:
+        raise UsageError(f"interpolation is one of {', '.join(map(repr, INTERPOLATIONS))}, not {interpolation!r}")
     skies = [backgrounds] if isinstance(backgrounds, BackgroundSky) else list(backgrounds)
     lobes: list[WeightedLobe] = []
     for number, sky in enumerate(skies, start=1):
@@ -152,19 +137,36 @@ def background_at(
         offset = sky.utc_offset_h if utc_offset_h is None else utc_offset_h
         for name, animation in sky.animations.items():
             time = float(animation.relative_days(unix_time_s, utc_offset_h=offset))
-            lobes += _lobes(sky, animation, prefix + name, time, how)
+            lobes += _lobes(sky, animation, prefix + name, time, interpolation)
     return LobeSky(lobes=tuple(lobes))
 
 
+def _check(animation: Animation) -> None:
+    """Refuse an animation made by hand that no file could hold."""
+    n_key = len(animation)
+    arrays = (animation.param0, animation.param1, animation.coefficient, animation.curve_index)
+    is_even = all(a.shape == (n_key,) for a in (*arrays, animation.relative_time_days))
+    if n_key == 0 or not is_even or animation.quaternion.shape != (n_key, 4):
+        raise SceneError("an animation has at least one key, and every member one value for each key")
+    for kind, param0, param1 in zip(animation.kind, animation.param0, animation.param1, strict=True):
+        checked(kind, param0, param1)
+    vertical_in_local(animation.quaternion)
+    time = animation.relative_time_days
+    if not np.all(np.isfinite(time)) or np.any(np.diff(time) < 0.0):
+        raise SceneError("the keys of an animation must be in the order of time")
+    if not np.all((animation.coefficient >= 0.0) & (animation.coefficient < np.inf)):
+        raise SceneError("the coefficient of a lobe must be finite and not negative")
+
+
 def _lobes(
-    sky: BackgroundSky, animation: LobeAnimation, name: str, relative_days: float, how: Interpolation
+    sky: BackgroundSky, animation: Animation, name: str, relative_days: float, interpolation: str
 ) -> list[WeightedLobe]:
     """The lobe of an animation, or the two that fade into each other."""
     keys = animation.between(relative_days)
     low, high, fraction = int(keys[0]), int(keys[1]), float(keys[2])
-    light = animation.coefficient[[low, high], None] * sky.curves[animation.curve[[low, high]]]
+    light = animation.coefficient[[low, high], None] * sky.curves[animation.curve_index[[low, high]]]
     light *= np.array([[1.0 - fraction], [fraction]])
-    turns = how is Interpolation.SLERP and animation.kind[low] == animation.kind[high]
+    turns = interpolation == "slerp" and animation.lobe_type[low] == animation.lobe_type[high]
     if turns or _same_shape(animation, low, high):
         share = fraction if turns else 0.0
         lobes = [_lobe(sky, animation, name, low, high, share, light.sum(axis=0))]
@@ -174,7 +176,7 @@ def _lobes(
 
 
 def _lobe(
-    sky: BackgroundSky, animation: LobeAnimation, name: str, low: int, high: int, share: float, light: np.ndarray
+    sky: BackgroundSky, animation: Animation, name: str, low: int, high: int, share: float, light: np.ndarray
 ) -> WeightedLobe:
     """One lobe between two keys."""
     first, second = (
@@ -191,16 +193,16 @@ def _lobe(
     )
 
 
-def _same_shape(animation: LobeAnimation, low: int, high: int) -> bool:
+def _same_shape(animation: Animation, low: int, high: int) -> bool:
     """Whether both keys are the same lobe, so that only its light changes."""
     shape = np.column_stack([animation.param0, animation.param1, animation.quaternion])
-    return animation.kind[low] == animation.kind[high] and bool(np.all(shape[low] == shape[high]))
+    return bool(animation.lobe_type[low] == animation.lobe_type[high] and np.all(shape[low] == shape[high]))
 
 
-def _shares(lobe: LobeAnimation, above: str) -> np.ndarray:
+def _shares(lobe: Animation, above: str) -> np.ndarray:
     """Share of each key's lobe that counts."""
     if above == "sphere":
-        return np.ones(len(lobe.kind))
+        return np.ones(len(lobe))
     weighting = "plain" if above == "horizon" else "projected"
     return np.array(
         [

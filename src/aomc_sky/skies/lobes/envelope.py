@@ -19,7 +19,7 @@ wastes most. Then each gets as many bins of equal size as its part of the envelo
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -154,45 +154,30 @@ def lobe_of(component: Component) -> tuple[str, float, float, np.ndarray]:
     return kind, float(stretch[0]), float(stretch[1]), rotation
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class _Cells:
-    """Cells of the plane (b, psi), an entry each."""
+# Cells of the plane (b, psi) are arrays (6, n): least b, growth of b, least a, least psi and growth of psi, both in
+# quarter turns, and the upper bound of the cosine.
 
-    b: np.ndarray  #: Least b.
-    db: np.ndarray  #: Growth of b.
-    a: np.ndarray  #: Least a.
-    psi: np.ndarray  #: Least psi. [quarter turns]
-    dpsi: np.ndarray  #: Growth of psi. [quarter turns]
-    bound: np.ndarray  #: Upper bound of the cosine.
 
-    @classmethod
-    def of(cls, frame: LobeFrame, rows: np.ndarray) -> _Cells:
-        """Cells with their bounds from `rows` (5, n)."""
-        b, db, a, psi, dpsi = rows
-        bound = frame.upper_bound(np.stack([a + db, a]), np.stack([b, b + db]), np.stack([psi, psi + dpsi]))
-        return cls(b=b, db=db, a=a, psi=psi, dpsi=dpsi, bound=bound)
+def _bounded(frame: LobeFrame, rows: np.ndarray) -> np.ndarray:
+    """Cells with their bounds, from their first five rows."""
+    b, db, a, psi, dpsi = rows
+    bound = frame.upper_bound(np.stack([a + db, a]), np.stack([b, b + db]), np.stack([psi, psi + dpsi]))
+    return np.vstack([rows, bound])
 
-    @property
-    def rows(self) -> np.ndarray:
-        """Shape (5, n)."""
-        return np.stack([self.b, self.db, self.a, self.psi, self.dpsi])
 
-    @property
-    def mass(self) -> np.ndarray:
-        """Integral of the envelope over each cell."""
-        return self.db * (self.dpsi / 4.0) * self.bound
+def _mass(cells: np.ndarray) -> np.ndarray:
+    """Integral of the envelope over each cell."""
+    return np.asarray(cells[1] * (cells[4] / 4.0) * cells[5])
 
-    def taken(self, chosen: np.ndarray) -> _Cells:
-        """Chosen cells."""
-        return _Cells(**{f.name: getattr(self, f.name)[chosen] for f in fields(self)})
 
-    def waste(self, frame: LobeFrame) -> np.ndarray:
-        """Envelope less the light, from four points in each cell."""
-        light = np.zeros_like(self.b)
-        for s in (0.211, 0.789):
-            for t in (0.211, 0.789):
-                light += frame.cosine(self.a + (1 - s) * self.db, self.b + s * self.db, self.psi + t * self.dpsi)
-        return self.mass * (1.0 - np.minimum(light / (4.0 * self.bound), 1.0))
+def _waste(frame: LobeFrame, cells: np.ndarray) -> np.ndarray:
+    """Envelope less the light, from four points in each cell."""
+    b, db, a, psi, dpsi, bound = cells
+    light = np.zeros_like(b)
+    for s in (0.211, 0.789):
+        for t in (0.211, 0.789):
+            light += frame.cosine(a + (1 - s) * db, b + s * db, psi + t * dpsi)
+    return _mass(cells) * (1.0 - np.minimum(light / (4.0 * bound), 1.0))
 
 
 def _halves_in_b(rows: np.ndarray) -> np.ndarray:
@@ -207,36 +192,30 @@ def _halves_in_psi(rows: np.ndarray) -> np.ndarray:
     return np.concatenate([[b, db, a, psi, half], [b, db, a, psi + half, half]], axis=1)
 
 
-def _split(frame: LobeFrame, cells: _Cells, waste: np.ndarray) -> _Cells:
+def _split(frame: LobeFrame, cells: np.ndarray, waste: np.ndarray) -> np.ndarray:
     """Halves of cells, cut where the bounds gain more; quarters where neither cut gains much."""
-    rows = cells.rows
-    in_b, in_psi = (_Cells.of(frame, cut(rows)) for cut in (_halves_in_b, _halves_in_psi))
-    gain_b, gain_psi = (cells.mass - part.mass.reshape(2, -1).sum(axis=0) for part in (in_b, in_psi))
+    rows = cells[:5]
+    in_b, in_psi = (_bounded(frame, halves(rows)) for halves in (_halves_in_b, _halves_in_psi))
+    gain_b, gain_psi = (_mass(cells) - _mass(part).reshape(2, -1).sum(axis=0) for part in (in_b, in_psi))
     both = np.maximum(gain_b, gain_psi) < 0.2 * waste
     by_b = ~both & (gain_b >= gain_psi)
     by_psi = ~both & ~by_b
-    parts = [in_b.taken(np.tile(by_b, 2)), in_psi.taken(np.tile(by_psi, 2))]
-    parts.append(_Cells.of(frame, _halves_in_psi(_halves_in_b(rows[:, both]))))
-    return _joined(parts)
+    quarters = _bounded(frame, _halves_in_psi(_halves_in_b(rows[:, both])))
+    return np.concatenate([in_b[:, np.tile(by_b, 2)], in_psi[:, np.tile(by_psi, 2)], quarters], axis=1)
 
 
-def _joined(parts: list[_Cells]) -> _Cells:
-    """The cells of all parts; those without light are dropped."""
-    cells = _Cells(**{f.name: np.concatenate([getattr(p, f.name) for p in parts]) for f in fields(_Cells)})
-    return cells.taken(cells.bound > 0.0)
-
-
-def _refined(frame: LobeFrame) -> _Cells:
-    """Cells that cover all of the lobe that is above the horizon."""
+def _refined(frame: LobeFrame) -> np.ndarray:
+    """Cells that cover all of the lobe that is above the horizon; those without light are dropped."""
     top, ones = frame.largest_share(), np.ones(4)
-    cells = _joined([_Cells.of(frame, np.stack([0 * ones, top * ones, (1 - top) * ones, np.arange(-2.0, 2.0), ones]))])
+    cells = _bounded(frame, np.stack([0 * ones, top * ones, (1 - top) * ones, np.arange(-2.0, 2.0), ones]))
     for _ in range(_MAX_PASSES):
-        waste, total = cells.waste(frame), float(cells.mass.sum())
+        cells = cells[:, cells[5] > 0.0]
+        waste, total = _waste(frame, cells), float(_mass(cells).sum())
         coarse = waste > _WASTE * total / _CELLS_IN_SIGHT
-        if not coarse.any() or waste.sum() < _WASTE * total or cells.b.size > _MAX_CELLS:
+        if not coarse.any() or waste.sum() < _WASTE * total or cells.shape[1] > _MAX_CELLS:
             break
-        cells = _joined([cells.taken(~coarse), _split(frame, cells.taken(coarse), waste[coarse])])
-    return cells
+        cells = np.concatenate([cells[:, ~coarse], _split(frame, cells[:, coarse], waste[coarse])], axis=1)
+    return cells[:, cells[5] > 0.0]
 
 
 def _apportioned(mass: np.ndarray, n: int) -> np.ndarray:
@@ -258,8 +237,9 @@ def envelope_of(frame: LobeFrame) -> tuple[np.ndarray, float]:
     integral over the lobe's projected mass is the mean number of tries.
     """
     cells = _refined(frame)
-    cells = cells.taken(np.lexsort((cells.b, cells.psi)))
-    mass = cells.mass
+    cells = cells[:, np.lexsort((cells[0], cells[3]))]
+    b, db, a, psi, dpsi, _ = cells
+    mass = _mass(cells)
     for bits in _BIN_BITS:
         n = 1 << bits
         if mass.size > n / 2 and bits != _BIN_BITS[-1]:
@@ -269,7 +249,7 @@ def envelope_of(frame: LobeFrame) -> tuple[np.ndarray, float]:
         largest = float((mass / count).max())
         if mass.sum() >= _GOOD_FILL * n * largest:
             break
-    width, centre = cells.db / count, (cells.psi + cells.dpsi / 2) * (np.pi / 2)
-    bound = largest / (width * cells.dpsi / 4)
-    columns = [cells.b, width, cells.a, count, cells.dpsi / 2, np.sin(centre), np.cos(centre), bound]
+    width, centre = db / count, (psi + dpsi / 2) * (np.pi / 2)
+    bound = largest / (width * dpsi / 4)
+    columns = [b, width, a, count, dpsi / 2, np.sin(centre), np.cos(centre), bound]
     return np.stack(columns, axis=1), n * largest

@@ -56,17 +56,10 @@ def mass_above_horizon(
     return law(kind, first, second, n[..., 0], n[..., 1], n[..., 2])
 
 
-def mean_cosine(kind: str, param0: float, param1: float, quaternion: ArrayLike, projected: float) -> float:
-    """Mean cosine of the zenith angle of the photons of one lobe: density times squared cosine over `projected`.
-
-    `projected` is its projected mass, above 0. Relative accuracy 1e-9.
-    """
-    first, second = checked(kind, param0, param1)
-    n = vertical_in_local(quaternion)
-    if kind == "hg":
-        return _hg_projected(float(first), float(n[2]), 2) / projected
-    nx, ny, nz = (float(x) for x in n)
-    return _vndf_projected(kind, float(first), float(second), nx, ny, nz, 2) / projected
+def projected_mass(kind: str, first: float, second: float, vertical: np.ndarray, power: int = 1) -> float:
+    """Integral of one lobe's density times a power of the cosine of the zenith angle; `vertical` in its local frame."""
+    nx, ny, nz = (float(x) for x in vertical)
+    return _hg_projected(first, nz, power) if kind == "hg" else _vndf_projected(kind, first, second, nx, ny, nz, power)
 
 
 def _ggx_plain(nz: np.ndarray, k: np.ndarray) -> np.ndarray:

@@ -10,8 +10,8 @@ import numpy as np
 
 from aomc_sky.component import CellLaw, Component
 from aomc_sky.skies.lobes.envelope import lobe_of
-from aomc_sky.skies.lobes.horizon import mass_above_horizon
-from aomc_sky.skies.lobes.lobe import quaternion_of
+from aomc_sky.skies.lobes.horizon import projected_mass
+from aomc_sky.skies.lobes.lobe import axis_deg
 from aomc_sky.skies.lobes.patches import TiltedLobe, patch_shares
 from aomc_sky.skies.lobes.tables import LobeTables
 
@@ -28,20 +28,16 @@ def _width_rad(component: Component) -> float:
 def _axis_deg(component: Component) -> tuple[float, float, float]:
     """Direction of the axis, and twice the angle that holds half of a lobe, of the narrower way where it has two."""
     kind, first, second, rotation = lobe_of(component)
-    x, y, z = rotation[:, 2].tolist()
     if kind == "hg":
         half = 2.0 * math.asin((1.0 - first) * math.sqrt(2.0 + first) / 2.0)
     else:
         half = math.atan(min(first, second) * (1.0 if kind == "ggx" else math.sqrt(math.log(2.0))))
-    zenith, azimuth = math.degrees(math.atan2(math.hypot(x, y), z)), math.degrees(math.atan2(y, x)) % 360.0
-    return zenith, azimuth, 2.0 * math.degrees(half)
+    return *axis_deg(rotation), 2.0 * math.degrees(half)
 
 
 def _radiance(component: Component) -> Callable[[float, np.ndarray, np.ndarray], np.ndarray]:
     kind, first, second, rotation = lobe_of(component)
-    per_irradiance = 1.0 / float(
-        mass_above_horizon(kind, first, second, quaternion_of(rotation), weighting="projected")
-    )
+    per_irradiance = 1.0 / projected_mass(kind, first, second, rotation[2])
     return partial(_radiance_at, kind, first, second, tuple(map(tuple, rotation.T.tolist())), per_irradiance)
 
 

@@ -6,6 +6,8 @@ seen along the axis: n cos(theta) integrates to 1, so the lobes are densities ov
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -42,10 +44,6 @@ def _scaled(vector: np.ndarray, n: int, has_n: str, is_finite: str) -> np.ndarra
     if not np.all(np.isfinite(vector)) or np.any(largest == 0.0):
         raise SceneError(is_finite)
     return np.ldexp(vector, -np.frexp(largest)[1])
-
-
-def _scaled_direction(m: ArrayLike) -> np.ndarray:
-    return _scaled(real(m), 3, "directions have three components", "directions must be finite and not zero")
 
 
 def one_minus_mu(m: np.ndarray) -> np.ndarray:
@@ -86,7 +84,7 @@ def pdf(kind: str, param0: ArrayLike, param1: ArrayLike, m: ArrayLike) -> np.nda
     0.079577
     """
     first, second = checked(kind, param0, param1)
-    vector = _scaled_direction(m)
+    vector = _scaled(real(m), 3, "directions have three components", "directions must be finite and not zero")
     shape_of((first, second, vector[..., 0]))
     with np.errstate(under="ignore", over="ignore"):
         if kind == "hg":
@@ -204,21 +202,10 @@ def rotation_matrix(quaternion: ArrayLike) -> np.ndarray:
     return np.stack([np.stack([element / length2 for element in row], axis=-1) for row in rows], axis=-2)
 
 
-def quaternion_of(matrix: np.ndarray) -> np.ndarray:
-    """Quaternion of a rotation from local to world: the inverse of `rotation_matrix`, largest component positive.
-
-    4 w^2, 4 x^2, 4 y^2 and 4 z^2 are 1 plus the signed sums of the diagonal; the other elements give the products. The
-    largest component divides them, so nothing cancels [shepperd1978].
-    """
-    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = matrix.tolist()
-    w2, x2, y2, z2 = 1 + xx + yy + zz, 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz
-    rows = (
-        (w2, zy - yz, xz - zx, yx - xy),
-        (zy - yz, x2, yx + xy, xz + zx),
-        (xz - zx, yx + xy, y2, zy + yz),
-        (yx - xy, xz + zx, zy + yz, z2),
-    )
-    return normalised(rows[int(np.argmax((w2, x2, y2, z2)))])
+def axis_deg(rotation: np.ndarray) -> tuple[float, float]:
+    """Zenith angle and azimuth of the axis of a rotation. [deg; azimuth from +x towards +y, 0 to below 360]"""
+    x, y, z = rotation[:, 2].tolist()
+    return math.degrees(math.atan2(math.hypot(x, y), z)), math.degrees(math.atan2(y, x)) % 360.0
 
 
 def vertical_in_local(quaternion: ArrayLike) -> np.ndarray:

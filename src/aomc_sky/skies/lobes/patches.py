@@ -18,7 +18,7 @@ from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.elementary import HALF_PI, arc, exp_level, half_sine2, sin_cos
 from aomc_sky.skies.lobes.envelope import lobe_of
-from aomc_sky.skies.lobes.lobe import checked, quaternion_of, rotation_matrix
+from aomc_sky.skies.lobes.lobe import checked, rotation_matrix
 from aomc_sky.skies.quadrature import Light, Rule, Terms
 
 _N_CACHED = 64
@@ -61,11 +61,10 @@ def patch_mass(
     if first.ndim or second.ndim or np.ndim(quaternion) != 1:
         raise UsageError("patch masses are computed for one lobe: give two numbers and one quaternion")
     lobe = TiltedLobe(kind=kind, param0=float(first), param1=float(second), rotation=rotation_matrix(quaternion))
-    zenith, azimuth = grid.zenith_bounds_deg, grid.azimuth_bounds_deg
+    azimuth = grid.azimuth_bounds_deg
     if azimuth.max() - azimuth.min() > 360.0 * (1 + 1e-12):
         raise SceneError("the columns of a grid must lie within one turn")
-    mass = lobe.rule(weighting).integrate(zenith / 90.0, azimuth / 90.0).masses(grid.n_patches)
-    return np.maximum(mass, 0.0) * (HALF_PI * HALF_PI)
+    return lobe.patch_mass(grid, weighting)
 
 
 def patch_shares(component: Component, grid: PatchGrid) -> np.ndarray:
@@ -81,8 +80,8 @@ def _share(kind: str, first: float, second: float, rotation: bytes, zenith: byte
     grid = PatchGrid(
         zenith_bounds_deg=np.frombuffer(zenith).reshape(-1, 2), azimuth_bounds_deg=np.frombuffer(azimuth).reshape(-1, 2)
     )
-    quaternion = quaternion_of(np.frombuffer(rotation).reshape(3, 3))
-    mass = patch_mass(kind, first, second, quaternion, grid, weighting="projected")
+    lobe = TiltedLobe(kind=kind, param0=first, param1=second, rotation=np.frombuffer(rotation).reshape(3, 3))
+    mass = lobe.patch_mass(grid, "projected")
     share: np.ndarray = mass / mass.sum()
     share.flags.writeable = False
     return share
@@ -109,6 +108,12 @@ class TiltedLobe:
             return min(1.0 - self.param0, 0.5)
         low, high = sorted(self.stretch)
         return min(low, 1.0 / high, low / high, 0.5)
+
+    def patch_mass(self, grid: PatchGrid, weighting: str) -> np.ndarray:
+        """The function `patch_mass` of this lobe."""
+        rule = self.rule(weighting)
+        mass = rule.integrate(grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0).masses(grid.n_patches)
+        return np.maximum(mass, 0.0) * (HALF_PI * HALF_PI)
 
     def rule(self, weighting: str) -> Rule:
         """How its density, or that times the cosine of the zenith angle, is integrated."""

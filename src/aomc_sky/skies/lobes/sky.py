@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,7 +13,7 @@ from aomc_sky.component import Component
 from aomc_sky.errors import SceneError
 from aomc_sky.phase.vectorised import real
 from aomc_sky.skies.lobes.envelope import LAWS, LobeFrame, envelope_of
-from aomc_sky.skies.lobes.horizon import mass_above_horizon, mean_cosine
+from aomc_sky.skies.lobes.horizon import mass_above_horizon, projected_mass
 from aomc_sky.skies.lobes.lobe import checked, pdf, to_local, vertical_in_local
 from aomc_sky.skies.model import Share, check_share, with_share
 
@@ -85,6 +85,10 @@ class WeightedLobe:
         row: np.ndarray = spectra_at(wavelength_nm, self.wavelength_nm, self.spectrum[None])[0]
         return row
 
+    def share(self, weighting: str) -> float:
+        """Share of the lobe above the horizon, "plain", or on a horizontal plane, "projected". [0 to 1]"""
+        return float(mass_above_horizon(self.kind, self.param0, self.param1, self.quaternion, weighting=weighting))
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class LobeSky(Share):
@@ -125,29 +129,34 @@ class LobeSky(Share):
 
     def irradiance(self, wavelength_nm: ArrayLike) -> np.ndarray:
         """Spectral irradiance of all lobes, over the whole sphere, as `WeightedLobe.irradiance`. [W m-2 nm-1]"""
-        total = np.zeros(np.shape(wavelength_nm))
-        for lobe in self.lobes:
-            total = total + lobe.irradiance(wavelength_nm)
-        return total
+        return sum((lobe.irradiance(wavelength_nm) for lobe in self.lobes), np.zeros(np.shape(wavelength_nm)))
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """Components with the exact flux law, in absolute units, a row for each wavelength.
 
         One for each lobe of which light reaches a horizontal plane, called as the lobe; letters that a table or netCDF
-        cannot hold are replaced. SceneError: a wavelength is outside the spectra.
+        cannot hold are replaced. Its `strength` is the irradiance of the plane, `below_horizon` the share of the lobe
+        below the horizon. Lobes with a projected share below `LEAST_MASS` are left out. About 10 ms a lobe; equal lobes
+        share the work. SceneError: a wavelength is outside the spectra.
         """
-        if not self.lobes:
-            return ()
+        names = [plain_name(lobe.name) for lobe in self.lobes]
+        if len(set(names)) < len(names):
+            raise SceneError(f"the names of lobes must differ, got {names}")
         wavelength = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
-        components = lobe_components(
-            names=[plain_name(lobe.name) for lobe in self.lobes],
-            kinds=[lobe.kind for lobe in self.lobes],
-            param0=[lobe.param0 for lobe in self.lobes],
-            param1=[lobe.param1 for lobe in self.lobes],
-            quaternion=[lobe.quaternion for lobe in self.lobes],
-            irradiance=[lobe.irradiance(wavelength) for lobe in self.lobes],
-        )
-        return with_share(self, components)
+        known: dict[tuple[Any, ...], Component | None] = {}
+        parts = []
+        for name, lobe in zip(names, self.lobes, strict=True):
+            light = lobe.irradiance(wavelength)
+            if not light.max(initial=0.0) > 0.0:
+                continue
+            shape = lobe.kind, lobe.param0, lobe.param1, lobe.quaternion.tobytes()
+            if shape not in known:
+                known[shape] = _unit_lobe(lobe)
+            unit = known[shape]
+            if unit is not None:
+                plane = light * unit.strength[0]
+                parts.append(replace(unit, name=name, strength=plane, irradiance_W_m2_nm=plane))
+        return with_share(self, tuple(parts))
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
         """Radiance of the sky: the sum over the lobes of irradiance times density. [W m-2 sr-1 nm-1]
@@ -164,55 +173,14 @@ class LobeSky(Share):
         return total
 
 
-def lobe_components(
-    *,
-    names: Sequence[str],
-    kinds: Sequence[str],
-    param0: ArrayLike,
-    param1: ArrayLike,
-    quaternion: ArrayLike,
-    irradiance: ArrayLike,
-) -> tuple[Component, ...]:
-    """Components whose photons have exactly the flux law of lobes: density times cosine.
-
-    The `irradiance` (n_lobe, n_wl) of each lobe is over the whole sphere [W m-2 nm-1, >= 0]. Each lobe with light above
-    the horizon has one component, in their order. Its `strength` is the irradiance of the horizontal plane,
-    `below_horizon` the share of the lobe below the horizon. Lobes with a projected share below `LEAST_MASS` are left
-    out. About 10 ms a lobe; equal lobes share the work.
-    """
-    light = np.asarray(irradiance, dtype=np.float64)
-    shapes = [np.asarray(x, dtype=np.float64) for x in (param0, param1, quaternion)]
-    n = len(names)
-    if light.ndim != 2 or {len(kinds), len(light), *(len(np.atleast_1d(x)) for x in shapes)} != {n}:
-        raise SceneError("every lobe needs a name, a kind, two parameters, a quaternion and a row of irradiances")
-    if len(set(names)) != n:
-        raise SceneError(f"the names of lobes must differ, got {list(names)}")
-    if not np.all((light >= 0.0) & (light < np.inf)):
-        raise SceneError("the irradiance of a lobe must be finite and not negative")
-    known: dict[bytes, Component | None] = {}
-    parts = []
-    for name, kind, first, second, turn, row in zip(names, kinds, *shapes, light, strict=True):
-        if not row.max(initial=0.0) > 0.0:
-            continue
-        key = kind.encode() + np.concatenate([[first, second], turn]).tobytes()
-        if key not in known:
-            known[key] = _unit_lobe(kind, float(first), float(second), turn)
-        unit = known[key]
-        if unit is not None:
-            plane = row * unit.strength[0]
-            parts.append(replace(unit, name=name, strength=plane, irradiance_W_m2_nm=plane))
-    return tuple(parts)
-
-
-def _unit_lobe(kind: str, param0: float, param1: float, quaternion: np.ndarray) -> Component | None:
+def _unit_lobe(lobe: WeightedLobe) -> Component | None:
     """The component of a lobe with the irradiance 1 over the sphere, or None if all of it lies below the horizon."""
-    projected, above = (
-        float(mass_above_horizon(kind, param0, param1, quaternion, weighting=w)) for w in ("projected", "plain")
-    )
+    projected, above = lobe.share("projected"), lobe.share("plain")
     if not projected > LEAST_MASS:
         return None
-    frame = LobeFrame.of(kind, param0, param1, quaternion)
-    mean = mean_cosine(kind, param0, param1, quaternion, projected)
+    kind, param0, param1 = lobe.kind, float(lobe.param0), float(lobe.param1)
+    frame = LobeFrame.of(kind, param0, param1, lobe.quaternion)
+    mean = projected_mass(kind, param0, param1, vertical_in_local(lobe.quaternion), power=2) / projected
     cells, _ = envelope_of(frame)
     return Component(
         name=kind,

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import sin_cos_deg
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import SceneError, require_one_of
 from aomc_sky.kernels.arithmetic.elementary import LN2_HI, LN2_LO, exp_reduced
 from aomc_sky.kernels.arithmetic.error_free import two_product, two_sum
 from aomc_sky.skies.perez.irradiances import (
@@ -18,7 +18,6 @@ from aomc_sky.skies.perez.irradiances import (
     checked_extraterrestrial,
     checked_irradiance,
     checked_sun,
-    closed_irradiances,
 )
 from aomc_sky.skies.perez.table import EPSILON_EDGES, TEN_THOUSANDTHS
 
@@ -76,8 +75,7 @@ def relative_air_mass(sun_zenith_rad: ArrayLike, *, formula: str = "kasten-young
     >>> print(sky.perez.relative_air_mass(np.radians([0.0, 60.0, 90.0])).round(3))
     [ 1.     1.994 37.92 ]
     """
-    if formula not in _AIR_MASS:
-        raise UsageError(f"air_mass must be one of {', '.join(map(repr, _AIR_MASS))}, got {formula!r}")
+    require_one_of(_AIR_MASS, formula, "air_mass")
     offset, reach, exponent = _AIR_MASS[formula]
     zenith = np.asarray(sun_zenith_rad, dtype=np.float64)
     degrees = np.rad2deg(zenith)
@@ -118,63 +116,6 @@ def sky_brightness(
     return mass * checked_irradiance("dhi", dhi) / extraterrestrial
 
 
-def diffuse_from_global(ghi: ArrayLike, dni: ArrayLike, sun_zenith_rad: ArrayLike) -> np.ndarray:
-    """Diffuse horizontal irradiance that closes ghi = dhi + dni cos Z; rounding below zero gives 0. [W m-2]
-
-    Accuracy: 3 ulp of the larger of ghi and dni cos Z, which under a clear sky is a large multiple of dhi. SceneError:
-    dni cos Z exceeds ghi by more than rounding, or dhi exceeds what a sky can give under this sun.
-
-    Parameters
-    ----------
-    ghi, dni : array_like
-        Global horizontal and direct normal irradiance. [W m-2, 0 or more; -5 to 0 counts as 0]
-    sun_zenith_rad : array_like
-        Zenith angle of the sun. [rad, 0 to pi/2]
-
-    Examples
-    --------
-    >>> print(sky.perez.diffuse_from_global(780.0, 850.0, np.radians(40.0)).round(2))
-    128.86
-    """
-    return closed_irradiances(ghi=ghi, dni=dni, sun_zenith_deg=np.rad2deg(checked_sun(sun_zenith_rad)))[1]
-
-
-def direct_from_global(
-    ghi: ArrayLike,
-    dhi: ArrayLike,
-    sun_zenith_rad: ArrayLike,
-    *,
-    extraterrestrial_normal: ArrayLike = EXTRATERRESTRIAL_NORMAL,
-) -> np.ndarray:
-    """Direct normal irradiance that closes ghi = dhi + dni cos Z. [W m-2]
-
-    It is 0 where dhi exceeds ghi by at most 5 % (10 % beyond Z = 75 degrees). Accuracy: 4 ulp, and 2e-16 / cos Z from
-    the angle in radians. Errors of ghi and dhi are divided by cos Z: 1 W m-2 becomes 11 at Z = 85 and 57 at 89 degrees.
-    SceneError: dhi exceeds ghi by more, the beam or dhi exceeds its limit [long2008], or the sun is not above the
-    horizon.
-
-    Parameters
-    ----------
-    ghi, dhi : array_like
-        Global and diffuse horizontal irradiance. [W m-2, 0 or more; -5 to 0 counts as 0]
-    sun_zenith_rad : array_like
-        Zenith angle of the sun. [rad, 0 to below pi/2]
-    extraterrestrial_normal : array_like
-        Irradiance on a plane that faces the sun outside the atmosphere, on that day. [W m-2]
-
-    Examples
-    --------
-    >>> print(sky.perez.direct_from_global(780.0, 140.0, np.radians(40.0)).round(2))
-    835.46
-    """
-    return closed_irradiances(
-        ghi=ghi,
-        dhi=dhi,
-        sun_zenith_deg=np.rad2deg(checked_sun(sun_zenith_rad)),
-        extraterrestrial_normal=extraterrestrial_normal,
-    )[0]
-
-
 def epsilon_bin(epsilon: ArrayLike) -> np.ndarray:
     """Row of Table 1 for a sky clearness, 0 to 7. A lower edge belongs to its bin, values below 1 to the first.
 
@@ -208,8 +149,7 @@ def limited(epsilon: ArrayLike, delta: ArrayLike, *, limits: str = "radiance") -
     >>> print(epsilon, delta)
     12.01 0.01
     """
-    if limits not in LIMITS:
-        raise UsageError(f"limits must be one of {', '.join(map(repr, LIMITS))}, got {limits!r}")
+    require_one_of(LIMITS, limits, "limits")
     arrays = (np.asarray(epsilon, dtype=np.float64), np.asarray(delta, dtype=np.float64))
     clearness, brightness = np.broadcast_arrays(*arrays)
     if np.any((brightness < 0) | np.isinf(brightness)):

@@ -14,8 +14,6 @@ from numpy.typing import ArrayLike
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.perez.coefficients import (
     coefficients,
-    diffuse_from_global,
-    direct_from_global,
     epsilon_bin,
     limited,
     relative_air_mass,
@@ -26,15 +24,12 @@ from aomc_sky.skies.perez.irradiances import checked_sun
 
 __all__ = [
     "coefficients",
-    "diffuse_from_global",
-    "direct_from_global",
     "epsilon_bin",
     "horizontal_integral",
     "limited",
     "luminance",
     "relative_air_mass",
     "relative_radiance",
-    "relative_radiance_log",
     "sky_brightness",
     "sky_clearness",
 ]
@@ -50,9 +45,9 @@ def relative_radiance(
     """Relative radiance f of eq. (1): [1 + a exp(b / cos xi)] [1 + c exp(d gamma) + e cos^2 gamma].
 
     It is neither normalised nor clipped: some coefficients give negative values. At the horizon the limit of the first
-    factor is 1 for b < 0, 1 + a for b = 0 and infinite for b > 0. Values beyond the largest float64 are infinite;
-    `relative_radiance_log` has their logarithm. Accuracy: 1e-15 (1 + |b| / cos^2 xi) of the product of the factors'
-    sums of magnitudes, also beside the sun. SceneError: an angle is outside its range.
+    factor is 1 for b < 0, 1 + a for b = 0 and infinite for b > 0. Values beyond the largest float64 are infinite.
+    Accuracy: 1e-15 (1 + |b| / cos^2 xi) of the product of the factors' sums of magnitudes, also beside the sun.
+    SceneError: an angle is outside its range.
 
     Parameters
     ----------
@@ -76,30 +71,14 @@ def relative_radiance(
     """
     a, x, c, y, rest = _factors(sky_zenith_rad, azimuth_from_sun_rad, sun_zenith_rad, coefficients)
     with np.errstate(over="ignore", invalid="ignore"):
-        value = (1.0 + a * np.exp(x)) * (rest + c * np.exp(y))
-        if np.all(np.isfinite(value)):
-            return value
-        sign, log = _sign_and_log(a, x, c, y, rest)
-        return np.where(np.isfinite(value), value, sign * np.exp(log))
+        return _product(1.0 + _product(a, np.exp(x)), rest + _product(c, np.exp(y)))
 
 
-def relative_radiance_log(
-    sky_zenith_rad: ArrayLike, azimuth_from_sun_rad: ArrayLike, sun_zenith_rad: ArrayLike, coefficients: ArrayLike
-) -> tuple[np.ndarray, np.ndarray]:
-    """Sign and natural logarithm of the magnitude of f, for b > 0, where f itself may overflow.
-
-    Arguments as for `relative_radiance`. The logarithm is -inf where f = 0, and inf only at the horizon itself.
-
-    Examples
-    --------
-    >>> sign, log_magnitude = sky.perez.relative_radiance_log(
-    ...     1.57, 0.0, 0.8, [1.0, 5.0, 0.0, 0.0, 0.0]
-    ... )
-    >>> print(sign, log_magnitude.round(2))
-    1.0 6278.83
-    """
-    with np.errstate(over="ignore", invalid="ignore"):
-        return _sign_and_log(*_factors(sky_zenith_rad, azimuth_from_sun_rad, sun_zenith_rad, coefficients))
+def _product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Product in which 0 times infinity is 0."""
+    is_zero = ((a == 0) & np.isinf(b)) | ((b == 0) & np.isinf(a))
+    value: np.ndarray = np.where(is_zero, 0.0, a * b)[()]
+    return value
 
 
 def _factors(
@@ -127,24 +106,6 @@ def _angle_to_sun(zenith: np.ndarray, azimuth: np.ndarray, sun: np.ndarray) -> n
     half_sine2 = np.sin((zenith - sun) / 2) ** 2 + product * np.sin(azimuth / 2) ** 2
     half_cosine2 = np.cos((zenith + sun) / 2) ** 2 + product * np.cos(azimuth / 2) ** 2
     return 2.0 * np.arctan2(np.sqrt(half_sine2), np.sqrt(half_cosine2))
-
-
-def _sign_and_log(
-    a: np.ndarray, x: np.ndarray, c: np.ndarray, y: np.ndarray, rest: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    sign_1, log_1 = _factor_log(a, x, np.ones(()))
-    sign_2, log_2 = _factor_log(c, y, rest)
-    sign = sign_1 * sign_2
-    return sign, np.where(sign == 0, -np.inf, log_1 + log_2)
-
-
-def _factor_log(scale: np.ndarray, exponent: np.ndarray, rest: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Sign and logarithm of rest + scale exp(exponent); `rest` is of order 1."""
-    with np.errstate(divide="ignore"):
-        value = np.where(scale == 0, rest, rest + scale * np.exp(exponent))
-        large = (exponent > 600.0) & (scale != 0)
-        log = np.where(large, np.log(np.abs(scale)) + exponent, np.log(np.abs(value)))
-    return np.where(large, np.sign(scale), np.sign(value)), log
 
 
 def luminance(

@@ -63,61 +63,42 @@ def checked_extraterrestrial(value: ArrayLike) -> np.ndarray:
 
 def closed_irradiances(
     *,
-    ghi: ArrayLike | None = None,
-    dni: ArrayLike | None = None,
-    dhi: ArrayLike | None = None,
-    sun_zenith_deg: ArrayLike,
-    extraterrestrial_normal: ArrayLike = EXTRATERRESTRIAL_NORMAL,
-) -> tuple[np.ndarray, np.ndarray]:
+    ghi: float | None = None,
+    dni: float | None = None,
+    dhi: float | None = None,
+    sun_zenith_deg: float,
+    extraterrestrial_normal: float = EXTRATERRESTRIAL_NORMAL,
+) -> tuple[float, float]:
     """Direct normal and diffuse horizontal irradiance from two of the three; three are checked, dni and dhi count.
 
-    NaN comes out only where NaN went in. For the numbers given, DNI is within 4 ulp, DHI within 3 ulp of the larger of
-    GHI and DNI cos Z. An error u of the inputs grows: u(DNI)^2 = (u(GHI)^2 + u(DHI)^2) / cos^2 Z + (DNI tan Z u(Z))^2.
-    An error of 1 W m-2 becomes 11 at Z = 85 and 57 at 89 degrees. For DHI, u(DHI)^2 = u(GHI)^2 + cos^2 Z u(DNI)^2 +
-    (DNI sin Z u(Z))^2. Under a clear sky this error is a large part of DHI.
+    For the numbers given, DNI is within 4 ulp, DHI within 3 ulp of the larger of GHI and DNI cos Z. An error u of the
+    inputs grows: u(DNI)^2 = (u(GHI)^2 + u(DHI)^2) / cos^2 Z + (DNI tan Z u(Z))^2. An error of 1 W m-2 becomes 11 at Z =
+    85 and 57 at 89 degrees. For DHI, u(DHI)^2 = u(GHI)^2 + cos^2 Z u(DNI)^2 + (DNI sin Z u(Z))^2. Under a clear sky
+    this error is a large part of DHI.
 
     SceneError: an irradiance is below -5 W m-2 or infinite; DNI is asked for of a sun below the horizon; DHI or DNI cos
     Z is above GHI; DNI or DHI is above its limit for the extraterrestrial irradiance; three values do not agree.
     """
-    zenith = np.asarray(sun_zenith_deg, dtype=np.float64)
-    cosine = sin_cos_deg(zenith)[1]
-    extraterrestrial = checked_extraterrestrial(extraterrestrial_normal)
-    names = [name for name, value in (("ghi", ghi), ("dni", dni), ("dhi", dhi)) if value is not None]
-    if len(names) < 2:
-        raise UsageError(f"two of ghi, dni and dhi make a sky, got {names[0] if names else 'none'}")
-    if dhi is None:
-        assert ghi is not None
-        assert dni is not None
-        direct = checked_irradiance("dni", dni)
-        diffuse = _diffuse(checked_irradiance("ghi", ghi), direct, zenith, cosine)
-    else:
-        diffuse = checked_irradiance("dhi", dhi)
-        if dni is None:
-            assert ghi is not None
-            direct = _direct(checked_irradiance("ghi", ghi), diffuse, zenith, cosine, extraterrestrial)
-        else:
-            direct = checked_irradiance("dni", dni)
-            if ghi is not None:
-                _check_sum(checked_irradiance("ghi", ghi), direct, diffuse, zenith, cosine)
-    check_diffuse(diffuse, zenith, extraterrestrial)
-    return direct, diffuse
-
-
-def check_diffuse(
-    dhi: ArrayLike, sun_zenith_deg: ArrayLike, extraterrestrial_normal: ArrayLike = EXTRATERRESTRIAL_NORMAL
-) -> None:
-    """Refuse more diffuse light than 0.95 E0 cos^1.2 Z + 100 W m-2, which 13 291 real hours do not reach."""
+    zenith, cosine = float(sun_zenith_deg), float(sin_cos_deg(sun_zenith_deg)[1])
+    outside = float(checked_extraterrestrial(extraterrestrial_normal))
+    given = (("ghi", ghi), ("dni", dni), ("dhi", dhi))
+    known = {name: float(checked_irradiance(name, value)) for name, value in given if value is not None}
+    if len(known) < 2:
+        raise UsageError(f"two of ghi, dni and dhi make a sky, got {next(iter(known), 'none')}")
+    if "dhi" not in known:
+        known["dhi"] = _diffuse(known["ghi"], known["dni"], zenith, cosine)
+    elif "dni" not in known:
+        known["dni"] = _direct(known["ghi"], known["dhi"], zenith, cosine, outside)
+    elif "ghi" in known:
+        _check_sum(known["ghi"], known["dni"], known["dhi"], zenith, cosine)
     factor, power, least = DIFFUSE_LIMIT
-    zenith = np.asarray(sun_zenith_deg, dtype=np.float64)
-    outside = np.asarray(extraterrestrial_normal, dtype=np.float64)
-    limit = factor * outside * np.maximum(sin_cos_deg(zenith)[1], 0.0) ** power + least
-    bad = np.asarray(dhi) > limit
-    if np.any(bad):
-        value, most, sun, solar = _first(bad, dhi, limit, zenith, outside)
+    most = factor * outside * max(cosine, 0.0) ** power + least
+    if known["dhi"] > most:  # which none of 13 291 real hours has
         raise SceneError(
-            f"dhi {value:g} W m-2 is more than any sky gives with the sun at a zenith angle of {sun:.6g} degrees, "
-            f"{most:.4g} W m-2 for {solar:g} outside the atmosphere; check dhi, and the time with its zone"
+            f"dhi {known['dhi']:g} W m-2 is more than any sky gives with the sun at a zenith angle of {zenith:.6g} "
+            f"degrees, {most:.4g} W m-2 for {outside:g} outside the atmosphere; check dhi, and the time with its zone"
         )
+    return known["dni"], known["dhi"]
 
 
 def dhi_exceeds_ghi(ghi: float | None, dni: float | None, dhi: float | None) -> str:
@@ -127,67 +108,48 @@ def dhi_exceeds_ghi(ghi: float | None, dni: float | None, dhi: float | None) -> 
     return f"dhi {dhi:g} exceeds ghi {ghi:g} W m-2 by no more than instruments differ; dni counts as 0"
 
 
-def _direct(
-    ghi: np.ndarray, dhi: np.ndarray, zenith: np.ndarray, cosine: np.ndarray, extraterrestrial: np.ndarray
-) -> np.ndarray:
-    low = ~((zenith >= 0) & (cosine > 0)) & ~np.isnan(zenith)
-    if np.any(low):
-        (sun,) = _first(low, zenith)
+def _direct(ghi: float, dhi: float, zenith: float, cosine: float, outside: float) -> float:
+    if not (zenith >= 0 and cosine > 0):
         raise SceneError(
-            f"ghi and dhi say nothing of the beam of a sun below the horizon: its zenith angle is {sun:g} degrees; "
+            f"ghi and dhi say nothing of the beam of a sun below the horizon: its zenith angle is {zenith:g} degrees; "
             "check the time and its zone"
         )
     beam = ghi - dhi
-    bad = beam < -_of_sun(DIFFUSE_TOLERANCE, zenith) * np.maximum(ghi, LEAST_SUM)
-    if np.any(bad):
-        total, diffuse = _first(bad, ghi, dhi)
+    if beam < -_of_sun(DIFFUSE_TOLERANCE, zenith) * max(ghi, LEAST_SUM):
         raise SceneError(
-            f"dhi {diffuse:g} W m-2 is more than ghi {total:g}, so that dni would be negative; give ghi and dhi of the "
+            f"dhi {dhi:g} W m-2 is more than ghi {ghi:g}, so that dni would be negative; give ghi and dhi of the "
             "same moment: ghi is the light of sun and sky together"
         )
-    with np.errstate(over="ignore"):
-        direct = np.maximum(beam, 0.0) / cosine
-    bad = direct > BEAM_TOLERANCE * extraterrestrial
-    if np.any(bad):
-        total, diffuse, value, sun, outside = _first(bad, ghi, dhi, direct, zenith, extraterrestrial)
+    direct = max(beam, 0.0) / cosine
+    if direct > BEAM_TOLERANCE * outside:
         raise SceneError(
-            f"ghi {total:g} less dhi {diffuse:g} W m-2 is a beam of {value:.4g} W m-2 with the sun at a zenith angle "
-            f"of {sun:.6g} degrees, and outside the atmosphere it has {outside:g}; check the time, or give dni and dhi"
+            f"ghi {ghi:g} less dhi {dhi:g} W m-2 is a beam of {direct:.4g} W m-2 with the sun at a zenith angle "
+            f"of {zenith:.6g} degrees, and outside the atmosphere it has {outside:g}; check the time, or give dni and "
+            "dhi"
         )
     return direct
 
 
-def _diffuse(ghi: np.ndarray, dni: np.ndarray, zenith: np.ndarray, cosine: np.ndarray) -> np.ndarray:
+def _diffuse(ghi: float, dni: float, zenith: float, cosine: float) -> float:
     beam = dni * cosine
     diffuse = ghi - beam
-    bad = diffuse < -1e-9 * beam
-    if np.any(bad):
-        total, direct, part, sun = _first(bad, ghi, dni, beam, zenith)
+    if diffuse < -1e-9 * beam:
         raise SceneError(
-            f"dni cos Z is {part:g} W m-2 (dni {direct:g}, the sun at a zenith angle of {sun:.6g} degrees) and exceeds "
-            f"ghi {total:g}, so nothing is left for the sky; give ghi and dni of the same moment"
+            f"dni cos Z is {beam:g} W m-2 (dni {dni:g}, the sun at a zenith angle of {zenith:.6g} degrees) and exceeds "
+            f"ghi {ghi:g}, so nothing is left for the sky; give ghi and dni of the same moment"
         )
-    return np.maximum(diffuse, 0.0)
+    return max(diffuse, 0.0)
 
 
-def _check_sum(ghi: np.ndarray, dni: np.ndarray, dhi: np.ndarray, zenith: np.ndarray, cosine: np.ndarray) -> None:
-    total = dhi + dni * cosine
-    tolerance = _of_sun(SUM_TOLERANCE, zenith)
-    bad = np.abs(ghi - total) > tolerance * np.maximum(total, LEAST_SUM)
-    if np.any(bad):
-        given, direct, diffuse, part, sun, share = _first(bad, ghi, dni, dhi, total, zenith, tolerance)
+def _check_sum(ghi: float, dni: float, dhi: float, zenith: float, cosine: float) -> None:
+    total, share = dhi + dni * cosine, _of_sun(SUM_TOLERANCE, zenith)
+    if abs(ghi - total) > share * max(total, LEAST_SUM):
         raise SceneError(
-            f"ghi {given:g} is not dhi {diffuse:g} + dni {direct:g} cos Z = {part:.4g} W m-2 with the sun at a zenith "
-            f"angle of {sun:.6g} degrees; good instruments agree to {100 * share:.0f} % "
+            f"ghi {ghi:g} is not dhi {dhi:g} + dni {dni:g} cos Z = {total:.4g} W m-2 with the sun at a zenith "
+            f"angle of {zenith:.6g} degrees; good instruments agree to {100 * share:.0f} % "
             f"({share * LEAST_SUM:g} W m-2 in weak light); leave out the one that is wrong"
         )
 
 
-def _of_sun(pair: tuple[float, float], zenith: np.ndarray) -> np.ndarray:
-    return np.where(zenith < LOW_SUN_DEG, *pair)
-
-
-def _first(bad: np.ndarray, *values: ArrayLike) -> list[float]:
-    """The values at the first place where something is bad, for its message."""
-    bad, *arrays = np.broadcast_arrays(bad, *values)
-    return [float(array[bad][0]) for array in arrays]
+def _of_sun(pair: tuple[float, float], zenith: float) -> float:
+    return pair[0] if zenith < LOW_SUN_DEG else pair[1]

@@ -41,9 +41,8 @@ def patch_moments(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray) 
     x, y = zenith - numbers[5], azimuth - numbers[6]
     index = np.zeros((len(zenith), len(azimuth)), dtype=np.int64)
     nodes, weights, _ = POINTS[4]
-    values = at_points(
-        _rule_of(numbers, np.zeros(0)).values, 4, (x[:, :1], x[:, 1:], y[None, :, 0], y[None, :, 1]), index
-    )
+    rule = _rule_of(numbers, np.zeros(0))
+    values = at_points(rule.values_of(rule.light), 4, (x[:, :1], x[:, 1:], y[None, :, 0], y[None, :, 1]), index)
     lines = weighted_sum(np.swapaxes(values, 0, 1), weights)
     mu = sin_cos(zenith[:, :1] + (zenith[:, 1:] - zenith[:, :1]) * nodes)[1].T[:, :, None]
     flux, with_mu, without_mu = (weighted_sum(part, weights) for part in (lines, lines * mu, lines / mu))

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
-from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
+from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError, require_one_of
 from aomc_sky.grid import PatchGrid
 from aomc_sky.inputs import MODEL
 from aomc_sky.skies.model import Share, check_share, with_share
@@ -118,8 +118,7 @@ class PerezSky(Share):
                 f"the sun must be above the horizon, at a zenith angle from 0 to below pi/2 rad; got "
                 f"{self.sun_zenith_rad:g} and the azimuth {self.sun_azimuth_rad:g}"
             )
-        if self.within not in (allowed := MODEL["within"].words):
-            raise UsageError(f"within must be one of {', '.join(map(repr, allowed))}, got {self.within!r}")
+        require_one_of(MODEL["within"].words, self.within, "within")
         self._close_irradiances()
         values = self._given_coefficients() if self.coefficients is not None else self._modelled_coefficients()
         values = self._without_divergence(values)
@@ -160,12 +159,12 @@ class PerezSky(Share):
             ghi=self.ghi,
             dni=self.dni,
             dhi=self.dhi,
-            sun_zenith_deg=np.rad2deg(self.sun_zenith_rad),
+            sun_zenith_deg=float(np.rad2deg(self.sun_zenith_rad)),
             extraterrestrial_normal=self.extraterrestrial_normal,
         )
         for name, value in zip(("dni", "dhi"), closed, strict=True):
             if getattr(self, name) is None:
-                object.__setattr__(self, name, float(value))
+                object.__setattr__(self, name, value)
         if is_exceeded:
             self._warn(is_exceeded)
 

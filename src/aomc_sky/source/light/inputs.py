@@ -19,7 +19,6 @@ from aomc_sky.errors import InputWarning, ModelLimitWarning, SceneError, UsageEr
 from aomc_sky.formats.aomc.amc import AmcConfig, DifcolTable
 from aomc_sky.formats.sky_toml.file import SkyToml
 from aomc_sky.formats.sky_toml.keys import (
-    COEFFICIENT_NAMES,
     MOON_KEYS,
     RULES,
     PerezSection,
@@ -129,7 +128,11 @@ def given_inputs(
     `perez` has keys of [perez] and `MODEL`, `sun` those of [sun]; `atmosphere` is as for `given_lights`, `weather` as
     for `weather_of`. A time or a weather file replaces the sun's angles, and a file also the Perez inputs.
     """
-    moment = given_weather(weather, perez, sun)
+    moment = None
+    if any(value is not None for value in (weather or {}).values()):
+        from aomc_sky.source.light.weather import weather_of
+
+        moment = weather_of(weather, perez, sun)
     if moment is not None:
         angles = {"zenith_deg": moment.sun_zenith_deg, "azimuth_deg": moment.sun_azimuth_deg}
         perez, sun = {**(perez or {}), **moment.irradiances}, {**(sun or {}), **angles}
@@ -146,26 +149,6 @@ def given_inputs(
         lights=given_lights(atmosphere),
         weather=moment,
     )
-
-
-def given_weather(
-    weather: Mapping[str, Any] | None, perez: Mapping[str, Any] | None, sun: Mapping[str, Any] | None
-) -> Weather | None:
-    """Weather of a time and a place or of an hour of a file; refused beside inputs of the same quantities."""
-    if not weather or all(value is None for value in weather.values()):
-        return None
-    from aomc_sky.source.light.weather import WEATHER_FILES, refuse_beside_file, refuse_beside_time, weather_of
-
-    for kind in WEATHER_FILES:
-        if weather.get(kind) is not None:
-            angles = {f"sun_{name.removesuffix('_deg')}": value for name, value in (sun or {}).items()}
-            refuse_beside_file(("sun_zenith", "sun_azimuth"), angles, kind)
-            given = dict(perez or {})
-            given["coefficients"] = next((given[name] for name in COEFFICIENT_NAMES if name in given), None)
-            refuse_beside_file(("dni", "dhi", "ghi", "epsilon", "delta", "coefficients"), given, kind)
-    if weather.get("time") is not None:
-        refuse_beside_time(sun or {})
-    return weather_of(weather)
 
 
 def given_lights(given: Mapping[str, Any] | None) -> dict[str, float]:
@@ -324,14 +307,13 @@ def irradiances(inputs: PerezInputs, sun: Sun) -> tuple[float, float]:
 
     section = inputs.section
     if section.epsilon is None:
-        closed = closed_irradiances(
+        return closed_irradiances(
             ghi=section.ghi,
             dni=section.dni,
             dhi=section.dhi,
             sun_zenith_deg=sun.zenith_deg,
             extraterrestrial_normal=sun.extraterrestrial_normal,
         )
-        return float(closed[0]), float(closed[1])
     from aomc_sky.skies.perez.functions import sky_brightness, sky_clearness
 
     zenith = math.radians(sun.zenith_deg)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from aomc_sky.errors import InputWarning, SceneError, UsageError
+from aomc_sky.formats.sky_toml.keys import COEFFICIENT_NAMES
 
 if TYPE_CHECKING:
     from aomc_sky.formats.weather import WeatherTable
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
 WEATHER_FILES = ("epw", "tmy2", "tmy3")
 _PLACE = {"latitude_deg": "--latitude", "longitude_deg": "--longitude", "altitude_m": "--altitude"}
 WEATHER_KEYS = (*WEATHER_FILES, "row", "time", *_PLACE)
+_SKY = {name: f"--{name}" for name in ("dni", "dhi", "ghi", "epsilon", "delta")}
+_SKY |= dict.fromkeys(COEFFICIENT_NAMES, "--coefficients")
 
 ANGLE_DECIMALS = 9
 """Decimals of the sun's angles in degrees, so that the last bit of a library's sine does not change the run."""
@@ -53,44 +56,42 @@ class Weather:
             )
 
 
-def weather_of(given: Mapping[str, Any] | None) -> Weather | None:
-    """The weather of a caller, with the keys `WEATHER_KEYS`; a value None is left out."""
+def weather_of(
+    given: Mapping[str, Any] | None, perez: Mapping[str, Any] | None = None, sun: Mapping[str, Any] | None = None
+) -> Weather | None:
+    """The weather of a caller, with the keys `WEATHER_KEYS`; a value None is left out.
+
+    Other inputs of the same quantities are refused: angles of the `sun`, and beside a file those of the `perez` sky.
+    """
     values = {name: value for name, value in (given or {}).items() if value is not None}
     for name in values:
         if name not in WEATHER_KEYS:
             raise UsageError(f"weather has no input {name!r}; the inputs are {', '.join(WEATHER_KEYS)}")
+    angles = {"--sun-zenith": "zenith_deg", "--sun-azimuth": "azimuth_deg"}
+    others = [option for option, name in angles.items() if (sun or {}).get(name) is not None]
+    place = [option for name, option in _PLACE.items() if name in values]
     kinds = [kind for kind in WEATHER_FILES if kind in values]
     if len(kinds) > 1:
         raise UsageError(f"--{kinds[0]} and --{kinds[1]}: take one weather file")
-    if not kinds and "row" in values:
-        raise UsageError("--row needs a weather file: --epw, --tmy2 or --tmy3")
     if kinds:
-        refuse_beside_file(("time", *_PLACE), values, kinds[0])
+        others += [option for name, option in _SKY.items() if (perez or {}).get(name) is not None]
+        others += ["--time"] * ("time" in values) + place
+        if others:
+            raise UsageError(f"{others[0]} contradicts --{kinds[0]}, which gives the sun and the sky")
         if "row" not in values:
             raise UsageError(f"--{kinds[0]} needs --row N, one hour of the file, from 1")
         return _of_row(values[kinds[0]], kinds[0], values["row"])
-    site = [_PLACE[name] for name in _PLACE if name in values]
+    if "row" in values:
+        raise UsageError("--row needs a weather file: --epw, --tmy2 or --tmy3")
     if "time" not in values:
-        if site:
-            raise UsageError(f"{site[0]} needs --time")
+        if place:
+            raise UsageError(f"{place[0]} needs --time")
         return None
+    if others:
+        raise UsageError("--time says where the sun is; leave out --sun-zenith and --sun-azimuth")
     if not {"latitude_deg", "longitude_deg"} <= set(values):
         raise UsageError("--time needs --latitude and --longitude")
     return _of_time(**values)
-
-
-def refuse_beside_file(names: tuple[str, ...], values: Mapping[str, Any], kind: str) -> None:
-    """Raise for the first value beside a weather file, which already gives it."""
-    for name in names:
-        if values.get(name) is not None:
-            option = _PLACE.get(name) or f"--{name.replace('_', '-')}"
-            raise UsageError(f"{option} contradicts --{kind}, which gives the sun and the sky")
-
-
-def refuse_beside_time(sun: Mapping[str, Any]) -> None:
-    """Raise for angles of the sun beside a time, which already gives them."""
-    if any(sun.get(name) is not None for name in ("zenith_deg", "azimuth_deg")):
-        raise UsageError("--time says where the sun is; leave out --sun-zenith and --sun-azimuth")
 
 
 def _of_time(time: Any, latitude_deg: float, longitude_deg: float, altitude_m: float = 0.0) -> Weather:
@@ -122,14 +123,14 @@ def _weather(position: SunPosition, origin: str, source: dict[str, Any], **other
 
 def _of_row(path: str | Path, kind: str, row: int) -> Weather:
     """One hour of a file, its sun at the middle; the row counts from 1."""
-    from aomc_sky.formats.weather import read_weather
+    from aomc_sky.formats.weather import HOUR, read_weather
     from aomc_sky.source.light.sun_position import sun_position
     from aomc_sky.whole_number import as_index
 
     table = read_weather(path, kind)
     k = as_index(row, "a row") - 1
-    if not 0 <= k < table.n_rows:
-        raise UsageError(f"--row {k + 1} does not exist; {table.path} has rows 1 to {table.n_rows}")
+    if not 0 <= k < table.line.size:
+        raise UsageError(f"--row {k + 1} does not exist; {table.path} has rows 1 to {table.line.size}")
     where = f"{table.path}:{table.line[k]}"
     position = sun_position(table.midpoint[k], table.latitude_deg, table.longitude_deg)
     if float(position.apparent_zenith_deg) >= 90:
@@ -144,7 +145,7 @@ def _of_row(path: str | Path, kind: str, row: int) -> Weather:
         "place": table.station,
         "latitude_deg": table.latitude_deg,
         "longitude_deg": table.longitude_deg,
-        "hour": [str(np.datetime_as_string(t, timezone="UTC")) for t in (table.start[k], table.end[k])],
+        "hour": [str(np.datetime_as_string(t, timezone="UTC")) for t in (table.start[k], table.start[k] + HOUR)],
         "sun_at": str(np.datetime_as_string(table.midpoint[k], timezone="UTC")),
     }
     weather = _weather(position, f"{Path(table.path).name}, row {k + 1}", source, path=table.path)
@@ -157,7 +158,7 @@ def _day_near(table: WeatherTable, k: int) -> str:
     """The row nearest to a night's that has a sun, as advice."""
     from aomc_sky.source.light.sun_position import sun_position
 
-    rows = np.arange(max(k - 24, 0), min(k + 25, table.n_rows))
+    rows = np.arange(max(k - 24, 0), min(k + 25, table.line.size))
     zenith = sun_position(table.midpoint[rows], table.latitude_deg, table.longitude_deg).apparent_zenith_deg
     days = rows[zenith < 90]
     return "" if days.size == 0 else f"; the nearest row with a sun is {int(days[np.argmin(np.abs(days - k))]) + 1}"
@@ -188,4 +189,4 @@ def hour_irradiances(
         closed_irradiances(**given, **sun)
     except SceneError as error:
         warnings.warn(f"{where}: {error} (here DNI and DHI of the hour are used)", InputWarning, stacklevel=2)
-    return float(dni), float(dhi)
+    return dni, dhi

@@ -24,17 +24,6 @@ BEAM = "direct"
 _MAX_SHOWN = 12
 
 
-def night_draft(n_wavebands: int, n_photons: int, *notes: str) -> SceneDraft:
-    """A scene without sun and sky, with equally many photons in every band: no component yet."""
-    return SceneDraft(
-        components=(),
-        n_photons=np.full(n_wavebands, n_photons, dtype=np.int64),
-        row_of_band=np.zeros(n_wavebands, dtype=np.int64),
-        notes=notes,
-        options={"sky": "none"},
-    )
-
-
 def background_options(sections: Sequence[BackgroundSection], folder: str) -> list[dict[str, Any]]:
     """Keys of [[background]] as JSON values for a manifest; paths do not depend on the folder of the scene."""
     return [
@@ -68,14 +57,15 @@ def with_absolute_units(
 
 def _joined(draft: SceneDraft, base: np.ndarray, skies: Sequence[LobeSky], bands: Wavebands) -> SceneDraft:
     """Sun, sky and lobes with strengths in one unit."""
-    from aomc_sky.skies.lobes.light import background_light, refuse_darkness
+    from aomc_sky.skies.lobes.light import background_light
 
     components = draft.components
     keys = np.column_stack([draft.row_of_band, bands.wavelength_nm, base])
     _, first, rows = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     light = background_light(skies, bands.wavelength_nm[first], taken=[c.name for c in components])
-    if not components:
-        refuse_darkness(light)
+    if not components and not light.components:
+        reason = "all their lobes lie below the horizon" if light.hidden else "their lobes have no light at that time"
+        raise SceneError(f"the backgrounds are the only source of light, but {reason}")
     old_rows = draft.row_of_band[first]
     scaled = [
         dataclasses.replace(

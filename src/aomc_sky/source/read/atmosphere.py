@@ -13,7 +13,7 @@ import numpy as np
 
 from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.errors import InputWarning
-from aomc_sky.formats.aomc.amc import AmcConfig, DifcolTable, LambbotTable
+from aomc_sky.formats.aomc.amc import AmcConfig, DifcolTable
 from aomc_sky.formats.sky_toml.keys import GLOW_KEY, AtmosphereSection, moon_direction
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere.description.medium import MediumReport, glow_of_luminance, moon_of_direction, read_medium
@@ -38,7 +38,7 @@ class SceneAtmosphere:
 
 
 def read_atmosphere(
-    section: AtmosphereSection, lambbot: LambbotTable | None, allow_paths: Sequence[str] = ()
+    section: AtmosphereSection, lambbot: Wavebands | None, allow_paths: Sequence[str] = ()
 ) -> SceneAtmosphere:
     """Read a description and evaluate it, at the wavelengths nearest to the wavebands if there is `lambbot`."""
     wavelength = None if lambbot is None else lambbot.wavelength_nm

@@ -12,7 +12,6 @@ from aomc_sky.errors import InputFileError, Problem, UsageError
 from aomc_sky.formats.aomc.amc import (
     AmcConfig,
     DifcolTable,
-    LambbotTable,
     LightSource,
     read_amc,
     read_difcol,
@@ -20,6 +19,7 @@ from aomc_sky.formats.aomc.amc import (
 )
 from aomc_sky.formats.aomc.skydist import SkyTable, read_skydist
 from aomc_sky.source.read.kind import not_a_scene
+from aomc_sky.wavebands import Wavebands
 
 if TYPE_CHECKING:
     from aomc_sky.formats.sky_toml.file import SkyToml
@@ -43,7 +43,7 @@ class SceneFiles:
     """Contents of the files of a scene. A file that is absent or not needed is None."""
 
     config: AmcConfig
-    lambbot: LambbotTable
+    bands: Wavebands  #: of lambbot.inp
     table: SkyTable | None
     difcol: DifcolTable | None
     toml: SkyToml | None
@@ -111,7 +111,7 @@ def read_scene_files(
         raise InputFileError(reading.problems)
     return SceneFiles(
         config=config,
-        lambbot=lambbot,
+        bands=lambbot,
         table=table,
         difcol=difcol,
         toml=toml,
@@ -157,7 +157,7 @@ class _Reading:
         return self.attempt(read_sky_toml, path, n_wavebands=n_wavebands, allow_paths=allow_paths)
 
     def named_files(
-        self, toml: SkyToml, sky: str | None, lambbot: LambbotTable | None, allow_paths: Sequence[str]
+        self, toml: SkyToml, sky: str | None, lambbot: Wavebands | None, allow_paths: Sequence[str]
     ) -> dict[str, Any]:
         """Background skies, and the atmosphere or radiance field if it is the sky."""
         found: dict[str, Any] = {}

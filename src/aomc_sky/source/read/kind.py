@@ -10,6 +10,7 @@ from pathlib import Path
 
 from aomc_sky.errors import InputFileError
 from aomc_sky.formats.text_file import refuse
+from aomc_sky.system import open_regular
 
 
 class Kind(enum.Enum):
@@ -71,8 +72,8 @@ def kind_of(path: Path) -> Kind | None:
         return Kind.RUN if is_run else Kind.SCENE if (path / "amc.inp").exists() else None
     kind = kind_of_name(path.name)
     if kind is None and path.is_file():
-        with contextlib.suppress(OSError), open(path, "rb") as file:
-            start = file.read(8)
+        with contextlib.suppress(OSError), open_regular(path) as file:
+            start = file.read(8) or b""  # None: nothing yet, as of /proc/kmsg
             kind = next((one for first, one in _FIRST_BYTES.items() if start.startswith(first)), None)
     return kind
 
@@ -96,14 +97,13 @@ def not_a_scene(amc: Path) -> InputFileError | None:
         return refuse(path, f"there is no such {what}", advice="name amc.inp or the folder that holds it")
     if kind in (None, Kind.SCENE) or not path.is_file():
         return None
-    if kind is Kind.MEASURED:
-        return refuse(path, f"this is {kind.value}; amc.inp belongs here", advice="read it by sky.read_radiance_csv")
-    advice = f"write {beside}" if beside.is_file() else "name amc.inp, which says how the files beside it are used"
-    if kind is Kind.ATMOSPHERE:
-        advice = f"`aomc-sky atmosphere {path} --out sky.nc` solves it; for photons name amc.inp, with"
-        advice += f' [atmosphere] and file = "{path.name}" in sky.toml beside it'
-    if kind is Kind.PROGRAM:
-        advice = f"run it by Python: python {path}; there aomc_sky.write_run makes a run folder"
+    of_scene = f"write {beside}" if beside.is_file() else "name amc.inp, which says how the files beside it are used"
+    advice = {
+        Kind.MEASURED: "read it by sky.read_radiance_csv",
+        Kind.ATMOSPHERE: f"`aomc-sky atmosphere {path} --out sky.nc` solves it; for photons name amc.inp, with "
+        f'[atmosphere] and file = "{path.name}" in sky.toml beside it',
+        Kind.PROGRAM: f"run it by Python: python {path}; there aomc_sky.write_run makes a run folder",
+    }.get(kind, of_scene)
     if kind_of(path.parent) is Kind.RUN:
         advice = f"`aomc-sky info {path.parent}` shows the run that it is of"
     return refuse(path, f"this is {kind.value}; amc.inp belongs here", advice=advice)
@@ -131,11 +131,11 @@ def not_a_run(path: Path, maker: str) -> InputFileError:
         is_there = kind_of(run) is Kind.RUN
         advice = f"name its run, {run}" if is_there else f"run it first: aomc-sky run {path}"
         return refuse(path, "this is a scene; a run folder belongs here", advice=advice)
+    advice = f"name the folder that `{maker}` wrote"
     if path.is_dir():
-        advice = f"name the folder that `{maker}` wrote"
         return refuse(path, "this folder holds no plan.npz, so it is not a run", advice=advice)
-    if path.exists() and kind_of(path.parent) is Kind.RUN:
-        return refuse(path, "this is a file of a run; the run folder belongs here", advice=f"write {path.parent}")
-    if kind is not None and path.exists():
-        return refuse(path, f"this is {kind.value}; a run folder belongs here", advice=f"`{maker}` writes one")
-    return refuse(path, "there is no such folder", advice=f"name the folder that `{maker}` wrote")
+    if not path.exists():
+        return refuse(path, "there is no such folder", advice=advice)
+    if kind_of(path.parent) is Kind.RUN:
+        advice = f"write {path.parent}"
+    return refuse(path, f"this is {kind.value if kind else 'a file'}; a run folder belongs here", advice=advice)

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import AzimuthConvention, given_angle
-from aomc_sky.errors import SceneError
+from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.formats.netcdf import FieldRefusedError, read_field
 from aomc_sky.formats.radiance_csv import read_radiance_points
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.measured import RadianceField
+from aomc_sky.skies.model import SkyModel
+from aomc_sky.skies.radiance_field import has_wavelength
+from aomc_sky.skies.tabulated import TabulatedSky
 from aomc_sky.source.read.scene import listed_bands, only_bands
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands
@@ -97,7 +101,7 @@ def read_radiance_csv(
         sun_azimuth_deg=_degrees("sun_azimuth_deg", sun_azimuth_deg, sun_azimuth_rad),
     )
     try:
-        return RadianceField.from_points(**vars(points), grid=grid, strength=strength)
+        return RadianceField.from_points(**points, grid=grid, strength=strength)
     except SceneError as error:
         raise refuse(
             os.fspath(path), str(error), advice="give each wavelength radiances of the sky", code="E654"
@@ -118,20 +122,58 @@ def measured_scene(
 ) -> Scene:
     """A scene of a measured sky alone, at its own wavelengths by default; `how` as `read_radiance_csv` takes it."""
     sky = read_radiance_csv(path, **how)
-    bands = Wavebands(wavelength_nm=sky.wavelength_nm if wavelength_nm is None else np.asarray(wavelength_nm, float))
-    photons = np.full(bands.n_bands, 10**6 if iterations is None else iterations)
     sun = None
     if sky.sun_deg is not None:
         sun = {"zenith_deg": sky.sun_deg[0], "azimuth_deg": sky.sun_deg[1], "disc": False, "from": "measured sky"}
+    wanted = sky.wavelength_nm if wavelength_nm is None else wavelength_nm
+    return _scene_of_table(path, sky, {"sky": sky.name, "sun": sun}, wanted, iterations, wavebands, how)
+
+
+_OF_TOML = (
+    "write --angle-unit or --azimuth-convention, or what else the file leaves open into sky.toml beside amc.inp, below "
+    '[sky] with table = "FIELD.nc"'
+)
+
+
+def field_scene(
+    path: str,
+    *,
+    iterations: int | None = None,
+    wavelength_nm: Sequence[float] | None = None,
+    wavebands: Sequence[int] | None = None,
+    **how: Any,
+) -> Scene:
+    """A scene of the radiance field of a netCDF file alone; `how` as `TabulatedSky.from_xarray` takes it."""
+    try:
+        field = read_field(path)
+        sky = TabulatedSky.from_xarray(field, **how)
+    except FieldRefusedError as error:
+        raise refuse(path, str(error), advice=_OF_TOML, code="E710") from None
+    except SceneError as error:
+        message = str(error).partition("; ")[0]
+        raise refuse(path, message, advice=_OF_TOML, code="E710") from None
+    if wavelength_nm is None and not has_wavelength(field, None):
+        raise UsageError(f"{path} has no wavelengths: write --wavelengths 412 443 555")
+    wanted = sky.wavelength_nm if wavelength_nm is None else wavelength_nm
+    return _scene_of_table(path, sky, {"sky": "field"}, wanted, iterations, wavebands, how)
+
+
+def _scene_of_table(
+    path: str | os.PathLike[str],
+    sky: SkyModel,
+    options: dict[str, Any],
+    wavelength_nm: Sequence[float] | np.ndarray,
+    iterations: int | None,
+    wavebands: Sequence[int] | None,
+    how: Mapping[str, Any],
+) -> Scene:
+    bands = Wavebands(wavelength_nm=np.asarray(wavelength_nm, float))
+    photons = np.full(bands.n_bands, 10**6 if iterations is None else iterations)
+    how = {name: value for name, value in how.items() if isinstance(value, str)}
     return Scene(
         wavebands=bands,
         n_photons=only_bands(photons, wavebands, bands.wavelength_nm),
         components=sky,  # type: ignore[arg-type]
         input_files={"radiance": os.fspath(path)},
-        options={
-            "sky": sky.name,
-            "sun": sun,
-            "wavebands": listed_bands(wavebands),
-            **{name: value for name, value in how.items() if isinstance(value, str)},
-        },
+        options={**options, "wavebands": listed_bands(wavebands), **how},
     )

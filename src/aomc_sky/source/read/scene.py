@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import SceneError, UsageError, require_one_of
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.aomc.amc import AmcConfig, FootprintCode
 from aomc_sky.plan.footprint import Footprint
@@ -136,14 +136,14 @@ def read_scene(
     if iterations is not None:
         n = as_number_of(iterations, "iterations", 1, MAX_PHOTONS, error=SceneError)
         files = dataclasses.replace(files, config=dataclasses.replace(files.config, iterations=n))
-    bands = Wavebands(**dataclasses.asdict(files.lambbot))
+    bands = files.bands
     if given is not None:
         _refuse_unused(given, files, compat)
     if files.table is not None:
-        from aomc_sky.source.read.table import TableOptions, table_draft
+        from aomc_sky.source.read.table import table_draft
 
-        options = TableOptions(bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
-        draft, units = table_draft(files.config, bands, files.table, options), None
+        how = {"bins": bins, "weighting": weighting, "azimuth_bins": azimuth_bins}
+        draft, units = table_draft(files.config, bands, files.table, compat=compat, **how), None
     else:
         of_night = weighting if files.sky == "none" else None
         for name, value in (("bins", bins), ("weighting", of_night), ("azimuth_bins", azimuth_bins)):
@@ -181,12 +181,14 @@ def _model_draft(
 ) -> tuple[SceneDraft, SkySection | None]:
     """A scene without a sky file, and the irradiances of sun and sky where a spectrum tells them."""
     if files.sky == "none":
-        from aomc_sky.source.read.absolute_units import night_draft
-
         if not files.backgrounds:
             raise UsageError("sky 'none' leaves no light: sky.toml beside amc.inp has no [[background]]")
         note = "neither sun nor daylight is modelled: the backgrounds are the only source"
-        return night_draft(bands.n_bands, files.config.iterations, note), None
+        photons = np.full(bands.n_bands, files.config.iterations, dtype=np.int64)
+        rows = np.zeros(bands.n_bands, dtype=np.int64)
+        return SceneDraft(
+            components=(), n_photons=photons, row_of_band=rows, notes=(note,), options={"sky": "none"}
+        ), None
     from aomc_sky.source.light.inputs import GivenInputs, sky_inputs
 
     given = given or GivenInputs()
@@ -250,8 +252,8 @@ def _check_choices(**choices: str | None) -> None:
         "azimuth_bins": ("n+1", "n"),
     }
     for name, value in choices.items():
-        if value is not None and name in allowed and value not in allowed[name]:
-            raise UsageError(f"{name} must be one of {', '.join(map(repr, allowed[name]))}, got {value!r}")
+        if value is not None and name in allowed:
+            require_one_of(allowed[name], value, name)
     if choices["sky"] is not None:
         from aomc_sky.formats.sky_toml.keys import value_problem
 

@@ -15,14 +15,12 @@ from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.sky_toml.keys import PREFIX, MoonDirection, moon_direction
 from aomc_sky.progress import is_free, patience
 from aomc_sky.skies.atmosphere.description.medium import (
-    MediumReport,
     glow_of_luminance,
     moon_of_direction,
     read_medium,
     warn_of_others,
 )
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
-from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.sky.solve import AtmosphereResult, solve
 from aomc_sky.source.light.inputs import given_lights
 from aomc_sky.wavebands import nearest_wavelength_index
@@ -125,43 +123,30 @@ def solve_atmosphere(
     sun_deg = given_angle("sun_zenith_deg", sun_zenith_deg, sun_zenith_rad)
     zenith_deg = given_angle("sky_zenith_deg", sky_zenith_deg, sky_zenith_rad)
     azimuth_deg = given_angle("azimuth_from_sun_deg", azimuth_from_sun_deg, azimuth_from_sun_rad)
-    medium, report, rows, sun = read_for_sun(path, wavelength_nm, sun_deg, allow_paths)
+    sun = _numbers(sun_deg, "the sun's zenith angle")
+    if sun.size != 1:
+        raise UsageError(f"the sun's zenith angle must be one number, got {sun_deg!r}")
+    if not np.isfinite(sun[0]):
+        raise SceneError(f"the sun's zenith angle must be finite, got {sun_deg!r}")
+    requested = _numbers(wavelength_nm, "wavelengths")
+    description = read_atmo(Path(path), allow_paths=[os.fspath(one) for one in allow_paths])
+    medium, report = read_medium(description, requested)
+    warn_of_others(description, requested, medium.wavelength_nm)
     with patience("solving the atmosphere", enabled=is_free()):
         result = solve(
             medium,
-            sun_zenith_rad=sun,
+            sun_zenith_rad=float(np.deg2rad(sun[0])),
             sky_zenith_rad=np.deg2rad(_numbers(zenith_deg, "zenith angles of directions")),
             azimuth_from_sun_rad=np.deg2rad(_numbers(azimuth_deg, "azimuths of directions")),
             method=method,
             n_orders=orders,
             n_paths=paths,
             dropped=report.dropped,
-            moon=moon_of_direction(direction_of_moon(moon), medium, report, float(np.rad2deg(sun)), 0.0),
+            moon=moon_of_direction(direction_of_moon(moon), medium, report, float(np.rad2deg(np.deg2rad(sun[0]))), 0.0),
             ground_radiance=glow_of_luminance(ground_luminance_cd_m2, report, os.fspath(path)),
         )
+    rows = nearest_wavelength_index(requested, medium.wavelength_nm)
     return dataclasses.replace(result, **{name: getattr(result, name)[rows] for name in _PER_WAVELENGTH})
-
-
-def read_for_sun(
-    path: str | os.PathLike[str],
-    wavelength_nm: ArrayLike,
-    sun_zenith_deg: float,
-    allow_paths: Sequence[str | os.PathLike[str]],
-) -> tuple[Medium, MediumReport, np.ndarray, float]:
-    """Read a description at some wavelengths, and check the arguments of `solve_atmosphere`.
-
-    Also returns the row of the medium for each wavelength, and the sun's zenith angle in radians.
-    """
-    sun = _numbers(sun_zenith_deg, "the sun's zenith angle")
-    if sun.size != 1:
-        raise UsageError(f"the sun's zenith angle must be one number, got {sun_zenith_deg!r}")
-    if not np.isfinite(sun[0]):
-        raise SceneError(f"the sun's zenith angle must be finite, got {sun_zenith_deg!r}")
-    requested = _numbers(wavelength_nm, "wavelengths")
-    description = read_atmo(Path(path), allow_paths=[os.fspath(one) for one in allow_paths])
-    medium, report = read_medium(description, requested)
-    warn_of_others(description, requested, medium.wavelength_nm)
-    return medium, report, nearest_wavelength_index(requested, medium.wavelength_nm), float(np.deg2rad(sun[0]))
 
 
 def direction_of_moon(moon: Mapping[str, float] | None) -> MoonDirection | None:

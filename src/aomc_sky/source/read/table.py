@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,37 +22,27 @@ from aomc_sky.wavebands import Wavebands, midpoint_wavelength_index
 
 AOMC_TABLE_PRESET = SamplingOptions(allocation=AllocationMethod.AOMC, placement=Placement.CENTRE, order=Order.PATCH)
 _HORIZON = 90  # degrees: the last zenith index that the AOMC program can use
-_EXACT_IN_FLOAT32 = 1 << 24
 _MOST_ENTRIES = 20
 _BEYOND = "as whole degrees the zenith index must not go beyond {}"
 _DEGREES_ADVICE = "without --bins degrees indices are numbers of equal bins"
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class TableOptions:
-    """How to read skydist.inp; by default as the file declares."""
-
-    bins: str | None = None
-    weighting: str | None = None
-    compat: str | None = None
-    azimuth_bins: str = "n+1"
-
-
-def table_draft(config: AmcConfig, bands: Wavebands, table: SkyTable, options: TableOptions) -> SceneDraft:
-    """A scene lit by a sky file."""
-    sky, chosen = tabulated_sky(table, options)
+def table_draft(
+    config: AmcConfig, bands: Wavebands, table: SkyTable, *, compat: str | None, **how: str | None
+) -> SceneDraft:
+    """A scene lit by a sky file; `how` as `tabulated_sky` takes it."""
+    sky, chosen = tabulated_sky(table, compat=compat, **how)
     row_of_band = sky.table_index(bands.wavelength_nm)
     used, rows = np.unique(row_of_band, return_inverse=True)
     components = sky.lower_rows(used)
     notes = []
-    if not options.compat:
+    if not compat:
         reading = reading_note(
             table,
             sky,
             components[0],
-            bands=bands,
-            rows=rows,
-            iterations=config.iterations,
+            bands,
+            rows,
             is_on_degrees=chosen["bins"] == Bins.DEGREES.value,
         )
         notes = [reading, *_notes(table, sky)]
@@ -65,24 +54,31 @@ def table_draft(config: AmcConfig, bands: Wavebands, table: SkyTable, options: T
         sky_wavelength_nm=table.wavelength_nm[row_of_band],
         notes=tuple(notes),
         options={"sky": "table", **chosen},
-        preset=AOMC_TABLE_PRESET if options.compat else SamplingOptions(),
+        preset=AOMC_TABLE_PRESET if compat else SamplingOptions(),
     )
 
 
-def tabulated_sky(table: SkyTable, options: TableOptions) -> tuple[TabulatedSky, dict[str, str]]:
-    """A sky file as a model, and how it was read: bins, weighting, azimuth_bins."""
-    if options.compat:
+def tabulated_sky(
+    table: SkyTable,
+    *,
+    bins: str | None = None,
+    weighting: str | None = None,
+    compat: str | None = None,
+    azimuth_bins: str | None = "n+1",
+) -> tuple[TabulatedSky, dict[str, str | None]]:
+    """A sky file as a model, by default as the file declares, and how it was read."""
+    if compat:
         return _compat_sky(table), {"bins": "degrees", "weighting": "aomc", "azimuth_bins": "n+1"}
-    bins = Bins(options.bins) if options.bins else table.declared_bins or Bins.EQUAL
+    kind = Bins(bins) if bins else table.declared_bins or Bins.EQUAL
     declared = {Values.RADIANCE: "projected", Values.MASS: "listed", None: "listed"}[table.declared_values]
-    weighting = Weighting(options.weighting or declared)
-    grid, values = _grid_and_values(table, bins, options.azimuth_bins)
-    if weighting is Weighting.AOMC and bins is not Bins.DEGREES:
+    meaning = Weighting(weighting or declared)
+    grid, values = _grid_and_values(table, kind, azimuth_bins)
+    if meaning is Weighting.AOMC and kind is not Bins.DEGREES:
         raise UsageError("weighting 'aomc' is the program's weight of whole degrees; write --bins degrees with it")
-    if weighting is Weighting.AOMC:
+    if meaning is Weighting.AOMC:
         _refuse_infinite_float32(table)
-    sky = TabulatedSky(wavelength_nm=table.wavelength_nm, values=values, grid=grid, weighting=weighting)
-    return sky, {"bins": bins.value, "weighting": weighting.value, "azimuth_bins": options.azimuth_bins}
+    sky = TabulatedSky(wavelength_nm=table.wavelength_nm, values=values, grid=grid, weighting=meaning)
+    return sky, {"bins": kind.value, "weighting": meaning.value, "azimuth_bins": azimuth_bins}
 
 
 def _compat_sky(table: SkyTable) -> TabulatedSky:
@@ -108,7 +104,7 @@ def _refuse_infinite_float32(table: SkyTable) -> None:
         _raise_at(table, too_large, "E302", message, "divide all values of the file by one number")
 
 
-def _grid_and_values(table: SkyTable, bins: Bins, azimuth_bins: str) -> tuple[PatchGrid, np.ndarray]:
+def _grid_and_values(table: SkyTable, bins: Bins, azimuth_bins: str | None) -> tuple[PatchGrid, np.ndarray]:
     n_table, n_zenith, n_columns = table.radiance.shape
     if bins is Bins.DEGREES:
         if azimuth_bins != "n+1":
@@ -193,18 +189,9 @@ def _notes(table: SkyTable, sky: TabulatedSky) -> list[str]:
 READING = "skydist.inp read with"
 """How the note of `reading_note` begins, which `run` prints after its table."""
 
-# how the AOMC program would read the file, in the numbers of the run's table: mean cosine and Ed/Eo
-
 
 def reading_note(
-    table: SkyTable,
-    sky: TabulatedSky,
-    component: Component,
-    *,
-    bands: Wavebands,
-    rows: np.ndarray,
-    iterations: int,
-    is_on_degrees: bool,
+    table: SkyTable, sky: TabulatedSky, component: Component, bands: Wavebands, rows: np.ndarray, is_on_degrees: bool
 ) -> str:
     """How the file was read, and what the program launches instead in the waveband that differs most.
 
@@ -216,69 +203,42 @@ def reading_note(
     if lit.size:
         index = int(lit[:, 1].max()) + _HORIZON + 1
         return f"{read}; {program} and cannot use this file, whose zenith indices go to {index}"
-    taken = midpoint_wavelength_index(bands.wavelength_nm, table.wavelength_nm)
-    pairs, band_of_pair = np.unique(np.stack([rows, taken]), axis=1, return_index=True)
-    ours = _moments_of_rows(component, pairs[0])
-    theirs = _launches(table, set(taken.tolist()), iterations)
-    cases = [
-        (int(band), ours[int(row)], *theirs[int(other)]) for band, row, other in zip(band_of_pair, *pairs, strict=True)
-    ]
-    return (
-        f"{read}; {program} {_difference(cases, bands.n_bands, iterations)}: {_same_reading(table, sky, is_on_degrees)}"
-    )
+    taken = midpoint_wavelength_index(bands.wavelength_nm, table.wavelength_nm).tolist()
+    ours = _moments_of_rows(component, set(rows.tolist()))
+    theirs = {row: _moments_of_program(table.radiance[row, :_HORIZON]) for row in set(taken)}
+    pairs = [(ours[row], theirs[other]) for row, other in zip(rows.tolist(), taken, strict=True)]
+    change = [np.nan_to_num(abs(of_program.mean_mu - own.mean_mu), nan=np.inf) for own, of_program in pairs]
+    band = int(np.argmax(change))
+    of_band = f" of waveband {band + 1}" if bands.n_bands > 1 else ""
+    now, then = ((f"{one.mean_mu:.4f}", f"{one.planar_over_scalar:.4f}") for one in pairs[band])
+    if np.isinf(change[band]):
+        takes = f"and launches no photon{of_band}"
+    elif now == then:
+        takes = f"and takes the light{of_band} at the same mean cosine, {now[0]}, and Ed/Eo, {now[1]}"
+    else:
+        cosines = f"at mean cosine {then[0]} instead of {now[0]}, Ed/Eo {then[1]} instead of {now[1]}"
+        takes = f"and takes the light{of_band} {cosines}"
+    return f"{read}; {program} {takes}: {_same_reading(table, sky, is_on_degrees)}"
 
 
-def _moments_of_rows(component: Component, rows: np.ndarray) -> dict[int, Moments]:
+def _moments_of_rows(component: Component, rows: set[int]) -> dict[int, Moments]:
     """Moments of each row of the component; the cells of a ring share theirs."""
-    grid = component.grid
-    assert grid is not None
-    n_azimuth, of_cells = grid.n_azimuth, cell_moments((component,))
+    assert component.grid is not None
+    n_azimuth, of_cells = component.grid.n_azimuth, cell_moments((component,))
     mean_mu, inverse_mu = (values[::n_azimuth] for values in of_cells)
     found = {}
-    for row in sorted(set(rows.tolist())):
+    for row in rows:
         mass = component.mass[row]
         ring = (mass / (mass.max() or 1.0)).reshape(-1, n_azimuth).sum(axis=1)  # sums of huge values stay finite
         found[row] = mean_moments(ring, mean_mu, inverse_mu)
     return found
 
 
-def _launches(table: SkyTable, rows: set[int], iterations: int) -> dict[int, tuple[Moments, int]]:
-    """Moments of what the program launches from sets of the table, and its photons.
-
-    Every patch is rounded in 32 bits, as there; the running total, which drifts beyond 2^24, is left out.
-    """
-    mu = sin_cos_deg(np.arange(1.0, min(table.radiance.shape[1], _HORIZON) + 1))[1]
-    found = {}
-    for row in rows:
-        weight = aomc_weight(table.radiance[row, :_HORIZON])
-        with np.errstate(over="ignore", invalid="ignore"):
-            total = np.cumsum(weight.ravel("F"))[-1]  # one after the other, as the program adds
-        photons = np.zeros(mu.size)
-        if np.isfinite(total) and total > 0:
-            photons = np.floor((weight / total * np.float32(iterations)).astype(np.float64) + 0.5).sum(axis=1)
-        lit = photons > 0
-        found[row] = mean_moments(photons[lit], mu[lit], 1.0 / mu[lit]), int(photons.sum())
-    return found
-
-
-def _difference(cases: list[tuple[int, Moments, Moments, int]], n_bands: int, iterations: int) -> str:
-    """The waveband whose mean cosine changes most; one that launches nothing changes more than any."""
-
-    def change(case: tuple[int, Moments, Moments, int]) -> float:
-        _, ours, theirs, photons = case
-        return np.inf if photons == 0 else float(np.nan_to_num(abs(theirs.mean_mu - ours.mean_mu)))
-
-    band, ours, theirs, photons = max(cases, key=change)
-    of_band = f" of waveband {band + 1}" if n_bands > 1 else ""
-    if photons == 0:
-        return f"and launches no photon{of_band}"
-    counted = f" {photons} of {iterations}" if photons != iterations and iterations < _EXACT_IN_FLOAT32 else ""
-    now = f"{ours.mean_mu:.4f}", f"{ours.planar_over_scalar:.4f}"
-    then = f"{theirs.mean_mu:.4f}", f"{theirs.planar_over_scalar:.4f}"
-    launches = f"and launches{counted or ' the'} photons{of_band}"
-    if now == then:
-        return f"{launches} at the same mean cosine, {now[0]}, and Ed/Eo, {now[1]}"
-    return f"{launches} at mean cosine {then[0]} instead of {now[0]}, Ed/Eo {then[1]} instead of {now[1]}"
+def _moments_of_program(radiance: np.ndarray) -> Moments:
+    """Moments of a set of the table with the program's weights, before it rounds them to photons; NaN without light."""
+    mu = sin_cos_deg(np.arange(1.0, len(radiance) + 1))[1]
+    with np.errstate(all="ignore"):
+        return mean_moments(aomc_weight(radiance).sum(axis=1, dtype=np.float64), mu, 1.0 / mu)
 
 
 def _same_reading(table: SkyTable, sky: TabulatedSky, is_on_degrees: bool) -> str:

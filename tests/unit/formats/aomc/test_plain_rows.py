@@ -17,7 +17,9 @@ VALUES = [
 
 
 def plain_rows(text: bytes):
-    return skydist.plain_rows(text.splitlines(keepends=True))
+    """Indices and values, or None where a row is not plain."""
+    rows, end = skydist.plain_rows(text)
+    return (rows[:, :3].T, rows[:, 3]) if len(rows) and end == len(text) else None
 
 
 def rows_text(values, end="\n"):

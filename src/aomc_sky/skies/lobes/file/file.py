@@ -23,25 +23,11 @@ from aomc_sky.skies.lobes.file.data import (
     frozen,
     normalised,
 )
-from aomc_sky.skies.lobes.file.hdf5_members import Hdf5Members, read_members
+from aomc_sky.skies.lobes.file.hdf5_members import EXTRA, INFORMING, NUMBERS, OPTIONAL, TEXTS, Hdf5Members, read_members
 
-EXTRA = "hdf5"
 NM_PER_UM = 1e3
 SI_PER_FILE_UNIT = 10.0  #: W m-2 nm-1 in one W cm-2 um-1.
 
-TEXTS = {"Name": "name", "Author": "author", "Description": "description", "Organization": "organization"}
-NUMBERS = {"FileType": "file_type", "FormatVersion": "format_version"}
-OPTIONAL = ("Description", "Organization")
-#: Members that say something to persons and nothing to us: no reason to refuse a file, whatever they hold.
-INFORMING = tuple(f"{prefix}{name}" for prefix in ("Info/", "@") for name in ("FileType", *TEXTS))
-#: Members that are read.
-MEMBERS = (
-    *(f"{prefix}{name}" for prefix in ("Info/", "@") for name in (*NUMBERS, *TEXTS)),
-    "LobeAnims/*/Lobes",
-    "LobeAnims/*/ReferenceTime",
-    "SpectralCurves",
-    "SpectralSamples",
-)
 LOBE = np.dtype(
     [
         ("Type", "<u4"),
@@ -94,7 +80,7 @@ def read_background_file(path: str | Path) -> BackgroundFile:
     'A town'
     """
     report = Report(path=str(path))
-    members = read_members(path, MEMBERS, report, extra=EXTRA, informing=INFORMING)
+    members = read_members(path, report)
     file = background_of_members(members, report)
     if file is not None:
         check_background(file, report)

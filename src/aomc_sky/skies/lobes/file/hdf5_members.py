@@ -1,11 +1,11 @@
-"""Members of an HDF5 file from an unknown source."""
+"""Members of a background-sky file from an unknown source."""
 
 from __future__ import annotations
 
 import contextlib
 import math
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -25,6 +25,21 @@ from aomc_sky.formats.hdf5_storage import (
 )
 from aomc_sky.formats.report import Report, printable
 from aomc_sky.formats.text_file import open_data, refuse
+
+EXTRA = "hdf5"
+TEXTS = {"Name": "name", "Author": "author", "Description": "description", "Organization": "organization"}
+NUMBERS = {"FileType": "file_type", "FormatVersion": "format_version"}
+OPTIONAL = ("Description", "Organization")
+#: Members that say something to persons and nothing to us: no reason to refuse a file, whatever they hold.
+INFORMING = tuple(f"{prefix}{name}" for prefix in ("Info/", "@") for name in ("FileType", *TEXTS))
+#: Members that are read: paths, with ``*`` for any name and ``@name`` for an attribute of the root.
+MEMBERS = (
+    *(f"{prefix}{name}" for prefix in ("Info/", "@") for name in (*NUMBERS, *TEXTS)),
+    "LobeAnims/*/Lobes",
+    "LobeAnims/*/ReferenceTime",
+    "SpectralCurves",
+    "SpectralSamples",
+)
 
 MAX_FILE_BYTES = 1 << 30
 MAX_FIELDS = 64
@@ -47,24 +62,22 @@ class Hdf5Members:
     texts: dict[str, str] = field(default_factory=dict)
 
 
-def read_members(
-    path: str | Path, requested: Sequence[str], report: Report, *, extra: str, informing: Sequence[str] = ()
-) -> Hdf5Members:
-    """Read members; `requested` are paths, with ``*`` for any name and ``@name`` for an attribute of the root.
+def read_members(path: str | Path, report: Report) -> Hdf5Members:
+    """Read `MEMBERS`.
 
     No other file is opened. Links other than hard ones, external and virtual storage are refused (E502). The reader
     also refuses sizes that the file cannot hold, filters other than gzip, shuffle and fletcher32 (E503), and members
-    without numbers or text (E505). Members of `informing` are for persons: they may be texts, lists of texts and
-    numbers of any shape. Anything else is a warning.
+    without numbers or text (E505). Members of `INFORMING` may be texts, lists of texts and numbers of any shape.
+    Anything else is a warning.
     """
-    h5py = optional_module("h5py", extra=extra)
+    h5py = optional_module("h5py", extra=EXTRA)
     with open_data(path, what="an HDF5 file", code="E500") as file:
         size = os.fstat(file.fileno()).st_size
         if size > MAX_FILE_BYTES:
             raise refuse(path, f"the file has {size} bytes; at most {MAX_FILE_BYTES} are read", code="E503")
         if not h5py.is_hdf5(path):
             raise refuse(path, "not an HDF5 file: its signature is missing", advice="name an HDF5 file", code="E501")
-        reading = _Reading(h5py, size, requested, informing, report)
+        reading = _Reading(h5py, size, report)
         try:
             # by its path: where a damaged file has no bytes, h5py asks a Python file object for them without end
             with h5py.File(path, "r", locking=False) as root:
@@ -78,12 +91,8 @@ def read_members(
 class _Reading:
     """The members read so far, and the bytes that further ones may declare."""
 
-    def __init__(
-        self, h5py: Any, n_bytes: int, requested: Sequence[str], informing: Sequence[str], report: Report
-    ) -> None:
+    def __init__(self, h5py: Any, n_bytes: int, report: Report) -> None:
         self.h5py, self.report = h5py, report
-        self.requested = [path.split("/") for path in requested]
-        self.informing = frozenset(informing)
         self.budget = self.allowed = allowed_bytes(n_bytes)
         self.groups: set[Any] = set()
         self.members = Hdf5Members()
@@ -91,7 +100,7 @@ class _Reading:
     def read_all(self, root: Any) -> None:
         """Walk through the file."""
         self.groups.add(root)
-        for name in (path[0] for path in self.requested if path[0].startswith("@")):
+        for name in (path for path in MEMBERS if path.startswith("@")):
             with self._faults_named(f"attribute {name[1:]}", name):
                 if name[1:] in root.attrs:
                     self._store(name, root.attrs.get_id(name[1:]), partial(root.attrs.get, name[1:]))
@@ -102,7 +111,7 @@ class _Reading:
         try:
             yield
         except RefusedError as refusal:
-            is_warning = refusal.code == "E505" and name in self.informing
+            is_warning = refusal.code == "E505" and name in INFORMING
             advice = refusal.advice
             self.report.add(refusal.code, refusal.message, name=printable(shown), advice=advice, is_warning=is_warning)
         except Exception as error:
@@ -125,26 +134,19 @@ class _Reading:
                 raise RefusedError("E502", "the same group has a second name", "give every group one name")
             self.groups.add(item)
             self.members.names.add("/".join(path))
-            if self._is_requested(path, leaf=False):
+            if _is_read(path, leaf=False):
                 self._group(item, path)
             return
         self.members.names.add("/".join(path))
-        if isinstance(item, self.h5py.Dataset) and self._is_requested(path, leaf=True):
+        if isinstance(item, self.h5py.Dataset) and _is_read(path, leaf=True):
             require_own_data(item)
             require_size(declared_bytes(item), self.budget, self.allowed, "an array")  # before a chunk is unpacked
             require_plain_chunks(item, self.budget)
             self._store("/".join(path), item, partial(item.__getitem__, ()))
 
-    def _is_requested(self, path: tuple[str, ...], *, leaf: bool) -> bool:
-        return any(
-            (len(w) == len(path) if leaf else len(w) > len(path))
-            and all(a in ("*", b) for a, b in zip(w, path, strict=False))
-            for w in self.requested
-        )
-
     def _store(self, name: str, item: Any, values: Callable[[], Any]) -> None:
         """Take the values of a dataset or an attribute whose type and size are harmless."""
-        is_informing = name in self.informing
+        is_informing = name in INFORMING
         if item.shape is None:
             if not is_informing:
                 raise RefusedError("E505", "it is empty (a null dataspace)", "write its values")
@@ -168,6 +170,15 @@ class _Reading:
             self.members.arrays[name] = _plain(array)
         else:
             self.members.arrays.update({f"{name}/{part}": _plain(array[part]) for part in array.dtype.names})
+
+
+def _is_read(path: tuple[str, ...], *, leaf: bool) -> bool:
+    """Whether this path is a member that is read, or a group that holds one."""
+    return any(
+        (len(member) == len(path) if leaf else len(member) > len(path))
+        and all(a in ("*", b) for a, b in zip(member, path, strict=False))
+        for member in (one.split("/") for one in MEMBERS)
+    )
 
 
 def _text(array: np.ndarray) -> str:

@@ -12,7 +12,7 @@ from aomc_sky.kernels.arithmetic.constants import ACCEPT, LAST_TRIAL, LOBE_COLUM
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned, uniform_f64
 from aomc_sky.kernels.arithmetic.prefetch import prefetch_to_read, prefetch_to_write
 from aomc_sky.kernels.arithmetic.rng import later_words, philox_pair
-from aomc_sky.kernels.cells.blocks import column
+from aomc_sky.kernels.cells.blocks import column, whole_vectors
 from aomc_sky.kernels.jit import inner, inner_reader, seen_as
 from aomc_sky.skies.lobes.kernels.law import (
     CELL_COLUMNS,
@@ -36,7 +36,6 @@ from aomc_sky.skies.lobes.kernels.queue import (
     fall_of_lobe,
     lobe_queues,
     photons_of_lobes,
-    whole_vectors,
     words_of_photons,
 )
 
@@ -56,7 +55,7 @@ _LOBE_COLUMNS = np.uint64(LOBE_COLUMNS)
 
 @inner_reader
 def _try_one(lobe, number, first, second, ranges, bins, shapes, envelopes, kinds):
-    """Direction of one photon from two words, and the bound of its bin; `number` as for `lobe_at`."""
+    """Direction of one photon from two words, and the bound of its bin; `number` as for `_until_taken`."""
     r, s = _RANGE_COLUMNS * U64(lobe), _LOBE_COLUMNS * U64(lobe)
     bits = ranges[r + ONE]
     is_named = number == NO_NUMBER
@@ -80,8 +79,12 @@ def _try_one(lobe, number, first, second, ranges, bins, shapes, envelopes, kinds
 
 
 @inner_reader
-def _until_taken(lobe, ranges, bins, shapes, envelopes, kinds, trial, number, first, second, word, key, rank, band):
-    """Direction of one photon from trial `trial` on, whose bin and words are given."""
+def _until_taken(lobe, ranges, bins, shapes, envelopes, kinds, number, first, second, word, key, rank, band):
+    """Travel direction (float64) of one photon whose words of trial 0 are given; bits as in blocks.
+
+    It lies in the cell of bin `number`; NO_NUMBER where the first word names the bin.
+    """
+    trial = ZERO
     while True:
         x, y, up, bound = _try_one(lobe, number, first, second, ranges, bins, shapes, envelopes, kinds)
         trial += ONE
@@ -91,28 +94,17 @@ def _until_taken(lobe, ranges, bins, shapes, envelopes, kinds, trial, number, fi
         number = NO_NUMBER
 
 
-@inner_reader
-def lobe_at(lobe, tables, trial, number, first, second, word, key, rank, band):
-    """Travel direction (float64) of one photon from trial `trial` on, whose words are given; bits as in blocks.
-
-    It lies in the cell of bin `number`; NO_NUMBER where the first word names the bin.
-    """
-    ranges, bins, shapes, envelopes, kinds = tables
-    return _until_taken(
-        lobe, ranges, bins, shapes, envelopes, kinds, trial, number, first, second, word, key, rank, band
-    )
-
-
 @inner
 def lobe_photon(lobe, first, second, rank, lobes, key, band, jitter):
-    """`lobe_at` for trial 0 of a photon whose place has two words; `jitter` is None where they follow from its rank."""
+    """Direction of a photon whose place has two words; `jitter` is None where they follow from its rank."""
+    ranges, bins, shapes, envelopes, kinds = lobes[1]
     if jitter is None:
         number, accept = bin_of_rank(rank, *fall_of_lobe(lobe, lobes[3])), lobes[2]
         word = decision_by_rank(rank, accept[0], accept[1], accept[2])
     else:
         number = NO_NUMBER
         word, _ = philox_pair(key, rank, band, ACCEPT)
-    return lobe_at(lobe, lobes[1], ZERO, number, first, second, word, key, rank, band)
+    return _until_taken(lobe, ranges, bins, shapes, envelopes, kinds, number, first, second, word, key, rank, band)
 
 
 @inner_reader

@@ -22,7 +22,7 @@ from aomc_sky.kernels.arithmetic.constants import (
     ZERO,
 )
 from aomc_sky.kernels.arithmetic.rng import later_words, philox_pair
-from aomc_sky.kernels.cells.blocks import column
+from aomc_sky.kernels.cells.blocks import column, whole_vectors
 from aomc_sky.kernels.jit import inlined, inner_reader
 from aomc_sky.skies.lobes.kernels.law import FALL_COLUMNS, PACE_COLUMNS, bin_of_rank, decision_by_rank
 
@@ -35,16 +35,8 @@ OVERHANG = np.uint64(32)
 AHEAD = np.uint64(16)
 """So many photons before it is written the memory of one is asked for."""
 
-_LANES = np.uint64(31)
 _FALL_COLUMNS = np.uint64(FALL_COLUMNS)
 _PACE_COLUMNS = np.uint64(PACE_COLUMNS)
-_WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFE0)
-
-
-@inner_reader
-def whole_vectors(n):
-    """The next multiple of 32: what a vector loop leaves over costs more than computing on stale memory."""
-    return (n + _LANES) & _WHOLE_VECTORS
 
 
 @inner_reader

@@ -10,7 +10,7 @@ import numpy as np
 from aomc_sky.kernels.arithmetic.constants import ACCEPT, LAST_TRIAL, ONE, PEREZ_CHUNK, PEREZ_WORDS, U64, ZERO
 from aomc_sky.kernels.arithmetic.elementary import arc, exp_level, sincos_turned_any, unit
 from aomc_sky.kernels.arithmetic.rng import later_words, philox_pair
-from aomc_sky.kernels.cells.blocks import MAX_PHOTONS, cell_of_photon, column, turn_of_photon
+from aomc_sky.kernels.cells.blocks import MAX_PHOTONS, cell_of_photon, column, turn_of_photon, whole_vectors
 from aomc_sky.kernels.cells.laws import from_mu2
 from aomc_sky.kernels.jit import inner, inner_reader
 from aomc_sky.skies.perez.kernels.cells import is_rejected, is_taken_at_once, measured, tilted
@@ -81,12 +81,6 @@ def _undecided(m, word, cell_word, flag, chosen):
                 n += U64(flag[j])
                 j += ONE
     return n
-
-
-@inner_reader
-def _whole_vectors(n):
-    """The next multiple of 32: what a vector loop leaves over costs more than computing on stale memory."""
-    return (n + U64(31)) & U64(0xFFFFFFFFFFFFFFE0)
 
 
 @inner_reader
@@ -233,7 +227,7 @@ def reject(m, slot, rank, p, perez, key, band, word, cell_word, jacobian, scratc
         k = min(_CHUNK, n - lo)
         part = chosen[lo : lo + k]
         _measure_chosen(k, part, ux, uy, uz, word, slot, jacobian, bound, sky, chord, mu, limit, scale)
-        _luminance(_whole_vectors(k), chord, mu, sky, scale, value)
+        _luminance(whole_vectors(k), chord, mu, sky, scale, value)
         left = _keep_rejected(k, limit, value, part, left, chosen)
     trial = ONE
     while left > _FEW and trial < LAST_TRIAL:
@@ -242,11 +236,11 @@ def reject(m, slot, rank, p, perez, key, band, word, cell_word, jacobian, scratc
             k = min(_CHUNK, n - lo)
             part = chosen[lo : lo + k]
             _gather_cells(k, part, p, rank, slot, cell_word, bound, first, tilt, limit, h0, h1, h2, h3, t0, t1)
-            _draw(_whole_vectors(k), trial, key, band, first, second, decision)
-            _place_again(_whole_vectors(k), first, second, tilt, h0, h1, h2, h3, t0, t1, x, y, z, scale)
+            _draw(whole_vectors(k), trial, key, band, first, second, decision)
+            _place_again(whole_vectors(k), first, second, tilt, h0, h1, h2, h3, t0, t1, x, y, z, scale)
             _scatter(k, part, x, y, z, ux, uy, uz)
-            _measure_again(_whole_vectors(k), x, y, z, decision, sky, chord, mu, limit)
-            _luminance(_whole_vectors(k), chord, mu, sky, scale, value)
+            _measure_again(whole_vectors(k), x, y, z, decision, sky, chord, mu, limit)
+            _luminance(whole_vectors(k), chord, mu, sky, scale, value)
             left = _keep_rejected(k, limit, value, part, left, chosen)
         trial += ONE
     _one_by_one(left, trial, chosen, slot, rank, p, bound, cell_word, sky, key, band, ux, uy, uz)
