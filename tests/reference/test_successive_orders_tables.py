@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterable
 import numpy as np
 import pytest
 
-from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, DiffuseSky, solve_orders
+from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, solve_orders
 from tests.support import atmospheres
-from tests.support.plane_layers import Layers, by_order, later_orders, solve_layers
+from tests.support.plane_layers import FlatSky, Layers, by_order, later_orders, solve_layers
 from tests.support.shared import SHARED
 
 TABLES = SHARED / "atmosphere"
@@ -50,7 +50,7 @@ def rayleigh(cosine: np.ndarray) -> np.ndarray:
     return atmospheres.rayleigh_phase(cosine, 0)
 
 
-def rayleigh_sky(tau: str, albedo: str, mu0: str, mu: np.ndarray, n_listed: int = 1) -> DiffuseSky:
+def rayleigh_sky(tau: str, albedo: str, mu0: str, mu: np.ndarray, n_listed: int = 1) -> FlatSky:
     layers = Layers(optical_depth=np.array([float(tau)]), scattering=np.ones((1, 1)), phases=(rayleigh,))
     return solve_layers(layers, float(albedo), np.arccos(float(mu0)), np.arccos(mu), n_listed=n_listed)
 

@@ -31,7 +31,7 @@ from aomc_sky.skies.atmosphere.description.medium import (
     glow_of_luminance,
     moon_of_direction,
     read_medium,
-    warn_of_outside,
+    warn_of_others,
 )
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.medium import Medium
@@ -95,7 +95,7 @@ def prepare_table(request: TableRequest) -> AtmosphereTable:
     description = read_atmo(request.path, allow_paths=request.allow_paths)
     medium, report = read_medium(description, request.wavelength_nm)
     if request.wavelength_nm is not None:
-        warn_of_outside(description, request.wavelength_nm)
+        warn_of_others(description, request.wavelength_nm, medium.wavelength_nm)
     sizes = description.sizes
     suns = _suns_of(sizes) if request.sun_zenith_deg is None else request.sun_zenith_deg
     rows = max(sizes[ZENITH_ROWS] // 2, 1) if ZENITH_ROWS in sizes else DEFAULT_BINS[0]
@@ -257,7 +257,5 @@ def _sun_report(sky: AtmosphereSky) -> dict[str, Any]:
         "diffuse_irradiance": sky.diffuse_irradiance.tolist(),
         "truncation": None if solved.more is None else solved.truncation.tolist(),
         "largest_relative_error": relative.max(axis=1).tolist(),
-        "series_error": solved.series_error,
         "patch_change": sky.patch_change,
-        "seconds": dict(solved.seconds),
     }

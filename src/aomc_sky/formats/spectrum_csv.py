@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -33,50 +34,71 @@ def read_spectrum_csv(path: str | Path) -> Spectrum:
 
     InputFileError: every problem of the file, E401 for a row of another form, E404 for a number beyond all ranges.
     """
-    lines = read_bytes(path, most_bytes=MAX_BYTES, code="E401").decode("utf-8", "surrogateescape").split("\n")
     report = Report(path=str(path))
-    rows: list[tuple[float, float]] = []
-    for number, line in enumerate(lines, start=1):
-        if not line.strip() or line.lstrip().startswith("#"):
-            continue
-        if (row := _row(line, number, report)) is not None:
-            if rows and not rows[-1][0] < row[0]:
-                span = Span(number, 1, line, len(line.split(",")[0]))
-                message = f"wavelength {row[0]:g} is not above {rows[-1][0]:g}"
-                report.at(span, "E401", message, advice="sort the rows")
-            rows.append(row)
-        if report.is_full or len(rows) > MAX_POINTS:
-            break
-    if len(rows) > MAX_POINTS:
-        report.add("E401", f"the file has more than {MAX_POINTS} rows", advice="use a coarser spectrum")
-    elif len(rows) < 2 and not report.has_errors:
-        message = f"the file has {len(rows)} row{'s' * (len(rows) != 1)} of numbers"
-        report.add("E401", message, advice="write two or more: wavelength in nm, value")
+    rows = read_rows(path, report, _row, ("wavelength", "wavelength in nm, value"), MAX_POINTS)
     report.close()
     table = np.array(rows, np.float64)
     table.flags.writeable = False
     return Spectrum(wavelength_nm=table[:, 0], value=table[:, 1])
 
 
-def _row(line: str, number: int, report: Report) -> tuple[float, float] | None:
-    cells = line.split(",")
-    try:
-        if len(cells) != 2:
-            advice = "write wavelength in nm, comma, value"
-            raise BadValueError("E401", f"a row of {len(cells)} columns where two are expected", advice=advice)
-        return _number(cells[0], 0, 0.0, MAX_WAVELENGTH_NM), _number(cells[1], len(cells[0]) + 1, -MAX_VALUE, MAX_VALUE)
-    except BadValueError as problem:
-        report.bad_value(Span(number, 1, line.rstrip("\r"), len(line)), problem)
-        return None
+def _row(cells: list[str]) -> list[float]:
+    if len(cells) != 2:
+        advice = "write wavelength in nm, comma, value"
+        raise BadValueError("E401", f"a row of {len(cells)} columns where two are expected", advice=advice)
+    return numbers(cells, (0.0, MAX_WAVELENGTH_NM), (-MAX_VALUE, MAX_VALUE))
 
 
-def _number(cell: str, offset: int, low: float, high: float) -> float:
-    text = cell.strip()
-    start = offset + len(cell) - len(cell.lstrip())
-    value = parse_real(text, offset=start)
-    if not low <= value <= high:
-        raise outside(quoted(text), f"{low:g} to {high:g}", offset=start, width=len(text))
-    return value
+def read_rows(
+    path: str | Path,
+    report: Report,
+    row_of: Callable[[list[str]], list[float] | None],
+    names: tuple[str, str],
+    most: int,
+) -> list[list[float]]:
+    """Read rows of numbers whose first ones rise; what is wrong is reported, also fewer than two rows or too many.
+
+    `row_of` has the numbers of the cells of a line, or None for a line of another kind; `names` are those of the first
+    column, and of all.
+    """
+    lines = read_bytes(path, most_bytes=MAX_BYTES, code="E401").decode("utf-8", "surrogateescape").split("\n")
+    rows: list[list[float]] = []
+    for number, line in enumerate(lines, start=1):
+        if not line.strip() or line.lstrip().startswith("#"):
+            continue
+        cells = line.split(",")
+        try:
+            row = row_of(cells)
+            if row is None:
+                continue
+            rows.append(row)
+            if len(rows) > 1 and not rows[-2][0] < row[0]:
+                message = f"{names[0]} {row[0]:g} is not above {rows[-2][0]:g}"
+                raise BadValueError("E401", message, advice="sort the rows", width=len(cells[0]))
+        except BadValueError as problem:
+            report.bad_value(Span(number, 1, line.rstrip("\r"), len(line)), problem)
+        if report.is_full or len(rows) > most:
+            break
+    if len(rows) > most:
+        report.add("E401", f"the file has more than {most} rows", advice="write fewer")
+    elif len(rows) < 2 and not report.has_errors:
+        message = f"the file has {len(rows)} row{'s' * (len(rows) != 1)} of numbers"
+        report.add("E401", message, advice=f"write two or more: {names[1]}")
+    return rows
+
+
+def numbers(cells: list[str], first: tuple[float, float], others: tuple[float, float], offset: int = 0) -> list[float]:
+    """Numbers of the cells of a line inside their ranges; `offset` is where the cells begin."""
+    values = []
+    for k, cell in enumerate(cells):
+        low, high = others if k else first
+        text, start = cell.strip(), offset + len(cell) - len(cell.lstrip())
+        value = parse_real(text, offset=start)
+        if not low <= value <= high:
+            raise outside(quoted(text), f"{low:g} to {high:g}", offset=start, width=len(text))
+        values.append(value)
+        offset += len(cell) + 1
+    return values
 
 
 def bin_means(spectrum: Spectrum, wavelength_nm: np.ndarray) -> np.ndarray:

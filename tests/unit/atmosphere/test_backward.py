@@ -10,8 +10,7 @@ from scipy.integrate import quad
 from scipy.special import expn
 
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
-from aomc_sky.skies.atmosphere import backward
-from aomc_sky.skies.atmosphere.backward import BLOCK, PathsResult, path_tables, paths_result, solve_paths
+from aomc_sky.skies.atmosphere.backward import PathsResult, path_tables, paths_result, solve_paths
 from aomc_sky.skies.atmosphere.kernels.shells import fill_sun_share
 from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.sky.path_orders import path_orders
@@ -292,23 +291,3 @@ def test_order_one_of_a_glowing_ground_has_a_closed_form() -> None:
     bar = found.standard_error[0, 0] + 1e-3 * thin_glow()
     assert found.radiance[0, 0] == pytest.approx(thin_glow(), abs=4.0 * bar)
     assert bar < 0.01 * thin_glow()
-
-
-def test_more_paths_go_on_where_the_first_ended() -> None:
-    """To the bit as if all were followed at once, in light, errors and flags."""
-    at = {"sun_zenith_rad": np.radians(92.0), "n_orders": 6}
-    few, all_at_once = (solved(full(550.0), n, **at) for n in (2 * BLOCK, 5 * BLOCK + 100))
-    followed: list[int] = []
-    with pytest.MonkeyPatch.context() as patch:
-        follow = backward.Bundle.follow
-        patch.setattr(
-            backward.Bundle,
-            "follow",
-            lambda self, row, first, *more: followed.append(first) or follow(self, row, first, *more),
-        )
-        more = solved(full(550.0), 5 * BLOCK + 100, first=few, **at)
-    assert set(followed) == {2 * BLOCK}
-    for name in ("radiance_by_order", "standard_error_by_order", "standard_error", "under_sampled"):
-        np.testing.assert_array_equal(getattr(more, name), getattr(all_at_once, name), name)
-    assert more.n_paths == all_at_once.n_paths
-    assert few.n_paths == 2 * BLOCK

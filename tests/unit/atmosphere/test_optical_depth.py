@@ -144,13 +144,13 @@ def test_the_profile_never_asks_at_a_kink() -> None:
 
 def test_shells_keep_columns_and_kinks() -> None:
     medium = mol_ozone([600.0])
-    shells = uniform_shells(medium)
-    assert shells.edge_m[0] == 0
-    assert shells.edge_m[-1] == medium.top_m
-    assert np.all(np.diff(shells.edge_m) > 0)
-    assert {8e3, 21.5e3, 39e3} <= set(shells.edge_m)
-    assert np.diff(shells.edge_m)[:50] == pytest.approx(50.0)
-    by_shell = (shells.density * np.diff(shells.edge_m)[:, None]).sum(axis=0)
+    edge, density = uniform_shells(medium)
+    assert edge[0] == 0
+    assert edge[-1] == medium.top_m
+    assert np.all(np.diff(edge) > 0)
+    assert {8e3, 21.5e3, 39e3} <= set(edge)
+    assert np.diff(edge)[:50] == pytest.approx(50.0)
+    by_shell = (density * np.diff(edge)[:, None]).sum(axis=0)
     sigma = np.array([part.scattering_m2 + part.absorption_m2 for part in medium.constituents])[:, 0]
     np.testing.assert_allclose(by_shell * sigma, vertical_optical_depth(medium)[0], rtol=1e-12)
 
@@ -158,8 +158,8 @@ def test_shells_keep_columns_and_kinks() -> None:
 @pytest.mark.parametrize("top_m", [1.0, 120e3, 1e6])
 def test_shells_are_thin_beside_the_scale_height(top_m: float) -> None:
     scale = top_m / 100
-    shells = uniform_shells(exponential(1.0, top_m=top_m, scale_height_m=scale))
-    thickness = np.diff(shells.edge_m)[shells.edge_m[1:] < 10 * scale]
+    edge, _ = uniform_shells(exponential(1.0, top_m=top_m, scale_height_m=scale))
+    thickness = np.diff(edge)[edge[1:] < 10 * scale]
     assert np.max((thickness / scale) ** 2 / 24) < 1.01 * SHELL_TOLERANCE
 
 

@@ -16,10 +16,10 @@ from aomc_sky.skies.atmosphere.scattering_orders.orders import (
     legendre_table,
     phase_moments,
 )
-from aomc_sky.skies.atmosphere.scattering_orders.paths import Crossings, node_paths
+from aomc_sky.skies.atmosphere.scattering_orders.paths import node_paths
 from aomc_sky.skies.atmosphere.scattering_orders.slab import Slab, altitude_grid, slabs_of_medium
 from tests.support import atmospheres
-from tests.support.plane_layers import Layers, plane_crossings, slab_of_layers
+from tests.support.plane_layers import Layers, flat_medium
 
 # ---- Legendre series ----
 
@@ -81,8 +81,10 @@ def test_paths_of_a_source_that_is_known() -> None:
     edges, mu = np.array([0.0, 0.1, 0.5, 0.6]), np.array([0.05, 0.7])
     share = np.tile([[0.08, 0.3, 0.7, 0.95]], (3, 1))
     nodes = edges[:-1, None] + np.diff(edges)[:, None] * share
-    lines, ground = plane_crossings(edges, nodes, mu)
-    paths = node_paths(share, lines, ground)
+    ground = np.diff(edges) / mu[:, None]
+    crossed = np.tile(ground, (nodes.size, 1, 1))
+    below = (edges[1:, None] - nodes).ravel()[:, None] / mu
+    paths = node_paths(share, crossed, below, np.ones_like(crossed), np.full_like(below, -1.0), ground)
     depth, cosine = nodes.ravel(), mu[:, None]
     down = depth - cosine * -np.expm1(-depth / cosine)
     up = depth + cosine - (0.6 + cosine) * np.exp(-(0.6 - depth) / cosine)
@@ -97,8 +99,7 @@ def test_a_line_that_turns_inside_an_element() -> None:
     """What arrives of sources 1 and s, from this side of the lowest point and from beyond it, in closed form."""
     share = np.array([[0.2, 0.4, 0.6, 0.8]])
     crossed, below = np.full((4, 1, 1), 0.7), np.array([[0.6], [0.4], [0.1], [0.0]])
-    lines = Crossings(crossed=crossed, below=below, tangent=np.full((4, 1, 1), 0.65), lowest=np.full((4, 1), 10.0))
-    paths = node_paths(share, lines, np.array([[0.7]]))
+    paths = node_paths(share, crossed, below, np.full((4, 1, 1), 0.65), np.full((4, 1), 10.0), np.array([[0.7]]))
     assert paths.over is not None
     np.testing.assert_allclose(paths.up.sum(axis=2)[0, :3], -np.expm1(-below[:3, 0]), rtol=1e-12)
     both = (paths.up + paths.over).sum(axis=2)[0, :3]
@@ -144,7 +145,8 @@ def slab_with(depth: float, albedos: list[float]) -> Slab:
     layers = Layers(
         optical_depth=np.array([depth]), scattering=np.array(albedos)[:, None], phases=(np.ones_like,) * len(albedos)
     )
-    return slab_of_layers(layers, 1.0, 4)
+    medium = flat_medium(layers, 0.0, 1)
+    return slabs_of_medium(medium, altitude_grid(medium, 4), 0.0)[0]
 
 
 def test_moments_follow_the_peak_and_its_share() -> None:

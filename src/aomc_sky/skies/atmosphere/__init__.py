@@ -8,7 +8,6 @@ phase_table         Phase functions as tables: their norm, and their values betw
 optical_depth       Densities as polynomials between edges, and optical depths along straight rays through them
 lights              What comes from outside: the Moon before the sun, and the sun's beam at the ground
 order_one           Light scattered once, by quadrature on the spherical profile
-twilight            Light scattered once under a sun below the horizon, whose shadow no series holds
 eclipse             Light scattered once under a sun that the Moon hides in part
 scattering_orders/  Light scattered more than once, by successive orders in columns
 backward            Light scattered more than once, by paths followed backwards

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.errors import UsageError
 from aomc_sky.progress import counted
-from aomc_sky.skies.atmosphere.eclipse import solve_eclipsed_order_one
+from aomc_sky.skies.atmosphere.eclipse import solve_order_one
 from aomc_sky.skies.atmosphere.lights import Moon, sun_and_moon
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers
 from aomc_sky.skies.atmosphere.optical_depth import Profile, columns, density_profile
@@ -43,8 +43,6 @@ class PathsResult:
     standard_error: np.ndarray
     under_sampled: np.ndarray  #: (n_wl, n) where the errors are not to be trusted: see `solve_paths`
     n_paths: int  #: Paths of each direction and wavelength
-    #: `rows` and `totals` of `paths_result`, to follow more paths
-    sums: tuple[np.ndarray, np.ndarray]
 
     @property
     def radiance(self) -> np.ndarray:
@@ -68,7 +66,6 @@ def paths_result(order_one: np.ndarray, rows: np.ndarray, totals: np.ndarray, n_
         standard_error=error,
         under_sampled=_under_sampled(totals, n_paths) | ((totals[..., 1] == 0) & (order_one > 0) & (rows.shape[2] > 1)),
         n_paths=n_paths,
-        sums=(rows, totals),
     )
 
 
@@ -82,9 +79,6 @@ def _under_sampled(totals: np.ndarray, n: int) -> np.ndarray:
     squares = np.where(totals[..., 1] > 0, totals[..., 1], 1.0)
     return np.asarray(totals[..., 2] / squares**2 > TRUSTED**2 + 1.0 / n)
 
-
-BLOCK = 1024
-"""Paths whose light is added up before it goes to the total: the same for any number of threads."""
 
 MOST_PATHS = 2**32 - 1
 
@@ -103,14 +97,12 @@ def solve_paths(
     threads: int = 1,
     tables: PathTables | None = None,
     order_one: np.ndarray | None = None,
-    first: PathsResult | None = None,
 ) -> PathsResult:
     """Follow light backwards from the ground: `n_paths` in each direction and wavelength.
 
     The medium's own number of orders does not count. `visible` hides part of the sun; `ground_radiance` (n_wl,) is
     light that the ground gives off by itself [W m-2 sr-1 nm-1]. Earlier results save work: `tables` of this medium
-    serve all suns, `order_one` (n_wl, n) is the sun's in these directions, and `first` holds the first paths, in whole
-    blocks.
+    serve all suns, and `order_one` (n_wl, n) is the sun's in these directions.
 
     Random numbers are addressed by direction, wavelength, path and step. The light of a direction depends neither on
     the number of threads nor on other directions. The same direction under two suns has the same numbers: give each sun
@@ -119,75 +111,38 @@ def solve_paths(
     Accuracy: the standard error, and 1e-4 of tables and shells. `under_sampled` marks directions whose paths know their
     own variance to less than 20 %. Cost: 1 us a path.
     """
+    from aomc_sky.skies.atmosphere.kernels.paths import ABREAST, N_MARK, N_NUMBER, N_STATE, follow_paths
+    from aomc_sky.skies.atmosphere.kernels.shells import ROOTS
+
     zenith, azimuth = checked_directions(sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
     glow = _checked_glow(medium, ground_radiance)
     n_row = min(n_orders, MOST_LISTED)
     rows = np.zeros((medium.wavelength_nm.size, zenith.size, n_row, 2))
     totals = np.zeros((medium.wavelength_nm.size, zenith.size, 3))
-    n_known = 0
-    if first is not None:
-        n_known, (rows, totals) = first.n_paths, (each.copy() for each in first.sums)
     if scatterers(medium) and zenith.size:
         sun, moon = sun_and_moon(medium, sun_zenith_rad, visible)
-        task = Bundle(
-            medium=medium, tables=tables or path_tables(medium), sun=sun, moon=moon, glow=glow,
-            n_paths=n_paths, n_orders=n_orders, seed=seed,
-        )  # fmt: skip
+        read = tables or path_tables(medium)
         places = [(row, k) for row in range(rows.shape[0]) for k in range(zenith.size)]
 
-        def work(place: tuple[int, int]) -> None:
+        def follow(place: tuple[int, int]) -> None:
             row, k = place
-            task.follow(row, n_known, float(zenith[k]), float(azimuth[k]), rows[row, k], totals[row, k])
+            across = float(np.sin(zenith[k]))
+            view = (across * float(np.cos(azimuth[k])), across * float(np.sin(azimuth[k])), float(np.cos(zenith[k])))
+            ground = (float(medium.ground_albedo[row]), float(glow[row]), float(medium.toa_irradiance[row]))
+            address = (_word(zenith[k], azimuth[k]), _word(medium.wavelength_nm[row]), np.uint64(seed))
+            flight = np.empty((4, max(read.shells[row].shape[1] + 1, ROOTS)))
+            follow_paths(
+                read.scales, read.shells[row], read.depths[row], read.phases[row], read.guides[row], sun, moon, ground,
+                (min(n_orders, 2**31), n_row), address, view, n_paths, flight, np.empty((N_NUMBER, ABREAST)),
+                np.empty((N_STATE, ABREAST)), np.empty((N_MARK, ABREAST), np.int64), rows[place], totals[place],
+            )  # fmt: skip
 
         with ThreadPoolExecutor(max_workers=threads) as pool:
-            for _ in counted(pool.map(work, places), "direction", len(places)):
+            for _ in counted(pool.map(follow, places), "direction", len(places)):
                 pass
     if order_one is None:
-        order_one = solve_eclipsed_order_one(medium, sun_zenith_rad, zenith, azimuth, visible)
+        order_one = solve_order_one(medium, sun_zenith_rad, zenith, azimuth, visible)
     return paths_result(order_one, rows, totals, n_paths)
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Bundle:
-    """The scene and the settings of one call."""
-
-    medium: Medium
-    tables: PathTables
-    sun: tuple[float, ...]
-    moon: tuple[float, ...]
-    glow: np.ndarray
-    n_paths: int
-    n_orders: int
-    seed: int
-
-    def follow(
-        self, row: int, first: int, zenith: float, azimuth: float, orders: np.ndarray, totals: np.ndarray
-    ) -> None:
-        """Add the paths of one direction and wavelength after the `first`, whole blocks, to `orders` and `totals`.
-
-        `orders` (n_row, 2) and `totals` (3,) end as if all had been followed at once, to the bit.
-        """
-        from aomc_sky.skies.atmosphere.kernels.paths import ABREAST, N_MARK, N_NUMBER, N_STATE, follow_paths
-        from aomc_sky.skies.atmosphere.kernels.shells import ROOTS
-
-        medium, tables = self.medium, self.tables
-        n_block = -(-(self.n_paths - first) // BLOCK)
-        sums, blocks = np.zeros((n_block, *orders.shape)), np.zeros((n_block, totals.size))
-        across = float(np.sin(zenith))
-        view = (across * float(np.cos(azimuth)), across * float(np.sin(azimuth)), float(np.cos(zenith)))
-        ground = (float(medium.ground_albedo[row]), float(self.glow[row]), float(medium.toa_irradiance[row]))
-        address = (_word(zenith, azimuth), _word(float(medium.wavelength_nm[row])), np.uint64(self.seed))
-        flight = np.empty((4, max(tables.shells[row].shape[1] + 1, ROOTS)))
-        marks = np.empty((N_MARK, ABREAST), dtype=np.int64)
-        follow_paths(
-            tables.scales, tables.shells[row], tables.depths[row], tables.phases[row], tables.guides[row],
-            self.sun, self.moon, ground, (min(self.n_orders, 2**31), orders.shape[0]), address, view,
-            first, self.n_paths, BLOCK, flight, np.empty((N_NUMBER, ABREAST)), np.empty((N_STATE, ABREAST)), marks,
-            sums, blocks,
-        )  # fmt: skip
-        for of_orders, of_all in zip(sums, blocks, strict=True):
-            orders += of_orders
-            totals += of_all
 
 
 def _word(*numbers: float) -> np.uint64:
@@ -248,33 +203,33 @@ def path_tables(medium: Medium) -> PathTables:
 
     Steps are halved until that is met, at most twice and four times.
     """
-    profile, shells = density_profile(medium), uniform_shells(medium)
-    depth, bend, floor = _depth_tables(medium, profile, shells.edge_m)
+    profile, (edge, density) = density_profile(medium), uniform_shells(medium)
+    depth, bend, floor = _depth_tables(medium, profile, edge)
     phase = _phase_tables(medium)
     rows = range(medium.wavelength_nm.size)
     laws = [_cumulated(phase[row]) for row in rows]
     return PathTables(
         scales=(float(medium.earth_radius_m), bend, floor),
-        shells=tuple(_shell_rows(medium, shells, row) for row in rows),
+        shells=tuple(_shell_rows(medium, edge, density, row) for row in rows),
         depths=tuple(depth),
         phases=tuple(law for law, _ in laws),
         guides=tuple(guide for _, guide in laws),
     )
 
 
-def _shell_rows(medium: Medium, shells: Shells, row: int) -> np.ndarray:
+def _shell_rows(medium: Medium, edge: np.ndarray, density: np.ndarray, row: int) -> np.ndarray:
     """Edges, rise of the squared radii, extinction, albedo, and the scatterers' shares of each shell."""
     which = scatterers(medium)
-    low, high = shells.edge_m[:-1], shells.edge_m[1:]
+    low, high = edge[:-1], edge[1:]
     cross = np.array([part.scattering_m2[row] + part.absorption_m2[row] for part in medium.constituents])
-    extinction = shells.density @ cross
-    scattering = shells.density[:, which] * np.array([medium.constituents[k].scattering_m2[row] for k in which])
+    extinction = density @ cross
+    scattering = density[:, which] * np.array([medium.constituents[k].scattering_m2[row] for k in which])
     share = np.divide(scattering, extinction[:, None], out=np.zeros_like(scattering), where=extinction[:, None] > 0)
     albedo = share.sum(axis=1)
     upto = np.cumsum(share, axis=1)
     upto = np.divide(upto, albedo[:, None], out=np.ones_like(upto), where=albedo[:, None] > 0)
     upto[:, -1] = 1.0
-    fall, rise = (edge * (edge + 2.0 * medium.earth_radius_m) for edge in (low, high))
+    fall, rise = (each * (each + 2.0 * medium.earth_radius_m) for each in (low, high))
     return np.vstack([low, high, fall, rise, extinction, albedo, 1.0 / (high - low), upto.T, share.T])
 
 
@@ -353,18 +308,12 @@ def _cumulated(phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.ascontiguousarray(np.stack([phase, upto], axis=-1)), np.clip(guide, 0, n - 1).astype(np.int64)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Shells:
-    """An atmosphere cut into uniform shells."""
-
-    edge_m: np.ndarray  #: (n_shell + 1,) rising altitudes from the ground to the top; every kink is among them. [m]
-    #: (n_shell, n_constituent) mean of each constituent over the thickness, so that vertical columns are exact. [m-3]
-    density: np.ndarray
-
-
-def uniform_shells(medium: Medium) -> Shells:
+def uniform_shells(medium: Medium) -> tuple[np.ndarray, np.ndarray]:
     """Cut an atmosphere into shells: `_STEPS_M` in proportion to its top, cut at the kinks, halved to
     `SHELL_TOLERANCE`.
+
+    Rising altitudes (n_shell + 1,) [m], and means (n_shell, n_constituent) of the densities over the thickness, so that
+    vertical columns are exact. [m-3]
     """
     profile = density_profile(medium)
     edges = np.union1d(_regular_edges(medium.top_m), profile.edge_m)
@@ -374,8 +323,7 @@ def uniform_shells(medium: Medium) -> Shells:
         if not bent.any() or edges.size + bent.sum() > _MOST_SHELLS:
             break
         edges = np.sort(np.concatenate([edges, 0.5 * (edges[1:] + edges[:-1])[bent]]))
-    thickness = np.diff(edges)
-    return Shells(edge_m=edges, density=columns(profile, edges[:-1], 1.0, edges[1:]) / thickness[:, None])
+    return edges, columns(profile, edges[:-1], 1.0, edges[1:]) / np.diff(edges)[:, None]
 
 
 def _regular_edges(top_m: float) -> np.ndarray:

@@ -195,14 +195,6 @@ class NumberDensity:
         self(np.concatenate([samples, inside, np.nextafter(inside, 0.0)]))
         return inside
 
-    def column(self, kinks_m: np.ndarray) -> float:
-        """Particles above each square metre of ground, to about 1e-10; `kinks_m` are those of `kinks`. [m-2]"""
-        # in a cubic root for scale heights of metres, evenly for layers of metres
-        step = np.linspace(0.0, 1.0, 65) ** 3
-        even = self.top_m * np.union1d(step, np.linspace(0.0, 1.0, 1025))
-        edges = np.unique(np.concatenate([even, kinks_m]))
-        return float(integrate(lambda altitude: self(altitude)[None], edges, tolerance=1e-12).value[0])
-
 
 def _thin_layers(value: np.ndarray) -> list[list[int]]:
     """For each thin layer the indices where it has half of its peak, of its peak, and where it has half again."""
@@ -243,8 +235,8 @@ class PhaseBlock:
 def read_phase_block(block: Block, given: Sequence[Given], rows: Sequence[tuple[int, int]]) -> PhaseBlock:
     """Check a phase function at all cosines and find its integrals."""
     integrals = [sphere_integral(block, one) for one in given]
-    norm = np.array([integrals[group].value[component] for group, component in rows])
-    error = np.array([integrals[group].error[component] for group, component in rows])
+    norm = np.array([integrals[group][0][component] for group, component in rows])
+    error = np.array([integrals[group][1][component] for group, component in rows])
     if not (norm > 0.0).all():
         message = "the phase function is zero everywhere, so it cannot be normalised"
         raise block.refused_at(None, message, "write one that scatters some light")
@@ -255,8 +247,8 @@ def read_phase_block(block: Block, given: Sequence[Given], rows: Sequence[tuple[
     return PhaseBlock(block=block, given=tuple(given), rows=tuple(rows), norm=norm)
 
 
-def sphere_integral(block: Block, given: Given) -> Integral:
-    """Integrate a phase function over the sphere, one integral for each component: 2 pi times the integral over mu.
+def sphere_integral(block: Block, given: Given) -> tuple[np.ndarray, np.ndarray]:
+    """Integrate a phase function over the sphere: for each component 2 pi times the integral over mu, and its error.
 
     The variable is t, 0 to 1, with ``1 - mu = 2 t^4``: a forward peak of width 1e-12 in 1 - mu takes a thousandth of
     the range. Accuracy: 1e-10, and 1e-16 over the width of the peak where that is more.
@@ -328,21 +320,14 @@ _MAX_HALVINGS = 40
 _MAX_NODES = 2**20
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Integral:
-    """Integrals with what they may be off by."""
-
-    value: np.ndarray  #: (n_function,) the integrals
-    #: (n_function,) sum of the changes that the last halving of each panel made: far above the true error where the
-    #: functions are smooth
-    error: np.ndarray
-
-
-def integrate(function: Callable[[np.ndarray], np.ndarray], edges: np.ndarray, *, tolerance: float) -> Integral:
+def integrate(
+    function: Callable[[np.ndarray], np.ndarray], edges: np.ndarray, *, tolerance: float
+) -> tuple[np.ndarray, np.ndarray]:
     """Integrate functions of one sign over the range of some edges, among which their jumps and bends belong.
 
     Every panel has 15 Gauss nodes. It is halved until that changes its share by at most `tolerance` of the whole, or
-    until a million nodes are spent; the error says which.
+    until a million nodes are spent. Returns the integrals (n_function,) and their errors, the sums of the changes that
+    the last halving of each panel made: far above the true error where the functions are smooth.
     """
     low, high = edges[:-1], edges[1:]
     whole = _panels(function, low, high)
@@ -366,7 +351,7 @@ def integrate(function: Callable[[np.ndarray], np.ndarray], edges: np.ndarray, *
         low, high, whole = np.r_[low, middle], np.r_[middle, high], np.hstack([left, right])
     else:
         done, error = done + whole.sum(axis=1), error + np.abs(whole).sum(axis=1)
-    return Integral(value=done, error=error)
+    return done, error
 
 
 def _panels(function: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray) -> np.ndarray:

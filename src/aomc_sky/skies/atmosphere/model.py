@@ -16,7 +16,7 @@ from aomc_sky.directions import in_both_units, settle_angles
 from aomc_sky.errors import SceneError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.progress import is_free, patience
-from aomc_sky.skies.atmosphere.description.medium import read_medium, warn_of_others, warn_of_outside
+from aomc_sky.skies.atmosphere.description.medium import read_medium, warn_of_others
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.medium import Medium
@@ -68,9 +68,8 @@ class AtmosphereSky(Share):
 
     Notes
     -----
-    Accuracy: radiances of order 1 follow their solver to `solved.series_error`, the largest difference found in 64
-    directions between the nodes (2e-8 for a sun above 10 degrees); patch means are good to `patch_change`, 1e-5,
-    1e-3 in twilight.
+    Accuracy: radiances of order 1 follow their solver to 2e-8 for a sun above 10 degrees; patch means are good to
+    `patch_change`, 1e-5, 1e-3 in twilight.
     The solver's own error is `patch_error`.
 
     Examples
@@ -147,8 +146,7 @@ class AtmosphereSky(Share):
         """
         description = read_atmo(os.fspath(path), allow_paths=[os.fspath(one) for one in allow_paths])
         medium, _ = read_medium(description, wavelength_nm)
-        warn_of_outside(description, wavelength_nm)
-        warn_of_others(os.fspath(path), wavelength_nm, medium.wavelength_nm)
+        warn_of_others(description, wavelength_nm, medium.wavelength_nm)
         return cls(medium=medium, **options)
 
     @property

@@ -5,16 +5,16 @@ L = F0 sum_i p_i(angle to the sun) sigma_i int n_i(s) exp(-depth to the eye - de
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import os
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import UsageError
-from aomc_sky.skies.atmosphere.kernels.rays import lowest_altitude
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers
-from aomc_sky.skies.atmosphere.optical_depth import Profile, columns, density_profile
+from aomc_sky.skies.atmosphere.optical_depth import Profile, columns, columns_to_top, density_profile
 
 N_NODES = 6
 """Gauss nodes of a panel: 1e-6 and better; see docs/models/atmosphere.md."""
@@ -23,59 +23,15 @@ MOST_NODES = 64
 """Nodes that a wish for many points along a line may bring; 12 are at the rounding error."""
 
 
-def solve_order_one(
-    medium: Medium,
-    sun_zenith_rad: float,
-    sky_zenith_rad: ArrayLike,
-    azimuth_from_sun_rad: ArrayLike,
-) -> np.ndarray:
-    """Radiance (n_wl, n) of light scattered once in the air, seen from the ground. [W m-2 sr-1 nm-1, >= 0]
-
-    The sun is a point, its azimuth 0, at a zenith angle of 0 to pi. Accuracy: 1e-6 relative where the densities are
-    smooth between their declared kinks. Cost: 15 to 40 ms for the tables, then 10 to 60 us a direction.
-    """
-    zenith, azimuth = checked_directions(sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
-    parts = scattered_once(medium, sun_zenith_rad, zenith, azimuth)
-    return with_phases(medium, parts, scattering_cosine(sun_zenith_rad, zenith, azimuth))
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class OrderOneTables:
-    """Tables of order 1 under one sun, for all directions; cost: 15 to 40 ms."""
-
-    profile: Profile
-    u_edge: np.ndarray  #: (n_panel + 1,) roots of the altitudes between panels. [m^0.5]
-    #: Gauss nodes and weights of a panel, and the integrals up to each node
-    rule: tuple[np.ndarray, np.ndarray, np.ndarray]
-    density: np.ndarray  #: (n_constituent, n_panel n_node) at the nodes. [m-3]
-    sun: SunColumns  #: Columns from the nodes towards the sun
-
-
-def order_one_tables(medium: Medium, sun_zenith_rad: float) -> OrderOneTables:
-    """Tabulate a medium under a sun; arguments as `solve_order_one` has them."""
-    profile = density_profile(medium)
-    panel_m = ray_panels(profile, sun_zenith_rad)
-    least = -(-medium.least_line_points // (panel_m.size - 1))
-    rule = _rule(max(N_NODES, min(least, MOST_NODES)))
-    u_edge = np.sqrt(panel_m)
-    u = 0.5 * (u_edge[1:] + u_edge[:-1])[:, None] + 0.5 * np.diff(u_edge)[:, None] * rule[0]
-    return OrderOneTables(
-        profile=profile,
-        u_edge=u_edge,
-        rule=rule,
-        density=np.ascontiguousarray(profile.density((u * u).ravel()).T),
-        sun=sun_columns(profile, panel_m, u * u, sun_zenith_rad),
-    )
-
-
 def scattered_once(
-    medium: Medium,
-    sun_zenith_rad: float,
-    sky_zenith_rad: ArrayLike,
-    azimuth_from_sun_rad: ArrayLike,
-    tables: OrderOneTables | None = None,
+    medium: Medium, sun_zenith_rad: float, sky_zenith_rad: ArrayLike, azimuth_from_sun_rad: ArrayLike
 ) -> np.ndarray:
-    """`solve_order_one` before the phase functions, (n_wl, n_scatterer, n) in the order of `scatterers`."""
+    """Light scattered once in the air, seen from the ground, before the phase functions. [W m-2 nm-1, >= 0]
+
+    Shape (n_wl, n_scatterer, n), in the order of `scatterers`. The sun is a point, its azimuth 0, its zenith angle 0 to
+    pi. Accuracy: 1e-6 relative where the densities are smooth between their declared kinks. Cost: 15 to 40 ms for
+    the tables, then 10 to 60 us a direction.
+    """
     from aomc_sky.skies.atmosphere.kernels.order_one import fill_order_one
 
     zenith, azimuth = checked_directions(sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
@@ -83,19 +39,29 @@ def scattered_once(
     out = np.zeros((zenith.size, medium.wavelength_nm.size, len(which)))
     if not which or not zenith.size:
         return out.transpose(1, 2, 0)
-    tables = tables or order_one_tables(medium, sun_zenith_rad)
-    profile, sun = tables.profile, tables.sun
+    profile = density_profile(medium)
+    panel_m = ray_panels(profile, sun_zenith_rad)
+    least = -(-medium.least_line_points // (panel_m.size - 1))
+    rule = _rule(max(N_NODES, min(least, MOST_NODES)))
+    u_edge = np.sqrt(panel_m)
+    u = 0.5 * (u_edge[1:] + u_edge[:-1])[:, None] + 0.5 * np.diff(u_edge)[:, None] * rule[0]
+    density = np.ascontiguousarray(profile.density((u * u).ravel()).T)
+    mixed = profile.extinction_m2 @ density
+    level, to_sun = _level(profile), sun_columns(profile, panel_m, u * u, sun_zenith_rad)
     rays, order, start = _grouped(zenith)
-    fill_order_one(
-        profile.earth_radius_m, tables.u_edge, profile.kink_m, *tables.rule, tables.density, profile.extinction_m2,
-        np.array(which), np.cos(sun_zenith_rad), np.sin(sun_zenith_rad),
-        sun.table, sun.row_start, sun.n_row, sun.scale, sun.low, sun.inverse_step, profile.edge_m, sun.level,
-        np.cos(rays), np.sin(rays), start, np.cos(azimuth[order]), out,
-    )  # fmt: skip
+    threads, across = os.cpu_count() or 1, np.cos(azimuth[order])
+
+    def look(some: np.ndarray) -> None:
+        fill_order_one(
+            profile.earth_radius_m, u_edge, profile.kink_m, *rule, density, profile.extinction_m2, mixed,
+            np.array(which), np.cos(sun_zenith_rad), np.sin(sun_zenith_rad), *to_sun, profile.edge_m, level,
+            np.cos(rays[some]), np.sin(rays[some]), start[some[0] : some[-1] + 2], across, out,
+        )  # fmt: skip
+
+    with ThreadPoolExecutor(max_workers=threads) as pool:
+        list(pool.map(look, np.array_split(np.arange(rays.size), min(threads, rays.size))))
     in_order = np.empty_like(out)
-    in_order[order] = np.maximum(
-        out, 0.0
-    )  # at an edge of the shadow a panel's polynomial may end a rounding below zero
+    in_order[order] = np.maximum(out, 0.0)  # at an edge of the shadow a panel's polynomial may end below zero
     scattering = np.array([medium.constituents[k].scattering_m2 for k in which])
     return np.ascontiguousarray(in_order.transpose(1, 2, 0)) * (scattering * medium.toa_irradiance).T[:, :, None]
 
@@ -120,8 +86,8 @@ def scattering_cosine(sun_zenith_rad: float, zenith_rad: np.ndarray, azimuth_fro
     return np.maximum(1.0 - 2.0 * (np.sin((zenith_rad - sun_zenith_rad) / 2) ** 2 + across), -1.0)
 
 
-def _rule(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Gauss nodes and weights, and integrals (n, n) from -1 to each node of each of Lagrange's polynomials."""
+def _rule(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Gauss rule, integrals (n, n) from -1 to each node of each of Lagrange's polynomials, and inverse gaps."""
     node, weight = np.polynomial.legendre.leggauss(n)
     degrees = np.arange(n)
     values = np.polynomial.legendre.legvander(node, n)
@@ -129,7 +95,8 @@ def _rule(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     below = np.column_stack([np.ones(n), values[:, : n - 1]])  # P_-1 = 1: P_1 is -1 at the lower end
     integrals = (values[:, 1:] - below) / (2.0 * degrees + 1.0)
     integrals[:, 0] = node + 1.0
-    return node, weight, np.ascontiguousarray(integrals @ series)
+    inverse_gap = 1.0 / np.prod(node[:, None] - node + np.eye(n), axis=1)
+    return node, weight, np.ascontiguousarray(integrals @ series), inverse_gap
 
 
 def _grouped(zenith: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -162,33 +129,14 @@ _POINTS = 6
 _N_LEVEL = 14  # Chebyshev nodes of the level columns in a panel: 1e-9
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class SunColumns:
-    """Columns from points at given altitudes to the top, for one position of the sun.
-
-    A ray that sinks is folded at its lowest point, and two smooth tables are enough: rising rays over altitude and the
-    sun's cosine, and level rays over altitude. The row of an altitude has its columns under mu = scale sinh(low + i /
-    inverse_step), over the directions that the sun takes at points seen from the observer.
-    """
-
-    table: np.ndarray  #: (n_entry, n_constituent) all rows, one behind the other. [m-2]
-    #: row_start, n_row: (n_altitude,) where each row starts, and its length
-    row_start: np.ndarray
-    n_row: np.ndarray
-    #: scale, low, inverse_step: (n_altitude,) of each row
-    scale: np.ndarray
-    low: np.ndarray
-    inverse_step: np.ndarray
-    #: (n_profile_panel, n_constituent, n) columns of level rays in each panel of the profile, highest power first. They
-    #: are polynomials of 2 sqrt((high - h)/(high - low)) - 1: below a jump they change like the root of the distance to
-    #: it. [m-2]
-    level: np.ndarray
-
-
-def sun_columns(profile: Profile, panel_m: np.ndarray, altitude_m: np.ndarray, sun_zenith_rad: float) -> SunColumns:
+def sun_columns(
+    profile: Profile, panel_m: np.ndarray, altitude_m: np.ndarray, sun_zenith_rad: float
+) -> tuple[np.ndarray, ...]:
     """Tabulate the columns towards the sun to 1e-6 of the depth; the error falls with the sixth power of `STEP`.
 
-    `panel_m` (n_panel + 1,) has all edges of the profile, `altitude_m` (n_panel, n_node) lies inside the panels.
+    `panel_m` (n_panel + 1,) has all edges of the profile, `altitude_m` (n_panel, n_node) lies inside the panels. It
+    returns table, row_start, n_row, scale, low and inverse_step of `kernels.order_one.fill_order_one`, over all cosines
+    that the sun has at points seen from the observer.
     """
     scale = _scales(profile, panel_m, altitude_m)
     least, greatest = _range(profile, panel_m[1:], sun_zenith_rad)
@@ -202,15 +150,9 @@ def sun_columns(profile: Profile, panel_m: np.ndarray, altitude_m: np.ndarray, s
     which = np.repeat(np.arange(lengths.size), lengths)
     y = np.repeat(low, n_row * n_node) + np.repeat(steps, n_row * n_node) * (np.arange(which.size) - row_start[which])
     mu = np.repeat(scale, n_row * n_node) * np.sinh(y)  # a little above 1 at a row's end: the formulas go on smoothly
-    return SunColumns(
-        table=columns(profile, altitude_m.ravel()[which], mu, profile.top_m),
-        row_start=row_start[:-1],
-        n_row=lengths,
-        scale=np.repeat(scale, n_node),
-        low=np.repeat(low, n_node),
-        inverse_step=1.0 / np.repeat(steps, n_node),
-        level=_level(profile),
-    )
+    table = columns(profile, altitude_m.ravel()[which], mu, profile.top_m)
+    of_row = (np.repeat(each, n_node) for each in (scale, low, 1.0 / steps))
+    return table, row_start[:-1], lengths, *of_row
 
 
 def _scales(profile: Profile, panel_m: np.ndarray, altitude_m: np.ndarray) -> np.ndarray:
@@ -234,7 +176,10 @@ def _range(profile: Profile, altitude_m: np.ndarray, sun_zenith_rad: float) -> t
 
 
 def _level(profile: Profile) -> np.ndarray:
-    """Level columns (n_profile_panel, n_constituent, _N_LEVEL) as polynomials, highest power first."""
+    """Level columns (n_profile_panel, n_constituent, _N_LEVEL) as polynomials, highest power first.
+
+    The variable is 2 sqrt((high - h)/(high - low)) - 1: below a jump they change like the root of the distance to it.
+    """
     x = np.asarray(chebyshev.chebpts1(_N_LEVEL))
     share = (0.5 * (1.0 + x)) ** 2
     altitude = profile.edge_m[1:, None] - np.diff(profile.edge_m)[:, None] * share
@@ -300,7 +245,7 @@ def _change(profile: Profile, edges: np.ndarray, sun_zenith_rad: float) -> np.nd
     change = -np.diff(vertical, axis=0)
     over = vertical[0] - vertical
     for sun_mu in (np.full(edges.size, np.cos(sun_zenith_rad)), np.cos(sun_zenith_rad + widest_angle(profile, edges))):
-        depth = _clipped_columns(profile, edges, sun_mu) @ sigma
+        depth = columns_to_top(profile, edges, sun_mu) @ sigma
         seen = np.minimum(depth[1:] + over[1:], depth[:-1] + over[:-1]) < _NO_LIGHT + vertical[0]
         change = np.maximum(change, np.where(seen, np.abs(np.diff(depth, axis=0)), 0.0))
     return change.max(axis=1)
@@ -310,10 +255,3 @@ def widest_angle(profile: Profile, altitude_m: np.ndarray) -> np.ndarray:
     """Largest angle at the earth's centre between the observer and a point it sees at an altitude. [rad]"""
     level = np.sqrt(altitude_m * (altitude_m + 2.0 * profile.earth_radius_m))
     return np.arctan2(level, profile.earth_radius_m)
-
-
-def _clipped_columns(profile: Profile, altitude_m: np.ndarray, mu: np.ndarray) -> np.ndarray:
-    """Columns to the top; in the shadow those of the ray that touches the ground."""
-    rising = columns(profile, altitude_m, np.abs(mu), profile.top_m)
-    lowest = np.maximum(lowest_altitude(profile.earth_radius_m, altitude_m, np.minimum(mu, 0.0)), 0.0)
-    return np.where(mu[:, None] < 0.0, 2.0 * columns(profile, lowest, 0.0, profile.top_m) - rising, rising)

@@ -125,7 +125,6 @@ def _options(sky: AtmosphereSky, atmosphere: SceneAtmosphere) -> dict[str, Any]:
         "species": [part.name for part in sky.medium.constituents],
         "dropped": list(atmosphere.report.dropped),
         "truncation": None if sky.solved.more is None else float(sky.solved.truncation.max()),
-        "series_error": sky.solved.series_error,
         "patch_change": sky.patch_change,
         "ground_luminance_cd_m2": atmosphere.section.ground_luminance_cd_m2,
         "eclipse": _eclipse_options(sky),

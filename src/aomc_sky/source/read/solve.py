@@ -19,7 +19,6 @@ from aomc_sky.skies.atmosphere.description.medium import (
     moon_of_direction,
     read_medium,
     warn_of_others,
-    warn_of_outside,
 )
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.sky.solve import AtmosphereResult, solve
@@ -132,8 +131,7 @@ def solve_atmosphere(
     requested = _numbers(wavelength_nm, "wavelengths")
     description = read_atmo(Path(path), allow_paths=[os.fspath(one) for one in allow_paths])
     medium, report = read_medium(description, requested)
-    warn_of_outside(description, requested)
-    warn_of_others(os.fspath(path), wavelength_nm, medium.wavelength_nm)
+    warn_of_others(description, requested, medium.wavelength_nm)
     with patience("solving the atmosphere", enabled=is_free()):
         result = solve(
             medium,

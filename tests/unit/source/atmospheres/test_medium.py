@@ -26,7 +26,7 @@ from aomc_sky.skies.atmosphere.description.medium import (
     glow_of_luminance,
     moon_of_direction,
     read_medium,
-    warn_of_outside,
+    warn_of_others,
 )
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from tests.support import atmospheres
@@ -153,18 +153,16 @@ def test_the_nearest_wavelengths_are_taken_once_and_rise(wanted: object, index: 
     np.testing.assert_array_equal(medium.constituents[1].absorption_m2, np.linspace(1e-26, 4e-25, 7)[index])
 
 
-@pytest.mark.parametrize(("wanted", "taken"), [(379.9, 400), ([550.0, 720.1], 700), ([5000.0], 700)])
-def test_wavelengths_beyond_the_description_are_warned_of(wanted: object, taken: int) -> None:
-    with pytest.warns(
-        InputWarning, match=rf"lies outside the wavelengths 400 to 700 nm .*; {taken} nm is used"
-    ) as told:
-        warn_of_outside(description(air(), ozone()), wanted)
+@pytest.mark.parametrize(("wanted", "taken"), [(398.9, "400 for 398.9"), ([550.0, 720.1], "700 for 720.1")])
+def test_other_wavelengths_are_warned_of(wanted: object, taken: str) -> None:
+    with pytest.warns(InputWarning, match=f"its wavelength nearest .*: {taken} nm") as told:
+        warn_of_others(description(air(), ozone()), wanted, GRID_NM)
     assert len(told) == 1
 
 
-def test_wavelengths_a_little_outside_or_between_are_not() -> None:
+def test_wavelengths_as_near_as_a_nanometre_are_not() -> None:
     with warnings.catch_warnings(record=True) as caught:
-        warn_of_outside(description(air(), ozone()), [380.0, 425.0, 550.0, 720.0])
+        warn_of_others(description(air(), ozone()), [399.0, 550.5, 701.0], GRID_NM)
     assert caught == []
 
 
@@ -257,9 +255,7 @@ def test_the_problems_of_all_blocks_come_together() -> None:
     assert "a number density depends on altitude alone" in str(caught.value)
 
 
-def test_names_of_tables_are_refused_with_a_reason() -> None:
-    with pytest.raises(InputFileError, match="a block does not know sizes of tables"):
-        read_medium(description(air(number_density=source("return transmittanceTextureSize.x;"))))
+def test_names_of_other_blocks_are_refused_with_a_reason() -> None:
     with pytest.raises(InputFileError, match="a number of particles does not depend on the wavelength"):
         read_medium(description(air(number_density=source("return groundAlbedo.x;"))))
     with pytest.raises(InputFileError, match="depends on dotViewSun and the wavelengths alone"):

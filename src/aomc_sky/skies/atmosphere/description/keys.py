@@ -222,13 +222,6 @@ ABSORBER_KEYS: dict[str, Rule] = {
 
 SECTION_KEYS = {"scatterer": SCATTERER_KEYS, "absorber": ABSORBER_KEYS}
 
-REQUIRED = {
-    "": (WAVELENGTHS, SOLAR, "atmosphere height", "earth radius", "scattering orders"),
-    "scatterer": ("number density", "phase function", "cross section at 1 um", "angstrom exponent"),
-    "absorber": ("number density", "cross section"),
-}
-"""Keys without which a description, or a section of it, says too little."""
-
 EXAMPLES = {
     WAVELENGTHS: "wavelengths: min=400nm,max=700nm,count=16",
     SOLAR: "solar irradiance at TOA: file solar.csv",
@@ -241,7 +234,7 @@ EXAMPLES = {
     "angstrom exponent": "angstrom exponent: 4.095",
     "cross section": "cross section: file ozone.csv",
 }
-"""What to write for a required key that is missing."""
+"""What to write for a required key that is missing; without one, a description or a section of it says too little."""
 
 DIRECTIVES = ("all textures are radiances", "no eclipsed double scattering textures")
 SCATTERER_DIRECTIVE = "needs interpolation guides"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from numbers import Real
 from typing import TypeVar
 
@@ -24,18 +24,19 @@ from aomc_sky.skies.atmosphere.language.block import read_block
 from aomc_sky.skies.atmosphere.language.values import Type
 from aomc_sky.skies.atmosphere.lights import MOON_RADIUS_M, Moon
 from aomc_sky.skies.atmosphere.medium import Constituent, Medium, NumberDensity, PhaseBlock, read_phase_block
+from aomc_sky.skies.atmosphere.optical_depth import vertical_optical_depth
 from aomc_sky.skies.atmosphere.phase_table import PhaseTable, TabulatedPhase, tabulated_phase
 from aomc_sky.wavebands import nearest_wavelength_index
 
 # of the vertical optical depth: what counts for less is left out
 NEGLIGIBLE_SHARE = 1e-6
 _NORM_LIMIT = 0.01
-_FAR_NM = 20.0
-_NEAR_NM = 1.0
+_NEAR_NM, _FAR_NM = 1.0, 20.0
 _SAME_PHASE = 1e-6
 
 T = TypeVar("T")
 Species = ScattererDescription | AbsorberDescription
+Phase = PhaseBlock | TabulatedPhase
 
 SUN_RADIUS_M = 6.9635e8
 # molecules per square metre and Dobson unit, as the tool that defines the format has it
@@ -43,36 +44,6 @@ DOBSON_UNIT_M2 = 2.687e20
 SET_SIZE = 4
 
 _CROSS_SECTION = "scatteringCrossSection_"
-_COMMON_TYPES = {
-    "PI": Type.FLOAT,
-    "km": Type.FLOAT,
-    "dobsonUnit": Type.FLOAT,
-    "earthRadius": Type.FLOAT,
-    "atmosphereHeight": Type.FLOAT,
-    "earthCenter": Type.VEC3,
-    "moonRadius": Type.FLOAT,
-    "sunAngularRadius": Type.FLOAT,
-}
-_SPECTRAL_TYPES = {
-    "wavelengths": Type.VEC4,
-    "wlSetIndex": Type.INT,
-    "groundAlbedo": Type.VEC4,
-    "solarIrradianceAtTOA": Type.VEC4,
-    "lightPollutionRelativeRadiance": Type.VEC4,
-}
-_TABLE_NAMES = (
-    "transmittanceTextureSize",
-    "irradianceTextureSize",
-    "scatteringTextureSize",
-    "eclipsedSingleScatteringTextureSize",
-    "lightPollutionTextureSize",
-    "radialIntegrationPoints",
-    "angularIntegrationPoints",
-    "lightPollutionAngularIntegrationPoints",
-    "eclipseAngularIntegrationPoints",
-    "numTransmittanceIntegrationPoints",
-)
-_TABLE_HINTS = dict.fromkeys(_TABLE_NAMES, "a block does not know sizes of tables: write the number")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -104,12 +75,12 @@ def read_medium(
     parts = [reader.part(one) for one in description.species]
     if reader.problems:
         raise InputFileError(reader.problems)
-    kept, report = _report(description, [part for part in parts if part is not None], index)
+    found = [part for part in parts if part is not None]
     medium = Medium(
         earth_radius_m=description.earth_radius_m,
         top_m=description.atmosphere_height_m,
         wavelength_nm=description.wavelength_nm[index],
-        constituents=kept,
+        constituents=tuple(constituent for constituent, _ in found),
         ground_albedo=description.ground_albedo[index],
         toa_irradiance=description.solar_irradiance[index],
         sun_angular_radius_rad=sun_angular_radius(description),
@@ -117,32 +88,36 @@ def read_medium(
         least_line_points=description.sizes.get("radial integration points", 0),
         least_angles=description.sizes.get("angular integration points", 0),
     )
-    return medium, report
-
-
-def warn_of_outside(description: AtmosphereDescription, wavelength_nm: ArrayLike) -> None:
-    """Warn of wavelengths more than 20 nm beyond those of a description, whose last one answers for them. [nm]"""
-    known = description.wavelength_nm
-    for requested in np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)):
-        found = known[0] if requested < known[0] else known[-1]
-        if not known[0] - _FAR_NM <= requested <= known[-1] + _FAR_NM:
-            text = f"{requested:g} nm lies outside the wavelengths {known[0]:g} to {known[-1]:g} nm of the description"
-            warnings.warn(f"{description.path}: {text}; {found:g} nm is used", InputWarning, stacklevel=2)
-
-
-def warn_of_others(path: str, wavelength_nm: ArrayLike, known_nm: np.ndarray) -> None:
-    """Warn of wavelengths that get those of a description more than 1 nm and up to 20 nm away. [nm]"""
-    requested = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
-    found = known_nm[nearest_wavelength_index(requested, known_nm)]
-    distance = np.abs(found - requested)
-    is_other = (distance > _NEAR_NM) & (
-        (distance <= _FAR_NM) | ((requested > known_nm[0]) & (requested < known_nm[-1]))
+    depth = vertical_optical_depth(medium)
+    is_dropped = (depth <= NEGLIGIBLE_SHARE * depth.sum(axis=1, keepdims=True)).all(axis=0)
+    report = MediumReport(
+        wavelength_index=index,
+        optical_depth={one.name: row for (one, _), row in zip(found, depth.T, strict=True)},
+        phase_norm={one.name: phase.norm for one, phase in found if phase is not None},
+        phase_norm_error={one.name: phase.norm_error for one, phase in found if isinstance(phase, TabulatedPhase)},
+        dropped=tuple(one.name for (one, _), out in zip(found, is_dropped, strict=True) if out),
+        ground_glow=None if description.ground_glow is None else description.ground_glow[index],
+        moon_distance_m=description.earth_moon_distance_m,
     )
+    kept = tuple(one for (one, _), out in zip(found, is_dropped, strict=True) if not out)
+    return replace(medium, constituents=kept), report
+
+
+def warn_of_others(description: AtmosphereDescription, wavelength_nm: ArrayLike, found_nm: np.ndarray) -> None:
+    """Warn of wavelengths more than 1 nm from those that were found for them; `found_nm` are all of these, rising. [nm]
+
+    One alone in a step of the description wider than 40 nm is not warned of.
+    """
+    requested, known = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)), description.wavelength_nm
+    found = found_nm[nearest_wavelength_index(requested, found_nm)]
+    distance = np.abs(found - requested)
+    is_beyond = (requested < known[0]) | (requested > known[-1])
+    is_between = (requested > found_nm[0]) & (requested < found_nm[-1])
+    is_other = (distance > _NEAR_NM) & ((distance <= _FAR_NM) | is_beyond | is_between)
     if is_other.any():
         pairs = ", ".join(f"{a:g} for {b:g}" for a, b in zip(found[is_other], requested[is_other], strict=True))
-        warnings.warn(
-            f"{path}: its wavelength nearest to the one asked for is used: {pairs} nm", InputWarning, stacklevel=3
-        )
+        text = f"{description.path}: its wavelength nearest to the one asked for is used: {pairs} nm"
+        warnings.warn(text, InputWarning, stacklevel=3)
 
 
 def _wavelength_index(description: AtmosphereDescription, wavelength_nm: ArrayLike | None) -> np.ndarray:
@@ -154,13 +129,6 @@ def _wavelength_index(description: AtmosphereDescription, wavelength_nm: ArrayLi
     return np.unique(nearest_wavelength_index(requested, description.wavelength_nm))
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class _Part:
-    constituent: Constituent
-    column_m2: float
-    phase: PhaseBlock | TabulatedPhase | None
-
-
 class _BlockReader:
     """Reads the blocks of one description; the problems of one do not hide those of the next."""
 
@@ -170,8 +138,8 @@ class _BlockReader:
         self._common = common_values(description)
         self.problems: list[Problem] = []
 
-    def part(self, one: Species) -> _Part | None:
-        """Return a species with its column, None where a block was refused."""
+    def part(self, one: Species) -> tuple[Constituent, Phase | None] | None:
+        """Return a species and its phase function, which counts where it scatters; None where a block was refused."""
         scattering, absorption = self._cross_sections(one)
         profile = self._tried(lambda: self._profile(one))
         phase = None
@@ -179,7 +147,7 @@ class _BlockReader:
             phase = self._tried(lambda: self._phase(one))
         if profile is None or (phase is None and isinstance(one, ScattererDescription)):
             return None
-        density, kinks, column = profile
+        density, kinks = profile
         constituent = Constituent(
             name=one.name,
             number_density=density,
@@ -188,7 +156,7 @@ class _BlockReader:
             absorption_m2=absorption,
             phase_function=phase if scattering.any() else None,
         )
-        return _Part(constituent=constituent, column_m2=column, phase=phase)
+        return constituent, phase
 
     def _tried(self, read: Callable[[], T]) -> T | None:
         try:
@@ -205,28 +173,28 @@ class _BlockReader:
         albedo = one.single_scattering_albedo[self._index]
         return extinction * albedo, extinction * (1.0 - albedo)
 
-    def _profile(self, one: Species) -> tuple[NumberDensity, np.ndarray, float]:
-        """The number density, the altitudes of its kinks, and its column. [m, m-2]"""
+    def _profile(self, one: Species) -> tuple[NumberDensity, np.ndarray]:
+        """The number density, and the altitudes of its kinks. [m]"""
         # a number of particles has no wavelength
-        spectral = [*_SPECTRAL_TYPES, *(_CROSS_SECTION + each.name for each in self._description.scatterers)]
-        hints = dict.fromkeys(spectral, "a number of particles does not depend on the wavelength")
+        hints = dict.fromkeys(
+            spectral_values(self._description, 0), "a number of particles does not depend on the wavelength"
+        )
         block = read_block(
             one.number_density,
             subject=f'number density of "{one.name}"',
             gives=Type.FLOAT,
             argument="altitude",
             unit="m",
-            given=_COMMON_TYPES,
-            hints=hints | _TABLE_HINTS | {"dotViewSun": "a number density depends on altitude alone"},
+            given=_types_of(self._common),
+            hints=hints | {"dotViewSun": "a number density depends on altitude alone"},
         )
         density = NumberDensity(block=block, given=self._common, top_m=self._description.atmosphere_height_m)
-        kinks = density.kinks()
-        return density, kinks, density.column(kinks)
+        return density, density.kinks()
 
-    def _phase(self, one: ScattererDescription) -> PhaseBlock | TabulatedPhase:
+    def _phase(self, one: ScattererDescription) -> Phase:
         if isinstance(one.phase_function, PhaseTable):
             wavelength = self._description.wavelength_nm[self._index]
-            phase: PhaseBlock | TabulatedPhase = tabulated_phase(one.phase_function, wavelength)
+            phase: Phase = tabulated_phase(one.phase_function, wavelength)
         else:
             phase = self._phase_block(one, one.phase_function)
         _warn_of_norm(one, phase)
@@ -235,19 +203,24 @@ class _BlockReader:
         return phase
 
     def _phase_block(self, one: ScattererDescription, text: SourceText) -> PhaseBlock:
-        sections = {_CROSS_SECTION + each.name: Type.VEC4 for each in self._description.scatterers}
+        sets, set_of_row = np.unique(self._index // SET_SIZE, return_inverse=True)
+        given = [self._common | spectral_values(self._description, int(one)) for one in sets]
         block = read_block(
             text,
             subject=f'phase function of "{one.name}"',
             gives=Type.VEC4,
             argument="dotViewSun",
-            given=_COMMON_TYPES | _SPECTRAL_TYPES | sections,
-            hints=_TABLE_HINTS | {"altitude": "a phase function depends on dotViewSun and the wavelengths alone"},
+            given=_types_of(given[0]),
+            hints={"altitude": "a phase function depends on dotViewSun and the wavelengths alone"},
         )
-        sets, set_of_row = np.unique(self._index // SET_SIZE, return_inverse=True)
-        given = [self._common | spectral_values(self._description, int(one)) for one in sets]
         rows = list(zip(set_of_row.tolist(), (self._index % SET_SIZE).tolist(), strict=True))
         return read_phase_block(block, given, rows)
+
+
+def _types_of(values: Mapping[str, np.ndarray | float]) -> dict[str, Type]:
+    """Types of names in code, of their values; one name is a whole number."""
+    vectors = {name: Type(f"vec{one.size}") for name, one in values.items() if isinstance(one, np.ndarray)}
+    return dict.fromkeys(values, Type.FLOAT) | vectors | {name: Type.INT for name in values if name == "wlSetIndex"}
 
 
 def _place(one: ScattererDescription) -> str:
@@ -256,7 +229,7 @@ def _place(one: ScattererDescription) -> str:
     return law.path if isinstance(law, PhaseTable) else f"{law.path}:{law.line}"
 
 
-def _warn_of_norm(one: ScattererDescription, phase: PhaseBlock | TabulatedPhase) -> None:
+def _warn_of_norm(one: ScattererDescription, phase: Phase) -> None:
     worst = float(phase.norm[np.argmax(np.abs(phase.norm - 1.0))])
     if isinstance(phase, TabulatedPhase) and (error := float(phase.norm_error.max())) > _NORM_LIMIT:
         message = f'{_place(one)}: the angles of the phase function of "{one.name}" are too far apart'
@@ -268,7 +241,7 @@ def _warn_of_norm(one: ScattererDescription, phase: PhaseBlock | TabulatedPhase)
         warnings.warn(f"{message}; it was divided by it", InputWarning, stacklevel=2)
 
 
-def _warn_of_colour(one: ScattererDescription, phase: PhaseBlock | TabulatedPhase) -> None:
+def _warn_of_colour(one: ScattererDescription, phase: Phase) -> None:
     mu = np.linspace(-1.0, 1.0, 181)
     values = [phase(mu, row) for row in range(phase.norm.size)]
     if any(np.abs(value - values[0]).max() > _SAME_PHASE * values[0].max() for value in values):
@@ -276,28 +249,6 @@ def _warn_of_colour(one: ScattererDescription, phase: PhaseBlock | TabulatedPhas
             f'{_place(one)}: the phase function of "{one.name}" is called achromatic and depends on the wavelength'
         )
         warnings.warn(f"{message}; it is used as it is", InputWarning, stacklevel=2)
-
-
-def _report(
-    description: AtmosphereDescription, parts: Sequence[_Part], index: np.ndarray
-) -> tuple[tuple[Constituent, ...], MediumReport]:
-    named = {part.constituent.name: part for part in parts}
-    depth = {
-        name: part.column_m2 * (part.constituent.scattering_m2 + part.constituent.absorption_m2)
-        for name, part in named.items()
-    }
-    total = np.sum(list(depth.values()), axis=0)
-    dropped = tuple(name for name, row in depth.items() if (row <= NEGLIGIBLE_SHARE * total).all())
-    report = MediumReport(
-        wavelength_index=index,
-        optical_depth=depth,
-        phase_norm={name: part.phase.norm for name, part in named.items() if part.phase is not None},
-        phase_norm_error={n: one.phase.norm_error for n, one in named.items() if isinstance(one.phase, TabulatedPhase)},
-        dropped=dropped,
-        ground_glow=None if description.ground_glow is None else description.ground_glow[index],
-        moon_distance_m=description.earth_moon_distance_m,
-    )
-    return tuple(part.constituent for name, part in named.items() if name not in dropped), report
 
 
 def sun_angular_radius(description: AtmosphereDescription) -> float:

@@ -25,7 +25,6 @@ from aomc_sky.skies.atmosphere.description.keys import (
     DIRECTIVES,
     EXAMPLES,
     GLOW,
-    REQUIRED,
     SCATTERER_DIRECTIVE,
     SECTION_KEYS,
     SIZES,
@@ -37,7 +36,7 @@ from aomc_sky.skies.atmosphere.description.keys import (
     Spectral,
 )
 from aomc_sky.skies.atmosphere.description.scan import Entry, Lines, Section, scan
-from aomc_sky.skies.atmosphere.description.spectra import SpectrumReader, Term, out_of_range
+from aomc_sky.skies.atmosphere.description.spectra import SpectrumReader, out_of_range
 from aomc_sky.skies.atmosphere.phase_table import PhaseTable
 
 MAX_BYTES = 2**20
@@ -115,8 +114,7 @@ class Builder:
             else:
                 species.append(self._species(item))
         values = reader.finish()
-        for key in REQUIRED[""]:
-            reader.require(key, None)
+        reader.require(None)
         if not any(isinstance(item, Section) and item.kind == "scatterer" for item in items):
             report.add("E407", "there is no scatterer", advice='add a section Scatterer "molecules":')
         if report.has_errors or self.spectra.problems:
@@ -172,9 +170,8 @@ class Builder:
         for entry in section.entries:
             reader.read(entry)
         values = reader.finish()
-        for key in REQUIRED[section.kind]:
-            reader.require(key, section.head)
-        if any(key not in values for key in REQUIRED[section.kind]) or self.wavelength_nm is None:
+        required = reader.require(section.head)
+        if any(key not in values for key in required) or self.wavelength_nm is None:
             return None
         head = section.head
         if section.kind == "absorber":
@@ -214,7 +211,7 @@ class Builder:
         if spectrum is None or not np.any(spectrum):
             return None, None
         entry = reader.sums[GLOW].entry
-        candelas = sum(term.luminance for term in reader.sums[GLOW].terms)
+        candelas = reader.sums[GLOW].luminance
         if not candelas > 0.0:
             message = f"its luminance is {candelas:g} cd/m2, so it cannot be scaled to 1 cd/m2"
             advice = "give a table with light between 380 and 780 nm"
@@ -244,7 +241,8 @@ class Sum:
     """A spectrum while it is read."""
 
     entry: Entry  #: Where it begins
-    terms: list[Term] = field(default_factory=list)  #: Its parts so far
+    values: np.ndarray | None = None  #: Of its parts so far, on the wavelengths of the file
+    luminance: float = 0.0  #: That of a glow; 0 for other spectra, and for one number, which has no bins. [cd m-2]
     is_weighted: bool = False  #: A weighted file is among them
     is_bad: bool = False  #: A part was refused
 
@@ -286,33 +284,36 @@ class EntryReader:
         for key, total in self.sums.items():
             rule = self.keys[key]
             assert isinstance(rule, Spectral), "sums are spectra"
-            if total.is_bad or not total.terms:
+            values = total.values
+            if total.is_bad or values is None:
                 continue
-            values = np.sum([term.values for term in total.terms], axis=0)
             bad = np.flatnonzero(~((values >= 0.0) & (values <= rule.high)))
             values.flags.writeable = False
             if not bad.size:
                 self.values[key] = values
                 continue
-            assert self.builder.wavelength_nm is not None, "a term has values"
+            assert self.builder.wavelength_nm is not None, "there are values"
             shown = f"{values[bad[0]]:.9g} at {self.builder.wavelength_nm[bad[0]]:g} nm"
             self.builder.report.bad_value(total.entry.value_span, out_of_range(shown, rule), name=total.entry.key)
         return self.values
 
-    def require(self, key: str, head: Entry | None) -> None:
-        """Report a required key that stands nowhere, at the section's head, or at the key that it was mistaken for."""
-        report, advice = self.builder.report, f"write {EXAMPLES[key]}"
-        if key in self.seen or key in self.builder.spoilt:
-            return
-        if key in self.unknown:
-            entry = self.unknown[key]
-            message = f"{quoted(key)} is missing; found {quoted(entry.key)}"
-            report.at(entry.key_span, "E405", message, advice=advice)
-        elif head is None:
-            report.add("E405", f"the entry {quoted(key)} is missing", advice=advice)
-        else:
-            message = f"the entry {quoted(key)} is missing in this section"
-            report.at(head.key_span, "E405", message, advice=advice)
+    def require(self, head: Entry | None) -> list[str]:
+        """Report required keys that stand nowhere, at the section's head, or at the key that each was mistaken for."""
+        report, required = self.builder.report, [key for key in EXAMPLES if key in self.keys]
+        for key in required:
+            advice = f"write {EXAMPLES[key]}"
+            if key in self.seen or key in self.builder.spoilt:
+                continue
+            if key in self.unknown:
+                entry = self.unknown[key]
+                message = f"{quoted(key)} is missing; found {quoted(entry.key)}"
+                report.at(entry.key_span, "E405", message, advice=advice)
+            elif head is None:
+                report.add("E405", f"the entry {quoted(key)} is missing", advice=advice)
+            else:
+                message = f"the entry {quoted(key)} is missing in this section"
+                report.at(head.key_span, "E405", message, advice=advice)
+        return required
 
     def _repeated(self, entry: Entry) -> bool:
         """Report that a key stands twice; whether the new value counts."""
@@ -357,7 +358,8 @@ class EntryReader:
         was_bad, total.is_bad = total.is_bad, True
         term = self.builder.spectra.term(entry.value, rule, self.builder.wavelength_nm)
         if term is not None:
-            total.terms.append(term)
+            total.values = term[0] + (0.0 if total.values is None else total.values)
+            total.luminance += term[1]
             total.is_bad = was_bad
 
     def _unknown(self, entry: Entry) -> None:

@@ -57,14 +57,10 @@ class Lines:
     #: Keys that lines without a place in the grammar were probably meant to have
     spoilt: set[str] = field(default_factory=set)
 
-    def content(self, index: int) -> str:
-        """A line up to its comment."""
-        return self.lines[index].split("#", 1)[0]
-
     def next(self) -> str | None:
         """Read the next line that is not blank, up to its comment, or None at the end of the file."""
         while self.at < len(self.lines):
-            text = self.content(self.at)
+            text = self.lines[self.at].split("#", 1)[0]
             self.at += 1
             if text.strip():
                 return text
@@ -134,27 +130,20 @@ def scan(lines: Lines) -> list[Entry | Section]:
 
 def _section(lines: Lines, text: str) -> Section:
     """Read a section, from the line of its key on, which was read last."""
-    head = _head(lines, text)
-    match = _SECTION.match(head.key)
-    kind = "scatterer" if head.key.startswith("scatterer") else "absorber"
-    if match is None and ":" in text:
-        message = f"{quoted(head.key)} has no name in quotes"
-        lines.report.at(head.key_span, "E401", message, advice=f'write {kind.capitalize()} "name":')
-    _open(lines, head)
-    return Section(kind=kind, head=head, name=match[2] if match else "", entries=_body(lines, head, kind))
-
-
-def _head(lines: Lines, text: str) -> Entry:
-    """Key and rest of the first line of a section, with a colon or not."""
     key, colon, value = text.partition(":")
     head = lines.entry(text, " ".join(key.split()).lower(), value.strip(), len(text) - len(value.lstrip()) + 1)
+    match = _SECTION.match(head.key)
+    kind = "scatterer" if head.key.startswith("scatterer") else "absorber"
+    advice = f'write {kind.capitalize()} "name":'
     if ":" in value:
         span = head.value_span.part(0, len(value))
         lines.report.at(span, "E401", "more than one colon in the key of a section", advice="keep one")
     if not colon:
-        kind = head.key.split()[0].capitalize()
-        lines.report.at(head.key_span, "E401", "the key of a section without a colon", advice=f'write {kind} "name":')
-    return head
+        lines.report.at(head.key_span, "E401", "the key of a section without a colon", advice=advice)
+    elif match is None:
+        lines.report.at(head.key_span, "E401", f"{quoted(head.key)} has no name in quotes", advice=advice)
+    _open(lines, head)
+    return Section(kind=kind, head=head, name=match[2] if match else "", entries=_body(lines, head, kind))
 
 
 def _open(lines: Lines, head: Entry) -> None:
@@ -192,21 +181,19 @@ def _body(lines: Lines, head: Entry, kind: str) -> tuple[Entry, ...]:
             message = "the section has no closing brace"
             _end(lines, head.key_span, message, advice="write } alone in the line after it")
         if text.strip() == "}":
-            _check_close(lines, kind, text)
+            # the tool wants the brace of an absorber alone in its line, and that of a scatterer first in it
+            if not (text == "}" or (kind == "scatterer" and text.startswith("}"))):
+                brace, message = (
+                    lines.span(lines.at, text.index("}") + 1),
+                    "a blank or a comment next to the closing brace",
+                )
+                lines.report.at(brace, "E401", message, advice=_CLOSING)
             break
         if text.strip().lower() in directives:
             entries.append(lines.directive(text))
         elif (entry := lines.key_and_value(text, keys, directives)) is not None:
             entries.append(with_code(lines, entry, keys))
     return tuple(entries)
-
-
-def _check_close(lines: Lines, kind: str, text: str) -> None:
-    """The tool wants the brace of an absorber alone in its line, and that of a scatterer first in it."""
-    if text == "}" or (kind == "scatterer" and text.startswith("}")):
-        return
-    message = "a blank or a comment next to the closing brace"
-    lines.report.at(lines.span(lines.at, text.index("}") + 1), "E401", message, advice=_CLOSING)
 
 
 def names_file(value: str) -> bool:

@@ -14,10 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from aomc_sky.errors import InputFileError, Problem, Span
+from aomc_sky.errors import InputFileError, Problem
 from aomc_sky.formats.report import BadValueError, Gathered, Report, outside, quoted
-from aomc_sky.formats.spectrum_csv import MAX_BYTES, MAX_VALUE, Spectrum, bin_means, read_spectrum_csv
-from aomc_sky.formats.text_file import read_bytes
+from aomc_sky.formats.spectrum_csv import MAX_VALUE, Spectrum, bin_means, numbers, read_rows, read_spectrum_csv
 from aomc_sky.formats.units import parse_real
 from aomc_sky.skies.atmosphere.description.keys import HIGHEST_NM, LOWEST_NM, Spectral
 from aomc_sky.skies.atmosphere.description.scan import names_file
@@ -29,14 +28,6 @@ MAX_TOTAL_BYTES = 2**23
 MAX_REFERENCES = 1024
 
 _WEIGHTED = re.compile(r"(weighted file\s+)(\S+)\s+(.*)\Z", re.DOTALL)
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Term:
-    """A part of a spectrum."""
-
-    values: np.ndarray  #: float64 (n_wl,), on the wavelengths of the description
-    luminance: float  #: That of a glow; 0 for other spectra, and for one number, which has no bins. [cd m-2]
 
 
 @dataclass(kw_only=True, slots=True)
@@ -52,9 +43,10 @@ class SpectrumReader:
     _n_bytes: int = 0
     _n_references: int = 0
 
-    def term(self, text: str, rule: Spectral, wavelength_nm: np.ndarray | None) -> Term | None:
-        """Read ``0.1, 0.2``, ``file PATH`` or ``weighted file WEIGHT PATH``; a bad table is reported and gives None.
+    def term(self, text: str, rule: Spectral, wavelength_nm: np.ndarray | None) -> tuple[np.ndarray, float] | None:
+        """Read ``0.1, 0.2``, ``file PATH`` or ``weighted file WEIGHT PATH``: values on the wavelengths, and luminance.
 
+        A bad table is reported and gives None.
         Without wavelengths, because they could not be read, only the text is checked.
         """
         if names_file(text):
@@ -78,11 +70,11 @@ class SpectrumReader:
             message = f"{len(values)} number{'s' * (len(values) != 1)} for {len(wavelength_nm)} wavelengths"
             raise BadValueError("E408", message, advice="write one for each wavelength, or name a file")
         listed = np.array(values, np.float64)
-        return Term(values=listed, luminance=_bin_luminance(listed, wavelength_nm) if rule.is_glow else 0.0)
+        return listed, _bin_luminance(listed, wavelength_nm) if rule.is_glow else 0.0
 
     def _from_file(
         self, name: str, offset: int, weight: float, rule: Spectral, wavelength_nm: np.ndarray | None
-    ) -> Term | None:
+    ) -> tuple[np.ndarray, float] | None:
         try:
             shown, real = self._found(name)
             table = self._table(shown, real)
@@ -95,7 +87,7 @@ class SpectrumReader:
         if real not in self._means:
             self._means[real] = bin_means(table, wavelength_nm)
         glow = weight * luminance(table.wavelength_nm, table.value) if rule.is_glow else 0.0
-        return Term(values=weight * self._means[real], luminance=glow)
+        return weight * self._means[real], glow
 
     def phase_table(self, text: str, wavelength_nm: np.ndarray | None) -> PhaseTable | None:
         """Read ``file PATH`` of a phase function; a bad table is reported and gives None."""
@@ -233,42 +225,32 @@ def read_phase_csv(path: str, *, shown: str, text: str) -> PhaseTable:
 
     InputFileError with every problem: E401 form or order, E404 range, E408 angles that do not go from 0 to 180.
     """
-    lines = read_bytes(path, most_bytes=MAX_BYTES, code="E401").decode("utf-8", "surrogateescape").split("\n")
     report = Report(path=shown)
-    wavelength: list[float] | None = None
-    rows: list[list[float]] = []
-    for number, line in enumerate((one.rstrip("\r") for one in lines), start=1):
-        if not line.strip() or line.lstrip().startswith("#"):
-            continue
-        cells = line.split(",")
-        try:
-            if wavelength is None and not rows and cells[0].split()[:1] == ["angle"]:
-                wavelength = _wavelengths(cells)
-                continue
-            _check_width(cells, len(wavelength) if wavelength else 1, has_head=wavelength is not None)
-            row = _numbers(cells, (0.0, 180.0), (0.0, MAX_VALUE))
-            if rows and not rows[-1][0] < row[0]:
-                message = f"angle {row[0]:g} is not above {rows[-1][0]:g}"
-                raise BadValueError("E401", message, advice="sort the rows", width=len(cells[0]))
-            rows.append(row)
-        except BadValueError as first:
-            for problem in (first, *first.more):
-                report.bad_value(Span(number, 1, line, len(line)), problem)
-        if report.is_full or len(rows) > MAX_ANGLES:
-            break
+    wavelength: list[float] = []  # 0 for a table without a head
+
+    def row_of(cells: list[str]) -> list[float] | None:
+        if cells[0].split()[:1] == ["angle"] and not wavelength:
+            wavelength.extend(_wavelengths(cells))
+            return None
+        wavelength.extend([] if wavelength else [0.0])
+        _check_width(cells, len(wavelength), has_head=wavelength != [0.0])
+        return numbers(cells, (0.0, 180.0), (0.0, MAX_VALUE))
+
+    rows = read_rows(path, report, row_of, ("angle", "angle in degrees, value"), MAX_ANGLES)
     if not report.has_errors:
         _check_rows(rows, report)
     report.close()
     table = np.array(rows, np.float64)
     table.flags.writeable = False
-    known = np.array(wavelength if wavelength else [0.0], np.float64)
+    known = np.array(wavelength, np.float64)
     return PhaseTable(path=shown, text=text, angle_deg=table[:, 0], wavelength_nm=known, value=table[:, 1:].T)
 
 
 def _wavelengths(cells: list[str]) -> list[float]:
     if not 2 <= len(cells) <= MAX_COLUMNS + 1:
         raise BadValueError("E401", f"{len(cells) - 1} wavelengths after the word angle", advice=_HEAD)
-    values = _numbers(["0", *cells[1:]], (0.0, 0.0), (LOWEST_NM, HIGHEST_NM), first=len(cells[0]))[1:]
+    limits = (LOWEST_NM, HIGHEST_NM)
+    values = numbers(cells[1:], limits, limits, len(cells[0]) + 1)
     if any(not low < high for low, high in pairwise(values)):
         raise BadValueError("E401", "the wavelengths do not rise", advice="sort the columns")
     return values
@@ -286,37 +268,9 @@ def _check_width(cells: list[str], n_column: int, *, has_head: bool) -> None:
     raise BadValueError("E401", message, advice=advice)
 
 
-def _numbers(
-    cells: list[str], angle: tuple[float, float], others: tuple[float, float], *, first: int | None = None
-) -> list[float]:
-    """Numbers of a row inside their ranges; `first` is the width of the first cell where it was another one."""
-    gathered, values, offset = Gathered(), [], 0
-    for k, cell in enumerate(cells):
-        start = offset + len(cell) - len(cell.lstrip())
-        value = gathered.attempt(partial(_number, cell.strip(), start, angle if k == 0 else others))
-        values.append(0.0 if value is None else value)
-        offset += (first if k == 0 and first is not None else len(cell)) + 1
-        if gathered.is_full:
-            break
-    gathered.close()
-    return values
-
-
-def _number(text: str, offset: int, limits: tuple[float, float]) -> float:
-    value = parse_real(text, offset=offset)
-    if not limits[0] <= value <= limits[1]:
-        raise outside(quoted(text), f"{limits[0]:g} to {limits[1]:g}", offset=offset, width=len(text))
-    return value
-
-
 def _check_rows(rows: list[list[float]], report: Report) -> None:
     """Report what is wrong with a table whose rows are right one by one."""
-    if len(rows) > MAX_ANGLES:
-        report.add("E401", f"the file has more than {MAX_ANGLES} angles", advice="write fewer")
-    elif len(rows) < 2:
-        message = f"the file has {len(rows)} row{'s' * (len(rows) != 1)} of numbers"
-        report.add("E401", message, advice="write two or more: angle in degrees, value")
-    elif rows[0][0] != 0.0 or rows[-1][0] != 180.0:
+    if rows[0][0] != 0.0 or rows[-1][0] != 180.0:
         message = f"the angles go from {rows[0][0]:g} to {rows[-1][0]:g} degrees"
         report.add("E408", message, advice="write rows from 0, straight on, to 180, straight back")
     elif not all(any(row[k] for row in rows) for k in range(1, len(rows[0]))):

@@ -88,23 +88,18 @@ def panel_of(edge, x):
 
 
 @inner
-def add_level(level_edge, level, altitude, column):
-    """Add twice the columns of a level ray from an altitude to the top, then change the sign of what was there."""
-    panel = panel_of(level_edge, altitude)
+def fold(radius, level_edge, level, altitude, sun_mu, column):
+    """Turn the columns under abs(sun_mu) into those of a ray that sinks first: twice level ones, less these."""
+    lowest = max(_lowest_altitude(radius, altitude, sun_mu), 0.0)
+    panel = panel_of(level_edge, lowest)
     high = level_edge[panel + 1]
-    share = max(high - altitude, 0.0) / (high - level_edge[panel])
+    share = max(high - lowest, 0.0) / (high - level_edge[panel])
     x = 2.0 * math.sqrt(share) - 1.0
     for part in range(column.size):
         value = level[panel, part, 0]
         for power in range(1, level.shape[2]):
             value = value * x + level[panel, part, power]
         column[part] = 2.0 * value - column[part]
-
-
-@inner
-def fold(radius, level_edge, level, altitude, sun_mu, column):
-    """Turn the columns under abs(sun_mu) into those of a ray that sinks first."""
-    add_level(level_edge, level, max(_lowest_altitude(radius, altitude, sun_mu), 0.0), column)
 
 
 @inner
@@ -286,24 +281,6 @@ def find_breaks(radius, u_end, mu, sun_mu, scattering_mu, kink, breaks):
 
 
 @inner
-def find_inverse_gaps(node, inverse_gap):
-    """One over the product of each node's distances to the others, of an array that holds ones."""
-    for j in range(node.size):
-        for other in range(node.size):
-            if other != j:
-                inverse_gap[j] /= node[j] - node[other]
-
-
-@inner
-def mix(extinction, density, mixed):
-    """Extinction of all parts together at the nodes, (n_wl, n_node), of an array that holds zeros."""
-    for row in range(extinction.shape[0]):
-        for part in range(density.shape[0]):
-            for j in range(density.shape[1]):
-                mixed[row, j] += extinction[row, part] * density[part, j]
-
-
-@inner
 def add_broken_panels(
     radius, u_edge, node, weight, inverse_gap, breaks, n_breaks, live, mu, sine, sun_mu, sun_across,
     density, depth, extinction, table, row_start, n_row, scale, low, inverse_step, level_edge, level, scatterer,
@@ -348,7 +325,8 @@ def add_broken_panels(
 
 @kernel
 def fill_order_one(
-    radius, u_edge, kink, node, weight, cumulative, density, extinction, scatterer, sun_mu, sun_sine,
+    radius, u_edge, kink, node, weight, cumulative, inverse_gap, density, extinction, mixed, scatterer,
+    sun_mu, sun_sine,
     table, row_start, n_row, scale, low, inverse_step, level_edge, level,
     ray_mu, ray_sine, ray_start, cos_azimuth, out,
 ):  # fmt: skip
@@ -356,9 +334,10 @@ def fill_order_one(
 
     radius of the ground [m]; u_edge (n_panel + 1,): roots of the altitudes between panels [m^0.5]; kink (n_kink,):
     altitudes where densities jump or bend, rising [m]. node, weight (k,): Gauss rule on [-1, 1]; cumulative (k, k):
-    integrals from -1 to each node of the polynomials that are 1 at one node. density (n_part, n_panel k) at the nodes;
-    extinction (n_wl, n_part): cross sections; scatterer (n_scatterer,): which parts scatter. sun_mu, sun_sine: of the
-    sun's zenith angle at the observer.
+    integrals from -1 to each node of the polynomials that are 1 at one node; inverse_gap (k,): one over the product of
+    each node's distances to the others. density (n_part, n_panel k) at the nodes; extinction (n_wl, n_part): cross
+    sections; mixed (n_wl, n_panel k): extinction of all parts together at the nodes; scatterer (n_scatterer,): which
+    parts scatter. sun_mu, sun_sine: of the sun's zenith angle at the observer.
 
     table (n_entry, n_part), with row_start, n_row, scale, low, inverse_step (n_node,): columns from each node to the
     top under mu = scale sinh(low + i / inverse_step), i from 0 to n_row - 1. level_edge (n_level + 1,), level (n_level,
@@ -372,15 +351,11 @@ def fill_order_one(
     altitude, cosine_c, sine_c, path = np.empty(n_node), np.empty(n_node), np.empty(n_node), np.empty(n_node)
     at_sun, entry, light = np.empty(n_node), np.empty(n_node), np.empty(n_node)
     depth = np.empty((n_wl, n_node))
-    mixed = np.zeros((n_wl, n_node))
     columns = np.zeros((n_part, n_node))
     column = np.empty(n_part)
     live = np.empty(n_node)
     breaks = np.empty(kink.size + 1)
     share = np.empty(k)
-    inverse_gap = np.ones(k)
-    find_inverse_gaps(node, inverse_gap)
-    mix(extinction, density, mixed)
     for ray in range(ray_mu.size):
         mu = ray_mu[ray]
         sine = ray_sine[ray]

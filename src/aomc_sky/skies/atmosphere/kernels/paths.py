@@ -48,12 +48,12 @@ its table; of each state its shell, and 1 where it is on the ground or looks at 
 
 
 @inlined_reader
-def settle(state, k, sums, block, row):
-    """Add a path's light of an order, and its square, to the sums of its block."""
+def settle(state, k, sums, row):
+    """Add a path's light of an order, and its square, to the sums."""
     light = state[LIGHT, k]
     if light > 0.0:
-        sums[block, row, 0] += light
-        sums[block, row, 1] += light * light
+        sums[row, 0] += light
+        sums[row, 1] += light * light
         state[TOTAL, k] += light
         state[LIGHT, k] = 0.0
 
@@ -157,7 +157,7 @@ def look(scales, shells, table, ground, n, state, marks):
 
 
 @inlined_reader
-def fly(radius, shells, ground, n, roots, numbers, state, marks, sums, block, row):
+def fly(radius, shells, ground, n, roots, numbers, state, marks, sums, row):
     """Bring paths to their next vertex; those that get out end, the others close up. Return how many are left."""
     left = 0
     for i in range(n):
@@ -169,7 +169,7 @@ def fly(radius, shells, ground, n, roots, numbers, state, marks, sums, block, ro
             hits = False
             shell, way = march(radius, shells, altitude, marks[SHELL, k], mu, depth, roots)
             if shell < 0:
-                settle(state, k, sums, block, row)
+                settle(state, k, sums, row)
                 continue
             low, high = shells[LOW, index(shell)], shells[HIGH, index(shell)]
         elif hits and ground[0] > 0.0:
@@ -177,7 +177,7 @@ def fly(radius, shells, ground, n, roots, numbers, state, marks, sums, block, ro
             c = altitude * (altitude + 2.0 * radius)
             shell, way = 0, c / (math.sqrt(max(q * q - c, 0.0)) - q)
         else:
-            settle(state, k, sums, block, row)
+            settle(state, k, sums, row)
             continue
         state[ALTITUDE, k], state[VX, k], state[VY, k], state[VZ, k] = end_of_way(
             radius, low, high, altitude, state[VX, k], state[VY, k], state[VZ, k],
@@ -260,7 +260,7 @@ def find_cells(shells, phases, guide, n, numbers, marks):
 
 
 @inlined_reader
-def turn(shells, phases, ground, n, numbers, state, marks, sums, block, row):
+def turn(shells, phases, ground, n, numbers, state, marks, sums, row):
     """New directions and weights after a vertex; the roulette ends paths, the others close up. Return how many."""
     left = 0
     for i in range(n):
@@ -279,7 +279,7 @@ def turn(shells, phases, ground, n, numbers, state, marks, sums, block, row):
         least = state[LEAST, k]
         if weight < least:
             if spare * least >= weight:
-                settle(state, k, sums, block, row)
+                settle(state, k, sums, row)
                 continue
             weight = least
         state[WEIGHT, k] = weight
@@ -298,7 +298,7 @@ ABREAST = 256
 @inlined_reader
 def follow(
     scales, shells, table, phases, guide, sun, moon, ground, limits, address, first, n, roots, numbers, state, marks,
-    sums, block,
+    sums,
 ):  # fmt: skip
     """Follow paths number `first` and on from their first collision to their ends: fills TOTAL.
 
@@ -310,11 +310,11 @@ def follow(
     while n > 0:
         row = min(step, limits[1]) - 1
         find_cells(shells, phases, guide, n, numbers, marks)
-        n = turn(shells, phases, ground, n, numbers, state, marks, sums, block, row)
+        n = turn(shells, phases, ground, n, numbers, state, marks, sums, row)
         look(scales, shells, table, ground, n, state, marks)
         if step < limits[1] or step >= limits[0]:
             for i in range(n):
-                settle(state, index(marks[LIVE, i]), sums, block, row)
+                settle(state, index(marks[LIVE, i]), sums, row)
         if step >= limits[0]:
             break
         for i in range(n):
@@ -323,33 +323,32 @@ def follow(
             address, step, marks[PATH], n, numbers[FLIGHT], numbers[TURN], numbers[COSINE], numbers[SINE],
             numbers[SPARE],
         )  # fmt: skip
-        n = fly(scales[0], shells, ground, n, roots, numbers, state, marks, sums, block, row)
+        n = fly(scales[0], shells, ground, n, roots, numbers, state, marks, sums, row)
         step += 1
         light_up(scales, shells, table, phases, sun, moon, ground, n, state, marks)
 
 
 @reader
 def follow_paths(
-    scales, shells, table, phases, guide, sun, moon, ground, limits, address, view, begin, n_paths, block, flight,
+    scales, shells, table, phases, guide, sun, moon, ground, limits, address, view, n_paths, flight,
     numbers, state, marks, sums, whole,
 ):  # fmt: skip
-    """Add the light of blocks of paths in one direction at one wavelength to `sums` and `whole`.
+    """Add the light of paths in one direction at one wavelength to `sums` and `whole`.
 
     `scales`: radius of the ground, and c and s of `table` (n_shell + 1, n + 1), the optical depths. The rows of
     `shells` (FIRST_SHARE + 2 n_scatterer, n_shell) are named in `shells`. Phase functions: `phases` (n_scatterer, n +
     1, 2) has them over t, and their integrals up to there; `guide` int64 (n_scatterer, n) tells where a part of the
     integral lies. Directions: `sun` and `view`, z up at the eye. Philox gets `address` (uint64): direction, wavelength,
-    key. The Moon, `moon`, is as for `shells.sun_share`; `ground` and `limits` are as for `follow`. A row of the sums
-    has `block` paths, a multiple of `ABREAST`; the first path is number `begin`.
+    key. The Moon, `moon`, is as for `shells.sun_share`; `ground` and `limits` are as for `follow`.
 
-    `sums` (n_block, n_row, 2): light of each order, and its squares. `whole` (n_block, 3): light without the sun's
-    order 1, its squares and fourth powers. Scratch: `flight` (4, n_shell + 1, at least ROOTS), `numbers` (N_NUMBER,
+    `sums` (n_row, 2): light of each order, and its squares. `whole` (3,): light without the sun's order 1, its squares
+    and fourth powers. Scratch: `flight` (4, n_shell + 1, at least ROOTS), `numbers` (N_NUMBER,
     ABREAST), `state` (N_STATE, ABREAST), `marks` int64 (N_MARK, ABREAST).
     """
     first_flight(scales[0], shells, view[2], flight)
     weight = -math.expm1(-flight[0, shells.shape[1]])
-    for first in range(begin, n_paths, ABREAST):
-        row, n = (first - begin) // block, min(ABREAST, n_paths - first)
+    for first in range(0, n_paths, ABREAST):
+        n = min(ABREAST, n_paths - first)
         for i in range(n):
             marks[PATH, i] = first + i
         fill_numbers(
@@ -359,10 +358,10 @@ def follow_paths(
             open_path(scales[0], shells, flight, weight, view, i, numbers, state, marks)
         follow(
             scales, shells, table, phases, guide, sun, moon, ground, limits, address, first, n, flight[3], numbers,
-            state, marks, sums, row,
+            state, marks, sums,
         )  # fmt: skip
         for i in range(n):
             light = state[TOTAL, i]
-            whole[row, 0] += light
-            whole[row, 1] += light * light
-            whole[row, 2] += light * light * (light * light)
+            whole[0] += light
+            whole[1] += light * light
+            whole[2] += light * light * (light * light)

@@ -376,18 +376,9 @@ def _logic(names: Sequence[str], operands: Sequence[Value]) -> Value:
         if one.type is not Type.BOOL:
             raise RefusalError(one.span, f"{names[0]} takes bools, not {one.type.named}", "write a comparison")
     stops_at = names[0] == "||"
-
-    def run(run: Run, mask: Array) -> Array:
-        result = np.full(mask.shape, not stops_at)
-        for operand in operands:
-            truth = operand.run(run, mask)
-            result = np.where(mask, truth, result)
-            mask = mask & (truth != stops_at)
-            if not mask.any():
-                break
-        return result
-
-    return Value(span=Span(operands[0].span.start, operands[-1].span.end), type=Type.BOOL, run=run)
+    known = _constant(operands[0].span, Type.BOOL, stops_at)
+    tests = [one if stops_at else _applied(one.span, Type.BOOL, operators.SIGNS["!"], [one]) for one in operands]
+    return _choice([(test, known) for test in tests[:-1]], operands[-1])
 
 
 def _choice(cases: Sequence[tuple[Value, Value]], otherwise: Value) -> Value:

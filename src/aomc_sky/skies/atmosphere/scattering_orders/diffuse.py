@@ -13,14 +13,13 @@ with beta the extinction coefficient.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from aomc_sky.progress import counted
-from aomc_sky.skies.atmosphere.medium import Medium, scatterers
-from aomc_sky.skies.atmosphere.optical_depth import optical_depth_to_top, vertical_optical_depth
+from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.scattering_orders.orders import (
     OrderMoments,
     gauss_angles,
@@ -30,7 +29,7 @@ from aomc_sky.skies.atmosphere.scattering_orders.orders import (
     split_table,
     sum_orders,
 )
-from aomc_sky.skies.atmosphere.scattering_orders.paths import SUN_STEP_RAD, Paths, ShellColumns
+from aomc_sky.skies.atmosphere.scattering_orders.paths import SUN_STEP_RAD, Paths, ShellColumns, ShellPaths
 from aomc_sky.skies.atmosphere.scattering_orders.slab import Slab
 
 ALL_ORDERS = 1000
@@ -44,41 +43,35 @@ def solve_orders(
     *,
     n_listed: int = 1,
 ) -> DiffuseSky:
-    """Orders of scattering of a medium: sources by altitude, the sun's beam and all paths through spherical shells.
+    """Orders of scattering of a medium that scatters: sources by altitude, the beam and paths through spherical shells.
 
     The medium's `n_orders` count exactly; ALL_ORDERS or more mean all. Orders after `n_listed` share the last row. With
     order 1 from its own solver the sky's radiance is within 0.5 % for a sun above 10 degrees, 1.5 % at 5.
     """
-    if not np.any(vertical_optical_depth(medium)[:, scatterers(medium)] > 0.0):
-        return _dark_sky(medium, sun_zenith_rad, sky_zenith_rad, min(n_listed, medium.n_orders))
-    task = OrderTask(
-        columns_at=lambda n_element: ShellColumns(medium, n_element, sun_zenith_rad),
-        albedo=medium.ground_albedo,
-        irradiance=medium.toa_irradiance,
-        n_orders=medium.n_orders,
-        sun_zenith_rad=sun_zenith_rad,
-        sky_zenith_rad=sky_zenith_rad,
-        n_listed=min(n_listed, medium.n_orders),
-        least_mu=least_nodes(medium.least_angles),
+    columns, kinds, chosen = _resolved(medium, sun_zenith_rad)
+    half = chosen.halved()
+    fine, coarse = (
+        _View(medium, sun_zenith_rad, np.cos(sky_zenith_rad), each, at, min(n_listed, medium.n_orders))
+        for each, at in ((chosen, columns), (half, ShellColumns(medium, half.n_element, sun_zenith_rad)))
     )
-    return solved(task, None)
-
-
-def _dark_sky(medium: Medium, sun_zenith_rad: float, zenith: np.ndarray, n_listed: int) -> DiffuseSky:
-    """The direct beam alone, without scattering."""
-    n_wl = medium.wavelength_nm.size
-    left = np.exp(-optical_depth_to_top(medium, np.zeros(1), sun_zenith_rad)[:, 0])
+    rows = [fine.solved(row, kinds[row]) for row in counted(range(len(kinds)), "wavelength", len(kinds))]
+    thickest = int(np.argmax([slab.edge_depth[-1] for slab in columns.slabs]))
+    modes, light = np.stack([row for row, _ in rows]), medium.toa_irradiance
+    listed = np.array([orders.irradiance[1:] for _, orders in rows])
+    later = np.array([orders.irradiance_total for _, orders in rows]) - listed.sum(axis=1)
     return DiffuseSky(
-        sky_zenith_rad=zenith,
-        later_modes=np.zeros((n_wl, n_listed, 1, zenith.size)),
-        order_one=np.zeros((n_wl, 0, zenith.size)),
-        phases=((),) * n_wl,
-        sun_zenith_rad=sun_zenith_rad,
-        irradiance_by_order=np.zeros((n_wl, n_listed + 1)),
-        sun_irradiance=medium.toa_irradiance,
-        direct_irradiance=medium.toa_irradiance * max(np.cos(sun_zenith_rad), 0.0) * left,
-        resolution_error=0.0,
+        later_modes=light[:, None, None, None] * modes,
+        irradiance_by_order=light[:, None] * np.column_stack([listed, later]),
+        resolution_error=_difference(modes[thickest], coarse.solved(thickest, kinds[thickest])[0], chosen.ripple),
     )
+
+
+def _resolved(medium: Medium, sun_zenith_rad: float) -> tuple[ShellColumns, list[np.ndarray], Resolution]:
+    """Columns of a medium, phase moments (n_kind, SERIES_LENGTH) of each, and the resolution that they ask for."""
+    columns = ShellColumns(medium, None, sun_zenith_rad)
+    kinds = [np.stack([phase_moments(law, SERIES_LENGTH) for law in slab.phases]) for slab in columns.slabs]
+    chosen = choose_resolution(columns.slabs, kinds, columns.n_element, columns.ripple, columns.most_moments)
+    return columns, kinds, replace(chosen, n_mu=max(chosen.n_mu, least_nodes(medium.least_angles)))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -106,32 +99,30 @@ def source_functions(
     Zenith angles beyond pi/2 look at light that travels up; `n_orders` is the last order that is listed, 2 or more. The
     sun's zenith angle is that of the observer at all altitudes.
     """
-    columns = ShellColumns(medium, None, sun_zenith_rad)
-    kinds = [np.stack([phase_moments(law, SERIES_LENGTH) for law in slab.phases]) for slab in columns.slabs]
-    chosen = choose_resolution(columns.slabs, kinds, columns.n_element, columns.ripple, columns.most_moments)
+    columns, kinds, chosen = _resolved(medium, sun_zenith_rad)
     n, mu = chosen.n_moments, np.cos(zenith_rad)
-    angles = gauss_angles(max(chosen.n_mu, least_nodes(medium.least_angles)), n)
-    paths_of = columns.directed(angles.mu, np.ones(1))
+    angles = gauss_angles(chosen.n_mu, n)
+    shells = ShellPaths(columns.grid, angles.mu, np.ones(1))
     tables = split_table(np.abs(mu), n, n)
     signed = (tables[0], tables[1] * np.sign(mu))
     cosines = np.where(np.arange(n) == 0, 1.0, 2.0)[:, None] * np.cos(np.outer(np.arange(n), azimuth_from_sun_rad))
-    extinction = columns.extinction_per_m()
-    light = medium.toa_irradiance
+    grid, light = columns.grid, medium.toa_irradiance
     by_order, from_ground = [], []
     for row, slab in enumerate(columns.slabs):
-        paths, _ = paths_of(row)
+        extinction = grid.profile.extinction_m2[row]
+        paths, _ = shells.weights(slab, extinction)
         scattering = scattering_moments(slab, kinds[row][:, :n] * chosen.window(), n)
         mu0, albedo = float(np.cos(sun_zenith_rad)), float(medium.ground_albedo[row])
         orders = sum_orders(
             slab, paths, scattering, angles, mu0, albedo, last_order=n_orders, n_listed=n_orders
         )  # fmt: skip
-        scale = light[row] * extinction[row][:, None, None]
+        scale = light[row] * (grid.node_density @ extinction).reshape(-1, 1, 1)
         modes = [_modes(signed, scattering, each) for each in orders.listed]
         by_order.append([scale * np.einsum("mvk,ma->kva", each, cosines[: each.shape[0]]) for each in modes])
         ground = _modes(signed, scattering, light_from_ground(slab, paths, scattering, angles, mu0, albedo)[:, :1])
         from_ground.append(scale[:, 0] * ground[0].T)
     return SourceFunctions(
-        altitude_m=columns.altitude_m, by_order=np.array(by_order), from_ground=np.array(from_ground)
+        altitude_m=grid.node_m.ravel(), by_order=np.array(by_order), from_ground=np.array(from_ground)
     )
 
 
@@ -216,94 +207,55 @@ _STEEPEST = 0.9  # change of a source towards the sun: it stays positive where t
 _GAIN_OF_DOUBLING = 4.0  # the least that twice the nodes and elements were seen to gain
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class OrderTask:
-    """A medium, its sun and the directions to solve."""
-
-    #: Number of elements, or None for a choice by optical depth, to the columns of all wavelengths
-    columns_at: Callable[[int | None], ShellColumns]
-    #: albedo, irradiance: (n_wl,) of the ground; of the sun above the atmosphere. [0 to 1; W m-2 nm-1]
-    albedo: np.ndarray
-    irradiance: np.ndarray
-    n_orders: int  #: Orders that count; ALL_ORDERS or more mean all. [>= 1]
-    sun_zenith_rad: float
-    sky_zenith_rad: np.ndarray  #: (n_zenith,) zenith angles of directions. [rad]
-    n_listed: int  #: Last order that is listed on its own. [1 to n_orders]
-    least_mu: int = 0  #: Gauss nodes of a hemisphere at least, where the solver chooses the resolution
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class _Row:
-    """One wavelength, for a sun of irradiance 1."""
-
-    modes: np.ndarray
-    order_one: np.ndarray
-    orders: OrderMoments
-
-
-def solved(task: OrderTask, resolution: Resolution | None) -> DiffuseSky:
-    """Solve all wavelengths, and the thickest once more coarsely for an estimate of the error."""
-    columns = task.columns_at(None if resolution is None else resolution.n_element)
-    slabs = columns.slabs
-    kinds = [np.stack([phase_moments(law, SERIES_LENGTH) for law in slab.phases]) for slab in slabs]
-    chosen = resolution
-    if chosen is None:
-        chosen = choose_resolution(slabs, kinds, columns.n_element, columns.ripple, columns.most_moments)
-        chosen = replace(chosen, n_mu=max(chosen.n_mu, task.least_mu))
-    view = _View(task, chosen, columns)
-    rows = [view.solved(row, kinds[row]) for row in counted(range(len(slabs)), "wavelength", len(slabs))]
-    thickest = int(np.argmax([slab.edge_depth[-1] for slab in slabs]))
-    half = chosen.halved()
-    coarse = _View(task, half, task.columns_at(half.n_element)).solved(thickest, kinds[thickest])
-    sky = _gathered(task, slabs, rows)
-    moved = _difference(sky, thickest, chosen.ripple, rows[thickest], coarse)
-    return replace(sky, resolution_error=moved)
-
-
 class _View:
-    """The requested directions of one resolution, ready for any column."""
+    """The directions looked into at one resolution, ready for any column; light is for a sun of irradiance 1."""
 
-    def __init__(self, task: OrderTask, resolution: Resolution, columns: ShellColumns) -> None:
+    def __init__(
+        self,
+        medium: Medium,
+        sun_zenith_rad: float,
+        mu: np.ndarray,
+        resolution: Resolution,
+        columns: ShellColumns,
+        n_listed: int,
+    ) -> None:
         n = resolution.n_moments
-        self._task, self._n_moments = task, n
+        self._medium, self._sun_zenith_rad, self._n_listed, self._n_moments = medium, sun_zenith_rad, n_listed, n
         self._angles = gauss_angles(resolution.n_mu, n)
-        mu = np.cos(task.sky_zenith_rad)
-        self._columns, self._paths = columns, columns.directed(self._angles.mu, mu)
+        self._columns, self._paths = columns, ShellPaths(columns.grid, self._angles.mu, mu)
         self._tables = split_table(mu, n, n)
         self._window = resolution.window()
         self._factor = np.where(np.arange(n) == 0, 1.0, 2.0)[:, None]  # of cos(m phi)
 
-    def solved(self, row: int, kinds: np.ndarray) -> _Row:
-        """Solve the column of one wavelength; `kinds` are the moments of its particles."""
+    def solved(self, row: int, kinds: np.ndarray) -> tuple[np.ndarray, OrderMoments]:
+        """Modes (n_row, n_modes, n_zenith) of one wavelength, and its orders; `kinds` are its particles' moments."""
         slab = self._columns.slabs[row]
-        paths, seen = self._paths(row)
+        paths, weights = self._paths.weights(slab, self._columns.grid.profile.extinction_m2[row])
         scattering = scattering_moments(slab, kinds[:, : self._n_moments] * self._window, self._n_moments)
-        orders = self._summed(row, slab, paths, scattering, self._task.n_listed)
-        drift = -seen.turn * self._steepness(row, paths, scattering, orders.total)
+        orders = self._summed(row, slab, paths, scattering, self._n_listed)
+        drift = -self._paths.turn * self._steepness(row, paths, scattering, orders.total)
         drift = np.clip(drift, -_STEEPEST, _STEEPEST)
         rest = orders.total.copy()
         for each in orders.listed:
             rest[:, : each.shape[1]] -= each
         sources = (*orders.listed, rest)
-        modes = np.zeros((len(sources), rest.shape[1] + 1, seen.weights.shape[0]))
+        modes = np.zeros((len(sources), rest.shape[1] + 1, weights.shape[0]))
         for place, each in zip(modes, sources, strict=True):
-            looked_into = self._looked_into(seen.weights, drift, scattering, each)
+            looked_into = self._looked_into(weights, drift, scattering, each)
             place[: looked_into.shape[0]] = looked_into
-        lit = slab.scattering.reshape(slab.scattering.shape[0], -1) * slab.beam.ravel()
-        return _Row(modes=modes, order_one=lit @ seen.weights.T, orders=orders)
+        return modes, orders
 
     def _summed(
         self, row: int, slab: Slab, paths: Paths, scattering: np.ndarray, n_listed: int, turn: float = 0.0
     ) -> OrderMoments:
-        task = self._task
         return sum_orders(
             slab,
             paths,
             scattering,
             self._angles,
-            float(np.cos(task.sun_zenith_rad + turn)),
-            float(task.albedo[row]),
-            last_order=None if task.n_orders >= ALL_ORDERS else task.n_orders,
+            float(np.cos(self._sun_zenith_rad + turn)),
+            float(self._medium.ground_albedo[row]),
+            last_order=None if self._medium.n_orders >= ALL_ORDERS else self._medium.n_orders,
             n_listed=n_listed,
         )
 
@@ -334,69 +286,25 @@ def times_cosine(modes: np.ndarray) -> np.ndarray:
     return product
 
 
-def _gathered(task: OrderTask, slabs: tuple[Slab, ...], rows: list[_Row]) -> DiffuseSky:
-    """All wavelengths, for the sun's irradiance."""
-    light = task.irradiance
-    orders = [row.orders for row in rows]
-    listed = np.array([each.irradiance for each in orders])
-    later = np.array([each.irradiance_total for each in orders]) - listed[:, 1:].sum(axis=1)
-    return DiffuseSky(
-        sky_zenith_rad=task.sky_zenith_rad,
-        later_modes=light[:, None, None, None] * np.stack([row.modes for row in rows]),
-        order_one=light[:, None, None] * np.stack([row.order_one for row in rows]),
-        phases=tuple(slab.phases for slab in slabs),
-        sun_zenith_rad=task.sun_zenith_rad,
-        irradiance_by_order=light[:, None] * np.column_stack([listed[:, 1:], later]),
-        sun_irradiance=light,
-        direct_irradiance=light * listed[:, 0],
-        resolution_error=0.0,
-    )
-
-
-def _difference(sky: DiffuseSky, row: int, ripple: float, fine: _Row, coarse: _Row) -> float:
-    """Estimated error at three azimuths, as a share of the radiance: a coarser solution's, and cut moments'."""
+def _difference(fine: np.ndarray, coarse: np.ndarray, ripple: float) -> float:
+    """Estimated error of modes (n_row, n_modes, n_zenith) at three azimuths: a coarser solution's, and cut moments'."""
     azimuth = np.array([0.0, 0.5, 1.0]) * np.pi
-    change = fine.modes.sum(axis=0) - coarse.modes.sum(axis=0)
-    cosines = np.cos(np.arange(change.shape[0])[:, None] * azimuth)
-    later = fine.modes.sum(axis=0).T @ cosines
-    wrong = np.abs(change.T @ cosines) / _GAIN_OF_DOUBLING + ripple * later.mean()
-    whole = later + sky.plane_order_one(azimuth)[row] / max(float(sky.sun_irradiance[row]), np.finfo(float).tiny)
-    lit = whole > 0.0
-    return float(np.max(wrong[lit] / whole[lit], initial=0.0))
+    cosines = np.cos(np.arange(fine.shape[1])[:, None] * azimuth)
+    later = fine.sum(axis=0).T @ cosines
+    change = (fine.sum(axis=0) - coarse.sum(axis=0)).T @ cosines
+    wrong = np.abs(change) / _GAIN_OF_DOUBLING + ripple * later.mean()
+    lit = later > 0.0
+    return float(np.max(wrong[lit] / later[lit], initial=0.0))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class DiffuseSky:
-    """Radiance at the ground by orders, for a sun of irradiance F0, as cosine series of the azimuth."""
+    """Radiance at the ground by orders, as cosine series of the azimuth."""
 
-    sky_zenith_rad: np.ndarray  #: (n_zenith,) zenith angles of directions. [rad]
     #: (n_wl, n_row, n_modes, n_zenith) factors of cos(m phi). Row k is order k + 2; the last row is the sum of all
-    #: orders after the listed ones.
+    #: orders after the listed ones. [W m-2 sr-1 nm-1]
     later_modes: np.ndarray
-    #: (n_wl, n_kind, n_zenith) plane-parallel order 1 of each kind of particle, without its phase function. [W m-2
-    #: nm-1]
-    order_one: np.ndarray
-    #: (n_wl, n_kind) the phase functions that belong to it
-    phases: tuple[tuple[Callable[[np.ndarray], np.ndarray], ...], ...]
-    sun_zenith_rad: float
     #: (n_wl, n_row + 1) diffuse irradiance of orders 1, 2, ...; the last entry is the sum of the later ones. [W m-2
     #: nm-1]
     irradiance_by_order: np.ndarray
-    #: sun_irradiance, direct_irradiance: (n_wl,) of the beam above the atmosphere on a plane normal to it; at the
-    #: ground on the horizontal. [W m-2 nm-1]
-    sun_irradiance: np.ndarray
-    direct_irradiance: np.ndarray
-    #: Estimated error of cutting angles, depths and moments, as a share of the radiance; see `solve_orders`
-    resolution_error: float
-
-    def plane_order_one(self, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
-        """Radiance of order 1 of the plane-parallel column, shape (n_wl, n_zenith, n_azimuth). [W m-2 sr-1 nm-1]"""
-        half = np.sin(0.5 * np.asarray(azimuth_from_sun_rad)) ** 2
-        across = (np.sin(self.sky_zenith_rad) * np.sin(self.sun_zenith_rad))[:, None] * half
-        gap = np.sin(0.5 * (self.sky_zenith_rad - self.sun_zenith_rad)) ** 2
-        cosine = np.clip(1.0 - 2.0 * (gap[:, None] + across), -1.0, 1.0)
-        out = np.zeros((len(self.phases), *cosine.shape))
-        for row, laws in enumerate(self.phases):
-            for kind, law in enumerate(laws):
-                out[row] += self.order_one[row, kind][:, None] * law(cosine.ravel()).reshape(cosine.shape)
-        return out
+    resolution_error: float  #: Estimated error of cutting angles, depths and moments, as a share of orders 2 and up

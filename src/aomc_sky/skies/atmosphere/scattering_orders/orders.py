@@ -60,14 +60,6 @@ def _moment_weights(cosine: np.ndarray, weight: np.ndarray, n_moments: int) -> n
     return weight.ravel() * table
 
 
-@lru_cache(maxsize=2)
-def _forward_quadrature(n_moments: int) -> tuple[np.ndarray, np.ndarray]:
-    """Cosines (n_panel, n) and weights of the moments (n_moments, n_panel, n) of equal panels."""
-    edges = np.linspace(0.0, 1.0, _N_PANEL + 1)
-    cosine, weight = _panels(edges[:-1], edges[1:])
-    return cosine, _moment_weights(cosine, weight, n_moments).reshape(n_moments, *cosine.shape)
-
-
 def _is_rough(phase: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Whether the two halves of a panel bring another integral than the panel: a jump, a bend, a narrow peak."""
     middle = 0.5 * (low + high)
@@ -78,21 +70,6 @@ def _is_rough(phase: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: 
     return np.asarray(np.abs(first + second - whole) > _ROUGH)
 
 
-def _pieces(phase: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Panels that replace rough ones: halves, halved again where a jump lies."""
-    smooth_low, smooth_high = [], []
-    for _ in range(_MOST_HALVINGS):
-        middle = 0.5 * (low + high)
-        low, high = np.concatenate([low, middle]), np.concatenate([middle, high])
-        rough = _is_rough(phase, low, high)
-        smooth_low.append(low[~rough])
-        smooth_high.append(high[~rough])
-        low, high = low[rough], high[rough]
-        if not 0 < low.size <= _MOST_ROUGH:
-            break
-    return np.concatenate([*smooth_low, low]), np.concatenate([*smooth_high, high])
-
-
 def phase_moments(phase: Callable[[np.ndarray], np.ndarray], n_moments: int) -> np.ndarray:
     """Legendre moments x_l of a phase function, l = 0 to n_moments - 1, at most 256. x_0 is 1: the solver conserves
     energy.
@@ -100,14 +77,17 @@ def phase_moments(phase: Callable[[np.ndarray], np.ndarray], n_moments: int) -> 
     A SceneError where the norm is off by more than 1e-3. Accuracy: 1e-12 for smooth functions and peaks down to 1 - c =
     1e-5, 1e-9 with jumps and bends, which panels are halved towards.
     """
-    cosine, quadrature = _forward_quadrature(n_moments)
     edges = np.linspace(0.0, 1.0, _N_PANEL + 1)
-    rough = _is_rough(phase, edges[:-1], edges[1:])
-    smooth = quadrature[:, ~rough].reshape(n_moments, -1)
-    moments = smooth @ phase(cosine[~rough].ravel())
-    if np.any(rough):
-        finer, weight = _panels(*_pieces(phase, edges[:-1][rough], edges[1:][rough]))
-        moments += _moment_weights(finer, weight, n_moments) @ phase(finer.ravel())
+    low, high = edges[:-1], edges[1:]
+    for _ in range(_MOST_HALVINGS):
+        rough = _is_rough(phase, low, high)
+        if not 0 < np.count_nonzero(rough) <= _MOST_ROUGH:
+            break
+        middle = 0.5 * (low + high)[rough]
+        low = np.concatenate([low[~rough], low[rough], middle])
+        high = np.concatenate([high[~rough], middle, high[rough]])
+    cosine, weight = _panels(low, high)
+    moments = _moment_weights(cosine, weight, n_moments) @ phase(cosine.ravel())
     if not abs(moments[0] - 1.0) < _NORM_TOLERANCE:
         raise SceneError(f"a phase function has the integral {moments[0]:.6g} over the sphere; expected 1")
     return moments / moments[0]
@@ -257,26 +237,12 @@ def sum_orders(
 ) -> OrderMoments:
     """Work out the orders up to `last_order`, or all (None), with the rest as a geometric series."""
     column = _Column(paths, angles, scattering, albedo)
-    beam = beam_moments(slab, mu0, scattering.shape[1], angles.n_moments)
-    return _summed(column, beam, max(mu0, 0.0) * slab.beam_at_ground, last_order, n_listed)
-
-
-def light_from_ground(
-    slab: Slab, paths: Paths, scattering: np.ndarray, angles: Angles, mu0: float, albedo: float
-) -> np.ndarray:
-    """Moments (2, n_modes, n_half, n_level) of the part of order 1 that is the direct beam, reflected by the ground."""
-    column = _Column(paths, angles, scattering, albedo)
-    dark = np.zeros_like(beam_moments(slab, mu0, scattering.shape[1], angles.n_moments))
-    return column.next_order(dark, max(mu0, 0.0) * slab.beam_at_ground)[0]
-
-
-def _summed(column: _Column, beam: np.ndarray, direct: float, last_order: int | None, n_listed: int) -> OrderMoments:
-    """Orders of a column from its direct beam on."""
+    moments = beam_moments(slab, mu0, scattering.shape[1], angles.n_moments)
+    irradiance = max(mu0, 0.0) * slab.beam_at_ground
     listed, fluxes = [], np.zeros(n_listed + 1)
-    fluxes[0] = direct
-    total, flux_total = np.zeros_like(beam), 0.0
-    rest = GeometricRest(beam.shape[1])
-    moments, irradiance = beam, direct
+    fluxes[0] = irradiance
+    total, flux_total = np.zeros_like(moments), 0.0
+    rest = GeometricRest(moments.shape[1])
     for order in range(1, (last_order or _LAST_ORDER) + 1):
         moments, irradiance = column.next_order(moments[:, : rest.n_active], irradiance)
         n = moments.shape[1]
@@ -295,6 +261,15 @@ def _summed(column: _Column, beam: np.ndarray, direct: float, last_order: int | 
         total[:, :n] += rest.gain[:, None, None] * moments
         left = irradiance * float(rest.gain[0])
     return OrderMoments(listed=tuple(listed), total=total, irradiance=fluxes, irradiance_total=flux_total + left)
+
+
+def light_from_ground(
+    slab: Slab, paths: Paths, scattering: np.ndarray, angles: Angles, mu0: float, albedo: float
+) -> np.ndarray:
+    """Moments (2, n_modes, n_half, n_level) of the part of order 1 that is the direct beam, reflected by the ground."""
+    column = _Column(paths, angles, scattering, albedo)
+    dark = np.zeros_like(beam_moments(slab, mu0, scattering.shape[1], angles.n_moments))
+    return column.next_order(dark, max(mu0, 0.0) * slab.beam_at_ground)[0]
 
 
 class GeometricRest:

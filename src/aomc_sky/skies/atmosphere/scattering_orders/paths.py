@@ -12,7 +12,7 @@ by the recurrence upward for z >= 1, and downward from a series for z < 1: exact
 
 Through shells x = X / (b - a), with X the optical depth of the straight line in the element. The source function of a
 node is that of its altitude alone. For the directions looked into from the ground, its brightness follows the sun's
-local zenith angle to first order (`Seen`). Three
+local zenith angle to first order (`ShellPaths.turn`). Three
 changes are neglected: of x inside an element, of a direction's own zenith angle along its path, and of the sun's zenith
 angle where light goes on to be scattered again. A plane column would scatter too much light along the
 horizon, 2 to 10 % in orders >= 2.
@@ -20,7 +20,6 @@ horizon, 2 to 10 % in orders >= 2.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,50 +45,37 @@ class Paths:
     from_ground: np.ndarray  #: (n_mu, n_level) what is left at a node of radiance that leaves the ground
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Crossings:
-    """Optical paths of the lines through the nodes of a column at one wavelength."""
-
-    #: (n_level, n_mu, n_element) optical path through each element, on one side of the line's lowest point
-    crossed: np.ndarray
-    below: np.ndarray  #: (n_level, n_mu) the part of it in the node's own element below the node
-    #: (n_level, n_mu, n_element) share of each element that lies above the line's lowest point. [0 to 1]
-    tangent: np.ndarray
-    lowest: np.ndarray  #: (n_level, n_mu) altitude of the lowest point; negative where the line meets the ground
-
-
-def node_paths(share: np.ndarray, lines: Crossings, ground_crossed: np.ndarray) -> Paths:
+def node_paths(
+    share: np.ndarray,
+    crossed: np.ndarray,
+    below: np.ndarray,
+    tangent: np.ndarray,
+    lowest: np.ndarray,
+    ground_crossed: np.ndarray,
+) -> Paths:
     """Weights of the lines through the nodes of a column, at shares (n_element, n_node) of their elements from the top.
 
-    `ground_crossed` (n_mu, n_element) are the optical paths of the lines that end at the ground.
+    crossed (n_level, n_mu, n_element): optical path through each element, on one side of the line's lowest point; below
+    (n_level, n_mu): the part of it in the node's own element below the node. tangent (n_level, n_mu, n_element): share
+    of each element above the line's lowest point; lowest (n_level, n_mu): its altitude, negative where the line meets
+    the ground. ground_crossed (n_mu, n_element): optical paths of the lines that end at the ground.
     """
     from aomc_sky.skies.atmosphere.kernels.ray_integrals import fill_down, fill_up
 
     n_element, n_node = share.shape
-    n_level, n_mu = lines.below.shape
+    n_level, n_mu = below.shape
     element = np.repeat(np.arange(n_element), n_node)
     points, inverse = share.ravel(), _inverse(share)
-    own = np.take_along_axis(lines.crossed, element[:, None, None], axis=2)[:, :, 0] - lines.below
+    own = np.take_along_axis(crossed, element[:, None, None], axis=2)[:, :, 0] - below
     down, up, over = (np.empty((n_mu, n_level, n_level)) for _ in range(3))
     from_ground = np.empty((n_mu, n_level))
-    fill_down(lines.crossed, own, points, element, inverse, down)
-    fill_up(
-        lines.crossed,
-        lines.below,
-        lines.tangent,
-        lines.lowest,
-        points,
-        element,
-        inverse,
-        _inverse(1.0 - share),
-        up,
-        over,
-        from_ground,
-    )
+    fill_down(crossed, own, points, element, inverse, down)
+    turned = _inverse(1.0 - share)
+    fill_up(crossed, below, tangent, lowest, points, element, inverse, turned, up, over, from_ground)
     return Paths(
         down=down,
         up=up,
-        over=over if np.any(lines.lowest >= 0.0) else None,
+        over=over if np.any(lowest >= 0.0) else None,
         at_ground=ground_weights(share, ground_crossed),
         from_ground=from_ground,
     )
@@ -111,22 +97,15 @@ def _inverse(share: np.ndarray) -> np.ndarray:
     return np.linalg.inv(share[:, :, None] ** np.arange(share.shape[1]))
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Lines:
-    """Straight lines through a point of given altitude and direction: what each crosses of every constituent."""
+def lines_through(
+    grid: AltitudeGrid, altitude_m: np.ndarray, element: np.ndarray, mu: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Lines through points: altitudes and elements (n_level,), under cosines (n_mu,) of 0 to 1.
 
-    #: (n_level, n_mu) altitude of the point nearest to the earth's centre; negative where the line meets the ground.
-    #: [m]
-    lowest_m: np.ndarray
-    #: (n_level, n_mu, n_element, n_constituent) columns of each element on one side of the lowest point. [m-2]
-    crossed: np.ndarray
-    #: (n_level, n_mu, n_constituent) the part of its own element between a point and the element's lower edge, or the
-    #: lowest point. [m-2]
-    below: np.ndarray
-
-
-def lines_through(grid: AltitudeGrid, altitude_m: np.ndarray, element: np.ndarray, mu: np.ndarray) -> Lines:
-    """Columns of lines through points: altitudes and elements (n_level,), under cosines (n_mu,) of 0 to 1."""
+    Lowest altitude (n_level, n_mu) of each [m]; columns of the constituents in each element on one side of it (n_level,
+    n_mu, n_element, n_constituent); the part of them below the point in its own element, (n_level, n_mu,
+    n_constituent). [m-2]
+    """
     radius = grid.profile.earth_radius_m
     lowest = lowest_altitude(radius, altitude_m[:, None], mu)
     low_edge, high_edge = grid.edge_m[1:], grid.edge_m[:-1]
@@ -137,11 +116,8 @@ def lines_through(grid: AltitudeGrid, altitude_m: np.ndarray, element: np.ndarra
         cosine = np.minimum(np.sqrt(fall) / (radius + start), 1.0)
         return columns(grid.profile, start, cosine, high)
 
-    return Lines(
-        lowest_m=lowest,
-        crossed=along(low_edge, high_edge, lowest[:, :, None]),
-        below=along(low_edge[element][:, None], altitude_m[:, None], lowest),
-    )
+    below = along(low_edge[element][:, None], altitude_m[:, None], lowest)
+    return lowest, along(low_edge, high_edge, lowest[:, :, None]), below
 
 
 class ShellPaths:
@@ -149,52 +125,33 @@ class ShellPaths:
 
     def __init__(self, grid: AltitudeGrid, mu: np.ndarray, view_mu: np.ndarray) -> None:
         n_element, n_node = grid.node_m.shape
-        self._grid = grid
-        self._element = np.repeat(np.arange(n_element), n_node)
-        self._lines = lines_through(grid, grid.node_m.ravel(), self._element, mu)
+        self._grid, element = grid, np.repeat(np.arange(n_element), n_node)
+        self._lowest_m, self._crossed, self._below = lines_through(grid, grid.node_m.ravel(), element, mu)
         ground, last = np.zeros(1), np.array([n_element - 1])
-        self._from_ground = lines_through(grid, ground, last, mu)
-        self._view = lines_through(grid, ground, last, view_mu)
+        self._from_ground, self._view = (lines_through(grid, ground, last, each)[1][0] for each in (mu, view_mu))
+        #: (n_zenith, n_level) angle from the observer's vertical to that of the place where a direction looked into
+        #: crosses a node's altitude. The sun is higher there by this angle if one looks towards it. [rad]
+        self.turn = _turn(grid.profile.earth_radius_m, grid.node_m.ravel(), view_mu)
 
     def weights(self, slab: Slab, extinction_m2: np.ndarray) -> tuple[Paths, np.ndarray]:
         """Paths of the nodes' directions, and (n_zenith, n_level) for the directions looked into, at one wavelength."""
-        share = slab.share
-        lines = Crossings(
-            crossed=self._lines.crossed @ extinction_m2,
-            below=self._lines.below @ extinction_m2,
-            tangent=self._tangent_share(slab),
-            lowest=self._lines.lowest_m,
+        crossed, below, ground, view = (
+            each @ extinction_m2 for each in (self._crossed, self._below, self._from_ground, self._view)
         )
-        return (
-            node_paths(share, lines, self._from_ground.crossed[0] @ extinction_m2),
-            ground_weights(share, self._view.crossed[0] @ extinction_m2),
-        )
+        paths = node_paths(slab.share, crossed, below, self._tangent_share(slab), self._lowest_m, ground)
+        return paths, ground_weights(slab.share, view)
 
     def _tangent_share(self, slab: Slab) -> np.ndarray:
         """Share of an element that a line crosses above its lowest point, (n_level, n_mu, n_element)."""
         altitude = np.concatenate([self._grid.edge_m, self._grid.node_m.ravel()])
         depth = np.concatenate([slab.edge_depth, slab.node_depth.ravel()])
         rising = np.argsort(altitude)
-        lowest = np.interp(self._lines.lowest_m, altitude[rising], depth[rising])
+        lowest = np.interp(self._lowest_m, altitude[rising], depth[rising])
         return np.clip((lowest[:, :, None] - slab.edge_depth[:-1]) / np.diff(slab.edge_depth), 0.0, 1.0)
 
 
 SUN_STEP_RAD = 2e-3
 """How far the sun is moved to see how fast the light at a level changes with its zenith angle. [rad]"""
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Seen:
-    """Weights of the directions looked into from the ground."""
-
-    weights: np.ndarray  #: (n_zenith, n_level) radiance by the source at a node
-    #: (n_zenith, n_level) angle from the observer's vertical to that of the place where a direction crosses a node's
-    #: altitude. The sun is higher there by this angle if one looks towards it. [rad]
-    turn: np.ndarray
-
-
-DirectedPaths = Callable[[int], tuple[Paths, Seen]]
-"""A wavelength's row to the paths of the nodes' directions, and of the directions looked into."""
 
 
 CURVED_RIPPLE, CURVED_MOMENTS = 2e-4, 128
@@ -208,11 +165,6 @@ _LEAST_ELEMENTS, _MOST_ELEMENTS = 10, 30
 _FLATTEST = 1e-4  # height over radius below which shells count as flat
 
 
-def elements_for(optical_depth: float) -> int:
-    """Elements to spread over a column: 10 up to an optical depth of 1, then slowly more: 18 at 5, 23 at 10."""
-    return int(np.clip(np.ceil(_LEAST_ELEMENTS * optical_depth**0.36), _LEAST_ELEMENTS, _MOST_ELEMENTS))
-
-
 class ShellColumns:
     """The columns of a medium, one for each wavelength, of `n_element` each, by default chosen by the optical depth."""
 
@@ -221,32 +173,12 @@ class ShellColumns:
         self.ripple = CURVED_RIPPLE if is_curved else FLAT_RIPPLE
         self.most_moments = CURVED_MOMENTS if is_curved else FLAT_MOMENTS
         depth = float(vertical_optical_depth(medium).sum(axis=1).max())
-        self.n_element = n_element or _MORE_IN_SHELLS * elements_for(depth) // 2
-        self._grid = altitude_grid(medium, self.n_element)
-        self.slabs = slabs_of_medium(medium, self._grid, sun_zenith_rad)
-        self.turned_slabs = slabs_of_medium(medium, self._grid, min(sun_zenith_rad + SUN_STEP_RAD, np.pi))
-
-    @property
-    def altitude_m(self) -> np.ndarray:
-        """Altitudes of the nodes of all elements, from the top down, shape (n_level,). [m]"""
-        return self._grid.node_m.ravel()
-
-    def extinction_per_m(self) -> np.ndarray:
-        """Extinction coefficients at the nodes, shape (n_wl, n_level). [m-1]"""
-        density = self._grid.node_density.reshape(self.altitude_m.size, -1)
-        return np.asarray(self._grid.profile.extinction_m2 @ density.T)
-
-    def directed(self, mu: np.ndarray, view_mu: np.ndarray) -> DirectedPaths:
-        """Straight paths through spherical shells, for directions of the nodes and directions looked into."""
-        shells = ShellPaths(self._grid, mu, view_mu)
-        extinction = self._grid.profile.extinction_m2
-        turn = _turn(self._grid.profile.earth_radius_m, self._grid.node_m.ravel(), view_mu)
-
-        def paths(row: int) -> tuple[Paths, Seen]:
-            of_nodes, weights = shells.weights(self.slabs[row], extinction[row])
-            return of_nodes, Seen(weights=weights, turn=turn)
-
-        return paths
+        # 10 up to an optical depth of 1, then slowly more: 18 at 5, 23 at 10
+        spread = int(np.clip(np.ceil(_LEAST_ELEMENTS * depth**0.36), _LEAST_ELEMENTS, _MOST_ELEMENTS))
+        self.n_element = n_element or _MORE_IN_SHELLS * spread // 2
+        self.grid = altitude_grid(medium, self.n_element)
+        self.slabs = slabs_of_medium(medium, self.grid, sun_zenith_rad)
+        self.turned_slabs = slabs_of_medium(medium, self.grid, min(sun_zenith_rad + SUN_STEP_RAD, np.pi))
 
 
 def _turn(radius_m: float, altitude_m: np.ndarray, mu: np.ndarray) -> np.ndarray:

@@ -46,11 +46,6 @@ class Slab:
         return (self.node_depth - self.edge_depth[:-1, None]) / np.diff(self.edge_depth)[:, None]
 
 
-def clustered_depths(total: float, n_element: int) -> np.ndarray:
-    """Edges from 0 to `total` that crowd at both ends, where radiances along shallow paths change fastest."""
-    return 0.5 * total * (1.0 - np.cos(np.pi * np.arange(n_element + 1) / n_element))
-
-
 def joined_edges(fixed: np.ndarray, wished: np.ndarray, least: float) -> np.ndarray:
     """Rising edges: the fixed ones more than `least` apart, and the wished ones that are not next to a fixed one."""
     kept = [fixed[0]]
@@ -88,7 +83,9 @@ def altitude_grid(medium: Medium, n_element: int) -> AltitudeGrid:
     def altitude(depth: np.ndarray) -> np.ndarray:
         return np.interp(-depth, -above, search)
 
-    edges = _edges(medium, altitude(clustered_depths(float(above[0]), n_element)))[::-1]
+    # crowded at both ends, where radiances along shallow paths change fastest
+    clustered = 0.5 * above[0] * (1.0 - np.cos(np.pi * np.arange(n_element + 1) / n_element))
+    edges = _edges(medium, altitude(clustered))[::-1]
     depth = np.interp(edges, search, above)
     thick = np.diff(depth) > 1e-9 * above[0]
     depth = np.concatenate([[0.0], depth[1:][thick]])

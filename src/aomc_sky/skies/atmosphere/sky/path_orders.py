@@ -36,7 +36,8 @@ class LaterOrders:
     #: `SkyField` has them where it is not mirrored. [W m-2 sr-1 nm-1]
     modes: np.ndarray
     truncation: np.ndarray  #: (n_wl,) estimated share of the sky's irradiance in the orders that do not count
-    #: Estimated error as a share of the radiance; of paths the median standard error of one direction
+    #: Estimated error of cutting angles and depths, as a share of these orders; of paths the median standard error of
+    #: one direction
     resolution_error: float
     n_paths: int = 0  #: Paths of each direction and wavelength
     #: (n_wl, n_zenith, n_azimuth) standard error of their sum in each direction that paths followed. [W m-2 sr-1 nm-1]
@@ -65,16 +66,16 @@ def path_orders(
     theta, phi = np.meshgrid(sky_zenith_rad, azimuth, indexing="ij")
     tables = path_tables(medium)
 
-    def follow(number: int, order_one: np.ndarray | None, first: PathsResult | None = None) -> PathsResult:
+    def follow(number: int, order_one: np.ndarray | None) -> PathsResult:
         return solve_paths(
             medium, sun_zenith_rad=sun_zenith_rad, sky_zenith_rad=theta.ravel(), azimuth_from_sun_rad=phi.ravel(),
             n_paths=number, n_orders=n_orders, threads=os.cpu_count() or 1, tables=tables,
-            visible=moon, order_one=order_one, first=first,
+            visible=moon, order_one=order_one,
         )  # fmt: skip
 
     paths = follow(n_paths or N_PATHS, None if order_one is None else order_one(theta.ravel(), phi.ravel()))
     if n_paths is None and _later_error(paths) > _LARGE:
-        paths = follow(_MORE * N_PATHS, paths.radiance_by_order[:, 0], paths)
+        paths = follow(_MORE * N_PATHS, paths.radiance_by_order[:, 0])
     error = _later_error(paths)
     if error > 2.0 * _LARGE:
         text = f"the paths give orders 2 and up with an error of {100 * error:.2g} % in a direction: the sun is too low"
@@ -119,17 +120,6 @@ def warn_of_under_sampling(flagged: np.ndarray, *, stacklevel: int) -> None:
     )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class GlowOrders:
-    """Radiance of the sky over a ground that glows alike everywhere; no azimuth differs from another."""
-
-    #: (n_wl, n_row, n_zenith) by number of interactions, 1 first; the last row holds the rest where more count. [W m-2
-    #: sr-1 nm-1]
-    radiance: np.ndarray
-    #: Standard error of a direction as a share of its radiance, the median over directions and wavelengths
-    relative_error: float
-
-
 def glow_orders(
     medium: Medium,
     ground_radiance: np.ndarray,
@@ -138,10 +128,12 @@ def glow_orders(
     *,
     n_listed: int,
     n_paths: int | None = None,
-) -> GlowOrders:
+) -> tuple[np.ndarray, float]:
     """Follow paths in some zenith angles, over a ground of radiance (n_wl,) that is the same everywhere; no sun.
 
-    The result is linear in it. Orders from `n_listed` on share the last row. Cost: 3 s a wavelength and core.
+    Returns the radiance (n_wl, n_row, n_zenith) by number of interactions, 1 first, linear in that of the ground
+    [W m-2 sr-1 nm-1], and its median standard error as a share. Orders from `n_listed` on share the last row. Cost: 3 s
+    a wavelength and core.
     """
     paths = solve_paths(
         unlit(medium), sun_zenith_rad=0.0, sky_zenith_rad=sky_zenith_rad,
@@ -151,4 +143,4 @@ def glow_orders(
     rows, total = paths.radiance_by_order, paths.radiance
     rows = np.concatenate([rows[:, : n_listed - 1], rows[:, n_listed - 1 :].sum(axis=1, keepdims=True)], axis=1)
     share = paths.standard_error[total > 0] / total[total > 0]
-    return GlowOrders(radiance=rows, relative_error=float(np.median(share)) if share.size else 0.0)
+    return rows, float(np.median(share)) if share.size else 0.0

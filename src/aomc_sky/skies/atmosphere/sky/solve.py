@@ -13,20 +13,21 @@ from numpy.typing import ArrayLike
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere.backward import MOST_LISTED, PathsResult, solve_paths
-from aomc_sky.skies.atmosphere.eclipse import eclipsed_once, solve_eclipsed_order_one, visible_share
+from aomc_sky.skies.atmosphere.eclipse import eclipsed_once, solve_order_one, visible_share
 from aomc_sky.skies.atmosphere.lights import Moon, ground_beam, is_mirrored
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers, unlit
+from aomc_sky.skies.atmosphere.optical_depth import vertical_optical_depth
 from aomc_sky.skies.atmosphere.order_one import scattering_cosine, with_phases
 from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, DiffuseSky, solve_orders
 from aomc_sky.skies.atmosphere.sky.method import LOWEST_SUN_DEG, Lights, chosen_lights
 from aomc_sky.skies.atmosphere.sky.path_orders import (
-    GlowOrders,
     LaterOrders,
     glow_orders,
     path_orders,
     warn_of_under_sampling,
 )
 from aomc_sky.skies.atmosphere.sky.solved import (
+    ExactOnce,
     SkyField,
     SolvedSky,
     azimuth_basis,
@@ -35,7 +36,6 @@ from aomc_sky.skies.atmosphere.sky.solved import (
     patch_means,
     zenith_nodes,
 )
-from aomc_sky.skies.atmosphere.twilight import ExactOnce
 
 ORDER_ONE_ERROR = 1e-5
 """Relative error of order 1 as its solver states it."""
@@ -107,79 +107,57 @@ def solve_sky(
     `chosen_method`. A Moon is left out if it reaches no part of the sun from anywhere in the atmosphere. By default
     `n_paths` is 32768 for the ground. For the sun it is 4096, or four times as many if their median error is above 5 %.
 
-    The fields follow the solvers to `SolvedSky.series_error`. It is the largest difference found in 64 directions
-    between the nodes: 2e-8 under a sun at 40 degrees, 1e-7 at 80, 7e-6 at 90.
+    Between the nodes the field of order 1 follows its solver to 2e-8 under a sun at 40 degrees, 1e-7 at 80, 7e-6 at 90.
     """
     lights = chosen_lights(
         medium, sun_zenith_rad, method=method, n_orders=n_orders, moon=moon, ground_radiance=ground_radiance,
         n_paths=n_paths,
     )  # fmt: skip
-    return solve_sky_and_rings(medium, sun_zenith_rad, np.empty(0), lights, n_listed=_KEPT_ORDERS).sky
+    return _solved_sky(medium, sun_zenith_rad, lights, np.empty(0), n_listed=_KEPT_ORDERS)[0]
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class SkyAndRings:
-    """A whole sky, and more zenith angles of the same solution."""
+def _solved_sky(
+    medium: Medium, sun_zenith_rad: float, lights: Lights, ring_rad: np.ndarray, *, n_listed: int
+) -> tuple[SolvedSky, np.ndarray]:
+    """Solve for the whole sky; orders from `n_listed` on share the last row.
 
-    sky: SolvedSky
-    #: (n_wl, n_row, n_modes, n_ring) series in the azimuth of orders 2, 3, ... in the zenith angles. It is None for
-    #: order 1 alone, and for "mc": that series is not meant for single directions.
-    later: np.ndarray | None
-    glow: np.ndarray | None  #: (n_wl, n_row, n_ring) orders 1, 2, ... of a glowing ground in them. [W m-2 sr-1 nm-1]
-
-
-def solve_sky_and_rings(
-    medium: Medium, sun_zenith_rad: float, ring_rad: np.ndarray, lights: Lights, *, n_listed: int
-) -> SkyAndRings:
-    """Solve for the whole sky, and look into the zenith angles `ring_rad` (n_ring,) with the same solution.
-
-    Orders from `n_listed` on share the last row.
+    Also series in the azimuth (n_wl, n_row, n_modes, n_ring) of orders 2, 3, ... in the zenith angles `ring_rad`, of
+    "sos" alone.
     """
     if not lights.has_sun:
         medium = unlit(medium)
-    zenith, n_rows = np.concatenate([zenith_nodes(MORE_NODES), ring_rad]), min(n_listed, lights.n_orders)
-    started = time.perf_counter()
+    nodes, n_rows = zenith_nodes(MORE_NODES), min(n_listed, lights.n_orders)
+    mirrored = is_mirrored(lights.moon)
     once = order_one_field(medium, sun_zenith_rad, lights)
-    after_once = time.perf_counter()
-    later = _later(medium, sun_zenith_rad, zenith, lights, n_rows, once)
-    after_later = time.perf_counter()
-    glow = _glow(medium, zenith, lights, n_rows)
-    seconds = {"order 1": after_once - started, "later orders": after_later - after_once}
-    seconds |= {} if glow is None else {"glow": time.perf_counter() - after_later}
+    later = _later(medium, sun_zenith_rad, np.append(nodes, ring_rad), lights, n_rows, once)
+    modes = np.empty(0) if later is None else later.modes
+    glow, glow_error = _glow(medium, nodes, lights, n_rows)
     share = 1.0 if lights.moon is None else visible_share(medium, sun_zenith_rad, lights.moon)
     direct = ground_beam(medium, sun_zenith_rad)
     sky = SolvedSky(
         medium=medium,
         sun_zenith_rad=sun_zenith_rad,
         once=once,
-        more=None
-        if later is None
-        else field_of_modes(later.modes[..., :MORE_NODES], is_mirrored=is_mirrored(lights.moon)),
+        more=None if later is None else field_of_modes(modes[..., :MORE_NODES], is_mirrored=mirrored),
         direct=dataclasses.replace(direct, irradiance=share * direct.irradiance),
         method=lights.method,
         n_orders=lights.n_orders,
         truncation=np.full(medium.wavelength_nm.size, np.nan) if later is None else later.truncation,
         resolution_error=0.0 if later is None else later.resolution_error,
-        series_error=series_error(medium, sun_zenith_rad, once, lights.moon) if lights.has_sun else 0.0,
-        seconds=seconds,
         moon=lights.moon,
         visible_share=share,
-        glow=None if glow is None else field_of_modes(glow.radiance[:, :, None, :MORE_NODES]),
-        glow_error=0.0 if glow is None else glow.relative_error,
+        glow=None if glow is None else field_of_modes(glow[:, :, None]),
+        glow_error=glow_error,
         node_error=None if later is None else later.node_error,
         n_paths=0 if later is None else later.n_paths,
         reason=lights.reason,
     )
-    return SkyAndRings(
-        sky=sky,
-        later=later.modes[..., MORE_NODES:] if later is not None and lights.method == "sos" else None,
-        glow=None if glow is None else glow.radiance[:, :, MORE_NODES:],
-    )
+    return sky, modes[..., MORE_NODES:]
 
 
-def _glow(medium: Medium, zenith: np.ndarray, lights: Lights, n_rows: int) -> GlowOrders | None:
+def _glow(medium: Medium, zenith: np.ndarray, lights: Lights, n_rows: int) -> tuple[np.ndarray | None, float]:
     if lights.ground_radiance is None or not scatterers(medium):
-        return None
+        return None, 0.0
     return glow_orders(medium, lights.ground_radiance, zenith, lights.n_orders, n_listed=n_rows, n_paths=lights.n_paths)
 
 
@@ -191,7 +169,9 @@ def _later(
     n_rows: int,
     once: SkyField | ExactOnce,
 ) -> LaterOrders | None:
-    if lights.method == "order1" or not lights.has_sun or not scatterers(medium):
+    if lights.method == "order1" or not lights.has_sun:
+        return None
+    if not np.any(vertical_optical_depth(medium)[:, scatterers(medium)] > 0.0):
         return None
     if lights.method == "sos":
         return later_orders(medium, sun_zenith_rad, zenith, lights.n_orders, n_listed=n_rows)
@@ -206,14 +186,12 @@ def _later(
 
 
 def relative_errors(sky: SolvedSky) -> tuple[float, float]:
-    """Estimated errors: of quadratures and resolution as a share of the radiance, of the later orders as a share of
-    them.
-    """
+    """Estimated errors: of quadratures as a share of the radiance, of the later orders as a share of them."""
     if sky.method == "mc":
         return ORDER_ONE_ERROR, sky.resolution_error
     low = max(float(np.rad2deg(sky.sun_zenith_rad)) - LOWEST_SUN_DEG, 0.0) / (90.0 - LOWEST_SUN_DEG)
     curvature = sky.medium.top_m / sky.medium.earth_radius_m / _CURVATURE_OF_EARTH
-    return ORDER_ONE_ERROR + sky.resolution_error, min(curvature, 1.0) * (0.004 + 0.026 * low)
+    return ORDER_ONE_ERROR, sky.resolution_error + min(curvature, 1.0) * (0.004 + 0.026 * low)
 
 
 def order_one_field(medium: Medium, sun_zenith_rad: float, lights: Lights) -> SkyField | ExactOnce:
@@ -233,25 +211,6 @@ def order_one_field(medium: Medium, sun_zenith_rad: float, lights: Lights) -> Sk
         n_zenith=n_zenith,
         n_azimuth=n_azimuth if mirrored else 2 * n_azimuth - 1,
         is_mirrored=mirrored,
-    )
-
-
-def series_error(medium: Medium, sun_zenith_rad: float, once: SkyField | ExactOnce, moon: Moon | None = None) -> float:
-    """Largest relative difference of order 1 from its solver in 64 directions that are no nodes.
-
-    In an eclipse it is a share of the brightest of them: in totality the later orders are the brighter ones.
-    """
-    if isinstance(once, ExactOnce):
-        return 0.0
-    k = np.arange(64)
-    zenith = np.arccos(((k + 0.5) / 64) ** 1.5)
-    azimuth = (np.pi if moon is None else 2.0 * np.pi) * np.mod(0.5 + k * 0.6180339887498949, 1.0)
-    exact = eclipsed_once(medium, sun_zenith_rad, zenith, azimuth, moon).sum(axis=1)
-    found = once.at(zenith, azimuth).sum(axis=1)
-    brightest = exact.max(axis=1, keepdims=True, initial=0.0)
-    scale = exact + 1e-6 * brightest if moon is None else np.broadcast_to(brightest, exact.shape)
-    return float(
-        np.max(np.divide(np.abs(found - exact), scale, out=np.zeros_like(exact), where=scale > 0), initial=0.0)
     )
 
 
@@ -355,16 +314,16 @@ def solve(
         n_paths=n_paths,
     )  # fmt: skip
     rings, ring = np.unique(np.minimum(zenith, np.pi / 2), return_inverse=True)
-    found = solve_sky_and_rings(medium, sun_zenith_rad, rings, lights, n_listed=MOST_LISTED)
-    sky = found.sky
+    sky, modes = _solved_sky(medium, sun_zenith_rad, lights, rings, n_listed=MOST_LISTED)
     grid = PatchGrid.regular(*(_FLUX_BINS if sun_zenith_rad <= np.pi / 2 else _FLUX_BINS_TWILIGHT))
     mean, _ = patch_means(sky, grid, 0.0, tolerance=_FLUX_TOLERANCE)
     after_flux = time.perf_counter()
-    by_order, error, flagged = _by_order(found, rings, azimuth, lights.n_paths)
+    by_order, error, flagged = _by_order(sky, modes, rings, azimuth, lights.n_paths)
+    glow, glow_error = _glow(medium, rings, lights, sky.n_listed)
+    if glow is not None:
+        by_order = by_order + glow[..., None]
+        error = np.hypot(error, glow_error * glow.sum(axis=1)[..., None])
     by_order, error = by_order[:, :, ring], error[:, ring]
-    if found.glow is not None:
-        by_order = by_order + found.glow[:, :, ring, None]
-        error = np.hypot(error, sky.glow_error * found.glow.sum(axis=1)[:, ring, None])
     return AtmosphereResult(
         wavelength_nm=medium.wavelength_nm,
         radiance=by_order.sum(axis=1),
@@ -389,10 +348,9 @@ def _angles(given: ArrayLike, what: str) -> np.ndarray:
 
 
 def _by_order(
-    found: SkyAndRings, rings: np.ndarray, azimuth: np.ndarray, n_paths: int | None
+    sky: SolvedSky, modes: np.ndarray, rings: np.ndarray, azimuth: np.ndarray, n_paths: int | None
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray | None]:
     """The sun's light by order on all pairs, (n_wl, n_order, n_ring, n_azimuth), its error, and where it is flagged."""
-    sky = found.sky
     turned = np.fmod(azimuth, 2 * np.pi)  # exact, so that mirror images stay so to the bit
     turned -= np.where(np.abs(turned) > np.pi, np.copysign(2 * np.pi, turned), 0.0)
     columns, column = np.unique(np.round(np.abs(turned) if sky.is_mirrored else turned, 15), return_inverse=True)
@@ -403,12 +361,12 @@ def _by_order(
         rows = paths.radiance_by_order.reshape(*paths.radiance_by_order.shape[:2], *shape)
         error, flagged = (each.reshape(-1, *shape)[..., column] for each in (paths.standard_error, paths.under_sampled))
         return rows[..., column], error, flagged
-    once = solve_eclipsed_order_one(sky.medium, sky.sun_zenith_rad, theta, phi, sky.moon)
+    once = solve_order_one(sky.medium, sky.sun_zenith_rad, theta, phi, sky.moon)
     rows = np.zeros((once.shape[0], sky.n_listed, *shape))
     rows[:, 0] = once.reshape(-1, *shape)
-    if found.later is not None:
-        terms = azimuth_basis(columns, found.later.shape[2], is_mirrored=sky.is_mirrored)
-        rows[:, 1:] = np.maximum(found.later.swapaxes(2, 3) @ terms.T, 0.0)
+    if sky.more is not None:
+        terms = azimuth_basis(columns, modes.shape[2], is_mirrored=sky.is_mirrored)
+        rows[:, 1:] = np.maximum(modes.swapaxes(2, 3) @ terms.T, 0.0)
     once_error, later_error = relative_errors(sky)
     error = np.hypot(once_error * rows.sum(axis=1), later_error * rows[:, 1:].sum(axis=1))
     return rows[..., column], error[..., column], None

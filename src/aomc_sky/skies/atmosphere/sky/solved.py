@@ -11,8 +11,11 @@ import numpy as np
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere.lights import GroundBeam, Moon, is_mirrored
 from aomc_sky.skies.atmosphere.medium import Medium
-from aomc_sky.skies.atmosphere.order_one import scattering_cosine, with_phases
-from aomc_sky.skies.atmosphere.twilight import ExactOnce
+from aomc_sky.skies.atmosphere.order_one import (
+    scattered_once,
+    scattering_cosine,
+    with_phases,
+)
 
 HALF_PI = np.pi / 2
 
@@ -31,12 +34,6 @@ class SkyField:
     #: False: n_azimuth is odd, and the sines of m = 1 ... n // 2 follow the cosines of m = 0 ... n // 2.
     is_mirrored: bool = True
 
-    def on_product(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
-        """Values on all pairs of zenith angles (n_z,) and azimuths (n_a,), shape (..., n_z, n_a)."""
-        rows = _zenith_basis(sky_zenith_rad, self.coefficient.shape[-2])
-        columns = azimuth_basis(azimuth_from_sun_rad, self.coefficient.shape[-1], is_mirrored=self.is_mirrored)
-        return rows @ (self.coefficient @ columns.T)
-
     def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Values in single directions (n,), shape (..., n)."""
         rows = _zenith_basis(sky_zenith_rad, self.coefficient.shape[-2])
@@ -53,7 +50,9 @@ class SkyField:
         pieces = []
         for one in np.unique(ring):
             here = azimuth_from_sun_rad[column[ring == one]]
-            field = self.on_product(sky_zenith_rad[one], here.ravel())
+            rows = _zenith_basis(sky_zenith_rad[one], self.coefficient.shape[-2])
+            columns = azimuth_basis(here.ravel(), self.coefficient.shape[-1], is_mirrored=self.is_mirrored)
+            field = rows @ (self.coefficient @ columns.T)
             pieces.append(field.reshape(*field.shape[:-1], *here.shape).swapaxes(-3, -2))
         return np.concatenate(pieces, axis=-3)
 
@@ -132,6 +131,26 @@ def azimuth_basis(azimuth_from_sun_rad: np.ndarray, n: int, *, is_mirrored: bool
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
+class ExactOnce:
+    """Light of order 1 as `SkyField` gives it, solved anew in every direction: no series holds the earth's shadow."""
+
+    medium: Medium
+    sun_zenith_rad: float
+
+    def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+        """Values in single directions (n,), shape (n_wl, n_scatterer, n)."""
+        return scattered_once(self.medium, self.sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
+
+    def in_cells(
+        self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray, ring: np.ndarray, column: np.ndarray
+    ) -> np.ndarray:
+        """Values on the nodes of cells, as `SkyField.in_cells`, shape (n_wl, n_scatterer, n_cell, n, n)."""
+        theta, phi = np.broadcast_arrays(sky_zenith_rad[ring][:, :, None], azimuth_from_sun_rad[column][:, None, :])
+        values = self.at(theta.ravel(), phi.ravel())
+        return values.reshape(*values.shape[:2], *theta.shape)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
 class SolvedSky:
     """Radiance of the sky at the ground, as phase functions times smooth fields."""
 
@@ -145,11 +164,7 @@ class SolvedSky:
     n_orders: int  #: Most interactions that count
     #: (n_wl,) estimated share of the sky's irradiance in the orders that do not count; NaN for order 1 alone
     truncation: np.ndarray
-    resolution_error: (
-        float  #: Estimated error of cutting angles and depths in the later orders, as a share of the radiance
-    )
-    series_error: float  #: Largest relative difference of the field of order 1 from its solver between the nodes
-    seconds: dict[str, float]  #: Time of each part of the solution
+    resolution_error: float  #: Estimated error of orders 2 and up, as a share of them, as `LaterOrders` has it
     moon: Moon | None = None  #: It hides part of the sun
     visible_share: float = 1.0  #: Share of the sun's disc that the observer sees; `direct` has it already
     glow: SkyField | None = None  #: (n_wl, n_listed, ...) orders 1 and up of a glowing ground. [W m-2 sr-1 nm-1]
@@ -180,15 +195,10 @@ class SolvedSky:
         """Irradiance of the direct beam on a plane normal to it, shape (n_wl,). [W m-2 nm-1]"""
         return self.visible_share * self.medium.toa_irradiance * np.exp(-self.direct.optical_depth)
 
-    def once_at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
-        """Radiance of order 1 in single directions (n,), shape (n_wl, n). [W m-2 sr-1 nm-1, >= 0]"""
-        return self.with_phases(
-            self.once.at(sky_zenith_rad, azimuth_from_sun_rad), sky_zenith_rad, azimuth_from_sun_rad
-        )
-
     def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Radiance of all orders together in single directions (n,), shape (n_wl, n). [W m-2 sr-1 nm-1, >= 0]"""
-        radiance = self.once_at(sky_zenith_rad, azimuth_from_sun_rad)
+        once = self.once.at(sky_zenith_rad, azimuth_from_sun_rad)
+        radiance = self.with_phases(once, sky_zenith_rad, azimuth_from_sun_rad)
         for part in (self.more, self.glow):
             if part is not None:
                 whole = dataclasses.replace(part, coefficient=part.coefficient.sum(axis=1))
@@ -258,27 +268,16 @@ def glow_means(glow: SkyField, grid: PatchGrid) -> np.ndarray:
 
 def _refined_once(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, tolerance: float) -> tuple[np.ndarray, float]:
     """Means of order 1, and their largest last change."""
-    mean = _on_all(sky, grid, columns, FIRST_POINTS)
-    n_points = _more(FIRST_POINTS)
-    finer = _on_all(sky, grid, columns, n_points)
-    change, mean = _relative_change(mean, finer), finer
-    while n_points < _MOST_POINTS and np.any(change > tolerance):
-        n_points = _more(n_points)
-        unsettled = np.flatnonzero(change > tolerance)
-        finer = _on_some(sky, grid, columns, unsettled, n_points)
-        change[unsettled] = _relative_change(mean[:, unsettled], finer)
+    unsettled, n_points = np.arange(grid.n_zenith * len(columns)), FIRST_POINTS
+    mean, change = _means(sky, grid, columns, unsettled, n_points), np.zeros(unsettled.size)
+    while n_points < _MOST_POINTS and unsettled.size:
+        n_points = min(int(np.ceil(n_points * _GROWTH)), _MOST_POINTS)
+        finer = _means(sky, grid, columns, unsettled, n_points)
+        moved = np.abs(finer - mean[:, unsettled])
+        change[unsettled] = np.divide(moved, finer, out=np.zeros_like(finer), where=finer > 0).max(axis=0)
         mean[:, unsettled] = finer
+        unsettled = np.flatnonzero(change > tolerance)
     return mean, float(change.max(initial=0.0))
-
-
-def _more(n_points: int) -> int:
-    return min(int(np.ceil(n_points * _GROWTH)), _MOST_POINTS)
-
-
-def _relative_change(coarse: np.ndarray, fine: np.ndarray) -> np.ndarray:
-    """Largest change of a patch over the wavelengths, shape (n_patch,)."""
-    share = np.divide(np.abs(fine - coarse), fine, out=np.zeros_like(fine), where=fine > 0)
-    return share.max(axis=0)
 
 
 def _distinct_columns(grid: PatchGrid, sun_azimuth_rad: float, *, is_mirrored: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -311,24 +310,8 @@ def _zeniths(grid: PatchGrid, share: np.ndarray) -> np.ndarray:
     return np.arctan2(np.sqrt(sin2), np.sqrt(cos2))
 
 
-def _on_all(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, n: int) -> np.ndarray:
-    """Means of order 1 over all patches by n x n points, some rings at a time, shape (n_wl, n_patch)."""
-    share, weight = _gauss(n)
-    zenith = _zeniths(grid, share)
-    azimuth = (columns[:, :1] + (columns[:, 1:] - columns[:, :1]) * share).ravel()
-    rings = max(_MOST_VALUES // (n * azimuth.size * sky.medium.wavelength_nm.size), 1)
-    means = []
-    for start in range(0, grid.n_zenith, rings):
-        some = zenith[start : start + rings]
-        theta = some.ravel()
-        radiance = sky.with_phases(sky.once.on_product(theta, azimuth), theta[:, None], azimuth)
-        cells = radiance.reshape(-1, len(some), n, len(columns), n)
-        means.append(np.einsum("wzicj,i,j->wzc", cells, weight, weight, optimize=True))
-    return np.concatenate(means, axis=1).reshape(sky.medium.wavelength_nm.size, -1)
-
-
-def _on_some(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, patches: np.ndarray, n: int) -> np.ndarray:
-    """Means of order 1 over listed patches by n x n points, shape (n_wl, n_listed)."""
+def _means(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, patches: np.ndarray, n: int) -> np.ndarray:
+    """Means of order 1 over listed patches by n x n points, some at a time, shape (n_wl, n_listed)."""
     share, weight = _gauss(n)
     at_once = max(_MOST_VALUES // (n * n * sky.medium.wavelength_nm.size), 1)
     zenith = _zeniths(grid, share)
