@@ -56,11 +56,6 @@ def test_what_does_not_fit(
     assert not (tmp_path / "grey").exists()
 
 
-def test_a_sky_without_patches_has_no_middle(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("--sky", "uniform", "--placement", "centre", "--out", tmp_path / "grey") == 4
-    assert "and 'uniform' has none" in capsys.readouterr().err
-
-
 def test_micrometres(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):
         run("--sky", "uniform", "--wavelengths", "0.443", "--out", tmp_path / "grey")

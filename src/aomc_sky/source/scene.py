@@ -434,10 +434,10 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions, max_memory_byt
 
 
 def _refuse_centres(components: tuple[Component, ...], options: SamplingOptions) -> None:
-    whole = [c.name for c in components if law_of(c.law).covers_sky or (c.n_cells == 1 and not law_of(c.law).is_beam)]
-    if whole and options.placement is Placement.CENTRE:
+    lobes = [c.name for c in components if law_of(c.law).covers_sky]
+    if lobes and options.placement is Placement.CENTRE:
         raise SceneError(
-            f"placement 'centre' puts photons in the middle of patches, and {whole[0]!r} has none; "
+            f"placement 'centre' puts photons in the middle of patches, and the lobe {lobes[0]!r} has none; "
             "take placement r2 or philox"
         )
 
