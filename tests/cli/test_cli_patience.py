@@ -170,5 +170,5 @@ def test_python_shows_it_too(monkeypatch, tmp_path):
     assert len(stream.getvalue()) == shown
     slowly(monkeypatch, stream, "solving the atmosphere", directions, "solve")
     angles = {"sun_zenith_deg": 30, "sky_zenith_deg": [0.0], "azimuth_from_sun_deg": [0.0]}
-    sky.solve_atmosphere(AIR, wavelength_nm=550, **angles, orders=1)
+    sky.solve_atmosphere(AIR, wavelength_nm=600, **angles, orders=1)
     assert stream.is_clear

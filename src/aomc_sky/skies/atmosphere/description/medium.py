@@ -31,7 +31,7 @@ from aomc_sky.wavebands import nearest_wavelength_index
 # of the vertical optical depth: what counts for less is left out
 NEGLIGIBLE_SHARE = 1e-6
 _NORM_LIMIT = 0.01
-_NEAR_NM, _FAR_NM = 1.0, 20.0
+_NEAR_NM = 1.0
 _SAME_PHASE = 1e-6
 
 T = TypeVar("T")
@@ -104,16 +104,10 @@ def read_medium(
 
 
 def warn_of_others(description: AtmosphereDescription, wavelength_nm: ArrayLike, found_nm: np.ndarray) -> None:
-    """Warn of wavelengths more than 1 nm from those that were found for them; `found_nm` are all of these, rising. [nm]
-
-    One alone in a step of the description wider than 40 nm is not warned of.
-    """
-    requested, known = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)), description.wavelength_nm
+    """Warn of wavelengths more than 1 nm from those that were found for them; `found_nm` are all of these, rising. [nm]"""
+    requested = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
     found = found_nm[nearest_wavelength_index(requested, found_nm)]
-    distance = np.abs(found - requested)
-    is_beyond = (requested < known[0]) | (requested > known[-1])
-    is_between = (requested > found_nm[0]) & (requested < found_nm[-1])
-    is_other = (distance > _NEAR_NM) & ((distance <= _FAR_NM) | is_beyond | is_between)
+    is_other = np.abs(found - requested) > _NEAR_NM
     if is_other.any():
         pairs = ", ".join(f"{a:g} for {b:g}" for a, b in zip(found[is_other], requested[is_other], strict=True))
         text = f"{description.path}: its wavelength nearest to the one asked for is used: {pairs} nm"
