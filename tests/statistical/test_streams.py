@@ -94,6 +94,6 @@ def test_methods_of_one_seed_are_apart(plan, what, monkeypatch):
     def shared_key(seed, stream, method=None, stream_key=streams.stream_key):
         return stream_key(seed, stream, None if method is None else "stratified")
 
-    monkeypatch.setattr(streams, "stream_key", shared_key)
-    monkeypatch.setattr("aomc_sky.plan.sampling.allocation.stream_key", shared_key)
+    for module in ("check", "sampling.allocation"):
+        monkeypatch.setattr(f"aomc_sky.plan.{module}.stream_key", shared_key)
     plan.catches(correlation_p(*of_methods(what)))

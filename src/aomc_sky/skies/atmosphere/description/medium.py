@@ -104,7 +104,7 @@ def read_medium(
 
 
 def warn_of_others(description: AtmosphereDescription, wavelength_nm: ArrayLike, found_nm: np.ndarray) -> None:
-    """Warn of wavelengths more than 1 nm from those that were found for them; `found_nm` are all of these, rising. [nm]"""
+    """Warn of wavelengths more than 1 nm from those found for them; `found_nm` are all of these, rising. [nm]"""
     requested = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
     found = found_nm[nearest_wavelength_index(requested, found_nm)]
     is_other = np.abs(found - requested) > _NEAR_NM
