@@ -261,7 +261,7 @@ class AtmosphereResult:
     --------
     >>> solved = sky.solve_atmosphere(
     ...     "inputs/atmosphere/molecules_only.atmo",
-    ...     wavelength_nm=[550.0],
+    ...     wavelength_nm=[600.0],
     ...     sun_zenith_deg=30.0,
     ...     sky_zenith_deg=[0.0, 45.0],
     ...     azimuth_from_sun_deg=[90.0],
