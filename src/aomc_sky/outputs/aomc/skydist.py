@@ -17,6 +17,7 @@ from aomc_sky.formats.aomc.amc import AmcConfig, LightSource, read_amc, read_lam
 from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values, write_skydist
 from aomc_sky.formats.text_file import read_lines, write_atomically
 from aomc_sky.outputs.aomc.degree_counts import (
+    LAST_ZENITH_DEG,
     MOST_PHOTONS,
     degree_counts,
     degree_reasons,
@@ -32,6 +33,7 @@ from aomc_sky.system import open_regular
 from aomc_sky.wavebands import Wavebands, midpoint_wavelength_index
 
 _FIRST_COLUMN, _ITERATIONS_END = 48, 60
+_DRIFT = "the program's own rounding is kept: {} to {} photons in a waveband for {} iterations"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -50,38 +52,58 @@ def aomc_sky(source: PhotonSource, bands: Sequence[int] | None = None) -> AomcSk
     """Turn the counts of a run into radiances for the AOMC program, checked by its own 32-bit rule.
 
     amc.inp holds one number of photons. If the wavebands of a run differ in it, the run is planned again with the
-    largest one for all of them. Wavebands that are not among `bands` launch nothing, unless they have the wavelength of
+    largest one for all of them. A run with the program's own rounding (``--compat aomc``) keeps its counts, whose
+    totals drift. Wavebands that are not among `bands` launch nothing, unless they have the wavelength of
     one. SceneError names the reasons why the program cannot have the run; AllocationError if no radiances give the
     counts.
     """
     chosen = list(range(source.n_bands) if bands is None else bands)
     n_photons = {band: source.n_photons(band) for band in chosen if source.n_photons(band)}
     iterations, planned, total_note = max(n_photons.values(), default=0), source, ""
-    if source.plan.options["allocation"] == AllocationMethod.AOMC.value:
-        refuse(["it has the program's own rounding; run the program on the files of the scene, or run this scene again "
-                "without --compat aomc"])  # fmt: skip
-    if len(set(n_photons.values())) > 1:
-        planned = one_total(source, n_photons)
-        total_note = (
-            f"the wavebands of the run have {min(n_photons.values())} to {iterations} photons, but amc.inp holds one "
-            f"number: each waveband was planned again with {iterations} photons; multiply the results of a waveband "
-            f"by its photons in the run over {iterations}"
-        )
-    refuse([*photon_reasons(n_photons), *degree_reasons(planned, chosen)])
-    on_degrees, note = degree_counts(planned, chosen)
+    if is_rounded := source.plan.options["allocation"] == AllocationMethod.AOMC.value:
+        iterations = int(source.plan.arrays["requested"][chosen].max())
+        on_degrees, note = _counts_of_table(source, chosen), ""
+        totals = on_degrees[chosen].sum(axis=(1, 2))
+        if not np.all(totals == iterations):
+            note = _DRIFT.format(totals.min(), totals.max(), iterations)
+    else:
+        if len(set(n_photons.values())) > 1:
+            planned = one_total(source, n_photons)
+            total_note = (
+                f"the wavebands of the run have {min(n_photons.values())} to {iterations} photons, but amc.inp holds "
+                f"one number: each waveband was planned again with {iterations} photons; multiply the results of a "
+                f"waveband by its photons in the run over {iterations}"
+            )
+        refuse([*photon_reasons(n_photons), *degree_reasons(planned, chosen)])
+        on_degrees, note = degree_counts(planned, chosen)
     wavelength_nm = source.plan.arrays["wavelength_nm"]
     band_of_row, row_of_band = _wavelength_rows(wavelength_nm, chosen)
     own = on_degrees[band_of_row[row_of_band]]
     refuse(wavelength_reasons(wavelength_nm, [b for b in chosen if not np.array_equal(own[b], on_degrees[b])]))
-    radiance = np.stack([exact_radiances(on_degrees[band]) for band in band_of_row]).astype(np.float64)
+    radiance = [
+        _program_radiances(source.mass(band), on_degrees[band], iterations)
+        if is_rounded and band in chosen
+        else exact_radiances(on_degrees[band])
+        for band in band_of_row.tolist()
+    ]
     return AomcSky(
-        table=SkyTable(wavelength_nm=wavelength_nm[band_of_row], radiance=radiance),
+        table=SkyTable(wavelength_nm=wavelength_nm[band_of_row], radiance=np.stack(radiance).astype(np.float64)),
         iterations=iterations,
         counts=own,
         wavelength_nm=wavelength_nm,
         sky_wavelength_nm=wavelength_nm[band_of_row[row_of_band]],
         notes=tuple(filter(None, (note, total_note))),
     )
+
+
+def _counts_of_table(source: PhotonSource, chosen: Sequence[int]) -> np.ndarray:
+    """Counts of a run with ``--compat aomc``, from zenith index 1; 0 for bands that are not chosen."""
+    grid = source.grid
+    assert grid is not None  # the program's rounding is for one table
+    on_degrees = np.zeros((source.n_bands, LAST_ZENITH_DEG, grid.n_azimuth), dtype=np.int64)
+    counts = source.counts.reshape(source.n_bands, grid.n_zenith, grid.n_azimuth)[chosen, :LAST_ZENITH_DEG]
+    on_degrees[chosen, : grid.n_zenith] = counts
+    return on_degrees
 
 
 def one_total(source: PhotonSource, n_photons: dict[int, int]) -> PhotonSource:
@@ -200,6 +222,7 @@ _NEIGHBOURS = 3
 
 _STEPS = 24
 _SCALES = 32
+_PROGRAM_SCALES, _PROGRAM_EXPONENT = 256, 20
 
 
 def exact_radiances(counts: np.ndarray) -> np.ndarray:
@@ -224,6 +247,24 @@ def exact_radiances(counts: np.ndarray) -> np.ndarray:
             return radiance
     raise AllocationError(
         "no 32-bit radiances make the AOMC program launch exactly these counts; export another seed or photon number"
+    )
+
+
+def _program_radiances(mass: np.ndarray, counts: np.ndarray, iterations: int) -> np.ndarray:
+    """Radiances on whole degrees that the program rounds to these photons, with their drift; float32.
+
+    The masses of a run with ``--compat aomc`` are the program's 32-bit weights over their sum. A scale is searched that
+    turns them into weights again, with the roundings of the run.
+    """
+    table, rows = np.zeros(counts.shape), mass.reshape(-1, counts.shape[1])[: len(counts)]
+    table[: len(rows)] = rows
+    for trial in range(_PROGRAM_SCALES):
+        radiance = _nearest(table * np.ldexp(1.0 + trial / 4096.0, _PROGRAM_EXPONENT))
+        if not table.any() or np.array_equal(allocate(aomc_weight(radiance), iterations, method="aomc"), counts):
+            return radiance
+    raise AllocationError(
+        "no 32-bit radiances were found that the AOMC program rounds to the counts of this run; the scene's own "
+        "skydist.inp gives them"
     )
 
 

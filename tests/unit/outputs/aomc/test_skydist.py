@@ -23,7 +23,7 @@ from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.plan.sampling.allocation import allocate
 from aomc_sky.skies.tabulated import TabulatedSky, aomc_weight
 from tests.support.fortran import compile_reader, needs_gfortran
-from tests.support.shared import INPUTS
+from tests.support.shared import DATA, INPUTS
 
 
 def launched(program: Path, folder: Path, shape: tuple[int, ...]) -> np.ndarray:
@@ -189,11 +189,6 @@ def test_another_grid_is_shared_out_anew():
     expected = 200_000 * sky.patch_mass(PatchGrid.whole_degrees())
     assert int(result.counts.sum()) == 200_000
     assert np.abs(result.counts.ravel() - expected).max() < 1.0
-
-
-def test_a_run_with_the_rounding_of_the_program_needs_no_export():
-    source = read_scene(INPUTS / "document_example", compat="aomc", iterations=1000).source(3)
-    refused(source, SceneError, "run the program on the files of the scene")
 
 
 def refused(source: PhotonSource, error: type[Exception], words: str) -> None:
@@ -362,3 +357,58 @@ def test_counts_that_cannot_be_had_are_an_error_and_never_silent(monkeypatch):
     monkeypatch.setattr(skydist, "allocate", lambda weight, n, method: np.zeros(weight.shape, np.int64))
     with pytest.raises(AllocationError, match="no 32-bit radiances"):
         exact_radiances(np.full((89, 1), 7))
+
+
+def test_compat_runs_keep_the_patches_of_the_program(tmp_path):
+    amc = INPUTS / "document_example" / "amc.inp"
+    source = read_scene(amc, iterations=1000).source(3)
+    first = aomc_sky(source)
+    folder = exported(first, tmp_path, source.plan.arrays["wavelength_nm"])
+    compat = read_scene(folder, compat="aomc").source()
+    again = aomc_sky(compat)
+    assert np.array_equal(again.counts, first.counts)
+    assert again.notes == ()
+
+
+COMPAT_CASES = [
+    ("document_example", 999_999),
+    ("repository_sky", 10),
+    ("repository_sky", 1000),
+    ("repository_sky", 100_000_007),
+    ("steep_special_rings", 10_000_000),
+    ("wavelength_order_shuffled", 1000),
+]
+
+
+@needs_gfortran
+@pytest.mark.filterwarnings("ignore::aomc_sky.errors.InputWarning")
+@pytest.mark.parametrize(("name", "iterations"), COMPAT_CASES)
+def test_a_compat_run_is_exported_as_the_program_launches_it(tmp_path, program, name, iterations):
+    """Drifting totals and all, beyond 2^24 too: the launch of the real program, photon for photon."""
+    folder = DATA / "aomc" / name
+    source = read_scene(folder, compat="aomc", iterations=iterations).source()
+    sky = aomc_sky(source)
+    assert sky.iterations == iterations
+    assert np.array_equal(sky.counts.sum(axis=(1, 2)), source.counts.sum(axis=1))
+    with (folder / "totals.csv").open(newline="") as file:
+        totals = [int(row["launched"]) for row in csv.DictReader(file) if int(row["iterations"]) == iterations]
+    assert sky.counts.sum(axis=(1, 2)).tolist() == totals
+    assert ("the program's own rounding" in "".join(sky.notes)) is any(n != iterations for n in totals)
+    made = exported(sky, tmp_path, source.plan.arrays["wavelength_nm"])
+    assert np.array_equal(launched(program, made, sky.counts.shape), sky.counts)
+
+
+def test_a_compat_run_that_launches_nothing(tmp_path):
+    """A uniform sky of one degree at 10 000 iterations, of which the program rounds every patch to 0."""
+    sky = TabulatedSky(
+        wavelength_nm=np.array([500.0]),
+        values=np.ones((1, 89 * 360)),
+        grid=PatchGrid.lattice(89, 360),
+        weighting=Weighting.AOMC,
+        midpoint_rule=True,
+    )
+    scene = Scene(wavebands=Wavebands(wavelength_nm=np.array([500.0])), n_photons=10_000, components=(sky,))
+    result = aomc_sky(scene.source(allocation="aomc", placement="centre", order="patch"))
+    assert result.counts.sum() == 0
+    assert result.iterations == 10_000
+    assert not read_back(exported(result, tmp_path, np.array([500.0]))).any()
