@@ -8,6 +8,7 @@ Nothing may reach for the network.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import gc
 import gettext
@@ -21,6 +22,7 @@ from typing import Any, NoReturn
 import pytest
 from hypothesis import HealthCheck, settings
 
+from aomc_sky.system import n_cpus
 from tests.support.backend import begin_process
 from tests.support.packages import pip_install
 from tests.support.shared import REPOSITORY
@@ -58,6 +60,16 @@ def pytest_configure(config: pytest.Config) -> None:
     gc.set_threshold(50_000, 20, 100)  # looking for garbage after every 700 objects was 7 % of the suite
     if getattr(config.option, "loadscopereorder", False):  # xdist would begin with files of many tests
         config.option.loadscopereorder = False
+
+
+@pytest.hookimpl(optionalhook=True)  # of pytest-xdist
+def pytest_xdist_auto_num_workers() -> int:
+    """Workers of ``-n auto``: a container may have two CPUs of a machine with a hundred, and each worker takes a GB."""
+    n_workers = min(n_cpus(), 8)
+    with contextlib.suppress(OSError, ValueError):  # no control group of version 2, or no limit ("max")
+        quota, period = Path("/sys/fs/cgroup/cpu.max").read_text().split()
+        n_workers = min(n_workers, max(1, round(int(quota) / int(period))))
+    return n_workers
 
 
 @pytest.hookimpl(wrapper=True)

@@ -1,4 +1,4 @@
-"""Equality of records that hold arrays: the `==` of dataclasses raises for them."""
+"""Equality and repr of records that hold arrays: the `==` of dataclasses raises for them, and their repr is long."""
 
 from __future__ import annotations
 
@@ -25,4 +25,25 @@ def _are_equal(one: Any, other: Any) -> bool:
         return one.keys() == other.keys() and all(_are_equal(one[name], other[name]) for name in one)
     if isinstance(one, (tuple, list)) and type(one) is type(other):
         return len(one) == len(other) and all(map(_are_equal, one, other))
+    if dataclasses.is_dataclass(one) and type(one) is type(other):
+        return same_content(one, other)
     return bool(one == other)
+
+
+def short_repr(one: Any) -> str:
+    """Class and fields of a dataclass that differ from their defaults, long ones by their size: a `__repr__`."""
+    parts = [
+        f"{field.name}={_shown(value)}"
+        for field in dataclasses.fields(one)
+        if field.repr and (value := getattr(one, field.name)) is not field.default
+    ]
+    return f"{type(one).__name__}({', '.join(parts)})"
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, np.ndarray):
+        return f"<{value.dtype} {value.shape}>" if value.size > 6 else repr(value.tolist())
+    text = repr(value)
+    if len(text) <= 80:
+        return text
+    return f"<{type(value).__name__} of {len(value)}>" if hasattr(value, "__len__") else f"<{type(value).__name__}>"

@@ -273,6 +273,12 @@ class SourceText:
         return span.problem(self.path, code, message, field=field, advice=advice)
 
 
+def require_kind(value: object, kind: type, advice: str) -> None:
+    """UsageError unless a value is of this class."""
+    if not isinstance(value, kind):
+        raise UsageError(f"expected a {kind.__name__}, got {type(value).__name__}; write {advice}")
+
+
 def require_one_of(allowed: Iterable[str], value: object, name: str) -> None:
     """Raise a UsageError unless a value is one of some words."""
     words = list(allowed)

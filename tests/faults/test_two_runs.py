@@ -126,8 +126,7 @@ def _run_at_once(words: list[str], ready: Any, ended: Any, other_ended: Any, mee
 
     RunFolder.held = held_together  # type: ignore[method-assign]
     try:
-        with open(error_file, "w") as stream:
-            sys.stderr = stream
+        with open(error_file, "w") as stream, contextlib.redirect_stderr(stream):
             code = main(words)
     finally:
         ended.set()

@@ -18,6 +18,45 @@ def records():
     return [scene, source.plan, source.photons(0), scene.components[1], scene.wavebands, grid, table]
 
 
+MU = np.linspace(0.1, 1.0, 9)
+AIR = {"earth_radius_m": 6.371e6, "top_m": 1e5, "constituents": (), "n_orders": 1, "sun_angular_radius_deg": 0.2665}
+SPECTRA = {"wavelength_nm": [450.0, 550.0], "ground_albedo": [0.1, 0.2], "toa_irradiance": [1.9, 1.8]}
+
+
+def models(factor=1.0):
+    """Public records of sky models that hold arrays; the factor changes numbers of each."""
+    town = sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=factor * np.array([1e-8, 2e-8]))
+    file = sky.background_of_lobes({"town": town}, [450.0, 550.0])
+    background = sky.BackgroundSky(animations=file.animations, wavelength_nm=file.wavelength_nm, curves=file.curves)
+    night = sky.background_at(background, 0.0)
+    air = sky.Medium(**AIR, **{name: factor * np.array(row) for name, row in SPECTRA.items()})
+    return {
+        "SkyLobe": town,
+        "BackgroundFile": file,
+        "BackgroundSky": background,
+        "LobeSky": night,
+        "WeightedLobe": night.lobes[0],
+        "TabulatedSky": sky.TabulatedSky(
+            wavelength_nm=[450.0, 550.0], values=factor * np.ones((2, 8)), grid=sky.PatchGrid.regular(2, 4)
+        ),
+        "RadianceField": sky.RadianceField.from_points(
+            np.degrees(np.arccos(MU)), np.linspace(0.0, 350.0, MU.size), factor * MU, wavelength_nm=550.0
+        ),
+        "Medium": air,
+        "AtmosphereSky": sky.AtmosphereSky(medium=air, sun_zenith_deg=30.0, grid=sky.PatchGrid.regular(3, 4)),
+    }
+
+
+@pytest.mark.parametrize("name", models())
+def test_models_with_arrays_compare_and_have_short_reprs(name):
+    one, other, changed = models()[name], models()[name], models(1.25)[name]
+    assert one == other
+    assert one != changed
+    assert one != "another thing"
+    assert repr(one).startswith(name + "(")
+    assert len(repr(one)) < 300
+
+
 def changed(record):
     """The record with one number changed."""
     if isinstance(record, sky.Plan):

@@ -14,7 +14,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.errors import InputFileError, OutputError, UsageError
+from aomc_sky.errors import InputFileError, OutputError, UsageError, require_kind
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import COUNTS_FILES, counts_file
@@ -125,6 +125,7 @@ def write_run(
     >>> np.load("cloudy/photons-0001.npy").shape
     (1000, 3)
     """
+    require_kind(scene, Scene, "write_run(scene, out, seed=1)")
     chosen = tuple(dict.fromkeys([formats] if isinstance(formats, str) else formats))
     for name in chosen:
         if name not in FOLDER_FORMATS:

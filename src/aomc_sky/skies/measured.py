@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
+from aomc_sky.content import same_content, short_repr
 from aomc_sky.directions import given_angle, sky_from_travel, travel_from_sky
 from aomc_sky.errors import InputWarning, SceneError
 from aomc_sky.grid import PatchGrid
@@ -79,8 +80,11 @@ class RadianceField(Share):
     grid: PatchGrid | None = None
     name: str = "measured"
     remarks: tuple[str, ...] = ()
-    _made: dict[int, Interpolant] = field(init=False, repr=False, default_factory=dict)
-    _sky: FunctionSky = field(init=False, repr=False)
+    _made: dict[int, Interpolant] = field(init=False, repr=False, compare=False, default_factory=dict)
+    _sky: FunctionSky = field(init=False, repr=False, compare=False)
+
+    __eq__ = same_content
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         check_share(self)

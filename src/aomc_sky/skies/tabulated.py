@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import MAX_SLOPE, Component, Law, cells_of_grid, slope_factor
+from aomc_sky.content import same_content, short_repr
 from aomc_sky.directions import AzimuthConvention
 from aomc_sky.errors import InputWarning, SceneError
 from aomc_sky.grid import PatchGrid
@@ -55,7 +56,7 @@ class Weighting(enum.Enum):
     AOMC = "aomc"
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class TabulatedSky(Share):
     """Values over the patches of a grid, one set per wavelength.
 
@@ -101,6 +102,9 @@ class TabulatedSky(Share):
     midpoint_rule: bool = False
     slope: np.ndarray | None = None
     remarks: tuple[str, ...] = ()
+
+    __eq__ = same_content
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         check_share(self)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -147,18 +148,27 @@ def weather_scene(
         if len(coefficients) != 5:
             raise UsageError(f"coefficients are five numbers a, b, c, d, e, got {len(coefficients)}")
         perez |= dict(zip("abcde", map(float, coefficients), strict=True))
-    given = given_inputs(
-        perez,
-        angles,
-        within,
-        weather={
-            "time": time, "latitude_deg": latitude_deg, "longitude_deg": longitude_deg, "altitude_m": altitude_m,
-            "epw": epw, "tmy2": tmy2, "tmy3": tmy3, "row": row,
-        },
-    )  # fmt: skip
-    return scene_of_weather(
-        given, wavebands, n_photons, spectrum=spectrum, with_beam=False if diffuse_only else None, grid=grid
-    )
+    weather = {
+        "time": time, "latitude_deg": latitude_deg, "longitude_deg": longitude_deg, "altitude_m": altitude_m,
+        "epw": epw, "tmy2": tmy2, "tmy3": tmy3, "row": row,
+    }  # fmt: skip
+    try:
+        given = given_inputs(perez, angles, within, weather=weather)
+        return scene_of_weather(
+            given, wavebands, n_photons, spectrum=spectrum, with_beam=False if diffuse_only else None, grid=grid
+        )
+    except UsageError as error:
+        raise UsageError(_OPTION.sub(_keyword, str(error))) from None
+
+
+_OPTION = re.compile(r"--([a-z][a-z0-9-]*)")
+_UNITS = {"sun_zenith": "_deg", "sun_azimuth": "_deg", "latitude": "_deg", "longitude": "_deg", "altitude": "_m"}
+
+
+def _keyword(option: re.Match[str]) -> str:
+    """The keyword of Python in place of an option of the command line: ``sun_zenith_deg=``."""
+    name = option[1].replace("-", "_")
+    return f"{name}{_UNITS.get(name, '')}="
 
 
 def scene_of_weather(

@@ -263,3 +263,20 @@ def test_the_caller_sets_how_much_memory_a_plan_may_take() -> None:
     with pytest.raises(sky.UsageError, match=r"27 MiB of memory, more than the 20 MiB of --max-memory"):
         scene.source(max_memory_bytes=20 * 2**20)
     assert scene.source(max_memory_bytes=30 * 2**20).total == scene.source().total == 150
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (
+            lambda s, path: sky.write_run(s.source(), path),
+            "expected a Scene, got PhotonSource; write write_run.scene, ",
+        ),
+        (lambda s, path: sky.write_mcpl(s, path), "expected a PhotonSource, got Scene; write write_mcpl.scene.source"),
+        (lambda s, path: sky.to_xarray(s), "expected a PhotonSource, got Scene; write to_xarray.scene.source"),
+    ],
+)
+def test_a_scene_in_the_place_of_a_source(call, text, tmp_path):
+    with pytest.raises(sky.UsageError, match=text):
+        call(scene(), tmp_path / "out")
+    assert not list(tmp_path.iterdir())

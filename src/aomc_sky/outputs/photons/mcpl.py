@@ -13,7 +13,7 @@ import numpy as np
 import aomc_sky
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.photons import PhotonBatch
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import SceneError, UsageError, require_kind
 from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, encode_header, plan_begin
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
@@ -248,6 +248,7 @@ def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> N
     >>> scene = sky.Scene(wavebands=[550.0], n_photons=100, components="uniform")
     >>> sky.write_mcpl(scene.source(seed=1), "photons.mcpl")
     """
+    require_kind(source, PhotonSource, "write_mcpl(scene.source(seed=1), path)")
     path = Path(path)
     if not path.name or path.suffix.lower() == ".gz":
         raise UsageError(f"expected the name of a file such as photons.mcpl, which gzip can pack, got {str(path)!r}")

@@ -12,7 +12,7 @@ import aomc_sky
 from aomc_sky.component import Component, beam_direction_deg
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.radiance import cell_irradiances, patch_radiance
-from aomc_sky.errors import InputFileError, OutputError
+from aomc_sky.errors import InputFileError, OutputError, require_kind
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.netcdf import EXTRA, open_netcdf
 from aomc_sky.grid import PatchGrid
@@ -56,6 +56,7 @@ def to_xarray(source: PhotonSource) -> Any:  # xarray.Dataset; the package is op
     >>> int(sky.to_xarray(source).counts.sum())
     3000
     """
+    require_kind(source, PhotonSource, "to_xarray(scene.source(seed=1))")
     xr = optional_module("xarray", extra=EXTRA)
     variables: dict[str, Any] = {}
     coordinates = _band_coordinates(source)

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aomc_sky.content import same_content, short_repr
 from aomc_sky.directions import in_both_units, settle_angles
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.atmosphere.language.block import Block
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class Constituent:
     """One kind of particle: how many there are at each altitude, and what each does to light.
 
@@ -54,9 +55,12 @@ class Constituent:
     absorption_m2: np.ndarray
     phase_function: Callable[[np.ndarray, int], np.ndarray] | None = None
 
+    __eq__ = same_content
+    __repr__ = short_repr
+
 
 @in_both_units
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class Medium:
     """A spherical atmosphere over a Lambertian ground, lit by the sun.
 
@@ -109,6 +113,9 @@ class Medium:
     least_line_points: int = 0
     least_angles: int = 0
     sun_angular_radius_deg: InitVar[float | None] = None
+
+    __eq__ = same_content
+    __repr__ = short_repr
 
     def __post_init__(self, sun_angular_radius_deg: float | None) -> None:
         settle_angles(self, sun_angular_radius_rad=sun_angular_radius_deg)

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
+from aomc_sky.content import same_content, short_repr
 from aomc_sky.directions import in_both_units, settle_angles
 from aomc_sky.errors import SceneError
 from aomc_sky.grid import PatchGrid
@@ -33,7 +34,7 @@ _TOLERANCE, _TOLERANCE_TWILIGHT = 1e-5, 1e-3
 
 
 @in_both_units
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class AtmosphereSky(Share):
     """Diffuse light of a clear atmosphere at sea level.
 
@@ -91,9 +92,12 @@ class AtmosphereSky(Share):
     moon: Moon | None = None
     ground_radiance: np.ndarray | None = None
     n_paths: int | None = None
-    solved: SolvedSky = field(init=False)
-    patch_mean: np.ndarray = field(init=False)
-    patch_change: float = field(init=False)
+    solved: SolvedSky = field(init=False, repr=False, compare=False)
+    patch_mean: np.ndarray = field(init=False, repr=False, compare=False)
+    patch_change: float = field(init=False, repr=False, compare=False)
+
+    __eq__ = same_content
+    __repr__ = short_repr
 
     def __post_init__(self, sun_zenith_rad: float | None, sun_azimuth_rad: float | None) -> None:
         check_share(self)

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aomc_sky.content import same_content, short_repr
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.phase.vectorised import real, shape_of
 from aomc_sky.skies.lobes.file.data import Animation
@@ -16,7 +17,7 @@ from aomc_sky.skies.lobes.lobe import checked, slerp, vertical_in_local
 from aomc_sky.skies.lobes.sky import LobeSky, WeightedLobe, checked_samples, spectra_at
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class BackgroundSky:
     """Starlight, airglow, city light: animated lobes whose light adds, in absolute units.
 
@@ -43,6 +44,9 @@ class BackgroundSky:
     wavelength_nm: np.ndarray
     curves: np.ndarray
     utc_offset_h: float = 0.0
+
+    __eq__ = same_content
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         checked_samples(self.wavelength_nm, self.curves)

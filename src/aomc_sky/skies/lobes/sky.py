@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
+from aomc_sky.content import same_content, short_repr
 from aomc_sky.errors import SceneError
 from aomc_sky.phase.vectorised import real
 from aomc_sky.skies.lobes.envelope import LAWS, LobeFrame, envelope_of
@@ -24,7 +25,7 @@ _MAX_NAME = 80
 _WAVELENGTH_TOLERANCE = 1e-6  # 0.400 um is 0.4000000059 in float32
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class WeightedLobe:
     """One lobe as it stands at one time, with its light.
 
@@ -66,6 +67,9 @@ class WeightedLobe:
     wavelength_nm: np.ndarray
     spectrum: np.ndarray
 
+    __eq__ = same_content
+    __repr__ = short_repr
+
     def __post_init__(self) -> None:
         for name in ("quaternion", "wavelength_nm", "spectrum"):
             array = np.array(getattr(self, name), dtype=np.float64)
@@ -90,7 +94,7 @@ class WeightedLobe:
         return float(mass_above_horizon(self.kind, self.param0, self.param1, self.quaternion, weighting=weighting))
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class LobeSky(Share):
     """A sky of lobes in absolute units: a background sky at one time, or lobes made by hand.
 
@@ -119,6 +123,9 @@ class LobeSky(Share):
     """
 
     lobes: tuple[WeightedLobe, ...]
+
+    __eq__ = same_content
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         check_share(self)

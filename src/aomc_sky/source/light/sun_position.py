@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import numbers
 from dataclasses import dataclass
 
 import numpy as np
@@ -92,6 +93,10 @@ def sun_position(
     """
     moments = utc(time) if isinstance(time, (str, datetime.datetime)) else time
     times = np.asarray(moments, dtype="datetime64[s]")
+    for name, value in (("latitude", latitude_deg), ("longitude", longitude_deg), ("altitude", altitude_m)):
+        if not isinstance(value, (numbers.Real, np.ndarray)) or np.ndim(value):
+            words = "in m" if name == "altitude" else "of degrees, north and east positive"
+            raise UsageError(f"{name} must be a number {words}, got {value!r}")
     if not _LOWEST_M <= altitude_m <= _HIGHEST_M:
         raise UsageError(f"altitude must lie within {_LOWEST_M:g} and {_HIGHEST_M:g} m, got {altitude_m}")
     if not (abs(latitude_deg) <= 90 and abs(longitude_deg) <= 180):

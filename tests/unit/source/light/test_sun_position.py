@@ -109,3 +109,9 @@ def test_shapes_are_kept():
 def test_places_and_times_that_do_not_exist(time, latitude, longitude):
     with pytest.raises(UsageError):
         sun_position(np.datetime64(time), latitude, longitude)
+
+
+@pytest.mark.parametrize("place", [("43.4N", 7.9), (43.4, "7,9"), ([43.4], 7.9), (None, 7.9)])
+def test_a_place_is_two_numbers(place):
+    with pytest.raises(UsageError, match="must be a number of degrees, north and east positive, got"):
+        sun_position("2023-06-01T10:00Z", *place)

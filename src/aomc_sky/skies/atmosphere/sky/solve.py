@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aomc_sky.content import same_content, short_repr
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere.backward import MOST_LISTED, PathsResult, solve_paths
@@ -227,7 +228,7 @@ _MODEL_ERROR = 2e-4
 """Of tables and shells, as a share of the light that paths bring."""
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class AtmosphereResult:
     """Radiance of an atmosphere in the directions asked for, with its irradiances and errors.
 
@@ -283,6 +284,9 @@ class AtmosphereResult:
     dropped: tuple[str, ...] = ()
     seconds: dict[str, float] = field(default_factory=dict)
     under_sampled: np.ndarray | None = None
+
+    __eq__ = same_content
+    __repr__ = short_repr
 
 
 def solve(

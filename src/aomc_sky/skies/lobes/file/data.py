@@ -13,6 +13,7 @@ from dataclasses import InitVar, dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aomc_sky.content import same_content, short_repr
 from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.phase.vectorised import real
@@ -45,7 +46,7 @@ class ReferenceType(enum.IntEnum):
         return {ReferenceType.ABSOLUTE: np.inf, ReferenceType.DIURNAL: 1.0}.get(self, 7.0)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class Animation:
     """Lobes over time: the keys of one animation, in the order of time; arrays of shape (n_key,)."""
 
@@ -62,6 +63,9 @@ class Animation:
     relative_time_days: np.ndarray
     reference: ReferenceType  #: The zero of relative times
     time_point_s: int = 0  #: The reference time of type ABSOLUTE; no meaning otherwise. [s since 1970-01-01 UTC]
+
+    __eq__ = same_content
+    __repr__ = short_repr
 
     def __len__(self) -> int:
         return int(self.lobe_type.size)
@@ -115,7 +119,7 @@ class BackgroundInfo:
     format_version: int = 1  #: Version of the format. [1]
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class BackgroundFile:
     """A background-sky file in our units."""
 
@@ -124,6 +128,9 @@ class BackgroundFile:
     wavelength_nm: np.ndarray  #: float64 (n_wavelength,), rising. [nm]
     #: float64 (n_curve, n_wavelength), spectral irradiance integrated over the sphere. [W m-2 nm-1, >= 0]
     curves: np.ndarray
+
+    __eq__ = same_content
+    __repr__ = short_repr
 
 
 def frozen(array: np.ndarray) -> np.ndarray:
@@ -151,7 +158,7 @@ _REFERENCES = {one.name.lower(): one for one in ReferenceType}
 
 
 @in_both_units
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class SkyLobe:
     """Light from around one direction of the sky, at one time.
 
@@ -196,6 +203,9 @@ class SkyLobe:
     zenith_rad: InitVar[float | None] = None
     azimuth_rad: InitVar[float | None] = None
     turn_rad: InitVar[float | None] = None
+
+    __eq__ = same_content
+    __repr__ = short_repr
 
     def __post_init__(self, zenith_rad: float | None, azimuth_rad: float | None, turn_rad: float | None) -> None:
         settle_angles(self, default=0.0, zenith_deg=zenith_rad, azimuth_deg=azimuth_rad, turn_deg=turn_rad)
