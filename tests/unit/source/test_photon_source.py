@@ -272,7 +272,7 @@ def test_the_caller_sets_how_much_memory_a_plan_may_take() -> None:
             lambda s, path: sky.write_run(s.source(), path),
             "expected a Scene, got PhotonSource; write write_run.scene, ",
         ),
-        (lambda s, path: sky.write_mcpl(s, path), "expected a PhotonSource, got Scene; write write_mcpl.scene.source"),
+        (sky.write_mcpl, "expected a PhotonSource, got Scene; write write_mcpl.scene.source"),
         (lambda s, path: sky.to_xarray(s), "expected a PhotonSource, got Scene; write to_xarray.scene.source"),
     ],
 )
