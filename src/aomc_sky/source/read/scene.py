@@ -64,7 +64,7 @@ def read_scene(
         sky.toml are the only source. Any other name is that of a model of another package (entry point group
         ``aomc_sky.sky_models``).
     bins : {"equal", "degrees"}, optional
-        What the indices of skydist.inp are; default: what the file declares, else equal bins.
+        What the indices of skydist.inp are; default: what the file declares, else equal bins. No other sky uses it.
     weighting : {"listed", "projected", "solid-angle", "aomc"}, optional
         What its values are; default: what the file declares, else listed masses. For a sky model:
         "projected" (default) or "solid-angle".
@@ -145,10 +145,8 @@ def read_scene(
         how = {"bins": bins, "weighting": weighting, "azimuth_bins": azimuth_bins}
         draft, units = table_draft(files.config, bands, files.table, compat=compat, **how), None
     else:
-        of_night = weighting if files.sky == "none" else None
-        for name, value in (("bins", bins), ("weighting", of_night), ("azimuth_bins", azimuth_bins)):
-            if value not in (None, "n+1"):
-                raise UsageError(f"{name} {value!r} says how to read skydist.inp, but this scene has none (flag 0)")
+        if weighting is not None and files.sky == "none":
+            raise UsageError(f"weighting {weighting!r} is of a sky, but this scene has none")
         draft, units = _model_draft(files, bands, given, weighting, compat)
     draft = _in_absolute_units(draft, units, files, bands)
     paths = files.paths
@@ -158,7 +156,12 @@ def read_scene(
     draft = dataclasses.replace(
         draft,
         n_photons=only_bands(draft.n_photons, wavebands, bands.wavelength_nm),
-        notes=(*draft.notes, *_unused_notes(files, draft.options), *_empty_band_notes(draft.n_photons)),
+        notes=(
+            *draft.notes,
+            *_unused_notes(files, draft.options),
+            *(_unused_reading(bins, azimuth_bins) if files.table is None else ()),
+            *_empty_band_notes(draft.n_photons),
+        ),
         options={**draft.options, "compat": compat, "lenient": lenient, "wavebands": listed_bands(wavebands)},
     )
     scene = draft.scene(
@@ -330,6 +333,15 @@ def _unused_notes(files: SceneFiles, options: Mapping[str, Any]) -> tuple[str, .
     if toml.atmosphere is not None and files.atmosphere is None:
         notes.append("sky.toml: [atmosphere] is not used, another sky is asked for")
     return tuple(notes)
+
+
+def _unused_reading(bins: str | None, azimuth_bins: str) -> tuple[str, ...]:
+    options = (("--bins", bins, None), ("--azimuth-bins", azimuth_bins, "n+1"))
+    return tuple(
+        f"{name} {value} is not used: it says how to read skydist.inp, and this scene has none"
+        for name, value, default in options
+        if value != default
+    )
 
 
 def _empty_band_notes(n_photons: np.ndarray) -> tuple[str, ...]:

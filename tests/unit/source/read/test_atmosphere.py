@@ -110,8 +110,6 @@ def test_what_does_not_go_together(amc: Path) -> None:
         sky.read_scene(amc, perez={"dni": 800.0, "dhi": 90.0})
     with pytest.raises(UsageError, match="solid-angle"):
         sky.read_scene(amc, weighting="solid-angle")
-    with pytest.raises(UsageError, match="bins"):
-        sky.read_scene(amc, bins="degrees")
 
 
 def test_a_low_sun_under_flat_scattering_is_told(amc: Path) -> None:

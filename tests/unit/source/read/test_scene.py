@@ -191,6 +191,15 @@ def test_contradictions(options):
             sky.read_scene(INPUTS / "sparse_sky", **options)
 
 
+@pytest.mark.parametrize("options", [{"bins": "degrees"}, {"azimuth_bins": "n"}])
+def test_words_on_skydist_are_accepted_where_a_model_is_the_sky(options):
+    scene, plain = (sky.read_scene(INPUTS / "perez_sky", **o) for o in (options, {}))
+    assert scene.source().plan == plain.source().plan
+    ((name, value),) = options.items()
+    note = f"--{name.replace('_', '-')} {value} is not used: it says how to read skydist.inp, and this scene has none"
+    assert [n for n in scene.notes if n not in plain.notes] == [note]
+
+
 def test_compat_refuses_what_32_bit_floats_cannot_hold(tmp_path):
     write_scene(tmp_path, sky_text="2 2 2 1\n500\n1 1 0 1e39\n1 2 0 1\n")
     with pytest.raises(sky.InputFileError, match=r"skydist.inp:3:1: error\[E302\].*32-bit"):
