@@ -37,7 +37,7 @@ def _private_layer() -> Any:
     try:
         from aomc_sky.kernels import numba_private as layer
 
-        options = {"pipeline_class": layer.KernelCompiler, **_PUBLIC, **layer.OF_INNER, **layer.OF_READER}
+        options = {"pipeline_class": layer.KernelCompiler, **_PUBLIC, **layer.OF_INNER, **layer.OF_BORROWING}
         trial = numba.njit(forceinline=True, **options)(lambda x: x)
         trial.compile((types.int64,))
         layer.keep_code(trial, formula.select)
@@ -55,11 +55,11 @@ def _private_layer() -> Any:
 _private = _private_layer()
 
 
-def _options(*, is_inner: bool = False, is_reader: bool = False, is_inlined: bool = False) -> dict[str, Any]:
+def _options(*, is_inner: bool = False, is_borrowing: bool = False, is_inlined: bool = False) -> dict[str, Any]:
     """Numba's options for a function."""
     if _private is None:
         return _PUBLIC
-    own = {**(_private.OF_INNER if is_inner else {}), **(_private.OF_READER if is_reader else {})}
+    own = {**(_private.OF_INNER if is_inner else {}), **(_private.OF_BORROWING if is_borrowing else {})}
     return {"pipeline_class": _private.KernelCompiler, "forceinline": is_inlined, **_PUBLIC, **own}
 
 
@@ -74,11 +74,11 @@ inner = numba.njit(**_options(is_inner=True))
 inlined = numba.njit(**_options(is_inner=True, is_inlined=True))
 #: `inner` that makes no array, so numba counts no references. In small functions of a loop that counting costs more
 #: than the work, and it takes time to compile.
-inner_reader = numba.njit(**_options(is_inner=True, is_reader=True))
+inner_borrowing = numba.njit(**_options(is_inner=True, is_borrowing=True))
 #: `inlined` for such a function.
-inlined_reader = numba.njit(**_options(is_inner=True, is_reader=True, is_inlined=True))
-#: `inner_reader` that numba inlines itself: only so can it return an array to a function that counts no references.
-spliced = numba.njit(inline="always", **_options(is_inner=True, is_reader=True))
+inlined_borrowing = numba.njit(**_options(is_inner=True, is_borrowing=True, is_inlined=True))
+#: `inner_borrowing` that numba inlines itself: only so can it return an array to a function that counts no references.
+spliced = numba.njit(inline="always", **_options(is_inner=True, is_borrowing=True))
 
 
 def _kept(compiled: Any, function: Callable[..., Any]) -> Any:
@@ -92,9 +92,9 @@ def kernel(function: Callable[..., Any]) -> Any:
     return _kept(shared(function), function)
 
 
-def reader(function: Callable[..., Any]) -> Any:
-    """`kernel` that makes no array; see `inner_reader`."""
-    return _kept(numba.njit(**_options(is_reader=True))(function), function)
+def borrowing(function: Callable[..., Any]) -> Any:
+    """`kernel` that makes no array; see `inner_borrowing`."""
+    return _kept(numba.njit(**_options(is_borrowing=True))(function), function)
 
 
 def is_off() -> bool:
@@ -104,7 +104,7 @@ def is_off() -> bool:
 
 def overloads(function: Callable[..., Any], *, is_inlined: bool = False) -> Any:
     """Numba's `overload` for forms that only kernels use."""
-    options = _options(is_inner=True, is_reader=True, is_inlined=is_inlined)
+    options = _options(is_inner=True, is_borrowing=True, is_inlined=is_inlined)
     return overload(function, jit_options=options, strict=False)
 
 

@@ -30,7 +30,7 @@ from numba.np import linalg
 OF_INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 """Options of what only kernels call."""
 
-OF_READER = {"_nrt": False}
+OF_BORROWING = {"_nrt": False}
 """Option of what makes no array: it counts no references."""
 
 

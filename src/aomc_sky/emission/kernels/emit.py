@@ -50,7 +50,7 @@ from aomc_sky.kernels.cells.blocks import (
 )
 from aomc_sky.kernels.cells.laws import disc, disc_at_horizon_trial, from_mu, from_mu2
 from aomc_sky.kernels.formula import by_width, select
-from aomc_sky.kernels.jit import inlined_reader, inner_reader, reader, seen_as
+from aomc_sky.kernels.jit import borrowing, inlined_borrowing, inner_borrowing, seen_as
 
 rejection: Any = None
 queue: Any = None
@@ -85,7 +85,7 @@ def _slots_far(m, rank, cumulative, shift, place, slot, guide):
 _slots_shuffled = by_width(_slots_far, _slots_near)
 
 
-@inner_reader
+@inner_borrowing
 def _parameters_shuffled(m, slot, place, words, scratch, like):
     j = ZERO
     while j < m:
@@ -96,7 +96,7 @@ def _parameters_shuffled(m, slot, place, words, scratch, like):
         j += ONE
 
 
-@inner_reader
+@inner_borrowing
 def _in_order(start, m, rank, cumulative, guide, guide_shift, slot, place, words, scratch, like):
     """Ranks, slots and parameters of consecutive ranks: one run per slot."""
     for j in range(m):
@@ -111,7 +111,7 @@ def _in_order(start, m, rank, cumulative, guide, guide_shift, slot, place, words
         s += ONE
 
 
-@inner_reader
+@inner_borrowing
 def _places_by_rank(m, rank, shifts, steps, bits, u, v):
     shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
     for j in range(min(m, MAX_PHOTONS)):
@@ -120,7 +120,7 @@ def _places_by_rank(m, rank, shifts, steps, bits, u, v):
         v[j] = unit(shift_v + r * step_v + turn_of_photon(bits, j), v[j])
 
 
-@inner_reader
+@inner_borrowing
 def _places_by_philox(m, rank, key, band, u, v):
     for j in range(m):
         a, b = philox_pair(key, U64(rank[j]), band, ZERO)
@@ -137,7 +137,7 @@ def _cells(turned, place):
             sine, cosine = turned(t0, t1, h3, v[j])
             ux[j], uy[j], uz[j] = place(h0, h1, h2, u[j], sine, cosine)
 
-    return inner_reader(loop)
+    return inner_borrowing(loop)
 
 
 def _cells_by_rank(turned):
@@ -153,7 +153,7 @@ def _cells_by_rank(turned):
             sine, cosine = turned(t0, t1, h3, v)
             ux[j], uy[j], uz[j] = from_mu2(h0, h1, h2, u, sine, cosine)
 
-    return inner_reader(loop)
+    return inner_borrowing(loop)
 
 
 _cells_mu2_quarter = _cells(sincos_turned, from_mu2)
@@ -164,7 +164,7 @@ _quarter_by_rank = _cells_by_rank(sincos_turned)
 _narrow_by_rank = _cells_by_rank(sincos_turned_narrow)
 
 
-@inner_reader
+@inner_borrowing
 def direction_of(code, of_cell, u, v, key, rank, band):
     """Travel direction of one photon of any law but a lobe's, from the six parameters of its cell."""
     h0, h1, h2, h3, t0, t1 = of_cell
@@ -184,7 +184,7 @@ def direction_of(code, of_cell, u, v, key, rank, band):
     return from_mu2(h0, h1, h2, u, sine, cosine)
 
 
-@inner_reader
+@inner_borrowing
 def _beside_main(m, main_law, slot, law, is_disc, chosen):
     """Mark the photons of discs and choose all beside the main law; return how many there are of both."""
     n_disc, n, j = ZERO, ZERO, ZERO
@@ -198,7 +198,7 @@ def _beside_main(m, main_law, slot, law, is_disc, chosen):
     return n_disc, n
 
 
-@inner_reader
+@inner_borrowing
 def _discs(m, p, is_disc, u, v, ux, uy, uz):
     """Write the photons of discs over those of the main law; all go through the formula, so that it vectorises."""
     for j in range(min(m, MAX_PHOTONS)):
@@ -208,7 +208,7 @@ def _discs(m, p, is_disc, u, v, ux, uy, uz):
         ux[j], uy[j], uz[j] = select(taken, x, ux[j]), select(taken, y, uy[j]), select(taken, z, uz[j])
 
 
-@inner_reader
+@inner_borrowing
 def _other_laws(m, main_law, slot, law, p, is_disc, chosen, rank, key, band, u, v, ux, uy, uz):
     """Write the photons of slots of another law over those of the main law; lobes have their turn later."""
     n_disc, n = _beside_main(m, main_law, slot, law, is_disc, chosen)
@@ -346,10 +346,10 @@ def emit(
 @cache
 def emit_with(*hooks: str) -> Any:
     """`emit` compiled with these hooks, those of a plan in the order of `hooks`."""
-    return reader(with_hooks(emit, hooks))
+    return borrowing(with_hooks(emit, hooks))
 
 
-@reader
+@borrowing
 def emit_runs(
     start,
     ux,
@@ -408,14 +408,14 @@ def _run(turned):
             bits_u += step_u  # a sum, because vectors of 64-bit products take longer
             bits_v += step_v
 
-    return inlined_reader(loop)
+    return inlined_borrowing(loop)
 
 
 _narrow_run = _run(sincos_turned_narrow)
 _quarter_run = _run(sincos_turned)
 
 
-@reader
+@borrowing
 def positions(is_circle, start, key, band, size_x, size_y, x, y):
     """Positions over a circle of diameter `size_x` or a rectangle, from a stream of their own; uint64 and float64."""
     for j in range(U64(x.size)):

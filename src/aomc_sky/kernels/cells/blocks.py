@@ -19,7 +19,7 @@ from aomc_sky.kernels.arithmetic.constants import FOUR, LOW32, ONE, S32, SCRATCH
 from aomc_sky.kernels.cells.laws import sloped
 from aomc_sky.kernels.cells.order import SHORT_LIMIT, permute_long, permute_short, split_order
 from aomc_sky.kernels.formula import by_width
-from aomc_sky.kernels.jit import inner_reader, seen_as, spliced
+from aomc_sky.kernels.jit import inner_borrowing, seen_as, spliced
 
 MAX_PHOTONS = np.uint64(SCRATCH_PHOTONS)
 """Most photons of a block. Loops with this bound vectorise, because 16 bytes times the index cannot wrap."""
@@ -109,7 +109,7 @@ cell_of_photon = by_width(_cell_f32, _cell_f64, of=0)
 _NO_SLOPE = np.uint64(1 << 63)
 
 
-@inner_reader
+@inner_borrowing
 def place_on_slopes(m, slot, word_of_slot, word, u, v):
     """`sloped` for a block; `word` is scratch memory."""
     j = ZERO
@@ -123,7 +123,7 @@ def place_on_slopes(m, slot, word_of_slot, word, u, v):
         u[j], v[j] = sloped(u[j], v[j], word[j])
 
 
-@inner_reader
+@inner_borrowing
 def whole_vectors(n):
     """The next multiple of 32: what a vector loop leaves over costs more than computing on stale memory."""
     return (n + U64(31)) & U64(0xFFFFFFFFFFFFFFE0)
@@ -136,7 +136,7 @@ def column(memory, number, size, like):
     return seen_as(memory[start : start + size], like)
 
 
-@inner_reader
+@inner_borrowing
 def cell_of_table(values, head, tail):
     """The same six from the table of words, seen as floats."""
     per_word = np.uint64(8) // np.uint64(values.itemsize)
@@ -165,7 +165,7 @@ split_place = by_width(
 )
 
 
-@inner_reader
+@inner_borrowing
 def _ranks_short(start, m, n, keys, rank):
     """A rank beyond the end is permuted again; most chunks have none."""
     s64, b64 = split_order(n)
@@ -187,7 +187,7 @@ def _ranks_short(start, m, n, keys, rank):
                 part[j] = r
 
 
-@inner_reader
+@inner_borrowing
 def _ranks_long(start, m, n, keys, rank):
     s, b = split_order(n)
     k0, k1, k2 = U32(keys[0]), U32(keys[1]), U32(keys[2])
@@ -198,7 +198,7 @@ def _ranks_long(start, m, n, keys, rank):
         rank[j] = r
 
 
-@inner_reader
+@inner_borrowing
 def ranks_of_block(start, m, n, keys, rank):
     """Write the ranks of the photons [start, start + m) of n; all uint64, keys three 32-bit words."""
     if n <= SHORT_LIMIT:
@@ -207,7 +207,7 @@ def ranks_of_block(start, m, n, keys, rank):
         _ranks_long(start, m, n, keys, rank)
 
 
-@inner_reader
+@inner_borrowing
 def rank_of_photon(i, order):
     """Rank of one photon, uint64; `order` holds n, what `split_order` says of it, and the three keys, all uint64."""
     n, s, b, k0, k1, k2 = order
@@ -223,7 +223,7 @@ def rank_of_photon(i, order):
     return r
 
 
-@inner_reader
+@inner_borrowing
 def slot_of_rank(r, cumulative, guide, shift):
     """Slot of one rank, uint64; the first step is without a branch."""
     s = U64(guide[U64(r) >> shift])
@@ -235,7 +235,7 @@ def slot_of_rank(r, cumulative, guide, shift):
     return s + U64(r >= cumulative[s + ONE])
 
 
-@inner_reader
+@inner_borrowing
 def cells_of_slots(m, cell_of_slot, cell):
     """Replace the slots of a block by the numbers of their cells."""
     j = ZERO

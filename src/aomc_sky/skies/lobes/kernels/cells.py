@@ -13,7 +13,7 @@ from aomc_sky.kernels.arithmetic.elementary import sincos_turned, uniform_f64
 from aomc_sky.kernels.arithmetic.prefetch import prefetch_to_read, prefetch_to_write
 from aomc_sky.kernels.arithmetic.rng import later_words, philox_pair
 from aomc_sky.kernels.cells.blocks import column, whole_vectors
-from aomc_sky.kernels.jit import inner, inner_reader, seen_as
+from aomc_sky.kernels.jit import inner, inner_borrowing, seen_as
 from aomc_sky.skies.lobes.kernels.law import (
     CELL_COLUMNS,
     LOBE_COLUMNS,
@@ -53,7 +53,7 @@ _CELL_COLUMNS = np.uint64(CELL_COLUMNS)
 _LOBE_COLUMNS = np.uint64(LOBE_COLUMNS)
 
 
-@inner_reader
+@inner_borrowing
 def _try_one(lobe, number, first, second, ranges, bins, shapes, envelopes, kinds):
     """Direction of one photon from two words, and the bound of its bin; `number` as for `_until_taken`."""
     r, s = _RANGE_COLUMNS * U64(lobe), _LOBE_COLUMNS * U64(lobe)
@@ -78,7 +78,7 @@ def _try_one(lobe, number, first, second, ranges, bins, shapes, envelopes, kinds
     return x, y, up, envelopes[c + U64(7)]
 
 
-@inner_reader
+@inner_borrowing
 def _until_taken(lobe, ranges, bins, shapes, envelopes, kinds, number, first, second, word, key, rank, band):
     """Travel direction (float64) of one photon whose words of trial 0 are given; bits as in blocks.
 
@@ -107,7 +107,7 @@ def lobe_photon(lobe, first, second, rank, lobes, key, band, jitter):
     return _until_taken(lobe, ranges, bins, shapes, envelopes, kinds, number, first, second, word, key, rank, band)
 
 
-@inner_reader
+@inner_borrowing
 def _named_bins(n, first, bits, bin0, at):
     """Bins that words name, of n photons of a lobe whose first one is `bin0`."""
     down = _S64 - bits
@@ -115,7 +115,7 @@ def _named_bins(n, first, bits, bin0, at):
         at[k] = bin0 + (first[k] >> down)
 
 
-@inner_reader
+@inner_borrowing
 def _cells(n, at, cell0, bins, envelopes, words, rows):
     """Cells of n photons in rows of pairs side by side, and the numbers of their bins in them; `at` is used up."""
     k = ZERO
@@ -139,7 +139,7 @@ def _cells(n, at, cell0, bins, envelopes, words, rows):
         k += ONE
 
 
-@inner_reader
+@inner_borrowing
 def _shares_in_bins(n, first, bits, words, rows, a, b):
     """Shares of the lobe nearer to and farther from the axis of n photons whose words name their bins."""
     for k in range(n):
@@ -149,7 +149,7 @@ def _shares_in_bins(n, first, bits, words, rows, a, b):
         a[k], b[k] = shares(part, 1.0, whole, rows[i], rows[i + ONE], rows[i + _P1], rows[i + _P1 + ONE])
 
 
-@inner_reader
+@inner_borrowing
 def _shares_in_cells(again, n, first, rows, a, b):
     """The same of the photons from `again` on, whose words are the place in the whole cell."""
     for k in range(again, again + whole_vectors(n - again)):
@@ -158,7 +158,7 @@ def _shares_in_cells(again, n, first, rows, a, b):
         a[k], b[k] = shares(0.0, count, whole_of(first[k], ZERO), rows[i], rows[i + ONE], rows[i + _P1], count)
 
 
-@inner_reader
+@inner_borrowing
 def _heights(n, lobe, kinds, g, a, b, radius, z):
     """R and Z of n photons of a lobe."""
     if lobe < U64(kinds[0]):
@@ -172,7 +172,7 @@ def _heights(n, lobe, kinds, g, a, b, radius, z):
             radius[k], z[k] = beckmann_radius(a[k], b[k]), 1.0
 
 
-@inner_reader
+@inner_borrowing
 def _azimuths(n, second, third, rows, sine, cosine, excess):
     """Sines and cosines of n photons, and their deciding numbers x bound."""
     for k in range(n):
@@ -182,7 +182,7 @@ def _azimuths(n, second, third, rows, sine, cosine, excess):
         excess[k] = uniform_f64(third[k]) * rows[i + _P3 + ONE]
 
 
-@inner_reader
+@inner_borrowing
 def _directions(n, s, shapes, radius, z, sine, cosine, excess, x, y, up):
     """Directions of n photons of a lobe, and which are rejected: those whose excess is not negative."""
     m0, m1, m2, m3 = shapes[s], shapes[s + ONE], shapes[s + TWO], shapes[s + U64(3)]
@@ -193,7 +193,7 @@ def _directions(n, s, shapes, radius, z, sine, cosine, excess, x, y, up):
         excess[k] += w
 
 
-@inner_reader
+@inner_borrowing
 def _scatter(n, at, excess, x, y, up, ux, uy, uz, rejected):
     """Write n directions over those of a call; return how many are rejected, and which."""
     size = U64(ux.size)
@@ -213,7 +213,7 @@ def _scatter(n, at, excess, x, y, up, ux, uy, uz, rejected):
     return left
 
 
-@inner_reader
+@inner_borrowing
 def _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz):
     """One trial of each photon of a queue."""
     ranges, bins, shapes, envelopes, kinds = lobes[1]
@@ -244,7 +244,7 @@ def _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz):
     size[lobe], retries[lobe] = left, left
 
 
-@inner_reader
+@inner_borrowing
 def place_lobes(lo, m, slot, rank, lobes, steps, key, band, jitter, memory, ux, uy, uz):
     """Take in the photons of a block whose slot is a lobe, and work off the queues that are full.
 
@@ -262,7 +262,7 @@ def place_lobes(lo, m, slot, rank, lobes, steps, key, band, jitter, memory, ux, 
             _place_queue(U64(full), lobes, steps, key, band, jitter, memory, ux, uy, uz)
 
 
-@inner_reader
+@inner_borrowing
 def place_the_rest(lobes, steps, key, band, jitter, memory, ux, uy, uz):
     """Work off all queues, after the last block of a call."""
     size = memory[0][0]
@@ -271,7 +271,7 @@ def place_the_rest(lobes, steps, key, band, jitter, memory, ux, uy, uz):
             _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz)
 
 
-@inner_reader
+@inner_borrowing
 def _columns(memory, like):
     """Columns of the photons of a queue: five of words, one of short words, seven and three of floats, and rows."""
     short, one, size = U32(0), np.float64(0), U64(LOBE_COLUMN)
@@ -303,7 +303,7 @@ def _columns(memory, like):
     )
 
 
-@inner_reader
+@inner_borrowing
 def lobe_scratch(memory, rank, lobes, like):
     """Scratch memory of a call whose directions are like `like`, in words; ranks of photons are like `rank`.
 

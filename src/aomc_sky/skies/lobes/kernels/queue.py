@@ -23,7 +23,7 @@ from aomc_sky.kernels.arithmetic.constants import (
 )
 from aomc_sky.kernels.arithmetic.rng import later_words, philox_pair
 from aomc_sky.kernels.cells.blocks import column, whole_vectors
-from aomc_sky.kernels.jit import inlined, inner_reader
+from aomc_sky.kernels.jit import inlined, inner_borrowing
 from aomc_sky.skies.lobes.kernels.law import FALL_COLUMNS, PACE_COLUMNS, bin_of_rank, decision_by_rank
 
 ROOM = np.uint64(LOBE_ROOM)
@@ -39,7 +39,7 @@ _FALL_COLUMNS = np.uint64(FALL_COLUMNS)
 _PACE_COLUMNS = np.uint64(PACE_COLUMNS)
 
 
-@inner_reader
+@inner_borrowing
 def photons_of_lobes(m, slot, lobes, photons):
     """Photons of a block whose slot lies in the span of the lobes, in `photons`; return how many.
 
@@ -56,7 +56,7 @@ def photons_of_lobes(m, slot, lobes, photons):
     return n
 
 
-@inner_reader
+@inner_borrowing
 def append_photons(k, n, lo, photons, slot, rank, lobe_of_slot, queues):
     """Append photons k to n of `photons` to their queues; return the next one and the lobe of the queue that is full.
 
@@ -89,7 +89,7 @@ def fall_of_lobe(lobe, falls):
     return whole[f], whole[f + ONE], whole[f + TWO], whole[f + THREE], whole[f + FOUR], paces[p], paces[p + ONE]
 
 
-@inner_reader
+@inner_borrowing
 def bins_by_rank(lobe, again, n, rank, bin0, falls, at):
     """Bins of trial 0 of the photons of a queue from `again` on, of a lobe whose first bin is `bin0`."""
     before, each, rest, offset, bits, pace, begin = fall_of_lobe(lobe, falls)
@@ -97,7 +97,7 @@ def bins_by_rank(lobe, again, n, rank, bin0, falls, at):
         at[k] = bin0 + bin_of_rank(U64(rank[k]), before, each, rest, offset, bits, pace, begin)
 
 
-@inner_reader
+@inner_borrowing
 def _words_by_rank(again, n, rank, shifts, steps, accept, first, second, third):
     shift_u, shift_v, step_u, step_v, shift, step = shifts[0], shifts[1], steps[0], steps[1], accept[0], accept[1]
     stir = accept[2]
@@ -107,20 +107,20 @@ def _words_by_rank(again, n, rank, shifts, steps, accept, first, second, third):
         third[k] = decision_by_rank(r, shift, step, stir)
 
 
-@inner_reader
+@inner_borrowing
 def _words_by_philox(again, n, rank, key, band, first, second, third):
     for k in range(again, again + whole_vectors(n - again)):
         first[k], second[k] = philox_pair(key, U64(rank[k]), band, ZERO)
         third[k], _ = philox_pair(key, U64(rank[k]), band, ACCEPT)
 
 
-@inner_reader
+@inner_borrowing
 def _later_words(n, rank, trial, key, band, first, second, third):
     for k in range(whole_vectors(n)):
         first[k], second[k], third[k] = later_words(key, U64(rank[k]), band, U64(trial[k]))
 
 
-@inner_reader
+@inner_borrowing
 def words_of_photons(again, n, rank, trial, steps, key, band, jitter, first, second, third):
     """The three words of the n photons of a queue: a later trial of the first `again` ones, trial 0 of the others.
 
@@ -134,7 +134,7 @@ def words_of_photons(again, n, rank, trial, steps, key, band, jitter, first, sec
         _words_by_philox(again, n, rank, key, band, first, second, third)
 
 
-@inner_reader
+@inner_borrowing
 def back_to_front(n, rejected, again, at, rank, trial):
     """Move n rejected photons to the front of their queue; return how many may try again.
 
@@ -150,7 +150,7 @@ def back_to_front(n, rejected, again, at, rank, trial):
     return left
 
 
-@inner_reader
+@inner_borrowing
 def lobe_queues(memory, rank, n_lobe):
     """Empty queues, and memory for the photons of a block, whose ranks are like `rank`; the rest of `memory`.
 
