@@ -74,8 +74,8 @@ def draw_error(table: Path) -> Figure:
             _name_points(axes, time_ms, error, [int(row["n_photons"]) for row in own])
     axes.set(xscale="log", yscale="log", xlabel="processor time of one run, plan and photons [ms]")
     axes.set_title("relative error of the mean cosine, a clear sky", fontsize=10, loc="left")
-    axes.set(xlim=(1.3, 300.0), ylim=(8e-9, 2.0))
-    axes.xaxis.set_major_locator(FixedLocator([2, 5, 10, 20, 50, 100]))
+    axes.set(xlim=(1.0, 300.0), ylim=(8e-9, 2.0))
+    axes.xaxis.set_major_locator(FixedLocator([1, 2, 5, 10, 20, 50, 100]))
     axes.xaxis.set_major_formatter("{x:g}")
     axes.yaxis.set_major_locator(LogLocator(base=100.0))
     for axis in (axes.xaxis, axes.yaxis):

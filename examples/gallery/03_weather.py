@@ -15,6 +15,7 @@ for ax, (name, dni, dhi) in zip(axes, [("clear", 850, 95), ("hazy", 500, 280), (
     model = sky.PerezSky(sun_zenith_deg=45, sun_azimuth_deg=60, dni=dni, dhi=dhi)
     sky.plot(model, ax=ax, limits=(12, 320))
     ax.set_title(f"{name}: DNI {dni}, DHI {dhi}")
-bar = figure.colorbar(ax.collections[-1], ax=axes, orientation="horizontal", label="radiance, log scale", shrink=0.5)
+label = "radiance [W m$^{-2}$ sr$^{-1}$], log scale"
+bar = figure.colorbar(ax.collections[-1], ax=axes, orientation="horizontal", label=label, shrink=0.5)
 bar.set_ticks([20, 50, 100, 200], labels=["20", "50", "100", "200"])
 bar.minorticks_off()

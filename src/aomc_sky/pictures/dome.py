@@ -199,7 +199,7 @@ _BELOW_AT_DEG = 84.0
 _BEYOND = 1e300
 _LETTERS = {0.0: "E", 90.0: "N", 180.0: "W", 270.0: "S"}
 _NUMBERED_EM = 20.7
-_NUMBER_EM = 2.1  # of two digits and a degree sign, with a gap
+_NUMBER_EM = 2.0  # of two digits and a degree sign, with a gap
 _GAP_IN = 0.04
 _RULER = (30.0, 60.0, 90.0)
 _SIDES = {-1: "right", 0: "center", 1: "left"}
@@ -330,13 +330,11 @@ def _draw_ruler(axes: Any, panel: Panel) -> None:
     """Zenith angles of the rings and the rim, below the dome, where no patch is hidden."""
     inch = panel.degrees_per_inch
     top = -90.0 - 0.6 * _GAP_IN * inch
-    font_pt = 0.8 * panel.font_pt
-    has_room = 72 * _RULER[0] / inch > _NUMBER_EM * font_pt
+    font_pt = min(0.8 * panel.font_pt, 72 * _RULER[0] / inch / _NUMBER_EM)
+    style = {"ha": "center", "va": "top", "fontsize": font_pt, "color": "#555555"}
     for angle in _RULER:
         axes.plot([angle, angle], [top, top - 0.03 * inch], color="#555555", linewidth=0.6)
-        if has_room or angle == _RULER[-1]:
-            style = {"ha": "center", "va": "top", "fontsize": font_pt, "color": "#555555"}
-            axes.text(angle, top - 0.045 * inch, f"{angle:g}°", **style)
+        axes.text(angle, top - 0.045 * inch, f"{angle:g}°", **style)
     axes.plot([_RULER[0], _RULER[-1]], [top, top], color="#555555", linewidth=0.6)
 
 

@@ -24,6 +24,7 @@ from aomc_sky.pictures.dome import (
     colours_of,
     draw_dome,
     draw_mark,
+    plain_label,
     plain_text,
     tick_numbers,
     width_of,
@@ -79,12 +80,15 @@ def figure_of(
         if not is_shared and has_colours(alone):
             _draw_bar(figure, layout, mesh, colours, layout.own_bar(k), label=f"colour bar {k + 1}")
     if layout.has_bar and is_shared:
+        label = _bar_label(picture, shared)
         _draw_bar(figure, layout, mesh, shared, layout.bar, label="colour bar").set_label(
-            _bar_label(picture, shared), fontsize=layout.font_pt, labelpad=2
+            label, fontsize=layout.fitting_pt(plain_label(label), 0.0), labelpad=2
         )
     elif layout.has_bar:
         at = 0.5, (layout.caption_in + layout.key_in + 0.06) / layout.height_in
-        figure.text(*at, _bar_label(picture, shared), ha="center", va="bottom", fontsize=layout.font_pt)
+        label = _bar_label(picture, shared)
+        font = layout.fitting_pt(plain_label(label), 0.0)
+        figure.text(*at, label, ha="center", va="bottom", fontsize=font)
     _draw_texts(figure, layout)
     _draw_key(figure, layout)
     return figure
@@ -136,6 +140,7 @@ class _Layout:
     caption_in: float
     keys: tuple[Symbol | str, ...]
     font_pt: float
+    ruler: Ruler
 
     @classmethod
     def of(
@@ -165,7 +170,13 @@ class _Layout:
             caption_in=line * (_n_lines(caption) + 0.6),
             keys=keys_of(picture),
             font_pt=font,
+            ruler=ruler,
         )
+
+    def fitting_pt(self, line: str, indent_in: float) -> float:
+        """Size of the letters of a line that must not be broken: smaller where it would leave the figure."""
+        most_in = self.width_in - 2 * _MARGIN_IN - indent_in
+        return self.font_pt * min(1.0, most_in / self.ruler.width_in(line, self.font_pt))
 
     @property
     def title_line_in(self) -> float:
@@ -295,14 +306,16 @@ def _draw_key(figure: Any, layout: _Layout) -> None:
     axes.set_axis_off()
     axes.set_xlim(0, width)
     axes.set_ylim(0, len(keys))
+    mark_pt = 0.8 * layout.font_pt  # lower than a line
+    centre, left = layout.font_pt / 72, 2.2 * layout.font_pt / 72
     for k, key in enumerate(reversed(keys)):
         if isinstance(key, Symbol):
-            draw_mark(axes, 0.1, k + 0.5, key, layout.font_pt)
+            draw_mark(axes, centre, k + 0.5, key, mark_pt)
         else:
-            style = {"marker": "s", "markersize": layout.font_pt, "markeredgecolor": "#888888", "linestyle": "none"}
-            axes.plot([0.1], [k + 0.5], markerfacecolor=VOID_COLOUR, markeredgewidth=0.6, **style)
+            style = {"marker": "s", "markersize": mark_pt, "markeredgecolor": "#888888", "linestyle": "none"}
+            axes.plot([centre], [k + 0.5], markerfacecolor=VOID_COLOUR, markeredgewidth=0.6, **style)
         text = key.value if isinstance(key, Symbol) else key
-        axes.text(0.25, k + 0.5, text, ha="left", va="center", fontsize=layout.font_pt)
+        axes.text(left, k + 0.5, text, ha="left", va="center", fontsize=layout.fitting_pt(text, left))
 
 
 @dataclass(frozen=True, slots=True)

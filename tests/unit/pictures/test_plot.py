@@ -14,7 +14,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.content import RELATIVE_RADIANCE, Dome, Picture, direction_words
+from aomc_sky.pictures.content import RELATIVE_RADIANCE, Dome, Mark, Picture, Symbol, direction_words
 from aomc_sky.pictures.dome import round_numbers
 from aomc_sky.pictures.panels import figure_of
 from aomc_sky.pictures.source import sun_mark
@@ -341,6 +341,32 @@ def test_nothing_is_cut_and_no_labels_touch():
                 texts[j].get_text() for j in range(k) if boxes[j].shrunk(0.98, 0.8).overlaps(box.shrunk(0.98, 0.8))
             ]
             assert not others, (size, texts[k].get_text(), others)
+
+
+@pytest.mark.parametrize(("pt", "size", "n"), [(10.0, 390, 3), (16.0, 390, 3), (16.0, 960, 3), (10.0, 390, 12)])
+def test_every_ring_has_its_degrees_and_lines_of_letters_stay_inside(pt, size, n):
+    from matplotlib import rc_context
+
+    mark = Mark(zenith_deg=30.0, azimuth_deg=0.0, symbol=Symbol.SUN_OF_AMC)
+    dome = Dome(grid=PatchGrid.regular(2, 4), values=np.ones(8), marks=(mark,))
+    with rc_context({"font.size": pt}):
+        figure = figure_of(Picture(domes=(dome,) * n, quantity=RELATIVE_RADIANCE), size_px=size)
+    figure.canvas.draw()
+    for axes in figure.axes[:n]:
+        below = [text for text in axes.texts if text.get_text() in ("S", "30°", "60°", "90°")]
+        assert len(below) == 4
+        boxes = sorted((text.get_window_extent() for text in below), key=lambda box: box.x0)
+        assert all(left.x1 < right.x0 for left, right in itertools.pairwise(boxes))
+    caption = next(text for text in figure.texts if "north (+y)" in text.get_text())
+    key = next(axes for axes in figure.axes if axes.get_label() == "key")
+    (strokes,) = key.lines
+    y = key.transData.transform((0.0, 0.5))[1]
+    half = (strokes.get_markersize() / 2 + strokes.get_path_effects()[0]._gc["linewidth"]) * figure.dpi / 72
+    assert y - half > caption.get_window_extent().y1
+    for text in (key.texts[0], figure.axes[n].xaxis.label):
+        box = text.get_window_extent()
+        assert box.x0 >= 0
+        assert box.x1 <= size
 
 
 @pytest.mark.parametrize("size", [300, 400, 640, 960])

@@ -233,13 +233,16 @@ def _bands(arguments: argparse.Namespace, wavelength_nm: np.ndarray) -> list[int
 
 def _scene(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.pictures.plot import picture_of_scene
+    from aomc_sky.plan.laws import law_of
 
     scene = cli_options.scene_of(arguments, arguments.path, wavebands=arguments.waveband)
     bands = _bands(arguments, scene.wavebands.wavelength_nm)
     show = arguments.show or "radiance"
-    shown_words = "radiance of the sky" if show == "radiance" else "photons that a run will launch"
-    title = _title(arguments, f"{_name(arguments)}: {shown_words}")
     source = scene.source(arguments.seed, max_memory_bytes=arguments.max_memory)
+    is_beam_alone = all(law_of(c.law).is_beam for c in source.components)
+    radiance = "the direct beam, without a sky" if is_beam_alone else "radiance of the sky"
+    shown_words = radiance if show == "radiance" else "photons that a run will launch"
+    title = _title(arguments, f"{_name(arguments)}: {shown_words}")
     picture = picture_of_scene(scene, source, show=show, bands=bands, title=title)
     return picture, len(bands or range(source.n_bands))
 
