@@ -102,6 +102,14 @@ class NumbaSampler:
         float32 or float64, that of the source.
     numbers : int
         Further coordinates that each photon carries; see `PhotonSource.photons`. [0 to 3]
+
+    Examples
+    --------
+    >>> scene = sky.Scene(wavebands=[550.0], n_photons=1000, components="uniform")
+    >>> sampler = scene.source(seed=1).numba_sampler(band=0)
+    >>> ux, uy, uz = sampler.sample(0)  # as well in a loop that numba compiles
+    >>> uz < 0, sampler.n
+    (True, 1000)
     """
 
     def __init__(self, emitter: Emitter, band: int, numbers: int = 0) -> None:
@@ -173,6 +181,19 @@ class CSource:
         Photons of the band.
     precision : numpy.dtype
         float32 or float64, that of the source.
+
+    Examples
+    --------
+    >>> import ctypes
+    >>> scene = sky.Scene(wavebands=[550.0], n_photons=1000, components="uniform")
+    >>> out = np.empty((3, 100), np.float32)
+    >>> with scene.source(seed=1).c_source(band=0) as c:
+    ...     types = [ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64] + 3 * [
+    ...         ctypes.c_void_p
+    ...     ]
+    ...     fill = ctypes.CFUNCTYPE(ctypes.c_int64, *types)(c.address)
+    ...     print(fill(c.context, 950, 100, *(row.ctypes.data for row in out)))
+    50
     """
 
     def __init__(self, emitter: Emitter, band: int) -> None:

@@ -67,7 +67,16 @@ _COLUMNS = tuple(name for name in McplParticles.__slots__ if name != "start")
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class McplFile:
-    """A file whose head and length have been checked."""
+    """A file whose head and length have been checked.
+
+    Examples
+    --------
+    >>> scene = sky.Scene(wavebands=[550.0], n_photons=1000, components="uniform")
+    >>> _ = sky.write_mcpl(scene.source(seed=1), "photons.mcpl")
+    >>> file = sky.read_mcpl("photons.mcpl")
+    >>> len(file), file.particles(0, 10).direction.shape
+    (1000, (10, 3))
+    """
 
     path: Path  #: The file
     header: McplHeader  #: Its head

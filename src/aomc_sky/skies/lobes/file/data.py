@@ -48,7 +48,15 @@ class ReferenceType(enum.IntEnum):
 
 @dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class Animation:
-    """Lobes over time: the keys of one animation, in the order of time; arrays of shape (n_key,)."""
+    """Lobes over time: the keys of one animation, in the order of time; arrays of shape (n_key,).
+
+    Examples
+    --------
+    >>> town = sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
+    >>> animation = sky.background_of_lobes({"town": town}, [550.0]).animations["town"]
+    >>> len(animation), animation.kind
+    (1, ('hg',))
+    """
 
     lobe_type: np.ndarray  #: uint8, values of `LobeType`
     #: float64: asymmetry g and nothing [0 <= g < 1], or the roughness along local x and local y. [> 0]
@@ -121,7 +129,15 @@ class BackgroundInfo:
 
 @dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class BackgroundFile:
-    """A background-sky file in our units."""
+    """A background-sky file in our units.
+
+    Examples
+    --------
+    >>> town = sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=[1e-8])
+    >>> file = sky.background_of_lobes({"town": town}, [550.0])
+    >>> list(file.animations), file.curves.tolist()
+    (['town'], [[1e-08]])
+    """
 
     info: BackgroundInfo = field(default_factory=BackgroundInfo)
     animations: Mapping[str, Animation]  #: The animations by name; their light adds
