@@ -26,7 +26,7 @@ from aomc_sky.kernels.backend import announce_photons
 from bench.accuracy import TARGETS, Found, Reach, Row, Trend, measure_errors, measure_times, trends
 from bench.check import Check, bar_table, run_check, sizes_of
 from bench.figure import plot
-from bench.harness import count, guarded, machine, markdown_table
+from bench.harness import count, guarded, machine, markdown_table, ratio
 from bench.peers import measure_peers
 from bench.quantities import QUANTITIES, TITLES
 from bench.samplers import BATCH, METHODS, SpeedRun
@@ -40,7 +40,7 @@ CSV_COLUMNS = (
     *(f"error_{quantity}" for quantity in QUANTITIES),
     *(f"bias_{quantity}" for quantity in QUANTITIES if quantity != "histogram"),
 )
-SPEED_COLUMNS = ("sampler", "ns per photon", "times the default", *QUANTITIES)
+SPEED_COLUMNS = ("sampler", "times the default", *QUANTITIES)
 """The head of the one table of docs/accuracy.md."""
 
 _HEAD = """\
@@ -219,15 +219,15 @@ def trend_table(own: Sequence[Trend]) -> str:
 
 
 def speed_table(run: SpeedRun, rows: Sequence[Row]) -> str:
-    """Everybody's time per photon, and the errors on the peers' sky, where the peers have those of `iid`."""
+    """Everybody's time over the default's, and the errors on the peers' sky, where the peers have those of `iid`."""
     of_sky = [row for row in rows if row.sky == PEER_SKY and row.n_photons == run.n_photons]
     errors = {row.method: tuple(f"{row.error[q]:.1e}" for q in QUANTITIES) for row in of_sky}
     nothing = ("-",) * len(QUANTITIES)
     texts = []
-    for name in sorted(run.times, key=run.ns_per_photon):
+    times = {name: ratio(own, run.times["default"]) for name, own in run.times.items()}
+    for name, times_default in sorted(times.items(), key=lambda one: one[1]):
         drawn = nothing if name.startswith("stores") else errors.get("iid", nothing)
-        speed = (f"{run.ns_per_photon(name):.2f}", f"{run.ratio(name, 'default') or math.nan:.2f}")
-        texts.append((name, *speed, *errors.get(name.partition(",")[0], drawn)))
+        texts.append((name, f"{times_default:.2f}", *errors.get(name.partition(",")[0], drawn)))
     return markdown_table(texts, SPEED_COLUMNS)
 
 
@@ -248,7 +248,8 @@ def page_text(results: Results, check: Check, picture: str, numbers: str) -> str
     if run is not None:
         parts.append(
             f"## Peers, {short_count(run.n_photons)} photons of a table\n\n"
-            f"Median of {run.turns} turns, float32 unless the name says otherwise.\n\n"
+            f"Median of the ratios of {run.turns} turns, float32 unless the name says otherwise. The default takes "
+            f"{run.ns_per_photon('default'):.2f} ns per photon.\n\n"
             f"{speed_table(run, results.rows)}\n\n{_PEERS}"
         )
         parts += [f"{line}\n" for line in run.left_out]
