@@ -192,7 +192,8 @@ class PerezSky(Share):
         if by_weather:
             assert self.dni is not None
             assert self.dhi is not None
-            if text := kilowatts((self.ghi, self.dni, self.dhi), math.degrees(self.sun_zenith_rad)):
+            given = (self.dni if self.ghi is None else self.ghi, self.dhi)  # the third one was computed
+            if text := kilowatts(given, math.degrees(self.sun_zenith_rad)):
                 self._warn(text)
             epsilon = float(perez.sky_clearness(self.dni, self.dhi, self.sun_zenith_rad))
             delta = float(

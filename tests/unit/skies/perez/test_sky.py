@@ -201,6 +201,14 @@ def test_a_scene_without_the_beam_that_its_sky_knows_says_what_is_missing() -> N
     assert f"add sky.DirectBeam(sun_zenith_deg=40, sun_azimuth_deg=0, strength={share / (1 + share):.4g})" in note
 
 
+def test_irradiances_in_kilowatts_are_warned_of() -> None:
+    with pytest.warns(ModelLimitWarning) as caught:
+        PerezSky(sun_zenith_deg=40.0, ghi=0.78, dhi=0.14)
+    assert any("irradiances are in W m-2: write 780 for 0.78 kW m-2" in str(warning.message) for warning in caught)
+    with pytest.raises(SceneError, match="write 780"):
+        PerezSky(sun_zenith_deg=40.0, ghi=0.78, dhi=0.14, strict=True)
+
+
 def test_points_are_no_patches() -> None:
     sky = PerezSky(**CLEAR)
     with pytest.raises(SceneError, match="points or lines"):
