@@ -33,25 +33,25 @@ class SunPosition:
     __repr__ = short_repr
 
 
-def utc(time: str | datetime.datetime | np.datetime64, name: str = "time") -> np.datetime64:
-    """A time that names its zone, in UTC, to the second; datetime64 is UTC already. `name` is what messages call it."""
+def utc(time: str | datetime.datetime | np.datetime64) -> np.datetime64:
+    """A time that names its zone, in UTC, to the second; datetime64 is UTC already."""
     if isinstance(time, np.datetime64):
         return time.astype("datetime64[s]")
     if not isinstance(time, (str, datetime.datetime)):
-        raise UsageError(f"{name} must be in ISO 8601, for example 2026-06-21T09:30:00Z, got {time!r}")
+        raise UsageError(f"time must be in ISO 8601, for example 2026-06-21T09:30:00Z, got {time!r}")
     try:
         moment = datetime.datetime.fromisoformat(time) if isinstance(time, str) else time
     except ValueError:
-        raise UsageError(f"{name} must be in ISO 8601, for example 2026-06-21T09:30:00Z, got {time!r}") from None
+        raise UsageError(f"time must be in ISO 8601, for example 2026-06-21T09:30:00Z, got {time!r}") from None
     if moment.tzinfo is None:
         text = moment.isoformat(timespec="seconds" if moment.second else "minutes")
         raise UsageError(
-            f"{name} {time} does not say its time zone; write {text}Z for UTC, or an offset such as +02:00"
+            f"time {time} does not say its time zone; write {text}Z for UTC, or an offset such as +02:00"
         )
     try:
         return np.datetime64(moment.astimezone(datetime.UTC).replace(tzinfo=None), "s")
     except OverflowError:
-        raise UsageError(f"{name} {time} lies outside the years 1 to 9999 in UTC") from None
+        raise UsageError(f"time {time} lies outside the years 1 to 9999 in UTC") from None
 
 
 def sun_position(
