@@ -45,9 +45,7 @@ def utc(time: str | datetime.datetime | np.datetime64) -> np.datetime64:
         raise UsageError(f"time must be in ISO 8601, for example 2026-06-21T09:30:00Z, got {time!r}") from None
     if moment.tzinfo is None:
         text = moment.isoformat(timespec="seconds" if moment.second else "minutes")
-        raise UsageError(
-            f"time {time} does not say its time zone; write {text}Z for UTC, or an offset such as +02:00"
-        )
+        raise UsageError(f"time {time} does not say its time zone; write {text}Z for UTC, or an offset such as +02:00")
     try:
         return np.datetime64(moment.astimezone(datetime.UTC).replace(tzinfo=None), "s")
     except OverflowError:
