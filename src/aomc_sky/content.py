@@ -12,7 +12,7 @@ import numpy as np
 def same_content(one: Any, other: object) -> bool:
     """Whether two dataclasses of one kind hold equal values, arrays entry by entry, NaN equal to NaN: an `__eq__`."""
     if not isinstance(other, type(one)):
-        return NotImplemented
+        return False  # NotImplemented would let an array compare its numbers with the record
     names = (field.name for field in dataclasses.fields(one) if field.compare)
     return all(_are_equal(getattr(one, name), getattr(other, name)) for name in names)
 
