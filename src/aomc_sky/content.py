@@ -12,7 +12,7 @@ import numpy as np
 def same_content(one: Any, other: object) -> bool:
     """Whether two dataclasses of one kind hold equal values, arrays entry by entry, NaN equal to NaN: an `__eq__`."""
     if not isinstance(other, type(one)):
-        return NotImplemented
+        return False  # NotImplemented would let an array compare its numbers with the record
     names = (field.name for field in dataclasses.fields(one) if field.compare)
     return all(_are_equal(getattr(one, name), getattr(other, name)) for name in names)
 
@@ -35,9 +35,13 @@ def short_repr(one: Any) -> str:
     parts = [
         f"{field.name}={_shown(value)}"
         for field in dataclasses.fields(one)
-        if field.repr and (value := getattr(one, field.name)) is not field.default
+        if field.repr and not _is_default(value := getattr(one, field.name), field.default)
     ]
     return f"{type(one).__name__}({', '.join(parts)})"
+
+
+def _is_default(value: Any, default: Any) -> bool:
+    return value is default or (isinstance(value, (str, int, float)) and value == default)
 
 
 def _shown(value: Any) -> str:

@@ -70,6 +70,15 @@ class Wavebands:
         return int(self.wavelength_nm.size)
 
 
+def as_wavebands(value: Wavebands | ArrayLike) -> Wavebands:
+    """Wavebands as they are, or those of wavelengths from a caller; wavelengths in micrometres are refused."""
+    bands = value if isinstance(value, Wavebands) else Wavebands(value)  # type: ignore[arg-type]
+    least = float(bands.wavelength_nm.min())
+    if bands is not value and 0.1 <= least < 20.0:
+        raise SceneError(f"wavelengths are in nm, got {least:g}; write {1000 * least:g}")
+    return bands
+
+
 def absent_waveband(number: int, wavelength_nm: np.ndarray) -> UsageError:
     """The error for a waveband that does not exist, from 1; a wavelength gets the number of its waveband as advice."""
     n, low, high = wavelength_nm.size, wavelength_nm.min(), wavelength_nm.max()

@@ -156,3 +156,48 @@ def test_a_field_that_leaves_something_open(field_file, tmp_path, capsys):
     assert "two.nc: error[E710]: the file has 2 variables of numbers: 'a', 'b'" in said
     assert 'below [sky] with table = "FIELD.nc"' in said
     assert main(["validate", str(field_file)]) == 0
+
+
+def test_a_text_file_and_a_folder_of_tables(tmp_path, capsys):
+    """The content of a .txt says what it is; a folder with tables alone is validated, and `run` names its table."""
+    shutil.copy(SKY, tmp_path / "sky.txt")
+    (tmp_path / "notes.txt").write_text("the zenith was clear\n")
+    (tmp_path / "grass.csv").write_text("wavelength,albedo\n500,0.1\n")
+    assert main(["validate", str(tmp_path)]) == 0
+    assert capsys.readouterr().out == f"{tmp_path / 'sky.txt'}: ok\n"
+    assert main(["run", str(tmp_path / "sky.txt"), "--iterations", "10", "--format", "none", "--quiet"]) == 0
+    assert main(["info", str(tmp_path / "sky.txt")]) == 0
+    capsys.readouterr()
+    assert main(["run", str(SKY.parent), "--out", str(tmp_path / "out")]) == 3
+    assert f"there is no amc.inp in this folder; did you mean {SKY}?" in capsys.readouterr().err
+
+
+@pytest.fixture
+def points_file(tmp_path):
+    """A netCDF file of scattered radiances: points with a wavelength each."""
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    rng = np.random.default_rng(1)
+    zenith, azimuth = np.rad2deg(np.arccos(rng.uniform(0.1, 1, 120))), rng.uniform(0, 360, 120)
+    coordinates = {
+        "zenith": ("point", zenith, {"units": "degree"}),
+        "azimuth": ("point", azimuth, {"units": "degree"}),
+        "wavelength": ("point", np.tile([443.0, 555.0], 60), {"units": "nm"}),
+    }
+    made = xarray.DataArray(np.full(120, 100.0), dims="point", coords=coordinates, name="L")
+    made.assign_attrs(units="mW m-2 nm-1 sr-1").to_netcdf(tmp_path / "points.nc", engine="h5netcdf")
+    return tmp_path / "points.nc"
+
+
+def test_points_in_netcdf_are_run_drawn_and_validated(points_file, tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    sun = ["--sun-zenith", "40", "--sun-azimuth", "60", "--azimuth-convention", "north_clockwise"]
+    out = ["--iterations", "10", "--format", "none", "--out", str(tmp_path / "out")]
+    assert main(["run", str(points_file), *sun, *out, "--json"]) == 0
+    bands = json.loads(capsys.readouterr().out)["bands"]
+    assert [band["wavelength_nm"] for band in bands] == [443.0, 555.0]
+    assert [band["irradiance_W_m2_nm"] for band in bands] == pytest.approx([0.1 * np.pi] * 2, rel=1e-6)
+    assert main(["validate", str(points_file)]) == 0
+    assert main(["info", str(points_file)]) == 0
+    assert main(["plot", str(points_file), "--size", "300", "--out", str(tmp_path / "sky.png")]) == 0
+    assert "2 domes" in capsys.readouterr().out

@@ -70,6 +70,8 @@ def test_a_command_without_a_word_says_what_it_needs(name, capsys):
         ("run x --format jpeg", "--format: invalid choice: 'jpeg'; choose from npy, mcpl, raw, none"),
         ("run x --xyz", "run has no option --xyz"),
         ("run x y", "'y' is one word too many"),
+        ("run --time 2026-06-21 09:30", "write 2026-06-21T09:30Z for UTC, or an offset such as +02:00"),
+        ("run --time 2026-06-21 09:30+02:00", "write 2026-06-21T09:30+02:00\n"),
         ("lobes x.h5 --time 0", "aomc-sky info or plot FILE.h5 --time TIME"),
     ],
 )

@@ -77,3 +77,19 @@ def test_a_rough_scalar_irradiance_is_noted(
     sky = ["run", "--sky", "uniform", "--wavelengths", "500", "--out", str(tmp_path / "out")]
     assert main([*sky, *words]) == 0
     assert ("near the horizon decide Ed/Eo" in capsys.readouterr().out) is is_noted
+
+
+def test_no_sky_is_never_the_nearest(capsys):
+    with pytest.raises(SystemExit, match="2"):
+        main(["run", "--sky", "nonsense", "--wavelengths", "550"])
+    shown = capsys.readouterr().err
+    assert "there is no sky model 'nonsense'; write" in shown
+
+
+def test_the_folder_of_a_sky_alone(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    words = ["run", "--sky", "overcast", "--wavelengths", "550", "--iterations", "1000", "-q"]
+    assert main([*words, "--dry-run"]) == 0
+    assert not list(tmp_path.iterdir())
+    assert main(words) == 0
+    assert (tmp_path / "aomc-sky-out" / "manifest.json").is_file()

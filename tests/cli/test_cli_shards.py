@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.cli.main import main
+from aomc_sky.plan.plan import Plan
 from tests.support.processes import end_by, start, stopped
 from tests.support.scenes import flip_bit, run_bytes, scene_with_circle
 
@@ -217,3 +218,39 @@ def test_what_a_shard_prints(amc, tmp_path, capsys):
     assert "shards: 2/3\nmissing: 1/3 3/3\n" in capsys.readouterr().out
     assert main(["info", "--json", str(tmp_path / "out")]) == 0
     assert json.loads(capsys.readouterr().out)["missing"] == ["1/3", "3/3"]
+
+
+@pytest.mark.parametrize(("change", "code"), [(2e-16, 0), (1e-9, 5)], ids=["last digit", "another scene"])
+@pytest.mark.parametrize("shards", [(), (1, 2)], ids=["whole", "shards"])
+def test_a_plan_from_another_processor_is_the_same_run(change, code, shards, whole, amc, tmp_path, capsys):
+    """Its masses may differ in the last digit; then the run goes on with the plan in the folder."""
+    out = tmp_path / "out"
+    out.mkdir()
+    (out / "plan.npz").write_bytes(whole["plan.npz"])
+    plan = Plan.load(out / "plan.npz")
+    mass = plan.arrays["mass"].copy()
+    mass.flat[np.argmax(mass)] *= 1.0 + change
+    other = Plan(arrays={**plan.arrays, "mass": mass}, options=plan.options)
+    assert other.sha256 != plan.sha256
+    other.save(out / "plan.npz")
+    for more in [("--shard", f"{k}/{len(shards)}") for k in shards] or [()]:
+        assert run(amc, out, *more) == code, capsys.readouterr().err
+    assert Plan.load(out / "plan.npz").sha256 == other.sha256
+    if code == 0:
+        assert main(["verify", "-q", str(out)]) == 0
+        assert all((out / name).read_bytes() == whole[name] for name in FILES)
+
+
+def test_a_shard_needs_no_space_for_what_it_has_written(amc, tmp_path, monkeypatch, capsys):
+    out = tmp_path / "out"
+    process = stopped(*words(amc, out, "--shard", "1/1", "--threads", 1), block=2)
+    end_by(process, signal.SIGKILL)
+    sizes = [path.stat() for path in out.glob("*.part")]
+    left = sum(size.st_size - 512 * size.st_blocks for size in sizes)
+    assert 0 < left < 20 * ITERATIONS
+    usage = shutil.disk_usage(out)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=left - 1))
+    assert run(amc, out, "--shard", "1/1") == 6
+    assert "run this one again when there is space" in capsys.readouterr().err
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: usage._replace(free=left))
+    assert run(amc, out, "--shard", "1/1") == 0, capsys.readouterr().err

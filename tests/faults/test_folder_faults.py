@@ -88,7 +88,7 @@ def can_mount() -> bool:
     """Whether a file system of one's own can be mounted, seen by nobody else."""
     if shutil.which("unshare") is None:
         return False
-    words = ["unshare", "-rm", "sh", "-c", "mount -t tmpfs tmpfs /mnt"]
+    words = ["unshare", "-rm", "sh", "-c", "mount -t tmpfs tmpfs /mnt && mount -o remount,size=2m /mnt"]
     return subprocess.run(words, capture_output=True, timeout=60, check=False).returncode == 0
 
 

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
+from aomc_sky.emission.irradiance import Irradiance
+from tests.support.shared import INPUTS
 
 NOON = {"wavebands": [443.0, 555.0], "n_photons": 1000, "sun_zenith_deg": 40.0, "ghi": 780.0, "dhi": 140.0}
 
@@ -110,3 +112,36 @@ def test_slices_and_arrays_of_a_batch():
         batch[3]
     with pytest.raises(ValueError, match="follow each other"):
         batch[::2]
+
+
+def test_a_record_is_no_array():
+    batch = records()[2]
+    for array in (np.zeros(4), np.zeros((1000, 9)), batch.ux):
+        assert (batch == array) is False
+        assert (array == batch) is False
+        assert (batch != array) is True
+    assert batch not in [np.zeros(3)]
+
+
+def test_what_readers_give_compares_and_is_short(tmp_path):
+    atmosphere = INPUTS / "atmosphere" / "molecules_only.atmo"
+    assert sky.read_atmo(atmosphere) == sky.read_atmo(atmosphere)
+    assert sky.read_atmo(atmosphere) != sky.read_atmo(INPUTS / "atmosphere_sky" / "clear.atmo")
+    assert len(repr(sky.read_atmo(atmosphere))) < 900
+    scene = sky.weather_scene(**NOON)
+    irradiance = Irradiance(of_component=np.ones((300, 2)))
+    assert irradiance == Irradiance(of_component=np.ones((300, 2)))
+    assert len(repr(irradiance)) < 200
+    sky.write_mcpl(scene.source(seed=1), tmp_path / "a.mcpl")
+    pytest.importorskip("mcpl")
+    particles = sky.read_mcpl(tmp_path / "a.mcpl").particles()
+    assert particles == sky.read_mcpl(tmp_path / "a.mcpl").particles()
+    assert len(repr(particles)) < 400
+
+
+def test_positions_of_the_sun_compare():
+    pytest.importorskip("pvlib")
+    day = np.datetime64("2026-06-21T00:00") + np.arange(24) * np.timedelta64(1, "h")
+    assert sky.sun_position(day, 43.0, 7.0) == sky.sun_position(day, 43.0, 7.0)
+    assert sky.sun_position(day, 43.0, 7.0) != sky.sun_position(day, 44.0, 7.0)
+    assert len(repr(sky.sun_position(day, 43.0, 7.0))) < 200

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
-import os
 import re
 import sys
 import time
 from collections.abc import Callable, Mapping
 from decimal import Decimal, InvalidOperation
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.errors import UsageError
@@ -420,11 +420,11 @@ def sky_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
 def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] | None = None) -> Scene:
     """Read the scene that the options of `add_reading_options` describe."""
     from aomc_sky.progress import patience
-    from aomc_sky.source.read.kind import Kind, kind_of_name
+    from aomc_sky.source.read.kind import Kind, kind_of
     from aomc_sky.source.read.scene import read_scene
 
-    kind = kind_of_name(os.path.basename(path))
-    if kind in (Kind.MEASURED, Kind.NETCDF) and not os.path.isdir(path):
+    kind = kind_of(Path(path))
+    if kind in (Kind.MEASURED, Kind.NETCDF):
         return _measured_scene(arguments, path, wavebands, is_field=kind is Kind.NETCDF)
     for name in given_options(arguments, add_measured_options):
         raise UsageError(f"{name} is for a measured sky (.csv); {path} is none")
@@ -476,9 +476,11 @@ def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[in
         "wavebands": wavebands,
         "azimuth_convention": arguments.azimuth_convention,
         "angle_unit": arguments.angle_unit,
+        "sun_zenith_deg": given.sun.zenith_deg,
+        "sun_azimuth_deg": given.sun.azimuth_deg,
     }
-    if is_field and (given.names or arguments.radiance_unit):
-        raise UsageError(f"{'the sun' if given.names else '--radiance-unit'}: not used with {path}, a radiance field")
+    if is_field and arguments.radiance_unit:
+        raise UsageError(f"--radiance-unit: not used with {path}, a radiance field")
     with patience("interpolating the sky", enabled=speaks(arguments)):
         from aomc_sky.source.read.measured import field_scene, measured_scene
 
@@ -488,8 +490,6 @@ def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[in
             path,
             **how,
             radiance_unit=arguments.radiance_unit,
-            sun_zenith_deg=given.sun.zenith_deg,
-            sun_azimuth_deg=given.sun.azimuth_deg,
         )
 
 

@@ -89,7 +89,8 @@ class Parser(argparse.ArgumentParser):
         found, rest = super().parse_known_args(args, namespace)
         clock = next((w for w in (getattr(found, "amc_inp", None), *rest) if w and re.match(r"\d\d?:\d\d", w)), None)
         if clock is not None and getattr(found, "time", None):
-            self.error(f"--time is one word: write {found.time}T{clock}")
+            zone = "" if re.search(r"[zZ]|[+-]\d\d:?\d\d$", clock) else "Z for UTC, or an offset such as +02:00"
+            self.error(f"--time is one word: write {found.time}T{clock}{zone}")
         if rest and rest[0].startswith("-"):
             word, name = rest[0].partition("=")[0], self.prog.rpartition(" ")[2]
             self.error(f"{name} has no option {word}{did_you_mean(word, self._option_string_actions)}")

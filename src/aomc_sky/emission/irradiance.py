@@ -13,7 +13,7 @@ from itertools import pairwise
 import numpy as np
 
 from aomc_sky.component import Component, Law
-from aomc_sky.content import same_content
+from aomc_sky.content import same_content, short_repr
 from aomc_sky.errors import SceneError
 from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.options import Placement
@@ -88,6 +88,7 @@ class Irradiance:
     horizon_loss: np.ndarray = None  # type: ignore[assignment]
 
     __eq__ = same_content
+    __repr__ = short_repr
 
     def __post_init__(self) -> None:
         horizon_loss: np.ndarray | None = self.horizon_loss

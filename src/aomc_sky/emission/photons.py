@@ -88,6 +88,7 @@ class PhotonBatch:
     numbers: np.ndarray | None = None
 
     __eq__ = same_content
+    __array_ufunc__ = None  #: An array that is compared with a batch asks the batch, too.
 
     def __repr__(self) -> str:
         parts = "".join(f", {name}" for name in ("x", "y", "weight", "numbers") if getattr(self, name) is not None)
@@ -140,7 +141,8 @@ class PhotonBatch:
     def to_dict(self) -> dict[str, np.ndarray]:
         """The arrays that there are, by name: `pandas.DataFrame(batch.to_dict())`, alike for polars.
 
-        Numbers are the columns n1, n2, n3.
+        For xarray ``xarray.Dataset({name: ("photon", array) for name, array in batch.to_dict().items()})``. Numbers are
+        the columns n1, n2, n3.
         """
         columns = {f"n{k}": c for k, c in enumerate(() if self.numbers is None else self.numbers.T, 1)}
         return {name: array for name in _NAMES[:-1] if (array := getattr(self, name)) is not None} | columns

@@ -14,7 +14,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.errors import InputFileError, OutputError, UsageError, require_kind
+from aomc_sky.errors import AomcSkyError, InputFileError, OutputError, UsageError, require_kind
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import COUNTS_FILES, counts_file
@@ -33,8 +33,9 @@ from aomc_sky.outputs.photons.files import (
     run_files,
     stored_files,
 )
-from aomc_sky.outputs.shard import BLOCK, MANIFEST, PART, Shard, is_run_file
+from aomc_sky.outputs.shard import BLOCK, MANIFEST, PART, PLAN, Shard, is_run_file
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
+from aomc_sky.plan.plan import Plan
 from aomc_sky.progress import is_free, progress_bar
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import n_cpus
@@ -156,6 +157,8 @@ def run_job(
     """
     check_memory(source, options)
     folder, started = RunFolder(out), time.perf_counter()
+    if not options.force:
+        source = as_stored(source, folder)
     with folder.held(source.plan, force=options.force):
         manifest = finished_manifest(source, folder, options.formats)
         was_finished, emitted = manifest is not None, 0
@@ -170,6 +173,18 @@ def run_job(
         manifest=manifest,
         threads=options.threads or n_cpus(),
     )
+
+
+def as_stored(source: PhotonSource, folder: RunFolder) -> PhotonSource:
+    """The run in a folder, if it is this one: masses made on another processor may differ in their last digits."""
+    if folder.size_of(PLAN) is None:
+        return source
+    try:
+        stored = Plan.load(folder.path / PLAN)
+    except AomcSkyError:  # `held` says why
+        return source
+    is_other = stored.sha256 != source.plan.sha256 and stored.agrees(source.plan)
+    return PhotonSource.from_plan(stored) if is_other else source
 
 
 def make_photons(

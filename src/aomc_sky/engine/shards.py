@@ -8,7 +8,16 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.engine.run import JobOptions, JobResult, Sums, check_memory, finish_run, finished_manifest, remove_rest
+from aomc_sky.engine.run import (
+    JobOptions,
+    JobResult,
+    Sums,
+    as_stored,
+    check_memory,
+    finish_run,
+    finished_manifest,
+    remove_rest,
+)
 from aomc_sky.errors import OutputError, UsageError
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import counts_file
@@ -44,6 +53,7 @@ def run_shard(
         raise UsageError("--force would remove what other shards made; remove the folder, or leave --force out")
     check_memory(source, options)
     folder, started, emitted = RunFolder(out), time.perf_counter(), 0
+    source = as_stored(source, folder)
     missing: list[Shard] = []
     with folder.held(source.plan):
         manifest = finished_manifest(source, folder, FORMATS)
@@ -85,7 +95,10 @@ def make_shard(pool: ChunkPool, folder: RunFolder, shard: Shard, progress: Progr
     source, ranges = pool.source, ranges_of(pool.source, shard)
     writer, meter = NpyWriter(source), Meter(progress, sum(end - first for _, first, end in ranges))
     row_bytes = sum(layout.row_bytes for layout in writer.layouts((0,)))
-    folder.require_space(meter.total * row_bytes, "finished shards are kept; run this one again when there is space")
+    layouts = [layout for band, _, _ in ranges for layout in writer.layouts((band,))]
+    unwritten = sum(max(layout.size - folder.space_of(layout.name + PART), 0) for layout in layouts)
+    needed = min(meter.total * row_bytes, unwritten)
+    folder.require_space(needed, "finished shards are kept; run this one again when there is space")
     announce_photons(meter.total)
     sums = {}
     for band, first, end in ranges:

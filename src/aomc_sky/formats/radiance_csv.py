@@ -23,6 +23,7 @@ from aomc_sky.formats.radiance_words import (
     name_of_column,
     plain_unit,
     radiance_factor,
+    unit_and_counts,
 )
 from aomc_sky.formats.report import MAX_PER_VALUE, BadValueError, Report, printable, quoted
 from aomc_sky.formats.text_file import read_bytes
@@ -48,6 +49,13 @@ _SAY_SUN = (
 _SAY_UNIT = (
     "write --radiance-unit 'W m-2 nm-1 sr-1' (radiance_unit=), or a line '# radiance unit: mW m-2 nm-1 sr-1', or "
     "relative"
+)
+COMMENT = re.compile(r"\s*(?:[#%!]+|//+|;(?!.*;))")
+"""Start of a line of comment; a row may begin with an empty column and a semicolon, but has two of them."""
+_PLAIN_AZIMUTH = re.compile(
+    r"\s*azimuths?(?: angles?)?(?: (?:is|are|counts?|counted|measured))* "
+    r"((?:(?:counter|anti)?-?clockwise|from|relative to|(?:east|north|west) of)\b.*\S)",
+    re.IGNORECASE,
 )
 _DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas"}
 _NEEDED = {
@@ -96,6 +104,11 @@ def read_radiance_points(
     return _Table(path, {name: value for name, value in given.items() if value is not None}, sun).points()
 
 
+def _without_sign(line: str) -> str:
+    """The line with blanks in place of its sign of a comment."""
+    return COMMENT.sub(lambda sign: " " * len(sign[0]), line, count=1) if COMMENT.match(line) else line
+
+
 class _Table:
     """A file while it is read."""
 
@@ -107,24 +120,33 @@ class _Table:
         self.remarks: list[str] = []
         self.rows: list[tuple[int, str]] = []
         last_comment = None
-        for number, line in enumerate(data.decode("utf-8", "replace").splitlines(), start=1):
-            if line.lstrip().startswith("#"):
+        try:
+            text = data.decode("utf-8")
+        except UnicodeDecodeError:
+            text = data.decode("latin-1")
+        for number, line in enumerate(text.split("\n"), start=1):
+            line = line.removesuffix("\r")
+            if COMMENT.match(line):
                 last_comment = last_comment if self.rows else (number, line)
                 self._read_key(number, line)
             elif line.strip(" ,;\t") and not line.lower().startswith("sep="):
                 self.rows.append((number, line))
         if last_comment and self.rows and not re.search("[A-Za-z]{2}", self.rows[0][1].lower().replace("nan", "")):
-            self.rows.insert(0, last_comment)  # numpy.savetxt writes the names behind a '#'
+            self.rows.insert(0, last_comment)  # numpy.savetxt writes the names behind a '#' or '%'
         self.delimiter = next((d for d in _DELIMITERS if self.rows and d in self.rows[0][1]), ",")
 
     def _bad(self, span: Span, message: str, advice: str, code: str = "E651") -> None:
         self.report.at(span, code, message, advice=advice)
 
     def _read_key(self, number: int, line: str) -> None:
-        match = re.match(r"\s*#+\s*([A-Za-z][\w ]*?)\s*[:=]\s*(\S.*?)\s*\Z", line)
+        text = _without_sign(line)
+        match = re.match(r"\s*([A-Za-z][\w ]*?)\s*[:=]\s*(\S.*?)\s*\Z", text)
         key = KEYS.get(re.sub(r"\W+", "_", match[1].lower())) if match else None
+        plain = _PLAIN_AZIMUTH.match(text)
         if match and key:
             self.head[key] = match[2], Span(number, match.start(2) + 1, line, len(match[2]))
+        elif plain:
+            self.head.setdefault("azimuth", (plain[1], Span(number, plain.start(1) + 1, line, len(plain[1]))))
 
     def _cells(self, number: int, line: str) -> list[tuple[str, Span]]:
         """Texts of a row and their spans."""
@@ -181,7 +203,11 @@ class _Table:
             )
             return []
         number, line = self.rows.pop(0)
-        cells = self._cells(number, re.sub(r"^(\s*)#", r"\1 ", line))
+        cells = self._cells(number, _without_sign(line))
+        if len(cells) == 1 and sum(name_of_column(word) is not None for word in cells[0][0].split()) > 2:
+            span = Span(number, 1, line, len(line.rstrip()))
+            self._bad(span, "blanks are between the columns", "separate the columns by commas")
+            return []
         columns: dict[tuple[str, float | None], _Column] = {}
         unused = []
         for index, (text, span) in enumerate(cells):
@@ -252,13 +278,17 @@ class _Table:
     def _angle(self, column: _Column, are_degrees: bool) -> np.ndarray:
         """Zenith angles, or azimuths as they count in the file. [deg]"""
         unit, span = self._unit("angle", column)
+        is_azimuth = column.name.slot == "azimuth"
+        unit = unit_and_counts(unit)[0] if is_azimuth else unit
+        unit = unit or self.head.get("angle", ("",))[0]
         scale = ANGLE_DEGREES.get(plain_unit(unit))
         if unit and scale is None:
-            self._bad(span, f"{quoted(unit)} is no unit of an angle", _SAY_ANGLE)
+            advice = _SAY_ANGLE + "; --azimuth-convention says from where azimuths count" * is_azimuth
+            self._bad(span, f"{quoted(unit)} is no unit of an angle", advice)
         elif not unit and not are_degrees:
             self._bad(span, "nothing says whether this is in degrees or radians", _SAY_ANGLE)
         angle = np.round(column.values * (scale or 1.0), _DIGITS)
-        low, high = (-360, 360) if column.name.slot == "azimuth" else (-90, 180)
+        low, high = (-360, 360) if is_azimuth else (-90, 180)
         self._refuse(column, (angle < low) | (angle > high), f"write {low} to {high} degrees")
         return 90.0 - angle if column.name.role == "elevation" else angle
 
@@ -278,7 +308,10 @@ class _Table:
 
     def _converted(self, azimuth: np.ndarray, column: _Column, sun_azimuth: float | None) -> np.ndarray:
         """Azimuths from +x towards +y."""
-        text, span = self.head.get("azimuth", ("", column.span))
+        named = unit_and_counts(column.name.unit)[1]
+        if named and column.name.role == "relative azimuth":
+            named += " from sun"
+        text, span = self.head.get("azimuth", (named, column.span))
         convention = self.given.get("azimuth") or convention_of(text)
         if convention is None and text:
             self._bad(span, f"{quoted(text)} does not say from where azimuths count", _SAY_AZIMUTH)

@@ -67,6 +67,12 @@ def plain_unit(unit: str) -> str:
     return unit.strip().lower().translate(_PLAIN)
 
 
+_SHORT = {"n": "north", "e": "east", "s": "south", "w": "west", "x": "east", "cw": "clockwise"}
+_SHORT |= dict.fromkeys(("ccw", "acw"), "counterclockwise")
+_OF = {("east", "north"): "north_clockwise", ("north", "east"): "enu_from_east", ("west", "south"): "west_of_south"}
+_COUNTS = re.compile(r"\b(?:a?c?cw|(?:counter|anti)?clockwise|north|east|south|west|from|relative|[nesw] of)\b")
+
+
 def radiance_factor(unit: str) -> float | None:
     """A unit in W m-2 nm-1 sr-1, 0 for relative radiances; any other word gives None.
 
@@ -82,18 +88,31 @@ def radiance_factor(unit: str) -> float | None:
 
 def convention_of(text: str) -> str | None:
     """The convention in words such as "clockwise from north", or None."""
-    words = set(re.findall(r"[a-z]+", text.lower().replace("_", " ").replace("anti", "counter").replace("r-c", "rc")))
+    plain = text.lower().replace("_", " ").replace("anti", "counter").replace("r-c", "rc")
+    found = [_SHORT.get(word, word) for word in re.findall(r"[a-z]+", plain)]
+    words = set(found)
     is_counter = "counterclockwise" in words or ("counter" in words and "clockwise" in words)
     is_clockwise = "clockwise" in words and not is_counter
     if words & {"sun", "solar"}:
         return "from_sun_clockwise" if is_clockwise else "from_sun"
+    turn = re.search(r"(north|east|south|west) of (?:the )?(north|east|south|west)", " ".join(found))
+    if turn:
+        return _OF.get((turn[1], turn[2]))
     if {"west", "south"} <= words:
         return "west_of_south"
-    if words & {"north", "n"} and "east" not in words:
+    start = next((word for word in found if word in ("north", "east")), None)
+    if start == "north":
         return None if is_counter else "north_clockwise"
-    if words & {"east", "x"} and not is_clockwise:
-        return "enu_from_east"
-    return None
+    return "enu_from_east" if start == "east" and not is_clockwise else None
+
+
+def unit_and_counts(text: str) -> tuple[str, str]:
+    """The unit of an azimuth, and the words on where it counts from, such as "deg" and "e of n"."""
+    words = re.split(r"[\s,()]+", plain_unit(text))
+    rest = " ".join(word for word in words if word not in ANGLE_DEGREES)
+    if not _COUNTS.search(rest):
+        return text, ""
+    return next((word for word in words if word in ANGLE_DEGREES), ""), rest
 
 
 class Name(NamedTuple):
@@ -122,5 +141,7 @@ def name_of_column(text: str) -> Name | None:
     for k in range(len(parts), 0, -1):  # zenith_deg, radiance_W_m2_nm_sr
         role = _ROLES.get("_".join(parts[:k]))
         if role:
-            return Name(role, unit or " ".join(parts[k:]))
+            rest = " ".join(parts[k:])
+            is_more = role.endswith("azimuth") and _COUNTS.search(rest)  # azimuth from north (deg)
+            return Name(role, f"{unit} {rest}".strip() if is_more else unit or rest)
     return None

@@ -34,6 +34,10 @@ _OPTIONS, _SHA256 = "options", "sha256"
 _MAX_HEADER = 1000
 
 
+OTHER_PROCESSOR = 1e-12
+"""Largest relative difference of numbers that another processor computes; whole numbers must be equal."""
+
+
 @dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class Plan:
     """The settled part of a run; photons are a pure function of it.
@@ -79,6 +83,14 @@ class Plan:
         total = int(self.arrays["cumulative"][:, -1].astype(object).sum())
         bands = f"{self.n_bands} waveband{'s' * (self.n_bands != 1)}"
         return f"<Plan {self.sha256[:16]}: {total} photons in {bands}, {self.n_cells} cells, seed {self.seed}>"
+
+    def agrees(self, other: Plan) -> bool:
+        """Whether it is the same run made on another processor: whole numbers are equal, others within 1e-12."""
+        return (
+            self.options == other.options
+            and self.arrays.keys() == other.arrays.keys()
+            and all(_agree(array, other.arrays[name]) for name, array in self.arrays.items())
+        )
 
     def check(self, path: str | Path = "plan") -> None:
         """Raise unless photons can be made: InputFileError E952 to E955, which calls the plan `path`."""
@@ -168,6 +180,14 @@ class Plan:
             raise _not_a_plan(path, "does not fit its own SHA-256: it was changed or damaged after it was written")
         plan.check(path)
         return plan
+
+
+def _agree(one: np.ndarray, other: np.ndarray) -> bool:
+    if one.shape != other.shape or one.dtype != other.dtype:
+        return False
+    if one.dtype.kind != "f":
+        return np.array_equal(one, other)
+    return np.allclose(one, other, rtol=OTHER_PROCESSOR, atol=OTHER_PROCESSOR, equal_nan=True)
 
 
 def _not_a_plan(path: str | Path, message: str, advice: str = "make the run again") -> InputFileError:

@@ -139,8 +139,6 @@ class FunctionSky(Share):
         """Notes of a scene of this sky: the smallest sure spot, and how far the law is from the function."""
         variation, error = self.variation(wavelength_nm).max(), self.quadrature_error(wavelength_nm).max()
         grid = self.patches
-        if variation == 0:  # one radiance at all points
-            return ()
         text = f"sky {self.name!r}: a spot of light less than {self.sure_spot_deg:.2g} degrees wide may be missed"
         if variation >= _NOTED:
             text += (

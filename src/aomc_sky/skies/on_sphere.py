@@ -21,6 +21,9 @@ _PAD = 8  #: Steps by which the table goes on beyond zenith, horizon and the tur
 _DIGITS = 8  #: Digits of the table; the last ones of linear algebra differ between processors.
 _SAMPLED = 300
 _TREND_POINTS = 12
+_CONTRAST = 4.0  #: Largest radiance over the mean, above which a sky wants more directions near the sun.
+_NEAR_SUN_DEG = 20.0
+_LARGE_ERROR = 0.05
 MOST_EXTRAPOLATED = 0.05  #: Share of the light beyond the measured directions above which a person is warned.
 
 
@@ -32,10 +35,11 @@ class Interpolant(NamedTuple):
     )  #: Spline coefficients of the logarithm, or of the root of the radiance where a measured one is 0.
     is_log: bool
     n_directions: int
-    error: float  #: Root mean square of the leave-one-out errors, as shares of the radiance.
+    error: float  #: Root mean square of the leave-one-out errors, as shares of the radiance; NaN of too few directions.
     worst_error: float
     worst_deg: tuple[float, float]  #: Zenith angle and azimuth of the latter.
     extrapolated: float  #: Share of the irradiance from beyond the measured directions.
+    wants_sun: bool  #: Whether directions near the sun are needed most.
     gap_deg: float  #: Angle between the direction that is farthest from all measured ones, and the nearest of these.
 
     def __call__(self, sky_zenith_rad: np.ndarray, sky_azimuth_rad: np.ndarray) -> np.ndarray:
@@ -77,8 +81,12 @@ def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | Non
     of_root = ((level[chosen] - errors) ** 2 - level[chosen] ** 2) / np.maximum(values.mean(axis=1), 1e-300)
     shares = np.abs(np.where(is_log, np.expm1(-errors), of_root)).T
     made = []
-    for table, has_log, share in zip(tables, is_log.tolist(), shares, strict=True):
-        worst = chosen[share.argmax()]
+    for table, has_log, share, row in zip(tables, is_log.tolist(), shares, values, strict=True):
+        is_known = ~np.isnan(share)
+        worst_error = float(share[is_known].max()) if is_known.any() else math.nan
+        worst = chosen[np.where(is_known, share, -1.0).argmax()]
+        brightest = [direction[row.argmax()], *([] if sun is None else [sun])]
+        is_near = max(direction[worst] @ one for one in brightest) > math.cos(math.radians(_NEAR_SUN_DEG))
         zenith_rad, azimuth_rad = sky_from_travel(-direction[worst])
         flux = (np.exp(table) if has_log else table * table) * np.sin(np.deg2rad(2 * zenith))
         made.append(
@@ -86,10 +94,11 @@ def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | Non
                 table=spline_filter(_padded(table.reshape(_N_RINGS, _N_COLUMNS)), 3),
                 is_log=has_log,
                 n_directions=n,
-                error=float(np.sqrt(np.mean(share * share))),
-                worst_error=float(share.max()),
+                error=float(np.sqrt(np.mean(share[is_known] ** 2))) if is_known.any() else math.nan,
+                worst_error=worst_error,
                 worst_deg=(math.degrees(zenith_rad), math.degrees(azimuth_rad)),
                 extrapolated=float(flux[is_outside].sum() / flux.sum()) if flux.any() else 0.0,
+                wants_sun=bool(row.max() > _CONTRAST * row.mean() or (is_near and worst_error > _LARGE_ERROR)),
                 gap_deg=gap,
             )
         )
@@ -155,7 +164,10 @@ def _into_hull(direction: np.ndarray, asked: np.ndarray) -> tuple[np.ndarray, np
 
 
 def _leave_one_out(points: np.ndarray, level: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Points (at most `_SAMPLED`), and errors (n, n_wl) of their levels by the other points: Rippa (1999), eq. (17)."""
+    """Points (at most `_SAMPLED`), and errors (n, n_wl) of their levels by the other points: Rippa (1999), eq. (17).
+
+    NaN where the other points are too few to tell.
+    """
     from scipy.spatial import KDTree
     from scipy.spatial.distance import cdist
     from scipy.special import xlogy
@@ -168,8 +180,8 @@ def _leave_one_out(points: np.ndarray, level: np.ndarray) -> tuple[np.ndarray, n
         matrix = np.block([[kernel, ones], [ones.T, np.zeros((ones.shape[1],) * 2)]])
         inverse = np.linalg.inv(matrix)[: len(x), : len(x)]
         diagonal = np.diag(inverse)[:, None]
-        is_free = np.abs(diagonal) > 1e-6  # a plane through as many points has no error
-        return np.divide(inverse @ y, diagonal, out=np.zeros_like(y), where=np.broadcast_to(is_free, y.shape))
+        is_free = np.abs(diagonal) > 1e-6  # without this point the others have no plane of their own
+        return np.divide(inverse @ y, diagonal, out=np.full_like(y, np.nan), where=np.broadcast_to(is_free, y.shape))
 
     if len(level) <= GLOBAL_POINTS:
         return np.arange(len(level)), errors(points, level)
@@ -180,26 +192,42 @@ def _leave_one_out(points: np.ndarray, level: np.ndarray) -> tuple[np.ndarray, n
 
 def notes_of(parts: Sequence[Interpolant], *, has_sun: bool = False) -> tuple[str, ...]:
     """Method and errors of the interpolation, the largest of all wavelengths."""
-    worst, beyond = max(parts, key=lambda part: part.error), max(parts, key=lambda part: part.extrapolated)
+    worst = max(parts, key=lambda part: -1.0 if math.isnan(part.error) else part.error)
+    beyond = max(parts, key=lambda part: part.extrapolated)
+    error = "their errors cannot be told from so few"
+    if not math.isnan(worst.error):
+        error = (
+            f"foretold by the others, a radiance is off by {_percent(worst.error)} (root mean square), at most "
+            f"{_percent(worst.worst_error)} (zenith angle {worst.worst_deg[0]:.0f}, azimuth {worst.worst_deg[1]:.0f})"
+        )
+    if any(part.wants_sun for part in parts):
+        error += "; directions near the sun are needed most"
     n = sorted({part.n_directions for part in parts})
     counts = f"{n[0]}" if len(n) == 1 else f"{n[0]} to {n[-1]}"
     return (
         f"{counts} directions, interpolated by a thin-plate spline of their unit vectors"
-        f"{' on a trend around the sun' if has_sun else ''}; foretold by the others, a radiance is off by "
-        f"{100 * worst.error:.2g} % (root mean square), at most {100 * worst.worst_error:.2g} % (zenith angle "
-        f"{worst.worst_deg[0]:.0f}, azimuth {worst.worst_deg[1]:.0f})",
-        f"{100 * beyond.extrapolated:.2g} % of the light comes from beyond the measured directions; the widest gap is "
+        f"{' on a trend around the sun' if has_sun else ''}; {error}",
+        f"{_percent(beyond.extrapolated)} of the light comes from beyond the measured directions; the widest gap is "
         f"{beyond.gap_deg:.0f} degrees from the nearest one",
     )
+
+
+def _percent(share: float) -> str:
+    """Two digits, and never a power of ten."""
+    return f"{float(f'{100 * share:.2g}'):g} %"
 
 
 def warn_of_extrapolation(parts: Sequence[Interpolant], *, has_sun: bool = False) -> None:
     """Warn of light from beyond the measured directions, above `MOST_EXTRAPOLATED`."""
     share = max(part.extrapolated for part in parts)
     if share > MOST_EXTRAPOLATED:
+        advice = (
+            "; say where the sun is (--sun-zenith and --sun-azimuth, sun_zenith_deg= and sun_azimuth_deg=), and a "
+            "trend around it serves there"
+        )
         warnings.warn(
-            f"measured sky: {100 * share:.2g} % of the light comes from beyond the measured directions, where it is "
-            "extrapolated" + ("" if has_sun else "; say where the sun is, and a trend around it serves there"),
+            f"measured sky: {_percent(share)} of the light comes from beyond the measured directions, where it is "
+            "extrapolated" + ("" if has_sun else advice),
             InputWarning,
             stacklevel=5,
         )

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from aomc_sky.directions import AzimuthConvention, sin_cos_deg, to_enu_azimuth_deg
-from aomc_sky.errors import SceneError
+from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.patch_integrals import slopes_of
 from aomc_sky.skies.quadrature import POINTS, weighted_sum
@@ -59,11 +60,13 @@ def read_radiance_field(
     angle_unit: str | None,
     azimuth_convention: AzimuthConvention | str | None,
     grid: PatchGrid | None,
+    sun: Mapping[str, Any],
 ) -> dict[str, Any]:
     """Turn an xarray.DataArray of radiance, or what has its members, into arguments of a `TabulatedSky`.
 
     Zenith angles and azimuths that are dimensions of the field become patches that end half-way between them. Those of
-    scattered directions, and fields with NaN, are interpolated on the sphere to `grid`.
+    scattered directions, and fields with NaN, are interpolated on the sphere to `grid`, with `sun` as `RadianceField`
+    has it.
     """
     _check_kind(field)
     zenith, azimuth, wavelength = (_axis(field, role, names.get(role)) for role in ("zenith", "azimuth", "wavelength"))
@@ -79,40 +82,65 @@ def read_radiance_field(
     wavelength_nm = np.array([550.0]) if wavelength is None else _wavelength_nm(wavelength)
     if wavelength is None:
         remarks.append("the field has no wavelength, so its sky is the same at all wavelengths")
-    values = _values(field, zenith, azimuth, wavelength, wavelength_nm.size)
-    has_bounds = any("bounds" in part.attributes for part in (zenith, azimuth) if part is not None)
     is_scattered = azimuth is not None and zenith.dims == azimuth.dims
+    point_nm = None if wavelength is None else _nm_of_points(field, zenith, azimuth, wavelength, wavelength_nm)
+    of_rows, n_rows = (wavelength, wavelength_nm.size) if point_nm is None else (None, 1)
+    values = _values(field, zenith, azimuth, of_rows, n_rows)
+    has_bounds = any("bounds" in part.attributes for part in (zenith, azimuth) if part is not None)
     if not is_scattered:
-        zenith_deg, azimuth_deg, values, product = _product(zenith, zenith_deg, azimuth_deg, values, remarks)
+        gaps: list[str] = []
+        zenith_deg, azimuth_deg, values, product = _product(zenith, zenith_deg, azimuth_deg, values, remarks, gaps)
         _check_radiances(values)
         if not np.isnan(values).any():
+            if any(angle is not None for angle in sun.values()):
+                raise UsageError("the sun: not used with a field that has a value in every direction of its grid")
             slope = None
             if not has_bounds and zenith_deg.size > 1:
                 means = [_joined(zenith_deg, azimuth_deg, row, product) for row in values]
                 values, slope = (np.stack(part) for part in zip(*means, strict=True))
-            return {
-                "wavelength_nm": wavelength_nm,
-                "values": values,
-                "slope": slope,
-                "grid": product,
-                "remarks": tuple(remarks),
-            }
+            return _arguments(wavelength_nm, values, slope, product, [*remarks, *gaps])
         if grid is None and np.isfinite(values).all(axis=0).mean() >= 0.5:
             grid = product  # else points that were unstacked, or a scan: no field
+            remarks += gaps
         zenith_deg, azimuth_deg = (a.ravel() for a in np.meshgrid(zenith_deg, azimuth_deg, indexing="ij"))
         values = values.reshape(wavelength_nm.size, -1)
-    elif zenith_deg.min() < 0 or zenith_deg.min() > 90:
-        raise SceneError(f"coordinate {zenith.name!r} has no zenith angles from 0 to 90 degrees, or some below 0")
-    elif zenith_deg.max() > 90:
-        above = zenith_deg <= 90
-        remarks.append(f"{np.count_nonzero(~above)} directions below the horizon were left out")
+    else:
+        above = np.abs(zenith_deg) <= 90  # negative: beyond the zenith, as in scans of the principal plane
+        if not above.any():
+            raise SceneError(f"coordinate {zenith.name!r} has no zenith angles up to 90 degrees")
+        if not above.all():
+            remarks.append(f"{np.count_nonzero(~above)} directions below the horizon were left out")
         zenith_deg, azimuth_deg, values = zenith_deg[above], np.asarray(azimuth_deg)[above], values[:, above]
-    assert azimuth_deg is not None
+        point_nm = None if point_nm is None else point_nm[above]
     _check_radiances(values)
     grid = PatchGrid.regular(90, 180) if grid is None else grid
-    values, slope = _interpolated(zenith_deg, azimuth_deg, values, grid, remarks)
-    slope = None if has_bounds else slope
+    directions = zenith_deg, np.asarray(azimuth_deg)
+    wavelength_nm, values, slope = _interpolated(directions, values, wavelength_nm, point_nm, grid, sun, remarks)
+    return _arguments(wavelength_nm, values, None if has_bounds else slope, grid, remarks)
+
+
+def _arguments(
+    wavelength_nm: np.ndarray, values: np.ndarray, slope: np.ndarray | None, grid: PatchGrid, remarks: list[str]
+) -> dict[str, Any]:
     return {"wavelength_nm": wavelength_nm, "values": values, "slope": slope, "grid": grid, "remarks": tuple(remarks)}
+
+
+def _nm_of_points(
+    field: Any, zenith: _Axis, azimuth: _Axis | None, wavelength: _Axis, wavelength_nm: np.ndarray
+) -> np.ndarray | None:
+    """Wavelength of each scattered direction, where it lies along their dimensions; else None. [nm]"""
+    angles = {*zenith.dims, *(azimuth.dims if azimuth else ())}
+    if angles.isdisjoint(wavelength.dims):
+        return None
+    if azimuth is None or zenith.dims != azimuth.dims:
+        raise SceneError(
+            f"coordinate {wavelength.name!r} has the dimension {wavelength.dims[0]!r} of an angle; then zenith angle "
+            "and azimuth must both have this dimension"
+        )
+    sizes = dict(zip(map(str, field.dims), field.shape, strict=True))
+    shape = [sizes.get(dim, 1) for dim in zenith.dims]
+    own = [size if dim in wavelength.dims else 1 for dim, size in zip(zenith.dims, shape, strict=True)]
+    return np.broadcast_to(wavelength_nm.reshape(own), shape).ravel()
 
 
 def _check_kind(field: Any) -> None:
@@ -149,6 +177,8 @@ def _axis(field: Any, role: str, given: str | None) -> _Axis | None:
         candidates = [given]
     else:
         candidates = [str(name) for name in field.coords if _has_role(str(name), field.coords[name], role)]
+    if role == "wavelength" and role in candidates:
+        candidates = [role]
     if len(candidates) > 1:
         raise SceneError(
             f"the field has {len(candidates)} coordinates that may be its {role}: {', '.join(map(repr, candidates))}; "
@@ -274,9 +304,17 @@ def _check_radiances(values: np.ndarray) -> None:
 
 
 def _product(
-    zenith: _Axis, zenith_deg: np.ndarray, azimuth_deg: np.ndarray | None, values: np.ndarray, remarks: list[str]
+    zenith: _Axis,
+    zenith_deg: np.ndarray,
+    azimuth_deg: np.ndarray | None,
+    values: np.ndarray,
+    remarks: list[str],
+    gaps: list[str],
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, PatchGrid]:
-    """Zenith angles and azimuths in ascending order, values in their order, and the patches around them."""
+    """Zenith angles and azimuths in ascending order, values in their order, and the patches around them.
+
+    `gaps` are remarks on these patches.
+    """
     above = zenith_deg <= 90.0
     if np.any(zenith_deg < 0) or not above.any():
         raise SceneError(f"coordinate {zenith.name!r} has no zenith angles from 0 to 90 degrees, or some below 0")
@@ -293,7 +331,7 @@ def _product(
             rings[k, edge] = end
         else:
             lo, hi = sorted((end, float(rings[k, edge])))
-            remarks.append(
+            gaps.append(
                 f"the field has no radiance from {lo:g} to {hi:g} degrees from the zenith; no photon comes from there"
             )
     if azimuth_deg is None:
@@ -307,7 +345,7 @@ def _product(
     step = after - azimuth_deg
     if step.max() > _WIDE_GAP * np.median(step):
         k = int(step.argmax())
-        remarks.append(
+        gaps.append(
             f"the field has no azimuths between {azimuth_deg[k]:g} and {after[k] % 360:g} degrees; neighbours fill them"
         )
     middle = azimuth_deg + step / 2
@@ -397,9 +435,18 @@ def _laws(
 
 
 def _interpolated(
-    zenith_deg: np.ndarray, azimuth_deg: np.ndarray, values: np.ndarray, grid: PatchGrid, remarks: list[str]
-) -> tuple[np.ndarray, np.ndarray]:
-    """Means and slopes of patches at all wavelengths by 4 x 4 Gauss points, interpolated as a `RadianceField`."""
+    directions: tuple[np.ndarray, np.ndarray],
+    values: np.ndarray,
+    wavelength_nm: np.ndarray,
+    point_nm: np.ndarray | None,
+    grid: PatchGrid,
+    sun: Mapping[str, Any],
+    remarks: list[str],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Wavelengths, means and slopes of patches by 4 x 4 Gauss points, interpolated as a `RadianceField`.
+
+    With `point_nm` the values (1, n) are those of points of their own wavelengths.
+    """
     from aomc_sky.skies.measured import RadianceField
     from aomc_sky.skies.on_sphere import notes_of, warn_of_extrapolation
 
@@ -409,11 +456,17 @@ def _interpolated(
         remarks.append(
             f"{n_missing} of {is_given.size} directions have no value at one wavelength or more; they are interpolated"
         )
-    rows = np.arange(float(len(values)))  # in place of wavelengths, which may come twice
-    measured = RadianceField.from_points(zenith_deg[is_given], azimuth_deg[is_given], values[:, is_given], rows)
-    parts = [measured.interpolant(row) for row in range(len(values))]
-    remarks += notes_of(parts)
-    warn_of_extrapolation(parts)
+    zenith_deg, azimuth_deg = (angle[is_given] for angle in directions)
+    values = values[:, is_given]
+    if point_nm is not None:
+        measured = RadianceField.from_points(zenith_deg, azimuth_deg, values[0], point_nm[is_given], **sun)
+        wavelength_nm = measured.wavelength_nm
+    else:
+        rows = np.arange(float(len(values)))  # in place of wavelengths, which may come twice
+        measured = RadianceField.from_points(zenith_deg, azimuth_deg, values, rows, **sun)
+    parts, has_sun = [measured.interpolant(row) for row in range(wavelength_nm.size)], measured.sun is not None
+    remarks += notes_of(parts, has_sun=has_sun)
+    warn_of_extrapolation(parts, has_sun=has_sun)
     nodes, weights, _ = POINTS[4]
     near, growth, far = grid.ring_sin2()
     zenith = np.arctan2(
@@ -425,4 +478,4 @@ def _interpolated(
     of_points, places = weights[:, None], 2.0 * nodes[:, None] - 1.0
     laws = [_laws(part(*asked), of_points, places, of_points, places) for part in parts]
     means, slopes = (np.stack(one) for one in zip(*laws, strict=True))
-    return means, slopes
+    return wavelength_nm, means, slopes

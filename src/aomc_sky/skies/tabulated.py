@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import enum
 import warnings
 from dataclasses import dataclass
@@ -14,8 +15,9 @@ from aomc_sky.component import MAX_SLOPE, Component, Law, cells_of_grid, slope_f
 from aomc_sky.content import same_content, short_repr
 from aomc_sky.directions import AzimuthConvention
 from aomc_sky.errors import InputWarning, SceneError
+from aomc_sky.formats.radiance_words import radiance_factor
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.model import Share, check_share, with_share
+from aomc_sky.skies.model import Share, check_share, has_share, with_share
 from aomc_sky.wavebands import midpoint_wavelength_index, nearest_wavelength_index
 
 _PI = np.float32(3.14159265)
@@ -77,6 +79,9 @@ class TabulatedSky(Share):
         for `Weighting.PROJECTED`.
     remarks : tuple of str
         Notes of a scene of this table.
+    radiance_unit : float
+        One unit of the values in W m-2 nm-1 sr-1, so that a scene of them has irradiances in W m-2 nm-1; 0 for relative
+        values. Only for `Weighting.PROJECTED`.
     strength, irradiance_W_m2_nm : array_like, optional
         Share of the light in a scene of several models, as for `UniformSky`. [>= 0]
 
@@ -102,6 +107,7 @@ class TabulatedSky(Share):
     midpoint_rule: bool = False
     slope: np.ndarray | None = None
     remarks: tuple[str, ...] = ()
+    radiance_unit: float = 0.0
 
     __eq__ = same_content
     __repr__ = short_repr
@@ -137,6 +143,8 @@ class TabulatedSky(Share):
         slope = None if self.slope is None else np.asarray(self.slope, dtype=np.float64)
         if slope is not None and self.weighting is not Weighting.PROJECTED:
             raise ValueError("slope wants weighting PROJECTED; with another weighting, set slope to None")
+        if self.radiance_unit and self.weighting is not Weighting.PROJECTED:
+            raise ValueError("radiance_unit wants weighting PROJECTED; with another weighting, set it to 0")
         if slope is not None and (slope.shape != (*values.shape, 2) or not np.all(np.abs(slope) <= MAX_SLOPE)):
             raise ValueError(
                 f"slope wants the shape {(*values.shape, 2)} and values from {-MAX_SLOPE:g} to {MAX_SLOPE:g}, got the "
@@ -162,17 +170,23 @@ class TabulatedSky(Share):
         angle_unit: str | None = None,
         azimuth_convention: AzimuthConvention | str | None = None,
         grid: PatchGrid | None = None,
+        sun_zenith_deg: float | None = None,
+        sun_azimuth_deg: float | None = None,
+        sun_zenith_rad: float | None = None,
+        sun_azimuth_rad: float | None = None,
     ) -> TabulatedSky:
         """Radiance with coordinates, as programs and instruments give it.
 
         Parameters
         ----------
         field : xarray.DataArray
-            Radiance over directions that light comes from, any unit; dimensions in any order. NaN is a gap.
+            Radiance over directions that light comes from, any unit; dimensions in any order. NaN is a gap. With an
+            attribute ``units`` such as "W m-2 nm-1 sr-1" or "mW m-2 nm-1 sr-1" irradiances are in W m-2 nm-1.
         zenith, azimuth, wavelength : str, optional
             Names of the coordinates, where name and ``standard_name`` do not say which is which. Both angles along the
-            same dimensions are scattered directions. Without azimuth the sky is the same all around. "umu" is DISORT's
-            cosine, negative for light from the sky.
+            same dimensions are scattered directions, with wavelengths along a dimension of their own, or one for each
+            point; negative zenith angles lie beyond the zenith. Without azimuth the sky is the same all around. "umu"
+            is DISORT's cosine, negative for light from the sky.
         angle_unit : {"deg", "rad"}, optional
             Unit of both angles; by default that of the attribute ``units``.
         azimuth_convention : AzimuthConvention or str, optional
@@ -181,6 +195,8 @@ class TabulatedSky(Share):
             ``platform_azimuth_angle``, else from +x towards +y, and `remarks` say so.
         grid : PatchGrid, optional
             Patches for scattered directions and fields with gaps; 90 x 180, or those of the field.
+        sun_zenith_deg, sun_azimuth_deg, or sun_zenith_rad, sun_azimuth_rad : float, optional
+            Where the sun is, for scattered directions and gaps, as in `RadianceField.from_points`.
 
         Returns
         -------
@@ -206,8 +222,15 @@ class TabulatedSky(Share):
             angle_unit=angle_unit,
             azimuth_convention=azimuth_convention,
             grid=grid,
+            sun={
+                "sun_zenith_deg": sun_zenith_deg,
+                "sun_azimuth_deg": sun_azimuth_deg,
+                "sun_zenith_rad": sun_zenith_rad,
+                "sun_azimuth_rad": sun_azimuth_rad,
+            },
         )
-        return cls(weighting=Weighting.PROJECTED, **read)
+        unit = radiance_factor(str(getattr(field, "attrs", {}).get("units", ""))) or 0.0
+        return cls(weighting=Weighting.PROJECTED, radiance_unit=unit, **read)
 
     def table_index(self, wavelength_nm: ArrayLike) -> np.ndarray:
         """Index of the table wavelength that serves each wavelength, shape (n_wl,)."""
@@ -257,13 +280,17 @@ class TabulatedSky(Share):
         """One component of patches, a row of masses per wavelength asked for.
 
         Law CELL_MU2, CELL_SLOPED with `slope`, or CELL_MU for solid-angle weighting. The strength is 1 per wavelength,
-        0 where a set holds no light. Listed and solid-angle masses carry the weights that turn photons into flux, mean
-        1.
+        0 where a set holds no light; with `radiance_unit` it is the irradiance in W m-2 nm-1. Listed and solid-angle
+        masses carry the weights that turn photons into flux, mean 1.
         """
         rows = self.table_index(wavelength_nm)
         if self.wavelength_nm.size > 1:  # one row serves all wavelengths
             self.warn_of_distance(wavelength_nm, rows)
-        return self.lower_rows(rows)
+        components = self.lower_rows(rows)
+        if not self.radiance_unit or has_share(self):
+            return components
+        light = np.sum(self.values[rows] * self.grid.projected_solid_angle_sr, axis=1) * self.radiance_unit
+        return tuple(dataclasses.replace(one, strength=light, irradiance_W_m2_nm=light) for one in components)
 
     def warn_of_distance(self, wavelength_nm: ArrayLike, rows: np.ndarray, path: str = "") -> None:
         """Warn of wavebands outside the table's wavelengths (E310); `rows` serve them, `path` is the table's file."""

@@ -33,7 +33,7 @@ from aomc_sky.plan.plan import Plan
 from aomc_sky.plan.sampling.allocation import MAX_PHOTONS, AllocationMethod, allocate, checked_photons, normalise
 from aomc_sky.plan.sampling.streams import STREAM_VERSION, checked_seed
 from aomc_sky.skies.model import has_share
-from aomc_sky.wavebands import Wavebands
+from aomc_sky.wavebands import Wavebands, as_wavebands
 from aomc_sky.whole_number import as_index
 
 if TYPE_CHECKING:
@@ -130,8 +130,7 @@ class Scene:
 
     @in_default_mode
     def __post_init__(self) -> None:
-        if not isinstance(self.wavebands, Wavebands):
-            object.__setattr__(self, "wavebands", Wavebands(self.wavebands))
+        object.__setattr__(self, "wavebands", as_wavebands(self.wavebands))
         n_bands = self.wavebands.n_bands
         self._lower_components()
         if not self.components:

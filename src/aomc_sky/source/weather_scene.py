@@ -33,7 +33,7 @@ from aomc_sky.source.light.inputs import (
     refuse_kilowatts,
 )
 from aomc_sky.source.scene import Scene
-from aomc_sky.wavebands import Wavebands
+from aomc_sky.wavebands import Wavebands, as_wavebands
 
 if TYPE_CHECKING:
     import datetime
@@ -48,7 +48,7 @@ def weather_scene(
     time: str | datetime.datetime | np.datetime64 | None = None,
     latitude_deg: float | None = None,
     longitude_deg: float | None = None,
-    altitude_m: float | None = None,
+    altitude_m: float = 0.0,
     epw: str | Path | None = None,
     tmy2: str | Path | None = None,
     tmy3: str | Path | None = None,
@@ -149,7 +149,7 @@ def weather_scene(
             raise UsageError(f"coefficients are five numbers a, b, c, d, e, got {len(coefficients)}")
         perez |= dict(zip("abcde", map(float, coefficients), strict=True))
     weather = {
-        "time": time, "latitude_deg": latitude_deg, "longitude_deg": longitude_deg, "altitude_m": altitude_m,
+        "time": time, "latitude_deg": latitude_deg, "longitude_deg": longitude_deg, "altitude_m": altitude_m or None,
         "epw": epw, "tmy2": tmy2, "tmy3": tmy3, "row": row,
     }  # fmt: skip
     try:
@@ -181,7 +181,7 @@ def scene_of_weather(
     grid: PatchGrid | None = None,
 ) -> Scene:
     """The scene of checked inputs; `with_beam` None launches the beam where the inputs say how bright it is."""
-    bands = wavebands if isinstance(wavebands, Wavebands) else Wavebands(wavelength_nm=np.asarray(wavebands, float))
+    bands = as_wavebands(wavebands)
     inputs, sun = perez_and_sun(given)
     fractions, irradiance, notes, options = _shares(inputs, sun, bands, spectrum, with_beam)
     rows, row_of_band = np.unique(fractions, return_inverse=True)

@@ -34,16 +34,13 @@ from aomc_sky.outputs.photons.files import (
 from aomc_sky.outputs.shard import BLOCK, MANIFEST, block_spans
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.plan.counts import cumulative_counts
-from aomc_sky.plan.plan import Plan
+from aomc_sky.plan.plan import OTHER_PROCESSOR, Plan
 from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import read_at
 from aomc_sky.verify.counts import FAMILY_LEVEL
 from aomc_sky.verify.directions import verify_directions
 from aomc_sky.verify.report import Check, VerifyReport, judged, named
-
-RESULT_TOLERANCE = 1e-12
-"""Largest relative difference of numbers from another processor; counts and photons must be equal."""
 
 _OF_PHOTONS = tuple(field.name for field in fields(BandResult) if field.name.endswith(("_photons", "_standard_error")))
 """Results that need the photons themselves."""
@@ -251,7 +248,7 @@ def _differences(found: Any, expected: Any, path: str = "", source: str = "expec
 
 def _is_same(found: Any, expected: Any) -> bool:
     if type(found) in (int, float) and type(expected) in (int, float) and float in (type(found), type(expected)):
-        return math.isclose(found, expected, rel_tol=RESULT_TOLERANCE)
+        return math.isclose(found, expected, rel_tol=OTHER_PROCESSOR)
     return type(found) is type(expected) and bool(found == expected)
 
 
@@ -296,7 +293,7 @@ def _array_differences(found: Mapping[str, np.ndarray], expected: Mapping[str, n
             yield f"{name} has shape {shapes[0]}, the scene gives {shapes[1]}"
             continue
         if one.dtype.kind == "f":
-            differs = ~np.isclose(one, other, rtol=RESULT_TOLERANCE, atol=RESULT_TOLERANCE, equal_nan=True)
+            differs = ~np.isclose(one, other, rtol=OTHER_PROCESSOR, atol=OTHER_PROCESSOR, equal_nan=True)
         else:
             differs = one != other
         if differs.any():

@@ -41,7 +41,9 @@ def test_units_of_radiance(unit, factor):
         ("west of south", "west_of_south"), ("from the sun", "from_sun"), ("relative to the sun", "from_sun"),
         ("from_sun_clockwise", "from_sun_clockwise"), ("clockwise from the sun", "from_sun_clockwise"),
         ("counterclockwise from sun", "from_sun"), ("clockwise from east", None), ("", None), ("measured", None),
-        ("counterclockwise from north", None),
+        ("counterclockwise from north", None), ("E of N", "north_clockwise"), ("north of east", "enu_from_east"),
+        ("n of w", None), ("north cw", "north_clockwise"), ("ccw from x", "enu_from_east"), ("cw", None),
+        ("from north towards east", "north_clockwise"), ("from east to north", "enu_from_east"),
     ],
 )  # fmt: skip
 def test_words_for_azimuths(text, convention):
@@ -88,6 +90,60 @@ def test_one_sky_in_many_hands(tmp_path):
         np.testing.assert_allclose(other.values[0], first.values[0], rtol=1e-12)
     zenith, azimuth = np.deg2rad([10.0, 80.0]), np.deg2rad([20.0, 350.0])
     np.testing.assert_allclose(first.radiance(zenith, azimuth, 443.0), [0.05, 0.02], rtol=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("head", "clockwise"),
+    [
+        ("zenith,azimuth_north_cw,L", True), ("zenith,azimuth from north,L", True),
+        ("zenith,azimuth (deg E of N),L", True), ("zenith,azimuth from north (deg),L", True),
+        ("zenith,azimuth_deg_N_of_E,L", False),
+        ("# Azimuth clockwise from North\nzenith,azimuth,L", True), ("% azimuth: from north\nzenith,azimuth,L", True),
+        ("// site\n; day\n! azimuths are counted from east\nzenith,azimuth,L", False),
+        ("# azimuth: from east\n% zenith,azimuth,L", False),
+    ],
+)  # fmt: skip
+def test_azimuths_that_a_name_or_a_comment_explains(tmp_path, head, clockwise):
+    path = write(tmp_path / "sky.csv", [head], [(z, a, v) for z, a, _, v in ROWS])
+    points = read_radiance_points(path)
+    expected = [(90 - a) % 360 if clockwise else a for _, a, _, _ in ROWS]
+    np.testing.assert_allclose(points["sky_azimuth_deg"], expected)
+    assert not any("azimuths count" in remark for remark in points["remarks"])
+
+
+def test_a_semicolon_before_an_empty_column_is_no_comment(tmp_path):
+    rows = [("", *row) for row in ROWS]
+    path = write(tmp_path / "sky.csv", ["; a comment", ";zenith;azimuth;wavelength;L"], rows, ";")
+    np.testing.assert_allclose(read_radiance_points(path)["sky_zenith_deg"], [10, 40, 60, 80])
+
+
+def test_signs_of_other_encodings(tmp_path):
+    text = "zenith (°),azimuth (°),radiance (µW cm-2 nm-1 sr-1)\n" + "".join(f"{z},{a},{v}\n" for z, a, _, v in ROWS)
+    read = []
+    for encoding in ("utf-8", "utf-8-sig", "latin-1", "cp1252"):
+        (tmp_path / "sky.csv").write_bytes(text.encode(encoding))
+        read.append(read_radiance_points(tmp_path / "sky.csv")["radiance"])
+        np.testing.assert_array_equal(read[-1], read[0])
+    assert read[0][0] == pytest.approx(5e-4)
+    (tmp_path / "sky.csv").write_bytes(text.encode("utf-16"))
+    with pytest.raises(sky.InputFileError, match=r"the file is UTF-16\n") as caught:
+        read_radiance_points(tmp_path / "sky.csv")
+    assert len(caught.value.problems) == 1
+
+
+@pytest.mark.parametrize(
+    ("head", "delimiter", "message"),
+    [
+        ("zenith azimuth radiance", " ", "blanks are between the columns(.|\n)*separate the columns by commas"),
+        ("zenith,azimuth_cw,L", ",", "'cw' does not say from where azimuths count(.|\n)*--azimuth-convention"),
+        ("zenith,azimuth of sun,L", ",", "'of sun' is no unit of an angle(.|\\n)*--azimuth-convention"),
+        ("zenith,azimuth (gon),L", ",", "'gon' is no unit of an angle(.|\n)*--azimuth-convention"),
+    ],
+)
+def test_what_is_not_clear_is_one_sentence(tmp_path, head, delimiter, message):
+    with pytest.raises(sky.InputFileError, match=message) as caught:
+        read_radiance_points(write(tmp_path / "sky.csv", [head], [(z, a, v) for z, a, _, v in ROWS], delimiter))
+    assert len(caught.value.problems) == 1
 
 
 def test_arguments_win_over_the_file(tmp_path):

@@ -39,8 +39,20 @@ def test_what_ignores_direction_is_a_uniform_sky(function, expected):
     model = FunctionSky(function, grid=sky.PatchGrid.regular(4, 6))
     (component,) = model.lower([440.0])
     np.testing.assert_array_equal(component.mass[0], expected * model.patches.projected_solid_angle_sr)
-    assert model.notes([440.0]) == ()
+    assert model.notes([440.0]) == ("sky 'function': a spot of light less than 11 degrees wide may be missed",)
     assert model.radiance(0.3, [0.1, 0.2], 440.0).tolist() == [expected, expected]
+
+
+def test_a_spot_that_is_missed_on_an_even_sky_is_in_the_notes():
+    zenith, azimuth, radius = np.radians([27.377, 313.163, 0.059 / 2])
+
+    def disc(z, a, w):
+        cosine = np.cos(z) * np.cos(zenith) + np.sin(z) * np.sin(zenith) * np.cos(a - azimuth)
+        return np.where(cosine > np.cos(radius), 1e6, 1.0)
+
+    model = FunctionSky(disc)
+    assert model.irradiance(550.0)[0] < 1.0001 * np.pi  # the disc has more than a half of the light
+    assert model.notes([550.0]) == ("sky 'function': a spot of light less than 0.19 degrees wide may be missed",)
 
 
 def test_a_function_of_wavelength_has_a_mass_for_each():

@@ -222,6 +222,7 @@ def test_points_that_were_unstacked_are_no_field():
     table = sky.TabulatedSky.from_xarray(xarray.DataArray(values, dims=("zenith", "azimuth"), coords=coords))
     assert table.grid == sky.PatchGrid.regular(90, 180)
     assert any(f"{values.size - 300} of {values.size} directions have no value" in r for r in table.remarks)
+    assert not any("no photon comes" in r or "neighbours fill" in r for r in table.remarks)
     exact = sky.FunctionSky(lambda z, a, nm: radiance(np.rad2deg(z), np.rad2deg(a), 550.0)).irradiance(550.0)
     assert table.values[0] @ table.grid.projected_solid_angle_sr == pytest.approx(exact[0], rel=3e-3)
 
@@ -324,3 +325,92 @@ def test_a_turned_table_is_refused():
     for shape in ((4, 3, 1), (4, 3)):  # wavelengths last, or none
         with pytest.raises(sky.SceneError, match=r"radiances of shape \(1, n_zenith, n_azimuth\), got "):
             sky.SkyTable(wavelength_nm=np.array([500.0]), radiance=np.ones(shape))
+
+
+def points(nm=NM, unit="W m-2 nm-1 sr-1", n=150):
+    """Directions of one dimension, each with a wavelength; those of one wavelength are not those of another."""
+    rng = np.random.default_rng(6)
+    zenith = np.rad2deg(np.arccos(rng.uniform(0.035, 1, n * len(nm))))
+    azimuth, of_point = rng.uniform(0, 360, zenith.size), rng.permutation(np.repeat(nm, n))
+    coords = {
+        "zenith": ("point", zenith, {"units": "deg"}),
+        "azimuth": ("point", azimuth, {"units": "deg", "azimuth_convention": "enu_from_east"}),
+        "wavelength": ("point", of_point, {"units": "nm"}),
+    }
+    return xarray.DataArray(radiance(zenith, azimuth, of_point), dims=("point",), coords=coords, attrs={"units": unit})
+
+
+def test_points_of_their_own_wavelengths_are_the_sky_of_the_same_table(tmp_path):
+    made = points()
+    table = sky.TabulatedSky.from_xarray(made)
+    np.testing.assert_array_equal(table.wavelength_nm, NM)
+    path = tmp_path / "sky.csv"
+    rows = zip(made.zenith.values, made.azimuth.values, made.wavelength.values, made.values, strict=True)
+    head = "# azimuth: from east\nzenith_deg,azimuth_deg,wavelength,radiance (W m-2 nm-1 sr-1)\n"
+    path.write_text(head + "\n".join(",".join(map(repr, map(float, row))) for row in rows))
+    csv = sky.read_radiance_csv(path)
+    ours, theirs = (sky.Scene(wavebands=NM, n_photons=10, components=one).irradiance for one in (table, csv))
+    np.testing.assert_allclose(ours.of_component, theirs.of_component, rtol=1e-4)
+    zenith, azimuth = np.deg2rad([20.0, 55.0]), np.deg2rad([100.0, 250.0])
+    for nm in NM:
+        np.testing.assert_allclose(table.radiance(zenith, azimuth, nm), csv.radiance(zenith, azimuth, nm), rtol=3e-3)
+    two = [field.assign_coords(wavelength=nm) for nm, field in made.groupby("wavelength")]
+    each = xarray.concat([one.drop_vars("wavelength") for one in two], "band").assign_coords(wavelength=("band", NM))
+    again = sky.TabulatedSky.from_xarray(each)  # both angles along (band, point)
+    np.testing.assert_array_equal(again.values, table.values)
+
+
+def test_points_that_cannot_be_grouped_are_a_sentence():
+    made = points()
+    each = made.assign_coords(wavelength=("point", np.linspace(400, 700, made.size), {"units": "nm"}))
+    with pytest.raises(sky.SceneError, match="1 direction at 400 nm; a measured sky needs 3 or more"):
+        sky.TabulatedSky.from_xarray(each)
+    with pytest.raises(
+        sky.SceneError, match="'wavelength' has the dimension 'point' of an angle; then zenith angle and"
+    ):
+        sky.TabulatedSky.from_xarray(made.drop_vars("azimuth"))
+
+
+def test_units_of_the_field_make_absolute_irradiances():
+    """Scattered or regular, with any spelling that the tables of radiances know; without a unit it is relative."""
+    regular = field().assign_attrs(units="mW/m2/nm/sr")
+    for made, unit in ((points(), 1.0), (points(unit="mW m-2 nm-1 sr-1"), 1e-3), (regular, 1e-3)):
+        table = sky.TabulatedSky.from_xarray(made)
+        exact = np.array([float(np.sum(row * table.grid.projected_solid_angle_sr)) for row in table.values]) * unit
+        scene = sky.Scene(wavebands=NM, n_photons=10, components=table)
+        np.testing.assert_allclose(scene.irradiance.of_component[:, 0], exact, rtol=1e-12)
+        share = dataclasses.replace(table, strength=1.0)
+        assert sky.Scene(wavebands=NM, n_photons=10, components=share).irradiance is None
+    for unit in ("", "relative", "cd m-2"):
+        table = sky.TabulatedSky.from_xarray(field().assign_attrs(units=unit))
+        assert sky.Scene(wavebands=NM, n_photons=10, components=table).irradiance is None
+    grid = sky.PatchGrid.regular(2, 3)
+    with pytest.raises(ValueError, match="radiance_unit wants weighting PROJECTED"):
+        sky.TabulatedSky(wavelength_nm=[500.0], values=np.ones((1, 6)), grid=grid, radiance_unit=1.0)
+
+
+def test_scans_beyond_the_zenith_and_the_sun():
+    made = points(nm=NM[:1])
+    across = made.assign_coords(zenith=-made.zenith, azimuth=(made.azimuth + 180) % 360)
+    across.zenith.attrs.update(made.zenith.attrs)
+    across.azimuth.attrs.update(made.azimuth.attrs)
+    one, other = (sky.TabulatedSky.from_xarray(part) for part in (made, across))
+    np.testing.assert_allclose(other.values, one.values, rtol=1e-5)
+    sun = {"sun_zenith_deg": 40.0, "sun_azimuth_deg": 100.0}
+    cap = made.where(made.zenith < 60, drop=True)
+    with pytest.warns(sky.InputWarning, match=r"say where the sun is \(--sun-zenith .* sun_zenith_deg= and"):
+        sky.TabulatedSky.from_xarray(cap)
+    with pytest.warns(sky.InputWarning, match="extrapolated$"):
+        remarks = sky.TabulatedSky.from_xarray(cap, **sun).remarks
+    assert any("on a trend around the sun" in remark for remark in remarks)
+    with pytest.raises(sky.UsageError, match="the sun: not used with a field that has a value in every direction"):
+        sky.TabulatedSky.from_xarray(field(), **sun)
+
+
+def test_the_field_of_our_own_export_is_read():
+    """Its coordinate wavelength is meant, and not sky_wavelength."""
+    scene = sky.Scene(wavebands=NM, n_photons=10, components=dataclasses.replace(PEREZ, irradiance_W_m2_nm=[0.4, 0.2]))
+    table = sky.TabulatedSky.from_xarray(sky.to_xarray(scene.source()).radiance)
+    np.testing.assert_array_equal(table.wavelength_nm, NM)
+    again = sky.Scene(wavebands=NM, n_photons=10, components=table)
+    np.testing.assert_allclose(again.irradiance.of_component[:, 0], [0.4, 0.2], rtol=1e-9)

@@ -75,6 +75,7 @@ def test_a_time_and_a_place():
     ("changed", "error", "text"),
     [
         ({"ghi": None}, sky.UsageError, "dhi"),
+        ({"wavebands": [0.443]}, sky.SceneError, "wavelengths are in nm, got 0.443; write 443"),
         ({"ghi": None, "dhi": None}, sky.UsageError, "which sky?"),
         ({"sun_zenith_deg": None}, sky.UsageError, "where is the sun. write sun_zenith_deg=, or time=, latitude_deg= "),
         ({"sun_zenith_deg": 95.0}, sky.SceneError, "above the horizon"),
@@ -89,7 +90,17 @@ def test_a_time_and_a_place():
 )
 def test_what_cannot_be_is_refused(changed, error, text):
     with pytest.raises(error, match=text):
-        sky.weather_scene(wavebands=[500.0], **{**NOON, **changed})
+        sky.weather_scene(**{"wavebands": [500.0], **NOON, **changed})
+
+
+def test_an_altitude_of_zero_needs_no_time():
+    assert sky.weather_scene(wavebands=[500.0], altitude_m=0.0, **NOON) == sky.weather_scene(wavebands=[500.0], **NOON)
+
+
+def test_wavelengths_in_micrometres_are_no_scene():
+    with pytest.raises(sky.SceneError, match=r"write 443"):
+        sky.Scene(wavebands=[0.443, 0.555], n_photons=1, components="overcast")
+    assert sky.Wavebands(wavelength_nm=[0.443]).n_bands == 1  # files may have such numbers
 
 
 def test_a_low_sun_may_be_faint():

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import dataclasses
 import os
 from collections.abc import Callable, Sequence
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.background_report import lobes_at
 from aomc_sky.cli.terminal import shown
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import InputFileError, UsageError
 from aomc_sky.progress import patience
 from aomc_sky.source.read.kind import Kind, kind_of
 
@@ -300,7 +301,12 @@ def _netcdf(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.pictures.plot import netcdf_picture
 
     panels = [band - 1 for band in dict.fromkeys(arguments.waveband)] if arguments.waveband else None
-    return netcdf_picture(arguments.path, panels=panels, title=_title(arguments, _name(arguments)))
+    try:
+        return netcdf_picture(arguments.path, panels=panels, title=_title(arguments, _name(arguments)))
+    except InputFileError:
+        with contextlib.suppress(InputFileError):
+            return _scene(arguments)  # radiances in directions, without patches
+        raise
 
 
 def _background(arguments: argparse.Namespace) -> tuple[Picture, int]:

@@ -38,7 +38,7 @@ examples:
 """
 
 _OPTIONS = """\
---out DIR                     run folder (default: aomc-sky-out beside amc.inp); - with --format raw
+--out DIR                     run folder (default: aomc-sky-out beside the scene); - with --format raw
 --seed
 --wavelengths NM...           without AMC_INP, or of a measured sky: the wavebands
 """
@@ -140,8 +140,6 @@ def _scene_of_weather(arguments: argparse.Namespace) -> Scene:
         raise UsageError(f"{name} is for a scene of files: name its amc.inp")
     if not arguments.wavelengths:
         raise UsageError("a run without amc.inp needs its wavebands: --wavelengths 412 443 555")
-    if arguments.out is None:
-        raise UsageError("a run without amc.inp needs --out DIR")
     given = given_inputs(**inputs)
     photons = 10**6 if arguments.iterations is None else arguments.iterations
     options = cli_options.sky_option_arguments(arguments)
@@ -176,8 +174,7 @@ def _folder(arguments: argparse.Namespace, scene: Scene) -> Path:
     named = scene.input_files.get("amc") or scene.input_files.get("radiance")
     of_scene = None if named is None else Path(named).parent
     if arguments.out is None:
-        assert of_scene is not None, "checked in _scene_of_weather"
-        return of_scene / "aomc-sky-out"
+        return (of_scene or Path()) / "aomc-sky-out"
     from aomc_sky.outputs.folder.target_file import check_folder
 
     check_folder(arguments.out, "--out", scene=of_scene)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.terminal import error_text
 from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning, MissingExtraError, ModelLimitWarning
-from aomc_sky.source.read.kind import SCENE_FILES, Kind, kind_of_name, not_a_scene
+from aomc_sky.source.read.kind import SCENE_FILES, Kind, holds_radiances, kind_of, kind_of_name, not_a_scene
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
@@ -180,7 +180,7 @@ def validate(arguments: argparse.Namespace) -> int:
     for named in arguments.paths:
         own: list[dict[str, Any]] = []
         for path in _files_of(Path(named)):
-            read = readers.get(kind_of_name(path.name) or Kind.SCENE, readers[Kind.SCENE])
+            read = readers.get(kind_of(path) or Kind.SCENE, readers[Kind.SCENE])
             with patience("reading the files", enabled=not arguments.json):
                 result, code, _ = _checked(path, read, arguments.strict)
             own.append(result)
@@ -212,7 +212,7 @@ def _files_of(path: Path) -> list[Path]:
 def _is_known(path: Path) -> bool:
     """Whether a file in a folder has a known name; `skydist.png` and `report.toml` have not."""
     ending = _ENDING.get(kind) if (kind := kind_of_name(path.name)) else None
-    return ending is not None and path.name.lower().endswith(ending)
+    return holds_radiances(path) if ending is None else path.name.lower().endswith(ending)
 
 
 def _checked(path: Path, read: Callable[[Path], Any], strict: bool) -> tuple[dict[str, Any], int, dict[str, list[str]]]:

@@ -222,8 +222,9 @@ def _short_rows(checks: list[Check]) -> Iterator[tuple[str, ...]]:
             if tested:
                 untested = len(passed) - len(tested)
                 detail = f"of {len(passed)} the worst" + (f"; {untested} had too few photons" if untested else "")
+            n_bands = len({check.waveband for check in passed} - {None})
             p_value = min((check.p_value for check in passed if check.p_value is not None), default=None)
-            yield _row(dataclasses.replace(worst, p_value=p_value, detail=detail), f"{len(passed)} bands")
+            yield _row(dataclasses.replace(worst, p_value=p_value, detail=detail), f"{n_bands} bands")
         else:
             yield from map(_row, passed)
         yield from (_row(check) for check in checks if check.name == name and not check.passed)

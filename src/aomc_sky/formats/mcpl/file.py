@@ -18,6 +18,7 @@ from typing import Any, BinaryIO, cast
 
 import numpy as np
 
+from aomc_sky.content import same_content, short_repr
 from aomc_sky.errors import NOWHERE, InputFileError, OutputError
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.mcpl.header import MAGIC, VERSIONS, McplHeader
@@ -42,7 +43,7 @@ _AGAIN = "make it again"
 _CUT = "the file is damaged or was cut; make it again"
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class McplParticles:
     """Particles [start, start + n) of a file."""
 
@@ -58,6 +59,9 @@ class McplParticles:
     user_flags: np.ndarray  #: uint32 (n,), flags, 0 where the file has none
     polarisation: np.ndarray  #: float64 (n, 3), polarisation vector, 0 where the file has none
 
+    __eq__ = same_content
+    __repr__ = short_repr
+
     def __len__(self) -> int:
         return int(self.energy.size)
 
@@ -65,7 +69,7 @@ class McplParticles:
 _COLUMNS = tuple(name for name in McplParticles.__slots__ if name != "start")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class McplFile:
     """A file whose head and length have been checked.
 
@@ -82,6 +86,9 @@ class McplFile:
     header: McplHeader  #: Its head
     data_start: int  #: Offset of the first record in the unpacked file. [bytes]
     is_packed: bool = False  #: Whether it is compressed by gzip
+
+    __eq__ = same_content
+    __repr__ = short_repr
 
     def __len__(self) -> int:
         return self.header.n_particles

@@ -95,7 +95,7 @@ def sky_name(words: Sequence[str]) -> Rule:
         names = joined([_quoted(name) for name in (*words, *installed.plugins)])
         if value in installed.refused:
             raise BadValueError("E704", installed.refused[value], advice=f"write {names}")
-        best = nearest(value, (*words, *installed.plugins), at_least=_LIKELY)
+        best = nearest(value, [name for name in (*words, *installed.plugins) if name != "none"], at_least=_LIKELY)
         message = f"there is no sky model {shown_value(value)}{f'; the nearest is {best}' if best else ''}"
         raise BadValueError("E704", message, advice=f"write {names}, or install the package that has it")
 

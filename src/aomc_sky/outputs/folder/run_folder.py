@@ -233,6 +233,12 @@ class RunFolder:
             return None
         return status.st_size if stat.S_ISREG(status.st_mode) else None
 
+    def space_of(self, name: str) -> int:
+        """Space that a file takes on the disk; 0 for no file, and where the system does not tell. [bytes]"""
+        with contextlib.suppress(OSError):
+            return int(getattr(os.lstat(self.path / name), "st_blocks", 0)) * 512
+        return 0
+
     @contextlib.contextmanager
     def reading(self, name: str) -> Iterator[BinaryIO]:
         """Open a finished file for reading."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -21,6 +23,7 @@ DIFFUSE_TOLERANCE = (0.05, 0.10)
 #: Factor, power of the cosine, and the rest at the horizon. The rest is 50 W m-2 above the network's, for the sun moves
 #: by up to 15 degrees in the hour of a mean value. [W m-2]
 DIFFUSE_LIMIT = (0.95, 1.2, 100.0)
+_KILOWATTS, _HIGH_SUN_DEG = 2.0, 80.0  #: Irradiances below it under a higher sun are hardly in W m-2. [W m-2, deg]
 BEAM_TOLERANCE = 1.05  #: The sun's distance (3.4 %) on an unknown date, and the calibration of instruments.
 
 
@@ -51,6 +54,17 @@ def check_single_irradiance(name: str, value: object) -> None:
     number, most = np.asarray(value), PEREZ[name].high
     if number.ndim or number.dtype.kind not in "iuf" or not -OFFSET <= number <= most:
         raise SceneError(f"{name} must be -{OFFSET:g} to {most:g} W m-2, got {value!r}")
+
+
+def kilowatts(irradiances: Iterable[float | None], sun_zenith_deg: float) -> str:
+    """What to write if the sun is high and all irradiances are tiny: probably they are in kW m-2. Else empty."""
+    largest = max((value for value in irradiances if value is not None), default=0.0)
+    if not 0 < largest < _KILOWATTS or sun_zenith_deg >= _HIGH_SUN_DEG:
+        return ""
+    return (
+        f"that is no daylight with the sun at a zenith angle of {sun_zenith_deg:.3g} degrees; "
+        f"irradiances are in W m-2: write {1000 * largest:g} for {largest:g} kW m-2"
+    )
 
 
 def checked_extraterrestrial(value: ArrayLike) -> np.ndarray:

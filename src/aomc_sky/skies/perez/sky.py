@@ -22,6 +22,7 @@ from aomc_sky.skies.perez.irradiances import (
     check_single_irradiance,
     closed_irradiances,
     dhi_exceeds_ghi,
+    kilowatts,
 )
 from aomc_sky.skies.perez.patches import patch_integrals
 
@@ -191,6 +192,9 @@ class PerezSky(Share):
         if by_weather:
             assert self.dni is not None
             assert self.dhi is not None
+            given = (self.dni if self.ghi is None else self.ghi, self.dhi)  # the third one was computed
+            if text := kilowatts(given, math.degrees(self.sun_zenith_rad)):
+                self._warn(text)
             epsilon = float(perez.sky_clearness(self.dni, self.dhi, self.sun_zenith_rad))
             delta = float(
                 perez.sky_brightness(
@@ -242,7 +246,11 @@ class PerezSky(Share):
 
     @property
     def beam_share(self) -> float | None:
-        """Share of the sun's beam in the light on a horizontal plane, or None without dni or dhi. [0 to 1]"""
+        """Share of the sun's beam in the light on a horizontal plane, or None with coefficients alone. [0 to 1]"""
+        if self.epsilon is not None:
+            per_ratio = float(perez.sky_clearness(1.0, 1.0, self.sun_zenith_rad)) - 1.0
+            beam = max(self.epsilon - 1.0, 0.0) / per_ratio * math.cos(self.sun_zenith_rad)
+            return beam / (beam + 1.0)
         if self.dni is None or self.dhi is None:
             return None
         beam, diffuse = max(self.dni, 0.0) * math.cos(self.sun_zenith_rad), max(self.dhi, 0.0)

@@ -254,20 +254,13 @@ def sky_inputs(config: AmcConfig, toml: SkyToml, given: GivenInputs) -> SkyInput
     return SkyInputs(sun=sun, perez=perez, model=choices, spectrum=spectrum, is_of_file=of_file, notes=notes)
 
 
-_KILOWATTS = 2.0
-"""Irradiances below this are probably in kW m-2. [W m-2]"""
-_HIGH_SUN_DEG = 80.0
-
-
 def refuse_kilowatts(inputs: PerezInputs, sun: Sun) -> None:
-    """Raise if the sun is high and all irradiances are tiny: probably they are in kW m-2."""
+    """Raise if irradiances are probably in kW m-2."""
+    from aomc_sky.skies.perez.irradiances import kilowatts
+
     section = inputs.section
-    values = [v for v in (section.ghi, section.dni, section.dhi) if v is not None]
-    if values and 0 < max(values) < _KILOWATTS and sun.zenith_deg < _HIGH_SUN_DEG:
-        raise SceneError(
-            f"{inputs}: that is no daylight with the sun at a zenith angle of {sun.zenith_deg:.3g} degrees; "
-            f"irradiances are in W m-2: write {1000 * max(values):g} for {max(values):g} kW m-2"
-        )
+    if text := kilowatts((section.ghi, section.dni, section.dhi), sun.zenith_deg):
+        raise SceneError(f"{inputs}: {text}")
 
 
 def _replaced(config: AmcConfig, toml: SkyToml, weather: Weather) -> tuple[str, ...]:

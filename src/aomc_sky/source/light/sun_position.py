@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aomc_sky.content import same_content, short_repr
 from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
@@ -19,7 +20,7 @@ _LOWEST_M, _HIGHEST_M = -500.0, 9000.0
 _EARLIEST, _LATEST = np.datetime64("1800-01-01"), np.datetime64("2200-01-01")
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class SunPosition:
     """The sun at given times and one place: arrays of the shape of the times."""
 
@@ -28,25 +29,27 @@ class SunPosition:
     azimuth_deg: np.ndarray  #: from +x (east) towards +y (north) [deg, 0 to 360)
     extraterrestrial_normal: np.ndarray  #: on a surface that faces the sun outside the atmosphere [W m-2]
 
+    __eq__ = same_content
+    __repr__ = short_repr
 
-def utc(time: str | datetime.datetime | np.datetime64, name: str = "time") -> np.datetime64:
-    """A time that names its zone, in UTC, to the second; datetime64 is UTC already. `name` is what messages call it."""
+
+def utc(time: str | datetime.datetime | np.datetime64) -> np.datetime64:
+    """A time that names its zone, in UTC, to the second; datetime64 is UTC already."""
     if isinstance(time, np.datetime64):
         return time.astype("datetime64[s]")
     if not isinstance(time, (str, datetime.datetime)):
-        raise UsageError(f"{name} must be in ISO 8601, for example 2026-06-21T09:30:00Z, got {time!r}")
+        raise UsageError(f"time must be in ISO 8601, for example 2026-06-21T09:30:00Z, got {time!r}")
     try:
         moment = datetime.datetime.fromisoformat(time) if isinstance(time, str) else time
     except ValueError:
-        raise UsageError(f"{name} must be in ISO 8601, for example 2026-06-21T09:30:00Z, got {time!r}") from None
+        raise UsageError(f"time must be in ISO 8601, for example 2026-06-21T09:30:00Z, got {time!r}") from None
     if moment.tzinfo is None:
-        raise UsageError(
-            f"{name} {time} does not say its time zone; write {time}Z for UTC, or an offset such as +02:00"
-        )
+        text = moment.isoformat(timespec="seconds" if moment.second else "minutes")
+        raise UsageError(f"time {time} does not say its time zone; write {text}Z for UTC, or an offset such as +02:00")
     try:
         return np.datetime64(moment.astimezone(datetime.UTC).replace(tzinfo=None), "s")
     except OverflowError:
-        raise UsageError(f"{name} {time} lies outside the years 1 to 9999 in UTC") from None
+        raise UsageError(f"time {time} lies outside the years 1 to 9999 in UTC") from None
 
 
 def sun_position(
@@ -92,6 +95,8 @@ def sun_position(
     31.1 256.5
     """
     moments = utc(time) if isinstance(time, (str, datetime.datetime)) else time
+    if np.asarray(moments).dtype.kind not in "MOU" or moments is None:
+        raise UsageError(f"time must be in ISO 8601, for example 2026-06-21T09:30:00Z, or datetime64, got {time!r}")
     times = np.asarray(moments, dtype="datetime64[s]")
     for name, value in (("latitude", latitude_deg), ("longitude", longitude_deg), ("altitude", altitude_m)):
         if not isinstance(value, (numbers.Real, np.ndarray)) or np.ndim(value):

@@ -97,7 +97,7 @@ def weather_of(
 def _of_time(time: Any, latitude_deg: float, longitude_deg: float, altitude_m: float = 0.0) -> Weather:
     from aomc_sky.source.light.sun_position import sun_position, utc
 
-    moment = utc(time, "--time")
+    moment = utc(time)
     position = sun_position(moment, latitude_deg, longitude_deg, altitude_m)
     text = str(np.datetime_as_string(moment, timezone="UTC"))
     place = f"latitude {latitude_deg:g}, longitude {longitude_deg:g}"

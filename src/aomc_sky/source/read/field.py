@@ -42,7 +42,9 @@ class SkyField:
     def lower(self, rows: np.ndarray, *, per_solid_angle: bool) -> tuple[Component, ...]:
         """The component of some rows of the field, of strength 1 where they shine."""
         sky = (
-            dataclasses.replace(self.sky, weighting=Weighting.SOLID_ANGLE, slope=None) if per_solid_angle else self.sky
+            dataclasses.replace(self.sky, weighting=Weighting.SOLID_ANGLE, slope=None, radiance_unit=0.0)
+            if per_solid_angle
+            else self.sky
         )
         return sky.lower_rows(rows)
 

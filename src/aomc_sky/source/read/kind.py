@@ -6,6 +6,7 @@ import contextlib
 import enum
 import itertools
 import os
+import re
 from pathlib import Path
 
 from aomc_sky.errors import InputFileError
@@ -49,6 +50,9 @@ _FIRST_BYTES = {b"\x93NUMPY": Kind.NPY, b"MCPL": Kind.MCPL, b"\x89HDF": Kind.BAC
 SCENE_FILES = (*(f"{name}.inp" for name in _TABLES), "sky.toml")
 """Files of a scene, in the order in which they are read."""
 
+_HEAD_BYTES = 65_536
+"""Bytes of a file in which names of columns are looked for."""
+
 _MOST_ENTRIES = 1000
 """Entries of a folder in which scenes are looked for."""
 
@@ -75,7 +79,26 @@ def kind_of(path: Path) -> Kind | None:
         with contextlib.suppress(OSError), open_regular(path) as file:
             start = file.read(8) or b""  # None: nothing yet, as of /proc/kmsg
             kind = next((one for first, one in _FIRST_BYTES.items() if start.startswith(first)), None)
+        kind = Kind.MEASURED if kind is None and holds_radiances(path) else kind
     return kind
+
+
+def holds_radiances(path: Path) -> bool:
+    """Whether a row of a file of text names the columns of a measured sky."""
+    if path.suffix.lower() not in (".csv", ".tsv", ".txt", ".dat") or not path.is_file():
+        return False
+    from aomc_sky.formats.radiance_csv import COMMENT
+    from aomc_sky.formats.radiance_words import name_of_column
+
+    with contextlib.suppress(OSError), open_regular(path) as file:
+        for line in (file.read(_HEAD_BYTES) or b"").decode("utf-8-sig", "replace").splitlines():
+            cells = re.split("[,;\t]", COMMENT.sub("", line, count=1))
+            has_blanks = len(cells) == 1
+            names = [name_of_column(cell.strip(' "')) for cell in (cells[0].split() if has_blanks else cells)]
+            is_head = {"zenith", "azimuth", "radiance"} <= {name.slot for name in names if name}
+            if is_head and not (has_blanks and None in names):
+                return True
+    return False
 
 
 def not_a_scene(amc: Path) -> InputFileError | None:
@@ -120,6 +143,9 @@ def _no_scene_here(folder: Path) -> InputFileError | None:
         if scenes:
             named = " or ".join(map(str, scenes[:3])) + (f" or {len(scenes) - 3} more" if len(scenes) > 3 else "")
             return refuse(folder, f"there is no amc.inp in this folder; did you mean {named}?")
+        measured = next((folder / name for name in entries if holds_radiances(folder / name)), None)
+        if measured:
+            return refuse(folder, f"there is no amc.inp in this folder; did you mean {measured}?")
     return None
 
 

@@ -20,7 +20,7 @@ from aomc_sky.skies.function_sky import FunctionSky, as_sky_model
 from aomc_sky.skies.model import sky_model
 from aomc_sky.source.light.inputs import GivenInputs, Sun
 from aomc_sky.source.scene import Scene
-from aomc_sky.wavebands import Wavebands
+from aomc_sky.wavebands import as_wavebands
 
 _OUR_WARNINGS = (InputWarning, ModelLimitWarning)  # exceptions where warnings are errors
 
@@ -174,7 +174,7 @@ def scene_of_sky(
             f"{' and '.join(unused)}: without amc.inp, --sky {name} is the sky alone, and no beam; leave this out, or "
             "name the amc.inp of a scene that has both"
         )
-    bands = Wavebands(wavelength_nm=np.asarray(wavelength_nm, dtype=np.float64))
+    bands = as_wavebands(wavelength_nm)
     plugin = None
     if name in installed_skies().plugins:
         plugin = choose_plugin(name, SkySection(), options, "")

@@ -284,5 +284,5 @@ def _split_note(split: BandSplit, used_sky: str | None, inputs: SkyInputs) -> st
     given = inputs.perez if origin == DIFCOL and used_sky == "perez" else None
     other = None if given is None else direct_fraction(given, inputs.sun)
     hint = "" if given is None or other is None else f" ({given.text} alone: {other:.3g})"
-    rest = "the field of sky.toml" if used_sky == FIELD else f"a {used_sky} sky"
+    rest = "the field of sky.toml" if used_sky == FIELD else f"{'an' if used_sky[0] in 'aeiou' else 'a'} {used_sky} sky"
     return f"{origin}: direct fraction {shown}{hint}, the rest from {rest}"

@@ -195,8 +195,18 @@ def test_a_scene_without_the_beam_that_its_sky_knows_says_what_is_missing() -> N
         beam = DirectBeam(sun_zenith_deg=40, sun_azimuth_deg=120, strength=0.8205, radius_deg=radius)
         assert notes(PerezSky(**weather, strength=0.1795), beam) == ()
         assert notes(PerezSky(**weather, strength=0.1795), *beam.lower([550.0])) == ()
-    for unknown in ({"dni": 0, "dhi": 140}, {"epsilon": 3.0, "delta": 0.2}):
-        assert notes(PerezSky(sun_zenith_deg=40, **unknown)) == ()
+    assert notes(PerezSky(sun_zenith_deg=40, dni=0, dhi=140)) == ()
+    (note,) = notes(PerezSky(sun_zenith_deg=40, epsilon=3.0, delta=0.2))  # 2 (1 + 1.041 Z^3) parts of dni to one of dhi
+    share = 2 * (1 + 1.041 * np.deg2rad(40) ** 3) * np.cos(np.deg2rad(40))
+    assert f"add sky.DirectBeam(sun_zenith_deg=40, sun_azimuth_deg=0, strength={share / (1 + share):.4g})" in note
+
+
+def test_irradiances_in_kilowatts_are_warned_of() -> None:
+    with pytest.warns(ModelLimitWarning) as caught:
+        PerezSky(sun_zenith_deg=40.0, ghi=0.78, dhi=0.14)
+    assert any("irradiances are in W m-2: write 780 for 0.78 kW m-2" in str(warning.message) for warning in caught)
+    with pytest.raises(SceneError, match="write 780"):
+        PerezSky(sun_zenith_deg=40.0, ghi=0.78, dhi=0.14, strict=True)
 
 
 def test_points_are_no_patches() -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import datetime
+
 import numpy as np
 import pytest
 
@@ -115,3 +117,21 @@ def test_places_and_times_that_do_not_exist(time, latitude, longitude):
 def test_a_place_is_two_numbers(place):
     with pytest.raises(UsageError, match="must be a number of degrees, north and east positive, got"):
         sun_position("2023-06-01T10:00Z", *place)
+
+
+@pytest.mark.parametrize(
+    ("time", "advice"),
+    [
+        ("2026-06-21", "write 2026-06-21T00:00Z for UTC"),
+        ("2026-06-21 09:30", "write 2026-06-21T09:30Z for UTC"),
+        (datetime.datetime(2026, 6, 21, 9, 30, 5), "write 2026-06-21T09:30:05Z for UTC"),
+        (None, "must be in ISO 8601"),
+        (3, "must be in ISO 8601"),
+        (2026.5, "must be in ISO 8601"),
+    ],
+)
+def test_a_time_that_is_not_clear_says_what_to_write(time, advice):
+    with pytest.raises(UsageError, match=advice):
+        sun_position(time, 43.4, 7.9)
+    if "write" in advice:
+        assert sun_position(advice.split()[1], 43.4, 7.9).zenith_deg < 120

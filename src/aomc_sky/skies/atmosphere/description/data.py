@@ -8,6 +8,7 @@ from enum import Enum
 
 import numpy as np
 
+from aomc_sky.content import same_content, short_repr
 from aomc_sky.errors import SourceText
 from aomc_sky.skies.atmosphere.phase_table import PhaseTable
 
@@ -47,7 +48,7 @@ class AbsorberDescription:
     cross_section_m2: np.ndarray  #: float64 (n_wl,), absorption cross section. [m2, 0 to 10]
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class AtmosphereDescription:
     """The content of a description file."""
 
@@ -72,6 +73,9 @@ class AtmosphereDescription:
     #: Directives of the tool that this format comes from
     textures_are_radiances: bool
     has_eclipsed_double_scattering_textures: bool
+
+    __eq__ = same_content
+    __repr__ = short_repr
 
     @property
     def scatterers(self) -> tuple[ScattererDescription, ...]:
