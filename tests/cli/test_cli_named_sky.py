@@ -76,7 +76,7 @@ def test_a_rough_scalar_irradiance_is_noted(
     """Ed/Eo of the photons more than 1 % from the exact value."""
     sky = ["run", "--sky", "uniform", "--wavelengths", "500", "--out", str(tmp_path / "out")]
     assert main([*sky, *words]) == 0
-    assert ("near the horizon decide Ed/Eo" in capsys.readouterr().out) is is_noted
+    assert ("near the horizon make its scatter" in capsys.readouterr().out) is is_noted
 
 
 def test_no_sky_is_never_the_nearest(capsys):

@@ -204,8 +204,8 @@ _ENDLESS = (
     "finite value; the photons' own says only how near the horizon they come. Flux is launched by --weighting projected"
 )
 _ROUGH = (
-    "note: a few photons near the horizon decide Ed/Eo of the photons, which is more than 1 % off here: take the\n"
-    "exact value beside it, or more photons"
+    "note: Ed/Eo of the photons is more than 1 % off, because a few photons near the horizon make its scatter: take\n"
+    "the exact value beside it, or more photons"
 )
 MAX_COMPONENTS = 6
 """Columns for the brightest components."""
