@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.content import same_content
 from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.inputs import in_nm
 
 
 @dataclass(eq=False, frozen=True, slots=True)
@@ -74,8 +75,8 @@ def as_wavebands(value: Wavebands | ArrayLike) -> Wavebands:
     """Wavebands as they are, or those of wavelengths from a caller; wavelengths in micrometres are refused."""
     bands = value if isinstance(value, Wavebands) else Wavebands(value)  # type: ignore[arg-type]
     least = float(bands.wavelength_nm.min())
-    if bands is not value and 0.1 <= least < 20.0:
-        raise SceneError(f"wavelengths are in nm, got {least:g}; write {1000 * least:g}")
+    if bands is not value and (advice := in_nm(least, f"{least:g}")):
+        raise SceneError(advice)
     return bands
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.errors import UsageError
-from aomc_sky.inputs import LIGHTS, MODEL, PEREZ, SUN, Input
+from aomc_sky.inputs import LIGHTS, MODEL, PEREZ, SUN, Input, in_nm
 from aomc_sky.outputs.photon_formats import FOLDER_FORMATS
 
 if TYPE_CHECKING:
@@ -385,8 +385,8 @@ def add_moment_options(parser: argparse.ArgumentParser) -> None:
 def _wavelength(text: str) -> float:
     """A number in nm; one in micrometres is refused."""
     number = finite_number(text)
-    if 0.1 <= number < 20.0:
-        raise argparse.ArgumentTypeError(f"wavelengths are in nm, got {text!r}; write {1000 * number:g}")
+    if advice := in_nm(number, repr(text)):
+        raise argparse.ArgumentTypeError(advice)
     return number
 
 

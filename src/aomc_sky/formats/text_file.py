@@ -69,9 +69,7 @@ def read_bytes(path: str | Path, *, most_bytes: int = MAX_FILE_BYTES, code: str 
     if status.st_size > most_bytes:
         raise refuse(path, f"the file has {status.st_size} bytes; at most {most_bytes} are read", code=code)
     try:
-        data = _bounded_bytes(
-            path, max(status.st_size, UNSIZED_BYTES), ", which Fortran cannot read" * (code == "E101")
-        )
+        data = _bounded_bytes(path, max(status.st_size, UNSIZED_BYTES), is_of_fortran=code == "E101")
     except OSError as error:
         raise OutputError(f"cannot read {path}: {error.strerror or error}") from error
     data = data.removeprefix(_BOM_UTF8)
@@ -95,7 +93,7 @@ def _refuse_byte(
     )
 
 
-def _bounded_bytes(path: str | Path, most: int, of_utf16: str) -> bytes:
+def _bounded_bytes(path: str | Path, most: int, *, is_of_fortran: bool) -> bytes:
     """Read at most so much, in pieces, so that a gigabyte without a line end is refused after the first one."""
     pieces: list[bytes] = []
     open_line, n_bytes = 0, 0
@@ -105,7 +103,8 @@ def _bounded_bytes(path: str | Path, most: int, of_utf16: str) -> bytes:
             if piece is None or n_bytes > most:  # nothing there yet, and no end either: /proc/kmsg
                 raise refuse(path, f"the file has no end: it goes on after {n_bytes} bytes", code="E101")
             if not pieces and piece.startswith(_BOMS_OTHER):
-                message, advice = f"the file is UTF-16{of_utf16}", "save it as plain text (UTF-8)"
+                message = "the file is UTF-16" + (", which Fortran cannot read" if is_of_fortran else "")
+                advice = "save it as plain text (UTF-8)"
                 raise refuse(path, message, advice=advice, code="E101", span=Span(1, 1, ""))
             if (nul := piece.find(b"\0")) >= 0:
                 advice = "save it as plain text (UTF-8)"

@@ -182,12 +182,15 @@ class Plan:
         return plan
 
 
-def _agree(one: np.ndarray, other: np.ndarray) -> bool:
-    if one.shape != other.shape or one.dtype != other.dtype:
-        return False
+def differing(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Mask of the numbers of two arrays of one shape that are not those of one run; see `OTHER_PROCESSOR`."""
     if one.dtype.kind != "f":
-        return np.array_equal(one, other)
-    return np.allclose(one, other, rtol=OTHER_PROCESSOR, atol=OTHER_PROCESSOR, equal_nan=True)
+        return np.asarray(one != other)
+    return ~np.isclose(one, other, rtol=OTHER_PROCESSOR, atol=OTHER_PROCESSOR, equal_nan=True)
+
+
+def _agree(one: np.ndarray, other: np.ndarray) -> bool:
+    return one.shape == other.shape and one.dtype == other.dtype and not differing(one, other).any()
 
 
 def _not_a_plan(path: str | Path, message: str, advice: str = "make the run again") -> InputFileError:

@@ -34,7 +34,7 @@ from aomc_sky.outputs.photons.files import (
 from aomc_sky.outputs.shard import BLOCK, MANIFEST, block_spans
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.plan.counts import cumulative_counts
-from aomc_sky.plan.plan import OTHER_PROCESSOR, Plan
+from aomc_sky.plan.plan import OTHER_PROCESSOR, Plan, differing
 from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import read_at
@@ -292,10 +292,7 @@ def _array_differences(found: Mapping[str, np.ndarray], expected: Mapping[str, n
             shapes = ["none" if array is None else str(array.shape) for array in (one, other)]
             yield f"{name} has shape {shapes[0]}, the scene gives {shapes[1]}"
             continue
-        if one.dtype.kind == "f":
-            differs = ~np.isclose(one, other, rtol=OTHER_PROCESSOR, atol=OTHER_PROCESSOR, equal_nan=True)
-        else:
-            differs = one != other
+        differs = differing(one, other)
         if differs.any():
             at = np.unravel_index(int(np.argmax(differs)), differs.shape)
             hint = " (for a run made with --iterations, give it here too)" if name == "requested" else ""

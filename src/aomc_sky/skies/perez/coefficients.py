@@ -60,6 +60,11 @@ def sky_clearness(dni: ArrayLike, dhi: ArrayLike, sun_zenith_rad: ArrayLike) -> 
     return 1.0 + ratio / (1.0 + _KAPPA * zenith * zenith * zenith)
 
 
+def beam_ratio(epsilon: float, sun_zenith_rad: float) -> float:
+    """Direct normal over diffuse horizontal irradiance of a sky clearness: eq. (4) the other way."""
+    return (epsilon - 1.0) / (float(sky_clearness(1.0, 1.0, sun_zenith_rad)) - 1.0)
+
+
 def relative_air_mass(sun_zenith_rad: ArrayLike, *, formula: str = "kasten-young-1989") -> np.ndarray:
     """Relative optical air mass at sea level: 1 overhead, 37.92 (36.51) at the horizon.
 

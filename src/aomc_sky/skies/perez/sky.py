@@ -17,6 +17,7 @@ from aomc_sky.inputs import MODEL
 from aomc_sky.skies.model import Share, check_share, with_share
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.bounds import patch_bounds
+from aomc_sky.skies.perez.coefficients import beam_ratio
 from aomc_sky.skies.perez.irradiances import (
     EXTRATERRESTRIAL_NORMAL,
     check_single_irradiance,
@@ -248,8 +249,7 @@ class PerezSky(Share):
     def beam_share(self) -> float | None:
         """Share of the sun's beam in the light on a horizontal plane, or None with coefficients alone. [0 to 1]"""
         if self.epsilon is not None:
-            per_ratio = float(perez.sky_clearness(1.0, 1.0, self.sun_zenith_rad)) - 1.0
-            beam = max(self.epsilon - 1.0, 0.0) / per_ratio * math.cos(self.sun_zenith_rad)
+            beam = max(beam_ratio(self.epsilon, self.sun_zenith_rad), 0.0) * math.cos(self.sun_zenith_rad)
             return beam / (beam + 1.0)
         if self.dni is None or self.dhi is None:
             return None

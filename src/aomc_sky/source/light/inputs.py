@@ -282,10 +282,9 @@ def direct_fraction(inputs: PerezInputs, sun: Sun) -> float | None:
     if section.coefficients is not None:
         return None
     if section.epsilon is not None:
-        from aomc_sky.skies.perez.functions import sky_clearness
+        from aomc_sky.skies.perez.coefficients import beam_ratio
 
-        per_ratio = float(sky_clearness(1.0, 1.0, math.radians(sun.zenith_deg))) - 1.0
-        beam, diffuse = (section.epsilon - 1.0) / per_ratio * sun.cosine, 1.0
+        beam, diffuse = beam_ratio(section.epsilon, math.radians(sun.zenith_deg)) * sun.cosine, 1.0
     else:
         normal, diffuse = irradiances(inputs, sun)
         beam = normal * sun.cosine
@@ -307,11 +306,11 @@ def irradiances(inputs: PerezInputs, sun: Sun) -> tuple[float, float]:
             sun_zenith_deg=sun.zenith_deg,
             extraterrestrial_normal=sun.extraterrestrial_normal,
         )
-    from aomc_sky.skies.perez.functions import sky_brightness, sky_clearness
+    from aomc_sky.skies.perez.coefficients import beam_ratio, sky_brightness
 
     zenith = math.radians(sun.zenith_deg)
     diffuse = (section.delta or 0.0) / float(sky_brightness(1.0, zenith))
-    return (section.epsilon - 1.0) / (float(sky_clearness(1.0, 1.0, zenith)) - 1.0) * diffuse, diffuse
+    return beam_ratio(section.epsilon, zenith) * diffuse, diffuse
 
 
 def model_inputs(inputs: PerezInputs, sun: Sun) -> dict[str, Any]:
