@@ -35,7 +35,8 @@ class Frame(enum.Enum):
 class AzimuthConvention(enum.Enum):
     """Direction of azimuth zero and sense of rotation; value = (offset in degrees, orientation).
 
-    The azimuth in our convention, from +x (east) towards +y (north), is offset + orientation * azimuth.
+    The azimuth in our convention, from +x (east) towards +y (north), is offset + orientation * azimuth. The offset of
+    the last four is from the sun's azimuth.
 
     Examples
     --------
@@ -49,9 +50,25 @@ class AzimuthConvention(enum.Enum):
     ENU_FROM_EAST = (0.0, 1.0)
     NORTH_CLOCKWISE = (90.0, -1.0)
     WEST_OF_SOUTH = (-90.0, -1.0)
+    EAST_CLOCKWISE = (0.0, -1.0)
+    NORTH_COUNTERCLOCKWISE = (90.0, 1.0)
+    SOUTH_COUNTERCLOCKWISE = (-90.0, 1.0)
+    WEST_CLOCKWISE = (180.0, -1.0)
+    WEST_COUNTERCLOCKWISE = (180.0, 1.0)
+    FROM_SUN = (0.0, 1.0, "sun")
+    FROM_SUN_CLOCKWISE = (0.0, -1.0, "sun")
+    FROM_ANTISUN = (180.0, 1.0, "sun")
+    FROM_ANTISUN_CLOCKWISE = (180.0, -1.0, "sun")
+
+    @property
+    def is_from_sun(self) -> bool:
+        """Whether azimuths count from the sun or the point opposite it."""
+        return len(self.value) == 3
 
 
-def to_enu_azimuth_deg(azimuth_deg: ArrayLike, convention: AzimuthConvention) -> np.ndarray:
+def to_enu_azimuth_deg(
+    azimuth_deg: ArrayLike, convention: AzimuthConvention, sun_azimuth_deg: float = 0.0
+) -> np.ndarray:
     """Convert an azimuth of a named convention to ours.
 
     Parameters
@@ -60,6 +77,8 @@ def to_enu_azimuth_deg(azimuth_deg: ArrayLike, convention: AzimuthConvention) ->
         Azimuth in `convention`. [deg, any turn]
     convention : AzimuthConvention
         The convention the azimuth is given in.
+    sun_azimuth_deg : float
+        Azimuth of the sun from +x towards +y, for a convention that counts from it. [deg]
 
     Returns
     -------
@@ -75,15 +94,28 @@ def to_enu_azimuth_deg(azimuth_deg: ArrayLike, convention: AzimuthConvention) ->
     ... )
     [90.  0.]
     """
-    offset, orientation = convention.value
+    offset, orientation = convention.value[:2]
+    if convention.is_from_sun:
+        offset += sun_azimuth_deg
     turned = np.mod(offset + orientation * np.asarray(azimuth_deg, dtype=np.float64), 360.0)
     return np.where(turned >= 360.0, 0.0, turned)
 
 
-def azimuth_from_sun_deg(angle_deg: ArrayLike, sun_azimuth_deg: float, *, clockwise: bool = False) -> np.ndarray:
-    """Azimuths from +x towards +y, 0 to 360, of directions that are turned from the sun's azimuth by an angle. [deg]"""
-    turned = np.mod(sun_azimuth_deg + (-1.0 if clockwise else 1.0) * np.asarray(angle_deg, dtype=np.float64), 360.0)
-    return np.where(turned >= 360.0, 0.0, turned)
+EDGE_DEG = 0.003
+"""Half a unit of the fourth decimal of a radian, and more than float32 rounds: what is so near is the same. [deg]"""
+
+
+def within_sky_deg(sky_zenith_deg: np.ndarray) -> np.ndarray:
+    """Zenith angles; those that rounding has put beyond 0 or 90 degrees, by up to `EDGE_DEG`, are there."""
+    size = np.abs(sky_zenith_deg)
+    zenith = np.where((size > 90.0) & (size <= 90.0 + EDGE_DEG), np.copysign(90.0, sky_zenith_deg), sky_zenith_deg)
+    return np.where((zenith < 0.0) & (zenith >= -EDGE_DEG), 0.0, zenith)
+
+
+def at_quarter_deg(azimuth_deg: np.ndarray) -> np.ndarray:
+    """Azimuths; those within `EDGE_DEG` of a multiple of 90 degrees are there."""
+    quarter = 90.0 * np.rint(azimuth_deg / 90.0)
+    return np.where(np.abs(azimuth_deg - quarter) <= EDGE_DEG, quarter, azimuth_deg)
 
 
 _TWINS = {"_deg": "_rad", "_rad": "_deg"}

@@ -87,6 +87,14 @@ class PluginError(SceneError):
     code = "plugin"
 
 
+class FieldError(SceneError):
+    """A radiance field that cannot be read as it is; `argument` is the one, or the key of [sky], that can help."""
+
+    def __init__(self, message: str, advice: str = "", argument: str = "table") -> None:
+        self.message, self.advice, self.argument = message, advice, argument
+        super().__init__(f"{message}; {advice}" if advice else message)
+
+
 class AllocationError(AomcSkyError):
     """The photons cannot be shared out: too many of them, or no mass to share them over.
 

@@ -65,8 +65,8 @@ def test_options_say_what_a_file_does_not(tmp_path, capsys):
     (tmp_path / "unclear.csv").write_text("\n".join(["# azimuth: from the pole", *rows]))
     assert main(["info", str(tmp_path / "unclear.csv")]) == 3
     said = capsys.readouterr().err
-    assert "'from the pole' does not say from where azimuths count" in said
-    assert "--azimuth-convention north_clockwise|enu_from_east" in said
+    assert "'from the pole' does not say clearly from where azimuths count: 'pole' is not understood" in said
+    assert "--azimuth-convention (azimuth_convention=) 'clockwise from north'" in said
     assert "'# azimuth: clockwise from north'" in said
     how = ["--azimuth-convention", "north_clockwise", "--radiance-unit", "mW m-2 nm-1 sr-1", "--iterations", "10"]
     sun = ["--sun-zenith", "40", "--sun-azimuth", "135"]
@@ -139,7 +139,10 @@ def test_run_of_a_radiance_field(field_file, tmp_path, capsys):
     assert (
         main(["run", str(field_file), "--wavelengths", "440", "550", "--format", "none", "--out", str(out / "b")]) == 0
     )
-    for words in (["--sun-zenith", "30"], ["--radiance-unit", "relative"], ["--dni", "500", "--dhi", "90"]):
+    capsys.readouterr()
+    assert main(["run", str(field_file), "--radiance-unit", "mW m-2 nm-1 sr-1", "--out", str(out / "u"), "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["bands"][0]["irradiance_W_m2_nm"] == pytest.approx(np.pi / 1e3, rel=1e-3)
+    for words in (["--sun-zenith", "30"], ["--dni", "500", "--dhi", "90"]):
         assert main(["run", str(field_file), *words, "--out", str(out / "c")]) == 2
         assert "not used with" in capsys.readouterr().err
 
@@ -154,7 +157,20 @@ def test_a_field_that_leaves_something_open(field_file, tmp_path, capsys):
     assert main(["run", str(tmp_path / "two.nc"), "--out", str(tmp_path / "out")]) == 3
     said = capsys.readouterr().err
     assert "two.nc: error[E710]: the file has 2 variables of numbers: 'a', 'b'" in said
-    assert 'below [sky] with table = "FIELD.nc"' in said
+    assert "choose one: --variable a (variable=)" in said
+    assert (
+        main(["run", str(tmp_path / "two.nc"), "--variable", "b", "--format", "none", "--out", str(tmp_path / "b")])
+        == 0
+    )
+    field.expand_dims(stokes=4).to_netcdf(tmp_path / "four.nc", engine="h5netcdf")
+    assert main(["run", str(tmp_path / "four.nc"), "--out", str(tmp_path / "out")]) == 3
+    assert "a dimension 'stokes' of 4 besides angles and wavelength\n      = choose one" in capsys.readouterr().err
+    last = ["run", str(tmp_path / "four.nc"), "--isel", "stokes=3", "--format", "none", "--out", str(tmp_path / "c")]
+    assert main(last) == 0
+    assert main(["run", str(SKY), "--isel", "stokes=3"]) == 2
+    with pytest.raises(SystemExit):
+        main(["run", str(field_file), "--isel", "stokes"])
+    assert "expected DIM=INDEX, for example stokes=0, got 'stokes'" in capsys.readouterr().err
     assert main(["validate", str(field_file)]) == 0
 
 

@@ -226,16 +226,26 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
 
 def add_measured_options(parser: argparse.ArgumentParser) -> None:
     """Options for a table of measured radiances that does not state its conventions."""
-    add_table(parser, _MEASURED_OPTIONS)
+    add_table(parser, _MEASURED_OPTIONS, {"isel": _dimension_index})
 
 
 _MEASURED_OPTIONS = """\
-a measured sky (.csv, .tsv; default: what the file says):
---azimuth-convention north_clockwise|enu_from_east|west_of_south|from_sun|from_sun_clockwise  from where its azimuths
-                        count; from the sun with --sun-azimuth
+a measured sky (.csv, .tsv) or a radiance field (.nc; default: what the file says):
+--azimuth-convention WORDS  from where its azimuths count and which way: 'clockwise from north', 'west of south', 'from
+                        the sun' (with --sun-azimuth)
 --angle-unit deg|rad    of its angles
 --radiance-unit UNIT    of its radiances, such as 'mW m-2 nm-1 sr-1', or relative
+--variable NAME         the radiance of a file with several variables
+--isel DIM=INDEX        the index to take of a further dimension, from 0; repeatable
 """
+
+
+def _dimension_index(text: str) -> tuple[str, int]:
+    """Name and index of DIM=INDEX."""
+    name, _, index = text.partition("=")
+    if not name or not index.isdecimal():
+        raise argparse.ArgumentTypeError(f"expected DIM=INDEX, for example stokes=0, got {text!r}")
+    return name, int(index)
 
 
 def _sky_name(text: str) -> str:
@@ -427,7 +437,7 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
     if kind in (Kind.MEASURED, Kind.NETCDF):
         return _measured_scene(arguments, path, wavebands, is_field=kind is Kind.NETCDF)
     for name in given_options(arguments, add_measured_options):
-        raise UsageError(f"{name} is for a measured sky (.csv); {path} is none")
+        raise UsageError(f"{name} is for a measured sky (.csv) or a radiance field (.nc); {path} is none")
     if getattr(arguments, "wavelengths", None):
         raise UsageError(
             f"--wavelengths is for a run without files or a measured sky; {path} has its own in lambbot.inp: leave it "
@@ -476,21 +486,20 @@ def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[in
         "wavebands": wavebands,
         "azimuth_convention": arguments.azimuth_convention,
         "angle_unit": arguments.angle_unit,
+        "radiance_unit": arguments.radiance_unit,
         "sun_zenith_deg": given.sun.zenith_deg,
         "sun_azimuth_deg": given.sun.azimuth_deg,
     }
-    if is_field and arguments.radiance_unit:
-        raise UsageError(f"--radiance-unit: not used with {path}, a radiance field")
+    if not is_field and (arguments.variable or arguments.isel):
+        raise UsageError(
+            f"{'--variable' if arguments.variable else '--isel'} is for a radiance field (.nc); {path} is none"
+        )
     with patience("interpolating the sky", enabled=speaks(arguments)):
         from aomc_sky.source.read.measured import field_scene, measured_scene
 
         if is_field:
-            return field_scene(path, **how)
-        return measured_scene(
-            path,
-            **how,
-            radiance_unit=arguments.radiance_unit,
-        )
+            return field_scene(path, variable=arguments.variable, isel=dict(arguments.isel or ()), **how)
+        return measured_scene(path, **how)
 
 
 def moment(text: str) -> float:

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from aomc_sky.errors import AomcSkyError
+from aomc_sky.errors import AomcSkyError, FieldError
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.hdf5_storage import (
     RefusedError,
@@ -33,29 +33,20 @@ _ENGINES = {b"CDF\x01": "scipy", b"CDF\x02": "scipy"}
 _LIBRARY = "the netCDF library"
 
 
-class FieldRefusedError(Exception):
-    """A variable or an index that the file does not have: message, advice and the name of the argument it is of."""
-
-    def __init__(self, message: str, advice: str, argument: str) -> None:
-        self.advice, self.argument = advice, argument
-        super().__init__(message)
-
-
 def read_field(path: str | Path, *, variable: str | None = None, isel: Mapping[str, int] | None = None) -> Any:
-    """Read a variable of a netCDF file, by default the only one, or the only one that is called a radiance.
+    """Read a variable of a netCDF file as a dataset in memory, with its coordinates of numbers and their bounds.
 
-    The result is an xarray.DataArray in memory with its coordinates of numbers. `isel` chooses one index of dimensions
-    that are neither angles nor wavelengths. Missing values become NaN, packed ones are unpacked, as the CF conventions
-    have it. No other file is opened, whatever the file says. InputFileError (E551 to E553); `FieldRefusedError`;
-    MissingExtraError without xarray and h5netcdf.
+    By default the only variable, or the only one that is called a radiance. `isel` chooses one index of dimensions that
+    are neither angles nor wavelengths. Missing values become NaN, packed ones are unpacked, as the CF conventions have
+    it. No other file is opened, whatever the file says. InputFileError (E551 to E553); FieldError; MissingExtraError
+    without xarray and h5netcdf.
     """
     with open_netcdf(path, decode_times=False, decode_coords="all") as (dataset, allowed):
-        field = _chosen(dataset, variable)
-        field = _at_indices(_with_coordinates(field, dataset), dict(isel or {}))
-        require_size(
-            sum(math.prod(part.shape) * 8 for part in (field, *field.coords.values())), allowed, allowed, "a field"
-        )
-        return field.load()
+        field, bounds = chosen_field(dataset, variable)
+        field = _at_indices(field, dict(isel or {}))
+        parts = (field, *field.coords.values(), *bounds.values())
+        require_size(sum(math.prod(part.shape) * 8 for part in parts), allowed, allowed, "a field")
+        return field.to_dataset(name=field.name or "radiance").assign(bounds).load()
 
 
 @contextlib.contextmanager
@@ -84,7 +75,7 @@ def open_netcdf(path: str | Path, **options: Any) -> Iterator[tuple[Any, int]]:
                 warnings.simplefilter("ignore")  # of attributes that a library does not know
                 with xarray.open_dataset(data, engine=engine, **options) as dataset:
                     yield dataset, allowed_bytes(size)
-        except (FieldRefusedError, AomcSkyError):
+        except AomcSkyError:
             raise
         except RefusedError as refusal:
             raise refuse(path, printable(refusal.message), advice=refusal.advice, code="E553") from None
@@ -113,37 +104,51 @@ def _look_at_storage(h5py: Any, path: str | Path, allowed: int) -> None:
                 raise RefusedError(refusal.code, message, "write the data into the file") from None
 
 
-def _chosen(dataset: Any, variable: str | None) -> Any:
-    """The variable that is named, the only one, or the only one that says that it is a radiance."""
-    numbers = {str(name): one for name, one in dataset.data_vars.items() if one.dtype.kind in "biufc" and one.ndim}
-    most = max((one.ndim for one in numbers.values()), default=0)
-    says = [name for name, one in numbers.items() if _is_radiance(name, one.attrs)]
-    names = [name for name, one in numbers.items() if one.ndim == most or name in (variable, *says)]
-    shown = ", ".join(map(repr, names[:MAX_NAMES])) or "none at all"
-    if variable is not None:
-        if variable not in names:
-            message = f"the file has no variable {variable!r} of numbers; it has {shown}"
-            raise FieldRefusedError(printable(message), "", "variable")
-        return dataset[variable]
-    best = says if len(says) == 1 else names
-    if len(best) != 1:
-        message = f"the file has {len(names)} variables of numbers: {shown}"
-        raise FieldRefusedError(printable(message), 'add variable = "NAME"', "table")
-    return dataset[best[0]]
+def chosen_field(dataset: Any, variable: str | None) -> tuple[Any, dict[str, Any]]:
+    """A variable of a dataset with its coordinates of numbers, and the bounds that these name.
 
-
-def _with_coordinates(field: Any, dataset: Any) -> Any:
-    """The field with its coordinates of numbers, and with variables over a part of its dimensions.
-
-    Some programs do not mark the latter as coordinates.
+    Variables over a part of its dimensions are coordinates, too: some programs do not mark them as such.
     """
+    field = dataset[_name_of_field(dataset, variable)]
     beside = {
         name: one
         for name, one in dataset.data_vars.items()
         if name != field.name and one.ndim and one.dtype.kind in "biuf" and {*one.dims} < {*field.dims}
     }
     texts = [name for name, axis in field.coords.items() if axis.dtype.kind not in "biuf"]
-    return field.drop_vars(texts).assign_coords(beside)
+    field = field.drop_vars(texts).assign_coords(beside)
+    named = {bounds_name(axis) for axis in field.coords.values()}
+    return field, {name: dataset[name].reset_coords(drop=True) for name in named if name in dataset.variables}
+
+
+def bounds_name(coordinate: Any) -> str:
+    """Name of the CF bounds of a coordinate, or an empty text; xarray has it among attributes or the encoding."""
+    return str({**getattr(coordinate, "encoding", {}), **coordinate.attrs}.get("bounds", ""))
+
+
+def _name_of_field(dataset: Any, variable: str | None) -> str:
+    """The variable that is named, the only one, or the only one that says that it is a radiance."""
+    edges = {bounds_name(one) for one in dataset.variables.values()}
+    numbers = {
+        str(name): one
+        for name, one in dataset.data_vars.items()
+        if one.dtype.kind in "biufc" and one.ndim and name not in edges
+    }
+    most = max((one.ndim for one in numbers.values()), default=0)
+    says = [name for name, one in numbers.items() if _is_radiance(name, one.attrs)]
+    names = [name for name, one in numbers.items() if one.ndim == most or name in (variable, *says)]
+    shown = ", ".join(map(repr, names[:MAX_NAMES])) or "none at all"
+    if variable is not None and variable not in names:
+        message = f"the file has no variable {variable!r} of numbers; it has {shown}"
+        raise FieldError(printable(message), argument="variable")
+    best = [variable] if variable is not None else says if len(says) == 1 else names
+    if not best:
+        advice = "write a group into a file of its own: xarray.open_dataset(path, group='NAME').to_netcdf('field.nc')"
+        raise FieldError("the file has no variables of numbers outside of groups", advice)
+    if len(best) > 1:
+        message = f"the file has {len(names)} variables of numbers: {shown}"
+        raise FieldError(printable(message), f"choose one: --variable {best[0]} (variable=)")
+    return best[0]
 
 
 def _is_radiance(name: str, attributes: Mapping[str, Any]) -> bool:
@@ -155,8 +160,8 @@ def _at_indices(field: Any, isel: Mapping[str, int]) -> Any:
         if dim not in field.dims:
             shown = ", ".join(repr(str(one)) for one in field.dims)
             message = f"the field has no dimension {dim!r}; it has {shown}"
-            raise FieldRefusedError(printable(message), "", "isel")
+            raise FieldError(printable(message), argument="isel")
         if not 0 <= index < field.sizes[dim]:
             message = f"dimension {dim!r} has indices 0 to {field.sizes[dim] - 1}, not {index}"
-            raise FieldRefusedError(printable(message), "", "isel")
+            raise FieldError(printable(message), argument="isel")
     return field.isel(isel)

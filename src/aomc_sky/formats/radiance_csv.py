@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,20 +10,25 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.directions import AzimuthConvention, azimuth_from_sun_deg, to_enu_azimuth_deg
-from aomc_sky.errors import Span, UsageError, require_one_of
+from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
+from aomc_sky.errors import Span, UsageError
+from aomc_sky.formats.azimuth_words import ASSUMED_AZIMUTH, SAY_AZIMUTH, UnclearError, convention_of, given_convention
+from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
 from aomc_sky.formats.radiance_words import (
     ANGLE_DEGREES,
-    CONVENTIONS,
     GAP_NUMBERS,
     GAPS,
     KEYS,
+    LEAST_NM,
     LENGTH_NM,
+    MAX_RADIANCE,
+    MOST_NM,
+    SAY_ANGLE,
+    SAY_SUN,
     Name,
-    convention_of,
+    have_look_of_degrees,
     name_of_column,
     plain_unit,
-    radiance_factor,
     unit_and_counts,
 )
 from aomc_sky.formats.report import MAX_PER_VALUE, BadValueError, Report, printable, quoted
@@ -30,26 +36,12 @@ from aomc_sky.formats.text_file import read_bytes
 from aomc_sky.formats.units import parse_real
 
 MAX_BYTES = 2**27
-MAX_VALUE = 1e30
 _DIGITS = 10  #: Decimals of a degree that are kept, so that radians give back the degrees they came from.
 
-_SAY_AZIMUTH = (
-    f"write --azimuth-convention {'|'.join(CONVENTIONS)} (azimuth_convention=), or a line '# azimuth: clockwise from "
-    "north', '# azimuth: from the sun'"
-)
-_ASSUMED_AZIMUTH = (
-    "the file does not say from where azimuths count; they are taken from +x (east) towards +y (north), as in "
-    "skydist.inp; --azimuth-convention (azimuth_convention=) says otherwise"
-)
-_SAY_ANGLE = "write --angle-unit deg or rad (angle_unit=), or a line '# angle unit: deg', or name the column zenith_deg"
-_SAY_SUN = (
-    "write --sun-azimuth DEG, from east towards north (sun_azimuth_deg=), or a line '# sun azimuth: 225 clockwise from "
-    "north'"
-)
-_SAY_UNIT = (
-    "write --radiance-unit 'W m-2 nm-1 sr-1' (radiance_unit=), or a line '# radiance unit: mW m-2 nm-1 sr-1', or "
-    "relative"
-)
+_AZIMUTH_LINE = f"{SAY_AZIMUTH}; or a line '# azimuth: clockwise from north', '# azimuth: from the sun'"
+_ANGLE_LINE = f"{SAY_ANGLE}, or a line '# angle unit: deg', or name the column zenith_deg"
+_UNIT_LINE = f"{SAY_UNIT}; or a line '# radiance unit: mW m-2 nm-1 sr-1'"
+_SUN_LINE = f"{SAY_SUN}, or a line '# sun azimuth: 225 clockwise from north'"
 COMMENT = re.compile(r"\s*(?:[#%!]+|//+|;(?!.*;))")
 """Start of a line of comment; a row may begin with an empty column and a semicolon, but has two of them."""
 _PLAIN_AZIMUTH = re.compile(
@@ -57,6 +49,8 @@ _PLAIN_AZIMUTH = re.compile(
     r"((?:(?:counter|anti)?-?clockwise|from|relative to|(?:east|north|west) of)\b.*\S)",
     re.IGNORECASE,
 )
+_QUOTED = re.compile(r'"(?:[^"]|"")*"')
+_GROUPED = re.compile(r"[1-9]\d{0,2}(?:[.,]\d{3})+")
 _DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas"}
 _NEEDED = {
     "zenith": ("zenith angles", "name it 'zenith (deg)' or 'elevation (deg)'"),
@@ -88,20 +82,25 @@ def read_radiance_points(
 
     InputFileError: every problem of the file (E651 to E654).
     """
-    convention = azimuth_convention
-    if isinstance(convention, AzimuthConvention):
-        convention = convention.name.lower()
-    if convention is not None:
-        require_one_of(CONVENTIONS, convention, "azimuth_convention")
     if angle_unit not in (None, "deg", "rad"):
         raise UsageError(f"angle_unit must be 'deg' or 'rad', got {angle_unit!r}")
     if radiance_unit is not None and radiance_factor(radiance_unit) is None:
-        raise UsageError(
-            f"radiance unit {radiance_unit!r} is not known; write 'W m-2 nm-1 sr-1', its like, or 'relative'"
-        )
-    given = {"azimuth": convention, "angle": angle_unit, "radiance": radiance_unit}
+        raise UsageError(f"radiance unit {radiance_unit!r} is not known; {SAY_UNIT}")
+    given = {"angle": angle_unit, "radiance": radiance_unit}
     sun = {"sun_zenith": sun_zenith_deg, "sun_azimuth": sun_azimuth_deg}
-    return _Table(path, {name: value for name, value in given.items() if value is not None}, sun).points()
+    table = _Table(path, {name: value for name, value in given.items() if value is not None}, sun)
+    return table.points(None if azimuth_convention is None else given_convention(azimuth_convention))
+
+
+def split_row(line: str, delimiter: str) -> list[str]:
+    """Cells of a row without blanks around them; a cell in quotes may hold the delimiter."""
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
+
+
+def delimiter_of(line: str) -> str:
+    """What divides the names of columns; a comma where nothing does."""
+    outside = _QUOTED.sub("", line)
+    return next((one for one in _DELIMITERS if one in outside), ",")
 
 
 def _without_sign(line: str) -> str:
@@ -117,6 +116,7 @@ class _Table:
         self.report = Report(path=str(path))
         self.given, self.sun = given, sun
         self.head: dict[str, tuple[str, Span]] = {}
+        self.azimuth_lines: list[tuple[str, Span]] = []
         self.remarks: list[str] = []
         self.rows: list[tuple[int, str]] = []
         last_comment = None
@@ -133,7 +133,7 @@ class _Table:
                 self.rows.append((number, line))
         if last_comment and self.rows and not re.search("[A-Za-z]{2}", self.rows[0][1].lower().replace("nan", "")):
             self.rows.insert(0, last_comment)  # numpy.savetxt writes the names behind a '#' or '%'
-        self.delimiter = next((d for d in _DELIMITERS if self.rows and d in self.rows[0][1]), ",")
+        self.delimiter = delimiter_of(self.rows[0][1] if self.rows else "")
 
     def _bad(self, span: Span, message: str, advice: str, code: str = "E651") -> None:
         self.report.at(span, code, message, advice=advice)
@@ -143,32 +143,36 @@ class _Table:
         match = re.match(r"\s*([A-Za-z][\w ]*?)\s*[:=]\s*(\S.*?)\s*\Z", text)
         key = KEYS.get(re.sub(r"\W+", "_", match[1].lower())) if match else None
         plain = _PLAIN_AZIMUTH.match(text)
-        if match and key:
-            self.head[key] = match[2], Span(number, match.start(2) + 1, line, len(match[2]))
-        elif plain:
-            self.head.setdefault("azimuth", (plain[1], Span(number, plain.start(1) + 1, line, len(plain[1]))))
+        found = match if match and key else plain
+        if found:
+            group = 2 if found is match else 1
+            value = found[group], Span(number, found.start(group) + 1, line, len(found[group]))
+            if found is plain or key == "azimuth":
+                self.azimuth_lines.append(value)
+            else:
+                self.head[str(key)] = value
 
-    def _cells(self, number: int, line: str) -> list[tuple[str, Span]]:
-        """Texts of a row and their spans."""
-        cells, start = [], 1
-        for part in line.split(self.delimiter):
-            text, column = part.strip(), start + len(part) - len(part.lstrip())
-            cells.append((text.strip('"'), Span(number, column, line, max(len(text), 1))))
-            start += len(part) + 1
-        return cells
+    def _span(self, number: int, line: str, index: int) -> Span:
+        """Position of a cell, without its quotes."""
+        inside = _QUOTED.sub(lambda cell: "x" * len(cell[0]), line)  # as long, and without delimiters
+        parts = inside.split(self.delimiter)
+        index = min(index, len(parts) - 1)  # of a row whose quotes do not close
+        start = sum(len(part) + 1 for part in parts[:index])
+        cell = line[start : start + len(parts[index])]
+        start += len(cell) - len(cell.lstrip(' "'))
+        return Span(number, start + 1, line, max(len(cell.strip(' "')), 1))
 
-    def points(self) -> dict[str, Any]:
-        """Return the contents of the file, or raise all its problems."""
+    def points(self, convention: AzimuthConvention | None) -> dict[str, Any]:
+        """Return the contents of the file, or raise all its problems; a convention here wins over the file's."""
         columns = self._columns()
         if not columns or not self.rows:
             self._close()
         of = {one.name.slot: one for one in columns}
         light = [one for one in columns if one.name.role == "radiance"]
         angles = [of["zenith"], of["azimuth"]]
-        are_degrees = any(np.any(np.abs(one.values) > 2 * np.pi) for one in angles)  # no radian is so large
-        zenith, azimuth = (self._angle(one, are_degrees) for one in angles)
+        zenith, azimuth = (self._angle(one, other) for one, other in (angles, angles[::-1]))
         sun_zenith, sun_azimuth = self._sun("sun_zenith", 90.0), self._sun("sun_azimuth", 360.0)
-        azimuth = self._converted(azimuth, of["azimuth"], sun_azimuth)
+        azimuth = self._converted(azimuth, of["azimuth"], sun_azimuth, convention)
         factor = self._factor(light)
         wavelength = self._wavelengths(light, of.get("wavelength"))
         for one in light:
@@ -203,28 +207,29 @@ class _Table:
             )
             return []
         number, line = self.rows.pop(0)
-        cells = self._cells(number, _without_sign(line))
-        if len(cells) == 1 and sum(name_of_column(word) is not None for word in cells[0][0].split()) > 2:
+        names = split_row(_without_sign(line), self.delimiter)
+        if len(names) == 1 and sum(name_of_column(word) is not None for word in names[0].split()) > 2:
             span = Span(number, 1, line, len(line.rstrip()))
             self._bad(span, "blanks are between the columns", "separate the columns by commas")
             return []
         columns: dict[tuple[str, float | None], _Column] = {}
         unused = []
-        for index, (text, span) in enumerate(cells):
+        for index, text in enumerate(names):
             name = name_of_column(text)
             if name is None:
                 unused += [text] if text else []
                 continue
+            span = self._span(number, line, index)
             one = _Column(name, index, span, np.full(len(self.rows), np.nan))
             first = columns.setdefault((name.slot, name.wavelength_nm), one)
             if first is not one:
                 message = f"columns {first.index + 1} and {index + 1} are both {name.role}"
                 self._bad(span, message, "give the one that is not meant another name")
-        slots, shown = {slot for slot, _ in columns}, ", ".join(quoted(text) for text, _ in cells[:12])
+        slots, shown = {slot for slot, _ in columns}, ", ".join(quoted(text) for text in names[:12])
         missing = [slot for slot in _NEEDED if slot not in slots]
         for slot in missing:
             what, advice = _NEEDED[slot]
-            span = Span(number, 1, cells[0][1].text, len(line.rstrip()))
+            span = Span(number, 1, line, len(line.rstrip()))
             self._bad(span, f"there is no column of {what} among {shown}", advice)
         if unused:
             self.remarks.append(f"columns not used: {', '.join(map(printable, unused))}")
@@ -232,42 +237,62 @@ class _Table:
             self.report.add("E654", "the file has no row of numbers", advice="write a row for each direction")
         if missing:
             return []
-        self._read_rows(list(columns.values()), len(cells))
+        self._read_rows(list(columns.values()), len(names))
         return list(columns.values())
 
     def _read_rows(self, columns: list[_Column], n_names: int) -> None:
         width = max((one.index for one in columns), default=0) + 1
+        texts: dict[int, list[str]] = {}
         for k, (number, line) in enumerate(self.rows):
-            cells = self._cells(number, line)
-            if len(cells) < width or any(text for text, _ in cells[n_names:]):
+            cells = split_row(line, self.delimiter)
+            if len(cells) < width or any(cells[n_names:]):
                 advice = f"write {_DELIMITERS[self.delimiter]} between columns, and a point for decimals"
                 message = f"a row of {len(cells)} columns under {n_names} names"
                 self._bad(Span(number, 1, line, len(line)), message, advice, "E652")
                 continue
+            texts[k] = cells
             for one in columns:
-                text, span = cells[one.index]
                 try:
-                    one.values[k] = self._number(text)
+                    one.values[k] = self._number(cells[one.index], one.name.role)
                 except BadValueError as problem:
+                    span = self._span(number, line, one.index)
                     self._bad(span, problem.message, f"{problem.advice}, or nothing for a gap", "E652")
             if self.report.is_full:
                 break
+        for one in columns:
+            if one.name.role in ("radiance", "wavelength"):
+                self._refuse_thousands(one.index, texts)
 
-    def _number(self, text: str) -> float:
+    def _refuse_thousands(self, index: int, texts: dict[int, list[str]]) -> None:
+        """Ask where 1.050 beside 829 may be 1050: all separators of a column are before three digits."""
+        cells = {k: cells[index] for k, cells in texts.items()}
+        marked = [k for k, text in cells.items() if "," in text or ("." in text and self.delimiter != ",")]
+        whole = [text for text in cells.values() if text.isdecimal()]
+        if marked and whole and max(map(len, whole)) <= 3 and all(_GROUPED.fullmatch(cells[k]) for k in marked):
+            text, digits = cells[marked[0]], re.sub("[.,]", "", cells[marked[0]])
+            message = f"{quoted(text)} beside {quoted(whole[0])} may be {digits}, with a separator of thousands"
+            number, line = self.rows[marked[0]]
+            self._bad(self._span(number, line, index), message, f"write {digits}, or {text}0 for the decimal", "E652")
+
+    def _number(self, text: str, role: str) -> float:
         if text.lower() in GAPS:
             return np.nan
-        value = parse_real(text if self.delimiter == "," else text.replace(",", "."))
-        if abs(value) > MAX_VALUE:
+        value = parse_real(text.replace(",", "."))
+        is_gap = value in GAP_NUMBERS or (role == "radiance" and value > MAX_RADIANCE)
+        if not is_gap and abs(value) > MAX_RADIANCE:
             raise BadValueError("E652", f"{quoted(text)} is beyond all ranges", advice="write a smaller number")
-        return np.nan if value in GAP_NUMBERS else value
+        return np.nan if is_gap else value
 
     def _refuse(self, column: _Column, is_bad: np.ndarray, allowed: str) -> None:
         """Report numbers of a column outside their range."""
         role = column.name.role
         for k in np.flatnonzero(is_bad)[:MAX_PER_VALUE]:
-            text, span = self._cells(*self.rows[k])[column.index]
-            message = f"{quoted(text)} is no {role}{' angle' * (role in ('zenith', 'elevation'))}"
-            self._bad(span, message, f"{allowed}; nothing, nan or -999 is a gap", "E653")
+            number, line = self.rows[k]
+            text = quoted(split_row(line, self.delimiter)[column.index])
+            message = f"{text} is no {role}{' angle' * (role in ('zenith', 'elevation'))}"
+            self._bad(
+                self._span(number, line, column.index), message, f"{allowed}; nothing, nan or -999 is a gap", "E653"
+            )
 
     def _unit(self, key: str, column: _Column) -> tuple[str, Span]:
         """The unit from an option, the name of a column or the head, and its position."""
@@ -275,7 +300,7 @@ class _Table:
             return self.given.get(key, column.name.unit), column.span
         return self.head.get(key, ("", column.span))
 
-    def _angle(self, column: _Column, are_degrees: bool) -> np.ndarray:
+    def _angle(self, column: _Column, other: _Column) -> np.ndarray:
         """Zenith angles, or azimuths as they count in the file. [deg]"""
         unit, span = self._unit("angle", column)
         is_azimuth = column.name.slot == "azimuth"
@@ -283,10 +308,15 @@ class _Table:
         unit = unit or self.head.get("angle", ("",))[0]
         scale = ANGLE_DEGREES.get(plain_unit(unit))
         if unit and scale is None:
-            advice = _SAY_ANGLE + "; --azimuth-convention says from where azimuths count" * is_azimuth
+            advice = _ANGLE_LINE + "; --azimuth-convention says from where azimuths count" * is_azimuth
             self._bad(span, f"{quoted(unit)} is no unit of an angle", advice)
-        elif not unit and not are_degrees:
-            self._bad(span, "nothing says whether this is in degrees or radians", _SAY_ANGLE)
+        elif not unit and not have_look_of_degrees(column.values) and np.any(column.values):
+            message, advice = "nothing says whether this is in degrees or radians", _ANGLE_LINE
+            if have_look_of_degrees(other.values):
+                sizes = [f"{one.name.role} to {np.nanmax(one.values):g}" for one in (column, other)]
+                message = f"{message}: {' beside '.join(sizes)}"
+                advice = "name the columns by their units: zenith_rad, azimuth_deg"
+            self._bad(span, message, advice)
         angle = np.round(column.values * (scale or 1.0), _DIGITS)
         low, high = (-360, 360) if is_azimuth else (-90, 180)
         self._refuse(column, (angle < low) | (angle > high), f"write {low} to {high} degrees")
@@ -298,35 +328,40 @@ class _Table:
             return self.sun[name]
         text, span = self.head[name]
         match = re.fullmatch(r"(-?(?:\d+\.?\d*|\.\d+))\s*(?:deg(?:rees)?|°)?,?\s*(.*)", text)
-        convention = "" if match is None or name == "sun_zenith" else convention_of(match[2]) or "from_sun"
-        if match is None or abs(float(match[1])) > high or convention.startswith("from_sun"):
-            advice = _SAY_SUN if name == "sun_azimuth" else "write '# sun zenith: 40', 0 to 90 degrees"
+        convention = None
+        if match is not None and name == "sun_azimuth":
+            try:
+                convention = convention_of(match[2])
+            except UnclearError:
+                match = None
+        if match is None or abs(float(match[1])) > high or (convention and convention.is_from_sun):
+            advice = _SUN_LINE if name == "sun_azimuth" else "write '# sun zenith: 40', 0 to 90 degrees"
             self._bad(span, f"{quoted(text)} does not say where the sun is", advice)
             return 0.0
         value = float(match[1])
-        return float(to_enu_azimuth_deg(value, AzimuthConvention[convention.upper()])) if convention else value
+        return float(to_enu_azimuth_deg(value, convention)) if convention else value
 
-    def _converted(self, azimuth: np.ndarray, column: _Column, sun_azimuth: float | None) -> np.ndarray:
+    def _converted(
+        self, azimuth: np.ndarray, column: _Column, sun_azimuth: float | None, given: AzimuthConvention | None
+    ) -> np.ndarray:
         """Azimuths from +x towards +y."""
         named = unit_and_counts(column.name.unit)[1]
-        if named and column.name.role == "relative azimuth":
-            named += " from sun"
-        text, span = self.head.get("azimuth", (named, column.span))
-        convention = self.given.get("azimuth") or convention_of(text)
-        if convention is None and text:
-            self._bad(span, f"{quoted(text)} does not say from where azimuths count", _SAY_AZIMUTH)
+        said = [*self.azimuth_lines, *([(named, column.span)] if named else [])]
+        if column.name.role == "relative azimuth":
+            said.append(("relative", column.span))
+        span = said[0][1] if said else column.span
+        try:
+            convention = convention_of(*(text for text, _ in said)) if given is None and said else given
+        except UnclearError as error:
+            self._bad(span, str(error), _AZIMUTH_LINE)
             return azimuth
-        if convention is None and column.name.role == "relative azimuth":
-            convention = "from_sun"
-        elif convention is None:
-            self.remarks.append(_ASSUMED_AZIMUTH)
-            convention = "enu_from_east"
-        if not convention.startswith("from_sun"):
-            return to_enu_azimuth_deg(azimuth, AzimuthConvention[convention.upper()])
-        if sun_azimuth is None:
-            self._bad(span, "azimuths count from the sun, but nothing says where it is", _SAY_SUN)
+        if convention is None:
+            self.remarks.append(f"the file {ASSUMED_AZIMUTH}")
+            convention = AzimuthConvention.ENU_FROM_EAST
+        if convention.is_from_sun and sun_azimuth is None:
+            self._bad(span, "azimuths count from the sun, but nothing says where it is", _SUN_LINE)
             return azimuth
-        return azimuth_from_sun_deg(azimuth, sun_azimuth, clockwise=convention == "from_sun_clockwise")
+        return to_enu_azimuth_deg(azimuth, convention, sun_azimuth or 0.0)
 
     def _factor(self, light: list[_Column]) -> float:
         """The unit in W m-2 nm-1 sr-1; 0 for relative radiances."""
@@ -338,9 +373,9 @@ class _Table:
             return 0.0
         factor = radiance_factor(unit)
         if other is not None and "radiance" not in self.given:
-            self._bad(other.span, "columns of radiance have different units", _SAY_UNIT)
+            self._bad(other.span, "columns of radiance have different units", _UNIT_LINE)
         elif factor is None:
-            self._bad(span, f"{quoted(unit)} is no unit of spectral radiance", _SAY_UNIT)
+            self._bad(span, f"{quoted(unit)} is no unit of spectral radiance", _UNIT_LINE)
         return factor or 0.0
 
     def _wavelengths(self, light: list[_Column], column: _Column | None) -> np.ndarray | None:
@@ -359,13 +394,14 @@ class _Table:
                 self._bad(column.span, message, "write wavelength (nm) or wavelength (um)")
                 return None
             nm = np.round(column.values * scale, _DIGITS)
-            self._refuse(column, (nm < 20) | (nm > 1e5), "write 20 to 100000 nm, or name the column wavelength (um)")
+            allowed = f"write {LEAST_NM:g} to {MOST_NM:g} nm, or name the column wavelength (um)"
+            self._refuse(column, (nm < LEAST_NM) | (nm > MOST_NM), allowed)
             return nm
         if "wavelength" not in self.head:
             return None
         text, span = self.head["wavelength"]
         match = re.fullmatch(r"(\d+(?:\.\d*)?)\s*(\S*)", text)
         value = float(match[1]) * LENGTH_NM.get(plain_unit(match[2] or "nm"), np.nan) if match else np.nan
-        if not 20 <= value <= 1e5:
-            self._bad(span, f"{quoted(text)} is no wavelength", "write '# wavelength: 550 nm'")
+        if not LEAST_NM <= value <= MOST_NM:
+            self._bad(span, f"{quoted(text)} is no wavelength", "write '# wavelength: 550 nm', or um for micrometres")
         return np.full(n, value)

@@ -1,4 +1,4 @@
-"""Words for measured radiances as people write them: names of columns, units, and where azimuths count from."""
+"""Words for radiances of the sky that tables and fields share: names, units of angles and wavelengths, gaps."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import re
 from typing import NamedTuple
 
 import numpy as np
+
+from aomc_sky.formats.azimuth_words import speaks_of_azimuths
 
 _ROLES = {
     name: role
@@ -38,80 +40,45 @@ KEYS = {
 
 GAPS = ("", "nan", "na", "n/a", "null", "none", "-", "--")
 GAP_NUMBERS = (-999.0, -9999.0)
-CONVENTIONS = ("north_clockwise", "enu_from_east", "west_of_south", "from_sun", "from_sun_clockwise")
-"""From where azimuths may count: members of `AzimuthConvention`, or the sun (counterclockwise by default)."""
+MAX_RADIANCE = 1e30
+"""Larger numbers are fill values, in any unit."""
 
 ANGLE_DEGREES = {
     **dict.fromkeys(("deg", "degree", "degrees", "°"), 1.0),
     **dict.fromkeys(("rad", "radian", "radians"), 180 / np.pi),
 }
 """Units of an angle, in degrees, by their `plain_unit`."""
+SAY_ANGLE = "write --angle-unit deg or rad (angle_unit=)"
+SAY_SUN = "write --sun-azimuth DEG, from east towards north (sun_azimuth_deg=)"
+
+_METRES = [f"met{end}" for end in ("er", "ers", "re", "res")]
 LENGTH_NM = {
-    **dict.fromkeys(("nm", "nanometer", "nanometers", "nanometre", "nanometres"), 1.0),
-    **dict.fromkeys(("um", "micron", "micrometer", "micrometers", "micrometre", "micrometres"), 1e3),
+    **dict.fromkeys(("nm", *(f"nano{one}" for one in _METRES)), 1.0),
+    **dict.fromkeys(("um", "micron", "microns", *(f"micro{one}" for one in _METRES)), 1e3),
+    **dict.fromkeys(("angstrom", "angstroms"), 0.1),
     "m": 1e9,
 }
 """Units of a wavelength, in nm, by their `plain_unit`."""
-_RELATIVE = ("relative", "rel", "arbitrary", "arb", "a.u.", "au", "counts", "dn", "1", "dimensionless", "unitless")
-_PARTS = (
-    {"w": 1.0, "kw": 1e3, "mw": 1e-3, "uw": 1e-6, "nw": 1e-9},
-    {"m2": 1.0, "cm2": 1e4, "mm2": 1e6},
-    {"nm": 1.0, "um": 1e-3, "micron": 1e-3, "angstrom": 10.0},
-    {"sr": 1.0, "str": 1.0, "ster": 1.0, "steradian": 1.0},
-)
-_PLAIN = str.maketrans("µμ⁻¹²·\u2212/*^_", "uu-12 -    ")
+LEAST_NM, MOST_NM = 20.0, 1e5
+"""Wavelengths outside of these, in nm as they are read, have another unit."""
 
 
 def plain_unit(unit: str) -> str:
-    """A unit in small letters and plain signs."""
-    return unit.strip().lower().translate(_PLAIN)
+    """A unit in small letters, with u for micro."""
+    return unit.strip().lower().replace("µ", "u").replace("μ", "u")
 
 
-_SHORT = {"n": "north", "e": "east", "s": "south", "w": "west", "x": "east", "cw": "clockwise"}
-_SHORT |= dict.fromkeys(("ccw", "acw"), "counterclockwise")
-_OF = {("east", "north"): "north_clockwise", ("north", "east"): "enu_from_east", ("west", "south"): "west_of_south"}
-_COUNTS = re.compile(r"\b(?:a?c?cw|(?:counter|anti)?clockwise|north|east|south|west|from|relative|[nesw] of)\b")
-
-
-def radiance_factor(unit: str) -> float | None:
-    """A unit in W m-2 nm-1 sr-1, 0 for relative radiances; any other word gives None.
-
-    A unit has four parts: power, area, wavelength and solid angle. Signs, slashes and brackets add nothing.
-    """
-    if unit.strip().lower() in _RELATIVE:
-        return 0.0
-    words = re.findall(r"[a-z]+2?", re.sub(r"(?<=m)[ -]*(?=2)", "", plain_unit(unit).replace("per", " ")))
-    found = [[part[word] for word in words if word in part] for part in _PARTS]
-    is_whole = len(words) == 4 and all(len(one) == 1 for one in found)
-    return float(np.prod(found)) if is_whole else None
-
-
-def convention_of(text: str) -> str | None:
-    """The convention in words such as "clockwise from north", or None."""
-    plain = text.lower().replace("_", " ").replace("anti", "counter").replace("r-c", "rc")
-    found = [_SHORT.get(word, word) for word in re.findall(r"[a-z]+", plain)]
-    words = set(found)
-    is_counter = "counterclockwise" in words or ("counter" in words and "clockwise" in words)
-    is_clockwise = "clockwise" in words and not is_counter
-    if words & {"sun", "solar"}:
-        return "from_sun_clockwise" if is_clockwise else "from_sun"
-    turn = re.search(r"(north|east|south|west) of (?:the )?(north|east|south|west)", " ".join(found))
-    if turn:
-        return _OF.get((turn[1], turn[2]))
-    if {"west", "south"} <= words:
-        return "west_of_south"
-    start = next((word for word in found if word in ("north", "east")), None)
-    if start == "north":
-        return None if is_counter else "north_clockwise"
-    return "enu_from_east" if start == "east" and not is_clockwise else None
+def have_look_of_degrees(values: np.ndarray) -> bool:
+    """Whether numbers are beyond all radians of a turn."""
+    return bool(np.any(np.abs(values) > 2 * np.pi))
 
 
 def unit_and_counts(text: str) -> tuple[str, str]:
     """The unit of an azimuth, and the words on where it counts from, such as "deg" and "e of n"."""
+    if not speaks_of_azimuths(text):
+        return text, ""
     words = re.split(r"[\s,()]+", plain_unit(text))
     rest = " ".join(word for word in words if word not in ANGLE_DEGREES)
-    if not _COUNTS.search(rest):
-        return text, ""
     return next((word for word in words if word in ANGLE_DEGREES), ""), rest
 
 
@@ -130,18 +97,18 @@ class Name(NamedTuple):
 
 def name_of_column(text: str) -> Name | None:
     """Read a name of a column; an unknown name gives None."""
-    match = re.fullmatch(r"([^(\[]*?)\s*[(\[](.*?)[)\]]*", text)
+    match = re.fullmatch(r"([^(\[]*?)\s*[(\[](.*?)[)\]]?", text)
     name, unit = (match[1], match[2].strip()) if match else (text, "")
     if re.fullmatch(r"\d+(\.\d+)?\s*nm", unit):  # L (412 nm)
         name, unit = f"{name}_{unit}", ""
     wide = _WIDE.fullmatch(name.strip())
     if wide:
         return Name("radiance", unit, float(wide[1]))
-    parts = re.sub(r"[\W_]+", "_", name.lower()).strip("_").split("_")
+    parts = re.sub(r"[\W_]+", "_", name).strip("_").split("_")
     for k in range(len(parts), 0, -1):  # zenith_deg, radiance_W_m2_nm_sr
-        role = _ROLES.get("_".join(parts[:k]))
+        role = _ROLES.get("_".join(parts[:k]).lower())
         if role:
             rest = " ".join(parts[k:])
-            is_more = role.endswith("azimuth") and _COUNTS.search(rest)  # azimuth from north (deg)
+            is_more = role.endswith("azimuth") and speaks_of_azimuths(rest)  # azimuth from north (deg)
             return Name(role, f"{unit} {rest}".strip() if is_more else unit or rest)
     return None

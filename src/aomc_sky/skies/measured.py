@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
 from aomc_sky.content import same_content, short_repr
-from aomc_sky.directions import given_angle, sky_from_travel, travel_from_sky
+from aomc_sky.directions import given_angle, sky_from_travel, travel_from_sky, within_sky_deg
 from aomc_sky.errors import InputWarning, SceneError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.function_sky import FunctionSky
@@ -146,7 +146,7 @@ class RadianceField(Share):
                 ("sky_azimuth_deg", sky_azimuth_deg, sky_azimuth_rad),
             )
         )
-        values = np.asarray(radiance, dtype=np.float64)
+        zenith, values = within_sky_deg(zenith), np.asarray(radiance, dtype=np.float64)
         nm = np.array([550.0]) if wavelength_nm is None else np.atleast_1d(np.asarray(wavelength_nm, np.float64))
         if wavelength_nm is None:
             remarks = (*remarks, "the points have no wavelength, so the sky is the same at all wavelengths")

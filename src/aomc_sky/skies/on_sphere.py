@@ -197,8 +197,8 @@ def notes_of(parts: Sequence[Interpolant], *, has_sun: bool = False) -> tuple[st
     error = "their errors cannot be told from so few"
     if not math.isnan(worst.error):
         error = (
-            f"foretold by the others, a radiance is off by {_percent(worst.error)} (root mean square), at most "
-            f"{_percent(worst.worst_error)} (zenith angle {worst.worst_deg[0]:.0f}, azimuth {worst.worst_deg[1]:.0f})"
+            f"foretold by the others, a radiance is off by {percent(worst.error)} (root mean square), at most "
+            f"{percent(worst.worst_error)} (zenith angle {worst.worst_deg[0]:.0f}, azimuth {worst.worst_deg[1]:.0f})"
         )
     if any(part.wants_sun for part in parts):
         error += "; directions near the sun are needed most"
@@ -207,12 +207,12 @@ def notes_of(parts: Sequence[Interpolant], *, has_sun: bool = False) -> tuple[st
     return (
         f"{counts} directions, interpolated by a thin-plate spline of their unit vectors"
         f"{' on a trend around the sun' if has_sun else ''}; {error}",
-        f"{_percent(beyond.extrapolated)} of the light comes from beyond the measured directions; the widest gap is "
+        f"{percent(beyond.extrapolated)} of the light comes from beyond the measured directions; the widest gap is "
         f"{beyond.gap_deg:.0f} degrees from the nearest one",
     )
 
 
-def _percent(share: float) -> str:
+def percent(share: float) -> str:
     """Two digits, and never a power of ten."""
     return f"{float(f'{100 * share:.2g}'):g} %"
 
@@ -226,7 +226,7 @@ def warn_of_extrapolation(parts: Sequence[Interpolant], *, has_sun: bool = False
             "trend around it serves there"
         )
         warnings.warn(
-            f"measured sky: {_percent(share)} of the light comes from beyond the measured directions, where it is "
+            f"measured sky: {percent(share)} of the light comes from beyond the measured directions, where it is "
             "extrapolated" + ("" if has_sun else advice),
             InputWarning,
             stacklevel=5,

@@ -3,137 +3,168 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
-from aomc_sky.directions import AzimuthConvention, sin_cos_deg, to_enu_azimuth_deg
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.directions import EDGE_DEG, AzimuthConvention, sin_cos_deg, travel_from_sky
+from aomc_sky.errors import FieldError, UsageError
+from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
 from aomc_sky.grid import PatchGrid
+from aomc_sky.skies.field_axes import (
+    Axis,
+    Azimuths,
+    axis_of,
+    azimuths,
+    field_and_bounds,
+    radiances,
+    wavelengths_nm,
+    zenith_deg,
+)
 from aomc_sky.skies.patch_integrals import slopes_of
 from aomc_sky.skies.quadrature import POINTS, weighted_sum
 
-#: Names by which a coordinate is known, beside those that begin with one of them.
-_NAMES = {
-    "zenith": (
-        "zenith",
-        "vza",
-        "theta",
-        "mu",
-        "umu",
-        "cos_zenith",
-        "elevation",
-        "view_zenith",
-        "viewing_zenith",
-        "sky_zenith",
-    ),
-    "azimuth": ("azimuth", "vaa", "phi", "view_azimuth", "viewing_azimuth", "sky_azimuth", "relative_azimuth"),
-    "wavelength": ("wavelength", "wavelengths", "wavelength_nm", "wl", "w", "lambda", "wvl"),
-}
-_COSINES = ("mu", "cos_zenith", "umu")  #: The last one as DISORT has it: negative where light comes from the sky.
-_CF_AZIMUTHS = ("sensor_azimuth_angle", "platform_azimuth_angle")  #: Clockwise from north.
-_DEGREES = {"degree", "degrees", "deg", "°"}
-_RADIANS = {"rad", "radian", "radians"}
-_NM = {"nm": 1.0, "um": 1e3, "µm": 1e3, "micron": 1e3, "microns": 1e3, "m": 1e9, "angstrom": 0.1, "angstroms": 0.1}
-_NM |= {
-    f"{prefix}met{end}": factor
-    for prefix, factor in (("nano", 1.0), ("micro", 1e3))
-    for end in ("er", "ers", "re", "res")
-}
-_DIGITS = 10  #: Digits of a degree; radians become the degrees that they were.
+_ALL_MISSING = "all values of the field are missing: NaN, fill values, outside of valid_range, or above 1e30"
 _WIDE_GAP = 3.0  #: How many usual steps are a gap.
-
-
-class _Axis(NamedTuple):
-    """One coordinate of a field."""
-
-    name: str
-    dims: tuple[str, ...]
-    values: np.ndarray  #: (n,), also of a coordinate with several dimensions
-    attributes: dict[str, Any]
+_SAME_DEG = 1e-6  #: Azimuths that are nearer are one.
+_TWICE = 0.01  #: Most that two radiances of one direction may differ, as a share.
 
 
 def read_radiance_field(
     field: Any,
     *,
-    names: dict[str, str | None],
+    variable: str | None = None,
+    names: Mapping[str, str | None],
     angle_unit: str | None,
     azimuth_convention: AzimuthConvention | str | None,
-    grid: PatchGrid | None,
-    sun: Mapping[str, Any],
+    radiance_unit: str | None,
+    grid: PatchGrid | None = None,
+    sun_azimuth_deg: float | None,
+    sun: Mapping[str, Any] = MappingProxyType({}),
 ) -> dict[str, Any]:
-    """Turn an xarray.DataArray of radiance, or what has its members, into arguments of a `TabulatedSky`.
+    """Turn a radiance with coordinates, as xarray has it, into arguments of a `TabulatedSky`.
 
-    Zenith angles and azimuths that are dimensions of the field become patches that end half-way between them. Those of
-    scattered directions, and fields with NaN, are interpolated on the sphere to `grid`, with `sun` as `RadianceField`
-    has it.
+    Zenith angles and azimuths that are dimensions of the field become patches: between their bounds, or half-way
+    between them. Those of scattered directions, and fields with NaN, are interpolated on the sphere to `grid`, with
+    `sun` as `RadianceField` has it; `sun_azimuth_deg` is for azimuths that count from the sun.
     """
-    _check_kind(field)
-    zenith, azimuth, wavelength = (_axis(field, role, names.get(role)) for role in ("zenith", "azimuth", "wavelength"))
-    if zenith is None:
-        raise SceneError(
-            f"the field has no coordinate of zenith angles among {_listed(field)}; say which one it is: zenith='NAME'"
-        )
+    field, bounds = field_and_bounds(field, variable)
+    zenith, azimuth, wavelength = (axis_of(field, role, names.get(role), bounds) for role in _ROLES)
+    assert zenith is not None
     remarks: list[str] = []
-    zenith_deg = _zenith_deg(zenith, angle_unit)
-    azimuth_deg = None if azimuth is None else _azimuth_deg(azimuth, angle_unit, azimuth_convention, remarks)
+    unit = _unit(field, radiance_unit, remarks)
+    columns, is_from_sun = None, False
     if azimuth is None:
         remarks.append("the field has no azimuth, so its sky is the same all around")
-    wavelength_nm = np.array([550.0]) if wavelength is None else _wavelength_nm(wavelength)
+    else:
+        columns, convention = azimuths(azimuth, angle_unit, azimuth_convention, sun_azimuth_deg, remarks)
+        is_from_sun = convention.is_from_sun
+    wavelength_nm = np.array([550.0]) if wavelength is None else wavelengths_nm(wavelength)
     if wavelength is None:
         remarks.append("the field has no wavelength, so its sky is the same at all wavelengths")
-    is_scattered = azimuth is not None and zenith.dims == azimuth.dims
     point_nm = None if wavelength is None else _nm_of_points(field, zenith, azimuth, wavelength, wavelength_nm)
     of_rows, n_rows = (wavelength, wavelength_nm.size) if point_nm is None else (None, 1)
     values = _values(field, zenith, azimuth, of_rows, n_rows)
-    has_bounds = any("bounds" in part.attributes for part in (zenith, azimuth) if part is not None)
-    if not is_scattered:
+    angle = zenith_deg(zenith, zenith.values, angle_unit)
+    has_bounds = any(one is not None and (one.bounds is not None or one.absent_bounds) for one in (zenith, azimuth))
+    if columns is None or zenith.dims != azimuth.dims:  # type: ignore[union-attr]
+        edges = None if zenith.bounds is None else zenith_deg(zenith, zenith.bounds, angle_unit)
         gaps: list[str] = []
-        zenith_deg, azimuth_deg, values, product = _product(zenith, zenith_deg, azimuth_deg, values, remarks, gaps)
+        angle, values, rings = _rings(zenith, angle, edges, values, remarks, gaps)
+        turned, values, bounds_of_columns = _columns(azimuth, columns, values, remarks, gaps)
+        product = PatchGrid(zenith_bounds_deg=rings, azimuth_bounds_deg=bounds_of_columns)
         _check_radiances(values)
         if not np.isnan(values).any():
-            if any(angle is not None for angle in sun.values()):
+            if not is_from_sun and any(one is not None for one in sun.values()):
                 raise UsageError("the sun: not used with a field that has a value in every direction of its grid")
             slope = None
-            if not has_bounds and zenith_deg.size > 1:
-                means = [_joined(zenith_deg, azimuth_deg, row, product) for row in values]
+            if not has_bounds and angle.size > 1:
+                means = [_joined(angle, turned, row, product) for row in values]
                 values, slope = (np.stack(part) for part in zip(*means, strict=True))
-            return _arguments(wavelength_nm, values, slope, product, [*remarks, *gaps])
+            return _arguments(wavelength_nm, values, slope, product, [*remarks, *gaps], unit)
         if grid is None and np.isfinite(values).all(axis=0).mean() >= 0.5:
             grid = product  # else points that were unstacked, or a scan: no field
             remarks += gaps
-        zenith_deg, azimuth_deg = (a.ravel() for a in np.meshgrid(zenith_deg, azimuth_deg, indexing="ij"))
+        angle, turned = (one.ravel() for one in np.meshgrid(angle, turned, indexing="ij"))
         values = values.reshape(wavelength_nm.size, -1)
     else:
-        above = np.abs(zenith_deg) <= 90  # negative: beyond the zenith, as in scans of the principal plane
-        if not above.any():
-            raise SceneError(f"coordinate {zenith.name!r} has no zenith angles up to 90 degrees")
-        if not above.all():
-            remarks.append(f"{np.count_nonzero(~above)} directions below the horizon were left out")
-        zenith_deg, azimuth_deg, values = zenith_deg[above], np.asarray(azimuth_deg)[above], values[:, above]
-        point_nm = None if point_nm is None else point_nm[above]
+        angle, turned, values, point_nm = _above(zenith, angle, columns.enu_deg, values, point_nm, remarks)
     _check_radiances(values)
     grid = PatchGrid.regular(90, 180) if grid is None else grid
-    directions = zenith_deg, np.asarray(azimuth_deg)
-    wavelength_nm, values, slope = _interpolated(directions, values, wavelength_nm, point_nm, grid, sun, remarks)
-    return _arguments(wavelength_nm, values, None if has_bounds else slope, grid, remarks)
+    wavelength_nm, values, slope = _interpolated((angle, turned), values, wavelength_nm, point_nm, grid, sun, remarks)
+    return _arguments(wavelength_nm, values, None if has_bounds else slope, grid, remarks, unit)
+
+
+_ROLES = ("zenith", "azimuth", "wavelength")
 
 
 def _arguments(
-    wavelength_nm: np.ndarray, values: np.ndarray, slope: np.ndarray | None, grid: PatchGrid, remarks: list[str]
+    wavelength_nm: np.ndarray,
+    values: np.ndarray,
+    slope: np.ndarray | None,
+    grid: PatchGrid,
+    remarks: list[str],
+    radiance_unit: float,
 ) -> dict[str, Any]:
-    return {"wavelength_nm": wavelength_nm, "values": values, "slope": slope, "grid": grid, "remarks": tuple(remarks)}
+    return {
+        "wavelength_nm": wavelength_nm,
+        "values": values,
+        "slope": slope,
+        "grid": grid,
+        "remarks": tuple(remarks),
+        "radiance_unit": radiance_unit,
+    }
+
+
+def has_wavelength(field: Any, given: str | None) -> bool:
+    """Whether a field has a coordinate of wavelengths, of this name or any."""
+    field, bounds = field_and_bounds(field, None)
+    return axis_of(field, "wavelength", given, bounds) is not None
+
+
+def _unit(field: Any, given: str | None, remarks: list[str]) -> float:
+    """One unit of the values in W m-2 nm-1 sr-1, 0 for relative ones."""
+    stated = str(field.attrs.get("units", "")).strip() if given is None else given
+    if not stated:
+        remarks.append("the field has no unit of radiance, so its light is relative (--radiance-unit says one)")
+        return 0.0
+    factor = radiance_factor(stated)
+    if factor is None:
+        raise FieldError(f"the unit {stated!r} of the field is none of spectral radiance", SAY_UNIT, "radiance_unit")
+    return factor
+
+
+def _above(
+    zenith: Axis,
+    zenith_deg: np.ndarray,
+    azimuth_deg: np.ndarray,
+    values: np.ndarray,
+    point_nm: np.ndarray | None,
+    remarks: list[str],
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
+    """Scattered directions of the sky; a negative zenith angle is beyond the zenith, as in scans."""
+    is_direction = np.isfinite(zenith_deg) & np.isfinite(azimuth_deg)
+    above = is_direction & (np.abs(np.where(is_direction, zenith_deg, 0.0)) <= 90)
+    if not above.any():
+        raise FieldError(f"coordinate {zenith.name!r} has no zenith angles up to 90 degrees", argument="zenith")
+    for n, what in (
+        (np.sum(~is_direction), "values without a direction"),
+        (np.sum(is_direction & ~above), "directions below the horizon"),
+    ):
+        remarks += [f"{n} {what} were left out"] if n else []
+    return zenith_deg[above], azimuth_deg[above], values[:, above], None if point_nm is None else point_nm[above]
 
 
 def _nm_of_points(
-    field: Any, zenith: _Axis, azimuth: _Axis | None, wavelength: _Axis, wavelength_nm: np.ndarray
+    field: Any, zenith: Axis, azimuth: Axis | None, wavelength: Axis, wavelength_nm: np.ndarray
 ) -> np.ndarray | None:
     """Wavelength of each scattered direction, where it lies along their dimensions; else None. [nm]"""
     angles = {*zenith.dims, *(azimuth.dims if azimuth else ())}
     if angles.isdisjoint(wavelength.dims):
         return None
     if azimuth is None or zenith.dims != azimuth.dims:
-        raise SceneError(
+        raise FieldError(
             f"coordinate {wavelength.name!r} has the dimension {wavelength.dims[0]!r} of an angle; then zenith angle "
             "and azimuth must both have this dimension"
         )
@@ -143,153 +174,29 @@ def _nm_of_points(
     return np.broadcast_to(wavelength_nm.reshape(own), shape).ravel()
 
 
-def _check_kind(field: Any) -> None:
-    """Refuse what has no coordinates, several variables, or no value at all."""
-    if hasattr(field, "data_vars"):
-        names = list(map(str, field.data_vars))
-        choice = f"; choose: dataset[{names[0]!r}]" if names else ""
-        shown = ", ".join(map(repr, names)) or "nothing"
-        raise SceneError(f"a radiance field is one xarray.DataArray, got a Dataset of {shown}{choice}")
-    if not all(hasattr(field, name) for name in ("coords", "dims", "shape", "values")):
-        raise SceneError(
-            f"a radiance field is an xarray.DataArray with coordinates, got {type(field).__name__}; values without "
-            "coordinates: give them to sky.TabulatedSky(grid=, wavelength_nm=, values=)"
-        )
-    empty = [str(dim) for dim, size in zip(field.dims, field.shape, strict=True) if size == 0]
-    if empty:
-        raise SceneError(f"the field has no values: its dimension {empty[0]!r} has length 0")
-
-
-def has_wavelength(field: Any, given: str | None) -> bool:
-    """Whether a field has a coordinate of wavelengths, of this name or any."""
-    return _axis(field, "wavelength", given) is not None
-
-
-def _listed(field: Any) -> str:
-    return ", ".join(repr(str(name)) for name in field.coords) or "none at all"
-
-
-def _axis(field: Any, role: str, given: str | None) -> _Axis | None:
-    """The coordinate of a role: the one that is named, or the only one whose name or standard name says it."""
-    if given is not None:
-        if given not in field.coords:
-            raise SceneError(f"the field has no coordinate {given!r}; it has {_listed(field)}")
-        candidates = [given]
-    else:
-        candidates = [str(name) for name in field.coords if _has_role(str(name), field.coords[name], role)]
-    if role == "wavelength" and role in candidates:
-        candidates = [role]
-    if len(candidates) > 1:
-        raise SceneError(
-            f"the field has {len(candidates)} coordinates that may be its {role}: {', '.join(map(repr, candidates))}; "
-            f"say which one: {role}='NAME'"
-        )
-    if not candidates:
-        return None
-    coordinate = field.coords[candidates[0]]
-    values = np.asarray(coordinate.values, dtype=np.float64)
-    if values.ndim > 1 and role == "wavelength":
-        raise SceneError(f"coordinate {candidates[0]!r} has {values.ndim} dimensions; a wavelength has one")
-    if not np.all(np.isfinite(values)):
-        raise SceneError(f"coordinate {candidates[0]!r} has values that are not finite")
-    attributes = {**getattr(coordinate, "encoding", {}), **coordinate.attrs}  # xarray may put the bounds into either
-    return _Axis(candidates[0], tuple(map(str, coordinate.dims)), values.ravel(), attributes)
-
-
-def _has_role(name: str, coordinate: Any, role: str) -> bool:
-    if role != "wavelength" and not coordinate.dims:
-        return False  # a single angle is not one of the sky: that of the sun, as a rule
-    standard = str(coordinate.attrs.get("standard_name", ""))
-    text = name.lower()
-    if any(word in f"{text} {standard}" for word in ("sun", "solar", "sza", "saa")):
-        return False
-    in_standard = {"zenith": ("zenith_angle", "elevation_angle"), "azimuth": ("azimuth_angle",)}
-    ends = in_standard.get(role, ("wavelength",))
-    return text in _NAMES[role] or text.endswith(ends) or standard.endswith(ends)
-
-
-def _unit(axis: _Axis, given: str | None) -> str:
-    """Unit "deg" or "rad": from the argument, the attribute, or values that no radian has."""
-    stated = str(axis.attributes.get("units", axis.attributes.get("unit", ""))).strip().lower()
-    stated = stated if given is None else given.lower()
-    if stated in _DEGREES or stated in _RADIANS:
-        return "deg" if stated in _DEGREES else "rad"
-    if given is None and not stated and np.abs(axis.values).max() > 2 * np.pi:
-        return "deg"
-    raise SceneError(
-        f"coordinate {axis.name!r} does not say whether it is in degrees or radians"
-        + (f" (units = {stated!r})" if stated else "")
-        + "; write angle_unit='deg' or 'rad', or set its attribute units"
-    )
-
-
-def _zenith_deg(axis: _Axis, angle_unit: str | None) -> np.ndarray:
-    name = axis.name.lower()
-    if name in _COSINES:
-        if np.abs(axis.values).max() > 1:
-            raise SceneError(f"coordinate {axis.name!r} is a cosine, and has values beyond -1 to 1")
-        return np.rad2deg(np.arccos(-axis.values if name == "umu" else axis.values))
-    angle = axis.values if _unit(axis, angle_unit) == "deg" else np.rad2deg(axis.values)
-    is_elevation = name == "elevation" or "elevation" in str(axis.attributes.get("standard_name", ""))
-    return np.round(90.0 - angle if is_elevation else angle, _DIGITS)
-
-
-def _azimuth_deg(
-    axis: _Axis, angle_unit: str | None, convention: AzimuthConvention | str | None, remarks: list[str]
-) -> np.ndarray:
-    angle = axis.values if _unit(axis, angle_unit) == "deg" else np.round(np.rad2deg(axis.values), _DIGITS)
-    stated = axis.attributes.get("azimuth_convention") if convention is None else convention
-    if isinstance(stated, AzimuthConvention):
-        return to_enu_azimuth_deg(angle, stated)
-    if stated is not None:
-        known = {member.name.lower(): member for member in AzimuthConvention}
-        if str(stated).lower() not in known:
-            raise SceneError(f"there is no azimuth convention {stated!r}; write {', '.join(map(repr, known))}")
-        return to_enu_azimuth_deg(angle, known[str(stated).lower()])
-    if axis.attributes.get("standard_name") in _CF_AZIMUTHS:
-        return to_enu_azimuth_deg(angle, AzimuthConvention.NORTH_CLOCKWISE)
-    remarks.append(
-        f"azimuth {axis.name!r} is taken from +x towards +y, for the field does not say from where it counts"
-    )
-    return to_enu_azimuth_deg(angle, AzimuthConvention.ENU_FROM_EAST)
-
-
-def _wavelength_nm(axis: _Axis) -> np.ndarray:
-    unit = str(axis.attributes.get("units", "nm")).strip().lower()
-    if unit not in _NM:
-        raise SceneError(f"coordinate {axis.name!r} has the unit {unit!r}; a wavelength is in nm, um, m or angstrom")
-    values = axis.values * _NM[unit]
-    if np.any(values <= 0):
-        raise SceneError(f"coordinate {axis.name!r} has a wavelength that is not positive")
-    return values
-
-
-def _values(field: Any, zenith: _Axis, azimuth: _Axis | None, wavelength: _Axis | None, n_wl: int) -> np.ndarray:
+def _values(field: Any, zenith: Axis, azimuth: Axis | None, wavelength: Axis | None, n_wl: int) -> np.ndarray:
     """Radiance (n_wl, n_zenith, n_azimuth), or (n_wl, n_direction) of scattered directions."""
     if azimuth is not None and zenith.dims != azimuth.dims and {*zenith.dims} & {*azimuth.dims}:
-        raise SceneError(
+        raise FieldError(
             f"coordinates {zenith.name!r} and {azimuth.name!r} share a part of their dimensions; give them all or none"
         )
     if zenith.dims != (azimuth or zenith).dims and max(len(zenith.dims), len((azimuth or zenith).dims)) > 1:
-        raise SceneError(f"coordinates {zenith.name!r} and {(azimuth or zenith).name!r} must have one dimension each")
+        raise FieldError(f"coordinates {zenith.name!r} and {(azimuth or zenith).name!r} must have one dimension each")
     order = [*(wavelength.dims if wavelength else ()), *zenith.dims]
     order += [dim for dim in (azimuth.dims if azimuth else ()) if dim not in zenith.dims]
     sizes = dict(zip(map(str, field.dims), field.shape, strict=True))
     others = [dim for dim in sizes if dim not in order]
-    large = [f"{dim!r} of {sizes[dim]}" for dim in others if sizes[dim] > 1]
-    if large:
-        raise SceneError(
-            f"the field has a dimension {large[0]} besides angles and wavelength; choose one of it: "
-            f"field.isel({others[0]}=0)"
+    if large := [dim for dim in others if sizes[dim] > 1]:
+        raise FieldError(
+            f"the field has a dimension {large[0]!r} of {sizes[large[0]]} besides angles and wavelength",
+            f"choose one of it: --isel {large[0]}=0, or field.isel({large[0]}=0)",
+            "isel",
         )
     missing = [dim for dim in order if dim not in sizes]
     if missing:
-        raise SceneError(f"the field has no dimension {missing[0]!r}, which its coordinate has")
+        raise FieldError(f"the field has no dimension {missing[0]!r}, which its coordinate has")
     axes = {dim: k for k, dim in enumerate(sizes)}
-    values = np.asarray(field.values)
-    if values.dtype.kind not in "biuf":
-        raise SceneError(f"the field holds {values.dtype} instead of real numbers")
-    values = np.transpose(values, [axes[dim] for dim in (*order, *others)]).astype(np.float64)
+    values = np.transpose(radiances(field), [axes[dim] for dim in (*order, *others)])
     is_scattered = azimuth is None or zenith.dims == azimuth.dims
     values = values.reshape(n_wl, -1) if is_scattered else values.reshape(n_wl, zenith.values.size, -1)
     return values if azimuth is not None else values[:, :, None]
@@ -298,59 +205,125 @@ def _values(field: Any, zenith: _Axis, azimuth: _Axis | None, wavelength: _Axis 
 def _check_radiances(values: np.ndarray) -> None:
     """Refuse values that are no radiance of the sky; those left out before may be anything."""
     if np.any(values < 0) or np.any(np.isinf(values)):
-        raise SceneError("the field has values that are negative or infinite; a radiance is finite and not negative")
+        raise FieldError(
+            "the field has values that are negative or infinite", "a radiance is finite and not negative, NaN is a gap"
+        )
     if not np.any(values > 0):
-        raise SceneError("the field has no positive value")
+        raise FieldError("the field has no positive value" if np.isfinite(values).any() else _ALL_MISSING)
 
 
-def _product(
-    zenith: _Axis,
-    zenith_deg: np.ndarray,
-    azimuth_deg: np.ndarray | None,
+def _rings(
+    zenith: Axis,
+    angle: np.ndarray,
+    edges: np.ndarray | None,
     values: np.ndarray,
     remarks: list[str],
     gaps: list[str],
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, PatchGrid]:
-    """Zenith angles and azimuths in ascending order, values in their order, and the patches around them.
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Zenith angles of the sky, rising, values in their order, and rings around them. [deg]
 
-    `gaps` are remarks on these patches.
+    `gaps` are remarks on the rings.
     """
-    above = zenith_deg <= 90.0
-    if np.any(zenith_deg < 0) or not above.any():
-        raise SceneError(f"coordinate {zenith.name!r} has no zenith angles from 0 to 90 degrees, or some below 0")
+    above = angle <= 90.0
+    if not np.all(angle >= 0) or not above.any():
+        message = f"coordinate {zenith.name!r} has no zenith angles from 0 to 90 degrees, or some below 0"
+        raise FieldError(message, argument="zenith")
     if not above.all():
         remarks.append(f"{np.count_nonzero(~above)} zenith angles below the horizon were left out")
-    order = np.flatnonzero(above)[np.argsort(zenith_deg[above], kind="stable")]
-    zenith_deg, values = zenith_deg[order], values[:, order]
-    if np.any(np.diff(zenith_deg) <= 0):
-        raise SceneError(f"coordinate {zenith.name!r} has a zenith angle twice")
-    rings = _between(zenith_deg).clip(0.0, 90.0)
-    for k, edge, end in ((0, 0, 0.0), (-1, 1, 90.0)):
-        gap = abs(end - rings[k, edge])
-        if gap < rings[k, 1] - rings[k, 0]:
-            rings[k, edge] = end
-        else:
-            lo, hi = sorted((end, float(rings[k, edge])))
-            gaps.append(
-                f"the field has no radiance from {lo:g} to {hi:g} degrees from the zenith; no photon comes from there"
-            )
-    if azimuth_deg is None:
-        columns = np.array([[0.0, 360.0]])
-        return zenith_deg, np.array([0.0]), values, PatchGrid(zenith_bounds_deg=rings, azimuth_bounds_deg=columns)
-    azimuth_deg, first, inverse = np.unique(azimuth_deg, return_index=True, return_inverse=True)
-    if not np.allclose(values, values[:, :, first[inverse]], rtol=1e-6, atol=0.0, equal_nan=True):
-        raise SceneError("the field has an azimuth twice (0 and 360 degrees are one) with different values")
-    values = values[:, :, first]
-    after = np.append(azimuth_deg[1:], azimuth_deg[0] + 360.0)
-    step = after - azimuth_deg
+    order = np.flatnonzero(above)[np.argsort(angle[above], kind="stable")]
+    angle, values = angle[order], values[:, order]
+    if np.any(np.diff(angle) <= 0):
+        raise FieldError(f"coordinate {zenith.name!r} has a zenith angle twice", argument="zenith")
+    if edges is None:
+        _refuse_absent_bounds(zenith, np.diff(angle))
+        rings = _between(angle).clip(0.0, 90.0)
+        for k, edge, end in ((0, 0, 0.0), (-1, 1, 90.0)):
+            if abs(end - rings[k, edge]) < rings[k, 1] - rings[k, 0]:
+                rings[k, edge] = end
+    else:
+        rings = np.sort(edges[order], axis=1)
+        if np.any((rings[:, 0] > angle + EDGE_DEG) | (rings[:, 1] < angle - EDGE_DEG)):
+            raise FieldError(f"the bounds of coordinate {zenith.name!r} are not around it", argument="zenith")
+        rings[rings <= EDGE_DEG] = 0.0
+        rings[rings >= 90.0 - EDGE_DEG] = 90.0
+        rings = _joined_edges(zenith.name, rings)
+    for low, high in zip([0.0, *rings[:, 1]], [*rings[:, 0], 90.0], strict=True):
+        if high > low:
+            span = f"{low:g} to {high:g} degrees"
+            gaps.append(f"the field has no radiance from {span} from the zenith; no photon comes from there")
+    return angle, values, rings
+
+
+def _columns(
+    azimuth: Axis | None, columns: Azimuths | None, values: np.ndarray, remarks: list[str], gaps: list[str]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Azimuths from +x towards +y, rising, values in their order, and columns around them. [deg]"""
+    if azimuth is None or columns is None:
+        return np.array([0.0]), values, np.array([[0.0, 360.0]])
+    if not np.all(np.isfinite(columns.enu_deg)):
+        raise FieldError(f"coordinate {azimuth.name!r} has values that are not finite", argument="azimuth")
+    order = np.argsort(columns.enu_deg, kind="stable")
+    turned, values = columns.enu_deg[order], values[:, :, order]
+    first = np.flatnonzero(np.append(True, np.diff(turned) > _SAME_DEG))
+    if first.size < turned.size:
+        values = _once(values, first, columns.in_field[order], remarks)
+    edges = columns.bounds_deg
+    if edges is not None:
+        beside = edges[order] - turned[:, None]
+        beside = np.stack([np.minimum.reduceat(beside[:, 0], first), np.maximum.reduceat(beside[:, 1], first)], axis=1)
+    turned = turned[first]
+    after = np.append(turned[1:], turned[0] + 360.0)
+    step = after - turned
+    if edges is not None:
+        bounds = _joined_edges(azimuth.name, turned[:, None] + beside, turn=360.0)
+        away = np.append(bounds[1:, 0], bounds[0, 0] + 360.0) - bounds[:, 1]
+        for k in np.flatnonzero(away > 0).tolist():
+            low, high = bounds[k, 1] % 360, (bounds[k, 1] + away[k]) % 360
+            span = f"azimuths {low:g} to {high:g} degrees (from +x towards +y)"
+            gaps.append(f"the field has no radiance at {span}; no photon comes from there")
+        return turned, values, bounds
+    _refuse_absent_bounds(azimuth, step)
     if step.max() > _WIDE_GAP * np.median(step):
         k = int(step.argmax())
         gaps.append(
-            f"the field has no azimuths between {azimuth_deg[k]:g} and {after[k] % 360:g} degrees; neighbours fill them"
+            f"the field has no azimuths between {turned[k]:g} and {after[k] % 360:g} degrees; neighbours fill them"
         )
-    middle = azimuth_deg + step / 2
-    columns = np.column_stack([np.concatenate([[middle[-1] - 360.0], middle[:-1]]), middle])
-    return zenith_deg, azimuth_deg, values, PatchGrid(zenith_bounds_deg=rings, azimuth_bounds_deg=columns)
+    middle = turned + step / 2
+    return turned, values, np.column_stack([np.concatenate([[middle[-1] - 360.0], middle[:-1]]), middle])
+
+
+def _once(values: np.ndarray, first: np.ndarray, in_field: np.ndarray, remarks: list[str]) -> np.ndarray:
+    """Radiances of azimuths that come twice, as 0 and 360 degrees, are their mean if they agree."""
+    low, high = (reduce.reduceat(values, first, axis=2) for reduce in (np.fmin, np.fmax))
+    with np.errstate(invalid="ignore"):
+        differs = np.nan_to_num((high - low) / np.where(high > 0, high, 1.0))
+    if differs.any():
+        k = int(differs.max(axis=(0, 1)).argmax())
+        same = in_field[first[k] : np.append(first, in_field.size)[k + 1]]
+        shown = f"azimuths {' and '.join(f'{one:g}' for one in same[:2])} are one direction"
+        by = f"their radiances differ by up to {100 * differs.max():.2g} %"
+        if differs.max() > _TWICE:
+            raise FieldError(f"{shown}, but {by}", "leave one of them out", "azimuth")
+        remarks.append(f"{shown}; {by}, and count with their mean")
+    return np.where(high > low, low + (high - low) / 2, high)
+
+
+def _refuse_absent_bounds(axis: Axis, steps: np.ndarray) -> None:
+    """Half-way between equal steps is where bounds are that the field does not hold; others cannot be known."""
+    if axis.absent_bounds and np.ptp(steps) > EDGE_DEG:
+        message = f"coordinate {axis.name!r} has the bounds {axis.absent_bounds!r}, which are not in this field"
+        raise FieldError(message, "give the dataset that holds them: from_xarray(dataset, variable='NAME')", "table")
+
+
+def _joined_edges(name: str, edges: np.ndarray, turn: float = 0.0) -> np.ndarray:
+    """Bounds (n, 2) of patches in their order, neighbours touching to the bit; an error where they overlap."""
+    edges = edges.copy()
+    before = np.append(edges[-1, 1] - turn, edges[:-1, 1]) if turn else np.append(edges[0, 0], edges[:-1, 1])
+    is_same = np.abs(edges[:, 0] - before) <= EDGE_DEG
+    edges[is_same, 0] = before[is_same]
+    if np.any(edges[:, 0] < before) or np.any(edges[:, 1] <= edges[:, 0]):
+        raise FieldError(f"the bounds of coordinate {name!r} overlap, or are empty", argument="table")
+    return edges
 
 
 def _between(centres: np.ndarray) -> np.ndarray:
@@ -448,14 +421,9 @@ def _interpolated(
     With `point_nm` the values (1, n) are those of points of their own wavelengths.
     """
     from aomc_sky.skies.measured import RadianceField
-    from aomc_sky.skies.on_sphere import notes_of, warn_of_extrapolation
+    from aomc_sky.skies.on_sphere import notes_of, percent, warn_of_extrapolation
 
     is_given = np.all(np.isfinite(values), axis=0)
-    if not is_given.all():
-        n_missing = np.count_nonzero(~is_given)
-        remarks.append(
-            f"{n_missing} of {is_given.size} directions have no value at one wavelength or more; they are interpolated"
-        )
     zenith_deg, azimuth_deg = (angle[is_given] for angle in directions)
     values = values[:, is_given]
     if point_nm is not None:
@@ -478,4 +446,22 @@ def _interpolated(
     of_points, places = weights[:, None], 2.0 * nodes[:, None] - 1.0
     laws = [_laws(part(*asked), of_points, places, of_points, places) for part in parts]
     means, slopes = (np.stack(one) for one in zip(*laws, strict=True))
+    if not is_given.all():
+        share = _share_of_gaps(directions, is_given, means, grid)
+        remarks.append(
+            f"{np.sum(~is_given)} of {is_given.size} directions have no value at one wavelength or more; they "
+            f"are interpolated and have {percent(share)} of the light"
+        )
     return wavelength_nm, means, slopes
+
+
+def _share_of_gaps(
+    directions: tuple[np.ndarray, np.ndarray], is_given: np.ndarray, means: np.ndarray, grid: PatchGrid
+) -> float:
+    """Share of the light from patches whose nearest direction has no value, the largest of all wavelengths."""
+    from scipy.spatial import KDTree
+
+    centres = np.meshgrid(*(b.mean(axis=1) for b in (grid.zenith_bounds_deg, grid.azimuth_bounds_deg)), indexing="ij")
+    _, nearest = KDTree(travel_from_sky(*directions)).query(travel_from_sky(*(one.ravel() for one in centres)))
+    light = means.reshape(len(means), -1) * grid.projected_solid_angle_sr
+    return float((light[:, ~is_given[nearest]].sum(axis=1) / light.sum(axis=1)).max())

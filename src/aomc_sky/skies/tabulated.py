@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+import math
 import warnings
 from dataclasses import dataclass
 from typing import Any
@@ -13,9 +14,8 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import MAX_SLOPE, Component, Law, cells_of_grid, slope_factor
 from aomc_sky.content import same_content, short_repr
-from aomc_sky.directions import AzimuthConvention
+from aomc_sky.directions import AzimuthConvention, given_angle
 from aomc_sky.errors import InputWarning, SceneError
-from aomc_sky.formats.radiance_words import radiance_factor
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.model import Share, check_share, has_share, with_share
 from aomc_sky.wavebands import midpoint_wavelength_index, nearest_wavelength_index
@@ -164,11 +164,13 @@ class TabulatedSky(Share):
         cls,
         field: Any,
         *,
+        variable: str | None = None,
         zenith: str | None = None,
         azimuth: str | None = None,
         wavelength: str | None = None,
         angle_unit: str | None = None,
         azimuth_convention: AzimuthConvention | str | None = None,
+        radiance_unit: str | None = None,
         grid: PatchGrid | None = None,
         sun_zenith_deg: float | None = None,
         sun_azimuth_deg: float | None = None,
@@ -179,49 +181,62 @@ class TabulatedSky(Share):
 
         Parameters
         ----------
-        field : xarray.DataArray
-            Radiance over directions that light comes from, any unit; dimensions in any order. NaN is a gap. With an
-            attribute ``units`` such as "W m-2 nm-1 sr-1" or "mW m-2 nm-1 sr-1" irradiances are in W m-2 nm-1.
+        field : xarray.DataArray or xarray.Dataset
+            Radiance over directions that light comes from, dimensions in any order. NaN is a gap, and so are fill
+            values, values outside ``valid_range`` and above 1e30. Only a Dataset has the bounds of its patches.
+        variable : str, optional
+            The radiance of a Dataset, by default its only variable, or the only one that is called a radiance.
         zenith, azimuth, wavelength : str, optional
             Names of the coordinates, where name and ``standard_name`` do not say which is which. Both angles along the
             same dimensions are scattered directions, with wavelengths along a dimension of their own, or one for each
-            point; negative zenith angles lie beyond the zenith. Without azimuth the sky is the same all around. "umu"
-            is DISORT's cosine, negative for light from the sky.
+            point; negative zenith angles lie beyond the zenith, and directions of NaN are left out. Without azimuth
+            the sky is the same all around. "umu" is DISORT's cosine, negative for light from the sky.
         angle_unit : {"deg", "rad"}, optional
             Unit of both angles; by default that of the attribute ``units``.
         azimuth_convention : AzimuthConvention or str, optional
-            From where azimuth counts; by default the attribute ``azimuth_convention`` (a name of `AzimuthConvention`),
-            else clockwise from north for the CF standard names ``sensor_azimuth_angle`` and
-            ``platform_azimuth_angle``, else from +x towards +y, and `remarks` say so.
+            From where azimuth counts and which way: a member, or words such as "clockwise from north", "west of south",
+            "from the sun". By default what name, ``standard_name``, ``long_name``, ``comment`` and the attribute
+            ``azimuth_convention`` say together; if they say nothing, from +x towards +y, and `remarks` say so.
+        radiance_unit : str, optional
+            Such as "mW m-2 nm-1 sr-1", or "relative"; by default the attribute ``units`` of the radiance. With a unit
+            irradiances are in W m-2 nm-1.
         grid : PatchGrid, optional
             Patches for scattered directions and fields with gaps; 90 x 180, or those of the field.
         sun_zenith_deg, sun_azimuth_deg, or sun_zenith_rad, sun_azimuth_rad : float, optional
-            Where the sun is, for scattered directions and gaps, as in `RadianceField.from_points`.
+            Where the sun is, for azimuths that count from it, scattered directions and gaps, as in
+            `RadianceField.from_points`.
 
         Returns
         -------
         TabulatedSky
-            Weighting `Weighting.PROJECTED`. Patches end half-way between zenith angles and between azimuths, cut at 0
-            and 90 degrees. The values are radiances in these directions. A monotone cubic (PCHIP) joins them, in
-            azimuth around the turn and in zenith angle across the zenith; beyond the last zenith angle it goes on
-            linearly, not below 0. Patches hold its means and slopes. Values of a field with bounds (CF attribute
-            ``bounds`` of an angle) are means of patches, where the radiance is constant. Scattered directions and gaps
-            are interpolated as those of a `RadianceField`, with a warning above 5 % of light from beyond them.
-            `remarks` name gaps, errors and what was taken for granted.
+            Weighting `Weighting.PROJECTED`. The bounds of a Dataset (CF attribute ``bounds`` of an angle) are the edges
+            of patches, and the values their means. Otherwise patches end half-way between zenith angles and between
+            azimuths, cut at 0 and 90 degrees, and the values are radiances in these directions. A monotone cubic
+            (PCHIP) joins them, in azimuth around the turn and in zenith angle across the zenith; beyond the last zenith
+            angle it goes on linearly, not below 0. Patches hold its means and slopes. Angles within 0.003 degrees of a
+            multiple of 90 degrees are there. Scattered directions and gaps are interpolated as those of a
+            `RadianceField`, with a warning above 5 % of light from beyond them. `remarks` name gaps, errors and what
+            was taken for granted.
 
         Raises
         ------
         SceneError
             A coordinate is missing, ambiguous, without a unit, or a value is negative.
+        UsageError
+            An argument is of no use.
         """
         from aomc_sky.skies.radiance_field import read_radiance_field
 
+        sun_azimuth = given_angle("sun_azimuth_deg", sun_azimuth_deg, sun_azimuth_rad, math.nan)
         read = read_radiance_field(
             field,
+            variable=variable,
             names={"zenith": zenith, "azimuth": azimuth, "wavelength": wavelength},
             angle_unit=angle_unit,
             azimuth_convention=azimuth_convention,
+            radiance_unit=radiance_unit,
             grid=grid,
+            sun_azimuth_deg=None if math.isnan(sun_azimuth) else float(sun_azimuth),
             sun={
                 "sun_zenith_deg": sun_zenith_deg,
                 "sun_azimuth_deg": sun_azimuth_deg,
@@ -229,8 +244,7 @@ class TabulatedSky(Share):
                 "sun_azimuth_rad": sun_azimuth_rad,
             },
         )
-        unit = radiance_factor(str(getattr(field, "attrs", {}).get("units", ""))) or 0.0
-        return cls(weighting=Weighting.PROJECTED, radiance_unit=unit, **read)
+        return cls(weighting=Weighting.PROJECTED, **read)
 
     def table_index(self, wavelength_nm: ArrayLike) -> np.ndarray:
         """Index of the table wavelength that serves each wavelength, shape (n_wl,)."""

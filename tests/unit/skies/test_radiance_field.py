@@ -35,6 +35,7 @@ def field(*, radians=False, descending=False, north=False, order=("wavelength", 
             "zenith": ("zenith", to_unit(zenith), units),
             "azimuth": ("azimuth", to_unit(azimuth), units | convention),
         },
+        attrs={"units": "relative"},
     )
     if descending:
         made = made.isel(zenith=slice(None, None, -1), azimuth=slice(None, None, -1))
@@ -145,9 +146,11 @@ def test_conventions_that_are_given_win_over_attributes():
 def test_what_is_taken_for_granted_is_said():
     made = field(attributes=False)
     table = sky.TabulatedSky.from_xarray(made)
-    assert table.remarks == (
-        "azimuth 'azimuth' is taken from +x towards +y, for the field does not say from where it counts",
-    )
+    assert len(table.remarks) == 1
+    assert "azimuth 'azimuth' does not say from where azimuths count; they are taken from +x (east)" in table.remarks[0]
+    del made.attrs["units"]
+    assert "no unit of radiance, so its light is relative" in sky.TabulatedSky.from_xarray(made).remarks[0]
+    made.attrs["units"] = "relative"
     cf = made.copy()
     cf.azimuth.attrs.update(standard_name="sensor_azimuth_angle")
     assert sky.TabulatedSky.from_xarray(cf).radiance(0.5, np.deg2rad(90), 440) == pytest.approx(
@@ -179,10 +182,13 @@ def test_both_ends_of_the_turn_and_directions_below_the_horizon():
     closed.azimuth.attrs.update(made.azimuth.attrs)
     table = sky.TabulatedSky.from_xarray(closed)
     np.testing.assert_array_equal(table.lower(NM)[0].mass, sky.TabulatedSky.from_xarray(made).lower(NM)[0].mass)
-    with pytest.raises(sky.SceneError, match="azimuth twice"):
-        sky.TabulatedSky.from_xarray(
-            closed * xarray.where(closed.azimuth == 360, 2, 1).assign_attrs(made.azimuth.attrs)
-        )
+    other = closed.copy(data=np.where(closed.azimuth == 360, 1.005, 1.0) * closed)
+    remark = "azimuths 0 and 360 are one direction; their radiances differ by up to 0.5 %, and count with their mean"
+    assert remark in sky.TabulatedSky.from_xarray(other).remarks
+    other = closed.copy(data=np.where(closed.azimuth == 360, 2.0, 1.0) * closed)
+    message = "azimuths 0 and 360 are one direction, but their radiances differ by up to 50 %; leave one of them out"
+    with pytest.raises(sky.SceneError, match=message):
+        sky.TabulatedSky.from_xarray(other)
     below = xarray.concat([made, made.isel(zenith=[0]).assign_coords(zenith=[120.0])], "zenith", join="outer")
     below.zenith.attrs.update(made.zenith.attrs)
     assert "1 zenith angles below the horizon" in sky.TabulatedSky.from_xarray(below).remarks[0]
@@ -255,10 +261,17 @@ def test_gaps_of_a_regular_field_are_filled_by_neighbours_and_reported():
         (lambda f: f.rename(zenith="height"), {}, "no coordinate of zenith angles among .*'height'.*zenith='NAME'"),
         (lambda f: f, {"zenith": "vza"}, "no coordinate 'vza'; it has"),
         (lambda f: f.assign_coords(vza=("zenith", ZENITH_DEG)), {}, "2 coordinates that may be its zenith: .*'vza'"),
-        (lambda f: f.assign_coords(zenith=np.deg2rad(ZENITH_DEG)), {}, "degrees or radians.*angle_unit='deg' or 'rad'"),
+        (
+            lambda f: f.assign_coords(zenith=np.deg2rad(ZENITH_DEG)),
+            {},
+            "degrees or radians; write --angle-unit deg or rad",
+        ),
         (lambda f: f, {"angle_unit": "grad"}, "degrees or radians"),
-        (lambda f: f, {"azimuth_convention": "south"}, "no azimuth convention 'south'; write 'enu_from_east'"),
-        (lambda f: f.expand_dims(stokes=3), {}, r"dimension 'stokes' of 3.*field.isel\(stokes=0\)"),
+        (
+            lambda f: f.expand_dims(stokes=3),
+            {},
+            r"dimension 'stokes' of 3 .* --isel stokes=0, or field.isel\(stokes=0\)",
+        ),
         (lambda f: -f, {}, "negative or infinite"),
         (lambda f: 0 * f, {}, "no positive value"),
         (lambda f: f.astype(complex), {}, "complex128 instead of real"),
@@ -271,8 +284,13 @@ def test_gaps_of_a_regular_field_are_filled_by_neighbours_and_reported():
             {},
             "wavelength 550 nm stands .* twice with different values",
         ),
-        (lambda f: f.to_dataset(name="L"), {}, r"one xarray.DataArray, got a Dataset of 'L'; choose: dataset\['L'\]"),
-        (lambda f: f.values, {}, r"got ndarray; .*: give them to sky.TabulatedSky\(grid=, wavelength_nm=, values=\)"),
+        (
+            lambda f: xarray.Dataset({"L": f, "M": f}),
+            {},
+            r"the file has 2 variables of numbers: 'L', 'M'; choose one: --variable L \(variable=\)",
+        ),
+        (lambda f: xarray.Dataset({"L": f}), {"variable": "M"}, "no variable 'M' of numbers; it has 'L'"),
+        (lambda f: f.values, {}, r"got ndarray; give values .* to sky.TabulatedSky\(grid=, wavelength_nm=, values=\)"),
         (lambda f: np.ma.masked_array(f.values), {}, "got MaskedArray"),
         (
             lambda f: f.assign_coords(wavelength=("wavelength", NM, {"units": "cm-1"})),
@@ -287,16 +305,22 @@ def test_refusals_say_what_to_write(change, options, message):
     assert "\n" not in str(caught.value)
 
 
-def test_wavelengths_beyond_those_of_a_table_are_warned_of():
-    """Micrometres without a unit count as nm: every waveband takes the last row, with the command line's warning."""
+def test_wavelengths_without_a_unit_are_no_micrometres():
     bare = field().assign_coords(wavelength=NM / 1000)
     bare.wavelength.attrs.clear()
-    table = sky.TabulatedSky.from_xarray(bare)
-    words = r"warning\[E310\]: 2 of 2 .* 0.44 to 0.55 nm; waveband 2 at 550 nm takes 0.55 nm.*micrometres\?"
-    with pytest.warns(sky.InputWarning, match=words):
-        sky.Scene(wavebands=NM, n_photons=10, components=table)
+    with pytest.raises(
+        sky.SceneError, match=r"wavelengths of 0.44 to 0.55 nm; are they micrometres\?; set its attribute"
+    ):
+        sky.TabulatedSky.from_xarray(bare)
+    with pytest.raises(sky.SceneError, match=r"wavelengths of 4.4e\+08 to 5.5e\+08 nm; 20 to 100000 are read"):
+        sky.TabulatedSky.from_xarray(field().assign_coords(wavelength=("wavelength", NM * 1000, {"units": "um"})))
     grey = sky.TabulatedSky.from_xarray(field().isel(wavelength=0, drop=True))
     sky.Scene(wavebands=[440.0, 900.0], n_photons=10, components=grey)  # no wavelength, no warning
+
+
+def test_wavelengths_beyond_those_of_a_table_are_warned_of():
+    with pytest.warns(sky.InputWarning, match=r"warning\[E310\]: 1 of 2 .* 440 to 550 nm; waveband 2 at 660 nm"):
+        sky.Scene(wavebands=[500.0, 660.0], n_photons=10, components=sky.TabulatedSky.from_xarray(field()))
 
 
 def test_a_table_without_doubt():
@@ -381,9 +405,13 @@ def test_units_of_the_field_make_absolute_irradiances():
         np.testing.assert_allclose(scene.irradiance.of_component[:, 0], exact, rtol=1e-12)
         share = dataclasses.replace(table, strength=1.0)
         assert sky.Scene(wavebands=NM, n_photons=10, components=share).irradiance is None
-    for unit in ("", "relative", "cd m-2"):
+    for unit in ("", "relative"):
         table = sky.TabulatedSky.from_xarray(field().assign_attrs(units=unit))
         assert sky.Scene(wavebands=NM, n_photons=10, components=table).irradiance is None
+    for unit in ("cd m-2", "W m-2 sr-1", "W m-2 nm-1", "K", "MW/CM2/NM/SR"):
+        with pytest.raises(sky.SceneError, match="of the field is none of spectral radiance; write --radiance-unit"):
+            sky.TabulatedSky.from_xarray(field().assign_attrs(units=unit))
+        sky.TabulatedSky.from_xarray(field().assign_attrs(units=unit), radiance_unit="relative")
     grid = sky.PatchGrid.regular(2, 3)
     with pytest.raises(ValueError, match="radiance_unit wants weighting PROJECTED"):
         sky.TabulatedSky(wavelength_nm=[500.0], values=np.ones((1, 6)), grid=grid, radiance_unit=1.0)

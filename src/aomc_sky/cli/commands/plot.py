@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import contextlib
 import dataclasses
 import os
 from collections.abc import Callable, Sequence
@@ -175,7 +174,10 @@ _BELONGS: dict[str, tuple[Kind, ...]] = {
     "--show": (Kind.SCENE, Kind.RUN, Kind.MEASURED),
     "--pull": (Kind.RUN,),
     "--waveband": (Kind.SCENE, Kind.RUN, Kind.TABLE, Kind.NETCDF, Kind.MEASURED),
-    **dict.fromkeys(("--azimuth-convention", "--angle-unit", "--radiance-unit"), (Kind.MEASURED,)),
+    **dict.fromkeys(
+        ("--azimuth-convention", "--angle-unit", "--radiance-unit", "--variable", "--isel"),
+        (Kind.MEASURED, Kind.NETCDF),
+    ),
     **dict.fromkeys(("--seed", "--iterations", "--sun-zenith", "--sun-azimuth"), (Kind.SCENE, Kind.MEASURED)),
     "--wavelength": (Kind.BACKGROUND,),
     **dict.fromkeys(("--bins", "--weighting", "--azimuth-bins", "--compat", "--lenient"), (Kind.SCENE, Kind.TABLE)),
@@ -300,13 +302,13 @@ def _table(arguments: argparse.Namespace) -> tuple[Picture, int]:
 def _netcdf(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.pictures.plot import netcdf_picture
 
+    if cli_options.given_options(arguments, cli_options.add_measured_options):
+        return _scene(arguments)
     panels = [band - 1 for band in dict.fromkeys(arguments.waveband)] if arguments.waveband else None
     try:
         return netcdf_picture(arguments.path, panels=panels, title=_title(arguments, _name(arguments)))
     except InputFileError:
-        with contextlib.suppress(InputFileError):
-            return _scene(arguments)  # radiances in directions, without patches
-        raise
+        return _scene(arguments)  # radiances in directions, without patches
 
 
 def _background(arguments: argparse.Namespace) -> tuple[Picture, int]:

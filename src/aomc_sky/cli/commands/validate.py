@@ -127,7 +127,7 @@ def _read_toml(path: Path, arguments: argparse.Namespace) -> None:
     if toml.sky.table is not None and arguments.sky is None:
         from aomc_sky.source.read.field import read_sky_field
 
-        read_sky_field(toml.sky.table, str(path))
+        read_sky_field(toml.sky.table, str(path), toml.sun.azimuth_deg or 0.0)  # else amc.inp has one
     if toml.sky.model is not None and toml.sky.model_span is not None and arguments.sky in (None, toml.sky.model):
         from aomc_sky.source.read.plugin import choose_plugin
 

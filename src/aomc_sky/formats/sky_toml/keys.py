@@ -7,10 +7,22 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from aomc_sky.directions import AzimuthConvention
 from aomc_sky.errors import Span
 from aomc_sky.formats.report import BadValueError
-from aomc_sky.formats.sky_toml.rules import Rule, choice, count, flag, indices, number, several, sky_name, text, time
+from aomc_sky.formats.sky_toml.rules import (
+    Rule,
+    azimuth_words,
+    choice,
+    count,
+    flag,
+    indices,
+    number,
+    several,
+    sky_name,
+    text,
+    time,
+    unit_of_radiance,
+)
 from aomc_sky.inputs import LIGHTS, MODEL, PEREZ, SUN, Input
 
 COEFFICIENT_NAMES = ("a", "b", "c", "d", "e")
@@ -40,7 +52,8 @@ FIELD_KEYS: dict[str, Rule] = {
     "azimuth": text("the name of a coordinate"),
     "wavelength": text("the name of a coordinate"),
     "angle_unit": choice(("deg", "rad")),
-    "azimuth_convention": choice([member.name.lower() for member in AzimuthConvention]),
+    "azimuth_convention": azimuth_words,
+    "radiance_unit": unit_of_radiance,
 }
 """Keys of [sky] beside table: what the file does not say, as `TabulatedSky.from_xarray` has it."""
 
@@ -171,7 +184,8 @@ class FieldSection:
     azimuth: str | None = None
     wavelength: str | None = None
     angle_unit: str | None = None  #: "deg" or "rad"
-    azimuth_convention: str | None = None  #: Name of an `AzimuthConvention` in small letters
+    azimuth_convention: str | None = None  #: Words such as "clockwise from north"
+    radiance_unit: str | None = None  #: Such as "mW m-2 nm-1 sr-1", or "relative"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

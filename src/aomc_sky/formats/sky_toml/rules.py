@@ -9,6 +9,8 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
+from aomc_sky.formats.azimuth_words import AZIMUTH_FORMS, UnclearError, convention_of
+from aomc_sky.formats.radiance_unit import radiance_factor
 from aomc_sky.formats.report import BadValueError, Gathered, nearest
 
 LATEST_S = 253_402_300_799.0
@@ -114,6 +116,27 @@ def text(what: str) -> Rule:
         return value
 
     return read
+
+
+def azimuth_words(value: object) -> str:
+    """Words on where azimuths count from."""
+    words = str(text("words such as 'clockwise from north'")(value))
+    try:
+        convention_of(words)
+    except UnclearError as error:
+        raise BadValueError("E704", str(error), advice=f"write {AZIMUTH_FORMS}") from None
+    return words
+
+
+def unit_of_radiance(value: object) -> str:
+    """A unit of spectral radiance, or "relative"."""
+    unit = str(text("a unit such as 'W m-2 nm-1 sr-1'")(value))
+    if radiance_factor(unit) is None:
+        message = f"{shown_value(unit)} is no unit of spectral radiance"
+        raise BadValueError(
+            "E704", message, advice='write "mW m-2 nm-1 sr-1", another unit of this kind, or "relative"'
+        )
+    return unit
 
 
 def time(value: object) -> float:

@@ -10,6 +10,7 @@ import numpy as np
 
 import aomc_sky
 from aomc_sky.component import Component, beam_direction_deg
+from aomc_sky.directions import AzimuthConvention
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.radiance import cell_irradiances, patch_radiance
 from aomc_sky.errors import InputFileError, OutputError, require_kind
@@ -168,7 +169,14 @@ def grid_coordinates(grid: PatchGrid, ending: str) -> dict[str, Any]:
     numbers = np.arange(1, grid.n_zenith + 1), np.arange(first, first + grid.n_azimuth)
     return {
         zenith: variable(zenith, centre[0], of_zenith, "degree", standard_name="zenith_angle", bounds=bounds),
-        azimuth: variable(azimuth, centre[1], of_azimuth, "degree", bounds=f"azimuth_bounds{ending}"),
+        azimuth: variable(
+            azimuth,
+            centre[1],
+            of_azimuth,
+            "degree",
+            bounds=f"azimuth_bounds{ending}",
+            azimuth_convention=AzimuthConvention.ENU_FROM_EAST.name.lower(),
+        ),
         f"zenith_index{ending}": variable(zenith, numbers[0], "zenith index as in skydist.inp, from 1"),
         f"azimuth_index{ending}": variable(azimuth, numbers[1], "azimuth index as in skydist.inp"),
     }

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.component import Component
-from aomc_sky.errors import InputFileError, SceneError
-from aomc_sky.formats.netcdf import FieldRefusedError, read_field
+from aomc_sky.errors import FieldError, InputFileError
+from aomc_sky.formats.netcdf import read_field
 from aomc_sky.formats.sky_toml.file import problem_of_key
 from aomc_sky.formats.sky_toml.keys import FieldSection
-from aomc_sky.skies.radiance_field import has_wavelength
+from aomc_sky.skies.radiance_field import has_wavelength, read_radiance_field
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting
 from aomc_sky.wavebands import nearest_wavelength_index
 
@@ -71,24 +71,24 @@ class SkyField:
         }
 
 
-def read_sky_field(section: FieldSection, toml_path: str) -> SkyField:
+def read_sky_field(section: FieldSection, toml_path: str, sun_azimuth_deg: float | None) -> SkyField:
     """Read the file that `table` names; missing information is an error at a key of sky.toml (E710)."""
     try:
         field = read_field(section.file, variable=section.variable, isel=dict(section.isel))
-        return _sky_field(section, field)
-    except FieldRefusedError as error:
-        key = ("sky", error.argument)
-        raise InputFileError([problem_of_key(toml_path, key, "E710", str(error), error.advice)]) from None
-    except SceneError as error:
-        message, _, advice = str(error).partition("; ")
-        given = {name: getattr(section, name) for name in ("zenith", "azimuth", "wavelength")}
-        named = next((role for role, name in given.items() if name and repr(name) in message), "table")
-        raise InputFileError([problem_of_key(toml_path, ("sky", named), "E710", message, advice)]) from None
-
-
-def _sky_field(section: FieldSection, field: Any) -> SkyField:
-    names = ("zenith", "azimuth", "wavelength", "angle_unit", "azimuth_convention")
-    sky = TabulatedSky.from_xarray(field, **{name: getattr(section, name) for name in names})
+        read = read_radiance_field(
+            field,
+            names={name: getattr(section, name) for name in ("zenith", "azimuth", "wavelength")},
+            angle_unit=section.angle_unit,
+            azimuth_convention=section.azimuth_convention,
+            radiance_unit=section.radiance_unit,
+            sun_azimuth_deg=sun_azimuth_deg,
+        )
+        sky = TabulatedSky(weighting=Weighting.PROJECTED, **read)
+    except FieldError as error:
+        key = ("sky", error.argument if getattr(section, error.argument, None) else "table")
+        problem = problem_of_key(toml_path, key, "E710", error.message, error.advice)
+        raise InputFileError([problem]) from None
+    (variable,) = field.data_vars
     return SkyField(
-        section=section, variable=str(field.name), sky=sky, has_wavelength=has_wavelength(field, section.wavelength)
+        section=section, variable=str(variable), sky=sky, has_wavelength=has_wavelength(field, section.wavelength)
     )

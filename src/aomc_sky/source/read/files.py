@@ -80,6 +80,7 @@ def read_scene_files(
     allow_paths: Sequence[str] = (),
     max_memory_bytes: int | None = None,
     sky_options: Mapping[str, Any] | None = None,
+    sun_azimuth_deg: float | None = None,
 ) -> SceneFiles:
     """Read amc.inp and the files beside it, and report the problems of all of them together."""
     reading = _Reading(folder=amc_path.parent)
@@ -103,7 +104,11 @@ def read_scene_files(
         table = reading.attempt(read_skydist, reading.beside("skydist"), downgrade=downgrade, **how)
     if light is LightSource.MODEL and (compat is not None or (sky != "none" and reading.has("difcol.inp"))):
         difcol = reading.attempt(read_difcol, reading.beside("difcol"), n_wavebands=n)
-    of_toml = {} if toml is None else reading.named_files(toml, sky, lambbot, allow_paths)
+    if sun_azimuth_deg is None and toml is not None:
+        sun_azimuth_deg = toml.sun.azimuth_deg
+    if sun_azimuth_deg is None and config is not None:
+        sun_azimuth_deg = float(config.direct_azimuth_deg)
+    of_toml = {} if toml is None else reading.named_files(toml, sky, lambbot, allow_paths, sun_azimuth_deg)
     plugin = reading.plugin(toml, sky, sky_options or {})
     if config is None and (mistaken := not_a_scene(amc_path)):
         raise mistaken
@@ -157,7 +162,12 @@ class _Reading:
         return self.attempt(read_sky_toml, path, n_wavebands=n_wavebands, allow_paths=allow_paths)
 
     def named_files(
-        self, toml: SkyToml, sky: str | None, lambbot: Wavebands | None, allow_paths: Sequence[str]
+        self,
+        toml: SkyToml,
+        sky: str | None,
+        lambbot: Wavebands | None,
+        allow_paths: Sequence[str],
+        sun_azimuth_deg: float | None,
     ) -> dict[str, Any]:
         """Background skies, and the atmosphere or radiance field if it is the sky."""
         found: dict[str, Any] = {}
@@ -175,7 +185,7 @@ class _Reading:
             from aomc_sky.source.read.field import read_sky_field
 
             self.paths["table"] = toml.sky.table.file
-            found["sky_field"] = self.attempt(read_sky_field, toml.sky.table, self.paths["sky_toml"])
+            found["sky_field"] = self.attempt(read_sky_field, toml.sky.table, self.paths["sky_toml"], sun_azimuth_deg)
         return found
 
     def plugin(self, toml: SkyToml | None, sky: str | None, given: Mapping[str, Any]) -> PluginSky | None:

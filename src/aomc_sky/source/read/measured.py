@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import AzimuthConvention, given_angle
-from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.formats.netcdf import FieldRefusedError, read_field
+from aomc_sky.errors import FieldError, SceneError, UsageError
+from aomc_sky.formats.netcdf import read_field
 from aomc_sky.formats.radiance_csv import read_radiance_points
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
@@ -49,9 +49,9 @@ def read_radiance_csv(
     path : str or path
         The file, at most 128 MiB.
     azimuth_convention : AzimuthConvention or str, optional
-        From where azimuths count, if not the file says it (``# azimuth: clockwise from north``): "north_clockwise",
-        "enu_from_east", "west_of_south", "from_sun" (against the clock) or "from_sun_clockwise". If nothing says it,
-        "enu_from_east" (from +x towards +y, as in skydist.inp), with a note.
+        From where azimuths count and which way, if not the file says it (``# azimuth: clockwise from north``): a
+        member, or words such as "clockwise from north", "west of south", "from the sun". If nothing says it, from +x
+        towards +y, as in skydist.inp, with a note.
     angle_unit : {"deg", "rad"}, optional
         Of both angles, if not the names of the columns (``zenith_rad``) or ``# angle unit: deg`` say it.
     radiance_unit : str, optional
@@ -129,15 +129,11 @@ def measured_scene(
     return _scene_of_table(path, sky, {"sky": sky.name, "sun": sun}, wanted, iterations, wavebands, how)
 
 
-_OF_TOML = (
-    "write --angle-unit or --azimuth-convention, or what else the file leaves open into sky.toml beside amc.inp, below "
-    '[sky] with table = "FIELD.nc"'
-)
-
-
 def field_scene(
     path: str,
     *,
+    variable: str | None = None,
+    isel: Mapping[str, int] | None = None,
     iterations: int | None = None,
     wavelength_nm: Sequence[float] | None = None,
     wavebands: Sequence[int] | None = None,
@@ -145,13 +141,12 @@ def field_scene(
 ) -> Scene:
     """A scene of the radiance field of a netCDF file alone; `how` as `TabulatedSky.from_xarray` takes it."""
     try:
-        field = read_field(path)
+        field = read_field(path, variable=variable, isel=isel)
         sky = TabulatedSky.from_xarray(field, **how)
-    except FieldRefusedError as error:
-        raise refuse(path, str(error), advice=_OF_TOML, code="E710") from None
+    except FieldError as error:
+        raise refuse(path, error.message, advice=error.advice, code="E710") from None
     except SceneError as error:
-        message = str(error).partition("; ")[0]
-        raise refuse(path, message, advice=_OF_TOML, code="E710") from None
+        raise refuse(path, str(error), code="E710") from None
     if wavelength_nm is None and not has_wavelength(field, None):
         raise UsageError(f"{path} has no wavelengths: write --wavelengths 412 443 555")
     wanted = sky.wavelength_nm if wavelength_nm is None else wavelength_nm

@@ -132,7 +132,8 @@ def read_scene(
 
         sky_options = {name: plain_option(name, value) for name, value in sky_options.items()}
     amc_path = Path(path) / "amc.inp" if Path(path).is_dir() else Path(path)
-    files = read_scene_files(amc_path, sky, lenient, compat, allowed, max_memory_bytes, sky_options)
+    azimuth = None if given is None else given.sun.azimuth_deg
+    files = read_scene_files(amc_path, sky, lenient, compat, allowed, max_memory_bytes, sky_options, azimuth)
     if iterations is not None:
         n = as_number_of(iterations, "iterations", 1, MAX_PHOTONS, error=SceneError)
         files = dataclasses.replace(files, config=dataclasses.replace(files.config, iterations=n))

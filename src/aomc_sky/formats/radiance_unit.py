@@ -1,0 +1,141 @@
+"""Units of spectral radiance as people write them, in W m-2 nm-1 sr-1."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import NamedTuple
+
+SAY_UNIT = "write --radiance-unit (radiance_unit=) '10^-3 W m-2 nm-1 sr-1', 'uW/(cm^2 nm sr)' or the like, or relative"
+_RELATIVE = (
+    "relative", "rel", "arbitrary", "arb", "a.u.", "au", "counts", "dn", "1", "dimensionless", "unitless", "sr-1",
+    "1/sr",
+)  # fmt: skip
+_MOST_CHARACTERS = 100
+_LARGEST_EXPONENT = 40
+
+_PREFIXES = {"": 0, "k": 3, "K": 3, "M": 6, "m": -3, "u": -6, "n": -9}
+_LONG_PREFIXES = {"": 0, "kilo": 3, "mega": 6, "centi": -2, "milli": -3, "micro": -6, "nano": -9}
+_POWER = {
+    **{f"{prefix}{w}": decade for prefix, decade in _PREFIXES.items() for w in "Ww" if prefix + w != "Mw"},
+    **{f"{prefix}watt{s}": decade for prefix, decade in _LONG_PREFIXES.items() for s in ("", "s")},
+}
+"""Units of power, and their decades in W."""
+_LENGTH = {
+    "nm": -9,
+    "um": -6,
+    "mm": -3,
+    "cm": -2,
+    "m": 0,
+    "micron": -6,
+    "microns": -6,
+    **dict.fromkeys(("A", "angstrom", "angstroms"), -10),
+    **{
+        f"{prefix}{name}": decade
+        for prefix, decade in _LONG_PREFIXES.items()
+        for name in ("meter", "meters", "metre", "metres")
+    },
+}
+"""Units of length, and their decades in m."""
+_SOLID_ANGLE = ("sr", "str", "ster", "steradian", "steradians")
+_WAVENUMBER = ("cm", "centimeter", "centimetre")  #: 1/cm is never per wavelength
+
+_SIGNS = str.maketrans("µμ⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹\N{MINUS SIGN}\N{MULTIPLICATION SIGN}·Å", "uu+-0123456789-**A")
+_TOKEN = re.compile(
+    r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)(?:\s*\^\s*(?P<power>[+-]?\d+))?(?![\d.])"
+    r"|(?P<per>/|\bper\b)|(?P<open>\()|(?P<close>\))|(?P<unit>[A-Za-z]+)(?:\s*\^?\s*(?P<exponent>[+-]?\d+))?(?![\d.]))\s*"
+)
+
+
+class _Part(NamedTuple):
+    """A number or a unit with its exponent, as it stands."""
+
+    text: str
+    exponent: int
+    is_signed: bool  #: Whether a sign or a slash says that it is divided by
+
+
+def radiance_factor(unit: str) -> float | None:
+    """One unit in W m-2 nm-1 sr-1; 0 for relative radiances, None for any other text.
+
+    A unit is numbers, a power, an area, a wavelength and a solid angle, with prefixes and exponents. A slash, or "per",
+    is for the next part or brackets, and for all that follow where only this gives a radiance. Without any sign
+    (``W_m2_nm_sr``, as in names) all parts after the power are divided by.
+    """
+    plain = unit.strip().translate(_SIGNS)
+    if plain.lower() in _RELATIVE:
+        return 0.0
+    parts = _parts(plain)
+    if parts is None or (plain == plain.upper() and "MW" in plain):  # mega or milli
+        return None
+    signed = [k for k, part in enumerate(parts) if part.is_signed]
+    first = signed[0] if signed else next((k + 1 for k, part in enumerate(parts) if part.text in _POWER), 0)
+    following = [*parts[:first], *(part._replace(exponent=-abs(part.exponent)) for part in parts[first:])]
+    factor = _factor(parts)
+    return _factor(following) if factor is None else factor
+
+
+def _parts(plain: str) -> list[_Part] | None:
+    """Numbers and units from left to right; None where something else stands."""
+    text = re.sub(r"(?<!\d)\.|\.(?!\d)", " ", plain.replace("**", "^").replace("_", " ")).replace("*", " ")
+    text = re.sub(r"\b10(?=[+-]\d)", "10^", re.sub(r"(?<=[\d ])x(?= ?10)", " ", text)).strip()
+    parts: list[_Part] = []
+    groups, is_divided, at = [False], False, 0  # whether each open bracket, and the next part, is divided by
+    while at < len(text):
+        token = _TOKEN.match(text, at)
+        if token is None or len(text) > _MOST_CHARACTERS:
+            return None
+        at = token.end()
+        if token["per"]:
+            is_divided = True
+        elif token["close"]:
+            groups.pop()
+            if not groups:
+                return None
+        else:
+            below, is_divided = groups[-1] != is_divided, False
+            if token["open"]:
+                groups.append(below)
+                continue
+            exponent = int(token["power"] or token["exponent"] or 1)
+            if abs(exponent) > _LARGEST_EXPONENT or (token["number"] and not below and _has_unit(parts)):
+                return None  # a number after the units is no factor that a reader is sure of
+            exponent = -exponent if below else exponent
+            parts.append(_Part(token["number"] or token["unit"], exponent, below or exponent < 0))
+    return parts if len(groups) == 1 and not is_divided else None
+
+
+def _has_unit(parts: Sequence[_Part]) -> bool:
+    return any(part.text[-1].isalpha() for part in parts)
+
+
+def _factor(parts: Sequence[_Part]) -> float | None:
+    """The value of parts that are a spectral radiance, rounded once; None for another quantity."""
+    decade, number = -9, Fraction(1)  # of one per m of wavelength
+    powers, angles, lengths = [], [], []
+    for text, exponent, _ in parts:
+        name = text if text in _LENGTH or text in _POWER else text.lower()
+        if name in _POWER:
+            if name != text and not text.isupper() and "watt" not in name:  # Mw
+                return None
+            powers.append(exponent)
+            decade += _POWER[name] * exponent
+        elif name in _LENGTH:
+            lengths.append(exponent)
+            decade += _LENGTH[name] * exponent
+            if exponent == -1 and name.removesuffix("s") in _WAVENUMBER:
+                return None
+        elif name in _SOLID_ANGLE:
+            angles.append(exponent)
+        elif name[-1].isdigit() or name[-1] == ".":
+            number *= Fraction(text) ** exponent if number and float(text) else 0
+        else:
+            return None
+    if powers != [1] or angles != [-1] or sorted(lengths) not in ([-2, -1], [-3]):
+        return None
+    try:
+        factor = float(number * Fraction(10) ** decade)
+    except OverflowError:
+        return None
+    return factor or None

@@ -1,0 +1,254 @@
+"""Coordinates and values of a radiance field: in degrees and nm, azimuths from +x towards +y, gaps as NaN."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from aomc_sky.directions import AzimuthConvention, at_quarter_deg, to_enu_azimuth_deg, within_sky_deg
+from aomc_sky.errors import FieldError
+from aomc_sky.formats.azimuth_words import (
+    ASSUMED_AZIMUTH,
+    SAY_AZIMUTH,
+    UnclearError,
+    convention_of,
+    given_convention,
+    speaks_of_azimuths,
+)
+from aomc_sky.formats.netcdf import bounds_name, chosen_field
+from aomc_sky.formats.radiance_words import (
+    ANGLE_DEGREES,
+    GAP_NUMBERS,
+    LEAST_NM,
+    LENGTH_NM,
+    MAX_RADIANCE,
+    MOST_NM,
+    SAY_ANGLE,
+    SAY_SUN,
+    have_look_of_degrees,
+    name_of_column,
+    plain_unit,
+)
+
+_COSINES = ("mu", "cos_zenith", "umu")  #: The last one as DISORT has it: negative where light comes from the sky.
+_ROUNDED = 1e-6  #: By so much a cosine of rounded numbers may be beyond 1.
+_ENDS = {
+    "zenith": ("zenith_angle", "elevation_angle"),
+    "azimuth": ("azimuth_angle",),
+    "wavelength": ("wavelength",),
+}
+"""Ends of names and standard names of coordinates."""
+_CF_AZIMUTHS = ("sensor_azimuth_angle", "platform_azimuth_angle")  #: Clockwise, by the CF conventions.
+_DIGITS = 10  #: Digits of a degree; radians become the degrees that they were.
+_DEFAULT_FILLS = {
+    "i2": -32767, "u2": 65535, "i4": -2147483647, "u4": 4294967295, "i8": -9223372036854775806,
+    "u8": 18446744073709551614,
+}  # fmt: skip
+"""What the netCDF library has where nothing was written, by the kind of number; of floats above `MAX_RADIANCE`."""
+
+
+class Axis(NamedTuple):
+    """One coordinate of a field."""
+
+    name: str
+    dims: tuple[str, ...]
+    values: np.ndarray  #: (n,), also of a coordinate with several dimensions
+    attributes: dict[str, Any]
+    bounds: np.ndarray | None  #: CF bounds (n, 2) of a coordinate with one dimension
+    absent_bounds: str  #: Name of bounds that the coordinate has and the field has not, or an empty text
+
+
+def field_and_bounds(field: Any, variable: str | None) -> tuple[Any, dict[str, Any]]:
+    """The radiance of an xarray.Dataset with the bounds of its coordinates, or a DataArray, which can have none."""
+    if hasattr(field, "data_vars"):
+        field, bounds = chosen_field(field, variable)
+    else:
+        bounds = {}
+    if not all(hasattr(field, name) for name in ("coords", "dims", "shape", "values")):
+        raise FieldError(
+            f"a radiance field is an xarray.DataArray or Dataset with coordinates, got {type(field).__name__}",
+            "give values without coordinates to sky.TabulatedSky(grid=, wavelength_nm=, values=)",
+        )
+    empty = [str(dim) for dim, size in zip(field.dims, field.shape, strict=True) if size == 0]
+    if empty:
+        raise FieldError(f"the field has no values: its dimension {empty[0]!r} has length 0")
+    return field, bounds
+
+
+def axis_of(field: Any, role: str, given: str | None, bounds: Mapping[str, Any]) -> Axis | None:
+    """The coordinate of a role: the one that is named, or the only one whose name or standard name says it."""
+    if given is not None:
+        if given not in field.coords:
+            raise FieldError(f"the field has no coordinate {given!r}; it has {_listed(field)}", argument=role)
+        candidates = [given]
+    else:
+        candidates = [str(name) for name in field.coords if _has_role(str(name), field.coords[name], role)]
+    if role == "wavelength" and role in candidates:
+        candidates = [role]
+    if len(candidates) > 1:
+        shown = ", ".join(map(repr, candidates))
+        message = f"the field has {len(candidates)} coordinates that may be its {role}: {shown}"
+        raise FieldError(message, f"say which one: {role}='NAME'", role)
+    if not candidates:
+        if role == "zenith":
+            message = f"the field has no coordinate of zenith angles among {_listed(field)}"
+            raise FieldError(message, "say which one it is: zenith='NAME'")
+        return None
+    name, coordinate = candidates[0], field.coords[candidates[0]]
+    values = np.asarray(coordinate.values, dtype=np.float64)
+    if values.ndim > 1 and role == "wavelength":
+        raise FieldError(f"coordinate {name!r} has {values.ndim} dimensions; a wavelength has one", argument=role)
+    attributes = {**getattr(coordinate, "encoding", {}), **coordinate.attrs}
+    edges = bounds.get(bounds_name(coordinate))
+    is_edged = edges is not None and edges.shape == (*values.shape, 2) and values.ndim == 1
+    absent = "" if edges is not None or values.ndim > 1 else bounds_name(coordinate)
+    edges = np.asarray(edges, dtype=np.float64) if is_edged else None
+    return Axis(name, tuple(map(str, coordinate.dims)), values.ravel(), attributes, edges, absent)
+
+
+def _listed(field: Any) -> str:
+    return ", ".join(repr(str(name)) for name in field.coords) or "none at all"
+
+
+def _has_role(name: str, coordinate: Any, role: str) -> bool:
+    if role != "wavelength" and not coordinate.dims:
+        return False  # a single angle is not one of the sky: that of the sun, as a rule
+    standard = str(coordinate.attrs.get("standard_name", ""))
+    text = name.lower()
+    if any(word in f"{text} {standard}" for word in ("sun", "solar", "sza", "saa")) and "from_sun" not in text:
+        return False
+    known = name_of_column(text)
+    is_named = known is not None and known.slot == role and not known.unit
+    is_named |= text in {"zenith": _COSINES, "wavelength": ("w",)}.get(role, ())
+    return is_named or text.endswith(_ENDS[role]) or standard.endswith(_ENDS[role])
+
+
+def _in_degrees(axis: Axis, values: np.ndarray, given: str | None) -> np.ndarray:
+    """Angles by the argument, the attribute, or values that no radian has. [deg]"""
+    stated = str(axis.attributes.get("units", axis.attributes.get("unit", ""))) if given is None else given
+    scale = ANGLE_DEGREES.get(plain_unit(stated))
+    if scale is None and given is None and not stated and have_look_of_degrees(axis.values):
+        scale = 1.0
+    if scale is None:
+        message = f"coordinate {axis.name!r} does not say whether it is in degrees or radians"
+        shown = f" (units = {stated!r})" if stated else ""
+        raise FieldError(f"{message}{shown}", f"{SAY_ANGLE}, or set its attribute units", "angle_unit")
+    return values if scale == 1.0 else np.round(values * scale, _DIGITS)
+
+
+def zenith_deg(axis: Axis, values: np.ndarray, angle_unit: str | None) -> np.ndarray:
+    """Zenith angles from values, or bounds, of a coordinate of zenith angles, elevations or cosines. [deg]"""
+    name = axis.name.lower()
+    if name in _COSINES:
+        if np.nanmax(np.abs(values)) > 1 + _ROUNDED:
+            raise FieldError(f"coordinate {axis.name!r} is a cosine, and has values beyond -1 to 1", argument="zenith")
+        cosine = (-values if name == "umu" else values).clip(-1.0, 1.0)
+        return within_sky_deg(np.rad2deg(np.arccos(cosine)))
+    angle = _in_degrees(axis, values, angle_unit)
+    is_elevation = "elevation" in f"{name} {axis.attributes.get('standard_name', '')}"
+    return within_sky_deg(np.round(90.0 - angle if is_elevation else angle, _DIGITS))
+
+
+class Azimuths(NamedTuple):
+    """Azimuths of a field."""
+
+    enu_deg: np.ndarray  #: From +x towards +y. [deg, 0 to 360)
+    bounds_deg: np.ndarray | None  #: Edges (n, 2) around them, rising. [deg]
+    in_field: np.ndarray  #: As the field has them, in its unit.
+
+
+def azimuths(
+    axis: Axis,
+    angle_unit: str | None,
+    given: AzimuthConvention | str | None,
+    sun_azimuth_deg: float | None,
+    remarks: list[str],
+) -> tuple[Azimuths, AzimuthConvention]:
+    """The azimuths of a coordinate, and their convention in the field."""
+    convention = _convention(axis, remarks) if given is None else given_convention(given)
+    if convention.is_from_sun and sun_azimuth_deg is None:
+        raise FieldError(f"azimuth {axis.name!r} counts from the sun, but nothing says where it is", SAY_SUN, "azimuth")
+    if convention.is_from_sun:
+        point, sense = "antisun" if convention.value[0] else "sun", "counter" * (convention.value[1] > 0)
+        remarks.append(
+            f"azimuth {axis.name!r} counts {sense}clockwise from the {point}; the sun is at {sun_azimuth_deg:g}"
+        )
+    angle = at_quarter_deg(_in_degrees(axis, axis.values, angle_unit))
+    turned = to_enu_azimuth_deg(angle, convention, sun_azimuth_deg or 0.0)
+    edges = None
+    if axis.bounds is not None:
+        pairs = np.sort(at_quarter_deg(_in_degrees(axis, axis.bounds, angle_unit)), axis=1)
+        beside = pairs - angle[:, None]
+        is_apart = (beside[:, 0] > 0) | (beside[:, 1] < 0)  # 352.5 and 7.5 around 0
+        beside[is_apart] = (beside[is_apart] + 180.0) % 360.0 - 180.0
+        edges = turned[:, None] + np.sort(convention.value[1] * beside, axis=1)
+    return Azimuths(turned, edges, axis.values), convention
+
+
+def _convention(axis: Axis, remarks: list[str]) -> AzimuthConvention:
+    """What name and attributes of a coordinate say; else from +x towards +y, with a remark."""
+    named = name_of_column(axis.name)
+    said = ["relative"] if named is not None and named.role == "relative azimuth" else []
+    texts = [axis.name, *(axis.attributes.get(one, "") for one in ("standard_name", "long_name", "comment"))]
+    if "reference" in axis.attributes:
+        texts.append(f"from {axis.attributes['reference']}")
+    said += [text for text in map(str, texts) if speaks_of_azimuths(text)]
+    if "azimuth_convention" in axis.attributes:
+        said.append(str(axis.attributes["azimuth_convention"]))
+    is_clockwise = axis.attributes.get("standard_name") in _CF_AZIMUTHS
+    if not said and not is_clockwise:
+        remarks.append(f"azimuth {axis.name!r} {ASSUMED_AZIMUTH}")
+        return AzimuthConvention.ENU_FROM_EAST
+    try:
+        return convention_of(*dict.fromkeys(said), is_clockwise=is_clockwise)
+    except UnclearError as error:
+        raise FieldError(f"azimuth {axis.name!r}: {error}", SAY_AZIMUTH, "azimuth_convention") from None
+
+
+def wavelengths_nm(axis: Axis) -> np.ndarray:
+    """Wavelengths of a coordinate. [nm]"""
+    unit = str(axis.attributes.get("units", ""))
+    scale = LENGTH_NM.get(plain_unit(unit or "nm"))
+    advice = "set its attribute units to nm, um, m or angstrom"
+    if scale is None:
+        raise FieldError(f"coordinate {axis.name!r} has the unit {unit!r}; a wavelength is in nm, um, m or angstrom")
+    values = np.asarray(axis.values * scale)
+    if not np.all((values >= LEAST_NM) & (values <= MOST_NM)):
+        least, most = np.nanmin(values), np.nanmax(values)
+        shown = f"{least:g}" if least == most else f"{least:g} to {most:g}"
+        question = "; are they micrometres?" if 0.1 <= least < LEAST_NM else f"; {LEAST_NM:g} to {MOST_NM:g} are read"
+        raise FieldError(f"coordinate {axis.name!r} has wavelengths of {shown} nm{question}", advice, "wavelength")
+    return values
+
+
+def radiances(field: Any) -> np.ndarray:
+    """The values of a field in its own shape, NaN where they are missing: fill values, and beyond the valid range."""
+    values = np.asarray(field.values)
+    if values.dtype.kind not in "biuf":
+        raise FieldError(f"the field holds {values.dtype} instead of real numbers", argument="variable")
+    attributes, encoding = dict(field.attrs), dict(getattr(field, "encoding", {}))
+    if {"scale_factor", "add_offset"} & set(attributes):
+        raise FieldError("the field is packed (scale_factor, add_offset)", "open it with mask_and_scale=True")
+    stored = np.dtype(encoding.get("dtype", values.dtype))
+    scale, offset = encoding.get("scale_factor", 1.0), encoding.get("add_offset", 0.0)
+
+    def limits(name: str, count: int) -> np.ndarray:
+        """Numbers of an attribute, unpacked where they are as the file stores them; none where it is absent."""
+        found = np.atleast_1d(attributes.get(name, []))
+        if found.dtype.kind not in "iuf" or (found.size and count not in (0, found.size)):
+            raise FieldError(f"the attribute {name} of the field is {attributes[name]!r}, and no numbers of a range")
+        is_packed = found.dtype.kind in "iu" and stored.kind in "iu"
+        return found * scale + offset if is_packed else found.astype(np.float64)
+
+    radiance: np.ndarray = values.astype(np.float64)
+    pair = limits("valid_range", 2)
+    low = np.max([*pair[:1], *limits("valid_min", 1)], initial=-np.inf)
+    high = np.min([*pair[1:], *limits("valid_max", 1)], initial=np.inf)
+    fills = [*GAP_NUMBERS, *limits("_FillValue", 0), *limits("missing_value", 0)]
+    if stored.str[1:] in _DEFAULT_FILLS:
+        fills.append(_DEFAULT_FILLS[stored.str[1:]] * scale + offset)
+    is_missing = (radiance < low) | (radiance > high) | np.isin(radiance, fills)
+    is_missing |= (radiance > MAX_RADIANCE) & np.isfinite(radiance)
+    return np.where(is_missing, np.nan, radiance)

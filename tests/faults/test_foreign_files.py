@@ -1,0 +1,124 @@
+"""Row 53: files of radiances and weather as other people write them are read right, or refused with what to write.
+
+The files lie beside the repository; what they hold, and what is right, is in their README. Those of each kind that are
+made here are in the tests of the readers.
+"""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from tests.support.fault_rows import command, row
+from tests.support.shared import SHARED, needs_shared
+
+FILES, DAMAGED = SHARED / "foreign_files", SHARED / "damaged"
+
+
+@pytest.fixture
+def foreign(tmp_path):
+    """Runs a file of the reference into a folder of the test."""
+
+    def run_file(name, *options, folder=FILES):
+        out = tmp_path / f"out{len(list(tmp_path.iterdir()))}"
+        code = command("run", folder / name, "--iterations", "200000", "--out", out, *options)
+        if code:
+            return code, None, None
+        band = json.loads((out / "manifest.json").read_text())["bands"][0]
+        ux, uy, _ = np.load(out / "photons-0001.npy").mean(axis=0, dtype=float)
+        return code, band, np.rad2deg(np.arctan2(-uy, -ux)) % 360
+
+    return run_file
+
+
+IRRADIANCE = {"bounds_hl.nc": 3.23705, "valid_range.nc": 0.003142, "unit_factor.csv": 0.31416}
+"""Irradiances of the horizontal plane. [W m-2 nm-1]"""
+EAST = ("south_east.csv", "conv_longname.nc", "quoted_deccomma.csv", "quoted_header_comma.csv")
+"""Skies that are brightest in the east."""
+REFUSED = {
+    "away.csv": ("E651", "'away' is not understood", "from east, south, west, the sun or the antisun"),
+    "thou_mixed_semi_de.csv": ("E652", "with a separator of thousands", "write 1000"),
+    "rel_az.nc": ("E710", "counts from the sun, but nothing says where it is", "--sun-azimuth"),
+    "group.nc": ("E710", "no variables of numbers outside of groups", "open_dataset(path, group='NAME')"),
+    "stokes.nc": ("E710", "a dimension 'stokes' of 4 besides", "--isel stokes=0"),
+    "wl_um_unlabelled.nc": ("E710", "are they micrometres?", "units to nm, um"),
+    "mixed_zenrad.csv": ("E651", "degrees or radians: zenith to 1.39626 beside azimuth to 315", "zenith_rad"),
+}  # fmt: skip
+"""Code, trouble, and what to write."""
+
+
+@needs_shared
+@row(53, *(f"irradiance-{name}" for name in IRRADIANCE))
+def test_irradiances(fault, foreign):
+    name = fault.removeprefix("irradiance-")
+    _, band, _ = foreign(name)
+    assert band["irradiance_W_m2_nm"] == pytest.approx(IRRADIANCE[name], rel=2e-4)
+
+
+@needs_shared
+@row(53, *(f"east-{name}" for name in EAST))
+def test_brightest_in_the_east(fault, foreign):
+    _, _, azimuth = foreign(fault.removeprefix("east-"))
+    assert min(azimuth, 360 - azimuth) < 1.0
+
+
+@needs_shared
+@row(53, "sun-rel_az.nc")
+def test_azimuths_from_the_sun(fault, foreign):
+    """Brightest at 90 of the file, counterclockwise from the sun, which is at 30: in the north-west at 120."""
+    assert foreign("rel_az.nc", "--sun-azimuth", "30")[2] == pytest.approx(120, abs=1)
+    words = ("--sun-azimuth", "30", "--azimuth-convention", "clockwise from the sun")
+    assert foreign("rel_az.nc", *words)[2] == pytest.approx(300, abs=1)
+
+
+@needs_shared
+@row(53, *(f"refused-{name}" for name in REFUSED))
+def test_refusals(fault, foreign, capsys):
+    name = fault.removeprefix("refused-")
+    assert foreign(name)[0] == 3
+    said = capsys.readouterr().err
+    for words in REFUSED[name]:
+        assert words in said
+    assert "--angle-unit" not in said or "units" in REFUSED[name][2]
+
+
+@needs_shared
+@row(53, "own-rings")
+def test_rings_of_our_own_export(fault, foreign):
+    assert foreign("own_irreg.nc")[1]["mean_cosine_exact"] == pytest.approx(0.736201, abs=1e-6)
+
+
+@needs_shared
+@row(53, "closed-grids")
+def test_closed_grids(fault, foreign):
+    """Horizon ring and columns of 0 and 360 degrees: 1 + sin(zenith) ... has mean cosine 2/3 with its horizon."""
+    pytest.importorskip("xarray")
+    from aomc_sky.formats.netcdf import read_field
+
+    for name in ("rad_f4.nc", "closed_f4vals.nc"):
+        table = sky.TabulatedSky.from_xarray(read_field(FILES / name))
+        assert (table.grid.n_zenith, table.grid.n_azimuth) == (19, 36)
+        assert table.grid.zenith_bounds_deg.max() == 90.0
+        assert foreign(name)[1]["mean_cosine_exact"] == pytest.approx(2 / 3, abs=1e-5)
+    assert any("azimuths 0 and 360 are one direction; their radiances differ by" in one for one in table.remarks)
+
+
+@needs_shared
+@row(53, "image-with-corners")
+def test_corners_of_an_image(fault, foreign, capsys):
+    assert foreign("image2d_nancorner.nc")[1]["mean_cosine_exact"] == pytest.approx(2 / 3, abs=1e-4)
+    assert "5 values without a direction were left out" in capsys.readouterr().out
+
+
+@needs_shared
+@row(53, "azimuths-that-are-one")
+def test_two_azimuths_of_one_direction(fault, foreign, capsys):
+    assert foreign("bad_field.nc", folder=DAMAGED)[0] == 3
+    said = capsys.readouterr().err
+    assert (
+        "error[E710]: azimuths 0 and 8.69169e-310 are one direction, but their radiances differ by up to 50 %" in said
+    )
+    assert "Traceback" not in said
