@@ -23,7 +23,7 @@ class Input:
 def in_nm(wavelength: float, shown: str) -> str:
     """What to write for a wavelength that is in micrometres, as a person gave it; else empty."""
     is_small = 0.1 <= wavelength < 20.0
-    return f"wavelengths are in nm, got {shown}; write {1000 * wavelength:g}" if is_small else ""
+    return f"wavelengths are in nm, got {shown} (micrometres?); write {1000 * wavelength:g}" if is_small else ""
 
 
 def _by_name(*rows: Input) -> dict[str, Input]:

@@ -59,7 +59,7 @@ def test_what_does_not_fit(
 def test_micrometres(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):
         run("--sky", "uniform", "--wavelengths", "0.443", "--out", tmp_path / "grey")
-    assert "wavelengths are in nm, got '0.443'; write 443" in capsys.readouterr().err
+    assert "wavelengths are in nm, got '0.443' (micrometres?); write 443" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

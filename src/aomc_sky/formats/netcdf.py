@@ -46,7 +46,7 @@ def read_field(path: str | Path, *, variable: str | None = None, isel: Mapping[s
         field = _at_indices(field, dict(isel or {}))
         parts = (field, *field.coords.values(), *bounds.values())
         require_size(sum(math.prod(part.shape) * 8 for part in parts), allowed, allowed, "a field")
-        return field.to_dataset(name=field.name or "radiance").assign(bounds).load()
+        return field.to_dataset(name=field.name or "radiance").assign_coords(bounds).load()
 
 
 @contextlib.contextmanager

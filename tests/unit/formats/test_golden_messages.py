@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from aomc_sky.errors import InputFileError
+from aomc_sky.errors import InputFileError, InputWarning
 from aomc_sky.formats.aomc.amc import read_amc, read_difcol, read_lambbot
 from aomc_sky.formats.aomc.skydist import read_skydist
 from aomc_sky.formats.mcpl.file import check_mcpl
@@ -99,3 +99,10 @@ def test_the_page_of_bad_inputs_shows_what_is_printed(path: Path, monkeypatch: p
     kind = path.name.split(".")[1]
     error = refusal("sky_toml" if kind == "sky" else kind, path, monkeypatch)
     assert [line.rstrip() for line in str(error).splitlines()] == shown_messages()[path.name]
+
+
+def test_wavelengths_in_micrometres_can_be_labels() -> None:
+    """With --lenient they are labels; those of the program's own input, 0 to 30, are no question."""
+    for kind, read in (("lambbot", read_lambbot), ("skydist", read_skydist)):
+        with pytest.warns(InputWarning, match="wavelengths are in nm, got 0.44"):
+            assert read(DATA / kind / "bad" / "micrometres.inp", lenient=True).wavelength_nm.tolist() == [0.44, 0.55]

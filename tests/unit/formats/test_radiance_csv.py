@@ -123,7 +123,7 @@ def test_arguments_win_over_the_file(tmp_path):
     np.testing.assert_allclose(points["sky_azimuth_deg"], [50.0, 140.0, 260.0, 20.0])
     np.testing.assert_allclose(points["radiance"], [5e-5, 4e-5, 3e-5, 2e-5])
     assert points["is_absolute"]
-    with pytest.raises(sky.UsageError, match="radiance unit 'lux' is not known; write --radiance-unit sr-1'"):
+    with pytest.raises(sky.UsageError, match="radiance unit 'lux' is not known; write --radiance-unit"):
         read_radiance_points(path, radiance_unit="lux")
     with pytest.raises(sky.UsageError, match=r"azimuth_convention: 'south' does not say whether azimuths count clockw"):
         read_radiance_points(path, azimuth_convention="south")
@@ -161,7 +161,7 @@ def test_quoted_cells_hold_separators(tmp_path):
         read_radiance_points(table_of(tmp_path, rows, head))
     (problem,) = caught.value.problems
     assert (problem.line, problem.column, problem.width) == (5, 8, 3)
-    with pytest.raises(sky.InputFileError, match="a row of 3 columns under 4 names"):
+    with pytest.raises(sky.InputFileError, match=r"'82\.899\.' is not a number"):
         read_radiance_points(table_of(tmp_path, ['"40,0",10,"82,899,', *rows], head))
 
 

@@ -75,7 +75,7 @@ def test_a_time_and_a_place():
     ("changed", "error", "text"),
     [
         ({"ghi": None}, sky.UsageError, "dhi"),
-        ({"wavebands": [0.443]}, sky.SceneError, "wavelengths are in nm, got 0.443; write 443"),
+        ({"wavebands": [0.443]}, sky.SceneError, "wavelengths are in nm, got 0.443 .micrometres.*; write 443"),
         ({"ghi": None, "dhi": None}, sky.UsageError, "which sky?"),
         ({"sun_zenith_deg": None}, sky.UsageError, "where is the sun. write sun_zenith_deg=, or time=, latitude_deg= "),
         ({"sun_zenith_deg": 95.0}, sky.SceneError, "above the horizon"),

@@ -18,7 +18,15 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import Span
-from aomc_sky.formats.aomc.scanner import ListScanner, Record, Token, fixed_value, list_integer, list_real
+from aomc_sky.formats.aomc.scanner import (
+    ListScanner,
+    Record,
+    Token,
+    ask_micrometres,
+    fixed_value,
+    list_integer,
+    list_real,
+)
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.text_file import read_lines
 from aomc_sky.wavebands import Wavebands
@@ -407,8 +415,10 @@ def read_band_rows(
     n_rows = _read_count(head.tokens[0] if head.tokens else scanner.absent(1), n_wavebands, report)
     rows = np.zeros((n_rows, len(names)))
     index = head.next_line
+    first: list[Token] = []
     for k in range(n_rows):
         record = scanner.record(index, len(names))
+        first += record.tokens[:1]
         if not record.tokens and not record.ended_by_slash:
             message = f"the first line says {n_rows} rows, but the file ends after {k}"
             end = scanner.absent(max(len(lines), 1))
@@ -427,6 +437,8 @@ def read_band_rows(
         index = record.next_line
         if report.is_full:
             break
+    if names[0] == _COLUMNS[0]:
+        ask_micrometres(list(zip(first, rows[:, 0].tolist(), strict=False)), "E202", report)
     report.close()
     return rows
 

@@ -7,10 +7,12 @@ input, and every token of it knows its line and column.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from aomc_sky.errors import Span
+from aomc_sky.formats.report import Report
+from aomc_sky.inputs import in_nm
 
 _INTEGER = re.compile(r"[+-]?\d+\Z")
 _REAL = re.compile(r"([+-]?)(\d*)(\.?)(\d*)(?:[eEdDqQ]([+-]?\d+)|([+-]\d+))?\Z")
@@ -201,3 +203,12 @@ def _pieces(text: str, line: int) -> Iterator[tuple[Token, int]]:
         else:
             after_separator = False
             yield _token(text, line, start + 1, word), piece.end()
+
+
+def ask_micrometres(wavelengths: Sequence[tuple[Token, float]], code: str, report: Report) -> None:
+    """Report wavelengths such as 0.44 and 0.55; 0, 0.5, 1 to 30 are labels that people give their wavebands."""
+    questions = [(token, in_nm(value, token.word)) for token, value in wavelengths]
+    if all(question for _, question in questions) and any(value % 1 for _, value in wavelengths):
+        for token, question in questions:
+            message, _, advice = question.partition("; ")
+            report.at(token, code, message, name="wavelength", advice=advice, can_downgrade=True)

@@ -12,7 +12,7 @@ import numpy as np
 
 from aomc_sky.content import same_content
 from aomc_sky.errors import SceneError, Span
-from aomc_sky.formats.aomc.scanner import ListScanner, Record, Token, list_integer, list_real
+from aomc_sky.formats.aomc.scanner import ListScanner, Record, Token, ask_micrometres, list_integer, list_real
 from aomc_sky.formats.report import Report, beyond_memory
 from aomc_sky.formats.text_file import read_bytes, split_lines, write_atomically
 
@@ -310,6 +310,8 @@ def _read_wavelengths(record: Record, report: Report) -> np.ndarray | None:
         else:
             code, message = "E302", f"{token.word} is not a wavelength"
         report.at(token, code, message, name="wavelengths", advice="write a number of nm")
+    if report.n_errors == before:
+        ask_micrometres(list(zip(record.tokens, wavelength.tolist(), strict=True)), "E302", report)
     return wavelength if report.n_errors == before else None
 
 
