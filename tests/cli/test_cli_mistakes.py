@@ -31,6 +31,10 @@ def make_folder(folder: Path) -> None:
     (folder / "misspelt" / "sky.toml").write_text("[perez]\ndni = 850.0\ndiffuse = 95.0\n")
     shutil.copy(INPUTS / "atmosphere" / "molecules_only.atmo", folder / "air.atmo")
     (folder / "my_sky.py").write_text("import aomc_sky\n")
+    (folder / "scan.alm").write_text(
+        "AERONET Version 3\nAlmucantar,Level 1.5\nDate,Wavelength,-6,-5\n01:01:2020,0.44,1,2\n"
+    )
+    (folder / "scan.dat").write_text("10 20 0.3\n10 30 0.4\n")
 
 
 ROWS = re.findall(r"(?m)^\| `aomc-sky ?(.*?)` \| `(.*)` \|$", (ROOT / "docs" / "errors.md").read_text())
@@ -45,7 +49,7 @@ def folder(tmp_path_factory):
 
 def test_first_lines_are_those_of_the_page(folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
-    assert len(ROWS) == 37
+    assert len(ROWS) == 39
     for words, line in ROWS:
         status = command(*shlex.split(words))
         said = capsys.readouterr()

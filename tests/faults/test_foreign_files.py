@@ -23,6 +23,8 @@ def foreign(tmp_path):
     """Runs a file of the reference into a folder of the test."""
 
     def run_file(name, *options, folder=FILES):
+        if name.endswith(".nc"):
+            pytest.importorskip("h5netcdf")
         out = tmp_path / f"out{len(list(tmp_path.iterdir()))}"
         code = command("run", folder / name, "--iterations", "200000", "--out", out, *options)
         if code:
@@ -45,6 +47,8 @@ REFUSED = {
     "group.nc": ("E710", "no variables of numbers outside of groups", "open_dataset(path, group='NAME')"),
     "stokes.nc": ("E710", "a dimension 'stokes' of 4 besides", "--isel stokes=0"),
     "wl_um_unlabelled.nc": ("E710", "are they micrometres?", "units to nm, um"),
+    "missing_state.epw": ("E601", "LOCATION has 9 entries, 10 are needed", "nothing between two commas"),
+    "subhourly_says1.epw": ("E602", "minute 15: rows of less than an hour", "means of whole hours"),
     "mixed_zenrad.csv": ("E651", "degrees or radians: zenith to 1.39626 beside azimuth to 315", "zenith_rad"),
 }  # fmt: skip
 """Code, trouble, and what to write."""
@@ -78,7 +82,10 @@ def test_azimuths_from_the_sun(fault, foreign):
 @row(53, *(f"refused-{name}" for name in REFUSED))
 def test_refusals(fault, foreign, capsys):
     name = fault.removeprefix("refused-")
-    assert foreign(name)[0] == 3
+    if name.endswith(".epw"):
+        assert command("perez", "--epw", FILES / name, "--row", 48) == 3
+    else:
+        assert foreign(name)[0] == 3
     said = capsys.readouterr().err
     for words in REFUSED[name]:
         assert words in said
@@ -111,6 +118,15 @@ def test_closed_grids(fault, foreign):
 def test_corners_of_an_image(fault, foreign, capsys):
     assert foreign("image2d_nancorner.nc")[1]["mean_cosine_exact"] == pytest.approx(2 / 3, abs=1e-4)
     assert "5 values without a direction were left out" in capsys.readouterr().out
+
+
+@needs_shared
+@row(53, "offset-of-an-instrument")
+def test_nights_below_zero(fault, capsys):
+    pytest.importorskip("pvlib")
+    assert command("perez", "--epw", FILES / "negative_small.epw", "--row", 12, "--json") == 0
+    sky_of_hour = json.loads(capsys.readouterr().out)
+    assert (sky_of_hour["dni"], sky_of_hour["dhi"]) == (496.0, 281.0)
 
 
 @needs_shared

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,7 +31,7 @@ from aomc_sky.formats.radiance_words import (
     unit_and_counts,
 )
 from aomc_sky.formats.report import MAX_PER_VALUE, BadValueError, Report, printable, quoted
-from aomc_sky.formats.text_file import read_bytes
+from aomc_sky.formats.text_file import cell_span, delimiter_of, read_bytes, split_row
 from aomc_sky.formats.units import parse_real
 
 MAX_BYTES = 2**27
@@ -49,9 +48,8 @@ _PLAIN_AZIMUTH = re.compile(
     r"((?:(?:counter|anti)?-?clockwise|from|relative to|(?:east|north|west) of)\b.*\S)",
     re.IGNORECASE,
 )
-_QUOTED = re.compile(r'"(?:[^"]|"")*"')
 _GROUPED = re.compile(r"[1-9]\d{0,2}(?:[.,]\d{3})+")
-_DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas"}
+DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas"}
 _NEEDED = {
     "zenith": ("zenith angles", "name it 'zenith (deg)' or 'elevation (deg)'"),
     "azimuth": ("azimuth", "name it 'azimuth (deg)'"),
@@ -92,17 +90,6 @@ def read_radiance_points(
     return table.points(None if azimuth_convention is None else given_convention(azimuth_convention))
 
 
-def split_row(line: str, delimiter: str) -> list[str]:
-    """Cells of a row without blanks around them; a cell in quotes may hold the delimiter."""
-    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
-
-
-def delimiter_of(line: str) -> str:
-    """What divides the names of columns; a comma where nothing does."""
-    outside = _QUOTED.sub("", line)
-    return next((one for one in _DELIMITERS if one in outside), ",")
-
-
 def _without_sign(line: str) -> str:
     """The line with blanks in place of its sign of a comment."""
     return COMMENT.sub(lambda sign: " " * len(sign[0]), line, count=1) if COMMENT.match(line) else line
@@ -133,7 +120,7 @@ class _Table:
                 self.rows.append((number, line))
         if last_comment and self.rows and not re.search("[A-Za-z]{2}", self.rows[0][1].lower().replace("nan", "")):
             self.rows.insert(0, last_comment)  # numpy.savetxt writes the names behind a '#' or '%'
-        self.delimiter = delimiter_of(self.rows[0][1] if self.rows else "")
+        self.delimiter = delimiter_of(self.rows[0][1] if self.rows else "", DELIMITERS)
 
     def _bad(self, span: Span, message: str, advice: str, code: str = "E651") -> None:
         self.report.at(span, code, message, advice=advice)
@@ -153,14 +140,8 @@ class _Table:
                 self.head[str(key)] = value
 
     def _span(self, number: int, line: str, index: int) -> Span:
-        """Position of a cell, without its quotes."""
-        inside = _QUOTED.sub(lambda cell: "x" * len(cell[0]), line)  # as long, and without delimiters
-        parts = inside.split(self.delimiter)
-        index = min(index, len(parts) - 1)  # of a row whose quotes do not close
-        start = sum(len(part) + 1 for part in parts[:index])
-        cell = line[start : start + len(parts[index])]
-        start += len(cell) - len(cell.lstrip(' "'))
-        return Span(number, start + 1, line, max(len(cell.strip(' "')), 1))
+        """Position of a cell."""
+        return cell_span(number, line, index, self.delimiter)
 
     def points(self, convention: AzimuthConvention | None) -> dict[str, Any]:
         """Return the contents of the file, or raise all its problems; a convention here wins over the file's."""
@@ -246,7 +227,7 @@ class _Table:
         for k, (number, line) in enumerate(self.rows):
             cells = split_row(line, self.delimiter)
             if len(cells) < width or any(cells[n_names:]):
-                advice = f"write {_DELIMITERS[self.delimiter]} between columns, and a point for decimals"
+                advice = f"write {DELIMITERS[self.delimiter]} between columns, and a point for decimals"
                 message = f"a row of {len(cells)} columns under {n_names} names"
                 self._bad(Span(number, 1, line, len(line)), message, advice, "E652")
                 continue

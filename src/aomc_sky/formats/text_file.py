@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import csv
 import os
 import re
 import stat
@@ -142,6 +143,30 @@ def split_lines(data: bytes) -> list[str]:
     if lines and lines[-1] == "":
         lines.pop()
     return [line[:-1] if line.endswith("\r") else line for line in lines]
+
+
+_QUOTED = re.compile(r'"(?:[^"]|"")*"')
+
+
+def split_row(line: str, delimiter: str = ",") -> list[str]:
+    """Cells of a row without blanks around them; a cell in quotes may hold the delimiter."""
+    return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])]
+
+
+def delimiter_of(line: str, delimiters: Iterable[str]) -> str:
+    """The first of some delimiters that is in a row outside of quotes; a comma where none is."""
+    outside = _QUOTED.sub("", line)
+    return next((one for one in delimiters if one in outside), ",")
+
+
+def cell_span(number: int, line: str, index: int, delimiter: str = ",") -> Span:
+    """Position of a cell of `split_row`, without its quotes."""
+    parts = _QUOTED.sub(lambda cell: "x" * len(cell[0]), line).split(delimiter)  # as long, and without delimiters
+    index = min(index, len(parts) - 1)  # of a row whose quotes do not close
+    start = sum(len(part) + 1 for part in parts[:index])
+    cell = line[start : start + len(parts[index])]
+    start += len(cell) - len(cell.lstrip(' "'))
+    return Span(number, start + 1, line, max(len(cell.strip(' "')), 1))
 
 
 def read_lines(path: str | Path) -> list[str]:

@@ -9,18 +9,18 @@ from __future__ import annotations
 
 import calendar
 import contextlib
-import csv
 import math
 import re
+import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from aomc_sky.errors import InputFileError, Span
+from aomc_sky.errors import InputFileError, InputWarning, Span
 from aomc_sky.formats.report import BadValueError, Report
-from aomc_sky.formats.text_file import read_bytes, refuse, split_lines
+from aomc_sky.formats.text_file import cell_span, read_bytes, refuse, split_lines, split_row
 
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?\Z", re.ASCII)
 
@@ -28,14 +28,19 @@ _DATE = re.compile(r"(\d{1,2})/(\d{1,2})/(\d{4})\Z", re.ASCII)
 _TIME = re.compile(r"(\d{1,2}):00\Z", re.ASCII)
 _N_EPW_HEAD = 8
 _EPW_FIELDS = (0, 1, 2, 3, 13, 14, 15)
+_EPW_MINUTE = 4
 _EPW_PRESSURE = 9
+_N_LOCATION = 10
 _COMMAS, _POINTS = "are its decimals written with commas?", "write decimal points"
 _TMY2_COLUMNS = ((1, 3), (3, 5), (5, 7), (7, 9), (17, 21), (23, 27), (29, 33))
 """From and to, counted from 0: year, month, day, hour, GHI, DNI, DHI."""
 HOUR = np.timedelta64(3600, "s")
 MAX_IRRADIANCE = 2000.0
 """Above the sun's irradiance outside the atmosphere, and above any cloud edge. [W m-2]"""
+OFFSET = -5.0
+"""Irradiances from here to 0 are those of an instrument's offset at night, and count as 0. [W m-2]"""
 _MAX_BYTES = 64 * 2**20
+_ZONE_H = 3.0  #: Most that the zone differs from the sun's time, on land [h]
 _NAMES = ("year", "month", "day", "hour", "GHI", "DNI", "DHI")
 _EXPECTED = ("a year", "a month", "a day", "a whole hour", *["an irradiance"] * 3)
 _FIRST_IRRADIANCE = 4
@@ -71,17 +76,21 @@ class WeatherTable:
         return self.start + HOUR // 2
 
 
-def read_weather(path: str | Path, kind: str) -> WeatherTable:
-    """Read a weather file of kind epw, tmy2 or tmy3, rows in file order. Cost: about 0.2 s for a year of hours."""
+def read_weather(path: str | Path, kind: str, *, row: int | None = None) -> WeatherTable:
+    """Read a weather file of kind epw, tmy2 or tmy3, rows in file order. Cost: about 0.2 s for a year of hours.
+
+    With a `row` [0-based] it alone must be right: others that are not have no time and no irradiances.
+    """
     lines = _lines(path)
     layout = _HEADS[kind](lines, path)
-    line, values = _rows(lines, layout, path)
-    year, month, day, hour = values[:4].astype(np.int64)
+    line, values = _rows(lines, layout, path, row)
+    is_right = np.isfinite(values[:_FIRST_IRRADIANCE]).all(axis=0)
+    year, month, day, hour = np.where(is_right, values[:4], [[1970], [1], [1], [1]]).astype(np.int64)
     dates = (year - 1970).astype("M8[Y]").astype("M8[M]") + (month - 1)
     local = (dates.astype("M8[D]") + (day - 1)).astype("M8[s]") + (hour - 1) * HOUR
     latitude, longitude, offset = layout.position
     values += 0.0  # some files write -0.00 at night
-    start = local - np.timedelta64(round(offset * 3600), "s")
+    start = np.where(is_right, local - np.timedelta64(round(offset * 3600), "s"), np.datetime64("NaT"))
     for array in (line, start, values):
         array.flags.writeable = False
     return WeatherTable(
@@ -105,54 +114,59 @@ def _lines(path: str | Path) -> list[str]:
     return split_lines(data)
 
 
-def _rows(lines: list[str], layout: Layout, path: str | Path) -> tuple[np.ndarray, np.ndarray]:
-    """Lines and values (7, n_row) of all rows; InputFileError with all problems."""
+def _rows(lines: list[str], layout: Layout, path: str | Path, wanted: int | None) -> tuple[np.ndarray, np.ndarray]:
+    """Lines and values (7, n_row) of all rows; InputFileError with all problems, or those of the `wanted` row."""
     report = Report(path=str(path))
-    numbers: list[int] = []
-    values: list[list[float]] = []
-    for number, text in enumerate(lines[layout.first_row :], start=layout.first_row + 1):
-        if text.strip():
-            try:
-                values.append(_row(text, layout))
-                numbers.append(number)
-            except BadValueError as problem:
+    texts = [(number, text) for number, text in enumerate(lines, 1) if number > layout.first_row and text.strip()]
+    values = np.full((len(texts), len(_NAMES)), np.nan)
+    for k, (number, text) in enumerate(texts):
+        try:
+            _read_row(text, layout, values[k])
+        except BadValueError as problem:
+            values[k, _FIRST_IRRADIANCE:] = np.nan
+            if wanted in (None, k):
                 report.bad_value(Span(number, 1, text), problem)
         if report.is_full:
             break
-    if not values and not report.has_errors:
+    if not texts:
         report.at(Span(max(len(lines), 1), 1, ""), "E604", "the file ends before the first hour")
+    is_again = np.all(values[1:, :_FIRST_IRRADIANCE] == values[:-1, :_FIRST_IRRADIANCE], axis=1)
+    again = [k for k in np.flatnonzero(is_again).tolist() if wanted in (None, k, k + 1)]
+    if again and not report.has_errors:
+        number, text = texts[again[0] + 1]
+        message = f"hour {values[again[0], 3]:g} comes twice in a row; hours are read, 1 row each"
+        report.at(Span(number, 1, text, len(text)), "E602", message, advice="write means of whole hours")
     report.close()
-    return np.array(numbers, dtype=np.int64), np.array(values, dtype=np.float64).reshape(-1, len(_NAMES)).T
+    return np.array([number for number, _ in texts], dtype=np.int64), values.T.copy()
 
 
-def _row(text: str, layout: Layout) -> list[float]:
-    """The seven values of a row, missing irradiances NaN."""
-    row: list[float] = []
-    pieces = layout.cut(text)
+def _read_row(text: str, layout: Layout, row: np.ndarray) -> None:
+    """Put the seven values of a row into `row`; missing irradiances stay NaN."""
 
     def bad(k: int, code: str, message: str) -> BadValueError:
-        offset, field = pieces[k]
-        return BadValueError(code, f"{_NAMES[k]}: {message}", offset=offset, width=len(field.strip()))
+        span = layout.place(text, k)
+        return BadValueError(code, f"{_NAMES[k]}: {message}", offset=span.column - 1, width=span.width)
 
-    for k, (_, field) in enumerate(pieces):
+    for k, field in enumerate(layout.cut(text)):
         piece, is_irradiance = field.strip(), k >= _FIRST_IRRADIANCE
         value = float(piece) if NUMBER.match(piece) else math.nan
         if is_irradiance and (not piece or value == _MISSING_TMY3 or value >= _MISSING_FROM):
-            value = math.nan
-        elif math.isnan(value):
+            continue
+        if math.isnan(value):
             raise bad(k, "E602", f"{piece[:40]!r} is not {_EXPECTED[k]}")
-        elif is_irradiance and not 0 <= value <= MAX_IRRADIANCE:
+        if is_irradiance and not OFFSET <= value <= MAX_IRRADIANCE:
             raise bad(k, "E603", f"{piece} is outside 0 to {MAX_IRRADIANCE:g} W m-2")
-        row.append(value)
-    wrong = _wrong_date(row, layout.first_hour)
+        row[k] = max(value, 0.0) if is_irradiance else value
+    wrong = _wrong_date(row[:_FIRST_IRRADIANCE].tolist(), layout.first_hour)
     if wrong is not None:
-        raise bad(wrong, "E602", f"there is no {_NAMES[wrong]} {row[wrong]:g} here")
-    return row
+        problem = bad(wrong, "E602", f"there is no {_NAMES[wrong]} {row[wrong]:g} here")
+        row[:] = np.nan
+        raise problem
 
 
 def _wrong_date(row: list[float], first_hour: int) -> int | None:
     """Index of the impossible part of a date, None for a date that exists."""
-    year, month, day, hour = row[:4]
+    year, month, day, hour = row
     for k, value, low, high in ((0, year, 1800, 2200), (1, month, 1, 12), (3, hour, first_hour, 24)):
         if not (low <= value <= high and value == int(value)):
             return k
@@ -160,18 +174,16 @@ def _wrong_date(row: list[float], first_hour: int) -> int | None:
     return None if 1 <= day <= n_days and day == int(day) else 2
 
 
-Pieces = list[tuple[int, str]]
-"""Texts of year, month, day, hour, GHI, DNI and DHI, and how many characters stand before each in its row."""
-
-
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Layout:
-    """Contents of the head of a file, and the function that cuts its rows (`BadValueError` for a bad row)."""
+    """Contents of the head of a file, and how its rows are cut."""
 
     station: str
     position: tuple[float, float, float]  #: Latitude and longitude [deg], and local standard time minus UTC [h]
     first_row: int
-    cut: Callable[[str], Pieces]
+    #: Texts of year, month, day, hour, GHI, DNI and DHI of a row; `BadValueError` for a bad row.
+    cut: Callable[[str], list[str]]
+    place: Callable[[str, int], Span]  #: Where one of these texts is in the row.
     first_hour: int = 1  #: Lowest label of an hour
 
 
@@ -180,36 +192,36 @@ def _no_head(path: str | Path, number: int, text: str, message: str, advice: str
 
 
 def _position(pieces: Sequence[str], text: str, path: str | Path) -> tuple[float, float, float]:
-    """Latitude, longitude and time zone of a head line."""
+    """Latitude, longitude and time zone of a head line; a zone that is not that of the longitude is warned of."""
     found: list[float] = []
     limits = {"latitude": 90.0, "longitude": 180.0, "time zone": 14.0}
     for (name, limit), piece in zip(limits.items(), map(str.strip, pieces), strict=True):
+        span = Span(1, max(text.find(piece), 0) + 1, text, max(len(piece), 1))
         if not NUMBER.match(piece) or abs(float(piece)) > limit:
-            span = Span(1, max(text.find(piece), 0) + 1, text, max(len(piece), 1))
             message = f"{piece[:40]!r} is not a number from -{limit:g} to {limit:g}"
             raise refuse(path, message, code="E601", name=name, span=span)
         found.append(float(piece))
-    return found[0], found[1], found[2]
+    latitude, longitude, zone = found
+    away = abs((longitude / 15.0 - zone + 12.0) % 24.0 - 12.0)
+    if away > _ZONE_H:
+        message = (
+            f"{zone:g} hours from UTC at longitude {longitude:g}, where the sun is {away:.1f} hours from that time"
+        )
+        advice = "longitude is east positive, the zone too"
+        problem = span.problem(str(path), "E601", message, field="time zone", advice=advice, is_error=False)
+        warnings.warn(problem.render(), InputWarning, stacklevel=5)
+    return latitude, longitude, zone
 
 
-def _fields(line: str) -> list[str]:
-    """Fields of a head line; a name in quotes may hold a comma."""
-    return next(csv.reader([line]), [""]) or [""]
-
-
-def _cut_at_commas(text: str, n_needed: int, most: int, of_whom: str, kind: str) -> Pieces:
-    """The first fields of a row with their offsets; a decimal comma makes more of them than there are columns."""
-    n_fields = text.rstrip(", \t").count(",") + 1
-    if n_fields > most:
-        message = f"the row has {n_fields} fields, {of_whom}; {_COMMAS}"
+def _cut_at_commas(text: str, n_needed: int, most: int, of_whom: str, kind: str) -> list[str]:
+    """The first fields of a row; a decimal comma makes more of them than there are columns."""
+    fields = split_row(text.rstrip(", \t"))
+    if len(fields) > most:
+        message = f"the row has {len(fields)} fields, {of_whom}; {_COMMAS}"
         raise BadValueError("E602", message, advice=_POINTS)
-    pieces, offset = [], 0
-    for field in text.split(",", n_needed)[:n_needed]:
-        pieces.append((offset, field))
-        offset += len(field) + 1
-    if len(pieces) < n_needed:
+    if len(fields) < n_needed:
         raise _too_short(kind)
-    return pieces
+    return fields
 
 
 def _too_short(kind: str) -> BadValueError:
@@ -219,10 +231,14 @@ def _too_short(kind: str) -> BadValueError:
 def epw_head(lines: list[str], path: str | Path) -> Layout:
     """The head of an EPW file: eight lines from LOCATION to DATA PERIODS."""
     first = lines[0] if lines else ""
-    pieces = _fields(first)
-    if pieces[0].strip().upper() != "LOCATION" or len(pieces) < 9:
-        advice = "an EPW file begins with LOCATION,city,state,country,source,WMO,latitude,longitude,time zone"
+    pieces = split_row(first.rstrip(", "))
+    layout = "LOCATION,city,state,country,source,WMO,latitude,longitude,time zone,elevation"
+    if not pieces or pieces[0].upper() != "LOCATION":
+        advice = f"an EPW file begins with {layout}"
         raise _no_head(path, 1, first, "this is not the header of an EPW file", advice)
+    if len(pieces) != _N_LOCATION:
+        message = f"LOCATION has {len(pieces)} entries, {_N_LOCATION} are needed"
+        raise _no_head(path, 1, first, message, f"write {layout}, nothing between two commas for what is not known")
     position = _position(pieces[6:9], first, path)
     periods = lines[_N_EPW_HEAD - 1] if len(lines) >= _N_EPW_HEAD else ""
     parts = [part.strip() for part in periods.split(",")]
@@ -230,13 +246,21 @@ def epw_head(lines: list[str], path: str | Path) -> Layout:
         raise _no_head(path, _N_EPW_HEAD, periods, "line 8 is not the DATA PERIODS line")
     if len(parts) > 2 and parts[2] != "1":
         raise _no_head(path, _N_EPW_HEAD, periods, f"{parts[2]} records per hour; hours are read, 1 record each")
-    return Layout(station=pieces[1].strip(), position=position, first_row=_N_EPW_HEAD, cut=_cut_epw)
+    for number, text in enumerate(lines[_N_EPW_HEAD:], _N_EPW_HEAD + 1):
+        minute = text.split(",", _EPW_MINUTE + 1)[_EPW_MINUTE:][:1]
+        if minute and NUMBER.match(minute[0].strip()) and float(minute[0]) not in (0.0, 60.0):
+            span = cell_span(number, text, _EPW_MINUTE)
+            message = (
+                f"minute {minute[0].strip()}: rows of less than an hour; hours are read, 1 row each, minute 0 or 60"
+            )
+            raise refuse(path, message, code="E602", advice="write means of whole hours", span=span)
+    return Layout(station=pieces[1], position=position, first_row=_N_EPW_HEAD, cut=_cut_epw, place=_place_epw)
 
 
-def _cut_epw(text: str) -> Pieces:
+def _cut_epw(text: str) -> list[str]:
     """Also finds a decimal comma before the irradiances, by the air pressure, which it moves by a column."""
     fields = _cut_at_commas(text, 16, 35, "a row of EPW at most 35", "EPW")
-    pressure, *others = (field.strip() for _, field in fields[_EPW_PRESSURE:13])
+    pressure, *others = fields[_EPW_PRESSURE:13]
     message = ""
     if NUMBER.match(pressure) and 0 < float(pressure) < 1000:
         message = f"the air pressure in field {_EPW_PRESSURE + 1} is {pressure} Pa"
@@ -246,6 +270,10 @@ def _cut_epw(text: str) -> Pieces:
     if message:
         raise BadValueError("E602", f"{message}; {_COMMAS}", advice=_POINTS)
     return [fields[k] for k in _EPW_FIELDS]
+
+
+def _place_epw(text: str, k: int) -> Span:
+    return cell_span(1, text, _EPW_FIELDS[k])
 
 
 def tmy3_head(lines: list[str], path: str | Path) -> Layout:
@@ -259,21 +287,23 @@ def tmy3_head(lines: list[str], path: str | Path) -> Layout:
     advice = "a TMY3 file has its station in line 1 and the names of its columns in line 2"
     if absent := [name for name in needed if name not in names]:
         raise _no_head(path, 2, lines[1] if len(lines) > 1 else first, f"there is no column {absent[0]!r}", advice)
-    pieces = _fields(first)
+    pieces = split_row(first)
     if len(pieces) < 6:
         raise _no_head(path, 1, first, "line 1 has no latitude and longitude", advice)
     position = _position((pieces[4], pieces[5], pieces[3]), first, path)
     date, time, *irradiance = (names.index(name) for name in needed)
+    places = [*[date] * 3, time, *irradiance]
 
-    def cut(text: str) -> Pieces:
-        n_needed = max(date, time, *irradiance) + 1
-        row = _cut_at_commas(text, n_needed, len(names), f"line 2 names {len(names)}", "TMY3")
-        day, hour = _DATE.match(row[date][1].strip()), _TIME.match(row[time][1].strip())
-        parts = [day[3], day[1], day[2]] if day else [row[date][1]] * 3
-        of_hour = hour[1] if hour else row[time][1]
-        return [*((row[date][0], part) for part in parts), (row[time][0], of_hour), *(row[k] for k in irradiance)]
+    def cut(text: str) -> list[str]:
+        row = _cut_at_commas(text, max(places) + 1, len(names), f"line 2 names {len(names)}", "TMY3")
+        day, hour = _DATE.match(row[date]), _TIME.match(row[time])
+        parts = [day[3], day[1], day[2]] if day else [row[date]] * 3
+        return [*parts, hour[1] if hour else row[time], *(row[k] for k in irradiance)]
 
-    return Layout(station=pieces[1].strip(), position=position, first_row=2, first_hour=0, cut=cut)
+    def place(text: str, k: int) -> Span:
+        return cell_span(1, text, places[k])
+
+    return Layout(station=pieces[1], position=position, first_row=2, first_hour=0, cut=cut, place=place)
 
 
 def tmy2_head(lines: list[str], path: str | Path) -> Layout:
@@ -287,14 +317,19 @@ def tmy2_head(lines: list[str], path: str | Path) -> Layout:
     latitude, longitude = (int(parts[k]) + int(parts[k + 1]) / 60 for k in (0, 2))
     texts = (repr(-latitude if north == "S" else latitude), repr(-longitude if east == "W" else longitude))
     position = _position((*texts, first[33:36]), first, path)
-    return Layout(station=first[7:29].strip(), position=position, first_row=1, cut=_cut_tmy2)
+    return Layout(station=first[7:29].strip(), position=position, first_row=1, cut=_cut_tmy2, place=_place_tmy2)
 
 
-def _cut_tmy2(text: str) -> Pieces:
+def _cut_tmy2(text: str) -> list[str]:
     if len(text) < _TMY2_COLUMNS[-1][1]:
         raise _too_short("TMY2")
-    (at, year), *others = ((start, text[start:end]) for start, end in _TMY2_COLUMNS)
-    return [(at, f"19{year}" if year.isdecimal() else year), *others]
+    year, *others = (text[start:end] for start, end in _TMY2_COLUMNS)
+    return [f"19{year}" if year.isdecimal() else year, *others]
+
+
+def _place_tmy2(text: str, k: int) -> Span:
+    start, end = _TMY2_COLUMNS[k]
+    return Span(1, start + 1, text, max(len(text[start:end].strip()), 1))
 
 
 _HEADS: dict[str, Callable[[list[str], str | Path], Layout]] = {"epw": epw_head, "tmy2": tmy2_head, "tmy3": tmy3_head}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -113,8 +114,89 @@ def test_a_quoted_name_may_hold_a_comma_and_zero_may_have_a_sign(tmp_path):
 
 
 def test_half_hour_time_zones(tmp_path):
-    table = changed("epw", tmp_path, ",13.22,1.0,", ",13.22,5.5,")
+    table = changed("epw", tmp_path, ",13.22,1.0,", ",77.2,5.5,")
     assert table.start[0] == np.datetime64("2003-06-20T18:30:00")
+
+
+@pytest.mark.parametrize(
+    ("place", "is_doubtful"),
+    [("13.22,1.0", False), ("75.99,8.0", False), ("-157.4,14.0", False), ("13.22,-8.0", True), ("-105.2,7.0", True)],
+)
+def test_a_zone_far_from_the_longitude_is_warned_of(place, is_doubtful, tmp_path):
+    """Kashgar and Kiritimati are within three hours of their sun; a sign that is wrong is not."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        changed("epw", tmp_path, ",13.22,1.0,", f",{place},")
+    assert [bool("where the sun is" in str(one.message)) for one in caught] == [True] * is_doubtful
+
+
+@pytest.mark.parametrize(
+    "location",
+    ["LOCATION,Amsterdam,NLD,IWEC,062400,52.30,4.77,1.0,-2.0", "LOCATION,Berlin, south,-,DEU,x,0,52.40,13.22,1.0,36.0"],
+)
+def test_a_location_of_another_length_is_no_place(location, tmp_path):
+    """A state that is left out, or a comma in the name of a city, moves latitude and longitude by an entry."""
+    first = (DATA / "good" / GOOD["epw"]).read_text().split("\n")[0]
+    n = len(location.split(","))
+    with pytest.raises(InputFileError, match=f"LOCATION has {n} entries, 10 are needed"):
+        changed("epw", tmp_path, first, location)
+
+
+def test_rows_of_less_than_an_hour_are_no_hours(tmp_path):
+    """By their minutes, or by an hour that comes twice; the row that is asked for is not one of them, either."""
+    good_text = (DATA / "good" / GOOD["epw"]).read_text()
+    path = tmp_path / "sub.epw"
+    minute = good_text.split("\n")[8].split(",")[4]
+    path.write_text(good_text.replace(f"2003,6,21,12,{minute},", "2003,6,21,12,30,"))
+    for row in (None, 11, 20):
+        with pytest.raises(InputFileError, match="minute 30: rows of less than an hour") as caught:
+            read_weather(path, "epw", row=row)
+        assert (caught.value.problems[0].line, caught.value.problems[0].column) == (20, 14)
+    lines = good_text.split("\n")
+    path.write_text("\n".join([*lines[:20], lines[19], *lines[20:]]))
+    for row in (None, 11, 12):
+        with pytest.raises(InputFileError, match="hour 12 comes twice in a row") as caught:
+            read_weather(path, "epw", row=row)
+        assert caught.value.problems[0].line == 21
+    assert read_weather(path, "epw", row=20).ghi[20] == good("epw").ghi[19]
+
+
+@pytest.mark.parametrize("kind", ["epw", "tmy3"])
+def test_the_offset_of_an_instrument_is_no_light(kind, tmp_path):
+    old, new = {
+        "epw": (",300,0,0,0,", ",300,-0.3,-5,-0.01,"),
+        "tmy3": ("119,1,8,328,1,9,67,", "-0.3,1,8,-5,1,9,-0.01,"),
+    }[kind]
+    table = changed(kind, tmp_path, old, new)
+    assert min(table.ghi.min(), table.dni.min(), table.dhi.min()) == 0.0
+    with pytest.raises(InputFileError, match=r"-5.01 is outside 0 to 2000 W m-2"):
+        changed(kind, tmp_path, old, new.replace("-5", "-5.01"))
+
+
+@pytest.mark.parametrize("bad", [",300,-80,0,0,", ",300,none,0,0,", ",300,0,0,5000,"])
+def test_only_the_row_that_is_asked_for_is_judged(bad, tmp_path):
+    """A bad night refuses the file as a whole, and itself, but no other hour."""
+    path = tmp_path / "night.epw"
+    path.write_text((DATA / "good" / GOOD["epw"]).read_text().replace(",300,0,0,0,", bad, 1))
+    for row in (None, 0):
+        with pytest.raises(InputFileError, match=r"night\.epw:9:"):
+            read_weather(path, "epw", row=row)
+    table = read_weather(path, "epw", row=11)
+    assert table.irradiances(0) == {}
+    assert table.irradiances(11) == good("epw").irradiances(11)
+    assert np.array_equal(table.start, good("epw").start)
+
+
+def test_a_quoted_cell_may_hold_a_comma(tmp_path):
+    """RFC 4180: the flags of a row in quotes."""
+    row = (DATA / "good" / GOOD["epw"]).read_text().split("\n")[19]
+    fields = row.split(",")
+    quoted = ",".join([*fields[:5], f'"{fields[5]}, ?"', *fields[6:]])
+    table = changed("epw", tmp_path, row, quoted)
+    assert table.irradiances(11) == good("epw").irradiances(11)
+    with pytest.raises(InputFileError) as caught:
+        changed("epw", tmp_path, row, quoted.replace(f",{fields[13]},", ",word,", 1))
+    assert caught.value.problems[0].column == quoted.replace(f",{fields[13]},", ",word,", 1).index("word") + 1
 
 
 def test_line_ends_and_blank_lines_do_not_matter(tmp_path):

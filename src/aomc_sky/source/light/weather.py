@@ -127,8 +127,8 @@ def _of_row(path: str | Path, kind: str, row: int) -> Weather:
     from aomc_sky.source.light.sun_position import sun_position
     from aomc_sky.whole_number import as_index
 
-    table = read_weather(path, kind)
     k = as_index(row, "a row") - 1
+    table = read_weather(path, kind, row=k)
     if not 0 <= k < table.line.size:
         raise UsageError(f"--row {k + 1} does not exist; {table.path} has rows 1 to {table.line.size}")
     where = f"{table.path}:{table.line[k]}"
@@ -159,6 +159,7 @@ def _day_near(table: WeatherTable, k: int) -> str:
     from aomc_sky.source.light.sun_position import sun_position
 
     rows = np.arange(max(k - 24, 0), min(k + 25, table.line.size))
+    rows = rows[~np.isnat(table.start[rows])]
     zenith = sun_position(table.midpoint[rows], table.latitude_deg, table.longitude_deg).apparent_zenith_deg
     days = rows[zenith < 90]
     return "" if days.size == 0 else f"; the nearest row with a sun is {int(days[np.argmin(np.abs(days - k))]) + 1}"

@@ -10,7 +10,7 @@ import re
 from pathlib import Path
 
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.text_file import refuse
+from aomc_sky.formats.text_file import delimiter_of, refuse, split_row
 from aomc_sky.system import open_regular
 
 
@@ -53,6 +53,18 @@ SCENE_FILES = (*(f"{name}.inp" for name in _TABLES), "sky.toml")
 _HEAD_BYTES = 65_536
 """Bytes of a file in which names of columns are looked for."""
 
+_AMC_LINES = 40
+"""Lines of a file in which labels of amc.inp are looked for."""
+
+_LABEL = re.compile(r"\s*(?:\d+|[a-z])\)|.{44,50}:\s*[-+.\d]")
+"""A line of amc.inp: "4)depth (M)", or a colon before column 49."""
+
+_PROGRAMS = {
+    "aeronet": "a file of AERONET", "almucantar": "a file of AERONET", "hydrolight": "a file of HydroLight",
+    "<html": "a page of the web", "<?xml": "XML", '{"': "JSON",
+}  # fmt: skip
+"""A word in a file, and what the file seems to be."""
+
 _MOST_ENTRIES = 1000
 """Entries of a folder in which scenes are looked for."""
 
@@ -87,14 +99,15 @@ def holds_radiances(path: Path) -> bool:
     """Whether a row of a file of text names the columns of a measured sky."""
     if path.suffix.lower() not in (".csv", ".tsv", ".txt", ".dat") or not path.is_file():
         return False
-    from aomc_sky.formats.radiance_csv import COMMENT
+    from aomc_sky.formats.radiance_csv import COMMENT, DELIMITERS
     from aomc_sky.formats.radiance_words import name_of_column
 
     with contextlib.suppress(OSError), open_regular(path) as file:
         for line in (file.read(_HEAD_BYTES) or b"").decode("utf-8-sig", "replace").splitlines():
-            cells = re.split("[,;\t]", COMMENT.sub("", line, count=1))
+            head = COMMENT.sub("", line, count=1)
+            cells = split_row(head, delimiter_of(head, DELIMITERS))
             has_blanks = len(cells) == 1
-            names = [name_of_column(cell.strip(' "')) for cell in (cells[0].split() if has_blanks else cells)]
+            names = [name_of_column(cell) for cell in (cells[0].split() if has_blanks else cells)]
             is_head = {"zenith", "azimuth", "radiance"} <= {name.slot for name in names if name}
             if is_head and not (has_blanks and None in names):
                 return True
@@ -119,7 +132,7 @@ def not_a_scene(amc: Path) -> InputFileError | None:
         what = "file" if path.suffix else "file or folder"
         return refuse(path, f"there is no such {what}", advice="name amc.inp or the folder that holds it")
     if kind in (None, Kind.SCENE) or not path.is_file():
-        return None
+        return None if kind is Kind.SCENE or not path.is_file() else _no_amc(path)
     of_scene = f"write {beside}" if beside.is_file() else "name amc.inp, which says how the files beside it are used"
     advice = {
         Kind.MEASURED: "read it by sky.read_radiance_csv",
@@ -130,6 +143,30 @@ def not_a_scene(amc: Path) -> InputFileError | None:
     if kind_of(path.parent) is Kind.RUN:
         advice = f"`aomc-sky info {path.parent}` shows the run that it is of"
     return refuse(path, f"this is {kind.value}; amc.inp belongs here", advice=advice)
+
+
+def _no_amc(path: Path) -> InputFileError | None:
+    """The error of a text without any line of an amc.inp: what it seems to be, and what is read."""
+    with contextlib.suppress(OSError), open_regular(path) as file:
+        data = file.read(_HEAD_BYTES) or b""
+        lines = data.decode("utf-8-sig", "replace").splitlines()[:_AMC_LINES]
+        if not data or b"\0" in data or any(_LABEL.match(line) for line in lines):
+            return None
+        cells = next((n for line in lines if (n := _n_numbers(line)) > 1), 0)
+        named = next((name for word, name in _PROGRAMS.items() if any(word in line.lower() for line in lines)), "")
+        what = named or (f"a table of {cells} columns of numbers" if cells else "a text")
+        advice = (
+            "a scene is amc.inp or its folder, a table of radiances (.csv) whose first row names zenith, azimuth and "
+            "radiance, or a field of them (.nc)"
+        )
+        return refuse(path, f"this seems to be {what}; amc.inp belongs here", advice=advice)
+    return None
+
+
+def _n_numbers(line: str) -> int:
+    """How many numbers a row has, 0 for a row with a word."""
+    cells = re.split(r"[\s,;]+", line.strip())
+    return len(cells) if all(re.fullmatch(r"[-+]?\d*\.?\d+(?:[eEdD][-+]?\d+)?", cell) for cell in cells) else 0
 
 
 def _no_scene_here(folder: Path) -> InputFileError | None:
