@@ -67,7 +67,7 @@ class AzimuthConvention(enum.Enum):
 
 
 def to_enu_azimuth_deg(
-    azimuth_deg: ArrayLike, convention: AzimuthConvention, sun_azimuth_deg: float = 0.0
+    azimuth_deg: ArrayLike, convention: AzimuthConvention, sun_azimuth_deg: float | None = None
 ) -> np.ndarray:
     """Convert an azimuth of a named convention to ours.
 
@@ -77,13 +77,18 @@ def to_enu_azimuth_deg(
         Azimuth in `convention`. [deg, any turn]
     convention : AzimuthConvention
         The convention the azimuth is given in.
-    sun_azimuth_deg : float
-        Azimuth of the sun from +x towards +y, for a convention that counts from it. [deg]
+    sun_azimuth_deg : float, optional
+        Azimuth of the sun from +x towards +y; a convention that counts from it needs it. [deg]
 
     Returns
     -------
     ndarray, float64
         Azimuth from +x towards +y. [deg, 0 to 360)
+
+    Raises
+    ------
+    UsageError
+        The convention counts from the sun, and `sun_azimuth_deg` is not given.
 
     Examples
     --------
@@ -96,6 +101,8 @@ def to_enu_azimuth_deg(
     """
     offset, orientation = convention.value[:2]
     if convention.is_from_sun:
+        if sun_azimuth_deg is None:
+            raise UsageError(f"azimuths of {convention.name} count from the sun: give sun_azimuth_deg")
         offset += sun_azimuth_deg
     turned = np.mod(offset + orientation * np.asarray(azimuth_deg, dtype=np.float64), 360.0)
     return np.where(turned >= 360.0, 0.0, turned)

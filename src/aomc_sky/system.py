@@ -6,13 +6,17 @@ Everything else uses the common part of ``os``, ``signal`` and ``pathlib``. mypy
 
 from __future__ import annotations
 
+import contextlib
 import errno
 import io
 import os
+import signal
 import stat
 import sys
 import threading
+from collections.abc import Iterator
 from pathlib import Path
+from types import FrameType
 from typing import IO
 
 try:
@@ -30,13 +34,18 @@ _position = threading.Lock()
 
 
 def open_handle(path: str | Path, access: int, *, follow_links: bool = True) -> int:
-    """``os.open`` for bytes, which never waits; without `follow_links` OSError for a symbolic link.
+    """``os.open`` for bytes, which never waits.
 
-    A system without O_NOFOLLOW checks for a link first, and follows one that appears after that.
+    Without `follow_links` OSError for a symbolic link, and FileKindError to write into a file that has a second name. A
+    system without O_NOFOLLOW checks for a link first, and follows one that appears after that.
     """
     if not follow_links and not _NO_LINK and os.path.islink(path):
         raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), os.fspath(path))
-    return os.open(path, access | _PLAIN | (0 if follow_links else _NO_LINK), 0o666)
+    handle = os.open(path, access | _PLAIN | (0 if follow_links else _NO_LINK), 0o666)
+    if not follow_links and access & (os.O_WRONLY | os.O_RDWR) and os.fstat(handle).st_nlink > 1:
+        os.close(handle)
+        raise FileKindError(path, "a hard link to another file")
+    return handle
 
 
 # Only regular files are opened for reading. A pipe, a terminal or a device could block or never end, and each input is
@@ -56,7 +65,7 @@ class FileKindError(OSError):
     """The path is not a regular file; `kind` names it: ``a pipe``, ``a folder``."""
 
     def __init__(self, path: str | Path, kind: str) -> None:
-        self.kind, self.reason = kind, f"this is {kind}, not a regular file"
+        self.kind, self.reason = kind, f"this is {kind}" + ", not a regular file" * ("link to" not in kind)
         super().__init__(errno.EINVAL, self.reason, os.fspath(path))
 
 
@@ -154,6 +163,23 @@ def flock(file: int | IO[bytes], how: int) -> None:
 def n_cpus() -> int:
     """CPUs this process may use; all of the machine if the system does not say."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+@contextlib.contextmanager
+def interrupts_held() -> Iterator[None]:
+    """Let Ctrl-C wait until the block has ended; other threads than the main one never see it."""
+    pressed: list[tuple[int, FrameType | None]] = []
+    before = signal.getsignal(signal.SIGINT)
+    is_held = callable(before) and threading.current_thread() is threading.main_thread()
+    if is_held:
+        signal.signal(signal.SIGINT, lambda *given: pressed.append(given))
+    try:
+        yield
+    finally:
+        if is_held:
+            signal.signal(signal.SIGINT, before)
+            if pressed and callable(before):
+                before(*pressed[0])
 
 
 # the C library

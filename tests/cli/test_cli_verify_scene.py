@@ -171,7 +171,7 @@ def test_our_own_files_say_how_to_test_them(verify, method, precision, tmp_path)
     code, report = verify(path, scene=SMALL)
     assert (code, failed(report)) == (1, {"photons made again"})
     wrong = [check["detail"] for check in report["checks"] if not check["passed"]]
-    assert wrong == ["1 of 5000 photons differ from the plan; the first is photon 1000"]
+    assert wrong == ["1 of 5000 photons differ from the plan in direction; the first is photon 1000"]
 
 
 @pytest.mark.parametrize("name", ["perez_sky", "sun_and_sky"])

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from aomc_sky.atomic_file import remove_leftovers
 from aomc_sky.engine.stored_run import StoredRun
 from aomc_sky.errors import ForeignOutputError, SceneError, UsageError
 from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder
@@ -58,6 +59,7 @@ def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None
     job = _Job(run=run, options=options, bands=bands, folder=RunFolder(folder), name=name, progress=progress)
     if name:  # the others create their folder once the export is known to be possible
         create_folder(folder)
+        remove_leftovers(target)
     names, was_finished = make(job)
     return {
         "to": options.to,

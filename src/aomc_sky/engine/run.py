@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import platform
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -225,7 +226,10 @@ def remove_rest(folder: RunFolder) -> None:
 
 
 def finished_manifest(source: PhotonSource, folder: RunFolder, formats: Sequence[str]) -> dict[str, Any] | None:
-    """The manifest of a run that has all files of these formats, or None if work is left. No photon is read."""
+    """The manifest of a run that has all files of these formats, or None if work is left.
+
+    No photon is read: sizes of files, and what the manifest says of the plan, are compared.
+    """
     if folder.size_of(MANIFEST) is None:
         return None
     try:
@@ -237,7 +241,27 @@ def finished_manifest(source: PhotonSource, folder: RunFolder, formats: Sequence
     has_counts = any(name in files and folder.size_of(name) is not None for name in COUNTS_FILES)
     is_complete = {*formats} - {"none"} <= {*complete_formats(stored)}
     is_same = manifest["plan_sha256"] == source.plan.sha256
-    return manifest if is_same and is_known and has_counts and is_complete else None
+    return manifest if is_same and is_known and has_counts and is_complete and _is_of_plan(manifest, source) else None
+
+
+def _is_of_plan(manifest: dict[str, Any], source: PhotonSource) -> bool:
+    """Whether all that a manifest says of wavebands without their photons follows from the plan."""
+    nothing = PhotonSums(source.replicates)
+    expected = [asdict(band_result(source, band, nothing)) for band in chosen_bands(source)]
+    return len(expected) == len(manifest["bands"]) and all(
+        _agree(band[name], value)
+        for band, of_plan in zip(manifest["bands"], expected, strict=True)
+        for name, value in of_plan.items()
+        if not name.endswith(("_photons", "_standard_error"))
+    )
+
+
+def _agree(found: Any, expected: Any) -> bool:
+    if isinstance(expected, dict) and isinstance(found, dict):
+        return found.keys() == expected.keys() and all(_agree(found[key], value) for key, value in expected.items())
+    if isinstance(expected, float) and isinstance(found, float | int):
+        return math.isclose(found, expected, rel_tol=1e-9, abs_tol=1e-12)  # last digits differ between processors
+    return bool(found == expected)
 
 
 def stream_job(source: PhotonSource, pipe: BinaryIO, threads: int, progress: Progress | None = None) -> JobResult:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import time
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Any
 
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.engine.run import (
@@ -18,7 +20,7 @@ from aomc_sky.engine.run import (
     finished_manifest,
     remove_rest,
 )
-from aomc_sky.errors import OutputError, UsageError
+from aomc_sky.errors import UsageError
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import counts_file
 from aomc_sky.outputs.folder.run_folder import RunFolder
@@ -112,19 +114,24 @@ def make_shard(pool: ChunkPool, folder: RunFolder, shard: Shard, progress: Progr
         "of": shard.count,
         "bands": [{"waveband": band + 1, **of_band.as_json()} for band, of_band in sums.items()],
     }
-    folder.write(shard.mark, json.dumps(mark).encode())
+    folder.write(shard.mark, json.dumps({"mark": mark, "sha256": _sha256(mark)}).encode())
     return sums
+
+
+def _sha256(mark: Any) -> str:
+    return hashlib.sha256(json.dumps(mark).encode()).hexdigest()
 
 
 def read_mark(source: PhotonSource, folder: RunFolder, shard: Shard) -> Sums | None:
     """Sums over the photons of a shard, from its mark, or None without a valid mark of this run."""
     try:
         with folder.reading(shard.mark) as file:
-            mark = json.loads(file.read(MAX_MARK_BYTES))
-        if mark["plan_sha256"] != source.plan.sha256:
+            stored = json.loads(file.read(MAX_MARK_BYTES))
+        mark = stored["mark"]
+        if stored["sha256"] != _sha256(mark) or mark["plan_sha256"] != source.plan.sha256:
             return None
         sums = {band["waveband"] - 1: PhotonSums.from_json(band, source.replicates) for band in mark["bands"]}
-    except (OutputError, ValueError, KeyError, TypeError, RecursionError):
+    except Exception:  # whatever is in the file: the shard is made again
         return None
     expected = {band: end - first for band, first, end in ranges_of(source, shard)}
     return sums if {band: of_band.n_photons for band, of_band in sums.items()} == expected else None

@@ -342,7 +342,7 @@ class _Table:
         if convention.is_from_sun and sun_azimuth is None:
             self._bad(span, "azimuths count from the sun, but nothing says where it is", _SUN_LINE)
             return azimuth
-        return to_enu_azimuth_deg(azimuth, convention, sun_azimuth or 0.0)
+        return to_enu_azimuth_deg(azimuth, convention, sun_azimuth)
 
     def _factor(self, light: list[_Column]) -> float:
         """The unit in W m-2 nm-1 sr-1; 0 for relative radiances."""

@@ -7,11 +7,11 @@ import csv
 import os
 import re
 import stat
-import tempfile
 from collections.abc import Iterable
 from pathlib import Path
 from typing import BinaryIO
 
+from aomc_sky.atomic_file import appearing, remove_leftovers
 from aomc_sky.errors import NOWHERE, InputFileError, OutputError, Span
 from aomc_sky.system import FileKindError, open_regular
 
@@ -193,20 +193,10 @@ def write_atomically(path: str | Path, text: str) -> None:
 
 
 def write_bytes_atomically(path: str | Path, data: bytes) -> None:
-    """Write a file: temporary name in the same folder, flush, fsync, rename; an OutputError has changed nothing."""
-    target = Path(path)
-    temporary = ""
+    """Write a file that appears when it is complete; an OutputError has changed nothing."""
+    remove_leftovers(Path(path))
     try:
-        handle, temporary = tempfile.mkstemp(prefix=f".{target.name}.", suffix=".tmp", dir=target.parent)
-        with os.fdopen(handle, "wb") as file:
+        with appearing(Path(path)) as file:
             file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
-        umask = os.umask(0)
-        os.umask(umask)
-        os.chmod(temporary, 0o666 & ~umask)
-        os.replace(temporary, target)
     except OSError as error:
-        if temporary:
-            Path(temporary).unlink(missing_ok=True)
         raise OutputError(f"cannot write {path}: {error.strerror or error}") from error

@@ -11,12 +11,13 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
+
+from aomc_sky.kernels.jit import array_at
+
 from llvmlite import ir
 from numba import from_dtype, types
 from numba.core.base import BaseContext
 from numba.extending import intrinsic, models, register_model
-
-from aomc_sky.kernels.jit import array_at
 
 HEAD_WORDS = 2
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import threading
 
+from aomc_sky.system import interrupts_held
+
 PLAIN_PHOTONS = 6_000_000
 """Photons that a process makes in plain numpy before it loads the kernels: they take as long as loading does, so that
 nobody waits more than twice as long as with the better choice, however many follow."""
@@ -18,7 +20,8 @@ def use_kernels(n_photons: int) -> bool:
     with _lock:
         _done += n_photons
         if _done > PLAIN_PHOTONS:
-            import numba  # noqa: F401  under the lock: two threads that import parts of it at once break each other
+            with interrupts_held():  # and under the lock: two threads that import parts of it at once break each other
+                import numba  # noqa: F401
         return _done > PLAIN_PHOTONS
 
 

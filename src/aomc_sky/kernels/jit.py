@@ -11,13 +11,16 @@ import warnings
 from collections.abc import Callable
 from typing import Any
 
-import numba
 import numpy as np
-from numba import config, types
-from numba.core import cgutils
-from numba.extending import lower_builtin, overload, type_callable
 
 from aomc_sky.kernels import formula
+from aomc_sky.system import interrupts_held
+
+with interrupts_held():  # a first import that Ctrl-C cuts short would ruin numba for the life of the process
+    import numba
+    from numba import config, types
+    from numba.core import cgutils
+    from numba.extending import lower_builtin, overload, type_callable
 
 if config.DISABLE_JIT and np.lib.NumpyVersion(np.__version__) < "2.0.0":
     # numpy 1 makes a float of an int and a uint64; compiled kernels, and numpy 2, do not. This changes the whole
@@ -52,7 +55,10 @@ def _private_layer() -> Any:
     return layer
 
 
-_private = _private_layer()
+with interrupts_held():  # numba takes up its rules of types when it compiles for the first time
+    _private = _private_layer()
+    if _private is None and not config.DISABLE_JIT:
+        numba.njit((types.int64,))(lambda x: x)
 
 
 def _options(*, is_inner: bool = False, is_borrowing: bool = False, is_inlined: bool = False) -> dict[str, Any]:

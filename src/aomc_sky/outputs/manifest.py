@@ -111,7 +111,7 @@ def read_manifest(path: str | Path) -> dict[str, Any]:
     except (RecursionError, ValueError) as error:
         why = error if isinstance(error, ValueError) else "nested too deeply"
         raise refuse(path, f"not a readable manifest ({why})", code="E100", advice=advice) from None
-    except (KeyError, TypeError, AttributeError):
+    except Exception:  # keys and types that no manifest has, numbers beyond floats
         is_ours = False
     if not is_ours:
         raise refuse(path, "not a manifest of this version of aomc-sky", code="E962", advice=advice)
@@ -128,7 +128,7 @@ def _is_manifest(manifest: Any) -> bool:
         manifest["schema"] == SCHEMA
         and isinstance(options["scene"], dict)
         and all(isinstance(text, str) for text in texts)
-        and all(type(number) is int for number in numbers)
+        and all(_fits(number, "int") for number in numbers)
         and all(_is_band(band) for band in manifest["bands"])
     )
 
@@ -144,5 +144,5 @@ def _fits(value: Any, kind: str) -> bool:
     if kind.startswith("dict"):
         return all(_fits(number, "float") for number in value.values())
     if kind == "bool" or kind.startswith("int"):
-        return type(value).__name__ == kind.split()[0]
+        return type(value).__name__ == kind.split()[0] and abs(value) < 1 << 64
     return type(value) in (int, float) and math.isfinite(value)

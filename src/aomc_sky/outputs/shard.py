@@ -72,15 +72,6 @@ MANIFEST = "manifest.json"
 PART = ".part"
 """Ending of the names of files that several processes fill."""
 
-TEMPORARY = ".aomc-sky-"
-"""Beginning of the names of unfinished files, which end in a point and eight random hexadecimal digits."""
-
-
-def is_temporary_file(name: str) -> bool:
-    """Whether this is the name of an unfinished file."""
-    return re.fullmatch(r"\.aomc-sky-.+\.[0-9a-f]{8}", name, re.DOTALL) is not None
-
-
 _OTHERS = re.compile(
     rf"plan\.npz|manifest\.json|counts\.(?:csv|npz)|shard-[0-9]{{1,7}}-of-[0-9]{{1,7}}\.done|blocks-{WAVEBAND}\.npy"
 )

@@ -13,8 +13,9 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.directions import AzimuthConvention, given_angle, to_enu_azimuth_deg
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.errors import UsageError, member_of, require_one_of
+from aomc_sky.errors import AomcSkyError, UsageError, member_of
 from aomc_sky.formats.aomc.amc import read_amc
+from aomc_sky.formats.azimuth_words import given_convention
 from aomc_sky.formats.hdf5_storage import require_size
 from aomc_sky.formats.netcdf import open_netcdf
 from aomc_sky.formats.text_file import refuse
@@ -82,8 +83,8 @@ def plot(
     sun_deg, or sun_rad : (float, float), optional
         Zenith angle and azimuth of the sun. By default where `what` has it. [deg]
     azimuth_convention : AzimuthConvention or str
-        From where the azimuth of `sun_deg` counts: by default from +x (east) towards +y. A compass azimuth, from north
-        through east, is ``"north_clockwise"``.
+        From where the azimuth of `sun_deg` counts: by default from +x (east) towards +y. A compass azimuth is
+        ``"clockwise from north"``.
     title : str
         Above the picture.
     label : str, optional
@@ -134,12 +135,13 @@ def plot(
     3
     """
     target = None if path is None else picture_path(path)
-    convention = str(getattr(azimuth_convention, "name", azimuth_convention)).lower()
-    require_one_of((member.name.lower() for member in AzimuthConvention), convention, "azimuth_convention")
+    convention = given_convention(azimuth_convention)
+    if convention.is_from_sun:
+        raise UsageError("azimuth_convention: the sun's own azimuth does not count from the sun; write 'from north'")
     sun = None
     if sun_deg is not None or sun_rad is not None:
         zenith, azimuth = given_angle("sun_deg", sun_deg, sun_rad)
-        sun = sun_mark(float(zenith), float(to_enu_azimuth_deg(azimuth, AzimuthConvention[convention.upper()])))
+        sun = sun_mark(float(zenith), float(to_enu_azimuth_deg(azimuth, convention)))
     if isinstance(what, Scene):
         show = show or "radiance"
         picture = picture_of_scene(what, what.source(0), show=show, bands=bands, sun=sun, title=title)
@@ -266,7 +268,9 @@ def netcdf_picture(path: str | Path, *, panels: Sequence[int] | None = None, tit
     with open_netcdf(path) as (dataset, allowed):
         try:
             return _netcdf_picture(dataset, allowed, panels, title)
-        except (KeyError, ValueError) as error:
+        except AomcSkyError:
+            raise
+        except Exception as error:  # KeyError, ValueError, and those of xarray
             raise refuse(path, f"this is not a table of patches ({error})", advice=_ADVICE) from error
 
 

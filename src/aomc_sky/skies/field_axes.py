@@ -176,7 +176,7 @@ def azimuths(
             f"azimuth {axis.name!r} counts {sense}clockwise from the {point}; the sun is at {sun_azimuth_deg:g}"
         )
     angle = at_quarter_deg(_in_degrees(axis, axis.values, angle_unit))
-    turned = to_enu_azimuth_deg(angle, convention, sun_azimuth_deg or 0.0)
+    turned = to_enu_azimuth_deg(angle, convention, sun_azimuth_deg)
     edges = None
     if axis.bounds is not None:
         pairs = np.sort(at_quarter_deg(_in_degrees(axis, axis.bounds, angle_unit)), axis=1)

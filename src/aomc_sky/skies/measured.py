@@ -203,7 +203,12 @@ class RadianceField(Share):
             direction = self.direction[row]
             alike = [k for k, other in enumerate(self.direction) if np.array_equal(other, direction)]
             values = np.stack([self.values[k] for k in alike])
-            self._made.update(zip(alike, interpolate(direction, values, self.sun), strict=True))
+            try:
+                made = interpolate(direction, values, self.sun)
+            except Exception as error:  # whatever scipy and its linear algebra say of the directions
+                nm = self.wavelength_nm[row]
+                raise SceneError(f"the radiances at {nm:g} nm cannot be interpolated ({error})") from error
+            self._made.update(zip(alike, made, strict=True))
         return self._made[row]
 
     def rows_of(self, wavelength_nm: float) -> list[tuple[int, float]]:

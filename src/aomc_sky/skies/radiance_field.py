@@ -340,7 +340,10 @@ def _joined(
 ) -> tuple[np.ndarray, np.ndarray]:
     """`_between_samples` of radiances of any magnitude: no product of the cubic leaves the range of floats."""
     exponent = int(np.frexp(values.max())[1])
-    mean, slope = _between_samples(zenith_deg, azimuth_deg, np.ldexp(values, -exponent), grid)
+    try:
+        mean, slope = _between_samples(zenith_deg, azimuth_deg, np.ldexp(values, -exponent), grid)
+    except Exception as error:  # whatever scipy says of the angles
+        raise FieldError(f"the field cannot be interpolated ({error})") from error
     with np.errstate(over="ignore"):
         return np.minimum(np.ldexp(mean, exponent), np.finfo(np.float64).max), slope
 

@@ -15,6 +15,7 @@ from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, names_runs, runs_
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, photon_writer
 from aomc_sky.outputs.photons.files import PhotonFile, PhotonRows, PhotonWriter
+from aomc_sky.outputs.photons.mcpl import McplWriter
 from aomc_sky.source.scene import Scene
 from aomc_sky.verify.counts import FAMILY_LEVEL
 from aomc_sky.verify.directions import Tied, verify_directions
@@ -130,7 +131,10 @@ def verify_photons(
     If `origin` has a plan, every photon is compared with that of the plan. Other arguments are those of
     `verify_directions`.
     """
-    again = {} if origin.plan is None else {band: MadeAgain(origin.plan, band) for band in photons.rows}
+    again = {}
+    if origin.plan is not None:
+        writer = McplWriter(origin.plan)  # only an MCPL file names its plan
+        again = {band: MadeAgain(origin.plan, band, writer) for band in photons.rows}
     rows = {band: again[band].compared(of_band()) if again else of_band() for band, of_band in photons.rows.items()}
     report = verify_directions(
         origin.plan or source,
@@ -142,34 +146,52 @@ def verify_photons(
         threads=threads,
     )
     checks = (*(made.check() for made in again.values()), *report.checks)
-    return replace(report, checks=checks, notes=(*photons.notes, *origin.notes, *report.notes, *_too_even(report)))
+    columns = [f"compared with the plan: {made.columns}" for made in list(again.values())[:1]]
+    notes = (*photons.notes, *origin.notes, *columns, *report.notes, *_too_even(report))
+    return replace(report, checks=checks, notes=notes)
 
 
 class MadeAgain:
-    """The photons of a waveband of a plan, made again and compared with those of a file."""
+    """The photons of a waveband of a plan, made again and compared with those of a file in all its columns."""
 
-    def __init__(self, source: PhotonSource, band: int) -> None:
-        self._source, self._band = source, band
+    def __init__(self, source: PhotonSource, band: int, writer: PhotonWriter) -> None:
+        self._source, self._band, self._writer = source, band, writer
         self._n, self._n_wrong, self._first = 0, 0, -1
+        self._differs: dict[str, bool] = {}  #: Columns that were compared, and whether any photon differs in them.
         announce_photons(source.n_photons(band))
 
     def compared(self, blocks: Iterable[PhotonRows]) -> Iterator[PhotonRows]:
         """The same blocks, compared on the way."""
         tolerance = _PACKED[self._source.dtype.name]
         for rows in blocks:
-            expected = self._source.photons(self._band, rows.start, rows.start + len(rows.direction)).directions
-            is_right = np.all(np.abs(rows.direction - expected) <= tolerance, axis=1)
-            wrong = np.flatnonzero(~is_right)
+            batch = self._source.photons(self._band, rows.start, rows.start + len(rows.direction))
+            is_right = {"direction": np.all(np.abs(rows.direction - batch.directions) <= tolerance, axis=1)}
+            weight = np.ones(len(batch)) if batch.weight is None else batch.weight
+            expected = {"weight": weight, **self._writer.others(batch)}
+            found = {"weight": weight if rows.weight is None else rows.weight, **rows.others}
+            for name in found:
+                is_equal = np.asarray(found[name] == expected[name])
+                is_right[name] = is_equal.all(axis=1) if is_equal.ndim == 2 else is_equal
+            for name, of_column in is_right.items():
+                self._differs[name] = self._differs.get(name, False) or not of_column.all()
+            wrong = np.flatnonzero(~np.all(list(is_right.values()), axis=0))
             if wrong.size and self._first < 0:
                 self._first = rows.start + int(wrong[0])
-            self._n, self._n_wrong = self._n + len(is_right), self._n_wrong + wrong.size
+            self._n, self._n_wrong = self._n + len(batch), self._n_wrong + wrong.size
             yield rows
+
+    @property
+    def columns(self) -> str:
+        """Names of what was compared, after all blocks."""
+        return ", ".join(self._differs)
 
     def check(self) -> Check:
         """The check, after all blocks."""
         detail = f"all {self._n} photons agree with the plan"
         if self._n_wrong:
-            detail = f"{self._n_wrong} of {self._n} photons differ from the plan; the first is photon {self._first}"
+            wrong = " and ".join(name for name, is_wrong in self._differs.items() if is_wrong)
+            detail = f"{self._n_wrong} of {self._n} photons differ from the plan in {wrong}; "
+            detail += f"the first is photon {self._first}"
         return Check(
             name="photons made again",
             waveband=self._band + 1,

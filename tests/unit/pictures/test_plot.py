@@ -144,11 +144,12 @@ def test_linear_colours_are_not_called_logarithmic():
 
 
 def test_the_azimuth_of_the_sun_may_be_that_of_a_compass():
-    for convention in ("north_clockwise", sky.AzimuthConvention.NORTH_CLOCKWISE):
+    for convention in ("north_clockwise", "clockwise from north", sky.AzimuthConvention.NORTH_CLOCKWISE):
         figure = sky.plot(sky.UniformSky(), sun_deg=(60.0, 90.0), azimuth_convention=convention)
         assert marks_of(figure)["mark-sun"] == pytest.approx((60.0, 0.0), abs=1e-9)  # in the east
-    with pytest.raises(UsageError, match="azimuth_convention must be one of 'enu_from_east'"):
-        sky.plot(sky.UniformSky(), sun_deg=(60.0, 90.0), azimuth_convention="compass")
+    for convention, why in (("compass", "is not understood"), ("from the sun", "does not count from the sun")):
+        with pytest.raises(UsageError, match=why):
+            sky.plot(sky.UniformSky(), sun_deg=(60.0, 90.0), azimuth_convention=convention)
 
 
 @pytest.mark.parametrize("pt", [8.0, 12.0])

@@ -54,7 +54,7 @@ EXACT = 1.25 * np.pi * np.sum(np.diff(np.sin(np.deg2rad(EDGES)) ** 2) * np.arang
         {"flip": True},
         {"wrap": True},
     ],
-    ids=str,
+    ids=["degrees", "radians", "float32", "cosines", "elevations", "descending", "wrapped"],
 )
 def test_bounds_are_the_edges_of_patches(how):
     """Cap and unequal rings in any unit, order and turn: the irradiance of the bounds, not of half-way edges."""

@@ -327,7 +327,8 @@ def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path
         lines.append(f"{launched} photons in {len(result.bands)} wavebands, seed {source.plan.seed}")
     if result.was_finished:
         lines.append(
-            "this run was finished before; nothing was done again (verify compares it, --force makes it again)"
+            "this run was finished before, by the sizes of its files and its manifest; nothing was done again (verify "
+            "compares every photon, --force makes it again)"
         )
     elif result.emitted:
         rate = result.emitted / max(result.seconds, 1e-9) / 1e6

@@ -5,8 +5,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import carray, from_dtype, types
-from numba.core.types import ExternalFunctionPointer
 
 from aomc_sky.emission.kernels.emit import emit, emit_runs, emit_with
 from aomc_sky.emission.kernels.hooks import with_hooks
@@ -14,6 +12,9 @@ from aomc_sky.emission.kernels.numbers import numbers_of_photons
 from aomc_sky.kernels.arguments import Block, block_arguments, block_head, is_null
 from aomc_sky.kernels.arithmetic.constants import U64
 from aomc_sky.kernels.jit import c_function, inner
+
+from numba import carray, from_dtype, types
+from numba.core.types import ExternalFunctionPointer
 
 CLOSED, BAD_START, BAD_COUNT, NO_ARRAY = -1, -2, -3, -4
 """Errors, as in include/aomc_sky.h."""

@@ -6,8 +6,6 @@ from functools import cache
 from typing import Any
 
 import numpy as np
-from numba import from_dtype, types
-from numba.extending import overload
 
 from aomc_sky.emission.kernels.emit import direction_of
 from aomc_sky.emission.kernels.hooks import with_hooks
@@ -19,6 +17,9 @@ from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.cells.blocks import cell_of_table, rank_of_photon, slot_of_rank, split_place, turn_of_table
 from aomc_sky.kernels.cells.laws import from_mu, from_mu2, sloped
 from aomc_sky.kernels.jit import inlined, inner, shared, shared_inlined
+
+from numba import from_dtype, types
+from numba.extending import overload
 
 rejection: Any = None
 queue: Any = None

@@ -116,14 +116,14 @@ class McplFile:
         with _library_file(self, size) as file:
             for first in range(0, stop, size):
                 with np.errstate(all="ignore"):  # of numbers that no particle has
+                    wanted = slice(max(start - first, 0), min(stop - first, size))
                     try:
                         block = file.read_block()
-                    except (optional_module("mcpl", extra=EXTRA).MCPLError, OSError):
+                        part = _unpacked(block, wanted, first + wanted.start) if wanted.start < size else None
+                    except Exception:  # the library raises its own errors and Python's
                         message = "the file became shorter while it was read"
                         raise _fault(self.path, "E804", message, _AGAIN, "particles") from None
-                    wanted = slice(max(start - first, 0), min(stop - first, size))
-                    if wanted.start < size:
-                        part = _unpacked(block, wanted, first + wanted.start)
+                    if part is not None:
                         _check(self.path, part)
                         yield part
 
@@ -335,7 +335,7 @@ def _library_file(file: McplFile, size: int) -> Iterator[Any]:
         with contextlib.redirect_stdout(io.StringIO()):
             try:
                 opened = mcpl.MCPLFile(os.fspath(path), blocklength=size)
-            except (mcpl.MCPLError, OSError, ValueError) as error:
+            except Exception as error:  # the library raises its own errors and Python's, whatever the damage is
                 reason = str(error) or type(error).__name__
                 raise _fault(file.path, "E803", f"the library of MCPL cannot read it: {reason}", _CUT) from None
         yield stack.enter_context(opened)

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from aomc_sky.kernels.jit import lowered
+
 from llvmlite import ir
 from numba.core import cgutils, types
-
-from aomc_sky.kernels.jit import lowered
 
 _KEEP_NEAR = 3
 _DATA = 1

@@ -17,8 +17,9 @@ from typing import BinaryIO
 
 import numpy as np
 
+from aomc_sky.atomic_file import appearing, is_unfinished
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError, UsageError
-from aomc_sky.outputs.shard import MANIFEST, PART, PLAN, TEMPORARY, is_run_file, is_temporary_file
+from aomc_sky.outputs.shard import MANIFEST, PART, PLAN, is_run_file
 from aomc_sky.plan.plan import Plan
 from aomc_sky.system import (
     EXCLUSIVE,
@@ -201,7 +202,7 @@ class RunFolder:
                 self.remove(name)
         if self.size_of(PLAN) is None:
             self.write(PLAN, plan.to_bytes())
-        for name in filter(is_temporary_file, names if is_alone else ()):  # of a run that was killed
+        for name in filter(is_unfinished, names if is_alone else ()):  # of a run that was killed
             self.remove(name)
 
     def names(self) -> list[str]:
@@ -260,18 +261,8 @@ class RunFolder:
     @contextlib.contextmanager
     def stream(self, name: str) -> Iterator[BinaryIO]:
         """Open a file that gets its name if the block ends without an error, and is removed otherwise."""
-        temporary = self.path / f"{TEMPORARY}{name}.{os.urandom(4).hex()}"
-        try:
-            with _reported("write", self.path / name):
-                with open(temporary, "xb") as file:
-                    yield file
-                    file.flush()
-                    os.fsync(file.fileno())
-                os.replace(temporary, self.path / name)
-                sync_folder(self.path)
-        finally:
-            with contextlib.suppress(OSError):
-                temporary.unlink(missing_ok=True)
+        with _reported("write", self.path / name), appearing(self.path / name) as file:
+            yield file
 
     def reserve(self, name: str, head: bytes, size: int) -> None:
         """Make a file that several processes fill in any order. [bytes]"""

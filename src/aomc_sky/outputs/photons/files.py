@@ -55,6 +55,8 @@ class PhotonRows:
     start: int  #: index of the first photon
     direction: np.ndarray  #: travel directions [shape (n, 3)]
     weight: np.ndarray | None = None  #: if they are not all 1 [shape (n,)]
+    #: what else the file says of each, under the names of the format [first axis n]
+    others: Mapping[str, np.ndarray] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -95,6 +97,10 @@ class PhotonWriter(ABC):
     @abstractmethod
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Bytes that a batch adds to each file."""
+
+    def others(self, batch: PhotonBatch) -> dict[str, np.ndarray]:
+        """What a file of this format says of each photon besides direction and weight, as `PhotonRows.others`."""
+        return {}
 
     @staticmethod
     def read(path: Path, wavelength_nm: np.ndarray, bands: tuple[int, ...], weights: str | Path | None) -> PhotonFile:

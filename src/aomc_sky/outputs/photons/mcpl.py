@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import aomc_sky
+from aomc_sky.atomic_file import remove_leftovers
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.errors import SceneError, UsageError, require_kind
@@ -32,10 +33,13 @@ from aomc_sky.plan.sampling.streams import STREAM_VERSION
 from aomc_sky.whole_number import as_number_of
 
 if TYPE_CHECKING:
-    from aomc_sky.formats.mcpl.file import McplFile
+    from aomc_sky.formats.mcpl.file import McplFile, McplParticles
 
 PHOTON = 22
 """The photon in the numbering of the Particle Data Group."""
+
+OPTICAL_PHOTON = -22
+"""The optical photon of Geant4, which has no other number."""
 
 MEV_NM = 1.2398419843320026e-3
 """h c: energy [MeV] times wavelength [nm] of a photon, exact constants of the SI, rounded to float64."""
@@ -53,6 +57,14 @@ _CM_PER_M = 100.0
 _WAVELENGTHS_PER_COMMENT = 100
 
 
+_OTHERS = ("energy", "position", "time", "user_flags", "polarisation")
+"""Columns of a particle besides kind, direction and weight."""
+
+
+def _are_photons(particles: McplParticles) -> np.ndarray:
+    return np.isin(particles.pdg_code, (PHOTON, OPTICAL_PHOTON))
+
+
 def _has_energy(energy: np.ndarray, expected: float) -> np.ndarray:
     return np.abs(energy - expected) <= ENERGY_TOLERANCE * expected
 
@@ -60,11 +72,14 @@ def _has_energy(energy: np.ndarray, expected: float) -> np.ndarray:
 def _mcpl_rows(file: McplFile, energy: float | None) -> Iterator[PhotonRows]:
     start = 0
     for particles in file.blocks():
-        chosen = particles.pdg_code == PHOTON
+        chosen = _are_photons(particles)
         if energy is not None:
             chosen &= _has_energy(particles.energy, energy)
         direction, weight = particles.direction[chosen], particles.weight[chosen]
-        yield PhotonRows(start=start, direction=direction, weight=weight)
+        others = {
+            name: getattr(particles, name)[chosen] for name in _OTHERS if getattr(file.header, f"has_{name}", True)
+        }
+        yield PhotonRows(start=start, direction=direction, weight=weight, others=others)
         start += len(direction)
 
 
@@ -76,9 +91,9 @@ class McplWriter(PhotonWriter):
 
     names = ("photons.mcpl",)
 
-    def __init__(self, source: PhotonSource, name: str = names[0]) -> None:
+    def __init__(self, source: PhotonSource, name: str = names[0], pdg_code: int = PHOTON) -> None:
         super().__init__(source)
-        self._name = name
+        self._name, self._pdg_code = name, pdg_code
         self._record = self._header(0, ()).record
         self._energy = _energies(source)
 
@@ -98,13 +113,27 @@ class McplWriter(PhotonWriter):
         if records.size == 0:
             return (memoryview(b""),)
         _pack(batch, self._energy[batch.band], records)
-        if batch.x is not None and batch.y is not None:
-            # the product in float32 has the bits of a rounded float64 product, for 100 has 7 bits
-            records["position"][:, 0] = _CM_PER_M * batch.x
-            records["position"][:, 1] = _CM_PER_M * batch.y
+        if batch.x is not None:
+            records["position"] = self.others(batch)["position"]
         if batch.weight is not None:
             records["weight"] = batch.weight
         return (records.view(np.uint8).data,)
+
+    def others(self, batch: PhotonBatch) -> dict[str, np.ndarray]:
+        """Energy, position, time, user flags and polarisation of each photon, with the bits of the file."""
+        n, waveband, dtype = len(batch), batch.band + 1, self.source.dtype
+        flags = waveband * MAX_CELLS + batch.patch if waveband < MAX_WAVEBANDS else np.zeros(n, np.int64)
+        position = np.zeros((n, 3), dtype)
+        if batch.x is not None and batch.y is not None:
+            # the product in float32 has the bits of a rounded float64 product, for 100 has 7 bits
+            position[:, 0], position[:, 1] = _CM_PER_M * batch.x, _CM_PER_M * batch.y
+        return {
+            "energy": np.full(n, self._energy[batch.band]),
+            "position": position,
+            "time": np.zeros(n),
+            "user_flags": np.where(batch.patch < MAX_CELLS, flags, 0),
+            "polarisation": np.zeros((n, 3)),
+        }
 
     @staticmethod
     def read(path: Path, wavelength_nm: np.ndarray, bands: tuple[int, ...], weights: str | Path | None) -> PhotonFile:
@@ -116,7 +145,7 @@ class McplWriter(PhotonWriter):
         file, energy = read_mcpl(path), MEV_NM / wavelength_nm
         n_of, n_photons = np.zeros(energy.size, dtype=np.int64), 0
         for particles in file.blocks():
-            own = particles.energy[particles.pdg_code == PHOTON]
+            own = particles.energy[_are_photons(particles)]
             n_photons += own.size
             n_of += [np.count_nonzero(_has_energy(own, expected)) for expected in energy]
         notes = []
@@ -150,7 +179,7 @@ class McplWriter(PhotonWriter):
             comments=comments,
             has_user_flags=True,
             is_double=self.source.dtype == np.float64,
-            pdg_code=PHOTON,
+            pdg_code=self._pdg_code,
             weight=0.0 if self.source.has_weights else 1.0,
             is_little_endian=sys.byteorder == "little",
         )
@@ -221,7 +250,7 @@ def _wavelengths(source: PhotonSource, bands: Sequence[int]) -> Iterator[str]:
         yield f"wavelengths of the wavebands [nm]: {', '.join(pairs)}"
 
 
-def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> None:
+def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0, pdg_code: int = PHOTON) -> None:
     """Write all photons of a source as one MCPL file (format 3).
 
     Parameters
@@ -232,6 +261,8 @@ def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> N
         The file, replaced atomically; its folder must exist.
     threads : int
         Threads, 0 for one per CPU; the bytes do not depend on it. [0 to 1024]
+    pdg_code : {22, -22}
+        Kind of the particles: the photon, or the optical photon of Geant4.
 
     Raises
     ------
@@ -253,7 +284,10 @@ def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0) -> N
     if not path.name or path.suffix.lower() == ".gz":
         raise UsageError(f"expected the name of a file such as photons.mcpl, which gzip can pack, got {str(path)!r}")
     threads = as_number_of(threads, "threads", 0, 1024)
+    if pdg_code not in (PHOTON, OPTICAL_PHOTON):
+        raise UsageError(f"pdg_code must be {PHOTON} (photon) or {OPTICAL_PHOTON} (optical photon), got {pdg_code!r}")
     bands = range(source.n_bands)
-    files = photon_files(RunFolder(path.parent), [McplWriter(source, path.name)], bands)
+    remove_leftovers(path)
+    files = photon_files(RunFolder(path.parent), [McplWriter(source, path.name, pdg_code)], bands)
     require_space(files)
     emit_photons(source, files, bands, threads)

@@ -82,7 +82,7 @@ def _read_head(file: BinaryIO, path: Path) -> tuple[tuple[int, ...], bool, np.dt
     try:
         version = np.lib.format.read_magic(file)
         return _HEAD_READERS[version](file)
-    except (KeyError, ValueError, OSError):
+    except Exception:  # whatever numpy and Python's tokenizer say of a damaged head
         message = "not a numpy file of version 1 or 2, or its header is damaged"
         raise refuse(path, message, code="E902", advice="write it with numpy.save") from None
 

@@ -19,6 +19,8 @@ wastes most. Then each gets as many bins of equal size as its part of the envelo
 
 from __future__ import annotations
 
+import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,13 +44,13 @@ _GOOD_FILL = 0.93
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class LobeFrame:
-    """A lobe turned to the horizon."""
+    """A lobe turned to the horizon, or with arrays several lobes of one kind, one for each cell."""
 
     kind: str
-    asymmetry: float  #: g of "hg", else 0. [0 <= g < 1]
-    stretch: tuple[float, float]  #: Roughness along local x and y; 1 for "hg". [> 0]
-    matrix: np.ndarray  #: M of the module's text, shape (3, 3).
-    turn: float  #: Azimuth in the stretched plane where psi is 0. [quarter turns]
+    asymmetry: np.ndarray  #: g of "hg", else 0, shape (...). [0 <= g < 1]
+    stretch: np.ndarray  #: Roughness along local x and y; 1 for "hg", shape (2, ...). [> 0]
+    matrix: np.ndarray  #: M of the module's text, shape (3, 3, ...).
+    turn: np.ndarray  #: Azimuth in the stretched plane where psi is 0, shape (...). [quarter turns]
 
     @classmethod
     def of(cls, kind: str, param0: float, param1: float, quaternion: np.ndarray) -> LobeFrame:
@@ -63,18 +65,43 @@ class LobeFrame:
         turned[2] = k, 0.0, up
         asymmetry = first if kind == "hg" else 0.0
         turn = float(np.arctan2(s, c)) * (2 / np.pi)
-        return cls(kind=kind, asymmetry=asymmetry, stretch=stretch, matrix=turned, turn=turn)
+        return cls(
+            kind=kind,
+            asymmetry=np.array(asymmetry),
+            stretch=np.array(stretch),
+            matrix=turned,
+            turn=np.array(turn),
+        )
+
+    @classmethod
+    def stacked(cls, frames: Sequence[LobeFrame]) -> LobeFrame:
+        """Several lobes of one kind."""
+        names = ("asymmetry", "stretch", "matrix", "turn")
+        return cls(
+            kind=frames[0].kind,
+            **{name: np.stack([getattr(one, name) for one in frames], axis=-1) for name in names},
+        )
+
+    def at(self, lobe: np.ndarray) -> LobeFrame:
+        """The lobe of each cell, by its index."""
+        return LobeFrame(
+            kind=self.kind,
+            asymmetry=self.asymmetry[lobe],
+            stretch=self.stretch[:, lobe],
+            matrix=self.matrix[:, :, lobe],
+            turn=self.turn[lobe],
+        )
 
     def largest_share(self) -> float:
         """No direction with a larger b is above the horizon; 1 where the axis is. [0 to 1]"""
-        k, _, up = self.matrix[2]
+        k, _, up = self.matrix[2].tolist()
         if up >= 0.0:
             return 1.0
         if k == 0.0:
             return 1.0 if self.kind == "hg" else 0.0
         slope = -up / k
         if self.kind == "hg":
-            share = float(henyey_greenstein.cdf(up * up / (1.0 + k), self.asymmetry))
+            share = float(henyey_greenstein.cdf(up * up / (1.0 + k), float(self.asymmetry)))
         elif self.kind == "ggx":
             share = 1.0 / (1.0 + slope * slope)
         else:
@@ -192,30 +219,55 @@ def _halves_in_psi(rows: np.ndarray) -> np.ndarray:
     return np.concatenate([[b, db, a, psi, half], [b, db, a, psi + half, half]], axis=1)
 
 
-def _split(frame: LobeFrame, cells: np.ndarray, waste: np.ndarray) -> np.ndarray:
-    """Halves of cells, cut where the bounds gain more; quarters where neither cut gains much."""
-    rows = cells[:5]
-    in_b, in_psi = (_bounded(frame, halves(rows)) for halves in (_halves_in_b, _halves_in_psi))
+def _split(frames: LobeFrame, lobe: np.ndarray, cells: np.ndarray, waste: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Halves of cells, cut where the bounds gain more, quarters where neither cut gains much; and their lobes."""
+    rows, twice = cells[:5], np.tile(lobe, 2)
+    in_b, in_psi = (_bounded(frames.at(twice), halves(rows)) for halves in (_halves_in_b, _halves_in_psi))
     gain_b, gain_psi = (_mass(cells) - _mass(part).reshape(2, -1).sum(axis=0) for part in (in_b, in_psi))
     both = np.maximum(gain_b, gain_psi) < 0.2 * waste
     by_b = ~both & (gain_b >= gain_psi)
     by_psi = ~both & ~by_b
-    quarters = _bounded(frame, _halves_in_psi(_halves_in_b(rows[:, both])))
-    return np.concatenate([in_b[:, np.tile(by_b, 2)], in_psi[:, np.tile(by_psi, 2)], quarters], axis=1)
+    of_quarters = np.tile(lobe[both], 4)
+    quarters = _bounded(frames.at(of_quarters), _halves_in_psi(_halves_in_b(rows[:, both])))
+    by_b, by_psi = np.tile(by_b, 2), np.tile(by_psi, 2)
+    made = np.concatenate([in_b[:, by_b], in_psi[:, by_psi], quarters], axis=1)
+    return made, np.concatenate([twice[by_b], twice[by_psi], of_quarters])
 
 
-def _refined(frame: LobeFrame) -> np.ndarray:
-    """Cells that cover all of the lobe that is above the horizon; those without light are dropped."""
-    top, ones = frame.largest_share(), np.ones(4)
-    cells = _bounded(frame, np.stack([0 * ones, top * ones, (1 - top) * ones, np.arange(-2.0, 2.0), ones]))
-    for _ in range(_MAX_PASSES):
-        cells = cells[:, cells[5] > 0.0]
-        waste, total = _waste(frame, cells), float(_mass(cells).sum())
-        coarse = waste > _WASTE * total / _CELLS_IN_SIGHT
-        if not coarse.any() or waste.sum() < _WASTE * total or cells.shape[1] > _MAX_CELLS:
+def _refined(frames: Sequence[LobeFrame]) -> list[np.ndarray]:
+    """Cells of each lobe that cover all of it that is above the horizon; those without light are dropped.
+
+    All lobes are refined together, and each gets the cells that it would get alone.
+    """
+    stack, n_lobes = LobeFrame.stacked(frames), len(frames)
+    lobe = np.repeat(np.arange(n_lobes), 4)
+    top, ones = np.array([frame.largest_share() for frame in frames])[lobe], np.ones(lobe.size)
+    rows = np.stack([0 * ones, top, 1 - top, np.tile(np.arange(-2.0, 2.0), n_lobes), ones])
+    cells = _bounded(stack.at(lobe), rows)
+    done: list[np.ndarray] = [cells[:, :0]] * n_lobes
+    for k in range(_MAX_PASSES + 1):
+        is_lit = cells[5] > 0.0
+        cells, lobe = cells[:, is_lit], lobe[is_lit]
+        waste, mass = _waste(stack.at(lobe), cells), _mass(cells)
+        coarse = np.zeros(lobe.size, bool)
+        edges = np.flatnonzero(np.diff(lobe, prepend=-1, append=n_lobes)).tolist()
+        for part in (slice(*pair) for pair in itertools.pairwise(edges)):
+            total = float(mass[part].sum())
+            wasteful = waste[part] > _WASTE * total / _CELLS_IN_SIGHT
+            is_done = not wasteful.any() or waste[part].sum() < _WASTE * total or wasteful.size > _MAX_CELLS
+            if is_done or k == _MAX_PASSES:
+                done[lobe[part.start]] = cells[:, part]
+                lobe[part] = n_lobes  # out of the way
+            else:
+                coarse[part] = wasteful
+        is_kept = ~coarse & (lobe < n_lobes)
+        if not coarse.any():
             break
-        cells = np.concatenate([cells[:, ~coarse], _split(frame, cells[:, coarse], waste[coarse])], axis=1)
-    return cells[:, cells[5] > 0.0]
+        made, of_made = _split(stack, lobe[coarse], cells[:, coarse], waste[coarse])
+        cells, lobe = np.concatenate([cells[:, is_kept], made], axis=1), np.concatenate([lobe[is_kept], of_made])
+        order = np.argsort(lobe, kind="stable")
+        cells, lobe = cells[:, order], lobe[order]
+    return done
 
 
 def _apportioned(mass: np.ndarray, n: int) -> np.ndarray:
@@ -228,15 +280,18 @@ def _apportioned(mass: np.ndarray, n: int) -> np.ndarray:
     return np.ceil(mass / high).astype(np.int64)
 
 
-def envelope_of(frame: LobeFrame) -> tuple[np.ndarray, float]:
-    """Envelope of a lobe that is not all below the horizon: its cells, shape (n, 8), and its integral.
+def envelopes_of(frames: Sequence[LobeFrame]) -> list[tuple[np.ndarray, float]]:
+    """Envelopes of lobes of one kind that are not all below the horizon: cells, shape (n, 8), and integral of each.
 
     Columns: least b, a bin's width in b, least a, number of bins; half the width in psi in quarter turns [up to 1/2],
     sine and cosine of the centre; bound of the cosine. The bins of a cell stand side by side in b. Their number in all
     cells is a power of two. Photons fall into each with the same probability, and bound x area is the same for all. The
     integral over the lobe's projected mass is the mean number of tries.
     """
-    cells = _refined(frame)
+    return [_with_bins(cells) for cells in _refined(frames)] if frames else []
+
+
+def _with_bins(cells: np.ndarray) -> tuple[np.ndarray, float]:
     cells = cells[:, np.lexsort((cells[0], cells[3]))]
     b, db, a, psi, dpsi, _ = cells
     mass = _mass(cells)

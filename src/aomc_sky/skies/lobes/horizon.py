@@ -47,19 +47,25 @@ def mass_above_horizon(
     n = vertical_in_local(quaternion)
     shape_of((first, second, n[..., 2]))
     if kind == "hg":
-        law = _hg_plain if weighting == "plain" else _hg_projected
+        law = _hg_plain if weighting == "plain" else lambda g, cosine: _hg_projected(g, cosine)[0]
         return np.vectorize(law, otypes=[np.float64])(first, n[..., 2])
     k = np.hypot(first * n[..., 0], second * n[..., 1])
     if weighting == "plain":
         return _ggx_plain(n[..., 2], k) if kind == "ggx" else _beckmann_plain(n[..., 2], k)
-    law = np.vectorize(_vndf_projected, otypes=[np.float64], excluded=(0,))
-    return law(kind, first, second, n[..., 0], n[..., 1], n[..., 2])
+    law = np.vectorize(lambda *shape: _vndf_projected(kind, *shape)[0], otypes=[np.float64])
+    return law(first, second, n[..., 0], n[..., 1], n[..., 2])
 
 
-def projected_mass(kind: str, first: float, second: float, vertical: np.ndarray, power: int = 1) -> float:
-    """Integral of one lobe's density times a power of the cosine of the zenith angle; `vertical` in its local frame."""
-    nx, ny, nz = (float(x) for x in vertical)
-    return _hg_projected(first, nz, power) if kind == "hg" else _vndf_projected(kind, first, second, nx, ny, nz, power)
+def masses_of_lobe(kind: str, first: float, second: float, vertical: np.ndarray) -> tuple[float, float, float]:
+    """Integrals of one lobe's density over the upper hemisphere: plain, times the cosine of the zenith angle, squared.
+
+    `vertical` is that of the world in the local frame.
+    """
+    nx, ny, nz = vertical.tolist()
+    if kind == "hg":
+        return _hg_plain(first, nz), *_hg_projected(first, nz)
+    k, law = np.hypot(first * nx, second * ny), _ggx_plain if kind == "ggx" else _beckmann_plain
+    return float(law(vertical[2], k)), *_vndf_projected(kind, first, second, nx, ny, nz)
 
 
 def _ggx_plain(nz: np.ndarray, k: np.ndarray) -> np.ndarray:
@@ -103,8 +109,8 @@ def _hg_plain(g: float, cosine: float) -> float:
     return float(np.sum(weight * c * np.cosh(y) * share) / np.pi)
 
 
-def _hg_projected(g: float, cosine: float, power: int = 1) -> float:
-    """Integral over zenith angle of the ring's mass (a complete elliptic integral) times a power of the cosine."""
+def _hg_projected(g: float, cosine: float) -> tuple[float, float]:
+    """Integrals over zenith angle of the ring's mass (a complete elliptic integral) times the cosine, and squared."""
     from scipy.special import ellipe
 
     cosine = min(max(cosine, -1.0), 1.0)
@@ -117,8 +123,9 @@ def _hg_projected(g: float, cosine: float, power: int = 1) -> float:
     far = d * d + 4.0 * g * np.sin(axis + offset / 2) ** 2
     zenith = np.maximum(axis + offset, 0.0)
     ring = d * (1.0 + g) * ellipe(np.maximum(1.0 - near / far, 0.0)) / (near * np.sqrt(far)) / np.pi
-    value = np.sin(zenith) * np.sin(np.maximum(elevation - offset, 0.0)) ** power * ring
-    return float(np.sum(weight * width * np.cosh(y) * value))
+    cosines, weight = np.sin(np.maximum(elevation - offset, 0.0)), weight * width * np.cosh(y)
+    once, twice = (float(np.sum(weight * (np.sin(zenith) * cosines**power * ring))) for power in (1, 2))
+    return once, twice
 
 
 def _graded(scale: np.ndarray, length: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -131,17 +138,15 @@ def _graded(scale: np.ndarray, length: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return scale * np.sinh(y), weight * step[..., None] * scale * np.cosh(y)
 
 
-def _vndf_projected(
-    kind: str, alpha_x: float, alpha_y: float, nx: float, ny: float, nz: float, power: int = 1
-) -> float:
-    """Integral over stretched slopes (u, v), u along the way to the horizon, of density ((n_z + k u) / secant)^power.
+def _vndf_projected(kind: str, alpha_x: float, alpha_y: float, nx: float, ny: float, nz: float) -> tuple[float, float]:
+    """Integrals over stretched slopes (u, v), u along the way to the horizon, of density ((n_z + k u) / secant)^power.
 
-    The secant is the root of a quadratic form q in (u, v). For fixed u the integrand is sharp in v at one point, the
-    density at v = 0. As functions of u both are sharp at u = 0 or at the horizon.
+    The powers are 1 and 2. The secant is the root of a quadratic form q in (u, v). For fixed u it is sharp in v at one
+    point, the density at v = 0. As functions of u both are sharp at u = 0 or at the horizon.
     """
     k = float(np.hypot(alpha_x * nx, alpha_y * ny))
     if k == 0.0 and nz < 0.0:
-        return 0.0
+        return 0.0, 0.0
     cos, sin = (alpha_x * nx / k, alpha_y * ny / k) if k > 0.0 else (1.0, 0.0)
     form = (
         (alpha_y - alpha_x) * (alpha_y + alpha_x) * sin * cos,
@@ -151,7 +156,15 @@ def _vndf_projected(
     narrow = min(1.0, 1.0 / max(alpha_x, alpha_y))
     with np.errstate(under="ignore", over="ignore", divide="ignore"):
         pieces = _outer_nodes(nz, k, narrow, 30.0 if kind == "beckmann" else 1e12)
-        return sum(float(np.sum(weight * above**power * _over_v(kind, u, form, power))) for u, above, weight in pieces)
+        inner = [_over_v(kind, u, form) for u, _, _ in pieces]
+        once, twice = (
+            sum(
+                float(np.sum(weight * above**power * of_power[power - 1]))
+                for (_, above, weight), of_power in zip(pieces, inner, strict=True)
+            )
+            for power in (1, 2)
+        )
+        return once, twice
 
 
 def _outer_nodes(nz: float, k: float, narrow: float, reach: float) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
@@ -165,8 +178,8 @@ def _outer_nodes(nz: float, k: float, narrow: float, reach: float) -> list[tuple
     return [(x, nz + k * x, weight), (-low, np.maximum(nz - k * low, 0.0), low_weight)]
 
 
-def _over_v(kind: str, u: np.ndarray, form: tuple[float, float, float], power: int) -> np.ndarray:
-    """Integral over v of the density over a power of the secant, for each u."""
+def _over_v(kind: str, u: np.ndarray, form: tuple[float, float, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Integrals over v of the density over the secant, and over its square, for each u."""
     b, c, det = form
     centre = -b / c * u
     rest = 1.0 + (det * det / c) * u * u  # q = c (v - centre)^2 + rest
@@ -174,7 +187,7 @@ def _over_v(kind: str, u: np.ndarray, form: tuple[float, float, float], power: i
     reach = (1e5 if kind == "ggx" else 30.0) * wide
     sharp = np.minimum(np.sqrt(rest / c), wide)
     half = np.abs(centre) / 2
-    total = np.zeros_like(u)
+    once, twice = np.zeros_like(u), np.zeros_like(u)
     for scale, length, origin, way in (
         (sharp, reach, "density", -1.0),
         (sharp, half, "density", 1.0),
@@ -190,5 +203,7 @@ def _over_v(kind: str, u: np.ndarray, form: tuple[float, float, float], power: i
         square = u[:, None] ** 2 + v * v
         density = np.exp(-square) if kind == "beckmann" else (1.0 + square) ** -2
         square = c * from_centre**2 + rest[:, None]
-        total += np.sum(weight * density / (np.sqrt(square) if power == 1 else square), axis=1)
-    return total / np.pi
+        density *= weight
+        once += np.sum(density / np.sqrt(square), axis=1)
+        twice += np.sum(density / square, axis=1)
+    return once / np.pi, twice / np.pi

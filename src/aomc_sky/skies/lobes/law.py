@@ -10,7 +10,7 @@ import numpy as np
 
 from aomc_sky.component import CellLaw, Component
 from aomc_sky.skies.lobes.envelope import lobe_of
-from aomc_sky.skies.lobes.horizon import projected_mass
+from aomc_sky.skies.lobes.horizon import masses_of_lobe
 from aomc_sky.skies.lobes.lobe import axis_deg
 from aomc_sky.skies.lobes.patches import TiltedLobe, patch_shares
 from aomc_sky.skies.lobes.tables import LobeTables
@@ -37,7 +37,7 @@ def _axis_deg(component: Component) -> tuple[float, float, float]:
 
 def _radiance(component: Component) -> Callable[[float, np.ndarray, np.ndarray], np.ndarray]:
     kind, first, second, rotation = lobe_of(component)
-    per_irradiance = 1.0 / projected_mass(kind, first, second, rotation[2])
+    per_irradiance = 1.0 / masses_of_lobe(kind, first, second, rotation[2])[1]
     return partial(_radiance_at, kind, first, second, tuple(map(tuple, rotation.T.tolist())), per_irradiance)
 
 

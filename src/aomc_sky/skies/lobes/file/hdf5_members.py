@@ -41,8 +41,10 @@ MEMBERS = (
     "SpectralSamples",
 )
 
+RECORD_PARTS = ("Type", "Param0", "Param1", "Coeff", "LocalTransform", "CurveIndex", "RelativeTime", "TimePoint")
+"""Members of the records of lobes and of reference times that are read."""
+
 MAX_FILE_BYTES = 1 << 30
-MAX_FIELDS = 64
 MAX_TEXT_BYTES = 65_536
 MAX_VALUES_SHOWN = 1000
 """Values of a member that only informs; more are no text for a person."""
@@ -164,12 +166,17 @@ class _Reading:
                 raise RefusedError("E505", found, "write numbers, or one text")
             self.members.texts[name] = _text(np.asarray(values(), item.dtype))
             return
-        _require_numbers(item.dtype)
-        array = np.asarray(values())
-        if array.dtype.names is None:
-            self.members.arrays[name] = _plain(array)
-        else:
-            self.members.arrays.update({f"{name}/{part}": _plain(array[part]) for part in array.dtype.names})
+        if item.dtype.names is None:
+            _require_numbers(item.dtype)
+            self.members.arrays[name] = _plain(np.asarray(values()))
+            return
+        parts = [part for part in item.dtype.names if part in RECORD_PARTS]  # others are no reason to refuse a file
+        if not parts or not isinstance(item, self.h5py.Dataset):
+            raise RefusedError("E505", "a record of other members than those of lobes and times", "write numbers")
+        for part in parts:
+            _require_numbers(item.dtype[part])
+        array = np.asarray(item.fields(parts)[()])
+        self.members.arrays.update({f"{name}/{part}": _plain(array[part]) for part in parts})
 
 
 def _is_read(path: tuple[str, ...], *, leaf: bool) -> bool:
@@ -192,10 +199,7 @@ def _text(array: np.ndarray) -> str:
 
 
 def _require_numbers(dtype: np.dtype) -> None:
-    names = dtype.names or ()
-    if len(names) > MAX_FIELDS:
-        raise RefusedError("E505", f"{len(names)} members in one record", "write the members named")
-    if any(part.base.kind not in "biuf" for part in [dtype[name] for name in names] or [dtype]):
+    if dtype.base.kind not in "biuf":
         raise RefusedError("E505", "a value that is not a number (text, reference or list)", "write numbers")
 
 
