@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import json
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.cli.main import main
 from tests.support.mcpl import oracle
+from tests.support.scenes import scene_with_circle
 from tests.support.shared import INPUTS
 from tests.support.verified import directions_of, uniform_in_zenith_angle
 
@@ -172,6 +174,48 @@ def test_our_own_files_say_how_to_test_them(verify, method, precision, tmp_path)
     assert (code, failed(report)) == (1, {"photons made again"})
     wrong = [check["detail"] for check in report["checks"] if not check["passed"]]
     assert wrong == ["1 of 5000 photons differ from the plan in direction; the first is photon 1000"]
+
+
+COLUMNS = {
+    "direction": ("direction", 1e-12), "energy": ("ekin", 1e-15), "position": ("position", 1e-9),
+    "time": ("time", 1e-9), "user_flags": ("userflags", 1), "weight": ("weight", 1e-12),
+    "polarisation": ("polarisation", 1e-9),
+}  # fmt: skip
+"""What one photon of a file differs by, in libmcpl's units."""
+
+
+@pytest.mark.parametrize("column", COLUMNS)
+def test_each_column_of_a_file_is_compared(verify, column, tmp_path):
+    """A file of ours that libmcpl wrote again agrees; with one value changed the report names its column and photon."""
+    library, amc = oracle(), scene_with_circle(tmp_path / "circle")
+    source = sky.read_scene(amc, iterations=3000).source(4, precision="float64", weights=True)
+    sky.write_mcpl(source, tmp_path / "ours.mcpl")
+    header = replace(sky.read_mcpl(tmp_path / "ours.mcpl").header, has_polarisation=True)
+    particles = library.read(tmp_path / "ours.mcpl").copy()
+    name, change = COLUMNS[column]
+    for is_changed in (False, True):
+        if is_changed:
+            particles[name][7, ...] += change if particles[name].ndim == 1 else np.array([0, change, 0])
+        library.write(tmp_path / "again.mcpl", header, [particles])
+        code, report = verify(tmp_path / "again.mcpl", scene=amc)
+        note = next(note for note in report["notes"] if note.startswith("compared with the plan: "))
+        assert set(note.removeprefix("compared with the plan: ").split(", ")) == set(COLUMNS)
+        made = [check["detail"] for check in report["checks"] if check["name"] == "photons made again"]
+        wrong = f"1 of 3000 photons differ from the plan in {column}; the first is photon 7"
+        right = "all 3000 photons agree with the plan"
+        assert (code, made) == ((1, [wrong, right, right]) if is_changed else (0, [right] * 3))
+
+
+def test_optical_photons_are_photons(verify, tmp_path):
+    """PDG code -22, Geant4's; another particle is none, and is said."""
+    source = sky.read_scene(SMALL, iterations=5000).source(4)
+    for code in (22, -22, np.int64(-22)):
+        sky.write_mcpl(source, tmp_path / "ours.mcpl", pdg_code=code)
+        assert sky.read_mcpl(tmp_path / "ours.mcpl").header.pdg_code == code
+        assert verify(tmp_path / "ours.mcpl", scene=SMALL)[0] == 0
+    for code in (2112, 0, 22.5, "22"):
+        with pytest.raises(sky.UsageError, match="pdg_code must be 22"):
+            sky.write_mcpl(source, tmp_path / "ours.mcpl", pdg_code=code)
 
 
 @pytest.mark.parametrize("name", ["perez_sky", "sun_and_sky"])

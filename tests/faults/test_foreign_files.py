@@ -13,7 +13,7 @@ import pytest
 
 import aomc_sky as sky
 from tests.support.fault_rows import command, row
-from tests.support.shared import SHARED, needs_shared
+from tests.support.shared import INPUTS, SHARED, needs_shared
 
 FILES, DAMAGED = SHARED / "foreign_files", SHARED / "damaged"
 
@@ -127,6 +127,25 @@ def test_nights_below_zero(fault, capsys):
     assert command("perez", "--epw", FILES / "negative_small.epw", "--row", 12, "--json") == 0
     sky_of_hour = json.loads(capsys.readouterr().out)
     assert (sky_of_hour["dni"], sky_of_hour["dhi"]) == (496.0, 281.0)
+
+
+@needs_shared
+@row(53, "optical-photons")
+def test_optical_photons(fault, capsys):
+    pytest.importorskip("mcpl")
+    words = ("--scene", INPUTS / "overcast" / "amc.inp", FILES / "v_opt.mcpl", "--sky", "uniform", "--waveband", 1)
+    assert command("verify", *words) == 0
+    assert "20000 photons" in capsys.readouterr().out
+
+
+@needs_shared
+@row(53, "further-field-in-records-of-lobes")
+def test_a_further_text_in_the_records_of_lobes(fault, recwarn):
+    """It is ignored without a word: all that is read is there."""
+    pytest.importorskip("h5py")
+    file = sky.read_background(FILES / "extra.h5")
+    assert sky.background_at(file, 0.0).irradiance([550.0]) > 0.0
+    assert not [str(one.message) for one in recwarn]
 
 
 @needs_shared

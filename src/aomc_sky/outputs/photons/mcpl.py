@@ -288,6 +288,6 @@ def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0, pdg_
         raise UsageError(f"pdg_code must be {PHOTON} (photon) or {OPTICAL_PHOTON} (optical photon), got {pdg_code!r}")
     bands = range(source.n_bands)
     remove_leftovers(path)
-    files = photon_files(RunFolder(path.parent), [McplWriter(source, path.name, pdg_code)], bands)
+    files = photon_files(RunFolder(path.parent), [McplWriter(source, path.name, int(pdg_code))], bands)
     require_space(files)
     emit_photons(source, files, bands, threads)

@@ -123,6 +123,30 @@ def test_frame_is_the_lobe(case):
     np.testing.assert_allclose(world / length, wanted, atol=2e-12)
 
 
+@pytest.mark.parametrize("kind", ["hg", "ggx", "beckmann"])
+def test_lobes_that_are_made_together_are_those_made_alone(kind):
+    """To the bit, whatever stands beside them."""
+    cases = [(shape, zenith_deg) for shape, zenith_deg in EVERY[::5] if shape[0] == kind]
+    found = [(case, alone) for case in cases if (alone := envelope(*case)) is not None]
+    assert len(found) > 10
+    for some in (found, found[::-1], found[3:7]):
+        together = envelopes_of([frame for _, (frame, *_) in some])
+        for (_, (_, cells, total, _)), (batch_cells, batch_total) in zip(some, together, strict=True):
+            assert cells.tobytes() == batch_cells.tobytes()
+            assert total == batch_total
+    assert envelopes_of([]) == []
+
+
+@pytest.mark.parametrize("case", FEW)
+def test_masses_of_a_lobe_are_those_of_many(case):
+    shape, zenith_deg = case
+    quaternion = tilted(zenith_deg)
+    plain, projected, squared = masses_of_lobe(*shape, vertical_in_local(quaternion))
+    assert plain == lobes.mass_above_horizon(*shape, quaternion, weighting="plain")
+    assert projected == lobes.mass_above_horizon(*shape, quaternion, weighting="projected")
+    assert squared <= projected * (1 + 1e-12)
+
+
 def test_a_shifted_bound_would_be_seen():
     """A bound 5 % too low fails the check above."""
     frame, cells, _, _ = envelope(("ggx", 0.3, 0.3), 60.0)

@@ -1,0 +1,72 @@
+"""Row 55: Ctrl-C at any moment of the first call that imports numba leaves a process that works."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from aomc_sky.system import interrupts_held
+from tests.support.fault_rows import row
+
+FIRST_CALL = """
+import os, signal, sys, threading, time
+import numpy as np
+import aomc_sky as sky
+
+source = sky.Scene(wavebands=[550.0], n_photons=300_000, components="uniform").source(seed=1)
+calls = {
+    "photons": lambda: float(source.photons(0).uz.mean(dtype=float)),
+    "numba_sampler": lambda: source.numba_sampler(0).sample(5)[0],
+    "multinomial": lambda: sky.allocate(np.ones(5), 100, method="multinomial", seed=1).sum(),
+}
+call = calls[sys.argv[2]]
+
+
+def press():
+    time.sleep(float(sys.argv[1]))
+    os.kill(os.getpid(), signal.SIGINT)
+
+
+threading.Thread(target=press, daemon=True).start()
+try:
+    call()
+    time.sleep(5)
+except KeyboardInterrupt:
+    pass
+print(call())
+"""
+MOMENTS = [0.01, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6]
+"""Of the call that imports numba. [s]"""
+
+
+@pytest.mark.parametrize("moment", MOMENTS, ids=[f"row-55-after-{k}" for k in MOMENTS])
+def test_the_second_call_works(moment):
+    names = ("photons", "numba_sampler", "multinomial")
+    said = [one_call(moment, name) for name in names]
+    assert float(said[0]) == pytest.approx(-2 / 3, abs=2e-3)
+    assert said[2] == "100"
+
+
+def one_call(moment: float, name: str) -> str:
+    """What the second call says after the first one was interrupted."""
+    words = [sys.executable, "-c", FIRST_CALL, str(moment), name]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+@row(55, "held")
+def test_an_interrupt_waits_for_the_end_of_the_block(fault):
+    ended = False
+    with pytest.raises(KeyboardInterrupt), interrupts_held():  # noqa: PT012 - what it interrupts is the block
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0.01)
+        ended = True
+    assert ended
+    with interrupts_held():
+        pass

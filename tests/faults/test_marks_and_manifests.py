@@ -1,0 +1,161 @@
+"""Row 52: marks of shards, manifests and heads of photon files that were changed are not believed; no traceback."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.engine.shards import read_mark
+from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.outputs.shard import Shard
+from tests.support.fault_rows import command, row
+from tests.support.scenes import copy_scene, run_bytes
+from tests.support.shared import SHARED, needs_shared
+
+WORDS = ("--iterations", "70000", "--waveband", "1", "-q")
+MARK = "shard-1-of-2.done"
+
+
+@pytest.fixture(scope="module")
+def amc(tmp_path_factory) -> Path:
+    return copy_scene("document_example", tmp_path_factory.mktemp("scene"))
+
+
+@pytest.fixture(scope="module")
+def whole(amc) -> Path:
+    assert command("run", amc, *WORDS, "--out", amc.parent / "whole") == 0
+    return amc.parent / "whole"
+
+
+@pytest.fixture(scope="module")
+def made(amc) -> Path:
+    """Shard 1 of 2."""
+    assert command("run", amc, *WORDS, "--out", amc.parent / "made", "--shard", "1/2") == 0
+    return amc.parent / "made"
+
+
+@pytest.fixture
+def folder(made, tmp_path) -> Path:
+    return Path(shutil.copytree(made, tmp_path / "out"))
+
+
+def changed_digit(text: str) -> str:
+    """The first digit of the sum of cosines becomes another one, and nothing else."""
+    at = text.index('"mu": [') + len('"mu": [')
+    return text[:at] + str((int(text[at]) + 1) % 10) + text[at + 1 :]
+
+
+def with_more(text: str) -> str:
+    """Lists of another length, with a hash that fits."""
+    mark = json.loads(text)["mark"]
+    lists = [key for key, value in mark["bands"][0].items() if isinstance(value, list)]
+    for key in lists:
+        mark["bands"][0][key].append(1)
+    assert lists
+    return json.dumps({"mark": mark, "sha256": hashlib.sha256(json.dumps(mark).encode()).hexdigest()})
+
+
+MARKS = {
+    "digit": changed_digit,
+    "longer-lists": with_more,
+    "of-0.3": lambda text: json.dumps(json.loads(text)["mark"]),
+    "long-integer": lambda text: text.replace('"shard": 1', f'"shard": {"1" * 5000}'),
+    "nested": lambda text: "[" * 100_000,
+    "no-text": lambda text: "\x00" * 300,
+}
+
+
+@row(52, *(f"mark-{name}" for name in MARKS))
+def test_a_mark_that_does_not_fit_is_ignored(fault, folder, amc, whole):
+    """The shard counts as missing and is made again; the run ends as if it had never had this mark."""
+    text = (folder / MARK).read_text()
+    changed = MARKS[fault.removeprefix("mark-")](text)
+    assert changed != text
+    (folder / MARK).write_text(changed)
+    assert command("run", amc, *WORDS, "--out", folder, "--shard", "2/2") == 0
+    assert not (folder / "manifest.json").exists()
+    assert command("run", amc, *WORDS, "--out", folder, "--shard", "1/2") == 0
+    assert run_bytes(folder) == run_bytes(whole)
+
+
+@row(52, "mark-every-byte")
+def test_no_changed_byte_of_a_mark_is_believed(fault, folder, amc):
+    """Each byte becomes a digit, another one, a minus sign."""
+    source = sky.read_scene(amc, iterations=70000, wavebands=[1]).source(0)
+    shard = Shard(index=1, count=2)
+    assert read_mark(source, RunFolder(folder), shard) is not None
+    data = (folder / MARK).read_bytes()
+    for k, other in itertools.product(range(len(data)), (b"7", b"8", b"-")):
+        changed = data[:k] + other + data[k + 1 :]
+        if changed != data:
+            (folder / MARK).write_bytes(changed)
+            assert read_mark(source, RunFolder(folder), shard) is None, changed
+
+
+@row(52, "manifest-with-a-long-integer", "manifest-of-lists", "manifest-with-a-name-that-is-a-number")
+def test_a_manifest_that_no_version_wrote(fault, whole, amc, tmp_path, capsys):
+    """Each command names the file, or makes the run again; none ends in a traceback."""
+    out = Path(shutil.copytree(whole, tmp_path / "out"))
+    manifest = json.loads((out / "manifest.json").read_text())
+    if fault == "manifest-with-a-long-integer":
+        manifest["bands"][0]["requested_photons"] = 0
+        text = json.dumps(manifest).replace('"requested_photons": 0', f'"requested_photons": {"9" * 401}')
+    elif fault == "manifest-of-lists":
+        text = json.dumps({key: [[]] for key in manifest})
+    else:
+        text = json.dumps({**manifest, "files": {"7": 7}})
+    assert text != json.dumps(manifest)
+    for words, code in ((("info", out), 3), (("verify", out), 3)):
+        (out / "manifest.json").write_text(text)
+        assert command(*words) == code
+        said = capsys.readouterr().err
+        assert "manifest.json" in said
+        assert "error[E962]" in said or "error[E961]" in said
+    assert command("run", amc, *WORDS, "--out", out) == 0
+    assert run_bytes(out) == run_bytes(whole)
+
+
+CHANGES = {
+    "irradiance": lambda band: band.update(irradiance_W_m2_nm=2.0 * (band["irradiance_W_m2_nm"] or 1.0)),
+    "mean-cosine": lambda band: band.update(mean_cosine_exact=band["mean_cosine_exact"] + 1e-6),
+    "wavelength": lambda band: band.update(wavelength_nm=band["wavelength_nm"] + 1.0),
+    "photons": lambda band: band.update(launched=band["launched"] - 1),
+}
+
+
+@row(52, *(f"finished-{name}" for name in CHANGES))
+def test_a_finished_folder_whose_manifest_is_not_of_the_plan_is_made_again(fault, whole, amc, tmp_path):
+    out = Path(shutil.copytree(whole, tmp_path / "out"))
+    manifest = json.loads((out / "manifest.json").read_text())
+    CHANGES[fault.removeprefix("finished-")](manifest["bands"][0])
+    (out / "manifest.json").write_text(json.dumps(manifest))
+    assert command("run", amc, *WORDS, "--out", out) == 0
+    assert run_bytes(out) == run_bytes(whole)
+
+
+@row(52, "finished-says-what-was-not-read")
+def test_a_finished_folder_says_that_verify_compares_every_photon(fault, whole, amc, capsys):
+    assert command("run", amc, *WORDS[:-1], "--out", whole) == 0
+    assert "verify compares every photon" in capsys.readouterr().out
+
+
+@needs_shared
+@row(52, "head-without-its-brace", "head-cut", "head-of-zeros", "head-of-brackets")
+def test_the_head_of_a_numpy_file(fault, amc, tmp_path, capsys):
+    path = tmp_path / "photons.npy"
+    data = (SHARED / "damaged" / "bad_head.npy").read_bytes()
+    if fault != "head-without-its-brace":
+        np.save(path, np.zeros((3, 3), np.float32))
+        data = path.read_bytes()
+        middle = {"head-cut": b"", "head-of-zeros": bytes(118), "head-of-brackets": b"{" * 118}[fault]
+        data = data[:10] + middle + (data[128:] if middle else b"")
+    path.write_bytes(data)
+    assert command("verify", "--scene", amc, path, "--waveband", "1") == 3
+    assert f"{path}: error[E902]" in capsys.readouterr().err

@@ -1,0 +1,132 @@
+"""Row 54: what killed writers leave goes with the next call, no file of others is written through a second name."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.atomic_file import appearing, is_unfinished, remove_leftovers
+from tests.support.fault_rows import command, row
+from tests.support.scenes import copy_scene
+
+WRITER = """
+import sys, time
+from pathlib import Path
+from aomc_sky.atomic_file import appearing
+with appearing(Path(sys.argv[1])) as file:
+    file.write(b"x" * 1000)
+    file.flush()
+    print("under way", flush=True)
+    time.sleep(100)
+"""
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory) -> Path:
+    amc = copy_scene("document_example", tmp_path_factory.mktemp("scene"))
+    assert command("run", amc, "--iterations", "1000", "-q", "--out", amc.parent / "run") == 0
+    return amc.parent / "run"
+
+
+@contextlib.contextmanager
+def writing(target: Path) -> Iterator[subprocess.Popen[str]]:
+    """A process that is about to write a file, and does not end before the block."""
+    with subprocess.Popen([sys.executable, "-c", WRITER, str(target)], stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "under way\n"
+        try:
+            yield process
+        finally:
+            process.kill()
+
+
+def unfinished(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir() if is_unfinished(path.name))
+
+
+@row(54, "export-mcpl", "export-netcdf", "write_mcpl")
+def test_what_a_killed_writer_left_goes_with_the_next_call(fault, finished, tmp_path):
+    """And what another process still writes stays, as do files of other names."""
+    name = "photons.mcpl" if "mcpl" in fault else "sky.nc"
+    if name == "sky.nc":
+        pytest.importorskip("h5netcdf")
+    target = tmp_path / name
+    for path in (target, tmp_path / "other.mcpl"):
+        with writing(path):
+            pass
+    with writing(target):
+        assert len(unfinished(tmp_path)) == 3
+        if fault.startswith("export"):
+            to = "mcpl" if "mcpl" in fault else "netcdf"
+            assert command("export", finished, "--to", to, "--out", target, "-q") == 0
+        else:
+            source = sky.Scene(wavebands=[550.0], n_photons=100, components="uniform").source()
+            sky.write_mcpl(source, target)
+        left = unfinished(tmp_path)
+        assert len(left) == 2
+        assert [sum(name in one for one in left) for name in (target.name, "other.mcpl")] == [1, 1]
+        assert target.stat().st_size > 1000
+
+
+@row(54, "killed-while-it-writes")
+def test_an_export_that_is_killed(fault, finished, tmp_path):
+    """The real command, killed when its file is there: nothing under the final name, and the next one cleans up."""
+    target = tmp_path / "photons.mcpl"
+    big = finished.parent / "big"
+    assert command("run", finished.parent / "amc.inp", "--iterations", "3e6", "-q", "--out", big) == 0
+    words = [sys.executable, "-m", "aomc_sky", "export", str(big), "--to", "mcpl", "--out", str(target), "-q"]
+    for _ in range(20):
+        process = subprocess.Popen(words)
+        while process.poll() is None and not unfinished(tmp_path):
+            pass
+        process.send_signal(signal.SIGKILL)
+        if process.wait() == -signal.SIGKILL and unfinished(tmp_path):
+            break
+        target.unlink(missing_ok=True)
+    assert not target.exists()
+    assert len(unfinished(tmp_path)) == 1
+    assert command(*words[3:]) == 0
+    assert [path.name for path in tmp_path.iterdir()] == ["photons.mcpl"]
+
+
+@row(54, "an-error-on-the-way")
+def test_a_file_appears_whole_or_not_at_all(fault, tmp_path):
+    target = tmp_path / "whole.bin"
+    with pytest.raises(TypeError), appearing(target) as file:
+        file.write(b"half" + None)
+    assert list(tmp_path.iterdir()) == []
+    with appearing(target) as file:
+        file.write(b"whole")
+        assert len(unfinished(tmp_path)) == 1
+        assert not target.exists()
+        remove_leftovers(target)  # of this process, under way
+        assert len(unfinished(tmp_path)) == 1
+    assert target.read_bytes() == b"whole"
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+@row(54, "hard-link-photons-0001.npy.part", "hard-link-.aomc-sky.lock")
+def test_no_file_with_a_second_name_is_written(fault, finished, tmp_path, capsys):
+    """A file of a run that is another name of a file elsewhere: it keeps its bytes, and the command says why."""
+    out, victim = tmp_path / "out", tmp_path / "victim"
+    amc = finished.parent / "amc.inp"
+    words = ("run", amc, "--iterations", "140000", "--waveband", "1", "-q", "--out", out)
+    assert command(*words, "--shard", "1/2") == 0
+    name = fault.removeprefix("hard-link-")
+    victim.write_bytes((out / name).read_bytes() if (out / name).exists() else b"of another program")
+    before = victim.read_bytes()
+    (out / name).unlink(missing_ok=True)
+    os.link(victim, out / name)
+    capsys.readouterr()
+    assert command(*words, "--shard", "2/2") == 6
+    said = capsys.readouterr().err
+    assert f"{name}: this is a hard link to another file" in said
+    assert victim.read_bytes() == before
