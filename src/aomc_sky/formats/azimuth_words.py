@@ -21,10 +21,14 @@ ASSUMED_AZIMUTH = (
 _PHRASES = (
     (r"(?<=\w)'s\b", ""),
     (r"\b(?:light |that )*(?:comes?|coming|arrives?|arriving) from\b", " "),
-    (r"[-+]?\b(?:0|180) ?(?:-|\N{EN DASH}|to|\.\.+|,) ?\+?(?:180|360)\b", " "),  # the range, and no statement
+    (r"is the horizontal angle between\b.*", "clockwise"),  # the definition of CF
+    (r"[-+]?\b(?:0|180) ?(?:-|\N{EN DASH}|to|\.\.+) ?\+?(?:180|360)\b", " "),  # the range, and no statement
+    (r"-+>", " to "),
+    (r"(?<!\d )(?<!\d)\bdeg(?:rees?)? (?=(?:[nesw]|north|east|south|west)\b(?! of))", "bearing "),
     (r"(?<!\w)-(?=[xy]\b)", "minus"),
     (r"\b(?:counter|anti)[ -]?clockwise\b", "ccw"),
     (r"\b(?:anti-? ?(?:sun|solar)|opposite (?:to |of )?(?:the )?(?:sun|solar))\b", "antisun"),
+    (r"(?<=[a-z]) ?[-\N{EN DASH}\N{MINUS SIGN}] ?(?=(?:view|sensor|sun|solar|saa|vaa|phi))", " less "),
     (r"\b(north|east|south|west)(?:wards?|erly)\b", r"to \1"),
 )
 """What is more than one word, and the word for it."""
@@ -32,7 +36,7 @@ _PHRASES = (
 _FILLERS = (
     "the a an azimuth azimuths azimuthal angle angles is are and with in as it deg degree degrees rad radian radians "
     "count counts counted measured given increasing increases growing grows at sky view viewing sensor platform "
-    "element true geographic due point direction axis enu"
+    "element true geographic due point direction axis enu all starting phi vaa increase grow"
 )
 _WORDS = {
     **dict.fromkeys(("east", "e", "x"), "E"),
@@ -51,13 +55,15 @@ _WORDS = {
 """Words that are understood: letters for points, "" for those that say nothing, None for those that stay."""
 
 _SPEAKS = re.compile(
-    r"\b(?:east|north|west|south|sun|solar|antisun|a?c?cw|clockwise|positive|negative|from|relative|reference|"
-    r"opposite|reverse\w*|invert\w*|mirror\w*|left|right|\w*handed|magnetic|grid|compass|heading|bow|ship|aircraft|"
-    r"vehicle|instrument|frame|bearing|plane|meridian|away|propagat\w+|travel\w*|photons?|mathematical\w*|"
+    r"\b(?:east|north|west|south|sun|solar|antisun|a?c?cw|clockwise|relative|"
+    r"opposite|reverse\w*|invert\w*|mirror\w*|\w*handed|magnetic|declination|grid|compass|heading|bow|ship|aircraft|"
+    r"vehicle|bearing|plane|meridian|away|offset|goes|going|beam|ray|propagat\w+|travel\w*|photons?|mathematical\w*|"
     r"meteorological|astronomical|nautical|minus[xy]|[xy][ -]axis|[ensw] (?:of|to|towards?|through|via) [ensw]|"
-    r"to (?:north|east|south|west)|[ensw] ?=)\b|= ?[ensw]\b|\+[xy]\b"
+    r"to (?:north|east|south|west))\b|\b[ensw] ?=|[=\d] ?[ensw]\b|^\W*[ensw]\W*$|\+[xy]\b"
 )
 """Words of a text that is on where azimuths count; other texts are on something else."""
+_MAY_SPEAK = re.compile(r"\b(?:from|positive|negative|reference|left|right|instrument|frame)\b")
+"""Words that are on where azimuths count, except in a comment, which may be on anything."""
 
 _P, _N = "([ENWSOA])", r"([-+]?\d+(?:\.\d+)?)"
 _Seen = tuple[str, float]
@@ -93,9 +99,10 @@ class UnclearError(Exception):
     """Words on azimuths that are not understood, leave something open, or contradict each other."""
 
 
-def speaks_of_azimuths(text: str) -> bool:
+def speaks_of_azimuths(text: str, *, is_comment: bool = False) -> bool:
     """Whether a text is on where azimuths count, understood or not."""
-    return bool(_SPEAKS.search(_one_spelling(text)))
+    plain = _one_spelling(text)
+    return bool(_SPEAKS.search(plain) or (not is_comment and _MAY_SPEAK.search(plain)))
 
 
 def convention_of(*texts: str, is_clockwise: bool = False) -> AzimuthConvention:

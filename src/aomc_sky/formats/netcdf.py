@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import os
+import re
 import warnings
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -126,6 +127,12 @@ def bounds_name(coordinate: Any) -> str:
     return str({**getattr(coordinate, "encoding", {}), **coordinate.attrs}.get("bounds", ""))
 
 
+def _is_of_sky(name: str, attributes: Mapping[str, Any]) -> bool:
+    """Whether a variable may be light of the sky: not what comes from below, and no further Stokes parameter."""
+    text = f"{name} {attributes.get('standard_name', '')} {attributes.get('long_name', '')}".lower().replace(" ", "_")
+    return re.search(r"upwelling|upward|reflected|water_leaving|stokes_[quv]", text) is None
+
+
 def _name_of_field(dataset: Any, variable: str | None) -> str:
     """The variable that is named, the only one, or the only one that says that it is a radiance."""
     edges = {bounds_name(one) for one in dataset.variables.values()}
@@ -145,6 +152,9 @@ def _name_of_field(dataset: Any, variable: str | None) -> str:
     if not best:
         advice = "write a group into a file of its own: xarray.open_dataset(path, group='NAME').to_netcdf('field.nc')"
         raise FieldError("the file has no variables of numbers outside of groups", advice)
+    if len(best) == 1 and variable is None and not _is_of_sky(best[0], numbers[best[0]].attrs):
+        message = f"the variable {best[0]!r} is not the light of the sky by its name"
+        raise FieldError(printable(message), f"if it is, write --variable {best[0]} (variable=)")
     if len(best) > 1:
         message = f"the file has {len(names)} variables of numbers: {shown}"
         raise FieldError(printable(message), f"choose one: --variable {best[0]} (variable=)")
@@ -152,7 +162,8 @@ def _name_of_field(dataset: Any, variable: str | None) -> str:
 
 
 def _is_radiance(name: str, attributes: Mapping[str, Any]) -> bool:
-    return name.lower() in ("radiance", "sky_radiance") or "radiance" in str(attributes.get("standard_name", ""))
+    standard = str(attributes.get("standard_name", "")).replace("irradiance", "")
+    return name.lower() in ("radiance", "sky_radiance") or "radiance" in standard
 
 
 def _at_indices(field: Any, isel: Mapping[str, int]) -> Any:

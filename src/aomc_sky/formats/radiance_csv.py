@@ -11,10 +11,18 @@ import numpy as np
 
 from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
 from aomc_sky.errors import Span, UsageError
-from aomc_sky.formats.azimuth_words import ASSUMED_AZIMUTH, SAY_AZIMUTH, UnclearError, convention_of, given_convention
+from aomc_sky.formats.azimuth_words import (
+    ASSUMED_AZIMUTH,
+    SAY_AZIMUTH,
+    UnclearError,
+    convention_of,
+    given_convention,
+    speaks_of_azimuths,
+)
 from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
 from aomc_sky.formats.radiance_words import (
     ANGLE_DEGREES,
+    FROM_HORIZON,
     GAP_NUMBERS,
     GAPS,
     KEYS,
@@ -23,7 +31,10 @@ from aomc_sky.formats.radiance_words import (
     MAX_RADIANCE,
     MOST_NM,
     SAY_ANGLE,
+    SAY_FACTOR,
     SAY_SUN,
+    STATED_FACTOR,
+    SURE_NM,
     Name,
     have_look_of_degrees,
     name_of_column,
@@ -43,11 +54,7 @@ _UNIT_LINE = f"{SAY_UNIT}; or a line '# radiance unit: mW m-2 nm-1 sr-1'"
 _SUN_LINE = f"{SAY_SUN}, or a line '# sun azimuth: 225 clockwise from north'"
 COMMENT = re.compile(r"\s*(?:[#%!]+|//+|;(?!.*;))")
 """Start of a line of comment; a row may begin with an empty column and a semicolon, but has two of them."""
-_PLAIN_AZIMUTH = re.compile(
-    r"\s*azimuths?(?: angles?)?(?: (?:is|are|counts?|counted|measured))* "
-    r"((?:(?:counter|anti)?-?clockwise|from|relative to|(?:east|north|west) of)\b.*\S)",
-    re.IGNORECASE,
-)
+_ON_AZIMUTHS, _ON_ZENITHS = re.compile(r"\b(?:azimuths?|phi|vaa)\b", re.I), re.compile(r"\b(?:zeniths?|theta)\b", re.I)
 _GROUPED = re.compile(r"[1-9]\d{0,2}(?:[.,]\d{3})+")
 DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas"}
 _NEEDED = {
@@ -104,6 +111,8 @@ class _Table:
         self.given, self.sun = given, sun
         self.head: dict[str, tuple[str, Span]] = {}
         self.azimuth_lines: list[tuple[str, Span]] = []
+        self.zenith_lines: list[tuple[str, Span]] = []
+        self.factor_lines: list[tuple[str, Span]] = []
         self.remarks: list[str] = []
         self.rows: list[tuple[int, str]] = []
         last_comment = None
@@ -129,15 +138,17 @@ class _Table:
         text = _without_sign(line)
         match = re.match(r"\s*([A-Za-z][\w ]*?)\s*[:=]\s*(\S.*?)\s*\Z", text)
         key = KEYS.get(re.sub(r"\W+", "_", match[1].lower())) if match else None
-        plain = _PLAIN_AZIMUTH.match(text)
-        found = match if match and key else plain
-        if found:
-            group = 2 if found is match else 1
-            value = found[group], Span(number, found.start(group) + 1, line, len(found[group]))
-            if found is plain or key == "azimuth":
-                self.azimuth_lines.append(value)
-            else:
-                self.head[str(key)] = value
+        start = match.start(2) if match and key else len(text) - len(text.lstrip())
+        said = text[start:].rstrip()
+        span = Span(number, start + 1, line, len(said))
+        if key == "azimuth" or (key is None and _ON_AZIMUTHS.search(said) and speaks_of_azimuths(said)):
+            self.azimuth_lines.append((said, span))
+        elif key is not None and self.head.setdefault(key, (said, span))[0] != said:
+            self._bad(span, f"{quoted(said)} after {quoted(self.head[key][0])}", "keep one of the two lines")
+        elif key is None and _ON_ZENITHS.search(said) and (found := FROM_HORIZON.search(said)):
+            self.zenith_lines.append((found[0], span))
+        elif key is None and (found := STATED_FACTOR.search(said)):
+            self.factor_lines.append((found[0], span))
 
     def _span(self, number: int, line: str, index: int) -> Span:
         """Position of a cell."""
@@ -240,20 +251,27 @@ class _Table:
                     self._bad(span, problem.message, f"{problem.advice}, or nothing for a gap", "E652")
             if self.report.is_full:
                 break
+        used = [cells[one.index] for cells in texts.values() for one in columns]
+        points = [mark for mark in ",." if any(mark in text and not _GROUPED.fullmatch(text) for text in used)]
         for one in columns:
             if one.name.role in ("radiance", "wavelength"):
-                self._refuse_thousands(one.index, texts)
+                self._refuse_thousands(one.index, texts, points)
 
-    def _refuse_thousands(self, index: int, texts: dict[int, list[str]]) -> None:
-        """Ask where 1.050 beside 829 may be 1050: all separators of a column are before three digits."""
-        cells = {k: cells[index] for k, cells in texts.items()}
-        marked = [k for k, text in cells.items() if "," in text or ("." in text and self.delimiter != ",")]
-        whole = [text for text in cells.values() if text.isdecimal()]
-        if marked and whole and max(map(len, whole)) <= 3 and all(_GROUPED.fullmatch(cells[k]) for k in marked):
-            text, digits = cells[marked[0]], re.sub("[.,]", "", cells[marked[0]])
-            message = f"{quoted(text)} beside {quoted(whole[0])} may be {digits}, with a separator of thousands"
-            number, line = self.rows[marked[0]]
-            self._bad(self._span(number, line, index), message, f"write {digits}, or {text}0 for the decimal", "E652")
+    def _refuse_thousands(self, index: int, texts: dict[int, list[str]], points: list[str]) -> None:
+        """Ask where 1.050 may be 1050: beside 829, where commas are decimal `points`, or where all commas separate."""
+        cells = {k: cells[index] for k, cells in texts.items() if cells[index].lower() not in GAPS}
+        for mark, other in (",.", ".,"):
+            marked = [k for k, text in cells.items() if mark in text]
+            rest = [text for k, text in cells.items() if mark not in text]
+            is_whole = self.delimiter + mark != ",." and all(text.isdecimal() and len(text) <= 3 for text in rest)
+            is_odd = other in points or mark == self.delimiter or (is_whole and rest)
+            if marked and mark not in points and is_odd and all(_GROUPED.fullmatch(cells[k]) for k in marked):
+                text, digits = cells[marked[0]], re.sub("[.,]", "", cells[marked[0]])
+                beside = f" beside {quoted(rest[0])}" if rest else ""
+                message = f"{quoted(text)}{beside} may be {digits}, with a separator of thousands"
+                number, line = self.rows[marked[0]]
+                advice = f"write {digits}, or {text}0 for the decimal"
+                self._bad(self._span(number, line, index), message, advice, "E652")
 
     def _number(self, text: str, role: str) -> float:
         if text.lower() in GAPS:
@@ -298,6 +316,10 @@ class _Table:
                 message = f"{message}: {' beside '.join(sizes)}"
                 advice = "name the columns by their units: zenith_rad, azimuth_deg"
             self._bad(span, message, advice)
+        if column.name.role == "zenith":
+            for word, place in self.zenith_lines[:1]:
+                advice = "name a column of elevations 'elevation', and leave out the line for zenith angles"
+                self._bad(place, f"zenith angles by the name of the column, but this line says {word!r}", advice)
         angle = np.round(column.values * (scale or 1.0), _DIGITS)
         low, high = (-360, 360) if is_azimuth else (-90, 180)
         self._refuse(column, (angle < low) | (angle > high), f"write {low} to {high} degrees")
@@ -308,18 +330,20 @@ class _Table:
         if self.sun[name] is not None or name not in self.head:
             return self.sun[name]
         text, span = self.head[name]
-        match = re.fullmatch(r"(-?(?:\d+\.?\d*|\.\d+))\s*(?:deg(?:rees)?|°)?,?\s*(.*)", text)
+        match = re.fullmatch(r"(-?(?:\d+\.?\d*|\.\d+))\s*(deg(?:rees)?\b|°|rad(?:ians?)?\b|),?\s*(.*)", text)
+        unit = plain_unit(match[2] or self.head.get("angle", ("deg",))[0]) if match else ""
+        value = round(float(match[1]) * ANGLE_DEGREES.get(unit, np.nan), _DIGITS) if match else np.nan
+        is_right = abs(value) <= high and (name == "sun_azimuth" or match[3] == "")  # type: ignore[index]
         convention = None
-        if match is not None and name == "sun_azimuth":
+        if is_right and name == "sun_azimuth":
             try:
-                convention = convention_of(match[2])
+                convention = convention_of(match[3])  # type: ignore[index]
             except UnclearError:
-                match = None
-        if match is None or abs(float(match[1])) > high or (convention and convention.is_from_sun):
-            advice = _SUN_LINE if name == "sun_azimuth" else "write '# sun zenith: 40', 0 to 90 degrees"
+                is_right = False
+        if not is_right or (convention and convention.is_from_sun):
+            advice = _SUN_LINE if name == "sun_azimuth" else "write '# sun zenith: 40 deg', 0 to 90 degrees"
             self._bad(span, f"{quoted(text)} does not say where the sun is", advice)
             return 0.0
-        value = float(match[1])
         return float(to_enu_azimuth_deg(value, convention)) if convention else value
 
     def _converted(
@@ -353,7 +377,13 @@ class _Table:
             self.remarks.append("the file has no unit of radiance, so its light is relative (--radiance-unit says one)")
             return 0.0
         factor = radiance_factor(unit)
-        if other is not None and "radiance" not in self.given:
+        in_head, place = self.head.get("radiance", (unit, span))
+        if "radiance" not in self.given and radiance_factor(in_head) != factor:
+            self._bad(place, f"{quoted(in_head)} beside {quoted(unit)} of the column", _UNIT_LINE)
+        elif "radiance" not in self.given and self.factor_lines and unit:
+            word, place = self.factor_lines[0]
+            self._bad(place, f"this line says {word!r} besides the unit", SAY_FACTOR)
+        elif other is not None and "radiance" not in self.given:
             self._bad(other.span, "columns of radiance have different units", _UNIT_LINE)
         elif factor is None:
             self._bad(span, f"{quoted(unit)} is no unit of spectral radiance", _UNIT_LINE)
@@ -375,6 +405,8 @@ class _Table:
                 self._bad(column.span, message, "write wavelength (nm) or wavelength (um)")
                 return None
             nm = np.round(column.values * scale, _DIGITS)
+            if not column.name.unit and np.nanmin(nm, initial=np.inf) > SURE_NM:
+                self._bad(column.span, "are these wavelengths angstroms?", "write wavelength (nm) or wavelength (A)")
             allowed = f"write {LEAST_NM:g} to {MOST_NM:g} nm, or name the column wavelength (um)"
             self._refuse(column, (nm < LEAST_NM) | (nm > MOST_NM), allowed)
             return nm

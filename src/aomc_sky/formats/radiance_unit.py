@@ -41,7 +41,10 @@ _LENGTH = {
 _SOLID_ANGLE = ("sr", "str", "ster", "steradian", "steradians")
 _WAVENUMBER = ("cm", "centimeter", "centimetre")  #: 1/cm is never per wavelength
 
-_SIGNS = str.maketrans("µμ⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹\N{MINUS SIGN}\N{MULTIPLICATION SIGN}·Å", "uu+-0123456789-**A")
+_SIGNS = str.maketrans(
+    "µμ⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹\N{MINUS SIGN}\N{EN DASH}\N{MULTIPLICATION SIGN}·\N{DOT OPERATOR}Å{}[]",
+    "uu+-0123456789--***A    ",
+)
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)(?:\s*\^\s*(?P<power>[+-]?\d+))?(?![\d.])"
     r"|(?P<per>/|\bper\b)|(?P<open>\()|(?P<close>\))|(?P<unit>[A-Za-z]+)(?:\s*\^?\s*(?P<exponent>[+-]?\d+))?(?![\d.]))\s*"
@@ -53,7 +56,8 @@ class _Part(NamedTuple):
 
     text: str
     exponent: int
-    is_signed: bool  #: Whether a sign or a slash says that it is divided by
+    is_below: bool  #: Whether it stands below a slash
+    is_signed: bool  #: Whether its exponent is negative as it stands
 
 
 def radiance_factor(unit: str) -> float | None:
@@ -67,18 +71,28 @@ def radiance_factor(unit: str) -> float | None:
     if plain.lower() in _RELATIVE:
         return 0.0
     parts = _parts(plain)
-    if parts is None or (plain == plain.upper() and "MW" in plain):  # mega or milli
+    is_unclear = (plain == plain.upper() and "MW" in plain) or re.search(r"\b10\*[-+]?\d", plain)  # mega; UCUM's 10^3
+    if parts is None or is_unclear:
         return None
-    signed = [k for k, part in enumerate(parts) if part.is_signed]
-    first = signed[0] if signed else next((k + 1 for k, part in enumerate(parts) if part.text in _POWER), 0)
-    following = [*parts[:first], *(part._replace(exponent=-abs(part.exponent)) for part in parts[first:])]
     factor = _factor(parts)
-    return _factor(following) if factor is None else factor
+    if factor is not None:
+        return factor
+    starts = [k for k, part in enumerate(parts) if part.is_below]
+    if not starts and not any(part.is_signed for part in parts):
+        starts = [k + 1 for k, part in enumerate(parts) if part.text in _POWER]
+    is_below = [starts != [] and k >= starts[0] and not part.is_signed for k, part in enumerate(parts)]
+    return _factor(
+        [
+            part._replace(exponent=-abs(part.exponent)) if below else part
+            for part, below in zip(parts, is_below, strict=True)
+        ]
+    )
 
 
 def _parts(plain: str) -> list[_Part] | None:
     """Numbers and units from left to right; None where something else stands."""
-    text = re.sub(r"(?<!\d)\.|\.(?!\d)", " ", plain.replace("**", "^").replace("_", " ")).replace("*", " ")
+    text = re.sub(r"(?<!\d)\.|\.(?!\d)|-(?=[A-Za-z])", " ", plain.replace("**", "^").replace("_", " "))
+    text = re.sub(r"\(([^()]*)\) ?\^? ?-1\b", r"/(\1)", text).replace("*", " ")
     text = re.sub(r"\b10(?=[+-]\d)", "10^", re.sub(r"(?<=[\d ])x(?= ?10)", " ", text)).strip()
     parts: list[_Part] = []
     groups, is_divided, at = [False], False, 0  # whether each open bracket, and the next part, is divided by
@@ -101,8 +115,7 @@ def _parts(plain: str) -> list[_Part] | None:
             exponent = int(token["power"] or token["exponent"] or 1)
             if abs(exponent) > _LARGEST_EXPONENT or (token["number"] and not below and _has_unit(parts)):
                 return None  # a number after the units is no factor that a reader is sure of
-            exponent = -exponent if below else exponent
-            parts.append(_Part(token["number"] or token["unit"], exponent, below or exponent < 0))
+            parts.append(_Part(token["number"] or token["unit"], -exponent if below else exponent, below, exponent < 0))
     return parts if len(groups) == 1 and not is_divided else None
 
 
@@ -114,7 +127,7 @@ def _factor(parts: Sequence[_Part]) -> float | None:
     """The value of parts that are a spectral radiance, rounded once; None for another quantity."""
     decade, number = -9, Fraction(1)  # of one per m of wavelength
     powers, angles, lengths = [], [], []
-    for text, exponent, _ in parts:
+    for text, exponent, *_ in parts:
         name = text if text in _LENGTH or text in _POWER else text.lower()
         if name in _POWER:
             if name != text and not text.isupper() and "watt" not in name:  # Mw

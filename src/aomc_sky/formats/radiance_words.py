@@ -44,7 +44,7 @@ MAX_RADIANCE = 1e30
 """Larger numbers are fill values, in any unit."""
 
 ANGLE_DEGREES = {
-    **dict.fromkeys(("deg", "degree", "degrees", "°"), 1.0),
+    **dict.fromkeys(("deg", "degree", "degrees", "°", "degree_true", "degrees_true"), 1.0),
     **dict.fromkeys(("rad", "radian", "radians"), 180 / np.pi),
 }
 """Units of an angle, in degrees, by their `plain_unit`."""
@@ -55,12 +55,19 @@ _METRES = [f"met{end}" for end in ("er", "ers", "re", "res")]
 LENGTH_NM = {
     **dict.fromkeys(("nm", *(f"nano{one}" for one in _METRES)), 1.0),
     **dict.fromkeys(("um", "micron", "microns", *(f"micro{one}" for one in _METRES)), 1e3),
-    **dict.fromkeys(("angstrom", "angstroms"), 0.1),
+    **dict.fromkeys(("angstrom", "angstroms", "a", "å"), 0.1),
     "m": 1e9,
 }
 """Units of a wavelength, in nm, by their `plain_unit`."""
 LEAST_NM, MOST_NM = 20.0, 1e5
 """Wavelengths outside of these, in nm as they are read, have another unit."""
+SURE_NM = 2800.0
+"""Longer wavelengths without a unit may be angstroms."""
+FROM_HORIZON = re.compile(r"\b(?:elevation|altitude|horizon|nadir)\b", re.I)
+"""Words of a text on angles that are no zenith angles."""
+STATED_FACTOR = re.compile(r"\b(?:multiplied|divided|scaled?|scaling|factor)\b", re.I)
+"""Words of a text on radiances that are in another unit than the one stated."""
+SAY_FACTOR = "write the factor as a part of the unit: --radiance-unit '10^-3 W m-2 nm-1 sr-1' (radiance_unit=)"
 
 
 def plain_unit(unit: str) -> str:

@@ -258,7 +258,7 @@ def epw_head(lines: list[str], path: str | Path) -> Layout:
 
 
 def _cut_epw(text: str) -> list[str]:
-    """Also finds a decimal comma before the irradiances, by the air pressure, which it moves by a column."""
+    """Also finds a decimal comma or a missing field before the irradiances, by the air pressure, which it moves."""
     fields = _cut_at_commas(text, 16, 35, "a row of EPW at most 35", "EPW")
     pressure, *others = fields[_EPW_PRESSURE:13]
     message = ""
@@ -269,6 +269,11 @@ def _cut_epw(text: str) -> list[str]:
             message = f"field {k} holds {piece}, which can only be an air pressure"
     if message:
         raise BadValueError("E602", f"{message}; {_COMMAS}", advice=_POINTS)
+    if NUMBER.match(before := fields[_EPW_PRESSURE - 1]) and 30_000 <= float(before) <= 120_000:
+        message = (
+            f"field {_EPW_PRESSURE} holds {before}, which can only be an air pressure: a field before it is missing"
+        )
+        raise BadValueError("E602", message, advice="write nothing between two commas for what is not known")
     return [fields[k] for k in _EPW_FIELDS]
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from aomc_sky.directions import AzimuthConvention, at_quarter_deg, to_enu_azimuth_deg, within_sky_deg
+from aomc_sky.directions import EDGE_DEG, AzimuthConvention, at_quarter_deg, to_enu_azimuth_deg, within_sky_deg
 from aomc_sky.errors import FieldError
 from aomc_sky.formats.azimuth_words import (
     ASSUMED_AZIMUTH,
@@ -20,6 +21,7 @@ from aomc_sky.formats.azimuth_words import (
 from aomc_sky.formats.netcdf import bounds_name, chosen_field
 from aomc_sky.formats.radiance_words import (
     ANGLE_DEGREES,
+    FROM_HORIZON,
     GAP_NUMBERS,
     LEAST_NM,
     LENGTH_NM,
@@ -27,19 +29,23 @@ from aomc_sky.formats.radiance_words import (
     MOST_NM,
     SAY_ANGLE,
     SAY_SUN,
+    SURE_NM,
     have_look_of_degrees,
     name_of_column,
     plain_unit,
+    unit_and_counts,
 )
 
 _COSINES = ("mu", "cos_zenith", "umu")  #: The last one as DISORT has it: negative where light comes from the sky.
 _ROUNDED = 1e-6  #: By so much a cosine of rounded numbers may be beyond 1.
 _ENDS = {
-    "zenith": ("zenith_angle", "elevation_angle"),
+    "zenith": ("zenith_angle", "elevation_angle", "altitude_angle"),
     "azimuth": ("azimuth_angle",),
     "wavelength": ("wavelength",),
 }
 """Ends of names and standard names of coordinates."""
+_MOST_AZIMUTH_DEG = 720.0
+_UNITS = ("", *ANGLE_DEGREES, *LENGTH_NM)  #: What a name may add: zenith_deg.
 _CF_AZIMUTHS = ("sensor_azimuth_angle", "platform_azimuth_angle")  #: Clockwise, by the CF conventions.
 _DIGITS = 10  #: Digits of a degree; radians become the degrees that they were.
 _DEFAULT_FILLS = {
@@ -59,11 +65,24 @@ class Axis(NamedTuple):
     bounds: np.ndarray | None  #: CF bounds (n, 2) of a coordinate with one dimension
     absent_bounds: str  #: Name of bounds that the coordinate has and the field has not, or an empty text
 
+    @property
+    def unit(self) -> str:
+        """The unit that its attributes state, or its name: zenith_rad."""
+        named = name_of_column(self.name)
+        stated = self.attributes.get("units", self.attributes.get("unit", ""))
+        return str(stated) or (unit_and_counts(named.unit)[0] if named is not None else "")
+
+    def texts(self, *names: str) -> list[str]:
+        """What attributes say in words."""
+        return [str(self.attributes[name]) for name in names if name in self.attributes]
+
 
 def field_and_bounds(field: Any, variable: str | None) -> tuple[Any, dict[str, Any]]:
     """The radiance of an xarray.Dataset with the bounds of its coordinates, or a DataArray, which can have none."""
     if hasattr(field, "data_vars"):
+        whole = {name: field.attrs[name] for name in ("azimuth_convention",) if name in field.attrs}
         field, bounds = chosen_field(field, variable)
+        field = field.assign_attrs({**whole, **field.attrs})
     else:
         bounds = {}
     if not all(hasattr(field, name) for name in ("coords", "dims", "shape", "values")):
@@ -92,19 +111,32 @@ def axis_of(field: Any, role: str, given: str | None, bounds: Mapping[str, Any])
         message = f"the field has {len(candidates)} coordinates that may be its {role}: {shown}"
         raise FieldError(message, f"say which one: {role}='NAME'", role)
     if not candidates:
+        if role == "wavelength" and any("wavenumber" in str(name).lower() for name in field.coords):
+            raise FieldError("the field has wavenumbers", "give wavelengths, and radiances per nm", role)
         if role == "zenith":
             message = f"the field has no coordinate of zenith angles among {_listed(field)}"
-            raise FieldError(message, "say which one it is: zenith='NAME'")
+            raise FieldError(message, "give it the name zenith, or say which one it is: zenith='NAME'")
         return None
     name, coordinate = candidates[0], field.coords[candidates[0]]
-    values = np.asarray(coordinate.values, dtype=np.float64)
+    try:
+        values = np.asarray(coordinate.values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise FieldError(f"coordinate {name!r} holds no numbers", argument=role) from None
     if values.ndim > 1 and role == "wavelength":
         raise FieldError(f"coordinate {name!r} has {values.ndim} dimensions; a wavelength has one", argument=role)
     attributes = {**getattr(coordinate, "encoding", {}), **coordinate.attrs}
-    edges = bounds.get(bounds_name(coordinate))
-    is_edged = edges is not None and edges.shape == (*values.shape, 2) and values.ndim == 1
-    absent = "" if edges is not None or values.ndim > 1 else bounds_name(coordinate)
-    edges = np.asarray(edges, dtype=np.float64) if is_edged else None
+    if "azimuth_convention" in field.attrs and role == "azimuth":
+        attributes.setdefault("azimuth_convention", field.attrs["azimuth_convention"])
+    edges, absent = bounds.get(bounds_name(coordinate)), ""
+    if values.ndim > 1:
+        edges = None  # of corners, which are no patches
+    elif edges is None:
+        absent = bounds_name(coordinate)
+    else:
+        edges = np.asarray(edges, dtype=np.float64)
+        if edges.shape != (*values.shape, 2) or not np.all(np.isfinite(edges)):
+            message = f"the bounds of coordinate {name!r} have the shape {edges.shape}, or are not finite"
+            raise FieldError(message, f"write two finite bounds for each of {values.size} angles", "table")
     return Axis(name, tuple(map(str, coordinate.dims)), values.ravel(), attributes, edges, absent)
 
 
@@ -117,17 +149,19 @@ def _has_role(name: str, coordinate: Any, role: str) -> bool:
         return False  # a single angle is not one of the sky: that of the sun, as a rule
     standard = str(coordinate.attrs.get("standard_name", ""))
     text = name.lower()
-    if any(word in f"{text} {standard}" for word in ("sun", "solar", "sza", "saa")) and "from_sun" not in text:
+    is_of_sun = any(word in f"{text} {standard}" for word in ("sun", "solar", "sza", "saa"))
+    if is_of_sun and not re.search("rel|from_|to_", text):
         return False
     known = name_of_column(text)
-    is_named = known is not None and known.slot == role and not known.unit
+    unit, counts = ("", "") if known is None else unit_and_counts(known.unit)
+    is_named = known is not None and known.slot == role and (plain_unit(unit) in _UNITS or bool(counts))
     is_named |= text in {"zenith": _COSINES, "wavelength": ("w",)}.get(role, ())
     return is_named or text.endswith(_ENDS[role]) or standard.endswith(_ENDS[role])
 
 
 def _in_degrees(axis: Axis, values: np.ndarray, given: str | None) -> np.ndarray:
     """Angles by the argument, the attribute, or values that no radian has. [deg]"""
-    stated = str(axis.attributes.get("units", axis.attributes.get("unit", ""))) if given is None else given
+    stated = axis.unit if given is None else given
     scale = ANGLE_DEGREES.get(plain_unit(stated))
     if scale is None and given is None and not stated and have_look_of_degrees(axis.values):
         scale = 1.0
@@ -144,10 +178,20 @@ def zenith_deg(axis: Axis, values: np.ndarray, angle_unit: str | None) -> np.nda
     if name in _COSINES:
         if np.nanmax(np.abs(values)) > 1 + _ROUNDED:
             raise FieldError(f"coordinate {axis.name!r} is a cosine, and has values beyond -1 to 1", argument="zenith")
+        if name != "umu" and np.nanmin(values) < 0 < np.nanmax(values):
+            message = f"coordinate {axis.name!r} has cosines of both signs; which of them are of the sky?"
+            raise FieldError(message, "keep those of the sky, above 0; 'umu' is read as DISORT has it", "zenith")
         cosine = (-values if name == "umu" else values).clip(-1.0, 1.0)
         return within_sky_deg(np.rad2deg(np.arccos(cosine)))
     angle = _in_degrees(axis, values, angle_unit)
-    is_elevation = "elevation" in f"{name} {axis.attributes.get('standard_name', '')}"
+    named, standard = name_of_column(name), str(axis.attributes.get("standard_name", ""))
+    is_elevation = (named is not None and named.role == "elevation") or any(
+        word in f"{name} {standard}" for word in ("elevation", "altitude")
+    )
+    for text in axis.texts("long_name", "comment", "description"):
+        if not is_elevation and (found := FROM_HORIZON.search(text)):
+            message = f"coordinate {axis.name!r} is a zenith angle by its name, but its text speaks of {found[0]!r}"
+            raise FieldError(message, "name elevations 'elevation', and clear the text of zenith angles", "zenith")
     return within_sky_deg(np.round(90.0 - angle if is_elevation else angle, _DIGITS))
 
 
@@ -176,6 +220,9 @@ def azimuths(
             f"azimuth {axis.name!r} counts {sense}clockwise from the {point}; the sun is at {sun_azimuth_deg:g}"
         )
     angle = at_quarter_deg(_in_degrees(axis, axis.values, angle_unit))
+    if np.any(np.abs(angle) > _MOST_AZIMUTH_DEG):
+        message = f"azimuth {axis.name!r} goes to {np.nanmax(np.abs(angle)):g} degrees; are its units radians?"
+        raise FieldError(message, f"{SAY_ANGLE}, or correct its attribute units", "angle_unit")
     turned = to_enu_azimuth_deg(angle, convention, sun_azimuth_deg)
     edges = None
     if axis.bounds is not None:
@@ -183,6 +230,9 @@ def azimuths(
         beside = pairs - angle[:, None]
         is_apart = (beside[:, 0] > 0) | (beside[:, 1] < 0)  # 352.5 and 7.5 around 0
         beside[is_apart] = (beside[is_apart] + 180.0) % 360.0 - 180.0
+        beside.sort(axis=1)
+        if np.any((beside[:, 0] > EDGE_DEG) | (beside[:, 1] < -EDGE_DEG)):
+            raise FieldError(f"the bounds of coordinate {axis.name!r} are not around it", argument="azimuth")
         edges = turned[:, None] + np.sort(convention.value[1] * beside, axis=1)
     return Azimuths(turned, edges, axis.values), convention
 
@@ -191,12 +241,11 @@ def _convention(axis: Axis, remarks: list[str]) -> AzimuthConvention:
     """What name and attributes of a coordinate say; else from +x towards +y, with a remark."""
     named = name_of_column(axis.name)
     said = ["relative"] if named is not None and named.role == "relative azimuth" else []
-    texts = [axis.name, *(axis.attributes.get(one, "") for one in ("standard_name", "long_name", "comment"))]
-    if "reference" in axis.attributes:
-        texts.append(f"from {axis.attributes['reference']}")
-    said += [text for text in map(str, texts) if speaks_of_azimuths(text)]
-    if "azimuth_convention" in axis.attributes:
-        said.append(str(axis.attributes["azimuth_convention"]))
+    texts = [axis.name, *axis.texts("standard_name", "long_name", "convention", "direction", "origin", "positive")]
+    texts += [f"from {text}" for text in axis.texts("reference")]
+    said += [text for text in texts if speaks_of_azimuths(text)]
+    said += [text for text in axis.texts("comment", "description") if speaks_of_azimuths(text, is_comment=True)]
+    said += axis.texts("azimuth_convention")
     is_clockwise = axis.attributes.get("standard_name") in _CF_AZIMUTHS
     if not said and not is_clockwise:
         remarks.append(f"azimuth {axis.name!r} {ASSUMED_AZIMUTH}")
@@ -209,17 +258,18 @@ def _convention(axis: Axis, remarks: list[str]) -> AzimuthConvention:
 
 def wavelengths_nm(axis: Axis) -> np.ndarray:
     """Wavelengths of a coordinate. [nm]"""
-    unit = str(axis.attributes.get("units", ""))
-    scale = LENGTH_NM.get(plain_unit(unit or "nm"))
+    scale = LENGTH_NM.get(plain_unit(axis.unit or "nm"))
     advice = "set its attribute units to nm, um, m or angstrom"
-    if scale is None:
-        raise FieldError(f"coordinate {axis.name!r} has the unit {unit!r}; a wavelength is in nm, um, m or angstrom")
+    if scale is None or any("wavenumber" in text.lower() for text in axis.texts("standard_name", "long_name")):
+        shown = axis.unit or "wavenumbers"
+        raise FieldError(f"coordinate {axis.name!r} has the unit {shown!r}; a wavelength is in nm, um, m or angstrom")
     values = np.asarray(axis.values * scale)
-    if not np.all((values >= LEAST_NM) & (values <= MOST_NM)):
-        least, most = np.nanmin(values), np.nanmax(values)
+    least, most = np.nanmin(values), np.nanmax(values)
+    question = "micrometres" if 0.1 <= least < LEAST_NM else "angstroms" if least > SURE_NM and not axis.unit else ""
+    if question or not np.all((values >= LEAST_NM) & (values <= MOST_NM)):
         shown = f"{least:g}" if least == most else f"{least:g} to {most:g}"
-        question = "; are they micrometres?" if 0.1 <= least < LEAST_NM else f"; {LEAST_NM:g} to {MOST_NM:g} are read"
-        raise FieldError(f"coordinate {axis.name!r} has wavelengths of {shown} nm{question}", advice, "wavelength")
+        shown += f" nm; are they {question}?" if question else f" nm; {LEAST_NM:g} to {MOST_NM:g} are read"
+        raise FieldError(f"coordinate {axis.name!r} has wavelengths of {shown}", advice, "wavelength")
     return values
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from aomc_sky.directions import EDGE_DEG, AzimuthConvention, sin_cos_deg, travel_from_sky
 from aomc_sky.errors import FieldError, UsageError
 from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
+from aomc_sky.formats.radiance_words import SAY_FACTOR, STATED_FACTOR
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.field_axes import (
     Axis,
@@ -27,6 +28,7 @@ from aomc_sky.skies.quadrature import POINTS, weighted_sum
 
 _ALL_MISSING = "all values of the field are missing: NaN, fill values, outside of valid_range, or above 1e30"
 _WIDE_GAP = 3.0  #: How many usual steps are a gap.
+_HALF_DEG = 120.0  #: A gap as wide as this is a part of the sky that the field does not hold.
 _SAME_DEG = 1e-6  #: Azimuths that are nearer are one.
 _TWICE = 0.01  #: Most that two radiances of one direction may differ, as a share.
 
@@ -117,9 +119,9 @@ def _arguments(
     }
 
 
-def has_wavelength(field: Any, given: str | None) -> bool:
-    """Whether a field has a coordinate of wavelengths, of this name or any."""
-    field, bounds = field_and_bounds(field, None)
+def has_wavelength(field: Any, variable: str | None = None, given: str | None = None) -> bool:
+    """Whether a field has a coordinate of wavelengths, of the name that is given or any."""
+    field, bounds = field_and_bounds(field, variable)
     return axis_of(field, "wavelength", given, bounds) is not None
 
 
@@ -129,6 +131,9 @@ def _unit(field: Any, given: str | None, remarks: list[str]) -> float:
     if not stated:
         remarks.append("the field has no unit of radiance, so its light is relative (--radiance-unit says one)")
         return 0.0
+    texts = [str(field.attrs.get(name, "")) for name in ("long_name", "comment", "description")]
+    if given is None and (found := next(filter(None, map(STATED_FACTOR.search, texts)), None)):
+        raise FieldError(f"the text of the field says {found[0]!r} besides its unit", SAY_FACTOR, "radiance_unit")
     factor = radiance_factor(stated)
     if factor is None:
         raise FieldError(f"the unit {stated!r} of the field is none of spectral radiance", SAY_UNIT, "radiance_unit")
@@ -189,7 +194,7 @@ def _values(field: Any, zenith: Axis, azimuth: Axis | None, wavelength: Axis | N
     if large := [dim for dim in others if sizes[dim] > 1]:
         raise FieldError(
             f"the field has a dimension {large[0]!r} of {sizes[large[0]]} besides angles and wavelength",
-            f"choose one of it: --isel {large[0]}=0, or field.isel({large[0]}=0)",
+            f"choose one of it: --isel {large[0]}=0, or field.isel({large[0]}=0); name angles zenith and azimuth",
             "isel",
         )
     missing = [dim for dim in order if dim not in sizes]
@@ -283,11 +288,15 @@ def _columns(
             gaps.append(f"the field has no radiance at {span}; no photon comes from there")
         return turned, values, bounds
     _refuse_absent_bounds(azimuth, step)
-    if step.max() > _WIDE_GAP * np.median(step):
-        k = int(step.argmax())
-        gaps.append(
-            f"the field has no azimuths between {turned[k]:g} and {after[k] % 360:g} degrees; neighbours fill them"
-        )
+    k = int(step.argmax())
+    between = f"the field has no azimuths between {turned[k]:g} and {after[k] % 360:g} degrees"
+    if turned.size == 1:
+        gaps.append("the field has one azimuth, so its sky is the same all around")
+    elif step[k] >= _HALF_DEG and step[k] > 1.5 * np.median(step):
+        advice = "add the other half, mirrored where the sky is alike on both sides of the sun"
+        raise FieldError(f"{between} (from +x towards +y)", advice, "azimuth")
+    elif step[k] > (1 - 1e-9) * _WIDE_GAP * np.median(step):
+        gaps.append(f"{between}; neighbours fill them")
     middle = turned + step / 2
     return turned, values, np.column_stack([np.concatenate([[middle[-1] - 360.0], middle[:-1]]), middle])
 

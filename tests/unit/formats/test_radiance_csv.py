@@ -190,6 +190,47 @@ def test_a_separator_of_thousands_is_a_question(tmp_path, delimiter, values, rea
     assert (problem.code, problem.line, problem.column) == ("E652", 5, 8)
 
 
+LINES = {
+    "# azimuths increase clockwise from north": None, "# Azimuth (deg): clockwise from north": None,
+    "# Azimuth - clockwise from north": None, "# phi: clockwise from north": None, "# All azimuths E of N": None,
+    "# Azimuth reference: north, clockwise": None, "# azimuth is not from north": "'not' is not understood",
+    "# azimuth: clockwise from north\n# zenith angle: 0 = horizon, 90 = zenith": "but this line says 'horizon'",
+    "# azimuth: clockwise from north\n# scale factor: 0.001": "this line says 'scale' besides the unit",
+    "# azimuth: clockwise from north\n# Radiances multiplied by 1000": "this line says 'multiplied' besides the unit",
+    "# azimuth: clockwise from north\n# radiance unit: W m-2 nm-1 sr-1": "beside 'mW m-2 nm-1 sr-1' of the column",
+    "# azimuth: clockwise from north\n# sun zenith: 40\n# sun zenith: 50": "'50' after '40'",
+    "# azimuth: clockwise from north\n# sun zenith: 40 above the horizon": "does not say where the sun is",
+    "# azimuth: clockwise from north\n# sun azimuth: 1.5707963268 rad clockwise from south": 180.0,
+}  # fmt: skip
+"""Lines of a head with azimuths from north, and what is wrong with them, or the azimuth of the sun."""
+
+
+@pytest.mark.parametrize("head", LINES)
+def test_lines_of_a_head(head, tmp_path):
+    names = "zenith_deg,azimuth_deg,L_550 (mW m-2 nm-1 sr-1)"
+    path = write(tmp_path / "t.csv", [*head.split("\n"), names], [(20, 90, 2), (40, 200, 1), (60, 300, 1)])
+    if isinstance(LINES[head], str):
+        with pytest.raises(sky.InputFileError, match=LINES[head]):
+            read_radiance_points(path)
+        return
+    points = read_radiance_points(path)
+    assert points["sky_azimuth_deg"][0] == 0.0
+    assert points["radiance"][0] == 0.002
+    assert points["sun_azimuth_deg"] == (None if LINES[head] is None else pytest.approx(LINES[head]))
+
+
+def test_a_mark_that_is_no_decimal_point_elsewhere_is_a_question(tmp_path):
+    """1,050 beside 829.5; 1.050 beside 829,5; or where the angles have the other mark."""
+    rows = {",": ('"1,050"', "829.5"), ";": ("1.050", "829,5")}
+    for delimiter, (grouped, plain) in rows.items():
+        for values, angle in (((grouped, plain), "20"), ((grouped, grouped), "20" + plain[-2:])):
+            table = [(angle, 0, values[0]), (40, 90, values[1]), (60, 200, values[0])]
+            head = ["# wavelength: 550", "# azimuth: E of N", delimiter.join(["zenith_deg", "azimuth_deg", "radiance"])]
+            path = write(tmp_path / "t.csv", head, table, delimiter)
+            with pytest.raises(sky.InputFileError, match="may be 1050, with a separator of thousands"):
+                read_radiance_points(path)
+
+
 def test_points_decide_in_a_table_of_commas(tmp_path):
     points = read_radiance_points(table_of(tmp_path, ["0,0,829", "40,0,1.050", "60,0,2.310"]))
     np.testing.assert_allclose(points["radiance"], [0.829, 0.00105, 0.00231])

@@ -248,6 +248,17 @@ def test_a_short_epw_shows_it_by_its_pressure(columns, tmp_path):
         read_weather(path, "epw")
 
 
+@pytest.mark.parametrize("column", [4, 5, 6])
+def test_a_field_that_is_missing_shifts_the_pressure(column, tmp_path):
+    path = tmp_path / "missing.epw"
+    lines = with_commas([]).splitlines()
+    fields = lines[8].split(",")
+    lines[8] = ",".join(fields[:column] + fields[column + 1 :])
+    path.write_text("\n".join(lines) + "\n")
+    with pytest.raises(InputFileError, match=r":9:1: error\[E602\]: field 9 holds .* a field before it is missing"):
+        read_weather(path, "epw")
+
+
 @pytest.mark.parametrize("n_fields", [16, 30, 35])
 def test_short_and_whole_rows_with_points_are_read(n_fields, tmp_path):
     path = tmp_path / "points.epw"

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
+from aomc_sky.cli.main import main
 
 xarray = pytest.importorskip("xarray")
 
@@ -252,6 +253,26 @@ def test_what_is_no_range_is_said():
         ({"azimuth_convention": "WEST_OF_SOUTH"}, 180.0),
         ({"azimuth_convention": "counterclockwise from north"}, 180.0),
         ({"comment": "N=0, W=90"}, 180.0),
+        ({"long_name": "N = 0, E = 90"}, 0.0),
+        ({"long_name": "0N, 90E"}, 0.0),
+        ({"description": "N->E"}, 0.0),
+        ({"positive": "clockwise from north"}, 0.0),
+        ({"long_name": "viewing azimuth", "comment": "computed from the pan-tilt encoder"}, 90.0),
+        (
+            {
+                "standard_name": "sensor_azimuth_angle",
+                "reference": "True North",
+                "long_name": "sensor_azimuth_angle is "
+                "the horizontal angle between the line of sight from the observation point to the sensor and a "
+                "reference direction which is often due north; measured clockwise positive",
+            },
+            0.0,
+        ),
+        ({"long_name": "azimuth clockwise from north", "comment": "direction into which the light goes"}, None),
+        ({"long_name": "azimuth of the downward beam, not of the point it comes from"}, None),
+        ({"long_name": "azimuth clockwise from north", "comment": "declination not corrected"}, None),
+        ({"long_name": "solar azimuth - viewing azimuth"}, None),
+        ({"long_name": "azimuth in degrees east"}, None),
         ({"long_name": "viewing azimuth angle"}, 90.0),
         ({"long_name": "azimuth relative to the sun"}, 130.0),
         ({"long_name": "azimuth relative to the sun, clockwise"}, 310.0),
@@ -280,6 +301,115 @@ def test_azimuths_by_their_attributes(attributes, brightest):
             sky.SceneError, match="counts from the sun, but nothing says where it is; write --sun-azimuth"
         ):
             sky.TabulatedSky.from_xarray(made)
+
+
+def test_a_convention_of_the_whole_file():
+    made = packed(np.tile(2.0 + np.cos(np.deg2rad(np.arange(0.0, 360.0, 10.0) - 90)), (18, 1)))
+    made.azimuth.attrs = {"units": "deg"}
+    whole = made.to_dataset(name="radiance").assign_attrs(azimuth_convention="north_clockwise")
+    assert sky.TabulatedSky.from_xarray(whole).radiance(1.0, 0.0, 550.0) == pytest.approx(3.0, rel=0.01)
+
+
+ZENITH_NAMES = {
+    "altitude": True, "alt": True, "el": True, "elevation_deg": True, "view_altitude_angle": True, "zenith_deg": False,
+    "theta": False, "view_zenith_angle": False,
+}  # fmt: skip
+"""Names of zenith angles, and whether they are elevations."""
+
+
+@pytest.mark.parametrize("name", ZENITH_NAMES)
+def test_elevations_by_their_name(name):
+    """A sky that is 3 at the zenith and 1 at the horizon."""
+    angle = np.arange(2.5, 90.0, 5.0)
+    values = np.tile((1.0 + 2.0 * np.cos(np.deg2rad(angle)) ** 2)[:, None], (1, 36))
+    made = packed(values)
+    made = made.assign_coords(zenith=("zenith", 90.0 - angle if ZENITH_NAMES[name] else angle, {"units": "degree"}))
+    table = sky.TabulatedSky.from_xarray(made.rename(zenith=name))
+    assert table.radiance([0.04, 1.5], [1.0, 1.0], 550.0) == pytest.approx([3.0, 1.0], abs=0.03)
+
+
+@pytest.mark.parametrize(
+    ("texts", "why"),
+    [
+        ({"zenith": {"long_name": "elevation angle above the horizon"}}, "speaks of 'elevation'"),
+        ({"zenith": {"comment": "counted from the horizon"}}, "speaks of 'horizon'"),
+        ({"zenith": {"long_name": "nadir angle"}}, "speaks of 'nadir'"),
+        ({"azimuth": {"units": "radian"}}, "goes to 20053.5 degrees; are its units radians"),
+        ({None: {"long_name": "radiance multiplied by 1000"}}, "says 'multiplied' besides its unit; write the factor"),
+        ({None: {"comment": "scale factor 0.01"}}, "says 'scale' besides its unit"),
+    ],
+    ids=str,
+)
+def test_texts_that_contradict_names_and_units(texts, why):
+    made = packed(np.ones((18, 36)))
+    for name, attributes in texts.items():
+        (made if name is None else made[name]).attrs |= {"units": "W m-2 nm-1 sr-1" if name is None else "degree"}
+        (made if name is None else made[name]).attrs |= attributes
+    with pytest.raises(sky.SceneError, match=why):
+        sky.TabulatedSky.from_xarray(made)
+
+
+def test_cosines_of_both_signs_and_texts_in_the_place_of_angles():
+    mu = np.array([-0.9, -0.5, 0.5, 0.9])
+    values = np.array([5.0, 5.0, 1.0, 1.0])[:, None] * np.ones(36)
+    coords = {"azimuth": ("azimuth", np.arange(0.0, 360.0, 10.0), {"units": "deg"})}
+    for name in ("mu", "umu"):
+        made = xarray.DataArray(values, dims=(name, "azimuth"), coords={name: mu, **coords})
+        if name == "umu":
+            assert sky.TabulatedSky.from_xarray(made).radiance(0.5, 0.0, 550.0) == pytest.approx(5.0)
+        else:
+            with pytest.raises(sky.SceneError, match="cosines of both signs; which of them are of the sky"):
+                sky.TabulatedSky.from_xarray(made)
+    words = packed(np.ones((18, 36))).assign_coords(azimuth=[f"N{k}" for k in range(36)])
+    with pytest.raises(sky.SceneError, match="coordinate 'azimuth' holds no numbers"):
+        sky.TabulatedSky.from_xarray(words)
+
+
+@pytest.mark.parametrize(
+    ("change", "why"),
+    [
+        (lambda made: made["a_bnds"] + 20.0, "bounds of coordinate 'azimuth' are not around it"),
+        (lambda made: made["a_bnds"].T, "'azimuth' have the shape"),
+        (lambda made: made["a_bnds"].where(made["a_bnds"] < 300), "'azimuth' have the shape .*, or are not finite"),
+    ],
+)
+def test_bounds_of_another_kind(change, why):
+    made = quads()
+    with pytest.raises(sky.SceneError, match=why):
+        sky.TabulatedSky.from_xarray(made.assign(a_bnds=change(made)))
+
+
+@pytest.mark.parametrize(
+    ("values", "attributes", "why"),
+    [
+        ([4400.0, 5500.0], {}, "are they angstroms"), ([4400.0, 5500.0], {"unit": "angstrom"}, None),
+        ([18181.0, 20000.0], {"long_name": "wavenumber (cm-1)"}, "has the unit 'wavenumbers'"),
+        ([0.44, 0.55], {}, "are they micrometres"), ([440.0, 550.0], {}, None),
+        ([4000.0, 8000.0], {"units": "nm"}, None),
+    ],
+)  # fmt: skip
+def test_wavelengths_of_other_units(values, attributes, why):
+    made = packed(np.ones((18, 36))).expand_dims(wavelength=np.array(values))
+    made = made.assign_coords(wavelength=("wavelength", np.array(values), attributes))
+    if why is None:
+        expected = np.array(values) * (0.1 if "unit" in attributes else 1.0)
+        np.testing.assert_allclose(sky.TabulatedSky.from_xarray(made).wavelength_nm, expected)
+    else:
+        with pytest.raises(sky.SceneError, match=why):
+            sky.TabulatedSky.from_xarray(made)
+
+
+def test_a_variable_of_light_from_below(tmp_path):
+    pytest.importorskip("h5netcdf")
+    from aomc_sky.formats.netcdf import read_field
+
+    for name in ("upwelling_radiance", "stokes_Q"):
+        packed(np.ones((18, 36))).to_dataset(name=name).to_netcdf(tmp_path / "f.nc")
+        with pytest.raises(sky.SceneError, match=f"{name!r} is not the light of the sky .* --variable {name}"):
+            read_field(tmp_path / "f.nc")
+        sky.TabulatedSky.from_xarray(read_field(tmp_path / "f.nc", variable=name), variable=name)
+        words = ["run", tmp_path / "f.nc", "--variable", name, "--wavelengths", 550, "--iterations", 10]
+        assert main([*map(str, words), "--out", str(tmp_path / name), "-q"]) == 0
 
 
 @pytest.mark.parametrize("kind", ["relative_azimuth", "raa", "azimuth_from_sun"])

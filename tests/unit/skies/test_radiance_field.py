@@ -194,8 +194,12 @@ def test_both_ends_of_the_turn_and_directions_below_the_horizon():
     assert "1 zenith angles below the horizon" in sky.TabulatedSky.from_xarray(below).remarks[0]
     high = sky.TabulatedSky.from_xarray(made.isel(zenith=slice(0, 4)))
     assert "no radiance from 48 to 90 degrees" in high.remarks[0]
-    narrow = sky.TabulatedSky.from_xarray(made.isel(azimuth=slice(0, 6)))
-    assert "no azimuths between 150 and 0 degrees" in narrow.remarks[0]
+    narrow = sky.TabulatedSky.from_xarray(made.isel(azimuth=slice(0, 10)))
+    assert "no azimuths between 270 and 0 degrees; neighbours fill them" in narrow.remarks[0]
+    with pytest.raises(sky.SceneError, match=r"no azimuths between 180 and 0 degrees .*; add the other half"):
+        sky.TabulatedSky.from_xarray(made.isel(azimuth=slice(0, 7)))
+    one = sky.TabulatedSky.from_xarray(made.isel(azimuth=[0]))
+    assert "the field has one azimuth, so its sky is the same all around" in one.remarks
 
 
 def test_scattered_directions_are_interpolated_on_the_sphere():

@@ -77,6 +77,7 @@ def read_sky_field(section: FieldSection, toml_path: str, sun_azimuth_deg: float
         field = read_field(section.file, variable=section.variable, isel=dict(section.isel))
         read = read_radiance_field(
             field,
+            variable=section.variable,
             names={name: getattr(section, name) for name in ("zenith", "azimuth", "wavelength")},
             angle_unit=section.angle_unit,
             azimuth_convention=section.azimuth_convention,
@@ -89,6 +90,5 @@ def read_sky_field(section: FieldSection, toml_path: str, sun_azimuth_deg: float
         problem = problem_of_key(toml_path, key, "E710", error.message, error.advice)
         raise InputFileError([problem]) from None
     (variable,) = field.data_vars
-    return SkyField(
-        section=section, variable=str(variable), sky=sky, has_wavelength=has_wavelength(field, section.wavelength)
-    )
+    is_spectral = has_wavelength(field, section.variable, section.wavelength)
+    return SkyField(section=section, variable=str(variable), sky=sky, has_wavelength=is_spectral)

@@ -39,7 +39,7 @@ _ENDINGS = {
     (".h5", ".hdf5"): Kind.BACKGROUND,
     (".atmo",): Kind.ATMOSPHERE,
     (".toml",): Kind.SKY_TOML,
-    (".nc",): Kind.NETCDF,
+    (".nc", ".nc4", ".cdf"): Kind.NETCDF,
     (".npy",): Kind.NPY,
     ("plan.npz", "manifest.json", "counts.csv", "counts.npz"): Kind.RUN_FILE,
     (".epw", ".tm2", ".tmy2", ".tmy3"): Kind.WEATHER,

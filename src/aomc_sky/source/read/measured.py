@@ -142,12 +142,12 @@ def field_scene(
     """A scene of the radiance field of a netCDF file alone; `how` as `TabulatedSky.from_xarray` takes it."""
     try:
         field = read_field(path, variable=variable, isel=isel)
-        sky = TabulatedSky.from_xarray(field, **how)
+        sky = TabulatedSky.from_xarray(field, variable=variable, **how)
     except FieldError as error:
         raise refuse(path, error.message, advice=error.advice, code="E710") from None
     except SceneError as error:
         raise refuse(path, str(error), code="E710") from None
-    if wavelength_nm is None and not has_wavelength(field, None):
+    if wavelength_nm is None and not has_wavelength(field, variable):
         raise UsageError(f"{path} has no wavelengths: write --wavelengths 412 443 555")
     wanted = sky.wavelength_nm if wavelength_nm is None else wavelength_nm
     return _scene_of_table(path, sky, {"sky": "field"}, wanted, iterations, wavebands, how)
