@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import BinaryIO
 
+from aomc_sky.errors import OutputError
 from aomc_sky.system import EXCLUSIVE, NON_BLOCKING, flock, open_handle, sync_folder
 
 _BEGIN = ".aomc-sky-"
@@ -25,16 +26,15 @@ def is_unfinished(name: str) -> bool:
 def appearing(target: Path) -> Iterator[BinaryIO]:
     """Open a file that gets the name `target` if the block ends without an error, and is removed otherwise. OSError.
 
-    It is locked while it is written, so that `remove_leftovers` of another process leaves it alone.
+    It is locked while it is written, so that `prepare_target` of another process leaves it alone.
     """
-    unfinished = target.with_name(f"{_BEGIN}{target.name}.{os.urandom(4).hex()}")
+    file, unfinished, has_lock = _new_file(target)
     try:
-        with open(unfinished, "xb") as file:
-            is_locked = _lock(file.fileno())
+        with file:
             yield file
             file.flush()
             os.fsync(file.fileno())
-            if not is_locked:
+            if not has_lock:
                 file.close()  # a system without locks does not rename a file that is open
             os.replace(unfinished, target)
         sync_folder(target.parent)
@@ -43,24 +43,42 @@ def appearing(target: Path) -> Iterator[BinaryIO]:
             unfinished.unlink(missing_ok=True)
 
 
-def _lock(handle: int) -> bool:
-    """Whether this process has the lock of a file now; never where the system or the file system knows no locks."""
+def _new_file(target: Path) -> tuple[BinaryIO, Path, bool]:
+    """An unfinished file, open, and whether it is locked."""
+    while True:
+        unfinished = target.with_name(f"{_BEGIN}{target.name}.{os.urandom(4).hex()}")
+        file = open(unfinished, "xb")  # noqa: SIM115 - the caller closes it
+        has_lock = _lock(file.fileno())
+        if has_lock is None or (has_lock and unfinished.exists()):
+            return file, unfinished, has_lock is not None
+        file.close()  # another process took it for a leftover between the two calls
+
+
+def _lock(handle: int) -> bool | None:
+    """Whether this process has the lock of a file now; None where the system or the file system knows no locks."""
     try:
         flock(handle, EXCLUSIVE | NON_BLOCKING)
-    except OSError:
+    except BlockingIOError:
         return False
+    except OSError:
+        return None
     return True
 
 
-def remove_leftovers(target: Path) -> None:
-    """Remove unfinished files of this name that no process writes; nothing where there are no locks."""
+def prepare_target(target: Path) -> None:
+    """Remove unfinished files of a name that no process writes, nothing where there are no locks.
+
+    OutputError for a device or a pipe, which a file would replace.
+    """
+    if os.path.lexists(target) and not (target.is_symlink() or target.is_file() or target.is_dir()):
+        raise OutputError(f"cannot write {target}: this is a device or a pipe")
     with contextlib.suppress(OSError):
-        for name in os.listdir(target.parent):
-            found = _UNFINISHED.fullmatch(name)
-            if found is not None and found[1] == target.name:
-                handle = open_handle(target.parent / name, os.O_RDWR, follow_links=False)
+        found = [(target.parent / name, _UNFINISHED.fullmatch(name)) for name in os.listdir(target.parent)]
+        for path in [path for path, match in found if match is not None and match[1] == target.name]:
+            with contextlib.suppress(OSError):
+                handle = open_handle(path, os.O_RDWR, follow_links=False)
                 try:
                     if _lock(handle):
-                        (target.parent / name).unlink()
+                        path.unlink()
                 finally:
                     os.close(handle)

@@ -206,6 +206,28 @@ def test_each_column_of_a_file_is_compared(verify, column, tmp_path):
         assert (code, made) == ((1, [wrong, right, right]) if is_changed else (0, [right] * 3))
 
 
+DAMAGES = {
+    "one energy": lambda particles: particles["ekin"].__setitem__(7, 1.001 * particles["ekin"][7]),
+    "one kind": lambda particles: particles["pdgcode"].__setitem__(7, 2112),
+    "energies of a waveband": lambda particles: particles["ekin"].__setitem__(slice(3000), 3e-6),
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES)
+@pytest.mark.parametrize("words", [(), ("--waveband", 1)])
+def test_photons_that_left_their_waveband_are_missed(verify, damage, words, tmp_path):
+    """The head names the plan of the scene; a photon of another energy or kind is none of its waveband."""
+    library = oracle()
+    sky.write_mcpl(sky.read_scene(SMALL, iterations=3000).source(4), tmp_path / "ours.mcpl")
+    header = replace(sky.read_mcpl(tmp_path / "ours.mcpl").header, pdg_code=0)
+    particles = library.read(tmp_path / "ours.mcpl").copy()
+    DAMAGES[damage](particles)
+    library.write(tmp_path / "again.mcpl", header, [particles])
+    code, report = verify(tmp_path / "again.mcpl", *words, scene=SMALL)
+    assert (code, "numbers of photons" in failed(report)) == (1, True)
+    assert "its plan is the plan of this scene" in str(report["notes"])
+
+
 def test_optical_photons_are_photons(verify, tmp_path):
     """PDG code -22, Geant4's; another particle is none, and is said."""
     source = sky.read_scene(SMALL, iterations=5000).source(4)

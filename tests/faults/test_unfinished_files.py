@@ -13,13 +13,15 @@ from pathlib import Path
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.atomic_file import appearing, is_unfinished, remove_leftovers
+from aomc_sky import atomic_file
+from aomc_sky.atomic_file import appearing, is_unfinished, prepare_target
 from tests.support.fault_rows import command, row
 from tests.support.scenes import copy_scene
 
 WRITER = """
 import sys, time
 from pathlib import Path
+from aomc_sky import atomic_file
 from aomc_sky.atomic_file import appearing
 with appearing(Path(sys.argv[1])) as file:
     file.write(b"x" * 1000)
@@ -97,6 +99,25 @@ def test_an_export_that_is_killed(fault, finished, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["photons.mcpl"]
 
 
+@row(54, "taken-for-a-leftover")
+def test_a_file_that_is_taken_for_a_leftover_is_begun_again(fault, tmp_path, monkeypatch):
+    """Another process looks for leftovers between the two calls that make a file and lock it."""
+    lock, target, n = atomic_file._lock, tmp_path / "whole.bin", []
+
+    def late(handle):
+        n.append(handle)
+        if len(n) == 1:
+            prepare_target(target)
+        return lock(handle)
+
+    monkeypatch.setattr(atomic_file, "_lock", late)
+    with appearing(target) as file:
+        file.write(b"whole")
+    assert len(n) == 3  # the first file, as a leftover, the second file
+    assert target.read_bytes() == b"whole"
+    assert len(list(tmp_path.iterdir())) == 1
+
+
 @row(54, "an-error-on-the-way")
 def test_a_file_appears_whole_or_not_at_all(fault, tmp_path):
     target = tmp_path / "whole.bin"
@@ -107,10 +128,30 @@ def test_a_file_appears_whole_or_not_at_all(fault, tmp_path):
         file.write(b"whole")
         assert len(unfinished(tmp_path)) == 1
         assert not target.exists()
-        remove_leftovers(target)  # of this process, under way
+        prepare_target(target)  # of this process, under way
         assert len(unfinished(tmp_path)) == 1
     assert target.read_bytes() == b"whole"
     assert len(list(tmp_path.iterdir())) == 1
+
+
+@row(54, "pipe", "link", "link-to-nothing")
+def test_an_export_replaces_no_pipe_and_no_link(fault, finished, tmp_path, capsys):
+    target = tmp_path / "photons.mcpl"
+    if fault == "pipe":
+        os.mkfifo(target)
+    else:
+        target.symlink_to("victim")
+    if fault == "link":
+        (tmp_path / "victim").write_text("of another program")
+    before = os.lstat(target)
+    assert command("export", finished, "--to", "mcpl", "--out", target, "-q") == (5 if fault == "link" else 2)
+    assert f"{target} is a " in capsys.readouterr().err
+    assert os.lstat(target) == before
+    if fault == "pipe":
+        source = sky.Scene(wavebands=[550.0], n_photons=100, components="uniform").source()
+        with pytest.raises(sky.OutputError, match="this is a device or a pipe"):
+            sky.write_mcpl(source, target)
+        assert os.lstat(target) == before
 
 
 @row(54, "hard-link-photons-0001.npy.part", "hard-link-.aomc-sky.lock")

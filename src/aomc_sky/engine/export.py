@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from aomc_sky.atomic_file import remove_leftovers
+from aomc_sky.atomic_file import prepare_target
 from aomc_sky.engine.stored_run import StoredRun
 from aomc_sky.errors import ForeignOutputError, SceneError, UsageError
 from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder
@@ -58,8 +58,12 @@ def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None
         raise UsageError(f"--out {options.out} is the run itself; name another folder")
     job = _Job(run=run, options=options, bands=bands, folder=RunFolder(folder), name=name, progress=progress)
     if name:  # the others create their folder once the export is known to be possible
+        if os.path.lexists(target) and not target.is_file():
+            raise UsageError(f"--out {target} is a device, a pipe or a link to nothing; name a file")
+        if target.is_symlink() and not options.force:
+            raise ForeignOutputError(f"{target} is a link to another file; name that file, or add --force")
         create_folder(folder)
-        remove_leftovers(target)
+        prepare_target(target)
     names, was_finished = make(job)
     return {
         "to": options.to,

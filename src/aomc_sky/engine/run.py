@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import platform
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -21,7 +20,15 @@ from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import COUNTS_FILES, counts_file
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.folder.target_file import check_folder
-from aomc_sky.outputs.manifest import build_manifest, chosen_bands, manifest_bytes, read_manifest, scene_part
+from aomc_sky.outputs.manifest import (
+    build_manifest,
+    chosen_bands,
+    differences,
+    manifest_again,
+    manifest_bytes,
+    read_manifest,
+    scene_part,
+)
 from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, photon_writer
 from aomc_sky.outputs.photons.files import (
     ChunkPool,
@@ -200,7 +207,7 @@ def make_photons(
     files = photon_files(folder, writers, bands)
     missing = [of_part for of_part in files if of_part.missing]
     require_space(missing)
-    folder.write(*counts_file(source, bands))
+    write_counts(source, folder)
     if not files and not complete_formats(stored_files(source, folder, bands)):
         return {band: PhotonSums(source.replicates) for band in bands}, 0
     return emit_photons(source, missing, bands, options.threads, progress), source.total
@@ -225,10 +232,19 @@ def remove_rest(folder: RunFolder) -> None:
             folder.remove(name)
 
 
+def write_counts(source: PhotonSource, folder: RunFolder) -> None:
+    """Write the counts, as text or, of very many rows, as arrays; no file of the other kind stays."""
+    name, data = counts_file(source, chosen_bands(source))
+    folder.write(name, data)
+    for other in COUNTS_FILES:
+        if other != name and folder.size_of(other) is not None:
+            folder.remove(other)
+
+
 def finished_manifest(source: PhotonSource, folder: RunFolder, formats: Sequence[str]) -> dict[str, Any] | None:
     """The manifest of a run that has all files of these formats, or None if work is left.
 
-    No photon is read: sizes of files, and what the manifest says of the plan, are compared.
+    No photon is read: counts, sizes of files, and all that the manifest says besides means over photons, are compared.
     """
     if folder.size_of(MANIFEST) is None:
         return None
@@ -236,32 +252,16 @@ def finished_manifest(source: PhotonSource, folder: RunFolder, formats: Sequence
         manifest = read_manifest(folder.path / MANIFEST)
     except InputFileError:
         return None
-    stored, files = stored_files(source, folder, chosen_bands(source)), manifest["files"]
-    is_known = all(size == files.get(name, {}).get("bytes") for name, size in run_files(folder, stored).items())
-    has_counts = any(name in files and folder.size_of(name) is not None for name in COUNTS_FILES)
-    is_complete = {*formats} - {"none"} <= {*complete_formats(stored)}
-    is_same = manifest["plan_sha256"] == source.plan.sha256
-    return manifest if is_same and is_known and has_counts and is_complete and _is_of_plan(manifest, source) else None
-
-
-def _is_of_plan(manifest: dict[str, Any], source: PhotonSource) -> bool:
-    """Whether all that a manifest says of wavebands without their photons follows from the plan."""
-    nothing = PhotonSums(source.replicates)
-    expected = [asdict(band_result(source, band, nothing)) for band in chosen_bands(source)]
-    return len(expected) == len(manifest["bands"]) and all(
-        _agree(band[name], value)
-        for band, of_plan in zip(manifest["bands"], expected, strict=True)
-        for name, value in of_plan.items()
-        if not name.endswith(("_photons", "_standard_error"))
-    )
-
-
-def _agree(found: Any, expected: Any) -> bool:
-    if isinstance(expected, dict) and isinstance(found, dict):
-        return found.keys() == expected.keys() and all(_agree(found[key], value) for key, value in expected.items())
-    if isinstance(expected, float) and isinstance(found, float | int):
-        return math.isclose(found, expected, rel_tol=1e-9, abs_tol=1e-12)  # last digits differ between processors
-    return bool(found == expected)
+    stored = stored_files(source, folder, chosen_bands(source))
+    complete, files = complete_formats(stored), run_files(folder, stored)
+    expected = manifest_again(source, manifest, {}, complete, files)
+    if not {*formats} - {"none"} <= {*complete} or next(differences(manifest, expected), None):
+        return None
+    name, counts = counts_file(source, chosen_bands(source))
+    if [one for one in COUNTS_FILES if one in files] != [name] or files[name] != len(counts):
+        return None
+    with folder.reading(name) as file:
+        return manifest if file.read(len(counts)) == counts else None
 
 
 def stream_job(source: PhotonSource, pipe: BinaryIO, threads: int, progress: Progress | None = None) -> JobResult:

@@ -19,10 +19,10 @@ from aomc_sky.engine.run import (
     finish_run,
     finished_manifest,
     remove_rest,
+    write_counts,
 )
 from aomc_sky.errors import UsageError
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.outputs.counts import counts_file
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import chosen_bands
 from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, Progress
@@ -130,6 +130,8 @@ def read_mark(source: PhotonSource, folder: RunFolder, shard: Shard) -> Sums | N
         mark = stored["mark"]
         if stored["sha256"] != _sha256(mark) or mark["plan_sha256"] != source.plan.sha256:
             return None
+        if (mark["shard"], mark["of"]) != (shard.index, shard.count):
+            return None  # a copy under another name
         sums = {band["waveband"] - 1: PhotonSums.from_json(band, source.replicates) for band in mark["bands"]}
     except Exception:  # whatever is in the file: the shard is made again
         return None
@@ -164,7 +166,7 @@ def finish_files(source: PhotonSource, folder: RunFolder) -> None:
             files.reserve()
         for layout in files.missing:
             folder.finish(layout.name)
-    folder.write(*counts_file(source, chosen_bands(source)))
+    write_counts(source, folder)
 
 
 def drop_stale_marks(source: PhotonSource, folder: RunFolder) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import BinaryIO
 
-from aomc_sky.atomic_file import appearing, remove_leftovers
+from aomc_sky.atomic_file import appearing, prepare_target
 from aomc_sky.errors import NOWHERE, InputFileError, OutputError, Span
 from aomc_sky.system import FileKindError, open_regular
 
@@ -194,7 +194,7 @@ def write_atomically(path: str | Path, text: str) -> None:
 
 def write_bytes_atomically(path: str | Path, data: bytes) -> None:
     """Write a file that appears when it is complete; an OutputError has changed nothing."""
-    remove_leftovers(Path(path))
+    prepare_target(Path(path))
     try:
         with appearing(Path(path)) as file:
             file.write(data)

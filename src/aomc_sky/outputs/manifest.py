@@ -5,8 +5,8 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, fields
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import asdict, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,8 @@ import aomc_sky
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import OutputError
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.outputs.statistics import BandResult
+from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
+from aomc_sky.plan.plan import OTHER_PROCESSOR
 from aomc_sky.plan.sampling.streams import STREAM_VERSION
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import FileKindError, open_regular, read_regular
@@ -23,6 +24,9 @@ MAX_MANIFEST_BYTES = 1 << 26
 """More than the manifest of 40 000 wavebands needs."""
 
 SCHEMA = "aomc-sky-manifest/2"
+
+_OF_PHOTONS = tuple(field.name for field in fields(BandResult) if field.name.endswith(("_photons", "_standard_error")))
+"""Results that need the photons themselves."""
 
 CONVENTIONS = {
     "direction": "travel direction of the photon, unit vector (ux, uy, uz)",
@@ -95,6 +99,51 @@ def manifest_bytes(manifest: Mapping[str, Any]) -> bytes:
     return (json.dumps(manifest, indent=1, allow_nan=False) + "\n").encode()
 
 
+def manifest_again(
+    source: PhotonSource,
+    found: Mapping[str, Any],
+    sums: Mapping[int, PhotonSums],
+    formats: Sequence[str],
+    files: Mapping[str, int],
+) -> dict[str, Any]:
+    """A manifest as it follows from the plan. The part of the scene, and photons without sums, are those found."""
+    bands, stored = chosen_bands(source), {band["waveband"]: band for band in found["bands"]}
+    results = [band_result(source, band, sums.get(band) or PhotonSums(source.replicates)) for band in bands]
+    for k, band in enumerate(bands):
+        if formats and band not in sums and band + 1 in stored:
+            results[k] = replace(results[k], **{name: stored[band + 1][name] for name in _OF_PHOTONS})
+    of_scene = {"inputs": found["inputs"], "scene": found["options"]["scene"], "notes": found["notes"]}
+    made = build_manifest(source, of_scene, results, formats, files, version=found["version"])
+    return dict(json.loads(json.dumps(made)))
+
+
+def differences(found: Any, expected: Any, path: str = "", source: str = "expected") -> Iterator[str]:
+    """Values below `path` that differ from what is expected."""
+    if isinstance(found, dict) and isinstance(expected, dict):
+        for key in [*expected, *(key for key in found if key not in expected)]:
+            name = f"{path}.{key}" if path else key
+            if key not in found or key not in expected:
+                yield f"{name} is {'missing' if key not in found else 'not ' + source}"
+            else:
+                yield from differences(found[key], expected[key], name, source)
+    elif isinstance(found, list) and isinstance(expected, list) and len(found) == len(expected):
+        for k, pair in enumerate(zip(found, expected, strict=True)):
+            yield from differences(*pair, f"{path}[{k}]", source)
+    elif not _is_same(found, expected):
+        yield f"{path} is {_shown(found)}, {source} {_shown(expected)}"
+
+
+def _is_same(found: Any, expected: Any) -> bool:
+    if type(found) in (int, float) and type(expected) in (int, float) and float in (type(found), type(expected)):
+        return math.isclose(found, expected, rel_tol=OTHER_PROCESSOR)
+    return type(found) is type(expected) and bool(found == expected)
+
+
+def _shown(value: Any) -> str:
+    text = ascii(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
+
+
 def read_manifest(path: str | Path) -> dict[str, Any]:
     """Read the manifest of a run and check the types of its values; InputFileError if it is not one of ours.
 
@@ -102,7 +151,8 @@ def read_manifest(path: str | Path) -> dict[str, Any]:
     """
     advice = "remove the file and run the command that made it again, or name another folder"
     try:
-        manifest = json.loads(read_regular(path, MAX_MANIFEST_BYTES, follow_links=False))
+        data = read_regular(path, MAX_MANIFEST_BYTES, follow_links=False)
+        manifest = json.loads(data, parse_constant=_refuse_constant)
         is_ours = _is_manifest(manifest)
     except FileKindError as error:
         raise refuse(path, error.reason, code="E961", advice=advice) from None
@@ -116,6 +166,10 @@ def read_manifest(path: str | Path) -> dict[str, Any]:
     if not is_ours:
         raise refuse(path, "not a manifest of this version of aomc-sky", code="E962", advice=advice)
     return dict(manifest)
+
+
+def _refuse_constant(name: str) -> None:
+    raise ValueError(f"{name} is no number of JSON")
 
 
 def _is_manifest(manifest: Any) -> bool:

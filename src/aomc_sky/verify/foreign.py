@@ -95,7 +95,7 @@ def _plan_of(
 ) -> PhotonSource | None:
     """The source with the plan of the head, made from the scene with the head's seed and precision."""
     seed = runs.seed
-    if seed is None or not photons.n_of:
+    if seed is None:
         return None
     method = "iid" if _tied(runs) is Tied.INDEPENDENT else None
     precision = "float64" if header.is_double else "float32"
@@ -103,7 +103,7 @@ def _plan_of(
         changed = replace(scene, n_photons=numbers)
         source = changed.source(seed, method=method, precision=precision, weights=header.weight == 0.0)
         if runs.is_plan(source.plan.sha256):
-            return source if all(source.n_photons(band) == n for band, n in photons.n_of.items()) else None
+            return source
     return None
 
 
@@ -112,8 +112,8 @@ def _numbers_of(photons: PhotonFile, n_bands: int) -> Iterator[np.ndarray]:
     numbers = np.zeros(n_bands, np.int64)
     numbers[list(photons.n_of)] = list(photons.n_of.values())
     yield numbers
-    if len(photons.n_of) < n_bands and len(sizes := set(photons.n_of.values())) == 1:
-        yield np.full(n_bands, sizes.pop())
+    for size in {*photons.n_of.values(), photons.header.n_particles // n_bands if photons.header else 0}:
+        yield np.full(n_bands, size)
 
 
 def verify_photons(
@@ -131,11 +131,14 @@ def verify_photons(
     If `origin` has a plan, every photon is compared with that of the plan. Other arguments are those of
     `verify_directions`.
     """
-    again = {}
+    again, numbers = {}, []
     if origin.plan is not None:
-        writer = McplWriter(origin.plan)  # only an MCPL file names its plan
-        again = {band: MadeAgain(origin.plan, band, writer) for band in photons.rows}
-    rows = {band: again[band].compared(of_band()) if again else of_band() for band, of_band in photons.rows.items()}
+        writer, n_of = McplWriter(origin.plan), photons.n_of  # only an MCPL file names its plan
+        numbers = [_number_check(origin.plan, band, n_of.get(band, 0)) for band in range(origin.plan.n_bands)]
+        again = {band: MadeAgain(origin.plan, band, writer) for band in photons.rows if numbers[band].passed}
+    rows = {
+        band: again[band].compared(of_band()) if band in again else of_band() for band, of_band in photons.rows.items()
+    }
     report = verify_directions(
         origin.plan or source,
         rows,
@@ -145,10 +148,17 @@ def verify_photons(
         seed=seed,
         threads=threads,
     )
-    checks = (*(made.check() for made in again.values()), *report.checks)
+    wrong = [check for check in numbers if not check.passed]
+    checks = (*wrong, *(made.check() for made in again.values()), *report.checks)
     columns = [f"compared with the plan: {made.columns}" for made in list(again.values())[:1]]
     notes = (*photons.notes, *origin.notes, *columns, *report.notes, *_too_even(report))
     return replace(report, checks=checks, notes=notes)
+
+
+def _number_check(plan: PhotonSource, band: int, n: int) -> Check:
+    expected = plan.n_photons(band)
+    detail = f"{n} photons have its energy, the plan has {expected}; an energy or a kind of particle was changed"
+    return Check(name="numbers of photons", waveband=band + 1, passed=n == expected, detail=detail)
 
 
 class MadeAgain:

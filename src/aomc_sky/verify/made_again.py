@@ -6,7 +6,6 @@ import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -17,7 +16,7 @@ from aomc_sky.errors import OutputError
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import COUNTS_FILES, counts_file
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
-from aomc_sky.outputs.manifest import build_manifest, chosen_bands, scene_part
+from aomc_sky.outputs.manifest import chosen_bands, differences, manifest_again, scene_part
 from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, photon_writer
 from aomc_sky.outputs.photons.files import (
     ChunkPool,
@@ -32,18 +31,15 @@ from aomc_sky.outputs.photons.files import (
     stored_files,
 )
 from aomc_sky.outputs.shard import BLOCK, MANIFEST, block_spans
-from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
+from aomc_sky.outputs.statistics import PhotonSums
 from aomc_sky.plan.counts import cumulative_counts
-from aomc_sky.plan.plan import OTHER_PROCESSOR, Plan, differing
+from aomc_sky.plan.plan import Plan, differing
 from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import read_at
 from aomc_sky.verify.counts import FAMILY_LEVEL
 from aomc_sky.verify.directions import verify_directions
 from aomc_sky.verify.report import Check, VerifyReport, judged, named
-
-_OF_PHOTONS = tuple(field.name for field in fields(BandResult) if field.name.endswith(("_photons", "_standard_error")))
-"""Results that need the photons themselves."""
 
 
 def verify_run(
@@ -215,46 +211,10 @@ def _manifest_check(
 
     The part of the scene is taken from the manifest, and so are means over photons that were not all made again.
     """
-    bands = chosen_bands(source)
-    results = [band_result(source, band, sums.get(band) or PhotonSums(source.replicates)) for band in bands]
-    if formats:
-        stored = {band["waveband"]: band for band in found["bands"]}
-        unknown = [k for k, band in enumerate(bands) if band not in sums and band + 1 in stored]
-        for k in unknown:
-            results[k] = replace(results[k], **{name: stored[bands[k] + 1][name] for name in _OF_PHOTONS})
-    of_scene = {"inputs": found["inputs"], "scene": found["options"]["scene"], "notes": found["notes"]}
-    files = run_files(folder, stored_files(source, folder, bands))
-    expected = build_manifest(source, of_scene, results, formats, files, version=found["version"])
-    wrong = list(_differences(found, json.loads(json.dumps(expected))))
+    files = run_files(folder, stored_files(source, folder, chosen_bands(source)))
+    wrong = list(differences(found, manifest_again(source, found, sums, formats, files)))
     detail = named(wrong) if wrong else f"{MANIFEST} agrees with the plan and the files"
     return Check(name="manifest", passed=not wrong, detail=detail)
-
-
-def _differences(found: Any, expected: Any, path: str = "", source: str = "expected") -> Iterator[str]:
-    """Values below `path` that differ from what is expected."""
-    if isinstance(found, dict) and isinstance(expected, dict):
-        for key in [*expected, *(key for key in found if key not in expected)]:
-            name = f"{path}.{key}" if path else key
-            if key not in found or key not in expected:
-                yield f"{name} is {'missing' if key not in found else 'not ' + source}"
-            else:
-                yield from _differences(found[key], expected[key], name, source)
-    elif isinstance(found, list) and isinstance(expected, list) and len(found) == len(expected):
-        for k, pair in enumerate(zip(found, expected, strict=True)):
-            yield from _differences(*pair, f"{path}[{k}]", source)
-    elif not _is_same(found, expected):
-        yield f"{path} is {_shown(found)}, {source} {_shown(expected)}"
-
-
-def _is_same(found: Any, expected: Any) -> bool:
-    if type(found) in (int, float) and type(expected) in (int, float) and float in (type(found), type(expected)):
-        return math.isclose(found, expected, rel_tol=OTHER_PROCESSOR)
-    return type(found) is type(expected) and bool(found == expected)
-
-
-def _shown(value: Any) -> str:
-    text = ascii(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 def _counts_checks(source: PhotonSource, bands: Sequence[int]) -> Iterator[Check]:
@@ -274,13 +234,13 @@ def scene_checks(plan: Plan, manifest: Mapping[str, Any], scene: Scene) -> list[
     """Make the plan of a run, and the part of its manifest on the scene, again from the scene, and compare."""
     names = ("method", "allocation", "placement", "order", "precision", "weights", "replicates")
     made = scene.source(plan.seed, **{name: plan.options[name] for name in names}).plan
-    wrong = [] if plan.sha256 == made.sha256 else [*_differences(plan.options, made.options, source="the scene gives")]
+    wrong = [] if plan.sha256 == made.sha256 else [*differences(plan.options, made.options, source="the scene gives")]
     if plan.sha256 != made.sha256:
         wrong += _array_differences(plan.arrays, made.arrays)
     same = f"made again from the scene with seed {plan.seed}: {plan.sha256[:16]}"
     checks = [Check(name="scene: plan", passed=not wrong, is_foreign=bool(wrong), detail=named(wrong) or same)]
     found = {"inputs": manifest["inputs"], "scene": manifest["options"]["scene"], "notes": manifest["notes"]}
-    wrong = list(_differences(found, json.loads(json.dumps(scene_part(scene))), source="the scene gives"))
+    wrong = list(differences(found, json.loads(json.dumps(scene_part(scene))), source="the scene gives"))
     same = "names and hashes of its files, how they were read, and notes agree with the manifest"
     return [*checks, Check(name="scene: manifest", passed=not wrong, detail=named(wrong) or same)]
 

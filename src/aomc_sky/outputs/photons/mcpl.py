@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import aomc_sky
-from aomc_sky.atomic_file import remove_leftovers
+from aomc_sky.atomic_file import prepare_target
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.errors import SceneError, UsageError, require_kind
@@ -287,7 +287,7 @@ def write_mcpl(source: PhotonSource, path: str | Path, *, threads: int = 0, pdg_
     if pdg_code not in (PHOTON, OPTICAL_PHOTON):
         raise UsageError(f"pdg_code must be {PHOTON} (photon) or {OPTICAL_PHOTON} (optical photon), got {pdg_code!r}")
     bands = range(source.n_bands)
-    remove_leftovers(path)
+    prepare_target(path)
     files = photon_files(RunFolder(path.parent), [McplWriter(source, path.name, int(pdg_code))], bands)
     require_space(files)
     emit_photons(source, files, bands, threads)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 import aomc_sky
-from aomc_sky.atomic_file import remove_leftovers
+from aomc_sky.atomic_file import prepare_target
 from aomc_sky.component import Component, beam_direction_deg
 from aomc_sky.directions import AzimuthConvention
 from aomc_sky.emission.photon_source import PhotonSource
@@ -213,7 +213,7 @@ def _attributes(source: PhotonSource) -> dict[str, Any]:
 def write_netcdf(source: PhotonSource, path: str | Path) -> None:
     """Write the dataset of `to_xarray` as a netCDF-4 file, atomically and compressed."""
     target = Path(path)
-    remove_leftovers(target)
+    prepare_target(target)
     RunFolder(target.parent).write(target.name, netcdf_bytes(to_xarray(source)))
 
 
