@@ -29,7 +29,7 @@ _PHRASES = (
     (r"\b(?:counter|anti)[ -]?clockwise\b", "ccw"),
     (r"\b(?:anti-? ?(?:sun|solar)|opposite (?:to |of )?(?:the )?(?:sun|solar))\b", "antisun"),
     (r"(?<=[a-z]) ?[-\N{EN DASH}\N{MINUS SIGN}] ?(?=(?:view|sensor|sun|solar|saa|vaa|phi))", " less "),
-    (r"\b(north|east|south|west)(?:wards?|erly)\b", r"to \1"),
+    (r"\b(north|east|south|west)(?:wards?|er)(?:ly)?\b", r"to \1"),
 )
 """What is more than one word, and the word for it."""
 
