@@ -195,7 +195,8 @@ def test_each_column_of_a_file_is_compared(verify, column, tmp_path):
     name, change = COLUMNS[column]
     for is_changed in (False, True):
         if is_changed:
-            particles[name][7, ...] += change if particles[name].ndim == 1 else np.array([0, change, 0])
+            values = particles[name]
+            values[7, ...] += np.array(change if values.ndim == 1 else [0, change, 0]).astype(values.dtype)
         library.write(tmp_path / "again.mcpl", header, [particles])
         code, report = verify(tmp_path / "again.mcpl", scene=amc)
         note = next(note for note in report["notes"] if note.startswith("compared with the plan: "))
