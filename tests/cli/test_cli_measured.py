@@ -29,7 +29,7 @@ def test_run_at_other_wavelengths_beside_the_file(tmp_path, capsys):
     assert main(["run", str(path), "--wavelengths", "451", "555", "--iterations", "1000", "--format", "none"]) == 0
     assert (tmp_path / "aomc-sky-out" / "counts.csv").exists()
     out = capsys.readouterr().out
-    assert re.search(r"foretold by the others, a radiance is off by \d[\d.]* %", out)
+    assert re.search(r"a radiance is off by \d[\d.]* % \(root mean square, weighted by the light\)", out)
     shown = float(re.search(r"1  451 +(0\.\d+)", out)[1])
     assert shown == pytest.approx((TRUE[412] + TRUE[490]) / 2, rel=3e-3)
     scene = ["--scene", str(path), "--iterations", "1000"]

@@ -201,7 +201,11 @@ class RadianceField(Share):
         """The interpolated sky at one of the measured wavelengths, computed once."""
         if row not in self._made:
             direction = self.direction[row]
-            alike = [k for k, other in enumerate(self.direction) if np.array_equal(other, direction)]
+            alike = [
+                k
+                for k, other in enumerate(self.direction)
+                if np.array_equal(other, direction) and self.values[k].all() == self.values[row].all()
+            ]
             values = np.stack([self.values[k] for k in alike])
             try:
                 made = interpolate(direction, values, self.sun)

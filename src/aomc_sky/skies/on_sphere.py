@@ -15,12 +15,20 @@ from aomc_sky.errors import InputWarning
 GLOBAL_POINTS = 1000  #: Up to so many directions one spline serves the sky; of more, each direction has its neighbours.
 NEIGHBOURS = 32
 _SMOOTHING = 1e-7  # two measurements of almost one direction are averaged
-_THIN = 0.02  #: Spread across a plane, as a share of that along it, below which directions lie in one plane.
+_THIN = 0.1  #: Spread across a plane, as a share of that along it, below which directions lie in one plane.
 _STEP_DEG = 2.0  #: Step of the table that a cubic spline interpolates.
 _PAD = 8  #: Steps by which the table goes on beyond zenith, horizon and the turn.
 _DIGITS = 8  #: Digits of the table; the last ones of linear algebra differ between processors.
 _SAMPLED = 300
 _TREND_POINTS = 12
+_MISFIT = 0.05  #: Of the trend's logarithm: no sky is exactly a trend.
+_SIZE = 0.5  #: Standard deviation of the logarithm over the sky that each function of a trend may have.
+_UNKNOWN = 0.3  #: Standard deviation of the logarithm where nothing was measured and no trend is known.
+_SEEN_DEG = 15.0  #: Directions that are farther than this from all measured ones are extrapolated.
+_FAR_DEG = 30.0  #: Distance at which the nearest measured direction tells nothing any more.
+_MOST = 2.0  #: No radiance outside the sun's surroundings is above so many times the brightest one measured there.
+_SURROUNDINGS_DEG = 10.0
+_LEAST_CUT = 1e-4
 _CONTRAST = 4.0  #: Largest radiance over the mean, above which a sky wants more directions near the sun.
 _NEAR_SUN_DEG = 20.0
 _LARGE_ERROR = 0.05
@@ -35,10 +43,12 @@ class Interpolant(NamedTuple):
     )  #: Spline coefficients of the logarithm, or of the root of the radiance where a measured one is 0.
     is_log: bool
     n_directions: int
-    error: float  #: Root mean square of the leave-one-out errors, as shares of the radiance; NaN of too few directions.
-    worst_error: float
+    error: float  #: Root mean square over the light of the radiance's error, as a share; NaN of too few directions.
+    worst_error: float  #: Of the measured directions, each foretold by the others.
     worst_deg: tuple[float, float]  #: Zenith angle and azimuth of the latter.
     extrapolated: float  #: Share of the irradiance from beyond the measured directions.
+    beyond_error: float  #: As `error`, there.
+    cut: float  #: Share of the irradiance above `_MOST` times the brightest radiance, which is left out.
     wants_sun: bool  #: Whether directions near the sun are needed most.
     gap_deg: float  #: Angle between the direction that is farthest from all measured ones, and the nearest of these.
 
@@ -53,19 +63,19 @@ class Interpolant(NamedTuple):
 
 
 def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | None = None) -> tuple[Interpolant, ...]:
-    """Interpolate radiances (n_wl, n) in directions (n, 3), three or more, none of n_wl dark everywhere."""
+    """Interpolate radiances (n_wl, n) in directions (n, 3), three or more, all above 0 or each n_wl with a 0."""
     from scipy.interpolate import RBFInterpolator
     from scipy.ndimage import spline_filter
     from scipy.spatial import KDTree
 
-    is_log, n = np.all(values > 0, axis=1), len(direction)
-    level = np.where(is_log[:, None], np.log(np.where(values > 0, values, 1.0)), np.sqrt(values)).T
+    is_log, n = bool(np.all(values > 0)), len(direction)
+    level = (np.log(values) if is_log else np.sqrt(values)).T
     steps = np.arange(_N_RINGS) * _STEP_DEG, np.arange(_N_COLUMNS) * _STEP_DEG
     zenith, azimuth = (angle.ravel() for angle in np.meshgrid(*steps, indexing="ij"))
     asked = -travel_from_sky(zenith, azimuth)
-    trend, asked_trend = np.zeros_like(level), np.zeros((len(asked), len(values)))
-    if sun is not None and n >= _TREND_POINTS:
-        trend, asked_trend = (part * is_log for part in _trend(direction, level, sun, asked))
+    trend = _Trend.of(direction, sun if n >= _TREND_POINTS and is_log else None, asked)
+    shares = trend.fit @ level
+    rest = level - trend.given @ shares
     middle = direction.mean(axis=0)
     _, spread, axes = np.linalg.svd(direction - middle, full_matrices=False)
     axes = axes[: max(2, int(np.sum(spread > _THIN * spread[0])))].T  # directions in one plane know its axes alone
@@ -74,35 +84,66 @@ def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | Non
     how: dict[str, Any] = {"kernel": "thin_plate_spline", "smoothing": _SMOOTHING}
     if n > GLOBAL_POINTS:  # neighbours may lie in one plane, which the distance alone allows
         how |= {"kernel": "linear", "neighbors": NEIGHBOURS}
-    spline = RBFInterpolator(points, level - trend, **how)
-    tables = np.round(spline((inside - middle) @ axes) + asked_trend, _DIGITS).T
-    gap = math.degrees(2 * math.asin(min(KDTree(direction).query(asked)[0].max() / 2, 1.0)))
-    chosen, errors = _leave_one_out(points, level - trend)
+    spline = RBFInterpolator(points, rest, **how)
+    tables = np.round(spline((inside - middle) @ axes) + trend.asked @ shares, _DIGITS).T
+    distance = KDTree(direction).query(asked)[0]
+    is_unseen = is_outside | (distance > 2 * math.sin(math.radians(_SEEN_DEG) / 2))
+    chosen, errors = _leave_one_out(points, rest, trend)
+    nearest = KDTree(direction[chosen]).query(asked)[1]
     of_root = ((level[chosen] - errors) ** 2 - level[chosen] ** 2) / np.maximum(values.mean(axis=1), 1e-300)
-    shares = np.abs(np.where(is_log, np.expm1(-errors), of_root)).T
+    off = np.abs(np.expm1(-errors) if is_log else of_root).T
     made = []
-    for table, has_log, share, row in zip(tables, is_log.tolist(), shares, values, strict=True):
-        is_known = ~np.isnan(share)
-        worst_error = float(share[is_known].max()) if is_known.any() else math.nan
-        worst = chosen[np.where(is_known, share, -1.0).argmax()]
-        brightest = [direction[row.argmax()], *([] if sun is None else [sun])]
-        is_near = max(direction[worst] @ one for one in brightest) > math.cos(math.radians(_NEAR_SUN_DEG))
+    for k, (table, row) in enumerate(zip(tables, values, strict=True)):
+        centre = direction[row.argmax()] if sun is None else sun
+        bound = _bound(direction, row, sun, asked)
+        cut_table = np.minimum(table, np.log(bound) if is_log else np.sqrt(bound))
+        uncut, flux = (
+            (np.exp(one) if is_log else one * one) * np.sin(np.deg2rad(2 * zenith)) for one in (table, cut_table)
+        )
+        known = np.where(np.isnan(off[k]), -1.0, off[k])
+        worst, worst_error = chosen[known.argmax()], float(known.max()) if known.max() >= 0 else math.nan
+        share = np.where(known < 0, worst_error, off[k])
+        near = share[direction[chosen] @ centre > math.cos(math.radians(_NEAR_SUN_DEG))]
+        is_near = asked @ centre > math.cos(math.radians(_SURROUNDINGS_DEG))  # as wrong as the worst one beside it
+        beyond = trend.variance(rest[:, k]) + max(float(rest[:, k].std()), _UNKNOWN * trend.is_none) ** 2
+        square = np.where(is_near, near.max(initial=0.0), share[nearest]) ** 2
+        square += np.where(is_unseen, beyond * np.minimum(distance / math.radians(_FAR_DEG), 1.0), 0.0)
+        suns = [direction[row.argmax()], centre]
+        wants_sun = max(direction[worst] @ one for one in suns) > math.cos(math.radians(_NEAR_SUN_DEG))
         zenith_rad, azimuth_rad = sky_from_travel(-direction[worst])
-        flux = (np.exp(table) if has_log else table * table) * np.sin(np.deg2rad(2 * zenith))
         made.append(
             Interpolant(
-                table=spline_filter(_padded(table.reshape(_N_RINGS, _N_COLUMNS)), 3),
-                is_log=has_log,
+                table=spline_filter(_padded(cut_table.reshape(_N_RINGS, _N_COLUMNS)), 3),
+                is_log=is_log,
                 n_directions=n,
-                error=float(np.sqrt(np.mean(share[is_known] ** 2))) if is_known.any() else math.nan,
+                error=_mean_error(square, flux),
                 worst_error=worst_error,
                 worst_deg=(math.degrees(zenith_rad), math.degrees(azimuth_rad)),
-                extrapolated=float(flux[is_outside].sum() / flux.sum()) if flux.any() else 0.0,
-                wants_sun=bool(row.max() > _CONTRAST * row.mean() or (is_near and worst_error > _LARGE_ERROR)),
-                gap_deg=gap,
+                extrapolated=float(flux[is_unseen].sum() / flux.sum()) if flux.any() else 0.0,
+                beyond_error=_mean_error(square[is_unseen], flux[is_unseen]),
+                cut=float(1.0 - flux.sum() / uncut.sum()) if flux.any() else 0.0,
+                wants_sun=bool(row.max() > _CONTRAST * row.mean() or (wants_sun and worst_error > _LARGE_ERROR)),
+                gap_deg=math.degrees(2 * math.asin(min(distance.max() / 2, 1.0))),
             )
         )
     return tuple(made)
+
+
+def _mean_error(square: np.ndarray, flux: np.ndarray) -> float:
+    return math.sqrt(float(square @ flux) / float(flux.sum())) if flux.any() else 0.0
+
+
+def _bound(direction: np.ndarray, row: np.ndarray, sun: np.ndarray | None, asked: np.ndarray) -> np.ndarray:
+    """Bound of the radiance where asked: `_MOST` times the brightest measured one.
+
+    In the sun's surroundings that of all directions counts, elsewhere that of those outside of them.
+    """
+    if sun is None:
+        return np.full(len(asked), _MOST * row.max())
+    far = row[direction @ sun < math.cos(math.radians(_SURROUNDINGS_DEG))].max(initial=0.0)
+    # a cubic spline joins the nodes, so that the nearest ones inside the edge have the bound of outside, too
+    is_far = asked @ sun < math.cos(math.radians(_SURROUNDINGS_DEG - 1.5 * _STEP_DEG))
+    return _MOST * np.where(is_far & (far > 0), far, row.max())
 
 
 _N_RINGS, _N_COLUMNS = round(90 / _STEP_DEG) + 1, round(360 / _STEP_DEG)
@@ -115,22 +156,50 @@ def _padded(table: np.ndarray) -> np.ndarray:
     return np.pad(np.vstack([across, table, beyond]), ((0, 0), (_PAD, _PAD + 1)), mode="wrap")
 
 
-def _trend(
-    direction: np.ndarray, level: np.ndarray, sun: np.ndarray, asked: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Least squares of smooth functions of zenith angle and angle to the sun, at the directions and where asked."""
+class _Trend(NamedTuple):
+    """A mean, and smooth functions of the zenith angle and of the angle to the sun, fitted by ridge regression.
 
-    def functions(at: np.ndarray) -> np.ndarray:
-        mu, cosine = at[:, 2].clip(0.0), (at @ sun).clip(-1.0, 1.0)
-        angle = np.arccos(cosine)
-        aureole, halo = np.exp(-angle / 0.17), np.exp(-angle / 0.5)  # 10 and 29 degrees wide
-        return np.stack([mu, 1 / (mu + 0.2), angle, angle**2, aureole, halo, cosine**2], axis=1)
+    Functions have the standard deviation 1 over the sky, so that the penalty (`_MISFIT` / `_SIZE`)^2 keeps a function
+    small of which the directions see little, as the zenith angle of an almucantar.
+    """
 
-    given = functions(direction)
-    mean, scale = given.mean(axis=0), given.std(axis=0) + 1e-3
-    # what the directions cannot tell apart, as the zenith angles of an almucantar, is left to the others
-    shares = np.linalg.lstsq((given - mean) / scale, level - level.mean(axis=0), rcond=3e-3)[0]
-    return (given - mean) / scale @ shares, (functions(asked) - mean) / scale @ shares
+    given: np.ndarray  #: Functions in the measured directions, shape (n, n_function), the constant first.
+    asked: np.ndarray  #: The same where asked.
+    inverse: np.ndarray  #: Of the penalised normal equations.
+
+    @classmethod
+    def of(cls, direction: np.ndarray, sun: np.ndarray | None, asked: np.ndarray) -> _Trend:
+        """The trend around a sun, or the mean alone."""
+
+        def functions(at: np.ndarray) -> np.ndarray:
+            if sun is None:
+                return np.zeros((len(at), 0))
+            mu, cosine = at[:, 2].clip(0.0), (at @ sun).clip(-1.0, 1.0)
+            angle = np.arccos(cosine)
+            aureole, halo = np.exp(-angle / 0.17), np.exp(-angle / 0.5)  # 10 and 29 degrees wide
+            return np.stack([mu, 1 / (mu + 0.2), angle, angle**2, aureole, halo, cosine**2], axis=1)
+
+        given, everywhere = functions(direction), functions(asked)
+        mean, scale = everywhere.mean(axis=0), everywhere.std(axis=0)
+        given, everywhere = (np.column_stack([np.ones(len(one)), (one - mean) / scale]) for one in (given, everywhere))
+        penalty = np.full(given.shape[1], (_MISFIT / _SIZE) ** 2)
+        penalty[0] = 0.0
+        return cls(given, everywhere, np.linalg.inv(given.T @ given + np.diag(penalty)))
+
+    @property
+    def fit(self) -> np.ndarray:
+        """Coefficients of the functions for levels, shape (n_function, n)."""
+        return self.inverse @ self.given.T
+
+    @property
+    def is_none(self) -> bool:
+        """Whether it is the mean alone."""
+        return self.given.shape[1] == 1
+
+    def variance(self, rest: np.ndarray) -> np.ndarray:
+        """Variance of the trend where asked, for the levels that it leaves."""
+        size = max(_MISFIT**2, float(np.mean(rest**2)))
+        return np.asarray(size * np.einsum("ij,jk,ik->i", self.asked, self.inverse, self.asked))
 
 
 def _into_hull(direction: np.ndarray, asked: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -163,10 +232,11 @@ def _into_hull(direction: np.ndarray, asked: np.ndarray) -> tuple[np.ndarray, np
     return inside, is_outside
 
 
-def _leave_one_out(points: np.ndarray, level: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _leave_one_out(points: np.ndarray, rest: np.ndarray, trend: _Trend) -> tuple[np.ndarray, np.ndarray]:
     """Points (at most `_SAMPLED`), and errors (n, n_wl) of their levels by the other points: Rippa (1999), eq. (17).
 
-    NaN where the other points are too few to tell.
+    The trend is fitted again without the point: its coefficients are less by `fit` of the point times its rest over
+    1 - leverage. NaN where the other points are too few to tell.
     """
     from scipy.spatial import KDTree
     from scipy.spatial.distance import cdist
@@ -181,13 +251,17 @@ def _leave_one_out(points: np.ndarray, level: np.ndarray) -> tuple[np.ndarray, n
         inverse = np.linalg.inv(matrix)[: len(x), : len(x)]
         diagonal = np.diag(inverse)[:, None]
         is_free = np.abs(diagonal) > 1e-6  # without this point the others have no plane of their own
-        return np.divide(inverse @ y, diagonal, out=np.full_like(y, np.nan), where=np.broadcast_to(is_free, y.shape))
+        error = inverse @ y
+        if not is_local:
+            leverage = np.sum(trend.given * trend.fit.T, axis=1)[:, None]
+            error += np.sum((inverse @ trend.given) * trend.fit.T, axis=1)[:, None] * (y / (1.0 - leverage))
+        return np.divide(error, diagonal, out=np.full_like(y, np.nan), where=np.broadcast_to(is_free, y.shape))
 
-    if len(level) <= GLOBAL_POINTS:
-        return np.arange(len(level)), errors(points, level)
-    chosen = np.arange(_SAMPLED) * len(level) // _SAMPLED
+    if len(rest) <= GLOBAL_POINTS:
+        return np.arange(len(rest)), errors(points, rest)
+    chosen = np.arange(_SAMPLED) * len(rest) // _SAMPLED  # one of so many points moves the trend little
     _, near = KDTree(points).query(points[chosen], k=NEIGHBOURS + 1)
-    return chosen, np.stack([errors(points[some], level[some], is_local=True)[0] for some in near])
+    return chosen, np.stack([errors(points[some], rest[some], is_local=True)[0] for some in near])
 
 
 def notes_of(parts: Sequence[Interpolant], *, has_sun: bool = False) -> tuple[str, ...]:
@@ -197,8 +271,9 @@ def notes_of(parts: Sequence[Interpolant], *, has_sun: bool = False) -> tuple[st
     error = "their errors cannot be told from so few"
     if not math.isnan(worst.error):
         error = (
-            f"foretold by the others, a radiance is off by {percent(worst.error)} (root mean square), at most "
-            f"{percent(worst.worst_error)} (zenith angle {worst.worst_deg[0]:.0f}, azimuth {worst.worst_deg[1]:.0f})"
+            f"a radiance is off by {percent(worst.error)} (root mean square, weighted by the light), and a measured "
+            f"one, foretold by the others, by at most {percent(worst.worst_error)} (zenith angle "
+            f"{worst.worst_deg[0]:.0f}, azimuth {worst.worst_deg[1]:.0f})"
         )
     if any(part.wants_sun for part in parts):
         error += "; directions near the sun are needed most"
@@ -207,8 +282,8 @@ def notes_of(parts: Sequence[Interpolant], *, has_sun: bool = False) -> tuple[st
     return (
         f"{counts} directions, interpolated by a thin-plate spline of their unit vectors"
         f"{' on a trend around the sun' if has_sun else ''}; {error}",
-        f"{percent(beyond.extrapolated)} of the light comes from beyond the measured directions; the widest gap is "
-        f"{beyond.gap_deg:.0f} degrees from the nearest one",
+        f"{percent(beyond.extrapolated)} of the light comes from beyond the measured directions, where it may be off "
+        f"by {percent(beyond.beyond_error)}; the widest gap is {beyond.gap_deg:.0f} degrees from the nearest one",
     )
 
 
@@ -219,6 +294,14 @@ def percent(share: float) -> str:
 
 def warn_of_extrapolation(parts: Sequence[Interpolant], *, has_sun: bool = False) -> None:
     """Warn of light from beyond the measured directions, above `MOST_EXTRAPOLATED`."""
+    cut = max(part.cut for part in parts)
+    if cut > _LEAST_CUT:
+        warnings.warn(
+            f"measured sky: {percent(cut)} of the light that was interpolated is left out: no radiance is above "
+            f"{_MOST:g} times the brightest one measured more than {_SURROUNDINGS_DEG:g} degrees from the sun",
+            InputWarning,
+            stacklevel=5,
+        )
     share = max(part.extrapolated for part in parts)
     if share > MOST_EXTRAPOLATED:
         advice = (
@@ -227,7 +310,8 @@ def warn_of_extrapolation(parts: Sequence[Interpolant], *, has_sun: bool = False
         )
         warnings.warn(
             f"measured sky: {percent(share)} of the light comes from beyond the measured directions, where it is "
-            "extrapolated" + ("" if has_sun else advice),
+            f"extrapolated and may be off by {percent(max(part.beyond_error for part in parts))}"
+            + ("" if has_sun else advice),
             InputWarning,
             stacklevel=5,
         )

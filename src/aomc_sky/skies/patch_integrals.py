@@ -11,6 +11,7 @@ from aomc_sky.component import MAX_SLOPE
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.constants import SLOPE_STEP
 from aomc_sky.kernels.arithmetic.elementary import HALF_PI, sin_cos
+from aomc_sky.skies.jumps import jumps
 from aomc_sky.skies.quadrature import POINTS, Parts, Rule, at_points, cut, weighted_sum
 
 #: Radiance of directions, arrays of one shape: (sky_zenith_rad, sky_azimuth_rad).
@@ -79,18 +80,27 @@ class _Patches:
         self._zenith, self._azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
         ring, column = np.divmod(np.arange(self._n), grid.n_azimuth)
         self._tiles = np.stack([*self._zenith[ring].T, *self._azimuth[column].T])
-        _, owner = cut(self._azimuth - 4.0 * np.floor(0.25 * self._azimuth[:, :1]), np.arange(9.0))
-        #: parts of a patch that the rule makes of every sky, at quarter turns of azimuth
-        self._n_aligned = np.tile(np.bincount(owner, minlength=grid.n_azimuth), grid.n_zenith)
+        marks = self._marks()
+        columns = self._azimuth - 4.0 * np.floor(0.25 * self._azimuth[:, :1])
+        owners = cut(self._zenith, marks[0])[1], cut(columns, np.concatenate([np.arange(9.0), marks[1]]))[1]
+        #: parts of a patch that the rule makes at once, at quarter turns of azimuth and at jumps
+        self._n_aligned = np.outer(*(np.bincount(owner) for owner in owners)).ravel()
         self._area, self._sin2 = grid.projected_solid_angle_sr, grid.ring_sin2()
         self._middle = self._at(0.5 * (self._tiles[0] + self._tiles[1]), 0.5 * (self._tiles[2] + self._tiles[3]))
         self._rule = Rule(
             light=lambda x, y, patch: self._flux(x[0], y[0], self._middle[patch]),
             share=0.0,
             floor=0.25 * TOLERANCE / self._n,
+            marks=marks[0],
+            y_marks=marks[1],
             first=(4, 7),
             most_parts=_MAX_PARTS,
         )
+
+    def _marks(self) -> tuple[np.ndarray, np.ndarray]:
+        """Zenith angles and azimuths of jumps, the latter of both turns that columns may reach."""
+        zenith, azimuth = jumps(self._at, self._zenith, self._azimuth, max(_MAX_PARTS, 2 * self._n))
+        return zenith, np.concatenate([azimuth % 4.0, azimuth % 4.0 + 4.0])
 
     def _at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         angles = np.broadcast_arrays(x * HALF_PI, np.mod(y * HALF_PI, 2.0 * np.pi))

@@ -124,6 +124,7 @@ class Rule:
     cusp: float = 0.0  #: Slope of the light at the centre, where it is a cone. [per rad]
     circles: Sequence[float] = ()  #: sin^2 of half the radii of circles about the centre, ascending.
     marks: Sequence[float] | np.ndarray = ()  #: Zenith angles where all patches are cut. [quarter turns]
+    y_marks: Sequence[float] | np.ndarray = ()  #: Azimuths, from the centre, where all patches are cut. [0 to 8]
     share: float = 1e-11  #: Error of a patch: a share of itself,
     floor: float = 1e-15  #: one of all patches together,
     error: float = 0.0  #: and this.
@@ -137,7 +138,8 @@ class Rule:
         """
         x, ring = cut(zenith - self.centre[0], np.concatenate([[0.0], np.asarray(self.marks) - self.centre[0]]))
         start = azimuth[:, :1] - self.centre[1]
-        y, column = cut(azimuth - self.centre[1] - 4.0 * np.floor(0.25 * start), np.arange(9.0))
+        turned = azimuth - self.centre[1] - 4.0 * np.floor(0.25 * start)
+        y, column = cut(turned, np.concatenate([np.arange(9.0), self.y_marks]))
         y -= 4.0 * np.rint(0.125 * (y[:, :1] + y[:, 1:]))
         edges = x[:, :1], x[:, 1:], y[:, 0], y[:, 1]
         patch = ring[:, None] * len(azimuth) + column

@@ -218,7 +218,7 @@ def test_scattered_directions_are_interpolated_on_the_sphere():
     with pytest.warns(sky.InputWarning, match="% of the light comes from beyond"):
         remarks = sky.TabulatedSky.from_xarray(made.where(made.zenith < 60)).remarks
     assert any("directions have no value" in remark for remark in remarks)
-    assert any("foretold by the others, a radiance is off by" in remark for remark in remarks)
+    assert any("a radiance is off by" in remark for remark in remarks)
 
 
 def test_points_that_were_unstacked_are_no_field():
@@ -432,7 +432,7 @@ def test_scans_beyond_the_zenith_and_the_sun():
     cap = made.where(made.zenith < 60, drop=True)
     with pytest.warns(sky.InputWarning, match=r"say where the sun is \(--sun-zenith .* sun_zenith_deg= and"):
         sky.TabulatedSky.from_xarray(cap)
-    with pytest.warns(sky.InputWarning, match="extrapolated$"):
+    with pytest.warns(sky.InputWarning, match=r"extrapolated and may be off by [\d.]+ %$"):
         remarks = sky.TabulatedSky.from_xarray(cap, **sun).remarks
     assert any("on a trend around the sun" in remark for remark in remarks)
     with pytest.raises(sky.UsageError, match="the sun: not used with a field that has a value in every direction"):
