@@ -1,25 +1,30 @@
 """Search the steps of the numbers that a photon carries for its host (`constants.NUMBER_STEPS`).
 
-    python bench/number_steps.py [--candidates 4000] [--seed 1]
+    python bench/number_steps.py [--seconds 600] [--seed 1]
 
 Photon of rank r has the coordinates frac(shift + r a), each with a step a of its own, beside the two of its direction
-and the one that decides a rejection. N such points fill a box evenly if no small whole numbers h make h . a nearly
-whole: the figure of a set of steps is the smallest product of max(1, |h_i|) times the distance of h . a from a whole
-number (Niederreiter 1992, section 5.1), over all h of products up to 2^20, 2^14 and 2^12 for one, two and three steps.
-It is taken for every set of at most three steps that holds one of ours, and divided by that of a good set, the best of
-ten random ones. Sets that hold a step of the direction count double: cells are small, and what happens in them matters
-less.
+and the one that decides a rejection. The mean of exp(2 pi i h . x) over N photons has the variance
+sin^2(pi N t) / (N sin^2(pi t)) of that of independent ones, t the distance of h . a from a whole number: a mode whose t
+is small has up to 0.23 / t times the variance of chance. A set of steps is judged by two figures.
 
-A candidate is a continued fraction of random ones and twos, so that by itself it is nearly as even as the golden ratio
-at every number of photons. The first step is the candidate whose worst set with the fixed steps is best; then the
-second and the third, each beside those before. The search takes some minutes.
+1. Of few photons. The least t over the 811 modes h of the direction and the numbers whose sizes add up to 5 or less,
+   each with a number in it, divided by 20, 6, 2.5, 1.4 and 1 for sums of 1, 2, 3, 4 and 5. The best of random sets are
+   moved by small steps as long as that helps. Two coordinates of the direction are given, and there are more modes than
+   t of 0.03, so that some modes of sums 3 to 5 exceed chance at 100 photons: they are printed.
+2. Of many photons. The smallest product of max(1, |h_i|) and t (Niederreiter 1992, section 5.1) over all h of products
+   up to 2^20, 2^14 and 2^12 for one, two and three steps. It is taken for every set of at most three steps that holds
+   one of ours, and divided by that of a good set, the best of ten random ones. Sets that hold a step of the direction
+   count double: cells are small, and what happens in them matters less. The first digits of a step, which figure 1 has
+   chosen, are continued by a continued fraction of random ones and twos, so that by itself it is nearly as even as the
+   golden ratio at every number of photons; the best of these sets is taken.
 """
 
 from __future__ import annotations
 
 import argparse
+import time
 from fractions import Fraction
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 
@@ -28,6 +33,9 @@ from aomc_sky.kernels.arithmetic.constants import ACCEPT_STEP, NUMBER_STEPS, R2_
 FIXED = {"u": int(R2_STEP_U), "v": int(R2_STEP_V), "accept": int(ACCEPT_STEP)}
 LARGEST = {1: 1 << 20, 2: 1 << 14, 3: 1 << 12}
 MIXED, MANY = 2.0, 0.9
+SUMS = np.array([1.0, 20.0, 6.0, 2.5, 1.4, 1.0])
+"""What t is divided by, for each sum of sizes; 0 does not occur."""
+DIGITS = 1e-5  # of a step, that figure 1 chooses
 
 
 def factors(size: int) -> tuple[list[np.ndarray], np.ndarray]:
@@ -61,6 +69,19 @@ def of_fraction(x: float | Fraction) -> int:
     return int(Fraction(x) * 2**64) | 1
 
 
+def continued(start: float, rng: np.random.Generator) -> int:
+    """A step whose continued fraction goes on with ones and twos alone after the first digits of `start`."""
+    quotients, rest, denominators = [], start, [0, 1]
+    while denominators[-1] ** 2 < 1 / DIGITS:
+        quotients.append(int(1 / rest))
+        rest = 1 / rest - quotients[-1]
+        denominators.append(quotients[-1] * denominators[-1] + denominators[-2])
+    x = Fraction(0)
+    for quotient in reversed([*quotients, *rng.integers(1, 3, 90).tolist()]):
+        x = 1 / (quotient + x)
+    return of_fraction(x)
+
+
 def candidate(rng: np.random.Generator) -> int:
     """A step whose continued fraction has ones and twos alone."""
     x = Fraction(0)
@@ -92,23 +113,82 @@ def worst(step: int, others: dict[str, int], enough: float = -1.0) -> tuple[floa
     return lowest, at
 
 
-def search(candidates: int, seed: int) -> list[int]:
-    """The three steps."""
-    rng, known, found = np.random.default_rng(seed), dict(FIXED), []
-    for k in range(1, 4):
-        best, chosen = -1.0, 0
-        for _ in range(candidates):
-            step = candidate(rng)
-            value, _ = worst(step, known, best)
-            if value > best:
-                best, chosen = value, step
-        known[f"n{k}"] = chosen
-        found.append(chosen)
-    return found
+def _modes() -> np.ndarray:
+    """Coefficients of u, v and the three numbers, one of h and -h; shape (n, 5)."""
+    many = np.array([h for h in product(range(-5, 6), repeat=5) if 0 < sum(map(abs, h)) <= 5 and any(h[2:])])
+    first = many[np.arange(len(many)), (many != 0).argmax(axis=1)]
+    return many[first > 0]
+
+
+MODES = _modes()
+SUM = np.abs(MODES).sum(axis=1)
+GIVEN = MODES[:, :2] @ np.array([FIXED["u"], FIXED["v"]]) / 2.0**64
+
+
+def distances(steps: np.ndarray) -> np.ndarray:
+    """The t of all modes for sets of three steps, shape (..., n)."""
+    t = steps @ MODES[:, 2:].T + GIVEN
+    return np.abs(t - np.rint(t))
+
+
+def of_few(steps: np.ndarray) -> np.ndarray:
+    """Figure 1."""
+    return (distances(steps) / SUMS[SUM]).min(axis=-1)
+
+
+def variance(t: float, n: np.ndarray) -> np.ndarray:
+    """Variance of a mode over that of independent photons."""
+    return np.sin(np.pi * n * t) ** 2 / (n * np.sin(np.pi * t) ** 2)
+
+
+def search_few(seconds: float, rng: np.random.Generator, n: int = 300) -> np.ndarray:
+    """The best sets by figure 1, the best one first, shape (n, 3)."""
+    start, best, figures = time.monotonic(), np.zeros((0, 3)), np.zeros(0)
+    while time.monotonic() - start < seconds / 3:
+        some = rng.random((20_000, 3))
+        best, figures = np.concatenate([best, some]), np.concatenate([figures, of_few(some)])
+        chosen = np.argsort(-figures)[:n]
+        best, figures = best[chosen], figures[chosen]
+    reach = np.full(n, 0.01)
+    while time.monotonic() - start < seconds:
+        some = best[:, None] + reach[:, None, None] * rng.normal(size=(n, 60, 3)) * rng.choice(
+            [1, 0.1, 0.01], (n, 60, 1)
+        )
+        found = of_few(some)
+        chosen = found.argmax(axis=1)
+        is_better = found.max(axis=1) > figures
+        best[is_better], figures[is_better] = some[is_better, chosen[is_better]], found.max(axis=1)[is_better]
+        reach = np.clip(np.where(is_better, 1.3 * reach, 0.8 * reach), DIGITS, 0.05)
+    return best[np.argsort(-figures)] % 1.0
+
+
+def least_figure(steps: list[int], enough: float = -1.0) -> float:
+    """Figure 2 of a set: that of its worst step beside all others; stops below `enough`."""
+    lowest = np.inf
+    for k, step in enumerate(steps):
+        known = dict(FIXED) | {f"n{j + 1}": other for j, other in enumerate(steps) if j < k}
+        lowest = min(lowest, worst(step, known, enough)[0])
+        if lowest < enough:
+            break
+    return lowest
+
+
+def search(seconds: float, seed: int) -> list[int]:
+    """The three steps: half of the time for each figure."""
+    rng = np.random.default_rng(seed)
+    sets = search_few(seconds / 2, rng)
+    sets = sets[of_few(sets) > 0.9 * of_few(sets[:1])]
+    start, best, chosen = time.monotonic(), -1.0, [0, 0, 0]
+    while time.monotonic() - start < seconds / 2:
+        steps = [continued(float(x), rng) for x in sets[rng.integers(len(sets))]]
+        if of_few(np.array(steps) / 2.0**64) > 0.9 * of_few(sets[:1])[0]:
+            value = least_figure(steps, best)
+            best, chosen = (value, steps) if value > best else (best, chosen)
+    return chosen
 
 
 def show(steps: list[int]) -> None:
-    """Figures of each step beside the ones before it."""
+    """Both figures, and the modes whose variance is largest, for each sum of sizes."""
     known = dict(FIXED)
     for k, step in enumerate(steps, 1):
         value, names = worst(step, known)
@@ -116,18 +196,35 @@ def show(steps: list[int]) -> None:
             f"n{k}  0x{step:016X}  {step / 2**64:.16f}  worst figure {value:.3f} of a good one, with {' '.join(names)}"
         )
         known[f"n{k}"] = step
+    t = distances(np.array(steps) / 2.0**64)
+    numbers = np.unique(np.geomspace(100, 1e6, 20_000).astype(np.int64))
+    print(
+        "| sum of sizes | modes | above chance at 100 photons or more | worst one | variance at 100, 300, 1000, 10 000 | largest |"
+    )
+    print("| --- | --- | --- | --- | --- | --- |")
+    for total in range(1, 6):
+        some = np.flatnonzero(total == SUM)
+        at = some[t[some].argmin()]
+        terms = [
+            f"{c:+d} {name}" for c, name in zip(MODES[at].tolist(), ("u", "v", "n1", "n2", "n3"), strict=True) if c
+        ]
+        few = ", ".join(f"{value:.2g}" for value in variance(t[at], np.array([100, 300, 1000, 10_000])))
+        n_above = sum(variance(value, numbers).max() > 1 for value in t[some])
+        print(
+            f"| {total} | {some.size} | {n_above} | {' '.join(terms)} | {few} | {variance(t[at], numbers).max():.2g} |"
+        )
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--candidates", type=int, default=4000)
+    parser.add_argument("--seconds", type=float, default=600)
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     print("figures of good sets of one, two, three:", {size: round(value, 5) for size, value in GOOD.items()})
     print("in the package:")
     show([int(step) for step in NUMBER_STEPS])
-    print("found:")
-    show(search(options.candidates, options.seed))
+    print("found:", flush=True)
+    show(search(options.seconds, options.seed))
 
 
 if __name__ == "__main__":

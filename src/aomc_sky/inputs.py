@@ -57,8 +57,8 @@ MODEL = _by_name(
           words=("exact", "uniform")),
     Input("air_mass", "--air-mass", "formula of the air mass in Delta (default kasten-young-1989)",
           words=("kasten-young-1989", "kasten-1966")),
-    Input("extraterrestrial_normal", "--extraterrestrial", "extraterrestrial normal irradiance (default 1361.1, with "
-          "a date times the factor of the sun's distance)", "W m-2", 1, 1e6),
+    Input("extraterrestrial_normal", "--extraterrestrial", "extraterrestrial normal irradiance at the sun's mean "
+          "distance (default 1361.1); with a date, times the factor of the distance", "W m-2", 1, 1e6),
 )  # fmt: skip
 """Further arguments of `PerezSky`, which are not keys of sky.toml."""
 

@@ -57,6 +57,22 @@ def test_air_mass_and_extraterrestrial_irradiance_change_delta(capsys):
     assert other != one * 1361.1 / 1367
 
 
+@pytest.mark.parametrize(
+    ("time", "latitude", "clearness", "brightness"),
+    [("06-21T12:02", 40, 5.0647, 0.0946), ("06-21T12:02", 0, 4.8891, 0.0988), ("12-21T11:58", 0, None, 0.0925)],
+)
+def test_with_its_constants_and_a_date_the_brightness_is_that_of_gendaylit(
+    time, latitude, clearness, brightness, capsys
+):
+    """gendaylit 2.6 at solar noon, DNI 500, DHI 120; without the factor of the distance it was 3.3 % less in June."""
+    pytest.importorskip("pvlib")
+    moment = ("--time", f"2026-{time}Z", "--latitude", latitude, "--longitude", 0, "--dni", 500, "--dhi", 120)
+    found = shown(capsys, *map(str, moment), "--extraterrestrial", "1367", "--air-mass", "kasten-1966")
+    assert found["delta"] == pytest.approx(brightness, abs=1.1e-4)  # the sun's places differ by 0.02 degrees
+    assert clearness is None or found["epsilon"] == pytest.approx(clearness, rel=2e-3)
+    assert shown(capsys, *map(str, moment))["delta"] == pytest.approx(1.0045 * brightness, rel=2e-3)
+
+
 @pytest.mark.parametrize(("option", "path"), [("--epw", EPW), ("--tmy2", TMY2), ("--tmy3", TMY3)])
 def test_a_row_of_a_weather_file(option, path, capsys):
     pytest.importorskip("pvlib")

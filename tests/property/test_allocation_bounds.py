@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
@@ -11,8 +12,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import aomc_sky as sky
 from aomc_sky.kernels.arithmetic.error_free import exact_sum, product_over_2_62
 from aomc_sky.plan.sampling.allocation import AllocationMethod, allocate, allocate_bands, fixed_point_cumulative
+from aomc_sky.skies.tabulated import Weighting
 from tests.reference import allocation as plain
 
 WHOLE = 1 << 62
@@ -164,3 +167,37 @@ def test_multinomial_keeps_sum_and_zeros(mass, n, seed):
 def test_aomc_rounding_equals_the_plain_one(weight, n):
     table = np.array(weight, dtype=np.float32).reshape(1, -1)
     np.testing.assert_array_equal(allocate(table, n, method="aomc"), plain.aomc(table, n))
+
+
+def _shares(values):
+    exact = [Fraction(x) for x in values]
+    return [x / sum(exact) for x in exact]
+
+
+@given(st.lists(masses, min_size=1, max_size=2), photons.filter(bool), seeds, st.floats(0.01, 1.0))
+def test_counts_of_a_scene_are_within_its_bound(tables_of, n, seed, strength):
+    """Masses of a plan are float64: beside 1 + N 2^-62 photons, N p 2^-52 of one component and 2^-51 of several."""
+    skies = []
+    for values, part, name in zip(tables_of, (1.0, strength), "ab", strict=False):
+        grid = sky.PatchGrid.regular(1, len(values))
+        light = {"wavelength_nm": [550.0], "values": np.array([values]), "weighting": Weighting.LISTED}
+        table = sky.TabulatedSky(**light, grid=grid, strength=part)
+        skies += [replace(component, name=name) for component in table.lower([550.0])]
+    scene = sky.Scene(wavebands=[550.0], n_photons=n, components=skies)
+    parts = _shares([1.0, strength][: len(skies)])
+    shares = [part * p for part, values in zip(parts, tables_of, strict=True) for p in _shares(values)]
+    rounding = Fraction(1, 2**52 if len(skies) == 1 else 2**51)
+    for count, p in zip(scene.source(seed=seed).counts.ravel().tolist(), shares, strict=True):
+        assert abs(count - n * p) < 1 + Fraction(n, WHOLE) + n * p * rounding
+        assert p or not count
+
+
+def test_a_table_of_one_decade_moves_more_than_the_rounding_of_shares_alone():
+    """The planted defect: the bound without N p 2^-52 fails at 1e18 photons."""
+    values = np.random.default_rng(0).uniform(0.1, 1, 12)
+    table = sky.TabulatedSky(
+        wavelength_nm=[550.0], values=values[None], grid=sky.PatchGrid.regular(3, 4), weighting=Weighting.LISTED
+    )
+    n = 10**18
+    found = sky.Scene(wavebands=[550.0], n_photons=n, components=table).source(seed=1).counts.ravel().tolist()
+    assert max(abs(count - n * p) for count, p in zip(found, _shares(values), strict=True)) > 1.22

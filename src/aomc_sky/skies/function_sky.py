@@ -52,9 +52,9 @@ class FunctionSky(Share):
     -----
     Accuracy: for smooth functions the bias of means over photons falls as the fourth power of the patches' width, 1e-9
     and less on the default grid, and the total variation as the second. Masses by adaptive quadrature, the error of all
-    together 1e-10 of their sum for a smooth function and for one that jumps along a circle of the grid's directions;
-    `quadrature_error` has the estimate. A spot of light narrower than `sure_spot_deg`, 0.19 of a patch, can be missed:
-    give it finer patches or a `DirectBeam`. Cost: 130 values for each patch and wavelength where the function is
+    together 1e-10 of their sum for a smooth function, and for one that jumps along meridians and parallels around
+    regions wider than a patch, 1e-6 where two jumps almost meet; `quadrature_error` has the estimate. A spot of light narrower than `sure_spot_deg`, 0.19 of a patch, can be missed:
+    give it finer patches or a `DirectBeam`. Cost: 140 values for each patch and wavelength where the function is
     smooth, 0.4 s for 32 400 patches.
 
     Examples
@@ -116,7 +116,8 @@ class FunctionSky(Share):
     def quadrature_error(self, wavelength_nm: ArrayLike) -> np.ndarray:
         """Estimated error of all masses together as a share of their sum, shape (n_wl,).
 
-        It is too small where the function jumps: of 200 discs, 0.2 to 0.5 degrees wide, the light was right to 0.9 %.
+        It is too small where the function jumps along other lines than meridians and parallels: of 200 discs, 0.2 to
+        0.5 degrees wide, the light was right to 0.9 %.
         """
         return np.array([self._of(nm).error for nm in _wavelengths(wavelength_nm)])
 

@@ -27,9 +27,10 @@ class RadianceField(Share):
     A thin-plate spline of unit vectors interpolates the logarithm of the radiance
     (`scipy.interpolate.RBFInterpolator`), or its root at a wavelength with a measured 0. Unit vectors know neither a
     pole nor a turn, so the zenith and azimuth 0 are directions like all others. No radiance is negative. If the sun is
-    known, a trend is fitted first: functions of the zenith angle and of the angle to the sun. The trend goes on beyond
-    the measured directions (their hull in the stereographic projection, to the horizon as a rule). The rest keeps its
-    value at the nearest point of the hull. Between two measured wavelengths radiances are linear, beyond them constant
+    known, a trend is fitted first, by ridge regression: functions of the zenith angle and of the angle to the sun. The
+    trend goes on beyond the measured directions: outside their hull in the stereographic projection, and farther than
+    15 degrees from all of them. The rest keeps its value at the nearest point of the hull. No radiance is above twice
+    the brightest measured one; more than 10 degrees from the sun the brightest one there counts. Between two measured wavelengths radiances are linear, beyond them constant
     with a warning.
 
     Parameters
@@ -55,10 +56,11 @@ class RadianceField(Share):
 
     Notes
     -----
-    Accuracy: of Perez skies seen in 300 irregular directions (23 sets, four suns) the irradiance is within 1.2 % up to
-    clearness 3 and 2.4 % at 8, with the sun known within 0.9 and 2.2 %; its surroundings need the most directions. A
-    scene notes the error of each radiance foretold by the others. The direct beam is no part of it. Cost: half a second
-    for a wavelength.
+    Accuracy: of Perez skies seen in 300 irregular directions (23 sets, four suns) the irradiance is within 1.4 % up to
+    clearness 3 and 2.8 % at 8, with the sun known within 1.0 and 1.8 %; its surroundings need the most directions. A
+    scene notes the error of the radiances. It warns where more than 5 % of the light comes from beyond the measured
+    directions: of 7000 random skies without a warning none was off by more than 6 %. The direct beam is no part of it.
+    Cost: half a second for a wavelength.
 
     Examples
     --------

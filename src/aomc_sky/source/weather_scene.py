@@ -110,8 +110,11 @@ def weather_scene(
         The beam comes from the solar disc, 0.2665 degrees in radius, and not from one direction.
     diffuse_only : bool
         Launch the sky without the beam.
-    within, limits, air_mass, extraterrestrial_normal : optional
+    within, limits, air_mass : optional
         As in `PerezSky`.
+    extraterrestrial_normal : float, optional
+        Irradiance outside the atmosphere at the mean distance of the sun; with a time or a weather file it is
+        multiplied by the factor of the distance on that day. [W m-2, by default 1361.1]
     grid : PatchGrid, optional
         Patches of the sky; by default 45 x 180.
 

@@ -138,6 +138,9 @@ def given_inputs(
         perez, sun = {**(perez or {}), **moment.irradiances}, {**(sun or {}), **angles}
     values = {name: value for name, value in {**(perez or {}), "within": within}.items() if value is not None}
     model = {name: values.pop(name) for name in MODEL if name in values}
+    model = _checked("model", model)
+    if moment is not None and "extraterrestrial_normal" in model:
+        model["extraterrestrial_normal"] *= moment.distance_factor
     perez_keys, position = _checked("perez", values), _checked("sun", sun or {})
     message, advice = set_problem(list(perez_keys))
     if message:
@@ -145,7 +148,7 @@ def given_inputs(
     return GivenInputs(
         perez=perez_section(perez_keys),
         sun=SunSection(**position),
-        model=_checked("model", model),
+        model=model,
         lights=given_lights(atmosphere),
         weather=moment,
     )

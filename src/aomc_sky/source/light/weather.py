@@ -12,6 +12,7 @@ import numpy as np
 
 from aomc_sky.errors import InputWarning, SceneError, UsageError
 from aomc_sky.formats.sky_toml.keys import COEFFICIENT_NAMES
+from aomc_sky.skies.perez.irradiances import EXTRATERRESTRIAL_NORMAL
 
 if TYPE_CHECKING:
     from aomc_sky.formats.weather import WeatherTable
@@ -45,6 +46,11 @@ class Weather:
     def where(self) -> str:
         """The line of the file."""
         return f"{self.path}:{self.source['line']}"
+
+    @property
+    def distance_factor(self) -> float:
+        """Of the sun's irradiance at the Earth's mean distance."""
+        return self.extraterrestrial_normal / EXTRATERRESTRIAL_NORMAL
 
     def require_sun(self) -> None:
         """Raise a SceneError for a sun below the horizon."""

@@ -80,8 +80,8 @@ def read_scene(
     perez : mapping, optional
         Inputs of the Perez sky, which win over sky.toml: one set of two of "dni", "dhi" and "ghi"
         [W m-2], "epsilon" and "delta", or "a" to "e"; "spectrum" ("flat" or "spectrl2"), by which beam and sky share
-        each waveband where there is no difcol.inp; and "limits", "air_mass" and "extraterrestrial_normal" of
-        `PerezSky`.
+        each waveband where there is no difcol.inp; and "limits", "air_mass" and "extraterrestrial_normal" as
+        for `weather_scene`.
     sun : mapping, optional
         "zenith_deg" [0 to below 90; to 180 under an atmosphere], "azimuth_deg" [-360 to 360] and "disc", which win
         one by one over sky.toml and amc.inp.
