@@ -35,7 +35,8 @@ LARGEST = {1: 1 << 20, 2: 1 << 14, 3: 1 << 12}
 MIXED, MANY = 2.0, 0.9
 SUMS = np.array([1.0, 20.0, 6.0, 2.5, 1.4, 1.0])
 """What t is divided by, for each sum of sizes; 0 does not occur."""
-DIGITS = 1e-5  # of a step, that figure 1 chooses
+DIGITS = 1e-4  # of a step, that figure 1 chooses
+ENOUGH = 0.75  # of the best figure 1: sets among which figure 2 chooses
 
 
 def factors(size: int) -> tuple[list[np.ndarray], np.ndarray]:
@@ -177,11 +178,12 @@ def search(seconds: float, seed: int) -> list[int]:
     """The three steps: half of the time for each figure."""
     rng = np.random.default_rng(seed)
     sets = search_few(seconds / 2, rng)
-    sets = sets[of_few(sets) > 0.9 * of_few(sets[:1])]
+    least = ENOUGH * of_few(sets[0])
+    sets = sets[of_few(sets) > least]
     start, best, chosen = time.monotonic(), -1.0, [0, 0, 0]
     while time.monotonic() - start < seconds / 2:
         steps = [continued(float(x), rng) for x in sets[rng.integers(len(sets))]]
-        if of_few(np.array(steps) / 2.0**64) > 0.9 * of_few(sets[:1])[0]:
+        if of_few(np.array(steps) / 2.0**64) > least:
             value = least_figure(steps, best)
             best, chosen = (value, steps) if value > best else (best, chosen)
     return chosen
@@ -199,7 +201,8 @@ def show(steps: list[int]) -> None:
     t = distances(np.array(steps) / 2.0**64)
     numbers = np.unique(np.geomspace(100, 1e6, 20_000).astype(np.int64))
     print(
-        "| sum of sizes | modes | above chance at 100 photons or more | worst one | variance at 100, 300, 1000, 10 000 | largest |"
+        "| sum of sizes | modes | above chance at 100 photons or more | worst one | "
+        "variance at 100, 300, 1000, 10 000 | largest |"
     )
     print("| --- | --- | --- | --- | --- | --- |")
     for total in range(1, 6):

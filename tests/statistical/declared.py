@@ -24,6 +24,8 @@ DECLARED: dict[str, dict[str, tuple[int, int]]] = {
     "test_counts": {"test_rounding_is_bernoulli": (1, 12), "test_multinomial_is_multinomial": (1, 1)},
     "test_replicates": {
         "test_the_exact_mean_lies_within_the_error_bars": (2, 2),
+        "test_error_bars_of_the_mean_of_1_over_mu": (2, 2),
+        "test_photons_of_any_number_of_replicates_have_the_exact_mean": (3, 1),
         "test_replicates_do_not_know_each_other": (1, 3),
         "test_independent_photons_in_every_replicate": (1, 2),
     },
@@ -35,6 +37,7 @@ DECLARED: dict[str, dict[str, tuple[int, int]]] = {
     "test_perez_emission": {
         "test_independent_photons": (3, 6),
         "test_any_grid": (3, 2),
+        "test_states_of_all_clearness_bins": (72, 2),
         "test_single_precision": (1, 2),
         "test_clipped_skies": (2, 2),
         "test_stratified_photons": (3, 1),

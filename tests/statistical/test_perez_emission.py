@@ -1,6 +1,8 @@
 """Photons of the Perez sky against the continuous law: cells finer than the patches, rings around the sun, means."""
 
+import warnings
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -10,6 +12,7 @@ from aomc_sky.errors import ModelLimitWarning
 from aomc_sky.skies.perez.sky import PerezSky
 from tests.reference import perez_law
 from tests.support import chi2
+from tests.support.means import mean_p
 from tests.support.perez_cases import CASES, CLIPPED, cell_counts, cell_p, cell_shares, cone_p, photon_p_values
 from tests.support.sampled import scene, sky_angles
 
@@ -39,6 +42,33 @@ def test_independent_photons(plan, name):
     angles = photons(case, seed=seed, n=n, method="iid", precision="float64")
     for p_value in photon_p_values(case.law, *angles).values():
         plan.check(p_value)
+
+
+EDGES = [1.0, 1.065, 1.23, 1.5, 1.95, 2.8, 4.5, 6.2, 12.0]
+STATES = [
+    (epsilon, delta, sun_deg)
+    for low, high in pairwise(EDGES)
+    for epsilon in (low, (low + high) / 2, high - 1e-3)
+    for delta, sun_deg in ((0.2, 15.0), (0.35, 55.0), (0.25, 80.0))
+]
+"""Both ends and the middle of each bin of clearness, with three suns."""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("state", STATES, ids=lambda state: "-".join(f"{value:.3g}" for value in state))
+def test_states_of_all_clearness_bins(plan, state):
+    epsilon, delta, sun_deg = state
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ModelLimitWarning)
+        model = PerezSky(sun_zenith_deg=sun_deg, epsilon=epsilon, delta=delta, grid=TEN_DEGREES)
+    law = perez_law.PerezLaw(
+        coefficients=tuple(model.model_coefficients.tolist()), sun_zenith_rad=model.sun_zenith_rad, tolerance=1e-6
+    )
+    mu, u, azimuth_deg = sky_angles(
+        scene((model,), 300_000).source(seed=9, method="iid", precision="float64").photons()
+    )
+    plan.check(cell_p(law, mu, u, np.deg2rad(azimuth_deg)))
+    plan.check(mean_p(mu, perez_law.mean(law, lambda x, y, mu: mu)))
 
 
 @pytest.mark.slow

@@ -6,11 +6,12 @@ import functools
 
 import numpy as np
 import pytest
-from scipy.special import gammainc, gammaincc, ndtr, stdtrit
+from scipy.special import bdtr, gammainc, gammaincc, ndtr, stdtrit
 
 import aomc_sky as sky
 from aomc_sky.outputs.statistics import standard_error
 from tests.support import chi2
+from tests.support.means import mean_p
 
 R = 8
 N = 100
@@ -51,6 +52,33 @@ def test_the_exact_mean_lies_within_the_error_bars(plan, method):
         plan.check(chi2.binomial_p(hits, SEEDS, level))
     if method == "stratified":  # batches of one stratified run posing as replicates
         plan.catches(chi2.binomial_p(covered(method, 1, [0.5], SEEDS // 2)[0], SEEDS // 2, 0.5))
+
+
+@pytest.mark.parametrize(("method", "least"), [("stratified", 0.80), ("iid", 0.90)])
+def test_error_bars_of_the_mean_of_1_over_mu(plan, method, least):
+    """1/mu has no variance, so that its bars are too short; by how much docs/error_bars.md says, and twice them hold."""
+    exact = scene(R * N).source().exact_moments(0).mean_inverse_mu
+    t = np.empty(SEEDS)
+    for seed in range(SEEDS):
+        inverse = 1 / cosines(seed, method, R)
+        t[seed] = abs(inverse.mean() - exact) / standard_error(inverse.sum(axis=1), np.full(R, N))
+    t /= stdtrit(R - 1, 0.975)
+    for bars, share in ((1, least), (2, 0.94)):
+        plan.check(bdtr(np.count_nonzero(t < bars), SEEDS, share))
+    if method == "stratified":  # bars of a third of the length
+        plan.catches(bdtr(np.count_nonzero(t < 1 / 3), SEEDS, least))
+
+
+@pytest.mark.parametrize("replicates", [2, 20, 80])
+def test_photons_of_any_number_of_replicates_have_the_exact_mean(plan, replicates):
+    """The mean over all replicates, over seeds; one that is off by 8 standard errors is found."""
+    exact = scene(R * N).source().exact_moments(0).mean_mu
+    means = np.array([
+        -scene(R * N).source(seed=seed, replicates=replicates, precision="float64").photons().uz.mean()
+        for seed in range(SEEDS)
+    ])  # fmt: skip
+    plan.check(mean_p(means, exact))
+    plan.catches(mean_p(means + 8 * means.std() / np.sqrt(SEEDS), exact))
 
 
 def test_batches_of_one_stratified_run_overstate_its_error():

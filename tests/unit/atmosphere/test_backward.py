@@ -160,6 +160,28 @@ def test_what_is_not_flagged_can_be_trusted() -> None:
     assert np.mean(doubtful**2) > 1.5
 
 
+@pytest.mark.slow
+def test_what_is_not_flagged_can_be_trusted_under_ozone_and_a_low_sun() -> None:
+    """At 320 nm the sun lights the air through ever more ozone: from 83 to 88 degrees 0 to 56 % are flagged."""
+    medium, rng = full(320.0, ozone_m2=3e-24), np.random.default_rng(6)
+    tables, trusted, shares = path_tables(medium), [], []
+    for sun in (83.0, 86.0, 88.0):
+        asked = {
+            "sun_zenith_rad": np.radians(sun), "sky_zenith_rad": np.radians(rng.uniform(0, 89, 60)),
+            "azimuth_from_sun_rad": rng.uniform(0, 2 * np.pi, 60), "tables": tables, "threads": 2,
+        }  # fmt: skip
+        many = solved(medium, 2**17, seed=1000, **asked)
+        results = [solved(medium, 4096, seed=seed, **asked) for seed in range(8)]
+        for one in results:
+            off = (one.radiance - many.radiance) / np.hypot(one.standard_error, many.standard_error)
+            trusted.append(off[~one.under_sampled])
+        shares.append(np.mean([one.under_sampled for one in results]))
+    off = np.concatenate(trusted)
+    assert abs(np.mean(off**2) - 1) < 0.2
+    assert np.mean(np.abs(off) > 3) < 0.02
+    assert shares[0] < 0.02 < shares[1] < shares[2] < 0.8
+
+
 def test_orders_add_up_and_end() -> None:
     medium = molecules_only(400.0, 0.5)
     tables = path_tables(medium)
