@@ -1,6 +1,6 @@
 """Search the steps of the numbers that a photon carries for its host (`constants.NUMBER_STEPS`).
 
-    python bench/number_steps.py [--seconds 600] [--seed 1]
+    python bench/number_steps.py [--candidates 30000] [--seed 5]
 
 Photon of rank r has the coordinates frac(shift + r a), each with a step a of its own, beside the two of its direction
 and the one that decides a rejection. The mean of exp(2 pi i h . x) over N photons has the variance
@@ -8,21 +8,23 @@ sin^2(pi N t) / (N sin^2(pi t)) of that of independent ones, t the distance of h
 is small has up to 0.23 / t times the variance of chance. A set of steps is judged by two figures.
 
 1. Of few photons. The least t over the 811 modes h of the direction and the numbers whose sizes add up to 5 or less,
-   each with a number in it, divided by 20, 6, 2.5, 1.4 and 1 for sums of 1, 2, 3, 4 and 5. The best of random sets are
-   moved by small steps as long as that helps. Two coordinates of the direction are given, and there are more modes than
-   t of 0.03, so that some modes of sums 3 to 5 exceed chance at 100 photons: they are printed.
+   each with a number in it, divided by 20, 6, 2.5, 1.4 and 1 for sums of 1, 2, 3, 4 and 5. Two steps, those of the
+   direction, are given, and there are more modes than t of 0.03 apart, so that some modes of sums 3 to 5 exceed chance
+   at 100 photons: they are printed.
 2. Of many photons. The smallest product of max(1, |h_i|) and t (Niederreiter 1992, section 5.1) over all h of products
    up to 2^20, 2^14 and 2^12 for one, two and three steps. It is taken for every set of at most three steps that holds
    one of ours, and divided by that of a good set, the best of ten random ones. Sets that hold a step of the direction
-   count double: cells are small, and what happens in them matters less. The first digits of a step, which figure 1 has
-   chosen, are continued by a continued fraction of random ones and twos, so that by itself it is nearly as even as the
-   golden ratio at every number of photons; the best of these sets is taken.
+   count double: cells are small, and what happens in them matters less.
+
+A candidate is a continued fraction of random ones and twos, so that by itself it is nearly as even as the golden ratio
+at every number of photons. Candidates whose figure 2 beside the fixed steps is below 0.7 go. Random sets of three of
+the others change one step at a time for the one with the best figure 1. Of the sets whose figure 1 is 0.6 of the best
+one or more, that with the best figure 2 is taken. The search takes five minutes.
 """
 
 from __future__ import annotations
 
 import argparse
-import time
 from fractions import Fraction
 from itertools import combinations, product
 
@@ -35,8 +37,8 @@ LARGEST = {1: 1 << 20, 2: 1 << 14, 3: 1 << 12}
 MIXED, MANY = 2.0, 0.9
 SUMS = np.array([1.0, 20.0, 6.0, 2.5, 1.4, 1.0])
 """What t is divided by, for each sum of sizes; 0 does not occur."""
-DIGITS = 1e-4  # of a step, that figure 1 chooses
-ENOUGH = 0.75  # of the best figure 1: sets among which figure 2 chooses
+ENOUGH, CLOSE = 0.7, 0.6
+"""Figure 2 of a candidate beside the fixed steps; share of the best figure 1 of a set whose figure 2 counts."""
 
 
 def factors(size: int) -> tuple[list[np.ndarray], np.ndarray]:
@@ -68,19 +70,6 @@ def figure(steps: tuple[int, ...]) -> float:
 def of_fraction(x: float | Fraction) -> int:
     """A fraction in units of 2^-64, rounded to an odd number, whose multiples visit all 2^64."""
     return int(Fraction(x) * 2**64) | 1
-
-
-def continued(start: float, rng: np.random.Generator) -> int:
-    """A step whose continued fraction goes on with ones and twos alone after the first digits of `start`."""
-    quotients, rest, denominators = [], start, [0, 1]
-    while denominators[-1] ** 2 < 1 / DIGITS:
-        quotients.append(int(1 / rest))
-        rest = 1 / rest - quotients[-1]
-        denominators.append(quotients[-1] * denominators[-1] + denominators[-2])
-    x = Fraction(0)
-    for quotient in reversed([*quotients, *rng.integers(1, 3, 90).tolist()]):
-        x = 1 / (quotient + x)
-    return of_fraction(x)
 
 
 def candidate(rng: np.random.Generator) -> int:
@@ -142,27 +131,6 @@ def variance(t: float, n: np.ndarray) -> np.ndarray:
     return np.sin(np.pi * n * t) ** 2 / (n * np.sin(np.pi * t) ** 2)
 
 
-def search_few(seconds: float, rng: np.random.Generator, n: int = 300) -> np.ndarray:
-    """The best sets by figure 1, the best one first, shape (n, 3)."""
-    start, best, figures = time.monotonic(), np.zeros((0, 3)), np.zeros(0)
-    while time.monotonic() - start < seconds / 3:
-        some = rng.random((20_000, 3))
-        best, figures = np.concatenate([best, some]), np.concatenate([figures, of_few(some)])
-        chosen = np.argsort(-figures)[:n]
-        best, figures = best[chosen], figures[chosen]
-    reach = np.full(n, 0.01)
-    while time.monotonic() - start < seconds:
-        some = best[:, None] + reach[:, None, None] * rng.normal(size=(n, 60, 3)) * rng.choice(
-            [1, 0.1, 0.01], (n, 60, 1)
-        )
-        found = of_few(some)
-        chosen = found.argmax(axis=1)
-        is_better = found.max(axis=1) > figures
-        best[is_better], figures[is_better] = some[is_better, chosen[is_better]], found.max(axis=1)[is_better]
-        reach = np.clip(np.where(is_better, 1.3 * reach, 0.8 * reach), DIGITS, 0.05)
-    return best[np.argsort(-figures)] % 1.0
-
-
 def least_figure(steps: list[int], enough: float = -1.0) -> float:
     """Figure 2 of a set: that of its worst step beside all others; stops below `enough`."""
     lowest = np.inf
@@ -174,18 +142,27 @@ def least_figure(steps: list[int], enough: float = -1.0) -> float:
     return lowest
 
 
-def search(seconds: float, seed: int) -> list[int]:
-    """The three steps: half of the time for each figure."""
+def search(n_candidates: int, seed: int, n_sets: int = 400, sweeps: int = 4) -> list[int]:
+    """The three steps."""
     rng = np.random.default_rng(seed)
-    sets = search_few(seconds / 2, rng)
-    least = ENOUGH * of_few(sets[0])
-    sets = sets[of_few(sets) > least]
-    start, best, chosen = time.monotonic(), -1.0, [0, 0, 0]
-    while time.monotonic() - start < seconds / 2:
-        steps = [continued(float(x), rng) for x in sets[rng.integers(len(sets))]]
-        if of_few(np.array(steps) / 2.0**64) > least:
-            value = least_figure(steps, best)
-            best, chosen = (value, steps) if value > best else (best, chosen)
+    pool = [candidate(rng) for _ in range(n_candidates)]
+    pool = [step for step in pool if worst(step, dict(FIXED), ENOUGH)[0] >= ENOUGH]
+    steps = np.array(pool) / 2.0**64
+    sets = rng.integers(len(pool), size=(n_sets, 3))
+    figures = of_few(steps[sets])
+    for k, one in product(range(sweeps * 3), range(n_sets)):
+        others = np.repeat(steps[sets[one]][None], len(pool), axis=0)
+        others[:, k % 3] = steps
+        found = of_few(others)
+        if found.max() > figures[one]:
+            sets[one, k % 3], figures[one] = found.argmax(), found.max()
+    best, chosen = -1.0, [0, 0, 0]
+    for one in np.argsort(-figures):
+        if figures[one] < CLOSE * figures.max():
+            break
+        several = [pool[k] for k in sets[one]]
+        value = least_figure(several, best)
+        best, chosen = (value, several) if value > best else (best, chosen)
     return chosen
 
 
@@ -218,16 +195,44 @@ def show(steps: list[int]) -> None:
         )
 
 
+def of_equal_rings(step: int, width_deg: float, rings: int = 90) -> np.ndarray:
+    """Variance of the share of photons in half a number's range over that of independent ones, of equal rings.
+
+    The photons of a column (0 degrees) or a sector, one in each patch, of rings of 5 to 400 patches.
+    """
+    found = []
+    for n_columns in range(5, 401):
+        n = max(1, round(n_columns * width_deg / 360.0))
+        rank = (np.arange(rings)[:, None] * n_columns + np.arange(n)).ravel()
+        number = np.mod(rank * (step / 2.0**64), 1.0)
+        in_half = np.mod(number[:, None] + np.arange(64) / 64, 1.0) < 0.5
+        found.append(in_half.mean(axis=0).var() * rank.size / 0.25)
+    return np.array(found)
+
+
+def show_rings(steps: list[int]) -> None:
+    """The worst and the median of equal rings, and the worst numbers of patches in a ring."""
+    print("| step | column: worst, median | 10 degrees | 90 degrees | worst rings |")
+    print("| --- | --- | --- | --- | --- |")
+    for k, step in enumerate(steps, 1):
+        found = [of_equal_rings(step, width) for width in (0.0, 10.0, 90.0)]
+        shown = " | ".join(f"{one.max():.2g}, {np.median(one):.1g}" for one in found)
+        print(f"| n{k} | {shown} | {', '.join(map(str, np.sort(5 + np.argsort(-found[0])[:5])))} |")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--seconds", type=float, default=600)
-    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--candidates", type=int, default=30_000)
+    parser.add_argument("--seed", type=int, default=5)
     options = parser.parse_args()
     print("figures of good sets of one, two, three:", {size: round(value, 5) for size, value in GOOD.items()})
     print("in the package:")
     show([int(step) for step in NUMBER_STEPS])
+    show_rings([int(step) for step in NUMBER_STEPS])
     print("found:", flush=True)
-    show(search(options.seconds, options.seed))
+    found = search(options.candidates, options.seed)
+    show(found)
+    show_rings(found)
 
 
 if __name__ == "__main__":

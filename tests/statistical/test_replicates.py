@@ -56,7 +56,7 @@ def test_the_exact_mean_lies_within_the_error_bars(plan, method):
 
 @pytest.mark.parametrize(("method", "least"), [("stratified", 0.80), ("iid", 0.90)])
 def test_error_bars_of_the_mean_of_1_over_mu(plan, method, least):
-    """1/mu has no variance, so that its bars are too short; by how much docs/error_bars.md says, and twice them hold."""
+    """1/mu has no variance, so its bars are too short, by what docs/error_bars.md says; twice them hold."""
     exact = scene(R * N).source().exact_moments(0).mean_inverse_mu
     t = np.empty(SEEDS)
     for seed in range(SEEDS):

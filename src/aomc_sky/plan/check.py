@@ -74,7 +74,7 @@ OPTIONS = {
     *("footprint", "components", "azimuth_first_index"),
 }
 
-_VERSIONS = {"aomc-sky/1": "aomc-sky 0.1", "aomc-sky/2": "aomc-sky 0.2"}
+_VERSIONS = {f"aomc-sky/{k}": f"aomc-sky 0.{k}" for k in (1, 2, 3)}
 _NAME = re.compile(r"[!-+\--~]([ -+\--~]{0,198}[!-+\--~])?")
 _LARGEST = 1e300
 

@@ -53,9 +53,9 @@ class FunctionSky(Share):
     Accuracy: for smooth functions the bias of means over photons falls as the fourth power of the patches' width, 1e-9
     and less on the default grid, and the total variation as the second. Masses by adaptive quadrature, the error of all
     together 1e-10 of their sum for a smooth function, and for one that jumps along meridians and parallels around
-    regions wider than a patch, 1e-6 where two jumps almost meet; `quadrature_error` has the estimate. A spot of light narrower than `sure_spot_deg`, 0.19 of a patch, can be missed:
-    give it finer patches or a `DirectBeam`. Cost: 140 values for each patch and wavelength where the function is
-    smooth, 0.4 s for 32 400 patches.
+    regions wider than a patch, 4e-6 where two jumps almost meet; `quadrature_error` has the estimate. A spot of light
+    narrower than `sure_spot_deg`, 0.19 of a patch, can be missed: give it finer patches or a `DirectBeam`. Cost: 140
+    values for each patch and wavelength where the function is smooth, 0.4 s for 32 400 patches.
 
     Examples
     --------

@@ -30,8 +30,8 @@ class RadianceField(Share):
     known, a trend is fitted first, by ridge regression: functions of the zenith angle and of the angle to the sun. The
     trend goes on beyond the measured directions: outside their hull in the stereographic projection, and farther than
     15 degrees from all of them. The rest keeps its value at the nearest point of the hull. No radiance is above twice
-    the brightest measured one; more than 10 degrees from the sun the brightest one there counts. Between two measured wavelengths radiances are linear, beyond them constant
-    with a warning.
+    the brightest measured one; more than 10 degrees from the sun the brightest one there counts. Between two measured
+    wavelengths radiances are linear, beyond them constant with a warning.
 
     Parameters
     ----------
@@ -59,8 +59,8 @@ class RadianceField(Share):
     Accuracy: of Perez skies seen in 300 irregular directions (23 sets, four suns) the irradiance is within 1.4 % up to
     clearness 3 and 2.8 % at 8, with the sun known within 1.0 and 1.8 %; its surroundings need the most directions. A
     scene notes the error of the radiances. It warns where more than 5 % of the light comes from beyond the measured
-    directions: of 7000 random skies without a warning none was off by more than 6 %. The direct beam is no part of it.
-    Cost: half a second for a wavelength.
+    directions: of 26 000 random skies none without a warning was off by more than 7 %. The direct beam is no part of
+    it. Cost: half a second for a wavelength.
 
     Examples
     --------

@@ -269,7 +269,7 @@ def _shares(inputs: PerezInputs, sun: Sun, bands: Wavebands, spectrum: str, with
 
         found = spectral_split(inputs, sun, bands.wavelength_nm)
         fractions, irradiance = found.direct_fraction, (found.direct_irradiance, found.diffuse_irradiance)
-        how, options = f"spectra of SPCTRL2 at turbidity {found.turbidity:.3g}", {"spectrum": found.as_options()}
+        how, options = str(found), {"spectrum": found.as_options()}
     else:
         fractions, irradiance = np.full(bands.n_bands, broadband), None
         how, options = "the broadband share in every waveband; blue light is more diffuse, red light less", {}

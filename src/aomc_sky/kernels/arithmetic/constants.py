@@ -22,7 +22,7 @@ ACCEPT = np.uint64(1 << 31)
 """Rejection: step of the sequence that decides trial 0, 2^64 over the golden ratio (odd), and the draw of Philox that
 does it for photons without a sequence."""
 
-NUMBER_STEPS = np.array([0x6B719F9802495A49, 0x69B2B5C4F92C14BD, 0xA16F4D7F67E4C94D], dtype=np.uint64)
+NUMBER_STEPS = np.array([0x63533F178C667D83, 0x6B93F5278387B157, 0xB4051CD662FD363F], dtype=np.uint64)
 """Steps of the numbers that a photon carries for its host, found by bench/number_steps.py."""
 NUMBER_STEPS.flags.writeable = False
 

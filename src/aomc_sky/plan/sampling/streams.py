@@ -9,7 +9,7 @@ import numpy as np
 from aomc_sky.kernels.arithmetic import rng
 from aomc_sky.whole_number import as_index_within
 
-STREAM_VERSION = "aomc-sky/3"
+STREAM_VERSION = "aomc-sky/4"
 """Changes whenever equal input gives other photons; part of the plan's hash."""
 
 _KEY_VERSION = "aomc-sky/2"

@@ -1,4 +1,4 @@
-"""Beam and sky of each waveband from broadband irradiances: cloudless spectra of SPCTRL2, scaled to dni and dhi."""
+"""Beam and sky of each waveband from broadband irradiances: spectra of SPCTRL2 and of clouds, scaled to dni and dhi."""
 
 from __future__ import annotations
 
@@ -21,12 +21,15 @@ WATER_CM, OZONE_ATM_CM, TURBIDITY = 1.416, 0.344, 0.084
 """Values of the reference spectrum ASTM G173; the turbidity is the optical depth of the aerosol at 500 nm."""
 LARGEST_TURBIDITY = 0.5
 """Above this it is rather cloud than aerosol."""
+_NOTED_CLOUD = 0.1
+_DIFFUSE_AIR_MASS = 1.66
 SEA_ALBEDO, PRESSURE_PA = 0.06, 101_325.0
 
 _ANY_DAY = 80  # the distance of the sun scales both spectra alike, and they are scaled anyway
 _TURBIDITY_DECIMALS, _FRACTION_DECIMALS, _DIGITS = 6, 9, 9
 
-Spectra = Callable[[float], tuple[np.ndarray, np.ndarray, np.ndarray]]
+#: Wavelengths, direct normal and diffuse horizontal irradiance, of a turbidity and, for the beam, an air mass.
+Spectra = Callable[..., tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -37,12 +40,21 @@ class SpectralSplit:
     direct_irradiance: np.ndarray  #: (n_band,) [W m-2 nm-1]
     diffuse_irradiance: np.ndarray  #: (n_band,) [W m-2 nm-1]
     turbidity: float  #: optical depth of the aerosol at 500 nm [0 to 0.5]
+    cloud: float  #: share of the diffuse light with the spectrum of a cloud [0 to 1]
+
+    def __str__(self) -> str:
+        """The spectra for a person."""
+        text = f"spectra of SPCTRL2 at turbidity {self.turbidity:.3g}"
+        if self.cloud > _NOTED_CLOUD:
+            text += f", {100 * self.cloud:.3g} % of the diffuse light as white as a cloud's"
+        return text
 
     def as_options(self) -> dict[str, Any]:
         """JSON values for a manifest."""
         return {
             "model": "spectrl2",
             "turbidity_500nm": self.turbidity,
+            "cloud_share": self.cloud,
             "precipitable_water_cm": WATER_CM,
             "ozone_atm_cm": OZONE_ATM_CM,
             "ground_albedo": SEA_ALBEDO,
@@ -53,18 +65,25 @@ class SpectralSplit:
 def spectral_split(inputs: PerezInputs, sun: Sun, wavelength_nm: np.ndarray) -> SpectralSplit:
     """Split the light of each waveband by spectra whose integrals are the irradiances that are given.
 
-    Results are rounded, so that the last bit of a library's exponential does not change the run. Warns if no turbidity
-    from 0 to 0.5 gives the ratio of dhi and dni.
+    More diffuse light than turbidity 0.5 has is that of cloud. With r the ratio of dni and dhi, and r_05 that of
+    turbidity 0.5, its share of the diffuse light is 1 - r / r_05.
+
+    Results are rounded, so that the last bit of a library's exponential does not change the run. Warns if a sky of
+    turbidity 0 has more diffuse light than the inputs.
     """
     _refuse_outside(wavelength_nm)
     dni, dhi = irradiances(inputs, sun)
     if dni + dhi == 0:
         raise SceneError(f"spectrum 'spectrl2' scales spectra to dni and dhi, but {inputs} leave no light at all")
     spectra = _spectra(sun.zenith_deg)
-    turbidity = _turbidity(spectra, dni, dhi)
+    turbidity, cloud = _turbidity_and_cloud(spectra, dni, dhi)
     grid_nm, normal, diffuse = spectra(turbidity)
     direct = np.interp(wavelength_nm, grid_nm, normal) * (sun.cosine * dni / _integral(grid_nm, normal))
-    sky = np.interp(wavelength_nm, grid_nm, diffuse) * (dhi / _integral(grid_nm, diffuse))
+    diffuse = diffuse / _integral(grid_nm, diffuse)
+    if cloud > 0:
+        under_cloud = _cloud_spectrum(spectra)
+        diffuse = (1.0 - cloud) * diffuse + cloud * (under_cloud / _integral(grid_nm, under_cloud))
+    sky = np.interp(wavelength_nm, grid_nm, diffuse) * dhi
     fraction = np.round(direct / (direct + sky), _FRACTION_DECIMALS)
     both = np.array([float(f"{total:.{_DIGITS}g}") for total in (direct + sky).tolist()])
     return SpectralSplit(
@@ -72,6 +91,7 @@ def spectral_split(inputs: PerezInputs, sun: Sun, wavelength_nm: np.ndarray) -> 
         direct_irradiance=both * fraction,
         diffuse_irradiance=both * (1.0 - fraction),
         turbidity=turbidity,
+        cloud=cloud,
     )
 
 
@@ -97,23 +117,35 @@ def _spectra(sun_zenith_deg: float) -> Spectra:
         "surface_tilt": 0.0,
         "ground_albedo": SEA_ALBEDO,
         "surface_pressure": PRESSURE_PA,
-        "relative_airmass": float(relative_air_mass(math.radians(sun_zenith_deg))),
         "precipitable_water": WATER_CM,
         "ozone": OZONE_ATM_CM,
         "dayofyear": _ANY_DAY,
     }
 
-    def of_turbidity(turbidity: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        spectra = spectrl2(aerosol_turbidity_500nm=turbidity, **fixed)
+    air_mass_of_sun = float(relative_air_mass(math.radians(sun_zenith_deg)))
+
+    def of_turbidity(turbidity: float, air_mass: float = air_mass_of_sun) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        spectra = spectrl2(aerosol_turbidity_500nm=turbidity, relative_airmass=air_mass, **fixed)
         return (np.ravel(spectra["wavelength"]), spectra["dni"][:, 0], spectra["dhi"][:, 0])
 
     return of_turbidity
 
 
-def _turbidity(spectra: Spectra, dni: float, dhi: float) -> float:
-    """The turbidity whose spectra have the ratio of dhi and dni, which rises with it; a usual one without either."""
-    if dni == 0 or dhi == 0:
-        return TURBIDITY
+def _cloud_spectrum(spectra: Spectra) -> np.ndarray:
+    """Light below a cloud, whose droplets are nearly grey: the sun's less what ozone, water and mixed gases absorb.
+
+    They do so along the air mass of diffuse light, 1.66. This is the beam of SPCTRL2 without aerosol, over what its
+    molecules transmit (Bird and Riordan 1986, eq. (2-4)).
+    """
+    grid_nm, normal, _ = spectra(0.0, _DIFFUSE_AIR_MASS)
+    um = grid_nm / 1000.0
+    return normal * np.exp(_DIFFUSE_AIR_MASS / (um**4 * (115.6406 - 1.335 / um**2)))
+
+
+def _turbidity_and_cloud(spectra: Spectra, dni: float, dhi: float) -> tuple[float, float]:
+    """The turbidity whose spectra have the ratio of dhi and dni, which rises with it, and the share of cloud beyond."""
+    if dhi == 0:
+        return TURBIDITY, 0.0
 
     def excess(turbidity: float) -> float:
         """Diffuse light of the model less that of the inputs, for the direct light of both."""
@@ -121,22 +153,23 @@ def _turbidity(spectra: Spectra, dni: float, dhi: float) -> float:
         return _integral(grid_nm, diffuse) * dni - _integral(grid_nm, normal) * dhi
 
     low, high = 0.0, LARGEST_TURBIDITY
-    is_clearer, is_cloudier = excess(low) > 0, excess(high) < 0
-    if is_clearer or is_cloudier:
-        end, what = (low, "less") if is_clearer else (high, "more")
-        _warn_of_end(dni, dhi, end, what)
-        return end
+    if excess(high) < 0:
+        grid_nm, normal, diffuse = spectra(high)
+        ratio = (dni / dhi) / (_integral(grid_nm, normal) / _integral(grid_nm, diffuse))
+        return high, round(1.0 - ratio, _TURBIDITY_DECIMALS)
+    if excess(low) > 0:
+        _warn_of_clear_sky(dni, dhi)
+        return low, 0.0
     while high - low > 1e-9:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if excess(middle) > 0 else (middle, high)
-    return round(0.5 * (low + high), _TURBIDITY_DECIMALS)
+    return round(0.5 * (low + high), _TURBIDITY_DECIMALS), 0.0
 
 
-def _warn_of_end(dni: float, dhi: float, turbidity: float, what: str) -> None:
-    why = "but under cloud the light is whiter" if what == "more" else "and its diffuse light is scaled"
+def _warn_of_clear_sky(dni: float, dhi: float) -> None:
     warnings.warn(
-        f"spectrum 'spectrl2': dhi {dhi:g} with dni {dni:g} W m-2 is {what} than a cloudless sky has; "
-        f"turbidity {turbidity:g} is used, {why}",
+        f"spectrum 'spectrl2': dhi {dhi:g} with dni {dni:g} W m-2 is less than a cloudless sky has; "
+        "turbidity 0 is used, and its diffuse light is scaled",
         ModelLimitWarning,
         stacklevel=2,
     )

@@ -84,7 +84,7 @@ def _by_spectrum(inputs: SkyInputs, units: SkySection, wavelength_nm: np.ndarray
         )
     return BandSplit(
         difcol=DifcolTable(direct_fraction=found.direct_fraction, intensity=np.ones(wavelength_nm.size)),
-        origin=f"{inputs.perez}, spectra of SPCTRL2 at turbidity {found.turbidity:.3g}",
+        origin=f"{inputs.perez}, {found}",
         units=units,
         options={"spectrum": found.as_options()},
     )

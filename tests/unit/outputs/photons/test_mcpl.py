@@ -185,7 +185,7 @@ def test_nothing_of_the_machine_is_in_the_head(tmp_path):
     runs = runs_of(parsed(McplWriter(source).layouts((0, 1, 2))[0].head))
     assert (runs.seed, runs.plan, runs.is_plan(source.plan.sha256)) == (12, source.plan.sha256[:12], True)
     assert any("3: 700.0" in c for c in comments)
-    assert not any("/" in c.replace("aomc-sky/3", "").replace("h c / wavelength", "") for c in comments)
+    assert not any("/" in c.replace("aomc-sky/4", "").replace("h c / wavelength", "") for c in comments)
 
 
 @pytest.mark.parametrize("wavelength", [0.0, 1e-50])

@@ -130,17 +130,47 @@ def test_without_beam_or_without_sky_one_is_all() -> None:
     assert np.all(overcast.diffuse_irradiance > 0)
     assert np.all(dark.direct_fraction == 1.0)
     assert not dark.diffuse_irradiance.any()
-    assert overcast.turbidity == dark.turbidity == TURBIDITY
+    assert (overcast.turbidity, overcast.cloud) == (0.5, 1.0)
+    assert (dark.turbidity, dark.cloud) == (TURBIDITY, 0.0)
 
 
-@pytest.mark.parametrize(
-    ("dni", "dhi", "end", "word"),
-    [(300.0, 400.0, 0.5, "more"), (1000.0, 20.0, 0.0, "less"), (1e-3, 300.0, 0.5, "more")],
-)
-def test_what_no_turbidity_gives_is_told(dni: float, dhi: float, end: float, word: str) -> None:
-    with pytest.warns(ModelLimitWarning, match=f"{word} than a cloudless sky has"):
-        found = split(dni, dhi, 30.0)
-    assert found.turbidity == end
+def test_a_sky_clearer_than_any_is_told() -> None:
+    with pytest.warns(ModelLimitWarning, match="less than a cloudless sky has"):
+        found = split(1000.0, 20.0, 30.0)
+    assert (found.turbidity, found.cloud) == (0.0, 0.0)
+
+
+OCEAN_NM = np.array([412.0, 443.0, 490.0, 555.0, 670.0])
+
+
+def test_light_below_a_cloud_is_white() -> None:
+    """PythonicDISORT, optical depths 10 to 40, suns at 30 to 70 degrees (bench/cloud_spectrum.py); 0.3.0 had 2.94."""
+    light = split(0.0, 300.0, 50.0, OCEAN_NM).diffuse_irradiance
+    found = light[:-1] / light[-1]
+    np.testing.assert_allclose(found, [1.164, 1.285, 1.277, 1.217], rtol=1e-3)
+    least, most = np.array([1.053, 1.194, 1.222, 1.176]), np.array([1.156, 1.287, 1.279, 1.215])
+    assert np.all((0.99 * least < found) & (found < 1.02 * most))
+
+
+def test_from_haze_to_cloud_nothing_jumps() -> None:
+    """A little beam changes little; the share of cloud rises from 0 where turbidity 0.5 is reached."""
+
+    def blue(dni: float) -> tuple[float, float]:
+        found = split(dni, 300.0, 50.0, OCEAN_NM)
+        return float(found.diffuse_irradiance[0] / found.diffuse_irradiance[-1]), found.cloud
+
+    at = np.linspace(0.0, 1000.0, 401)
+    ratios, clouds = np.array([blue(dni) for dni in at.tolist()]).T
+    assert np.abs(np.diff(ratios)).max() < 0.03
+    assert np.all(np.diff(clouds) <= 0)
+    assert clouds[0] == 1.0
+    assert clouds[-1] == 0.0
+    assert abs(blue(0.1)[0] / blue(0.0)[0] - 1) < 1e-3
+
+
+def test_the_share_of_cloud_is_said() -> None:
+    assert str(split(0.0, 300.0, 50.0)).endswith("turbidity 0.5, 100 % of the diffuse light as white as a cloud's")
+    assert str(split(850.0, 95.0, 50.0)).count("cloud") == 0
 
 
 @pytest.mark.parametrize("wavelength_nm", [299.9, 4000.5])
