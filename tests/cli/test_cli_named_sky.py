@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import aomc_sky as sky
 from aomc_sky.cli.main import main
 
 
@@ -39,7 +40,15 @@ def test_the_sky_alone(tmp_path: Path, words: tuple[str, ...], mean_cosine: floa
         (("--sky", "cie", "--sky-option", "type=12"), "--sky cie needs --sun-zenith"),
         (("--sky", "cie", "--sun-zenith", "40"), "--sky-option type="),
         (("--sky", "none"), "--sky none needs a scene of files"),
-        (("--sky", "overcast", "--ghi", "300", "--dhi", "200", "--sun-zenith", "40"), "is the sky alone"),
+        (
+            ("--sky", "overcast", "--ghi", "300", "--dhi", "200", "--sun-zenith", "40", "--air-mass", "kasten-1966"),
+            "--air-mass: of the Perez sky",
+        ),
+        (
+            ("--sky", "overcast", "--coefficients", "-1", "-0.3", "5", "-3", "0.1", "--sun-zenith", "40"),
+            "--coefficients: of the Perez sky",
+        ),
+        (("--sky", "harrison-coombes", "--sun-zenith", "40", "--spectrum", "spectrl2"), "--spectrum: used only where"),
         (("--sky", "uniform", "--sky-option", "a=1"), "has no options"),
         (("--sky-option", "a=1", "--ghi", "300", "--dhi", "200", "--sun-zenith", "40"), "is for a sky of another name"),
         (("--sky", "overcast", "--sun-zenith", "40"), "does not depend on the sun"),
@@ -54,6 +63,68 @@ def test_what_does_not_fit(
     assert run(*words, "--out", tmp_path / "grey") == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "grey").exists()
+
+
+HARRISON = ("--sky", "harrison-coombes", "--sun-zenith", "40")
+
+
+def test_a_sky_whose_sun_is_lost_says_so(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Version 0.3 launched a clear sky without its sun, two thirds of the light, and no word."""
+    assert run(*HARRISON, "--out", tmp_path / "one", "-q") == 0
+    assert "the direct beam of the sun is missing" in capsys.readouterr().err
+    assert run(*HARRISON, "--diffuse-only", "--out", tmp_path / "two", "-q") == 0
+    assert capsys.readouterr().err == ""
+    one, two = (np.load(tmp_path / name / "photons-0001.npy") for name in ("one", "two"))
+    assert np.array_equal(one, two)
+
+
+@pytest.mark.parametrize(
+    ("words", "cosine"),
+    [(HARRISON, None), (("--sky", "overcast", "--sun-zenith", "40"), 5 / 7),
+     (("--sky", "uniform", "--sun-zenith", "40"), 2 / 3),
+     (("--sky", "cie", "--sky-option", "type=5", "--sun-zenith", "40"), 2 / 3)],
+)  # fmt: skip
+@pytest.mark.parametrize("spectrum", ["flat", "spectrl2"])
+def test_any_sky_has_the_beam(tmp_path: Path, words: tuple[str, ...], cosine: float | None, spectrum: str) -> None:
+    """The beam and its share are those of a Perez sky of the same irradiances, the rest of the light is the sky's."""
+    pytest.importorskip("pvlib")
+    amounts = ("--ghi", "780", "--dhi", "140", "--spectrum", spectrum)
+    assert run(*words, *amounts, "--out", tmp_path / "both", "-q") == 0
+    assert run("--sun-zenith", "40", *amounts, "--out", tmp_path / "perez", "-q") == 0
+    both, perez = (json.loads((tmp_path / name / "manifest.json").read_text())["bands"] for name in ("both", "perez"))
+    if cosine is None:
+        assert run(*words, "--diffuse-only", "--out", tmp_path / "alone", "-q") == 0
+        cosine = json.loads((tmp_path / "alone" / "manifest.json").read_text())["bands"][0]["mean_cosine_exact"]
+    assert main(["verify", str(tmp_path / "both"), "-q"]) == 0
+    for one, other in zip(both, perez, strict=True):
+        fraction = 1 - 140 / 780
+        if spectrum == "spectrl2":
+            assert one["irradiance_W_m2_nm"] == other["irradiance_W_m2_nm"]
+            direct = one["component_irradiance_W_m2_nm"]["direct"]
+            assert direct == other["component_irradiance_W_m2_nm"]["direct"]
+            fraction = direct / one["irradiance_W_m2_nm"]
+        expected = fraction * np.cos(np.radians(40)) + (1 - fraction) * cosine
+        assert one["mean_cosine_exact"] == pytest.approx(expected, abs=1e-9)
+
+
+def test_python_takes_names_models_and_functions() -> None:
+    weather = {"wavebands": [443.0, 555.0], "n_photons": 1000, "sun_zenith_deg": 40.0, "ghi": 780.0, "dhi": 140.0}
+    cosines = [
+        [sky.weather_scene(**weather, sky=one).source().exact_moments(band).mean_mu for band in (0, 1)]
+        for one in ("uniform", sky.UniformSky(), lambda zenith, azimuth, nm: 1 + 0 * zenith)
+    ]
+    expected = (1 - 140 / 780) * np.cos(np.radians(40)) + 140 / 780 * 2 / 3
+    np.testing.assert_allclose(cosines, expected, rtol=1e-9)
+    names = [c.name for c in sky.weather_scene(**weather, sky="harrison-coombes").components]
+    assert names == ["direct", "harrison-coombes"]
+    with pytest.warns(sky.InputWarning, match=r"direct beam of the sun is missing.*write two of dni=, dhi= and ghi="):
+        sky.weather_scene(wavebands=[550.0], sun_zenith_deg=40.0, sky="harrison-coombes")
+    alone = sky.weather_scene(wavebands=[550.0], sun_zenith_deg=40.0, sky="harrison-coombes", diffuse_only=True)
+    assert [c.name for c in alone.components] == ["harrison-coombes"]
+    with pytest.raises(sky.UsageError, match="air_mass=: of the Perez sky"):
+        sky.weather_scene(**weather, sky="overcast", air_mass="kasten-1966")
+    dark = sky.weather_scene(**weather | {"ghi": 140.0}, sky="overcast")
+    assert [c.name for c in dark.components] == ["overcast"]
 
 
 def test_micrometres(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,11 +1,13 @@
-"""The whole light of a place and an hour: the sun's beam and a Perez sky in their shares, without files of AMC."""
+"""The whole light of a place and an hour: the sun's beam and a sky in their shares, without files of AMC."""
 
 from __future__ import annotations
 
 import math
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,11 +17,13 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import Component, scaled
 from aomc_sky.directions import given_angle
 from aomc_sky.emission.irradiance import Irradiance
-from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError, require_one_of
-from aomc_sky.formats.sky_toml.keys import SPECTRL2, PerezSection
+from aomc_sky.errors import InputWarning, ModelLimitWarning, SceneError, UsageError, require_one_of
+from aomc_sky.formats.sky_models import installed_skies
+from aomc_sky.formats.sky_toml.keys import SPECTRL2, PerezSection, SkySection
 from aomc_sky.grid import PatchGrid
 from aomc_sky.inputs import MODEL, PEREZ
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
+from aomc_sky.skies.function_sky import as_sky_model
 from aomc_sky.skies.model import sky_model
 from aomc_sky.skies.perez.irradiances import EXTRATERRESTRIAL_NORMAL
 from aomc_sky.source.light.inputs import (
@@ -32,6 +36,7 @@ from aomc_sky.source.light.inputs import (
     model_inputs,
     refuse_kilowatts,
 )
+from aomc_sky.source.light.plugin import Diffuse, choose_plugin, diffuse_of, diffuse_of_plugin
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands, as_wavebands
 
@@ -71,6 +76,7 @@ def weather_scene(
     air_mass: str | None = None,
     extraterrestrial_normal: float | None = None,
     grid: PatchGrid | None = None,
+    sky: Any = None,
 ) -> Scene:
     """Make the scene of sun and sky at an hour, from what a weather station measures.
 
@@ -116,12 +122,17 @@ def weather_scene(
         Irradiance outside the atmosphere at the mean distance of the sun; with a time or a weather file it is
         multiplied by the factor of the distance on that day. [W m-2, by default 1361.1]
     grid : PatchGrid, optional
-        Patches of the sky; by default 45 x 180.
+        Patches of the Perez sky; by default 45 x 180.
+    sky : str, sky model or function, optional
+        A sky in the place of the Perez sky: a name such as "harrison-coombes", which gets the sun's angles, a model, or
+        a function of zenith angle, azimuth and wavelength. Its amount is that of the inputs above. Without them it is
+        the sky alone, and an `InputWarning` says so, unless `diffuse_only` says that it is meant.
 
     Returns
     -------
     Scene
-        Components "direct" and "perez"; `scene.irradiance` in W m-2 nm-1 with ``spectrum="spectrl2"``, else None.
+        Components "direct" and "perez", or those of `sky`; `scene.irradiance` in W m-2 nm-1 with
+        ``spectrum="spectrl2"``, else None.
 
     Raises
     ------
@@ -155,17 +166,27 @@ def weather_scene(
         "time": time, "latitude_deg": latitude_deg, "longitude_deg": longitude_deg, "altitude_m": altitude_m or None,
         "epw": epw, "tmy2": tmy2, "tmy3": tmy3, "row": row,
     }  # fmt: skip
+    with_beam = False if diffuse_only else None
     try:
         given = given_inputs(perez, angles, within, weather=weather)
-        return scene_of_weather(
-            given, wavebands, n_photons, spectrum=spectrum, with_beam=False if diffuse_only else None, grid=grid
+        if sky is None or sky == "perez":
+            return scene_of_weather(given, wavebands, n_photons, spectrum=spectrum, with_beam=with_beam, grid=grid)
+        if grid is not None:
+            raise UsageError("grid is that of the Perez sky; another sky has its own")
+        chosen = named_sky(sky, {}) if isinstance(sky, str) else given_sky(sky)
+        return scene_of_sky(
+            chosen, given, wavebands, n_photons, spectrum=spectrum, with_beam=with_beam, worded=_in_keywords
         )
     except UsageError as error:
-        raise UsageError(_OPTION.sub(_keyword, str(error))) from None
+        raise UsageError(_in_keywords(str(error))) from None
 
 
 _OPTION = re.compile(r"--([a-z][a-z0-9-]*)")
 _UNITS = {"sun_zenith": "_deg", "sun_azimuth": "_deg", "latitude": "_deg", "longitude": "_deg", "altitude": "_m"}
+
+
+def _in_keywords(text: str) -> str:
+    return _OPTION.sub(_keyword, text)
 
 
 def _keyword(option: re.Match[str]) -> str:
@@ -188,11 +209,7 @@ def scene_of_weather(
     inputs, sun = perez_and_sun(given)
     fractions, irradiance, notes, options = _shares(inputs, sun, bands, spectrum, with_beam)
     rows, row_of_band = np.unique(fractions, return_inverse=True)
-    components: list[Component] = []
-    if np.any(rows > 0):
-        radius = SOLAR_RADIUS_DEG if sun.disc else 0.0
-        beam = DirectBeam(sun_zenith_deg=sun.zenith_deg, sun_azimuth_deg=sun.azimuth_deg, radius_deg=radius)
-        components += scaled(beam.lower(rows), rows)
+    components = _beam(sun, rows)
     shown: dict[str, Any] = {}
     if np.any(rows < 1):
         sky, limited = perez_sky(given.model, inputs, sun, grid)
@@ -220,6 +237,134 @@ def scene_of_weather(
         },
         irradiance=absolute,
     )
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ChosenSky:
+    """A sky in the place of the Perez sky."""
+
+    name: str
+    takes_sun: bool  #: Whether its law depends on the sun's angles.
+    #: The sky under a sun, beside a beam of these fractions at these wavelengths.
+    diffuse: Callable[[Sun, np.ndarray, np.ndarray], Diffuse]
+
+
+def named_sky(name: str, options: Mapping[str, Any]) -> ChosenSky:
+    """The sky of this name with its options; a UsageError for what needs files."""
+    if name in installed_skies().plugins:
+        plugin = choose_plugin(name, SkySection(), options, "")
+        takes_sun = plugin.make.takes("sun_zenith_rad")
+        return ChosenSky(name=name, takes_sun=takes_sun, diffuse=partial(diffuse_of_plugin, plugin))
+    if name != "uniform":
+        raise UsageError(f"--sky {name} needs a scene of files: name its amc.inp")
+    if options:
+        raise UsageError("the sky model 'uniform' has no options")
+    return given_sky(sky_model(name)(), name)
+
+
+def given_sky(given: Any, name: str | None = None) -> ChosenSky:
+    """A model or a function as a sky."""
+    model = as_sky_model(given)
+    name = str(getattr(model, "name", type(model).__name__)) if name is None else name
+
+    def diffuse(_: Sun, fractions: np.ndarray, wavelength_nm: np.ndarray) -> Diffuse:
+        found = diffuse_of(tuple(model.lower(wavelength_nm)), f"sky {name!r}", fractions, wavelength_nm)
+        notes = model.notes(wavelength_nm) if hasattr(model, "notes") else ()
+        return replace(found, notes=tuple(notes))
+
+    return ChosenSky(name=name, takes_sun=False, diffuse=diffuse)
+
+
+_OF_PEREZ = {"limits": "--limits", "air_mass": "--air-mass", "within": "--within"}
+_OF_AMOUNTS = {"extraterrestrial_normal": "--extraterrestrial"}
+
+
+def scene_of_sky(
+    sky: ChosenSky,
+    given: GivenInputs,
+    wavebands: Wavebands | Sequence[float] | np.ndarray,
+    n_photons: ArrayLike,
+    *,
+    spectrum: str | None = None,
+    with_beam: bool | None = None,
+    worded: Callable[[str], str] = str,
+) -> Scene:
+    """The scene of this sky and the sun's beam, or of the sky alone where nothing says how bright the beam is."""
+    bands, weather = as_wavebands(wavebands), given.weather
+    unused = [option for name, option in _OF_PEREZ.items() if name in given.model]
+    unused += ["--coefficients"] * (given.perez.coefficients is not None)
+    if unused:
+        raise UsageError(f"{' and '.join(unused)}: of the Perez sky, not of --sky {sky.name}; leave this out")
+    if given.perez.has_set:
+        inputs, sun = perez_and_sun(given)
+        fractions, irradiance, notes, options = _shares(inputs, sun, bands, spectrum or "flat", with_beam, sky.name)
+    else:
+        idle = [option for name, option in _OF_AMOUNTS.items() if name in given.model]
+        idle += ["--spectrum"] * (spectrum not in (None, "flat")) + ["--disc"] * bool(given.sun.disc)
+        if idle:
+            raise UsageError(f"{' and '.join(idle)}: used only where {_AMOUNTS} say how bright the beam is")
+        sun, notes, options, irradiance = _sun_of_sky(sky, given), (), {}, None
+        if sky.takes_sun and with_beam is None:
+            text = f"nothing says how bright it is beside --sky {sky.name}; write {_AMOUNTS} or --diffuse-only"
+            warnings.warn(
+                worded(f"the direct beam of the sun is missing: {text} for the sky alone"), InputWarning, stacklevel=3
+            )
+        fractions = np.zeros(bands.n_bands)
+    components = _beam(sun, fractions)
+    diffuse = sky.diffuse(sun, fractions, bands.wavelength_nm) if np.any(fractions < 1) else Diffuse()
+    components += scaled(diffuse.components, 1.0 - fractions)
+    absolute = None
+    if irradiance is not None:
+        columns = [irradiance[0]] * (len(components) - len(diffuse.components))
+        columns += [irradiance[1] * component.strength for component in diffuse.components]
+        absolute = Irradiance(of_component=np.stack(columns, axis=1))
+    is_sun_used = sky.takes_sun or given.perez.has_set
+    return Scene(
+        wavebands=bands,
+        n_photons=np.broadcast_to(np.asarray(n_photons), (bands.n_bands,)).copy(),
+        components=tuple(components),
+        notes=(*notes, *diffuse.notes),
+        input_files={} if weather is None or weather.path is None else {"weather": weather.path},
+        options={
+            "sky": sky.name,
+            "sun": sun.as_options() if is_sun_used else None,
+            **diffuse.options,
+            "weather": None if weather is None else weather.source,
+            **options,
+        },
+        irradiance=absolute,
+    )
+
+
+_AMOUNTS = "two of --dni, --dhi and --ghi, or --epsilon and --delta,"
+
+
+def _sun_of_sky(sky: ChosenSky, given: GivenInputs) -> Sun:
+    """The sun of a sky whose amount is not known."""
+    if given.weather is not None:
+        given.weather.require_sun()
+    zenith = given.sun.zenith_deg
+    if not sky.takes_sun and not given.sun.is_empty:
+        raise UsageError(
+            f"--sky {sky.name} does not depend on the sun: leave the sun out, or write how bright the beam is, "
+            f"{_AMOUNTS} so that both are launched"
+        )
+    if sky.takes_sun and zenith is None:
+        raise UsageError(f"where is the sun? --sky {sky.name} needs --sun-zenith, and --sun-azimuth unless it is 0")
+    if zenith is not None and zenith >= 90.0:
+        raise UsageError(
+            f"--sun-zenith: {zenith:g} is outside the range 0 to below 90; a sky needs the sun above the horizon"
+        )
+    return Sun(zenith_deg=zenith or 0.0, azimuth_deg=given.sun.azimuth_deg or 0.0, origin=given.origin)
+
+
+def _beam(sun: Sun, fractions: np.ndarray) -> list[Component]:
+    """The sun's beam with these strengths, if one of them is above 0."""
+    if not np.any(fractions > 0):
+        return []
+    radius = SOLAR_RADIUS_DEG if sun.disc else 0.0
+    beam = DirectBeam(sun_zenith_deg=sun.zenith_deg, sun_azimuth_deg=sun.azimuth_deg, radius_deg=radius)
+    return scaled(beam.lower(fractions), fractions)
 
 
 def perez_and_sun(given: GivenInputs) -> tuple[PerezInputs, Sun]:
@@ -256,7 +401,9 @@ def _extraterrestrial(given: GivenInputs) -> float:
 _Shares = tuple[np.ndarray, "tuple[np.ndarray, np.ndarray] | None", tuple[str, ...], dict[str, Any]]
 
 
-def _shares(inputs: PerezInputs, sun: Sun, bands: Wavebands, spectrum: str, with_beam: bool | None) -> _Shares:
+def _shares(
+    inputs: PerezInputs, sun: Sun, bands: Wavebands, spectrum: str, with_beam: bool | None, sky: str = "perez"
+) -> _Shares:
     """Direct fraction of each band, irradiances of beam and sky where a spectrum has them, notes and options."""
     broadband = direct_fraction(inputs, sun)
     if broadband is None:
@@ -281,7 +428,12 @@ def _shares(inputs: PerezInputs, sun: Sun, bands: Wavebands, spectrum: str, with
         note = f"the direct beam of the sun, {shown} of the light, is left out ({inputs})"
         zero = np.zeros(bands.n_bands)
         return zero, None if irradiance is None else (zero, irradiance[1]), (note,), options
-    return fractions, irradiance, (f"direct fraction {shown}, the rest from a perez sky ({inputs}: {how})",), options
+    return (
+        fractions,
+        irradiance,
+        (f"direct fraction {shown}, the rest from {'an' if sky[0] in 'aeiou' else 'a'} {sky} sky ({inputs}: {how})",),
+        options,
+    )
 
 
 def perez_sky(

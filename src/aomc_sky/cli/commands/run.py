@@ -41,6 +41,7 @@ _OPTIONS = """\
 --out DIR                     run folder (default: aomc-sky-out beside the scene); - with --format raw
 --seed
 --wavelengths NM...           without AMC_INP, or of a measured sky: the wavebands
+--diffuse-only                without AMC_INP: the sky without the sun's beam
 """
 _OUTPUT = f"""\
 {cli_options.SAMPLING}\
@@ -89,6 +90,8 @@ def run(arguments: argparse.Namespace) -> int:
     shard = None if arguments.shard is None else parse_shard(arguments.shard)
     if arguments.amc_inp is None:
         scene = _scene_of_weather(arguments)
+    elif arguments.diffuse_only:
+        raise UsageError("--diffuse-only is for a run without amc.inp; write a direct fraction of 0 in difcol.inp")
     else:
         scene = cli_options.scene_of(arguments, arguments.amc_inp, wavebands=arguments.waveband)
     if arguments.dry_run:
@@ -126,7 +129,7 @@ _OF_FILES = "--bins --weighting --azimuth-bins --compat --lenient --allow-path -
 def _scene_of_weather(arguments: argparse.Namespace) -> Scene:
     """Sun and sky from options alone, without files of AMC."""
     from aomc_sky.source.light.inputs import given_inputs
-    from aomc_sky.source.weather_scene import scene_of_weather
+    from aomc_sky.source.weather_scene import named_sky, scene_of_sky, scene_of_weather
 
     inputs = cli_options.sky_arguments(arguments)
     if not any(inputs.values()) and arguments.sky is None:
@@ -143,15 +146,17 @@ def _scene_of_weather(arguments: argparse.Namespace) -> Scene:
     given = given_inputs(**inputs)
     photons = 10**6 if arguments.iterations is None else arguments.iterations
     options = cli_options.sky_option_arguments(arguments)
+    with_beam = False if arguments.diffuse_only else None
     if arguments.sky not in (None, "perez"):
-        from aomc_sky.source.read.plugin import scene_of_sky
-
-        return scene_of_sky(arguments.sky, options, given, arguments.wavelengths, photons)
+        sky = named_sky(arguments.sky, options)
+        spectrum = given.perez.spectrum
+        return scene_of_sky(sky, given, arguments.wavelengths, photons, spectrum=spectrum, with_beam=with_beam)
     for name in options:
         raise UsageError(
             f"--sky-option {name} is for a sky of another name, such as --sky cie; the Perez sky has options of its own"
         )
-    return scene_of_weather(given, arguments.wavelengths, photons, spectrum=given.perez.spectrum or "flat")
+    split = given.perez.spectrum or "flat"
+    return scene_of_weather(given, arguments.wavelengths, photons, spectrum=split, with_beam=with_beam)
 
 
 def _check(arguments: argparse.Namespace) -> None:

@@ -129,7 +129,7 @@ def _read_toml(path: Path, arguments: argparse.Namespace) -> None:
 
         read_sky_field(toml.sky.table, str(path), toml.sun.azimuth_deg or 0.0)  # else amc.inp has one
     if toml.sky.model is not None and toml.sky.model_span is not None and arguments.sky in (None, toml.sky.model):
-        from aomc_sky.source.read.plugin import choose_plugin
+        from aomc_sky.source.light.plugin import choose_plugin
 
         choose_plugin(toml.sky.model, toml.sky, cli_options.sky_option_arguments(arguments), str(path))
 

@@ -4,7 +4,6 @@ scene        amc.inp and the files beside it become a scene
 files        The files of a scene, with the problems of all of them together
 table        A sky file as the components of a scene: bins, weighting, wavelengths, and notes
 sun_and_sky  A scene lit by the sun and a sky model: with the split of each waveband between the two
-plugin       The sky model of another package with its options
 kind         Kind of a file or folder, for commands and for messages about a wrong kind
 measured     A measured sky: a table of radiances as a sky model, and as a scene of its own
 field        The radiance field that sky.toml names, as the diffuse sky of a scene

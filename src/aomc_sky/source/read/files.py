@@ -24,9 +24,9 @@ from aomc_sky.wavebands import Wavebands
 if TYPE_CHECKING:
     from aomc_sky.formats.sky_toml.file import SkyToml
     from aomc_sky.skies.lobes.sky import LobeSky
+    from aomc_sky.source.light.plugin import PluginSky
     from aomc_sky.source.read.atmosphere import SceneAtmosphere
     from aomc_sky.source.read.field import SkyField
-    from aomc_sky.source.read.plugin import PluginSky
 
 T = TypeVar("T")
 
@@ -196,7 +196,7 @@ class _Reading:
                 raise UsageError(f"sky options ({', '.join(given)}) are for a sky model of another package; {what}")
             return None
         from aomc_sky.formats.sky_toml.keys import SkySection
-        from aomc_sky.source.read.plugin import choose_plugin
+        from aomc_sky.source.light.plugin import choose_plugin
 
         section = SkySection() if toml is None else toml.sky
         return self.attempt(choose_plugin, sky, section, given, self.paths.get("sky_toml", ""))

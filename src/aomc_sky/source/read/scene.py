@@ -128,7 +128,7 @@ def read_scene(
         given = given_inputs(perez, sun, within, atmosphere, weather)
     allowed = [os.fspath(one) for one in allow_paths]
     if sky_options:
-        from aomc_sky.source.read.plugin import plain_option
+        from aomc_sky.source.light.plugin import plain_option
 
         sky_options = {name: plain_option(name, value) for name, value in sky_options.items()}
     amc_path = Path(path) / "amc.inp" if Path(path).is_dir() else Path(path)

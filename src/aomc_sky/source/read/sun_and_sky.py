@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 import warnings
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -23,18 +22,17 @@ from aomc_sky.source.light.inputs import (
     DIFCOL,
     PerezInputs,
     SkyInputs,
-    Sun,
     difcol_of_inputs,
     direct_fraction,
     inputs_of_difcol,
     missing_inputs,
 )
+from aomc_sky.source.light.plugin import Diffuse, diffuse_of_plugin
 from aomc_sky.source.read.files import FIELD, SceneFiles
 from aomc_sky.source.scene import SceneDraft, photons_of_intensity, require_projected
 
 if TYPE_CHECKING:
     from aomc_sky.source.read.field import SkyField
-    from aomc_sky.source.read.plugin import PluginSky
 
 AOMC_INTERNAL_PRESET = SamplingOptions(
     allocation=AllocationMethod.MULTINOMIAL, placement=Placement.PHILOX, order=Order.SHUFFLED
@@ -160,7 +158,8 @@ def sun_and_sky_draft(
     if model == "perez":
         diffuse = _perez(inputs, difcol, weighting, fractions, replaces_file=not files.is_internal)
     elif model is not None and files.plugin is not None:
-        diffuse = _of_plugin(files.plugin, inputs.sun, weighting, fractions, wavelength_nm)
+        require_projected(weighting, f"the sky model {files.plugin}")
+        diffuse = diffuse_of_plugin(files.plugin, inputs.sun, fractions, wavelength_nm)
     elif model is not None and files.sky_field is not None:
         diffuse = _of_field(files.sky_field, files.folder, weighting, fractions, pairs[:, 1].astype(np.int64))
     elif model is not None:
@@ -190,16 +189,6 @@ def sun_and_sky_draft(
     return draft, units
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Diffuse:
-    """The diffuse part of a scene: components of strength 1, with notes and options."""
-
-    components: tuple[Component, ...] = ()
-    notes: tuple[str, ...] = ()
-    options: dict[str, Any] = field(default_factory=dict)
-    irradiance: tuple[float, ...] | None = None  #: of each waveband on a horizontal plane, where known [W m-2 nm-1]
-
-
 def has_diffuse_light(difcol: DifcolTable) -> bool:
     """Whether the sky has a part of any band with light, or of any band if none has light."""
     lit = difcol.intensity > 0
@@ -220,33 +209,6 @@ def _perez(
     if replaces_file and (missing := sky.missing_beam("write 0 as the light source of amc.inp to launch both")):
         notes.append(missing)
     return Diffuse(components=sky.lower(fractions), notes=tuple(notes), options={"perez": shown})
-
-
-def _of_plugin(
-    plugin: PluginSky, sun: Sun, weighting: str | None, fractions: np.ndarray, wavelength_nm: np.ndarray
-) -> Diffuse:
-    """The sky of another package, a row for each waveband; irradiances count where every waveband has some sky."""
-    require_projected(weighting, f"the sky model {plugin}")
-    model = plugin.model(math.radians(sun.zenith_deg), math.radians(sun.azimuth_deg))
-    components = plugin.lower(model, wavelength_nm)
-    total = np.sum([c.strength for c in components], axis=0)
-    dark = np.flatnonzero(~(total > 0) & (fractions > 0) & (fractions < 1))
-    if dark.size:
-        raise SceneError(
-            f"the sky model {plugin} is dark at {wavelength_nm[dark[0]]:g} nm, but {1 - fractions[dark[0]]:g} of the "
-            "light there is diffuse"
-        )
-    shares = [np.divide(c.strength, total, out=np.zeros_like(total), where=total > 0) for c in components]
-    is_absolute = all(c.irradiance_W_m2_nm is not None for c in components) and bool(np.all(fractions < 1))
-    return Diffuse(
-        components=tuple(
-            dataclasses.replace(c, strength=share, irradiance_W_m2_nm=None)
-            for c, share in zip(components, shares, strict=True)
-        ),
-        notes=(plugin.text, *plugin.notes(model, wavelength_nm)),
-        options={"plugin": plugin.record},
-        irradiance=tuple(total.tolist()) if is_absolute else None,
-    )
 
 
 def _of_field(field: SkyField, folder: str, weighting: str | None, fractions: np.ndarray, rows: np.ndarray) -> Diffuse:

@@ -6,21 +6,27 @@ import dataclasses
 import datetime
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, NoReturn
 
 import numpy as np
 
 from aomc_sky.component import Component
-from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning, ModelLimitWarning, Problem, Span, UsageError
+from aomc_sky.errors import (
+    AomcSkyError,
+    InputFileError,
+    InputWarning,
+    ModelLimitWarning,
+    Problem,
+    SceneError,
+    Span,
+    UsageError,
+)
 from aomc_sky.formats.report import nearest
 from aomc_sky.formats.sky_models import MakeSky, installed_skies
 from aomc_sky.formats.sky_toml.keys import KEYS, SkySection
 from aomc_sky.skies.function_sky import FunctionSky, as_sky_model
-from aomc_sky.skies.model import sky_model
-from aomc_sky.source.light.inputs import GivenInputs, Sun
-from aomc_sky.source.scene import Scene
-from aomc_sky.wavebands import as_wavebands
+from aomc_sky.source.light.inputs import Sun
 
 _OUR_WARNINGS = (InputWarning, ModelLimitWarning)  # exceptions where warnings are errors
 
@@ -158,58 +164,44 @@ def choose_plugin(name: str, section: SkySection, given: Mapping[str, Any], path
     return PluginSky(make=make, options=options, section=of_file, path=path)
 
 
-def scene_of_sky(
-    name: str, options: Mapping[str, Any], given: GivenInputs, wavelength_nm: Sequence[float], n_photons: int
-) -> Scene:
-    """The scene of a sky of this name alone, without files and without a beam."""
-    weather = given.weather
-    if weather is not None and weather.path is not None:
-        raise UsageError(
-            f"--sky {name} without amc.inp takes the sun by --time or --sun-zenith, not from {weather.path}"
-        )
-    unused = [word for word in given.names if word != "the sun"]
-    unused += ["--within"] * ("within" in given.model) + ["--disc"] * (given.sun.disc is not None)
-    if unused:
-        raise UsageError(
-            f"{' and '.join(unused)}: without amc.inp, --sky {name} is the sky alone, and no beam; leave this out, or "
-            "name the amc.inp of a scene that has both"
-        )
-    bands = as_wavebands(wavelength_nm)
-    plugin = None
-    if name in installed_skies().plugins:
-        plugin = choose_plugin(name, SkySection(), options, "")
-    elif name != "uniform":
-        raise UsageError(f"--sky {name} needs a scene of files: name its amc.inp")
-    elif options:
-        raise UsageError("the sky model 'uniform' has no options")
-    sun = _sun_of_sky(name, given) if plugin is not None and plugin.make.takes("sun_zenith_rad") else None
-    if sun is None and not given.sun.is_empty:
-        raise UsageError(f"--sky {name} does not depend on the sun: leave the sun out")
-    shown = {"sky": name, "sun": None if sun is None else sun.as_options()}
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Diffuse:
+    """The diffuse part of a scene: components of strength 1, with notes and options."""
+
+    components: tuple[Component, ...] = ()
     notes: tuple[str, ...] = ()
-    if plugin is None:
-        components = sky_model(name)().lower(bands.wavelength_nm)
-    else:
-        angles = (0.0, 0.0) if sun is None else (math.radians(sun.zenith_deg), math.radians(sun.azimuth_deg))
-        model = plugin.model(*angles)
-        components = plugin.lower(model, bands.wavelength_nm)
-        notes = (plugin.text, *plugin.notes(model, bands.wavelength_nm))
-        shown |= {"plugin": plugin.record, "weather": None if weather is None else weather.source}
-    photons = np.full(bands.n_bands, n_photons)
-    return Scene(wavebands=bands, n_photons=photons, components=components, notes=notes, options=shown)
+    options: dict[str, Any] = field(default_factory=dict)
+    irradiance: tuple[float, ...] | None = None  #: of each waveband on a horizontal plane, where known [W m-2 nm-1]
 
 
-def _sun_of_sky(name: str, given: GivenInputs) -> Sun:
-    if given.weather is not None:
-        given.weather.require_sun()
-    zenith = given.sun.zenith_deg
-    if zenith is None:
-        raise UsageError(f"where is the sun? --sky {name} needs --sun-zenith, and --sun-azimuth unless it is 0")
-    if zenith >= 90.0:
-        raise UsageError(
-            f"--sun-zenith: {zenith:g} is outside the range 0 to below 90; a sky needs the sun above the horizon"
+def diffuse_of_plugin(plugin: PluginSky, sun: Sun, fractions: np.ndarray, wavelength_nm: np.ndarray) -> Diffuse:
+    """The sky of another package under a sun, a row for each waveband, beside a beam of these fractions."""
+    model = plugin.model(math.radians(sun.zenith_deg), math.radians(sun.azimuth_deg))
+    return dataclasses.replace(
+        diffuse_of(plugin.lower(model, wavelength_nm), f"the sky model {plugin}", fractions, wavelength_nm),
+        notes=(plugin.text, *plugin.notes(model, wavelength_nm)),
+        options={"plugin": plugin.record},
+    )
+
+
+def diffuse_of(components: Sequence[Component], name: str, fractions: np.ndarray, wavelength_nm: np.ndarray) -> Diffuse:
+    """Components in their shares; their irradiances count where every waveband has some sky."""
+    total = np.sum([c.strength for c in components], axis=0)
+    dark = np.flatnonzero(~(total > 0) & (fractions > 0) & (fractions < 1))
+    if dark.size:
+        raise SceneError(
+            f"{name} is dark at {wavelength_nm[dark[0]]:g} nm, but {1 - fractions[dark[0]]:g} of the light there is "
+            "diffuse"
         )
-    return Sun(zenith_deg=zenith, azimuth_deg=given.sun.azimuth_deg or 0.0, origin=given.origin)
+    shares = [np.divide(c.strength, total, out=np.zeros_like(total), where=total > 0) for c in components]
+    is_absolute = all(c.irradiance_W_m2_nm is not None for c in components) and bool(np.all(fractions < 1))
+    return Diffuse(
+        components=tuple(
+            dataclasses.replace(c, strength=share, irradiance_W_m2_nm=None)
+            for c, share in zip(components, shares, strict=True)
+        ),
+        irradiance=tuple(total.tolist()) if is_absolute else None,
+    )
 
 
 def _unknown(make: MakeSky, name: str, known: Sequence[str]) -> tuple[str, str]:
