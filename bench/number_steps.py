@@ -1,6 +1,6 @@
 """Search the steps of the numbers that a photon carries for its host (`constants.NUMBER_STEPS`).
 
-    python bench/number_steps.py [--candidates 30000] [--seed 5]
+    python bench/number_steps.py [--candidates 30000] [--seed 12]
 
 Photon of rank r has the coordinates frac(shift + r a), each with a step a of its own, beside the two of its direction
 and the one that decides a rejection. The mean of exp(2 pi i h . x) over N photons has the variance
@@ -16,10 +16,10 @@ is small has up to 0.23 / t times the variance of chance. A set of steps is judg
    one of ours, and divided by that of a good set, the best of ten random ones. Sets that hold a step of the direction
    count double: cells are small, and what happens in them matters less.
 
-A candidate is a continued fraction of random ones and twos, so that by itself it is nearly as even as the golden ratio
-at every number of photons. Candidates whose figure 2 beside the fixed steps is below 0.7 go. Random sets of three of
+A candidate is a continued fraction of random ones, twos and a few threes, so that by itself it is nearly as even as the
+golden ratio at every number of photons. Candidates whose figure 2 beside the fixed steps is below 0.7 go. Random sets of three of
 the others change one step at a time for the one with the best figure 1. Of the sets whose figure 1 is 0.6 of the best
-one or more, that with the best figure 2 is taken. The search takes five minutes.
+one or more, that with the best figure 2 is taken. The search takes ten minutes.
 """
 
 from __future__ import annotations
@@ -73,9 +73,9 @@ def of_fraction(x: float | Fraction) -> int:
 
 
 def candidate(rng: np.random.Generator) -> int:
-    """A step whose continued fraction has ones and twos alone."""
+    """A step whose continued fraction has ones, twos and a few threes alone."""
     x = Fraction(0)
-    for quotient in rng.integers(1, 3, 90).tolist():
+    for quotient in rng.choice([1, 2, 3], 90, p=[0.5, 0.35, 0.15]).tolist():
         x = 1 / (quotient + x)
     return of_fraction(x)
 
@@ -223,7 +223,7 @@ def show_rings(steps: list[int]) -> None:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--candidates", type=int, default=30_000)
-    parser.add_argument("--seed", type=int, default=5)
+    parser.add_argument("--seed", type=int, default=12)
     options = parser.parse_args()
     print("figures of good sets of one, two, three:", {size: round(value, 5) for size, value in GOOD.items()})
     print("in the package:")

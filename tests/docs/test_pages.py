@@ -73,7 +73,7 @@ def test_page_of_own_skies(tmp_path: Path, skies_site: Path, monkeypatch: pytest
 @pytest.mark.slow
 def test_page_of_weather(tmp_path: Path) -> None:
     pytest.importorskip("pvlib")
-    assert carry_out("howto/weather.md", tmp_path) == 17
+    assert carry_out("howto/weather.md", tmp_path) == 18
 
 
 def test_page_of_radiance(tmp_path: Path) -> None:

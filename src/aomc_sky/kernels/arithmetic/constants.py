@@ -22,7 +22,7 @@ ACCEPT = np.uint64(1 << 31)
 """Rejection: step of the sequence that decides trial 0, 2^64 over the golden ratio (odd), and the draw of Philox that
 does it for photons without a sequence."""
 
-NUMBER_STEPS = np.array([0x63533F178C667D83, 0x6B93F5278387B157, 0xB4051CD662FD363F], dtype=np.uint64)
+NUMBER_STEPS = np.array([0xA36E8B5385138591, 0xBAF1C66A7A85077F, 0x9629644EAFD5A7D3], dtype=np.uint64)
 """Steps of the numbers that a photon carries for its host, found by bench/number_steps.py."""
 NUMBER_STEPS.flags.writeable = False
 
