@@ -16,10 +16,10 @@ is small has up to 0.23 / t times the variance of chance. A set of steps is judg
    one of ours, and divided by that of a good set, the best of ten random ones. Sets that hold a step of the direction
    count double: cells are small, and what happens in them matters less.
 
-A candidate is a continued fraction of random ones, twos and a few threes, so that by itself it is nearly as even as the
-golden ratio at every number of photons. Candidates whose figure 2 beside the fixed steps is below 0.7 go. Random sets of three of
-the others change one step at a time for the one with the best figure 1. Of the sets whose figure 1 is 0.6 of the best
-one or more, that with the best figure 2 is taken. The search takes ten minutes.
+A candidate is a continued fraction of random ones, twos and a few threes, so that by itself it is nearly as even as
+the golden ratio at every number of photons. Candidates whose figure 2 beside the fixed steps is below 0.7 go. Random
+sets of three of the others change one step at a time for the one with the best figure 1. Of the sets whose figure 1 is
+0.6 of the best one or more, that with the best figure 2 is taken. The search takes ten minutes.
 """
 
 from __future__ import annotations
