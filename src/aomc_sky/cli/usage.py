@@ -16,9 +16,6 @@ from aomc_sky.errors import UsageError
 _LIKELY = 0.65
 """How alike two words are if one was probably meant for the other. [0 to 1]"""
 
-_ELSEWHERE = {"diffuse_only": "the sky alone: aomc-sky perez --diffuse-only, or a direct fraction of 0 in difcol.inp"}
-"""Options of another command, and advice for this one."""
-
 
 class WrongWordsError(UsageError):
     """Words on the command line that the parser refuses."""
@@ -125,9 +122,7 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     by_name = {name.strip("-").replace("-", "_"): name for name in known if len(name.strip("-")) > 1}
     name = word.strip("-").replace("-", "_")
     best = nearest(name, by_name, at_least=_LIKELY) if by_name else ""
-    if not best:
-        return next((f"; {text}" for ours, text in _ELSEWHERE.items() if nearest(name, (ours,), at_least=_LIKELY)), "")
-    return f"; did you mean {by_name[best]}{remark_of(name)}?"
+    return f"; did you mean {by_name[best]}{remark_of(name)}?" if best else ""
 
 
 COMMANDS = {

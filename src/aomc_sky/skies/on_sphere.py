@@ -64,7 +64,6 @@ class Interpolant(NamedTuple):
 
 def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | None = None) -> tuple[Interpolant, ...]:
     """Interpolate radiances (n_wl, n) in directions (n, 3), three or more, all above 0 or each n_wl with a 0."""
-    from scipy.interpolate import RBFInterpolator
     from scipy.ndimage import spline_filter
     from scipy.spatial import KDTree
 
@@ -76,16 +75,9 @@ def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | Non
     trend = _Trend.of(direction, sun if n >= _TREND_POINTS and is_log else None, asked)
     shares = trend.fit @ level
     rest = level - trend.given @ shares
-    middle = direction.mean(axis=0)
-    _, spread, axes = np.linalg.svd(direction - middle, full_matrices=False)
-    axes = axes[: max(2, int(np.sum(spread > _THIN * spread[0])))].T  # directions in one plane know its axes alone
-    points = (direction - middle) @ axes
     inside, is_outside = _into_hull(direction, asked)
-    how: dict[str, Any] = {"kernel": "thin_plate_spline", "smoothing": _SMOOTHING}
-    if n > GLOBAL_POINTS:  # neighbours may lie in one plane, which the distance alone allows
-        how |= {"kernel": "linear", "neighbors": NEIGHBOURS}
-    spline = RBFInterpolator(points, rest, **how)
-    tables = np.round(spline((inside - middle) @ axes) + trend.asked @ shares, _DIGITS).T
+    points, splined = _spline(direction, rest, inside)
+    tables = np.round(splined + trend.asked @ shares, _DIGITS).T
     distance = KDTree(direction).query(asked)[0]
     is_unseen = is_outside | (distance > 2 * math.sin(math.radians(_SEEN_DEG) / 2))
     chosen, errors = _leave_one_out(points, rest, trend)
@@ -97,16 +89,13 @@ def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | Non
         centre = direction[row.argmax()] if sun is None else sun
         bound = _bound(direction, row, sun, asked)
         cut_table = np.minimum(table, np.log(bound) if is_log else np.sqrt(bound))
-        uncut, flux = (
-            (np.exp(one) if is_log else one * one) * np.sin(np.deg2rad(2 * zenith)) for one in (table, cut_table)
-        )
+        weight = np.sin(np.deg2rad(2 * zenith))
+        uncut, flux = ((np.exp(one) if is_log else one * one) * weight for one in (table, cut_table))
         known = np.where(np.isnan(off[k]), -1.0, off[k])
         worst, worst_error = chosen[known.argmax()], float(known.max()) if known.max() >= 0 else math.nan
         share = np.where(known < 0, worst_error, off[k])
-        near = share[direction[chosen] @ centre > math.cos(math.radians(_NEAR_SUN_DEG))]
-        is_near = asked @ centre > math.cos(math.radians(_SURROUNDINGS_DEG))  # as wrong as the worst one beside it
+        square = _largest_near(centre, direction[chosen], asked, share, share[nearest]) ** 2
         beyond = trend.variance(rest[:, k]) + max(float(rest[:, k].std()), _UNKNOWN * trend.is_none) ** 2
-        square = np.where(is_near, near.max(initial=0.0), share[nearest]) ** 2
         square += np.where(is_unseen, beyond * np.minimum(distance / math.radians(_FAR_DEG), 1.0), 0.0)
         suns = [direction[row.argmax()], centre]
         wants_sun = max(direction[worst] @ one for one in suns) > math.cos(math.radians(_NEAR_SUN_DEG))
@@ -127,6 +116,29 @@ def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | Non
             )
         )
     return tuple(made)
+
+
+def _spline(direction: np.ndarray, rest: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Directions on the axes along which they spread, and the values (n, n_wl) of their spline `at` other ones."""
+    from scipy.interpolate import RBFInterpolator
+
+    middle = direction.mean(axis=0)
+    _, spread, axes = np.linalg.svd(direction - middle, full_matrices=False)
+    axes = axes[: max(2, int(np.sum(spread > _THIN * spread[0])))].T  # directions in one plane know its axes alone
+    points = (direction - middle) @ axes
+    how: dict[str, Any] = {"kernel": "thin_plate_spline", "smoothing": _SMOOTHING}
+    if len(direction) > GLOBAL_POINTS:  # neighbours may lie in one plane, which the distance alone allows
+        how |= {"kernel": "linear", "neighbors": NEIGHBOURS}
+    return points, RBFInterpolator(points, rest, **how)((at - middle) @ axes)
+
+
+def _largest_near(
+    centre: np.ndarray, direction: np.ndarray, asked: np.ndarray, share: np.ndarray, found: np.ndarray
+) -> np.ndarray:
+    """The errors `found` where asked; around a bright centre the largest `share` of the directions near it."""
+    near = share[direction @ centre > math.cos(math.radians(_NEAR_SUN_DEG))]
+    is_near = asked @ centre > math.cos(math.radians(_SURROUNDINGS_DEG))
+    return np.where(is_near, near.max(initial=0.0), found)
 
 
 def _mean_error(square: np.ndarray, flux: np.ndarray) -> float:

@@ -32,8 +32,19 @@ def test_each_wavelength_takes_the_nearest_one() -> None:
     with pytest.warns(InputWarning, match=r"clear_marine\.atmo: its wavelength nearest .* 560 for 562, 440 for 445 nm"):
         found = sky.AtmosphereSky.from_file(MARINE, wavelength_nm=[562.0, 445.0, 440.5], **FEW)
     assert found.medium.wavelength_nm.tolist() == [440.0, 560.0]
-    with pytest.warns(InputWarning, match="700 for 1000 nm"):
-        assert sky.AtmosphereSky.from_file(MARINE, wavelength_nm=1000.0, **FEW).medium.wavelength_nm.tolist() == [700.0]
+    with pytest.raises(sky.SceneError, match=r"clear_marine\.atmo: 865 nm lies beyond its wavelengths, 400 to 700 nm"):
+        sky.AtmosphereSky.from_file(MARINE, wavelength_nm=[550.0, 865.0], **FEW)
+
+
+def test_a_scene_says_which_wavelengths_its_bands_have(tmp_path: Path) -> None:
+    scene = sky.read_scene("inputs/atmosphere_sky", iterations=1000)
+    text = "3 of 4 wavebands take the light of the nearest wavelength of the description, 510 nm that of 500 nm"
+    assert any(text in note for note in scene.notes)
+    shutil.copytree("inputs/atmosphere_sky", tmp_path / "scene")
+    bands = tmp_path / "scene" / "lambbot.inp"
+    bands.write_text(bands.read_text().replace("670.0", "765.0"))
+    with pytest.raises(sky.AomcSkyError, match=r"765 nm lies beyond its wavelengths, 410 to 680 nm"):
+        sky.read_scene(tmp_path / "scene", iterations=1000)
 
 
 def test_tables_elsewhere_want_a_word(tmp_path: Path) -> None:

@@ -16,7 +16,13 @@ from aomc_sky.errors import InputWarning
 from aomc_sky.formats.aomc.amc import AmcConfig, DifcolTable
 from aomc_sky.formats.sky_toml.keys import GLOW_KEY, AtmosphereSection, moon_direction
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.atmosphere.description.medium import MediumReport, glow_of_luminance, moon_of_direction, read_medium
+from aomc_sky.skies.atmosphere.description.medium import (
+    NEAR_NM,
+    MediumReport,
+    glow_of_luminance,
+    moon_of_direction,
+    read_medium,
+)
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.model import AtmosphereSky
@@ -93,7 +99,7 @@ def atmosphere_draft(
         n_photons=n_photons,
         row_of_band=rows,
         sky_wavelength_nm=medium.wavelength_nm[rows],
-        notes=_notes(sky, atmosphere, difcol),
+        notes=(*_notes(sky, atmosphere, difcol), *_moved(bands.wavelength_nm, medium.wavelength_nm[rows])),
         options={
             "sky": "atmosphere",
             "weighting": "projected",
@@ -109,6 +115,18 @@ def _warn_of_far_wavelengths(wanted_nm: np.ndarray, found_nm: np.ndarray, file: 
     for band in far[:3]:
         text = f"waveband {band + 1} at {wanted_nm[band]:g} nm takes the light of {found_nm[band]:g} nm"
         warnings.warn(f"{file}: {text}, the nearest wavelength of the file", InputWarning, stacklevel=2)
+
+
+def _moved(wanted_nm: np.ndarray, found_nm: np.ndarray) -> tuple[str, ...]:
+    """The note of wavebands that take the light of another wavelength."""
+    moved = np.abs(wanted_nm - found_nm)
+    if not np.any(moved > NEAR_NM):
+        return ()
+    n, one = int(np.sum(moved > NEAR_NM)), int(moved.argmax())
+    return (
+        f"atmosphere: {n} of {moved.size} wavebands take the light of the nearest wavelength of the description, "
+        f"{wanted_nm[one]:g} nm that of {found_nm[one]:g} nm",
+    )
 
 
 def _options(sky: AtmosphereSky, atmosphere: SceneAtmosphere) -> dict[str, Any]:

@@ -136,8 +136,11 @@ def test_a_low_sun_is_solved_by_backward_paths(amc: Path) -> None:
 
 
 def test_a_waveband_far_from_the_description_is_told(amc: Path) -> None:
+    (amc.parent / "lambbot.inp").write_text("4\n412.0 0.05 0.0\n510.0 0.05 0.0\n590.0 0.05 0.0\n625.0 0.05 0.0\n")
+    with pytest.warns(InputWarning, match="waveband 4 at 625 nm takes the light of 590 nm"):
+        sky.read_scene(amc)
     (amc.parent / "lambbot.inp").write_text("4\n412.0 0.05 0.0\n510.0 0.05 0.0\n590.0 0.05 0.0\n865.0 0.05 0.0\n")
-    with pytest.warns(InputWarning, match="waveband 4 at 865 nm takes the light of 680 nm"):
+    with pytest.raises(sky.SceneError, match="865 nm lies beyond its wavelengths, 410 to 680 nm"):
         sky.read_scene(amc)
 
 

@@ -31,7 +31,7 @@ from aomc_sky.wavebands import nearest_wavelength_index
 # of the vertical optical depth: what counts for less is left out
 NEGLIGIBLE_SHARE = 1e-6
 _NORM_LIMIT = 0.01
-_NEAR_NM = 1.0
+NEAR_NM = 1.0  #: A wavelength of the description as near as this is the one that was asked for.
 _SAME_PHASE = 1e-6
 
 T = TypeVar("T")
@@ -67,8 +67,9 @@ def read_medium(
     """Evaluate a description at some of its wavelengths, by default all. [nm]
 
     Each wavelength takes the nearest one of the description, of two equally near the longer; each stands once, rising.
-    Warnings are for a phase function whose integral was more than 1 % off, and for an achromatic one that is not. The
-    error has the problems of all code blocks.
+    SceneError: one lies more than 1 nm beyond the first or the last of them. Warnings are for a phase function whose
+    integral was more than 1 % off, and for an achromatic one that is not. The InputFileError has the problems of all
+    code blocks.
     """
     index = _wavelength_index(description, wavelength_nm)
     reader = _BlockReader(description, index)
@@ -107,7 +108,7 @@ def warn_of_others(description: AtmosphereDescription, wavelength_nm: ArrayLike,
     """Warn of wavelengths more than 1 nm from those found for them; `found_nm` are all of these, rising. [nm]"""
     requested = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
     found = found_nm[nearest_wavelength_index(requested, found_nm)]
-    is_other = np.abs(found - requested) > _NEAR_NM
+    is_other = np.abs(found - requested) > NEAR_NM
     if is_other.any():
         pairs = ", ".join(f"{a:g} for {b:g}" for a, b in zip(found[is_other], requested[is_other], strict=True))
         text = f"{description.path}: its wavelength nearest to the one asked for is used: {pairs} nm"
@@ -120,6 +121,13 @@ def _wavelength_index(description: AtmosphereDescription, wavelength_nm: ArrayLi
     requested = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
     if requested.ndim != 1 or not requested.size or not ((requested > 0.0) & (requested < np.inf)).all():
         raise SceneError("the wavelengths of an atmosphere are one or more positive numbers in nm")
+    known = description.wavelength_nm
+    beyond = requested[(requested < known.min() - NEAR_NM) | (requested > known.max() + NEAR_NM)]
+    if beyond.size:
+        raise SceneError(
+            f"{description.path}: {beyond[0]:g} nm lies beyond its wavelengths, {known.min():g} to {known.max():g} nm; "
+            "take a description that reaches so far"
+        )
     return np.unique(nearest_wavelength_index(requested, description.wavelength_nm))
 
 
