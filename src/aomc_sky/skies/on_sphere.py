@@ -29,6 +29,7 @@ _FAR_DEG = 30.0  #: Distance at which the nearest measured direction tells nothi
 _MOST = 2.0  #: No radiance outside the sun's surroundings is above so many times the brightest one measured there.
 _SURROUNDINGS_DEG = 10.0
 _LEAST_CUT = 1e-4
+_LARGEST = 100.0  #: Error of a logarithm that counts.
 _CONTRAST = 4.0  #: Largest radiance over the mean, above which a sky wants more directions near the sun.
 _NEAR_SUN_DEG = 20.0
 _LARGE_ERROR = 0.05
@@ -83,7 +84,7 @@ def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | Non
     chosen, errors = _leave_one_out(points, rest, trend)
     nearest = KDTree(direction[chosen]).query(asked)[1]
     of_root = ((level[chosen] - errors) ** 2 - level[chosen] ** 2) / np.maximum(values.mean(axis=1), 1e-300)
-    off = np.abs(np.expm1(-errors) if is_log else of_root).T
+    off = np.abs(np.expm1(np.minimum(-errors, _LARGEST)) if is_log else of_root).T
     made = []
     for k, (table, row) in enumerate(zip(tables, values, strict=True)):
         centre = direction[row.argmax()] if sun is None else sun

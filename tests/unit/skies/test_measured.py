@@ -119,6 +119,16 @@ def test_no_radiance_rises_far_above_the_measured_ones():
     assert light.max() < 3 * values.max()
 
 
+def test_radiances_of_any_size_give_numbers():
+    zenith, azimuth = irregular(20)
+    rng = np.random.default_rng(1)
+    for values in (10 ** rng.uniform(-30, 30, 20), 1e-300 * rng.uniform(1, 2, 20), 1e300 * rng.uniform(1, 2, 20)):
+        measured = sky.RadianceField.from_points(zenith, azimuth, values, sun_zenith_deg=40.0, sun_azimuth_deg=0.0)
+        part = measured.interpolant(0)
+        assert np.isfinite([part.error, part.worst_error, part.beyond_error, part.extrapolated]).all()
+        assert np.isfinite(measured.radiance(*np.deg2rad(irregular(500, 2, 90.0)), 550.0)).all()
+
+
 def test_a_wavelength_with_a_zero_leaves_the_others_their_logarithm():
     zenith, azimuth = irregular(60)
     values = np.stack([np.full(60, 2.0), np.where(azimuth < 40, 0.0, 3.0)])
