@@ -31,7 +31,6 @@ from aomc_sky.skies.atmosphere.description.medium import (
     glow_of_luminance,
     moon_of_direction,
     read_medium,
-    warn_of_others,
 )
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.medium import Medium
@@ -94,14 +93,12 @@ def prepare_table(request: TableRequest) -> AtmosphereTable:
     """
     description = read_atmo(request.path, allow_paths=request.allow_paths)
     medium, report = read_medium(description, request.wavelength_nm)
-    if request.wavelength_nm is not None:
-        warn_of_others(description, request.wavelength_nm, medium.wavelength_nm)
     sizes = description.sizes
     suns = _suns_of(sizes) if request.sun_zenith_deg is None else request.sun_zenith_deg
     rows = max(sizes[ZENITH_ROWS] // 2, 1) if ZENITH_ROWS in sizes else DEFAULT_BINS[0]
     columns = sizes.get(AZIMUTH_COLUMNS, DEFAULT_BINS[1])
     bins = request.bins or (min(rows, MOST_BINS), min(columns, MOST_BINS))
-    glow = None if description.ground_glow is None else description.ground_glow[report.wavelength_index]
+    glow = report.ground_glow
     lights: list[Lights] = []
     refused: list[tuple[float, UsageError]] = []
     for degrees in suns:

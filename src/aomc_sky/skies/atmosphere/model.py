@@ -17,7 +17,7 @@ from aomc_sky.directions import in_both_units, settle_angles
 from aomc_sky.errors import SceneError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.progress import is_free, patience
-from aomc_sky.skies.atmosphere.description.medium import read_medium, warn_of_others
+from aomc_sky.skies.atmosphere.description.medium import read_medium
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.medium import Medium
@@ -137,7 +137,7 @@ class AtmosphereSky(Share):
         path : str or path
             The description, a .atmo file.
         wavelength_nm : array_like, shape (n_wl,)
-            Wavelengths to solve; each takes the nearest one of the description. [nm]
+            Wavelengths to solve, between those of the description by interpolation. [nm]
         allow_paths : sequence of str or path
             Folders below which tables of the description may lie, besides its own.
         options
@@ -150,7 +150,6 @@ class AtmosphereSky(Share):
         """
         description = read_atmo(os.fspath(path), allow_paths=[os.fspath(one) for one in allow_paths])
         medium, _ = read_medium(description, wavelength_nm)
-        warn_of_others(description, wavelength_nm, medium.wavelength_nm)
         return cls(medium=medium, **options)
 
     @property

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,12 +11,10 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.emission.irradiance import Irradiance
-from aomc_sky.errors import InputWarning
 from aomc_sky.formats.aomc.amc import AmcConfig, DifcolTable
 from aomc_sky.formats.sky_toml.keys import GLOW_KEY, AtmosphereSection, moon_direction
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere.description.medium import (
-    NEAR_NM,
     MediumReport,
     glow_of_luminance,
     moon_of_direction,
@@ -29,9 +26,6 @@ from aomc_sky.skies.atmosphere.model import AtmosphereSky
 from aomc_sky.source.light.inputs import DIFCOL, Sun
 from aomc_sky.source.scene import SceneDraft, photons_of_intensity, require_projected
 from aomc_sky.wavebands import Wavebands, nearest_wavelength_index
-
-_FAR_NM = 20.0
-"""A waveband farther from its wavelength of the description gets a warning. [nm]"""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -46,7 +40,7 @@ class SceneAtmosphere:
 def read_atmosphere(
     section: AtmosphereSection, lambbot: Wavebands | None, allow_paths: Sequence[str] = ()
 ) -> SceneAtmosphere:
-    """Read a description and evaluate it, at the wavelengths nearest to the wavebands if there is `lambbot`."""
+    """Read a description and evaluate it, at the wavelengths of the wavebands if there is `lambbot`."""
     wavelength = None if lambbot is None else lambbot.wavelength_nm
     medium, report = read_medium(read_atmo(section.file, allow_paths=allow_paths), wavelength)
     return SceneAtmosphere(section=section, medium=medium, report=report)
@@ -90,7 +84,6 @@ def atmosphere_draft(
     )
     components = (*sky.beam(medium.wavelength_nm), *sky.lower(medium.wavelength_nm))
     rows = nearest_wavelength_index(bands.wavelength_nm, medium.wavelength_nm)
-    _warn_of_far_wavelengths(bands.wavelength_nm, medium.wavelength_nm[rows], section.file)
     n_photons = np.full(bands.n_bands, config.iterations, dtype=np.int64)
     if difcol is not None:
         n_photons = photons_of_intensity(difcol.intensity, config.iterations)
@@ -99,7 +92,7 @@ def atmosphere_draft(
         n_photons=n_photons,
         row_of_band=rows,
         sky_wavelength_nm=medium.wavelength_nm[rows],
-        notes=(*_notes(sky, atmosphere, difcol), *_moved(bands.wavelength_nm, medium.wavelength_nm[rows])),
+        notes=_notes(sky, atmosphere, difcol),
         options={
             "sky": "atmosphere",
             "weighting": "projected",
@@ -107,25 +100,6 @@ def atmosphere_draft(
             "atmosphere": _options(sky, atmosphere),
         },
         irradiance=Irradiance(of_component=np.stack([c.strength[rows] for c in components], axis=1)),
-    )
-
-
-def _warn_of_far_wavelengths(wanted_nm: np.ndarray, found_nm: np.ndarray, file: str) -> None:
-    far = np.flatnonzero(np.abs(wanted_nm - found_nm) > _FAR_NM)
-    for band in far[:3]:
-        text = f"waveband {band + 1} at {wanted_nm[band]:g} nm takes the light of {found_nm[band]:g} nm"
-        warnings.warn(f"{file}: {text}, the nearest wavelength of the file", InputWarning, stacklevel=2)
-
-
-def _moved(wanted_nm: np.ndarray, found_nm: np.ndarray) -> tuple[str, ...]:
-    """The note of wavebands that take the light of another wavelength."""
-    moved = np.abs(wanted_nm - found_nm)
-    if not np.any(moved > NEAR_NM):
-        return ()
-    n, one = int(np.sum(moved > NEAR_NM)), int(moved.argmax())
-    return (
-        f"atmosphere: {n} of {moved.size} wavebands take the light of the nearest wavelength of the description, "
-        f"{wanted_nm[one]:g} nm that of {found_nm[one]:g} nm",
     )
 
 

@@ -18,7 +18,6 @@ from aomc_sky.skies.atmosphere.description.medium import (
     glow_of_luminance,
     moon_of_direction,
     read_medium,
-    warn_of_others,
 )
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.sky.solve import AtmosphereResult, solve
@@ -129,9 +128,7 @@ def solve_atmosphere(
     if not np.isfinite(sun[0]):
         raise SceneError(f"the sun's zenith angle must be finite, got {sun_deg!r}")
     requested = _numbers(wavelength_nm, "wavelengths")
-    description = read_atmo(Path(path), allow_paths=[os.fspath(one) for one in allow_paths])
-    medium, report = read_medium(description, requested)
-    warn_of_others(description, requested, medium.wavelength_nm)
+    medium, report = read_medium(read_atmo(Path(path), allow_paths=[os.fspath(one) for one in allow_paths]), requested)
     with patience("solving the atmosphere", enabled=is_free()):
         result = solve(
             medium,

@@ -26,7 +26,6 @@ from aomc_sky.skies.atmosphere.description.medium import (
     glow_of_luminance,
     moon_of_direction,
     read_medium,
-    warn_of_others,
 )
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from tests.support import atmospheres
@@ -141,29 +140,76 @@ def test_what_scatters_nothing_has_no_phase_function() -> None:
 
 @pytest.mark.parametrize(
     ("wanted", "index"),
-    [(None, range(7)), (550.0, [3]), ([700, 400, 401], [0, 6]), ([475.0], [2]), ([474.9], [1]), ([399, 701], [0, 6])],
+    [
+        (None, range(7)),
+        (550.0, [3]),
+        ([700, 400, 401], [0, 6]),
+        ([449.0], [1]),
+        ([501.0, 500.0], [2]),
+        ([399, 701], [0, 6]),
+    ],
 )
-def test_the_nearest_wavelengths_are_taken_once_and_rise(wanted: object, index: list[int]) -> None:
-    medium, report = read_medium(description(air(), ozone()), wanted)
+def test_wavelengths_of_the_file_are_taken_once_and_rise(wanted: object, index: list[int]) -> None:
+    medium, _ = read_medium(description(air(), ozone()), wanted)
     index = list(index)
-    assert report.wavelength_index.tolist() == index
     np.testing.assert_array_equal(medium.wavelength_nm, GRID_NM[index])
     np.testing.assert_array_equal(medium.toa_irradiance, np.linspace(1.5, 1.9, 7)[index])
     np.testing.assert_array_equal(medium.ground_albedo, np.linspace(0.1, 0.4, 7)[index])
     np.testing.assert_array_equal(medium.constituents[1].absorption_m2, np.linspace(1e-26, 4e-25, 7)[index])
 
 
-@pytest.mark.parametrize(("wanted", "taken"), [(398.9, "400 for 398.9"), ([550.0, 720.1], "700 for 720.1")])
-def test_other_wavelengths_are_warned_of(wanted: object, taken: str) -> None:
-    with pytest.warns(InputWarning, match=f"its wavelength nearest .*: {taken} nm") as told:
-        warn_of_others(description(air(), ozone()), wanted, GRID_NM)
-    assert len(told) == 1
+def test_other_wavelengths_are_interpolated() -> None:
+    """Logarithms of positive spectra; a wavelength of the file is itself to the bit, one 1 nm away takes it."""
+    medium, _ = read_medium(description(air(), ozone()), [475.0, 499.5, 500.0, 612.5])
+    assert medium.wavelength_nm.tolist() == [475.0, 500.0, 612.5]
+    sun = np.linspace(1.5, 1.9, 7)
+    half, quarter = np.sqrt(sun[1] * sun[2]), np.exp(0.75 * np.log(sun[4]) + 0.25 * np.log(sun[5]))
+    np.testing.assert_allclose(medium.toa_irradiance, [half, sun[2], quarter], rtol=1e-14)
+    assert medium.toa_irradiance[1] == sun[2]
+    ratio = medium.constituents[0].scattering_m2[0] / medium.constituents[0].scattering_m2[1]
+    np.testing.assert_allclose(ratio, (475 / 500) ** -description(air()).scatterers[0].angstrom_exponent, rtol=1e-13)
 
 
-def test_wavelengths_as_near_as_a_nanometre_are_not() -> None:
-    with warnings.catch_warnings(record=True) as caught:
-        warn_of_others(description(air(), ozone()), [399.0, 550.5, 701.0], GRID_NM)
-    assert caught == []
+def test_spectra_with_zeros_are_linear_between_wavelengths() -> None:
+    dark = dataclasses.replace(description(air()), ground_albedo=np.array([0.0, 0.0, 0.2, 0.4, 0.4, 0.4, 0.4]))
+    medium, _ = read_medium(dark, [475.0, 425.0])
+    np.testing.assert_allclose(medium.ground_albedo, [0.0, 0.1], atol=1e-15)
+
+
+@pytest.mark.parametrize("wanted", [398.9, [550.0, 701.1]])
+def test_wavelengths_beyond_the_ends_are_refused(wanted: object) -> None:
+    with pytest.raises(SceneError, match=r"(398.9|701.1) nm lies beyond its wavelengths, 400 to 700 nm"):
+        read_medium(description(air(), ozone()), wanted)
+
+
+def test_a_phase_function_of_sets_has_no_wavelength_between() -> None:
+    coloured = description(air(phase_function=source("return vec4(1. + 0.*wlSetIndex)/(4*PI);")))
+    read_medium(coloured, [400.0, 550.0])
+    with pytest.raises(SceneError, match="reads wlSetIndex, so it is known at the wavelengths of the"):
+        read_medium(coloured, 475.0)
+
+
+@pytest.mark.parametrize("path", sorted((INPUTS / "atmosphere").glob("*.atmo")), ids=lambda path: path.stem)
+def test_the_stated_error_of_interpolation(path: Path) -> None:
+    """A description thinned to every second wavelength against itself: optical depths, and the sun's irradiance."""
+    whole = read_atmo(path)
+    if whole.wavelength_nm.size < 12:
+        return
+    some = slice(None, None, 2)
+    between = whole.wavelength_nm[1:-1:2][: whole.wavelength_nm[some].size - 1]
+    species = tuple(
+        dataclasses.replace(one, cross_section_m2=one.cross_section_m2[some])
+        if isinstance(one, AbsorberDescription)
+        else dataclasses.replace(one, single_scattering_albedo=one.single_scattering_albedo[some])
+        for one in whole.species
+    )
+    spectra = {name: getattr(whole, name)[some] for name in ("wavelength_nm", "solar_irradiance", "ground_albedo")}
+    glow = None if whole.ground_glow is None else whole.ground_glow[some]
+    thinned = dataclasses.replace(whole, species=species, ground_glow=glow, **spectra)
+    (ours, depth), (theirs, expected) = read_medium(thinned, between), read_medium(whole, between)
+    total, right = (sum(report.optical_depth.values()) for report in (depth, expected))
+    assert np.abs(np.exp(-total) / np.exp(-right) - 1).max() < 0.01
+    assert np.abs(ours.toa_irradiance / theirs.toa_irradiance - 1).max() < 0.075
 
 
 @pytest.mark.parametrize("wanted", [[], [0.0], [-400.0], [np.nan], [np.inf], [[400.0]]])
@@ -176,10 +222,10 @@ def test_a_phase_function_sees_the_sets_of_four_of_its_file() -> None:
     """Every row is that of its own set, whichever wavelengths are asked for; the last set repeats its last one."""
     text = "return (wavelengths/100. + 10.*wlSetIndex + vec4(0, .1, .2, .3))*(1.5 + dotViewSun/1e3)/(4*PI);"
     coloured = air(phase_function=source(text))
-    for wanted in (None, [400, 550, 600, 700], [650]):
+    for wanted, rows in ((None, range(7)), ([400, 550, 600, 700], [0, 3, 4, 6]), ([650], [5])):
         with pytest.warns(InputWarning, match="was divided by it"):
             _, report = read_medium(description(coloured), wanted)
-        rows = report.wavelength_index
+        rows = np.array(rows)
         value = 1.5 * (GRID_NM[rows] / 100.0 + 10.0 * (rows // 4) + (rows % 4) / 10.0)
         np.testing.assert_allclose(report.phase_norm["molecules"], value, rtol=1e-13)
 
@@ -267,7 +313,7 @@ def test_the_examples_are_media_without_a_word(path: Path) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         medium, report = read_medium(read_atmo(path))
-    assert medium.wavelength_nm.size == report.wavelength_index.size > 0
+    assert medium.wavelength_nm.size > 0
     assert report.dropped == ()
     for norm in report.phase_norm.values():
         np.testing.assert_allclose(norm, 1.0, rtol=1e-2)
@@ -278,7 +324,7 @@ DESCRIPTION = INPUTS / "light_polluted" / "air.atmo"
 
 
 def report(**more: Any) -> MediumReport:
-    return MediumReport(wavelength_index=np.zeros(1, np.intp), optical_depth={}, phase_norm={}, dropped=(), **more)
+    return MediumReport(optical_depth={}, phase_norm={}, dropped=(), **more)
 
 
 def test_angles_and_offsets() -> None:

@@ -20,18 +20,17 @@ from aomc_sky.skies.atmosphere.description.data import (
     PhaseFunctionType,
     ScattererDescription,
 )
+from aomc_sky.skies.atmosphere.description.interpolated import at_wavelengths
 from aomc_sky.skies.atmosphere.language.block import read_block
 from aomc_sky.skies.atmosphere.language.values import Type
 from aomc_sky.skies.atmosphere.lights import MOON_RADIUS_M, Moon
 from aomc_sky.skies.atmosphere.medium import Constituent, Medium, NumberDensity, PhaseBlock, read_phase_block
 from aomc_sky.skies.atmosphere.optical_depth import vertical_optical_depth
 from aomc_sky.skies.atmosphere.phase_table import PhaseTable, TabulatedPhase, tabulated_phase
-from aomc_sky.wavebands import nearest_wavelength_index
 
 # of the vertical optical depth: what counts for less is left out
 NEGLIGIBLE_SHARE = 1e-6
 _NORM_LIMIT = 0.01
-NEAR_NM = 1.0  #: A wavelength of the description as near as this is the one that was asked for.
 _SAME_PHASE = 1e-6
 
 T = TypeVar("T")
@@ -50,7 +49,6 @@ _CROSS_SECTION = "scatteringCrossSection_"
 class MediumReport:
     """The species of a description and their optical depths."""
 
-    wavelength_index: np.ndarray  #: (n_wl,) wavelengths of the description that the medium has, rising
     optical_depth: Mapping[str, np.ndarray]  #: vertical, (n_wl,) for each species, those that were dropped too
     #: integral over the sphere of each phase function as its block gives it; it was divided by it
     phase_norm: Mapping[str, np.ndarray]
@@ -66,12 +64,13 @@ def read_medium(
 ) -> tuple[Medium, MediumReport]:
     """Evaluate a description at some of its wavelengths, by default all. [nm]
 
-    Each wavelength takes the nearest one of the description, of two equally near the longer; each stands once, rising.
-    SceneError: one lies more than 1 nm beyond the first or the last of them. Warnings are for a phase function whose
-    integral was more than 1 % off, and for an achromatic one that is not. The InputFileError has the problems of all
-    code blocks.
+    Others are interpolated (`at_wavelengths`, and its errors). Each stands once, rising. Warnings are for a phase
+    function whose integral was more than 1 % off, and for an achromatic one that is not. The InputFileError has the
+    problems of all code blocks.
     """
-    index = _wavelength_index(description, wavelength_nm)
+    index = np.arange(description.wavelength_nm.size)
+    if wavelength_nm is not None:
+        description, index = at_wavelengths(description, wavelength_nm)
     reader = _BlockReader(description, index)
     parts = [reader.part(one) for one in description.species]
     if reader.problems:
@@ -92,7 +91,6 @@ def read_medium(
     depth = vertical_optical_depth(medium)
     is_dropped = (depth <= NEGLIGIBLE_SHARE * depth.sum(axis=1, keepdims=True)).all(axis=0)
     report = MediumReport(
-        wavelength_index=index,
         optical_depth={one.name: row for (one, _), row in zip(found, depth.T, strict=True)},
         phase_norm={one.name: phase.norm for one, phase in found if phase is not None},
         phase_norm_error={one.name: phase.norm_error for one, phase in found if isinstance(phase, TabulatedPhase)},
@@ -102,33 +100,6 @@ def read_medium(
     )
     kept = tuple(one for (one, _), out in zip(found, is_dropped, strict=True) if not out)
     return replace(medium, constituents=kept), report
-
-
-def warn_of_others(description: AtmosphereDescription, wavelength_nm: ArrayLike, found_nm: np.ndarray) -> None:
-    """Warn of wavelengths more than 1 nm from those found for them; `found_nm` are all of these, rising. [nm]"""
-    requested = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
-    found = found_nm[nearest_wavelength_index(requested, found_nm)]
-    is_other = np.abs(found - requested) > NEAR_NM
-    if is_other.any():
-        pairs = ", ".join(f"{a:g} for {b:g}" for a, b in zip(found[is_other], requested[is_other], strict=True))
-        text = f"{description.path}: its wavelength nearest to the one asked for is used: {pairs} nm"
-        warnings.warn(text, InputWarning, stacklevel=3)
-
-
-def _wavelength_index(description: AtmosphereDescription, wavelength_nm: ArrayLike | None) -> np.ndarray:
-    if wavelength_nm is None:
-        return np.arange(description.wavelength_nm.size)
-    requested = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
-    if requested.ndim != 1 or not requested.size or not ((requested > 0.0) & (requested < np.inf)).all():
-        raise SceneError("the wavelengths of an atmosphere are one or more positive numbers in nm")
-    known = description.wavelength_nm
-    beyond = requested[(requested < known.min() - NEAR_NM) | (requested > known.max() + NEAR_NM)]
-    if beyond.size:
-        raise SceneError(
-            f"{description.path}: {beyond[0]:g} nm lies beyond its wavelengths, {known.min():g} to {known.max():g} nm; "
-            "take a description that reaches so far"
-        )
-    return np.unique(nearest_wavelength_index(requested, description.wavelength_nm))
 
 
 class _BlockReader:
