@@ -30,7 +30,7 @@ def solved_light() -> tuple[float, float, float]:
     mu, n_azimuth = t**2, 96
     found = aomc_sky.solve_atmosphere(
         SCENE / "clear.atmo",
-        wavelength_nm=[410.0, 500.0, 590.0, 680.0],
+        wavelength_nm=[412.0, 510.0, 590.0, 670.0],
         sun_zenith_deg=41.5,
         sky_zenith_deg=np.rad2deg(np.arccos(mu)),
         azimuth_from_sun_deg=180 * (np.arange(n_azimuth) + 0.5) / n_azimuth,
