@@ -1,7 +1,7 @@
 """Row 53: files of radiances and weather as other people write them are read right, or refused with what to write.
 
-The files lie beside the repository; what they hold, and what is right, is in their README. Those of each kind that are
-made here are in the tests of the readers.
+The files were made for this project in the shape of troubles that public reports tell of. Others of each kind are made
+in the tests of the readers.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ import pytest
 
 import aomc_sky as sky
 from tests.support.fault_rows import command, row
-from tests.support.shared import INPUTS, SHARED, needs_shared
+from tests.support.shared import DATA, INPUTS, SHARED, needs_shared
 
-FILES, DAMAGED = SHARED / "foreign_files", SHARED / "damaged"
+FILES, DAMAGED = DATA / "foreign_files", DATA / "damaged"
 
 
 @pytest.fixture
@@ -54,7 +54,6 @@ REFUSED = {
 """Code, trouble, and what to write."""
 
 
-@needs_shared
 @row(53, *(f"irradiance-{name}" for name in IRRADIANCE))
 def test_irradiances(fault, foreign):
     name = fault.removeprefix("irradiance-")
@@ -62,14 +61,12 @@ def test_irradiances(fault, foreign):
     assert band["irradiance_W_m2_nm"] == pytest.approx(IRRADIANCE[name], rel=2e-4)
 
 
-@needs_shared
 @row(53, *(f"east-{name}" for name in EAST))
 def test_brightest_in_the_east(fault, foreign):
     _, _, azimuth = foreign(fault.removeprefix("east-"))
     assert min(azimuth, 360 - azimuth) < 1.0
 
 
-@needs_shared
 @row(53, "sun-rel_az.nc")
 def test_azimuths_from_the_sun(fault, foreign):
     """Brightest at 90 of the file, counterclockwise from the sun, which is at 30: in the north-west at 120."""
@@ -78,7 +75,6 @@ def test_azimuths_from_the_sun(fault, foreign):
     assert foreign("rel_az.nc", *words)[2] == pytest.approx(300, abs=1)
 
 
-@needs_shared
 @row(53, *(f"refused-{name}" for name in REFUSED))
 def test_refusals(fault, foreign, capsys):
     name = fault.removeprefix("refused-")
@@ -92,13 +88,11 @@ def test_refusals(fault, foreign, capsys):
     assert "--angle-unit" not in said or "units" in REFUSED[name][2]
 
 
-@needs_shared
 @row(53, "own-rings")
 def test_rings_of_our_own_export(fault, foreign):
     assert foreign("own_irreg.nc")[1]["mean_cosine_exact"] == pytest.approx(0.736201, abs=1e-6)
 
 
-@needs_shared
 @row(53, "closed-grids")
 def test_closed_grids(fault, foreign):
     """Horizon ring and columns of 0 and 360 degrees: 1 + sin(zenith) ... has mean cosine 2/3 with its horizon."""
@@ -113,14 +107,12 @@ def test_closed_grids(fault, foreign):
     assert any("azimuths 0 and 360 are one direction; their radiances differ by" in one for one in table.remarks)
 
 
-@needs_shared
 @row(53, "image-with-corners")
 def test_corners_of_an_image(fault, foreign, capsys):
     assert foreign("image2d_nancorner.nc")[1]["mean_cosine_exact"] == pytest.approx(2 / 3, abs=1e-4)
     assert "5 values without a direction were left out" in capsys.readouterr().out
 
 
-@needs_shared
 @row(53, "offset-of-an-instrument")
 def test_nights_below_zero(fault, capsys):
     pytest.importorskip("pvlib")
@@ -129,16 +121,23 @@ def test_nights_below_zero(fault, capsys):
     assert (sky_of_hour["dni"], sky_of_hour["dhi"]) == (496.0, 281.0)
 
 
-@needs_shared
+@needs_shared  # 640 kB; tests/cli/test_cli_verify_scene.py writes such files
 @row(53, "optical-photons")
 def test_optical_photons(fault, capsys):
     pytest.importorskip("mcpl")
-    words = ("--scene", INPUTS / "overcast" / "amc.inp", FILES / "v_opt.mcpl", "--sky", "uniform", "--waveband", 1)
+    words = (
+        "--scene",
+        INPUTS / "overcast" / "amc.inp",
+        SHARED / "foreign_files" / "v_opt.mcpl",
+        "--sky",
+        "uniform",
+        "--waveband",
+        1,
+    )
     assert command("verify", *words) == 0
     assert "20000 photons" in capsys.readouterr().out
 
 
-@needs_shared
 @row(53, "further-field-in-records-of-lobes")
 def test_a_further_text_in_the_records_of_lobes(fault, recwarn):
     """It is ignored without a word: all that is read is there."""
@@ -148,7 +147,6 @@ def test_a_further_text_in_the_records_of_lobes(fault, recwarn):
     assert not [str(one.message) for one in recwarn]
 
 
-@needs_shared
 @row(53, "azimuths-that-are-one")
 def test_two_azimuths_of_one_direction(fault, foreign, capsys):
     assert foreign("bad_field.nc", folder=DAMAGED)[0] == 3

@@ -18,7 +18,7 @@ from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.shard import Shard
 from tests.support.fault_rows import command, row
 from tests.support.scenes import copy_scene, run_bytes
-from tests.support.shared import SHARED, needs_shared
+from tests.support.shared import DATA
 
 WORDS = ("--iterations", "70000", "--waveband", "1", "-q")
 MARK = "shard-1-of-2.done"
@@ -182,11 +182,10 @@ def test_a_finished_folder_says_that_verify_compares_every_photon(fault, whole, 
     assert "verify compares every photon" in capsys.readouterr().out
 
 
-@needs_shared
 @row(52, "head-without-its-brace", "head-cut", "head-of-zeros", "head-of-brackets")
 def test_the_head_of_a_numpy_file(fault, amc, tmp_path, capsys):
     path = tmp_path / "photons.npy"
-    data = (SHARED / "damaged" / "bad_head.npy").read_bytes()
+    data = (DATA / "damaged" / "bad_head.npy").read_bytes()
     if fault != "head-without-its-brace":
         np.save(path, np.zeros((3, 3), np.float32))
         data = path.read_bytes()

@@ -85,12 +85,12 @@ def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | Non
     nearest = KDTree(direction[chosen]).query(asked)[1]
     of_root = ((level[chosen] - errors) ** 2 - level[chosen] ** 2) / np.maximum(values.mean(axis=1), 1e-300)
     off = np.abs(np.expm1(np.minimum(-errors, _LARGEST)) if is_log else of_root).T
+    weight = np.sin(np.deg2rad(2 * zenith))
     made = []
     for k, (table, row) in enumerate(zip(tables, values, strict=True)):
         centre = direction[row.argmax()] if sun is None else sun
         bound = _bound(direction, row, sun, asked)
         cut_table = np.minimum(table, np.log(bound) if is_log else np.sqrt(bound))
-        weight = np.sin(np.deg2rad(2 * zenith))
         uncut, flux = ((np.exp(one) if is_log else one * one) * weight for one in (table, cut_table))
         known = np.where(np.isnan(off[k]), -1.0, off[k])
         worst, worst_error = chosen[known.argmax()], float(known.max()) if known.max() >= 0 else math.nan

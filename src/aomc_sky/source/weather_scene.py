@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.component import Component, scaled
+from aomc_sky.component import scaled
 from aomc_sky.directions import given_angle
 from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.errors import InputWarning, ModelLimitWarning, SceneError, UsageError, require_one_of
@@ -22,7 +22,6 @@ from aomc_sky.formats.sky_models import installed_skies
 from aomc_sky.formats.sky_toml.keys import SPECTRL2, PerezSection, SkySection
 from aomc_sky.grid import PatchGrid
 from aomc_sky.inputs import MODEL, PEREZ
-from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
 from aomc_sky.skies.function_sky import as_sky_model
 from aomc_sky.skies.model import sky_model
 from aomc_sky.skies.perez.irradiances import EXTRATERRESTRIAL_NORMAL
@@ -36,7 +35,8 @@ from aomc_sky.source.light.inputs import (
     model_inputs,
     refuse_kilowatts,
 )
-from aomc_sky.source.light.plugin import Diffuse, choose_plugin, diffuse_of, diffuse_of_plugin
+from aomc_sky.source.light.plugin import choose_plugin, diffuse_of_plugin
+from aomc_sky.source.light.shares import Diffuse, beam_of, diffuse_of
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands, as_wavebands
 
@@ -209,7 +209,7 @@ def scene_of_weather(
     inputs, sun = perez_and_sun(given)
     fractions, irradiance, notes, options = _shares(inputs, sun, bands, spectrum, with_beam)
     rows, row_of_band = np.unique(fractions, return_inverse=True)
-    components = _beam(sun, rows)
+    components = beam_of(sun, rows)
     shown: dict[str, Any] = {}
     if np.any(rows < 1):
         sky, limited = perez_sky(given.model, inputs, sun, grid)
@@ -276,7 +276,6 @@ def given_sky(given: Any, name: str | None = None) -> ChosenSky:
 
 
 _OF_PEREZ = {"limits": "--limits", "air_mass": "--air-mass", "within": "--within"}
-_OF_AMOUNTS = {"extraterrestrial_normal": "--extraterrestrial"}
 
 
 def scene_of_sky(
@@ -299,7 +298,7 @@ def scene_of_sky(
         inputs, sun = perez_and_sun(given)
         fractions, irradiance, notes, options = _shares(inputs, sun, bands, spectrum or "flat", with_beam, sky.name)
     else:
-        idle = [option for name, option in _OF_AMOUNTS.items() if name in given.model]
+        idle = ["--extraterrestrial"] * ("extraterrestrial_normal" in given.model)
         idle += ["--spectrum"] * (spectrum not in (None, "flat")) + ["--disc"] * bool(given.sun.disc)
         if idle:
             raise UsageError(f"{' and '.join(idle)}: used only where {_AMOUNTS} say how bright the beam is")
@@ -310,7 +309,7 @@ def scene_of_sky(
                 worded(f"the direct beam of the sun is missing: {text} for the sky alone"), InputWarning, stacklevel=3
             )
         fractions = np.zeros(bands.n_bands)
-    components = _beam(sun, fractions)
+    components = beam_of(sun, fractions)
     diffuse = sky.diffuse(sun, fractions, bands.wavelength_nm) if np.any(fractions < 1) else Diffuse()
     components += scaled(diffuse.components, 1.0 - fractions)
     absolute = None
@@ -356,15 +355,6 @@ def _sun_of_sky(sky: ChosenSky, given: GivenInputs) -> Sun:
             f"--sun-zenith: {zenith:g} is outside the range 0 to below 90; a sky needs the sun above the horizon"
         )
     return Sun(zenith_deg=zenith or 0.0, azimuth_deg=given.sun.azimuth_deg or 0.0, origin=given.origin)
-
-
-def _beam(sun: Sun, fractions: np.ndarray) -> list[Component]:
-    """The sun's beam with these strengths, if one of them is above 0."""
-    if not np.any(fractions > 0):
-        return []
-    radius = SOLAR_RADIUS_DEG if sun.disc else 0.0
-    beam = DirectBeam(sun_zenith_deg=sun.zenith_deg, sun_azimuth_deg=sun.azimuth_deg, radius_deg=radius)
-    return scaled(beam.lower(fractions), fractions)
 
 
 def perez_and_sun(given: GivenInputs) -> tuple[PerezInputs, Sun]:

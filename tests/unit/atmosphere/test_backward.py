@@ -10,9 +10,10 @@ from scipy.integrate import quad
 from scipy.special import expn
 
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
-from aomc_sky.skies.atmosphere.backward import PathsResult, path_tables, paths_result, solve_paths
+from aomc_sky.skies.atmosphere.backward import PathsResult, PathTables, path_tables, paths_result, solve_paths
 from aomc_sky.skies.atmosphere.kernels.shells import fill_sun_share
 from aomc_sky.skies.atmosphere.lights import Moon
+from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.sky.path_orders import path_orders
 from aomc_sky.skies.atmosphere.sky.solve import later_orders, solve_sky
 from tests.support.atmospheres import (
@@ -137,23 +138,30 @@ def test_under_sampled_where_few_paths_make_the_variance() -> None:
     assert paths_result(np.ones((1, 1)), np.zeros((1, 1, 2, 2)), np.zeros((1, 1, 3)), 4000).under_sampled.all()
 
 
+def against_many_paths(
+    medium: Medium, tables: PathTables, rng: np.random.Generator, sun_deg: float, n_directions: int, n_seeds: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Deviations of 4096 paths from 32 times as many, in standard errors, and the flags: (n_seeds, 1, n_directions)."""
+    asked = {
+        "sun_zenith_rad": np.radians(sun_deg), "sky_zenith_rad": np.radians(rng.uniform(0, 89, n_directions)),
+        "azimuth_from_sun_rad": rng.uniform(0, 2 * np.pi, n_directions), "tables": tables, "threads": 2,
+    }  # fmt: skip
+    many = solved(medium, 2**17, seed=1000, **asked)
+    results = [solved(medium, 4096, seed=seed, **asked) for seed in range(n_seeds)]
+    off = [(one.radiance - many.radiance) / np.hypot(one.standard_error, many.standard_error) for one in results]
+    return np.array(off), np.array([one.under_sampled for one in results])
+
+
 @pytest.mark.slow
 def test_what_is_not_flagged_can_be_trusted() -> None:
     """Deviations from 32 times as many paths: 24 seeds, suns from 85 to 96 degrees; flagged ones are worse."""
     medium, rng = full(550.0), np.random.default_rng(3)
     tables, trusted, flagged = path_tables(medium), [], []
     for sun in (85.0, 94.0, 96.0):
-        asked = {
-            "sun_zenith_rad": np.radians(sun), "sky_zenith_rad": np.radians(rng.uniform(0, 89, 12)),
-            "azimuth_from_sun_rad": rng.uniform(0, 2 * np.pi, 12), "tables": tables, "threads": 2,
-        }  # fmt: skip
-        many = solved(medium, 2**17, seed=1000, **asked)
-        for seed in range(24):
-            one = solved(medium, 4096, seed=seed, **asked)
-            off = (one.radiance - many.radiance) / np.hypot(one.standard_error, many.standard_error)
-            trusted.append(off[~one.under_sampled])
-            flagged.append(off[one.under_sampled])
-        assert sun > 90 or flagged[-1].size == 0
+        off, is_flagged = against_many_paths(medium, tables, rng, sun, 12, 24)
+        trusted.append(off[~is_flagged])
+        flagged.append(off[is_flagged])
+        assert sun > 90 or not is_flagged[-1].any()
     off, doubtful = np.concatenate(trusted), np.concatenate(flagged)
     assert abs(np.mean(off**2) - 1) < 0.2
     assert np.mean(np.abs(off) > 3) < 0.01
@@ -166,16 +174,9 @@ def test_what_is_not_flagged_can_be_trusted_under_ozone_and_a_low_sun() -> None:
     medium, rng = full(320.0, ozone_m2=3e-24), np.random.default_rng(6)
     tables, trusted, shares = path_tables(medium), [], []
     for sun in (83.0, 86.0, 88.0):
-        asked = {
-            "sun_zenith_rad": np.radians(sun), "sky_zenith_rad": np.radians(rng.uniform(0, 89, 60)),
-            "azimuth_from_sun_rad": rng.uniform(0, 2 * np.pi, 60), "tables": tables, "threads": 2,
-        }  # fmt: skip
-        many = solved(medium, 2**17, seed=1000, **asked)
-        results = [solved(medium, 4096, seed=seed, **asked) for seed in range(8)]
-        for one in results:
-            off = (one.radiance - many.radiance) / np.hypot(one.standard_error, many.standard_error)
-            trusted.append(off[~one.under_sampled])
-        shares.append(np.mean([one.under_sampled for one in results]))
+        off, is_flagged = against_many_paths(medium, tables, rng, sun, 60, 8)
+        trusted.append(off[~is_flagged])
+        shares.append(is_flagged.mean())
     off = np.concatenate(trusted)
     assert abs(np.mean(off**2) - 1) < 0.2
     assert np.mean(np.abs(off) > 3) < 0.02

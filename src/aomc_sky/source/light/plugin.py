@@ -6,7 +6,7 @@ import dataclasses
 import datetime
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any, NoReturn
 
 import numpy as np
@@ -18,7 +18,6 @@ from aomc_sky.errors import (
     InputWarning,
     ModelLimitWarning,
     Problem,
-    SceneError,
     Span,
     UsageError,
 )
@@ -27,6 +26,7 @@ from aomc_sky.formats.sky_models import MakeSky, installed_skies
 from aomc_sky.formats.sky_toml.keys import KEYS, SkySection
 from aomc_sky.skies.function_sky import FunctionSky, as_sky_model
 from aomc_sky.source.light.inputs import Sun
+from aomc_sky.source.light.shares import Diffuse, diffuse_of
 
 _OUR_WARNINGS = (InputWarning, ModelLimitWarning)  # exceptions where warnings are errors
 
@@ -164,16 +164,6 @@ def choose_plugin(name: str, section: SkySection, given: Mapping[str, Any], path
     return PluginSky(make=make, options=options, section=of_file, path=path)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Diffuse:
-    """The diffuse part of a scene: components of strength 1, with notes and options."""
-
-    components: tuple[Component, ...] = ()
-    notes: tuple[str, ...] = ()
-    options: dict[str, Any] = field(default_factory=dict)
-    irradiance: tuple[float, ...] | None = None  #: of each waveband on a horizontal plane, where known [W m-2 nm-1]
-
-
 def diffuse_of_plugin(plugin: PluginSky, sun: Sun, fractions: np.ndarray, wavelength_nm: np.ndarray) -> Diffuse:
     """The sky of another package under a sun, a row for each waveband, beside a beam of these fractions."""
     model = plugin.model(math.radians(sun.zenith_deg), math.radians(sun.azimuth_deg))
@@ -181,26 +171,6 @@ def diffuse_of_plugin(plugin: PluginSky, sun: Sun, fractions: np.ndarray, wavele
         diffuse_of(plugin.lower(model, wavelength_nm), f"the sky model {plugin}", fractions, wavelength_nm),
         notes=(plugin.text, *plugin.notes(model, wavelength_nm)),
         options={"plugin": plugin.record},
-    )
-
-
-def diffuse_of(components: Sequence[Component], name: str, fractions: np.ndarray, wavelength_nm: np.ndarray) -> Diffuse:
-    """Components in their shares; their irradiances count where every waveband has some sky."""
-    total = np.sum([c.strength for c in components], axis=0)
-    dark = np.flatnonzero(~(total > 0) & (fractions > 0) & (fractions < 1))
-    if dark.size:
-        raise SceneError(
-            f"{name} is dark at {wavelength_nm[dark[0]]:g} nm, but {1 - fractions[dark[0]]:g} of the light there is "
-            "diffuse"
-        )
-    shares = [np.divide(c.strength, total, out=np.zeros_like(total), where=total > 0) for c in components]
-    is_absolute = all(c.irradiance_W_m2_nm is not None for c in components) and bool(np.all(fractions < 1))
-    return Diffuse(
-        components=tuple(
-            dataclasses.replace(c, strength=share, irradiance_W_m2_nm=None)
-            for c, share in zip(components, shares, strict=True)
-        ),
-        irradiance=tuple(total.tolist()) if is_absolute else None,
     )
 
 

@@ -14,12 +14,7 @@ from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.formats.aomc.amc import AmcConfig, DifcolTable
 from aomc_sky.formats.sky_toml.keys import GLOW_KEY, AtmosphereSection, moon_direction
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.atmosphere.description.medium import (
-    MediumReport,
-    glow_of_luminance,
-    moon_of_direction,
-    read_medium,
-)
+from aomc_sky.skies.atmosphere.description.medium import MediumReport, glow_of_luminance, moon_of_direction, read_medium
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.model import AtmosphereSky

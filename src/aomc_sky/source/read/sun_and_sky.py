@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from aomc_sky.component import Component, scaled
+from aomc_sky.component import scaled
 from aomc_sky.errors import InputWarning, SceneError, UsageError
 from aomc_sky.formats.aomc.amc import AmcConfig, DifcolTable
 from aomc_sky.formats.sky_toml.keys import SPECTRL2, SkySection
 from aomc_sky.plan.options import Order, Placement, SamplingOptions
 from aomc_sky.plan.sampling.allocation import AllocationMethod
-from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
 from aomc_sky.skies.model import sky_model
 from aomc_sky.source.light.inputs import (
     DIFCOL,
@@ -27,7 +26,8 @@ from aomc_sky.source.light.inputs import (
     inputs_of_difcol,
     missing_inputs,
 )
-from aomc_sky.source.light.plugin import Diffuse, diffuse_of_plugin
+from aomc_sky.source.light.plugin import diffuse_of_plugin
+from aomc_sky.source.light.shares import Diffuse, beam_of
 from aomc_sky.source.read.files import FIELD, SceneFiles
 from aomc_sky.source.scene import SceneDraft, photons_of_intensity, require_projected
 
@@ -148,11 +148,7 @@ def sun_and_sky_draft(
         fractions, row_of_band = pairs[:, 0], rows.ravel()
     else:  # its radiance may depend on the wavelength
         fractions, row_of_band = difcol.direct_fraction, np.arange(difcol.direct_fraction.size)
-    components: list[Component] = []
-    if np.any(fractions > 0):
-        sun, radius = inputs.sun, SOLAR_RADIUS_DEG if inputs.sun.disc else 0.0
-        beam = DirectBeam(sun_zenith_deg=sun.zenith_deg, sun_azimuth_deg=sun.azimuth_deg, radius_deg=radius)
-        components += scaled(beam.lower(fractions), fractions)
+    components = beam_of(inputs.sun, fractions)
     model = ("uniform" if compat else files.sky or "perez") if is_lit else None
     diffuse = Diffuse()
     if model == "perez":
