@@ -103,21 +103,21 @@ def worst(step: int, others: dict[str, int], enough: float = -1.0) -> tuple[floa
     return lowest, at
 
 
-def _modes() -> np.ndarray:
-    """Coefficients of u, v and the three numbers, one of h and -h; shape (n, 5)."""
-    many = np.array([h for h in product(range(-5, 6), repeat=5) if 0 < sum(map(abs, h)) <= 5 and any(h[2:])])
+def _modes(largest: int, most: int) -> np.ndarray:
+    """Coefficients up to `largest` of u, v and the three numbers, with sums up to `most`, one of h and -h; (n, 5)."""
+    several = product(range(-largest, largest + 1), repeat=5)
+    many = np.array([h for h in several if sum(map(abs, h)) <= most and any(h[2:])])
     first = many[np.arange(len(many)), (many != 0).argmax(axis=1)]
     return many[first > 0]
 
 
-MODES = _modes()
+MODES = _modes(5, 5)
 SUM = np.abs(MODES).sum(axis=1)
-GIVEN = MODES[:, :2] @ np.array([FIXED["u"], FIXED["v"]]) / 2.0**64
 
 
-def distances(steps: np.ndarray) -> np.ndarray:
-    """The t of all modes for sets of three steps, shape (..., n)."""
-    t = steps @ MODES[:, 2:].T + GIVEN
+def distances(steps: np.ndarray, modes: np.ndarray = MODES) -> np.ndarray:
+    """The t of modes for sets of three steps, shape (..., n)."""
+    t = steps @ modes[:, 2:].T + modes[:, :2] @ np.array([FIXED["u"], FIXED["v"]]) / 2.0**64
     return np.abs(t - np.rint(t))
 
 
@@ -195,6 +195,16 @@ def show(steps: list[int]) -> None:
         )
 
 
+def show_more_modes(steps: list[int], shown: int = 10) -> None:
+    """The worst of the modes with coefficients up to 3, of any sum: more than a search can keep above chance."""
+    modes, numbers = _modes(3, 15), np.unique(np.geomspace(100, 1e6, 20_000).astype(np.int64))
+    t = distances(np.array(steps) / 2.0**64, modes)
+    largest = np.array([variance(value, numbers).max() for value in t])
+    print(f"{len(modes)} modes with coefficients up to 3: {np.sum(largest > 1)} above chance at 100 photons or more")
+    for k in np.argsort(-largest)[:shown]:
+        print(f"  {modes[k].tolist()} of u, v, n1, n2, n3: {largest[k]:.3g}")
+
+
 def of_equal_rings(step: int, width_deg: float, rings: int = 90) -> np.ndarray:
     """Variance of the share of photons in half a number's range over that of independent ones, of equal rings.
 
@@ -227,12 +237,12 @@ def main() -> None:
     options = parser.parse_args()
     print("figures of good sets of one, two, three:", {size: round(value, 5) for size, value in GOOD.items()})
     print("in the package:")
-    show([int(step) for step in NUMBER_STEPS])
-    show_rings([int(step) for step in NUMBER_STEPS])
+    for tell in (show, show_more_modes, show_rings):
+        tell([int(step) for step in NUMBER_STEPS])
     print("found:", flush=True)
     found = search(options.candidates, options.seed)
-    show(found)
-    show_rings(found)
+    for tell in (show, show_more_modes, show_rings):
+        tell(found)
 
 
 if __name__ == "__main__":
