@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
+import enum
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 
@@ -10,7 +13,7 @@ from dataclasses import dataclass
 class Input:
     """One input: its names, its description and its allowed values."""
 
-    name: str  #: Key of sky.toml, and argument in Python
+    name: str  #: Key of sky.toml and of the arguments of `read_scene`
     option: str  #: On the command line
     text: str  #: Description for --help
     unit: str = ""
@@ -18,6 +21,9 @@ class Input:
     high: float = math.inf
     words: tuple[str, ...] = ()  #: Values of a choice, the default first
     is_switch: bool = False  #: Whether it is true or false
+    keyword: str = ""  #: Argument of `weather_scene`, the name by default
+    mapping: str = ""  #: Argument of `read_scene` of which it is a key; empty: it is one itself
+    value: str = ""  #: What stands for the value in --help, by default the unit
 
 
 def in_nm(wavelength: float, shown: str) -> str:
@@ -26,11 +32,12 @@ def in_nm(wavelength: float, shown: str) -> str:
     return f"wavelengths are in nm, got {shown} (micrometres?); write {1000 * wavelength:g}" if is_small else ""
 
 
-def _by_name(*rows: Input) -> dict[str, Input]:
-    return {row.name: row for row in rows}
+def _by_name(mapping: str, *rows: Input) -> dict[str, Input]:
+    return {row.name: dataclasses.replace(row, mapping=mapping) for row in rows}
 
 
 PEREZ = _by_name(
+    "perez",
     Input("dni", "--dni", "direct normal irradiance; two of --dni, --dhi, --ghi", "W m-2", 0, 10_000),
     Input("dhi", "--dhi", "diffuse horizontal irradiance", "W m-2", 0, 10_000),
     Input("ghi", "--ghi", "global horizontal irradiance", "W m-2", 0, 10_000),
@@ -38,19 +45,23 @@ PEREZ = _by_name(
     Input("delta", "--delta", "sky brightness", low=0),
     Input("coefficients", "--coefficients", "of the sky, eq. (1)", low=-1000, high=1000),
     Input("spectrum", "--spectrum", "how beam and sky share each waveband without difcol.inp: all alike (flat), or by "
-          "clear-sky spectra scaled to dni and dhi (spectrl2, which needs the extra 'weather')",
-          words=("flat", "spectrl2")),
+          "clear-sky spectra scaled to dni and dhi (spectrl2, which needs the extra 'weather'; without irradiances the "
+          "light of a cloudless sky)", words=("flat", "spectrl2")),
 )  # fmt: skip
 """Keys of [perez]; the coefficients are its keys a to e."""
 
 SUN = _by_name(
-    Input("zenith_deg", "--sun-zenith", "zenith angle of the sun, below 90 without an atmosphere", "deg", 0, 180),
-    Input("azimuth_deg", "--sun-azimuth", "azimuth of the sun, from +x (east) to +y (north)", "deg", -360, 360),
-    Input("disc", "--disc", "the beam has the extent of the solar disc", is_switch=True),
-)
+    "sun",
+    Input("zenith_deg", "--sun-zenith", "zenith angle of the sun, below 90 without an atmosphere", "deg", 0, 180,
+          keyword="sun_zenith_deg"),
+    Input("azimuth_deg", "--sun-azimuth", "azimuth of the sun, from +x (east) to +y (north)", "deg", -360, 360,
+          keyword="sun_azimuth_deg"),
+    Input("disc", "--disc", "the beam has the extent of the solar disc", is_switch=True, keyword="sun_disc"),
+)  # fmt: skip
 """Keys of [sun]."""
 
 MODEL = _by_name(
+    "perez",
     Input("limits", "--limits", "limits of clearness and brightness: published practice (radiance, the default), or "
           "none (paper)", words=("radiance", "paper")),
     Input("within", "--within", "law of the Perez sky inside a patch: its own (exact, the default), or constant",
@@ -63,6 +74,7 @@ MODEL = _by_name(
 """Further arguments of `PerezSky`, which are not keys of sky.toml."""
 
 LIGHTS = _by_name(
+    "atmosphere",
     Input("moon_zenith_deg", "--moon-zenith", "zenith angle of the Moon before the sun", "deg", 0, 180),
     Input("moon_zenith_offset_deg", "--moon-zenith-offset", "that minus the sun's zenith angle", "deg", -180, 180),
     Input("moon_azimuth_deg", "--moon-azimuth", "azimuth of the Moon (default: the sun's)", "deg", -360, 360),
@@ -71,3 +83,70 @@ LIGHTS = _by_name(
     Input("ground_luminance_cd_m2", "--ground-luminance", "of a ground that glows (default 0)", "cd m-2", 0, 1e6),
 )
 """Keys of [atmosphere] for the Moon and the glow of the ground."""
+
+CLEAR_SKY = _by_name(
+    "clear_sky",
+    Input("aod_500nm", "--aod", "optical depth of the aerosol at 500 nm (default 0.1)", low=0, high=5),
+    Input("water_cm", "--water-cm", "precipitable water (default 1.4)", "cm", 0, 20),
+    Input("ozone_cm", "--ozone-cm", "column of ozone (default 0.3)", "atm cm", 0, 2),
+    Input("pressure_hPa", "--pressure-hpa", "pressure at the surface (default 1013.25)", "hPa", 100, 1200),
+)
+"""Keys of [clear_sky]: the air of a cloudless sky, for --spectrum spectrl2 without irradiances."""
+
+MOMENT = _by_name(
+    "weather",
+    Input("time", "--time", "date and time with Z or an offset", value="ISO8601"),
+    Input("latitude_deg", "--latitude", "north positive, also as 43.4N, with --time", "deg", -90, 90),
+    Input("longitude_deg", "--longitude", "east positive, also as 7.9E, with --time", "deg", -180, 180),
+    Input("altitude_m", "--altitude", "height above the sea, with --time (default 0)", "m", -500, 9000),
+    Input("row", "--row", "the hour of the file to take, from 1", value="N"),
+    Input("epw", "--epw", "an EPW file of hours", value="FILE"),
+    Input("tmy2", "--tmy2", "a TMY2 file of hours", value="FILE"),
+    Input("tmy3", "--tmy3", "a TMY3 file of hours", value="FILE"),
+)
+"""When and where, or an hour of a weather file."""
+
+_OTHERS = _by_name(
+    "",
+    Input("sky", "--sky", "the diffuse sky"),
+    Input("sky_options", "--sky-option", "an option of a named sky"),
+    Input("diffuse_only", "--diffuse-only", "the sky without the sun's beam", is_switch=True),
+)
+WITHIN = "within"
+"""The one input of `MODEL` that is an argument of `read_scene` itself."""
+INPUTS = PEREZ | SUN | MODEL | LIGHTS | CLEAR_SKY | MOMENT | _OTHERS
+"""All inputs of the light of a scene, by name."""
+
+
+class Entrance(enum.Enum):
+    """Who says what the light is, so that messages call an input by the name that a person wrote."""
+
+    OPTIONS = "options"  #: The command line: ``--sun-zenith``
+    KEYWORDS = "keywords"  #: `weather_scene`: ``sun_zenith_deg=``
+    MAPPINGS = "mappings"  #: `read_scene`: ``sun["zenith_deg"]``
+
+    def say(self, text: str) -> str:
+        """A text with the names of inputs in it: ``"{time} needs {latitude_deg}"``, ``"write {spectrum:spectrl2}"``."""
+        return text.format_map({name: _Word(name, self) for name in INPUTS})
+
+    def listed(self, names: Iterable[str]) -> str:
+        """Names of inputs, joined by "and"."""
+        return " and ".join(dict.fromkeys(self.say(f"{{{name}}}") for name in names))
+
+
+@dataclass(frozen=True, slots=True)
+class _Word:
+    name: str
+    entrance: Entrance
+
+    def __format__(self, value: str) -> str:
+        row, of_entrance = INPUTS[self.name], self.entrance
+        if of_entrance is Entrance.OPTIONS:
+            return f"{row.option} {value}" if value and not row.is_switch else row.option
+        if row.name == "coefficients":
+            return "coefficients=" if of_entrance is Entrance.KEYWORDS else 'perez["a"] to perez["e"]'
+        shown = f'"{value}"' if row.words or row.name == "sky" else value
+        if of_entrance is Entrance.MAPPINGS and row.mapping and row.name != WITHIN:
+            return f'{row.mapping}={{"{row.name}": {shown}}}' if value else f'{row.mapping}["{row.name}"]'
+        keyword = (row.keyword if of_entrance is Entrance.KEYWORDS else "") or row.name
+        return f"{keyword}={shown if value else ''}"

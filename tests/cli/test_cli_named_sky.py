@@ -48,10 +48,11 @@ def test_the_sky_alone(tmp_path: Path, words: tuple[str, ...], mean_cosine: floa
             ("--sky", "overcast", "--coefficients", "-1", "-0.3", "5", "-3", "0.1", "--sun-zenith", "40"),
             "--coefficients: of the Perez sky",
         ),
-        (("--sky", "harrison-coombes", "--sun-zenith", "40", "--spectrum", "spectrl2"), "--spectrum: used only where"),
+        (("--sky", "harrison-coombes", "--sun-zenith", "40", "--aod", "0.2"), "--aod: used only for a cloudless sky"),
+        (("--sky", "harrison-coombes", "--sun-zenith", "40", "--disc"), "--disc: used only where"),
+        (("--sky", "harrison-coombes", "--sun-zenith", "40", "--extraterrestrial", "1367"), "used only with two of"),
         (("--sky", "uniform", "--sky-option", "a=1"), "has no options"),
         (("--sky-option", "a=1", "--ghi", "300", "--dhi", "200", "--sun-zenith", "40"), "is for a sky of another name"),
-        (("--sky", "overcast", "--sun-zenith", "40"), "does not depend on the sun"),
         (("--sky", "cie", "--sky-option", "type=12", "--sun-zenith", "40", "--within", "uniform"), "--within"),
         (("--sky", "overcast", "--azimuth-convention", "from_sun"), "--azimuth-convention is for a scene of files"),
         (("--sky", "overcast", "--bins", "degrees"), "--bins is for a scene of files"),
@@ -63,6 +64,14 @@ def test_what_does_not_fit(
     assert run(*words, "--out", tmp_path / "grey") == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "grey").exists()
+
+
+def test_a_sun_beside_a_sky_that_does_not_depend_on_it_is_missed_too(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("--sky", "overcast", "--sun-zenith", "40", "--out", tmp_path / "grey", "-q") == 0
+    said = "beam of the sun is missing: nothing says how bright it is beside an overcast sky; write two of --dni"
+    assert said in capsys.readouterr().err
 
 
 HARRISON = ("--sky", "harrison-coombes", "--sun-zenith", "40")

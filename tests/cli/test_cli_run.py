@@ -260,7 +260,7 @@ def test_dry_run_writes_nothing(amc, capsys):
         (["--waveband", "9"], 2),
         (["--format", "mcpl", "--format", "none"], 2),
         (["--sky", "perez"], 2),
-        (["--dni", "850", "--dhi", "95"], 2),
+        (["--limits", "paper"], 2),
         (["--format", "none", "--format", "npy"], 2),
         (["--out", "-"], 2),
         (["--compat", "aomc", "--allocation", "systematic"], 2),

@@ -36,7 +36,7 @@ BROKEN = {
     "too-many-photons": ("document_example", {"amc.inp": amc_line(1, "9999999999999999999999", column=40)}, [], 3),
     "degrees-below-the-horizon": ("document_example", {"skydist.inp": sky("1 2 1 20.0")}, ["--bins", "degrees"], 0),
     "weighting-without-degrees": ("document_example", {}, ["--weighting", "aomc"], 2),
-    "perez-options-beside-a-table": ("document_example", {}, ["--dni", "800", "--dhi", "100"], 2),
+    "perez-options-beside-a-table": ("document_example", {}, ["--limits", "paper"], 2),
     "too-little-memory": ("clear_day", {}, ["--max-memory", "17M"], 2),
     "no-lambbot": ("document_example", {"lambbot.inp": None}, [], 3),
     "no-skydist": ("document_example", {"skydist.inp": None}, [], 3),
@@ -111,7 +111,7 @@ def test_the_light_of_an_atmosphere_is_not_solved(monkeypatch, capsys):
     def solve(*_: object, **__: object) -> None:
         raise AssertionError("solved")
 
-    monkeypatch.setattr("aomc_sky.source.read.atmosphere.atmosphere_draft", solve)
+    monkeypatch.setattr("aomc_sky.source.read.atmosphere.atmosphere_light", solve)
     assert main(["validate", str(INPUTS / "twilight")]) == 0
 
 

@@ -133,7 +133,7 @@ def test_the_last_line_of_the_command(error, code, told, scene, monkeypatch, cap
     def fail(*_: object, **__: object) -> None:
         raise error
 
-    monkeypatch.setattr("aomc_sky.source.read.scene.read_scene", fail)
+    monkeypatch.setattr("aomc_sky.source.read.scene.scene_of_files", fail)
     assert command("run", scene, "-q") == code
     err = capsys.readouterr().err
     assert one_sentence(err)
@@ -145,7 +145,7 @@ def test_other_errors_are_bugs_and_keep_their_traceback(error, scene, monkeypatc
     def fail(*_: object, **__: object) -> None:
         raise error
 
-    monkeypatch.setattr("aomc_sky.source.read.scene.read_scene", fail)
+    monkeypatch.setattr("aomc_sky.source.read.scene.scene_of_files", fail)
     with pytest.raises(type(error)):
         cli.main(["run", str(scene), "-q"])
 

@@ -132,7 +132,7 @@ def test_module_and_script_are_the_same_program() -> None:
 PEREZ, LOBES, TABLE = {"perez"}, {"lobes", "background", "backgrounds"}, {"tabulated"}
 ATMOSPHERE, MOON = {"atmosphere", "atmospheres", "atmo"}, {"moon", "eclipse"}
 WEATHER = {"weather", "sun_position", "spectral_split"}
-MODELS = PEREZ | LOBES | ATMOSPHERE | MOON | WEATHER | {"sky_toml", "light", "uniform"}
+MODELS = PEREZ | LOBES | ATMOSPHERE | MOON | WEATHER | {"uniform", "plugin"}
 
 UNUSED = {
     "clear_day": MODELS,

@@ -12,12 +12,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.errors import UsageError
-from aomc_sky.inputs import LIGHTS, MODEL, PEREZ, SUN, Input, in_nm
+from aomc_sky.inputs import CLEAR_SKY, LIGHTS, MODEL, MOMENT, PEREZ, SUN, Entrance, Input, in_nm
 from aomc_sky.outputs.photon_formats import FOLDER_FORMATS
 
 if TYPE_CHECKING:
     from aomc_sky.emission.photon_source import PhotonSource
     from aomc_sky.engine.run import JobOptions
+    from aomc_sky.source.light.inputs import LightInputs
     from aomc_sky.source.scene import Scene
 
 _SLOW_SKY_S = 5.0
@@ -221,7 +222,15 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     add_measured_options(parser)
     group = parser.add_argument_group("the sun and the Perez sky (default: sky.toml, difcol.inp, amc.inp)")
     add_inputs(group, *PEREZ.values(), *SUN.values(), *MODEL.values())
+    add_table(group, "--diffuse-only  the sky without the sun's beam")
+    add_clear_sky_options(parser)
     add_light_options(parser)
+
+
+def add_clear_sky_options(parser: argparse.ArgumentParser) -> None:
+    """The air of a cloudless sky, in place of irradiances."""
+    group = parser.add_argument_group("a cloudless sky (--spectrum spectrl2 without irradiances; needs 'weather')")
+    add_inputs(group, *CLEAR_SKY.values())
 
 
 def add_measured_options(parser: argparse.ArgumentParser) -> None:
@@ -347,9 +356,10 @@ def add_inputs(group: argparse._ArgumentGroup, *rows: Input) -> None:
         if row.is_switch:
             group.add_argument(row.option, action=argparse.BooleanOptionalAction, default=None, help=row.text)
             continue
-        value = "|".join(row.words) or (row.unit or row.name[0]).split()[0].upper()
+        value = "|".join(row.words) or row.value or (row.unit or row.name[0]).split()[0].upper()
         value = "a b c d e" if row.name == "coefficients" else value
-        kinds = {} if row.words else {attribute(row.option): number_in(row.low, row.high)}
+        name = attribute(row.option)
+        kinds = _PLACE_KINDS if row.name in MOMENT else {name: number_in(row.low, row.high)} if not row.words else {}
         add_table(group, f"{row.option} {value}  {row.text}{f' [{row.unit}]' if row.unit else ''}", kinds)
 
 
@@ -365,31 +375,14 @@ def inputs_of(arguments: argparse.Namespace, rows: Mapping[str, Input]) -> dict[
     return {name: value for name, value in values.items() if value is not None}
 
 
-_MOMENT = {
-    **{name: name for name in ("epw", "tmy2", "tmy3", "row", "time")},
-    "latitude": "latitude_deg",
-    "longitude": "longitude_deg",
-    "altitude": "altitude_m",
-}
-
-
-_MOMENT_OPTIONS = """\
---time ISO8601   date and time with Z or an offset
---latitude DEG   north positive, also as 43.4N, with --time
---longitude DEG  east positive, also as 7.9E, with --time
---altitude M     height above the sea, with --time (default 0)
---row N          the hour of the file to take, from 1
-"""
-
-
 def add_moment_options(parser: argparse.ArgumentParser) -> None:
     """Time and place, or an hour of a weather file, in place of the angles of the sun."""
     group = parser.add_argument_group(
         "when and where, or an hour of a weather file (the sun at its middle; needs the extra 'weather')"
     )
-    add_table(group, _MOMENT_OPTIONS, _PLACE_KINDS)
-    files = "--epw FILE  an EPW file of hours\n--tmy2 FILE  a TMY2 file of hours\n--tmy3 FILE  a TMY3 file of hours"
-    add_table(group.add_mutually_exclusive_group(), files)
+    files = ("epw", "tmy2", "tmy3")
+    add_inputs(group, *(row for name, row in MOMENT.items() if name not in files))
+    add_inputs(group.add_mutually_exclusive_group(), *(MOMENT[name] for name in files))
 
 
 def _wavelength(text: str) -> float:
@@ -417,21 +410,33 @@ def number_in(low: float, high: float) -> Callable[[str], float]:
     return number
 
 
-def sky_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
-    """The arguments `perez`, `sun`, `within` and `weather` of `read_scene`."""
+def light_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
+    """What the options say about the light: arguments of `given_inputs`."""
     perez = inputs_of(arguments, PEREZ | MODEL)
     perez |= dict(zip("abcde", perez.pop("coefficients", ()), strict=False))
-    sun, within = inputs_of(arguments, SUN), perez.pop("within", None)
-    moment = {key: getattr(arguments, name, None) for name, key in _MOMENT.items()} if "row" in arguments else {}
-    weather = {key: value for key, value in moment.items() if value is not None}
-    return {"perez": perez, "sun": sun, "within": within, "weather": weather}
+    return {
+        "within": perez.pop("within", None),
+        "perez": perez,
+        "sun": inputs_of(arguments, SUN),
+        "weather": inputs_of(arguments, MOMENT) if "row" in arguments else {},
+        "atmosphere": inputs_of(arguments, LIGHTS),
+        "clear_sky": inputs_of(arguments, CLEAR_SKY),
+        "diffuse_only": getattr(arguments, "diffuse_only", False),
+    }
+
+
+def light_given(arguments: argparse.Namespace) -> LightInputs:
+    """What the options say about the light, checked."""
+    from aomc_sky.source.light.inputs import given_inputs
+
+    return given_inputs(Entrance.OPTIONS, **light_arguments(arguments))
 
 
 def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] | None = None) -> Scene:
     """Read the scene that the options of `add_reading_options` describe."""
     from aomc_sky.progress import patience
     from aomc_sky.source.read.kind import Kind, kind_of
-    from aomc_sky.source.read.scene import read_scene
+    from aomc_sky.source.read.scene import Reading, scene_of_files
 
     kind = kind_of(Path(path))
     if kind in (Kind.MEASURED, Kind.NETCDF):
@@ -446,16 +451,14 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
     names = ("iterations", "sky", "bins", "weighting", "compat", "lenient", "azimuth_bins")
     began = time.monotonic()
     with patience("preparing the scene", enabled=speaks(arguments)):
-        scene = read_scene(
-            path,
+        reading = Reading(
             wavebands=wavebands,
             allow_paths=arguments.allow_path,
             max_memory_bytes=arguments.max_memory,
             sky_options=sky_option_arguments(arguments),
-            atmosphere=inputs_of(arguments, LIGHTS),
             **{name: getattr(arguments, name) for name in names},
-            **sky_arguments(arguments),
         )
+        scene = scene_of_files(path, light_given(arguments), reading)
     seconds = time.monotonic() - began
     if speaks(arguments) and scene.options.get("sky") == "atmosphere" and seconds > _SLOW_SKY_S:
         print(
@@ -470,16 +473,12 @@ _NOT_MEASURED = "--sky --sky-option --bins --weighting --azimuth-bins --compat -
 
 
 def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[int] | None, *, is_field: bool) -> Scene:
-    """Read a measured sky, which takes only its own options and those of the sun, or a radiance field in netCDF."""
+    """Read a measured sky or a radiance field in netCDF, with the beam that the options ask for."""
     from aomc_sky.progress import patience
-    from aomc_sky.source.light.inputs import given_inputs
 
-    given = given_inputs(**sky_arguments(arguments))
-    others = [name for name in given.names if name != "the sun"]
-    others += given_options(arguments, _NOT_MEASURED, add_light_options)
-    if others or given.sun.disc is not None or given.model:
-        named = " and ".join(others) or ("--disc" if given.sun.disc is not None else "--within")
-        raise UsageError(f"{named}: not used with {path}, a measured sky, whose light is that of the file alone")
+    if others := given_options(arguments, _NOT_MEASURED):
+        raise UsageError(f"{' and '.join(others)}: not used with {path}, a measured sky; leave it out")
+    given = light_given(arguments)
     how = {
         "iterations": arguments.iterations,
         "wavelength_nm": getattr(arguments, "wavelengths", None),
@@ -487,8 +486,6 @@ def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[in
         "azimuth_convention": arguments.azimuth_convention,
         "angle_unit": arguments.angle_unit,
         "radiance_unit": arguments.radiance_unit,
-        "sun_zenith_deg": given.sun.zenith_deg,
-        "sun_azimuth_deg": given.sun.azimuth_deg,
     }
     if not is_field and (arguments.variable or arguments.isel):
         raise UsageError(
@@ -498,8 +495,8 @@ def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[in
         from aomc_sky.source.read.measured import field_scene, measured_scene
 
         if is_field:
-            return field_scene(path, variable=arguments.variable, isel=dict(arguments.isel or ()), **how)
-        return measured_scene(path, **how)
+            return field_scene(path, given, variable=arguments.variable, isel=dict(arguments.isel or ()), **how)
+        return measured_scene(path, given, **how)
 
 
 def moment(text: str) -> float:

@@ -1,6 +1,6 @@
 """A scene: wavebands, photons of each, where they enter, and light; and how it becomes a plan.
 
-Readers of files make a `SceneDraft`. `build_plan` settles a scene: joint masses, exact integer counts, keys.
+`build_plan` settles a scene: joint masses, exact integer counts, keys.
 """
 
 from __future__ import annotations
@@ -338,25 +338,6 @@ def _whole_photons(n_photons: object, n_bands: int) -> np.ndarray:
     if np.any(photons < 0) or np.any(photons > MAX_PHOTONS):
         raise SceneError(f"n_photons must lie within 0 and 2^62 = {MAX_PHOTONS}")
     return np.array(photons, dtype=np.int64)
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class SceneDraft:
-    """A scene without wavebands and files, from a table, a sky model, an atmosphere or backgrounds."""
-
-    components: tuple[Component, ...]
-    n_photons: np.ndarray
-    row_of_band: np.ndarray
-    sky_wavelength_nm: np.ndarray = None  # type: ignore[assignment]
-    notes: tuple[str, ...] = ()
-    options: Mapping[str, Any] = field(default_factory=dict)
-    preset: SamplingOptions = field(default_factory=SamplingOptions)
-    irradiance: Irradiance | None = None
-
-    def scene(self, wavebands: Wavebands, **others: Any) -> Scene:
-        """The scene; `others` are the fields that a draft lacks."""
-        own = {one.name: getattr(self, one.name) for one in dataclasses.fields(self)}
-        return Scene(wavebands=wavebands, **own, **others)
 
 
 def require_projected(weighting: str | None, what: str) -> None:

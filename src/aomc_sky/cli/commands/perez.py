@@ -18,7 +18,7 @@ from aomc_sky.inputs import MODEL, PEREZ, SUN
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
     from aomc_sky.skies.perez.sky import PerezSky
-    from aomc_sky.source.light.inputs import GivenInputs
+    from aomc_sky.source.light.inputs import LightInputs
     from aomc_sky.source.scene import Scene
 
 _EPILOG = """\
@@ -74,19 +74,25 @@ def perez(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.grid import PatchGrid
     from aomc_sky.progress import patience
-    from aomc_sky.source.light.inputs import direct_fraction, given_inputs
-    from aomc_sky.source.weather_scene import perez_and_sun, perez_sky
+    from aomc_sky.source.light.amounts import direct_fraction, refuse_kilowatts
+    from aomc_sky.source.light.diffuse import perez_sky
 
     _check(arguments)
     is_shown = cli_options.speaks(arguments)
     with patience("modelling the sky", enabled=is_shown):
-        given = given_inputs(**cli_options.sky_arguments(arguments))
-        inputs, sun = perez_and_sun(given)
-        if direct_fraction(inputs, sun) == 1.0:
+        given = cli_options.light_given(arguments)
+        given.refuse_set_sun()
+        sun, amounts = given.scene_sun("a perez sky"), given.amounts
+        if not amounts.has_set:
+            raise UsageError(
+                "which sky? write two of --dni, --dhi and --ghi, --epsilon and --delta, or --coefficients a b c d e"
+            )
+        refuse_kilowatts(amounts, sun)
+        if direct_fraction(amounts, sun) == 1.0:
             hour = given.weather
             what = "the diffuse irradiance" if hour is None or hour.path is None else f"{hour.where}: DHI"
             raise SceneError(f"{what} is 0, so there is no light in the sky")
-        sky, limited = perez_sky(given.model, inputs, sun, PatchGrid.regular(*arguments.bins))
+        sky, limited = perez_sky(given.perez_choices, amounts, sun, PatchGrid.regular(*arguments.bins))
         values = _values(sky, given, limited)
     for path, write in ((arguments.write_skydist, _write_table), (arguments.plot, _write_picture)):
         if path is not None:
@@ -131,25 +137,24 @@ _HEAD = (
 )
 
 
-def _scene(given: GivenInputs, arguments: argparse.Namespace) -> Scene:
+def _scene(given: LightInputs, arguments: argparse.Namespace) -> Scene:
     """A scene of sun and sky, or of the sky alone."""
     from aomc_sky.grid import PatchGrid
     from aomc_sky.source.weather_scene import scene_of_weather
 
-    with_beam = False if arguments.diffuse_only else arguments.with_beam or None
+    if arguments.with_beam and given.amounts.coefficients is not None:
+        raise UsageError("coefficients do not say how bright the beam is; write two of --dni, --dhi, --ghi")
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "(?!spectrum )", ModelLimitWarning)  # warnings of the sky were shown before
         return scene_of_weather(
             given,
             arguments.wavelengths or [arguments.wavelength],
             arguments.iterations,
-            spectrum=given.perez.spectrum or "flat",
-            with_beam=with_beam,
             grid=PatchGrid.regular(*arguments.bins),
         )
 
 
-def _values(sky: PerezSky, given: GivenInputs, limited: list[str]) -> dict[str, Any]:
+def _values(sky: PerezSky, given: LightInputs, limited: list[str]) -> dict[str, Any]:
     """A sky as JSON values; a value that does not follow from the inputs is None."""
     from aomc_sky.skies.perez.functions import epsilon_bin
     from aomc_sky.skies.perez.functions import limited as limits_of

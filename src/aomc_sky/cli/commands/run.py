@@ -41,7 +41,6 @@ _OPTIONS = """\
 --out DIR                     run folder (default: aomc-sky-out beside the scene); - with --format raw
 --seed
 --wavelengths NM...           without AMC_INP, or of a measured sky: the wavebands
---diffuse-only                without AMC_INP: the sky without the sun's beam
 """
 _OUTPUT = f"""\
 {cli_options.SAMPLING}\
@@ -90,8 +89,6 @@ def run(arguments: argparse.Namespace) -> int:
     shard = None if arguments.shard is None else parse_shard(arguments.shard)
     if arguments.amc_inp is None:
         scene = _scene_of_weather(arguments)
-    elif arguments.diffuse_only:
-        raise UsageError("--diffuse-only is for a run without amc.inp; write a direct fraction of 0 in difcol.inp")
     else:
         scene = cli_options.scene_of(arguments, arguments.amc_inp, wavebands=arguments.waveband)
     if arguments.dry_run:
@@ -128,11 +125,9 @@ _OF_FILES = "--bins --weighting --azimuth-bins --compat --lenient --allow-path -
 
 def _scene_of_weather(arguments: argparse.Namespace) -> Scene:
     """Sun and sky from options alone, without files of AMC."""
-    from aomc_sky.source.light.inputs import given_inputs
-    from aomc_sky.source.weather_scene import named_sky, scene_of_sky, scene_of_weather
+    from aomc_sky.source.weather_scene import scene_of_weather
 
-    inputs = cli_options.sky_arguments(arguments)
-    if not any(inputs.values()) and arguments.sky is None:
+    if not any(cli_options.light_arguments(arguments).values()) and arguments.sky is None:
         raise UsageError(
             "which scene? name amc.inp or its folder, or sun, sky and wavebands: --sun-zenith 40 --ghi 780 --dhi 140 "
             "--wavelengths 440 550 --out day, or --sky overcast --wavelengths 550 --out day"
@@ -143,20 +138,13 @@ def _scene_of_weather(arguments: argparse.Namespace) -> Scene:
         raise UsageError(f"{name} is for a scene of files: name its amc.inp")
     if not arguments.wavelengths:
         raise UsageError("a run without amc.inp needs its wavebands: --wavelengths 412 443 555")
-    given = given_inputs(**inputs)
-    photons = 10**6 if arguments.iterations is None else arguments.iterations
-    options = cli_options.sky_option_arguments(arguments)
-    with_beam = False if arguments.diffuse_only else None
-    if arguments.sky not in (None, "perez"):
-        sky = named_sky(arguments.sky, options)
-        spectrum = given.perez.spectrum
-        return scene_of_sky(sky, given, arguments.wavelengths, photons, spectrum=spectrum, with_beam=with_beam)
-    for name in options:
-        raise UsageError(
-            f"--sky-option {name} is for a sky of another name, such as --sky cie; the Perez sky has options of its own"
-        )
-    split = given.perez.spectrum or "flat"
-    return scene_of_weather(given, arguments.wavelengths, photons, spectrum=split, with_beam=with_beam)
+    return scene_of_weather(
+        cli_options.light_given(arguments),
+        arguments.wavelengths,
+        10**6 if arguments.iterations is None else arguments.iterations,
+        sky=arguments.sky,
+        sky_options=cli_options.sky_option_arguments(arguments),
+    )
 
 
 def _check(arguments: argparse.Namespace) -> None:

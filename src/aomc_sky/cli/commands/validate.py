@@ -171,9 +171,8 @@ def _check_scene(folder: Path, arguments: argparse.Namespace, results: list[dict
 def validate(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.progress import patience
-    from aomc_sky.source.light.inputs import given_inputs
 
-    given_inputs(**cli_options.sky_arguments(arguments))
+    cli_options.light_given(arguments)
     readers = _readers(arguments)
     results: list[dict[str, Any]] = []
     worst = 0

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import tomllib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -55,6 +55,7 @@ class SkyToml:
 
     perez: PerezSection = field(default_factory=PerezSection)
     sun: SunSection = field(default_factory=SunSection)
+    clear_sky: Mapping[str, float] = field(default_factory=dict)  #: The keys that are given
     sky: SkySection = field(default_factory=SkySection)
     background: tuple[BackgroundSection, ...] = ()
     atmosphere: AtmosphereSection | None = None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
+from numbers import Real
 from typing import Any
 
 from aomc_sky.errors import Span
@@ -23,11 +24,14 @@ from aomc_sky.formats.sky_toml.rules import (
     time,
     unit_of_radiance,
 )
-from aomc_sky.inputs import LIGHTS, MODEL, PEREZ, SUN, Input
+from aomc_sky.inputs import CLEAR_SKY, LIGHTS, MODEL, PEREZ, SUN, Input
 
 COEFFICIENT_NAMES = ("a", "b", "c", "d", "e")
 SETS = (("dni", "dhi"), ("ghi", "dni"), ("ghi", "dhi"), ("ghi", "dni", "dhi"), ("epsilon", "delta"), COEFFICIENT_NAMES)
 """A Perez sky needs exactly one of these sets. With three irradiances, ghi is only checked."""
+
+SKY_TOML = "sky.toml"
+"""The name under which the file is the origin of something."""
 
 SPECTRL2 = "spectrl2"
 """The spectrum that divides each waveband between beam and sky."""
@@ -80,6 +84,7 @@ KEYS: dict[str, dict[str, Rule]] = {
         for key in (COEFFICIENT_NAMES if name == "coefficients" else (name,))
     },
     "sun": _rules(SUN),
+    "clear_sky": _rules(CLEAR_SKY),
     "sky": {
         "model": sky_name(DIFFUSE_MODELS),
         "table": text("the path of a netCDF file"),
@@ -132,7 +137,7 @@ class Section:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class PerezSection(Section):
-    """[perez]: one of the `SETS`, or nothing, and the spectrum."""
+    """[perez]: one of the `SETS`, or nothing, and the spectrum; of sky.toml or of a caller."""
 
     #: Direct normal, diffuse horizontal, global horizontal irradiance. [W m-2, 0 to 10 000]
     dni: float | None = None
@@ -142,6 +147,25 @@ class PerezSection(Section):
     delta: float | None = None  #: Sky brightness. [0 or more]
     coefficients: tuple[float, float, float, float, float] | None = None  #: a, b, c, d, e of eq. (1). [-1000 to 1000]
     spectrum: str | None = None  #: "flat" or `SPECTRL2`
+    origin: str = field(default=SKY_TOML, compare=False)  #: who says so
+    words: str = field(default="", compare=False)  #: for a person, if the set was computed
+
+    def __str__(self) -> str:
+        """The set for a person, and who says it."""
+        return f"{self.text} ({self.origin})"
+
+    @property
+    def text(self) -> str:
+        """The set for a person."""
+        if self.words:
+            return self.words
+        if self.coefficients is not None:
+            return f"coefficients {', '.join(f'{c:g}' for c in self.coefficients)}"
+        if self.epsilon is not None:
+            return f"epsilon {self.epsilon:g} and Delta {self.delta:g}"
+        named = (("ghi", self.ghi), ("dni", self.dni), ("dhi", self.dhi))
+        *others, last = [f"{name} {value:g}" for name, value in named if value is not None]
+        return f"{', '.join(others)} and {last} W m-2"
 
     @property
     def has_irradiances(self) -> bool:
@@ -156,11 +180,23 @@ class PerezSection(Section):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SunSection(Section):
-    """[sun]: what is finer than amc.inp."""
+    """[sun]: what is finer than amc.inp; of sky.toml, of a caller or of amc.inp itself."""
 
     zenith_deg: float | None = None  #: Zenith angle of the sun. [deg, 0 to 180; below 90 without [atmosphere]]
     azimuth_deg: float | None = None  #: Azimuth of the sun, from +x towards +y as in amc.inp. [deg, -360 to 360]
     disc: bool | None = None  #: Whether the beam has the extent of the solar disc
+    origin: str = field(default=SKY_TOML, compare=False)  #: who says so
+
+    def over(self, below: SunSection) -> SunSection:
+        """Each value of this, or else of the other."""
+        values = {}
+        origins: dict[str, None] = {}
+        for name in ("zenith_deg", "azimuth_deg", "disc"):
+            first = self if getattr(self, name) is not None else below
+            values[name] = getattr(first, name)
+            if name != "disc" and values[name] is not None:
+                origins[first.origin] = None
+        return SunSection(**values, origin=" and ".join(origins) or self.origin)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -302,6 +338,7 @@ def _sky_section(values: Mapping[str, Any]) -> SkySection:
 BUILDERS: dict[str, Callable[[Mapping[str, Any]], Any]] = {
     "perez": perez_section,
     "sun": lambda values: SunSection(**values),
+    "clear_sky": dict,
     "sky": _sky_section,
     "background": lambda values: BackgroundSection(**values),
     "atmosphere": lambda values: _atmosphere_section(values) if values else None,
@@ -331,3 +368,8 @@ def moon_problem(names: Collection[str]) -> tuple[str, str]:
     if names and not any(name in names for pair in _TWICE for name in pair):
         return "moon_distance_km without a direction of the Moon", "add moon_zenith_offset_deg = 0, or moon_zenith_deg"
     return "", ""
+
+
+def plain_number(value: object) -> object:
+    """A real number of any library as a float of Python; anything else as it is."""
+    return float(value) if isinstance(value, Real) and not isinstance(value, bool) else value

@@ -83,6 +83,9 @@ def choice(words: Sequence[str]) -> Rule:
     return read
 
 
+_HYDROLIGHT = ("hydrolight", "ecolight", "hcnrad")
+
+
 def sky_name(words: Sequence[str]) -> Rule:
     """A sky of our own, one of the `words`, or one that another package has registered."""
 
@@ -94,6 +97,9 @@ def sky_name(words: Sequence[str]) -> Rule:
         installed = installed_skies()
         if value in installed.plugins:
             return value
+        if value.lower() in _HYDROLIGHT:
+            message = f"there is no sky model {shown_value(value)}: HydroLight's pattern of the sky is harrison-coombes"
+            raise BadValueError("E704", message, advice='write "harrison-coombes"')
         names = joined([_quoted(name) for name in (*words, *installed.plugins)])
         if value in installed.refused:
             raise BadValueError("E704", installed.refused[value], advice=f"write {names}")

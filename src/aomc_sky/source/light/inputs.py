@@ -1,160 +1,224 @@
-"""Inputs of the Perez sky and of the sun in order of precedence, and their shares of beam and sky.
-
-Options win over sky.toml, sky.toml over difcol.inp and amc.inp.
-"""
+"""What is said about the light of a scene, by a caller, sky.toml and amc.inp, and which of them wins."""
 
 from __future__ import annotations
 
-import math
-import warnings
+import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-from numbers import Real
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from aomc_sky.directions import sin_cos_deg
-from aomc_sky.errors import InputWarning, ModelLimitWarning, SceneError, UsageError
-from aomc_sky.formats.aomc.amc import AmcConfig, DifcolTable
-from aomc_sky.formats.sky_toml.file import SkyToml
+from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.sky_toml.keys import (
     MOON_KEYS,
     RULES,
+    SKY_TOML,
+    SPECTRL2,
     PerezSection,
     SunSection,
     moon_problem,
     perez_section,
+    plain_number,
     set_problem,
     value_problem,
 )
-from aomc_sky.formats.text_file import refuse
-from aomc_sky.inputs import LIGHTS, MODEL
+from aomc_sky.inputs import INPUTS, LIGHTS, MODEL, Entrance
+from aomc_sky.source.light.sun import Sun
 
 if TYPE_CHECKING:
+    from aomc_sky.formats.aomc.amc import DifcolTable
+    from aomc_sky.formats.sky_toml.file import SkyToml
     from aomc_sky.source.light.weather import Weather
 
 #: Choices of `aomc_sky.PerezSky`, the default first.
 MODEL_CHOICES = {name: row.words for name, row in MODEL.items() if row.words}
-DIFCOL = "difcol.inp"  #: The name under which difcol.inp is the origin of something.
 FOR_IRRADIANCES = ("air_mass", "extraterrestrial_normal")  #: Only from irradiances to epsilon and Delta.
-
-#: Median sky brightness of each bin of clearness in 15 900 hours (Z < 85 degrees) of four public weather files.
-MEDIAN_DELTA = (0.18, 0.30, 0.31, 0.29, 0.25, 0.18, 0.14, 0.09)
-
-_THREE_LINES = (
-    "[perez]\ndni = 850.0    # direct normal irradiance, W m-2\ndhi = 95.0     # diffuse horizontal irradiance, W m-2"
-)
+OPTIONS = "options"  #: The origin of what a caller says.
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class GivenInputs:
-    """Inputs from options or arguments; a missing one is None or an empty section."""
+class LightInputs:
+    """Sun, amounts and spectrum of the light; what is not said is None or empty.
 
-    perez: PerezSection = field(default_factory=PerezSection)
+    One record of a caller, one of sky.toml, one of amc.inp: `over` joins them.
+    """
+
+    entrance: Entrance = Entrance.OPTIONS
     sun: SunSection = field(default_factory=SunSection)
-    model: Mapping[str, Any] = field(default_factory=dict)
-    lights: Mapping[str, float] = field(default_factory=dict)
-    weather: Weather | None = None  #: what `sun` and, of a file, `perez` were made of
+    amounts: PerezSection = field(default_factory=PerezSection)  #: with the spectrum
+    model: Mapping[str, Any] = field(default_factory=dict)  #: further arguments of `PerezSky`
+    clear_sky: Mapping[str, float] = field(default_factory=dict)
+    lights: Mapping[str, float] = field(default_factory=dict)  #: the Moon and the glow of the ground
+    weather: Weather | None = None  #: what `sun` and, of a file, `amounts` were made of
+    diffuse_only: bool = False
+    shares: DifcolTable | None = None  #: of difcol.inp
+    #: irradiances of beam and sky on a horizontal plane, (n_band,), of [sky] [W m-2 nm-1]
+    direct_irradiance: tuple[float, ...] | None = None
+    diffuse_irradiance: tuple[float, ...] | None = None
 
     @property
-    def origin(self) -> str:
-        """Who gave these."""
-        return "options" if self.weather is None else self.weather.origin
+    def spectrum(self) -> str | None:
+        """How beam and sky share each waveband."""
+        return self.amounts.spectrum
+
+    @property
+    def has_amounts(self) -> bool:
+        """Whether irradiances, or epsilon and delta, say how bright sun and sky are."""
+        return self.amounts.has_irradiances or self.amounts.epsilon is not None
+
+    @property
+    def is_cloudless(self) -> bool:
+        """Whether the light is that of a cloudless sky."""
+        return self.spectrum == SPECTRL2 and not self.has_amounts and self.shares is None
+
+    @property
+    def is_of_file(self) -> bool:
+        """Whether the irradiances are those of an hour of a weather file."""
+        return self.weather is not None and self.weather.path is not None
 
     @property
     def names(self) -> list[str]:
-        """Given inputs, for messages; the law inside a patch is left out, because every sky has it."""
-        parts = {
-            "Perez inputs": self.perez.has_set,
-            "spectrum": self.perez.spectrum is not None,
-            "the sun": not self.sun.is_empty,
-        }
-        return [*(name for name, is_given in parts.items() if is_given), *self.model_names]
+        """The inputs that were given."""
+        of_perez = [
+            name for name in ("dni", "dhi", "ghi", "epsilon", "delta") if getattr(self.amounts, name) is not None
+        ]
+        of_perez += ["coefficients"] * (self.amounts.coefficients is not None)
+        if self.is_of_file:
+            of_perez = []
+        sun = [name for name in ("zenith_deg", "azimuth_deg", "disc") if getattr(self.sun, name) is not None]
+        if self.weather is not None:
+            sun = [*self.weather.names, *(name for name in sun if name == "disc")]
+        spectrum = ["spectrum"] * (self.spectrum is not None)
+        return [*of_perez, *spectrum, *sun, *self.model, *self.clear_sky, *self.lights]
+
+    def say(self, text: str) -> str:
+        """A text with the names of inputs as the caller wrote them."""
+        return self.entrance.say(text)
+
+    def over(self, below: LightInputs) -> LightInputs:
+        """What this says, and else the other."""
+        amounts = self.amounts if self.amounts.has_set else below.amounts
+        mine = (self.direct_irradiance, self.diffuse_irradiance)
+        with_irradiances = self if any(one is not None for one in mine) else below
+        return dataclasses.replace(
+            self,
+            sun=self.sun.over(below.sun),
+            amounts=dataclasses.replace(amounts, spectrum=self.spectrum or below.spectrum),
+            clear_sky={**below.clear_sky, **self.clear_sky},
+            shares=self.shares or below.shares,
+            direct_irradiance=with_irradiances.direct_irradiance,
+            diffuse_irradiance=with_irradiances.diffuse_irradiance,
+        )
 
     @property
-    def model_names(self) -> list[str]:
-        """Choices of the Perez sky that were given."""
-        return [name for name in self.model if name != "within"]
+    def perez_choices(self) -> dict[str, Any]:
+        """Arguments of `PerezSky` beside the amounts, with their defaults."""
+        choices = {name: allowed[0] for name, allowed in MODEL_CHOICES.items()} | dict(self.model)
+        if not self.amounts.has_irradiances:
+            return {name: value for name, value in choices.items() if name not in FOR_IRRADIANCES}
+        if self.weather is not None:
+            choices.setdefault("extraterrestrial_normal", self.weather.extraterrestrial_normal)
+        return choices
+
+    def refuse_set_sun(self) -> None:
+        """Raise for a sun below the horizon where no atmosphere can be asked for."""
+        zenith = self.sun.zenith_deg
+        if self.weather is None and zenith is not None and not 0 <= zenith < 90:
+            raise SceneError(f"a sky needs the sun above the horizon, 0 to below 90 degrees, got {zenith:g}")
+
+    def scene_sun(self, sky: str, *, may_have_set: bool = False) -> Sun:
+        """The sun; an error where nothing says where it is, or where it has set, in which case `sky` is dark."""
+        weather = self.weather
+        if weather is not None and not may_have_set:
+            weather.require_sun()
+        zenith = self.sun.zenith_deg
+        if zenith is None:
+            raise UsageError(
+                self.say(
+                    f"where is the sun? {sky} needs {{zenith_deg}} (and {{azimuth_deg}} unless it is 0), or {{time}}, "
+                    "{latitude_deg} and {longitude_deg}"
+                )
+            )
+        if zenith >= 90.0 and not may_have_set and self.sun.origin != "amc.inp":
+            raise UsageError(
+                f"zenith_deg: {zenith:g} ({self.sun.origin}) is outside the range 0 to below 90; a sun that has set "
+                "needs [atmosphere]"
+            )
+        constant = self.perez_choices.get("extraterrestrial_normal")
+        outside = {} if constant is None else {"extraterrestrial_normal": float(constant)}
+        return Sun(
+            zenith_deg=zenith,
+            azimuth_deg=self.sun.azimuth_deg or 0.0,
+            disc=bool(self.sun.disc),
+            origin=self.sun.origin,
+            distance_factor=None if weather is None else weather.distance_factor,
+            **outside,
+        )
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Sun:
-    """The sun: `zenith_deg` [0 to 90), `azimuth_deg` from +x towards +y, `disc`, and who said so."""
-
-    zenith_deg: float
-    azimuth_deg: float
-    disc: bool = False
-    origin: str = "amc.inp"
-    #: on a plane that faces the sun outside the air, as in skies/perez, which scenes of tables do not load [W m-2]
-    extraterrestrial_normal: float = 1361.1
-
-    @property
-    def cosine(self) -> float:
-        """Cosine of the zenith angle."""
-        return float(sin_cos_deg(self.zenith_deg)[1])
-
-    def as_options(self) -> dict[str, Any]:
-        """JSON values for a manifest."""
-        return {
-            "zenith_deg": self.zenith_deg,
-            "azimuth_deg": self.azimuth_deg,
-            "disc": self.disc,
-            "from": self.origin,
-        }
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class PerezInputs:
-    """The complete set of inputs in use; `origin` is its source, `text` describes it for a person."""
-
-    section: PerezSection
-    origin: str
-    text: str
-
-    def __str__(self) -> str:
-        return f"{self.text} ({self.origin})"
-
-
-def given_inputs(
-    perez: Mapping[str, Any] | None,
-    sun: Mapping[str, Any] | None,
-    within: str | None,
-    atmosphere: Mapping[str, Any] | None = None,
-    weather: Mapping[str, Any] | None = None,
-) -> GivenInputs:
-    """Check the inputs of a caller; a value None is left out.
-
-    `perez` has keys of [perez] and `MODEL`, `sun` those of [sun]; `atmosphere` is as for `given_lights`, `weather` as
-    for `weather_of`. A time or a weather file replaces the sun's angles, and a file also the Perez inputs.
-    """
-    moment = None
-    if any(value is not None for value in (weather or {}).values()):
-        from aomc_sky.source.light.weather import weather_of
-
-        moment = weather_of(weather, perez, sun)
-    if moment is not None:
-        angles = {"zenith_deg": moment.sun_zenith_deg, "azimuth_deg": moment.sun_azimuth_deg}
-        perez, sun = {**(perez or {}), **moment.irradiances}, {**(sun or {}), **angles}
-    values = {name: value for name, value in {**(perez or {}), "within": within}.items() if value is not None}
-    model = {name: values.pop(name) for name in MODEL if name in values}
-    model = _checked("model", model)
-    if moment is not None and "extraterrestrial_normal" in model:
-        model["extraterrestrial_normal"] *= moment.distance_factor
-    perez_keys, position = _checked("perez", values), _checked("sun", sun or {})
-    message, advice = set_problem(list(perez_keys))
-    if message:
-        raise UsageError(f"the Perez sky: {message}; {advice}")
-    return GivenInputs(
-        perez=perez_section(perez_keys),
-        sun=SunSection(**position),
-        model=model,
-        lights=given_lights(atmosphere),
-        weather=moment,
+def inputs_of_toml(toml: SkyToml) -> LightInputs:
+    """What sky.toml says."""
+    return LightInputs(
+        sun=toml.sun,
+        amounts=toml.perez,
+        clear_sky=toml.clear_sky,
+        direct_irradiance=toml.sky.direct_irradiance,
+        diffuse_irradiance=toml.sky.diffuse_irradiance,
     )
 
 
-def given_lights(given: Mapping[str, Any] | None) -> dict[str, float]:
+def given_inputs(
+    entrance: Entrance,
+    *,
+    perez: Mapping[str, Any] | None = None,
+    sun: Mapping[str, Any] | None = None,
+    within: str | None = None,
+    atmosphere: Mapping[str, Any] | None = None,
+    weather: Mapping[str, Any] | None = None,
+    clear_sky: Any = None,
+    diffuse_only: bool = False,
+) -> LightInputs:
+    """Check the inputs of a caller; a value None is left out.
+
+    `perez` has keys of [perez] and `MODEL`, `sun` those of [sun], `weather` those of `MOMENT`; `clear_sky` is a mapping
+    or a `ClearSky`. A time or a weather file replaces the sun's angles, and a file also the amounts.
+    """
+    moment, origin = None, OPTIONS
+    if any(value is not None for value in (weather or {}).values()):
+        from aomc_sky.source.light.weather import weather_of
+
+        moment = weather_of(weather, entrance, perez, sun)
+    if moment is not None:
+        angles = {"zenith_deg": moment.sun_zenith_deg, "azimuth_deg": moment.sun_azimuth_deg}
+        perez, sun = {**(perez or {}), **moment.irradiances}, {**(sun or {}), **angles}
+        origin = moment.origin
+    values = {name: value for name, value in {**(perez or {}), "within": within}.items() if value is not None}
+    model = _checked("model", {name: values.pop(name) for name in MODEL if name in values}, entrance)
+    if moment is not None and "extraterrestrial_normal" in model:
+        model["extraterrestrial_normal"] *= moment.distance_factor
+    perez_keys, position = _checked("perez", values, entrance), _checked("sun", sun or {}, entrance)
+    message, advice = set_problem(list(perez_keys))
+    if message:
+        raise UsageError(f"how bright are sun and sky? {message}; {advice}")
+    amounts = dataclasses.replace(
+        perez_section(perez_keys), origin=origin if moment is not None and moment.path is not None else OPTIONS
+    )
+    if dataclasses.is_dataclass(clear_sky) and not isinstance(clear_sky, type):
+        clear_sky = dataclasses.asdict(clear_sky)
+    return LightInputs(
+        entrance=entrance,
+        sun=SunSection(**position, origin=origin),
+        amounts=amounts,
+        model=model,
+        lights=given_lights(atmosphere, entrance),
+        clear_sky=_checked("clear_sky", clear_sky or {}, entrance),
+        weather=moment,
+        diffuse_only=bool(diffuse_only),
+    )
+
+
+def given_lights(given: Mapping[str, Any] | None, entrance: Entrance = Entrance.OPTIONS) -> dict[str, float]:
     """Checked keys of [atmosphere] for the Moon and the glow of the ground; a value None is left out."""
     values = {name: value for name, value in (given or {}).items() if value is not None}
     for name in values:
@@ -163,219 +227,36 @@ def given_lights(given: Mapping[str, Any] | None) -> dict[str, float]:
     message, advice = moon_problem([name for name in values if name in MOON_KEYS and name != "moon_distance_km"])
     if message:
         raise UsageError(f"the Moon: {message}; {advice}")
-    return _checked("atmosphere", values)
+    return _checked("atmosphere", values, entrance)
 
 
-def _checked(section: str, values: Mapping[str, Any]) -> dict[str, Any]:
+def _checked(section: str, values: Mapping[str, Any], entrance: Entrance) -> dict[str, Any]:
     good: dict[str, Any] = {}
     for name, value in values.items():
         if name not in RULES[section]:
             raise UsageError(f"{section} has no input {name!r}; the inputs are {', '.join(RULES[section])}")
         if isinstance(value, np.bool_):
             value = bool(value)
-        elif isinstance(value, Real) and not isinstance(value, bool):
-            value = float(value)
+        value = plain_number(value)
         if value is not None:
             _, message, advice = value_problem(section, name, value)
             if message:
-                raise UsageError(f"{name}: {message}; {advice}")
+                keyword = INPUTS[name].keyword if name in INPUTS and entrance is Entrance.KEYWORDS else ""
+                raise UsageError(f"{keyword or name}: {message}; {advice}")
             good[name] = value
     return good
 
 
-def resolve_sun(config: AmcConfig, toml: SunSection, given: SunSection, who: str = "options") -> Sun:
-    """The sun: each of zenith angle, azimuth and disc from the first of `who`, sky.toml, amc.inp that has it."""
-    file = SunSection(
-        zenith_deg=float(config.direct_zenith_deg), azimuth_deg=float(config.direct_azimuth_deg), disc=False
-    )
-    sources = ((who, given), ("sky.toml", toml), ("amc.inp", file))
-    values: dict[str, Any] = {}
-    origins: dict[str, None] = {}
-    for name in ("zenith_deg", "azimuth_deg", "disc"):
-        origin, value = next((o, getattr(s, name)) for o, s in sources if getattr(s, name) is not None)
-        values[name] = value
-        if name != "disc":
-            origins[origin] = None
-    return Sun(**values, origin=" and ".join(origins))
-
-
-def choose_perez(toml: PerezSection, given: PerezSection, who: str = "options") -> PerezInputs | None:
-    """The set of inputs from `who`, or else from sky.toml, or None."""
-    section, origin = (given, who) if given.has_set else (toml, "sky.toml")
-    if not section.has_set:
-        return None
-    if section.coefficients is not None:
-        text = f"coefficients {', '.join(f'{c:g}' for c in section.coefficients)}"
-    elif section.epsilon is not None:
-        text = f"epsilon {section.epsilon:g} and Delta {section.delta:g}"
-    else:
-        named = (("ghi", section.ghi), ("dni", section.dni), ("dhi", section.dhi))
-        *others, last = [f"{name} {value:g}" for name, value in named if value is not None]
-        text = f"{', '.join(others)} and {last} W m-2"
-    return PerezInputs(section=section, origin=origin, text=text)
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class SkyInputs:
-    """Everything beside difcol.inp that shapes the light of a sky model."""
-
-    sun: Sun
-    perez: PerezInputs | None = None  #: without one, difcol.inp alone
-    #: further arguments of `PerezSky`: limits, within; with irradiances also air_mass, extraterrestrial_normal
-    model: Mapping[str, Any] = field(default_factory=dict)
-    spectrum: str | None = None  #: how beam and sky share each waveband without difcol.inp
-    is_of_file: bool = False  #: whether the irradiances are those of an hour of a weather file
-    notes: tuple[str, ...] = ()  #: inputs that a time, a place or a weather file replaces
-
-
-def sky_inputs(config: AmcConfig, toml: SkyToml, given: GivenInputs) -> SkyInputs:
-    """Join the inputs by their precedence."""
-    weather = given.weather
-    if weather is not None:
-        weather.require_sun()
-    of_file = weather is not None and weather.path is not None
-    perez = choose_perez(toml.perez, given.perez, given.origin if of_file else "options")
-    choices = {name: allowed[0] for name, allowed in MODEL_CHOICES.items()} | dict(given.model)
-    if perez is None or not perez.section.has_irradiances:
-        idle = [name for name in FOR_IRRADIANCES if name in given.model]
-        if idle:
-            raise UsageError(f"{' and '.join(idle)}: used only with two of dni, dhi and ghi, which are not given")
-        choices = {name: value for name, value in choices.items() if name not in FOR_IRRADIANCES}
-    elif weather is not None:
-        choices.setdefault("extraterrestrial_normal", weather.extraterrestrial_normal)
-    sun = resolve_sun(config, toml.sun, given.sun, given.origin)
-    if sun.zenith_deg >= 90.0 and sun.origin != "amc.inp":
-        raise UsageError(
-            f"zenith_deg: {sun.zenith_deg:g} ({sun.origin}) is outside the range 0 to below 90; a sun that has set "
-            "needs [atmosphere]"
-        )
-    if perez is not None:
-        refuse_kilowatts(perez, sun)
-    sun = replace(sun, extraterrestrial_normal=choices.get("extraterrestrial_normal", sun.extraterrestrial_normal))
-    spectrum = given.perez.spectrum or toml.perez.spectrum
-    notes = () if weather is None else _replaced(config, toml, weather)
-    return SkyInputs(sun=sun, perez=perez, model=choices, spectrum=spectrum, is_of_file=of_file, notes=notes)
-
-
-def refuse_kilowatts(inputs: PerezInputs, sun: Sun) -> None:
-    """Raise if irradiances are probably in kW m-2."""
-    from aomc_sky.skies.perez.irradiances import kilowatts
-
-    section = inputs.section
-    if text := kilowatts((section.ghi, section.dni, section.dhi), sun.zenith_deg):
-        raise SceneError(f"{inputs}: {text}")
-
-
-def _replaced(config: AmcConfig, toml: SkyToml, weather: Weather) -> tuple[str, ...]:
-    """Notes on inputs that a time, a place or a weather file replaces."""
-    before = resolve_sun(config, toml.sun, SunSection())
+def replaced_notes(given: LightInputs, below: LightInputs) -> tuple[str, ...]:
+    """Notes on inputs of files that a time, a place or a weather file replaces."""
+    weather, before = given.weather, below.sun
+    if weather is None:
+        return ()
     text = (
         f"{weather.origin}: the sun at a zenith angle of {weather.sun_zenith_deg:.4f} and an azimuth of "
         f"{weather.sun_azimuth_deg:.4f} degrees, not at {before.zenith_deg:g} and {before.azimuth_deg:g} as in "
         f"{before.origin}"
     )
-    if weather.irradiances and toml.perez.has_set:
-        return (text, f"{weather.origin}: its irradiances take the place of [perez] in sky.toml")
+    if weather.irradiances and below.amounts.has_set:
+        return (text, f"{weather.origin}: its irradiances take the place of [perez] in {SKY_TOML}")
     return (text,)
-
-
-def direct_fraction(inputs: PerezInputs, sun: Sun) -> float | None:
-    """Share of the beam, dni cos Z / (dni cos Z + dhi); or None with coefficients alone. [0 to 1]"""
-    section = inputs.section
-    if section.coefficients is not None:
-        return None
-    if section.epsilon is not None:
-        from aomc_sky.skies.perez.coefficients import beam_ratio
-
-        beam, diffuse = beam_ratio(section.epsilon, math.radians(sun.zenith_deg)) * sun.cosine, 1.0
-    else:
-        normal, diffuse = irradiances(inputs, sun)
-        beam = normal * sun.cosine
-    if beam + diffuse == 0:
-        raise SceneError(f"{inputs} leave no light at all")
-    return 1.0 if beam + diffuse == math.inf else beam / (beam + diffuse)
-
-
-def irradiances(inputs: PerezInputs, sun: Sun) -> tuple[float, float]:
-    """Direct normal and diffuse horizontal irradiance; of epsilon and Delta at the sun's mean distance. [W m-2]"""
-    from aomc_sky.skies.perez.irradiances import closed_irradiances
-
-    section = inputs.section
-    if section.epsilon is None:
-        return closed_irradiances(
-            ghi=section.ghi,
-            dni=section.dni,
-            dhi=section.dhi,
-            sun_zenith_deg=sun.zenith_deg,
-            extraterrestrial_normal=sun.extraterrestrial_normal,
-        )
-    from aomc_sky.skies.perez.coefficients import beam_ratio, sky_brightness
-
-    zenith = math.radians(sun.zenith_deg)
-    diffuse = (section.delta or 0.0) / float(sky_brightness(1.0, zenith))
-    return beam_ratio(section.epsilon, zenith) * diffuse, diffuse
-
-
-def model_inputs(inputs: PerezInputs, sun: Sun) -> dict[str, Any]:
-    """Arguments of `PerezSky`: coefficients, epsilon and delta, or dni and dhi."""
-    from aomc_sky.skies.perez.irradiances import dhi_exceeds_ghi
-
-    section = inputs.section
-    if section.coefficients is not None:
-        return {"coefficients": section.coefficients}
-    if section.epsilon is not None:
-        return {"epsilon": section.epsilon, "delta": section.delta}
-    direct, diffuse = irradiances(inputs, sun)
-    if diffuse == 0:
-        raise SceneError(
-            f"{inputs} leave no light for the sky, but bands have diffuse light; give a "
-            "positive diffuse irradiance, or direct fractions of 1"
-        )
-    if is_exceeded := dhi_exceeds_ghi(section.ghi, section.dni, section.dhi):
-        warnings.warn(is_exceeded, ModelLimitWarning, stacklevel=2)
-    return {"dni": direct, "dhi": diffuse}
-
-
-def difcol_of_inputs(inputs: PerezInputs | None, sun: Sun, path: str, n_wavebands: int) -> DifcolTable:
-    """Substitute for a missing difcol.inp: one direct fraction, intensity 1."""
-    fraction = None if inputs is None else direct_fraction(inputs, sun)
-    if fraction is None:
-        reason = "nothing else says" if inputs is None else f"{inputs.text} do not say"
-        raise refuse(
-            path,
-            f"there is no such file, and {reason} how much of the light is direct",
-            advice=f"write difcol.inp, or these lines into sky.toml beside amc.inp:\n\n{_THREE_LINES}\n",
-        )
-    return DifcolTable(direct_fraction=np.full(n_wavebands, fraction), intensity=np.ones(n_wavebands))
-
-
-def missing_inputs() -> UsageError:
-    """The error for a Perez sky instead of a sky file, without inputs; with the three lines to write."""
-    return UsageError(
-        "--sky perez instead of skydist.inp needs dni and dhi (or epsilon and delta, or a to e): give them as options, "
-        f"or write into sky.toml beside amc.inp\n\n{_THREE_LINES}\n"
-    )
-
-
-def inputs_of_difcol(difcol: DifcolTable, sun: Sun) -> PerezInputs:
-    """Sky clearness of the photons' mean direct fraction f, and the median brightness of its bin.
-
-    epsilon = 1 + [f / ((1 - f) cos Z)] / (1 + 1.041 Z^3), Delta of `MEDIAN_DELTA`; at least one band with light has a
-    direct fraction below 1. Always warns: wavebands are not the whole spectrum.
-    """
-    from aomc_sky.skies.perez.functions import epsilon_bin, sky_clearness
-
-    weight = difcol.intensity if np.any(difcol.intensity > 0) else np.ones_like(difcol.intensity)
-    weight = weight / weight.max()  # sums of huge intensities stay finite
-    mean = float(np.sum(weight * difcol.direct_fraction) / np.sum(weight))
-    diffuse = float(np.sum(weight * (1.0 - difcol.direct_fraction)) / np.sum(weight))
-    epsilon = float(sky_clearness(mean / sun.cosine, diffuse, math.radians(sun.zenith_deg)))
-    delta = MEDIAN_DELTA[int(epsilon_bin(epsilon))]
-    warnings.warn(
-        "difcol.inp: the sky's clearness is computed from the direct fraction; from bands within 400 to 700 nm it is "
-        "too low, often by a bin; give dni and dhi in sky.toml or as options",
-        InputWarning,
-        stacklevel=2,
-    )
-    text = f"the mean direct fraction {mean:.4g} and the median brightness of that clearness"
-    return PerezInputs(section=PerezSection(epsilon=epsilon, delta=delta), origin=DIFCOL, text=text)

@@ -25,8 +25,6 @@ from aomc_sky.formats.report import nearest
 from aomc_sky.formats.sky_models import MakeSky, installed_skies
 from aomc_sky.formats.sky_toml.keys import KEYS, SkySection
 from aomc_sky.skies.function_sky import FunctionSky, as_sky_model
-from aomc_sky.source.light.inputs import Sun
-from aomc_sky.source.light.shares import Diffuse, diffuse_of
 
 _OUR_WARNINGS = (InputWarning, ModelLimitWarning)  # exceptions where warnings are errors
 
@@ -162,16 +160,6 @@ def choose_plugin(name: str, section: SkySection, given: Mapping[str, Any], path
     if wrong:
         raise UsageError(". ".join(wrong))
     return PluginSky(make=make, options=options, section=of_file, path=path)
-
-
-def diffuse_of_plugin(plugin: PluginSky, sun: Sun, fractions: np.ndarray, wavelength_nm: np.ndarray) -> Diffuse:
-    """The sky of another package under a sun, a row for each waveband, beside a beam of these fractions."""
-    model = plugin.model(math.radians(sun.zenith_deg), math.radians(sun.azimuth_deg))
-    return dataclasses.replace(
-        diffuse_of(plugin.lower(model, wavelength_nm), f"the sky model {plugin}", fractions, wavelength_nm),
-        notes=(plugin.text, *plugin.notes(model, wavelength_nm)),
-        options={"plugin": plugin.record},
-    )
 
 
 def _unknown(make: MakeSky, name: str, known: Sequence[str]) -> tuple[str, str]:

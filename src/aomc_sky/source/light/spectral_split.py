@@ -1,31 +1,86 @@
-"""Beam and sky of each waveband from broadband irradiances: spectra of SPCTRL2 and of clouds, scaled to dni and dhi."""
+"""Beam and sky of each waveband by SPCTRL2: a cloudless sky, or spectra and clouds scaled to dni and dhi."""
 
 from __future__ import annotations
 
 import math
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 
-from aomc_sky.errors import ModelLimitWarning, SceneError
+from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.extras import optional_module
-from aomc_sky.source.light.inputs import PerezInputs, Sun, irradiances
+from aomc_sky.formats.sky_toml.keys import PerezSection, plain_number, value_problem
+from aomc_sky.source.light.amounts import irradiances
+from aomc_sky.source.light.sun import Sun
 
 SHORTEST_NM, LONGEST_NM = 300.0, 4000.0
 """The wavelengths of SPCTRL2."""
 
-WATER_CM, OZONE_ATM_CM, TURBIDITY = 1.416, 0.344, 0.084
-"""Values of the reference spectrum ASTM G173; the turbidity is the optical depth of the aerosol at 500 nm."""
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class ClearSky:
+    """The air of a cloudless sky, for ``spectrum="spectrl2"`` without irradiances.
+
+    The light of each waveband is that of SPCTRL2 (Bird and Riordan 1986, as pvlib has it) above a surface of albedo
+    0.06, with an aerosol of Angstrom exponent 1.14. With a date the sun has its distance of that day.
+
+    Parameters
+    ----------
+    aod_500nm : float
+        Optical depth of the aerosol at 500 nm. [0 to 5; below 0.05 is clean ocean air, 0.5 dense haze]
+    water_cm : float
+        Precipitable water. [cm, 0 to 20]
+    ozone_cm : float
+        Column of ozone. [atm cm, 0 to 2; 0.3 is 300 Dobson units]
+    pressure_hPa : float
+        Pressure at the surface. [hPa, 100 to 1200]
+
+    Examples
+    --------
+    >>> scene = sky.weather_scene(
+    ...     wavebands=[443.0, 555.0],
+    ...     sun_zenith_deg=40.0,
+    ...     sky="harrison-coombes",
+    ...     spectrum="spectrl2",
+    ...     clear_sky=sky.ClearSky(aod_500nm=0.05),
+    ... )
+    >>> print(scene.irradiance.of_component.sum(axis=1).round(2))
+    [1.23 1.29]
+    """
+
+    aod_500nm: float = 0.1
+    water_cm: float = 1.4
+    ozone_cm: float = 0.3
+    pressure_hPa: float = 1013.25  # noqa: N815 - the unit is written so
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = plain_number(getattr(self, field.name))
+            _, message, advice = value_problem("clear_sky", field.name, value)
+            if message:
+                raise UsageError(f"{field.name}: {message}; {advice}")
+            object.__setattr__(self, field.name, value)
+
+    def __str__(self) -> str:
+        """The air for a person."""
+        return (
+            f"aerosol {self.aod_500nm:g} at 500 nm, {self.water_cm:g} cm of water, {self.ozone_cm:g} atm cm of ozone, "
+            f"{self.pressure_hPa:g} hPa"
+        )
+
+
+REFERENCE = ClearSky(aod_500nm=0.084, water_cm=1.416, ozone_cm=0.344)
+"""The air of the reference spectrum ASTM G173."""
 LARGEST_TURBIDITY = 0.5
 """Above this it is rather cloud than aerosol."""
 _NOTED_CLOUD = 0.1
 _DIFFUSE_AIR_MASS = 1.66
-SEA_ALBEDO, PRESSURE_PA = 0.06, 101_325.0
+SEA_ALBEDO = 0.06
 
-_ANY_DAY = 80  # the distance of the sun scales both spectra alike, and they are scaled anyway
+_ANY_DAY = 80  # the distance of the sun scales all light alike: `_spectra` divides by that of this day
 _TURBIDITY_DECIMALS, _FRACTION_DECIMALS, _DIGITS = 6, 9, 9
 
 #: Wavelengths, direct normal and diffuse horizontal irradiance, of a turbidity and, for the beam, an air mass.
@@ -40,10 +95,15 @@ class SpectralSplit:
     direct_irradiance: np.ndarray  #: (n_band,) [W m-2 nm-1]
     diffuse_irradiance: np.ndarray  #: (n_band,) [W m-2 nm-1]
     turbidity: float  #: optical depth of the aerosol at 500 nm [0 to 0.5]
-    cloud: float  #: share of the diffuse light with the spectrum of a cloud [0 to 1]
+    cloud: float = 0.0  #: share of the diffuse light with the spectrum of a cloud [0 to 1]
+    air: ClearSky = REFERENCE
+    dni: float | None = None  #: of the whole spectrum of a cloudless sky that no irradiances scale [W m-2]
+    dhi: float | None = None
 
     def __str__(self) -> str:
         """The spectra for a person."""
+        if self.dni is not None:
+            return f"cloudless sky of SPCTRL2, {self.air}"
         text = f"spectra of SPCTRL2 at turbidity {self.turbidity:.3g}"
         if self.cloud > _NOTED_CLOUD:
             text += f", {100 * self.cloud:.3g} % of the diffuse light as white as a cloud's"
@@ -55,27 +115,38 @@ class SpectralSplit:
             "model": "spectrl2",
             "turbidity_500nm": self.turbidity,
             "cloud_share": self.cloud,
-            "precipitable_water_cm": WATER_CM,
-            "ozone_atm_cm": OZONE_ATM_CM,
+            "precipitable_water_cm": self.air.water_cm,
+            "ozone_atm_cm": self.air.ozone_cm,
+            "pressure_hPa": self.air.pressure_hPa,
             "ground_albedo": SEA_ALBEDO,
             "direct_fraction": self.direct_fraction.tolist(),
         }
 
 
-def spectral_split(inputs: PerezInputs, sun: Sun, wavelength_nm: np.ndarray) -> SpectralSplit:
+def cloudless_split(air: ClearSky, sun: Sun, wavelength_nm: np.ndarray) -> SpectralSplit:
+    """The light of each waveband under a cloudless sky; without a date at the sun's mean distance."""
+    _refuse_outside(wavelength_nm)
+    grid_nm, normal, diffuse = _spectra(sun.zenith_deg, air)(air.aod_500nm)
+    normal, diffuse = (one * (sun.distance_factor or 1.0) for one in (normal, diffuse))
+    direct = np.interp(wavelength_nm, grid_nm, normal) * sun.cosine
+    dni, dhi = (float(f"{_integral(grid_nm, one):.{_DIGITS}g}") for one in (normal, diffuse))
+    more = {"turbidity": air.aod_500nm, "air": air, "dni": dni, "dhi": dhi}
+    return _rounded(direct, np.interp(wavelength_nm, grid_nm, diffuse), **more)
+
+
+def spectral_split(amounts: PerezSection, sun: Sun, wavelength_nm: np.ndarray) -> SpectralSplit:
     """Split the light of each waveband by spectra whose integrals are the irradiances that are given.
 
     More diffuse light than turbidity 0.5 has is that of cloud. With r the ratio of dni and dhi, and r_05 that of
     turbidity 0.5, its share of the diffuse light is 1 - r / r_05.
 
-    Results are rounded, so that the last bit of a library's exponential does not change the run. Warns if a sky of
-    turbidity 0 has more diffuse light than the inputs.
+    Warns if a sky of turbidity 0 has more diffuse light than the inputs.
     """
     _refuse_outside(wavelength_nm)
-    dni, dhi = irradiances(inputs, sun)
+    dni, dhi = irradiances(amounts, sun)
     if dni + dhi == 0:
-        raise SceneError(f"spectrum 'spectrl2' scales spectra to dni and dhi, but {inputs} leave no light at all")
-    spectra = _spectra(sun.zenith_deg)
+        raise SceneError(f"spectrum 'spectrl2' scales spectra to dni and dhi, but {amounts} leave no light at all")
+    spectra = _spectra(sun.zenith_deg, REFERENCE)
     turbidity, cloud = _turbidity_and_cloud(spectra, dni, dhi)
     grid_nm, normal, diffuse = spectra(turbidity)
     direct = np.interp(wavelength_nm, grid_nm, normal) * (sun.cosine * dni / _integral(grid_nm, normal))
@@ -83,15 +154,18 @@ def spectral_split(inputs: PerezInputs, sun: Sun, wavelength_nm: np.ndarray) -> 
     if cloud > 0:
         under_cloud = _cloud_spectrum(spectra)
         diffuse = (1.0 - cloud) * diffuse + cloud * (under_cloud / _integral(grid_nm, under_cloud))
-    sky = np.interp(wavelength_nm, grid_nm, diffuse) * dhi
-    fraction = np.round(direct / (direct + sky), _FRACTION_DECIMALS)
-    both = np.array([float(f"{total:.{_DIGITS}g}") for total in (direct + sky).tolist()])
+    return _rounded(direct, np.interp(wavelength_nm, grid_nm, diffuse) * dhi, turbidity=turbidity, cloud=cloud)
+
+
+def _rounded(direct: np.ndarray, diffuse: np.ndarray, **more: Any) -> SpectralSplit:
+    """The split, rounded so that the last bit of a library's exponential does not change the run."""
+    fraction = np.round(direct / (direct + diffuse), _FRACTION_DECIMALS)
+    both = np.array([float(f"{total:.{_DIGITS}g}") for total in (direct + diffuse).tolist()])
     return SpectralSplit(
         direct_fraction=fraction,
         direct_irradiance=both * fraction,
         diffuse_irradiance=both * (1.0 - fraction),
-        turbidity=turbidity,
-        cloud=cloud,
+        **more,
     )
 
 
@@ -105,28 +179,32 @@ def _refuse_outside(wavelength_nm: np.ndarray) -> None:
         )
 
 
-def _spectra(sun_zenith_deg: float) -> Spectra:
-    """Wavelengths, direct normal and diffuse horizontal irradiance of a cloudless sky, as functions of turbidity."""
+def _spectra(sun_zenith_deg: float, air: ClearSky) -> Spectra:
+    """Wavelengths, direct normal and diffuse horizontal irradiance of a cloudless sky, as functions of turbidity.
+
+    At the sun's mean distance.
+    """
     from aomc_sky.skies.perez.functions import relative_air_mass
 
-    spectrl2 = optional_module("pvlib", extra="weather").spectrum.spectrl2
+    pvlib = optional_module("pvlib", extra="weather")
+    of_day = float(pvlib.irradiance.get_extra_radiation(_ANY_DAY, solar_constant=1.0, method="spencer"))
     zenith = np.array([sun_zenith_deg])
     fixed = {
         "apparent_zenith": zenith,
         "aoi": zenith,
         "surface_tilt": 0.0,
         "ground_albedo": SEA_ALBEDO,
-        "surface_pressure": PRESSURE_PA,
-        "precipitable_water": WATER_CM,
-        "ozone": OZONE_ATM_CM,
+        "surface_pressure": 100.0 * air.pressure_hPa,
+        "precipitable_water": air.water_cm,
+        "ozone": air.ozone_cm,
         "dayofyear": _ANY_DAY,
     }
 
     air_mass_of_sun = float(relative_air_mass(math.radians(sun_zenith_deg)))
 
     def of_turbidity(turbidity: float, air_mass: float = air_mass_of_sun) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        spectra = spectrl2(aerosol_turbidity_500nm=turbidity, relative_airmass=air_mass, **fixed)
-        return (np.ravel(spectra["wavelength"]), spectra["dni"][:, 0], spectra["dhi"][:, 0])
+        spectra = pvlib.spectrum.spectrl2(aerosol_turbidity_500nm=turbidity, relative_airmass=air_mass, **fixed)
+        return (np.ravel(spectra["wavelength"]), spectra["dni"][:, 0] / of_day, spectra["dhi"][:, 0] / of_day)
 
     return of_turbidity
 
@@ -145,7 +223,7 @@ def _cloud_spectrum(spectra: Spectra) -> np.ndarray:
 def _turbidity_and_cloud(spectra: Spectra, dni: float, dhi: float) -> tuple[float, float]:
     """The turbidity whose spectra have the ratio of dhi and dni, which rises with it, and the share of cloud beyond."""
     if dhi == 0:
-        return TURBIDITY, 0.0
+        return REFERENCE.aod_500nm, 0.0
 
     def excess(turbidity: float) -> float:
         """Diffuse light of the model less that of the inputs, for the direct light of both."""

@@ -12,6 +12,7 @@ import numpy as np
 
 from aomc_sky.errors import InputWarning, SceneError, UsageError
 from aomc_sky.formats.sky_toml.keys import COEFFICIENT_NAMES
+from aomc_sky.inputs import MOMENT, Entrance
 from aomc_sky.skies.perez.irradiances import EXTRATERRESTRIAL_NORMAL
 
 if TYPE_CHECKING:
@@ -19,10 +20,8 @@ if TYPE_CHECKING:
     from aomc_sky.source.light.sun_position import SunPosition
 
 WEATHER_FILES = ("epw", "tmy2", "tmy3")
-_PLACE = {"latitude_deg": "--latitude", "longitude_deg": "--longitude", "altitude_m": "--altitude"}
-WEATHER_KEYS = (*WEATHER_FILES, "row", "time", *_PLACE)
-_SKY = {name: f"--{name}" for name in ("dni", "dhi", "ghi", "epsilon", "delta")}
-_SKY |= dict.fromkeys(COEFFICIENT_NAMES, "--coefficients")
+_PLACE = ("latitude_deg", "longitude_deg", "altitude_m")
+_AMOUNTS = ("dni", "dhi", "ghi", "epsilon", "delta", *COEFFICIENT_NAMES)
 
 ANGLE_DECIMALS = 9
 """Decimals of the sun's angles in degrees, so that the last bit of a library's sine does not change the run."""
@@ -41,6 +40,7 @@ class Weather:
     source: dict[str, Any]  #: the same as JSON values
     irradiances: dict[str, float] = field(default_factory=dict)  #: dni and dhi of the hour of a file [W m-2]
     path: str | None = None  #: of the weather file
+    names: tuple[str, ...] = ()  #: the inputs of `MOMENT` that were given
 
     @property
     def where(self) -> str:
@@ -63,44 +63,51 @@ class Weather:
 
 
 def weather_of(
-    given: Mapping[str, Any] | None, perez: Mapping[str, Any] | None = None, sun: Mapping[str, Any] | None = None
+    given: Mapping[str, Any] | None,
+    entrance: Entrance = Entrance.OPTIONS,
+    perez: Mapping[str, Any] | None = None,
+    sun: Mapping[str, Any] | None = None,
 ) -> Weather | None:
-    """The weather of a caller, with the keys `WEATHER_KEYS`; a value None is left out.
+    """The weather of a caller, with the keys of `MOMENT`; a value None is left out.
 
     Other inputs of the same quantities are refused: angles of the `sun`, and beside a file those of the `perez` sky.
     """
     values = {name: value for name, value in (given or {}).items() if value is not None}
+    perez = {name: value for name, value in (perez or {}).items() if value is not None}
     for name in values:
-        if name not in WEATHER_KEYS:
-            raise UsageError(f"weather has no input {name!r}; the inputs are {', '.join(WEATHER_KEYS)}")
-    angles = {"--sun-zenith": "zenith_deg", "--sun-azimuth": "azimuth_deg"}
-    others = [option for option, name in angles.items() if (sun or {}).get(name) is not None]
-    place = [option for name, option in _PLACE.items() if name in values]
+        if name not in MOMENT:
+            raise UsageError(f"weather has no input {name!r}; the inputs are {', '.join(MOMENT)}")
+    others = [name for name in ("zenith_deg", "azimuth_deg") if (sun or {}).get(name) is not None]
+    place = [name for name in _PLACE if name in values]
     kinds = [kind for kind in WEATHER_FILES if kind in values]
+
+    say, listed = entrance.say, entrance.listed
     if len(kinds) > 1:
-        raise UsageError(f"--{kinds[0]} and --{kinds[1]}: take one weather file")
+        raise UsageError(f"{listed(kinds)}: take one weather file")
     if kinds:
-        others += [option for name, option in _SKY.items() if (perez or {}).get(name) is not None]
-        others += ["--time"] * ("time" in values) + place
+        named = ["coefficients" if name in COEFFICIENT_NAMES else name for name in _AMOUNTS if name in perez]
+        others += [*named, *["time"] * ("time" in values), *place]
         if others:
-            raise UsageError(f"{others[0]} contradicts --{kinds[0]}, which gives the sun and the sky")
+            raise UsageError(f"{listed(others[:1])} contradicts {listed(kinds)}, which gives the sun and the sky")
         if "row" not in values:
-            raise UsageError(f"--{kinds[0]} needs --row N, one hour of the file, from 1")
-        return _of_row(values[kinds[0]], kinds[0], values["row"])
+            raise UsageError(f"{listed(kinds)} needs {say('{row:N}')}, one hour of the file, from 1")
+        return _of_row(values[kinds[0]], kinds[0], values["row"], entrance, tuple(values))
     if "row" in values:
-        raise UsageError("--row needs a weather file: --epw, --tmy2 or --tmy3")
+        raise UsageError(say("{row} needs a weather file: {epw}, {tmy2} or {tmy3}"))
     if "time" not in values:
         if place:
-            raise UsageError(f"{place[0]} needs --time")
+            raise UsageError(f"{listed(place[:1])} needs {say('{time}')}")
         return None
     if others:
-        raise UsageError("--time says where the sun is; leave out --sun-zenith and --sun-azimuth")
+        raise UsageError(say("{time} says where the sun is; leave out {zenith_deg} and {azimuth_deg}"))
     if not {"latitude_deg", "longitude_deg"} <= set(values):
-        raise UsageError("--time needs --latitude and --longitude")
-    return _of_time(**values)
+        raise UsageError(say("{time} needs {latitude_deg} and {longitude_deg}"))
+    return _of_time(**values, names=tuple(values))
 
 
-def _of_time(time: Any, latitude_deg: float, longitude_deg: float, altitude_m: float = 0.0) -> Weather:
+def _of_time(
+    time: Any, latitude_deg: float, longitude_deg: float, altitude_m: float = 0.0, *, names: tuple[str, ...]
+) -> Weather:
     from aomc_sky.source.light.sun_position import sun_position, utc
 
     moment = utc(time)
@@ -110,7 +117,7 @@ def _of_time(time: Any, latitude_deg: float, longitude_deg: float, altitude_m: f
     source = {"time": text, "latitude_deg": float(latitude_deg), "longitude_deg": float(longitude_deg)}
     if altitude_m:
         source["altitude_m"], place = float(altitude_m), f"{place}, altitude {altitude_m:g} m"
-    return _weather(position, f"{text}, {place}", source)
+    return _weather(position, f"{text}, {place}", source, names=names)
 
 
 def _weather(position: SunPosition, origin: str, source: dict[str, Any], **others: Any) -> Weather:
@@ -127,7 +134,7 @@ def _weather(position: SunPosition, origin: str, source: dict[str, Any], **other
     )
 
 
-def _of_row(path: str | Path, kind: str, row: int) -> Weather:
+def _of_row(path: str | Path, kind: str, row: int, entrance: Entrance, names: tuple[str, ...]) -> Weather:
     """One hour of a file, its sun at the middle; the row counts from 1."""
     from aomc_sky.formats.weather import HOUR, read_weather
     from aomc_sky.source.light.sun_position import sun_position
@@ -136,7 +143,8 @@ def _of_row(path: str | Path, kind: str, row: int) -> Weather:
     k = as_index(row, "a row") - 1
     table = read_weather(path, kind, row=k)
     if not 0 <= k < table.line.size:
-        raise UsageError(f"--row {k + 1} does not exist; {table.path} has rows 1 to {table.line.size}")
+        word = entrance.say(f"{{row:{k + 1}}}")
+        raise UsageError(f"{word} does not exist; {table.path} has rows 1 to {table.line.size}")
     where = f"{table.path}:{table.line[k]}"
     position = sun_position(table.midpoint[k], table.latitude_deg, table.longitude_deg)
     if float(position.apparent_zenith_deg) >= 90:
@@ -154,7 +162,7 @@ def _of_row(path: str | Path, kind: str, row: int) -> Weather:
         "hour": [str(np.datetime_as_string(t, timezone="UTC")) for t in (table.start[k], table.start[k] + HOUR)],
         "sun_at": str(np.datetime_as_string(table.midpoint[k], timezone="UTC")),
     }
-    weather = _weather(position, f"{Path(table.path).name}, row {k + 1}", source, path=table.path)
+    weather = _weather(position, f"{Path(table.path).name}, row {k + 1}", source, path=table.path, names=names)
     dni, dhi = hour_irradiances(table, k, weather.sun_zenith_deg, weather.extraterrestrial_normal)
     weather.irradiances.update(dni=dni, dhi=dhi)
     return weather

@@ -11,15 +11,14 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.emission.irradiance import Irradiance
-from aomc_sky.formats.aomc.amc import AmcConfig, DifcolTable
 from aomc_sky.formats.sky_toml.keys import GLOW_KEY, AtmosphereSection, moon_direction
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere.description.medium import MediumReport, glow_of_luminance, moon_of_direction, read_medium
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.model import AtmosphereSky
-from aomc_sky.source.light.inputs import DIFCOL, Sun
-from aomc_sky.source.scene import SceneDraft, photons_of_intensity, require_projected
+from aomc_sky.source.light.inputs import LightInputs
+from aomc_sky.source.light.light import DIFCOL, Light
 from aomc_sky.wavebands import Wavebands, nearest_wavelength_index
 
 
@@ -41,7 +40,7 @@ def read_atmosphere(
     return SceneAtmosphere(section=section, medium=medium, report=report)
 
 
-def with_lights(atmosphere: SceneAtmosphere, lights: Mapping[str, float]) -> SceneAtmosphere:
+def _with_lights(atmosphere: SceneAtmosphere, lights: Mapping[str, float]) -> SceneAtmosphere:
     """The same; Moon and glow of the ground from the caller (`given_lights`) come first."""
     section = atmosphere.section
     section = dataclasses.replace(
@@ -52,19 +51,19 @@ def with_lights(atmosphere: SceneAtmosphere, lights: Mapping[str, float]) -> Sce
     return dataclasses.replace(atmosphere, section=section)
 
 
-def atmosphere_draft(
-    config: AmcConfig,
-    bands: Wavebands,
-    atmosphere: SceneAtmosphere,
-    sun: Sun,
-    *,
-    difcol: DifcolTable | None,
-    weighting: str | None,
-    has_disc: bool,
-) -> SceneDraft:
-    """A scene under an atmosphere, in absolute units; of difcol.inp the intensities count, not the fractions."""
-    require_projected(weighting, "the sky of an atmosphere")
+def atmosphere_light(inputs: LightInputs, *, bands: Wavebands, atmosphere: SceneAtmosphere) -> Light:
+    """Sun and sky of an atmosphere, in absolute units; the beam has the solar disc unless someone says otherwise.
+
+    With a date the sun has its distance of that day.
+    """
+    atmosphere = _with_lights(atmosphere, inputs.lights)
+    sun = inputs.scene_sun("an atmosphere", may_have_set=True)
+    if inputs.weather is not None:  # rays through the description's air are straight
+        sun = dataclasses.replace(sun, zenith_deg=inputs.weather.true_zenith_deg)
+    has_disc = inputs.sun.disc is not False
     section, medium = atmosphere.section, atmosphere.medium
+    if sun.distance_factor is not None:
+        medium = dataclasses.replace(medium, toa_irradiance=medium.toa_irradiance * sun.distance_factor)
     sky = AtmosphereSky(
         medium=medium,
         sun_zenith_deg=sun.zenith_deg,
@@ -77,20 +76,17 @@ def atmosphere_draft(
         ground_radiance=glow_of_luminance(section.ground_luminance_cd_m2, atmosphere.report, section.file),
         n_paths=section.paths,
     )
-    components = (*sky.beam(medium.wavelength_nm), *sky.lower(medium.wavelength_nm))
+    beam = () if inputs.diffuse_only else tuple(sky.beam(medium.wavelength_nm))
+    components = (*beam, *sky.lower(medium.wavelength_nm))
     rows = nearest_wavelength_index(bands.wavelength_nm, medium.wavelength_nm)
-    n_photons = np.full(bands.n_bands, config.iterations, dtype=np.int64)
-    if difcol is not None:
-        n_photons = photons_of_intensity(difcol.intensity, config.iterations)
-    return SceneDraft(
+    return Light(
         components=components,
-        n_photons=n_photons,
         row_of_band=rows,
         sky_wavelength_nm=medium.wavelength_nm[rows],
-        notes=_notes(sky, atmosphere, difcol),
+        intensity=None if inputs.shares is None else inputs.shares.intensity,
+        notes=_notes(sky, atmosphere, inputs),
         options={
             "sky": "atmosphere",
-            "weighting": "projected",
             "sun": {**sun.as_options(), "disc": has_disc},
             "atmosphere": _options(sky, atmosphere),
         },
@@ -131,7 +127,7 @@ def _eclipse_options(sky: AtmosphereSky) -> dict[str, float] | None:
     }
 
 
-def _notes(sky: AtmosphereSky, atmosphere: SceneAtmosphere, difcol: DifcolTable | None) -> tuple[str, ...]:
+def _notes(sky: AtmosphereSky, atmosphere: SceneAtmosphere, inputs: LightInputs) -> tuple[str, ...]:
     direct, diffuse = sky.direct_irradiance, sky.diffuse_irradiance
     total = direct + diffuse
     share = np.divide(direct, total, out=np.zeros_like(total), where=total > 0)
@@ -158,6 +154,8 @@ def _notes(sky: AtmosphereSky, atmosphere: SceneAtmosphere, difcol: DifcolTable 
         notes.append(f"atmosphere: the ground glows with {luminance:g} cd/m2; glow known to {solved.glow_error:.1g}")
     if atmosphere.report.dropped:
         notes.append(f"atmosphere: too thin to matter, left out: {', '.join(atmosphere.report.dropped)}")
-    if difcol is not None:
+    if inputs.diffuse_only:
+        notes.append("atmosphere: the beam is left out")
+    if inputs.shares is not None:
         notes.append(f"{DIFCOL}: its direct fractions are not used, the atmosphere gives them")
     return tuple(notes)

@@ -9,13 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.component import Component
-from aomc_sky.errors import FieldError, InputFileError
+from aomc_sky.errors import FieldError, InputFileError, SceneError
 from aomc_sky.formats.netcdf import read_field
 from aomc_sky.formats.sky_toml.file import problem_of_key
-from aomc_sky.formats.sky_toml.keys import FieldSection
+from aomc_sky.formats.sky_toml.keys import FieldSection, PerezSection
 from aomc_sky.skies.radiance_field import has_wavelength, read_radiance_field
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting
+from aomc_sky.source.light.diffuse import Diffuse, DiffuseSky, Rows
+from aomc_sky.source.light.sun import Sun
+from aomc_sky.source.read.files import FIELD
 from aomc_sky.wavebands import nearest_wavelength_index
 
 
@@ -28,25 +30,36 @@ class SkyField:
     sky: TabulatedSky
     has_wavelength: bool  #: False: the same sky at all wavelengths
 
-    def table_index(self, wavelength_nm: np.ndarray) -> np.ndarray:
-        """Row of the field for each waveband: the nearest wavelength, of two the longer; far ones are warned of."""
-        rows = nearest_wavelength_index(wavelength_nm, self.sky.wavelength_nm)
-        if self.has_wavelength:
-            self.sky.warn_of_distance(wavelength_nm, rows, self.section.file)
-        return rows
+    def diffuse(self, folder: str, *, per_solid_angle: bool) -> DiffuseSky:
+        """The field as the sky of a scene, with a row for each wavelength of the field that a waveband takes."""
+        sky = self.sky
+        if per_solid_angle:
+            sky = dataclasses.replace(sky, weighting=Weighting.SOLID_ANGLE, slope=None, radiance_unit=0.0)
 
-    def wavelength_of(self, rows: np.ndarray) -> np.ndarray:
-        """Wavelengths of rows, NaN of a field without wavelengths. [nm]"""
-        return np.where(self.has_wavelength, self.sky.wavelength_nm[rows], np.nan)
+        def rows_of(wavelength_nm: np.ndarray) -> np.ndarray:
+            rows = nearest_wavelength_index(wavelength_nm, sky.wavelength_nm)
+            if self.has_wavelength:
+                sky.warn_of_distance(wavelength_nm, rows, self.section.file)
+            return rows
 
-    def lower(self, rows: np.ndarray, *, per_solid_angle: bool) -> tuple[Component, ...]:
-        """The component of some rows of the field, of strength 1 where they shine."""
-        sky = (
-            dataclasses.replace(self.sky, weighting=Weighting.SOLID_ANGLE, slope=None, radiance_unit=0.0)
-            if per_solid_angle
-            else self.sky
+        def lower(_: Sun | None, rows: Rows, __: PerezSection) -> Diffuse:
+            components = tuple(sky.lower_rows(rows.table_row))
+            fractions = rows.direct_fraction
+            dark = np.flatnonzero((components[0].strength == 0) & (fractions > 0) & (fractions < 1))
+            if dark.size:
+                raise SceneError(
+                    f"{self.section.file} is dark at {sky.wavelength_nm[rows.table_row[dark[0]]]:g} nm, but "
+                    f"{1 - fractions[dark[0]]:g} of the light there is diffuse"
+                )
+            return Diffuse(components=components, notes=self.notes, options={"field": self.as_options(folder)})
+
+        return DiffuseSky(
+            name=FIELD,
+            lower=lower,
+            table_rows=rows_of,
+            wavelength_of=lambda rows: np.where(self.has_wavelength, sky.wavelength_nm[rows], np.nan),
+            words="the field of sky.toml",
         )
-        return sky.lower_rows(rows)
 
     @property
     def notes(self) -> tuple[str, ...]:

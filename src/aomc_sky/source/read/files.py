@@ -34,7 +34,9 @@ ATMOSPHERE = "atmosphere"
 """The sky of a scene whose sky.toml has [atmosphere]."""
 FIELD = "field"
 """The sky of a scene whose sky.toml has [sky] table."""
-OUR_SKIES = (None, "perez", "uniform", "none", ATMOSPHERE, FIELD)
+GIVEN = "given"
+"""The sky of a scene whose caller gives a model or a function."""
+OUR_SKIES = (None, "perez", "uniform", "none", ATMOSPHERE, FIELD, GIVEN)
 """Skies that no other package has; None is the sky file, or Perez."""
 
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -13,14 +15,19 @@ from aomc_sky.directions import AzimuthConvention, given_angle
 from aomc_sky.errors import FieldError, SceneError, UsageError
 from aomc_sky.formats.netcdf import read_field
 from aomc_sky.formats.radiance_csv import read_radiance_points
+from aomc_sky.formats.sky_toml.keys import SunSection
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.measured import RadianceField
-from aomc_sky.skies.model import SkyModel
 from aomc_sky.skies.radiance_field import has_wavelength
 from aomc_sky.skies.tabulated import TabulatedSky
+from aomc_sky.source.light.diffuse import DiffuseSky, model_diffuse
+from aomc_sky.source.light.inputs import LightInputs
+from aomc_sky.source.light.light import Unsaid
+from aomc_sky.source.read.files import FIELD
 from aomc_sky.source.read.scene import listed_bands, only_bands
 from aomc_sky.source.scene import Scene
+from aomc_sky.source.weather_scene import scene_of_sky
 from aomc_sky.wavebands import Wavebands
 
 
@@ -114,23 +121,33 @@ def _degrees(name: str, value: float | None, twin: float | None) -> float | None
 
 def measured_scene(
     path: str | os.PathLike[str],
+    given: LightInputs,
     *,
     iterations: int | None = None,
     wavelength_nm: Sequence[float] | None = None,
     wavebands: Sequence[int] | None = None,
     **how: Any,
 ) -> Scene:
-    """A scene of a measured sky alone, at its own wavelengths by default; `how` as `read_radiance_csv` takes it."""
-    sky = read_radiance_csv(path, **how)
+    """A scene of a measured sky, at its own wavelengths by default, and of the beam that `given` asks for.
+
+    `how` is as `read_radiance_csv` takes it.
+    """
+    sky = read_radiance_csv(path, **_with_sun(how, given))
     sun = None
     if sky.sun_deg is not None:
         sun = {"zenith_deg": sky.sun_deg[0], "azimuth_deg": sky.sun_deg[1], "disc": False, "from": "measured sky"}
+        on_file = SunSection(zenith_deg=sky.sun_deg[0], azimuth_deg=sky.sun_deg[1], origin="measured sky")
+        given = dataclasses.replace(given, sun=given.sun.over(on_file))
+    diffuse = model_diffuse(sky, is_file=True, words="the measured sky")
     wanted = sky.wavelength_nm if wavelength_nm is None else wavelength_nm
-    return _scene_of_table(path, sky, {"sky": sky.name, "sun": sun}, wanted, iterations, wavebands, how)
+    return _scene_of_table(
+        path, diffuse, given, {} if sun is None else {"sun": sun}, wanted, iterations, wavebands, how
+    )
 
 
 def field_scene(
     path: str,
+    given: LightInputs,
     *,
     variable: str | None = None,
     isel: Mapping[str, int] | None = None,
@@ -139,23 +156,38 @@ def field_scene(
     wavebands: Sequence[int] | None = None,
     **how: Any,
 ) -> Scene:
-    """A scene of the radiance field of a netCDF file alone; `how` as `TabulatedSky.from_xarray` takes it."""
+    """A scene of the radiance field of a netCDF file, and of the beam that `given` asks for.
+
+    `how` is as `TabulatedSky.from_xarray` takes it.
+    """
     try:
         field = read_field(path, variable=variable, isel=isel)
-        sky = TabulatedSky.from_xarray(field, variable=variable, **how)
+        read = partial(TabulatedSky.from_xarray, field, variable=variable)
+        try:
+            sky = read(**_with_sun(how, given))
+        except UsageError:
+            if not (given.has_amounts or given.is_cloudless):
+                raise
+            sky = read(**how)  # the sun is that of the beam, and a grid of radiances needs none
     except FieldError as error:
         raise refuse(path, error.message, advice=error.advice, code="E710") from None
     except SceneError as error:
         raise refuse(path, str(error), code="E710") from None
     if wavelength_nm is None and not has_wavelength(field, variable):
         raise UsageError(f"{path} has no wavelengths: write --wavelengths 412 443 555")
+    diffuse = dataclasses.replace(model_diffuse(sky, is_file=True, words="the radiance field"), name=FIELD)
     wanted = sky.wavelength_nm if wavelength_nm is None else wavelength_nm
-    return _scene_of_table(path, sky, {"sky": "field"}, wanted, iterations, wavebands, how)
+    return _scene_of_table(path, diffuse, given, {}, wanted, iterations, wavebands, how)
+
+
+def _with_sun(how: Mapping[str, Any], given: LightInputs) -> dict[str, Any]:
+    return {**how, "sun_zenith_deg": given.sun.zenith_deg, "sun_azimuth_deg": given.sun.azimuth_deg}
 
 
 def _scene_of_table(
     path: str | os.PathLike[str],
-    sky: SkyModel,
+    sky: DiffuseSky,
+    given: LightInputs,
     options: dict[str, Any],
     wavelength_nm: Sequence[float] | np.ndarray,
     iterations: int | None,
@@ -165,10 +197,12 @@ def _scene_of_table(
     bands = Wavebands(wavelength_nm=np.asarray(wavelength_nm, float))
     photons = np.full(bands.n_bands, 10**6 if iterations is None else iterations)
     how = {name: value for name, value in how.items() if isinstance(value, str)}
-    return Scene(
-        wavebands=bands,
-        n_photons=only_bands(photons, wavebands, bands.wavelength_nm),
-        components=sky,  # type: ignore[arg-type]
+    return scene_of_sky(
+        sky,
+        given,
+        bands,
+        only_bands(photons, wavebands, bands.wavelength_nm),
+        unsaid=Unsaid.WHOLE,
         input_files={"radiance": os.fspath(path)},
         options={**options, "wavebands": listed_bands(wavebands), **how},
     )

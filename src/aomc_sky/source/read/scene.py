@@ -4,27 +4,42 @@ from __future__ import annotations
 
 import dataclasses
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from aomc_sky.errors import SceneError, UsageError, require_one_of
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.aomc.amc import AmcConfig, FootprintCode
+from aomc_sky.formats.sky_toml.keys import BackgroundSection, PerezSection, SunSection
+from aomc_sky.formats.sky_toml.rules import moment_text
+from aomc_sky.inputs import Entrance
 from aomc_sky.plan.footprint import Footprint
-from aomc_sky.plan.sampling.allocation import MAX_PHOTONS
-from aomc_sky.source.read.files import SceneFiles, read_scene_files
-from aomc_sky.source.scene import Scene, SceneDraft
-from aomc_sky.wavebands import Wavebands, absent_waveband
+from aomc_sky.plan.options import Order, Placement, SamplingOptions
+from aomc_sky.plan.sampling.allocation import MAX_PHOTONS, AllocationMethod
+from aomc_sky.source.light.diffuse import (
+    DiffuseSky,
+    model_diffuse,
+    perez_diffuse,
+    plugin_diffuse,
+    uniform_diffuse,
+)
+from aomc_sky.source.light.inputs import LightInputs, given_inputs, inputs_of_toml, replaced_notes
+from aomc_sky.source.light.light import DIFCOL, Light, Unsaid, light_of
+from aomc_sky.source.light.use import Use, refuse_unused, unused_notes
+from aomc_sky.source.read.files import ATMOSPHERE, FIELD, GIVEN, SceneFiles, read_scene_files
+from aomc_sky.source.scene import Scene, photons_of_intensity, require_projected
+from aomc_sky.wavebands import absent_waveband
 from aomc_sky.whole_number import as_index, as_number_of
 
-if TYPE_CHECKING:
-    from aomc_sky.formats.sky_toml.keys import SkySection
-    from aomc_sky.source.light.inputs import GivenInputs
-    from aomc_sky.source.read.atmosphere import SceneAtmosphere
-
+AOMC_TABLE_PRESET = SamplingOptions(allocation=AllocationMethod.AOMC, placement=Placement.CENTRE, order=Order.PATCH)
+AOMC_INTERNAL_PRESET = SamplingOptions(
+    allocation=AllocationMethod.MULTINOMIAL, placement=Placement.PHILOX, order=Order.SHUFFLED
+)
 COMPAT_NAME = "--compat aomc"
 
 
@@ -33,7 +48,7 @@ def read_scene(
     path: str | os.PathLike[str],
     *,
     iterations: int | None = None,
-    sky: str | None = None,
+    sky: Any = None,
     bins: str | None = None,
     weighting: str | None = None,
     compat: str | None = None,
@@ -45,6 +60,8 @@ def read_scene(
     atmosphere: Mapping[str, Any] | None = None,
     weather: Mapping[str, Any] | None = None,
     within: str | None = None,
+    clear_sky: Any = None,
+    diffuse_only: bool = False,
     sky_options: Mapping[str, Any] | None = None,
     allow_paths: Sequence[str | os.PathLike[str]] = (),
     max_memory_bytes: int | None = None,
@@ -58,11 +75,12 @@ def read_scene(
         or difcol.inp are read from the same folder, and sky.toml where there is one.
     iterations : int, optional
         Instead of line 1 of amc.inp. [1 to 2^62]
-    sky : {"perez", "uniform", "none"} or str, optional
-        The diffuse sky of a scene with light-source flag 0, by default "perez"; with flag 1 it
-        replaces the sky file, and all light is diffuse. "none": neither sun nor sky, the backgrounds of
-        sky.toml are the only source. Any other name is that of a model of another package (entry point group
-        ``aomc_sky.sky_models``).
+    sky : {"perez", "uniform", "none"}, str, sky model or function, optional
+        The diffuse sky of a scene with light-source flag 0, by default "perez"; with flag 1 it replaces the sky file,
+        and all light is diffuse unless irradiances ask for a beam. "none": neither sun nor sky, the backgrounds of
+        sky.toml are the only source. Any other name is that of a named sky such as "harrison-coombes", or of a model
+        of another package (entry point group ``aomc_sky.sky_models``). A function is of zenith angle, azimuth and
+        wavelength.
     bins : {"equal", "degrees"}, optional
         What the indices of skydist.inp are; default: what the file declares, else equal bins. No other sky uses it.
     weighting : {"listed", "projected", "solid-angle", "aomc"}, optional
@@ -80,8 +98,8 @@ def read_scene(
     perez : mapping, optional
         Inputs of the Perez sky, which win over sky.toml: one set of two of "dni", "dhi" and "ghi"
         [W m-2], "epsilon" and "delta", or "a" to "e"; "spectrum" ("flat" or "spectrl2"), by which beam and sky share
-        each waveband where there is no difcol.inp; and "limits", "air_mass" and "extraterrestrial_normal" as
-        for `weather_scene`.
+        each waveband where there is no difcol.inp, and without irradiances is that of a cloudless sky; and "limits",
+        "air_mass" and "extraterrestrial_normal" as for `weather_scene`.
     sun : mapping, optional
         "zenith_deg" [0 to below 90; to 180 under an atmosphere], "azimuth_deg" [-360 to 360] and "disc", which win
         one by one over sky.toml and amc.inp.
@@ -94,8 +112,12 @@ def read_scene(
         "tmy3" (a path) and "row" (from 1), which says the irradiances too. Needs the extra `weather`.
     within : {"exact", "uniform"}, optional
         Law of the Perez sky inside a patch: the model's own (default), or constant.
+    clear_sky : ClearSky or mapping, optional
+        The air of a cloudless sky, whose keys win one by one over [clear_sky] of sky.toml.
+    diffuse_only : bool
+        Launch the sky without the sun's beam.
     sky_options : mapping, optional
-        Options of another package's sky model, which win one by one over the keys of [sky].
+        Options of a named sky, which win one by one over the keys of [sky].
     allow_paths : sequence of str or path
         Folders below which the files that sky.toml names may lie, besides that of amc.inp.
     max_memory_bytes : int, optional
@@ -120,224 +142,247 @@ def read_scene(
     >>> print(scene.wavebands.wavelength_nm)
     [440. 550. 670.]
     """
-    _check_choices(sky=sky, bins=bins, weighting=weighting, compat=compat, azimuth_bins=azimuth_bins)
-    given = None
-    if perez or sun or within is not None or atmosphere or weather:
-        from aomc_sky.source.light.inputs import given_inputs
-
-        given = given_inputs(perez, sun, within, atmosphere, weather)
-    allowed = [os.fspath(one) for one in allow_paths]
-    if sky_options:
-        from aomc_sky.source.light.plugin import plain_option
-
-        sky_options = {name: plain_option(name, value) for name, value in sky_options.items()}
-    amc_path = Path(path) / "amc.inp" if Path(path).is_dir() else Path(path)
-    azimuth = None if given is None else given.sun.azimuth_deg
-    files = read_scene_files(amc_path, sky, lenient, compat, allowed, max_memory_bytes, sky_options, azimuth)
-    if iterations is not None:
-        n = as_number_of(iterations, "iterations", 1, MAX_PHOTONS, error=SceneError)
-        files = dataclasses.replace(files, config=dataclasses.replace(files.config, iterations=n))
-    bands = files.bands
-    if given is not None:
-        _refuse_unused(given, files, compat)
-    if files.table is not None:
-        from aomc_sky.source.read.table import table_draft
-
-        how = {"bins": bins, "weighting": weighting, "azimuth_bins": azimuth_bins}
-        draft, units = table_draft(files.config, bands, files.table, compat=compat, **how), None
-    else:
-        if weighting is not None and files.sky == "none":
-            raise UsageError(f"weighting {weighting!r} is of a sky, but this scene has none")
-        draft, units = _model_draft(files, bands, given, weighting, compat)
-    draft = _in_absolute_units(draft, units, files, bands)
-    paths = files.paths
-    if given is not None and given.weather is not None:
-        draft = dataclasses.replace(draft, options={**draft.options, "weather": given.weather.source})
-        paths = paths if given.weather.path is None else {**paths, "weather": given.weather.path}
-    draft = dataclasses.replace(
-        draft,
-        n_photons=only_bands(draft.n_photons, wavebands, bands.wavelength_nm),
-        notes=(
-            *draft.notes,
-            *_unused_notes(files, draft.options),
-            *(_unused_reading(bins, azimuth_bins) if files.table is None else ()),
-            *_empty_band_notes(draft.n_photons),
-        ),
-        options={**draft.options, "compat": compat, "lenient": lenient, "wavebands": listed_bands(wavebands)},
+    given = given_inputs(
+        Entrance.MAPPINGS,
+        perez=perez,
+        sun=sun,
+        within=within,
+        atmosphere=atmosphere,
+        weather=weather,
+        clear_sky=clear_sky,
+        diffuse_only=diffuse_only,
     )
-    scene = draft.scene(
+    reading = Reading(
+        iterations=iterations,
+        sky=sky,
+        bins=bins,
+        weighting=weighting,
+        compat=compat,
+        lenient=lenient,
+        azimuth_bins=azimuth_bins,
+        wavebands=wavebands,
+        sky_options=sky_options or {},
+        allow_paths=allow_paths,
+        max_memory_bytes=max_memory_bytes,
+    )
+    return scene_of_files(path, given, reading)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Reading:
+    """How the files are read: the arguments of `read_scene` beside those of the light."""
+
+    iterations: int | None = None
+    sky: Any = None
+    bins: str | None = None
+    weighting: str | None = None
+    compat: str | None = None
+    lenient: bool = False
+    azimuth_bins: str = "n+1"
+    wavebands: Sequence[int] | None = None
+    sky_options: Mapping[str, Any] = field(default_factory=dict)
+    allow_paths: Sequence[str | os.PathLike[str]] = ()
+    max_memory_bytes: int | None = None
+
+    def files(self, path: str | os.PathLike[str], given: LightInputs) -> SceneFiles:
+        """The files of the scene."""
+        self._check()
+        options = self.sky_options
+        if options:
+            from aomc_sky.source.light.plugin import plain_option
+
+            options = {name: plain_option(name, value) for name, value in options.items()}
+        amc = Path(path) / "amc.inp" if Path(path).is_dir() else Path(path)
+        files = read_scene_files(
+            amc,
+            self.sky if self.sky is None or isinstance(self.sky, str) else GIVEN,
+            self.lenient,
+            self.compat,
+            [os.fspath(one) for one in self.allow_paths],
+            self.max_memory_bytes,
+            options,
+            given.sun.azimuth_deg,
+        )
+        if self.iterations is None:
+            return files
+        n = as_number_of(self.iterations, "iterations", 1, MAX_PHOTONS, error=SceneError)
+        return dataclasses.replace(files, config=dataclasses.replace(files.config, iterations=n))
+
+    def _check(self) -> None:
+        allowed = {
+            "bins": ("equal", "degrees"),
+            "weighting": ("listed", "projected", "solid-angle", "aomc"),
+            "compat": ("aomc",),
+            "azimuth_bins": ("n+1", "n"),
+        }
+        for name, words in allowed.items():
+            if getattr(self, name) is not None:
+                require_one_of(words, getattr(self, name), name)
+        if isinstance(self.sky, str):
+            from aomc_sky.formats.sky_toml.keys import value_problem
+
+            _, message, advice = value_problem("sky", "model", self.sky)
+            if message:
+                raise UsageError(f"sky: {message}; {advice}")
+        if self.compat is not None:
+            kept = {"bins": ("degrees",), "weighting": ("aomc",), "sky": ("uniform",), "azimuth_bins": ("n+1",)}
+            for name, words in kept.items():
+                value = getattr(self, name)
+                if value is not None and value not in words:
+                    raise UsageError(f"{COMPAT_NAME} means {name} {words[0]!r}, which contradicts {value!r}")
+
+
+def scene_of_files(path: str | os.PathLike[str], given: LightInputs, reading: Reading) -> Scene:
+    """The scene of amc.inp and the files beside it, and of what a caller says about the light."""
+    files, compat = reading.files(path, given), reading.compat
+    bands, (toml, amc) = files.bands, _inputs_of_files(files)
+    inputs = given.over(toml).over(amc)
+    sky, options = _sky_of(files, inputs, reading)
+    name = FIELD if files.sky_field is not None else sky.name if isinstance(sky, DiffuseSky) else str(files.sky)
+    use = Use(
+        inputs=inputs,
+        sky=name,
+        words=str(sky),
+        is_compat=compat is not None,
+        is_whole=not files.is_internal,
+        takes_sun=name == FIELD or not isinstance(sky, DiffuseSky) or sky.takes_sun,
+    )
+    refuse_unused(given, use)
+    light = light_of(
+        inputs,
+        sky,
         bands,
+        unsaid=Unsaid.ERROR if files.is_internal else Unsaid.WHOLE,
+        path=str(Path(files.paths["amc"]).parent / DIFCOL),
+        backgrounds=files.backgrounds,
+        toml_path=files.paths.get("sky_toml", ""),
+    )
+    paths, options = files.paths, {"sky": light.options["sky"], **options, **light.options}
+    if files.backgrounds:
+        options["backgrounds"] = _background_options(files.toml_or_empty.background, files.folder)
+    if given.weather is not None:
+        options["weather"] = given.weather.source
+        paths = paths if given.weather.path is None else {**paths, "weather": given.weather.path}
+    n_photons, wavebands = _photons(files, light, compat), reading.wavebands
+    scene = Scene(
+        wavebands=bands,
+        n_photons=only_bands(n_photons, wavebands, bands.wavelength_nm),
+        components=light.components,
+        row_of_band=light.row_of_band,
+        sky_wavelength_nm=light.sky_wavelength_nm,  # type: ignore[arg-type]
+        irradiance=light.irradiance,
+        preset=_preset(files, compat),
         footprint=_footprint(files.config),
         preset_name=COMPAT_NAME if compat else None,
+        notes=(
+            *(replaced_notes(given, toml.over(amc)) if use.sky not in ("table", ATMOSPHERE) else ()),
+            *light.notes,
+            *unused_notes(files.toml, use, named_sky=files.sky),
+            *(_unused_reading(reading) if files.table is None else ()),
+            *_empty_band_notes(n_photons),
+        ),
         input_files=paths,
+        options={**options, "compat": compat, "lenient": reading.lenient, "wavebands": listed_bands(wavebands)},
     )
     if compat is None:
         scene.refuse_dark_bands()
     return scene
 
 
-def _model_draft(
-    files: SceneFiles,
-    bands: Wavebands,
-    given: GivenInputs | None,
-    weighting: str | None,
-    compat: str | None,
-) -> tuple[SceneDraft, SkySection | None]:
-    """A scene without a sky file, and the irradiances of sun and sky where a spectrum tells them."""
-    if files.sky == "none":
-        if not files.backgrounds:
-            raise UsageError("sky 'none' leaves no light: sky.toml beside amc.inp has no [[background]]")
-        note = "neither sun nor daylight is modelled: the backgrounds are the only source"
-        photons = np.full(bands.n_bands, files.config.iterations, dtype=np.int64)
-        rows = np.zeros(bands.n_bands, dtype=np.int64)
-        return SceneDraft(
-            components=(), n_photons=photons, row_of_band=rows, notes=(note,), options={"sky": "none"}
-        ), None
-    from aomc_sky.source.light.inputs import GivenInputs, sky_inputs
-
-    given = given or GivenInputs()
-    if files.atmosphere is not None:
-        return _under_atmosphere(files, files.atmosphere, bands, given, weighting), None
-    from aomc_sky.source.read.sun_and_sky import band_split, sun_and_sky_draft
-
-    inputs = sky_inputs(files.config, files.toml_or_empty, given)
-    split = band_split(files, inputs, files.sky, bands.wavelength_nm)
-    return sun_and_sky_draft(files, split, inputs, bands.wavelength_nm, weighting=weighting, compat=compat)
-
-
-def _under_atmosphere(
-    files: SceneFiles,
-    atmosphere: SceneAtmosphere,
-    bands: Wavebands,
-    given: GivenInputs,
-    weighting: str | None,
-) -> SceneDraft:
-    """A scene with [atmosphere]; the beam has the solar disc unless someone says that it has not."""
-    from aomc_sky.source.light.inputs import resolve_sun
-    from aomc_sky.source.read.atmosphere import atmosphere_draft, with_lights
-
-    of_file = files.toml_or_empty.sun
-    given_sun = given.sun
-    if given.weather is not None:  # rays through the description's air are straight
-        given_sun = dataclasses.replace(given_sun, zenith_deg=given.weather.true_zenith_deg)
-    sun = resolve_sun(files.config, of_file, given_sun, given.origin)
-    has_disc = of_file.disc if given.sun.disc is None else given.sun.disc
-    return atmosphere_draft(
-        files.config,
-        bands,
-        with_lights(atmosphere, given.lights),
-        sun,
-        difcol=files.difcol,
-        weighting=weighting,
-        has_disc=has_disc is not False,
+def _inputs_of_files(files: SceneFiles) -> tuple[LightInputs, LightInputs]:
+    """What sky.toml says, and amc.inp with difcol.inp; beside a sky file only what asks for a beam."""
+    config, toml = files.config, inputs_of_toml(files.toml_or_empty)
+    if files.table is not None:
+        toml = dataclasses.replace(toml, amounts=PerezSection())
+    sun = SunSection(
+        zenith_deg=float(config.direct_zenith_deg),
+        azimuth_deg=float(config.direct_azimuth_deg),
+        origin="amc.inp",
     )
+    return toml, LightInputs(sun=sun, shares=files.difcol)
 
 
-def _in_absolute_units(draft: SceneDraft, units: SkySection | None, files: SceneFiles, bands: Wavebands) -> SceneDraft:
-    """The draft with what [sky] says of its irradiances and the lobes of [[background]]."""
-    if files.toml is not None:
-        units = units or files.toml.sky
-    if units is None:
-        return draft
-    from aomc_sky.source.read.absolute_units import background_options, with_absolute_units
+_Whole = Callable[[LightInputs], Light]
 
-    draft = with_absolute_units(draft, units, files.backgrounds, bands, files.paths.get("sky_toml", ""))
+
+def _sky_of(files: SceneFiles, inputs: LightInputs, reading: Reading) -> tuple[DiffuseSky | _Whole, dict[str, Any]]:
+    """The sky of a scene, or a function for sun and sky together, and how the files were read."""
+    compat, weighting = reading.compat, reading.weighting
+    if files.table is not None:
+        from aomc_sky.source.read.table import table_diffuse
+
+        how = {"bins": reading.bins, "weighting": weighting, "azimuth_bins": reading.azimuth_bins}
+        return table_diffuse(files.table, files.bands, compat=compat, **how)
+    if files.sky == "none":
+        if weighting is not None:
+            raise UsageError(f"weighting {weighting!r} is of a sky, but this scene has none")
+        return partial(_no_light, files), {}
+    if files.atmosphere is not None:
+        from aomc_sky.source.read.atmosphere import atmosphere_light
+
+        require_projected(weighting, "the sky of an atmosphere")
+        return partial(atmosphere_light, bands=files.bands, atmosphere=files.atmosphere), {"weighting": "projected"}
+    if weighting not in (None, "projected", "solid-angle", "aomc"):
+        raise UsageError(f"weighting {weighting!r} is for sky files; a sky model has 'projected' or 'solid-angle'")
+    per_solid_angle = bool(compat) or weighting == "solid-angle"
+    options = {"weighting": "solid-angle" if per_solid_angle else "projected"}
+    if compat or files.sky == "uniform":
+        return uniform_diffuse(per_solid_angle=per_solid_angle), options
+    if files.sky_field is not None:
+        if weighting not in (None, "projected", "solid-angle"):
+            raise UsageError(f"a radiance field has weighting 'projected' or 'solid-angle', not {weighting!r}")
+        return files.sky_field.diffuse(files.folder, per_solid_angle=per_solid_angle), options
+    if files.plugin is not None:
+        require_projected(weighting, f"the sky model {files.plugin}")
+        return plugin_diffuse(files.plugin), options
+    if files.sky == GIVEN:
+        require_projected(weighting, "this sky")
+        return model_diffuse(reading.sky), options
+    require_projected(weighting, "the Perez sky")
+    return perez_diffuse(inputs.perez_choices, replaces_file=not files.is_internal), options
+
+
+def _no_light(files: SceneFiles, _: LightInputs) -> Light:
+    """Neither sun nor sky."""
     if not files.backgrounds:
-        return draft
-    shown = background_options(files.toml_or_empty.background, files.folder)
-    return dataclasses.replace(draft, options={**draft.options, "backgrounds": shown})
+        raise UsageError("sky 'none' leaves no light: sky.toml beside amc.inp has no [[background]]")
+    note = "neither sun nor daylight is modelled: the backgrounds are the only source"
+    return Light(row_of_band=np.zeros(files.bands.n_bands, np.int64), notes=(note,), options={"sky": "none"})
 
 
-def _check_choices(**choices: str | None) -> None:
-    allowed = {
-        "bins": ("equal", "degrees"),
-        "weighting": ("listed", "projected", "solid-angle", "aomc"),
-        "compat": ("aomc",),
-        "azimuth_bins": ("n+1", "n"),
-    }
-    for name, value in choices.items():
-        if value is not None and name in allowed:
-            require_one_of(allowed[name], value, name)
-    if choices["sky"] is not None:
-        from aomc_sky.formats.sky_toml.keys import value_problem
-
-        _, message, advice = value_problem("sky", "model", choices["sky"])
-        if message:
-            raise UsageError(f"sky: {message}; {advice}")
-    if choices["compat"] is not None:
-        contradicting = {"bins": ("degrees",), "weighting": ("aomc",), "sky": ("uniform",), "azimuth_bins": ("n+1",)}
-        for name, kept in contradicting.items():
-            if choices[name] is not None and choices[name] not in kept:
-                raise UsageError(f"{COMPAT_NAME} means {name} {kept[0]!r}, which contradicts {choices[name]!r}")
+def _photons(files: SceneFiles, light: Light, compat: str | None) -> np.ndarray:
+    """Photons of each band: the iterations times the intensity of difcol.inp, as the program rounds under `compat`."""
+    intensity, iterations = light.intensity, files.config.iterations
+    if intensity is None:
+        return np.full(files.bands.n_bands, iterations, dtype=np.int64)
+    if compat:  # NINT of a product of 32-bit floats
+        product = intensity.astype(np.float32) * np.float32(iterations)
+        return np.floor(product.astype(np.float64) + 0.5).astype(np.int64)
+    return photons_of_intensity(intensity, iterations)
 
 
-def _refuse_unused(given: GivenInputs, files: SceneFiles, compat: str | None) -> None:
-    """Refuse what a caller gives and this scene cannot use; what files say beyond need is only noted."""
-    sky = files.sky
-    if compat is not None and (given.names or given.model):
-        raise UsageError(f"{COMPAT_NAME} does not use {' and '.join(given.names) or 'within'}")
-    if given.lights and files.atmosphere is None:
-        raise UsageError(f"{' and '.join(given.lights)}: used only with [atmosphere] in sky.toml")
-    _refuse_spectrum(given, files)
-    if files.table is not None and given.names:
-        raise UsageError(
-            f"{' and '.join(given.names)}: the light comes from skydist.inp; write --sky perez for a sky model"
-        )
-    if files.atmosphere is not None and (given.model or not given.perez.is_empty):
-        raise UsageError(
-            "inputs of the Perez sky are not used with [atmosphere] in sky.toml; write --sky perez to use them"
-        )
-    if sky == "none" and (given.names or given.model):
-        raise UsageError(f'{" and ".join(given.names) or "within"}: not used without sun and sky (model "none")')
-    is_uniform = sky == "uniform"
-    if files.plugin is None and files.sky_field is None and not is_uniform:
-        return
-    of_field = "the field of sky.toml (table)" if files.sky_field is not None else f"the sky model {sky!r}"
-    used = "a uniform sky" if is_uniform else of_field
-    law = given.model_names if is_uniform else given.model
-    if law or (files.difcol is not None and not given.perez.is_empty):
-        advice = "leave --sky uniform out" if is_uniform else "leave them out"
-        raise UsageError(f"{used} does not use inputs of the Perez sky; {advice}")
-    if not files.is_internal and given.names and (is_uniform or not given.perez.is_empty):
-        raise UsageError(f"{' and '.join(given.names)}: all light comes from {used}")
+def _preset(files: SceneFiles, compat: str | None) -> SamplingOptions:
+    """Sampling as the program has it, under `compat`."""
+    if not compat:
+        return SamplingOptions()
+    return AOMC_INTERNAL_PRESET if files.table is None else AOMC_TABLE_PRESET
 
 
-def _refuse_spectrum(given: GivenInputs, files: SceneFiles) -> None:
-    """Refuse a spectrum where something else says how direct the light of each waveband is."""
-    if given.perez.spectrum is None or files.table is not None or files.atmosphere is not None:
-        return  # none, or refused with the other inputs
-    if files.difcol is not None:
-        raise UsageError("spectrum: difcol.inp gives the direct fraction of every waveband; leave one of them out")
-    if not files.is_internal:
-        raise UsageError("spectrum: all light is diffuse where a sky model replaces skydist.inp; leave it out")
+def _background_options(sections: Sequence[BackgroundSection], folder: str) -> list[dict[str, Any]]:
+    """Keys of [[background]] as JSON values for a manifest; paths do not depend on the folder of the scene."""
+    return [
+        {
+            **dataclasses.asdict(one),
+            "file": os.path.relpath(one.file, folder or os.curdir),
+            "time": moment_text(one.time),
+            "animation": None if one.animation is None else list(one.animation),
+        }
+        for one in sections
+    ]
 
 
-def _unused_notes(files: SceneFiles, options: Mapping[str, Any]) -> tuple[str, ...]:
-    toml, notes = files.toml, []
-    if toml is None:
-        return ()
-    of_sun_and_sky = not toml.sun.is_empty or not toml.perez.is_empty
-    if files.table is not None and of_sun_and_sky:
-        what = "sky.toml:" if toml.sky.is_empty and not toml.background else "sky.toml: [perez] and [sun]"
-        notes.append(f"{what} not used, all light comes from skydist.inp (--sky perez takes a sky model instead)")
-    elif options.get("sky") == "none" and of_sun_and_sky:
-        notes.append("sky.toml: [perez] and [sun] are not used, neither sun nor daylight is modelled")
-    elif options.get("sky") != "perez" and files.difcol is not None and not toml.perez.is_empty:
-        notes.append("sky.toml: [perez] is not used, no Perez sky is modelled")
-    if toml.perez.spectrum is not None and files.difcol is not None:
-        notes.append("sky.toml: spectrum is not used, difcol.inp gives the direct fraction of every waveband")
-    if toml.sky.options and toml.sky.model != files.sky:
-        unused = " and ".join(option.name for option in toml.sky.options)
-        notes.append(f"sky.toml: {unused} of [sky] is not used, another sky than {toml.sky.model!r} is asked for")
-    if toml.sky.table is not None and files.sky_field is None:
-        notes.append("sky.toml: table is not used, another sky is asked for")
-    if toml.atmosphere is not None and files.atmosphere is None:
-        notes.append("sky.toml: [atmosphere] is not used, another sky is asked for")
-    return tuple(notes)
-
-
-def _unused_reading(bins: str | None, azimuth_bins: str) -> tuple[str, ...]:
-    options = (("--bins", bins, None), ("--azimuth-bins", azimuth_bins, "n+1"))
+def _unused_reading(reading: Reading) -> tuple[str, ...]:
+    options = (("--bins", reading.bins, None), ("--azimuth-bins", reading.azimuth_bins, "n+1"))
     return tuple(
         f"{name} {value} is not used: it says how to read skydist.inp, and this scene has none"
         for name, value, default in options

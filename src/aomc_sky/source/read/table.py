@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from typing import Any
 
 import numpy as np
 
@@ -10,52 +11,51 @@ from aomc_sky.component import Component
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.emission.irradiance import Moments, cell_moments, mean_moments
 from aomc_sky.errors import InputFileError, InputWarning, Span, UsageError
-from aomc_sky.formats.aomc.amc import AmcConfig
 from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values
+from aomc_sky.formats.sky_toml.keys import PerezSection
 from aomc_sky.formats.text_file import lines_at
 from aomc_sky.grid import PatchGrid
-from aomc_sky.plan.options import Order, Placement, SamplingOptions
-from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting, aomc_weight
-from aomc_sky.source.scene import SceneDraft
+from aomc_sky.source.light.diffuse import Diffuse, DiffuseSky, Rows
+from aomc_sky.source.light.sun import Sun
 from aomc_sky.wavebands import Wavebands, midpoint_wavelength_index
 
-AOMC_TABLE_PRESET = SamplingOptions(allocation=AllocationMethod.AOMC, placement=Placement.CENTRE, order=Order.PATCH)
 _HORIZON = 90  # degrees: the last zenith index that the AOMC program can use
 _MOST_ENTRIES = 20
 _BEYOND = "as whole degrees the zenith index must not go beyond {}"
 _DEGREES_ADVICE = "without --bins degrees indices are numbers of equal bins"
 
 
-def table_draft(
-    config: AmcConfig, bands: Wavebands, table: SkyTable, *, compat: str | None, **how: str | None
-) -> SceneDraft:
-    """A scene lit by a sky file; `how` as `tabulated_sky` takes it."""
+def table_diffuse(
+    table: SkyTable, bands: Wavebands, *, compat: str | None, **how: str | None
+) -> tuple[DiffuseSky, dict[str, Any]]:
+    """A sky file as the sky of a scene, and how it was read; `how` as `tabulated_sky` takes it."""
     sky, chosen = tabulated_sky(table, compat=compat, **how)
-    row_of_band = sky.table_index(bands.wavelength_nm)
-    used, rows = np.unique(row_of_band, return_inverse=True)
-    components = sky.lower_rows(used)
-    notes = []
-    if not compat:
-        reading = reading_note(
-            table,
-            sky,
-            components[0],
-            bands,
-            rows,
-            is_on_degrees=chosen["bins"] == Bins.DEGREES.value,
-        )
-        notes = [reading, *_notes(table, sky)]
-    sky.warn_of_distance(bands.wavelength_nm, row_of_band, table.path)
-    return SceneDraft(
-        components=components,
-        n_photons=np.full(bands.n_bands, config.iterations, dtype=np.int64),
-        row_of_band=rows,
-        sky_wavelength_nm=table.wavelength_nm[row_of_band],
-        notes=tuple(notes),
-        options={"sky": "table", **chosen},
-        preset=AOMC_TABLE_PRESET if compat else SamplingOptions(),
+
+    def rows_of(wavelength_nm: np.ndarray) -> np.ndarray:
+        rows = sky.table_index(wavelength_nm)
+        sky.warn_of_distance(wavelength_nm, rows, table.path)
+        return rows
+
+    def lower(_: Sun | None, rows: Rows, __: PerezSection) -> Diffuse:
+        components = tuple(sky.lower_rows(rows.table_row))
+        if compat:
+            return Diffuse(components=components)
+        row_of = {row: k for k, row in enumerate(rows.table_row.tolist())}
+        row_of_band = np.array([row_of[row] for row in sky.table_index(bands.wavelength_nm).tolist()])
+        is_on_degrees = chosen["bins"] == Bins.DEGREES.value
+        reading = reading_note(table, sky, components[0], bands, row_of_band, is_on_degrees=is_on_degrees)
+        return Diffuse(components=components, notes=(reading, *_notes(table, sky)))
+
+    found = DiffuseSky(
+        name="table",
+        lower=lower,
+        table_rows=rows_of,
+        wavelength_of=lambda rows: table.wavelength_nm[rows],
+        is_file=True,
+        words="skydist.inp",
     )
+    return found, dict(chosen)
 
 
 def tabulated_sky(

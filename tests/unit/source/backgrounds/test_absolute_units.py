@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -174,22 +175,34 @@ def test_relative_light_and_a_background_need_the_lines_that_are_shown(
     assert 1.0 in irradiances(sky.read_scene(amc))[0]
 
 
-@pytest.mark.parametrize(
-    ("scene", "line", "message"),
-    [
-        ("beam_only", "diffuse_irradiance = [0.0, 1.0]\ndirect_irradiance = [1, 1]", "1 W.* waveband 2 .* no diffuse"),
-        (
-            "sparse_sky",
-            "diffuse_irradiance = [1, 1, 1, 1]\ndirect_irradiance = [0, 0, 1, 0]",
-            "waveband 3 .* no direct",
-        ),
-    ],
-)
-def test_brightness_of_light_that_is_not_there_is_refused(scene: str, line: str, message: str, tmp_path: Path) -> None:
-    amc = copy_scene(scene, tmp_path)
-    add(amc, f"[sky]\n{line}\n")
-    with pytest.raises(SceneError, match=message):
+def test_brightness_of_light_that_is_not_there_is_refused(tmp_path: Path) -> None:
+    amc = copy_scene("beam_only", tmp_path)
+    add(amc, "[sky]\ndiffuse_irradiance = [0.0, 1.0]\ndirect_irradiance = [1, 1]\n")
+    with pytest.raises(SceneError, match=r"1 W.* waveband 2 .* no diffuse"):
         sky.read_scene(amc)
+
+
+IRRADIANCES = "[sky]\ndiffuse_irradiance = [0.4, 0.3, 0.2, 0.1]\ndirect_irradiance = [0.1, 0.2, 0.0, 0.9]\n"
+
+
+@pytest.mark.parametrize(
+    ("scene", "model"), [("perez_sky", ""), ("perez_sky", "overcast"), ("sparse_sky", ""), ("sparse_sky", "uniform")]
+)
+def test_irradiances_of_beam_and_sky_are_their_shares(scene: str, model: str, tmp_path: Path) -> None:
+    """Version 0.3 ended in "nothing else says how much of the light is direct"."""
+    amc = copy_scene(scene, tmp_path)
+    (amc.parent / "difcol.inp").unlink(missing_ok=True)
+    (amc.parent / "sky.toml").write_text(IRRADIANCES + f'model = "{model}"\n' * bool(model))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", sky.InputWarning)  # the clearness of a Perez sky is computed
+        found = sky.read_scene(amc, iterations=100_000)
+    np.testing.assert_allclose(irradiances(found)[:, 0], [0.1, 0.2, 0.0, 0.9], rtol=1e-12)
+    np.testing.assert_allclose(irradiances(found)[:, 1:].sum(axis=1), [0.4, 0.3, 0.2, 0.1], rtol=1e-12)
+    beam = found.source().counts[:, 0]
+    assert np.all(np.abs(beam - 100_000 * np.array([0.2, 0.4, 0.0, 0.9])) <= 1)
+    if scene == "sparse_sky" and not model:
+        assert (amc.parent / "skydist.inp").exists()
+        assert [c.name for c in found.components] == ["direct", "sky"]
 
 
 NIGHT = '[sky]\nmodel = "none"\n'

@@ -15,20 +15,13 @@ from hypothesis import strategies as st
 
 import aomc_sky as sky
 from aomc_sky.errors import ModelLimitWarning
-from aomc_sky.formats.aomc.amc import DifcolTable, read_amc
+from aomc_sky.formats.aomc.amc import read_amc
 from aomc_sky.formats.sky_toml.keys import PerezSection, SunSection
+from aomc_sky.inputs import Entrance
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG
-from aomc_sky.source.light.inputs import (
-    MEDIAN_DELTA,
-    Sun,
-    choose_perez,
-    difcol_of_inputs,
-    direct_fraction,
-    given_inputs,
-    inputs_of_difcol,
-    model_inputs,
-    resolve_sun,
-)
+from aomc_sky.source.light.amounts import MEDIAN_DELTA, amounts_of_fractions, direct_fraction, perez_arguments
+from aomc_sky.source.light.inputs import LightInputs, given_inputs
+from aomc_sky.source.light.sun import Sun
 from tests.support.shared import INPUTS
 
 FLAT = {"spectrum": "flat"}
@@ -181,18 +174,18 @@ def test_nothing_given_shows_the_lines_to_write(tmp_path: Path) -> None:
 )
 def test_difcol_stands_in(fraction: float, zenith_deg: float, expected: int | None) -> None:
     spread = np.array([fraction, min(fraction + 0.04, 1.0), max(fraction - 0.02, 0.0)])
-    table = DifcolTable(direct_fraction=spread, intensity=np.array([1.0, 0.5, 2.0]))
+    weight, sun = np.array([1.0, 0.5, 2.0]), Sun(zenith_deg=zenith_deg, azimuth_deg=0.0)
     with pytest.warns(sky.InputWarning, match="too low, often by a bin"):
-        inputs = inputs_of_difcol(table, Sun(zenith_deg=zenith_deg, azimuth_deg=0.0))
+        amounts = amounts_of_fractions(spread, weight, sun, "difcol.inp")
     mean = float(np.average(spread, weights=[1.0, 0.5, 2.0]))
     z = math.radians(zenith_deg)
     epsilon = 1 + mean / ((1 - mean) * math.cos(z)) / (1 + 1.041 * z**3)
-    assert inputs.section.epsilon == pytest.approx(epsilon, rel=1e-12)
+    assert amounts.epsilon == pytest.approx(epsilon, rel=1e-12)
     bins = [1.065, 1.23, 1.5, 1.95, 2.8, 4.5, 6.2]
     row = sum(epsilon >= edge for edge in bins)
     assert expected in (None, row)
-    assert inputs.section.delta == MEDIAN_DELTA[row]
-    assert direct_fraction(inputs, Sun(zenith_deg=zenith_deg, azimuth_deg=0.0)) == pytest.approx(mean, abs=1e-12)
+    assert amounts.delta == MEDIAN_DELTA[row]
+    assert direct_fraction(amounts, sun) == pytest.approx(mean, abs=1e-12)
 
 
 def test_bands_without_light_count_nothing(tmp_path: Path) -> None:
@@ -289,12 +282,27 @@ def test_wrong_arguments(arguments: dict[str, Any], message: str) -> None:
         sky.read_scene(INPUTS / "perez_sky", **arguments)
 
 
-@pytest.mark.parametrize("arguments", [{"perez": {"dni": 1.0, "dhi": 1.0}}, {"sun": {"zenith_deg": 1.0}}])
-def test_a_table_takes_no_weather(arguments: dict[str, Any]) -> None:
-    with pytest.raises(sky.UsageError, match=r"skydist\.inp"):
-        sky.read_scene(INPUTS / "document_example", **arguments)
-    with pytest.raises(sky.UsageError, match="uniform"):
-        sky.read_scene(INPUTS / "document_example", sky="uniform", **arguments)
+def test_a_table_alone_takes_no_sun() -> None:
+    with pytest.raises(
+        sky.UsageError, match=r'sun\["zenith_deg"\]: all light comes from skydist\.inp; write sky="perez"'
+    ):
+        sky.read_scene(INPUTS / "document_example", sun={"zenith_deg": 1.0})
+    with pytest.raises(sky.UsageError, match="all light comes from a uniform sky"):
+        sky.read_scene(INPUTS / "document_example", sky="uniform", sun={"zenith_deg": 1.0})
+
+
+@pytest.mark.parametrize("name", [None, "uniform", "overcast"])
+def test_a_beam_beside_a_sky_file_is_launched_where_it_is_asked_for(name: str | None) -> None:
+    alone = sky.read_scene(INPUTS / "document_example", sky=name)
+    both = sky.read_scene(
+        INPUTS / "document_example", sky=name, perez={"dni": 500.0, "dhi": 100.0} | FLAT, sun={"zenith_deg": 60.0}
+    )
+    assert [c.name for c in both.components] == ["direct", *(c.name for c in alone.components)]
+    fraction = 500.0 * 0.5 / (500.0 * 0.5 + 100.0)
+    for band in range(both.wavebands.n_bands):
+        cosine = alone.source().exact_moments(band).mean_mu
+        expected = fraction * 0.5 + (1 - fraction) * cosine
+        assert both.source().exact_moments(band).mean_mu == pytest.approx(expected, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -331,10 +339,9 @@ WEATHER = st.one_of(
 
 @given(WEATHER, st.floats(0, 90, exclude_max=True))
 def test_any_weather_splits_the_light_or_is_refused(weather: dict[str, float], zenith_deg: float) -> None:
-    inputs = choose_perez(PerezSection(), given_inputs(weather, None, None).perez)
-    assert inputs is not None
+    amounts = given_inputs(Entrance.OPTIONS, perez=weather).amounts
     try:
-        fraction = direct_fraction(inputs, Sun(zenith_deg=zenith_deg, azimuth_deg=0.0))
+        fraction = direct_fraction(amounts, Sun(zenith_deg=zenith_deg, azimuth_deg=0.0))
     except sky.SceneError:
         assert "epsilon" not in weather
         return
@@ -347,10 +354,10 @@ def test_any_weather_splits_the_light_or_is_refused(weather: dict[str, float], z
     st.floats(0, 90, exclude_max=True),
 )
 def test_any_difcol_stands_in(rows: list[tuple[float, float]], zenith_deg: float) -> None:
-    table = DifcolTable(direct_fraction=np.array([f for f, _ in rows]), intensity=np.array([i for _, i in rows]))
+    fractions, weight = np.array(rows).T
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sky.InputWarning)
-        section = inputs_of_difcol(table, Sun(zenith_deg=zenith_deg, azimuth_deg=0.0)).section
+        section = amounts_of_fractions(fractions, weight, Sun(zenith_deg=zenith_deg, azimuth_deg=0.0), "difcol.inp")
     assert section.epsilon is not None
     assert section.epsilon >= 1
     assert section.delta in MEDIAN_DELTA
@@ -358,19 +365,40 @@ def test_any_difcol_stands_in(rows: list[tuple[float, float]], zenith_deg: float
 
 def test_numbers_of_numpy_are_numbers() -> None:
     inputs = given_inputs(
-        {"dni": np.float32(850), "dhi": np.int64(95)}, {"disc": np.bool_(True), "zenith_deg": 3}, None
+        Entrance.OPTIONS,
+        perez={"dni": np.float32(850), "dhi": np.int64(95)},
+        sun={"disc": np.bool_(True), "zenith_deg": 3},
     )
-    assert inputs.perez == PerezSection(dni=850.0, dhi=95.0)
+    assert inputs.amounts == PerezSection(dni=850.0, dhi=95.0)
     assert inputs.sun == SunSection(disc=True, zenith_deg=3.0)
 
 
-def test_parts_of_the_choice() -> None:
-    assert choose_perez(PerezSection(), PerezSection()) is None
+def test_each_value_comes_from_the_first_that_has_it() -> None:
+    options = given_inputs(Entrance.OPTIONS, sun={"zenith_deg": 30.0}, perez={"spectrum": "flat"})
+    toml = LightInputs(sun=SunSection(azimuth_deg=7.0, disc=True), amounts=PerezSection(ghi=800.0, dni=850.0))
     config = read_amc(INPUTS / "perez_sky" / "amc.inp")
-    sun = resolve_sun(config, SunSection(), SunSection())
-    assert sun == Sun(zenith_deg=32.0, azimuth_deg=121.0, disc=False, origin="amc.inp")
-    inputs = choose_perez(PerezSection(ghi=800.0, dni=850.0), PerezSection())
-    assert inputs is not None
-    assert model_inputs(inputs, sun) == {"dni": 850.0, "dhi": pytest.approx(800 - 850 * math.cos(math.radians(32)))}
-    table = difcol_of_inputs(inputs, sun, "difcol.inp", 3)
-    assert table.intensity.tolist() == [1.0] * 3
+    amc = LightInputs(sun=SunSection(zenith_deg=float(config.direct_zenith_deg), azimuth_deg=121.0, origin="amc.inp"))
+    merged = options.over(toml).over(amc)
+    sun = merged.scene_sun("a sky")
+    assert sun == Sun(zenith_deg=30.0, azimuth_deg=7.0, disc=True, origin="options and sky.toml")
+    assert merged.spectrum == "flat"
+    assert str(merged.amounts) == "ghi 800 and dni 850 W m-2 (sky.toml)"
+    diffuse = pytest.approx(800 - 850 * math.cos(math.radians(30)))
+    assert perez_arguments(merged.amounts, sun) == {"dni": 850.0, "dhi": diffuse}
+    assert toml.over(amc).scene_sun("a sky").origin == "amc.inp and sky.toml"
+
+
+@pytest.mark.parametrize(
+    ("entrance", "text"),
+    [
+        (Entrance.OPTIONS, "--time needs --latitude; write --spectrum spectrl2 or --diffuse-only"),
+        (Entrance.KEYWORDS, 'time= needs latitude_deg=; write spectrum="spectrl2" or diffuse_only=True'),
+        (
+            Entrance.MAPPINGS,
+            'weather["time"] needs weather["latitude_deg"]; write perez={"spectrum": "spectrl2"} or diffuse_only=True',
+        ),
+    ],
+)
+def test_words_of_the_entrance(entrance: Entrance, text: str) -> None:
+    template = "{time} needs {latitude_deg}; write {spectrum:spectrl2} or {diffuse_only:True}"
+    assert entrance.say(template) == text

@@ -14,8 +14,8 @@ import aomc_sky as sky
 from aomc_sky.cli.main import main
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.formats.sky_toml.keys import PerezSection
-from aomc_sky.source.light.inputs import PerezInputs, Sun
-from aomc_sky.source.light.spectral_split import LARGEST_TURBIDITY, TURBIDITY, SpectralSplit, spectral_split
+from aomc_sky.source.light.spectral_split import LARGEST_TURBIDITY, REFERENCE, SpectralSplit, spectral_split
+from aomc_sky.source.light.sun import Sun
 from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
 
@@ -29,7 +29,7 @@ WEATHER = {"dni": 850.0, "dhi": 95.0}
 
 
 def split(dni: float, dhi: float, zenith_deg: float, wavelength_nm: np.ndarray = VISIBLE) -> SpectralSplit:
-    inputs = PerezInputs(section=PerezSection(dni=dni, dhi=dhi), origin="options", text=f"dni {dni:g} and dhi {dhi:g}")
+    inputs = PerezSection(dni=dni, dhi=dhi, origin="options")
     return spectral_split(inputs, Sun(zenith_deg=zenith_deg, azimuth_deg=0.0), np.asarray(wavelength_nm, np.float64))
 
 
@@ -131,7 +131,7 @@ def test_without_beam_or_without_sky_one_is_all() -> None:
     assert np.all(dark.direct_fraction == 1.0)
     assert not dark.diffuse_irradiance.any()
     assert (overcast.turbidity, overcast.cloud) == (0.5, 1.0)
-    assert (dark.turbidity, dark.cloud) == (TURBIDITY, 0.0)
+    assert (dark.turbidity, dark.cloud) == (REFERENCE.aod_500nm, 0.0)
 
 
 def test_a_sky_clearer_than_any_is_told() -> None:
@@ -180,7 +180,7 @@ def test_a_waveband_outside_the_spectra_is_refused(wavelength_nm: float) -> None
 
 
 def test_inputs_without_light_are_refused() -> None:
-    shape = PerezInputs(section=PerezSection(epsilon=3.0, delta=0.0), origin="options", text="epsilon 3 and Delta 0")
+    shape = PerezSection(epsilon=3.0, delta=0.0, origin="options")
     with pytest.raises(SceneError, match="no light at all"):
         spectral_split(shape, Sun(zenith_deg=30.0, azimuth_deg=0.0), VISIBLE)
 
@@ -239,9 +239,8 @@ def test_sky_toml_says_it_too_and_options_win(tmp_path: Path) -> None:
     assert "spectrum" in by_file.options
     assert other_weather.options["spectrum"]["turbidity_500nm"] != by_file.options["spectrum"]["turbidity_500nm"]
     assert "spectrum" not in flat.options
-    toml.write_text('[perez]\nspectrum = "spectrl2"\n')  # no weather: as if it were not there
-    with pytest.raises(sky.InputFileError, match="E100"):
-        sky.read_scene(amc)
+    toml.write_text('[perez]\nspectrum = "spectrl2"\n')  # no weather: a cloudless sky
+    assert sky.read_scene(amc).options["spectrum"]["turbidity_500nm"] == 0.1
 
 
 def test_epsilon_and_delta_have_irradiances_too(tmp_path: Path) -> None:
@@ -280,10 +279,9 @@ def test_light_of_the_night_adds_to_it_and_irradiances_of_sky_toml_win(tmp_path:
     ("name", "options", "said"),
     [
         ("perez_sky", {}, "difcol.inp gives the direct fraction"),
-        ("clear_day", {}, "skydist.inp"),
         ("clear_day", {"sky": "perez", "perez": WEATHER | SPECTRL2}, "all light is diffuse"),
-        ("atmosphere_sky", {}, "are not used with"),
-        ("sun_and_sky", {"compat": "aomc"}, "does not use spectrum"),
+        ("atmosphere_sky", {}, "not used with"),
+        ("sun_and_sky", {"compat": "aomc"}, "does not use perez"),
     ],
 )
 def test_a_spectrum_that_is_of_no_use_is_refused(name: str, options: dict, said: str) -> None:

@@ -152,12 +152,24 @@ def test_rays_of_a_description_come_from_the_true_sun(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"weather": {"epw": EPW, "row": 12}, "perez": {"dni": 1.0, "dhi": 1.0}}, "--dni contradicts --epw"),
-        ({"weather": {"epw": EPW, "row": 12}, "perez": dict.fromkeys("abcde", 1.0)}, "--coefficients contradicts"),
-        ({"weather": {"epw": EPW, "row": 12}, "sun": {"zenith_deg": 1.0}}, "--sun-zenith contradicts --epw"),
-        ({"weather": PLACE, "sun": {"azimuth_deg": 1.0}}, "--time says where the sun is"),
-        ({"weather": PLACE, "compat": "aomc"}, "--compat aomc does not use the sun"),
-        ({"weather": {"time": PLACE["time"]}}, "--time needs --latitude and --longitude"),
+        (
+            {"weather": {"epw": EPW, "row": 12}, "perez": {"dni": 1.0, "dhi": 1.0}},
+            r'perez\["dni"\] contradicts weather\["epw"\]',
+        ),
+        (
+            {"weather": {"epw": EPW, "row": 12}, "perez": dict.fromkeys("abcde", 1.0)},
+            r'perez\["a"\] to perez\["e"\] contradicts',
+        ),
+        (
+            {"weather": {"epw": EPW, "row": 12}, "sun": {"zenith_deg": 1.0}},
+            r'sun\["zenith_deg"\] contradicts weather\["epw"\]',
+        ),
+        ({"weather": PLACE, "sun": {"azimuth_deg": 1.0}}, r'weather\["time"\] says where the sun is'),
+        ({"weather": PLACE, "compat": "aomc"}, r'--compat aomc does not use weather\["time"\]'),
+        (
+            {"weather": {"time": PLACE["time"]}},
+            r'weather\["time"\] needs weather\["latitude_deg"\] and weather\["longitude_deg"\]',
+        ),
     ],
 )
 def test_what_a_scene_refuses(arguments: dict[str, Any], message: str) -> None:
@@ -166,5 +178,5 @@ def test_what_a_scene_refuses(arguments: dict[str, Any], message: str) -> None:
 
 
 def test_a_sky_file_takes_no_weather() -> None:
-    with pytest.raises(sky.UsageError, match=r"the light comes from skydist\.inp"):
+    with pytest.raises(sky.UsageError, match=r"all light comes from skydist\.inp"):
         sky.read_scene(INPUTS / "document_example", weather=PLACE)

@@ -106,7 +106,7 @@ def test_another_sky_that_is_asked_for_wins(amc: Path) -> None:
 
 
 def test_what_does_not_go_together(amc: Path) -> None:
-    with pytest.raises(UsageError, match="Perez"):
+    with pytest.raises(UsageError, match="says how bright sun and sky are; write sky="):
         sky.read_scene(amc, perez={"dni": 800.0, "dhi": 90.0})
     with pytest.raises(UsageError, match="solid-angle"):
         sky.read_scene(amc, weighting="solid-angle")

@@ -156,7 +156,7 @@ def test_a_field_that_is_dark_where_diffuse_light_is_needed(tmp_path):
 
 def test_options_that_a_field_cannot_use(tmp_path):
     path = scene_folder(tmp_path)
-    with pytest.raises(sky.UsageError, match=r"the field of sky.toml \(table\) does not use inputs of the Perez sky"):
+    with pytest.raises(sky.UsageError, match=r"difcol.inp says how direct every waveband is, and the field"):
         sky.read_scene(path, perez={"epsilon": 3.0, "delta": 0.2})
     with pytest.raises(sky.UsageError, match="weighting 'listed' is for sky files"):
         sky.read_scene(path, weighting="listed")

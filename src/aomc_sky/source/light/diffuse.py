@@ -1,0 +1,202 @@
+"""Diffuse skies beside which the sun's beam is launched: what each needs, and its components for a scene's rows."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from aomc_sky.component import Component
+from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
+from aomc_sky.formats.sky_models import installed_skies
+from aomc_sky.formats.sky_toml.keys import PerezSection, SkySection
+from aomc_sky.skies.model import sky_model
+from aomc_sky.source.light.amounts import perez_arguments
+from aomc_sky.source.light.sun import Sun
+
+if TYPE_CHECKING:
+    from aomc_sky.grid import PatchGrid
+    from aomc_sky.skies.perez.sky import PerezSky
+    from aomc_sky.source.light.plugin import PluginSky
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Diffuse:
+    """The diffuse part of a scene: components whose strengths add up to 1, with notes and options."""
+
+    components: tuple[Component, ...] = ()
+    notes: tuple[str, ...] = ()
+    options: dict[str, Any] = field(default_factory=dict)
+    irradiance: tuple[float, ...] | None = None  #: of each waveband on a horizontal plane, where known [W m-2 nm-1]
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Rows:
+    """The rows of a scene: each has a direct fraction, a wavelength, and a row of the sky's own table."""
+
+    direct_fraction: np.ndarray
+    wavelength_nm: np.ndarray
+    table_row: np.ndarray
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class DiffuseSky:
+    """A sky that does not say itself how bright the sun's beam is."""
+
+    name: str
+    lower: Callable[[Sun | None, Rows, PerezSection], Diffuse]
+    takes_sun: bool = False  #: Whether its law depends on the sun's angles
+    is_spectral: bool = False  #: Whether each waveband has a row of its own
+    #: Row of the sky's table for each wavelength; None where the sky has no table
+    table_rows: Callable[[np.ndarray], np.ndarray] | None = None
+    wavelength_of: Callable[[np.ndarray], np.ndarray] | None = None  #: of rows of the table; NaN: it has none [nm]
+    is_file: bool = False  #: Whether the light of a file is the whole light of a scene, unless a beam is asked for
+    words: str = ""  #: For a person, by default "a uniform sky"
+
+    def __str__(self) -> str:
+        return self.words or f"{'an' if self.name[0] in 'aeio' else 'a'} {self.name} sky"
+
+
+def diffuse_of(components: Sequence[Component], name: str, rows: Rows) -> Diffuse:
+    """Components in their shares; their irradiances count where every waveband has some sky."""
+    total = np.sum([c.strength for c in components], axis=0)
+    fractions = rows.direct_fraction
+    dark = np.flatnonzero(~(total > 0) & (fractions > 0) & (fractions < 1))
+    if dark.size:
+        raise SceneError(
+            f"{name} is dark at {rows.wavelength_nm[dark[0]]:g} nm, but {1 - fractions[dark[0]]:g} of the light there "
+            "is diffuse"
+        )
+    shares = [np.divide(c.strength, total, out=np.zeros_like(total), where=total > 0) for c in components]
+    is_absolute = all(c.irradiance_W_m2_nm is not None for c in components) and bool(np.all(fractions < 1))
+    return Diffuse(
+        components=tuple(
+            dataclasses.replace(c, strength=share, irradiance_W_m2_nm=None)
+            for c, share in zip(components, shares, strict=True)
+        ),
+        irradiance=tuple(total.tolist()) if is_absolute else None,
+    )
+
+
+def perez_diffuse(
+    choices: Mapping[str, Any],
+    *,
+    grid: PatchGrid | None = None,
+    replaces_file: bool = False,
+    shows: Sequence[str] = (),
+) -> DiffuseSky:
+    """The Perez sky with these arguments of `PerezSky`; `shows` names what else of it a manifest has."""
+
+    def lower(sun: Sun | None, rows: Rows, amounts: PerezSection) -> Diffuse:
+        assert sun is not None, "light_of finds the sun of a sky that takes it"
+        sky, limited = perez_sky(choices, amounts, sun, grid)
+        shown = {name: getattr(sky, name) for name in shows}
+        shown |= {**sky_options(sky), **choices, "from": str(amounts), "limited": limited}
+        notes = [_perez_note(shown, amounts)]
+        if replaces_file and (missing := sky.missing_beam("write 0 as the light source of amc.inp to launch both")):
+            notes.append(missing)
+        components = tuple(sky.lower(rows.direct_fraction))
+        return Diffuse(components=components, notes=tuple(notes), options={"perez": shown})
+
+    return DiffuseSky(name="perez", lower=lower, takes_sun=True)
+
+
+def _perez_note(shown: dict[str, Any], amounts: PerezSection) -> str:
+    if shown["epsilon"] is None or (amounts.epsilon is not None and not amounts.words):
+        return f"Perez sky: {amounts}"  # the text has the numbers already
+    return f"Perez sky: epsilon {shown['epsilon']:.4g}, Delta {shown['delta']:.4g}, from {amounts}"
+
+
+def perez_sky(
+    choices: Mapping[str, Any], amounts: PerezSection, sun: Sun, grid: PatchGrid | None = None
+) -> tuple[PerezSky, list[str]]:
+    """The sky of strength 1, and the warnings of its model about limits; each is given once more."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ModelLimitWarning)
+        sky = sky_model("perez")(
+            sun_zenith_rad=math.radians(sun.zenith_deg),
+            sun_azimuth_rad=math.radians(sun.azimuth_deg),
+            grid=grid,
+            strength=1.0,
+            **{"extraterrestrial_normal": sun.extraterrestrial_normal, **choices},
+            **perez_arguments(amounts, sun),
+        )
+    texts = list(dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, ModelLimitWarning)))
+    for text in texts:
+        warnings.warn(text, ModelLimitWarning, stacklevel=3)
+    return sky, texts
+
+
+def sky_options(sky: PerezSky) -> dict[str, Any]:
+    """Clearness, brightness and coefficients of a Perez sky, for a manifest."""
+    return {
+        "epsilon": None if sky.clearness is None else float(sky.clearness),
+        "delta": None if sky.brightness is None else float(sky.brightness),
+        "coefficients": [float(c) for c in sky.model_coefficients],
+    }
+
+
+def uniform_diffuse(*, per_solid_angle: bool = False) -> DiffuseSky:
+    """The same radiance everywhere."""
+
+    def lower(_: Sun | None, rows: Rows, __: PerezSection) -> Diffuse:
+        model = sky_model("uniform")(per_solid_angle=per_solid_angle)
+        return Diffuse(components=tuple(model.lower(rows.direct_fraction)))
+
+    return DiffuseSky(name="uniform", lower=lower)
+
+
+def plugin_diffuse(plugin: PluginSky) -> DiffuseSky:
+    """A named sky, whose radiance may depend on the wavelength."""
+
+    def lower(sun: Sun | None, rows: Rows, _: PerezSection) -> Diffuse:
+        angles = (0.0, 0.0) if sun is None else (math.radians(sun.zenith_deg), math.radians(sun.azimuth_deg))
+        model = plugin.model(*angles)
+        components = plugin.lower(model, rows.wavelength_nm)
+        return dataclasses.replace(
+            diffuse_of(components, f"the sky model {plugin}", rows),
+            notes=(plugin.text, *plugin.notes(model, rows.wavelength_nm)),
+            options={"plugin": plugin.record},
+        )
+
+    takes_sun = plugin.make.takes("sun_zenith_rad")
+    return DiffuseSky(name=plugin.make.plugin.name, lower=lower, takes_sun=takes_sun, is_spectral=True)
+
+
+def model_diffuse(given: Any, **how: Any) -> DiffuseSky:
+    """A model or a function of Python."""
+    from aomc_sky.skies.function_sky import as_sky_model
+
+    model = as_sky_model(given)
+    if hasattr(model, "beam"):
+        raise UsageError(
+            f"{type(model).__name__} has a beam of its own: Scene(components=[*model.beam(nm), *model.lower(nm)])"
+        )
+    name = str(getattr(model, "name", type(model).__name__))
+
+    def lower(_: Sun | None, rows: Rows, __: PerezSection) -> Diffuse:
+        found = diffuse_of(tuple(model.lower(rows.wavelength_nm)), f"sky {name!r}", rows)
+        notes = tuple(model.notes(rows.wavelength_nm)) if hasattr(model, "notes") else ()
+        if not np.any(rows.direct_fraction > 0) and hasattr(model, "missing_beam"):
+            notes += tuple(filter(None, (model.missing_beam(),)))
+        return dataclasses.replace(found, notes=notes)
+
+    return DiffuseSky(name=name, lower=lower, is_spectral=True, **how)
+
+
+def named_diffuse(name: str, options: Mapping[str, Any]) -> DiffuseSky | None:
+    """The sky of this name, if it is one that needs no files; but for that of Perez."""
+    if name in installed_skies().plugins:
+        from aomc_sky.source.light.plugin import choose_plugin
+
+        return plugin_diffuse(choose_plugin(name, SkySection(), options, ""))
+    if name != "uniform":
+        return None
+    if options:
+        raise UsageError("the sky model 'uniform' has no options")
+    return uniform_diffuse()

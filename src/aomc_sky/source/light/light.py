@@ -1,0 +1,483 @@
+"""`light_of`: what is said about the light of a scene becomes components with strengths and irradiances.
+
+Whatever names the sky, the beam is shared out here alone.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from aomc_sky.component import Component, scaled
+from aomc_sky.emission.irradiance import Irradiance
+from aomc_sky.errors import InputWarning, SceneError, UsageError
+from aomc_sky.formats.sky_toml.keys import SKY_TOML, SPECTRL2, PerezSection
+from aomc_sky.formats.text_file import refuse
+from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
+from aomc_sky.source.light.amounts import amounts_of_fractions, direct_fraction, mean_fraction, refuse_kilowatts
+from aomc_sky.source.light.diffuse import Diffuse, DiffuseSky, Rows
+from aomc_sky.source.light.inputs import LightInputs
+from aomc_sky.source.light.sun import Sun
+from aomc_sky.wavebands import Wavebands
+
+if TYPE_CHECKING:
+    from aomc_sky.skies.lobes.sky import LobeSky
+
+BEAM = "direct"
+DIFCOL = "difcol.inp"
+_MAX_SHOWN = 12
+_THREE_LINES = (
+    "[perez]\ndni = 850.0    # direct normal irradiance, W m-2\ndhi = 95.0     # diffuse horizontal irradiance, W m-2"
+)
+AMOUNTS = "two of {dni}, {dhi} and {ghi}, or {epsilon} and {delta}, or {spectrum:spectrl2} for a cloudless sky"
+
+
+class Unsaid(enum.Enum):
+    """What it means that nothing says how bright the beam is."""
+
+    ERROR = "error"  #: a person filled in an amc.inp that promises a sun
+    WHOLE = "whole"  #: the sky is the whole light
+    WARNING = "warning"  #: a sun was named and is missing
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Light:
+    """The light of a scene: components, and the row of them that serves each waveband."""
+
+    components: tuple[Component, ...] = ()
+    row_of_band: np.ndarray
+    sky_wavelength_nm: np.ndarray | None = None
+    intensity: np.ndarray | None = None  #: (n_band,) photons per iteration; None: 1
+    notes: tuple[str, ...] = ()
+    options: Mapping[str, Any] = field(default_factory=dict)
+    irradiance: Irradiance | None = None
+
+
+class _Levels(NamedTuple):
+    """Irradiances of beam and sky on a horizontal plane, (n_band,), where they are known. [W m-2 nm-1]"""
+
+    direct: np.ndarray | None = None
+    diffuse: np.ndarray | None = None
+
+    @property
+    def is_unknown(self) -> bool:
+        """Whether nothing is known."""
+        return self.direct is None and self.diffuse is None
+
+    @classmethod
+    def said_by(cls, inputs: LightInputs) -> _Levels:
+        """Those of [sky]."""
+        both = (inputs.direct_irradiance, inputs.diffuse_irradiance)
+        return cls(*(None if one is None else np.array(one, dtype=np.float64) for one in both))
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Split:
+    """How direct each waveband is, and who says it."""
+
+    direct_fraction: np.ndarray
+    origin: str = ""  #: for the note; empty: there is nothing to say
+    amounts: PerezSection = field(default_factory=PerezSection)  #: for the Perez sky
+    levels: _Levels = field(default_factory=_Levels)
+    options: dict[str, Any] = field(default_factory=dict)
+
+
+def light_of(
+    inputs: LightInputs,
+    sky: DiffuseSky | Callable[[LightInputs], Light],
+    bands: Wavebands,
+    *,
+    unsaid: Unsaid,
+    path: str = "",
+    backgrounds: Sequence[LobeSky] = (),
+    toml_path: str = "",
+) -> Light:
+    """The light of `inputs` and of a sky, or of a function that makes sun and sky itself, and of background lobes.
+
+    `path` is the difcol.inp that an error names, `toml_path` the sky.toml.
+    """
+    if callable(sky):
+        light, levels = sky(inputs), _Levels.said_by(inputs)
+    else:
+        light, levels = _sun_and_sky(inputs, sky, bands, unsaid, path)
+    return _in_absolute_units(light, levels, backgrounds, bands, toml_path)
+
+
+def _sun_and_sky(
+    inputs: LightInputs, sky: DiffuseSky, bands: Wavebands, unsaid: Unsaid, path: str
+) -> tuple[Light, _Levels]:
+    """Beam and sky in their shares, and the irradiances of both where they are known."""
+    sun = _sun(inputs, sky, unsaid)
+    split = _split(inputs, sun, sky, bands, unsaid, path)
+    fractions, levels = split.direct_fraction, split.levels
+    if inputs.diffuse_only:
+        fractions = np.zeros(bands.n_bands)
+        levels = _Levels(diffuse=levels.diffuse)
+    intensity = np.ones(bands.n_bands) if inputs.shares is None else inputs.shares.intensity
+    lit = intensity > 0
+    is_lit = bool(np.any(fractions[lit if lit.any() else slice(None)] < 1))
+    rows, row_of_band = _rows(sky, fractions, bands.wavelength_nm, has_table=is_lit)
+    components = beam_of(sun, rows.direct_fraction)
+    diffuse, amounts = Diffuse(), split.amounts
+    if is_lit:
+        if sky.name == "perez" and not amounts.has_set and sun is not None:
+            origin = DIFCOL if inputs.shares is not None else SKY_TOML
+            amounts = amounts_of_fractions(split.direct_fraction, intensity, sun, origin)
+        diffuse = sky.lower(sun, rows, amounts)
+    components += scaled(diffuse.components, 1.0 - rows.direct_fraction)
+    own = None if diffuse.irradiance is None else np.array(diffuse.irradiance)[row_of_band]
+    notes = [*_split_notes(split, sky if is_lit else None, inputs, sun), *diffuse.notes]
+    if own is not None and levels.diffuse is None:
+        levels = _Levels(direct=levels.direct, diffuse=own)
+    elif own is not None and inputs.diffuse_irradiance is None:
+        notes.append(
+            f"{sky}: its own irradiance, {_spread(own, '.4g')} W m-2 nm-1, is not used: {split.origin} say how bright "
+            "it is"
+        )
+    return Light(
+        components=tuple(components),
+        row_of_band=row_of_band,
+        sky_wavelength_nm=_sky_wavelength(sky, rows, row_of_band) if is_lit else None,
+        intensity=None if inputs.shares is None else intensity,
+        notes=tuple(notes),
+        options={
+            "sky": sky.name if is_lit else None,
+            "sun": None if sun is None else sun.as_options(),
+            **diffuse.options,
+            **split.options,
+        },
+    ), levels
+
+
+def _sun(inputs: LightInputs, sky: DiffuseSky, unsaid: Unsaid) -> Sun | None:
+    """The sun, if the scene needs one."""
+    has_amounts = inputs.amounts.has_set or inputs.spectrum == SPECTRL2 or inputs.direct_irradiance is not None
+    is_needed = has_amounts or (sky.takes_sun and not sky.is_file) or unsaid is Unsaid.ERROR
+    if not is_needed and inputs.sun.zenith_deg is None:
+        return None
+    if not is_needed and sky.is_file:
+        return None
+    is_named = sky.name != "perez" and not sky.words
+    return inputs.scene_sun(inputs.say(f"{{sky:{sky.name}}}") if is_named else str(sky))
+
+
+def _rows(
+    sky: DiffuseSky, fractions: np.ndarray, wavelength_nm: np.ndarray, *, has_table: bool
+) -> tuple[Rows, np.ndarray]:
+    """Rows of the scene, and the row of each waveband: one for each, or one for each that differs."""
+    n_bands = fractions.size
+    if sky.is_spectral:
+        every = np.arange(n_bands)
+        return Rows(direct_fraction=fractions, wavelength_nm=wavelength_nm, table_row=every), every
+    table = np.zeros(n_bands, np.int64)
+    if sky.table_rows is not None and has_table:
+        table = sky.table_rows(wavelength_nm)
+    pairs, first, rows = np.unique(np.column_stack([fractions, table]), axis=0, return_index=True, return_inverse=True)
+    found = Rows(direct_fraction=pairs[:, 0], wavelength_nm=wavelength_nm[first], table_row=table[first])
+    return found, rows.ravel()
+
+
+def _sky_wavelength(sky: DiffuseSky, rows: Rows, row_of_band: np.ndarray) -> np.ndarray | None:
+    return None if sky.wavelength_of is None else sky.wavelength_of(rows.table_row)[row_of_band]
+
+
+def beam_of(sun: Sun | None, fractions: np.ndarray) -> list[Component]:
+    """The sun's beam with these strengths, if one of them is above 0."""
+    if sun is None or not np.any(fractions > 0):
+        return []
+    radius = SOLAR_RADIUS_DEG if sun.disc else 0.0
+    beam = DirectBeam(sun_zenith_deg=sun.zenith_deg, sun_azimuth_deg=sun.azimuth_deg, radius_deg=radius)
+    return scaled(beam.lower(fractions), fractions)
+
+
+# How direct the light of each waveband is: difcol.inp, irradiances of every waveband, broadband irradiances, a
+# cloudless sky, or what it means that nothing says it.
+
+
+def _split(
+    inputs: LightInputs, sun: Sun | None, sky: DiffuseSky, bands: Wavebands, unsaid: Unsaid, path: str
+) -> _Split:
+    amounts, n_bands = inputs.amounts, bands.n_bands
+    said = _Levels.said_by(inputs)
+    if amounts.has_set and sun is not None:
+        refuse_kilowatts(amounts, sun)
+    if inputs.shares is not None:
+        assert sun is not None, "difcol.inp stands beside amc.inp"
+        _warn_of_other_light(inputs, sun)
+        return _Split(direct_fraction=inputs.shares.direct_fraction, origin=DIFCOL, amounts=amounts, levels=said)
+    if said.direct is not None and said.diffuse is not None:
+        return _by_irradiances(said.direct, said.diffuse, amounts)
+    whole = _Split(direct_fraction=np.zeros(n_bands), amounts=amounts, levels=said)
+    if unsaid is Unsaid.WHOLE and not sky.is_file:
+        whole = dataclasses.replace(whole, origin="the sky model replaces skydist.inp")
+        if sky.name == "perez":
+            if not amounts.has_set:
+                raise _missing_amounts()
+            return whole
+    if inputs.is_cloudless:
+        assert sun is not None, "light_of finds the sun of a cloudless sky"
+        return _cloudless(inputs, sun, bands, said)
+    fraction = direct_fraction(amounts, sun) if amounts.has_set and sun is not None else None
+    if fraction is not None:
+        assert sun is not None, "amounts need a sun"
+        return _by_amounts(inputs, sun, bands, fraction, unsaid, said)
+    if unsaid is Unsaid.ERROR and not inputs.diffuse_only:
+        reason = f"{amounts.text} do not say" if amounts.has_set else "nothing else says"
+        raise refuse(
+            path,
+            f"there is no such file, and {reason} how much of the light is direct",
+            advice=f"write {DIFCOL}, or these lines into sky.toml beside amc.inp:\n\n{_THREE_LINES}\n",
+        )
+    if amounts.has_set:
+        return dataclasses.replace(
+            whole, origin="coefficients do not say how bright the beam is: the sky is launched alone"
+        )
+    if sky.name == "perez":
+        raise UsageError(inputs.say(f"which sky? write {AMOUNTS}, or {{coefficients:a b c d e}}"))
+    if unsaid is Unsaid.WARNING and sun is not None and not inputs.diffuse_only:
+        text = (
+            f"nothing says how bright it is beside {sky}; write {AMOUNTS}, or {{diffuse_only:True}} for the sky alone"
+        )
+        warnings.warn(f"the direct beam of the sun is missing: {inputs.say(text)}", InputWarning, stacklevel=4)
+    return whole
+
+
+def _missing_amounts() -> UsageError:
+    return UsageError(
+        "--sky perez instead of skydist.inp needs dni and dhi (or epsilon and delta, or a to e): give them as options, "
+        f"or write into sky.toml beside amc.inp\n\n{_THREE_LINES}\n"
+    )
+
+
+def _by_irradiances(direct: np.ndarray, diffuse: np.ndarray, amounts: PerezSection) -> _Split:
+    """The shares of irradiances of beam and sky that are known for every waveband."""
+    both = direct + diffuse
+    fraction = np.divide(direct, both, out=np.zeros_like(both), where=both > 0)
+    return _Split(
+        direct_fraction=fraction,
+        origin=f"direct_irradiance and diffuse_irradiance ({SKY_TOML})" if fraction.any() else "",
+        amounts=amounts,
+        levels=_Levels(direct, diffuse),
+    )
+
+
+def _cloudless(inputs: LightInputs, sun: Sun, bands: Wavebands, said: _Levels) -> _Split:
+    """The light of a cloudless sky."""
+    from aomc_sky.source.light.spectral_split import ClearSky, cloudless_split
+
+    found = cloudless_split(ClearSky(**inputs.clear_sky), sun, bands.wavelength_nm)
+    distance = "at the sun's mean distance" if sun.distance_factor is None else "on that day"
+    amounts = inputs.amounts
+    if not amounts.has_set:
+        words = f"dni {found.dni:.4g} and dhi {found.dhi:.4g} W m-2"
+        amounts = PerezSection(dni=found.dni, dhi=found.dhi, origin="a cloudless sky", words=words)
+    levels = _Levels(found.direct_irradiance, found.diffuse_irradiance)
+    return _Split(
+        direct_fraction=found.direct_fraction,
+        origin=f"{found}, {distance}",
+        amounts=amounts,
+        options={"spectrum": found.as_options()},
+        levels=levels if said.is_unknown else said,
+    )
+
+
+def _by_amounts(
+    inputs: LightInputs, sun: Sun, bands: Wavebands, fraction: float, unsaid: Unsaid, said: _Levels
+) -> _Split:
+    """One broadband share, or that of each waveband by a spectrum."""
+    amounts = inputs.amounts
+    if inputs.spectrum == SPECTRL2:
+        from aomc_sky.source.light.spectral_split import spectral_split
+
+        found = spectral_split(amounts, sun, bands.wavelength_nm)
+        levels = _Levels(found.direct_irradiance, found.diffuse_irradiance)
+        return _Split(
+            direct_fraction=found.direct_fraction,
+            origin=f"{amounts}, {found}",
+            amounts=amounts,
+            options={"spectrum": found.as_options()},
+            levels=levels if said.is_unknown else said,
+        )
+    how = " without difcol.inp"
+    if unsaid is Unsaid.WARNING:
+        how = ", the broadband share" if bands.n_bands == 1 else ", the broadband share in every waveband"
+    elif inputs.spectrum is None and 0.0 < fraction < 1.0:
+        _warn_of_one_fraction(inputs, fraction)
+    return _Split(
+        direct_fraction=np.full(bands.n_bands, fraction), origin=f"{amounts}{how}", amounts=amounts, levels=said
+    )
+
+
+_MORE_DIRECT = 0.1
+"""Allowed excess of the direct fraction of visible bands over that of the whole spectrum."""
+
+
+def _warn_of_other_light(inputs: LightInputs, sun: Sun) -> None:
+    """Warn where the bands of difcol.inp have far more beam than an hour of a weather file."""
+    shares = inputs.shares
+    if shares is None or not inputs.is_of_file or not shares.intensity.max() > 0:
+        return
+    other = direct_fraction(inputs.amounts, sun)
+    assert other is not None, "a file has irradiances"
+    lit = shares.intensity > 0
+    mean = mean_fraction(shares.direct_fraction, shares.intensity)
+    if np.any(shares.direct_fraction[lit] < 1) and mean > other + _MORE_DIRECT:
+        warnings.warn(
+            f"difcol.inp shares the photons, {mean:.3g} of them direct, but {inputs.amounts} say {other:.3g}: it is of "
+            f"clearer weather; remove difcol.inp and write {inputs.say('{spectrum:spectrl2}')} to share them by these "
+            "irradiances",
+            InputWarning,
+            stacklevel=2,
+        )
+
+
+def _warn_of_one_fraction(inputs: LightInputs, fraction: float) -> None:
+    """Warn where beam and sky both shine, so that the fraction differs between wavebands."""
+    say = inputs.say
+    warnings.warn(
+        f"without difcol.inp every waveband has the broadband direct fraction {fraction:.3g}, but blue light is "
+        f"more diffuse and red light less; write {say('{spectrum:spectrl2}')} (in sky.toml: [perez] spectrum) or "
+        f"difcol.inp; {say('{spectrum:flat}')} keeps this fraction without a warning",
+        InputWarning,
+        stacklevel=2,
+    )
+
+
+def _split_notes(split: _Split, sky: DiffuseSky | None, inputs: LightInputs, sun: Sun | None) -> list[str]:
+    fractions = split.direct_fraction
+    if not split.origin or (sky is not None and sky.is_file and not fractions.any()):
+        return []
+    if split.amounts.coefficients is not None and not fractions.any():
+        return [split.origin]
+    if sky is None:
+        return [f"{split.origin}: all light is direct, so no sky is modelled"]
+    if inputs.diffuse_only and fractions.any():
+        who = str(inputs.amounts) if inputs.has_amounts and inputs.shares is None else split.origin
+        return [f"the direct beam of the sun, {_spread(fractions, '.4g')} of the light, is left out ({who})"]
+    hint = ""
+    if split.origin == DIFCOL and sky.name == "perez" and inputs.amounts.has_set and sun is not None:
+        other = direct_fraction(inputs.amounts, sun)
+        hint = "" if other is None else f" ({inputs.amounts.text} alone: {other:.3g})"
+    return [f"{split.origin}: direct fraction {_spread(fractions)}{hint}, the rest from {sky}"]
+
+
+def _spread(values: np.ndarray, form: str = "g") -> str:
+    low, high = (format(float(extreme(values)), form) for extreme in (np.min, np.max))
+    return low if low == high else f"{low} to {high}"
+
+
+# Absolute units: irradiances of beam and sky that are known, and the lobes of backgrounds, which are in W m-2 nm-1.
+
+
+def _in_absolute_units(
+    light: Light, levels: _Levels, skies: Sequence[LobeSky], bands: Wavebands, toml_path: str
+) -> Light:
+    """State the irradiance of every component, and add the lobes of the backgrounds.
+
+    Light in relative units stays as it is. With backgrounds the strengths are irradiances in the same unit, with a row
+    for each distinct set of base row, wavelength and irradiances. E708: backgrounds beside relative light.
+    """
+    if light.irradiance is not None:
+        base = light.irradiance.of_component
+    elif skies or not levels.is_unknown:
+        base = _base_irradiance(light, levels, bands, toml_path)
+    else:
+        return light
+    if not skies:
+        return dataclasses.replace(light, irradiance=Irradiance(of_component=base))
+    return _joined(light, base, skies, bands)
+
+
+def _joined(light: Light, base: np.ndarray, skies: Sequence[LobeSky], bands: Wavebands) -> Light:
+    """Sun, sky and lobes with strengths in one unit."""
+    from aomc_sky.skies.lobes.light import background_light
+
+    components = light.components
+    keys = np.column_stack([light.row_of_band, bands.wavelength_nm, base])
+    _, first, rows = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    added = background_light(skies, bands.wavelength_nm[first], taken=[c.name for c in components])
+    if not components and not added.components:
+        reason = "all their lobes lie below the horizon" if added.hidden else "their lobes have no light at that time"
+        raise SceneError(f"the backgrounds are the only source of light, but {reason}")
+    old_rows = light.row_of_band[first]
+    own = [
+        dataclasses.replace(
+            component,
+            strength=base[first, k],
+            **{name: _rows_of(getattr(component, name), old_rows) for name in ("mass", "weight", "slope")},
+        )
+        for k, component in enumerate(components)
+    ]
+    rows = rows.ravel()
+    lobes = np.stack([c.strength[rows] for c in added.components], axis=1) if added.components else base[:, :0]
+    notes = [f"below the horizon, so without photons: {', '.join(added.hidden)}"] if added.hidden else []
+    return dataclasses.replace(
+        light,
+        components=(*own, *added.components),
+        row_of_band=rows,
+        notes=(*light.notes, *notes),
+        irradiance=Irradiance(of_component=np.hstack([base, lobes]), horizon_loss=added.horizon_loss[rows]),
+    )
+
+
+def _rows_of(values: np.ndarray | None, rows: np.ndarray) -> Any:
+    """The needed rows of masses, weights or slopes, if there are any; a single row is for all."""
+    return values if values is None or values.shape[0] == 1 else values[rows]
+
+
+def _base_irradiance(light: Light, levels: _Levels, bands: Wavebands, toml_path: str) -> np.ndarray:
+    """Irradiance of sun and sky, shape (n_band, n_component). [W m-2 nm-1]"""
+    components, rows = light.components, light.row_of_band
+    if not components:
+        return np.zeros((bands.n_bands, 0))
+    share = np.stack([c.strength[rows] * (c.mass.max(axis=1) > 0)[rows if len(c.mass) > 1 else 0] for c in components])
+    is_beam = np.array([c.name == BEAM for c in components])
+    beam, sky = share[is_beam].sum(axis=0), share[~is_beam].sum(axis=0)
+    _refuse_unknown(levels, beam, sky, bands, toml_path)
+    of_sky = np.zeros(bands.n_bands) if levels.diffuse is None else levels.diffuse
+    of_beam = levels.direct
+    if of_beam is None:
+        of_beam = np.divide(of_sky * beam, sky, out=np.zeros_like(of_sky), where=sky > 0)
+    for name, expected, modelled in (("diffuse", of_sky, sky), ("direct", of_beam, beam)):
+        _refuse_contradiction(name, expected, modelled, bands)
+    total = np.where(is_beam[:, None], beam, sky)
+    level = np.where(is_beam[:, None], of_beam, of_sky)
+    irradiance: np.ndarray = np.divide(share * level, total, out=np.zeros_like(share), where=total > 0).T
+    return irradiance
+
+
+def _refuse_contradiction(name: str, expected: np.ndarray, modelled: np.ndarray, bands: Wavebands) -> None:
+    idle = np.flatnonzero((expected > 0) & ~(modelled > 0))
+    if idle.size:
+        band = int(idle[0])
+        raise SceneError(
+            f"sky.toml: {name}_irradiance is {expected[band]:g} W m-2 nm-1 in waveband {band + 1} at "
+            f"{bands.wavelength_nm[band]:g} nm, but the scene has no {name} light there; write 0.0 for it"
+        )
+
+
+def _refuse_unknown(levels: _Levels, beam: np.ndarray, sky: np.ndarray, bands: Wavebands, toml_path: str) -> None:
+    """Raise, with the lines to write, where no file says how bright sun or sky is."""
+    missing = []
+    if levels.diffuse is None and np.any(sky > 0):
+        missing.append("diffuse")
+    if levels.direct is None and np.any((beam > 0) & ~(sky > 0)):
+        missing.append("direct")
+    if not missing:
+        return
+    at = ", ".join(f"{w:g}" for w in bands.wavelength_nm[:_MAX_SHOWN]) + (", ..." if bands.n_bands > _MAX_SHOWN else "")
+    values = ", ".join(["1.0"] * bands.n_bands)
+    lines = "".join(f"{name}_irradiance = [{values}]\n" for name in missing)
+    raise refuse(
+        toml_path,
+        "the light of a background is in W m-2 nm-1, but no file says how bright sun and sky are",
+        code="E708",
+        advice="write their irradiances on a horizontal plane into sky.toml, one value for each waveband "
+        f"({at} nm):\n\n[sky]\n{lines}",
+    )

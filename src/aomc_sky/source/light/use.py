@@ -1,0 +1,114 @@
+"""When each input of the light is used: what a caller gives beyond that is an error, what sky.toml says a note."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from aomc_sky.errors import UsageError
+from aomc_sky.formats.sky_toml.file import SkyToml
+from aomc_sky.inputs import CLEAR_SKY, LIGHTS
+from aomc_sky.source.light.inputs import FOR_IRRADIANCES, LightInputs
+
+_AMOUNTS = ("dni", "dhi", "ghi", "epsilon", "delta", "epw", "tmy2", "tmy3")
+_OF_PEREZ = ("coefficients", "limits", "within", "air_mass")
+_SUN = ("zenith_deg", "azimuth_deg", "disc", "time", "latitude_deg", "longitude_deg", "altitude_m", "row")
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Use:
+    """What a scene is made of, as far as it decides which inputs of the light are used."""
+
+    inputs: LightInputs
+    sky: str  #: "perez", "table", "field", "atmosphere", "none", or another name
+    words: str  #: the sky for a person
+    is_compat: bool = False
+    is_whole: bool = False  #: whether the sky is the whole light unless a beam is asked for
+    takes_sun: bool = True  #: whether the sun matters without a beam
+
+    @property
+    def has_difcol(self) -> bool:
+        """Whether difcol.inp says how direct each waveband is."""
+        return self.inputs.shares is not None
+
+    @property
+    def is_dim(self) -> bool:
+        """Whether nothing says how bright the beam is."""
+        known = (self.inputs.shares, self.inputs.direct_irradiance)
+        return not (self.inputs.has_amounts or self.inputs.is_cloudless or any(one is not None for one in known))
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Rule:
+    names: tuple[str, ...]
+    is_idle: Callable[[Use], bool]
+    reason: str  #: with {it} for the sky
+
+
+_EVERY = (*_AMOUNTS, *_OF_PEREZ, "extraterrestrial_normal", "spectrum", *_SUN, *CLEAR_SKY)
+_RULES = (
+    _Rule(names=_EVERY, is_idle=lambda use: use.is_compat, reason="--compat aomc does not use {names}"),
+    _Rule(names=tuple(LIGHTS), is_idle=lambda use: use.sky != "atmosphere",
+          reason="used only with [atmosphere] in sky.toml"),
+    _Rule(names=_EVERY, is_idle=lambda use: use.sky == "none", reason='not used without sun and sky (model "none")'),
+    _Rule(names=(*_AMOUNTS[:5], *_OF_PEREZ, "extraterrestrial_normal", "spectrum", *CLEAR_SKY),
+          is_idle=lambda use: use.sky == "atmosphere",
+          reason="not used with [atmosphere] in sky.toml, which says how bright sun and sky are; write {sky:perez} "
+                 "to use it"),
+    _Rule(names=("spectrum", *CLEAR_SKY), is_idle=lambda use: use.has_difcol,
+          reason="difcol.inp gives the direct fraction of every waveband; leave one of them out"),
+    _Rule(names=("coefficients", "limits", "within", "air_mass"), is_idle=lambda use: use.sky != "perez",
+          reason="of the Perez sky, not of {it}; leave it out"),
+    _Rule(names=_AMOUNTS[:5], is_idle=lambda use: use.has_difcol and use.sky != "perez",
+          reason="difcol.inp says how direct every waveband is, and {it} needs no more; leave it out"),
+    _Rule(names=FOR_IRRADIANCES, is_idle=lambda use: not use.inputs.amounts.has_irradiances,
+          reason="used only with two of {dni}, {dhi} and {ghi}, which are not given"),
+    _Rule(names=tuple(CLEAR_SKY), is_idle=lambda use: not use.inputs.is_cloudless,
+          reason="used only for a cloudless sky: {spectrum:spectrl2} without irradiances"),
+    _Rule(names=("spectrum", *CLEAR_SKY), is_idle=lambda use: use.is_whole and use.sky == "perez",
+          reason="all light is diffuse where the Perez sky replaces skydist.inp; leave it out"),
+    _Rule(names=_SUN, is_idle=lambda use: use.is_whole and not use.takes_sun and use.is_dim,
+          reason="all light comes from {it}; write {sky:perez} for another sky, or two of {dni}, {dhi} and {ghi} for a "
+                 "beam beside it"),
+    _Rule(names=("disc",), is_idle=lambda use: use.is_whole and use.is_dim,
+          reason="used only where something says how bright the beam is"),
+)  # fmt: skip
+"""Rules in order: the first that fits says why an input is not used."""
+
+
+def refuse_unused(given: LightInputs, use: Use) -> None:
+    """Raise for what a caller gives and the scene cannot use, in the caller's words."""
+    for rule in _RULES:
+        idle = [name for name in given.names if name in rule.names]
+        if idle and rule.is_idle(use):
+            names, reason = given.entrance.listed(idle), rule.reason.replace("{it}", use.words)
+            if "{names}" in reason:
+                raise UsageError(reason.replace("{names}", names))
+            raise UsageError(f"{names}: {given.say(reason)}")
+
+
+def unused_notes(toml: SkyToml | None, use: Use, *, named_sky: str | None) -> tuple[str, ...]:
+    """Notes on what sky.toml says and the scene does not use; `named_sky` is the sky that is modelled."""
+    if toml is None:
+        return ()
+    notes = []
+    of_sun_and_sky = not toml.sun.is_empty or not toml.perez.is_empty
+    if use.sky == "table" and of_sun_and_sky:
+        what = "sky.toml:" if toml.sky.is_empty and not toml.background else "sky.toml: [perez] and [sun]"
+        notes.append(f"{what} not used, all light comes from skydist.inp (--sky perez takes a sky model instead)")
+    elif use.sky == "none" and of_sun_and_sky:
+        notes.append("sky.toml: [perez] and [sun] are not used, neither sun nor daylight is modelled")
+    elif use.sky != "perez" and use.has_difcol and not toml.perez.is_empty:
+        notes.append("sky.toml: [perez] is not used, no Perez sky is modelled")
+    if toml.perez.spectrum is not None and use.has_difcol:
+        notes.append("sky.toml: spectrum is not used, difcol.inp gives the direct fraction of every waveband")
+    if toml.clear_sky and not use.inputs.is_cloudless:
+        notes.append("sky.toml: [clear_sky] is not used, the light is not that of a cloudless sky (spectrum spectrl2)")
+    if toml.sky.options and toml.sky.model != named_sky:
+        unused = " and ".join(option.name for option in toml.sky.options)
+        notes.append(f"sky.toml: {unused} of [sky] is not used, another sky than {toml.sky.model!r} is asked for")
+    if toml.sky.table is not None and use.sky != "field":
+        notes.append("sky.toml: table is not used, another sky is asked for")
+    if toml.atmosphere is not None and use.sky != "atmosphere":
+        notes.append("sky.toml: [atmosphere] is not used, another sky is asked for")
+    return tuple(notes)

@@ -1,0 +1,137 @@
+"""A cloudless sky without a measurement: the wiring of SPCTRL2, the day, and every entrance."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.cli.main import main
+from tests.support.scenes import copy_scene
+
+pvlib = pytest.importorskip("pvlib")
+
+NM = np.array([412.0, 443.0, 490.0, 555.0, 670.0, 765.0, 865.0])
+AIR = {"aod_500nm": 0.23, "water_cm": 2.0, "ozone_cm": 0.25, "pressure_hPa": 980.0}
+
+
+def spectrl2(sun_zenith_deg: float, day: int, air: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Beam and sky on a horizontal plane by pvlib itself. [W m-2 nm-1]"""
+    zenith = np.array([sun_zenith_deg])
+    found = pvlib.spectrum.spectrl2(
+        apparent_zenith=zenith, aoi=zenith, surface_tilt=0.0, ground_albedo=0.06,
+        surface_pressure=100 * air["pressure_hPa"], precipitable_water=air["water_cm"], ozone=air["ozone_cm"],
+        relative_airmass=pvlib.atmosphere.get_relative_airmass(sun_zenith_deg, model="kastenyoung1989"),
+        aerosol_turbidity_500nm=air["aod_500nm"], dayofyear=day,
+    )  # fmt: skip
+    nm, beam = np.ravel(found["wavelength"]), found["dni"][:, 0] * np.cos(np.radians(sun_zenith_deg))
+    return np.interp(NM, nm, beam), np.interp(NM, nm, found["dhi"][:, 0])
+
+
+@pytest.mark.parametrize("hour", range(5, 17))
+def test_the_light_is_that_of_spectrl2_on_the_day(hour: int) -> None:
+    """Twelve suns in January, when the sun is 1.7 % nearer than on average."""
+    time = f"2026-01-0{1 + hour % 9}T{hour:02d}:00Z"
+    place = {"latitude_deg": -34.0, "longitude_deg": 18.4}
+    zenith = float(sky.sun_position(time, **place).apparent_zenith_deg)
+    scene = sky.weather_scene(
+        wavebands=NM, time=time, **place, spectrum="spectrl2", sky="harrison-coombes", clear_sky=sky.ClearSky(**AIR)
+    )
+    assert scene.irradiance is not None
+    beam, diffuse = scene.irradiance.of_component.T
+    expected = spectrl2(zenith, 1 + hour % 9, AIR)
+    np.testing.assert_allclose(beam, expected[0], rtol=2e-6)  # rounded to nine digits, fraction to nine decimals
+    np.testing.assert_allclose(diffuse, expected[1], rtol=2e-6)
+    assert [c.name for c in scene.components] == ["direct", "harrison-coombes"]
+    assert "on that day" in scene.notes[0]
+
+
+def test_without_a_date_the_sun_has_its_mean_distance() -> None:
+    scene = sky.weather_scene(wavebands=NM, sun_zenith_deg=40.0, spectrum="spectrl2", sky="uniform")
+    distance = pvlib.irradiance.get_extra_radiation(200, solar_constant=1.0, method="spencer")
+    expected = np.sum(spectrl2(40.0, 200, {**AIR, "aod_500nm": 0.1, "water_cm": 1.4, "ozone_cm": 0.3,
+                                           "pressure_hPa": 1013.25}), axis=0) / distance  # fmt: skip
+    assert scene.irradiance is not None
+    np.testing.assert_allclose(scene.irradiance.of_component.sum(axis=1), expected, rtol=1e-7)
+    assert "at the sun's mean distance" in scene.notes[0]
+
+
+def test_the_perez_sky_gets_its_broadband_irradiances() -> None:
+    scene = sky.weather_scene(wavebands=NM, sun_zenith_deg=40.0, spectrum="spectrl2")
+    perez = scene.options["perez"]
+    assert 850 < perez["dni"] < 950
+    assert 80 < perez["dhi"] < 130
+    assert perez["epsilon"] > 4.5  # a clear sky
+    assert perez["from"].endswith("(a cloudless sky)")
+    hazy = sky.weather_scene(wavebands=NM, sun_zenith_deg=40.0, spectrum="spectrl2", clear_sky={"aod_500nm": 0.4})
+    assert hazy.options["perez"]["dhi"] > 1.5 * perez["dhi"]
+
+
+def test_every_entrance_has_it(tmp_path: Path) -> None:
+    """The same light by the command line alone, by options beside amc.inp, by sky.toml and in Python."""
+    amc = copy_scene("perez_sky", tmp_path)
+    (amc.parent / "difcol.inp").unlink()
+    (amc.parent / "sky.toml").unlink()
+    sun = ["--sun-zenith", "40", "--sun-azimuth", "10"]
+    air = ["--spectrum", "spectrl2", "--aod", "0.3", "--sky", "harrison-coombes"]
+    nm = [f"{one:g}" for one in sky.read_scene(amc, perez={"spectrum": "spectrl2"}).wavebands.wavelength_nm]
+    common = ["--iterations", "1000", "--format", "none", "-q"]
+    assert main(["run", *sun, *air, "--wavelengths", *nm, *common, "--out", str(tmp_path / "alone")]) == 0
+    assert main(["run", str(amc), *sun, *air, *common, "--out", str(tmp_path / "options")]) == 0
+    (amc.parent / "sky.toml").write_text(
+        '[perez]\nspectrum = "spectrl2"\n[clear_sky]\naod_500nm = 0.3\n[sky]\nmodel = "harrison-coombes"\n'
+        "[sun]\nzenith_deg = 40\nazimuth_deg = 10\n"
+    )
+    assert main(["run", str(amc), *common, "--out", str(tmp_path / "toml")]) == 0
+    bands = [
+        json.loads((tmp_path / name / "manifest.json").read_text())["bands"] for name in ("alone", "options", "toml")
+    ]
+    scene = sky.weather_scene(
+        wavebands=list(map(float, nm)), sun_zenith_deg=40.0, sun_azimuth_deg=10.0, spectrum="spectrl2",
+        sky="harrison-coombes", clear_sky=sky.ClearSky(aod_500nm=0.3),
+    )  # fmt: skip
+    assert scene.irradiance is not None
+    for found in bands:
+        ed = [band["irradiance_W_m2_nm"] for band in found]
+        np.testing.assert_allclose(ed, scene.irradiance.of_component.sum(axis=1), rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--aod", "0.1", "--ghi", "780", "--dhi", "140"], "--aod: used only for a cloudless sky"),
+        (["--aod", "-0.1", "--spectrum", "spectrl2"], "--aod: -0.1 is outside the range 0 to 5"),
+        (["--sky", "hydrolight", "--spectrum", "spectrl2"], "HydroLight's pattern of the sky is harrison-coombes"),
+    ],
+)
+def test_what_does_not_fit(tmp_path: Path, capsys: pytest.CaptureFixture[str], words: list[str], message: str) -> None:
+    command = ["run", "--sun-zenith", "40", "--wavelengths", "443", "--out", str(tmp_path / "out"), *words]
+    try:
+        code = main(command)
+    except SystemExit as error:
+        code = int(str(error.code))
+    assert code == 2
+    assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("bad", [{"aod_500nm": -1.0}, {"water_cm": float("nan")}, {"pressure_hPa": "high"}])
+def test_air_that_is_none_is_refused(bad: dict[str, float]) -> None:
+    with pytest.raises(sky.UsageError, match=next(iter(bad))):
+        sky.ClearSky(**bad)
+    with pytest.raises(sky.UsageError, match=next(iter(bad))):
+        sky.weather_scene(wavebands=[443.0], sun_zenith_deg=40.0, spectrum="spectrl2", clear_sky=bad)
+
+
+def test_difcol_makes_it_idle(tmp_path: Path) -> None:
+    amc = copy_scene("perez_sky", tmp_path)
+    with pytest.raises(sky.UsageError, match=r'clear_sky\["aod_500nm"\]: difcol\.inp gives the direct fraction'):
+        sky.read_scene(amc, clear_sky={"aod_500nm": 0.1})
+    toml = amc.parent / "sky.toml"
+    toml.write_text(toml.read_text() + "\n[clear_sky]\naod_500nm = 0.2\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert any("[clear_sky] is not used" in note for note in sky.read_scene(amc).notes)
