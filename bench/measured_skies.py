@@ -32,7 +32,7 @@ ALMUCANTAR += [120, 130, 140, 160, 180]
 PLANE = [-6, -5, -4.5, -4, -3.5, -3, -2.5, -2, *ALMUCANTAR[:-2]]
 """Angles from the sun, in azimuth along the almucantar, in the principal plane above it and below (-). [deg]"""
 NEAR_SUN_DEG = 10.0
-NM = 600.0  # one of the four wavelengths of the molecules
+NM = 600.0  # one of the wavelengths of the molecules
 MOLECULES = Path(__file__).parents[1] / "inputs" / "atmosphere" / "molecules_only.atmo"
 
 Directions = tuple[np.ndarray, np.ndarray]

@@ -1,9 +1,12 @@
-"""Write the tables of atmosphere/: `python inputs/make_tables.py sun phase`, with pvlib and miepython 3 from PyPI.
+"""Write tables of atmosphere/: `python inputs/make_tables.py sun ozone phase`, with pvlib and miepython 3 from PyPI.
 
 `sun`: the extraterrestrial column of ASTM G173-03, which pvlib carries, as means over bins of 1 nm, 280 to 2500 nm.
+`ozone`: cross sections of ozone, 380 to 910 nm: round numbers up to 720 nm, then those of SPCTRL2 (Bird and Riordan
+1986), which pvlib carries. Its coefficients are taken from the direct light that it gives without ozone and with it.
 `phase`: phase functions of sea salt and of continental aerosol, Mie scattering by lognormal modes of OPAC (Hess,
 Koepke and Schult 1998, table 1) at a relative humidity of 80 %. Soluble particles are wet: `GROWTH` times as large as
 dry ones, with the refractive index mixed by volume with water's 1.333.
+One refractive index of each kind, that of green light, serves all wavelengths.
 """
 
 from __future__ import annotations
@@ -18,13 +21,24 @@ import numpy as np
 
 FOLDER = Path(__file__).resolve().parent / "atmosphere"
 WATER = 1.333
-WAVELENGTH_NM = (400, 500, 600, 700)
+WAVELENGTH_NM = (380, 400, 500, 600, 700, 800, 900)
 LARGEST_UM = 20.0
 _STEPS = ((0.0, 0.1), (2.0, 0.25), (10.0, 0.5), (30.0, 1.0), (180.0, 0.0))
 ANGLE_DEG = np.append(
     np.concatenate([np.arange(low, high, step) for (low, step), (high, _) in pairwise(_STEPS)]),
     180.0,
 )
+
+ATM_CM_M2 = 2.687e23
+"""Molecules per m2 of a gas of 1 cm at 0 degrees and 1013.25 hPa: 1000 Dobson units."""
+OZONE_ROUND = (
+    "380,5e-29 400,1.1e-27 420,3e-27 440,1.3e-26 450,1.7e-26 460,3.5e-26 480,7e-26 500,1.2e-25 520,1.8e-25 540,2.9e-25 "
+    "560,3.9e-25 575,4.8e-25 590,4.5e-25 603,5.2e-25 620,4e-25 640,2.9e-25 660,2.1e-25 680,1.35e-25 700,8.7e-26 "
+    "720,6e-26"
+)
+"""Rows of the table of ozone up to 720 nm: wavelength [nm], cross section [m2]."""
+OZONE_TAIL_NM = (780, 800, 820, 840, 860, 880, 910)
+"""Wavelengths of the table of ozone where SPCTRL2 has none. The last bin of a description to 900 nm ends at 910 nm."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,10 +139,52 @@ def write_sun() -> None:
     print(path, hashlib.sha256(path.read_bytes()).hexdigest())
 
 
+def spctrl2_ozone() -> tuple[np.ndarray, np.ndarray]:
+    """Wavelengths [nm] and absorption coefficients [atm-cm-1, base e] of ozone in SPCTRL2."""
+    import pvlib
+
+    # With the sun in the zenith the way through the ozone is the column to 1e-5.
+    air = {
+        "apparent_zenith": 0.0, "aoi": 0.0, "surface_tilt": 0.0, "ground_albedo": 0.0, "surface_pressure": 101300.0,
+        "relative_airmass": 1.0, "precipitable_water": 0.0, "aerosol_turbidity_500nm": 0.0, "dayofyear": 1,
+    }  # fmt: skip
+    without, with_ozone = (pvlib.spectrum.spectrl2(ozone=column, **air) for column in (0.0, 1.0))
+    return without["wavelength"], np.log(without["dni"] / with_ozone["dni"]).ravel()
+
+
+def write_ozone() -> None:
+    """Write the cross sections of ozone."""
+    import pvlib
+
+    w, coefficient = spctrl2_ozone()
+    known = (w > 720.0) & (coefficient > 1e-6)
+    rows = [f"{a:g},{b:.2g}" for a, b in zip(w[known], coefficient[known] / ATM_CM_M2, strict=True)]
+    # A zero would make the values between two wavelengths linear instead of logarithmic, at all wavelengths.
+    tail = np.array(OZONE_TAIL_NM)
+    first, last = coefficient[known][-1], 0.0005
+    share = (tail - w[known][-1]) / (tail[-1] - w[known][-1])
+    rows += [f"{a},{b:.2g}" for a, b in zip(tail, first * (last / first) ** share / ATM_CM_M2, strict=True)]
+    head = [
+        "# Ozone near 230 K: absorption cross section by wavelength. An example, not for retrievals.",
+        "# Written by inputs/make_tables.py. All values are rounded to two digits or less (680 nm: three).",
+        "# Up to 720 nm: after the course of laboratory spectra (Gorshelev et al. 2014).",
+        "# 724.4 to 767.5 nm: absorption coefficients of SPCTRL2 (Bird and Riordan 1986),",
+        f"# as pvlib {pvlib.__version__} has them.",
+        "# From 780 nm on SPCTRL2 has 0. Here the values fall geometrically, to half of its last digit at 910 nm.",
+        "# Laboratory spectra have up to 1.1e-26 m2 more at 780 to 830 nm: an optical depth of 0.001.",
+        "# Wavelength [nm], m2.",
+    ]
+    path = FOLDER / "spectra" / "ozone.csv"
+    path.write_text("\n".join(head + OZONE_ROUND.split() + rows) + "\n", encoding="utf-8")
+    print(path, hashlib.sha256(path.read_bytes()).hexdigest())
+
+
 def main(words: list[str]) -> None:
     """Write what the words name."""
     if "sun" in words:
         write_sun()
+    if "ozone" in words:
+        write_ozone()
     if "phase" in words:
         (FOLDER / "phase").mkdir(exist_ok=True)
         write_phase("sea_salt.csv", "sea salt at a relative humidity of 80 %", SEA_SALT)

@@ -41,7 +41,7 @@ def opened(folder: Path) -> object:
 def test_every_save_option(tmp_path: Path) -> None:
     names = ("irradiance", "scat-density", "scat-density2-from-ground", "delta-scattering", "accum-scattering")
     model = with_lines(tmp_path)
-    model.write_text(model.read_text().replace("ground albedo: 0, 0, 0, 0", "ground albedo: .4, .4, .4, .4"))
+    model.write_text(model.read_text().replace("ground albedo: 0, 0, 0, 0, 0, 0, 0", "ground albedo: .4" + 6 * ", .4"))
     assert run(model, tmp_path / "o", *[f"--save-{name}" for name in names], *FAST) == 0
     with opened(tmp_path / "o") as found:
         np.testing.assert_allclose(found.irradiance_by_order.sum("order"), found.diffuse_irradiance, rtol=1e-13)
@@ -95,7 +95,7 @@ def test_light_of_the_ground_by_orders(tmp_path: Path, capsys: pytest.CaptureFix
     )
     key, values = "solar irradiance at TOA: file spectra/sun_astm_g173.csv", "0.002"
     assert key in model.read_text()
-    count = 4
+    count = 7
     line = f"light pollution relative radiance: {','.join([values] * count)}"
     model.write_text(model.read_text().replace(key, f"{key}\n{line}"))
     assert run(model, tmp_path / "o", "--save-light-pollution", "--orders", 2, "--bins", 3, 4, "--wavelength", 500) == 0

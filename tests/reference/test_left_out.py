@@ -120,3 +120,47 @@ def test_rays_through_shells_without_extinction_keep_their_light() -> None:
     assert high.concentration == pytest.approx(1.0, abs=3e-5)
     assert low.concentration == pytest.approx(1.0006, abs=1e-4)
     assert low.sine_ratio == pytest.approx(1.0085, abs=2e-4)
+
+
+def gas_depths(zenith_deg: float) -> tuple[np.ndarray, np.ndarray]:
+    """Wavelengths [nm] of SPCTRL2, and optical depths of 1.416 cm of water and of oxygen together, along the ray."""
+    pvlib = pytest.importorskip("pvlib")
+    air_mass = pvlib.atmosphere.get_relative_airmass(zenith_deg, "kastenyoung1989")
+
+    def beam_at(water_cm: float, pressure_pa: float) -> np.ndarray:
+        found = pvlib.spectrum.spectrl2(
+            zenith_deg, zenith_deg, 0.0, 0.0, pressure_pa, air_mass, water_cm, 0.3, 0.1, dayofyear=80
+        )
+        return np.ravel(found["dni"])
+
+    nm = np.ravel(pvlib.spectrum.spectrl2(0, 0, 0, 0, 101325.0, 1.0, 0, 0, 0.1, dayofyear=80)["wavelength"])
+    # without pressure there are neither mixed gases nor molecules; theirs is equation 2-4 of SPCTRL2
+    without, with_all = beam_at(0.0, 1e-9), beam_at(1.416, 101325.0)
+    micron = nm / 1000.0
+    molecules = air_mass * 101325.0 / 101300.0 / (micron**4 * (115.6406 - 1.3366 / micron**2))
+    return nm, np.log(without / with_all) - molecules
+
+
+@pytest.mark.parametrize(
+    ("wavelength_nm", "high_sun", "low_sun"),
+    [
+        (593.0, 0.017, 0.036),
+        (690.0, 0.067, 0.133),
+        (718.0, 0.111, 0.215),
+        (724.4, 0.133, 0.258),
+        (740.0, 0.014, 0.031),
+        (762.5, 0.381, 0.736),
+        (767.5, 0.099, 0.192),
+        (800.0, 0.010, 0.023),
+        (823.7, 0.133, 0.258),
+        (840.0, 0.027, 0.055),
+        (905.0, 0.236, 0.456),
+    ],
+)
+def test_water_vapour_and_oxygen(wavelength_nm: float, high_sun: float, low_sun: float) -> None:
+    """Suns at 30 and 75 degrees. Percents of docs/accuracy.md are exp(t) - 1 and 1 - exp(-t) of these depths t."""
+    (nm, high), (_, low) = gas_depths(30.0), gas_depths(75.0)
+    at = np.searchsorted(nm, wavelength_nm)
+    assert (high[at], low[at]) == (pytest.approx(high_sun, abs=6e-4), pytest.approx(low_sun, abs=6e-4))
+    clear = (nm >= 380) & (nm <= 570) | (nm >= 610) & (nm <= 668) | np.isin(nm, (752.5, 780.0, 860.0, 880.0))
+    assert low[clear].max() < 0.0031

@@ -31,8 +31,25 @@ def test_it_is_the_sky_of_the_medium(path: Path | str) -> None:
 def test_the_wavelengths_are_those_asked_for() -> None:
     found = sky.AtmosphereSky.from_file(MARINE, wavelength_nm=[562.0, 445.0, 440.5], **FEW)
     assert found.medium.wavelength_nm.tolist() == [440.0, 445.0, 562.0]
-    with pytest.raises(sky.SceneError, match=r"clear_marine\.atmo: 865 nm lies beyond its wavelengths, 400 to 700 nm"):
-        sky.AtmosphereSky.from_file(MARINE, wavelength_nm=[550.0, 865.0], **FEW)
+    with pytest.raises(sky.SceneError, match=r"clear_marine\.atmo: 940 nm lies beyond its wavelengths, 380 to 900 nm"):
+        sky.AtmosphereSky.from_file(MARINE, wavelength_nm=[550.0, 940.0], **FEW)
+
+
+@pytest.mark.parametrize("name", ["molecules_only", "clear_marine", "continental", "hazy"])
+def test_the_shipped_descriptions_reach_from_380_to_900_nm(name: str) -> None:
+    found = sky.solve_atmosphere(
+        INPUTS / "atmosphere" / f"{name}.atmo",
+        wavelength_nm=[380.0, 412.0, 443.0, 670.0, 765.0, 865.0, 900.0],
+        sun_zenith_deg=40.0,
+        sky_zenith_deg=[0.0],
+        azimuth_from_sun_deg=[0.0],
+        method="order1",
+    )
+    light = found.radiance[:, 0, 0]
+    assert np.all(np.diff(light[3:]) < 0)
+    assert np.all(light > 0)
+    assert np.all(np.diff(found.direct_irradiance[3:]) < 0)  # the sun's own light falls, too
+    assert np.all(found.direct_irradiance > 0.1)
 
 
 def test_a_scene_is_solved_at_its_wavebands(tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import importlib.util
 import sys
 from itertools import pairwise
 from pathlib import Path
+from types import ModuleType
 
 import numpy as np
 import pytest
@@ -254,14 +255,32 @@ def test_angles_too_far_apart_are_warned_of(tmp_path: Path) -> None:
     assert any("has the integral" in text for text in texts)
 
 
-def test_the_tables_of_inputs_follow_miepython(monkeypatch: pytest.MonkeyPatch) -> None:
-    pytest.importorskip("miepython")
+def make_tables(monkeypatch: pytest.MonkeyPatch) -> ModuleType:
+    """The script that wrote the tables of inputs."""
     spec = importlib.util.spec_from_file_location("make_tables", INPUTS / "make_tables.py")
     assert spec is not None
     assert spec.loader is not None
     script = importlib.util.module_from_spec(spec)
     monkeypatch.setitem(sys.modules, spec.name, script)  # where dataclasses look
     spec.loader.exec_module(script)
+    return script
+
+
+def test_the_tables_of_inputs_follow_miepython(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("miepython")
+    script = make_tables(monkeypatch)
     angle = np.array([0.0, 1.0, 2.0, 15.0, 90.0, 120.0])
     exact = script.mie(script.SEA_SALT, 500.0, angle, 1000)[0]
     np.testing.assert_allclose(sea_salt()(np.cos(np.radians(angle)), 0), exact, rtol=0.02)
+
+
+def test_sun_and_ozone_of_inputs_are_what_the_script_writes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """But the comments, which name the version of pvlib."""
+    pytest.importorskip("pvlib")
+    script = make_tables(monkeypatch)
+    monkeypatch.setattr(script, "FOLDER", tmp_path)
+    (tmp_path / "spectra").mkdir()
+    script.main(["sun", "ozone"])
+    for name in ("sun_astm_g173.csv", "ozone.csv"):
+        made, shipped = ((folder / "spectra" / name).read_text().splitlines() for folder in (tmp_path, MARINE.parent))
+        assert [row for row in made if row[0] != "#"] == [row for row in shipped if row[0] != "#"]

@@ -26,7 +26,7 @@ def at_wavelengths(
 
     It is the given one if all are within 1 nm of those that it has. Otherwise spectra are interpolated, their
     logarithms where all values are positive. Of `inputs/atmosphere`, thinned from steps of 20 to 40 nm, transmitted and
-    diffuse light change by up to 0.3 % (0.9 % in `continental.atmo`), the sun's by up to 7 %.
+    diffuse light change by up to 0.7 % (1.8 % in `continental.atmo`), the sun's by up to 7 %.
 
     SceneError: what is no wavelength; one more than 1 nm beyond the first or the last; one between two where a phase
     function asks for the number of its set.
