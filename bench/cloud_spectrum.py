@@ -56,7 +56,7 @@ def below_cloud(cloud: float, sun_zenith_deg: float) -> np.ndarray:
             warnings.simplefilter("ignore")
             _, _, flux_down, *_ = pydisort(
                 total, np.full(3, 1 - 1e-6), N_STREAMS, legendre, mu, 1.0, 0.0, only_flux=True, f_arr=legendre[:, -1],
-                BDRF_Fourier_modes=[ALBEDO / math.pi],
+                BDRF_Fourier_modes=[ALBEDO],
             )  # fmt: skip
         light.append(sum(flux_down(total[-1])))
     return np.array(light) * outside * transmitted

@@ -125,9 +125,11 @@ def _read_toml(path: Path, arguments: argparse.Namespace) -> None:
     if toml.atmosphere is not None:
         _read_atmosphere(Path(toml.atmosphere.file), arguments.allow_path)
     if toml.sky.table is not None and arguments.sky is None:
+        from aomc_sky.formats.sky_toml.keys import SunSection
         from aomc_sky.source.read.field import read_sky_field
 
-        read_sky_field(toml.sky.table, str(path), toml.sun.azimuth_deg or 0.0)  # else amc.inp has one
+        sun = toml.sun.over(SunSection(azimuth_deg=0.0))  # amc.inp has one
+        read_sky_field(toml.sky.table, str(path), sun)
     if toml.sky.model is not None and toml.sky.model_span is not None and arguments.sky in (None, toml.sky.model):
         from aomc_sky.source.light.plugin import choose_plugin
 

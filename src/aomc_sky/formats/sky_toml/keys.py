@@ -87,7 +87,7 @@ KEYS: dict[str, dict[str, Rule]] = {
     "clear_sky": _rules(CLEAR_SKY),
     "sky": {
         "model": sky_name(DIFFUSE_MODELS),
-        "table": text("the path of a netCDF file"),
+        "table": text("the path of a netCDF file or a table of text"),
         **FIELD_KEYS,
         "diffuse_irradiance": _SPECTRUM,
         "direct_irradiance": _SPECTRUM,
@@ -211,7 +211,7 @@ class SkyOption:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class FieldSection:
-    """The netCDF file of [sky], and what it does not say itself."""
+    """The file of [sky], netCDF or a table of text, and what it does not say itself."""
 
     file: str  #: Path of the file, as it can be opened
     variable: str | None = None  #: Name of the radiances; by default the only variable, or the only radiance

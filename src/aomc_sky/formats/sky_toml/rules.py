@@ -83,6 +83,14 @@ def choice(words: Sequence[str]) -> Rule:
     return read
 
 
+_FILES: tuple[tuple[tuple[str, ...], str, str], ...] = (
+    ((".nc", ".nc4", ".csv", ".tsv"), "a field or a measured sky is a file, not the name of a sky",
+     'write table = "{0}" below [sky] of sky.toml, or alone: aomc-sky run {0}'),
+    ((".atmo", "atmosphere"), "an atmosphere is a description in a file, not the name of a sky",
+     'write file = "FILE.atmo" below [atmosphere] of sky.toml'),
+    ((".py",), "a function of Python is not the name of a sky",
+     "give it to sky.weather_scene(sky=...), or install it as a sky model: docs/howto/own_sky.md"),
+)  # fmt: skip
 _HYDROLIGHT = ("hydrolight", "ecolight", "hcnrad")
 
 
@@ -100,6 +108,9 @@ def sky_name(words: Sequence[str]) -> Rule:
         if value.lower() in _HYDROLIGHT:
             message = f"there is no sky model {shown_value(value)}: HydroLight's pattern of the sky is harrison-coombes"
             raise BadValueError("E704", message, advice='write "harrison-coombes"')
+        for endings, message, advice in _FILES:
+            if value.lower().endswith(endings):
+                raise BadValueError("E704", f"{shown_value(value)}: {message}", advice=advice.format(value))
         names = joined([_quoted(name) for name in (*words, *installed.plugins)])
         if value in installed.refused:
             raise BadValueError("E704", installed.refused[value], advice=f"write {names}")

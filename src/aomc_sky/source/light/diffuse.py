@@ -168,8 +168,8 @@ def plugin_diffuse(plugin: PluginSky) -> DiffuseSky:
     return DiffuseSky(name=plugin.make.plugin.name, lower=lower, takes_sun=takes_sun, is_spectral=True)
 
 
-def model_diffuse(given: Any, **how: Any) -> DiffuseSky:
-    """A model or a function of Python."""
+def model_diffuse(given: Any, *, options: Mapping[str, Any] | None = None, **how: Any) -> DiffuseSky:
+    """A model or a function of Python; `options` is what a manifest has of it."""
     from aomc_sky.skies.function_sky import as_sky_model
 
     model = as_sky_model(given)
@@ -184,7 +184,7 @@ def model_diffuse(given: Any, **how: Any) -> DiffuseSky:
         notes = tuple(model.notes(rows.wavelength_nm)) if hasattr(model, "notes") else ()
         if not np.any(rows.direct_fraction > 0) and hasattr(model, "missing_beam"):
             notes += tuple(filter(None, (model.missing_beam(),)))
-        return dataclasses.replace(found, notes=notes)
+        return dataclasses.replace(found, notes=notes, options=dict(options or {}))
 
     return DiffuseSky(name=name, lower=lower, is_spectral=True, **how)
 

@@ -12,12 +12,14 @@ import numpy as np
 from aomc_sky.errors import FieldError, InputFileError, SceneError
 from aomc_sky.formats.netcdf import read_field
 from aomc_sky.formats.sky_toml.file import problem_of_key
-from aomc_sky.formats.sky_toml.keys import FieldSection, PerezSection
+from aomc_sky.formats.sky_toml.keys import FieldSection, PerezSection, SunSection
+from aomc_sky.skies.measured import RadianceField
 from aomc_sky.skies.radiance_field import has_wavelength, read_radiance_field
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting
-from aomc_sky.source.light.diffuse import Diffuse, DiffuseSky, Rows
+from aomc_sky.source.light.diffuse import Diffuse, DiffuseSky, Rows, model_diffuse
 from aomc_sky.source.light.sun import Sun
 from aomc_sky.source.read.files import FIELD
+from aomc_sky.source.scene import require_projected
 from aomc_sky.wavebands import nearest_wavelength_index
 
 
@@ -84,8 +86,31 @@ class SkyField:
         }
 
 
-def read_sky_field(section: FieldSection, toml_path: str, sun_azimuth_deg: float | None) -> SkyField:
+@dataclass(frozen=True, kw_only=True, slots=True)
+class MeasuredField:
+    """A measured sky that sky.toml names, a table of text."""
+
+    section: FieldSection
+    sky: RadianceField
+
+    def diffuse(self, folder: str, *, per_solid_angle: bool) -> DiffuseSky:
+        """The measured sky as the sky of a scene."""
+        if per_solid_angle:
+            require_projected("solid-angle", "a measured sky")
+        options = {"field": {"file": os.path.relpath(self.section.file, folder or os.curdir)}}
+        found = model_diffuse(self.sky, options=options, words="the measured sky of sky.toml")
+        return dataclasses.replace(found, name=FIELD)
+
+
+_OF_NETCDF = ("variable", "isel", "zenith", "azimuth", "wavelength")
+_TABLES = (".csv", ".tsv")
+
+
+def read_sky_field(section: FieldSection, toml_path: str, sun: SunSection) -> SkyField | MeasuredField:
     """Read the file that `table` names; missing information is an error at a key of sky.toml (E710)."""
+    if os.path.splitext(section.file)[1].lower() in _TABLES:
+        return _read_measured(section, toml_path, sun)
+    sun_azimuth_deg = sun.azimuth_deg
     try:
         field = read_field(section.file, variable=section.variable, isel=dict(section.isel))
         read = read_radiance_field(
@@ -105,3 +130,21 @@ def read_sky_field(section: FieldSection, toml_path: str, sun_azimuth_deg: float
     (variable,) = field.data_vars
     is_spectral = has_wavelength(field, section.variable, section.wavelength)
     return SkyField(section=section, variable=str(variable), sky=sky, has_wavelength=is_spectral)
+
+
+def _read_measured(section: FieldSection, toml_path: str, sun: SunSection) -> MeasuredField:
+    from aomc_sky.source.read.measured import read_radiance_csv
+
+    for key in _OF_NETCDF:
+        if getattr(section, key):
+            message, advice = f"{key} is for a netCDF file, and table names a table of text", "remove it"
+            raise InputFileError([problem_of_key(toml_path, ("sky", key), "E710", message, advice)])
+    sky = read_radiance_csv(
+        section.file,
+        azimuth_convention=section.azimuth_convention,
+        angle_unit=section.angle_unit,
+        radiance_unit=section.radiance_unit,
+        sun_zenith_deg=sun.zenith_deg,
+        sun_azimuth_deg=sun.azimuth_deg,
+    )
+    return MeasuredField(section=section, sky=sky)

@@ -18,6 +18,7 @@ from aomc_sky.formats.aomc.amc import (
     read_lambbot,
 )
 from aomc_sky.formats.aomc.skydist import SkyTable, read_skydist
+from aomc_sky.formats.sky_toml.keys import SunSection
 from aomc_sky.source.read.kind import not_a_scene
 from aomc_sky.wavebands import Wavebands
 
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from aomc_sky.skies.lobes.sky import LobeSky
     from aomc_sky.source.light.plugin import PluginSky
     from aomc_sky.source.read.atmosphere import SceneAtmosphere
-    from aomc_sky.source.read.field import SkyField
+    from aomc_sky.source.read.field import MeasuredField, SkyField
 
 T = TypeVar("T")
 
@@ -54,7 +55,7 @@ class SceneFiles:
     backgrounds: tuple[LobeSky, ...] = ()  #: the background skies at their times
     atmosphere: SceneAtmosphere | None = None
     plugin: PluginSky | None = None  #: the model of another package, where `sky` is its name
-    sky_field: SkyField | None = None  #: the radiance field of [sky] table, where it is the sky
+    sky_field: SkyField | MeasuredField | None = None  #: the radiance field of [sky] table, where it is the sky
 
     @property
     def toml_or_empty(self) -> SkyToml:
@@ -74,6 +75,12 @@ class SceneFiles:
         return self.config.light_source is LightSource.MODEL
 
 
+def sun_of(config: AmcConfig) -> SunSection:
+    """The sun of amc.inp."""
+    zenith, azimuth = float(config.direct_zenith_deg), float(config.direct_azimuth_deg)
+    return SunSection(zenith_deg=zenith, azimuth_deg=azimuth, origin="amc.inp")
+
+
 def read_scene_files(
     amc_path: Path,
     sky: str | None,
@@ -82,7 +89,7 @@ def read_scene_files(
     allow_paths: Sequence[str] = (),
     max_memory_bytes: int | None = None,
     sky_options: Mapping[str, Any] | None = None,
-    sun_azimuth_deg: float | None = None,
+    sun: SunSection | None = None,
 ) -> SceneFiles:
     """Read amc.inp and the files beside it, and report the problems of all of them together."""
     reading = _Reading(folder=amc_path.parent)
@@ -106,11 +113,11 @@ def read_scene_files(
         table = reading.attempt(read_skydist, reading.beside("skydist"), downgrade=downgrade, **how)
     if light is LightSource.MODEL and (compat is not None or (sky != "none" and reading.has("difcol.inp"))):
         difcol = reading.attempt(read_difcol, reading.beside("difcol"), n_wavebands=n)
-    if sun_azimuth_deg is None and toml is not None:
-        sun_azimuth_deg = toml.sun.azimuth_deg
-    if sun_azimuth_deg is None and config is not None:
-        sun_azimuth_deg = float(config.direct_azimuth_deg)
-    of_toml = {} if toml is None else reading.named_files(toml, sky, lambbot, allow_paths, sun_azimuth_deg)
+    of_toml = {}
+    if toml is not None:
+        sun = toml.sun if sun is None else sun.over(toml.sun)
+        sun = sun if config is None else sun.over(sun_of(config))
+        of_toml = reading.named_files(toml, sky, lambbot, allow_paths, sun)
     plugin = reading.plugin(toml, sky, sky_options or {})
     if config is None and (mistaken := not_a_scene(amc_path)):
         raise mistaken
@@ -169,7 +176,7 @@ class _Reading:
         sky: str | None,
         lambbot: Wavebands | None,
         allow_paths: Sequence[str],
-        sun_azimuth_deg: float | None,
+        sun: SunSection,
     ) -> dict[str, Any]:
         """Background skies, and the atmosphere or radiance field if it is the sky."""
         found: dict[str, Any] = {}
@@ -187,7 +194,7 @@ class _Reading:
             from aomc_sky.source.read.field import read_sky_field
 
             self.paths["table"] = toml.sky.table.file
-            found["sky_field"] = self.attempt(read_sky_field, toml.sky.table, self.paths["sky_toml"], sun_azimuth_deg)
+            found["sky_field"] = self.attempt(read_sky_field, toml.sky.table, self.paths["sky_toml"], sun)
         return found
 
     def plugin(self, toml: SkyToml | None, sky: str | None, given: Mapping[str, Any]) -> PluginSky | None:

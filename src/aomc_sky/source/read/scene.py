@@ -15,7 +15,7 @@ import numpy as np
 from aomc_sky.errors import SceneError, UsageError, require_one_of
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.aomc.amc import AmcConfig, FootprintCode
-from aomc_sky.formats.sky_toml.keys import BackgroundSection, PerezSection, SunSection
+from aomc_sky.formats.sky_toml.keys import BackgroundSection, PerezSection
 from aomc_sky.formats.sky_toml.rules import moment_text
 from aomc_sky.inputs import Entrance
 from aomc_sky.plan.footprint import Footprint
@@ -31,7 +31,7 @@ from aomc_sky.source.light.diffuse import (
 from aomc_sky.source.light.inputs import LightInputs, given_inputs, inputs_of_toml, replaced_notes
 from aomc_sky.source.light.light import DIFCOL, Light, Unsaid, light_of
 from aomc_sky.source.light.use import Use, refuse_unused, unused_notes
-from aomc_sky.source.read.files import ATMOSPHERE, FIELD, GIVEN, SceneFiles, read_scene_files
+from aomc_sky.source.read.files import ATMOSPHERE, FIELD, GIVEN, SceneFiles, read_scene_files, sun_of
 from aomc_sky.source.scene import Scene, photons_of_intensity, require_projected
 from aomc_sky.wavebands import absent_waveband
 from aomc_sky.whole_number import as_index, as_number_of
@@ -201,7 +201,7 @@ class Reading:
             [os.fspath(one) for one in self.allow_paths],
             self.max_memory_bytes,
             options,
-            given.sun.azimuth_deg,
+            given.sun,
         )
         if self.iterations is None:
             return files
@@ -291,15 +291,10 @@ def scene_of_files(path: str | os.PathLike[str], given: LightInputs, reading: Re
 
 def _inputs_of_files(files: SceneFiles) -> tuple[LightInputs, LightInputs]:
     """What sky.toml says, and amc.inp with difcol.inp; beside a sky file only what asks for a beam."""
-    config, toml = files.config, inputs_of_toml(files.toml_or_empty)
+    toml = inputs_of_toml(files.toml_or_empty)
     if files.table is not None:
         toml = dataclasses.replace(toml, amounts=PerezSection())
-    sun = SunSection(
-        zenith_deg=float(config.direct_zenith_deg),
-        azimuth_deg=float(config.direct_azimuth_deg),
-        origin="amc.inp",
-    )
-    return toml, LightInputs(sun=sun, shares=files.difcol)
+    return toml, LightInputs(sun=sun_of(files.config), shares=files.difcol)
 
 
 _Whole = Callable[[LightInputs], Light]

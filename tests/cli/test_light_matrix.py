@@ -1,0 +1,188 @@
+"""Any sky with its sun, from any entrance: it has the beam, or one sentence says why not.
+
+Every cell asks for the same sun and the same irradiances. Where a sky cannot be named at an entrance, the error is a
+usage error with one sentence.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.cli.main import main
+from tests.support.scenes import copy_scene
+from tests.support.shared import INPUTS
+
+SUN = ["--sun-zenith", "40", "--sun-azimuth", "60"]
+LIGHT = ["--ghi", "780", "--dhi", "140", "--spectrum", "flat"]
+KEYWORDS: dict[str, Any] = {"sun_zenith_deg": 40.0, "sun_azimuth_deg": 60.0, "ghi": 780.0, "dhi": 140.0}
+TOML = '[perez]\nghi = 780\ndhi = 140\nspectrum = "flat"\n[sun]\nzenith_deg = 40\nazimuth_deg = 60\n'
+FRACTION = 1 - 140 / 780
+NM = ["400", "450", "550", "650"]
+"""The wavebands of inputs/perez_sky."""
+NAMED = {
+    "perez": {}, "uniform": {}, "overcast": {}, "cie": {"type": 12}, "harrison-coombes": {}, "plugin": {},
+}  # fmt: skip
+FILES = {"csv": "sky.csv", "field": "field.nc"}
+SKIES = (*NAMED, "function", *FILES, "atmosphere")
+NO_FILE = "is a file, not the name of a sky"
+NO_FUNCTION = "a function of Python is not the name of a sky"
+NO_ATMOSPHERE = "an atmosphere is a description in a file, not the name of a sky"
+REFUSED = {
+    ("function", "options"): NO_FUNCTION, ("function", "alone"): NO_FUNCTION, ("function", "toml"): NO_FUNCTION,
+    ("csv", "options"): NO_FILE, ("field", "options"): NO_FILE, ("atmosphere", "options"): NO_ATMOSPHERE,
+    ("atmosphere", "alone"): NO_ATMOSPHERE, ("atmosphere", "python"): "AtmosphereSky has a beam of its own",
+}  # fmt: skip
+"""Sky and entrance -> the sentence."""
+
+
+@pytest.fixture
+def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a scene without sky.toml and difcol.inp, a measured sky, a field, an atmosphere and a plug-in."""
+    monkeypatch.chdir(tmp_path)
+    amc = copy_scene("perez_sky", tmp_path)
+    for name in ("sky.toml", "difcol.inp"):
+        (amc.parent / name).unlink()
+    directions = [(z, a) for z in (0, 20, 40, 60, 80, 88) for a in range(0, 360, 30)]
+    rows = [",".join(f"{x:.4f}" for x in (z, a, *[1 + np.cos(np.radians(z))] * len(NM))) for z, a in directions]
+    head = ",".join(["zenith_deg", "azimuth_deg", *(f"L_{nm} [relative]" for nm in NM)])
+    table = "\n".join(["# azimuth: counter-clockwise from east", head, *rows, ""])
+    for folder in (tmp_path, amc.parent):
+        (folder / "sky.csv").write_text(table)
+    site = tmp_path / "site"
+    about = site / "example_skies-1.dist-info"
+    about.mkdir(parents=True)
+    (site / "example_skies.py").write_text(
+        "def make(*, sun_zenith_rad, sun_azimuth_rad):\n    return lambda z, a, nm: 1.0 + 0.0 * z\n"
+    )
+    (about / "METADATA").write_text("Metadata-Version: 2.1\nName: example-skies\nVersion: 1\n")
+    (about / "entry_points.txt").write_text("[aomc_sky.sky_models]\nplugin = example_skies:make\n")
+    monkeypatch.syspath_prepend(site)
+    return amc.parent
+
+
+def write_field(folder: Path) -> None:
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    zenith, azimuth = np.arange(5.0, 90.0, 10.0), np.arange(15.0, 360.0, 30.0)
+    values = (1 + np.cos(np.radians(zenith)))[:, None] * np.ones((1, azimuth.size))
+    field = xarray.DataArray(
+        values,
+        coords={
+            "zenith": ("zenith", zenith, {"units": "degree"}),
+            "azimuth": ("azimuth", azimuth, {"units": "degree"}),
+        },
+        attrs={"units": "W m-2 nm-1 sr-1", "azimuth_convention": "counter-clockwise from east"},
+        name="radiance",
+    )
+    for target in (folder, folder.parent):
+        field.to_netcdf(target / "field.nc", engine="h5netcdf")
+
+
+def manifest(words: list[str], out: Path) -> dict[str, Any]:
+    assert main(["run", *words, "--iterations", "1000", "--out", str(out), "-q"]) == 0
+    assert main(["verify", str(out), "-q"]) == 0
+    return dict(json.loads((out / "manifest.json").read_text()))
+
+
+def shares_of(found: dict[str, Any], folder: Path) -> list[float]:
+    """Share of the photons that come from the sun's own direction."""
+    shares = []
+    for band in range(1, len(found["bands"]) + 1):
+        photons = np.load(folder / f"photons-{band:04d}.npy")
+        to_sun = -np.array([np.sin(np.radians(40)) * np.cos(np.radians(60)),
+                            np.sin(np.radians(40)) * np.sin(np.radians(60)), np.cos(np.radians(40))])  # fmt: skip
+        shares.append(float(np.mean(photons[:, :3] @ to_sun > 1 - 1e-6)))
+    return shares
+
+
+def by_options(name: str, files: Path) -> dict[str, Any]:
+    """The folder of amc.inp, with options."""
+    named = {"function": "sky.py", "atmosphere": "clear.atmo", **FILES}.get(name, name)
+    options = [word for key, value in NAMED.get(name, {}).items() for word in ("--sky-option", f"{key}={value}")]
+    return manifest([str(files), *SUN, *LIGHT, "--sky", named, *options], files.parent / "out")
+
+
+def alone(name: str, files: Path) -> dict[str, Any]:
+    """The command line without amc.inp."""
+    if name in FILES:
+        return manifest([FILES[name], *SUN, *LIGHT, "--wavelengths", *NM], files.parent / "out")
+    named = {"function": "sky.py", "atmosphere": "clear.atmo"}.get(name, name)
+    options = [word for key, value in NAMED.get(name, {}).items() for word in ("--sky-option", f"{key}={value}")]
+    return manifest(["--sky", named, *options, *SUN, *LIGHT, "--wavelengths", *NM], files.parent / "out")
+
+
+def by_toml(name: str, files: Path) -> dict[str, Any]:
+    """sky.toml beside amc.inp."""
+    if name == "atmosphere":
+        for file in ("clear.atmo", "lambbot.inp"):  # its wavelengths, 410 to 680 nm
+            shutil.copy(INPUTS / "atmosphere_sky" / file, files)
+        solver = 'method = "order1"\nzenith_bins = 4\nazimuth_bins = 8'
+        sun = "zenith_deg = 40\nazimuth_deg = 60\ndisc = false"
+        (files / "sky.toml").write_text(f'[atmosphere]\nfile = "clear.atmo"\n{solver}\n[sun]\n{sun}\n')
+    else:
+        options = "".join(f"{key} = {value}\n" for key, value in NAMED.get(name, {}).items())
+        named = {"function": "sky.py"}.get(name, name)
+        sky_of = f'table = "{FILES[name]}"\n' if name in FILES else f'model = "{named}"\n{options}'
+        (files / "sky.toml").write_text(f"{TOML}[sky]\n{sky_of}")
+    return manifest([str(files)], files.parent / "out")
+
+
+def in_python(name: str, files: Path) -> dict[str, Any]:
+    """`weather_scene`."""
+    how: dict[str, Any] = {"sky": name, "sky_options": NAMED.get(name)}
+    if name == "function":
+        how = {"sky": lambda zenith, azimuth, nm: 1.0 + 0.0 * zenith}
+    elif name == "csv":
+        how = {"sky": sky.read_radiance_csv("sky.csv")}
+    elif name == "field":
+        xarray = pytest.importorskip("xarray")
+        how = {"sky": sky.TabulatedSky.from_xarray(xarray.open_dataarray("field.nc"))}
+    elif name == "atmosphere":
+        medium = sky.Medium(
+            earth_radius_m=6.371e6, top_m=1e5, wavelength_nm=np.array(list(map(float, NM))), constituents=(),
+            ground_albedo=np.zeros(4), toa_irradiance=np.ones(4), n_orders=1, sun_angular_radius_deg=0.2665,
+        )  # fmt: skip
+        how = {"sky": sky.AtmosphereSky(medium=medium, sun_zenith_deg=40.0, sun_azimuth_deg=60.0)}
+    scene = sky.weather_scene(wavebands=list(map(float, NM)), n_photons=1000, **KEYWORDS, **how)
+    out = files.parent / "out"
+    return sky.write_run(scene, out)
+
+
+ENTRANCES: dict[str, Callable[[str, Path], dict[str, Any]]] = {
+    "options": by_options, "alone": alone, "toml": by_toml, "python": in_python,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("entrance", ENTRANCES)
+@pytest.mark.parametrize("name", SKIES)
+def test_every_sky_has_its_sun_or_says_why_not(
+    name: str, entrance: str, files: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if name == "field":
+        write_field(files)
+    sentence = REFUSED.get((name, entrance))
+    if sentence is None:
+        found = ENTRANCES[entrance](name, files)
+        shares = shares_of(found, files.parent / "out")
+        assert len(shares) == len(NM)
+        if name == "atmosphere":
+            assert all(0.2 < share < 0.95 for share in shares)
+        else:
+            assert np.all(np.abs(np.array(shares) - FRACTION) <= 1.001e-3), shares
+        return
+    try:
+        ENTRANCES[entrance](name, files)
+    except (sky.UsageError, sky.InputFileError) as error:
+        said = str(error)
+    except (AssertionError, SystemExit):
+        said = capsys.readouterr().err
+    assert sentence in said
+    assert "Traceback" not in said
