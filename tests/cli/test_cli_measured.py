@@ -93,6 +93,21 @@ def test_what_does_not_go_together_is_refused(arguments, message, capsys):
     assert re.search(message, capsys.readouterr().err)
 
 
+def test_a_measured_sky_with_its_sun(tmp_path, capsys):
+    """The sky in its own units is the diffuse light, and the beam has the share of the irradiances."""
+    words = ["run", str(SKY), "--dni", "800", "--dhi", "120", "--iterations", "1000", "--out", str(tmp_path / "a")]
+    assert main([*words, "--json"]) == 0
+    both = capsys.readouterr()
+    assert "every waveband has the broadband direct fraction 0.836" in both.err
+    assert main(["run", str(SKY), "--iterations", "1000", "--out", str(tmp_path / "b"), "--json"]) == 0
+    alone = json.loads(capsys.readouterr().out)["bands"]
+    fraction = 800 * np.cos(np.radians(40)) / (800 * np.cos(np.radians(40)) + 120)
+    for one, other in zip(json.loads(both.out)["bands"], alone, strict=True):
+        parts = one["component_irradiance_W_m2_nm"]
+        assert parts["measured"] == pytest.approx(other["irradiance_W_m2_nm"], rel=1e-12)
+        assert parts["direct"] == pytest.approx(other["irradiance_W_m2_nm"] * fraction / (1 - fraction), rel=1e-9)
+
+
 def test_a_scene_of_amc_has_no_use_for_its_options(capsys):
     assert main(["run", str(INPUTS / "clear_day"), "--angle-unit", "deg"]) == 2
     assert "--angle-unit is for a measured sky (.csv)" in capsys.readouterr().err

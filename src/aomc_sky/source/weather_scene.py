@@ -185,7 +185,7 @@ def sky_of(sky: Any, options: Mapping[str, Any], given: LightInputs, grid: Patch
         if options:
             raise UsageError(say(f"{{sky_options}} {named} is for a sky by its name; give a model its own"))
         return model_diffuse(sky)
-    found = named_diffuse(sky, options)
+    found = named_diffuse(sky, options, given.entrance)
     if found is None:
         raise UsageError(say(f"{{sky:{sky}}} needs a scene of files: name its amc.inp"))
     return found

@@ -1,9 +1,13 @@
-"""The light of a scene: inputs of sky and sun, and their meaning.
+"""The light of a scene: what is said about sun and sky, and the components that it becomes.
 
-inputs          Inputs of the Perez sky and of the sun in order of precedence, and their shares of beam and sky
-spectral_split  Beam and sky of each waveband from broadband irradiances, by spectra of SPCTRL2 and of clouds
-plugin          The sky model of another package with its options
-shares          Beam and sky of a scene as components in their shares
+inputs          `LightInputs`: what a caller, sky.toml and amc.inp say, and which of them wins
+light           `light_of`: inputs and a sky become components with strengths and irradiances
+diffuse         Diffuse skies beside which the sun's beam is launched
+use             When each input is used: an error or a note for what is not
+amounts         How bright sun and sky are by irradiances, or by clearness and brightness
+spectral_split  Beam and sky of each waveband by SPCTRL2: a cloudless sky, or spectra scaled to dni and dhi
+sun             The sun of a scene
 weather         Sun and sky from a time and a place, or from an hour of a weather file
 sun_position    Position of the sun and its irradiance outside the atmosphere: pvlib's numbers in our conventions
+plugin          The sky model of another package with its options
 """

@@ -15,6 +15,7 @@ from aomc_sky.component import Component
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.formats.sky_models import installed_skies
 from aomc_sky.formats.sky_toml.keys import PerezSection, SkySection
+from aomc_sky.inputs import Entrance
 from aomc_sky.skies.model import sky_model
 from aomc_sky.source.light.amounts import perez_arguments
 from aomc_sky.source.light.sun import Sun
@@ -189,12 +190,12 @@ def model_diffuse(given: Any, *, options: Mapping[str, Any] | None = None, **how
     return DiffuseSky(name=name, lower=lower, is_spectral=True, **how)
 
 
-def named_diffuse(name: str, options: Mapping[str, Any]) -> DiffuseSky | None:
+def named_diffuse(name: str, options: Mapping[str, Any], entrance: Entrance) -> DiffuseSky | None:
     """The sky of this name, if it is one that needs no files; but for that of Perez."""
     if name in installed_skies().plugins:
         from aomc_sky.source.light.plugin import choose_plugin
 
-        return plugin_diffuse(choose_plugin(name, SkySection(), options, ""))
+        return plugin_diffuse(choose_plugin(name, SkySection(), options, "", entrance))
     if name != "uniform":
         return None
     if options:

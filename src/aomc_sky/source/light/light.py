@@ -218,7 +218,7 @@ def _split(
         whole = dataclasses.replace(whole, origin="the sky model replaces skydist.inp")
         if sky.name == "perez":
             if not amounts.has_set:
-                raise _missing_amounts()
+                raise _missing_amounts(inputs)
             return whole
     if inputs.is_cloudless:
         assert sun is not None, "light_of finds the sun of a cloudless sky"
@@ -248,11 +248,11 @@ def _split(
     return whole
 
 
-def _missing_amounts() -> UsageError:
-    return UsageError(
-        "--sky perez instead of skydist.inp needs dni and dhi (or epsilon and delta, or a to e): give them as options, "
-        f"or write into sky.toml beside amc.inp\n\n{_THREE_LINES}\n"
+def _missing_amounts(inputs: LightInputs) -> UsageError:
+    text = (
+        "{sky:perez} instead of skydist.inp needs dni and dhi (or epsilon and delta, or a to e): give them, or write "
     )
+    return UsageError(f"{inputs.say(text)}into sky.toml beside amc.inp\n\n{_THREE_LINES}\n")
 
 
 def _by_irradiances(direct: np.ndarray, diffuse: np.ndarray, amounts: PerezSection) -> _Split:
@@ -304,11 +304,10 @@ def _by_amounts(
             options={"spectrum": found.as_options()},
             levels=levels if said.is_unknown else said,
         )
-    how = " without difcol.inp"
-    if unsaid is Unsaid.WARNING:
-        how = ", the broadband share" if bands.n_bands == 1 else ", the broadband share in every waveband"
-    elif inputs.spectrum is None and 0.0 < fraction < 1.0:
-        _warn_of_one_fraction(inputs, fraction)
+    of_files = unsaid is Unsaid.ERROR
+    how = " without difcol.inp" if of_files else f", the broadband share{' in every waveband' * (bands.n_bands > 1)}"
+    if unsaid is not Unsaid.WARNING and inputs.spectrum is None and 0.0 < fraction < 1.0:
+        _warn_of_one_fraction(inputs, fraction, of_files=of_files)
     return _Split(
         direct_fraction=np.full(bands.n_bands, fraction), origin=f"{amounts}{how}", amounts=amounts, levels=said
     )
@@ -337,13 +336,15 @@ def _warn_of_other_light(inputs: LightInputs, sun: Sun) -> None:
         )
 
 
-def _warn_of_one_fraction(inputs: LightInputs, fraction: float) -> None:
+def _warn_of_one_fraction(inputs: LightInputs, fraction: float, *, of_files: bool) -> None:
     """Warn where beam and sky both shine, so that the fraction differs between wavebands."""
-    say = inputs.say
+    say, without, other = inputs.say, "without difcol.inp ", " (in sky.toml: [perez] spectrum) or difcol.inp"
+    if not of_files:
+        without = other = ""
     warnings.warn(
-        f"without difcol.inp every waveband has the broadband direct fraction {fraction:.3g}, but blue light is "
-        f"more diffuse and red light less; write {say('{spectrum:spectrl2}')} (in sky.toml: [perez] spectrum) or "
-        f"difcol.inp; {say('{spectrum:flat}')} keeps this fraction without a warning",
+        f"{without}every waveband has the broadband direct fraction {fraction:.3g}, but blue light is "
+        f"more diffuse and red light less; write {say('{spectrum:spectrl2}')}{other}; {say('{spectrum:flat}')} keeps "
+        "this fraction without a warning",
         InputWarning,
         stacklevel=2,
     )

@@ -24,6 +24,7 @@ from aomc_sky.errors import (
 from aomc_sky.formats.report import nearest
 from aomc_sky.formats.sky_models import MakeSky, installed_skies
 from aomc_sky.formats.sky_toml.keys import KEYS, SkySection
+from aomc_sky.inputs import Entrance
 from aomc_sky.skies.function_sky import FunctionSky, as_sky_model
 
 _OUR_WARNINGS = (InputWarning, ModelLimitWarning)  # exceptions where warnings are errors
@@ -130,7 +131,9 @@ def options_text(make: MakeSky) -> str:
     return f"its options are {', '.join([*names, *open_ended])}" if names or open_ended else "it has no options"
 
 
-def choose_plugin(name: str, section: SkySection, given: Mapping[str, Any], path: str) -> PluginSky:
+def choose_plugin(
+    name: str, section: SkySection, given: Mapping[str, Any], path: str, entrance: Entrance = Entrance.OPTIONS
+) -> PluginSky:
     """The model of this name with the options of sky.toml, and those that are `given`, which come first.
 
     Wrong names of options are errors here; the model checks their values.
@@ -151,7 +154,10 @@ def choose_plugin(name: str, section: SkySection, given: Mapping[str, Any], path
     if missing and not problems and not wrong:
         message = f"the sky model {make.plugin} needs {' and '.join(missing)}"
         if of_file.model_span is None:
-            wrong.append(f"{message}; write {' '.join(f'--sky-option {n}=...' for n in missing)}")
+            by_option = " ".join(f"--sky-option {n}=..." for n in missing)
+            pairs = ", ".join(f'"{n}": ...' for n in missing)
+            by_keyword = f"sky_options={{{pairs}}}"
+            wrong.append(f"{message}; write {by_option if entrance is Entrance.OPTIONS else by_keyword}")
         else:
             advice = f"add {' and '.join(f'{n} = ...' for n in missing)} below it"
             problems.append(_problem(path, of_file.model_span, "E705", message, advice))

@@ -19,12 +19,14 @@ from aomc_sky.formats.aomc.amc import (
 )
 from aomc_sky.formats.aomc.skydist import SkyTable, read_skydist
 from aomc_sky.formats.sky_toml.keys import SunSection
+from aomc_sky.inputs import Entrance
 from aomc_sky.source.read.kind import not_a_scene
 from aomc_sky.wavebands import Wavebands
 
 if TYPE_CHECKING:
     from aomc_sky.formats.sky_toml.file import SkyToml
     from aomc_sky.skies.lobes.sky import LobeSky
+    from aomc_sky.source.light.inputs import LightInputs
     from aomc_sky.source.light.plugin import PluginSky
     from aomc_sky.source.read.atmosphere import SceneAtmosphere
     from aomc_sky.source.read.field import MeasuredField, SkyField
@@ -89,7 +91,7 @@ def read_scene_files(
     allow_paths: Sequence[str] = (),
     max_memory_bytes: int | None = None,
     sky_options: Mapping[str, Any] | None = None,
-    sun: SunSection | None = None,
+    given: LightInputs | None = None,
 ) -> SceneFiles:
     """Read amc.inp and the files beside it, and report the problems of all of them together."""
     reading = _Reading(folder=amc_path.parent)
@@ -115,10 +117,10 @@ def read_scene_files(
         difcol = reading.attempt(read_difcol, reading.beside("difcol"), n_wavebands=n)
     of_toml = {}
     if toml is not None:
-        sun = toml.sun if sun is None else sun.over(toml.sun)
+        sun = toml.sun if given is None else given.sun.over(toml.sun)
         sun = sun if config is None else sun.over(sun_of(config))
         of_toml = reading.named_files(toml, sky, lambbot, allow_paths, sun)
-    plugin = reading.plugin(toml, sky, sky_options or {})
+    plugin = reading.plugin(toml, sky, sky_options or {}, Entrance.OPTIONS if given is None else given.entrance)
     if config is None and (mistaken := not_a_scene(amc_path)):
         raise mistaken
     if reading.problems or config is None or lambbot is None:
@@ -197,7 +199,9 @@ class _Reading:
             found["sky_field"] = self.attempt(read_sky_field, toml.sky.table, self.paths["sky_toml"], sun)
         return found
 
-    def plugin(self, toml: SkyToml | None, sky: str | None, given: Mapping[str, Any]) -> PluginSky | None:
+    def plugin(
+        self, toml: SkyToml | None, sky: str | None, given: Mapping[str, Any], entrance: Entrance
+    ) -> PluginSky | None:
         """The sky model of another package with its options, or None for a sky of ours."""
         if sky in OUR_SKIES or sky is None:
             if given:
@@ -208,4 +212,4 @@ class _Reading:
         from aomc_sky.source.light.plugin import choose_plugin
 
         section = SkySection() if toml is None else toml.sky
-        return self.attempt(choose_plugin, sky, section, given, self.paths.get("sky_toml", ""))
+        return self.attempt(choose_plugin, sky, section, given, self.paths.get("sky_toml", ""), entrance)

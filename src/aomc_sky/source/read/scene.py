@@ -201,7 +201,7 @@ class Reading:
             [os.fspath(one) for one in self.allow_paths],
             self.max_memory_bytes,
             options,
-            given.sun,
+            given,
         )
         if self.iterations is None:
             return files

@@ -218,7 +218,7 @@ def test_a_wrong_key_of_sky_toml_is_shown(install, scene_with, text, at, reason)
 
 def test_an_option_that_is_needed(install, scene_with):
     install(make_of("return Flat(level)", level="None").replace("level=None", "level"))
-    with pytest.raises(sky.UsageError, match=r"needs level; write --sky-option level=\.\.\."):
+    with pytest.raises(sky.UsageError, match=r'needs level; write sky_options=\{"level": \.\.\.\}'):
         sky.read_scene(SCENE, sky="dark")
     folder = scene_with('model = "dark"\n')
     with pytest.raises(sky.InputFileError, match=r"sky.toml:2:9: error\[E705\].* needs level"):
