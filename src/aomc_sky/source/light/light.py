@@ -305,7 +305,9 @@ def _by_amounts(
             levels=levels if said.is_unknown else said,
         )
     of_files = unsaid is Unsaid.ERROR
-    how = " without difcol.inp" if of_files else f", the broadband share{' in every waveband' * (bands.n_bands > 1)}"
+    how = " without difcol.inp" if of_files else ", the broadband share"
+    if not of_files and bands.n_bands > 1:
+        how += " in every waveband (blue light is more diffuse, red light less)"
     if unsaid is not Unsaid.WARNING and inputs.spectrum is None and 0.0 < fraction < 1.0:
         _warn_of_one_fraction(inputs, fraction, of_files=of_files)
     return _Split(
