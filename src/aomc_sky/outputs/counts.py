@@ -54,9 +54,12 @@ def counts_csv(source: PhotonSource, bands: list[int], masses: list[np.ndarray])
         wavelength, sky = (_number(arrays[name][band]) for name in ("wavelength_nm", "sky_wavelength_nm"))
         head = f"{band + 1},{wavelength},{sky},"
         cells = np.flatnonzero(mass)
-        columns = (text_of[cells], mass[cells], source.expected(band)[cells], counts[band, cells])
+        _, first, share_of = np.unique(mass, return_index=True, return_inverse=True)  # cells of a ring share theirs
+        pairs = zip(mass[first].tolist(), source.expected(band)[first].tolist(), strict=True)
+        shares = [f"{share!r},{expected!r}" for share, expected in pairs]
+        columns = (text_of[cells], share_of.ravel()[cells], counts[band, cells])
         rows = zip(*(column.tolist() for column in columns), strict=True)
-        lines += [f"{head}{texts[k]},{share!r},{expected!r},{n}" for k, share, expected, n in rows]
+        lines += [f"{head}{texts[k]},{shares[share]},{n}" for k, share, n in rows]
     return "\n".join([*lines, ""]).encode("ascii")
 
 
