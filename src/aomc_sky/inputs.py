@@ -86,11 +86,13 @@ LIGHTS = _by_name(
 
 CLEAR_SKY = _by_name(
     "clear_sky",
-    Input("aod_500nm", "--aod", "optical depth of the aerosol at 500 nm (default 0.1)", low=0, high=5),
-    Input("water_cm", "--water-cm", "precipitable water (default 1.4)", "cm", 0, 20),
-    Input("ozone_cm", "--ozone-cm", "column of ozone (default 0.3)", "atm cm", 0, 2),
-    Input("pressure_hPa", "--pressure-hpa", "pressure at the surface (default 1013.25)", "hPa", 100, 1200),
-)
+    Input("aod_500nm", "--aod", "optical depth of the aerosol at 500 nm (default 0.1)", low=0, high=5,
+          keyword="clear_sky"),
+    Input("water_cm", "--water-cm", "precipitable water (default 1.4)", "cm", 0, 20, keyword="clear_sky"),
+    Input("ozone_cm", "--ozone-cm", "column of ozone (default 0.3)", "atm cm", 0, 2, keyword="clear_sky"),
+    Input("pressure_hPa", "--pressure-hpa", "pressure at the surface (default 1013.25)", "hPa", 100, 1200,
+          keyword="clear_sky"),
+)  # fmt: skip
 """Keys of [clear_sky]: the air of a cloudless sky, for --spectrum spectrl2 without irradiances."""
 
 MOMENT = _by_name(

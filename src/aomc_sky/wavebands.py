@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import KW_ONLY, dataclass, fields
 
 import numpy as np
@@ -10,6 +11,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.content import same_content
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.inputs import in_nm
+from aomc_sky.whole_number import as_index
 
 
 @dataclass(eq=False, frozen=True, slots=True)
@@ -119,3 +121,24 @@ def midpoint_wavelength_index(wavelength_nm: ArrayLike, table_wavelength_nm: Arr
     middle = (table[:-1] + table[1:]) / np.float32(2)
     below = bands[:, None] < middle[None, :]
     return np.where(below.any(axis=1), below.argmax(axis=1), table.size - 1)
+
+
+def listed_bands(wavebands: Sequence[int] | None) -> list[int] | None:
+    """The chosen bands, each once, in order."""
+    return None if wavebands is None else sorted({as_index(b, "a waveband") for b in wavebands})
+
+
+def only_bands(n_photons: np.ndarray, wavebands: Sequence[int] | None, wavelength_nm: np.ndarray) -> np.ndarray:
+    """Photons of the chosen bands, from 1, and none of the others."""
+    if wavebands is None:
+        return n_photons
+    chosen = listed_bands(wavebands)
+    if not chosen:
+        raise UsageError(f"no waveband is chosen; there are {n_photons.size}, from 1")
+    for number in chosen:
+        if not 1 <= number <= n_photons.size:
+            raise absent_waveband(number, wavelength_nm)
+    kept = np.zeros_like(n_photons)
+    index = np.array(chosen) - 1
+    kept[index] = n_photons[index]
+    return kept

@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import UsageError, require_one_of
+from aomc_sky.formats.sky_toml.keys import value_problem
 from aomc_sky.grid import PatchGrid
 from aomc_sky.inputs import MODEL, PEREZ, Entrance
 from aomc_sky.source.light.diffuse import DiffuseSky, model_diffuse, named_diffuse, perez_diffuse
-from aomc_sky.source.light.inputs import LightInputs, given_inputs
-from aomc_sky.source.light.light import Unsaid, light_of
+from aomc_sky.source.light.inputs import LightInputs, Unsaid, given_inputs
+from aomc_sky.source.light.light import light_of
 from aomc_sky.source.light.use import Use, refuse_unused
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands, as_wavebands
@@ -43,7 +44,7 @@ def weather_scene(
     epsilon: float | None = None,
     delta: float | None = None,
     coefficients: Sequence[float] | None = None,
-    spectrum: str = "flat",
+    spectrum: str | None = None,
     sun_disc: bool = False,
     diffuse_only: bool = False,
     within: str | None = None,
@@ -86,10 +87,10 @@ def weather_scene(
         Clearness and brightness of the sky in their place. [1 or more; 0 or more]
     coefficients : sequence of 5 float, optional
         Those of the sky's law in their place. They do not say how bright the beam is: the sky is launched alone.
-    spectrum : str
-        "flat": every waveband has the broadband shares. "spectrl2": shares and irradiances of each waveband by
-        cloudless spectra (Bird and Riordan 1986, by pvlib) that are scaled to dni and dhi. Without irradiances the
-        light is that of a cloudless sky, `clear_sky`.
+    spectrum : str, optional
+        "flat", the default: every waveband has the broadband shares. "spectrl2": shares and irradiances of each
+        waveband by cloudless spectra (Bird and Riordan 1986, by pvlib) that are scaled to dni and dhi. Without
+        irradiances the light is that of a cloudless sky, `clear_sky`.
     sun_disc : bool
         The beam comes from the solar disc, 0.2665 degrees in radius, and not from one direction.
     diffuse_only : bool
@@ -133,7 +134,8 @@ def weather_scene(
     >>> [round(float(component.strength[0]), 4) for component in scene.components]
     [0.8205, 0.1795]
     """
-    require_one_of(PEREZ["spectrum"].words, spectrum, "spectrum")
+    if spectrum is not None:
+        require_one_of(PEREZ["spectrum"].words, spectrum, "spectrum")
     perez = {"ghi": ghi, "dni": dni, "dhi": dhi, "epsilon": epsilon, "delta": delta, "spectrum": spectrum}
     perez |= {"limits": limits, "air_mass": air_mass, "extraterrestrial_normal": extraterrestrial_normal}
     if coefficients is not None:
@@ -143,7 +145,10 @@ def weather_scene(
     given = given_inputs(
         Entrance.KEYWORDS,
         perez=perez,
-        sun={"zenith_deg": sun_zenith_deg, "azimuth_deg": sun_azimuth_deg, "disc": sun_disc or None},
+        sun={
+            "zenith_deg": sun_zenith_deg, "azimuth_deg": sun_azimuth_deg,
+            "disc": None if sun_disc is False else sun_disc,
+        },
         within=within,
         weather={
             "time": time, "latitude_deg": latitude_deg, "longitude_deg": longitude_deg,
@@ -185,6 +190,9 @@ def sky_of(sky: Any, options: Mapping[str, Any], given: LightInputs, grid: Patch
         if options:
             raise UsageError(say(f"{{sky_options}} {named} is for a sky by its name; give a model its own"))
         return model_diffuse(sky)
+    _, message, advice = value_problem("sky", "model", sky)
+    if message:
+        raise UsageError(f"sky: {message}; {advice}")
     found = named_diffuse(sky, options, given.entrance)
     if found is None:
         raise UsageError(say(f"{{sky:{sky}}} needs a scene of files: name its amc.inp"))
@@ -202,8 +210,8 @@ def scene_of_sky(
     options: Mapping[str, Any] | None = None,
 ) -> Scene:
     """The scene of a sky and of the sun's beam."""
-    weather, is_whole = given.weather, unsaid is not Unsaid.ERROR and sky.name != "perez"
-    refuse_unused(given, Use(inputs=given, sky=sky.name, words=str(sky), is_whole=is_whole))
+    weather = given.weather
+    refuse_unused(given, Use(inputs=given, sky=sky.name, words=str(sky), unsaid=unsaid, is_file=sky.is_file))
     given.refuse_set_sun()
     light = light_of(given, sky, bands, unsaid=unsaid)
     files = dict(input_files or {})
@@ -218,5 +226,9 @@ def scene_of_sky(
         irradiance=light.irradiance,
         notes=light.notes,
         input_files=files,
-        options={**light.options, "weather": None if weather is None else weather.source, **(options or {})},
+        options={
+            **light.options,
+            **{name: value for name, value in (options or {}).items() if light.options.get(name) is None},
+            "weather": None if weather is None else weather.source,
+        },
     )

@@ -76,6 +76,8 @@ def perez(arguments: argparse.Namespace) -> int:
     from aomc_sky.progress import patience
     from aomc_sky.source.light.amounts import direct_fraction, refuse_kilowatts
     from aomc_sky.source.light.diffuse import perez_sky
+    from aomc_sky.source.light.inputs import Unsaid
+    from aomc_sky.source.light.use import Use, refuse_unused
 
     _check(arguments)
     is_shown = cli_options.speaks(arguments)
@@ -85,9 +87,11 @@ def perez(arguments: argparse.Namespace) -> int:
         sun, amounts = given.scene_sun("a perez sky"), given.amounts
         if not amounts.has_set:
             raise UsageError(
-                "which sky? write two of --dni, --dhi and --ghi, --epsilon and --delta, or --coefficients a b c d e"
+                "which sky? write two of --dni, --dhi and --ghi, --epsilon and --delta, or --coefficients a b c d e; a "
+                "cloudless sky is made by aomc-sky run --spectrum spectrl2"
             )
         refuse_kilowatts(amounts, sun)
+        refuse_unused(given, Use(inputs=given, sky="perez", words="a perez sky", unsaid=Unsaid.WARNING))
         if direct_fraction(amounts, sun) == 1.0:
             hour = given.weather
             what = "the diffuse irradiance" if hour is None or hour.path is None else f"{hour.where}: DHI"
@@ -142,7 +146,7 @@ def _scene(given: LightInputs, arguments: argparse.Namespace) -> Scene:
     from aomc_sky.grid import PatchGrid
     from aomc_sky.source.weather_scene import scene_of_weather
 
-    if arguments.with_beam and given.amounts.coefficients is not None:
+    if arguments.with_beam and given.amounts.coefficients is not None and not given.is_cloudless:
         raise UsageError("coefficients do not say how bright the beam is; write two of --dni, --dhi, --ghi")
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "(?!spectrum )", ModelLimitWarning)  # warnings of the sky were shown before

@@ -16,6 +16,7 @@ from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.formats.sky_models import installed_skies
 from aomc_sky.formats.sky_toml.keys import PerezSection, SkySection
 from aomc_sky.inputs import Entrance
+from aomc_sky.plan.laws import law_of
 from aomc_sky.skies.model import sky_model
 from aomc_sky.source.light.amounts import perez_arguments
 from aomc_sky.source.light.sun import Sun
@@ -24,6 +25,10 @@ if TYPE_CHECKING:
     from aomc_sky.grid import PatchGrid
     from aomc_sky.skies.perez.sky import PerezSky
     from aomc_sky.source.light.plugin import PluginSky
+
+
+FIELD = "field"
+"""The sky of a scene whose sky.toml has [sky] table, and of a field that is run alone."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -74,8 +79,13 @@ def diffuse_of(components: Sequence[Component], name: str, rows: Rows) -> Diffus
             "is diffuse"
         )
     shares = [np.divide(c.strength, total, out=np.zeros_like(total), where=total > 0) for c in components]
-    is_absolute = all(c.irradiance_W_m2_nm is not None for c in components) and bool(np.all(fractions < 1))
+    is_absolute = all(c.irradiance_W_m2_nm is not None for c in components)
+    notes: tuple[str, ...] = ()
+    if is_absolute and np.any(fractions == 1):
+        is_absolute = False
+        notes = (f"{name}: its own irradiance is not used, for a waveband has direct light alone",)
     return Diffuse(
+        notes=notes,
         components=tuple(
             dataclasses.replace(c, strength=share, irradiance_W_m2_nm=None)
             for c, share in zip(components, shares, strict=True)
@@ -99,8 +109,10 @@ def perez_diffuse(
         shown = {name: getattr(sky, name) for name in shows}
         shown |= {**sky_options(sky), **choices, "from": str(amounts), "limited": limited}
         notes = [_perez_note(shown, amounts)]
-        if replaces_file and (missing := sky.missing_beam("write 0 as the light source of amc.inp to launch both")):
-            notes.append(missing)
+        has_beam = bool(np.any(rows.direct_fraction > 0))
+        if replaces_file and not has_beam:
+            missing = sky.missing_beam("write 0 as the light source of amc.inp to launch both")
+            notes += [missing] * bool(missing)
         components = tuple(sky.lower(rows.direct_fraction))
         return Diffuse(components=components, notes=tuple(notes), options={"perez": shown})
 
@@ -159,9 +171,10 @@ def plugin_diffuse(plugin: PluginSky) -> DiffuseSky:
         angles = (0.0, 0.0) if sun is None else (math.radians(sun.zenith_deg), math.radians(sun.azimuth_deg))
         model = plugin.model(*angles)
         components = plugin.lower(model, rows.wavelength_nm)
+        found = diffuse_of(components, f"the sky model {plugin}", rows)
         return dataclasses.replace(
-            diffuse_of(components, f"the sky model {plugin}", rows),
-            notes=(plugin.text, *plugin.notes(model, rows.wavelength_nm)),
+            found,
+            notes=(plugin.text, *found.notes, *plugin.notes(model, rows.wavelength_nm)),
             options={"plugin": plugin.record},
         )
 
@@ -181,13 +194,27 @@ def model_diffuse(given: Any, *, options: Mapping[str, Any] | None = None, **how
     name = str(getattr(model, "name", type(model).__name__))
 
     def lower(_: Sun | None, rows: Rows, __: PerezSection) -> Diffuse:
-        found = diffuse_of(tuple(model.lower(rows.wavelength_nm)), f"sky {name!r}", rows)
-        notes = tuple(model.notes(rows.wavelength_nm)) if hasattr(model, "notes") else ()
+        components = tuple(_every_row(one, rows.wavelength_nm.size) for one in model.lower(rows.wavelength_nm))
+        if any(law_of(one.law).is_beam for one in components):
+            raise UsageError(f"{name} is a beam and no diffuse sky; put it into Scene(components=[...])")
+        found = diffuse_of(components, f"sky {name!r}", rows)
+        notes = found.notes + (tuple(model.notes(rows.wavelength_nm)) if hasattr(model, "notes") else ())
         if not np.any(rows.direct_fraction > 0) and hasattr(model, "missing_beam"):
             notes += tuple(filter(None, (model.missing_beam(),)))
         return dataclasses.replace(found, notes=notes, options=dict(options or {}))
 
     return DiffuseSky(name=name, lower=lower, is_spectral=True, **how)
+
+
+def _every_row(component: Component, n_rows: int) -> Component:
+    """A component with one row serves all."""
+    if component.strength.size == n_rows:
+        return component
+    if component.strength.size != 1:
+        raise SceneError(f"component {component.name!r} has {component.strength.size} rows for {n_rows} wavelengths")
+    own = component.irradiance_W_m2_nm
+    every = None if own is None else np.repeat(own, n_rows)
+    return dataclasses.replace(component, strength=np.repeat(component.strength, n_rows), irradiance_W_m2_nm=every)
 
 
 def named_diffuse(name: str, options: Mapping[str, Any], entrance: Entrance) -> DiffuseSky | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import enum
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
@@ -35,6 +36,14 @@ if TYPE_CHECKING:
 MODEL_CHOICES = {name: row.words for name, row in MODEL.items() if row.words}
 FOR_IRRADIANCES = ("air_mass", "extraterrestrial_normal")  #: Only from irradiances to epsilon and Delta.
 OPTIONS = "options"  #: The origin of what a caller says.
+
+
+class Unsaid(enum.Enum):
+    """What it means that nothing says how bright the beam is."""
+
+    ERROR = "error"  #: a person filled in an amc.inp that promises a sun
+    WHOLE = "whole"  #: the sky is the whole light
+    WARNING = "warning"  #: a sun was named and is missing
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -70,7 +79,18 @@ class LightInputs:
     @property
     def is_cloudless(self) -> bool:
         """Whether the light is that of a cloudless sky."""
-        return self.spectrum == SPECTRL2 and not self.has_amounts and self.shares is None
+        is_said = self.has_amounts or self.shares is not None or self.has_both_irradiances
+        return self.spectrum == SPECTRL2 and not is_said
+
+    @property
+    def has_both_irradiances(self) -> bool:
+        """Whether the irradiances of beam and sky are known for every waveband."""
+        return self.direct_irradiance is not None and self.diffuse_irradiance is not None
+
+    @property
+    def has_broadband(self) -> bool:
+        """Whether a Perez sky follows from irradiances, which a cloudless sky has too."""
+        return self.amounts.has_irradiances or (self.is_cloudless and not self.amounts.has_set)
 
     @property
     def is_of_file(self) -> bool:
@@ -85,12 +105,13 @@ class LightInputs:
         ]
         of_perez += ["coefficients"] * (self.amounts.coefficients is not None)
         if self.is_of_file:
-            of_perez = []
+            of_perez = []  # the name of the file stands for them, below
         sun = [name for name in ("zenith_deg", "azimuth_deg", "disc") if getattr(self.sun, name) is not None]
         if self.weather is not None:
             sun = [*self.weather.names, *(name for name in sun if name == "disc")]
         spectrum = ["spectrum"] * (self.spectrum is not None)
-        return [*of_perez, *spectrum, *sun, *self.model, *self.clear_sky, *self.lights]
+        alone = ["diffuse_only"] * self.diffuse_only
+        return [*of_perez, *spectrum, *sun, *self.model, *self.clear_sky, *self.lights, *alone]
 
     def say(self, text: str) -> str:
         """A text with the names of inputs as the caller wrote them."""
@@ -101,6 +122,8 @@ class LightInputs:
         amounts = self.amounts if self.amounts.has_set else below.amounts
         mine = (self.direct_irradiance, self.diffuse_irradiance)
         with_irradiances = self if any(one is not None for one in mine) else below
+        if (self.has_amounts or self.is_cloudless) and below.has_both_irradiances:
+            with_irradiances = self  # two answers to one question: the first counts
         return dataclasses.replace(
             self,
             sun=self.sun.over(below.sun),
@@ -115,7 +138,7 @@ class LightInputs:
     def perez_choices(self) -> dict[str, Any]:
         """Arguments of `PerezSky` beside the amounts, with their defaults."""
         choices = {name: allowed[0] for name, allowed in MODEL_CHOICES.items()} | dict(self.model)
-        if not self.amounts.has_irradiances:
+        if not self.has_broadband:
             return {name: value for name, value in choices.items() if name not in FOR_IRRADIANCES}
         if self.weather is not None:
             choices.setdefault("extraterrestrial_normal", self.weather.extraterrestrial_normal)
@@ -206,6 +229,10 @@ def given_inputs(
     )
     if dataclasses.is_dataclass(clear_sky) and not isinstance(clear_sky, type):
         clear_sky = dataclasses.asdict(clear_sky)
+    if clear_sky is not None and not isinstance(clear_sky, Mapping):
+        raise UsageError(f"clear_sky must be a ClearSky(...) or a mapping, got {clear_sky!r}")
+    if not isinstance(diffuse_only, (bool, np.bool_)):
+        raise UsageError(f"diffuse_only must be True or False, got {diffuse_only!r}")
     return LightInputs(
         entrance=entrance,
         sun=SunSection(**position, origin=origin),
@@ -241,19 +268,21 @@ def _checked(section: str, values: Mapping[str, Any], entrance: Entrance) -> dic
         if value is not None:
             _, message, advice = value_problem(section, name, value)
             if message:
-                keyword = INPUTS[name].keyword if name in INPUTS and entrance is Entrance.KEYWORDS else ""
+                is_renamed = section == "sun" and entrance is Entrance.KEYWORDS
+                keyword = INPUTS[name].keyword if is_renamed else ""
                 raise UsageError(f"{keyword or name}: {message}; {advice}")
             good[name] = value
     return good
 
 
-def replaced_notes(given: LightInputs, below: LightInputs) -> tuple[str, ...]:
-    """Notes on inputs of files that a time, a place or a weather file replaces."""
+def replaced_notes(given: LightInputs, below: LightInputs, *, is_true: bool) -> tuple[str, ...]:
+    """Notes on inputs of files that a time, a place or a weather file replaces; `is_true`: by the unrefracted sun."""
     weather, before = given.weather, below.sun
     if weather is None:
         return ()
+    zenith = weather.true_zenith_deg if is_true else weather.sun_zenith_deg
     text = (
-        f"{weather.origin}: the sun at a zenith angle of {weather.sun_zenith_deg:.4f} and an azimuth of "
+        f"{weather.origin}: the sun at a zenith angle of {zenith:.4f} and an azimuth of "
         f"{weather.sun_azimuth_deg:.4f} degrees, not at {before.zenith_deg:g} and {before.azimuth_deg:g} as in "
         f"{before.origin}"
     )

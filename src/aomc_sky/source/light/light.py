@@ -6,7 +6,6 @@ Whatever names the sky, the beam is shared out here alone.
 from __future__ import annotations
 
 import dataclasses
-import enum
 import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -22,7 +21,7 @@ from aomc_sky.formats.text_file import refuse
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
 from aomc_sky.source.light.amounts import amounts_of_fractions, direct_fraction, mean_fraction, refuse_kilowatts
 from aomc_sky.source.light.diffuse import Diffuse, DiffuseSky, Rows
-from aomc_sky.source.light.inputs import LightInputs
+from aomc_sky.source.light.inputs import LightInputs, Unsaid
 from aomc_sky.source.light.sun import Sun
 from aomc_sky.wavebands import Wavebands
 
@@ -36,14 +35,6 @@ _THREE_LINES = (
     "[perez]\ndni = 850.0    # direct normal irradiance, W m-2\ndhi = 95.0     # diffuse horizontal irradiance, W m-2"
 )
 AMOUNTS = "two of {dni}, {dhi} and {ghi}, or {epsilon} and {delta}, or {spectrum:spectrl2} for a cloudless sky"
-
-
-class Unsaid(enum.Enum):
-    """What it means that nothing says how bright the beam is."""
-
-    ERROR = "error"  #: a person filled in an amc.inp that promises a sun
-    WHOLE = "whole"  #: the sky is the whole light
-    WARNING = "warning"  #: a sun was named and is missing
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -133,6 +124,8 @@ def _sun_and_sky(
     components += scaled(diffuse.components, 1.0 - rows.direct_fraction)
     own = None if diffuse.irradiance is None else np.array(diffuse.irradiance)[row_of_band]
     notes = [*_split_notes(split, sky if is_lit else None, inputs, sun), *diffuse.notes]
+    if inputs.shares is not None and inputs.has_both_irradiances:
+        notes.append(f"{DIFCOL}: its direct fractions are not used, [sky] of {SKY_TOML} gives them")
     if own is not None and levels.diffuse is None:
         levels = _Levels(direct=levels.direct, diffuse=own)
     elif own is not None and inputs.diffuse_irradiance is None:
@@ -207,12 +200,12 @@ def _split(
     said = _Levels.said_by(inputs)
     if amounts.has_set and sun is not None:
         refuse_kilowatts(amounts, sun)
+    if said.direct is not None and said.diffuse is not None:
+        return _by_irradiances(said.direct, said.diffuse, amounts)
     if inputs.shares is not None:
         assert sun is not None, "difcol.inp stands beside amc.inp"
         _warn_of_other_light(inputs, sun)
         return _Split(direct_fraction=inputs.shares.direct_fraction, origin=DIFCOL, amounts=amounts, levels=said)
-    if said.direct is not None and said.diffuse is not None:
-        return _by_irradiances(said.direct, said.diffuse, amounts)
     whole = _Split(direct_fraction=np.zeros(n_bands), amounts=amounts, levels=said)
     if unsaid is Unsaid.WHOLE and not sky.is_file:
         whole = dataclasses.replace(whole, origin="the sky model replaces skydist.inp")
@@ -308,7 +301,8 @@ def _by_amounts(
     how = " without difcol.inp" if of_files else ", the broadband share"
     if not of_files and bands.n_bands > 1:
         how += " in every waveband (blue light is more diffuse, red light less)"
-    if unsaid is not Unsaid.WARNING and inputs.spectrum is None and 0.0 < fraction < 1.0:
+    is_shared = 0.0 < fraction < 1.0 and not inputs.diffuse_only
+    if unsaid is not Unsaid.WARNING and inputs.spectrum is None and is_shared:
         _warn_of_one_fraction(inputs, fraction, of_files=of_files)
     return _Split(
         direct_fraction=np.full(bands.n_bands, fraction), origin=f"{amounts}{how}", amounts=amounts, levels=said
@@ -389,10 +383,16 @@ def _in_absolute_units(
     if light.irradiance is not None:
         base = light.irradiance.of_component
     elif skies or not levels.is_unknown:
-        base = _base_irradiance(light, levels, bands, toml_path)
+        base = _base_irradiance(light, levels, bands, toml_path, has_background=bool(skies))
     else:
         return light
     if not skies:
+        dark = np.flatnonzero(base.sum(axis=1) == 0)
+        if dark.size and not levels.is_unknown:
+            raise SceneError(
+                f"waveband {dark[0] + 1} at {bands.wavelength_nm[dark[0]]:g} nm has no light: direct_irradiance and "
+                "diffuse_irradiance are 0 there; write a positive value, or choose others by --waveband"
+            )
         return dataclasses.replace(light, irradiance=Irradiance(of_component=base))
     return _joined(light, base, skies, bands)
 
@@ -434,7 +434,9 @@ def _rows_of(values: np.ndarray | None, rows: np.ndarray) -> Any:
     return values if values is None or values.shape[0] == 1 else values[rows]
 
 
-def _base_irradiance(light: Light, levels: _Levels, bands: Wavebands, toml_path: str) -> np.ndarray:
+def _base_irradiance(
+    light: Light, levels: _Levels, bands: Wavebands, toml_path: str, *, has_background: bool
+) -> np.ndarray:
     """Irradiance of sun and sky, shape (n_band, n_component). [W m-2 nm-1]"""
     components, rows = light.components, light.row_of_band
     if not components:
@@ -442,7 +444,7 @@ def _base_irradiance(light: Light, levels: _Levels, bands: Wavebands, toml_path:
     share = np.stack([c.strength[rows] * (c.mass.max(axis=1) > 0)[rows if len(c.mass) > 1 else 0] for c in components])
     is_beam = np.array([c.name == BEAM for c in components])
     beam, sky = share[is_beam].sum(axis=0), share[~is_beam].sum(axis=0)
-    _refuse_unknown(levels, beam, sky, bands, toml_path)
+    _refuse_unknown(levels, beam, sky, bands, toml_path, has_background=has_background)
     of_sky = np.zeros(bands.n_bands) if levels.diffuse is None else levels.diffuse
     of_beam = levels.direct
     if of_beam is None:
@@ -451,7 +453,7 @@ def _base_irradiance(light: Light, levels: _Levels, bands: Wavebands, toml_path:
         _refuse_contradiction(name, expected, modelled, bands)
     total = np.where(is_beam[:, None], beam, sky)
     level = np.where(is_beam[:, None], of_beam, of_sky)
-    irradiance: np.ndarray = np.divide(share * level, total, out=np.zeros_like(share), where=total > 0).T
+    irradiance: np.ndarray = (np.divide(share, total, out=np.zeros_like(share), where=total > 0) * level).T
     return irradiance
 
 
@@ -465,7 +467,9 @@ def _refuse_contradiction(name: str, expected: np.ndarray, modelled: np.ndarray,
         )
 
 
-def _refuse_unknown(levels: _Levels, beam: np.ndarray, sky: np.ndarray, bands: Wavebands, toml_path: str) -> None:
+def _refuse_unknown(
+    levels: _Levels, beam: np.ndarray, sky: np.ndarray, bands: Wavebands, toml_path: str, *, has_background: bool
+) -> None:
     """Raise, with the lines to write, where no file says how bright sun or sky is."""
     missing = []
     if levels.diffuse is None and np.any(sky > 0):
@@ -477,9 +481,12 @@ def _refuse_unknown(levels: _Levels, beam: np.ndarray, sky: np.ndarray, bands: W
     at = ", ".join(f"{w:g}" for w in bands.wavelength_nm[:_MAX_SHOWN]) + (", ..." if bands.n_bands > _MAX_SHOWN else "")
     values = ", ".join(["1.0"] * bands.n_bands)
     lines = "".join(f"{name}_irradiance = [{values}]\n" for name in missing)
+    what = "the light of a background is in W m-2 nm-1, but no file says how bright sun and sky are"
+    if not has_background:
+        what = f"[sky] says how bright one of sun and sky is, and nothing says it of the {missing[0]} light"
     raise refuse(
         toml_path,
-        "the light of a background is in W m-2 nm-1, but no file says how bright sun and sky are",
+        what,
         code="E708",
         advice="write their irradiances on a horizontal plane into sky.toml, one value for each waveband "
         f"({at} nm):\n\n[sky]\n{lines}",

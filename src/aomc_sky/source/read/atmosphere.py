@@ -12,6 +12,7 @@ import numpy as np
 
 from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.formats.sky_toml.keys import GLOW_KEY, AtmosphereSection, moon_direction
+from aomc_sky.formats.units import AU_M
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere.description.medium import MediumReport, glow_of_luminance, moon_of_direction, read_medium
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
@@ -21,6 +22,8 @@ from aomc_sky.source.light.inputs import LightInputs
 from aomc_sky.source.light.light import DIFCOL, Light
 from aomc_sky.wavebands import Wavebands, nearest_wavelength_index
 
+_NEAREST_AU, _FARTHEST_AU = 0.98, 1.02
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SceneAtmosphere:
@@ -29,6 +32,7 @@ class SceneAtmosphere:
     section: AtmosphereSection
     medium: Medium
     report: MediumReport
+    earth_sun_distance_au: float  #: for which the description has the sun's irradiance
 
 
 def read_atmosphere(
@@ -36,8 +40,15 @@ def read_atmosphere(
 ) -> SceneAtmosphere:
     """Read a description and evaluate it, at the wavelengths of the wavebands if there is `lambbot`."""
     wavelength = None if lambbot is None else lambbot.wavelength_nm
-    medium, report = read_medium(read_atmo(section.file, allow_paths=allow_paths), wavelength)
-    return SceneAtmosphere(section=section, medium=medium, report=report)
+    description = read_atmo(section.file, allow_paths=allow_paths)
+    medium, report = read_medium(description, wavelength)
+    distance = description.earth_sun_distance_m / AU_M
+    return SceneAtmosphere(section=section, medium=medium, report=report, earth_sun_distance_au=distance)
+
+
+def _is_earth(atmosphere: SceneAtmosphere) -> bool:
+    """Whether the description's sun is as far as the Earth's on some day."""
+    return _NEAREST_AU < atmosphere.earth_sun_distance_au < _FARTHEST_AU
 
 
 def _with_lights(atmosphere: SceneAtmosphere, lights: Mapping[str, float]) -> SceneAtmosphere:
@@ -62,8 +73,9 @@ def atmosphere_light(inputs: LightInputs, *, bands: Wavebands, atmosphere: Scene
         sun = dataclasses.replace(sun, zenith_deg=inputs.weather.true_zenith_deg)
     has_disc = inputs.sun.disc is not False
     section, medium = atmosphere.section, atmosphere.medium
-    if sun.distance_factor is not None:
-        medium = dataclasses.replace(medium, toa_irradiance=medium.toa_irradiance * sun.distance_factor)
+    if sun.distance_factor is not None and _is_earth(atmosphere):
+        factor = sun.distance_factor * atmosphere.earth_sun_distance_au**2
+        medium = dataclasses.replace(medium, toa_irradiance=medium.toa_irradiance * factor)
     sky = AtmosphereSky(
         medium=medium,
         sun_zenith_deg=sun.zenith_deg,
@@ -156,6 +168,9 @@ def _notes(sky: AtmosphereSky, atmosphere: SceneAtmosphere, inputs: LightInputs)
         notes.append(f"atmosphere: too thin to matter, left out: {', '.join(atmosphere.report.dropped)}")
     if inputs.diffuse_only:
         notes.append("atmosphere: the beam is left out")
+    if inputs.weather is not None and not _is_earth(atmosphere):
+        distance = atmosphere.earth_sun_distance_au
+        notes.append(f"atmosphere: its sun is {distance:g} AU away, so the date does not change its irradiance")
     if inputs.shares is not None:
         notes.append(f"{DIFCOL}: its direct fractions are not used, the atmosphere gives them")
     return tuple(notes)

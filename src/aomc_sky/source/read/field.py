@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import os
 from dataclasses import dataclass
@@ -16,9 +17,8 @@ from aomc_sky.formats.sky_toml.keys import FieldSection, PerezSection, SunSectio
 from aomc_sky.skies.measured import RadianceField
 from aomc_sky.skies.radiance_field import has_wavelength, read_radiance_field
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting
-from aomc_sky.source.light.diffuse import Diffuse, DiffuseSky, Rows, model_diffuse
+from aomc_sky.source.light.diffuse import FIELD, Diffuse, DiffuseSky, Rows, model_diffuse
 from aomc_sky.source.light.sun import Sun
-from aomc_sky.source.read.files import FIELD
 from aomc_sky.source.scene import require_projected
 from aomc_sky.wavebands import nearest_wavelength_index
 
@@ -31,6 +31,7 @@ class SkyField:
     variable: str
     sky: TabulatedSky
     has_wavelength: bool  #: False: the same sky at all wavelengths
+    sun: None = None  #: a field does not say it
 
     def diffuse(self, folder: str, *, per_solid_angle: bool) -> DiffuseSky:
         """The field as the sky of a scene, with a row for each wavelength of the field that a waveband takes."""
@@ -53,7 +54,12 @@ class SkyField:
                     f"{self.section.file} is dark at {sky.wavelength_nm[rows.table_row[dark[0]]]:g} nm, but "
                     f"{1 - fractions[dark[0]]:g} of the light there is diffuse"
                 )
-            return Diffuse(components=components, notes=self.notes, options={"field": self.as_options(folder)})
+            level = None
+            if sky.radiance_unit and np.all(fractions < 1):
+                light = np.sum(sky.values[rows.table_row] * sky.grid.projected_solid_angle_sr, axis=1)
+                level = tuple((light * sky.radiance_unit).tolist())
+            options = {"field": self.as_options(folder)}
+            return Diffuse(components=components, notes=self.notes, options=options, irradiance=level)
 
         return DiffuseSky(
             name=FIELD,
@@ -92,6 +98,7 @@ class MeasuredField:
 
     section: FieldSection
     sky: RadianceField
+    sun: SunSection | None = None  #: where the file says that it is
 
     def diffuse(self, folder: str, *, per_solid_angle: bool) -> DiffuseSky:
         """The measured sky as the sky of a scene."""
@@ -139,12 +146,16 @@ def _read_measured(section: FieldSection, toml_path: str, sun: SunSection) -> Me
         if getattr(section, key):
             message, advice = f"{key} is for a netCDF file, and table names a table of text", "remove it"
             raise InputFileError([problem_of_key(toml_path, ("sky", key), "E710", message, advice)])
-    sky = read_radiance_csv(
-        section.file,
-        azimuth_convention=section.azimuth_convention,
-        angle_unit=section.angle_unit,
-        radiance_unit=section.radiance_unit,
-        sun_zenith_deg=sun.zenith_deg,
-        sun_azimuth_deg=sun.azimuth_deg,
-    )
-    return MeasuredField(section=section, sky=sky)
+    how: dict[str, Any] = {n: getattr(section, n) for n in ("azimuth_convention", "angle_unit", "radiance_unit")}
+    said: dict[str, Any] = {"sun_zenith_deg": sun.zenith_deg, "sun_azimuth_deg": sun.azimuth_deg}
+    if sun.origin.endswith("amc.inp"):  # the sun of the file itself comes before that of amc.inp
+        with contextlib.suppress(InputFileError):
+            sky = read_radiance_csv(section.file, **how)
+            if sky.sun_deg is not None:
+                return MeasuredField(section=section, sky=sky, sun=_sun_of(sky, section.file))
+    return MeasuredField(section=section, sky=read_radiance_csv(section.file, **how, **said))
+
+
+def _sun_of(sky: RadianceField, file: str) -> SunSection:
+    assert sky.sun_deg is not None, "asked before"
+    return SunSection(zenith_deg=sky.sun_deg[0], azimuth_deg=sky.sun_deg[1], origin=os.path.basename(file))

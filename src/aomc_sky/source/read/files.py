@@ -20,6 +20,7 @@ from aomc_sky.formats.aomc.amc import (
 from aomc_sky.formats.aomc.skydist import SkyTable, read_skydist
 from aomc_sky.formats.sky_toml.keys import SunSection
 from aomc_sky.inputs import Entrance
+from aomc_sky.source.light.diffuse import FIELD
 from aomc_sky.source.read.kind import not_a_scene
 from aomc_sky.wavebands import Wavebands
 
@@ -35,8 +36,6 @@ T = TypeVar("T")
 
 ATMOSPHERE = "atmosphere"
 """The sky of a scene whose sky.toml has [atmosphere]."""
-FIELD = "field"
-"""The sky of a scene whose sky.toml has [sky] table."""
 GIVEN = "given"
 """The sky of a scene whose caller gives a model or a function."""
 OUR_SKIES = (None, "perez", "uniform", "none", ATMOSPHERE, FIELD, GIVEN)
@@ -206,6 +205,7 @@ class _Reading:
         if sky in OUR_SKIES or sky is None:
             if given:
                 what = "no --sky NAME and no [sky] model names one" if sky is None else f"this sky is {sky!r}"
+                what = "give a model of Python its own" if sky == GIVEN else what
                 raise UsageError(f"sky options ({', '.join(given)}) are for a sky model of another package; {what}")
             return None
         from aomc_sky.formats.sky_toml.keys import SkySection

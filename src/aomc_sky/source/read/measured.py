@@ -21,14 +21,11 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.measured import RadianceField
 from aomc_sky.skies.radiance_field import has_wavelength
 from aomc_sky.skies.tabulated import TabulatedSky
-from aomc_sky.source.light.diffuse import DiffuseSky, model_diffuse
-from aomc_sky.source.light.inputs import LightInputs
-from aomc_sky.source.light.light import Unsaid
-from aomc_sky.source.read.files import FIELD
-from aomc_sky.source.read.scene import listed_bands, only_bands
+from aomc_sky.source.light.diffuse import FIELD, DiffuseSky, model_diffuse
+from aomc_sky.source.light.inputs import LightInputs, Unsaid
 from aomc_sky.source.scene import Scene
 from aomc_sky.source.weather_scene import scene_of_sky
-from aomc_sky.wavebands import Wavebands
+from aomc_sky.wavebands import Wavebands, listed_bands, only_bands
 
 
 def read_radiance_csv(
@@ -135,9 +132,9 @@ def measured_scene(
     sky = read_radiance_csv(path, **_with_sun(how, given))
     sun = None
     if sky.sun_deg is not None:
-        sun = {"zenith_deg": sky.sun_deg[0], "azimuth_deg": sky.sun_deg[1], "disc": False, "from": "measured sky"}
         on_file = SunSection(zenith_deg=sky.sun_deg[0], azimuth_deg=sky.sun_deg[1], origin="measured sky")
         given = dataclasses.replace(given, sun=given.sun.over(on_file))
+        sun = {"zenith_deg": sky.sun_deg[0], "azimuth_deg": sky.sun_deg[1], "disc": False, "from": given.sun.origin}
     diffuse = model_diffuse(sky, is_file=True, words="the measured sky")
     wanted = sky.wavelength_nm if wavelength_nm is None else wavelength_nm
     return _scene_of_table(

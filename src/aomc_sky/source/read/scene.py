@@ -22,19 +22,20 @@ from aomc_sky.plan.footprint import Footprint
 from aomc_sky.plan.options import Order, Placement, SamplingOptions
 from aomc_sky.plan.sampling.allocation import MAX_PHOTONS, AllocationMethod
 from aomc_sky.source.light.diffuse import (
+    FIELD,
     DiffuseSky,
     model_diffuse,
     perez_diffuse,
     plugin_diffuse,
     uniform_diffuse,
 )
-from aomc_sky.source.light.inputs import LightInputs, given_inputs, inputs_of_toml, replaced_notes
-from aomc_sky.source.light.light import DIFCOL, Light, Unsaid, light_of
+from aomc_sky.source.light.inputs import LightInputs, Unsaid, given_inputs, inputs_of_toml, replaced_notes
+from aomc_sky.source.light.light import DIFCOL, Light, light_of
 from aomc_sky.source.light.use import Use, refuse_unused, unused_notes
-from aomc_sky.source.read.files import ATMOSPHERE, FIELD, GIVEN, SceneFiles, read_scene_files, sun_of
+from aomc_sky.source.read.files import ATMOSPHERE, GIVEN, SceneFiles, read_scene_files, sun_of
 from aomc_sky.source.scene import Scene, photons_of_intensity, require_projected
-from aomc_sky.wavebands import absent_waveband
-from aomc_sky.whole_number import as_index, as_number_of
+from aomc_sky.wavebands import listed_bands, only_bands
+from aomc_sky.whole_number import as_number_of
 
 AOMC_TABLE_PRESET = SamplingOptions(allocation=AllocationMethod.AOMC, placement=Placement.CENTRE, order=Order.PATCH)
 AOMC_INTERNAL_PRESET = SamplingOptions(
@@ -77,7 +78,7 @@ def read_scene(
         Instead of line 1 of amc.inp. [1 to 2^62]
     sky : {"perez", "uniform", "none"}, str, sky model or function, optional
         The diffuse sky of a scene with light-source flag 0, by default "perez"; with flag 1 it replaces the sky file,
-        and all light is diffuse unless irradiances ask for a beam. "none": neither sun nor sky, the backgrounds of
+        and all light is diffuse unless irradiances ask for a beam (for the Perez sky they say its shape). "none": neither sun nor sky, the backgrounds of
         sky.toml are the only source. Any other name is that of a named sky such as "harrison-coombes", or of a model
         of another package (entry point group ``aomc_sky.sky_models``). A function is of zenith angle, azimuth and
         wavelength.
@@ -236,15 +237,16 @@ def scene_of_files(path: str | os.PathLike[str], given: LightInputs, reading: Re
     """The scene of amc.inp and the files beside it, and of what a caller says about the light."""
     files, compat = reading.files(path, given), reading.compat
     bands, (toml, amc) = files.bands, _inputs_of_files(files)
-    inputs = given.over(toml).over(amc)
+    inputs = given.over(toml).over(_sun_of_field(files)).over(amc)
     sky, options = _sky_of(files, inputs, reading)
     name = FIELD if files.sky_field is not None else sky.name if isinstance(sky, DiffuseSky) else str(files.sky)
+    unsaid = Unsaid.ERROR if files.is_internal else Unsaid.WHOLE
     use = Use(
         inputs=inputs,
         sky=name,
         words=str(sky),
+        unsaid=unsaid,
         is_compat=compat is not None,
-        is_whole=not files.is_internal,
         takes_sun=name == FIELD or not isinstance(sky, DiffuseSky) or sky.takes_sun,
     )
     refuse_unused(given, use)
@@ -252,7 +254,7 @@ def scene_of_files(path: str | os.PathLike[str], given: LightInputs, reading: Re
         inputs,
         sky,
         bands,
-        unsaid=Unsaid.ERROR if files.is_internal else Unsaid.WHOLE,
+        unsaid=unsaid,
         path=str(Path(files.paths["amc"]).parent / DIFCOL),
         backgrounds=files.backgrounds,
         toml_path=files.paths.get("sky_toml", ""),
@@ -275,7 +277,7 @@ def scene_of_files(path: str | os.PathLike[str], given: LightInputs, reading: Re
         footprint=_footprint(files.config),
         preset_name=COMPAT_NAME if compat else None,
         notes=(
-            *(replaced_notes(given, toml.over(amc)) if use.sky not in ("table", ATMOSPHERE) else ()),
+            *replaced_notes(given, toml.over(amc), is_true=use.sky == ATMOSPHERE),
             *light.notes,
             *unused_notes(files.toml, use, named_sky=files.sky),
             *(_unused_reading(reading) if files.table is None else ()),
@@ -295,6 +297,12 @@ def _inputs_of_files(files: SceneFiles) -> tuple[LightInputs, LightInputs]:
     if files.table is not None:
         toml = dataclasses.replace(toml, amounts=PerezSection())
     return toml, LightInputs(sun=sun_of(files.config), shares=files.difcol)
+
+
+def _sun_of_field(files: SceneFiles) -> LightInputs:
+    """The sun that a measured sky of sky.toml names itself."""
+    sun = None if files.sky_field is None else files.sky_field.sun
+    return LightInputs() if sun is None else LightInputs(sun=sun)
 
 
 _Whole = Callable[[LightInputs], Light]
@@ -399,24 +407,3 @@ def _footprint(config: AmcConfig) -> Footprint:
     if config.footprint is FootprintCode.RECTANGLE:
         return Footprint.rectangle(config.rectangle_x_m, config.rectangle_y_m)
     return Footprint()
-
-
-def listed_bands(wavebands: Sequence[int] | None) -> list[int] | None:
-    """The chosen bands, each once, in order."""
-    return None if wavebands is None else sorted({as_index(b, "a waveband") for b in wavebands})
-
-
-def only_bands(n_photons: np.ndarray, wavebands: Sequence[int] | None, wavelength_nm: np.ndarray) -> np.ndarray:
-    """Photons of the chosen bands, from 1, and none of the others."""
-    if wavebands is None:
-        return n_photons
-    chosen = listed_bands(wavebands)
-    if not chosen:
-        raise UsageError(f"no waveband is chosen; there are {n_photons.size}, from 1")
-    for number in chosen:
-        if not 1 <= number <= n_photons.size:
-            raise absent_waveband(number, wavelength_nm)
-    kept = np.zeros_like(n_photons)
-    index = np.array(chosen) - 1
-    kept[index] = n_photons[index]
-    return kept

@@ -175,11 +175,34 @@ def test_relative_light_and_a_background_need_the_lines_that_are_shown(
     assert 1.0 in irradiances(sky.read_scene(amc))[0]
 
 
-def test_brightness_of_light_that_is_not_there_is_refused(tmp_path: Path) -> None:
+def test_one_brightness_of_two_is_refused(tmp_path: Path) -> None:
     amc = copy_scene("beam_only", tmp_path)
-    add(amc, "[sky]\ndiffuse_irradiance = [0.0, 1.0]\ndirect_irradiance = [1, 1]\n")
-    with pytest.raises(SceneError, match=r"1 W.* waveband 2 .* no diffuse"):
+    add(amc, "[sky]\ndiffuse_irradiance = [0.0, 1.0]\n")
+    with pytest.raises(
+        InputFileError, match=r"nothing says it of the direct light(?s:.*)direct_irradiance = \[1\.0, 1\.0\]"
+    ):
         sky.read_scene(amc)
+
+
+def test_a_waveband_without_any_brightness_is_dark(tmp_path: Path) -> None:
+    amc = copy_scene("sparse_sky", tmp_path)
+    zero = IRRADIANCES.replace("0.4, 0.3, 0.2", "0.4, 0.3, 0.0")
+    (amc.parent / "sky.toml").write_text(zero)
+    with pytest.raises(
+        SceneError, match=r"waveband 3 at .* has no light: direct_irradiance and diffuse_irradiance are 0"
+    ):
+        sky.read_scene(amc)
+
+
+def test_options_come_before_the_irradiances_of_sky_toml(tmp_path: Path) -> None:
+    """Shares of both are of one kind: the first that is said counts, and the others are noted."""
+    amc = copy_scene("perez_sky", tmp_path)
+    (amc.parent / "sky.toml").write_text(IRRADIANCES)
+    (amc.parent / "difcol.inp").unlink()
+    options = sky.read_scene(amc, perez={"ghi": 100.0, "dhi": 100.0, "spectrum": "flat"})
+    assert [c.name for c in options.components] == ["perez"]
+    assert options.irradiance is None
+    assert any("direct_irradiance and diffuse_irradiance are not used" in note for note in options.notes)
 
 
 IRRADIANCES = "[sky]\ndiffuse_irradiance = [0.4, 0.3, 0.2, 0.1]\ndirect_irradiance = [0.1, 0.2, 0.0, 0.9]\n"
