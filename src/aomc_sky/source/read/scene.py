@@ -78,10 +78,10 @@ def read_scene(
         Instead of line 1 of amc.inp. [1 to 2^62]
     sky : {"perez", "uniform", "none"}, str, sky model or function, optional
         The diffuse sky of a scene with light-source flag 0, by default "perez"; with flag 1 it replaces the sky file,
-        and all light is diffuse unless irradiances ask for a beam (for the Perez sky they say its shape). "none": neither sun nor sky, the backgrounds of
-        sky.toml are the only source. Any other name is that of a named sky such as "harrison-coombes", or of a model
-        of another package (entry point group ``aomc_sky.sky_models``). A function is of zenith angle, azimuth and
-        wavelength.
+        and all light is diffuse unless irradiances ask for a beam (for the Perez sky they say its shape). "none":
+        neither sun nor sky, the backgrounds of sky.toml are the only source. Any other name is that of a named sky such
+        as "harrison-coombes", or of a model of another package (entry point group ``aomc_sky.sky_models``). A function
+        is of zenith angle, azimuth and wavelength.
     bins : {"equal", "degrees"}, optional
         What the indices of skydist.inp are; default: what the file declares, else equal bins. No other sky uses it.
     weighting : {"listed", "projected", "solid-angle", "aomc"}, optional
