@@ -2,6 +2,7 @@
 
 inputs          `LightInputs`: what a caller, sky.toml and amc.inp say, and which of them wins
 light           `light_of`: inputs and a sky become components with strengths and irradiances
+absolute        The light in absolute units, and the lobes of backgrounds
 diffuse         Diffuse skies beside which the sun's beam is launched
 use             When each input is used: an error or a note for what is not
 amounts         How bright sun and sky are by irradiances, or by clearness and brightness

@@ -7,18 +7,18 @@ from __future__ import annotations
 
 import dataclasses
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from aomc_sky.component import Component, scaled
-from aomc_sky.emission.irradiance import Irradiance
-from aomc_sky.errors import InputWarning, SceneError, UsageError
+from aomc_sky.errors import InputWarning, UsageError
 from aomc_sky.formats.sky_toml.keys import SKY_TOML, SPECTRL2, PerezSection
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
+from aomc_sky.source.light.absolute import Levels, Light, in_absolute_units
 from aomc_sky.source.light.amounts import amounts_of_fractions, direct_fraction, mean_fraction, refuse_kilowatts
 from aomc_sky.source.light.diffuse import Diffuse, DiffuseSky, Rows
 from aomc_sky.source.light.inputs import LightInputs, Unsaid
@@ -28,44 +28,11 @@ from aomc_sky.wavebands import Wavebands
 if TYPE_CHECKING:
     from aomc_sky.skies.lobes.sky import LobeSky
 
-BEAM = "direct"
 DIFCOL = "difcol.inp"
-_MAX_SHOWN = 12
 _THREE_LINES = (
     "[perez]\ndni = 850.0    # direct normal irradiance, W m-2\ndhi = 95.0     # diffuse horizontal irradiance, W m-2"
 )
 AMOUNTS = "two of {dni}, {dhi} and {ghi}, or {epsilon} and {delta}, or {spectrum:spectrl2} for a cloudless sky"
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Light:
-    """The light of a scene: components, and the row of them that serves each waveband."""
-
-    components: tuple[Component, ...] = ()
-    row_of_band: np.ndarray
-    sky_wavelength_nm: np.ndarray | None = None
-    intensity: np.ndarray | None = None  #: (n_band,) photons per iteration; None: 1
-    notes: tuple[str, ...] = ()
-    options: Mapping[str, Any] = field(default_factory=dict)
-    irradiance: Irradiance | None = None
-
-
-class _Levels(NamedTuple):
-    """Irradiances of beam and sky on a horizontal plane, (n_band,), where they are known. [W m-2 nm-1]"""
-
-    direct: np.ndarray | None = None
-    diffuse: np.ndarray | None = None
-
-    @property
-    def is_unknown(self) -> bool:
-        """Whether nothing is known."""
-        return self.direct is None and self.diffuse is None
-
-    @classmethod
-    def said_by(cls, inputs: LightInputs) -> _Levels:
-        """Those of [sky]."""
-        both = (inputs.direct_irradiance, inputs.diffuse_irradiance)
-        return cls(*(None if one is None else np.array(one, dtype=np.float64) for one in both))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -75,7 +42,7 @@ class _Split:
     direct_fraction: np.ndarray
     origin: str = ""  #: for the note; empty: there is nothing to say
     amounts: PerezSection = field(default_factory=PerezSection)  #: for the Perez sky
-    levels: _Levels = field(default_factory=_Levels)
+    levels: Levels = field(default_factory=Levels)
     options: dict[str, Any] = field(default_factory=dict)
 
 
@@ -94,22 +61,22 @@ def light_of(
     `path` is the difcol.inp that an error names, `toml_path` the sky.toml.
     """
     if callable(sky):
-        light, levels = sky(inputs), _Levels.said_by(inputs)
+        light, levels = sky(inputs), Levels.said_by(inputs)
     else:
         light, levels = _sun_and_sky(inputs, sky, bands, unsaid, path)
-    return _in_absolute_units(light, levels, backgrounds, bands, toml_path)
+    return in_absolute_units(light, levels, backgrounds, bands, toml_path)
 
 
 def _sun_and_sky(
     inputs: LightInputs, sky: DiffuseSky, bands: Wavebands, unsaid: Unsaid, path: str
-) -> tuple[Light, _Levels]:
+) -> tuple[Light, Levels]:
     """Beam and sky in their shares, and the irradiances of both where they are known."""
     sun = _sun(inputs, sky, unsaid)
     split = _split(inputs, sun, sky, bands, unsaid, path)
     fractions, levels = split.direct_fraction, split.levels
     if inputs.diffuse_only:
         fractions = np.zeros(bands.n_bands)
-        levels = _Levels(diffuse=levels.diffuse)
+        levels = Levels(diffuse=levels.diffuse)
     intensity = np.ones(bands.n_bands) if inputs.shares is None else inputs.shares.intensity
     lit = intensity > 0
     is_lit = bool(np.any(fractions[lit if lit.any() else slice(None)] < 1))
@@ -127,7 +94,7 @@ def _sun_and_sky(
     if inputs.shares is not None and inputs.has_both_irradiances:
         notes.append(f"{DIFCOL}: its direct fractions are not used, [sky] of {SKY_TOML} gives them")
     if own is not None and levels.diffuse is None:
-        levels = _Levels(direct=levels.direct, diffuse=own)
+        levels = Levels(direct=levels.direct, diffuse=own)
     elif own is not None and inputs.diffuse_irradiance is None:
         notes.append(
             f"{sky}: its own irradiance, {_spread(own, '.4g')} W m-2 nm-1, is not used: {split.origin} say how bright "
@@ -197,7 +164,7 @@ def _split(
     inputs: LightInputs, sun: Sun | None, sky: DiffuseSky, bands: Wavebands, unsaid: Unsaid, path: str
 ) -> _Split:
     amounts, n_bands = inputs.amounts, bands.n_bands
-    said = _Levels.said_by(inputs)
+    said = Levels.said_by(inputs)
     if amounts.has_set and sun is not None:
         refuse_kilowatts(amounts, sun)
     if said.direct is not None and said.diffuse is not None:
@@ -256,11 +223,11 @@ def _by_irradiances(direct: np.ndarray, diffuse: np.ndarray, amounts: PerezSecti
         direct_fraction=fraction,
         origin=f"direct_irradiance and diffuse_irradiance ({SKY_TOML})" if fraction.any() else "",
         amounts=amounts,
-        levels=_Levels(direct, diffuse),
+        levels=Levels(direct, diffuse),
     )
 
 
-def _cloudless(inputs: LightInputs, sun: Sun, bands: Wavebands, said: _Levels) -> _Split:
+def _cloudless(inputs: LightInputs, sun: Sun, bands: Wavebands, said: Levels) -> _Split:
     """The light of a cloudless sky."""
     from aomc_sky.source.light.spectral_split import ClearSky, cloudless_split
 
@@ -270,7 +237,7 @@ def _cloudless(inputs: LightInputs, sun: Sun, bands: Wavebands, said: _Levels) -
     if not amounts.has_set:
         words = f"dni {found.dni:.4g} and dhi {found.dhi:.4g} W m-2"
         amounts = PerezSection(dni=found.dni, dhi=found.dhi, origin="a cloudless sky", words=words)
-    levels = _Levels(found.direct_irradiance, found.diffuse_irradiance)
+    levels = Levels(found.direct_irradiance, found.diffuse_irradiance)
     return _Split(
         direct_fraction=found.direct_fraction,
         origin=f"{found}, {distance}",
@@ -281,7 +248,7 @@ def _cloudless(inputs: LightInputs, sun: Sun, bands: Wavebands, said: _Levels) -
 
 
 def _by_amounts(
-    inputs: LightInputs, sun: Sun, bands: Wavebands, fraction: float, unsaid: Unsaid, said: _Levels
+    inputs: LightInputs, sun: Sun, bands: Wavebands, fraction: float, unsaid: Unsaid, said: Levels
 ) -> _Split:
     """One broadband share, or that of each waveband by a spectrum."""
     amounts = inputs.amounts
@@ -289,7 +256,7 @@ def _by_amounts(
         from aomc_sky.source.light.spectral_split import spectral_split
 
         found = spectral_split(amounts, sun, bands.wavelength_nm)
-        levels = _Levels(found.direct_irradiance, found.diffuse_irradiance)
+        levels = Levels(found.direct_irradiance, found.diffuse_irradiance)
         return _Split(
             direct_fraction=found.direct_fraction,
             origin=f"{amounts}, {found}",
@@ -367,127 +334,3 @@ def _split_notes(split: _Split, sky: DiffuseSky | None, inputs: LightInputs, sun
 def _spread(values: np.ndarray, form: str = "g") -> str:
     low, high = (format(float(extreme(values)), form) for extreme in (np.min, np.max))
     return low if low == high else f"{low} to {high}"
-
-
-# Absolute units: irradiances of beam and sky that are known, and the lobes of backgrounds, which are in W m-2 nm-1.
-
-
-def _in_absolute_units(
-    light: Light, levels: _Levels, skies: Sequence[LobeSky], bands: Wavebands, toml_path: str
-) -> Light:
-    """State the irradiance of every component, and add the lobes of the backgrounds.
-
-    Light in relative units stays as it is. With backgrounds the strengths are irradiances in the same unit, with a row
-    for each distinct set of base row, wavelength and irradiances. E708: backgrounds beside relative light.
-    """
-    if light.irradiance is not None:
-        base = light.irradiance.of_component
-    elif skies or not levels.is_unknown:
-        base = _base_irradiance(light, levels, bands, toml_path, has_background=bool(skies))
-    else:
-        return light
-    if not skies:
-        dark = np.flatnonzero(base.sum(axis=1) == 0)
-        if dark.size and not levels.is_unknown:
-            raise SceneError(
-                f"waveband {dark[0] + 1} at {bands.wavelength_nm[dark[0]]:g} nm has no light: direct_irradiance and "
-                "diffuse_irradiance are 0 there; write a positive value, or choose others by --waveband"
-            )
-        return dataclasses.replace(light, irradiance=Irradiance(of_component=base))
-    return _joined(light, base, skies, bands)
-
-
-def _joined(light: Light, base: np.ndarray, skies: Sequence[LobeSky], bands: Wavebands) -> Light:
-    """Sun, sky and lobes with strengths in one unit."""
-    from aomc_sky.skies.lobes.light import background_light
-
-    components = light.components
-    keys = np.column_stack([light.row_of_band, bands.wavelength_nm, base])
-    _, first, rows = np.unique(keys, axis=0, return_index=True, return_inverse=True)
-    added = background_light(skies, bands.wavelength_nm[first], taken=[c.name for c in components])
-    if not components and not added.components:
-        reason = "all their lobes lie below the horizon" if added.hidden else "their lobes have no light at that time"
-        raise SceneError(f"the backgrounds are the only source of light, but {reason}")
-    old_rows = light.row_of_band[first]
-    own = [
-        dataclasses.replace(
-            component,
-            strength=base[first, k],
-            **{name: _rows_of(getattr(component, name), old_rows) for name in ("mass", "weight", "slope")},
-        )
-        for k, component in enumerate(components)
-    ]
-    rows = rows.ravel()
-    lobes = np.stack([c.strength[rows] for c in added.components], axis=1) if added.components else base[:, :0]
-    notes = [f"below the horizon, so without photons: {', '.join(added.hidden)}"] if added.hidden else []
-    return dataclasses.replace(
-        light,
-        components=(*own, *added.components),
-        row_of_band=rows,
-        notes=(*light.notes, *notes),
-        irradiance=Irradiance(of_component=np.hstack([base, lobes]), horizon_loss=added.horizon_loss[rows]),
-    )
-
-
-def _rows_of(values: np.ndarray | None, rows: np.ndarray) -> Any:
-    """The needed rows of masses, weights or slopes, if there are any; a single row is for all."""
-    return values if values is None or values.shape[0] == 1 else values[rows]
-
-
-def _base_irradiance(
-    light: Light, levels: _Levels, bands: Wavebands, toml_path: str, *, has_background: bool
-) -> np.ndarray:
-    """Irradiance of sun and sky, shape (n_band, n_component). [W m-2 nm-1]"""
-    components, rows = light.components, light.row_of_band
-    if not components:
-        return np.zeros((bands.n_bands, 0))
-    share = np.stack([c.strength[rows] * (c.mass.max(axis=1) > 0)[rows if len(c.mass) > 1 else 0] for c in components])
-    is_beam = np.array([c.name == BEAM for c in components])
-    beam, sky = share[is_beam].sum(axis=0), share[~is_beam].sum(axis=0)
-    _refuse_unknown(levels, beam, sky, bands, toml_path, has_background=has_background)
-    of_sky = np.zeros(bands.n_bands) if levels.diffuse is None else levels.diffuse
-    of_beam = levels.direct
-    if of_beam is None:
-        of_beam = np.divide(of_sky * beam, sky, out=np.zeros_like(of_sky), where=sky > 0)
-    for name, expected, modelled in (("diffuse", of_sky, sky), ("direct", of_beam, beam)):
-        _refuse_contradiction(name, expected, modelled, bands)
-    total = np.where(is_beam[:, None], beam, sky)
-    level = np.where(is_beam[:, None], of_beam, of_sky)
-    irradiance: np.ndarray = (np.divide(share, total, out=np.zeros_like(share), where=total > 0) * level).T
-    return irradiance
-
-
-def _refuse_contradiction(name: str, expected: np.ndarray, modelled: np.ndarray, bands: Wavebands) -> None:
-    idle = np.flatnonzero((expected > 0) & ~(modelled > 0))
-    if idle.size:
-        band = int(idle[0])
-        raise SceneError(
-            f"sky.toml: {name}_irradiance is {expected[band]:g} W m-2 nm-1 in waveband {band + 1} at "
-            f"{bands.wavelength_nm[band]:g} nm, but the scene has no {name} light there; write 0.0 for it"
-        )
-
-
-def _refuse_unknown(
-    levels: _Levels, beam: np.ndarray, sky: np.ndarray, bands: Wavebands, toml_path: str, *, has_background: bool
-) -> None:
-    """Raise, with the lines to write, where no file says how bright sun or sky is."""
-    missing = []
-    if levels.diffuse is None and np.any(sky > 0):
-        missing.append("diffuse")
-    if levels.direct is None and np.any((beam > 0) & ~(sky > 0)):
-        missing.append("direct")
-    if not missing:
-        return
-    at = ", ".join(f"{w:g}" for w in bands.wavelength_nm[:_MAX_SHOWN]) + (", ..." if bands.n_bands > _MAX_SHOWN else "")
-    values = ", ".join(["1.0"] * bands.n_bands)
-    lines = "".join(f"{name}_irradiance = [{values}]\n" for name in missing)
-    what = "the light of a background is in W m-2 nm-1, but no file says how bright sun and sky are"
-    if not has_background:
-        what = f"[sky] says how bright one of sun and sky is, and nothing says it of the {missing[0]} light"
-    raise refuse(
-        toml_path,
-        what,
-        code="E708",
-        advice="write their irradiances on a horizontal plane into sky.toml, one value for each waveband "
-        f"({at} nm):\n\n[sky]\n{lines}",
-    )

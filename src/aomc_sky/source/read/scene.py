@@ -21,6 +21,7 @@ from aomc_sky.inputs import Entrance
 from aomc_sky.plan.footprint import Footprint
 from aomc_sky.plan.options import Order, Placement, SamplingOptions
 from aomc_sky.plan.sampling.allocation import MAX_PHOTONS, AllocationMethod
+from aomc_sky.source.light.absolute import Light
 from aomc_sky.source.light.diffuse import (
     FIELD,
     DiffuseSky,
@@ -30,7 +31,7 @@ from aomc_sky.source.light.diffuse import (
     uniform_diffuse,
 )
 from aomc_sky.source.light.inputs import LightInputs, Unsaid, given_inputs, inputs_of_toml, replaced_notes
-from aomc_sky.source.light.light import DIFCOL, Light, light_of
+from aomc_sky.source.light.light import DIFCOL, light_of
 from aomc_sky.source.light.use import Use, refuse_unused, unused_notes
 from aomc_sky.source.read.files import ATMOSPHERE, GIVEN, SceneFiles, read_scene_files, sun_of
 from aomc_sky.source.scene import Scene, photons_of_intensity, require_projected
