@@ -300,6 +300,10 @@ class TabulatedSky(Share):
         rows = self.table_index(wavelength_nm)
         if self.wavelength_nm.size > 1:  # one row serves all wavelengths
             self.warn_of_distance(wavelength_nm, rows)
+        return self.lower_rows_in_unit(rows)
+
+    def lower_rows_in_unit(self, rows: np.ndarray) -> tuple[Component, ...]:
+        """As `lower_rows`, with the irradiance of each where the unit is known."""
         components = self.lower_rows(rows)
         if not self.radiance_unit or has_share(self):
             return components

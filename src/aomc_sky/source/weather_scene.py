@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import UsageError, require_one_of
-from aomc_sky.formats.sky_toml.keys import value_problem
 from aomc_sky.grid import PatchGrid
 from aomc_sky.inputs import MODEL, PEREZ, Entrance
-from aomc_sky.source.light.diffuse import DiffuseSky, model_diffuse, named_diffuse, perez_diffuse
+from aomc_sky.source.light.diffuse import DiffuseSky, model_diffuse, named_diffuse, perez_diffuse, require_sky_name
 from aomc_sky.source.light.inputs import LightInputs, Unsaid, given_inputs
 from aomc_sky.source.light.light import light_of
 from aomc_sky.source.light.use import Use, refuse_unused
@@ -190,9 +189,7 @@ def sky_of(sky: Any, options: Mapping[str, Any], given: LightInputs, grid: Patch
         if options:
             raise UsageError(say(f"{{sky_options}} {named} is for a sky by its name; give a model its own"))
         return model_diffuse(sky)
-    _, message, advice = value_problem("sky", "model", sky)
-    if message:
-        raise UsageError(f"sky: {message}; {advice}")
+    require_sky_name(sky)
     found = named_diffuse(sky, options, given.entrance)
     if found is None:
         raise UsageError(say(f"{{sky:{sky}}} needs a scene of files: name its amc.inp"))

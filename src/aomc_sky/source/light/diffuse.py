@@ -14,7 +14,7 @@ import numpy as np
 from aomc_sky.component import Component
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.formats.sky_models import installed_skies
-from aomc_sky.formats.sky_toml.keys import PerezSection, SkySection
+from aomc_sky.formats.sky_toml.keys import PerezSection, SkySection, value_problem
 from aomc_sky.inputs import Entrance
 from aomc_sky.plan.laws import law_of
 from aomc_sky.skies.model import sky_model
@@ -38,7 +38,7 @@ class Diffuse:
     components: tuple[Component, ...] = ()
     notes: tuple[str, ...] = ()
     options: dict[str, Any] = field(default_factory=dict)
-    irradiance: tuple[float, ...] | None = None  #: of each waveband on a horizontal plane, where known [W m-2 nm-1]
+    irradiance: np.ndarray | None = None  #: of each row on a horizontal plane, where known [W m-2 nm-1]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -90,7 +90,7 @@ def diffuse_of(components: Sequence[Component], name: str, rows: Rows) -> Diffus
             dataclasses.replace(c, strength=share, irradiance_W_m2_nm=None)
             for c, share in zip(components, shares, strict=True)
         ),
-        irradiance=tuple(total.tolist()) if is_absolute else None,
+        irradiance=total if is_absolute else None,
     )
 
 
@@ -215,6 +215,13 @@ def _every_row(component: Component, n_rows: int) -> Component:
     own = component.irradiance_W_m2_nm
     every = None if own is None else np.repeat(own, n_rows)
     return dataclasses.replace(component, strength=np.repeat(component.strength, n_rows), irradiance_W_m2_nm=every)
+
+
+def require_sky_name(name: str) -> None:
+    """Raise for a name that no sky has."""
+    _, message, advice = value_problem("sky", "model", name)
+    if message:
+        raise UsageError(f"sky: {message}; {advice}")
 
 
 def named_diffuse(name: str, options: Mapping[str, Any], entrance: Entrance) -> DiffuseSky | None:

@@ -27,12 +27,13 @@ from aomc_sky.wavebands import Wavebands
 
 if TYPE_CHECKING:
     from aomc_sky.skies.lobes.sky import LobeSky
+    from aomc_sky.source.light.spectral_split import SpectralSplit
 
 DIFCOL = "difcol.inp"
 _THREE_LINES = (
     "[perez]\ndni = 850.0    # direct normal irradiance, W m-2\ndhi = 95.0     # diffuse horizontal irradiance, W m-2"
 )
-AMOUNTS = "two of {dni}, {dhi} and {ghi}, or {epsilon} and {delta}, or {spectrum:spectrl2} for a cloudless sky"
+_AMOUNTS = "two of {dni}, {dhi} and {ghi}, or {epsilon} and {delta}, or {spectrum:spectrl2} for a cloudless sky"
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -81,7 +82,7 @@ def _sun_and_sky(
     lit = intensity > 0
     is_lit = bool(np.any(fractions[lit if lit.any() else slice(None)] < 1))
     rows, row_of_band = _rows(sky, fractions, bands.wavelength_nm, has_table=is_lit)
-    components = beam_of(sun, rows.direct_fraction)
+    components = _beam(sun, rows.direct_fraction)
     diffuse, amounts = Diffuse(), split.amounts
     if is_lit:
         if sky.name == "perez" and not amounts.has_set and sun is not None:
@@ -89,7 +90,7 @@ def _sun_and_sky(
             amounts = amounts_of_fractions(split.direct_fraction, intensity, sun, origin)
         diffuse = sky.lower(sun, rows, amounts)
     components += scaled(diffuse.components, 1.0 - rows.direct_fraction)
-    own = None if diffuse.irradiance is None else np.array(diffuse.irradiance)[row_of_band]
+    own = None if diffuse.irradiance is None else diffuse.irradiance[row_of_band]
     notes = [*_split_notes(split, sky if is_lit else None, inputs, sun), *diffuse.notes]
     if inputs.shares is not None and inputs.has_both_irradiances:
         notes.append(f"{DIFCOL}: its direct fractions are not used, [sky] of {SKY_TOML} gives them")
@@ -103,7 +104,7 @@ def _sun_and_sky(
     return Light(
         components=tuple(components),
         row_of_band=row_of_band,
-        sky_wavelength_nm=_sky_wavelength(sky, rows, row_of_band) if is_lit else None,
+        sky_wavelength_nm=sky.wavelength_of(rows.table_row)[row_of_band] if is_lit and sky.wavelength_of else None,
         intensity=None if inputs.shares is None else intensity,
         notes=tuple(notes),
         options={
@@ -119,9 +120,7 @@ def _sun(inputs: LightInputs, sky: DiffuseSky, unsaid: Unsaid) -> Sun | None:
     """The sun, if the scene needs one."""
     has_amounts = inputs.amounts.has_set or inputs.spectrum == SPECTRL2 or inputs.direct_irradiance is not None
     is_needed = has_amounts or (sky.takes_sun and not sky.is_file) or unsaid is Unsaid.ERROR
-    if not is_needed and inputs.sun.zenith_deg is None:
-        return None
-    if not is_needed and sky.is_file:
+    if not is_needed and (sky.is_file or inputs.sun.zenith_deg is None):
         return None
     is_named = sky.name != "perez" and not sky.words
     return inputs.scene_sun(inputs.say(f"{{sky:{sky.name}}}") if is_named else str(sky))
@@ -143,11 +142,7 @@ def _rows(
     return found, rows.ravel()
 
 
-def _sky_wavelength(sky: DiffuseSky, rows: Rows, row_of_band: np.ndarray) -> np.ndarray | None:
-    return None if sky.wavelength_of is None else sky.wavelength_of(rows.table_row)[row_of_band]
-
-
-def beam_of(sun: Sun | None, fractions: np.ndarray) -> list[Component]:
+def _beam(sun: Sun | None, fractions: np.ndarray) -> list[Component]:
     """The sun's beam with these strengths, if one of them is above 0."""
     if sun is None or not np.any(fractions > 0):
         return []
@@ -199,10 +194,10 @@ def _split(
             whole, origin="coefficients do not say how bright the beam is: the sky is launched alone"
         )
     if sky.name == "perez":
-        raise UsageError(inputs.say(f"which sky? write {AMOUNTS}, or {{coefficients:a b c d e}}"))
+        raise UsageError(inputs.say(f"which sky? write {_AMOUNTS}, or {{coefficients:a b c d e}}"))
     if unsaid is Unsaid.WARNING and sun is not None and not inputs.diffuse_only:
         text = (
-            f"nothing says how bright it is beside {sky}; write {AMOUNTS}, or {{diffuse_only:True}} for the sky alone"
+            f"nothing says how bright it is beside {sky}; write {_AMOUNTS}, or {{diffuse_only:True}} for the sky alone"
         )
         warnings.warn(f"the direct beam of the sun is missing: {inputs.say(text)}", InputWarning, stacklevel=4)
     return whole
@@ -237,13 +232,17 @@ def _cloudless(inputs: LightInputs, sun: Sun, bands: Wavebands, said: Levels) ->
     if not amounts.has_set:
         words = f"dni {found.dni:.4g} and dhi {found.dhi:.4g} W m-2"
         amounts = PerezSection(dni=found.dni, dhi=found.dhi, origin="a cloudless sky", words=words)
-    levels = Levels(found.direct_irradiance, found.diffuse_irradiance)
+    return _by_spectrum(found, f"{found}, {distance}", amounts, said)
+
+
+def _by_spectrum(found: SpectralSplit, origin: str, amounts: PerezSection, said: Levels) -> _Split:
+    """The share of each waveband by a spectrum; irradiances that are said come before those of the spectrum."""
     return _Split(
         direct_fraction=found.direct_fraction,
-        origin=f"{found}, {distance}",
+        origin=origin,
         amounts=amounts,
         options={"spectrum": found.as_options()},
-        levels=levels if said.is_unknown else said,
+        levels=Levels(found.direct_irradiance, found.diffuse_irradiance) if said.is_unknown else said,
     )
 
 
@@ -256,14 +255,7 @@ def _by_amounts(
         from aomc_sky.source.light.spectral_split import spectral_split
 
         found = spectral_split(amounts, sun, bands.wavelength_nm)
-        levels = Levels(found.direct_irradiance, found.diffuse_irradiance)
-        return _Split(
-            direct_fraction=found.direct_fraction,
-            origin=f"{amounts}, {found}",
-            amounts=amounts,
-            options={"spectrum": found.as_options()},
-            levels=levels if said.is_unknown else said,
-        )
+        return _by_spectrum(found, f"{amounts}, {found}", amounts, said)
     of_files = unsaid is Unsaid.ERROR
     how = " without difcol.inp" if of_files else ", the broadband share"
     if not of_files and bands.n_bands > 1:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import dataclasses
 import os
 from dataclasses import dataclass
@@ -10,14 +9,15 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.errors import FieldError, InputFileError, SceneError
+from aomc_sky.errors import FieldError, InputFileError
 from aomc_sky.formats.netcdf import read_field
+from aomc_sky.formats.radiance_csv import read_radiance_points
 from aomc_sky.formats.sky_toml.file import problem_of_key
 from aomc_sky.formats.sky_toml.keys import FieldSection, PerezSection, SunSection
 from aomc_sky.skies.measured import RadianceField
 from aomc_sky.skies.radiance_field import has_wavelength, read_radiance_field
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting
-from aomc_sky.source.light.diffuse import FIELD, Diffuse, DiffuseSky, Rows, model_diffuse
+from aomc_sky.source.light.diffuse import FIELD, Diffuse, DiffuseSky, Rows, diffuse_of, model_diffuse
 from aomc_sky.source.light.sun import Sun
 from aomc_sky.source.scene import require_projected
 from aomc_sky.wavebands import nearest_wavelength_index
@@ -46,20 +46,10 @@ class SkyField:
             return rows
 
         def lower(_: Sun | None, rows: Rows, __: PerezSection) -> Diffuse:
-            components = tuple(sky.lower_rows(rows.table_row))
-            fractions = rows.direct_fraction
-            dark = np.flatnonzero((components[0].strength == 0) & (fractions > 0) & (fractions < 1))
-            if dark.size:
-                raise SceneError(
-                    f"{self.section.file} is dark at {sky.wavelength_nm[rows.table_row[dark[0]]]:g} nm, but "
-                    f"{1 - fractions[dark[0]]:g} of the light there is diffuse"
-                )
-            level = None
-            if sky.radiance_unit and np.all(fractions < 1):
-                light = np.sum(sky.values[rows.table_row] * sky.grid.projected_solid_angle_sr, axis=1)
-                level = tuple((light * sky.radiance_unit).tolist())
-            options = {"field": self.as_options(folder)}
-            return Diffuse(components=components, notes=self.notes, options=options, irradiance=level)
+            of_field = dataclasses.replace(rows, wavelength_nm=sky.wavelength_nm[rows.table_row])
+            found = diffuse_of(sky.lower_rows_in_unit(rows.table_row), self.section.file, of_field)
+            notes = (*self.notes, *found.notes)
+            return dataclasses.replace(found, notes=notes, options={"field": self.as_options(folder)})
 
         return DiffuseSky(
             name=FIELD,
@@ -117,7 +107,6 @@ def read_sky_field(section: FieldSection, toml_path: str, sun: SunSection) -> Sk
     """Read the file that `table` names; missing information is an error at a key of sky.toml (E710)."""
     if os.path.splitext(section.file)[1].lower() in _TABLES:
         return _read_measured(section, toml_path, sun)
-    sun_azimuth_deg = sun.azimuth_deg
     try:
         field = read_field(section.file, variable=section.variable, isel=dict(section.isel))
         read = read_radiance_field(
@@ -127,7 +116,7 @@ def read_sky_field(section: FieldSection, toml_path: str, sun: SunSection) -> Sk
             angle_unit=section.angle_unit,
             azimuth_convention=section.azimuth_convention,
             radiance_unit=section.radiance_unit,
-            sun_azimuth_deg=sun_azimuth_deg,
+            sun_azimuth_deg=sun.azimuth_deg,
         )
         sky = TabulatedSky(weighting=Weighting.PROJECTED, **read)
     except FieldError as error:
@@ -147,15 +136,20 @@ def _read_measured(section: FieldSection, toml_path: str, sun: SunSection) -> Me
             message, advice = f"{key} is for a netCDF file, and table names a table of text", "remove it"
             raise InputFileError([problem_of_key(toml_path, ("sky", key), "E710", message, advice)])
     how: dict[str, Any] = {n: getattr(section, n) for n in ("azimuth_convention", "angle_unit", "radiance_unit")}
-    said: dict[str, Any] = {"sun_zenith_deg": sun.zenith_deg, "sun_azimuth_deg": sun.azimuth_deg}
-    if sun.origin.endswith("amc.inp"):  # the sun of the file itself comes before that of amc.inp
-        with contextlib.suppress(InputFileError):
-            sky = read_radiance_csv(section.file, **how)
-            if sky.sun_deg is not None:
-                return MeasuredField(section=section, sky=sky, sun=_sun_of(sky, section.file))
-    return MeasuredField(section=section, sky=read_radiance_csv(section.file, **how, **said))
+    if sun.origin.endswith("amc.inp") and _names_sun(section.file, how):  # which comes before that of amc.inp
+        sky = read_radiance_csv(section.file, **how)
+        assert sky.sun_deg is not None, "the file names both angles"
+        zenith, azimuth = sky.sun_deg
+        sun = SunSection(zenith_deg=zenith, azimuth_deg=azimuth, origin=os.path.basename(section.file))
+        return MeasuredField(section=section, sky=sky, sun=sun)
+    how |= {"sun_zenith_deg": sun.zenith_deg, "sun_azimuth_deg": sun.azimuth_deg}
+    return MeasuredField(section=section, sky=read_radiance_csv(section.file, **how))
 
 
-def _sun_of(sky: RadianceField, file: str) -> SunSection:
-    assert sky.sun_deg is not None, "asked before"
-    return SunSection(zenith_deg=sky.sun_deg[0], azimuth_deg=sky.sun_deg[1], origin=os.path.basename(file))
+def _names_sun(file: str, how: dict[str, Any]) -> bool:
+    """Whether a table of text says where the sun is; its problems are those of the reading that follows."""
+    try:
+        points = read_radiance_points(file, **how)
+    except InputFileError:
+        return False
+    return None not in (points["sun_zenith_deg"], points["sun_azimuth_deg"])

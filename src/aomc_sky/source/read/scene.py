@@ -28,6 +28,7 @@ from aomc_sky.source.light.diffuse import (
     model_diffuse,
     perez_diffuse,
     plugin_diffuse,
+    require_sky_name,
     uniform_diffuse,
 )
 from aomc_sky.source.light.inputs import LightInputs, Unsaid, given_inputs, inputs_of_toml, replaced_notes
@@ -221,11 +222,7 @@ class Reading:
             if getattr(self, name) is not None:
                 require_one_of(words, getattr(self, name), name)
         if isinstance(self.sky, str):
-            from aomc_sky.formats.sky_toml.keys import value_problem
-
-            _, message, advice = value_problem("sky", "model", self.sky)
-            if message:
-                raise UsageError(f"sky: {message}; {advice}")
+            require_sky_name(self.sky)
         if self.compat is not None:
             kept = {"bins": ("degrees",), "weighting": ("aomc",), "sky": ("uniform",), "azimuth_bins": ("n+1",)}
             for name, words in kept.items():
