@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import enum
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -266,8 +266,8 @@ class CellLaw:
     starts_as: Law | None = None
     #: Hook that the emission calls: "rejection", "queue" or none.
     hook: str = ""
-    #: Makes the tables of the hook from the arrays of a plan: an object with `of_slots(slots)`.
-    hook_tables: Callable[[dict[str, np.ndarray]], Any] | None = None
+    #: Makes the tables of the hook from the components of a plan: an object with `of_slots(slots)`.
+    hook_tables: Callable[[Sequence[Component]], Any] | None = None
 
     @property
     def covers_sky(self) -> bool:

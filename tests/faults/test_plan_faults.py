@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import io
 import multiprocessing
 import os
@@ -22,7 +23,7 @@ import pytest
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import AomcSkyError, InputFileError
 from aomc_sky.plan.plan import Plan
-from tests.support.crafted_plans import CRAFTED_FILES, KINDS, changed, crafted_plans, plan_of
+from tests.support.damaged_plans import DAMAGED_FILES, KINDS, damages, plan_from, plan_of
 from tests.support.fault_rows import command, row_id
 from tests.support.scenes import copy_scene
 from tests.support.shared import REPOSITORY
@@ -119,22 +120,41 @@ def by_every_way(
     return wrong + [f"{name}: {left} was made" for left in ("export",) if (folder / left).exists()]
 
 
-@row_46("crafted-plans-from-plan")
-def test_no_source_is_made_of_a_changed_plan(fault: str) -> None:
+def named_member(error: InputFileError) -> str:
+    """The member or option that an error names."""
+    return error.problems[0].field
+
+
+@row_46("damaged-plans-from-plan")
+def test_no_plan_is_made_of_a_damaged_one(fault: str) -> None:
+    """The code and the member are those of the table; what the damage of one does to another may be named instead."""
+
     def work() -> list[str]:
         wrong = []
-        for crafted in crafted_plans():
+        for damage in damages():
             try:
-                PhotonSource.from_plan(crafted.plan())
-                wrong.append(f"{crafted.name}: it was taken")
+                plan_from(*damage.members())
+                wrong.append(f"{damage.name}: it was taken")
             except InputFileError as error:
-                wrong += [] if error.problems[0].code in crafted.codes else [f"{crafted.name}: {error}"]
+                is_said = error.problems[0].code in damage.codes.split() and named_member(error)
+                wrong += [] if is_said else [f"{damage.name}: {error}"]
             except Exception as error:
-                wrong.append(f"{crafted.name}: {error!r}")
+                wrong.append(f"{damage.name}: {error!r}")
         return wrong
 
-    assert len(crafted_plans()) >= 250
+    assert len(damages()) >= 250
     assert in_child(work) == []
+
+
+def test_a_second_perez_sky_is_refused() -> None:
+    """No kernel looks for it; a plan can come from a program, too."""
+    plan = plan_of("perez")
+    (perez,) = plan.components
+    again = dataclasses.replace(perez, name="again", mass=0 * perez.mass, strength=0 * perez.strength)
+    options = {**plan.options, "components": ["perez", "again"], "azimuth_first_index": [0, 0]}
+    cumulative = np.hstack([plan.cumulative, np.repeat(plan.cumulative[:, -1:], perez.n_cells, axis=1)])
+    with pytest.raises(InputFileError, match=r"E954\]: law: found 2 components of law PEREZ"):
+        dataclasses.replace(plan, components=(perez, again), cumulative=cumulative, options=options)
 
 
 @row_46("a-byte-of-any-member")
@@ -153,21 +173,20 @@ def test_a_changed_member_does_not_fit_the_hash(fault: str, run: Path, tmp_path:
         assert wrong == [], changed_name
 
 
-@row_46("crafted-plans-by-every-command")
-def test_every_command_refuses_a_changed_plan(fault: str, run: Path, tmp_path: Path) -> None:
+@row_46("damaged-plans-by-every-command")
+def test_every_command_refuses_a_damaged_plan(fault: str, run: Path, tmp_path: Path) -> None:
     """Plan.load every plan, and each command a third of them."""
     copy = shutil.copytree(run, tmp_path / "run")
 
     def work() -> list[str]:
         wrong = []
-        for k, crafted in enumerate(crafted_plans()):
+        for k, damage in enumerate(damages()):
             try:
-                data = crafted.plan().to_bytes()
-            except (TypeError, ValueError):
+                data = damage.file()
+            except (TypeError, ValueError, KeyError):
                 continue  # what cannot be written is no file
             (copy / "plan.npz").write_bytes(data)
-            codes = (*crafted.codes, "E951") if "path" in crafted.name else crafted.codes
-            wrong += by_every_way(copy, tmp_path, crafted.name, codes, [COMMANDS[k % 3]])
+            wrong += by_every_way(copy, tmp_path, damage.name, damage.codes.split(), [COMMANDS[k % 3]])
         return wrong
 
     assert in_child(work, 10 * MOST_CPU_S) == []
@@ -180,18 +199,18 @@ def wrong_answers(run: Path, tmp_path_factory: Any) -> list[str]:
 
     def work() -> list[str]:
         wrong = []
-        for crafted in CRAFTED_FILES:
+        for name, write in DAMAGED_FILES.items():
             place = tmp_path_factory.mktemp("no-plan")
             copy = shutil.copytree(run, place / "run", copy_function=os.link)  # nothing but the plan is written
             (copy / "plan.npz").unlink()
-            crafted.write(copy / "plan.npz")
-            wrong += by_every_way(copy, place, crafted.name, codes)
+            write(copy / "plan.npz")
+            wrong += by_every_way(copy, place, name, codes)
         return wrong
 
     return in_child(work, 10 * MOST_CPU_S)
 
 
-@cases("name", [pytest.param(file.name, id=row_id(46, file.name.replace(" ", "-"))) for file in CRAFTED_FILES])
+@cases("name", [pytest.param(name, id=row_id(46, name.replace(" ", "-"))) for name in DAMAGED_FILES])
 def test_a_file_that_is_no_plan(name: str, wrong_answers: list[str]) -> None:
     assert [line for line in wrong_answers if line.startswith((f"{name}: ", "the child ended"))] == []
 
@@ -219,27 +238,29 @@ def random_value(generator: np.random.Generator, value: Any, dtype: np.dtype) ->
     return dtype.type(min(max(choices[int(generator.integers(len(choices)))], int(ends.min)), int(ends.max)))
 
 
-def random_plan(generator: np.random.Generator, kind: str) -> tuple[str, Plan]:
-    """A plan with one value of one array changed at random; not of the tables of Perez and lobes.
+Damaged = tuple[dict[str, Any], dict[str, Any]]
 
-    Those hold no index but the bins of lobes, which crafted plans try, and others cost as many tries as a kernel makes.
+
+def random_damage(generator: np.random.Generator, kind: str) -> tuple[str, Damaged]:
+    """Members and options with one value of one array changed at random; not of the tables of Perez and lobes.
+
+    Those hold no index but the bins of lobes, which the table of damage tries. Others cost as many tries as a kernel
+    makes.
     """
     plan = plan_of(kind)
-    names = sorted(n for n, array in plan.arrays.items() if array.size and not n.startswith(("bounds_", "shared_")))
+    members = {name: array.copy() for name, array in plan.members().items()}
+    names = sorted(n for n, array in members.items() if array.size and not n.startswith(("bounds_", "shared_")))
     name = names[int(generator.integers(len(names)))]
-    at = int(generator.integers(plan.arrays[name].size))
-
-    def change(arrays: dict[str, Any], _: dict[str, Any]) -> None:
-        flat = arrays[name].reshape(-1)
-        flat[at] = random_value(generator, flat[at], flat.dtype)
-
-    return f"{kind}: {name}[{at}]", changed(plan, change)
+    at = int(generator.integers(members[name].size))
+    flat = members[name].reshape(-1)
+    flat[at] = random_value(generator, flat[at], flat.dtype)
+    return f"{kind}: {name}[{at}]", (members, plan.options)
 
 
-def judged_photons(what: str, plan: Plan, fill: str) -> tuple[str, bool]:
+def judged_photons(what: str, damaged: Damaged, fill: str) -> tuple[str, bool]:
     """What is wrong with the photons of a plan, and whether it was taken: photons of patches that are there."""
     try:
-        source = PhotonSource.from_plan(plan)
+        source = PhotonSource(plan_from(*damaged))
     except AomcSkyError:
         return "", False
     for lane in range(source.n_bands * source.replicates):
@@ -251,7 +272,7 @@ def judged_photons(what: str, plan: Plan, fill: str) -> tuple[str, bool]:
         if n:
             getattr(source._emitter, fill)(lane, 0, arrays)
         patches = arrays["patch"]
-        if n and not (patches.min() >= 0 and patches.max() < plan.n_cells):
+        if n and not (patches.min() >= 0 and patches.max() < source.plan.n_cells):
             return f"{what}: patches {patches.min()} to {patches.max()}", True
     return "", True
 
@@ -263,9 +284,9 @@ def photons_of_random_plans(n: int, seed: int, fill: str) -> list[str]:
     wrong, seen = [], set()
     for k in range(n):
         kind = KINDS[k % len(KINDS)]
-        what, plan = random_plan(generator, kind)
+        what, damaged = random_damage(generator, kind)
         try:
-            problem, taken = judged_photons(what, plan, fill)
+            problem, taken = judged_photons(what, damaged, fill)
         except Exception as error:
             problem, taken = f"{what}: {error!r}", True
         wrong += [problem] if problem else []

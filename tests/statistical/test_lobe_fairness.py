@@ -24,7 +24,7 @@ def lobe_tables():
     keys = (streams.stream_key(seed, streams.SHIFT, "stratified") for seed in range(SEEDS))
     words = np.array([streams.philox_pair(key, 0, 0, 2)[0] for key in keys], np.uint64)
     assert lobe_offset_words(source.plan, 0, np.array([0]))[0] == words[0]
-    return LobeTables.of(source.plan.arrays), words
+    return LobeTables.of(source.components), words
 
 
 def visits(tables, words, n):

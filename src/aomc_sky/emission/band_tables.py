@@ -6,12 +6,13 @@ in its slice (`CellLaw.hook_tables`).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from aomc_sky.component import Law
+from aomc_sky.component import Component, Law
 from aomc_sky.kernels.arithmetic.constants import (
     ACCEPT_STEP,
     ANY_WIDTH,
@@ -23,6 +24,7 @@ from aomc_sky.kernels.arithmetic.constants import (
     RING_STEP,
 )
 from aomc_sky.kernels.arithmetic.elementary import NARROW_HALF_WIDTH
+from aomc_sky.plan.check import plan_keys
 from aomc_sky.plan.options import Order, Placement
 from aomc_sky.plan.plan import Plan
 from aomc_sky.plan.sampling.streams import philox_pair
@@ -46,12 +48,10 @@ class Rings:
     first: np.ndarray  #: first cell of each ring, int64 (n_ring,)
 
     @classmethod
-    def of(cls, arrays: dict[str, np.ndarray]) -> Rings:
-        """Find them in the arrays of a plan."""
-        cell = arrays["cell"]
-        starts = np.ones(cell.shape[0], dtype=bool)
-        starts[1:] = np.any(cell[1:, :3] != cell[:-1, :3], axis=1)
-        starts[arrays["component_start"][:-1]] = True
+    def of(cls, components: Sequence[Component]) -> Rings:
+        """Find them in the cells of a plan."""
+        parts = [np.any(c.cell[1:, :3] != c.cell[:-1, :3], axis=1) for c in components]
+        starts = np.concatenate([np.append(True, part) for part in parts])
         return cls(of_cell=np.cumsum(starts) - 1, first=np.flatnonzero(starts))
 
     def turns(self, cumulative: np.ndarray) -> np.ndarray:
@@ -90,7 +90,7 @@ class StreamWords:
     @classmethod
     def of(cls, plan: Plan, band: int, rings: Rings) -> StreamWords:
         """Derive the words of a band from the keys and the counts of the plan."""
-        order_key, shift_key, placement_key, position_key = (np.uint64(k) for k in plan.arrays["keys"])
+        order_key, shift_key, placement_key, position_key = plan_keys(plan.options)
         by_rank = plan.options["placement"] == Placement.R2.value
         shuffled = plan.options["order"] == Order.SHUFFLED.value
         half = np.full(2, 1 << 63, dtype=np.uint64)
@@ -98,7 +98,7 @@ class StreamWords:
             order_keys=_order_keys(order_key, band) if shuffled else np.empty(0, np.uint64),
             shifts=_band_words(shift_key, band) if by_rank else half,
             steps=np.array([R2_STEP_U, R2_STEP_V] if by_rank else [0, 0], dtype=np.uint64),
-            turns=rings.turns(plan.arrays["cumulative"][band]) if by_rank else np.zeros(rings.first.size, np.uint64),
+            turns=rings.turns(plan.cumulative[band]) if by_rank else np.zeros(rings.first.size, np.uint64),
             accept=np.insert(_band_words(shift_key, band, 1), 1, ACCEPT_STEP),
             placement_key=placement_key,
             position_key=position_key,
@@ -114,7 +114,7 @@ class StreamWords:
 
 def lobe_offset_words(plan: Plan, band: int, cells: np.ndarray) -> np.ndarray:
     """A 64-bit word for each lobe of a band, addressed by its cell: Philox counter (cell, 0, band, 2)."""
-    key = int(plan.arrays["keys"][1])
+    key = int(plan_keys(plan.options)[1])
     return np.array([philox_pair(key, cell, band, 2)[0] for cell in cells.tolist()], dtype=np.uint64)
 
 

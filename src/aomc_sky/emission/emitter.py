@@ -100,21 +100,31 @@ class Emitter:
 
     @cached_property
     def _words(self) -> CellWords:
-        return CellWords.of(self.plan.arrays["cell"], self._rings.of_cell, self.dtype)
+        return CellWords.of(self._cell, self._rings.of_cell, self.dtype)
 
     @cached_property
     def _rings(self) -> Rings:
-        return Rings.of(self.plan.arrays)
+        return Rings.of(self.plan.components)
 
     @cached_property
     def _laws(self) -> dict[Law, CellLaw]:
         """The laws of the plan; no other slice is imported."""
-        return {Law(number): law_of(Law(number)) for number in np.unique(self.plan.arrays["law"]).tolist()}
+        return {component.law: law_of(component.law) for component in self.plan.components}
+
+    @cached_property
+    def _law(self) -> np.ndarray:
+        """The law of each cell, int8 (n_cell,)."""
+        return self.plan.law
+
+    @cached_property
+    def _cell(self) -> np.ndarray:
+        """Parameters of all cells, (n_cell, 6)."""
+        return np.concatenate([component.cell for component in self.plan.components])
 
     @cached_property
     def _start_law(self) -> np.ndarray:
         """The law by which the photons of each cell start."""
-        law = self.plan.arrays["law"]
+        law = self._law
         for number, of_slice in self._laws.items():
             if of_slice.starts_as is not None:
                 law = np.where(law == number, np.int8(of_slice.starts_as), law)
@@ -122,7 +132,7 @@ class Emitter:
 
     def _hook_tables(self, hook: str) -> Any:
         make = next((law.hook_tables for law in self._laws.values() if law.hook == hook), None)
-        return None if make is None else make(self.plan.arrays)
+        return None if make is None else make(self.plan.components)
 
     @cached_property
     def _rejection(self) -> Any:
@@ -141,24 +151,24 @@ class Emitter:
 
     @cached_property
     def _cells(self) -> np.ndarray:
-        return np.asfortranarray(self.plan.arrays["cell"].astype(self.dtype))
+        return np.asfortranarray(self._cell.astype(self.dtype))
 
     def _slopes(self, band: int) -> np.ndarray | None:
         """Words of the slopes of all cells of a band, or None where the plan has none."""
-        arrays = self.plan.arrays
         is_centre = self.plan.options["placement"] == Placement.CENTRE.value
-        parts = {k: arrays[f"slope_{k}"] for k in range(len(self.plan.component_names)) if f"slope_{k}" in arrays}
-        if is_centre or not parts:
+        components = self.plan.components
+        if is_centre or all(component.slope is None for component in components):
             return None
-        row, slope = int(arrays["row_of_band"][band % self.plan.n_bands]), np.zeros((self.plan.n_cells, 2))
-        for k, of_component in parts.items():
-            start, end = arrays["component_start"][k : k + 2]
-            slope[start:end] = of_component[row if len(of_component) > 1 else 0]
-        return slope_words(slope)
+        row = self.plan.bands[band % self.plan.n_bands].row
+        parts = [
+            c.slope[row if len(c.slope) > 1 else 0] if c.slope is not None else np.zeros((c.n_cells, 2))
+            for c in components
+        ]
+        return slope_words(np.concatenate(parts))
 
     def _lobe_steps(self, band: int) -> tuple[object, ...]:
         """Words for the first trials of the lobes of a band: the steps of the decision, `falls` with `paces`."""
-        lobes, cumulative = self._queue, self.plan.arrays["cumulative"]
+        lobes, cumulative = self._queue, self.plan.cumulative
         assert lobes is not None
         prepare = lambda b: lobes.falls(cumulative[b], lobe_offset_words(self.plan, b, lobes.cell))  # noqa: E731
         return self._stream(band).accept, self._falls.get(band, prepare)
@@ -168,9 +178,9 @@ class Emitter:
 
     def _tables(self, band: int) -> tuple[BandTable, tuple[object, ...], np.ndarray, Any, Any]:
         """Tables of a band with photons: the band, the search from rank to cell, the cells, Perez, lobes."""
-        arrays, words, stream = self.plan.arrays, self._words, self._stream(band)
+        words, stream = self._words, self._stream(band)
         hooks = self._rejection, self._queue, self._slopes(band)
-        table = BandTable.of(arrays["cumulative"][band], self._start_law, words, *hooks)
+        table = BandTable.of(self.plan.cumulative[band], self._start_law, words, *hooks)
         search = (table.cumulative, table.guide, table.guide_shift, table.place)
         perez = None if table.rejection is None else (*table.rejection, stream.accept)
         lobes = None if table.queue is None else (*table.queue, *self._lobe_steps(band))
@@ -196,7 +206,7 @@ class Emitter:
 
     def n_photons(self, band: int) -> int:
         """Photons launched in a band."""
-        return int(self.plan.arrays["cumulative"][band, -1])
+        return int(self.plan.cumulative[band, -1])
 
     @cached_property
     def _n_scratch(self) -> int:
@@ -251,17 +261,17 @@ class Emitter:
         from aomc_sky.emission.kernels import plain
         from aomc_sky.kernels.cells.order import slot_finder
 
-        cumulative, stream = self.plan.arrays["cumulative"][band], self._stream(band)
+        cumulative, stream = self.plan.cumulative[band], self._stream(band)
         perez, lobes = self._rejection, self._queue
         plain.emit(  # type: ignore[call-arg]
             start,
             start + arrays["ux"].size,
             int(cumulative[-1]),
             *stream.arguments(),
-            self._finders.get(band, lambda b: slot_finder(self.plan.arrays["cumulative"][b])),
+            self._finders.get(band, lambda b: slot_finder(self.plan.cumulative[b])),
             (self._rings.of_cell, stream.turns),
             self._cells,
-            self.plan.arrays["law"],
+            self._law,
             None if perez is None else (perez.word, perez.bound, perez.sky, stream.accept),
             None if lobes is None else (lobes.lobe, lobes.tables, *self._lobe_steps(band)),
             self._plain_slopes.get(band, self._slopes),

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 
@@ -61,14 +60,12 @@ def scalar_has_variance(plan: Plan, band: int) -> bool:
     """
     if plan.options["placement"] == Placement.CENTRE.value:
         return True  # a finite number of directions
-    arrays = plan.arrays
-    lit = arrays["mass"][arrays["row_of_band"][band]] > 0
-    for start, end in pairwise(arrays["component_start"].tolist()):
-        law = Law(int(arrays["law"][start]))
-        is_tamed = law is Law.CELL_MU and arrays["weight"].size > 0  # their weight carries a factor mu
-        if not is_tamed and np.any(lit[start:end] & law_of(law).reaches_horizon(arrays["cell"][start:end])):
-            return False
-    return True
+    row = plan.bands[band].row
+    return not any(
+        np.any((c.mass[row] > 0) & law_of(c.law).reaches_horizon(c.cell))
+        for c in plan.components
+        if c.law is not Law.CELL_MU or c.weight is None  # their weights carry a factor mu
+    )
 
 
 @dataclass(eq=False, frozen=True, kw_only=True, slots=True)
@@ -118,7 +115,3 @@ class Irradiance:
         sphere, lost = np.sum(total, axis=0), np.sum(total - above, axis=0)
         loss = np.divide(lost, sphere, out=np.zeros_like(lost), where=sphere > 0)
         return cls(of_component=plane.T[row_of_band], horizon_loss=np.clip(loss, 0.0, 1.0)[row_of_band])
-
-    def as_arrays(self) -> dict[str, np.ndarray]:
-        """Arrays of a plan."""
-        return {"irradiance_W_m2_nm": self.of_component, "horizon_loss": self.horizon_loss}

@@ -56,7 +56,6 @@ class PhotonSource:
     """
 
     def __init__(self, plan: Plan) -> None:
-        plan.check()
         self.plan = plan
         self._n_bands, self._replicates = plan.n_bands, plan.replicates
         self._emitter = Emitter(plan)
@@ -85,7 +84,7 @@ class PhotonSource:
     def _repr_html_(self) -> str:
         from aomc_sky.emission.notebook import MOST_ROWS, html
 
-        nm = self.plan.arrays["wavelength_nm"].tolist()
+        nm = self.plan.wavelength_nm.tolist()
         rows = [
             (band, f"{nm[band]:g}", self.n_photons(band), f"{self.exact_moments(band).mean_mu:.6f}")
             for band in range(min(self.n_bands, MOST_ROWS))
@@ -102,7 +101,7 @@ class PhotonSource:
     @property
     def counts(self) -> np.ndarray:
         """Photons of each cell, int64, shape (n_band, n_cell), cells of all components in order."""
-        counts = np.diff(self.plan.arrays["cumulative"], axis=1)
+        counts = np.diff(self.plan.cumulative, axis=1)
         return counts.reshape(self.replicates, self.n_bands, -1).sum(axis=0) if self.replicates > 1 else counts
 
     def n_photons(self, band: int) -> int:
@@ -132,7 +131,7 @@ class PhotonSource:
 
     def replicate_counts(self, band: int) -> np.ndarray:
         """Photons of each cell in each replicate of a band, int64, shape (replicates, n_cell)."""
-        return np.diff(self.plan.arrays["cumulative"][self._band(band) :: self.n_bands], axis=1)
+        return np.diff(self.plan.cumulative[self._band(band) :: self.n_bands], axis=1)
 
     def replicate_parts(self, band: int, start: int, stop: int) -> list[tuple[int, int, int]]:
         """Split photons [start, stop) of a band where replicates begin.
@@ -156,56 +155,32 @@ class PhotonSource:
 
     def irradiance(self, band: int = 0) -> dict[str, float] | None:
         """Irradiance of each component on a horizontal plane, by name, or None if it is unknown. [W m-2 nm-1]"""
-        absolute = self.plan.arrays.get("irradiance_W_m2_nm")
-        if absolute is None:
-            return None
-        return dict(zip(self.plan.component_names, absolute[self._band(band)].tolist(), strict=True))
+        absolute = self.plan.bands[self._band(band)].irradiance_W_m2_nm
+        return None if absolute is None else dict(zip(self.plan.component_names, absolute, strict=True))
 
     def horizon_loss(self, band: int = 0) -> float:
         """Share of the lobes' light that comes from below the horizon and sends no photons. [0 to 1]"""
-        loss = self.plan.arrays.get("horizon_loss")
-        return 0.0 if loss is None else float(loss[self._band(band)])
+        return self.plan.bands[self._band(band)].horizon_loss
 
     @property
     def components(self) -> tuple[Component, ...]:
         """Components in the order of their cells; strengths and masses share the sum 1 of each row."""
-        plan, start = self.plan, self.plan.arrays["component_start"]
-        parts = []
-        for k, name in enumerate(plan.component_names):
-            cells = slice(int(start[k]), int(start[k + 1]))
-            mass = plan.arrays["mass"][:, cells]
-            law = Law(int(plan.arrays["law"][cells.start]))
-            cell = plan.arrays["cell"][cells]
-            parts.append(
-                Component(
-                    name=name,
-                    law=law,
-                    strength=mass.sum(axis=1),
-                    mass=mass,
-                    cell=cell,
-                    grid=plan.grid_of(k),
-                    shared=plan.arrays.get(f"shared_{k}"),
-                    bounds=plan.arrays.get(f"bounds_{k}"),
-                    slope=plan.arrays.get(f"slope_{k}"),
-                )
-            )
-        return tuple(parts)
+        return self.plan.components
 
     def components_of(self, band: int) -> tuple[Component, ...]:
         """The components of a band, with one row of everything."""
-        row = int(self.plan.arrays["row_of_band"][self._band(band)])
+        row = self.plan.bands[self._band(band)].row
         return tuple(component.of_row(row) for component in self.components)
 
     @property
     def bands_differ_inside_cells(self) -> bool:
         """Whether photons lie in cells in another way in each band."""
-        return any(len(array) > 1 for name, array in self.plan.arrays.items() if name.startswith("slope_"))
+        return any(component.slope is not None and len(component.slope) > 1 for component in self.components)
 
     @property
     def grid(self) -> PatchGrid | None:
         """Patches of the first component that has any."""
-        grids = (self.plan.grid_of(k) for k in range(len(self.plan.component_names)))
-        return next((grid for grid in grids if grid is not None), None)
+        return next((component.grid for component in self.components if component.grid is not None), None)
 
     @property
     def dtype(self) -> np.dtype:
@@ -225,15 +200,15 @@ class PhotonSource:
     @property
     def has_weights(self) -> bool:
         """Whether batches carry weights."""
-        return self.plan.arrays["weight"].size > 0
+        return any(component.weight is not None for component in self.components)
 
     def mass(self, band: int) -> np.ndarray:
         """Probability of each cell, float64, shape (n_cell,), sum 1."""
-        return self.plan.arrays["mass"][self.plan.arrays["row_of_band"][self._band(band)]]
+        return self.plan.mass(self._band(band))
 
     def expected(self, band: int) -> np.ndarray:
         """Requested photons x probability of each cell, float64, shape (n_cell,)."""
-        return float(self.plan.arrays["requested"][self._band(band)]) * self.mass(band)
+        return float(self.plan.bands[self._band(band)].requested) * self.mass(band)
 
     def exact_moments(self, band: int) -> Moments:
         """Exact means of mu and 1/mu of a band's photons, from the masses."""
@@ -250,12 +225,17 @@ class PhotonSource:
     @cached_property
     def _first(self) -> np.ndarray:
         """First photon of each replicate in its band, and the band's photons last, (n_band, replicates + 1)."""
-        launched = self.plan.arrays["cumulative"][:, -1].reshape(self.replicates, self.n_bands)
+        launched = self.plan.cumulative[:, -1].reshape(self.replicates, self.n_bands)
         return np.vstack([np.zeros_like(launched[:1]), np.cumsum(launched, axis=0)]).T
 
     @cached_property
     def _weight(self) -> np.ndarray:
-        return self.plan.arrays["weight"].astype(self.dtype)
+        return self.plan.members()["weight"].astype(self.dtype)
+
+    @cached_property
+    def _is_in_mu(self) -> np.ndarray:
+        """Whether each cell is of law CELL_MU: the weight of its photons has a factor mu."""
+        return self.plan.law == Law.CELL_MU
 
     def _band(self, band: int) -> int:
         band = _integer(band, "band")
@@ -377,7 +357,7 @@ class PhotonSource:
             self._emit(band, start + lo, part)
             if self.has_weights:
                 self._weigh(band, part)
-        wavelength = float(self.plan.arrays["wavelength_nm"][band])
+        wavelength = self.plan.bands[band].wavelength_nm
         return PhotonBatch(**arrays, band=band, start=start, wavelength_nm=wavelength)
 
     def _emit(self, band: int, start: int, arrays: Arrays) -> None:
@@ -389,13 +369,10 @@ class PhotonSource:
             self._emitter.fill(replicate * self.n_bands + band, begin - self.replicate_range(band, replicate)[0], views)
 
     def _weigh(self, band: int, arrays: dict[str, Any]) -> None:
-        row = self.plan.arrays["row_of_band"][band]
         weight = arrays["weight"]
-        np.take(self._weight[row], arrays["patch"], out=weight)
-        law = self.plan.arrays["law"]
-        if np.any(law == Law.CELL_MU):
-            in_mu = (law == Law.CELL_MU)[arrays["patch"]]
-            np.multiply(weight, -arrays["uz"], out=weight, where=in_mu)
+        np.take(self._weight[self.plan.bands[band].row], arrays["patch"], out=weight)
+        if self._is_in_mu.any():
+            np.multiply(weight, -arrays["uz"], out=weight, where=self._is_in_mu[arrays["patch"]])
 
 
 def _entries(arrays: Arrays, part: slice) -> Arrays:

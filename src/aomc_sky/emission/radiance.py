@@ -79,7 +79,7 @@ def _of_patch(
 
 def cell_irradiances(source: PhotonSource, band: int) -> list[np.ndarray]:
     """Irradiance of the cells of each component: W m-2 nm-1, or shares of all light where that is not known."""
-    parts = np.split(source.mass(band), source.plan.arrays["component_start"][1:-1])
+    parts = np.split(source.mass(band), source.plan.component_start[1:-1])
     absolute = source.irradiance(band)
     if absolute is None:
         return parts

@@ -168,7 +168,7 @@ def _export_aomc(job: _Job) -> tuple[list[str], bool]:
         amc_inp = amc_inp / "amc.inp" if amc_inp.is_dir() else amc_inp
         if not amc_inp.is_file():
             raise SceneError(f"{job.options.scene}: there is no amc.inp here")
-        check_scene(amc_inp, source.plan.arrays["wavelength_nm"])
+        check_scene(amc_inp, source.plan.wavelength_nm)
         if amc_inp.parent.resolve() == job.folder.path.resolve():
             raise UsageError(f"{job.folder.path} holds the scene itself; choose another --out")
     sky = aomc_sky(source, job.bands)

@@ -289,7 +289,7 @@ def check_memory(source: PhotonSource, options: JobOptions) -> None:
     """Raise, before any photon is made, if a job needs more memory than the user allows."""
     if options.max_memory_bytes is None:
         return
-    plan = 3 * sum(array.nbytes for array in source.plan.arrays.values())
+    plan = 3 * sum(array.nbytes for array in source.plan.members().values())
     chunks = ((options.threads or n_cpus()) + 2) * BLOCK * 100
     if plan + chunks > options.max_memory_bytes:
         raise UsageError(

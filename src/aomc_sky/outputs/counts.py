@@ -48,10 +48,11 @@ def counts_csv(source: PhotonSource, bands: list[int], masses: list[np.ndarray])
     """The text of counts.csv for bands with these masses."""
     is_lit = np.any([mass > 0 for mass in masses], axis=0)
     texts, text_of = cell_texts(source, np.flatnonzero(is_lit)), np.cumsum(is_lit) - 1
-    arrays, counts = source.plan.arrays, source.counts
+    counts = source.counts
     lines = [COLUMNS]
     for band, mass in zip(bands, masses, strict=True):
-        wavelength, sky = (_number(arrays[name][band]) for name in ("wavelength_nm", "sky_wavelength_nm"))
+        of_plan = source.plan.bands[band]
+        wavelength, sky = _number(of_plan.wavelength_nm), _number(of_plan.sky_wavelength_nm)
         head = f"{band + 1},{wavelength},{sky},"
         cells = np.flatnonzero(mass)
         _, first, share_of = np.unique(mass, return_index=True, return_inverse=True)  # cells of a ring share theirs

@@ -36,7 +36,7 @@ def maps(source: PhotonSource, bands: Sequence[int]) -> Iterator[np.ndarray]:
     grid = PatchGrid.regular(N_ROWS // 2, N_COLUMNS)
     shares: dict[tuple[str, int], np.ndarray] = {}
     for band in bands:
-        row = int(source.plan.arrays["row_of_band"][band])
+        row = source.plan.bands[band].row
         radiance = np.zeros((N_ROWS, N_COLUMNS), np.float32)
         for component, light in zip(source.components, cell_irradiances(source, band), strict=True):
             if not law_of(component.law).is_beam and light.sum() > 0:
@@ -68,7 +68,7 @@ def axes_of(source: PhotonSource, bands: Sequence[int]) -> dict[str, Any]:
         "quantity": "radiance, the mean over each pixel weighted with the cosine of the zenith angle",
         "unit": "W m-2 sr-1 nm-1" if is_absolute else "sr-1, over the irradiance of all light on a horizontal plane",
         "axes": ["waveband", "zenith", "azimuth"],
-        "wavelength_nm": [float(source.plan.arrays["wavelength_nm"][band]) for band in bands],
+        "wavelength_nm": [source.plan.bands[band].wavelength_nm for band in bands],
         "zenith_deg": {"first_edge": 0.0, "step": 180.0 / N_ROWS, "n": N_ROWS, "of": "the sky element, 0 overhead"},
         "azimuth_deg": {"first_edge": 0.0, "step": 360.0 / N_COLUMNS, "n": N_COLUMNS, "of": CONVENTIONS["azimuth"]},
         "irradiance_unit": unit,

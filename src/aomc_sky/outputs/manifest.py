@@ -52,8 +52,8 @@ def input_hashes(scene: Scene) -> dict[str, dict[str, str]]:
 
 def chosen_bands(source: PhotonSource) -> list[int]:
     """Wavebands of a run: those with requested photons, or all if there are none. [0-based]"""
-    requested = source.plan.arrays["requested"]
-    return [band for band in range(source.n_bands) if requested[band] > 0] or list(range(source.n_bands))
+    bands = source.plan.bands
+    return [number for number, band in enumerate(bands) if band.requested > 0] or list(range(len(bands)))
 
 
 def scene_part(scene: Scene) -> dict[str, Any]:

@@ -183,15 +183,15 @@ class BandResult:
 
 def band_result(source: PhotonSource, band: int, sums: PhotonSums) -> BandResult:
     """Compare the photons of a band with the exact values of its masses."""
-    arrays, moments = source.plan.arrays, source.exact_moments(band)
-    requested, launched = int(arrays["requested"][band]), source.n_photons(band)
+    of_plan, moments = source.plan.bands[band], source.exact_moments(band)
+    requested, launched = of_plan.requested, source.n_photons(band)
     ratio, inverse_error = sums.planar_over_scalar(), sums.standard_error("inverse")
     scalar = sums.mean("weighted_inverse")
     absolute = source.irradiance(band)
     return BandResult(
         waveband=band + 1,
-        wavelength_nm=float(arrays["wavelength_nm"][band]),
-        sky_wavelength_nm=finite(float(arrays["sky_wavelength_nm"][band])),
+        wavelength_nm=of_plan.wavelength_nm,
+        sky_wavelength_nm=finite(of_plan.sky_wavelength_nm),
         requested=requested,
         launched=launched,
         residual=launched - requested,

@@ -46,7 +46,7 @@ def source_picture(
     grid = common_grid([*grids, PatchGrid.regular(*LOBE_BINS)] if _has_lobes(components) else grids)
     marks = marks_of(components, grid, sun)
     chosen = spread(range(source.n_bands)) if bands is None else [as_index(band, "band") for band in bands]
-    is_absolute = "irradiance_W_m2_nm" in source.plan.arrays
+    is_absolute = source.irradiance() is not None
     quantity = PHOTONS if show == "counts" else RADIANCE if is_absolute else RELATIVE_RADIANCE
     domes = []
     for band in chosen:
@@ -64,7 +64,7 @@ def _has_lobes(components: Sequence[Component]) -> bool:
 
 def _counts(source: PhotonSource, band: int) -> list[np.ndarray]:
     """Photons of the cells of each component."""
-    return np.split(source.counts[band].astype(np.float64), source.plan.arrays["component_start"][1:-1])
+    return np.split(source.counts[band].astype(np.float64), source.plan.component_start[1:-1])
 
 
 def _density(component: Component, light: np.ndarray, grid: PatchGrid, *, per_flux: bool) -> np.ndarray:
@@ -84,7 +84,7 @@ def _density(component: Component, light: np.ndarray, grid: PatchGrid, *, per_fl
 
 def _dome_title(source: PhotonSource, band: int, light: list[np.ndarray], show: str) -> str:
     """Wavelength, and what the beam takes."""
-    wavelength = float(source.plan.arrays["wavelength_nm"][band])
+    wavelength = source.plan.bands[band].wavelength_nm
     title = f"waveband {band + 1}, {wavelength:g} nm" if source.n_bands > 1 else f"{wavelength:g} nm"
     beam = sum(float(x.sum()) for c, x in zip(source.components, light, strict=True) if law_of(c.law).is_beam)
     total = sum(float(part.sum()) for part in light)

@@ -1,24 +1,22 @@
 """Checks of a plan before a kernel uses its numbers as indices.
 
-Kernels check no index. Therefore every number of a plan that serves as one is checked here: types, lengths, laws,
-counts, and the bins of lobes. Decision 22 lists each look-up of the kernels with its rule. These checks do not compare
-the plan with a scene: `verify --scene` does.
+Kernels check no index. Therefore every number of a plan that serves as one is checked here: types and lengths of the
+members of a file, then laws, counts and bins of lobes in the records of a plan. Decision 22 lists each look-up of the
+kernels with its rule. These checks do not compare the plan with a scene: `verify --scene` does.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from aomc_sky.component import MAX_SLOPE, N_CELL_PARAMETERS, Law
-from aomc_sky.errors import AomcSkyError
+from aomc_sky.component import N_CELL_PARAMETERS, Component, Law
+from aomc_sky.errors import AomcSkyError, InputFileError
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.grid import PatchGrid
-from aomc_sky.plan.counts import Arrays
+from aomc_sky.plan.band import PlanBand
 from aomc_sky.plan.footprint import Footprint
 from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.options import (
@@ -77,10 +75,7 @@ OPTIONS = {
 _VERSIONS = {f"aomc-sky/{k}": f"aomc-sky 0.{k}" for k in (1, 2, 3)}
 _NAME = re.compile(r"[!-+\--~]([ -+\--~]{0,198}[!-+\--~])?")
 _LARGEST = 1e300
-
-
-class _RefusedError(Exception):
-    """Code, member, and its fault."""
+_MOST_MASS = 1.0 + 2.0**-30  # a sum of normalised masses is 1 within a few ulp
 
 
 def plan_keys(options: Mapping[str, Any]) -> np.ndarray:
@@ -89,56 +84,32 @@ def plan_keys(options: Mapping[str, Any]) -> np.ndarray:
     return np.array(keys, dtype=np.uint64)
 
 
-def check_plan(arrays: Arrays, options: Mapping[str, Any], path: str = "plan") -> None:
-    """Raise unless photons can be made from a plan; messages call it `path`.
-
-    E952 (a member is missing or not known), E953 (type or shape), E954 (values), E955 (options). Only the first problem
-    is reported: the others follow from it.
-    """
-    with _naming(path):
-        _check_options(options)
-        lengths = _check_arrays(arrays, options)
-        _check_values(arrays, options, lengths)
-        for k in range(lengths["n_component"]):
-            _check_component(arrays, k)
-
-
-def check_stream(options: Any, path: str) -> None:
-    """Raise E955 unless the photons of the options are those of this version."""
-    with _naming(path):
-        _check_stream(options)
-
-
-@contextmanager
-def _naming(path: str) -> Iterator[None]:
-    try:
-        yield
-    except _RefusedError as refused:
-        code, member, message = refused.args
-        advice = "make the run again, or take the plan.npz that it wrote"
-        raise refuse(path, message, code=code, name=member, advice=advice) from None
+def refused(code: str, member: str, message: str, path: str = "plan") -> InputFileError:
+    """The error for a member of a plan, or an option, that does not fit."""
+    advice = "make the run again, or take the plan.npz that it wrote"
+    return refuse(path, message, code=code, name=member, advice=advice)
 
 
 def _require(holds: object, code: str, member: str, message: str) -> None:
     if not holds:
-        raise _RefusedError(code, member, message)
+        raise refused(code, member, message)
 
 
-def _check_stream(options: Any) -> None:
-    _require(isinstance(options, Mapping), "E955", "options", "is no object")
-    stream = options.get("stream")
-    made_with = _VERSIONS.get(str(stream), "the version that made them")
-    _require(
-        stream == STREAM_VERSION,
-        "E955",
-        "options.stream",
-        f"made with the random streams {ascii(stream)[:40]}; this version has {STREAM_VERSION!r}, which give other "
-        f"photons; verify old runs with {made_with}, or run the scene again",
-    )
+def check_stream(options: Any, path: str = "plan") -> None:
+    """Raise E955 unless the photons of the options are those of this version."""
+    if not isinstance(options, Mapping):
+        raise refused("E955", "options", "is no object", path)
+    if (stream := options.get("stream")) != STREAM_VERSION:
+        made_with = _VERSIONS.get(str(stream), "the version that made them")
+        message = (
+            f"made with the random streams {ascii(stream)[:40]}; this version has {STREAM_VERSION!r}, which give other "
+            f"photons; verify old runs with {made_with}, or run the scene again"
+        )
+        raise refused("E955", "options.stream", message, path)
 
 
 def _check_options(options: Any) -> None:
-    _check_stream(options)
+    check_stream(options)
     odd = sorted(map(str, OPTIONS ^ set(options)))
     _require(not odd, "E955", "options", f"options that are missing or not known: {ascii(odd)[:200]}")
     try:
@@ -152,7 +123,7 @@ def _check_options(options: Any) -> None:
         are_names = all(isinstance(name, str) and _NAME.fullmatch(name) for name in names)
         first = [as_index_within(index, "azimuth_first_index", -(2**31), 2**31) for index in first]
     except (AomcSkyError, TypeError, ValueError) as error:
-        raise _RefusedError("E955", "options", str(error)[:300]) from None
+        raise refused("E955", "options", str(error)[:300]) from None
     expected = method_of(allocation, placement)
     _require(method is expected, "E955", "options.method", f"found {method.value}, wanted {expected.value}")
     _require(type(options["weights"]) is bool, "E955", "options.weights", "is neither true nor false")
@@ -161,31 +132,58 @@ def _check_options(options: Any) -> None:
     _require(are_names, "E955", "options.components", message)
 
 
-def _check_arrays(arrays: Arrays, options: Mapping[str, Any]) -> dict[str, int]:
-    """Every array has its type and shape; returns the lengths."""
+def check_members(members: Mapping[str, Any], options: Any) -> None:
+    """Raise unless components can be made: E952 (a member is missing or not known), E953 (type or shape), E954, E955.
+
+    Only the first problem is reported, here and in `check_plan`: the others follow from it.
+    """
+    _check_options(options)
     lengths = {"n_component": len(options["components"])}
     of_component = re.compile(rf"({'|'.join(OF_COMPONENT)})_(0|[1-9]\d{{0,5}})")
     for name, (dtype, shape) in MEMBERS.items():
-        _require(name in arrays, "E952", name, "this array is missing")
-        _check_shape(name, arrays[name], dtype, shape, lengths)
+        _require(name in members, "E952", name, "this array is missing")
+        _check_shape(name, members[name], dtype, shape, lengths)
         if name == "requested":
             lengths["n_replicate_band"] = options["replicates"] * lengths["n_band"]
-    _require(
-        ("irradiance_W_m2_nm" in arrays) == ("horizon_loss" in arrays),
-        "E952",
-        "horizon_loss",
-        "irradiance_W_m2_nm and horizon_loss belong together",
-    )
-    for name in arrays:
+    both = ("irradiance_W_m2_nm" in members) == ("horizon_loss" in members)
+    _require(both, "E952", "horizon_loss", "irradiance_W_m2_nm and horizon_loss belong together")
+    for name in members:
         if name in OPTIONAL:
-            _check_shape(name, arrays[name], *OPTIONAL[name], lengths)
+            _check_shape(name, members[name], *OPTIONAL[name], lengths)
         elif name not in MEMBERS:
             found = of_component.fullmatch(name)
             is_known = found is not None and int(found[2]) < lengths["n_component"]
             _require(is_known, "E952", ascii(name)[:100], "is not an array of a plan with these options")
             assert found is not None
-            _check_shape(name, arrays[name], *OF_COMPONENT[found[1]], {})
-    return lengths
+            _check_shape(name, members[name], *OF_COMPONENT[found[1]], {})
+    shape = members["weight"].shape
+    fits = shape in ((0, 0), members["mass"].shape)
+    _require(fits, "E953", "weight", f"found shape {shape}, wanted that of mass, or (0, 0) for none")
+    same = np.array_equal(members["keys"], plan_keys(options))
+    _require(same, "E954", "keys", f"wanted the keys that follow from seed {options['seed']}")
+    mass = members["mass"]
+    _require(np.all((mass >= 0) & (mass <= _MOST_MASS)), "E954", "mass", "wanted masses from 0 to 1")
+    n_cell, start, law = lengths["n_cell"], members["component_start"], members["law"]
+    rises = start[0] == 0 and start[-1] == n_cell and np.all(start[1:] > start[:-1])
+    _require(rises, "E954", "component_start", f"wanted increasing cell numbers from 0 to {n_cell}")
+    in_range = law.min() >= min(Law) and law.max() <= max(Law)
+    _require(in_range, "E954", "law", f"wanted laws from {min(Law)} to {max(Law)}")
+    changes = np.flatnonzero(law[1:] != law[:-1]) + 1
+    _require(np.isin(changes, start).all(), "E954", "law", "wanted one law for all cells of a component")
+    for k, number in enumerate(law[start[:-1]].tolist()):
+        _check_kinds(k, Law(number), {name for name in OF_COMPONENT if f"{name}_{k}" in members})
+        slope = members.get(f"slope_{k}")
+        fits = slope is None or (slope.shape[1] == start[k + 1] - start[k] and len(slope) in (1, len(mass)))
+        _require(fits, "E953", f"slope_{k}", "wanted a row for all masses or one for each, of all cells")
+
+
+def _check_kinds(k: int, law: Law, found: set[str]) -> None:
+    """Component k has the arrays of its law."""
+    rules = law_of(law)
+    expected = {"shared", "bounds"} if rules.tables else {"slope"} if rules.has_slopes else set()
+    grid = {"zenith_bounds_deg", "azimuth_bounds_deg"}
+    fits = found - grid == expected and found & grid in ((grid,) if rules.needs_patches else (grid, set()))
+    _require(fits, "E952", f"zenith_bounds_deg_{k}", f"the arrays of component {k} are not those of law {law.name}")
 
 
 def _check_shape(name: str, array: Any, dtype: str, shape: tuple[str | int, ...], lengths: dict[str, int]) -> None:
@@ -200,83 +198,81 @@ def _check_shape(name: str, array: Any, dtype: str, shape: tuple[str | int, ...]
     _require(fits, "E953", name, f"found {found}, wanted {dtype} of shape {shape} with {lengths}")
 
 
-def _check_values(arrays: Arrays, options: Mapping[str, Any], lengths: Mapping[str, int]) -> None:
-    for name, array in arrays.items():
-        if array.dtype.kind == "f" and name != "sky_wavelength_nm":
-            _require(
-                np.all(np.abs(array) <= _LARGEST),
-                "E954",
-                name,
-                f"found numbers that are not finite or above {_LARGEST:g}",
-            )
-    n_cell, start, law = lengths["n_cell"], arrays["component_start"], arrays["law"]
+def check_plan(
+    bands: Sequence[PlanBand], components: Sequence[Component], cumulative: np.ndarray, options: Mapping[str, Any]
+) -> None:
+    """Raise unless photons can be made from the records of a plan: E953 (shape), E954 (values), E955 (options)."""
+    _check_options(options)
+    names = [component.name for component in components]
+    _require(names == options["components"], "E955", "options.components", f"found components {names}")
+    n_cell, n_row = sum(component.n_cells for component in components), len(components[0].mass)
     _require(n_cell <= MAX_CELLS, "E954", "law", f"found {n_cell} cells, at most {MAX_CELLS} are allowed")
-    rises = start[0] == 0 and start[-1] == n_cell and np.all(start[1:] > start[:-1])
-    _require(rises, "E954", "component_start", f"wanted increasing cell numbers from 0 to {n_cell}")
-    _require(
-        law.min() >= min(Law) and law.max() <= max(Law), "E954", "law", f"wanted laws from {min(Law)} to {max(Law)}"
-    )
-    changes = np.flatnonzero(law[1:] != law[:-1]) + 1
-    _require(np.isin(changes, start).all(), "E954", "law", "wanted one law for all cells of a component")
-    rows, cumulative = arrays["row_of_band"], arrays["cumulative"]
-    _require(rows.min() >= 0 and rows.max() < lengths["n_row"], "E954", "row_of_band", "wanted rows of mass")
-    _require(arrays["mass"].min() >= 0, "E954", "mass", "wanted masses from 0")
-    shape = arrays["weight"].shape
-    fits = shape in ((0, 0), arrays["mass"].shape) and (options["weights"] or shape == (0, 0))
-    _require(fits, "E953", "weight", f"found shape {shape}, wanted that of mass, or (0, 0) for none")
-    for name, values in (("cumulative", cumulative), ("requested", arrays["requested"])):
-        in_range = values.min() >= 0 and values.max() <= MAX_PHOTONS
-        _require(in_range, "E954", name, f"wanted numbers of photons from 0 to {MAX_PHOTONS}")
+    _check_bands(bands, len(components), n_row)
+    shape = (options["replicates"] * len(bands), n_cell + 1)
+    _check_shape("cumulative", cumulative, "<i8", shape, {})
+    in_range = cumulative.min() >= 0 and cumulative.max() <= MAX_PHOTONS
+    _require(in_range, "E954", "cumulative", f"wanted numbers of photons from 0 to {MAX_PHOTONS}")
     rises = not cumulative[:, 0].any() and all(np.all(row[1:] >= row[:-1]) for row in cumulative)
     _require(rises, "E954", "cumulative", "wanted photons before each cell, from 0 and increasing")
-    same = np.array_equal(arrays["keys"], plan_keys(options))
-    _require(same, "E954", "keys", f"wanted the keys that follow from seed {options['seed']}")
-    for number, n in zip(*np.unique(law[start[:-1]], return_counts=True), strict=True):
-        one = Law(int(number))
-        message = f"found {n} components of law {one.name}, at most one is allowed"
-        _require(n == 1 or not law_of(one).instead, "E954", "law", message)
-    is_table = lengths["n_component"] == 1 and "zenith_bounds_deg_0" in arrays
+    for law in {component.law for component in components}:
+        n = sum(component.law is law for component in components)
+        message = f"found {n} components of law {law.name}, at most one is allowed"
+        _require(n == 1 or not law_of(law).instead, "E954", "law", message)
+    is_table = len(components) == 1 and components[0].grid is not None and options["replicates"] == 1
     of_aomc = options["allocation"] == AllocationMethod.AOMC.value
-    _require(
-        not of_aomc or (is_table and options["replicates"] == 1),
-        "E955",
-        "options.allocation",
-        "found aomc, which wants one table and no replicates",
-    )
+    message = "found aomc, which wants one table and no replicates"
+    _require(is_table or not of_aomc, "E955", "options.allocation", message)
+    is_plain = components[0].weight is None
+    _require(is_plain or options["weights"], "E953", "weight", "found weights, which the options do not ask for")
+    for k, component in enumerate(components):
+        _require(len(component.mass) == n_row, "E953", "mass", f"wanted {n_row} rows in component {k}")
+        _require((component.weight is None) == is_plain, "E953", "weight", "wanted weights of all components, or none")
+        _check_component(component, k)
 
 
-def _check_component(arrays: Arrays, k: int) -> None:
+def _check_bands(bands: Sequence[PlanBand], n_component: int, n_row: int) -> None:
+    _require(len(bands) > 0, "E953", "wavelength_nm", "wanted at least one waveband")
+    n_absolute = 0 if bands[0].irradiance_W_m2_nm is None else n_component
+    for band in bands:
+        irradiance = band.irradiance_W_m2_nm or ()
+        fits = len(irradiance) == n_absolute
+        _require(fits, "E953", "irradiance_W_m2_nm", f"wanted {n_absolute} values in each waveband")
+        _require_finite("irradiance_W_m2_nm", np.array(irradiance))
+        _require_finite("horizon_loss", band.horizon_loss)
+        _require_finite("wavelength_nm", band.wavelength_nm)
+        _require(0 <= band.row < n_row, "E954", "row_of_band", "wanted rows of mass")
+        in_range = 0 <= band.requested <= MAX_PHOTONS
+        _require(in_range, "E954", "requested", f"wanted numbers of photons from 0 to {MAX_PHOTONS}")
+
+
+def _check_component(component: Component, k: int) -> None:
     """Check the arrays of a component, and the numbers in them that kernels use as indices or limits."""
-    start = arrays["component_start"]
-    n_cell, number = int(start[k + 1] - start[k]), Law(int(arrays["law"][start[k]]))
-    law = law_of(number)
-    names = [f"{name}_{k}" for name in OF_COMPONENT]
-    has_zenith, has_azimuth, has_shared, has_bounds, has_slope = (name in arrays for name in names)
-    has_tables = law.tables is not None
-    fits = has_zenith == has_azimuth and has_shared == has_bounds == has_tables and has_zenith >= law.needs_patches
-    fits = fits and has_slope == law.has_slopes
-    _require(fits, "E952", names[0], f"the arrays of component {k} are not those of law {number.name}")
-    if has_zenith:
-        zenith, azimuth = arrays[names[0]], arrays[names[1]]
-        _require(len(zenith) * len(azimuth) == n_cell, "E954", names[0], f"wanted as many patches as cells, {n_cell}")
-        _require(
-            zenith.min() >= 0 and zenith.max() <= 90, "E954", names[0], "wanted zenith angles from 0 to 90 degrees"
-        )
-        try:
-            PatchGrid(zenith_bounds_deg=zenith, azimuth_bounds_deg=azimuth)
-        except ValueError as error:
-            raise _RefusedError("E954", names[0], str(error)) from None
+    law, grid, n_cell = law_of(component.law), component.grid, component.n_cells
+    arrays = {name: getattr(component, name) for name in ("shared", "bounds", "slope")}
+    kinds = {name for name, array in arrays.items() if array is not None}
+    _check_kinds(k, component.law, kinds if grid is None else kinds | {"zenith_bounds_deg", "azimuth_bounds_deg"})
+    for name, array in (("mass", component.mass), ("cell", component.cell), ("weight", component.weight)):
+        _require_finite(name, array)
+    for name, array in arrays.items():
+        _require_finite(f"{name}_{k}", array)
+    if grid is not None:
+        member = f"zenith_bounds_deg_{k}"
+        _require(grid.n_patches == n_cell, "E954", member, f"wanted as many patches as cells, {n_cell}")
+        _require_finite(f"azimuth_bounds_deg_{k}", grid.azimuth_bounds_deg)
     if law.tables is not None:
-        shapes, expected = (arrays[names[2]].shape, arrays[names[3]].shape), law.tables(n_cell, len(arrays[names[3]]))
-        message = f"found shapes {shapes}, wanted {expected} for law {number.name}"
-        _require(shapes == expected, "E953", names[3], message)
-    if has_slope:
-        slope = arrays[names[4]]
-        fits = slope.shape[1] == n_cell and len(slope) in (1, len(arrays["mass"]))
-        _require(fits, "E953", names[4], f"found shape {slope.shape}, wanted a row for all masses or one for each")
-        _require(np.all(np.abs(slope) <= MAX_SLOPE), "E954", names[4], f"wanted slopes up to {MAX_SLOPE} in size")
-    refused = law.refused(arrays["cell"][start[k] : start[k + 1]], arrays.get(names[3]))
-    if refused is not None:
-        member, found, wanted = refused
+        assert component.shared is not None
+        assert component.bounds is not None
+        shapes = component.shared.shape, component.bounds.shape
+        expected = law.tables(n_cell, len(component.bounds))
+        message = f"found shapes {shapes}, wanted {expected} for law {component.law.name}"
+        _require(shapes == expected, "E953", f"bounds_{k}", message)
+    fault = law.refused(component.cell, component.bounds)
+    if fault is not None:
+        member, found, wanted = fault
         message = f"found {found} of component {k}, wanted {wanted}" if found else f"wanted {wanted}"
-        raise _RefusedError("E954", f"{member}_{k}" if member in OF_COMPONENT else member, message)
+        raise refused("E954", f"{member}_{k}" if member in OF_COMPONENT else member, message)
+
+
+def _require_finite(member: str, values: Any) -> None:
+    holds = values is None or np.all(np.abs(values) <= _LARGEST)
+    _require(holds, "E954", member, f"found numbers that are not finite or above {_LARGEST:g}")

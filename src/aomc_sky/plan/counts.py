@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from itertools import accumulate
 from typing import Any
 
 import numpy as np
 
+from aomc_sky.component import Component
+from aomc_sky.plan.band import PlanBand
 from aomc_sky.plan.sampling.allocation import AllocationMethod, allocate_bands
 from aomc_sky.plan.sampling.walk import WalkedGrid
-
-Arrays = Mapping[str, np.ndarray]
 
 
 def replicate_band_photons(requested: np.ndarray, replicates: int) -> np.ndarray:
@@ -22,37 +23,41 @@ def replicate_band_photons(requested: np.ndarray, replicates: int) -> np.ndarray
     return np.concatenate([each + (left > r) for r in range(replicates)])
 
 
-def cumulative_counts(arrays: Arrays, options: Mapping[str, Any]) -> np.ndarray:
-    """Member `cumulative` of a plan, int64 (n_replicate_band, n_cell + 1), from its other members and its options.
+def cumulative_counts(
+    bands: Sequence[PlanBand], components: Sequence[Component], options: Mapping[str, Any]
+) -> np.ndarray:
+    """Member `cumulative` of a plan, int64 (n_replicate_band, n_cell + 1), from its masses and its options.
 
     Any allocation but `aomc`, which rounds the table itself. A band without light has no photons.
     """
-    mass, replicates = arrays["mass"], options["replicates"]
-    photons = replicate_band_photons(arrays["requested"], replicates)
-    row_of = np.tile(arrays["row_of_band"], replicates)
-    cumulative = np.zeros((photons.size, mass.shape[1] + 1), dtype=np.int64)
-    rings = rings_of(arrays)
-    for k in np.flatnonzero(mass.any(axis=1)):
-        bands = np.flatnonzero(row_of == k)
+    replicates, n_cells = options["replicates"], sum(component.n_cells for component in components)
+    photons = replicate_band_photons(np.array([band.requested for band in bands]), replicates)
+    row_of = np.tile([band.row for band in bands], replicates)
+    cumulative = np.zeros((photons.size, n_cells + 1), dtype=np.int64)
+    rings = _rings_of(components)
+    for row in range(len(components[0].mass)):
+        mass = np.concatenate([component.mass[row] for component in components])
+        if not mass.any():
+            continue
+        own = np.flatnonzero(row_of == row)
         counts = allocate_bands(
-            mass[k],
-            photons[bands].tolist(),
-            bands.tolist(),
+            mass,
+            photons[own].tolist(),
+            own.tolist(),
             method=AllocationMethod(options["allocation"]),
             seed=options["seed"],
             family=options["method"],
             rings=rings,
         )
-        cumulative[bands, 1:] = np.cumsum(counts, axis=1)
+        cumulative[own, 1:] = np.cumsum(counts, axis=1)
     return cumulative
 
 
-def rings_of(arrays: Arrays) -> tuple[WalkedGrid, ...]:
+def _rings_of(components: Sequence[Component]) -> tuple[WalkedGrid, ...]:
     """The rings of all components that have a grid."""
-    start = arrays["component_start"][:-1].tolist()
-    grids = {k: (f"zenith_bounds_deg_{k}", f"azimuth_bounds_deg_{k}") for k in range(len(start))}
+    starts = accumulate((component.n_cells for component in components), initial=0)
     return tuple(
-        WalkedGrid(first_cell=start[k], n_rings=len(arrays[zenith]), n_columns=len(arrays[azimuth]))
-        for k, (zenith, azimuth) in grids.items()
-        if zenith in arrays
+        WalkedGrid(first_cell=start, n_rings=component.grid.n_zenith, n_columns=component.grid.n_azimuth)
+        for start, component in zip(starts, components, strict=False)
+        if component.grid is not None
     )

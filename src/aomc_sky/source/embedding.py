@@ -34,7 +34,7 @@ class Opened:
         if band not in self._sources:
             self._sources[band] = self._photons.c_source(band)
         source = self._sources[band]
-        wavelength = float(self._photons.plan.arrays["wavelength_nm"][band])
+        wavelength = self._photons.plan.bands[band].wavelength_nm
         addresses = source.address, source.numbers_address
         return *addresses, source.context, source.precision.itemsize == 8, source.n, wavelength
 

@@ -24,7 +24,7 @@ from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.report import beyond_memory
-from aomc_sky.plan.check import plan_keys
+from aomc_sky.plan.band import PlanBand
 from aomc_sky.plan.counts import cumulative_counts
 from aomc_sky.plan.footprint import Footprint
 from aomc_sky.plan.laws import law_of
@@ -382,35 +382,33 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions, max_memory_byt
     Each row of counts sums exactly to the request, except under `aomc` allocation.
     """
     components, chosen = scene.components, _plan_options(scene, seed, options)
-    cells_of = [component.n_cells for component in components]
-    n_cells = sum(cells_of)
     _refuse_centres(components, options)
     rows, row_of_band = np.unique(scene.row_of_band, return_inverse=True)
-    _refuse_large_plan(scene, n_cells, rows.size, options.replicates, max_memory_bytes)
+    _refuse_large_plan(
+        scene, sum(component.n_cells for component in components), rows.size, options.replicates, max_memory_bytes
+    )
     _refuse_too_few(scene, options.replicates)
     checked_photons(int(scene.n_photons.max()), options.allocation)
-    mass = _masses(scene, n_cells, rows)
-    arrays = {
-        "wavelength_nm": scene.wavebands.wavelength_nm,
-        "sky_wavelength_nm": scene.sky_wavelength_nm,
-        "requested": scene.n_photons,
-        "row_of_band": row_of_band.astype(np.int64),
-        "mass": mass,
-        "weight": _weights(components, n_cells, rows) if options.weights else np.zeros((0, 0)),
-        "keys": plan_keys(chosen),
-        **_cell_arrays(components, cells_of, rows),
-    }
+    parts = _plan_components(scene, rows, options.weights)
+    absolute = scene.irradiance
+    bands = tuple(
+        PlanBand(
+            wavelength_nm=float(scene.wavebands.wavelength_nm[band]),
+            sky_wavelength_nm=float(scene.sky_wavelength_nm[band]),
+            requested=int(scene.n_photons[band]),
+            row=int(row_of_band[band]),
+            irradiance_W_m2_nm=None if absolute is None else tuple(absolute.of_component[band].tolist()),
+            horizon_loss=0.0 if absolute is None else float(absolute.horizon_loss[band]),
+        )
+        for band in range(scene.wavebands.n_bands)
+    )
     if options.allocation is AllocationMethod.AOMC:
-        arrays["cumulative"] = _aomc_cumulative(scene)
+        cumulative = _aomc_cumulative(scene)
     else:
         scene.refuse_dark_bands()
-        arrays["cumulative"] = cumulative_counts(arrays, chosen)
-    if scene.irradiance is not None:
-        arrays |= scene.irradiance.as_arrays()
-    arrays = {name: np.ascontiguousarray(array) for name, array in arrays.items()}
-    for array in arrays.values():
-        array.flags.writeable = False
-    return Plan(arrays=arrays, options=chosen)
+        cumulative = cumulative_counts(bands, parts, chosen)
+    cumulative.flags.writeable = False
+    return Plan(bands=bands, components=parts, cumulative=cumulative, options=chosen)
 
 
 def _refuse_centres(components: tuple[Component, ...], options: SamplingOptions) -> None:
@@ -422,14 +420,34 @@ def _refuse_centres(components: tuple[Component, ...], options: SamplingOptions)
         )
 
 
-def _masses(scene: Scene, n_cells: int, rows: np.ndarray) -> np.ndarray:
-    """Probabilities (n_row, n_cell); a row without light is 0."""
-    mass = np.zeros((rows.size, n_cells))
+def _plan_components(scene: Scene, rows: np.ndarray, with_weights: bool) -> tuple[Component, ...]:
+    """The components with a row for each distinct sky; their masses share the sum 1 of a row, or 0 without light."""
+    components = scene.components
+    is_plain = not with_weights or all(component.weight is None for component in components)
+    ends = np.cumsum([component.n_cells for component in components])
+    mass = np.zeros((rows.size, ends[-1]))
     for k, row in enumerate(rows):
-        values = joint_mass(scene.components, int(row))
+        values = joint_mass(components, int(row))
         if values.max(initial=0.0) > 0:
             mass[k] = normalise(values)
-    return mass
+    return tuple(
+        dataclasses.replace(
+            component,
+            strength=part.sum(axis=1),
+            mass=part,
+            weight=None if is_plain else _weight_rows(component, rows),
+            slope=component.slope if component.slope is None or len(component.slope) == 1 else component.slope[rows],
+            irradiance_W_m2_nm=None,
+            below_horizon=0.0,
+        )
+        for component, part in zip(components, np.split(mass, ends[:-1], axis=1), strict=True)
+    )
+
+
+def _weight_rows(component: Component, rows: np.ndarray) -> np.ndarray:
+    """Weights (n_row, n_cell), 1 where a component has none."""
+    parts = [component.weight_of(int(row)) for row in rows]
+    return np.stack([np.ones(component.n_cells) if part is None else part for part in parts])
 
 
 def _refuse_large_plan(scene: Scene, n_cells: int, n_rows: int, replicates: int, limit: int | None) -> None:
@@ -451,24 +469,6 @@ def _refuse_too_few(scene: Scene, replicates: int) -> None:
         )
 
 
-def _cell_arrays(components: tuple[Component, ...], n_cells: list[int], rows: np.ndarray) -> dict[str, np.ndarray]:
-    """Laws, parameters, bounds and slopes of the cells of all components."""
-    arrays = {
-        "law": np.repeat(np.array([c.law for c in components], np.int8), n_cells),
-        "cell": np.concatenate([c.cell for c in components]),
-        "component_start": np.cumsum([0, *n_cells], dtype=np.int64),
-    }
-    for k, component in enumerate(components):
-        if component.grid is not None:
-            arrays[f"zenith_bounds_deg_{k}"] = component.grid.zenith_bounds_deg
-            arrays[f"azimuth_bounds_deg_{k}"] = component.grid.azimuth_bounds_deg
-        if component.shared is not None and component.bounds is not None:
-            arrays[f"shared_{k}"], arrays[f"bounds_{k}"] = component.shared, component.bounds
-        if component.slope is not None:
-            arrays[f"slope_{k}"] = component.slope if len(component.slope) == 1 else component.slope[rows]
-    return arrays
-
-
 def _aomc_cumulative(scene: Scene) -> np.ndarray:
     """Photons before each cell (n_band, n_cell + 1), by the AOMC program's rounding of the table of each band."""
     component = scene.components[0]
@@ -480,18 +480,6 @@ def _aomc_cumulative(scene: Scene) -> np.ndarray:
         table = component.mass_of(row).reshape(grid.n_zenith, grid.n_azimuth)
         cumulative[band, 1:] = np.cumsum(allocate(table, n, method=AllocationMethod.AOMC))
     return cumulative
-
-
-def _weights(components: tuple[Component, ...], n_cells: int, rows: np.ndarray) -> np.ndarray:
-    if all(c.weight is None for c in components):
-        return np.zeros((0, 0))
-    weight = np.empty((rows.size, n_cells))
-    for k, row in enumerate(rows):
-        parts = [c.weight_of(int(row)) for c in components]
-        weight[k] = np.concatenate(
-            [np.ones(c.n_cells) if w is None else w for c, w in zip(components, parts, strict=True)]
-        )
-    return weight
 
 
 def _plan_options(scene: Scene, seed: int, options: SamplingOptions) -> dict[str, object]:

@@ -242,7 +242,7 @@ class DirectionTests:
 
     def _of_weights(self, band: int, counts: DirectionCounts) -> tuple[list[Check], Pulls]:
         waveband, zones, (weight, weight2) = band + 1, self.zones, counts.of_zones[2:]
-        mass, is_mu = self._source.mass(band), self._source.plan.arrays["law"] == Law.CELL_MU
+        mass, is_mu = self._source.mass(band), self._source.plan.law == Law.CELL_MU
         # flux through the horizontal: photons uniform in solid angle times their cosine
         flux = np.where(is_mu, mass * self._source.cell_moments(band)[0], mass)
         share = zone_shares(self._source, zones, band, is_flux=True).expected(flux)

@@ -222,7 +222,7 @@ def _counts_checks(source: PhotonSource, bands: Sequence[int]) -> Iterator[Check
     plan = source.plan
     if plan.options["allocation"] == AllocationMethod.AOMC.value:
         return
-    found, made = plan.arrays["cumulative"], cumulative_counts(plan.arrays, plan.options)
+    found, made = plan.cumulative, cumulative_counts(plan.bands, plan.components, plan.options)
     for band in bands:
         rows = slice(band, None, source.n_bands)  # of all replicates
         differs = np.flatnonzero(np.any(np.diff(found[rows], axis=1) != np.diff(made[rows], axis=1), axis=0))
@@ -236,7 +236,7 @@ def scene_checks(plan: Plan, manifest: Mapping[str, Any], scene: Scene) -> list[
     made = scene.source(plan.seed, **{name: plan.options[name] for name in names}).plan
     wrong = [] if plan.sha256 == made.sha256 else [*differences(plan.options, made.options, source="the scene gives")]
     if plan.sha256 != made.sha256:
-        wrong += _array_differences(plan.arrays, made.arrays)
+        wrong += _array_differences(plan.members(), made.members())
     same = f"made again from the scene with seed {plan.seed}: {plan.sha256[:16]}"
     checks = [Check(name="scene: plan", passed=not wrong, is_foreign=bool(wrong), detail=named(wrong) or same)]
     found = {"inputs": manifest["inputs"], "scene": manifest["options"]["scene"], "notes": manifest["notes"]}

@@ -132,8 +132,8 @@ def test_options_that_choose_loops_are_no_variants():
 
 def test_the_word_of_a_perez_cell_gives_back_its_tilts():
     """u + k u (1 - u), for v alike, with the tilts k of the plan: numpy and the kernels unpack them by one formula."""
-    arrays = source_of("perez").plan.arrays
-    tilts, words = arrays["bounds_0"][:, 2:].T, PerezBounds.of(arrays).word
+    components = source_of("perez").components
+    tilts, words = components[0].bounds[:, 2:].T, PerezBounds.of(components).word
     u, v, jacobian = tilted(np.full(words.size, 0.25), np.full(words.size, 0.875), words)
     np.testing.assert_allclose(u, 0.25 + tilts[0] * 0.25 * 0.75, rtol=1e-14)
     np.testing.assert_allclose(v, 0.875 + tilts[1] * 0.875 * 0.125, rtol=1e-14)

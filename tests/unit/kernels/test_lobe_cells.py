@@ -130,7 +130,7 @@ EXTREMES = np.array([0, 1, 2**63 - 1, 2**63, 2**64 - 1], np.uint64)
 def test_extreme_words_give_directions():
     """Every corner of every bin is a finite direction; no number reaches log(0) or a division by 0."""
     plan = scene(components(), 10).source().plan
-    tables = LobeTables.of(plan.arrays).tables
+    tables = LobeTables.of(plan.components).tables
     for lobe in range(len(LOBES)):
         bits = int(tables[0][4 * lobe + 1])
         corners = [(np.uint64(i) << np.uint64(64 - bits)) | (EXTREMES >> np.uint64(bits)) for i in range(1 << bits)]

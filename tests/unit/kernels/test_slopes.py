@@ -142,15 +142,3 @@ def test_bands_have_slopes_of_their_own(tmp_path):
 def test_slopes_that_no_kernel_may_read(slope):
     with pytest.raises(ValueError, match="slope"):
         sloped_component(sky.PatchGrid.regular(1, 1), slope)
-
-
-@pytest.mark.parametrize("value", [1.0, -3.0])
-def test_a_plan_with_steep_slopes_is_refused(value):
-    plan = mixed_scene().source(seed=5).plan
-    arrays = dict(plan.arrays)
-    arrays["slope_0"] = np.full_like(arrays["slope_0"], value)
-    with pytest.raises(sky.InputFileError, match=r"E954.*slope_0|slope_0.*E954"):
-        sky.Plan(arrays=arrays, options=plan.options).check()
-    del arrays["slope_0"]
-    with pytest.raises(sky.InputFileError, match="CELL_SLOPED"):
-        sky.Plan(arrays=arrays, options=plan.options).check()

@@ -35,7 +35,7 @@ def options(way):
 def test_they_are_the_sequence_of_the_ranks(way):
     """Against whole numbers of Python; ranks by patch order, which the shuffled photons are matched to."""
     made = source("table", **options(way))
-    key = [int(k) for k in made.plan.arrays["keys"]]
+    key = [int(k) for k in made.plan.members()["keys"]]
     rank = np.arange(N)
     if way[0] == "shuffled":
         in_order = source("table", **{**options(way), "order": "patch"}).photons(1, numbers=3)

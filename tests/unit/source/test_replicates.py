@@ -47,7 +47,7 @@ def assert_same(first, second):
 def test_one_replicate_is_the_run_without_any():
     plain, one = scene(1000).source(seed=4), scene(1000).source(seed=4, replicates=1)
     assert plain.plan.sha256 == one.plan.sha256 != scene(1000).source(seed=4, replicates=2).plan.sha256
-    assert one.plan.arrays["cumulative"].shape[0] == one.n_bands == 1
+    assert one.plan.cumulative.shape[0] == one.n_bands == 1
     assert_same(joined([plain.photons()]), joined([one.photons()]))
 
 

@@ -147,7 +147,7 @@ def _unfinished(arguments: argparse.Namespace, path: Path) -> int:
         "finished": False,
         "plan_sha256": plan.sha256,
         "seed": plan.seed,
-        "requested": plan.arrays["requested"].tolist(),
+        "requested": [band.requested for band in plan.bands],
         "components": list(plan.component_names),
         "shards": [str(shard) for shard in shards],
     }

@@ -279,7 +279,7 @@ def _pull_picture(arguments: argparse.Namespace) -> tuple[Picture, tuple[Pulls, 
     maps = statistics_of_run(run.path, run.source, run.chosen(arguments.waveband)).pulls
     if not maps:
         raise UsageError(f"{arguments.path} holds no photons to compare; run it with --format npy")
-    wavelength = run.source.plan.arrays["wavelength_nm"]
+    wavelength = run.source.plan.wavelength_nm
     named = [(f"waveband {p.waveband}, {wavelength[p.waveband - 1]:g} nm", p.zones, p.pull) for p in maps]
     title = _title(arguments, f"{_name(arguments)}: pulls of {spaced(run.source.total)} photons")
     note = PLANNED if any(p.against is Against.PLAN for p in maps) else DRAWN

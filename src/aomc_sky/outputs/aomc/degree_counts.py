@@ -125,7 +125,7 @@ def _lit_parts(source: PhotonSource, bands: Sequence[int]) -> list[tuple[Compone
     """The components that have photons, with their counts, 0 for bands that are not chosen."""
     counts = np.zeros_like(source.counts)
     counts[list(bands)] = source.counts[list(bands)]
-    first = source.plan.arrays["component_start"]
+    first = source.plan.component_start
     parts = [(c, counts[:, first[k] : first[k + 1]]) for k, c in enumerate(source.components)]
     return [(component, part) for component, part in parts if part.any()]
 
@@ -151,10 +151,10 @@ def _shared_out_anew(source: PhotonSource, components: list[Component], n_photon
         grid=grid,
     )
     scene = Scene(
-        wavebands=Wavebands(wavelength_nm=plan.arrays["wavelength_nm"]),
+        wavebands=Wavebands(wavelength_nm=plan.wavelength_nm),
         n_photons=n_photons,
         components=(component,),
-        row_of_band=plan.arrays["row_of_band"],
+        row_of_band=np.array([band.row for band in plan.bands]),
     )
     return scene.source(plan.seed, allocation=plan.options["allocation"], method=plan.options["method"]).counts
 

@@ -61,7 +61,7 @@ def aomc_sky(source: PhotonSource, bands: Sequence[int] | None = None) -> AomcSk
     n_photons = {band: source.n_photons(band) for band in chosen if source.n_photons(band)}
     iterations, planned, total_note = max(n_photons.values(), default=0), source, ""
     if is_rounded := source.plan.options["allocation"] == AllocationMethod.AOMC.value:
-        iterations = int(source.plan.arrays["requested"][chosen].max())
+        iterations = max(source.plan.bands[band].requested for band in chosen)
         on_degrees, note = _counts_of_table(source, chosen), ""
         totals = on_degrees[chosen].sum(axis=(1, 2))
         if not np.all(totals == iterations):
@@ -76,7 +76,7 @@ def aomc_sky(source: PhotonSource, bands: Sequence[int] | None = None) -> AomcSk
             )
         refuse([*photon_reasons(n_photons), *degree_reasons(planned, chosen)])
         on_degrees, note = degree_counts(planned, chosen)
-    wavelength_nm = source.plan.arrays["wavelength_nm"]
+    wavelength_nm = source.plan.wavelength_nm
     band_of_row, row_of_band = _wavelength_rows(wavelength_nm, chosen)
     own = on_degrees[band_of_row[row_of_band]]
     refuse(wavelength_reasons(wavelength_nm, [b for b in chosen if not np.array_equal(own[b], on_degrees[b])]))
@@ -112,10 +112,10 @@ def one_total(source: PhotonSource, n_photons: dict[int, int]) -> PhotonSource:
     requested = np.zeros(source.n_bands, dtype=np.int64)
     requested[list(n_photons)] = max(n_photons.values())
     scene = Scene(
-        wavebands=Wavebands(wavelength_nm=plan.arrays["wavelength_nm"]),
+        wavebands=Wavebands(wavelength_nm=plan.wavelength_nm),
         n_photons=requested,
         components=source.components,
-        row_of_band=plan.arrays["row_of_band"],
+        row_of_band=np.array([band.row for band in plan.bands]),
     )
     return scene.source(plan.seed, allocation=plan.options["allocation"], method=plan.options["method"])
 

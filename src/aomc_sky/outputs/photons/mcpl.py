@@ -187,7 +187,7 @@ class McplWriter(PhotonWriter):
 
 def _energies(source: PhotonSource) -> np.ndarray:
     """Energy of a photon of each waveband, in the precision of the file. [MeV]"""
-    wavelength = source.plan.arrays["wavelength_nm"]
+    wavelength = source.plan.wavelength_nm
     with np.errstate(divide="ignore", over="ignore", under="ignore"):
         energy = (MEV_NM / wavelength).astype(source.dtype)
     for band in np.flatnonzero(~((energy > 0) & np.isfinite(energy))):
@@ -246,7 +246,7 @@ def _runs(source: PhotonSource, bands: Sequence[int]) -> McplRuns:
 def _wavelengths(source: PhotonSource, bands: Sequence[int]) -> Iterator[str]:
     for start in range(0, len(bands), _WAVELENGTHS_PER_COMMENT):
         part = bands[start : start + _WAVELENGTHS_PER_COMMENT]
-        pairs = (f"{band + 1}: {float(source.plan.arrays['wavelength_nm'][band])!r}" for band in part)
+        pairs = (f"{band + 1}: {source.plan.bands[band].wavelength_nm!r}" for band in part)
         yield f"wavelengths of the wavebands [nm]: {', '.join(pairs)}"
 
 

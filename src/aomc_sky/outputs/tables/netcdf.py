@@ -63,7 +63,7 @@ def to_xarray(source: PhotonSource) -> Any:  # xarray.Dataset; the package is op
     variables: dict[str, Any] = {}
     coordinates = _band_coordinates(source)
     first_with_patches = next((k for k, c in enumerate(source.components) if c.grid is not None), None)
-    starts = source.plan.arrays["component_start"]
+    starts = source.plan.component_start
     for k, component in enumerate(source.components):
         ending = "" if k == first_with_patches else f"_{component.name}"
         cells = slice(int(starts[k]), int(starts[k + 1]))
@@ -94,8 +94,8 @@ def variable(
 
 
 def _band_coordinates(source: PhotonSource) -> dict[str, Variable]:
-    arrays, numbers = source.plan.arrays, np.arange(1, source.n_bands + 1)
-    wavelength, sky = arrays["wavelength_nm"], arrays["sky_wavelength_nm"]
+    numbers, wavelength = np.arange(1, source.n_bands + 1), source.plan.wavelength_nm
+    sky = np.array([band.sky_wavelength_nm for band in source.plan.bands])
     of_sky = "wavelength of the sky that serves the waveband, NaN where it has none"
     known = "radiation_wavelength"
     return {

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.component import Law
+from aomc_sky.component import Component, Law
 from aomc_sky.kernels.arithmetic.constants import on_cache_lines
 from aomc_sky.skies.lobes.kernels.law import OFFSET_BITS, PACE_MARGIN, RANGE_COLUMNS
 
@@ -24,17 +25,18 @@ class LobeTables:
     tables: tuple[np.ndarray, ...]
 
     @classmethod
-    def of(cls, arrays: dict[str, np.ndarray]) -> LobeTables:
-        """Build them from the arrays of a plan with lobes."""
-        start = arrays["component_start"][:-1]
-        law = arrays["law"][start]
+    def of(cls, components: Sequence[Component]) -> LobeTables:
+        """Build them from the components of a plan, in the order of their laws."""
+        start = np.cumsum([0, *(component.n_cells for component in components)])
+        law = np.array([component.law for component in components])
         numbers = np.flatnonzero((law >= Law.HG) & (law <= Law.BECKMANN))
         numbers = numbers[np.argsort(law[numbers], kind="stable")]
-        lobe = np.full(arrays["law"].size, -1, np.int32)
+        lobe = np.full(start[-1], -1, np.int32)
         lobe[start[numbers]] = np.arange(numbers.size)
         kinds = np.searchsorted(law[numbers], [Law.GGX, Law.BECKMANN]).astype(np.int32)
-        shapes = np.concatenate([np.delete(arrays[f"shared_{k}"], 7) for k in numbers])
-        ranges, bins, envelopes = _envelopes([arrays[f"bounds_{k}"] for k in numbers])
+        lobes = [components[k] for k in numbers.tolist()]
+        shapes = np.concatenate([np.delete(c.shared, 7) for c in lobes if c.shared is not None])
+        ranges, bins, envelopes = _envelopes([c.bounds for c in lobes if c.bounds is not None])
         return cls(lobe=lobe, cell=start[numbers], tables=(ranges, bins, shapes, envelopes, kinds))
 
     def of_slots(self, slots: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -58,20 +58,23 @@ class PerezBounds:
     sky: np.ndarray
 
     @classmethod
-    def of(cls, arrays: dict[str, np.ndarray]) -> PerezBounds:
-        """Build them from the arrays of a plan with a component of the law."""
-        start = arrays["component_start"]
-        index = int(np.flatnonzero(arrays["law"][start[:-1]] == Law.PEREZ)[0])
-        cells = slice(int(start[index]), int(start[index + 1]))
-        upper, lower, *tilts = arrays[f"bounds_{index}"].T
+    def of(cls, components: Sequence[Component]) -> PerezBounds:
+        """Build them from the components of a plan, one of which has the law."""
+        ends = np.cumsum([component.n_cells for component in components])
+        index = [component.law for component in components].index(Law.PEREZ)
+        perez = components[index]
+        assert perez.bounds is not None
+        assert perez.shared is not None
+        cells = slice(int(ends[index]) - perez.n_cells, int(ends[index]))
+        upper, lower, *tilts = perez.bounds.T
         share = np.divide(lower, upper, out=np.zeros_like(lower), where=upper > 0)
         threshold = np.floor(share * 2.0**12).astype(np.uint32)  # below 2^12, for bounds keep a distance
         tilt_u, tilt_v = ((tilt / TILT_STEP).astype(np.int32).astype(np.uint32) & _LOW10 for tilt in tilts)
-        word = np.full(arrays["law"].size, 2**12 - 1, np.uint32)
+        word = np.full(ends[-1], 2**12 - 1, np.uint32)
         word[cells] = (tilt_u << np.uint32(22)) | (tilt_v << np.uint32(12)) | threshold
-        bound = np.full(arrays["law"].size, -np.inf)
+        bound = np.full(ends[-1], -np.inf)
         bound[cells] = upper
-        return cls(word=word, bound=bound, sky=arrays[f"shared_{index}"])
+        return cls(word=word, bound=bound, sky=perez.shared)
 
     def of_slots(self, slots: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The same for chosen cells, as the kernel reads them."""

@@ -363,7 +363,7 @@ def test_compat_runs_keep_the_patches_of_the_program(tmp_path):
     amc = INPUTS / "document_example" / "amc.inp"
     source = read_scene(amc, iterations=1000).source(3)
     first = aomc_sky(source)
-    folder = exported(first, tmp_path, source.plan.arrays["wavelength_nm"])
+    folder = exported(first, tmp_path, source.plan.wavelength_nm)
     compat = read_scene(folder, compat="aomc").source()
     again = aomc_sky(compat)
     assert np.array_equal(again.counts, first.counts)
@@ -394,7 +394,7 @@ def test_a_compat_run_is_exported_as_the_program_launches_it(tmp_path, program, 
         totals = [int(row["launched"]) for row in csv.DictReader(file) if int(row["iterations"]) == iterations]
     assert sky.counts.sum(axis=(1, 2)).tolist() == totals
     assert ("the program's own rounding" in "".join(sky.notes)) is any(n != iterations for n in totals)
-    made = exported(sky, tmp_path, source.plan.arrays["wavelength_nm"])
+    made = exported(sky, tmp_path, source.plan.wavelength_nm)
     assert np.array_equal(launched(program, made, sky.counts.shape), sky.counts)
 
 

@@ -107,7 +107,7 @@ def test_sun_sky_and_lobes_share_the_photons_by_irradiance(perez: Path) -> None:
     np.testing.assert_array_equal(found[:, 1], diffuse)
     np.testing.assert_allclose(found[:, 3], 2e-9 / 4, rtol=1e-6)  # a quarter of a sphere's light falls on a plane
     source = scene.source(seed=3)
-    start = source.plan.arrays["component_start"]
+    start = source.plan.component_start
     for band in range(4):
         counts = np.add.reduceat(source.counts[band], start[:-1])
         wanted = found[band] / found[band].sum() * source.n_photons(band)

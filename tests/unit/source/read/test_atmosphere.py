@@ -93,7 +93,7 @@ def test_backgrounds_add_as_they_are(amc: Path) -> None:
     np.testing.assert_allclose(both.irradiance.of_component[:, :2], alone.irradiance.of_component, rtol=1e-14)
     np.testing.assert_allclose(both.irradiance.of_component[:, 2], 0.01, rtol=1e-6)
     source = both.source(seed=1)
-    start = source.plan.arrays["component_start"]
+    start = source.plan.component_start
     counts = np.add.reduceat(source.counts[0], start[:-1])
     share = both.irradiance.of_component[0] / both.irradiance.of_component[0].sum()
     assert np.all(np.abs(counts - share * source.n_photons(0)) < 1)

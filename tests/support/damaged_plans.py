@@ -1,0 +1,433 @@
+"""Plans that nobody would write but an attacker: small real ones of every kind, and one table of damage to them."""
+
+from __future__ import annotations
+
+import functools
+import io
+import json
+import os
+import struct
+import warnings
+import zipfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import aomc_sky as sky
+from aomc_sky.component import Component, Law, cells_of_grid
+from aomc_sky.plan.file import npz_bytes
+from aomc_sky.plan.members import from_members
+from aomc_sky.plan.plan import Plan
+from tests.support.lobes import lobe_components
+
+N = 997
+WAVEBANDS = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
+
+Members = dict[str, Any]
+
+
+def _table(law: Law = Law.CELL_MU2, *, weight: bool = False) -> Component:
+    grid = sky.PatchGrid.regular(3, 4)
+    mass = np.random.default_rng(3).lognormal(0, 1, (2, 12))
+    mass[:, 5] = 0.0
+    more = {"weight": np.full((2, 12), 0.5)} if weight else {}
+    cell = cells_of_grid(grid, law)
+    return Component(name="table", law=law, strength=np.ones(2), mass=mass, cell=cell, grid=grid, **more)
+
+
+def _perez() -> tuple[Component, ...]:
+    grid = sky.PatchGrid.regular(3, 4)
+    model = sky.PerezSky(sun_zenith_rad=0.7, sun_azimuth_rad=0.2, epsilon=8.0, delta=0.1, grid=grid)
+    return model.lower([450, 550])
+
+
+def _sloped() -> tuple[Component, ...]:
+    grid = sky.PatchGrid.regular(3, 4)
+    slope = np.random.default_rng(4).uniform(-0.9, 0.9, (2, 12, 2))
+    more = {"cell": cells_of_grid(grid), "grid": grid, "slope": slope}
+    return (Component(name="sloped", law=Law.CELL_SLOPED, strength=np.ones(2), mass=np.ones((2, 12)), **more),)
+
+
+def _disc(zenith: float, radius: float) -> tuple[Component, ...]:
+    model = sky.DirectBeam(sun_zenith_deg=zenith, sun_azimuth_deg=200, radius_deg=radius)
+    return model.lower([450, 550])
+
+
+def _lobes() -> tuple[Component, ...]:
+    turn = np.array([[np.cos(0.3), np.sin(0.3), 0.0, 0.0]] * 3)
+    kinds = ["hg", "ggx", "beckmann"]
+    return lobe_components(
+        names=kinds,
+        kinds=kinds,
+        param0=[0.8, 0.3, 0.2],
+        param1=[0.0, 0.5, 0.6],
+        quaternion=turn,
+        irradiance=np.ones((3, 2)),
+    )
+
+
+_SCENES: dict[str, tuple[Callable[[], tuple[Component, ...]], dict[str, Any]]] = {
+    "table": (lambda: (_table(),), {}),
+    "solid angle": (lambda: (_table(Law.CELL_MU, weight=True),), {"weights": True, "precision": "float64"}),
+    "perez": (_perez, {}),
+    "lobes": (_lobes, {}),
+    "sloped": (_sloped, {}),
+    "disc": (lambda: (*_disc(20, 0.27), _table()), {}),
+    "horizon": (lambda: (*_disc(89.9, 0.27), _table()), {"order": "patch"}),
+    "beam": (lambda: (*_disc(35, 0.0), _table()), {"method": "iid"}),
+    "lobes in float64": (_lobes, {"precision": "float64"}),
+    "replicates": (lambda: (_table(),), {"replicates": 5}),
+    "centre": (lambda: (_table(),), {"placement": "centre"}),
+}
+KINDS = tuple(_SCENES)
+
+
+@functools.cache
+def plan_of(kind: str) -> Plan:
+    """A small plan of one kind of scene."""
+    components, options = _SCENES[kind]
+    scene = sky.Scene(
+        wavebands=WAVEBANDS,
+        n_photons=N,
+        components=components(),
+        footprint=sky.Footprint(shape="circle", size_x_m=2.0, size_y_m=2.0) if kind == "table" else sky.Footprint(),
+    )
+    return scene.source(9, **options).plan
+
+
+def plan_from(members: Members, options: dict[str, Any]) -> Plan:
+    """The plan of these members, as `Plan.load` makes it of a file."""
+    bands, components, cumulative = from_members(members, options)
+    return Plan(bands=bands, components=components, cumulative=cumulative, options=options)
+
+
+class Damage(NamedTuple):
+    """One row of the table: what is done to a member or to an option of a plan, and the codes that may answer."""
+
+    kind: str
+    member: str
+    codes: str
+    what: str
+    make: Callable[[Any], Any]  #: of the array or the value; `DROP` takes it out
+
+    @property
+    def name(self) -> str:
+        """Name of the case."""
+        return f"{self.kind}: {self.member} {self.what}"
+
+    def members(self) -> tuple[Members, dict[str, Any]]:
+        """Members and options of the damaged plan; the arrays are copies."""
+        plan = plan_of(self.kind)
+        members: Members = {name: array.copy() for name, array in plan.members().items()}
+        options = json.loads(json.dumps(plan.options))
+        place, name = (options, self.member[8:]) if self.member.startswith("options.") else (members, self.member)
+        value = self.make(place.get(name))
+        if value is DROP:
+            del place[name]
+        else:
+            place[name] = value
+        return members, options
+
+    def file(self) -> bytes:
+        """The damaged plan as a file that fits its hash."""
+        return npz_bytes(*self.members())
+
+
+DROP: Any = object()
+
+
+def _put(index: Any, value: Any) -> Callable[[Any], Any]:
+    def change(array: np.ndarray) -> np.ndarray:
+        array[index] = value
+        return array
+
+    return change
+
+
+def _to(value: Any) -> Callable[[Any], Any]:
+    return lambda _: value
+
+
+def _of_every_array() -> Iterator[Damage]:
+    """Every array of every kind once: missing, of another type, too short, with an axis more, out of range."""
+    seen: set[str] = set()
+    for kind in KINDS:
+        for name, array in plan_of(kind).members().items():
+            if name in seen:
+                continue
+            seen.add(name)
+            other = np.float32 if array.dtype.kind == "f" else np.int32 if array.dtype != np.int8 else np.int16
+            yield Damage(kind, name, "E952", "missing", _to(DROP))
+            yield Damage(kind, name, "E953", f"of {np.dtype(other).name}", lambda a, t=other: a.astype(t))
+            yield Damage(kind, name, "E953", "with another axis", lambda a: a[..., None])
+            if array.dtype.itemsize > 1:
+                swapped = array.dtype.newbyteorder(">")
+                yield Damage(kind, name, "E953", "in swapped bytes", lambda a, t=swapped: a.astype(t))
+            if array.size and not name.startswith(("weight", "slope")):
+                is_of_patches = name.endswith(("bounds_deg_0", "bounds_deg_1"))
+                codes = "E954" if is_of_patches else "E953 E954" if name.startswith(("bounds_", "mass")) else "E953"
+                yield Damage(kind, name, codes, "too short", lambda a: np.ascontiguousarray(a[:-1]))
+            if array.dtype.kind == "f" and array.size and name != "sky_wavelength_nm":
+                for value in (np.nan, np.inf):
+                    yield Damage(kind, name, "E954", str(value), _put((0,) * array.ndim, value))
+
+
+def _reversed_inside(array: np.ndarray) -> np.ndarray:
+    array[0, 1:-1] = array[0, 1:-1][::-1]
+    return array
+
+
+_VALUES: tuple[Damage, ...] = tuple(
+    Damage(*row)
+    for row in (
+        ("table", "cumulative", "E954", "falls", _reversed_inside),
+        ("table", "cumulative", "E954", "from 1", _put((0, 0), 1)),
+        ("table", "cumulative", "E954", "negative", lambda a: -a),
+        ("table", "cumulative", "E954", "-600000", _put((slice(None), -1), -600_000)),
+        ("table", "cumulative", "E954", "2^63 - 1", _put((0, -1), 2**63 - 1)),
+        ("table", "requested", "E954", "negative", _put(0, -1)),
+        ("table", "requested", "E954", "above 2^62", _put(0, 2**62 + 1)),
+        ("table", "row_of_band", "E954", "that is not there", _put(0, 2)),
+        ("table", "row_of_band", "E954", "-1", _put(0, -1)),
+        ("table", "mass", "E954", "negative", _put((0, 0), -0.1)),
+        ("table", "mass", "E954", "above 1", _put((0, 0), 1.1)),
+        *(("table", "law", "E954", str(law), lambda a, v=law: np.full_like(a, v)) for law in (99, -1, 10, 127)),
+        ("table", "law", "E954", "two in a component", _put(3, 1)),
+        ("table", "law", "E954", "4 of a table", _put(slice(None), 4)),
+        *(("table", "law", "E952", f"{v} without tables", _put(slice(None), v)) for v in (5, 6, 7, 8, 9)),
+        ("perez", "law", "E952 E954", "4 without a grid", _put(slice(None), 4)),
+        ("table", "cell", "E953", "of five columns", lambda a: np.ascontiguousarray(a[:, :5])),
+        ("table", "component_start", "E954", "from 1", _put(0, 1)),
+        ("table", "component_start", "E954", "too late", _put(-1, 13)),
+        ("disc", "component_start", "E954", "falls", _put(1, 13)),
+        ("disc", "component_start", "E954", "empty", _put(1, 0)),
+        ("table", "keys", "E954", "of another seed", _put(1, 7)),
+        ("table", "options.seed", "E954", "of other keys", _to(10)),
+        ("table", "zenith_bounds_deg_0", "E954", "below the horizon", _put((2, 1), 91.0)),
+        ("table", "zenith_bounds_deg_0", "E954", "ends before it begins", _put((1, 1), 10.0)),
+        ("solid angle", "options.weights", "E953", "not asked for", _to(False)),
+        ("solid angle", "weight", "E953", "of another shape", lambda a: a[:1].copy()),
+        ("disc", "zenith_bounds_deg_0", "E952", "of a disc", _to(np.array([[0.0, 90.0]]))),
+        ("table", "shared_0", "E952", "of a table", _to(np.zeros(11))),
+        ("table", "shared_7", "E952", "of no component", _to(np.zeros(11))),
+        ("table", "cell2", "E952", "is not known", _to(np.zeros(3))),
+        ("table", "sobol_keys", "E952", "of a method that was removed", _to(np.zeros(2, np.uint64))),
+        ("table", "../cell", "E951 E952", "is a path", _to(np.zeros(3))),
+        ("lobes", "horizon_loss", "E952", "without irradiance", _to(DROP)),
+        ("perez", "shared_0", "E953", "of ten", lambda a: a[:10].copy()),
+        ("perez", "bounds_0", "E953", "of three columns", lambda a: a[:, :3].copy()),
+        ("horizon", "cell", "E954", "off its rim", _put((0, 0), 0.5)),
+        ("horizon", "cell", "E954", "that no try hits", _put((0, 2), 1e-30)),
+        ("horizon", "cell", "E954", "of the whole sky", _put((0, 2), 4.0)),
+        ("lobes", "shared_1", "E953", "of eleven", lambda a: np.append(a, 0.0)),
+        ("lobes", "bounds_1", "E953", "of seven columns", lambda a: a[:, :7].copy()),
+        *(("lobes", "bounds_1", "E954", f"{bins} bins", _put((0, 3), bins)) for bins in (977.0, 0.5, 0.0, 2.0**40)),
+        ("lobes", "bounds_1", "E954", "of one cell", lambda a: a[:1].copy()),
+        ("sloped", "slope_0", "E954", "of 1", _put((0, 0, 0), 1.0)),
+        ("sloped", "slope_0", "E954", "of -3", _put((0, 0, 1), -3.0)),
+        ("sloped", "slope_0", "E952", "missing in law 9", _to(DROP)),
+    )
+)
+
+_OPTIONS: dict[str, tuple[Any, ...]] = {
+    "stream": ("aomc-sky/0", None),
+    "seed": ("9", -1, 2**64, True, 9.0),
+    "method": ("best", ["stratified"], "iid", "sobol"),
+    "allocation": ("lottery", "multinomial "),
+    "placement": ("sobol", "anywhere"),
+    "order": (3,),
+    "precision": ("float16", "O"),
+    "weights": (1,),
+    "replicates": (0, 2**40, "1"),
+    "footprint": (
+        ["hexagon", 1.0, 1.0],
+        ["circle", 1.0, 2.0],
+        ["circle", float("nan"), 1.0],
+        ["rectangle", 1e400, 1.0],
+        ["point"],
+    ),
+    "components": ([], ["a", "b"], [7], "t", ["a,b"], ["\x1b[2J"], ["two\nlines"], ["\u202e"], ["x" * 300]),
+    "azimuth_first_index": ([0.5], [], [2**70]),
+    "colour": ("blue",),
+}
+"""Values of options that no plan has."""
+
+
+def _of_options() -> Iterator[Damage]:
+    for name in plan_of("table").options:
+        yield Damage("table", f"options.{name}", "E955", "missing", _to(DROP))
+    for name, values in _OPTIONS.items():
+        for value in values:
+            yield Damage("table", f"options.{name}", "E955", repr(value)[:24], _to(value))
+    yield Damage("disc", "options.components", "E955", "one name twice", _to(["a", "a"]))
+    yield Damage("lobes", "options.components", "E955", "with a comma", _to(["hg", "ggx,", "beckmann"]))
+    yield Damage("lobes", "options.allocation", "E955", "aomc with lobes", _to("aomc"))
+    yield Damage("replicates", "options.allocation", "E955", "aomc with replicates", _to("aomc"))
+
+
+@functools.cache
+def damages() -> tuple[Damage, ...]:
+    """The whole table; names are different."""
+    return (*_of_every_array(), *_VALUES, *_of_options())
+
+
+# files
+
+
+def _rewritten(change: Callable[[dict[str, bytes]], dict[str, bytes]], **zip_options: Any) -> Callable[[Path], None]:
+    """A plan whose members are changed as bytes of npy files."""
+
+    def write(path: Path) -> None:
+        with zipfile.ZipFile(io.BytesIO(plan_of("table").to_bytes())) as stored:
+            members = {name: stored.read(name) for name in stored.namelist()}
+        with zipfile.ZipFile(path, "w", **zip_options) as file:
+            for name, data in change(members).items():
+                file.writestr(name, data)
+
+    return write
+
+
+def _bytes(change: Callable[[bytes], bytes]) -> Callable[[Path], None]:
+    return lambda path: _none(path.write_bytes(change(plan_of("table").to_bytes())))
+
+
+def _none(_: object) -> None:
+    return None
+
+
+def _npy(head: str, data: bytes = b"", version: bytes = b"\x01\x00") -> bytes:
+    text = head.encode().ljust(117) + b"\n"
+    return b"\x93NUMPY" + version + struct.pack("<H", len(text)) + text + data
+
+
+def _with(name: str, data: bytes) -> Callable[[Path], None]:
+    return _rewritten(lambda members: {**members, name: data})
+
+
+def _head(shape: object, descr: str = "'<f8'", order: bool = False) -> str:
+    return f"{{'descr': {descr}, 'fortran_order': {order}, 'shape': {shape}, }}"
+
+
+def _double(path: Path) -> None:
+    _rewritten(lambda members: members)(path)
+    with zipfile.ZipFile(path, "a") as file, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of zipfile: a duplicate name
+        file.writestr("law.npy", _npy(_head("(0,)")))
+
+
+def _bomb(path: Path) -> None:
+    zeros = bytes(1 << 20)
+    with (
+        zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as file,
+        file.open("mass.npy", "w", force_zip64=True) as member,
+    ):
+        member.write(_npy(_head("(4, 8388608)")))
+        for _ in range(256):
+            member.write(zeros)
+
+
+def _overlaid(path: Path) -> None:
+    """One member of a megabyte under two hundred names."""
+    data = _npy(_head("(131072,)"), bytes(1 << 20))
+    with zipfile.ZipFile(path, "w") as file:
+        file.writestr("a000.npy", data)
+        for k in range(1, 200):
+            info = zipfile.ZipInfo(f"a{k:03d}.npy")
+            info.file_size = info.compress_size = len(data)
+            info.CRC, info.header_offset = file.infolist()[0].CRC, 0
+            file.filelist.append(info)
+            file.NameToInfo[info.filename] = info
+
+
+def _encrypted(data: bytes) -> bytes:
+    at = data.index(b"PK\x01\x02")
+    return data[: at + 8] + b"\x01" + data[at + 9 :]
+
+
+def _options_file(text: bytes) -> Callable[[Path], None]:
+    return _with("options.npy", _npy(_head(f"({len(text)},)", "'|u1'"), text))
+
+
+def _middle_byte(data: bytes) -> bytes:
+    at = data.index(b"mass.npy") + 300
+    return data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :]
+
+
+def _sparse(path: Path) -> None:
+    with path.open("wb") as file:
+        file.truncate(2**34 + 2**20)
+
+
+def _long_directory(path: Path) -> None:
+    with zipfile.ZipFile(path, "w") as file:
+        for k in range(40):
+            file.writestr(f"a{k}.npy", b"")
+    data = path.read_bytes()
+    end = data.rindex(b"PK\x05\x06")
+    path.write_bytes(data[: end + 12] + struct.pack("<L", 2**31) + data[end + 16 :])
+
+
+def _device(path: Path) -> None:
+    path.symlink_to("/dev/zero")
+
+
+def _names() -> Iterator[tuple[str, Callable[[Path], None]]]:
+    for name in (
+        "../law.npy",
+        "/tmp/law.npy",
+        "a/law.npy",
+        "law",
+        "law.npy.gz",
+        "..npy",
+        "law .npy",
+        "l\u00e4w.npy",
+        "x" * 99,
+    ):
+        yield f"a member {name[:12]!r}", _with(name, _npy(_head("(0,)")))
+
+
+DAMAGED_FILES: dict[str, Callable[[Path], None]] = dict(
+    (
+        ("a pipe", os.mkfifo),
+        ("a folder", Path.mkdir),
+        ("a device", _device),
+        ("a link to nowhere", lambda path: path.symlink_to(path.with_name("nowhere"))),
+        ("empty", _bytes(lambda _: b"")),
+        ("text", _bytes(lambda _: b"cumulative = 1\n" * 50)),
+        ("a zip file without members", _bytes(lambda _: b"PK\x05\x06" + bytes(18))),
+        ("cut in half", _bytes(lambda data: data[: len(data) // 2])),
+        ("cut by a byte", _bytes(lambda data: data[:-1])),
+        ("a bit of a mass", _bytes(_middle_byte)),
+        ("encrypted", _bytes(_encrypted)),
+        ("a pickle", _bytes(lambda _: b"\x80\x04\x95\x0e\x00\x00\x00\x00\x00\x00\x00\x8c\x05posix\x94.")),
+        ("larger than any plan", _sparse),
+        ("a directory that is too long", _long_directory),
+        ("packed", _rewritten(lambda members: members, compression=zipfile.ZIP_DEFLATED)),
+        ("packed once more", _rewritten(lambda members: members, compression=zipfile.ZIP_LZMA)),
+        ("a bomb", _bomb),
+        ("members over each other", _overlaid),
+        ("a member twice", _double),
+        ("no options", _rewritten(lambda members: {n: d for n, d in members.items() if n != "options.npy"})),
+        ("options that are no JSON", _options_file(b"{")),
+        ("options that are a list", _options_file(b"[]")),
+        ("options in another code", _options_file(b"\xff\xfe{}")),
+        ("options without a floor", _options_file(b"[" * 200_000)),
+        ("options of floats", _with("options.npy", _npy(_head("(2,)"), bytes(16)))),
+        ("no numpy array", _with("mass.npy", b"mass")),
+        ("an array of nothing", _with("mass.npy", b"")),
+        ("an array of version 3", _with("mass.npy", _npy(_head("(0,)"), version=b"\x03\x00"))),
+        ("an array of objects", _with("mass.npy", _npy(_head("(1,)", "'|O'"), b"\x80\x04K\x01."))),
+        ("an array of records", _with("mass.npy", _npy(_head("(0,)", "[('a', '<f8')]")))),
+        ("an array of text", _with("mass.npy", _npy(_head("(1,)", "'<U2'"), bytes(8)))),
+        ("an array in Fortran order", _with("mass.npy", _npy(_head("(0, 0)", order=True)))),
+        ("an array of 10^15", _with("mass.npy", _npy(_head("(1000000000000000,)")))),
+        ("an array of 2^70", _with("mass.npy", _npy(_head(f"({2**70},)")))),
+        ("an array of -1", _with("mass.npy", _npy(_head("(-1,)")))),
+        ("an array with code for its head", _with("mass.npy", _npy("__import__('os').abort()"))),
+        ("an array with a long head", _with("mass.npy", _npy(_head("(" + "1, " * 3000 + ")")))),
+        *_names(),
+    )
+)
+"""Files that are no plan, each refused with E951 (a link to nowhere, a folder and a device among them)."""
