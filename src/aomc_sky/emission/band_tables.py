@@ -1,39 +1,25 @@
-"""Tables of one waveband in the form the emission kernels read: the words of its random streams, and its cells.
+"""Tables that the photons of a band are made of: the cells of a plan as words, and the words of its random streams.
 
-Rings and CellWords hold the cells of a plan, BandTable and StreamWords those of one band. Further tables of a law are
-in its slice (`CellLaw.hook_tables`).
+Rings and CellWords hold the cells of a plan, StreamWords the words of one band; `band` packs them for the kernels.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
-from aomc_sky.component import Component, Law
-from aomc_sky.kernels.arithmetic.constants import (
-    ACCEPT_STEP,
-    ANY_WIDTH,
-    IN_MU,
-    NARROW,
-    QUARTER,
-    R2_STEP_U,
-    R2_STEP_V,
-    RING_STEP,
-)
+from aomc_sky.component import Component
+from aomc_sky.kernels.arithmetic.constants import ACCEPT_STEP, R2_STEP_U, R2_STEP_V, RING_STEP
 from aomc_sky.kernels.arithmetic.elementary import NARROW_HALF_WIDTH
+from aomc_sky.kernels.cells.order import split_order
 from aomc_sky.plan.check import plan_keys
 from aomc_sky.plan.options import Order, Placement
 from aomc_sky.plan.plan import Plan
 from aomc_sky.plan.sampling.streams import philox_pair
 
 _UPPER_HALF = np.uint64(0xFFFFFFFF00000000)
-_GUIDE_ENTRIES = 80_000
-_SHORT = 2**32
-_LONG_RUN = 8
-_COMMON = (Law.CELL_MU2, Law.CELL_MU, Law.BEAM, Law.DISC, Law.DISC_AT_HORIZON)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -70,8 +56,9 @@ class Rings:
 class StreamWords:
     """Keys, shifts and steps of a band, in the form the kernels read."""
 
-    #: 32-bit round keys of the shuffled order, uint64 (3,); empty leaves photons in the order of the cells.
-    order_keys: np.ndarray
+    #: Of the shuffled order uint64 (6,): the number of photons, `split_order` of it, three 32-bit round keys. Empty
+    #: where photons have the order of the cells.
+    order: np.ndarray
     #: Position in the cell as a 64-bit fraction: shift + rank x step, uint64 (2,) each. A step of 0 is the centre.
     shifts: np.ndarray
     steps: np.ndarray
@@ -95,7 +82,7 @@ class StreamWords:
         shuffled = plan.options["order"] == Order.SHUFFLED.value
         half = np.full(2, 1 << 63, dtype=np.uint64)
         return cls(
-            order_keys=_order_keys(order_key, band) if shuffled else np.empty(0, np.uint64),
+            order=_order_words(order_key, band, plan.cumulative[band, -1]) if shuffled else np.empty(0, np.uint64),
             shifts=_band_words(shift_key, band) if by_rank else half,
             steps=np.array([R2_STEP_U, R2_STEP_V] if by_rank else [0, 0], dtype=np.uint64),
             turns=rings.turns(plan.cumulative[band]) if by_rank else np.zeros(rings.first.size, np.uint64),
@@ -106,10 +93,6 @@ class StreamWords:
             band=np.uint64(band),
             jitter=np.uint64(plan.options["placement"] == Placement.PHILOX.value),
         )
-
-    def arguments(self) -> tuple[object, ...]:
-        """The first arguments of the emission after the range, in their order."""
-        return self.order_keys, self.shifts, self.steps, self.placement_key, self.band, self.jitter
 
 
 def lobe_offset_words(plan: Plan, band: int, cells: np.ndarray) -> np.ndarray:
@@ -123,10 +106,10 @@ def _band_words(key: np.uint64, band: int, draw: int = 0) -> np.ndarray:
     return np.array(philox_pair(int(key), 0, band, draw), dtype=np.uint64)
 
 
-def _order_keys(key: np.uint64, band: int) -> np.ndarray:
-    """Three 32-bit round keys of a band's order."""
+def _order_words(key: np.uint64, band: int, n: int) -> np.ndarray:
     first, second = (int(w) for w in _band_words(key, band))
-    return np.array([first & 0xFFFFFFFF, first >> 32, second & 0xFFFFFFFF], dtype=np.uint64)
+    keys = first & 0xFFFFFFFF, first >> 32, second & 0xFFFFFFFF
+    return np.array([n, *split_order(np.uint64(n or 1)), *keys], dtype=np.uint64)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -183,101 +166,3 @@ def _distinct_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray
     keys = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).ravel()
     _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
     return np.ascontiguousarray(rows[first]), first, inverse.ravel()
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class BandTable:
-    """Arguments of `kernels.emit` for a band with `n` photons."""
-
-    n: int
-    cumulative: np.ndarray
-    guide: np.ndarray
-    guide_shift: np.uint64
-    place: np.ndarray
-    #: Law of each slot; empty where all go the main way.
-    law: np.ndarray
-    #: The way of most slots, one of `constants.NARROW` and those after it.
-    main: np.uint64
-    #: Empty where slot = cell.
-    cell_of_slot: np.ndarray
-    #: Tables of the hooks for these slots.
-    rejection: tuple[Any, ...] | None
-    queue: tuple[Any, ...] | None
-    slopes: np.ndarray | None  #: words of the slopes of these slots
-
-    @property
-    def is_common(self) -> bool:
-        """Whether every slot is uniform in mu^2 before hooks, all cells narrow or none, at most 90 degrees wide."""
-        return self.law.size == 0 and int(self.main) <= int(QUARTER) and self.slopes is None
-
-    @property
-    def has_long_runs(self) -> bool:
-        """Whether cells hold enough photons for a loop of their own to pay."""
-        return self.n >= _LONG_RUN * (self.cumulative.size - 3)
-
-    @classmethod
-    def of(
-        cls,
-        cumulative: np.ndarray,
-        law: np.ndarray,
-        cells: CellWords,
-        rejection: Any,
-        queue: Any,
-        slopes: np.ndarray | None,
-    ) -> BandTable:
-        """Build the tables; photons of a cell start by its `law`, before a rejection or a queue (`hook_tables`)."""
-        n = int(cumulative[-1])
-        counts = np.diff(cumulative)
-        slots = np.flatnonzero(counts)
-        if 4 * slots.size >= 3 * law.size and np.all(law == law[0]):
-            slots = np.arange(law.size)  # few cells are empty: stepping over them costs less than renaming
-        slot_law = law[slots]
-        short = n < _SHORT
-        kind = np.dtype(np.uint32) if short else np.dtype(np.uint64)
-        ends = np.append(cumulative[slots], n).astype(kind)
-        sentinels = np.full(2, 2**32 - 1 if short else 2**64 - 1, kind)
-        entries = max(_GUIDE_ENTRIES, slots.size)  # with fewer, ranks would walk over slots
-        shift = max(0, ((n - 1) // entries).bit_length())
-        guide = _guide(ends, shift).astype(np.uint16 if slots.size < 2**16 else np.uint32)
-        ends = np.concatenate([ends, sentinels])
-        main = _main_law(slot_law, counts[slots])
-        is_main, is_complete = slot_law == main, slots.size == law.size
-        is_same = is_main | ~np.isin(slot_law, _COMMON)  # what a queue makes is overwritten whatever it starts as
-        uniform = bool(np.all(is_same)) or bool(np.all(is_same | ((slot_law == Law.BEAM) & (main == Law.CELL_MU2))))
-        width = cells.width if is_complete else cells.width[slots]
-        widths = set(np.flatnonzero(np.bincount(width, weights=is_main)).tolist()) - {0}
-        if main == Law.CELL_MU:
-            way = IN_MU
-        elif widths == {1}:
-            way = NARROW
-        else:
-            way = QUARTER if widths <= {2} else ANY_WIDTH
-        return cls(
-            n=n,
-            cumulative=ends,
-            guide=guide,
-            guide_shift=np.uint64(shift),
-            place=cells.place if is_complete else cells.place[slots],
-            law=slot_law[:0] if uniform else slot_law,
-            main=way,
-            cell_of_slot=slots[: 0 if is_complete else None].astype(np.int32),
-            rejection=None if rejection is None else rejection.of_slots(slots),
-            queue=None if queue is None else queue.of_slots(slots),
-            slopes=None if slopes is None else slopes[slots],
-        )
-
-
-def _guide(ends: np.ndarray, shift: int) -> np.ndarray:
-    """The slot that holds each 2^shift-th rank, from the ranks before each slot and their number at the end."""
-    first = -(-ends.astype(np.int64) >> shift)  # of each slot, the first of these ranks in it or behind it
-    return np.repeat(np.arange(ends.size - 1), np.diff(first))
-
-
-def _main_law(slot_law: np.ndarray, count: np.ndarray) -> Law:
-    """CELL_MU where it has more photons than CELL_MU2; beams count as cells of zero size."""
-    is_in_mu = slot_law == Law.CELL_MU
-    if not is_in_mu.any():
-        return Law.CELL_MU2
-    in_mu = int(count[is_in_mu].sum())
-    in_mu2 = int(count[(slot_law == Law.CELL_MU2) | (slot_law == Law.BEAM)].sum())
-    return Law.CELL_MU if in_mu > in_mu2 else Law.CELL_MU2

@@ -10,8 +10,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from aomc_sky.component import CellLaw, Law
+from aomc_sky.emission.band import Band, pack_band
 from aomc_sky.emission.band_tables import (
-    BandTable,
     CellWords,
     Rings,
     StreamWords,
@@ -19,7 +19,7 @@ from aomc_sky.emission.band_tables import (
 )
 from aomc_sky.emission.kernels.hooks import QUEUE, REJECTION
 from aomc_sky.emission.photons import number_columns
-from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW, NUMBER_STEPS, on_cache_lines, scratch_words
+from aomc_sky.kernels.arithmetic.constants import NUMBER_STEPS, on_cache_lines, scratch_words
 from aomc_sky.kernels.backend import use_kernels
 from aomc_sky.kernels.cells.laws import slope_words
 from aomc_sky.plan.footprint import Footprint, FootprintShape
@@ -176,33 +176,19 @@ class Emitter:
     def _stream(self, band: int) -> StreamWords:
         return self._streams.get(band, lambda b: StreamWords.of(self.plan, b, self._rings))
 
-    def _tables(self, band: int) -> tuple[BandTable, tuple[object, ...], np.ndarray, Any, Any]:
-        """Tables of a band with photons: the band, the search from rank to cell, the cells, Perez, lobes."""
-        words, stream = self._words, self._stream(band)
-        hooks = self._rejection, self._queue, self._slopes(band)
-        table = BandTable.of(self.plan.cumulative[band], self._start_law, words, *hooks)
-        search = (table.cumulative, table.guide, table.guide_shift, table.place)
-        perez = None if table.rejection is None else (*table.rejection, stream.accept)
-        lobes = None if table.queue is None else (*table.queue, *self._lobe_steps(band))
-        return table, search, words.with_turns(stream.turns), perez, lobes
+    def _packed(self, band: int) -> Band:
+        """The band as the kernels read it."""
+        lobe_steps = () if self._queue is None else self._lobe_steps(band)
+        hooks = self._rejection, self._queue, lobe_steps, self._slopes(band)
+        cumulative = self.plan.cumulative[band]
+        return pack_band(cumulative, self._stream(band), self._start_law, self._words, self.dtype, *hooks)
 
-    def _kernel(self, band: int) -> tuple[str, tuple[object, ...]]:
-        """The name of the kernel that makes a band's photons, and its arguments after the outputs and the memory."""
-        stream = self._stream(band)
-        table, search, cells, perez, lobes = self._tables(band)
-        is_common = table.is_common and not stream.jitter and perez is None and lobes is None
-        if is_common and not stream.order_keys.size and table.has_long_runs:
-            parameters = (cells, cells.view(self.dtype), table.main)
-            return "emit_runs", (stream.shifts, stream.steps, *search, *parameters, table.cell_of_slot)
-        laws = (table.main, None if is_common else table.law, perez, lobes, table.slopes)
-        return "emit", (np.uint64(table.n), *stream.arguments(), *search, cells, *laws, table.cell_of_slot)
-
-    def _compiled(self, band: int) -> tuple[str, Callable[..., None], tuple[object, ...]]:
-        """`_kernel` with its function. One thread binds it, because each of two would compile its own."""
+    def _compiled(self, band: int) -> tuple[Callable[..., None], Band]:
+        """The kernel of a band. One thread binds it, because each of two would compile its own."""
         from aomc_sky.emission.kernels import emit
 
-        name, arguments = self._kernel(band)
-        return name, emit.emit_runs if name == "emit_runs" else emit.emit_with(*self.hooks), arguments
+        packed = self._packed(band)
+        return emit.emit_runs if packed.has_long_runs else emit.emit_with(*self.hooks), packed
 
     def n_photons(self, band: int) -> int:
         """Photons launched in a band."""
@@ -214,34 +200,28 @@ class Emitter:
 
     def host_arguments(self, band: int) -> tuple[str, tuple[object, ...]]:
         """The name of the kernel of a band with photons, and its block for `next`: words of memory, then arguments."""
-        name, arguments = self._kernel(band)
-        return name, (np.uint64(0 if name == "emit_runs" else self._n_scratch), *arguments)
+        packed = self._packed(band)
+        return (
+            ("emit_runs", (np.uint64(0), *packed))
+            if packed.has_long_runs
+            else ("emit", (np.uint64(self._n_scratch), *packed))
+        )
 
     def photon_arguments(self, band: int) -> tuple[object, ...]:
         """The arguments of `emission.kernels.sampler.photon_at` after the index, for a band with photons."""
-        from aomc_sky.kernels.cells.order import split_order
-
-        stream = self._stream(band)
-        table, search, cells, perez, lobes = self._tables(band)
-        order = None
-        if stream.order_keys.size:
-            order = tuple(np.array([table.n, *split_order(np.uint64(table.n or 1)), *stream.order_keys], np.uint64))
-        _, *rest, jitter = stream.arguments()
-        ways = (True if table.main == way else None for way in (IN_MU, ANY_WIDTH, NARROW))
-        laws = (table.law if table.law.size else None, *ways, perez, lobes, table.slopes)
-        return order, *rest, True if jitter else None, *search, cells, cells.view(self.dtype), *laws
+        return self._packed(band).known()
 
     def number_arguments(self, band: int) -> tuple[object, ...]:
         """The last arguments of `kernels.numbers` for a band."""
         stream = self._stream(band)
         key, counter = stream.position_key, (stream.band, stream.jitter)
-        return np.uint64(self.n_photons(band)), stream.order_keys, stream.number_shifts, NUMBER_STEPS, key, *counter
+        return stream.order, stream.number_shifts, NUMBER_STEPS, key, *counter
 
     def fill_compiled(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         """As `fill`, by the compiled kernels."""
-        _, kernel, arguments = self._kernels.get(band, self._compiled)
+        kernel, packed = self._kernels.get(band, self._compiled)
         memory = _scratch.words(self._n_scratch, self.dtype)
-        kernel(np.uint64(start), *(arrays[output] for output in _OUTPUTS), memory, *arguments)
+        kernel(np.uint64(start), *(arrays[output] for output in _OUTPUTS), memory, *packed)
         if self.has_positions:
             from aomc_sky.emission.kernels import emit
 
@@ -261,13 +241,17 @@ class Emitter:
         from aomc_sky.emission.kernels import plain
         from aomc_sky.kernels.cells.order import slot_finder
 
-        cumulative, stream = self.plan.cumulative[band], self._stream(band)
+        stream = self._stream(band)
         perez, lobes = self._rejection, self._queue
-        plain.emit(  # type: ignore[call-arg]
+        plain.emit(
             start,
             start + arrays["ux"].size,
-            int(cumulative[-1]),
-            *stream.arguments(),
+            stream.order,
+            stream.shifts,
+            stream.steps,
+            stream.placement_key,
+            stream.band,
+            stream.jitter,
             self._finders.get(band, lambda b: slot_finder(self.plan.cumulative[b])),
             (self._rings.of_cell, stream.turns),
             self._cells,

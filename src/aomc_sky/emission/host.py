@@ -133,8 +133,8 @@ class NumbaSampler:
         when it is compiled. Random access, no state, no GIL.
         """
         of_photon = self._emitter.photon_arguments(self.band)
-        _, _, *words = self._emitter.number_arguments(self.band)
-        of_numbers = (self.precision.type(0), of_photon[0], *words[:-1], True if words[-1] else None)
+        _, *words, jitter = self._emitter.number_arguments(self.band)
+        of_numbers = (self.precision.type(0), of_photon[0], *words, jitter or None)
         block = _Block(self.n, of_numbers if self.numbers else (), of_photon)
         return make_sample(self._emitter.hooks, block.as_function(), self.n, self.numbers)
 

@@ -125,8 +125,8 @@ def test_options_that_choose_loops_are_no_variants():
     """Code of its own have a precision, the common case and the Perez sky; runs of one cell are a kernel apart."""
     variants = set()
     for name, precision, order, placement in itertools.product(SCENES, PRECISIONS, ORDERS, PLACEMENTS):
-        kernel, arguments = source_of(name, order=order, placement=placement, precision=precision)._emitter._kernel(0)
-        variants.add((kernel, precision, types_of(arguments)))
+        packed = source_of(name, order=order, placement=placement, precision=precision)._emitter._packed(0)
+        variants.add(("emit_runs" if packed.has_long_runs else "emit", precision, types_of(packed)))
     assert collections.Counter(name for name, _, _ in variants) == {"emit": 6, "emit_runs": 2}
 
 
@@ -179,10 +179,10 @@ def test_more_photons_than_32_bits_and_more_cells_than_16_bits(n_zenith, n):
 @pytest.mark.parametrize(("n_zenith", "n"), [(90, 10**6), (500, 3 * 10**6), (500, 10**5), (500, 2**40)])
 def test_a_rank_is_a_few_steps_from_its_slot(n_zenith, n):
     """With a guide of fixed length a rank of a fine table walked over dozens of slots."""
-    _, search, *_ = many_cells(n_zenith, n)._emitter._tables(0)
-    cumulative, guide, shift, _ = search
+    packed = many_cells(n_zenith, n)._emitter._packed(0)
     rank = np.random.default_rng(4).integers(0, n, 1000)
-    steps = np.searchsorted(cumulative[1:-2].astype(np.int64), rank, side="right") - guide[rank >> int(shift)]
+    slot = np.searchsorted(packed.cumulative[1:-2].astype(np.int64), rank, side="right")
+    steps = slot - packed.guide[rank >> int(packed.guide_shift)]
     assert steps.min() >= 0
     assert steps.mean() < 2
 

@@ -16,7 +16,9 @@ _ONE, _S32 = np.uint64(1), np.uint64(32)
 @shared
 def ranks_of_range(start, n, keys, rank):
     """Rank of each photon of [start, start + rank.size) of n: start and n uint64, rank uint64."""
-    ranks_of_block(start, _U64(rank.size), n, keys, rank)
+    s, b = split_order(n)
+    order = np.array([n, s, b, keys[0], keys[1], keys[2]])
+    ranks_of_block(start, _U64(rank.size), order, rank)
 
 
 @shared

@@ -233,8 +233,7 @@ def emit(
     uz,
     cell,
     memory,
-    n,
-    order_keys,
+    order,
     shifts,
     steps,
     place_key,
@@ -245,34 +244,18 @@ def emit(
     guide_shift,
     place,
     words,
-    main,
+    values,
     law,
     perez,
     lobes,
     slopes,
+    main,
     cell_of_slot,
 ):
-    """Write the photons [start, start + ux.size) of a band with n photons.
+    """Write the photons [start, start + ux.size) of a band; the parameters from `order` on are those of `band.Band`.
 
     `memory` is scratch of `constants.scratch_words` words, zeros at first. Use it for one precision alone, because
-    vector loops read stale values behind the last photon.
-
-    Five arguments choose loops at run time. An empty `order_keys` leaves the photons in the order of the cells. If
-    `jitter` is not 0, Philox gives the position in the cell, instead of `shifts` + rank x `steps` (+ the ring's turn
-    for v). Most slots go the way `main`, one of `constants.NARROW` and the next ones. The array `law` has the law of
-    each slot (int8); it is empty if all slots go the main way. The array `cell_of_slot` (int32) is empty if slot =
-    cell.
-
-    In the common case `law` is None: all slots go the main way, NARROW or QUARTER, by rank, without hooks. Then numba
-    leaves the rest out. The hook `rejection` takes `perez`: its tables, and the steps of its first trial. The hook
-    `queue` takes `lobes`: the lobe of each slot (int32, -1 for none), the tables of `skies.lobes.kernels.law`, the
-    steps of the first trial, and `falls` with `paces`. The words of `laws.sloped` are in `slopes`. Each of the three
-    may be None.
-
-    Three arrays are tables of the band. The ranks before each slot, and two sentinels, are in `cumulative` (n_slot +
-    3,). The slot of every 2^guide_shift-th rank is in `guide`. Each slot has one word in `place`: its halves are the
-    positions of the ring's and the column's parameters in `words` (see `cells.blocks`). Integers that count photons are
-    uint64.
+    vector loops read stale values behind the last photon. Integers that count photons are uint64.
     """
     like = type(ux[0])(0)
     rank = column(memory, U64(0), MAX_PHOTONS, type(cumulative[0])(0))
@@ -295,10 +278,10 @@ def emit(
         m = U64(hi - lo)
         first = start + U64(lo)
         x, y, z, slot = ux[lo:hi], uy[lo:hi], uz[lo:hi], cell[lo:hi]
-        if order_keys.size == 0:
+        if order.size == 0:
             _in_order(first, m, rank, cumulative, guide, guide_shift, slot, place, words, scratch, like)
         else:
-            ranks_of_block(first, m, n, order_keys, rank)
+            ranks_of_block(first, m, order, rank)
             _slots_shuffled(m, rank, cumulative, guide_shift, place, slot, guide)
             _parameters_shuffled(m, slot, place, words, scratch, like)
         if law is None:
@@ -357,22 +340,29 @@ def emit_runs(
     uz,
     cell,
     memory,
+    order,
     shifts,
     steps,
+    place_key,
+    band,
+    jitter,
     cumulative,
     guide,
     guide_shift,
     place,
     words,
     values,
+    law,
+    perez,
+    lobes,
+    slopes,
     main,
     cell_of_slot,
 ):
     """Write the photons of the ranks [start, start + ux.size) run by run: the parameters of a cell stay in registers.
 
     The photons are those of `emit`, 1.5 times as fast if cells hold many of them. It serves the common case: one law
-    uniform in mu^2, no cell wider than 90 degrees, positions by rank. Parameters are those of `emit`, and `memory` is
-    not used; `values` are `words` as floats of the outputs' precision.
+    uniform in mu^2, no cell wider than 90 degrees, positions by rank. Parameters are those of `emit`.
     """
     n = U64(ux.size)
     step_u, step_v = steps[0], steps[1]

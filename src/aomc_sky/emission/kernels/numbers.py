@@ -25,7 +25,7 @@ def _by_philox(m, rank, key, band, draw, is_second, out):
 
 
 @kernel
-def numbers_of_photons(start, first, second, third, n, order_keys, shifts, steps, key, band, jitter):
+def numbers_of_photons(start, first, second, third, order, shifts, steps, key, band, jitter):
     """Write the numbers of the photons from `start` on (uint64) into three arrays; an empty one is left out.
 
     By rank: `shifts` + rank x `steps`, uint64 (3,) each, as 64-bit fractions. With `jitter` not 0: words of Philox,
@@ -36,11 +36,11 @@ def numbers_of_photons(start, first, second, third, n, order_keys, shifts, steps
     for lo in range(0, size, BLOCK):
         hi = min(lo + BLOCK, size)
         m = U64(hi - lo)
-        if order_keys.size == 0:
+        if order.size == 0:
             for j in range(m):
                 rank[j] = start + U64(lo) + j
         else:
-            ranks_of_block(start + U64(lo), m, n, order_keys, rank)
+            ranks_of_block(start + U64(lo), m, order, rank)
         for c, out in enumerate((first, second, third)):
             if out.size == 0:
                 continue

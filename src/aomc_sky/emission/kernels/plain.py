@@ -20,8 +20,7 @@ _BLOCK = 4096  # records of intermediate arrays that stay in the cache
 def emit(
     start,
     stop,
-    n,
-    order_keys,
+    order,
     shifts,
     steps,
     place_key,
@@ -39,7 +38,7 @@ def emit(
     uz,
     cell,
 ):
-    """Write the photons [start, stop) of a band with n photons.
+    """Write the photons [start, stop) of a band.
 
     `finder` is `slot_finder` over the counts of all cells. The pair `turns` has the ring of each cell and the turn of
     each ring. The array `cells` (n_cell, 6) has the precision of the outputs, and `laws` is int8 (n_cell,). A Perez sky
@@ -47,8 +46,7 @@ def emit(
     `lobes` the lobe of each cell, the tables of `lobes.kernels.law`, the steps of the first trial, and `falls` with
     `paces`. The words of `laws.sloped` (n_cell,) are in `slopes`. The other arguments are those of the kernel.
     """
-    is_shuffled = order_keys.size > 0
-    rank = ranks_of_photons(start, stop, n, order_keys) if is_shuffled else np.arange(start, stop, dtype=U64)
+    rank = _ranks(start, stop, order)
     cell[:] = finder(rank)
     u, v = positions_in_cells(rank, jitter, place_key, band, shifts, steps, turns[1][turns[0][cell]], ux)
     if slopes is not None:
@@ -74,6 +72,12 @@ def emit(
         ux[chosen], uy[chosen], uz[chosen] = directions
 
 
+def _ranks(start, stop, order):
+    if not order.size:
+        return np.arange(start, stop, dtype=U64)
+    return ranks_of_photons(start, stop, int(order[0]), order[3:])
+
+
 @formula
 def in_circle(u, v, radius):
     """Position from two uniform numbers, uniform over a circle around the origin: r = radius sqrt(u)."""
@@ -97,10 +101,9 @@ def positions(is_circle, start, key, band, size_x, size_y, x, y):
     x[:], y[:] = in_circle(u, v, size_x / 2) if is_circle else in_rectangle(u, v, size_x, size_y)
 
 
-def numbers(start, out, n, order_keys, shifts, steps, key, band, jitter):
+def numbers(start, out, order, shifts, steps, key, band, jitter):
     """The numbers of the photons from `start` on, as in `kernels.numbers`; `out` (n, k)."""
-    stop = start + out.shape[0]
-    rank = ranks_of_photons(start, stop, n, order_keys) if order_keys.size else np.arange(start, stop, dtype=U64)
+    rank = _ranks(start, start + out.shape[0], order)
     for c in range(out.shape[1]):
         if jitter:
             word = philox_pair(key, rank, band, U64(2 if c == 2 else 1))[c % 2]

@@ -27,11 +27,11 @@ queue: Any = None
 
 
 @inner
-def _main_law(h0, h1, h2, h3, t0, t1, u, v, main_in_mu, main_is_mixed, is_narrow):
-    if main_in_mu is not None:
+def _main_law(h0, h1, h2, h3, t0, t1, u, v, is_in_mu, is_any_width, is_narrow):
+    if is_in_mu is not None:
         sine, cosine = sincos_turned_any(t0, t1, h3, v)
         return from_mu(h0, h1, h2, u, sine, cosine)
-    if main_is_mixed is not None:
+    if is_any_width is not None:
         sine, cosine = sincos_turned_any(t0, t1, h3, v)
     elif is_narrow is not None:
         sine, cosine = sincos_turned_narrow(t0, t1, h3, v)
@@ -55,18 +55,14 @@ def photon_at(
     words,
     values,
     law,
-    main_in_mu,
-    main_is_mixed,
-    is_narrow,
     perez,
     lobes,
     slopes,
+    is_in_mu,
+    is_any_width,
+    is_narrow,
 ):
-    """Return the travel direction of photon i (uint64) of a band.
-
-    Parameters are those of `emit`, but for `order`, None or what `rank_of_photon` wants; `values` is the table of
-    words seen as floats of the wanted precision.
-    """
+    """Return the travel direction of photon i (uint64) of a band; the other parameters are those of `Band.known`."""
     if order is None:
         rank = i
     else:
@@ -85,7 +81,7 @@ def photon_at(
     if rejection is not None:
         u, v, jacobian = rejection.tilted(u, v, perez[0][slot])
     if law is None:
-        x, y, z = _main_law(h0, h1, h2, h3, t0, t1, u, v, main_in_mu, main_is_mixed, is_narrow)
+        x, y, z = _main_law(h0, h1, h2, h3, t0, t1, u, v, is_in_mu, is_any_width, is_narrow)
     else:
         x, y, z = direction_of(law[slot], (h0, h1, h2, h3, t0, t1), u, v, key, rank, band)
     if rejection is not None:

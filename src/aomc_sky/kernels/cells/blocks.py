@@ -17,7 +17,7 @@ import numpy as np
 
 from aomc_sky.kernels.arithmetic.constants import FOUR, LOW32, ONE, S32, SCRATCH_PHOTONS, THREE, TWO, U32, U64, ZERO
 from aomc_sky.kernels.cells.laws import sloped
-from aomc_sky.kernels.cells.order import SHORT_LIMIT, permute_long, permute_short, split_order
+from aomc_sky.kernels.cells.order import SHORT_LIMIT, permute_long, permute_short
 from aomc_sky.kernels.formula import by_width
 from aomc_sky.kernels.jit import inner_borrowing, seen_as, spliced
 
@@ -166,11 +166,10 @@ split_place = by_width(
 
 
 @inner_borrowing
-def _ranks_short(start, m, n, keys, rank):
+def _ranks_short(start, m, order, rank):
     """A rank beyond the end is permuted again; most chunks have none."""
-    s64, b64 = split_order(n)
-    s, b, last = U32(s64), U32(b64), U32(n - ONE)
-    k0, k1, k2 = U32(keys[0]), U32(keys[1]), U32(keys[2])
+    last, s, b = U32(order[0] - ONE), U32(order[1]), U32(order[2])
+    k0, k1, k2 = U32(order[3]), U32(order[4]), U32(order[5])
     for lo in range(ZERO, m, _CHUNK):
         part = rank[lo : min(lo + _CHUNK, m)]
         first = U32(start + lo)
@@ -188,9 +187,9 @@ def _ranks_short(start, m, n, keys, rank):
 
 
 @inner_borrowing
-def _ranks_long(start, m, n, keys, rank):
-    s, b = split_order(n)
-    k0, k1, k2 = U32(keys[0]), U32(keys[1]), U32(keys[2])
+def _ranks_long(start, m, order, rank):
+    n, s, b = order[0], order[1], order[2]
+    k0, k1, k2 = U32(order[3]), U32(order[4]), U32(order[5])
     for j in range(m):
         r = permute_long(start + U64(j), s, b, k0, k1, k2)
         while r >= n:
@@ -199,17 +198,17 @@ def _ranks_long(start, m, n, keys, rank):
 
 
 @inner_borrowing
-def ranks_of_block(start, m, n, keys, rank):
-    """Write the ranks of the photons [start, start + m) of n; all uint64, keys three 32-bit words."""
-    if n <= SHORT_LIMIT:
-        _ranks_short(start, m, n, keys, rank)
+def ranks_of_block(start, m, order, rank):
+    """Write the ranks of the photons [start, start + m), uint64; `order` is `StreamWords.order`."""
+    if order[0] <= SHORT_LIMIT:
+        _ranks_short(start, m, order, rank)
     else:
-        _ranks_long(start, m, n, keys, rank)
+        _ranks_long(start, m, order, rank)
 
 
 @inner_borrowing
 def rank_of_photon(i, order):
-    """Rank of one photon, uint64; `order` holds n, what `split_order` says of it, and the three keys, all uint64."""
+    """Rank of one photon, uint64; `order` is `StreamWords.order` as a tuple."""
     n, s, b, k0, k1, k2 = order
     if n <= SHORT_LIMIT:
         last = U32(n - ONE)
