@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "aomc_sky.h"
+#include "aomc_sky_embed.h"
 
 #define BATCH 65536
 

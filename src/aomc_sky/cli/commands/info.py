@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from aomc_sky.formats.mcpl.file import McplFile
 
 _INSTEAD = """\
---include-dir                 print the folder of aomc_sky.h, aomc_sky.f90 and aomc_sky_embed.c
+--include-dir                 print the folder of aomc_sky.h, and of what starts Python (aomc_sky_embed.*)
 --embed-flags                 print the compiler flags for a C program that starts Python itself
 --skies                       list the sky models of other packages (--sky NAME)
 """
@@ -175,7 +175,7 @@ def _scene(arguments: argparse.Namespace, path: Path) -> int:
 
 
 def include_dir() -> Path:
-    """Folder of aomc_sky.h, aomc_sky.f90 and aomc_sky_embed.c."""
+    """Folder of aomc_sky.h, aomc_sky.c and aomc_sky.f90, and of the files aomc_sky_embed."""
     return Path(str(files("aomc_sky") / "include"))
 
 
