@@ -41,12 +41,43 @@
 #error "aomc_sky.h needs floats that are computed as floats (FLT_EVAL_METHOD 0): on 32-bit x86 add -msse2 -mfpmath=sse"
 #endif
 
+/* Vectors of roots, and pointers to memory that no other one leads to. */
 #if defined(__CUDACC__) || defined(__HIPCC__)
-#define AOMC_SKY_FN static __host__ __device__ inline
+#define AOMC_SKY_ALONE
+#elif defined(__AVX__)
+#include <immintrin.h>
+#define AOMC_SKY_AVX
+#elif defined(__SSE2__)
+#include <emmintrin.h>
+#define AOMC_SKY_SSE2
+#elif defined(__ARM_NEON) && defined(__aarch64__)
+#include <arm_neon.h>
+#define AOMC_SKY_NEON
+#endif
+#ifndef AOMC_SKY_ALONE
+#if defined(__GNUC__) || defined(_MSC_VER)
+#define AOMC_SKY_ALONE __restrict
 #else
+#define AOMC_SKY_ALONE
+#endif
+#endif
+
+/* Functions: a formula, which loops need inlined; a part of ours; one for hosts; one for hosts, but for no GPU. */
+#if defined(__CUDACC__) || defined(__HIPCC__)
+#define AOMC_SKY_FORMULA static __host__ __device__ inline
+#define AOMC_SKY_FN static __host__ __device__ inline
+#elif defined(__GNUC__)
+#define AOMC_SKY_FORMULA static inline __attribute__((always_inline))
+#define AOMC_SKY_FN static inline
+#else
+#define AOMC_SKY_FORMULA static inline
 #define AOMC_SKY_FN static inline
 #endif
 #define AOMC_SKY_HOST static inline
+#ifndef AOMC_SKY_API
+#define AOMC_SKY_API AOMC_SKY_FN
+#define AOMC_SKY_HOST_API AOMC_SKY_HOST
+#endif
 #if defined(__CUDA_ARCH__) || defined(__HIP_DEVICE_COMPILE__)
 #define AOMC_SKY_ON_DEVICE
 #endif
@@ -147,13 +178,14 @@ enum { AOMC_SKY_NARROW, AOMC_SKY_QUARTER, AOMC_SKY_ANY_WIDTH, AOMC_SKY_IN_MU };
 #define AOMC_SKY_LAST_TRIAL 10000
 #define AOMC_SKY_DRAW_ACCEPT 2147483648u
 #define AOMC_SKY_BLOCK 512
+#define AOMC_SKY_CHUNK 256
 #define AOMC_SKY_LOW 0xFFFFFFFFu
 #define AOMC_SKY_UNKNOWN UINT64_C(0x7FF8000000000000) /* a witness says nothing of this number */
 
 /* ---- kernels/arithmetic/rng.py ---- */
 
 /* philox_round */
-AOMC_SKY_FN void aomc_sky_round(uint32_t *c, uint32_t k0, uint32_t k1)
+AOMC_SKY_FORMULA void aomc_sky_round(uint32_t *c, uint32_t k0, uint32_t k1)
 {
     uint64_t p0 = UINT64_C(0xD2511F53) * c[0], p1 = UINT64_C(0xCD9E8D57) * c[2];
     uint32_t c1 = c[1], c3 = c[3];
@@ -164,7 +196,7 @@ AOMC_SKY_FN void aomc_sky_round(uint32_t *c, uint32_t k0, uint32_t k1)
 }
 
 /* philox_pair: two 64-bit words; counter (rank low, rank high, band, draw) */
-AOMC_SKY_FN void aomc_sky_pair(uint64_t key, uint64_t rank, uint64_t band, uint32_t draw, uint64_t *a, uint64_t *b)
+AOMC_SKY_FORMULA void aomc_sky_pair(uint64_t key, uint64_t rank, uint64_t band, uint32_t draw, uint64_t *a, uint64_t *b)
 {
     const uint32_t w0 = 0x9E3779B9u, w1 = 0xBB67AE85u;
     uint32_t c[4], k0 = (uint32_t)key, k1 = (uint32_t)(key >> 32);
@@ -184,7 +216,7 @@ AOMC_SKY_FN void aomc_sky_pair(uint64_t key, uint64_t rank, uint64_t band, uint3
 }
 
 /* later_words: place in two words, 42 bits each, and the word that decides */
-AOMC_SKY_FN void aomc_sky_later(uint64_t key, uint64_t rank, uint64_t band, uint32_t trial, uint64_t *a, uint64_t *b,
+AOMC_SKY_FORMULA void aomc_sky_later(uint64_t key, uint64_t rank, uint64_t band, uint32_t trial, uint64_t *a, uint64_t *b,
                                 uint64_t *word)
 {
     const uint64_t rest = (UINT64_C(1) << 22) - 1;
@@ -198,7 +230,7 @@ AOMC_SKY_FN void aomc_sky_later(uint64_t key, uint64_t rank, uint64_t band, uint
 /* ---- kernels/cells/order.py ---- */
 
 /* stir */
-AOMC_SKY_FN uint32_t aomc_sky_stir(uint32_t half, uint32_t key)
+AOMC_SKY_FORMULA uint32_t aomc_sky_stir(uint32_t half, uint32_t key)
 {
     uint32_t x = half * 0x7FEB352Du + key;
     x ^= x >> 15;
@@ -206,14 +238,14 @@ AOMC_SKY_FN uint32_t aomc_sky_stir(uint32_t half, uint32_t key)
 }
 
 /* _high_short */
-AOMC_SKY_FN uint32_t aomc_sky_high_short(uint32_t high, uint32_t low, uint32_t key, uint32_t size)
+AOMC_SKY_FORMULA uint32_t aomc_sky_high_short(uint32_t high, uint32_t low, uint32_t key, uint32_t size)
 {
     uint32_t up = high + ((aomc_sky_stir(low, key) >> 16) * (size & 0xFFFF) >> 16), less = up - size;
     return up < less ? up : less;
 }
 
 /* permute_short */
-AOMC_SKY_FN uint32_t aomc_sky_permute_short(uint32_t i, uint32_t bits, uint32_t size, uint32_t k0, uint32_t k1,
+AOMC_SKY_FORMULA uint32_t aomc_sky_permute_short(uint32_t i, uint32_t bits, uint32_t size, uint32_t k0, uint32_t k1,
                                             uint32_t k2)
 {
     uint32_t rest = (32 - bits) & 31, mask = ((uint32_t)1 << bits) - 1, low = i & mask, high;
@@ -224,7 +256,7 @@ AOMC_SKY_FN uint32_t aomc_sky_permute_short(uint32_t i, uint32_t bits, uint32_t 
 }
 
 /* permute_long */
-AOMC_SKY_FN uint64_t aomc_sky_permute_long(uint64_t i, uint64_t bits, uint64_t size, uint32_t k0, uint32_t k1,
+AOMC_SKY_FORMULA uint64_t aomc_sky_permute_long(uint64_t i, uint64_t bits, uint64_t size, uint32_t k0, uint32_t k1,
                                            uint32_t k2)
 {
     uint64_t mask = (UINT64_C(1) << bits) - 1, low = i & mask, high = i >> bits;
@@ -255,8 +287,14 @@ AOMC_SKY_FN uint64_t aomc_sky_rank(const aomc_sky_source *s, uint64_t i)
     return r;
 }
 
+/* photons before a slot */
+AOMC_SKY_FORMULA uint64_t aomc_sky_before(const aomc_sky_source *s, uint64_t slot)
+{
+    return s->has_wide_ranks ? ((const uint64_t *)s->cumulative)[slot] : ((const uint32_t *)s->cumulative)[slot];
+}
+
 /* slot_of_rank */
-AOMC_SKY_FN uint32_t aomc_sky_slot_short(const uint32_t *cumulative, const uint32_t *guide, uint32_t shift, uint32_t r)
+AOMC_SKY_FORMULA uint32_t aomc_sky_slot_short(const uint32_t *cumulative, const uint32_t *guide, uint32_t shift, uint32_t r)
 {
     uint32_t slot = guide[r >> shift];
     if (r < cumulative[slot + 2]) return slot + (r >= cumulative[slot + 1]);
@@ -264,7 +302,7 @@ AOMC_SKY_FN uint32_t aomc_sky_slot_short(const uint32_t *cumulative, const uint3
     return slot;
 }
 
-AOMC_SKY_FN uint32_t aomc_sky_slot_wide(const uint64_t *cumulative, const uint32_t *guide, uint64_t shift, uint64_t r)
+AOMC_SKY_FORMULA uint32_t aomc_sky_slot_wide(const uint64_t *cumulative, const uint32_t *guide, uint64_t shift, uint64_t r)
 {
     uint32_t slot = guide[r >> shift];
     if (r < cumulative[slot + 2]) return slot + (r >= cumulative[slot + 1]);
@@ -281,14 +319,14 @@ AOMC_SKY_FN uint32_t aomc_sky_slot(const aomc_sky_source *s, uint64_t r)
 /* ---- kernels/arithmetic/elementary.py: float64 alone ---- */
 
 /* word_of and float_of */
-AOMC_SKY_FN uint64_t aomc_sky_bits(double x)
+AOMC_SKY_FORMULA uint64_t aomc_sky_bits(double x)
 {
     uint64_t word;
     memcpy(&word, &x, 8);
     return word;
 }
 
-AOMC_SKY_FN double aomc_sky_double(uint64_t word)
+AOMC_SKY_FORMULA double aomc_sky_double(uint64_t word)
 {
     double x;
     memcpy(&x, &word, 8);
@@ -296,10 +334,10 @@ AOMC_SKY_FN double aomc_sky_double(uint64_t word)
 }
 
 /* uniform_f64 */
-AOMC_SKY_FN double aomc_sky_uniform(uint64_t bits) { return (double)(int64_t)(bits >> 11) * 1.1102230246251565e-16; }
+AOMC_SKY_FORMULA double aomc_sky_uniform(uint64_t bits) { return (double)(int64_t)(bits >> 11) * 1.1102230246251565e-16; }
 
 /* split_power */
-AOMC_SKY_FN double aomc_sky_split_power(double x, double *power)
+AOMC_SKY_FORMULA double aomc_sky_split_power(double x, double *power)
 {
     uint64_t word = aomc_sky_bits(x);
     *power = (double)((int32_t)(word >> 52) - 1022);
@@ -310,7 +348,7 @@ AOMC_SKY_FN double aomc_sky_split_power(double x, double *power)
 #define AOMC_SKY_LN2_LOW 1.90821492927058770002e-10
 
 /* log_of_parts */
-AOMC_SKY_FN double aomc_sky_log_of_parts(double f, double k)
+AOMC_SKY_FORMULA double aomc_sky_log_of_parts(double f, double k)
 {
     double s = f / (2.0 + f), z = s * s, half = 0.5 * f * f, r = 2.0 / 21 * z + 2.0 / 19;
     r = r * z + 2.0 / 17;
@@ -326,7 +364,7 @@ AOMC_SKY_FN double aomc_sky_log_of_parts(double f, double k)
 }
 
 /* exp_level */
-AOMC_SKY_FN double aomc_sky_exp(double x)
+AOMC_SKY_FORMULA double aomc_sky_exp(double x)
 {
     double t, k, high, low, r, z, c, y;
     x = x < 700.0 ? x : 700.0;
@@ -346,43 +384,44 @@ AOMC_SKY_FN double aomc_sky_exp(double x)
     return y * aomc_sky_double((aomc_sky_bits(t) + 1023) << 52);
 }
 
-/* arc */
-AOMC_SKY_FN double aomc_sky_arc(double h)
+/* arc, before and after the root of what `aomc_sky_arc_square` returns */
+AOMC_SKY_FORMULA double aomc_sky_arc_square(double h)
+{
+    double q = 1.0 - (h + h), z = q > 0.5 ? h : q < -0.5 ? 1.0 - h : q * q;
+    return z > 0.0 ? z : 0.0;
+}
+
+AOMC_SKY_FORMULA double aomc_sky_arc_from(double h, double root)
 {
     const double half_pi = 1.5707963267948966;
-    double q = 1.0 - (h + h), z, s, p, d, r;
-    int is_near = q > 0.5, is_far = q < -0.5;
-    z = is_near ? h : is_far ? 1.0 - h : q * q;
-    z = z > 0.0 ? z : 0.0;
-    r = sqrt(z);
-    s = is_near | is_far ? r : q;
+    double q = 1.0 - (h + h), z = aomc_sky_arc_square(h), s = (q > 0.5) | (q < -0.5) ? root : q, p, d, r;
     p = 3.47933107596021167570e-05 * z + 7.91534994289814532176e-04;
     p = p * z + -4.00555345006794114027e-02;
     p = p * z + 2.01212532134862925881e-01;
     p = p * z + -3.25565818622400915405e-01;
     p = p * z + 1.66666666666666657415e-01;
     d = 7.70381505559019352791e-02 * z + -6.88283971605453293030e-01;
-    d = d * z + 2.02094576023350569471e+00;
-    d = d * z + -2.40339491173441421878e+00;
+    d = d * z + 2.02094576023350569471e00;
+    d = d * z + -2.40339491173441421878e00;
     d = d * z + 1.0;
     r = s + s * (z * p / d);
-    return is_near ? r + r : is_far ? 2.0 * half_pi - (r + r) : half_pi - r;
+    return q > 0.5 ? r + r : q < -0.5 ? 2.0 * half_pi - (r + r) : half_pi - r;
 }
 
 /* ---- skies/perez/kernels: law.py and the float64 part of cells.py; `sky` holds a, b, c, d, e ---- */
 
 /* slant */
-AOMC_SKY_FN double aomc_sky_slant(double mu, double b) { return b / (mu > 1e-300 ? mu : 1e-300); }
+AOMC_SKY_FORMULA double aomc_sky_slant(double mu, double b) { return b / (mu > 1e-300 ? mu : 1e-300); }
 
 /* with_aureole */
-AOMC_SKY_FN double aomc_sky_with_aureole(double h, double c, double aureole, double e)
+AOMC_SKY_FORMULA double aomc_sky_with_aureole(double h, double c, double aureole, double e)
 {
     double q = 1.0 - (h + h);
     return 1.0 + c * aureole + e * (q * q);
 }
 
 /* the chord of `measured`: sin^2 of half the angle to the sun */
-AOMC_SKY_FN double aomc_sky_chord(double x, double y, double z, const double *sky)
+AOMC_SKY_FORMULA double aomc_sky_chord(double x, double y, double z, const double *sky)
 {
     double dx = x + sky[8], dy = y + sky[9], dz = z + sky[10], h = 0.25 * ((dx * dx + dy * dy) + dz * dz);
     return h < 1.0 ? h : 1.0;
@@ -392,24 +431,24 @@ AOMC_SKY_FN double aomc_sky_chord(double x, double y, double z, const double *sk
 AOMC_SKY_FN double aomc_sky_luminance(double x, double y, double z, const double *sky)
 {
     double h = aomc_sky_chord(x, y, z, sky), first = 1.0 + sky[0] * aomc_sky_exp(aomc_sky_slant(-z, sky[1]));
-    return first * aomc_sky_with_aureole(h, sky[2], aomc_sky_exp(sky[3] * aomc_sky_arc(h)), sky[4]);
+    return first * aomc_sky_with_aureole(h, sky[2], aomc_sky_exp(sky[3] * aomc_sky_arc_from(h, sqrt(aomc_sky_arc_square(h)))), sky[4]);
 }
 
 /* is_taken_at_once */
-AOMC_SKY_FN int aomc_sky_is_at_once(uint64_t word, uint32_t cell_word) { return (word >> 52) < (cell_word & 0xFFF); }
+AOMC_SKY_FORMULA int aomc_sky_is_at_once(uint64_t word, uint32_t cell_word) { return (word >> 52) < (cell_word & 0xFFF); }
 
 /* is_rejected */
-AOMC_SKY_FN int aomc_sky_is_rejected(double x, double y, double z, double jacobian, uint64_t word, double bound,
+AOMC_SKY_FORMULA int aomc_sky_is_rejected(double x, double y, double z, double jacobian, uint64_t word, double bound,
                                      const double *sky)
 {
     return aomc_sky_uniform(word) * bound >= aomc_sky_luminance(x, y, z, sky) * jacobian;
 }
 
-/* accept_words of Perez, decision_by_rank of lobes, or Philox */
-AOMC_SKY_FN uint64_t aomc_sky_decision(const aomc_sky_source *s, uint64_t rank, int is_lobe)
+/* the word that decides trial 0: of accept_words for Perez, of decision_by_rank for lobes, or of Philox */
+AOMC_SKY_FORMULA uint64_t aomc_sky_decision(int by_philox, const aomc_sky_source *s, uint64_t rank, int is_lobe)
 {
     uint64_t word = s->accept[0] + rank * s->accept[1], other, x;
-    if (s->by_philox) {
+    if (by_philox) {
         aomc_sky_pair(s->placement_key, rank, s->band, AOMC_SKY_DRAW_ACCEPT, &word, &other);
     } else if (is_lobe) {
         x = (rank ^ s->accept[2]) * UINT64_C(0xD1342543DE82EF95);
@@ -419,17 +458,10 @@ AOMC_SKY_FN uint64_t aomc_sky_decision(const aomc_sky_source *s, uint64_t rank, 
     return word;
 }
 
-/* ranks_of_block */
-AOMC_SKY_FN void aomc_sky_ranks(const aomc_sky_source *s, uint64_t start, uint64_t m, uint64_t *rank)
-{
-    uint64_t j;
-    for (j = 0; j < m; j++) rank[j] = aomc_sky_rank(s, start + j);
-}
-
 /* ---- emission/kernels/numbers.py ---- */
 
 /* the word of number c of a photon: three_numbers */
-AOMC_SKY_FN uint64_t aomc_sky_number_word(const aomc_sky_source *s, uint64_t rank, int c)
+AOMC_SKY_FORMULA uint64_t aomc_sky_number_word(const aomc_sky_source *s, uint64_t rank, int c)
 {
     uint64_t a, b;
     if (!s->by_philox) return s->number_shifts[c] + rank * s->number_steps[c];
@@ -437,6 +469,116 @@ AOMC_SKY_FN uint64_t aomc_sky_number_word(const aomc_sky_source *s, uint64_t ran
     return c == 1 ? b : a;
 }
 
+
+/* Square roots of n numbers. Compilers make no vectors of a loop whose roots might set errno, so for the common
+ * processors they are written out. */
+AOMC_SKY_FN void aomc_sky_roots_f32(uint64_t n, float *x)
+{
+    uint64_t j = 0;
+#if defined(AOMC_SKY_AVX)
+    for (; j + 8 <= n; j += 8) _mm256_storeu_ps(x + j, _mm256_sqrt_ps(_mm256_loadu_ps(x + j)));
+#elif defined(AOMC_SKY_SSE2)
+    for (; j + 4 <= n; j += 4) _mm_storeu_ps(x + j, _mm_sqrt_ps(_mm_loadu_ps(x + j)));
+#elif defined(AOMC_SKY_NEON)
+    for (; j + 4 <= n; j += 4) vst1q_f32(x + j, vsqrtq_f32(vld1q_f32(x + j)));
+#endif
+    for (; j < n; j++) x[j] = sqrtf(x[j]);
+}
+
+AOMC_SKY_FN void aomc_sky_roots_f64(uint64_t n, double *x)
+{
+    uint64_t j = 0;
+#if defined(AOMC_SKY_AVX)
+    for (; j + 4 <= n; j += 4) _mm256_storeu_pd(x + j, _mm256_sqrt_pd(_mm256_loadu_pd(x + j)));
+#elif defined(AOMC_SKY_SSE2)
+    for (; j + 2 <= n; j += 2) _mm_storeu_pd(x + j, _mm_sqrt_pd(_mm_loadu_pd(x + j)));
+#elif defined(AOMC_SKY_NEON)
+    for (; j + 2 <= n; j += 2) vst1q_f64(x + j, vsqrtq_f64(vld1q_f64(x + j)));
+#endif
+    for (; j < n; j++) x[j] = sqrt(x[j]);
+}
+
+/* A rank times a step: a rank of 32 bits takes two products of 32 bits, where processors have none of 64. */
+AOMC_SKY_FORMULA uint64_t aomc_sky_times(uint32_t rank, uint64_t step)
+{
+    return (uint64_t)rank * (uint32_t)step + ((uint64_t)(rank * (uint32_t)(step >> 32)) << 32);
+}
+
+/* ranks_of_block */
+AOMC_SKY_FN void aomc_sky_ranks(const aomc_sky_source *s, uint64_t start, uint64_t m, uint64_t *rank)
+{
+    uint64_t j;
+    if (!s->is_shuffled) {
+        for (j = 0; j < m; j++) rank[j] = start + j;
+    } else if (s->is_short) {
+        uint32_t bits = (uint32_t)s->order_bits, size = (uint32_t)s->order_size, last = (uint32_t)(s->n - 1);
+        uint32_t k0 = (uint32_t)s->order_keys[0], k1 = (uint32_t)s->order_keys[1], k2 = (uint32_t)s->order_keys[2];
+        uint32_t first = (uint32_t)start, r[AOMC_SKY_BLOCK], beyond = 0;
+        for (j = 0; j < m; j++) {
+            r[j] = aomc_sky_permute_short(first + (uint32_t)j, bits, size, k0, k1, k2);
+            beyond |= r[j] > last;
+        }
+        for (j = 0; beyond && j < m; j++)
+            while (r[j] > last) r[j] = aomc_sky_permute_short(r[j], bits, size, k0, k1, k2);
+        for (j = 0; j < m; j++) rank[j] = r[j];
+    } else {
+        for (j = 0; j < m; j++) rank[j] = aomc_sky_rank(s, start + j);
+    }
+}
+
+/* _slots_shuffled and _in_order */
+AOMC_SKY_FN void aomc_sky_slots(const aomc_sky_source *s, uint64_t m, const uint64_t *rank, int32_t *slot)
+{
+    const uint32_t *guide = s->guide, *before = (const uint32_t *)s->cumulative;
+    uint64_t j, shift = s->guide_shift;
+    if (s->has_wide_ranks)
+        for (j = 0; j < m; j++) slot[j] = (int32_t)aomc_sky_slot_wide((const uint64_t *)s->cumulative, guide, shift, rank[j]);
+    else
+        for (j = 0; j < m; j++) slot[j] = (int32_t)aomc_sky_slot_short(before, guide, (uint32_t)shift, (uint32_t)rank[j]);
+}
+
+/* accept_words of Perez and decision_by_rank of lobes: the words that decide trial 0 */
+AOMC_SKY_FN void aomc_sky_decisions(const aomc_sky_source *s, uint64_t m, const uint64_t *rank, int is_lobe,
+                                    uint64_t *word)
+{
+    uint64_t j;
+    if (s->by_philox)
+        for (j = 0; j < m; j++) word[j] = aomc_sky_decision(1, s, rank[j], 0);
+    else if (is_lobe)
+        for (j = 0; j < m; j++) word[j] = aomc_sky_decision(0, s, rank[j], 1);
+    else
+        for (j = 0; j < m; j++) word[j] = aomc_sky_decision(0, s, rank[j], 0);
+}
+
+/* Columns of `_luminance`. */
+typedef struct aomc_sky_light {
+    double chord[AOMC_SKY_CHUNK], mu[AOMC_SKY_CHUNK], root[AOMC_SKY_CHUNK];
+} aomc_sky_light;
+
+/* _luminance without J: each step has a loop of its own */
+AOMC_SKY_FN void aomc_sky_luminances(uint64_t n, const double *sky, aomc_sky_light *light, double *value)
+{
+    double a = sky[0], b = sky[1], c = sky[2], d = sky[3], e = sky[4];
+    uint64_t k;
+    for (k = 0; k < n; k++) light->root[k] = aomc_sky_arc_square(light->chord[k]);
+    aomc_sky_roots_f64(n, light->root);
+    for (k = 0; k < n; k++) value[k] = d * aomc_sky_arc_from(light->chord[k], light->root[k]);
+    for (k = 0; k < n; k++) value[k] = aomc_sky_with_aureole(light->chord[k], c, aomc_sky_exp(value[k]), e);
+    for (k = 0; k < n; k++) light->mu[k] = aomc_sky_slant(light->mu[k], b);
+    for (k = 0; k < n; k++) value[k] = (1.0 + a * aomc_sky_exp(light->mu[k])) * value[k];
+}
+
+/* Columns of photons of one lobe; `row` holds the cells of its envelope. */
+typedef struct aomc_sky_lobe_columns {
+    uint64_t rank[AOMC_SKY_CHUNK], first[AOMC_SKY_CHUNK], second[AOMC_SKY_CHUNK], word[AOMC_SKY_CHUNK];
+    uint64_t bin[AOMC_SKY_CHUNK];
+    double row[8 * AOMC_SKY_CHUNK], a[AOMC_SKY_CHUNK], b[AOMC_SKY_CHUNK], excess[AOMC_SKY_CHUNK];
+    double x[AOMC_SKY_CHUNK], y[AOMC_SKY_CHUNK], up[AOMC_SKY_CHUNK];
+    int32_t part[AOMC_SKY_CHUNK];
+} aomc_sky_lobe_columns;
+
+AOMC_SKY_FN void aomc_sky_lobe_tries(const aomc_sky_source *s, int32_t lobe, uint32_t trial, uint64_t n,
+                                     aomc_sky_lobe_columns *t);
 
 AOMC_SKY_FN void aomc_sky_lobe_photon(const aomc_sky_source *s, int32_t lobe, uint64_t first, uint64_t second,
                                       uint64_t rank, double *out);
@@ -469,7 +611,7 @@ AOMC_SKY_FN void aomc_sky_lobe_photon(const aomc_sky_source *s, int32_t lobe, ui
 /* ---- skies/lobes/kernels: law.py and cells.py, float64 for both precisions ---- */
 
 /* bin_of_rank; the bits of the number are never above those of the lobe, whatever a file says */
-AOMC_SKY_FN uint64_t aomc_sky_bin(const uint64_t *fall, const double *pace, uint64_t rank)
+AOMC_SKY_FORMULA uint64_t aomc_sky_bin(const uint64_t *fall, const double *pace, uint64_t rank)
 {
     uint64_t own = rank - fall[0], least = (uint64_t)(int32_t)((double)(int64_t)own * pace[0] + pace[1]);
     uint64_t above = least + 1;
@@ -477,7 +619,7 @@ AOMC_SKY_FN uint64_t aomc_sky_bin(const uint64_t *fall, const double *pace, uint
 }
 
 /* shares */
-AOMC_SKY_FN void aomc_sky_shares(double part, double span, double whole, const double *cell, double *a, double *b)
+AOMC_SKY_FORMULA void aomc_sky_shares(double part, double span, double whole, const double *cell, double *a, double *b)
 {
     double t = (whole + 0.5) * 2.220446049250313080847263336181640625e-16;
     *a = cell[2] + cell[1] * ((cell[3] - span - part) + span * (1.0 - t));
@@ -485,55 +627,46 @@ AOMC_SKY_FN void aomc_sky_shares(double part, double span, double whole, const d
 }
 
 /* whole_of */
-AOMC_SKY_FN double aomc_sky_whole(uint64_t word, uint64_t bits) { return (double)(int64_t)((word << bits) >> 12); }
+AOMC_SKY_FORMULA double aomc_sky_whole(uint64_t word, uint64_t bits) { return (double)(int64_t)((word << bits) >> 12); }
 
-/* heights_hg */
-AOMC_SKY_FN void aomc_sky_heights_hg(double a, double b, double g, double *radius, double *z)
-{
-    double near_axis = 1.0 - g, far_axis = 1.0 + g, gb = g * b;
-    double p = (near_axis * near_axis) * (a + a * gb), q = (far_axis * far_axis) * (b * (near_axis + gb));
-    *radius = sqrt(4.0 * (p * q));
-    *z = q - p;
-}
-
-/* beckmann_radius */
-AOMC_SKY_FN double aomc_sky_beckmann_radius(double a, double b)
+/* the square of beckmann_radius */
+AOMC_SKY_FORMULA double aomc_sky_beckmann_square(double a, double b)
 {
     double power, m = aomc_sky_split_power(b, &power), f;
     int is_small = m < 0.7071067811865476, is_near = a < 0.25;
     f = is_near ? -a : (is_small ? m + m : m) - 1.0;
-    return sqrt(-aomc_sky_log_of_parts(f, is_near ? 0.0 : power - (is_small ? 1.0 : 0.0)));
+    return -aomc_sky_log_of_parts(f, is_near ? 0.0 : power - (is_small ? 1.0 : 0.0));
 }
 
-/* world: minus M (R cos, R sin, Z), normalised */
-AOMC_SKY_FN void aomc_sky_world(double radius, double z, double sine, double cosine, const double *m, double *x,
-                                double *y, double *up)
+/* _heights with squares for R, and for Z of "ggx" */
+AOMC_SKY_FORMULA void aomc_sky_squares(int kind, double g, double *a, double *b)
 {
-    double along = radius * cosine, across = radius * sine, scale;
-    double wx = m[0] * along + m[1] * across + m[2] * z, wy = m[3] * along + m[4] * across + m[5] * z;
-    double wz = m[6] * along + m[7] * z;
-    scale = -1.0 / sqrt(wx * wx + wy * wy + wz * wz);
-    *x = wx * scale;
-    *y = wy * scale;
-    *up = wz * scale;
-}
-
-/* _heights */
-AOMC_SKY_FN void aomc_sky_heights(int kind, double a, double b, double g, double *radius, double *z)
-{
-    if (kind == 0) {
-        aomc_sky_heights_hg(a, b, g, radius, z);
-    } else if (kind == 1) {
-        *radius = sqrt(a);
-        *z = sqrt(b);
-    } else {
-        *radius = aomc_sky_beckmann_radius(a, b);
-        *z = 1.0;
+    if (kind == 0) { /* heights_hg */
+        double close = 1.0 - g, far = 1.0 + g, gb = g * *b;
+        double p = (close * close) * (*a + *a * gb), q = (far * far) * (*b * (close + gb));
+        *a = 4.0 * (p * q);
+        *b = q - p;
+    } else if (kind == 2) {
+        *a = aomc_sky_beckmann_square(*a, *b);
+        *b = 1.0;
     }
 }
 
+/* world before it is normalised: M (R cos, R sin, Z); returns the square of its length */
+AOMC_SKY_FORMULA double aomc_sky_world(double radius, double z, double sine, double cosine, const double *m, double *x,
+                                       double *y, double *up)
+{
+    double along = radius * cosine, across = radius * sine;
+    double wx = m[0] * along + m[1] * across + m[2] * z, wy = m[3] * along + m[4] * across + m[5] * z;
+    double wz = m[6] * along + m[7] * z;
+    *x = wx;
+    *y = wy;
+    *up = wz;
+    return wx * wx + wy * wy + wz * wz;
+}
+
 /* the kind of a lobe: 0 for "hg", 1 for "ggx", 2 for "beckmann" */
-AOMC_SKY_FN int aomc_sky_kind(const aomc_sky_source *s, int32_t lobe)
+AOMC_SKY_FORMULA int aomc_sky_kind(const aomc_sky_source *s, int32_t lobe)
 {
     return (lobe >= s->lobe_ends[0]) + (lobe >= s->lobe_ends[1]);
 }
@@ -546,13 +679,15 @@ AOMC_SKY_FN double aomc_sky_lobe_try(const aomc_sky_source *s, int32_t lobe, int
     const double *shape = s->shapes + 9 * (uint64_t)lobe, *cell;
     uint64_t bits = range[1];
     uint32_t word = s->bins[range[0] + ((is_named ? first >> (64 - bits) : number) & ((UINT64_C(1) << bits) - 1))];
-    double a, b, radius, z, sine, cosine;
+    double a, b, sine, cosine, scale;
+    int kind = aomc_sky_kind(s, lobe);
     cell = s->envelopes + 8 * (range[2] + (word >> 16));
     if (is_named) aomc_sky_shares((double)(word & 0xFFFF), 1.0, aomc_sky_whole(first, bits), cell, &a, &b);
     else aomc_sky_shares(0.0, cell[3], aomc_sky_whole(first, 0), cell, &a, &b);
-    aomc_sky_heights(aomc_sky_kind(s, lobe), a, b, shape[8], &radius, &z);
+    aomc_sky_squares(kind, shape[8], &a, &b);
     aomc_sky_turned_quarter_f64(cell[5], cell[6], cell[4], aomc_sky_uniform(second), &sine, &cosine);
-    aomc_sky_world(radius, z, sine, cosine, shape, out, out + 1, out + 2);
+    scale = -1.0 / sqrt(aomc_sky_world(sqrt(a), kind == 1 ? sqrt(b) : b, sine, cosine, shape, out, out + 1, out + 2));
+    out[0] *= scale, out[1] *= scale, out[2] *= scale;
     return cell[7];
 }
 
@@ -560,7 +695,7 @@ AOMC_SKY_FN double aomc_sky_lobe_try(const aomc_sky_source *s, int32_t lobe, int
 AOMC_SKY_FN void aomc_sky_lobe_photon(const aomc_sky_source *s, int32_t lobe, uint64_t first, uint64_t second,
                                       uint64_t rank, double *out)
 {
-    uint64_t word = aomc_sky_decision(s, rank, 1), number = 0;
+    uint64_t word = aomc_sky_decision(s->by_philox, s, rank, 1), number = 0;
     int is_named = s->by_philox;
     uint32_t trial = 1;
     if (!is_named) number = aomc_sky_bin(s->falls + 5 * (uint64_t)lobe, s->paces + 2 * (uint64_t)lobe, rank);
@@ -569,6 +704,71 @@ AOMC_SKY_FN void aomc_sky_lobe_photon(const aomc_sky_source *s, int32_t lobe, ui
         if (aomc_sky_uniform(word) * bound + out[2] < 0.0 || trial >= AOMC_SKY_LAST_TRIAL) return;
         aomc_sky_later(s->placement_key, rank, s->band, trial, &first, &second, &word);
         is_named = 1;
+    }
+}
+
+/* ---- skies/lobes/kernels/cells.py: photons of a lobe side by side ---- */
+
+/* _place_queue: one trial of n photons of a lobe, whose ranks are in t */
+AOMC_SKY_FN void aomc_sky_lobe_tries(const aomc_sky_source *s, int32_t lobe, uint32_t trial, uint64_t n,
+                                     aomc_sky_lobe_columns *t)
+{
+    const uint64_t *range = s->ranges + 4 * (uint64_t)lobe, *fall = s->falls + 5 * (uint64_t)lobe;
+    const double *shape = s->shapes + 9 * (uint64_t)lobe, *pace = s->paces + 2 * (uint64_t)lobe;
+    const double *envelope = s->envelopes + 8 * range[2], g = shape[8];
+    const uint32_t *bin = s->bins + range[0];
+    uint64_t k, bits = range[1], mask = (UINT64_C(1) << bits) - 1;
+    int kind = aomc_sky_kind(s, lobe), is_named = s->by_philox || trial > 0;
+    if (trial > 0) {
+        for (k = 0; k < n; k++)
+            aomc_sky_later(s->placement_key, t->rank[k], s->band, trial, t->first + k, t->second + k, t->word + k);
+    } else {
+        aomc_sky_decisions(s, n, t->rank, 1, t->word);
+        if (s->by_philox)
+            for (k = 0; k < n; k++) aomc_sky_pair(s->placement_key, t->rank[k], s->band, 0, t->first + k, t->second + k);
+        else
+            for (k = 0; k < n; k++) {
+                t->first[k] = s->shifts[0] + t->rank[k] * s->steps[0];
+                t->second[k] = s->shifts[1] + t->rank[k] * s->steps[1];
+            }
+    }
+    if (is_named)
+        for (k = 0; k < n; k++) t->bin[k] = t->first[k] >> (64 - bits);
+    else
+        for (k = 0; k < n; k++) t->bin[k] = aomc_sky_bin(fall, pace, t->rank[k]);
+    for (k = 0; k < n; k++) {
+        uint32_t one = bin[t->bin[k] & mask];
+        memcpy(t->row + 8 * k, envelope + 8 * (one >> 16), 64);
+        t->part[k] = (int32_t)(one & 0xFFFF);
+    }
+    if (is_named)
+        for (k = 0; k < n; k++)
+            aomc_sky_shares((double)t->part[k], 1.0, aomc_sky_whole(t->first[k], bits), t->row + 8 * k, t->a + k, t->b + k);
+    else
+        for (k = 0; k < n; k++)
+            aomc_sky_shares(0.0, t->row[8 * k + 3], aomc_sky_whole(t->first[k], 0), t->row + 8 * k, t->a + k, t->b + k);
+    /* _heights */
+    if (kind == 0)
+        for (k = 0; k < n; k++) aomc_sky_squares(0, g, t->a + k, t->b + k);
+    else if (kind == 2)
+        for (k = 0; k < n; k++) aomc_sky_squares(2, g, t->a + k, t->b + k);
+    aomc_sky_roots_f64(n, t->a);
+    if (kind == 1) aomc_sky_roots_f64(n, t->b);
+    /* _azimuths and _directions */
+    for (k = 0; k < n; k++) {
+        double sine, cosine, v = aomc_sky_uniform(t->second[k]);
+        const double *row = t->row + 8 * k;
+        aomc_sky_turned_quarter_f64(row[5], row[6], row[4], v, &sine, &cosine);
+        t->excess[k] = aomc_sky_uniform(t->word[k]) * row[7];
+        t->a[k] = aomc_sky_world(t->a[k], t->b[k], sine, cosine, shape, t->x + k, t->y + k, t->up + k);
+    }
+    aomc_sky_roots_f64(n, t->a);
+    for (k = 0; k < n; k++) {
+        double scale = -1.0 / t->a[k];
+        t->x[k] *= scale;
+        t->y[k] *= scale;
+        t->up[k] *= scale;
+        t->excess[k] += t->up[k];
     }
 }
 
@@ -585,7 +785,7 @@ AOMC_SKY_FN int64_t aomc_sky_due(const aomc_sky_source *s, int precision, int64_
 /* ---- photons ---- */
 
 /* Photon i of the band, 0 to n - 1. Of another i, and of a source of float64: NaN, and patch -1. */
-AOMC_SKY_FN aomc_sky_photon aomc_sky_at(const aomc_sky_source *source, int64_t i)
+AOMC_SKY_API aomc_sky_photon aomc_sky_at(const aomc_sky_source *source, int64_t i)
 {
     aomc_sky_photon p;
     p.ux = p.uy = p.uz = NAN;
@@ -595,7 +795,7 @@ AOMC_SKY_FN aomc_sky_photon aomc_sky_at(const aomc_sky_source *source, int64_t i
     return p;
 }
 
-AOMC_SKY_FN aomc_sky_photon_double aomc_sky_at_double(const aomc_sky_source *source, int64_t i)
+AOMC_SKY_API aomc_sky_photon_double aomc_sky_at_double(const aomc_sky_source *source, int64_t i)
 {
     aomc_sky_photon_double p;
     p.ux = p.uy = p.uz = NAN;
@@ -606,7 +806,7 @@ AOMC_SKY_FN aomc_sky_photon_double aomc_sky_at_double(const aomc_sky_source *sou
 }
 
 /* The three numbers of photon i, as `numbers=3` gives them in Python: for the first free path and the first scattering. */
-AOMC_SKY_FN void aomc_sky_numbers_at(const aomc_sky_source *source, int64_t i, float *out)
+AOMC_SKY_API void aomc_sky_numbers_at(const aomc_sky_source *source, int64_t i, float *out)
 {
     int c, is_there = i >= 0 && i < source->n && source->precision == 4;
     uint64_t rank = is_there ? aomc_sky_rank(source, (uint64_t)i) : 0;
@@ -614,7 +814,7 @@ AOMC_SKY_FN void aomc_sky_numbers_at(const aomc_sky_source *source, int64_t i, f
         out[c] = is_there ? aomc_sky_unit_f32(aomc_sky_number_word(source, rank, c)) : NAN;
 }
 
-AOMC_SKY_FN void aomc_sky_numbers_at_double(const aomc_sky_source *source, int64_t i, double *out)
+AOMC_SKY_API void aomc_sky_numbers_at_double(const aomc_sky_source *source, int64_t i, double *out)
 {
     int c, is_there = i >= 0 && i < source->n && source->precision == 8;
     uint64_t rank = is_there ? aomc_sky_rank(source, (uint64_t)i) : 0;
@@ -623,14 +823,14 @@ AOMC_SKY_FN void aomc_sky_numbers_at_double(const aomc_sky_source *source, int64
 }
 
 /* Directions of the photons from `start` on, at most `count`. Returns how many; 0 at the end of the band; or a code. */
-AOMC_SKY_FN int64_t aomc_sky_fill(const aomc_sky_source *source, int64_t start, int64_t count, float *ux, float *uy,
+AOMC_SKY_API int64_t aomc_sky_fill(const aomc_sky_source *source, int64_t start, int64_t count, float *ux, float *uy,
                                   float *uz)
 {
     int64_t n = aomc_sky_due(source, 4, start, count, ux && uy && uz);
     return n <= 0 ? n : aomc_sky_range_f32(source, (uint64_t)start, (uint64_t)n, ux, uy, uz, NULL);
 }
 
-AOMC_SKY_FN int64_t aomc_sky_fill_double(const aomc_sky_source *source, int64_t start, int64_t count, double *ux,
+AOMC_SKY_API int64_t aomc_sky_fill_double(const aomc_sky_source *source, int64_t start, int64_t count, double *ux,
                                          double *uy, double *uz)
 {
     int64_t n = aomc_sky_due(source, 8, start, count, ux && uy && uz);
@@ -638,7 +838,7 @@ AOMC_SKY_FN int64_t aomc_sky_fill_double(const aomc_sky_source *source, int64_t 
 }
 
 /* The numbers of the same photons. A pointer may be NULL: that number is left out. */
-AOMC_SKY_FN int64_t aomc_sky_numbers(const aomc_sky_source *source, int64_t start, int64_t count, float *n1, float *n2,
+AOMC_SKY_API int64_t aomc_sky_numbers(const aomc_sky_source *source, int64_t start, int64_t count, float *n1, float *n2,
                                      float *n3)
 {
     int64_t n = aomc_sky_due(source, 4, start, count, n1 || n2 || n3);
@@ -646,7 +846,7 @@ AOMC_SKY_FN int64_t aomc_sky_numbers(const aomc_sky_source *source, int64_t star
     return n;
 }
 
-AOMC_SKY_FN int64_t aomc_sky_numbers_double(const aomc_sky_source *source, int64_t start, int64_t count, double *n1,
+AOMC_SKY_API int64_t aomc_sky_numbers_double(const aomc_sky_source *source, int64_t start, int64_t count, double *n1,
                                             double *n2, double *n3)
 {
     int64_t n = aomc_sky_due(source, 8, start, count, n1 || n2 || n3);
@@ -655,7 +855,7 @@ AOMC_SKY_FN int64_t aomc_sky_numbers_double(const aomc_sky_source *source, int64
 }
 
 /* 0 where this translation unit, or this GPU, gives the photons that the file knows, else AOMC_SKY_ARITHMETIC. */
-AOMC_SKY_FN int aomc_sky_witness(const aomc_sky_source *source)
+AOMC_SKY_API int aomc_sky_witness(const aomc_sky_source *source)
 {
     int32_t k;
     for (k = 0; k < source->n_witness; k++) {
@@ -677,7 +877,7 @@ enum {
 enum { AOMC_SKY_HEAD_BYTES = 192, AOMC_SKY_RECORD_WORDS = 40, AOMC_SKY_ENTRY_WORDS = 3 };
 
 /* Checksum over a file of whole words but for its own word, the sixth. */
-AOMC_SKY_HOST uint64_t aomc_sky_checksum(const void *bytes, uint64_t size)
+AOMC_SKY_HOST_API uint64_t aomc_sky_checksum(const void *bytes, uint64_t size)
 {
     const unsigned char *from = (const unsigned char *)bytes;
     uint64_t i, sum = 0, word;
@@ -818,11 +1018,6 @@ AOMC_SKY_HOST int aomc_sky_are_bounded(const double *x, uint64_t n, double limit
     return bad == 0;
 }
 
-AOMC_SKY_HOST uint64_t aomc_sky_before(const aomc_sky_source *s, uint64_t slot)
-{
-    return s->has_wide_ranks ? ((const uint64_t *)s->cumulative)[slot] : ((const uint32_t *)s->cumulative)[slot];
-}
-
 /* Whether the tables of ranks and slots lead from every rank to its slot, and every slot to a cell. */
 AOMC_SKY_HOST int aomc_sky_check_slots(const aomc_sky_source *s)
 {
@@ -911,7 +1106,7 @@ AOMC_SKY_HOST int aomc_sky_check_lobes(const aomc_sky_source *s, uint64_t n_lobe
 }
 
 /* Take a file that is in memory, aligned to 16 bytes: from mmap, MPI_Bcast, an array. Nothing is copied. */
-AOMC_SKY_HOST int aomc_sky_view(const void *bytes, uint64_t size, aomc_sky_file *file)
+AOMC_SKY_HOST_API int aomc_sky_view(const void *bytes, uint64_t size, aomc_sky_file *file)
 {
     const unsigned char *from = (const unsigned char *)bytes;
     aomc_sky_section t[AOMC_SKY_LAST_KIND + 1];
@@ -954,7 +1149,7 @@ AOMC_SKY_HOST int aomc_sky_view(const void *bytes, uint64_t size, aomc_sky_file 
 }
 
 /* Read a file. `unload` frees it. */
-AOMC_SKY_HOST int aomc_sky_load(const char *path, aomc_sky_file *file)
+AOMC_SKY_HOST_API int aomc_sky_load(const char *path, aomc_sky_file *file)
 {
     FILE *stream;
     void *bytes = NULL;
@@ -977,7 +1172,7 @@ AOMC_SKY_HOST int aomc_sky_load(const char *path, aomc_sky_file *file)
 }
 
 /* Free what `load` took. Sources of the file must not be used any more. */
-AOMC_SKY_HOST void aomc_sky_unload(aomc_sky_file *file)
+AOMC_SKY_HOST_API void aomc_sky_unload(aomc_sky_file *file)
 {
     if (!file) return;
     if (file->is_owned) free((void *)file->bytes);
@@ -985,7 +1180,7 @@ AOMC_SKY_HOST void aomc_sky_unload(aomc_sky_file *file)
 }
 
 /* Band `band`, from 0, whose bytes are copied to `device_bytes`, for use there. */
-AOMC_SKY_HOST int aomc_sky_band_at(const aomc_sky_file *file, int32_t band, const void *device_bytes,
+AOMC_SKY_HOST_API int aomc_sky_band_at(const aomc_sky_file *file, int32_t band, const void *device_bytes,
                                    aomc_sky_source *source)
 {
     aomc_sky_section t[AOMC_SKY_LAST_KIND + 1];
@@ -995,13 +1190,13 @@ AOMC_SKY_HOST int aomc_sky_band_at(const aomc_sky_file *file, int32_t band, cons
 }
 
 /* Band `band`, from 0. */
-AOMC_SKY_HOST int aomc_sky_band(const aomc_sky_file *file, int32_t band, aomc_sky_source *source)
+AOMC_SKY_HOST_API int aomc_sky_band(const aomc_sky_file *file, int32_t band, aomc_sky_source *source)
 {
     return aomc_sky_band_at(file, band, file ? file->bytes : NULL, source);
 }
 
 /* What a code says. */
-AOMC_SKY_HOST const char *aomc_sky_message(int64_t code)
+AOMC_SKY_HOST_API const char *aomc_sky_message(int64_t code)
 {
     switch (code) {
     case AOMC_SKY_NO_FILE: return "the file cannot be read";
@@ -1040,7 +1235,7 @@ AOMC_SKY_HOST const char *aomc_sky_message(int64_t code)
 /* ---- kernels/arithmetic/elementary.py ---- */
 
 /* unit */
-AOMC_SKY_FN AOMC_SKY_F AOMC_SKY_N(unit)(uint64_t bits)
+AOMC_SKY_FORMULA AOMC_SKY_F AOMC_SKY_N(unit)(uint64_t bits)
 {
 #if AOMC_SKY_PRECISION == 4
     return (float)(int32_t)(bits >> 40) * 5.9604644775390625e-08f;
@@ -1050,7 +1245,7 @@ AOMC_SKY_FN AOMC_SKY_F AOMC_SKY_N(unit)(uint64_t bits)
 }
 
 /* sincos_quarter */
-AOMC_SKY_FN void AOMC_SKY_N(sincos_quarter)(AOMC_SKY_F r, AOMC_SKY_F *sine, AOMC_SKY_F *cosine)
+AOMC_SKY_FORMULA void AOMC_SKY_N(sincos_quarter)(AOMC_SKY_F r, AOMC_SKY_F *sine, AOMC_SKY_F *cosine)
 {
     AOMC_SKY_F t = r * r, s, c;
 #if AOMC_SKY_PRECISION == 4
@@ -1079,7 +1274,7 @@ AOMC_SKY_FN void AOMC_SKY_N(sincos_quarter)(AOMC_SKY_F r, AOMC_SKY_F *sine, AOMC
 }
 
 /* sincos_narrow */
-AOMC_SKY_FN void AOMC_SKY_N(sincos_narrow)(AOMC_SKY_F r, AOMC_SKY_F *sine, AOMC_SKY_F *cosine)
+AOMC_SKY_FORMULA void AOMC_SKY_N(sincos_narrow)(AOMC_SKY_F r, AOMC_SKY_F *sine, AOMC_SKY_F *cosine)
 {
     AOMC_SKY_F t = r * r, s, c;
 #if AOMC_SKY_PRECISION == 4
@@ -1097,7 +1292,7 @@ AOMC_SKY_FN void AOMC_SKY_N(sincos_narrow)(AOMC_SKY_F r, AOMC_SKY_F *sine, AOMC_
 }
 
 /* the last lines of `sincos_turned`: turn by the angle of the cell's centre, whose sine and cosine are t0 and t1 */
-AOMC_SKY_FN void AOMC_SKY_N(turn)(AOMC_SKY_F t0, AOMC_SKY_F t1, AOMC_SKY_F s, AOMC_SKY_F c, AOMC_SKY_F *sine,
+AOMC_SKY_FORMULA void AOMC_SKY_N(turn)(AOMC_SKY_F t0, AOMC_SKY_F t1, AOMC_SKY_F s, AOMC_SKY_F c, AOMC_SKY_F *sine,
                                   AOMC_SKY_F *cosine)
 {
     *sine = t0 * c + t1 * s;
@@ -1105,7 +1300,7 @@ AOMC_SKY_FN void AOMC_SKY_N(turn)(AOMC_SKY_F t0, AOMC_SKY_F t1, AOMC_SKY_F s, AO
 }
 
 /* sincos_turned */
-AOMC_SKY_FN void AOMC_SKY_N(turned_quarter)(AOMC_SKY_F t0, AOMC_SKY_F t1, AOMC_SKY_F half_width, AOMC_SKY_F v,
+AOMC_SKY_FORMULA void AOMC_SKY_N(turned_quarter)(AOMC_SKY_F t0, AOMC_SKY_F t1, AOMC_SKY_F half_width, AOMC_SKY_F v,
                                             AOMC_SKY_F *sine, AOMC_SKY_F *cosine)
 {
     AOMC_SKY_F s, c;
@@ -1114,7 +1309,7 @@ AOMC_SKY_FN void AOMC_SKY_N(turned_quarter)(AOMC_SKY_F t0, AOMC_SKY_F t1, AOMC_S
 }
 
 /* sincos_turned_narrow */
-AOMC_SKY_FN void AOMC_SKY_N(turned_narrow)(AOMC_SKY_F t0, AOMC_SKY_F t1, AOMC_SKY_F half_width, AOMC_SKY_F v,
+AOMC_SKY_FORMULA void AOMC_SKY_N(turned_narrow)(AOMC_SKY_F t0, AOMC_SKY_F t1, AOMC_SKY_F half_width, AOMC_SKY_F v,
                                            AOMC_SKY_F *sine, AOMC_SKY_F *cosine)
 {
     AOMC_SKY_F s, c;
@@ -1123,7 +1318,7 @@ AOMC_SKY_FN void AOMC_SKY_N(turned_narrow)(AOMC_SKY_F t0, AOMC_SKY_F t1, AOMC_SK
 }
 
 /* sincos_turned_any, with turned_by_quarters */
-AOMC_SKY_FN void AOMC_SKY_N(turned_any)(AOMC_SKY_F t0, AOMC_SKY_F t1, AOMC_SKY_F half_width, AOMC_SKY_F v,
+AOMC_SKY_FORMULA void AOMC_SKY_N(turned_any)(AOMC_SKY_F t0, AOMC_SKY_F t1, AOMC_SKY_F half_width, AOMC_SKY_F v,
                                         AOMC_SKY_F *sine, AOMC_SKY_F *cosine)
 {
     AOMC_SKY_F x = half_width * (v + v - (AOMC_SKY_F)1), turns = AOMC_SKY_RINT(x), s0, c0, s1, c1, s, c;
@@ -1143,7 +1338,7 @@ AOMC_SKY_FN void AOMC_SKY_N(turned_any)(AOMC_SKY_F t0, AOMC_SKY_F t1, AOMC_SKY_F
 /* ---- kernels/cells/laws.py ---- */
 
 /* sloped */
-AOMC_SKY_FN AOMC_SKY_F AOMC_SKY_N(on_slope)(AOMC_SKY_F u, int32_t steps)
+AOMC_SKY_FORMULA AOMC_SKY_F AOMC_SKY_N(on_slope)(AOMC_SKY_F u, int32_t steps)
 {
     const AOMC_SKY_F one = 1, below_one = (AOMC_SKY_F)(AOMC_SKY_PRECISION == 4 ? 0.999999940395355224609375
                                                                               : 0.99999999999999988897769753748434596);
@@ -1153,7 +1348,7 @@ AOMC_SKY_FN AOMC_SKY_F AOMC_SKY_N(on_slope)(AOMC_SKY_F u, int32_t steps)
 }
 
 /* from_mu2 */
-AOMC_SKY_FN void AOMC_SKY_N(from_mu2)(AOMC_SKY_F h0, AOMC_SKY_F h1, AOMC_SKY_F h2, AOMC_SKY_F u, AOMC_SKY_F sine,
+AOMC_SKY_FORMULA void AOMC_SKY_N(from_mu2)(AOMC_SKY_F h0, AOMC_SKY_F h1, AOMC_SKY_F h2, AOMC_SKY_F u, AOMC_SKY_F sine,
                                       AOMC_SKY_F cosine, AOMC_SKY_F *x, AOMC_SKY_F *y, AOMC_SKY_F *z)
 {
     AOMC_SKY_F radius = AOMC_SKY_SQRT(h0 + h1 * u);
@@ -1163,7 +1358,7 @@ AOMC_SKY_FN void AOMC_SKY_N(from_mu2)(AOMC_SKY_F h0, AOMC_SKY_F h1, AOMC_SKY_F h
 }
 
 /* from_mu */
-AOMC_SKY_FN void AOMC_SKY_N(from_mu)(AOMC_SKY_F h0, AOMC_SKY_F h1, AOMC_SKY_F h2, AOMC_SKY_F u, AOMC_SKY_F sine,
+AOMC_SKY_FORMULA void AOMC_SKY_N(from_mu)(AOMC_SKY_F h0, AOMC_SKY_F h1, AOMC_SKY_F h2, AOMC_SKY_F u, AOMC_SKY_F sine,
                                      AOMC_SKY_F cosine, AOMC_SKY_F *x, AOMC_SKY_F *y, AOMC_SKY_F *z)
 {
     const AOMC_SKY_F one = 1;
@@ -1174,7 +1369,7 @@ AOMC_SKY_FN void AOMC_SKY_N(from_mu)(AOMC_SKY_F h0, AOMC_SKY_F h1, AOMC_SKY_F h2
 }
 
 /* disc */
-AOMC_SKY_FN void AOMC_SKY_N(disc)(const AOMC_SKY_F *p, AOMC_SKY_F u, AOMC_SKY_F v, AOMC_SKY_F *x, AOMC_SKY_F *y,
+AOMC_SKY_FORMULA void AOMC_SKY_N(disc)(const AOMC_SKY_F *p, AOMC_SKY_F u, AOMC_SKY_F v, AOMC_SKY_F *x, AOMC_SKY_F *y,
                                   AOMC_SKY_F *z)
 {
     const AOMC_SKY_F one = 1;
@@ -1190,7 +1385,7 @@ AOMC_SKY_FN void AOMC_SKY_N(disc)(const AOMC_SKY_F *p, AOMC_SKY_F u, AOMC_SKY_F 
 }
 
 /* disc_at_horizon_trial */
-AOMC_SKY_FN int AOMC_SKY_N(horizon_trial)(const AOMC_SKY_F *p, AOMC_SKY_F u, AOMC_SKY_F v, AOMC_SKY_F *x,
+AOMC_SKY_FORMULA int AOMC_SKY_N(horizon_trial)(const AOMC_SKY_F *p, AOMC_SKY_F u, AOMC_SKY_F v, AOMC_SKY_F *x,
                                           AOMC_SKY_F *y, AOMC_SKY_F *z)
 {
     const AOMC_SKY_F one = 1;
@@ -1208,8 +1403,8 @@ AOMC_SKY_FN int AOMC_SKY_N(horizon_trial)(const AOMC_SKY_F *p, AOMC_SKY_F u, AOM
 
 /* ---- emission/kernels/emit.py ---- */
 
-/* direction_of: p holds h0, h1, h2, h3, t0, t1 */
-AOMC_SKY_FN void AOMC_SKY_N(direction)(const aomc_sky_source *s, int law, const AOMC_SKY_F *p, AOMC_SKY_F u,
+/* direction_of: p holds h0, h1, h2, h3, t0, t1; returns how many trials it took beside the first one */
+AOMC_SKY_FN uint32_t AOMC_SKY_N(direction)(const aomc_sky_source *s, int law, const AOMC_SKY_F *p, AOMC_SKY_F u,
                                        AOMC_SKY_F v, uint64_t rank, AOMC_SKY_F *x, AOMC_SKY_F *y, AOMC_SKY_F *z)
 {
     AOMC_SKY_F sine, cosine;
@@ -1217,7 +1412,7 @@ AOMC_SKY_FN void AOMC_SKY_N(direction)(const aomc_sky_source *s, int law, const 
     uint32_t trial;
     if (law == AOMC_SKY_DISC) {
         AOMC_SKY_N(disc)(p, u, v, x, y, z);
-        return;
+        return 0;
     }
     if (law == AOMC_SKY_DISC_AT_HORIZON) {
         for (trial = 1; !AOMC_SKY_N(horizon_trial)(p, u, v, x, y, z) && trial < AOMC_SKY_LAST_TRIAL; trial++) {
@@ -1225,17 +1420,18 @@ AOMC_SKY_FN void AOMC_SKY_N(direction)(const aomc_sky_source *s, int law, const 
             u = AOMC_SKY_N(unit)(a);
             v = AOMC_SKY_N(unit)(b);
         }
-        return;
+        return trial - 1;
     }
     if (p[3] <= (AOMC_SKY_F)(1.0 / 60.0)) AOMC_SKY_N(turned_narrow)(p[4], p[5], p[3], v, &sine, &cosine);
     else if (p[3] <= (AOMC_SKY_F)0.5) AOMC_SKY_N(turned_quarter)(p[4], p[5], p[3], v, &sine, &cosine);
     else AOMC_SKY_N(turned_any)(p[4], p[5], p[3], v, &sine, &cosine);
     if (law == AOMC_SKY_CELL_MU) AOMC_SKY_N(from_mu)(p[0], p[1], p[2], u, sine, cosine, x, y, z);
     else AOMC_SKY_N(from_mu2)(p[0], p[1], p[2], u, sine, cosine, x, y, z);
+    return 0;
 }
 
 /* cell_of_table and turn_of_table: parameters h0, h1, h2, h3, t0, t1 of a cell; the turn is returned */
-AOMC_SKY_FN uint64_t AOMC_SKY_N(cell)(const aomc_sky_source *s, int32_t cell, AOMC_SKY_F *p)
+AOMC_SKY_FORMULA uint64_t AOMC_SKY_N(cell)(const aomc_sky_source *s, int32_t cell, AOMC_SKY_F *p)
 {
     uint64_t place = s->place[cell], turn;
     AOMC_SKY_F tail[4];
@@ -1257,7 +1453,7 @@ AOMC_SKY_FN uint64_t AOMC_SKY_N(cell)(const aomc_sky_source *s, int32_t cell, AO
 /* ---- skies/perez/kernels ---- */
 
 /* tilted: moves (u, v) and returns J */
-AOMC_SKY_FN AOMC_SKY_F AOMC_SKY_N(tilted)(AOMC_SKY_F *u, AOMC_SKY_F *v, uint32_t cell_word)
+AOMC_SKY_FORMULA AOMC_SKY_F AOMC_SKY_N(tilted)(AOMC_SKY_F *u, AOMC_SKY_F *v, uint32_t cell_word)
 {
     const AOMC_SKY_F one = 1, step = (AOMC_SKY_F)0.00048828125;
     AOMC_SKY_F tilt_u = (AOMC_SKY_F)((int32_t)cell_word >> 22) * step, rest_u = one - *u, jacobian;
@@ -1268,8 +1464,8 @@ AOMC_SKY_FN AOMC_SKY_F AOMC_SKY_N(tilted)(AOMC_SKY_F *u, AOMC_SKY_F *v, uint32_t
     return jacobian;
 }
 
-/* further_trials: the direction after the trial `trial` and as many more as it takes */
-AOMC_SKY_FN void AOMC_SKY_N(further)(const aomc_sky_source *s, uint32_t trial, const AOMC_SKY_F *p, int32_t cell,
+/* further_trials: the direction after the trial `trial` and as many more as it takes; the last one */
+AOMC_SKY_FN uint32_t AOMC_SKY_N(further)(const aomc_sky_source *s, uint32_t trial, const AOMC_SKY_F *p, int32_t cell,
                                      uint64_t rank, AOMC_SKY_F *x, AOMC_SKY_F *y, AOMC_SKY_F *z)
 {
     for (; trial < AOMC_SKY_LAST_TRIAL; trial++) {
@@ -1282,6 +1478,7 @@ AOMC_SKY_FN void AOMC_SKY_N(further)(const aomc_sky_source *s, uint32_t trial, c
         AOMC_SKY_N(direction)(s, AOMC_SKY_CELL_MU2, p, u, v, rank, x, y, z);
         if (!aomc_sky_is_rejected(*x, *y, *z, jacobian, word, s->perez_bound[cell], s->sky)) break;
     }
+    return trial;
 }
 
 /* ---- emission/kernels/sampler.py ---- */
@@ -1318,7 +1515,7 @@ AOMC_SKY_FN int32_t AOMC_SKY_N(photon)(const aomc_sky_source *s, uint64_t i, AOM
     if (s->perez_word) jacobian = AOMC_SKY_N(tilted)(&u, &v, s->perez_word[cell]);
     AOMC_SKY_N(direction)(s, s->law ? s->law[cell] : s->law_of_all, p, u, v, rank, x, y, z);
     if (s->perez_word) { /* taken_or_replaced */
-        uint64_t word = aomc_sky_decision(s, rank, 0);
+        uint64_t word = aomc_sky_decision(s->by_philox, s, rank, 0);
         if (!aomc_sky_is_at_once(word, s->perez_word[cell]) &&
             aomc_sky_is_rejected(*x, *y, *z, jacobian, word, s->perez_bound[cell], s->sky))
             AOMC_SKY_N(further)(s, 1, p, cell, rank, x, y, z);
@@ -1327,11 +1524,371 @@ AOMC_SKY_FN int32_t AOMC_SKY_N(photon)(const aomc_sky_source *s, uint64_t i, AOM
     return cell;
 }
 
+/* ---- a block of photons: emission/kernels/emit.py. Short loops over columns, which compilers make vectors of ---- */
+
+/* Parameters of a block: rows (h0, h1, h2, turn) and (t0, t1, h3, 0) of each photon, and columns. */
+typedef struct AOMC_SKY_N(columns) {
+    AOMC_SKY_F head[4 * AOMC_SKY_BLOCK], tail[4 * AOMC_SKY_BLOCK], u[AOMC_SKY_BLOCK], v[AOMC_SKY_BLOCK];
+    AOMC_SKY_F root[AOMC_SKY_BLOCK], jacobian[AOMC_SKY_BLOCK];
+    uint64_t rank[AOMC_SKY_BLOCK];
+    int32_t cell[AOMC_SKY_BLOCK];
+    uint32_t chosen[AOMC_SKY_BLOCK];
+} AOMC_SKY_N(columns);
+
+/* cell_of_photon */
+AOMC_SKY_FORMULA void AOMC_SKY_N(parameters)(const AOMC_SKY_N(columns) *c, uint64_t j, AOMC_SKY_F *p)
+{
+    memcpy(p, c->head + 4 * j, 3 * sizeof *p);
+    p[3] = c->tail[4 * j + 2], p[4] = c->tail[4 * j], p[5] = c->tail[4 * j + 1];
+}
+
+/* The loop of `_cells` for one width and one law; x and y are memory for cosines and sines on the way. */
+AOMC_SKY_FORMULA void AOMC_SKY_N(cells_of_way)(int way, uint64_t m, const AOMC_SKY_F *head, const AOMC_SKY_F *tail,
+                                               const AOMC_SKY_F *u, const AOMC_SKY_F *v, AOMC_SKY_F *root,
+                                               AOMC_SKY_F *AOMC_SKY_ALONE x, AOMC_SKY_F *AOMC_SKY_ALONE y,
+                                               AOMC_SKY_F *AOMC_SKY_ALONE z)
+{
+    const AOMC_SKY_F one = 1;
+    uint64_t j;
+    for (j = 0; j < m; j++) {
+        AOMC_SKY_F h0 = head[4 * j], h1 = head[4 * j + 1], h2 = head[4 * j + 2], mu;
+        AOMC_SKY_F t0 = tail[4 * j], t1 = tail[4 * j + 1], h3 = tail[4 * j + 2], sine, cosine;
+        if (way == AOMC_SKY_NARROW) AOMC_SKY_N(turned_narrow)(t0, t1, h3, v[j], &sine, &cosine);
+        else if (way == AOMC_SKY_QUARTER) AOMC_SKY_N(turned_quarter)(t0, t1, h3, v[j], &sine, &cosine);
+        else AOMC_SKY_N(turned_any)(t0, t1, h3, v[j], &sine, &cosine);
+        mu = h2 + h1 * (one - u[j]);
+        root[j] = way == AOMC_SKY_IN_MU ? (h0 + h1 * u[j]) * (one + mu) : h0 + h1 * u[j];
+        x[j] = cosine;
+        y[j] = sine;
+        z[j] = mu;
+    }
+    AOMC_SKY_N(roots)(m, root);
+    if (way != AOMC_SKY_IN_MU) AOMC_SKY_N(roots)(m, z);
+    for (j = 0; j < m; j++) {
+        x[j] = -(root[j] * x[j]);
+        y[j] = -(root[j] * y[j]);
+        z[j] = -z[j];
+    }
+}
+
+AOMC_SKY_FN void AOMC_SKY_N(cells)(int way, uint64_t m, const AOMC_SKY_F *head, const AOMC_SKY_F *tail,
+                                   const AOMC_SKY_F *u, const AOMC_SKY_F *v, AOMC_SKY_F *root, AOMC_SKY_F *x,
+                                   AOMC_SKY_F *y, AOMC_SKY_F *z)
+{
+    if (way == AOMC_SKY_NARROW) AOMC_SKY_N(cells_of_way)(AOMC_SKY_NARROW, m, head, tail, u, v, root, x, y, z);
+    else if (way == AOMC_SKY_QUARTER) AOMC_SKY_N(cells_of_way)(AOMC_SKY_QUARTER, m, head, tail, u, v, root, x, y, z);
+    else if (way == AOMC_SKY_ANY_WIDTH) AOMC_SKY_N(cells_of_way)(AOMC_SKY_ANY_WIDTH, m, head, tail, u, v, root, x, y, z);
+    else AOMC_SKY_N(cells_of_way)(AOMC_SKY_IN_MU, m, head, tail, u, v, root, x, y, z);
+}
+
+/* ranks_of_block, _slots_shuffled, _parameters_shuffled, _in_order */
+AOMC_SKY_FN void AOMC_SKY_N(gather)(const aomc_sky_source *s, uint64_t start, uint64_t m, AOMC_SKY_N(columns) *c)
+{
+    uint64_t j;
+    aomc_sky_ranks(s, start, m, c->rank);
+    aomc_sky_slots(s, m, c->rank, c->cell);
+    if (s->cell_of_slot)
+        for (j = 0; j < m; j++) c->cell[j] = s->cell_of_slot[c->cell[j]];
+    for (j = 0; j < m; j++) {
+        uint64_t place = s->place[c->cell[j]];
+        memcpy(c->head + 4 * j, s->words + (place >> 32), 4 * sizeof c->head[0]);
+        memcpy(c->tail + 4 * j, s->words + (place & AOMC_SKY_LOW), 4 * sizeof c->tail[0]);
+    }
+}
+
+/* turn_of_photon */
+AOMC_SKY_FORMULA uint64_t AOMC_SKY_N(turn_of)(const AOMC_SKY_F *head, uint64_t j)
+{
+#if AOMC_SKY_PRECISION == 4
+    uint32_t turn;
+    memcpy(&turn, head + 4 * j + 3, 4);
+    return (uint64_t)turn << 32;
+#else
+    uint64_t turn;
+    memcpy(&turn, head + 4 * j + 3, 8);
+    return turn;
+#endif
+}
+
+/* _places_by_rank and _places_by_philox, with the slopes */
+AOMC_SKY_FN void AOMC_SKY_N(places)(const aomc_sky_source *s, uint64_t m, AOMC_SKY_N(columns) *c)
+{
+    uint64_t j, a, b, shift_u = s->shifts[0], shift_v = s->shifts[1], step_u = s->steps[0], step_v = s->steps[1];
+    if (s->by_philox)
+        for (j = 0; j < m; j++) {
+            aomc_sky_pair(s->placement_key, c->rank[j], s->band, 0, &a, &b);
+            c->u[j] = AOMC_SKY_N(unit)(a);
+            c->v[j] = AOMC_SKY_N(unit)(b);
+        }
+    else if (!s->has_wide_ranks)
+        for (j = 0; j < m; j++) {
+            uint32_t rank = (uint32_t)c->rank[j];
+            c->u[j] = AOMC_SKY_N(unit)(shift_u + aomc_sky_times(rank, step_u));
+            c->v[j] = AOMC_SKY_N(unit)(shift_v + aomc_sky_times(rank, step_v) + AOMC_SKY_N(turn_of)(c->head, j));
+        }
+    else
+        for (j = 0; j < m; j++) {
+            c->u[j] = AOMC_SKY_N(unit)(shift_u + c->rank[j] * step_u);
+            c->v[j] = AOMC_SKY_N(unit)(shift_v + c->rank[j] * step_v + AOMC_SKY_N(turn_of)(c->head, j));
+        }
+    if (s->slopes)
+        for (j = 0; j < m; j++) {
+            uint64_t slopes = s->slopes[c->cell[j]];
+            c->u[j] = AOMC_SKY_N(on_slope)(c->u[j], (int32_t)(slopes >> 32));
+            c->v[j] = AOMC_SKY_N(on_slope)(c->v[j], (int32_t)(slopes & AOMC_SKY_LOW));
+        }
+}
+
+/* _other_laws: the photons beside the main law, over those of it; lobes have their turn later */
+AOMC_SKY_FN uint64_t AOMC_SKY_N(other_laws)(const aomc_sky_source *s, uint64_t m, AOMC_SKY_N(columns) *c,
+                                            AOMC_SKY_F *x, AOMC_SKY_F *y, AOMC_SKY_F *z)
+{
+    uint64_t j, k, n = 0, tries = 0;
+    for (j = 0; j < m; j++) {
+        c->chosen[n] = (uint32_t)j;
+        n += s->law[c->cell[j]] != s->law_of_all;
+    }
+    for (k = 0; k < n; k++) {
+        AOMC_SKY_F p[6];
+        int law;
+        j = c->chosen[k], law = s->law[c->cell[j]];
+        if (law > AOMC_SKY_DISC_AT_HORIZON) continue;
+        AOMC_SKY_N(parameters)(c, j, p);
+        tries += AOMC_SKY_N(direction)(s, law, p, c->u[j], c->v[j], c->rank[j], x + j, y + j, z + j);
+    }
+    return tries;
+}
+
+/* ---- skies/perez/kernels/reject.py ---- */
+
+/* Columns of the photons that are looked at together. */
+typedef struct AOMC_SKY_N(tries) {
+    AOMC_SKY_F head[4 * AOMC_SKY_CHUNK], tail[4 * AOMC_SKY_CHUNK], u[AOMC_SKY_CHUNK], v[AOMC_SKY_CHUNK];
+    AOMC_SKY_F root[AOMC_SKY_CHUNK], x[AOMC_SKY_CHUNK], y[AOMC_SKY_CHUNK], z[AOMC_SKY_CHUNK], scale[AOMC_SKY_CHUNK];
+    uint64_t word[AOMC_SKY_CHUNK], rank[AOMC_SKY_CHUNK];
+    uint32_t tilt[AOMC_SKY_CHUNK];
+    double bound[AOMC_SKY_CHUNK], value[AOMC_SKY_CHUNK];
+    aomc_sky_light light;
+} AOMC_SKY_N(tries);
+
+/* _measure_chosen and _gather_cells */
+AOMC_SKY_FN void AOMC_SKY_N(collect)(const aomc_sky_source *s, uint64_t n, const uint32_t *chosen,
+                                     const AOMC_SKY_N(columns) *c, const uint64_t *word, const AOMC_SKY_F *x,
+                                     const AOMC_SKY_F *y, const AOMC_SKY_F *z, AOMC_SKY_N(tries) *t)
+{
+    uint64_t k;
+    for (k = 0; k < n; k++) {
+        uint32_t j = chosen[k];
+        t->x[k] = x[j], t->y[k] = y[j], t->z[k] = z[j], t->scale[k] = c->jacobian[j];
+        t->word[k] = word[j];
+        t->bound[k] = s->perez_bound[c->cell[j]];
+    }
+}
+
+/* Parameters of chosen photons again, and their directions by a later trial. */
+AOMC_SKY_FN void AOMC_SKY_N(again)(const aomc_sky_source *s, uint64_t n, uint32_t trial, const uint32_t *chosen,
+                                   const AOMC_SKY_N(columns) *c, AOMC_SKY_N(tries) *t)
+{
+    uint64_t k, a, b;
+    for (k = 0; k < n; k++) {
+        uint32_t j = chosen[k];
+        memcpy(t->head + 4 * k, c->head + 4 * j, 4 * sizeof t->head[0]);
+        memcpy(t->tail + 4 * k, c->tail + 4 * j, 4 * sizeof t->tail[0]);
+        t->rank[k] = c->rank[j];
+        t->tilt[k] = s->perez_word[c->cell[j]];
+        t->bound[k] = s->perez_bound[c->cell[j]];
+    }
+    for (k = 0; k < n; k++) {
+        aomc_sky_later(s->placement_key, t->rank[k], s->band, trial, &a, &b, t->word + k);
+        t->u[k] = AOMC_SKY_N(unit)(a);
+        t->v[k] = AOMC_SKY_N(unit)(b);
+    }
+    for (k = 0; k < n; k++) t->scale[k] = AOMC_SKY_N(tilted)(t->u + k, t->v + k, t->tilt[k]);
+    AOMC_SKY_N(cells)(s->way == AOMC_SKY_IN_MU ? AOMC_SKY_ANY_WIDTH : s->law ? AOMC_SKY_ANY_WIDTH : s->way, n, t->head,
+                      t->tail, t->u, t->v, t->root, t->x, t->y, t->z);
+}
+
+/* _luminance and _keep_rejected: those that are refused go to the front of all chosen ones; returns how many there are */
+AOMC_SKY_FN uint64_t AOMC_SKY_N(refuse)(const aomc_sky_source *s, uint64_t n, const uint32_t *part, uint64_t left,
+                                        uint32_t *chosen, AOMC_SKY_N(tries) *t, double *inside)
+{
+    uint64_t k;
+    for (k = 0; k < n; k++) {
+        t->light.chord[k] = aomc_sky_chord((double)t->x[k], (double)t->y[k], (double)t->z[k], s->sky);
+        t->light.mu[k] = -(double)t->z[k];
+    }
+    aomc_sky_luminances(n, s->sky, &t->light, t->value);
+    if (inside)
+        for (k = 0; k < n; k++) inside[3 * part[k]] = t->value[k];
+    for (k = 0; k < n; k++) {
+        t->bound[k] = aomc_sky_uniform(t->word[k]) * t->bound[k];
+        t->value[k] = t->value[k] * (double)t->scale[k];
+    }
+    for (k = 0; k < n; k++) {
+        chosen[left] = part[k];
+        left += t->bound[k] >= t->value[k];
+    }
+    return left;
+}
+
+/* reject: returns how many trials it took */
+AOMC_SKY_FN uint64_t AOMC_SKY_N(reject)(const aomc_sky_source *s, uint64_t m, AOMC_SKY_N(columns) *c, AOMC_SKY_F *x,
+                                        AOMC_SKY_F *y, AOMC_SKY_F *z, double *inside)
+{
+    AOMC_SKY_N(tries) t;
+    uint64_t word[AOMC_SKY_BLOCK], j, k, lo, n = 0, left = 0, tries = 0;
+    uint32_t trial = 1, part[AOMC_SKY_CHUNK];
+    aomc_sky_decisions(s, m, c->rank, 0, word);
+    for (j = 0; j < m; j++) {
+        c->chosen[n] = (uint32_t)j;
+        n += !aomc_sky_is_at_once(word[j], s->perez_word[c->cell[j]]);
+    }
+    for (lo = 0; lo < n; lo += AOMC_SKY_CHUNK) {
+        k = n - lo < AOMC_SKY_CHUNK ? n - lo : AOMC_SKY_CHUNK;
+        memcpy(part, c->chosen + lo, k * sizeof *part);
+        AOMC_SKY_N(collect)(s, k, part, c, word, x, y, z, &t);
+        left = AOMC_SKY_N(refuse)(s, k, part, left, c->chosen, &t, inside);
+    }
+    for (; left > 6 && trial < AOMC_SKY_LAST_TRIAL; trial++) {
+        tries += n = left;
+        for (lo = 0, left = 0; lo < n; lo += AOMC_SKY_CHUNK) {
+            k = n - lo < AOMC_SKY_CHUNK ? n - lo : AOMC_SKY_CHUNK;
+            memcpy(part, c->chosen + lo, k * sizeof *part);
+            AOMC_SKY_N(again)(s, k, trial, part, c, &t);
+            for (j = 0; j < k; j++) x[part[j]] = t.x[j], y[part[j]] = t.y[j], z[part[j]] = t.z[j];
+            left = AOMC_SKY_N(refuse)(s, k, part, left, c->chosen, &t, inside);
+        }
+    }
+    for (k = 0; k < left; k++) { /* the few that would not fill a vector */
+        AOMC_SKY_F p[6];
+        j = c->chosen[k];
+        AOMC_SKY_N(parameters)(c, j, p);
+        tries += AOMC_SKY_N(further)(s, trial, p, c->cell[j], c->rank[j], x + j, y + j, z + j);
+        if (inside) inside[3 * j] = aomc_sky_luminance((double)x[j], (double)y[j], (double)z[j], s->sky);
+    }
+    return tries;
+}
+
+/* ---- skies/lobes/kernels: the photons of lobes in a block, those of each lobe side by side ---- */
+
+AOMC_SKY_FN uint64_t AOMC_SKY_N(lobes)(const aomc_sky_source *s, uint64_t m, AOMC_SKY_N(columns) *c, AOMC_SKY_F *x,
+                                       AOMC_SKY_F *y, AOMC_SKY_F *z, double *inside)
+{
+    uint64_t j, k, n = 0, tries = 0;
+    for (j = 0; j < m; j++) {
+        c->chosen[n] = (uint32_t)j;
+        n += s->lobe[c->cell[j]] >= 0;
+    }
+    while (n > 0) { /* the lobe of the first photon that is left */
+        int32_t lobe = s->lobe[c->cell[c->chosen[0]]];
+        uint32_t part[AOMC_SKY_CHUNK], trial;
+        uint64_t p = 0, left = 0;
+        for (k = 0; k < n; k++) {
+            j = c->chosen[k];
+            if (p < AOMC_SKY_CHUNK && s->lobe[c->cell[j]] == lobe) part[p++] = (uint32_t)j;
+            else c->chosen[left++] = (uint32_t)j;
+        }
+        n = left;
+        for (trial = 0; p > 0 && trial < AOMC_SKY_LAST_TRIAL; trial++) {
+            aomc_sky_lobe_columns t;
+            for (k = 0; k < p; k++) t.rank[k] = c->rank[part[k]];
+            aomc_sky_lobe_tries(s, lobe, trial, p, &t);
+            for (k = 0, left = 0; k < p; k++) {
+                j = part[k];
+                x[j] = (AOMC_SKY_F)t.x[k], y[j] = (AOMC_SKY_F)t.y[k], z[j] = (AOMC_SKY_F)t.up[k];
+                if (inside) inside[3 * j] = t.x[k], inside[3 * j + 1] = t.y[k], inside[3 * j + 2] = t.up[k];
+                part[left] = (uint32_t)j;
+                left += !(t.excess[k] < 0.0);
+            }
+            tries += p = left;
+        }
+    }
+    return tries;
+}
+
+/* ---- emission/kernels/emit.py again ---- */
+
+/* emit for one block; returns how many trials it took beside the first ones */
+AOMC_SKY_FN uint64_t AOMC_SKY_N(block)(const aomc_sky_source *s, uint64_t start, uint64_t m, AOMC_SKY_F *x,
+                                       AOMC_SKY_F *y, AOMC_SKY_F *z, double *inside)
+{
+    AOMC_SKY_N(columns) c;
+    uint64_t j, tries = 0;
+    AOMC_SKY_N(gather)(s, start, m, &c);
+    AOMC_SKY_N(places)(s, m, &c);
+    if (s->perez_word)
+        for (j = 0; j < m; j++) c.jacobian[j] = AOMC_SKY_N(tilted)(c.u + j, c.v + j, s->perez_word[c.cell[j]]);
+    AOMC_SKY_N(cells)(s->way, m, c.head, c.tail, c.u, c.v, c.root, x, y, z);
+    if (s->law) tries += AOMC_SKY_N(other_laws)(s, m, &c, x, y, z);
+    if (s->perez_word) tries += AOMC_SKY_N(reject)(s, m, &c, x, y, z, inside);
+    if (s->lobe) tries += AOMC_SKY_N(lobes)(s, m, &c, x, y, z, inside);
+    return tries;
+}
+
+/* `_run` for one width: photons of one cell, whose words follow each other in steps */
+AOMC_SKY_FORMULA void AOMC_SKY_N(run)(int is_narrow, uint64_t m, const AOMC_SKY_F *p, uint64_t u, uint64_t v,
+                                      uint64_t step_u, uint64_t step_v, AOMC_SKY_F *root, AOMC_SKY_F *AOMC_SKY_ALONE x,
+                                      AOMC_SKY_F *AOMC_SKY_ALONE y, AOMC_SKY_F *AOMC_SKY_ALONE z)
+{
+    AOMC_SKY_F h0 = p[0], h1 = p[1], h2 = p[2], h3 = p[3], t0 = p[4], t1 = p[5];
+    uint64_t k;
+    for (k = 0; k < m; k++) {
+        AOMC_SKY_F place = AOMC_SKY_N(unit)(u), sine, cosine;
+        if (is_narrow) AOMC_SKY_N(turned_narrow)(t0, t1, h3, AOMC_SKY_N(unit)(v), &sine, &cosine);
+        else AOMC_SKY_N(turned_quarter)(t0, t1, h3, AOMC_SKY_N(unit)(v), &sine, &cosine);
+        root[k] = h0 + h1 * place;
+        x[k] = cosine;
+        y[k] = sine;
+        z[k] = h2 + h1 * ((AOMC_SKY_F)1 - place);
+        u += step_u;
+        v += step_v;
+    }
+    AOMC_SKY_N(roots)(m, root);
+    AOMC_SKY_N(roots)(m, z);
+    for (k = 0; k < m; k++) {
+        x[k] = -(root[k] * x[k]);
+        y[k] = -(root[k] * y[k]);
+        z[k] = -z[k];
+    }
+}
+
+/* emit_runs: photons in patch order, cell by cell, in the common case */
+AOMC_SKY_FN void AOMC_SKY_N(runs)(const aomc_sky_source *s, uint64_t start, uint64_t n, AOMC_SKY_F *x, AOMC_SKY_F *y,
+                                  AOMC_SKY_F *z)
+{
+    uint64_t j = 0, slot = aomc_sky_slot(s, start), step_u = s->steps[0], step_v = s->steps[1];
+    while (j < n) {
+        uint64_t end = aomc_sky_before(s, slot + 1) - start, turn, lo, m;
+        AOMC_SKY_F p[6], root[AOMC_SKY_BLOCK];
+        turn = AOMC_SKY_N(cell)(s, s->cell_of_slot ? s->cell_of_slot[slot] : (int32_t)slot, p);
+        end = end < n ? end : n;
+        for (lo = j; lo < end; lo += m) {
+            uint64_t u = s->shifts[0] + (start + lo) * step_u, v = s->shifts[1] + (start + lo) * step_v + turn;
+            m = end - lo < AOMC_SKY_BLOCK ? (end - lo + 15) & ~UINT64_C(15) : AOMC_SKY_BLOCK;
+            m = m < n - lo ? m : n - lo; /* whole vectors: the next run writes what is behind the end of this one again */
+            if (s->way == AOMC_SKY_NARROW) AOMC_SKY_N(run)(1, m, p, u, v, step_u, step_v, root, x + lo, y + lo, z + lo);
+            else AOMC_SKY_N(run)(0, m, p, u, v, step_u, step_v, root, x + lo, y + lo, z + lo);
+        }
+        j = end;
+        slot++;
+    }
+}
+
+/* Photons from `start` on; their number, or AOMC_SKY_TRIALS. */
 AOMC_SKY_FN int64_t AOMC_SKY_N(range)(const aomc_sky_source *s, uint64_t start, uint64_t n, AOMC_SKY_F *ux,
                                       AOMC_SKY_F *uy, AOMC_SKY_F *uz, double *inside)
 {
-    uint64_t j;
-    for (j = 0; j < n; j++) AOMC_SKY_N(photon)(s, start + j, ux + j, uy + j, uz + j, inside ? inside + 3 * j : NULL);
+    uint64_t lo, m, tries = 0;
+    if (!s->is_shuffled && !s->law && !s->by_philox && !s->slopes && !s->perez_word && !s->lobe &&
+        s->way <= AOMC_SKY_QUARTER && (uint64_t)s->n >= 8 * (uint64_t)s->n_slot) {
+        AOMC_SKY_N(runs)(s, start, n, ux, uy, uz);
+        return (int64_t)n;
+    }
+    for (lo = 0; lo < n; lo += m) {
+        m = n - lo < AOMC_SKY_BLOCK ? n - lo : AOMC_SKY_BLOCK;
+        tries += AOMC_SKY_N(block)(s, start + lo, m, ux + lo, uy + lo, uz + lo, inside ? inside + 3 * lo : NULL);
+        if (tries > 10000000 + 1000 * lo) return AOMC_SKY_TRIALS;
+    }
     return (int64_t)n;
 }
 
