@@ -172,7 +172,9 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         library = ctypes.CDLL(str(compiled(PROGRAM, [*flags, "-shared", "-fPIC"], folder, "program.so")))
-        print(f"{'ns a photon':16} {'':17} {'batches':>8} {'fill':>7} {'ratio':>6} {'sample':>7} {'at':>7} {'ratio':>6}")
+        print(
+            f"{'ns a photon':16} {'':17} {'batches':>8} {'fill':>7} {'ratio':>6} {'sample':>7} {'at':>7} {'ratio':>6}"
+        )
         for scene_name, components in scenes().items():
             if not scene_name.startswith(arguments.only):
                 continue

@@ -186,7 +186,9 @@ def test_which_python_is_started(c_folder):
 def test_info_prints_the_folder(capsys):
     assert main(["info", "--include-dir"]) == 0
     assert capsys.readouterr().out.strip() == str(include_dir())
-    assert all((include_dir() / name).is_file() for name in ("aomc_sky_embed.h", "aomc_sky_embed.f90", "aomc_sky_embed.c"))
+    assert all(
+        (include_dir() / name).is_file() for name in ("aomc_sky_embed.h", "aomc_sky_embed.f90", "aomc_sky_embed.c")
+    )
     assert main(["info"]) == 2
     assert main(["info", "--include-dir", "somewhere"]) == 2
 

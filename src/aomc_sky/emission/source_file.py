@@ -8,7 +8,7 @@ once, so wavebands of one sky share them. `Tables.of` alone knows how the emissi
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -222,3 +222,33 @@ def _head(source: PhotonSource, size: int) -> bytes:
     head[16:32] = STREAM_VERSION.encode().ljust(16, b"\0")
     head[64:128] = source.plan.sha256.encode()
     return bytes(head)
+
+
+def head_of(data: bytes) -> dict[str, Any] | None:
+    """What the head of a file and the records of its bands say, as JSON values; None where it is damaged."""
+    if len(data) < _HEAD_BYTES or len(data) % 8 or data[:8] != MAGIC:
+        return None
+    words = np.frombuffer(data, "<u8")
+    layout, precision = np.frombuffer(data[8:16], "<u4").tolist()
+    n_bands, at = int(words[6]), int(words[7]) // 8
+    is_whole = words[4] == len(data) and int(words[_CHECKSUM_WORD]) == checksum(data)
+    if layout != LAYOUT or not is_whole or at + n_bands * _RECORD_WORDS > words.size:
+        return None
+    records = words[at : at + n_bands * _RECORD_WORDS].reshape(n_bands, _RECORD_WORDS)
+    floats = records[:, 3:5].copy().view(np.float64)
+    return {
+        "layout": layout,
+        "stream": data[16:32].rstrip(b"\0").decode("ascii", "replace"),
+        "precision": f"float{8 * precision}",
+        "plan_sha256": data[64:128].decode("ascii", "replace"),
+        "bytes": len(data),
+        "bands": [
+            {
+                "waveband": band + 1,
+                "wavelength_nm": nm,
+                "irradiance_W_m2_nm": None if np.isnan(irradiance) else irradiance,
+                "photons": int(records[band, 0]),
+            }
+            for band, (nm, irradiance) in enumerate(floats.tolist())
+        ],
+    }

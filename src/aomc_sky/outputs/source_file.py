@@ -3,14 +3,33 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from aomc_sky.atomic_file import prepare_target
 from aomc_sky.emission.photon_source import PhotonSource
+from aomc_sky.emission.source_file import head_of
 from aomc_sky.errors import UsageError, require_kind
-from aomc_sky.formats.text_file import write_bytes_atomically
+from aomc_sky.formats.text_file import refuse, write_bytes_atomically
+from aomc_sky.system import FileKindError, open_regular
 
-SOURCE_FILE = "source.sky"
-"""Its name in a run folder."""
+_MAX_BYTES = 2**34
+
+
+def read_source_head(path: Path) -> dict[str, Any]:
+    """What a source file says of itself: layout, stream, precision, plan, size and bands, as JSON values.
+
+    InputFileError if it is none, or damaged; E963.
+    """
+    advice = "name a file that `aomc-sky run --format source` or `export --to source` wrote"
+    try:
+        with open_regular(path) as file:
+            data = file.read(_MAX_BYTES)
+    except (OSError, FileKindError) as error:
+        raise refuse(path, f"cannot be read: {error}", code="E963", advice=advice) from None
+    found = head_of(data)
+    if found is None:
+        raise refuse(path, "is no source file of this layout, or it is damaged", code="E963", advice=advice)
+    return found
 
 
 def write_source(source: PhotonSource, path: str | Path) -> None:
