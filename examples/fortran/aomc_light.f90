@@ -3,7 +3,7 @@
 ! AOMC keeps all its files, loops and outputs; only the direction of each photon comes from here. The photons of
 ! waveband `wavel` are those of aomc-sky for the amc.inp in the current folder, as many as the program
 ! launches. Environment: AOMC_SKY_SEED (0), AOMC_SKY_SCENE (another amc.inp or folder), AOMC_SKY_OPTIONS (words as in
-! aomc_sky.h, for example "weighting=projected" or "sky=uniform"). Where sky.toml says all, no difcol.inp is needed
+! aomc_sky_embed.h, for example "weighting=projected" or "sky=uniform"). Where sky.toml says all, no difcol.inp is needed
 ! (aomc_difcol.c). See README.md for the build.
 !
 ! theta is the zenith angle of the source and phi its azimuth, both in radians; the program's surface routine adds
@@ -13,7 +13,7 @@ subroutine light(wavenum, wavel, iteration, control)
     use, intrinsic :: iso_fortran_env, only: error_unit
     use propagation_global, only: theta, phi
     use light_global, only: lsource, sky_nint
-    use aomc_sky
+    use aomc_sky_embed
     implicit none
     integer, intent(in) :: wavenum    ! wavelength of the sky file
     integer, intent(in) :: wavel      ! waveband, from 1

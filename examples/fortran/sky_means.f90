@@ -7,7 +7,7 @@
 program sky_means
     use, intrinsic :: iso_fortran_env, only: error_unit, int64, real32, real64
     use, intrinsic :: iso_c_binding, only: c_associated
-    use aomc_sky
+    use aomc_sky_embed
     implicit none
 
     integer(int64), parameter :: batch = 65536

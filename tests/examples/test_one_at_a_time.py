@@ -15,13 +15,13 @@ import aomc_sky as sky
 from tests.support.shared import INPUTS, REPOSITORY
 
 N = 10_000
-HEAD = '#include <stdlib.h>\n#include "aomc_sky.h"\n'
+HEAD = '#include <stdlib.h>\n#include "aomc_sky_embed.h"\n'
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="there is no gcc")
 
 
 class Source(ctypes.Structure):
-    _fields_ = (  # as in aomc_sky.h
+    _fields_ = (  # as in aomc_sky_embed.h
         ("next", ctypes.c_void_p),
         ("next_double", ctypes.c_void_p),
         ("context", ctypes.c_void_p),

@@ -1,11 +1,11 @@
-/* Calls everything of aomc_sky.h, right and wrong, and prints what comes back.
+/* Calls everything of aomc_sky_embed.h, right and wrong, and prints what comes back.
  *   host_checks SCENE RUN_FOLDER
  */
 #include <inttypes.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "aomc_sky.h"
+#include "aomc_sky_embed.h"
 
 #define SHOW(name, value) printf("%s %" PRId64 "\n", name, (int64_t)(value))
 #define TEXT(name) printf("%s: %s\n", name, aomc_sky_error())

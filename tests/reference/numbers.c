@@ -4,7 +4,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "aomc_sky.h"
+#include "aomc_sky_embed.h"
 
 int main(int argc, char **argv)
 {

@@ -2,7 +2,7 @@
 program numbers
     use, intrinsic :: iso_fortran_env, only: int64, real32, real64
     use, intrinsic :: iso_c_binding, only: c_associated
-    use aomc_sky
+    use aomc_sky_embed
     implicit none
     type(sky_scene) :: scene
     type(sky_band) :: band

@@ -151,7 +151,7 @@ def test_a_run_folder_gives_its_photons(checks):
 def test_header_is_c_plus_plus_too(tmp_path):
     if shutil.which("g++") is None:
         pytest.skip("g++ is not installed")
-    (tmp_path / "use.cpp").write_text('#include "aomc_sky.h"\nint main() { return aomc_sky_bands(0) != 0; }\n')
+    (tmp_path / "use.cpp").write_text('#include "aomc_sky_embed.h"\nint main() { return aomc_sky_bands(0) != 0; }\n')
     command = ["g++", "-std=c++11", "-Wall", "-Wextra", "-Wpedantic", "-Werror", f"-I{include_dir()}", "-c", "use.cpp"]
     assert run(command, tmp_path) == ""
 
@@ -186,7 +186,9 @@ def test_which_python_is_started(c_folder):
 def test_info_prints_the_folder(capsys):
     assert main(["info", "--include-dir"]) == 0
     assert capsys.readouterr().out.strip() == str(include_dir())
-    assert all((include_dir() / name).is_file() for name in ("aomc_sky.h", "aomc_sky.f90", "aomc_sky_embed.c"))
+    assert all(
+        (include_dir() / name).is_file() for name in ("aomc_sky_embed.h", "aomc_sky_embed.f90", "aomc_sky_embed.c")
+    )
     assert main(["info"]) == 2
     assert main(["info", "--include-dir", "somewhere"]) == 2
 

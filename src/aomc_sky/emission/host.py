@@ -151,7 +151,7 @@ class NumbaSampler:
 
 
 class CSource:
-    """The photons of one band as a C function and its context, declared in ``aomc_sky.h``.
+    """The photons of one band as a C function and its context, declared in ``aomc_sky_embed.h``.
 
     ``int64_t next(void *context, int64_t start, int64_t n, float *ux, float *uy, float *uz)``
 

@@ -342,6 +342,22 @@ class PhotonSource:
         require_default("a source called from C")
         return CSource(self._emitter, self._band(band))
 
+    @in_default_mode
+    def to_bytes(self) -> bytes:
+        """Return the source as one block of bytes for ``aomc_sky.h``, with which any code makes its photons.
+
+        The bytes are those of `aomc_sky.write_source`: for an extension module, a message to other processes, a
+        resource of a library.
+
+        Raises
+        ------
+        UsageError
+            The source has positions over a footprint, weights or replicates, which the file does not hold.
+        """
+        from aomc_sky.emission.source_file import source_bytes
+
+        return source_bytes(self)
+
     def _arrays(self, n: int, out: PhotonBatch | None, numbers: int) -> Arrays:
         has = {"with_positions": self.has_positions, "with_weights": self.has_weights}
         return batch_arrays(n, self.dtype, out, **has, n_numbers=numbers)

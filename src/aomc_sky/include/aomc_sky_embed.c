@@ -1,4 +1,4 @@
-/* Starts Python, opens a scene of aomc-sky and returns its sources; see aomc_sky.h. C99.
+/* Starts Python, opens a scene of aomc-sky and returns its sources; see aomc_sky_embed.h. C99.
  *
  *   cc -c aomc_sky_embed.c $(aomc-sky info --embed-flags)
  */
@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "aomc_sky.h"
+#include "aomc_sky_embed.h"
 
 #if defined(__STDC_VERSION__) && __STDC_VERSION__ >= 201112L && !defined(__STDC_NO_THREADS__)
 #define THREAD_LOCAL _Thread_local

@@ -249,7 +249,7 @@ def test_replicates_are_refused():
 
 
 def test_header_and_fortran_name_the_same_answers():
-    header, module = ((include_dir() / name).read_text() for name in ("aomc_sky.h", "aomc_sky.f90"))
+    header, module = ((include_dir() / name).read_text() for name in ("aomc_sky_embed.h", "aomc_sky_embed.f90"))
     for name in ("CLOSED", "BAD_START", "BAD_COUNT", "NO_ARRAY"):
         value = getattr(next_photons, name)
         assert re.search(rf"AOMC_SKY_{name} = {value}\b", header)

@@ -204,7 +204,7 @@ def test_programs_in_c_and_fortran(tmp_path):
     compile_c("numbers", tmp_path).replace(tmp_path / "in_c")
     programs = ["in_c"]
     if run(["sh", "-c", "command -v gfortran || true"], tmp_path):
-        objects = [str(include_dir() / "aomc_sky.f90"), str(REFERENCE / "numbers.f90")]
+        objects = [str(include_dir() / "aomc_sky_embed.f90"), str(REFERENCE / "numbers.f90")]
         from aomc_sky.cli.commands.info import embed_flags
 
         shim = ["gcc", "-c", "-o", "shim.o", str(include_dir() / "aomc_sky_embed.c"), *embed_flags()]

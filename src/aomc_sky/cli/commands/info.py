@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from aomc_sky.formats.mcpl.file import McplFile
 
 _INSTEAD = """\
---include-dir                 print the folder of aomc_sky.h, aomc_sky.f90 and aomc_sky_embed.c
+--include-dir                 print the folder of aomc_sky.h, and of what starts Python (aomc_sky_embed.*)
 --embed-flags                 print the compiler flags for a C program that starts Python itself
 --skies                       list the sky models of other packages (--sky NAME)
 """
@@ -37,8 +37,8 @@ def add_options(parser: Parser) -> None:
     """Add the options of the sub-command."""
     parser.description = (
         "Show what a scene (amc.inp or its folder), a run folder, an MCPL file, a background-sky file "
-        "(HDF5) or the description of an atmosphere (.atmo) contains, or where the C headers are, or which sky models "
-        "other packages bring."
+        "(HDF5), the description of an atmosphere (.atmo) or a source file (.sky) contains, or where the C headers "
+        "are, or which sky models other packages bring."
     )
     parser.epilog = (
         "examples:\n  aomc-sky info inputs/clear_day\n  aomc-sky info out\n  aomc-sky info out/photons.mcpl\n"
@@ -51,7 +51,7 @@ def add_options(parser: Parser) -> None:
         "path",
         metavar="PATH",
         nargs="?",
-        help="amc.inp, a folder, a measured sky (.csv), an MCPL, HDF5 (.h5, .hdf5) or .atmo file",
+        help="amc.inp, a folder, a measured sky (.csv), an MCPL, HDF5 (.h5, .hdf5), .atmo or .sky file",
     )
     building = parser.add_mutually_exclusive_group()
     cli_options.add_table(building, _INSTEAD)
@@ -75,7 +75,13 @@ def info(arguments: argparse.Namespace) -> int:
     if arguments.path is None:
         raise UsageError("aomc-sky info needs a PATH, --include-dir, --embed-flags or --skies")
     path = Path(arguments.path)
-    reports = {Kind.RUN: _run, Kind.MCPL: _mcpl, Kind.ATMOSPHERE: _atmosphere, Kind.BACKGROUND: report_background}
+    reports = {
+        Kind.RUN: _run,
+        Kind.MCPL: _mcpl,
+        Kind.SOURCE: _source,
+        Kind.ATMOSPHERE: _atmosphere,
+        Kind.BACKGROUND: report_background,
+    }
     return reports.get(kind_of(path) or Kind.SCENE, _scene)(arguments, path)
 
 
@@ -175,7 +181,7 @@ def _scene(arguments: argparse.Namespace, path: Path) -> int:
 
 
 def include_dir() -> Path:
-    """Folder of aomc_sky.h, aomc_sky.f90 and aomc_sky_embed.c."""
+    """Folder of aomc_sky.h, aomc_sky.c and aomc_sky.f90, and of the files aomc_sky_embed."""
     return Path(str(files("aomc_sky") / "include"))
 
 
@@ -252,6 +258,22 @@ def _mcpl(arguments: argparse.Namespace, path: Path) -> int:
         return "\n".join([*lines, "", table(rows, ("", "least", "greatest", "unit"))])
 
     cli_options.answer(arguments, lambda: {"format": what} | values | {"comments": comments, "bounds": bounds}, text)
+    return 0
+
+
+def _source(arguments: argparse.Namespace, path: Path) -> int:
+    """Print the head of a source file and its bands."""
+    from aomc_sky.outputs.source_file import read_source_head
+
+    values = read_source_head(path)
+
+    def text() -> str:
+        head = f"source file {path}, {values['bytes']} bytes, for aomc_sky.h"
+        rows = [(str(b["waveband"]), f"{b['wavelength_nm']:g}", str(b["photons"])) for b in values["bands"]]
+        lines = report_text(head, {name: value for name, value in values.items() if name not in ("bands", "bytes")})
+        return "\n".join([lines, "", table(rows, ("band", "nm", "photons"))])
+
+    cli_options.answer(arguments, lambda: values, text)
     return 0
 
 

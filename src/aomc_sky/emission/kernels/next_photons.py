@@ -17,7 +17,7 @@ from numba import carray, from_dtype, types
 from numba.core.types import ExternalFunctionPointer
 
 CLOSED, BAD_START, BAD_COUNT, NO_ARRAY = -1, -2, -3, -4
-"""Errors, as in include/aomc_sky.h."""
+"""Errors, as in include/aomc_sky_embed.h."""
 
 OPEN = np.uint64(0x736B79616F6D6331)
 """First word of the block of an open source; the second is the number of photons."""

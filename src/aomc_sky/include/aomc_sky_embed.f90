@@ -1,4 +1,4 @@
-! The photons of aomc-sky in a Fortran program; Fortran 2008, the same functions as aomc_sky.h.
+! The photons of aomc-sky in a Fortran program; Fortran 2008, the same functions as aomc_sky_embed.h.
 !
 ! Link a program that starts Python itself with aomc_sky_embed.c. Bands and photons count from 0, as in C: the first
 ! photon of the first band is photon 0 of band 0. Directions are unit vectors of travel with z up: uz <= 0.
@@ -9,7 +9,7 @@
 !    call open_scene("amc.inp", 1_int64, scene, status)
 !    call get_band(scene, 0_int64, band, status)
 !    n = next_photons(band, start, ux, uy, uz)
-module aomc_sky
+module aomc_sky_embed
     use, intrinsic :: iso_c_binding
     implicit none
     private
@@ -130,7 +130,7 @@ module aomc_sky
 contains
 
     ! Open amc.inp or the folder of a scene; status is 0, or -1 with the reason in error_text().
-    ! The 64 bits of `seed` count as unsigned; `options` are words name=value, see aomc_sky.h.
+    ! The 64 bits of `seed` count as unsigned; `options` are words name=value, see aomc_sky_embed.h.
     subroutine open_scene(path, seed, scene, status, options)
         character(*), intent(in) :: path
         integer(c_int64_t), intent(in) :: seed
