@@ -23,7 +23,7 @@ from aomc_sky.plan.plan import Plan
 from aomc_sky.whole_number import as_index, as_index_within
 
 if TYPE_CHECKING:
-    from aomc_sky.emission.host import CSource, NumbaSampler
+    from aomc_sky.emission.host import NumbaSampler
 
 _BLOCK = 2**20
 """Photons that are made in one piece, a few milliseconds."""
@@ -334,13 +334,6 @@ class PhotonSource:
 
         require_default("a sampler inside a numba loop")
         return NumbaSampler(self._emitter, self._band(band), _checked_numbers(numbers))
-
-    def c_source(self, band: int = 0) -> CSource:
-        """Return the photons of a band as a C function and its context, for codes in C or Fortran; see `CSource`."""
-        from aomc_sky.emission.host import CSource
-
-        require_default("a source called from C")
-        return CSource(self._emitter, self._band(band))
 
     @in_default_mode
     def to_bytes(self) -> bytes:
