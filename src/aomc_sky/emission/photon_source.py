@@ -349,7 +349,7 @@ class PhotonSource:
         """
         from aomc_sky.emission.source_file import source_bytes
 
-        return source_bytes(self)
+        return source_bytes(self._emitter)
 
     def _arrays(self, n: int, out: PhotonBatch | None, numbers: int) -> Arrays:
         has = {"with_positions": self.has_positions, "with_weights": self.has_weights}

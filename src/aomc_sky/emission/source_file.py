@@ -8,18 +8,16 @@ once, so wavebands of one sky share them. `Tables.of` alone knows how the emissi
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from aomc_sky.component import Law
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.emission.source_witnesses import witnesses
 from aomc_sky.errors import UsageError
+from aomc_sky.plan.footprint import FootprintShape
+from aomc_sky.plan.plan import Plan
 from aomc_sky.plan.sampling.streams import STREAM_VERSION
-
-if TYPE_CHECKING:
-    from aomc_sky.emission.photon_source import PhotonSource
 
 MAGIC = b"AOMC-SKY"
 LAYOUT = 1
@@ -83,7 +81,7 @@ class Tables:
         half = np.uint64(16 if emitter._words.place.dtype == np.uint32 else 32)
         place = emitter._words.place.astype(np.uint64)
         head, tail = place >> half, place & ((np.uint64(1) << half) - np.uint64(1))
-        falls, paces = emitter._lobe_steps(band)[1] if queue is not None else (None, None)  # type: ignore[misc]
+        falls_and_paces: Any = (None, None) if queue is None else emitter._lobe_steps(band)[1]
         lobes = queue.tables if queue is not None else (None,) * 4
         return cls(
             n=table.n,
@@ -116,8 +114,8 @@ class Tables:
             bins=lobes[1],
             shapes=lobes[2],
             envelopes=lobes[3],
-            falls=falls,
-            paces=paces,
+            falls=falls_and_paces[0],
+            paces=falls_and_paces[1],
             lobe_ends=np.zeros(2, np.int32) if queue is None else queue.tables[4],
         )
 
@@ -168,28 +166,29 @@ class _Block:
         return self._known[data]
 
 
-def require_packable(source: PhotonSource) -> None:
-    """UsageError for sources that a host cannot take: with positions, weights or replicates."""
+def require_packable(plan: Plan) -> None:
+    """UsageError for plans that the file cannot hold: with positions, weights or replicates."""
+    has_positions = FootprintShape(plan.options["footprint"][0]) is not FootprintShape.POINT
     for is_there, what, advice in (
-        (source.has_positions, "positions over a footprint", "leave the footprint out, and place photons in the host"),
-        (source.has_weights, "weights of photons", "weight by listed or projected masses without weights"),
-        (source.replicates > 1, f"{source.replicates} replicates", "make one source per seed with replicates=1"),
+        (has_positions, "positions over a footprint", "make it for a point, and place the photons in the host"),
+        (plan.arrays["weight"].size > 0, "weights of photons", "make it without weights"),
+        (plan.replicates > 1, f"{plan.replicates} replicates", "make one source per seed with replicates=1"),
     ):
         if is_there:
             raise UsageError(f"a source file holds directions alone, and this source has {what}: {advice}")
 
 
-def source_bytes(source: PhotonSource) -> bytes:
-    """The file of a source."""
-    require_packable(source)
-    plan, emitter = source.plan, source._emitter
-    records = _HEAD_BYTES + np.zeros((source.n_bands, _RECORD_WORDS), np.uint64).nbytes
+def source_bytes(emitter: Emitter) -> bytes:
+    """The file of the source whose photons an emitter makes."""
+    plan = emitter.plan
+    require_packable(plan)
+    records = _HEAD_BYTES + plan.n_bands * _RECORD_WORDS * 8
     block = _Block(records)
     absolute = plan.arrays.get("irradiance_W_m2_nm")
     all_words = []
-    for band in range(source.n_bands):
+    for band in range(plan.n_bands):
         words, directory = np.zeros(_RECORD_WORDS, np.uint64), np.zeros((0, 3), np.uint64)
-        if source.n_photons(band):
+        if emitter.n_photons(band):
             tables = Tables.of(emitter, band)
             words, sections = tables.record, {name: getattr(tables, name) for name in SECTIONS}
             sections["witnesses"] = witnesses(emitter, band, tables)
@@ -200,7 +199,7 @@ def source_bytes(source: PhotonSource) -> bytes:
         all_words.append(words.astype("<u8").tobytes())
     block.put(b"")
     data = bytearray(b"".join(block.parts) + b"\0" * (-block.size % _ALIGNMENT))
-    data[:_HEAD_BYTES] = _head(source, len(data))
+    data[:_HEAD_BYTES] = _head(emitter, len(data))
     data[_HEAD_BYTES:records] = b"".join(all_words)
     data[8 * _CHECKSUM_WORD : 8 * _CHECKSUM_WORD + 8] = checksum(bytes(data)).to_bytes(8, "little")
     return bytes(data)
@@ -212,15 +211,15 @@ def _entry(block: _Block, kind: int, values: np.ndarray) -> tuple[int, int, int]
     return kind | values.itemsize << 32 | _NEEDED << 48, block.put(values.tobytes()), values.size
 
 
-def _head(source: PhotonSource, size: int) -> bytes:
+def _head(emitter: Emitter, size: int) -> bytes:
     """The first bytes of the file; the checksum is 0."""
     numbers = np.zeros(_HEAD_BYTES // 8, "<u8")
-    numbers[4], numbers[6], numbers[7] = size, source.n_bands, _HEAD_BYTES
+    numbers[4], numbers[6], numbers[7] = size, emitter.plan.n_bands, _HEAD_BYTES
     head = bytearray(numbers.tobytes())
     head[:8] = MAGIC
-    head[8:16] = np.array([LAYOUT, source.dtype.itemsize], "<u4").tobytes()
+    head[8:16] = np.array([LAYOUT, emitter.dtype.itemsize], "<u4").tobytes()
     head[16:32] = STREAM_VERSION.encode().ljust(16, b"\0")
-    head[64:128] = source.plan.sha256.encode()
+    head[64:128] = emitter.plan.sha256.encode()
     return bytes(head)
 
 

@@ -27,6 +27,7 @@ UNKNOWN = np.uint64(0x7FF8000000000000)
 
 _MANY, _SOME = 4096, 512  # photons of a shuffled band, and of a component in patch order
 _OTHER_KEY = np.uint64(1)
+_UPPER_HALF = np.uint64(0xFFFFFFFF00000000)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -92,8 +93,8 @@ def _candidates(emitter: Emitter, band: int, tables: Any) -> _Candidates:
     for first, end in ends:
         if end > first and not np.any((seen >= first) & (seen < end)):
             for rank in sorted({first, (first + end) // 2, end - 1}):
-                index = _index_of_rank(rank, tables.n, keys)
-                batches.append(_photons(emitter, band, tables, index, index + 1))
+                photon = _index_of_rank(rank, tables.n, keys)
+                batches.append(_photons(emitter, band, tables, photon, photon + 1))
     parts = [[getattr(batch, name) for batch in batches] for name in ("index", "rank", "cell", "numbers")]
     index, rank, cell, numbers = (np.concatenate(part) for part in parts)
     direction = tuple(np.concatenate([batch.direction[c] for batch in batches]) for c in range(3))
@@ -157,10 +158,7 @@ def _cells_and_places(tables: Any, like: Any, found: _Candidates, own: np.ndarra
     values = tables.words.view(like.dtype)
     h, t = head * per_word, tail * per_word
     p = (values[h], values[h + 1], values[h + 2], values[t + 2], values[t], values[t + 1])
-    if per_word == 2:
-        turn = tables.words[head + 1] & np.uint64(0xFFFFFFFF00000000)
-    else:
-        turn = tables.words[head + 3]
+    turn = tables.words[head + 1] & _UPPER_HALF if per_word == 2 else tables.words[head + 3]
     stream = (tables.by_philox, tables.placement_key, tables.band, tables.shifts, tables.steps)
     return p, *positions_in_cells(rank, *stream, turn, like)
 
@@ -171,7 +169,7 @@ def _horizon_ways(tables: Any, like: Any, found: _Candidates, own: np.ndarray, i
     rank = found.rank[own]
 
     def place(words: tuple[Any, ...], key: Any) -> Any:
-        return directions_of(Law.DISC_AT_HORIZON, p, *words, key, rank, tables.band)
+        return directions_of(Law.DISC_AT_HORIZON, p, *words, key, rank, tables.band)  # type: ignore[call-arg]
 
     return np.where(_is_taken(place, tables, (u, v)), 0, 1)
 
@@ -190,7 +188,7 @@ def _perez_ways(tables: Any, like: Any, found: _Candidates, own: np.ndarray, ins
         return place_perez(p, of_cells, u, v, words[3], key, rank, tables.band)
 
     direction = (d[own] for d in found.direction)
-    chord, mu, _ = measured(*direction, word, of_cells[1], *sky[8:11])
+    chord, mu, _ = measured(*direction, word, of_cells[1], *sky[8:11])  # type: ignore[call-arg]
     inside[own, 0] = luminance(mu, chord, sky).view(np.uint64)
     ways = _ways(place, tables, rank, (None, *first, word))
     return np.where(is_taken_at_once(word, of_cells[0]), 3, ways)

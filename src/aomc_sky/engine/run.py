@@ -167,7 +167,7 @@ def run_job(
     """
     check_memory(source, options)
     if SOURCE in options.formats:
-        require_packable(source)
+        require_packable(source.plan)
     folder, started = RunFolder(out), time.perf_counter()
     if not options.force:
         source = as_stored(source, folder)

@@ -18,17 +18,17 @@ _MAX_BYTES = 2**34
 def read_source_head(path: Path) -> dict[str, Any]:
     """What a source file says of itself: layout, stream, precision, plan, size and bands, as JSON values.
 
-    InputFileError if it is none, or damaged; E963.
+    InputFileError if it is none, or damaged; E971.
     """
     advice = "name a file that `aomc-sky run --format source` or `export --to source` wrote"
     try:
         with open_regular(path) as file:
             data = file.read(_MAX_BYTES)
     except (OSError, FileKindError) as error:
-        raise refuse(path, f"cannot be read: {error}", code="E963", advice=advice) from None
+        raise refuse(path, f"cannot be read: {error}", code="E971", advice=advice) from None
     found = head_of(data)
     if found is None:
-        raise refuse(path, "is no source file of this layout, or it is damaged", code="E963", advice=advice)
+        raise refuse(path, "is no source file of this layout, or it is damaged", code="E971", advice=advice)
     return found
 
 
