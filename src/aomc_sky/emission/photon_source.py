@@ -345,7 +345,7 @@ class PhotonSource:
         Raises
         ------
         UsageError
-            The source has positions over a footprint, weights or replicates, which the file does not hold.
+            The source has weights or replicates, which the file does not hold.
         """
         from aomc_sky.emission.source_file import source_bytes
 

@@ -1,6 +1,6 @@
 """A source as one block of bytes, which ``include/aomc_sky.h`` reads: the plan packed for codes without Python.
 
-The layout is on the page docs/formats/source.md. All numbers are little-endian. A head names the plan. A record for each
+The layout is on the page docs/formats/source.md. All numbers are little-endian. A head names the plan. A record of each
 band has its constants and leads to a directory of sections, the tables of the emission kernels. Equal tables are stored
 once, so wavebands of one sky share them. `Tables.of` alone knows how the emission holds its tables.
 """
@@ -15,7 +15,7 @@ import numpy as np
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.emission.source_witnesses import witnesses
 from aomc_sky.errors import UsageError
-from aomc_sky.plan.footprint import FootprintShape
+from aomc_sky.kernels.arithmetic.constants import NUMBER_STEPS
 from aomc_sky.plan.plan import Plan
 from aomc_sky.plan.sampling.streams import STREAM_VERSION
 
@@ -28,7 +28,6 @@ _HEAD_BYTES = 192
 _RECORD_WORDS = 40
 _CHECKSUM_WORD = 5
 _NEEDED = 1
-_WIDE = 2**32
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -73,38 +72,36 @@ class Tables:
     @classmethod
     def of(cls, emitter: Emitter, band: int) -> Tables:
         """The tables of a band with photons, as the emission has them."""
-        stream = emitter._stream(band)
-        table, _, words, _, _ = emitter._tables(band)
+        stream, packed = emitter._stream(band), emitter._packed(band)
         rejection, queue = emitter._rejection, emitter._queue
-        _, _, number_shifts, number_steps, position_key, _, _ = emitter.number_arguments(band)
-        n_cell, n_slot = emitter.plan.n_cells, table.cumulative.size - 3
+        n, n_cell = emitter.n_photons(band), emitter.plan.n_cells
         half = np.uint64(16 if emitter._words.place.dtype == np.uint32 else 32)
         place = emitter._words.place.astype(np.uint64)
         head, tail = place >> half, place & ((np.uint64(1) << half) - np.uint64(1))
         falls_and_paces: Any = (None, None) if queue is None else emitter._lobe_steps(band)[1]
         lobes = queue.tables if queue is not None else (None,) * 4
         return cls(
-            n=table.n,
+            n=n,
             n_cell=n_cell,
-            is_shuffled=stream.order_keys.size > 0,
+            is_shuffled=stream.order.size > 0,
             by_philox=bool(stream.jitter),
-            order_keys=stream.order_keys if stream.order_keys.size else np.zeros(3, np.uint64),
+            order_keys=stream.order[3:] if stream.order.size else np.zeros(3, np.uint64),
             shifts=stream.shifts,
             steps=stream.steps,
             placement_key=stream.placement_key,
-            position_key=position_key,  # type: ignore[arg-type]
+            position_key=stream.position_key,
             band=stream.band,
-            guide_shift=table.guide_shift,
+            guide_shift=packed.guide_shift,
             accept=stream.accept,
-            number_shifts=number_shifts,  # type: ignore[arg-type]
-            number_steps=number_steps,  # type: ignore[arg-type]
-            way=table.main,
-            cumulative=table.cumulative.astype(np.uint32 if table.n < _WIDE else np.uint64),
-            guide=table.guide.astype(np.uint32),
-            cell_of_slot=table.cell_of_slot.astype(np.int32) if n_slot != n_cell else None,
+            number_shifts=stream.number_shifts,
+            number_steps=NUMBER_STEPS,
+            way=packed.main,
+            cumulative=packed.cumulative,
+            guide=packed.guide.astype(np.uint32),
+            cell_of_slot=packed.cell_of_slot if packed.cell_of_slot.size else None,
             place=(head << np.uint64(32)) | tail,
-            words=words,
-            law=emitter._start_law.astype(np.int8) if table.law.size else None,
+            words=packed.words,
+            law=emitter._start_law.astype(np.int8) if packed.law is not None and packed.law.size else None,
             slopes=emitter._slopes(band),
             perez_word=None if rejection is None else rejection.word,
             perez_bound=None if rejection is None else rejection.bound,
@@ -167,11 +164,9 @@ class _Block:
 
 
 def require_packable(plan: Plan) -> None:
-    """UsageError for plans that the file cannot hold: with positions, weights or replicates."""
-    has_positions = FootprintShape(plan.options["footprint"][0]) is not FootprintShape.POINT
+    """UsageError for plans that the file cannot hold: with weights or replicates."""
     for is_there, what, advice in (
-        (has_positions, "positions over a footprint", "make it for a point, and place the photons in the host"),
-        (plan.arrays["weight"].size > 0, "weights of photons", "make it without weights"),
+        (any(c.weight is not None for c in plan.components), "weights of photons", "make it without weights"),
         (plan.replicates > 1, f"{plan.replicates} replicates", "make one source per seed with replicates=1"),
     ):
         if is_there:
@@ -184,7 +179,6 @@ def source_bytes(emitter: Emitter) -> bytes:
     require_packable(plan)
     records = _HEAD_BYTES + plan.n_bands * _RECORD_WORDS * 8
     block = _Block(records)
-    absolute = plan.arrays.get("irradiance_W_m2_nm")
     all_words = []
     for band in range(plan.n_bands):
         words, directory = np.zeros(_RECORD_WORDS, np.uint64), np.zeros((0, 3), np.uint64)
@@ -193,8 +187,9 @@ def source_bytes(emitter: Emitter) -> bytes:
             words, sections = tables.record, {name: getattr(tables, name) for name in SECTIONS}
             sections["witnesses"] = witnesses(emitter, band, tables)
             directory = np.array([_entry(block, k, v) for k, v in enumerate(sections.values(), 1) if v is not None])
-        irradiance = np.nan if absolute is None else absolute[band].sum()
-        words[3:5] = np.array([plan.arrays["wavelength_nm"][band], irradiance], np.float64).view(np.uint64)
+        absolute = plan.bands[band].irradiance_W_m2_nm
+        irradiance = np.nan if absolute is None else np.sum(absolute)
+        words[3:5] = np.array([plan.bands[band].wavelength_nm, irradiance], np.float64).view(np.uint64)
         words[5:7] = block.put(directory.astype("<u8").tobytes()) if directory.size else records, len(directory)
         all_words.append(words.astype("<u8").tobytes())
     block.put(b"")

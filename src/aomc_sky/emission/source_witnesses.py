@@ -49,7 +49,7 @@ def witnesses(emitter: Emitter, band: int, tables: Any) -> np.ndarray:
     """
     found = _candidates(emitter, band, tables)
     way, inside = np.zeros(found.index.size, np.int64), np.full((found.index.size, 3), UNKNOWN)
-    law = emitter.plan.arrays["law"][found.cell]
+    law = emitter.plan.law[found.cell]
     for is_own, of_law in (
         (law == Law.DISC_AT_HORIZON, _horizon_ways),
         ((law == Law.PEREZ) & (tables.perez_word is not None), _perez_ways),
@@ -58,7 +58,7 @@ def witnesses(emitter: Emitter, band: int, tables: Any) -> np.ndarray:
         own = np.flatnonzero(is_own)
         if own.size:
             way[own] = of_law(tables, emitter.dtype.type(0), found, own, inside)
-    component = np.searchsorted(emitter.plan.arrays["component_start"], found.cell, side="right")
+    component = np.searchsorted(emitter.plan.component_start, found.cell, side="right")
     chosen = _spread(component * 4 + way)
     bits = np.uint32 if emitter.dtype.itemsize == 4 else np.uint64
     words = np.zeros((chosen.size, WITNESS_WORDS), np.uint64)
@@ -80,7 +80,7 @@ def _spread(way: np.ndarray) -> np.ndarray:
 
 def _candidates(emitter: Emitter, band: int, tables: Any) -> _Candidates:
     """Photons of every component with the bits of the emission: some thousand, and three of what is rare."""
-    cumulative, start = emitter.plan.arrays["cumulative"][band], emitter.plan.arrays["component_start"]
+    cumulative, start = emitter.plan.cumulative[band], emitter.plan.component_start
     ends = list(zip(cumulative[start[:-1]].tolist(), cumulative[start[1:]].tolist(), strict=True))
     if tables.is_shuffled:
         ranges = [(0, min(tables.n, _MANY))]
@@ -104,6 +104,7 @@ def _candidates(emitter: Emitter, band: int, tables: Any) -> _Candidates:
 def _photons(emitter: Emitter, band: int, tables: Any, start: int, stop: int) -> _Candidates:
     """The photons [start, stop) of a band."""
     arrays: dict[str, Any] = {name: np.empty(stop - start, emitter.dtype) for name in ("ux", "uy", "uz")}
+    arrays |= {name: np.empty(stop - start, emitter.dtype) for name in "xy" if emitter.has_positions}
     arrays |= {"patch": np.empty(stop - start, np.int32), "numbers": np.empty((stop - start, 3), emitter.dtype)}
     emitter.fill_plain(band, start, arrays)
     index = np.arange(start, stop, dtype=np.uint64)

@@ -49,7 +49,7 @@ def write_source(source: PhotonSource, path: str | Path) -> None:
     Raises
     ------
     UsageError
-        The source has positions over a footprint, weights or replicates, which the file does not hold.
+        The source has weights or replicates, which the file does not hold.
     OutputError
         The operating system refuses, or the disk is full; nothing half-written is left.
 
