@@ -17,7 +17,8 @@ from tests.support.shared import REPOSITORY
 EXAMPLES = REPOSITORY / "examples"
 REFERENCE = REPOSITORY / "tests" / "reference"
 FLAGS = "-O2 -Wall -Wextra -Werror"
-MPI = {f"OMPI_{name}": "1" for name in ("ALLOW_RUN_AS_ROOT", "ALLOW_RUN_AS_ROOT_CONFIRM", "MCA_rmaps_base_oversubscribe")}
+_OMPI = ("ALLOW_RUN_AS_ROOT", "ALLOW_RUN_AS_ROOT_CONFIRM", "MCA_rmaps_base_oversubscribe")
+MPI = {f"OMPI_{name}": "1" for name in _OMPI}
 """Lets Open MPI start more ranks than there are cores, and for root, as in a container."""
 
 
@@ -30,11 +31,15 @@ def needs(*commands: str) -> pytest.MarkDecorator:
 needs_host = needs("gcc", "make")
 
 
+def _built(_folder: str, names: list[str]) -> list[str]:
+    """Programs and objects among the files of an example."""
+    return [name for name in names if name != "Makefile" and Path(name).suffix in ("", ".o", ".mod", ".ptx")]
+
+
 def copied(example: str, folder: Path) -> Path:
-    """A copy of the folders of the examples in `folder`, without what was built there; that of one of them."""
-    shutil.copytree(EXAMPLES / "c", folder / "c", ignore=shutil.ignore_patterns("sky_*[!.c][!p]"), dirs_exist_ok=True)
-    if example != "c":
-        shutil.copytree(EXAMPLES / example, folder / example, ignore=shutil.ignore_patterns("*.o", "*.mod"))
+    """A copy of an example and of what all share in `folder`, without what was built there."""
+    for name in {"c", example}:
+        shutil.copytree(EXAMPLES / name, folder / name, ignore=_built, dirs_exist_ok=True)
     return folder / example
 
 

@@ -394,7 +394,7 @@ AOMC_SKY_FORMULA double aomc_sky_arc_square(double h)
 AOMC_SKY_FORMULA double aomc_sky_arc_from(double h, double root)
 {
     const double half_pi = 1.5707963267948966;
-    double q = 1.0 - (h + h), z = aomc_sky_arc_square(h), s = (q > 0.5) | (q < -0.5) ? root : q, p, d, r;
+    double q = 1.0 - (h + h), z = aomc_sky_arc_square(h), s = ((q > 0.5) | (q < -0.5)) ? root : q, p, d, r;
     p = 3.47933107596021167570e-05 * z + 7.91534994289814532176e-04;
     p = p * z + -4.00555345006794114027e-02;
     p = p * z + 2.01212532134862925881e-01;
