@@ -21,6 +21,7 @@ SCENES = {
     "overcast": {"iterations": 30_000, "method": "iid"},
 }
 PROGRAMS = ["c/sky_means.c", "c/sky_openmp.c", "c/sky_mpi.c", "c/sky_threads.cpp", "cuda/sky_means.cu"]
+PROGRAMS += ["fortran/sky_means.f90", "fortran/aomc_light.f90"]
 
 
 def source_of(name: str, **sampling: object) -> sky.PhotonSource:
@@ -36,6 +37,14 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in SCENES:
         sky.write_source(source_of(name), folder / f"{name}.sky")
     make(folder, "sky_means", "sky_openmp")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def fortran_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The Fortran program, built."""
+    folder = copied("fortran", tmp_path_factory.mktemp("hosts"))
+    make(folder, "sky_means")
     return folder
 
 
@@ -143,3 +152,14 @@ def test_make_without_the_command_says_one_thing(tmp_path: Path, example: str) -
     assert len(done.stderr.splitlines()) == 1
     assert "'no-such-aomc-sky' cannot be run; write: make AOMC_SKY=/path/to/bin/aomc-sky" in done.stderr
     assert subprocess.run([*command, "clean"], cwd=copy, check=False).returncode == 0
+
+
+@needs_host
+@needs("gfortran")
+@pytest.mark.parametrize("threads", ["1", "3"])
+def test_fortran_gets_the_same_bits(fortran_folder: Path, folder: Path, threads: str) -> None:
+    said = run(["./sky_means", str(folder / "perez_sky.sky")], fortran_folder, OMP_NUM_THREADS=threads)
+    words = [line.split() for line in said.lower().splitlines()]
+    assert [[float(w[0]), *w[2:]] for w in words] == [
+        [float(w[0]), *w[2:]] for w in (line.split() for line in report_of(source_of("perez_sky")).splitlines())
+    ]
