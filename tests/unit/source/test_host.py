@@ -149,6 +149,7 @@ def test_tables_outlive_the_sampler():
 
 
 def test_without_the_compiler(monkeypatch):
+    source("table").numba_sampler()  # what is imported without the compiler stays without it
     monkeypatch.setattr(numba.core.config, "DISABLE_JIT", 1)
     with pytest.raises(sky.errors.UsageError, match="NUMBA_DISABLE_JIT"):
         source("table").numba_sampler()
