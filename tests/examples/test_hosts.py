@@ -84,12 +84,20 @@ def test_ranks_get_the_same_bits(folder: Path) -> None:
 
 
 @needs_host
-@needs("clang")
 @pytest.mark.slow
-def test_clang_gets_the_same_bits(folder: Path) -> None:
-    copy = copied("c", folder / "by_clang")
-    run(["make", "CC=clang", f"INCLUDE={include_dir()}", f"CFLAGS={FLAGS}", "sky_means"], copy)
-    assert run(["./sky_means", str(folder / "perez_sky.sky")], copy) == report_of(source_of("perez_sky"))
+@pytest.mark.parametrize(
+    ("compiler", "runner"),
+    [
+        pytest.param("clang", [], marks=needs("clang")),
+        pytest.param("aarch64-linux-gnu-gcc", ["qemu-aarch64"], marks=needs("aarch64-linux-gnu-gcc", "qemu-aarch64")),
+    ],
+)
+def test_other_compilers_get_the_same_bits(folder: Path, compiler: str, runner: list[str]) -> None:
+    copy = copied("c", folder / compiler)
+    flags = f"CFLAGS={FLAGS}{' -static' * bool(runner)}"
+    run(["make", f"CC={compiler}", f"INCLUDE={include_dir()}", flags, "sky_means"], copy)
+    for name in ("perez_sky", "clear_day"):
+        assert run([*runner, "./sky_means", str(folder / f"{name}.sky")], copy) == report_of(source_of(name))
 
 
 @needs_host
