@@ -184,23 +184,22 @@ enum { AOMC_SKY_NARROW, AOMC_SKY_QUARTER, AOMC_SKY_ANY_WIDTH, AOMC_SKY_IN_MU };
 
 /* ---- kernels/arithmetic/rng.py ---- */
 
-/* philox_round */
-AOMC_SKY_FORMULA void aomc_sky_round(uint32_t *c, uint32_t k0, uint32_t k1)
+/* philox_round: words of 32 bits in 64, as processors multiply them side by side */
+AOMC_SKY_FORMULA void aomc_sky_round(uint64_t *c, uint64_t k0, uint64_t k1)
 {
     uint64_t p0 = UINT64_C(0xD2511F53) * c[0], p1 = UINT64_C(0xCD9E8D57) * c[2];
-    uint32_t c1 = c[1], c3 = c[3];
-    c[0] = (uint32_t)(p1 >> 32) ^ c1 ^ k0;
-    c[1] = (uint32_t)p1;
-    c[2] = (uint32_t)(p0 >> 32) ^ c3 ^ k1;
-    c[3] = (uint32_t)p0;
+    c[0] = (p1 >> 32) ^ c[1] ^ (k0 & AOMC_SKY_LOW);
+    c[1] = p1 & AOMC_SKY_LOW;
+    c[2] = (p0 >> 32) ^ c[3] ^ (k1 & AOMC_SKY_LOW);
+    c[3] = p0 & AOMC_SKY_LOW;
 }
 
 /* philox_pair: two 64-bit words; counter (rank low, rank high, band, draw) */
-AOMC_SKY_FORMULA void aomc_sky_pair(uint64_t key, uint64_t rank, uint64_t band, uint32_t draw, uint64_t *a, uint64_t *b)
+AOMC_SKY_FORMULA void aomc_sky_pair(uint64_t key, uint64_t rank, uint64_t band, uint64_t draw, uint64_t *a, uint64_t *b)
 {
-    const uint32_t w0 = 0x9E3779B9u, w1 = 0xBB67AE85u;
-    uint32_t c[4], k0 = (uint32_t)key, k1 = (uint32_t)(key >> 32);
-    c[0] = (uint32_t)rank, c[1] = (uint32_t)(rank >> 32), c[2] = (uint32_t)band, c[3] = draw;
+    const uint64_t w0 = 0x9E3779B9u, w1 = 0xBB67AE85u;
+    uint64_t c[4], k0 = key & AOMC_SKY_LOW, k1 = key >> 32;
+    c[0] = rank & AOMC_SKY_LOW, c[1] = rank >> 32, c[2] = band, c[3] = draw;
     aomc_sky_round(c, k0, k1);
     aomc_sky_round(c, k0 + w0, k1 + w1);
     aomc_sky_round(c, k0 + 2 * w0, k1 + 2 * w1);
@@ -211,8 +210,8 @@ AOMC_SKY_FORMULA void aomc_sky_pair(uint64_t key, uint64_t rank, uint64_t band, 
     aomc_sky_round(c, k0 + 7 * w0, k1 + 7 * w1);
     aomc_sky_round(c, k0 + 8 * w0, k1 + 8 * w1);
     aomc_sky_round(c, k0 + 9 * w0, k1 + 9 * w1);
-    *a = (uint64_t)c[0] << 32 | c[1];
-    *b = (uint64_t)c[2] << 32 | c[3];
+    *a = c[0] << 32 | c[1];
+    *b = c[2] << 32 | c[3];
 }
 
 /* later_words: place in two words, 42 bits each, and the word that decides */
@@ -384,18 +383,22 @@ AOMC_SKY_FORMULA double aomc_sky_exp(double x)
     return y * aomc_sky_double((aomc_sky_bits(t) + 1023) << 52);
 }
 
-/* arc, before and after the root of what `aomc_sky_arc_square` returns */
+/* arc in four steps, for loops of their own: what the root is of; the root or q; the sum; the angle of its zone */
 AOMC_SKY_FORMULA double aomc_sky_arc_square(double h)
 {
     double q = 1.0 - (h + h), z = q > 0.5 ? h : q < -0.5 ? 1.0 - h : q * q;
     return z > 0.0 ? z : 0.0;
 }
 
-AOMC_SKY_FORMULA double aomc_sky_arc_from(double h, double root)
+AOMC_SKY_FORMULA double aomc_sky_arc_begin(double h, double root)
 {
-    const double half_pi = 1.5707963267948966;
-    double q = 1.0 - (h + h), z = aomc_sky_arc_square(h), s = (q > 0.5) | (q < -0.5) ? root : q, p, d, r;
-    p = 3.47933107596021167570e-05 * z + 7.91534994289814532176e-04;
+    double q = 1.0 - (h + h);
+    return (q > 0.5) | (q < -0.5) ? root : q;
+}
+
+AOMC_SKY_FORMULA double aomc_sky_arc_sum(double z, double s)
+{
+    double p = 3.47933107596021167570e-05 * z + 7.91534994289814532176e-04, d;
     p = p * z + -4.00555345006794114027e-02;
     p = p * z + 2.01212532134862925881e-01;
     p = p * z + -3.25565818622400915405e-01;
@@ -404,8 +407,15 @@ AOMC_SKY_FORMULA double aomc_sky_arc_from(double h, double root)
     d = d * z + 2.02094576023350569471e00;
     d = d * z + -2.40339491173441421878e00;
     d = d * z + 1.0;
-    r = s + s * (z * p / d);
-    return q > 0.5 ? r + r : q < -0.5 ? 2.0 * half_pi - (r + r) : half_pi - r;
+    return s + s * (z * p / d);
+}
+
+AOMC_SKY_FORMULA double aomc_sky_arc_end(double h, double r)
+{
+    const double half_pi = 1.5707963267948966;
+    double q = 1.0 - (h + h), twice = r + r, beyond = 2.0 * half_pi - twice, within = half_pi - r;
+    within = q < -0.5 ? beyond : within;
+    return q > 0.5 ? twice : within;
 }
 
 /* ---- skies/perez/kernels: law.py and the float64 part of cells.py; `sky` holds a, b, c, d, e ---- */
@@ -431,7 +441,9 @@ AOMC_SKY_FORMULA double aomc_sky_chord(double x, double y, double z, const doubl
 AOMC_SKY_FN double aomc_sky_luminance(double x, double y, double z, const double *sky)
 {
     double h = aomc_sky_chord(x, y, z, sky), first = 1.0 + sky[0] * aomc_sky_exp(aomc_sky_slant(-z, sky[1]));
-    return first * aomc_sky_with_aureole(h, sky[2], aomc_sky_exp(sky[3] * aomc_sky_arc_from(h, sqrt(aomc_sky_arc_square(h)))), sky[4]);
+    double square = aomc_sky_arc_square(h), s = aomc_sky_arc_begin(h, sqrt(square));
+    double angle = aomc_sky_arc_end(h, aomc_sky_arc_sum(square, s));
+    return first * aomc_sky_with_aureole(h, sky[2], aomc_sky_exp(sky[3] * angle), sky[4]);
 }
 
 /* is_taken_at_once */
@@ -552,17 +564,20 @@ AOMC_SKY_FN void aomc_sky_decisions(const aomc_sky_source *s, uint64_t m, const 
 
 /* Columns of `_luminance`. */
 typedef struct aomc_sky_light {
-    double chord[AOMC_SKY_CHUNK], mu[AOMC_SKY_CHUNK], root[AOMC_SKY_CHUNK];
+    double chord[AOMC_SKY_CHUNK], mu[AOMC_SKY_CHUNK], square[AOMC_SKY_CHUNK];
 } aomc_sky_light;
 
 /* _luminance without J: each step has a loop of its own */
-AOMC_SKY_FN void aomc_sky_luminances(uint64_t n, const double *sky, aomc_sky_light *light, double *value)
+AOMC_SKY_FN void aomc_sky_luminances(uint64_t n, const double *sky, aomc_sky_light *light,
+                                     double *AOMC_SKY_ALONE value)
 {
     double a = sky[0], b = sky[1], c = sky[2], d = sky[3], e = sky[4];
     uint64_t k;
-    for (k = 0; k < n; k++) light->root[k] = aomc_sky_arc_square(light->chord[k]);
-    aomc_sky_roots_f64(n, light->root);
-    for (k = 0; k < n; k++) value[k] = d * aomc_sky_arc_from(light->chord[k], light->root[k]);
+    for (k = 0; k < n; k++) value[k] = light->square[k] = aomc_sky_arc_square(light->chord[k]);
+    aomc_sky_roots_f64(n, value);
+    for (k = 0; k < n; k++) value[k] = aomc_sky_arc_begin(light->chord[k], value[k]);
+    for (k = 0; k < n; k++) value[k] = aomc_sky_arc_sum(light->square[k], value[k]);
+    for (k = 0; k < n; k++) value[k] = d * aomc_sky_arc_end(light->chord[k], value[k]);
     for (k = 0; k < n; k++) value[k] = aomc_sky_with_aureole(light->chord[k], c, aomc_sky_exp(value[k]), e);
     for (k = 0; k < n; k++) light->mu[k] = aomc_sky_slant(light->mu[k], b);
     for (k = 0; k < n; k++) value[k] = (1.0 + a * aomc_sky_exp(light->mu[k])) * value[k];
@@ -633,9 +648,10 @@ AOMC_SKY_FORMULA double aomc_sky_whole(uint64_t word, uint64_t bits) { return (d
 AOMC_SKY_FORMULA double aomc_sky_beckmann_square(double a, double b)
 {
     double power, m = aomc_sky_split_power(b, &power), f;
-    int is_small = m < 0.7071067811865476, is_near = a < 0.25;
-    f = is_near ? -a : (is_small ? m + m : m) - 1.0;
-    return -aomc_sky_log_of_parts(f, is_near ? 0.0 : power - (is_small ? 1.0 : 0.0));
+    double twice = m + m, less = power - 1.0;
+    f = (m < 0.7071067811865476 ? twice : m) - 1.0;
+    power = m < 0.7071067811865476 ? less : power;
+    return -aomc_sky_log_of_parts(a < 0.25 ? -a : f, a < 0.25 ? 0.0 : power);
 }
 
 /* _heights with squares for R, and for Z of "ggx" */
