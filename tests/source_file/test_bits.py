@@ -56,12 +56,18 @@ def test_whole_matrix(name, precision, order, placement, flags, compiler):
     compare(built(flags, compiler), source, 50_021)
 
 
+SOLVED = ("eclipse", "twilight")  # their light is computed for ten seconds
+
+
 def scenes_of_inputs():
     """Scenes of inputs/ that can be read with what is installed."""
     return sorted(path.parent.name for path in (REPOSITORY / "inputs").glob("*/amc.inp"))
 
 
-@pytest.mark.parametrize("name", scenes_of_inputs())
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.slow) if n in SOLVED else n for n in scenes_of_inputs()],
+)
 @pytest.mark.filterwarnings("ignore::aomc_sky.InputWarning", "ignore::aomc_sky.ModelLimitWarning")
 def test_scenes_of_inputs(name):
     try:

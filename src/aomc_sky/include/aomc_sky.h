@@ -62,16 +62,20 @@
 #endif
 #endif
 
-/* Functions: a formula, which loops need inlined; a part of ours; one for hosts; one for hosts, but for no GPU. */
+/* Functions: a formula, which loops need inlined; a part of ours; one that would crowd the short way if inlined; one for hosts; one for hosts, but for no GPU. */
 #if defined(__CUDACC__) || defined(__HIPCC__)
 #define AOMC_SKY_FORMULA static __host__ __device__ inline
 #define AOMC_SKY_FN static __host__ __device__ inline
 #elif defined(__GNUC__)
 #define AOMC_SKY_FORMULA static inline __attribute__((always_inline))
 #define AOMC_SKY_FN static inline
+#define AOMC_SKY_APART static __attribute__((noinline, unused))
 #else
 #define AOMC_SKY_FORMULA static inline
 #define AOMC_SKY_FN static inline
+#endif
+#ifndef AOMC_SKY_APART
+#define AOMC_SKY_APART AOMC_SKY_FN
 #endif
 #define AOMC_SKY_HOST static inline
 #ifndef AOMC_SKY_API
@@ -90,7 +94,7 @@
 #elif defined(__CUDACC__)
 #elif defined(__GNUC__)
 #pragma GCC push_options
-#pragma GCC optimize("fp-contract=off", "no-tree-slp-vectorize")
+#pragma GCC optimize("fp-contract=off", "no-tree-slp-vectorize", "tree-loop-vectorize", "vect-cost-model=dynamic")
 #elif defined(_MSC_VER) /* not tried by us, with /fp:precise */
 #pragma fp_contract(off)
 #else
@@ -139,8 +143,8 @@ typedef struct aomc_sky_source {
     double wavelength_nm;
     double irradiance_W_m2_nm; /* of a horizontal plane, all components; NaN where it is relative */
     /* what follows is ours */
-    int32_t precision, is_shuffled, is_short, by_philox, law_of_all, has_wide_ranks, way, n_witness;
-    int32_t n_slot, n_cell, lobe_ends[2];
+    int32_t precision, is_shuffled, is_short, by_philox, law_of_all, has_wide_ranks, way, is_common;
+    int32_t n_slot, n_cell, lobe_ends[2], n_witness, unused;
     uint64_t order_bits, order_size, order_keys[3];
     uint64_t shifts[2], steps[2], placement_key, position_key, band, guide_shift;
     uint64_t accept[3], number_shifts[3], number_steps[3];
@@ -182,25 +186,61 @@ enum { AOMC_SKY_NARROW, AOMC_SKY_QUARTER, AOMC_SKY_ANY_WIDTH, AOMC_SKY_IN_MU };
 #define AOMC_SKY_LOW 0xFFFFFFFFu
 #define AOMC_SKY_UNKNOWN UINT64_C(0x7FF8000000000000) /* a witness says nothing of this number */
 
+/* Square roots. Compilers make no vectors of a loop whose roots might set errno, and keep a call beside every single one,
+ * so for the common processors they are written out. */
+#if defined(AOMC_SKY_AVX) || defined(AOMC_SKY_SSE2)
+AOMC_SKY_FORMULA float aomc_sky_sqrt_f32(float x) { return _mm_cvtss_f32(_mm_sqrt_ss(_mm_set_ss(x))); }
+AOMC_SKY_FORMULA double aomc_sky_sqrt_f64(double x) { return _mm_cvtsd_f64(_mm_sqrt_pd(_mm_set_sd(x))); }
+#else
+AOMC_SKY_FORMULA float aomc_sky_sqrt_f32(float x) { return sqrtf(x); }
+AOMC_SKY_FORMULA double aomc_sky_sqrt_f64(double x) { return sqrt(x); }
+#endif
+
+/* Square roots of n numbers */
+AOMC_SKY_FN void aomc_sky_roots_f32(uint64_t n, float *x)
+{
+    uint64_t j = 0;
+#if defined(AOMC_SKY_AVX)
+    for (; j + 8 <= n; j += 8) _mm256_storeu_ps(x + j, _mm256_sqrt_ps(_mm256_loadu_ps(x + j)));
+#elif defined(AOMC_SKY_SSE2)
+    for (; j + 4 <= n; j += 4) _mm_storeu_ps(x + j, _mm_sqrt_ps(_mm_loadu_ps(x + j)));
+#elif defined(AOMC_SKY_NEON)
+    for (; j + 4 <= n; j += 4) vst1q_f32(x + j, vsqrtq_f32(vld1q_f32(x + j)));
+#endif
+    for (; j < n; j++) x[j] = aomc_sky_sqrt_f32(x[j]);
+}
+
+AOMC_SKY_FN void aomc_sky_roots_f64(uint64_t n, double *x)
+{
+    uint64_t j = 0;
+#if defined(AOMC_SKY_AVX)
+    for (; j + 4 <= n; j += 4) _mm256_storeu_pd(x + j, _mm256_sqrt_pd(_mm256_loadu_pd(x + j)));
+#elif defined(AOMC_SKY_SSE2)
+    for (; j + 2 <= n; j += 2) _mm_storeu_pd(x + j, _mm_sqrt_pd(_mm_loadu_pd(x + j)));
+#elif defined(AOMC_SKY_NEON)
+    for (; j + 2 <= n; j += 2) vst1q_f64(x + j, vsqrtq_f64(vld1q_f64(x + j)));
+#endif
+    for (; j < n; j++) x[j] = aomc_sky_sqrt_f64(x[j]);
+}
+
 /* ---- kernels/arithmetic/rng.py ---- */
 
-/* philox_round */
-AOMC_SKY_FORMULA void aomc_sky_round(uint32_t *c, uint32_t k0, uint32_t k1)
+/* philox_round: words of 32 bits in 64, as processors multiply them side by side */
+AOMC_SKY_FORMULA void aomc_sky_round(uint64_t *c, uint64_t k0, uint64_t k1)
 {
     uint64_t p0 = UINT64_C(0xD2511F53) * c[0], p1 = UINT64_C(0xCD9E8D57) * c[2];
-    uint32_t c1 = c[1], c3 = c[3];
-    c[0] = (uint32_t)(p1 >> 32) ^ c1 ^ k0;
-    c[1] = (uint32_t)p1;
-    c[2] = (uint32_t)(p0 >> 32) ^ c3 ^ k1;
-    c[3] = (uint32_t)p0;
+    c[0] = (p1 >> 32) ^ c[1] ^ (k0 & AOMC_SKY_LOW);
+    c[1] = p1 & AOMC_SKY_LOW;
+    c[2] = (p0 >> 32) ^ c[3] ^ (k1 & AOMC_SKY_LOW);
+    c[3] = p0 & AOMC_SKY_LOW;
 }
 
 /* philox_pair: two 64-bit words; counter (rank low, rank high, band, draw) */
-AOMC_SKY_FORMULA void aomc_sky_pair(uint64_t key, uint64_t rank, uint64_t band, uint32_t draw, uint64_t *a, uint64_t *b)
+AOMC_SKY_FORMULA void aomc_sky_pair(uint64_t key, uint64_t rank, uint64_t band, uint64_t draw, uint64_t *a, uint64_t *b)
 {
-    const uint32_t w0 = 0x9E3779B9u, w1 = 0xBB67AE85u;
-    uint32_t c[4], k0 = (uint32_t)key, k1 = (uint32_t)(key >> 32);
-    c[0] = (uint32_t)rank, c[1] = (uint32_t)(rank >> 32), c[2] = (uint32_t)band, c[3] = draw;
+    const uint64_t w0 = 0x9E3779B9u, w1 = 0xBB67AE85u;
+    uint64_t c[4], k0 = key & AOMC_SKY_LOW, k1 = key >> 32;
+    c[0] = rank & AOMC_SKY_LOW, c[1] = rank >> 32, c[2] = band, c[3] = draw;
     aomc_sky_round(c, k0, k1);
     aomc_sky_round(c, k0 + w0, k1 + w1);
     aomc_sky_round(c, k0 + 2 * w0, k1 + 2 * w1);
@@ -211,8 +251,8 @@ AOMC_SKY_FORMULA void aomc_sky_pair(uint64_t key, uint64_t rank, uint64_t band, 
     aomc_sky_round(c, k0 + 7 * w0, k1 + 7 * w1);
     aomc_sky_round(c, k0 + 8 * w0, k1 + 8 * w1);
     aomc_sky_round(c, k0 + 9 * w0, k1 + 9 * w1);
-    *a = (uint64_t)c[0] << 32 | c[1];
-    *b = (uint64_t)c[2] << 32 | c[3];
+    *a = c[0] << 32 | c[1];
+    *b = c[2] << 32 | c[3];
 }
 
 /* later_words: place in two words, 42 bits each, and the word that decides */
@@ -271,7 +311,7 @@ AOMC_SKY_FORMULA uint64_t aomc_sky_permute_long(uint64_t i, uint64_t bits, uint6
 /* ---- kernels/cells/blocks.py ---- */
 
 /* rank_of_photon */
-AOMC_SKY_FN uint64_t aomc_sky_rank(const aomc_sky_source *s, uint64_t i)
+AOMC_SKY_FORMULA uint64_t aomc_sky_rank(const aomc_sky_source *s, uint64_t i)
 {
     uint32_t k0 = (uint32_t)s->order_keys[0], k1 = (uint32_t)s->order_keys[1], k2 = (uint32_t)s->order_keys[2];
     uint64_t n = (uint64_t)s->n, r = i;
@@ -310,7 +350,7 @@ AOMC_SKY_FORMULA uint32_t aomc_sky_slot_wide(const uint64_t *cumulative, const u
     return slot;
 }
 
-AOMC_SKY_FN uint32_t aomc_sky_slot(const aomc_sky_source *s, uint64_t r)
+AOMC_SKY_FORMULA uint32_t aomc_sky_slot(const aomc_sky_source *s, uint64_t r)
 {
     if (s->has_wide_ranks) return aomc_sky_slot_wide((const uint64_t *)s->cumulative, s->guide, s->guide_shift, r);
     return aomc_sky_slot_short((const uint32_t *)s->cumulative, s->guide, (uint32_t)s->guide_shift, (uint32_t)r);
@@ -384,18 +424,22 @@ AOMC_SKY_FORMULA double aomc_sky_exp(double x)
     return y * aomc_sky_double((aomc_sky_bits(t) + 1023) << 52);
 }
 
-/* arc, before and after the root of what `aomc_sky_arc_square` returns */
+/* arc in four steps, for loops of their own: what the root is of; the root or q; the sum; the angle of its zone */
 AOMC_SKY_FORMULA double aomc_sky_arc_square(double h)
 {
     double q = 1.0 - (h + h), z = q > 0.5 ? h : q < -0.5 ? 1.0 - h : q * q;
     return z > 0.0 ? z : 0.0;
 }
 
-AOMC_SKY_FORMULA double aomc_sky_arc_from(double h, double root)
+AOMC_SKY_FORMULA double aomc_sky_arc_begin(double h, double root)
 {
-    const double half_pi = 1.5707963267948966;
-    double q = 1.0 - (h + h), z = aomc_sky_arc_square(h), s = ((q > 0.5) | (q < -0.5)) ? root : q, p, d, r;
-    p = 3.47933107596021167570e-05 * z + 7.91534994289814532176e-04;
+    double q = 1.0 - (h + h);
+    return ((q > 0.5) | (q < -0.5)) ? root : q;
+}
+
+AOMC_SKY_FORMULA double aomc_sky_arc_sum(double z, double s)
+{
+    double p = 3.47933107596021167570e-05 * z + 7.91534994289814532176e-04, d;
     p = p * z + -4.00555345006794114027e-02;
     p = p * z + 2.01212532134862925881e-01;
     p = p * z + -3.25565818622400915405e-01;
@@ -404,8 +448,15 @@ AOMC_SKY_FORMULA double aomc_sky_arc_from(double h, double root)
     d = d * z + 2.02094576023350569471e00;
     d = d * z + -2.40339491173441421878e00;
     d = d * z + 1.0;
-    r = s + s * (z * p / d);
-    return q > 0.5 ? r + r : q < -0.5 ? 2.0 * half_pi - (r + r) : half_pi - r;
+    return s + s * (z * p / d);
+}
+
+AOMC_SKY_FORMULA double aomc_sky_arc_end(double h, double r)
+{
+    const double half_pi = 1.5707963267948966;
+    double q = 1.0 - (h + h), twice = r + r, beyond = 2.0 * half_pi - twice, within = half_pi - r;
+    within = q < -0.5 ? beyond : within;
+    return q > 0.5 ? twice : within;
 }
 
 /* ---- skies/perez/kernels: law.py and the float64 part of cells.py; `sky` holds a, b, c, d, e ---- */
@@ -431,7 +482,9 @@ AOMC_SKY_FORMULA double aomc_sky_chord(double x, double y, double z, const doubl
 AOMC_SKY_FN double aomc_sky_luminance(double x, double y, double z, const double *sky)
 {
     double h = aomc_sky_chord(x, y, z, sky), first = 1.0 + sky[0] * aomc_sky_exp(aomc_sky_slant(-z, sky[1]));
-    return first * aomc_sky_with_aureole(h, sky[2], aomc_sky_exp(sky[3] * aomc_sky_arc_from(h, sqrt(aomc_sky_arc_square(h)))), sky[4]);
+    double square = aomc_sky_arc_square(h), s = aomc_sky_arc_begin(h, aomc_sky_sqrt_f64(square));
+    double angle = aomc_sky_arc_end(h, aomc_sky_arc_sum(square, s));
+    return first * aomc_sky_with_aureole(h, sky[2], aomc_sky_exp(sky[3] * angle), sky[4]);
 }
 
 /* is_taken_at_once */
@@ -470,34 +523,6 @@ AOMC_SKY_FORMULA uint64_t aomc_sky_number_word(const aomc_sky_source *s, uint64_
 }
 
 
-/* Square roots of n numbers. Compilers make no vectors of a loop whose roots might set errno, so for the common
- * processors they are written out. */
-AOMC_SKY_FN void aomc_sky_roots_f32(uint64_t n, float *x)
-{
-    uint64_t j = 0;
-#if defined(AOMC_SKY_AVX)
-    for (; j + 8 <= n; j += 8) _mm256_storeu_ps(x + j, _mm256_sqrt_ps(_mm256_loadu_ps(x + j)));
-#elif defined(AOMC_SKY_SSE2)
-    for (; j + 4 <= n; j += 4) _mm_storeu_ps(x + j, _mm_sqrt_ps(_mm_loadu_ps(x + j)));
-#elif defined(AOMC_SKY_NEON)
-    for (; j + 4 <= n; j += 4) vst1q_f32(x + j, vsqrtq_f32(vld1q_f32(x + j)));
-#endif
-    for (; j < n; j++) x[j] = sqrtf(x[j]);
-}
-
-AOMC_SKY_FN void aomc_sky_roots_f64(uint64_t n, double *x)
-{
-    uint64_t j = 0;
-#if defined(AOMC_SKY_AVX)
-    for (; j + 4 <= n; j += 4) _mm256_storeu_pd(x + j, _mm256_sqrt_pd(_mm256_loadu_pd(x + j)));
-#elif defined(AOMC_SKY_SSE2)
-    for (; j + 2 <= n; j += 2) _mm_storeu_pd(x + j, _mm_sqrt_pd(_mm_loadu_pd(x + j)));
-#elif defined(AOMC_SKY_NEON)
-    for (; j + 2 <= n; j += 2) vst1q_f64(x + j, vsqrtq_f64(vld1q_f64(x + j)));
-#endif
-    for (; j < n; j++) x[j] = sqrt(x[j]);
-}
-
 /* A rank times a step: a rank of 32 bits takes two products of 32 bits, where processors have none of 64. */
 AOMC_SKY_FORMULA uint64_t aomc_sky_times(uint32_t rank, uint64_t step)
 {
@@ -531,7 +556,13 @@ AOMC_SKY_FN void aomc_sky_slots(const aomc_sky_source *s, uint64_t m, const uint
 {
     const uint32_t *guide = s->guide, *before = (const uint32_t *)s->cumulative;
     uint64_t j, shift = s->guide_shift;
-    if (s->has_wide_ranks)
+    if (!s->is_shuffled) {
+        uint64_t one = aomc_sky_slot(s, rank[0]), end = aomc_sky_before(s, one + 1);
+        for (j = 0; j < m; j++) {
+            while (rank[j] >= end) end = aomc_sky_before(s, ++one + 1);
+            slot[j] = (int32_t)one;
+        }
+    } else if (s->has_wide_ranks)
         for (j = 0; j < m; j++) slot[j] = (int32_t)aomc_sky_slot_wide((const uint64_t *)s->cumulative, guide, shift, rank[j]);
     else
         for (j = 0; j < m; j++) slot[j] = (int32_t)aomc_sky_slot_short(before, guide, (uint32_t)shift, (uint32_t)rank[j]);
@@ -552,17 +583,20 @@ AOMC_SKY_FN void aomc_sky_decisions(const aomc_sky_source *s, uint64_t m, const 
 
 /* Columns of `_luminance`. */
 typedef struct aomc_sky_light {
-    double chord[AOMC_SKY_CHUNK], mu[AOMC_SKY_CHUNK], root[AOMC_SKY_CHUNK];
+    double chord[AOMC_SKY_CHUNK], mu[AOMC_SKY_CHUNK], square[AOMC_SKY_CHUNK];
 } aomc_sky_light;
 
 /* _luminance without J: each step has a loop of its own */
-AOMC_SKY_FN void aomc_sky_luminances(uint64_t n, const double *sky, aomc_sky_light *light, double *value)
+AOMC_SKY_FN void aomc_sky_luminances(uint64_t n, const double *sky, aomc_sky_light *light,
+                                     double *AOMC_SKY_ALONE value)
 {
     double a = sky[0], b = sky[1], c = sky[2], d = sky[3], e = sky[4];
     uint64_t k;
-    for (k = 0; k < n; k++) light->root[k] = aomc_sky_arc_square(light->chord[k]);
-    aomc_sky_roots_f64(n, light->root);
-    for (k = 0; k < n; k++) value[k] = d * aomc_sky_arc_from(light->chord[k], light->root[k]);
+    for (k = 0; k < n; k++) value[k] = light->square[k] = aomc_sky_arc_square(light->chord[k]);
+    aomc_sky_roots_f64(n, value);
+    for (k = 0; k < n; k++) value[k] = aomc_sky_arc_begin(light->chord[k], value[k]);
+    for (k = 0; k < n; k++) value[k] = aomc_sky_arc_sum(light->square[k], value[k]);
+    for (k = 0; k < n; k++) value[k] = d * aomc_sky_arc_end(light->chord[k], value[k]);
     for (k = 0; k < n; k++) value[k] = aomc_sky_with_aureole(light->chord[k], c, aomc_sky_exp(value[k]), e);
     for (k = 0; k < n; k++) light->mu[k] = aomc_sky_slant(light->mu[k], b);
     for (k = 0; k < n; k++) value[k] = (1.0 + a * aomc_sky_exp(light->mu[k])) * value[k];
@@ -588,24 +622,20 @@ AOMC_SKY_FN void aomc_sky_lobe_photon(const aomc_sky_source *s, int32_t lobe, ui
 #define AOMC_SKY_PRECISION 4
 #define AOMC_SKY_F float
 #define AOMC_SKY_N(name) aomc_sky_##name##_f32
-#define AOMC_SKY_SQRT sqrtf
 #define AOMC_SKY_RINT rintf
 #include "aomc_sky.h"
 #undef AOMC_SKY_PRECISION
 #undef AOMC_SKY_F
 #undef AOMC_SKY_N
-#undef AOMC_SKY_SQRT
 #undef AOMC_SKY_RINT
 #define AOMC_SKY_PRECISION 8
 #define AOMC_SKY_F double
 #define AOMC_SKY_N(name) aomc_sky_##name##_f64
-#define AOMC_SKY_SQRT sqrt
 #define AOMC_SKY_RINT rint
 #include "aomc_sky.h"
 #undef AOMC_SKY_PRECISION
 #undef AOMC_SKY_F
 #undef AOMC_SKY_N
-#undef AOMC_SKY_SQRT
 #undef AOMC_SKY_RINT
 
 /* ---- skies/lobes/kernels: law.py and cells.py, float64 for both precisions ---- */
@@ -633,9 +663,10 @@ AOMC_SKY_FORMULA double aomc_sky_whole(uint64_t word, uint64_t bits) { return (d
 AOMC_SKY_FORMULA double aomc_sky_beckmann_square(double a, double b)
 {
     double power, m = aomc_sky_split_power(b, &power), f;
-    int is_small = m < 0.7071067811865476, is_near = a < 0.25;
-    f = is_near ? -a : (is_small ? m + m : m) - 1.0;
-    return -aomc_sky_log_of_parts(f, is_near ? 0.0 : power - (is_small ? 1.0 : 0.0));
+    double twice = m + m, less = power - 1.0;
+    f = (m < 0.7071067811865476 ? twice : m) - 1.0;
+    power = m < 0.7071067811865476 ? less : power;
+    return -aomc_sky_log_of_parts(a < 0.25 ? -a : f, a < 0.25 ? 0.0 : power);
 }
 
 /* _heights with squares for R, and for Z of "ggx" */
@@ -686,7 +717,7 @@ AOMC_SKY_FN double aomc_sky_lobe_try(const aomc_sky_source *s, int32_t lobe, int
     else aomc_sky_shares(0.0, cell[3], aomc_sky_whole(first, 0), cell, &a, &b);
     aomc_sky_squares(kind, shape[8], &a, &b);
     aomc_sky_turned_quarter_f64(cell[5], cell[6], cell[4], aomc_sky_uniform(second), &sine, &cosine);
-    scale = -1.0 / sqrt(aomc_sky_world(sqrt(a), kind == 1 ? sqrt(b) : b, sine, cosine, shape, out, out + 1, out + 2));
+    scale = -1.0 / aomc_sky_sqrt_f64(aomc_sky_world(aomc_sky_sqrt_f64(a), kind == 1 ? aomc_sky_sqrt_f64(b) : b, sine, cosine, shape, out, out + 1, out + 2));
     out[0] *= scale, out[1] *= scale, out[2] *= scale;
     return cell[7];
 }
@@ -719,6 +750,7 @@ AOMC_SKY_FN void aomc_sky_lobe_tries(const aomc_sky_source *s, int32_t lobe, uin
     const uint32_t *bin = s->bins + range[0];
     uint64_t k, bits = range[1], mask = (UINT64_C(1) << bits) - 1;
     int kind = aomc_sky_kind(s, lobe), is_named = s->by_philox || trial > 0;
+    for (; n % 8 != 0; n++) t->rank[n] = t->rank[n - 1]; /* whole vectors */
     if (trial > 0) {
         for (k = 0; k < n; k++)
             aomc_sky_later(s->placement_key, t->rank[k], s->band, trial, t->first + k, t->second + k, t->word + k);
@@ -787,11 +819,18 @@ AOMC_SKY_FN int64_t aomc_sky_due(const aomc_sky_source *s, int precision, int64_
 /* Photon i of the band, 0 to n - 1. Of another i, and of a source of float64: NaN, and patch -1. */
 AOMC_SKY_API aomc_sky_photon aomc_sky_at(const aomc_sky_source *source, int64_t i)
 {
+    float x = NAN, y = NAN, z = NAN;
+    int32_t patch = -1;
+    uint32_t words[3];
+    uint64_t pairs[2];
     aomc_sky_photon p;
-    p.ux = p.uy = p.uz = NAN;
-    p.patch = -1;
     if (i >= 0 && i < source->n && source->precision == 4)
-        p.patch = aomc_sky_photon_f32(source, (uint64_t)i, &p.ux, &p.uy, &p.uz, NULL);
+        patch = aomc_sky_photon_f32(source, (uint64_t)i, &x, &y, &z, NULL);
+    /* in two words, as processors return it: put together in memory it would take as long as the rest */
+    memcpy(words, &x, 4), memcpy(words + 1, &y, 4), memcpy(words + 2, &z, 4);
+    pairs[0] = words[0] | (uint64_t)words[1] << 32;
+    pairs[1] = words[2] | (uint64_t)(uint32_t)patch << 32;
+    memcpy(&p, pairs, sizeof p);
     return p;
 }
 
@@ -1012,6 +1051,7 @@ AOMC_SKY_HOST int aomc_sky_open_band(const aomc_sky_file *file, int32_t band, co
 #undef AOMC_SKY_AT
     s->law_of_all = s->way == AOMC_SKY_IN_MU ? AOMC_SKY_CELL_MU : AOMC_SKY_CELL_MU2;
     s->n_witness = (int32_t)(t[AOMC_SKY_WITNESSES].count / 12);
+    s->is_common = s->way <= AOMC_SKY_QUARTER && !s->law && !s->by_philox && !s->slopes && !s->perez_word && !s->lobe;
     return 0;
 }
 
@@ -1348,7 +1388,7 @@ AOMC_SKY_FORMULA AOMC_SKY_F AOMC_SKY_N(on_slope)(AOMC_SKY_F u, int32_t steps)
     const AOMC_SKY_F one = 1, below_one = (AOMC_SKY_F)(AOMC_SKY_PRECISION == 4 ? 0.999999940395355224609375
                                                                               : 0.99999999999999988897769753748434596);
     AOMC_SKY_F slope = (AOMC_SKY_F)steps * (AOMC_SKY_F)9.31322574615478515625e-10, rest = one - slope, x;
-    x = (u + u) / (rest + AOMC_SKY_SQRT(rest * rest + (AOMC_SKY_F)4 * slope * u));
+    x = (u + u) / (rest + AOMC_SKY_N(sqrt)(rest * rest + (AOMC_SKY_F)4 * slope * u));
     return x < below_one ? x : below_one;
 }
 
@@ -1356,10 +1396,10 @@ AOMC_SKY_FORMULA AOMC_SKY_F AOMC_SKY_N(on_slope)(AOMC_SKY_F u, int32_t steps)
 AOMC_SKY_FORMULA void AOMC_SKY_N(from_mu2)(AOMC_SKY_F h0, AOMC_SKY_F h1, AOMC_SKY_F h2, AOMC_SKY_F u, AOMC_SKY_F sine,
                                       AOMC_SKY_F cosine, AOMC_SKY_F *x, AOMC_SKY_F *y, AOMC_SKY_F *z)
 {
-    AOMC_SKY_F radius = AOMC_SKY_SQRT(h0 + h1 * u);
+    AOMC_SKY_F radius = AOMC_SKY_N(sqrt)(h0 + h1 * u);
     *x = -(radius * cosine);
     *y = -(radius * sine);
-    *z = -AOMC_SKY_SQRT(h2 + h1 * ((AOMC_SKY_F)1 - u));
+    *z = -AOMC_SKY_N(sqrt)(h2 + h1 * ((AOMC_SKY_F)1 - u));
 }
 
 /* from_mu */
@@ -1367,26 +1407,27 @@ AOMC_SKY_FORMULA void AOMC_SKY_N(from_mu)(AOMC_SKY_F h0, AOMC_SKY_F h1, AOMC_SKY
                                      AOMC_SKY_F cosine, AOMC_SKY_F *x, AOMC_SKY_F *y, AOMC_SKY_F *z)
 {
     const AOMC_SKY_F one = 1;
-    AOMC_SKY_F mu = h2 + h1 * (one - u), radius = AOMC_SKY_SQRT((h0 + h1 * u) * (one + mu));
+    AOMC_SKY_F mu = h2 + h1 * (one - u), radius = AOMC_SKY_N(sqrt)((h0 + h1 * u) * (one + mu));
     *x = -(radius * cosine);
     *y = -(radius * sine);
     *z = -mu;
 }
 
-/* disc */
-AOMC_SKY_FORMULA void AOMC_SKY_N(disc)(const AOMC_SKY_F *p, AOMC_SKY_F u, AOMC_SKY_F v, AOMC_SKY_F *x, AOMC_SKY_F *y,
-                                  AOMC_SKY_F *z)
+/* disc but for the root of the square of z, which it returns; `root` is that of u */
+AOMC_SKY_FORMULA AOMC_SKY_F AOMC_SKY_N(disc)(AOMC_SKY_F h0, AOMC_SKY_F h1, AOMC_SKY_F h2, AOMC_SKY_F h3, AOMC_SKY_F t0,
+                                             AOMC_SKY_F t1, AOMC_SKY_F u, AOMC_SKY_F root, AOMC_SKY_F v, AOMC_SKY_F *x,
+                                             AOMC_SKY_F *y)
 {
     const AOMC_SKY_F one = 1;
-    AOMC_SKY_F s, c, root = AOMC_SKY_SQRT(u), along, across, far, height;
+    AOMC_SKY_F s, c, along, across, far, height;
     AOMC_SKY_N(turned_any)((AOMC_SKY_F)0, one, one + one, v, &s, &c);
-    along = p[2] * root * c;
-    across = p[2] * root * s;
-    far = p[3] * p[0] + along * p[1];
-    height = p[3] * p[1] - along * p[0];
-    *x = -(far * p[5] - across * p[4]);
-    *y = -(far * p[4] + across * p[5]);
-    *z = -AOMC_SKY_SQRT(height * height + p[2] * p[2] * (one - u));
+    along = h2 * root * c;
+    across = h2 * root * s;
+    far = h3 * h0 + along * h1;
+    height = h3 * h1 - along * h0;
+    *x = -(far * t1 - across * t0);
+    *y = -(far * t0 + across * t1);
+    return height * height + h2 * h2 * (one - u);
 }
 
 /* disc_at_horizon_trial */
@@ -1394,8 +1435,8 @@ AOMC_SKY_FORMULA int AOMC_SKY_N(horizon_trial)(const AOMC_SKY_F *p, AOMC_SKY_F u
                                           AOMC_SKY_F *y, AOMC_SKY_F *z)
 {
     const AOMC_SKY_F one = 1;
-    AOMC_SKY_F s, c, dx, dy, dz, sine = AOMC_SKY_SQRT(one - p[3] * p[3]), mu2 = p[0] * (one - u),
-                                 mu = AOMC_SKY_SQRT(mu2), far = AOMC_SKY_SQRT(one - mu2);
+    AOMC_SKY_F s, c, dx, dy, dz, sine = AOMC_SKY_N(sqrt)(one - p[3] * p[3]), mu2 = p[0] * (one - u),
+                                 mu = AOMC_SKY_N(sqrt)(mu2), far = AOMC_SKY_N(sqrt)(one - mu2);
     AOMC_SKY_N(turned_any)((AOMC_SKY_F)0, one, p[1], v, &s, &c);
     dx = far * c - sine;
     dy = far * s;
@@ -1416,7 +1457,8 @@ AOMC_SKY_FN uint32_t AOMC_SKY_N(direction)(const aomc_sky_source *s, int law, co
     uint64_t a, b;
     uint32_t trial;
     if (law == AOMC_SKY_DISC) {
-        AOMC_SKY_N(disc)(p, u, v, x, y, z);
+        *z = AOMC_SKY_N(disc)(p[0], p[1], p[2], p[3], p[4], p[5], u, AOMC_SKY_N(sqrt)(u), v, x, y);
+        *z = -AOMC_SKY_N(sqrt)(*z);
         return 0;
     }
     if (law == AOMC_SKY_DISC_AT_HORIZON) {
@@ -1488,13 +1530,12 @@ AOMC_SKY_FN uint32_t AOMC_SKY_N(further)(const aomc_sky_source *s, uint32_t tria
 
 /* ---- emission/kernels/sampler.py ---- */
 
-/* photon_at: the direction of photon i; returns its cell. `inside` is NULL, or takes unrounded values for witnesses. */
-AOMC_SKY_FN int32_t AOMC_SKY_N(photon)(const aomc_sky_source *s, uint64_t i, AOMC_SKY_F *x, AOMC_SKY_F *y,
-                                       AOMC_SKY_F *z, double *inside)
+/* photon_at but for the common case: the direction of a photon in a cell, by its rank. `inside` is NULL, or takes
+ * unrounded values for witnesses. */
+AOMC_SKY_APART void AOMC_SKY_N(of_rank)(const aomc_sky_source *s, uint64_t rank, int32_t cell, AOMC_SKY_F *x,
+                                           AOMC_SKY_F *y, AOMC_SKY_F *z, double *inside)
 {
-    uint64_t rank = aomc_sky_rank(s, i), a, b, turn;
-    uint32_t slot = aomc_sky_slot(s, rank);
-    int32_t cell = s->cell_of_slot ? s->cell_of_slot[slot] : (int32_t)slot;
+    uint64_t a, b, turn;
     AOMC_SKY_F p[6], u, v, jacobian = 1;
     turn = AOMC_SKY_N(cell)(s, cell, p);
     if (s->by_philox) {
@@ -1509,7 +1550,7 @@ AOMC_SKY_FN int32_t AOMC_SKY_N(photon)(const aomc_sky_source *s, uint64_t i, AOM
         aomc_sky_lobe_photon(s, s->lobe[cell], a, b, rank, of_lobe);
         if (inside) memcpy(inside, of_lobe, sizeof of_lobe);
         *x = (AOMC_SKY_F)of_lobe[0], *y = (AOMC_SKY_F)of_lobe[1], *z = (AOMC_SKY_F)of_lobe[2];
-        return cell;
+        return;
     }
     u = AOMC_SKY_N(unit)(a);
     v = AOMC_SKY_N(unit)(b + turn);
@@ -1526,6 +1567,28 @@ AOMC_SKY_FN int32_t AOMC_SKY_N(photon)(const aomc_sky_source *s, uint64_t i, AOM
             AOMC_SKY_N(further)(s, 1, p, cell, rank, x, y, z);
         if (inside && s->perez_bound[cell] >= 0.0) inside[0] = aomc_sky_luminance(*x, *y, *z, s->sky);
     }
+}
+
+/* photon_at: the direction of photon i; returns its cell */
+AOMC_SKY_FORMULA int32_t AOMC_SKY_N(photon)(const aomc_sky_source *s, uint64_t i, AOMC_SKY_F *x, AOMC_SKY_F *y,
+                                            AOMC_SKY_F *z, double *inside)
+{
+    uint64_t rank = aomc_sky_rank(s, i), turn;
+    uint32_t slot = aomc_sky_slot(s, rank);
+    int32_t cell = s->cell_of_slot ? s->cell_of_slot[slot] : (int32_t)slot;
+    AOMC_SKY_F p[6], u, v, sine, cosine;
+    if (!s->is_common) {
+        AOMC_SKY_F out[3]; /* so that the short way needs no memory */
+        AOMC_SKY_N(of_rank)(s, rank, cell, out, out + 1, out + 2, inside);
+        *x = out[0], *y = out[1], *z = out[2];
+        return cell;
+    }
+    turn = AOMC_SKY_N(cell)(s, cell, p);
+    u = AOMC_SKY_N(unit)(s->shifts[0] + rank * s->steps[0]);
+    v = AOMC_SKY_N(unit)(s->shifts[1] + rank * s->steps[1] + turn);
+    if (s->way == AOMC_SKY_NARROW) AOMC_SKY_N(turned_narrow)(p[4], p[5], p[3], v, &sine, &cosine);
+    else AOMC_SKY_N(turned_quarter)(p[4], p[5], p[3], v, &sine, &cosine);
+    AOMC_SKY_N(from_mu2)(p[0], p[1], p[2], u, sine, cosine, x, y, z);
     return cell;
 }
 
@@ -1644,15 +1707,41 @@ AOMC_SKY_FN void AOMC_SKY_N(places)(const aomc_sky_source *s, uint64_t m, AOMC_S
         }
 }
 
-/* _other_laws: the photons beside the main law, over those of it; lobes have their turn later */
+/* _discs: photons of discs side by side */
+AOMC_SKY_FN void AOMC_SKY_N(discs)(uint64_t n, const uint32_t *chosen, const AOMC_SKY_N(columns) *c, AOMC_SKY_F *x,
+                                   AOMC_SKY_F *y, AOMC_SKY_F *z)
+{
+    AOMC_SKY_F head[4 * AOMC_SKY_BLOCK], tail[4 * AOMC_SKY_BLOCK], u[AOMC_SKY_BLOCK], v[AOMC_SKY_BLOCK];
+    AOMC_SKY_F root[AOMC_SKY_BLOCK], across[AOMC_SKY_BLOCK], along[AOMC_SKY_BLOCK];
+    uint64_t k;
+    for (k = 0; k < n; k++) {
+        uint32_t j = chosen[k];
+        memcpy(head + 4 * k, c->head + 4 * j, 4 * sizeof *head);
+        memcpy(tail + 4 * k, c->tail + 4 * j, 4 * sizeof *tail);
+        u[k] = root[k] = c->u[j];
+        v[k] = c->v[j];
+    }
+    AOMC_SKY_N(roots)(n, root);
+    for (k = 0; k < n; k++)
+        root[k] = AOMC_SKY_N(disc)(head[4 * k], head[4 * k + 1], head[4 * k + 2], tail[4 * k + 2], tail[4 * k],
+                                   tail[4 * k + 1], u[k], root[k], v[k], across + k, along + k);
+    AOMC_SKY_N(roots)(n, root);
+    for (k = 0; k < n; k++) x[chosen[k]] = across[k], y[chosen[k]] = along[k], z[chosen[k]] = -root[k];
+}
+
+/* _other_laws: the photons beside the main law, over those of it; lobes have their turn later. Returns later trials. */
 AOMC_SKY_FN uint64_t AOMC_SKY_N(other_laws)(const aomc_sky_source *s, uint64_t m, AOMC_SKY_N(columns) *c,
                                             AOMC_SKY_F *x, AOMC_SKY_F *y, AOMC_SKY_F *z)
 {
-    uint64_t j, k, n = 0, tries = 0;
-    for (j = 0; j < m; j++) {
-        c->chosen[n] = (uint32_t)j;
-        n += s->law[c->cell[j]] != s->law_of_all;
+    uint64_t j, k, n = 0, n_disc = 0, tries = 0;
+    uint32_t disc[AOMC_SKY_BLOCK];
+    for (j = 0; j < m; j++) { /* without branches, which would be guessed wrongly too often */
+        int law = s->law[c->cell[j]], is_disc = law == AOMC_SKY_DISC;
+        disc[n_disc] = c->chosen[n] = (uint32_t)j;
+        n_disc += (uint64_t)is_disc;
+        n += (law != s->law_of_all) & !is_disc;
     }
+    if (n_disc) AOMC_SKY_N(discs)(n_disc, disc, c, x, y, z);
     for (k = 0; k < n; k++) {
         AOMC_SKY_F p[6];
         int law;
@@ -1786,26 +1875,28 @@ AOMC_SKY_FN uint64_t AOMC_SKY_N(lobes)(const aomc_sky_source *s, uint64_t m, AOM
     }
     while (n > 0) { /* the lobe of the first photon that is left */
         int32_t lobe = s->lobe[c->cell[c->chosen[0]]];
-        uint32_t part[AOMC_SKY_CHUNK], trial;
-        uint64_t p = 0, left = 0;
+        uint32_t own[AOMC_SKY_BLOCK], trial;
+        uint64_t p = 0, left = 0, lo, one;
         for (k = 0; k < n; k++) {
             j = c->chosen[k];
-            if (p < AOMC_SKY_CHUNK && s->lobe[c->cell[j]] == lobe) part[p++] = (uint32_t)j;
+            if (s->lobe[c->cell[j]] == lobe) own[p++] = (uint32_t)j;
             else c->chosen[left++] = (uint32_t)j;
         }
         n = left;
-        for (trial = 0; p > 0 && trial < AOMC_SKY_LAST_TRIAL; trial++) {
-            aomc_sky_lobe_columns t;
-            for (k = 0; k < p; k++) t.rank[k] = c->rank[part[k]];
-            aomc_sky_lobe_tries(s, lobe, trial, p, &t);
-            for (k = 0, left = 0; k < p; k++) {
-                j = part[k];
-                x[j] = (AOMC_SKY_F)t.x[k], y[j] = (AOMC_SKY_F)t.y[k], z[j] = (AOMC_SKY_F)t.up[k];
-                if (inside) inside[3 * j] = t.x[k], inside[3 * j + 1] = t.y[k], inside[3 * j + 2] = t.up[k];
-                part[left] = (uint32_t)j;
-                left += !(t.excess[k] < 0.0);
+        for (trial = 0; p > 0 && trial < AOMC_SKY_LAST_TRIAL; trial++, tries += p = left) {
+            for (lo = 0, left = 0; lo < p; lo += one) {
+                aomc_sky_lobe_columns t;
+                one = p - lo < AOMC_SKY_CHUNK ? p - lo : AOMC_SKY_CHUNK;
+                for (k = 0; k < one; k++) t.rank[k] = c->rank[own[lo + k]];
+                aomc_sky_lobe_tries(s, lobe, trial, one, &t);
+                for (k = 0; k < one; k++) {
+                    j = own[lo + k];
+                    x[j] = (AOMC_SKY_F)t.x[k], y[j] = (AOMC_SKY_F)t.y[k], z[j] = (AOMC_SKY_F)t.up[k];
+                    if (inside) inside[3 * j] = t.x[k], inside[3 * j + 1] = t.y[k], inside[3 * j + 2] = t.up[k];
+                    own[left] = (uint32_t)j;
+                    left += !(t.excess[k] < 0.0);
+                }
             }
-            tries += p = left;
         }
     }
     return tries;
@@ -1884,8 +1975,7 @@ AOMC_SKY_FN int64_t AOMC_SKY_N(range)(const aomc_sky_source *s, uint64_t start, 
                                       AOMC_SKY_F *uy, AOMC_SKY_F *uz, double *inside)
 {
     uint64_t lo, m, tries = 0;
-    if (!s->is_shuffled && !s->law && !s->by_philox && !s->slopes && !s->perez_word && !s->lobe &&
-        s->way <= AOMC_SKY_QUARTER && (uint64_t)s->n >= 8 * (uint64_t)s->n_slot) {
+    if (!s->is_shuffled && s->is_common && (uint64_t)s->n >= 8 * (uint64_t)s->n_slot) {
         AOMC_SKY_N(runs)(s, start, n, ux, uy, uz);
         return (int64_t)n;
     }
