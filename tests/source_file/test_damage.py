@@ -14,7 +14,7 @@ from aomc_sky.cli.commands.info import include_dir
 from aomc_sky.emission import source_file
 from aomc_sky.emission.source_file import SECTIONS, checksum
 from tests.support.shared import REPOSITORY
-from tests.support.source_files import FLAGS_OF_HOST, SCENES, built, needs_gcc, source_of
+from tests.support.source_files import FLAGS_OF_HOST, SCENES, built, compare, needs_gcc, source_of
 
 pytestmark = needs_gcc
 HEADER = include_dir() / "aomc_sky.h"
@@ -268,8 +268,8 @@ def test_witnesses_take_every_way(name):
     tables = source_file.Tables.of(source._emitter, 0)
     words = source_file.witnesses(source._emitter, 0, tables).reshape(-1, 12)
     assert len(words) == source_file.witnesses.__globals__["N_WITNESSES"]
-    starts = source.plan.arrays["component_start"]
-    lit = np.diff(source.plan.arrays["cumulative"][0][starts]) > 0
+    starts = source.plan.component_start
+    lit = np.diff(source.plan.cumulative[0][starts]) > 0
     seen = np.unique(np.searchsorted(starts, words[:, 1].astype(np.int64), side="right") - 1)
     assert seen.tolist() == np.flatnonzero(lit).tolist()
 
@@ -307,8 +307,8 @@ def _weighted():
     )
 
 
-def test_positions_are_refused():
+def test_positions_are_the_hosts():
+    """A footprint changes the plan's name in the file and no direction, as AOMC's amc.inp has it."""
     circle = sky.Footprint(shape="circle", size_x_m=2.0, size_y_m=2.0)
     scene = sky.Scene(wavebands=[550.0], n_photons=1000, components="uniform", footprint=circle)
-    with pytest.raises(sky.errors.UsageError, match="for a point"):
-        scene.source(seed=1).to_bytes()
+    compare(built("-O2"), scene.source(seed=1))
