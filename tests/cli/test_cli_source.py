@@ -1,4 +1,4 @@
-"""``aomc-sky`` and files of a source: what `info` says of them, and whether `verify` finds one that is not its run's."""
+"""Files of a source: what `info` says of them, and that `verify` finds one that is not of its run."""
 
 from __future__ import annotations
 
