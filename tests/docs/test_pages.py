@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -117,3 +118,10 @@ def test_wrong_page_is_noticed(page: str, tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setattr("tests.support.pages.REPOSITORY", tmp_path / "repository")
     with pytest.raises(AssertionError):
         carry_out("wrong.md", tmp_path / "work")
+
+
+def test_page_of_compiled_codes(tmp_path: Path) -> None:
+    for program in ("gcc", "gfortran"):
+        if shutil.which(program) is None:
+            pytest.skip(f"{program} not installed")
+    assert carry_out("howto/compiled_codes.md", tmp_path) == 6
