@@ -2,8 +2,8 @@
 
     python bench/source_file.py [--photons 2000000] [--repeats 7] [--flags "-O3 -march=native"]
 
-Each line is a law in an order and a precision. All of a line is timed in turn, and the best of the repeats counts. The C
-program is compiled with the flags given; every photon of `fill` is compared with ours.
+Each line is a law in an order and a precision. All of a line is timed in turn, and the best of the repeats counts. The
+C program is compiled with the flags given; every photon of `fill` is compared with ours.
 """
 
 from __future__ import annotations
@@ -37,7 +37,9 @@ int open_bytes(const void *bytes, uint64_t size) {
     int code = aomc_sky_view(bytes, size, &file);
     return code ? code : aomc_sky_band(&file, 0, &source);
 }
-int64_t fill_f32(int64_t start, int64_t n, float *x, float *y, float *z) { return aomc_sky_fill(&source, start, n, x, y, z); }
+int64_t fill_f32(int64_t start, int64_t n, float *x, float *y, float *z) {
+    return aomc_sky_fill(&source, start, n, x, y, z);
+}
 int64_t fill_f64(int64_t start, int64_t n, double *x, double *y, double *z) {
     return aomc_sky_fill_double(&source, start, n, x, y, z);
 }
@@ -48,7 +50,10 @@ double sum_f32(int64_t n) {
 }
 double sum_f64(int64_t n) {
     double sum = 0;
-    for (int64_t i = 0; i < n; i++) { aomc_sky_photon_double p = aomc_sky_at_double(&source, i); sum += p.ux + p.uy * p.uz; }
+    for (int64_t i = 0; i < n; i++) {
+        aomc_sky_photon_double p = aomc_sky_at_double(&source, i);
+        sum += p.ux + p.uy * p.uz;
+    }
     return sum;
 }
 """
@@ -202,8 +207,8 @@ def main() -> None:
             done = subprocess.run([load, path], capture_output=True, text=True, check=True).stdout.split()
             size = path.stat().st_size
             print(
-                f"{scene_name}: {size / 1e6:.2f} MB, {size / source.n_bands / 1e6:.2f} a band; loaded in {float(done[1]):.2f} "
-                f"ms, {float(done[1]) / size * 1e6:.2f} a MB; {int(done[2]) / 1e3:.1f} MB resident"
+                f"{scene_name}: {size / 1e6:.2f} MB, {size / source.n_bands / 1e6:.2f} a band; loaded in "
+                f"{float(done[1]):.2f} ms, {float(done[1]) / size * 1e6:.2f} a MB; {int(done[2]) / 1e3:.1f} MB resident"
             )
 
 

@@ -15,14 +15,14 @@ program sky_means
     real(real64) :: cosine
 
     call get_command_argument(1, path)
-    call need(int(aomc_sky_load(path, file), int64))
+    call need(int(aomc_sky_load(trim(path) // achar(0), file), int64))
     do band = 0, file%n_bands - 1
         call need(int(aomc_sky_band(file, band, source), int64))
         cosine = 0
         bits = 0
         !$omp parallel do private(n, i, ux, uy, uz) reduction(+: cosine) reduction(ieor: bits) schedule(dynamic)
         do start = 0, source%n - 1, block
-            n = aomc_sky_fill(source, start, ux, uy, uz)
+            n = aomc_sky_fill(source, start, block, ux, uy, uz)
             call need(n)
             do i = 1, n ! here your photon goes its way
                 cosine = cosine - uz(i)
@@ -50,7 +50,7 @@ contains
     subroutine need(code) ! a negative one ends the program with what it says
         integer(int64), intent(in) :: code
         if (code >= 0) return
-        write (error_unit, "(2a)") "aomc-sky: ", aomc_sky_message(code)
+        write (error_unit, "(2a)") "aomc-sky: ", aomc_sky_text(code)
         stop 1
     end subroutine
 end program

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import itertools
 import re
 import shutil
@@ -14,7 +13,6 @@ import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.emission.source_file import source_bytes
-from aomc_sky.plan.footprint import Footprint
 from tests.support.shared import REPOSITORY
 from tests.support.source_files import LOBES, SCENES, built, compare, needs_gcc, same_bits, source_of
 
@@ -74,7 +72,6 @@ def test_scenes_of_inputs(name):
         scene = sky.read_scene(REPOSITORY / "inputs" / name, iterations=20_000)
     except sky.errors.MissingExtraError as error:
         pytest.skip(str(error))
-    scene = dataclasses.replace(scene, footprint=Footprint())
     for options in ({}, {"precision": "float64", "order": "patch"}):
         compare(built("-O3 -march=native"), scene.source(seed=3, **options))
 

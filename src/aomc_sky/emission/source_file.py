@@ -1,6 +1,6 @@
 """A source as one block of bytes, which ``include/aomc_sky.h`` reads: the plan packed for codes without Python.
 
-The layout is on the page docs/formats/source.md. All numbers are little-endian. A head names the plan. A record of each
+The layout is on the page docs/formats/source.md. All numbers are little-endian. A head names the plan. The record of a
 band has its constants and leads to a directory of sections, the tables of the emission kernels. Equal tables are stored
 once, so wavebands of one sky share them. `Tables.of` alone knows how the emission holds its tables.
 """

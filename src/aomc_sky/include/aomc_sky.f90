@@ -1,219 +1,162 @@
-! The photons of aomc-sky from a file, without Python: Fortran 2008 over aomc_sky.h, whose comments say what each function
-! does. Compile aomc_sky.c with the program. MIT licence.
+! The photons of aomc-sky from a file, without Python: the functions of aomc_sky.h for Fortran 2008.
 !
-!    type(aomc_sky_file) :: file
-!    type(aomc_sky_source) :: source
-!    code = aomc_sky_load("day.sky", file)
-!    if (code == 0) code = aomc_sky_band(file, 0, source)
-!    if (code /= 0) print *, aomc_sky_message(int(code, int64))
-!    n = aomc_sky_fill(source, start, ux, uy, uz)
+!     cc -O3 -c aomc_sky.c
+!     gfortran -O3 -c aomc_sky.f90
 !
-! Bands and photons count from 0, as in C: the first photon of the first band is photon 0 of band 0.
+! Bands and photons count from 0, as in C. Codes are those of aomc_sky.h, and aomc_sky_message says what they mean.
+!
+!     type(aomc_sky_file) :: file
+!     type(aomc_sky_source) :: source
+!     code = aomc_sky_load("day.sky"//c_null_char, file)
+!     if (code == 0) code = aomc_sky_band(file, 0_c_int32_t, source)
+!     if (code /= 0) error stop aomc_sky_text(int(code, c_int64_t))
+!     n = aomc_sky_fill(source, 0_c_int64_t, size(ux, kind=c_int64_t), ux, uy, uz)
 module aomc_sky
     use, intrinsic :: iso_c_binding
     implicit none
     private
+    public :: aomc_sky_file, aomc_sky_source, aomc_sky_photon, aomc_sky_photon_double, aomc_sky_load, aomc_sky_view, &
+        aomc_sky_unload, aomc_sky_band, aomc_sky_at, aomc_sky_at_double, aomc_sky_fill, aomc_sky_fill_double, &
+        aomc_sky_numbers, aomc_sky_numbers_double, aomc_sky_numbers_at, aomc_sky_numbers_at_double, &
+        aomc_sky_witness, aomc_sky_checksum, aomc_sky_text
 
-    type, bind(c), public :: aomc_sky_file
-        type(c_ptr) :: bytes = c_null_ptr
-        integer(c_int64_t) :: size = 0
-        integer(c_int32_t) :: n_bands = 0, precision = 0
-        character(kind=c_char) :: plan_sha256(65) = c_null_char
-        character(kind=c_char) :: is_owned = c_null_char, reserve(6) = c_null_char
+    type, bind(C) :: aomc_sky_file
+        type(c_ptr) :: bytes
+        integer(c_int64_t) :: size
+        integer(c_int32_t) :: n_bands, precision
+        character(kind=c_char) :: plan_sha256(65), is_owned, reserve(6)
     end type
 
-    type, bind(c), public :: aomc_sky_source
-        integer(c_int64_t) :: n = 0 ! photons
-        real(c_double) :: wavelength_nm = 0, irradiance_w_m2_nm = 0
-        integer(c_int64_t) :: ours(54) = 0
+    ! After the first three numbers the fields are those of C; their words have the size that C says.
+    type, bind(C) :: aomc_sky_source
+        integer(c_int64_t) :: n
+        real(c_double) :: wavelength_nm, irradiance_W_m2_nm
+        integer(c_int64_t) :: rest(61)
     end type
 
-    type, bind(c), public :: aomc_sky_photon
+    type, bind(C) :: aomc_sky_photon
         real(c_float) :: ux, uy, uz
         integer(c_int32_t) :: patch
     end type
 
-    type, bind(c), public :: aomc_sky_photon_double
+    type, bind(C) :: aomc_sky_photon_double
         real(c_double) :: ux, uy, uz
         integer(c_int32_t) :: patch
     end type
 
-    ! Directions of the photons from `start` on, as many as the arrays hold; how many, 0 at the end, negative: a code.
-    interface aomc_sky_fill
-        module procedure fill_single, fill_double
-    end interface
-
-    ! Their numbers, of which the second and the third may be left out.
-    interface aomc_sky_numbers
-        module procedure numbers_single, numbers_double
-    end interface
-
-    public :: aomc_sky_load, aomc_sky_view, aomc_sky_unload, aomc_sky_band, aomc_sky_at, aomc_sky_at_double
-    public :: aomc_sky_fill, aomc_sky_numbers, aomc_sky_witness, aomc_sky_message
-
     interface
-        function view_c(bytes, size, file) bind(c, name="aomc_sky_view") result(code)
-            import :: c_int, c_int64_t, c_ptr, aomc_sky_file
+        integer(c_int) function aomc_sky_load(path, file) bind(C)
+            import :: aomc_sky_file, c_char, c_int
+            character(kind=c_char), intent(in) :: path(*)
+            type(aomc_sky_file), intent(out) :: file
+        end function
+
+        ! Bytes that are in memory, aligned to 16 bytes, as MPI_Bcast leaves them; they must stay and not change.
+        integer(c_int) function aomc_sky_view(bytes, size, file) bind(C)
+            import :: aomc_sky_file, c_int, c_int64_t, c_ptr
             type(c_ptr), value :: bytes
             integer(c_int64_t), value :: size
             type(aomc_sky_file), intent(out) :: file
-            integer(c_int) :: code
         end function
 
-        function load_c(path, file) bind(c, name="aomc_sky_load") result(code)
-            import :: c_char, c_int, aomc_sky_file
-            character(kind=c_char), intent(in) :: path(*)
-            type(aomc_sky_file), intent(out) :: file
-            integer(c_int) :: code
-        end function
-
-        subroutine aomc_sky_unload(file) bind(c)
+        subroutine aomc_sky_unload(file) bind(C)
             import :: aomc_sky_file
             type(aomc_sky_file), intent(inout) :: file
         end subroutine
 
-        function aomc_sky_band(file, band, source) bind(c) result(code)
-            import :: c_int, c_int32_t, aomc_sky_file, aomc_sky_source
+        integer(c_int) function aomc_sky_band(file, band, source) bind(C)
+            import :: aomc_sky_file, aomc_sky_source, c_int, c_int32_t
             type(aomc_sky_file), intent(in) :: file
             integer(c_int32_t), value :: band
             type(aomc_sky_source), intent(out) :: source
-            integer(c_int) :: code
         end function
 
-        function aomc_sky_witness(source) bind(c) result(code)
-            import :: c_int, aomc_sky_source
-            type(aomc_sky_source), intent(in) :: source
-            integer(c_int) :: code
-        end function
-
-        function aomc_sky_at(source, i) bind(c) result(photon)
-            import :: c_int64_t, aomc_sky_source, aomc_sky_photon
+        type(aomc_sky_photon) function aomc_sky_at(source, i) bind(C)
+            import :: aomc_sky_photon, aomc_sky_source, c_int64_t
             type(aomc_sky_source), intent(in) :: source
             integer(c_int64_t), value :: i
-            type(aomc_sky_photon) :: photon
         end function
 
-        function aomc_sky_at_double(source, i) bind(c) result(photon)
-            import :: c_int64_t, aomc_sky_source, aomc_sky_photon_double
+        type(aomc_sky_photon_double) function aomc_sky_at_double(source, i) bind(C)
+            import :: aomc_sky_photon_double, aomc_sky_source, c_int64_t
             type(aomc_sky_source), intent(in) :: source
             integer(c_int64_t), value :: i
-            type(aomc_sky_photon_double) :: photon
         end function
 
-        function fill_c(source, start, n, ux, uy, uz) bind(c, name="aomc_sky_fill") result(done)
-            import :: c_float, c_int64_t, aomc_sky_source
+        integer(c_int64_t) function aomc_sky_fill(source, start, n, ux, uy, uz) bind(C)
+            import :: aomc_sky_source, c_float, c_int64_t
             type(aomc_sky_source), intent(in) :: source
             integer(c_int64_t), value :: start, n
-            real(c_float), intent(inout) :: ux(*), uy(*), uz(*)
-            integer(c_int64_t) :: done
+            real(c_float), intent(out) :: ux(*), uy(*), uz(*)
         end function
 
-        function fill_double_c(source, start, n, ux, uy, uz) bind(c, name="aomc_sky_fill_double") result(done)
-            import :: c_double, c_int64_t, aomc_sky_source
+        integer(c_int64_t) function aomc_sky_fill_double(source, start, n, ux, uy, uz) bind(C)
+            import :: aomc_sky_source, c_double, c_int64_t
             type(aomc_sky_source), intent(in) :: source
             integer(c_int64_t), value :: start, n
-            real(c_double), intent(inout) :: ux(*), uy(*), uz(*)
-            integer(c_int64_t) :: done
+            real(c_double), intent(out) :: ux(*), uy(*), uz(*)
         end function
 
-        function numbers_c(source, start, n, n1, n2, n3) bind(c, name="aomc_sky_numbers") result(done)
-            import :: c_float, c_int64_t, aomc_sky_source
+        ! The photons' further numbers; an argument that is left out is not made.
+        integer(c_int64_t) function aomc_sky_numbers(source, start, n, n1, n2, n3) bind(C)
+            import :: aomc_sky_source, c_float, c_int64_t
             type(aomc_sky_source), intent(in) :: source
             integer(c_int64_t), value :: start, n
-            real(c_float), intent(inout), optional :: n1(*), n2(*), n3(*)
-            integer(c_int64_t) :: done
+            real(c_float), intent(out), optional :: n1(*), n2(*), n3(*)
         end function
 
-        function numbers_double_c(source, start, n, n1, n2, n3) bind(c, name="aomc_sky_numbers_double") result(done)
-            import :: c_double, c_int64_t, aomc_sky_source
+        integer(c_int64_t) function aomc_sky_numbers_double(source, start, n, n1, n2, n3) bind(C)
+            import :: aomc_sky_source, c_double, c_int64_t
             type(aomc_sky_source), intent(in) :: source
             integer(c_int64_t), value :: start, n
-            real(c_double), intent(inout), optional :: n1(*), n2(*), n3(*)
-            integer(c_int64_t) :: done
+            real(c_double), intent(out), optional :: n1(*), n2(*), n3(*)
         end function
 
-        function message_c(code) bind(c, name="aomc_sky_message") result(text)
+        subroutine aomc_sky_numbers_at(source, i, numbers) bind(C)
+            import :: aomc_sky_source, c_float, c_int64_t
+            type(aomc_sky_source), intent(in) :: source
+            integer(c_int64_t), value :: i
+            real(c_float), intent(out) :: numbers(3)
+        end subroutine
+
+        subroutine aomc_sky_numbers_at_double(source, i, numbers) bind(C)
+            import :: aomc_sky_source, c_double, c_int64_t
+            type(aomc_sky_source), intent(in) :: source
+            integer(c_int64_t), value :: i
+            real(c_double), intent(out) :: numbers(3)
+        end subroutine
+
+        integer(c_int) function aomc_sky_witness(source) bind(C)
+            import :: aomc_sky_source, c_int
+            type(aomc_sky_source), intent(in) :: source
+        end function
+
+        integer(c_int64_t) function aomc_sky_checksum(bytes, size) bind(C)
+            import :: c_int64_t, c_ptr
+            type(c_ptr), value :: bytes
+            integer(c_int64_t), value :: size
+        end function
+
+        type(c_ptr) function aomc_sky_message(code) bind(C)
             import :: c_int64_t, c_ptr
             integer(c_int64_t), value :: code
-            type(c_ptr) :: text
-        end function
-
-        pure function strlen(text) bind(c) result(n)
-            import :: c_ptr, c_size_t
-            type(c_ptr), value, intent(in) :: text
-            integer(c_size_t) :: n
         end function
     end interface
 
 contains
 
-    function aomc_sky_load(path, file) result(code)
-        character(*), intent(in) :: path
-        type(aomc_sky_file), intent(out) :: file
-        integer(c_int) :: code
-        code = load_c(trim(path) // c_null_char, file)
-    end function
-
-    ! The bytes of a file in memory, which must begin at a multiple of 16, as allocated arrays do, and stay there.
-    function aomc_sky_view(bytes, file) result(code)
-        character(kind=c_char), intent(in), target, contiguous :: bytes(:)
-        type(aomc_sky_file), intent(out) :: file
-        integer(c_int) :: code
-        code = view_c(c_loc(bytes), size(bytes, kind=c_int64_t), file)
-    end function
-
-    function fill_single(source, start, ux, uy, uz) result(n)
-        type(aomc_sky_source), intent(in) :: source
-        integer(c_int64_t), intent(in) :: start
-        real(c_float), intent(inout), contiguous :: ux(:), uy(:), uz(:)
-        integer(c_int64_t) :: n
-        n = fill_c(source, start, int(min(size(ux), size(uy), size(uz)), c_int64_t), ux, uy, uz)
-    end function
-
-    function fill_double(source, start, ux, uy, uz) result(n)
-        type(aomc_sky_source), intent(in) :: source
-        integer(c_int64_t), intent(in) :: start
-        real(c_double), intent(inout), contiguous :: ux(:), uy(:), uz(:)
-        integer(c_int64_t) :: n
-        n = fill_double_c(source, start, int(min(size(ux), size(uy), size(uz)), c_int64_t), ux, uy, uz)
-    end function
-
-    function numbers_single(source, start, n1, n2, n3) result(n)
-        type(aomc_sky_source), intent(in) :: source
-        integer(c_int64_t), intent(in) :: start
-        real(c_float), intent(inout), contiguous :: n1(:)
-        real(c_float), intent(inout), contiguous, optional :: n2(:), n3(:)
-        integer(c_int64_t) :: n
-        n = size(n1)
-        if (present(n2)) n = min(n, size(n2, kind=c_int64_t))
-        if (present(n3)) n = min(n, size(n3, kind=c_int64_t))
-        n = numbers_c(source, start, n, n1, n2, n3)
-    end function
-
-    function numbers_double(source, start, n1, n2, n3) result(n)
-        type(aomc_sky_source), intent(in) :: source
-        integer(c_int64_t), intent(in) :: start
-        real(c_double), intent(inout), contiguous :: n1(:)
-        real(c_double), intent(inout), contiguous, optional :: n2(:), n3(:)
-        integer(c_int64_t) :: n
-        n = size(n1)
-        if (present(n2)) n = min(n, size(n2, kind=c_int64_t))
-        if (present(n3)) n = min(n, size(n3, kind=c_int64_t))
-        n = numbers_double_c(source, start, n, n1, n2, n3)
-    end function
-
-    ! What a code says.
-    function aomc_sky_message(code) result(text)
+    ! What a code says: aomc_sky_message as a text of Fortran.
+    function aomc_sky_text(code) result(text)
         integer(c_int64_t), intent(in) :: code
-        character(:), allocatable :: text
+        character(len=:), allocatable :: text
         character(kind=c_char), pointer :: letters(:)
-        type(c_ptr) :: address
-        integer :: i
-        address = message_c(code)
-        call c_f_pointer(address, letters, [strlen(address)])
-        allocate (character(size(letters)) :: text)
-        do i = 1, size(letters)
-            text(i:i) = letters(i)
+        integer :: n
+        call c_f_pointer(aomc_sky_message(code), letters, [400])
+        n = 0
+        do while (letters(n + 1) /= c_null_char)
+            n = n + 1
         end do
+        allocate (character(len=n) :: text)
+        text = transfer(letters(:n), text)
     end function
 end module

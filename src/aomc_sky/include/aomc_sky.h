@@ -162,7 +162,7 @@ typedef struct aomc_sky_source {
     const uint32_t *bins;
     const double *shapes, *envelopes, *paces;
     const uint64_t *witnesses;
-    uint64_t reserve[8];
+    uint64_t reserve[14]; /* 512 bytes in all, as aomc_sky.f90 says */
 } aomc_sky_source;
 
 /* `patch` is the cell over all components, as in counts.csv. */

@@ -27,7 +27,6 @@ _EPILOG = """\
 examples:
   aomc-sky run inputs/clear_day/amc.inp --seed 1 --out out
   aomc-sky run amc.inp --iterations 1e9 --format none        counts and plan only
-  aomc-sky run amc.inp --iterations 1e10 --format source     source.sky: the photons for a code in C or Fortran
   aomc-sky run amc.inp --format raw --out - | transport      records of float32 on standard output
   aomc-sky run amc.inp --iterations 1e11 --shard 3/100       one part, on any machine; the last one ends the run
   aomc-sky run amc.inp --iterations 1e11 --engine dask       by the processes of a Dask cluster
