@@ -38,7 +38,6 @@ from aomc_sky.kernels.cells.blocks import (
     cell_of_table,
     cells_of_slots,
     column,
-    copy_parameters,
     fill_parameters,
     place_on_slopes,
     ranks_of_block,
@@ -48,6 +47,7 @@ from aomc_sky.kernels.cells.blocks import (
     turn_of_table,
     word_like,
 )
+from aomc_sky.kernels.cells.columns import GROUP, copy_group
 from aomc_sky.kernels.cells.laws import disc, disc_at_horizon_trial, from_mu, from_mu2
 from aomc_sky.kernels.formula import by_width, select
 from aomc_sky.kernels.jit import borrowing, inlined_borrowing, inner_borrowing, seen_as
@@ -61,6 +61,7 @@ _OF_PEREZ = COLUMNS * SCRATCH_PHOTONS
 _OF_LOBES = _OF_PEREZ + PEREZ_WORDS
 _MANY = np.uint64(16)  # the formula of a disc takes for a whole block about as long as for one photon in 16, singly
 _FAR, _NEAR = np.uint64(48), np.uint64(24)  # so many photons ahead the guide and the ranks of slots are asked for
+_GROUP, _REST_OF_GROUP = np.uint64(GROUP), np.uint64(GROUP - 1)
 _REST_OF_VECTOR = np.uint64(15)
 _WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFF0)
 
@@ -86,18 +87,20 @@ _slots_shuffled = by_width(_slots_far, _slots_near)
 
 
 @inner_borrowing
-def _parameters_shuffled(m, slot, place, words, scratch, like):
+def _parameters_shuffled(m, slot, place, words, bits):
     j = ZERO
+    while j + _GROUP <= m:
+        copy_group(words, place, slot, bits, j)
+        j += _GROUP
     while j < m:
-        head, tail = split_place(place[U64(slot[j])])
-        copy_parameters(scratch, j, words, head, tail, like)
-        if tail == ZERO:  # never: an exit keeps the compiler from turning this loop into slow gathers
-            break
+        s = U64(slot[j])
+        head, tail = split_place(place[s])
+        fill_parameters(bits, j, j + ONE, words, head, tail, slot, s)
         j += ONE
 
 
 @inner_borrowing
-def _in_order(start, m, rank, cumulative, guide, guide_shift, slot, place, words, scratch, like):
+def _in_order(start, m, rank, cumulative, guide, guide_shift, slot, place, words, bits):
     """Ranks, slots and parameters of consecutive ranks: one run per slot."""
     for j in range(m):
         rank[j] = start + U64(j)
@@ -106,7 +109,8 @@ def _in_order(start, m, rank, cumulative, guide, guide_shift, slot, place, words
     while j < m:
         end = min(m, U64(cumulative[s + ONE]) - start)
         head, tail = split_place(place[s])
-        fill_parameters(scratch, j, end, words, head, tail, slot, s, like)
+        groups = min(m, j + ((end - j + _REST_OF_GROUP) & ~_REST_OF_GROUP))  # as `vectors` in `emit_runs`
+        fill_parameters(bits, j, groups, words, head, tail, slot, s)
         j = end
         s += ONE
 
@@ -296,11 +300,11 @@ def emit(
         first = start + U64(lo)
         x, y, z, slot = ux[lo:hi], uy[lo:hi], uz[lo:hi], cell[lo:hi]
         if order_keys.size == 0:
-            _in_order(first, m, rank, cumulative, guide, guide_shift, slot, place, words, scratch, like)
+            _in_order(first, m, rank, cumulative, guide, guide_shift, slot, place, words, bits)
         else:
             ranks_of_block(first, m, n, order_keys, rank)
             _slots_shuffled(m, rank, cumulative, guide_shift, place, slot, guide)
-            _parameters_shuffled(m, slot, place, words, scratch, like)
+            _parameters_shuffled(m, slot, place, words, bits)
         if law is None:
             if main == NARROW:
                 _narrow_by_rank(m, p, rank, shifts, steps, bits, x, y, z)
