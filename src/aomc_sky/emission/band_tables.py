@@ -196,6 +196,8 @@ class BandTable:
     place: np.ndarray
     #: Law of each slot; empty where all go the main way.
     law: np.ndarray
+    #: The slot of a disc, if all others go the main way; else -1.
+    one_disc: np.int32
     #: The way of most slots, one of `constants.NARROW` and those after it.
     main: np.uint64
     #: Empty where slot = cell.
@@ -243,7 +245,8 @@ class BandTable:
         main = _main_law(slot_law, counts[slots])
         is_main, is_complete = slot_law == main, slots.size == law.size
         is_same = is_main | ~np.isin(slot_law, _COMMON)  # what a queue makes is overwritten whatever it starts as
-        uniform = bool(np.all(is_same)) or bool(np.all(is_same | ((slot_law == Law.BEAM) & (main == Law.CELL_MU2))))
+        others = np.flatnonzero(~(is_same | ((slot_law == Law.BEAM) & (main == Law.CELL_MU2))))
+        has_one_disc = others.size == 1 and slot_law[others[0]] == Law.DISC
         width = cells.width if is_complete else cells.width[slots]
         widths = set(np.flatnonzero(np.bincount(width, weights=is_main)).tolist()) - {0}
         if main == Law.CELL_MU:
@@ -258,7 +261,8 @@ class BandTable:
             guide=guide,
             guide_shift=np.uint64(shift),
             place=cells.place if is_complete else cells.place[slots],
-            law=slot_law[:0] if uniform else slot_law,
+            law=slot_law if others.size else slot_law[:0],
+            one_disc=np.int32(others[0] if has_one_disc else -1),
             main=way,
             cell_of_slot=slots[: 0 if is_complete else None].astype(np.int32),
             rejection=None if rejection is None else rejection.of_slots(slots),

@@ -184,7 +184,7 @@ class Emitter:
         if is_common and not stream.order_keys.size and table.has_long_runs:
             parameters = (cells, cells.view(self.dtype), table.main)
             return "emit_runs", (stream.shifts, stream.steps, *search, *parameters, table.cell_of_slot)
-        laws = (table.main, None if is_common else table.law, perez, lobes, table.slopes)
+        laws = (table.main, None if is_common else table.law, table.one_disc, perez, lobes, table.slopes)
         return "emit", (np.uint64(table.n), *stream.arguments(), *search, cells, *laws, table.cell_of_slot)
 
     def _compiled(self, band: int) -> tuple[str, Callable[..., None], tuple[object, ...]]:

@@ -25,6 +25,7 @@ from aomc_sky.kernels.arithmetic.constants import (
     PEREZ_WORDS,
     QUARTER,
     SCRATCH_PHOTONS,
+    U32,
     U64,
     ZERO,
 )
@@ -213,6 +214,21 @@ def _discs(m, p, is_disc, u, v, ux, uy, uz):
 
 
 @inner_borrowing
+def _one_disc(m, one, slot, p, is_disc, u, v, ux, uy, uz):
+    """Write the photons of slot `one`, a disc, over those of the main law, that of all other slots."""
+    n_disc = U32(0)
+    for j in range(m):
+        is_disc[j] = np.uint8(slot[j] == one)
+        n_disc = U32(n_disc + is_disc[j])
+    if U64(n_disc) * _MANY > m:
+        _discs(m, p, is_disc, u, v, ux, uy, uz)
+    elif n_disc != U32(0):
+        for j in range(m):
+            if is_disc[j] != np.uint8(0):
+                ux[j], uy[j], uz[j] = disc(*cell_of_photon(p, j), u[j], v[j])
+
+
+@inner_borrowing
 def _other_laws(m, main_law, slot, law, p, is_disc, chosen, rank, key, band, u, v, ux, uy, uz):
     """Write the photons of slots of another law over those of the main law; lobes have their turn later."""
     n_disc, n = _beside_main(m, main_law, slot, law, is_disc, chosen)
@@ -251,6 +267,7 @@ def emit(
     words,
     main,
     law,
+    one_disc,
     perez,
     lobes,
     slopes,
@@ -261,11 +278,11 @@ def emit(
     `memory` is scratch of `constants.scratch_words` words, zeros at first. Use it for one precision alone, because
     vector loops read stale values behind the last photon.
 
-    Five arguments choose loops at run time. An empty `order_keys` leaves the photons in the order of the cells. If
+    Six arguments choose loops at run time. An empty `order_keys` leaves the photons in the order of the cells. If
     `jitter` is not 0, Philox gives the position in the cell, instead of `shifts` + rank x `steps` (+ the ring's turn
     for v). Most slots go the way `main`, one of `constants.NARROW` and the next ones. The array `law` has the law of
-    each slot (int8); it is empty if all slots go the main way. The array `cell_of_slot` (int32) is empty if slot =
-    cell.
+    each slot (int8); it is empty if all slots go the main way. If all but one go it, and that one is a disc, `one_disc`
+    (int32) is its slot, else -1. The array `cell_of_slot` (int32) is empty if slot = cell.
 
     In the common case `law` is None: all slots go the main way, NARROW or QUARTER, by rank, without hooks. Then numba
     leaves the rest out. The hook `rejection` takes `perez`: its tables, and the steps of its first trial. The hook
@@ -331,7 +348,9 @@ def emit(
                 _cells_mu2_any(m, p, u, v, x, y, z)
             else:
                 _cells_mu_any(m, p, u, v, x, y, z)
-            if law.size > 0:
+            if one_disc >= np.int32(0):
+                _one_disc(m, one_disc, slot, p, flag, u, v, x, y, z)
+            elif law.size > 0:
                 main_law = laws.CELL_MU if main == IN_MU else laws.CELL_MU2
                 _other_laws(m, main_law, slot, law, p, flag, chosen, rank, place_key, band, u, v, x, y, z)
             if rejection is not None:
