@@ -52,22 +52,20 @@ def _compiled(precision: str) -> Any:
 
 def by_hand(source: PhotonSource, arrays: dict[str, np.ndarray]) -> Callable[[], object]:
     """What fills arrays with the first photons of the first band by C."""
-    emitter = source._emitter
-    stream, (table, _, words, *_) = emitter._stream(0), emitter._tables(0)
+    table = source._emitter._packed(0)
     is_short = table.cumulative.dtype == table.place.dtype == np.uint32 and table.guide.dtype == np.uint16
     assert is_short, "the C has 32 bits for ranks and 16 for slots"
-    assert (table.is_common, table.main, table.cell_of_slot.size) == (True, 0, 0), "the C knows narrow cells alone"
-    is_shuffled = stream.order_keys.size > 0
-    keys = stream.order_keys.tolist() if is_shuffled else [0, 0, 0]
+    assert (table.law, table.main, table.cell_of_slot.size) == (None, 0, 0), "the C knows narrow cells alone"
+    is_shuffled = table.order.size > 0
     band = _Band(
-        table.n,
-        (ctypes.c_uint64 * 2)(*stream.shifts.tolist()),
-        (ctypes.c_uint64 * 2)(*stream.steps.tolist()),
+        source.n_photons(0),
+        (ctypes.c_uint64 * 2)(*table.shifts.tolist()),
+        (ctypes.c_uint64 * 2)(*table.steps.tolist()),
         int(table.guide_shift),
-        (ctypes.c_uint64 * 3)(*keys),
-        *(array.ctypes.data for array in (table.cumulative, table.place, table.guide, words)),
+        (ctypes.c_uint64 * 3)(*table.order[3:].tolist()),
+        *(array.ctypes.data for array in (table.cumulative, table.place, table.guide, table.words)),
     )
-    band.kept = table, words, arrays  # alive as long as their addresses
+    band.kept = table, arrays  # alive as long as their addresses
     library = _compiled(str(source.dtype))
     function = library.shuffled if is_shuffled else library.in_order
     sizes = ctypes.c_uint64(0), ctypes.c_uint64(arrays["ux"].size)
