@@ -32,6 +32,14 @@ FIRST = {
     "beam": "howto/own_sky",
     "netCDF": "howto/own_sky",
     "Fortran": "hosts",
+    "C++": "hosts",
+    "OpenMP": "hosts",
+    "MPI": "hosts",
+    "Slurm": "hosts",
+    "HPC": "hosts",
+    "CUDA": "hosts",
+    "GPU": "hosts",
+    "without Python": "hosts",
     "own sky": "howto/own_sky",
 }
 """What a reader searches for -> the page that the search must show first."""

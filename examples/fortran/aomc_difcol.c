@@ -1,10 +1,10 @@
 /* A difcol.inp for the AOMC program where the scene needs none, for as long as the program looks for one.
  *
  * With light source 0 the program opens difcol.inp before it asks `light` for a photon, and goes no further without it.
- * Where sky.toml says all, there is no such file. This one is written before the program starts and removed before
- * aomc_light.f90 opens the scene, or when the program ends. It gives every waveband the iterations of amc.inp, and a
- * direct fraction of -1, which the program takes and aomc-sky refuses: should it ever be left behind, by a killed
- * program, nobody takes it for a measurement.
+ * Where sky.toml says all, there is no such file. This one is written before the program starts and removed before the
+ * first photon, or when the program ends. It gives every waveband the iterations of amc.inp, and a direct fraction of
+ * -1, which the program takes and aomc-sky refuses: should it ever be left behind, by a killed program, nobody takes it
+ * for a measurement.
  */
 #define _POSIX_C_SOURCE 200809L
 #include <errno.h>

@@ -1,108 +1,56 @@
-! The photons of a scene in a Fortran program: mean cosine of every band, any number of threads.
+! The photons of a source file in a Fortran program, on all cores: the mean cosine of every waveband.
 !
-!   sky_means SCENE SEED [OPTIONS [FILE]]
-!
-! SCENE is amc.inp or its folder, OPTIONS are words like "precision=float64 order=patch"; either precision
-! will do. FILE, if named, gets the directions as they come: all ux of a band, then all uy, then all uz.
+!     sky_means day.sky
 program sky_means
-    use, intrinsic :: iso_fortran_env, only: error_unit, int64, real32, real64
-    use, intrinsic :: iso_c_binding, only: c_associated
+    use, intrinsic :: iso_fortran_env, only: error_unit, int32, int64, real32, real64
     use aomc_sky
     implicit none
+    integer(int64), parameter :: block = 4096
+    type(aomc_sky_file) :: file
+    type(aomc_sky_source) :: source
+    character(1000) :: path
+    integer(int64) :: start, n, bits, i
+    integer(int32) :: band
+    real(real32) :: ux(block), uy(block), uz(block)
+    real(real64) :: cosine
 
-    integer(int64), parameter :: batch = 65536
-    type(sky_scene) :: scene
-    type(sky_band) :: band
-    integer(int64) :: seed, k
-    integer :: status, unit
-    logical :: keeps_file
-    character(:), allocatable :: text
-
-    if (command_argument_count() < 2 .or. command_argument_count() > 4) then
-        write (error_unit, "(a)") "usage: sky_means SCENE SEED [OPTIONS [FILE]]"
-        stop 2
-    end if
-    text = argument(2)
-    read (text, *, iostat=status) seed
-    if (status /= 0) call fail("SEED is no whole number")
-    call open_scene(argument(1), seed, scene, status, argument(3))
-    if (status /= 0) call fail(error_text())
-    keeps_file = command_argument_count() == 4
-    if (keeps_file) open (newunit=unit, file=argument(4), access="stream", form="unformatted", status="replace")
-
-    write (*, "(3a12)") "nm", "photons", "mean cosine"
-    do k = 0, n_bands(scene) - 1
-        call get_band(scene, k, band, status)
-        if (status /= 0) call fail(error_text())
-        if (c_associated(band%next)) then
-            call follow_single()
-        else
-            call follow_double()
-        end if
+    call get_command_argument(1, path)
+    call need(int(aomc_sky_load(trim(path) // achar(0), file), int64))
+    do band = 0, file%n_bands - 1
+        call need(int(aomc_sky_band(file, band, source), int64))
+        cosine = 0
+        bits = 0
+        !$omp parallel do private(n, i, ux, uy, uz) reduction(+: cosine) reduction(ieor: bits) schedule(dynamic)
+        do start = 0, source%n - 1, block
+            n = aomc_sky_fill(source, start, block, ux, uy, uz)
+            call need(n)
+            do i = 1, n ! here your photon goes its way
+                cosine = cosine - uz(i)
+                bits = ieor(bits, bits_of(start + i - 1, ux(i), uy(i), uz(i)))
+            end do
+        end do
+        write (*, "(f8.2, a, i12, a, f8.6, a, z16.16)") source%wavelength_nm, " nm ", source%n, " photons, mean cosine ", &
+            cosine / max(source%n, 1_int64), ", bits ", bits
     end do
-    call close_scene(scene)
+    call aomc_sky_unload(file)
 
 contains
 
-    ! Every batch is a task of its own: photons depend on their index alone, so threads share nothing.
-    subroutine follow_single()
-        real(real32), allocatable :: u(:, :)
-        integer(int64) :: start, stop
-        real(real64) :: total
-        integer :: failed
-        allocate (u(band%n_photons, 3))
-        total = 0
-        failed = 0
-        !$omp parallel do private(stop) reduction(+: total, failed) schedule(dynamic)
-        do start = 1, band%n_photons, batch
-            stop = min(start + batch - 1, band%n_photons)
-            if (next_photons(band, start - 1, u(start:stop, 1), u(start:stop, 2), u(start:stop, 3)) &
-                /= stop - start + 1) failed = failed + 1
-            total = total - sum(real(u(start:stop, 3), real64)) ! here your photons go their way
-        end do
-        if (failed > 0) call fail("a batch failed")
-        call report(total)
-        if (keeps_file) write (unit) u
-    end subroutine
-
-    subroutine follow_double()
-        real(real64), allocatable :: u(:, :)
-        integer(int64) :: start, stop
-        real(real64) :: total
-        integer :: failed
-        allocate (u(band%n_photons, 3))
-        total = 0
-        failed = 0
-        !$omp parallel do private(stop) reduction(+: total, failed) schedule(dynamic)
-        do start = 1, band%n_photons, batch
-            stop = min(start + batch - 1, band%n_photons)
-            if (next_photons(band, start - 1, u(start:stop, 1), u(start:stop, 2), u(start:stop, 3)) &
-                /= stop - start + 1) failed = failed + 1
-            total = total - sum(u(start:stop, 3))
-        end do
-        if (failed > 0) call fail("a batch failed")
-        call report(total)
-        if (keeps_file) write (unit) u
-    end subroutine
-
-    subroutine report(total)
-        real(real64), intent(in) :: total
-        write (*, "(f12.3, i12, f12.6)") band%wavelength_nm, band%n_photons, total / max(band%n_photons, 1_int64)
-    end subroutine
-
-    ! A word of the command line, empty where there is none.
-    function argument(k) result(text)
-        integer, intent(in) :: k
-        character(:), allocatable :: text
-        integer :: length
-        call get_command_argument(k, length=length)
-        allocate (character(length) :: text)
-        if (length > 0) call get_command_argument(k, text)
+    ! The bits of a photon, turned by its index: all together give the number of ../c/example.h. A host needs none of it.
+    pure function bits_of(i, ux, uy, uz) result(word)
+        integer(int64), intent(in) :: i
+        real(real32), intent(in) :: ux, uy, uz
+        integer(int64) :: word
+        word = ieor(iand(int(transfer(ux, 0_int32), int64), 4294967295_int64), &
+                    ieor(ishft(iand(int(transfer(uy, 0_int32), int64), 4294967295_int64), 16), &
+                         ishft(int(transfer(uz, 0_int32), int64), 32)))
+        word = ishftc(word, int(modulo(i, 63_int64)) + 1)
     end function
 
-    subroutine fail(text)
-        character(*), intent(in) :: text
-        write (error_unit, "(a)") text
+    subroutine need(code) ! a negative one ends the program with what it says
+        integer(int64), intent(in) :: code
+        if (code >= 0) return
+        write (error_unit, "(2a)") "aomc-sky: ", aomc_sky_text(code)
         stop 1
     end subroutine
 end program

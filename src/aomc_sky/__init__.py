@@ -34,6 +34,7 @@ _HOMES = {
     "formats.mcpl.file": "read_mcpl",
     "grid": "PatchGrid",
     "outputs.photons.mcpl": "write_mcpl",
+    "outputs.source_file": "write_source",
     "outputs.tables.netcdf": "to_xarray",
     "pictures.plot": "plot",
     "plan.sampling.allocation": "AllocationMethod allocate",

@@ -22,6 +22,7 @@ from aomc_sky.formats.aomc.skydist import write_skydist as write_skydist
 from aomc_sky.formats.mcpl.file import read_mcpl as read_mcpl
 from aomc_sky.grid import PatchGrid as PatchGrid
 from aomc_sky.outputs.photons.mcpl import write_mcpl as write_mcpl
+from aomc_sky.outputs.source_file import write_source as write_source
 from aomc_sky.outputs.tables.netcdf import to_xarray as to_xarray
 from aomc_sky.phase import henyey_greenstein as henyey_greenstein
 from aomc_sky.phase import rayleigh as rayleigh

@@ -6,6 +6,7 @@ import json
 
 import pytest
 
+from aomc_sky.cli.commands.info import include_dir
 from aomc_sky.cli.main import main
 from tests.support.background import LOBES, plain_file
 from tests.support.shared import DATA, INPUTS
@@ -117,3 +118,11 @@ def test_allow_path_lets_tables_lie_elsewhere(tmp_path, capsys):
         assert main([command, str(path)]) == 3
         assert "error[E402]" in capsys.readouterr().err
         assert main([command, str(path), "--allow-path", str(tmp_path)]) == 0
+
+
+def test_info_prints_the_folder_of_the_header(capsys):
+    assert main(["info", "--include-dir"]) == 0
+    assert capsys.readouterr().out.strip() == str(include_dir())
+    assert all((include_dir() / f"aomc_sky.{end}").is_file() for end in ("h", "c"))
+    assert main(["info"]) == 2
+    assert main(["info", "--include-dir", "somewhere"]) == 2

@@ -71,7 +71,7 @@ def test_a_command_without_a_word_says_what_it_needs(name, capsys):
         ("run x --version", "run has no option --version"),
         ("--json info x", "--json stands before the command; write aomc-sky COMMAND ... --json"),
         ("export x --to csv --out-dir y", "export has no option --out-dir; did you mean --out?"),
-        ("run x --format jpeg", "--format: invalid choice: 'jpeg'; choose from npy, mcpl, raw, none"),
+        ("run x --format jpeg", "--format: invalid choice: 'jpeg'; choose from npy, mcpl, raw, source, none"),
         ("run x --xyz", "run has no option --xyz"),
         ("run x y", "'y' is one word too many"),
         ("run --time 2026-06-21 09:30", "write 2026-06-21T09:30Z for UTC, or an offset such as +02:00"),

@@ -22,7 +22,7 @@ FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 
 
 #: Classes of what functions return, with pages of their own.
-RETURNED = ["emission.host.NumbaSampler", "emission.host.CSource", "formats.mcpl.file.McplFile"]
+RETURNED = ["emission.host.NumbaSampler", "formats.mcpl.file.McplFile"]
 RETURNED += ["skies.lobes.file.data.Animation", "skies.lobes.file.data.BackgroundFile"]
 
 

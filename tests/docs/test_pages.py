@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import re
+import shutil
 from pathlib import Path
 
 import pytest
 
 import aomc_sky as sky
+from aomc_sky.cli.commands.info import include_dir
+from tests.support.host_programs import MPI, needs, run
 from tests.support.packages import pip_install
 from tests.support.pages import SavedFile, carry_out, steps
 from tests.support.shared import REPOSITORY
@@ -89,9 +93,23 @@ def test_page_of_pictures(tmp_path: Path) -> None:
     assert pictures <= {path.name for path in tmp_path.iterdir()}
 
 
+@needs("gcc", "g++", "gfortran", "mpicc", "mpirun")
 @pytest.mark.slow
-def test_page_of_hosts(tmp_path: Path) -> None:
-    assert carry_out("hosts.md", tmp_path) == 3
+def test_page_of_hosts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name, value in MPI.items():
+        monkeypatch.setenv(name, value)
+    assert carry_out("hosts.md", tmp_path) == 16
+    if shutil.which("nvcc"):  # compiled where nvcc is; nothing runs it
+        run(["nvcc", "-fmad=false", f"-I{include_dir()}", "-o", "kernel", "kernel.cu"], tmp_path)
+
+
+def test_page_of_hosts_builds_all_that_it_shows() -> None:
+    text = (REPOSITORY / "docs" / "hosts.md").read_text()
+    names = [step.name for step in steps(text) if isinstance(step, SavedFile)]
+    built = "".join(step.line for step in steps(text) if not isinstance(step, SavedFile))
+    blocks = re.findall(r"^```(?:c|cpp|cuda|fortran|python)$", text, re.MULTILINE)
+    assert len(blocks) == len(names) == len(set(names))
+    assert [name for name in names if name != "kernel.cu" and name not in built] == []
 
 
 def test_page_of_the_atmosphere(tmp_path: Path) -> None:

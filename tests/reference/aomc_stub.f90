@@ -8,9 +8,15 @@ module propagation_global
     real :: theta, phi
 end module
 
+module const_global
+    implicit none
+    integer :: lambda
+end module
+
 module light_global
     implicit none
     integer :: lsource
+    real, allocatable :: intensity(:)
     integer, allocatable, dimension(:, :, :) :: sky_nint
 end module
 
@@ -60,14 +66,16 @@ end module
 program aomc_stub
     use bins
     use propagation_global
+    use const_global
     use light_global
     implicit none
-    integer :: n_bands, titer, lam, photon, control, unit, phiint
+    integer :: titer, lam, photon, control, unit, phiint
     character(300) :: word
     call get_command_argument(1, word)
     read (word, *) lsource
     call get_command_argument(2, word)
-    read (word, *) n_bands
+    read (word, *) lambda
+    allocate (intensity(lambda))
     call get_command_argument(3, word)
     read (word, *) titer
     call get_command_argument(4, word)
@@ -78,7 +86,7 @@ program aomc_stub
     sky_nint(1, 2, 1:2) = titer
     call make_bins()
     control = -77 ! the program sets it for tables only
-    do lam = 1, n_bands
+    do lam = 1, lambda
         if (lsource == 1) control = 1
         do photon = 1, titer
             call light(1, lam, photon, control)
@@ -96,13 +104,13 @@ contains
     ! The program reads difcol.inp before any photon, whatever `light` does, and goes no further without it.
     subroutine read_difcol()
         integer :: difcol, status, records, k
-        real :: direct, intensity
+        real :: direct
         open (newunit=difcol, file="difcol.inp", status="old", iostat=status)
         if (status /= 0) error stop "Failed to open 'difcol.inp'"
         read (difcol, *) records
-        if (records /= n_bands) error stop "Number of records in 'difcol.inp' do not match number of wavelengths."
-        do k = 1, n_bands
-            read (difcol, *) direct, intensity
+        if (records /= lambda) error stop "Number of records in 'difcol.inp' do not match number of wavelengths."
+        do k = 1, lambda
+            read (difcol, *) direct, intensity(k)
         end do
         close (difcol)
     end subroutine

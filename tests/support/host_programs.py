@@ -1,4 +1,4 @@
-"""Programs in C and Fortran that start Python themselves: how the tests compile and run them."""
+"""Programs over the source file in C, C++, Fortran and CUDA: how the tests build and run them."""
 
 from __future__ import annotations
 
@@ -8,45 +8,45 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from aomc_sky.cli.commands.info import embed_flags, include_dir
-from aomc_sky.errors import AomcSkyError
+import aomc_sky as sky
 from tests.support.shared import REPOSITORY
 
 EXAMPLES = REPOSITORY / "examples"
 REFERENCE = REPOSITORY / "tests" / "reference"
+FLAGS = "-O2 -Wall -Wextra -Werror"
+_OMPI = ("ALLOW_RUN_AS_ROOT", "ALLOW_RUN_AS_ROOT_CONFIRM", "MCA_rmaps_base_oversubscribe")
+MPI = {f"OMPI_{name}": "1" for name in _OMPI}
+"""Lets Open MPI start more ranks than there are cores, and for root, as in a container."""
 
 
-def _reason() -> str | None:
-    """Why such programs cannot be built here; None where they can."""
-    missing = [name for name in ("gcc", "make") if shutil.which(name) is None]
-    if missing:
-        return f"{' and '.join(missing)} not installed"
-    try:
-        embed_flags()
-    except AomcSkyError as error:
-        return str(error)
-    return None
+def needs(*commands: str) -> pytest.MarkDecorator:
+    """Skip a test where one of the commands is not installed, and say which."""
+    missing = [command for command in commands if shutil.which(command) is None]
+    return pytest.mark.skipif(bool(missing), reason=f"{' and '.join(missing)} not installed")
 
 
-NO_HOST = _reason()
-needs_host = pytest.mark.skipif(NO_HOST is not None, reason=NO_HOST or "")
+needs_host = needs("gcc", "make")
 
 
-def make(folder: Path, *targets: str) -> None:
+def _built(_folder: str, names: list[str]) -> list[str]:
+    """Programs and objects among the files of an example."""
+    return [name for name in names if name != "Makefile" and Path(name).suffix in ("", ".o", ".mod", ".ptx")]
+
+
+def copied(example: str, folder: Path) -> Path:
+    """A copy of an example and of what all share in `folder`, without what was built there."""
+    for name in {"c", example}:
+        shutil.copytree(EXAMPLES / name, folder / name, ignore=_built, dirs_exist_ok=True)
+    return folder / example
+
+
+def make(folder: Path, *targets: str, flags: str = FLAGS) -> None:
     """Run make in a copy of an example, with the Python that runs the tests; warnings are errors."""
-    flags = "-O2 -Wall -Wextra -Werror"
     command = ["make", f"AOMC_SKY={sys.executable} -m aomc_sky", f"CFLAGS={flags}", f"FFLAGS={flags}", *targets]
     run(command, folder)
-
-
-def compile_c(source: str, folder: Path) -> Path:
-    """Compile tests/reference/<source>.c with the shim into `folder`, strictly; return the program."""
-    program = folder / source
-    files = [str(REFERENCE / f"{source}.c"), str(include_dir() / "aomc_sky_embed.c")]
-    run(["gcc", "-std=c99", "-O1", "-Wall", "-Wextra", "-Werror", "-o", str(program), *files, *embed_flags()], folder)
-    return program
 
 
 def run(command: list[str], folder: Path, **environment: str) -> str:
@@ -56,3 +56,21 @@ def run(command: list[str], folder: Path, **environment: str) -> str:
     )
     assert done.returncode == 0, f"{' '.join(command)} ended with {done.returncode}:\n{done.stdout}\n{done.stderr}"
     return done.stdout
+
+
+def bits_of(batch: sky.PhotonBatch) -> int:
+    """One number of the bits of all photons, as examples/c/example.h has it."""
+    x, y, z = (u.view(np.uint32).astype(np.uint64) for u in (batch.ux, batch.uy, batch.uz))
+    word = x ^ y << np.uint64(16) ^ z << np.uint64(32)
+    turn = np.arange(word.size, dtype=np.uint64) % np.uint64(63) + np.uint64(1)
+    return int(np.bitwise_xor.reduce(word << turn | word >> (np.uint64(64) - turn)))
+
+
+def report_of(source: sky.PhotonSource) -> str:
+    """What every example prints of a source: a line for each waveband."""
+    lines = []
+    for band in range(source.n_bands):
+        batch, nm = source.photons(band), source.plan.bands[band].wavelength_nm
+        mean = -batch.uz.mean(dtype=float) if batch.uz.size else 0.0
+        lines.append(f"{nm:8g} nm {batch.uz.size:12d} photons, mean cosine {mean:.6f}, bits {bits_of(batch):016x}\n")
+    return "".join(lines)

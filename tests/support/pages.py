@@ -15,7 +15,7 @@ from pathlib import Path
 from tests.support.shared import REPOSITORY
 
 _FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-_NAME = re.compile(r"(?:#|!|//) ([\w./-]+\.(?:py|toml|c|f90|inp))\n")
+_NAME = re.compile(r"(?:#|!|//) ([\w./-]+\.(?:py|toml|c|cpp|cu|f90|inp))\n")
 _COMPARE = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 
 

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.cli.commands.info import embed_flags
 from tests.support.fortran import needs_gfortran
-from tests.support.host_programs import EXAMPLES, REFERENCE, make, needs_host, run
+from tests.support.host_programs import EXAMPLES, REFERENCE, copied, make, needs_host, run
 from tests.support.shared import INPUTS
 
 FULL_TURN = np.float32(2) * np.float32(3.14159265)
@@ -97,18 +96,27 @@ def test_all_signs_and_magnitudes_of_both_components():
 @pytest.fixture(scope="module")
 def program(tmp_path_factory):
     """An AOMC-like program around our `light`, its arrays checked."""
-    folder = tmp_path_factory.mktemp("light") / "fortran"
-    shutil.copytree(EXAMPLES / "fortran", folder, ignore=shutil.ignore_patterns("sky_means", "*.o", "*.mod"))
+    folder = copied("fortran", tmp_path_factory.mktemp("light"))
     run(["gfortran", "-c", "-O1", "-fcheck=bounds", str(REFERENCE / "aomc_stub.f90")], folder)
     make(folder, "light")
-    objects = [f"{name}.o" for name in ("aomc_stub", "aomc_light", "aomc_difcol", "aomc_sky", "aomc_sky_embed")]
-    run(["gfortran", "-o", "stub", *objects, *embed_flags()], folder)
+    objects = [f"{name}.o" for name in ("aomc_stub", "aomc_light", "aomc_difcol", "aomc_sky_module", "aomc_sky")]
+    run(["gfortran", "-o", "stub", *objects, "-lm"], folder)
     return folder / "stub"
 
 
-def launch(program, scene_folder, lsource, n_bands, n, **environment):
+def set_up(scene_folder, iterations):
+    """Write these iterations into amc.inp, and day.sky; the source of it."""
+    amc = scene_folder / "amc.inp"
+    first, rest = amc.read_text().split("\n", 1)
+    amc.write_text(f"{first[:48]}{iterations}\n{rest}")
+    source = sky.read_scene(scene_folder).source(8)
+    sky.write_source(source, scene_folder / "day.sky")
+    return source
+
+
+def launch(program, scene_folder, lsource, n_bands, n):
     """theta and phi, each (n_band, n), and the program's logs: one (layer, azimuth bin) for each number."""
-    run([str(program), str(lsource), str(n_bands), str(n), "angles.bin"], scene_folder, **environment)
+    run([str(program), str(lsource), str(n_bands), str(n), "angles.bin"], scene_folder)
     words = np.fromfile(scene_folder / "angles.bin", np.float32)
     angles, rest = words[: 2 * n * n_bands].reshape(n_bands, n, 2), words[2 * n * n_bands :].view(np.int32)
     logs = []
@@ -136,10 +144,9 @@ def check_angles(batch, theta, phi):
 def test_the_program_launches_our_photons(program, tmp_path, name, lsource, n_bands, launched):
     folder = tmp_path / name
     shutil.copytree(INPUTS / name, folder)
-    source = sky.read_scene(INPUTS / name, iterations=launched).source(8)
+    source = set_up(folder, launched)
     n = min(source.n_photons(band) for band in range(n_bands))
-    words = {"AOMC_SKY_SEED": "8", "AOMC_SKY_OPTIONS": "" if lsource else f"iterations={launched}"}
-    theta, phi, logs = launch(program, folder, lsource, n_bands, n, **words)
+    theta, phi, logs = launch(program, folder, lsource, n_bands, n)
     for band in range(n_bands):
         check_angles(source.photons(band, 0, n), theta[band], phi[band])
     for n_bins, log in zip(EVERY_NUMBER_OF_BINS, logs, strict=True):
@@ -158,9 +165,8 @@ def test_no_photon_beyond_the_bins(program, tmp_path, below_north_deg):
     shutil.copytree(INPUTS / "beam_only", folder)
     (folder / "sky.toml").write_text(f"[sun]\nzenith_deg = 50.0\nazimuth_deg = {360 - below_north_deg!r}\n")
     (folder / "difcol.inp").write_text("2\n1.0 1.0\n1.0 1.0\n")
-    n_bands, words = 2, f"iterations={n}"
-    theta, phi, logs = launch(program, folder, 0, n_bands, n, AOMC_SKY_OPTIONS=words)
-    batch = sky.read_scene(folder, iterations=n).source(0).photons(0)
+    n_bands, batch = 2, set_up(folder, n).photons(0)
+    theta, phi, logs = launch(program, folder, 0, n_bands, n)
     free = free_azimuth(batch.ux, batch.uy)
     assert np.all(azimuth_bin(free, 360) == 361)  # each would stop the program
     assert np.all(phi == constant("below_full_turn"))
@@ -178,11 +184,10 @@ def test_no_difcol_where_sky_toml_says_all(program, tmp_path):
     (folder / "difcol.inp").unlink()
     toml = folder / "sky.toml"
     toml.write_text(toml.read_text().replace("[perez]", '[perez]\nspectrum = "flat"'))
+    source = set_up(folder, 30_000)
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
-    n_bands = sky.read_scene(folder).source(8).n_bands
-    theta, phi, _ = launch(program, folder, 0, n_bands, 30_000, AOMC_SKY_SEED="8", AOMC_SKY_OPTIONS="iterations=30000")
-    source = sky.read_scene(folder, iterations=30_000).source(8)
-    for band in range(n_bands):
+    theta, phi, _ = launch(program, folder, 0, source.n_bands, 30_000)
+    for band in range(source.n_bands):
         check_angles(source.photons(band), theta[band], phi[band])
     (folder / "angles.bin").unlink()
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
@@ -202,28 +207,60 @@ def test_a_difcol_that_is_needed_is_missed(program, tmp_path):
     assert not (folder / "difcol.inp").exists()
 
 
+OTHER_ITERATIONS = "amc.inp (or difcol.inp) has other iterations than day.sky"
+STALE = {
+    "iterations": ("amc.inp", b": 30000", b": 30011", OTHER_ITERATIONS),
+    "intensity": (
+        "difcol.inp",
+        b"0.86 1.00",
+        b"0.86 0.99",
+        "amc.inp (or difcol.inp) has other iterations than day.sky",
+    ),
+    "wavelength": ("lambbot.inp", b"550.0 ", b"551.0 ", "wavelengths of lambbot.inp not in day.sky"),
+    "damage": ("day.sky", b"AOMC-SKY", b"AOMC-SKI", "day.sky: this is not a source file of aomc-sky"),
+}
+
+
+def said_by(program, folder, n_bands, **environment):
+    """What the program says of 20 000 photons of each waveband when it stops; empty where it does not."""
+    command = [str(program), "0", str(n_bands), "20000", "angles.bin"]
+    words = {**os.environ, **environment}
+    done = subprocess.run(command, cwd=folder, env=words, capture_output=True, text=True, check=False)
+    assert (done.returncode != 0) == bool(done.stderr)
+    return done.stderr
+
+
 @needs_host
 @needs_gfortran
-def test_light_refuses_a_foreign_scene(program, tmp_path):
-    """More photons than the scene has mean that the program reads another amc.inp."""
-    shutil.copytree(INPUTS / "sun_and_sky", tmp_path / "scene")
-    environment = {**os.environ, "AOMC_SKY_OPTIONS": "iterations=1000"}
-    command = [str(program), "0", "5", "5000", "angles.bin"]
-    done = subprocess.run(command, cwd=tmp_path / "scene", env=environment, capture_output=True, text=True, check=False)
-    assert done.returncode != 0
-    assert "same amc.inp" in done.stderr
+@pytest.mark.parametrize("name", STALE)
+def test_a_stale_file_gives_no_light(program, tmp_path, name):
+    """Another iteration, intensity or wavelength than when day.sky was written."""
+    shutil.copytree(INPUTS / "perez_sky", tmp_path / "scene")
+    set_up(tmp_path / "scene", 30_000)
+    assert said_by(program, tmp_path / "scene", 4) == ""
+    file, old, new, says = STALE[name]
+    content = (tmp_path / "scene" / file).read_bytes()
+    assert content.count(old) == 1
+    (tmp_path / "scene" / file).write_bytes(content.replace(old, new))
+    assert f"aomc-sky: {says}" in said_by(program, tmp_path / "scene", 4)
 
 
 @needs_host
-@pytest.mark.parametrize("example", ["c", "fortran"])
-def test_make_without_the_command_says_one_thing(tmp_path, example):
-    for file in (EXAMPLES / example).iterdir():
-        if file.is_file():
-            shutil.copy(file, tmp_path)
-    command = ["make", "AOMC_SKY=no-such-aomc-sky"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert len(done.stderr.splitlines()) == 1
-    assert "'no-such-aomc-sky' cannot be run; write: make AOMC_SKY=/path/to/bin/aomc-sky" in done.stderr
-    assert subprocess.run(["make", "AOMC_SKY=no-such-aomc-sky", "clean"], cwd=tmp_path, check=False).returncode == 0
+@needs_gfortran
+def test_another_file_by_its_name(program, tmp_path):
+    shutil.copytree(INPUTS / "perez_sky", tmp_path / "scene")
+    set_up(tmp_path / "scene", 30_000)
+    (tmp_path / "scene" / "day.sky").rename(tmp_path / "noon.sky")
+    assert "day.sky: the file cannot be read" in said_by(program, tmp_path / "scene", 4)
+    assert said_by(program, tmp_path / "scene", 4, AOMC_SKY_FILE="../noon.sky") == ""
+
+
+@needs_host
+@needs_gfortran
+def test_another_number_of_wavebands(program, tmp_path):
+    shutil.copytree(INPUTS / "beam_only", tmp_path / "scene")
+    (tmp_path / "scene" / "difcol.inp").write_text("2\n1.0 1.0\n1.0 1.0\n")
+    set_up(tmp_path / "scene", 30_000)
+    assert said_by(program, tmp_path / "scene", 2) == ""
+    (tmp_path / "scene" / "difcol.inp").write_text("3\n1.0 1.0\n1.0 1.0\n1.0 1.0\n")
+    assert "amc.inp has another number of wavebands than day.sky" in said_by(program, tmp_path / "scene", 3)

@@ -14,7 +14,6 @@ from typing import Any
 
 import pytest
 
-from tests.support.host_programs import EXAMPLES, make, needs_host, run
 from tests.support.shared import INPUTS, REPOSITORY
 
 pytestmark = pytest.mark.slow
@@ -65,7 +64,7 @@ def host():
     sampler = source.numba_sampler(0)
     photons = np.zeros((3, sampler.n), source.dtype)
     assert sampler.fill(0, photons) == sampler.n
-    return hashlib.sha256(photons.tobytes()).hexdigest()
+    return [hashlib.sha256(data).hexdigest() for data in (photons.tobytes(), source.to_bytes())]
 
 of_package = Path(aomc_sky.__file__).parent
 print(json.dumps({"package": str(of_package), **{work: globals()[work]() for work in works}}))
@@ -136,17 +135,3 @@ def test_a_scene_names_the_slice_that_is_missing(
     assert done.returncode != 0
     assert f"No module named 'aomc_sky.skies.{name}'" in done.stderr + done.stdout
     assert list(tmp_path.iterdir()) == []
-
-
-@needs_host
-def test_a_program_in_c_gets_the_same_bytes(package: Callable[[str], Path], tmp_path: Path) -> None:
-    folder = tmp_path / "c"
-    shutil.copytree(EXAMPLES / "c", folder, ignore=shutil.ignore_patterns("sky_means"))
-    make(folder)
-    photons = {}
-    for name in ("whole", "both"):
-        command = ["./sky_means", str(INPUTS / "perez_sky"), "11", f"iterations={int(float(N))}", f"{name}.bin"]
-        run(command, folder, **{**environment(package(name)), "OMP_NUM_THREADS": "1"})
-        photons[name] = (folder / f"{name}.bin").read_bytes()
-    assert photons["whole"]
-    assert photons["both"] == photons["whole"]

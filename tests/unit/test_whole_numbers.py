@@ -109,8 +109,6 @@ def test_a_numba_host_takes_all_integers(integer):
     sample = source.numba_sampler(integer(1)).sample
     batch = source.photons(1, 3, 4)
     assert sample(integer(3)) == (batch.ux[0], batch.uy[0], batch.uz[0])
-    with source.c_source(integer(1)) as host:
-        assert host.band == 1
 
 
 @pytest.mark.parametrize("value", [True, 1.0, "1", None], ids=repr)
@@ -127,7 +125,6 @@ def test_what_is_no_index_is_our_error(value):
         lambda: source.replicate_parts(0, value, 5),
         lambda: source.replicate_counts(value),
         lambda: source.numba_sampler(value),
-        lambda: source.c_source(value),
         lambda: source.mass(value),
         lambda: source.expected(value),
         lambda: source.exact_moments(value),

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from aomc_sky.errors import UsageError
 from aomc_sky.inputs import CLEAR_SKY, LIGHTS, MODEL, MOMENT, PEREZ, SUN, Entrance, Input, in_nm
-from aomc_sky.outputs.photon_formats import FOLDER_FORMATS
+from aomc_sky.outputs.photon_formats import RUN_FORMATS
 
 if TYPE_CHECKING:
     from aomc_sky.emission.photon_source import PhotonSource
@@ -289,7 +289,8 @@ _SHARED = f"""\
 --azimuth-bins n+1|n    n: azimuth indices run from 1 to n (default n+1, from 0)
 --bins equal|degrees    meaning of the indices of skydist.inp (default: what the file declares, else equal bins)
 --compat aomc|          everything as the AOMC 1.2.2 program does it
---format {"|".join(FOLDER_FORMATS)}|none  photon files, repeatable (default npy); none: counts and plan only
+--format {"|".join(RUN_FORMATS)}|none  photon files, repeatable (default npy); source: source.sky, for codes in C
+                        or Fortran; none: counts and plan only
 --iterations N          photons per waveband instead of line 1 of amc.inp, also as 1e6
 --json                  one JSON object on standard output and nothing else
 --lenient               use Fortran's value if a person would read another one

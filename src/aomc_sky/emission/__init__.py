@@ -8,6 +8,6 @@ band_tables    Tables that the photons of a band are made of: cells as words, an
 irradiance     Irradiance of a scene: in absolute units of each component, and planar over scalar of a band's photons
 radiance       Radiance of the diffuse light as the photons have it: of patches, and in any direction of the sky
 notebook       A table and the dome of the sky in a notebook
-host           A band's photons inside another code's own loop: jitted functions for numba, a C function for the rest
+host           A band's photons inside another code's own loop: jitted functions for numba
 kernels/       Photons of a band: the compiled text, its plain twin, hosts and batches
 """

@@ -23,7 +23,7 @@ from aomc_sky.plan.plan import Plan
 from aomc_sky.whole_number import as_index, as_index_within
 
 if TYPE_CHECKING:
-    from aomc_sky.emission.host import CSource, NumbaSampler
+    from aomc_sky.emission.host import NumbaSampler
 
 _BLOCK = 2**20
 """Photons that are made in one piece, a few milliseconds."""
@@ -335,12 +335,21 @@ class PhotonSource:
         require_default("a sampler inside a numba loop")
         return NumbaSampler(self._emitter, self._band(band), _checked_numbers(numbers))
 
-    def c_source(self, band: int = 0) -> CSource:
-        """Return the photons of a band as a C function and its context, for codes in C or Fortran; see `CSource`."""
-        from aomc_sky.emission.host import CSource
+    @in_default_mode
+    def to_bytes(self) -> bytes:
+        """Return the source as one block of bytes for ``aomc_sky.h``, with which any code makes its photons.
 
-        require_default("a source called from C")
-        return CSource(self._emitter, self._band(band))
+        The bytes are those of `aomc_sky.write_source`: for an extension module, a message to other processes, a
+        resource of a library.
+
+        Raises
+        ------
+        UsageError
+            The source has weights or replicates, which the file does not hold.
+        """
+        from aomc_sky.emission.source_file import source_bytes
+
+        return source_bytes(self._emitter)
 
     def _arrays(self, n: int, out: PhotonBatch | None, numbers: int) -> Arrays:
         has = {"with_positions": self.has_positions, "with_weights": self.has_weights}

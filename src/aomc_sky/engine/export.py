@@ -13,7 +13,7 @@ from aomc_sky.atomic_file import prepare_target
 from aomc_sky.engine.stored_run import StoredRun
 from aomc_sky.errors import ForeignOutputError, SceneError, UsageError
 from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder
-from aomc_sky.outputs.photon_formats import photon_writer
+from aomc_sky.outputs.photon_formats import SOURCE, SOURCE_FILE, photon_writer
 from aomc_sky.outputs.photons.files import PhotonFiles, Progress, emit_photons, photon_files, require_space
 from aomc_sky.outputs.photons.mcpl import McplWriter
 
@@ -138,6 +138,17 @@ def _export_netcdf(job: _Job) -> tuple[list[str], bool]:
     return [job.name], False
 
 
+def _export_source(job: _Job) -> tuple[list[str], bool]:
+    data, size = job.run.source.to_bytes(), job.folder.size_of(job.name)
+    if not job.options.force and size is not None:
+        with job.folder.reading(job.name) as file:
+            if size != len(data) or file.read(size) != data:
+                raise ForeignOutputError(_foreign(job))
+        return [job.name], True
+    job.folder.write(job.name, data)
+    return [job.name], False
+
+
 def _export_envmap(job: _Job) -> tuple[list[str], bool]:
     from aomc_sky.outputs import envmap
 
@@ -192,5 +203,6 @@ EXPORTS: dict[str, tuple[Callable[[_Job], tuple[list[str], bool]], str]] = {
     "netcdf": (_export_netcdf, "counts.nc"),
     "aomc": (_export_aomc, ""),
     "envmap": (_export_envmap, ""),
+    SOURCE: (_export_source, SOURCE_FILE),
 }
 """Format -> the function that writes it, and the name of its file (empty: the format is a folder)."""

@@ -14,6 +14,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from aomc_sky.emission.photon_source import PhotonSource
+from aomc_sky.emission.source_file import require_packable
 from aomc_sky.errors import AomcSkyError, InputFileError, OutputError, UsageError, require_kind
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.kernels.backend import announce_photons
@@ -29,13 +30,14 @@ from aomc_sky.outputs.manifest import (
     read_manifest,
     scene_part,
 )
-from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, photon_writer
+from aomc_sky.outputs.photon_formats import RUN_FORMATS, SOURCE, SOURCE_FILE, photon_writer
 from aomc_sky.outputs.photons.files import (
     ChunkPool,
     Meter,
     Progress,
     complete_formats,
     emit_photons,
+    formats_in,
     photon_files,
     require_space,
     run_files,
@@ -103,8 +105,8 @@ def write_run(
         The run folder; it is made if it does not exist. A folder with the same run, finished or not, is continued.
     seed : int
         Seed of the run. [0 to 2^64 - 1]
-    formats : sequence of {"npy", "mcpl", "raw"}
-        Photon files; an empty sequence: counts and plan only.
+    formats : sequence of {"npy", "mcpl", "raw", "source"}
+        Photon files, or the source for other codes (`write_source`); an empty sequence: counts and plan only.
     threads : int
         Threads that make photons; 0 is all. The bytes do not depend on them. [0 to 1024]
     force : bool
@@ -137,8 +139,8 @@ def write_run(
     require_kind(scene, Scene, "write_run(scene, out, seed=1)")
     chosen = tuple(dict.fromkeys([formats] if isinstance(formats, str) else formats))
     for name in chosen:
-        if name not in FOLDER_FORMATS:
-            raise UsageError(f"formats are {', '.join(FOLDER_FORMATS)}, got {name!r}")
+        if name not in RUN_FORMATS:
+            raise UsageError(f"formats are {', '.join(RUN_FORMATS)}, got {name!r}")
     amc = scene.input_files.get("amc")
     check_folder(Path(out) if os.fspath(out) else "", "out", scene=None if amc is None else Path(amc).parent)
     n_threads, memory = as_number_of(threads, "threads", 0, 1024), sampling.get("max_memory_bytes")
@@ -164,6 +166,8 @@ def run_job(
     this process do.
     """
     check_memory(source, options)
+    if SOURCE in options.formats:
+        require_packable(source.plan)
     folder, started = RunFolder(out), time.perf_counter()
     if not options.force:
         source = as_stored(source, folder)
@@ -203,11 +207,13 @@ def make_photons(
     A file with its final name and the right size is kept and not read. Its photons are made once more for their sums.
     """
     bands = chosen_bands(source)
-    writers = [photon_writer(name)(source) for name in options.formats if name != "none"]
+    writers = [photon_writer(name)(source) for name in options.formats if name not in ("none", SOURCE)]
     files = photon_files(folder, writers, bands)
     missing = [of_part for of_part in files if of_part.missing]
     require_space(missing)
     write_counts(source, folder)
+    if SOURCE in options.formats:
+        folder.write(SOURCE_FILE, source.to_bytes())
     if not files and not complete_formats(stored_files(source, folder, bands)):
         return {band: PhotonSums(source.replicates) for band in bands}, 0
     return emit_photons(source, missing, bands, options.threads, progress), source.total
@@ -218,7 +224,7 @@ def finish_run(source: PhotonSource, scene: Scene, folder: RunFolder, sums: Sums
     bands = chosen_bands(source)
     results = [band_result(source, band, sums[band]) for band in bands]
     stored = stored_files(source, folder, bands)
-    manifest = build_manifest(source, scene_part(scene), results, complete_formats(stored), run_files(folder, stored))
+    manifest = build_manifest(source, scene_part(scene), results, formats_in(folder, stored), run_files(folder, stored))
     data = manifest_bytes(manifest)
     folder.write(MANIFEST, data)
     remove_rest(folder)
@@ -253,7 +259,7 @@ def finished_manifest(source: PhotonSource, folder: RunFolder, formats: Sequence
     except InputFileError:
         return None
     stored = stored_files(source, folder, chosen_bands(source))
-    complete, files = complete_formats(stored), run_files(folder, stored)
+    complete, files = formats_in(folder, stored), run_files(folder, stored)
     expected = manifest_again(source, manifest, {}, complete, files)
     if not {*formats} - {"none"} <= {*complete} or next(differences(manifest, expected), None):
         return None

@@ -1,264 +1,162 @@
-! The photons of aomc-sky in a Fortran program; Fortran 2008, the same functions as aomc_sky.h.
+! The photons of aomc-sky from a file, without Python: the functions of aomc_sky.h for Fortran 2008.
 !
-! Link a program that starts Python itself with aomc_sky_embed.c. Bands and photons count from 0, as in C: the first
-! photon of the first band is photon 0 of band 0. Directions are unit vectors of travel with z up: uz <= 0.
-! `next_photons` needs no lock. Any number of threads may call it at once.
+!     cc -O3 -c aomc_sky.c
+!     gfortran -O3 -c aomc_sky.f90
 !
-!    type(sky_scene) :: scene
-!    type(sky_band) :: band
-!    call open_scene("amc.inp", 1_int64, scene, status)
-!    call get_band(scene, 0_int64, band, status)
-!    n = next_photons(band, start, ux, uy, uz)
+! Bands and photons count from 0, as in C. Codes are those of aomc_sky.h, and aomc_sky_message says what they mean.
+!
+!     type(aomc_sky_file) :: file
+!     type(aomc_sky_source) :: source
+!     code = aomc_sky_load("day.sky"//c_null_char, file)
+!     if (code == 0) code = aomc_sky_band(file, 0_c_int32_t, source)
+!     if (code /= 0) error stop aomc_sky_text(int(code, c_int64_t))
+!     n = aomc_sky_fill(source, 0_c_int64_t, size(ux, kind=c_int64_t), ux, uy, uz)
 module aomc_sky
     use, intrinsic :: iso_c_binding
     implicit none
     private
+    public :: aomc_sky_file, aomc_sky_source, aomc_sky_photon, aomc_sky_photon_double, aomc_sky_load, aomc_sky_view, &
+        aomc_sky_unload, aomc_sky_band, aomc_sky_at, aomc_sky_at_double, aomc_sky_fill, aomc_sky_fill_double, &
+        aomc_sky_numbers, aomc_sky_numbers_double, aomc_sky_numbers_at, aomc_sky_numbers_at_double, &
+        aomc_sky_witness, aomc_sky_checksum, aomc_sky_text
 
-    integer(c_int64_t), parameter, public :: sky_closed = -1, sky_bad_start = -2, sky_bad_count = -3, sky_no_array = -4
-
-    ! A scene that is open; close it with close_scene.
-    type, public :: sky_scene
-        type(c_ptr) :: handle = c_null_ptr
+    type, bind(C) :: aomc_sky_file
+        type(c_ptr) :: bytes
+        integer(c_int64_t) :: size
+        integer(c_int32_t) :: n_bands, precision
+        character(kind=c_char) :: plan_sha256(65), is_owned, reserve(6)
     end type
 
-    ! aomc_sky_source of the header.
-    type, bind(c), public :: sky_band
-        type(c_funptr) :: next = c_null_funptr
-        type(c_funptr) :: next_double = c_null_funptr
-        type(c_ptr) :: context = c_null_ptr
-        integer(c_int64_t) :: n_photons = 0
-        real(c_double) :: wavelength_nm = 0
-        type(c_funptr) :: numbers = c_null_funptr
-        type(c_funptr) :: numbers_double = c_null_funptr
+    ! After the first three numbers the fields are those of C; their words have the size that C says.
+    type, bind(C) :: aomc_sky_source
+        integer(c_int64_t) :: n
+        real(c_double) :: wavelength_nm, irradiance_W_m2_nm
+        integer(c_int64_t) :: rest(61)
     end type
 
-    ! Write the directions of the photons from `start` on and return the number of photons: fewer than the arrays
-    ! hold at the end of the band, then 0. A negative answer is an error.
-    interface next_photons
-        module procedure next_single, next_double
-    end interface
+    type, bind(C) :: aomc_sky_photon
+        real(c_float) :: ux, uy, uz
+        integer(c_int32_t) :: patch
+    end type
 
-    ! Write up to three numbers in [0, 1) of each photon from `start` on. The answers are those of next_photons. The
-    ! numbers are further coordinates of the low-discrepancy point of the photon, for its first free path, its first
-    ! scattering angle and the azimuth of that scattering. The second and the third may be left out.
-    interface next_numbers
-        module procedure numbers_single, numbers_double
-    end interface
-
-    public :: open_scene, open_run, close_scene, n_bands, get_band, next_photons, next_numbers, error_text
-
-    abstract interface
-        function next_single_c(context, start, n, ux, uy, uz) bind(c)
-            import :: c_ptr, c_int64_t, c_float
-            type(c_ptr), value :: context
-            integer(c_int64_t), value :: start, n
-            real(c_float), intent(inout) :: ux(*), uy(*), uz(*)
-            integer(c_int64_t) :: next_single_c
-        end function
-
-        function next_double_c(context, start, n, ux, uy, uz) bind(c)
-            import :: c_ptr, c_int64_t, c_double
-            type(c_ptr), value :: context
-            integer(c_int64_t), value :: start, n
-            real(c_double), intent(inout) :: ux(*), uy(*), uz(*)
-            integer(c_int64_t) :: next_double_c
-        end function
-        function numbers_single_c(context, start, n, n1, n2, n3) bind(c)
-            import :: c_ptr, c_int64_t, c_float
-            type(c_ptr), value :: context
-            integer(c_int64_t), value :: start, n
-            real(c_float), intent(inout), optional :: n1(*), n2(*), n3(*)
-            integer(c_int64_t) :: numbers_single_c
-        end function
-
-        function numbers_double_c(context, start, n, n1, n2, n3) bind(c)
-            import :: c_ptr, c_int64_t, c_double
-            type(c_ptr), value :: context
-            integer(c_int64_t), value :: start, n
-            real(c_double), intent(inout), optional :: n1(*), n2(*), n3(*)
-            integer(c_int64_t) :: numbers_double_c
-        end function
-    end interface
+    type, bind(C) :: aomc_sky_photon_double
+        real(c_double) :: ux, uy, uz
+        integer(c_int32_t) :: patch
+    end type
 
     interface
-        function aomc_sky_open(path, seed, options, scene) bind(c)
-            import :: c_char, c_int64_t, c_ptr, c_int
-            character(kind=c_char), intent(in) :: path(*), options(*)
-            integer(c_int64_t), value :: seed
-            type(c_ptr), intent(out) :: scene
-            integer(c_int) :: aomc_sky_open
+        integer(c_int) function aomc_sky_load(path, file) bind(C)
+            import :: aomc_sky_file, c_char, c_int
+            character(kind=c_char), intent(in) :: path(*)
+            type(aomc_sky_file), intent(out) :: file
         end function
 
-        function aomc_sky_open_run(folder, scene) bind(c)
-            import :: c_char, c_ptr, c_int
-            character(kind=c_char), intent(in) :: folder(*)
-            type(c_ptr), intent(out) :: scene
-            integer(c_int) :: aomc_sky_open_run
+        ! Bytes that are in memory, aligned to 16 bytes, as MPI_Bcast leaves them; they must stay and not change.
+        integer(c_int) function aomc_sky_view(bytes, size, file) bind(C)
+            import :: aomc_sky_file, c_int, c_int64_t, c_ptr
+            type(c_ptr), value :: bytes
+            integer(c_int64_t), value :: size
+            type(aomc_sky_file), intent(out) :: file
         end function
 
-        function aomc_sky_bands(scene) bind(c)
-            import :: c_ptr, c_int64_t
-            type(c_ptr), value :: scene
-            integer(c_int64_t) :: aomc_sky_bands
-        end function
-
-        function aomc_sky_band(scene, band, source) bind(c)
-            import :: c_ptr, c_int64_t, c_int, sky_band
-            type(c_ptr), value :: scene
-            integer(c_int64_t), value :: band
-            type(sky_band), intent(out) :: source
-            integer(c_int) :: aomc_sky_band
-        end function
-
-        subroutine aomc_sky_close(scene) bind(c)
-            import :: c_ptr
-            type(c_ptr), value :: scene
+        subroutine aomc_sky_unload(file) bind(C)
+            import :: aomc_sky_file
+            type(aomc_sky_file), intent(inout) :: file
         end subroutine
 
-        function aomc_sky_error() bind(c)
-            import :: c_ptr
-            type(c_ptr) :: aomc_sky_error
+        integer(c_int) function aomc_sky_band(file, band, source) bind(C)
+            import :: aomc_sky_file, aomc_sky_source, c_int, c_int32_t
+            type(aomc_sky_file), intent(in) :: file
+            integer(c_int32_t), value :: band
+            type(aomc_sky_source), intent(out) :: source
         end function
 
-        function c_strlen(text) bind(c, name="strlen")
-            import :: c_ptr, c_size_t
-            type(c_ptr), value :: text
-            integer(c_size_t) :: c_strlen
+        type(aomc_sky_photon) function aomc_sky_at(source, i) bind(C)
+            import :: aomc_sky_photon, aomc_sky_source, c_int64_t
+            type(aomc_sky_source), intent(in) :: source
+            integer(c_int64_t), value :: i
+        end function
+
+        type(aomc_sky_photon_double) function aomc_sky_at_double(source, i) bind(C)
+            import :: aomc_sky_photon_double, aomc_sky_source, c_int64_t
+            type(aomc_sky_source), intent(in) :: source
+            integer(c_int64_t), value :: i
+        end function
+
+        integer(c_int64_t) function aomc_sky_fill(source, start, n, ux, uy, uz) bind(C)
+            import :: aomc_sky_source, c_float, c_int64_t
+            type(aomc_sky_source), intent(in) :: source
+            integer(c_int64_t), value :: start, n
+            real(c_float), intent(out) :: ux(*), uy(*), uz(*)
+        end function
+
+        integer(c_int64_t) function aomc_sky_fill_double(source, start, n, ux, uy, uz) bind(C)
+            import :: aomc_sky_source, c_double, c_int64_t
+            type(aomc_sky_source), intent(in) :: source
+            integer(c_int64_t), value :: start, n
+            real(c_double), intent(out) :: ux(*), uy(*), uz(*)
+        end function
+
+        ! The photons' further numbers; an argument that is left out is not made.
+        integer(c_int64_t) function aomc_sky_numbers(source, start, n, n1, n2, n3) bind(C)
+            import :: aomc_sky_source, c_float, c_int64_t
+            type(aomc_sky_source), intent(in) :: source
+            integer(c_int64_t), value :: start, n
+            real(c_float), intent(out), optional :: n1(*), n2(*), n3(*)
+        end function
+
+        integer(c_int64_t) function aomc_sky_numbers_double(source, start, n, n1, n2, n3) bind(C)
+            import :: aomc_sky_source, c_double, c_int64_t
+            type(aomc_sky_source), intent(in) :: source
+            integer(c_int64_t), value :: start, n
+            real(c_double), intent(out), optional :: n1(*), n2(*), n3(*)
+        end function
+
+        subroutine aomc_sky_numbers_at(source, i, numbers) bind(C)
+            import :: aomc_sky_source, c_float, c_int64_t
+            type(aomc_sky_source), intent(in) :: source
+            integer(c_int64_t), value :: i
+            real(c_float), intent(out) :: numbers(3)
+        end subroutine
+
+        subroutine aomc_sky_numbers_at_double(source, i, numbers) bind(C)
+            import :: aomc_sky_source, c_double, c_int64_t
+            type(aomc_sky_source), intent(in) :: source
+            integer(c_int64_t), value :: i
+            real(c_double), intent(out) :: numbers(3)
+        end subroutine
+
+        integer(c_int) function aomc_sky_witness(source) bind(C)
+            import :: aomc_sky_source, c_int
+            type(aomc_sky_source), intent(in) :: source
+        end function
+
+        integer(c_int64_t) function aomc_sky_checksum(bytes, size) bind(C)
+            import :: c_int64_t, c_ptr
+            type(c_ptr), value :: bytes
+            integer(c_int64_t), value :: size
+        end function
+
+        type(c_ptr) function aomc_sky_message(code) bind(C)
+            import :: c_int64_t, c_ptr
+            integer(c_int64_t), value :: code
         end function
     end interface
 
 contains
 
-    ! Open amc.inp or the folder of a scene; status is 0, or -1 with the reason in error_text().
-    ! The 64 bits of `seed` count as unsigned; `options` are words name=value, see aomc_sky.h.
-    subroutine open_scene(path, seed, scene, status, options)
-        character(*), intent(in) :: path
-        integer(c_int64_t), intent(in) :: seed
-        type(sky_scene), intent(out) :: scene
-        integer, intent(out) :: status
-        character(*), intent(in), optional :: options
-        if (present(options)) then
-            status = aomc_sky_open(c_text(path), seed, c_text(options), scene%handle)
-        else
-            status = aomc_sky_open(c_text(path), seed, c_text(""), scene%handle)
-        end if
-    end subroutine
-
-    ! Open a run folder: the photons of its plan.
-    subroutine open_run(folder, scene, status)
-        character(*), intent(in) :: folder
-        type(sky_scene), intent(out) :: scene
-        integer, intent(out) :: status
-        status = aomc_sky_open_run(c_text(folder), scene%handle)
-    end subroutine
-
-    ! Close a scene; its bands answer sky_closed from now on.
-    subroutine close_scene(scene)
-        type(sky_scene), intent(inout) :: scene
-        call aomc_sky_close(scene%handle)
-        scene%handle = c_null_ptr
-    end subroutine
-
-    ! Number of bands of a scene.
-    function n_bands(scene)
-        type(sky_scene), intent(in) :: scene
-        integer(c_int64_t) :: n_bands
-        n_bands = aomc_sky_bands(scene%handle)
-    end function
-
-    ! The photons of one band, 0 to n_bands - 1; status is 0, or -1 with the reason in error_text().
-    subroutine get_band(scene, band, found, status)
-        type(sky_scene), intent(in) :: scene
-        integer(c_int64_t), intent(in) :: band
-        type(sky_band), intent(out) :: found
-        integer, intent(out) :: status
-        status = aomc_sky_band(scene%handle, band, found)
-    end subroutine
-
-    function next_single(band, start, ux, uy, uz) result(n)
-        type(sky_band), intent(in) :: band
-        integer(c_int64_t), intent(in) :: start
-        real(c_float), intent(inout), contiguous :: ux(:), uy(:), uz(:)
-        integer(c_int64_t) :: n
-        procedure(next_single_c), pointer :: next
-        n = sky_closed
-        if (.not. c_associated(band%next)) return
-        call c_f_procpointer(band%next, next)
-        n = next(band%context, start, room(size(ux), size(uy), size(uz)), ux, uy, uz)
-    end function
-
-    function next_double(band, start, ux, uy, uz) result(n)
-        type(sky_band), intent(in) :: band
-        integer(c_int64_t), intent(in) :: start
-        real(c_double), intent(inout), contiguous :: ux(:), uy(:), uz(:)
-        integer(c_int64_t) :: n
-        procedure(next_double_c), pointer :: next
-        n = sky_closed
-        if (.not. c_associated(band%next_double)) return
-        call c_f_procpointer(band%next_double, next)
-        n = next(band%context, start, room(size(ux), size(uy), size(uz)), ux, uy, uz)
-    end function
-
-    function numbers_single(band, start, n1, n2, n3) result(n)
-        type(sky_band), intent(in) :: band
-        integer(c_int64_t), intent(in) :: start
-        real(c_float), intent(inout), contiguous :: n1(:)
-        real(c_float), intent(inout), contiguous, optional :: n2(:), n3(:)
-        integer(c_int64_t) :: n, wanted
-        procedure(numbers_single_c), pointer :: numbers
-        n = sky_closed
-        if (.not. c_associated(band%numbers)) return
-        call c_f_procpointer(band%numbers, numbers)
-        wanted = size(n1, kind=c_int64_t)
-        if (present(n2)) wanted = min(wanted, size(n2, kind=c_int64_t))
-        if (present(n3)) wanted = min(wanted, size(n3, kind=c_int64_t))
-        n = numbers(band%context, start, wanted, n1, n2, n3)
-    end function
-
-    function numbers_double(band, start, n1, n2, n3) result(n)
-        type(sky_band), intent(in) :: band
-        integer(c_int64_t), intent(in) :: start
-        real(c_double), intent(inout), contiguous :: n1(:)
-        real(c_double), intent(inout), contiguous, optional :: n2(:), n3(:)
-        integer(c_int64_t) :: n, wanted
-        procedure(numbers_double_c), pointer :: numbers
-        n = sky_closed
-        if (.not. c_associated(band%numbers_double)) return
-        call c_f_procpointer(band%numbers_double, numbers)
-        wanted = size(n1, kind=c_int64_t)
-        if (present(n2)) wanted = min(wanted, size(n2, kind=c_int64_t))
-        if (present(n3)) wanted = min(wanted, size(n3, kind=c_int64_t))
-        n = numbers(band%context, start, wanted, n1, n2, n3)
-    end function
-
-    ! Photons that all three arrays can hold.
-    pure function room(nx, ny, nz)
-        integer, intent(in) :: nx, ny, nz
-        integer(c_int64_t) :: room
-        room = min(nx, ny, nz)
-    end function
-
-    ! The reason for the last failure.
-    function error_text() result(text)
-        character(:), allocatable :: text
+    ! What a code says: aomc_sky_message as a text of Fortran.
+    function aomc_sky_text(code) result(text)
+        integer(c_int64_t), intent(in) :: code
+        character(len=:), allocatable :: text
         character(kind=c_char), pointer :: letters(:)
-        type(c_ptr) :: address
-        integer :: i
-        address = aomc_sky_error()
-        call c_f_pointer(address, letters, [c_strlen(address)])
-        allocate (character(size(letters)) :: text)
-        do i = 1, size(letters)
-            text(i:i) = letters(i)
+        integer :: n
+        call c_f_pointer(aomc_sky_message(code), letters, [400])
+        n = 0
+        do while (letters(n + 1) /= c_null_char)
+            n = n + 1
         end do
-    end function
-
-    pure function c_text(text) result(letters)
-        character(*), intent(in) :: text
-        character(kind=c_char) :: letters(len_trim(text) + 1)
-        integer :: i
-        do i = 1, len_trim(text)
-            letters(i) = text(i:i)
-        end do
-        letters(len_trim(text) + 1) = c_null_char
+        allocate (character(len=n) :: text)
+        text = transfer(letters(:n), text)
     end function
 end module

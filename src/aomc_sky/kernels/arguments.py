@@ -1,7 +1,7 @@
 """Arguments of a kernel behind an address, for hosts: Python writes them, and compiled code reads them.
 
-A *block* of 64-bit words has a head of two words, then the arguments. A number takes one word, an array two (address
-and length), a tuple the words of its parts. The compiler knows None and True by their types, so they take no word. The
+A *block* of 64-bit words has the arguments one after the other. A number takes one word, an array two (address and
+length), a tuple the words of its parts. The compiler knows None and True by their types, so they take no word. The
 types of all arguments are the type of the block.
 """
 
@@ -18,8 +18,6 @@ from llvmlite import ir
 from numba import from_dtype, types
 from numba.core.base import BaseContext
 from numba.extending import intrinsic, models, register_model
-
-HEAD_WORDS = 2
 
 _WORD = ir.IntType(64)
 _ADD_ADDRESS = BaseContext.add_dynamic_addr  # private, so that a numba without it is found at once
@@ -41,7 +39,7 @@ def typed(argument: Any) -> Any:
 
 
 def words_of(arguments: Iterable[object]) -> list[int]:
-    """The words of a block for arguments of `typed`, without its head; their arrays must outlive it."""
+    """The words of a block for arguments of `typed`; their arrays must outlive it."""
     words: list[int] = []
     for argument in arguments:
         if isinstance(argument, tuple):
@@ -68,7 +66,7 @@ class _Words:
     """Emits loads of consecutive words, from the first argument on."""
 
     def __init__(self, builder: Any, address: Any) -> None:
-        self.builder, self.next = builder, HEAD_WORDS
+        self.builder, self.next = builder, 0
         self.base = builder.bitcast(address, _WORD.as_pointer())
         self.unchanging = builder.module.add_metadata([])
 
@@ -98,35 +96,12 @@ def _value(context: Any, builder: Any, kind: Any, words: _Words) -> Any:
 
 @intrinsic
 def block_arguments(typing_context, block):
-    """The tuple of arguments of a block, without its head."""
+    """The tuple of arguments of a block."""
 
     def generate(context, builder, signature, arguments):
         return _value(context, builder, block.kinds, _Words(builder, arguments[0]))
 
     return block.kinds(block), generate
-
-
-@intrinsic
-def block_head(typing_context, block):
-    """The first two words of a block, uint64, as they are now."""
-    answer = types.UniTuple(types.uint64, HEAD_WORDS)
-
-    def generate(context, builder, signature, arguments):
-        base = builder.bitcast(arguments[0], _WORD.as_pointer())
-        words = [builder.load(builder.gep(base, [ir.Constant(_WORD, k)])) for k in range(HEAD_WORDS)]
-        return context.make_tuple(builder, answer, words)
-
-    return answer(block), generate
-
-
-@intrinsic
-def is_null(typing_context, pointer):
-    """Whether a block or another pointer is NULL."""
-
-    def generate(context, builder, signature, arguments):
-        return builder.icmp_unsigned("==", arguments[0], ir.Constant(arguments[0].type, None))
-
-    return types.boolean(pointer), generate
 
 
 def fixed_block(kinds: Any, address: int) -> Any:

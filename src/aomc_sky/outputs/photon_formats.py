@@ -15,7 +15,13 @@ PHOTON_FORMATS = {
 """Name of a photon format, in which its files end -> "module:Class", in the order of manifests."""
 
 FOLDER_FORMATS = tuple(name for name in PHOTON_FORMATS if name != "csv")
-"""Formats in a run folder; csv is for export alone."""
+"""Formats of photons in a run folder; csv is for export alone."""
+
+SOURCE, SOURCE_FILE = "source", "source.sky"
+"""The format that holds no photons, but their source for other codes; and its file in a run folder."""
+
+RUN_FORMATS = (*FOLDER_FORMATS, SOURCE)
+"""What a run writes."""
 
 WAVEBAND = "(?:[0-9]{4}|[1-9][0-9]{4,8})"
 """Pattern of the number of a waveband in the name of a file."""

@@ -73,7 +73,7 @@ PART = ".part"
 """Ending of the names of files that several processes fill."""
 
 _OTHERS = re.compile(
-    rf"plan\.npz|manifest\.json|counts\.(?:csv|npz)|shard-[0-9]{{1,7}}-of-[0-9]{{1,7}}\.done|blocks-{WAVEBAND}\.npy"
+    rf"plan\.npz|manifest\.json|counts\.(?:csv|npz)|source\.sky|shard-[0-9]{{1,7}}-of-[0-9]{{1,7}}\.done|blocks-{WAVEBAND}\.npy"
 )
 """Files that hold no photons; the last is of version 0.2."""
 

@@ -4,5 +4,4 @@ scene          A scene: wavebands, photons of each, where they enter, and light;
 weather_scene  The whole light of a place and an hour: beam and sky in their shares, without files of AMC
 read/          The AOMC files and sky.toml become a scene.
 light/         The light of a scene: which inputs of sky and sun win, and what they mean.
-embedding      Functions for a C or Fortran program that starts Python: a scene, then its bands
 """

@@ -17,7 +17,7 @@ from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import COUNTS_FILES, counts_file
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
 from aomc_sky.outputs.manifest import chosen_bands, differences, manifest_again, scene_part
-from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, photon_writer
+from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, SOURCE, SOURCE_FILE, photon_writer
 from aomc_sky.outputs.photons.files import (
     ChunkPool,
     FileLayout,
@@ -61,6 +61,7 @@ def verify_run(
     """
     folder, all_bands = RunFolder(path), chosen_bands(source)
     formats = [name for name in FOLDER_FORMATS if name in manifest["options"]["formats"]]
+    listed = [*formats, *(name for name in manifest["options"]["formats"] if name == SOURCE)]
     sums: dict[int, PhotonSums] = {}
     compared = [
         _ComparedFiles(folder, part, is_listed=name in formats)
@@ -80,9 +81,10 @@ def verify_run(
                 sums[band] = pool.emit(band, [*own, *shared], meter.add, of_band)
     checks = [
         _counts_file_check(folder, source, all_bands),
+        *_source_file_checks(folder, source, is_listed=SOURCE in manifest["options"]["formats"]),
         *_counts_checks(source, bands),
         *(check for files in compared for check in files.checks),
-        _manifest_check(folder, source, manifest, sums if resample == 1 else {}, formats),
+        _manifest_check(folder, source, manifest, sums if resample == 1 else {}, listed),
     ]
     notes = [f"blocks to make again were drawn with --seed {seed}"] if compared and 0 < resample < 1 else []
     return judged(checks, family_level=FAMILY_LEVEL, notes=notes)
@@ -198,6 +200,20 @@ def _counts_file_check(folder: RunFolder, source: PhotonSource, bands: list[int]
     lines = zip([*found.split(b"\n"), b""], [*expected.split(b"\n"), b""], strict=False)
     line = next((k for k, (one, other) in enumerate(lines, 1) if one != other), 0)
     return Check(name="counts file", passed=False, detail=f"{name} differs from the plan, from line {line} on")
+
+
+def _source_file_checks(folder: RunFolder, source: PhotonSource, *, is_listed: bool) -> Iterator[Check]:
+    """Make the source file again and compare it byte for byte."""
+    size = folder.size_of(SOURCE_FILE)
+    if size is None and not is_listed:
+        return
+    detail = f"{SOURCE_FILE} is missing"
+    if size is not None:
+        expected = source.to_bytes()
+        with folder.reading(SOURCE_FILE) as file:
+            is_same = file.read(len(expected) + 1) == expected
+        detail = f"{SOURCE_FILE} {'agrees with the plan, byte for byte' if is_same else 'differs from the plan'}"
+    yield Check(name="source file", passed=size is not None and is_same, detail=detail)
 
 
 def _manifest_check(

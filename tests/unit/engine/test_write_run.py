@@ -44,7 +44,7 @@ def test_a_scene_of_no_file_is_a_run_that_verify_passes(tmp_path):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"formats": ["npz"]}, "formats are npy, mcpl, raw, got 'npz'"),
+        ({"formats": ["npz"]}, "formats are npy, mcpl, raw, source, got 'npz'"),
         ({"threads": -1}, "threads must be a whole number"),
         ({"out": ""}, "out is empty"),
         ({"out": INPUTS / "perez_sky"}, "is the folder of the scene itself"),

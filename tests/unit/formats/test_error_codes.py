@@ -9,10 +9,10 @@ import aomc_sky
 
 ROOT = Path(__file__).resolve().parents[3]
 ROOMS = [Path(aomc_sky.__file__).parent / room for room in ("formats", "outputs/photons", "skies")]
-# the grid knows whether a zenith index is a degree; blocks of code are looked at where they are evaluated; plans and
-# manifests are no formats of a person; a whole scene knows which light has no unit, which animations a file has, and
-# what of a field is a sky
-OF_RUNS = {*(f"E95{k}" for k in range(1, 6)), *(f"E96{k}" for k in range(1, 3))}
+# the grid knows whether a zenith index is a degree; blocks of code are looked at where they are evaluated; plans,
+# manifests and source files are no formats of a person; a whole scene knows which light has no unit, which animations a
+# file has, and what of a field is a sky
+OF_RUNS = {*(f"E95{k}" for k in range(1, 6)), *(f"E96{k}" for k in range(1, 3)), "E971"}
 RAISED_ELSEWHERE = {"E307", "E310", "E708", "E710"} | OF_RUNS
 
 

@@ -21,7 +21,7 @@ inputs, *scenes = sys.argv[1:]
 for scene in scenes:
     source = sky.read_scene(f"{inputs}/{scene}", iterations=4000).source(5)
     batch = source.photons()
-    source.c_source()
+    source.numba_sampler().fill
     names = [name for name in ("ux", "uy", "uz", "patch", "x", "y") if getattr(batch, name) is not None]
     plain = {name: np.empty_like(getattr(batch, name)) for name in names}
     source._emitter.fill_plain(0, 0, plain)

@@ -1,20 +1,16 @@
 """Numbers that photons carry for their hosts: a function of the rank, the same bits in any range, order and host."""
 
-import ctypes
 import itertools
 
 import numba
 import numpy as np
 import pytest
 
-import aomc_sky as sky
 from aomc_sky.emission.photons import number_columns
 from aomc_sky.errors import UsageError
 from aomc_sky.kernels.arithmetic.constants import NUMBER_STEPS
 from aomc_sky.plan.sampling.streams import philox_pair
-from tests.support.host_programs import REFERENCE, compile_c, include_dir, needs_host, run
 from tests.support.host_scenes import N, directions, source
-from tests.support.shared import INPUTS
 
 JIT = not numba.config.DISABLE_JIT
 needs_jit = pytest.mark.skipif(not JIT, reason="hosts need the compiler")
@@ -165,54 +161,3 @@ def test_inside_a_loop_of_numba(way, k):
         sampler.fill(0, np.empty((2, 10), made.dtype))
     with pytest.raises(IndexError):
         sample(N)
-
-
-@needs_jit
-@pytest.mark.parametrize("way", [WAYS[0], WAYS[1]])
-def test_the_c_function(way):
-    made = source("table", [N, 0], **options(way))
-    expected = made.photons(numbers=3).numbers.T
-    kind = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64, *[ctypes.c_void_p] * 3)
-    first, second = made.c_source(0), made.c_source(1)
-    function = kind(first.numbers_address)
-    out = np.full((3, N), made.dtype.type(7))
-    pointers = [row.ctypes.data for row in out]
-    assert function(first.context, 0, N, *pointers) == N
-    assert out.tobytes() == expected.tobytes()
-    out[:] = 7
-    assert function(first.context, N - 10, N, None, pointers[1], None) == 10
-    assert np.array_equal(out[1, :10], expected[1, -10:])
-    assert np.all(out[[0, 2]] == 7)
-    assert np.all(out[1, 10:] == 7)
-    assert (
-        function(first.context, N, 10, *pointers) == kind(second.numbers_address)(second.context, 0, 5, *pointers) == 0
-    )
-    assert [function(*call, *pointers) for call in ((None, 0, 1), (first.context, -1, 1), (first.context, 0, -1))] == [
-        -1,
-        -2,
-        -3,
-    ]
-    assert function(first.context, 0, 10, None, None, None) == -4
-    first.close()
-    assert function(first.context, 0, 10, *pointers) == -1
-
-
-@needs_host
-def test_programs_in_c_and_fortran(tmp_path):
-    """tests/reference/numbers.c and numbers.f90 write n1, n2, n3 of all photons of the first band, threes at a time."""
-    made = sky.read_scene(INPUTS / "clear_day", iterations=2000)
-    compile_c("numbers", tmp_path).replace(tmp_path / "in_c")
-    programs = ["in_c"]
-    if run(["sh", "-c", "command -v gfortran || true"], tmp_path):
-        objects = [str(include_dir() / "aomc_sky.f90"), str(REFERENCE / "numbers.f90")]
-        from aomc_sky.cli.commands.info import embed_flags
-
-        shim = ["gcc", "-c", "-o", "shim.o", str(include_dir() / "aomc_sky_embed.c"), *embed_flags()]
-        run(shim, tmp_path)
-        run(["gfortran", "-Wall", "-Werror", "-o", "in_fortran", *objects, "shim.o", *embed_flags()], tmp_path)
-        programs.append("in_fortran")
-    for program, precision in itertools.product(programs, ("float32", "float64")):
-        words = f"iterations=2000 precision={precision}"
-        run([f"./{program}", str(INPUTS / "clear_day"), words, "out.bin"], tmp_path)
-        expected = made.source(3, precision=precision).photons(numbers=3).numbers.T
-        assert (tmp_path / "out.bin").read_bytes() == np.ascontiguousarray(expected).tobytes(), program

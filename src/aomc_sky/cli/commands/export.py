@@ -17,12 +17,13 @@ examples:
   aomc-sky export out --to netcdf --out sky.nc        counts and masses of every patch and waveband
   aomc-sky export out --to aomc --scene amc.inp --out for_aomc   a folder that the AOMC program runs
   aomc-sky export out --to envmap                     radiance as a latitude-longitude map for renderers
+  aomc-sky export out --to source --out day.sky       the source for a code in C or Fortran, with aomc_sky.h
 """
 
 _OPTIONS = """\
---out PATH                    folder (npy, csv, aomc, envmap) or file (mcpl, netcdf); default beside RUN: RUN-npy,
-                              RUN-csv, RUN-aomc, RUN-envmap, RUN.mcpl, RUN.nc
---waveband I                  only this band, from 1; repeatable; netcdf always holds all
+--out PATH                    folder (npy, csv, aomc, envmap) or file (mcpl, netcdf, source); default beside RUN:
+                              RUN-npy, RUN-csv, RUN-aomc, RUN-envmap, RUN.mcpl, RUN.nc, RUN.sky
+--waveband I                  only this band, from 1; repeatable; netcdf and source always hold all
 --scene AMC_INP               amc.inp of the run's scene, for aomc: its files are copied beside the sky
 --threads
 --force                       replace what is there
@@ -39,7 +40,7 @@ def add_options(parser: Parser) -> None:
     parser.add_argument("run", metavar="RUN", help="run folder")
     parser.add_argument(
         "--to",
-        choices=("mcpl", "npy", "csv", "netcdf", "aomc", "envmap"),
+        choices=("mcpl", "npy", "csv", "netcdf", "aomc", "envmap", "source"),
         required=True,
         help="the format; see docs/export.md",
     )
@@ -75,8 +76,8 @@ def _check(arguments: argparse.Namespace) -> None:
 
     if arguments.scene is not None and arguments.to != "aomc":
         raise UsageError("--scene is for --to aomc")
-    if arguments.waveband and arguments.to == "netcdf":
-        raise UsageError("--to netcdf holds all wavebands; select one when you read it")
+    if arguments.waveband and arguments.to in ("netcdf", "source"):
+        raise UsageError(f"--to {arguments.to} holds all wavebands; select one when you read it")
     if arguments.out is not None:
         check_folder(arguments.out, "--out")
 

@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import shlex
-import sys
-import sysconfig
 from collections.abc import Iterable
 from importlib.resources import files
 from pathlib import Path
@@ -15,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.background_report import report_background
 from aomc_sky.cli.terminal import report_text, shown, table
-from aomc_sky.errors import AomcSkyError, UsageError
+from aomc_sky.errors import UsageError
 from aomc_sky.source.read.kind import Kind, kind_of
 
 if TYPE_CHECKING:
@@ -23,8 +20,7 @@ if TYPE_CHECKING:
     from aomc_sky.formats.mcpl.file import McplFile
 
 _INSTEAD = """\
---include-dir                 print the folder of aomc_sky.h, aomc_sky.f90 and aomc_sky_embed.c
---embed-flags                 print the compiler flags for a C program that starts Python itself
+--include-dir                 print the folder of aomc_sky.h, aomc_sky.c and aomc_sky.f90
 --skies                       list the sky models of other packages (--sky NAME)
 """
 _LOBES = """\
@@ -37,8 +33,8 @@ def add_options(parser: Parser) -> None:
     """Add the options of the sub-command."""
     parser.description = (
         "Show what a scene (amc.inp or its folder), a run folder, an MCPL file, a background-sky file "
-        "(HDF5) or the description of an atmosphere (.atmo) contains, or where the C headers are, or which sky models "
-        "other packages bring."
+        "(HDF5), the description of an atmosphere (.atmo) or a source file (.sky) contains, or where the C headers "
+        "are, or which sky models other packages bring."
     )
     parser.epilog = (
         "examples:\n  aomc-sky info inputs/clear_day\n  aomc-sky info out\n  aomc-sky info out/photons.mcpl\n"
@@ -51,7 +47,7 @@ def add_options(parser: Parser) -> None:
         "path",
         metavar="PATH",
         nargs="?",
-        help="amc.inp, a folder, a measured sky (.csv), an MCPL, HDF5 (.h5, .hdf5) or .atmo file",
+        help="amc.inp, a folder, a measured sky (.csv), an MCPL, HDF5 (.h5, .hdf5), .atmo or .sky file",
     )
     building = parser.add_mutually_exclusive_group()
     cli_options.add_table(building, _INSTEAD)
@@ -59,23 +55,29 @@ def add_options(parser: Parser) -> None:
     cli_options.add_moment_options(parser)
     cli_options.add_background_options(parser, _LOBES)
     cli_options.add_table(parser, "--json")
-    parser.show_first("time skies include-dir embed-flags iterations json")
+    parser.show_first("time skies include-dir iterations json")
     parser.set_defaults(handler=info)
 
 
 def info(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
-    if arguments.include_dir or arguments.embed_flags or arguments.skies:
+    if arguments.include_dir or arguments.skies:
         if arguments.path is not None:
-            raise UsageError("--include-dir, --embed-flags and --skies take no PATH")
+            raise UsageError("--include-dir and --skies take no PATH")
         if arguments.skies:
             return _skies(arguments)
-        print(include_dir() if arguments.include_dir else " ".join(embed_flags()))
+        print(include_dir())
         return 0
     if arguments.path is None:
-        raise UsageError("aomc-sky info needs a PATH, --include-dir, --embed-flags or --skies")
+        raise UsageError("aomc-sky info needs a PATH, --include-dir or --skies")
     path = Path(arguments.path)
-    reports = {Kind.RUN: _run, Kind.MCPL: _mcpl, Kind.ATMOSPHERE: _atmosphere, Kind.BACKGROUND: report_background}
+    reports = {
+        Kind.RUN: _run,
+        Kind.MCPL: _mcpl,
+        Kind.SOURCE: _source,
+        Kind.ATMOSPHERE: _atmosphere,
+        Kind.BACKGROUND: report_background,
+    }
     return reports.get(kind_of(path) or Kind.SCENE, _scene)(arguments, path)
 
 
@@ -175,44 +177,8 @@ def _scene(arguments: argparse.Namespace, path: Path) -> int:
 
 
 def include_dir() -> Path:
-    """Folder of aomc_sky.h, aomc_sky.f90 and aomc_sky_embed.c."""
+    """Folder of aomc_sky.h, aomc_sky.c and aomc_sky.f90."""
     return Path(str(files("aomc_sky") / "include"))
-
-
-def embed_flags() -> list[str]:
-    """Flags that compile aomc_sky_embed.c and link a program with this Python, for ``cc ... $(...)``.
-
-    ``python3-config --cflags --ldflags --embed`` does not know the virtual environment in which the program finds
-    aomc-sky. The flags have no quotes, because the shell does not interpret quotes there.
-    """
-    headers = Path(sysconfig.get_paths()["include"])
-    if not (headers / "Python.h").exists():
-        raise AomcSkyError(f"{headers}/Python.h is missing; install the headers of this Python (python3-dev on Debian)")
-    macro = f'-DAOMC_SKY_PYTHON="{sys.executable}"'
-    return [f"-I{include_dir()}", f"-I{headers}", macro, *_library(), *_words("LIBS"), *_words("SYSLIBS")]
-
-
-def _words(name: str) -> list[str]:
-    return shlex.split(sysconfig.get_config_var(name) or "")
-
-
-def _library() -> list[str]:
-    """The shared library if it is installed, else the static one with all symbols that extensions need."""
-    version = sysconfig.get_config_var("LDVERSION") or sysconfig.get_config_var("py_version_short")
-    main, multi_arch, fixed = (sysconfig.get_config_var(name) or "" for name in ("LIBDIR", "MULTIARCH", "LIBPL"))
-    folders = [Path(main), Path(main) / multi_arch, Path(fixed)]
-    for folder in folders:
-        if (folder / f"libpython{version}.so").exists():
-            return [f"-L{folder}", f"-lpython{version}", f"-Wl,-rpath,{folder}"]
-    for folder in folders:
-        static = folder / f"libpython{version}.a"
-        if static.exists():
-            return ["-no-pie", str(static), "-Wl,--export-dynamic", *_words("MODLIBS")]
-    looked = ", ".join(str(folder) for folder in dict.fromkeys(folders))
-    raise AomcSkyError(
-        f"libpython{version} is in none of {looked}; install it (python3-dev on Debian), "
-        "or build Python with --enable-shared"
-    )
 
 
 _UNITS = {"energy": "MeV", "time": "ms", **dict.fromkeys("xyz", "cm")}
@@ -252,6 +218,22 @@ def _mcpl(arguments: argparse.Namespace, path: Path) -> int:
         return "\n".join([*lines, "", table(rows, ("", "least", "greatest", "unit"))])
 
     cli_options.answer(arguments, lambda: {"format": what} | values | {"comments": comments, "bounds": bounds}, text)
+    return 0
+
+
+def _source(arguments: argparse.Namespace, path: Path) -> int:
+    """Print the head of a source file and its bands."""
+    from aomc_sky.outputs.source_file import read_source_head
+
+    values = read_source_head(path)
+
+    def text() -> str:
+        head = f"source file {path}, {values['bytes']} bytes, for aomc_sky.h"
+        rows = [(str(b["waveband"]), f"{b['wavelength_nm']:g}", str(b["photons"])) for b in values["bands"]]
+        lines = report_text(head, {name: value for name, value in values.items() if name not in ("bands", "bytes")})
+        return "\n".join([lines, "", table(rows, ("band", "nm", "photons"))])
+
+    cli_options.answer(arguments, lambda: values, text)
     return 0
 
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.terminal import table
 from aomc_sky.errors import UsageError
-from aomc_sky.source.read.kind import kind_of
+from aomc_sky.source.read.kind import Kind, kind_of
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
@@ -88,6 +88,10 @@ def verify(arguments: argparse.Namespace) -> int:
 def _refuse_mixture(arguments: argparse.Namespace) -> None:
     """Refuse options of a run together with options of photons of another code."""
     is_folder = Path(arguments.path).is_dir()
+    if not is_folder and kind_of(Path(arguments.path)) is Kind.SOURCE:
+        raise UsageError(
+            f"{arguments.path} is {Kind.SOURCE.value}: give the folder of its run, which is made again with it"
+        )
     if arguments.scene is not None and not is_folder:
         for name in ("resample", "statistics"):
             if getattr(arguments, name):

@@ -19,6 +19,7 @@ from aomc_sky.kernels.arithmetic.constants import (
     BLOCK,
     COLUMNS,
     IN_MU,
+    LAST_TRIAL,
     NARROW,
     ONE,
     PARAMETER_COLUMN,
@@ -176,12 +177,12 @@ def direction_of(code, of_cell, u, v, key, rank, band):
     if code == laws.DISC:
         return disc(h0, h1, h2, h3, t0, t1, u, v)
     if code == laws.DISC_AT_HORIZON:
-        trial = ZERO
+        trial = ONE
         hit, x, y, z = disc_at_horizon_trial(h0, h1, h2, h3, t0, t1, u, v)
-        while not hit:
-            trial += ONE
+        while not hit and trial < LAST_TRIAL:
             a, b = philox_pair(key, rank, band, trial)
             hit, x, y, z = disc_at_horizon_trial(h0, h1, h2, h3, t0, t1, unit(a, u), unit(b, v))
+            trial += ONE
         return x, y, z
     sine, cosine = sincos_turned_any(t0, t1, h3, v)
     if code == laws.CELL_MU:

@@ -137,9 +137,9 @@ def make_sample(hooks: tuple[str, ...], block: Any, n: int, n_numbers: int = 0) 
     return sample
 
 
-def make_fill(next_photons: Any, block: Any, precision: np.dtype, n_numbers: int = 0) -> Any:
-    """Return the jitted `fill(start, out)` of a band; `next_photons` is the C function for its block."""
-    rows = 3 + n_numbers
+def make_fill(next_photons: Any, block: Any, n: int, precision: np.dtype, n_numbers: int = 0) -> Any:
+    """Return the jitted `fill(start, out)` of a band with n photons; `next_photons` is the function for its block."""
+    rows, end = 3 + n_numbers, np.int64(n)
     refusal = f"out must have the shape ({rows}, n)"
 
     @shared
@@ -148,8 +148,11 @@ def make_fill(next_photons: Any, block: Any, precision: np.dtype, n_numbers: int
             raise IndexError("the first photon has index 0")
         if out.shape[0] != rows:
             raise ValueError(refusal)
-        n = next_photons(block(), start, out.shape[1], out[0].ctypes, out[1].ctypes, out[2].ctypes)
-        if n > 0 and rows > 3:
+        n = min(out.shape[1], end - start)
+        if n <= 0:
+            return 0
+        next_photons(block(), start, n, out[0].ctypes, out[1].ctypes, out[2].ctypes)
+        if rows > 3:
             first, second, third = out[3], out[min(4, rows - 1)], out[rows - 1]
             second, third = second[: n if rows > 4 else 0], third[: n if rows > 5 else 0]
             numbers_of_photons(U64(start), first[:n], second, third, *block_arguments(block())[0])

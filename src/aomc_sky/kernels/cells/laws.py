@@ -26,7 +26,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from aomc_sky.kernels.arithmetic.constants import LOW32, S32, SLOPE_STEP, U64
+from aomc_sky.kernels.arithmetic.constants import LAST_TRIAL, LOW32, S32, SLOPE_STEP, U64
 from aomc_sky.kernels.arithmetic.elementary import (
     NARROW_HALF_WIDTH,
     sincos_turned_any,
@@ -128,10 +128,10 @@ def _discs_at_horizon(p, u, v, key, rank, band):
     out = [np.empty_like(u) for _ in range(3)]
     left = np.arange(u.size)
     trial = 0
-    while left.size:
+    while left.size and trial < LAST_TRIAL:
         hit, *directions = disc_at_horizon_trial(*(x[left] for x in p), u, v)
         for o, values in zip(out, directions, strict=True):
-            o[left[hit]] = values[hit]
+            o[left] = values
         left = left[~hit]
         trial += 1
         a, b = philox_pair(key, rank[left], U64(band), U64(trial))

@@ -24,7 +24,7 @@ from aomc_sky.formats.text_file import refuse
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import COUNTS_FILES
 from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
-from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, photon_writer
+from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, SOURCE, SOURCE_FILE, photon_writer
 from aomc_sky.outputs.shard import PLAN, block_spans
 from aomc_sky.outputs.statistics import BlockSums, PhotonSums, photon_sums
 from aomc_sky.system import n_cpus, write_at
@@ -186,10 +186,15 @@ def complete_formats(stored: Mapping[str, list[PhotonFiles]]) -> list[str]:
     return [name for name, files in stored.items() if not any(part.missing for part in files)]
 
 
+def formats_in(folder: RunFolder, stored: Mapping[str, list[PhotonFiles]]) -> list[str]:
+    """`complete_formats`, and the source file if it is there."""
+    return [*complete_formats(stored), *([SOURCE] if folder.size_of(SOURCE_FILE) is not None else [])]
+
+
 def run_files(folder: RunFolder, stored: Mapping[str, list[PhotonFiles]]) -> dict[str, int]:
     """Sizes of the files in a run folder; their names follow from the plan. [bytes]"""
     names = [layout.name for files in stored.values() for part in files for layout in part.layouts]
-    sizes = {name: folder.size_of(name) for name in (PLAN, *COUNTS_FILES, *names)}
+    sizes = {name: folder.size_of(name) for name in (PLAN, SOURCE_FILE, *COUNTS_FILES, *names)}
     return {name: size for name, size in sizes.items() if size is not None}
 
 

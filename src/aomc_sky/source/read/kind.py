@@ -27,6 +27,7 @@ class Kind(enum.Enum):
     DIFCOL = "the table of direct fractions of a scene"
     SKY_TOML = "the sky.toml of a scene"
     MCPL = "an MCPL file of photons"
+    SOURCE = "a source file for aomc_sky.h"
     NPY = "a numpy file of photons"
     RUN_FILE = "a file of a run"
     WEATHER = "a weather file"
@@ -38,6 +39,7 @@ _ENDINGS = {
     (".mcpl", ".mcpl.gz"): Kind.MCPL,
     (".h5", ".hdf5"): Kind.BACKGROUND,
     (".atmo",): Kind.ATMOSPHERE,
+    (".sky",): Kind.SOURCE,
     (".toml",): Kind.SKY_TOML,
     (".nc", ".nc4", ".cdf"): Kind.NETCDF,
     (".npy",): Kind.NPY,
@@ -46,7 +48,7 @@ _ENDINGS = {
     (".py", ".ipynb"): Kind.PROGRAM,
 }
 _TABLES = {"amc": Kind.SCENE, "lambbot": Kind.LAMBBOT, "difcol": Kind.DIFCOL, "skydist": Kind.TABLE}
-_FIRST_BYTES = {b"\x93NUMPY": Kind.NPY, b"MCPL": Kind.MCPL, b"\x89HDF": Kind.BACKGROUND}
+_FIRST_BYTES = {b"\x93NUMPY": Kind.NPY, b"MCPL": Kind.MCPL, b"AOMC-SKY": Kind.SOURCE, b"\x89HDF": Kind.BACKGROUND}
 SCENE_FILES = (*(f"{name}.inp" for name in _TABLES), "sky.toml")
 """Files of a scene, in the order in which they are read."""
 

@@ -1,0 +1,6 @@
+/* The functions of aomc_sky.h as external ones, for Fortran and others: compile this file with the program. */
+#define AOMC_SKY_API
+#define AOMC_SKY_HOST_API
+#include "aomc_sky.h"
+
+typedef char aomc_sky_source_has_512_bytes[sizeof(void *) != 8 || sizeof(aomc_sky_source) == 512 ? 1 : -1];

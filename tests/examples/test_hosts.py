@@ -1,0 +1,173 @@
+"""Programs in C, C++, Fortran and CUDA that take photons from a source file: they are short, and the bits are ours."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.cli.commands.info import include_dir
+from tests.support.host_programs import EXAMPLES, FLAGS, MPI, copied, make, needs, needs_host, report_of, run
+from tests.support.shared import INPUTS
+
+SCENES = {
+    "clear_day": {"iterations": 200_000},
+    "perez_sky": {"iterations": 30_000, "placement": "philox"},
+    "sparse_sky": {"order": "patch"},
+    "document_example": {"compat": "aomc"},
+    "overcast": {"iterations": 30_000, "method": "iid"},
+}
+PROGRAMS = ["c/sky_means.c", "c/sky_openmp.c", "c/sky_mpi.c", "c/sky_threads.cpp", "cuda/sky_means.cu"]
+PROGRAMS += ["fortran/sky_means.f90", "fortran/aomc_light.f90"]
+
+
+def source_of(name: str, **sampling: object) -> sky.PhotonSource:
+    words = SCENES[name] | sampling
+    reading = {key: words.pop(key) for key in ("iterations", "compat") if key in words}
+    return sky.read_scene(INPUTS / name, **reading).source(11, **words)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The C programs, built, and the files of all scenes."""
+    folder = copied("c", tmp_path_factory.mktemp("hosts"))
+    for name in SCENES:
+        sky.write_source(source_of(name), folder / f"{name}.sky")
+    make(folder, "sky_means", "sky_openmp")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def fortran_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The Fortran program, built."""
+    folder = copied("fortran", tmp_path_factory.mktemp("hosts"))
+    make(folder, "sky_means")
+    return folder
+
+
+@pytest.mark.parametrize("program", PROGRAMS)
+def test_every_example_is_short(program: str) -> None:
+    assert len((EXAMPLES / program).read_text().splitlines()) <= 60
+
+
+@needs_host
+@pytest.mark.parametrize("name", SCENES)
+def test_c_gets_the_same_bits(folder: Path, name: str) -> None:
+    assert run(["./sky_means", f"{name}.sky"], folder) == report_of(source_of(name))
+
+
+@needs_host
+@pytest.mark.parametrize("threads", ["1", "3"])
+def test_openmp_gets_the_same_bits(folder: Path, threads: str) -> None:
+    said = run(["./sky_openmp", "perez_sky.sky"], folder, OMP_NUM_THREADS=threads)
+    assert said == report_of(source_of("perez_sky"))
+
+
+@needs_host
+@needs("g++")
+def test_threads_of_cplusplus_get_the_same_bits(folder: Path) -> None:
+    make(folder, "sky_threads")
+    for threads in ("1", "4"):
+        assert run(["./sky_threads", "clear_day.sky", threads], folder) == report_of(source_of("clear_day"))
+
+
+@needs_host
+@needs("mpicc", "mpirun")
+def test_ranks_get_the_same_bits(folder: Path) -> None:
+    make(folder, "sky_mpi")
+    for ranks in ("1", "3"):
+        said = run(["mpirun", "-n", ranks, "./sky_mpi", "clear_day.sky"], folder, **MPI)
+        assert said == report_of(source_of("clear_day"))
+
+
+@needs_host
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("compiler", "runner"),
+    [
+        pytest.param("clang", [], marks=needs("clang")),
+        pytest.param("aarch64-linux-gnu-gcc", ["qemu-aarch64"], marks=needs("aarch64-linux-gnu-gcc", "qemu-aarch64")),
+    ],
+)
+def test_other_compilers_get_the_same_bits(folder: Path, compiler: str, runner: list[str]) -> None:
+    copy = copied("c", folder / compiler)
+    flags = f"CFLAGS={FLAGS}{' -static' * bool(runner)}"
+    run(["make", f"CC={compiler}", f"INCLUDE={include_dir()}", flags, "sky_means"], copy)
+    for name in ("perez_sky", "clear_day"):
+        assert run([*runner, "./sky_means", str(folder / f"{name}.sky")], copy) == report_of(source_of(name))
+
+
+@needs_host
+def test_what_is_wrong_is_said(folder: Path) -> None:
+    good = (folder / "overcast.sky").read_bytes()
+    (folder / "cut.sky").write_bytes(good[:-64])
+    (folder / "changed.sky").write_bytes(good[:5000] + bytes([good[5000] ^ 1]) + good[5001:])
+    (folder / "wide.sky").write_bytes(source_of("overcast", precision="float64").to_bytes())
+    for file, says in (
+        ("nowhere.sky", "the file cannot be read"),
+        ("Makefile", "not a source file"),
+        ("cut.sky", "cut off"),
+        ("changed.sky", "changed or damaged"),
+        ("wide.sky", "the other precision"),
+    ):
+        done = subprocess.run(["./sky_means", file], cwd=folder, capture_output=True, text=True, check=False)
+        assert (done.returncode, done.stdout) == (1, "")
+        assert says in done.stderr
+
+
+@needs_host
+def test_a_compiler_that_changes_bits_is_found(folder: Path) -> None:
+    """Planted: fast math."""
+    copy = copied("c", folder / "fast")
+    make(copy, "sky_means", flags=f"{FLAGS} -ffast-math")
+    done = subprocess.run(
+        ["./sky_means", str(folder / "overcast.sky")], cwd=copy, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1
+    assert "-ffast-math" in done.stderr
+
+
+def contracted(ptx: str) -> list[str]:
+    """Operations that round once for two, and products and sums that a later compiler may still join."""
+    return re.findall(r"\b(?:fma|mad)\.[\w.]*f(?:32|64)|\b(?:mul|add|sub)\.(?:ftz\.)?f(?:32|64)\b", ptx)
+
+
+@needs("nvcc", "make")
+@pytest.mark.slow
+def test_the_kernel_has_no_contracted_operation(folder: Path) -> None:
+    """No GPU is at hand where we test: the code is made and searched, and not run."""
+    copy = copied("cuda", folder)
+    make(copy, "sky_means", "sky_means.ptx")
+    text = (copy / "sky_means.ptx").read_text()
+    assert "sqrt.rn.f64" in text  # the laws are in it
+    assert contracted(text.replace("atom.global.add.f64", "")) == []
+    wrong = ["nvcc", "-O3", "-fmad=true", f"-I{include_dir()}", "-ptx", "-o", "wrong.ptx", "sky_means.cu"]
+    run(wrong, copy)
+    assert "fma.rn.f32" in contracted((copy / "wrong.ptx").read_text())  # planted: nvcc's own choice
+
+
+@needs_host
+@pytest.mark.parametrize("example", ["c", "fortran", "cuda"])
+def test_make_without_the_command_says_one_thing(tmp_path: Path, example: str) -> None:
+    copy = copied(example, tmp_path)
+    command = ["make", "AOMC_SKY=no-such-aomc-sky"]
+    done = subprocess.run(command, cwd=copy, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert len(done.stderr.splitlines()) == 1
+    assert "'no-such-aomc-sky' cannot be run; write: make AOMC_SKY=/path/to/bin/aomc-sky" in done.stderr
+    assert subprocess.run([*command, "clean"], cwd=copy, check=False).returncode == 0
+
+
+@needs_host
+@needs("gfortran")
+@pytest.mark.parametrize("threads", ["1", "3"])
+def test_fortran_gets_the_same_bits(fortran_folder: Path, folder: Path, threads: str) -> None:
+    said = run(["./sky_means", str(folder / "perez_sky.sky")], fortran_folder, OMP_NUM_THREADS=threads)
+    words = [line.split() for line in said.lower().splitlines()]
+    assert [[float(w[0]), *w[2:]] for w in words] == [
+        [float(w[0]), *w[2:]] for w in (line.split() for line in report_of(source_of("perez_sky")).splitlines())
+    ]

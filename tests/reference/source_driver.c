@@ -1,0 +1,126 @@
+/* Functions over aomc_sky.h for the tests; compiled as C and as C++, with many flags. */
+#include "aomc_sky.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+static aomc_sky_file file;
+static aomc_sky_source source;
+
+int driver_view(const void *bytes, uint64_t size)
+{
+    return aomc_sky_view(bytes, size, &file);
+}
+
+int driver_load(const char *path)
+{
+    aomc_sky_file one;
+    int code = aomc_sky_load(path, &one);
+    aomc_sky_unload(&one);
+    return code;
+}
+
+int driver_band(int32_t band)
+{
+    return aomc_sky_band(&file, band, &source);
+}
+
+int64_t driver_n(void)
+{
+    return source.n;
+}
+
+int driver_witness(void)
+{
+    return aomc_sky_witness(&source);
+}
+
+uint64_t driver_checksum(const void *bytes, uint64_t size)
+{
+    return aomc_sky_checksum(bytes, size);
+}
+
+const char *driver_message(int64_t code)
+{
+    return aomc_sky_message(code);
+}
+
+int64_t driver_fill(int is_double, int64_t start, int64_t n, void *x, void *y, void *z)
+{
+    if (is_double) return aomc_sky_fill_double(&source, start, n, (double *)x, (double *)y, (double *)z);
+    return aomc_sky_fill(&source, start, n, (float *)x, (float *)y, (float *)z);
+}
+
+int64_t driver_numbers(int is_double, int64_t start, int64_t n, void *n1, void *n2, void *n3)
+{
+    if (is_double) return aomc_sky_numbers_double(&source, start, n, (double *)n1, (double *)n2, (double *)n3);
+    return aomc_sky_numbers(&source, start, n, (float *)n1, (float *)n2, (float *)n3);
+}
+
+/* Six rows: directions and numbers of photons by their indices. */
+void driver_at(int is_double, const int64_t *index, int64_t n, void *rows, int32_t *patch)
+{
+    int64_t j;
+    int c;
+    for (j = 0; j < n; j++) {
+        if (is_double) {
+            double *out = (double *)rows, numbers[3];
+            aomc_sky_photon_double p = aomc_sky_at_double(&source, index[j]);
+            aomc_sky_numbers_at_double(&source, index[j], numbers);
+            out[j] = p.ux, out[n + j] = p.uy, out[2 * n + j] = p.uz, patch[j] = p.patch;
+            for (c = 0; c < 3; c++) out[(3 + c) * n + j] = numbers[c];
+        } else {
+            float *out = (float *)rows, numbers[3];
+            aomc_sky_photon p = aomc_sky_at(&source, index[j]);
+            aomc_sky_numbers_at(&source, index[j], numbers);
+            out[j] = p.ux, out[n + j] = p.uy, out[2 * n + j] = p.uz, patch[j] = p.patch;
+            for (c = 0; c < 3; c++) out[(3 + c) * n + j] = numbers[c];
+        }
+    }
+}
+
+#ifdef DRIVER_MAIN
+/* Photons of every file named: a sum of bits, or the code. */
+int main(int count, char **arguments)
+{
+    int k;
+    for (k = 1; k < count; k++) {
+        int32_t band;
+        uint64_t sum = 0;
+        int code = aomc_sky_load(arguments[k], &file);
+        for (band = 0; code == 0 && band < file.n_bands; band++) {
+            int64_t n = 0, start, j;
+            static double x[3][4096];
+            static float y[3][4096];
+            code = aomc_sky_band(&file, band, &source);
+            for (start = 0; code == 0 && start < source.n && start < 200000; start += n) {
+                if (file.precision == 8) n = aomc_sky_fill_double(&source, start, 4096, x[0], x[1], x[2]);
+                else n = aomc_sky_fill(&source, start, 4096, y[0], y[1], y[2]);
+                if (n <= 0) break;
+                for (j = 0; j < 3 * n; j++) {
+                    uint64_t word = 0;
+                    if (file.precision == 8) memcpy(&word, &x[j / n][j % n], 8);
+                    else memcpy(&word, &y[j / n][j % n], 4);
+                    sum = (sum ^ word) * UINT64_C(0x9E3779B97F4A7C15);
+                    sum ^= sum >> 32;
+                }
+                for (j = 0; j < n && j < 64; j++) {
+                    uint64_t word = 0;
+                    if (file.precision == 8) { double one = aomc_sky_at_double(&source, start + j).ux; memcpy(&word, &one, 8); }
+                    else { float one = aomc_sky_at(&source, start + j).ux; memcpy(&word, &one, 4); }
+                    sum = (sum ^ word) * UINT64_C(0x9E3779B97F4A7C15);
+                }
+            }
+            if (n < 0) code = (int)n;
+        }
+        printf("%d %016llx\n", code, (unsigned long long)sum);
+        aomc_sky_unload(&file);
+    }
+    return 0;
+}
+#endif
+
+#ifdef __cplusplus
+}
+#endif

@@ -1,0 +1,98 @@
+"""Other compilers and another processor make the same photons of the same file: a sum over their bits."""
+
+from __future__ import annotations
+
+import shutil
+
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.cli.commands.info import include_dir
+from tests.support.host_programs import run
+from tests.support.shared import REPOSITORY
+from tests.support.source_files import FLAGS_OF_HOST, SCENES, needs_gcc, source_of
+
+pytestmark = [needs_gcc, pytest.mark.slow]
+PROGRAM = REPOSITORY / "tests" / "reference" / "source_driver.c"
+FLAGS = ("-O0", "-O2", "-O3")
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """Source files of every law, and what gcc says of their photons, 2e5 of each band and some one by one."""
+    folder = tmp_path_factory.mktemp("files")
+    names = []
+    for name in SCENES:
+        for precision in ("float32", "float64"):
+            names.append(folder / f"{len(names):02d}.sky")
+            placement = "r2" if len(names) % 3 else "philox"
+            order = "shuffled" if len(names) % 2 else "patch"
+            source = source_of(name, 100_003, precision=precision, order=order, placement=placement)
+            sky.write_source(source, names[-1])
+    return names, sums(["gcc", "-O2"], folder, names)
+
+
+def sums(compiler, folder, names, runner=()):
+    """Lines of the driver: a code and a sum for each file."""
+    flags = ["-DDRIVER_MAIN", "-Wall", "-Wextra", f"-I{include_dir()}", "-o", "driver", str(PROGRAM), "-lm"]
+    run([*compiler, *flags], folder)
+    return run([*runner, "./driver", *map(str, names)], folder).split("\n")
+
+
+def test_gcc_reads_every_file(files):
+    assert all(line.startswith("0 ") for line in files[1] if line)
+
+
+@pytest.mark.parametrize("flags", [*FLAGS, "-O3 -march=native", "-Os"])
+def test_clang(files, flags, tmp_path):
+    if shutil.which("clang") is None:
+        pytest.skip("clang not installed")
+    assert sums(["clang", *flags.split()], tmp_path, files[0]) == files[1]
+
+
+@pytest.mark.parametrize("flags", FLAGS)
+def test_aarch64(files, flags, tmp_path):
+    compiler, emulator = _aarch64()
+    assert sums([compiler, flags, "-static"], tmp_path, files[0], [emulator]) == files[1]
+
+
+def test_aarch64_contracts_where_nothing_forbids_it(files, tmp_path):
+    compiler, emulator = _aarch64()
+    lines = sums([compiler, "-O2", "-static", FLAGS_OF_HOST], tmp_path, files[0], [emulator])
+    assert all(line.startswith("-11 ") for line in lines if line)
+
+
+def _aarch64():
+    compiler, emulator = (
+        "aarch64-linux-gnu-gcc",
+        next(filter(shutil.which, ("qemu-aarch64", "qemu-aarch64-static")), None),
+    )
+    if shutil.which(compiler) is None or emulator is None:
+        pytest.skip("aarch64-linux-gnu-gcc or qemu-aarch64 not installed (Debian: gcc-aarch64-linux-gnu, qemu-user)")
+    return compiler, emulator
+
+
+KERNELS = r"""
+#include "aomc_sky.h"
+__global__ void photons(aomc_sky_source source, float *out, int64_t n)
+{
+    int64_t i = blockIdx.x * (int64_t)blockDim.x + threadIdx.x;
+    if (i < n) {
+        aomc_sky_photon p = aomc_sky_at(&source, i);
+        out[3 * i] = p.ux, out[3 * i + 1] = p.uy, out[3 * i + 2] = p.uz;
+    }
+}
+__global__ void doubles(aomc_sky_source source, double *out, int64_t i) { *out = aomc_sky_at_double(&source, i).uz; }
+__global__ void check(aomc_sky_source source, int *code) { *code = aomc_sky_witness(&source); }
+"""
+
+
+def test_code_for_a_gpu_contracts_nothing(tmp_path):
+    """Compiled only: nothing is run on a GPU here."""
+    if shutil.which("nvcc") is None:
+        pytest.skip("nvcc not installed")
+    (tmp_path / "use.cu").write_text(KERNELS)
+    run(["nvcc", "-fmad=false", f"-I{include_dir()}", "-ptx", "-o", "use.ptx", "use.cu"], tmp_path)
+    text = (tmp_path / "use.ptx").read_text()
+    assert ".entry" in text
+    assert "fma." not in text

@@ -1,0 +1,314 @@
+"""Damaged, stale and hostile files, wrong calls, and compilers with other arithmetic: a code each time."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.cli.commands.info import include_dir
+from aomc_sky.emission import source_file
+from aomc_sky.emission.source_file import SECTIONS, checksum
+from tests.support.shared import REPOSITORY
+from tests.support.source_files import FLAGS_OF_HOST, SCENES, built, compare, needs_gcc, source_of
+
+pytestmark = needs_gcc
+HEADER = include_dir() / "aomc_sky.h"
+CODES = {name: int(value) for name, value in re.findall(r"AOMC_SKY_(\w+) = (-\d+)", HEADER.read_text())}
+FUZZED = [("everything", {}), ("lobes and all", {}), ("sloped", {"precision": "float64", "order": "patch"})]
+
+
+def sealed(data: bytes | bytearray) -> bytes:
+    """The bytes with the checksum that they should have."""
+    data = bytearray(data)
+    data[40:48] = checksum(bytes(data)).to_bytes(8, "little")
+    return bytes(data)
+
+
+def with_bytes(data: bytes, at: int, new: bytes) -> bytes:
+    """The bytes with others from `at` on, sealed."""
+    return sealed(data[:at] + new + data[at + len(new) :])
+
+
+def entry(data: bytes, name: str) -> tuple[int, int, int]:
+    """Where the entry of a section stands in the directory of the first band, its offset and its count."""
+    record = np.frombuffer(data, "<u8", 40, 192)
+    kind = (*SECTIONS, "witnesses").index(name) + 1
+    for k in range(int(record[6])):
+        at = int(record[5]) + 24 * k
+        what, offset, count = np.frombuffer(data, "<u8", 3, at).tolist()
+        if what & 0xFFFFFFFF == kind:
+            return at, offset, count
+    raise KeyError(name)
+
+
+def word_of(value: float | int, width: int) -> bytes:
+    """Bytes of a whole number, or of a float64."""
+    return np.float64(value).tobytes() if isinstance(value, float) else int(value).to_bytes(width, "little")
+
+
+@pytest.fixture(scope="module")
+def data():
+    return source_of("lobes and all", 5000).to_bytes()
+
+
+def code_of(data: bytes, flags: str = "-O2") -> str:
+    """Name of the code that the header gives."""
+    code = built(flags).view(data)
+    return next(name for name, value in CODES.items() if value == code) if code else "ok"
+
+
+def test_checksum_is_the_same_in_both_languages(data):
+    assert built().checksum(data) == checksum(data) == int.from_bytes(data[40:48], "little")
+    assert code_of(data) == "ok"
+
+
+@pytest.mark.parametrize(
+    ("at", "new", "code"),
+    [
+        (0, b"MCPL", "NOT_OURS"),
+        (8, b"\2", "NEWER"),
+        (16, b"aomc-sky/3", "STREAMS"),
+        (16, b"aomc-sky/44", "STREAMS"),
+        (12, b"\5", "DIRECTORY"),
+        (12, b"\10", "TABLE"),
+        (32, b"\xff", "SIZE"),
+        (48, b"\xff\xff\xff\xff", "DIRECTORY"),
+        (56, (1 << 40).to_bytes(8, "little"), "DIRECTORY"),
+        (192, (1 << 63).to_bytes(8, "little"), "TABLE"),  # photons of the first band
+        (192 + 8, (2**31).to_bytes(8, "little"), "TABLE"),  # slots
+        (192 + 8, (1).to_bytes(8, "little"), "DIRECTORY"),
+        (192 + 40, (1 << 60).to_bytes(8, "little"), "DIRECTORY"),
+        (192 + 48, (1 << 60).to_bytes(8, "little"), "DIRECTORY"),
+        (192 + 56, b"\4", "NEWER"),  # a switch that this header does not know
+        (192 + 8 * 18, b"\x3f", "TABLE"),  # step of the guide
+    ],
+)
+def test_heads_and_records(data, at, new, code):
+    assert code_of(with_bytes(data, at, new)) == code
+
+
+@pytest.mark.parametrize(
+    ("section", "index", "value", "width"),
+    [
+        ("cumulative", 0, 1, 4),
+        ("cumulative", 5, 2**32 - 1, 4),
+        ("cumulative", -1, 0, 4),
+        ("guide", 0, 2**31, 4),
+        ("guide", 0, 3, 4),  # a slot behind the one of the rank
+        ("place", 0, 2**63, 8),
+        ("place", 1, 2**31, 8),
+        ("words", 0, 0x7F800000_00000000, 8),  # infinity
+        ("words", 0, 0x42000000_00000000, 8),  # a growth of 32
+        ("law", 0, 5, 1),
+        ("law", 0, 255, 1),
+        ("perez_bound", 0, float("nan"), 8),
+        ("perez_bound", 0, -1.0, 8),
+        ("perez_sky", 3, float("inf"), 8),
+        ("lobe", 30, 99, 4),
+        ("lobe", 30, 2**32 - 2, 4),
+        ("ranges", 0, 2**40, 8),
+        ("ranges", 1, 17, 8),
+        ("ranges", 1, 0, 8),
+        ("ranges", 2, 2**40, 8),
+        ("bins", 0, 2**32 - 1, 4),
+        ("shapes", 0, float("inf"), 8),
+        ("envelopes", 3, 0.0, 8),  # bins of a cell
+        ("envelopes", 7, -1.0, 8),  # bound
+        ("envelopes", 7, float("nan"), 8),
+        ("falls", 1, 2**62, 8),
+        ("falls", 4, 3, 8),
+        ("paces", 0, 1e300, 8),
+        ("paces", 1, -1e300, 8),
+    ],
+)
+def test_a_number_of_a_table_out_of_its_bounds(data, section, index, value, width):
+    _, offset, count = entry(data, section)
+    assert code_of(with_bytes(data, offset + width * (index % count), word_of(value, width))) == "TABLE"
+
+
+@pytest.mark.parametrize("section", ["cumulative", "guide", "place", "words", "law", "bins", "witnesses", "perez_word"])
+def test_a_section_outside_of_the_file_or_of_another_length(data, section):
+    at, offset, count = entry(data, section)
+    for change in (
+        (at + 8, len(data) // 64 * 64),
+        (at + 8, 2**63),
+        (at + 8, offset + 8),  # not aligned
+        (at + 16, count + 10**9),
+        (at + 16, 2**63),
+    ):
+        assert code_of(with_bytes(data, change[0], change[1].to_bytes(8, "little"))) == "DIRECTORY"
+    if section not in ("words", "bins"):  # their lengths follow from nothing else
+        assert code_of(with_bytes(data, at + 16, (count - 1).to_bytes(8, "little"))) == "DIRECTORY"
+
+
+def test_unknown_sections(data):
+    at, _, _ = entry(data, "perez_sky")
+    kind = (99 | 8 << 32).to_bytes(8, "little")
+    assert code_of(with_bytes(data, at, (99 | 8 << 32 | 1 << 48).to_bytes(8, "little"))) == "NEWER"
+    assert code_of(with_bytes(data, at, kind)) == "DIRECTORY"  # skipped, and now the numbers of the sky are missing
+    spare = source_of("table", 500).to_bytes()
+    grown = bytearray(spare + spare[192 + 40 : 192 + 40] + bytes(64))
+    record = np.frombuffer(spare, "<u8", 40, 192)
+    begin, n = int(record[5]), int(record[6])
+    directory = spare[begin : begin + 24 * n] + kind + (192).to_bytes(8, "little") + (1).to_bytes(8, "little")
+    grown[len(spare) :] = directory + bytes(-len(directory) % 64)
+    grown[192 + 40 : 192 + 56] = len(spare).to_bytes(8, "little") + (n + 1).to_bytes(8, "little")
+    grown[32:40] = len(grown).to_bytes(8, "little")
+    assert code_of(sealed(grown)) == "ok"  # an old header reads a file with a new section
+
+
+def test_every_flipped_byte_is_found():
+    data = source_of("table", 100).to_bytes()
+    rng = np.random.default_rng(1)
+    for at in [*range(192 + 320), *rng.integers(0, len(data), 300).tolist()]:
+        assert built().view(data[:at] + bytes([data[at] ^ (1 << at % 8)]) + data[at + 1 :]) < 0, at
+    for size in (0, 7, 8, 191, 192, 200, len(data) - 64, len(data) - 1):
+        assert built().view(data[:size]) < 0
+
+
+@pytest.mark.parametrize("sealing", [0, 1])
+@pytest.mark.parametrize(("name", "options"), FUZZED)
+def test_damaged_files_under_sanitizers(name, options, sealing, fuzzer, tmp_path):
+    _fuzz(fuzzer, source_of(name, 5000, **options), tmp_path / "one.sky", 100, sealing)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "options"), FUZZED)
+def test_ten_thousand_damaged_files(name, options, fuzzer, tmp_path):
+    for sealing in (0, 1):
+        _fuzz(fuzzer, source_of(name, 5000, **options), tmp_path / "one.sky", 10_000, sealing)
+
+
+@pytest.fixture(scope="module")
+def fuzzer(tmp_path_factory):
+    program = tmp_path_factory.mktemp("fuzz") / "fuzz"
+    flags = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", f"-I{include_dir()}"]
+    text = REPOSITORY / "tests" / "reference" / "source_fuzz.c"
+    done = subprocess.run(
+        ["gcc", *flags, "-o", program, text, "-lm"], capture_output=True, text=True, check=False, timeout=300
+    )
+    if done.returncode:
+        pytest.skip(f"no sanitizers: {done.stderr[:200]}")
+    return program
+
+
+def _fuzz(program, source, path, count, sealing):
+    sky.write_source(source, path)
+    command = [str(program), str(path), str(count), "5", str(sealing)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=3000)
+    assert done.returncode == 0, done.stderr[-2000:]
+    codes = dict(line.split(": ") for line in done.stdout.split("\n") if line)
+    if not sealing:  # whatever is not the file itself has a code
+        assert codes.get("0", "0") == codes["unchanged"]
+    assert len(codes) > (3 if sealing == 0 else 5)
+
+
+def test_wrong_calls():
+    driver, source = built(), source_of("table", 500)
+    driver.open(source)
+    rows = np.empty((3, 8), np.float32)
+    assert driver.fill(-1, rows) == driver.numbers(-1, rows) == CODES["RANGE"]
+    assert driver.fill(0, rows, -1) == CODES["RANGE"]
+    assert driver.fill(0, np.empty((3, 8))) == driver.numbers(0, np.empty((3, 8))) == CODES["OTHER"]
+    assert (driver.fill(495, rows), driver.fill(500, rows), driver.fill(2**62, rows)) == (5, 0, 0)
+    assert driver.band(2) == driver.band(-1) == CODES["NO_BAND"]
+    single, patch = driver.at(np.array([-1, 500, 2**40]), np.dtype(np.float32))
+    assert np.isnan(single).all()
+    assert (patch == -1).all()
+    assert np.isnan(driver.at(np.array([0]), np.dtype(np.float64))[0]).all()
+    assert driver.load(REPOSITORY / "nowhere.sky") == CODES["NO_FILE"]
+    assert driver.load(REPOSITORY) == CODES["NO_FILE"]
+    assert driver.load(REPOSITORY / "LICENSE") == CODES["NOT_OURS"]
+
+
+def test_every_code_has_a_sentence():
+    texts = [built().message(code) for code in CODES.values()]
+    assert len(set(texts)) == len(CODES) == 15
+    assert "unknown" not in "".join(texts)
+    assert (built().message(0), built().message(-99)) == ("no error", "an unknown code")
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("name", SCENES)
+def test_witnesses_find_a_compiler_that_contracts(name, precision):
+    if not _has_fma():
+        pytest.skip("this processor has no fused operations")
+    data = source_of(name, 5000, precision=precision).to_bytes()
+    contracting = f"-O2 -mfma -ffp-contract=fast {FLAGS_OF_HOST}"
+    assert code_of(data, contracting) == "ARITHMETIC"
+    assert code_of(data, "-O2 -mfma -ffp-contract=fast") == "ok"  # the header's own pragma
+
+
+def test_fast_math_is_found(data):
+    for flags in ("-O2 -ffast-math", "-O2 -funsafe-math-optimizations", f"-O2 -ffast-math {FLAGS_OF_HOST}"):
+        assert code_of(data, flags) == "ARITHMETIC"
+
+
+def test_a_witness_that_differs_is_found(data):
+    _, offset, count = entry(data, "witnesses")
+    words = np.frombuffer(data, "<u8", count, offset).reshape(-1, 12)
+    for column in range(11):
+        row = int(np.argmax(words[:, column] != 0x7FF8000000000000)) if column > 7 else 3
+        at = offset + 8 * (12 * row + column)
+        changed = int.from_bytes(data[at : at + 8], "little") ^ 1
+        if column == 0:  # another photon
+            changed = int(words[row, 0]) ^ 2
+        assert code_of(with_bytes(data, at, changed.to_bytes(8, "little"))) == "ARITHMETIC", column
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_witnesses_take_every_way(name):
+    """Every component has witnesses; Perez and lobes have some of trial 0, of trial 1 and of later ones."""
+    source = source_of(name, 20_000)
+    tables = source_file.Tables.of(source._emitter, 0)
+    words = source_file.witnesses(source._emitter, 0, tables).reshape(-1, 12)
+    assert len(words) == source_file.witnesses.__globals__["N_WITNESSES"]
+    starts = source.plan.component_start
+    lit = np.diff(source.plan.cumulative[0][starts]) > 0
+    seen = np.unique(np.searchsorted(starts, words[:, 1].astype(np.int64), side="right") - 1)
+    assert seen.tolist() == np.flatnonzero(lit).tolist()
+
+
+def _has_fma() -> bool:
+    try:
+        return " fma " in (REPOSITORY.__class__("/proc/cpuinfo").read_text())
+    except OSError:
+        return False
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc not installed")
+@pytest.mark.parametrize(
+    ("options", "advice"),
+    [({"replicates": 4}, "replicates=1"), ({"weights": True}, "without weights")],
+)
+def test_sources_that_the_file_cannot_hold(options, advice, tmp_path):
+    if "weights" in options:
+        scene = sky.Scene(wavebands=[550.0], n_photons=1000, components=_weighted())
+    else:
+        scene = sky.Scene(wavebands=[550.0], n_photons=1000, components="uniform")
+    source = scene.source(seed=1, **options)
+    for make in (source.to_bytes, lambda: sky.write_source(source, tmp_path / "x.sky")):
+        with pytest.raises(sky.errors.UsageError, match=advice):
+            make()
+    assert not list(tmp_path.iterdir())
+
+
+def _weighted():
+    grid = sky.PatchGrid.regular(3, 4)
+    cell = sky.component.cells_of_grid(grid, sky.Law.CELL_MU)
+    mass = np.ones((1, 12))
+    return sky.Component(
+        name="t", law=sky.Law.CELL_MU, strength=np.ones(1), mass=mass, cell=cell, grid=grid, weight=2 * mass
+    )
+
+
+def test_positions_are_the_hosts():
+    """A footprint changes the plan's name in the file and no direction, as AOMC's amc.inp has it."""
+    circle = sky.Footprint(shape="circle", size_x_m=2.0, size_y_m=2.0)
+    scene = sky.Scene(wavebands=[550.0], n_photons=1000, components="uniform", footprint=circle)
+    compare(built("-O2"), scene.source(seed=1))

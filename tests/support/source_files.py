@@ -1,0 +1,189 @@
+"""Programs over aomc_sky.h, as libraries that the tests call, and sources that between them take every way."""
+
+from __future__ import annotations
+
+import ctypes
+import dataclasses
+import functools
+import shutil
+import subprocess
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.cli.commands.info import include_dir
+from aomc_sky.component import Component, Law
+from tests.support import fairness
+from tests.support.host_scenes import WAVEBANDS, components, disc, perez, table
+from tests.support.shared import REPOSITORY
+
+DRIVER = REPOSITORY / "tests" / "reference" / "source_driver.c"
+needs_gcc = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc not installed")
+FLAGS_OF_HOST = "-DAOMC_SKY_FLAGS_OF_HOST"
+"""Leaves the header's own pragmas out, so that flags of a test have their way."""
+
+
+@functools.cache
+def built(flags: str = "-O2", compiler: str = "gcc") -> Driver:
+    """The driver compiled with flags, once per process."""
+    folder = Path(tempfile.mkdtemp(prefix="aomc-sky-driver-"))
+    language = ["-x", "c++"] if compiler.endswith("++") else []
+    command = [compiler, *flags.split(), "-shared", "-fPIC", f"-I{include_dir()}", "-o", "driver.so", *language]
+    done = subprocess.run([*command, str(DRIVER), "-lm"], cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    library = ctypes.CDLL(str(folder / "driver.so"))
+    shutil.rmtree(folder)
+    return Driver(library)
+
+
+def aligned(data: bytes) -> np.ndarray:
+    """The bytes in memory that begins at a multiple of 64."""
+    memory = np.zeros(len(data) + 64, np.uint8)
+    begin = -memory.ctypes.data % 64
+    memory[begin : begin + len(data)] = np.frombuffer(data, np.uint8)
+    return memory[begin : begin + len(data)]
+
+
+class Driver:
+    """tests/reference/source_driver.c as functions of arrays."""
+
+    def __init__(self, library: ctypes.CDLL) -> None:
+        self._library = library
+        for name in ("driver_fill", "driver_numbers", "driver_n"):
+            getattr(library, name).restype = ctypes.c_int64
+        library.driver_checksum.restype = ctypes.c_uint64
+        library.driver_message.restype = ctypes.c_char_p
+        self._data = np.zeros(0, np.uint8)
+
+    def view(self, data: bytes) -> int:
+        """Take the bytes of a file; returns the code."""
+        self._data = aligned(data)
+        return int(self._library.driver_view(_address(self._data), ctypes.c_uint64(len(data))))
+
+    def load(self, path: Path) -> int:
+        """Take a file, and drop it again."""
+        return int(self._library.driver_load(str(path).encode()))
+
+    def open(self, source: sky.PhotonSource | bytes, band: int = 0) -> None:
+        """Take a source and one of its bands."""
+        code = self.view(source if isinstance(source, bytes) else source.to_bytes())
+        assert code == 0, self.message(code)
+        assert self.band(band) == 0
+
+    def band(self, band: int) -> int:
+        """Choose a band."""
+        return int(self._library.driver_band(ctypes.c_int32(band)))
+
+    @property
+    def n(self) -> int:
+        """Photons of the band."""
+        return int(self._library.driver_n())
+
+    @property
+    def witness(self) -> int:
+        """What aomc_sky_witness says of the band."""
+        return int(self._library.driver_witness())
+
+    def fill(self, start: int, rows: np.ndarray, count: int | None = None) -> int:
+        """Directions from `start` on into the rows (3, n)."""
+        return self._into(self._library.driver_fill, start, rows, count)
+
+    def numbers(self, start: int, rows: np.ndarray, count: int | None = None) -> int:
+        """Numbers from `start` on into the rows (3, n)."""
+        return self._into(self._library.driver_numbers, start, rows, count)
+
+    def _into(self, function: Any, start: int, rows: np.ndarray, count: int | None) -> int:
+        size = rows.shape[1] if count is None else count
+        is_double = ctypes.c_int(rows.dtype == np.float64)
+        return int(function(is_double, ctypes.c_int64(start), ctypes.c_int64(size), *map(_address, rows)))
+
+    def at(self, index: np.ndarray, dtype: np.dtype) -> tuple[np.ndarray, np.ndarray]:
+        """Directions and numbers (6, n) of single photons, and their patches."""
+        rows, patch = np.empty((6, index.size), dtype), np.empty(index.size, np.int32)
+        is_double, index = ctypes.c_int(rows.dtype == np.float64), np.ascontiguousarray(index, np.int64)
+        self._library.driver_at(is_double, _address(index), ctypes.c_int64(index.size), _address(rows), _address(patch))
+        return rows, patch
+
+    def checksum(self, data: bytes) -> int:
+        """aomc_sky_checksum."""
+        return int(self._library.driver_checksum(data, ctypes.c_uint64(len(data))))
+
+    def message(self, code: int) -> str:
+        """aomc_sky_message."""
+        return bytes(self._library.driver_message(ctypes.c_int64(code))).decode()
+
+
+def _address(array: np.ndarray) -> ctypes.c_void_p:
+    return ctypes.c_void_p(array.ctypes.data)
+
+
+def same_bits(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether two arrays have the same bytes."""
+    return np.ascontiguousarray(one).tobytes() == np.ascontiguousarray(other).tobytes()
+
+
+def compare(driver: Driver, source: sky.PhotonSource, n: int = 20_000) -> int:
+    """Assert that `fill`, `at` and `numbers` give the photons of every band; returns how many were compared."""
+    assert driver.view(source.to_bytes()) == 0
+    done, rng = 0, np.random.default_rng(source.total)
+    for band in range(source.n_bands):
+        assert driver.band(band) == 0
+        total = source.n_photons(band)
+        assert driver.n == total
+        m = min(n, total)
+        start = int(rng.integers(0, total - m + 1))
+        batch = source.photons(band, start, start + m, numbers=3)
+        expected = np.stack([batch.ux, batch.uy, batch.uz]), np.ascontiguousarray(batch.numbers.T)
+        rows = np.empty((3, m), source.dtype)
+        assert driver.fill(start, rows) == m
+        assert same_bits(rows, expected[0])
+        assert driver.numbers(start, rows) == m
+        assert same_bits(rows, expected[1])
+        single, patch = driver.at(np.arange(start, start + m), source.dtype)
+        assert same_bits(single, np.concatenate(expected))
+        assert same_bits(patch, batch.patch)
+        done += m
+    return done
+
+
+def _sloped() -> tuple[Component, ...]:
+    flat, rng = table(Law.CELL_MU2, 6, 9), np.random.default_rng(5)
+    return (dataclasses.replace(flat, law=Law.CELL_SLOPED, slope=rng.uniform(-0.99, 0.99, (2, 54, 2))),)
+
+
+def _with_lobes() -> tuple[Component, ...]:
+    """A Perez sky, a table, a disc and lobes of every kind, in two bands."""
+    lobes = [
+        dataclasses.replace(one, name=name, strength=np.ones(2), mass=np.ones((2, 1)), irradiance_W_m2_nm=None)
+        for name in ("cloud edge", "glow", "band", "at the horizon")
+        for one in [fairness.component(fairness.LOBES[name])]
+    ]
+    return (*perez(6, 5), table(Law.CELL_MU2, 6, 9), *lobes, *disc(20))
+
+
+MORE = {
+    "sloped": _sloped,
+    "disc at the horizon": lambda: disc(89.9),
+    "wide disc at the horizon": lambda: disc(88, 4.0),
+    "wide disc": lambda: disc(30, 4.0),
+    "perez in narrow cells": lambda: perez(30, 180),
+    "lobes and all": _with_lobes,
+    "lobes": lambda: tuple(c for c in _with_lobes() if Law.HG <= c.law <= Law.BECKMANN),
+}
+HOST_SCENES = ("table", "narrow cells", "sparse", "wide cells", "solid angle", "disc and table", "everything", "perez")
+SCENES = (*HOST_SCENES, *MORE)
+LOBES = ("lobes and all", "lobes")
+
+
+@functools.cache
+def _components(name: str) -> tuple[Component, ...]:
+    return MORE[name]() if name in MORE else components(name)
+
+
+def source_of(name: str, n: int | list[int] = 20_011, **options: object) -> sky.PhotonSource:
+    """The source of a scene of `SCENES`."""
+    return sky.Scene(wavebands=WAVEBANDS, n_photons=n, components=_components(name)).source(seed=9, **options)
