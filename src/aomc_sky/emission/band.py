@@ -41,6 +41,7 @@ class Band(NamedTuple):
     lobes: tuple[Any, ...] | None
     slopes: np.ndarray | None  #: words of `laws.sloped` of the slots
     main: np.uint64  #: the way of most slots, one of `constants.NARROW` and those after it
+    one_disc: np.int32  #: the slot of a disc, if all others go the main way; else -1
     cell_of_slot: np.ndarray  #: int32; empty if slot = cell
 
     @property
@@ -80,7 +81,7 @@ def pack_band(
         slots = np.arange(law.size)  # few cells are empty: stepping over them costs less than renaming
     is_complete = slots.size == law.size
     ends, guide, shift = _search(cumulative[slots], n)
-    main, slot_law = _ways(law[slots], counts[slots], cells.width if is_complete else cells.width[slots])
+    main, slot_law, one_disc = _ways(law[slots], counts[slots], cells.width if is_complete else cells.width[slots])
     perez = None if rejection is None else (*rejection.of_slots(slots), stream.accept)
     lobes = None if queue is None else (*queue.of_slots(slots), *lobe_steps)
     is_common = not slot_law.size and int(main) <= int(QUARTER) and slopes is None and not stream.jitter
@@ -103,6 +104,7 @@ def pack_band(
         lobes=lobes,
         slopes=None if slopes is None else slopes[slots],
         main=main,
+        one_disc=one_disc,
         cell_of_slot=slots[: 0 if is_complete else None].astype(np.int32),
     )
 
@@ -121,12 +123,13 @@ def _search(before: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, np.uint
     return np.concatenate([ends, sentinels]), guide, np.uint64(shift)
 
 
-def _ways(slot_law: np.ndarray, count: np.ndarray, width: np.ndarray) -> tuple[np.uint64, np.ndarray]:
-    """The way of most slots, and the law of each slot where they differ."""
+def _ways(slot_law: np.ndarray, count: np.ndarray, width: np.ndarray) -> tuple[np.uint64, np.ndarray, np.int32]:
+    """The way of most slots, the law of each slot where they differ, and the slot of a disc that alone differs."""
     main = _main_law(slot_law, count)
     is_main = slot_law == main
     is_same = is_main | ~np.isin(slot_law, _COMMON)  # what a queue makes is overwritten whatever it starts as
-    uniform = bool(np.all(is_same)) or bool(np.all(is_same | ((slot_law == Law.BEAM) & (main == Law.CELL_MU2))))
+    others = np.flatnonzero(~(is_same | ((slot_law == Law.BEAM) & (main == Law.CELL_MU2))))
+    has_one_disc = others.size == 1 and slot_law[others[0]] == Law.DISC
     widths = set(np.flatnonzero(np.bincount(width, weights=is_main)).tolist()) - {0}
     if main == Law.CELL_MU:
         way = IN_MU
@@ -134,7 +137,7 @@ def _ways(slot_law: np.ndarray, count: np.ndarray, width: np.ndarray) -> tuple[n
         way = NARROW
     else:
         way = QUARTER if widths <= {2} else ANY_WIDTH
-    return way, slot_law[:0] if uniform else slot_law
+    return way, slot_law if others.size else slot_law[:0], np.int32(others[0] if has_one_disc else -1)
 
 
 def _main_law(slot_law: np.ndarray, count: np.ndarray) -> Law:

@@ -26,6 +26,7 @@ from aomc_sky.kernels.arithmetic.constants import (
     PEREZ_WORDS,
     QUARTER,
     SCRATCH_PHOTONS,
+    U32,
     U64,
     ZERO,
 )
@@ -39,7 +40,6 @@ from aomc_sky.kernels.cells.blocks import (
     cell_of_table,
     cells_of_slots,
     column,
-    copy_parameters,
     fill_parameters,
     place_on_slopes,
     ranks_of_block,
@@ -49,6 +49,7 @@ from aomc_sky.kernels.cells.blocks import (
     turn_of_table,
     word_like,
 )
+from aomc_sky.kernels.cells.columns import GROUP, copy_group
 from aomc_sky.kernels.cells.laws import disc, disc_at_horizon_trial, from_mu, from_mu2
 from aomc_sky.kernels.formula import by_width, select
 from aomc_sky.kernels.jit import borrowing, inlined_borrowing, inner_borrowing, seen_as
@@ -62,6 +63,7 @@ _OF_PEREZ = COLUMNS * SCRATCH_PHOTONS
 _OF_LOBES = _OF_PEREZ + PEREZ_WORDS
 _MANY = np.uint64(16)  # the formula of a disc takes for a whole block about as long as for one photon in 16, singly
 _FAR, _NEAR = np.uint64(48), np.uint64(24)  # so many photons ahead the guide and the ranks of slots are asked for
+_GROUP, _REST_OF_GROUP = np.uint64(GROUP), np.uint64(GROUP - 1)
 _REST_OF_VECTOR = np.uint64(15)
 _WHOLE_VECTORS = np.uint64(0xFFFFFFFFFFFFFFF0)
 
@@ -87,18 +89,20 @@ _slots_shuffled = by_width(_slots_far, _slots_near)
 
 
 @inner_borrowing
-def _parameters_shuffled(m, slot, place, words, scratch, like):
+def _parameters_shuffled(m, slot, place, words, bits):
     j = ZERO
+    while j + _GROUP <= m:
+        copy_group(words, place, slot, bits, j)
+        j += _GROUP
     while j < m:
-        head, tail = split_place(place[U64(slot[j])])
-        copy_parameters(scratch, j, words, head, tail, like)
-        if tail == ZERO:  # never: an exit keeps the compiler from turning this loop into slow gathers
-            break
+        s = U64(slot[j])
+        head, tail = split_place(place[s])
+        fill_parameters(bits, j, j + ONE, words, head, tail, slot, s)
         j += ONE
 
 
 @inner_borrowing
-def _in_order(start, m, rank, cumulative, guide, guide_shift, slot, place, words, scratch, like):
+def _in_order(start, m, rank, cumulative, guide, guide_shift, slot, place, words, bits):
     """Ranks, slots and parameters of consecutive ranks: one run per slot."""
     for j in range(m):
         rank[j] = start + U64(j)
@@ -107,7 +111,8 @@ def _in_order(start, m, rank, cumulative, guide, guide_shift, slot, place, words
     while j < m:
         end = min(m, U64(cumulative[s + ONE]) - start)
         head, tail = split_place(place[s])
-        fill_parameters(scratch, j, end, words, head, tail, slot, s, like)
+        groups = min(m, j + ((end - j + _REST_OF_GROUP) & ~_REST_OF_GROUP))  # as `vectors` in `emit_runs`
+        fill_parameters(bits, j, groups, words, head, tail, slot, s)
         j = end
         s += ONE
 
@@ -210,6 +215,21 @@ def _discs(m, p, is_disc, u, v, ux, uy, uz):
 
 
 @inner_borrowing
+def _one_disc(m, one, slot, p, is_disc, u, v, ux, uy, uz):
+    """Write the photons of slot `one`, a disc, over those of the main law, that of all other slots."""
+    n_disc = U32(0)
+    for j in range(m):
+        is_disc[j] = np.uint8(slot[j] == one)
+        n_disc = U32(n_disc + is_disc[j])
+    if U64(n_disc) * _MANY > m:
+        _discs(m, p, is_disc, u, v, ux, uy, uz)
+    elif n_disc != U32(0):
+        for j in range(m):
+            if is_disc[j] != np.uint8(0):
+                ux[j], uy[j], uz[j] = disc(*cell_of_photon(p, j), u[j], v[j])
+
+
+@inner_borrowing
 def _other_laws(m, main_law, slot, law, p, is_disc, chosen, rank, key, band, u, v, ux, uy, uz):
     """Write the photons of slots of another law over those of the main law; lobes have their turn later."""
     n_disc, n = _beside_main(m, main_law, slot, law, is_disc, chosen)
@@ -251,6 +271,7 @@ def emit(
     lobes,
     slopes,
     main,
+    one_disc,
     cell_of_slot,
 ):
     """Write the photons [start, start + ux.size) of a band; the parameters from `order` on are those of `band.Band`.
@@ -280,11 +301,11 @@ def emit(
         first = start + U64(lo)
         x, y, z, slot = ux[lo:hi], uy[lo:hi], uz[lo:hi], cell[lo:hi]
         if order.size == 0:
-            _in_order(first, m, rank, cumulative, guide, guide_shift, slot, place, words, scratch, like)
+            _in_order(first, m, rank, cumulative, guide, guide_shift, slot, place, words, bits)
         else:
             ranks_of_block(first, m, order, rank)
             _slots_shuffled(m, rank, cumulative, guide_shift, place, slot, guide)
-            _parameters_shuffled(m, slot, place, words, scratch, like)
+            _parameters_shuffled(m, slot, place, words, bits)
         if law is None:
             if main == NARROW:
                 _narrow_by_rank(m, p, rank, shifts, steps, bits, x, y, z)
@@ -311,7 +332,9 @@ def emit(
                 _cells_mu2_any(m, p, u, v, x, y, z)
             else:
                 _cells_mu_any(m, p, u, v, x, y, z)
-            if law.size > 0:
+            if one_disc >= np.int32(0):
+                _one_disc(m, one_disc, slot, p, flag, u, v, x, y, z)
+            elif law.size > 0:
                 main_law = laws.CELL_MU if main == IN_MU else laws.CELL_MU2
                 _other_laws(m, main_law, slot, law, p, flag, chosen, rank, place_key, band, u, v, x, y, z)
             if rejection is not None:
@@ -358,6 +381,7 @@ def emit_runs(
     lobes,
     slopes,
     main,
+    one_disc,
     cell_of_slot,
 ):
     """Write the photons of the ranks [start, start + ux.size) run by run: the parameters of a cell stay in registers.

@@ -73,14 +73,16 @@ _ARC_Q = (
 _LOG = tuple(2.0 / k for k in range(21, 2, -2))
 
 _S24 = np.uint64(40)
-_S53 = np.uint64(11)
+_UPPER53 = np.uint64(0xFFFFFFFFFFFFF800)
 _INV24 = np.float32(2.0**-24)
-_INV53 = 2.0**-53
+_INV64 = 2.0**-64
 _ROUND = 6755399441055744.0  # 1.5 x 2^52: adding it rounds to a whole number, kept in the low bits
 _BIAS = np.int64(1023)
 _POWER_BITS = np.int64(52)
 _FRACTION = np.int64(2**52 - 1)
 _HALF = np.int64(1022 << 52)
+_AT_2_52 = np.int64((1023 + 52) << 52)  # 2^52 as a float64: in its last bits a whole number stands for itself
+_FROM_POWER = 2.0**52 + 1022
 _LARGEST = 700.0
 
 
@@ -90,17 +92,18 @@ def _unit_f32(bits, like):
 
 
 def _unit_f64(bits, like):
-    return np.float64(np.int64(bits >> _S53)) * _INV53
+    return np.float64(bits & _UPPER53) * _INV64
 
 
-#: Turn a 64-bit word into a uniform number in [0, 1): 24 bits for float32, 53 for float64.
+#: Turn a 64-bit word into a uniform number in [0, 1): 24 bits for float32, 53 for float64. The 53 bits stay where they
+#: are: if the top bit may be set, AVX2, which has no such conversion, converts by halves; else one number at a time.
 unit = by_width(_unit_f32, _unit_f64)
 
 
 @inlined_formula
 def uniform_f64(bits):
     """Uniform float64 in [0, 1) of 53 bits, whatever the precision of the photons."""
-    return np.float64(np.int64(bits >> _S53)) * _INV53
+    return np.float64(bits & _UPPER53) * _INV64
 
 
 def _series(sine, cosine):
@@ -160,7 +163,7 @@ def turned_by_quarters(quarter, sine, cosine):
 def split_power(x):
     """Split a normal positive float64 into m in [1/2, 1) and whole k with x = m 2^k, both float64."""
     word = word_of(x)
-    return float_of((word & _FRACTION) | _HALF), np.float64((word >> _POWER_BITS) - np.int64(1022))
+    return float_of((word & _FRACTION) | _HALF), float_of((word >> _POWER_BITS) | _AT_2_52) - _FROM_POWER
 
 
 @inlined_formula

@@ -6,9 +6,8 @@ parameters and the ring's *turn*, an integer. The tail belongs to the column: si
 width, and an unused float. One table of words holds heads and tails, with two words for four float32 and four for four
 float64.
 
-The scratch memory has the order that vector loops read fastest. In float32 it is a row of heads, then a row of tails.
-In float64 it is rows of pairs (h0 and h1, h2 and the turn, t0 and t1), then a row of h3. Neighbouring words are read
-before they are written, so that the compiler moves two at a time.
+The scratch memory has a column for each parameter of a block's photons, in the order h0, h1, h2, turn, t0, t1, h3. So
+vector loops read it without shuffles; see `columns`.
 """
 
 from __future__ import annotations
@@ -24,86 +23,40 @@ from aomc_sky.kernels.jit import inner_borrowing, seen_as, spliced
 MAX_PHOTONS = np.uint64(SCRATCH_PHOTONS)
 """Most photons of a block. Loops with this bound vectorise, because 16 bytes times the index cannot wrap."""
 
-_TAILS = np.uint64(4 * SCRATCH_PHOTONS)
-_PAIRS = np.uint64(2 * SCRATCH_PHOTONS)
+_COLUMN = np.uint64(SCRATCH_PHOTONS)
+_FIVE, _SIX = np.uint64(5), np.uint64(6)
 _CHUNK = np.uint64(256)
 _S16 = np.uint32(16)
 _LOW16 = np.uint32(0xFFFF)
 _HIGH32 = np.uint64(0xFFFFFFFF00000000)
 
 
-def _copy_f32(scratch, j, words, head, tail, like):
-    i = TWO * j
-    a, b, c, d = words[head], words[head + ONE], words[tail], words[tail + ONE]
-    scratch[i] = a
-    scratch[i + ONE] = b
-    scratch[i + _PAIRS] = c
-    scratch[i + _PAIRS + ONE] = d
+@inner_borrowing
+def fill_parameters(columns, lo, hi, words, head, tail, slot, s):
+    """Write the parameters of slot s to the columns of the photons lo to hi - 1, and s to `slot`.
 
-
-def _copy_f64(scratch, j, words, head, tail, like):
-    i = TWO * j
-    a, b, c, d = words[head], words[head + ONE], words[head + TWO], words[head + THREE]
-    e, f, g = words[tail], words[tail + ONE], words[tail + TWO]
-    scratch[i] = a
-    scratch[i + ONE] = b
-    scratch[i + _PAIRS] = c
-    scratch[i + _PAIRS + ONE] = d
-    scratch[i + TWO * _PAIRS] = e
-    scratch[i + TWO * _PAIRS + ONE] = f
-    scratch[j + THREE * _PAIRS] = g
-
-
-#: Copy the parameters of one cell to photon j of the block; `like` is any number of the precision.
-copy_parameters = by_width(_copy_f32, _copy_f64)
-
-
-def _fill_f32(scratch, lo, hi, words, head, tail, slot, s, like):
-    a, b, c, d = words[head], words[head + ONE], words[tail], words[tail + ONE]
+    The columns are seen as integers of the precision's width.
+    """
+    per_word = np.uint64(8) // np.uint64(columns.itemsize)
+    numbers, h, t = seen_as(words, columns[0]), head * per_word, tail * per_word
+    a, b, c, d = numbers[h], numbers[h + ONE], numbers[h + TWO], numbers[h + THREE]
+    e, f, g = numbers[t], numbers[t + ONE], numbers[t + TWO]
     for j in range(lo, min(hi, MAX_PHOTONS)):
-        i = TWO * j
-        scratch[i] = a
-        scratch[i + ONE] = b
-        scratch[i + _PAIRS] = c
-        scratch[i + _PAIRS + ONE] = d
+        columns[j] = a
+        columns[j + _COLUMN] = b
+        columns[j + TWO * _COLUMN] = c
+        columns[j + THREE * _COLUMN] = d
+        columns[j + FOUR * _COLUMN] = e
+        columns[j + _FIVE * _COLUMN] = f
+        columns[j + _SIX * _COLUMN] = g
         slot[j] = s
 
 
-def _fill_f64(scratch, lo, hi, words, head, tail, slot, s, like):
-    a, b, c, d = words[head], words[head + ONE], words[head + TWO], words[head + THREE]
-    e, f, g = words[tail], words[tail + ONE], words[tail + TWO]
-    for j in range(lo, min(hi, MAX_PHOTONS)):
-        scratch[TWO * j] = a
-        scratch[TWO * j + ONE] = b
-    for j in range(lo, min(hi, MAX_PHOTONS)):
-        scratch[TWO * j + _PAIRS] = c
-        scratch[TWO * j + _PAIRS + ONE] = d
-    for j in range(lo, min(hi, MAX_PHOTONS)):
-        scratch[TWO * j + TWO * _PAIRS] = e
-        scratch[TWO * j + TWO * _PAIRS + ONE] = f
-    for j in range(lo, min(hi, MAX_PHOTONS)):
-        scratch[j + THREE * _PAIRS] = g
-        slot[j] = s
-
-
-#: `copy_parameters` of the cell of slot s to the photons lo to hi - 1, and s to `slot`.
-fill_parameters = by_width(_fill_f32, _fill_f64)
-
-
-def _cell_f32(p, j):
-    i = FOUR * j
-    t = i + _TAILS
-    return p[i], p[i + ONE], p[i + TWO], p[t + TWO], p[t], p[t + ONE]
-
-
-def _cell_f64(p, j):
-    i = TWO * j
-    t = i + TWO * _PAIRS
-    return p[i], p[i + ONE], p[i + _PAIRS], p[j + THREE * _PAIRS], p[t], p[t + ONE]
-
-
-#: The six parameters h0, h1, h2, h3, t0, t1 of photon j from the scratch memory p, seen as floats: (p, j).
-cell_of_photon = by_width(_cell_f32, _cell_f64, of=0)
+@inner_borrowing
+def cell_of_photon(p, j):
+    """The six parameters h0, h1, h2, h3, t0, t1 of photon j from the scratch memory p, seen as floats."""
+    c = _COLUMN
+    return p[j], p[j + c], p[j + TWO * c], p[j + _SIX * c], p[j + FOUR * c], p[j + _FIVE * c]
 
 
 _NO_SLOPE = np.uint64(1 << 63)
@@ -149,8 +102,8 @@ word_like = by_width(lambda like: U32(0), lambda like: U64(0))
 
 #: The turn of photon j's ring, a 64-bit fraction, from the scratch memory seen as `word_like` numbers: (bits, j).
 turn_of_photon = by_width(
-    lambda bits, j: np.uint64(bits[FOUR * j + THREE]) << S32,
-    lambda bits, j: bits[TWO * j + _PAIRS + ONE],
+    lambda bits, j: np.uint64(bits[j + THREE * _COLUMN]) << S32,
+    lambda bits, j: bits[j + THREE * _COLUMN],
     of=0,
 )
 

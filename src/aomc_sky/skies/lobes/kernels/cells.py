@@ -22,8 +22,8 @@ from aomc_sky.skies.lobes.kernels.law import (
     bin_of_rank,
     decision_by_rank,
     heights_hg,
+    place_of,
     shares,
-    whole_of,
     world,
 )
 from aomc_sky.skies.lobes.kernels.queue import (
@@ -63,7 +63,7 @@ def _try_one(lobe, number, first, second, ranges, bins, shapes, envelopes, kinds
     c = _CELL_COLUMNS * (ranges[r + TWO] + U64(word >> _S16))
     least_b, width, least_a, count = envelopes[c], envelopes[c + ONE], envelopes[c + TWO], envelopes[c + U64(3)]
     part, span = (np.float64(word & _LOW16), 1.0) if is_named else (0.0, count)
-    a, b = shares(part, span, whole_of(first, bits if is_named else ZERO), least_b, width, least_a, count)
+    a, b = shares(part, span, place_of(first, bits if is_named else ZERO), least_b, width, least_a, count)
     if lobe < kinds[0]:
         radius, z = heights_hg(a, b, shapes[s + U64(8)])
     elif lobe < kinds[1]:
@@ -145,8 +145,8 @@ def _shares_in_bins(n, first, bits, words, rows, a, b):
     for k in range(n):
         i = TWO * k
         part = np.float64(np.int32(words[k] & _LOW16))
-        whole = whole_of(first[k], bits)
-        a[k], b[k] = shares(part, 1.0, whole, rows[i], rows[i + ONE], rows[i + _P1], rows[i + _P1 + ONE])
+        t = place_of(first[k], bits)
+        a[k], b[k] = shares(part, 1.0, t, rows[i], rows[i + ONE], rows[i + _P1], rows[i + _P1 + ONE])
 
 
 @inner_borrowing
@@ -155,7 +155,7 @@ def _shares_in_cells(again, n, first, rows, a, b):
     for k in range(again, again + whole_vectors(n - again)):
         i = TWO * k
         count = rows[i + _P1 + ONE]
-        a[k], b[k] = shares(0.0, count, whole_of(first[k], ZERO), rows[i], rows[i + ONE], rows[i + _P1], count)
+        a[k], b[k] = shares(0.0, count, place_of(first[k], ZERO), rows[i], rows[i + ONE], rows[i + _P1], count)
 
 
 @inner_borrowing

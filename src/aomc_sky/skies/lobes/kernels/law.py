@@ -53,8 +53,9 @@ PACE_MARGIN = 2.0**-30
 _STIR_A = np.uint64(0xD1342543DE82EF95)
 _STIR_B = np.uint64(0xAF251AF3B0F025B5)
 _OFFSET = np.uint64(OFFSET_BITS)
-_INV52 = 2.0**-52
-_S12 = np.uint64(12)
+_INV64 = 2.0**-64
+_UPPER52 = np.uint64(0xFFFFFFFFFFFFF000)
+_MIDDLE = np.uint64(0x800)
 
 
 @inlined_formula
@@ -64,7 +65,7 @@ def bin_of_rank(rank, before, each, rest, offset, bits, pace, begin):
     A line says the bin or the one below it, whole numbers say which; nothing depends on how the line is rounded.
     """
     own = rank - before
-    least = U64(np.int32(np.float64(np.int64(own)) * pace + begin))
+    least = U64(np.int32(np.float64(own) * pace + begin))
     above = least + ONE
     return least + U64(own >= each * above + (((rest * above << _OFFSET) + offset) >> (bits + _OFFSET)))
 
@@ -82,12 +83,11 @@ def decision_by_rank(rank, shift, step, key):
 
 
 @inlined_formula
-def shares(part, span, whole, least_b, width, least_a, count):
+def shares(part, span, t, least_b, width, least_a, count):
     """Shares a and b of the lobe nearer to and farther from the axis, neither of them 0.
 
-    `whole` is the place, 52 bits as a float64, in `span` bins of a cell from its bin `part` on.
+    `t` is the place in `span` bins of a cell from its bin `part` on, in (0, 1).
     """
-    t = (whole + 0.5) * _INV52
     return least_a + width * ((count - span - part) + span * (1.0 - t)), least_b + width * (part + span * t)
 
 
@@ -121,9 +121,9 @@ def beckmann_radius(a, b):
 
 
 @inlined_formula
-def whole_of(word, bits):
-    """The upper 52 bits of a word without its first ones, as a float64."""
-    return np.float64(np.int64((word << bits) >> _S12))
+def place_of(word, bits):
+    """Uniform float64 in (0, 1) from a word without its first bits: the middles of 2^52 parts. See `unit`."""
+    return np.float64(((word << bits) & _UPPER52) | _MIDDLE) * _INV64
 
 
 def _heights(a, b, lobe, g, kinds):
@@ -146,11 +146,11 @@ def _fallen(number, first, second, lobe, tables):
     at = cell.astype(np.int64) + (one >> U32(16))
     b0, width, a0, count, half, t0, t1, bound = envelopes.reshape(-1, CELL_COLUMNS)[at].T
     if number is None:
-        part, span, whole = (one & U32(0xFFFF)).astype(np.float64), 1.0, whole_of(first, bits)
+        part, span, t = (one & U32(0xFFFF)).astype(np.float64), 1.0, place_of(first, bits)
     else:
-        part, span, whole = 0.0, count, whole_of(first, U64(0))
+        part, span, t = 0.0, count, place_of(first, U64(0))
     shape = shapes.reshape(-1, LOBE_COLUMNS)[lobe].T
-    radius, z = _heights(*shares(part, span, whole, b0, width, a0, count), lobe, shape[8], kinds)
+    radius, z = _heights(*shares(part, span, t, b0, width, a0, count), lobe, shape[8], kinds)
     return world(radius, z, *sincos_turned(t0, t1, half, uniform_f64(second)), *shape[:8]), bound
 
 
