@@ -1577,15 +1577,16 @@ SKY_FN void SKY_(cells)(int way, uint64_t m, const SKY_F *head, const SKY_F *tai
 
 /* ranks_of_block, _slots_shuffled, _parameters_shuffled, _in_order */
 SKY_FN void SKY_(gather)(const aomc_sky_source *s, uint64_t start, uint64_t m, SKY_(columns) *c) {
+    const uint64_t *places = s->place, *words = s->words;
+    const int32_t *cell_of_slot = s->cell_of_slot;
     uint64_t j;
     aomc_sky_ranks(s, start, m, c->rank);
     aomc_sky_slots(s, m, c->rank, c->cell);
-    if (s->cell_of_slot)
-        for (j = 0; j < m; j++) c->cell[j] = s->cell_of_slot[c->cell[j]];
+    for (j = 0; cell_of_slot && j < m; j++) c->cell[j] = cell_of_slot[c->cell[j]];
     for (j = 0; j < m; j++) {
-        uint64_t place = s->place[c->cell[j]];
-        memcpy(c->head + 4 * j, s->words + (place >> 32), 4 * sizeof c->head[0]);
-        memcpy(c->tail + 4 * j, s->words + (place & SKY_LOW), 4 * sizeof c->tail[0]);
+        uint64_t place = places[(uint32_t)c->cell[j]];
+        memcpy(c->head + 4 * j, words + (place >> 32), 4 * sizeof c->head[0]);
+        memcpy(c->tail + 4 * j, words + (place & SKY_LOW), 4 * sizeof c->tail[0]);
     }
 }
 
@@ -1630,24 +1631,17 @@ SKY_FN void SKY_(places)(const aomc_sky_source *s, uint64_t m, SKY_(columns) *c)
         }
 }
 
-/* _discs: photons of discs side by side */
-SKY_FN void SKY_(discs)(uint64_t n, const uint32_t *chosen, const SKY_(columns) *c, SKY_F *x, SKY_F *y, SKY_F *z) {
-    SKY_F head[4 * SKY_BLOCK], tail[4 * SKY_BLOCK], u[SKY_BLOCK], v[SKY_BLOCK];
-    SKY_F root[SKY_BLOCK], across[SKY_BLOCK], along[SKY_BLOCK];
+/* _discs: photons of one disc side by side; its parameters are p */
+SKY_FN void SKY_(discs)(uint64_t n, const uint32_t *own, const SKY_(columns) *c, const SKY_F *p, SKY_F *x, SKY_F *y,
+    SKY_F *z) {
+    SKY_F u[SKY_BLOCK], v[SKY_BLOCK], root[SKY_BLOCK], out[2][SKY_BLOCK];
+    SKY_F h0 = p[0], h1 = p[1], h2 = p[2], h3 = p[3], t0 = p[4], t1 = p[5];
     uint64_t k;
-    for (k = 0; k < n; k++) {
-        uint32_t j = chosen[k];
-        memcpy(head + 4 * k, c->head + 4 * j, 4 * sizeof *head);
-        memcpy(tail + 4 * k, c->tail + 4 * j, 4 * sizeof *tail);
-        u[k] = root[k] = c->u[j];
-        v[k] = c->v[j];
-    }
+    for (k = 0; k < n; k++) u[k] = root[k] = c->u[own[k]], v[k] = c->v[own[k]];
     SKY_(roots)(n, root);
-    for (k = 0; k < n; k++)
-        root[k] = SKY_(disc)(head[4 * k], head[4 * k + 1], head[4 * k + 2], tail[4 * k + 2], tail[4 * k],
-            tail[4 * k + 1], u[k], root[k], v[k], across + k, along + k);
+    for (k = 0; k < n; k++) root[k] = SKY_(disc)(h0, h1, h2, h3, t0, t1, u[k], root[k], v[k], out[0] + k, out[1] + k);
     SKY_(roots)(n, root);
-    for (k = 0; k < n; k++) x[chosen[k]] = across[k], y[chosen[k]] = along[k], z[chosen[k]] = -root[k];
+    for (k = 0; k < n; k++) x[own[k]] = out[0][k], y[own[k]] = out[1][k], z[own[k]] = -root[k];
 }
 
 /* _other_laws: the photons beside the main law, over those of it; lobes have their turn later. Returns later trials. */
@@ -1661,7 +1655,21 @@ SKY_FN uint64_t SKY_(other_laws)(
         n_disc += (uint64_t)is_disc;
         n += (law != s->law_of_all) & !is_disc;
     }
-    if (n_disc) SKY_(discs)(n_disc, disc, c, x, y, z);
+    while (n_disc > 0) { /* the disc of the first photon that is left; most scenes have one */
+        uint32_t own[SKY_BLOCK];
+        SKY_F p[6];
+        int32_t cell = c->cell[disc[0]];
+        uint64_t n_own = 0, left = 0;
+        SKY_(parameters)(c, disc[0], p);
+        for (k = 0; k < n_disc; k++) {
+            int is_own = c->cell[disc[k]] == cell;
+            own[n_own] = disc[left] = disc[k];
+            n_own += (uint64_t)is_own;
+            left += (uint64_t)!is_own;
+        }
+        SKY_(discs)(n_own, own, c, p, x, y, z);
+        n_disc = left;
+    }
     for (k = 0; k < n; k++) {
         SKY_F p[6], out[3];
         int law;
