@@ -914,9 +914,10 @@ SKY_HOST int aomc_sky_sections(const aomc_sky_file *file, const uint64_t *record
         uint32_t kind, is_needed;
         memcpy(entry, file->bytes + at + k * sizeof entry, sizeof entry);
         kind = (uint32_t)entry[0], s.width = (entry[0] >> 32) & 0xFFFF, is_needed = (uint32_t)(entry[0] >> 48);
-        s.offset = entry[1], s.count = entry[2], s.at = file->bytes + s.offset;
+        s.offset = entry[1], s.count = entry[2];
         if (s.offset % 64 != 0 || s.offset > file->size || s.width == 0) return AOMC_SKY_DIRECTORY;
         if (s.count > (file->size - s.offset) / s.width) return AOMC_SKY_DIRECTORY;
+        s.at = file->bytes + s.offset;
         if (kind >= 1 && kind <= AOMC_SKY_LAST_KIND) {
             if (sections[kind].at) return AOMC_SKY_DIRECTORY;
             sections[kind] = s;
