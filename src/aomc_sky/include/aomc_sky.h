@@ -1535,7 +1535,7 @@ typedef struct SKY_(columns) {
     SKY_F root[SKY_BLOCK], jacobian[SKY_BLOCK];
     uint64_t rank[SKY_BLOCK];
     int32_t cell[SKY_BLOCK];
-    uint32_t chosen[SKY_BLOCK];
+    uint32_t chosen[SKY_BLOCK], cell_word[SKY_BLOCK];
 } SKY_(columns);
 
 /* cell_of_photon */
@@ -1716,7 +1716,7 @@ SKY_FN void SKY_(again)(const aomc_sky_source *s, uint64_t n, uint32_t trial, co
         memcpy(t->head + 4 * k, c->head + 4 * j, 4 * sizeof t->head[0]);
         memcpy(t->tail + 4 * k, c->tail + 4 * j, 4 * sizeof t->tail[0]);
         t->rank[k] = c->rank[j];
-        t->tilt[k] = s->perez_word[c->cell[j]];
+        t->tilt[k] = c->cell_word[j];
         t->bound[k] = s->perez_bound[c->cell[j]];
     }
     for (k = 0; k < n; k++) {
@@ -1763,7 +1763,7 @@ SKY_FN uint64_t SKY_(reject)(
     aomc_sky_decisions(s, m, c->rank, 0, word);
     for (j = 0; j < m; j++) {
         c->chosen[n] = (uint32_t)j;
-        n += !aomc_sky_is_at_once(word[j], s->perez_word[c->cell[j]]);
+        n += !aomc_sky_is_at_once(word[j], c->cell_word[j]);
     }
     for (lo = 0; lo < n; lo += SKY_CHUNK) {
         k = n - lo < SKY_CHUNK ? n - lo : SKY_CHUNK;
@@ -1839,8 +1839,9 @@ SKY_FN uint64_t SKY_(block)(
     uint64_t j, tries = 0;
     SKY_(gather)(s, start, m, &c);
     SKY_(places)(s, m, &c);
+    for (j = 0; s->perez_word && j < m; j++) c.cell_word[j] = s->perez_word[c.cell[j]]; /* gather_cell_words */
     if (s->perez_word)
-        for (j = 0; j < m; j++) c.jacobian[j] = SKY_(tilted)(c.u + j, c.v + j, s->perez_word[c.cell[j]]);
+        for (j = 0; j < m; j++) c.jacobian[j] = SKY_(tilted)(c.u + j, c.v + j, c.cell_word[j]);
     SKY_(cells)(s->way, m, c.head, c.tail, c.u, c.v, c.root, x, y, z);
     if (s->law) tries += SKY_(other_laws)(s, m, &c, x, y, z);
     if (s->perez_word) tries += SKY_(reject)(s, m, &c, x, y, z, inside);
