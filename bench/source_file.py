@@ -25,6 +25,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
+from aomc_sky.kernels.backend import announce_photons
 from tests.support.fairness import LOBES, component
 from tests.support.host_scenes import WAVEBANDS, disc, perez, table
 
@@ -173,6 +174,7 @@ def main() -> None:
     parser.add_argument("--only", default="", help="lines whose scene begins so")
     arguments = parser.parse_args()
     os.environ.setdefault("NUMBA_NUM_THREADS", "1")
+    announce_photons(2**40)  # all batches by the compiled kernels
     flags = arguments.flags.split()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

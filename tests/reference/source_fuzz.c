@@ -23,7 +23,7 @@ static uint64_t place(uint64_t size)
     uint64_t first = 0;
     switch (draw(4)) {
     case 0: return draw(192);
-    case 1: return 192 + draw(size < 192 + 960 ? size - 192 : 960);
+    case 1: return size > 192 + 960 ? 192 + draw(960) : draw(size);
     default: first = draw(size);
     }
     return first;

@@ -914,9 +914,10 @@ SKY_HOST int aomc_sky_sections(const aomc_sky_file *file, const uint64_t *record
         uint32_t kind, is_needed;
         memcpy(entry, file->bytes + at + k * sizeof entry, sizeof entry);
         kind = (uint32_t)entry[0], s.width = (entry[0] >> 32) & 0xFFFF, is_needed = (uint32_t)(entry[0] >> 48);
-        s.offset = entry[1], s.count = entry[2], s.at = file->bytes + s.offset;
+        s.offset = entry[1], s.count = entry[2];
         if (s.offset % 64 != 0 || s.offset > file->size || s.width == 0) return AOMC_SKY_DIRECTORY;
         if (s.count > (file->size - s.offset) / s.width) return AOMC_SKY_DIRECTORY;
+        s.at = file->bytes + s.offset;
         if (kind >= 1 && kind <= AOMC_SKY_LAST_KIND) {
             if (sections[kind].at) return AOMC_SKY_DIRECTORY;
             sections[kind] = s;
@@ -1534,7 +1535,7 @@ typedef struct SKY_(columns) {
     SKY_F root[SKY_BLOCK], jacobian[SKY_BLOCK];
     uint64_t rank[SKY_BLOCK];
     int32_t cell[SKY_BLOCK];
-    uint32_t chosen[SKY_BLOCK];
+    uint32_t chosen[SKY_BLOCK], cell_word[SKY_BLOCK];
 } SKY_(columns);
 
 /* cell_of_photon */
@@ -1577,15 +1578,16 @@ SKY_FN void SKY_(cells)(int way, uint64_t m, const SKY_F *head, const SKY_F *tai
 
 /* ranks_of_block, _slots_shuffled, _parameters_shuffled, _in_order */
 SKY_FN void SKY_(gather)(const aomc_sky_source *s, uint64_t start, uint64_t m, SKY_(columns) *c) {
+    const uint64_t *places = s->place, *words = s->words;
+    const int32_t *cell_of_slot = s->cell_of_slot;
     uint64_t j;
     aomc_sky_ranks(s, start, m, c->rank);
     aomc_sky_slots(s, m, c->rank, c->cell);
-    if (s->cell_of_slot)
-        for (j = 0; j < m; j++) c->cell[j] = s->cell_of_slot[c->cell[j]];
+    for (j = 0; cell_of_slot && j < m; j++) c->cell[j] = cell_of_slot[c->cell[j]];
     for (j = 0; j < m; j++) {
-        uint64_t place = s->place[c->cell[j]];
-        memcpy(c->head + 4 * j, s->words + (place >> 32), 4 * sizeof c->head[0]);
-        memcpy(c->tail + 4 * j, s->words + (place & SKY_LOW), 4 * sizeof c->tail[0]);
+        uint64_t place = places[(uint32_t)c->cell[j]];
+        memcpy(c->head + 4 * j, words + (place >> 32), 4 * sizeof c->head[0]);
+        memcpy(c->tail + 4 * j, words + (place & SKY_LOW), 4 * sizeof c->tail[0]);
     }
 }
 
@@ -1630,24 +1632,17 @@ SKY_FN void SKY_(places)(const aomc_sky_source *s, uint64_t m, SKY_(columns) *c)
         }
 }
 
-/* _discs: photons of discs side by side */
-SKY_FN void SKY_(discs)(uint64_t n, const uint32_t *chosen, const SKY_(columns) *c, SKY_F *x, SKY_F *y, SKY_F *z) {
-    SKY_F head[4 * SKY_BLOCK], tail[4 * SKY_BLOCK], u[SKY_BLOCK], v[SKY_BLOCK];
-    SKY_F root[SKY_BLOCK], across[SKY_BLOCK], along[SKY_BLOCK];
+/* _discs: photons of one disc side by side; its parameters are p */
+SKY_FN void SKY_(discs)(uint64_t n, const uint32_t *own, const SKY_(columns) *c, const SKY_F *p, SKY_F *x, SKY_F *y,
+    SKY_F *z) {
+    SKY_F u[SKY_BLOCK], v[SKY_BLOCK], root[SKY_BLOCK], out[2][SKY_BLOCK];
+    SKY_F h0 = p[0], h1 = p[1], h2 = p[2], h3 = p[3], t0 = p[4], t1 = p[5];
     uint64_t k;
-    for (k = 0; k < n; k++) {
-        uint32_t j = chosen[k];
-        memcpy(head + 4 * k, c->head + 4 * j, 4 * sizeof *head);
-        memcpy(tail + 4 * k, c->tail + 4 * j, 4 * sizeof *tail);
-        u[k] = root[k] = c->u[j];
-        v[k] = c->v[j];
-    }
+    for (k = 0; k < n; k++) u[k] = root[k] = c->u[own[k]], v[k] = c->v[own[k]];
     SKY_(roots)(n, root);
-    for (k = 0; k < n; k++)
-        root[k] = SKY_(disc)(head[4 * k], head[4 * k + 1], head[4 * k + 2], tail[4 * k + 2], tail[4 * k],
-            tail[4 * k + 1], u[k], root[k], v[k], across + k, along + k);
+    for (k = 0; k < n; k++) root[k] = SKY_(disc)(h0, h1, h2, h3, t0, t1, u[k], root[k], v[k], out[0] + k, out[1] + k);
     SKY_(roots)(n, root);
-    for (k = 0; k < n; k++) x[chosen[k]] = across[k], y[chosen[k]] = along[k], z[chosen[k]] = -root[k];
+    for (k = 0; k < n; k++) x[own[k]] = out[0][k], y[own[k]] = out[1][k], z[own[k]] = -root[k];
 }
 
 /* _other_laws: the photons beside the main law, over those of it; lobes have their turn later. Returns later trials. */
@@ -1661,7 +1656,21 @@ SKY_FN uint64_t SKY_(other_laws)(
         n_disc += (uint64_t)is_disc;
         n += (law != s->law_of_all) & !is_disc;
     }
-    if (n_disc) SKY_(discs)(n_disc, disc, c, x, y, z);
+    while (n_disc > 0) { /* the disc of the first photon that is left; most scenes have one */
+        uint32_t own[SKY_BLOCK];
+        SKY_F p[6];
+        int32_t cell = c->cell[disc[0]];
+        uint64_t n_own = 0, left = 0;
+        SKY_(parameters)(c, disc[0], p);
+        for (k = 0; k < n_disc; k++) {
+            int is_own = c->cell[disc[k]] == cell;
+            own[n_own] = disc[left] = disc[k];
+            n_own += (uint64_t)is_own;
+            left += (uint64_t)!is_own;
+        }
+        SKY_(discs)(n_own, own, c, p, x, y, z);
+        n_disc = left;
+    }
     for (k = 0; k < n; k++) {
         SKY_F p[6], out[3];
         int law;
@@ -1707,7 +1716,7 @@ SKY_FN void SKY_(again)(const aomc_sky_source *s, uint64_t n, uint32_t trial, co
         memcpy(t->head + 4 * k, c->head + 4 * j, 4 * sizeof t->head[0]);
         memcpy(t->tail + 4 * k, c->tail + 4 * j, 4 * sizeof t->tail[0]);
         t->rank[k] = c->rank[j];
-        t->tilt[k] = s->perez_word[c->cell[j]];
+        t->tilt[k] = c->cell_word[j];
         t->bound[k] = s->perez_bound[c->cell[j]];
     }
     for (k = 0; k < n; k++) {
@@ -1754,7 +1763,7 @@ SKY_FN uint64_t SKY_(reject)(
     aomc_sky_decisions(s, m, c->rank, 0, word);
     for (j = 0; j < m; j++) {
         c->chosen[n] = (uint32_t)j;
-        n += !aomc_sky_is_at_once(word[j], s->perez_word[c->cell[j]]);
+        n += !aomc_sky_is_at_once(word[j], c->cell_word[j]);
     }
     for (lo = 0; lo < n; lo += SKY_CHUNK) {
         k = n - lo < SKY_CHUNK ? n - lo : SKY_CHUNK;
@@ -1830,8 +1839,9 @@ SKY_FN uint64_t SKY_(block)(
     uint64_t j, tries = 0;
     SKY_(gather)(s, start, m, &c);
     SKY_(places)(s, m, &c);
+    for (j = 0; s->perez_word && j < m; j++) c.cell_word[j] = s->perez_word[c.cell[j]]; /* gather_cell_words */
     if (s->perez_word)
-        for (j = 0; j < m; j++) c.jacobian[j] = SKY_(tilted)(c.u + j, c.v + j, s->perez_word[c.cell[j]]);
+        for (j = 0; j < m; j++) c.jacobian[j] = SKY_(tilted)(c.u + j, c.v + j, c.cell_word[j]);
     SKY_(cells)(s->way, m, c.head, c.tail, c.u, c.v, c.root, x, y, z);
     if (s->law) tries += SKY_(other_laws)(s, m, &c, x, y, z);
     if (s->perez_word) tries += SKY_(reject)(s, m, &c, x, y, z, inside);
