@@ -138,6 +138,7 @@ def test_equal_plans_give_equal_bytes_and_bands_share_tables():
 
 @needs_gcc
 def test_irradiance_of_a_band_in_absolute_units(tmp_path):
+    pytest.importorskip("pvlib")
     scene = sky.weather_scene(
         wavebands=[443, 555], sun_zenith_deg=32, ghi=780, dhi=140, spectrum="spectrl2", n_photons=10_000
     )

@@ -32,9 +32,22 @@ def built(flags: str = "-O2", compiler: str = "gcc") -> Driver:
     """The driver compiled with flags, once per process."""
     folder = Path(tempfile.mkdtemp(prefix="aomc-sky-driver-"))
     language = ["-x", "c++"] if compiler.endswith("++") else []
-    command = [compiler, *flags.split(), "-shared", "-fPIC", f"-I{include_dir()}", "-o", "driver.so", *language]
-    done = subprocess.run([*command, str(DRIVER), "-lm"], cwd=folder, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+    compile_it = [
+        compiler,
+        *flags.split(),
+        "-c",
+        "-fPIC",
+        f"-I{include_dir()}",
+        "-o",
+        "driver.o",
+        *language,
+        str(DRIVER),
+    ]
+    # linked without the flags: a library linked with -ffast-math makes the process that loads it flush subnormals to 0
+    link_it = [compiler, "-shared", "-o", "driver.so", "driver.o", "-lm"]
+    for command in (compile_it, link_it):
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr
     library = ctypes.CDLL(str(folder / "driver.so"))
     shutil.rmtree(folder)
     return Driver(library)

@@ -184,6 +184,7 @@ enum { AOMC_SKY_NARROW, AOMC_SKY_QUARTER, AOMC_SKY_ANY_WIDTH, AOMC_SKY_IN_MU };
 #define SKY_DRAW_ACCEPT 2147483648u
 #define SKY_BLOCK 512
 #define SKY_CHUNK 256
+#define SKY_COLUMN 528
 #define SKY_LOW 0xFFFFFFFFu
 #define SKY_UNKNOWN UINT64_C(0x7FF8000000000000) /* a witness says nothing of this number */
 
@@ -1236,6 +1237,7 @@ AOMC_SKY_HOST_API const char *aomc_sky_message(int64_t code) {
 #undef SKY_AVX
 #undef SKY_BLOCK
 #undef SKY_CHUNK
+#undef SKY_COLUMN
 #undef SKY_DRAW_ACCEPT
 #undef SKY_FN
 #undef SKY_FORMULA
@@ -1529,29 +1531,31 @@ SKY_FORMULA int32_t SKY_(photon)(const aomc_sky_source *s, uint64_t i, SKY_F *ou
 
 /* ---- a block of photons: emission/kernels/emit.py. Short loops over columns, which compilers make vectors of ---- */
 
-/* Parameters of a block: rows (h0, h1, h2, turn) and (t0, t1, h3, 0) of each photon, and columns. */
+/* Columns of a block. Parameters: h0, h1, h2, turn, t0, t1, h3; their columns are SKY_COLUMN apart, which is no power
+ * of two, for such ones would share lines of the cache. */
 typedef struct SKY_(columns) {
-    SKY_F head[4 * SKY_BLOCK], tail[4 * SKY_BLOCK], u[SKY_BLOCK], v[SKY_BLOCK];
+    SKY_F p[8 * SKY_COLUMN], u[SKY_BLOCK], v[SKY_BLOCK];
     SKY_F root[SKY_BLOCK], jacobian[SKY_BLOCK];
-    uint64_t rank[SKY_BLOCK];
+    uint64_t rank[SKY_BLOCK], place[SKY_BLOCK];
     int32_t cell[SKY_BLOCK];
     uint32_t chosen[SKY_BLOCK], cell_word[SKY_BLOCK];
 } SKY_(columns);
 
 /* cell_of_photon */
 SKY_FORMULA void SKY_(parameters)(const SKY_(columns) *c, uint64_t j, SKY_F *p) {
-    memcpy(p, c->head + 4 * j, 3 * sizeof *p);
-    p[3] = c->tail[4 * j + 2], p[4] = c->tail[4 * j], p[5] = c->tail[4 * j + 1];
+    const SKY_F *of = c->p + j;
+    p[0] = of[0], p[1] = of[SKY_COLUMN], p[2] = of[2 * SKY_COLUMN];
+    p[3] = of[6 * SKY_COLUMN], p[4] = of[4 * SKY_COLUMN], p[5] = of[5 * SKY_COLUMN];
 }
 
 /* The loop of `_cells` for one width and one law; x and y are memory for cosines and sines on the way. */
-SKY_FORMULA void SKY_(cells_of_way)(int way, uint64_t m, const SKY_F *head, const SKY_F *tail, const SKY_F *u,
-    const SKY_F *v, SKY_F *root, SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
+SKY_FORMULA void SKY_(cells_of_way)(int way, uint64_t m, const SKY_F *p, const SKY_F *u, const SKY_F *v,
+    SKY_F *SKY_ALONE root, SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
     const SKY_F one = 1;
     uint64_t j;
     for (j = 0; j < m; j++) {
-        SKY_F h0 = head[4 * j], h1 = head[4 * j + 1], h2 = head[4 * j + 2], mu;
-        SKY_F t0 = tail[4 * j], t1 = tail[4 * j + 1], h3 = tail[4 * j + 2], sine, cosine;
+        SKY_F h0 = p[j], h1 = p[SKY_COLUMN + j], h2 = p[2 * SKY_COLUMN + j], mu, sine, cosine;
+        SKY_F t0 = p[4 * SKY_COLUMN + j], t1 = p[5 * SKY_COLUMN + j], h3 = p[6 * SKY_COLUMN + j];
         SKY_(turned)(way, t0, t1, h3, v[j], &sine, &cosine);
         mu = h2 + h1 * (one - u[j]);
         root[j] = way == AOMC_SKY_IN_MU ? (h0 + h1 * u[j]) * (one + mu) : h0 + h1 * u[j];
@@ -1568,38 +1572,74 @@ SKY_FORMULA void SKY_(cells_of_way)(int way, uint64_t m, const SKY_F *head, cons
     }
 }
 
-SKY_FN void SKY_(cells)(int way, uint64_t m, const SKY_F *head, const SKY_F *tail, const SKY_F *u, const SKY_F *v,
-    SKY_F *root, SKY_F *x, SKY_F *y, SKY_F *z) {
-    if (way == AOMC_SKY_NARROW) SKY_(cells_of_way)(AOMC_SKY_NARROW, m, head, tail, u, v, root, x, y, z);
-    else if (way == AOMC_SKY_QUARTER) SKY_(cells_of_way)(AOMC_SKY_QUARTER, m, head, tail, u, v, root, x, y, z);
-    else if (way == AOMC_SKY_ANY_WIDTH) SKY_(cells_of_way)(AOMC_SKY_ANY_WIDTH, m, head, tail, u, v, root, x, y, z);
-    else SKY_(cells_of_way)(AOMC_SKY_IN_MU, m, head, tail, u, v, root, x, y, z);
+SKY_FN void SKY_(cells)(int way, uint64_t m, const SKY_F *p, const SKY_F *u, const SKY_F *v, SKY_F *root, SKY_F *x, SKY_F *y, SKY_F *z) {
+    if (way == AOMC_SKY_NARROW) SKY_(cells_of_way)(AOMC_SKY_NARROW, m, p, u, v, root, x, y, z);
+    else if (way == AOMC_SKY_QUARTER) SKY_(cells_of_way)(AOMC_SKY_QUARTER, m, p, u, v, root, x, y, z);
+    else if (way == AOMC_SKY_ANY_WIDTH) SKY_(cells_of_way)(AOMC_SKY_ANY_WIDTH, m, p, u, v, root, x, y, z);
+    else SKY_(cells_of_way)(AOMC_SKY_IN_MU, m, p, u, v, root, x, y, z);
+}
+
+/* kernels/cells/columns.py: rows of four numbers become columns; a place names the words where its two rows begin */
+SKY_FORMULA void SKY_(turn_rows)(
+    int shift, uint64_t m, const uint64_t *words, const uint64_t *place, SKY_F *SKY_ALONE to) {
+    uint64_t j = 0;
+#define SKY_ROW(k) ((const SKY_F *)(const void *)(words + (uint32_t)(place[j + (k)] >> shift)))
+#if AOMC_SKY_PRECISION == 4 && (defined(SKY_AVX) || defined(SKY_SSE2))
+    for (; j + 4 <= m; j += 4) {
+        __m128 a = _mm_loadu_ps(SKY_ROW(0)), b = _mm_loadu_ps(SKY_ROW(1));
+        __m128 c = _mm_loadu_ps(SKY_ROW(2)), d = _mm_loadu_ps(SKY_ROW(3));
+        __m128 ab = _mm_unpacklo_ps(a, b), cd = _mm_unpacklo_ps(c, d);
+        _mm_storeu_ps(to + j, _mm_movelh_ps(ab, cd));
+        _mm_storeu_ps(to + SKY_COLUMN + j, _mm_movehl_ps(cd, ab));
+        ab = _mm_unpackhi_ps(a, b), cd = _mm_unpackhi_ps(c, d);
+        _mm_storeu_ps(to + 2 * SKY_COLUMN + j, _mm_movelh_ps(ab, cd));
+        _mm_storeu_ps(to + 3 * SKY_COLUMN + j, _mm_movehl_ps(cd, ab));
+    }
+#elif AOMC_SKY_PRECISION == 8 && (defined(SKY_AVX) || defined(SKY_SSE2))
+    for (; j + 2 <= m; j += 2) {
+        __m128d a = _mm_loadu_pd(SKY_ROW(0)), b = _mm_loadu_pd(SKY_ROW(1));
+        __m128d c = _mm_loadu_pd(SKY_ROW(0) + 2), d = _mm_loadu_pd(SKY_ROW(1) + 2);
+        _mm_storeu_pd(to + j, _mm_unpacklo_pd(a, b));
+        _mm_storeu_pd(to + SKY_COLUMN + j, _mm_unpackhi_pd(a, b));
+        _mm_storeu_pd(to + 2 * SKY_COLUMN + j, _mm_unpacklo_pd(c, d));
+        _mm_storeu_pd(to + 3 * SKY_COLUMN + j, _mm_unpackhi_pd(c, d));
+    }
+#endif
+    for (; j < m; j++) {
+        SKY_F row[4];
+        memcpy(row, SKY_ROW(0), sizeof row);
+        to[j] = row[0], to[SKY_COLUMN + j] = row[1], to[2 * SKY_COLUMN + j] = row[2], to[3 * SKY_COLUMN + j] = row[3];
+    }
+#undef SKY_ROW
+}
+
+/* _parameters_shuffled */
+SKY_FN void SKY_(parameters_of_block)(uint64_t m, const uint64_t *words, const uint64_t *place, SKY_F *p) {
+    SKY_(turn_rows)(32, m, words, place, p);
+    SKY_(turn_rows)(0, m, words, place, p + 4 * SKY_COLUMN);
 }
 
 /* ranks_of_block, _slots_shuffled, _parameters_shuffled, _in_order */
 SKY_FN void SKY_(gather)(const aomc_sky_source *s, uint64_t start, uint64_t m, SKY_(columns) *c) {
-    const uint64_t *places = s->place, *words = s->words;
+    const uint64_t *places = s->place;
     const int32_t *cell_of_slot = s->cell_of_slot;
     uint64_t j;
     aomc_sky_ranks(s, start, m, c->rank);
     aomc_sky_slots(s, m, c->rank, c->cell);
     for (j = 0; cell_of_slot && j < m; j++) c->cell[j] = cell_of_slot[c->cell[j]];
-    for (j = 0; j < m; j++) {
-        uint64_t place = places[(uint32_t)c->cell[j]];
-        memcpy(c->head + 4 * j, words + (place >> 32), 4 * sizeof c->head[0]);
-        memcpy(c->tail + 4 * j, words + (place & SKY_LOW), 4 * sizeof c->tail[0]);
-    }
+    for (j = 0; j < m; j++) c->place[j] = places[(uint32_t)c->cell[j]];
+    SKY_(parameters_of_block)(m, s->words, c->place, c->p);
 }
 
 /* turn_of_photon */
-SKY_FORMULA uint64_t SKY_(turn_of)(const SKY_F *head, uint64_t j) {
+SKY_FORMULA uint64_t SKY_(turn_of)(const SKY_F *p, uint64_t j) {
 #if AOMC_SKY_PRECISION == 4
     uint32_t turn;
-    memcpy(&turn, head + 4 * j + 3, 4);
+    memcpy(&turn, p + 3 * SKY_COLUMN + j, 4);
     return (uint64_t)turn << 32;
 #else
     uint64_t turn;
-    memcpy(&turn, head + 4 * j + 3, 8);
+    memcpy(&turn, p + 3 * SKY_COLUMN + j, 8);
     return turn;
 #endif
 }
@@ -1617,12 +1657,12 @@ SKY_FN void SKY_(places)(const aomc_sky_source *s, uint64_t m, SKY_(columns) *c)
         for (j = 0; j < m; j++) {
             uint32_t rank = (uint32_t)c->rank[j];
             c->u[j] = SKY_(unit)(shift_u + aomc_sky_times(rank, step_u));
-            c->v[j] = SKY_(unit)(shift_v + aomc_sky_times(rank, step_v) + SKY_(turn_of)(c->head, j));
+            c->v[j] = SKY_(unit)(shift_v + aomc_sky_times(rank, step_v) + SKY_(turn_of)(c->p, j));
         }
     else
         for (j = 0; j < m; j++) {
             c->u[j] = SKY_(unit)(shift_u + c->rank[j] * step_u);
-            c->v[j] = SKY_(unit)(shift_v + c->rank[j] * step_v + SKY_(turn_of)(c->head, j));
+            c->v[j] = SKY_(unit)(shift_v + c->rank[j] * step_v + SKY_(turn_of)(c->p, j));
         }
     if (s->slopes)
         for (j = 0; j < m; j++) {
@@ -1687,9 +1727,9 @@ SKY_FN uint64_t SKY_(other_laws)(
 
 /* Columns of the photons that are looked at together. */
 typedef struct SKY_(tries) {
-    SKY_F head[4 * SKY_CHUNK], tail[4 * SKY_CHUNK], u[SKY_CHUNK], v[SKY_CHUNK];
+    SKY_F p[8 * SKY_COLUMN], u[SKY_CHUNK], v[SKY_CHUNK];
     SKY_F root[SKY_CHUNK], x[SKY_CHUNK], y[SKY_CHUNK], z[SKY_CHUNK], scale[SKY_CHUNK];
-    uint64_t word[SKY_CHUNK], rank[SKY_CHUNK];
+    uint64_t word[SKY_CHUNK], rank[SKY_CHUNK], place[SKY_CHUNK];
     uint32_t tilt[SKY_CHUNK];
     double bound[SKY_CHUNK], value[SKY_CHUNK];
     aomc_sky_light light;
@@ -1713,12 +1753,12 @@ SKY_FN void SKY_(again)(const aomc_sky_source *s, uint64_t n, uint32_t trial, co
     uint64_t k, a, b;
     for (k = 0; k < n; k++) {
         uint32_t j = chosen[k];
-        memcpy(t->head + 4 * k, c->head + 4 * j, 4 * sizeof t->head[0]);
-        memcpy(t->tail + 4 * k, c->tail + 4 * j, 4 * sizeof t->tail[0]);
+        t->place[k] = c->place[j];
         t->rank[k] = c->rank[j];
         t->tilt[k] = c->cell_word[j];
         t->bound[k] = s->perez_bound[c->cell[j]];
     }
+    SKY_(parameters_of_block)(n, s->words, t->place, t->p);
     for (k = 0; k < n; k++) {
         aomc_sky_later(s->placement_key, t->rank[k], s->band, trial, &a, &b, t->word + k);
         t->u[k] = SKY_(unit)(a);
@@ -1728,7 +1768,7 @@ SKY_FN void SKY_(again)(const aomc_sky_source *s, uint64_t n, uint32_t trial, co
     SKY_(cells)(s->way == AOMC_SKY_IN_MU ? AOMC_SKY_ANY_WIDTH
                 : s->law                 ? AOMC_SKY_ANY_WIDTH
                                          : s->way,
-        n, t->head, t->tail, t->u, t->v, t->root, t->x, t->y, t->z);
+        n, t->p, t->u, t->v, t->root, t->x, t->y, t->z);
 }
 
 /* _luminance and _keep_rejected: those that are refused go to the front of all chosen ones; returns how many there
@@ -1842,7 +1882,7 @@ SKY_FN uint64_t SKY_(block)(
     for (j = 0; s->perez_word && j < m; j++) c.cell_word[j] = s->perez_word[c.cell[j]]; /* gather_cell_words */
     if (s->perez_word)
         for (j = 0; j < m; j++) c.jacobian[j] = SKY_(tilted)(c.u + j, c.v + j, c.cell_word[j]);
-    SKY_(cells)(s->way, m, c.head, c.tail, c.u, c.v, c.root, x, y, z);
+    SKY_(cells)(s->way, m, c.p, c.u, c.v, c.root, x, y, z);
     if (s->law) tries += SKY_(other_laws)(s, m, &c, x, y, z);
     if (s->perez_word) tries += SKY_(reject)(s, m, &c, x, y, z, inside);
     if (s->lobe) tries += SKY_(lobes)(s, m, &c, x, y, z, inside);
