@@ -202,6 +202,20 @@ class PhotonSource:
         """Whether batches carry weights."""
         return any(component.weight is not None for component in self.components)
 
+    @cached_property
+    def has_polarisation(self) -> bool:
+        """Whether batches carry q and u."""
+        return any(component.stokes is not None for component in self.components)
+
+    def stokes(self, band: int = 0) -> np.ndarray:
+        """Q/I and U/I of the light of each cell of a band, float64 (n_cell, 2); 0 where it is not polarised.
+
+        In the meridian plane of the photon, as docs/conventions.md has it: the rows by `PhotonBatch.patch`. The mean of
+        a cell is weighted by flux.
+        """
+        parts = [np.zeros((c.n_cells, 2)) if c.stokes is None else c.stokes[0] for c in self.components_of(band)]
+        return np.concatenate(parts)
+
     def mass(self, band: int) -> np.ndarray:
         """Probability of each cell, float64, shape (n_cell,), sum 1."""
         return self.plan.mass(self._band(band))
@@ -231,6 +245,11 @@ class PhotonSource:
     @cached_property
     def _weight(self) -> np.ndarray:
         return self.plan.members()["weight"].astype(self.dtype)
+
+    @cached_property
+    def _stokes_of_row(self) -> dict[int, np.ndarray]:
+        """Columns q and u of each row that was asked for, float32 (2, n_cell); a thread more makes the same numbers."""
+        return {}
 
     @cached_property
     def _is_in_mu(self) -> np.ndarray:
@@ -344,6 +363,7 @@ class PhotonSource:
 
     def _arrays(self, n: int, out: PhotonBatch | None, numbers: int) -> Arrays:
         has = {"with_positions": self.has_positions, "with_weights": self.has_weights}
+        has["with_stokes"] = self.has_polarisation
         return batch_arrays(n, self.dtype, out, **has, n_numbers=numbers)
 
     @in_default_mode
@@ -357,6 +377,8 @@ class PhotonSource:
             self._emit(band, start + lo, part)
             if self.has_weights:
                 self._weigh(band, part)
+            if self.has_polarisation:
+                self._polarise(band, part)
         wavelength = self.plan.bands[band].wavelength_nm
         return PhotonBatch(**arrays, band=band, start=start, wavelength_nm=wavelength)
 
@@ -367,6 +389,13 @@ class PhotonSource:
         for replicate, begin, end in self.replicate_parts(band, start, start + arrays["ux"].size):
             views = _entries(arrays, slice(begin - start, end - start))
             self._emitter.fill(replicate * self.n_bands + band, begin - self.replicate_range(band, replicate)[0], views)
+
+    def _polarise(self, band: int, arrays: Arrays) -> None:
+        row = self.plan.bands[band].row
+        if (columns := self._stokes_of_row.get(row)) is None:
+            columns = self._stokes_of_row[row] = np.ascontiguousarray(self.stokes(band).T, np.float32)
+        for name, column in zip("qu", columns, strict=True):
+            np.take(column, arrays["patch"], out=arrays[name])
 
     def _weigh(self, band: int, arrays: dict[str, Any]) -> None:
         weight = arrays["weight"]

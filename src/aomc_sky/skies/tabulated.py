@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import MAX_SLOPE, Component, Law, cells_of_grid, slope_factor
 from aomc_sky.content import same_content, short_repr
 from aomc_sky.directions import AzimuthConvention, given_angle
-from aomc_sky.errors import InputWarning, SceneError
+from aomc_sky.errors import InputWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.model import Share, check_share, has_share, with_share
 from aomc_sky.wavebands import midpoint_wavelength_index, nearest_wavelength_index
@@ -24,6 +24,7 @@ _PI = np.float32(3.14159265)
 _RING = np.float32(0.01745329)
 _FIRST_AND_LAST_RING = np.float32(0.0261799)
 _HORIZON = 90
+_ROUNDED = 1e-6  # a degree of polarisation in float32 may be so much above 1
 _LEAST_NM = 20.0  # smaller wavelengths are those of light in micrometres
 
 # The program takes sine and cosine from its Fortran library, which is within 0.51 ulp but not correctly
@@ -77,6 +78,11 @@ class TabulatedSky(Share):
     slope : ndarray, float64, shape (n_table, n_patch, 2), optional
         How the radiance changes inside each patch, as in `Component`; without it the radiance there is constant. Only
         for `Weighting.PROJECTED`.
+    values_q, values_u : ndarray, float64, shape of values, optional
+        Stokes parameters Q and U of each patch in the unit of the values, its means in the meridian plane of the light:
+        Q > 0 for an electric vector in this plane, U > 0 for one that is turned from it by 45 degrees,
+        counter-clockwise as one looks up at it. Both or none; docs/conventions.md has the picture. [sqrt(Q^2 + U^2) at
+        most the value]
     remarks : tuple of str
         Notes of a scene of this table.
     radiance_unit : float
@@ -106,6 +112,8 @@ class TabulatedSky(Share):
     weighting: Weighting = Weighting.LISTED
     midpoint_rule: bool = False
     slope: np.ndarray | None = None
+    values_q: np.ndarray | None = None
+    values_u: np.ndarray | None = None
     remarks: tuple[str, ...] = ()
     radiance_unit: float = 0.0
 
@@ -152,12 +160,28 @@ class TabulatedSky(Share):
             )
         if slope is not None and not np.all(self.grid.solid_angle_sr > 0):
             raise ValueError("slope wants patches with an extent; this grid has points")
-        for name, array in (("wavelength_nm", wavelength), ("values", values), ("slope", slope)):
+        arrays = {"wavelength_nm": wavelength, "values": values, "slope": slope, **self._checked_stokes(values)}
+        for name, array in arrays.items():
             if array is None:
                 continue
             frozen = np.ascontiguousarray(array)
             frozen.flags.writeable = False
             object.__setattr__(self, name, frozen)
+
+    def _checked_stokes(self, values: np.ndarray) -> dict[str, np.ndarray]:
+        """Q and U in the shape of the values, if they are given; no degree is above 1."""
+        if (self.values_q is None) != (self.values_u is None):
+            raise UsageError("values_q and values_u belong together: give both, or none")
+        if self.values_q is None:
+            return {}
+        given = {name: np.asarray(getattr(self, name), dtype=np.float64) for name in ("values_q", "values_u")}
+        for name, array in given.items():
+            if array.size != values.size or len(array) != len(values):
+                raise ValueError(f"{name} wants the shape of values, {np.shape(self.values)}, got {array.shape}")
+            given[name] = array.reshape(values.shape)
+        if not np.all(np.hypot(*given.values()) <= values * (1.0 + _ROUNDED)):
+            raise SceneError("a patch has more polarised light, sqrt(Q^2 + U^2), than light; Q and U have its unit")
+        return given
 
     @classmethod
     def from_xarray(
@@ -341,8 +365,17 @@ class TabulatedSky(Share):
             grid=self.grid,
             weight=self._weights(mass),
             slope=None if self.slope is None else self.slope[rows],
+            stokes=self._stokes(rows),
         )
         return with_share(self, (component,))
+
+    def _stokes(self, rows: np.ndarray) -> np.ndarray | None:
+        """Q/I and U/I of these sets of the table, (n_row, n_patch, 2); 0 where a patch is dark."""
+        if self.values_q is None or self.values_u is None:
+            return None
+        both, values = np.stack([self.values_q[rows], self.values_u[rows]], axis=-1), self.values[rows][..., None]
+        stokes = np.divide(both, values, out=np.zeros_like(both), where=values > 0)
+        return np.asarray(stokes / np.maximum(np.hypot(stokes[..., :1], stokes[..., 1:]), 1.0))
 
     def _weights(self, mass: np.ndarray) -> np.ndarray | None:
         if self.weighting is Weighting.LISTED:
