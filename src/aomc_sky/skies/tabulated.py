@@ -189,6 +189,9 @@ class TabulatedSky(Share):
         field: Any,
         *,
         variable: str | None = None,
+        variable_q: str | None = None,
+        variable_u: str | None = None,
+        stokes_signs: tuple[float, float] = (1, 1),
         zenith: str | None = None,
         azimuth: str | None = None,
         wavelength: str | None = None,
@@ -210,6 +213,13 @@ class TabulatedSky(Share):
             values, values outside ``valid_range`` and above 1e30. Only a Dataset has the bounds of its patches.
         variable : str, optional
             The radiance of a Dataset, by default its only variable, or the only one that is called a radiance.
+        variable_q, variable_u : str, optional
+            Stokes parameters Q and U of a Dataset beside the radiance I, where their names do not say it: I, Q, U or
+            stokes_q, radiance_q and the like, or a dimension ``stokes`` with these three, as sasktran2 has it. Photons
+            then carry q and u. With `variable` alone a field is not polarised.
+        stokes_signs : tuple of two numbers
+            Factors of Q and U that bring them to the signs of docs/conventions.md, where those of other codes are
+            listed. [1 or -1]
         zenith, azimuth, wavelength : str, optional
             Names of the coordinates, where name and ``standard_name`` do not say which is which. Both angles along the
             same dimensions are scattered directions, with wavelengths along a dimension of their own, or one for each
@@ -239,8 +249,8 @@ class TabulatedSky(Share):
             (PCHIP) joins them, in azimuth around the turn and in zenith angle across the zenith; beyond the last zenith
             angle it goes on linearly, not below 0. Patches hold its means and slopes. Angles within 0.003 degrees of a
             multiple of 90 degrees are there. Scattered directions and gaps are interpolated as those of a
-            `RadianceField`, with a warning above 5 % of light from beyond them. `remarks` name gaps, errors and what
-            was taken for granted.
+            `RadianceField`, with a warning above 5 % of light from beyond them; Q and U want a grid without gaps.
+            `remarks` name gaps, errors and what was taken for granted.
 
         Raises
         ------
@@ -252,22 +262,29 @@ class TabulatedSky(Share):
         from aomc_sky.skies.radiance_field import read_radiance_field
 
         sun_azimuth = given_angle("sun_azimuth_deg", sun_azimuth_deg, sun_azimuth_rad, math.nan)
-        read = read_radiance_field(
-            field,
-            variable=variable,
-            names={"zenith": zenith, "azimuth": azimuth, "wavelength": wavelength},
-            angle_unit=angle_unit,
-            azimuth_convention=azimuth_convention,
-            radiance_unit=radiance_unit,
-            grid=grid,
-            sun_azimuth_deg=None if math.isnan(sun_azimuth) else float(sun_azimuth),
-            sun={
+        how: dict[str, Any] = {
+            "names": {"zenith": zenith, "azimuth": azimuth, "wavelength": wavelength},
+            "angle_unit": angle_unit,
+            "azimuth_convention": azimuth_convention,
+            "radiance_unit": radiance_unit,
+            "grid": grid,
+            "sun_azimuth_deg": None if math.isnan(sun_azimuth) else float(sun_azimuth),
+            "sun": {
                 "sun_zenith_deg": sun_zenith_deg,
                 "sun_azimuth_deg": sun_azimuth_deg,
                 "sun_zenith_rad": sun_zenith_rad,
                 "sun_azimuth_rad": sun_azimuth_rad,
             },
-        )
+        }
+        fields = None
+        if len(getattr(field, "data_vars", ())) >= 3 or "stokes" in getattr(field, "dims", ()):
+            from aomc_sky.skies.polarised_field import read_polarised_field, stokes_fields
+
+            fields = stokes_fields(field, variable, variable_q, variable_u)
+        if fields is None:
+            read = read_radiance_field(field, variable=variable, **how)
+        else:
+            read = read_polarised_field(fields, stokes_signs, **how)
         return cls(weighting=Weighting.PROJECTED, **read)
 
     def table_index(self, wavelength_nm: ArrayLike) -> np.ndarray:
