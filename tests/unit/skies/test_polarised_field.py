@@ -160,6 +160,8 @@ def test_a_field_of_radiances_is_the_sky_that_it_was():
 
 def test_gaps_and_what_is_no_light_are_refused():
     field = dataset(step_deg=30.0)
+    lines = field.stack(point=("zenith", "azimuth")).reset_index("point")
+    assert model(lines) == model(field)
     holed = field.copy(deep=True)
     holed["Q"][3, 4] = np.nan
     with pytest.raises(sky.SceneError, match="without gaps"):
@@ -169,7 +171,9 @@ def test_gaps_and_what_is_no_light_are_refused():
     with pytest.raises(sky.SceneError, match="without gaps"):
         model(ranged)
     with pytest.raises(sky.SceneError, match="without gaps"):
-        model(field.stack(point=("zenith", "azimuth")).reset_index("point"))
+        model(lines.isel(point=slice(0, -1)))
+    with pytest.raises(sky.SceneError, match="without gaps"):
+        model(lines.isel(point=[0, *range(lines.sizes["point"])]))  # one direction twice
     with pytest.raises(sky.SceneError, match="more polarised light"):
         model(field.assign(Q=5 * field["I"]))
     with pytest.raises(sky.UsageError, match="stokes_signs"):
