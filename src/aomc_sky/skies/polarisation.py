@@ -32,7 +32,7 @@ class RayleighPattern:
     within about 25 degrees of the sun and of the point opposite it. They come from light that was scattered several
     times, and this pattern does not have them: its only points without polarisation are the sun and the point opposite.
     Fields of a vector code have them; see `TabulatedSky.from_xarray`. Coulson, Polarization and Intensity of Light in
-    the Atmosphere (1988), chapters 4 and 5.
+    the Atmosphere (1988).
 
     Parameters
     ----------

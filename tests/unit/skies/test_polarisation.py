@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import dblquad
 
 import aomc_sky as sky
-from tests.support.stokes import DEFECTS, scattered_once, travel_of
+from tests.support.stokes import DEFECTS, frame_of, scattered_once, travel_of
 
 SUNS = [(0.0, 0.0), (0.3, 0.0), (0.9, 2.0), (1.5, -1.0), (np.pi / 2, 4.0)]
 FULL = sky.RayleighPattern(max_degree=1.0)
@@ -140,3 +140,20 @@ def test_what_is_no_pattern_is_refused():
     model = sky.PerezSky(sun_zenith_deg=40.0, epsilon=6.0, delta=0.1, polarisation="rayleigh")
     with pytest.raises(sky.UsageError, match="RayleighPattern"):
         model.lower([550.0])
+
+
+def test_rotation_to_the_scattering_plane():
+    """By the formulas of docs/conventions.md single scattering has q' = -degree and u' = 0 there, whatever the sun."""
+    zenith, azimuth = directions()
+    sun = (0.8, 1.3)
+    travel, incident = travel_of(zenith, azimuth), travel_of(np.array(sun[0]), np.array(sun[1]))
+    l_axis, r_axis = frame_of(travel)
+    other = incident - (travel @ incident)[:, None] * travel
+    other /= np.linalg.norm(other, axis=1, keepdims=True)
+    cosine, sine = (l_axis * other).sum(axis=1), (r_axis * other).sum(axis=1)
+    twice = cosine**2 - sine**2, 2 * sine * cosine
+    q, u = pattern(zenith, azimuth, sun)
+    of_angle = travel @ incident
+    degree = (1 - of_angle**2) / (1 + of_angle**2)
+    np.testing.assert_allclose(q * twice[0] + u * twice[1], -degree, atol=1e-12)
+    np.testing.assert_allclose(u * twice[0] - q * twice[1], 0.0, atol=1e-12)
