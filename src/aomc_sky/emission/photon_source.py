@@ -59,6 +59,7 @@ class PhotonSource:
         self.plan = plan
         self._n_bands, self._replicates = plan.n_bands, plan.replicates
         self._emitter = Emitter(plan)
+        self._stokes_of_row: dict[int, np.ndarray] = {}  # q and u of those that were asked for, float32 (2, n_cell)
 
     @classmethod
     @in_default_mode
@@ -245,11 +246,6 @@ class PhotonSource:
     @cached_property
     def _weight(self) -> np.ndarray:
         return self.plan.members()["weight"].astype(self.dtype)
-
-    @cached_property
-    def _stokes_of_row(self) -> dict[int, np.ndarray]:
-        """Columns q and u of each row that was asked for, float32 (2, n_cell); a thread more makes the same numbers."""
-        return {}
 
     @cached_property
     def _is_in_mu(self) -> np.ndarray:

@@ -62,6 +62,7 @@ DEGREE = Quantity(label="degree of linear polarisation", span=(0.0, 1.0), cmap="
 ANGLE = Quantity(
     label="angle of polarisation [degrees]", span=(-90.0, 90.0), cmap="twilight", void="no light, or not polarised"
 )
+STOKES = {"dop": DEGREE, "aop": ANGLE}
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

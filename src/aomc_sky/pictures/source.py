@@ -11,18 +11,7 @@ from aomc_sky.component import Component, Law, beam_direction_deg
 from aomc_sky.emission.radiance import cell_irradiances, folded, patch_radiance, point_cells
 from aomc_sky.errors import UsageError, require_one_of
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.content import (
-    ANGLE,
-    DEGREE,
-    PHOTONS,
-    RADIANCE,
-    RELATIVE_RADIANCE,
-    Dome,
-    Mark,
-    Picture,
-    Symbol,
-    spread,
-)
+from aomc_sky.pictures.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, STOKES, Dome, Mark, Picture, Symbol, spread
 from aomc_sky.plan.laws import law_of
 from aomc_sky.whole_number import as_index
 
@@ -53,7 +42,7 @@ def source_picture(
     of the beam or of the Perez sky. Lobes are drawn in `LOBE_BINS`.
     """
     require_one_of(SHOWN, show, "show")
-    components, of_stokes = source.components, show in _STOKES
+    components, of_stokes = source.components, show in STOKES
     if of_stokes and not source.has_polarisation:
         raise UsageError(f"the light has no polarisation, so it has no {show}; give a sky polarisation=, or Q and U")
     grids = [c.grid for c in components if c.grid is not None]
@@ -62,7 +51,7 @@ def source_picture(
     chosen = spread(range(source.n_bands)) if bands is None else [as_index(band, "band") for band in bands]
     is_absolute = source.irradiance() is not None
     quantity = PHOTONS if show == "counts" else RADIANCE if is_absolute else RELATIVE_RADIANCE
-    quantity = _STOKES.get(show, quantity)
+    quantity = STOKES.get(show, quantity)
     domes = []
     for band in chosen:
         light = _counts(source, band) if show == "counts" else cell_irradiances(source, band)
@@ -75,7 +64,6 @@ def source_picture(
     return Picture(domes=tuple(domes), quantity=quantity, title=title, notes=_notes(components, show))
 
 
-_STOKES = {"dop": DEGREE, "aop": ANGLE}
 _LEAST_DEGREE = 1e-6  # less is rounding, and has no angle
 
 
@@ -87,10 +75,8 @@ def _polarisation(
     for component, part in zip(source.components_of(band), light, strict=True):
         if component.stokes is not None:
             of_q, of_u = component.stokes[0].T * part
-            q, u = (
-                q + _density(component, of_q, grid, per_flux=True),
-                u + _density(component, of_u, grid, per_flux=True),
-            )
+            q += _density(component, of_q, grid, per_flux=True)
+            u += _density(component, of_u, grid, per_flux=True)
     degree = np.divide(np.hypot(q, u), total, out=np.full(total.size, np.nan), where=total > 0)
     if show == "dop":
         return degree

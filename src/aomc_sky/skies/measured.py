@@ -202,16 +202,6 @@ class RadianceField(Share):
         zenith, azimuth = np.rad2deg(sky_from_travel(-self.sun))
         return round(float(zenith), 9), round(float(azimuth), 9)
 
-    @property
-    def sun_zenith_rad(self) -> float:
-        """Zenith angle of the sun, NaN where it is not known. [rad]"""
-        return math.nan if self.sun is None else float(sky_from_travel(-self.sun)[0])
-
-    @property
-    def sun_azimuth_rad(self) -> float:
-        """Azimuth of the sun from +x towards +y, NaN where it is not known. [rad]"""
-        return math.nan if self.sun is None else float(sky_from_travel(-self.sun)[1])
-
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
         """Interpolated radiance, in the unit of the points; arguments broadcast, angles up to pi/2 and any turn."""
         return self._sky.radiance(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
@@ -254,7 +244,8 @@ class RadianceField(Share):
         """One component of patches; its strength is the irradiance, in W m-2 nm-1 where the radiances are absolute."""
         nm = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)).ravel()
         self._warn(nm)
-        components = polarised(self, self._sky.lower(nm), nm)
+        sun = None if self.sun is None else sky_from_travel(-self.sun)
+        components = polarised(self, self._sky.lower(nm), nm, sun)
         if self.is_absolute and self.strength is None and self.irradiance_W_m2_nm is None:
             return tuple(dataclasses.replace(one, irradiance_W_m2_nm=one.strength) for one in components)
         return with_share(self, components)

@@ -103,14 +103,16 @@ def with_share(model: Share, components: tuple[Component, ...]) -> tuple[Compone
     )
 
 
-def polarised(model: Any, components: tuple[Component, ...], wavelength_nm: ArrayLike) -> tuple[Component, ...]:
+def polarised(
+    model: Any, components: tuple[Component, ...], wavelength_nm: ArrayLike, sun_rad: Any = None
+) -> tuple[Component, ...]:
     """The components of a model with a sun, with the Stokes vectors of its `polarisation` if it has any."""
     if model.polarisation is None:
         return components
     if not hasattr(model.polarisation, "polarised"):
         raise UsageError(f"polarisation must be a RayleighPattern or None, got {model.polarisation!r}")
-    sun = {name: getattr(model, name) for name in ("sun_zenith_rad", "sun_azimuth_rad")}
-    found: tuple[Component, ...] = model.polarisation.polarised(components, model.radiance, wavelength_nm, **sun)
+    sun_rad = (model.sun_zenith_rad, model.sun_azimuth_rad) if sun_rad is None else sun_rad
+    found: tuple[Component, ...] = model.polarisation.polarised(components, model.radiance, wavelength_nm, sun_rad)
     return found
 
 

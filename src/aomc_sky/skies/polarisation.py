@@ -9,15 +9,14 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.component import Component
+from aomc_sky.component import Component, Law
 from aomc_sky.errors import SceneError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.quadrature import POINTS
+from aomc_sky.skies.quadrature import POINTS, weighted_sum
 
 Radiance = Callable[[ArrayLike, ArrayLike, ArrayLike], np.ndarray]
 """The method `radiance` of a sky."""
@@ -48,11 +47,6 @@ class RayleighPattern:
     Examples
     --------
     >>> pattern = sky.RayleighPattern(max_degree=0.75)
-    >>> q, u = pattern.stokes(
-    ...     np.pi / 4, 0.0, sun_zenith_rad=np.pi / 4, sun_azimuth_rad=np.pi
-    ... )
-    >>> print(q.round(3), u.round(3) + 0.0)
-    -0.75 0.0
     >>> model = sky.PerezSky(
     ...     sun_zenith_deg=40.0, epsilon=6.0, delta=0.1, polarisation=pattern
     ... )
@@ -104,41 +98,31 @@ class RayleighPattern:
         components: Iterable[Component],
         radiance: Radiance,
         wavelength_nm: ArrayLike,
-        *,
-        sun_zenith_rad: float,
-        sun_azimuth_rad: float,
+        sun_rad: tuple[float, float],
     ) -> tuple[Component, ...]:
-        """The components of a sky with the Stokes vectors of their patches; those without patches stay as they are."""
-        wavelengths = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)).ravel()
+        """The components of a sky with the Stokes vectors of their patches; those without patches stay as they are.
 
-        def of(grid: PatchGrid, n_rows: int) -> np.ndarray:
-            rows = wavelengths if n_rows > 1 else wavelengths[:1]
-            return np.stack([_patch_means(grid, stokes, radiance, float(nm)) for nm in rows])
+        The weight inside a patch is the flux of its photons: even for `Law.CELL_MU2`, else that of the sky's radiance.
+        """
+        nm = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)).ravel().tolist()
+        made = []
+        for one in components:
+            if one.grid is not None:
+                rows = [math.nan] if one.law is Law.CELL_MU2 else nm[: len(one.mass)]
+                stokes = np.stack([self._patch_means(one.grid, radiance, row, sun_rad) for row in rows])
+                one = dataclasses.replace(one, stokes=stokes)
+            made.append(one)
+        return tuple(made)
 
-        stokes = partial(self.stokes, sun_zenith_rad=sun_zenith_rad, sun_azimuth_rad=sun_azimuth_rad)
-        return tuple(
-            one if one.grid is None else dataclasses.replace(one, stokes=of(one.grid, len(one.mass)))
-            for one in components
+    def _patch_means(self, grid: PatchGrid, radiance: Radiance, nm: float, sun_rad: tuple[float, float]) -> np.ndarray:
+        """Means of q and u (n_patch, 2), by 4 x 4 Gauss points in the angles; without a wavelength light is even."""
+        nodes, weights, _ = POINTS[4]
+        (z, dz), (a, da) = (
+            (b[:, 0], b[:, 1] - b[:, 0]) for b in map(np.deg2rad, (grid.zenith_bounds_deg, grid.azimuth_bounds_deg))
         )
-
-
-def _patch_means(
-    grid: PatchGrid,
-    stokes: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
-    radiance: Radiance,
-    wavelength_nm: float,
-) -> np.ndarray:
-    """Means of q and u over patches, weighted by radiance x cosine, (n_patch, 2): 4 x 4 Gauss points in the angles."""
-    nodes, weights, _ = POINTS[4]
-    rings, columns = np.deg2rad(grid.zenith_bounds_deg), np.deg2rad(grid.azimuth_bounds_deg)
-    flux, of_q, of_u = np.zeros((3, grid.n_zenith, grid.n_azimuth))
-    for x, of_x in zip(nodes.tolist(), weights.tolist(), strict=True):
-        zenith = rings[:, :1] + (rings[:, 1:] - rings[:, :1]) * x
-        area = of_x * np.sin(2.0 * zenith)
-        for y, of_y in zip(nodes.tolist(), weights.tolist(), strict=True):
-            azimuth = columns[:, 0] + (columns[:, 1] - columns[:, 0]) * y
-            light = area * of_y * radiance(zenith, azimuth[None], wavelength_nm)
-            q, u = stokes(zenith, azimuth)
-            flux, of_q, of_u = flux + light, of_q + light * q, of_u + light * u
-    means = [np.divide(part, flux, out=np.zeros_like(flux), where=flux > 0).ravel() for part in (of_q, of_u)]
-    return np.stack(means, axis=1)
+        zenith, azimuth = (z + dz * nodes[:, None])[:, None, :, None], (a + da * nodes[:, None])[None, :, None, :]
+        light = weights[:, None, None, None] * weights[:, None, None] * np.sin(2.0 * zenith)
+        light = light * (np.ones(azimuth.shape) if math.isnan(nm) else radiance(zenith, azimuth, nm))
+        q, u = self.stokes(zenith, azimuth, sun_zenith_rad=sun_rad[0], sun_azimuth_rad=sun_rad[1])
+        flux, *both = (weighted_sum(x.reshape(16, -1), np.ones(16)) for x in (light, light * q, light * u))
+        return np.stack([np.divide(x, flux, out=np.zeros_like(flux), where=flux > 0) for x in both], axis=1)

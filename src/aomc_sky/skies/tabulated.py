@@ -277,7 +277,7 @@ class TabulatedSky(Share):
             },
         }
         fields = None
-        if len(getattr(field, "data_vars", ())) >= 3 or "stokes" in getattr(field, "dims", ()):
+        if variable_q or len(getattr(field, "data_vars", ())) > 2 or "stokes" in getattr(field, "dims", ()):
             from aomc_sky.skies.polarised_field import read_polarised_field, stokes_fields
 
             fields = stokes_fields(field, variable, variable_q, variable_u)
