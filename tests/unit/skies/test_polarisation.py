@@ -9,6 +9,7 @@ import pytest
 from scipy.integrate import dblquad
 
 import aomc_sky as sky
+from tests.support.shared import INPUTS
 from tests.support.stokes import DEFECTS, frame_of, scattered_once, travel_of
 
 SUNS = [(0.0, 0.0), (0.3, 0.0), (0.9, 2.0), (1.5, -1.0), (np.pi / 2, 4.0)]
@@ -157,3 +158,18 @@ def test_rotation_to_the_scattering_plane():
     degree = (1 - of_angle**2) / (1 + of_angle**2)
     np.testing.assert_allclose(q * twice[0] + u * twice[1], -degree, atol=1e-12)
     np.testing.assert_allclose(u * twice[0] - q * twice[1], 0.0, atol=1e-12)
+
+
+def test_an_atmosphere_has_one_row_and_even_weights():
+    """Its photons are even inside patches, so the row does not depend on the wavelength, and costs no radiance."""
+    path = INPUTS / "atmosphere" / "molecules_only.atmo"
+    grid = sky.PatchGrid.regular(6, 12)
+    how = {"wavelength_nm": [550.0], "sun_zenith_deg": 50.0, "sun_azimuth_deg": 20.0, "grid": grid}
+    made = sky.AtmosphereSky.from_file(path, polarisation=sky.RayleighPattern(), **how)
+    (component,) = made.lower([450.0, 550.0])
+    assert component.stokes.shape == (1, grid.n_patches, 2)
+    even = sky.PerezSky(
+        sun_zenith_deg=50.0, sun_azimuth_deg=20.0, epsilon=6.0, delta=0.1, grid=grid, within="uniform",
+        polarisation=sky.RayleighPattern(),
+    )  # fmt: skip
+    np.testing.assert_array_equal(component.stokes, even.lower([550.0])[0].stokes)
