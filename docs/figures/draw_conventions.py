@@ -106,14 +106,52 @@ def draw_patches(axes: Axes) -> None:
     axes.text(0, -1.2, f"zenith,azimuth index as in skydist.inp; (patch) of {grid.n_patches}", ha="center", color=GREY)
 
 
-FIGURES = {"directions": draw_travel, "azimuths": draw_azimuth, "patches": draw_patches}
+def draw_polarisation(axes: Axes) -> None:
+    """The axes of the Stokes vector in the meridian plane, and the electric vectors of four lights as one sees them."""
+    zenith = np.deg2rad(40.0)
+    sky_x, sky_z = np.sin(zenith), np.cos(zenith)
+    bare(axes, (-1.3, 4.6), (-1.0, 2.3))
+    axes.fill_between([-1.2, 1.9], 0, -0.9, color=BLUE, alpha=0.12, lw=0)
+    axes.plot([-1.2, 1.9], [0, 0], color=BLUE, lw=1)
+    arrow(axes, (0, 0), (0, 1.7), GREY)
+    axes.text(0.04, 1.75, "z, up", color=GREY)
+    arrow(axes, (2.1 * sky_x, 2.1 * sky_z), (0.2 * sky_x, 0.2 * sky_z), GREEN)
+    axes.text(0.62, 1.75, "light from the sky, k", color=GREEN)
+    middle = (1.2 * sky_x, 1.2 * sky_z)
+    arrow(axes, middle, (middle[0] + 0.75 * sky_z, middle[1] - 0.75 * sky_x), ORANGE)
+    axes.text(middle[0] + 0.5, middle[1] - 0.72, "l", color=ORANGE, fontsize=12)
+    axes.plot(*middle, "o", ms=11, mfc="white", mec=ORANGE, mew=1.6)
+    axes.plot(*middle, "o", ms=4, color=ORANGE)
+    axes.text(middle[0] + 0.14, middle[1] + 0.02, "r, out of the page", color=ORANGE)
+    axes.text(-1.2, -0.6, "meridian plane: that of the\nvertical and the ray; l x r = k", color=GREY)
+    lights = (("Q/I = 1", 90.0), ("Q/I = -1", 0.0), ("U/I = 1", 135.0), ("U/I = -1", 45.0))
+    for k, (name, angle) in enumerate(lights):
+        x, y = 2.75 + 1.25 * (k % 2), 1.25 - 1.35 * (k // 2)
+        turn = np.linspace(0, 2 * np.pi, 181)
+        axes.plot(x + 0.45 * np.cos(turn), y + 0.45 * np.sin(turn), color=GREY, lw=0.8)
+        axes.plot([x, x], [y - 0.45, y + 0.45], color=GREY, lw=0.6, ls=":")
+        across, up = 0.4 * np.cos(np.deg2rad(angle)), 0.4 * np.sin(np.deg2rad(angle))
+        axes.annotate(
+            "", (x + across, y + up), (x - across, y - up), arrowprops={"arrowstyle": "<|-|>", "color": ORANGE, "lw": 2}
+        )
+        axes.text(x, y - 0.66, name, ha="center")
+    axes.text(3.37, 1.95, "electric vector, as one looks up at the light", color=GREY, ha="center")
+
+
+FIGURES = {
+    "directions": draw_travel,
+    "azimuths": draw_azimuth,
+    "patches": draw_patches,
+    "polarisation": draw_polarisation,
+}
 
 
 def main(folder: Path) -> None:
     """Write every figure."""
     plt.rcParams.update({"svg.hashsalt": "aomc-sky", "svg.fonttype": "path", "font.size": 9})
     for name, draw in FIGURES.items():
-        figure, axes = plt.subplots(figsize=(5.2, 4.2), layout="constrained")
+        size = (7.0, 4.0) if name == "polarisation" else (5.2, 4.2)
+        figure, axes = plt.subplots(figsize=size, layout="constrained")
         draw(axes)
         path = folder / f"convention_{name}.svg"
         figure.savefig(path, metadata={"Date": None})

@@ -48,6 +48,7 @@ _HOMES = {
     "skies.measured": "RadianceField",
     "skies.overcast": "CardioidalSky OvercastSky",
     "skies.perez.sky": "PerezSky",
+    "skies.polarisation": "RayleighPattern",
     "skies.tabulated": "TabulatedSky Weighting",
     "skies.uniform": "UniformSky",
     "source.read.solve": "solve_atmosphere",

@@ -59,6 +59,7 @@ from aomc_sky.skies.overcast import CardioidalSky as CardioidalSky
 from aomc_sky.skies.overcast import OvercastSky as OvercastSky
 from aomc_sky.skies.perez import functions as perez  # noqa: F401
 from aomc_sky.skies.perez.sky import PerezSky as PerezSky
+from aomc_sky.skies.polarisation import RayleighPattern as RayleighPattern
 from aomc_sky.skies.tabulated import TabulatedSky as TabulatedSky
 from aomc_sky.skies.tabulated import Weighting as Weighting
 from aomc_sky.skies.uniform import UniformSky as UniformSky

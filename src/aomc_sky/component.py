@@ -109,6 +109,11 @@ def slope_factor(
     return np.asarray((1.0 + s * (2.0 * u - 1.0)) * (1.0 + t * (2.0 * v - 1.0)))
 
 
+def is_polarisation(stokes: np.ndarray) -> bool:
+    """Whether all Q/I and U/I (..., 2) are those of light: finite, with a degree of at most 1 within rounding."""
+    return bool(np.all(np.abs(stokes) <= 1.0 + 1e-9) and np.all(np.hypot(*np.moveaxis(stokes, -1, 0)) <= 1.0 + 1e-9))
+
+
 def _frozen(array: np.ndarray) -> np.ndarray:
     array = np.ascontiguousarray(array)
     array.flags.writeable = False
@@ -147,6 +152,9 @@ class Component:
         Lobes: the envelope, see `aomc_sky.skies.lobes.envelope`.
     slope : ndarray, float64, shape (n_wl, n_cell, 2) or (1, n_cell, 2), or None
         `Law.CELL_SLOPED`: how the light changes inside each cell, see there. [-1 to 1, `MAX_SLOPE` at most]
+    stokes : ndarray, float64, shape (n_wl, n_cell, 2) or (1, n_cell, 2), or None
+        Q/I and U/I of the light of each cell, its mean weighted by flux, in the meridian plane of the photon; see
+        docs/conventions.md. None where the light is not polarised. [-1 to 1, the degree at most 1]
     irradiance_W_m2_nm : ndarray, float64, shape (n_wl,), or None
         Irradiance of the horizontal plane where it is known in absolute units. [W m-2 nm-1, 0 to inf]
     below_horizon : float
@@ -170,6 +178,7 @@ class Component:
     shared: np.ndarray | None = None
     bounds: np.ndarray | None = None
     slope: np.ndarray | None = None
+    stokes: np.ndarray | None = None
     irradiance_W_m2_nm: np.ndarray | None = None  # noqa: N815
     below_horizon: float = 0.0
 
@@ -180,7 +189,7 @@ class Component:
         return f"<Component {self.name!r}: {self.law.name}, {self.n_cells} cell{'s' * (self.n_cells != 1)}{rows}>"
 
     def __post_init__(self) -> None:
-        for name in ("strength", "mass", "cell", "weight", "shared", "bounds", "slope", "irradiance_W_m2_nm"):
+        for name in ("strength", "mass", "cell", "weight", "shared", "bounds", "slope", "stokes", "irradiance_W_m2_nm"):
             value = getattr(self, name)
             if value is not None:
                 object.__setattr__(self, name, _frozen(np.asarray(value, dtype=np.float64)))
@@ -192,10 +201,14 @@ class Component:
                 f"do not fit mass {self.mass.shape}; wanted (n_wl,), (n_wl or 1, n_cell) and "
                 f"(n_cell, {N_CELL_PARAMETERS})"
             )
-        if self.slope is not None and self.slope.shape not in ((1, n_cell, 2), (n_wl, n_cell, 2)):
-            raise ValueError(
-                f"component {self.name!r}: slope {self.slope.shape}; wanted (n_wl or 1, n_cell, 2) as in mass"
-            )
+        for name in ("slope", "stokes"):
+            value = getattr(self, name)
+            if value is not None and (value.ndim != 3 or value.shape[1:] != (n_cell, 2) or len(value) not in (1, n_wl)):
+                raise ValueError(
+                    f"component {self.name!r}: {name} {value.shape}; wanted (n_wl or 1, n_cell, 2) as in mass"
+                )
+        if self.stokes is not None and not is_polarisation(self.stokes):
+            raise ValueError(f"component {self.name!r}: stokes wants Q/I and U/I of a degree from 0 to 1")
         if (self.slope is None) == (self.law is Law.CELL_SLOPED) or (
             self.slope is not None and not np.all(np.abs(self.slope) <= MAX_SLOPE)
         ):
@@ -222,7 +235,8 @@ class Component:
 
     def of_row(self, row: int) -> Component:
         """The component of one wavelength, with one row of everything."""
-        of_all = {name: getattr(self, name) for name in ("strength", "mass", "weight", "slope", "irradiance_W_m2_nm")}
+        names = ("strength", "mass", "weight", "slope", "stokes", "irradiance_W_m2_nm")
+        of_all = {name: getattr(self, name) for name in names}
         own = {k: v if v is None or len(v) == 1 else v[row : row + 1] for k, v in of_all.items()}
         return dataclasses.replace(self, **own)
 

@@ -148,3 +148,18 @@ def test_validate_takes_good_files_and_folders(amc, tmp_path, capsys):
 def test_a_pipe_takes_no_mcpl(capsys):
     assert run(INPUTS / "document_example", "--format", "mcpl", "--out", "-") == 2
     assert "--format raw" in capsys.readouterr().err
+
+
+def test_a_polarised_run_is_made_again_with_its_axes(tmp_path, capsys):
+    """`verify` compares the axes of a run's file; one axis that is turned is found."""
+    model = sky.PerezSky(sun_zenith_deg=60.0, epsilon=6.0, delta=0.1, polarisation=sky.RayleighPattern())
+    scene = sky.Scene(wavebands=[550.0], n_photons=1000, components=model)
+    sky.write_run(scene, tmp_path / "out", seed=1, formats=["mcpl"])
+    assert sky.read_mcpl(tmp_path / "out" / "photons.mcpl").header.has_polarisation
+    assert main(["verify", str(tmp_path / "out")]) == 0
+    path = tmp_path / "out" / "photons.mcpl"
+    data = bytearray(path.read_bytes())
+    data[-41] ^= 0x80  # the polarisation comes first in a record of 44 bytes; sign of its first number
+    path.write_bytes(bytes(data))
+    assert main(["verify", str(tmp_path / "out")]) == 1
+    capsys.readouterr()

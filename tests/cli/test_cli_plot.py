@@ -187,3 +187,20 @@ def test_a_run_without_photons_has_no_pulls(scene, tmp_path, capsys):
     assert main(["plot", str(tmp_path / "out"), "--pull"]) == 2
     assert "--format npy" in capsys.readouterr().err
     assert main(["plot", str(tmp_path / "out"), *SMALL, "-q"]) == 0
+
+
+def test_polarisation_of_a_run(tmp_path, capsys):
+    """`--quantity` draws a run whose light is polarised; others have none, and a picture has one quantity."""
+    sun = {"sun_zenith_deg": 60.0, "sun_azimuth_deg": 140.0}
+    model = sky.PerezSky(epsilon=6.0, delta=0.1, polarisation=sky.RayleighPattern(), **sun)
+    for name, one in (("polarised", model), ("plain", sky.UniformSky())):
+        sky.write_run(sky.Scene(wavebands=[550.0], n_photons=100, components=one), tmp_path / name, seed=1)
+    for quantity, words in (("dop", "degree of linear"), ("aop", "angle of")):
+        out = tmp_path / f"{quantity}.svg"
+        assert main(["plot", str(tmp_path / "polarised"), "--quantity", quantity, "--out", str(out)]) == 0
+        assert words in capsys.readouterr().out
+        assert out.stat().st_size > 10_000
+    assert main(["plot", str(tmp_path / "plain"), "--quantity", "dop", "--out", str(out), "--force"]) == 2
+    assert "no polarisation" in capsys.readouterr().err
+    assert main(["plot", str(tmp_path / "polarised"), "--quantity", "dop", "--pull", "--out", str(out)]) == 2
+    assert "--pull and --quantity are 2 pictures" in capsys.readouterr().err

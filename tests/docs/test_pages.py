@@ -80,6 +80,10 @@ def test_page_of_weather(tmp_path: Path) -> None:
     assert carry_out("howto/weather.md", tmp_path) == 20
 
 
+def test_page_of_polarised_skies(tmp_path: Path) -> None:
+    assert carry_out("howto/polarised.md", tmp_path) == 2
+
+
 def test_page_of_radiance(tmp_path: Path) -> None:
     pytest.importorskip("xarray")
     assert carry_out("howto/radiance.md", tmp_path) == 5
@@ -88,8 +92,8 @@ def test_page_of_radiance(tmp_path: Path) -> None:
 def test_page_of_pictures(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     pytest.importorskip("h5py")
-    assert carry_out("plots.md", tmp_path) == 2
-    pictures = {"sky.png", "counts.svg", "even.png", "night.png", "two_bands.pdf"}
+    assert carry_out("plots.md", tmp_path) == 3
+    pictures = {"plot_aop.png", "plot_dop.png", "sky.png", "counts.svg", "even.png", "night.png", "two_bands.pdf"}
     assert pictures <= {path.name for path in tmp_path.iterdir()}
 
 

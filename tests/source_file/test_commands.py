@@ -166,3 +166,33 @@ def test_the_layout_page_names_every_section():
     page = (Path(__file__).parents[2] / "docs" / "formats" / "source.md").read_text()
     table = page[page.index("| kind |") :]
     assert [name for name in SECTIONS if name not in table] == []
+
+
+@needs_gcc
+def test_stokes_vectors_of_patches(tmp_path):
+    """An optional section: `source.stokes` by the patch of a photon; NULL where nothing is polarised."""
+    grid, rng = sky.PatchGrid.regular(4, 6), np.random.default_rng(8)
+    values = rng.lognormal(0, 1, (1, 24))
+    table = sky.TabulatedSky(
+        wavelength_nm=[550.0], values=values, grid=grid, strength=0.5, values_q=0.3 * values, values_u=-0.5 * values
+    )
+    beam = sky.DirectBeam(sun_zenith_deg=30.0, strength=0.5)
+    (tmp_path / "show.c").write_text(
+        '#include "aomc_sky.h"\nint main(int n, char **names) { aomc_sky_file f; aomc_sky_source s; int64_t i;\n'
+        "(void)n; if (aomc_sky_load(names[1], &f) || aomc_sky_band(&f, 0, &s)) return 1;\n"
+        'if (!s.stokes) return puts("none"), 0;\n'
+        "for (i = 0; i < s.n; i++) { const float *q = s.stokes + 2 * aomc_sky_at(&s, i).patch;\n"
+        'printf("%.9g %.9g\\n", q[0], q[1]); } return 0; }\n'
+    )
+    subprocess.run(["gcc", "-O1", f"-I{include_dir()}", "-o", "show", "show.c", "-lm"], cwd=tmp_path, check=True)
+    for components in ((beam, table), (beam, sky.UniformSky(strength=0.5))):
+        source = sky.Scene(wavebands=[550.0], n_photons=500, components=components).source(seed=2)
+        sky.write_source(source, tmp_path / "day.sky")
+        said = subprocess.run(["./show", "day.sky"], cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+        if table not in components:
+            assert said == "none\n"
+        else:
+            found = np.array(said.split(), np.float32).reshape(-1, 2)
+            batch = source.photons()
+            np.testing.assert_array_equal(found, np.column_stack([batch.q, batch.u]))
+            assert len(np.unique(found)) == 3

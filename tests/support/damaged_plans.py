@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 import io
 import json
@@ -50,6 +51,11 @@ def _sloped() -> tuple[Component, ...]:
     return (Component(name="sloped", law=Law.CELL_SLOPED, strength=np.ones(2), mass=np.ones((2, 12)), **more),)
 
 
+def _polarised() -> tuple[Component, ...]:
+    stokes = np.random.default_rng(5).uniform(-0.7, 0.7, (2, 12, 2))
+    return (dataclasses.replace(_table(), stokes=stokes),)
+
+
 def _disc(zenith: float, radius: float) -> tuple[Component, ...]:
     model = sky.DirectBeam(sun_zenith_deg=zenith, sun_azimuth_deg=200, radius_deg=radius)
     return model.lower([450, 550])
@@ -74,6 +80,7 @@ _SCENES: dict[str, tuple[Callable[[], tuple[Component, ...]], dict[str, Any]]] =
     "perez": (_perez, {}),
     "lobes": (_lobes, {}),
     "sloped": (_sloped, {}),
+    "polarised": (_polarised, {}),
     "disc": (lambda: (*_disc(20, 0.27), _table()), {}),
     "horizon": (lambda: (*_disc(89.9, 0.27), _table()), {"order": "patch"}),
     "beam": (lambda: (*_disc(35, 0.0), _table()), {"method": "iid"}),
@@ -159,13 +166,14 @@ def _of_every_array() -> Iterator[Damage]:
                 continue
             seen.add(name)
             other = np.float32 if array.dtype.kind == "f" else np.int32 if array.dtype != np.int8 else np.int16
-            yield Damage(kind, name, "E952", "missing", _to(DROP))
+            if not name.startswith("stokes"):  # without it a plan has no polarisation
+                yield Damage(kind, name, "E952", "missing", _to(DROP))
             yield Damage(kind, name, "E953", f"of {np.dtype(other).name}", lambda a, t=other: a.astype(t))
             yield Damage(kind, name, "E953", "with another axis", lambda a: a[..., None])
             if array.dtype.itemsize > 1:
                 swapped = array.dtype.newbyteorder(">")
                 yield Damage(kind, name, "E953", "in swapped bytes", lambda a, t=swapped: a.astype(t))
-            if array.size and not name.startswith(("weight", "slope")):
+            if array.size and not name.startswith(("weight", "slope", "stokes")):
                 is_of_patches = name.endswith(("bounds_deg_0", "bounds_deg_1"))
                 codes = "E954" if is_of_patches else "E953 E954" if name.startswith(("bounds_", "mass")) else "E953"
                 yield Damage(kind, name, codes, "too short", lambda a: np.ascontiguousarray(a[:-1]))
@@ -228,6 +236,11 @@ _VALUES: tuple[Damage, ...] = tuple(
         ("sloped", "slope_0", "E954", "of 1", _put((0, 0, 0), 1.0)),
         ("sloped", "slope_0", "E954", "of -3", _put((0, 0, 1), -3.0)),
         ("sloped", "slope_0", "E952", "missing in law 9", _to(DROP)),
+        ("polarised", "stokes_0", "E954", "of 1.1", _put((0, 0, 0), 1.1)),
+        ("polarised", "stokes_0", "E954", "of -1e300", _put((1, 0, 1), -1e300)),
+        ("polarised", "stokes_0", "E954", "with a degree above 1", _put((0, 0), 0.8)),
+        ("polarised", "stokes_0", "E953", "of 11 cells", lambda a: a[:, :11].copy()),
+        ("polarised", "stokes_0", "E953", "of 3 rows", lambda a: np.concatenate([a, a[:1]])),
     )
 )
 

@@ -59,6 +59,7 @@ class PhotonSource:
         self.plan = plan
         self._n_bands, self._replicates = plan.n_bands, plan.replicates
         self._emitter = Emitter(plan)
+        self._stokes_of_row: dict[int, np.ndarray] = {}  # q and u of those that were asked for, float32 (2, n_cell)
 
     @classmethod
     @in_default_mode
@@ -201,6 +202,20 @@ class PhotonSource:
     def has_weights(self) -> bool:
         """Whether batches carry weights."""
         return any(component.weight is not None for component in self.components)
+
+    @cached_property
+    def has_polarisation(self) -> bool:
+        """Whether batches carry q and u."""
+        return any(component.stokes is not None for component in self.components)
+
+    def stokes(self, band: int = 0) -> np.ndarray:
+        """Q/I and U/I of the light of each cell of a band, float64 (n_cell, 2); 0 where it is not polarised.
+
+        In the meridian plane of the photon, as docs/conventions.md has it: the rows by `PhotonBatch.patch`. The mean of
+        a cell is weighted by flux.
+        """
+        stokes = self.plan.stokes(self._band(band))
+        return np.zeros((self.plan.n_cells, 2)) if stokes is None else stokes
 
     def mass(self, band: int) -> np.ndarray:
         """Probability of each cell, float64, shape (n_cell,), sum 1."""
@@ -353,6 +368,7 @@ class PhotonSource:
 
     def _arrays(self, n: int, out: PhotonBatch | None, numbers: int) -> Arrays:
         has = {"with_positions": self.has_positions, "with_weights": self.has_weights}
+        has["with_stokes"] = self.has_polarisation
         return batch_arrays(n, self.dtype, out, **has, n_numbers=numbers)
 
     @in_default_mode
@@ -366,6 +382,8 @@ class PhotonSource:
             self._emit(band, start + lo, part)
             if self.has_weights:
                 self._weigh(band, part)
+            if self.has_polarisation:
+                self._polarise(band, part)
         wavelength = self.plan.bands[band].wavelength_nm
         return PhotonBatch(**arrays, band=band, start=start, wavelength_nm=wavelength)
 
@@ -376,6 +394,13 @@ class PhotonSource:
         for replicate, begin, end in self.replicate_parts(band, start, start + arrays["ux"].size):
             views = _entries(arrays, slice(begin - start, end - start))
             self._emitter.fill(replicate * self.n_bands + band, begin - self.replicate_range(band, replicate)[0], views)
+
+    def _polarise(self, band: int, arrays: Arrays) -> None:
+        row = self.plan.bands[band].row
+        if (columns := self._stokes_of_row.get(row)) is None:
+            columns = self._stokes_of_row[row] = np.ascontiguousarray(self.stokes(band).T, np.float32)
+        for name, column in zip("qu", columns, strict=True):
+            np.take(column, arrays["patch"], out=arrays[name])
 
     def _weigh(self, band: int, arrays: dict[str, Any]) -> None:
         weight = arrays["weight"]

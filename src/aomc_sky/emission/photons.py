@@ -62,6 +62,9 @@ class PhotonBatch:
         Position at the surface where the scene has a footprint. [m]
     weight : ndarray, precision of ux, shape (n,), or None
         Statistical weight, mean 1, where weights differ and were asked for.
+    q, u : ndarray, float32, shape (n,), or None
+        Q/I and U/I of the photon's patch in the meridian plane of its direction (docs/conventions.md), where a part of
+        the light is polarised. 0 for photons of parts that are not. [-1 to 1]
     numbers : ndarray, precision of ux, shape (n, k), or None
         Further coordinates of each photon's low-discrepancy point, uniform in [0, 1), where `numbers=k` asked for them.
 
@@ -85,13 +88,15 @@ class PhotonBatch:
     x: np.ndarray | None = None
     y: np.ndarray | None = None
     weight: np.ndarray | None = None
+    q: np.ndarray | None = None
+    u: np.ndarray | None = None
     numbers: np.ndarray | None = None
 
     __eq__ = same_content
     __array_ufunc__ = None  #: An array that is compared with a batch asks the batch, too.
 
     def __repr__(self) -> str:
-        parts = "".join(f", {name}" for name in ("x", "y", "weight", "numbers") if getattr(self, name) is not None)
+        parts = "".join(f", {name}" for name in _NAMES[4:] if getattr(self, name) is not None)
         return (
             f"<PhotonBatch: photons {self.start} to {self.start + len(self) - 1} of band {self.band} at "
             f"{self.wavelength_nm:g} nm, {self.ux.dtype}{parts}>"
@@ -158,7 +163,7 @@ class PhotonBatch:
         return None if self.x is None or self.y is None else np.stack([self.x, self.y], axis=-1)
 
 
-_NAMES = ("ux", "uy", "uz", "patch", "x", "y", "weight", "numbers")
+_NAMES = ("ux", "uy", "uz", "patch", "x", "y", "weight", "q", "u", "numbers")
 _CELL = np.dtype(np.int32)
 
 MAX_NUMBERS = 3
@@ -166,7 +171,14 @@ MAX_NUMBERS = 3
 
 
 def batch_arrays(
-    n: int, dtype: np.dtype, out: PhotonBatch | None, *, with_positions: bool, with_weights: bool, n_numbers: int = 0
+    n: int,
+    dtype: np.dtype,
+    out: PhotonBatch | None,
+    *,
+    with_positions: bool,
+    with_weights: bool,
+    with_stokes: bool = False,
+    n_numbers: int = 0,
 ) -> Arrays:
     """Arrays of length n for a batch: new ones, or the first n entries of those of `out`.
 
@@ -174,7 +186,8 @@ def batch_arrays(
     type, not contiguous, read-only, or overlap.
     """
     position, weight = dtype if with_positions else None, dtype if with_weights else None
-    expected = (dtype, dtype, dtype, _CELL, position, position, weight)
+    stokes = np.dtype(np.float32) if with_stokes else None
+    expected = (dtype, dtype, dtype, _CELL, position, position, weight, stokes, stokes)
     if out is None:
         arrays: Arrays = {
             name: None if k is None else np.empty(n, k) for name, k in zip(_NAMES, expected, strict=False)

@@ -28,6 +28,8 @@ _HEAD_BYTES = 192
 _RECORD_WORDS = 40
 _CHECKSUM_WORD = 5
 _NEEDED = 1
+_OPTIONAL = ("stokes",)
+"""Sections that change no direction: a header that does not know them skips them."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -131,7 +133,7 @@ class Tables:
 
 
 SECTIONS = tuple(field.name for field in fields(Tables))[15:-1]
-"""Names of the sections in the order of their kinds, which count from 1; the witnesses come after them."""
+"""Names of the sections in the order of their kinds, from 1; witnesses and Stokes vectors come after them."""
 
 
 def checksum(block: bytes | np.ndarray) -> int:
@@ -186,7 +188,9 @@ def source_bytes(emitter: Emitter) -> bytes:
             tables = Tables.of(emitter, band)
             words, sections = tables.record, {name: getattr(tables, name) for name in SECTIONS}
             sections["witnesses"] = witnesses(emitter, band, tables)
-            directory = np.array([_entry(block, k, v) for k, v in enumerate(sections.values(), 1) if v is not None])
+            stokes = plan.stokes(band)
+            sections["stokes"] = None if stokes is None else stokes.astype(np.float32)
+            directory = np.array([_entry(block, k, v) for k, v in enumerate(sections.items(), 1) if v[1] is not None])
         absolute = plan.bands[band].irradiance_W_m2_nm
         irradiance = np.nan if absolute is None else np.sum(absolute)
         words[3:5] = np.array([plan.bands[band].wavelength_nm, irradiance], np.float64).view(np.uint64)
@@ -200,10 +204,12 @@ def source_bytes(emitter: Emitter) -> bytes:
     return bytes(data)
 
 
-def _entry(block: _Block, kind: int, values: np.ndarray) -> tuple[int, int, int]:
+def _entry(block: _Block, kind: int, section: tuple[str, np.ndarray]) -> tuple[int, int, int]:
     """Put a section into the block; its entry in the directory: kind, width and need, offset, count."""
+    name, values = section
     values = np.ascontiguousarray(values, values.dtype.newbyteorder("<")).ravel()
-    return kind | values.itemsize << 32 | _NEEDED << 48, block.put(values.tobytes()), values.size
+    need = 0 if name in _OPTIONAL else _NEEDED
+    return kind | values.itemsize << 32 | need << 48, block.put(values.tobytes()), values.size
 
 
 def _head(emitter: Emitter, size: int) -> bytes:

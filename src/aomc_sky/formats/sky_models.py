@@ -35,7 +35,7 @@ other packages are, from a sun and options; no other package can take the names 
 SUN = ("sun_zenith_rad", "sun_azimuth_rad")
 """What every `make` gets besides its options."""
 
-_OF_SCENE = ("sun_zenith_deg", "sun_azimuth_deg", "strength", "irradiance_W_m2_nm", "grid")
+_OF_SCENE = ("sun_zenith_deg", "sun_azimuth_deg", "strength", "irradiance_W_m2_nm", "grid", "polarisation")
 """Arguments of our classes that a scene of files sets otherwise: no options."""
 
 

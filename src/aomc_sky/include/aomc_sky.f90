@@ -27,11 +27,12 @@ module aomc_sky
         character(kind=c_char) :: plan_sha256(65), is_owned, reserve(6)
     end type
 
-    ! After the first three numbers the fields are those of C; their words have the size that C says.
+    ! After these the fields are those of C; their words have the size that C says.
     type, bind(C) :: aomc_sky_source
         integer(c_int64_t) :: n
         real(c_double) :: wavelength_nm, irradiance_W_m2_nm
-        integer(c_int64_t) :: rest(61)
+        type(c_ptr) :: stokes
+        integer(c_int64_t) :: rest(60)
     end type
 
     type, bind(C) :: aomc_sky_photon

@@ -143,6 +143,7 @@ typedef struct aomc_sky_source {
     int64_t n; /* photons */
     double wavelength_nm;
     double irradiance_W_m2_nm; /* of a horizontal plane, all components; NaN where it is relative */
+    const float *stokes;       /* Q/I and U/I of patch p: stokes[2 * p] and the next one; NULL: not polarised */
     /* what follows is ours */
     int32_t precision, is_shuffled, is_short, by_philox, law_of_all, has_wide_ranks, way, is_common;
     int32_t n_slot, n_cell, lobe_ends[2], n_witness, unused;
@@ -163,7 +164,7 @@ typedef struct aomc_sky_source {
     const uint32_t *bins;
     const double *shapes, *envelopes, *paces;
     const uint64_t *witnesses;
-    uint64_t reserve[14]; /* 512 bytes in all, as aomc_sky.f90 says */
+    uint64_t reserve[13]; /* 512 bytes in all, as aomc_sky.f90 says */
 } aomc_sky_source;
 
 /* `patch` is the cell over all components, as in counts.csv. */
@@ -882,7 +883,8 @@ enum {
     AOMC_SKY_FALLS,
     AOMC_SKY_PACES,
     AOMC_SKY_WITNESSES,
-    AOMC_SKY_LAST_KIND = AOMC_SKY_WITNESSES
+    AOMC_SKY_STOKES,
+    AOMC_SKY_LAST_KIND = AOMC_SKY_STOKES
 };
 enum { AOMC_SKY_HEAD_BYTES = 192, AOMC_SKY_RECORD_WORDS = 40, AOMC_SKY_ENTRY_WORDS = 3 };
 
@@ -991,7 +993,7 @@ SKY_HOST int aomc_sky_open_band(
             !aomc_sky_fits(t + AOMC_SKY_PACES, 8, 2 * n_lobe, 0)))
         return AOMC_SKY_DIRECTORY;
     if (!t[AOMC_SKY_WITNESSES].at || t[AOMC_SKY_WITNESSES].width != 8 || t[AOMC_SKY_WITNESSES].count > 12 * 4096 ||
-        t[AOMC_SKY_WITNESSES].count % 12 != 0)
+        t[AOMC_SKY_WITNESSES].count % 12 != 0 || !aomc_sky_fits(t + AOMC_SKY_STOKES, 4, 2 * n_cell, 1))
         return AOMC_SKY_DIRECTORY;
 #define AOMC_SKY_AT(kind, type) (t[kind].at ? (const type *)(const void *)(from + t[kind].offset) : NULL)
     s->cumulative = AOMC_SKY_AT(AOMC_SKY_CUMULATIVE, void);
@@ -1012,6 +1014,7 @@ SKY_HOST int aomc_sky_open_band(
     s->falls = AOMC_SKY_AT(AOMC_SKY_FALLS, uint64_t);
     s->paces = AOMC_SKY_AT(AOMC_SKY_PACES, double);
     s->witnesses = AOMC_SKY_AT(AOMC_SKY_WITNESSES, uint64_t);
+    s->stokes = AOMC_SKY_AT(AOMC_SKY_STOKES, float);
 #undef AOMC_SKY_AT
     s->law_of_all = s->way == AOMC_SKY_IN_MU ? AOMC_SKY_CELL_MU : AOMC_SKY_CELL_MU2;
     s->n_witness = (int32_t)(t[AOMC_SKY_WITNESSES].count / 12);
@@ -1063,6 +1066,8 @@ SKY_HOST int aomc_sky_check_cells(const aomc_sky_source *s, uint64_t n_words) {
             int32_t u = (int32_t)(s->slopes[k] >> 32), v = (int32_t)(s->slopes[k] & SKY_LOW);
             bad += u <= -(1 << 30) || u >= 1 << 30 || v <= -(1 << 30) || v >= 1 << 30;
         }
+        if (s->stokes) bad += !(s->stokes[2 * k] >= -2.0f && s->stokes[2 * k] <= 2.0f);
+        if (s->stokes) bad += !(s->stokes[2 * k + 1] >= -2.0f && s->stokes[2 * k + 1] <= 2.0f);
         if (s->perez_word) {
             double bound = s->perez_bound[k];
             bad += !((bound >= 0.0 && bound <= DBL_MAX) || bound < -DBL_MAX);

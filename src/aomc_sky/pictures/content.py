@@ -46,6 +46,9 @@ class Quantity:
     is_signed: bool = False
     #: Meaning of patches without a colour.
     void: str = "no light"
+    #: Ends of linear colours that are always the same, and their colour map; NaN has no colour.
+    span: tuple[float, float] | None = None
+    cmap: str = ""
 
 
 RADIANCE = Quantity(label="radiance [W m$^{-2}$ sr$^{-1}$ nm$^{-1}$]")
@@ -54,6 +57,12 @@ PHOTONS = Quantity(label="photons per steradian [sr$^{-1}$]", void="no photons")
 PULL = Quantity(
     label="pull: (photons - expected) / standard deviation", is_signed=True, void="too few photons expected to say"
 )
+
+DEGREE = Quantity(label="degree of linear polarisation", span=(0.0, 1.0), cmap="viridis")
+ANGLE = Quantity(
+    label="angle of polarisation [degrees]", span=(-90.0, 90.0), cmap="twilight", void="no light, or not polarised"
+)
+STOKES = {"dop": DEGREE, "aop": ANGLE}
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -84,7 +93,7 @@ class Dome:
 
     def has_colour(self, quantity: Quantity) -> np.ndarray:
         """Which patches have a colour, bool, shape (n_patch,)."""
-        return ~np.isnan(self.values) if quantity.is_signed else self.values > 0
+        return ~np.isnan(self.values) if quantity.is_signed or quantity.span else self.values > 0
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

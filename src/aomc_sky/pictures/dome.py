@@ -18,7 +18,7 @@ from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.content import Dome, Picture, Quantity, Symbol
+from aomc_sky.pictures.content import ANGLE, Dome, Picture, Quantity, Symbol
 
 EXTRA = "plot"
 """The extra that installs matplotlib."""
@@ -83,15 +83,17 @@ def colours_of(picture: Picture, choice: ColourChoice = USUAL_COLOURS) -> Colour
     By default linear colours start at zero. Those of pulls are linear and reach from -4 to 4, at most from -8 to 8.
     """
     values = np.concatenate([dome.values[dome.has_colour(picture.quantity)] for dome in picture.domes])
-    norm = _norm_of(values, choice, is_signed=picture.quantity.is_signed)
-    cmap = _cmap_of(choice.cmap or (_DIVERGING if picture.quantity.is_signed else _SEQUENTIAL))
+    norm = _norm_of(values, choice, picture.quantity)
+    usual = picture.quantity.cmap or (_DIVERGING if picture.quantity.is_signed else _SEQUENTIAL)
+    cmap = _cmap_of(choice.cmap or usual)
     below, above = bool(np.any(values < norm.vmin)), bool(np.any(values > norm.vmax))
     extend = ("both" if above else "min") if below else "max" if above else "neither"
     return Colours(norm=norm, cmap=cmap.with_extremes(bad=VOID_COLOUR), extend=extend)
 
 
-def _norm_of(values: np.ndarray, choice: ColourChoice, *, is_signed: bool) -> Any:
+def _norm_of(values: np.ndarray, choice: ColourChoice, quantity: Quantity) -> Any:
     """The norm that was chosen, with limits."""
+    is_signed = quantity.is_signed or quantity.span is not None
     colors = optional_module("matplotlib.colors", extra=EXTRA)
     if isinstance(choice.norm, colors.Normalize):
         if choice.limits is not None:
@@ -105,6 +107,8 @@ def _norm_of(values: np.ndarray, choice: ColourChoice, *, is_signed: bool) -> An
         raise UsageError(f"norm must be one of {allowed}, or a norm of matplotlib, got {choice.norm!r}")
     if choice.limits is not None:
         low, high = _checked(choice.limits, is_logarithmic=kind == "log")
+    elif quantity.span is not None:
+        low, high = quantity.span
     elif kind == "linear" and not is_signed:
         low, high = 0.0, float(values.max(initial=_LEAST_LIGHT))
     else:
@@ -283,7 +287,7 @@ def draw_dome(axes: Any, dome: Dome, quantity: Quantity, colours: Colours, panel
     axes.set_xlim(-half * panel.width_in, half * panel.width_in)
     axes.set_ylim(-half * panel.height_in, half * panel.height_in)
     mesh = _draw_patches(axes, dome, quantity, colours, panel.view)
-    _draw_rings(axes, panel, "#777777" if quantity.is_signed else "white")
+    _draw_rings(axes, panel, "#777777" if quantity.is_signed or quantity is ANGLE else "white")
     _draw_ruler(axes, panel)
     _draw_directions(axes, panel)
     for mark in dome.marks:

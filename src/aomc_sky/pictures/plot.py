@@ -72,8 +72,9 @@ def plot(
         An array: one value for each patch, shape (n_patch,) zenith-major or (n_zenith, n_azimuth).
     path : str or Path, optional
         Where to write the picture; the suffix is the format. [.png, .svg, .pdf] By default it is not written.
-    show : {"radiance", "counts"}, optional
-        Of a source or a scene: radiance, or photons per steradian. By default counts of a source, radiance of a scene.
+    show : {"radiance", "counts", "dop", "aop"}, optional
+        Of a source or a scene: radiance, photons per steradian, or the degree or the angle of linear polarisation. By
+        default counts of a source, radiance of a scene.
     bands : sequence of int, optional
         Wavebands of a source or a scene; by default all, or 12 spread over them. [0-based]
     wavelength_nm : float

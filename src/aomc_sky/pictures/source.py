@@ -9,9 +9,9 @@ import numpy as np
 
 from aomc_sky.component import Component, Law, beam_direction_deg
 from aomc_sky.emission.radiance import cell_irradiances, folded, patch_radiance, point_cells
-from aomc_sky.errors import require_one_of
+from aomc_sky.errors import UsageError, require_one_of
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, Dome, Mark, Picture, Symbol, spread
+from aomc_sky.pictures.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, STOKES, Dome, Mark, Picture, Symbol, spread
 from aomc_sky.plan.laws import law_of
 from aomc_sky.whole_number import as_index
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from aomc_sky.emission.photon_source import PhotonSource
 
 
-SHOWN = ("radiance", "counts")
+SHOWN = ("radiance", "counts", "dop", "aop")
 """What the colours can show of a source."""
 
 LOBE_BINS = (90, 360)
@@ -37,25 +37,50 @@ def source_picture(
     """Domes of the wavebands of a source, all or 12 spread over them.
 
     Radiance of each patch is its irradiance over its projected solid angle: absolute where the source knows it, else as
-    a share of the irradiance of the surface. Or photons of each patch over its solid angle. The sun is by default that
+    a share of the irradiance of the surface. Or photons of each patch over its solid angle, or degree ("dop") or angle
+    ("aop") of its polarisation. The sun is by default that
     of the beam or of the Perez sky. Lobes are drawn in `LOBE_BINS`.
     """
     require_one_of(SHOWN, show, "show")
-    components = source.components
+    components, of_stokes = source.components, show in STOKES
+    if of_stokes and not source.has_polarisation:
+        raise UsageError(f"the light has no polarisation, so it has no {show}; give a sky polarisation=, or Q and U")
     grids = [c.grid for c in components if c.grid is not None]
     grid = common_grid([*grids, PatchGrid.regular(*LOBE_BINS)] if _has_lobes(components) else grids)
     marks = marks_of(components, grid, sun)
     chosen = spread(range(source.n_bands)) if bands is None else [as_index(band, "band") for band in bands]
     is_absolute = source.irradiance() is not None
     quantity = PHOTONS if show == "counts" else RADIANCE if is_absolute else RELATIVE_RADIANCE
+    quantity = STOKES.get(show, quantity)
     domes = []
     for band in chosen:
         light = _counts(source, band) if show == "counts" else cell_irradiances(source, band)
         values = np.zeros(grid.n_patches)
         for component, part in zip(components, light, strict=True):
-            values += _density(component, part, grid, per_flux=show == "radiance")
+            values += _density(component, part, grid, per_flux=show != "counts")
+        if of_stokes:
+            values = _polarisation(source, band, light, grid, values, show)
         domes.append(Dome(grid=grid, values=values, title=_dome_title(source, band, light, show), marks=marks))
     return Picture(domes=tuple(domes), quantity=quantity, title=title, notes=_notes(components, show))
+
+
+_LEAST_DEGREE = 1e-6  # less is rounding, and has no angle
+
+
+def _polarisation(
+    source: PhotonSource, band: int, light: list[np.ndarray], grid: PatchGrid, total: np.ndarray, show: str
+) -> np.ndarray:
+    """Degree, or angle from the vertical plane [deg], of the light of all components in each patch; NaN without any."""
+    q, u = np.zeros((2, grid.n_patches))
+    for component, part in zip(source.components_of(band), light, strict=True):
+        if component.stokes is not None:
+            of_q, of_u = component.stokes[0].T * part
+            q += _density(component, of_q, grid, per_flux=True)
+            u += _density(component, of_u, grid, per_flux=True)
+    degree = np.divide(np.hypot(q, u), total, out=np.full(total.size, np.nan), where=total > 0)
+    if show == "dop":
+        return degree
+    return np.where(degree > _LEAST_DEGREE, np.rad2deg(np.arctan2(u, q)) / 2.0, np.nan)
 
 
 def _has_lobes(components: Sequence[Component]) -> bool:
@@ -111,6 +136,10 @@ def _notes(components: Sequence[Component], show: str) -> tuple[str, ...]:
         )
     if show == "counts" and grids:
         notes.append("Photons of a patch over its solid angle.")
+    if show == "aop":
+        notes.append("Angle of the electric vector from the vertical plane, anticlockwise as one looks up at it.")
+    if show == "dop":
+        notes.append("Degree of the light of each patch; beams are not in it.")
     discs = {c.law for c in components} & {Law.DISC, Law.DISC_AT_HORIZON}
     if discs:
         notes.append("The disc of the sun is half a degree wide; its mark is not to scale.")

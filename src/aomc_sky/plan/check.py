@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.component import N_CELL_PARAMETERS, Component, Law
+from aomc_sky.component import N_CELL_PARAMETERS, Component, Law, is_polarisation
 from aomc_sky.errors import AomcSkyError, InputFileError
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.plan.band import PlanBand
@@ -64,6 +64,7 @@ OF_COMPONENT = {
     "shared": ("<f8", ("n_shared",)),
     "bounds": ("<f8", ("n_bound", "n_bound_column")),
     "slope": ("<f8", ("n_slope_row", "n_slope", 2)),
+    "stokes": ("<f8", ("n_stokes_row", "n_stokes", 2)),
 }
 """Arrays of component k, whose names end in _k."""
 
@@ -172,9 +173,12 @@ def check_members(members: Mapping[str, Any], options: Any) -> None:
     _require(np.isin(changes, start).all(), "E954", "law", "wanted one law for all cells of a component")
     for k, number in enumerate(law[start[:-1]].tolist()):
         _check_kinds(k, Law(number), {name for name in OF_COMPONENT if f"{name}_{k}" in members})
-        slope = members.get(f"slope_{k}")
-        fits = slope is None or (slope.shape[1] == start[k + 1] - start[k] and len(slope) in (1, len(mass)))
-        _require(fits, "E953", f"slope_{k}", "wanted a row for all masses or one for each, of all cells")
+        for name in (f"slope_{k}", f"stokes_{k}"):
+            rows = members.get(name)
+            fits = rows is None or (rows.shape[1] == start[k + 1] - start[k] and len(rows) in (1, len(mass)))
+            _require(fits, "E953", name, "wanted a row for all masses or one for each, of all cells")
+        fits = f"stokes_{k}" not in members or is_polarisation(members[f"stokes_{k}"])
+        _require(fits, "E954", f"stokes_{k}", "wanted Q/I and U/I of a degree from 0 to 1")
 
 
 def _check_kinds(k: int, law: Law, found: set[str]) -> None:
@@ -182,7 +186,7 @@ def _check_kinds(k: int, law: Law, found: set[str]) -> None:
     rules = law_of(law)
     expected = {"shared", "bounds"} if rules.tables else {"slope"} if rules.has_slopes else set()
     grid = {"zenith_bounds_deg", "azimuth_bounds_deg"}
-    fits = found - grid == expected and found & grid in ((grid,) if rules.needs_patches else (grid, set()))
+    fits = found - grid - {"stokes"} == expected and found & grid in ((grid,) if rules.needs_patches else (grid, set()))
     _require(fits, "E952", f"zenith_bounds_deg_{k}", f"the arrays of component {k} are not those of law {law.name}")
 
 

@@ -35,7 +35,7 @@ def as_members(
         if component.grid is not None:
             members[f"zenith_bounds_deg_{k}"] = component.grid.zenith_bounds_deg
             members[f"azimuth_bounds_deg_{k}"] = component.grid.azimuth_bounds_deg
-        for name in ("shared", "bounds", "slope"):
+        for name in ("shared", "bounds", "slope", "stokes"):
             if (array := getattr(component, name)) is not None:
                 members[f"{name}_{k}"] = array
     if bands[0].irradiance_W_m2_nm is not None:
@@ -80,6 +80,7 @@ def _component(members: Mapping[str, np.ndarray], options: Mapping[str, Any], k:
             shared=members.get(f"shared_{k}"),
             bounds=members.get(f"bounds_{k}"),
             slope=members.get(f"slope_{k}"),
+            stokes=members.get(f"stokes_{k}"),
         )
     except ValueError as error:  # types, lengths and masses were checked before: a slope is too steep
         raise refused("E954", f"slope_{k}", str(error)) from None

@@ -131,6 +131,13 @@ class Plan:
         parts = [component.mass[self.bands[band].row] for component in self.components]
         return parts[0] if len(parts) == 1 else np.concatenate(parts)
 
+    def stokes(self, band: int) -> np.ndarray | None:
+        """Q/I and U/I of each cell in a band, float64 (n_cell, 2), 0 for unpolarised ones; None where all are."""
+        if all(component.stokes is None for component in self.components):
+            return None
+        rows = [component.of_row(self.bands[band].row) for component in self.components]
+        return np.concatenate([np.zeros((row.n_cells, 2)) if row.stokes is None else row.stokes[0] for row in rows])
+
     def members(self) -> dict[str, np.ndarray]:
         """The arrays of plan.npz by their names there."""
         return as_members(self.bands, self.components, self.cumulative, self.options)

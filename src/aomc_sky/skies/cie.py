@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import InitVar, dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +15,9 @@ from aomc_sky.directions import in_both_units, settle_angles
 from aomc_sky.errors import SceneError
 from aomc_sky.skies.model import Share, check_share
 from aomc_sky.skies.perez.sky import PerezSky
+
+if TYPE_CHECKING:
+    from aomc_sky.skies.polarisation import RayleighPattern
 
 TYPES = (
     (4.0, -0.70, 0.0, -1.0, 0.00),  # 1 overcast, steep gradation, the same all around
@@ -55,6 +59,8 @@ class CIESky(Share):
         Zenith angle of the sun. [0 to below 90 degrees]
     sun_azimuth_deg, or sun_azimuth_rad : float
         Azimuth of the sun from +x (east) towards +y (north); 0 by default. [any turn]
+    polarisation : RayleighPattern, optional
+        Linear polarisation of the light; without it photons carry none.
     strength, irradiance_W_m2_nm : array_like, optional
         As for `UniformSky`. [>= 0]
 
@@ -69,6 +75,7 @@ class CIESky(Share):
     type: int
     sun_zenith_rad: float = None  # type: ignore[assignment]
     sun_azimuth_rad: float = None  # type: ignore[assignment]
+    polarisation: RayleighPattern | None = None
     sun_zenith_deg: InitVar[float | None] = None
     sun_azimuth_deg: InitVar[float | None] = None
 
@@ -90,6 +97,7 @@ class CIESky(Share):
             coefficients=(a, b, c / k, d, e / k),
             strength=self.strength,
             irradiance_W_m2_nm=self.irradiance_W_m2_nm,
+            polarisation=self.polarisation,
         )
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from dataclasses import InitVar, dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,8 +14,11 @@ from aomc_sky.component import Component
 from aomc_sky.directions import in_both_units, settle_angles
 from aomc_sky.errors import SceneError
 from aomc_sky.skies.function_sky import FunctionSky
-from aomc_sky.skies.model import Share, check_share, with_share
+from aomc_sky.skies.model import Share, check_share, polarised, with_share
 from aomc_sky.skies.perez.sky import PerezSky
+
+if TYPE_CHECKING:
+    from aomc_sky.skies.polarisation import RayleighPattern
 
 
 @in_both_units
@@ -36,6 +40,8 @@ class HarrisonCoombesSky(Share):
         Azimuth of the sun from +x (east) towards +y (north); 0 by default. [any turn]
     cloud_cover : float
         Cover C of opaque clouds. [0, the default, to 1]
+    polarisation : RayleighPattern, optional
+        Linear polarisation of the light; without it photons carry none.
     strength, irradiance_W_m2_nm : array_like, optional
         As for `UniformSky`. [>= 0]
 
@@ -54,6 +60,7 @@ class HarrisonCoombesSky(Share):
     sun_zenith_rad: float = None  # type: ignore[assignment]
     sun_azimuth_rad: float = None  # type: ignore[assignment]
     cloud_cover: float = 0.0
+    polarisation: RayleighPattern | None = None
     sun_zenith_deg: InitVar[float | None] = None
     sun_azimuth_deg: InitVar[float | None] = None
 
@@ -73,6 +80,7 @@ class HarrisonCoombesSky(Share):
             coefficients=(-1.0, -0.19, 53.7 / 1.63, -5.49, e),
             strength=self.strength,
             irradiance_W_m2_nm=self.irradiance_W_m2_nm,
+            polarisation=self.polarisation,
         )
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
@@ -92,4 +100,5 @@ class HarrisonCoombesSky(Share):
             return tuple(dataclasses.replace(one, name="harrison-coombes") for one in self._law().lower(wavelength_nm))
         (one,) = FunctionSky(self.radiance, name="harrison-coombes").lower(550.0)  # for all wavelengths
         strength = np.full(np.size(wavelength_nm), one.strength[0])
-        return with_share(self, (dataclasses.replace(one, strength=strength),))
+        parts = polarised(self, (dataclasses.replace(one, strength=strength),), 550.0)
+        return with_share(self, parts)

@@ -6,6 +6,7 @@ import dataclasses
 import math
 import warnings
 from dataclasses import KW_ONLY, dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,8 +17,11 @@ from aomc_sky.directions import given_angle, sky_from_travel, travel_from_sky, w
 from aomc_sky.errors import InputWarning, SceneError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.function_sky import FunctionSky
-from aomc_sky.skies.model import Share, check_share, with_share
+from aomc_sky.skies.model import Share, check_share, polarised, with_share
 from aomc_sky.skies.on_sphere import Interpolant, interpolate, notes_of, warn_of_extrapolation
+
+if TYPE_CHECKING:
+    from aomc_sky.skies.polarisation import RayleighPattern
 
 
 @dataclass(eq=False, frozen=True, slots=True)
@@ -51,6 +55,8 @@ class RadianceField(Share):
         Further notes of a scene.
     has_wavelength : bool
         False: the radiances serve all wavelengths, without a warning.
+    polarisation : RayleighPattern, optional
+        Linear polarisation of the light, which wants `sun`; without it photons carry none.
     strength, irradiance_W_m2_nm : array_like, optional
         Share of the light in a scene of several models, as for `UniformSky`. [>= 0]
 
@@ -86,6 +92,7 @@ class RadianceField(Share):
     name: str = "measured"
     remarks: tuple[str, ...] = ()
     has_wavelength: bool = True
+    polarisation: RayleighPattern | None = None
     _made: dict[int, Interpolant] = field(init=False, repr=False, compare=False, default_factory=dict)
     _sky: FunctionSky = field(init=False, repr=False, compare=False)
 
@@ -101,6 +108,8 @@ class RadianceField(Share):
                 )
             if not np.all(np.isfinite(values) & (values >= 0)) or direction.shape != (len(values), 3):
                 raise SceneError(f"radiances at {nm:g} nm must be finite and not negative, one for each direction")
+        if self.polarisation is not None and self.sun is None:
+            raise SceneError("polarisation wants to know where the sun is: give sun_zenith_deg= and sun_azimuth_deg=")
         grid = PatchGrid.regular(45, 180) if self.grid is None else self.grid
         object.__setattr__(self, "_sky", FunctionSky(self._values, grid=grid, name=self.name))
 
@@ -121,6 +130,7 @@ class RadianceField(Share):
         is_absolute: bool = False,
         grid: PatchGrid | None = None,
         remarks: tuple[str, ...] = (),
+        polarisation: RayleighPattern | None = None,
         strength: ArrayLike | None = None,
         irradiance_W_m2_nm: ArrayLike | None = None,
     ) -> RadianceField:
@@ -138,7 +148,7 @@ class RadianceField(Share):
             Wavelength of each point, or of each row of radiances; without it, the sky of all wavelengths. [nm]
         sun_zenith_deg, sun_azimuth_deg, or sun_zenith_rad, sun_azimuth_rad : float, optional
             Where the sun is. [deg]
-        is_absolute, grid, remarks, strength, irradiance_W_m2_nm : optional
+        is_absolute, grid, remarks, polarisation, strength, irradiance_W_m2_nm : optional
             As for the class.
         """
         zenith, azimuth = (
@@ -179,6 +189,7 @@ class RadianceField(Share):
             grid=grid,
             remarks=remarks,
             has_wavelength=wavelength_nm is not None,
+            polarisation=polarisation,
             strength=strength,
             irradiance_W_m2_nm=irradiance_W_m2_nm,
         )
@@ -233,7 +244,8 @@ class RadianceField(Share):
         """One component of patches; its strength is the irradiance, in W m-2 nm-1 where the radiances are absolute."""
         nm = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)).ravel()
         self._warn(nm)
-        components = self._sky.lower(nm)
+        sun = None if self.sun is None else sky_from_travel(-self.sun)
+        components = polarised(self, self._sky.lower(nm), nm, sun)
         if self.is_absolute and self.strength is None and self.irradiance_W_m2_nm is None:
             return tuple(dataclasses.replace(one, irradiance_W_m2_nm=one.strength) for one in components)
         return with_share(self, components)

@@ -103,6 +103,19 @@ def with_share(model: Share, components: tuple[Component, ...]) -> tuple[Compone
     )
 
 
+def polarised(
+    model: Any, components: tuple[Component, ...], wavelength_nm: ArrayLike, sun_rad: Any = None
+) -> tuple[Component, ...]:
+    """The components of a model with a sun, with the Stokes vectors of its `polarisation` if it has any."""
+    if model.polarisation is None:
+        return components
+    if not hasattr(model.polarisation, "polarised"):
+        raise UsageError(f"polarisation must be a RayleighPattern or None, got {model.polarisation!r}")
+    sun_rad = (model.sun_zenith_rad, model.sun_azimuth_rad) if sun_rad is None else sun_rad
+    found: tuple[Component, ...] = model.polarisation.polarised(components, model.radiance, wavelength_nm, sun_rad)
+    return found
+
+
 def has_share(model: object) -> bool:
     """Whether a model was given its share; True for models of others, whose components say it."""
     return not isinstance(model, Share) or model.strength is not None or model.irradiance_W_m2_nm is not None

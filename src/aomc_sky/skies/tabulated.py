@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import MAX_SLOPE, Component, Law, cells_of_grid, slope_factor
 from aomc_sky.content import same_content, short_repr
 from aomc_sky.directions import AzimuthConvention, given_angle
-from aomc_sky.errors import InputWarning, SceneError
+from aomc_sky.errors import InputWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.model import Share, check_share, has_share, with_share
 from aomc_sky.wavebands import midpoint_wavelength_index, nearest_wavelength_index
@@ -24,6 +24,7 @@ _PI = np.float32(3.14159265)
 _RING = np.float32(0.01745329)
 _FIRST_AND_LAST_RING = np.float32(0.0261799)
 _HORIZON = 90
+_ROUNDED = 1e-6  # a degree of polarisation in float32 may be so much above 1
 _LEAST_NM = 20.0  # smaller wavelengths are those of light in micrometres
 
 # The program takes sine and cosine from its Fortran library, which is within 0.51 ulp but not correctly
@@ -77,6 +78,11 @@ class TabulatedSky(Share):
     slope : ndarray, float64, shape (n_table, n_patch, 2), optional
         How the radiance changes inside each patch, as in `Component`; without it the radiance there is constant. Only
         for `Weighting.PROJECTED`.
+    values_q, values_u : ndarray, float64, shape of values, optional
+        Stokes parameters Q and U of each patch in the unit of the values, its means in the meridian plane of the light:
+        Q > 0 for an electric vector in this plane, U > 0 for one that is turned from it by 45 degrees,
+        counter-clockwise as one looks up at it. Both or none; docs/conventions.md has the picture. [sqrt(Q^2 + U^2) at
+        most the value]
     remarks : tuple of str
         Notes of a scene of this table.
     radiance_unit : float
@@ -106,6 +112,8 @@ class TabulatedSky(Share):
     weighting: Weighting = Weighting.LISTED
     midpoint_rule: bool = False
     slope: np.ndarray | None = None
+    values_q: np.ndarray | None = None
+    values_u: np.ndarray | None = None
     remarks: tuple[str, ...] = ()
     radiance_unit: float = 0.0
 
@@ -152,12 +160,28 @@ class TabulatedSky(Share):
             )
         if slope is not None and not np.all(self.grid.solid_angle_sr > 0):
             raise ValueError("slope wants patches with an extent; this grid has points")
-        for name, array in (("wavelength_nm", wavelength), ("values", values), ("slope", slope)):
+        arrays = {"wavelength_nm": wavelength, "values": values, "slope": slope, **self._checked_stokes(values)}
+        for name, array in arrays.items():
             if array is None:
                 continue
             frozen = np.ascontiguousarray(array)
             frozen.flags.writeable = False
             object.__setattr__(self, name, frozen)
+
+    def _checked_stokes(self, values: np.ndarray) -> dict[str, np.ndarray]:
+        """Q and U in the shape of the values, if they are given; no degree is above 1."""
+        if (self.values_q is None) != (self.values_u is None):
+            raise UsageError("values_q and values_u belong together: give both, or none")
+        if self.values_q is None:
+            return {}
+        given = {name: np.asarray(getattr(self, name), dtype=np.float64) for name in ("values_q", "values_u")}
+        for name, array in given.items():
+            if array.size != values.size or len(array) != len(values):
+                raise ValueError(f"{name} wants the shape of values, {np.shape(self.values)}, got {array.shape}")
+            given[name] = array.reshape(values.shape)
+        if not np.all(np.hypot(*given.values()) <= values * (1.0 + _ROUNDED)):
+            raise SceneError("a patch has more polarised light, sqrt(Q^2 + U^2), than light; Q and U have its unit")
+        return given
 
     @classmethod
     def from_xarray(
@@ -165,6 +189,9 @@ class TabulatedSky(Share):
         field: Any,
         *,
         variable: str | None = None,
+        variable_q: str | None = None,
+        variable_u: str | None = None,
+        stokes_signs: tuple[float, float] = (1, 1),
         zenith: str | None = None,
         azimuth: str | None = None,
         wavelength: str | None = None,
@@ -186,6 +213,13 @@ class TabulatedSky(Share):
             values, values outside ``valid_range`` and above 1e30. Only a Dataset has the bounds of its patches.
         variable : str, optional
             The radiance of a Dataset, by default its only variable, or the only one that is called a radiance.
+        variable_q, variable_u : str, optional
+            Stokes parameters Q and U of a Dataset beside the radiance I, where their names do not say it: I, Q, U or
+            stokes_q, radiance_q and the like, or a dimension ``stokes`` with these three, as sasktran2 has it. Photons
+            then carry q and u. With `variable` alone a field is not polarised.
+        stokes_signs : tuple of two numbers
+            Factors of Q and U that bring them to the signs of docs/conventions.md, where those of other codes are
+            listed. [1 or -1]
         zenith, azimuth, wavelength : str, optional
             Names of the coordinates, where name and ``standard_name`` do not say which is which. Both angles along the
             same dimensions are scattered directions, with wavelengths along a dimension of their own, or one for each
@@ -215,8 +249,8 @@ class TabulatedSky(Share):
             (PCHIP) joins them, in azimuth around the turn and in zenith angle across the zenith; beyond the last zenith
             angle it goes on linearly, not below 0. Patches hold its means and slopes. Angles within 0.003 degrees of a
             multiple of 90 degrees are there. Scattered directions and gaps are interpolated as those of a
-            `RadianceField`, with a warning above 5 % of light from beyond them. `remarks` name gaps, errors and what
-            was taken for granted.
+            `RadianceField`, with a warning above 5 % of light from beyond them; Q and U want a grid without gaps.
+            `remarks` name gaps, errors and what was taken for granted.
 
         Raises
         ------
@@ -228,22 +262,29 @@ class TabulatedSky(Share):
         from aomc_sky.skies.radiance_field import read_radiance_field
 
         sun_azimuth = given_angle("sun_azimuth_deg", sun_azimuth_deg, sun_azimuth_rad, math.nan)
-        read = read_radiance_field(
-            field,
-            variable=variable,
-            names={"zenith": zenith, "azimuth": azimuth, "wavelength": wavelength},
-            angle_unit=angle_unit,
-            azimuth_convention=azimuth_convention,
-            radiance_unit=radiance_unit,
-            grid=grid,
-            sun_azimuth_deg=None if math.isnan(sun_azimuth) else float(sun_azimuth),
-            sun={
+        how: dict[str, Any] = {
+            "names": {"zenith": zenith, "azimuth": azimuth, "wavelength": wavelength},
+            "angle_unit": angle_unit,
+            "azimuth_convention": azimuth_convention,
+            "radiance_unit": radiance_unit,
+            "grid": grid,
+            "sun_azimuth_deg": None if math.isnan(sun_azimuth) else float(sun_azimuth),
+            "sun": {
                 "sun_zenith_deg": sun_zenith_deg,
                 "sun_azimuth_deg": sun_azimuth_deg,
                 "sun_zenith_rad": sun_zenith_rad,
                 "sun_azimuth_rad": sun_azimuth_rad,
             },
-        )
+        }
+        fields = None
+        if variable_q or len(getattr(field, "data_vars", ())) > 2 or "stokes" in getattr(field, "dims", ()):
+            from aomc_sky.skies.polarised_field import read_polarised_field, stokes_fields
+
+            fields = stokes_fields(field, variable, variable_q, variable_u)
+        if fields is None:
+            read = read_radiance_field(field, variable=variable, **how)
+        else:
+            read = read_polarised_field(fields, stokes_signs, **how)
         return cls(weighting=Weighting.PROJECTED, **read)
 
     def table_index(self, wavelength_nm: ArrayLike) -> np.ndarray:
@@ -341,8 +382,17 @@ class TabulatedSky(Share):
             grid=self.grid,
             weight=self._weights(mass),
             slope=None if self.slope is None else self.slope[rows],
+            stokes=self._stokes(rows),
         )
         return with_share(self, (component,))
+
+    def _stokes(self, rows: np.ndarray) -> np.ndarray | None:
+        """Q/I and U/I of these sets of the table, (n_row, n_patch, 2); 0 where a patch is dark."""
+        if self.values_q is None or self.values_u is None:
+            return None
+        both, values = np.stack([self.values_q[rows], self.values_u[rows]], axis=-1), self.values[rows][..., None]
+        stokes = np.divide(both, values, out=np.zeros_like(both), where=values > 0)
+        return np.asarray(stokes / np.maximum(np.hypot(stokes[..., :1], stokes[..., 1:]), 1.0))
 
     def _weights(self, mass: np.ndarray) -> np.ndarray | None:
         if self.weighting is Weighting.LISTED:

@@ -436,12 +436,18 @@ def _plan_components(scene: Scene, rows: np.ndarray, with_weights: bool) -> tupl
             strength=part.sum(axis=1),
             mass=part,
             weight=None if is_plain else _weight_rows(component, rows),
-            slope=component.slope if component.slope is None or len(component.slope) == 1 else component.slope[rows],
+            slope=_rows_of(component.slope, rows),
+            stokes=_rows_of(component.stokes, rows),
             irradiance_W_m2_nm=None,
             below_horizon=0.0,
         )
         for component, part in zip(components, np.split(mass, ends[:-1], axis=1), strict=True)
     )
+
+
+def _rows_of(array: np.ndarray | None, rows: np.ndarray) -> np.ndarray | None:
+    """The rows of these wavelengths; one row serves all, and None is none."""
+    return array if array is None or len(array) == 1 else array[rows]
 
 
 def _weight_rows(component: Component, rows: np.ndarray) -> np.ndarray:
@@ -452,7 +458,8 @@ def _weight_rows(component: Component, rows: np.ndarray) -> np.ndarray:
 
 def _refuse_large_plan(scene: Scene, n_cells: int, n_rows: int, replicates: int, limit: int | None) -> None:
     n_bands = scene.wavebands.n_bands
-    of_cells = sum(c.cell.nbytes + (0 if c.slope is None else c.slope.nbytes) for c in scene.components)
+    held = [array for c in scene.components for array in (c.cell, c.slope, c.stokes) if array is not None]
+    of_cells = sum(array.nbytes for array in held)
     arrays = 8 * replicates * n_bands * (n_cells + 1) + 8 * n_rows * n_cells + of_cells
     too_large, advice = beyond_memory(ARRAYS_HELD * arrays, limit)
     if too_large:

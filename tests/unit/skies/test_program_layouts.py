@@ -162,8 +162,11 @@ def test_sasktran2(tmp_path):
     )
     check(sky.TabulatedSky.from_xarray(made.isel(stokes=0)), 0.02)
     check(sky.TabulatedSky.from_xarray(through_a_file(made, tmp_path / "sk.nc", isel={"stokes": 0})), 0.02)
-    with pytest.raises(sky.SceneError, match=r"dimension 'stokes' of 3 .* field.isel\(stokes=0\)"):
-        sky.TabulatedSky.from_xarray(made)
+    table = sky.TabulatedSky.from_xarray(made)  # all pairs of zenith angles and azimuths
+    check(table, 0.02)
+    np.testing.assert_allclose(table.values_q, -1e-3, rtol=0.03)
+    with pytest.raises(sky.SceneError, match=r"without gaps; .* field.isel\(stokes=0\)"):
+        sky.TabulatedSky.from_xarray(made.isel(los=slice(0, -1)))
 
 
 def test_directions_below_the_horizon_are_left_out():

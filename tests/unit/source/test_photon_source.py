@@ -13,7 +13,7 @@ import aomc_sky as sky
 from aomc_sky.plan.file import npz_bytes
 
 BANDS = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
-FIELDS = ("ux", "uy", "uz", "patch", "x", "y", "weight", "numbers")
+FIELDS = ("ux", "uy", "uz", "patch", "x", "y", "weight", "q", "u", "numbers")
 
 
 def scene(n=30_011, components=None, **more):

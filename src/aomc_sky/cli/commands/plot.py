@@ -54,6 +54,7 @@ _CONTENT = """\
 what is drawn:
 --show radiance|counts        of a scene or a run: radiance, or photons per steradian (default: radiance of a scene,
                               counts of a run)
+--quantity dop|aop            of a run whose light is polarised: its degree or angle of linear polarisation
 --pull                        of a run: photons less what is expected, over the standard deviation of independent
                               photons
 --waveband I                  only this band, or this table of a file, from 1; repeatable (default: all, 12 spread over
@@ -172,6 +173,7 @@ _USUAL_NM = 550.0
 
 _BELONGS: dict[str, tuple[Kind, ...]] = {
     "--show": (Kind.SCENE, Kind.RUN, Kind.MEASURED),
+    "--quantity": (Kind.RUN,),
     "--pull": (Kind.RUN,),
     "--waveband": (Kind.SCENE, Kind.RUN, Kind.TABLE, Kind.NETCDF, Kind.MEASURED),
     **dict.fromkeys(
@@ -195,8 +197,9 @@ def _refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
         if kind not in kinds:
             named = " or ".join(k.value for k in kinds)
             raise UsageError(f"{option} is for {named}; {arguments.path} is {kind.value}")
-    if arguments.pull and arguments.show:
-        raise UsageError("--pull and --show are two pictures; make them with two commands")
+    chosen = [f"--{name}" for name in ("pull", "show", "quantity") if getattr(arguments, name)]
+    if len(chosen) > 1:
+        raise UsageError(f"{' and '.join(chosen)} are {len(chosen)} pictures; make each with a command of its own")
 
 
 def _target(arguments: argparse.Namespace) -> Path:
@@ -261,7 +264,7 @@ def _run(arguments: argparse.Namespace) -> tuple[Picture, int]:
     sun = sun_of_options(run.manifest["options"].get("scene", {})) if run.manifest is not None else None
     title = _title(arguments, f"{_name(arguments)}: {spaced(run.source.total)} photons, seed {run.source.plan.seed}")
     drawn = bands if arguments.waveband else spread(bands)
-    show = arguments.show or "counts"
+    show = arguments.quantity or arguments.show or "counts"
     return source_picture(run.source, show=show, bands=drawn, sun=sun, title=title), len(bands)
 
 

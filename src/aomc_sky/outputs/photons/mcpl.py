@@ -16,6 +16,7 @@ from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.errors import SceneError, UsageError, require_kind
 from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, encode_header, plan_begin
+from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.photons.files import (
@@ -29,7 +30,7 @@ from aomc_sky.outputs.photons.files import (
 )
 from aomc_sky.outputs.statistics import batch_functions
 from aomc_sky.plan.sampling.allocation import AllocationMethod
-from aomc_sky.plan.sampling.streams import STREAM_VERSION
+from aomc_sky.plan.sampling.streams import POSITION, STREAM_VERSION, stream_key
 from aomc_sky.whole_number import as_number_of
 
 if TYPE_CHECKING:
@@ -53,8 +54,15 @@ MAX_WAVEBANDS = 2**12
 ENERGY_TOLERANCE = 1e-4
 """Largest relative difference between the energy of a photon and that of its waveband."""
 
+AXIS_DRAW = 3
+"""Draw of the words that choose the axes, after those of positions (0) and numbers (1, 2) under the same key."""
+
 _CM_PER_M = 100.0
 _WAVELENGTHS_PER_COMMENT = 100
+_AXES = (
+    "polarisation: one axis of the electric vector a photon, along its direction of polarisation with the probability "
+    "(1 + degree)/2, else across it; the mean over photons is the Stokes vector of the light"
+)
 
 
 _OTHERS = ("energy", "position", "time", "user_flags", "polarisation")
@@ -96,6 +104,7 @@ class McplWriter(PhotonWriter):
         self._name, self._pdg_code = name, pdg_code
         self._record = self._header(0, ()).record
         self._energy = _energies(source)
+        self._axis_key = stream_key(source.plan.seed, POSITION, source.plan.options["method"])
 
     def parts(self, bands: Sequence[int]) -> list[tuple[int, ...]]:
         """Wavebands that share a file: all."""
@@ -117,6 +126,8 @@ class McplWriter(PhotonWriter):
             records["position"] = self.others(batch)["position"]
         if batch.weight is not None:
             records["weight"] = batch.weight
+        if batch.q is not None:
+            records["polarisation"] = self._axes(batch)
         return (records.view(np.uint8).data,)
 
     def others(self, batch: PhotonBatch) -> dict[str, np.ndarray]:
@@ -132,8 +143,38 @@ class McplWriter(PhotonWriter):
             "position": position,
             "time": np.zeros(n),
             "user_flags": np.where(batch.patch < MAX_CELLS, flags, 0),
-            "polarisation": np.zeros((n, 3)),
+            "polarisation": self._axes(batch),
         }
+
+    def _axes(self, batch: PhotonBatch) -> np.ndarray:
+        """The electric vector of each photon, unit vectors (n, 3) in the precision of the file; 0 without any.
+
+        It lies along the direction of polarisation with the probability (1 + degree) / 2, else across it, so that its
+        mean over photons has their Stokes vector. An independent word of Philox decides: key of the positions, counter
+        (photon, waveband, `AXIS_DRAW`). Square roots and divisions are rounded alike everywhere, sines are not.
+        """
+        if batch.q is None or batch.u is None:
+            return np.zeros((len(batch), 3))
+        q, u, ux, uy, uz = (np.asarray(a, np.float64) for a in (batch.q, batch.u, batch.ux, batch.uy, batch.uz))
+        degree = np.sqrt(q * q + u * u)
+        # cosine and sine of the angle from the meridian plane, half that of (q, u): the larger one first
+        larger = np.sqrt(np.where(degree > 0, (degree + np.abs(q)) / 2.0, 1.0))
+        smaller = u / (2.0 * larger)
+        scale = np.sqrt(larger * larger + smaller * smaller)
+        along = np.where(q < 0, smaller, larger) / scale
+        across = np.where(q < 0, larger, smaller) / scale
+        photon = np.arange(batch.start, batch.start + len(batch), dtype=np.uint64)
+        word, _ = philox_pair(np.uint64(self._axis_key), photon, np.uint64(batch.band), np.uint64(AXIS_DRAW))
+        is_along = (word >> np.uint64(11)) * 2.0**-53 < (1.0 + degree) / 2.0
+        along, across = np.where(is_along, along, -across), np.where(is_along, across, along)
+        sine2 = ux * ux + uy * uy
+        sine, length = np.sqrt(sine2), np.sqrt(sine2 + uz * uz)
+        is_slanted = sine > 0  # straight down the azimuth is 0
+        cos_azimuth = np.where(is_slanted, -ux / np.where(is_slanted, sine, 1.0), 1.0)
+        sin_azimuth = np.where(is_slanted, -uy / np.where(is_slanted, sine, 1.0), 0.0)
+        inwards = along * -uz / length
+        x, y = inwards * cos_azimuth + across * sin_azimuth, inwards * sin_azimuth - across * cos_azimuth
+        return np.stack([x, y, -along * sine / length], axis=1).astype(self.source.dtype)
 
     @staticmethod
     def read(path: Path, wavelength_nm: np.ndarray, bands: tuple[int, ...], weights: str | Path | None) -> PhotonFile:
@@ -178,6 +219,7 @@ class McplWriter(PhotonWriter):
             source=f"aomc-sky {aomc_sky.__version__}",
             comments=comments,
             has_user_flags=True,
+            has_polarisation=self.source.has_polarisation,
             is_double=self.source.dtype == np.float64,
             pdg_code=self._pdg_code,
             weight=0.0 if self.source.has_weights else 1.0,
@@ -225,6 +267,7 @@ def _comments(source: PhotonSource, bands: Sequence[int]) -> tuple[str, ...]:
         "positions: cm, where the photon enters the surface; origin at the centre of the footprint, z = 0",
         "energy: h c / wavelength of the waveband; time 0; " + weight,
         flags,
+        *([_AXES] if source.has_polarisation else []),
         *_wavelengths(source, bands),
         *_runs(source, bands).comments(),
     )

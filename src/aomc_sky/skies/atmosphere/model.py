@@ -6,7 +6,7 @@ import math
 import os
 from collections.abc import Sequence
 from dataclasses import InitVar, dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,8 +24,11 @@ from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.sky.solve import relative_errors, solve_sky
 from aomc_sky.skies.atmosphere.sky.solved import SolvedSky, glow_means, patch_means
 from aomc_sky.skies.direct_beam import DirectBeam
-from aomc_sky.skies.model import Share, check_share, with_share
+from aomc_sky.skies.model import Share, check_share, polarised, with_share
 from aomc_sky.wavebands import nearest_wavelength_index
+
+if TYPE_CHECKING:
+    from aomc_sky.skies.polarisation import RayleighPattern
 
 DEFAULT_BINS = (45, 180)  #: Equal bins of zenith and azimuth, by default.
 
@@ -64,6 +67,9 @@ class AtmosphereSky(Share):
     n_paths : int, optional
         Backward paths of each direction and wavelength where the solution has some; by default as many as
         `aomc_sky.skies.atmosphere.sky.solve.solve_sky` says. [8 to 2^32 - 1]
+    polarisation : RayleighPattern, optional
+        Linear polarisation of the light, which the scalar solver does not have; without it photons carry
+        none.
     strength, irradiance_W_m2_nm : array_like, optional
         Instead of its own irradiance, as for `UniformSky`. [>= 0]
 
@@ -92,6 +98,7 @@ class AtmosphereSky(Share):
     moon: Moon | None = None
     ground_radiance: np.ndarray | None = None
     n_paths: int | None = None
+    polarisation: RayleighPattern | None = None
     solved: SolvedSky = field(init=False, repr=False, compare=False)
     patch_mean: np.ndarray = field(init=False, repr=False, compare=False)
     patch_change: float = field(init=False, repr=False, compare=False)
@@ -218,7 +225,7 @@ class AtmosphereSky(Share):
             grid=self.grid,
             irradiance_W_m2_nm=mass.sum(axis=1),
         )
-        return with_share(self, (component,))
+        return with_share(self, polarised(self, (component,), wavelength_nm))
 
     def beam(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """The direct beam in W m-2 nm-1 at the nearest wavelengths that are solved; nothing where the sun is down.

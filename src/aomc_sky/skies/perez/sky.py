@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import InitVar, dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,7 +15,7 @@ from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError, require_one_of
 from aomc_sky.grid import PatchGrid
 from aomc_sky.inputs import MODEL
-from aomc_sky.skies.model import Share, check_share, with_share
+from aomc_sky.skies.model import Share, check_share, polarised, with_share
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.bounds import patch_bounds
 from aomc_sky.skies.perez.coefficients import beam_ratio
@@ -26,6 +27,9 @@ from aomc_sky.skies.perez.irradiances import (
     kilowatts,
 )
 from aomc_sky.skies.perez.patches import patch_integrals
+
+if TYPE_CHECKING:
+    from aomc_sky.skies.polarisation import RayleighPattern
 
 _N_MU, _N_AZIMUTH, _N_GAMMA = 200, 181, 2001
 _LARGEST = 1e200
@@ -68,6 +72,8 @@ class PerezSky(Share):
         Patches for sampling; 45 x 180 by default.
     within : {"exact", "uniform"}
         Whether photons follow f inside a patch, or lie uniformly in mu^2 and azimuth.
+    polarisation : RayleighPattern, optional
+        Linear polarisation of the light; without it photons carry none.
     strength, irradiance_W_m2_nm : array_like, optional
         Share of the light in a scene of several models, as for `UniformSky`. [>= 0]
 
@@ -105,6 +111,7 @@ class PerezSky(Share):
     air_mass: str = "kasten-young-1989"
     grid: PatchGrid | None = None
     within: str = "exact"
+    polarisation: RayleighPattern | None = None
     sun_zenith_deg: InitVar[float | None] = None
     sun_azimuth_deg: InitVar[float | None] = None
     _input: tuple[float, float] | None = field(init=False, repr=False, compare=False, default=None)
@@ -326,7 +333,7 @@ class PerezSky(Share):
             shared=self._numbers() if is_exact else None,
             bounds=self._bounds(grid) if is_exact else None,
         )
-        return with_share(self, (component,))
+        return with_share(self, polarised(self, (component,), wavelength_nm))
 
     def _bounds(self, grid: PatchGrid) -> np.ndarray:
         """Bounds of max(f, 0) over each patch and its tilts, shape (n_patch, 4)."""

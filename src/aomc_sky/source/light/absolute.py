@@ -95,7 +95,7 @@ def _joined(light: Light, base: np.ndarray, skies: Sequence[LobeSky], bands: Wav
         dataclasses.replace(
             component,
             strength=base[first, k],
-            **{name: _rows_of(getattr(component, name), old_rows) for name in ("mass", "weight", "slope")},
+            **{name: _rows_of(getattr(component, name), old_rows) for name in ("mass", "weight", "slope", "stokes")},
         )
         for k, component in enumerate(components)
     ]

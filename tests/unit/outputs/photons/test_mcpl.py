@@ -16,6 +16,7 @@ from aomc_sky.outputs.photons.mcpl import McplWriter, write_mcpl
 from tests.support.backend import photons_by
 from tests.support.mcpl import PARTICLE, oracle, parsed, written_by_libmcpl
 from tests.support.shared import INPUTS
+from tests.support.stokes import DEFECTS, frame_of
 
 N = 1500
 PLACES = {
@@ -226,3 +227,86 @@ assert "numba" not in sys.modules
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True)
     assert (tmp_path / "x.mcpl").stat().st_size > 96_000_000
     assert float(done.stdout) < 150  # [MB]; Python and numpy alone are 50, the photons would be 96
+
+
+def polarised(n=100_000, **more) -> sky.Scene:
+    sun = {"sun_zenith_deg": 60.0, "sun_azimuth_deg": 30.0}
+    sphere = sky.PerezSky(epsilon=6.0, delta=0.1, strength=0.8, polarisation=sky.RayleighPattern(), **sun)
+    made = scene(sky.DirectBeam(strength=0.2, **sun), sphere, wavelengths=(450.0, 550.0), **more)
+    return replace(made, n_photons=np.full(2, n))
+
+
+def stokes_of_axes(axes: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """(q, u) of single electric vectors, (2, n)."""
+    l_axis, r_axis = frame_of(direction)
+    along, across = (axes * l_axis).sum(axis=1), (axes * r_axis).sum(axis=1)
+    return np.stack([along**2 - across**2, 2 * along * across])
+
+
+@pytest.mark.parametrize(("precision", "rounding"), [("float32", 4e-7), ("float64", 2e-15)])
+@pytest.mark.parametrize("pdg_code", [22, -22])
+def test_axes_of_polarised_light(precision, rounding, pdg_code, tmp_path):
+    """Unit vectors across the ray, whose mean has the Stokes vector of the light: within 5 standard errors."""
+    source = polarised().source(seed=3, precision=precision)
+    write_mcpl(source, tmp_path / "x.mcpl", pdg_code=pdg_code)
+    particles = oracle().read(tmp_path / "x.mcpl")[100_000:]
+    axes, direction = particles["polarisation"], particles["direction"]
+    assert np.abs((axes**2).sum(axis=1) - 1).max() < rounding
+    assert np.abs((axes * direction).sum(axis=1)).max() < rounding
+    batch = source.photons(1)
+    expected = np.stack([batch.q, batch.u]).astype(float)
+    found = stokes_of_axes(axes, direction)
+    np.testing.assert_allclose(np.hypot(*found), 1.0, atol=1e-6)
+
+    def errors(expected):
+        """Of q and u, and of their products with the light's own, so that signs show: in standard errors."""
+        parts = [(found[k] - expected[k]) * w for k in (0, 1) for w in (1.0, expected[0], expected[1])]
+        return max(abs(part.mean()) / part.std() * np.sqrt(part.size) for part in parts)
+
+    assert errors(expected) < 5
+    for defect in DEFECTS.values():
+        assert errors(np.stack(defect(*expected))) > 30
+    is_beam = batch.patch == 0
+    assert np.abs(found[:, is_beam].mean(axis=1)).max() < 5 / np.sqrt(is_beam.sum())
+
+
+def test_axes_depend_on_the_photon_alone(tmp_path):
+    """Batches and replicates do not matter; seeds and methods do; photons are those of the light without them."""
+    source = polarised(n=3000, footprint=PLACES["circle"]).source(seed=3, replicates=3)
+    writer, batch = McplWriter(source), source.photons(1)
+    whole = writer.others(batch)["polarisation"]
+    np.testing.assert_array_equal(writer.others(batch[1234:2345])["polarisation"], whole[1234:2345])
+    other = [polarised(n=3000).source(**how) for how in ({"seed": 4}, {"seed": 3, "method": "iid"})]
+    for one in other:
+        again = McplWriter(one).others(replace(batch, x=None, y=None))["polarisation"]
+        assert 0.3 < np.mean(again[:, 0] != whole[:, 0]) < 0.7
+    plain = replace(batch, q=None, u=None)
+    with_axes, without = np.frombuffer(writer.chunks(batch)[0], writer._record), writer.others(plain)
+    assert not without["polarisation"].any()
+    assert with_axes["polarisation"].any(axis=1).all()
+
+
+def test_axes_straight_down_and_at_the_horizon():
+    """No direction gives a NaN; a vertical ray has the azimuth 0."""
+    source = polarised(n=10).source()
+    z = np.zeros(4, np.float32)
+    ux, uz = np.array([0.0, -0.0, 1e-45, 1.0], np.float32), np.array([-1.0, -1.0, -1.0, -0.0], np.float32)
+    batch = PhotonBatch(ux=ux, uy=z, uz=uz, patch=z.astype(np.int32), band=0, start=0, wavelength_nm=450.0, q=z, u=z)
+    for q, u in ((0.0, 0.0), (1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (-0.0, -0.0), (1e-38, -1e-38)):
+        light = replace(batch, q=z + np.float32(q), u=z + np.float32(u))
+        axes = McplWriter(source).others(light)["polarisation"]
+        assert np.isfinite(axes).all()
+        np.testing.assert_allclose((axes**2).sum(axis=1), 1.0, rtol=1e-6)
+        if abs(q) == 1:  # along x, or across it, for all rays that go straight down
+            np.testing.assert_allclose(np.abs(axes[:2]), [[q == 1, q == -1, 0]] * 2, atol=1e-7)
+        if abs(u) == 1:  # the l axis of a ray from azimuth 0 is x, the r axis -y
+            np.testing.assert_allclose(axes[0, 0] * axes[0, 1], -u / 2, rtol=1e-6)
+
+
+def test_the_head_speaks_of_axes_where_there_are_any():
+    head = McplWriter(polarised().source()).layouts((0, 1))[0].head
+    assert parsed(head).has_polarisation
+    assert b"one axis of the electric vector" in head
+    plain = McplWriter(scene().source()).layouts((0, 1, 2))[0].head
+    assert not parsed(plain).has_polarisation
+    assert b"polarisation" not in plain

@@ -1,0 +1,110 @@
+"""A field of Stokes parameters with coordinates, as vector codes give it, as values over patches."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from aomc_sky.errors import FieldError, UsageError
+from aomc_sky.skies.field_axes import Axis, axis_of, field_and_bounds, radiances
+from aomc_sky.skies.radiance_field import read_radiance_field
+
+_NAME = re.compile(
+    r"(?:(?:stokes|radiance|sky_radiance)_?)?([iqu])|([iqu])_(?:stokes|radiance)|"
+    r".*\bstokes (?:parameter |component |vector )?([iqu])\b.*|(?:sky_)?radiance"
+)
+"""Names and long names of the three parameters, in small letters; the radiance alone is I."""
+_ROUNDED = 1e-4  # the solvers' own
+_GAPS = ("valid_range", "valid_min", "valid_max", "_FillValue", "missing_value")
+
+
+def stokes_fields(
+    field: Any, variable: str | None, variable_q: str | None, variable_u: str | None
+) -> tuple[Any, list[str]] | None:
+    """A dataset and the names of I, Q and U in it; None for a field of radiances alone.
+
+    They are three variables, or the entries I, Q, U of a dimension ``stokes`` as sasktran2 has it.
+    """
+    if (variable_q is None) != (variable_u is None):
+        raise UsageError("variable_q and variable_u belong together: give both, or none")
+    whole = field if hasattr(field, "data_vars") else field.to_dataset(name=field.name or "radiance")
+    if "stokes" in whole.dims and variable_q is None:
+        found = {str(name): k for k, name in enumerate(np.atleast_1d(whole.coords.get("stokes", [])).tolist())}
+        if not {"I", "Q", "U"} <= set(found):
+            return None
+        i, q, u = (whole.isel(stokes=found[name], drop=True) for name in "IQU")
+        name = str(field_and_bounds(i, variable)[0].name)
+        return i.assign(_q=q[name], _u=u[name]), [name, "_q", "_u"]
+    names = {"i": variable, "q": variable_q, "u": variable_u}
+    if variable_q is not None:
+        if missing := [name for name in (variable_q, variable_u) if name not in whole.data_vars]:
+            raise FieldError(f"the dataset has no variable {missing[0]!r}", argument="variable")
+        names["i"] = variable or str(field_and_bounds(whole.drop_vars([variable_q, variable_u]), None)[0].name)
+    elif variable is None:
+        for key, one in whole.data_vars.items():
+            texts = str(key).lower(), str(one.attrs.get("long_name", "")).lower()
+            if found_name := next(filter(None, map(_NAME.fullmatch, texts)), None):
+                role = next(filter(None, found_name.groups()), "i")
+                names[role] = names[role] or str(key)
+    return None if None in names.values() else (whole, list(map(str, names.values())))
+
+
+def read_polarised_field(
+    fields: tuple[Any, list[str]], stokes_signs: tuple[float, float], names: Mapping[str, str | None], **how: Any
+) -> dict[str, Any]:
+    """Turn I, Q and U with coordinates, of `stokes_fields`, into arguments of a `TabulatedSky`.
+
+    Means of Q over patches are those of the radiances 2 I + Q and 2 I - Q, which are not negative: half of their
+    difference. In the meridian plane Q and U go on across the zenith as radiances do. Lines of sight that are all pairs
+    of some zenith angles and azimuths are a grid.
+    """
+    if len(stokes_signs) != 2 or any(sign not in (-1, 1) for sign in stokes_signs):
+        raise UsageError(f"stokes_signs are two of 1 and -1, for Q and for U, got {stokes_signs!r}")
+    dataset, (name, *others) = fields
+    field, bounds = field_and_bounds(dataset, name)
+    zenith, azimuth = (axis_of(field, role, names.get(role), bounds) for role in ("zenith", "azimuth"))
+    assert zenith is not None
+    if azimuth is not None and zenith.dims == azimuth.dims:
+        dataset = _unstacked(dataset, zenith, azimuth)
+        field, _ = field_and_bounds(dataset, name)
+    light = radiances(field)
+    if any({*dataset[one].dims} != {*field.dims} for one in others):
+        raise FieldError(f"Q and U want the dimensions of {name!r}: {field.dims}", argument="variable")
+    q, u = (
+        sign * radiances(dataset[one].transpose(*field.dims)) for sign, one in zip(stokes_signs, others, strict=True)
+    )
+    if not np.all(np.isfinite([light, q, u])):
+        advice = "interpolate I, Q and U to such a grid, or give I alone: field.isel(stokes=0), or variable='NAME'"
+        raise FieldError("a polarised field wants I, Q and U in every direction of a grid, without gaps", advice)
+    if np.any(np.hypot(q, u) > np.abs(light) * (1.0 + _ROUNDED)):
+        raise FieldError("the field has more polarised light than light", "give Q and U in the unit of I", "variable")
+
+    def values_of(radiance: np.ndarray) -> np.ndarray:
+        made = field.copy(data=radiance)
+        made.attrs, made.encoding = {key: value for key, value in field.attrs.items() if key not in _GAPS}, {}
+        read = read_radiance_field(dataset.assign({name: made}), variable=name, names=names, **how)
+        return np.asarray(read["values"].reshape(len(read["values"]), -1))
+
+    read = read_radiance_field(dataset, variable=name, names=names, **how)
+    values, shares = read["values"].reshape(len(read["values"]), -1), []
+    for part in (q, u):
+        above, below = values_of(2.0 * light + part), values_of(2.0 * light - part)
+        total = above + below
+        shares.append(np.divide(2.0 * (above - below), total, out=np.zeros_like(total), where=total > 0))
+    both = np.stack(shares) * (values / np.maximum(np.hypot(*shares), 1.0))
+    return {**read, "values": values, "values_q": both[0], "values_u": both[1]}
+
+
+def _unstacked(dataset: Any, zenith: Axis, azimuth: Axis) -> Any:
+    """The dataset with a dimension for each of the two angles; pairs that are absent are NaN."""
+    attributes = {one.name: dataset[one.name].attrs for one in (zenith, azimuth)}
+    try:
+        made = dataset.set_index({zenith.dims[0]: list(attributes)}).unstack(zenith.dims[0])
+    except Exception as error:  # whatever xarray says of directions that come twice, or of several dimensions
+        raise FieldError("a polarised field wants each direction of a grid once, without gaps", str(error)) from error
+    for name, attrs in attributes.items():
+        made[name].attrs = attrs
+    return made

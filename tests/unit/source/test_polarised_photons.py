@@ -1,0 +1,162 @@
+"""Stokes vectors of patches in plans, batches and tables; a scene without them has the bytes that it had."""
+
+from __future__ import annotations
+
+import dataclasses
+import pickle
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+
+GRID = sky.PatchGrid.regular(6, 9)
+NM = [450.0, 550.0]
+
+
+def table(**more):
+    """Two wavelengths of 54 patches, one of them dark, with any polarisation."""
+    rng = np.random.default_rng(3)
+    values = rng.lognormal(0, 1, (2, 54))
+    values[:, 7] = 0.0
+    degree, angle = rng.uniform(0, 1, (2, 54)), rng.uniform(0, 2 * np.pi, (2, 54))
+    q, u = values * degree * np.cos(angle), values * degree * np.sin(angle)
+    more = {"weighting": "projected", "values_q": q, "values_u": u, **more}
+    return sky.TabulatedSky(wavelength_nm=NM, values=values, grid=GRID, **more)
+
+
+def source_of(*components, n=20_000, seed=7, wavebands=NM, **more):
+    scene = sky.Scene(wavebands=wavebands, n_photons=n, components=components)
+    return scene.source(seed=seed, **more)
+
+
+@pytest.mark.parametrize("weighting", ["projected", "listed", "solid-angle"])
+def test_photons_have_the_stokes_vector_of_their_patch(weighting):
+    model = table(weighting=weighting)
+    source = source_of(model)
+    for band in (0, 1):
+        batch = source.photons(band)
+        expected = np.stack([model.values_q[band], model.values_u[band]]) / np.maximum(model.values[band], 1e-300)
+        np.testing.assert_allclose(source.stokes(band).T, expected, rtol=1e-15)
+        np.testing.assert_array_equal(np.stack([batch.q, batch.u]), expected.astype(np.float32)[:, batch.patch])
+        assert not source.stokes(band)[7].any()
+
+
+def test_parts_without_polarisation_have_zero():
+    sun = {"sun_zenith_deg": 30.0, "sun_azimuth_deg": 10.0}
+    beam, disc = sky.DirectBeam(**sun, strength=2.0), sky.UniformSky(strength=1.0)
+    pattern = sky.PerezSky(epsilon=4.0, delta=0.1, **sun, strength=1.0, polarisation=sky.RayleighPattern())
+    source = source_of(beam, disc, pattern)
+    start, batch = source.plan.component_start, source.photons(1)
+    is_polarised = batch.patch >= start[2]
+    assert 0.2 < is_polarised.mean() < 0.3
+    assert not batch.q[~is_polarised].any()
+    assert not batch.u[~is_polarised].any()
+    assert np.hypot(batch.q, batch.u)[is_polarised].min() > 0
+    assert source.stokes(1).shape == (source.plan.n_cells, 2)
+
+
+@pytest.mark.parametrize("replicates", [1, 4])
+def test_any_range_gives_the_same_bits(replicates):
+    source = source_of(table(), replicates=replicates)
+    whole = source.photons(1)
+    part = pickle.loads(pickle.dumps(source)).photons(1, 777, 9_001)
+    reused = source.photons(1, 100, 200, out=source.photons(1, 0, 300))
+    joined = [np.concatenate([getattr(b, name) for b in source.batches(1, 3_333)]) for name in "qu"]
+    for name, both in zip("qu", joined, strict=True):
+        every = getattr(whole, name)
+        np.testing.assert_array_equal(getattr(part, name), every[777:9_001])
+        np.testing.assert_array_equal(getattr(reused, name), every[100:200])
+        np.testing.assert_array_equal(getattr(whole[5:50], name), every[5:50])
+        np.testing.assert_array_equal(both, every)
+        assert name in whole.to_dict()
+    assert "q, u" in repr(whole)
+    with pytest.raises(ValueError, match=r"out\.q"):
+        source.photons(1, out=source_of(table(values_q=None, values_u=None)).photons(1))
+
+
+def test_photons_and_plan_are_those_of_the_light_without_polarisation():
+    """One more member of the plan, hashed; directions, patches and all other members are the same."""
+    with_it, without = source_of(table()), source_of(table(values_q=None, values_u=None))
+    members, plain = with_it.plan.members(), without.plan.members()
+    assert set(members) == {*plain, "stokes_0"}
+    for name, array in plain.items():
+        np.testing.assert_array_equal(array, members[name])
+    assert with_it.plan.sha256 != without.plan.sha256
+    other = table()
+    other = dataclasses.replace(other, values_u=-other.values_u)
+    assert source_of(other).plan.sha256 != with_it.plan.sha256
+    a, b = with_it.photons(1), without.photons(1)
+    for name in ("ux", "uy", "uz", "patch"):
+        np.testing.assert_array_equal(getattr(a, name), getattr(b, name))
+    assert b.q is None
+    assert b.u is None
+    assert set(b.to_dict()) == {"ux", "uy", "uz", "patch"}
+    assert not without.stokes(1).any()
+    assert without.stokes(1).shape == (54, 2)
+
+
+def test_a_plan_file_keeps_them(tmp_path):
+    source = source_of(table())
+    source.plan.save(tmp_path / "plan.npz")
+    again = sky.PhotonSource(sky.Plan.load(tmp_path / "plan.npz"))
+    assert again.plan == source.plan
+    np.testing.assert_array_equal(again.stokes(1), source.stokes(1))
+
+
+def test_a_scene_that_does_not_ask_imports_nothing():
+    program = (
+        "import sys, aomc_sky as sky\n"
+        "model = sky.PerezSky(sun_zenith_deg=40.0, epsilon=6.0, delta=0.1)\n"
+        "sky.Scene(wavebands=[550.0], n_photons=9, components=model).source().photons()\n"
+        "assert 'aomc_sky.skies.perez.sky' in sys.modules\n"
+        "print([name for name in sys.modules if 'polarisation' in name])"
+    )
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize(
+    ("more", "error", "text"),
+    [
+        ({"values_u": None}, sky.UsageError, "belong together"),
+        ({"values_q": np.full((2, 54), 1e9)}, sky.SceneError, "more polarised light"),
+        ({"values_q": np.full((2, 54), np.nan)}, sky.SceneError, "more polarised light"),
+        ({"values_q": np.zeros((2, 9))}, ValueError, "wants the shape"),
+    ],
+)
+def test_tables_that_are_no_light_are_refused(more, error, text):
+    with pytest.raises(error, match=text):
+        table(**more)
+
+
+def test_a_degree_that_rounding_puts_above_one_is_one():
+    values = np.ones((1, 54))
+    model = sky.TabulatedSky(
+        wavelength_nm=[550.0], values=values, grid=GRID, values_q=0.6 * values * (1 + 4e-7), values_u=0.8 * values
+    )
+    stokes = source_of(model, wavebands=[550.0]).stokes()
+    assert np.hypot(*stokes.T).max() <= 1 + 1e-15
+    np.testing.assert_allclose(stokes[0], [0.6, 0.8], rtol=1e-6)
+
+
+@pytest.mark.parametrize("stokes", [np.zeros((2, 54)), np.zeros((3, 54, 2)), np.zeros((1, 53, 2))])
+def test_components_want_rows_of_all_cells(stokes):
+    (component,) = table().lower(NM)
+    with pytest.raises(ValueError, match="stokes"):
+        dataclasses.replace(component, stokes=stokes)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 1.1, -1e300])
+def test_components_want_degrees_up_to_one(value):
+    (component,) = table().lower(NM)
+    stokes = component.stokes.copy()
+    stokes[1, 3, 0] = value
+    with pytest.raises(ValueError, match="degree from 0 to 1"):
+        dataclasses.replace(component, stokes=stokes)
+    stokes = component.stokes.copy()
+    stokes[1, 3] = 0.8, 0.8
+    with pytest.raises(ValueError, match="degree from 0 to 1"):
+        dataclasses.replace(component, stokes=stokes)
