@@ -65,7 +65,7 @@ def bin_of_rank(rank, before, each, rest, offset, bits, pace, begin):
     A line says the bin or the one below it, whole numbers say which; nothing depends on how the line is rounded.
     """
     own = rank - before
-    least = U64(np.int32(np.float64(own) * pace + begin))
+    least = U64(np.int32(np.float64(np.int64(own)) * pace + begin))  # signed: of stale ranks it is a little below 0
     above = least + ONE
     return least + U64(own >= each * above + (((rest * above << _OFFSET) + offset) >> (bits + _OFFSET)))
 
