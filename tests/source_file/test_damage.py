@@ -12,9 +12,9 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
 from aomc_sky.emission import source_file
-from aomc_sky.emission.source_file import SECTIONS, checksum
+from aomc_sky.emission.source_file import checksum
 from tests.support.shared import REPOSITORY
-from tests.support.source_files import FLAGS_OF_HOST, SCENES, built, compare, needs_gcc, source_of
+from tests.support.source_files import FLAGS_OF_HOST, SCENES, built, compare, needs_gcc, section_names, source_of
 
 pytestmark = needs_gcc
 HEADER = include_dir() / "aomc_sky.h"
@@ -37,7 +37,7 @@ def with_bytes(data: bytes, at: int, new: bytes) -> bytes:
 def entry(data: bytes, name: str) -> tuple[int, int, int]:
     """Where the entry of a section stands in the directory of the first band, its offset and its count."""
     record = np.frombuffer(data, "<u8", 40, 192)
-    kind = (*SECTIONS, "witnesses").index(name) + 1
+    kind = section_names().index(name) + 1
     for k in range(int(record[6])):
         at = int(record[5]) + 24 * k
         what, offset, count = np.frombuffer(data, "<u8", 3, at).tolist()
@@ -265,8 +265,7 @@ def test_a_witness_that_differs_is_found(data):
 def test_witnesses_take_every_way(name):
     """Every component has witnesses; Perez and lobes have some of trial 0, of trial 1 and of later ones."""
     source = source_of(name, 20_000)
-    tables = source_file.Tables.of(source._emitter, 0)
-    words = source_file.witnesses(source._emitter, 0, tables).reshape(-1, 12)
+    words = source_file.witnesses(source._emitter, 0).reshape(-1, 12)
     assert len(words) == source_file.witnesses.__globals__["N_WITNESSES"]
     starts = source.plan.component_start
     lit = np.diff(source.plan.cumulative[0][starts]) > 0

@@ -17,6 +17,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
 from aomc_sky.component import Component, Law
+from aomc_sky.emission.source_file import tables_of
 from tests.support import fairness
 from tests.support.host_scenes import WAVEBANDS, components, disc, perez, table
 from tests.support.shared import REPOSITORY
@@ -51,6 +52,13 @@ def built(flags: str = "-O2", compiler: str = "gcc") -> Driver:
     library = ctypes.CDLL(str(folder / "driver.so"))
     shutil.rmtree(folder)
     return Driver(library)
+
+
+@functools.cache
+def section_names() -> tuple[str, ...]:
+    """Names of the sections in the order of their kinds, which count from 1."""
+    emitter = source_of("table", 100)._emitter
+    return tuple(tables_of(emitter, 0, emitter._packed(0)))
 
 
 def aligned(data: bytes) -> np.ndarray:

@@ -245,7 +245,7 @@ class PhotonSource:
 
     @cached_property
     def _weight(self) -> np.ndarray:
-        return self.plan.members()["weight"].astype(self.dtype)
+        return np.hstack([c.weight for c in self.components if c.weight is not None]).astype(self.dtype)
 
     @cached_property
     def _is_in_mu(self) -> np.ndarray:

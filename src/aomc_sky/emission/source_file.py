@@ -2,16 +2,16 @@
 
 The layout is on the page docs/formats/source.md. All numbers are little-endian. A head names the plan. The record of a
 band has its constants and leads to a directory of sections, the tables of the emission kernels. Equal tables are stored
-once, so wavebands of one sky share them. `Tables.of` alone knows how the emission holds its tables.
+once, so wavebands of one sky share them.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 
+from aomc_sky.emission.band import Band
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.emission.source_witnesses import witnesses
 from aomc_sky.errors import UsageError
@@ -32,108 +32,54 @@ _OPTIONAL = ("stokes",)
 """Sections that change no direction: a header that does not know them skips them."""
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Tables:
-    """Everything that the photons of a band follow from; None where a table is not needed."""
+def tables_of(emitter: Emitter, band: int, packed: Band) -> dict[str, np.ndarray | None]:
+    """The sections of a band with photons in the order of their kinds, which count from 1; None for what is not needed.
 
-    n: int
-    n_cell: int
-    is_shuffled: bool
-    by_philox: bool
-    order_keys: np.ndarray
-    shifts: np.ndarray
-    steps: np.ndarray
-    placement_key: np.uint64
-    position_key: np.uint64
-    band: np.uint64
-    guide_shift: np.uint64
-    accept: np.ndarray
-    number_shifts: np.ndarray
-    number_steps: np.ndarray
-    way: np.uint64
-    #: The sections follow; those of cells have an entry for each cell of the plan.
-    cumulative: np.ndarray
-    guide: np.ndarray
-    cell_of_slot: np.ndarray | None
-    place: np.ndarray
-    words: np.ndarray
-    law: np.ndarray | None
-    slopes: np.ndarray | None
-    perez_word: np.ndarray | None
-    perez_bound: np.ndarray | None
-    perez_sky: np.ndarray | None
-    lobe: np.ndarray | None
-    ranges: np.ndarray | None
-    bins: np.ndarray | None
-    shapes: np.ndarray | None
-    envelopes: np.ndarray | None
-    falls: np.ndarray | None
-    paces: np.ndarray | None
-    lobe_ends: np.ndarray
-
-    @classmethod
-    def of(cls, emitter: Emitter, band: int) -> Tables:
-        """The tables of a band with photons, as the emission has them."""
-        stream, packed = emitter._stream(band), emitter._packed(band)
-        rejection, queue = emitter._rejection, emitter._queue
-        n, n_cell = emitter.n_photons(band), emitter.plan.n_cells
-        half = np.uint64(16 if emitter._words.place.dtype == np.uint32 else 32)
-        place = emitter._words.place.astype(np.uint64)
-        head, tail = place >> half, place & ((np.uint64(1) << half) - np.uint64(1))
-        falls_and_paces: Any = (None, None) if queue is None else emitter._lobe_steps(band)[1]
-        lobes = queue.tables if queue is not None else (None,) * 4
-        return cls(
-            n=n,
-            n_cell=n_cell,
-            is_shuffled=stream.order.size > 0,
-            by_philox=bool(stream.jitter),
-            order_keys=stream.order[3:] if stream.order.size else np.zeros(3, np.uint64),
-            shifts=stream.shifts,
-            steps=stream.steps,
-            placement_key=stream.placement_key,
-            position_key=stream.position_key,
-            band=stream.band,
-            guide_shift=packed.guide_shift,
-            accept=stream.accept,
-            number_shifts=stream.number_shifts,
-            number_steps=NUMBER_STEPS,
-            way=packed.main,
-            cumulative=packed.cumulative,
-            guide=packed.guide.astype(np.uint32),
-            cell_of_slot=packed.cell_of_slot if packed.cell_of_slot.size else None,
-            place=(head << np.uint64(32)) | tail,
-            words=packed.words,
-            law=emitter._start_law.astype(np.int8) if packed.law is not None and packed.law.size else None,
-            slopes=emitter._slopes(band),
-            perez_word=None if rejection is None else rejection.word,
-            perez_bound=None if rejection is None else rejection.bound,
-            perez_sky=None if rejection is None else rejection.sky,
-            lobe=None if queue is None else queue.lobe,
-            ranges=lobes[0],
-            bins=lobes[1],
-            shapes=lobes[2],
-            envelopes=lobes[3],
-            falls=falls_and_paces[0],
-            paces=falls_and_paces[1],
-            lobe_ends=np.zeros(2, np.int32) if queue is None else queue.tables[4],
-        )
-
-    @property
-    def record(self) -> np.ndarray:
-        """The words of the band's record but for wavelength, irradiance and directory, uint64 (40,)."""
-        n_slot = self.cumulative.size - 3
-        flags = int(self.is_shuffled) | int(self.by_philox) << 1
-        words = np.zeros(_RECORD_WORDS, np.uint64)
-        words[:3], words[7] = (self.n, n_slot, self.n_cell), flags
-        words[8:11], words[11:13], words[13:15] = self.order_keys, self.shifts, self.steps
-        words[15:19] = self.placement_key, self.position_key, self.band, self.guide_shift
-        words[19:22], words[22:25], words[25:28] = self.accept, self.number_shifts, self.number_steps
-        words[28:30], words[30] = self.lobe_ends, self.way
-        return words
+    The kernels have tables of slots. Here those of cells have an entry for each cell of the plan, so that wavebands of
+    one sky share them.
+    """
+    perez, lobes, words = emitter._rejection, emitter._queue, emitter._words
+    half = np.uint64(16 if words.place.dtype == np.uint32 else 32)
+    place = words.place.astype(np.uint64)
+    has_laws = packed.law is not None and packed.law.size > 0
+    ranges, bins, shapes, envelopes = (None,) * 4 if lobes is None else lobes.tables[:4]
+    falls, paces = (None, None) if packed.lobes is None else packed.lobes[3]
+    stokes = emitter.plan.stokes(band)
+    return {
+        "cumulative": packed.cumulative,
+        "guide": packed.guide.astype(np.uint32),
+        "cell_of_slot": packed.cell_of_slot if packed.cell_of_slot.size else None,
+        "place": (place >> half << np.uint64(32)) | (place & ((np.uint64(1) << half) - np.uint64(1))),
+        "words": packed.words,
+        "law": emitter._start_law if has_laws else None,
+        "slopes": emitter._slopes(band),
+        "perez_word": None if perez is None else perez.word,
+        "perez_bound": None if perez is None else perez.bound,
+        "perez_sky": None if perez is None else perez.sky,
+        "lobe": None if lobes is None else lobes.lobe,
+        "ranges": ranges,
+        "bins": bins,
+        "shapes": shapes,
+        "envelopes": envelopes,
+        "falls": falls,
+        "paces": paces,
+        "witnesses": witnesses(emitter, band),
+        "stokes": None if stokes is None else stokes.astype(np.float32),
+    }
 
 
-SECTIONS = tuple(field.name for field in fields(Tables))[15:-1]
-"""Names of the sections in the order of their kinds, from 1; witnesses and Stokes vectors come after them."""
+def _record(emitter: Emitter, band: int, packed: Band) -> np.ndarray:
+    """The words of the band's record but for wavelength, irradiance and directory, uint64 (40,)."""
+    stream, lobes = emitter._stream(band), emitter._queue
+    words = np.zeros(_RECORD_WORDS, np.uint64)
+    words[:3] = emitter.n_photons(band), packed.cumulative.size - 3, emitter.plan.n_cells
+    words[7] = int(packed.order.size > 0) | int(packed.jitter) << 1
+    words[8:11] = packed.order[3:] if packed.order.size else 0
+    words[11:13], words[13:15] = packed.shifts, packed.steps
+    words[15:19] = packed.key, stream.position_key, packed.number, packed.guide_shift
+    words[19:22], words[22:25], words[25:28] = stream.accept, stream.number_shifts, NUMBER_STEPS
+    words[28:30], words[30] = 0 if lobes is None else lobes.tables[4], packed.main
+    return words
 
 
 def checksum(block: bytes | np.ndarray) -> int:
@@ -185,12 +131,10 @@ def source_bytes(emitter: Emitter) -> bytes:
     for band in range(plan.n_bands):
         words, directory = np.zeros(_RECORD_WORDS, np.uint64), np.zeros((0, 3), np.uint64)
         if emitter.n_photons(band):
-            tables = Tables.of(emitter, band)
-            words, sections = tables.record, {name: getattr(tables, name) for name in SECTIONS}
-            sections["witnesses"] = witnesses(emitter, band, tables)
-            stokes = plan.stokes(band)
-            sections["stokes"] = None if stokes is None else stokes.astype(np.float32)
-            directory = np.array([_entry(block, k, v) for k, v in enumerate(sections.items(), 1) if v[1] is not None])
+            packed = emitter._packed(band)
+            words, sections = _record(emitter, band, packed), tables_of(emitter, band, packed)
+            entries = enumerate(sections.items(), 1)
+            directory = np.array([_entry(block, k, name, v) for k, (name, v) in entries if v is not None])
         absolute = plan.bands[band].irradiance_W_m2_nm
         irradiance = np.nan if absolute is None else np.sum(absolute)
         words[3:5] = np.array([plan.bands[band].wavelength_nm, irradiance], np.float64).view(np.uint64)
@@ -204,9 +148,8 @@ def source_bytes(emitter: Emitter) -> bytes:
     return bytes(data)
 
 
-def _entry(block: _Block, kind: int, section: tuple[str, np.ndarray]) -> tuple[int, int, int]:
+def _entry(block: _Block, kind: int, name: str, values: np.ndarray) -> tuple[int, int, int]:
     """Put a section into the block; its entry in the directory: kind, width and need, offset, count."""
-    name, values = section
     values = np.ascontiguousarray(values, values.dtype.newbyteorder("<")).ravel()
     need = 0 if name in _OPTIONAL else _NEEDED
     return kind | values.itemsize << 32 | need << 48, block.put(values.tobytes()), values.size

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.component import Law
+from aomc_sky.emission.band_tables import StreamWords
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.kernels.arithmetic.elementary import unit
 from aomc_sky.kernels.arithmetic.rng import later_words
@@ -27,7 +28,6 @@ UNKNOWN = np.uint64(0x7FF8000000000000)
 
 _MANY, _SOME = 4096, 512  # photons of a shuffled band, and of a component in patch order
 _OTHER_KEY = np.uint64(1)
-_UPPER_HALF = np.uint64(0xFFFFFFFF00000000)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -41,23 +41,23 @@ class _Candidates:
     numbers: np.ndarray
 
 
-def witnesses(emitter: Emitter, band: int, tables: Any) -> np.ndarray:
-    """The witnesses of a band with the `source_file.Tables`, 12 words each: uint64, up to 32 x 12 of them.
+def witnesses(emitter: Emitter, band: int) -> np.ndarray:
+    """The witnesses of a band with photons, 12 words each: uint64, up to 32 x 12 of them.
 
     The words are index, patch, direction, three numbers, and three numbers inside: the direction of a lobe in float64,
     or the luminance of the Perez sky; then 0.
     """
-    found = _candidates(emitter, band, tables)
+    found = _candidates(emitter, band)
     way, inside = np.zeros(found.index.size, np.int64), np.full((found.index.size, 3), UNKNOWN)
     law = emitter.plan.law[found.cell]
     for is_own, of_law in (
         (law == Law.DISC_AT_HORIZON, _horizon_ways),
-        ((law == Law.PEREZ) & (tables.perez_word is not None), _perez_ways),
+        ((law == Law.PEREZ) & (emitter._rejection is not None), _perez_ways),
         ((law >= Law.HG) & (law <= Law.BECKMANN), _lobe_ways),
     ):
         own = np.flatnonzero(is_own)
         if own.size:
-            way[own] = of_law(tables, emitter.dtype.type(0), found, own, inside)
+            way[own] = of_law(emitter, band, found, own, inside)
     component = np.searchsorted(emitter.plan.component_start, found.cell, side="right")
     chosen = _spread(component * 4 + way)
     bits = np.uint32 if emitter.dtype.itemsize == 4 else np.uint64
@@ -78,37 +78,38 @@ def _spread(way: np.ndarray) -> np.ndarray:
     return np.sort(np.lexsort((way, turn))[:N_WITNESSES])
 
 
-def _candidates(emitter: Emitter, band: int, tables: Any) -> _Candidates:
+def _candidates(emitter: Emitter, band: int) -> _Candidates:
     """Photons of every component with the bits of the emission: some thousand, and three of what is rare."""
     cumulative, start = emitter.plan.cumulative[band], emitter.plan.component_start
+    n, order = emitter.n_photons(band), emitter._stream(band).order
     ends = list(zip(cumulative[start[:-1]].tolist(), cumulative[start[1:]].tolist(), strict=True))
-    if tables.is_shuffled:
-        ranges = [(0, min(tables.n, _MANY))]
+    if order.size:
+        ranges = [(0, min(n, _MANY))]
     else:
         begins = [(max(first, (first + end - _SOME) // 2), end) for first, end in ends if end > first]
         ranges = [(begin, min(begin + _SOME, end)) for begin, end in begins]
-    batches = [_photons(emitter, band, tables, *part) for part in ranges]
+    batches = [_photons(emitter, band, *part) for part in ranges]
     seen = np.concatenate([batch.rank for batch in batches])
-    keys = [int(key) for key in tables.order_keys]
     for first, end in ends:
         if end > first and not np.any((seen >= first) & (seen < end)):
             for rank in sorted({first, (first + end) // 2, end - 1}):
-                photon = _index_of_rank(rank, tables.n, keys)
-                batches.append(_photons(emitter, band, tables, photon, photon + 1))
+                photon = _index_of_rank(rank, n, order[3:].tolist())
+                batches.append(_photons(emitter, band, photon, photon + 1))
     parts = [[getattr(batch, name) for batch in batches] for name in ("index", "rank", "cell", "numbers")]
     index, rank, cell, numbers = (np.concatenate(part) for part in parts)
     direction = tuple(np.concatenate([batch.direction[c] for batch in batches]) for c in range(3))
     return _Candidates(index=index, rank=rank, cell=cell, direction=direction, numbers=numbers)
 
 
-def _photons(emitter: Emitter, band: int, tables: Any, start: int, stop: int) -> _Candidates:
+def _photons(emitter: Emitter, band: int, start: int, stop: int) -> _Candidates:
     """The photons [start, stop) of a band."""
     arrays: dict[str, Any] = {name: np.empty(stop - start, emitter.dtype) for name in ("ux", "uy", "uz")}
     arrays |= {name: np.empty(stop - start, emitter.dtype) for name in "xy" if emitter.has_positions}
     arrays |= {"patch": np.empty(stop - start, np.int32), "numbers": np.empty((stop - start, 3), emitter.dtype)}
     emitter.fill_plain(band, start, arrays)
     index = np.arange(start, stop, dtype=np.uint64)
-    rank = ranks_of_photons(start, stop, tables.n, tables.order_keys) if tables.is_shuffled else index
+    order = emitter._stream(band).order
+    rank = ranks_of_photons(start, stop, int(order[0]), order[3:]) if order.size else index
     direction = (arrays["ux"], arrays["uy"], arrays["uz"])
     return _Candidates(index=index, rank=rank, cell=arrays["patch"], direction=direction, numbers=arrays["numbers"])
 
@@ -136,78 +137,75 @@ def _index_of_rank(rank: int, n: int, keys: list[int]) -> int:
             return i
 
 
-def _is_taken(place: Callable[..., tuple[np.ndarray, ...]], tables: Any, words: tuple[Any, ...]) -> np.ndarray:
+def _is_taken(place: Callable[..., tuple[np.ndarray, ...]], stream: StreamWords, words: tuple[Any, ...]) -> np.ndarray:
     """Whether photons are taken by these words; `place` wants words and the key from which later trials are drawn.
 
     A photon that has the same direction whatever the key is needed no later trial.
     """
-    one, other = (place(words, key) for key in (tables.placement_key, tables.placement_key ^ _OTHER_KEY))
+    one, other = (place(words, key) for key in (stream.placement_key, stream.placement_key ^ _OTHER_KEY))
     return np.asarray(np.logical_and.reduce([a == b for a, b in zip(one, other, strict=True)]))
 
 
-def _ways(place: Callable[..., tuple[np.ndarray, ...]], tables: Any, rank: np.ndarray, first: tuple[Any, ...]) -> Any:
+def _ways(
+    place: Callable[..., tuple[np.ndarray, ...]], stream: StreamWords, rank: np.ndarray, first: tuple[Any, ...]
+) -> Any:
     """0 for photons that trial 0 takes, 1 for those of trial 1, else 2."""
-    later = (None, *later_words(tables.placement_key, rank, tables.band, np.uint64(1)))
-    return np.where(_is_taken(place, tables, first), 0, np.where(_is_taken(place, tables, later), 1, 2))
+    later = (None, *later_words(stream.placement_key, rank, stream.band, np.uint64(1)))
+    return np.where(_is_taken(place, stream, first), 0, np.where(_is_taken(place, stream, later), 1, 2))
 
 
-def _cells_and_places(tables: Any, like: Any, found: _Candidates, own: np.ndarray) -> tuple[Any, Any, Any]:
+def _cells_and_places(emitter: Emitter, band: int, found: _Candidates, own: np.ndarray) -> tuple[Any, Any, Any]:
     """Parameters of the cells of chosen photons, and their places in them."""
-    rank, place = found.rank[own], tables.place[found.cell[own]]
-    per_word = 8 // like.dtype.itemsize
-    head, tail = (place >> np.uint64(32)).astype(np.int64), (place & np.uint64(0xFFFFFFFF)).astype(np.int64)
-    values = tables.words.view(like.dtype)
-    h, t = head * per_word, tail * per_word
-    p = (values[h], values[h + 1], values[h + 2], values[t + 2], values[t], values[t + 1])
-    turn = tables.words[head + 1] & _UPPER_HALF if per_word == 2 else tables.words[head + 3]
-    stream = (tables.by_philox, tables.placement_key, tables.band, tables.shifts, tables.steps)
-    return p, *positions_in_cells(rank, *stream, turn, like)
+    stream, cell = emitter._stream(band), found.cell[own]
+    turn = stream.turns[emitter._rings.of_cell[cell]]
+    words = (stream.jitter, stream.placement_key, stream.band, stream.shifts, stream.steps, turn)
+    p = tuple(emitter._cells[cell, j] for j in range(6))
+    return p, *positions_in_cells(found.rank[own], *words, emitter.dtype.type(0))
 
 
-def _horizon_ways(tables: Any, like: Any, found: _Candidates, own: np.ndarray, inside: np.ndarray) -> np.ndarray:
+def _horizon_ways(emitter: Emitter, band: int, found: _Candidates, own: np.ndarray, inside: np.ndarray) -> np.ndarray:
     """Trials of a disc at the horizon: the first one or another."""
-    p, u, v = _cells_and_places(tables, like, found, own)
+    stream, (p, u, v) = emitter._stream(band), _cells_and_places(emitter, band, found, own)
     rank = found.rank[own]
 
     def place(words: tuple[Any, ...], key: Any) -> Any:
-        return directions_of(Law.DISC_AT_HORIZON, p, *words, key, rank, tables.band)  # type: ignore[call-arg]
+        return directions_of(Law.DISC_AT_HORIZON, p, *words, key, rank, stream.band)  # type: ignore[call-arg]
 
-    return np.where(_is_taken(place, tables, (u, v)), 0, 1)
+    return np.where(_is_taken(place, stream, (u, v)), 0, 1)
 
 
-def _perez_ways(tables: Any, like: Any, found: _Candidates, own: np.ndarray, inside: np.ndarray) -> np.ndarray:
+def _perez_ways(emitter: Emitter, band: int, found: _Candidates, own: np.ndarray, inside: np.ndarray) -> np.ndarray:
     """Trials of the Perez sky, 3 for what is taken without its luminance; the luminance goes into `inside`."""
     from aomc_sky.skies.perez.kernels.cells import accept_words, is_taken_at_once, luminance, measured, place_perez
 
-    p, *first = _cells_and_places(tables, like, found, own)
-    rank, cell, sky = found.rank[own], found.cell[own], tables.perez_sky
-    of_cells = (tables.perez_word[cell], tables.perez_bound[cell], sky)
-    word = accept_words(rank, tables.accept, tables.placement_key, tables.band, tables.by_philox)
+    stream, perez, (p, *first) = emitter._stream(band), emitter._rejection, _cells_and_places(emitter, band, found, own)
+    rank, cell = found.rank[own], found.cell[own]
+    of_cells = (perez.word[cell], perez.bound[cell], perez.sky)
+    word = accept_words(rank, stream.accept, stream.placement_key, stream.band, stream.jitter)
 
     def place(words: tuple[Any, ...], key: Any) -> Any:
-        u, v = (unit(w, like) if w.dtype == np.uint64 else w for w in words[1:3])
-        return place_perez(p, of_cells, u, v, words[3], key, rank, tables.band)
+        u, v = (unit(w, emitter.dtype.type(0)) if w.dtype == np.uint64 else w for w in words[1:3])
+        return place_perez(p, of_cells, u, v, words[3], key, rank, stream.band)
 
     direction = (d[own] for d in found.direction)
-    chord, mu, _ = measured(*direction, word, of_cells[1], *sky[8:11])  # type: ignore[call-arg]
-    inside[own, 0] = luminance(mu, chord, sky).view(np.uint64)
-    ways = _ways(place, tables, rank, (None, *first, word))
-    return np.where(is_taken_at_once(word, of_cells[0]), 3, ways)
+    chord, mu, _ = measured(*direction, word, of_cells[1], *perez.sky[8:11])  # type: ignore[call-arg]
+    inside[own, 0] = luminance(mu, chord, perez.sky).view(np.uint64)
+    return np.where(is_taken_at_once(word, of_cells[0]), 3, _ways(place, stream, rank, (None, *first, word)))
 
 
-def _lobe_ways(tables: Any, like: Any, found: _Candidates, own: np.ndarray, inside: np.ndarray) -> np.ndarray:
+def _lobe_ways(emitter: Emitter, band: int, found: _Candidates, own: np.ndarray, inside: np.ndarray) -> np.ndarray:
     """Trials of lobes; their directions in float64 go into `inside`."""
     from aomc_sky.skies.lobes.kernels.law import lobe_words, place_lobes
 
-    rank, lobe = found.rank[own], tables.lobe[found.cell[own]]
-    of_lobes = (tables.ranges, tables.bins, tables.shapes, tables.envelopes, tables.lobe_ends)
-    falls = (tables.falls, tables.paces)
-    stream = (tables.shifts, tables.steps, tables.accept, tables.placement_key, tables.band, tables.by_philox)
+    stream, lobes = emitter._stream(band), emitter._queue
+    rank, lobe = found.rank[own], lobes.lobe[found.cell[own]]
+    accept, falls = emitter._lobe_steps(band)
 
     def place(words: tuple[Any, ...], key: Any) -> Any:
-        return place_lobes(lobe, of_lobes, words, key, rank, tables.band)
+        return place_lobes(lobe, lobes.tables, words, key, rank, stream.band)
 
-    first = lobe_words(rank, lobe, falls, *stream)
-    for c, values in enumerate(place(first, tables.placement_key)):
+    words = (stream.shifts, stream.steps, accept, stream.placement_key, stream.band, stream.jitter)
+    first = lobe_words(rank, lobe, falls, *words)
+    for c, values in enumerate(place(first, stream.placement_key)):
         inside[own, c] = values.view(np.uint64)
-    return np.asarray(_ways(place, tables, rank, first))
+    return np.asarray(_ways(place, stream, rank, first))
