@@ -11,7 +11,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.cli.main import main
 from tests.support.scenes import copy_scene, run_bytes
-from tests.support.shared import INPUTS
+from tests.support.shared import DATA, INPUTS
 
 EPW = INPUTS / "weather" / "two_days.epw"
 ROW = ("--epw", EPW, "--row", 12)
@@ -35,7 +35,7 @@ def amc(tmp_path: Path) -> Path:
 
 
 def test_the_input_is_the_sample() -> None:
-    assert EPW.read_bytes() == (Path(__file__).parents[1] / "data/weather/good/invented.epw").read_bytes()
+    assert EPW.read_bytes() == (DATA / "weather/good/invented.epw").read_bytes()
 
 
 def test_run_and_perez_see_one_sky(amc, tmp_path, capsys):

@@ -10,9 +10,10 @@ from collections import defaultdict
 import pytest
 
 from aomc_sky.cli.usage import build_parser
-from tests.support.extras import PACKAGES, ROOT, extras_of_project
+from tests.support.extras import PACKAGES, extras_of_project
+from tests.support.shared import REPOSITORY
 
-PAGE = (ROOT / "docs" / "cli.md").read_text()
+PAGE = (REPOSITORY / "docs" / "cli.md").read_text()
 FLAG = re.compile(r"(?<![\w-])--?[a-z][a-z0-9-]*")
 PARSERS: dict[str, argparse.ArgumentParser] = next(
     action for action in build_parser()._actions if isinstance(action, argparse._SubParsersAction)

@@ -40,7 +40,7 @@ LEAST |= {"mcpl": 5, "photons_npy": 6, "weather": 20, "radiance_csv": 10}
 
 ENDINGS = (".inp", ".toml", ".mcpl", ".h5", ".atmo", ".npy", ".csv")
 GOOD = [(kind, p) for kind in READERS for p in sorted((DATA / kind / "good").glob("*")) if p.suffix in ENDINGS]
-GOOD = [(kind, p) for kind, p in GOOD if kind != "weather" or p.suffix != ".csv"]  # tests/unit/formats/test_weather.py
+GOOD = [(kind, p) for kind, p in GOOD if kind != "weather" or p.suffix != ".csv"]  # tests/formats/test_weather.py
 BAD = [(kind, p) for kind in READERS for p in sorted((DATA / kind / "bad").glob("*")) if p.suffix in ENDINGS]
 SHOWN = sorted([*(INPUTS / "bad").glob("*.inp"), *(INPUTS / "bad").glob("*.toml")])
 

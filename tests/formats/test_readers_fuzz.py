@@ -35,8 +35,8 @@ from aomc_sky.formats.report import Report
 from aomc_sky.formats.text_file import split_lines
 from tests.support.fortran import as_real, compile_reader, needs_gfortran, readings
 from tests.support.limits import MOST_CPU_S
+from tests.support.shared import DATA
 
-DATA = Path(__file__).resolve().parents[1] / "data"
 ALPHABET = " 0123456789.,-+eEdDqQ\tx:)Nan*/;#!'\"(_\n\r\f\v\xa0\x85\xb2\xe9"
 FAST = settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
 

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import dataclasses
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError
 from aomc_sky.formats.weather import HOUR, read_weather
+from tests.support.shared import DATA
 
-DATA = Path(__file__).resolve().parents[2] / "data" / "weather"
+WEATHER = DATA / "weather"
 GOOD = {"epw": "invented.epw", "tmy3": "invented.tmy3.csv", "tmy2": "invented.tm2"}
 
 
 def good(kind):
-    return read_weather(DATA / "good" / GOOD[kind], kind)
+    return read_weather(WEATHER / "good" / GOOD[kind], kind)
 
 
 @pytest.mark.parametrize(
@@ -61,7 +61,7 @@ def test_pvlib_reads_the_same_and_marks_the_end_of_tmy3_hours_alone():
     iotools = pytest.importorskip("pvlib").iotools
     for kind, read, shift in (("epw", iotools.read_epw, 0), ("tmy3", iotools.read_tmy3, 1)):
         table = good(kind)
-        frame, _ = read(str(DATA / "good" / GOOD[kind]))
+        frame, _ = read(str(WEATHER / "good" / GOOD[kind]))
         stamps = frame.index.tz_convert("UTC").tz_localize(None).to_numpy().astype("M8[s]")
         off = stamps != table.start + shift * HOUR
         # pvlib moves 24:00 of a 28 February of a leap year to 1 March, a day too late
@@ -72,7 +72,7 @@ def test_pvlib_reads_the_same_and_marks_the_end_of_tmy3_hours_alone():
 
 
 def changed(kind, tmp_path, old, new):
-    text = (DATA / "good" / GOOD[kind]).read_text()
+    text = (WEATHER / "good" / GOOD[kind]).read_text()
     assert old in text
     path = tmp_path / "changed"
     path.write_text(text.replace(old, new, 1))
@@ -136,7 +136,7 @@ def test_a_zone_far_from_the_longitude_is_warned_of(place, is_doubtful, tmp_path
 )
 def test_a_location_of_another_length_is_no_place(location, tmp_path):
     """A state that is left out, or a comma in the name of a city, moves latitude and longitude by an entry."""
-    first = (DATA / "good" / GOOD["epw"]).read_text().split("\n")[0]
+    first = (WEATHER / "good" / GOOD["epw"]).read_text().split("\n")[0]
     n = len(location.split(","))
     with pytest.raises(InputFileError, match=f"LOCATION has {n} entries, 10 are needed"):
         changed("epw", tmp_path, first, location)
@@ -144,7 +144,7 @@ def test_a_location_of_another_length_is_no_place(location, tmp_path):
 
 def test_rows_of_less_than_an_hour_are_no_hours(tmp_path):
     """By their minutes, or by an hour that comes twice; the row that is asked for is not one of them, either."""
-    good_text = (DATA / "good" / GOOD["epw"]).read_text()
+    good_text = (WEATHER / "good" / GOOD["epw"]).read_text()
     path = tmp_path / "sub.epw"
     minute = good_text.split("\n")[8].split(",")[4]
     path.write_text(good_text.replace(f"2003,6,21,12,{minute},", "2003,6,21,12,30,"))
@@ -177,7 +177,7 @@ def test_the_offset_of_an_instrument_is_no_light(kind, tmp_path):
 def test_only_the_row_that_is_asked_for_is_judged(bad, tmp_path):
     """A bad night refuses the file as a whole, and itself, but no other hour."""
     path = tmp_path / "night.epw"
-    path.write_text((DATA / "good" / GOOD["epw"]).read_text().replace(",300,0,0,0,", bad, 1))
+    path.write_text((WEATHER / "good" / GOOD["epw"]).read_text().replace(",300,0,0,0,", bad, 1))
     for row in (None, 0):
         with pytest.raises(InputFileError, match=r"night\.epw:9:"):
             read_weather(path, "epw", row=row)
@@ -189,7 +189,7 @@ def test_only_the_row_that_is_asked_for_is_judged(bad, tmp_path):
 
 def test_a_quoted_cell_may_hold_a_comma(tmp_path):
     """RFC 4180: the flags of a row in quotes."""
-    row = (DATA / "good" / GOOD["epw"]).read_text().split("\n")[19]
+    row = (WEATHER / "good" / GOOD["epw"]).read_text().split("\n")[19]
     fields = row.split(",")
     quoted = ",".join([*fields[:5], f'"{fields[5]}, ?"', *fields[6:]])
     table = changed("epw", tmp_path, row, quoted)
@@ -201,7 +201,7 @@ def test_a_quoted_cell_may_hold_a_comma(tmp_path):
 
 def test_line_ends_and_blank_lines_do_not_matter(tmp_path):
     path = tmp_path / "changed.epw"
-    path.write_bytes((DATA / "good" / GOOD["epw"]).read_bytes().replace(b"\n", b"\r\n") + b"\r\n")
+    path.write_bytes((WEATHER / "good" / GOOD["epw"]).read_bytes().replace(b"\n", b"\r\n") + b"\r\n")
     for one, other in zip(
         dataclasses.astuple(read_weather(path, "epw")), dataclasses.astuple(good("epw")), strict=True
     ):
@@ -221,7 +221,7 @@ EPW_NUMBERS = [k for k in range(6, 35) if k not in (26, 27)]
 
 def with_commas(columns, n_fields: int = 35) -> str:
     """The invented EPW file with decimals written with commas in some columns, and so many fields a row."""
-    lines = (DATA / "good" / "invented.epw").read_text().splitlines()
+    lines = (WEATHER / "good" / "invented.epw").read_text().splitlines()
     for k in range(8, len(lines)):
         fields = lines[k].split(",")[:n_fields]
         for column in columns:
@@ -268,14 +268,14 @@ def test_short_and_whole_rows_with_points_are_read(n_fields, tmp_path):
 
 def test_a_decimal_comma_never_shifts_the_columns_of_a_tmy3(tmp_path):
     path = tmp_path / "comma.csv"
-    lines = (DATA / "good" / "invented.tmy3.csv").read_text().splitlines()
+    lines = (WEATHER / "good" / "invented.tmy3.csv").read_text().splitlines()
     path.write_text("\n".join([*lines[:2], *(line.replace(",", ",0,5,", 1) for line in lines[2:])]))
     with pytest.raises(InputFileError, match=r"E602\]: the row has \d+ fields, line 2 names \d+"):
         read_weather(path, "tmy3")
 
 
 def test_a_station_is_read_as_utf8_with_or_without_its_mark_and_else_as_latin1(tmp_path):
-    data = (DATA / "good" / GOOD["epw"]).read_bytes()
+    data = (WEATHER / "good" / GOOD["epw"]).read_bytes()
     for encoding in ("utf-8", "utf-8-sig", "latin-1"):
         path = tmp_path / f"{encoding}.epw"
         path.write_bytes(data.decode().replace("Kleinmachnow", "Z\u00fcrich").encode(encoding))

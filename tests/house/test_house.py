@@ -109,5 +109,21 @@ def test_no_other_module_calls_what_is_not_everywhere() -> None:
     assert {name for name, _ in users} == {"system.py"}
 
 
+SHARED_TESTS = {"conformance", "statistical", "golden", "faults", "support", "reference", "data"}
+"""Folders of tests for no room alone; `ground` has those of the files beside the rooms, `house` those of the whole."""
+
+
+def test_tests_lie_in_the_rooms_of_the_package() -> None:
+    """One folder for each room, or for a folder of the repository beside `src`: tests of a slice go with the slice."""
+    tests = REPOSITORY / "tests"
+    folders = {str(path.parent.relative_to(tests)) for path in tests.rglob("test_*.py")} - {"ground", "house"}
+    nowhere = [
+        name
+        for name in folders
+        if name.split("/")[0] not in SHARED_TESTS and not any((at / name).is_dir() for at in (SOURCE, REPOSITORY))
+    ]
+    assert nowhere == []
+
+
 def test_the_test_files_that_come_first_are_there() -> None:
     assert set(FIRST) <= {path.name for path in (REPOSITORY / "tests").rglob("test_*.py")}

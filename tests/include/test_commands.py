@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import subprocess
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
 from aomc_sky.cli.main import main
-from tests.support.shared import INPUTS
+from tests.support.shared import INPUTS, REPOSITORY
 from tests.support.source_files import built, compare, needs_gcc, section_names
 
 SCENE = str(INPUTS / "clear_day" / "amc.inp")
@@ -161,7 +160,7 @@ def test_irradiance_of_a_band_in_absolute_units(tmp_path):
 
 
 def test_the_layout_page_names_every_section():
-    page = (Path(__file__).parents[2] / "docs" / "formats" / "source.md").read_text()
+    page = (REPOSITORY / "docs" / "formats" / "source.md").read_text()
     table = page[page.index("| kind |") :]
     assert [name for name in section_names() if name not in table] == []
 

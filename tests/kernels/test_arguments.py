@@ -1,4 +1,4 @@
-"""Arguments behind an address, as Python lays them down; tests/unit/source/test_host.py reads them in compiled code."""
+"""Arguments behind an address, as Python lays them down; tests/emission/test_host.py reads them in compiled code."""
 
 from __future__ import annotations
 

@@ -13,7 +13,15 @@ from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, solve_orders
 from tests.reference.refraction import SCALE_M, Beam, beam
-from tests.reference.test_successive_orders_tables import AZIMUTHS, MEDIA, TABLES, cases, of, rayleigh_sky, values
+from tests.skies.atmosphere.test_successive_orders_tables import (
+    AZIMUTHS,
+    MEDIA,
+    TABLES,
+    cases,
+    of,
+    rayleigh_sky,
+    values,
+)
 from tests.support.plane_layers import by_order, later_orders
 from tests.support.shared import INPUTS
 

@@ -22,6 +22,15 @@ from aomc_sky.skies.atmosphere.medium import (
     sphere_integral,
 )
 from aomc_sky.skies.atmosphere.optical_depth import vertical_optical_depth
+from tests.skies.atmosphere.language.test_values import (
+    AEROSOL,
+    COLOURED,
+    CORNETTE,
+    MOLECULES,
+    OZONE,
+    PEAKED,
+    RAYLEIGH,
+)
 from tests.support.atmospheres import (
     OZONE_KINKS_M,
     PEAK_NORM,
@@ -31,15 +40,6 @@ from tests.support.atmospheres import (
     sample_aerosol_phase,
 )
 from tests.support.blocks import GIVEN, density_block, phase_block
-from tests.unit.atmosphere.language.test_values import (
-    AEROSOL,
-    COLOURED,
-    CORNETTE,
-    MOLECULES,
-    OZONE,
-    PEAKED,
-    RAYLEIGH,
-)
 
 TOP_M = 120e3
 

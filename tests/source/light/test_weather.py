@@ -14,11 +14,11 @@ import aomc_sky as sky
 from aomc_sky.formats.weather import read_weather
 from aomc_sky.source.light.sun_position import sun_position, utc
 from aomc_sky.source.light.weather import weather_of
-from tests.support.shared import INPUTS
+from tests.support.shared import DATA, INPUTS
 
 pvlib = pytest.importorskip("pvlib")
 
-EPW = Path(__file__).resolve().parents[3] / "data" / "weather" / "good" / "invented.epw"
+EPW = DATA / "weather" / "good" / "invented.epw"
 PLACE = {"time": "2026-06-21T09:30:00Z", "latitude_deg": 54.2, "longitude_deg": 7.9}
 
 

@@ -28,11 +28,11 @@ from aomc_sky.skies.atmosphere.description.medium import (
     read_medium,
 )
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
+from tests.skies.atmosphere.language.test_values import MOLECULES, OZONE, PEAKED, RAYLEIGH
 from tests.support import atmospheres
 from tests.support.atmospheres import molecules_only
 from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
-from tests.unit.atmosphere.language.test_values import MOLECULES, OZONE, PEAKED, RAYLEIGH
 
 AU_M = 149_597_870_700.0
 GRID_NM = np.linspace(400.0, 700.0, 7)

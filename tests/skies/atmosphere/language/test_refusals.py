@@ -332,7 +332,7 @@ _IN_LITTLE_MEMORY = """
 import resource, sys
 import numpy as np
 from tests.support.blocks import GIVEN, density_block
-from tests.unit.atmosphere.language.test_refusals import HOSTILE
+from tests.skies.atmosphere.language.test_refusals import HOSTILE
 lanes = np.linspace(0.0, 1e5, 200_001)
 blocks = [text for text, _ in HOSTILE.values()]
 full = "".join(f"vec4 a{i} = vec4(altitude);" for i in range(480))

@@ -16,9 +16,9 @@ from aomc_sky.errors import InputFileError, InputWarning
 from aomc_sky.skies.lobes.file.file import read_background_file
 from tests.support.background import SAMPLES, plain_file
 from tests.support.limits import MOST_CPU_S
+from tests.support.shared import REPOSITORY
 
 h5py = pytest.importorskip("h5py")
-ROOT = Path(__file__).parents[4]
 SECRET = 123.0
 
 
@@ -227,7 +227,7 @@ def damaged_files(folder: Path, n: int, seed: int) -> list[str]:
 def outcomes(paths: Sequence[str]) -> list[str]:
     """What became of every file: read or refused; in a process of its own, whose memory is measured."""
     command = [sys.executable, "-m", "tests.support.hdf5_outcomes", *paths]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=3000, check=False)
+    done = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, timeout=3000, check=False)
     assert done.returncode == 0, done.stderr
     *lines, peak = done.stdout.splitlines()
     assert len(lines) == len(paths)
