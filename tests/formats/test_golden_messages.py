@@ -21,6 +21,14 @@ from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.source.read.measured import read_radiance_csv
 from tests.support.shared import DATA, INPUTS
 
+
+def read_background(path: str) -> object:
+    pytest.importorskip("h5py")
+    from aomc_sky.skies.lobes.file.file import read_background_file
+
+    return read_background_file(path)
+
+
 READERS: dict[str, Callable[[str], object]] = {
     "amc": read_amc,
     "lambbot": lambda path: read_lambbot(path, n_wavebands=2),
@@ -29,13 +37,14 @@ READERS: dict[str, Callable[[str], object]] = {
     "sky_toml": read_sky_toml,
     "atmo": read_atmo,
     "atmo_blocks": lambda path: read_medium(read_atmo(path)),
+    "background": read_background,
     "mcpl": check_mcpl,
     "photons_npy": lambda path: list(read_photons_npy(path).blocks()),
     "radiance_csv": read_radiance_csv,
     "weather": lambda path: read_weather(path, Path(path).name.split("_")[0]),
 }
 LEAST = {"amc": 20, "lambbot": 10, "difcol": 5, "skydist": 20, "sky_toml": 20, "atmo": 36, "atmo_blocks": 5}
-LEAST |= {"mcpl": 5, "photons_npy": 6, "weather": 20, "radiance_csv": 10}
+LEAST |= {"background": 9, "mcpl": 5, "photons_npy": 6, "weather": 20, "radiance_csv": 10}
 """Bad files that there are at least."""
 
 ENDINGS = (".inp", ".toml", ".mcpl", ".h5", ".atmo", ".npy", ".csv")

@@ -32,18 +32,6 @@ def test_beam_and_sky_share_the_light_of_the_plane():
     assert any("direct fraction 0.8205" in note for note in scene.notes)
 
 
-@pytest.mark.parametrize(
-    "given",
-    [{"ghi": 780.0, "dni": 640.0 / np.cos(np.deg2rad(40.0))}, {"dni": 640.0 / np.cos(np.deg2rad(40.0)), "dhi": 140.0}],
-)
-def test_any_two_irradiances_make_the_same_scene(given):
-    rest = {"sun_zenith_deg": 40.0, "sun_azimuth_deg": 30.0, **given}
-    one, other = (
-        sky.weather_scene(wavebands=[500.0], **inputs).source(seed=1).photons(0, 0, 1000) for inputs in (NOON, rest)
-    )
-    np.testing.assert_allclose(one.uz, other.uz, atol=1e-6)
-
-
 def test_the_sky_alone_and_the_beam_alone():
     alone = sky.weather_scene(wavebands=[500.0], diffuse_only=True, **NOON)
     assert [c.name for c in alone.components] == ["perez"]

@@ -5,10 +5,9 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-import numpy as np
 import pytest
 
-from aomc_sky.errors import ForeignOutputError, OutputError, UsageError
+from aomc_sky.errors import ForeignOutputError, OutputError
 from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.plan.plan import Plan
 from aomc_sky.source.read.scene import read_scene
@@ -56,27 +55,6 @@ def test_another_run_is_replaced_by_force_alone(folder, monkeypatch):
     assert (removed[0], removed[-1]) == ("manifest.json", "plan.npz")  # a killed one leaves a run that is not finished
     assert names(folder) == {"plan.npz", "notes.txt"}
     assert Plan.load(folder.path / "plan.npz").sha256 == plan_of(2).sha256
-
-
-@pytest.mark.parametrize("force", [False, True])
-@pytest.mark.parametrize("name", ["notes.txt", "photons-0001.npy", "manifest.json"])
-def test_a_folder_of_others_is_no_run(folder, force, name):
-    folder.path.mkdir(parents=True)
-    (folder.path / name).write_text("mine")
-    with pytest.raises(UsageError, match=f"{name}, which no run .* write --out .*out/aomc-sky-out"):
-        claim(folder, 1, force=force)
-    assert {path.name: path.read_text() for path in folder.path.iterdir()} == {name: "mine"}
-
-
-def test_a_plan_that_is_none_of_ours_stays(folder):
-    folder.path.mkdir(parents=True)
-    np.savez(folder.path / "plan.npz", mine=np.arange(3))
-    before = (folder.path / "plan.npz").read_bytes()
-    with pytest.raises(ForeignOutputError, match="--force"):
-        claim(folder, 1)
-    with pytest.raises(UsageError, match="no plan of aomc-sky"):
-        claim(folder, 1, force=True)
-    assert (folder.path / "plan.npz").read_bytes() == before
 
 
 def test_what_a_killed_run_left_goes_while_nobody_is_there(folder):

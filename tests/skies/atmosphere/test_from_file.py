@@ -75,11 +75,3 @@ def test_tables_elsewhere_want_a_word(tmp_path: Path) -> None:
     found = sky.AtmosphereSky.from_file(moved, wavelength_nm=560.0, allow_paths=[tmp_path / "tables"], **FEW)
     same = sky.AtmosphereSky.from_file(MARINE, wavelength_nm=560.0, **FEW)
     np.testing.assert_array_equal(found.patch_mean, same.patch_mean)
-
-
-def test_all_problems_of_the_file_are_told(tmp_path: Path) -> None:
-    bad = tmp_path / "bad.atmo"
-    bad.write_text("version: 6\nscattering orders: none\natmosphere height: 5 parsec\n")
-    with pytest.raises(InputFileError) as caught:
-        sky.AtmosphereSky.from_file(bad, wavelength_nm=560.0, **FEW)
-    assert {problem.line for problem in caught.value.problems} >= {2, 3}

@@ -305,21 +305,6 @@ def test_a_beam_beside_a_sky_file_is_launched_where_it_is_asked_for(name: str | 
         assert both.source().exact_moments(band).mean_mu == pytest.approx(expected, rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("weather", "message"),
-    [
-        ({"dni": 0.0, "dhi": 0.0}, "no light at all"),
-        ({"ghi": 500.0, "dni": 850.0}, "dni cos Z is 717"),
-        ({"ghi": 500.0, "dhi": 600.0}, "dhi 600 W m-2 is more than ghi 500, so that dni would be negative"),
-        ({"ghi": 500.0, "dni": 850.0, "dhi": 95.0}, "ghi 500 is not dhi 95 [+] dni 850 cos Z = 812.7 W m-2"),
-        ({"dni": 0.0, "dhi": 1200.0}, "dhi 1200 W m-2 is more than any sky gives"),
-    ],
-)
-def test_weather_that_cannot_be(tmp_path: Path, weather: dict[str, float], message: str) -> None:
-    with pytest.raises(sky.SceneError, match=message):
-        sky.read_scene(scene_folder(tmp_path), perez=weather, sun={"zenith_deg": 32.4})
-
-
 def test_no_diffuse_irradiance_means_no_sky(tmp_path: Path) -> None:
     folder = scene_folder(tmp_path)
     scene = sky.read_scene(folder, perez={"dni": 850.0, "dhi": 0.0})

@@ -41,27 +41,18 @@ def problems_of(text: str) -> tuple[str, ...]:
         ("struct A { float x; }; return 1.;", "10:1: a type is not known"),
         ("float[3] a; return 1.;", "10:6: there are no arrays here"),
         ("float f(float x) { return x; } return 1.;", "10:7: a block cannot define functions"),
-        (
-            "return 1.; } float g() { return 2.;",
-            "10:12: } cannot stand here | it has no { before it in the block; remove it",
-        ),
+        ("return 1.; } float g() { return 2.;", "10:12: } cannot stand here"),
         ("double a = 1.; return a;", "10:1: a type is not known"),
         ("float a[3]; return a[0];", "10:7: there are no arrays here"),
         ("return 1.0lf;", "10:8: 1.0lf is not a number"),
-        (
-            "while(true) { } return 1.;",
-            "10:1: while cannot stand here | there are no loops; write the terms one by one",
-        ),
+        ("while(true) { } return 1.;", "10:1: while cannot stand here"),
         ("for(int i = 0; i < 3; i += 1) { i = 1; } return 1.;", "10:1: for cannot stand here"),
         ("switch(1) { } return 1.;", "10:1: switch cannot stand here | write it with if and else"),
         ("precision highp float; return 1.;", "10:1: a type is not known"),
         ("mat3 m; return 1.;", "10:1: a type is not known"),
         ("ivec2 v; return 1.;", "10:1: a type is not known"),
         ("return float(1 << 3);", "10:16: the operator << is not part of this language"),
-        (
-            "return float(5 & 3);",
-            "10:16: the operator & is not part of this language | write &&, || or !=",
-        ),
+        ("return float(5 & 3);", "10:16: the operator & is not part of this language"),
         ("int i = 5; i <<= 2; return i;", "10:14: the operator <<= is not part of this language"),
         ("float a; float b = a = 1.; return b;", "10:22: an assignment is not a value here"),
         ("int i = 1; return i++;", "10:20: the operator ++ is not part of this language | write += 1 or -= 1"),
@@ -70,10 +61,7 @@ def problems_of(text: str) -> tuple[str, ...]:
         ("float __a = 1.; return 1.;", "10:7: the name __a is reserved in GLSL"),
         ("return gl_FragCoord.x;", "10:8: the name gl_FragCoord is reserved in GLSL"),
         # numbers
-        (
-            "return 10km;",
-            "10:8: 10km is not a number | write decimal digits alone, such as 10 or 10.0, or a product such as 10*km",
-        ),
+        ("return 10km;", "10:8: 10km is not a number"),
         ("return 1f;", "10:8: 1f is not a number"),
         ("return 1.2.3;", "10:8: 1.2.3 is not a number"),
         ("return 1e;", "10:8: 1e is not a number"),
@@ -101,10 +89,7 @@ def problems_of(text: str) -> tuple[str, ...]:
         ("if(altitude < 1.) return 1.;", "10:29: the block can end without a value"),
         ("if(altitude < 1.) return 1.; else if(altitude < 2.) return 2.;", "10:63: the block can end without"),
         # types
-        (
-            "return vec4(1);",
-            "10:8: the value that is returned is a vec4, not a float | take a component of it, such as .x",
-        ),
+        ("return vec4(1);", "10:8: the value that is returned is a vec4, not a float"),
         ("return true;", "10:8: the value that is returned is a bool, not a float | write float(...) around it"),
         ("int i = 1.; return i;", "10:9: the value of i is a float, not an int | write int(...) around it"),
         ("vec2 v = vec3(1); return 1.;", "10:10: the value of v is a vec3, not a vec2 | take a component"),
@@ -124,10 +109,7 @@ def problems_of(text: str) -> tuple[str, ...]:
         ("int i = 1; i += 0.5; return i;", "10:12: += gives a float, and the variable is an int"),
         ("float x = 1.; x *= vec2(1); return x;", "10:15: *= gives a vec2, and the variable is a float"),
         # functions
-        (
-            "return pow(wavelengths, 1.5).x;",
-            "10:8: pow does not take vec4, float: its values have one type | write vec4",
-        ),
+        ("return pow(wavelengths, 1.5).x;", "10:8: pow does not take vec4, float: its values have one type"),
         ("return exp(true);", "10:8: exp does not take bool"),
         ("return exp();", "10:8: exp takes 1 values, not 0"),
         ("return atan(1., 2., 3.);", "10:8: atan takes 1 or 2 values, not 3"),

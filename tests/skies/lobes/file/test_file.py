@@ -20,8 +20,7 @@ from aomc_sky.skies.lobes.file.data import (
     normalised,
 )
 from aomc_sky.skies.lobes.file.file import read_background_file, write_background
-from tests.support.background import CURVES, LOBES, SAMPLES, lobe_dtype, plain_file
-from tests.support.shared import DATA
+from tests.support.background import CURVES, SAMPLES, lobe_dtype, plain_file
 
 h5py = pytest.importorskip("h5py")
 GZIP = {"chunks": True, "compression": "gzip", "shuffle": True, "fletcher32": True}
@@ -356,19 +355,3 @@ def test_nothing_is_written_that_the_reader_would_refuse(changes, tmp_path):
 def test_a_folder_that_is_not_there_is_an_output_error(tmp_path):
     with pytest.raises(OutputError, match="cannot write"):
         write_background(tmp_path / "none/x.h5", content())
-
-
-BAD = sorted((DATA / "background/bad").glob("*.h5"))
-
-
-@pytest.mark.parametrize("path", BAD, ids=lambda path: path.stem)
-def test_bad_files_print_what_stands_beside_them(path, monkeypatch):
-    monkeypatch.chdir(path.parent)
-    with pytest.raises(InputFileError) as caught:
-        read_background_file(path.name)
-    assert f"{caught.value}\n" == path.with_suffix(".expected").read_text()
-
-
-def test_there_are_bad_files():
-    assert len(BAD) == 9
-    assert len(LOBES) == 3
