@@ -97,13 +97,6 @@ def test_the_scale_of_masses_is_no_share_of_the_light():
     assert source.counts[:, -1].tolist() == [750, 750]
 
 
-def test_two_rows_of_one_wavelength_are_refused_unless_the_program_chooses():
-    grid, values = sky.PatchGrid.regular(1, 1), np.array([[1.0], [2.0]])
-    with pytest.raises(sky.SceneError, match="500 nm stands in it twice"):
-        sky.TabulatedSky(wavelength_nm=[500, 500], values=values, grid=grid)
-    sky.TabulatedSky(wavelength_nm=[500, 500], values=values, grid=grid, midpoint_rule=True)
-
-
 def test_a_circle_has_one_diameter():
     with pytest.raises(sky.SceneError, match="a circle has one diameter"):
         sky.Footprint(shape="circle", size_x_m=1.0, size_y_m=2.0)
@@ -252,17 +245,6 @@ def test_a_plan_of_other_streams_is_refused(tmp_path):
     (tmp_path / "plan.npz").write_bytes(npz_bytes(plan.members(), {**plan.options, "stream": "aomc-sky/1"}))
     with pytest.raises(sky.AomcSkyError, match=r"'aomc-sky/1'.*other photons.*run the scene again"):
         sky.Plan.load(tmp_path / "plan.npz")
-
-
-def test_the_caller_sets_how_much_memory_a_plan_may_take() -> None:
-    """90 x 360 cells for 15 wavebands: three times 2 x 3.7 MiB and 1.5 MiB of cells, 27 MiB."""
-    grid = sky.PatchGrid.regular(90, 360)
-    wavelength_nm = np.linspace(400.0, 700.0, 15)
-    table = sky.TabulatedSky(wavelength_nm=wavelength_nm, values=np.ones((15, grid.n_patches)), grid=grid)
-    scene = sky.Scene(wavebands=sky.Wavebands(wavelength_nm=wavelength_nm), n_photons=10, components=(table,))
-    with pytest.raises(sky.UsageError, match=r"27 MiB of memory, more than the 20 MiB of --max-memory"):
-        scene.source(max_memory_bytes=20 * 2**20)
-    assert scene.source(max_memory_bytes=30 * 2**20).total == scene.source().total == 150
 
 
 @pytest.mark.parametrize(

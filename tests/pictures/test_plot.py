@@ -102,25 +102,6 @@ def test_patches_are_exact_polygons():
 
 
 @pytest.mark.parametrize(
-    ("seen_from", "words"),
-    [("above", ("above", "right", "anticlockwise")), ("below", ("below", "left", ", clockwise"))],
-)
-def test_the_picture_says_what_it_shows(seen_from, words):
-    figure = sky.plot(Spot(), title="a spot", seen_from=seen_from)
-    texts = texts_of(figure)
-    assert "a spot" in texts
-    caption = next(text for text in texts if "north (+y) up" in text).replace("\n", " ")
-    assert all(word in caption for word in words)
-    assert "azimuth from 0° in the east to 90° in the north" in caption
-    assert "zenith angle as radius" in caption
-    assert any("W m" in text and "sr" in text for text in texts)
-    assert {"N", "E", "S", "W", "azimuth\n45°", "135°", "225°", "315°", "30°", "60°", "90°"} <= set(texts)
-    assert "the sun" in texts
-    assert "The sun is 45° from the zenith in the northeast (azimuth 30°, compass 60°)." in caption
-    assert "radiance [W m$^{-2}$ sr$^{-1}$], log scale" in texts
-
-
-@pytest.mark.parametrize(
     ("zenith_deg", "azimuth_deg", "words"),
     [
         (0.0, 70.0, "at the zenith"),
@@ -137,10 +118,6 @@ def test_the_sun_is_named_where_all_domes_have_it():
     domes = [Dome(grid=PatchGrid.regular(1, 4), values=np.ones(4), marks=(sun_mark(z, 0.0),)) for z in (30.0, 40.0)]
     assert Picture(domes=(domes[0], domes[0]), quantity=RELATIVE_RADIANCE).sun_sentence != ()
     assert Picture(domes=tuple(domes), quantity=RELATIVE_RADIANCE).sun_sentence == ()
-
-
-def test_linear_colours_are_not_called_logarithmic():
-    assert not any("log scale" in text for text in texts_of(sky.plot(Spot(), norm="linear")))
 
 
 def test_the_azimuth_of_the_sun_may_be_that_of_a_compass():

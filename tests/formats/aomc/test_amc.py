@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from aomc_sky.errors import InputFileError, InputWarning, OutputError
+from aomc_sky.errors import InputFileError, InputWarning
 from aomc_sky.formats.aomc.amc import FootprintCode, LightSource, read_amc, read_difcol, read_lambbot
-from aomc_sky.formats.aomc.skydist import read_skydist
 from tests.support.scenes import write_amc
 from tests.support.shared import DATA
 
@@ -91,31 +89,6 @@ def test_lambbot_and_difcol_values() -> None:
     assert difcol.intensity.tolist() == [1.0, 0.5]
     with pytest.raises(ValueError, match="read-only"):
         difcol.intensity[0] = 2
-
-
-def test_lenient_lambbot_keeps_the_value() -> None:
-    with pytest.warns(InputWarning, match="E202"):
-        table = read_lambbot(DATA / "lambbot/bad/reflectance_high.inp", lenient=True)
-    assert table.bottom_reflectance[0] == 1.5
-    with pytest.raises(InputFileError):
-        read_difcol(DATA / "difcol/bad/fraction_high.inp")
-
-
-def test_what_is_no_file_is_refused_at_once(tmp_path: Path) -> None:
-    os.mkfifo(tmp_path / "pipe")
-    for path in (tmp_path / "absent.inp", tmp_path, tmp_path / "pipe", tmp_path / "absent" / "amc.inp"):
-        for read in (read_amc, read_lambbot, read_difcol, read_skydist):
-            with pytest.raises(InputFileError, match="E100"):
-                read(path)
-
-
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
-def test_no_permission_is_an_input_output_error(tmp_path: Path) -> None:
-    path = tmp_path / "amc.inp"
-    path.write_text("")
-    path.chmod(0)
-    with pytest.raises(OutputError, match="ermission"):
-        read_amc(path)
 
 
 def test_a_mistyped_label_is_no_displaced_line(tmp_path: Path) -> None:

@@ -260,15 +260,6 @@ def test_options_that_no_manifest_can_hold(install):
         sky.read_scene(SCENE, sky="dark", sky_options={"other": object()})
 
 
-@pytest.mark.parametrize(
-    "options", [{"within": "uniform"}, {"weighting": "solid-angle"}, {"perez": {"dni": 1, "dhi": 1}}]
-)
-def test_what_belongs_to_other_skies_is_refused(install, options):
-    install(GOOD)
-    with pytest.raises(sky.UsageError):
-        sky.read_scene(SCENE, sky="dark", **options)
-
-
 def test_our_own_names_start_no_search(monkeypatch):
     searches = []
     monkeypatch.setattr("aomc_sky.formats.sky_models.entry_points", lambda **group: searches.append(group) or ())

@@ -34,14 +34,6 @@ def test_all_problems_of_all_files_at_once(tmp_path):
         sky.read_scene(tmp_path)
 
 
-def test_subnormal_values_keep_their_shares(tmp_path):
-    write_scene(tmp_path, sky_text="2 2 2 1\n500\n1 1 0 5e-324\n1 2 1 1.5e-323\n")
-    for weighting in ("listed", "projected", "solid-angle"):
-        counts = sky.read_scene(tmp_path, weighting=weighting).source().counts[0]
-        assert counts.sum() == 1000
-        assert np.count_nonzero(counts) == 2
-
-
 def test_values_beyond_float32(tmp_path):
     """The program's reading is compared without a warning of numpy's, and refused where it is asked for."""
     write_scene(tmp_path, sky_text="2 2 2 1\n500\n1 1 0 1e300\n1 2 1 1\n")
@@ -108,18 +100,6 @@ def test_declaration_of_our_own_files_is_obeyed(tmp_path):
     scene = sky.read_scene(tmp_path)
     assert (scene.options["bins"], scene.options["weighting"]) == ("degrees", "projected")
     assert sky.read_scene(tmp_path, weighting="listed").options["weighting"] == "listed"
-
-
-def test_written_and_read_back_gives_the_same_photons(tmp_path):
-    scene = sky.read_scene(INPUTS / "sparse_sky")
-    table = sky.read_skydist(INPUTS / "sparse_sky" / "skydist.inp")
-    shutil.copytree(INPUTS / "sparse_sky", tmp_path / "copy")
-    from aomc_sky.formats.aomc.skydist import Values
-
-    sky.write_skydist(table, tmp_path / "copy" / "skydist.inp", values=Values.MASS)
-    again = sky.read_scene(tmp_path / "copy")
-    a, b = scene.source(seed=1).photons(1), again.source(seed=1).photons(1)
-    np.testing.assert_array_equal(a.ux, b.ux)
 
 
 def test_bands_share_the_mass_of_their_wavelength():
@@ -224,12 +204,6 @@ def test_compat_photons_are_lattice_points_in_order():
     s, c = np.sin(np.deg2rad(zenith)), np.cos(np.deg2rad(zenith))
     expected = np.stack([-s * np.cos(np.deg2rad(azimuth)), -s * np.sin(np.deg2rad(azimuth)), -c], axis=-1)
     np.testing.assert_allclose(batch.directions, expected, atol=1e-15)
-
-
-def test_bands_outside_the_sky_warn_with_the_distance(tmp_path):
-    write_scene(tmp_path, sky_text="2 2 2 2\n500 600\n1 1 0 1.0\n2 1 0 1.0\n", bands=(470.0, 550.0, 725.0))
-    with pytest.warns(sky.InputWarning, match=r"2 of 3 wavebands .* 725 nm takes 600 nm, 125 nm away"):
-        sky.read_scene(tmp_path)
 
 
 @needs_shared
