@@ -14,7 +14,11 @@ from tests.support.shared import INPUTS, REPOSITORY
 STORED = sorted((REPOSITORY / "tests" / "data" / "plans").glob("*.npz"))
 """Plans that 0.4 wrote before its plans had records: weights, replicates, irradiances, slopes, lobes, Perez."""
 
-SCENES = sorted(path.parent.name for path in INPUTS.glob("*/amc.inp"))
+SOLVED = ("eclipse", "twilight")  # their light is computed for ten seconds
+SCENES = [
+    pytest.param(name, marks=pytest.mark.slow) if name in SOLVED else name
+    for name in sorted(path.parent.name for path in INPUTS.glob("*/amc.inp"))
+]
 
 
 def saved_again(path: Path) -> None:

@@ -87,17 +87,15 @@ def wedges(seed, n=16):
 @pytest.mark.parametrize("shape", [(9, 36), (45, 180)])
 def test_meridians_and_parallels_of_jumps_are_found(shape, monkeypatch):
     """Corners and margins that no point of the rule sees: 0.3.0 was off by 1.3e-4, and claimed 1e-13."""
-    grid, worst = sky.PatchGrid.regular(*shape), 0.0
+    grid = sky.PatchGrid.regular(*shape)
     for seed in range(3):
         light, exact = wedges(seed)
         result = integrate_patches(light, grid)
         assert abs(result.mass.sum() / exact - 1) < 1e-13
         assert result.error < 1e-9
     monkeypatch.setattr(patch_integrals, "jumps", lambda *_: (np.zeros(0), np.zeros(0)))
-    for seed in range(3):
-        light, exact = wedges(seed)
-        worst = max(worst, abs(integrate_patches(light, grid).mass.sum() / exact - 1))
-    assert worst > 1e-7
+    light, exact = wedges(0)
+    assert abs(integrate_patches(light, grid).mass.sum() / exact - 1) > 1e-7
 
 
 def test_curves_are_no_meridians():

@@ -11,7 +11,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.cli.main import main
-from tests.support.scenes import copy_scene
+from tests.support.scenes import coarse_atmosphere, copy_scene
 from tests.support.shared import INPUTS
 
 EPW = str(INPUTS / "weather" / "two_days.epw")
@@ -152,10 +152,10 @@ def test_a_model_with_one_row_serves_all_wavebands() -> None:
     np.testing.assert_allclose(scene.irradiance.of_component, [[0.3 * fraction / (1 - fraction), 0.3]] * 2, rtol=1e-12)
 
 
-def test_a_sun_that_a_time_replaces_is_noted_under_an_atmosphere_too() -> None:
+def test_a_sun_that_a_time_replaces_is_noted_under_an_atmosphere_too(tmp_path: Path) -> None:
     pytest.importorskip("pvlib")
     time = {"time": "2026-06-21T09:30:00Z", "latitude_deg": 54.18, "longitude_deg": 7.89}
-    scene = sky.read_scene(INPUTS / "atmosphere_sky", weather=time)
+    scene = sky.read_scene(coarse_atmosphere(tmp_path), weather=time)
     zenith = scene.options["sun"]["zenith_deg"]
     assert any(f"the sun at a zenith angle of {zenith:.4f}" in note for note in scene.notes)
 
@@ -165,7 +165,7 @@ def test_the_irradiance_of_a_description_is_that_at_its_own_distance(
     distance: str, is_scaled: bool, tmp_path: Path
 ) -> None:
     pytest.importorskip("pvlib")
-    amc = copy_scene("atmosphere_sky", tmp_path)
+    amc = coarse_atmosphere(tmp_path)
     atmo = amc.parent / "clear.atmo"
     text = atmo.read_text()
     assert "Earth-Sun distance: 1 AU" in text

@@ -14,6 +14,7 @@ import aomc_sky as sky
 from aomc_sky.formats.weather import read_weather
 from aomc_sky.source.light.sun_position import sun_position, utc
 from aomc_sky.source.light.weather import weather_of
+from tests.support.scenes import coarse_atmosphere
 from tests.support.shared import DATA, INPUTS
 
 pvlib = pytest.importorskip("pvlib")
@@ -145,17 +146,18 @@ def test_rays_of_a_description_come_from_the_true_sun(tmp_path: Path) -> None:
     assert found is not None
     with pytest.raises(sky.SceneError, match="degrees below the horizon there; take an hour of the day"):
         sky.read_scene(INPUTS / "perez_sky", weather=night)
-    scene = sky.read_scene(INPUTS / "atmosphere_sky", weather=PLACE)
+    scene = sky.read_scene(coarse_atmosphere(tmp_path), weather=PLACE)
     assert scene.options["sun"]["zenith_deg"] == scene.options["weather"]["true_zenith_deg"]
 
 
 @pytest.mark.parametrize(("day", "factor"), [("2026-01-03", 1.0351), ("2026-07-04", 0.9666)])
-def test_the_sun_of_a_description_has_its_distance_of_the_day(day: str, factor: float) -> None:
+def test_the_sun_of_a_description_has_its_distance_of_the_day(day: str, factor: float, tmp_path: Path) -> None:
     """1/d^2 with d = 0.98330 and 1.01663 AU, by the algorithm of Reda and Andreas in pvlib: 1.0343, 0.9675."""
     place = {**PLACE, "time": f"{day}T12:00:00Z"}
-    dated = sky.read_scene(INPUTS / "atmosphere_sky", weather=place)
+    amc = coarse_atmosphere(tmp_path)
+    dated = sky.read_scene(amc, weather=place)
     sun = {"zenith_deg": dated.options["sun"]["zenith_deg"], "azimuth_deg": dated.options["sun"]["azimuth_deg"]}
-    undated = sky.read_scene(INPUTS / "atmosphere_sky", sun=sun)
+    undated = sky.read_scene(amc, sun=sun)
     assert dated.irradiance is not None
     assert undated.irradiance is not None
     ratio = dated.irradiance.of_component / undated.irradiance.of_component

@@ -26,7 +26,7 @@ def amc(tmp_path: Path) -> Path:
 
 
 def coarse(amc: Path, more: str = "", sun: str = f"zenith_deg = {SUN_DEG}") -> None:
-    keys = "orders = 3\nzenith_bins = 9\nazimuth_bins = 12\n"
+    keys = "orders = 2\nzenith_bins = 9\nazimuth_bins = 12\n"
     (amc.parent / "sky.toml").write_text(f'[atmosphere]\nfile = "clear.atmo"\n{keys}{more}\n[sun]\n{sun}\n')
 
 
@@ -41,7 +41,7 @@ def test_strengths_are_the_irradiances_of_the_solution(amc: Path) -> None:
         sun_zenith_deg=SUN_DEG,
         sky_zenith_deg=0,
         azimuth_from_sun_deg=0,
-        orders=3,
+        orders=2,
     )
     assert scene.irradiance is not None
     np.testing.assert_allclose(scene.irradiance.of_component[:, 0], found.direct_irradiance, rtol=1e-14)
@@ -49,7 +49,7 @@ def test_strengths_are_the_irradiances_of_the_solution(amc: Path) -> None:
     (azimuth,) = np.unique(scene.components[0].cell[:, 5] > 0)
     assert azimuth  # the beam comes from amc.inp's 65 degrees
     json.dumps(dict(scene.options))
-    assert scene.options["atmosphere"]["orders"] == 3
+    assert scene.options["atmosphere"]["orders"] == 2
     assert any("direct fraction" in note for note in scene.notes)
 
 
