@@ -121,14 +121,6 @@ def test_importing_the_package_loads_no_third_party_module() -> None:
     assert not {"numpy", *HEAVY} & set(done.stdout.split())
 
 
-def test_module_and_script_are_the_same_program() -> None:
-    environment = {**os.environ, "COLUMNS": "100"}
-    module = subprocess.run(
-        [sys.executable, "-m", "aomc_sky", "--help"], capture_output=True, text=True, check=True, env=environment
-    )
-    assert module.stdout.startswith("usage: aomc-sky ")
-
-
 PEREZ, LOBES, TABLE = {"perez"}, {"lobes", "background", "backgrounds"}, {"tabulated"}
 ATMOSPHERE, MOON = {"atmosphere", "atmospheres", "atmo"}, {"moon", "eclipse"}
 WEATHER = {"weather", "sun_position", "spectral_split"}
