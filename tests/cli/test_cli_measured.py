@@ -123,6 +123,20 @@ def test_run_of_a_radiance_field(field_file, tmp_path, capsys):
     assert "not used with a field" in capsys.readouterr().err
 
 
+def test_one_index_of_a_dimension_and_wavelengths_of_a_grey_field(field_file, tmp_path):
+    xarray = pytest.importorskip("xarray")
+    field = xarray.load_dataarray(field_file).isel(wavelength=0, drop=True)
+    (field * xarray.DataArray([1.0, 0.0], dims="stokes")).to_netcdf(tmp_path / "two.nc", engine="h5netcdf")
+    words = ["run", str(tmp_path / "two.nc"), "--format", "none", "--out", str(tmp_path / "out"), "-q"]
+    assert main([*words, "--wavelengths", "550"]) == 3
+    assert main([*words, "--isel", "stokes=0"]) == 2  # no wavelengths
+    assert main([*words, "--isel", "stokes=1", "--wavelengths", "550"]) == 3  # no light
+    assert main([*words, "--isel", "stokes=0", "--wavelengths", "550"]) == 0
+    assert main(["run", str(SKY), "--isel", "stokes=1"]) == 2
+    with pytest.raises(SystemExit, match="2"):
+        main([*words, "--isel", "stokes"])
+
+
 def test_a_text_file_and_a_folder_of_tables(tmp_path, capsys):
     """The content of a .txt says what it is; a folder with tables alone is validated, and `run` names its table."""
     lines = SKY.read_text().splitlines()[:60]

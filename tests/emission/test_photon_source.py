@@ -97,6 +97,13 @@ def test_the_scale_of_masses_is_no_share_of_the_light():
     assert source.counts[:, -1].tolist() == [750, 750]
 
 
+def test_two_rows_of_one_wavelength_are_refused_unless_the_program_chooses():
+    grid, values = sky.PatchGrid.regular(1, 1), np.array([[1.0], [2.0]])
+    with pytest.raises(sky.SceneError, match="500 nm stands in it twice"):
+        sky.TabulatedSky(wavelength_nm=[500, 500], values=values, grid=grid)
+    sky.TabulatedSky(wavelength_nm=[500, 500], values=values, grid=grid, midpoint_rule=True)
+
+
 def test_a_circle_has_one_diameter():
     with pytest.raises(sky.SceneError, match="a circle has one diameter"):
         sky.Footprint(shape="circle", size_x_m=1.0, size_y_m=2.0)
