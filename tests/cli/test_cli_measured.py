@@ -84,6 +84,19 @@ def test_little_of_the_sky_is_a_warning_and_strict_an_error(tmp_path, capsys):
     assert main(["validate", str(tmp_path / "cap.csv"), "--strict"]) == 3
 
 
+def test_a_measured_sky_with_its_sun(tmp_path, capsys):
+    """The sky in its own units is the diffuse light, and the beam has the share of the irradiances."""
+    words = ["run", str(SKY), "--iterations", "1000", "--format", "none", "--json", "--out"]
+    assert main([*words, str(tmp_path / "a"), "--dni", "800", "--dhi", "120"]) == 0
+    both = json.loads(capsys.readouterr().out)["bands"]
+    assert main([*words, str(tmp_path / "b")]) == 0
+    alone = json.loads(capsys.readouterr().out)["bands"]
+    ratio = 800 * np.cos(np.radians(40)) / 120
+    for one, other in zip(both, alone, strict=True):
+        parts, sky = one["component_irradiance_W_m2_nm"], other["irradiance_W_m2_nm"]
+        assert (parts["measured"], parts["direct"]) == pytest.approx((sky, ratio * sky), rel=1e-9)
+
+
 @pytest.fixture
 def field_file(tmp_path):
     """A netCDF file: radiance 1 + cos(azimuth - south) sin(zenith), azimuths clockwise from north."""

@@ -77,6 +77,8 @@ def test_a_sky_whose_sun_is_lost_says_so(tmp_path: Path, capsys: pytest.CaptureF
     assert capsys.readouterr().err == ""
     one, two = (np.load(tmp_path / name / "photons-0001.npy") for name in ("one", "two"))
     assert np.array_equal(one, two)
+    assert run("--sky", "overcast", "--sun-zenith", "40", "--out", tmp_path / "three", "-q") == 0  # no need of a sun
+    assert "beam of the sun is missing" in capsys.readouterr().err
 
 
 def test_python_takes_names_models_and_functions() -> None:
