@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import shutil
 import subprocess
 
@@ -124,7 +123,7 @@ def test_info_shows_head_and_bounds(amc, tmp_path, capsys):
 
 @pytest.mark.parametrize("command", ["info", "validate"])
 def test_bad_files_end_with_3(command, capsys):
-    assert main([command, str(DATA / "mcpl/bad" / sorted(os.listdir(DATA / "mcpl/bad"))[1])]) == 3
+    assert main([command, str(DATA / "mcpl/bad/billion_billions.mcpl")]) == 3
     assert "error[E80" in capsys.readouterr().err
 
 
