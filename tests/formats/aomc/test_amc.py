@@ -91,6 +91,12 @@ def test_lambbot_and_difcol_values() -> None:
         difcol.intensity[0] = 2
 
 
+def test_lenient_lambbot_keeps_the_value() -> None:
+    with pytest.warns(InputWarning, match="E202"):
+        table = read_lambbot(DATA / "lambbot/bad/reflectance_high.inp", lenient=True)
+    assert table.bottom_reflectance[0] == 1.5
+
+
 def test_a_mistyped_label_is_no_displaced_line(tmp_path: Path) -> None:
     text = (DATA / "amc/good/thirty_lines.inp").read_text()
     assert text.count("\n4)") == 1
