@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from aomc_sky.component import Law
-from aomc_sky.emission.band_tables import CellWords, StreamWords
+from aomc_sky.emission.band_tables import PackedCells, StreamWords
 from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW, QUARTER
 
 _GUIDE_ENTRIES = 80_000
@@ -23,7 +23,7 @@ class Band(NamedTuple):
     """
 
     order: np.ndarray  #: `StreamWords.order`; empty leaves photons in the order of the cells
-    shifts: np.ndarray  #: position in the cell as a 64-bit fraction: shift + rank x step (+ the ring's turn for v)
+    shifts: np.ndarray  #: position in the cell as a 64-bit fraction: shift + rank x step (+ the ring's offset for v)
     steps: np.ndarray
     key: np.uint64  #: of Philox, for positions and for what a rejection draws
     number: np.uint64  #: of the band in the counters of Philox
@@ -32,16 +32,18 @@ class Band(NamedTuple):
     guide: np.ndarray  #: slot of every 2^guide_shift-th rank
     guide_shift: np.uint64
     place: np.ndarray  #: of each slot: halves are the positions of the ring's and the column's parameters in `words`
-    words: np.ndarray  #: `CellWords.words` with the turns of the band
+    words: np.ndarray  #: `PackedCells.words` with the ring offsets of the band
     values: np.ndarray  #: `words` as floats of the precision
-    law: np.ndarray | None  #: of each slot, int8; empty if all go the main way; None if no hook and no jitter either
-    perez: tuple[Any, ...] | None  #: tables of the hook `rejection` for the slots, and the steps of its first trial
-    #: Of the hook `queue`: the lobe of each slot (int32, -1 for none), the tables of `skies.lobes.kernels.law`, the
-    #: steps of the first trial, and `falls` with `paces`.
+    law: (
+        np.ndarray | None
+    )  #: of each slot, int8; empty if `azimuth_kernel` makes all; None if no hook and no jitter either
+    perez: tuple[Any, ...] | None  #: tables of the hook `perez` for the slots, and the steps of its first trial
+    #: Of the hook `lobes`: the lobe of each slot (int32, -1 for none), the tables of `skies.lobes.kernels.law`, the
+    #: steps of the first trial, and `bin_proposals` with `bins_per_photon`.
     lobes: tuple[Any, ...] | None
     slopes: np.ndarray | None  #: words of `laws.sloped` of the slots
-    main: np.uint64  #: the way of most slots, one of `constants.NARROW` and those after it
-    one_disc: np.int32  #: the slot of a disc, if all others go the main way; else -1
+    azimuth_kernel: np.uint64  #: the loop that makes most slots: `constants.NARROW` or one after it
+    one_disc: np.int32  #: the slot of a disc, if `azimuth_kernel` makes all others; else -1
     cell_of_slot: np.ndarray  #: int32; empty if slot = cell
 
     @property
@@ -53,27 +55,27 @@ class Band(NamedTuple):
     def known(self) -> tuple[object, ...]:
         """The parameters of `sampler.photon_at`, which is compiled for this band alone.
 
-        None stands for what is empty or 0, and flags for `main`: the types tell the compiler.
+        None stands for what is empty or 0, and flags for `azimuth_kernel`: the types tell the compiler.
         """
         order = tuple(self.order) if self.order.size else None
         law = self.law if self.law is not None and self.law.size else None
-        ways = (True if self.main == way else None for way in (IN_MU, ANY_WIDTH, NARROW))
+        kernels = (True if self.azimuth_kernel == kernel else None for kernel in (IN_MU, ANY_WIDTH, NARROW))
         start, search = self[1:5], self[6:12]  # shifts to number, cumulative to values
-        return order, *start, self.jitter or None, *search, law, self.perez, self.lobes, self.slopes, *ways
+        return order, *start, self.jitter or None, *search, law, self.perez, self.lobes, self.slopes, *kernels
 
 
 def pack_band(
     cumulative: np.ndarray,
     stream: StreamWords,
     law: np.ndarray,
-    cells: CellWords,
+    cells: PackedCells,
     dtype: np.dtype,
-    rejection: Any,
-    queue: Any,
+    perez_tables: Any,
+    lobe_tables: Any,
     lobe_steps: tuple[object, ...],
     slopes: np.ndarray | None,
 ) -> Band:
-    """Pack a band; photons of a cell start by its `law`, before a rejection or a queue (`CellLaw.hook_tables`)."""
+    """Pack a band; photons of a cell start by its `law`, before a hook (`CellLaw.hook_tables`)."""
     n = int(cumulative[-1])
     counts = np.diff(cumulative)
     slots = np.flatnonzero(counts)
@@ -81,11 +83,13 @@ def pack_band(
         slots = np.arange(law.size)  # few cells are empty: stepping over them costs less than renaming
     is_complete = slots.size == law.size
     ends, guide, shift = _search(cumulative[slots], n)
-    main, slot_law, one_disc = _ways(law[slots], counts[slots], cells.width if is_complete else cells.width[slots])
-    perez = None if rejection is None else (*rejection.of_slots(slots), stream.accept)
-    lobes = None if queue is None else (*queue.of_slots(slots), *lobe_steps)
-    is_common = not slot_law.size and int(main) <= int(QUARTER) and slopes is None and not stream.jitter
-    words = cells.with_turns(stream.turns)
+    azimuth_kernel, slot_law, one_disc = _azimuth_kernel(
+        law[slots], counts[slots], cells.width if is_complete else cells.width[slots]
+    )
+    perez = None if perez_tables is None else (*perez_tables.for_slots(slots), stream.accept)
+    lobes = None if lobe_tables is None else (*lobe_tables.for_slots(slots), *lobe_steps)
+    is_common = not slot_law.size and int(azimuth_kernel) <= int(QUARTER) and slopes is None and not stream.jitter
+    words = cells.with_ring_offsets(stream.ring_offsets)
     return Band(
         order=stream.order,
         shifts=stream.shifts,
@@ -103,7 +107,7 @@ def pack_band(
         perez=perez,
         lobes=lobes,
         slopes=None if slopes is None else slopes[slots],
-        main=main,
+        azimuth_kernel=azimuth_kernel,
         one_disc=one_disc,
         cell_of_slot=slots[: 0 if is_complete else None].astype(np.int32),
     )
@@ -123,21 +127,23 @@ def _search(before: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, np.uint
     return np.concatenate([ends, sentinels]), guide, np.uint64(shift)
 
 
-def _ways(slot_law: np.ndarray, count: np.ndarray, width: np.ndarray) -> tuple[np.uint64, np.ndarray, np.int32]:
-    """The way of most slots, the law of each slot where they differ, and the slot of a disc that alone differs."""
+def _azimuth_kernel(
+    slot_law: np.ndarray, count: np.ndarray, width: np.ndarray
+) -> tuple[np.uint64, np.ndarray, np.int32]:
+    """The loop that makes most slots, the law of each slot where they differ, the slot of a disc that alone differs."""
     main = _main_law(slot_law, count)
     is_main = slot_law == main
-    is_same = is_main | ~np.isin(slot_law, _COMMON)  # what a queue makes is overwritten whatever it starts as
+    is_same = is_main | ~np.isin(slot_law, _COMMON)  # a hook overwrites photons of other laws
     others = np.flatnonzero(~(is_same | ((slot_law == Law.BEAM) & (main == Law.CELL_MU2))))
     has_one_disc = others.size == 1 and slot_law[others[0]] == Law.DISC
     widths = set(np.flatnonzero(np.bincount(width, weights=is_main)).tolist()) - {0}
     if main == Law.CELL_MU:
-        way = IN_MU
+        kernel = IN_MU
     elif widths == {1}:
-        way = NARROW
+        kernel = NARROW
     else:
-        way = QUARTER if widths <= {2} else ANY_WIDTH
-    return way, slot_law if others.size else slot_law[:0], np.int32(others[0] if has_one_disc else -1)
+        kernel = QUARTER if widths <= {2} else ANY_WIDTH
+    return kernel, slot_law if others.size else slot_law[:0], np.int32(others[0] if has_one_disc else -1)
 
 
 def _main_law(slot_law: np.ndarray, count: np.ndarray) -> Law:

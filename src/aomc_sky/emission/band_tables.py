@@ -1,6 +1,6 @@
 """Tables that the photons of a band are made of: the cells of a plan as words, and the words of its random streams.
 
-Rings and CellWords hold the cells of a plan, StreamWords the words of one band; `band` packs them for the kernels.
+Rings and PackedCells hold the cells of a plan, StreamWords the words of one band; `band` packs them for the kernels.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Rings:
     disc and a lobe are a ring each. Rings count from 0 through all components.
     """
 
-    of_cell: np.ndarray  #: number of each cell's ring, int64 (n_cell,)
+    ring_of_cell: np.ndarray  #: number of each cell's ring, int64 (n_cell,)
     first: np.ndarray  #: first cell of each ring, int64 (n_ring,)
 
     @classmethod
@@ -38,18 +38,18 @@ class Rings:
         """Find them in the cells of a plan."""
         parts = [np.any(c.cell[1:, :3] != c.cell[:-1, :3], axis=1) for c in components]
         starts = np.concatenate([np.append(True, part) for part in parts])
-        return cls(of_cell=np.cumsum(starts) - 1, first=np.flatnonzero(starts))
+        return cls(ring_of_cell=np.cumsum(starts) - 1, first=np.flatnonzero(starts))
 
-    def turns(self, cumulative: np.ndarray) -> np.ndarray:
-        """Turns of the rings, 64-bit fractions that are added to shift + rank x step of v; (n_ring,).
+    def ring_offsets(self, cumulative: np.ndarray) -> np.ndarray:
+        """Offsets of the rings, 64-bit fractions that are added to shift + rank x step of v; (n_ring,).
 
         Steps along a ring count from its first photon, and rings start a golden ratio apart. Photons of neighbouring
         rings are therefore never nearly in step. The array `cumulative` (n_cell + 1,) counts the band's photons before
         each cell.
         """
         number = np.arange(self.first.size, dtype=np.uint64)
-        turns = number * RING_STEP - cumulative[self.first].astype(np.uint64) * R2_STEP_V
-        return turns & _UPPER_HALF  # a turn beside float32 parameters has 32 bits
+        offsets = number * RING_STEP - cumulative[self.first].astype(np.uint64) * R2_STEP_V
+        return offsets & _UPPER_HALF  # an offset beside float32 parameters has 32 bits
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -62,7 +62,7 @@ class StreamWords:
     #: Position in the cell as a 64-bit fraction: shift + rank x step, uint64 (2,) each. A step of 0 is the centre.
     shifts: np.ndarray
     steps: np.ndarray
-    turns: np.ndarray  #: `Rings.turns`
+    ring_offsets: np.ndarray  #: `Rings.ring_offsets`
     #: Shift and step of the words that decide the first trial of a rejection; the key of what moves them for lobes.
     accept: np.ndarray
     placement_key: np.uint64
@@ -85,7 +85,9 @@ class StreamWords:
             order=_order_words(order_key, band, plan.cumulative[band, -1]) if shuffled else np.empty(0, np.uint64),
             shifts=_band_words(shift_key, band) if by_rank else half,
             steps=np.array([R2_STEP_U, R2_STEP_V] if by_rank else [0, 0], dtype=np.uint64),
-            turns=rings.turns(plan.cumulative[band]) if by_rank else np.zeros(rings.first.size, np.uint64),
+            ring_offsets=rings.ring_offsets(plan.cumulative[band])
+            if by_rank
+            else np.zeros(rings.first.size, np.uint64),
             accept=np.insert(_band_words(shift_key, band, 1), 1, ACCEPT_STEP),
             placement_key=placement_key,
             position_key=position_key,
@@ -113,10 +115,10 @@ def _order_words(key: np.uint64, band: int, n: int) -> np.ndarray:
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class CellWords:
+class PackedCells:
     """Cell parameters as words: distinct heads and tails, and where each cell finds its own."""
 
-    #: Heads (four floats each, the fourth the ring's turn), then tails, uint64; see `kernels.cells.blocks`.
+    #: Heads (four floats each, the fourth the ring's offset), then tails, uint64; see `kernels.cells.blocks`.
     words: np.ndarray
     #: Position of each cell's head in the upper half, of its tail in the lower one; uint32 or uint64 (n_cell,).
     place: np.ndarray
@@ -128,7 +130,7 @@ class CellWords:
     per_row: int
 
     @classmethod
-    def of(cls, cell: np.ndarray, ring_of_cell: np.ndarray, dtype: np.dtype) -> CellWords:
+    def of(cls, cell: np.ndarray, ring_of_cell: np.ndarray, dtype: np.dtype) -> PackedCells:
         """Build the words of all cells (n_cell, 6), whose rings have numbers (n_cell,), in one precision."""
         values = cell.astype(dtype)
         blank = np.zeros((cell.shape[0], 1), dtype)
@@ -147,12 +149,12 @@ class CellWords:
         width = np.searchsorted(limits, values[:, 3], side="left").astype(np.int8)
         return cls(words=words, place=place, width=width, ring_of_head=ring_of_cell[first], per_row=per_row)
 
-    def with_turns(self, turns: np.ndarray) -> np.ndarray:
-        """The words with the turn of each ring, uint64 (n_ring,), beside its other parameters."""
+    def with_ring_offsets(self, ring_offsets: np.ndarray) -> np.ndarray:
+        """The words with the offset of each ring, uint64 (n_ring,), beside its other parameters."""
         words = self.words.copy()
         n_head = self.ring_of_head.size
         heads = words[: n_head * self.per_row].reshape(n_head, self.per_row)
-        own = turns[self.ring_of_head]
+        own = ring_offsets[self.ring_of_head]
         if self.per_row == 4:
             heads[:, 3] = own
         else:

@@ -209,7 +209,7 @@ def make_photons(
     bands = chosen_bands(source)
     writers = [photon_writer(name)(source) for name in options.formats if name not in ("none", SOURCE)]
     files = photon_files(folder, writers, bands)
-    missing = [of_part for of_part in files if of_part.missing]
+    missing = [part_files for part_files in files if part_files.missing]
     require_space(missing)
     write_counts(source, folder)
     if SOURCE in options.formats:
@@ -286,7 +286,7 @@ def stream_job(source: PhotonSource, pipe: BinaryIO, threads: int, progress: Pro
         raise OutputError("the program that reads standard output ended before the last photon") from None
     except OSError as error:
         raise OutputError(f"cannot write to standard output: {error.strerror or error}") from error
-    bands = [band_result(source, band, of_band) for band, of_band in zip(chosen, sums, strict=True)]
+    bands = [band_result(source, band, band_sums) for band, band_sums in zip(chosen, sums, strict=True)]
     seconds = time.perf_counter() - started
     return JobResult(bands=bands, seconds=seconds, emitted=meter.done, threads=threads or n_cpus())
 

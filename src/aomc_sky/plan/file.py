@@ -95,7 +95,7 @@ def _members(path: str | Path) -> dict[str, np.ndarray]:
     except FileNotFoundError:
         raise _not_a_plan(path, "is not a readable plan: there is no such file", "name the folder of a run") from None
     except FileKindError as error:
-        raise _not_a_plan(path, f"this is {error.kind}, wanted a plan", "name the folder of a run") from None
+        raise _not_a_plan(path, f"this is {error.kind}, expected a plan", "name the folder of a run") from None
     except OSError as error:
         raise OutputError(f"cannot read {path}: {error.strerror or error}") from error
     except (InputFileError, MemoryError):
@@ -112,7 +112,7 @@ def _array(stored: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
         shape, is_fortran, dtype = np.lib.format.read_array_header_1_0(member, max_header_size=_MAX_HEADER)
         n_bytes = math.prod(shape) * dtype.itemsize
         if dtype.kind not in "iufb" or is_fortran or min(shape, default=0) < 0:
-            raise ValueError(f"{info.filename} holds {dtype}, wanted an array of numbers in C order")
+            raise ValueError(f"{info.filename} holds {dtype}, expected an array of numbers in C order")
         if member.tell() + n_bytes != info.file_size:
             raise ValueError(f"{info.filename} says {n_bytes} bytes and holds {info.file_size - member.tell()}")
         data = member.read()

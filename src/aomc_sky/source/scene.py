@@ -18,7 +18,6 @@ from numpy.typing import ArrayLike
 
 import aomc_sky
 from aomc_sky.component import Component
-from aomc_sky.content import same_content
 from aomc_sky.directions import given_angle
 from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.errors import SceneError, UsageError
@@ -32,6 +31,7 @@ from aomc_sky.plan.options import Placement, SamplingOptions, resolve_options
 from aomc_sky.plan.plan import Plan
 from aomc_sky.plan.sampling.allocation import MAX_PHOTONS, AllocationMethod, allocate, checked_photons, normalise
 from aomc_sky.plan.sampling.streams import STREAM_VERSION, checked_seed
+from aomc_sky.record import same_content
 from aomc_sky.skies.model import has_share
 from aomc_sky.wavebands import Wavebands, as_wavebands
 from aomc_sky.whole_number import as_index
@@ -186,8 +186,8 @@ class Scene:
                     f"{components[0].name!r} has none; give it strength= (relative irradiance) or irradiance_W_m2_nm="
                 )
             parts += components
-            of_model = model.notes(self.wavebands.wavelength_nm) if hasattr(model, "notes") else ()
-            notes += [note for note in of_model if note not in notes]
+            model_notes = model.notes(self.wavebands.wavelength_nm) if hasattr(model, "notes") else ()
+            notes += [note for note in model_notes if note not in notes]
             without_beam.append(model.missing_beam() if hasattr(model, "missing_beam") else "")
         if not any(law_of(component.law).is_beam for component in parts):
             notes += filter(None, without_beam)
@@ -459,8 +459,8 @@ def _weight_rows(component: Component, rows: np.ndarray) -> np.ndarray:
 def _refuse_large_plan(scene: Scene, n_cells: int, n_rows: int, replicates: int, limit: int | None) -> None:
     n_bands = scene.wavebands.n_bands
     held = [array for c in scene.components for array in (c.cell, c.slope, c.stokes) if array is not None]
-    of_cells = sum(array.nbytes for array in held)
-    arrays = 8 * replicates * n_bands * (n_cells + 1) + 8 * n_rows * n_cells + of_cells
+    cell_bytes = sum(array.nbytes for array in held)
+    arrays = 8 * replicates * n_bands * (n_cells + 1) + 8 * n_rows * n_cells + cell_bytes
     too_large, advice = beyond_memory(ARRAYS_HELD * arrays, limit)
     if too_large:
         shown = f"{n_bands} wavebands of {n_cells} cells" + f" in {replicates} replicates" * (replicates > 1)

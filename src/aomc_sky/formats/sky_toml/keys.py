@@ -331,8 +331,8 @@ def _atmosphere_section(values: Mapping[str, Any]) -> AtmosphereSection:
 
 def _sky_section(values: Mapping[str, Any]) -> SkySection:
     others = {name: value for name, value in values.items() if name not in FIELD_KEYS and name != "table"}
-    of_field = {name: value for name, value in values.items() if name in FIELD_KEYS}
-    return SkySection(**others, table=FieldSection(file=values["table"], **of_field) if "table" in values else None)
+    field_values = {name: value for name, value in values.items() if name in FIELD_KEYS}
+    return SkySection(**others, table=FieldSection(file=values["table"], **field_values) if "table" in values else None)
 
 
 BUILDERS: dict[str, Callable[[Mapping[str, Any]], Any]] = {

@@ -150,8 +150,8 @@ def _rounded_quotients(
 def _rounded_by_integers(values: np.ndarray, chosen: np.ndarray) -> list[int]:
     """The same for chosen running sums in integers of any length."""
     total = sum(_integers(values))
-    wanted = set(chosen.tolist())
-    sums = (s for k, s in enumerate(itertools.accumulate(_integers(values))) if k in wanted)
+    places = set(chosen.tolist())
+    sums = (s for k, s in enumerate(itertools.accumulate(_integers(values))) if k in places)
     return [((s << (FIXED_POINT_BITS + 1)) + total) // (2 * total) for s in sums]
 
 

@@ -318,7 +318,7 @@ def emit_photons(
     with ChunkPool(source, threads) as pool, contextlib.ExitStack() as stack:
         shared = [(f.writer, stack.enter_context(f.writing())) for f in files if len(f.bands) > 1]
         for band in bands:
-            with contextlib.ExitStack() as of_band:
-                own = [(f.writer, of_band.enter_context(f.writing())) for f in files if f.bands == (band,)]
+            with contextlib.ExitStack() as band_files:
+                own = [(f.writer, band_files.enter_context(f.writing())) for f in files if f.bands == (band,)]
                 sums[band] = pool.emit(band, [*own, *shared], meter.add)
     return sums

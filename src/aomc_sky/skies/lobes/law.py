@@ -86,6 +86,6 @@ LOBE = CellLaw(
     leave_out="leave [[background]] out of sky.toml: the AOMC program knows no lobes",
     tables=lambda _, n_bound: ((_N_SHARED,), (n_bound, _N_ENVELOPE)),
     refused=_refused,
-    hook="queue",
+    hook="lobes",
     hook_tables=LobeTables.of,
 )
