@@ -205,7 +205,7 @@ def show_more_modes(steps: list[int], shown: int = 10) -> None:
         print(f"  {modes[k].tolist()} of u, v, n1, n2, n3: {largest[k]:.3g}")
 
 
-def excess_of_equal_rings(step: int, width_deg: float, rings: int = 90) -> np.ndarray:
+def variance_of_equal_rings(step: int, width_deg: float, rings: int = 90) -> np.ndarray:
     """Variance of the share of photons in half a number's range over that of independent ones, of equal rings.
 
     The photons of a column (0 degrees) or a sector, one in each patch, of rings of 5 to 400 patches.
@@ -225,7 +225,7 @@ def show_rings(steps: list[int]) -> None:
     print("| step | column: worst, median | 10 degrees | 90 degrees | worst rings |")
     print("| --- | --- | --- | --- | --- |")
     for k, step in enumerate(steps, 1):
-        found = [excess_of_equal_rings(step, width) for width in (0.0, 10.0, 90.0)]
+        found = [variance_of_equal_rings(step, width) for width in (0.0, 10.0, 90.0)]
         shown = " | ".join(f"{one.max():.2g}, {np.median(one):.1g}" for one in found)
         print(f"| n{k} | {shown} | {', '.join(map(str, np.sort(5 + np.argsort(-found[0])[:5])))} |")
 

@@ -272,8 +272,8 @@ def _check_component(component: Component, k: int) -> None:
         _require(shapes == expected, "E953", f"bounds_{k}", message)
     fault = law.refused(component.cell, component.bounds)
     if fault is not None:
-        member, found, expected = fault
-        message = f"found {found} of component {k}, expected {expected}" if found else f"expected {expected}"
+        member, found, allowed = fault
+        message = f"found {found} of component {k}, expected {allowed}" if found else f"expected {allowed}"
         raise refused("E954", f"{member}_{k}" if member in COMPONENT_MEMBERS else member, message)
 
 
