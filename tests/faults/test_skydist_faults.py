@@ -32,14 +32,14 @@ def bad_head(line: str, place: int, code: str, words: str, caret: str) -> str:
     return f"skydist.inp:1:{place}: error[{code}]: {words}\n    1 | {line}\n      | {' ' * (place - 1)}{caret}\n"
 
 
-def of_row(number: int, name: str, line: str, place: int, code: str, words: str, caret: str) -> Fault:
+def in_row(number: int, name: str, line: str, place: int, code: str, words: str, caret: str) -> Fault:
     """A fault of one row."""
     return Fault(
         row=number, name=name, files={"skydist.inp": sky(line)}, answer=bad_row(line, place, code, words, caret)
     )
 
 
-def of_head(number: int, name: str, head: str, place: int, code: str, words: str, caret: str) -> Fault:
+def in_head(number: int, name: str, head: str, place: int, code: str, words: str, caret: str) -> Fault:
     """A fault of the header."""
     return Fault(
         row=number, name=name, files={"skydist.inp": sky(head=head)}, answer=bad_head(head, place, code, words, caret)
@@ -51,61 +51,61 @@ FINITE = "write 0 or a positive number"
 FOUR = "write the four values of a row in one line"
 
 INDICES = [
-    of_row(
+    in_row(
         1, "zenith-index-0", "1 0 1 20.0", 3, "E301",
         "zenith index: 0 is outside 1 to 2, the range in the header", "^ write 1 to 2, or correct the header",
     ),
-    of_row(
+    in_row(
         1, "zenith-index-0-onto-a-free-patch", "1 0 2 20.0", 3, "E301",
         "zenith index: 0 is outside 1 to 2, the range in the header", "^ write 1 to 2, or correct the header",
     ),
-    of_row(
+    in_row(
         2, "zenith-index-above-sky-zenith", "1 3 1 20.0", 3, "E301",
         "zenith index: 3 is outside 1 to 2, the range in the header", "^ write 1 to 2, or correct the header",
     ),
-    of_row(
+    in_row(
         2, "zenith-index-above-onto-a-free-patch", "1 3 2 20.0", 3, "E301",
         "zenith index: 3 is outside 1 to 2, the range in the header", "^ write 1 to 2, or correct the header",
     ),
-    of_row(
+    in_row(
         3, "azimuth-index-100000", "1 2 100000 20.0", 5, "E301",
         "azimuth index: 100000 is outside 0 to 2, the range in the header",
         "^^^^^^ write 0 to 2, or correct the header",
     ),
-    of_row(
+    in_row(
         3, "azimuth-index-negative", "1 2 -1 20.0", 5, "E301",
         "azimuth index: -1 is outside 0 to 2, the range in the header", "^^ write 0 to 2, or correct the header",
     ),
-    of_row(
+    in_row(
         4, "wavelength-index-above-numskywave", "3 2 1 20.0", 1, "E301",
         "wavelength index: 3 is outside 1 to 2, the range in the header", "^ write 1 to 2, or correct the header",
     ),
-    of_row(
+    in_row(
         4, "wavelength-index-0-onto-a-free-patch", "0 2 2 20.0", 1, "E301",
         "wavelength index: 0 is outside 1 to 2, the range in the header", "^ write 1 to 2, or correct the header",
     ),
 ]  # fmt: skip
 VALUES = [
-    of_row(5, "nan-radiance", "1 2 1 NaN", 7, "E302", f"value: NaN {NO_RADIANCE}", f"^^^ {FINITE}"),
-    of_row(6, "infinite-radiance", "1 2 1 Inf", 7, "E302", f"value: Inf {NO_RADIANCE}", f"^^^ {FINITE}"),
-    of_row(6, "radiance-beyond-float64", "1 2 1 1e999", 7, "E302", f"value: 1e999 {NO_RADIANCE}", f"^^^^^ {FINITE}"),
-    of_row(7, "negative-radiance", "1 2 1 -20.0", 7, "E302", f"value: -20.0 {NO_RADIANCE}", f"^^^^^ {FINITE}"),
+    in_row(5, "nan-radiance", "1 2 1 NaN", 7, "E302", f"value: NaN {NO_RADIANCE}", f"^^^ {FINITE}"),
+    in_row(6, "infinite-radiance", "1 2 1 Inf", 7, "E302", f"value: Inf {NO_RADIANCE}", f"^^^ {FINITE}"),
+    in_row(6, "radiance-beyond-float64", "1 2 1 1e999", 7, "E302", f"value: 1e999 {NO_RADIANCE}", f"^^^^^ {FINITE}"),
+    in_row(7, "negative-radiance", "1 2 1 -20.0", 7, "E302", f"value: -20.0 {NO_RADIANCE}", f"^^^^^ {FINITE}"),
 ]
 HEADS = [
-    of_head(
+    in_head(
         9, "fewer-rows-than-declared", "7 2 2 2", 1, "E303",
         "numskyelem: the header says 7 rows, the file has 6", "^ write 6",
     ),
-    of_head(
+    in_head(
         10, "more-rows-than-declared", "5 2 2 2", 1, "E303",
         "numskyelem: the header says 5 rows, the file has 6", "^ write 6",
     ),
-    of_head(
+    in_head(
         11, "header-1e9-by-1e9", "6 1000000000 1000000000 2", 3, "E304",
         "sky_zenith: 1000000000 x 1000000001 x 2 = 2000000002000000000 bins are too many; the limit is 134217728",
         "^^^^^^^^^^ correct the header",
     ),
-    of_head(
+    in_head(
         12, "header-1e18-rows", "1000000000000000000 2 2 2", 1, "E304",
         "numskyelem: 1000000000000000000 rows do not fit into a file of 102 bytes",
         "^^^^^^^^^^^^^^^^^^^ correct the header",
@@ -125,30 +125,30 @@ HEADS = [
             "^ correct the header",
         ),
     ),
-    of_head(
+    in_head(
         13, "negative-zenith", "6 -2 2 2", 3, "E304", "sky_zenith: -2 is not possible, expected 1 or more",
         "^^ correct the header",
     ),
-    of_head(
+    in_head(
         13, "negative-rows", "-6 2 2 2", 1, "E304", "numskyelem: -6 is not possible, expected 1 or more",
         "^^ correct the header",
     ),
 ]  # fmt: skip
 LINES = [
-    of_row(
+    in_row(
         15, "short-row", "1 2 1", 6, "E305",
         "value: the row has 3 values, expected 4 (wavelength, zenith, azimuth, value)", f"^ {FOUR}",
     ),
-    of_row(16, "text-in-a-row", "1 2 1 bright", 7, "E305", "value: 'bright' is not a number", "^^^^^^ write a number"),
-    of_row(16, "text-as-an-index", "1 two 1 20.0", 3, "E305", "zenith index: 'two' is not a whole number",
+    in_row(16, "text-in-a-row", "1 2 1 bright", 7, "E305", "value: 'bright' is not a number", "^^^^^^ write a number"),
+    in_row(16, "text-as-an-index", "1 two 1 20.0", 3, "E305", "zenith index: 'two' is not a whole number",
            "^^^ write a whole number"),
-    of_row(17, "slash-leaves-a-value-unset", "1 2 1 /", 6, "E306", "value: the row ends at the slash; value is not set",
+    in_row(17, "slash-leaves-a-value-unset", "1 2 1 /", 6, "E306", "value: the row ends at the slash; value is not set",
            f"^ {FOUR}"),
-    of_row(
+    in_row(
         17, "null-between-commas", "1,2,,20.0", 5, "E306",
         "azimuth index: the value is missing; Fortran keeps the previous one", "^ write every value",
     ),
-    of_row(
+    in_row(
         18, "decimal-comma", "1 2 1 24,4", 7, "E306", "value: '24,4' has a decimal comma; Fortran reads 24",
         "^^^^ write 24.4",
     ),

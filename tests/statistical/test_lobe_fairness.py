@@ -142,9 +142,9 @@ def test_the_cause_is_the_place_in_the_strip(monkeypatch):
 @pytest.mark.parametrize("name", LOBES)
 def test_every_lobe(name):
     """Few photons and many, alone and in a crowd, in both precisions by turns."""
-    of_crowd, alone = ("float32", "float64")[:: 1 if list(LOBES).index(name) % 2 else -1]
+    together, alone = ("float32", "float64")[:: 1 if list(LOBES).index(name) % 2 else -1]
     for n, crowded, precision in (
-        (30_000, False, of_crowd), (1_000_000, False, alone), (30_000, True, alone), (1_000_000, True, of_crowd)
+        (30_000, False, together), (1_000_000, False, alone), (30_000, True, alone), (1_000_000, True, together)
     ):  # fmt: skip
         found = fairness(LOBES[name], scene_of(LOBES[name], n, crowded=crowded), precision=precision)
         assert found.holds, (n, crowded, found)

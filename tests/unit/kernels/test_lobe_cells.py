@@ -58,8 +58,8 @@ def scenes():
     perez = sky.PerezSky(**sun, epsilon=8.0, delta=0.1, grid=sky.PatchGrid.regular(6, 5)).lower(500)
     beam = sky.DirectBeam(sun_zenith_deg=35, sun_azimuth_deg=200).lower(500)
     solid = sky.UniformSky(per_solid_angle=True).lower(500)
-    of_names = (components(LOBES[2:3]), components(), (*perez, *components()), (*beam, *components(), *solid))
-    return dict(zip(SCENES, of_names, strict=True))
+    chosen = (components(LOBES[2:3]), components(), (*perez, *components()), (*beam, *components(), *solid))
+    return dict(zip(SCENES, chosen, strict=True))
 
 
 def assert_equal(source):

@@ -53,8 +53,8 @@ def test_words_for_ever() -> None:
 
 
 def pulls_of(observed: list[float], expected: list[float], variance: list[float]) -> np.ndarray:
-    of_map = (np.array([x], dtype=np.float64) for x in (observed, expected, variance))
-    found, mean, spread = of_map
+    maps = (np.array([x], dtype=np.float64) for x in (observed, expected, variance))
+    found, mean, spread = maps
     zones = sky.PatchGrid.regular(1, len(observed))
     return Pulls(waveband=1, zones=zones, observed=found, expected=mean, variance=spread).pull[0]
 
