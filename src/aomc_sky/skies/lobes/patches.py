@@ -138,7 +138,7 @@ class TiltedLobe:
                 h = near + (s * sine) * half2
                 tangents = away - (2.0 * cosine) * s * half2, s * turned
                 m_x, m_y = (a * tangents[0] + b * tangents[1] for a, b in across)
-                return weight * self._density(kind, h, m_x, m_y)
+                return weight * self.density(kind, h, m_x, m_y)
 
             return integrand
 
@@ -157,12 +157,12 @@ class TiltedLobe:
             most_parts=_MOST_PARTS,
         )
 
-    def _density(self, kind: str, h: np.ndarray, m_x: np.ndarray, m_y: np.ndarray) -> np.ndarray:
-        """Density at sin^2 of half the angle to the axis, and components across it. [sr-1]"""
+    def density(self, kind: str, h: np.ndarray, m_x: np.ndarray, m_y: np.ndarray) -> np.ndarray:
+        """Density at h = sin^2 of half the angle to the axis, and the components across it. [sr-1]"""
         if kind == "hg":
             g = self.param0
             square = (1.0 - g) * (1.0 - g) + (4.0 * g) * h
-            return (1.0 - g) * (1.0 + g) / ((4.0 * np.pi) * (square * np.sqrt(square)))
+            return np.asarray((1.0 - g) * (1.0 + g) / ((4.0 * np.pi) * (square * np.sqrt(square))))
         a_x, a_y = self.stretch
         m_z = np.maximum(1.0 - (h + h), 1e-100)
         p, q = m_x / a_x, m_y / a_y
