@@ -4,7 +4,7 @@ import numba
 import numpy as np
 import pytest
 
-from aomc_sky.emission.band_tables import lobe_offset_words
+from aomc_sky.emission.band import lobe_offset_words
 from aomc_sky.plan.sampling import streams
 from aomc_sky.skies.lobes.kernels import law as plain
 from aomc_sky.skies.lobes.tables import LobeTables

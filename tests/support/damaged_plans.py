@@ -18,8 +18,7 @@ import numpy as np
 
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
-from aomc_sky.plan.file import npz_bytes
-from aomc_sky.plan.members import from_members
+from aomc_sky.plan.file import from_members, npz_bytes
 from aomc_sky.plan.plan import Plan
 from tests.support.lobes import lobe_components
 

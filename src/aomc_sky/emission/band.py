@@ -1,19 +1,186 @@
-"""A band as the kernels read it, packed in one place for batches, for single photons and for blocks of hosts."""
+"""A band as the kernels read it, packed in one place for batches, for single photons and for blocks of hosts.
+
+`Rings` and `PackedCells` hold the cells of a plan, `StreamWords` the words of one band, `Band` all that kernels read.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from aomc_sky.component import Law
-from aomc_sky.emission.band_tables import PackedCells, StreamWords
-from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW, QUARTER
+from aomc_sky.component import Component, Law
+from aomc_sky.kernels.arithmetic.constants import (
+    ACCEPT_STEP,
+    ANY_WIDTH,
+    IN_MU,
+    NARROW,
+    QUARTER,
+    R2_STEP_U,
+    R2_STEP_V,
+    RING_STEP,
+)
+from aomc_sky.kernels.arithmetic.elementary import NARROW_HALF_WIDTH
+from aomc_sky.kernels.cells.order import split_order
+from aomc_sky.plan.options import Order, Placement
+from aomc_sky.plan.plan import Plan
+from aomc_sky.plan.sampling.streams import philox_pair, photon_keys
 
 _GUIDE_ENTRIES = 80_000
 _SHORT = 2**32
 _LONG_RUN = 8
 _COMMON = (Law.CELL_MU2, Law.CELL_MU, Law.BEAM, Law.DISC, Law.DISC_AT_HORIZON)
+_UPPER_HALF = np.uint64(0xFFFFFFFF00000000)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Rings:
+    """The ring of each cell.
+
+    A ring is a run of cells of one component with the same first three parameters: a zenith row of a grid. A beam, a
+    disc and a lobe are a ring each. Rings count from 0 through all components.
+    """
+
+    ring_of_cell: np.ndarray  #: number of each cell's ring, int64 (n_cell,)
+    first: np.ndarray  #: first cell of each ring, int64 (n_ring,)
+
+    @classmethod
+    def of(cls, components: Sequence[Component]) -> Rings:
+        """Find them in the cells of a plan."""
+        parts = [np.any(c.cell[1:, :3] != c.cell[:-1, :3], axis=1) for c in components]
+        starts = np.concatenate([np.append(True, part) for part in parts])
+        return cls(ring_of_cell=np.cumsum(starts) - 1, first=np.flatnonzero(starts))
+
+    def ring_offsets(self, cumulative: np.ndarray) -> np.ndarray:
+        """Offsets of the rings, 64-bit fractions that are added to shift + rank x step of v; (n_ring,).
+
+        Steps along a ring count from its first photon, and rings start a golden ratio apart. Photons of neighbouring
+        rings are therefore never nearly in step. The array `cumulative` (n_cell + 1,) counts the band's photons before
+        each cell.
+        """
+        number = np.arange(self.first.size, dtype=np.uint64)
+        offsets = number * RING_STEP - cumulative[self.first].astype(np.uint64) * R2_STEP_V
+        return offsets & _UPPER_HALF  # an offset beside float32 parameters has 32 bits
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class StreamWords:
+    """Keys, shifts and steps of a band, in the form the kernels read."""
+
+    #: Of the shuffled order uint64 (6,): the number of photons, `split_order` of it, three 32-bit round keys. Empty
+    #: where photons have the order of the cells.
+    order: np.ndarray
+    #: Position in the cell as a 64-bit fraction: shift + rank x step, uint64 (2,) each. A step of 0 is the centre.
+    shifts: np.ndarray
+    steps: np.ndarray
+    ring_offsets: np.ndarray  #: `Rings.ring_offsets`
+    #: Shift and step of the words that decide the first trial of a rejection; the key of what moves them for lobes.
+    accept: np.ndarray
+    placement_key: np.uint64
+    position_key: np.uint64
+    #: Shifts of the numbers for hosts, uint64 (3,).
+    number_shifts: np.ndarray
+    #: The band's part of the Philox counters.
+    band: np.uint64
+    #: 1 where positions come from Philox instead, else 0.
+    jitter: np.uint64
+
+    @classmethod
+    def of(cls, plan: Plan, band: int, rings: Rings) -> StreamWords:
+        """Derive the words of a band from the keys and the counts of the plan."""
+        order_key, shift_key, placement_key, position_key = photon_keys(plan.seed, plan.options["method"])
+        by_rank = plan.options["placement"] == Placement.R2.value
+        shuffled = plan.options["order"] == Order.SHUFFLED.value
+        half = np.full(2, 1 << 63, dtype=np.uint64)
+        return cls(
+            order=_order_words(order_key, band, plan.cumulative[band, -1]) if shuffled else np.empty(0, np.uint64),
+            shifts=_band_words(shift_key, band) if by_rank else half,
+            steps=np.array([R2_STEP_U, R2_STEP_V] if by_rank else [0, 0], dtype=np.uint64),
+            ring_offsets=rings.ring_offsets(plan.cumulative[band])
+            if by_rank
+            else np.zeros(rings.first.size, np.uint64),
+            accept=np.insert(_band_words(shift_key, band, 1), 1, ACCEPT_STEP),
+            placement_key=placement_key,
+            position_key=position_key,
+            number_shifts=np.append(_band_words(shift_key, band, 3), _band_words(shift_key, band, 4)[:1]),
+            band=np.uint64(band),
+            jitter=np.uint64(plan.options["placement"] == Placement.PHILOX.value),
+        )
+
+
+def lobe_offset_words(plan: Plan, band: int, cells: np.ndarray) -> np.ndarray:
+    """A 64-bit word for each lobe of a band, addressed by its cell: Philox counter (cell, 0, band, 2)."""
+    key = int(photon_keys(plan.seed, plan.options["method"])[1])
+    return np.array([philox_pair(key, cell, band, 2)[0] for cell in cells.tolist()], dtype=np.uint64)
+
+
+def _band_words(key: np.uint64, band: int, draw: int = 0) -> np.ndarray:
+    """Two 64-bit words of a band from a stream: Philox counter (0, 0, band, draw)."""
+    return np.array(philox_pair(int(key), 0, band, draw), dtype=np.uint64)
+
+
+def _order_words(key: np.uint64, band: int, n: int) -> np.ndarray:
+    first, second = (int(w) for w in _band_words(key, band))
+    keys = first & 0xFFFFFFFF, first >> 32, second & 0xFFFFFFFF
+    return np.array([n, *split_order(np.uint64(n or 1)), *keys], dtype=np.uint64)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PackedCells:
+    """Cell parameters as words: distinct heads and tails, and where each cell finds its own."""
+
+    #: Heads (four floats each, the fourth the ring's offset), then tails, uint64; see `kernels.cells.blocks`.
+    words: np.ndarray
+    #: Position of each cell's head in the upper half, of its tail in the lower one; uint32 or uint64 (n_cell,).
+    place: np.ndarray
+    #: int8 (n_cell,): 0 for a cell without azimuth extent, 1 up to 3 degrees, 2 up to 90, 3 beyond.
+    width: np.ndarray
+    #: Number of each head's ring, int64 (n_head,).
+    ring_of_head: np.ndarray
+    #: Words of a head or a tail: 2 for float32, 4 for float64.
+    per_row: int
+
+    @classmethod
+    def of(cls, cell: np.ndarray, ring_of_cell: np.ndarray, dtype: np.dtype) -> PackedCells:
+        """Build the words of all cells (n_cell, 6), whose rings have numbers (n_cell,), in one precision."""
+        values = cell.astype(dtype)
+        blank = np.zeros((cell.shape[0], 1), dtype)
+        number = np.ascontiguousarray(ring_of_cell, dtype=np.int64).view(dtype).reshape(cell.shape[0], -1)
+        heads, first, head_of_cell = _distinct_rows(np.hstack([values[:, :3], blank, number]))
+        tails, _, tail_of_cell = _distinct_rows(np.hstack([values[:, 4:], values[:, 3:4], blank]))
+        heads = np.ascontiguousarray(heads[:, :4])
+        words = np.concatenate([heads.view(np.uint64).ravel(), tails.view(np.uint64).ravel()])
+        per_row = heads.view(np.uint64).shape[1]
+        head = head_of_cell.astype(np.uint64) * np.uint64(per_row)
+        tail = (tail_of_cell.astype(np.uint64) + np.uint64(heads.shape[0])) * np.uint64(per_row)
+        short = words.size < 2**16
+        half_bits = np.uint64(16 if short else 32)
+        place = ((head << half_bits) | tail).astype(np.uint32 if short else np.uint64)
+        limits = np.array([0.0, NARROW_HALF_WIDTH, 0.5], dtype)
+        width = np.searchsorted(limits, values[:, 3], side="left").astype(np.int8)
+        return cls(words=words, place=place, width=width, ring_of_head=ring_of_cell[first], per_row=per_row)
+
+    def with_ring_offsets(self, ring_offsets: np.ndarray) -> np.ndarray:
+        """The words with the offset of each ring, uint64 (n_ring,), beside its other parameters."""
+        words = self.words.copy()
+        n_head = self.ring_of_head.size
+        heads = words[: n_head * self.per_row].reshape(n_head, self.per_row)
+        own = ring_offsets[self.ring_of_head]
+        if self.per_row == 4:
+            heads[:, 3] = own
+        else:
+            heads.view(np.uint32)[:, 3] = own >> np.uint64(32)
+        return words
+
+
+def _distinct_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unique rows, first index, inverse."""
+    rows = np.ascontiguousarray(rows)
+    keys = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).ravel()
+    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
+    return np.ascontiguousarray(rows[first]), first, inverse.ravel()
 
 
 class Band(NamedTuple):

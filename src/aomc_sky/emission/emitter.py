@@ -10,13 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from aomc_sky.component import CellLaw, Law
-from aomc_sky.emission.band import Band, pack_band
-from aomc_sky.emission.band_tables import (
-    PackedCells,
-    Rings,
-    StreamWords,
-    lobe_offset_words,
-)
+from aomc_sky.emission.band import Band, PackedCells, Rings, StreamWords, lobe_offset_words, pack_band
 from aomc_sky.emission.kernels.hooks import LOBES, PEREZ
 from aomc_sky.emission.photons import number_columns
 from aomc_sky.kernels.arithmetic.constants import NUMBER_STEPS, on_cache_lines, scratch_words

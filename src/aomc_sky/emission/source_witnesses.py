@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.component import Law
-from aomc_sky.emission.band_tables import StreamWords
+from aomc_sky.emission.band import StreamWords
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.kernels.arithmetic.elementary import unit
 from aomc_sky.kernels.arithmetic.rng import later_words

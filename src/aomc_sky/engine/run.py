@@ -14,7 +14,6 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.emission.source_file import require_packable
 from aomc_sky.errors import AomcSkyError, InputFileError, OutputError, UsageError, require_kind
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.kernels.backend import announce_photons
@@ -167,6 +166,8 @@ def run_job(
     """
     check_memory(source, options)
     if SOURCE in options.formats:
+        from aomc_sky.emission.source_file import require_packable
+
         require_packable(source.plan)
     folder, started = RunFolder(out), time.perf_counter()
     if not options.force:

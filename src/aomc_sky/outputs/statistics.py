@@ -199,7 +199,7 @@ def band_result(source: PhotonSource, band: int, sums: PhotonSums) -> BandResult
         mean_cosine_photons=sums.mean("mu"),
         ed_over_eo_exact=finite(moments.planar_over_scalar),
         ed_over_eo_photons=ratio,
-        horizon_loss=source.horizon_loss(band),
+        horizon_loss=plan_band.horizon_loss,
         irradiance_W_m2_nm=None if absolute is None else math.fsum(absolute.values()),
         component_irradiance_W_m2_nm=absolute,
         ed_photons=sums.mean("weight"),

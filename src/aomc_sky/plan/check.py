@@ -28,14 +28,11 @@ from aomc_sky.plan.options import (
     method_of,
 )
 from aomc_sky.plan.sampling.allocation import MAX_PHOTONS, AllocationMethod
-from aomc_sky.plan.sampling.streams import MAX_SEED, ORDER, PLACEMENT, POSITION, SHIFT, STREAM_VERSION, stream_key
+from aomc_sky.plan.sampling.streams import MAX_SEED, PHOTON_STREAMS, STREAM_VERSION, photon_keys
 from aomc_sky.whole_number import as_index_within
 
 MAX_CELLS = 2**31 - 1
 """Cells have numbers of type int32 in batches and tables."""
-
-STREAMS = (ORDER, SHIFT, PLACEMENT, POSITION)
-"""Streams whose keys are in the plan, in this order; the key of allocation is not needed any more."""
 
 MEMBERS: dict[str, tuple[str, tuple[str | int, ...]]] = {
     "wavelength_nm": ("<f8", ("n_band",)),
@@ -48,7 +45,7 @@ MEMBERS: dict[str, tuple[str, tuple[str | int, ...]]] = {
     "law": ("|i1", ("n_cell",)),
     "cell": ("<f8", ("n_cell", N_CELL_PARAMETERS)),
     "component_start": ("<i8", ("n_component + 1",)),
-    "keys": ("<u8", (len(STREAMS),)),
+    "keys": ("<u8", (len(PHOTON_STREAMS),)),
 }
 """Type and lengths of the arrays that every plan has; equal names are equal lengths."""
 
@@ -77,12 +74,6 @@ _VERSIONS = {f"aomc-sky/{k}": f"aomc-sky 0.{k}" for k in (1, 2, 3)}
 _NAME = re.compile(r"[!-+\--~]([ -+\--~]{0,198}[!-+\--~])?")
 _LARGEST = 1e300
 _MOST_MASS = 1.0 + 2.0**-30  # a sum of normalised masses is 1 within a few ulp
-
-
-def plan_keys(options: Mapping[str, Any]) -> np.ndarray:
-    """Member `keys` of a plan with these options, uint64 (4,)."""
-    keys = [stream_key(options["seed"], stream, options["method"]) for stream in STREAMS]
-    return np.array(keys, dtype=np.uint64)
 
 
 def refused(code: str, member: str, message: str, path: str = "plan") -> InputFileError:
@@ -160,7 +151,7 @@ def check_members(members: Mapping[str, Any], options: Any) -> None:
     shape = members["weight"].shape
     fits = shape in ((0, 0), members["mass"].shape)
     _require(fits, "E953", "weight", f"found shape {shape}, expected that of mass, or (0, 0) for none")
-    same = np.array_equal(members["keys"], plan_keys(options))
+    same = np.array_equal(members["keys"], photon_keys(options["seed"], options["method"]))
     _require(same, "E954", "keys", f"expected the keys that follow from seed {options['seed']}")
     mass = members["mass"]
     _require(np.all((mass >= 0) & (mass <= _MOST_MASS)), "E954", "mass", "expected masses from 0 to 1")

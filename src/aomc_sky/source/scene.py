@@ -251,13 +251,14 @@ class Scene:
         array.flags.writeable = False
         object.__setattr__(self, name, array)
 
-    def _row_is_lit(self, row: int) -> bool:
-        return any(c.strength[row] > 0 and c.mass_of(row).max(initial=0.0) > 0 for c in self.components)
-
     def refuse_dark_bands(self) -> None:
         """Raise for the first band that wants photons and has no light."""
         wanting = np.flatnonzero(self.n_photons)
-        dark = [row for row in np.unique(self.row_of_band[wanting]) if not self._row_is_lit(row)]
+        dark = [
+            row
+            for row in np.unique(self.row_of_band[wanting])
+            if not any(c.strength[row] > 0 and c.mass_of(row).max(initial=0.0) > 0 for c in self.components)
+        ]
         for band in wanting[np.isin(self.row_of_band[wanting], dark)].tolist():
             sky = self.sky_wavelength_nm[band]
             where = "" if np.isnan(sky) else f" (the sky's values at {sky:g} nm are all zero)"
@@ -370,9 +371,10 @@ def joint_mass(components: tuple[Component, ...], row: int) -> np.ndarray:
         return components[0].mass_of(row)
     parts = []
     for component, part in zip(components, normalise(strength), strict=True):
-        if part > 0 and not component.mass_of(row).max(initial=0.0) > 0:
+        mass = component.mass_of(row)
+        if part > 0 and not mass.max(initial=0.0) > 0:
             raise SceneError(f"component {component.name!r} has a strength but no mass")
-        parts.append(part * normalise(component.mass_of(row)) if part > 0 else np.zeros(component.n_cells))
+        parts.append(part * normalise(mass) if part > 0 else np.zeros(mass.size))
     return np.concatenate(parts)
 
 

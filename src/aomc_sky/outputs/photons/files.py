@@ -194,8 +194,7 @@ def formats_in(folder: RunFolder, stored: Mapping[str, list[PhotonFiles]]) -> li
 def run_files(folder: RunFolder, stored: Mapping[str, list[PhotonFiles]]) -> dict[str, int]:
     """Sizes of the files in a run folder; their names follow from the plan. [bytes]"""
     names = [layout.name for files in stored.values() for part in files for layout in part.layouts]
-    sizes = {name: folder.size_of(name) for name in (PLAN, SOURCE_FILE, *COUNTS_FILES, *names)}
-    return {name: size for name, size in sizes.items() if size is not None}
+    return folder.sizes_of([PLAN, SOURCE_FILE, *COUNTS_FILES, *names])
 
 
 def stacked(batch: PhotonBatch) -> np.ndarray:

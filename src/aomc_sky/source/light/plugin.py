@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import datetime
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
@@ -83,15 +83,7 @@ class PluginSky:
 
     def lower(self, model: Any, wavelength_nm: np.ndarray) -> tuple[Component, ...]:
         """Components of a `model` with a row for each wavelength; one alone has the name of the plugin."""
-        plugin = self.make.plugin
-        try:
-            components = tuple(model.lower(wavelength_nm))
-        except _OUR_WARNINGS:
-            raise
-        except AomcSkyError as error:
-            raise plugin.wrong(str(error)) from error
-        except Exception as error:
-            raise plugin.failed("fails", error) from error
+        plugin, components = self.make.plugin, self._called(model.lower, wavelength_nm)
         for component in components:
             if not isinstance(component, Component):
                 raise plugin.wrong(f"lower() gives {type(component).__name__} instead of Components")
@@ -105,10 +97,16 @@ class PluginSky:
 
     def notes(self, model: Any, wavelength_nm: np.ndarray) -> tuple[str, ...]:
         """Notes of a `model`, if it has any."""
+        return self._called(model.notes, wavelength_nm) if hasattr(model, "notes") else ()
+
+    def _called(self, method: Callable[[np.ndarray], Iterable[Any]], wavelength_nm: np.ndarray) -> tuple[Any, ...]:
+        """What a method of the model gives; its errors name the package."""
         try:
-            return tuple(model.notes(wavelength_nm)) if hasattr(model, "notes") else ()
+            return tuple(method(wavelength_nm))
         except _OUR_WARNINGS:
             raise
+        except AomcSkyError as error:
+            raise self.make.plugin.wrong(str(error)) from error
         except Exception as error:
             raise self.make.plugin.failed("fails", error) from error
 

@@ -236,21 +236,17 @@ def _turbidity_and_cloud(spectra: Spectra, dni: float, dhi: float) -> tuple[floa
         ratio = (dni / dhi) / (_integral(grid_nm, normal) / _integral(grid_nm, diffuse))
         return high, round(1.0 - ratio, _TURBIDITY_DECIMALS)
     if excess(low) > 0:
-        _warn_of_clear_sky(dni, dhi)
+        warnings.warn(
+            f"spectrum 'spectrl2': dhi {dhi:g} with dni {dni:g} W m-2 is less than a cloudless sky has; "
+            "turbidity 0 is used, and its diffuse light is scaled",
+            ModelLimitWarning,
+            stacklevel=2,
+        )
         return low, 0.0
     while high - low > 1e-9:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if excess(middle) > 0 else (middle, high)
     return round(0.5 * (low + high), _TURBIDITY_DECIMALS), 0.0
-
-
-def _warn_of_clear_sky(dni: float, dhi: float) -> None:
-    warnings.warn(
-        f"spectrum 'spectrl2': dhi {dhi:g} with dni {dni:g} W m-2 is less than a cloudless sky has; "
-        "turbidity 0 is used, and its diffuse light is scaled",
-        ModelLimitWarning,
-        stacklevel=2,
-    )
 
 
 def _integral(wavelength_nm: np.ndarray, values: np.ndarray) -> float:

@@ -98,8 +98,9 @@ _RULES = (
 
 def refuse_unused(given: LightInputs, use: Use) -> None:
     """Raise for what a caller gives and the scene cannot use, in the caller's words."""
+    names_given = given.names
     for rule in _RULES:
-        idle = [name for name in given.names if name in rule.names]
+        idle = [name for name in names_given if name in rule.names]
         if idle and rule.is_idle(use):
             names, reason = given.entrance.listed(idle), rule.reason.replace("{it}", use.words)
             if "{names}" in reason:

@@ -383,9 +383,10 @@ def directed_paths(
 
     Two suns have errors of their own, and the whole sky others again.
     """
+    seed = int(np.float64(sky.sun_zenith_rad + 0.0).view(np.uint64))
     found = solve_paths(
         sky.medium, sun_zenith_rad=sky.sun_zenith_rad, sky_zenith_rad=sky_zenith_rad,
-        azimuth_from_sun_rad=azimuth_from_sun_rad, n_orders=sky.n_orders, visible=sky.moon, seed=_seed(sky),
+        azimuth_from_sun_rad=azimuth_from_sun_rad, n_orders=sky.n_orders, visible=sky.moon, seed=seed,
         n_paths=n_paths or int(np.clip(ALL_PATHS // max(sky_zenith_rad.size, 1), FEWEST_PATHS, MOST_PATHS)),
         threads=os.cpu_count() or 1,
     )  # fmt: skip
@@ -393,7 +394,3 @@ def directed_paths(
         warn_of_under_sampling(found.under_sampled, stacklevel=6)
     later = found.radiance_by_order[:, 1:].sum(axis=1)
     return dataclasses.replace(found, standard_error=np.hypot(found.standard_error, _MODEL_ERROR * later))
-
-
-def _seed(sky: SolvedSky) -> int:
-    return int(np.float64(sky.sun_zenith_rad + 0.0).view(np.uint64))

@@ -82,7 +82,7 @@ def fit_field(
 
 def zenith_nodes(n: int) -> np.ndarray:
     """Zenith angles of the nodes of a field, from near the zenith to near the horizon, shape (n,). [rad]"""
-    u = (_chebyshev_nodes(n) + 1) / 2
+    u = (np.cos((np.arange(n) + 0.5) * np.pi / n) + 1) / 2  # of Chebyshev
     return HALF_PI * (1 - u * u)
 
 
@@ -103,10 +103,6 @@ def to_azimuth_series(n: int, *, is_mirrored: bool) -> np.ndarray:
 def field_of_modes(modes: np.ndarray, *, is_mirrored: bool = True) -> SkyField:
     """A field from its series in the azimuth (..., n_azimuth, n_zenith) at `zenith_nodes`."""
     return SkyField(coefficient=_to_series(modes.shape[-1]) @ modes.swapaxes(-1, -2), is_mirrored=is_mirrored)
-
-
-def _chebyshev_nodes(n: int) -> np.ndarray:
-    return np.cos((np.arange(n) + 0.5) * np.pi / n)
 
 
 def _to_series(n: int) -> np.ndarray:
