@@ -93,14 +93,12 @@ class StreamWords:
         order_key, shift_key, placement_key, position_key = photon_keys(plan.seed, plan.options["method"])
         by_rank = plan.options["placement"] == Placement.R2.value
         shuffled = plan.options["order"] == Order.SHUFFLED.value
-        half = np.full(2, 1 << 63, dtype=np.uint64)
+        half, no_offsets = np.full(2, 1 << 63, dtype=np.uint64), np.zeros(rings.first.size, np.uint64)
         return cls(
             order=_order_words(order_key, band, plan.cumulative[band, -1]) if shuffled else np.empty(0, np.uint64),
             shifts=_band_words(shift_key, band) if by_rank else half,
             steps=np.array([R2_STEP_U, R2_STEP_V] if by_rank else [0, 0], dtype=np.uint64),
-            ring_offsets=rings.ring_offsets(plan.cumulative[band])
-            if by_rank
-            else np.zeros(rings.first.size, np.uint64),
+            ring_offsets=rings.ring_offsets(plan.cumulative[band]) if by_rank else no_offsets,
             accept=np.insert(_band_words(shift_key, band, 1), 1, ACCEPT_STEP),
             placement_key=placement_key,
             position_key=position_key,
@@ -201,9 +199,8 @@ class Band(NamedTuple):
     place: np.ndarray  #: of each slot: halves are the positions of the ring's and the column's parameters in `words`
     words: np.ndarray  #: `PackedCells.words` with the ring offsets of the band
     values: np.ndarray  #: `words` as floats of the precision
-    law: (
-        np.ndarray | None
-    )  #: of each slot, int8; empty if `azimuth_kernel` makes all; None if no hook and no jitter either
+    #: Of each slot, int8; empty if `azimuth_kernel` makes all; None if there is no hook and no jitter either.
+    law: np.ndarray | None
     perez: tuple[Any, ...] | None  #: tables of the hook `perez` for the slots, and the steps of its first trial
     #: Of the hook `lobes`: the lobe of each slot (int32, -1 for none), the tables of `skies.lobes.kernels.law`, the
     #: steps of the first trial, and `bin_proposals` with `bins_per_photon`.
@@ -250,9 +247,8 @@ def pack_band(
         slots = np.arange(law.size)  # few cells are empty: stepping over them costs less than renaming
     is_complete = slots.size == law.size
     ends, guide, shift = _search(cumulative[slots], n)
-    azimuth_kernel, slot_law, one_disc = _azimuth_kernel(
-        law[slots], counts[slots], cells.width if is_complete else cells.width[slots]
-    )
+    width = cells.width if is_complete else cells.width[slots]
+    azimuth_kernel, slot_law, one_disc = _azimuth_kernel(law[slots], counts[slots], width)
     perez = None if perez_tables is None else (*perez_tables.for_slots(slots), stream.accept)
     lobes = None if lobe_tables is None else (*lobe_tables.for_slots(slots), *lobe_steps)
     is_common = not slot_law.size and int(azimuth_kernel) <= int(QUARTER) and slopes is None and not stream.jitter

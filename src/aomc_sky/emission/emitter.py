@@ -75,7 +75,7 @@ class Emitter:
         self.dtype = np.dtype(plan.options["precision"])
         shape, size_x, size_y = plan.options["footprint"]
         self.footprint = Footprint(shape=FootprintShape(shape), size_x_m=size_x, size_y_m=size_y)
-        self._streams, self._kernels, self._finders, self._bin_proposals, self._plain_slopes = (
+        self._streams, self._kernels, self._finders, self._proposals, self._slope_words = (
             _BandCache() for _ in range(5)
         )
 
@@ -95,7 +95,7 @@ class Emitter:
             self.fill_plain(band, start, arrays)
 
     @cached_property
-    def _words(self) -> PackedCells:
+    def _packed_cells(self) -> PackedCells:
         return PackedCells.of(self._cell, self._rings.ring_of_cell, self.dtype)
 
     @cached_property
@@ -167,7 +167,7 @@ class Emitter:
         lobes, cumulative = self._lobe_tables, self.plan.cumulative
         assert lobes is not None
         prepare = lambda b: lobes.bin_proposals(cumulative[b], lobe_offset_words(self.plan, b, lobes.cell))  # noqa: E731
-        return self._stream(band).accept, self._bin_proposals.get(band, prepare)
+        return self._stream(band).accept, self._proposals.get(band, prepare)
 
     def _stream(self, band: int) -> StreamWords:
         return self._streams.get(band, lambda b: StreamWords.of(self.plan, b, self._rings))
@@ -177,7 +177,7 @@ class Emitter:
         lobe_steps = () if self._lobe_tables is None else self._lobe_steps(band)
         hooks = self._perez_tables, self._lobe_tables, lobe_steps, self._slopes(band)
         cumulative = self.plan.cumulative[band]
-        return pack_band(cumulative, self._stream(band), self._start_law, self._words, self.dtype, *hooks)
+        return pack_band(cumulative, self._stream(band), self._start_law, self._packed_cells, self.dtype, *hooks)
 
     def _compiled(self, band: int) -> tuple[Callable[..., None], Band]:
         """The kernel of a band. One thread binds it, because each of two would compile its own."""
@@ -254,7 +254,7 @@ class Emitter:
             self._law,
             None if perez is None else (perez.word, perez.bound, perez.sky, stream.accept),
             None if lobes is None else (lobes.lobe, lobes.tables, *self._lobe_steps(band)),
-            self._plain_slopes.get(band, self._slopes),
+            self._slope_words.get(band, self._slopes),
             *(arrays[name] for name in _OUTPUTS),
         )
         if self.has_positions:

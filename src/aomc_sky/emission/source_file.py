@@ -38,7 +38,7 @@ def tables_of(emitter: Emitter, band: int, packed: Band) -> dict[str, np.ndarray
     The kernels have tables of slots. Here those of cells have an entry for each cell of the plan, so that wavebands of
     one sky share them.
     """
-    perez, lobes, words = emitter._perez_tables, emitter._lobe_tables, emitter._words
+    perez, lobes, words = emitter._perez_tables, emitter._lobe_tables, emitter._packed_cells
     half = np.uint64(16 if words.place.dtype == np.uint32 else 32)
     place = words.place.astype(np.uint64)
     has_laws = packed.law is not None and packed.law.size > 0

@@ -178,11 +178,8 @@ def _perez_ways(emitter: Emitter, band: int, found: _Candidates, own: np.ndarray
     """Trials of the Perez sky, 3 for what is taken without its luminance; the luminance goes into `inside`."""
     from aomc_sky.skies.perez.kernels.cells import accept_words, is_taken_at_once, luminance, measured, place_perez
 
-    stream, perez, (p, *first) = (
-        emitter._stream(band),
-        emitter._perez_tables,
-        _cells_and_places(emitter, band, found, own),
-    )
+    stream, perez = emitter._stream(band), emitter._perez_tables
+    p, *first = _cells_and_places(emitter, band, found, own)
     rank, cell = found.rank[own], found.cell[own]
     tables = (perez.word[cell], perez.bound[cell], perez.sky)
     word = accept_words(rank, stream.accept, stream.placement_key, stream.band, stream.jitter)
