@@ -96,7 +96,7 @@ class Check:
 
 def speed_bars(run: SpeedRun) -> list[Bar]:
     """Bars of a speed run; one that lacks a contender is left out."""
-    wanted = (
+    ratios = (
         ("patch order against numpy multinomial + repeat", MULTINOMIAL, "patch-order"),
         ("default against numpy choice", CHOICE, "default"),
         ("default against Mitsuba 3", MITSUBA, "default"),
@@ -104,7 +104,7 @@ def speed_bars(run: SpeedRun) -> list[Bar]:
         ("one photon per call of a numba host against the default", HOST, "default"),
     )
     bars = []
-    for name, slow, fast in wanted:
+    for name, slow, fast in ratios:
         found = run.ratio(slow, fast)
         if found is not None:
             detail = f"{run.ns_per_photon(slow):.2f} / {run.ns_per_photon(fast):.2f} ns"

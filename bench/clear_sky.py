@@ -64,10 +64,10 @@ def by_disort(turbidity: float, sun_zenith_deg: float) -> tuple[np.ndarray, np.n
     rayleigh = np.where(orders == 0, 1.0, np.where(orders == 2, SECOND_MOMENT, 0.0))
     scattered = 0.945 * np.exp(-0.095 * np.log(um / 0.4) ** 2)
     light = []
-    for of_molecules, of_aerosol, single in zip(molecules(um), aerosol(um, turbidity), scattered, strict=True):
-        layers = of_molecules * np.array([1 - BELOW, BELOW]) + np.array([0.0, of_aerosol])
-        scattering = layers - np.array([0.0, (1 - single) * of_aerosol])
-        share = np.array([0.0, single * of_aerosol / scattering[1]])[:, None]
+    for molecule_depth, aerosol_depth, single in zip(molecules(um), aerosol(um, turbidity), scattered, strict=True):
+        layers = molecule_depth * np.array([1 - BELOW, BELOW]) + np.array([0.0, aerosol_depth])
+        scattering = layers - np.array([0.0, (1 - single) * aerosol_depth])
+        share = np.array([0.0, single * aerosol_depth / scattering[1]])[:, None]
         legendre = share * ASYMMETRY**orders + (1 - share) * rayleigh
         total = np.cumsum(layers)
         _, _, flux_down, *_ = pydisort(
@@ -99,8 +99,8 @@ def print_differences() -> None:
                 off = 100 * (ours / exact - 1)
                 cells = (" / ".join(f"{one:+.1f}" for one in band) for band in off.T)
                 print(f"| {turbidity:g} | {sun_deg:g}° | {' | '.join(cells)} |")
-                of_bands = np.column_stack([largest[name], off])
-                largest[name] = of_bands[np.arange(3), np.abs(of_bands).argmax(axis=1)]
+                pair = np.column_stack([largest[name], off])
+                largest[name] = pair[np.arange(3), np.abs(pair).argmax(axis=1)]
     found = (f"{name}: {' / '.join(f'{one:+.1f}' for one in off)}" for name, off in largest.items())
     print(f"Largest differences, direct / diffuse / both. {'; '.join(found)} %.")
 

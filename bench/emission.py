@@ -141,25 +141,25 @@ def main() -> int:
     times: dict[str, list[list[float]]] = {row: [[] for _ in pairs] for row, pairs in asked_of.items()}
     for turn in range(-1, options.turns):  # the first turn compiles, or reads what is compiled
         for row, pairs in asked_of.items():
-            for of_one, pair in zip(times[row], pairs, strict=True):
+            for one_times, pair in zip(times[row], pairs, strict=True):
                 time_asked = asked(*pair)
                 if turn >= 0:
-                    of_one.append(time_asked)
+                    one_times.append(time_asked)
     for process in processes:
         process.terminate()
         process.wait()
     print(f"{machine()}, code for {os.environ.get('NUMBA_CPU_NAME', 'this processor')}")
     too_slow = False
-    for row, of_row in times.items():
-        ours = of_row[len(trees) - 1]
-        line = "  ".join(f"{statistics.median(turns):6.2f} ns" for turns in of_row[: len(trees)])
+    for row, row_times in times.items():
+        ours = row_times[len(trees) - 1]
+        line = "  ".join(f"{statistics.median(turns):6.2f} ns" for turns in row_times[: len(trees)])
         if len(trees) > 1:
-            ratio = statistics.median(after / before for before, after in zip(of_row[0], ours, strict=True))
+            ratio = statistics.median(after / before for before, after in zip(row_times[0], ours, strict=True))
             too_slow |= ratio > options.bar
             line += f"  ratio {ratio:.3f}" + ("  TOO SLOW" if ratio > options.bar else "")
-        if len(of_row) > len(trees):
-            to_c = statistics.median(own / c for own, c in zip(ours, of_row[-1], strict=True))
-            line += f"  gcc {statistics.median(of_row[-1]):6.2f} ns, ours to it {to_c:.3f}"
+        if len(row_times) > len(trees):
+            to_c = statistics.median(own / c for own, c in zip(ours, row_times[-1], strict=True))
+            line += f"  gcc {statistics.median(row_times[-1]):6.2f} ns, ours to it {to_c:.3f}"
         print(f"{row:28} {line}")
     return 1 if too_slow else 0
 

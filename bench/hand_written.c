@@ -2,7 +2,7 @@
 
    gcc -O3 -march=native -ffp-contract=off -fno-math-errno -shared -fPIC -DREAL=float -DLANE=4 hand_written.c
 
-   The table has rows of four REALs: three parameters and the turn of a ring, sine, cosine and half width of a column.
+   The table has rows of four REALs: three parameters and the offset of a ring, sine, cosine and half width of a column.
    `place` has the words (8 bytes) at which the two rows of a slot begin. Up to 2^32 photons, 2^16 slots and words. */
 
 #include <math.h>
@@ -45,11 +45,11 @@ static inline REAL unit(uint64_t bits)
     return high - (1 + 0x1p-12) + low;
 }
 
-static inline uint64_t turn_of(REAL seen)
+static inline uint64_t ring_offset_of(REAL seen)
 {
-    Word turn;
-    memcpy(&turn, &seen, sizeof turn);
-    return (uint64_t)turn << (64 - 8 * sizeof turn);
+    Word ring_offset;
+    memcpy(&ring_offset, &seen, sizeof ring_offset);
+    return (uint64_t)ring_offset << (64 - 8 * sizeof ring_offset);
 }
 
 typedef REAL Lane __attribute__((vector_size(16)));
@@ -87,7 +87,7 @@ static inline void place_photon(REAL h0, REAL h1, REAL h2, REAL half, REAL t0, R
     *z = -ROOT(h2 + h1 * (1 - u));
 }
 
-static inline uint32_t stir(uint32_t half, uint32_t key)
+static inline uint32_t mix(uint32_t half, uint32_t key)
 {
     uint32_t x = half * 0x7FEB352D + key;
     return (x ^ x >> 15) * 0x846CA68B;
@@ -95,14 +95,14 @@ static inline uint32_t stir(uint32_t half, uint32_t key)
 
 static inline uint32_t high_step(uint32_t high, uint32_t low, uint32_t key, uint32_t b)
 {
-    high += (stir(low, key) >> 16) * b >> 16;
+    high += (mix(low, key) >> 16) * b >> 16;
     return MIN(high, high - b);
 }
 
 static inline uint32_t permuted(uint32_t i, uint32_t s, uint32_t b, const uint64_t *key)
 {
     uint32_t mask = (1u << s) - 1, low = i & mask, high = high_step(i >> s, low, key[0], b);
-    low = (low + (stir(high, key[1]) >> (32 - s))) & mask;
+    low = (low + (mix(high, key[1]) >> (32 - s))) & mask;
     return high_step(high, low, key[2], b) << s | low;
 }
 
@@ -153,7 +153,7 @@ void shuffled(const Band *band, uint64_t start, uint64_t n, REAL *restrict ux, R
         for (uint32_t j = 0; j < m; j++)
             place_photon(p[0][j], p[1][j], p[2][j], p[6][j], p[4][j], p[5][j],
                          unit(of.shift[0] + rank[j] * of.step[0]),
-                         unit(of.shift[1] + rank[j] * of.step[1] + turn_of(p[3][j])),
+                         unit(of.shift[1] + rank[j] * of.step[1] + ring_offset_of(p[3][j])),
                          &ux[lo + j], &uy[lo + j], &uz[lo + j]);
     }
 }
@@ -167,7 +167,7 @@ void in_order(const Band *band, uint64_t start, uint64_t n, REAL *restrict ux, R
         const REAL *h = row_of(slot, 0, band), *t = row_of(slot, 1, band);
         const REAL h0 = h[0], h1 = h[1], h2 = h[2], t0 = t[0], t1 = t[1], half = t[2];
         uint64_t u = band->shift[0] + (start + j) * band->step[0];
-        uint64_t v = band->shift[1] + (start + j) * band->step[1] + turn_of(h[3]);
+        uint64_t v = band->shift[1] + (start + j) * band->step[1] + ring_offset_of(h[3]);
         for (uint64_t i = j; i < whole; i++, u += band->step[0], v += band->step[1]) {
             place_photon(h0, h1, h2, half, t0, t1, unit(u), unit(v), &ux[i], &uy[i], &uz[i]);
             cell[i] = slot; /* the next run writes what stands beyond the end of this one again */

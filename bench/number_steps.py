@@ -67,7 +67,7 @@ def figure(steps: tuple[int, ...]) -> float:
     return float((product * distance).min())
 
 
-def of_fraction(x: float | Fraction) -> int:
+def step_of_fraction(x: float | Fraction) -> int:
     """A fraction in units of 2^-64, rounded to an odd number, whose multiples visit all 2^64."""
     return int(Fraction(x) * 2**64) | 1
 
@@ -77,7 +77,7 @@ def candidate(rng: np.random.Generator) -> int:
     x = Fraction(0)
     for quotient in rng.choice([1, 2, 3], 90, p=[0.5, 0.35, 0.15]).tolist():
         x = 1 / (quotient + x)
-    return of_fraction(x)
+    return step_of_fraction(x)
 
 
 def good_figure(size: int, n: int = 200) -> float:
@@ -121,7 +121,7 @@ def distances(steps: np.ndarray, modes: np.ndarray = MODES) -> np.ndarray:
     return np.abs(t - np.rint(t))
 
 
-def of_few(steps: np.ndarray) -> np.ndarray:
+def figures_of_few(steps: np.ndarray) -> np.ndarray:
     """Figure 1."""
     return (distances(steps) / SUMS[SUM]).min(axis=-1)
 
@@ -149,11 +149,11 @@ def search(n_candidates: int, seed: int, n_sets: int = 400, sweeps: int = 4) -> 
     pool = [step for step in pool if worst(step, dict(FIXED), ENOUGH)[0] >= ENOUGH]
     steps = np.array(pool) / 2.0**64
     sets = rng.integers(len(pool), size=(n_sets, 3))
-    figures = of_few(steps[sets])
+    figures = figures_of_few(steps[sets])
     for k, one in product(range(sweeps * 3), range(n_sets)):
         others = np.repeat(steps[sets[one]][None], len(pool), axis=0)
         others[:, k % 3] = steps
-        found = of_few(others)
+        found = figures_of_few(others)
         if found.max() > figures[one]:
             sets[one, k % 3], figures[one] = found.argmax(), found.max()
     best, chosen = -1.0, [0, 0, 0]
@@ -205,7 +205,7 @@ def show_more_modes(steps: list[int], shown: int = 10) -> None:
         print(f"  {modes[k].tolist()} of u, v, n1, n2, n3: {largest[k]:.3g}")
 
 
-def of_equal_rings(step: int, width_deg: float, rings: int = 90) -> np.ndarray:
+def variance_of_equal_rings(step: int, width_deg: float, rings: int = 90) -> np.ndarray:
     """Variance of the share of photons in half a number's range over that of independent ones, of equal rings.
 
     The photons of a column (0 degrees) or a sector, one in each patch, of rings of 5 to 400 patches.
@@ -225,7 +225,7 @@ def show_rings(steps: list[int]) -> None:
     print("| step | column: worst, median | 10 degrees | 90 degrees | worst rings |")
     print("| --- | --- | --- | --- | --- |")
     for k, step in enumerate(steps, 1):
-        found = [of_equal_rings(step, width) for width in (0.0, 10.0, 90.0)]
+        found = [variance_of_equal_rings(step, width) for width in (0.0, 10.0, 90.0)]
         shown = " | ".join(f"{one.max():.2g}, {np.median(one):.1g}" for one in found)
         print(f"| n{k} | {shown} | {', '.join(map(str, np.sort(5 + np.argsort(-found[0])[:5])))} |")
 

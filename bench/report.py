@@ -220,8 +220,8 @@ def trend_table(own: Sequence[Trend]) -> str:
 
 def speed_table(run: SpeedRun, rows: Sequence[Row]) -> str:
     """Everybody's time over the default's, and the errors on the peers' sky, where the peers have those of `iid`."""
-    of_sky = [row for row in rows if row.sky == PEER_SKY and row.n_photons == run.n_photons]
-    errors = {row.method: tuple(f"{row.error[q]:.1e}" for q in QUANTITIES) for row in of_sky}
+    sky_rows = [row for row in rows if row.sky == PEER_SKY and row.n_photons == run.n_photons]
+    errors = {row.method: tuple(f"{row.error[q]:.1e}" for q in QUANTITIES) for row in sky_rows}
     nothing = ("-",) * len(QUANTITIES)
     texts = []
     times = {name: ratio(own, run.times["default"]) for name, own in run.times.items()}
@@ -268,9 +268,9 @@ def _sky(results: Results, sky: str) -> str:
         error_table([row for row in own if row.n_photons == n]),
         "",
     ]
-    of_sky = [trend for trend in results.trends if trend.sky == sky]
-    if of_sky:
-        lines += ["Slopes over all numbers of photons, and time to reach an error:", "", trend_table(of_sky), ""]
+    sky_rows = [trend for trend in results.trends if trend.sky == sky]
+    if sky_rows:
+        lines += ["Slopes over all numbers of photons, and time to reach an error:", "", trend_table(sky_rows), ""]
     return "\n".join(lines)
 
 

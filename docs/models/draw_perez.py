@@ -52,7 +52,7 @@ def five(**values: float) -> np.ndarray:
     return np.array([values.get(name, 0.0) for name in "abcde"])
 
 
-def of_sky(epsilon: float, delta: float) -> np.ndarray:
+def luminance_of_sky(epsilon: float, delta: float) -> np.ndarray:
     """Coefficients of eqs. (6) to (8) at the sun of the figures."""
     return perez.coefficients(epsilon, delta, SUN_ZENITH, limits="paper")
 
@@ -109,16 +109,16 @@ def draw_skies(folder: Path) -> None:
     """Figs. 12 and 13: whole skies, normalised by eq. (3)."""
     mean = "luminance / that of an even sky"
     overcast = {
-        "bright overcast, Δ = 0.5": over_mean(of_sky(1.0, 0.5)),
-        "dark overcast, Δ = 0.05": over_mean(of_sky(1.0, 0.05)),
+        "bright overcast, Δ = 0.5": over_mean(luminance_of_sky(1.0, 0.5)),
+        "dark overcast, Δ = 0.05": over_mean(luminance_of_sky(1.0, 0.05)),
         "CIE overcast (1 + 2 cos ξ)/3": (1 + 2 * np.cos(np.deg2rad(across_sky()))) * 3 / 7,
     }
     draw(folder, "perez_figure_12.png", overcast, mean, sun=True)
     skies = {
-        "bright overcast, bin 1, Δ = 0.5": of_sky(1.0, 0.5),
-        "intermediate, bin 3, Δ = 0.31": of_sky(1.35, 0.31),
-        "turbid, bin 6, Δ = 0.18": of_sky(3.5, 0.18),
-        "very clear, bin 8, Δ = 0.09": of_sky(8.0, 0.09),
+        "bright overcast, bin 1, Δ = 0.5": luminance_of_sky(1.0, 0.5),
+        "intermediate, bin 3, Δ = 0.31": luminance_of_sky(1.35, 0.31),
+        "turbid, bin 6, Δ = 0.18": luminance_of_sky(3.5, 0.18),
+        "very clear, bin 8, Δ = 0.09": luminance_of_sky(8.0, 0.09),
     }
     draw(folder, "perez_figure_13.png", {k: over_mean(v) for k, v in skies.items()}, mean, sun=True, log=True)
 

@@ -26,11 +26,11 @@ void aomc_difcol_remove(void)
 }
 
 /* The whole number in columns 49 to 56 of a line of amc.inp, -1 if there is none. */
-static long number_of_line(FILE *amc, int *at, int wanted)
+static long number_of_line(FILE *amc, int *at, int line)
 {
     char field[9] = "";
     int column = 0, length = 0, c;
-    while (*at < wanted - 1 && (c = getc(amc)) != EOF)
+    while (*at < line - 1 && (c = getc(amc)) != EOF)
         *at += c == '\n';
     while ((c = getc(amc)) != EOF && c != '\n')
         if (column++ >= FIRST_COLUMN && length < 8)

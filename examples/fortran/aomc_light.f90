@@ -30,7 +30,7 @@ contains
     ! The waveband of the file, if wavelength and photons are those that the program's own files ask for.
     subroutine start_band()
         integer :: iterations, unit, k
-        integer(int64) :: wanted
+        integer(int64) :: requested
         real :: wavelength
         character(1000) :: path
         call remove_difcol()
@@ -49,10 +49,10 @@ contains
         open (newunit=unit, file="amc.inp", status="old")
         read (unit, "(48x, i12)") iterations
         close (unit)
-        wanted = iterations
-        if (lsource == 0) wanted = nint(intensity(wavel) * iterations, int64)
-        if (lsource == 1) wanted = merge(source%n, wanted, source%n == maxval(sky_nint(wavenum, :, :))) ! its own rounding
-        if (source%n == 0 .or. abs(source%n - wanted) > wanted / 100000 + 1) &
+        requested = iterations
+        if (lsource == 0) requested = nint(intensity(wavel) * iterations, int64)
+        if (lsource == 1) requested = merge(source%n, requested, source%n == maxval(sky_nint(wavenum, :, :))) ! its own rounding
+        if (source%n == 0 .or. abs(source%n - requested) > requested / 100000 + 1) &
             error stop "aomc-sky: amc.inp (or difcol.inp) has other iterations than " // trim(path) // "; write it again"
         band = wavel
         control = 0

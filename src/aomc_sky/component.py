@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.content import same_content
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import SceneError
 from aomc_sky.grid import PatchGrid
+from aomc_sky.record import same_content
 
 
 class Law(enum.IntEnum):
@@ -198,14 +198,14 @@ class Component:
         if self.strength.ndim != 1 or not fits or self.cell.shape != (n_cell, N_CELL_PARAMETERS):
             raise ValueError(
                 f"component {self.name!r}: strength {self.strength.shape} and cell {self.cell.shape} "
-                f"do not fit mass {self.mass.shape}; wanted (n_wl,), (n_wl or 1, n_cell) and "
+                f"do not fit mass {self.mass.shape}; expected (n_wl,), (n_wl or 1, n_cell) and "
                 f"(n_cell, {N_CELL_PARAMETERS})"
             )
         for name in ("slope", "stokes"):
             value = getattr(self, name)
             if value is not None and (value.ndim != 3 or value.shape[1:] != (n_cell, 2) or len(value) not in (1, n_wl)):
                 raise ValueError(
-                    f"component {self.name!r}: {name} {value.shape}; wanted (n_wl or 1, n_cell, 2) as in mass"
+                    f"component {self.name!r}: {name} {value.shape}; expected (n_wl or 1, n_cell, 2) as in mass"
                 )
         if self.stokes is not None and not is_polarisation(self.stokes):
             raise ValueError(f"component {self.name!r}: stokes wants Q/I and U/I of a degree from 0 to 1")
@@ -236,8 +236,8 @@ class Component:
     def of_row(self, row: int) -> Component:
         """The component of one wavelength, with one row of everything."""
         names = ("strength", "mass", "weight", "slope", "stokes", "irradiance_W_m2_nm")
-        of_all = {name: getattr(self, name) for name in names}
-        own = {k: v if v is None or len(v) == 1 else v[row : row + 1] for k, v in of_all.items()}
+        arrays = {name: getattr(self, name) for name in names}
+        own = {k: v if v is None or len(v) == 1 else v[row : row + 1] for k, v in arrays.items()}
         return dataclasses.replace(self, **own)
 
 
@@ -278,9 +278,9 @@ class CellLaw:
 
     #: The common law by which photons start, where a rejection follows.
     starts_as: Law | None = None
-    #: Hook that the emission calls: "rejection", "queue" or none.
+    #: Hook that the emission calls: "perez", "lobes" or none.
     hook: str = ""
-    #: Makes the tables of the hook from the components of a plan: an object with `of_slots(slots)`.
+    #: Makes the tables of the hook from the components of a plan: an object with `for_slots(slots)`.
     hook_tables: Callable[[Sequence[Component]], Any] | None = None
 
     @property

@@ -6,8 +6,8 @@ from dataclasses import InitVar, dataclass
 
 import numpy as np
 
-from aomc_sky.content import same_content
 from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
+from aomc_sky.record import same_content
 from aomc_sky.whole_number import as_index
 
 

@@ -142,13 +142,13 @@ class _Word:
     entrance: Entrance
 
     def __format__(self, value: str) -> str:
-        row, of_entrance = INPUTS[self.name], self.entrance
-        if of_entrance is Entrance.OPTIONS:
+        row, entrance = INPUTS[self.name], self.entrance
+        if entrance is Entrance.OPTIONS:
             return f"{row.option} {value}" if value and not row.is_switch else row.option
         if row.name == "coefficients":
-            return "coefficients=" if of_entrance is Entrance.KEYWORDS else 'perez["a"] to perez["e"]'
+            return "coefficients=" if entrance is Entrance.KEYWORDS else 'perez["a"] to perez["e"]'
         shown = f'"{value}"' if row.words or row.name == "sky" else value
-        if of_entrance is Entrance.MAPPINGS and row.mapping and row.name != WITHIN:
+        if entrance is Entrance.MAPPINGS and row.mapping and row.name != WITHIN:
             return f'{row.mapping}={{"{row.name}": {shown}}}' if value else f'{row.mapping}["{row.name}"]'
-        keyword = (row.keyword if of_entrance is Entrance.KEYWORDS else "") or row.name
+        keyword = (row.keyword if entrance is Entrance.KEYWORDS else "") or row.name
         return f"{keyword}={shown if value else ''}"

@@ -73,7 +73,7 @@ def _bar(text: str, unit: str, stream: TextIO) -> Iterator[Any]:
 
 
 @contextlib.contextmanager
-def patience(text: str, *, enabled: bool) -> Iterator[None]:
+def status_line(text: str, *, enabled: bool) -> Iterator[None]:
     """Show the current work and its time after a second."""
     with _shown(text, enabled=enabled):
         yield

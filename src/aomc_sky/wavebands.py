@@ -8,9 +8,9 @@ from dataclasses import KW_ONLY, dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.content import same_content
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.inputs import in_nm
+from aomc_sky.record import same_content
 from aomc_sky.whole_number import as_index
 
 

@@ -48,14 +48,14 @@ def wait_for(stream, text):
 
 def test_what_is_short_shows_nothing(stream, monkeypatch):
     monkeypatch.setattr(progress, "_PATIENCE_S", 600.0)
-    with progress.patience("drawing", enabled=True):
+    with progress.status_line("drawing", enabled=True):
         pass
     assert stream.getvalue() == ""
 
 
 def test_a_long_loop_says_how_far_it_is(stream):
     done = []
-    with progress.patience("drawing", enabled=True):
+    with progress.status_line("drawing", enabled=True):
         wait_for(stream, "drawing: 00:0")
         for k in counted(range(3), "frame", 3):
             wait_for(stream, f"drawing, frame {k + 1} of 3: 00:0")
@@ -165,7 +165,7 @@ def test_python_shows_it_too(monkeypatch, tmp_path):
     sky.write_run(scene, tmp_path / "shown")
     assert "/6.00M [" in stream.getvalue()
     shown = len(stream.getvalue())
-    with progress.patience("quiet", enabled=False):
+    with progress.status_line("quiet", enabled=False):
         sky.write_run(scene, tmp_path / "silent")
     assert len(stream.getvalue()) == shown
     slowly(monkeypatch, stream, "solving the atmosphere", directions, "solve")

@@ -69,12 +69,12 @@ def test_directions_counts_and_plan_agree(amc, tmp_path):
     with (out / "counts.csv").open(newline="") as file:
         rows = list(csv.DictReader(file))
     for band in range(3):
-        of_band = [row for row in rows if row["waveband"] == str(band + 1)]
-        assert sum(int(row["photons"]) for row in of_band) == 30_000
-        assert np.isclose(sum(float(row["mass"]) for row in of_band), 1.0, rtol=0, atol=1e-12)
+        band_rows = [row for row in rows if row["waveband"] == str(band + 1)]
+        assert sum(int(row["photons"]) for row in band_rows) == 30_000
+        assert np.isclose(sum(float(row["mass"]) for row in band_rows), 1.0, rtol=0, atol=1e-12)
         lit = np.flatnonzero(source.mass(band))
-        assert [int(row["photons"]) for row in of_band] == source.counts[band, lit].tolist()
-        assert [float(row["expected"]) for row in of_band] == source.expected(band)[lit].tolist()
+        assert [int(row["photons"]) for row in band_rows] == source.counts[band, lit].tolist()
+        assert [float(row["expected"]) for row in band_rows] == source.expected(band)[lit].tolist()
 
 
 def test_manifest_keeps_its_schema_and_hashes(amc, tmp_path):

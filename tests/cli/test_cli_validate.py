@@ -70,9 +70,9 @@ def both_agree(folder: Path, tmp_path: Path, options: list[str], capsys) -> tupl
     assert bool(errors) == (ran != 0)
     for line in errors:
         assert line in found.splitlines(), (line, found)
-    of_validate = [line for line in found.splitlines() if "error[" in line or line.startswith("aomc-sky: error")]
+    validate_errors = [line for line in found.splitlines() if "error[" in line or line.startswith("aomc-sky: error")]
     if "more problem" not in told + found:
-        assert sorted(set(of_validate)) == sorted(set(errors))
+        assert sorted(set(validate_errors)) == sorted(set(errors))
     return ran, told
 
 

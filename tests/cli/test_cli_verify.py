@@ -143,7 +143,7 @@ def lines_changed(path: Path) -> None:
     path.write_text("".join(text))
 
 
-def of_manifest(change) -> object:
+def manifest_damage(change) -> object:
     def spoil(out: Path) -> None:
         manifest = json.loads((out / "manifest.json").read_text())
         change(manifest)
@@ -179,15 +179,15 @@ DAMAGES = {
     "lines of counts": (lambda out: lines_changed(out / "counts.csv"), "counts.csv differs from the plan, from line 5"),
     "no counts": (lambda out: (out / "counts.csv").unlink(), "counts.csv is missing"),
     "a mean in the manifest": (
-        of_manifest(lambda manifest: manifest["bands"][0].update(mean_cosine_photons=0.5)),
+        manifest_damage(lambda manifest: manifest["bands"][0].update(mean_cosine_photons=0.5)),
         "manifest: bands[0].mean_cosine_photons is 0.5, expected 0.",
     ),
     "a number in the manifest": (
-        of_manifest(lambda manifest: manifest["bands"][1].update(launched=7)),
+        manifest_damage(lambda manifest: manifest["bands"][1].update(launched=7)),
         f"manifest: bands[1].launched is 7, expected {ITERATIONS}",
     ),
     "a name in the manifest": (
-        of_manifest(lambda manifest: manifest["files"].update({"../../victim": {"bytes": 3}})),
+        manifest_damage(lambda manifest: manifest["files"].update({"../../victim": {"bytes": 3}})),
         "manifest: files.../../victim is not expected",
     ),
 }
@@ -257,7 +257,7 @@ def test_the_scene_makes_the_plan_again(out, capsys):
     done = Verified(capsys, out, *scene)
     assert done.code == 0, done.failed
     assert done.named("scene: plan")
-    of_manifest(lambda manifest: manifest["inputs"]["amc"].update(sha256=64 * "0"))(out)
+    manifest_damage(lambda manifest: manifest["inputs"]["amc"].update(sha256=64 * "0"))(out)
     done = Verified(capsys, out, *scene)
     assert done.code == 1
     assert "scene: manifest: inputs.amc.sha256 is" in done.failed

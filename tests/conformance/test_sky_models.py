@@ -78,7 +78,7 @@ def model(request):
     return instance(*request.param)
 
 
-of_every_model = pytest.mark.parametrize("model", INSTANCES, indirect=True, ids=lambda at: f"{at[0]}-{at[1]}")
+every_model = pytest.mark.parametrize("model", INSTANCES, indirect=True, ids=lambda at: f"{at[0]}-{at[1]}")
 
 
 def test_examples_are_of_the_registered_models():
@@ -92,7 +92,7 @@ def test_unknown_models_are_named():
         sky_model("perez-1993")
 
 
-@of_every_model
+@every_model
 def test_radiance_is_finite_pure_and_broadcasts(model):
     assert isinstance(model, SkyModel)
     rng = np.random.default_rng(2)
@@ -106,7 +106,7 @@ def test_radiance_is_finite_pure_and_broadcasts(model):
     assert np.all(np.isfinite(model.radiance(hard[:, None], np.array([0.0, 2 * np.pi]), 450.0)))
 
 
-@of_every_model
+@every_model
 def test_components_fit_the_sampler(model):
     components = model.lower(np.array([450.0, 550.0, 550.0]))
     for component in components:
@@ -120,7 +120,7 @@ def test_components_fit_the_sampler(model):
         assert np.all(batch.uz <= 0)
 
 
-@of_every_model
+@every_model
 def test_scenes_take_models_as_they_are(model):
     bands = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
     given = sky.Scene(wavebands=[450, 550], n_photons=500, components=model)
@@ -161,7 +161,7 @@ class Radiance:
         self.radiance = model.radiance
 
 
-@of_every_model
+@every_model
 def test_every_model_takes_its_share(model):
     if isinstance(model, sky.AtmosphereSky):
         pytest.skip("solved once more for each share: its own test has them")

@@ -42,8 +42,8 @@ def options() -> set[str]:
 
 def keys() -> set[str]:
     """Every key and directive of a description, in lower case."""
-    of_sections = {key for rules in SECTION_KEYS.values() for key in rules}
-    return {*TOP_KEYS, *of_sections, *DIRECTIVES, SCATTERER_DIRECTIVE}
+    section_keys = {key for rules in SECTION_KEYS.values() for key in rules}
+    return {*TOP_KEYS, *section_keys, *DIRECTIVES, SCATTERER_DIRECTIVE}
 
 
 def test_every_option_and_key_has_a_row() -> None:

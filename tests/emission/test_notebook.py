@@ -65,10 +65,10 @@ def test_photons_one_by_one():
         assert abs(sum(p.band == 1 for p in photons[:n]) - n / 4) < 1
     for band in (0, 1):
         batch = source.photons(band)
-        of_band = [p for p in photons if p.band == band]
-        assert [p.index_in_band for p in of_band] == list(range(len(batch)))
+        band_photons = [p for p in photons if p.band == band]
+        assert [p.index_in_band for p in band_photons] == list(range(len(batch)))
         for name in ("ux", "uy", "uz", "x", "y"):
-            np.testing.assert_array_equal([getattr(p, name) for p in of_band], getattr(batch, name))
+            np.testing.assert_array_equal([getattr(p, name) for p in band_photons], getattr(batch, name))
     assert {p.weight for p in photons} == {1.0}
     plain = next(sky.Scene(wavebands=[440], n_photons=1, components="uniform").source().one_by_one())
     assert (plain.x, plain.y, plain.wavelength_nm) == (0.0, 0.0, 440.0)

@@ -54,10 +54,10 @@ def test_directions_of_models_in_absolute_units():
     zenith, azimuth = np.deg2rad(np.array([*FOUR, (32.0, 331.0), (90.0, 0.0)])).T
     for band in (0, 1):
         expected = model.radiance(zenith, azimuth, 550.0) * scene.irradiance.of_component[band, 1] / 140
-        of_band = scene.radiance(band, zenith, azimuth)
-        np.testing.assert_allclose(of_band, expected, rtol=1e-9)
+        band_radiance = scene.radiance(band, zenith, azimuth)
+        np.testing.assert_allclose(band_radiance, expected, rtol=1e-9)
         one = scene.radiance(band, sky_zenith_deg=FOUR[0][0], sky_azimuth_deg=FOUR[0][1] - 360)
-        assert one == pytest.approx(of_band[0], rel=1e-12)
+        assert one == pytest.approx(band_radiance[0], rel=1e-12)
     assert pickle.loads(pickle.dumps(scene)) == scene
 
 

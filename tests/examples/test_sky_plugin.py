@@ -53,11 +53,11 @@ def test_sky_toml_options_and_python_give_the_same_photons(installed, tmp_path):
     scene = tmp_path / "scene"
     shutil.copytree(INPUTS / "perez_sky", scene)
     (scene / "sky.toml").write_text('[sky]\nmodel = "bright_zenith"\nbrightening = 1\n')
-    of_file = sky.read_scene(scene)
+    by_file = sky.read_scene(scene)
     over_file = sky.read_scene(scene, sky_options={"brightening": 3})
     (scene / "sky.toml").unlink()
-    of_options = sky.read_scene(scene, sky="bright_zenith", sky_options={"brightening": 1})
-    hashes = [one.source(seed=1).plan.sha256 for one in (of_file, of_options, over_file)]
+    by_options = sky.read_scene(scene, sky="bright_zenith", sky_options={"brightening": 1})
+    hashes = [one.source(seed=1).plan.sha256 for one in (by_file, by_options, over_file)]
     assert hashes[0] == hashes[1] != hashes[2]
     assert over_file.options["plugin"]["options"] == {"brightening": 3}
 
@@ -66,8 +66,8 @@ def test_shares_beside_the_sun_are_those_of_difcol(installed):
     scene = sky.read_scene(INPUTS / "perez_sky", sky="bright_zenith")
     perez = sky.read_scene(INPUTS / "perez_sky")
     beam, diffuse = (c.strength for c in scene.components)
-    of_perez = perez.components[0].strength[perez.row_of_band]
-    np.testing.assert_array_equal(beam, of_perez)
+    perez_strength = perez.components[0].strength[perez.row_of_band]
+    np.testing.assert_array_equal(beam, perez_strength)
     np.testing.assert_allclose(beam + diffuse, 1.0, rtol=1e-15)
 
 

@@ -17,12 +17,12 @@ xarray = pytest.importorskip("xarray")
 pytest.importorskip("h5netcdf")
 h5py = pytest.importorskip("h5py")
 
-OF_DATA = {"name": "radiance", "shape": (3, 6)}
-external_storage = partial(hdf5_damage.external_storage, **OF_DATA)
-external_link = partial(hdf5_damage.external_link, **OF_DATA)
-virtual = partial(hdf5_damage.virtual, **OF_DATA)
-sparse = partial(hdf5_damage.sparse, **OF_DATA)
-bomb = partial(hdf5_damage.bomb, **OF_DATA, n_bytes=2**28)
+DATASET = {"name": "radiance", "shape": (3, 6)}
+external_storage = partial(hdf5_damage.external_storage, **DATASET)
+external_link = partial(hdf5_damage.external_link, **DATASET)
+virtual = partial(hdf5_damage.virtual, **DATASET)
+sparse = partial(hdf5_damage.sparse, **DATASET)
+bomb = partial(hdf5_damage.bomb, **DATASET, n_bytes=2**28)
 
 ZENITH, AZIMUTH = np.arange(15.0, 90.0, 30.0), np.arange(0.0, 360.0, 60.0)
 

@@ -1,6 +1,6 @@
 """A pipe that carries ten thousand million photons while the memory of the program stays what it was at the begin.
 
-`python -m pytest -m soak`; minutes on idle cores. AOMC_SKY_SOAK is the number of photons, if another one is wanted.
+`python -m pytest -m soak`; minutes on idle cores. AOMC_SKY_SOAK is the number of photons, if another one is asked for.
 """
 
 from __future__ import annotations

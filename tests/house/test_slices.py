@@ -66,8 +66,8 @@ def host():
     assert sampler.fill(0, photons) == sampler.n
     return [hashlib.sha256(data).hexdigest() for data in (photons.tobytes(), source.to_bytes())]
 
-of_package = Path(aomc_sky.__file__).parent
-print(json.dumps({"package": str(of_package), **{work: globals()[work]() for work in works}}))
+package_folder = Path(aomc_sky.__file__).parent
+print(json.dumps({"package": str(package_folder), **{work: globals()[work]() for work in works}}))
 """.replace("ITERATIONS", repr(N))
 
 

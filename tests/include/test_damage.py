@@ -120,10 +120,10 @@ def test_heads_and_records(data, at, new, code):
         ("envelopes", 3, 0.0, 8),  # bins of a cell
         ("envelopes", 7, -1.0, 8),  # bound
         ("envelopes", 7, float("nan"), 8),
-        ("falls", 1, 2**62, 8),
-        ("falls", 4, 3, 8),
-        ("paces", 0, 1e300, 8),
-        ("paces", 1, -1e300, 8),
+        ("bin_proposals", 1, 2**62, 8),
+        ("bin_proposals", 4, 3, 8),
+        ("bins_per_photon", 0, 1e300, 8),
+        ("bins_per_photon", 1, -1e300, 8),
     ],
 )
 def test_a_number_of_a_table_out_of_its_bounds(data, section, index, value, width):

@@ -51,7 +51,7 @@ def test_everything_that_writers_write_is_known():
     assert is_run_file(Shard(index=7, count=1_000_000).mark)
 
 
-def of_schema(*path):
+def schema_entry(*path):
     found = json.loads((resources.files("aomc_sky.outputs") / "manifest.schema.json").read_text())
     for key in path:
         found = found["properties"][key] if key in found.get("properties", {}) else found[key]
@@ -59,7 +59,7 @@ def of_schema(*path):
 
 
 def test_the_schema_allows_the_files_of_a_run_and_no_other_folder():
-    pattern = of_schema("files", "propertyNames", "pattern")
+    pattern = schema_entry("files", "propertyNames", "pattern")
     refused = {name for name in (*OURS, *NOT_OURS) if not re.search(pattern[:-1] + r"\Z", name)}
     assert not refused & {*IN_MANIFESTS}
     assert {name for name in NOT_OURS if "/" in name or name.startswith(".") or not name.isprintable()} <= refused
@@ -67,7 +67,7 @@ def test_the_schema_allows_the_files_of_a_run_and_no_other_folder():
 
 
 def test_the_schema_allows_the_formats_of_a_run():
-    pattern = of_schema("options", "formats", "items", "pattern")
+    pattern = schema_entry("options", "formats", "items", "pattern")
     assert all(re.search(pattern, name) for name in (*FOLDER_FORMATS, "none"))
     assert FOLDER_FORMATS == ("npy", "mcpl", "raw")  # of the command line, and of the documentation
 

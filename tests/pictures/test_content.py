@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.content import PULL, pull_picture
 from aomc_sky.pictures.panels import figure_of
+from aomc_sky.pictures.picture import PULL, pull_picture
 
 pytest.importorskip("matplotlib")
 

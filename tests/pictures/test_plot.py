@@ -14,9 +14,9 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.content import RELATIVE_RADIANCE, Dome, Mark, Picture, Symbol, direction_words
 from aomc_sky.pictures.dome import round_numbers
 from aomc_sky.pictures.panels import figure_of
+from aomc_sky.pictures.picture import RELATIVE_RADIANCE, Dome, Mark, Picture, Symbol, direction_words
 from aomc_sky.pictures.source import sun_mark
 from tests.support.shared import INPUTS
 

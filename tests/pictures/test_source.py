@@ -8,7 +8,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, Symbol, spread
+from aomc_sky.pictures.picture import PHOTONS, RADIANCE, RELATIVE_RADIANCE, Symbol, spread
 from aomc_sky.pictures.source import source_picture, sun_mark
 from aomc_sky.source.read.table import tabulated_sky
 

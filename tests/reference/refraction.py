@@ -55,11 +55,11 @@ def index(height_m: float) -> float:
     return 1.0 + REFRACTIVITY * float(np.exp(-height_m / SCALE_M))
 
 
-def _over_height(of_height: Callable[[float], float], kinks_m: tuple[float, ...]) -> float:
+def _over_height(integrand: Callable[[float], float], kinks_m: tuple[float, ...]) -> float:
     """Integral from the ground to the top, in the root of the height, for level rays begin like a root."""
     cuts = np.sqrt([0.0, *sorted(kinks_m), TOP_M])
     pieces = [
-        quad(lambda x: 2 * x * of_height(x * x), a, b, limit=400, epsabs=1e-14, epsrel=1e-11)[0]
+        quad(lambda x: 2 * x * integrand(x * x), a, b, limit=400, epsabs=1e-14, epsrel=1e-11)[0]
         for a, b in pairwise(cuts.tolist())
     ]
     return float(sum(pieces))

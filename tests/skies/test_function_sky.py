@@ -112,13 +112,13 @@ def test_errors_of_the_function_itself_are_its_own():
 @pytest.mark.parametrize("scale", [2.0**1023, 5e-324, 2.0**-1030, 2.0**830])
 def test_radiances_of_any_size_are_one_sky(scale):
     """Radiances are relative: sums of the largest and of the smallest floats neither overflow nor vanish."""
-    of_one, of_scale = (
+    plain, scaled = (
         FunctionSky(lambda z, a, w, s=s: np.where(z < 1.0, s, 0.0), grid=sky.PatchGrid.regular(9, 4))
         for s in (1.0, scale)
     )
-    np.testing.assert_array_equal(source_of(of_scale).counts, source_of(of_one).counts)
-    assert of_scale.notes([440.0]) == of_one.notes([440.0])
-    assert 0 < of_scale.irradiance(440.0)[0] == min(scale * of_one.irradiance(440.0)[0], np.finfo(float).max)
+    np.testing.assert_array_equal(source_of(scaled).counts, source_of(plain).counts)
+    assert scaled.notes([440.0]) == plain.notes([440.0])
+    assert 0 < scaled.irradiance(440.0)[0] == min(scale * plain.irradiance(440.0)[0], np.finfo(float).max)
 
 
 def test_what_is_no_function_or_no_patch():

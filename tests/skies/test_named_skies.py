@@ -106,9 +106,9 @@ def test_a_cie_sky_of_a_scene_of_files_has_a_type(tmp_path):
     amc = copy_scene("sun_and_sky", tmp_path)
     with pytest.raises(sky.UsageError, match=r'needs type; write sky_options=\{"type": '):
         sky.read_scene(amc, sky="cie")
-    of_option = sky.read_scene(amc, sky="cie", sky_options={"type": 8})
+    by_option = sky.read_scene(amc, sky="cie", sky_options={"type": 8})
     (amc.parent / "sky.toml").write_text('[sky]\nmodel = "cie"\ntype = 8\n')
-    assert sky.read_scene(amc).components == of_option.components
+    assert sky.read_scene(amc).components == by_option.components
     (amc.parent / "sky.toml").write_text('[sky]\nmodel = "cie"\ntype = 16\n')
     with pytest.raises(sky.InputFileError, match=r"sky\.toml:3:8.*whole number from 1 to 15, got 16"):
         sky.read_scene(amc)

@@ -154,8 +154,8 @@ def test_rotation_to_the_scattering_plane():
     cosine, sine = (l_axis * other).sum(axis=1), (r_axis * other).sum(axis=1)
     twice = cosine**2 - sine**2, 2 * sine * cosine
     q, u = pattern(zenith, azimuth, sun)
-    of_angle = travel @ incident
-    degree = (1 - of_angle**2) / (1 + of_angle**2)
+    cosine = travel @ incident
+    degree = (1 - cosine**2) / (1 + cosine**2)
     np.testing.assert_allclose(q * twice[0] + u * twice[1], -degree, atol=1e-12)
     np.testing.assert_allclose(u * twice[0] - q * twice[1], 0.0, atol=1e-12)
 

@@ -112,8 +112,8 @@ def test_pointings_of_a_radiometer(tmp_path):
     """Irregular angles, clockwise from north; unfinished pointings are gaps and are said."""
     made = hypernets()
     field = through_a_file(made, tmp_path / "series.nc", variable="downwelling_radiance")
-    of_python = made.set_coords(["viewing_zenith_angle", "viewing_azimuth_angle"])["downwelling_radiance"]
-    for one in (field, of_python):
+    python_field = made.set_coords(["viewing_zenith_angle", "viewing_azimuth_angle"])["downwelling_radiance"]
+    for one in (field, python_field):
         with pytest.warns(sky.InputWarning, match=r"5\.\d % of the light comes from beyond the measured directions"):
             table = sky.TabulatedSky.from_xarray(one, grid=sky.PatchGrid.regular(36, 72))
         check(table, 0.03)

@@ -50,7 +50,7 @@ def cone(x, y, centre):
 
 
 def rule_of(light, centre, **options):
-    return Rule(light=lambda x, y, _: light(x[0] + centre[0], y[0] + centre[1]), centre=centre, **options)
+    return Rule(integrand=lambda x, y, _: light(x[0] + centre[0], y[0] + centre[1]), centre=centre, **options)
 
 
 @pytest.mark.parametrize("centre", [(0.4, 1.1), (0.9999, 3.7), (0.004, 0.3)])
@@ -107,10 +107,10 @@ def test_light_that_ends_at_a_circle(centre, radius) -> None:
 
 
 def test_rounds_end_where_nothing_agrees() -> None:
-    """An edge along no circle: the parts are used up, and the doubt says how far the rule came."""
-    rule = Rule(light=lambda x, y, _: (x[0] + 0.2 * y[0] < 0.5) + 0.0, most_parts=3000)
+    """An edge along no circle: the parts are used up, and the error_estimate says how far the rule came."""
+    rule = Rule(integrand=lambda x, y, _: (x[0] + 0.2 * y[0] < 0.5) + 0.0, most_parts=3000)
     parts = rule.integrate(np.array([[0.0, 1.0]]), np.array([[0.0, 1.0]]))
-    assert 0 < abs(parts.masses(1)[0] - 0.4) <= parts.doubt.sum() < 1e-3
+    assert 0 < abs(parts.masses(1)[0] - 0.4) <= parts.error_estimate.sum() < 1e-3
     assert parts.patch.size < 12_000
 
 

@@ -359,13 +359,13 @@ def points(nm=NM, unit="W m-2 nm-1 sr-1", n=150):
     """Directions of one dimension, each with a wavelength; those of one wavelength are not those of another."""
     rng = np.random.default_rng(6)
     zenith = np.rad2deg(np.arccos(rng.uniform(0.035, 1, n * len(nm))))
-    azimuth, of_point = rng.uniform(0, 360, zenith.size), rng.permutation(np.repeat(nm, n))
+    azimuth, point_nm = rng.uniform(0, 360, zenith.size), rng.permutation(np.repeat(nm, n))
     coords = {
         "zenith": ("point", zenith, {"units": "deg"}),
         "azimuth": ("point", azimuth, {"units": "deg", "azimuth_convention": "enu_from_east"}),
-        "wavelength": ("point", of_point, {"units": "nm"}),
+        "wavelength": ("point", point_nm, {"units": "nm"}),
     }
-    return xarray.DataArray(radiance(zenith, azimuth, of_point), dims=("point",), coords=coords, attrs={"units": unit})
+    return xarray.DataArray(radiance(zenith, azimuth, point_nm), dims=("point",), coords=coords, attrs={"units": unit})
 
 
 def test_points_of_their_own_wavelengths_are_the_sky_of_the_same_table(tmp_path):

@@ -4,7 +4,7 @@ import numba
 import numpy as np
 import pytest
 
-from aomc_sky.emission.band_tables import lobe_offset_words
+from aomc_sky.emission.band import lobe_offset_words
 from aomc_sky.plan.sampling import streams
 from aomc_sky.skies.lobes.kernels import law as plain
 from aomc_sky.skies.lobes.tables import LobeTables
@@ -31,8 +31,8 @@ def visits(tables, words, n):
     """How often each bin gets one of the n photons of a lobe, over seeds; no bin gets two of so few."""
     ranges = np.tile(tables.tables[0], words.size)
     seeds = LobeTables(lobe=tables.lobe, cell=np.zeros(words.size, np.int64), tables=(ranges, *tables.tables[1:]))
-    falls, paces = seeds.falls(np.array([0, n]), words)
-    columns = (*falls.reshape(-1, plain.FALL_COLUMNS).T, *paces.reshape(-1, plain.PACE_COLUMNS).T)
+    proposals, lines = seeds.bin_proposals(np.array([0, n]), words)
+    columns = (*proposals.reshape(-1, plain.PROPOSAL_COLUMNS).T, *lines.reshape(-1, plain.LINE_COLUMNS).T)
     found = np.zeros(1 << int(tables.tables[0][1]), np.int64)
     for rank in range(n):
         found += np.bincount(
@@ -93,7 +93,7 @@ def test_evener_than_independent_photons(name):
     assert found.holds, found
 
 
-def bins_from_words(rank, lobe, falls, shifts, steps, accept, key, band, jitter):
+def bins_from_words(rank, lobe, proposals, shifts, steps, accept, key, band, jitter):
     """The law of `aomc-sky/1`: the first bits of the sequence name the bin, the rest is stretched over it."""
     assert not jitter
     return None, shifts[0] + rank * steps[0], shifts[1] + rank * steps[1], accept[0] + rank * accept[1]
@@ -115,10 +115,10 @@ def test_planted_strips_of_the_sequence(monkeypatch):
     assert planted.worst > 10.0
 
 
-def fresh_places(rank, lobe, falls, shifts, steps, accept, key, band, jitter):
+def fresh_places(rank, lobe, proposals, shifts, steps, accept, key, band, jitter):
     """The strips of `aomc-sky/1` with everything else as it was, but fresh numbers for the place in the strip."""
-    _, first, second, third = bins_from_words(rank, lobe, falls, shifts, steps, accept, key, band, jitter)
-    bits = falls[0].reshape(-1, plain.FALL_COLUMNS)[lobe].T[4]
+    _, first, second, third = bins_from_words(rank, lobe, proposals, shifts, steps, accept, key, band, jitter)
+    bits = proposals[0].reshape(-1, plain.PROPOSAL_COLUMNS)[lobe].T[4]
     fresh = np.random.default_rng(int(shifts[0])).integers(0, 2**64, rank.size, dtype=np.uint64)
     down = np.uint64(64) - bits
     return None, ((first >> down) << down) | (fresh >> bits), second, third
@@ -142,9 +142,9 @@ def test_the_cause_is_the_place_in_the_strip(monkeypatch):
 @pytest.mark.parametrize("name", LOBES)
 def test_every_lobe(name):
     """Few photons and many, alone and in a crowd, in both precisions by turns."""
-    of_crowd, alone = ("float32", "float64")[:: 1 if list(LOBES).index(name) % 2 else -1]
+    together, alone = ("float32", "float64")[:: 1 if list(LOBES).index(name) % 2 else -1]
     for n, crowded, precision in (
-        (30_000, False, of_crowd), (1_000_000, False, alone), (30_000, True, alone), (1_000_000, True, of_crowd)
+        (30_000, False, together), (1_000_000, False, alone), (30_000, True, alone), (1_000_000, True, together)
     ):  # fmt: skip
         found = fairness(LOBES[name], scene_of(LOBES[name], n, crowded=crowded), precision=precision)
         assert found.holds, (n, crowded, found)

@@ -132,7 +132,7 @@ def test_independent_photons_in_every_replicate(plan):
         expected = N * np.append(mass[lit], mass[~lit].sum())
         statistic = chi2.chi2_statistic(grouped, np.broadcast_to(expected, grouped.shape))
         half = counts.shape[0] * (expected.size - 1) / 2
-        of_counts = chi2.two_sided(gammainc(half, statistic / 2), gammaincc(half, statistic / 2))
+        p_of_counts = chi2.two_sided(gammainc(half, statistic / 2), gammaincc(half, statistic / 2))
         uz = np.concatenate([source.photons().uz for source in chosen[:20]])
         patch = np.concatenate([source.photons().patch for source in chosen[:20]])
         far, near = (
@@ -143,7 +143,7 @@ def test_independent_photons_in_every_replicate(plan):
         # one replicate after the other: chi-squares of 10 cells each add up
         cells = np.stack([np.bincount((10 * row).astype(int), minlength=10) for row in place.reshape(-1, N)])
         spread, half = chi2.chi2_statistic(cells, np.full_like(cells, N / 10, dtype=float)), cells.shape[0] * 9 / 2
-        return of_counts, chi2.two_sided(gammainc(half, spread / 2), gammaincc(half, spread / 2))
+        return p_of_counts, chi2.two_sided(gammainc(half, spread / 2), gammaincc(half, spread / 2))
 
     for p_value in p_values("iid"):
         plan.check(p_value)

@@ -72,7 +72,7 @@ def first_counts(method):
     return np.array([few.source(seed=seed, method=method).counts[0, :2].sum() for seed in range(METHODS_SEEDS)])
 
 
-def of_methods(what):
+def method_words(what):
     """The same quantity of stratified and of independent photons of one seed."""
     if what == "counts":
         return first_counts("stratified"), first_counts("iid")
@@ -89,11 +89,11 @@ def of_methods(what):
 @pytest.mark.parametrize("what", ["counts", "order", "places", "positions"])
 def test_methods_of_one_seed_are_apart(plan, what, monkeypatch):
     """Planted: the keys of `aomc-sky/1`, which methods shared."""
-    plan.check(correlation_p(*of_methods(what)))
+    plan.check(correlation_p(*method_words(what)))
 
     def shared_key(seed, stream, method=None, stream_key=streams.stream_key):
         return stream_key(seed, stream, None if method is None else "stratified")
 
     for module in ("check", "sampling.allocation"):
         monkeypatch.setattr(f"aomc_sky.plan.{module}.stream_key", shared_key)
-    plan.catches(correlation_p(*of_methods(what)))
+    plan.catches(correlation_p(*method_words(what)))

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.verify.directions import Tied, is_kept, thinning_key
+from aomc_sky.verify.directions import Dependence, is_kept, thinning_key
 from aomc_sky.verify.report import kolmogorov_p
 from tests.support import chi2
 from tests.support.shared import INPUTS
@@ -34,7 +34,7 @@ def many(method):
 @lru_cache(maxsize=32)
 def independent_report(name, seed):
     """The tests of independent photons of a scene, which several tests below look at."""
-    return direction_report(scene_of(name).source(seed, method="iid"), Tied.INDEPENDENT)
+    return direction_report(scene_of(name).source(seed, method="iid"), Dependence.INDEPENDENT)
 
 
 def share_below_p(beginnings, limit=0.3):
@@ -67,17 +67,19 @@ def test_chi_squares_of_independent_photons(plan, name):
         "inside patches, azimuth: chi",
     ):
         plan.check(summed_p(reports, beginning))
-    lattice = [direction_report(scene_of(name).source(s), Tied.INDEPENDENT) for s in range(4)]
+    lattice = [direction_report(scene_of(name).source(s), Dependence.INDEPENDENT) for s in range(4)]
     plan.catches(summed_p(lattice, "mu^2:"))  # too even is a defect as well
 
 
 def test_chi_squares_after_thinning(plan):
     source = scene_of("clear_day").source(5)
-    reports = [direction_report(source, Tied.STRATIFIED, seed=seed) for seed in range(SEEDS)]
+    reports = [direction_report(source, Dependence.STRATIFIED, seed=seed) for seed in range(SEEDS)]
     assert all(reports)
     for beginning in ("mu^2:", "azimuth:", "mu^2 x azimuth:"):
         plan.check(summed_p(reports, beginning))
-    independent = [direction_report(scene_of("clear_day").source(s, method="iid"), Tied.STRATIFIED) for s in range(4)]
+    independent = [
+        direction_report(scene_of("clear_day").source(s, method="iid"), Dependence.STRATIFIED) for s in range(4)
+    ]
     plan.catches(summed_p(independent, "mu^2 x azimuth:"))  # twice the variance
 
 
@@ -95,14 +97,14 @@ def test_chi_squares_of_weights(plan):
     for seed in range(SEEDS):
         source = scene_of("clear_day").source(seed, method="iid")
         directions, weight = importance_sampled(source, seed)
-        reports.append(direction_report(source, Tied.INDEPENDENT, directions, weight=weight))
+        reports.append(direction_report(source, Dependence.INDEPENDENT, directions, weight=weight))
     assert all(reports)
     for beginning in ("mu^2:", "azimuth:", "mu^2 x azimuth:"):
         plan.check(summed_p(reports, beginning))
     directions, weight = importance_sampled(source, 1)
-    without = direction_report(source, Tied.INDEPENDENT, directions)
+    without = direction_report(source, Dependence.INDEPENDENT, directions)
     plan.catches(named(without, "mu^2:").p_value)
-    plan.catches(named(direction_report(source, Tied.INDEPENDENT, directions, weight=weight**2), "mu^2:").p_value)
+    plan.catches(named(direction_report(source, Dependence.INDEPENDENT, directions, weight=weight**2), "mu^2:").p_value)
 
 
 def test_kolmogorov_distances(plan):
@@ -116,7 +118,7 @@ def test_shares_uniform_in_zenith_angle(plan):
     plan.check(share_below_p(["share uniform"]))
     source = scene_of("clear_day").source(1, method="iid")
     directions = uniform_in_zenith_angle(directions_of(source), 0.1)
-    spoilt = named(direction_report(source, Tied.INDEPENDENT, directions), "share uniform")
+    spoilt = named(direction_report(source, Dependence.INDEPENDENT, directions), "share uniform")
     plan.catches(spoilt.p_value)
     deviation = float(spoilt.detail.split()[-1])
     assert abs(spoilt.found - 0.1) < 4 * deviation
@@ -138,10 +140,11 @@ def test_shares_of_lambert(plan):
     p_values = []
     for seed in range(20):
         source = scene.source(seed, method="iid")
-        p_values.append(named(direction_report(source, Tied.INDEPENDENT, band=2), "share of equal").p_value)
+        p_values.append(named(direction_report(source, Dependence.INDEPENDENT, band=2), "share of equal").p_value)
     plan.check(chi2.binomial_p(sum(p < 0.3 for p in p_values), len(p_values), 0.3))
     spoilt = named(
-        direction_report(source, Tied.INDEPENDENT, lambert(directions_of(source, 2), 0.1), band=2), "share of equal"
+        direction_report(source, Dependence.INDEPENDENT, lambert(directions_of(source, 2), 0.1), band=2),
+        "share of equal",
     )
     plan.catches(spoilt.p_value)
     assert abs(spoilt.found - 0.1) < 4 * float(spoilt.detail.split()[-1])
@@ -152,7 +155,7 @@ def test_one_percent_of_lambert_in_a_million_photons(plan_only):
     scene = sky.read_scene(INPUTS / "clear_day" / "amc.inp", iterations=1_000_000, wavebands=[3])
     source = scene.source(1, method="iid")
     directions = directions_of(source, 2)
-    report = direction_report(source, Tied.INDEPENDENT, lambert(directions, 0.01), band=2)
+    report = direction_report(source, Dependence.INDEPENDENT, lambert(directions, 0.01), band=2)
     check = named(report, "share of equal")
     assert float(check.detail.split()[-1]) == pytest.approx(1 / np.sqrt(1e6 * 0.9215), rel=0.05)
     assert not check.passed
@@ -167,14 +170,16 @@ def copied(directions, n, seed=0):
     return spoilt
 
 
-@pytest.mark.parametrize(("method", "tied"), [("iid", Tied.INDEPENDENT), ("stratified", Tied.STRATIFIED)])
-def test_copies_of_photons(plan_only, method, tied):
+@pytest.mark.parametrize(
+    ("method", "dependence"), [("iid", Dependence.INDEPENDENT), ("stratified", Dependence.STRATIFIED)]
+)
+def test_copies_of_photons(plan_only, method, dependence):
     """Twelve copies among 200 000 photons; correct ones have no equal pair."""
     source = scene_of("clear_day", 200_000).source(3, method=method)
     directions = directions_of(source)
-    correct = named(direction_report(source, tied, directions), "photons that repeat")
+    correct = named(direction_report(source, dependence, directions), "photons that repeat")
     assert correct.p_value > 0.01
-    spoilt = named(direction_report(source, tied, copied(directions, 12)), "photons that repeat")
+    spoilt = named(direction_report(source, dependence, copied(directions, 12)), "photons that repeat")
     assert not spoilt.passed
     plan_only.catches(spoilt.p_value)
 
@@ -188,7 +193,7 @@ def test_random_numbers_of_15_bits_repeat(plan_only):
         u, v = rng.integers(1 << bits, size=(2, 200_000)) / (1 << bits)
         sine, azimuth = np.sqrt(u), 2 * np.pi * v
         rows = -np.column_stack([sine * np.cos(azimuth), sine * np.sin(azimuth), np.sqrt(1 - u)])
-        check = named(direction_report(uniform, Tied.INDEPENDENT, rows.astype(np.float32)), "photons that repeat")
+        check = named(direction_report(uniform, Dependence.INDEPENDENT, rows.astype(np.float32)), "photons that repeat")
         if bits == 15:
             assert not check.passed
             plan_only.catches(check.p_value)
@@ -203,11 +208,11 @@ def test_thinning_is_fair(plan):
     plan.catches(chi2.binomial_p(int(kept[: kept.size // 2].sum() * 2 * 1.01), kept.size, 0.5))
 
 
-@pytest.mark.parametrize(("method", "tied"), [("stratified", Tied.PLAN), ("iid", Tied.INDEPENDENT)])
-def test_one_percent_uniform_in_zenith_angle(plan_only, method, tied):
+@pytest.mark.parametrize(("method", "dependence"), [("stratified", Dependence.PLAN), ("iid", Dependence.INDEPENDENT)])
+def test_one_percent_uniform_in_zenith_angle(plan_only, method, dependence):
     """At 2e6 photons, in our own stratified run and in an independent file of another code."""
     source, directions = many(method)
-    report = direction_report(source, tied, uniform_in_zenith_angle(directions, 0.01))
+    report = direction_report(source, dependence, uniform_in_zenith_angle(directions, 0.01))
     assert not named(report, "mu^2:").passed
     plan_only.catches(named(report, "share uniform").p_value)
 
@@ -215,21 +220,21 @@ def test_one_percent_uniform_in_zenith_angle(plan_only, method, tied):
 @pytest.mark.slow
 def test_power_of_one_percent_over_seeds(plan_only):
     """The same for ten choices of the photons that are spoilt: caught always in our runs, nearly always in theirs."""
-    for method, tied, most in (("stratified", Tied.PLAN, 0), ("iid", Tied.INDEPENDENT, 1)):
+    for method, dependence, most in (("stratified", Dependence.PLAN, 0), ("iid", Dependence.INDEPENDENT, 1)):
         source, directions = many(method)
-        passed = [direction_report(source, tied, uniform_in_zenith_angle(directions, 0.01, s)) for s in range(10)]
+        passed = [direction_report(source, dependence, uniform_in_zenith_angle(directions, 0.01, s)) for s in range(10)]
         assert sum(map(bool, passed)) <= most
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("method", "tied"), [("stratified", Tied.PLAN), ("iid", Tied.INDEPENDENT)])
+@pytest.mark.parametrize(("method", "dependence"), [("stratified", Dependence.PLAN), ("iid", Dependence.INDEPENDENT)])
 @pytest.mark.parametrize("name", ["night_sky", "light_polluted", "overcast", "perez_sky", "atmosphere_sky"])
-def test_power_of_one_percent_over_scenes(plan_only, name, method, tied):
+def test_power_of_one_percent_over_scenes(plan_only, name, method, dependence):
     """Lobes, whose photons lie in cells that zones cut, and skies of all kinds: two seeds each."""
     scene = scene_of(name, MANY)
     for seed in range(2):
         source = scene.source(seed, method=method)
-        report = direction_report(source, tied, uniform_in_zenith_angle(directions_of(source), 0.01, seed))
+        report = direction_report(source, dependence, uniform_in_zenith_angle(directions_of(source), 0.01, seed))
         assert not report
         if name == "night_sky":
             plan_only.catches(named(report, "share uniform").p_value)
@@ -239,8 +244,8 @@ def test_power_of_one_percent_over_scenes(plan_only, name, method, tied):
 def test_one_percent_in_stratified_photons_of_unknown_plan():
     source, directions = many("stratified")
     spoilt = uniform_in_zenith_angle(directions, 0.01)
-    assert not direction_report(source, Tied.STRATIFIED, spoilt)
-    assert direction_report(source, Tied.STRATIFIED, directions)
+    assert not direction_report(source, Dependence.STRATIFIED, spoilt)
+    assert direction_report(source, Dependence.STRATIFIED, directions)
 
 
 def turned(directions, degrees):
@@ -270,14 +275,14 @@ DEFECTS = {
 
 
 @pytest.mark.parametrize("name", DEFECTS)
-@pytest.mark.parametrize("tied", [Tied.PLAN, Tied.INDEPENDENT, Tied.STRATIFIED])
-def test_defects_of_zones(plan_only, name, tied):
+@pytest.mark.parametrize("dependence", [Dependence.PLAN, Dependence.INDEPENDENT, Dependence.STRATIFIED])
+def test_defects_of_zones(plan_only, name, dependence):
     spoil, tests = DEFECTS[name]
-    source = scene_of("clear_day", 100_000).source(2, method="iid" if tied is Tied.INDEPENDENT else None)
-    report = direction_report(source, tied, spoil(directions_of(source)))
+    source = scene_of("clear_day", 100_000).source(2, method="iid" if dependence is Dependence.INDEPENDENT else None)
+    report = direction_report(source, dependence, spoil(directions_of(source)))
     for beginning in tests:
         check = named(report, beginning)
-        if tied is Tied.PLAN:
+        if dependence is Dependence.PLAN:
             assert check.found > 10 * check.allowed
         else:
             plan_only.catches(check.p_value)
@@ -295,10 +300,10 @@ def edge_off_by_a_tenth(grid, directions, coordinate):
 
 
 @pytest.mark.parametrize("coordinate", ["mu^2", "azimuth"])
-@pytest.mark.parametrize(("tied", "method"), [(Tied.PLAN, None), (Tied.INDEPENDENT, "iid")])
-def test_defects_inside_patches(plan_only, coordinate, tied, method):
+@pytest.mark.parametrize(("dependence", "method"), [(Dependence.PLAN, None), (Dependence.INDEPENDENT, "iid")])
+def test_defects_inside_patches(plan_only, coordinate, dependence, method):
     source = scene_of("clear_day", 60_000).source(2, method=method)
-    report = direction_report(source, tied, edge_off_by_a_tenth(source.grid, directions_of(source), coordinate))
+    report = direction_report(source, dependence, edge_off_by_a_tenth(source.grid, directions_of(source), coordinate))
     for kind in ("chi", "Kolm"):
         plan_only.catches(named(report, f"inside patches, {coordinate}: {kind}").p_value)
 
@@ -315,49 +320,49 @@ def test_defects_inside_perez_patches(plan_only):
         ).source(1, method="iid")
         for within in ("exact", "uniform")
     )
-    assert direction_report(exact, Tied.INDEPENDENT)
-    report = direction_report(exact, Tied.INDEPENDENT, directions_of(uniform))
+    assert direction_report(exact, Dependence.INDEPENDENT)
+    report = direction_report(exact, Dependence.INDEPENDENT, directions_of(uniform))
     plan_only.catches(named(report, "inside patches, mu^2: chi").p_value)
-    assert direction_report(exact, Tied.PLAN)
-    assert not direction_report(exact, Tied.PLAN, directions_of(uniform))
+    assert direction_report(exact, Dependence.PLAN)
+    assert not direction_report(exact, Dependence.PLAN, directions_of(uniform))
 
 
 CONFIGURATIONS = [
-    ("clear_day", None, Tied.PLAN),
-    ("clear_day", "iid", Tied.PLAN),
-    ("clear_day", "iid", Tied.INDEPENDENT),
-    ("clear_day", None, Tied.STRATIFIED),
-    ("perez_sky", None, Tied.PLAN),
-    ("perez_sky", "iid", Tied.INDEPENDENT),
-    ("sparse_sky", "iid", Tied.INDEPENDENT),
-    ("sparse_sky", None, Tied.PLAN),
-    ("night_sky", None, Tied.PLAN),
-    ("night_sky", "iid", Tied.INDEPENDENT),
-    ("night_sky", None, Tied.STRATIFIED),
-    ("atmosphere_sky", "iid", Tied.INDEPENDENT),
-    ("perez_sky", None, Tied.STRATIFIED),
-    ("clear_day", None, Tied.MIXED),
-    ("clear_day", "iid", Tied.MIXED),
+    ("clear_day", None, Dependence.PLAN),
+    ("clear_day", "iid", Dependence.PLAN),
+    ("clear_day", "iid", Dependence.INDEPENDENT),
+    ("clear_day", None, Dependence.STRATIFIED),
+    ("perez_sky", None, Dependence.PLAN),
+    ("perez_sky", "iid", Dependence.INDEPENDENT),
+    ("sparse_sky", "iid", Dependence.INDEPENDENT),
+    ("sparse_sky", None, Dependence.PLAN),
+    ("night_sky", None, Dependence.PLAN),
+    ("night_sky", "iid", Dependence.INDEPENDENT),
+    ("night_sky", None, Dependence.STRATIFIED),
+    ("atmosphere_sky", "iid", Dependence.INDEPENDENT),
+    ("perez_sky", None, Dependence.STRATIFIED),
+    ("clear_day", None, Dependence.MIXED),
+    ("clear_day", "iid", Dependence.MIXED),
 ]
 
 
-def false_alarms(name, method, tied, seeds, n):
+def false_alarms(name, method, dependence, seeds, n):
     """Seeds whose correct photons, or counts, fail at the family level."""
     found = []
     for seed in seeds:
         source = scene_of(name, n).source(seed, method=method)
-        report = direction_report(source, tied, seed=seed)
+        report = direction_report(source, dependence, seed=seed)
         if not report:
             found.append((seed, [c for c in report.checks if not c.passed]))
     return found
 
 
-@pytest.mark.parametrize(("name", "method", "tied"), CONFIGURATIONS[:6])
-def test_correct_photons_of_a_seed_pass(name, method, tied):
-    assert false_alarms(name, method, tied, range(1), 20_000) == []
+@pytest.mark.parametrize(("name", "method", "dependence"), CONFIGURATIONS[:6])
+def test_correct_photons_of_a_seed_pass(name, method, dependence):
+    assert false_alarms(name, method, dependence, range(1), 20_000) == []
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "method", "tied"), CONFIGURATIONS)
-def test_correct_photons_of_50_seeds_pass(name, method, tied):
-    assert false_alarms(name, method, tied, range(100, 150), 20_000) == []
+@pytest.mark.parametrize(("name", "method", "dependence"), CONFIGURATIONS)
+def test_correct_photons_of_50_seeds_pass(name, method, dependence):
+    assert false_alarms(name, method, dependence, range(100, 150), 20_000) == []

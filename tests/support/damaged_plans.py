@@ -18,8 +18,7 @@ import numpy as np
 
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
-from aomc_sky.plan.file import npz_bytes
-from aomc_sky.plan.members import from_members
+from aomc_sky.plan.file import from_members, npz_bytes
 from aomc_sky.plan.plan import Plan
 from tests.support.lobes import lobe_components
 
@@ -157,7 +156,7 @@ def _to(value: Any) -> Callable[[Any], Any]:
     return lambda _: value
 
 
-def _of_every_array() -> Iterator[Damage]:
+def _array_damages() -> Iterator[Damage]:
     """Every array of every kind once: missing, of another type, too short, with an axis more, out of range."""
     seen: set[str] = set()
     for kind in KINDS:
@@ -268,7 +267,7 @@ _OPTIONS: dict[str, tuple[Any, ...]] = {
 """Values of options that no plan has."""
 
 
-def _of_options() -> Iterator[Damage]:
+def _option_damages() -> Iterator[Damage]:
     for name in plan_of("table").options:
         yield Damage("table", f"options.{name}", "E955", "missing", _to(DROP))
     for name, values in _OPTIONS.items():
@@ -283,7 +282,7 @@ def _of_options() -> Iterator[Damage]:
 @functools.cache
 def damages() -> tuple[Damage, ...]:
     """The whole table; names are different."""
-    return (*_of_every_array(), *_VALUES, *_of_options())
+    return (*_array_damages(), *_VALUES, *_option_damages())
 
 
 # files

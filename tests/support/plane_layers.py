@@ -99,17 +99,17 @@ def solve_layers(
 
 def later_orders(sky: DiffuseSky, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
     """Radiance of all orders from 2 on, shape (n_wl, n_zenith, n_azimuth)."""
-    return _of_modes(sky, azimuth_from_sun_rad).sum(axis=1)
+    return _sum_of_modes(sky, azimuth_from_sun_rad).sum(axis=1)
 
 
 def by_order(sky: FlatSky, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
     """Radiance of orders 1, 2, ..., and of all later ones together, (n_wl, n_row + 1, ...)."""
     theta, phi = np.meshgrid(sky.sky_zenith_rad, azimuth_from_sun_rad, indexing="ij")
     once = solve_order_one(sky.medium, sky.sun_zenith_rad, theta.ravel(), phi.ravel())
-    later = _of_modes(sky.orders, azimuth_from_sun_rad)
+    later = _sum_of_modes(sky.orders, azimuth_from_sun_rad)
     return np.concatenate([once.reshape(-1, 1, *theta.shape), later], axis=1)
 
 
-def _of_modes(sky: DiffuseSky, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
+def _sum_of_modes(sky: DiffuseSky, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
     cosines = np.cos(np.arange(sky.later_modes.shape[2])[:, None] * np.asarray(azimuth_from_sun_rad))
     return sky.later_modes.swapaxes(2, 3) @ cosines

@@ -34,9 +34,9 @@ def stokes_of(coherence: np.ndarray, travel: np.ndarray) -> Stokes:
 def scattered_once(travel: np.ndarray, sun: tuple[float, float]) -> Stokes:
     """q and u of unpolarised sunlight that dipoles scattered once: E is that of the sun across the ray."""
     incident = travel_of(np.array(sun[0]), np.array(sun[1]))
-    of_sun = np.eye(3) - np.outer(incident, incident)
+    sun_projection = np.eye(3) - np.outer(incident, incident)
     across = np.eye(3) - travel[..., :, None] * travel[..., None, :]
-    return stokes_of(across @ of_sun @ across, travel)
+    return stokes_of(across @ sun_projection @ across, travel)
 
 
 DEFECTS: dict[str, Callable[[np.ndarray, np.ndarray], Stokes]] = {

@@ -10,7 +10,7 @@ import numpy as np
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.outputs.photons.files import PhotonRows
 from aomc_sky.outputs.shard import BLOCK
-from aomc_sky.verify.directions import Tied, verify_directions
+from aomc_sky.verify.directions import Dependence, verify_directions
 from aomc_sky.verify.report import Check, VerifyReport
 
 
@@ -46,7 +46,7 @@ def rows_of(directions: np.ndarray, weight: np.ndarray | None = None) -> Iterato
 
 def direction_report(
     source: PhotonSource,
-    tied: Tied,
+    dependence: Dependence,
     directions: np.ndarray | None = None,
     *,
     weight: np.ndarray | None = None,
@@ -55,7 +55,7 @@ def direction_report(
 ) -> VerifyReport:
     """The tests of directions of a waveband: of the source's own photons, or of those given."""
     found = directions_of(source, band) if directions is None else directions
-    return verify_directions(source, {band: rows_of(found, weight)}, tied=tied, seed=seed, threads=1)
+    return verify_directions(source, {band: rows_of(found, weight)}, dependence=dependence, seed=seed, threads=1)
 
 
 def named(report: VerifyReport, beginning: str) -> Check:

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 import aomc_sky as sky
 from aomc_sky.outputs.photons.files import PhotonRows
-from aomc_sky.verify.directions import DirectionTests, Tied, is_kept, thinning_key
+from aomc_sky.verify.directions import Dependence, DirectionTests, is_kept, thinning_key
 from aomc_sky.verify.report import Pulls
 from tests.support.shared import INPUTS
 
@@ -17,10 +17,10 @@ def test_damaged_directions_are_counted_as_such() -> None:
     source = sky.read_scene(INPUTS / "clear_day" / "amc.inp", iterations=1000).source(0)
     good = source.photons(0).directions[:6]
     bad = np.array([[np.nan, 0, -1], [np.inf, 0, -1], [0, 0, 0], [0, 0, np.nan], [0, 0, 1], [3e38, 3e38, -3e38]])
-    tests = DirectionTests(source, tied=Tied.PLAN)
+    tests = DirectionTests(source, dependence=Dependence.PLAN)
     counts = tests.count(0, [PhotonRows(start=0, direction=np.concatenate([good, bad.astype(good.dtype)]))])
     assert (counts.n, counts.n_bad_length) == (12, 5)
-    n_above = counts.of_zones[0].sum()
+    n_above = counts.zone_sums[0].sum()
     assert n_above + counts.n_upward == 12
     assert 6 <= n_above <= 10
 
@@ -29,9 +29,9 @@ def test_counts_are_the_same_on_any_number_of_threads() -> None:
     source = sky.read_scene(INPUTS / "clear_day" / "amc.inp", iterations=3000).source(0)
     directions = source.photons(0).directions
     blocks = [PhotonRows(start=k, direction=directions[k : k + 100]) for k in range(0, 3000, 100)]
-    tests = DirectionTests(source, tied=Tied.STRATIFIED)
+    tests = DirectionTests(source, dependence=Dependence.STRATIFIED)
     one, three = (tests.count(0, blocks, threads) for threads in (1, 3))
-    assert np.array_equal(one.of_zones, three.of_zones)
+    assert np.array_equal(one.zone_sums, three.zone_sums)
     assert np.array_equal(one.inside, three.inside)
     assert one.repeats.pairs() == three.repeats.pairs()
 
@@ -53,8 +53,8 @@ def test_words_for_ever() -> None:
 
 
 def pulls_of(observed: list[float], expected: list[float], variance: list[float]) -> np.ndarray:
-    of_map = (np.array([x], dtype=np.float64) for x in (observed, expected, variance))
-    found, mean, spread = of_map
+    maps = (np.array([x], dtype=np.float64) for x in (observed, expected, variance))
+    found, mean, spread = maps
     zones = sky.PatchGrid.regular(1, len(observed))
     return Pulls(waveband=1, zones=zones, observed=found, expected=mean, variance=spread).pull[0]
 

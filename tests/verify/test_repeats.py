@@ -75,8 +75,8 @@ def test_the_part_of_the_sky_is_a_random_one():
     word = sample_of(rows).parts[0]
     kept = word >> np.uint64(63) == 0
     sector = np.floor((np.arctan2(rows[:, 1], rows[:, 0]) + np.pi) / (2 * np.pi) * 63.999).astype(int)
-    of_each, in_all = np.bincount(sector, kept, 64), np.bincount(sector, minlength=64)
-    assert (np.abs(of_each - in_all / 2) < 5 * np.sqrt(in_all / 4)).all()
+    n_kept, in_all = np.bincount(sector, kept, 64), np.bincount(sector, minlength=64)
+    assert (np.abs(n_kept - in_all / 2) < 5 * np.sqrt(in_all / 4)).all()
 
 
 def test_beams_are_left_out():

@@ -101,9 +101,9 @@ def test_free_positions_of_a_plan():
         share=np.array([0.25, 0.75, 1.0, 0.5, 0.5]),
         n_zones=8,
     )
-    of_cells, values = np.array([20_000.0, 30_000.0, 50_000.0]), np.arange(8.0) ** 2
+    per_cell, values = np.array([20_000.0, 30_000.0, 50_000.0]), np.arange(8.0) ** 2
     wanted = 20_000 * 0.25 * 0.75 * (values[2] - values[0]) ** 2 + 50_000 * 0.25 * (values[7] - values[6]) ** 2
-    assert shares.variance(of_cells, values) == pytest.approx(wanted, rel=1e-14)
+    assert shares.variance(per_cell, values) == pytest.approx(wanted, rel=1e-14)
 
 
 def test_sums_of_weights():

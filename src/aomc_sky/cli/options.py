@@ -90,7 +90,7 @@ def memory(text: str) -> int:
     return value
 
 
-def speaks(arguments: argparse.Namespace) -> bool:
+def is_verbose(arguments: argparse.Namespace) -> bool:
     """Whether to print for a person: neither --json nor --quiet is given."""
     return not (getattr(arguments, "json", False) or getattr(arguments, "quiet", False))
 
@@ -101,7 +101,7 @@ def answer(arguments: argparse.Namespace, values: Callable[[], Any], text: Calla
         import json
 
         print(json.dumps(values(), allow_nan=False))
-    elif speaks(arguments):
+    elif is_verbose(arguments):
         print(text())
 
 
@@ -435,7 +435,7 @@ def light_given(arguments: argparse.Namespace) -> LightInputs:
 
 def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] | None = None) -> Scene:
     """Read the scene that the options of `add_reading_options` describe."""
-    from aomc_sky.progress import patience
+    from aomc_sky.progress import status_line
     from aomc_sky.source.read.kind import Kind, kind_of
     from aomc_sky.source.read.scene import Reading, scene_of_files
 
@@ -451,7 +451,7 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
         )
     names = ("iterations", "sky", "bins", "weighting", "compat", "lenient", "azimuth_bins")
     began = time.monotonic()
-    with patience("preparing the scene", enabled=speaks(arguments)):
+    with status_line("preparing the scene", enabled=is_verbose(arguments)):
         reading = Reading(
             wavebands=wavebands,
             allow_paths=arguments.allow_path,
@@ -461,7 +461,7 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
         )
         scene = scene_of_files(path, light_given(arguments), reading)
     seconds = time.monotonic() - began
-    if speaks(arguments) and scene.options.get("sky") == "atmosphere" and seconds > _SLOW_SKY_S:
+    if is_verbose(arguments) and scene.options.get("sky") == "atmosphere" and seconds > _SLOW_SKY_S:
         print(
             f"aomc-sky: note: the sky took {seconds:.0f} s; to solve it once, write aomc-sky atmosphere MODEL.atmo "
             '--out sky.nc, and table = "sky.nc" below [sky] of sky.toml',
@@ -475,7 +475,7 @@ _NOT_MEASURED = "--sky --sky-option --bins --weighting --azimuth-bins --compat -
 
 def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[int] | None, *, is_field: bool) -> Scene:
     """Read a measured sky or a radiance field in netCDF, with the beam that the options ask for."""
-    from aomc_sky.progress import patience
+    from aomc_sky.progress import status_line
 
     if others := given_options(arguments, _NOT_MEASURED):
         raise UsageError(f"{' and '.join(others)}: not used with {path}, a measured sky; leave it out")
@@ -492,7 +492,7 @@ def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[in
         raise UsageError(
             f"{'--variable' if arguments.variable else '--isel'} is for a radiance field (.nc); {path} is none"
         )
-    with patience("interpolating the sky", enabled=speaks(arguments)):
+    with status_line("interpolating the sky", enabled=is_verbose(arguments)):
         from aomc_sky.source.read.measured import field_scene, measured_scene
 
         if is_field:

@@ -40,7 +40,7 @@ def visible_streams() -> Iterator[None]:
         sys.stdout, sys.stderr = before
 
 
-_OF_THIS_PACKAGE = (InputWarning, ModelLimitWarning)
+_OUR_WARNINGS = (InputWarning, ModelLimitWarning)
 
 
 @contextlib.contextmanager
@@ -51,12 +51,12 @@ def warnings_at_end(*, is_strict: bool = False) -> Iterator[None]:
     """
     kept: dict[str, None] = {}
     with warnings.catch_warnings():
-        for category in _OF_THIS_PACKAGE:
+        for category in _OUR_WARNINGS:
             warnings.simplefilter("error" if is_strict else "always", category)
         previous = warnings.showwarning
 
         def keep(message: Any, category: Any, filename: str, lineno: int, file: Any = None, line: Any = None) -> None:
-            if issubclass(category, _OF_THIS_PACKAGE):
+            if issubclass(category, _OUR_WARNINGS):
                 kept[str(message)] = None
             else:
                 previous(message, category, filename, lineno, file, line)

@@ -3,8 +3,7 @@
 photon_source  The photon source: random access to every photon of a plan, without state
 photons        A batch of photons: a struct of arrays, and how a caller's arrays are reused
 emitter        From a plan to arrays of photons: which kernel makes them, and the tables it reads
-band           A band as the kernels read it, packed in one place
-band_tables    Tables that the photons of a band are made of: cells as words, and the words of random streams
+band           A band as the kernels read it: cells as words, the words of random streams, and how they are packed
 irradiance     Irradiance of a scene: in absolute units of each component, and planar over scalar of a band's photons
 radiance       Radiance of the diffuse light as the photons have it: of patches, and in any direction of the sky
 notebook       A table and the dome of the sky in a notebook

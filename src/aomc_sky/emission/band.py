@@ -1,19 +1,184 @@
-"""A band as the kernels read it, packed in one place for batches, for single photons and for blocks of hosts."""
+"""A band as the kernels read it, packed in one place for batches, for single photons and for blocks of hosts.
+
+`Rings` and `PackedCells` hold the cells of a plan, `StreamWords` the words of one band, `Band` all that kernels read.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from aomc_sky.component import Law
-from aomc_sky.emission.band_tables import CellWords, StreamWords
-from aomc_sky.kernels.arithmetic.constants import ANY_WIDTH, IN_MU, NARROW, QUARTER
+from aomc_sky.component import Component, Law
+from aomc_sky.kernels.arithmetic.constants import (
+    ACCEPT_STEP,
+    ANY_WIDTH,
+    IN_MU,
+    NARROW,
+    QUARTER,
+    R2_STEP_U,
+    R2_STEP_V,
+    RING_STEP,
+)
+from aomc_sky.kernels.arithmetic.elementary import NARROW_HALF_WIDTH
+from aomc_sky.kernels.cells.order import split_order
+from aomc_sky.plan.options import Order, Placement
+from aomc_sky.plan.plan import Plan
+from aomc_sky.plan.sampling.streams import philox_pair, photon_keys
 
 _GUIDE_ENTRIES = 80_000
 _SHORT = 2**32
 _LONG_RUN = 8
 _COMMON = (Law.CELL_MU2, Law.CELL_MU, Law.BEAM, Law.DISC, Law.DISC_AT_HORIZON)
+_UPPER_HALF = np.uint64(0xFFFFFFFF00000000)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Rings:
+    """The ring of each cell.
+
+    A ring is a run of cells of one component with the same first three parameters: a zenith row of a grid. A beam, a
+    disc and a lobe are a ring each. Rings count from 0 through all components.
+    """
+
+    ring_of_cell: np.ndarray  #: number of each cell's ring, int64 (n_cell,)
+    first: np.ndarray  #: first cell of each ring, int64 (n_ring,)
+
+    @classmethod
+    def of(cls, components: Sequence[Component]) -> Rings:
+        """Find them in the cells of a plan."""
+        parts = [np.any(c.cell[1:, :3] != c.cell[:-1, :3], axis=1) for c in components]
+        starts = np.concatenate([np.append(True, part) for part in parts])
+        return cls(ring_of_cell=np.cumsum(starts) - 1, first=np.flatnonzero(starts))
+
+    def ring_offsets(self, cumulative: np.ndarray) -> np.ndarray:
+        """Offsets of the rings, 64-bit fractions that are added to shift + rank x step of v; (n_ring,).
+
+        Steps along a ring count from its first photon, and rings start a golden ratio apart. Photons of neighbouring
+        rings are therefore never nearly in step. The array `cumulative` (n_cell + 1,) counts the band's photons before
+        each cell.
+        """
+        number = np.arange(self.first.size, dtype=np.uint64)
+        offsets = number * RING_STEP - cumulative[self.first].astype(np.uint64) * R2_STEP_V
+        return offsets & _UPPER_HALF  # an offset beside float32 parameters has 32 bits
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class StreamWords:
+    """Keys, shifts and steps of a band, in the form the kernels read."""
+
+    #: Of the shuffled order uint64 (6,): the number of photons, `split_order` of it, three 32-bit round keys. Empty
+    #: where photons have the order of the cells.
+    order: np.ndarray
+    #: Position in the cell as a 64-bit fraction: shift + rank x step, uint64 (2,) each. A step of 0 is the centre.
+    shifts: np.ndarray
+    steps: np.ndarray
+    ring_offsets: np.ndarray  #: `Rings.ring_offsets`
+    #: Shift and step of the words that decide the first trial of a rejection; the key of what moves them for lobes.
+    accept: np.ndarray
+    placement_key: np.uint64
+    position_key: np.uint64
+    #: Shifts of the numbers for hosts, uint64 (3,).
+    number_shifts: np.ndarray
+    #: The band's part of the Philox counters.
+    band: np.uint64
+    #: 1 where positions come from Philox instead, else 0.
+    jitter: np.uint64
+
+    @classmethod
+    def of(cls, plan: Plan, band: int, rings: Rings) -> StreamWords:
+        """Derive the words of a band from the keys and the counts of the plan."""
+        order_key, shift_key, placement_key, position_key = photon_keys(plan.seed, plan.options["method"])
+        by_rank = plan.options["placement"] == Placement.R2.value
+        shuffled = plan.options["order"] == Order.SHUFFLED.value
+        half, no_offsets = np.full(2, 1 << 63, dtype=np.uint64), np.zeros(rings.first.size, np.uint64)
+        return cls(
+            order=_order_words(order_key, band, plan.cumulative[band, -1]) if shuffled else np.empty(0, np.uint64),
+            shifts=_band_words(shift_key, band) if by_rank else half,
+            steps=np.array([R2_STEP_U, R2_STEP_V] if by_rank else [0, 0], dtype=np.uint64),
+            ring_offsets=rings.ring_offsets(plan.cumulative[band]) if by_rank else no_offsets,
+            accept=np.insert(_band_words(shift_key, band, 1), 1, ACCEPT_STEP),
+            placement_key=placement_key,
+            position_key=position_key,
+            number_shifts=np.append(_band_words(shift_key, band, 3), _band_words(shift_key, band, 4)[:1]),
+            band=np.uint64(band),
+            jitter=np.uint64(plan.options["placement"] == Placement.PHILOX.value),
+        )
+
+
+def lobe_offset_words(plan: Plan, band: int, cells: np.ndarray) -> np.ndarray:
+    """A 64-bit word for each lobe of a band, addressed by its cell: Philox counter (cell, 0, band, 2)."""
+    key = int(photon_keys(plan.seed, plan.options["method"])[1])
+    return np.array([philox_pair(key, cell, band, 2)[0] for cell in cells.tolist()], dtype=np.uint64)
+
+
+def _band_words(key: np.uint64, band: int, draw: int = 0) -> np.ndarray:
+    """Two 64-bit words of a band from a stream: Philox counter (0, 0, band, draw)."""
+    return np.array(philox_pair(int(key), 0, band, draw), dtype=np.uint64)
+
+
+def _order_words(key: np.uint64, band: int, n: int) -> np.ndarray:
+    first, second = (int(w) for w in _band_words(key, band))
+    keys = first & 0xFFFFFFFF, first >> 32, second & 0xFFFFFFFF
+    return np.array([n, *split_order(np.uint64(n or 1)), *keys], dtype=np.uint64)
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PackedCells:
+    """Cell parameters as words: distinct heads and tails, and where each cell finds its own."""
+
+    #: Heads (four floats each, the fourth the ring's offset), then tails, uint64; see `kernels.cells.blocks`.
+    words: np.ndarray
+    #: Position of each cell's head in the upper half, of its tail in the lower one; uint32 or uint64 (n_cell,).
+    place: np.ndarray
+    #: int8 (n_cell,): 0 for a cell without azimuth extent, 1 up to 3 degrees, 2 up to 90, 3 beyond.
+    width: np.ndarray
+    #: Number of each head's ring, int64 (n_head,).
+    ring_of_head: np.ndarray
+    #: Words of a head or a tail: 2 for float32, 4 for float64.
+    per_row: int
+
+    @classmethod
+    def of(cls, cell: np.ndarray, ring_of_cell: np.ndarray, dtype: np.dtype) -> PackedCells:
+        """Build the words of all cells (n_cell, 6), whose rings have numbers (n_cell,), in one precision."""
+        values = cell.astype(dtype)
+        blank = np.zeros((cell.shape[0], 1), dtype)
+        number = np.ascontiguousarray(ring_of_cell, dtype=np.int64).view(dtype).reshape(cell.shape[0], -1)
+        heads, first, head_of_cell = _distinct_rows(np.hstack([values[:, :3], blank, number]))
+        tails, _, tail_of_cell = _distinct_rows(np.hstack([values[:, 4:], values[:, 3:4], blank]))
+        heads = np.ascontiguousarray(heads[:, :4])
+        words = np.concatenate([heads.view(np.uint64).ravel(), tails.view(np.uint64).ravel()])
+        per_row = heads.view(np.uint64).shape[1]
+        head = head_of_cell.astype(np.uint64) * np.uint64(per_row)
+        tail = (tail_of_cell.astype(np.uint64) + np.uint64(heads.shape[0])) * np.uint64(per_row)
+        short = words.size < 2**16
+        half_bits = np.uint64(16 if short else 32)
+        place = ((head << half_bits) | tail).astype(np.uint32 if short else np.uint64)
+        limits = np.array([0.0, NARROW_HALF_WIDTH, 0.5], dtype)
+        width = np.searchsorted(limits, values[:, 3], side="left").astype(np.int8)
+        return cls(words=words, place=place, width=width, ring_of_head=ring_of_cell[first], per_row=per_row)
+
+    def with_ring_offsets(self, ring_offsets: np.ndarray) -> np.ndarray:
+        """The words with the offset of each ring, uint64 (n_ring,), beside its other parameters."""
+        words = self.words.copy()
+        n_head = self.ring_of_head.size
+        heads = words[: n_head * self.per_row].reshape(n_head, self.per_row)
+        own = ring_offsets[self.ring_of_head]
+        if self.per_row == 4:
+            heads[:, 3] = own
+        else:
+            heads.view(np.uint32)[:, 3] = own >> np.uint64(32)
+        return words
+
+
+def _distinct_rows(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Unique rows, first index, inverse."""
+    rows = np.ascontiguousarray(rows)
+    keys = rows.view(np.dtype((np.void, rows.dtype.itemsize * rows.shape[1]))).ravel()
+    _, first, inverse = np.unique(keys, return_index=True, return_inverse=True)
+    return np.ascontiguousarray(rows[first]), first, inverse.ravel()
 
 
 class Band(NamedTuple):
@@ -23,7 +188,7 @@ class Band(NamedTuple):
     """
 
     order: np.ndarray  #: `StreamWords.order`; empty leaves photons in the order of the cells
-    shifts: np.ndarray  #: position in the cell as a 64-bit fraction: shift + rank x step (+ the ring's turn for v)
+    shifts: np.ndarray  #: position in the cell as a 64-bit fraction: shift + rank x step (+ the ring's offset for v)
     steps: np.ndarray
     key: np.uint64  #: of Philox, for positions and for what a rejection draws
     number: np.uint64  #: of the band in the counters of Philox
@@ -32,16 +197,17 @@ class Band(NamedTuple):
     guide: np.ndarray  #: slot of every 2^guide_shift-th rank
     guide_shift: np.uint64
     place: np.ndarray  #: of each slot: halves are the positions of the ring's and the column's parameters in `words`
-    words: np.ndarray  #: `CellWords.words` with the turns of the band
+    words: np.ndarray  #: `PackedCells.words` with the ring offsets of the band
     values: np.ndarray  #: `words` as floats of the precision
-    law: np.ndarray | None  #: of each slot, int8; empty if all go the main way; None if no hook and no jitter either
-    perez: tuple[Any, ...] | None  #: tables of the hook `rejection` for the slots, and the steps of its first trial
-    #: Of the hook `queue`: the lobe of each slot (int32, -1 for none), the tables of `skies.lobes.kernels.law`, the
-    #: steps of the first trial, and `falls` with `paces`.
+    #: Of each slot, int8; empty if `azimuth_kernel` makes all; None if there is no hook and no jitter either.
+    law: np.ndarray | None
+    perez: tuple[Any, ...] | None  #: tables of the hook `perez` for the slots, and the steps of its first trial
+    #: Of the hook `lobes`: the lobe of each slot (int32, -1 for none), the tables of `skies.lobes.kernels.law`, the
+    #: steps of the first trial, and `bin_proposals` with `bins_per_photon`.
     lobes: tuple[Any, ...] | None
     slopes: np.ndarray | None  #: words of `laws.sloped` of the slots
-    main: np.uint64  #: the way of most slots, one of `constants.NARROW` and those after it
-    one_disc: np.int32  #: the slot of a disc, if all others go the main way; else -1
+    azimuth_kernel: np.uint64  #: the loop that makes most slots: `constants.NARROW` or one after it
+    one_disc: np.int32  #: the slot of a disc, if `azimuth_kernel` makes all others; else -1
     cell_of_slot: np.ndarray  #: int32; empty if slot = cell
 
     @property
@@ -53,27 +219,27 @@ class Band(NamedTuple):
     def known(self) -> tuple[object, ...]:
         """The parameters of `sampler.photon_at`, which is compiled for this band alone.
 
-        None stands for what is empty or 0, and flags for `main`: the types tell the compiler.
+        None stands for what is empty or 0, and flags for `azimuth_kernel`: the types tell the compiler.
         """
         order = tuple(self.order) if self.order.size else None
         law = self.law if self.law is not None and self.law.size else None
-        ways = (True if self.main == way else None for way in (IN_MU, ANY_WIDTH, NARROW))
+        kernels = (True if self.azimuth_kernel == kernel else None for kernel in (IN_MU, ANY_WIDTH, NARROW))
         start, search = self[1:5], self[6:12]  # shifts to number, cumulative to values
-        return order, *start, self.jitter or None, *search, law, self.perez, self.lobes, self.slopes, *ways
+        return order, *start, self.jitter or None, *search, law, self.perez, self.lobes, self.slopes, *kernels
 
 
 def pack_band(
     cumulative: np.ndarray,
     stream: StreamWords,
     law: np.ndarray,
-    cells: CellWords,
+    cells: PackedCells,
     dtype: np.dtype,
-    rejection: Any,
-    queue: Any,
+    perez_tables: Any,
+    lobe_tables: Any,
     lobe_steps: tuple[object, ...],
     slopes: np.ndarray | None,
 ) -> Band:
-    """Pack a band; photons of a cell start by its `law`, before a rejection or a queue (`CellLaw.hook_tables`)."""
+    """Pack a band; photons of a cell start by its `law`, before a hook (`CellLaw.hook_tables`)."""
     n = int(cumulative[-1])
     counts = np.diff(cumulative)
     slots = np.flatnonzero(counts)
@@ -81,11 +247,12 @@ def pack_band(
         slots = np.arange(law.size)  # few cells are empty: stepping over them costs less than renaming
     is_complete = slots.size == law.size
     ends, guide, shift = _search(cumulative[slots], n)
-    main, slot_law, one_disc = _ways(law[slots], counts[slots], cells.width if is_complete else cells.width[slots])
-    perez = None if rejection is None else (*rejection.of_slots(slots), stream.accept)
-    lobes = None if queue is None else (*queue.of_slots(slots), *lobe_steps)
-    is_common = not slot_law.size and int(main) <= int(QUARTER) and slopes is None and not stream.jitter
-    words = cells.with_turns(stream.turns)
+    width = cells.width if is_complete else cells.width[slots]
+    azimuth_kernel, slot_law, one_disc = _azimuth_kernel(law[slots], counts[slots], width)
+    perez = None if perez_tables is None else (*perez_tables.for_slots(slots), stream.accept)
+    lobes = None if lobe_tables is None else (*lobe_tables.for_slots(slots), *lobe_steps)
+    is_common = not slot_law.size and int(azimuth_kernel) <= int(QUARTER) and slopes is None and not stream.jitter
+    words = cells.with_ring_offsets(stream.ring_offsets)
     return Band(
         order=stream.order,
         shifts=stream.shifts,
@@ -103,7 +270,7 @@ def pack_band(
         perez=perez,
         lobes=lobes,
         slopes=None if slopes is None else slopes[slots],
-        main=main,
+        azimuth_kernel=azimuth_kernel,
         one_disc=one_disc,
         cell_of_slot=slots[: 0 if is_complete else None].astype(np.int32),
     )
@@ -123,21 +290,23 @@ def _search(before: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, np.uint
     return np.concatenate([ends, sentinels]), guide, np.uint64(shift)
 
 
-def _ways(slot_law: np.ndarray, count: np.ndarray, width: np.ndarray) -> tuple[np.uint64, np.ndarray, np.int32]:
-    """The way of most slots, the law of each slot where they differ, and the slot of a disc that alone differs."""
+def _azimuth_kernel(
+    slot_law: np.ndarray, count: np.ndarray, width: np.ndarray
+) -> tuple[np.uint64, np.ndarray, np.int32]:
+    """The loop that makes most slots, the law of each slot where they differ, the slot of a disc that alone differs."""
     main = _main_law(slot_law, count)
     is_main = slot_law == main
-    is_same = is_main | ~np.isin(slot_law, _COMMON)  # what a queue makes is overwritten whatever it starts as
+    is_same = is_main | ~np.isin(slot_law, _COMMON)  # a hook overwrites photons of other laws
     others = np.flatnonzero(~(is_same | ((slot_law == Law.BEAM) & (main == Law.CELL_MU2))))
     has_one_disc = others.size == 1 and slot_law[others[0]] == Law.DISC
     widths = set(np.flatnonzero(np.bincount(width, weights=is_main)).tolist()) - {0}
     if main == Law.CELL_MU:
-        way = IN_MU
+        kernel = IN_MU
     elif widths == {1}:
-        way = NARROW
+        kernel = NARROW
     else:
-        way = QUARTER if widths <= {2} else ANY_WIDTH
-    return way, slot_law if others.size else slot_law[:0], np.int32(others[0] if has_one_disc else -1)
+        kernel = QUARTER if widths <= {2} else ANY_WIDTH
+    return kernel, slot_law if others.size else slot_law[:0], np.int32(others[0] if has_one_disc else -1)
 
 
 def _main_law(slot_law: np.ndarray, count: np.ndarray) -> Law:

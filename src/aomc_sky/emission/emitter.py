@@ -10,14 +10,8 @@ from typing import Any, TypeVar
 import numpy as np
 
 from aomc_sky.component import CellLaw, Law
-from aomc_sky.emission.band import Band, pack_band
-from aomc_sky.emission.band_tables import (
-    CellWords,
-    Rings,
-    StreamWords,
-    lobe_offset_words,
-)
-from aomc_sky.emission.kernels.hooks import QUEUE, REJECTION
+from aomc_sky.emission.band import Band, PackedCells, Rings, StreamWords, lobe_offset_words, pack_band
+from aomc_sky.emission.kernels.hooks import LOBES, PEREZ
 from aomc_sky.emission.photons import number_columns
 from aomc_sky.kernels.arithmetic.constants import NUMBER_STEPS, on_cache_lines, scratch_words
 from aomc_sky.kernels.backend import use_kernels
@@ -81,7 +75,9 @@ class Emitter:
         self.dtype = np.dtype(plan.options["precision"])
         shape, size_x, size_y = plan.options["footprint"]
         self.footprint = Footprint(shape=FootprintShape(shape), size_x_m=size_x, size_y_m=size_y)
-        self._streams, self._kernels, self._finders, self._falls, self._plain_slopes = (_BandCache() for _ in range(5))
+        self._streams, self._kernels, self._finders, self._proposals, self._slope_words = (
+            _BandCache() for _ in range(5)
+        )
 
     @property
     def has_positions(self) -> bool:
@@ -99,8 +95,8 @@ class Emitter:
             self.fill_plain(band, start, arrays)
 
     @cached_property
-    def _words(self) -> CellWords:
-        return CellWords.of(self._cell, self._rings.of_cell, self.dtype)
+    def _packed_cells(self) -> PackedCells:
+        return PackedCells.of(self._cell, self._rings.ring_of_cell, self.dtype)
 
     @cached_property
     def _rings(self) -> Rings:
@@ -125,9 +121,9 @@ class Emitter:
     def _start_law(self) -> np.ndarray:
         """The law by which the photons of each cell start."""
         law = self._law
-        for number, of_slice in self._laws.items():
-            if of_slice.starts_as is not None:
-                law = np.where(law == number, np.int8(of_slice.starts_as), law)
+        for number, cell_law in self._laws.items():
+            if cell_law.starts_as is not None:
+                law = np.where(law == number, np.int8(cell_law.starts_as), law)
         return law
 
     def _hook_tables(self, hook: str) -> Any:
@@ -135,18 +131,18 @@ class Emitter:
         return None if make is None else make(self.plan.components)
 
     @cached_property
-    def _rejection(self) -> Any:
+    def _perez_tables(self) -> Any:
         is_centre = self.plan.options["placement"] == Placement.CENTRE.value
-        return None if is_centre else self._hook_tables(REJECTION)
+        return None if is_centre else self._hook_tables(PEREZ)
 
     @cached_property
-    def _queue(self) -> Any:
-        return self._hook_tables(QUEUE)
+    def _lobe_tables(self) -> Any:
+        return self._hook_tables(LOBES)
 
     @cached_property
     def hooks(self) -> tuple[str, ...]:
         """Names of the hooks that the plan needs; see `kernels.hooks`."""
-        tables = {REJECTION: self._rejection, QUEUE: self._queue}
+        tables = {PEREZ: self._perez_tables, LOBES: self._lobe_tables}
         return tuple(hook for hook, table in tables.items() if table is not None)
 
     @cached_property
@@ -167,21 +163,21 @@ class Emitter:
         return slope_words(np.concatenate(parts))
 
     def _lobe_steps(self, band: int) -> tuple[object, ...]:
-        """Words for the first trials of the lobes of a band: the steps of the decision, `falls` with `paces`."""
-        lobes, cumulative = self._queue, self.plan.cumulative
+        """Words for the first trials of the lobes of a band: the steps of the decision, and of `bin_proposals`."""
+        lobes, cumulative = self._lobe_tables, self.plan.cumulative
         assert lobes is not None
-        prepare = lambda b: lobes.falls(cumulative[b], lobe_offset_words(self.plan, b, lobes.cell))  # noqa: E731
-        return self._stream(band).accept, self._falls.get(band, prepare)
+        prepare = lambda b: lobes.bin_proposals(cumulative[b], lobe_offset_words(self.plan, b, lobes.cell))  # noqa: E731
+        return self._stream(band).accept, self._proposals.get(band, prepare)
 
     def _stream(self, band: int) -> StreamWords:
         return self._streams.get(band, lambda b: StreamWords.of(self.plan, b, self._rings))
 
     def _packed(self, band: int) -> Band:
         """The band as the kernels read it."""
-        lobe_steps = () if self._queue is None else self._lobe_steps(band)
-        hooks = self._rejection, self._queue, lobe_steps, self._slopes(band)
+        lobe_steps = () if self._lobe_tables is None else self._lobe_steps(band)
+        hooks = self._perez_tables, self._lobe_tables, lobe_steps, self._slopes(band)
         cumulative = self.plan.cumulative[band]
-        return pack_band(cumulative, self._stream(band), self._start_law, self._words, self.dtype, *hooks)
+        return pack_band(cumulative, self._stream(band), self._start_law, self._packed_cells, self.dtype, *hooks)
 
     def _compiled(self, band: int) -> tuple[Callable[..., None], Band]:
         """The kernel of a band. One thread binds it, because each of two would compile its own."""
@@ -196,7 +192,7 @@ class Emitter:
 
     @cached_property
     def _n_scratch(self) -> int:
-        return scratch_words(0 if self._queue is None else self._queue.cell.size)
+        return scratch_words(0 if self._lobe_tables is None else self._lobe_tables.cell.size)
 
     def host_arguments(self, band: int) -> tuple[str, tuple[object, ...]]:
         """The name of the kernel of a band with photons, and its block for `next`: words of memory, then arguments."""
@@ -242,7 +238,7 @@ class Emitter:
         from aomc_sky.kernels.cells.order import slot_finder
 
         stream = self._stream(band)
-        perez, lobes = self._rejection, self._queue
+        perez, lobes = self._perez_tables, self._lobe_tables
         plain.emit(
             start,
             start + arrays["ux"].size,
@@ -253,12 +249,12 @@ class Emitter:
             stream.band,
             stream.jitter,
             self._finders.get(band, lambda b: slot_finder(self.plan.cumulative[b])),
-            (self._rings.of_cell, stream.turns),
+            (self._rings.ring_of_cell, stream.ring_offsets),
             self._cells,
             self._law,
             None if perez is None else (perez.word, perez.bound, perez.sky, stream.accept),
             None if lobes is None else (lobes.lobe, lobes.tables, *self._lobe_steps(band)),
-            self._plain_slopes.get(band, self._slopes),
+            self._slope_words.get(band, self._slopes),
             *(arrays[name] for name in _OUTPUTS),
         )
         if self.has_positions:

@@ -41,8 +41,8 @@ def _require_host(plan: Plan) -> None:
 class _Block:
     """Arguments of two kernels, the numbers and another one, at a fixed address."""
 
-    def __init__(self, of_numbers: tuple[object, ...], of_photons: tuple[object, ...]) -> None:
-        self.arguments = arguments = (of_numbers, of_photons)
+    def __init__(self, number_arguments: tuple[object, ...], photon_arguments: tuple[object, ...]) -> None:
+        self.arguments = arguments = (number_arguments, photon_arguments)
         self.kinds = typed(arguments)
         self.words = np.array(words_of(arguments), dtype=np.uint64)
 
@@ -115,10 +115,10 @@ class NumbaSampler:
         The index is an integer, 0 to n - 1; any other raises IndexError, a float or bool TypeError
         when it is compiled. Random access, no state, no GIL.
         """
-        of_photon = self._emitter.photon_arguments(self.band)
+        photon_arguments = self._emitter.photon_arguments(self.band)
         _, *words, jitter = self._emitter.number_arguments(self.band)
-        of_numbers = (self.precision.type(0), of_photon[0], *words, jitter or None)
-        block = _Block(of_numbers if self.numbers else (), of_photon)
+        number_arguments = (self.precision.type(0), photon_arguments[0], *words, jitter or None)
+        block = _Block(number_arguments if self.numbers else (), photon_arguments)
         return make_sample(self._emitter.hooks, block.as_function(), self.n, self.numbers)
 
     @cached_property

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.component import Component, Law
-from aomc_sky.content import same_content, short_repr
 from aomc_sky.errors import SceneError
 from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.options import Placement
 from aomc_sky.plan.plan import Plan
+from aomc_sky.record import same_content, short_repr
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -48,7 +48,7 @@ def mean_moments(mass: np.ndarray, mean_mu: np.ndarray, mean_inverse_mu: np.ndar
         return Moments(mean_mu=float("nan"), mean_inverse_mu=float("nan"))
     share = mass[lit] / mass[lit].sum()
     # sums of numpy: a product of BLAS wakes its threads, and has other last digits with another number of them
-    mu, inverse = (float(np.sum(share * of_cells[lit])) for of_cells in (mean_mu, mean_inverse_mu))
+    mu, inverse = (float(np.sum(share * moment[lit])) for moment in (mean_mu, mean_inverse_mu))
     return Moments(mean_mu=mu, mean_inverse_mu=inverse)
 
 

@@ -332,12 +332,12 @@ class PhotonSource:
         fast.
         """
 
-        def of_band(band: int) -> Iterator[tuple[float, Photon]]:
+        def photons_of_band(band: int) -> Iterator[tuple[float, Photon]]:
             n = self.n_photons(band)
             for batch in self.batches(band, 4096):
                 yield from (((photon.index_in_band + 0.5) / n, photon) for photon in batch)
 
-        bands = (of_band(band) for band in range(self.n_bands))
+        bands = (photons_of_band(band) for band in range(self.n_bands))
         return (photon for _, photon in heapq.merge(*bands, key=operator.itemgetter(0)))
 
     def numba_sampler(self, band: int = 0, *, numbers: int = 0) -> NumbaSampler:

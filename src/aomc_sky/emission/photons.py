@@ -10,9 +10,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import aomc_sky
-from aomc_sky.content import same_content
 from aomc_sky.directions import sky_from_travel
 from aomc_sky.grid import PatchGrid
+from aomc_sky.record import same_content
 
 Arrays = dict[str, Any]
 """Arrays of a batch by name; None for those that it does not have."""

@@ -37,7 +37,7 @@ def band_radiance(components: Sequence[Component], row: int, irradiance: Sequenc
             grid, values = patch_radiance(component.law, component.grid, mass * (total / mass.sum()))
             slope = component.of_row(row).slope
             sloped = None if slope is None else (np.append(slope[0], np.zeros((1, 2)), axis=0), grid.ring_sin2())
-            parts.append(partial(_of_patch, grid, np.append(values, 0.0), sloped))
+            parts.append(partial(_patch_radiance, grid, np.append(values, 0.0), sloped))
     return parts
 
 
@@ -57,7 +57,7 @@ def sum_of(parts: Sequence[Radiance], sky_zenith_rad: np.ndarray, sky_azimuth_ra
 _HORIZON = np.nextafter(np.pi / 2, 2.0)
 
 
-def _of_patch(
+def _patch_radiance(
     grid: PatchGrid,
     values: np.ndarray,
     sloped: tuple[np.ndarray, tuple[np.ndarray, ...]] | None,

@@ -38,12 +38,12 @@ def tables_of(emitter: Emitter, band: int, packed: Band) -> dict[str, np.ndarray
     The kernels have tables of slots. Here those of cells have an entry for each cell of the plan, so that wavebands of
     one sky share them.
     """
-    perez, lobes, words = emitter._rejection, emitter._queue, emitter._words
+    perez, lobes, words = emitter._perez_tables, emitter._lobe_tables, emitter._packed_cells
     half = np.uint64(16 if words.place.dtype == np.uint32 else 32)
     place = words.place.astype(np.uint64)
     has_laws = packed.law is not None and packed.law.size > 0
     ranges, bins, shapes, envelopes = (None,) * 4 if lobes is None else lobes.tables[:4]
-    falls, paces = (None, None) if packed.lobes is None else packed.lobes[3]
+    bin_proposals, bins_per_photon = (None, None) if packed.lobes is None else packed.lobes[3]
     stokes = emitter.plan.stokes(band)
     return {
         "cumulative": packed.cumulative,
@@ -61,8 +61,8 @@ def tables_of(emitter: Emitter, band: int, packed: Band) -> dict[str, np.ndarray
         "bins": bins,
         "shapes": shapes,
         "envelopes": envelopes,
-        "falls": falls,
-        "paces": paces,
+        "bin_proposals": bin_proposals,
+        "bins_per_photon": bins_per_photon,
         "witnesses": witnesses(emitter, band),
         "stokes": None if stokes is None else stokes.astype(np.float32),
     }
@@ -70,7 +70,7 @@ def tables_of(emitter: Emitter, band: int, packed: Band) -> dict[str, np.ndarray
 
 def _record(emitter: Emitter, band: int, packed: Band) -> np.ndarray:
     """The words of the band's record but for wavelength, irradiance and directory, uint64 (40,)."""
-    stream, lobes = emitter._stream(band), emitter._queue
+    stream, lobes = emitter._stream(band), emitter._lobe_tables
     words = np.zeros(_RECORD_WORDS, np.uint64)
     words[:3] = emitter.n_photons(band), packed.cumulative.size - 3, emitter.plan.n_cells
     words[7] = int(packed.order.size > 0) | int(packed.jitter) << 1
@@ -78,7 +78,7 @@ def _record(emitter: Emitter, band: int, packed: Band) -> np.ndarray:
     words[11:13], words[13:15] = packed.shifts, packed.steps
     words[15:19] = packed.key, stream.position_key, packed.number, packed.guide_shift
     words[19:22], words[22:25], words[25:28] = stream.accept, stream.number_shifts, NUMBER_STEPS
-    words[28:30], words[30] = 0 if lobes is None else lobes.tables[4], packed.main
+    words[28:30], words[30] = 0 if lobes is None else lobes.tables[4], packed.azimuth_kernel
     return words
 
 

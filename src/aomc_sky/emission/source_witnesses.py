@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.component import Law
-from aomc_sky.emission.band_tables import StreamWords
+from aomc_sky.emission.band import StreamWords
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.kernels.arithmetic.elementary import unit
 from aomc_sky.kernels.arithmetic.rng import later_words
 from aomc_sky.kernels.cells.laws import directions_of, positions_in_cells
-from aomc_sky.kernels.cells.order import SHORT_LIMIT, high_step, ranks_of_photons, split_order, stir
+from aomc_sky.kernels.cells.order import SHORT_LIMIT, high_step, mix, ranks_of_photons, split_order
 
 N_WITNESSES = 32
 WITNESS_WORDS = 12
@@ -50,14 +50,14 @@ def witnesses(emitter: Emitter, band: int) -> np.ndarray:
     found = _candidates(emitter, band)
     way, inside = np.zeros(found.index.size, np.int64), np.full((found.index.size, 3), UNKNOWN)
     law = emitter.plan.law[found.cell]
-    for is_own, of_law in (
+    for is_own, ways in (
         (law == Law.DISC_AT_HORIZON, _horizon_ways),
-        ((law == Law.PEREZ) & (emitter._rejection is not None), _perez_ways),
+        ((law == Law.PEREZ) & (emitter._perez_tables is not None), _perez_ways),
         ((law >= Law.HG) & (law <= Law.BECKMANN), _lobe_ways),
     ):
         own = np.flatnonzero(is_own)
         if own.size:
-            way[own] = of_law(emitter, band, found, own, inside)
+            way[own] = ways(emitter, band, found, own, inside)
     component = np.searchsorted(emitter.plan.component_start, found.cell, side="right")
     chosen = _spread(component * 4 + way)
     bits = np.uint32 if emitter.dtype.itemsize == 4 else np.uint64
@@ -121,7 +121,7 @@ def _index_of_rank(rank: int, n: int, keys: list[int]) -> int:
     is_short = n <= int(SHORT_LIMIT)
 
     def hashed(half: int, key: int) -> int:
-        return int(stir(np.uint32(half), np.uint32(key)))
+        return int(mix(np.uint32(half), np.uint32(key)))
 
     def step(low: int, key: int) -> int:
         return ((hashed(low, key) >> 16) * b) >> 16 if is_short else int(high_step(np.uint32(low), key, np.uint64(b)))
@@ -157,8 +157,8 @@ def _ways(
 def _cells_and_places(emitter: Emitter, band: int, found: _Candidates, own: np.ndarray) -> tuple[Any, Any, Any]:
     """Parameters of the cells of chosen photons, and their places in them."""
     stream, cell = emitter._stream(band), found.cell[own]
-    turn = stream.turns[emitter._rings.of_cell[cell]]
-    words = (stream.jitter, stream.placement_key, stream.band, stream.shifts, stream.steps, turn)
+    ring_offset = stream.ring_offsets[emitter._rings.ring_of_cell[cell]]
+    words = (stream.jitter, stream.placement_key, stream.band, stream.shifts, stream.steps, ring_offset)
     p = tuple(emitter._cells[cell, j] for j in range(6))
     return p, *positions_in_cells(found.rank[own], *words, emitter.dtype.type(0))
 
@@ -178,34 +178,35 @@ def _perez_ways(emitter: Emitter, band: int, found: _Candidates, own: np.ndarray
     """Trials of the Perez sky, 3 for what is taken without its luminance; the luminance goes into `inside`."""
     from aomc_sky.skies.perez.kernels.cells import accept_words, is_taken_at_once, luminance, measured, place_perez
 
-    stream, perez, (p, *first) = emitter._stream(band), emitter._rejection, _cells_and_places(emitter, band, found, own)
+    stream, perez = emitter._stream(band), emitter._perez_tables
+    p, *first = _cells_and_places(emitter, band, found, own)
     rank, cell = found.rank[own], found.cell[own]
-    of_cells = (perez.word[cell], perez.bound[cell], perez.sky)
+    tables = (perez.word[cell], perez.bound[cell], perez.sky)
     word = accept_words(rank, stream.accept, stream.placement_key, stream.band, stream.jitter)
 
     def place(words: tuple[Any, ...], key: Any) -> Any:
         u, v = (unit(w, emitter.dtype.type(0)) if w.dtype == np.uint64 else w for w in words[1:3])
-        return place_perez(p, of_cells, u, v, words[3], key, rank, stream.band)
+        return place_perez(p, tables, u, v, words[3], key, rank, stream.band)
 
     direction = (d[own] for d in found.direction)
-    chord, mu, _ = measured(*direction, word, of_cells[1], *perez.sky[8:11])  # type: ignore[call-arg]
+    chord, mu, _ = measured(*direction, word, tables[1], *perez.sky[8:11])  # type: ignore[call-arg]
     inside[own, 0] = luminance(mu, chord, perez.sky).view(np.uint64)
-    return np.where(is_taken_at_once(word, of_cells[0]), 3, _ways(place, stream, rank, (None, *first, word)))
+    return np.where(is_taken_at_once(word, tables[0]), 3, _ways(place, stream, rank, (None, *first, word)))
 
 
 def _lobe_ways(emitter: Emitter, band: int, found: _Candidates, own: np.ndarray, inside: np.ndarray) -> np.ndarray:
     """Trials of lobes; their directions in float64 go into `inside`."""
     from aomc_sky.skies.lobes.kernels.law import lobe_words, place_lobes
 
-    stream, lobes = emitter._stream(band), emitter._queue
+    stream, lobes = emitter._stream(band), emitter._lobe_tables
     rank, lobe = found.rank[own], lobes.lobe[found.cell[own]]
-    accept, falls = emitter._lobe_steps(band)
+    accept, proposals = emitter._lobe_steps(band)
 
     def place(words: tuple[Any, ...], key: Any) -> Any:
         return place_lobes(lobe, lobes.tables, words, key, rank, stream.band)
 
     words = (stream.shifts, stream.steps, accept, stream.placement_key, stream.band, stream.jitter)
-    first = lobe_words(rank, lobe, falls, *words)
+    first = lobe_words(rank, lobe, proposals, *words)
     for c, values in enumerate(place(first, stream.placement_key)):
         inside[own, c] = values.view(np.uint64)
     return np.asarray(_ways(place, stream, rank, first))

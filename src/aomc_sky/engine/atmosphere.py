@@ -252,7 +252,7 @@ def _sun_report(sky: AtmosphereSky) -> dict[str, Any]:
         "visible_share": solved.visible_share,
         "direct_irradiance": sky.direct_irradiance.tolist(),
         "diffuse_irradiance": sky.diffuse_irradiance.tolist(),
-        "truncation": None if solved.more is None else solved.truncation.tolist(),
+        "truncation": None if solved.later_orders is None else solved.truncation.tolist(),
         "largest_relative_error": relative.max(axis=1).tolist(),
         "patch_change": sky.patch_change,
     }

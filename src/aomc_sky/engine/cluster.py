@@ -96,7 +96,7 @@ def _make(
 
 
 def _n_photons(sums: Sums) -> int:
-    return sum(of_band.n_photons for of_band in sums.values())
+    return sum(band_sums.n_photons for band_sums in sums.values())
 
 
 def _results(distributed: Any, client: Any, futures: list[Any]) -> Iterator[Sums]:

@@ -14,7 +14,6 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.emission.source_file import require_packable
 from aomc_sky.errors import AomcSkyError, InputFileError, OutputError, UsageError, require_kind
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.kernels.backend import announce_photons
@@ -167,6 +166,8 @@ def run_job(
     """
     check_memory(source, options)
     if SOURCE in options.formats:
+        from aomc_sky.emission.source_file import require_packable
+
         require_packable(source.plan)
     folder, started = RunFolder(out), time.perf_counter()
     if not options.force:
@@ -209,7 +210,7 @@ def make_photons(
     bands = chosen_bands(source)
     writers = [photon_writer(name)(source) for name in options.formats if name not in ("none", SOURCE)]
     files = photon_files(folder, writers, bands)
-    missing = [of_part for of_part in files if of_part.missing]
+    missing = [part_files for part_files in files if part_files.missing]
     require_space(missing)
     write_counts(source, folder)
     if SOURCE in options.formats:
@@ -286,7 +287,7 @@ def stream_job(source: PhotonSource, pipe: BinaryIO, threads: int, progress: Pro
         raise OutputError("the program that reads standard output ended before the last photon") from None
     except OSError as error:
         raise OutputError(f"cannot write to standard output: {error.strerror or error}") from error
-    bands = [band_result(source, band, of_band) for band, of_band in zip(chosen, sums, strict=True)]
+    bands = [band_result(source, band, band_sums) for band, band_sums in zip(chosen, sums, strict=True)]
     seconds = time.perf_counter() - started
     return JobResult(bands=bands, seconds=seconds, emitted=meter.done, threads=threads or n_cpus())
 

@@ -65,7 +65,7 @@ def run_shard(
             if read_mark(source, folder, shard) is None:
                 with ChunkPool(source, options.threads) as pool:
                     made = make_shard(pool, folder, shard, progress)
-                emitted = sum(of_band.n_photons for of_band in made.values())
+                emitted = sum(band_sums.n_photons for band_sums in made.values())
             sums, missing = marked_sums(source, folder, shard.count)
             if not missing:
                 finish_files(source, folder)
@@ -112,7 +112,7 @@ def make_shard(pool: ChunkPool, folder: RunFolder, shard: Shard, progress: Progr
         "plan_sha256": source.plan.sha256,
         "shard": shard.index,
         "of": shard.count,
-        "bands": [{"waveband": band + 1, **of_band.as_json()} for band, of_band in sums.items()],
+        "bands": [{"waveband": band + 1, **band_sums.as_json()} for band, band_sums in sums.items()],
     }
     folder.write(shard.mark, json.dumps({"mark": mark, "sha256": _sha256(mark)}).encode())
     return sums
@@ -136,7 +136,7 @@ def read_mark(source: PhotonSource, folder: RunFolder, shard: Shard) -> Sums | N
     except Exception:  # whatever is in the file: the shard is made again
         return None
     expected = {band: end - first for band, first, end in ranges_of(source, shard)}
-    return sums if {band: of_band.n_photons for band, of_band in sums.items()} == expected else None
+    return sums if {band: band_sums.n_photons for band, band_sums in sums.items()} == expected else None
 
 
 def marked_sums(source: PhotonSource, folder: RunFolder, count: int) -> tuple[Sums, list[Shard]]:
@@ -153,8 +153,8 @@ def joined_sums(source: PhotonSource, parts: Iterable[Sums]) -> Sums:
     """Sums over the photons of several shards together."""
     sums = {band: PhotonSums(source.replicates) for band in chosen_bands(source)}
     for part in parts:
-        for band, of_band in part.items():
-            sums[band].add_sums(of_band)
+        for band, band_sums in part.items():
+            sums[band].add_sums(band_sums)
     return sums
 
 

@@ -372,7 +372,7 @@ class _Table:
         """The unit in W m-2 nm-1 sr-1; 0 for relative radiances."""
         unit, span = self._unit("radiance", light[0])
         factors = [radiance_factor(one.name.unit) if one.name.unit else -1.0 for one in light]
-        other = next((one for one, of_it in zip(light, factors, strict=True) if of_it != factors[0]), None)
+        other = next((one for one, own_factors in zip(light, factors, strict=True) if own_factors != factors[0]), None)
         if not unit and other is None:
             self.remarks.append("the file has no unit of radiance, so its light is relative (--radiance-unit says one)")
             return 0.0

@@ -35,7 +35,7 @@ other packages are, from a sun and options; no other package can take the names 
 SUN = ("sun_zenith_rad", "sun_azimuth_rad")
 """What every `make` gets besides its options."""
 
-_OF_SCENE = ("sun_zenith_deg", "sun_azimuth_deg", "strength", "irradiance_W_m2_nm", "grid", "polarisation")
+_SCENE_OPTIONS = ("sun_zenith_deg", "sun_azimuth_deg", "strength", "irradiance_W_m2_nm", "grid", "polarisation")
 """Arguments of our classes that a scene of files sets otherwise: no options."""
 
 
@@ -111,7 +111,7 @@ class MakeSky:
     def options(self) -> dict[str, bool]:
         """Its options by name, and whether each is needed; what it takes as ``**`` has no names."""
         known = (self.parameters or {}).items()
-        no_options = (*SUN, *_OF_SCENE) if self.plugin.is_ours else SUN
+        no_options = (*SUN, *_SCENE_OPTIONS) if self.plugin.is_ours else SUN
         return {n: p.default is p.empty for n, p in known if n not in no_options and p.kind in _BY_NAME}
 
 

@@ -114,8 +114,8 @@ def _lines(path: str | Path) -> list[str]:
     return split_lines(data)
 
 
-def _rows(lines: list[str], layout: Layout, path: str | Path, wanted: int | None) -> tuple[np.ndarray, np.ndarray]:
-    """Lines and values (7, n_row) of all rows; InputFileError with all problems, or those of the `wanted` row."""
+def _rows(lines: list[str], layout: Layout, path: str | Path, one_row: int | None) -> tuple[np.ndarray, np.ndarray]:
+    """Lines and values (7, n_row) of all rows; InputFileError with all problems, or those of `one_row`."""
     report = Report(path=str(path))
     texts = [(number, text) for number, text in enumerate(lines, 1) if number > layout.first_row and text.strip()]
     values = np.full((len(texts), len(_NAMES)), np.nan)
@@ -124,14 +124,14 @@ def _rows(lines: list[str], layout: Layout, path: str | Path, wanted: int | None
             _read_row(text, layout, values[k])
         except BadValueError as problem:
             values[k, _FIRST_IRRADIANCE:] = np.nan
-            if wanted in (None, k):
+            if one_row in (None, k):
                 report.bad_value(Span(number, 1, text), problem)
         if report.is_full:
             break
     if not texts:
         report.at(Span(max(len(lines), 1), 1, ""), "E604", "the file ends before the first hour")
     is_again = np.all(values[1:, :_FIRST_IRRADIANCE] == values[:-1, :_FIRST_IRRADIANCE], axis=1)
-    again = [k for k in np.flatnonzero(is_again).tolist() if wanted in (None, k, k + 1)]
+    again = [k for k in np.flatnonzero(is_again).tolist() if one_row in (None, k, k + 1)]
     if again and not report.has_errors:
         number, text = texts[again[0] + 1]
         message = f"hour {values[again[0], 3]:g} comes twice in a row; hours are read, 1 row each"
@@ -213,11 +213,11 @@ def _position(pieces: Sequence[str], text: str, path: str | Path) -> tuple[float
     return latitude, longitude, zone
 
 
-def _cut_at_commas(text: str, n_needed: int, most: int, of_whom: str, kind: str) -> list[str]:
+def _cut_at_commas(text: str, n_needed: int, most: int, owner: str, kind: str) -> list[str]:
     """The first fields of a row; a decimal comma makes more of them than there are columns."""
     fields = split_row(text.rstrip(", \t"))
     if len(fields) > most:
-        message = f"the row has {len(fields)} fields, {of_whom}; {_COMMAS}"
+        message = f"the row has {len(fields)} fields, {owner}; {_COMMAS}"
         raise BadValueError("E602", message, advice=_POINTS)
     if len(fields) < n_needed:
         raise _too_short(kind)

@@ -145,7 +145,7 @@ typedef struct aomc_sky_source {
     double irradiance_W_m2_nm; /* of a horizontal plane, all components; NaN where it is relative */
     const float *stokes;       /* Q/I and U/I of patch p: stokes[2 * p] and the next one; NULL: not polarised */
     /* what follows is ours */
-    int32_t precision, is_shuffled, is_short, by_philox, law_of_all, has_wide_ranks, way, is_common;
+    int32_t precision, is_shuffled, is_short, by_philox, law_of_all, has_wide_ranks, azimuth_kernel, is_common;
     int32_t n_slot, n_cell, lobe_ends[2], n_witness, disc_cell; /* a disc, if all other cells have `law_of_all`; else -1 */
     uint64_t order_bits, order_size, order_keys[3];
     uint64_t shifts[2], steps[2], placement_key, position_key, band, guide_shift;
@@ -154,15 +154,15 @@ typedef struct aomc_sky_source {
     const uint32_t *guide;       /* the slot of every 2^guide_shift-th rank */
     const int32_t *cell_of_slot; /* NULL where they are the same */
     const uint64_t *place;       /* of a cell: where its head and tail stand in `words` */
-    const uint64_t *words;       /* heads (h0, h1, h2, turn) and tails (t0, t1, h3, 0) */
+    const uint64_t *words;       /* heads (h0, h1, h2, ring offset) and tails (t0, t1, h3, 0) */
     const int8_t *law;           /* of a cell, before rejection and lobes; NULL where all have `law_of_all` */
     const uint64_t *slopes;      /* NULL, or slopes of a cell, 32 bits each */
     const uint32_t *perez_word;  /* NULL, or tilts and limit of a cell */
     const double *perez_bound, *sky;
     const int32_t *lobe; /* NULL, or the lobe of a cell, -1 for none */
-    const uint64_t *ranges, *falls;
+    const uint64_t *ranges, *bin_proposals;
     const uint32_t *bins;
-    const double *shapes, *envelopes, *paces;
+    const double *shapes, *envelopes, *bins_per_photon;
     const uint64_t *witnesses;
     uint64_t reserve[13]; /* 512 bytes in all, as aomc_sky.f90 says */
 } aomc_sky_source;
@@ -279,8 +279,8 @@ SKY_FORMULA void aomc_sky_later(
 
 /* ---- kernels/cells/order.py ---- */
 
-/* stir */
-SKY_FORMULA uint32_t aomc_sky_stir(uint32_t half, uint32_t key) {
+/* mix */
+SKY_FORMULA uint32_t aomc_sky_mix(uint32_t half, uint32_t key) {
     uint32_t x = half * 0x7FEB352Du + key;
     x ^= x >> 15;
     return x * 0x846CA68Bu;
@@ -288,7 +288,7 @@ SKY_FORMULA uint32_t aomc_sky_stir(uint32_t half, uint32_t key) {
 
 /* _high_short */
 SKY_FORMULA uint32_t aomc_sky_high_short(uint32_t high, uint32_t low, uint32_t key, uint32_t size) {
-    uint32_t up = high + ((aomc_sky_stir(low, key) >> 16) * (size & 0xFFFF) >> 16), less = up - size;
+    uint32_t up = high + ((aomc_sky_mix(low, key) >> 16) * (size & 0xFFFF) >> 16), less = up - size;
     return up < less ? up : less;
 }
 
@@ -297,7 +297,7 @@ SKY_FORMULA uint32_t aomc_sky_permute_short(
     uint32_t i, uint32_t bits, uint32_t size, uint32_t k0, uint32_t k1, uint32_t k2) {
     uint32_t rest = (32 - bits) & 31, mask = ((uint32_t)1 << bits) - 1, low = i & mask, high;
     high = aomc_sky_high_short(i >> bits, low, k0, size);
-    low = (low + (aomc_sky_stir(high, k1) >> rest)) & mask;
+    low = (low + (aomc_sky_mix(high, k1) >> rest)) & mask;
     high = aomc_sky_high_short(high, low, k2, size);
     return high << bits | low;
 }
@@ -306,10 +306,10 @@ SKY_FORMULA uint32_t aomc_sky_permute_short(
 SKY_FORMULA uint64_t aomc_sky_permute_long(
     uint64_t i, uint64_t bits, uint64_t size, uint32_t k0, uint32_t k1, uint32_t k2) {
     uint64_t mask = (UINT64_C(1) << bits) - 1, low = i & mask, high = i >> bits;
-    high += (aomc_sky_stir((uint32_t)low, k0) * size) >> 32;
+    high += (aomc_sky_mix((uint32_t)low, k0) * size) >> 32;
     high = high >= size ? high - size : high;
-    low = (low + ((uint64_t)aomc_sky_stir((uint32_t)high, k1) >> (32 - bits))) & mask;
-    high += (aomc_sky_stir((uint32_t)low, k2) * size) >> 32;
+    low = (low + ((uint64_t)aomc_sky_mix((uint32_t)high, k1) >> (32 - bits))) & mask;
+    high += (aomc_sky_mix((uint32_t)low, k2) * size) >> 32;
     high = high >= size ? high - size : high;
     return high << bits | low;
 }
@@ -617,10 +617,10 @@ SKY_FN void aomc_sky_lobe_photon(
 /* ---- skies/lobes/kernels: law.py and cells.py, float64 for both precisions ---- */
 
 /* bin_of_rank; the bits of the number are never above those of the lobe, whatever a file says */
-SKY_FORMULA uint64_t aomc_sky_bin(const uint64_t *fall, const double *pace, uint64_t rank) {
-    uint64_t own = rank - fall[0], least = (uint64_t)(int32_t)((double)(int64_t)own * pace[0] + pace[1]);
+SKY_FORMULA uint64_t aomc_sky_bin(const uint64_t *proposal, const double *line, uint64_t rank) {
+    uint64_t own = rank - proposal[0], least = (uint64_t)(int32_t)((double)(int64_t)own * line[0] + line[1]);
     uint64_t above = least + 1;
-    return least + (own >= fall[1] * above + ((((fall[2] * above) << 30) + fall[3]) >> (fall[4] + 30)));
+    return least + (own >= proposal[1] * above + ((((proposal[2] * above) << 30) + proposal[3]) >> (proposal[4] + 30)));
 }
 
 /* shares */
@@ -698,7 +698,7 @@ SKY_FN void aomc_sky_lobe_photon(
     uint64_t word = aomc_sky_decision(s->by_philox, s, rank, 1), number = 0;
     int is_named = s->by_philox;
     uint32_t trial = 1;
-    if (!is_named) number = aomc_sky_bin(s->falls + 5 * (uint64_t)lobe, s->paces + 2 * (uint64_t)lobe, rank);
+    if (!is_named) number = aomc_sky_bin(s->bin_proposals + 5 * (uint64_t)lobe, s->bins_per_photon + 2 * (uint64_t)lobe, rank);
     for (;; trial++) {
         double bound = aomc_sky_lobe_try(s, lobe, is_named, number, first, second, out);
         if (aomc_sky_uniform(word) * bound + out[2] < 0.0 || trial >= SKY_LAST_TRIAL) return;
@@ -734,8 +734,8 @@ SKY_FORMULA void aomc_sky_directions_of_rows(const double *shape, uint64_t n, co
 /* _place_queue: one trial of n photons of a lobe, whose ranks are in t */
 SKY_FN void aomc_sky_lobe_tries(
     const aomc_sky_source *s, int32_t lobe, uint32_t trial, uint64_t n, aomc_sky_lobe_columns *t) {
-    const uint64_t *range = s->ranges + 4 * (uint64_t)lobe, *fall = s->falls + 5 * (uint64_t)lobe;
-    const double *shape = s->shapes + 9 * (uint64_t)lobe, *pace = s->paces + 2 * (uint64_t)lobe;
+    const uint64_t *range = s->ranges + 4 * (uint64_t)lobe, *proposal = s->bin_proposals + 5 * (uint64_t)lobe;
+    const double *shape = s->shapes + 9 * (uint64_t)lobe, *line = s->bins_per_photon + 2 * (uint64_t)lobe;
     const double *envelope = s->envelopes + 8 * range[2], g = shape[8];
     const uint32_t *bin = s->bins + range[0];
     uint64_t k, bits = range[1], mask = (UINT64_C(1) << bits) - 1;
@@ -758,7 +758,7 @@ SKY_FN void aomc_sky_lobe_tries(
     if (is_named)
         for (k = 0; k < n; k++) t->bin[k] = t->first[k] >> (64 - bits);
     else
-        for (k = 0; k < n; k++) t->bin[k] = aomc_sky_bin(fall, pace, t->rank[k]);
+        for (k = 0; k < n; k++) t->bin[k] = aomc_sky_bin(proposal, line, t->rank[k]);
     for (k = 0; k < n; k++) {
         uint32_t one = bin[t->bin[k] & mask];
         memcpy(t->row + 8 * k, envelope + 8 * (one >> 16), 64);
@@ -898,8 +898,8 @@ enum {
     AOMC_SKY_BINS,
     AOMC_SKY_SHAPES,
     AOMC_SKY_ENVELOPES,
-    AOMC_SKY_FALLS,
-    AOMC_SKY_PACES,
+    AOMC_SKY_BIN_PROPOSALS,
+    AOMC_SKY_BINS_PER_PHOTON,
     AOMC_SKY_WITNESSES,
     AOMC_SKY_STOKES,
     AOMC_SKY_LAST_KIND = AOMC_SKY_STOKES
@@ -983,7 +983,7 @@ SKY_HOST int aomc_sky_read_record(const aomc_sky_file *file, const uint64_t *r, 
     }
     for (k = 0; k < 2; k++) s->shifts[k] = r[11 + k], s->steps[k] = r[13 + k], s->lobe_ends[k] = (int32_t)r[28 + k];
     s->placement_key = r[15], s->position_key = r[16], s->band = r[17], s->guide_shift = r[18];
-    s->way = (int32_t)r[30], s->has_wide_ranks = n >= UINT64_C(1) << 32;
+    s->azimuth_kernel = (int32_t)r[30], s->has_wide_ranks = n >= UINT64_C(1) << 32;
     if (r[17] > SKY_LOW || r[18] > (s->has_wide_ranks ? 62 : 31) || r[30] > AOMC_SKY_IN_MU) return AOMC_SKY_TABLE;
     return r[28] > r[29] || r[29] > 0x7FFFFFF0 ? AOMC_SKY_TABLE : 0;
 }
@@ -1016,8 +1016,8 @@ SKY_HOST int aomc_sky_open_band(
         (n_lobe < 1 || n_lobe > n_cell || !aomc_sky_fits(t + AOMC_SKY_RANGES, 8, 4 * n_lobe, 0) ||
             !t[AOMC_SKY_BINS].at || t[AOMC_SKY_BINS].width != 4 ||
             !aomc_sky_fits(t + AOMC_SKY_SHAPES, 8, 9 * n_lobe, 0) || !t[AOMC_SKY_ENVELOPES].at ||
-            t[AOMC_SKY_ENVELOPES].width != 8 || !aomc_sky_fits(t + AOMC_SKY_FALLS, 8, 5 * n_lobe, 0) ||
-            !aomc_sky_fits(t + AOMC_SKY_PACES, 8, 2 * n_lobe, 0)))
+            t[AOMC_SKY_ENVELOPES].width != 8 || !aomc_sky_fits(t + AOMC_SKY_BIN_PROPOSALS, 8, 5 * n_lobe, 0) ||
+            !aomc_sky_fits(t + AOMC_SKY_BINS_PER_PHOTON, 8, 2 * n_lobe, 0)))
         return AOMC_SKY_DIRECTORY;
     if (!t[AOMC_SKY_WITNESSES].at || t[AOMC_SKY_WITNESSES].width != 8 || t[AOMC_SKY_WITNESSES].count > 12 * 4096 ||
         t[AOMC_SKY_WITNESSES].count % 12 != 0 || !aomc_sky_fits(t + AOMC_SKY_STOKES, 4, 2 * n_cell, 1))
@@ -1038,17 +1038,17 @@ SKY_HOST int aomc_sky_open_band(
     s->bins = AOMC_SKY_AT(AOMC_SKY_BINS, uint32_t);
     s->shapes = AOMC_SKY_AT(AOMC_SKY_SHAPES, double);
     s->envelopes = AOMC_SKY_AT(AOMC_SKY_ENVELOPES, double);
-    s->falls = AOMC_SKY_AT(AOMC_SKY_FALLS, uint64_t);
-    s->paces = AOMC_SKY_AT(AOMC_SKY_PACES, double);
+    s->bin_proposals = AOMC_SKY_AT(AOMC_SKY_BIN_PROPOSALS, uint64_t);
+    s->bins_per_photon = AOMC_SKY_AT(AOMC_SKY_BINS_PER_PHOTON, double);
     s->witnesses = AOMC_SKY_AT(AOMC_SKY_WITNESSES, uint64_t);
     s->stokes = AOMC_SKY_AT(AOMC_SKY_STOKES, float);
 #undef AOMC_SKY_AT
-    s->law_of_all = s->way == AOMC_SKY_IN_MU ? AOMC_SKY_CELL_MU : AOMC_SKY_CELL_MU2;
+    s->law_of_all = s->azimuth_kernel == AOMC_SKY_IN_MU ? AOMC_SKY_CELL_MU : AOMC_SKY_CELL_MU2;
     s->n_witness = (int32_t)(t[AOMC_SKY_WITNESSES].count / 12);
     law = t[AOMC_SKY_LAW].at ? (const int8_t *)(const void *)(file->bytes + t[AOMC_SKY_LAW].offset) : NULL;
     s->disc_cell = aomc_sky_one_disc(law, s->n_cell, s->law_of_all); /* `from` may be memory of a device */
     s->is_common =
-        s->way <= AOMC_SKY_QUARTER && (!s->law || s->disc_cell >= 0) && !s->slopes && !s->perez_word && !s->lobe;
+        s->azimuth_kernel <= AOMC_SKY_QUARTER && (!s->law || s->disc_cell >= 0) && !s->slopes && !s->perez_word && !s->lobe;
     return 0;
 }
 
@@ -1106,7 +1106,7 @@ SKY_HOST int aomc_sky_check_cells(const aomc_sky_source *s, uint64_t n_words) {
     return bad == 0 && (!s->perez_word || aomc_sky_are_bounded(s->sky, 11, DBL_MAX));
 }
 
-/* Whether the bins of every lobe lead to its cells, and its photons are shared out over them as `falls` says. */
+/* Whether the bins of every lobe lead to its cells, and its photons are shared out over them as `bin_proposals` says. */
 SKY_HOST int aomc_sky_check_lobes(const aomc_sky_source *s, uint64_t n_lobe, uint64_t n_bin, uint64_t n_envelope) {
     uint64_t k, j, slot;
     if (s->lobe_ends[1] > (int64_t)n_lobe || n_envelope % 8 != 0) return 0;
@@ -1118,27 +1118,27 @@ SKY_HOST int aomc_sky_check_lobes(const aomc_sky_source *s, uint64_t n_lobe, uin
         if (!(e[3] >= 1.0 && e[3] <= 65536.0 && e[4] >= 0.0 && e[4] <= 0.5 && e[7] > 0.0)) return 0;
     }
     for (k = 0; k < n_lobe; k++) {
-        const uint64_t *range = s->ranges + 4 * k, *fall = s->falls + 5 * k;
+        const uint64_t *range = s->ranges + 4 * k, *proposal = s->bin_proposals + 5 * k;
         uint64_t bits = range[1], size, n_cell = n_envelope / 8, n;
-        double unit, pace;
-        if (bits < 1 || bits > 16 || fall[4] != bits || range[0] > n_bin || range[2] >= n_cell) return 0;
+        double unit, line;
+        if (bits < 1 || bits > 16 || proposal[4] != bits || range[0] > n_bin || range[2] >= n_cell) return 0;
         size = UINT64_C(1) << bits;
         if (size > n_bin - range[0]) return 0;
         for (j = 0; j < size; j++)
             if ((s->bins[range[0] + j] >> 16) >= n_cell - range[2]) return 0;
-        if (fall[1] > (UINT64_C(1) << 62) >> bits || fall[2] >= size || fall[3] >> (bits + 30) != 0) return 0;
-        n = fall[1] * size + fall[2];
+        if (proposal[1] > (UINT64_C(1) << 62) >> bits || proposal[2] >= size || proposal[3] >> (bits + 30) != 0) return 0;
+        n = proposal[1] * size + proposal[2];
         unit = (double)(UINT64_C(1) << (bits + 30));
-        pace = n ? (double)size / (double)n : 0.0;
-        if (s->paces[2 * k] != pace) return 0;
-        if (s->paces[2 * k + 1] != ((unit - (double)fall[3]) / unit) * pace - 9.31322574615478515625e-10) return 0;
+        line = n ? (double)size / (double)n : 0.0;
+        if (s->bins_per_photon[2 * k] != line) return 0;
+        if (s->bins_per_photon[2 * k + 1] != ((unit - (double)proposal[3]) / unit) * line - 9.31322574615478515625e-10) return 0;
     }
     for (slot = 0; slot < (uint64_t)s->n_slot; slot++) {
         int32_t cell = s->cell_of_slot ? s->cell_of_slot[slot] : (int32_t)slot, lobe = s->lobe[cell];
         uint64_t before = aomc_sky_before(s, slot), n = aomc_sky_before(s, slot + 1) - before;
-        const uint64_t *fall = s->falls + 5 * (uint64_t)(lobe < 0 ? 0 : lobe);
+        const uint64_t *proposal = s->bin_proposals + 5 * (uint64_t)(lobe < 0 ? 0 : lobe);
         if (lobe < -1 || lobe >= (int64_t)n_lobe) return 0;
-        if (lobe >= 0 && n && (fall[0] != before || (fall[1] << fall[4]) + fall[2] != n)) return 0;
+        if (lobe >= 0 && n && (proposal[0] != before || (proposal[1] << proposal[4]) + proposal[2] != n)) return 0;
     }
     for (k = 0; k < (uint64_t)s->n_cell; k++)
         if (s->lobe[k] < -1 || s->lobe[k] >= (int64_t)n_lobe) return 0;
@@ -1362,10 +1362,10 @@ SKY_FORMULA void SKY_(sincos_any)(SKY_F half_width, SKY_F x, SKY_F *sine, SKY_F 
 
 /* sincos_turned, sincos_turned_narrow or sincos_turned_any: the angle of the cell's centre has the sine t0, cosine
  * t1 */
-SKY_FORMULA void SKY_(turned)(int way, SKY_F t0, SKY_F t1, SKY_F half_width, SKY_F v, SKY_F *sine, SKY_F *cosine) {
+SKY_FORMULA void SKY_(turned)(int kernel, SKY_F t0, SKY_F t1, SKY_F half_width, SKY_F v, SKY_F *sine, SKY_F *cosine) {
     SKY_F x = half_width * (v + v - (SKY_F)1), s, c;
-    if (way == AOMC_SKY_NARROW) SKY_(sincos_narrow)(x, &s, &c);
-    else if (way == AOMC_SKY_QUARTER) SKY_(sincos_quarter)(x, &s, &c);
+    if (kernel == AOMC_SKY_NARROW) SKY_(sincos_narrow)(x, &s, &c);
+    else if (kernel == AOMC_SKY_QUARTER) SKY_(sincos_quarter)(x, &s, &c);
     else SKY_(sincos_any)(half_width, x, &s, &c);
     *sine = t0 * c + t1 * s;
     *cosine = t1 * c - t0 * s;
@@ -1457,9 +1457,9 @@ SKY_FN uint32_t SKY_(direction)(
     return 0;
 }
 
-/* cell_of_table and turn_of_table: parameters h0, h1, h2, h3, t0, t1 of a cell; the turn is returned */
+/* cell_of_table and ring_offset_of_table: parameters h0, h1, h2, h3, t0, t1 of a cell; the ring offset is returned */
 SKY_FORMULA uint64_t SKY_(cell)(const aomc_sky_source *s, int32_t cell, SKY_F *p) {
-    uint64_t place = s->place[cell], turn;
+    uint64_t place = s->place[cell], ring_offset;
     SKY_F tail[4];
     memcpy(p, s->words + (place >> 32), 4 * sizeof *p);
     memcpy(tail, s->words + (place & SKY_LOW), sizeof tail);
@@ -1467,13 +1467,13 @@ SKY_FORMULA uint64_t SKY_(cell)(const aomc_sky_source *s, int32_t cell, SKY_F *p
     {
         uint32_t half;
         memcpy(&half, p + 3, 4);
-        turn = (uint64_t)half << 32;
+        ring_offset = (uint64_t)half << 32;
     }
 #else
-    memcpy(&turn, p + 3, 8);
+    memcpy(&ring_offset, p + 3, 8);
 #endif
     p[3] = tail[2], p[4] = tail[0], p[5] = tail[1];
-    return turn;
+    return ring_offset;
 }
 
 /* ---- skies/perez/kernels ---- */
@@ -1509,26 +1509,26 @@ SKY_FN uint32_t SKY_(further)(
 
 /* photon_at but for the common case: the direction of a photon in a cell, by its rank. `inside` is NULL, or takes
  * unrounded values for witnesses. */
-SKY_APART void SKY_(of_rank)(const aomc_sky_source *s, uint64_t rank, int32_t cell, SKY_F *out, double *inside) {
-    uint64_t a, b, turn;
+SKY_APART void SKY_(photon_of_rank)(const aomc_sky_source *s, uint64_t rank, int32_t cell, SKY_F *out, double *inside) {
+    uint64_t a, b, ring_offset;
     SKY_F p[6], u, v, jacobian = 1;
-    turn = SKY_(cell)(s, cell, p);
+    ring_offset = SKY_(cell)(s, cell, p);
     if (s->by_philox) {
         aomc_sky_pair(s->placement_key, rank, s->band, 0, &a, &b);
-        turn = 0;
+        ring_offset = 0;
     } else {
         a = s->shifts[0] + rank * s->steps[0];
         b = s->shifts[1] + rank * s->steps[1];
     }
     if (s->lobe && s->lobe[cell] >= 0) {
-        double of_lobe[3];
-        aomc_sky_lobe_photon(s, s->lobe[cell], a, b, rank, of_lobe);
-        if (inside) memcpy(inside, of_lobe, sizeof of_lobe);
-        out[0] = (SKY_F)of_lobe[0], out[1] = (SKY_F)of_lobe[1], out[2] = (SKY_F)of_lobe[2];
+        double lobe_direction[3];
+        aomc_sky_lobe_photon(s, s->lobe[cell], a, b, rank, lobe_direction);
+        if (inside) memcpy(inside, lobe_direction, sizeof lobe_direction);
+        out[0] = (SKY_F)lobe_direction[0], out[1] = (SKY_F)lobe_direction[1], out[2] = (SKY_F)lobe_direction[2];
         return;
     }
     u = SKY_(unit)(a);
-    v = SKY_(unit)(b + turn);
+    v = SKY_(unit)(b + ring_offset);
     if (s->slopes) {
         u = SKY_(on_slope)(u, (int32_t)(s->slopes[cell] >> 32));
         v = SKY_(on_slope)(v, (int32_t)(s->slopes[cell] & SKY_LOW));
@@ -1547,36 +1547,36 @@ SKY_APART void SKY_(of_rank)(const aomc_sky_source *s, uint64_t rank, int32_t ce
 /* the direction of a photon in a cell uniform in mu^2, by the two words of its place */
 SKY_FORMULA void SKY_(of_words)(const aomc_sky_source *s, const SKY_F *p, uint64_t a, uint64_t b, SKY_F *out) {
     SKY_F v = SKY_(unit)(b), sine, cosine;
-    if (s->way == AOMC_SKY_NARROW) SKY_(turned)(AOMC_SKY_NARROW, p[4], p[5], p[3], v, &sine, &cosine);
+    if (s->azimuth_kernel == AOMC_SKY_NARROW) SKY_(turned)(AOMC_SKY_NARROW, p[4], p[5], p[3], v, &sine, &cosine);
     else SKY_(turned)(AOMC_SKY_QUARTER, p[4], p[5], p[3], v, &sine, &cosine);
     SKY_(from_mu2)(p, SKY_(unit)(a), sine, cosine, out);
 }
 
 /* photon_at: the direction of photon i; returns its cell */
 SKY_FORMULA int32_t SKY_(photon)(const aomc_sky_source *s, uint64_t i, SKY_F *out, double *inside) {
-    uint64_t rank = aomc_sky_rank(s, i), turn;
+    uint64_t rank = aomc_sky_rank(s, i), ring_offset;
     uint32_t slot = aomc_sky_slot(s, rank);
     int32_t cell = s->cell_of_slot ? s->cell_of_slot[slot] : (int32_t)slot;
     SKY_F p[6];
     if (!s->is_common || cell == s->disc_cell) {
         SKY_F other[3]; /* so that the short way needs no memory */
-        SKY_(of_rank)(s, rank, cell, other, inside);
+        SKY_(photon_of_rank)(s, rank, cell, other, inside);
         out[0] = other[0], out[1] = other[1], out[2] = other[2];
         return cell;
     }
-    turn = SKY_(cell)(s, cell, p);
+    ring_offset = SKY_(cell)(s, cell, p);
     if (s->by_philox) {
         aomc_sky_words words = aomc_sky_pair_apart(s->placement_key, rank, s->band);
         SKY_(of_words)(s, p, words.a, words.b, out);
         return cell;
     }
-    SKY_(of_words)(s, p, s->shifts[0] + rank * s->steps[0], s->shifts[1] + rank * s->steps[1] + turn, out);
+    SKY_(of_words)(s, p, s->shifts[0] + rank * s->steps[0], s->shifts[1] + rank * s->steps[1] + ring_offset, out);
     return cell;
 }
 
 /* ---- a block of photons: emission/kernels/emit.py. Short loops over columns, which compilers make vectors of ---- */
 
-/* Columns of a block. Parameters: h0, h1, h2, turn, t0, t1, h3; their columns are SKY_COLUMN apart, which is no power
+/* Columns of a block. Parameters: h0, h1, h2, ring offset, t0, t1, h3; their columns are SKY_COLUMN apart, which is no power
  * of two, for such ones would share lines of the cache. */
 typedef struct SKY_(columns) {
     SKY_F p[8 * SKY_COLUMN], u[SKY_BLOCK], v[SKY_BLOCK];
@@ -1594,22 +1594,22 @@ SKY_FORMULA void SKY_(parameters)(const SKY_(columns) *c, uint64_t j, SKY_F *p) 
 }
 
 /* The loop of `_cells` for one width and one law; x and y are memory for cosines and sines on the way. */
-SKY_FORMULA void SKY_(cells_of_way)(int way, uint64_t m, const SKY_F *p, const SKY_F *u, const SKY_F *v,
+SKY_FORMULA void SKY_(cells_of_kernel)(int kernel, uint64_t m, const SKY_F *p, const SKY_F *u, const SKY_F *v,
     SKY_F *SKY_ALONE root, SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
     const SKY_F one = 1;
     uint64_t j;
     for (j = 0; j < m; j++) {
         SKY_F h0 = p[j], h1 = p[SKY_COLUMN + j], h2 = p[2 * SKY_COLUMN + j], mu, sine, cosine;
         SKY_F t0 = p[4 * SKY_COLUMN + j], t1 = p[5 * SKY_COLUMN + j], h3 = p[6 * SKY_COLUMN + j];
-        SKY_(turned)(way, t0, t1, h3, v[j], &sine, &cosine);
+        SKY_(turned)(kernel, t0, t1, h3, v[j], &sine, &cosine);
         mu = h2 + h1 * (one - u[j]);
-        root[j] = way == AOMC_SKY_IN_MU ? (h0 + h1 * u[j]) * (one + mu) : h0 + h1 * u[j];
+        root[j] = kernel == AOMC_SKY_IN_MU ? (h0 + h1 * u[j]) * (one + mu) : h0 + h1 * u[j];
         x[j] = cosine;
         y[j] = sine;
         z[j] = mu;
     }
     SKY_(roots)(m, root);
-    if (way != AOMC_SKY_IN_MU) SKY_(roots)(m, z);
+    if (kernel != AOMC_SKY_IN_MU) SKY_(roots)(m, z);
     for (j = 0; j < m; j++) {
         x[j] = -(root[j] * x[j]);
         y[j] = -(root[j] * y[j]);
@@ -1617,11 +1617,11 @@ SKY_FORMULA void SKY_(cells_of_way)(int way, uint64_t m, const SKY_F *p, const S
     }
 }
 
-SKY_FN void SKY_(cells)(int way, uint64_t m, const SKY_F *p, const SKY_F *u, const SKY_F *v, SKY_F *root, SKY_F *x, SKY_F *y, SKY_F *z) {
-    if (way == AOMC_SKY_NARROW) SKY_(cells_of_way)(AOMC_SKY_NARROW, m, p, u, v, root, x, y, z);
-    else if (way == AOMC_SKY_QUARTER) SKY_(cells_of_way)(AOMC_SKY_QUARTER, m, p, u, v, root, x, y, z);
-    else if (way == AOMC_SKY_ANY_WIDTH) SKY_(cells_of_way)(AOMC_SKY_ANY_WIDTH, m, p, u, v, root, x, y, z);
-    else SKY_(cells_of_way)(AOMC_SKY_IN_MU, m, p, u, v, root, x, y, z);
+SKY_FN void SKY_(cells)(int kernel, uint64_t m, const SKY_F *p, const SKY_F *u, const SKY_F *v, SKY_F *root, SKY_F *x, SKY_F *y, SKY_F *z) {
+    if (kernel == AOMC_SKY_NARROW) SKY_(cells_of_kernel)(AOMC_SKY_NARROW, m, p, u, v, root, x, y, z);
+    else if (kernel == AOMC_SKY_QUARTER) SKY_(cells_of_kernel)(AOMC_SKY_QUARTER, m, p, u, v, root, x, y, z);
+    else if (kernel == AOMC_SKY_ANY_WIDTH) SKY_(cells_of_kernel)(AOMC_SKY_ANY_WIDTH, m, p, u, v, root, x, y, z);
+    else SKY_(cells_of_kernel)(AOMC_SKY_IN_MU, m, p, u, v, root, x, y, z);
 }
 
 /* kernels/cells/columns.py: rows of four numbers become columns; a place names the words where its two rows begin */
@@ -1699,16 +1699,16 @@ SKY_FN void SKY_(gather)(const aomc_sky_source *s, uint64_t start, uint64_t m, S
     SKY_(parameters_of_block)(m, s->words, c->place, c->p);
 }
 
-/* turn_of_photon */
-SKY_FORMULA uint64_t SKY_(turn_of)(const SKY_F *p, uint64_t j) {
+/* ring_offset_of_photon */
+SKY_FORMULA uint64_t SKY_(ring_offset)(const SKY_F *p, uint64_t j) {
 #if AOMC_SKY_PRECISION == 4
-    uint32_t turn;
-    memcpy(&turn, p + 3 * SKY_COLUMN + j, 4);
-    return (uint64_t)turn << 32;
+    uint32_t ring_offset;
+    memcpy(&ring_offset, p + 3 * SKY_COLUMN + j, 4);
+    return (uint64_t)ring_offset << 32;
 #else
-    uint64_t turn;
-    memcpy(&turn, p + 3 * SKY_COLUMN + j, 8);
-    return turn;
+    uint64_t ring_offset;
+    memcpy(&ring_offset, p + 3 * SKY_COLUMN + j, 8);
+    return ring_offset;
 #endif
 }
 
@@ -1725,12 +1725,12 @@ SKY_FN void SKY_(places)(const aomc_sky_source *s, uint64_t m, SKY_(columns) *c)
         for (j = 0; j < m; j++) {
             uint32_t rank = (uint32_t)c->rank[j];
             c->u[j] = SKY_(unit)(shift_u + aomc_sky_times(rank, step_u));
-            c->v[j] = SKY_(unit)(shift_v + aomc_sky_times(rank, step_v) + SKY_(turn_of)(c->p, j));
+            c->v[j] = SKY_(unit)(shift_v + aomc_sky_times(rank, step_v) + SKY_(ring_offset)(c->p, j));
         }
     else
         for (j = 0; j < m; j++) {
             c->u[j] = SKY_(unit)(shift_u + c->rank[j] * step_u);
-            c->v[j] = SKY_(unit)(shift_v + c->rank[j] * step_v + SKY_(turn_of)(c->p, j));
+            c->v[j] = SKY_(unit)(shift_v + c->rank[j] * step_v + SKY_(ring_offset)(c->p, j));
         }
     if (s->slopes)
         for (j = 0; j < m; j++) {
@@ -1861,9 +1861,9 @@ SKY_FN void SKY_(again)(const aomc_sky_source *s, uint64_t n, uint32_t trial, co
         t->v[k] = SKY_(unit)(b);
     }
     for (k = 0; k < n; k++) t->scale[k] = SKY_(tilted)(t->u + k, t->v + k, t->tilt[k]);
-    SKY_(cells)(s->way == AOMC_SKY_IN_MU ? AOMC_SKY_ANY_WIDTH
+    SKY_(cells)(s->azimuth_kernel == AOMC_SKY_IN_MU ? AOMC_SKY_ANY_WIDTH
                 : s->law                 ? AOMC_SKY_ANY_WIDTH
-                                         : s->way,
+                                         : s->azimuth_kernel,
         n, t->p, t->u, t->v, t->root, t->x, t->y, t->z);
 }
 
@@ -1978,7 +1978,7 @@ SKY_FN uint64_t SKY_(block)(
     for (j = 0; s->perez_word && j < m; j++) c.cell_word[j] = s->perez_word[c.cell[j]]; /* gather_cell_words */
     if (s->perez_word)
         for (j = 0; j < m; j++) c.jacobian[j] = SKY_(tilted)(c.u + j, c.v + j, c.cell_word[j]);
-    SKY_(cells)(s->way, m, c.p, c.u, c.v, c.root, x, y, z);
+    SKY_(cells)(s->azimuth_kernel, m, c.p, c.u, c.v, c.root, x, y, z);
     if (s->disc_cell >= 0) SKY_(one_disc)(s, m, &c, x, y, z);
     else if (s->law) tries += SKY_(other_laws)(s, m, &c, x, y, z);
     if (s->perez_word) tries += SKY_(reject)(s, m, &c, x, y, z, inside);
@@ -1987,13 +1987,13 @@ SKY_FN uint64_t SKY_(block)(
 }
 
 /* `_run` for one width: photons of one cell, whose words follow each other in steps */
-SKY_FORMULA void SKY_(run)(int way, uint64_t m, const SKY_F *p, uint64_t u, uint64_t v, uint64_t step_u,
+SKY_FORMULA void SKY_(run)(int kernel, uint64_t m, const SKY_F *p, uint64_t u, uint64_t v, uint64_t step_u,
     uint64_t step_v, SKY_F *root, SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
     SKY_F h0 = p[0], h1 = p[1], h2 = p[2], h3 = p[3], t0 = p[4], t1 = p[5];
     uint64_t k;
     for (k = 0; k < m; k++) {
         SKY_F place = SKY_(unit)(u), sine, cosine;
-        SKY_(turned)(way, t0, t1, h3, SKY_(unit)(v), &sine, &cosine);
+        SKY_(turned)(kernel, t0, t1, h3, SKY_(unit)(v), &sine, &cosine);
         root[k] = h0 + h1 * place;
         x[k] = cosine;
         y[k] = sine;
@@ -2028,19 +2028,19 @@ SKY_FN void SKY_(run_of_disc)(uint64_t m, const SKY_F *p, uint64_t u, uint64_t v
 SKY_FN void SKY_(runs)(const aomc_sky_source *s, uint64_t start, uint64_t n, SKY_F *x, SKY_F *y, SKY_F *z) {
     uint64_t j = 0, slot = aomc_sky_slot(s, start), step_u = s->steps[0], step_v = s->steps[1];
     while (j < n) {
-        uint64_t end = aomc_sky_before(s, slot + 1) - start, turn, lo, m;
+        uint64_t end = aomc_sky_before(s, slot + 1) - start, ring_offset, lo, m;
         SKY_F p[6], root[SKY_BLOCK];
         int32_t cell = s->cell_of_slot ? s->cell_of_slot[slot] : (int32_t)slot;
-        turn = SKY_(cell)(s, cell, p);
+        ring_offset = SKY_(cell)(s, cell, p);
         end = end < n ? end : n;
         for (lo = j; lo < end; lo += m) {
-            uint64_t u = s->shifts[0] + (start + lo) * step_u, v = s->shifts[1] + (start + lo) * step_v + turn;
+            uint64_t u = s->shifts[0] + (start + lo) * step_u, v = s->shifts[1] + (start + lo) * step_v + ring_offset;
             m = end - lo < SKY_BLOCK ? (end - lo + 15) & ~UINT64_C(15) : SKY_BLOCK;
             m = m < n - lo ? m
                            : n - lo; /* whole vectors: the next run writes what is behind the end of this one again */
             if (cell == s->disc_cell)
                 SKY_(run_of_disc)(m, p, u, v, step_u, step_v, root, x + lo, y + lo, z + lo);
-            else if (s->way == AOMC_SKY_NARROW)
+            else if (s->azimuth_kernel == AOMC_SKY_NARROW)
                 SKY_(run)(AOMC_SKY_NARROW, m, p, u, v, step_u, step_v, root, x + lo, y + lo, z + lo);
             else SKY_(run)(AOMC_SKY_QUARTER, m, p, u, v, step_u, step_v, root, x + lo, y + lo, z + lo);
         }

@@ -40,7 +40,7 @@ def _private_layer() -> Any:
     try:
         from aomc_sky.kernels import numba_private as layer
 
-        options = {"pipeline_class": layer.KernelCompiler, **_PUBLIC, **layer.OF_INNER, **layer.OF_BORROWING}
+        options = {"pipeline_class": layer.KernelCompiler, **_PUBLIC, **layer.NO_WRAPPERS, **layer.NO_REFCOUNT}
         trial = numba.njit(forceinline=True, **options)(lambda x: x)
         trial.compile((types.int64,))
         layer.keep_code(trial, formula.select)
@@ -61,11 +61,11 @@ with interrupts_held():  # numba takes up its rules of types when it compiles fo
         numba.njit((types.int64,))(lambda x: x)
 
 
-def _options(*, is_inner: bool = False, is_borrowing: bool = False, is_inlined: bool = False) -> dict[str, Any]:
+def _options(*, is_inner: bool = False, is_no_refcount: bool = False, is_inlined: bool = False) -> dict[str, Any]:
     """Numba's options for a function."""
     if _private is None:
         return _PUBLIC
-    own = {**(_private.OF_INNER if is_inner else {}), **(_private.OF_BORROWING if is_borrowing else {})}
+    own = {**(_private.NO_WRAPPERS if is_inner else {}), **(_private.NO_REFCOUNT if is_no_refcount else {})}
     return {"pipeline_class": _private.KernelCompiler, "forceinline": is_inlined, **_PUBLIC, **own}
 
 
@@ -80,11 +80,11 @@ inner = numba.njit(**_options(is_inner=True))
 inlined = numba.njit(**_options(is_inner=True, is_inlined=True))
 #: `inner` that makes no array, so numba counts no references. In small functions of a loop that counting costs more
 #: than the work, and it takes time to compile.
-inner_borrowing = numba.njit(**_options(is_inner=True, is_borrowing=True))
+inner_no_refcount = numba.njit(**_options(is_inner=True, is_no_refcount=True))
 #: `inlined` for such a function.
-inlined_borrowing = numba.njit(**_options(is_inner=True, is_borrowing=True, is_inlined=True))
-#: `inner_borrowing` that numba inlines itself: only so can it return an array to a function that counts no references.
-spliced = numba.njit(inline="always", **_options(is_inner=True, is_borrowing=True))
+inlined_no_refcount = numba.njit(**_options(is_inner=True, is_no_refcount=True, is_inlined=True))
+#: `inner_no_refcount` that numba inlines itself: only so can it return an array to a function without counting.
+inline_always = numba.njit(inline="always", **_options(is_inner=True, is_no_refcount=True))
 
 
 def _kept(compiled: Any, function: Callable[..., Any]) -> Any:
@@ -98,9 +98,9 @@ def kernel(function: Callable[..., Any]) -> Any:
     return _kept(shared(function), function)
 
 
-def borrowing(function: Callable[..., Any]) -> Any:
-    """`kernel` that makes no array; see `inner_borrowing`."""
-    return _kept(numba.njit(**_options(is_borrowing=True))(function), function)
+def no_refcount(function: Callable[..., Any]) -> Any:
+    """`kernel` that makes no array; see `inner_no_refcount`."""
+    return _kept(numba.njit(**_options(is_no_refcount=True))(function), function)
 
 
 def is_off() -> bool:
@@ -110,7 +110,7 @@ def is_off() -> bool:
 
 def overloads(function: Callable[..., Any], *, is_inlined: bool = False) -> Any:
     """Numba's `overload` for forms that only kernels use."""
-    options = _options(is_inner=True, is_borrowing=True, is_inlined=is_inlined)
+    options = _options(is_inner=True, is_no_refcount=True, is_inlined=is_inlined)
     return overload(function, jit_options=options, strict=False)
 
 
@@ -167,13 +167,13 @@ def array_at(context: Any, builder: Any, kind: Any, address: Any, size: Any) -> 
     return array._getvalue()
 
 
-def seen_as(words: Any, like: Any) -> Any:
+def view_as(words: Any, like: Any) -> Any:
     """The memory of a contiguous array as numbers of the type of `like`, in which the array has a whole number."""
     return words.view(like.dtype)
 
 
-@lowered(seen_as, lambda words, like: types.Array(like, 1, "C"), types.Array, types.Number)
-def _seen_as(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+@lowered(view_as, lambda words, like: types.Array(like, 1, "C"), types.Array, types.Number)
+def _view_as(context: Any, builder: Any, signature: Any, values: Any) -> Any:
     array = context.make_array(signature.args[0])(context, builder, values[0])
     old, new = (array.nitems.type(kind.dtype.bitwidth) for kind in (signature.args[0], signature.return_type))
     size = builder.udiv(builder.mul(array.nitems, old), new)

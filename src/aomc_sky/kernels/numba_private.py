@@ -27,10 +27,10 @@ from numba.core.compiler import CompilerBase, DefaultPassBuilder
 from numba.core.serialize import dumps
 from numba.np import linalg
 
-OF_INNER = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+NO_WRAPPERS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 """Options of what only kernels call."""
 
-OF_BORROWING = {"_nrt": False}
+NO_REFCOUNT = {"_nrt": False}
 """Option of what makes no array: it counts no references."""
 
 

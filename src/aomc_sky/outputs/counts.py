@@ -51,8 +51,8 @@ def counts_csv(source: PhotonSource, bands: list[int], masses: list[np.ndarray])
     counts = source.counts
     lines = [COLUMNS]
     for band, mass in zip(bands, masses, strict=True):
-        of_plan = source.plan.bands[band]
-        wavelength, sky = _number(of_plan.wavelength_nm), _number(of_plan.sky_wavelength_nm)
+        plan_band = source.plan.bands[band]
+        wavelength, sky = _number(plan_band.wavelength_nm), _number(plan_band.sky_wavelength_nm)
         head = f"{band + 1},{wavelength},{sky},"
         cells = np.flatnonzero(mass)
         _, first, share_of = np.unique(mass, return_index=True, return_inverse=True)  # cells of a ring share theirs

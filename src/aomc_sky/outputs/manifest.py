@@ -25,7 +25,7 @@ MAX_MANIFEST_BYTES = 1 << 26
 
 SCHEMA = "aomc-sky-manifest/2"
 
-_OF_PHOTONS = tuple(field.name for field in fields(BandResult) if field.name.endswith(("_photons", "_standard_error")))
+_PHOTONS = tuple(field.name for field in fields(BandResult) if field.name.endswith(("_photons", "_standard_error")))
 """Results that need the photons themselves."""
 
 CONVENTIONS = {
@@ -63,13 +63,13 @@ def scene_part(scene: Scene) -> dict[str, Any]:
 
 def build_manifest(
     source: PhotonSource,
-    of_scene: Mapping[str, Any],
+    scene_entries: Mapping[str, Any],
     bands: Sequence[BandResult],
     formats: Sequence[str],
     files: Mapping[str, int],
     version: str = aomc_sky.__version__,
 ) -> dict[str, Any]:
-    """The manifest; `of_scene` comes from `scene_part`, `files` have their sizes. [bytes]"""
+    """The manifest; `scene_entries` comes from `scene_part`, `files` have their sizes. [bytes]"""
     options = source.plan.options
     sampling = ("method", "allocation", "placement", "order", "precision", "weights")
     return {
@@ -78,16 +78,16 @@ def build_manifest(
         "stream": STREAM_VERSION,
         "seed": source.plan.seed,
         "plan_sha256": source.plan.sha256,
-        "inputs": of_scene["inputs"],
+        "inputs": scene_entries["inputs"],
         "conventions": CONVENTIONS,
         "options": {
-            "scene": of_scene["scene"],
+            "scene": scene_entries["scene"],
             "sampling": {name: options[name] for name in sampling} | {"replicates": source.replicates},
             "footprint": options["footprint"],
             "formats": list(formats) or ["none"],
         },
         "components": list(source.plan.component_names),
-        "notes": of_scene["notes"],
+        "notes": scene_entries["notes"],
         "bands": [asdict(band) for band in bands],
         "total": sum(band.launched for band in bands),
         "files": {name: {"bytes": size} for name, size in sorted(files.items())},
@@ -111,9 +111,9 @@ def manifest_again(
     results = [band_result(source, band, sums.get(band) or PhotonSums(source.replicates)) for band in bands]
     for k, band in enumerate(bands):
         if formats and band not in sums and band + 1 in stored:
-            results[k] = replace(results[k], **{name: stored[band + 1][name] for name in _OF_PHOTONS})
-    of_scene = {"inputs": found["inputs"], "scene": found["options"]["scene"], "notes": found["notes"]}
-    made = build_manifest(source, of_scene, results, formats, files, version=found["version"])
+            results[k] = replace(results[k], **{name: stored[band + 1][name] for name in _PHOTONS})
+    scene_entries = {"inputs": found["inputs"], "scene": found["options"]["scene"], "notes": found["notes"]}
+    made = build_manifest(source, scene_entries, results, formats, files, version=found["version"])
     return dict(json.loads(json.dumps(made)))
 
 

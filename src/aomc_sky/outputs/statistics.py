@@ -138,15 +138,15 @@ def photon_sums(
     source: PhotonSource, band: int, start: int, uz: np.ndarray, weight: np.ndarray | None
 ) -> list[BlockSums]:
     """Sums over photons [start, start + n) of a band, separate for each replicate."""
-    sums, of_batch = [], batch_functions()
+    sums, functions = [], batch_functions()
     for replicate, begin, end in source.replicate_parts(band, start, start + uz.size):
         part = slice(begin - start, end - start)
-        mu, inverse = of_batch.block_sums(uz[part])
+        mu, inverse = functions.block_sums(uz[part])
         weights, weighted = float(end - begin), inverse
         if weight is not None:
-            weights, weighted = of_batch.weighted_block_sums(uz[part], weight[part])
-        of_block = {"mu": mu, "inverse": inverse, "weight": weights, "weighted_inverse": weighted}
-        sums.append(BlockSums(replicate=replicate, n_photons=end - begin, **of_block))
+            weights, weighted = functions.weighted_block_sums(uz[part], weight[part])
+        block_sums = {"mu": mu, "inverse": inverse, "weight": weights, "weighted_inverse": weighted}
+        sums.append(BlockSums(replicate=replicate, n_photons=end - begin, **block_sums))
     return sums
 
 
@@ -183,15 +183,15 @@ class BandResult:
 
 def band_result(source: PhotonSource, band: int, sums: PhotonSums) -> BandResult:
     """Compare the photons of a band with the exact values of its masses."""
-    of_plan, moments = source.plan.bands[band], source.exact_moments(band)
-    requested, launched = of_plan.requested, source.n_photons(band)
+    plan_band, moments = source.plan.bands[band], source.exact_moments(band)
+    requested, launched = plan_band.requested, source.n_photons(band)
     ratio, inverse_error = sums.planar_over_scalar(), sums.standard_error("inverse")
     scalar = sums.mean("weighted_inverse")
     absolute = source.irradiance(band)
     return BandResult(
         waveband=band + 1,
-        wavelength_nm=of_plan.wavelength_nm,
-        sky_wavelength_nm=finite(of_plan.sky_wavelength_nm),
+        wavelength_nm=plan_band.wavelength_nm,
+        sky_wavelength_nm=finite(plan_band.sky_wavelength_nm),
         requested=requested,
         launched=launched,
         residual=launched - requested,
@@ -199,7 +199,7 @@ def band_result(source: PhotonSource, band: int, sums: PhotonSums) -> BandResult
         mean_cosine_photons=sums.mean("mu"),
         ed_over_eo_exact=finite(moments.planar_over_scalar),
         ed_over_eo_photons=ratio,
-        horizon_loss=source.horizon_loss(band),
+        horizon_loss=plan_band.horizon_loss,
         irradiance_W_m2_nm=None if absolute is None else math.fsum(absolute.values()),
         component_irradiance_W_m2_nm=absolute,
         ed_photons=sums.mean("weight"),

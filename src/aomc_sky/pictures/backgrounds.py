@@ -10,7 +10,7 @@ import numpy as np
 from aomc_sky.errors import UsageError
 from aomc_sky.formats.sky_toml.rules import moment_text
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.content import MOST_PANELS, RADIANCE, Dome, Picture
+from aomc_sky.pictures.picture import MOST_PANELS, RADIANCE, Dome, Picture
 from aomc_sky.pictures.source import LOBE_BINS, lobe_note, marks_of
 from aomc_sky.progress import counted
 from aomc_sky.skies.lobes.background import BackgroundSky, background_at

@@ -18,7 +18,7 @@ from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.content import ANGLE, Dome, Picture, Quantity, Symbol
+from aomc_sky.pictures.picture import ANGLE, Dome, Picture, Quantity, Symbol
 
 EXTRA = "plot"
 """The extra that installs matplotlib."""

@@ -12,7 +12,6 @@ import numpy as np
 from aomc_sky.emission.notebook import png_bytes
 from aomc_sky.errors import UsageError, require_one_of
 from aomc_sky.extras import optional_module
-from aomc_sky.pictures.content import MOST_PANELS, Picture, Symbol
 from aomc_sky.pictures.dome import (
     EXTRA,
     USUAL_COLOURS,
@@ -29,6 +28,7 @@ from aomc_sky.pictures.dome import (
     tick_numbers,
     width_of,
 )
+from aomc_sky.pictures.picture import MOST_PANELS, Picture, Symbol
 
 SCALES = ("shared", "each")
 """Colours of several domes: one bar for all, or a bar for each."""

@@ -21,9 +21,9 @@ from aomc_sky.formats.netcdf import open_netcdf
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.picture import picture_path, save_picture
-from aomc_sky.pictures.content import PHOTONS, RADIANCE, Dome, Mark, Picture, Quantity, Symbol, spread
 from aomc_sky.pictures.dome import ColourChoice, View
 from aomc_sky.pictures.panels import draw_into, figure_of
+from aomc_sky.pictures.picture import PHOTONS, RADIANCE, Dome, Mark, Picture, Quantity, Symbol, spread
 from aomc_sky.pictures.source import source_picture, sun_mark
 from aomc_sky.skies.model import SkyModel
 from aomc_sky.skies.tabulated import TabulatedSky
@@ -151,9 +151,9 @@ def plot(
     elif show is not None or bands is not None:
         raise UsageError("show and bands are for a source or a scene")
     elif any(base.__module__.startswith(_LOBES) for base in type(what).__mro__):
-        picture = _of_lobes(what, wavelength_nm, title)
+        picture = _picture_of_lobes(what, wavelength_nm, title)
     else:
-        picture = _of_values(what, wavelength_nm, grid, sun, title, label)
+        picture = _picture_of_values(what, wavelength_nm, grid, sun, title, label)
     view, choice = member_of(View, seen_from, "seen_from"), ColourChoice(limits=limits, cmap=cmap, norm=norm)
     if ax is not None:
         if target is not None:
@@ -195,7 +195,7 @@ def picture_of_scene(
     return source_picture(source, show=show, bands=bands, sun=sun, title=title)
 
 
-def _of_lobes(what: Any, wavelength_nm: float, title: str) -> Picture:
+def _picture_of_lobes(what: Any, wavelength_nm: float, title: str) -> Picture:
     from aomc_sky.pictures.backgrounds import lobe_picture
     from aomc_sky.skies.lobes.background import BackgroundSky
 
@@ -204,7 +204,7 @@ def _of_lobes(what: Any, wavelength_nm: float, title: str) -> Picture:
     return lobe_picture([("", what)], wavelength_nm, title=title)
 
 
-def _of_values(
+def _picture_of_values(
     what: Any,
     wavelength_nm: float,
     grid: PatchGrid | None,

@@ -11,7 +11,7 @@ from aomc_sky.component import Component, Law, beam_direction_deg
 from aomc_sky.emission.radiance import cell_irradiances, folded, patch_radiance, point_cells
 from aomc_sky.errors import UsageError, require_one_of
 from aomc_sky.grid import PatchGrid
-from aomc_sky.pictures.content import PHOTONS, RADIANCE, RELATIVE_RADIANCE, STOKES, Dome, Mark, Picture, Symbol, spread
+from aomc_sky.pictures.picture import PHOTONS, RADIANCE, RELATIVE_RADIANCE, STOKES, Dome, Mark, Picture, Symbol, spread
 from aomc_sky.plan.laws import law_of
 from aomc_sky.whole_number import as_index
 
@@ -42,8 +42,8 @@ def source_picture(
     of the beam or of the Perez sky. Lobes are drawn in `LOBE_BINS`.
     """
     require_one_of(SHOWN, show, "show")
-    components, of_stokes = source.components, show in STOKES
-    if of_stokes and not source.has_polarisation:
+    components, is_stokes = source.components, show in STOKES
+    if is_stokes and not source.has_polarisation:
         raise UsageError(f"the light has no polarisation, so it has no {show}; give a sky polarisation=, or Q and U")
     grids = [c.grid for c in components if c.grid is not None]
     grid = common_grid([*grids, PatchGrid.regular(*LOBE_BINS)] if _has_lobes(components) else grids)
@@ -58,7 +58,7 @@ def source_picture(
         values = np.zeros(grid.n_patches)
         for component, part in zip(components, light, strict=True):
             values += _density(component, part, grid, per_flux=show != "counts")
-        if of_stokes:
+        if is_stokes:
             values = _polarisation(source, band, light, grid, values, show)
         domes.append(Dome(grid=grid, values=values, title=_dome_title(source, band, light, show), marks=marks))
     return Picture(domes=tuple(domes), quantity=quantity, title=title, notes=_notes(components, show))
@@ -74,9 +74,9 @@ def _polarisation(
     q, u = np.zeros((2, grid.n_patches))
     for component, part in zip(source.components_of(band), light, strict=True):
         if component.stokes is not None:
-            of_q, of_u = component.stokes[0].T * part
-            q += _density(component, of_q, grid, per_flux=True)
-            u += _density(component, of_u, grid, per_flux=True)
+            own_q, own_u = component.stokes[0].T * part
+            q += _density(component, own_q, grid, per_flux=True)
+            u += _density(component, own_u, grid, per_flux=True)
     degree = np.divide(np.hypot(q, u), total, out=np.full(total.size, np.nan), where=total > 0)
     if show == "dop":
         return degree

@@ -4,8 +4,7 @@ options  How a scene is sampled: the choices of one run, from the scene's preset
 counts   The photon counts, made from the masses of a plan
 plan     The plan itself: bands, components, counts, options, and the hash that names the run
 band     One waveband of a plan
-members  The members of plan.npz: a plan's records as arrays by name, and back
-file     The members as a file, plan.npz, and the hash over them
+file     plan.npz: the records of a plan as arrays by name, the file of them, and the hash over them
 footprint  The area of the surface that photons enter
 laws     Properties of each law, by its number in a plan; those of slices are loaded late
 check    Checks of a plan before a kernel uses its numbers as indices

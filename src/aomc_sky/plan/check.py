@@ -28,14 +28,11 @@ from aomc_sky.plan.options import (
     method_of,
 )
 from aomc_sky.plan.sampling.allocation import MAX_PHOTONS, AllocationMethod
-from aomc_sky.plan.sampling.streams import MAX_SEED, ORDER, PLACEMENT, POSITION, SHIFT, STREAM_VERSION, stream_key
+from aomc_sky.plan.sampling.streams import MAX_SEED, PHOTON_STREAMS, STREAM_VERSION, photon_keys
 from aomc_sky.whole_number import as_index_within
 
 MAX_CELLS = 2**31 - 1
 """Cells have numbers of type int32 in batches and tables."""
-
-STREAMS = (ORDER, SHIFT, PLACEMENT, POSITION)
-"""Streams whose keys are in the plan, in this order; the key of allocation is not needed any more."""
 
 MEMBERS: dict[str, tuple[str, tuple[str | int, ...]]] = {
     "wavelength_nm": ("<f8", ("n_band",)),
@@ -48,7 +45,7 @@ MEMBERS: dict[str, tuple[str, tuple[str | int, ...]]] = {
     "law": ("|i1", ("n_cell",)),
     "cell": ("<f8", ("n_cell", N_CELL_PARAMETERS)),
     "component_start": ("<i8", ("n_component + 1",)),
-    "keys": ("<u8", (len(STREAMS),)),
+    "keys": ("<u8", (len(PHOTON_STREAMS),)),
 }
 """Type and lengths of the arrays that every plan has; equal names are equal lengths."""
 
@@ -58,7 +55,7 @@ OPTIONAL = {
 }
 """Arrays of plans whose absolute units are known."""
 
-OF_COMPONENT = {
+COMPONENT_MEMBERS = {
     "zenith_bounds_deg": ("<f8", ("n_ring", 2)),
     "azimuth_bounds_deg": ("<f8", ("n_column", 2)),
     "shared": ("<f8", ("n_shared",)),
@@ -77,12 +74,6 @@ _VERSIONS = {f"aomc-sky/{k}": f"aomc-sky 0.{k}" for k in (1, 2, 3)}
 _NAME = re.compile(r"[!-+\--~]([ -+\--~]{0,198}[!-+\--~])?")
 _LARGEST = 1e300
 _MOST_MASS = 1.0 + 2.0**-30  # a sum of normalised masses is 1 within a few ulp
-
-
-def plan_keys(options: Mapping[str, Any]) -> np.ndarray:
-    """Member `keys` of a plan with these options, uint64 (4,)."""
-    keys = [stream_key(options["seed"], stream, options["method"]) for stream in STREAMS]
-    return np.array(keys, dtype=np.uint64)
 
 
 def refused(code: str, member: str, message: str, path: str = "plan") -> InputFileError:
@@ -126,10 +117,10 @@ def _check_options(options: Any) -> None:
     except (AomcSkyError, TypeError, ValueError) as error:
         raise refused("E955", "options", str(error)[:300]) from None
     expected = method_of(allocation, placement)
-    _require(method is expected, "E955", "options.method", f"found {method.value}, wanted {expected.value}")
+    _require(method is expected, "E955", "options.method", f"found {method.value}, expected {expected.value}")
     _require(type(options["weights"]) is bool, "E955", "options.weights", "is neither true nor false")
     are_names = are_names and isinstance(names, list) and 0 < len(names) == len(set(names)) == len(first)
-    message = "wanted different plain names of at most 200 characters, and a first index for each"
+    message = "expected different plain names of at most 200 characters, and a first index for each"
     _require(are_names, "E955", "options.components", message)
 
 
@@ -140,7 +131,7 @@ def check_members(members: Mapping[str, Any], options: Any) -> None:
     """
     _check_options(options)
     lengths = {"n_component": len(options["components"])}
-    of_component = re.compile(rf"({'|'.join(OF_COMPONENT)})_(0|[1-9]\d{{0,5}})")
+    component_member = re.compile(rf"({'|'.join(COMPONENT_MEMBERS)})_(0|[1-9]\d{{0,5}})")
     for name, (dtype, shape) in MEMBERS.items():
         _require(name in members, "E952", name, "this array is missing")
         _check_shape(name, members[name], dtype, shape, lengths)
@@ -152,33 +143,33 @@ def check_members(members: Mapping[str, Any], options: Any) -> None:
         if name in OPTIONAL:
             _check_shape(name, members[name], *OPTIONAL[name], lengths)
         elif name not in MEMBERS:
-            found = of_component.fullmatch(name)
+            found = component_member.fullmatch(name)
             is_known = found is not None and int(found[2]) < lengths["n_component"]
             _require(is_known, "E952", ascii(name)[:100], "is not an array of a plan with these options")
             assert found is not None
-            _check_shape(name, members[name], *OF_COMPONENT[found[1]], {})
+            _check_shape(name, members[name], *COMPONENT_MEMBERS[found[1]], {})
     shape = members["weight"].shape
     fits = shape in ((0, 0), members["mass"].shape)
-    _require(fits, "E953", "weight", f"found shape {shape}, wanted that of mass, or (0, 0) for none")
-    same = np.array_equal(members["keys"], plan_keys(options))
-    _require(same, "E954", "keys", f"wanted the keys that follow from seed {options['seed']}")
+    _require(fits, "E953", "weight", f"found shape {shape}, expected that of mass, or (0, 0) for none")
+    same = np.array_equal(members["keys"], photon_keys(options["seed"], options["method"]))
+    _require(same, "E954", "keys", f"expected the keys that follow from seed {options['seed']}")
     mass = members["mass"]
-    _require(np.all((mass >= 0) & (mass <= _MOST_MASS)), "E954", "mass", "wanted masses from 0 to 1")
+    _require(np.all((mass >= 0) & (mass <= _MOST_MASS)), "E954", "mass", "expected masses from 0 to 1")
     n_cell, start, law = lengths["n_cell"], members["component_start"], members["law"]
     rises = start[0] == 0 and start[-1] == n_cell and np.all(start[1:] > start[:-1])
-    _require(rises, "E954", "component_start", f"wanted increasing cell numbers from 0 to {n_cell}")
+    _require(rises, "E954", "component_start", f"expected increasing cell numbers from 0 to {n_cell}")
     in_range = law.min() >= min(Law) and law.max() <= max(Law)
-    _require(in_range, "E954", "law", f"wanted laws from {min(Law)} to {max(Law)}")
+    _require(in_range, "E954", "law", f"expected laws from {min(Law)} to {max(Law)}")
     changes = np.flatnonzero(law[1:] != law[:-1]) + 1
-    _require(np.isin(changes, start).all(), "E954", "law", "wanted one law for all cells of a component")
+    _require(np.isin(changes, start).all(), "E954", "law", "expected one law for all cells of a component")
     for k, number in enumerate(law[start[:-1]].tolist()):
-        _check_kinds(k, Law(number), {name for name in OF_COMPONENT if f"{name}_{k}" in members})
+        _check_kinds(k, Law(number), {name for name in COMPONENT_MEMBERS if f"{name}_{k}" in members})
         for name in (f"slope_{k}", f"stokes_{k}"):
             rows = members.get(name)
             fits = rows is None or (rows.shape[1] == start[k + 1] - start[k] and len(rows) in (1, len(mass)))
-            _require(fits, "E953", name, "wanted a row for all masses or one for each, of all cells")
+            _require(fits, "E953", name, "expected a row for all masses or one for each, of all cells")
         fits = f"stokes_{k}" not in members or is_polarisation(members[f"stokes_{k}"])
-        _require(fits, "E954", f"stokes_{k}", "wanted Q/I and U/I of a degree from 0 to 1")
+        _require(fits, "E954", f"stokes_{k}", "expected Q/I and U/I of a degree from 0 to 1")
 
 
 def _check_kinds(k: int, law: Law, found: set[str]) -> None:
@@ -199,7 +190,7 @@ def _check_shape(name: str, array: Any, dtype: str, shape: tuple[str | int, ...]
         expected = length if isinstance(length, int) else lengths.setdefault(text, size)
         fits = fits and size == expected and (size > 0 or text.startswith("n_weight"))
     found = f"{array.dtype} of shape {array.shape}" if isinstance(array, np.ndarray) else type(array).__name__
-    _require(fits, "E953", name, f"found {found}, wanted {dtype} of shape {shape} with {lengths}")
+    _require(fits, "E953", name, f"found {found}, expected {dtype} of shape {shape} with {lengths}")
 
 
 def check_plan(
@@ -215,38 +206,38 @@ def check_plan(
     shape = (options["replicates"] * len(bands), n_cell + 1)
     _check_shape("cumulative", cumulative, "<i8", shape, {})
     in_range = cumulative.min() >= 0 and cumulative.max() <= MAX_PHOTONS
-    _require(in_range, "E954", "cumulative", f"wanted numbers of photons from 0 to {MAX_PHOTONS}")
+    _require(in_range, "E954", "cumulative", f"expected numbers of photons from 0 to {MAX_PHOTONS}")
     rises = not cumulative[:, 0].any() and all(np.all(row[1:] >= row[:-1]) for row in cumulative)
-    _require(rises, "E954", "cumulative", "wanted photons before each cell, from 0 and increasing")
+    _require(rises, "E954", "cumulative", "expected photons before each cell, from 0 and increasing")
     for law in {component.law for component in components}:
         n = sum(component.law is law for component in components)
         message = f"found {n} components of law {law.name}, at most one is allowed"
         _require(n == 1 or not law_of(law).instead, "E954", "law", message)
     is_table = len(components) == 1 and components[0].grid is not None and options["replicates"] == 1
-    of_aomc = options["allocation"] == AllocationMethod.AOMC.value
+    is_aomc = options["allocation"] == AllocationMethod.AOMC.value
     message = "found aomc, which wants one table and no replicates"
-    _require(is_table or not of_aomc, "E955", "options.allocation", message)
+    _require(is_table or not is_aomc, "E955", "options.allocation", message)
     is_plain = components[0].weight is None
     _require(is_plain or options["weights"], "E953", "weight", "found weights, which the options do not ask for")
     for k, component in enumerate(components):
-        _require(len(component.mass) == n_row, "E953", "mass", f"wanted {n_row} rows in component {k}")
-        _require((component.weight is None) == is_plain, "E953", "weight", "wanted weights of all components, or none")
+        _require(len(component.mass) == n_row, "E953", "mass", f"expected {n_row} rows in component {k}")
+        _require((component.weight is None) == is_plain, "E953", "weight", "expected weights of all components or none")
         _check_component(component, k)
 
 
 def _check_bands(bands: Sequence[PlanBand], n_component: int, n_row: int) -> None:
-    _require(len(bands) > 0, "E953", "wavelength_nm", "wanted at least one waveband")
+    _require(len(bands) > 0, "E953", "wavelength_nm", "expected at least one waveband")
     n_absolute = 0 if bands[0].irradiance_W_m2_nm is None else n_component
     for band in bands:
         irradiance = band.irradiance_W_m2_nm or ()
         fits = len(irradiance) == n_absolute
-        _require(fits, "E953", "irradiance_W_m2_nm", f"wanted {n_absolute} values in each waveband")
+        _require(fits, "E953", "irradiance_W_m2_nm", f"expected {n_absolute} values in each waveband")
         _require_finite("irradiance_W_m2_nm", np.array(irradiance))
         _require_finite("horizon_loss", band.horizon_loss)
         _require_finite("wavelength_nm", band.wavelength_nm)
-        _require(0 <= band.row < n_row, "E954", "row_of_band", "wanted rows of mass")
+        _require(0 <= band.row < n_row, "E954", "row_of_band", "expected rows of mass")
         in_range = 0 <= band.requested <= MAX_PHOTONS
-        _require(in_range, "E954", "requested", f"wanted numbers of photons from 0 to {MAX_PHOTONS}")
+        _require(in_range, "E954", "requested", f"expected numbers of photons from 0 to {MAX_PHOTONS}")
 
 
 def _check_component(component: Component, k: int) -> None:
@@ -261,20 +252,20 @@ def _check_component(component: Component, k: int) -> None:
         _require_finite(f"{name}_{k}", array)
     if grid is not None:
         member = f"zenith_bounds_deg_{k}"
-        _require(grid.n_patches == n_cell, "E954", member, f"wanted as many patches as cells, {n_cell}")
+        _require(grid.n_patches == n_cell, "E954", member, f"expected as many patches as cells, {n_cell}")
         _require_finite(f"azimuth_bounds_deg_{k}", grid.azimuth_bounds_deg)
     if law.tables is not None:
         assert component.shared is not None
         assert component.bounds is not None
         shapes = component.shared.shape, component.bounds.shape
         expected = law.tables(n_cell, len(component.bounds))
-        message = f"found shapes {shapes}, wanted {expected} for law {component.law.name}"
+        message = f"found shapes {shapes}, expected {expected} for law {component.law.name}"
         _require(shapes == expected, "E953", f"bounds_{k}", message)
     fault = law.refused(component.cell, component.bounds)
     if fault is not None:
-        member, found, wanted = fault
-        message = f"found {found} of component {k}, wanted {wanted}" if found else f"wanted {wanted}"
-        raise refused("E954", f"{member}_{k}" if member in OF_COMPONENT else member, message)
+        member, found, allowed = fault
+        message = f"found {found} of component {k}, expected {allowed}" if found else f"expected {allowed}"
+        raise refused("E954", f"{member}_{k}" if member in COMPONENT_MEMBERS else member, message)
 
 
 def _require_finite(member: str, values: Any) -> None:

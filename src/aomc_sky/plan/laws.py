@@ -56,18 +56,18 @@ def _sloped_flux(component: Component, zenith_deg: np.ndarray, azimuth_deg: np.n
     near, growth, _ = grid.ring_sin2()
     at = np.sin(np.deg2rad(zenith_deg))[:, :, None] ** 2
     ends = np.clip((at - near) / np.where(growth > 0, growth, 1.0), 0.0, 1.0)
-    along = _extent_and_lean(ends)
+    along = _extent_and_first_moment(ends)
     start, width = grid.azimuth_bounds_deg[:, 0], np.diff(grid.azimuth_bounds_deg, axis=1)[:, 0]
     turns = [azimuth_deg[:, :, None] + turn for turn in (-720.0, -360.0, 0.0, 360.0, 720.0)]
-    parts = [_extent_and_lean(np.clip((at - start) / width, 0.0, 1.0)) for at in turns]
-    extent, lean = (np.sum(x, axis=0) for x in zip(*parts, strict=True))
+    parts = [_extent_and_first_moment(np.clip((at - start) / width, 0.0, 1.0)) for at in turns]
+    extent, first_moment = (np.sum(x, axis=0) for x in zip(*parts, strict=True))
     mass = component.mass[0].reshape(grid.n_zenith, grid.n_azimuth)
     s, t = component.slope[0].reshape(grid.n_zenith, grid.n_azimuth, 2).transpose(2, 0, 1)
-    of_columns = [part @ extent.T + (part * t) @ lean.T for part in (mass, mass * s)]
-    return np.asarray(along[0] @ of_columns[0] + along[1] @ of_columns[1])
+    columns = [part @ extent.T + (part * t) @ first_moment.T for part in (mass, mass * s)]
+    return np.asarray(along[0] @ columns[0] + along[1] @ columns[1])
 
 
-def _extent_and_lean(ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _extent_and_first_moment(ends: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """From ends (n, 2, n_cell) of parts in [0, 1]: their lengths and the integrals of 2u - 1, (n, n_cell) each."""
     low, high = ends[:, 0], ends[:, 1]
     return high - low, high * (high - 1.0) - low * (low - 1.0)

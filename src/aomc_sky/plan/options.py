@@ -61,7 +61,7 @@ class SamplingOptions:
     replicates: int = 1
 
 
-_OF_IID: dict[str, enum.Enum] = {"allocation": AllocationMethod.MULTINOMIAL, "placement": Placement.PHILOX}
+_IID: dict[str, enum.Enum] = {"allocation": AllocationMethod.MULTINOMIAL, "placement": Placement.PHILOX}
 """Choices that follow from the method iid."""
 
 
@@ -89,7 +89,7 @@ def resolve_options(
         name: member_of(kind, value, name) for name, kind, value in choices if value is not None
     }
     if method is not None and member_of(Method, method, "method") is Method.IID:
-        for name, value in _OF_IID.items():
+        for name, value in _IID.items():
             if chosen.setdefault(name, value) is not value:
                 found = chosen[name].value
                 raise UsageError(f"method 'iid' means {name} {value.value!r}, which contradicts {found!r}")

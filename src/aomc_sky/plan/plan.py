@@ -13,8 +13,7 @@ from aomc_sky.errors import InputFileError, OutputError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.plan.band import PlanBand
 from aomc_sky.plan.check import check_plan
-from aomc_sky.plan.file import npz_bytes, read_npz, sha256_of
-from aomc_sky.plan.members import as_members, from_members
+from aomc_sky.plan.file import as_members, from_members, npz_bytes, read_npz, sha256_of
 
 OTHER_PROCESSOR = 1e-12
 """Largest relative difference of numbers that another processor computes; whole numbers must be equal."""
@@ -79,11 +78,10 @@ class Plan:
     def agrees(self, other: Plan) -> bool:
         """Whether it is the same run made on another processor: whole numbers are equal, others within 1e-12."""
         one, two = self.members(), other.members()
-        return (
-            self.options == other.options
-            and one.keys() == two.keys()
-            and all(_agree(array, two[name]) for name, array in one.items())
-        )
+        if self.options != other.options or one.keys() != two.keys():
+            return False
+        pairs = [(array, two[name]) for name, array in one.items()]
+        return all(a.shape == b.shape and a.dtype == b.dtype and not differing(a, b).any() for a, b in pairs)
 
     @property
     def seed(self) -> int:
@@ -175,7 +173,3 @@ def differing(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     if one.dtype.kind != "f":
         return np.asarray(one != other)
     return ~np.isclose(one, other, rtol=OTHER_PROCESSOR, atol=OTHER_PROCESSOR, equal_nan=True)
-
-
-def _agree(one: np.ndarray, other: np.ndarray) -> bool:
-    return one.shape == other.shape and one.dtype == other.dtype and not differing(one, other).any()

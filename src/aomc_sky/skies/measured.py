@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
-from aomc_sky.content import same_content, short_repr
 from aomc_sky.directions import given_angle, sky_from_travel, travel_from_sky, within_sky_deg
 from aomc_sky.errors import InputWarning, SceneError
 from aomc_sky.grid import PatchGrid
+from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.function_sky import FunctionSky
 from aomc_sky.skies.model import Share, check_share, polarised, with_share
 from aomc_sky.skies.on_sphere import Interpolant, interpolate, notes_of, warn_of_extrapolation

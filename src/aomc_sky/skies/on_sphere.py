@@ -83,8 +83,8 @@ def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | Non
     is_unseen = is_outside | (distance > 2 * math.sin(math.radians(_SEEN_DEG) / 2))
     chosen, errors = _leave_one_out(points, rest, trend)
     nearest = KDTree(direction[chosen]).query(asked)[1]
-    of_root = ((level[chosen] - errors) ** 2 - level[chosen] ** 2) / np.maximum(values.mean(axis=1), 1e-300)
-    off = np.abs(np.expm1(np.minimum(-errors, _LARGEST)) if is_log else of_root).T
+    root_error = ((level[chosen] - errors) ** 2 - level[chosen] ** 2) / np.maximum(values.mean(axis=1), 1e-300)
+    off = np.abs(np.expm1(np.minimum(-errors, _LARGEST)) if is_log else root_error).T
     weight = np.sin(np.deg2rad(2 * zenith))
     made = []
     for k, (table, row) in enumerate(zip(tables, values, strict=True)):

@@ -59,7 +59,9 @@ def integrate_patches(radiance: Radiance, grid: PatchGrid) -> PatchIntegrals:
     slope, around = sky.laws(parts, mass, look)
     total = _sum(mass)
     left = around, look.by_ring, look.by_column
-    return PatchIntegrals(mass, _sum(parts.doubt) * _AREA / total, slope, *(part / total / 2.0 for part in left))
+    return PatchIntegrals(
+        mass, _sum(parts.error_estimate) * _AREA / total, slope, *(part / total / 2.0 for part in left)
+    )
 
 
 class _Look(NamedTuple):
@@ -88,7 +90,7 @@ class _Patches:
         self._area, self._sin2 = grid.projected_solid_angle_sr, grid.ring_sin2()
         self._middle = self._at(0.5 * (self._tiles[0] + self._tiles[1]), 0.5 * (self._tiles[2] + self._tiles[3]))
         self._rule = Rule(
-            light=lambda x, y, patch: self._flux(x[0], y[0], self._middle[patch]),
+            integrand=lambda x, y, patch: self._flux(x[0], y[0], self._middle[patch]),
             share=0.0,
             floor=0.25 * TOLERANCE / self._n,
             marks=marks[0],
@@ -159,12 +161,12 @@ class _Patches:
         """Slopes (n_patch, 2), and the integral of |L cos - their laws|; those of cut patches from their parts."""
         is_cut, slope, mean = self._n_parts(parts) > 1, look.slope, mass / self._area
         around = _sum(look.around[~is_cut])
-        of_cut = is_cut[parts.patch]
-        pieces, owner, lean = parts.tiles[:, of_cut], parts.patch[of_cut], np.zeros((2, self._n))
+        is_in_cut = is_cut[parts.patch]
+        pieces, owner, first_moment = parts.tiles[:, is_in_cut], parts.patch[is_in_cut], np.zeros((2, self._n))
         for some, values, weight in self._in_turn(pieces):
             for axis, x in enumerate(self._places(pieces[:, some], owner[some])):
-                np.add.at(lean[axis], owner[some], _mean(values * weight * x))
-        slope[:, is_cut] = slopes_of(lean[:, is_cut], mass[is_cut])
+                np.add.at(first_moment[axis], owner[some], _mean(values * weight * x))
+        slope[:, is_cut] = slopes_of(first_moment[:, is_cut], mass[is_cut])
         for some, values, weight in self._in_turn(pieces):
             own = owner[some]
             beyond = _beyond(values, mean[own], slope[:, own], self._places(pieces[:, some], own))
@@ -200,9 +202,9 @@ def _sixteenths(tiles: np.ndarray) -> np.ndarray:
     return np.stack([x[i], x[i + 1], y[j], y[j + 1]]).transpose(0, 2, 1).reshape(4, -1)
 
 
-def slopes_of(lean: np.ndarray, mass: np.ndarray) -> np.ndarray:
+def slopes_of(first_moment: np.ndarray, mass: np.ndarray) -> np.ndarray:
     """Slopes (2, ...) from integrals of L cos (2u - 1) and L cos (2v - 1) over patches: u has the mean 1/2 + s/6."""
-    slope = 3.0 * np.divide(lean, mass, out=np.zeros_like(lean), where=mass > 0)
+    slope = 3.0 * np.divide(first_moment, mass, out=np.zeros_like(first_moment), where=mass > 0)
     return np.asarray(np.rint(np.clip(slope, -MAX_SLOPE, MAX_SLOPE) / SLOPE_STEP) * SLOPE_STEP)
 
 

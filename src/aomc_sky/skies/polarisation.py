@@ -89,8 +89,8 @@ class RayleighPattern:
         # the normal of the scattering plane, as long as sin T: along the meridian plane and across it
         along = -sine * np.sin(turn)
         across = sine * np.cos(zenith) * np.cos(turn) - cosine * np.sin(zenith)
-        of_angle = sine * np.sin(zenith) * np.cos(turn) + cosine * np.cos(zenith)  # cos T
-        scale = self.max_degree / (1.0 + of_angle * of_angle)
+        cosine_of_angle = sine * np.sin(zenith) * np.cos(turn) + cosine * np.cos(zenith)  # cos T
+        scale = self.max_degree / (1.0 + cosine_of_angle * cosine_of_angle)
         return scale * (along - across) * (along + across), scale * 2.0 * along * across
 
     def polarised(

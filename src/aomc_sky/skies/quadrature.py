@@ -24,7 +24,7 @@ from aomc_sky.kernels.arithmetic.elementary import HALF_PI, arc, half_sine2, sin
 Edges = tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray] | np.ndarray
 Terms = tuple[np.ndarray, ...]
 #: Integrand over x and y from terms of x, terms of y and the indices of patches, which broadcast.
-Light = Callable[[Terms, Terms, np.ndarray], np.ndarray]
+Integrand = Callable[[Terms, Terms, np.ndarray], np.ndarray]
 #: Integrand at points (x, y) seen from the centre, of what has these indices.
 Values = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
 #: The terms at angles seen from the centre.
@@ -100,7 +100,7 @@ class Parts(NamedTuple):
     tiles: np.ndarray  #: Least and greatest x, least and greatest y, shape (4, n_part).
     patch: np.ndarray
     mass: np.ndarray
-    doubt: np.ndarray  #: Difference of the two orders.
+    error_estimate: np.ndarray  #: Difference of the two orders.
 
     def masses(self, n_patches: int) -> np.ndarray:
         """The integral over each patch, part after part."""
@@ -113,11 +113,11 @@ class Parts(NamedTuple):
 class Rule:
     """How the light of a sky is integrated."""
 
-    light: Light
+    integrand: Integrand
     x_terms: TermsOf = lambda x: (x,)
     y_terms: TermsOf = lambda y: (y,)
     #: A light with long tails: a part is cut until its orders agree roughly on this, so that no narrow ridge is missed.
-    pilot: Light | None = None
+    pilot: Integrand | None = None
     centre: tuple[float, float] = (0.0, 0.0)  #: Zenith angle and azimuth that points count from. [quarter turns]
     #: Width of what is sharp at the centre. A longer part must be farther away than its length. [rad]
     width: float = np.inf
@@ -143,7 +143,7 @@ class Rule:
         y -= 4.0 * np.rint(0.125 * (y[:, :1] + y[:, 1:]))
         edges = x[:, :1], x[:, 1:], y[:, 0], y[:, 1]
         patch = ring[:, None] * len(azimuth) + column
-        mass, doubt = self._first_look(edges, patch)
+        mass, error_estimate = self._first_look(edges, patch)
         rough = np.zeros(len(zenith) * len(azimuth))
         np.add.at(rough, patch, mass)
         rough = np.abs(rough + known)
@@ -152,11 +152,11 @@ class Rule:
         good = (
             ~is_crossed
             & (self.pilot is None)
-            & (doubt <= _LOOSE * allowed[patch])
+            & (error_estimate <= _LOOSE * allowed[patch])
             & self._may_agree(edges, allowed[patch], 1.0 / _FAR)
         )
         tiles = np.stack(np.broadcast_arrays(*edges))
-        done = [Parts(tiles[:, good], patch[good], mass[good], doubt[good])]
+        done = [Parts(tiles[:, good], patch[good], mass[good], error_estimate[good])]
         rest = ~good & ~is_crossed
         done.append(self.refined(tiles[:, rest], patch[rest], allowed))
         if is_crossed.any():
@@ -172,14 +172,14 @@ class Rule:
             n_rows = max(1, _POINTS_AT_ONCE // (order * order * max(patch.shape[1], 1)))
             for k in range(0, len(patch), n_rows):
                 rows = slice(k, k + n_rows)
-                values = self.light(tuple(term[:, None, rows] for term in x_terms), y_terms, patch[rows])
+                values = self.integrand(tuple(term[:, None, rows] for term in x_terms), y_terms, patch[rows])
                 mass[rows] = _mean(values, order)
         both *= (edges[1] - edges[0]) * (edges[3] - edges[2])
         return both[1], np.abs(both[1] - both[0])
 
-    def values_of(self, light: Light) -> Values:
+    def values_of(self, integrand: Integrand) -> Values:
         """The integrand at points seen from the centre."""
-        return lambda x, y, patch: light(self.x_terms(x), self.y_terms(y), patch)
+        return lambda x, y, patch: integrand(self.x_terms(x), self.y_terms(y), patch)
 
     def refined(
         self,
@@ -200,24 +200,24 @@ class Rule:
         done = [Parts(tiles[:, :0], patch[:0], np.zeros(0), np.zeros(0))]
         n_left = self.most_parts
         for k in range(_MAX_ROUNDS):
-            mass, doubt, lean = _by_two_orders(mapped(self.values_of(self.light)), tiles, index)
-            good = doubt <= allowed[patch]
+            mass, error_estimate, roughness = _by_two_orders(mapped(self.values_of(self.integrand)), tiles, index)
+            good = error_estimate <= allowed[patch]
             if self.pilot is not None:
-                whole, rest, lean_of_pilot = _by_two_orders(mapped(self.values_of(self.pilot)), tiles, index)
+                whole, rest, roughness_of_pilot = _by_two_orders(mapped(self.values_of(self.pilot)), tiles, index)
                 is_seen = rest <= np.maximum(_PILOT * whole, allowed[patch])
                 good &= is_seen
-                lean = np.where(is_seen, lean, lean_of_pilot)
+                roughness = np.where(is_seen, roughness, roughness_of_pilot)
             if in_angles:
                 may_agree = self._may_agree(tiles, allowed[patch], 1.0)
                 good &= may_agree
-                lean = np.where(may_agree, lean, self._sides(tiles))
+                roughness = np.where(may_agree, roughness, self._sides(tiles))
             n_left -= int(np.count_nonzero(good))
             if 4 * np.count_nonzero(~good) > n_left or k == _MAX_ROUNDS - 1:
                 good[:] = True
-            done.append(Parts(tiles[:, good], patch[good], mass[good], doubt[good]))
+            done.append(Parts(tiles[:, good], patch[good], mass[good], error_estimate[good]))
             if good.all():
                 break
-            tiles, owner = _halved(tiles[:, ~good], lean[:, ~good])
+            tiles, owner = _halved(tiles[:, ~good], roughness[:, ~good])
             index, patch = index[~good][owner], patch[~good][owner]
             if in_angles:  # parts that may not agree for sure are cut at once
                 near = ~self._may_agree(tiles, allowed[patch], 1.0)
@@ -331,17 +331,17 @@ def _mean(values: np.ndarray, order: int) -> np.ndarray:
 
 def _by_two_orders(values: Values, tiles: np.ndarray, index: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Integrals by order 8, how far order 5 is away, and how much may be unseen along x and y, shape (2, n)."""
-    mass, doubt, lean = np.zeros(index.size), np.zeros(index.size), np.zeros((2, index.size))
+    mass, error_estimate, roughness = np.zeros(index.size), np.zeros(index.size), np.zeros((2, index.size))
     _, weights, highest = POINTS[8]
     for k in range(0, index.size, _POINTS_AT_ONCE // 64):
         some = slice(k, k + _POINTS_AT_ONCE // 64)
         at_8 = at_points(values, 8, tiles[:, some], index[some])
         mass[some] = _mean(at_8, 8)
-        doubt[some] = np.abs(mass[some] - _mean(at_points(values, 5, tiles[:, some], index[some]), 5))
+        error_estimate[some] = np.abs(mass[some] - _mean(at_points(values, 5, tiles[:, some], index[some]), 5))
         for axis in (0, 1):
-            lean[axis, some] = np.abs(weighted_sum(weighted_sum(np.moveaxis(at_8, axis, 1), weights), highest))
+            roughness[axis, some] = np.abs(weighted_sum(weighted_sum(np.moveaxis(at_8, axis, 1), weights), highest))
     area = (tiles[1] - tiles[0]) * (tiles[3] - tiles[2])
-    return mass * area, doubt * area, lean
+    return mass * area, error_estimate * area, roughness
 
 
 def cut(edges: np.ndarray, marks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -351,10 +351,10 @@ def cut(edges: np.ndarray, marks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.stack([ends[owner, k], ends[owner, k + 1]], axis=1), owner
 
 
-def _halved(tiles: np.ndarray, lean: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _halved(tiles: np.ndarray, roughness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Halves of tiles across the direction in which they are rougher, or quarters; and whose parts they are."""
     owner = np.arange(tiles.shape[1])
-    for axis, is_cut in enumerate((_EVEN * lean[0] >= lean[1], _EVEN * lean[1] >= lean[0])):
+    for axis, is_cut in enumerate((_EVEN * roughness[0] >= roughness[1], _EVEN * roughness[1] >= roughness[0])):
         chosen = is_cut[owner]
         middle = 0.5 * (tiles[2 * axis] + tiles[2 * axis + 1])
         first, second = tiles.copy(), tiles[:, chosen]

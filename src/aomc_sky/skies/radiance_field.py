@@ -66,8 +66,8 @@ def read_radiance_field(
     if wavelength is None:
         remarks.append("the field has no wavelength, so its sky is the same at all wavelengths")
     point_nm = None if wavelength is None else _nm_of_points(field, zenith, azimuth, wavelength, wavelength_nm)
-    of_rows, n_rows = (wavelength, wavelength_nm.size) if point_nm is None else (None, 1)
-    values = _values(field, zenith, azimuth, of_rows, n_rows)
+    row_wavelength, n_rows = (wavelength, wavelength_nm.size) if point_nm is None else (None, 1)
+    values = _values(field, zenith, azimuth, row_wavelength, n_rows)
     angle = zenith_deg(zenith, zenith.values, angle_unit)
     has_bounds = any(one is not None and (one.bounds is not None or one.absent_bounds) for one in (zenith, azimuth))
     if columns is None or zenith.dims != azimuth.dims:  # type: ignore[union-attr]
@@ -367,7 +367,7 @@ def _between_samples(
     from scipy.interpolate import PchipInterpolator
 
     rings, start = grid.zenith_bounds_deg, grid.azimuth_bounds_deg[0, 0]
-    nodes, of_v, v = _around_samples(grid.azimuth_bounds_deg, azimuth_deg)
+    nodes, weight_v, v = _around_samples(grid.azimuth_bounds_deg, azimuth_deg)
     turn, column = np.divmod(np.arange(-2, azimuth_deg.size + 2), azimuth_deg.size)
     around = PchipInterpolator(azimuth_deg[column] + 360.0 * turn, values[:, column], axis=1)
     rows, across = around(nodes), around(start + np.mod(nodes + 180.0 - start, 360.0))
@@ -385,13 +385,13 @@ def _between_samples(
     if rings[-1, 1] > zenith_deg[-1]:
         angles, levels = [*angles, rings[-1:, 1]], [*levels, beyond(rings[-1, 1], -1, -2)]
     nodes, length, _ = _around_samples(rings, zenith_deg)
-    (sine, after, of_both), (cosine, _, _) = sin_cos_deg([nodes, nodes - rings[:, 0], nodes + rings[:, 0]])
-    of_u = length * sine * cosine
+    (sine, after, sine_sum), (cosine, _, _) = sin_cos_deg([nodes, nodes - rings[:, 0], nodes + rings[:, 0]])
+    weight_u = length * sine * cosine
     at_nodes = PchipInterpolator(np.concatenate(angles), np.concatenate(levels))(nodes)
-    of_u /= of_u.sum(axis=0)
-    u = 2.0 * after * of_both / grid.ring_sin2()[1] - 1.0
-    u -= (of_u * u).sum(axis=0)  # so a constant has no slope, also where the points do not integrate a wide ring
-    return _laws(at_nodes, of_u, u, of_v, v)
+    weight_u /= weight_u.sum(axis=0)
+    u = 2.0 * after * sine_sum / grid.ring_sin2()[1] - 1.0
+    u -= (weight_u * u).sum(axis=0)  # so a constant has no slope, also where the points do not integrate a wide ring
+    return _laws(at_nodes, weight_u, u, weight_v, v)
 
 
 def _around_samples(bounds: np.ndarray, samples: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -405,18 +405,18 @@ def _around_samples(bounds: np.ndarray, samples: np.ndarray) -> tuple[np.ndarray
 
 
 def _laws(
-    values: np.ndarray, of_u: np.ndarray, u: np.ndarray, of_v: np.ndarray, v: np.ndarray
+    values: np.ndarray, weight_u: np.ndarray, u: np.ndarray, weight_v: np.ndarray, v: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Means (n_zenith, n_azimuth), slopes (n_patch, 2) from radiances at points (k, n_zenith, m, n_azimuth) of patches.
 
-    Weights `of_u` (k, n_zenith), `of_v` (m, n_azimuth), and the places 2u - 1, 2v - 1 of the points.
+    Weights `weight_u` (k, n_zenith), `weight_v` (m, n_azimuth), and the places 2u - 1, 2v - 1 of the points.
     """
     values = np.moveaxis(values, 2, 0)
-    lines, leaning = weighted_sum(values, of_v), weighted_sum(values, of_v * v)
-    weights = [part[..., None] for part in (of_u, of_u * u)]
+    lines, leaning = weighted_sum(values, weight_v), weighted_sum(values, weight_v * v)
+    weights = [part[..., None] for part in (weight_u, weight_u * u)]
     mean = weighted_sum(lines, weights[0])
-    lean = np.stack([weighted_sum(lines, weights[1]), weighted_sum(leaning, weights[0])])
-    return mean, np.moveaxis(slopes_of(lean, mean), 0, -1).reshape(-1, 2)
+    first_moment = np.stack([weighted_sum(lines, weights[1]), weighted_sum(leaning, weights[0])])
+    return mean, np.moveaxis(slopes_of(first_moment, mean), 0, -1).reshape(-1, 2)
 
 
 def _interpolated(
@@ -455,8 +455,8 @@ def _interpolated(
     bounds = np.deg2rad(grid.azimuth_bounds_deg)
     azimuth = bounds[:, :1] + (bounds[:, 1:] - bounds[:, :1]) * nodes
     asked = np.broadcast_arrays(zenith.T[:, :, None, None], azimuth.T[None, None])
-    of_points, places = weights[:, None], 2.0 * nodes[:, None] - 1.0
-    laws = [_laws(part(*asked), of_points, places, of_points, places) for part in parts]
+    point_weight, places = weights[:, None], 2.0 * nodes[:, None] - 1.0
+    laws = [_laws(part(*asked), point_weight, places, point_weight, places) for part in parts]
     means, slopes = (np.stack(one) for one in zip(*laws, strict=True))
     if not is_given.all():
         share = _share_of_gaps(directions, is_given, means, grid)

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import MAX_SLOPE, Component, Law, cells_of_grid, slope_factor
-from aomc_sky.content import same_content, short_repr
 from aomc_sky.directions import AzimuthConvention, given_angle
 from aomc_sky.errors import InputWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
+from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.model import Share, check_share, has_share, with_share
 from aomc_sky.wavebands import midpoint_wavelength_index, nearest_wavelength_index
 

@@ -18,7 +18,6 @@ from numpy.typing import ArrayLike
 
 import aomc_sky
 from aomc_sky.component import Component
-from aomc_sky.content import same_content
 from aomc_sky.directions import given_angle
 from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.errors import SceneError, UsageError
@@ -32,6 +31,7 @@ from aomc_sky.plan.options import Placement, SamplingOptions, resolve_options
 from aomc_sky.plan.plan import Plan
 from aomc_sky.plan.sampling.allocation import MAX_PHOTONS, AllocationMethod, allocate, checked_photons, normalise
 from aomc_sky.plan.sampling.streams import STREAM_VERSION, checked_seed
+from aomc_sky.record import same_content
 from aomc_sky.skies.model import has_share
 from aomc_sky.wavebands import Wavebands, as_wavebands
 from aomc_sky.whole_number import as_index
@@ -186,8 +186,8 @@ class Scene:
                     f"{components[0].name!r} has none; give it strength= (relative irradiance) or irradiance_W_m2_nm="
                 )
             parts += components
-            of_model = model.notes(self.wavebands.wavelength_nm) if hasattr(model, "notes") else ()
-            notes += [note for note in of_model if note not in notes]
+            model_notes = model.notes(self.wavebands.wavelength_nm) if hasattr(model, "notes") else ()
+            notes += [note for note in model_notes if note not in notes]
             without_beam.append(model.missing_beam() if hasattr(model, "missing_beam") else "")
         if not any(law_of(component.law).is_beam for component in parts):
             notes += filter(None, without_beam)
@@ -251,13 +251,14 @@ class Scene:
         array.flags.writeable = False
         object.__setattr__(self, name, array)
 
-    def _row_is_lit(self, row: int) -> bool:
-        return any(c.strength[row] > 0 and c.mass_of(row).max(initial=0.0) > 0 for c in self.components)
-
     def refuse_dark_bands(self) -> None:
         """Raise for the first band that wants photons and has no light."""
         wanting = np.flatnonzero(self.n_photons)
-        dark = [row for row in np.unique(self.row_of_band[wanting]) if not self._row_is_lit(row)]
+        dark = [
+            row
+            for row in np.unique(self.row_of_band[wanting])
+            if not any(c.strength[row] > 0 and c.mass_of(row).max(initial=0.0) > 0 for c in self.components)
+        ]
         for band in wanting[np.isin(self.row_of_band[wanting], dark)].tolist():
             sky = self.sky_wavelength_nm[band]
             where = "" if np.isnan(sky) else f" (the sky's values at {sky:g} nm are all zero)"
@@ -370,9 +371,10 @@ def joint_mass(components: tuple[Component, ...], row: int) -> np.ndarray:
         return components[0].mass_of(row)
     parts = []
     for component, part in zip(components, normalise(strength), strict=True):
-        if part > 0 and not component.mass_of(row).max(initial=0.0) > 0:
+        mass = component.mass_of(row)
+        if part > 0 and not mass.max(initial=0.0) > 0:
             raise SceneError(f"component {component.name!r} has a strength but no mass")
-        parts.append(part * normalise(component.mass_of(row)) if part > 0 else np.zeros(component.n_cells))
+        parts.append(part * normalise(mass) if part > 0 else np.zeros(mass.size))
     return np.concatenate(parts)
 
 
@@ -459,8 +461,8 @@ def _weight_rows(component: Component, rows: np.ndarray) -> np.ndarray:
 def _refuse_large_plan(scene: Scene, n_cells: int, n_rows: int, replicates: int, limit: int | None) -> None:
     n_bands = scene.wavebands.n_bands
     held = [array for c in scene.components for array in (c.cell, c.slope, c.stokes) if array is not None]
-    of_cells = sum(array.nbytes for array in held)
-    arrays = 8 * replicates * n_bands * (n_cells + 1) + 8 * n_rows * n_cells + of_cells
+    cell_bytes = sum(array.nbytes for array in held)
+    arrays = 8 * replicates * n_bands * (n_cells + 1) + 8 * n_rows * n_cells + cell_bytes
     too_large, advice = beyond_memory(ARRAYS_HELD * arrays, limit)
     if too_large:
         shown = f"{n_bands} wavebands of {n_cells} cells" + f" in {replicates} replicates" * (replicates > 1)

@@ -1,7 +1,7 @@
 """Checks of a run, and of photons of any program: counts, bits, directions.
 
 counts      `aomc_sky.verify_counts`: photon counts against the masses they come from
-made_again  Makes a run folder again from its plan, or the plan from its scene, and compares
+reproduce   Makes a run folder again from its plan, or the plan from its scene, and compares
 foreign     Photons that another code made: their files, the origin that a file states, and tests against a scene
 directions  Directions of photons against the sky they come from: counts block by block, and the tests of a waveband
 zones       Zones of the sky, up to 16 in mu^2 and 16 in azimuth, and how the cells of a source spread over them

@@ -36,7 +36,7 @@ _LEAST_VARIANCE = 1e-9
 """Weights with a smaller relative variance count as equal."""
 
 
-class Tied(enum.Enum):
+class Dependence(enum.Enum):
     """How photons depend on each other; the tests follow from it."""
 
     PLAN = "plan"  #: ours: the plan fixes how many come from each cell
@@ -49,7 +49,7 @@ def verify_directions(
     source: PhotonSource,
     photons: Mapping[int, Iterable[PhotonRows]],
     *,
-    tied: Tied = Tied.PLAN,
+    dependence: Dependence = Dependence.PLAN,
     frame: Frame = Frame.UP,
     family_level: float = FAMILY_LEVEL,
     seed: int = 0,
@@ -60,12 +60,12 @@ def verify_directions(
     `seed` is that of the thinning; 0 threads: one per CPU. Each waveband gets exact checks of every direction, and
     tests of zones of mu^2, of azimuth and of both, and of positions inside patches.
     """
-    tests = DirectionTests(source, tied=tied, frame=frame, seed=seed)
+    tests = DirectionTests(source, dependence=dependence, frame=frame, seed=seed)
     checks: list[Check] = []
     pulls: list[Pulls] = []
     for band, blocks in photons.items():
-        of_band, found = tests.checks(band, tests.count(band, blocks, threads))
-        checks += of_band
+        band_checks, found = tests.checks(band, tests.count(band, blocks, threads))
+        checks += band_checks
         pulls += [found] if found is not None else []
     return judged(checks, family_level=family_level, notes=tests.notes, pulls=pulls)
 
@@ -75,7 +75,7 @@ class DirectionCounts:
     """Photons of a waveband; those of its blocks add up."""
 
     n: int
-    of_zones: (
+    zone_sums: (
         np.ndarray
     )  #: photons, those that thinning keeps, sums of weights and of their squares [shape (4, n_zone)]
     n_upward: int  #: that do not come from above
@@ -93,9 +93,9 @@ class DirectionCounts:
 class DirectionTests:
     """The tests of a source, prepared once for all its wavebands; `seed` is that of the thinning."""
 
-    def __init__(self, source: PhotonSource, *, tied: Tied, frame: Frame = Frame.UP, seed: int = 0) -> None:
-        self._source, self._tied, self._frame = source, tied, frame
-        self._thinning_key = thinning_key(seed) if tied is Tied.STRATIFIED else None
+    def __init__(self, source: PhotonSource, *, dependence: Dependence, frame: Frame = Frame.UP, seed: int = 0) -> None:
+        self._source, self._dependence, self._frame = source, dependence, frame
+        self._thinning_key = thinning_key(seed) if dependence is Dependence.STRATIFIED else None
         self.zones = choose_zones(source)
         self._shares_of_row = cache(partial(zone_shares, source, self.zones))
         self._interior, self._why_no_interior = interior_of(source)
@@ -116,7 +116,7 @@ class DirectionTests:
     def count(self, band: int, blocks: Iterable[PhotonRows], threads: int = 0) -> DirectionCounts:
         """Count blocks on threads; the counts are the same on any number of them."""
         threads = threads or n_cpus()
-        is_dark = self._shares(band).expected(self._of_cells(band)) <= 0
+        is_dark = self._shares(band).expected(self._cell_mass(band)) <= 0
         count = partial(self._count, is_dark=is_dark)
         total = count(PhotonRows(start=0, direction=np.zeros((0, 3))))
         with ThreadPoolExecutor(threads) as executor, closing(in_order(executor, threads, count, blocks)) as counted:
@@ -139,12 +139,12 @@ class DirectionTests:
             kept = is_kept(self._thinning_key, rows.start, len(direction)).astype(np.float64)
         is_above = zone >= 0
         columns = (np.ones(len(direction)), kept, weight, weight * weight)
-        of_zones = np.stack([np.bincount(zone[is_above], x[is_above], n_zones) for x in columns])
+        zone_sums = np.stack([np.bincount(zone[is_above], x[is_above], n_zones) for x in columns])
         in_dark = np.flatnonzero(is_above & is_dark[zone])
         from_edge = self._from_edge_deg(zone[in_dark], zenith[in_dark], azimuth[in_dark])
         return DirectionCounts(
             n=len(direction),
-            of_zones=of_zones,
+            zone_sums=zone_sums,
             n_upward=int(np.count_nonzero(~is_above)),
             n_bad_length=int(np.count_nonzero(~is_unit)),
             n_dark=int(np.count_nonzero(from_edge > MARGIN_DEG)),
@@ -163,43 +163,43 @@ class DirectionTests:
 
     def checks(self, band: int, counts: DirectionCounts) -> tuple[list[Check], Pulls | None]:
         """The checks of the counts of a waveband, and their map of pulls. Without a photon to test the map is None."""
-        waveband, expected = band + 1, self._shares(band).expected(self._of_cells(band))
+        waveband, expected = band + 1, self._shares(band).expected(self._cell_mass(band))
         if counts.n == 0:  # a plan may want none, a file of another code then proves nothing
-            is_planned = self._tied is Tied.PLAN
+            is_planned = self._dependence is Dependence.PLAN
             detail = "none" if is_planned else "none: nothing was tested"
             return [Check(name="photons", waveband=waveband, passed=is_planned, detail=detail)], None
         checks = _exact_checks(counts, waveband)
         if not isinstance(self._repeats, str):
             checks.append(counts.repeats.check(waveband))
-        n, _, weight, weight2 = (float(sums.sum()) for sums in counts.of_zones)
+        n, _, weight, weight2 = (float(sums.sum()) for sums in counts.zone_sums)
         if counts.n_negative or (n and weight2 == 0):
             wrong = f"{counts.n_negative} of {counts.n} are below 0" if counts.n_negative else "none is above 0"
             return [*checks, Check(name="weights", waveband=waveband, passed=False, detail=wrong)], None
         if expected.sum() <= 0:
             detail = f"{counts.n} photons, but the waveband is dark"
             return [*checks, Check(name="the waveband has light", waveband=waveband, passed=False, detail=detail)], None
-        if self._tied is Tied.PLAN:
-            tests, pulls = self._of_plan(band, counts, expected)
+        if self._dependence is Dependence.PLAN:
+            tests, pulls = self._plan_checks(band, counts, expected)
         elif n * weight2 > weight**2 * (1 + _LEAST_VARIANCE):
-            tests, pulls = self._of_weights(band, counts)
+            tests, pulls = self._weight_checks(band, counts)
         else:
-            tests, pulls = self._of_counts(band, counts, expected)
+            tests, pulls = self._count_checks(band, counts, expected)
         return [*checks, *tests], pulls
 
-    def _of_cells(self, band: int) -> np.ndarray:
-        if self._tied is Tied.PLAN:
+    def _cell_mass(self, band: int) -> np.ndarray:
+        if self._dependence is Dependence.PLAN:
             return self._source.counts[band].astype(np.float64)
         return self._source.mass(band)
 
-    def _of_plan(self, band: int, counts: DirectionCounts, expected: np.ndarray) -> tuple[list[Check], Pulls]:
+    def _plan_checks(self, band: int, counts: DirectionCounts, expected: np.ndarray) -> tuple[list[Check], Pulls]:
         """Only positions in cells that zones cut are free: at most 1.5 times as uneven as independent ones.
 
         A tenth of the variance of independent photons is allowed besides, as in the chi-square per degree of freedom.
         """
-        options, waveband, zones, photons = self._source.plan.options, band + 1, self.zones, counts.of_zones[0]
-        of_cells, shares = self._of_cells(band), self._shares(band)
+        options, waveband, zones, photons = self._source.plan.options, band + 1, self.zones, counts.zone_sums[0]
+        cell_mass, shares = self._cell_mass(band), self._shares(band)
         checks = zone_tests.by_marginals(
-            zones, zone_tests.even, photons, expected, shares.loose(of_cells), waveband=waveband
+            zones, zone_tests.even, photons, expected, shares.loose(cell_mass), waveband=waveband
         )
         # counts that were drawn are off the masses, not off themselves; photons off their counts show that first
         is_drawn = options["allocation"] == "multinomial" and all(check.passed for check in checks)
@@ -209,7 +209,7 @@ class DirectionTests:
 
         def variance(score: np.ndarray) -> float:
             own = float(score**2 @ expected)
-            return zone_tests.RESONANCE * shares.variance(of_cells, score) + zone_tests.MAX_PER_DEGREE * own
+            return zone_tests.RESONANCE * shares.variance(cell_mass, score) + zone_tests.MAX_PER_DEGREE * own
 
         checks += zone_tests.share_checks(zones, photons, expected, variance, waveband)
         checks += self._inside(counts, waveband, are_independent=options["placement"] == Placement.PHILOX.value)
@@ -217,38 +217,38 @@ class DirectionTests:
             return checks, self._pulls(waveband, photons, masses)
         return checks, replace(self._pulls(waveband, photons, expected), against=Against.PLAN)
 
-    def _of_counts(self, band: int, counts: DirectionCounts, share: np.ndarray) -> tuple[list[Check], Pulls]:
-        waveband, zones, (photons, kept) = band + 1, self.zones, counts.of_zones[:2]
+    def _count_checks(self, band: int, counts: DirectionCounts, share: np.ndarray) -> tuple[list[Check], Pulls]:
+        waveband, zones, (photons, kept) = band + 1, self.zones, counts.zone_sums[:2]
         scale = photons.sum() / share.sum()
-        expected, of_cells = scale * share, scale * self._source.mass(band)
+        expected, cell_mass = scale * share, scale * self._source.mass(band)
 
         def variance(score: np.ndarray) -> float:
             own = float(score**2 @ expected)
-            if self._tied is not Tied.STRATIFIED:
+            if self._dependence is not Dependence.STRATIFIED:
                 return own
-            tied = zone_tests.RESONANCE * self._shares(band).variance(of_cells, score)
-            return (own + tied) / 4  # a random half is kept
+            resonant = zone_tests.RESONANCE * self._shares(band).variance(cell_mass, score)
+            return (own + resonant) / 4  # a random half is kept
 
-        if self._tied is Tied.STRATIFIED:
-            loose = self._shares(band).loose(of_cells)
+        if self._dependence is Dependence.STRATIFIED:
+            loose = self._shares(band).loose(cell_mass)
             checks = zone_tests.by_marginals(zones, zone_tests.thinned, kept, expected, loose, waveband=waveband)
             checks += zone_tests.share_checks(zones, kept, expected / 2, variance, waveband)
         else:
-            test = partial(zone_tests.independent, is_mixed=self._tied is Tied.MIXED)
+            test = partial(zone_tests.independent, is_mixed=self._dependence is Dependence.MIXED)
             checks = zone_tests.by_marginals(zones, test, photons, expected, waveband=waveband)
             checks += zone_tests.share_checks(zones, photons, expected, variance, waveband)
-        checks += self._inside(counts, waveband, are_independent=self._tied is Tied.INDEPENDENT)
+        checks += self._inside(counts, waveband, are_independent=self._dependence is Dependence.INDEPENDENT)
         return checks, self._pulls(waveband, photons, expected)
 
-    def _of_weights(self, band: int, counts: DirectionCounts) -> tuple[list[Check], Pulls]:
-        waveband, zones, (weight, weight2) = band + 1, self.zones, counts.of_zones[2:]
+    def _weight_checks(self, band: int, counts: DirectionCounts) -> tuple[list[Check], Pulls]:
+        waveband, zones, (weight, weight2) = band + 1, self.zones, counts.zone_sums[2:]
         mass, is_mu = self._source.mass(band), self._source.plan.law == Law.CELL_MU
         # flux through the horizontal: photons uniform in solid angle times their cosine
         flux = np.where(is_mu, mass * self._source.cell_moments(band)[0], mass)
         share = zone_shares(self._source, zones, band, is_flux=True).expected(flux)
         share /= share.sum()
         expected = share * weight.sum()
-        test = partial(zone_tests.weighted, is_mixed=self._tied is not Tied.INDEPENDENT)
+        test = partial(zone_tests.weighted, is_mixed=self._dependence is not Dependence.INDEPENDENT)
         checks = zone_tests.by_marginals(zones, test, weight, weight2, share, waveband=waveband)
         checks += zone_tests.share_checks(
             zones,
@@ -269,8 +269,8 @@ class DirectionTests:
         self, waveband: int, found: np.ndarray, expected: np.ndarray, variance: np.ndarray | None = None
     ) -> Pulls:
         shape = self.zones.n_zenith, self.zones.n_azimuth
-        of_maps = (x.reshape(shape) for x in (found, expected, expected if variance is None else variance))
-        observed, mean, spread = of_maps
+        maps = (x.reshape(shape) for x in (found, expected, expected if variance is None else variance))
+        observed, mean, spread = maps
         return Pulls(waveband=waveband, zones=self.zones, observed=observed, expected=mean, variance=spread)
 
 

@@ -18,7 +18,7 @@ from aomc_sky.outputs.photons.files import PhotonFile, PhotonRows, PhotonWriter
 from aomc_sky.outputs.photons.mcpl import McplWriter
 from aomc_sky.source.scene import Scene
 from aomc_sky.verify.counts import FAMILY_LEVEL
-from aomc_sky.verify.directions import Tied, verify_directions
+from aomc_sky.verify.directions import Dependence, verify_directions
 from aomc_sky.verify.report import Check, VerifyReport
 
 _PACKED = {"float32": 6e-7, "float64": 1.4e-15}
@@ -50,15 +50,15 @@ def open_photons(
 class Origin:
     """The origin of photons, from the head of their file."""
 
-    tied: Tied = Tied.INDEPENDENT  #: how the photons depend on each other
+    dependence: Dependence = Dependence.INDEPENDENT  #: how the photons depend on each other
     plan: PhotonSource | None = None  #: the source of exactly these photons, if the scene gives it
     notes: tuple[str, ...] = ()
 
 
 _TESTED = {
-    Tied.INDEPENDENT: "photons are tested as independent ones",
-    Tied.STRATIFIED: "photons are tested as stratified ones",
-    Tied.MIXED: "photons may be spread evenly or not; only a spread that is too uneven fails",
+    Dependence.INDEPENDENT: "photons are tested as independent ones",
+    Dependence.STRATIFIED: "photons are tested as stratified ones",
+    Dependence.MIXED: "photons may be spread evenly or not; only a spread that is too uneven fails",
 }
 
 
@@ -67,7 +67,7 @@ def origin_of(photons: PhotonFile, scene: Scene, *, own_numbers: bool = False) -
     header = photons.header
     if header is None or not names_runs(header):
         return Origin()
-    runs, tied, plan = runs_of(header), Tied.MIXED, None
+    runs, dependence, plan = runs_of(header), Dependence.MIXED, None
     if runs is None:
         note = "the header names runs of aomc-sky, but not which part of them is in the file"
     else:
@@ -76,18 +76,18 @@ def origin_of(photons: PhotonFile, scene: Scene, *, own_numbers: bool = False) -
         if runs.n_photons != header.n_particles:
             note += f" and {runs.n_photons} photons, the file holds {header.n_particles}"
         else:
-            tied, plan = _tied(runs), _plan_of(photons, header, runs, scene, own_numbers)
+            dependence, plan = _dependence(runs), _plan_of(photons, header, runs, scene, own_numbers)
             note += "; its plan is not the plan of this scene" if runs.plan and plan is None else ""
         if plan is not None:
             note += f", seed {runs.seed}, and its plan is the plan of this scene: every photon is compared with it"
-            return Origin(tied=Tied.PLAN, plan=plan, notes=(note,))
-    return Origin(tied=tied, notes=(f"{note}: {_TESTED[tied]}",))
+            return Origin(dependence=Dependence.PLAN, plan=plan, notes=(note,))
+    return Origin(dependence=dependence, notes=(f"{note}: {_TESTED[dependence]}",))
 
 
-def _tied(runs: McplRuns) -> Tied:
+def _dependence(runs: McplRuns) -> Dependence:
     if runs.n_iid == runs.n_photons:
-        return Tied.INDEPENDENT
-    return Tied.STRATIFIED if runs.n_stratified == runs.n_photons else Tied.MIXED
+        return Dependence.INDEPENDENT
+    return Dependence.STRATIFIED if runs.n_stratified == runs.n_photons else Dependence.MIXED
 
 
 def _plan_of(
@@ -97,7 +97,7 @@ def _plan_of(
     seed = runs.seed
     if seed is None:
         return None
-    method = "iid" if _tied(runs) is Tied.INDEPENDENT else None
+    method = "iid" if _dependence(runs) is Dependence.INDEPENDENT else None
     precision = "float64" if header.is_double else "float32"
     for numbers in (scene.n_photons, *(() if own_numbers else _numbers_of(photons, scene.n_photons.size))):
         changed = replace(scene, n_photons=numbers)
@@ -136,13 +136,11 @@ def verify_photons(
         writer, n_of = McplWriter(origin.plan), photons.n_of  # only an MCPL file names its plan
         numbers = [_number_check(origin.plan, band, n_of.get(band, 0)) for band in range(origin.plan.n_bands)]
         again = {band: MadeAgain(origin.plan, band, writer) for band in photons.rows if numbers[band].passed}
-    rows = {
-        band: again[band].compared(of_band()) if band in again else of_band() for band, of_band in photons.rows.items()
-    }
+    rows = {band: again[band].compared(own()) if band in again else own() for band, own in photons.rows.items()}
     report = verify_directions(
         origin.plan or source,
         rows,
-        tied=origin.tied,
+        dependence=origin.dependence,
         frame=frame,
         family_level=family_level,
         seed=seed,
@@ -182,8 +180,8 @@ class MadeAgain:
             for name in found:
                 is_equal = np.asarray(found[name] == expected[name])
                 is_right[name] = is_equal.all(axis=1) if is_equal.ndim == 2 else is_equal
-            for name, of_column in is_right.items():
-                self._differs[name] = self._differs.get(name, False) or not of_column.all()
+            for name, is_right_column in is_right.items():
+                self._differs[name] = self._differs.get(name, False) or not is_right_column.all()
             wrong = np.flatnonzero(~np.all(list(is_right.values()), axis=0))
             if wrong.size and self._first < 0:
                 self._first = rows.start + int(wrong[0])

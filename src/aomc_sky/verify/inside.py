@@ -11,7 +11,7 @@ from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.grid import PatchGrid
 from aomc_sky.plan.laws import law_of
 from aomc_sky.verify.report import Check, kolmogorov_p
-from aomc_sky.verify.zone_tests import MIN_EVEN, of_chi_square, untested
+from aomc_sky.verify.zone_tests import MIN_EVEN, chi_square_check, untested
 from aomc_sky.verify.zones import at_centres, components_seen, fixed_directions
 
 N_STEPS = 64
@@ -46,20 +46,20 @@ class PatchInterior:
         start, end = self.grid.azimuth_bounds_deg[column].T
         along = (self._law.coordinate(zenith_deg[chosen]) - near) / (far - near)
         across = np.mod(azimuth_deg[chosen] - start, 360.0) / (end - start)
-        of_patches = np.bincount(patch, minlength=self.grid.n_patches)
-        return np.concatenate([of_patches, self._steps(along), self._steps(across)])
+        patch_counts = np.bincount(patch, minlength=self.grid.n_patches)
+        return np.concatenate([patch_counts, self._steps(along), self._steps(across)])
 
     def _steps(self, position: np.ndarray) -> np.ndarray:
         """Photons of each step; rounding may bring one over an end of its patch."""
         n = self.n_steps
         return np.bincount(np.clip((position * n).astype(np.int64), 0, n - 1), minlength=n)
 
-    def _expected(self, of_patches: np.ndarray, band: int) -> tuple[np.ndarray, np.ndarray]:
+    def _expected(self, patch_counts: np.ndarray, band: int) -> tuple[np.ndarray, np.ndarray]:
         """Photons of each step along and across, if patches hold these. [two of shape (n_steps,)]"""
         if self._law.flux is not None:
             along, across = self._shares(band if self._source.bands_differ_inside_cells else 0)
-            return of_patches @ along, of_patches @ across
-        even = np.full(self.n_steps, of_patches.sum() / self.n_steps)
+            return patch_counts @ along, patch_counts @ across
+        even = np.full(self.n_steps, patch_counts.sum() / self.n_steps)
         return even, even
 
     def _shares_of_band(self, band: int) -> tuple[np.ndarray, np.ndarray]:
@@ -83,11 +83,11 @@ class PatchInterior:
         that are too uneven fail. The Kolmogorov distance is taken between steps, so it is at most the true one, and the
         p-value at most too large.
         """
-        of_patches, *steps = np.split(counts, self.grid.n_patches + np.array([0, self.n_steps]))
-        n, checks = int(of_patches.sum()), []
+        patch_counts, *steps = np.split(counts, self.grid.n_patches + np.array([0, self.n_steps]))
+        n, checks = int(patch_counts.sum()), []
         kinds = "chi-square, two-sided" if are_independent else "chi-square", "Kolmogorov-Smirnov"
-        of_steps = self._expected(of_patches, waveband - 1)
-        for axis, found, expected in zip(("mu^2", "azimuth"), steps, of_steps, strict=True):
+        expected_steps = self._expected(patch_counts, waveband - 1)
+        for axis, found, expected in zip(("mu^2", "azimuth"), steps, expected_steps, strict=True):
             chi_square, kolmogorov = (f"inside patches, {axis}: {kind}" for kind in kinds)
             if n < MIN_EVEN or expected.min() < MIN_EVEN / found.size:
                 checks += [untested(chi_square, waveband), untested(kolmogorov, waveband)]
@@ -96,7 +96,7 @@ class PatchInterior:
             distance = float(np.abs(np.cumsum(found - expected)).max() / n)
             p_value, detail = kolmogorov_p(distance, n), f"{n} photons"
             checks += [
-                of_chi_square(statistic, found.size - 1, chi_square, waveband, is_two_sided=are_independent),
+                chi_square_check(statistic, found.size - 1, chi_square, waveband, is_two_sided=are_independent),
                 Check(name=kolmogorov, waveband=waveband, found=distance, p_value=p_value, detail=detail),
             ]
         return checks

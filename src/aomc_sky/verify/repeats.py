@@ -124,5 +124,5 @@ def _within(words: np.ndarray, halvings: int) -> np.ndarray:
 
 def _pairs(words: np.ndarray) -> int:
     """Pairs of equal numbers."""
-    of_each = np.unique(words, return_counts=True)[1].astype(np.int64)
-    return int((of_each * (of_each - 1) // 2).sum())
+    times = np.unique(words, return_counts=True)[1].astype(np.int64)
+    return int((times * (times - 1) // 2).sum())

@@ -24,11 +24,11 @@ RESONANCE = 1.5
 """Largest variance of low-discrepancy positions over that of independent ones (docs/methods.md: 1.01^2)."""
 
 
-def by_marginals(zones: PatchGrid, test: Callable[..., Check], *of_zones: np.ndarray, waveband: int) -> list[Check]:
+def by_marginals(zones: PatchGrid, test: Callable[..., Check], *zone_sums: np.ndarray, waveband: int) -> list[Check]:
     """A test of zones of mu^2, one of azimuth and one of both; tests with a single cell are left out."""
     checks = []
     for name, axis in (("mu^2", 1), ("azimuth", 0), ("mu^2 x azimuth", ())):
-        sums = [x.reshape(zones.n_zenith, zones.n_azimuth).sum(axis=axis).ravel() for x in of_zones]
+        sums = [x.reshape(zones.n_zenith, zones.n_azimuth).sum(axis=axis).ravel() for x in zone_sums]
         if sums[0].size > 1:
             checks.append(test(*sums, name, waveband))
     return checks
@@ -39,7 +39,7 @@ def untested(name: str, waveband: int) -> Check:
     return Check(name=name, waveband=waveband, detail="too few photons")
 
 
-def of_chi_square(statistic: float, degrees: int, name: str, waveband: int, *, is_two_sided: bool) -> Check:
+def chi_square_check(statistic: float, degrees: int, name: str, waveband: int, *, is_two_sided: bool) -> Check:
     """The check for a chi-square, which notes whether it lies in the lower tail."""
     upper, lower = chi_square_tails(statistic, degrees)
     return Check(
@@ -64,7 +64,7 @@ def independent(
     if mean.size < 2:
         return untested(name, waveband)
     statistic = float(np.sum((counted - mean) ** 2 / mean))
-    return of_chi_square(statistic, mean.size - 1, name, waveband, is_two_sided=not is_mixed)
+    return chi_square_check(statistic, mean.size - 1, name, waveband, is_two_sided=not is_mixed)
 
 
 def thinned(kept: np.ndarray, expected: np.ndarray, loose: np.ndarray, name: str, waveband: int) -> Check:
@@ -106,7 +106,7 @@ def weighted(
     off = w - p * w.sum()
     covariance = np.diag(s) - np.outer(p, s) - np.outer(s, p) + np.outer(p, p) * s.sum()
     statistic = float(off[1:] @ np.linalg.solve(covariance[1:, 1:], off[1:]))
-    return of_chi_square(statistic, p.size - 1, name, waveband, is_two_sided=not is_mixed)
+    return chi_square_check(statistic, p.size - 1, name, waveband, is_two_sided=not is_mixed)
 
 
 def even(observed: np.ndarray, expected: np.ndarray, loose: np.ndarray, name: str, waveband: int) -> Check:
@@ -193,11 +193,11 @@ def share_score(
     lit = np.flatnonzero(p_all > 0)
     lit = lit[np.argsort(u_all[lit] / p_all[lit], kind="stable")]
     starts = pool_starts(p_all[lit] * photons_per_unit, MIN_EVEN)
-    of_groups = np.zeros(p_all.size)
+    group_scores = np.zeros(p_all.size)
     if starts.size < 2:
-        return of_groups[group], 0.0
+        return group_scores[group], 0.0
     u, p = (np.add.reduceat(x[lit], starts) / x[lit].sum() for x in (u_all, p_all))
     difference = float(np.sum(u * u / p)) - 1
     if difference >= _LEAST_DIFFERENCE:
-        of_groups[lit] = np.repeat(u / p - 1, np.diff(np.append(starts, lit.size)))
-    return of_groups[group], difference
+        group_scores[lit] = np.repeat(u / p - 1, np.diff(np.append(starts, lit.size)))
+    return group_scores[group], difference

@@ -142,22 +142,22 @@ class ZoneShares:
     share: np.ndarray  #: part of the photons of the cell [0 to 1, shape (n,)]
     n_zones: int
 
-    def expected(self, of_cells: np.ndarray) -> np.ndarray:
+    def expected(self, per_cell: np.ndarray) -> np.ndarray:
         """Photons of zones if cells have these, float64 (n_zone,)."""
-        return np.bincount(self.zone, of_cells[self.cell] * self.share, self.n_zones)
+        return np.bincount(self.zone, per_cell[self.cell] * self.share, self.n_zones)
 
-    def loose(self, of_cells: np.ndarray) -> np.ndarray:
+    def loose(self, per_cell: np.ndarray) -> np.ndarray:
         """Variance of the photons of each zone for fixed photons of cells, if positions in cells are independent.
 
         0 for zones of whole cells. [shape (n_zone,)]
         """
-        return np.bincount(self.zone, of_cells[self.cell] * self.share * (1 - self.share), self.n_zones)
+        return np.bincount(self.zone, per_cell[self.cell] * self.share * (1 - self.share), self.n_zones)
 
-    def variance(self, of_cells: np.ndarray, per_zone: np.ndarray) -> float:
+    def variance(self, per_cell: np.ndarray, per_zone: np.ndarray) -> float:
         """Variance of the sum over photons of a number of their zones, if positions in cells are independent."""
-        mean = np.bincount(self.cell, self.share * per_zone[self.zone], of_cells.size)
+        mean = np.bincount(self.cell, self.share * per_zone[self.zone], per_cell.size)
         off = per_zone[self.zone] - mean[self.cell]
-        return float(of_cells[self.cell] @ (self.share * off * off))
+        return float(per_cell[self.cell] @ (self.share * off * off))
 
 
 def zone_shares(source: PhotonSource, zones: PatchGrid, band: int = 0, *, is_flux: bool = False) -> ZoneShares:
@@ -170,14 +170,14 @@ def zone_shares(source: PhotonSource, zones: PatchGrid, band: int = 0, *, is_flu
     start, parts = 0, []
     for component in components_seen(source, band):
         if law_of(component.law).covers_sky or _holds_zenith(component):
-            parts.append(_of_one_cell(component, zones, start))
+            parts.append(_parts_of_one_cell(component, zones, start))
         else:
             cell, zenith, azimuth = points_deg(component, is_centred=at_centres(source))
             if component.law in (Law.DISC, Law.DISC_AT_HORIZON):  # edges keep clear of the disc, so any point will do
                 cell, (zenith, azimuth) = np.zeros(1, np.int64), np.array([_centre_deg(component)]).T
             parts.append((cell + start, zones.patch_of(np.minimum(zenith, 90.0), azimuth), np.ones(cell.size)))
             if component.grid is not None and not at_centres(source):
-                parts.append(_of_patches(component, component.grid, zones, start, is_flux=is_flux))
+                parts.append(_parts_of_patches(component, component.grid, zones, start, is_flux=is_flux))
         start += component.n_cells
     cell, zone, share = (np.concatenate(column) for column in zip(*parts, strict=True))
     return ZoneShares(cell=cell, zone=zone, share=share, n_zones=zones.n_patches)
@@ -186,13 +186,13 @@ def zone_shares(source: PhotonSource, zones: PatchGrid, band: int = 0, *, is_flu
 _Parts = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
-def _of_one_cell(component: Component, zones: PatchGrid, start: int) -> _Parts:
+def _parts_of_one_cell(component: Component, zones: PatchGrid, start: int) -> _Parts:
     mass = (law_of(component.law).shares or _disc_around_zenith)(component, zones)
     zone = np.flatnonzero(mass > 0)
     return np.full(zone.size, start), zone, mass[zone] / mass[zone].sum()
 
 
-def _of_patches(component: Component, grid: PatchGrid, zones: PatchGrid, start: int, *, is_flux: bool) -> _Parts:
+def _parts_of_patches(component: Component, grid: PatchGrid, zones: PatchGrid, start: int, *, is_flux: bool) -> _Parts:
     """Patches with an extent, cut at the edges of zones."""
     ring, zone_ring, zenith = grid_cuts(grid.zenith_bounds_deg, zones.zenith_bounds_deg)
     column, zone_column, azimuth = grid_cuts(grid.azimuth_bounds_deg, zones.azimuth_bounds_deg)

@@ -118,8 +118,8 @@ def test_places_are_moved_along_the_slope(name):
 
 def test_one_disc_among_cells_of_the_main_law_goes_by_its_slot():
     """Where there are more kinds of cells, a table of laws says which slot is what."""
-    of_disc = {name: source_of(name)._emitter._packed(0).one_disc for name in SCENES}
-    assert {name for name, slot in of_disc.items() if slot >= 0} == {"disc", "faint disc", "disc and uniform"}
+    disc_slot = {name: source_of(name)._emitter._packed(0).one_disc for name in SCENES}
+    assert {name for name, slot in disc_slot.items() if slot >= 0} == {"disc", "faint disc", "disc and uniform"}
 
 
 def types_of(arguments):

@@ -6,7 +6,7 @@ import pytest
 
 from aomc_sky.kernels.cells import order
 from aomc_sky.kernels.cells.blocks import ranks_of_block
-from aomc_sky.kernels.cells.order import SHORT_LIMIT, high_step, split_order, stir
+from aomc_sky.kernels.cells.order import SHORT_LIMIT, high_step, mix, split_order
 from aomc_sky.kernels.jit import inner, shared
 
 _U32, _U64 = np.uint32, np.uint64
@@ -40,17 +40,13 @@ def _unpermute(i, s, b, k0, k1, k2, is_short):
     mask = (_ONE << s) - _ONE
     low = i & mask
     high = (i >> s) + b
-    if is_short:
-        high = high - (((_U64(stir(_U32(low), k2)) >> _U64(16)) * b) >> _U64(16))
-    else:
-        high = high - high_step(low, k2, b)
+    short_step = ((_U64(mix(_U32(low), k2)) >> _U64(16)) * b) >> _U64(16)
+    high = high - (short_step if is_short else high_step(low, k2, b))
     high = high - b if high >= b else high
-    low = (low - (_U64(stir(_U32(high), k1)) >> (_S32 - s))) & mask
+    low = (low - (_U64(mix(_U32(high), k1)) >> (_S32 - s))) & mask
     high = high + b
-    if is_short:
-        high = high - (((_U64(stir(_U32(low), k0)) >> _U64(16)) * b) >> _U64(16))
-    else:
-        high = high - high_step(low, k0, b)
+    short_step = ((_U64(mix(_U32(low), k0)) >> _U64(16)) * b) >> _U64(16)
+    high = high - (short_step if is_short else high_step(low, k0, b))
     high = high - b if high >= b else high
     return (high << s) | low
 
@@ -127,8 +123,8 @@ def test_two_rounds_would_be_caught():
         s, b = order.split_order(np.uint64(n))
         i = np.arange(m, dtype=np.uint64)
         low, high = i & (np.uint64(1) << s) - np.uint64(1), i >> s
-        stirred = order.stir(low.astype(np.uint32), np.uint32(keys[0])).astype(np.uint64)
-        high = (high + ((stirred >> np.uint64(16)) * np.uint64(b) >> np.uint64(16))) % np.uint64(b)
+        mixed = order.mix(low.astype(np.uint32), np.uint32(keys[0])).astype(np.uint64)
+        high = (high + ((mixed >> np.uint64(16)) * np.uint64(b) >> np.uint64(16))) % np.uint64(b)
         return np.minimum((high << s) | low, np.uint64(n - 1))
 
     assert abs(prefix_excess(two_rounds, 1_000_003, 8, 20)) > 6

@@ -111,7 +111,7 @@ def test_patches_of_a_sky_without_symmetry_are_all_their_own(medium: Medium) -> 
     coefficient = np.zeros((1, 1, 1, 3))
     coefficient[..., 0], coefficient[..., 2] = 2.0, 1.0
     beside = moon(0.1, 0.2)
-    sky = dataclasses.replace(sky, moon=beside, more=SkyField(coefficient=coefficient, is_mirrored=False))
+    sky = dataclasses.replace(sky, moon=beside, later_orders=SkyField(coefficient=coefficient, is_mirrored=False))
     mean = patch_means(sky, GRID, 0.0)[0][0, 1].reshape(3, 4)
     np.testing.assert_allclose(mean, np.tile(2.0 + 2.0 / np.pi * np.array([1, 1, -1, -1]), (3, 1)), rtol=1e-12)
 

@@ -17,7 +17,7 @@ from aomc_sky.skies.atmosphere.eclipse import solve_order_one
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers
 from aomc_sky.skies.atmosphere.optical_depth import density_profile
 from aomc_sky.skies.atmosphere.order_one import ray_panels, scattered_once, scattering_cosine
-from aomc_sky.skies.atmosphere.sky.solved import ExactOnce
+from aomc_sky.skies.atmosphere.sky.solved import ExactOrderOne
 from tests.reference.spherical import SlowRays
 from tests.support.atmospheres import (
     Layer,
@@ -285,7 +285,7 @@ def test_the_tool(name: str, maker: Callable[..., Medium]) -> None:
 
 
 def test_cells_are_the_solver() -> None:
-    once = ExactOnce(medium=full([400.0, 700.0]), sun_zenith_rad=np.radians(92.0))
+    once = ExactOrderOne(medium=full([400.0, 700.0]), sun_zenith_rad=np.radians(92.0))
     zenith = np.radians([[0.0, 35.0], [70.0, 85.0]])
     azimuth = np.radians(np.linspace(0.0, 170.0, 36)).reshape(18, 2)
     ring, column = np.append(np.zeros(18, dtype=int), 1), np.append(np.arange(18), 7)

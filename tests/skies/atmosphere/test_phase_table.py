@@ -218,8 +218,8 @@ def test_a_bad_table_gets_one_sentence(tmp_path: Path, text: str, code: str, mes
         read_atmo(path)
     assert code in {problem.code for problem in caught.value.problems}
     assert message in str(caught.value)
-    of_table = [problem for problem in caught.value.problems if problem.path.endswith("t.csv")]
-    assert of_table or code == "E408"
+    table_problems = [problem for problem in caught.value.problems if problem.path.endswith("t.csv")]
+    assert table_problems or code == "E408"
     assert all(problem.advice for problem in caught.value.problems)
 
 

@@ -190,7 +190,7 @@ def test_a_uniform_glow_shows_the_optical_depth_of_every_line(medium: Medium) ->
 def test_media_without_scattered_light() -> None:
     for medium in (atmospheres.uniform(0.3, omega=0.0), atmospheres.empty()):
         sky = solve_sky(medium, sun_zenith_rad=0.5, method="sos")
-        assert sky.more is None
+        assert sky.later_orders is None
         np.testing.assert_array_equal(sky.at(np.zeros(1), np.zeros(1)), 0.0)
 
 

@@ -75,7 +75,7 @@ def test_the_whole_sky_agrees_with_single_directions(medium: object) -> None:
     theta, phi = (x.ravel() for x in np.meshgrid(zenith, azimuth, indexing="ij"))
     np.testing.assert_allclose(sky.at(theta, phi), direct.radiance.reshape(-1, theta.size), rtol=2e-4)
     once = solve_order_one(medium, SUN, theta, phi)  # type: ignore[arg-type]
-    np.testing.assert_allclose(sky.with_phases(sky.once.at(theta, phi), theta, phi), once, rtol=1e-6)
+    np.testing.assert_allclose(sky.with_phases(sky.order_one.at(theta, phi), theta, phi), once, rtol=1e-6)
     np.testing.assert_allclose(direct.radiance_by_order[:, 0].reshape(once.shape), once, rtol=1e-14)
 
 
@@ -125,7 +125,7 @@ def test_patch_means_settle_around_a_sharp_peak() -> None:
     zenith = np.arcsin(np.sqrt(sin2[0] + (sin2[1] - sin2[0]) * (share + 1) / 2))
     azimuth = np.deg2rad(12 + 6 * (share + 1) / 2) - 0.3
     theta, phi = (one.ravel() for one in np.meshgrid(zenith, azimuth, indexing="ij"))
-    once = sky.with_phases(sky.once.at(theta, phi), theta, phi)
+    once = sky.with_phases(sky.order_one.at(theta, phi), theta, phi)
     exact = np.einsum("wij,i,j->w", once.reshape(-1, 200, 200), weight, weight) / 4
     np.testing.assert_allclose(mean[:, 0, ring * 60 + column], exact, rtol=2e-5)
 

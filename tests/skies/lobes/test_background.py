@@ -280,8 +280,8 @@ def test_several_skies_add():
 def test_midnight_moves_with_the_offset():
     here, east = background(glow=glow()), background(utc_offset_h=6.0, glow=glow())
     given = background_at(here, 0.0, utc_offset_h=6.0)
-    of_the_sky = background_at(east, 0.0)
-    np.testing.assert_array_equal(given.lobes[1].spectrum, of_the_sky.lobes[1].spectrum)
+    sky_background = background_at(east, 0.0)
+    np.testing.assert_array_equal(given.lobes[1].spectrum, sky_background.lobes[1].spectrum)
     np.testing.assert_array_equal(given.lobes[1].spectrum, [6.0, 6.0, 6.0])
     assert len(background_at(east, 0.0, utc_offset_h=0.0).lobes) == 1
 

@@ -16,12 +16,12 @@ from tests.support.processes import limited
 
 h5py = pytest.importorskip("h5py")
 
-OF_DATA = {"name": "SpectralCurves", "shape": (2, 3)}
-external_storage = partial(hdf5_damage.external_storage, **OF_DATA)
-external_link = partial(hdf5_damage.external_link, **OF_DATA)
-virtual = partial(hdf5_damage.virtual, **OF_DATA)
-sparse = partial(hdf5_damage.sparse, **OF_DATA)
-bomb = partial(hdf5_damage.bomb, **OF_DATA, n_bytes=2**26)
+DATASET = {"name": "SpectralCurves", "shape": (2, 3)}
+external_storage = partial(hdf5_damage.external_storage, **DATASET)
+external_link = partial(hdf5_damage.external_link, **DATASET)
+virtual = partial(hdf5_damage.virtual, **DATASET)
+sparse = partial(hdf5_damage.sparse, **DATASET)
+bomb = partial(hdf5_damage.bomb, **DATASET, n_bytes=2**26)
 
 
 def soft_link(file) -> None:
@@ -117,11 +117,11 @@ def empty(path: Path) -> None:
 
 
 NO_HDF5 = "not an HDF5 file: its signature is missing\n"
-OF_THE_LIBRARY = "the HDF5 library cannot read it: Unable to "
+LIBRARY_MESSAGE = "the HDF5 library cannot read it: Unable to "
 DAMAGED = {
-    cut: OF_THE_LIBRARY,
+    cut: LIBRARY_MESSAGE,
     random_bytes: NO_HDF5,
-    random_bytes_behind_the_signature: OF_THE_LIBRARY,
+    random_bytes_behind_the_signature: LIBRARY_MESSAGE,
     empty: NO_HDF5,
 }
 

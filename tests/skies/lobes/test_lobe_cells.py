@@ -58,8 +58,8 @@ def scenes():
     perez = sky.PerezSky(**sun, epsilon=8.0, delta=0.1, grid=sky.PatchGrid.regular(6, 5)).lower(500)
     beam = sky.DirectBeam(sun_zenith_deg=35, sun_azimuth_deg=200).lower(500)
     solid = sky.UniformSky(per_solid_angle=True).lower(500)
-    of_names = (components(LOBES[2:3]), components(), (*perez, *components()), (*beam, *components(), *solid))
-    return dict(zip(SCENES, of_names, strict=True))
+    chosen = (components(LOBES[2:3]), components(), (*perez, *components()), (*beam, *components(), *solid))
+    return dict(zip(SCENES, chosen, strict=True))
 
 
 def assert_equal(source):
@@ -169,18 +169,18 @@ def exact_begin(b, n, bits, offset):
 
 
 def falls_of(n, bits, offset, before):
-    """`falls` and `paces` of one lobe, from a plan whose lobe has 2^bits bins."""
+    """`bin_proposals` and `bins_per_photon` of one lobe, from a plan whose lobe has 2^bits bins."""
     word = np.uint64(offset << (64 - bits - plain_lobe.OFFSET_BITS))
     ranges = np.array([0, bits, 0, 0], np.uint64)
     tables = LobeTables(lobe=np.array([-1, 0]), cell=np.array([1]), tables=(ranges,))
-    falls, paces = tables.falls(np.array([0, before, before + n]), np.array([word], np.uint64))
-    assert int(falls[3]) == offset
-    return (*falls, *paces)
+    proposals, lines = tables.bin_proposals(np.array([0, before, before + n]), np.array([word], np.uint64))
+    assert int(proposals[3]) == offset
+    return (*proposals, *lines)
 
 
 @numba.njit
-def _single(rank, before, each, rest, offset, bits, pace, begin):
-    return plain_lobe.bin_of_rank(rank, before, each, rest, offset, bits, pace, begin)
+def _single(rank, before, each, rest, offset, bits, bins_per_photon, begin):
+    return plain_lobe.bin_of_rank(rank, before, each, rest, offset, bits, bins_per_photon, begin)
 
 
 COUNTS = (1, 2, 3, 63, 64, 100, 1023, 1025, 10**6 + 7, 2**32 - 1, 2**40 + 1, 2**53 + 1, 2**62 - 7, 2**62)

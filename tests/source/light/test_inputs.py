@@ -76,7 +76,7 @@ def test_the_sky_stands_where_the_beam_stands() -> None:
     scene = sky.read_scene(INPUTS / "perez_sky")
     _, diffuse = scene.components
     beam = scene.source(precision="float64").photons(0, 0, 2000)
-    of_sun = beam.directions[beam.patch == 0].mean(axis=0)
+    sun_direction = beam.directions[beam.patch == 0].mean(axis=0)
     grid = diffuse.grid
     assert grid is not None
     brightest = int(np.argmax(diffuse.mass_of(0) / grid.projected_solid_angle_sr))
@@ -84,7 +84,7 @@ def test_the_sky_stands_where_the_beam_stands() -> None:
     zenith = np.deg2rad(grid.zenith_bounds_deg[ring].mean())
     azimuth = np.deg2rad(grid.azimuth_bounds_deg[column].mean())
     patch = -np.array([np.sin(zenith) * np.cos(azimuth), np.sin(zenith) * np.sin(azimuth), np.cos(zenith)])
-    assert np.dot(patch, of_sun / np.linalg.norm(of_sun)) > np.cos(np.deg2rad(3))
+    assert np.dot(patch, sun_direction / np.linalg.norm(sun_direction)) > np.cos(np.deg2rad(3))
 
 
 def test_options_win_over_sky_toml_and_sky_toml_over_difcol(tmp_path: Path) -> None:

@@ -134,9 +134,9 @@ def test_a_scene_of_a_time_and_a_place() -> None:
     scene = sky.read_scene(INPUTS / "perez_sky", weather=PLACE, perez={"ghi": 700.0, "dhi": 120.0})
     assert scene.options["weather"]["time"] == "2026-06-21T09:30:00Z"
     assert scene.options["perez"]["from"] == "ghi 700 and dhi 120 W m-2 (options)"
-    of_file = sky.read_scene(INPUTS / "perez_sky", weather=PLACE)  # the sun alone
-    assert of_file.options["perez"]["from"].endswith("(sky.toml)")
-    assert of_file.options["sun"]["zenith_deg"] == scene.options["sun"]["zenith_deg"]
+    by_file = sky.read_scene(INPUTS / "perez_sky", weather=PLACE)  # the sun alone
+    assert by_file.options["perez"]["from"].endswith("(sky.toml)")
+    assert by_file.options["sun"]["zenith_deg"] == scene.options["sun"]["zenith_deg"]
     assert "weather" not in sky.read_scene(INPUTS / "perez_sky").options
 
 

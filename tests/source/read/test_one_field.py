@@ -29,14 +29,14 @@ def middles(bounds):
 
 def as_field(values=VALUES, grid=GRID, *, are_means=True):
     degrees = {"units": "degree", "azimuth_convention": "enu_from_east"}
-    of_zenith, of_azimuth = ({"bounds": f"{name}_bounds"} if are_means else {} for name in ("zenith", "azimuth"))
+    zenith_attrs, azimuth_attrs = ({"bounds": f"{name}_bounds"} if are_means else {} for name in ("zenith", "azimuth"))
     return xarray.DataArray(
         values,
         dims=("wavelength", "zenith", "azimuth"),
         coords={
             "wavelength": ("wavelength", NM, {"units": "nm"}),
-            "zenith": ("zenith", middles(grid.zenith_bounds_deg), degrees | of_zenith),
-            "azimuth": ("azimuth", middles(grid.azimuth_bounds_deg), degrees | of_azimuth),
+            "zenith": ("zenith", middles(grid.zenith_bounds_deg), degrees | zenith_attrs),
+            "azimuth": ("azimuth", middles(grid.azimuth_bounds_deg), degrees | azimuth_attrs),
         },
         name="radiance",
     )

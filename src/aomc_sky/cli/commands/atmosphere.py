@@ -55,7 +55,7 @@ what is written and printed:
 --no-netcdf                   leave atmosphere.nc out
 --strict --json --quiet
 """
-_OF_CALCMYSKY = """\
+_CALCMYSKY_OPTIONS = """\
 options of calcmysky:
 --no-save-tex                 read and check the description, print the plan, solve nothing
 --texture-save-precision BITS  atmosphere.nc in float32 with significands of 1 to 24 bits (default: float64)
@@ -84,7 +84,7 @@ def add_options(parser: Parser) -> None:
     rows = [f"{option}  {text}" for option, text in _SAVES.values()]
     rows += [f"{option}  accepted: {why}" for option, why in _IDLE.items()]
     kinds = {"texture_save_precision": cli_options.whole_number_in(1, 24)}
-    cli_options.add_table(parser, _OF_CALCMYSKY + "\n".join(rows), kinds)
+    cli_options.add_table(parser, _CALCMYSKY_OPTIONS + "\n".join(rows), kinds)
     parser.show_first("out-dir sun-zenith sun-azimuth wavelength method bins no-save-tex no-netcdf force json quiet")
     parser.set_defaults(handler=atmosphere)
 
@@ -123,12 +123,12 @@ def atmosphere(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.engine.atmosphere import prepare_table, solve_table, table_report, write_netcdf, write_table
     from aomc_sky.outputs.folder.run_folder import create_folder
-    from aomc_sky.progress import patience, progress_bar
+    from aomc_sky.progress import progress_bar, status_line
 
     if not arguments.no_save_tex:
         _check_outputs(arguments)
-    shown = cli_options.speaks(arguments)
-    with patience("reading the description", enabled=shown):
+    shown = cli_options.is_verbose(arguments)
+    with status_line("reading the description", enabled=shown):
         table = prepare_table(_request(arguments))
     files: dict[str, str] = {}
     if not arguments.no_save_tex:
@@ -136,7 +136,7 @@ def atmosphere(arguments: argparse.Namespace) -> int:
             create_folder(Path(arguments.out_dir))  # an error before minutes of work
         with progress_bar(enabled=shown, unit="skies", before="solving") as progress:
             table = solve_table(table, progress=progress)
-        with patience("writing the tables", enabled=shown):
+        with status_line("writing the tables", enabled=shown):
             if arguments.out_dir is not None:
                 files = write_table(table, Path(arguments.out_dir), netcdf=not arguments.no_netcdf)
             if arguments.out is not None:

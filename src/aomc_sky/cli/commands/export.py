@@ -52,7 +52,7 @@ def export(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.engine.export import ExportOptions, export_run
     from aomc_sky.engine.stored_run import open_run
-    from aomc_sky.progress import patience, progress_bar
+    from aomc_sky.progress import progress_bar, status_line
 
     options = ExportOptions(
         to=arguments.to,
@@ -63,9 +63,9 @@ def export(arguments: argparse.Namespace) -> int:
         force=arguments.force,
     )
     _check(arguments)
-    with patience("reading the run", enabled=cli_options.speaks(arguments)):
+    with status_line("reading the run", enabled=cli_options.is_verbose(arguments)):
         run = open_run(arguments.run)
-    with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
+    with progress_bar(enabled=cli_options.is_verbose(arguments)) as progress:
         result = export_run(run, options, progress)
     cli_options.answer(arguments, lambda: result, lambda: _text(result))
     return 0

@@ -187,9 +187,9 @@ _UNITS = {"energy": "MeV", "time": "ms", **dict.fromkeys("xyz", "cm")}
 def _mcpl(arguments: argparse.Namespace, path: Path) -> int:
     """Print the head of a file and the bounds of its columns; every record is read and checked."""
     from aomc_sky.formats.mcpl.file import read_mcpl
-    from aomc_sky.progress import patience
+    from aomc_sky.progress import status_line
 
-    with patience("reading the file", enabled=cli_options.speaks(arguments)):
+    with status_line("reading the file", enabled=cli_options.is_verbose(arguments)):
         file = read_mcpl(path)
         bounds = _bounds(file)
     header = file.header

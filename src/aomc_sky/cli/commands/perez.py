@@ -41,7 +41,7 @@ what is written and printed:
 --force                       replace files that another program wrote, and another run in the folder
 --strict --json --quiet
 """
-_OF_PHOTONS = f"""\
+_PHOTON_OPTIONS = f"""\
 {cli_options.SAMPLING}\
 --format --threads --max-memory
 --wavelengths NM...           with --out: wavebands in place of the one of --wavelength
@@ -65,7 +65,7 @@ def add_options(parser: Parser) -> None:
     cli_options.add_inputs(group, *(PEREZ | MODEL).values())
     defaults = {"bins": [45, 180], "wavelength": 550.0, "iterations": 10**6}
     cli_options.add_table(parser, _OPTIONS, {"iterations": cli_options.photon_total}, **defaults)
-    cli_options.add_table(parser, _OF_PHOTONS)
+    cli_options.add_table(parser, _PHOTON_OPTIONS)
     parser.show_first("dni dhi sun-zenith time latitude longitude epw row out iterations seed write-skydist plot json")
     parser.set_defaults(handler=perez, resumes=True)
 
@@ -73,15 +73,15 @@ def add_options(parser: Parser) -> None:
 def perez(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.grid import PatchGrid
-    from aomc_sky.progress import patience
+    from aomc_sky.progress import status_line
     from aomc_sky.source.light.amounts import direct_fraction, refuse_kilowatts
     from aomc_sky.source.light.diffuse import perez_sky
     from aomc_sky.source.light.inputs import Unsaid
     from aomc_sky.source.light.use import Use, refuse_unused
 
     _check(arguments)
-    is_shown = cli_options.speaks(arguments)
-    with patience("modelling the sky", enabled=is_shown):
+    is_shown = cli_options.is_verbose(arguments)
+    with status_line("modelling the sky", enabled=is_shown):
         given = cli_options.light_given(arguments)
         given.refuse_set_sun()
         sun, amounts = given.scene_sun("a perez sky"), given.amounts
@@ -100,7 +100,7 @@ def perez(arguments: argparse.Namespace) -> int:
         values = _values(sky, given, limited)
     for path, write in ((arguments.write_skydist, _write_table), (arguments.plot, _write_picture)):
         if path is not None:
-            with patience(f"writing {Path(path).name}", enabled=is_shown):
+            with status_line(f"writing {Path(path).name}", enabled=is_shown):
                 write(sky, values, arguments, path)
     texts: list[Callable[[], str]] = [partial(report_text, _HEAD, dict(values))]
     if arguments.out is not None:
@@ -115,7 +115,7 @@ def _check(arguments: argparse.Namespace) -> None:
     from aomc_sky.outputs.folder.target_file import check_folder, check_target
 
     if arguments.out is None:
-        for name in cli_options.given_options(arguments, _OF_PHOTONS):
+        for name in cli_options.given_options(arguments, _PHOTON_OPTIONS):
             raise UsageError(f"{name} is for photons: name their folder with --out DIR")
         if arguments.spectrum is not None:
             raise UsageError("--spectrum shares beam and sky out over the photons: name their folder with --out DIR")
@@ -225,7 +225,7 @@ def _emit(scene: Scene, arguments: argparse.Namespace) -> tuple[dict[str, Any], 
 
     source = cli_options.source_of(scene, arguments)
     folder = Path(arguments.out)
-    with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
+    with progress_bar(enabled=cli_options.is_verbose(arguments)) as progress:
         result = run_job(source, scene, folder, cli_options.job_options(arguments), progress)
     manifest = {**(result.manifest or {}), "folder": str(folder), "was_finished": result.was_finished}
     return manifest, partial(run_text, scene, source, result, folder, verbose=arguments.verbose)

@@ -14,14 +14,14 @@ from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.background_report import lobes_at
 from aomc_sky.cli.terminal import shown
 from aomc_sky.errors import InputFileError, UsageError
-from aomc_sky.progress import patience
+from aomc_sky.progress import status_line
 from aomc_sky.source.read.kind import Kind, kind_of
 
 if TYPE_CHECKING:
     import numpy as np
 
     from aomc_sky.cli.usage import Parser
-    from aomc_sky.pictures.content import Picture
+    from aomc_sky.pictures.picture import Picture
     from aomc_sky.verify.report import Pulls
 
 _EPILOG = """\
@@ -113,7 +113,7 @@ def plot(arguments: argparse.Namespace) -> int:
     target = _target(arguments)
     check_target(target, "--out", force=arguments.force, inputs=[arguments.path])
     maps: tuple[Pulls, ...] = ()
-    with patience("drawing", enabled=cli_options.speaks(arguments)):
+    with status_line("drawing", enabled=cli_options.is_verbose(arguments)):
         if arguments.pull:
             picture, maps = _pull_picture(arguments)
             n_panels = len(maps)
@@ -190,10 +190,10 @@ _BELONGS: dict[str, tuple[Kind, ...]] = {
 
 def _refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
     """Refuse options that do not apply to this kind of path."""
-    of_time = cli_options.given_options(arguments, partial(cli_options.add_background_options, more=_TIME))
+    time_options = cli_options.given_options(arguments, partial(cli_options.add_background_options, more=_TIME))
     others = cli_options.given_options(arguments, _CONTENT, cli_options.add_reading_options)
-    for option in [*of_time, *others]:
-        kinds = (Kind.BACKGROUND,) if option in of_time else _BELONGS.get(option, (Kind.SCENE,))
+    for option in [*time_options, *others]:
+        kinds = (Kind.BACKGROUND,) if option in time_options else _BELONGS.get(option, (Kind.SCENE,))
         if kind not in kinds:
             named = " or ".join(k.value for k in kinds)
             raise UsageError(f"{option} is for {named}; {arguments.path} is {kind.value}")
@@ -255,7 +255,7 @@ def _scene(arguments: argparse.Namespace) -> tuple[Picture, int]:
 
 def _run(arguments: argparse.Namespace) -> tuple[Picture, int]:
     from aomc_sky.engine.stored_run import open_run
-    from aomc_sky.pictures.content import spread
+    from aomc_sky.pictures.picture import spread
     from aomc_sky.pictures.plot import sun_of_options
     from aomc_sky.pictures.source import source_picture, spaced
 
@@ -271,10 +271,10 @@ def _run(arguments: argparse.Namespace) -> tuple[Picture, int]:
 def _pull_picture(arguments: argparse.Namespace) -> tuple[Picture, tuple[Pulls, ...]]:
     """The picture and the maps of the pulls of a finished run."""
     from aomc_sky.engine.stored_run import open_run
-    from aomc_sky.pictures.content import DRAWN, PLANNED, pull_picture
+    from aomc_sky.pictures.picture import DRAWN, PLANNED, pull_picture
     from aomc_sky.pictures.source import spaced
-    from aomc_sky.verify.made_again import statistics_of_run
     from aomc_sky.verify.report import Against
+    from aomc_sky.verify.reproduce import statistics_of_run
 
     run = open_run(arguments.path)
     if run.manifest is None:
@@ -335,7 +335,7 @@ def _background(arguments: argparse.Namespace) -> tuple[Picture, int]:
 def _over_time(arguments: argparse.Namespace) -> Picture:
     """The named animations at one wavelength and several times."""
     from aomc_sky.pictures.backgrounds import frame_times_s, moving_picture, time_span_s
-    from aomc_sky.pictures.content import MOST_PANELS
+    from aomc_sky.pictures.picture import MOST_PANELS
     from aomc_sky.skies.lobes.light import read_background
 
     if arguments.wavelength and len(arguments.wavelength) > 1:

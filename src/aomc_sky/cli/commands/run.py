@@ -83,7 +83,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.engine.run import run_job, stream_job
     from aomc_sky.outputs.shard import parse_shard
-    from aomc_sky.progress import patience, progress_bar
+    from aomc_sky.progress import progress_bar, status_line
 
     _check(arguments)
     shard = None if arguments.shard is None else parse_shard(arguments.shard)
@@ -94,8 +94,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.dry_run:
         print(json.dumps(scene_summary(scene)) if arguments.json else dry_run_text(scene))
         return 0
-    is_shown = cli_options.speaks(arguments)
-    with patience("sharing out the photons", enabled=is_shown):
+    is_shown = cli_options.is_verbose(arguments)
+    with status_line("sharing out the photons", enabled=is_shown):
         source = cli_options.source_of(scene, arguments)
     options = cli_options.job_options(arguments)
     folder = None if arguments.out == "-" else _folder(arguments, scene)
@@ -120,7 +120,7 @@ def run(arguments: argparse.Namespace) -> int:
     return 0
 
 
-_OF_FILES = "--bins --weighting --azimuth-bins --compat --lenient --allow-path --waveband"
+_FILE_OPTIONS = "--bins --weighting --azimuth-bins --compat --lenient --allow-path --waveband"
 
 
 def _scene_of_weather(arguments: argparse.Namespace) -> Scene:
@@ -133,7 +133,7 @@ def _scene_of_weather(arguments: argparse.Namespace) -> Scene:
             "--wavelengths 440 550 --out day, or --sky overcast --wavelengths 550 --out day"
         )
     for name in cli_options.given_options(
-        arguments, _OF_FILES, cli_options.add_light_options, cli_options.add_measured_options
+        arguments, _FILE_OPTIONS, cli_options.add_light_options, cli_options.add_measured_options
     ):
         raise UsageError(f"{name} is for a scene of files: name its amc.inp")
     if not arguments.wavelengths:
@@ -165,12 +165,12 @@ def _check(arguments: argparse.Namespace) -> None:
 
 def _folder(arguments: argparse.Namespace, scene: Scene) -> Path:
     named = scene.input_files.get("amc") or scene.input_files.get("radiance")
-    of_scene = None if named is None else Path(named).parent
+    scene_folder = None if named is None else Path(named).parent
     if arguments.out is None:
-        return (of_scene or Path()) / "aomc-sky-out"
+        return (scene_folder or Path()) / "aomc-sky-out"
     from aomc_sky.outputs.folder.target_file import check_folder
 
-    check_folder(arguments.out, "--out", scene=of_scene)
+    check_folder(arguments.out, "--out", scene=scene_folder)
     return Path(arguments.out)
 
 

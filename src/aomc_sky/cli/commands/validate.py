@@ -156,23 +156,23 @@ def _refusal(folder: Path, arguments: argparse.Namespace) -> None:
 
 def _check_scene(folder: Path, arguments: argparse.Namespace, results: list[dict[str, Any]]) -> int:
     """Add to the results what only the whole scene shows; returns the exit code of `run`."""
-    of_path = {result["path"]: result for result in results}
+    result_of_path = {result["path"]: result for result in results}
     known = {line for result in results for line in result["problems"]}
-    of_scene, code, by_path = _checked(folder, lambda path: _refusal(path, arguments), arguments.strict)
+    scene_result, code, by_path = _checked(folder, lambda path: _refusal(path, arguments), arguments.strict)
     for path, problems in by_path.items():
-        if path not in of_path:
+        if path not in result_of_path:
             results.append({"path": path, "ok": code == 0, "was_read": True, "problems": problems})
-        elif of_path[path]["ok"]:
-            of_path[path].update(ok=False, problems=[*of_path[path]["problems"], *problems])
-    rest = [text for text in of_scene["problems"] if text not in known] if not by_path else []
+        elif result_of_path[path]["ok"]:
+            result_of_path[path].update(ok=False, problems=[*result_of_path[path]["problems"], *problems])
+    rest = [text for text in scene_result["problems"] if text not in known] if not by_path else []
     if rest:
-        results.append({**of_scene, "problems": rest})
+        results.append({**scene_result, "problems": rest})
     return code
 
 
 def validate(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
-    from aomc_sky.progress import patience
+    from aomc_sky.progress import status_line
 
     cli_options.light_given(arguments)
     readers = _readers(arguments)
@@ -182,7 +182,7 @@ def validate(arguments: argparse.Namespace) -> int:
         own: list[dict[str, Any]] = []
         for path in _files_of(Path(named)):
             read = readers.get(kind_of(path) or Kind.SCENE, readers[Kind.SCENE])
-            with patience("reading the files", enabled=not arguments.json):
+            with status_line("reading the files", enabled=not arguments.json):
                 result, code, _ = _checked(path, read, arguments.strict)
             own.append(result)
             worst = max(worst, code)
@@ -229,8 +229,8 @@ def _checked(path: Path, read: Callable[[Path], Any], strict: bool) -> tuple[dic
         except InputFileError as error:
             problems, code = error_text(error).split("\n"), error.exit_code
             for name in dict.fromkeys(problem.path for problem in error.problems):
-                of_file = InputFileError([problem for problem in error.problems if problem.path == name])
-                by_path[name] = str(of_file).split("\n")
+                file_error = InputFileError([problem for problem in error.problems if problem.path == name])
+                by_path[name] = str(file_error).split("\n")
         except AomcSkyError as error:
             problems, code = [error_text(error)], error.exit_code
             was_read = not isinstance(error, MissingExtraError)

@@ -115,11 +115,11 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
     import secrets
 
     from aomc_sky.engine.stored_run import open_run
-    from aomc_sky.progress import patience, progress_bar
-    from aomc_sky.verify.made_again import scene_checks, statistics_of_run, verify_run
+    from aomc_sky.progress import progress_bar, status_line
     from aomc_sky.verify.report import Check, judged
+    from aomc_sky.verify.reproduce import scene_checks, statistics_of_run, verify_run
 
-    with patience("reading the run", enabled=cli_options.speaks(arguments)):
+    with status_line("reading the run", enabled=cli_options.is_verbose(arguments)):
         run = open_run(arguments.path)
     if run.manifest is None:
         detail = (
@@ -128,7 +128,7 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
         )
         return judged([Check(name="finished", passed=False, detail=detail)], family_level=arguments.level)
     bands, threads = run.chosen(arguments.waveband), arguments.threads or 0
-    with progress_bar(enabled=cli_options.speaks(arguments)) as progress:
+    with progress_bar(enabled=cli_options.is_verbose(arguments)) as progress:
         report = verify_run(
             run.path,
             run.source,
@@ -154,8 +154,8 @@ def _run_report(arguments: argparse.Namespace) -> VerifyReport:
 
 def _photon_report(arguments: argparse.Namespace) -> VerifyReport:
     from aomc_sky.directions import Frame
-    from aomc_sky.progress import patience
-    from aomc_sky.verify.directions import Tied
+    from aomc_sky.progress import status_line
+    from aomc_sky.verify.directions import Dependence
     from aomc_sky.verify.foreign import Origin, open_photons, origin_of, verify_photons
 
     scene = cli_options.scene_of(arguments, arguments.scene)
@@ -166,8 +166,8 @@ def _photon_report(arguments: argparse.Namespace) -> VerifyReport:
     if arguments.method is None:
         origin = origin_of(photons, scene, own_numbers=arguments.iterations is not None)
     else:
-        origin = Origin(tied=Tied(arguments.method))
-    with patience("comparing the photons", enabled=cli_options.speaks(arguments)):
+        origin = Origin(dependence=Dependence(arguments.method))
+    with status_line("comparing the photons", enabled=cli_options.is_verbose(arguments)):
         return verify_photons(
             source,
             photons,

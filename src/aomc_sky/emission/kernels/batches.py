@@ -6,10 +6,10 @@ import numpy as np
 
 from aomc_sky.emission.kernels.plain import packed
 from aomc_sky.kernels.arithmetic.constants import U32
-from aomc_sky.kernels.jit import borrowing
+from aomc_sky.kernels.jit import no_refcount
 
 
-@borrowing
+@no_refcount
 def block_sums(uz):
     """Sums of mu and 1 / mu in the order of the photons, mu = -uz, in float64."""
     mu_sum = 0.0
@@ -21,7 +21,7 @@ def block_sums(uz):
     return mu_sum, inverse_sum
 
 
-@borrowing
+@no_refcount
 def weighted_block_sums(uz, weight):
     """Sums of the weight w and of w / mu, likewise."""
     weight_sum = 0.0
@@ -33,7 +33,7 @@ def weighted_block_sums(uz, weight):
     return weight_sum, scalar_sum
 
 
-@borrowing
+@no_refcount
 def pack(ux, uy, uz, cell, energy, flags, n_flagged, first, second, signed_energy, user_flags):
     """Write `packed` and user flags into the fields of records: `flags` + cell, or 0 from the cell `n_flagged` on."""
     for i in range(ux.size):

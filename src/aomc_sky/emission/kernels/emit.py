@@ -43,24 +43,24 @@ from aomc_sky.kernels.cells.blocks import (
     fill_parameters,
     place_on_slopes,
     ranks_of_block,
+    ring_offset_of_photon,
+    ring_offset_of_table,
     slot_of_rank,
     split_place,
-    turn_of_photon,
-    turn_of_table,
     word_like,
 )
 from aomc_sky.kernels.cells.columns import GROUP, copy_group
 from aomc_sky.kernels.cells.laws import disc, disc_at_horizon_trial, from_mu, from_mu2
 from aomc_sky.kernels.formula import by_width, select
-from aomc_sky.kernels.jit import borrowing, inlined_borrowing, inner_borrowing, seen_as
+from aomc_sky.kernels.jit import inlined_no_refcount, inner_no_refcount, no_refcount, view_as
 
-rejection: Any = None
-queue: Any = None
-"""The hooks of `emit`, which `emit_with` fills."""
+perez_hook: Any = None
+lobes_hook: Any = None
+"""None here: `emit_with` swaps them in copies of `emit`; see `hooks`."""
 
 _PARAMETERS = PARAMETER_COLUMN * SCRATCH_PHOTONS
-_OF_PEREZ = COLUMNS * SCRATCH_PHOTONS
-_OF_LOBES = _OF_PEREZ + PEREZ_WORDS
+_PEREZ_MEMORY = COLUMNS * SCRATCH_PHOTONS
+_LOBES_MEMORY = _PEREZ_MEMORY + PEREZ_WORDS
 _MANY = np.uint64(16)  # the formula of a disc takes for a whole block about as long as for one photon in 16, singly
 _FAR, _NEAR = np.uint64(48), np.uint64(24)  # so many photons ahead the guide and the ranks of slots are asked for
 _GROUP, _REST_OF_GROUP = np.uint64(GROUP), np.uint64(GROUP - 1)
@@ -88,7 +88,7 @@ def _slots_far(m, rank, cumulative, shift, place, slot, guide):
 _slots_shuffled = by_width(_slots_far, _slots_near)
 
 
-@inner_borrowing
+@inner_no_refcount
 def _parameters_shuffled(m, slot, place, words, bits):
     j = ZERO
     while j + _GROUP <= m:
@@ -101,7 +101,7 @@ def _parameters_shuffled(m, slot, place, words, bits):
         j += ONE
 
 
-@inner_borrowing
+@inner_no_refcount
 def _in_order(start, m, rank, cumulative, guide, guide_shift, slot, place, words, bits):
     """Ranks, slots and parameters of consecutive ranks: one run per slot."""
     for j in range(m):
@@ -117,16 +117,16 @@ def _in_order(start, m, rank, cumulative, guide, guide_shift, slot, place, words
         s += ONE
 
 
-@inner_borrowing
+@inner_no_refcount
 def _places_by_rank(m, rank, shifts, steps, bits, u, v):
     shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
     for j in range(min(m, MAX_PHOTONS)):
         r = U64(rank[j])
         u[j] = unit(shift_u + r * step_u, u[j])
-        v[j] = unit(shift_v + r * step_v + turn_of_photon(bits, j), v[j])
+        v[j] = unit(shift_v + r * step_v + ring_offset_of_photon(bits, j), v[j])
 
 
-@inner_borrowing
+@inner_no_refcount
 def _places_by_philox(m, rank, key, band, u, v):
     for j in range(m):
         a, b = philox_pair(key, U64(rank[j]), band, ZERO)
@@ -143,7 +143,7 @@ def _cells(turned, place):
             sine, cosine = turned(t0, t1, h3, v[j])
             ux[j], uy[j], uz[j] = place(h0, h1, h2, u[j], sine, cosine)
 
-    return inner_borrowing(loop)
+    return inner_no_refcount(loop)
 
 
 def _cells_by_rank(turned):
@@ -155,11 +155,11 @@ def _cells_by_rank(turned):
             r = U64(rank[j])
             h0, h1, h2, h3, t0, t1 = cell_of_photon(p, j)
             u = unit(shift_u + r * step_u, h0)
-            v = unit(shift_v + r * step_v + turn_of_photon(bits, j), h0)
+            v = unit(shift_v + r * step_v + ring_offset_of_photon(bits, j), h0)
             sine, cosine = turned(t0, t1, h3, v)
             ux[j], uy[j], uz[j] = from_mu2(h0, h1, h2, u, sine, cosine)
 
-    return inner_borrowing(loop)
+    return inner_no_refcount(loop)
 
 
 _cells_mu2_quarter = _cells(sincos_turned, from_mu2)
@@ -170,10 +170,10 @@ _quarter_by_rank = _cells_by_rank(sincos_turned)
 _narrow_by_rank = _cells_by_rank(sincos_turned_narrow)
 
 
-@inner_borrowing
-def direction_of(code, of_cell, u, v, key, rank, band):
+@inner_no_refcount
+def direction_of(code, parameters, u, v, key, rank, band):
     """Travel direction of one photon of any law but a lobe's, from the six parameters of its cell."""
-    h0, h1, h2, h3, t0, t1 = of_cell
+    h0, h1, h2, h3, t0, t1 = parameters
     if code == laws.DISC:
         return disc(h0, h1, h2, h3, t0, t1, u, v)
     if code == laws.DISC_AT_HORIZON:
@@ -190,7 +190,7 @@ def direction_of(code, of_cell, u, v, key, rank, band):
     return from_mu2(h0, h1, h2, u, sine, cosine)
 
 
-@inner_borrowing
+@inner_no_refcount
 def _beside_main(m, main_law, slot, law, is_disc, chosen):
     """Mark the photons of discs and choose all beside the main law; return how many there are of both."""
     n_disc, n, j = ZERO, ZERO, ZERO
@@ -204,7 +204,7 @@ def _beside_main(m, main_law, slot, law, is_disc, chosen):
     return n_disc, n
 
 
-@inner_borrowing
+@inner_no_refcount
 def _discs(m, p, is_disc, u, v, ux, uy, uz):
     """Write the photons of discs over those of the main law; all go through the formula, so that it vectorises."""
     for j in range(min(m, MAX_PHOTONS)):
@@ -214,7 +214,7 @@ def _discs(m, p, is_disc, u, v, ux, uy, uz):
         ux[j], uy[j], uz[j] = select(taken, x, ux[j]), select(taken, y, uy[j]), select(taken, z, uz[j])
 
 
-@inner_borrowing
+@inner_no_refcount
 def _one_disc(m, one, slot, p, is_disc, u, v, ux, uy, uz):
     """Write the photons of slot `one`, a disc, over those of the main law, that of all other slots."""
     n_disc = U32(0)
@@ -229,7 +229,7 @@ def _one_disc(m, one, slot, p, is_disc, u, v, ux, uy, uz):
                 ux[j], uy[j], uz[j] = disc(*cell_of_photon(p, j), u[j], v[j])
 
 
-@inner_borrowing
+@inner_no_refcount
 def _other_laws(m, main_law, slot, law, p, is_disc, chosen, rank, key, band, u, v, ux, uy, uz):
     """Write the photons of slots of another law over those of the main law; lobes have their turn later."""
     n_disc, n = _beside_main(m, main_law, slot, law, is_disc, chosen)
@@ -243,8 +243,8 @@ def _other_laws(m, main_law, slot, law, p, is_disc, chosen, rank, key, band, u, 
         code = law[U64(slot[j])]
         if laws.HG <= code <= laws.BECKMANN or (are_many and code == laws.DISC):
             continue
-        of_cell = cell_of_photon(p, j)
-        ux[j], uy[j], uz[j] = direction_of(code, of_cell, u[j], v[j], key, U64(rank[j]), band)
+        parameters = cell_of_photon(p, j)
+        ux[j], uy[j], uz[j] = direction_of(code, parameters, u[j], v[j], key, U64(rank[j]), band)
 
 
 def emit(
@@ -270,7 +270,7 @@ def emit(
     perez,
     lobes,
     slopes,
-    main,
+    azimuth_kernel,
     one_disc,
     cell_of_slot,
 ):
@@ -285,15 +285,15 @@ def emit(
     v = column(memory, U64(2), MAX_PHOTONS, like)
     flag = column(memory, U64(3), MAX_PHOTONS, np.uint8(0))
     chosen = column(memory, U64(7), MAX_PHOTONS, ZERO)
-    scratch = memory[_PARAMETERS:_OF_PEREZ]
-    p, bits = seen_as(scratch, like), seen_as(scratch, word_like(like))
-    if rejection is not None:
+    scratch = memory[_PARAMETERS:_PEREZ_MEMORY]
+    p, bits = view_as(scratch, like), view_as(scratch, word_like(like))
+    if perez_hook is not None:
         word = column(memory, U64(4), MAX_PHOTONS, ZERO)
         cell_word = column(memory, U64(5), MAX_PHOTONS, np.uint32(0))
         jacobian = column(memory, U64(6), MAX_PHOTONS, like)
-        perez_memory = rejection.perez_scratch(memory[_OF_PEREZ:_OF_LOBES], flag, chosen, like)
-    if queue is not None:
-        lobe_memory = queue.lobe_scratch(memory[_OF_LOBES:], rank[0], lobes, like)
+        perez_memory = perez_hook.perez_scratch(memory[_PEREZ_MEMORY:_LOBES_MEMORY], flag, chosen, like)
+    if lobes_hook is not None:
+        lobe_memory = lobes_hook.lobe_scratch(memory[_LOBES_MEMORY:], rank[0], lobes, like)
         lobe_steps = (shifts, steps, lobes[2], lobes[3])
     for lo in range(0, ux.size, BLOCK):
         hi = min(lo + BLOCK, ux.size)
@@ -307,56 +307,56 @@ def emit(
             _slots_shuffled(m, rank, cumulative, guide_shift, place, slot, guide)
             _parameters_shuffled(m, slot, place, words, bits)
         if law is None:
-            if main == NARROW:
+            if azimuth_kernel == NARROW:
                 _narrow_by_rank(m, p, rank, shifts, steps, bits, x, y, z)
             else:
                 _quarter_by_rank(m, p, rank, shifts, steps, bits, x, y, z)
         else:
-            if rejection is not None:
-                rejection.gather_cell_words(m, slot, perez[0], cell_word)
+            if perez_hook is not None:
+                perez_hook.gather_cell_words(m, slot, perez[0], cell_word)
             if jitter != ZERO:
                 _places_by_philox(m, rank, place_key, band, u, v)
-                if rejection is not None:
-                    rejection.tilt_block(m, cell_word, u, v, jacobian)
-            elif rejection is not None:
-                rejection.tilted_by_rank(m, rank, shifts, steps, bits, cell_word, u, v, jacobian)
+                if perez_hook is not None:
+                    perez_hook.tilt_block(m, cell_word, u, v, jacobian)
+            elif perez_hook is not None:
+                perez_hook.tilted_by_rank(m, rank, shifts, steps, bits, cell_word, u, v, jacobian)
             else:
                 _places_by_rank(m, rank, shifts, steps, bits, u, v)
             if slopes is not None:
                 place_on_slopes(m, slot, slopes, column(memory, U64(4), MAX_PHOTONS, ZERO), u, v)
-            if main == NARROW:
+            if azimuth_kernel == NARROW:
                 _cells_mu2_narrow(m, p, u, v, x, y, z)
-            elif main == QUARTER:
+            elif azimuth_kernel == QUARTER:
                 _cells_mu2_quarter(m, p, u, v, x, y, z)
-            elif main == ANY_WIDTH:
+            elif azimuth_kernel == ANY_WIDTH:
                 _cells_mu2_any(m, p, u, v, x, y, z)
             else:
                 _cells_mu_any(m, p, u, v, x, y, z)
             if one_disc >= np.int32(0):
                 _one_disc(m, one_disc, slot, p, flag, u, v, x, y, z)
             elif law.size > 0:
-                main_law = laws.CELL_MU if main == IN_MU else laws.CELL_MU2
+                main_law = laws.CELL_MU if azimuth_kernel == IN_MU else laws.CELL_MU2
                 _other_laws(m, main_law, slot, law, p, flag, chosen, rank, place_key, band, u, v, x, y, z)
-            if rejection is not None:
-                of_photons = (word, cell_word, jacobian, perez_memory)
-                rejection.accept_words(m, rank, perez[3], place_key, band, jitter, word)
-                rejection.reject(m, slot, rank, p, perez, place_key, band, *of_photons, x, y, z)
-            if queue is not None:
+            if perez_hook is not None:
+                perez_words = (word, cell_word, jacobian, perez_memory)
+                perez_hook.accept_words(m, rank, perez[3], place_key, band, jitter, word)
+                perez_hook.reject(m, slot, rank, p, perez, place_key, band, *perez_words, x, y, z)
+            if lobes_hook is not None:
                 known = (lobes, lobe_steps, place_key, band, jitter, lobe_memory)
-                queue.place_lobes(U64(lo), m, slot, rank, *known, ux, uy, uz)
+                lobes_hook.place_lobes(U64(lo), m, slot, rank, *known, ux, uy, uz)
         if cell_of_slot.size > 0:
             cells_of_slots(m, cell_of_slot, slot)
-    if queue is not None:
-        queue.place_the_rest(lobes, lobe_steps, place_key, band, jitter, lobe_memory, ux, uy, uz)
+    if lobes_hook is not None:
+        lobes_hook.place_the_rest(lobes, lobe_steps, place_key, band, jitter, lobe_memory, ux, uy, uz)
 
 
 @cache
 def emit_with(*hooks: str) -> Any:
     """`emit` compiled with these hooks, those of a plan in the order of `hooks`."""
-    return borrowing(with_hooks(emit, hooks))
+    return no_refcount(with_hooks(emit, hooks))
 
 
-@borrowing
+@no_refcount
 def emit_runs(
     start,
     ux,
@@ -380,7 +380,7 @@ def emit_runs(
     perez,
     lobes,
     slopes,
-    main,
+    azimuth_kernel,
     one_disc,
     cell_of_slot,
 ):
@@ -397,15 +397,15 @@ def emit_runs(
     while j < n:
         end = min(n, U64(cumulative[s + ONE]) - start)
         head, tail = split_place(place[s])
-        of_cell = cell_of_table(values, head, tail)
-        turned_v = base_v + turn_of_table(words, head, of_cell[0])
+        parameters = cell_of_table(values, head, tail)
+        turned_v = base_v + ring_offset_of_table(words, head, parameters[0])
         c = cell_of_slot[s] if cell_of_slot.size > 0 else np.int32(s)
         # whole vectors: the next run writes the photons beyond the end of this one again
         vectors = min(n, j + ((end - j + _REST_OF_VECTOR) & _WHOLE_VECTORS))
-        if main == NARROW:
-            _narrow_run(j, vectors, base_u, turned_v, step_u, step_v, of_cell, c, ux, uy, uz, cell)
+        if azimuth_kernel == NARROW:
+            _narrow_run(j, vectors, base_u, turned_v, step_u, step_v, parameters, c, ux, uy, uz, cell)
         else:
-            _quarter_run(j, vectors, base_u, turned_v, step_u, step_v, of_cell, c, ux, uy, uz, cell)
+            _quarter_run(j, vectors, base_u, turned_v, step_u, step_v, parameters, c, ux, uy, uz, cell)
         j = end
         s += ONE
 
@@ -413,8 +413,8 @@ def emit_runs(
 def _run(turned):
     """The photons lo to hi - 1, which are of one cell."""
 
-    def loop(lo, hi, base_u, base_v, step_u, step_v, of_cell, c, ux, uy, uz, cell):
-        h0, h1, h2, half_width, t0, t1 = of_cell
+    def loop(lo, hi, base_u, base_v, step_u, step_v, parameters, c, ux, uy, uz, cell):
+        h0, h1, h2, half_width, t0, t1 = parameters
         bits_u, bits_v = base_u + lo * step_u, base_v + lo * step_v
         for i in range(lo, hi):
             sine, cosine = turned(t0, t1, half_width, unit(bits_v, h0))
@@ -423,14 +423,14 @@ def _run(turned):
             bits_u += step_u  # a sum, because vectors of 64-bit products take longer
             bits_v += step_v
 
-    return inlined_borrowing(loop)
+    return inlined_no_refcount(loop)
 
 
 _narrow_run = _run(sincos_turned_narrow)
 _quarter_run = _run(sincos_turned)
 
 
-@borrowing
+@no_refcount
 def positions(is_circle, start, key, band, size_x, size_y, x, y):
     """Positions over a circle of diameter `size_x` or a rectangle, from a stream of their own; uint64 and float64."""
     for j in range(U64(x.size)):

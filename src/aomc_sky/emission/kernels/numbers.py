@@ -8,16 +8,16 @@ from aomc_sky.kernels.arithmetic.constants import BLOCK, ONE, TWO, U64, ZERO
 from aomc_sky.kernels.arithmetic.elementary import unit
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.cells.blocks import rank_of_photon, ranks_of_block
-from aomc_sky.kernels.jit import inlined, inner_borrowing, kernel
+from aomc_sky.kernels.jit import inlined, inner_no_refcount, kernel
 
 
-@inner_borrowing
+@inner_no_refcount
 def _by_rank(m, rank, shift, step, out):
     for j in range(m):
         out[j] = unit(shift + rank[j] * step, out[j])
 
 
-@inner_borrowing
+@inner_no_refcount
 def _by_philox(m, rank, key, band, draw, is_second, out):
     for j in range(m):
         first, second = philox_pair(key, rank[j], band, draw)

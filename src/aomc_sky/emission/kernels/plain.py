@@ -27,7 +27,7 @@ def emit(
     band,
     jitter,
     finder,
-    turns,
+    ring_offsets,
     cells,
     laws,
     perez,
@@ -40,15 +40,16 @@ def emit(
 ):
     """Write the photons [start, stop) of a band.
 
-    `finder` is `slot_finder` over the counts of all cells. The pair `turns` has the ring of each cell and the turn of
-    each ring. The array `cells` (n_cell, 6) has the precision of the outputs, and `laws` is int8 (n_cell,). A Perez sky
-    has in `perez` words and bounds (n_cell,), the sky's numbers, and the steps of the first trial. Lobes have in
-    `lobes` the lobe of each cell, the tables of `lobes.kernels.law`, the steps of the first trial, and `falls` with
-    `paces`. The words of `laws.sloped` (n_cell,) are in `slopes`. The other arguments are those of the kernel.
+    `finder` is `slot_finder` over the counts of all cells. The pair `ring_offsets` has the ring of each cell and the
+    offset of each ring. The array `cells` (n_cell, 6) has the precision of the outputs, and `laws` is int8 (n_cell,). A
+    Perez sky has in `perez` words and bounds (n_cell,), the sky's numbers, and the steps of the first trial. Lobes have
+    in `lobes` the lobe of each cell, the tables of `lobes.kernels.law`, the steps of the first trial, and
+    `bin_proposals` with `bins_per_photon`. The words of `laws.sloped` (n_cell,) are in `slopes`. The other arguments
+    are those of the kernel.
     """
     rank = _ranks(start, stop, order)
     cell[:] = finder(rank)
-    u, v = positions_in_cells(rank, jitter, place_key, band, shifts, steps, turns[1][turns[0][cell]], ux)
+    u, v = positions_in_cells(rank, jitter, place_key, band, shifts, steps, ring_offsets[1][ring_offsets[0][cell]], ux)
     if slopes is not None:
         u, v = sloped(u, v, slopes[cell])
     law = laws[cell]

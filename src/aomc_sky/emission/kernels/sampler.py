@@ -14,16 +14,16 @@ from aomc_sky.kernels.arguments import block_arguments
 from aomc_sky.kernels.arithmetic.constants import U64, ZERO
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned, sincos_turned_any, sincos_turned_narrow, unit
 from aomc_sky.kernels.arithmetic.rng import philox_pair
-from aomc_sky.kernels.cells.blocks import cell_of_table, rank_of_photon, slot_of_rank, split_place, turn_of_table
+from aomc_sky.kernels.cells.blocks import cell_of_table, rank_of_photon, ring_offset_of_table, slot_of_rank, split_place
 from aomc_sky.kernels.cells.laws import from_mu, from_mu2, sloped
 from aomc_sky.kernels.jit import inlined, inner, shared, shared_inlined
 
 from numba import from_dtype, types
 from numba.extending import overload
 
-rejection: Any = None
-queue: Any = None
-"""The hooks of `photon_at`, which `photon_at_with` fills."""
+perez_hook: Any = None
+lobes_hook: Any = None
+"""None here: `photon_at_with` swaps them in copies of `photon_at`; see `hooks`."""
 
 
 @inner
@@ -72,23 +72,23 @@ def photon_at(
     h0, h1, h2, h3, t0, t1 = cell_of_table(values, head, tail)
     if jitter is None:
         a, b = shifts[0] + rank * steps[0], shifts[1] + rank * steps[1]
-        u, v = unit(a, h0), unit(b + turn_of_table(words, head, h0), h0)
+        u, v = unit(a, h0), unit(b + ring_offset_of_table(words, head, h0), h0)
     else:
         a, b = philox_pair(key, rank, band, ZERO)
         u, v = unit(a, h0), unit(b, h0)
     if slopes is not None:
         u, v = sloped(u, v, slopes[slot])
-    if rejection is not None:
-        u, v, jacobian = rejection.tilted(u, v, perez[0][slot])
+    if perez_hook is not None:
+        u, v, jacobian = perez_hook.tilted(u, v, perez[0][slot])
     if law is None:
         x, y, z = _main_law(h0, h1, h2, h3, t0, t1, u, v, is_in_mu, is_any_width, is_narrow)
     else:
         x, y, z = direction_of(law[slot], (h0, h1, h2, h3, t0, t1), u, v, key, rank, band)
-    if rejection is not None:
-        of_cell = (h0, h1, h2, h3, t0, t1)
-        x, y, z = rejection.taken_or_replaced(x, y, z, jacobian, slot, rank, of_cell, perez, key, band, jitter)
-    if queue is not None and lobes[0][slot] >= 0:
-        lx, ly, lz = queue.lobe_photon(lobes[0][slot], a, b, rank, lobes, key, band, jitter)
+    if perez_hook is not None:
+        cell = (h0, h1, h2, h3, t0, t1)
+        x, y, z = perez_hook.taken_or_replaced(x, y, z, jacobian, slot, rank, cell, perez, key, band, jitter)
+    if lobes_hook is not None and lobes[0][slot] >= 0:
+        lx, ly, lz = lobes_hook.lobe_photon(lobes[0][slot], a, b, rank, lobes, key, band, jitter)
         x, y, z = type(h0)(lx), type(h0)(ly), type(h0)(lz)
     return x, y, z
 
@@ -123,8 +123,8 @@ def make_sample(hooks: tuple[str, ...], block: Any, n: int, n_numbers: int = 0) 
         def sample_with_numbers(i):
             if _index(i) >= end:
                 raise IndexError("photon index outside the band")
-            of_numbers, of_photon = block_arguments(block())
-            return photon(_index(i), *of_photon) + three_numbers(_index(i), *of_numbers)[:n_numbers]
+            number_arguments, photon_arguments = block_arguments(block())
+            return photon(_index(i), *photon_arguments) + three_numbers(_index(i), *number_arguments)[:n_numbers]
 
         return sample_with_numbers
 

@@ -23,9 +23,8 @@ from aomc_sky.formats.aomc.scanner import (
     Record,
     Token,
     ask_micrometres,
-    fixed_value,
+    both_values,
     list_integer,
-    list_real,
 )
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.text_file import read_lines
@@ -291,12 +290,9 @@ def _reading(index: int, line: str, field: Field) -> _Reading:
     """A line read in both ways. [index from 0]"""
     token, column = _what_a_person_reads(line, field)
     word = token.removesuffix(",")  # no number ends with a comma
+    value, meant = both_values(line[_START : _START + field.width], word, field.decimals)
     return _Reading(
-        field=field,
-        span=Span(index + 1, column, line, max(len(token), 1)),
-        token=token,
-        value=fixed_value(line[_START : _START + field.width], field.decimals),
-        meant=list_integer(word) if field.decimals is None else list_real(word),
+        field=field, span=Span(index + 1, column, line, max(len(token), 1)), token=token, value=value, meant=meant
     )
 
 

@@ -89,6 +89,11 @@ def list_real(text: str) -> float | None:
     return float(f"{parts[1]}{parts[2] or '0'}.{parts[4] or '0'}e{exponent}")
 
 
+def both_values(field: str, word: str, decimals: int | None) -> tuple[int | float | None, int | float | None]:
+    """The value that Fortran reads in a field, and the one that a person reads in a word of it."""
+    return fixed_value(field, decimals), list_integer(word) if decimals is None else list_real(word)
+
+
 @dataclass(frozen=True, slots=True)
 class Record:
     """The values of one list-directed READ."""
@@ -207,8 +212,10 @@ def _pieces(text: str, line: int) -> Iterator[tuple[Token, int]]:
 
 def ask_micrometres(wavelengths: Sequence[tuple[Token, float]], code: str, report: Report) -> None:
     """Report wavelengths such as 0.44 and 0.55; 0, 0.5, 1 to 30 are labels that people give their wavebands."""
+    if not any(value % 1 for _, value in wavelengths):
+        return
     questions = [(token, in_nm(value, token.word)) for token, value in wavelengths]
-    if all(question for _, question in questions) and any(value % 1 for _, value in wavelengths):
+    if all(question for _, question in questions):
         for token, question in questions:
             message, _, advice = question.partition("; ")
             report.at(token, code, message, name="wavelength", advice=advice, can_downgrade=True)

@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from aomc_sky.content import same_content
 from aomc_sky.errors import SceneError, Span
 from aomc_sky.formats.aomc.scanner import ListScanner, Record, Token, ask_micrometres, list_integer, list_real
 from aomc_sky.formats.report import Report, beyond_memory
 from aomc_sky.formats.text_file import read_bytes, split_lines, write_atomically
+from aomc_sky.record import same_content
 
 
 class Bins(enum.Enum):

@@ -18,11 +18,11 @@ from typing import Any, BinaryIO, cast
 
 import numpy as np
 
-from aomc_sky.content import same_content, short_repr
 from aomc_sky.errors import NOWHERE, InputFileError, OutputError
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.mcpl.header import MAGIC, VERSIONS, McplHeader
 from aomc_sky.formats.text_file import open_data, refuse
+from aomc_sky.record import same_content, short_repr
 
 EXTRA = "mcpl"
 BLOCK = 65_536
@@ -116,10 +116,10 @@ class McplFile:
         with _library_file(self, size) as file:
             for first in range(0, stop, size):
                 with np.errstate(all="ignore"):  # of numbers that no particle has
-                    wanted = slice(max(start - first, 0), min(stop - first, size))
+                    part_rows = slice(max(start - first, 0), min(stop - first, size))
                     try:
                         block = file.read_block()
-                        part = _unpacked(block, wanted, first + wanted.start) if wanted.start < size else None
+                        part = _unpacked(block, part_rows, first + part_rows.start) if part_rows.start < size else None
                     except Exception:  # the library raises its own errors and Python's
                         message = "the file became shorter while it was read"
                         raise _fault(self.path, "E804", message, _AGAIN, "particles") from None
@@ -341,7 +341,7 @@ def _library_file(file: McplFile, size: int) -> Iterator[Any]:
         yield stack.enter_context(opened)
 
 
-def _unpacked(block: Any, wanted: slice, start: int) -> McplParticles:
+def _unpacked(block: Any, part_rows: slice, start: int) -> McplParticles:
     """Copies of some particles of a block, because the library uses its arrays again."""
     real = {
         "energy": block.ekin,
@@ -353,9 +353,9 @@ def _unpacked(block: Any, wanted: slice, start: int) -> McplParticles:
     }
     return McplParticles(
         start=start,
-        pdg_code=block.pdgcode[wanted].astype(np.int32),
-        user_flags=block.userflags[wanted].astype(np.uint32),
-        **{name: values[wanted].astype(np.float64) for name, values in real.items()},
+        pdg_code=block.pdgcode[part_rows].astype(np.int32),
+        user_flags=block.userflags[part_rows].astype(np.uint32),
+        **{name: values[part_rows].astype(np.float64) for name, values in real.items()},
     )
 
 

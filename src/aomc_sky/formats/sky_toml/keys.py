@@ -15,16 +15,16 @@ from aomc_sky.formats.sky_toml.rules import (
     azimuth_words,
     choice,
     count,
-    flag,
     indices,
     number,
+    rules_of,
     several,
     sky_name,
     text,
     time,
     unit_of_radiance,
 )
-from aomc_sky.inputs import CLEAR_SKY, LIGHTS, MODEL, PEREZ, SUN, Input
+from aomc_sky.inputs import CLEAR_SKY, LIGHTS, MODEL, PEREZ, SUN
 
 COEFFICIENT_NAMES = ("a", "b", "c", "d", "e")
 SETS = (("dni", "dhi"), ("ghi", "dni"), ("ghi", "dhi"), ("ghi", "dni", "dhi"), ("epsilon", "delta"), COEFFICIENT_NAMES)
@@ -64,14 +64,6 @@ FIELD_KEYS: dict[str, Rule] = {
 PREFIX = "moon_"
 
 
-def _rules(rows: Mapping[str, Input]) -> dict[str, Rule]:
-    """Rule of each key of some inputs."""
-    return {
-        name: flag if row.is_switch else choice(row.words) if row.words else number(row.low, row.high)
-        for name, row in rows.items()
-    }
-
-
 MOON_KEYS = tuple(name for name in LIGHTS if name != GLOW_KEY)
 """Keys of [atmosphere] that place the Moon."""
 
@@ -80,11 +72,11 @@ _TWICE = (("moon_zenith_deg", "moon_zenith_offset_deg"), ("moon_azimuth_deg", "m
 KEYS: dict[str, dict[str, Rule]] = {
     "perez": {
         key: rule
-        for name, rule in _rules(PEREZ).items()
+        for name, rule in rules_of(PEREZ).items()
         for key in (COEFFICIENT_NAMES if name == "coefficients" else (name,))
     },
-    "sun": _rules(SUN),
-    "clear_sky": _rules(CLEAR_SKY),
+    "sun": rules_of(SUN),
+    "clear_sky": rules_of(CLEAR_SKY),
     "sky": {
         "model": sky_name(DIFFUSE_MODELS),
         "table": text("the path of a netCDF file or a table of text"),
@@ -106,12 +98,12 @@ KEYS: dict[str, dict[str, Rule]] = {
         "paths": count(8, 1_000_000_000),
         "zenith_bins": count(1, 3600),
         "azimuth_bins": count(1, 3600),
-        **_rules(LIGHTS),
+        **rules_of(LIGHTS),
     },
 }
 """Sections of sky.toml and what each key of them accepts."""
 
-RULES = {**KEYS, "model": _rules(MODEL)}
+RULES = {**KEYS, "model": rules_of(MODEL)}
 """The same with the arguments of `PerezSky` that are not keys of sky.toml."""
 
 REPEATED = ("background",)
@@ -331,8 +323,8 @@ def _atmosphere_section(values: Mapping[str, Any]) -> AtmosphereSection:
 
 def _sky_section(values: Mapping[str, Any]) -> SkySection:
     others = {name: value for name, value in values.items() if name not in FIELD_KEYS and name != "table"}
-    of_field = {name: value for name, value in values.items() if name in FIELD_KEYS}
-    return SkySection(**others, table=FieldSection(file=values["table"], **of_field) if "table" in values else None)
+    field_values = {name: value for name, value in values.items() if name in FIELD_KEYS}
+    return SkySection(**others, table=FieldSection(file=values["table"], **field_values) if "table" in values else None)
 
 
 BUILDERS: dict[str, Callable[[Mapping[str, Any]], Any]] = {

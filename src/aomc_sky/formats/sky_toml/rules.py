@@ -5,13 +5,12 @@ from __future__ import annotations
 import datetime
 import math
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from aomc_sky.formats.azimuth_words import AZIMUTH_FORMS, UnclearError, convention_of
-from aomc_sky.formats.radiance_unit import radiance_factor
 from aomc_sky.formats.report import BadValueError, Gathered, nearest
+from aomc_sky.inputs import Input
 
 LATEST_S = 253_402_300_799.0
 EARLIEST_S = -62_135_596_800.0
@@ -137,6 +136,8 @@ def text(what: str) -> Rule:
 
 def azimuth_words(value: object) -> str:
     """Words on where azimuths count from."""
+    from aomc_sky.formats.azimuth_words import AZIMUTH_FORMS, UnclearError, convention_of
+
     words = str(text("words such as 'clockwise from north'")(value))
     try:
         convention_of(words)
@@ -147,6 +148,8 @@ def azimuth_words(value: object) -> str:
 
 def unit_of_radiance(value: object) -> str:
     """A unit of spectral radiance, or "relative"."""
+    from aomc_sky.formats.radiance_unit import radiance_factor
+
     unit = str(text("a unit such as 'W m-2 nm-1 sr-1'")(value))
     if radiance_factor(unit) is None:
         message = f"{shown_value(unit)} is no unit of spectral radiance"
@@ -204,6 +207,14 @@ def indices(value: object) -> tuple[tuple[str, int], ...]:
         if isinstance(one, bool) or not isinstance(one, int) or one < 0:
             raise BadValueError("E704", f"{shown_value(one)} is not a whole number from 0", advice=advice)
     return tuple((str(name), index) for name, index in value.items())
+
+
+def rules_of(rows: Mapping[str, Input]) -> dict[str, Rule]:
+    """Rule of each key of some inputs of the light."""
+    return {
+        name: flag if row.is_switch else choice(row.words) if row.words else number(row.low, row.high)
+        for name, row in rows.items()
+    }
 
 
 def _moment(value: object) -> datetime.datetime | None:

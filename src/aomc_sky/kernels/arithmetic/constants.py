@@ -38,16 +38,16 @@ PEREZ_CHUNK = 256
 PEREZ_WORDS = 18 * (PEREZ_CHUNK + 24)
 """Photons that the rejection works on at a time, and its scratch memory; columns half a page apart would collide."""
 
-LOBE_ROOM = 256
-LOBE_COLUMN = LOBE_ROOM + 64
+LOBE_QUEUE_SIZE = 256
+LOBE_COLUMN = LOBE_QUEUE_SIZE + 64
 LOBE_WORDS = 24 * LOBE_COLUMN
 """Photons of a full queue of a lobe, whole vectors; the columns of its scratch memory, which stay in the cache."""
 
 
 def scratch_words(n_lobe: int) -> int:
     """Words of scratch memory that the emission needs for so many lobes."""
-    of_lobes = (2 + 3 * LOBE_ROOM) * n_lobe + 3 * LOBE_COLUMN + LOBE_WORDS + SCRATCH_PHOTONS if n_lobe else 0
-    return COLUMNS * SCRATCH_PHOTONS + PEREZ_WORDS + of_lobes
+    lobe_words = (2 + 3 * LOBE_QUEUE_SIZE) * n_lobe + 3 * LOBE_COLUMN + LOBE_WORDS + SCRATCH_PHOTONS if n_lobe else 0
+    return COLUMNS * SCRATCH_PHOTONS + PEREZ_WORDS + lobe_words
 
 
 def on_cache_lines(values: np.ndarray) -> np.ndarray:
@@ -68,5 +68,6 @@ TILT_STEP = 2.0**-11
 SLOPE_STEP = 2.0**-30
 """Slopes of the light inside a cell are whole numbers of these."""
 
-NARROW, QUARTER, ANY_WIDTH, IN_MU = (np.uint64(way) for way in range(4))
-"""The way of most slots: uniform in mu^2 in cells of at most 3 degrees of azimuth, at most 90, of any width; in mu."""
+NARROW, QUARTER, ANY_WIDTH, IN_MU = (np.uint64(kernel) for kernel in range(4))
+"""The azimuth kernel, the loop for most slots: uniform in mu^2 in cells of at most 3 degrees of azimuth, at most 90, of
+any width; in mu."""

@@ -23,7 +23,7 @@ _REST = np.uint64((1 << 62) - 1)
 _CUMULATIVE_LEVELS = 4
 _MAX_VECTOR = 1 << 20
 _CHUNK = 8192  # intermediate arrays of this size stay in the cache
-_DOUBT = 2.0**-26
+_NEAR_A_HALF = 2.0**-26
 _SUM_LEVELS = 3
 _SPLIT = 134217729.0  # 2^27 + 1 cuts a float64 into two halves whose products are exact
 
@@ -144,14 +144,14 @@ def _rounded_quotients(
     rest = first + second * 2.0**FIXED_POINT_BITS + 0.5
     steps = np.floor(rest)
     rest -= steps
-    return (whole.astype(np.int64) + steps.astype(np.int64)), np.flatnonzero(np.abs(rest - 0.5) > 0.5 - _DOUBT)
+    return (whole.astype(np.int64) + steps.astype(np.int64)), np.flatnonzero(np.abs(rest - 0.5) > 0.5 - _NEAR_A_HALF)
 
 
 def _rounded_by_integers(values: np.ndarray, chosen: np.ndarray) -> list[int]:
     """The same for chosen running sums in integers of any length."""
     total = sum(_integers(values))
-    wanted = set(chosen.tolist())
-    sums = (s for k, s in enumerate(itertools.accumulate(_integers(values))) if k in wanted)
+    places = set(chosen.tolist())
+    sums = (s for k, s in enumerate(itertools.accumulate(_integers(values))) if k in places)
     return [((s << (FIXED_POINT_BITS + 1)) + total) // (2 * total) for s in sums]
 
 

@@ -2,12 +2,12 @@
 
 A slot is a cell with photons. A guide table and at most a few steps find the slot of a rank. The parameters of a slot
 are a head and a tail of four floats each, moved as 64-bit words. The head belongs to the ring: the first three
-parameters and the ring's *turn*, an integer. The tail belongs to the column: sine and cosine of the centre, half the
+parameters and the *ring offset*, an integer. The tail belongs to the column: sine and cosine of the centre, half the
 width, and an unused float. One table of words holds heads and tails, with two words for four float32 and four for four
 float64.
 
-The scratch memory has a column for each parameter of a block's photons, in the order h0, h1, h2, turn, t0, t1, h3. So
-vector loops read it without shuffles; see `columns`.
+The scratch memory has a column for each parameter of a block's photons, in the order h0, h1, h2, ring offset, t0, t1,
+h3. So vector loops read it without shuffles; see `columns`.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from aomc_sky.kernels.arithmetic.constants import FOUR, LOW32, ONE, S32, SCRATCH
 from aomc_sky.kernels.cells.laws import sloped
 from aomc_sky.kernels.cells.order import SHORT_LIMIT, permute_long, permute_short
 from aomc_sky.kernels.formula import by_width
-from aomc_sky.kernels.jit import inner_borrowing, seen_as, spliced
+from aomc_sky.kernels.jit import inline_always, inner_no_refcount, view_as
 
 MAX_PHOTONS = np.uint64(SCRATCH_PHOTONS)
 """Most photons of a block. Loops with this bound vectorise, because 16 bytes times the index cannot wrap."""
@@ -31,14 +31,14 @@ _LOW16 = np.uint32(0xFFFF)
 _HIGH32 = np.uint64(0xFFFFFFFF00000000)
 
 
-@inner_borrowing
+@inner_no_refcount
 def fill_parameters(columns, lo, hi, words, head, tail, slot, s):
     """Write the parameters of slot s to the columns of the photons lo to hi - 1, and s to `slot`.
 
     The columns are seen as integers of the precision's width.
     """
     per_word = np.uint64(8) // np.uint64(columns.itemsize)
-    numbers, h, t = seen_as(words, columns[0]), head * per_word, tail * per_word
+    numbers, h, t = view_as(words, columns[0]), head * per_word, tail * per_word
     a, b, c, d = numbers[h], numbers[h + ONE], numbers[h + TWO], numbers[h + THREE]
     e, f, g = numbers[t], numbers[t + ONE], numbers[t + TWO]
     for j in range(lo, min(hi, MAX_PHOTONS)):
@@ -52,7 +52,7 @@ def fill_parameters(columns, lo, hi, words, head, tail, slot, s):
         slot[j] = s
 
 
-@inner_borrowing
+@inner_no_refcount
 def cell_of_photon(p, j):
     """The six parameters h0, h1, h2, h3, t0, t1 of photon j from the scratch memory p, seen as floats."""
     c = _COLUMN
@@ -62,7 +62,7 @@ def cell_of_photon(p, j):
 _NO_SLOPE = np.uint64(1 << 63)
 
 
-@inner_borrowing
+@inner_no_refcount
 def place_on_slopes(m, slot, word_of_slot, word, u, v):
     """`sloped` for a block; `word` is scratch memory."""
     j = ZERO
@@ -76,20 +76,20 @@ def place_on_slopes(m, slot, word_of_slot, word, u, v):
         u[j], v[j] = sloped(u[j], v[j], word[j])
 
 
-@inner_borrowing
+@inner_no_refcount
 def whole_vectors(n):
     """The next multiple of 32: what a vector loop leaves over costs more than computing on stale memory."""
     return (n + U64(31)) & U64(0xFFFFFFFFFFFFFFE0)
 
 
-@spliced
+@inline_always
 def column(memory, number, size, like):
     """Column `number` (uint64) of a memory of uint64 words whose columns have `size` words, as numbers like `like`."""
     start = number * size
-    return seen_as(memory[start : start + size], like)
+    return view_as(memory[start : start + size], like)
 
 
-@inner_borrowing
+@inner_no_refcount
 def cell_of_table(values, head, tail):
     """The same six from the table of words, seen as floats."""
     per_word = np.uint64(8) // np.uint64(values.itemsize)
@@ -97,18 +97,18 @@ def cell_of_table(values, head, tail):
     return values[h], values[h + ONE], values[h + TWO], values[t + TWO], values[t], values[t + ONE]
 
 
-#: An integer type as wide as `like`, for the turns of photons.
+#: An integer type as wide as `like`, for the ring offsets of photons.
 word_like = by_width(lambda like: U32(0), lambda like: U64(0))
 
-#: The turn of photon j's ring, a 64-bit fraction, from the scratch memory seen as `word_like` numbers: (bits, j).
-turn_of_photon = by_width(
+#: The offset of photon j's ring, a 64-bit fraction, from the scratch memory seen as `word_like` numbers: (bits, j).
+ring_offset_of_photon = by_width(
     lambda bits, j: np.uint64(bits[j + THREE * _COLUMN]) << S32,
     lambda bits, j: bits[j + THREE * _COLUMN],
     of=0,
 )
 
-#: The turn of a head of the table of words; `like` is any number of the precision.
-turn_of_table = by_width(
+#: The ring offset of a head of the table of words; `like` is any number of the precision.
+ring_offset_of_table = by_width(
     lambda words, head, like: words[head + ONE] & _HIGH32, lambda words, head, like: words[head + THREE]
 )
 
@@ -118,7 +118,7 @@ split_place = by_width(
 )
 
 
-@inner_borrowing
+@inner_no_refcount
 def _ranks_short(start, m, order, rank):
     """A rank beyond the end is permuted again; most chunks have none."""
     last, s, b = U32(order[0] - ONE), U32(order[1]), U32(order[2])
@@ -139,7 +139,7 @@ def _ranks_short(start, m, order, rank):
                 part[j] = r
 
 
-@inner_borrowing
+@inner_no_refcount
 def _ranks_long(start, m, order, rank):
     n, s, b = order[0], order[1], order[2]
     k0, k1, k2 = U32(order[3]), U32(order[4]), U32(order[5])
@@ -150,7 +150,7 @@ def _ranks_long(start, m, order, rank):
         rank[j] = r
 
 
-@inner_borrowing
+@inner_no_refcount
 def ranks_of_block(start, m, order, rank):
     """Write the ranks of the photons [start, start + m), uint64; `order` is `StreamWords.order`."""
     if order[0] <= SHORT_LIMIT:
@@ -159,7 +159,7 @@ def ranks_of_block(start, m, order, rank):
         _ranks_long(start, m, order, rank)
 
 
-@inner_borrowing
+@inner_no_refcount
 def rank_of_photon(i, order):
     """Rank of one photon, uint64; `order` is `StreamWords.order` as a tuple."""
     n, s, b, k0, k1, k2 = order
@@ -175,7 +175,7 @@ def rank_of_photon(i, order):
     return r
 
 
-@inner_borrowing
+@inner_no_refcount
 def slot_of_rank(r, cumulative, guide, shift):
     """Slot of one rank, uint64; the first step is without a branch."""
     s = U64(guide[U64(r) >> shift])
@@ -187,7 +187,7 @@ def slot_of_rank(r, cumulative, guide, shift):
     return s + U64(r >= cumulative[s + ONE])
 
 
-@inner_borrowing
+@inner_no_refcount
 def cells_of_slots(m, cell_of_slot, cell):
     """Replace the slots of a block by the numbers of their cells."""
     j = ZERO

@@ -83,8 +83,8 @@ def _copy_group(context: Any, builder: Any, signature: Any, values: Any) -> Any:
     lane, half = ir.VectorType(number, per_lane), place.type.pointee.width // 2
     starts: list[list[Any]] = [[], []]
     for i in range(GROUP):
-        of_slot = builder.zext(builder.load(builder.gep(slot, [builder.add(values[4], _INDEX(i))])), _INDEX)
-        both = builder.zext(builder.load(builder.gep(place, [of_slot])), _INDEX)
+        slot_number = builder.zext(builder.load(builder.gep(slot, [builder.add(values[4], _INDEX(i))])), _INDEX)
+        both = builder.zext(builder.load(builder.gep(place, [slot_number])), _INDEX)
         starts[0].append(builder.lshr(both, _INDEX(half)))
         starts[1].append(builder.and_(both, _INDEX(2**half - 1)))
     for k in range(0, _COLUMNS, per_lane):

@@ -156,10 +156,10 @@ def directions_of(law, p, u, v, key, rank, band):
     return (from_mu if law == CELL_MU else from_mu2)(h0, h1, h2, u, *turned(t0, t1, half_width, v))
 
 
-def positions_in_cells(rank, jitter, key, band, shifts, steps, turn, like):
-    """The two uniform numbers of each photon; `turn` is what its ring adds to the second one's word."""
+def positions_in_cells(rank, jitter, key, band, shifts, steps, ring_offset, like):
+    """The two uniform numbers of each photon; `ring_offset` is what its ring adds to the second one's word."""
     if jitter:
         a, b = philox_pair(key, rank, U64(band), U64(0))
     else:
-        a, b = shifts[0] + rank * steps[0], shifts[1] + rank * steps[1] + turn
+        a, b = shifts[0] + rank * steps[0], shifts[1] + rank * steps[1] + ring_offset
     return unit(a, like), unit(b, like)

@@ -1,7 +1,7 @@
 """The keyed order of photons: a bijection on [0, N), so that every prefix of a run is a fair sample.
 
 A number i splits into low = i mod 2^s and high = i >> s, with 2^s >= sqrt(N) and b = ceil(N / 2^s)
-values of high. Three rounds of a Feistel network over Z_b x Z_(2^s) stir them: high, low, high.
+values of high. Three rounds of a Feistel network over Z_b x Z_(2^s) mix them: high, low, high.
 Results at or beyond N walk on (probability below 2^s / N). A power of two as one radix spares every
 photon a division, and starting with the high half makes three rounds behave as four (docs/decisions).
 Up to 65535 x 2^16 photons all words have 32 bits, which vectorise twice as wide.
@@ -39,7 +39,7 @@ def split_order(n):
 
 
 @formula
-def stir(half, key):
+def mix(half, key):
     """Hash a 32-bit word: two multiplications around one xor-shift, as in Wellons' lowbias32."""
     x = U32(U32(half * _A) + key)
     x = U32(x ^ (x >> _S15))
@@ -48,7 +48,7 @@ def stir(half, key):
 
 @formula
 def _high_short(high, low, key, b):
-    high = U32(high + ((U32(stir(low, key) >> _S16) * U32(b & _LOW16)) >> _S16))
+    high = U32(high + ((U32(mix(low, key) >> _S16) * U32(b & _LOW16)) >> _S16))
     return smaller(high, U32(high - b))  # wraps to a large number when high < b
 
 
@@ -64,7 +64,7 @@ def permute_short(i, s, b, k0, k1, k2):
     mask = U32((U32(1) << s) - U32(1))
     low = U32(i & mask)
     high = _high_short(U32(i >> s), low, k0, b)
-    low = U32(U32(low + U32(stir(high, k1) >> rest)) & mask)
+    low = U32(U32(low + U32(mix(high, k1) >> rest)) & mask)
     high = _high_short(high, low, k2, b)
     return U32(U32(high << s) | low)
 
@@ -72,7 +72,7 @@ def permute_short(i, s, b, k0, k1, k2):
 @formula
 def high_step(low, key, b):
     """Step of the high half in a round, from the low half."""
-    return (U64(stir(U32(low), key)) * b) >> S32
+    return (U64(mix(U32(low), key)) * b) >> S32
 
 
 @formula
@@ -82,7 +82,7 @@ def permute_long(i, s, b, k0, k1, k2):
     low = i & mask
     high = (i >> s) + high_step(low, k0, b)
     high = select(high >= b, high - b, high)
-    low = (low + (U64(stir(U32(high), k1)) >> (S32 - s))) & mask
+    low = (low + (U64(mix(U32(high), k1)) >> (S32 - s))) & mask
     high = high + high_step(low, k2, b)
     high = select(high >= b, high - b, high)
     return (high << s) | low

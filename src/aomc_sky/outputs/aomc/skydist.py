@@ -164,7 +164,7 @@ def read_quietly(path: Path) -> AmcConfig:
 
 SKYDIST = "skydist.inp"
 COUNTS = "counts.csv"
-_OF_PROGRAM = ("amc.inp", "lambbot.inp", "conc.inp", "abs.inp", "scat.inp", "spf.inp")
+_PROGRAM_FILES = ("amc.inp", "lambbot.inp", "conc.inp", "abs.inp", "scat.inp", "spf.inp")
 """Files that the program reads besides the sky; the last four describe the water."""
 _LEFT_OUT = (SKYDIST, "amc.inp", "difcol.inp")
 """Files of a scene that are not copied: two are made new, and the program does not need difcol.inp."""
@@ -174,10 +174,10 @@ def check_scene(amc_inp: Path, wavelength_nm: np.ndarray) -> None:
     """Refuse a scene whose lambbot.inp has not the wavebands of the run. [nm]"""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", InputWarning)  # the run has shown them
-        of_scene = read_lambbot(amc_inp.parent / "lambbot.inp", lenient=True).wavelength_nm
-    if not np.array_equal(of_scene, wavelength_nm):
+        scene_nm = read_lambbot(amc_inp.parent / "lambbot.inp", lenient=True).wavelength_nm
+    if not np.array_equal(scene_nm, wavelength_nm):
         raise SceneError(
-            f"{amc_inp.parent / 'lambbot.inp'} has {of_scene.size} wavebands that are not the {wavelength_nm.size} of "
+            f"{amc_inp.parent / 'lambbot.inp'} has {scene_nm.size} wavebands that are not the {wavelength_nm.size} of "
             "the run; name the scene that was run"
         )
 
@@ -213,7 +213,7 @@ def counts_text(sky: AomcSky) -> bytes:
 
 def water_note(folder: RunFolder) -> str:
     """A note on files that are missing: the program opens all of them, and stops without one."""
-    missing = [name for name in _OF_PROGRAM if folder.size_of(name) is None]
+    missing = [name for name in _PROGRAM_FILES if folder.size_of(name) is None]
     return f"the AOMC program also reads {', '.join(missing)} from the folder of skydist.inp" if missing else ""
 
 

@@ -10,7 +10,7 @@ import random
 import shutil
 import stat
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import BinaryIO
@@ -233,6 +233,10 @@ class RunFolder:
         except OSError:
             return None
         return status.st_size if stat.S_ISREG(status.st_mode) else None
+
+    def sizes_of(self, names: Iterable[str]) -> dict[str, int]:
+        """`size_of` those of these files that are there. [bytes]"""
+        return {name: size for name in names if (size := self.size_of(name)) is not None}
 
     def space_of(self, name: str) -> int:
         """Space that a file takes on the disk; 0 for no file, and where the system does not tell. [bytes]"""

@@ -194,8 +194,7 @@ def formats_in(folder: RunFolder, stored: Mapping[str, list[PhotonFiles]]) -> li
 def run_files(folder: RunFolder, stored: Mapping[str, list[PhotonFiles]]) -> dict[str, int]:
     """Sizes of the files in a run folder; their names follow from the plan. [bytes]"""
     names = [layout.name for files in stored.values() for part in files for layout in part.layouts]
-    sizes = {name: folder.size_of(name) for name in (PLAN, SOURCE_FILE, *COUNTS_FILES, *names)}
-    return {name: size for name, size in sizes.items() if size is not None}
+    return folder.sizes_of([PLAN, SOURCE_FILE, *COUNTS_FILES, *names])
 
 
 def stacked(batch: PhotonBatch) -> np.ndarray:
@@ -318,7 +317,7 @@ def emit_photons(
     with ChunkPool(source, threads) as pool, contextlib.ExitStack() as stack:
         shared = [(f.writer, stack.enter_context(f.writing())) for f in files if len(f.bands) > 1]
         for band in bands:
-            with contextlib.ExitStack() as of_band:
-                own = [(f.writer, of_band.enter_context(f.writing())) for f in files if f.bands == (band,)]
+            with contextlib.ExitStack() as band_files:
+                own = [(f.writer, band_files.enter_context(f.writing())) for f in files if f.bands == (band,)]
                 sums[band] = pool.emit(band, [*own, *shared], meter.add)
     return sums

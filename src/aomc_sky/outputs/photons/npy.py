@@ -88,12 +88,12 @@ def _read_head(file: BinaryIO, path: Path) -> tuple[tuple[int, ...], bool, np.dt
 
 
 def _npy_rows(photons: PhotonsNpy, weights: PhotonsNpy | None) -> Iterator[PhotonRows]:
-    of_weights = None if weights is None else weights.blocks()
+    weight_rows = None if weights is None else weights.blocks()
     start = 0
     for rows in photons.blocks():
         weight = rows[:, 3] if photons.n_columns == 4 else None
-        if of_weights is not None:
-            weight = next(of_weights)[:, 0]
+        if weight_rows is not None:
+            weight = next(weight_rows)[:, 0]
         yield PhotonRows(start=start, direction=rows[:, :3], weight=weight)
         start += len(rows)
 
@@ -140,13 +140,13 @@ class NpyWriter(PhotonWriter):
             raise UsageError(f"the scene has {n_bands} wavebands: name the waveband of the photons with --waveband")
         if len(bands) > 1:
             raise UsageError("a .npy file holds photons of one waveband: give one --waveband")
-        of_weights = None if weights is None else read_photons_npy(weights, n_columns=(1,))
-        if of_weights is not None and photons.n_columns == 4:
+        weight_rows = None if weights is None else read_photons_npy(weights, n_columns=(1,))
+        if weight_rows is not None and photons.n_columns == 4:
             raise UsageError(f"{path} has weights in its fourth column: leave --weights out")
-        if of_weights is not None and of_weights.n_photons != photons.n_photons:
-            message = f"{of_weights.n_photons} weights for the {photons.n_photons} photons of {path}"
-            raise refuse(of_weights.path, message, code="E903")
-        return PhotonFile(path=path, rows={band: partial(_npy_rows, photons, of_weights) for band in bands or (0,)})
+        if weight_rows is not None and weight_rows.n_photons != photons.n_photons:
+            message = f"{weight_rows.n_photons} weights for the {photons.n_photons} photons of {path}"
+            raise refuse(weight_rows.path, message, code="E903")
+        return PhotonFile(path=path, rows={band: partial(_npy_rows, photons, weight_rows) for band in bands or (0,)})
 
 
 def _head(dtype: np.dtype, shape: tuple[int, ...]) -> bytes:

@@ -73,7 +73,7 @@ def _light(skies: Sequence[AtmosphereSky]) -> dict[str, Variable]:
     error_text = "estimated error of the radiance, as a standard deviation"
     beam, suns = "irradiance of the direct beam on", ("sun_zenith", "wavelength")
 
-    def of_suns(rows: Iterable[np.ndarray], text: str, unit: str = _IRRADIANCE) -> Variable:
+    def per_sun(rows: Iterable[np.ndarray], text: str, unit: str = _IRRADIANCE) -> Variable:
         return variable(suns, np.stack(list(rows)), text, unit)
 
     left_out = "estimated share of the sky's irradiance in the orders that were left out"
@@ -83,23 +83,23 @@ def _light(skies: Sequence[AtmosphereSky]) -> dict[str, Variable]:
         "radiance_by_order": variable(
             _ORDERS, by_order, f"radiance of the sky by the number of interactions, {mean}", _RADIANCE
         ),
-        "direct_irradiance": of_suns((sky.direct_irradiance for sky in skies), f"{beam} the horizontal ground"),
-        "direct_normal_irradiance": of_suns((s.solved.direct_normal for s in skies), f"{beam} a plane normal to it"),
-        "diffuse_irradiance": of_suns(
+        "direct_irradiance": per_sun((sky.direct_irradiance for sky in skies), f"{beam} the horizontal ground"),
+        "direct_normal_irradiance": per_sun((s.solved.direct_normal for s in skies), f"{beam} a plane normal to it"),
+        "diffuse_irradiance": per_sun(
             (sky.diffuse_irradiance for sky in skies), "irradiance of the sky on the horizontal ground"
         ),
-        "truncation": of_suns((sky.solved.truncation for sky in skies), left_out, "1"),
+        "truncation": per_sun((sky.solved.truncation for sky in skies), left_out, "1"),
     }
 
 
 def _medium(sky: AtmosphereSky) -> dict[str, Variable]:
     medium = sky.medium
     toa, depth = "irradiance of the sun above the atmosphere, normal to the beam", vertical_optical_depth(medium)
-    of_species = "vertical optical depth of the whole atmosphere by species"
+    depth_text = "vertical optical depth of the whole atmosphere by species"
     return {
         "solar_irradiance": variable("wavelength", medium.toa_irradiance, toa, _IRRADIANCE),
         "ground_albedo": variable("wavelength", medium.ground_albedo, "albedo of the ground", "1"),
-        "optical_depth": variable(("wavelength", "species"), depth, of_species, "1"),
+        "optical_depth": variable(("wavelength", "species"), depth, depth_text, "1"),
         "species": variable("species", [part.name for part in medium.constituents], "name of a species"),
     }
 
@@ -223,7 +223,7 @@ def _add_sources(dataset: Any, axes: dict[str, Variable], skies: Sequence[Atmosp
     solved = {
         k: source_functions(sky.medium, np.deg2rad(sky.sun_zenith_deg), angle, angle, n_orders=max(sky.n_listed, 2))
         for k, sky in enumerate(skies)
-        if sky.solved.method == "sos" and sky.solved.more is not None
+        if sky.solved.method == "sos" and sky.solved.later_orders is not None
     }
     if not solved:
         return
@@ -241,8 +241,8 @@ def _add_sources(dataset: Any, axes: dict[str, Variable], skies: Sequence[Atmosp
         axes["source_azimuth"] = variable("source_azimuth", SOURCE_DEG, "azimuth from the sun", "degree")
     if saves.source_from_ground:
         text = "light that a volume of air scatters into order 2 out of the direct beam reflected by the ground"
-        of_ground = ("sun_zenith", "wavelength", "altitude", "source_zenith")
-        dataset["source_from_ground"] = variable(of_ground, from_ground, text, _SOURCE)
+        axes_of_ground = ("sun_zenith", "wavelength", "altitude", "source_zenith")
+        dataset["source_from_ground"] = variable(axes_of_ground, from_ground, text, _SOURCE)
     axes["altitude"] = variable("altitude", some.altitude_m, "altitude above the ground", "m")
     text = "zenith angle looked into; beyond 90 down"
     axes["source_zenith"] = variable("source_zenith", SOURCE_DEG, text, "degree")

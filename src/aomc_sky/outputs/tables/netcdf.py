@@ -96,12 +96,12 @@ def variable(
 def _band_coordinates(source: PhotonSource) -> dict[str, Variable]:
     numbers, wavelength = np.arange(1, source.n_bands + 1), source.plan.wavelength_nm
     sky = np.array([band.sky_wavelength_nm for band in source.plan.bands])
-    of_sky = "wavelength of the sky that serves the waveband, NaN where it has none"
+    sky_text = "wavelength of the sky that serves the waveband, NaN where it has none"
     known = "radiation_wavelength"
     return {
         "waveband": variable("waveband", numbers, "number of the waveband, from 1"),
         "wavelength": variable("waveband", wavelength, "wavelength of the waveband", "nm", standard_name=known),
-        "sky_wavelength": variable("waveband", sky, of_sky, "nm"),
+        "sky_wavelength": variable("waveband", sky, sky_text, "nm"),
     }
 
 
@@ -165,15 +165,15 @@ def grid_coordinates(grid: PatchGrid, ending: str) -> dict[str, Any]:
     """Coordinates of the patches, `zenith` and `azimuth` with an ending, and their indices as in skydist.inp."""
     zenith, azimuth, first = f"zenith{ending}", f"azimuth{ending}", grid.azimuth_first_index
     centre = grid.zenith_bounds_deg.mean(axis=1), grid.azimuth_bounds_deg.mean(axis=1)
-    of_zenith, bounds = "zenith angle of the sky element, 0 overhead", f"zenith_bounds{ending}"
-    of_azimuth = f"azimuth of the sky element; {CONVENTIONS['azimuth']}"
+    zenith_text, bounds = "zenith angle of the sky element, 0 overhead", f"zenith_bounds{ending}"
+    azimuth_text = f"azimuth of the sky element; {CONVENTIONS['azimuth']}"
     numbers = np.arange(1, grid.n_zenith + 1), np.arange(first, first + grid.n_azimuth)
     return {
-        zenith: variable(zenith, centre[0], of_zenith, "degree", standard_name="zenith_angle", bounds=bounds),
+        zenith: variable(zenith, centre[0], zenith_text, "degree", standard_name="zenith_angle", bounds=bounds),
         azimuth: variable(
             azimuth,
             centre[1],
-            of_azimuth,
+            azimuth_text,
             "degree",
             bounds=f"azimuth_bounds{ending}",
             azimuth_convention=AzimuthConvention.ENU_FROM_EAST.name.lower(),

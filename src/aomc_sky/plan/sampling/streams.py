@@ -21,6 +21,9 @@ SHIFT = "shift"
 PLACEMENT = "placement"
 POSITION = "position"
 
+PHOTON_STREAMS = (ORDER, SHIFT, PLACEMENT, POSITION)
+"""Streams whose keys are in a plan, in this order; the key of allocation is not needed any more."""
+
 MAX_SEED = 2**64 - 1
 
 
@@ -39,6 +42,11 @@ def stream_key(seed: int, stream: str, method: str | None = None) -> int:
     named = (stream,) if method is None else (method, stream)
     text = "\0".join((_KEY_VERSION, str(int(seed)), *named)).encode()
     return int.from_bytes(hashlib.sha256(text).digest()[:8], "little")
+
+
+def photon_keys(seed: int, method: str) -> np.ndarray:
+    """The keys of `PHOTON_STREAMS`, uint64 (4,): the member `keys` of a plan."""
+    return np.array([stream_key(seed, stream, method) for stream in PHOTON_STREAMS], dtype=np.uint64)
 
 
 def philox_pair(key: int, rank: int, band: int, draw: int) -> tuple[int, int]:

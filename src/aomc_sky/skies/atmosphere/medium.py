@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.content import same_content, short_repr
 from aomc_sky.directions import in_both_units, settle_angles
 from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.atmosphere.language.block import Block
 
 

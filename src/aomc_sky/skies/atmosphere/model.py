@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
-from aomc_sky.content import same_content, short_repr
 from aomc_sky.directions import in_both_units, settle_angles
 from aomc_sky.errors import SceneError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.progress import is_free, patience
+from aomc_sky.progress import is_free, status_line
+from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.atmosphere.description.medium import read_medium
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.lights import Moon
@@ -113,7 +113,7 @@ class AtmosphereSky(Share):
         if not np.isfinite(self.sun_azimuth_deg):
             raise SceneError(f"the sun's azimuth must be finite, got {self.sun_azimuth_deg}")
         tolerance = _TOLERANCE if self.sun_zenith_deg <= 90.0 else _TOLERANCE_TWILIGHT
-        with patience("solving the atmosphere", enabled=is_free()):
+        with status_line("solving the atmosphere", enabled=is_free()):
             solved = solve_sky(
                 self.medium,
                 sun_zenith_rad=math.radians(self.sun_zenith_deg),
@@ -168,14 +168,14 @@ class AtmosphereSky(Share):
     def patch_error(self) -> np.ndarray:
         """Estimated error of the radiance of each patch, shape (n_wl, n_patch). [W m-2 sr-1 nm-1]"""
         order_one, later_orders = relative_errors(self.solved)
-        of_later = later_orders * self.patch_mean[:, 1:].sum(axis=1)
+        later_error = later_orders * self.patch_mean[:, 1:].sum(axis=1)
         if self.solved.node_error is not None:
-            of_later = self.solved.path_error(*self._patch_middles())
-        of_sun = np.hypot((order_one + self.patch_change) * self.patch_mean.sum(axis=1), of_later)
+            later_error = self.solved.path_error(*self._patch_middles())
+        sun_error = np.hypot((order_one + self.patch_change) * self.patch_mean.sum(axis=1), later_error)
         if self.solved.glow is None:
-            return of_sun
+            return sun_error
         rings = glow_means(self.solved.glow, self.grid).sum(axis=1)
-        return np.hypot(of_sun, self.solved.glow_error * np.repeat(rings, self.grid.n_azimuth, axis=1))
+        return np.hypot(sun_error, self.solved.glow_error * np.repeat(rings, self.grid.n_azimuth, axis=1))
 
     def _patch_middles(self) -> tuple[np.ndarray, np.ndarray]:
         """Zenith angles and azimuths from the sun of the middles of the patches, (n_patch,) each. [rad]"""

@@ -210,5 +210,5 @@ def optical_depth_to_top(medium: Medium, altitude_m: ArrayLike, zenith_rad: Arra
 def vertical_optical_depth(medium: Medium) -> np.ndarray:
     """Optical depth of the whole atmosphere along the vertical, by constituent: (n_wl, n_constituent)."""
     profile, power = density_profile(medium), np.arange(N_NODES)[::-1]
-    of_panels = profile.coefficient @ np.where(power % 2 == 0, 1.0 / (power + 1.0), 0.0)
-    return profile.extinction_m2 * (np.diff(profile.edge_m) @ of_panels)
+    panel_means = profile.coefficient @ np.where(power % 2 == 0, 1.0 / (power + 1.0), 0.0)
+    return profile.extinction_m2 * (np.diff(profile.edge_m) @ panel_means)

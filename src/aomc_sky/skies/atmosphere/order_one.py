@@ -151,8 +151,8 @@ def sun_columns(
     y = np.repeat(low, n_row * n_node) + np.repeat(steps, n_row * n_node) * (np.arange(which.size) - row_start[which])
     mu = np.repeat(scale, n_row * n_node) * np.sinh(y)  # a little above 1 at a row's end: the formulas go on smoothly
     table = columns(profile, altitude_m.ravel()[which], mu, profile.top_m)
-    of_row = (np.repeat(each, n_node) for each in (scale, low, 1.0 / steps))
-    return table, row_start[:-1], lengths, *of_row
+    row_columns = (np.repeat(each, n_node) for each in (scale, low, 1.0 / steps))
+    return table, row_start[:-1], lengths, *row_columns
 
 
 def _scales(profile: Profile, panel_m: np.ndarray, altitude_m: np.ndarray) -> np.ndarray:

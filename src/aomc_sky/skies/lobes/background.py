@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.content import same_content, short_repr
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.phase.vectorised import real, shape_of
+from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.lobes.file.data import Animation
 from aomc_sky.skies.lobes.horizon import mass_above_horizon
 from aomc_sky.skies.lobes.lobe import checked, slerp, vertical_in_local

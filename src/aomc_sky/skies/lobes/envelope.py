@@ -227,11 +227,11 @@ def _split(frames: LobeFrame, lobe: np.ndarray, cells: np.ndarray, waste: np.nda
     both = np.maximum(gain_b, gain_psi) < 0.2 * waste
     by_b = ~both & (gain_b >= gain_psi)
     by_psi = ~both & ~by_b
-    of_quarters = np.tile(lobe[both], 4)
-    quarters = _bounded(frames.at(of_quarters), _halves_in_psi(_halves_in_b(rows[:, both])))
+    lobe_of_quarters = np.tile(lobe[both], 4)
+    quarters = _bounded(frames.at(lobe_of_quarters), _halves_in_psi(_halves_in_b(rows[:, both])))
     by_b, by_psi = np.tile(by_b, 2), np.tile(by_psi, 2)
     made = np.concatenate([in_b[:, by_b], in_psi[:, by_psi], quarters], axis=1)
-    return made, np.concatenate([twice[by_b], twice[by_psi], of_quarters])
+    return made, np.concatenate([twice[by_b], twice[by_psi], lobe_of_quarters])
 
 
 def _refined(frames: Sequence[LobeFrame]) -> list[np.ndarray]:
@@ -263,8 +263,8 @@ def _refined(frames: Sequence[LobeFrame]) -> list[np.ndarray]:
         is_kept = ~coarse & (lobe < n_lobes)
         if not coarse.any():
             break
-        made, of_made = _split(stack, lobe[coarse], cells[:, coarse], waste[coarse])
-        cells, lobe = np.concatenate([cells[:, is_kept], made], axis=1), np.concatenate([lobe[is_kept], of_made])
+        made, lobe_of_made = _split(stack, lobe[coarse], cells[:, coarse], waste[coarse])
+        cells, lobe = np.concatenate([cells[:, is_kept], made], axis=1), np.concatenate([lobe[is_kept], lobe_of_made])
         order = np.argsort(lobe, kind="stable")
         cells, lobe = cells[:, order], lobe[order]
     return done

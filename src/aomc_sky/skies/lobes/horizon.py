@@ -159,8 +159,8 @@ def _vndf_projected(kind: str, alpha_x: float, alpha_y: float, nx: float, ny: fl
         inner = [_over_v(kind, u, form) for u, _, _ in pieces]
         once, twice = (
             sum(
-                float(np.sum(weight * above**power * of_power[power - 1]))
-                for (_, above, weight), of_power in zip(pieces, inner, strict=True)
+                float(np.sum(weight * above**power * integral[power - 1]))
+                for (_, above, weight), integral in zip(pieces, inner, strict=True)
             )
             for power in (1, 2)
         )

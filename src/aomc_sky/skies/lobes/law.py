@@ -20,9 +20,9 @@ _N_ENVELOPE = 8
 _MAX_BINS = 2**16  # the number of a bin in its cell, and of a cell in its lobe, share one word of 32 bits
 
 
-def _width_rad(component: Component) -> float:
+def _lobe(component: Component) -> TiltedLobe:
     kind, param0, param1, rotation = lobe_of(component)
-    return TiltedLobe(kind=kind, param0=param0, param1=param1, rotation=rotation).width
+    return TiltedLobe(kind=kind, param0=param0, param1=param1, rotation=rotation)
 
 
 def _axis_deg(component: Component) -> tuple[float, float, float]:
@@ -36,34 +36,19 @@ def _axis_deg(component: Component) -> tuple[float, float, float]:
 
 
 def _radiance(component: Component) -> Callable[[float, np.ndarray, np.ndarray], np.ndarray]:
-    kind, first, second, rotation = lobe_of(component)
-    per_irradiance = 1.0 / masses_of_lobe(kind, first, second, rotation[2])[1]
-    return partial(_radiance_at, kind, first, second, tuple(map(tuple, rotation.T.tolist())), per_irradiance)
+    lobe = _lobe(component)
+    projected = masses_of_lobe(lobe.kind, lobe.param0, lobe.param1, lobe.rotation[2])[1]
+    return partial(_radiance_at, lobe, 1.0 / projected)
 
 
 def _radiance_at(
-    kind: str,
-    first: float,
-    second: float,
-    rotation: tuple[tuple[float, ...], ...],
-    per_irradiance: float,
-    irradiance: float,
-    zenith: np.ndarray,
-    azimuth: np.ndarray,
+    lobe: TiltedLobe, per_irradiance: float, irradiance: float, zenith: np.ndarray, azimuth: np.ndarray
 ) -> np.ndarray:
-    """The density of `lobe.pdf` without its looks at the input; `rotation` has the local axes as rows."""
-    sine = np.sin(zenith)
-    world = (sine * np.cos(azimuth), sine * np.sin(azimuth), np.cos(zenith))
-    (a, b, c), (d, e, f), axis = rotation
-    if kind == "hg":
-        one_minus_mu = sum((w - v) ** 2 for w, v in zip(world, axis, strict=True)) / 2.0
-        density = (1.0 - first * first) / (4.0 * math.pi * ((1.0 - first) ** 2 + 2.0 * first * one_minus_mu) ** 1.5)
-        return np.asarray(density * (irradiance * per_irradiance))
-    x, y = world[0] * a + world[1] * b + world[2] * c, world[0] * d + world[1] * e + world[2] * f
-    z = np.maximum(sum(w * v for w, v in zip(world, axis, strict=True)), 1e-9)  # 0 and below: nothing comes from there
-    square = (x / first) ** 2 + (y / second) ** 2
-    density = z / (square + z * z) ** 2 if kind == "ggx" else np.exp(-square / (z * z)) / z**3
-    return np.asarray(np.where(z > 1e-9, density, 0.0) * (irradiance * per_irradiance / (math.pi * first * second)))
+    sine, (along_x, along_y, axis) = np.sin(zenith), lobe.rotation.T.tolist()
+    x, y, z = sine * np.cos(azimuth), sine * np.sin(azimuth), np.cos(zenith)
+    h = ((x - axis[0]) ** 2 + (y - axis[1]) ** 2 + (z - axis[2]) ** 2) / 4.0
+    m_x, m_y = (x * a + y * b + z * c for a, b, c in (along_x, along_y))
+    return lobe.density(lobe.kind, h, m_x, m_y) * (irradiance * per_irradiance)
 
 
 def _refused(cell: np.ndarray, bounds: np.ndarray | None) -> tuple[str, str, str] | None:
@@ -81,11 +66,11 @@ LOBE = CellLaw(
     reaches_horizon=lambda cell: np.ones(len(cell), dtype=bool),
     shares=patch_shares,
     radiance=_radiance,
-    width_rad=_width_rad,
+    width_rad=lambda component: _lobe(component).width,
     axis_deg=_axis_deg,
     leave_out="leave [[background]] out of sky.toml: the AOMC program knows no lobes",
     tables=lambda _, n_bound: ((_N_SHARED,), (n_bound, _N_ENVELOPE)),
     refused=_refused,
-    hook="queue",
+    hook="lobes",
     hook_tables=LobeTables.of,
 )

@@ -19,7 +19,7 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.elementary import HALF_PI, arc, exp_level, half_sine2, sin_cos
 from aomc_sky.skies.lobes.envelope import lobe_of
 from aomc_sky.skies.lobes.lobe import checked, rotation_matrix
-from aomc_sky.skies.quadrature import Light, Rule, Terms
+from aomc_sky.skies.quadrature import Integrand, Rule, Terms
 
 _N_CACHED = 64
 _ERROR = 2e-16
@@ -132,19 +132,19 @@ class TiltedLobe:
         def y_terms(y: np.ndarray) -> Terms:
             return half_sine2(y), sin_cos(y)[0]
 
-        def light_of(kind: str) -> Light:
-            def light(of_x: Terms, of_y: Terms, _: np.ndarray) -> np.ndarray:
-                (near, s, away, weight), (half2, turned) = of_x, of_y
+        def integrand_of(kind: str) -> Integrand:
+            def integrand(terms_x: Terms, terms_y: Terms, _: np.ndarray) -> np.ndarray:
+                (near, s, away, weight), (half2, turned) = terms_x, terms_y
                 h = near + (s * sine) * half2
                 tangents = away - (2.0 * cosine) * s * half2, s * turned
                 m_x, m_y = (a * tangents[0] + b * tangents[1] for a, b in across)
-                return weight * self._density(kind, h, m_x, m_y)
+                return weight * self.density(kind, h, m_x, m_y)
 
-            return light
+            return integrand
 
         return Rule(
-            light=light_of(self.kind),
-            pilot=light_of("ggx") if self.kind == "beckmann" else None,
+            integrand=integrand_of(self.kind),
+            pilot=integrand_of("ggx") if self.kind == "beckmann" else None,
             x_terms=x_terms,
             y_terms=y_terms,
             centre=(axis_x, axis_y),
@@ -157,12 +157,12 @@ class TiltedLobe:
             most_parts=_MOST_PARTS,
         )
 
-    def _density(self, kind: str, h: np.ndarray, m_x: np.ndarray, m_y: np.ndarray) -> np.ndarray:
-        """Density at sin^2 of half the angle to the axis, and components across it. [sr-1]"""
+    def density(self, kind: str, h: np.ndarray, m_x: np.ndarray, m_y: np.ndarray) -> np.ndarray:
+        """Density at h = sin^2 of half the angle to the axis, and the components across it. [sr-1]"""
         if kind == "hg":
             g = self.param0
             square = (1.0 - g) * (1.0 - g) + (4.0 * g) * h
-            return (1.0 - g) * (1.0 + g) / ((4.0 * np.pi) * (square * np.sqrt(square)))
+            return np.asarray((1.0 - g) * (1.0 + g) / ((4.0 * np.pi) * (square * np.sqrt(square))))
         a_x, a_y = self.stretch
         m_z = np.maximum(1.0 - (h + h), 1e-100)
         p, q = m_x / a_x, m_y / a_y

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
-from aomc_sky.content import same_content, short_repr
 from aomc_sky.errors import SceneError
 from aomc_sky.phase.vectorised import real
+from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.lobes.envelope import LAWS, LobeFrame, envelopes_of
 from aomc_sky.skies.lobes.horizon import mass_above_horizon, masses_of_lobe
 from aomc_sky.skies.lobes.lobe import checked, pdf, to_local, vertical_in_local
@@ -190,8 +190,8 @@ def _unit_lobes(shapes: Iterable[tuple[str, float, float, bytes]]) -> dict[tuple
         if masses[shape][1] > LEAST_MASS:
             frames[kind][shape] = LobeFrame.of(kind, first, second, quaternion)
     units = {}
-    for kind, of_kind in frames.items():
-        for (shape, frame), (cells, _) in zip(of_kind.items(), envelopes_of(list(of_kind.values())), strict=True):
+    for kind, own in frames.items():
+        for (shape, frame), (cells, _) in zip(own.items(), envelopes_of(list(own.values())), strict=True):
             above, projected, squared = masses[shape]
             units[shape] = Component(
                 name=kind,

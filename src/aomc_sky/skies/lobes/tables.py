@@ -9,7 +9,7 @@ import numpy as np
 
 from aomc_sky.component import Component, Law
 from aomc_sky.kernels.arithmetic.constants import on_cache_lines
-from aomc_sky.skies.lobes.kernels.law import OFFSET_BITS, PACE_MARGIN, RANGE_COLUMNS
+from aomc_sky.skies.lobes.kernels.law import LINE_MARGIN, OFFSET_BITS, RANGE_COLUMNS
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -20,8 +20,8 @@ class LobeTables:
     lobe: np.ndarray
     #: The cell of each lobe, int64 (n_lobe,).
     cell: np.ndarray
-    #: Those of `skies.lobes.kernels.law`, row by row; those of a band from `of_slots`. Lobes with equal envelopes share
-    #: their bins.
+    #: Those of `skies.lobes.kernels.law`, row by row; those of a band from `for_slots`. Lobes with equal
+    #: envelopes share their bins.
     tables: tuple[np.ndarray, ...]
 
     @classmethod
@@ -39,15 +39,15 @@ class LobeTables:
         ranges, bins, envelopes = _envelopes([c.bounds for c in lobes if c.bounds is not None])
         return cls(lobe=lobe, cell=start[numbers], tables=(ranges, bins, shapes, envelopes, kinds))
 
-    def of_slots(self, slots: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
+    def for_slots(self, slots: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, ...]]:
         """The lobes of chosen cells, and the tables; `kinds` gets the first slot of a lobe and the end of the last."""
         lobe = self.lobe[slots]
-        of_lobes = np.flatnonzero(lobe >= 0)
-        span = [of_lobes[0], of_lobes[-1] + 1] if of_lobes.size else [0, 0]
+        lobe_slots = np.flatnonzero(lobe >= 0)
+        span = [lobe_slots[0], lobe_slots[-1] + 1] if lobe_slots.size else [0, 0]
         return lobe, (*self.tables[:4], np.append(self.tables[4], np.array(span, np.int32)))
 
-    def falls(self, cumulative: np.ndarray, words: np.ndarray) -> tuple[np.ndarray, ...]:
-        """How the photons of a band are shared out over the bins of each lobe, the `falls` and `paces` of its kernels.
+    def bin_proposals(self, cumulative: np.ndarray, words: np.ndarray) -> tuple[np.ndarray, ...]:
+        """`bin_proposals` and `bins_per_photon` of the kernels: how photons are shared out over the bins of each lobe.
 
         `cumulative` (n_cell + 1,) holds the photons before each cell, `words` uint64 (n_lobe,) the random ones of the
         offsets.
@@ -57,11 +57,11 @@ class LobeTables:
         size = np.uint64(1) << bits
         unit = bits + np.uint64(OFFSET_BITS)
         offset = words >> (np.uint64(64) - unit)
-        falls = np.stack([before, n // size, n % size, offset, bits], axis=1)
-        pace = np.divide(size.astype(np.float64), n, out=np.zeros(n.size), where=n > 0)
+        proposals = np.stack([before, n // size, n % size, offset, bits], axis=1)
+        bins_per_photon = np.divide(size.astype(np.float64), n, out=np.zeros(n.size), where=n > 0)
         left = ((np.uint64(1) << unit) - offset).astype(np.float64) / (np.uint64(1) << unit)
-        paces = np.stack([pace, left * pace - PACE_MARGIN], axis=1)
-        return falls.ravel(), paces.ravel()
+        lines = np.stack([bins_per_photon, left * bins_per_photon - LINE_MARGIN], axis=1)
+        return proposals.ravel(), lines.ravel()
 
 
 def _envelopes(cells_of_lobe: list[np.ndarray]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

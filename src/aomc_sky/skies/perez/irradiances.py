@@ -129,7 +129,7 @@ def _direct(ghi: float, dhi: float, zenith: float, cosine: float, outside: float
             "check the time and its zone"
         )
     beam = ghi - dhi
-    if beam < -_of_sun(DIFFUSE_TOLERANCE, zenith) * max(ghi, LEAST_SUM):
+    if beam < -_tolerance_of_sun(DIFFUSE_TOLERANCE, zenith) * max(ghi, LEAST_SUM):
         raise SceneError(
             f"dhi {dhi:g} W m-2 is more than ghi {ghi:g}, so that dni would be negative; give ghi and dhi of the "
             "same moment: ghi is the light of sun and sky together"
@@ -156,7 +156,7 @@ def _diffuse(ghi: float, dni: float, zenith: float, cosine: float) -> float:
 
 
 def _check_sum(ghi: float, dni: float, dhi: float, zenith: float, cosine: float) -> None:
-    total, share = dhi + dni * cosine, _of_sun(SUM_TOLERANCE, zenith)
+    total, share = dhi + dni * cosine, _tolerance_of_sun(SUM_TOLERANCE, zenith)
     if abs(ghi - total) > share * max(total, LEAST_SUM):
         raise SceneError(
             f"ghi {ghi:g} is not dhi {dhi:g} + dni {dni:g} cos Z = {total:.4g} W m-2 with the sun at a zenith "
@@ -165,5 +165,5 @@ def _check_sum(ghi: float, dni: float, dhi: float, zenith: float, cosine: float)
         )
 
 
-def _of_sun(pair: tuple[float, float], zenith: float) -> float:
+def _tolerance_of_sun(pair: tuple[float, float], zenith: float) -> float:
     return pair[0] if zenith < LOW_SUN_DEG else pair[1]

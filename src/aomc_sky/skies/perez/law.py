@@ -76,7 +76,7 @@ class PerezBounds:
         bound[cells] = upper
         return cls(word=word, bound=bound, sky=perez.shared)
 
-    def of_slots(self, slots: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def for_slots(self, slots: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The same for chosen cells, as the kernel reads them."""
         return self.word[slots], self.bound[slots], self.sky
 
@@ -91,6 +91,6 @@ PEREZ = CellLaw(
     instead="within='uniform'",
     tables=lambda n_cell, _: ((_N_SHARED,), (n_cell, 4)),
     starts_as=Law.CELL_MU2,
-    hook="rejection",
+    hook="perez",
     hook_tables=PerezBounds.of,
 )

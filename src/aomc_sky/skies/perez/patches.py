@@ -42,7 +42,7 @@ def patch_moments(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray) 
     index = np.zeros((len(zenith), len(azimuth)), dtype=np.int64)
     nodes, weights, _ = POINTS[4]
     rule = _rule_of(numbers, np.zeros(0))
-    values = at_points(rule.values_of(rule.light), 4, (x[:, :1], x[:, 1:], y[None, :, 0], y[None, :, 1]), index)
+    values = at_points(rule.values_of(rule.integrand), 4, (x[:, :1], x[:, 1:], y[None, :, 0], y[None, :, 1]), index)
     lines = weighted_sum(np.swapaxes(values, 0, 1), weights)
     mu = sin_cos(zenith[:, :1] + (zenith[:, 1:] - zenith[:, :1]) * nodes)[1].T[:, :, None]
     flux, with_mu, without_mu = (weighted_sum(part, weights) for part in (lines, lines * mu, lines / mu))
@@ -60,13 +60,13 @@ def _rule_of(numbers: np.ndarray, cuts: np.ndarray) -> Rule:
         sine, mu = sin_cos(x + sun_x)
         return half_sine2(x), sine * sun_sine, sine * mu * first_factor(mu, a, b)
 
-    def light(of_x: Terms, of_y: Terms, _: np.ndarray) -> np.ndarray:
-        near, growth, factor = of_x
-        value: np.ndarray = np.maximum(factor * second_factor(near + growth * of_y[0], c, d, e), 0.0)
+    def integrand(terms_x: Terms, terms_y: Terms, _: np.ndarray) -> np.ndarray:
+        near, growth, factor = terms_x
+        value: np.ndarray = np.maximum(factor * second_factor(near + growth * terms_y[0], c, d, e), 0.0)
         return value
 
     return Rule(
-        light=light,
+        integrand=integrand,
         x_terms=x_terms,
         y_terms=lambda y: (half_sine2(y),),
         centre=(sun_x, sun_y),

@@ -127,14 +127,14 @@ def _base_irradiance(
     is_beam = np.array([c.name == BEAM for c in components])
     beam, sky = share[is_beam].sum(axis=0), share[~is_beam].sum(axis=0)
     _refuse_unknown(levels, beam, sky, bands, toml_path, has_background=has_background)
-    of_sky = np.zeros(bands.n_bands) if levels.diffuse is None else levels.diffuse
-    of_beam = levels.direct
-    if of_beam is None:
-        of_beam = np.divide(of_sky * beam, sky, out=np.zeros_like(of_sky), where=sky > 0)
-    for name, expected, modelled in (("diffuse", of_sky, sky), ("direct", of_beam, beam)):
+    diffuse = np.zeros(bands.n_bands) if levels.diffuse is None else levels.diffuse
+    direct = levels.direct
+    if direct is None:
+        direct = np.divide(diffuse * beam, sky, out=np.zeros_like(diffuse), where=sky > 0)
+    for name, expected, modelled in (("diffuse", diffuse, sky), ("direct", direct, beam)):
         _refuse_contradiction(name, expected, modelled, bands)
     total = np.where(is_beam[:, None], beam, sky)
-    level = np.where(is_beam[:, None], of_beam, of_sky)
+    level = np.where(is_beam[:, None], direct, diffuse)
     irradiance: np.ndarray = (np.divide(share, total, out=np.zeros_like(share), where=total > 0) * level).T
     return irradiance
 

@@ -100,18 +100,16 @@ class LightInputs:
     @property
     def names(self) -> list[str]:
         """The inputs that were given."""
-        of_perez = [
-            name for name in ("dni", "dhi", "ghi", "epsilon", "delta") if getattr(self.amounts, name) is not None
-        ]
-        of_perez += ["coefficients"] * (self.amounts.coefficients is not None)
+        perez = [name for name in ("dni", "dhi", "ghi", "epsilon", "delta") if getattr(self.amounts, name) is not None]
+        perez += ["coefficients"] * (self.amounts.coefficients is not None)
         if self.is_of_file:
-            of_perez = []  # the name of the file stands for them, below
+            perez = []  # the name of the file stands for them, below
         sun = [name for name in ("zenith_deg", "azimuth_deg", "disc") if getattr(self.sun, name) is not None]
         if self.weather is not None:
             sun = [*self.weather.names, *(name for name in sun if name == "disc")]
         spectrum = ["spectrum"] * (self.spectrum is not None)
         alone = ["diffuse_only"] * self.diffuse_only
-        return [*of_perez, *spectrum, *sun, *self.model, *self.clear_sky, *self.lights, *alone]
+        return [*perez, *spectrum, *sun, *self.model, *self.clear_sky, *self.lights, *alone]
 
     def say(self, text: str) -> str:
         """A text with the names of inputs as the caller wrote them."""

@@ -256,13 +256,13 @@ def _by_amounts(
 
         found = spectral_split(amounts, sun, bands.wavelength_nm)
         return _by_spectrum(found, f"{amounts}, {found}", amounts, said)
-    of_files = unsaid is Unsaid.ERROR
-    how = " without difcol.inp" if of_files else ", the broadband share"
-    if not of_files and bands.n_bands > 1:
+    is_from_files = unsaid is Unsaid.ERROR
+    how = " without difcol.inp" if is_from_files else ", the broadband share"
+    if not is_from_files and bands.n_bands > 1:
         how += " in every waveband (blue light is more diffuse, red light less)"
     is_shared = 0.0 < fraction < 1.0 and not inputs.diffuse_only
     if unsaid is not Unsaid.WARNING and inputs.spectrum is None and is_shared:
-        _warn_of_one_fraction(inputs, fraction, of_files=of_files)
+        _warn_of_one_fraction(inputs, fraction, is_from_files=is_from_files)
     return _Split(
         direct_fraction=np.full(bands.n_bands, fraction), origin=f"{amounts}{how}", amounts=amounts, levels=said
     )
@@ -291,10 +291,10 @@ def _warn_of_other_light(inputs: LightInputs, sun: Sun) -> None:
         )
 
 
-def _warn_of_one_fraction(inputs: LightInputs, fraction: float, *, of_files: bool) -> None:
+def _warn_of_one_fraction(inputs: LightInputs, fraction: float, *, is_from_files: bool) -> None:
     """Warn where beam and sky both shine, so that the fraction differs between wavebands."""
     say, without, other = inputs.say, "without difcol.inp ", " (in sky.toml: [perez] spectrum) or difcol.inp"
-    if not of_files:
+    if not is_from_files:
         without = other = ""
     warnings.warn(
         f"{without}every waveband has the broadband direct fraction {fraction:.3g}, but blue light is "

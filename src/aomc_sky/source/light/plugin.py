@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import datetime
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NoReturn
 
@@ -83,15 +83,7 @@ class PluginSky:
 
     def lower(self, model: Any, wavelength_nm: np.ndarray) -> tuple[Component, ...]:
         """Components of a `model` with a row for each wavelength; one alone has the name of the plugin."""
-        plugin = self.make.plugin
-        try:
-            components = tuple(model.lower(wavelength_nm))
-        except _OUR_WARNINGS:
-            raise
-        except AomcSkyError as error:
-            raise plugin.wrong(str(error)) from error
-        except Exception as error:
-            raise plugin.failed("fails", error) from error
+        plugin, components = self.make.plugin, self._called(model.lower, wavelength_nm)
         for component in components:
             if not isinstance(component, Component):
                 raise plugin.wrong(f"lower() gives {type(component).__name__} instead of Components")
@@ -105,10 +97,16 @@ class PluginSky:
 
     def notes(self, model: Any, wavelength_nm: np.ndarray) -> tuple[str, ...]:
         """Notes of a `model`, if it has any."""
+        return self._called(model.notes, wavelength_nm) if hasattr(model, "notes") else ()
+
+    def _called(self, method: Callable[[np.ndarray], Iterable[Any]], wavelength_nm: np.ndarray) -> tuple[Any, ...]:
+        """What a method of the model gives; its errors name the package."""
         try:
-            return tuple(model.notes(wavelength_nm)) if hasattr(model, "notes") else ()
+            return tuple(method(wavelength_nm))
         except _OUR_WARNINGS:
             raise
+        except AomcSkyError as error:
+            raise self.make.plugin.wrong(str(error)) from error
         except Exception as error:
             raise self.make.plugin.failed("fails", error) from error
 
@@ -116,9 +114,9 @@ class PluginSky:
         """Raise the model's refusal, at the key of sky.toml in its reason, or at the name of the model."""
         reason = " ".join(str(error).split())
         message = f"the sky model {self} refuses what it is given: {reason or type(error).__name__}"
-        of_file = [option for option in self.section.options if self.options[option.name] is option.value]
-        named = [option for option in of_file if option.name in reason.replace("'", " ").split()]
-        if named or (of_file and len(of_file) == len(self.options)):
+        section_options = [option for option in self.section.options if self.options[option.name] is option.value]
+        named = [option for option in section_options if option.name in reason.replace("'", " ").split()]
+        if named or (section_options and len(section_options) == len(self.options)):
             span = named[0].value_span if named else self.section.model_span
             raise InputFileError([_problem(self.path, span, "E704", message, options_text(self.make))]) from error
         raise UsageError(f"{message}; {options_text(self.make)}") from error
@@ -138,10 +136,10 @@ def choose_plugin(
 
     Wrong names of options are errors here; the model checks their values.
     """
-    of_file = section if section.model == name else SkySection()
+    section_options = section if section.model == name else SkySection()
     make = installed_skies().plugins[name].load()
     problems, wrong = [], []
-    for option in of_file.options:
+    for option in section_options.options:
         if not make.takes(option.name):
             message, advice = _unknown(make, option.name, (*make.options, *KEYS["sky"]))
             problems.append(_problem(path, option.key_span, "E702", message, advice))
@@ -149,23 +147,23 @@ def choose_plugin(
         if not make.takes(option_name):
             message, advice = _unknown(make, option_name, tuple(make.options))
             wrong.append(f"{message}; {advice}")
-    options = {option.name: option.value for option in of_file.options} | dict(given)
+    options = {option.name: option.value for option in section_options.options} | dict(given)
     missing = [n for n, is_needed in make.options.items() if is_needed and n not in options]
     if missing and not problems and not wrong:
         message = f"the sky model {make.plugin} needs {' and '.join(missing)}"
-        if of_file.model_span is None:
+        if section_options.model_span is None:
             by_option = " ".join(f"--sky-option {n}=..." for n in missing)
             pairs = ", ".join(f'"{n}": ...' for n in missing)
             by_keyword = f"sky_options={{{pairs}}}"
             wrong.append(f"{message}; write {by_option if entrance is Entrance.OPTIONS else by_keyword}")
         else:
             advice = f"add {' and '.join(f'{n} = ...' for n in missing)} below it"
-            problems.append(_problem(path, of_file.model_span, "E705", message, advice))
+            problems.append(_problem(path, section_options.model_span, "E705", message, advice))
     if problems:
         raise InputFileError(problems)
     if wrong:
         raise UsageError(". ".join(wrong))
-    return PluginSky(make=make, options=options, section=of_file, path=path)
+    return PluginSky(make=make, options=options, section=section_options, path=path)
 
 
 def _unknown(make: MakeSky, name: str, known: Sequence[str]) -> tuple[str, str]:
@@ -185,16 +183,16 @@ def _json_text(value: Any) -> Any:
     return str(value) if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def plain_option(name: str, value: Any, of_scalar: Callable[[Any], Any] = lambda value: value) -> Any:
+def plain_option(name: str, value: Any, convert: Callable[[Any], Any] = lambda value: value) -> Any:
     """An option as plain values of Python, which a manifest can hold."""
     if isinstance(value, (np.generic, np.ndarray)):
         value = value.tolist()
     if isinstance(value, (list, tuple)):
-        return [plain_option(name, one, of_scalar) for one in value]
+        return [plain_option(name, one, convert) for one in value]
     if isinstance(value, Mapping):
-        return {str(key): plain_option(name, one, of_scalar) for key, one in value.items()}
+        return {str(key): plain_option(name, one, convert) for key, one in value.items()}
     if isinstance(value, (bool, int, float, str, datetime.date, datetime.time)):
-        return of_scalar(value)
+        return convert(value)
     raise UsageError(
         f"option {name} of a sky model must be a number, a text, true or false, or a list of such, got "
         f"{type(value).__name__}; a model made in Python goes into Scene(components=...)"

@@ -187,7 +187,7 @@ def _spectra(sun_zenith_deg: float, air: ClearSky) -> Spectra:
     from aomc_sky.skies.perez.functions import relative_air_mass
 
     pvlib = optional_module("pvlib", extra="weather")
-    of_day = float(pvlib.irradiance.get_extra_radiation(_ANY_DAY, solar_constant=1.0, method="spencer"))
+    day_factor = float(pvlib.irradiance.get_extra_radiation(_ANY_DAY, solar_constant=1.0, method="spencer"))
     zenith = np.array([sun_zenith_deg])
     fixed = {
         "apparent_zenith": zenith,
@@ -202,11 +202,11 @@ def _spectra(sun_zenith_deg: float, air: ClearSky) -> Spectra:
 
     air_mass_of_sun = float(relative_air_mass(math.radians(sun_zenith_deg)))
 
-    def of_turbidity(turbidity: float, air_mass: float = air_mass_of_sun) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def spectra_with(turbidity: float, air_mass: float = air_mass_of_sun) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         spectra = pvlib.spectrum.spectrl2(aerosol_turbidity_500nm=turbidity, relative_airmass=air_mass, **fixed)
-        return (np.ravel(spectra["wavelength"]), spectra["dni"][:, 0] / of_day, spectra["dhi"][:, 0] / of_day)
+        return (np.ravel(spectra["wavelength"]), spectra["dni"][:, 0] / day_factor, spectra["dhi"][:, 0] / day_factor)
 
-    return of_turbidity
+    return spectra_with
 
 
 def _cloud_spectrum(spectra: Spectra) -> np.ndarray:
@@ -236,21 +236,17 @@ def _turbidity_and_cloud(spectra: Spectra, dni: float, dhi: float) -> tuple[floa
         ratio = (dni / dhi) / (_integral(grid_nm, normal) / _integral(grid_nm, diffuse))
         return high, round(1.0 - ratio, _TURBIDITY_DECIMALS)
     if excess(low) > 0:
-        _warn_of_clear_sky(dni, dhi)
+        warnings.warn(
+            f"spectrum 'spectrl2': dhi {dhi:g} with dni {dni:g} W m-2 is less than a cloudless sky has; "
+            "turbidity 0 is used, and its diffuse light is scaled",
+            ModelLimitWarning,
+            stacklevel=2,
+        )
         return low, 0.0
     while high - low > 1e-9:
         middle = 0.5 * (low + high)
         low, high = (low, middle) if excess(middle) > 0 else (middle, high)
     return round(0.5 * (low + high), _TURBIDITY_DECIMALS), 0.0
-
-
-def _warn_of_clear_sky(dni: float, dhi: float) -> None:
-    warnings.warn(
-        f"spectrum 'spectrl2': dhi {dhi:g} with dni {dni:g} W m-2 is less than a cloudless sky has; "
-        "turbidity 0 is used, and its diffuse light is scaled",
-        ModelLimitWarning,
-        stacklevel=2,
-    )
 
 
 def _integral(wavelength_nm: np.ndarray, values: np.ndarray) -> float:

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.content import same_content, short_repr
 from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
+from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.perez.irradiances import EXTRATERRESTRIAL_NORMAL
 
 _AIR = {"altitude": 0.0, "pressure": 101_325.0, "temperature": 12.0}

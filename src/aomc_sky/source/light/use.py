@@ -11,7 +11,7 @@ from aomc_sky.inputs import CLEAR_SKY, LIGHTS
 from aomc_sky.source.light.inputs import FOR_IRRADIANCES, LightInputs, Unsaid
 
 _AMOUNTS = ("dni", "dhi", "ghi", "epsilon", "delta", "epw", "tmy2", "tmy3")
-_OF_PEREZ = ("coefficients", "limits", "within", "air_mass")
+_PEREZ = ("coefficients", "limits", "within", "air_mass")
 _SUN = ("zenith_deg", "azimuth_deg", "disc", "time", "latitude_deg", "longitude_deg", "altitude_m", "row")
 
 
@@ -56,8 +56,8 @@ class _Rule:
     reason: str  #: with {it} for the sky
 
 
-_EVERY = (*_AMOUNTS, *_OF_PEREZ, "extraterrestrial_normal", "spectrum", "diffuse_only", *_SUN, *CLEAR_SKY)
-_BROADBAND = (*_AMOUNTS, *_OF_PEREZ, "extraterrestrial_normal", "spectrum", *CLEAR_SKY)
+_EVERY = (*_AMOUNTS, *_PEREZ, "extraterrestrial_normal", "spectrum", "diffuse_only", *_SUN, *CLEAR_SKY)
+_BROADBAND = (*_AMOUNTS, *_PEREZ, "extraterrestrial_normal", "spectrum", *CLEAR_SKY)
 _RULES = (
     _Rule(names=_EVERY, is_idle=lambda use: use.is_compat, reason="--compat aomc does not use {names}"),
     _Rule(names=tuple(LIGHTS), is_idle=lambda use: use.sky != "atmosphere",
@@ -68,7 +68,7 @@ _RULES = (
                  "to use it"),
     _Rule(names=("spectrum", *CLEAR_SKY), is_idle=lambda use: use.has_difcol,
           reason="difcol.inp gives the direct fraction of every waveband; leave one of them out"),
-    _Rule(names=_OF_PEREZ, is_idle=lambda use: use.sky != "perez",
+    _Rule(names=_PEREZ, is_idle=lambda use: use.sky != "perez",
           reason="of the Perez sky, not of {it}; leave it out"),
     _Rule(names=_AMOUNTS, is_idle=lambda use: use.has_difcol and use.sky != "perez",
           reason="difcol.inp says how direct every waveband is, and {it} needs no more; leave it out"),
@@ -98,8 +98,9 @@ _RULES = (
 
 def refuse_unused(given: LightInputs, use: Use) -> None:
     """Raise for what a caller gives and the scene cannot use, in the caller's words."""
+    names_given = given.names
     for rule in _RULES:
-        idle = [name for name in given.names if name in rule.names]
+        idle = [name for name in names_given if name in rule.names]
         if idle and rule.is_idle(use):
             names, reason = given.entrance.listed(idle), rule.reason.replace("{it}", use.words)
             if "{names}" in reason:
@@ -112,14 +113,14 @@ def unused_notes(toml: SkyToml | None, use: Use, *, named_sky: str | None) -> tu
     if toml is None:
         return ()
     notes = []
-    of_sun_and_sky = not toml.sun.is_empty or not toml.perez.is_empty
+    has_sun_or_sky = not toml.sun.is_empty or not toml.perez.is_empty
     if use.sky == "table" and not use.is_dim:
         if not toml.perez.is_empty:
             notes.append("sky.toml: [perez] is not used beside skydist.inp")
-    elif use.sky == "table" and of_sun_and_sky:
+    elif use.sky == "table" and has_sun_or_sky:
         what = "sky.toml:" if toml.sky.is_empty and not toml.background else "sky.toml: [perez] and [sun]"
         notes.append(f"{what} not used, all light comes from skydist.inp (--sky perez takes a sky model instead)")
-    elif use.sky == "none" and of_sun_and_sky:
+    elif use.sky == "none" and has_sun_or_sky:
         notes.append("sky.toml: [perez] and [sun] are not used, neither sun nor daylight is modelled")
     elif use.sky != "perez" and use.has_difcol and not toml.perez.is_empty:
         notes.append("sky.toml: [perez] is not used, no Perez sky is modelled")

@@ -91,7 +91,7 @@ def weather_of(
             raise UsageError(f"{listed(others[:1])} contradicts {listed(kinds)}, which gives the sun and the sky")
         if "row" not in values:
             raise UsageError(f"{listed(kinds)} needs {say('{row:N}')}, one hour of the file, from 1")
-        return _of_row(values[kinds[0]], kinds[0], values["row"], entrance, tuple(values))
+        return _weather_of_row(values[kinds[0]], kinds[0], values["row"], entrance, tuple(values))
     if "row" in values:
         raise UsageError(say("{row} needs a weather file: {epw}, {tmy2} or {tmy3}"))
     if "time" not in values:
@@ -102,10 +102,10 @@ def weather_of(
         raise UsageError(say("{time} says where the sun is; leave out {zenith_deg} and {azimuth_deg}"))
     if not {"latitude_deg", "longitude_deg"} <= set(values):
         raise UsageError(say("{time} needs {latitude_deg} and {longitude_deg}"))
-    return _of_time(**values, names=tuple(values))
+    return _weather_of_time(**values, names=tuple(values))
 
 
-def _of_time(
+def _weather_of_time(
     time: Any, latitude_deg: float, longitude_deg: float, altitude_m: float = 0.0, *, names: tuple[str, ...]
 ) -> Weather:
     from aomc_sky.source.light.sun_position import sun_position, utc
@@ -134,7 +134,7 @@ def _weather(position: SunPosition, origin: str, source: dict[str, Any], **other
     )
 
 
-def _of_row(path: str | Path, kind: str, row: int, entrance: Entrance, names: tuple[str, ...]) -> Weather:
+def _weather_of_row(path: str | Path, kind: str, row: int, entrance: Entrance, names: tuple[str, ...]) -> Weather:
     """One hour of a file, its sun at the middle; the row counts from 1."""
     from aomc_sky.formats.weather import HOUR, read_weather
     from aomc_sky.source.light.sun_position import sun_position

@@ -120,7 +120,7 @@ def _options(sky: AtmosphereSky, atmosphere: SceneAtmosphere) -> dict[str, Any]:
         "wavelength_nm": sky.medium.wavelength_nm.tolist(),
         "species": [part.name for part in sky.medium.constituents],
         "dropped": list(atmosphere.report.dropped),
-        "truncation": None if sky.solved.more is None else float(sky.solved.truncation.max()),
+        "truncation": None if sky.solved.later_orders is None else float(sky.solved.truncation.max()),
         "patch_change": sky.patch_change,
         "ground_luminance_cd_m2": atmosphere.section.ground_luminance_cd_m2,
         "eclipse": _eclipse_options(sky),
@@ -153,7 +153,7 @@ def _notes(sky: AtmosphereSky, atmosphere: SceneAtmosphere, inputs: LightInputs)
     ]
     if solved.reason:
         notes.append(f"atmosphere: method {solved.method} because {solved.reason}")
-    if solved.more is not None:
+    if solved.later_orders is not None:
         notes.append(f"atmosphere: the orders left out hold about {solved.truncation.max():.2g} of the sky's light")
     if solved.n_paths:
         share = f"{solved.n_paths} backward paths, {100 * solved.resolution_error:.2g} %"

@@ -46,8 +46,8 @@ class SkyField:
             return rows
 
         def lower(_: Sun | None, rows: Rows, __: PerezSection) -> Diffuse:
-            of_field = dataclasses.replace(rows, wavelength_nm=sky.wavelength_nm[rows.table_row])
-            found = diffuse_of(sky.lower_rows_in_unit(rows.table_row), self.section.file, of_field)
+            field_rows = dataclasses.replace(rows, wavelength_nm=sky.wavelength_nm[rows.table_row])
+            found = diffuse_of(sky.lower_rows_in_unit(rows.table_row), self.section.file, field_rows)
             notes = (*self.notes, *found.notes)
             return dataclasses.replace(found, notes=notes, options={"field": self.as_options(folder)})
 
@@ -64,8 +64,8 @@ class SkyField:
         """Notes on the file, with its gaps and the assumptions."""
         grid, n_wl = self.sky.grid, self.sky.wavelength_nm.size
         wavelengths = f", {n_wl} wavelength{'s' * (n_wl != 1)}" if self.has_wavelength else ""
-        of_file = f"{self.section.file}, {self.variable!r}"
-        read = f"sky field: {of_file}, {grid.n_zenith} x {grid.n_azimuth} patches{wavelengths}"
+        origin = f"{self.section.file}, {self.variable!r}"
+        read = f"sky field: {origin}, {grid.n_zenith} x {grid.n_azimuth} patches{wavelengths}"
         return (read, *(f"sky field: {remark}" for remark in self.sky.remarks))
 
     def as_options(self, folder: str) -> dict[str, Any]:
@@ -99,7 +99,7 @@ class MeasuredField:
         return dataclasses.replace(found, name=FIELD)
 
 
-_OF_NETCDF = ("variable", "isel", "zenith", "azimuth", "wavelength")
+_NETCDF_KEYS = ("variable", "isel", "zenith", "azimuth", "wavelength")
 _TABLES = (".csv", ".tsv")
 
 
@@ -131,7 +131,7 @@ def read_sky_field(section: FieldSection, toml_path: str, sun: SunSection) -> Sk
 def _read_measured(section: FieldSection, toml_path: str, sun: SunSection) -> MeasuredField:
     from aomc_sky.source.read.measured import read_radiance_csv
 
-    for key in _OF_NETCDF:
+    for key in _NETCDF_KEYS:
         if getattr(section, key):
             message, advice = f"{key} is for a netCDF file, and table names a table of text", "remove it"
             raise InputFileError([problem_of_key(toml_path, ("sky", key), "E710", message, advice)])

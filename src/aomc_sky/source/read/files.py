@@ -105,8 +105,8 @@ def read_scene_files(
     toml = reading.toml(n, allow_paths) if compat is None else None  # the program knows no such file
     is_sure = len(reading.problems) == n_problems
     if sky is None and toml is not None:
-        of_section = toml.sky.model if toml.sky.table is None else FIELD
-        sky = of_section if toml.atmosphere is None else ATMOSPHERE
+        named_model = toml.sky.model if toml.sky.table is None else FIELD
+        sky = named_model if toml.atmosphere is None else ATMOSPHERE
     table = difcol = None
     if light is LightSource.FILE and sky is None and (is_sure or reading.has("skydist.inp")):
         how = {"lenient": lenient, "max_memory_bytes": max_memory_bytes}
@@ -114,11 +114,11 @@ def read_scene_files(
         table = reading.attempt(read_skydist, reading.beside("skydist"), downgrade=downgrade, **how)
     if light is LightSource.MODEL and (compat is not None or (sky != "none" and reading.has("difcol.inp"))):
         difcol = reading.attempt(read_difcol, reading.beside("difcol"), n_wavebands=n)
-    of_toml = {}
+    toml_files = {}
     if toml is not None:
         sun = toml.sun if given is None else given.sun.over(toml.sun)
         sun = sun if config is None else sun.over(sun_of(config))
-        of_toml = reading.named_files(toml, sky, lambbot, allow_paths, sun)
+        toml_files = reading.named_files(toml, sky, lambbot, allow_paths, sun)
     plugin = reading.plugin(toml, sky, sky_options or {}, Entrance.OPTIONS if given is None else given.entrance)
     if config is None and (mistaken := not_a_scene(amc_path)):
         raise mistaken
@@ -133,7 +133,7 @@ def read_scene_files(
         paths=reading.paths,
         sky=sky,
         plugin=plugin,
-        **of_toml,
+        **toml_files,
     )
 
 

@@ -135,13 +135,13 @@ def not_a_scene(amc: Path) -> InputFileError | None:
         return refuse(path, f"there is no such {what}", advice="name amc.inp or the folder that holds it")
     if kind in (None, Kind.SCENE) or not path.is_file():
         return None if kind is Kind.SCENE or not path.is_file() else _no_amc(path)
-    of_scene = f"write {beside}" if beside.is_file() else "name amc.inp, which says how the files beside it are used"
+    default = f"write {beside}" if beside.is_file() else "name amc.inp, which says how the files beside it are used"
     advice = {
         Kind.MEASURED: "read it by sky.read_radiance_csv",
         Kind.ATMOSPHERE: f"`aomc-sky atmosphere {path} --out sky.nc` solves it; for photons name amc.inp, with "
         f'[atmosphere] and file = "{path.name}" in sky.toml beside it',
         Kind.PROGRAM: f"run it by Python: python {path}; there aomc_sky.write_run makes a run folder",
-    }.get(kind, of_scene)
+    }.get(kind, default)
     if kind_of(path.parent) is Kind.RUN:
         advice = f"`aomc-sky info {path.parent}` shows the run that it is of"
     return refuse(path, f"this is {kind.value}; amc.inp belongs here", advice=advice)

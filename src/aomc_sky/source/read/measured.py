@@ -136,9 +136,9 @@ def measured_scene(
         given = dataclasses.replace(given, sun=given.sun.over(on_file))
         sun = {"zenith_deg": sky.sun_deg[0], "azimuth_deg": sky.sun_deg[1], "disc": False, "from": given.sun.origin}
     diffuse = model_diffuse(sky, is_file=True, words="the measured sky")
-    wanted = sky.wavelength_nm if wavelength_nm is None else wavelength_nm
+    asked_nm = sky.wavelength_nm if wavelength_nm is None else wavelength_nm
     return _scene_of_table(
-        path, diffuse, given, {} if sun is None else {"sun": sun}, wanted, iterations, wavebands, how
+        path, diffuse, given, {} if sun is None else {"sun": sun}, asked_nm, iterations, wavebands, how
     )
 
 
@@ -173,8 +173,8 @@ def field_scene(
     if wavelength_nm is None and not has_wavelength(field, variable):
         raise UsageError(f"{path} has no wavelengths: write --wavelengths 412 443 555")
     diffuse = dataclasses.replace(model_diffuse(sky, is_file=True, words="the radiance field"), name=FIELD)
-    wanted = sky.wavelength_nm if wavelength_nm is None else wavelength_nm
-    return _scene_of_table(path, diffuse, given, {}, wanted, iterations, wavebands, how)
+    asked_nm = sky.wavelength_nm if wavelength_nm is None else wavelength_nm
+    return _scene_of_table(path, diffuse, given, {}, asked_nm, iterations, wavebands, how)
 
 
 def _with_sun(how: Mapping[str, Any], given: LightInputs) -> dict[str, Any]:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.directions import given_angle
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.formats.sky_toml.keys import PREFIX, MoonDirection, moon_direction
-from aomc_sky.progress import is_free, patience
+from aomc_sky.progress import is_free, status_line
 from aomc_sky.skies.atmosphere.description.medium import (
     glow_of_luminance,
     moon_of_direction,
@@ -129,7 +129,7 @@ def solve_atmosphere(
         raise SceneError(f"the sun's zenith angle must be finite, got {sun_deg!r}")
     requested = _numbers(wavelength_nm, "wavelengths")
     medium, report = read_medium(read_atmo(Path(path), allow_paths=[os.fspath(one) for one in allow_paths]), requested)
-    with patience("solving the atmosphere", enabled=is_free()):
+    with status_line("solving the atmosphere", enabled=is_free()):
         result = solve(
             medium,
             sun_zenith_rad=float(np.deg2rad(sun[0])),

@@ -207,25 +207,25 @@ def reading_note(
     ours = _moments_of_rows(component, set(rows.tolist()))
     theirs = {row: _moments_of_program(table.radiance[row, :_HORIZON]) for row in set(taken)}
     pairs = [(ours[row], theirs[other]) for row, other in zip(rows.tolist(), taken, strict=True)]
-    change = [np.nan_to_num(abs(of_program.mean_mu - own.mean_mu), nan=np.inf) for own, of_program in pairs]
+    change = [np.nan_to_num(abs(aomc.mean_mu - own.mean_mu), nan=np.inf) for own, aomc in pairs]
     band = int(np.argmax(change))
-    of_band = f" of waveband {band + 1}" if bands.n_bands > 1 else ""
+    which_band = f" of waveband {band + 1}" if bands.n_bands > 1 else ""
     now, then = ((f"{one.mean_mu:.4f}", f"{one.planar_over_scalar:.4f}") for one in pairs[band])
     if np.isinf(change[band]):
-        takes = f"and launches no photon{of_band}"
+        takes = f"and launches no photon{which_band}"
     elif now == then:
-        takes = f"and takes the light{of_band} at the same mean cosine, {now[0]}, and Ed/Eo, {now[1]}"
+        takes = f"and takes the light{which_band} at the same mean cosine, {now[0]}, and Ed/Eo, {now[1]}"
     else:
         cosines = f"at mean cosine {then[0]} instead of {now[0]}, Ed/Eo {then[1]} instead of {now[1]}"
-        takes = f"and takes the light{of_band} {cosines}"
+        takes = f"and takes the light{which_band} {cosines}"
     return f"{read}; {program} {takes}: {_same_reading(table, sky, is_on_degrees)}"
 
 
 def _moments_of_rows(component: Component, rows: set[int]) -> dict[int, Moments]:
     """Moments of each row of the component; the cells of a ring share theirs."""
     assert component.grid is not None
-    n_azimuth, of_cells = component.grid.n_azimuth, cell_moments((component,))
-    mean_mu, inverse_mu = (values[::n_azimuth] for values in of_cells)
+    n_azimuth, moments = component.grid.n_azimuth, cell_moments((component,))
+    mean_mu, inverse_mu = (values[::n_azimuth] for values in moments)
     found = {}
     for row in rows:
         mass = component.mass[row]

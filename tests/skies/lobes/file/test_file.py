@@ -194,10 +194,10 @@ def test_a_bad_file_is_refused(changes, code, tmp_path):
     assert codes(error) == [code]
 
 
-OF_ANIMATIONS = ["LobeAnims", "LobeAnims/a", "LobeAnims/a/Lobes", "LobeAnims/a/ReferenceTime"]
+ANIMATIONS = ["LobeAnims", "LobeAnims/a", "LobeAnims/a/Lobes", "LobeAnims/a/ReferenceTime"]
 
 
-@pytest.mark.parametrize("name", [*OF_ANIMATIONS, "SpectralCurves", "SpectralSamples"])
+@pytest.mark.parametrize("name", [*ANIMATIONS, "SpectralCurves", "SpectralSamples"])
 def test_a_missing_member_is_named(name, tmp_path):
     def remove(file):
         del file[name]

@@ -8,8 +8,8 @@ from enum import Enum
 
 import numpy as np
 
-from aomc_sky.content import same_content, short_repr
 from aomc_sky.errors import SourceText
+from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.atmosphere.phase_table import PhaseTable
 
 

@@ -46,15 +46,15 @@ def at_wavelengths(
     if is_near.all():
         return description, np.searchsorted(known, np.unique(nearest))
     _refuse_sets(description, float(requested[~is_near][0]))
-    wanted = np.unique(np.where(is_near, nearest, requested))
+    asked_nm = np.unique(np.where(is_near, nearest, requested))
 
     def at(values: np.ndarray) -> np.ndarray:
         if np.all(values > 0):
-            found = np.exp(np.interp(wanted, known, np.log(values)))
+            found = np.exp(np.interp(asked_nm, known, np.log(values)))
         else:
-            found = np.interp(wanted, known, values)
-        place = np.minimum(np.searchsorted(known, wanted), known.size - 1)
-        return np.where(known[place] == wanted, values[place], found)
+            found = np.interp(asked_nm, known, values)
+        place = np.minimum(np.searchsorted(known, asked_nm), known.size - 1)
+        return np.where(known[place] == asked_nm, values[place], found)
 
     def species(one: ScattererDescription | AbsorberDescription) -> ScattererDescription | AbsorberDescription:
         if isinstance(one, AbsorberDescription):
@@ -64,13 +64,13 @@ def at_wavelengths(
     glow = description.ground_glow
     made = replace(
         description,
-        wavelength_nm=wanted,
+        wavelength_nm=asked_nm,
         solar_irradiance=at(description.solar_irradiance),
         ground_albedo=at(description.ground_albedo),
         ground_glow=None if glow is None else at(glow),
         species=tuple(species(one) for one in description.species),
     )
-    return made, np.arange(wanted.size)
+    return made, np.arange(asked_nm.size)
 
 
 def _refuse_sets(description: AtmosphereDescription, wavelength_nm: float) -> None:

@@ -18,7 +18,7 @@ import numpy as np
 from aomc_sky.kernels.arithmetic.constants import LOW32, S32, U64
 from aomc_sky.kernels.arithmetic.elementary import exp_level, log_level, sin_cos
 from aomc_sky.kernels.arithmetic.rng import philox4x32
-from aomc_sky.kernels.jit import borrowing, inlined_borrowing
+from aomc_sky.kernels.jit import inlined_no_refcount, no_refcount
 from aomc_sky.kernels.phase.scatter import turned
 from aomc_sky.skies.atmosphere.kernels.shells import (
     ALBEDO,
@@ -47,7 +47,7 @@ N_MARK = 6
 its table; of each state its shell, and 1 where it is on the ground or looks at it."""
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def settle(state, k, sums, row):
     """Add a path's light of an order, and its square, to the sums."""
     light = state[LIGHT, k]
@@ -65,13 +65,13 @@ N_NUMBER = 5
 """Rows of a step's numbers: how far, by what angle, cosine and sine of the azimuth, one more."""
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def uniform(word):
     """Middle of one of 2^32 parts of (0, 1)."""
     return (np.float64(word) + 0.5) * _INV32
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def fill_numbers(address, step, path, n, flight, turn, cosine, sine, spare):
     """Numbers of a step of n paths; `flight` is an optical depth, of step 0 the uniform number that it comes from."""
     low, high = address[2] & LOW32, address[2] >> S32
@@ -87,7 +87,7 @@ def fill_numbers(address, step, path, n, flight, turn, cosine, sine, spare):
 _ROULETTE, _SHARE = 0.05, 0.5  # of a weight, and of the one that a path starts with: thin air starts all with little
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def first_flight(radius, shells, mu, flight):
     """Optical depth and way of a ray from the ground to the lower edge of each shell; where a share of all is reached.
 
@@ -111,7 +111,7 @@ def first_flight(radius, shells, mu, flight):
         flight[2, j] = shells.shape[1] - 1
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def end_of_way(radius, low, high, altitude, vx, vy, vz, ux, uy, uz, mu, way):
     """Altitude, within two edges, and vertical at the end of a way."""
     r = radius + altitude
@@ -124,7 +124,7 @@ def end_of_way(radius, low, high, altitude, vx, vy, vz, ux, uy, uz, mu, way):
     return height, r * vx + way * ux, r * vy + way * uy, r * vz + way * uz
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def open_path(radius, shells, flight, weight, view, i, numbers, state, marks):
     """Place path i of those abreast at its first collision, which is forced: its weight is the probability of it."""
     end = shells.shape[1]
@@ -145,7 +145,7 @@ def open_path(radius, shells, flight, weight, view, i, numbers, state, marks):
     state[LIGHT, i], state[TOTAL, i] = 0.0, 0.0
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def look(scales, shells, table, ground, n, state, marks):
     """Optical depths of the paths' new directions to their ends, and the ground's own light that comes from there."""
     for i in range(n):
@@ -156,7 +156,7 @@ def look(scales, shells, table, ground, n, state, marks):
             state[LIGHT, k] += state[WEIGHT, k] * ground[1] * exp_level(-to_end)
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def fly(radius, shells, ground, n, roots, numbers, state, marks, sums, row):
     """Bring paths to their next vertex; those that get out end, the others close up. Return how many are left."""
     left = 0
@@ -191,10 +191,10 @@ def fly(radius, shells, ground, n, roots, numbers, state, marks, sums, row):
     return left
 
 
-_turned = inlined_borrowing(turned)
+_turned = inlined_no_refcount(turned)
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def light_of_air(shells, phases, shell, ux, uy, uz, sun):
     """Sum over the scatterers of share times phase function between a direction and the sun. [sr-1]"""
     x, y, z = ux - sun[0], uy - sun[1], uz - sun[2]
@@ -206,7 +206,7 @@ def light_of_air(shells, phases, shell, ux, uy, uz, sun):
     return total
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def light_here(scales, shells, table, phases, sun, moon, ground, altitude, shell, vx, vy, vz, ux, uy, uz, on_ground):
     """The sun's light that a vertex turns into the path, for a weight of 1; albedo and irradiance are in it."""
     mu = vx * sun[0] + vy * sun[1] + vz * sun[2]
@@ -222,7 +222,7 @@ def light_here(scales, shells, table, phases, sun, moon, ground, altitude, shell
     return light
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def light_up(scales, shells, table, phases, sun, moon, ground, n, state, marks):
     """Add the sun's light of the vertices of the paths."""
     for i in range(n):
@@ -233,7 +233,7 @@ def light_up(scales, shells, table, phases, sun, moon, ground, n, state, marks):
         )  # fmt: skip
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def pick(shells, shell, n, xi):
     """Scatterer by its share, and what is left of the number as a new one."""
     if n == 1:
@@ -247,7 +247,7 @@ def pick(shells, shell, n, xi):
     return which, (xi - low) / (high - low)
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def find_cells(shells, phases, guide, n, numbers, marks):
     """Choose what scatters each path, and where in its table: apart from `turn`, which has no search to wait for."""
     for i in range(n):
@@ -259,7 +259,7 @@ def find_cells(shells, phases, guide, n, numbers, marks):
         marks[KIND, i], marks[CELL, i] = which, cell
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def turn(shells, phases, ground, n, numbers, state, marks, sums, row):
     """New directions and weights after a vertex; the roulette ends paths, the others close up. Return how many."""
     left = 0
@@ -295,7 +295,7 @@ ABREAST = 256
 """Most paths that are followed at a time."""
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def follow(
     scales, shells, table, phases, guide, sun, moon, ground, limits, address, first, n, roots, numbers, state, marks,
     sums,
@@ -328,7 +328,7 @@ def follow(
         light_up(scales, shells, table, phases, sun, moon, ground, n, state, marks)
 
 
-@borrowing
+@no_refcount
 def follow_paths(
     scales, shells, table, phases, guide, sun, moon, ground, limits, address, view, n_paths, flight,
     numbers, state, marks, sums, whole,

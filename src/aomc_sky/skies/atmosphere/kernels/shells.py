@@ -15,10 +15,10 @@ import math
 
 import numpy as np
 
-from aomc_sky.kernels.jit import borrowing, inlined_borrowing
+from aomc_sky.kernels.jit import inlined_no_refcount, no_refcount
 from aomc_sky.skies.atmosphere.kernels.rays import lowest_altitude
 
-_lowest_altitude = inlined_borrowing(lowest_altitude)
+_lowest_altitude = inlined_no_refcount(lowest_altitude)
 
 LOW, HIGH, FALL, RISE, EXTINCTION, ALBEDO, INVERSE, FIRST_SHARE = range(8)
 """Rows of the shells: edges, by how much their squared radii are above that of the ground, extinction, single
@@ -26,13 +26,13 @@ scattering albedo, one over the thickness; then the cumulated shares of the scat
 that each scatters."""
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def index(k):
     """A position in an array, 0 or more, for which no code is made that counts from the end."""
     return np.uintp(np.int64(k))
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def shell_of(shells, altitude):
     """Index of the shell that has an altitude."""
     low, high = 0, shells.shape[1]
@@ -45,7 +45,7 @@ def shell_of(shells, altitude):
     return low
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def rising_depth(shells, table, bend, floor, altitude, shell, mu):
     """Optical depth from a point to the top along a rising ray, bilinear. [mu 0 to 1]"""
     n = table.shape[1] - 1
@@ -59,13 +59,13 @@ def rising_depth(shells, table, bend, floor, altitude, shell, mu):
     return (below + upward * (above - below)) / math.sqrt(mu * mu + floor * floor)
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def is_hidden(radius, altitude, mu):
     """Whether the ground is in the way of a direction."""
     return mu < 0.0 and _lowest_altitude(radius, altitude, mu) < 0.0
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def depth_to_end(scales, shells, table, altitude, shell, mu):
     """Optical depth along a ray to where it ends, and whether that is the ground. Scales: radius, and c and s."""
     radius, bend, floor = scales
@@ -82,7 +82,7 @@ def depth_to_end(scales, shells, table, altitude, shell, mu):
     return rising, hits
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def phase_at(phases, which, t):
     """Phase function of a scatterer at t, linear between the nodes of its table."""
     n = phases.shape[1] - 1
@@ -92,7 +92,7 @@ def phase_at(phases, which, t):
     return phases[which, j, 0] + (x - at) * (phases[which, on, 0] - phases[which, j, 0])
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def find_cell(phases, guide, which, xi):
     """Step of a phase function's table that has a share of its integral."""
     last = phases.shape[1] - 2
@@ -103,7 +103,7 @@ def find_cell(phases, guide, which, xi):
     return at
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def draw_angle(phases, which, at, xi):
     """Place t of a scattering angle in a cell, and the weight that makes it the phase function's own law.
 
@@ -127,7 +127,7 @@ def draw_angle(phases, which, at, xi):
     return t, share if law > 0.0 else 0.0
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def visible_share(sun_radius, moon_radius, apart):
     """Share of a uniform disc that another leaves free; angular radii and distance of centres. [rad]"""
     if apart >= sun_radius + moon_radius:
@@ -141,7 +141,7 @@ def visible_share(sun_radius, moon_radius, apart):
     return min(max(1.0 - (lens - apart * height) / (math.pi * sun_radius * sun_radius), 0.0), 1.0)
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def sun_share(r, vx, vy, vz, sun, moon):
     """Visible share of the sun from the point r v; moon: x, y, z of its centre, its radius, the sun's angular one."""
     if moon[3] <= 0.0:
@@ -154,7 +154,7 @@ def sun_share(r, vx, vy, vz, sun, moon):
     return visible_share(moon[4], math.asin(min(moon[3] / distance, 1.0)), apart)
 
 
-@borrowing
+@no_refcount
 def fill_sun_share(r, vertical, sun, moon, share):
     """`sun_share` of n points; vertical (3, n)."""
     for k in range(share.size):
@@ -165,7 +165,7 @@ ROOTS = 16
 """Shells whose roots are taken at a time."""
 
 
-@inlined_borrowing
+@inlined_no_refcount
 def march(radius, shells, altitude, shell, mu, depth, roots):
     """Shell and way at which a ray from a point has passed `depth`; shell -1 where the top or the ground is first.
 

@@ -204,11 +204,11 @@ class Expressions:
         value = self._unary()
         while _LEVEL.get(self.token.text, -1) >= level:
             names, operands = [], [value]
-            of_chain = _LEVEL[self.token.text]
-            while self.at(*_LEVELS[of_chain]):
+            chain_level = _LEVEL[self.token.text]
+            while self.at(*_LEVELS[chain_level]):
                 names.append(self.take().text)
                 with self.deeper():
-                    operands.append(self._operation(of_chain + 1))
+                    operands.append(self._operation(chain_level + 1))
             value = (_logic if names[0] in ("&&", "||") else _chain)(names, operands)
         return value
 
@@ -299,7 +299,7 @@ def _constant(span: Span, kind: Type, value: float | bool) -> Value:
 
 
 def _read(span: Span, variable: Variable, components: tuple[int, ...] | None) -> Value:
-    kind, part = (variable.type, slice(None)) if components is None else _of_components(components)
+    kind, part = (variable.type, slice(None)) if components is None else _component_part(components)
 
     def read(run: Run, mask: Array) -> Array:
         value = run.values[variable.slot][part]
@@ -317,11 +317,11 @@ def _part(base: Value, components: tuple[int, ...], span: Span) -> Value:
     if base.variable is not None:
         known = base.components
         return _read(span, base.variable, components if known is None else tuple(known[one] for one in components))
-    kind, part = _of_components(components)
+    kind, part = _component_part(components)
     return Value(span=span, type=kind, run=lambda run, mask: base.run(run, mask)[part])
 
 
-def _of_components(components: tuple[int, ...]) -> tuple[Type, int | slice | list[int]]:
+def _component_part(components: tuple[int, ...]) -> tuple[Type, int | slice | list[int]]:
     one = len(components) == 1
     return Type.FLOAT if one else Type(f"vec{len(components)}"), components[0] if one else list(components)
 

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.content import same_content, short_repr
 from aomc_sky.errors import UsageError
 from aomc_sky.grid import PatchGrid
+from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.atmosphere.backward import MOST_LISTED, PathsResult, solve_paths
 from aomc_sky.skies.atmosphere.eclipse import eclipsed_once, solve_order_one, visible_share
 from aomc_sky.skies.atmosphere.lights import Moon, ground_beam, is_mirrored
@@ -28,7 +28,7 @@ from aomc_sky.skies.atmosphere.sky.path_orders import (
     warn_of_under_sampling,
 )
 from aomc_sky.skies.atmosphere.sky.solved import (
-    ExactOnce,
+    ExactOrderOne,
     SkyField,
     SolvedSky,
     azimuth_basis,
@@ -44,7 +44,7 @@ ORDER_ONE_ERROR = 1e-5
 _CURVATURE_OF_EARTH = 120.0 / 6371.0
 _KEPT_ORDERS = 8  # one by one; where more count, the last row holds all the later ones
 
-MORE_NODES = 64
+LATER_NODES = 64
 """Nodes of zenith angle for orders 2 and up."""
 
 ORDER_ONE_NODES = (48, 7)
@@ -127,10 +127,10 @@ def _solved_sky(
     """
     if not lights.has_sun:
         medium = unlit(medium)
-    nodes, n_rows = zenith_nodes(MORE_NODES), min(n_listed, lights.n_orders)
+    nodes, n_rows = zenith_nodes(LATER_NODES), min(n_listed, lights.n_orders)
     mirrored = is_mirrored(lights.moon)
-    once = order_one_field(medium, sun_zenith_rad, lights)
-    later = _later(medium, sun_zenith_rad, np.append(nodes, ring_rad), lights, n_rows, once)
+    order_one = order_one_field(medium, sun_zenith_rad, lights)
+    later = _later(medium, sun_zenith_rad, np.append(nodes, ring_rad), lights, n_rows, order_one)
     modes = np.empty(0) if later is None else later.modes
     glow, glow_error = _glow(medium, nodes, lights, n_rows)
     share = 1.0 if lights.moon is None else visible_share(medium, sun_zenith_rad, lights.moon)
@@ -138,8 +138,8 @@ def _solved_sky(
     sky = SolvedSky(
         medium=medium,
         sun_zenith_rad=sun_zenith_rad,
-        once=once,
-        more=None if later is None else field_of_modes(modes[..., :MORE_NODES], is_mirrored=mirrored),
+        order_one=order_one,
+        later_orders=None if later is None else field_of_modes(modes[..., :LATER_NODES], is_mirrored=mirrored),
         direct=dataclasses.replace(direct, irradiance=share * direct.irradiance),
         method=lights.method,
         n_orders=lights.n_orders,
@@ -153,7 +153,7 @@ def _solved_sky(
         n_paths=0 if later is None else later.n_paths,
         reason=lights.reason,
     )
-    return sky, modes[..., MORE_NODES:]
+    return sky, modes[..., LATER_NODES:]
 
 
 def _glow(medium: Medium, zenith: np.ndarray, lights: Lights, n_rows: int) -> tuple[np.ndarray | None, float]:
@@ -168,7 +168,7 @@ def _later(
     zenith: np.ndarray,
     lights: Lights,
     n_rows: int,
-    once: SkyField | ExactOnce,
+    order_one: SkyField | ExactOrderOne,
 ) -> LaterOrders | None:
     if lights.method == "order1" or not lights.has_sun:
         return None
@@ -177,12 +177,12 @@ def _later(
     if lights.method == "sos":
         return later_orders(medium, sun_zenith_rad, zenith, lights.n_orders, n_listed=n_rows)
 
-    def order_one(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
-        return with_phases(medium, once.at(theta, phi), scattering_cosine(sun_zenith_rad, theta, phi))
+    def radiance(theta: np.ndarray, phi: np.ndarray) -> np.ndarray:
+        return with_phases(medium, order_one.at(theta, phi), scattering_cosine(sun_zenith_rad, theta, phi))
 
     return path_orders(
-        medium, sun_zenith_rad, zenith[:MORE_NODES], lights.n_orders, n_listed=n_rows, moon=lights.moon,
-        n_paths=lights.n_paths, order_one=order_one,
+        medium, sun_zenith_rad, zenith[:LATER_NODES], lights.n_orders, n_listed=n_rows, moon=lights.moon,
+        n_paths=lights.n_paths, order_one=radiance,
     )  # fmt: skip
 
 
@@ -195,7 +195,7 @@ def relative_errors(sky: SolvedSky) -> tuple[float, float]:
     return ORDER_ONE_ERROR, sky.resolution_error + min(curvature, 1.0) * (0.004 + 0.026 * low)
 
 
-def order_one_field(medium: Medium, sun_zenith_rad: float, lights: Lights) -> SkyField | ExactOnce:
+def order_one_field(medium: Medium, sun_zenith_rad: float, lights: Lights) -> SkyField | ExactOrderOne:
     """Light scattered once before the phase functions, over the whole sky: a series, or in twilight solved anew."""
     if not lights.has_sun:
         return SkyField(coefficient=np.zeros((medium.wavelength_nm.size, len(scatterers(medium)), 1, 1)))
@@ -203,7 +203,7 @@ def order_one_field(medium: Medium, sun_zenith_rad: float, lights: Lights) -> Sk
     if lights.moon is not None:
         n_zenith, n_azimuth = ORDER_ONE_NODES_ECLIPSE
     elif degrees > _LOWEST_OF_SERIES_DEG:
-        return ExactOnce(medium=medium, sun_zenith_rad=sun_zenith_rad)
+        return ExactOrderOne(medium=medium, sun_zenith_rad=sun_zenith_rad)
     else:
         n_zenith, n_azimuth = ORDER_ONE_NODES if degrees <= LOWEST_SUN_DEG else ORDER_ONE_NODES_LOW_SUN
     mirrored = is_mirrored(lights.moon)
@@ -360,15 +360,15 @@ def _by_order(
     columns, column = np.unique(np.round(np.abs(turned) if sky.is_mirrored else turned, 15), return_inverse=True)
     theta, phi = (angle.ravel() for angle in np.meshgrid(rings, columns, indexing="ij"))
     shape = rings.size, columns.size
-    if sky.method == "mc" and sky.more is not None:
+    if sky.method == "mc" and sky.later_orders is not None:
         paths = directed_paths(sky, theta, phi, n_paths)
         rows = paths.radiance_by_order.reshape(*paths.radiance_by_order.shape[:2], *shape)
         error, flagged = (each.reshape(-1, *shape)[..., column] for each in (paths.standard_error, paths.under_sampled))
         return rows[..., column], error, flagged
-    once = solve_order_one(sky.medium, sky.sun_zenith_rad, theta, phi, sky.moon)
-    rows = np.zeros((once.shape[0], sky.n_listed, *shape))
-    rows[:, 0] = once.reshape(-1, *shape)
-    if sky.more is not None:
+    order_one = solve_order_one(sky.medium, sky.sun_zenith_rad, theta, phi, sky.moon)
+    rows = np.zeros((order_one.shape[0], sky.n_listed, *shape))
+    rows[:, 0] = order_one.reshape(-1, *shape)
+    if sky.later_orders is not None:
         terms = azimuth_basis(columns, modes.shape[2], is_mirrored=sky.is_mirrored)
         rows[:, 1:] = np.maximum(modes.swapaxes(2, 3) @ terms.T, 0.0)
     once_error, later_error = relative_errors(sky)
@@ -383,9 +383,10 @@ def directed_paths(
 
     Two suns have errors of their own, and the whole sky others again.
     """
+    seed = int(np.float64(sky.sun_zenith_rad + 0.0).view(np.uint64))
     found = solve_paths(
         sky.medium, sun_zenith_rad=sky.sun_zenith_rad, sky_zenith_rad=sky_zenith_rad,
-        azimuth_from_sun_rad=azimuth_from_sun_rad, n_orders=sky.n_orders, visible=sky.moon, seed=_seed(sky),
+        azimuth_from_sun_rad=azimuth_from_sun_rad, n_orders=sky.n_orders, visible=sky.moon, seed=seed,
         n_paths=n_paths or int(np.clip(ALL_PATHS // max(sky_zenith_rad.size, 1), FEWEST_PATHS, MOST_PATHS)),
         threads=os.cpu_count() or 1,
     )  # fmt: skip
@@ -393,7 +394,3 @@ def directed_paths(
         warn_of_under_sampling(found.under_sampled, stacklevel=6)
     later = found.radiance_by_order[:, 1:].sum(axis=1)
     return dataclasses.replace(found, standard_error=np.hypot(found.standard_error, _MODEL_ERROR * later))
-
-
-def _seed(sky: SolvedSky) -> int:
-    return int(np.float64(sky.sun_zenith_rad + 0.0).view(np.uint64))

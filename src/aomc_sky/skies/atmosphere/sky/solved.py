@@ -82,7 +82,7 @@ def fit_field(
 
 def zenith_nodes(n: int) -> np.ndarray:
     """Zenith angles of the nodes of a field, from near the zenith to near the horizon, shape (n,). [rad]"""
-    u = (_chebyshev_nodes(n) + 1) / 2
+    u = (np.cos((np.arange(n) + 0.5) * np.pi / n) + 1) / 2  # of Chebyshev
     return HALF_PI * (1 - u * u)
 
 
@@ -103,10 +103,6 @@ def to_azimuth_series(n: int, *, is_mirrored: bool) -> np.ndarray:
 def field_of_modes(modes: np.ndarray, *, is_mirrored: bool = True) -> SkyField:
     """A field from its series in the azimuth (..., n_azimuth, n_zenith) at `zenith_nodes`."""
     return SkyField(coefficient=_to_series(modes.shape[-1]) @ modes.swapaxes(-1, -2), is_mirrored=is_mirrored)
-
-
-def _chebyshev_nodes(n: int) -> np.ndarray:
-    return np.cos((np.arange(n) + 0.5) * np.pi / n)
 
 
 def _to_series(n: int) -> np.ndarray:
@@ -131,7 +127,7 @@ def azimuth_basis(azimuth_from_sun_rad: np.ndarray, n: int, *, is_mirrored: bool
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class ExactOnce:
+class ExactOrderOne:
     """Light of order 1 as `SkyField` gives it, solved anew in every direction: no series holds the earth's shadow."""
 
     medium: Medium
@@ -157,8 +153,8 @@ class SolvedSky:
     medium: Medium
     sun_zenith_rad: float
     #: (n_wl, n_scatterer, ...) light scattered once by each kind of particle, without its phase function. [W m-2 nm-1]
-    once: SkyField | ExactOnce
-    more: SkyField | None  #: (n_wl, n_order - 1, ...) orders 2 and up, if any. [W m-2 sr-1 nm-1]
+    order_one: SkyField | ExactOrderOne
+    later_orders: SkyField | None  #: (n_wl, n_order - 1, ...) orders 2 and up, if any. [W m-2 sr-1 nm-1]
     direct: GroundBeam
     method: str  #: "order1", "sos" or "mc"
     n_orders: int  #: Most interactions that count
@@ -177,8 +173,8 @@ class SolvedSky:
     @property
     def n_listed(self) -> int:
         """Orders that are kept one by one; the last one holds all later ones too."""
-        of_sun = 1 if self.more is None else 1 + int(self.more.coefficient.shape[1])
-        return max(of_sun, 0 if self.glow is None else int(self.glow.coefficient.shape[1]))
+        n_of_sun = 1 if self.later_orders is None else 1 + int(self.later_orders.coefficient.shape[1])
+        return max(n_of_sun, 0 if self.glow is None else int(self.glow.coefficient.shape[1]))
 
     @property
     def is_mirrored(self) -> bool:
@@ -197,9 +193,9 @@ class SolvedSky:
 
     def at(self, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray) -> np.ndarray:
         """Radiance of all orders together in single directions (n,), shape (n_wl, n). [W m-2 sr-1 nm-1, >= 0]"""
-        once = self.once.at(sky_zenith_rad, azimuth_from_sun_rad)
-        radiance = self.with_phases(once, sky_zenith_rad, azimuth_from_sun_rad)
-        for part in (self.more, self.glow):
+        order_one = self.order_one.at(sky_zenith_rad, azimuth_from_sun_rad)
+        radiance = self.with_phases(order_one, sky_zenith_rad, azimuth_from_sun_rad)
+        for part in (self.later_orders, self.glow):
             if part is not None:
                 whole = dataclasses.replace(part, coefficient=part.coefficient.sum(axis=1))
                 radiance = radiance + np.maximum(whole.at(sky_zenith_rad, azimuth_from_sun_rad), 0.0)
@@ -218,7 +214,7 @@ class SolvedSky:
     def with_phases(
         self, parts: np.ndarray, sky_zenith_rad: np.ndarray, azimuth_from_sun_rad: np.ndarray
     ) -> np.ndarray:
-        """Radiance (n_wl, ...) of order 1 from values of `once`, (n_wl, n_scatterer, ...); directions broadcast."""
+        """Radiance (n_wl, ...) from values of `order_one`, (n_wl, n_scatterer, ...); directions broadcast."""
         return with_phases(
             self.medium, parts, scattering_cosine(self.sun_zenith_rad, sky_zenith_rad, azimuth_from_sun_rad)
         )
@@ -247,13 +243,13 @@ def patch_means(
     changes.
     """
     columns, mirror = _distinct_columns(grid, sun_azimuth_rad, is_mirrored=sky.is_mirrored)
-    once, change = _refined_once(sky, grid, columns, tolerance)
-    mean = np.zeros((once.shape[0], sky.n_listed, grid.n_zenith, len(columns)))
-    mean[:, 0] = once.reshape(once.shape[0], grid.n_zenith, -1)
-    if sky.more is not None:
+    order_one, change = _refined_order_one(sky, grid, columns, tolerance)
+    mean = np.zeros((order_one.shape[0], sky.n_listed, grid.n_zenith, len(columns)))
+    mean[:, 0] = order_one.reshape(order_one.shape[0], grid.n_zenith, -1)
+    if sky.later_orders is not None:
         share, weight = _gauss(MORE_POINTS)
         azimuth = columns[:, :1] + (columns[:, 1:] - columns[:, :1]) * share
-        mean[:, 1:] = np.maximum(sky.more.means(_zeniths(grid, share), azimuth, weight), 0.0)
+        mean[:, 1:] = np.maximum(sky.later_orders.means(_zeniths(grid, share), azimuth, weight), 0.0)
     if sky.glow is not None:
         mean += glow_means(sky.glow, grid)[..., None]
     return mean[..., mirror].reshape(*mean.shape[:2], -1), change
@@ -266,7 +262,9 @@ def glow_means(glow: SkyField, grid: PatchGrid) -> np.ndarray:
     return np.maximum(glow.means(_zeniths(grid, share), anywhere, weight)[..., 0], 0.0)
 
 
-def _refined_once(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, tolerance: float) -> tuple[np.ndarray, float]:
+def _refined_order_one(
+    sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, tolerance: float
+) -> tuple[np.ndarray, float]:
     """Means of order 1, and their largest last change."""
     unsettled, n_points = np.arange(grid.n_zenith * len(columns)), FIRST_POINTS
     mean, change = _means(sky, grid, columns, unsettled, n_points), np.zeros(unsettled.size)
@@ -319,7 +317,7 @@ def _means(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, patches: np.nda
     means = []
     for start in range(0, patches.size, at_once):
         ring, column = np.divmod(patches[start : start + at_once], len(columns))
-        parts = sky.once.in_cells(zenith, azimuth, ring, column)
+        parts = sky.order_one.in_cells(zenith, azimuth, ring, column)
         cells = sky.with_phases(parts, zenith[ring][:, :, None], azimuth[column][:, None, :])
         means.append(np.einsum("wpij,i,j->wp", cells, weight, weight, optimize=True))
     return np.concatenate(means, axis=1)

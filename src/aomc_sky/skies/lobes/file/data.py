@@ -13,10 +13,10 @@ from dataclasses import InitVar, dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.content import same_content, short_repr
 from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.phase.vectorised import real
+from aomc_sky.record import same_content, short_repr
 
 _DAY_S = 86400.0
 _EPOCH_WEEKDAY = 4.0  # 1970-01-01 was a Thursday, four days after Sunday

@@ -300,8 +300,8 @@ def _check_spectra(file: BackgroundFile, report: Report) -> None:
     good = np.isfinite(wavelength_um) & (wavelength_um > 0.0)
     check("E506", ~good, wavelength_um, "finite and above 0", "write micrometres")
     if good.all():
-        falls = np.append(False, np.diff(wavelength_um) <= 0.0)
-        check("E507", falls, wavelength_um, "above the one before it", "sort samples and curves")
+        decreases = np.append(False, np.diff(wavelength_um) <= 0.0)
+        check("E507", decreases, wavelength_um, "above the one before it", "sort samples and curves")
     value = file.curves / SI_PER_FILE_UNIT
     bad = ~(np.isfinite(value) & (value >= 0.0))
     advice = "write W cm-2 um-1, integrated over the sphere"
@@ -340,8 +340,8 @@ def _check_animation(where: str, keys: Animation, n_curves: int, report: Report)
         allowed = f"0 to {period:g} inclusive"
     check("RelativeTime", "E507", ~inside, time, allowed, "write days, not seconds or hours")
     if inside.all():
-        falls = np.append(False, np.diff(time) < 0.0)
-        check("RelativeTime", "E507", falls, time, "not before the lobe above", "sort the lobes")
+        decreases = np.append(False, np.diff(time) < 0.0)
+        check("RelativeTime", "E507", decreases, time, "not before the lobe above", "sort the lobes")
 
 
 def _add_first(

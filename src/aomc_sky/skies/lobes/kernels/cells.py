@@ -13,7 +13,7 @@ from aomc_sky.kernels.arithmetic.elementary import sincos_turned, uniform_f64
 from aomc_sky.kernels.arithmetic.prefetch import prefetch_to_read, prefetch_to_write
 from aomc_sky.kernels.arithmetic.rng import later_words, philox_pair
 from aomc_sky.kernels.cells.blocks import column, whole_vectors
-from aomc_sky.kernels.jit import inner, inner_borrowing, seen_as
+from aomc_sky.kernels.jit import inner, inner_no_refcount, view_as
 from aomc_sky.skies.lobes.kernels.law import (
     CELL_COLUMNS,
     LOBE_COLUMNS,
@@ -29,11 +29,11 @@ from aomc_sky.skies.lobes.kernels.law import (
 from aomc_sky.skies.lobes.kernels.queue import (
     AHEAD,
     OVERHANG,
-    ROOM,
+    QUEUE_SIZE,
     append_photons,
     back_to_front,
+    bin_proposal,
     bins_by_rank,
-    fall_of_lobe,
     lobe_queues,
     photons_of_lobes,
     words_of_photons,
@@ -42,7 +42,7 @@ from aomc_sky.skies.lobes.kernels.queue import (
 _S64 = np.uint64(64)
 _S16 = np.uint32(16)
 _LOW16 = np.uint32(0xFFFF)
-_P1 = TWO * (ROOM + U64(36))  # rows of pairs; a power of two would let them collide in the cache
+_P1 = TWO * (QUEUE_SIZE + U64(36))  # rows of pairs; a power of two would let them collide in the cache
 _P2 = TWO * _P1
 _P3 = U64(3) * _P1
 NO_NUMBER = U64(0xFFFFFFFFFFFFFFFF)
@@ -53,7 +53,7 @@ _CELL_COLUMNS = np.uint64(CELL_COLUMNS)
 _LOBE_COLUMNS = np.uint64(LOBE_COLUMNS)
 
 
-@inner_borrowing
+@inner_no_refcount
 def _try_one(lobe, number, first, second, ranges, bins, shapes, envelopes, kinds):
     """Direction of one photon from two words, and the bound of its bin; `number` as for `_until_taken`."""
     r, s = _RANGE_COLUMNS * U64(lobe), _LOBE_COLUMNS * U64(lobe)
@@ -78,7 +78,7 @@ def _try_one(lobe, number, first, second, ranges, bins, shapes, envelopes, kinds
     return x, y, up, envelopes[c + U64(7)]
 
 
-@inner_borrowing
+@inner_no_refcount
 def _until_taken(lobe, ranges, bins, shapes, envelopes, kinds, number, first, second, word, key, rank, band):
     """Travel direction (float64) of one photon whose words of trial 0 are given; bits as in blocks.
 
@@ -99,7 +99,7 @@ def lobe_photon(lobe, first, second, rank, lobes, key, band, jitter):
     """Direction of a photon whose place has two words; `jitter` is None where they follow from its rank."""
     ranges, bins, shapes, envelopes, kinds = lobes[1]
     if jitter is None:
-        number, accept = bin_of_rank(rank, *fall_of_lobe(lobe, lobes[3])), lobes[2]
+        number, accept = bin_of_rank(rank, *bin_proposal(lobe, lobes[3])), lobes[2]
         word = decision_by_rank(rank, accept[0], accept[1], accept[2])
     else:
         number = NO_NUMBER
@@ -107,7 +107,7 @@ def lobe_photon(lobe, first, second, rank, lobes, key, band, jitter):
     return _until_taken(lobe, ranges, bins, shapes, envelopes, kinds, number, first, second, word, key, rank, band)
 
 
-@inner_borrowing
+@inner_no_refcount
 def _named_bins(n, first, bits, bin0, at):
     """Bins that words name, of n photons of a lobe whose first one is `bin0`."""
     down = _S64 - bits
@@ -115,7 +115,7 @@ def _named_bins(n, first, bits, bin0, at):
         at[k] = bin0 + (first[k] >> down)
 
 
-@inner_borrowing
+@inner_no_refcount
 def _cells(n, at, cell0, bins, envelopes, words, rows):
     """Cells of n photons in rows of pairs side by side, and the numbers of their bins in them; `at` is used up."""
     k = ZERO
@@ -139,7 +139,7 @@ def _cells(n, at, cell0, bins, envelopes, words, rows):
         k += ONE
 
 
-@inner_borrowing
+@inner_no_refcount
 def _shares_in_bins(n, first, bits, words, rows, a, b):
     """Shares of the lobe nearer to and farther from the axis of n photons whose words name their bins."""
     for k in range(n):
@@ -149,7 +149,7 @@ def _shares_in_bins(n, first, bits, words, rows, a, b):
         a[k], b[k] = shares(part, 1.0, t, rows[i], rows[i + ONE], rows[i + _P1], rows[i + _P1 + ONE])
 
 
-@inner_borrowing
+@inner_no_refcount
 def _shares_in_cells(again, n, first, rows, a, b):
     """The same of the photons from `again` on, whose words are the place in the whole cell."""
     for k in range(again, again + whole_vectors(n - again)):
@@ -158,7 +158,7 @@ def _shares_in_cells(again, n, first, rows, a, b):
         a[k], b[k] = shares(0.0, count, place_of(first[k], ZERO), rows[i], rows[i + ONE], rows[i + _P1], count)
 
 
-@inner_borrowing
+@inner_no_refcount
 def _heights(n, lobe, kinds, g, a, b, radius, z):
     """R and Z of n photons of a lobe."""
     if lobe < U64(kinds[0]):
@@ -172,7 +172,7 @@ def _heights(n, lobe, kinds, g, a, b, radius, z):
             radius[k], z[k] = beckmann_radius(a[k], b[k]), 1.0
 
 
-@inner_borrowing
+@inner_no_refcount
 def _azimuths(n, second, third, rows, sine, cosine, excess):
     """Sines and cosines of n photons, and their deciding numbers x bound."""
     for k in range(n):
@@ -182,7 +182,7 @@ def _azimuths(n, second, third, rows, sine, cosine, excess):
         excess[k] = uniform_f64(third[k]) * rows[i + _P3 + ONE]
 
 
-@inner_borrowing
+@inner_no_refcount
 def _directions(n, s, shapes, radius, z, sine, cosine, excess, x, y, up):
     """Directions of n photons of a lobe, and which are rejected: those whose excess is not negative."""
     m0, m1, m2, m3 = shapes[s], shapes[s + ONE], shapes[s + TWO], shapes[s + U64(3)]
@@ -193,7 +193,7 @@ def _directions(n, s, shapes, radius, z, sine, cosine, excess, x, y, up):
         excess[k] += w
 
 
-@inner_borrowing
+@inner_no_refcount
 def _scatter(n, at, excess, x, y, up, ux, uy, uz, rejected):
     """Write n directions over those of a call; return how many are rejected, and which."""
     size = U64(ux.size)
@@ -213,14 +213,14 @@ def _scatter(n, at, excess, x, y, up, ux, uy, uz, rejected):
     return left
 
 
-@inner_borrowing
+@inner_no_refcount
 def _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz):
     """One trial of each photon of a queue."""
     ranges, bins, shapes, envelopes, kinds = lobes[1]
     size, retries, all_at, all_rank, all_trial, _ = memory[0]
     first, second, third, rejected, at_bin = memory[1]
     words, rows, (a, b, radius, z, sine, cosine, excess), (x, y, up) = memory[2:]
-    n, again, lo, hi = size[lobe], retries[lobe], lobe * ROOM, (lobe + ONE) * ROOM
+    n, again, lo, hi = size[lobe], retries[lobe], lobe * QUEUE_SIZE, (lobe + ONE) * QUEUE_SIZE
     at, rank, trial = all_at[lo : hi + AHEAD], all_rank[lo : hi + OVERHANG], all_trial[lo:hi]
     words_of_photons(again, n, rank, trial, steps, key, band, jitter, first, second, third)
     r, s = _RANGE_COLUMNS * lobe, _LOBE_COLUMNS * lobe
@@ -244,7 +244,7 @@ def _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz):
     size[lobe], retries[lobe] = left, left
 
 
-@inner_borrowing
+@inner_no_refcount
 def place_lobes(lo, m, slot, rank, lobes, steps, key, band, jitter, memory, ux, uy, uz):
     """Take in the photons of a block whose slot is a lobe, and work off the queues that are full.
 
@@ -258,11 +258,11 @@ def place_lobes(lo, m, slot, rank, lobes, steps, key, band, jitter, memory, ux, 
     k = ZERO
     while k < n:
         k, full = append_photons(k, n, lo, photons, slot, rank, lobes[0], queues)
-        while full >= 0 and size[U64(full)] == ROOM:
+        while full >= 0 and size[U64(full)] == QUEUE_SIZE:
             _place_queue(U64(full), lobes, steps, key, band, jitter, memory, ux, uy, uz)
 
 
-@inner_borrowing
+@inner_no_refcount
 def place_the_rest(lobes, steps, key, band, jitter, memory, ux, uy, uz):
     """Work off all queues, after the last block of a call."""
     size = memory[0][0]
@@ -271,7 +271,7 @@ def place_the_rest(lobes, steps, key, band, jitter, memory, ux, uy, uz):
             _place_queue(lobe, lobes, steps, key, band, jitter, memory, ux, uy, uz)
 
 
-@inner_borrowing
+@inner_no_refcount
 def _columns(memory, like):
     """Columns of the photons of a queue: five of words, one of short words, seven and three of floats, and rows."""
     short, one, size = U32(0), np.float64(0), U64(LOBE_COLUMN)
@@ -285,7 +285,7 @@ def _columns(memory, like):
             column(memory, U64(4), size, ZERO),
         ),
         column(memory, U64(5), size, short),
-        seen_as(floats[U64(10) * size :], one),
+        view_as(floats[U64(10) * size :], one),
         (
             column(floats, ZERO, size, one),
             column(floats, ONE, size, one),
@@ -303,7 +303,7 @@ def _columns(memory, like):
     )
 
 
-@inner_borrowing
+@inner_no_refcount
 def lobe_scratch(memory, rank, lobes, like):
     """Scratch memory of a call whose directions are like `like`, in words; ranks of photons are like `rank`.
 
@@ -311,7 +311,7 @@ def lobe_scratch(memory, rank, lobes, like):
     """
     queues, rest = lobe_queues(memory, rank, U64(lobes[1][0].size) // _RANGE_COLUMNS)
     words, found, rows, floats, directions = _columns(rest, like)
-    for of_photons in floats:
-        of_photons[:] = 1.0
+    for values in floats:
+        values[:] = 1.0
     rows[:] = 1.0
     return queues, words, found, rows, floats, directions

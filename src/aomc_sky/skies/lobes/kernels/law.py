@@ -22,9 +22,9 @@ bins       for each bin its cell, counted from the first of the lobe, in the upp
 shapes     for each lobe M row by row without the 0 in its last row, and g
 envelopes  the cells of `aomc_sky.skies.lobes.envelope`
 kinds      the ends of the lobes of kind "hg" and "ggx"; for kernels the first slot of a lobe and the end of the last
-falls      for each lobe of a band the rank of its first photon, n // 2^m, n % 2^m, the offset in units of
-           2^-(m + OFFSET_BITS), and m
-paces      for each lobe of a band 2^m / n and the begin of the line of `bin_of_rank`
+bin_proposals    for each lobe of a band the rank of its first photon, n // 2^m, n % 2^m, the offset in units of
+                 2^-(m + OFFSET_BITS), and m
+bins_per_photon  for each lobe of a band 2^m / n and the begin of the line of `bin_of_rank`
 """
 
 from __future__ import annotations
@@ -39,19 +39,19 @@ from aomc_sky.kernels.formula import inlined_formula, select
 LOBE_COLUMNS = 9
 RANGE_COLUMNS = 4
 CELL_COLUMNS = 8
-FALL_COLUMNS = 5
-PACE_COLUMNS = 2
+PROPOSAL_COLUMNS = 5
+LINE_COLUMNS = 2
 
 OFFSET_BITS = 30
 """Of an offset, behind the m bits that the shares of bins have; with m up to 16 no product has more than 62 bits."""
 
-PACE_MARGIN = 2.0**-30
+LINE_MARGIN = 2.0**-30
 """More than the rounding of the line in `bin_of_rank`: four operations on numbers up to 2^16, 2^-35."""
 
 # the sequence that decides is moved by half a hash of the rank, two odd multipliers (those of the generators of Steele
 # and Vigna 2021)
-_STIR_A = np.uint64(0xD1342543DE82EF95)
-_STIR_B = np.uint64(0xAF251AF3B0F025B5)
+_MIX_A = np.uint64(0xD1342543DE82EF95)
+_MIX_B = np.uint64(0xAF251AF3B0F025B5)
 _OFFSET = np.uint64(OFFSET_BITS)
 _INV64 = 2.0**-64
 _UPPER52 = np.uint64(0xFFFFFFFFFFFFF000)
@@ -59,13 +59,15 @@ _MIDDLE = np.uint64(0x800)
 
 
 @inlined_formula
-def bin_of_rank(rank, before, each, rest, offset, bits, pace, begin):
+def bin_of_rank(rank, before, each, rest, offset, bits, bins_per_photon, begin):
     """The bin of trial 0 of a photon: the last one whose first photon is not after this one.
 
     A line says the bin or the one below it, whole numbers say which; nothing depends on how the line is rounded.
     """
     own = rank - before
-    least = U64(np.int32(np.float64(np.int64(own)) * pace + begin))  # signed: of stale ranks it is a little below 0
+    least = U64(
+        np.int32(np.float64(np.int64(own)) * bins_per_photon + begin)
+    )  # signed: of stale ranks it is a little below 0
     above = least + ONE
     return least + U64(own >= each * above + (((rest * above << _OFFSET) + offset) >> (bits + _OFFSET)))
 
@@ -77,9 +79,9 @@ def decision_by_rank(rank, shift, step, key):
     Without the move the sequence repeats its values along lines of the lattice of places. Next to the horizon, where
     few photons stay, whole lines then stayed or went together.
     """
-    x = (rank ^ key) * _STIR_A
+    x = (rank ^ key) * _MIX_A
     x = x ^ (x >> S32)
-    return shift + rank * step + ((x * _STIR_B) >> ONE)
+    return shift + rank * step + ((x * _MIX_B) >> ONE)
 
 
 @inlined_formula
@@ -172,18 +174,18 @@ def place_lobes(lobe, tables, words, key, rank, band):
     return out
 
 
-def lobe_words(rank, lobe, falls, shifts, steps, accept, key, band, jitter):
+def lobe_words(rank, lobe, proposals, shifts, steps, accept, key, band, jitter):
     """Bin and three words of trial 0 of photons of the lobes `lobe`: by rank (r2), or with `jitter` (philox) no bin.
 
     The keys are those of `keys` in the plan. Philox gives two words of a key and a counter (x low, x high, band, draw).
     The `shifts` come from (shift key; 0, 0, band, 0). The parts of `accept` are shift, ACCEPT_STEP and the key of the
-    hash; the first and the last come from (shift key; 0, 0, band, 1). The offset in `falls` comes from (shift key; cell
-    of the lobe, 0, band, 2). `key` is the placement key.
+    hash; the first and the last come from (shift key; 0, 0, band, 1). The offset in `proposals` comes from (shift key;
+    cell of the lobe, 0, band, 2). `key` is the placement key.
     """
     if jitter:
         return (None, *philox_pair(key, rank, U64(band), U64(0)), philox_pair(key, rank, U64(band), ACCEPT)[0])
-    before, each, rest, offset, bits = falls[0].reshape(-1, FALL_COLUMNS)[lobe].T
-    pace, begin = falls[1].reshape(-1, PACE_COLUMNS)[lobe].T
-    number = bin_of_rank(rank, before, each, rest, offset, bits, pace, begin)
+    before, each, rest, offset, bits = proposals[0].reshape(-1, PROPOSAL_COLUMNS)[lobe].T
+    bins_per_photon, begin = proposals[1].reshape(-1, LINE_COLUMNS)[lobe].T
+    number = bin_of_rank(rank, before, each, rest, offset, bits, bins_per_photon, begin)
     places = shifts[0] + rank * steps[0], shifts[1] + rank * steps[1]
     return number, *places, decision_by_rank(rank, accept[0], accept[1], accept[2])

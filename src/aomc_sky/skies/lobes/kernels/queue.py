@@ -12,7 +12,7 @@ from aomc_sky.kernels.arithmetic.constants import (
     FOUR,
     LAST_TRIAL,
     LOBE_COLUMN,
-    LOBE_ROOM,
+    LOBE_QUEUE_SIZE,
     ONE,
     SCRATCH_PHOTONS,
     THREE,
@@ -23,10 +23,10 @@ from aomc_sky.kernels.arithmetic.constants import (
 )
 from aomc_sky.kernels.arithmetic.rng import later_words, philox_pair
 from aomc_sky.kernels.cells.blocks import column, whole_vectors
-from aomc_sky.kernels.jit import inlined, inner_borrowing
-from aomc_sky.skies.lobes.kernels.law import FALL_COLUMNS, PACE_COLUMNS, bin_of_rank, decision_by_rank
+from aomc_sky.kernels.jit import inlined, inner_no_refcount
+from aomc_sky.skies.lobes.kernels.law import LINE_COLUMNS, PROPOSAL_COLUMNS, bin_of_rank, decision_by_rank
 
-ROOM = np.uint64(LOBE_ROOM)
+QUEUE_SIZE = np.uint64(LOBE_QUEUE_SIZE)
 """Photons of a full queue, whole vectors; the columns of one stay in the cache."""
 
 OVERHANG = np.uint64(32)
@@ -35,11 +35,11 @@ OVERHANG = np.uint64(32)
 AHEAD = np.uint64(16)
 """So many photons before it is written the memory of one is asked for."""
 
-_FALL_COLUMNS = np.uint64(FALL_COLUMNS)
-_PACE_COLUMNS = np.uint64(PACE_COLUMNS)
+_PROPOSAL_COLUMNS = np.uint64(PROPOSAL_COLUMNS)
+_LINE_COLUMNS = np.uint64(LINE_COLUMNS)
 
 
-@inner_borrowing
+@inner_no_refcount
 def photons_of_lobes(m, slot, lobes, photons):
     """Photons of a block whose slot lies in the span of the lobes, in `photons`; return how many.
 
@@ -56,13 +56,13 @@ def photons_of_lobes(m, slot, lobes, photons):
     return n
 
 
-@inner_borrowing
+@inner_no_refcount
 def append_photons(k, n, lo, photons, slot, rank, lobe_of_slot, queues):
     """Append photons k to n of `photons` to their queues; return the next one and the lobe of the queue that is full.
 
     The block begins at photon `lo` of the call.
     """
-    size, at, of_rank = queues[0], queues[2], queues[3]
+    size, at, ranks = queues[0], queues[2], queues[3]
     full = np.int64(-1)
     while k < n:
         j = photons[k]
@@ -72,55 +72,55 @@ def append_photons(k, n, lo, photons, slot, rank, lobe_of_slot, queues):
             continue
         one = U64(lobe)
         before = size[one]
-        to = one * ROOM + before
-        at[to], of_rank[to] = U32(lo + j), rank[j]
+        to = one * QUEUE_SIZE + before
+        at[to], ranks[to] = U32(lo + j), rank[j]
         size[one] = before + ONE
-        if before + ONE == ROOM:
+        if before + ONE == QUEUE_SIZE:
             full = np.int64(lobe)
             break
     return k, full
 
 
 @inlined
-def fall_of_lobe(lobe, falls):
+def bin_proposal(lobe, proposals):
     """The arguments of `bin_of_rank` after the rank, for a lobe of a band."""
-    f, p = _FALL_COLUMNS * U64(lobe), _PACE_COLUMNS * U64(lobe)
-    whole, paces = falls
-    return whole[f], whole[f + ONE], whole[f + TWO], whole[f + THREE], whole[f + FOUR], paces[p], paces[p + ONE]
+    f, p = _PROPOSAL_COLUMNS * U64(lobe), _LINE_COLUMNS * U64(lobe)
+    whole, lines = proposals
+    return whole[f], whole[f + ONE], whole[f + TWO], whole[f + THREE], whole[f + FOUR], lines[p], lines[p + ONE]
 
 
-@inner_borrowing
-def bins_by_rank(lobe, again, n, rank, bin0, falls, at):
+@inner_no_refcount
+def bins_by_rank(lobe, again, n, rank, bin0, proposals, at):
     """Bins of trial 0 of the photons of a queue from `again` on, of a lobe whose first bin is `bin0`."""
-    before, each, rest, offset, bits, pace, begin = fall_of_lobe(lobe, falls)
+    before, each, rest, offset, bits, bins_per_photon, begin = bin_proposal(lobe, proposals)
     for k in range(again, again + whole_vectors(n - again)):
-        at[k] = bin0 + bin_of_rank(U64(rank[k]), before, each, rest, offset, bits, pace, begin)
+        at[k] = bin0 + bin_of_rank(U64(rank[k]), before, each, rest, offset, bits, bins_per_photon, begin)
 
 
-@inner_borrowing
+@inner_no_refcount
 def _words_by_rank(again, n, rank, shifts, steps, accept, first, second, third):
     shift_u, shift_v, step_u, step_v, shift, step = shifts[0], shifts[1], steps[0], steps[1], accept[0], accept[1]
-    stir = accept[2]
+    mix_key = accept[2]
     for k in range(again, again + whole_vectors(n - again)):
         r = U64(rank[k])
         first[k], second[k] = shift_u + r * step_u, shift_v + r * step_v
-        third[k] = decision_by_rank(r, shift, step, stir)
+        third[k] = decision_by_rank(r, shift, step, mix_key)
 
 
-@inner_borrowing
+@inner_no_refcount
 def _words_by_philox(again, n, rank, key, band, first, second, third):
     for k in range(again, again + whole_vectors(n - again)):
         first[k], second[k] = philox_pair(key, U64(rank[k]), band, ZERO)
         third[k], _ = philox_pair(key, U64(rank[k]), band, ACCEPT)
 
 
-@inner_borrowing
+@inner_no_refcount
 def _later_words(n, rank, trial, key, band, first, second, third):
     for k in range(whole_vectors(n)):
         first[k], second[k], third[k] = later_words(key, U64(rank[k]), band, U64(trial[k]))
 
 
-@inner_borrowing
+@inner_no_refcount
 def words_of_photons(again, n, rank, trial, steps, key, band, jitter, first, second, third):
     """The three words of the n photons of a queue: a later trial of the first `again` ones, trial 0 of the others.
 
@@ -134,7 +134,7 @@ def words_of_photons(again, n, rank, trial, steps, key, band, jitter, first, sec
         _words_by_philox(again, n, rank, key, band, first, second, third)
 
 
-@inner_borrowing
+@inner_no_refcount
 def back_to_front(n, rejected, again, at, rank, trial):
     """Move n rejected photons to the front of their queue; return how many may try again.
 
@@ -150,14 +150,14 @@ def back_to_front(n, rejected, again, at, rank, trial):
     return left
 
 
-@inner_borrowing
+@inner_no_refcount
 def lobe_queues(memory, rank, n_lobe):
     """Empty queues, and memory for the photons of a block, whose ranks are like `rank`; the rest of `memory`.
 
     Sizes, retries; photon, rank and trial of each place in a queue; photons of lobes in a block.
     """
     size, retries, rest = memory[:n_lobe], memory[n_lobe : TWO * n_lobe], memory[TWO * n_lobe :]
-    room = n_lobe * ROOM + U64(LOBE_COLUMN)
+    room = n_lobe * QUEUE_SIZE + U64(LOBE_COLUMN)
     end = THREE * room + U64(SCRATCH_PHOTONS)
     memory[: TWO * n_lobe + TWO * room] = ZERO
     return (

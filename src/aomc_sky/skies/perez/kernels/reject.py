@@ -10,9 +10,9 @@ import numpy as np
 from aomc_sky.kernels.arithmetic.constants import ACCEPT, LAST_TRIAL, ONE, PEREZ_CHUNK, PEREZ_WORDS, U64, ZERO
 from aomc_sky.kernels.arithmetic.elementary import arc, exp_level, sincos_turned_any, unit
 from aomc_sky.kernels.arithmetic.rng import later_words, philox_pair
-from aomc_sky.kernels.cells.blocks import MAX_PHOTONS, cell_of_photon, column, turn_of_photon, whole_vectors
+from aomc_sky.kernels.cells.blocks import MAX_PHOTONS, cell_of_photon, column, ring_offset_of_photon, whole_vectors
 from aomc_sky.kernels.cells.laws import from_mu2
-from aomc_sky.kernels.jit import inner, inner_borrowing
+from aomc_sky.kernels.jit import inner, inner_no_refcount
 from aomc_sky.skies.perez.kernels.cells import is_rejected, is_taken_at_once, measured, tilted
 from aomc_sky.skies.perez.kernels.law import SUN_VECTOR, A, B, C, D, E, slant, with_aureole
 
@@ -22,7 +22,7 @@ _CHUNK = np.uint64(PEREZ_CHUNK)
 _FLAGS = np.uint64(64)
 
 
-@inner_borrowing
+@inner_no_refcount
 def accept_words(m, rank, steps, key, band, jitter, word):
     """The 64-bit uniform words that decide trial 0 of a block."""
     if jitter == ZERO:
@@ -34,7 +34,7 @@ def accept_words(m, rank, steps, key, band, jitter, word):
             word[j], _ = philox_pair(key, U64(rank[j]), band, ACCEPT)
 
 
-@inner_borrowing
+@inner_no_refcount
 def gather_cell_words(m, slot, word_of_slot, cell_word):
     """The words of the cells of a block side by side: tilts in 10 bits each, then 12 of the threshold."""
     j = ZERO
@@ -46,25 +46,25 @@ def gather_cell_words(m, slot, word_of_slot, cell_word):
         j += ONE
 
 
-@inner_borrowing
+@inner_no_refcount
 def tilt_block(m, cell_word, u, v, jacobian):
     """`tilted` for a block."""
     for j in range(m):
         u[j], v[j], jacobian[j] = tilted(u[j], v[j], cell_word[j])
 
 
-@inner_borrowing
+@inner_no_refcount
 def tilted_by_rank(m, rank, shifts, steps, bits, cell_word, u, v, jacobian):
     """`tilt_block` of the places by rank."""
     shift_u, shift_v, step_u, step_v = shifts[0], shifts[1], steps[0], steps[1]
     for j in range(min(m, MAX_PHOTONS)):
         r = U64(rank[j])
         first = unit(shift_u + r * step_u, u[j])
-        second = unit(shift_v + r * step_v + turn_of_photon(bits, j), v[j])
+        second = unit(shift_v + r * step_v + ring_offset_of_photon(bits, j), v[j])
         u[j], v[j], jacobian[j] = tilted(first, second, cell_word[j])
 
 
-@inner_borrowing
+@inner_no_refcount
 def _undecided(m, word, cell_word, flag, chosen):
     """Photons that the lower bound does not take; in narrow cells they are so few that most chunks have none."""
     n = ZERO
@@ -83,7 +83,7 @@ def _undecided(m, word, cell_word, flag, chosen):
     return n
 
 
-@inner_borrowing
+@inner_no_refcount
 def _measure_chosen(n, chosen, ux, uy, uz, word, slot, jacobian, bound, sky, chord, mu, limit, scale):
     """`measured` for chosen photons, side by side."""
     sun_x, sun_y, sun_z = sky[SUN_VECTOR], sky[SUN_VECTOR + 1], sky[SUN_VECTOR + 2]
@@ -95,7 +95,7 @@ def _measure_chosen(n, chosen, ux, uy, uz, word, slot, jacobian, bound, sky, cho
         k += ONE
 
 
-@inner_borrowing
+@inner_no_refcount
 def _measure_again(n, x, y, z, word, sky, chord, mu, limit):
     """`measured` for new directions; `limit` holds the bounds."""
     sun_x, sun_y, sun_z = sky[SUN_VECTOR], sky[SUN_VECTOR + 1], sky[SUN_VECTOR + 2]
@@ -103,7 +103,7 @@ def _measure_again(n, x, y, z, word, sky, chord, mu, limit):
         chord[k], mu[k], limit[k] = measured(x[k], y[k], z[k], word[k], limit[k], sun_x, sun_y, sun_z)
 
 
-@inner_borrowing
+@inner_no_refcount
 def _luminance(n, chord, mu, sky, scale, value):
     """Luminance of n photons x their J in `value`; `chord` and `mu` are used up.
 
@@ -121,7 +121,7 @@ def _luminance(n, chord, mu, sky, scale, value):
         value[k] = (1.0 + a * exp_level(mu[k])) * value[k] * np.float64(scale[k])
 
 
-@inner_borrowing
+@inner_no_refcount
 def _keep_rejected(n, limit, value, part, left, chosen):
     """Append the rejected of a part of the chosen photons to the front of them all; return their number."""
     k = ZERO
@@ -133,7 +133,7 @@ def _keep_rejected(n, limit, value, part, left, chosen):
     return left
 
 
-@inner_borrowing
+@inner_no_refcount
 def _gather_cells(n, chosen, p, rank, slot, cell_word, bound, first, tilt, limit, h0, h1, h2, h3, t0, t1):
     """Ranks, words, bounds and cell parameters of chosen photons side by side."""
     k = ZERO
@@ -146,14 +146,14 @@ def _gather_cells(n, chosen, p, rank, slot, cell_word, bound, first, tilt, limit
         k += ONE
 
 
-@inner_borrowing
+@inner_no_refcount
 def _draw(n, trial, key, band, first, second, word):
     """Words of trial `trial` of n photons; `first` holds their ranks."""
     for k in range(n):
         first[k], second[k], word[k] = later_words(key, first[k], band, trial)
 
 
-@inner_borrowing
+@inner_no_refcount
 def _place_again(n, first, second, tilt, h0, h1, h2, h3, t0, t1, x, y, z, scale):
     """New directions from new words."""
     for k in range(n):
@@ -162,7 +162,7 @@ def _place_again(n, first, second, tilt, h0, h1, h2, h3, t0, t1, x, y, z, scale)
         x[k], y[k], z[k] = from_mu2(h0[k], h1[k], h2[k], u, sine, cosine)
 
 
-@inner_borrowing
+@inner_no_refcount
 def _scatter(n, chosen, x, y, z, ux, uy, uz):
     k = ZERO
     while k < n:
@@ -171,7 +171,7 @@ def _scatter(n, chosen, x, y, z, ux, uy, uz):
         k += ONE
 
 
-@inner_borrowing
+@inner_no_refcount
 def further_trials(trial, x, y, z, rank, h0, h1, h2, h3, t0, t1, cell_word, bound, sky, key, band):
     """Direction of one photon after trial `trial` and as many more as it takes; (x, y, z) where none is left."""
     while trial < LAST_TRIAL:
@@ -186,7 +186,7 @@ def further_trials(trial, x, y, z, rank, h0, h1, h2, h3, t0, t1, cell_word, boun
 
 
 @inner
-def taken_or_replaced(x, y, z, jacobian, slot, rank, of_cell, perez, key, band, jitter):
+def taken_or_replaced(x, y, z, jacobian, slot, rank, cell, perez, key, band, jitter):
     """`reject` for one photon whose place was `tilted`; `jitter` is None for places by rank."""
     word_of_slot, bound, sky, steps = perez
     if jitter is None:
@@ -196,10 +196,10 @@ def taken_or_replaced(x, y, z, jacobian, slot, rank, of_cell, perez, key, band, 
     cell_word = word_of_slot[slot]
     if is_taken_at_once(word, cell_word) or not is_rejected(x, y, z, jacobian, word, bound[slot], sky):
         return x, y, z
-    return further_trials(ONE, x, y, z, rank, *of_cell, cell_word, bound[slot], sky, key, band)
+    return further_trials(ONE, x, y, z, rank, *cell, cell_word, bound[slot], sky, key, band)
 
 
-@inner_borrowing
+@inner_no_refcount
 def _one_by_one(n, trial, chosen, slot, rank, p, bound, cell_word, sky, key, band, ux, uy, uz):
     """`further_trials` of the few photons that would not fill a vector."""
     for k in range(n):
@@ -208,7 +208,7 @@ def _one_by_one(n, trial, chosen, slot, rank, p, bound, cell_word, sky, key, ban
         ux[j], uy[j], uz[j] = further_trials(trial, ux[j], uy[j], uz[j], U64(rank[j]), *cell_of_photon(p, j), *known)
 
 
-@inner_borrowing
+@inner_no_refcount
 def reject(m, slot, rank, p, perez, key, band, word, cell_word, jacobian, scratch, ux, uy, uz):
     """Replace the photons of a block that the Perez luminance rejects.
 
@@ -250,7 +250,7 @@ _COLUMN = np.uint64(PEREZ_WORDS // 18)
 """Words of the memory of the chunks."""
 
 
-@inner_borrowing
+@inner_no_refcount
 def perez_scratch(memory, flag, chosen, like):
     """Scratch memory of `reject`; columns of their own, which the compiler can tell apart.
 

@@ -73,12 +73,12 @@ def verify_run(
     with ExitStack() as stack, ChunkPool(source, threads) as pool:
         shared = [stack.enter_context(files.opened()) for files in compared if len(files.part.bands) > 1]
         spans = {band: _chosen_blocks(source, band, resample, seed) for band in bands if compared}
-        meter = Meter(progress, sum(stop - start for of_band in spans.values() for start, stop in of_band))
+        meter = Meter(progress, sum(stop - start for band_spans in spans.values() for start, stop in band_spans))
         announce_photons(meter.total)
-        for band, of_band in spans.items():
+        for band, band_spans in spans.items():
             with ExitStack() as opened:
                 own = [opened.enter_context(files.opened()) for files in compared if files.part.bands == (band,)]
-                sums[band] = pool.emit(band, [*own, *shared], meter.add, of_band)
+                sums[band] = pool.emit(band, [*own, *shared], meter.add, band_spans)
     checks = [
         _counts_file_check(folder, source, all_bands),
         *_source_file_checks(folder, source, is_listed=SOURCE in manifest["options"]["formats"]),
@@ -91,7 +91,7 @@ def verify_run(
 
 
 def _chosen_blocks(source: PhotonSource, band: int, resample: float, seed: int) -> list[tuple[int, int]]:
-    """Blocks of a waveband to make again, in order; some are drawn at random unless all are wanted."""
+    """Blocks of a waveband to make again, in order; some are drawn at random unless all are asked for."""
     spans = list(block_spans(0, source.n_photons(band)))
     if resample == 1:
         return spans
@@ -135,8 +135,8 @@ class _ComparedFiles:
             is_wrong = np.any(np.not_equal(*rows), axis=1)
             is_wrong[n_read // layout.row_bytes :] = True
             if not self._n_wrong[k]:
-                of_band = f" of waveband {band + 1}" if len(self.part.bands) > 1 else ""
-                self._first_wrong[k] = f"photon {start + int(np.argmax(is_wrong))}{of_band}"
+                band_spans = f" of waveband {band + 1}" if len(self.part.bands) > 1 else ""
+                self._first_wrong[k] = f"photon {start + int(np.argmax(is_wrong))}{band_spans}"
             self._n_wrong[k] += int(np.count_nonzero(is_wrong))
         self._n_compared += len(chunks[0]) // self.part.layouts[0].row_bytes
 
