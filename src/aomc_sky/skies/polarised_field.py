@@ -32,7 +32,8 @@ def stokes_fields(
         raise UsageError("variable_q and variable_u belong together: give both, or none")
     whole = field if hasattr(field, "data_vars") else field.to_dataset(name=field.name or "radiance")
     if "stokes" in whole.dims and variable_q is None:
-        found = {str(name): k for k, name in enumerate(np.atleast_1d(whole.coords.get("stokes", [])).tolist())}
+        listed = np.atleast_1d(whole.coords.get("stokes", [])).tolist()
+        found = {(one.decode("latin-1") if isinstance(one, bytes) else str(one)): k for k, one in enumerate(listed)}
         if not {"I", "Q", "U"} <= set(found):
             return None
         i, q, u = (whole.isel(stokes=found[name], drop=True) for name in "IQU")
@@ -40,8 +41,9 @@ def stokes_fields(
         return i.assign(_q=q[name], _u=u[name]), [name, "_q", "_u"]
     names = {"i": variable, "q": variable_q, "u": variable_u}
     if variable_q is not None:
-        if missing := [name for name in (variable_q, variable_u) if name not in whole.data_vars]:
-            raise FieldError(f"the dataset has no variable {missing[0]!r}", argument="variable")
+        for argument, given in (("variable_q", variable_q), ("variable_u", variable_u)):
+            if given not in whole.data_vars:
+                raise FieldError(f"the dataset has no variable {given!r}", argument=argument)
         names["i"] = variable or str(field_and_bounds(whole.drop_vars([variable_q, variable_u]), None)[0].name)
     elif variable is None:
         for key, one in whole.data_vars.items():
@@ -49,6 +51,10 @@ def stokes_fields(
             if found_name := next(filter(None, map(_NAME.fullmatch, texts)), None):
                 role = next(filter(None, found_name.groups()), "i")
                 names[role] = names[role] or str(key)
+    both = [name for name in (names["q"], names["u"]) if name is not None]
+    if len(both) == 1 and names["i"] is not None and {*whole[both[0]].dims} == {*whole[names["i"]].dims}:
+        advice = f"name both, --variable-q and --variable-u, or I alone, --variable {names['i']} (variable=)"
+        raise FieldError(f"the field has {both[0]!r} beside {names['i']!r}: one of Q and U without the other", advice)
     return None if None in names.values() else (whole, list(map(str, names.values())))
 
 
@@ -77,7 +83,7 @@ def read_polarised_field(
         sign * radiances(dataset[one].transpose(*field.dims)) for sign, one in zip(stokes_signs, others, strict=True)
     )
     if not np.all(np.isfinite([light, q, u])):
-        advice = "interpolate I, Q and U to such a grid, or give I alone: field.isel(stokes=0), or variable='NAME'"
+        advice = "interpolate I, Q and U to such a grid, or read I alone: --variable NAME (variable=), or isel stokes=0"
         raise FieldError("a polarised field wants I, Q and U in every direction of a grid, without gaps", advice)
     if np.any(np.hypot(q, u) > np.abs(light) * (1.0 + _ROUNDED)):
         raise FieldError("the field has more polarised light than light", "give Q and U in the unit of I", "variable")
@@ -95,7 +101,8 @@ def read_polarised_field(
         total = above + below
         shares.append(np.divide(2.0 * (above - below), total, out=np.zeros_like(total), where=total > 0))
     both = np.stack(shares) * (values / np.maximum(np.hypot(*shares), 1.0))
-    return {**read, "values": values, "values_q": both[0], "values_u": both[1]}
+    remarks = (*read["remarks"], "photons carry q and u of Q and U of the field; V is not read")
+    return {**read, "values": values, "values_q": both[0], "values_u": both[1], "remarks": remarks}
 
 
 def _unstacked(dataset: Any, zenith: Axis, azimuth: Axis) -> Any:

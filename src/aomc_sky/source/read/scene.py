@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -39,6 +39,9 @@ from aomc_sky.source.scene import Scene, photons_of_intensity, require_projected
 from aomc_sky.wavebands import listed_bands, only_bands
 from aomc_sky.whole_number import as_number_of
 
+if TYPE_CHECKING:
+    from aomc_sky.skies.polarisation import RayleighPattern
+
 AOMC_TABLE_PRESET = SamplingOptions(allocation=AllocationMethod.AOMC, placement=Placement.CENTRE, order=Order.PATCH)
 AOMC_INTERNAL_PRESET = SamplingOptions(
     allocation=AllocationMethod.MULTINOMIAL, placement=Placement.PHILOX, order=Order.SHUFFLED
@@ -65,6 +68,7 @@ def read_scene(
     within: str | None = None,
     clear_sky: Any = None,
     diffuse_only: bool = False,
+    polarisation: RayleighPattern | None = None,
     sky_options: Mapping[str, Any] | None = None,
     allow_paths: Sequence[str | os.PathLike[str]] = (),
     max_memory_bytes: int | None = None,
@@ -119,6 +123,9 @@ def read_scene(
         The air of a cloudless sky, whose keys win one by one over [clear_sky] of sky.toml.
     diffuse_only : bool
         Launch the sky without the sun's beam.
+    polarisation : RayleighPattern, optional
+        Linear polarisation of the sky's light around the sun, which wins over `polarisation` of [sky]. Without both
+        photons carry none, but for a field of Q and U.
     sky_options : mapping, optional
         Options of a named sky, which win one by one over the keys of [sky].
     allow_paths : sequence of str or path
@@ -154,6 +161,7 @@ def read_scene(
         weather=weather,
         clear_sky=clear_sky,
         diffuse_only=diffuse_only,
+        polarisation=polarisation,
     )
     reading = Reading(
         iterations=iterations,
@@ -245,7 +253,8 @@ def scene_of_files(path: str | os.PathLike[str], given: LightInputs, reading: Re
         words=str(sky),
         unsaid=unsaid,
         is_compat=compat is not None,
-        takes_sun=name == FIELD or not isinstance(sky, DiffuseSky) or sky.takes_sun,
+        takes_sun=name == FIELD or inputs.polarisation is not None or not isinstance(sky, DiffuseSky) or sky.takes_sun,
+        is_sunless=isinstance(sky, DiffuseSky) and sky.is_sunless,
     )
     refuse_unused(given, use)
     light = light_of(
@@ -338,7 +347,7 @@ def _sky_of(files: SceneFiles, inputs: LightInputs, reading: Reading) -> tuple[D
         return plugin_diffuse(files.plugin), options
     if files.sky == GIVEN:
         require_projected(weighting, "this sky")
-        return model_diffuse(reading.sky), options
+        return model_diffuse(reading.sky, inputs), options
     require_projected(weighting, "the Perez sky")
     return perez_diffuse(inputs.perez_choices, replaces_file=not files.is_internal), options
 
