@@ -44,10 +44,10 @@ def read_field(
     """Read a field of a netCDF file: a dataset in memory with its coordinates of numbers and their bounds, and names.
 
     The field is one variable, by default the only one, or the only one that is called a radiance. It is three where
-    `stokes` finds I, Q and U: it returns a dataset and their names, or None. `isel` chooses one index of dimensions that
-    are neither angles nor wavelengths. Missing values become NaN, packed ones are unpacked, as the CF conventions have
-    it. No other file is opened, whatever the file says. InputFileError (E551 to E553); FieldError; MissingExtraError
-    without xarray and h5netcdf.
+    `stokes` finds I, Q and U: it returns a dataset and their names, or None. `isel` chooses one index of dimensions
+    that are neither angles nor wavelengths. Missing values become NaN, packed ones are unpacked, as the CF conventions
+    have it. No other file is opened, whatever the file says. InputFileError (E551 to E553); FieldError;
+    MissingExtraError without xarray and h5netcdf.
     """
     with open_netcdf(path, decode_times=False, decode_coords="all") as (dataset, allowed):
         isel = dict(isel or {})
