@@ -114,6 +114,7 @@ WRONG = {
     "holed": (lambda f: f.assign(Q=f["Q"].where(f["zenith"] > 20)), (), 3, "E710", "--variable NAME (variable=)"),
     "half": (lambda f: f.drop_vars("U").rename(I="radiance"), (), 3, "E710", "one of Q and U without the other"),
     "names": (lambda f: f, ("--variable-q", "Q"), 2, "belong together", "give both, or none"),
+    "twice": (lambda f: f, ("--variable-q", "Q", "--variable-u", "Q"), 3, "E710", "one variable for Q and for U"),
     "absent": (lambda f: f, ("--variable-q", "X", "--variable-u", "U"), 3, "E710", "no variable 'X'"),
     "signs": (lambda f: f[["I"]].rename(I="radiance"), ("--stokes-signs", "1", "1"), 3, "E710", "--stokes-signs"),
     "sign": (lambda f: f, ("--stokes-signs", "1", "2"), 2, "stokes_signs are two of 1 and -1", "[1, 2]"),

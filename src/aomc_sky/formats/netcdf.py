@@ -59,7 +59,7 @@ def read_field(
         parts = (field, *field.coords.values(), *bounds.values(), *others.values())
         require_size(sum(math.prod(part.shape) * 8 for part in parts), allowed, allowed, "a field")
         name = str(field.name or "radiance")
-        return field.to_dataset(name=name).assign(others).assign_coords(bounds).load(), [name, *others]
+        return field.to_dataset(name=name).assign(others).assign_coords(bounds).load(), [name, *more[1:]]
 
 
 @contextlib.contextmanager

@@ -28,6 +28,8 @@ def stokes_fields(
 
     They are three variables, or the entries I, Q, U of a dimension ``stokes`` as sasktran2 has it.
     """
+    if variable_q is not None and variable_q == variable_u:
+        raise FieldError(f"{variable_q!r} is one variable for Q and for U", argument="variable_u")
     if (variable_q is None) != (variable_u is None):
         raise UsageError("variable_q and variable_u belong together: give both, or none")
     whole = field if hasattr(field, "data_vars") else field.to_dataset(name=field.name or "radiance")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -216,8 +215,8 @@ def scene_of_sky(
 ) -> Scene:
     """The scene of a sky and of the sun's beam."""
     weather = given.weather
-    use = Use(inputs=given, sky=sky.name, words=str(sky), unsaid=unsaid, is_file=sky.is_file)
-    refuse_unused(given, dataclasses.replace(use, is_sunless=sky.is_sunless))
+    about = {"is_file": sky.is_file, "is_sunless": sky.is_sunless}
+    refuse_unused(given, Use(inputs=given, sky=sky.name, words=str(sky), unsaid=unsaid, **about))
     given.refuse_set_sun()
     light = light_of(given, sky, bands, unsaid=unsaid)
     files = dict(input_files or {})

@@ -247,14 +247,16 @@ def scene_of_files(path: str | os.PathLike[str], given: LightInputs, reading: Re
     sky, options = _sky_of(files, inputs, reading)
     name = FIELD if files.sky_field is not None else sky.name if isinstance(sky, DiffuseSky) else str(files.sky)
     unsaid = Unsaid.ERROR if files.is_internal else Unsaid.WHOLE
+    is_sunless = isinstance(sky, DiffuseSky) and sky.is_sunless
+    has_pattern = inputs.polarisation is not None and not is_sunless
     use = Use(
         inputs=inputs,
         sky=name,
         words=str(sky),
         unsaid=unsaid,
         is_compat=compat is not None,
-        takes_sun=name == FIELD or inputs.polarisation is not None or not isinstance(sky, DiffuseSky) or sky.takes_sun,
-        is_sunless=isinstance(sky, DiffuseSky) and sky.is_sunless,
+        takes_sun=name == FIELD or has_pattern or not isinstance(sky, DiffuseSky) or sky.takes_sun,
+        is_sunless=is_sunless,
     )
     refuse_unused(given, use)
     light = light_of(
