@@ -111,10 +111,10 @@ def test_a_table_of_sky_toml(field, tmp_path):
 
 
 WRONG = {
-    "holed": (lambda f: f.assign(Q=f["Q"].where(f["zenith"] > 20)), (), 3, "E710", "--variable NAME (variable=)"),
+    "holed": (lambda f: f.assign(Q=f["Q"].where(f["zenith"] > 20)), (), 3, "E710", "give I alone: --isel stokes=0"),
     "half": (lambda f: f.drop_vars("U").rename(I="radiance"), (), 3, "E710", "one of Q and U without the other"),
     "names": (lambda f: f, ("--variable-q", "Q"), 2, "belong together", "give both, or none"),
-    "twice": (lambda f: f, ("--variable-q", "Q", "--variable-u", "Q"), 3, "E710", "one variable for Q and for U"),
+    "twice": (lambda f: f, ("--variable-q", "Q", "--variable-u", "Q"), 3, "E710", "one is named twice"),
     "absent": (lambda f: f, ("--variable-q", "X", "--variable-u", "U"), 3, "E710", "no variable 'X'"),
     "signs": (lambda f: f[["I"]].rename(I="radiance"), ("--stokes-signs", "1", "1"), 3, "E710", "--stokes-signs"),
     "sign": (lambda f: f, ("--stokes-signs", "1", "2"), 2, "stokes_signs are two of 1 and -1", "[1, 2]"),

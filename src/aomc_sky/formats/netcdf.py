@@ -40,8 +40,8 @@ def read_field(
     variable: str | None = None,
     isel: Mapping[str, int] | None = None,
     stokes: Callable[[Any], tuple[Any, list[str]] | None] = lambda _: None,
-) -> tuple[Any, list[str]]:
-    """Read a field of a netCDF file: a dataset in memory with its coordinates of numbers and their bounds, and names.
+) -> Any:
+    """Read a field of a netCDF file as a dataset in memory, with its coordinates of numbers and their bounds.
 
     The field is one variable, by default the only one, or the only one that is called a radiance. It is three where
     `stokes` finds I, Q and U: it returns a dataset and their names, or None. `isel` chooses one index of dimensions
@@ -58,8 +58,7 @@ def read_field(
         others = {name: whole[name].variable for name in more[1:]}
         parts = (field, *field.coords.values(), *bounds.values(), *others.values())
         require_size(sum(math.prod(part.shape) * 8 for part in parts), allowed, allowed, "a field")
-        name = str(field.name or "radiance")
-        return field.to_dataset(name=name).assign(others).assign_coords(bounds).load(), [name, *more[1:]]
+        return field.to_dataset(name=field.name or "radiance").assign(others).assign_coords(bounds).load()
 
 
 @contextlib.contextmanager

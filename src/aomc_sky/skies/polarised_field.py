@@ -28,10 +28,10 @@ def stokes_fields(
 
     They are three variables, or the entries I, Q, U of a dimension ``stokes`` as sasktran2 has it.
     """
-    if variable_q is not None and variable_q == variable_u:
-        raise FieldError(f"{variable_q!r} is one variable for Q and for U", argument="variable_u")
     if (variable_q is None) != (variable_u is None):
         raise UsageError("variable_q and variable_u belong together: give both, or none")
+    if variable_q is not None and len({variable, variable_q, variable_u}) < 3:
+        raise FieldError("I, Q and U are three variables, and one is named twice", argument="variable_q")
     whole = field if hasattr(field, "data_vars") else field.to_dataset(name=field.name or "radiance")
     if "stokes" in whole.dims and variable_q is None:
         listed = np.atleast_1d(whole.coords.get("stokes", [])).tolist()
@@ -85,7 +85,9 @@ def read_polarised_field(
         sign * radiances(dataset[one].transpose(*field.dims)) for sign, one in zip(stokes_signs, others, strict=True)
     )
     if not np.all(np.isfinite([light, q, u])):
-        advice = "interpolate I, Q and U to such a grid, or read I alone: --variable NAME (variable=), or isel stokes=0"
+        advice = (
+            "interpolate them to such a grid, or give I alone: --isel stokes=0, field.isel(stokes=0), or its variable"
+        )
         raise FieldError("a polarised field wants I, Q and U in every direction of a grid, without gaps", advice)
     if np.any(np.hypot(q, u) > np.abs(light) * (1.0 + _ROUNDED)):
         raise FieldError("the field has more polarised light than light", "give Q and U in the unit of I", "variable")

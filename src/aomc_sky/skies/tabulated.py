@@ -216,7 +216,7 @@ class TabulatedSky(Share):
         variable_q, variable_u : str, optional
             Stokes parameters Q and U of a Dataset beside the radiance I, where their names do not say it: I, Q, U or
             stokes_q, radiance_q and the like, or a dimension ``stokes`` with these three, as sasktran2 has it. Photons
-            then carry q and u. With `variable` alone a field is not polarised.
+            then carry q and u. With `variable` alone, Q and U in variables beside it are not read.
         stokes_signs : tuple of two numbers
             Factors of Q and U that bring them to the signs of docs/conventions.md, where those of other codes are
             listed. [1 or -1]

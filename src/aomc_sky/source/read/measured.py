@@ -153,7 +153,8 @@ def read_stokes_field(
 ) -> tuple[Any, list[str]]:
     """A field of a netCDF file and the names of I, or of I, Q and U, as `TabulatedSky.from_xarray` finds them."""
     stokes = partial(polarised_parts, variable=variable, variable_q=variable_q, variable_u=variable_u)
-    field, names = read_field(path, variable=variable, isel=isel, stokes=stokes)
+    field = read_field(path, variable=variable, isel=isel, stokes=stokes)
+    names = list(map(str, field.data_vars))
     if stokes_signs is not None and len(names) == 1:
         message = "--stokes-signs (stokes_signs) are for a field of Q and U, and this one is read without"
         raise FieldError(message, argument="stokes_signs")

@@ -48,6 +48,8 @@ AOMC_INTERNAL_PRESET = SamplingOptions(
 )
 COMPAT_NAME = "--compat aomc"
 
+_Whole = Callable[[LightInputs], Light]
+
 
 @in_default_mode
 def read_scene(
@@ -245,25 +247,13 @@ def scene_of_files(path: str | os.PathLike[str], given: LightInputs, reading: Re
     bands, (toml, amc) = files.bands, _inputs_of_files(files)
     inputs = given.over(toml).over(_sun_of_field(files)).over(amc)
     sky, options = _sky_of(files, inputs, reading)
-    name = FIELD if files.sky_field is not None else sky.name if isinstance(sky, DiffuseSky) else str(files.sky)
-    unsaid = Unsaid.ERROR if files.is_internal else Unsaid.WHOLE
-    is_sunless = isinstance(sky, DiffuseSky) and sky.is_sunless
-    has_pattern = inputs.polarisation is not None and not is_sunless
-    use = Use(
-        inputs=inputs,
-        sky=name,
-        words=str(sky),
-        unsaid=unsaid,
-        is_compat=compat is not None,
-        takes_sun=name == FIELD or has_pattern or not isinstance(sky, DiffuseSky) or sky.takes_sun,
-        is_sunless=is_sunless,
-    )
+    use = _use_of(files, inputs, sky, compat)
     refuse_unused(given, use)
     light = light_of(
         inputs,
         sky,
         bands,
-        unsaid=unsaid,
+        unsaid=use.unsaid,
         path=str(Path(files.paths["amc"]).parent / DIFCOL),
         backgrounds=files.backgrounds,
         toml_path=files.paths.get("sky_toml", ""),
@@ -300,6 +290,23 @@ def scene_of_files(path: str | os.PathLike[str], given: LightInputs, reading: Re
     return scene
 
 
+def _use_of(files: SceneFiles, inputs: LightInputs, sky: DiffuseSky | _Whole, compat: str | None) -> Use:
+    """What the scene is made of."""
+    of_sky = sky if isinstance(sky, DiffuseSky) else None
+    name = FIELD if files.sky_field is not None else str(files.sky) if of_sky is None else of_sky.name
+    is_sunless = of_sky is not None and of_sky.is_sunless
+    has_pattern = inputs.polarisation is not None and not is_sunless
+    return Use(
+        inputs=inputs,
+        sky=name,
+        words=str(sky),
+        unsaid=Unsaid.ERROR if files.is_internal else Unsaid.WHOLE,
+        is_compat=compat is not None,
+        takes_sun=name == FIELD or has_pattern or of_sky is None or of_sky.takes_sun,
+        is_sunless=is_sunless,
+    )
+
+
 def _inputs_of_files(files: SceneFiles) -> tuple[LightInputs, LightInputs]:
     """What sky.toml says, and amc.inp with difcol.inp; beside a sky file only what asks for a beam."""
     toml = inputs_of_toml(files.toml_or_empty)
@@ -312,9 +319,6 @@ def _sun_of_field(files: SceneFiles) -> LightInputs:
     """The sun that a measured sky of sky.toml names itself."""
     sun = None if files.sky_field is None else files.sky_field.sun
     return LightInputs() if sun is None else LightInputs(sun=sun)
-
-
-_Whole = Callable[[LightInputs], Light]
 
 
 def _sky_of(files: SceneFiles, inputs: LightInputs, reading: Reading) -> tuple[DiffuseSky | _Whole, dict[str, Any]]:
