@@ -111,7 +111,13 @@ def test_a_table_of_sky_toml(field, tmp_path):
 
 
 WRONG = {
-    "holed": (lambda f: f.assign(Q=f["Q"].where(f["zenith"] > 20)), (), 3, "E710", "give I alone: --isel stokes=0"),
+    "holed": (
+        lambda f: f.assign(Q=f["Q"].where(f["zenith"] > 20)),
+        (),
+        3,
+        "E710",
+        "give I alone: --variable I (variable=)",
+    ),
     "half": (lambda f: f.drop_vars("U").rename(I="radiance"), (), 3, "E710", "one of Q and U without the other"),
     "names": (lambda f: f, ("--variable-q", "Q"), 2, "belong together", "give both, or none"),
     "twice": (lambda f: f, ("--variable-q", "Q", "--variable-u", "Q"), 3, "E710", "one is named twice"),
