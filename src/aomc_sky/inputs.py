@@ -113,7 +113,9 @@ _OTHERS = _by_name(
     Input("sky", "--sky", "the diffuse sky"),
     Input("sky_options", "--sky-option", "an option of a named sky"),
     Input("diffuse_only", "--diffuse-only", "the sky without the sun's beam", is_switch=True),
-)
+    Input("polarisation", "--polarisation", "Rayleigh's pattern on the light of the sky: its largest degree of linear "
+          "polarisation; 0.75 is that of a clean sky (default: photons carry none)", low=0, high=1, value="DEGREE"),
+)  # fmt: skip
 WITHIN = "within"
 """The one input of `MODEL` that is an argument of `read_scene` itself."""
 INPUTS = PEREZ | SUN | MODEL | LIGHTS | CLEAR_SKY | MOMENT | _OTHERS

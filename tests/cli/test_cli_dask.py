@@ -66,6 +66,15 @@ def test_cluster_writes_the_bytes_of_one_process(cluster, amc, whole, tmp_path) 
     assert run_bytes(tmp_path / "out") == whole
 
 
+def test_stokes_vectors_of_a_polarised_run(cluster, amc, tmp_path) -> None:
+    pattern = ("--polarisation", "0.7", "--waveband", "2", "--sky", "harrison-coombes")
+    assert main(words(amc, tmp_path / "whole", *pattern)) == 0
+    dask = ("--engine", "dask", "--scheduler", cluster.scheduler_address)
+    assert main(words(amc, tmp_path / "out", *pattern, *dask)) == 0
+    assert "stokes-0002.npy" in run_bytes(tmp_path / "whole")
+    assert run_bytes(tmp_path / "out") == run_bytes(tmp_path / "whole")
+
+
 def test_nothing_of_a_finished_run_is_made_again(cluster, amc, whole, tmp_path, capsys) -> None:
     assert main(words(amc, tmp_path / "out")) == 0
     again = words(amc, tmp_path / "out", "--engine", "dask", "--json", "--scheduler", cluster.scheduler_address)

@@ -82,7 +82,7 @@ def test_page_of_weather(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_page_of_polarised_skies(tmp_path: Path) -> None:
-    assert carry_out("howto/polarised.md", tmp_path) == 2
+    assert carry_out("howto/polarised.md", tmp_path) == 3
 
 
 @pytest.mark.slow

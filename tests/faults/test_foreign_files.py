@@ -45,7 +45,6 @@ REFUSED = {
     "thou_mixed_semi_de.csv": ("E652", "with a separator of thousands", "write 1000"),
     "rel_az.nc": ("E710", "counts from the sun, but nothing says where it is", "--sun-azimuth"),
     "group.nc": ("E710", "no variables of numbers outside of groups", "open_dataset(path, group='NAME')"),
-    "stokes.nc": ("E710", "a dimension 'stokes' of 4 besides", "--isel stokes=0"),
     "wl_um_unlabelled.nc": ("E710", "are they micrometres?", "units to nm, um"),
     "missing_state.epw": ("E601", "LOCATION has 9 entries, 10 are needed", "nothing between two commas"),
     "subhourly_says1.epw": ("E602", "minute 15: rows of less than an hour", "means of whole hours"),
@@ -86,6 +85,17 @@ def test_refusals(fault, foreign, capsys):
     for words in REFUSED[name]:
         assert words in said
     assert "--angle-unit" not in said or "units" in REFUSED[name][2]
+
+
+@row(53, "stokes")
+def test_stokes_vectors(fault, foreign, capsys):
+    """All of a field of I, Q, U and V is read, or said not to be; the radiance is that of I alone."""
+    code, polarised, _ = foreign("stokes.nc")
+    assert code == 0
+    assert "photons carry q and u of Q and U of the field; V is not read" in capsys.readouterr().out
+    alone = foreign("stokes.nc", "--isel", "stokes=0")[1]
+    assert "photons carry" not in capsys.readouterr().out
+    assert polarised["mean_cosine_exact"] == alone["mean_cosine_exact"]
 
 
 @row(53, "own-rings")

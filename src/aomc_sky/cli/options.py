@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.errors import UsageError
-from aomc_sky.inputs import CLEAR_SKY, LIGHTS, MODEL, MOMENT, PEREZ, SUN, Entrance, Input, in_nm
+from aomc_sky.inputs import CLEAR_SKY, INPUTS, LIGHTS, MODEL, MOMENT, PEREZ, SUN, Entrance, Input, in_nm
 from aomc_sky.outputs.photon_formats import RUN_FORMATS
 
 if TYPE_CHECKING:
@@ -223,6 +223,7 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     group = parser.add_argument_group("the sun and the Perez sky (default: sky.toml, difcol.inp, amc.inp)")
     add_inputs(group, *PEREZ.values(), *SUN.values(), *MODEL.values())
     add_table(group, "--diffuse-only  the sky without the sun's beam")
+    add_inputs(group, INPUTS["polarisation"])
     add_clear_sky_options(parser)
     add_light_options(parser)
 
@@ -235,7 +236,7 @@ def add_clear_sky_options(parser: argparse.ArgumentParser) -> None:
 
 def add_measured_options(parser: argparse.ArgumentParser) -> None:
     """Options for a table of measured radiances that does not state its conventions."""
-    add_table(parser, _MEASURED_OPTIONS, {"isel": _dimension_index})
+    add_table(parser, _MEASURED_OPTIONS, {"isel": _dimension_index, "stokes_signs": whole_number})
 
 
 _MEASURED_OPTIONS = """\
@@ -244,7 +245,10 @@ a measured sky (.csv, .tsv) or a radiance field (.nc; default: what the file say
                         the sun' (with --sun-azimuth)
 --angle-unit deg|rad    of its angles
 --radiance-unit UNIT    of its radiances, such as 'mW m-2 nm-1 sr-1', or relative
---variable NAME         the radiance of a file with several variables
+--variable NAME         the radiance of a file with several variables; alone, without Q and U beside it
+--variable-q NAME       the Stokes parameter Q, where its name does not say it; with --variable-u
+--variable-u NAME       the same of U
+--stokes-signs Q U      1 or -1 for each: factors that bring them to our signs (docs/conventions.md)
 --isel DIM=INDEX        the index to take of a further dimension, from 0; repeatable
 """
 
@@ -423,14 +427,18 @@ def light_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
         "atmosphere": inputs_of(arguments, LIGHTS),
         "clear_sky": inputs_of(arguments, CLEAR_SKY),
         "diffuse_only": getattr(arguments, "diffuse_only", False),
+        "polarisation": getattr(arguments, "polarisation", None),
     }
 
 
 def light_given(arguments: argparse.Namespace) -> LightInputs:
     """What the options say about the light, checked."""
-    from aomc_sky.source.light.inputs import given_inputs
+    from aomc_sky.source.light.inputs import given_inputs, rayleigh_pattern
 
-    return given_inputs(Entrance.OPTIONS, **light_arguments(arguments))
+    how = light_arguments(arguments)
+    if how["polarisation"] is not None:
+        how["polarisation"] = rayleigh_pattern(how["polarisation"])
+    return given_inputs(Entrance.OPTIONS, **how)
 
 
 def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] | None = None) -> Scene:
@@ -488,15 +496,17 @@ def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[in
         "angle_unit": arguments.angle_unit,
         "radiance_unit": arguments.radiance_unit,
     }
-    if not is_field and (arguments.variable or arguments.isel):
-        raise UsageError(
-            f"{'--variable' if arguments.variable else '--isel'} is for a radiance field (.nc); {path} is none"
-        )
+    field_options = {
+        name: getattr(arguments, name) for name in ("variable", "variable_q", "variable_u", "stokes_signs")
+    }
+    for name in given_options(arguments, add_measured_options) if not is_field else ():
+        if attribute(name) in (*field_options, "isel"):
+            raise UsageError(f"{name} is for a radiance field (.nc); {path} is none")
     with status_line("interpolating the sky", enabled=is_verbose(arguments)):
         from aomc_sky.source.read.measured import field_scene, measured_scene
 
         if is_field:
-            return field_scene(path, given, variable=arguments.variable, isel=dict(arguments.isel or ()), **how)
+            return field_scene(path, given, isel=dict(arguments.isel or ()), **field_options, **how)
         return measured_scene(path, given, **how)
 
 

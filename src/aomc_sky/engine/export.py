@@ -65,6 +65,10 @@ def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None
         create_folder(folder)
         prepare_target(target)
     names, was_finished = make(job)
+    if options.to in _SCALAR and run.source.has_polarisation:
+        job.notes.append(
+            f"the light is polarised, and {options.to} has no Stokes vectors: its files have the radiance alone"
+        )
     return {
         "to": options.to,
         "out": str(target),
@@ -195,6 +199,9 @@ def _export_aomc(job: _Job) -> tuple[list[str], bool]:
     job.notes.extend(filter(None, [water_note(job.folder)]))
     return names, False
 
+
+_SCALAR = ("aomc", "envmap")
+"""Formats of light without polarisation."""
 
 EXPORTS: dict[str, tuple[Callable[[_Job], tuple[list[str], bool]], str]] = {
     "mcpl": (_export_mcpl, "photons.mcpl"),

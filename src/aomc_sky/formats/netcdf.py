@@ -7,7 +7,7 @@ import math
 import os
 import re
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -34,20 +34,31 @@ _ENGINES = {b"CDF\x01": "scipy", b"CDF\x02": "scipy"}
 _LIBRARY = "the netCDF library"
 
 
-def read_field(path: str | Path, *, variable: str | None = None, isel: Mapping[str, int] | None = None) -> Any:
-    """Read a variable of a netCDF file as a dataset in memory, with its coordinates of numbers and their bounds.
+def read_field(
+    path: str | Path,
+    *,
+    variable: str | None = None,
+    isel: Mapping[str, int] | None = None,
+    stokes: Callable[[Any], tuple[Any, list[str]] | None] = lambda _: None,
+) -> Any:
+    """Read a field of a netCDF file as a dataset in memory, with its coordinates of numbers and their bounds.
 
-    By default the only variable, or the only one that is called a radiance. `isel` chooses one index of dimensions that
-    are neither angles nor wavelengths. Missing values become NaN, packed ones are unpacked, as the CF conventions have
-    it. No other file is opened, whatever the file says. InputFileError (E551 to E553); FieldError; MissingExtraError
-    without xarray and h5netcdf.
+    The field is one variable, by default the only one, or the only one that is called a radiance. It is three where
+    `stokes` finds I, Q and U: it returns a dataset and their names, or None. `isel` chooses one index of dimensions
+    that are neither angles nor wavelengths. Missing values become NaN, packed ones are unpacked, as the CF conventions
+    have it. No other file is opened, whatever the file says. InputFileError (E551 to E553); FieldError;
+    MissingExtraError without xarray and h5netcdf.
     """
     with open_netcdf(path, decode_times=False, decode_coords="all") as (dataset, allowed):
-        field, bounds = chosen_field(dataset, variable)
-        field = _at_indices(field, dict(isel or {}))
-        parts = (field, *field.coords.values(), *bounds.values())
+        isel = dict(isel or {})
+        done = {dim: k for dim, k in isel.items() if 0 <= k < dataset.sizes.get(dim, 0)}
+        whole, more = stokes(dataset.isel(done)) or (dataset, [])
+        field, bounds = chosen_field(whole, more[0] if more else variable)
+        field = _at_indices(field, isel if whole is dataset else {d: k for d, k in isel.items() if d not in done})
+        others = {name: whole[name].variable for name in more[1:]}
+        parts = (field, *field.coords.values(), *bounds.values(), *others.values())
         require_size(sum(math.prod(part.shape) * 8 for part in parts), allowed, allowed, "a field")
-        return field.to_dataset(name=field.name or "radiance").assign_coords(bounds).load()
+        return field.to_dataset(name=field.name or "radiance").assign(others).assign_coords(bounds).load()
 
 
 @contextlib.contextmanager

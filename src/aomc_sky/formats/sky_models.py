@@ -107,6 +107,10 @@ class MakeSky:
             return True
         return name in self.parameters and self.parameters[name].kind in _BY_NAME
 
+    def has_option(self, name: str) -> bool:
+        """Whether it may be given as an option; of a sky of ours only what a scene does not set otherwise."""
+        return name in self.options if self.plugin.is_ours else self.takes(name)
+
     @property
     def options(self) -> dict[str, bool]:
         """Its options by name, and whether each is needed; what it takes as ``**`` has no names."""
@@ -124,6 +128,14 @@ class InstalledSkies:
 
     plugins: Mapping[str, SkyPlugin]
     refused: Mapping[str, str]
+
+
+def is_sunless(name: object) -> bool:
+    """Whether a named sky of ours is the same under any sun."""
+    if name == "uniform":
+        return True
+    plugin = installed_skies().plugins.get(name) if isinstance(name, str) else None
+    return plugin is not None and plugin.is_ours and not plugin.load().takes(SUN[0])
 
 
 def installed_skies() -> InstalledSkies:

@@ -35,6 +35,8 @@ CONVENTIONS = {
     "positions": "metres, origin at the centre of the footprint",
     "indices": "zenith index from 1, azimuth index as in skydist.inp, waveband from 1",
 }
+STOKES = {"stokes": "q = Q/I and u = U/I in the plane of the vertical and the ray, q > 0 for an electric vector in it"}
+"""A further convention of runs whose light is polarised."""
 
 
 def input_hashes(scene: Scene) -> dict[str, dict[str, str]]:
@@ -79,7 +81,7 @@ def build_manifest(
         "seed": source.plan.seed,
         "plan_sha256": source.plan.sha256,
         "inputs": scene_entries["inputs"],
-        "conventions": CONVENTIONS,
+        "conventions": CONVENTIONS | (STOKES if source.has_polarisation else {}),
         "options": {
             "scene": scene_entries["scene"],
             "sampling": {name: options[name] for name in sampling} | {"replicates": source.replicates},

@@ -109,11 +109,18 @@ def polarised(
     """The components of a model with a sun, with the Stokes vectors of its `polarisation` if it has any."""
     if model.polarisation is None:
         return components
-    if not hasattr(model.polarisation, "polarised"):
-        raise UsageError(f"polarisation must be a RayleighPattern or None, got {model.polarisation!r}")
+    require_pattern(model.polarisation)
     sun_rad = (model.sun_zenith_rad, model.sun_azimuth_rad) if sun_rad is None else sun_rad
     found: tuple[Component, ...] = model.polarisation.polarised(components, model.radiance, wavelength_nm, sun_rad)
     return found
+
+
+def require_pattern(polarisation: Any) -> None:
+    """Refuse what is neither a pattern nor None."""
+    if polarisation is not None and not hasattr(polarisation, "polarised"):
+        raise UsageError(
+            f"polarisation must be None or a pattern, sky.RayleighPattern(max_degree=0.75), got {polarisation!r}"
+        )
 
 
 def has_share(model: object) -> bool:

@@ -17,6 +17,7 @@ _NAME = re.compile(
     r".*\bstokes (?:parameter |component |vector )?([iqu])\b.*|(?:sky_)?radiance"
 )
 """Names and long names of the three parameters, in small letters; the radiance alone is I."""
+_OF_DIMENSION = "_q"  # the name of Q where it is an entry of a dimension
 _ROUNDED = 1e-4  # the solvers' own
 _GAPS = ("valid_range", "valid_min", "valid_max", "_FillValue", "missing_value")
 
@@ -30,18 +31,22 @@ def stokes_fields(
     """
     if (variable_q is None) != (variable_u is None):
         raise UsageError("variable_q and variable_u belong together: give both, or none")
+    if variable_q is not None and len({variable, variable_q, variable_u}) < 3:
+        raise FieldError("I, Q and U are three variables, and one is named twice", argument="variable_q")
     whole = field if hasattr(field, "data_vars") else field.to_dataset(name=field.name or "radiance")
     if "stokes" in whole.dims and variable_q is None:
-        found = {str(name): k for k, name in enumerate(np.atleast_1d(whole.coords.get("stokes", [])).tolist())}
+        listed = np.atleast_1d(whole.coords.get("stokes", [])).tolist()
+        found = {(one.decode("latin-1") if isinstance(one, bytes) else str(one)): k for k, one in enumerate(listed)}
         if not {"I", "Q", "U"} <= set(found):
             return None
         i, q, u = (whole.isel(stokes=found[name], drop=True) for name in "IQU")
         name = str(field_and_bounds(i, variable)[0].name)
-        return i.assign(_q=q[name], _u=u[name]), [name, "_q", "_u"]
+        return i.assign({_OF_DIMENSION: q[name], "_u": u[name]}), [name, _OF_DIMENSION, "_u"]
     names = {"i": variable, "q": variable_q, "u": variable_u}
     if variable_q is not None:
-        if missing := [name for name in (variable_q, variable_u) if name not in whole.data_vars]:
-            raise FieldError(f"the dataset has no variable {missing[0]!r}", argument="variable")
+        for argument, given in (("variable_q", variable_q), ("variable_u", variable_u)):
+            if given not in whole.data_vars:
+                raise FieldError(f"the dataset has no variable {given!r}", argument=argument)
         names["i"] = variable or str(field_and_bounds(whole.drop_vars([variable_q, variable_u]), None)[0].name)
     elif variable is None:
         for key, one in whole.data_vars.items():
@@ -49,6 +54,10 @@ def stokes_fields(
             if found_name := next(filter(None, map(_NAME.fullmatch, texts)), None):
                 role = next(filter(None, found_name.groups()), "i")
                 names[role] = names[role] or str(key)
+    both = [name for name in (names["q"], names["u"]) if name is not None]
+    if len(both) == 1 and names["i"] is not None and {*whole[both[0]].dims} == {*whole[names["i"]].dims}:
+        advice = f"name both, --variable-q and --variable-u, or I alone, --variable {names['i']} (variable=)"
+        raise FieldError(f"the field has {both[0]!r} beside {names['i']!r}: one of Q and U without the other", advice)
     return None if None in names.values() else (whole, list(map(str, names.values())))
 
 
@@ -77,7 +86,10 @@ def read_polarised_field(
         sign * radiances(dataset[one].transpose(*field.dims)) for sign, one in zip(stokes_signs, others, strict=True)
     )
     if not np.all(np.isfinite([light, q, u])):
-        advice = "interpolate I, Q and U to such a grid, or give I alone: field.isel(stokes=0), or variable='NAME'"
+        alone = (
+            "field.isel(stokes=0) (--isel stokes=0)" if others[0] == _OF_DIMENSION else f"--variable {name} (variable=)"
+        )
+        advice = f"interpolate I, Q and U to such a grid, or give I alone: {alone}"
         raise FieldError("a polarised field wants I, Q and U in every direction of a grid, without gaps", advice)
     if np.any(np.hypot(q, u) > np.abs(light) * (1.0 + _ROUNDED)):
         raise FieldError("the field has more polarised light than light", "give Q and U in the unit of I", "variable")
@@ -95,7 +107,8 @@ def read_polarised_field(
         total = above + below
         shares.append(np.divide(2.0 * (above - below), total, out=np.zeros_like(total), where=total > 0))
     both = np.stack(shares) * (values / np.maximum(np.hypot(*shares), 1.0))
-    return {**read, "values": values, "values_q": both[0], "values_u": both[1]}
+    remarks = (*read["remarks"], "photons carry q and u of Q and U of the field; V is not read")
+    return {**read, "values": values, "values_q": both[0], "values_u": both[1], "remarks": remarks}
 
 
 def _unstacked(dataset: Any, zenith: Axis, azimuth: Axis) -> Any:

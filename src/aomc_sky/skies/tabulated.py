@@ -216,7 +216,7 @@ class TabulatedSky(Share):
         variable_q, variable_u : str, optional
             Stokes parameters Q and U of a Dataset beside the radiance I, where their names do not say it: I, Q, U or
             stokes_q, radiance_q and the like, or a dimension ``stokes`` with these three, as sasktran2 has it. Photons
-            then carry q and u. With `variable` alone a field is not polarised.
+            then carry q and u. With `variable` alone, Q and U in variables beside it are not read.
         stokes_signs : tuple of two numbers
             Factors of Q and U that bring them to the signs of docs/conventions.md, where those of other codes are
             listed. [1 or -1]
@@ -276,14 +276,12 @@ class TabulatedSky(Share):
                 "sun_azimuth_rad": sun_azimuth_rad,
             },
         }
-        fields = None
-        if variable_q or len(getattr(field, "data_vars", ())) > 2 or "stokes" in getattr(field, "dims", ()):
-            from aomc_sky.skies.polarised_field import read_polarised_field, stokes_fields
-
-            fields = stokes_fields(field, variable, variable_q, variable_u)
+        fields = polarised_parts(field, variable, variable_q, variable_u)
         if fields is None:
             read = read_radiance_field(field, variable=variable, **how)
         else:
+            from aomc_sky.skies.polarised_field import read_polarised_field
+
             read = read_polarised_field(fields, stokes_signs, **how)
         return cls(weighting=Weighting.PROJECTED, **read)
 
@@ -409,6 +407,19 @@ class TabulatedSky(Share):
         total = share.sum(axis=1, keepdims=True)
         mean = np.divide((share * flux).sum(axis=1, keepdims=True), total, out=np.ones_like(total), where=total > 0)
         return np.divide(unscaled, mean, out=np.zeros(mass.shape), where=mean > 0)
+
+
+def polarised_parts(
+    field: Any, variable: str | None = None, variable_q: str | None = None, variable_u: str | None = None
+) -> tuple[Any, list[str]] | None:
+    """A dataset and the names of I, Q and U in it, or None for radiances alone, which load no further module."""
+    names = (variable_q, variable_u)
+    is_alone = len(getattr(field, "data_vars", ())) < 2 and "stokes" not in getattr(field, "dims", ())
+    if is_alone and names == (None, None):
+        return None
+    from aomc_sky.skies.polarised_field import stokes_fields
+
+    return stokes_fields(field, variable, *names)
 
 
 def _as_the_library(values: np.ndarray, index: np.ndarray, ulp: dict[int, int]) -> np.ndarray:

@@ -22,6 +22,8 @@ from aomc_sky.wavebands import Wavebands, as_wavebands
 if TYPE_CHECKING:
     import datetime
 
+    from aomc_sky.skies.polarisation import RayleighPattern
+
 
 def weather_scene(
     *,
@@ -54,6 +56,7 @@ def weather_scene(
     sky: Any = None,
     sky_options: Mapping[str, Any] | None = None,
     clear_sky: Any = None,
+    polarisation: RayleighPattern | None = None,
 ) -> Scene:
     """Make the scene of sun and sky at an hour, from what a weather station measures.
 
@@ -109,6 +112,9 @@ def weather_scene(
         Options of a named sky, such as ``{"type": 12}`` of "cie".
     clear_sky : ClearSky or mapping, optional
         The air of a cloudless sky.
+    polarisation : RayleighPattern, optional
+        Linear polarisation of the sky's light around the sun, for every sky that has one; a model with a sun of its own
+        gets it itself. Without it photons carry none.
 
     Returns
     -------
@@ -155,6 +161,7 @@ def weather_scene(
         },
         clear_sky=clear_sky,
         diffuse_only=diffuse_only,
+        polarisation=polarisation,
     )  # fmt: skip
     return scene_of_weather(given, wavebands, n_photons, sky=sky, sky_options=sky_options, grid=grid)
 
@@ -188,7 +195,7 @@ def sky_of(sky: Any, options: Mapping[str, Any], given: LightInputs, grid: Patch
     if not isinstance(sky, str):
         if options:
             raise UsageError(say(f"{{sky_options}} {named} is for a sky by its name; give a model its own"))
-        return model_diffuse(sky)
+        return model_diffuse(sky, given)
     require_sky_name(sky)
     found = named_diffuse(sky, options, given.entrance)
     if found is None:
@@ -208,7 +215,8 @@ def scene_of_sky(
 ) -> Scene:
     """The scene of a sky and of the sun's beam."""
     weather = given.weather
-    refuse_unused(given, Use(inputs=given, sky=sky.name, words=str(sky), unsaid=unsaid, is_file=sky.is_file))
+    about = {"is_file": sky.is_file, "is_sunless": sky.is_sunless}
+    refuse_unused(given, Use(inputs=given, sky=sky.name, words=str(sky), unsaid=unsaid, **about))
     given.refuse_set_sun()
     light = light_of(given, sky, bands, unsaid=unsaid)
     files = dict(input_files or {})

@@ -269,3 +269,27 @@ def test_our_own_names_start_no_search(monkeypatch):
     with pytest.raises(sky.UsageError):
         sky.read_scene(SCENE, sky="nobody's")
     assert searches == [{"group": "aomc_sky.sky_models"}]
+
+
+def test_rayleighs_pattern_on_the_sky_of_another_package(install, scene_with):
+    """Around the sun that it gets; where it says its polarisation itself, the pattern is refused."""
+    install(GOOD, name="polar")
+    pattern, sun = sky.RayleighPattern(max_degree=0.6), {"sun_zenith_deg": 40.0, "sun_azimuth_deg": 25.0}
+    how = {"wavebands": [550.0], "n_photons": 1000, **sun, "ghi": 780.0, "dhi": 140.0, "sky": "polar"}
+    scene = sky.weather_scene(**how, polarisation=pattern)
+    function = {**how, "sky": lambda z, a, nm: np.ones(np.broadcast(z, a, nm).shape)}
+    expected = sky.weather_scene(**function, polarisation=pattern)
+    np.testing.assert_array_equal(scene.components[1].stokes, expected.components[1].stokes)
+    assert sky.weather_scene(**how).components[1].stokes is None
+    of_toml = sky.read_scene(scene_with('model = "polar"\npolarisation = 0.6\n'))
+    assert of_toml.components[1].stokes is not None
+    install(
+        "import aomc_sky as sky\n"
+        "def make(*, sun_zenith_rad, sun_azimuth_rad):\n"
+        "    pattern = sky.RayleighPattern()\n"
+        "    return sky.CIESky(type=3, sun_zenith_rad=sun_zenith_rad, polarisation=pattern)\n",
+        name="own",
+    )
+    assert sky.weather_scene(**{**how, "sky": "own"}).components[1].stokes is not None
+    with pytest.raises(sky.UsageError, match="is polarised already"):
+        sky.weather_scene(**{**how, "sky": "own"}, polarisation=pattern)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from aomc_sky.cli import options as cli_options
 from aomc_sky.cli.terminal import report_text
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
-from aomc_sky.inputs import MODEL, PEREZ, SUN
+from aomc_sky.inputs import INPUTS, MODEL, PEREZ, SUN
 
 if TYPE_CHECKING:
     from aomc_sky.cli.usage import Parser
@@ -62,7 +62,7 @@ def add_options(parser: Parser) -> None:
     group = parser.add_argument_group("the sun, without a weather file")
     cli_options.add_inputs(group, SUN["zenith_deg"], SUN["azimuth_deg"])
     group = parser.add_argument_group("the sky: two of dni, dhi and ghi, epsilon and delta, or coefficients")
-    cli_options.add_inputs(group, *(PEREZ | MODEL).values())
+    cli_options.add_inputs(group, *(PEREZ | MODEL).values(), INPUTS["polarisation"])
     defaults = {"bins": [45, 180], "wavelength": 550.0, "iterations": 10**6}
     cli_options.add_table(parser, _OPTIONS, {"iterations": cli_options.photon_total}, **defaults)
     cli_options.add_table(parser, _PHOTON_OPTIONS)
@@ -119,6 +119,8 @@ def _check(arguments: argparse.Namespace) -> None:
             raise UsageError(f"{name} is for photons: name their folder with --out DIR")
         if arguments.spectrum is not None:
             raise UsageError("--spectrum shares beam and sky out over the photons: name their folder with --out DIR")
+        if arguments.polarisation is not None:
+            raise UsageError("--polarisation is for photons: name their folder with --out DIR")
     elif arguments.out == "-":
         raise UsageError("--out - is for run; perez writes a folder: name it, for example --out sky")
     else:

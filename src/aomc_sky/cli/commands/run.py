@@ -375,6 +375,8 @@ def dry_run_text(scene: Scene) -> str:
             f"modelled: {component.name}, law {component.law.name}, {lit} of {component.n_cells} cells with light, "
             f"{masses} set{'s' if masses != 1 else ''} of masses for {n_bands} wavebands"
         )
+    if polarised := [component.name for component in scene.components if component.stokes is not None]:
+        lines.append(f"modelled: linear polarisation of {' and '.join(polarised)}")
     if scene.irradiance is not None:
         low, high = (float(extreme(scene.irradiance.of_component.sum(axis=1))) for extreme in (np.min, np.max))
         lines.append(f"absolute: {low:.4g} to {high:.4g} W m-2 nm-1 on the horizontal plane")

@@ -12,6 +12,7 @@ from typing import Any
 
 from aomc_sky.errors import Problem, Span
 from aomc_sky.formats.report import SYNONYM, BadValueError, Report, nearest, remark_of
+from aomc_sky.formats.sky_models import is_sunless
 from aomc_sky.formats.sky_toml.keys import (
     BUILDERS,
     DIFFUSE_MODELS,
@@ -20,6 +21,7 @@ from aomc_sky.formats.sky_toml.keys import (
     MOON_KEYS,
     PATHS,
     PER_WAVEBAND,
+    POLARISATION,
     REPEATED,
     REQUIRED,
     AtmosphereSection,
@@ -267,12 +269,15 @@ class SectionReader:
         elif "table" not in sky and (model is None or model in DIFFUSE_MODELS):  # another sky may have such options
             for name in (name for name in FIELD_KEYS if name in sky):
                 self._contradict(("sky", name), f"{name} without table", 'add table = "field.nc"')
+        for one, other in (("variable_q", "variable_u"), ("variable_u", "variable_q")):
+            if "table" in sky and one in sky and other not in sky:
+                self._contradict(("sky", one), f"{one} without {other}", f"add {other}")
         if "atmosphere" in content:
             if perez:
                 self._contradict(
                     ("perez",), "[perez] and [atmosphere] describe the same sky twice", "remove one of them", name=""
                 )
-            for name in (name for name in sky if name in KEYS["sky"]):
+            for name in (name for name in sky if name in KEYS["sky"] and name != POLARISATION):
                 message = f"{name} together with [atmosphere], which already gives it"
                 self._contradict(("sky", name), message, "remove it")
         elif model == "none":
@@ -282,8 +287,11 @@ class SectionReader:
                     "add [[background]] with file and time",
                 )
                 self.report.at(self.spans["sky", "model"].value, "E705", message, name="sky", advice=advice)
-            for name in (name for name in PER_WAVEBAND["sky"] if name in sky):
+            for name in (name for name in (*PER_WAVEBAND["sky"], POLARISATION) if name in sky):
                 self._contradict(("sky", name), f'{name} with model "none"', "remove one of them")
+        if POLARISATION in sky and is_sunless(model):
+            message = f'{POLARISATION} with model "{model}", which has no sun for Rayleigh\'s pattern'
+            self._contradict(("sky", POLARISATION), message, "remove one of them")
 
     def _contradict(self, path: tuple[str, ...], message: str, advice: str, *, name: str | None = None) -> None:
         """Report a key that contradicts others; without a message nothing is wrong."""

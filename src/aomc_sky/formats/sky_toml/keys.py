@@ -19,12 +19,13 @@ from aomc_sky.formats.sky_toml.rules import (
     number,
     rules_of,
     several,
+    signs,
     sky_name,
     text,
     time,
     unit_of_radiance,
 )
-from aomc_sky.inputs import CLEAR_SKY, LIGHTS, MODEL, PEREZ, SUN
+from aomc_sky.inputs import CLEAR_SKY, INPUTS, LIGHTS, MODEL, PEREZ, SUN
 
 COEFFICIENT_NAMES = ("a", "b", "c", "d", "e")
 SETS = (("dni", "dhi"), ("ghi", "dni"), ("ghi", "dhi"), ("ghi", "dni", "dhi"), ("epsilon", "delta"), COEFFICIENT_NAMES)
@@ -51,6 +52,9 @@ GLOW_KEY = "ground_luminance_cd_m2"
 
 FIELD_KEYS: dict[str, Rule] = {
     "variable": text("the name of a variable"),
+    "variable_q": text("the name of a variable"),
+    "variable_u": text("the name of a variable"),
+    "stokes_signs": signs,
     "isel": indices,
     "zenith": text("the name of a coordinate"),
     "azimuth": text("the name of a coordinate"),
@@ -60,6 +64,9 @@ FIELD_KEYS: dict[str, Rule] = {
     "radiance_unit": unit_of_radiance,
 }
 """Keys of [sky] beside table: what the file does not say, as `TabulatedSky.from_xarray` has it."""
+
+POLARISATION = "polarisation"
+"""Key of [sky]: largest degree of Rayleigh's pattern on the light of any sky with a sun."""
 
 PREFIX = "moon_"
 
@@ -83,6 +90,7 @@ KEYS: dict[str, dict[str, Rule]] = {
         **FIELD_KEYS,
         "diffuse_irradiance": _SPECTRUM,
         "direct_irradiance": _SPECTRUM,
+        **rules_of({POLARISATION: INPUTS[POLARISATION]}),
     },
     "background": {
         "file": text("the path of a background-sky file"),
@@ -207,6 +215,9 @@ class FieldSection:
 
     file: str  #: Path of the file, as it can be opened
     variable: str | None = None  #: Name of the radiances; by default the only variable, or the only radiance
+    variable_q: str | None = None  #: Names of Q and U, where these do not say it
+    variable_u: str | None = None
+    stokes_signs: tuple[float, float] | None = None  #: Factors of Q and U, 1 or -1
     isel: tuple[tuple[str, int], ...] = ()  #: The index to take of dimensions that are neither angles nor wavelengths
     zenith: str | None = None  #: Names of coordinates
     azimuth: str | None = None
@@ -228,6 +239,7 @@ class SkySection(Section):
     diffuse_irradiance: tuple[float, ...] | None = None
     #: The same of the direct beam; by default it follows from the direct fraction. [W m-2 nm-1, 0 to 10 000]
     direct_irradiance: tuple[float, ...] | None = None
+    polarisation: float | None = None  #: Largest degree of Rayleigh's pattern on its light. [0 to 1]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -198,6 +198,14 @@ def several(rule: Rule, *, or_one: bool = False) -> Rule:
     return read
 
 
+def signs(value: object) -> tuple[float, float]:
+    """Read an array of two signs."""
+    if not isinstance(value, list) or len(value) != 2 or any(type(one) is bool or one not in (1, -1) for one in value):
+        advice = "write [1, -1] with the sign of Q and that of U"
+        raise BadValueError("E704", "not an array of two signs, 1 or -1", advice=advice)
+    return float(value[0]), float(value[1])
+
+
 def indices(value: object) -> tuple[tuple[str, int], ...]:
     """Read a table of names and whole numbers from 0, as pairs."""
     advice = "write names of dimensions and indices from 0, { stokes = 0 }"

@@ -27,6 +27,7 @@ class CsvWriter(PhotonWriter):
         columns = ["ux", "uy", "uz"]
         columns += ["x_m", "y_m"] if source.has_positions else []
         columns += ["weight"] if source.has_weights else []
+        columns += ["q", "u"] if source.has_polarisation else []
         digits = _DIGITS[source.dtype.itemsize]
         self.head = (",".join(columns) + "\n").encode("ascii")
         self._row = ",".join([f"%+.{digits}e"] * len(columns)) + "\n"

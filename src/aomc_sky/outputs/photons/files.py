@@ -198,8 +198,8 @@ def run_files(folder: RunFolder, stored: Mapping[str, list[PhotonFiles]]) -> dic
 
 
 def stacked(batch: PhotonBatch) -> np.ndarray:
-    """A row of numbers for each photon: direction, then position and weight if it has them."""
-    columns = [batch.ux, batch.uy, batch.uz, batch.x, batch.y, batch.weight]
+    """A row of numbers for each photon: direction, then position, weight, and q and u if it has them."""
+    columns = [batch.ux, batch.uy, batch.uz, batch.x, batch.y, batch.weight, batch.q, batch.u]
     return np.stack([c for c in columns if c is not None], axis=-1)
 
 

@@ -105,19 +105,20 @@ def _little_endian(array: np.ndarray) -> memoryview:
 class NpyWriter(PhotonWriter):
     """The numpy files of a source, and their bytes."""
 
-    names = ("photons-{:04d}.npy", "positions-{:04d}.npy", "weights-{:04d}.npy")
+    names = ("photons-{:04d}.npy", "positions-{:04d}.npy", "weights-{:04d}.npy", "stokes-{:04d}.npy")
 
     def __init__(self, source: PhotonSource) -> None:
         super().__init__(source)
-        self._dtype, widths = source.dtype, (3, 2 * source.has_positions, 1 * source.has_weights)
-        self._widths = {name: width for name, width in zip(self.names, widths, strict=True) if width}
+        widths = (3, 2 * source.has_positions, 1 * source.has_weights, 2 * source.has_polarisation)
+        kinds = [(source.dtype, width) for width in widths[:3]] + [(np.dtype(np.float32), widths[3])]
+        self._columns = {name: kind for name, kind in zip(self.names, kinds, strict=True) if kind[1]}
 
     def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:
         """The files of a waveband; the first holds the directions."""
         n, files = self.source.n_photons(bands[0]), []
-        for name, width in self._widths.items():
-            head = _head(self._dtype, (n, width) if width > 1 else (n,))
-            files.append(FileLayout(name.format(bands[0] + 1), head, width * self._dtype.itemsize, n))
+        for name, (dtype, width) in self._columns.items():
+            head = _head(dtype, (n, width) if width > 1 else (n,))
+            files.append(FileLayout(name.format(bands[0] + 1), head, width * dtype.itemsize, n))
         return tuple(files)
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
@@ -129,6 +130,8 @@ class NpyWriter(PhotonWriter):
         if self.source.has_weights:
             assert batch.weight is not None
             rows.append(_little_endian(batch.weight))
+        if batch.q is not None and batch.u is not None:
+            rows.append(_little_endian(np.stack([batch.q, batch.u], axis=-1)))
         return tuple(rows)
 
     @staticmethod

@@ -18,7 +18,8 @@ class RawWriter(PhotonWriter):
 
     def __init__(self, source: PhotonSource) -> None:
         super().__init__(source)
-        self.row_bytes = (3 + 2 * source.has_positions + source.has_weights) * _RECORD.itemsize
+        columns = 3 + 2 * source.has_positions + source.has_weights + 2 * source.has_polarisation
+        self.row_bytes = columns * _RECORD.itemsize
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Records of a batch."""

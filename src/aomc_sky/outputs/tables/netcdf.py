@@ -41,7 +41,8 @@ def to_xarray(source: PhotonSource) -> Any:  # xarray.Dataset; the package is op
     xarray.Dataset
         Dimension `waveband` (from 1) with the coordinates `wavelength` and `sky_wavelength` [nm]. For the
         component with patches `counts`, `mass`, `expected` and `radiance` [W m-2 sr-1 nm-1, or sr-1 for an
-        irradiance 1 of all light] over (waveband, zenith, azimuth), with `zenith_bounds` and `azimuth_bounds` [degree];
+        irradiance 1 of all light] over (waveband, zenith, azimuth), with `zenith_bounds` and `azimuth_bounds` [degree],
+        and where it is polarised `radiance_q` and `radiance_u`, its Stokes parameters Q and U;
         ``data.swap_dims(waveband="wavelength")`` chooses by wavelength. Every other component adds its name:
         `counts_direct` over (waveband) for a beam, `counts_NAME` over (waveband, zenith_NAME, azimuth_NAME) for a
         second set of patches; where absolute units are known, `irradiance` and `irradiance_NAME` over (waveband)
@@ -68,7 +69,7 @@ def to_xarray(source: PhotonSource) -> Any:  # xarray.Dataset; the package is op
         ending = "" if k == first_with_patches else f"_{component.name}"
         cells = slice(int(starts[k]), int(starts[k + 1]))
         variables |= _component_variables(source, component, cells, ending)
-        variables |= _radiance(source, component, k, ending)
+        variables |= _radiance(source, component, k, cells, ending)
         variables |= _irradiance(source, component.name, ending)
         if component.grid is not None:
             coordinates |= grid_coordinates(component.grid, ending)
@@ -131,23 +132,29 @@ def _component_variables(source: PhotonSource, component: Component, cells: slic
     }
 
 
-def _radiance(source: PhotonSource, component: Component, k: int, ending: str) -> dict[str, Any]:
-    """Mean radiance of each patch that has an extent."""
+def _radiance(source: PhotonSource, component: Component, k: int, cells: slice, ending: str) -> dict[str, Any]:
+    """Mean radiance of each patch that has an extent, with its Q and U if it is polarised."""
     grid = component.grid
     if grid is None or not np.any(grid.solid_angle_sr > 0):
         return {}
     bands = range(source.n_bands)
-    values = [patch_radiance(component.law, grid, cell_irradiances(source, band)[k])[1] for band in bands]
+    values = np.stack([patch_radiance(component.law, grid, cell_irradiances(source, band)[k])[1] for band in bands])
     is_absolute = source.irradiance(0) is not None
     text = "mean radiance of the patch" + ("" if is_absolute else ", for an irradiance 1 of all light")
+    parts = {"radiance": (text, values)}
+    if component.stokes is not None:
+        stokes = np.stack([source.stokes(band)[cells] for band in bands])
+        for j, one in enumerate("QU"):
+            parts[f"radiance_{one.lower()}"] = (f"Stokes parameter {one} of the {text}", values * stokes[..., j])
     return {
-        f"radiance{ending}": variable(
+        f"{name}{ending}": variable(
             ("waveband", f"zenith{ending}", f"azimuth{ending}"),
-            np.stack(values).reshape(source.n_bands, grid.n_zenith, grid.n_azimuth),
-            f"{text}, component {component.name}",
+            part.reshape(source.n_bands, grid.n_zenith, grid.n_azimuth),
+            f"{words}, component {component.name}",
             "W m-2 sr-1 nm-1" if is_absolute else "sr-1",
             component=component.name,
         )
+        for name, (words, part) in parts.items()
     }
 
 

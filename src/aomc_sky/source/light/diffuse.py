@@ -17,15 +17,15 @@ from aomc_sky.formats.sky_models import installed_skies
 from aomc_sky.formats.sky_toml.keys import PerezSection, SkySection, value_problem
 from aomc_sky.inputs import Entrance
 from aomc_sky.plan.laws import law_of
-from aomc_sky.skies.model import sky_model
+from aomc_sky.skies.model import Share, sky_model
 from aomc_sky.source.light.amounts import perez_arguments
 from aomc_sky.source.light.sun import Sun
 
 if TYPE_CHECKING:
     from aomc_sky.grid import PatchGrid
     from aomc_sky.skies.perez.sky import PerezSky
+    from aomc_sky.source.light.inputs import LightInputs
     from aomc_sky.source.light.plugin import PluginSky
-
 
 FIELD = "field"
 """The sky of a scene whose sky.toml has [sky] table, and of a field that is run alone."""
@@ -62,6 +62,7 @@ class DiffuseSky:
     table_rows: Callable[[np.ndarray], np.ndarray] | None = None
     wavelength_of: Callable[[np.ndarray], np.ndarray] | None = None  #: of rows of the table; NaN: it has none [nm]
     is_file: bool = False  #: Whether the light of a file is the whole light of a scene, unless a beam is asked for
+    is_sunless: bool = False  #: Whether it is the same under any sun, so that no pattern can be around it
     words: str = ""  #: For a person, by default "a uniform sky"
 
     def __str__(self) -> str:
@@ -92,6 +93,19 @@ def diffuse_of(components: Sequence[Component], name: str, rows: Rows) -> Diffus
         ),
         irradiance=total if is_absolute else None,
     )
+
+
+def patterned(
+    model: Any, components: Sequence[Component], sun: Sun | None, wavelength_nm: np.ndarray, name: str
+) -> tuple[Component, ...]:
+    """Components of a model with the pattern of polarisation that is asked for, around the sun of the scene."""
+    if sun is None or sun.polarisation is None:
+        return tuple(components)
+    if any(one.stokes is not None for one in components):
+        raise UsageError(f"polarisation: {name} is polarised already; leave its Q and U out, or Rayleigh's pattern")
+    if not hasattr(model, "radiance") or all(one.grid is None for one in components):
+        raise UsageError(f"polarisation: {name} has no radiance or no patches, as Rayleigh's pattern needs them")
+    return sun.polarisation.polarised(components, model.radiance, wavelength_nm, sun.rad)
 
 
 def perez_diffuse(
@@ -136,6 +150,7 @@ def perez_sky(
             sun_azimuth_rad=math.radians(sun.azimuth_deg),
             grid=grid,
             strength=1.0,
+            polarisation=sun.polarisation,
             **{"extraterrestrial_normal": sun.extraterrestrial_normal, **choices},
             **perez_arguments(amounts, sun),
         )
@@ -161,16 +176,17 @@ def uniform_diffuse(*, per_solid_angle: bool = False) -> DiffuseSky:
         model = sky_model("uniform")(per_solid_angle=per_solid_angle)
         return Diffuse(components=tuple(model.lower(rows.direct_fraction)))
 
-    return DiffuseSky(name="uniform", lower=lower)
+    return DiffuseSky(name="uniform", lower=lower, is_sunless=True)
 
 
 def plugin_diffuse(plugin: PluginSky) -> DiffuseSky:
     """A named sky, whose radiance may depend on the wavelength."""
 
     def lower(sun: Sun | None, rows: Rows, _: PerezSection) -> Diffuse:
-        angles = (0.0, 0.0) if sun is None else (math.radians(sun.zenith_deg), math.radians(sun.azimuth_deg))
-        model = plugin.model(*angles)
+        model = plugin.model(*(0.0, 0.0) if sun is None else sun.rad, None if sun is None else sun.polarisation)
         components = plugin.lower(model, rows.wavelength_nm)
+        if not plugin.make.plugin.is_ours:
+            components = patterned(model, components, sun, rows.wavelength_nm, f"the sky model {plugin}")
         found = diffuse_of(components, f"the sky model {plugin}", rows)
         return dataclasses.replace(
             found,
@@ -179,22 +195,28 @@ def plugin_diffuse(plugin: PluginSky) -> DiffuseSky:
         )
 
     takes_sun = plugin.make.takes("sun_zenith_rad")
-    return DiffuseSky(name=plugin.make.plugin.name, lower=lower, takes_sun=takes_sun, is_spectral=True)
+    name = plugin.make.plugin.name
+    return DiffuseSky(name=name, lower=lower, takes_sun=takes_sun, is_spectral=True, is_sunless=not takes_sun)
 
 
-def model_diffuse(given: Any, *, options: Mapping[str, Any] | None = None, **how: Any) -> DiffuseSky:
-    """A model or a function of Python; `options` is what a manifest has of it."""
+def model_diffuse(
+    given: Any, inputs: LightInputs | None = None, *, options: Mapping[str, Any] | None = None, **how: Any
+) -> DiffuseSky:
+    """A model or a function of Python, for `inputs`; `options` is what a manifest has of it."""
     from aomc_sky.skies.function_sky import as_sky_model
 
     model = as_sky_model(given)
+    if inputs is not None and inputs.polarisation is not None and hasattr(model, "sun_zenith_rad"):
+        raise UsageError(f"polarisation: this sky has a sun of its own: write {type(model).__name__}(polarisation=...)")
     if hasattr(model, "beam"):
         raise UsageError(
             f"{type(model).__name__} has a beam of its own: Scene(components=[*model.beam(nm), *model.lower(nm)])"
         )
     name = str(getattr(model, "name", type(model).__name__))
 
-    def lower(_: Sun | None, rows: Rows, __: PerezSection) -> Diffuse:
+    def lower(sun: Sun | None, rows: Rows, _: PerezSection) -> Diffuse:
         components = tuple(_every_row(one, rows.wavelength_nm.size) for one in model.lower(rows.wavelength_nm))
+        components = patterned(model, components, sun, rows.wavelength_nm, how.get("words") or f"sky {name!r}")
         if any(law_of(one.law).is_beam for one in components):
             raise UsageError(f"{name} is a beam and no diffuse sky; put it into Scene(components=[...])")
         found = diffuse_of(components, f"sky {name!r}", rows)
@@ -203,7 +225,8 @@ def model_diffuse(given: Any, *, options: Mapping[str, Any] | None = None, **how
             notes += tuple(filter(None, (model.missing_beam(),)))
         return dataclasses.replace(found, notes=notes, options=dict(options or {}))
 
-    return DiffuseSky(name=name, lower=lower, is_spectral=True, **how)
+    is_sunless = isinstance(model, Share) and name in ("UniformSky", "OvercastSky")
+    return DiffuseSky(name=name, lower=lower, is_spectral=True, is_sunless=is_sunless, **how)
 
 
 def _every_row(component: Component, n_rows: int) -> Component:

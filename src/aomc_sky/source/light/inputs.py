@@ -25,11 +25,13 @@ from aomc_sky.formats.sky_toml.keys import (
     value_problem,
 )
 from aomc_sky.inputs import INPUTS, LIGHTS, MODEL, Entrance
+from aomc_sky.skies.model import require_pattern
 from aomc_sky.source.light.sun import Sun
 
 if TYPE_CHECKING:
     from aomc_sky.formats.aomc.amc import DifcolTable
     from aomc_sky.formats.sky_toml.file import SkyToml
+    from aomc_sky.skies.polarisation import RayleighPattern
     from aomc_sky.source.light.weather import Weather
 
 #: Choices of `aomc_sky.PerezSky`, the default first.
@@ -61,6 +63,7 @@ class LightInputs:
     lights: Mapping[str, float] = field(default_factory=dict)  #: the Moon and the glow of the ground
     weather: Weather | None = None  #: what `sun` and, of a file, `amounts` were made of
     diffuse_only: bool = False
+    polarisation: RayleighPattern | None = None  #: of the sky's light, around the sun
     shares: DifcolTable | None = None  #: of difcol.inp
     #: irradiances of beam and sky on a horizontal plane, (n_band,), of [sky] [W m-2 nm-1]
     direct_irradiance: tuple[float, ...] | None = None
@@ -108,7 +111,7 @@ class LightInputs:
         if self.weather is not None:
             sun = [*self.weather.names, *(name for name in sun if name == "disc")]
         spectrum = ["spectrum"] * (self.spectrum is not None)
-        alone = ["diffuse_only"] * self.diffuse_only
+        alone = ["diffuse_only"] * self.diffuse_only + ["polarisation"] * (self.polarisation is not None)
         return [*perez, *spectrum, *sun, *self.model, *self.clear_sky, *self.lights, *alone]
 
     def say(self, text: str) -> str:
@@ -127,6 +130,7 @@ class LightInputs:
             sun=self.sun.over(below.sun),
             amounts=dataclasses.replace(amounts, spectrum=self.spectrum or below.spectrum),
             clear_sky={**below.clear_sky, **self.clear_sky},
+            polarisation=self.polarisation or below.polarisation,
             shares=self.shares or below.shares,
             direct_irradiance=with_irradiances.direct_irradiance,
             diffuse_irradiance=with_irradiances.diffuse_irradiance,
@@ -174,6 +178,7 @@ class LightInputs:
             disc=bool(self.sun.disc),
             origin=self.sun.origin,
             distance_factor=None if weather is None else weather.distance_factor,
+            polarisation=self.polarisation,
             **outside,
         )
 
@@ -184,9 +189,17 @@ def inputs_of_toml(toml: SkyToml) -> LightInputs:
         sun=toml.sun,
         amounts=toml.perez,
         clear_sky=toml.clear_sky,
+        polarisation=None if toml.sky.polarisation is None else rayleigh_pattern(toml.sky.polarisation),
         direct_irradiance=toml.sky.direct_irradiance,
         diffuse_irradiance=toml.sky.diffuse_irradiance,
     )
+
+
+def rayleigh_pattern(max_degree: float) -> RayleighPattern:
+    """The pattern of a largest degree; its module is loaded where polarisation is asked for."""
+    from aomc_sky.skies.polarisation import RayleighPattern
+
+    return RayleighPattern(max_degree=max_degree)
 
 
 def given_inputs(
@@ -199,6 +212,7 @@ def given_inputs(
     weather: Mapping[str, Any] | None = None,
     clear_sky: Any = None,
     diffuse_only: bool = False,
+    polarisation: Any = None,
 ) -> LightInputs:
     """Check the inputs of a caller; a value None is left out.
 
@@ -231,6 +245,7 @@ def given_inputs(
         raise UsageError(f"clear_sky must be a ClearSky(...) or a mapping, got {clear_sky!r}")
     if not isinstance(diffuse_only, (bool, np.bool_)):
         raise UsageError(f"diffuse_only must be True or False, got {diffuse_only!r}")
+    require_pattern(polarisation)
     return LightInputs(
         entrance=entrance,
         sun=SunSection(**position, origin=origin),
@@ -240,6 +255,7 @@ def given_inputs(
         clear_sky=_checked("clear_sky", clear_sky or {}, entrance),
         weather=moment,
         diffuse_only=bool(diffuse_only),
+        polarisation=polarisation,
     )
 
 

@@ -92,6 +92,8 @@ def _sun_and_sky(
     components += scaled(diffuse.components, 1.0 - rows.direct_fraction)
     own = None if diffuse.irradiance is None else diffuse.irradiance[row_of_band]
     notes = [*_split_notes(split, sky if is_lit else None, inputs, sun), *diffuse.notes]
+    if sun is not None and not sky.is_sunless:
+        notes += sun.notes if is_lit else ["polarisation is not used, there is no sky"] * (sun.polarisation is not None)
     if inputs.shares is not None and inputs.has_both_irradiances:
         notes.append(f"{DIFCOL}: its direct fractions are not used, [sky] of {SKY_TOML} gives them")
     if own is not None and levels.diffuse is None:
@@ -119,7 +121,8 @@ def _sun_and_sky(
 def _sun(inputs: LightInputs, sky: DiffuseSky, unsaid: Unsaid) -> Sun | None:
     """The sun, if the scene needs one."""
     has_amounts = inputs.amounts.has_set or inputs.spectrum == SPECTRL2 or inputs.direct_irradiance is not None
-    is_needed = has_amounts or (sky.takes_sun and not sky.is_file) or unsaid is Unsaid.ERROR
+    has_pattern = inputs.polarisation is not None and not sky.is_sunless
+    is_needed = has_amounts or has_pattern or (sky.takes_sun and not sky.is_file) or unsaid is Unsaid.ERROR
     if not is_needed and (sky.is_file or inputs.sun.zenith_deg is None):
         return None
     is_named = sky.name != "perez" and not sky.words

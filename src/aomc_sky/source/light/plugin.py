@@ -7,7 +7,7 @@ import datetime
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 
@@ -23,9 +23,12 @@ from aomc_sky.errors import (
 )
 from aomc_sky.formats.report import nearest
 from aomc_sky.formats.sky_models import MakeSky, installed_skies
-from aomc_sky.formats.sky_toml.keys import KEYS, SkySection
+from aomc_sky.formats.sky_toml.keys import KEYS, POLARISATION, SkySection
 from aomc_sky.inputs import Entrance
 from aomc_sky.skies.function_sky import FunctionSky, as_sky_model
+
+if TYPE_CHECKING:
+    from aomc_sky.skies.polarisation import RayleighPattern
 
 _OUR_WARNINGS = (InputWarning, ModelLimitWarning)  # exceptions where warnings are errors
 
@@ -62,11 +65,13 @@ class PluginSky:
         options = f" with {shown}" if shown else ""
         return f"sky model {plugin.name!r} of {plugin.distribution} {plugin.version}{options}"
 
-    def model(self, sun_zenith_rad: float, sun_azimuth_rad: float) -> Any:
-        """The sky under a sun, one that can be lowered."""
+    def model(self, sun_zenith_rad: float, sun_azimuth_rad: float, polarisation: RayleighPattern | None = None) -> Any:
+        """The sky under a sun, one that can be lowered; `polarisation` is for a sky of ours."""
         plugin = self.make.plugin
         try:
-            sun = {"sun_zenith_rad": sun_zenith_rad, "sun_azimuth_rad": sun_azimuth_rad}
+            sun: dict[str, Any] = {"sun_zenith_rad": sun_zenith_rad, "sun_azimuth_rad": sun_azimuth_rad}
+            if plugin.is_ours and polarisation is not None:
+                sun["polarisation"] = polarisation
             given = self.make.make(**{n: v for n, v in sun.items() if self.make.takes(n)}, **self.options)
         except _OUR_WARNINGS:
             raise
@@ -140,13 +145,14 @@ def choose_plugin(
     make = installed_skies().plugins[name].load()
     problems, wrong = [], []
     for option in section_options.options:
-        if not make.takes(option.name):
+        if not make.has_option(option.name):
             message, advice = _unknown(make, option.name, (*make.options, *KEYS["sky"]))
             problems.append(_problem(path, option.key_span, "E702", message, advice))
     for option_name in given:
-        if not make.takes(option_name):
+        if not make.has_option(option_name):
             message, advice = _unknown(make, option_name, tuple(make.options))
-            wrong.append(f"{message}; {advice}")
+            is_of_scene = option_name == POLARISATION and make.plugin.is_ours
+            wrong.append(f"{message}; {entrance.say('write {polarisation:0.75}') if is_of_scene else advice}")
     options = {option.name: option.value for option in section_options.options} | dict(given)
     missing = [n for n, is_needed in make.options.items() if is_needed and n not in options]
     if missing and not problems and not wrong:

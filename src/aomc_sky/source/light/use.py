@@ -26,6 +26,7 @@ class Use:
     is_compat: bool = False
     is_file: bool = False  #: whether the sky is the light of a file that was named alone
     takes_sun: bool = True  #: whether the sun matters without a beam
+    is_sunless: bool = False  #: whether the sky is the same under any sun
 
     @property
     def has_difcol(self) -> bool:
@@ -56,7 +57,9 @@ class _Rule:
     reason: str  #: with {it} for the sky
 
 
-_EVERY = (*_AMOUNTS, *_PEREZ, "extraterrestrial_normal", "spectrum", "diffuse_only", *_SUN, *CLEAR_SKY)
+_EVERY = (
+    *_AMOUNTS, *_PEREZ, "extraterrestrial_normal", "spectrum", "diffuse_only", "polarisation", *_SUN, *CLEAR_SKY
+)  # fmt: skip
 _BROADBAND = (*_AMOUNTS, *_PEREZ, "extraterrestrial_normal", "spectrum", *CLEAR_SKY)
 _RULES = (
     _Rule(names=_EVERY, is_idle=lambda use: use.is_compat, reason="--compat aomc does not use {names}"),
@@ -66,6 +69,8 @@ _RULES = (
     _Rule(names=_BROADBAND, is_idle=lambda use: use.sky == "atmosphere",
           reason="not used with [atmosphere] in sky.toml, which says how bright sun and sky are; write {sky:perez} "
                  "to use it"),
+    _Rule(names=("polarisation",), is_idle=lambda use: use.is_sunless, reason="{it} has no sun for Rayleigh's pattern; "
+          "leave it out, or take a sky with a sun: {sky:perez}, {sky:cie} or {sky:harrison-coombes}"),
     _Rule(names=("spectrum", *CLEAR_SKY), is_idle=lambda use: use.has_difcol,
           reason="difcol.inp gives the direct fraction of every waveband; leave one of them out"),
     _Rule(names=_PEREZ, is_idle=lambda use: use.sky != "perez",
@@ -138,6 +143,8 @@ def unused_notes(toml: SkyToml | None, use: Use, *, named_sky: str | None) -> tu
     if toml.sky.options and toml.sky.model != named_sky:
         unused = " and ".join(option.name for option in toml.sky.options)
         notes.append(f"sky.toml: {unused} of [sky] is not used, another sky than {toml.sky.model!r} is asked for")
+    if toml.sky.polarisation is not None and (use.is_sunless or use.sky == "none"):
+        notes.append(f"sky.toml: polarisation is not used, {use.words} has no sun")
     if toml.sky.table is not None and use.sky != "field":
         notes.append("sky.toml: table is not used, another sky is asked for")
     if toml.atmosphere is not None and use.sky != "atmosphere":

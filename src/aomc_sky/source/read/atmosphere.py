@@ -88,6 +88,7 @@ def atmosphere_light(inputs: LightInputs, *, bands: Wavebands, atmosphere: Scene
         moon=moon_of_direction(section.moon, medium, atmosphere.report, sun.zenith_deg, sun.azimuth_deg),
         ground_radiance=glow_of_luminance(section.ground_luminance_cd_m2, atmosphere.report, section.file),
         n_paths=section.paths,
+        polarisation=sun.polarisation,
     )
     beam = () if inputs.diffuse_only else tuple(sky.beam(medium.wavelength_nm))
     components = (*beam, *sky.lower(medium.wavelength_nm))
@@ -97,7 +98,7 @@ def atmosphere_light(inputs: LightInputs, *, bands: Wavebands, atmosphere: Scene
         row_of_band=rows,
         sky_wavelength_nm=medium.wavelength_nm[rows],
         intensity=None if inputs.shares is None else inputs.shares.intensity,
-        notes=_notes(sky, atmosphere, inputs),
+        notes=(*_notes(sky, atmosphere, inputs), *sun.notes),
         options={
             "sky": "atmosphere",
             "sun": {**sun.as_options(), "disc": has_disc},

@@ -10,14 +10,13 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import FieldError, InputFileError
-from aomc_sky.formats.netcdf import read_field
 from aomc_sky.formats.radiance_csv import read_radiance_points
 from aomc_sky.formats.sky_toml.file import problem_of_key
 from aomc_sky.formats.sky_toml.keys import FieldSection, PerezSection, SunSection
 from aomc_sky.skies.measured import RadianceField
 from aomc_sky.skies.radiance_field import has_wavelength, read_radiance_field
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting
-from aomc_sky.source.light.diffuse import FIELD, Diffuse, DiffuseSky, Rows, diffuse_of, model_diffuse
+from aomc_sky.source.light.diffuse import FIELD, Diffuse, DiffuseSky, Rows, diffuse_of, model_diffuse, patterned
 from aomc_sky.source.light.sun import Sun
 from aomc_sky.source.scene import require_projected
 from aomc_sky.wavebands import nearest_wavelength_index
@@ -45,9 +44,11 @@ class SkyField:
                 sky.warn_of_distance(wavelength_nm, rows, self.section.file)
             return rows
 
-        def lower(_: Sun | None, rows: Rows, __: PerezSection) -> Diffuse:
+        def lower(sun: Sun | None, rows: Rows, _: PerezSection) -> Diffuse:
             field_rows = dataclasses.replace(rows, wavelength_nm=sky.wavelength_nm[rows.table_row])
-            found = diffuse_of(sky.lower_rows_in_unit(rows.table_row), self.section.file, field_rows)
+            components = sky.lower_rows_in_unit(rows.table_row)
+            components = patterned(sky, components, sun, field_rows.wavelength_nm, self.section.file)
+            found = diffuse_of(components, self.section.file, field_rows)
             notes = (*self.notes, *found.notes)
             return dataclasses.replace(found, notes=notes, options={"field": self.as_options(folder)})
 
@@ -70,8 +71,9 @@ class SkyField:
 
     def as_options(self, folder: str) -> dict[str, Any]:
         """JSON values for a manifest; the same wherever the scene lies."""
+        section = dataclasses.asdict(self.section)
         return {
-            **dataclasses.asdict(self.section),
+            **{name: value for name, value in section.items() if name not in _STOKES_KEYS or value is not None},
             "file": os.path.relpath(self.section.file, folder or os.curdir),
             "variable": self.variable,
             "isel": dict(self.section.isel),
@@ -99,7 +101,8 @@ class MeasuredField:
         return dataclasses.replace(found, name=FIELD)
 
 
-_NETCDF_KEYS = ("variable", "isel", "zenith", "azimuth", "wavelength")
+_STOKES_KEYS = ("variable_q", "variable_u", "stokes_signs")
+_NETCDF_KEYS = ("variable", *_STOKES_KEYS, "isel", "zenith", "azimuth", "wavelength")
 _TABLES = (".csv", ".tsv")
 
 
@@ -107,25 +110,34 @@ def read_sky_field(section: FieldSection, toml_path: str, sun: SunSection) -> Sk
     """Read the file that `table` names; missing information is an error at a key of sky.toml (E710)."""
     if os.path.splitext(section.file)[1].lower() in _TABLES:
         return _read_measured(section, toml_path, sun)
+    from aomc_sky.source.read.measured import read_stokes_field
+
+    how: dict[str, Any] = {
+        "names": {name: getattr(section, name) for name in ("zenith", "azimuth", "wavelength")},
+        "angle_unit": section.angle_unit,
+        "azimuth_convention": section.azimuth_convention,
+        "radiance_unit": section.radiance_unit,
+        "sun_azimuth_deg": sun.azimuth_deg,
+    }
     try:
-        field = read_field(section.file, variable=section.variable, isel=dict(section.isel))
-        read = read_radiance_field(
-            field,
-            variable=section.variable,
-            names={name: getattr(section, name) for name in ("zenith", "azimuth", "wavelength")},
-            angle_unit=section.angle_unit,
-            azimuth_convention=section.azimuth_convention,
-            radiance_unit=section.radiance_unit,
-            sun_azimuth_deg=sun.azimuth_deg,
+        field, names = read_stokes_field(
+            section.file,
+            *(section.variable, section.variable_q, section.variable_u, section.stokes_signs),
+            isel=dict(section.isel),
         )
+        if len(names) == 1:
+            read = read_radiance_field(field, variable=names[0], **how)
+        else:
+            from aomc_sky.skies.polarised_field import read_polarised_field
+
+            read = read_polarised_field((field, names), section.stokes_signs or (1, 1), **how)
         sky = TabulatedSky(weighting=Weighting.PROJECTED, **read)
     except FieldError as error:
         key = ("sky", error.argument if getattr(section, error.argument, None) else "table")
         problem = problem_of_key(toml_path, key, "E710", error.message, error.advice)
         raise InputFileError([problem]) from None
-    (variable,) = field.data_vars
-    is_spectral = has_wavelength(field, section.variable, section.wavelength)
-    return SkyField(section=section, variable=str(variable), sky=sky, has_wavelength=is_spectral)
+    is_spectral = has_wavelength(field, names[0], section.wavelength)
+    return SkyField(section=section, variable=names[0], sky=sky, has_wavelength=is_spectral)
 
 
 def _read_measured(section: FieldSection, toml_path: str, sun: SunSection) -> MeasuredField:

@@ -192,10 +192,16 @@ class _Reading:
             self.paths["atmosphere"] = toml.atmosphere.file
             found["atmosphere"] = self.attempt(read_atmosphere, toml.atmosphere, lambbot, allow_paths)
         if sky == FIELD and toml.sky.table is not None:
+            from aomc_sky.formats.sky_toml.file import problem_of_key
             from aomc_sky.source.read.field import read_sky_field
 
             self.paths["table"] = toml.sky.table.file
-            found["sky_field"] = self.attempt(read_sky_field, toml.sky.table, self.paths["sky_toml"], sun)
+            made = self.attempt(read_sky_field, toml.sky.table, self.paths["sky_toml"], sun)
+            found["sky_field"] = made
+            if toml.sky.polarisation is not None and getattr(made and made.sky, "values_q", None) is not None:
+                key, message = ("sky", "polarisation"), "polarisation with a table that has Q and U of its own"
+                advice = "remove it, or name the radiance alone below [sky]: variable"
+                self.problems.append(problem_of_key(self.paths["sky_toml"], key, "E705", message, advice))
         return found
 
     def plugin(

@@ -20,7 +20,7 @@ from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.measured import RadianceField
 from aomc_sky.skies.radiance_field import has_wavelength
-from aomc_sky.skies.tabulated import TabulatedSky
+from aomc_sky.skies.tabulated import TabulatedSky, polarised_parts
 from aomc_sky.source.light.diffuse import FIELD, DiffuseSky, model_diffuse
 from aomc_sky.source.light.inputs import LightInputs, Unsaid
 from aomc_sky.source.scene import Scene
@@ -142,11 +142,33 @@ def measured_scene(
     )
 
 
+def read_stokes_field(
+    path: str,
+    variable: str | None,
+    variable_q: str | None,
+    variable_u: str | None,
+    stokes_signs: tuple[float, float] | None,
+    *,
+    isel: Mapping[str, int],
+) -> tuple[Any, list[str]]:
+    """A field of a netCDF file and the names of I, or of I, Q and U, as `TabulatedSky.from_xarray` finds them."""
+    stokes = partial(polarised_parts, variable=variable, variable_q=variable_q, variable_u=variable_u)
+    field = read_field(path, variable=variable, isel=isel, stokes=stokes)
+    names = list(map(str, field.data_vars))
+    if stokes_signs is not None and len(names) == 1:
+        message = "--stokes-signs (stokes_signs) are for a field of Q and U, and this one is read without"
+        raise FieldError(message, argument="stokes_signs")
+    return field, names
+
+
 def field_scene(
     path: str,
     given: LightInputs,
     *,
     variable: str | None = None,
+    variable_q: str | None = None,
+    variable_u: str | None = None,
+    stokes_signs: tuple[float, float] | None = None,
     isel: Mapping[str, int] | None = None,
     iterations: int | None = None,
     wavelength_nm: Sequence[float] | None = None,
@@ -158,19 +180,20 @@ def field_scene(
     `how` is as `TabulatedSky.from_xarray` takes it.
     """
     try:
-        field = read_field(path, variable=variable, isel=isel)
-        read = partial(TabulatedSky.from_xarray, field, variable=variable)
+        field, names = read_stokes_field(path, variable, variable_q, variable_u, stokes_signs, isel=isel or {})
+        stokes: dict[str, Any] = dict(zip(("variable", "variable_q", "variable_u"), names, strict=False))
+        read = partial(TabulatedSky.from_xarray, field, stokes_signs=stokes_signs or (1, 1), **stokes)
         try:
             sky = read(**_with_sun(how, given))
         except UsageError:
-            if not (given.has_amounts or given.is_cloudless):
+            if not (given.has_amounts or given.is_cloudless or given.polarisation):
                 raise
-            sky = read(**how)  # the sun is that of the beam, and a grid of radiances needs none
+            sky = read(**how)  # the sun is that of the beam or the pattern, and a grid of radiances needs none
     except FieldError as error:
         raise refuse(path, error.message, advice=error.advice, code="E710") from None
     except SceneError as error:
         raise refuse(path, str(error), code="E710") from None
-    if wavelength_nm is None and not has_wavelength(field, variable):
+    if wavelength_nm is None and not has_wavelength(field, names[0]):
         raise UsageError(f"{path} has no wavelengths: write --wavelengths 412 443 555")
     diffuse = dataclasses.replace(model_diffuse(sky, is_file=True, words="the radiance field"), name=FIELD)
     asked_nm = sky.wavelength_nm if wavelength_nm is None else wavelength_nm

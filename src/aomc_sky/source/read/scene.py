@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -39,11 +39,16 @@ from aomc_sky.source.scene import Scene, photons_of_intensity, require_projected
 from aomc_sky.wavebands import listed_bands, only_bands
 from aomc_sky.whole_number import as_number_of
 
+if TYPE_CHECKING:
+    from aomc_sky.skies.polarisation import RayleighPattern
+
 AOMC_TABLE_PRESET = SamplingOptions(allocation=AllocationMethod.AOMC, placement=Placement.CENTRE, order=Order.PATCH)
 AOMC_INTERNAL_PRESET = SamplingOptions(
     allocation=AllocationMethod.MULTINOMIAL, placement=Placement.PHILOX, order=Order.SHUFFLED
 )
 COMPAT_NAME = "--compat aomc"
+
+_Whole = Callable[[LightInputs], Light]
 
 
 @in_default_mode
@@ -65,6 +70,7 @@ def read_scene(
     within: str | None = None,
     clear_sky: Any = None,
     diffuse_only: bool = False,
+    polarisation: RayleighPattern | None = None,
     sky_options: Mapping[str, Any] | None = None,
     allow_paths: Sequence[str | os.PathLike[str]] = (),
     max_memory_bytes: int | None = None,
@@ -119,6 +125,9 @@ def read_scene(
         The air of a cloudless sky, whose keys win one by one over [clear_sky] of sky.toml.
     diffuse_only : bool
         Launch the sky without the sun's beam.
+    polarisation : RayleighPattern, optional
+        Linear polarisation of the sky's light around the sun, which wins over `polarisation` of [sky]. Without both
+        photons carry none, but for a field of Q and U.
     sky_options : mapping, optional
         Options of a named sky, which win one by one over the keys of [sky].
     allow_paths : sequence of str or path
@@ -154,6 +163,7 @@ def read_scene(
         weather=weather,
         clear_sky=clear_sky,
         diffuse_only=diffuse_only,
+        polarisation=polarisation,
     )
     reading = Reading(
         iterations=iterations,
@@ -237,22 +247,13 @@ def scene_of_files(path: str | os.PathLike[str], given: LightInputs, reading: Re
     bands, (toml, amc) = files.bands, _inputs_of_files(files)
     inputs = given.over(toml).over(_sun_of_field(files)).over(amc)
     sky, options = _sky_of(files, inputs, reading)
-    name = FIELD if files.sky_field is not None else sky.name if isinstance(sky, DiffuseSky) else str(files.sky)
-    unsaid = Unsaid.ERROR if files.is_internal else Unsaid.WHOLE
-    use = Use(
-        inputs=inputs,
-        sky=name,
-        words=str(sky),
-        unsaid=unsaid,
-        is_compat=compat is not None,
-        takes_sun=name == FIELD or not isinstance(sky, DiffuseSky) or sky.takes_sun,
-    )
+    use = _use_of(files, inputs, sky, compat)
     refuse_unused(given, use)
     light = light_of(
         inputs,
         sky,
         bands,
-        unsaid=unsaid,
+        unsaid=use.unsaid,
         path=str(Path(files.paths["amc"]).parent / DIFCOL),
         backgrounds=files.backgrounds,
         toml_path=files.paths.get("sky_toml", ""),
@@ -289,6 +290,23 @@ def scene_of_files(path: str | os.PathLike[str], given: LightInputs, reading: Re
     return scene
 
 
+def _use_of(files: SceneFiles, inputs: LightInputs, sky: DiffuseSky | _Whole, compat: str | None) -> Use:
+    """What the scene is made of."""
+    diffuse = sky if isinstance(sky, DiffuseSky) else None
+    name = FIELD if files.sky_field is not None else str(files.sky) if diffuse is None else diffuse.name
+    is_sunless = diffuse is not None and diffuse.is_sunless
+    has_pattern = inputs.polarisation is not None and not is_sunless
+    return Use(
+        inputs=inputs,
+        sky=name,
+        words=str(sky),
+        unsaid=Unsaid.ERROR if files.is_internal else Unsaid.WHOLE,
+        is_compat=compat is not None,
+        takes_sun=name == FIELD or has_pattern or diffuse is None or diffuse.takes_sun,
+        is_sunless=is_sunless,
+    )
+
+
 def _inputs_of_files(files: SceneFiles) -> tuple[LightInputs, LightInputs]:
     """What sky.toml says, and amc.inp with difcol.inp; beside a sky file only what asks for a beam."""
     toml = inputs_of_toml(files.toml_or_empty)
@@ -301,9 +319,6 @@ def _sun_of_field(files: SceneFiles) -> LightInputs:
     """The sun that a measured sky of sky.toml names itself."""
     sun = None if files.sky_field is None else files.sky_field.sun
     return LightInputs() if sun is None else LightInputs(sun=sun)
-
-
-_Whole = Callable[[LightInputs], Light]
 
 
 def _sky_of(files: SceneFiles, inputs: LightInputs, reading: Reading) -> tuple[DiffuseSky | _Whole, dict[str, Any]]:
@@ -338,7 +353,7 @@ def _sky_of(files: SceneFiles, inputs: LightInputs, reading: Reading) -> tuple[D
         return plugin_diffuse(files.plugin), options
     if files.sky == GIVEN:
         require_projected(weighting, "this sky")
-        return model_diffuse(reading.sky), options
+        return model_diffuse(reading.sky, inputs), options
     require_projected(weighting, "the Perez sky")
     return perez_diffuse(inputs.perez_choices, replaces_file=not files.is_internal), options
 

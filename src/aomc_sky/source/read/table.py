@@ -16,7 +16,7 @@ from aomc_sky.formats.sky_toml.keys import PerezSection
 from aomc_sky.formats.text_file import lines_at
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting, aomc_weight
-from aomc_sky.source.light.diffuse import Diffuse, DiffuseSky, Rows
+from aomc_sky.source.light.diffuse import Diffuse, DiffuseSky, Rows, patterned
 from aomc_sky.source.light.sun import Sun
 from aomc_sky.wavebands import Wavebands, midpoint_wavelength_index
 
@@ -37,8 +37,8 @@ def table_diffuse(
         sky.warn_of_distance(wavelength_nm, rows, table.path)
         return rows
 
-    def lower(_: Sun | None, rows: Rows, __: PerezSection) -> Diffuse:
-        components = tuple(sky.lower_rows(rows.table_row))
+    def lower(sun: Sun | None, rows: Rows, _: PerezSection) -> Diffuse:
+        components = patterned(sky, sky.lower_rows(rows.table_row), sun, rows.wavelength_nm, "skydist.inp")
         if compat:
             return Diffuse(components=components)
         row_of = {row: k for k, row in enumerate(rows.table_row.tolist())}

@@ -1,0 +1,280 @@
+"""Polarised skies on the command line: fields with Q and U, and the files that carry q and u."""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.cli.main import main
+from tests.support.scenes import flip_bit, run_bytes
+from tests.support.shared import INPUTS
+from tests.support.stokes import DEFECTS
+
+ZENITH, AZIMUTH, NM = np.arange(0.0, 91.0, 15.0), np.arange(0.0, 360.0, 30.0), [440.0, 550.0]
+AZIMUTH_WORDS = "counter-clockwise from east"
+
+
+@pytest.fixture(scope="module")
+def field():
+    """I, Q and U of a pattern around a sun at 40 and 100 degrees, brighter at the longer wavelength."""
+    xarray = pytest.importorskip("xarray")
+    pytest.importorskip("h5netcdf")
+    zenith, azimuth = np.meshgrid(np.deg2rad(ZENITH), np.deg2rad(AZIMUTH), indexing="ij")
+    pattern = sky.RayleighPattern(max_degree=0.7)
+    q, u = pattern.stokes(zenith, azimuth, sun_zenith_rad=np.deg2rad(40.0), sun_azimuth_rad=np.deg2rad(100.0))
+    light = np.stack([1.0 + np.cos(zenith), 2.0 + np.cos(zenith) + 0.3 * np.sin(zenith) * np.cos(azimuth)])
+    coordinates = {
+        "wavelength": ("wavelength", NM, {"units": "nm"}),
+        "zenith": ("zenith", ZENITH, {"units": "deg"}),
+        "azimuth": ("azimuth", AZIMUTH, {"units": "deg", "long_name": AZIMUTH_WORDS}),
+    }
+    parts = {"I": light, "Q": light * q, "U": light * u}
+    return xarray.Dataset({n: (("wavelength", "zenith", "azimuth"), v) for n, v in parts.items()}, coordinates)
+
+
+def stored(field, path):
+    field.to_netcdf(path, engine="h5netcdf")
+    return path
+
+
+def plan_of(*words, folder):
+    assert main([*map(str, words), "--iterations", "1000", "--format", "none", "--out", str(folder), "-q"]) == 0
+    return sky.Plan.load(folder / "plan.npz")
+
+
+def by_python(dataset, **how):
+    model = sky.TabulatedSky.from_xarray(dataset, **how)
+    return sky.Scene(wavebands=NM, n_photons=1000, components=model).source().plan
+
+
+def test_a_field_of_three_is_polarised_as_in_python(field, tmp_path, capsys):
+    """By names, by options, and by the dimension of sasktran2, in both kinds of netCDF; Q and U exchanged are not."""
+    expected = by_python(field)
+    path = stored(field, tmp_path / "field.nc")
+    assert main(["run", str(path), "--dry-run"]) == 0
+    said = capsys.readouterr().out
+    assert "note: photons carry q and u of Q and U of the field; V is not read" in said
+    assert "modelled: linear polarisation of sky" in said
+    assert plan_of("run", path, folder=tmp_path / "a").sha256 == expected.sha256
+    assert main(["verify", str(tmp_path / "a"), "--scene", str(path), "--iterations", "1000", "-q"]) == 0
+    odd = stored(field.rename(I="L", Q="a", U="b"), tmp_path / "odd.nc")
+    names = ("--variable", "L", "--variable-q", "a", "--variable-u", "b")
+    assert plan_of("run", odd, *names, folder=tmp_path / "b").sha256 == expected.sha256
+    xarray = pytest.importorskip("xarray")
+    lines = xarray.concat([field[name] for name in "UIQ"], dim="stokes").assign_coords(stokes=["U", "I", "Q"])
+    stacked = stored(lines.rename("radiance"), tmp_path / "stacked.nc")
+    assert plan_of("run", stacked, folder=tmp_path / "c").sha256 == expected.sha256
+    lines.to_dataset(name="radiance").to_netcdf(tmp_path / "old.nc", engine="scipy", format="NETCDF3_64BIT")
+    assert plan_of("run", tmp_path / "old.nc", folder=tmp_path / "d").sha256 == expected.sha256
+    turned = plan_of("run", path, "--stokes-signs", "1", "-1", folder=tmp_path / "e")
+    assert turned.sha256 == by_python(field, stokes_signs=(1, -1)).sha256
+    swapped = plan_of("run", path, "--variable", "I", "--variable-q", "U", "--variable-u", "Q", folder=tmp_path / "f")
+    assert len({expected.sha256, turned.sha256, swapped.sha256}) == 3
+
+
+def test_the_radiance_alone_is_a_choice(field, tmp_path):
+    path = stored(field, tmp_path / "field.nc")
+    expected = by_python(field[["I"]].rename(I="radiance")).sha256
+    assert plan_of("run", path, "--variable", "I", folder=tmp_path / "a").sha256 == expected
+    xarray = pytest.importorskip("xarray")
+    lines = xarray.concat([field[name] for name in "IQU"], dim="stokes").assign_coords(stokes=["I", "Q", "U"])
+    stacked = stored(lines.rename("radiance"), tmp_path / "stacked.nc")
+    assert plan_of("run", stacked, "--isel", "stokes=0", folder=tmp_path / "b").sha256 == expected
+
+
+def scene_folder(folder, toml, made):
+    shutil.copytree(INPUTS / "perez_sky", folder, dirs_exist_ok=True)
+    (folder / "sky.toml").write_text(toml)
+    stored(made, folder / "field.nc")
+    return folder
+
+
+@pytest.mark.filterwarnings("ignore:.*E310")
+def test_a_table_of_sky_toml(field, tmp_path):
+    """It has the rows of the field in Python, with the names and the signs that are given; I alone has none."""
+    scene = sky.read_scene(scene_folder(tmp_path / "a", '[sky]\ntable = "field.nc"\n', field))
+    model = sky.TabulatedSky.from_xarray(field)
+    expected = model.lower(scene.wavebands.wavelength_nm)[0].stokes
+    np.testing.assert_array_equal(scene.components[-1].stokes[scene.row_of_band], expected)
+    assert not {"variable_q", "variable_u", "stokes_signs"} & set(scene.options["field"])
+    names = '[sky]\ntable = "field.nc"\nvariable = "L"\nvariable_q = "a"\nvariable_u = "b"\nstokes_signs = [1, -1]\n'
+    scene = sky.read_scene(scene_folder(tmp_path / "b", names, field.rename(I="L", Q="a", U="b")))
+    np.testing.assert_array_equal(scene.components[-1].stokes[scene.row_of_band], expected * [1, -1])
+    assert scene.options["field"]["stokes_signs"] == (1.0, -1.0)
+    scene = sky.read_scene(scene_folder(tmp_path / "c", '[sky]\ntable = "field.nc"\nvariable = "I"\n', field))
+    assert scene.components[-1].stokes is None
+    assert not any("photons carry q" in note for note in scene.notes)
+
+
+WRONG = {
+    "holed": (
+        lambda f: f.assign(Q=f["Q"].where(f["zenith"] > 20)),
+        (),
+        3,
+        "E710",
+        "give I alone: --variable I (variable=)",
+    ),
+    "half": (lambda f: f.drop_vars("U").rename(I="radiance"), (), 3, "E710", "one of Q and U without the other"),
+    "names": (lambda f: f, ("--variable-q", "Q"), 2, "belong together", "give both, or none"),
+    "twice": (lambda f: f, ("--variable-q", "Q", "--variable-u", "Q"), 3, "E710", "one is named twice"),
+    "absent": (lambda f: f, ("--variable-q", "X", "--variable-u", "U"), 3, "E710", "no variable 'X'"),
+    "signs": (lambda f: f[["I"]].rename(I="radiance"), ("--stokes-signs", "1", "1"), 3, "E710", "--stokes-signs"),
+    "sign": (lambda f: f, ("--stokes-signs", "1", "2"), 2, "stokes_signs are two of 1 and -1", "[1, 2]"),
+    "too much": (lambda f: f.assign(Q=3 * f["I"]), (), 3, "E710", "more polarised light than light"),
+    "pattern": (lambda f: f, ("--polarisation", "0.5", "--sun-zenith", "40"), 2, "is polarised already", "Q and U"),
+    "index": (lambda f: f, ("--isel", "stokes=0"), 3, "E710", "no dimension 'stokes'"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_fields_and_options_that_are_wrong(name, field, tmp_path, capsys):
+    change, words, code, *texts = WRONG[name]
+    path = stored(change(field), tmp_path / "field.nc")
+    assert main(["run", str(path), *words, "--format", "none", "--out", str(tmp_path / "out")]) == code
+    said = capsys.readouterr().err
+    for text in texts:
+        assert text in said
+    assert "Traceback" not in said
+
+
+LINES = {
+    "half": ('variable = "I"\nvariable_q = "Q"\n', "4:1: error[E705]", "variable_q without variable_u"),
+    "absent": ('variable_q = "X"\nvariable_u = "U"\n', "3:14: error[E710]", "no variable 'X'"),
+    "sign": ("stokes_signs = [1, 0]\n", "3:16: error[E704]", "write [1, -1] with the sign of Q and that of U"),
+    "alone": ('variable = "I"\nstokes_signs = [1, 1]\n', "4:16: error[E710]", "are for a field of Q and U"),
+    "pattern": ("polarisation = 0.5\n", "3:16: error[E705]", "a table that has Q and U of its own"),
+}
+
+
+@pytest.mark.parametrize("name", LINES)
+def test_lines_of_sky_toml_that_are_wrong(name, field, tmp_path, capsys):
+    more, place, text = LINES[name]
+    scene_folder(tmp_path / "scene", f'[sky]\ntable = "field.nc"\n{more}', field)
+    assert main(["run", str(tmp_path / "scene"), "--format", "none", "--out", str(tmp_path / "out")]) == 3
+    said = capsys.readouterr().err
+    assert f"sky.toml:{place}" in said
+    assert text in said
+
+
+def test_options_of_a_field_are_not_those_of_a_table(capsys):
+    assert main(["run", str(INPUTS / "measured" / "sky.csv"), "--stokes-signs", "1", "-1"]) == 2
+    assert "--stokes-signs is for a radiance field (.nc)" in capsys.readouterr().err
+
+
+RUN = ["run", "--ghi", "780", "--dhi", "140", "--sun-zenith", "40", "--wavelengths", "440", "550", "--seed", "5"]
+N = 70_000
+PATTERN = ("--iterations", str(N), "--polarisation", "0.7")
+
+
+@pytest.fixture(scope="module")
+def run_of_all(tmp_path_factory):
+    out = tmp_path_factory.mktemp("run") / "out"
+    formats = [word for name in ("npy", "raw", "mcpl", "source") for word in ("--format", name)]
+    assert main([*RUN, *PATTERN, *formats, "--out", str(out), "-q"]) == 0
+    return out
+
+
+def test_columns_are_those_of_the_batch(run_of_all, tmp_path, capsys):
+    """npy, raw and csv; columns that are exchanged, turned by 90 degrees or of the other sign are others."""
+    source = sky.PhotonSource(sky.Plan.load(run_of_all / "plan.npz"))
+    assert main(["export", str(run_of_all), "--to", "csv", "--out", str(tmp_path / "csv"), "-q"]) == 0
+    for band in range(2):
+        batch = source.photons(band)
+        stokes = np.load(run_of_all / f"stokes-{band + 1:04d}.npy", mmap_mode="r")
+        raw = np.fromfile(run_of_all / f"photons-{band + 1:04d}.raw", "<f4").reshape(-1, 5)
+        text = np.genfromtxt(tmp_path / "csv" / f"photons-{band + 1:04d}.csv", delimiter=",", names=True, dtype="f4")
+        assert (stokes.dtype, stokes.shape) == (np.float32, (N, 2))
+        assert text.dtype.names == ("ux", "uy", "uz", "q", "u")
+        for q, u in (stokes.T, raw[:, 3:].T, (text["q"], text["u"])):
+            np.testing.assert_array_equal(np.stack([q, u]), np.stack([batch.q, batch.u]))
+            for defect in DEFECTS.values():
+                assert not np.array_equal(np.stack(defect(q, u)), np.stack([batch.q, batch.u]))
+        np.testing.assert_array_equal(raw[:, :3], batch.directions)
+    manifest = json.loads((run_of_all / "manifest.json").read_text())
+    assert "q = Q/I and u = U/I" in manifest["conventions"]["stokes"]
+    assert manifest["options"]["scene"]["sun"]["polarisation"] == 0.7
+    assert manifest["files"]["stokes-0002.npy"] == {"bytes": 4096 + 8 * N}
+    assert main(["info", str(run_of_all)]) == 0
+    said = capsys.readouterr().out
+    assert "Rayleigh's pattern, largest degree 0.7" in said
+    assert "stokes-0001.npy" in said
+
+
+def test_files_of_an_unpolarised_run_are_the_same_bytes(run_of_all, tmp_path):
+    """Without the option no file has more columns, and directions are the same."""
+    out = tmp_path / "out"
+    assert main([*RUN, "--iterations", str(N), "--format", "npy", "--format", "raw", "--out", str(out), "-q"]) == 0
+    assert not list(out.glob("stokes-*"))
+    assert "stokes" not in json.loads((out / "manifest.json").read_text())["conventions"]
+    raw = np.fromfile(out / "photons-0001.raw", "<f4").reshape(-1, 3)
+    np.testing.assert_array_equal(raw, np.fromfile(run_of_all / "photons-0001.raw", "<f4").reshape(-1, 5)[:, :3])
+    assert (out / "photons-0001.npy").read_bytes() == (run_of_all / "photons-0001.npy").read_bytes()
+
+
+def test_verify_finds_a_bit_of_a_stokes_vector(run_of_all, tmp_path, capsys):
+    out = tmp_path / "out"
+    shutil.copytree(run_of_all, out)
+    assert main(["verify", str(out)]) == 0
+    flip_bit(out / "stokes-0001.npy", 4096 + 8 * 11 + 3)
+    assert main(["verify", str(out)]) == 1
+    said = capsys.readouterr().out
+    assert "stokes-0001.npy: 1 of 70000 photons differ from the plan, the first is photon 11" in said
+    (out / "stokes-0002.npy").unlink()
+    assert main(["verify", str(out)]) == 1
+    assert "stokes-0002.npy: missing" in capsys.readouterr().out
+    assert main([*RUN, *PATTERN, "--out", str(out), "-q"]) == 0  # the run command makes what is missing
+    assert (out / "stokes-0002.npy").read_bytes() == (run_of_all / "stokes-0002.npy").read_bytes()
+
+
+def test_shards_write_the_same_files(run_of_all, tmp_path):
+    out, whole = tmp_path / "out", tmp_path / "whole"
+    for k in (2, 1, 3):
+        assert main([*RUN, *PATTERN, "--shard", f"{k}/3", "--out", str(out), "-q"]) == 0
+    assert main([*RUN, *PATTERN, "--out", str(whole), "-q"]) == 0
+    assert run_bytes(out) == run_bytes(whole)
+    assert run_bytes(whole)["stokes-0001.npy"] == (run_of_all / "stokes-0001.npy").read_bytes()
+
+
+def test_formats_without_stokes_vectors_say_so(run_of_all, tmp_path, capsys):
+    for name in ("envmap", "aomc"):
+        assert main(["export", str(run_of_all), "--to", name, "--out", str(tmp_path / name)]) == 0
+        assert f"note: the light is polarised, and {name} has no Stokes vectors" in capsys.readouterr().out
+
+
+def test_an_exported_netcdf_is_a_polarised_field(run_of_all, tmp_path):
+    """Its Q and U over its radiance are the rows of the run, and so are those of the field that it is."""
+    xarray = pytest.importorskip("xarray")
+    path = tmp_path / "sky.nc"
+    assert main(["export", str(run_of_all), "--to", "netcdf", "--out", str(path), "-q"]) == 0
+    source = sky.PhotonSource(sky.Plan.load(run_of_all / "plan.npz"))
+    data = xarray.load_dataset(path)
+    assert data["radiance_q"].attrs["long_name"].startswith("Stokes parameter Q of the mean radiance of the patch")
+    found = np.stack([data["radiance_q"], data["radiance_u"]], axis=-1) / data["radiance"].values[..., None]
+    np.testing.assert_allclose(found[1].reshape(-1, 2), source.stokes(1)[1:], atol=1e-12)
+    again = plan_of("run", path, folder=tmp_path / "again")
+    np.testing.assert_allclose(again.components[0].stokes[1], source.stokes(1)[1:], atol=1e-9)
+
+
+def test_a_scene_of_weights_and_positions_has_all_columns(tmp_path):
+    """Positions, weights, then q and u; in float64 the numbers of float32 come back from the text."""
+    values = np.random.default_rng(2).uniform(0.5, 1, (1, 12))
+    model = sky.TabulatedSky(
+        wavelength_nm=[550.0], values=values, values_q=values * 0.3, values_u=values * -0.2, weighting="solid-angle",
+        grid=sky.PatchGrid.regular(3, 4),
+    )  # fmt: skip
+    scene = sky.Scene(wavebands=[550.0], n_photons=500, components=model, footprint=sky.Footprint.circle(2.0))
+    sky.write_run(scene, tmp_path / "out", weights=True, precision="float64", formats=["npy", "raw"])
+    assert main(["export", str(tmp_path / "out"), "--to", "csv", "--out", str(tmp_path / "csv"), "-q"]) == 0
+    rows = np.genfromtxt(tmp_path / "csv" / "photons-0001.csv", delimiter=",", names=True)
+    assert rows.dtype.names == ("ux", "uy", "uz", "x_m", "y_m", "weight", "q", "u")
+    batch = sky.PhotonSource(sky.Plan.load(tmp_path / "out" / "plan.npz")).photons()
+    expected = [getattr(batch, name) for name in ("ux", "uy", "uz", "x", "y", "weight", "q", "u")]
+    np.testing.assert_array_equal(np.stack([rows[name] for name in rows.dtype.names]), np.stack(expected))
+    raw = np.fromfile(tmp_path / "out" / "photons-0001.raw", "<f4").reshape(-1, 8)
+    np.testing.assert_array_equal(raw, np.stack(expected, axis=-1).astype("<f4"))
+    assert np.load(tmp_path / "out" / "stokes-0001.npy").dtype == np.float32
+    assert main(["verify", str(tmp_path / "out"), "-q"]) == 0

@@ -1,0 +1,235 @@
+"""Rayleigh's pattern on skies that are named: by keyword, by option and by sky.toml it is that of the model."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.cli.main import main
+from tests.support.shared import INPUTS
+
+PATTERN = sky.RayleighPattern(max_degree=0.6)
+SUN = {"sun_zenith_deg": 40.0, "sun_azimuth_deg": 25.0}
+NM = [443.0, 555.0]
+NAMED = {
+    "cie": (sky.CIESky, {"type": 12}),
+    "harrison-coombes": (sky.HarrisonCoombesSky, {}),
+    "under clouds": (sky.HarrisonCoombesSky, {"cloud_cover": 0.5}),
+}
+
+
+def plan_of(scene):
+    return scene.source(seed=3).plan
+
+
+def weather(**how):
+    return sky.weather_scene(wavebands=NM, n_photons=1000, **how)
+
+
+@pytest.mark.parametrize("name", NAMED)
+def test_a_named_sky_has_the_plan_of_the_sky_that_is_made(name, tmp_path, capsys):
+    make, options = NAMED[name]
+    word = "harrison-coombes" if name == "under clouds" else name
+    made = make(**SUN, **options, polarisation=PATTERN)
+    plan = plan_of(weather(sky=word, sky_options=options, **SUN, diffuse_only=True, polarisation=PATTERN))
+    assert plan.sha256 == plan_of(sky.Scene(wavebands=NM, n_photons=1000, components=made)).sha256
+    light = {"ghi": 780.0, "dhi": 140.0, **SUN}
+    with_beam = plan_of(weather(sky=word, sky_options=options, polarisation=PATTERN, **light))
+    assert with_beam.sha256 == plan_of(weather(sky=made, **light)).sha256
+    assert with_beam.components[0].stokes is None
+    assert with_beam.components[1].stokes is not None
+    more = [part for key, value in options.items() for part in ("--sky-option", f"{key}={value}")]
+    command = ["run", "--sky", word, *more, "--ghi", "780", "--dhi", "140", "--sun-zenith", "40", "--sun-azimuth", "25"]
+    command += ["--wavelengths", "443", "555", "--iterations", "1000", "--seed", "3", "--format", "none"]
+    assert main([*command, "--polarisation", "0.6", "--out", str(tmp_path / "a")]) == 0
+    assert sky.Plan.load(tmp_path / "a" / "plan.npz").sha256 == with_beam.sha256
+    assert "Rayleigh's pattern, largest degree 0.6, around the sun at a zenith angle of 40" in capsys.readouterr().out
+    assert main([*command, "--out", str(tmp_path / "b")]) == 0
+    plain = sky.Plan.load(tmp_path / "b" / "plan.npz")
+    assert plain.sha256 == plan_of(weather(sky=word, sky_options=options, **light)).sha256
+    assert set(with_beam.members()) == {*plain.members(), "stokes_1"}
+
+
+def test_the_perez_sky(tmp_path, capsys):
+    sun = {"epsilon": 5.0, "delta": 0.12, **SUN}
+    light = {"wavebands": [555.0], "n_photons": 1000}
+    plan = plan_of(sky.weather_scene(**light, **sun, diffuse_only=True, polarisation=PATTERN))
+    made = sky.PerezSky(**sun, polarisation=PATTERN)
+    assert plan.sha256 == plan_of(sky.Scene(**light, components=made)).sha256
+    command = ["perez", "--epsilon", "5", "--delta", "0.12", "--sun-zenith", "40", "--sun-azimuth", "25"]
+    command += ["--polarisation", "0.6"]
+    of_photons = ["--wavelengths", "555", "--iterations", "1000", "--seed", "3", "--diffuse-only"]
+    assert main([*command, *of_photons, "--out", str(tmp_path / "out")]) == 0
+    assert sky.Plan.load(tmp_path / "out" / "plan.npz").sha256 == plan.sha256
+    assert main(command) == 2
+    assert "--polarisation is for photons: name their folder with --out DIR" in capsys.readouterr().err
+
+
+def folder(tmp_path, toml, scene="sun_and_sky"):
+    target = tmp_path / "scene"
+    shutil.copytree(INPUTS / scene, target, dirs_exist_ok=True)
+    (target / "sky.toml").write_text(toml)
+    return target
+
+
+def test_sky_toml_and_keywords_say_the_same(tmp_path):
+    path = folder(tmp_path, '[sky]\nmodel = "cie"\ntype = 12\npolarisation = 0.6\n')
+    of_toml = sky.read_scene(path)
+    keywords = {"sky": "cie", "sky_options": {"type": 12}}
+    of_keywords = sky.read_scene(path, **keywords, polarisation=sky.RayleighPattern(max_degree=0.3))
+    (path / "sky.toml").unlink()
+    plain = sky.read_scene(path, **keywords)
+    assert plan_of(of_toml).sha256 == plan_of(sky.read_scene(path, **keywords, polarisation=PATTERN)).sha256
+    np.testing.assert_allclose(plan_of(of_keywords).components[1].stokes, plan_of(of_toml).components[1].stokes / 2)
+    assert set(plan_of(of_toml).members()) == {*plan_of(plain).members(), "stokes_1"}
+    assert of_toml.options["sun"]["polarisation"] == 0.6
+    assert "polarisation" not in plain.options["sun"]
+    assert len(of_toml.notes) == len(plain.notes) + 1
+
+
+def test_an_atmosphere(tmp_path):
+    text = '[atmosphere]\nfile = "molecules_only.atmo"\nzenith_bins = 6\nazimuth_bins = 12\n[sun]\nzenith_deg = 50.0\n'
+    path = folder(tmp_path, f"{text}[sky]\npolarisation = 0.6\n", "atmosphere_sky")
+    shutil.copytree(INPUTS / "atmosphere", path, dirs_exist_ok=True)
+    scene = sky.read_scene(path)
+    azimuth = scene.options["sun"]["azimuth_deg"]
+    beam, diffuse = plan_of(scene).components
+    assert beam.stokes is None
+    grid = sky.PatchGrid.regular(6, 12)
+    even = sky.PerezSky(
+        epsilon=6.0, delta=0.1, grid=grid, within="uniform", sun_zenith_deg=50.0, sun_azimuth_deg=azimuth,
+        polarisation=PATTERN,
+    )  # fmt: skip
+    np.testing.assert_array_equal(diffuse.stokes, even.lower([550.0])[0].stokes)
+    assert any("Rayleigh's pattern" in note for note in scene.notes)
+
+
+def of_direction(batch, sun):
+    """The pattern in the direction of each photon."""
+    zenith, azimuth = np.arccos(-batch.uz.astype(float)), np.arctan2(-batch.uy.astype(float), -batch.ux.astype(float))
+    angles = dict(zip(("sun_zenith_rad", "sun_azimuth_rad"), np.deg2rad(sun), strict=True))
+    return np.stack(PATTERN.stokes(zenith, azimuth, **angles)), np.sin(zenith) > 0.07  # at the zenith patches are wide
+
+
+def test_a_table_and_a_function_have_it_around_the_sun_of_the_scene():
+    """Of skydist.inp, of a function and of a model of radiances; an azimuth that is mirrored is far away."""
+    by_file = sky.read_scene(INPUTS / "clear_day", iterations=20_000, polarisation=PATTERN)
+    radiance = lambda z, a, nm: 1.0 + np.cos(z) ** 2 + 0 * a * nm  # noqa: E731
+    light = {"ghi": 780.0, "dhi": 140.0, **SUN, "polarisation": PATTERN, "wavebands": [550.0], "n_photons": 20_000}
+    grid = sky.PatchGrid.regular(90, 180)
+    even = sky.TabulatedSky(wavelength_nm=[550.0], values=np.ones((1, 16_200)), grid=grid, weighting="projected")
+    of_file = by_file.options["sun"]["zenith_deg"], by_file.options["sun"]["azimuth_deg"]
+    for scene, sun in (
+        (by_file, of_file),
+        (sky.weather_scene(sky=radiance, **light), (40.0, 25.0)),
+        (sky.weather_scene(sky=even, **light), (40.0, 25.0)),
+    ):
+        source = scene.source(seed=2)
+        batch = source.photons()
+        is_sky = batch.patch >= source.plan.component_start[len(source.components) - 1]
+        wrong = np.stack([batch.q, batch.u]) - (expected := of_direction(batch, sun))[0]
+        chosen = is_sky & expected[1]
+        assert chosen.sum() > 1000
+        assert np.abs(wrong[:, chosen]).max() < 0.06
+        mirrored = np.stack([batch.q, -batch.u]) - expected[0]
+        assert np.abs(mirrored[:, chosen]).max() > 0.5
+
+
+REFUSED = {
+    "overcast": ({"sky": "overcast", "diffuse_only": True}, "polarisation=: an overcast sky has no sun"),
+    "uniform": ({"sky": "uniform", "diffuse_only": True}, "polarisation=: a uniform sky has no sun"),
+    "a model without a sun": ({"sky": sky.OvercastSky(), **SUN, "ghi": 700.0, "dhi": 100.0}, "has no sun"),
+    "a model with a sun": ({"sky": sky.CIESky(type=3, **SUN), **SUN}, r"write CIESky\(polarisation=...\)"),
+    "no sun": ({"sky": "cie", "sky_options": {"type": 3}, "diffuse_only": True}, "where is the sun"),
+    "a number": (
+        {**SUN, "epsilon": 5.0, "delta": 0.1, "polarisation": 0.75},
+        r"sky.RayleighPattern\(max_degree=0.75\)",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_has_no_pattern_is_refused_in_one_sentence(name):
+    how, text = REFUSED[name]
+    with pytest.raises(sky.UsageError, match=text) as raised:
+        weather(**{"polarisation": PATTERN, **how})
+    assert "\n" not in str(raised.value)
+
+
+def test_a_sky_that_is_polarised_already():
+    values = np.ones((1, 8))
+    made = sky.TabulatedSky(
+        wavelength_nm=[550.0], values=values, values_q=values / 2, values_u=0 * values, weighting="projected",
+        grid=sky.PatchGrid.regular(2, 4),
+    )  # fmt: skip
+    with pytest.raises(sky.UsageError, match="is polarised already"):
+        weather(sky=made, ghi=780.0, dhi=140.0, **SUN, polarisation=PATTERN)
+
+
+@pytest.mark.parametrize(
+    ("command", "text"),
+    [
+        ("--sky overcast --polarisation 0.5", "--polarisation: an overcast sky has no sun for Rayleigh's pattern"),
+        ("--sky cie --sky-option type=3 --diffuse-only --sun-zenith 40 --sky-option polarisation=0.5",
+         "the sky model 'cie' (aomc-sky {version}) has no option 'polarisation'; the nearest is type; write "
+         "--polarisation 0.75"),
+        ("--sky cie --sky-option type=3 --diffuse-only --sun-zenith 40 --polarisation 1.5",
+         "--polarisation: 1.5 is outside the range 0 to 1"),
+    ],
+)  # fmt: skip
+def test_options_that_no_sky_can_use(command, text, tmp_path, capsys):
+    try:
+        code = main(["run", *command.split(), "--wavelengths", "550", "--out", str(tmp_path / "out")])
+    except SystemExit as stop:
+        code = stop.code
+    assert code == 2
+    assert text.format(version=sky.__version__) in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("toml", "place", "text"),
+    [
+        ('[sky]\nmodel = "overcast"\npolarisation = 0.5\n', "3:1: error[E705]", 'model "overcast", which has no sun'),
+        ('[sky]\nmodel = "uniform"\npolarisation = 0.5\n', "3:1: error[E705]", 'model "uniform", which has no sun'),
+        ('[sky]\npolarisation = 1.5\n', "2:16: error[E704]", "1.5 is outside the range 0 to 1"),
+        ('[sky]\npolarisation = "rayleigh"\n', "2:16: error[E703]", "'rayleigh' is not a number"),
+        ('[sky]\npolarization = 0.5\n', "2:1: error[E702]", "the nearest is polarisation"),
+    ],
+)  # fmt: skip
+def test_lines_of_sky_toml_that_are_wrong(toml, place, text, tmp_path, capsys):
+    path = folder(tmp_path, toml)
+    assert main(["run", str(path), "--format", "none", "--out", str(tmp_path / "out")]) == 3
+    said = capsys.readouterr().err
+    assert f"sky.toml:{place}" in said
+    assert text in said
+
+
+def test_an_option_that_takes_another_sky_leaves_a_note(tmp_path):
+    path = folder(tmp_path, "[sky]\npolarisation = 0.5\n")
+    scene = sky.read_scene(path, sky="overcast")
+    assert "sky.toml: polarisation is not used, an overcast sky has no sun" in scene.notes
+    assert all(component.stokes is None for component in scene.components)
+    with pytest.raises(sky.UsageError, match="all light comes from an overcast sky"):
+        sky.read_scene(path, sky="overcast", sun={"zenith_deg": 30.0}, diffuse_only=True)
+
+
+def test_a_scene_that_does_not_ask_loads_nothing(tmp_path):
+    """Named skies, a folder of files and a run of them, with all that is written."""
+    program = (
+        "import sys, aomc_sky as sky\n"
+        "from aomc_sky.cli.main import main\n"
+        "sky.weather_scene(wavebands=[550.0], sun_zenith_deg=40.0, ghi=780.0, dhi=140.0, sky='harrison-coombes')\n"
+        f"assert main(['run', {str(INPUTS / 'sun_and_sky')!r}, '--iterations', '9', '-q', '--out', 'out']) == 0\n"
+        "assert 'aomc_sky.source.light.diffuse' in sys.modules\n"
+        "print([name for name in sys.modules if 'polaris' in name])"
+    )
+    found = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=True)
+    assert found.stdout.strip() == "[]"
+    text = (tmp_path / "out" / "manifest.json").read_text()
+    assert "polarisation" not in text
+    assert "stokes" not in text
