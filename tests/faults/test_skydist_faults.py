@@ -23,45 +23,45 @@ from tests.support.scenes import copy_scene
 DARK = sky(rows=[*ROWS[:3], "2 1 0 0.0", "2 1 1 0.0", "2 2 1 0.0"])
 
 
-def of_row(number: int, name: str, line: str, column: int, code: str) -> Fault:
+def in_row(number: int, name: str, line: str, column: int, code: str) -> Fault:
     """A fault of line 5, the third row of the scene."""
     return Fault(row=number, name=name, files={"skydist.inp": sky(line)}, places=[f"skydist.inp:5:{column} {code}"])
 
 
-def of_head(number: int, name: str, head: str, *places: str) -> Fault:
+def in_head(number: int, name: str, head: str, *places: str) -> Fault:
     """A fault of line 1; places are columns with their codes."""
     at = [f"skydist.inp:1:{place}" for place in places]
     return Fault(row=number, name=name, files={"skydist.inp": sky(head=head)}, places=at)
 
 
 ROWS_WRONG = [
-    of_row(1, "zenith-index-0", "1 0 1 20.0", 3, "E301"),
-    of_row(1, "zenith-index-0-onto-a-free-patch", "1 0 2 20.0", 3, "E301"),
-    of_row(2, "zenith-index-above-sky-zenith", "1 3 1 20.0", 3, "E301"),
-    of_row(2, "zenith-index-above-onto-a-free-patch", "1 3 2 20.0", 3, "E301"),
-    of_row(3, "azimuth-index-100000", "1 2 100000 20.0", 5, "E301"),
-    of_row(3, "azimuth-index-negative", "1 2 -1 20.0", 5, "E301"),
-    of_row(4, "wavelength-index-above-numskywave", "3 2 1 20.0", 1, "E301"),
-    of_row(4, "wavelength-index-0-onto-a-free-patch", "0 2 2 20.0", 1, "E301"),
-    of_row(5, "nan-radiance", "1 2 1 NaN", 7, "E302"),
-    of_row(6, "infinite-radiance", "1 2 1 Inf", 7, "E302"),
-    of_row(6, "radiance-beyond-float64", "1 2 1 1e999", 7, "E302"),
-    of_row(7, "negative-radiance", "1 2 1 -20.0", 7, "E302"),
-    of_row(15, "short-row", "1 2 1", 6, "E305"),
-    of_row(16, "text-in-a-row", "1 2 1 bright", 7, "E305"),
-    of_row(16, "text-as-an-index", "1 two 1 20.0", 3, "E305"),
-    of_row(17, "slash-leaves-a-value-unset", "1 2 1 /", 6, "E306"),
-    of_row(17, "null-between-commas", "1,2,,20.0", 5, "E306"),
-    of_row(18, "decimal-comma", "1 2 1 24,4", 7, "E306"),
+    in_row(1, "zenith-index-0", "1 0 1 20.0", 3, "E301"),
+    in_row(1, "zenith-index-0-onto-a-free-patch", "1 0 2 20.0", 3, "E301"),
+    in_row(2, "zenith-index-above-sky-zenith", "1 3 1 20.0", 3, "E301"),
+    in_row(2, "zenith-index-above-onto-a-free-patch", "1 3 2 20.0", 3, "E301"),
+    in_row(3, "azimuth-index-100000", "1 2 100000 20.0", 5, "E301"),
+    in_row(3, "azimuth-index-negative", "1 2 -1 20.0", 5, "E301"),
+    in_row(4, "wavelength-index-above-numskywave", "3 2 1 20.0", 1, "E301"),
+    in_row(4, "wavelength-index-0-onto-a-free-patch", "0 2 2 20.0", 1, "E301"),
+    in_row(5, "nan-radiance", "1 2 1 NaN", 7, "E302"),
+    in_row(6, "infinite-radiance", "1 2 1 Inf", 7, "E302"),
+    in_row(6, "radiance-beyond-float64", "1 2 1 1e999", 7, "E302"),
+    in_row(7, "negative-radiance", "1 2 1 -20.0", 7, "E302"),
+    in_row(15, "short-row", "1 2 1", 6, "E305"),
+    in_row(16, "text-in-a-row", "1 2 1 bright", 7, "E305"),
+    in_row(16, "text-as-an-index", "1 two 1 20.0", 3, "E305"),
+    in_row(17, "slash-leaves-a-value-unset", "1 2 1 /", 6, "E306"),
+    in_row(17, "null-between-commas", "1,2,,20.0", 5, "E306"),
+    in_row(18, "decimal-comma", "1 2 1 24,4", 7, "E306"),
 ]
 HEADS_WRONG = [
-    of_head(9, "fewer-rows-than-declared", "7 2 2 2", "1 E303"),
-    of_head(10, "more-rows-than-declared", "5 2 2 2", "1 E303"),
-    of_head(11, "header-1e9-by-1e9", "6 1000000000 1000000000 2", "3 E304"),
-    of_head(12, "header-1e18-rows", "1000000000000000000 2 2 2", "1 E304"),
-    of_head(12, "header-1e18-wavelengths", "6 2 2 1000000000000000000", "7 E304", "3 E304"),
-    of_head(13, "negative-zenith", "6 -2 2 2", "3 E304"),
-    of_head(13, "negative-rows", "-6 2 2 2", "1 E304"),
+    in_head(9, "fewer-rows-than-declared", "7 2 2 2", "1 E303"),
+    in_head(10, "more-rows-than-declared", "5 2 2 2", "1 E303"),
+    in_head(11, "header-1e9-by-1e9", "6 1000000000 1000000000 2", "3 E304"),
+    in_head(12, "header-1e18-rows", "1000000000000000000 2 2 2", "1 E304"),
+    in_head(12, "header-1e18-wavelengths", "6 2 2 1000000000000000000", "7 E304", "3 E304"),
+    in_head(13, "negative-zenith", "6 -2 2 2", "3 E304"),
+    in_head(13, "negative-rows", "-6 2 2 2", "1 E304"),
 ]
 DIFFERENT = sky(rows=[ROWS[0], "1 1 0 12.0", *ROWS[2:]])
 DIFFER = Fault(row=14, name="values-differ", files={"skydist.inp": DIFFERENT}, places=["skydist.inp:4:1 E309"])
