@@ -17,20 +17,20 @@ from tests.support.shared import INPUTS
 LINES = AMC.splitlines()
 
 
-def of_amc(number: int, name: str, text: str | bytes, place: str) -> Fault:
+def in_amc(number: int, name: str, text: str | bytes, place: str) -> Fault:
     return Fault(row=number, name=name, files={"amc.inp": text}, places=[f"amc.inp:{place}"])
 
 
 SKY_UTF16 = {"skydist.inp": sky().encode("utf-16")}
 FAULTS = [
-    of_amc(27, "flag-one-column-right", amc_line(2, "1", column=50), "2:50 E103"),
-    of_amc(28, "real-without-point", amc_line(6, "100"), "6:49 E104"),
-    of_amc(29, "line-missing", "\n".join([*LINES[:6], *LINES[7:], ""]), "7:1 E105"),
-    of_amc(29, "line-too-many", "\n".join([*LINES[:6], "", *LINES[6:], ""]), "7:1 E105"),
-    of_amc(30, "amc-utf-16", AMC.encode("utf-16"), "1:1 E101"),
+    in_amc(27, "flag-one-column-right", amc_line(2, "1", column=50), "2:50 E103"),
+    in_amc(28, "real-without-point", amc_line(6, "100"), "6:49 E104"),
+    in_amc(29, "line-missing", "\n".join([*LINES[:6], *LINES[7:], ""]), "7:1 E105"),
+    in_amc(29, "line-too-many", "\n".join([*LINES[:6], "", *LINES[6:], ""]), "7:1 E105"),
+    in_amc(30, "amc-utf-16", AMC.encode("utf-16"), "1:1 E101"),
     Fault(row=30, name="sky-utf-16", files=SKY_UTF16, places=["skydist.inp:1:1 E101"]),
-    of_amc(30, "nul-bytes", AMC.replace("100.0", "10\0.0"), "6:51 E101"),
-    of_amc(30, "lone-returns", AMC.replace("\n", "\r", 1), f"1:{len(LINES[0]) + 1} E101"),
+    in_amc(30, "nul-bytes", AMC.replace("100.0", "10\0.0"), "6:51 E101"),
+    in_amc(30, "lone-returns", AMC.replace("\n", "\r", 1), f"1:{len(LINES[0]) + 1} E101"),
 ]
 
 

@@ -20,7 +20,7 @@ def bands(*changed: str) -> str:
     return "\n".join(["3", *changed, *rows[len(changed) :], ""])
 
 
-def of_file(number: int, name: str, place: str, **files: str | bytes) -> Fault:
+def in_file(number: int, name: str, place: str, **files: str | bytes) -> Fault:
     """Files without their ending .inp; the problem stands in the last one."""
     named = {f"{file}.inp": text for file, text in files.items()}
     return Fault(row=number, name=name, files=named, places=[f"{list(named)[-1]}:{place}"])
@@ -28,12 +28,12 @@ def of_file(number: int, name: str, place: str, **files: str | bytes) -> Fault:
 
 MODEL = amc_line(2, "0")
 RANGES = [
-    of_file(31, "count-of-lambbot-differs", "1:1 E201", lambbot=TWO_BANDS),
-    of_file(31, "count-of-difcol-differs", "1:1 E201", amc=MODEL, difcol="2\n0.8 1.0\n0.8 1.0\n"),
-    of_file(32, "reflectance-above-1", "2:7 E202", lambbot=bands("555.0 1.5 0.0")),
-    of_file(32, "reflectance-negative", "2:7 E202", lambbot=bands("555.0 -0.1 0.0")),
-    of_file(32, "reflectance-nan", "2:7 E202", lambbot=bands("555.0 NaN 0.0")),
-    of_file(32, "direct-fraction-above-1", "2:1 E202", amc=MODEL, difcol="3\n1.2 1.0\n0.8 1.0\n0.8 1.0\n"),
+    in_file(31, "count-of-lambbot-differs", "1:1 E201", lambbot=TWO_BANDS),
+    in_file(31, "count-of-difcol-differs", "1:1 E201", amc=MODEL, difcol="2\n0.8 1.0\n0.8 1.0\n"),
+    in_file(32, "reflectance-above-1", "2:7 E202", lambbot=bands("555.0 1.5 0.0")),
+    in_file(32, "reflectance-negative", "2:7 E202", lambbot=bands("555.0 -0.1 0.0")),
+    in_file(32, "reflectance-nan", "2:7 E202", lambbot=bands("555.0 NaN 0.0")),
+    in_file(32, "direct-fraction-above-1", "2:1 E202", amc=MODEL, difcol="3\n1.2 1.0\n0.8 1.0\n0.8 1.0\n"),
 ]
 
 

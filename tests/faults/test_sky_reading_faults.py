@@ -10,16 +10,16 @@ BELOW = sky("1 95 1 20.0", head="6 100 2 2")
 FAR_AROUND = sky("1 2 400 20.0", head="6 2 400 2")
 
 
-def of_sky(number: int, name: str, text: str, place: str, *options: str) -> Fault:
+def in_sky(number: int, name: str, text: str, place: str, *options: str) -> Fault:
     places = [f"skydist.inp:{place}"]
     return Fault(row=number, name=name, files={"skydist.inp": text}, options=options, places=places)
 
 
 FAULTS = [
-    of_sky(19, "zenith-95-degrees", BELOW, "5:1 E307", "--bins", "degrees"),
-    of_sky(19, "zenith-95-degrees-of-the-program", BELOW, "5:1 E307", "--compat", "aomc"),
-    of_sky(19, "azimuth-400-degrees", FAR_AROUND, "5:1 E307", "--bins", "degrees"),
-    of_sky(20, "wavelength-twice", sky(waves="550.0 550.0"), "2:7 E308"),
+    in_sky(19, "zenith-95-degrees", BELOW, "5:1 E307", "--bins", "degrees"),
+    in_sky(19, "zenith-95-degrees-of-the-program", BELOW, "5:1 E307", "--compat", "aomc"),
+    in_sky(19, "azimuth-400-degrees", FAR_AROUND, "5:1 E307", "--bins", "degrees"),
+    in_sky(20, "wavelength-twice", sky(waves="550.0 550.0"), "2:7 E308"),
 ]
 
 

@@ -105,9 +105,9 @@ def said_of(name: str, answers: Ended) -> str:
     assert answers.code == 3, answers.err[-2000:]
     assert answers.peak_mb < 200
     parts = re.split(r"^(?=\S+\.atmo:)", answers.err, flags=re.MULTILINE)
-    of_name = [part for part in parts if part.startswith(f"{name}.atmo:")]
-    assert len(of_name) == 1, f"{len(of_name)} problems are told of {name}.atmo"
-    return of_name[0]
+    problems = [part for part in parts if part.startswith(f"{name}.atmo:")]
+    assert len(problems) == 1, f"{len(problems)} problems are told of {name}.atmo"
+    return problems[0]
 
 
 @pytest.mark.parametrize("name", BLOCKS, ids=[row_id(38, name) for name in BLOCKS])
