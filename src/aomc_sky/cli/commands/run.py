@@ -301,6 +301,8 @@ def _error_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
 
 def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path | None, *, verbose: bool) -> str:
     """The text that a run or a shard prints when it is done."""
+    from aomc_sky.outputs.manifest import RAW_NUMBERS
+    from aomc_sky.outputs.photon_formats import columns_of
     from aomc_sky.source.read.table import READING
 
     # notes on the AOMC program come after the table, for newcomers do not know the program
@@ -332,6 +334,8 @@ def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path
         )
     else:
         lines.append("no photons were made; any photon can be made from the plan")
+    if folder is None or any(name.endswith(".raw") for name in (result.manifest or {}).get("files", ())):
+        lines.append(f"a raw record: {', '.join(columns_of(source))} ({RAW_NUMBERS})")
     return "\n".join([*lines, f"plan {source.plan.sha256[:16]}" + ("" if folder is None else f", folder {folder}")])
 
 

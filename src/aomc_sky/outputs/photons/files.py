@@ -199,7 +199,7 @@ def run_files(folder: RunFolder, stored: Mapping[str, list[PhotonFiles]]) -> dic
 
 
 def stacked(batch: PhotonBatch) -> np.ndarray:
-    """A row of numbers for each photon: direction, then position and weight if it has them."""
+    """A row of numbers for each photon: the columns of `columns_of`."""
     columns = [batch.ux, batch.uy, batch.uz, batch.x, batch.y, batch.weight]
     return np.stack([c for c in columns if c is not None], axis=-1)
 
