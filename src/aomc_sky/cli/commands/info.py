@@ -25,7 +25,7 @@ _INSTEAD = """\
 """
 _LOBES = """\
 lobes of a background sky at one --time:
---wavelength NM...    default: those of the spectra
+--wavelength --wavelengths NM...  with blanks or commas; default: those of the spectra
 """
 
 
