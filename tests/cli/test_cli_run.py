@@ -117,7 +117,9 @@ def test_statistics_are_those_of_the_photons(amc, tmp_path):
 def test_raw_says_its_columns(tmp_path, capsys, name, words, columns):
     """In the summary, in `info` and in the manifest: as many as a record has, in the order of its bytes."""
     amc, out = copy_scene(name, tmp_path), tmp_path / "out"
-    assert run(amc, "--iterations", 100, "--waveband", 1, "--format", "raw", "--format", "npy", "--out", out, *words) == 0
+    assert (
+        run(amc, "--iterations", 100, "--waveband", 1, "--format", "raw", "--format", "npy", "--out", out, *words) == 0
+    )
     said = f"{', '.join(columns)} (float32, little-endian)"
     assert f"a raw record: {said}" in capsys.readouterr().out
     raw = np.fromfile(out / "photons-0001.raw", dtype="<f4").reshape(100, len(columns))

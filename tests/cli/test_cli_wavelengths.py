@@ -39,7 +39,9 @@ def test_all_entrances_are_here():
 
 
 @pytest.mark.parametrize(("command", "flag"), [*lists(), ("run", "--wavelength"), ("verify", "--wavelength")])
-@pytest.mark.parametrize("form", ["443.5 555", "443.5,555", "443.5, 555", "443.5 ,555", "443.5,555,", "4.435e2 555"])
+@pytest.mark.parametrize(
+    "form", ["443.5 555", "'443.5 555'", "443.5,555", "443.5, 555", "443.5 ,555", "443.5,555,", "4.435e2 555"]
+)
 def test_blanks_and_commas(command, flag, form):
     rest = shlex.join(NEEDED[command])
     assert parsed(command, f"{rest} {flag} {form}") == [443.5, 555.0]

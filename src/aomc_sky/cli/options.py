@@ -397,8 +397,8 @@ def _wavelength(text: str) -> float:
 
 
 def _wavelengths(text: str) -> list[float]:
-    """Wavelengths with commas between them. [nm]"""
-    parts = [part for part in text.split(",") if part.strip()]
+    """Wavelengths with commas or blanks between them. [nm]"""
+    parts = text.replace(",", " ").split()
     if any(re.fullmatch(r"\d\d?", part) for part in parts[1:]):
         raise argparse.ArgumentTypeError(f"expected wavelengths in nm, got {text!r}; decimals follow a point: 412.5")
     numbers = [_wavelength(part) for part in parts]

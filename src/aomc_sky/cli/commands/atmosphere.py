@@ -210,6 +210,8 @@ def _text(report: Mapping[str, Any], files: Mapping[str, str]) -> str:
     is_solved = "direct_irradiance" in report["suns"][0]
     head = f"{report['description']}, {'solved' if is_solved else 'not solved'}; irradiances in W m-2 nm-1"
     values = {name: value for name, value in report.items() if name not in ("description", "version")}
+    if isinstance(values.get("bins"), list | tuple):
+        values["bins"] = dict(zip(("zenith", "azimuth"), values["bins"], strict=True))
     return "\n".join([report_text(head, values), "", *(f"{role}: {path}" for role, path in roles.items())])
 
 
