@@ -36,7 +36,7 @@ class SavedFile:
 
 
 def steps(text: str) -> Iterator[Command | SavedFile]:
-    """Files and commands of a page in order, without ``sh`` blocks, directives and nameless fragments of C and Fortran."""
+    """Files and commands of a page in order, without ``sh`` blocks, directives and nameless parts of C and Fortran."""
     for language, body in _FENCE.findall(text):
         if language == "console":
             yield from _commands(body)

@@ -137,8 +137,9 @@ def add_table(
     """Add the options of a table that looks like help.
 
     A row is --quiet, --size PX, --range LOW HIGH, --norm log|linear or --wavelengths NM..., two blanks, and the help;
-    lines that begin with a blank continue it. NM... is one word of numbers with commas, which `Parser` makes. The type comes from `kinds`, or else from the word for the value. A row
-    without help names options of `_SHARED`. A row that ends with a colon begins a group.
+    lines that begin with a blank continue it. NM... is one word of numbers with commas, which `Parser` makes. The type
+    comes from `kinds`, or else from the word for the value. A row without help names options of `_SHARED`. A row that
+    ends with a colon begins a group.
     """
     parser = group
     for row in _rows(table):
