@@ -1,7 +1,7 @@
 """Pictures of programs and notebooks in the site's dark mode: each has a twin with light ink on the dark paper.
 
-`darkened` restyles a figure of matplotlib; data keep their colours. A picture `name.png` with a twin `name_dark.png`
-beside it is shown in light mode, and the twin in dark mode, wherever a page has it: cards and thumbnails too.
+`darkened` restyles a figure of matplotlib; data keep their colours. Where a page, a card or a thumbnail has the picture
+`name.png` and `name_dark.png` lies beside it, the first is shown in light mode and its twin in dark mode.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def darkened(figure: Figure) -> Iterator[Figure]:
 
 def dark_path(path: str | Path) -> Path:
     """The twin of a picture."""
-    return Path(path).with_name(f"{Path(path).stem}_dark.png")
+    return Path(path).with_name(f"{Path(path).stem}_dark{Path(path).suffix}")
 
 
 def save_twin(figure: Figure, path: str | Path) -> None:

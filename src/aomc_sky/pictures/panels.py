@@ -302,7 +302,9 @@ def _fitting_lines(text: str, font_pt: float, width_in: float, ruler: Ruler) -> 
         (parts, _SMALL_TITLE),
         (text.split(), 0.0),
     ):  # lines that are whole parts, or else whole words
-        font = font_pt * min(1.0, 0.97 * width_in / max(ruler.width_in(piece, font_pt) for piece in pieces))
+        font = font_pt
+        while max(ruler.width_in(piece, font) for piece in pieces) > width_in:
+            font *= 0.97
         if font >= least * font_pt:
             break
     return [(line, font) for part in parts for line in ruler.even_lines(part, font, width_in)]
