@@ -1,7 +1,8 @@
 """Draw the figures of conventions.md: a sky direction and its travel, the azimuths, the patches of a grid.
 
 Run from anywhere: python docs/figures/draw_conventions.py [FOLDER]; the SVG files go to FOLDER, by default beside this
-file, the same bytes every time, and with each the twin for dark mode. Needs matplotlib. The numbers come from `aomc_sky.directions` and `PatchGrid`.
+file, the same bytes every time, and with each its twin for dark mode. Needs matplotlib. The numbers come from
+`aomc_sky.directions` and `PatchGrid`.
 """
 
 from __future__ import annotations

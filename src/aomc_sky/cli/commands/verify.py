@@ -188,8 +188,8 @@ def report_text(report: VerifyReport, *, verbose: bool, only_failed: bool) -> st
     """The report as text; unless `verbose`, checks that passed in several wavebands share one line."""
     checks = [c for c in report.checks if not (only_failed and c.passed)]
     rows = [_row(check) for check in checks] if verbose else list(_short_rows(checks))
-    tests = {row[0] for row in rows if any(row[_NUMBERS])}
-    parts = ([row for row in rows if row[0] not in tests], [row for row in rows if row[0] in tests])
+    of_tests = {row[0] for row in rows if any(row[_NUMBERS])}
+    parts = ([row for row in rows if row[0] not in of_tests], [row for row in rows if row[0] in of_tests])
     lines = ["\n\n".join(_check_table(part) for part in parts if part or not rows)]
     lines += [f"note: {note}" for note in report.notes if not only_failed]
     for pulls in report.failed_pulls:
