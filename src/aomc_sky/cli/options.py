@@ -137,9 +137,8 @@ def add_table(
     """Add the options of a table that looks like help.
 
     A row is --quiet, --size PX, --range LOW HIGH, --norm log|linear or --wavelengths NM..., two blanks, and the help;
-    lines that begin with a blank continue it. NM... is one word of numbers with commas, which `Parser` makes. The type
-    comes from `kinds`, or else from the word for the value. A row without help names options of `_SHARED`. A row that
-    ends with a colon begins a group.
+    lines that begin with a blank continue it. The type comes from `kinds`, or else from the word for the value. A row
+    without help names options of `_SHARED`. A row that ends with a colon begins a group.
     """
     parser = group
     for row in _rows(table):
@@ -398,7 +397,7 @@ def _wavelength(text: str) -> float:
 
 
 def _wavelengths(text: str) -> list[float]:
-    """Wavelengths with commas or blanks between them. [nm]"""
+    """Wavelengths in the one word that `Parser` makes of a list. [nm]"""
     parts = text.replace(",", " ").split()
     if any(re.fullmatch(r"\d\d?", part) for part in parts[1:]):
         raise argparse.ArgumentTypeError(f"expected wavelengths in nm, got {text!r}; decimals follow a point: 412.5")
