@@ -198,8 +198,8 @@ _ENDLESS = (
     "by --weighting projected"
 )
 _ROUGH = (
-    "note: Ed/Eo of the photons is more than 1 % off, because a few photons near the horizon make its\n"
-    "scatter: take the exact value beside it, or more photons"
+    "note: Ed/Eo of the photons is more than 1 % off, because a few photons\n"
+    "near the horizon make its scatter: take the exact value beside it, or more photons"
 )
 MAX_COMPONENTS = 6
 """Columns for the brightest components."""
