@@ -81,9 +81,23 @@ def lost_pictures(site: Path) -> list[str]:
     return [f"{page.relative_to(site)}: {address}" for page, address in shown if not (page.parent / address).is_file()]
 
 
+_DRAWN = re.compile(r'<img\b[^>]*\bsrc="[^"]*(?:sphx_glr_|/[0-9a-f]{64}\.png")[^>]*>|<img\b[^>]*alt="figure"[^>]*>')
+"""A picture that a program of the gallery or a notebook drew."""
+
+
+def bright_pictures(site: Path) -> list[str]:
+    """Pages on which a picture of the gallery or of a notebook has no twin for dark mode."""
+    wrong = []
+    for page in sorted(site.rglob("*.html")):
+        modes = [re.findall(r"\bonly-(light|dark)\b", image) for image in _DRAWN.findall(page.read_text())]
+        if modes.count(["light"]) != modes.count(["dark"]) or [] in modes:
+            wrong.append(f"{page.relative_to(site)}: a picture has no twin for dark mode")
+    return wrong
+
+
 def complaints(site: Path) -> list[str]:
     """What is wrong, a line each."""
-    return [*outside_hosts(site), *misled_words(site), *lost_pictures(site)]
+    return [*outside_hosts(site), *misled_words(site), *lost_pictures(site), *bright_pictures(site)]
 
 
 if __name__ == "__main__":

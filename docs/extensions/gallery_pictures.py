@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from typing import Any
 
 import matplotlib.pyplot as plt
+from dark_pictures import DPI, save_twin
 from matplotlib.figure import Figure
-from sphinx_gallery.scrapers import figure_rst
 
 warnings.formatwarning = lambda message, category, *_: f"{category.__name__}: {message}\n"  # no path of this machine
 
@@ -22,6 +23,9 @@ def figures(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]
         if figure not in seen:
             seen.append(figure)
             paths.append(next(block_vars["image_path_iterator"]))
-            figure.savefig(paths[-1], dpi=150)
+            figure.savefig(paths[-1], dpi=DPI)
+            save_twin(figure, paths[-1])
     plt.close("all")
-    return figure_rst(paths, gallery_conf["src_dir"])
+    title = block_vars["target_file"].rpartition("/")[2].removesuffix(".py").partition("_")[2].replace("_", " ")
+    uris = (os.path.relpath(path, gallery_conf["src_dir"]).replace(os.sep, "/") for path in paths)
+    return "\n".join(f".. image:: /{uri}\n   :alt: {title}\n   :class: sphx-glr-single-img\n" for uri in uris)

@@ -1,7 +1,8 @@
 """Draw the figures of conventions.md: a sky direction and its travel, the azimuths, the patches of a grid.
 
 Run from anywhere: python docs/figures/draw_conventions.py [FOLDER]; the SVG files go to FOLDER, by default beside this
-file, the same bytes every time. Needs matplotlib. The numbers come from `aomc_sky.directions` and `PatchGrid`.
+file, the same bytes every time, and with each its twin for dark mode. Needs matplotlib. The numbers come from
+`aomc_sky.directions` and `PatchGrid`.
 """
 
 from __future__ import annotations
@@ -21,6 +22,10 @@ from matplotlib.patches import Arc
 import aomc_sky as sky
 
 HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent / "extensions"))
+
+from dark_pictures import dark_path, darkened  # noqa: E402 - a folder of the site
+
 BLUE, ORANGE, GREEN, GREY = "#0072b2", "#d55e00", "#009e73", "#555555"
 
 
@@ -156,6 +161,8 @@ def main(folder: Path) -> None:
         path = folder / f"convention_{name}.svg"
         figure.savefig(path, metadata={"Date": None})
         figure.savefig(path.with_suffix(".png")) if "--png" in sys.argv else None
+        with darkened(figure):
+            figure.savefig(dark_path(path), metadata={"Date": None})
         plt.close(figure)
 
 

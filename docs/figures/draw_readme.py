@@ -41,9 +41,14 @@ def draw_sky(*, paper: str, points: str) -> Figure:
     """A clear sky as radiance, and the first photons of its source as points on a disc."""
     model = sky.PerezSky(sun_zenith_rad=np.radians(48.0), sun_azimuth_rad=np.radians(55.0), epsilon=5.5, delta=0.12)
     scene = sky.Scene(wavebands=[550.0], n_photons=N_SHOWN, components=model)
-    figure = Figure(figsize=(6.6, 3.05))
-    left, right = (figure.add_axes((x, 0.0, 0.44, 0.91)) for x in (0.03, 0.53))
+    figure = Figure(figsize=(7.2, 3.05))
+    left, right = figure.add_axes((0.0, 0.0, 0.42, 0.91)), figure.add_axes((0.57, 0.0, 0.42, 0.91))
     sky.plot(model, ax=left)
+    bar = figure.colorbar(left.collections[-1], cax=figure.add_axes((0.435, 0.17, 0.014, 0.6)))
+    bar.set_ticks([0.3, 0.5, 1, 2, 4], labels=["0.3", "0.5", "1", "2", "4"])
+    bar.ax.yaxis.set_minor_locator(NullLocator())
+    bar.ax.tick_params(labelsize=8)
+    bar.set_label("relative radiance", fontsize=8)
     sky.plot(np.ones((9, 36)), ax=right, cmap=ListedColormap([paper]))
     photons = scene.source(seed=1).photons(0, 0, N_SHOWN)
     zenith = np.degrees(np.arccos(-photons.uz))  # a photon travels away from where it comes from

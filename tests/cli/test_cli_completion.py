@@ -38,6 +38,42 @@ def test_the_shell_takes_the_script(shell, tmp_path, capsys):
     assert (done.returncode, done.stderr) == (0, "")
 
 
+_BASH = """\
+source {script}
+COMP_WORDS=(aomc-sky run amc.inp --sky "$1")
+COMP_CWORD=4
+COMPREPLY=()
+_shtab_aomc_sky
+printf '%s\\n' "${{COMPREPLY[@]}}"
+"""
+
+
+@pytest.mark.parametrize(
+    ("typed", "names"),
+    [
+        ("", {"perez", "uniform", "none", "overcast", "cardioidal", "cie", "harrison-coombes"}),
+        ("c", {"cardioidal", "cie"}),
+        ("harr", {"harrison-coombes"}),
+        ("x", {""}),
+    ],
+)
+def test_bash_completes_the_names_of_skies(typed, names, tmp_path, capsys):
+    """The function of the script is called as bash calls it after a TAB."""
+    if shutil.which("bash") is None:
+        pytest.skip("bash is not installed")
+    (tmp_path / "script").write_text(script_of("bash", capsys))
+    words = ["bash", "-c", _BASH.format(script=tmp_path / "script"), "bash", typed]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert done.stderr == ""
+    found = set(done.stdout.splitlines())
+    assert names <= found if typed == "" else names == found
+
+
+def test_zsh_has_the_names_of_skies(capsys):
+    line = next(line for line in script_of("zsh", capsys).splitlines() if '"--sky[' in line)
+    assert ":(perez uniform none cardioidal cie harrison-coombes overcast" in line
+
+
 def test_a_shell_that_shtab_does_not_know(capsys):
     assert command("--print-completion", "fish") == 2
     assert "invalid choice: 'fish'" in capsys.readouterr().err

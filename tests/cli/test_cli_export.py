@@ -217,9 +217,56 @@ def test_the_run_itself_is_no_target(out, capsys):
     assert names(out) == before
 
 
+def test_a_map_is_what_its_name_says(out, tmp_path, capsys):
+    begins = {"npy": b"\x93NUMPY", "hdr": b"#?RADIANCE\n", "exr": b"v/1\x01"}
+    for ending, first in begins.items():
+        path = tmp_path / f"sky.{ending}"
+        assert export(out, "--to", "envmap", "--waveband", 2, "--out", path, "-q") == 0
+        assert path.read_bytes().startswith(first)
+        meaning = json.loads(path.with_name(f"sky.{ending}.json").read_text())
+        assert meaning["wavelength_nm"] == [580.0]
+        assert meaning["azimuth_deg"]["first_edge"] == (0.0 if ending == "npy" else 180.0)
+    capsys.readouterr()
+    assert export(out, "--to", "envmap", "--waveband", 2, "--out", tmp_path / "sky.hdr") == 0
+    assert "nothing was done again" in capsys.readouterr().out
+    assert export(out, "--to", "envmap", "--waveband", 1, "--out", tmp_path / "sky.hdr") == 5
+    assert "sky.hdr exists and holds something else" in capsys.readouterr().err
+    assert export(out, "--to", "envmap", "--waveband", 1, "--out", tmp_path / "sky.hdr", "--force", "-q") == 0
+    (tmp_path / "new.exr.json").write_text("of somebody")
+    assert export(out, "--to", "envmap", "--out", tmp_path / "new.exr") == 5
+    assert "new.exr.json exists" in capsys.readouterr().err
+    assert not (tmp_path / "new.exr").exists()
+    (tmp_path / "v1.2").mkdir()
+    assert export(out, "--to", "envmap", "--out", tmp_path / "v1.2", "-q") == 0
+    assert names(tmp_path / "v1.2") == {"envmap.npy", "envmap.json", "plan.npz"}
+
+
+@pytest.mark.parametrize(
+    ("to", "name", "text"),
+    [
+        ("envmap", "sky.tif", "--to envmap writes no .tif file; a name that ends in .npy, .hdr or .exr is a file"),
+        ("envmap", "sky.mcpl", "writes no .mcpl file"),
+        ("envmap", "out/sky.hdr", "is in the run itself"),
+        ("envmap", "folder.hdr", "folder.hdr is a folder; name a file"),
+        ("mcpl", "sky.hdr", "a name that ends in .mcpl is a file, and a name without an ending"),
+        ("csv", "photons.csv", "--to csv writes no .csv file; a name without an ending, such as photons, is a folder"),
+        ("aomc", "sky.nc", "--to aomc writes no .nc file"),
+    ],
+)
+def test_no_folder_has_the_name_of_a_file(out, tmp_path, capsys, to, name, text):
+    (tmp_path / "folder.hdr").mkdir()
+    before = names(tmp_path), names(out)
+    assert export(out, "--to", to, "--force", "--out", tmp_path / name) == 2
+    error = capsys.readouterr().err
+    assert text in error
+    assert error.count("\n") == 1
+    assert (names(tmp_path), names(out)) == before
+
+
 @pytest.mark.parametrize(
     ("words", "text"),
     [
+        (["--to", "envmap", "--waveband", "1", "--waveband", "2", "--out", "sky.exr"], "there are 2: add --waveband"),
         (["--to", "npy", "--waveband", "4"], "waveband 4 is not in this run; it has wavebands 1, 2, 3"),
         (["--to", "npy", "--waveband", "0"], "waveband 0 is not"),
         (["--to", "csv", "--scene", "x"], "--scene is for --to aomc"),

@@ -24,9 +24,9 @@ def test_info_lists_animations_keys_and_spectra(capsys):
     assert lines[start + 1] == "reference: diurnal"
     start = next(k for k, line in enumerate(lines) if line.split()[-1:] == ["curve"])
     assert [line.split() for line in lines[start + 1 : start + 4]] == [
-        ["0", "hg", "0.5", "0", "0.25", "1", "0", "0", "0", "1"],
-        ["0.25", "ggx", "0.25", "1.5", "1", "0.5", "-0.5", "0.5", "0.5", "0"],
-        ["1", "beckmann", "0.375", "2", "0", "0", "0", "0", "-1", "1"],
+        ["0", "hg", "0.5", "0", "0.25", "w", "1", "x", "0", "y", "0", "z", "0", "1"],
+        ["0.25", "ggx", "0.25", "1.5", "1", "w", "0.5", "x", "-0.5", "y", "0.5", "z", "0.5", "0"],
+        ["1", "beckmann", "0.375", "2", "0", "w", "0", "x", "0", "y", "0", "z", "-1", "1"],
     ]
     assert "2 curves [W m-2 nm-1] at 3 wavelengths, 500 to 750 nm" in lines
     assert lines[-1].split() == ["4e-08", "10", "1250"]
@@ -88,8 +88,9 @@ def test_info_prints_what_an_atmosphere_contains(capsys):
     lines = capsys.readouterr().out.splitlines()
     assert lines[0] == f"atmosphere description {MARS}"
     assert {"earth radius m: 3.3895e+06", "earth sun distance m: 2.27987e+11", "scattering orders: 15"} <= set(lines)
-    (dust,) = (line.split() for line in lines if line.startswith("dust "))
-    assert dust[:4] == ["dust", "32", "1.4e-11", "0"]
+    dust, formulas = (line.split() for line in lines if line.startswith("dust "))  # a table in two blocks
+    assert dust[:10] == ["dust", "32", "1.4e-11", "0", "400", "nm", "0.73", "...", "720", "nm"]
+    assert "if(altitude" in formulas
     assert "achromatic" in dust
     assert lines[-9].split() == ["nm", "irradiance", "albedo", "co2", "dust", "co2", "dust"]
     assert [float(word) for word in lines[-8].split()][:3] == [400.0, 0.61096, 0.05]

@@ -17,7 +17,7 @@ from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.engine.run import JobOptions, run_job
 from aomc_sky.plan.plan import Plan
 from aomc_sky.source.read.scene import read_scene
-from tests.support.scenes import run_bytes
+from tests.support.scenes import copy_scene, run_bytes
 
 SCHEMA = json.loads((resources.files("aomc_sky.outputs") / "manifest.schema.json").read_text())
 
@@ -85,7 +85,7 @@ def test_manifest_keeps_its_schema_and_hashes(amc, tmp_path):
     jsonschema.validate(manifest, SCHEMA)
     assert set(manifest["files"]) == {path.name for path in out.iterdir()} - {"manifest.json"}
     for name, entry in manifest["files"].items():
-        assert entry == {"bytes": (out / name).stat().st_size}
+        assert entry["bytes"] == (out / name).stat().st_size
     for entry in manifest["inputs"].values():
         assert entry["sha256"] == hashlib.sha256((amc.parent / entry["name"]).read_bytes()).hexdigest()
     assert manifest["plan_sha256"] == Plan.load(out / "plan.npz").sha256
@@ -104,6 +104,36 @@ def test_statistics_are_those_of_the_photons(amc, tmp_path):
         assert abs(band["mean_cosine_photons"] - band["mean_cosine_exact"]) < 1e-4
         assert band["residual"] == 0
         assert band["launched"] == band["requested"] == 100_000
+
+
+@pytest.mark.parametrize(
+    ("name", "words", "columns"),
+    [
+        ("clear_day", [], ["ux", "uy", "uz"]),
+        ("clear_day", ["--weighting", "solid-angle", "--weights"], ["ux", "uy", "uz", "weight"]),
+        ("overcast", [], ["ux", "uy", "uz", "x_m", "y_m"]),
+    ],
+)
+def test_raw_says_its_columns(tmp_path, capsys, name, words, columns):
+    """In the summary, in `info` and in the manifest: as many as a record has, in the order of its bytes."""
+    amc, out = copy_scene(name, tmp_path), tmp_path / "out"
+    assert (
+        run(amc, "--iterations", 100, "--waveband", 1, "--format", "raw", "--format", "npy", "--out", out, *words) == 0
+    )
+    said = f"{', '.join(columns)} (float32, little-endian)"
+    assert f"a raw record: {said}" in capsys.readouterr().out
+    raw = np.fromfile(out / "photons-0001.raw", dtype="<f4").reshape(100, len(columns))
+    parts = {"ux": ("photons", 0), "uy": ("photons", 1), "uz": ("photons", 2), "x_m": ("positions", 0)}
+    parts |= {"y_m": ("positions", 1), "weight": ("weights", ...)}
+    for k, column in enumerate(columns):
+        file, of_file = parts[column]
+        stored = np.load(out / f"{file}-0001.npy")
+        np.testing.assert_array_equal(raw[:, k], stored if of_file is ... else stored[:, of_file])
+    manifest = json.loads((out / "manifest.json").read_text())
+    jsonschema.validate(manifest, SCHEMA)
+    assert manifest["files"]["photons-0001.raw"]["columns"] == columns
+    assert main(["info", str(out)]) == 0
+    assert f"photons-0001.raw: {raw.nbytes} bytes, records of {said}" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])

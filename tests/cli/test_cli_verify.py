@@ -77,7 +77,7 @@ def test_statistics_are_made_when_asked_for(tmp_path, capsys):
 def test_the_table(finished, capsys):
     assert main(["verify", str(finished)]) == 0
     text = capsys.readouterr().out
-    assert text.splitlines()[0].split() == ["check", "waveband", "outcome", "found", "allowed", "p-value", "what"]
+    assert text.splitlines()[0].split() == ["check", "waveband", "outcome", "what"]  # no test, so no numbers
     assert "all checks passed" in text
     assert main(["verify", str(finished), "-v"]) == 0
     assert len(capsys.readouterr().out.splitlines()) > len(text.splitlines())

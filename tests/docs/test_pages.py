@@ -88,7 +88,7 @@ def test_page_of_polarised_skies(tmp_path: Path) -> None:
 @pytest.mark.slow
 def test_page_of_radiance(tmp_path: Path) -> None:
     pytest.importorskip("xarray")
-    assert carry_out("howto/radiance.md", tmp_path) == 5
+    assert carry_out("howto/radiance.md", tmp_path) == 8
 
 
 @pytest.mark.slow

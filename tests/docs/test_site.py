@@ -106,6 +106,44 @@ def test_good_site_passes(site: Path) -> None:
     assert check_site.complaints(site) == []
 
 
+def test_pictures_with_twins_pass(site: Path) -> None:
+    light, dark = (f'<img class="only-{mode}" alt="figure" src="data:,">' for mode in ("light", "dark"))
+    (site / "a.html").write_text(light + dark)
+    assert check_site.complaints(site) == []
+
+
+def test_a_figure_is_dark_while_it_is_saved_and_as_before_after_it() -> None:
+    pytest.importorskip("sphinx")
+    pytest.importorskip("matplotlib")
+    from matplotlib.figure import Figure
+
+    dark = script(DOCS / "extensions" / "dark_pictures.py")
+    figure = Figure()
+    axes = figure.add_subplot(title="title")
+    (black,) = axes.plot([1, 2], color="black")
+    (blue,) = axes.plot([2, 1], color="tab:blue")
+    axes.legend(["black", "blue"])
+    figure.draw_without_rendering()
+
+    def colours() -> list[object]:
+        ticks = axes.xaxis.get_major_ticks()[0]
+        return [
+            *(line.get_color() for line in (black, blue)),
+            *(text.get_color() for text in (axes.title, ticks.label1, axes.get_legend().get_texts()[0])),
+            ticks.tick1line.get_markeredgecolor(), figure.get_facecolor(), axes.patch.get_facecolor(),
+            axes.spines["left"].get_edgecolor(), axes.get_legend().get_frame().get_edgecolor(),
+        ]  # fmt: skip
+
+    before = colours()
+    with dark.darkened(figure):
+        during = colours()
+        assert during[0] == dark.INK
+        assert during[1] == before[1] == "tab:blue"  # data keep their colours
+        assert during[2:6] == [dark.INK] * 4
+        assert during[6:8] == [pytest.approx((20 / 255, 24 / 255, 30 / 255, 1.0))] * 2
+    assert colours() == before
+
+
 @pytest.mark.parametrize(
     ("name", "text", "complaint"),
     [
@@ -114,6 +152,8 @@ def test_good_site_passes(site: Path) -> None:
         ("a.css", "@import 'https://fonts/x';", "a.css: https://fonts/x"),
         ("a.css", "@font-face { src: url(https://fonts/x.woff2); }", "a.css: https://fonts/x.woff2"),
         ("a.html", '<img alt="" src="lost.png">', "a.html: lost.png"),
+        ("a.html", '<img alt="figure" class="only-light" src="data:,">', "a.html: a picture has no twin for dark mode"),
+        ("a.html", '<img src="_images/sphx_glr_1.png">', "a.html: a picture has no twin for dark mode"),
         ("searchindex.js", 'Search.setIndex({"docnames": [], "indexentries": {}})', "weighting: [], not conventions"),
     ],
 )

@@ -28,6 +28,28 @@ def run(tmp_path_factory) -> Path:
     return folder / "out"
 
 
+def test_a_manifest_keeps_its_schema(run):
+    jsonschema.Draft202012Validator.check_schema(SCHEMA)
+    manifest = read_manifest(run / "manifest.json")
+    jsonschema.validate(manifest, SCHEMA)
+    assert manifest_bytes(manifest) == (run / "manifest.json").read_bytes()
+    record = {"numbers": "float32, little-endian", "columns": ["ux", "uy", "uz"]}
+    assert manifest["files"] == {
+        path.name: {"bytes": path.stat().st_size} | (record if path.suffix == ".raw" else {})
+        for path in sorted(run.iterdir())
+        if path.name != "manifest.json"
+    }
+
+
+def test_a_source_file_is_a_file_of_the_schema(tmp_path):
+    amc = copy_scene("document_example", tmp_path)
+    words = ["--iterations", "200", "--format", "source", "-q"]
+    assert main(["run", str(amc), "--out", str(tmp_path / "out"), *words]) == 0
+    manifest = read_manifest(tmp_path / "out" / "manifest.json")
+    assert "source.sky" in manifest["files"]
+    jsonschema.validate(manifest, SCHEMA)
+
+
 @pytest.mark.parametrize(
     ("place", "value"),
     [
@@ -37,6 +59,7 @@ def run(tmp_path_factory) -> Path:
         (("bands", 0, "residual"), 0.5),
         (("files", "../victim"), {"bytes": 1}),
         (("files", "photons-0001.npy", "bytes"), "1"),
+        (("files", "photons-0001.raw", "columns"), ["energy"]),
         (("options", "formats"), ["../npy"]),
     ],
 )

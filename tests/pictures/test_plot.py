@@ -331,10 +331,16 @@ def test_every_ring_has_its_degrees_and_lines_of_letters_stay_inside(pt, size, n
         figure = figure_of(Picture(domes=(dome,) * n, quantity=RELATIVE_RADIANCE), size_px=size)
     figure.canvas.draw()
     for axes in figure.axes[:n]:
-        below = [text for text in axes.texts if text.get_text() in ("S", "30°", "60°", "90°")]
-        assert len(below) == 4
-        boxes = sorted((text.get_window_extent() for text in below), key=lambda box: box.x0)
-        assert all(left.x1 < right.x0 for left, right in itertools.pairwise(boxes))
+        below = {text.get_text(): text for text in axes.texts if text.get_text() in ("S", "30°", "60°", "90°")}
+        assert {"S", "90°"} <= set(below)  # a small dome leaves 60° out, and then 30°; its marks stand
+        assert "30°" in below or "60°" not in below
+        assert below["90°"].get_fontsize() == pytest.approx(0.8 * below["S"].get_fontsize())
+        boxes = sorted((text.get_window_extent() for text in below.values()), key=lambda box: box.x0)
+        assert all(right.x0 - left.x1 >= 1.0 for left, right in itertools.pairwise(boxes)), list(below)
+        n_marks = sum(
+            len(line.get_xdata()) == 2 and line.get_xdata()[0] == line.get_xdata()[1] > 0 for line in axes.lines
+        )
+        assert n_marks == 3
     caption = next(text for text in figure.texts if "north (+y)" in text.get_text())
     key = next(axes for axes in figure.axes if axes.get_label() == "key")
     (strokes,) = key.lines
@@ -345,6 +351,43 @@ def test_every_ring_has_its_degrees_and_lines_of_letters_stay_inside(pt, size, n
         box = text.get_window_extent()
         assert box.x0 >= 0
         assert box.x1 <= size
+
+
+@pytest.mark.parametrize("size", [300, 320, 640, 960])
+def test_the_word_azimuth_does_not_touch_its_number(size):
+    dome = Dome(grid=PatchGrid.regular(2, 4), values=np.ones(8))
+    figure = figure_of(Picture(domes=(dome,), quantity=RELATIVE_RADIANCE), size_px=size)
+    figure.canvas.draw()
+    (text,) = (text for text in figure.axes[0].texts if text.get_text().startswith("azimuth"))
+    box, dots = text.get_window_extent(), np.asarray(figure.canvas.buffer_rgba())[::-1, :, 0]
+    is_inked = (dots[int(box.y0) : int(box.y1) + 1, int(box.x0) : int(box.x1) + 1] < 200).any(axis=1)
+    rows = np.flatnonzero(is_inked)
+    assert np.diff(rows).max() >= 3  # two empty rows between the lines
+
+
+@pytest.mark.parametrize(("n", "pt"), [(1, 10.0), (2, 10.0), (3, 10.0), (2, 7.0)])
+@pytest.mark.parametrize("layout", ["constrained", None])
+def test_titles_of_your_own_axes_hold_at_84_mm(n, pt, layout):
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    table = sky.TabulatedSky(wavelength_nm=[400.0], values=np.ones((1, 12)), grid=PatchGrid.regular(3, 4))
+    scene = sky.Scene(wavebands=[400.0, 500.0, 600.0], n_photons=10, components=table)
+    with rc_context({"font.size": pt}):
+        figure = Figure(figsize=(84 / 25.4, 60 / 25.4), dpi=300, layout=layout)
+        axes = np.atleast_1d(figure.subplots(1, n))
+        title = "Clear sky of Perez, the sun at 32 degrees from the zenith" if n == 1 else ""
+        sky.plot(scene, bands=range(n), ax=axes, title=title)
+        figure.canvas.draw()
+        boxes = [one.title.get_window_extent() for one in axes]
+    for one, box in zip(axes, boxes, strict=True):
+        words = "waveband" if n > 1 else "Clear sky of Perez"
+        assert words in one.get_title()
+        assert box.x0 >= 0
+        assert box.x1 <= figure.bbox.x1
+        assert box.y1 <= figure.bbox.y1 or layout is None
+        assert one.title.get_fontsize() >= 0.6 * 1.2 * pt
+    assert all(left.x1 < right.x0 for left, right in itertools.pairwise(boxes))
 
 
 @pytest.mark.parametrize("size", [300, 400, 640, 960])

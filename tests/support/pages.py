@@ -14,7 +14,7 @@ from pathlib import Path
 
 from tests.support.shared import REPOSITORY
 
-_FENCE = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+_FENCE = re.compile(r"^```([^`\n]*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 _NAME = re.compile(r"(?:#|!|//) ([\w./-]+\.(?:py|toml|c|cpp|cu|f90|inp))\n")
 _COMPARE = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 
@@ -36,11 +36,11 @@ class SavedFile:
 
 
 def steps(text: str) -> Iterator[Command | SavedFile]:
-    """Files and commands of a page in order, without ``sh`` blocks and nameless fragments of C and Fortran."""
+    """Files and commands of a page in order, without ``sh`` blocks, directives and nameless parts of C and Fortran."""
     for language, body in _FENCE.findall(text):
         if language == "console":
             yield from _commands(body)
-        elif language not in {"", "sh", "text"}:
+        elif language not in {"", "sh", "text"} and not language.startswith("{"):
             name = _NAME.match(body)
             if name is None and language in {"c", "fortran"}:
                 continue

@@ -136,7 +136,7 @@ def add_table(
 ) -> None:
     """Add the options of a table that looks like help.
 
-    A row is --quiet, --size PX, --range LOW HIGH, --norm log|linear or --wavelength NM..., two blanks, and the help;
+    A row is --quiet, --size PX, --range LOW HIGH, --norm log|linear or --wavelengths NM..., two blanks, and the help;
     lines that begin with a blank continue it. The type comes from `kinds`, or else from the word for the value. A row
     without help names options of `_SHARED`. A row that ends with a colon begins a group.
     """
@@ -166,7 +166,7 @@ def _add(
 ) -> None:
     flags = [word for word in words if word.startswith("-")]
     values = words[len(flags) :]
-    name = attribute(flags[-1])
+    name = attribute(next(flag for flag in flags if flag.startswith("--")))
     if not values:
         group.add_argument(*flags, action="store_true", help=text)
         return
@@ -176,8 +176,10 @@ def _add(
         how["choices"] = value.rstrip("|").split("|")
     else:
         how["metavar"] = value if len(values) == 1 else tuple(values)
-    if len(values) > 1 or value != values[0]:
-        how["nargs"] = "+" if value != values[0] else len(values)
+    if len(values) > 1:
+        how["nargs"] = len(values)
+    if value != values[0]:
+        how |= {"type": _wavelengths, "action": "extend", "metavar": "NM [NM ...]"}
     if "repeatable" in text:
         how["action"] = "append"
     group.add_argument(*flags, **how)
@@ -396,6 +398,17 @@ def _wavelength(text: str) -> float:
     if advice := in_nm(number, repr(text)):
         raise argparse.ArgumentTypeError(advice)
     return number
+
+
+def _wavelengths(text: str) -> list[float]:
+    """Wavelengths in the one word that `Parser` makes of a list. [nm]"""
+    parts = text.replace(",", " ").split()
+    if any(re.fullmatch(r"\d\d?", part) for part in parts[1:]):
+        raise argparse.ArgumentTypeError(f"expected wavelengths in nm, got {text!r}; decimals follow a point: 412.5")
+    numbers = [_wavelength(part) for part in parts]
+    if not numbers or min(numbers) <= 0:
+        raise argparse.ArgumentTypeError(f"expected positive wavelengths in nm, got {text!r}")
+    return numbers
 
 
 def number_in(low: float, high: float) -> Callable[[str], float]:

@@ -6,7 +6,9 @@ All output passes through a `VisibleStream`, so texts of files cannot move the c
 from __future__ import annotations
 
 import contextlib
+import itertools
 import sys
+import textwrap
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, TextIO
@@ -77,15 +79,63 @@ def error_text(error: AomcSkyError) -> str:
     return text if "error[" in text else f"aomc-sky: error: {text}"
 
 
-def table(rows: Sequence[Sequence[str]], head: Sequence[str], *, n_left: int = 0) -> str:
-    """A table, one line per row; the first `n_left` columns are aligned left, the others right."""
+WIDTH = 100
+"""Most columns of a table."""
+
+_LEAST_TEXT, _MOST_KEY = 20, 30
+"""Texts are broken into lines of no fewer letters, and the name of a row into lines of no more."""
+
+
+def table(rows: Sequence[Sequence[str]], head: Sequence[str], *, n_left: int = 0, n_keys: int = 1) -> str:
+    """A table of at most `WIDTH` columns; the first `n_left` are texts, aligned left, the others are aligned right.
+
+    In a wider table the widest texts are broken into lines. If that is not enough, the columns go into several blocks
+    that begin with the `n_keys` columns that name a row.
+    """
     cells = [[visible(cell) for cell in row] for row in (head, *rows)]
-    widths = [max(len(row[k]) for row in cells) for k in range(len(head))]
-    lines = (
-        "  ".join(c.ljust(w) if k < n_left else c.rjust(w) for k, (c, w) in enumerate(zip(row, widths, strict=True)))
-        for row in cells
-    )
-    return "\n".join(map(str.rstrip, lines) if n_left else lines)
+    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    while _extent(widths) > WIDTH and max(widths[:n_left], default=0) > _LEAST_TEXT:
+        widths[widths.index(max(widths[:n_left]))] -= 1
+    if _extent(widths) > WIDTH:
+        widths[:n_keys] = [min(width, _MOST_KEY) for width in widths[:n_keys]]
+        room = WIDTH - _extent(widths[:n_keys]) - _GAP
+        widths[n_keys:] = [min(width, room) for width in widths[n_keys:]]
+    blocks = _blocks(widths, n_keys, WIDTH)
+    for most in range(WIDTH - 1, 0, -1):  # as even as they can be
+        narrower = _blocks(widths, n_keys, most)
+        if len(narrower) > len(blocks):
+            break
+        blocks = narrower
+    return "\n\n".join("\n".join(_lines(cells, block, widths, n_left)) for block in blocks)
+
+
+_GAP = 2
+
+
+def _extent(widths: Sequence[int]) -> int:
+    return sum(widths) + _GAP * (len(widths) - 1)
+
+
+def _blocks(widths: Sequence[int], n_keys: int, most: int) -> list[list[int]]:
+    """Columns of blocks that begin with the keys and are, if they can be, no wider than `most`."""
+    blocks = [list(range(min(n_keys, len(widths))))]
+    for k in range(n_keys, len(widths)):
+        if len(blocks[-1]) > n_keys and _extent([widths[j] for j in (*blocks[-1], k)]) > most:
+            blocks.append(list(range(n_keys)))
+        blocks[-1].append(k)
+    return blocks
+
+
+def _lines(cells: Sequence[Sequence[str]], block: Sequence[int], widths: Sequence[int], n_left: int) -> Iterator[str]:
+    """The lines of some columns; a cell that is too wide has several."""
+    for row in cells:
+        parts = [textwrap.wrap(row[k], widths[k]) if len(row[k]) > widths[k] else [row[k]] for k in block]
+        for line in itertools.zip_longest(*parts, fillvalue=""):
+            aligned = (
+                c.ljust(widths[k]) if k < n_left else c.rjust(widths[k]) for k, c in zip(block, line, strict=True)
+            )
+            if text := (" " * _GAP).join(aligned).rstrip():
+                yield text
 
 
 MAX_ROWS = 40
@@ -125,7 +175,7 @@ def report_text(head: str, values: Mapping[str, Any]) -> str:
         }
         spectra |= found
         if isinstance(value, list) and value and isinstance(value[0], Mapping):
-            tables.append(f"\n{_plain(name)}:\n{_objects(value)}")
+            tables.append(f"\n{_plain(name)}:\n{_objects(value, values.get('wavelength_nm') or ())}")
         elif any(isinstance(member, Mapping) for member in members.values()):
             lines += [f"{key}: {shown(member)}" for key, member in members.items()]
         elif value not in (None, [], {}, "") and not found:
@@ -140,12 +190,31 @@ def _plain(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _objects(objects: Sequence[Mapping[str, Any]]) -> str:
+_PARTS = {"quaternion": "wxyz"}
+"""Members that are several numbers, and the names of the numbers."""
+
+
+def _objects(objects: Sequence[Mapping[str, Any]], wavelength_nm: Sequence[float] = ()) -> str:
     """A table of objects with the same members; each word of a column's name has its own line."""
+    objects = [_labelled(one, wavelength_nm) for one in objects]
     names = [name for name in objects[0] if any(one[name] is not None for one in objects)]
     words = [_plain(name).split() for name in names]
     height = max(map(len, words))
     head, *more = zip(*([""] * (height - len(name)) + name for name in words), strict=True)
-    rows = [[shown(one[name], most=40, items=4) for name in names] for one in objects[:MAX_ROWS]]
+    rows = [[shown(one[name]) for name in names] for one in objects[:MAX_ROWS]]
     hidden = len(objects) - MAX_ROWS
     return table([*more, *rows], head) + (f"\n... and {hidden} more (--json has all)" if hidden > 0 else "")
+
+
+def _labelled(one: Mapping[str, Any], wavelength_nm: Sequence[float]) -> dict[str, Any]:
+    """An object whose values are one number each, or numbers with their names or wavelengths."""
+    found: dict[str, Any] = {}
+    for name, value in one.items():
+        if name in _PARTS:
+            found[name] = shown(dict(zip(_PARTS[name], value, strict=True))).replace(",", "")
+        elif isinstance(value, list) and 0 < len(value) == len(wavelength_nm):
+            texts = [f"{nm:g} nm {shown(number)}" for nm, number in zip(wavelength_nm, value, strict=True)]
+            found[name] = ", ".join(texts) if len(texts) < 3 else f"{texts[0]} ... {texts[-1]}"
+        else:
+            found[name] = shown(value, most=40) if isinstance(value, str) else value
+    return found

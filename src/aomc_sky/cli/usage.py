@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import sys
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from importlib import import_module
 from typing import Any, NoReturn
 
@@ -83,7 +84,7 @@ class Parser(argparse.ArgumentParser):
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """As argparse does, and refuse words that are left over."""
-        found, rest = super().parse_known_args(args, namespace)
+        found, rest = super().parse_known_args(None if args is None else _lists_joined(args), namespace)
         clock = next((w for w in (getattr(found, "amc_inp", None), *rest) if w and re.match(r"\d\d?:\d\d", w)), None)
         if clock is not None and getattr(found, "time", None):
             zone = "" if re.search(r"[zZ]|[+-]\d\d:?\d\d$", clock) else "Z for UTC, or an offset such as +02:00"
@@ -104,6 +105,19 @@ class Parser(argparse.ArgumentParser):
             near = did_you_mean(message.split("'")[1], known)
             message = message[: choice.start()] + (near or f"; choose from {', '.join(known)}")
         raise WrongWordsError(message)
+
+
+def _lists_joined(words: Sequence[str]) -> list[str]:
+    """Numbers after --wavelengths become one word with commas, so that the name of a file may follow them."""
+    made: list[str] = []
+    is_list = False
+    for word in words:
+        if is_list and re.match(r"-?[\d.,]", word) and not os.path.exists(word):
+            made[-1] += ("," if "=" in made[-1] else "=") + word
+        else:
+            made.append(word)
+            is_list = re.match(r"--wavelengths?(=|$)", word) is not None
+    return made
 
 
 def _usage_of(needed: Iterable[argparse.Action]) -> str:
@@ -184,12 +198,16 @@ class _PrintCompletion(argparse.Action):
 
     def __call__(self, parser: argparse.ArgumentParser, namespace: object, shell: Any, option: object = None) -> None:
         from aomc_sky.extras import optional_module
+        from aomc_sky.formats.sky_models import installed_skies
 
         shtab = optional_module("shtab", extra="completion")
         complete = build_parser()
         actions = (action for action in complete._actions if isinstance(action, argparse._SubParsersAction))
         commands = next(actions).choices
+        skies = ("perez", "uniform", "none", *installed_skies().plugins)
         for action in (action for one in commands.values() for action in one._actions):
+            if action.dest == "sky":
+                action.choices = skies
             if action.metavar in ("DIR", "FILE", "PATH", "AMC_INP", "RUN", "MODEL"):
                 action.complete = shtab.DIRECTORY if action.metavar == "DIR" else shtab.FILE
         sys.stdout.write(shtab.complete(complete, shell))

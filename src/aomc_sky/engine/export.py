@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import time
 from collections.abc import Callable
@@ -51,11 +52,11 @@ def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None
 
     ForeignOutputError if the target holds something else, SceneError if the format cannot hold the run.
     """
-    started, target, bands = time.perf_counter(), target_of(run, options), run.chosen(options.wavebands)
-    make, file_name = EXPORTS[options.to]
-    folder, name = (target.parent, target.name) if file_name else (target, "")
-    if not name and folder.resolve() == run.path.resolve():
-        raise UsageError(f"--out {options.out} is the run itself; name another folder")
+    started, bands = time.perf_counter(), run.chosen(options.wavebands)
+    folder, name = target_of(run, options)
+    make, target = EXPORTS[options.to].make, folder / name
+    if (not name or options.to == "envmap") and folder.resolve() == run.path.resolve():
+        raise UsageError(f"--out {options.out} is {'in ' if name else ''}the run itself; name another folder")
     job = _Job(run=run, options=options, bands=bands, folder=RunFolder(folder), name=name, progress=progress)
     if name:  # the others create their folder once the export is known to be possible
         if os.path.lexists(target) and not target.is_file():
@@ -83,19 +84,33 @@ def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None
     }
 
 
-def target_of(run: StoredRun, options: ExportOptions) -> Path:
-    """File or folder of an export; the default is beside the run folder ``out``: ``out-npy``, ``out.mcpl``.
+def target_of(run: StoredRun, options: ExportOptions) -> tuple[Path, str]:
+    """Folder of an export and the name of its one file, or no name where the folder is the export.
 
-    For formats of one file, a name with another ending is a folder.
+    The default is beside the run folder ``out``: ``out-npy``, ``out.mcpl``.
     """
-    _, file_name = EXPORTS[options.to]
-    suffix = Path(file_name).suffix
+    export = EXPORTS[options.to]
     if options.out is None:
-        return run.path.with_name(run.path.name + (suffix or f"-{options.to}"))
+        ending = Path(export.file_name).suffix
+        beside = run.path.with_name(run.path.name + (ending or f"-{options.to}"))
+        return (beside.parent, beside.name) if ending else (beside, "")
     out = Path(options.out).absolute()
-    if out.suffix.lower() == ".gz":
+    ending, is_folder = out.suffix.lower(), out.is_dir()
+    if ending == ".gz":
         raise UsageError(f"--out {options.out}: an export is not packed; write {out.stem} and run gzip on it")
-    return out / file_name if file_name and (out.suffix != suffix or out.is_dir()) else out
+    if ending in export.endings and not (is_folder and export.file_name):
+        if is_folder:
+            raise UsageError(f"--out {options.out} is a folder; name a file, for example {out.stem}-map{ending}")
+        return out.parent, out.name
+    other_endings = {one for to in EXPORTS.values() for one in to.endings} | {".csv"}
+    if ending in other_endings.difference(export.endings) or (ending and export.is_strict and not is_folder):
+        endings = " or ".join(filter(None, [", ".join(export.endings[:-1]), *export.endings[-1:]]))
+        named = f"a name that ends in {endings} is a file, and " if endings else ""
+        raise UsageError(
+            f"--out {options.out}: --to {options.to} writes no {ending} file; {named}a name without an ending, such as "
+            f"{out.stem}, is a folder"
+        )
+    return out, export.file_name
 
 
 def _export_mcpl(job: _Job) -> tuple[list[str], bool]:
@@ -103,7 +118,7 @@ def _export_mcpl(job: _Job) -> tuple[list[str], bool]:
     (file,) = photon_files(job.folder, [McplWriter(job.run.source, job.name)], job.bands)
     if not job.options.force and job.folder.size_of(job.name) is not None:
         if file.missing:
-            raise ForeignOutputError(_foreign(job))
+            raise ForeignOutputError(_foreign(job.folder.path / job.name))
         return [job.name], True
     _emit(job, [file])
     return [job.name], False
@@ -125,8 +140,7 @@ def _emit(job: _Job, files: list[PhotonFiles]) -> None:
     emit_photons(job.run.source, files, bands, job.options.threads, job.progress)
 
 
-def _foreign(job: _Job) -> str:
-    target = job.folder.path / job.name
+def _foreign(target: Path) -> str:
     return f"{target} exists and holds something else; choose another --out, or add --force to replace it"
 
 
@@ -136,7 +150,7 @@ def _export_netcdf(job: _Job) -> tuple[list[str], bool]:
     target = job.folder.path / job.name
     if not job.options.force and job.folder.size_of(job.name) is not None:
         if plan_of_netcdf(target) != job.run.source.plan.sha256:
-            raise ForeignOutputError(_foreign(job))
+            raise ForeignOutputError(_foreign(job.folder.path / job.name))
         return [job.name], True
     write_netcdf(job.run.source, target)
     return [job.name], False
@@ -147,31 +161,37 @@ def _export_source(job: _Job) -> tuple[list[str], bool]:
     if not job.options.force and size is not None:
         with job.folder.reading(job.name) as file:
             if size != len(data) or file.read(size) != data:
-                raise ForeignOutputError(_foreign(job))
+                raise ForeignOutputError(_foreign(job.folder.path / job.name))
         return [job.name], True
     job.folder.write(job.name, data)
     return [job.name], False
 
 
 def _export_envmap(job: _Job) -> tuple[list[str], bool]:
+    """A map and its meaning: a file of any ending and one beside it, or two in a folder."""
     from aomc_sky.outputs import envmap
 
-    source, folder, n_bands = job.run.source, job.folder, len(job.bands)
-    head, axes = envmap.head_of_map(n_bands), envmap.axes_text(source, job.bands)
-    size = len(head) + 4 * n_bands * envmap.N_ROWS * envmap.N_COLUMNS
-    with folder.held(source.plan, force=job.options.force):
-        is_there = folder.holds(envmap.MAP, head, size) and folder.holds(envmap.AXES, axes, len(axes))
-        if is_there and not job.options.force:
-            return [envmap.MAP, envmap.AXES], True
+    source, folder, bands = job.run.source, job.folder, job.bands
+    name, axes_name = (job.name, f"{job.name}.json") if job.name else (envmap.MAP, envmap.AXES)
+    axes = envmap.axes_text(source, bands, name)
+    head, size = envmap.map_file(source, bands, name)
+    with contextlib.nullcontext() if job.name else folder.held(source.plan, force=job.options.force):
+        if not job.options.force:
+            if folder.holds(name, head, size) and folder.holds(axes_name, axes, len(axes)):
+                return [name, axes_name], True
+            for path in (folder.path / one for one in (name, axes_name) if job.name):
+                if os.path.lexists(path):
+                    raise ForeignOutputError(_foreign(path))
+        prepare_target(folder.path / axes_name)
         folder.require_space(size)
-        with folder.stream(envmap.MAP) as file:
+        with folder.stream(name) as file:
             file.write(head)
-            for k, one in enumerate(envmap.maps(source, job.bands)):
-                file.write(one.astype("<f4").tobytes())
+            for k, part in enumerate(envmap.map_bytes(source, bands, name)):
+                file.write(part)
                 if job.progress is not None:
-                    job.progress(k + 1, n_bands)
-        folder.write(envmap.AXES, axes)
-    return [envmap.MAP, envmap.AXES], False
+                    job.progress(k + 1, envmap.n_parts(name, len(bands)))
+        folder.write(axes_name, axes)
+    return [name, axes_name], False
 
 
 def _export_aomc(job: _Job) -> tuple[list[str], bool]:
@@ -203,13 +223,24 @@ def _export_aomc(job: _Job) -> tuple[list[str], bool]:
 _SCALAR = ("aomc", "envmap")
 """Formats of light without polarisation."""
 
-EXPORTS: dict[str, tuple[Callable[[_Job], tuple[list[str], bool]], str]] = {
-    "mcpl": (_export_mcpl, "photons.mcpl"),
-    "npy": (_export_photons, ""),
-    "csv": (_export_photons, ""),
-    "netcdf": (_export_netcdf, "counts.nc"),
-    "aomc": (_export_aomc, ""),
-    "envmap": (_export_envmap, ""),
-    SOURCE: (_export_source, SOURCE_FILE),
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class _Export:
+    """A format."""
+
+    make: Callable[[_Job], tuple[list[str], bool]]  #: writes it, returns the files and whether they were there
+    file_name: str = ""  #: in a folder, where it is one file; empty: it is a folder
+    endings: tuple[str, ...] = ()  #: of names that are a file
+    is_strict: bool = False  #: a name with another ending is no folder
+
+
+EXPORTS = {
+    "mcpl": _Export(make=_export_mcpl, file_name="photons.mcpl", endings=(".mcpl",)),
+    "npy": _Export(make=_export_photons),
+    "csv": _Export(make=_export_photons),
+    "netcdf": _Export(make=_export_netcdf, file_name="counts.nc", endings=(".nc",)),
+    "aomc": _Export(make=_export_aomc),
+    "envmap": _Export(make=_export_envmap, endings=(".npy", ".hdr", ".exr"), is_strict=True),
+    SOURCE: _Export(make=_export_source, file_name=SOURCE_FILE, endings=(Path(SOURCE_FILE).suffix,)),
 }
-"""Format -> the function that writes it, and the name of its file (empty: the format is a folder)."""
+"""The formats by their names."""

@@ -14,6 +14,7 @@ import aomc_sky
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import OutputError
 from aomc_sky.formats.text_file import refuse
+from aomc_sky.outputs.photon_formats import columns_of
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.plan.plan import OTHER_PROCESSOR
 from aomc_sky.plan.sampling.streams import STREAM_VERSION
@@ -24,6 +25,9 @@ MAX_MANIFEST_BYTES = 1 << 26
 """More than the manifest of 40 000 wavebands needs."""
 
 SCHEMA = "aomc-sky-manifest/2"
+
+RAW_NUMBERS = "float32, little-endian"
+"""The numbers of a raw file."""
 
 _PHOTONS = tuple(field.name for field in fields(BandResult) if field.name.endswith(("_photons", "_standard_error")))
 """Results that need the photons themselves."""
@@ -92,8 +96,15 @@ def build_manifest(
         "notes": scene_entries["notes"],
         "bands": [asdict(band) for band in bands],
         "total": sum(band.launched for band in bands),
-        "files": {name: {"bytes": size} for name, size in sorted(files.items())},
+        "files": {name: _file_entry(source, name, size) for name, size in sorted(files.items())},
     }
+
+
+def _file_entry(source: PhotonSource, name: str, size: int) -> dict[str, Any]:
+    """Size of a file, and of a raw one, which has no head, the numbers of a record. [bytes]"""
+    if not name.endswith(".raw"):
+        return {"bytes": size}
+    return {"bytes": size, "numbers": RAW_NUMBERS, "columns": list(columns_of(source))}
 
 
 def manifest_bytes(manifest: Mapping[str, Any]) -> bytes:
@@ -178,6 +189,7 @@ def _is_manifest(manifest: Any) -> bool:
     options, files = manifest["options"], manifest["files"].items()
     texts = [*(manifest[key] for key in ("version", "stream", "plan_sha256")), *manifest["components"]]
     texts += [*manifest["notes"], *options["formats"], options["sampling"]["allocation"], *(name for name, _ in files)]
+    texts += [text for _, entry in files for text in (entry.get("numbers", ""), *entry.get("columns", []))]
     numbers = [manifest["seed"], manifest["total"], options["sampling"]["replicates"]]
     numbers += [entry["bytes"] for _, entry in files]
     return (

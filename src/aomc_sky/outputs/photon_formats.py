@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import re
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from aomc_sky.emission.photon_source import PhotonSource
 
 PHOTON_FORMATS = {
     "npy": "aomc_sky.outputs.photons.npy:NpyWriter",
@@ -31,6 +34,14 @@ def photon_writer(name: str) -> Any:
     """The writer class of a photon format."""
     module, _, attribute = PHOTON_FORMATS[name].partition(":")
     return getattr(import_module(module), attribute)
+
+
+def columns_of(source: PhotonSource) -> tuple[str, ...]:
+    """The numbers of a photon in a raw file and in a csv file, in their order."""
+    position = ("x_m", "y_m") if source.has_positions else ()
+    weight = ("weight",) if source.has_weights else ()
+    stokes = ("q", "u") if source.has_polarisation else ()
+    return ("ux", "uy", "uz", *position, *weight, *stokes)
 
 
 def is_photon_file(name: str) -> bool:

@@ -157,6 +157,8 @@ def tick_numbers(bar: Any, colours: Colours, *, most: int) -> None:
     if type(colours.norm).__name__ == "Normalize":
         bar.ax.xaxis.set_major_locator(ticker.MaxNLocator(nbins=max(min(most, 9), 1), steps=[1, 2, 5, 10]))
         bar.ax.xaxis.get_major_formatter().set_useMathText(True)
+        if (colours.norm.vmin, colours.norm.vmax) == ANGLE.span:
+            bar.set_ticks(np.linspace(*ANGLE.span, 5 if most >= 5 else 3))
     if type(colours.norm).__name__ == "LogNorm":
         bar.set_ticks(round_numbers(colours.norm.vmin, colours.norm.vmax, most))
         is_plain = colours.norm.vmin >= _PLAIN[0] and colours.norm.vmax < _PLAIN[1]
@@ -203,9 +205,12 @@ _BELOW_AT_DEG = 84.0
 _BEYOND = 1e300
 _LETTERS = {0.0: "E", 90.0: "N", 180.0: "W", 270.0: "S"}
 _NUMBERED_EM = 20.7
-_NUMBER_EM = 2.0  # of two digits and a degree sign, with a gap
+_NUMBER_EM, _BESIDE_EM = 2.4, 1.25  # of two digits and a degree sign, with a gap, and with half a letter before them
 _GAP_IN = 0.04
 _RULER = (30.0, 60.0, 90.0)
+_NUMBERS = (_RULER, _RULER[::2], _RULER[2:])
+"""Numbers of the ruler, from those of a large dome to that of a small one."""
+
 _SIDES = {-1: "right", 0: "center", 1: "left"}
 _HEIGHTS = {-1: "top", 0: "center", 1: "bottom"}
 
@@ -334,11 +339,14 @@ def _draw_ruler(axes: Any, panel: Panel) -> None:
     """Zenith angles of the rings and the rim, below the dome, where no patch is hidden."""
     inch = panel.degrees_per_inch
     top = -90.0 - 0.6 * _GAP_IN * inch
-    font_pt = min(0.8 * panel.font_pt, 72 * _RULER[0] / inch / _NUMBER_EM)
+    font_pt = 0.8 * panel.font_pt
     style = {"ha": "center", "va": "top", "fontsize": font_pt, "color": "#555555"}
+    room_pt = 72 * _RULER[0] / inch  # between two of them, and between the letter of south and the first
+    numbers = _NUMBERS[int(room_pt < _NUMBER_EM * font_pt) + int(room_pt < _BESIDE_EM * panel.font_pt)]
     for angle in _RULER:
         axes.plot([angle, angle], [top, top - 0.03 * inch], color="#555555", linewidth=0.6)
-        axes.text(angle, top - 0.045 * inch, f"{angle:g}°", **style)
+        if angle in numbers:
+            axes.text(angle, top - 0.045 * inch, f"{angle:g}°", **style)
     axes.plot([_RULER[0], _RULER[-1]], [top, top], color="#555555", linewidth=0.6)
 
 
@@ -355,7 +363,7 @@ def _draw_directions(axes: Any, panel: Panel) -> None:
         number = f"azimuth\n{azimuth:g}°" if azimuth == 45.0 else f"{azimuth:g}°"
         across, up = (round(v / radius) for v in (x, y))
         size, colour = (panel.font_pt, "black") if letter else (0.85 * panel.font_pt, "#555555")
-        style = {"ha": _SIDES[across], "va": _HEIGHTS[up], "fontsize": size, "color": colour, "linespacing": 0.95}
+        style = {"ha": _SIDES[across], "va": _HEIGHTS[up], "fontsize": size, "color": colour, "linespacing": 1.3}
         axes.text(x, y, letter or number, **style)
 
 

@@ -36,8 +36,10 @@ SCALES = ("shared", "each")
 _PROJECTION = "Zenith in the centre, horizon at the rim, the zenith angle as radius."
 _MARGIN_IN, _BETWEEN_IN = 0.12, 0.14
 _BAR_IN, _BAR_WIDTH = 0.12, 0.86
+_OWN_TITLE = 1.2  # of matplotlib's font.size, as its titles are
 _FONT, _TITLE, _LINE = 0.8, 1.25, 1.3  # of matplotlib's font.size, of the other letters, of their height
 _TITLE_WIDTH = 0.92  # of a dome
+_LEAST_TITLE, _SMALL_TITLE = 0.85, 0.6  # of the usual letters, in one line and in a line for each part
 _OWN_BAR_IN, _OWN_BAR_WIDTH = 0.07, 0.8  # of a dome
 _ROWS = {1: (1,), 2: (2,), 3: (3,), 4: (2, 2), 5: (3, 2), 6: (3, 3), 7: (4, 3), 8: (4, 4), 9: (3, 3, 3), 10: (4, 3, 3)}
 _ROWS |= {11: (4, 4, 3), 12: (4, 4, 4)}
@@ -111,6 +113,7 @@ def draw_into(axes: Any, picture: Picture, *, view: View, choice: ColourChoice, 
     if len(every) != len(picture.domes):
         raise UsageError(f"{len(picture.domes)} domes need as many axes, got {len(every)}; bands chooses wavebands")
     shared = colours_of(picture, choice)
+    _lay_out(every[0].get_figure())
     for one, dome in zip(every, picture.domes, strict=True):
         box, dpi = one.get_window_extent(), one.get_figure().dpi
         panel = Panel(width_in=box.width / dpi, font_pt=_letters_pt(), view=view)
@@ -120,8 +123,23 @@ def draw_into(axes: Any, picture: Picture, *, view: View, choice: ColourChoice, 
         alone = dataclasses.replace(picture, domes=(dome,))
         draw_dome(one, dome, picture.quantity, shared if scale == "shared" else colours_of(alone, choice), panel)
         one.set_aspect("equal")
-        one.set_title(plain_text(picture.title if len(every) == 1 and picture.title else dome.title))
+        title = plain_text(picture.title if len(every) == 1 and picture.title else dome.title)
+        ruler, font = Ruler.of(dpi), _OWN_TITLE * _letters_pt()
+        lines = [
+            line for text in title.split("\n") if text for line in _fitting_lines(text, font, box.width / dpi, ruler)
+        ]
+        one.set_title("\n".join(line for line, _ in lines), fontsize=min((pt for _, pt in lines), default=None))
+    _lay_out(every[0].get_figure())
     return every[0].get_figure()
+
+
+def _lay_out(figure: Any) -> None:
+    """Let the layout of a figure, if it has one, place the axes: domes and titles are measured by them.
+
+    Each time the layout takes the room of titles above square axes from where they were the time before.
+    """
+    for _ in range(2 if figure.get_layout_engine() is not None else 0):
+        figure.draw_without_rendering()
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -271,7 +289,25 @@ def _title_lines(title: str, panel: Panel, ruler: Ruler) -> list[tuple[str, floa
     first, _, rest = plain_text(title).partition("\n")
     parts = (first, panel.font_pt + 1.0), (rest, panel.font_pt)
     most_in = _TITLE_WIDTH * panel.width_in
-    return [(line, font) for text, font in parts for line in ruler.even_lines(text, font, most_in)]
+    return [one for text, font in parts if text for one in _fitting_lines(text, font, most_in, ruler)]
+
+
+def _fitting_lines(text: str, font_pt: float, width_in: float, ruler: Ruler) -> list[tuple[str, float]]:
+    """A text in one line with letters as they are or a little smaller, or else in several: one for each comma."""
+    part = width_in / ruler.width_in(text, font_pt)
+    if part >= _LEAST_TITLE:
+        return [(text, font_pt * min(1.0, part))]
+    parts = text.split(", ")
+    for pieces, least in (
+        (parts, _SMALL_TITLE),
+        (text.split(), 0.0),
+    ):  # lines that are whole parts, or else whole words
+        font = font_pt
+        while max(ruler.width_in(piece, font) for piece in pieces) > width_in:
+            font *= 0.97
+        if font >= least * font_pt:
+            break
+    return [(line, font) for part in parts for line in ruler.even_lines(part, font, width_in)]
 
 
 def _draw_bar(

@@ -160,8 +160,10 @@ def pull_picture(maps: Sequence[tuple[str, PatchGrid, np.ndarray]], *, title: st
 
 
 def _pull_dome(name: str, grid: PatchGrid, pulls: np.ndarray) -> Dome:
-    """A map with its largest pull above it."""
+    """A map with its largest pull above it, or why there is none."""
     size = np.nan_to_num(np.abs(pulls), nan=0.0, posinf=np.inf)
+    if np.all(np.isnan(pulls)):
+        return Dome(grid=grid, values=pulls, title=f"{name}\ntoo few photons for pulls")
     if size.max(initial=0.0) < _LEAST_PULL:  # of photons that a plan spreads evenly
-        return Dome(grid=grid, values=pulls, title=name)
+        return Dome(grid=grid, values=pulls, title=f"{name}\nno pull above {_LEAST_PULL:g}")
     return Dome(grid=grid, values=pulls, title=f"{name}\nlargest pull {pulls.ravel()[np.argmax(size)]:+.2f}")

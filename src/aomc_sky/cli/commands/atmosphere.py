@@ -37,7 +37,7 @@ what is solved:
 --sun-zenith DEG              zenith angle of the sun: a number, several with commas, START:END:STEP, or all: as many
                               from 0 to 90 as the description's scattering texture has (default 40)
 --sun-azimuth DEG             azimuth of the sun from +x towards +y (default 0)
---wavelength NM               wavelengths with commas, each the nearest of the description (default all)
+--wavelength --wavelengths NM...  wavelengths with blanks or commas, between those of the description (default all)
 --method sos|order1|mc|auto   sos: successive orders of scattering, with a warning for a sun lower than 10 degrees
                               (default); order1: light scattered once; mc: backward paths through shells, for any sun;
                               auto: mc where sos is not accurate
@@ -75,7 +75,6 @@ def add_options(parser: Parser) -> None:
     )
     kinds = {
         "sun_zenith": _suns,
-        "wavelength": _wavelengths,
         "orders": cli_options.whole_number_in(1, 2**31),
         "paths": cli_options.whole_number_in(8, 10**9),
     }
@@ -110,13 +109,6 @@ def _range(text: str) -> tuple[float, ...]:
     if count > _MOST_SUNS:
         raise argparse.ArgumentTypeError(f"{count} suns in {text!r}; at most {_MOST_SUNS}")
     return tuple(round(start + k * step, 10) for k in range(count))
-
-
-def _wavelengths(text: str) -> tuple[float, ...]:
-    values = tuple(cli_options.finite_number(part) for part in text.split(","))
-    if any(value <= 0 for value in values):
-        raise argparse.ArgumentTypeError(f"expected positive wavelengths in nm, got {text!r}")
-    return values
 
 
 def atmosphere(arguments: argparse.Namespace) -> int:
@@ -161,7 +153,7 @@ def _request(arguments: argparse.Namespace) -> TableRequest:
         path=arguments.path,
         sun_zenith_deg=arguments.sun_zenith,
         sun_azimuth_deg=arguments.sun_azimuth,
-        wavelength_nm=arguments.wavelength,
+        wavelength_nm=None if arguments.wavelength is None else tuple(arguments.wavelength),
         method=arguments.method,
         n_orders=arguments.orders,
         n_paths=arguments.paths,
@@ -218,6 +210,8 @@ def _text(report: Mapping[str, Any], files: Mapping[str, str]) -> str:
     is_solved = "direct_irradiance" in report["suns"][0]
     head = f"{report['description']}, {'solved' if is_solved else 'not solved'}; irradiances in W m-2 nm-1"
     values = {name: value for name, value in report.items() if name not in ("description", "version")}
+    if isinstance(values.get("bins"), list | tuple):
+        values["bins"] = dict(zip(("zenith", "azimuth"), values["bins"], strict=True))
     return "\n".join([report_text(head, values), "", *(f"{role}: {path}" for role, path in roles.items())])
 
 

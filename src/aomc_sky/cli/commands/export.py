@@ -17,12 +17,14 @@ examples:
   aomc-sky export out --to netcdf --out sky.nc        counts and masses of every patch and waveband
   aomc-sky export out --to aomc --scene amc.inp --out for_aomc   a folder that the AOMC program runs
   aomc-sky export out --to envmap                     radiance as a latitude-longitude map for renderers
+  aomc-sky export out --to envmap --waveband 2 --out sky.hdr     the same as a picture of Radiance; or .exr, .npy
   aomc-sky export out --to source --out day.sky       the source for a code in C or Fortran, with aomc_sky.h
 """
 
 _OPTIONS = """\
---out PATH                    folder (npy, csv, aomc, envmap) or file (mcpl, netcdf, source); default beside RUN:
-                              RUN-npy, RUN-csv, RUN-aomc, RUN-envmap, RUN.mcpl, RUN.nc, RUN.sky
+--out PATH                    folder (npy, csv, aomc, envmap) or file (mcpl .mcpl, netcdf .nc, source .sky, envmap
+                              .npy, .hdr or .exr); default beside RUN: RUN-npy, RUN-csv, RUN-aomc, RUN-envmap,
+                              RUN.mcpl, RUN.nc, RUN.sky
 --waveband I                  only this band, from 1; repeatable; netcdf and source always hold all
 --scene AMC_INP               amc.inp of the run's scene, for aomc: its files are copied beside the sky
 --threads

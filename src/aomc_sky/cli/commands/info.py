@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,7 +25,7 @@ _INSTEAD = """\
 """
 _LOBES = """\
 lobes of a background sky at one --time:
---wavelength NM...    default: those of the spectra
+--wavelength --wavelengths NM...  with blanks or commas; default: those of the spectra
 """
 
 
@@ -131,12 +131,17 @@ def _run(arguments: argparse.Namespace, path: Path) -> int:
                 f"components: {', '.join(manifest['components'])}",
                 *(f"note: {note}" for note in manifest["notes"]),
                 tables_text([BandResult(**band) for band in manifest["bands"]], manifest["options"]["sampling"]),
-                *(f"{name}: {entry['bytes']} bytes" for name, entry in manifest["files"].items()),
+                *(f"{name}: {entry['bytes']} bytes{_columns(entry)}" for name, entry in manifest["files"].items()),
             ]
         )
 
     cli_options.answer(arguments, lambda: manifest, text)
     return 0
+
+
+def _columns(entry: Mapping[str, Any]) -> str:
+    """The record of a raw file."""
+    return f", records of {', '.join(entry['columns'])} ({entry['numbers']})" if entry.get("columns") else ""
 
 
 def _unfinished(arguments: argparse.Namespace, path: Path) -> int:

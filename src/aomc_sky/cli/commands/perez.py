@@ -44,7 +44,7 @@ what is written and printed:
 _PHOTON_OPTIONS = f"""\
 {cli_options.SAMPLING}\
 --format --threads --max-memory
---wavelengths NM...           with --out: wavebands in place of the one of --wavelength
+--wavelengths NM...           with --out: wavebands in place of the one of --wavelength, with blanks or commas
 --diffuse-only                with --out: photons of the sky without those of the sun's beam
 --with-beam                   with --out: beam and sky, which is the default; an error where the beam is not known
 -v --verbose                  with --out: print how photons are drawn

@@ -60,7 +60,7 @@ what is drawn:
 --waveband I                  only this band, or this table of a file, from 1; repeatable (default: all, 12 spread over
                               more)
 --seed INT                    of the counts of a scene, 0 to 2^64-1 (default 0)
---wavelength NM...            of a background sky (default near 550)
+--wavelength --wavelengths NM...  of a background sky, with blanks or commas (default near 550)
 """
 _TIME = """\
 a background sky over time:

@@ -40,7 +40,7 @@ examples:
 _OPTIONS = """\
 --out DIR                     run folder (default: aomc-sky-out beside the scene); - with --format raw
 --seed
---wavelengths NM...           without AMC_INP, or of a measured sky: the wavebands
+--wavelengths NM...           without AMC_INP, or of a measured sky: the wavebands, with blanks or commas
 """
 _OUTPUT = f"""\
 {cli_options.SAMPLING}\
@@ -193,12 +193,13 @@ def run_values(source: PhotonSource, result: JobResult, folder: Path) -> dict[st
 
 
 _ENDLESS = (
-    "note: Ed/Eo is 0 because light at the horizon is launched by solid angle, so that Eo, the mean of 1/mu, has no\n"
-    "finite value; the photons' own says only how near the horizon they come. Flux is launched by --weighting projected"
+    "note: Ed/Eo is 0 because light at the horizon is launched by solid angle, so that Eo, the mean of\n"
+    "1/mu, has no finite value; the photons' own says only how near the horizon they come. Flux is launched\n"
+    "by --weighting projected"
 )
 _ROUGH = (
-    "note: Ed/Eo of the photons is more than 1 % off, because a few photons near the horizon make its scatter: take\n"
-    "the exact value beside it, or more photons"
+    "note: Ed/Eo of the photons is more than 1 % off, because a few photons\n"
+    "near the horizon make its scatter: take the exact value beside it, or more photons"
 )
 MAX_COMPONENTS = 6
 """Columns for the brightest components."""
@@ -235,7 +236,8 @@ for _head, _name in (("Ed", "ed"), ("Eo", "eo"), ("mean cosine", "mean_cosine"),
 
 def _table(bands: Sequence[BandResult], columns: Sequence[_Column]) -> str:
     """A line for each of the first bands."""
-    text = table([[cell(band) for _, cell in columns] for band in bands[:MAX_ROWS]], [head for head, _ in columns])
+    rows = [[cell(band) for _, cell in columns] for band in bands[:MAX_ROWS]]
+    text = table(rows, [head for head, _ in columns], n_keys=len(_BAND))
     hidden = len(bands) - MAX_ROWS
     return text + (f"\n... and {hidden} more wavebands (manifest.json has all)" if hidden > 0 else "")
 
@@ -275,7 +277,7 @@ def _irradiance_text(bands: Sequence[BandResult]) -> str:
     columns += [column(name) for name in names[:MAX_COMPONENTS]]
     head = "irradiance of the horizontal plane, W m-2 nm-1"
     if any(band.horizon_loss for band in bands):
-        head += "; below: share of the lobes' light from below the horizon"
+        head += "; below: share of lobes' light from below it"
         columns.append(_column("below", "horizon_loss", ".4f"))
     rest = f"\n... {len(names)} components (manifest.json has all)" if len(names) > MAX_COMPONENTS else ""
     return f"{head}\n{_table(bands, columns)}{rest}"
@@ -288,7 +290,7 @@ def _error_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
         return "no standard errors: a run that makes no photons has none (--format none)"
     known_to = 100 / math.sqrt(2 * (int(options["replicates"]) - 1))
     lines = [
-        f"standard errors from {options['replicates']} replicates, with an uncertainty of about {known_to:.0f} %; "
+        f"standard errors from {options['replicates']} replicates, known to about {known_to:.0f} %; "
         "Ed and Eo per photon of weight 1",
         _table(emitted, _ERRORS),
     ]
@@ -301,6 +303,8 @@ def _error_text(bands: Sequence[BandResult], options: Mapping[str, Any]) -> str:
 
 def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path | None, *, verbose: bool) -> str:
     """The text that a run or a shard prints when it is done."""
+    from aomc_sky.outputs.manifest import RAW_NUMBERS
+    from aomc_sky.outputs.photon_formats import columns_of
     from aomc_sky.source.read.table import READING
 
     # notes on the AOMC program come after the table, for newcomers do not know the program
@@ -332,6 +336,8 @@ def run_text(scene: Scene, source: PhotonSource, result: JobResult, folder: Path
         )
     else:
         lines.append("no photons were made; any photon can be made from the plan")
+    if folder is None or any(name.endswith(".raw") for name in (result.manifest or {}).get("files", ())):
+        lines.append(f"a raw record: {', '.join(columns_of(source))} ({RAW_NUMBERS})")
     return "\n".join([*lines, f"plan {source.plan.sha256[:16]}" + ("" if folder is None else f", folder {folder}")])
 
 

@@ -44,7 +44,7 @@ what is checked:
 photons of another code:
 --scene AMC_INP               amc.inp (or measured sky) of the scene that they should come from; of a run folder, the
                               scene that its plan is compared with, read as `aomc-sky run` read it
---wavelengths NM...           of a measured sky: the wavebands, as `aomc-sky run` had them
+--wavelengths NM...           of a measured sky: the wavebands, as `aomc-sky run` had them, with blanks or commas
 --method iid|stratified       how they depend on each other: independent draws (iid), or spread more evenly than
                               chance; default: what the head of an MCPL file of ours says, and iid of others
 --frame up|down               which way z grows in their directions (default up; AOMC's is down)
@@ -180,6 +180,7 @@ def _photon_report(arguments: argparse.Namespace) -> VerifyReport:
 
 
 _HEAD = ("check", "waveband", "outcome", "found", "allowed", "p-value", "what")
+_NUMBERS = slice(3, 6)
 _PULL_HEAD = ("zenith [deg]", "azimuth [deg]", "photons", "expected", "pull")
 
 
@@ -187,7 +188,9 @@ def report_text(report: VerifyReport, *, verbose: bool, only_failed: bool) -> st
     """The report as text; unless `verbose`, checks that passed in several wavebands share one line."""
     checks = [c for c in report.checks if not (only_failed and c.passed)]
     rows = [_row(check) for check in checks] if verbose else list(_short_rows(checks))
-    lines = [table(rows, _HEAD, n_left=len(_HEAD))]
+    tested = {row[0] for row in rows if any(row[_NUMBERS])}
+    parts = ([row for row in rows if row[0] not in tested], [row for row in rows if row[0] in tested])
+    lines = ["\n\n".join(_check_table(part) for part in parts if part or not rows)]
     lines += [f"note: {note}" for note in report.notes if not only_failed]
     for pulls in report.failed_pulls:
         lines += ["", f"waveband {pulls.waveband}, zones with the largest differences:", _pull_table(pulls)]
@@ -200,6 +203,12 @@ def report_text(report: VerifyReport, *, verbose: bool, only_failed: bool) -> st
     )
     outcome = "all checks passed" if not failed else f"{failed} of {len(report.checks)} checks FAILED"
     return "\n".join([*lines, "", f"{outcome} ({level})"])
+
+
+def _check_table(rows: list[tuple[str, ...]]) -> str:
+    """Checks of bits, which have no numbers, or tests; without columns that are empty."""
+    kept = [k for k, name in enumerate(_HEAD) if name not in _HEAD[_NUMBERS] or any(row[k] for row in rows)]
+    return table([[row[k] for k in kept] for row in rows], [_HEAD[k] for k in kept], n_left=len(kept))
 
 
 def _row(check: Check, wavebands: str | None = None) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.errors import OutputError
+from aomc_sky.outputs.photon_formats import columns_of
 from aomc_sky.outputs.photons.files import PhotonWriter, stacked
 
 _DIGITS = {4: 8, 8: 16}
@@ -24,10 +25,7 @@ class CsvWriter(PhotonWriter):
 
     def __init__(self, source: PhotonSource) -> None:
         super().__init__(source)
-        columns = ["ux", "uy", "uz"]
-        columns += ["x_m", "y_m"] if source.has_positions else []
-        columns += ["weight"] if source.has_weights else []
-        columns += ["q", "u"] if source.has_polarisation else []
+        columns = columns_of(source)
         digits = _DIGITS[source.dtype.itemsize]
         self.head = (",".join(columns) + "\n").encode("ascii")
         self._row = ",".join([f"%+.{digits}e"] * len(columns)) + "\n"

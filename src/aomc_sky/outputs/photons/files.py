@@ -198,7 +198,7 @@ def run_files(folder: RunFolder, stored: Mapping[str, list[PhotonFiles]]) -> dic
 
 
 def stacked(batch: PhotonBatch) -> np.ndarray:
-    """A row of numbers for each photon: direction, then position, weight, and q and u if it has them."""
+    """A row of numbers for each photon: the columns of `columns_of`."""
     columns = [batch.ux, batch.uy, batch.uz, batch.x, batch.y, batch.weight, batch.q, batch.u]
     return np.stack([c for c in columns if c is not None], axis=-1)
 

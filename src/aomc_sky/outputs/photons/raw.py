@@ -6,6 +6,7 @@ import numpy as np
 
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.photons import PhotonBatch
+from aomc_sky.outputs.photon_formats import columns_of
 from aomc_sky.outputs.photons.files import PhotonWriter, stacked
 
 _RECORD = np.dtype("<f4")
@@ -18,8 +19,7 @@ class RawWriter(PhotonWriter):
 
     def __init__(self, source: PhotonSource) -> None:
         super().__init__(source)
-        columns = 3 + 2 * source.has_positions + source.has_weights + 2 * source.has_polarisation
-        self.row_bytes = columns * _RECORD.itemsize
+        self.row_bytes = len(columns_of(source)) * _RECORD.itemsize
 
     def chunks(self, batch: PhotonBatch) -> tuple[memoryview, ...]:
         """Records of a batch."""

@@ -1,0 +1,76 @@
+"""Lists of wavelengths: every command takes them with blanks and with commas."""
+
+from __future__ import annotations
+
+import shlex
+
+import pytest
+
+from aomc_sky.cli.usage import COMMANDS, WrongWordsError, build_parser
+
+NEEDED = {"run": [], "verify": ["out"], "atmosphere": ["a.atmo"], "info": ["a.h5"], "plot": ["a.h5"], "perez": []}
+
+
+def lists() -> list[tuple[str, str]]:
+    """Command and option of each list of wavelengths."""
+    parsers = next(action for action in build_parser()._actions if action.dest == "command").choices
+    return [
+        (command, flag)
+        for command in COMMANDS
+        for action in parsers[command]._actions
+        if action.metavar == "NM [NM ...]"
+        for flag in action.option_strings
+    ]
+
+
+def parsed(command: str, words: str) -> list[float] | None:
+    arguments = build_parser([command]).parse_args([command, *shlex.split(words)])
+    return getattr(arguments, "wavelengths", None) or getattr(arguments, "wavelength", None)
+
+
+def test_all_entrances_are_here():
+    """`--wavelength` of run and verify is the beginning of its one long name; that of perez is a single number."""
+    assert set(lists()) == {
+        ("run", "--wavelengths"),
+        ("verify", "--wavelengths"),
+        ("perez", "--wavelengths"),
+        *((command, flag) for command in ("info", "plot", "atmosphere") for flag in ("--wavelength", "--wavelengths")),
+    }
+
+
+@pytest.mark.parametrize(("command", "flag"), [*lists(), ("run", "--wavelength"), ("verify", "--wavelength")])
+@pytest.mark.parametrize(
+    "form", ["443.5 555", "'443.5 555'", "443.5,555", "443.5, 555", "443.5 ,555", "443.5,555,", "4.435e2 555"]
+)
+def test_blanks_and_commas(command, flag, form):
+    rest = shlex.join(NEEDED[command])
+    assert parsed(command, f"{rest} {flag} {form}") == [443.5, 555.0]
+    assert parsed(command, f"{flag} {form} {rest}") == [443.5, 555.0]  # a file after the list is none of it
+    assert parsed(command, f"{rest} {flag}={form}") == [443.5, 555.0]
+    assert parsed(command, f"{rest} {flag} 443.5 {flag} 555") == [443.5, 555.0]
+
+
+def test_a_file_whose_name_begins_with_a_digit_is_no_wavelength(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "2026.csv").touch()
+    arguments = build_parser(["run"]).parse_args(["run", "--wavelengths", "443", "555", "2026.csv"])
+    assert (arguments.wavelengths, arguments.amc_inp) == ([443.0, 555.0], "2026.csv")
+
+
+@pytest.mark.parametrize(
+    ("form", "text"),
+    [
+        ("412,5", "decimals follow a point"),
+        ("412 50", "decimals follow a point"),
+        ("0.443 0.555", "write 443"),
+        ("443 -5", "positive wavelengths"),
+        ("443 5O5", "got '5O5'"),
+        (",", "positive wavelengths"),
+        ("blue", "got 'blue'"),
+        ("", "expected"),
+    ],
+)
+@pytest.mark.parametrize("command", ["run", "atmosphere"])
+def test_what_is_no_list_of_wavelengths(command, form, text):
+    with pytest.raises(WrongWordsError, match=text):
+        parsed(command, f"{shlex.join(NEEDED[command])} --wavelengths {form}")
