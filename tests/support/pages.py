@@ -21,7 +21,7 @@ _COMPARE = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A line after ``$``, joined where a backslash ends it, and the output below it, empty where the page shows none."""
+    """A line after ``$``, joined where a backslash ends it, and the output that the page shows below it."""
 
     line: str
     shown: str
