@@ -247,4 +247,4 @@ def _same_reading(table: SkyTable, sky: TabulatedSky, is_on_degrees: bool) -> st
         return launches
     if np.any(table.line[:, _HORIZON - 1 :]) or np.any(table.line[:, :, 361:]):
         return launches  # --bins degrees refuses such indices
-    return f"--bins degrees --weighting aomc to read it so, {launches}"
+    return f"--bins degrees --weighting aomc to read it so, or {launches}"

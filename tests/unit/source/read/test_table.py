@@ -74,7 +74,7 @@ def test_the_document_example_is_another_sky_to_the_program():
     found = two_readings(scene)
     assert (found["mu"], found["our_mu"]) == ("0.9996", "0.6782")
     assert scene.notes[0].endswith(
-        "--bins degrees --weighting aomc reads it in the same way, --compat aomc launches as AOMC does"
+        "write --bins degrees --weighting aomc to read it so, or --compat aomc to launch as AOMC does"
     )
 
 
