@@ -73,7 +73,7 @@ class Driver:
     """tests/reference/source_driver.c as functions of arrays."""
 
     def __init__(self, library: ctypes.CDLL) -> None:
-        self._library = library
+        self.library = library
         for name in ("driver_fill", "driver_numbers", "driver_n"):
             getattr(library, name).restype = ctypes.c_int64
         library.driver_checksum.restype = ctypes.c_uint64
@@ -83,11 +83,11 @@ class Driver:
     def view(self, data: bytes) -> int:
         """Take the bytes of a file; returns the code."""
         self._data = aligned(data)
-        return int(self._library.driver_view(_address(self._data), ctypes.c_uint64(len(data))))
+        return int(self.library.driver_view(_address(self._data), ctypes.c_uint64(len(data))))
 
     def load(self, path: Path) -> int:
         """Take a file, and drop it again."""
-        return int(self._library.driver_load(str(path).encode()))
+        return int(self.library.driver_load(str(path).encode()))
 
     def open(self, source: sky.PhotonSource | bytes, band: int = 0) -> None:
         """Take a source and one of its bands."""
@@ -97,25 +97,25 @@ class Driver:
 
     def band(self, band: int) -> int:
         """Choose a band."""
-        return int(self._library.driver_band(ctypes.c_int32(band)))
+        return int(self.library.driver_band(ctypes.c_int32(band)))
 
     @property
     def n(self) -> int:
         """Photons of the band."""
-        return int(self._library.driver_n())
+        return int(self.library.driver_n())
 
     @property
     def witness(self) -> int:
         """What aomc_sky_witness says of the band."""
-        return int(self._library.driver_witness())
+        return int(self.library.driver_witness())
 
     def fill(self, start: int, rows: np.ndarray, count: int | None = None) -> int:
         """Directions from `start` on into the rows (3, n)."""
-        return self._into(self._library.driver_fill, start, rows, count)
+        return self._into(self.library.driver_fill, start, rows, count)
 
     def numbers(self, start: int, rows: np.ndarray, count: int | None = None) -> int:
         """Numbers from `start` on into the rows (3, n)."""
-        return self._into(self._library.driver_numbers, start, rows, count)
+        return self._into(self.library.driver_numbers, start, rows, count)
 
     def _into(self, function: Any, start: int, rows: np.ndarray, count: int | None) -> int:
         size = rows.shape[1] if count is None else count
@@ -126,16 +126,16 @@ class Driver:
         """Directions and numbers (6, n) of single photons, and their patches."""
         rows, patch = np.empty((6, index.size), dtype), np.empty(index.size, np.int32)
         is_double, index = ctypes.c_int(rows.dtype == np.float64), np.ascontiguousarray(index, np.int64)
-        self._library.driver_at(is_double, _address(index), ctypes.c_int64(index.size), _address(rows), _address(patch))
+        self.library.driver_at(is_double, _address(index), ctypes.c_int64(index.size), _address(rows), _address(patch))
         return rows, patch
 
     def checksum(self, data: bytes) -> int:
         """aomc_sky_checksum."""
-        return int(self._library.driver_checksum(data, ctypes.c_uint64(len(data))))
+        return int(self.library.driver_checksum(data, ctypes.c_uint64(len(data))))
 
     def message(self, code: int) -> str:
         """aomc_sky_message."""
-        return bytes(self._library.driver_message(ctypes.c_int64(code))).decode()
+        return bytes(self.library.driver_message(ctypes.c_int64(code))).decode()
 
 
 def _address(array: np.ndarray) -> ctypes.c_void_p:
