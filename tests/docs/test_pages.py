@@ -93,7 +93,7 @@ def test_page_of_own_skies(tmp_path: Path, skies_site: Path, monkeypatch: pytest
 @pytest.mark.slow
 def test_page_of_weather(tmp_path: Path) -> None:
     pytest.importorskip("pvlib")
-    assert carry_out("howto/weather.md", tmp_path) == 20
+    assert carry_out("howto/weather.md", tmp_path) == 17
 
 
 def test_page_of_polarised_skies(tmp_path: Path) -> None:
