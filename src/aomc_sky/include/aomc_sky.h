@@ -146,7 +146,7 @@ typedef struct aomc_sky_source {
     const float *stokes;       /* Q/I and U/I of patch p: stokes[2 * p] and the next one; NULL: not polarised */
     /* what follows is ours */
     int32_t precision, is_shuffled, is_short, by_philox, law_of_all, has_wide_ranks, way, is_common;
-    int32_t n_slot, n_cell, lobe_ends[2], n_witness, unused;
+    int32_t n_slot, n_cell, lobe_ends[2], n_witness, disc_cell; /* a disc, if all other cells have `law_of_all`; else -1 */
     uint64_t order_bits, order_size, order_keys[3];
     uint64_t shifts[2], steps[2], placement_key, position_key, band, guide_shift;
     uint64_t accept[3], number_shifts[3], number_steps[3];
@@ -185,7 +185,8 @@ enum { AOMC_SKY_NARROW, AOMC_SKY_QUARTER, AOMC_SKY_ANY_WIDTH, AOMC_SKY_IN_MU };
 #define SKY_DRAW_ACCEPT 2147483648u
 #define SKY_BLOCK 512
 #define SKY_CHUNK 256
-#define SKY_COLUMN 528
+#define SKY_GROUP 16
+#define SKY_COLUMN 528 /* a block and a group */
 #define SKY_LOW 0xFFFFFFFFu
 #define SKY_UNKNOWN UINT64_C(0x7FF8000000000000) /* a witness says nothing of this number */
 
@@ -252,6 +253,17 @@ SKY_FORMULA void aomc_sky_pair(uint64_t key, uint64_t rank, uint64_t band, uint6
     aomc_sky_round(c, k0 + 9 * w0, k1 + 9 * w1);
     *a = c[0] << 32 | c[1];
     *b = c[2] << 32 | c[3];
+}
+
+/* The words of trial 0, which come back in registers. */
+typedef struct aomc_sky_words {
+    uint64_t a, b;
+} aomc_sky_words;
+
+SKY_APART aomc_sky_words aomc_sky_pair_apart(uint64_t key, uint64_t rank, uint64_t band) {
+    aomc_sky_words words;
+    aomc_sky_pair(key, rank, band, 0, &words.a, &words.b);
+    return words;
 }
 
 /* later_words: place in two words, 42 bits each, and the word that decides */
@@ -523,17 +535,11 @@ SKY_FN void aomc_sky_ranks(const aomc_sky_source *s, uint64_t start, uint64_t m,
     }
 }
 
-/* _slots_shuffled and _in_order */
+/* _slots_shuffled */
 SKY_FN void aomc_sky_slots(const aomc_sky_source *s, uint64_t m, const uint64_t *rank, int32_t *slot) {
     const uint32_t *guide = s->guide, *before = (const uint32_t *)s->cumulative;
     uint64_t j, shift = s->guide_shift;
-    if (!s->is_shuffled) {
-        uint64_t one = aomc_sky_slot(s, rank[0]), end = aomc_sky_before(s, one + 1);
-        for (j = 0; j < m; j++) {
-            while (rank[j] >= end) end = aomc_sky_before(s, ++one + 1);
-            slot[j] = (int32_t)one;
-        }
-    } else if (s->has_wide_ranks)
+    if (s->has_wide_ranks)
         for (j = 0; j < m; j++)
             slot[j] = (int32_t)aomc_sky_slot_wide((const uint64_t *)s->cumulative, guide, shift, rank[j]);
     else
@@ -937,6 +943,14 @@ SKY_HOST int aomc_sky_fits(const aomc_sky_section *s, uint64_t width, uint64_t c
     return s->width == width && s->count == count;
 }
 
+/* The one cell that has not the law of all, if it is a disc; else -1. */
+SKY_HOST int32_t aomc_sky_one_disc(const int8_t *law, int32_t n_cell, int32_t law_of_all) {
+    int32_t k, n = 0, other = -1;
+    for (k = 0; law && k < n_cell; k++)
+        if (law[k] != law_of_all) n++, other = k;
+    return n == 1 && law[other] == AOMC_SKY_DISC ? other : -1;
+}
+
 /* `split_order`, and the scalars of a band from its record. */
 SKY_HOST int aomc_sky_read_record(const aomc_sky_file *file, const uint64_t *r, aomc_sky_source *s) {
     uint64_t bits = 1, n = r[0], k;
@@ -967,6 +981,7 @@ SKY_HOST int aomc_sky_open_band(
     const aomc_sky_file *file, int32_t band, const void *base, aomc_sky_source *s, aomc_sky_section *t) {
     uint64_t r[AOMC_SKY_RECORD_WORDS], at, n_cell, n_lobe;
     const unsigned char *from = (const unsigned char *)base;
+    const int8_t *law;
     int code;
     memcpy(&at, file->bytes + 56, 8);
     memcpy(r, file->bytes + at + (uint64_t)band * sizeof r, sizeof r);
@@ -1018,7 +1033,10 @@ SKY_HOST int aomc_sky_open_band(
 #undef AOMC_SKY_AT
     s->law_of_all = s->way == AOMC_SKY_IN_MU ? AOMC_SKY_CELL_MU : AOMC_SKY_CELL_MU2;
     s->n_witness = (int32_t)(t[AOMC_SKY_WITNESSES].count / 12);
-    s->is_common = s->way <= AOMC_SKY_QUARTER && !s->law && !s->by_philox && !s->slopes && !s->perez_word && !s->lobe;
+    law = t[AOMC_SKY_LAW].at ? (const int8_t *)(const void *)(file->bytes + t[AOMC_SKY_LAW].offset) : NULL;
+    s->disc_cell = aomc_sky_one_disc(law, s->n_cell, s->law_of_all); /* `from` may be memory of a device */
+    s->is_common =
+        s->way <= AOMC_SKY_QUARTER && (!s->law || s->disc_cell >= 0) && !s->slopes && !s->perez_word && !s->lobe;
     return 0;
 }
 
@@ -1243,6 +1261,7 @@ AOMC_SKY_HOST_API const char *aomc_sky_message(int64_t code) {
 #undef SKY_BLOCK
 #undef SKY_CHUNK
 #undef SKY_COLUMN
+#undef SKY_GROUP
 #undef SKY_DRAW_ACCEPT
 #undef SKY_FN
 #undef SKY_FORMULA
@@ -1513,24 +1532,33 @@ SKY_APART void SKY_(of_rank)(const aomc_sky_source *s, uint64_t rank, int32_t ce
     }
 }
 
+/* the direction of a photon in a cell uniform in mu^2, by the two words of its place */
+SKY_FORMULA void SKY_(of_words)(const aomc_sky_source *s, const SKY_F *p, uint64_t a, uint64_t b, SKY_F *out) {
+    SKY_F v = SKY_(unit)(b), sine, cosine;
+    if (s->way == AOMC_SKY_NARROW) SKY_(turned)(AOMC_SKY_NARROW, p[4], p[5], p[3], v, &sine, &cosine);
+    else SKY_(turned)(AOMC_SKY_QUARTER, p[4], p[5], p[3], v, &sine, &cosine);
+    SKY_(from_mu2)(p, SKY_(unit)(a), sine, cosine, out);
+}
+
 /* photon_at: the direction of photon i; returns its cell */
 SKY_FORMULA int32_t SKY_(photon)(const aomc_sky_source *s, uint64_t i, SKY_F *out, double *inside) {
     uint64_t rank = aomc_sky_rank(s, i), turn;
     uint32_t slot = aomc_sky_slot(s, rank);
     int32_t cell = s->cell_of_slot ? s->cell_of_slot[slot] : (int32_t)slot;
-    SKY_F p[6], u, v, sine, cosine;
-    if (!s->is_common) {
+    SKY_F p[6];
+    if (!s->is_common || cell == s->disc_cell) {
         SKY_F other[3]; /* so that the short way needs no memory */
         SKY_(of_rank)(s, rank, cell, other, inside);
         out[0] = other[0], out[1] = other[1], out[2] = other[2];
         return cell;
     }
     turn = SKY_(cell)(s, cell, p);
-    u = SKY_(unit)(s->shifts[0] + rank * s->steps[0]);
-    v = SKY_(unit)(s->shifts[1] + rank * s->steps[1] + turn);
-    if (s->way == AOMC_SKY_NARROW) SKY_(turned)(AOMC_SKY_NARROW, p[4], p[5], p[3], v, &sine, &cosine);
-    else SKY_(turned)(AOMC_SKY_QUARTER, p[4], p[5], p[3], v, &sine, &cosine);
-    SKY_(from_mu2)(p, u, sine, cosine, out);
+    if (s->by_philox) {
+        aomc_sky_words words = aomc_sky_pair_apart(s->placement_key, rank, s->band);
+        SKY_(of_words)(s, p, words.a, words.b, out);
+        return cell;
+    }
+    SKY_(of_words)(s, p, s->shifts[0] + rank * s->steps[0], s->shifts[1] + rank * s->steps[1] + turn, out);
     return cell;
 }
 
@@ -1542,7 +1570,7 @@ typedef struct SKY_(columns) {
     SKY_F p[8 * SKY_COLUMN], u[SKY_BLOCK], v[SKY_BLOCK];
     SKY_F root[SKY_BLOCK], jacobian[SKY_BLOCK];
     uint64_t rank[SKY_BLOCK], place[SKY_BLOCK];
-    int32_t cell[SKY_BLOCK];
+    int32_t cell[SKY_COLUMN];
     uint32_t chosen[SKY_BLOCK], cell_word[SKY_BLOCK];
 } SKY_(columns);
 
@@ -1624,12 +1652,35 @@ SKY_FN void SKY_(parameters_of_block)(uint64_t m, const uint64_t *words, const u
     SKY_(turn_rows)(0, m, words, place, p + 4 * SKY_COLUMN);
 }
 
-/* ranks_of_block, _slots_shuffled, _parameters_shuffled, _in_order */
+/* _in_order: a run of photons for each slot, written in whole groups, of which the next run writes the rest again */
+SKY_FN void SKY_(gather_runs)(const aomc_sky_source *s, uint64_t start, uint64_t m, SKY_(columns) *c) {
+    uint64_t slot = aomc_sky_slot(s, start), j = 0, end, lo, k, row;
+    for (; j < m; j = end, slot++) {
+        int32_t cell = s->cell_of_slot ? s->cell_of_slot[slot] : (int32_t)slot;
+        uint64_t place = s->place[cell];
+        SKY_F p[8];
+        memcpy(p, s->words + (place >> 32), 4 * sizeof *p);
+        memcpy(p + 4, s->words + (place & SKY_LOW), 4 * sizeof *p);
+        end = aomc_sky_before(s, slot + 1) - start;
+        end = end < m ? end : m;
+        for (lo = j; lo < end; lo += SKY_GROUP) {
+            for (k = 0; k < SKY_GROUP; k++) c->cell[lo + k] = cell;
+            for (row = 0; row < 7; row++)
+                for (k = 0; k < SKY_GROUP; k++) c->p[row * SKY_COLUMN + lo + k] = p[row];
+        }
+    }
+}
+
+/* ranks_of_block, _slots_shuffled, _parameters_shuffled */
 SKY_FN void SKY_(gather)(const aomc_sky_source *s, uint64_t start, uint64_t m, SKY_(columns) *c) {
     const uint64_t *places = s->place;
     const int32_t *cell_of_slot = s->cell_of_slot;
     uint64_t j;
     aomc_sky_ranks(s, start, m, c->rank);
+    if (!s->is_shuffled) {
+        SKY_(gather_runs)(s, start, m, c);
+        return;
+    }
     aomc_sky_slots(s, m, c->rank, c->cell);
     for (j = 0; cell_of_slot && j < m; j++) c->cell[j] = cell_of_slot[c->cell[j]];
     for (j = 0; j < m; j++) c->place[j] = places[(uint32_t)c->cell[j]];
@@ -1677,17 +1728,43 @@ SKY_FN void SKY_(places)(const aomc_sky_source *s, uint64_t m, SKY_(columns) *c)
         }
 }
 
-/* _discs: photons of one disc side by side; its parameters are p */
-SKY_FN void SKY_(discs)(uint64_t n, const uint32_t *own, const SKY_(columns) *c, const SKY_F *p, SKY_F *x, SKY_F *y,
-    SKY_F *z) {
-    SKY_F u[SKY_BLOCK], v[SKY_BLOCK], root[SKY_BLOCK], out[2][SKY_BLOCK];
+/* photons of the disc with the parameters p; x, y, z are other memory than u and v */
+SKY_FN void SKY_(discs)(uint64_t m, const SKY_F *p, const SKY_F *u, const SKY_F *v, SKY_F *SKY_ALONE root,
+    SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
     SKY_F h0 = p[0], h1 = p[1], h2 = p[2], h3 = p[3], t0 = p[4], t1 = p[5];
     uint64_t k;
-    for (k = 0; k < n; k++) u[k] = root[k] = c->u[own[k]], v[k] = c->v[own[k]];
-    SKY_(roots)(n, root);
-    for (k = 0; k < n; k++) root[k] = SKY_(disc)(h0, h1, h2, h3, t0, t1, u[k], root[k], v[k], out[0] + k, out[1] + k);
-    SKY_(roots)(n, root);
-    for (k = 0; k < n; k++) x[own[k]] = out[0][k], y[own[k]] = out[1][k], z[own[k]] = -root[k];
+    for (k = 0; k < m; k++) root[k] = u[k];
+    SKY_(roots)(m, root);
+    for (k = 0; k < m; k++) z[k] = SKY_(disc)(h0, h1, h2, h3, t0, t1, u[k], root[k], v[k], x + k, y + k);
+    SKY_(roots)(m, z);
+    for (k = 0; k < m; k++) z[k] = -z[k];
+}
+
+/* _one_disc: photons of the disc over those of the main law, which all other cells have */
+SKY_FN void SKY_(one_disc)(
+    const aomc_sky_source *s, uint64_t m, SKY_(columns) *c, SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
+    SKY_F p[6], out[3][SKY_BLOCK];
+    int32_t cell = s->disc_cell;
+    uint32_t n = 0;
+    uint64_t j;
+    for (j = 0; j < m; j++) n += c->cell[j] == cell;
+    if (n == 0) return;
+    (void)SKY_(cell)(s, cell, p);
+    if (16 * (uint64_t)n > m) {
+        SKY_(discs)(m, p, c->u, c->v, c->root, out[0], out[1], out[2]);
+        for (j = 0; j < m; j++) {
+            int is_own = c->cell[j] == cell;
+            x[j] = is_own ? out[0][j] : x[j];
+            y[j] = is_own ? out[1][j] : y[j];
+            z[j] = is_own ? out[2][j] : z[j];
+        }
+    } else
+        for (j = 0; j < m; j++) {
+            SKY_F one[3];
+            if (c->cell[j] != cell) continue;
+            SKY_(direction)(s, AOMC_SKY_DISC, p, c->u[j], c->v[j], c->rank[j], one);
+            x[j] = one[0], y[j] = one[1], z[j] = one[2];
+        }
 }
 
 /* _other_laws: the photons beside the main law, over those of it; lobes have their turn later. Returns later trials. */
@@ -1701,9 +1778,9 @@ SKY_FN uint64_t SKY_(other_laws)(
         n_disc += (uint64_t)is_disc;
         n += (law != s->law_of_all) & !is_disc;
     }
-    while (n_disc > 0) { /* the disc of the first photon that is left; most scenes have one */
+    while (n_disc > 0) { /* the disc of the first photon that is left */
         uint32_t own[SKY_BLOCK];
-        SKY_F p[6];
+        SKY_F p[6], u[SKY_BLOCK], v[SKY_BLOCK], out[3][SKY_BLOCK];
         int32_t cell = c->cell[disc[0]];
         uint64_t n_own = 0, left = 0;
         SKY_(parameters)(c, disc[0], p);
@@ -1713,7 +1790,9 @@ SKY_FN uint64_t SKY_(other_laws)(
             n_own += (uint64_t)is_own;
             left += (uint64_t)!is_own;
         }
-        SKY_(discs)(n_own, own, c, p, x, y, z);
+        for (k = 0; k < n_own; k++) u[k] = c->u[own[k]], v[k] = c->v[own[k]];
+        SKY_(discs)(n_own, p, u, v, c->root, out[0], out[1], out[2]);
+        for (k = 0; k < n_own; k++) x[own[k]] = out[0][k], y[own[k]] = out[1][k], z[own[k]] = out[2][k];
         n_disc = left;
     }
     for (k = 0; k < n; k++) {
@@ -1758,7 +1837,7 @@ SKY_FN void SKY_(again)(const aomc_sky_source *s, uint64_t n, uint32_t trial, co
     uint64_t k, a, b;
     for (k = 0; k < n; k++) {
         uint32_t j = chosen[k];
-        t->place[k] = c->place[j];
+        t->place[k] = s->place[c->cell[j]];
         t->rank[k] = c->rank[j];
         t->tilt[k] = c->cell_word[j];
         t->bound[k] = s->perez_bound[c->cell[j]];
@@ -1888,7 +1967,8 @@ SKY_FN uint64_t SKY_(block)(
     if (s->perez_word)
         for (j = 0; j < m; j++) c.jacobian[j] = SKY_(tilted)(c.u + j, c.v + j, c.cell_word[j]);
     SKY_(cells)(s->way, m, c.p, c.u, c.v, c.root, x, y, z);
-    if (s->law) tries += SKY_(other_laws)(s, m, &c, x, y, z);
+    if (s->disc_cell >= 0) SKY_(one_disc)(s, m, &c, x, y, z);
+    else if (s->law) tries += SKY_(other_laws)(s, m, &c, x, y, z);
     if (s->perez_word) tries += SKY_(reject)(s, m, &c, x, y, z, inside);
     if (s->lobe) tries += SKY_(lobes)(s, m, &c, x, y, z, inside);
     return tries;
@@ -1918,20 +1998,37 @@ SKY_FORMULA void SKY_(run)(int way, uint64_t m, const SKY_F *p, uint64_t u, uint
     }
 }
 
+/* photons of a disc, whose words follow each other in steps */
+SKY_FN void SKY_(run_of_disc)(uint64_t m, const SKY_F *p, uint64_t u, uint64_t v, uint64_t step_u, uint64_t step_v,
+    SKY_F *root, SKY_F *x, SKY_F *y, SKY_F *z) {
+    SKY_F of_u[SKY_BLOCK], of_v[SKY_BLOCK];
+    uint64_t k;
+    for (k = 0; k < m; k++) {
+        of_u[k] = SKY_(unit)(u);
+        of_v[k] = SKY_(unit)(v);
+        u += step_u;
+        v += step_v;
+    }
+    SKY_(discs)(m, p, of_u, of_v, root, x, y, z);
+}
+
 /* emit_runs: photons in patch order, cell by cell, in the common case */
 SKY_FN void SKY_(runs)(const aomc_sky_source *s, uint64_t start, uint64_t n, SKY_F *x, SKY_F *y, SKY_F *z) {
     uint64_t j = 0, slot = aomc_sky_slot(s, start), step_u = s->steps[0], step_v = s->steps[1];
     while (j < n) {
         uint64_t end = aomc_sky_before(s, slot + 1) - start, turn, lo, m;
         SKY_F p[6], root[SKY_BLOCK];
-        turn = SKY_(cell)(s, s->cell_of_slot ? s->cell_of_slot[slot] : (int32_t)slot, p);
+        int32_t cell = s->cell_of_slot ? s->cell_of_slot[slot] : (int32_t)slot;
+        turn = SKY_(cell)(s, cell, p);
         end = end < n ? end : n;
         for (lo = j; lo < end; lo += m) {
             uint64_t u = s->shifts[0] + (start + lo) * step_u, v = s->shifts[1] + (start + lo) * step_v + turn;
             m = end - lo < SKY_BLOCK ? (end - lo + 15) & ~UINT64_C(15) : SKY_BLOCK;
             m = m < n - lo ? m
                            : n - lo; /* whole vectors: the next run writes what is behind the end of this one again */
-            if (s->way == AOMC_SKY_NARROW)
+            if (cell == s->disc_cell)
+                SKY_(run_of_disc)(m, p, u, v, step_u, step_v, root, x + lo, y + lo, z + lo);
+            else if (s->way == AOMC_SKY_NARROW)
                 SKY_(run)(AOMC_SKY_NARROW, m, p, u, v, step_u, step_v, root, x + lo, y + lo, z + lo);
             else SKY_(run)(AOMC_SKY_QUARTER, m, p, u, v, step_u, step_v, root, x + lo, y + lo, z + lo);
         }
@@ -1944,7 +2041,7 @@ SKY_FN void SKY_(runs)(const aomc_sky_source *s, uint64_t start, uint64_t n, SKY
 SKY_FN int64_t SKY_(range)(
     const aomc_sky_source *s, uint64_t start, uint64_t n, SKY_F *ux, SKY_F *uy, SKY_F *uz, double *inside) {
     uint64_t lo, m, tries = 0;
-    if (!s->is_shuffled && s->is_common && (uint64_t)s->n >= 8 * (uint64_t)s->n_slot) {
+    if (!s->is_shuffled && s->is_common && !s->by_philox && (uint64_t)s->n >= 8 * (uint64_t)s->n_slot) {
         SKY_(runs)(s, start, n, ux, uy, uz);
         return (int64_t)n;
     }
