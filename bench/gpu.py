@@ -3,7 +3,7 @@
     python bench/gpu.py [--photons 1e9]
 
 A photon is made by `aomc_sky_at` in a thread and added up, so that no memory for photons is in the time. Directions
-are those of our batches, bit for bit: `python -m pytest tests/source_file/test_gpu.py`.
+are those of our batches, bit for bit: `python -m pytest tests/include/test_gpu.py`.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 import aomc_sky as sky
 from bench.source_file import scenes
-from tests.source_file.test_gpu import gpu
+from tests.include.test_gpu import gpu
 
 CURAND = 2
 DRIVER = gpu("-fmad=false -DDRIVER_PEER")

@@ -1,6 +1,6 @@
 """The source in a file beside our own batches and numba's `sample(i)`: time, size, time to load, resident memory.
 
-    python bench/source_file.py [--photons 2000000] [--repeats 7] [--flags "-O3 -march=native"]
+    python bench/source_file.py [--photons 2000000] [--repeats 7] [--flags "-O3 -march=native"] [--compiler cc]
 
 Each line is a law in an order and a precision. All of a line is timed in turn, and the best of the repeats counts. The
 C program is compiled with the flags given; every photon of `fill` is compared with ours.
@@ -79,11 +79,11 @@ int main(int count, char **arguments) {
 """
 
 
-def compiled(text: str, flags: list[str], folder: Path, name: str) -> Path:
+def compiled(text: str, compiler: str, flags: list[str], folder: Path, name: str) -> Path:
     """A program or, with -shared, a library."""
     (folder / f"{name}.c").write_text(text)
     target = folder / name
-    subprocess.run(["cc", *flags, f"-I{include_dir()}", "-o", target, folder / f"{name}.c", "-lm"], check=True)
+    subprocess.run([compiler, *flags, f"-I{include_dir()}", "-o", target, folder / f"{name}.c", "-lm"], check=True)
     return target
 
 
@@ -170,6 +170,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--photons", type=int, default=2_000_000)
     parser.add_argument("--repeats", type=int, default=7)
+    parser.add_argument("--compiler", default="cc")
     parser.add_argument("--flags", default="-O3 -march=native")
     parser.add_argument("--only", default="", help="lines whose scene begins so")
     arguments = parser.parse_args()
@@ -178,7 +179,9 @@ def main() -> None:
     flags = arguments.flags.split()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        library = ctypes.CDLL(str(compiled(PROGRAM, [*flags, "-shared", "-fPIC"], folder, "program.so")))
+        library = ctypes.CDLL(
+            str(compiled(PROGRAM, arguments.compiler, [*flags, "-shared", "-fPIC"], folder, "program.so"))
+        )
         print(
             f"{'ns a photon':16} {'':17} {'batches':>8} {'fill':>7} {'ratio':>6} {'sample':>7} {'at':>7} {'ratio':>6}"
         )
@@ -201,7 +204,7 @@ def main() -> None:
                     f"{ns['sample']:7.2f} {ns['at']:7.2f} {ratios[1]:6.2f}",
                     flush=True,
                 )
-        load = compiled(LOAD, ["-O2", "-std=gnu11"], folder, "load")
+        load = compiled(LOAD, arguments.compiler, ["-O2", "-std=gnu11"], folder, "load")
         for scene_name in ("clear_day", "night_sky"):
             source = sky.read_scene(ROOT / "inputs" / scene_name).source(seed=1)
             path = folder / f"{scene_name}.sky"

@@ -231,13 +231,6 @@ def test_usage_errors(out, capsys, words, text):
     assert text in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("words", [["--to", "raw"], [], ["--to", "npy", "--threads", "0"]])
-def test_wrong_words(out, words):
-    with pytest.raises(SystemExit) as stop:
-        export(out, *words)
-    assert stop.value.code == 2
-
-
 def test_what_is_no_run(amc, tmp_path, capsys):
     for path, text in (
         (tmp_path / "nowhere", "there is no such folder"),
@@ -247,14 +240,6 @@ def test_what_is_no_run(amc, tmp_path, capsys):
     ):
         assert export(path, "--to", "npy") == 3
         assert text in capsys.readouterr().err
-
-
-def test_the_plan_of_another_run_is_told(amc, out, tmp_path, capsys):
-    assert run(amc, "--out", tmp_path / "other", "--weighting", "projected") == 0
-    shutil.copy(tmp_path / "other" / "plan.npz", out / "plan.npz")
-    assert export(out, "--to", "npy") == 5
-    assert "belongs to another run" in capsys.readouterr().err
-    assert not (tmp_path / "out-npy").exists()
 
 
 @pytest.mark.parametrize("to", ["npy", "mcpl", "netcdf"])

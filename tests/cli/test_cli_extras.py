@@ -11,7 +11,6 @@ from aomc_sky.cli.main import main
 from tests.support.extras import (
     DISTRIBUTIONS,
     PACKAGES,
-    ROOT,
     Absent,
     commands_of_core,
     commands_wanting,
@@ -19,9 +18,9 @@ from tests.support.extras import (
     extras_of_project,
     hint,
 )
-from tests.support.shared import INPUTS
+from tests.support.shared import INPUTS, REPOSITORY
 
-SOURCE = ROOT / "src" / "aomc_sky"
+SOURCE = REPOSITORY / "src" / "aomc_sky"
 
 
 @pytest.fixture(scope="module")

@@ -14,10 +14,9 @@ import pytest
 
 from aomc_sky.cli import commands
 from aomc_sky.cli.usage import COMMANDS
-from tests.support.extras import ROOT
 from tests.support.fault_rows import command
 from tests.support.scenes import copy_scene
-from tests.support.shared import INPUTS
+from tests.support.shared import INPUTS, REPOSITORY
 
 
 def make_folder(folder: Path) -> None:
@@ -37,7 +36,7 @@ def make_folder(folder: Path) -> None:
     (folder / "scan.dat").write_text("10 20 0.3\n10 30 0.4\n")
 
 
-PAGES = (ROOT / "docs" / "errors.md", Path(__file__).with_name("mistakes.md"))
+PAGES = (REPOSITORY / "docs" / "errors.md", Path(__file__).with_name("mistakes.md"))
 ROWS = [row for page in PAGES for row in re.findall(r"(?m)^\| `aomc-sky ?(.*?)` \| `(.*)` \|$", page.read_text())]
 
 

@@ -66,14 +66,6 @@ def test_what_does_not_fit(
     assert not (tmp_path / "grey").exists()
 
 
-def test_a_sun_beside_a_sky_that_does_not_depend_on_it_is_missed_too(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert run("--sky", "overcast", "--sun-zenith", "40", "--out", tmp_path / "grey", "-q") == 0
-    said = "beam of the sun is missing: nothing says how bright it is beside an overcast sky; write two of --dni"
-    assert said in capsys.readouterr().err
-
-
 HARRISON = ("--sky", "harrison-coombes", "--sun-zenith", "40")
 
 
@@ -85,35 +77,8 @@ def test_a_sky_whose_sun_is_lost_says_so(tmp_path: Path, capsys: pytest.CaptureF
     assert capsys.readouterr().err == ""
     one, two = (np.load(tmp_path / name / "photons-0001.npy") for name in ("one", "two"))
     assert np.array_equal(one, two)
-
-
-@pytest.mark.parametrize(
-    ("words", "cosine"),
-    [(HARRISON, None), (("--sky", "overcast", "--sun-zenith", "40"), 5 / 7),
-     (("--sky", "uniform", "--sun-zenith", "40"), 2 / 3),
-     (("--sky", "cie", "--sky-option", "type=5", "--sun-zenith", "40"), 2 / 3)],
-)  # fmt: skip
-@pytest.mark.parametrize("spectrum", ["flat", "spectrl2"])
-def test_any_sky_has_the_beam(tmp_path: Path, words: tuple[str, ...], cosine: float | None, spectrum: str) -> None:
-    """The beam and its share are those of a Perez sky of the same irradiances, the rest of the light is the sky's."""
-    pytest.importorskip("pvlib")
-    amounts = ("--ghi", "780", "--dhi", "140", "--spectrum", spectrum)
-    assert run(*words, *amounts, "--out", tmp_path / "both", "-q") == 0
-    assert run("--sun-zenith", "40", *amounts, "--out", tmp_path / "perez", "-q") == 0
-    both, perez = (json.loads((tmp_path / name / "manifest.json").read_text())["bands"] for name in ("both", "perez"))
-    if cosine is None:
-        assert run(*words, "--diffuse-only", "--out", tmp_path / "alone", "-q") == 0
-        cosine = json.loads((tmp_path / "alone" / "manifest.json").read_text())["bands"][0]["mean_cosine_exact"]
-    assert main(["verify", str(tmp_path / "both"), "-q"]) == 0
-    for one, other in zip(both, perez, strict=True):
-        fraction = 1 - 140 / 780
-        if spectrum == "spectrl2":
-            assert one["irradiance_W_m2_nm"] == other["irradiance_W_m2_nm"]
-            direct = one["component_irradiance_W_m2_nm"]["direct"]
-            assert direct == other["component_irradiance_W_m2_nm"]["direct"]
-            fraction = direct / one["irradiance_W_m2_nm"]
-        expected = fraction * np.cos(np.radians(40)) + (1 - fraction) * cosine
-        assert one["mean_cosine_exact"] == pytest.approx(expected, abs=1e-9)
+    assert run("--sky", "overcast", "--sun-zenith", "40", "--out", tmp_path / "three", "-q") == 0  # no need of a sun
+    assert "beam of the sun is missing" in capsys.readouterr().err
 
 
 def test_python_takes_names_models_and_functions() -> None:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,8 +12,9 @@ from aomc_sky.formats.aomc.skydist import Bins, Values, read_skydist
 from aomc_sky.formats.weather import read_weather
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.perez.sky import PerezSky
+from tests.support.shared import DATA
 
-GOOD = Path(__file__).resolve().parents[1] / "data" / "weather" / "good"
+GOOD = DATA / "weather" / "good"
 EPW, TMY2, TMY3 = (str(GOOD / name) for name in ("invented.epw", "invented.tm2", "invented.tmy3.csv"))
 CLEAR = ["--sun-zenith", "40", "--dni", "850", "--dhi", "95"]
 

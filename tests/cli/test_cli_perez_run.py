@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from aomc_sky.cli.main import main
@@ -22,36 +20,6 @@ def run(*words: object) -> int:
     return main(["run", *map(str, words)])
 
 
-def test_a_run_and_its_manifest(amc, tmp_path, capsys):
-    out = tmp_path / "out"
-    assert run(amc, "--iterations", 20_000, "--out", out) == 0
-    shown = capsys.readouterr()
-    assert "note: Perez sky: epsilon " in shown.out
-    assert "note: difcol.inp: direct fraction 0.74 to 0.9" in shown.out
-    assert shown.err == ""
-    manifest = json.loads((out / "manifest.json").read_text())
-    assert manifest["components"] == ["direct", "perez"]
-    assert set(manifest["inputs"]) == {"amc", "lambbot", "difcol", "sky_toml"}
-    options = manifest["options"]["scene"]
-    assert options["sun"] == {"zenith_deg": 32.4, "azimuth_deg": 121.25, "disc": True, "from": "sky.toml"}
-    assert set(options["perez"]) == {
-        "epsilon",
-        "delta",
-        "coefficients",
-        "limits",
-        "within",
-        "air_mass",
-        "from",
-        "limited",
-    }
-    assert len(options["perez"]["coefficients"]) == 5
-    for band in manifest["bands"]:
-        stored = np.load(out / f"photons-{band['waveband']:04d}.npy")
-        assert len(stored) == band["requested"]
-        assert stored[:, 2].max() < 0
-        assert abs(band["mean_cosine_photons"] - band["mean_cosine_exact"]) < 1e-3
-
-
 def test_options_and_sky_toml_give_the_same_bytes(amc, tmp_path):
     words = ("--iterations", 20_000, "-q", "--out")
     assert run(amc, *words, tmp_path / "file") == 0
@@ -61,20 +29,6 @@ def test_options_and_sky_toml_give_the_same_bytes(amc, tmp_path):
     one, two = run_bytes(tmp_path / "file"), run_bytes(tmp_path / "options")
     assert set(one) == set(two)
     assert {name for name in one if one[name] != two[name]} == {"manifest.json"}
-
-
-def test_dry_run_shows_sun_and_sky(amc, capsys):
-    before = sorted(p.name for p in amc.parent.iterdir())
-    assert run(amc, "--dry-run", "--epsilon", 3, "--delta", 0.25, "--limits", "paper", "--within", "uniform") == 0
-    out = capsys.readouterr().out
-    assert "option: sun = zenith_deg 32.4, azimuth_deg 121.25, disc yes, from sky.toml" in out
-    line = next(line for line in out.splitlines() if line.startswith("option: perez = "))
-    assert "epsilon 3, delta 0.25, coefficients " in line
-    assert "limits paper, within uniform, from epsilon 3 and Delta 0.25 (options)" in line
-    assert "modelled: perez, law " in out
-    assert sorted(p.name for p in amc.parent.iterdir()) == before
-    assert run(amc, "--dry-run", "--json") == 0
-    assert json.loads(capsys.readouterr().out)["options"]["perez"]["from"] == "dni 850 and dhi 95 W m-2 (sky.toml)"
 
 
 def test_validate_reads_sky_toml(amc, capsys):

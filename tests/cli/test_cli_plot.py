@@ -57,12 +57,6 @@ def test_a_picture_for_a_paper_has_its_own_colours_and_no_sentences(scene, tmp_p
     assert "Seen from" not in paper
 
 
-def test_the_title_of_a_beam_alone_names_no_sky(tmp_path):
-    for name, title in (("beam_only", "the direct beam, without a sky"), ("clear_day", "radiance of the sky")):
-        assert main(["plot", str(INPUTS / name), "--out", str(tmp_path / "p.svg"), "--force", *SMALL, "-q"]) == 0
-        assert f"{name}: {title}" in (tmp_path / "p.svg").read_text()
-
-
 def test_counts_and_bands_of_a_scene(scene, tmp_path, capsys):
     found = told(capsys, scene, "--show", "counts", "--waveband", "3", "--waveband", "1", "--out", tmp_path / "sky.svg")
     assert found["quantity"] == "photons per steradian [sr-1]"
@@ -175,11 +169,6 @@ def test_options_of_a_scene_say_nothing_about_a_run(run, capsys):
         assert main(["plot", str(run), *words]) == 2
         assert f"{words[0]} is for" in capsys.readouterr().err
     assert main(["plot", str(run), "--pull", "--show", "counts"]) == 2
-
-
-def test_a_path_that_is_not_there(tmp_path, capsys):
-    assert main(["plot", str(tmp_path / "amc.inp")]) == 3
-    assert "Traceback" not in capsys.readouterr().err
 
 
 def test_a_run_without_photons_has_no_pulls(scene, tmp_path, capsys):

@@ -198,16 +198,6 @@ def test_a_truncated_file_or_manifest_is_made_anew(amc, tmp_path):
     assert run_bytes(out) == whole
 
 
-def test_the_manifest_of_another_run_is_replaced(amc, tmp_path):
-    words = (amc, "--iterations", 1000, "-q", "--out", tmp_path / "out")
-    assert run(*words) == 0
-    path = tmp_path / "out" / "manifest.json"
-    whole = path.read_bytes()
-    path.write_bytes(whole.replace(b'"plan_sha256": "', b'"plan_sha256": "0'))
-    assert run(*words) == 0
-    assert path.read_bytes() == whole
-
-
 def test_positions_come_with_a_footprint(amc, tmp_path):
     from dataclasses import replace
 

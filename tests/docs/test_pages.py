@@ -96,15 +96,18 @@ def test_page_of_weather(tmp_path: Path) -> None:
     assert carry_out("howto/weather.md", tmp_path) == 17
 
 
+@pytest.mark.slow
 def test_page_of_polarised_skies(tmp_path: Path) -> None:
     assert carry_out("howto/polarised.md", tmp_path) == 2
 
 
+@pytest.mark.slow
 def test_page_of_radiance(tmp_path: Path) -> None:
     pytest.importorskip("xarray")
     assert carry_out("howto/radiance.md", tmp_path) == 5
 
 
+@pytest.mark.slow
 def test_page_of_pictures(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     pytest.importorskip("h5py")

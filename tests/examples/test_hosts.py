@@ -138,7 +138,7 @@ def contracted(ptx: str) -> list[str]:
 @needs("nvcc", "make")
 @pytest.mark.slow
 def test_the_kernel_has_no_contracted_operation(folder: Path) -> None:
-    """The code is made and searched; tests/source_file/test_gpu.py runs such code where a GPU is."""
+    """The code is made and searched; tests/include/test_gpu.py runs such code where a GPU is."""
     copy = copied("cuda", folder)
     make(copy, "sky_means", "sky_means.ptx")
     text = (copy / "sky_means.ptx").read_text()

@@ -20,7 +20,7 @@ def test_every_row_has_a_test() -> None:
     rows = [int(number) for number in re.findall(r"^\| (\d+) \|", page, re.MULTILINE)]
     assert rows == list(range(1, N_ROWS + 1))
     options = ["--collect-only", "-q", "--assert=plain", "-p", "no:cacheprovider"]
-    words = [sys.executable, "-m", "pytest", *options, "tests/faults"]
+    words = [sys.executable, "-m", "pytest", *options, "tests/faults", "tests/skies"]
     done = subprocess.run(words, cwd=REPOSITORY, capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
     assert {int(number) for number in re.findall(r"\[row-(\d\d)-", done.stdout)} == set(rows)

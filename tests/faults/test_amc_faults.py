@@ -15,82 +15,26 @@ from tests.support.scenes import copy_scene, write_amc
 from tests.support.shared import INPUTS
 
 LINES = AMC.splitlines()
-LABEL = {number: line[:48] for number, line in enumerate(LINES, 1)}
 
 
-def in_line(number: int, text: str, column: int, code: str, words: str, caret: str) -> str:
-    """The answer to one problem of amc.inp."""
-    head = f"amc.inp:{number}:{column}: error[{code}]: {words}\n"
-    return f"{head}{number:5d} | {text}\n      | {' ' * (column - 1)}{caret}\n"
+def of_amc(number: int, name: str, text: str | bytes, place: str) -> Fault:
+    return Fault(row=number, name=name, files={"amc.inp": text}, places=[f"amc.inp:{place}"])
 
 
-COLUMNS = [
-    Fault(
-        row=27,
-        name="flag-one-column-right",
-        files={"amc.inp": amc_line(2, "1", column=50)},
-        answer=in_line(
-            2, f"{LABEL[2]} 1", 50, "E103",
-            "light source: '1' is not in column 49; Fortran I1 reads it as 0", "^ write 1 in column 49",
-        ),
-    ),
-    Fault(
-        row=28,
-        name="real-without-point",
-        files={"amc.inp": amc_line(6, "100")},
-        answer=in_line(
-            6, f"{LABEL[6]}100", 49, "E104",
-            "depth: '100' has no decimal point; Fortran F12.2 reads it as 1.00", "^^^ write 100.0",
-        ),
-    ),
-    Fault(
-        row=29,
-        name="line-missing",
-        files={"amc.inp": "\n".join([*LINES[:6], *LINES[7:], ""])},
-        answer=in_line(
-            7, LINES[7], 1, "E105", "there is one line missing: label '6)' is in line 7, but belongs in line 8",
-            "^^ 30 lines are needed, in the order of docs/formats/amc.md",
-        ),
-    ),
-    Fault(
-        row=29,
-        name="line-too-many",
-        files={"amc.inp": "\n".join([*LINES[:6], "", *LINES[6:], ""])},
-        answer=in_line(
-            7, "", 1, "E105", "there is one line too many: label '5)' is in line 8, but belongs in line 7",
-            "^ 30 lines are needed, in the order of docs/formats/amc.md",
-        ),
-    ),
-]  # fmt: skip
-UTF16 = (
-    "error[E101]: the file is UTF-16, which Fortran cannot read\n    1 | \n      | ^ save it as plain text (UTF-8)\n"
-)
-BYTES = [
-    Fault(row=30, name="amc-utf-16", files={"amc.inp": AMC.encode("utf-16")}, answer=f"amc.inp:1:1: {UTF16}"),
-    Fault(row=30, name="sky-utf-16", files={"skydist.inp": sky().encode("utf-16")}, answer=f"skydist.inp:1:1: {UTF16}"),
-    Fault(
-        row=30,
-        name="nul-bytes",
-        files={"amc.inp": AMC.replace("100.0", "10\0.0")},
-        answer=in_line(
-            6, f"{LABEL[6]}10\N{REPLACEMENT CHARACTER}.0", 51, "E101", "a NUL byte; this is not a text file",
-            "^ save it as plain text (UTF-8)",
-        ),
-    ),
-    Fault(
-        row=30,
-        name="lone-returns",
-        files={"amc.inp": AMC.replace("\n", "\r", 1)},
-        answer=in_line(
-            1, f"{LINES[0]}\N{REPLACEMENT CHARACTER}{LINES[1]}", len(LINES[0]) + 1, "E101",
-            "there is a carriage return inside a line; Fortran ends the line here",
-            "^ save the file with LF or CR LF line ends",
-        ),
-    ),
-]  # fmt: skip
+SKY_UTF16 = {"skydist.inp": sky().encode("utf-16")}
+FAULTS = [
+    of_amc(27, "flag-one-column-right", amc_line(2, "1", column=50), "2:50 E103"),
+    of_amc(28, "real-without-point", amc_line(6, "100"), "6:49 E104"),
+    of_amc(29, "line-missing", "\n".join([*LINES[:6], *LINES[7:], ""]), "7:1 E105"),
+    of_amc(29, "line-too-many", "\n".join([*LINES[:6], "", *LINES[6:], ""]), "7:1 E105"),
+    of_amc(30, "amc-utf-16", AMC.encode("utf-16"), "1:1 E101"),
+    Fault(row=30, name="sky-utf-16", files=SKY_UTF16, places=["skydist.inp:1:1 E101"]),
+    of_amc(30, "nul-bytes", AMC.replace("100.0", "10\0.0"), "6:51 E101"),
+    of_amc(30, "lone-returns", AMC.replace("\n", "\r", 1), f"1:{len(LINES[0]) + 1} E101"),
+]
 
 
-@faults([*COLUMNS, *BYTES])
+@faults(FAULTS)
 def test_fault(fault, tmp_path, capsys):
     check_refused(fault, tmp_path, capsys)
 

@@ -1,6 +1,6 @@
 """Run folders with bytes changed at random: every command answers, and changed photons are found.
 
-Background-sky files and MCPL files are changed in tests/unit/formats (background/test_hostile.py, mcpl/test_file.py).
+Files of background skies are changed in tests/skies/lobes/file, of MCPL in tests/formats/mcpl.
 """
 
 from __future__ import annotations

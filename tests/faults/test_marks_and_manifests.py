@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import itertools
 import json
 import math
 import shutil
@@ -89,16 +88,16 @@ def test_a_mark_that_does_not_fit_is_ignored(fault, folder, amc, whole):
 
 @row(52, "mark-every-byte")
 def test_no_changed_byte_of_a_mark_is_believed(fault, folder, amc):
-    """Each byte becomes a digit, another one, a minus sign."""
+    """Each byte becomes one of two digits or a minus sign, in turn."""
     source = sky.read_scene(amc, iterations=70000, wavebands=[1]).source(0)
     shard = Shard(index=1, count=2)
     assert read_mark(source, RunFolder(folder), shard) is not None
     data = (folder / MARK).read_bytes()
-    for k, other in itertools.product(range(len(data)), (b"7", b"8", b"-")):
-        changed = data[:k] + other + data[k + 1 :]
-        if changed != data:
-            (folder / MARK).write_bytes(changed)
-            assert read_mark(source, RunFolder(folder), shard) is None, changed
+    for k in range(len(data)):
+        other = next(one for one in (b"78-"[k % 3 :] + b"78") if one != data[k])
+        changed = data[:k] + bytes([other]) + data[k + 1 :]
+        (folder / MARK).write_bytes(changed)
+        assert read_mark(source, RunFolder(folder), shard) is None, changed
 
 
 @row(52, "mark-copied")

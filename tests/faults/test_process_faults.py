@@ -164,7 +164,7 @@ except sky.AomcSkyError as error:
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="the number of fenv.h is that of this processor")
 @row(51, "host-that-rounds-towards-zero")
 def test_a_host_that_rounds_another_way(fault):
-    """All modes are in tests/unit/test_float_mode.py."""
+    """All modes are in tests/ground/test_float_mode.py."""
     words = [str(INPUTS / "perez_sky" / "amc.inp")]
     said = [
         subprocess.run(

@@ -9,9 +9,9 @@ import aomc_sky as sky
 from aomc_sky.component import Law
 from aomc_sky.emission import emitter
 from aomc_sky.kernels.arithmetic.constants import ACCEPT_STEP, R2_STEP_V
+from tests.emission.kernels.test_emit import perez_sky
 from tests.support import chi2
 from tests.support.sampled import cell_component, even, scene
-from tests.unit.kernels.test_emit import perez_sky
 
 N = 400_000
 SEEDS = 1000

@@ -1,8 +1,7 @@
 """Who makes the photons of a test: plain numpy, as in a process that has just begun, whatever tests ran before it.
 
 Otherwise each test would compile variants of its own for a hundred photons, and which test compiles what would be a
-matter of order. Plain and compiled photons are equal to the bit: `tests/unit/kernels` proves it, and these tests take
-kernels.
+matter of order. Plain and compiled photons are equal to the bit: `tests/emission/kernels` proves it, with kernels.
 """
 
 from __future__ import annotations

@@ -8,9 +8,8 @@ from collections.abc import Sequence
 from importlib.abc import MetaPathFinder
 from pathlib import Path
 
-from tests.support.shared import DATA, INPUTS
+from tests.support.shared import DATA, INPUTS, REPOSITORY
 
-ROOT = Path(__file__).parents[2]
 HAZY = str(INPUTS / "atmosphere" / "molecules_only.atmo")
 NIGHT = str(INPUTS / "night_sky" / "night.h5")
 EPW = str(DATA / "weather" / "good" / "invented.epw")
@@ -41,7 +40,7 @@ DISTRIBUTIONS = {
 
 def extras_of_project() -> dict[str, list[str]]:
     """Extra -> names of its requirements, as pyproject.toml has them."""
-    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["project"]
     return {
         extra: [requirement.partition(">")[0] for requirement in requirements]
         for extra, requirements in project["optional-dependencies"].items()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -26,7 +27,8 @@ class Fault:
     row: int
     name: str  #: For the test's id
     files: dict[str, str | bytes]  #: Files of the scene that are replaced
-    answer: str  #: All of standard error, word for word
+    places: Sequence[str] = ()  #: File, line, column and code of each problem: "skydist.inp:5:3 E301"
+    words: str = ""  #: In the message, where it has no place
     options: Sequence[str] = ()  #: Further arguments of ``run``
     code: int = 3
 
@@ -90,10 +92,21 @@ def run_scene(folder: Path, files: dict[str, str | bytes], options: Sequence[obj
     return Answer(code=code, out=said.out, err=said.err, folder=scene / "out")
 
 
+def check_places(places: Sequence[str], said: str, kind: str = "error") -> None:
+    """Each problem has its place, its code and, below its line, what to write; whole messages are golden elsewhere."""
+    found = re.findall(rf"^(\S+:\d+:\d+): {kind}\[(E\d{{3}})\]: \S.*\n +\d+ \| .*\n +\| +\^+ \S", said, re.MULTILINE)
+    assert [f"{place} {code}" for place, code in found] == list(places), said
+    assert len(said.splitlines()) == 3 * len(found), said
+
+
 def check_refused(fault: Fault, folder: Path, capsys: Any) -> None:
-    """The command says exactly the answer, ends with the code, and leaves nothing behind."""
+    """The command names the places, ends with the code, and leaves nothing behind."""
     answer = run_scene(folder, fault.files, fault.options, capsys)
-    assert answer.err == fault.answer, answer.err
+    if fault.words:
+        assert answer.err.startswith(f"aomc-sky: error: {fault.words}"), answer.err
+        assert answer.err.count("\n") == 1
+    else:
+        check_places(fault.places, answer.err)
     assert answer.code == fault.code
     assert answer.out == ""
     assert not answer.folder.exists()

@@ -20,6 +20,14 @@ def copy_scene(name: str, folder: Path) -> Path:
     return target / "amc.inp"
 
 
+def coarse_atmosphere(folder: Path) -> Path:
+    """A copy of atmosphere_sky whose light is scattered once into few patches; its amc.inp."""
+    amc = copy_scene("atmosphere_sky", folder)
+    keys = 'file = "clear.atmo"\norders = 1\nzenith_bins = 6\nazimuth_bins = 12\n'
+    (amc.parent / "sky.toml").write_text(f"[atmosphere]\n{keys}[sun]\nzenith_deg = 41.5\n")
+    return amc
+
+
 def change_config(amc_inp: Path, **values: object) -> None:
     """Write amc.inp again with other values."""
     from dataclasses import replace

@@ -709,6 +709,28 @@ SKY_FN void aomc_sky_lobe_photon(
 
 /* ---- skies/lobes/kernels/cells.py: photons of a lobe side by side ---- */
 
+/* Shares and directions of n photons. Clang makes vectors of these loops only where it is told that rows stand alone. */
+SKY_FORMULA void aomc_sky_shares_of_rows(int is_named, uint64_t n, uint64_t bits, const uint64_t *first,
+    const int32_t *part, const double *SKY_ALONE row, double *SKY_ALONE a, double *SKY_ALONE b) {
+    uint64_t k;
+    for (k = 0; k < n; k++)
+        aomc_sky_shares(is_named ? (double)part[k] : 0.0, is_named ? 1.0 : row[8 * k + 3],
+            aomc_sky_whole(first[k], is_named ? bits : 0), row + 8 * k, a + k, b + k);
+}
+
+SKY_FORMULA void aomc_sky_directions_of_rows(const double *shape, uint64_t n, const uint64_t *second,
+    const uint64_t *word, const double *SKY_ALONE row, double *SKY_ALONE a, const double *SKY_ALONE b,
+    double *SKY_ALONE excess, double *SKY_ALONE x, double *SKY_ALONE y, double *SKY_ALONE up) {
+    uint64_t k;
+    for (k = 0; k < n; k++) {
+        double sine, cosine, v = aomc_sky_uniform(second[k]);
+        aomc_sky_turned_f64(
+            AOMC_SKY_QUARTER, row[8 * k + 5], row[8 * k + 6], row[8 * k + 4], v, &sine, &cosine);
+        excess[k] = aomc_sky_uniform(word[k]) * row[8 * k + 7];
+        a[k] = aomc_sky_world(a[k], b[k], sine, cosine, shape, x + k, y + k, up + k);
+    }
+}
+
 /* _place_queue: one trial of n photons of a lobe, whose ranks are in t */
 SKY_FN void aomc_sky_lobe_tries(
     const aomc_sky_source *s, int32_t lobe, uint32_t trial, uint64_t n, aomc_sky_lobe_columns *t) {
@@ -742,13 +764,8 @@ SKY_FN void aomc_sky_lobe_tries(
         memcpy(t->row + 8 * k, envelope + 8 * (one >> 16), 64);
         t->part[k] = (int32_t)(one & 0xFFFF);
     }
-    if (is_named)
-        for (k = 0; k < n; k++)
-            aomc_sky_shares(
-                (double)t->part[k], 1.0, aomc_sky_whole(t->first[k], bits), t->row + 8 * k, t->a + k, t->b + k);
-    else
-        for (k = 0; k < n; k++)
-            aomc_sky_shares(0.0, t->row[8 * k + 3], aomc_sky_whole(t->first[k], 0), t->row + 8 * k, t->a + k, t->b + k);
+    if (is_named) aomc_sky_shares_of_rows(1, n, bits, t->first, t->part, t->row, t->a, t->b);
+    else aomc_sky_shares_of_rows(0, n, bits, t->first, t->part, t->row, t->a, t->b);
     /* _heights */
     if (kind == 0)
         for (k = 0; k < n; k++) aomc_sky_squares(0, g, t->a + k, t->b + k);
@@ -757,13 +774,8 @@ SKY_FN void aomc_sky_lobe_tries(
     aomc_sky_roots_f64(n, t->a);
     if (kind == 1) aomc_sky_roots_f64(n, t->b);
     /* _azimuths and _directions */
-    for (k = 0; k < n; k++) {
-        double sine, cosine, v = aomc_sky_uniform(t->second[k]);
-        const double *row = t->row + 8 * k;
-        aomc_sky_turned_f64(AOMC_SKY_QUARTER, row[5], row[6], row[4], v, &sine, &cosine);
-        t->excess[k] = aomc_sky_uniform(t->word[k]) * row[7];
-        t->a[k] = aomc_sky_world(t->a[k], t->b[k], sine, cosine, shape, t->x + k, t->y + k, t->up + k);
-    }
+    aomc_sky_directions_of_rows(
+        shape, n, t->second, t->word, t->row, t->a, t->b, t->excess, t->x, t->y, t->up);
     aomc_sky_roots_f64(n, t->a);
     for (k = 0; k < n; k++) {
         double scale = -1.0 / t->a[k];

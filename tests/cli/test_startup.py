@@ -1,0 +1,182 @@
+"""The command line answers without loading numba, scipy or matplotlib; importing the package loads nothing."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from tests.support.shared import INPUTS
+
+HEAVY = {"numba", "llvmlite", "scipy", "matplotlib", "pandas", "pvlib", "tqdm", "xarray"}
+
+_PROBE = """
+import io, json, sys
+from contextlib import redirect_stderr, redirect_stdout
+answers = []
+for words in json.loads(sys.argv[1]):
+    shown = io.StringIO()
+    with redirect_stdout(shown), redirect_stderr(shown):
+        try:
+            from aomc_sky.cli.main import main
+            code = main(words)
+        except SystemExit as leaving:
+            code = leaving.code or 0
+    answers.append({"code": code, "shown": shown.getvalue(), "modules": list(sys.modules)})
+print(json.dumps(answers))
+"""
+
+
+def probe(*commands: list[str]) -> Iterator[Any]:
+    """Command lines one after another in a fresh interpreter: their exit codes, what they showed, what is imported."""
+    done = subprocess.run(
+        [sys.executable, "-c", _PROBE, json.dumps(commands)], capture_output=True, text=True, timeout=60, check=True
+    )
+    for words, answer in zip(commands, json.loads(done.stdout), strict=True):
+        answer["packages"] = {name.partition(".")[0] for name in answer["modules"]}
+        answer["words"] = " ".join(words)
+        yield answer
+
+
+LIGHT = [
+    (["--help"], 0, "usage: aomc-sky"),
+    (["--version"], 0, "aomc-sky 0."),
+    (["run", "--help"], 0, "--seed"),
+    (["validate", "--help"], 0, "every problem"),
+    (["info", "--help"], 0, "usage: aomc-sky info"),
+    (["perez", "--help"], 0, "examples:"),
+    (["run", "no_such_folder/amc.inp"], 3, "no_such_folder"),
+    (["run", str(INPUTS / "document_example"), "--dry-run"], 0, "modelled: "),
+    (["info", str(INPUTS / "document_example")], 0, "skydist.inp"),
+    (["run", "amc.inp", "--order", "sideways"], 2, "sideways"),
+]
+"""What needs nothing heavy, help first: it needs no numpy either."""
+
+
+def test_answers_without_heavy_imports() -> None:
+    for (words, code, wanted), answer in zip(LIGHT, probe(*(words for words, _, _ in LIGHT)), strict=True):
+        assert answer["code"] == code, answer
+        assert wanted in answer["shown"], answer
+        assert not HEAVY & answer["packages"], answer["words"]
+        assert "--help" not in words or "numpy" not in answer["packages"], answer["words"]
+
+
+def broken(folder: Path, scene: str, name: str, old: bytes, new: bytes) -> Path:
+    """Copy a scene with one change in one file."""
+    shutil.copytree(INPUTS / scene, folder)
+    data = (folder / name).read_bytes()
+    assert data.count(old) >= 1
+    (folder / name).write_bytes(data.replace(old, new, 1))
+    return folder / "amc.inp"
+
+
+BROKEN = [
+    ("document_example", "amc.inp", b": 100.0\n", b": 100\n", "E104"),
+    ("document_example", "lambbot.inp", b"0.05", b"1.50", "E202"),
+    ("document_example", "skydist.inp", b"1 2 1 20.0", b"1 2 1 nan", "E302"),
+    ("beam_only", "difcol.inp", b"1.0 0.5", b"1.0 x", "error[E"),
+]
+
+
+def test_input_errors_appear_without_heavy_imports(tmp_path: Path) -> None:
+    files = [broken(tmp_path / change[1], *change[:4]) for change in BROKEN]
+    dark = broken(tmp_path / "dark", "document_example", "skydist.inp", b"2 1 0 8.2\n2 1 1 9.5\n2 2 1 15.3\n", b"")
+    table = dark.with_name("skydist.inp")
+    table.write_bytes(table.read_bytes().replace(b"6 2 2 2", b"3 2 2 2"))
+    commands = [["run", str(dark)], *(["run", str(amc)] for amc in files)]
+    no_light, *answers = probe(*commands, *(["validate", str(amc.parent)] for amc in files))
+    for answer, (_, name, *_, shown) in zip(answers, BROKEN + BROKEN, strict=True):
+        assert answer["code"] == 3, answer
+        assert shown in answer["shown"], answer
+        assert name in answer["shown"], answer
+        assert not HEAVY & answer["packages"], answer["words"]
+    assert no_light["code"] == 4
+    assert "650 nm" in no_light["shown"]
+    assert not HEAVY & no_light["packages"]
+
+
+@pytest.mark.parametrize(
+    "loaded",
+    [{"--help": "", "run": "run", "verify": "run verify"}, {"--help": "", "perez": "perez"}],
+    ids=["run-and-verify", "perez"],
+)
+def test_only_the_sub_command_that_was_asked_for_is_built(loaded: dict[str, str]) -> None:
+    for answer, wanted in zip(
+        probe(*(list(dict.fromkeys([name, "--help"])) for name in loaded)), loaded.values(), strict=True
+    ):
+        built = {name.split(".")[3] for name in answer["modules"] if name.startswith("aomc_sky.cli.commands.")}
+        assert built == set(wanted.split()), answer["words"]
+
+
+def test_importing_the_package_loads_no_third_party_module() -> None:
+    probe_text = "import sys; import aomc_sky; print(*sorted({m.partition('.')[0] for m in sys.modules}))"
+    done = subprocess.run([sys.executable, "-c", probe_text], capture_output=True, text=True, timeout=60, check=True)
+    assert not {"numpy", *HEAVY} & set(done.stdout.split())
+
+
+PEREZ, LOBES, TABLE = {"perez"}, {"lobes", "background", "backgrounds"}, {"tabulated"}
+ATMOSPHERE, MOON = {"atmosphere", "atmospheres", "atmo"}, {"moon", "eclipse"}
+WEATHER = {"weather", "sun_position", "spectral_split"}
+MODELS = PEREZ | LOBES | ATMOSPHERE | MOON | WEATHER | {"uniform", "plugin"}
+
+UNUSED = {
+    "clear_day": MODELS,
+    "document_example": MODELS,
+    "beam_only": PEREZ | ATMOSPHERE | WEATHER | TABLE | {"uniform"},
+    "perez_sky": ATMOSPHERE | WEATHER | TABLE | {"uniform"},
+    "sun_and_sky": ATMOSPHERE | WEATHER | TABLE | {"uniform"},
+    "night_sky": PEREZ | ATMOSPHERE | WEATHER | TABLE | {"uniform"},
+    "atmosphere_sky": WEATHER | TABLE | {"uniform", "lobes"},
+}
+"""Names of rooms and modules that a run of the scene has no use for."""
+
+
+def run_words(scene: Path, out: Path) -> list[str]:
+    return ["run", str(scene), "--iterations", "1e3", "--out", str(out), "-q"]
+
+
+@pytest.mark.parametrize(
+    "scenes",
+    [("clear_day", "document_example"), ("beam_only", "perez_sky", "sun_and_sky"), ("night_sky",), ("atmosphere_sky",)],
+    ids=" ".join,
+)
+def test_a_run_loads_what_its_scene_needs_alone(tmp_path: Path, scenes: tuple[str, ...]) -> None:
+    """Scenes that need the same, one after another."""
+    if "night_sky" in scenes:
+        pytest.importorskip("h5py")
+    folders = [shutil.copytree(INPUTS / scene, tmp_path / scene) for scene in scenes]
+    if "atmosphere_sky" in scenes:  # order 1 in few patches: the same modules but for the solver
+        toml = folders[0] / "sky.toml"
+        few = 'clear.atmo"\nmethod = "order1"\nzenith_bins = 2\nazimuth_bins = 2\n'
+        toml.write_text(toml.read_text(encoding="utf-8").replace('clear.atmo"', few), encoding="utf-8")
+    for scene, answer in zip(scenes, probe(*(run_words(folder, folder / "out") for folder in folders)), strict=True):
+        assert answer["code"] == 0, answer
+        ours = [name.split(".") for name in answer["modules"] if name.startswith("aomc_sky.")]
+        assert [name for name in ours if UNUSED[scene] & set(name)] == []
+
+
+_PHOTONS = """
+import sys
+import aomc_sky as sky
+for iterations in map(int, sys.argv[2:]):
+    source = sky.read_scene(sys.argv[1], iterations=iterations).source(seed=1)
+    if source.total > 10**6:
+        from aomc_sky.kernels.backend import announce_photons
+        announce_photons(source.total)
+    source.photons(0, 0, 1000)
+    print("numba" in sys.modules)
+"""
+
+
+def test_numba_is_loaded_for_a_large_job_alone() -> None:
+    command = [sys.executable, "-c", _PHOTONS, str(INPUTS / "overcast"), str(10**5), str(10**8)]
+    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}  # to be loaded is enough
+    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120, env=environment)
+    assert done.stdout.split() == ["False", "True"]

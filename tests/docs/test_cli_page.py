@@ -1,0 +1,135 @@
+"""docs/cli.md against the parser: every command and option is there, and no other; help is of one form."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shlex
+from collections import defaultdict
+
+import pytest
+
+from aomc_sky.cli.usage import build_parser
+from tests.support.extras import PACKAGES, extras_of_project
+from tests.support.shared import REPOSITORY
+
+PAGE = (REPOSITORY / "docs" / "cli.md").read_text()
+FLAG = re.compile(r"(?<![\w-])--?[a-z][a-z0-9-]*")
+PARSERS: dict[str, argparse.ArgumentParser] = next(
+    action for action in build_parser()._actions if isinstance(action, argparse._SubParsersAction)
+).choices
+
+
+def options_of(parser: argparse.ArgumentParser, *, hidden: bool = False) -> set[str]:
+    """Option strings of a command; those too that only say where they went."""
+    shown = (action for action in parser._actions if hidden or action.help is not argparse.SUPPRESS)
+    return {flag for action in shown for flag in action.option_strings} - {"-h", "--help"}
+
+
+def sections() -> list[tuple[set[str], str]]:
+    """Commands and text of every section about options: they stand in its head, or after `Options of` below it."""
+    found = []
+    for part in re.split(r"(?m)^## ", PAGE)[1:]:
+        head, _, text = part.partition("\n")
+        named = re.search(r"\AOptions of (.*)", head) or re.search(r"(?m)^Options of (.*)", text)
+        if named:
+            found.append((set(re.findall(r"`([a-z]+)`", named[1])), text))
+    return found
+
+
+def page_options(command: str) -> set[str]:
+    return {flag for commands, text in sections() if command in commands for flag in FLAG.findall(text)}
+
+
+def test_every_command_is_on_the_page_and_no_other():
+    table = PAGE.partition("| command | does |")[2].partition("\n\n")[0]
+    assert set(re.findall(r"`([a-z]+)[ `]", "".join(line.split("|")[1] for line in table.splitlines()[2:]))) == set(
+        PARSERS
+    )
+
+
+@pytest.mark.parametrize("command", PARSERS)
+def test_every_option_is_on_the_page(command):
+    missing = options_of(PARSERS[command]) - page_options(command)
+    # one of the two forms will do: -q beside --quiet
+    short = {
+        flag
+        for action in PARSERS[command]._actions
+        if not missing.issuperset(action.option_strings)
+        for flag in action.option_strings
+        if not flag.startswith("--")
+    }
+    assert missing - short == set()
+
+
+def test_no_other_option_is_on_the_page():
+    for commands, text in sections():
+        known = set().union(*(options_of(PARSERS[command], hidden=True) for command in commands))
+        assert set(FLAG.findall(text)) <= known, commands
+    everything = set().union(
+        {"--help", "--version", "--print-completion"}, *(options_of(parser, hidden=True) for parser in PARSERS.values())
+    )
+    assert set(FLAG.findall(PAGE)) <= everything
+
+
+def test_choices_on_the_page_are_those_of_the_parser():
+    rows = [
+        (commands, *row)
+        for commands, text in sections()
+        for row in re.findall(r"`(--[a-z-]+) ([^` ]+\\\|[^`]+)`", text)
+    ]
+    assert len(rows) > 15
+    for commands, flag, words in rows:
+        choices = {
+            tuple(map(str, action.choices)) if action.choices else tuple(str(action.metavar).split("|"))
+            for command in commands
+            for action in PARSERS[command]._actions
+            if flag in action.option_strings
+        }
+        assert any(set(words.split("\\|")) == set(c) for c in choices), (flag, words, choices)
+
+
+def test_extras_on_the_page_are_those_of_the_project():
+    rows = re.findall(
+        r"(?m)^\| ((?:`[a-z0-9]+`(?:, )?)+) \| ([^|]+) \|", PAGE.partition("## Extras")[2].partition("\n## ")[0]
+    )
+    named = {extra: brought for extras, brought in rows for extra in re.findall(r"`(\w+)`", extras)}
+    project = extras_of_project()
+    assert set(named) == set(project) - {"all"}
+    for extra in PACKAGES:
+        assert named[extra].split(", ") == project[extra]
+
+
+@pytest.mark.parametrize("command", PARSERS)
+def test_help_is_of_one_form(command):
+    parser = PARSERS[command]
+    assert parser.description
+    assert parser.description.rstrip().endswith(".")
+    assert parser.epilog.startswith("examples:\n")
+    for action in parser._actions:
+        text = action.help % vars(action) if "%(" in action.help else action.help
+        assert not text.endswith("."), action.option_strings
+        assert text.isprintable()
+
+
+@pytest.mark.parametrize("command", ["", *PARSERS])
+def test_examples_of_the_help_can_be_parsed(command):
+    epilog = (PARSERS[command] if command else build_parser()).epilog
+    lines = epilog.partition("examples:\n")[2].partition("\n\n")[0].splitlines()
+    assert lines
+    for line in lines:
+        words = re.search(r"aomc-sky ([^|>)]*)", re.split(r"\s{2,}", line.strip())[0])
+        assert words is not None, line
+        given = shlex.split(words[1])
+        assert given[0] == command or not command
+        build_parser().parse_args(given)
+
+
+def test_options_of_several_commands_mean_the_same():
+    texts = defaultdict(set)
+    for parser in PARSERS.values():
+        for action in parser._actions:
+            for flag in action.option_strings:
+                texts[flag].add((action.help, str(action.metavar), str(action.choices)))
+    for flag in ("--json", "--threads", "--strict", "--lenient", "--compat", "--weighting", "--ghi", "--air-mass"):
+        assert len(texts[flag]) == 1, texts[flag]

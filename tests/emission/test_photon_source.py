@@ -1,0 +1,271 @@
+"""The promises of the source: any split, any order, any process gives the same bits."""
+
+import itertools
+import pickle
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import aomc_sky as sky
+from aomc_sky.plan.file import npz_bytes
+
+BANDS = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
+FIELDS = ("ux", "uy", "uz", "patch", "x", "y", "weight", "q", "u", "numbers")
+
+
+def scene(n=30_011, components=None, **more):
+    if components is None:
+        rng = np.random.default_rng(3)
+        grid = sky.PatchGrid.regular(6, 9)
+        table = sky.TabulatedSky(wavelength_nm=[450, 550], values=rng.lognormal(0, 2, (2, 54)), grid=grid)
+        components = table.lower([450, 550])
+    return sky.Scene(wavebands=BANDS, n_photons=n, components=components, **more)
+
+
+def several():
+    disc = sky.DirectBeam(sun_zenith_deg=89.9, sun_azimuth_deg=40, radius_deg=0.2665).lower([450, 550])
+    beam = sky.DirectBeam(sun_zenith_deg=30).lower([450, 550])
+    named = sky.Component(name="beam", law=beam[0].law, strength=beam[0].strength, mass=beam[0].mass, cell=beam[0].cell)
+    return (*disc, *scene().components, *sky.UniformSky(per_solid_angle=True).lower([450, 550]), named)
+
+
+def assert_equal(a, b, part=slice(None)):
+    for name in FIELDS:
+        left, right = getattr(a, name), getattr(b, name)
+        assert (left is None) == (right is None)
+        if left is not None:
+            np.testing.assert_array_equal(left, right[part])
+
+
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("order", ["shuffled", "patch"])
+@pytest.mark.parametrize("components", [None, several()], ids=["one", "several"])
+def test_1000_random_splits(precision, order, components):
+    """Of the eight ways together."""
+    footprint = sky.Footprint(shape="circle", size_x_m=3.0, size_y_m=3.0)
+    source = scene(components=components, footprint=footprint).source(
+        seed=7, precision=precision, order=order, weights=components is None
+    )
+    n = source.n_photons(1)
+    whole = source.photons(1)
+    rng = np.random.default_rng(5)
+    for _ in range(1000 // 8 // 20 + 1):
+        cuts = np.unique(np.concatenate([[0, n], rng.integers(0, n, 20)]))
+        for start, stop in itertools.pairwise(cuts):
+            assert_equal(source.photons(1, int(start), int(stop)), whole, slice(start, stop))
+
+
+@settings(max_examples=25)
+@given(size=st.integers(1, 40_000))
+def test_batches_are_the_photons(size):
+    source = scene().source(seed=1)
+    whole = source.photons(0)
+    at = 0
+    for batch in source.batches(0, max(size, 500)):
+        assert batch.start == at
+        assert_equal(batch, whole, slice(at, at + len(batch)))
+        at += len(batch)
+    assert at == len(whole) == 30_011
+
+
+def test_many_photons_come_in_blocks(monkeypatch):
+    """Between two of them Python answers Ctrl-C; the bits are those of batches, weights and replicates included."""
+    source, sizes = scene(5_000).source(seed=2, replicates=3), []
+    fill = source._emitter.fill
+    monkeypatch.setattr("aomc_sky.emission.photon_source._BLOCK", 1_000)
+    monkeypatch.setattr(source._emitter, "fill", lambda *a: (sizes.append(a[2]["ux"].size), fill(*a)))
+    whole = source.photons(1, numbers=1)
+    assert max(sizes) <= 1_000
+    assert sum(sizes) == 5_000
+    for batch in source.batches(1, 700, numbers=1):
+        assert_equal(batch, whole, slice(batch.start, batch.start + len(batch)))
+
+
+def test_a_batch_has_photons():
+    with pytest.raises(ValueError, match="size must be at least 1, got 0"):
+        next(scene().source().batches(0, 0))
+
+
+def test_the_scale_of_masses_is_no_share_of_the_light():
+    table = sky.TabulatedSky(
+        wavelength_nm=[450], values=np.full((1, 54), 7.0), grid=sky.PatchGrid.regular(6, 9), strength=0.25
+    )
+    source = scene(1000, (table, sky.DirectBeam(sun_zenith_deg=30, strength=0.75))).source()
+    assert source.counts[:, -1].tolist() == [750, 750]
+
+
+def test_two_rows_of_one_wavelength_are_refused_unless_the_program_chooses():
+    grid, values = sky.PatchGrid.regular(1, 1), np.array([[1.0], [2.0]])
+    with pytest.raises(sky.SceneError, match="500 nm stands in it twice"):
+        sky.TabulatedSky(wavelength_nm=[500, 500], values=values, grid=grid)
+    sky.TabulatedSky(wavelength_nm=[500, 500], values=values, grid=grid, midpoint_rule=True)
+
+
+def test_a_circle_has_one_diameter():
+    with pytest.raises(sky.SceneError, match="a circle has one diameter"):
+        sky.Footprint(shape="circle", size_x_m=1.0, size_y_m=2.0)
+
+
+def test_threads_and_processes():
+    source = scene().source(seed=2)
+    whole = source.photons(1)
+    starts = list(range(0, 30_011, 1777))
+    with ThreadPoolExecutor(8) as pool:
+        parts = list(pool.map(lambda s: source.photons(1, s, min(s + 1777, 30_011)), starts))
+    for start, part in zip(starts, parts, strict=True):
+        assert_equal(part, whole, slice(start, start + len(part)))
+    again = pickle.loads(pickle.dumps(source))
+    assert_equal(again.photons(1, 5, 50), whole, slice(5, 50))
+    assert len(pickle.dumps(scene(n=10**15).source())) < 100_000
+
+
+def test_bands_seeds_and_other_bands():
+    base = scene().source(seed=1)
+    assert not np.array_equal(base.photons(0).ux, base.photons(1).ux)
+    assert not np.array_equal(base.photons(0).ux, scene().source(seed=2).photons(0).ux)
+    only = scene(n=[0, 30_011]).source(seed=1)
+    assert_equal(only.photons(1), base.photons(1))
+    assert len(only.photons(0)) == 0
+
+
+def test_footprints_do_not_change_directions():
+    point = scene().source(seed=4)
+    shape = sky.Footprint(shape="rectangle", size_x_m=2.0, size_y_m=8.0)
+    wide = scene(footprint=shape).source(seed=4)
+    a, b = point.photons(0), wide.photons(0)
+    np.testing.assert_array_equal(a.ux, b.ux)
+    assert a.x is None
+    assert np.abs(b.x).max() <= 1
+    assert np.abs(b.y).max() <= 4
+    assert b.positions.shape == (30_011, 2)
+
+
+def test_out_is_filled_and_checked():
+    source = scene().source(seed=5)
+    fresh = source.photons(0, 10, 1010)
+    out = source.photons(0, 0, 2000)
+    filled = source.photons(0, 10, 1010, out=out)
+    assert filled.ux.base is not None
+    assert np.shares_memory(filled.ux, out.ux)
+    assert_equal(filled, fresh)
+    small = source.photons(0, 0, 10)
+    with pytest.raises(ValueError, match="at least 1000"):
+        source.photons(0, 10, 1010, out=small)
+    memory = np.empty(3000, np.float32)
+    overlapping = sky.PhotonBatch(
+        ux=memory[:1000], uy=memory[999:1999], uz=memory[2000:], patch=np.empty(1000, np.int32), band=0, start=0,
+        wavelength_nm=1.0,
+    )  # fmt: skip
+    with pytest.raises(ValueError, match="overlap"):
+        source.photons(0, 0, 1000, out=overlapping)
+
+
+@pytest.mark.parametrize(("band", "start", "stop"), [(2, 0, 1), (-1, 0, 1), (0, -1, 5), (0, 5, 4), (0, 0, 30_012)])
+def test_ranges_that_do_not_exist(band, start, stop):
+    with pytest.raises(IndexError, match=r"band|photons"):
+        scene().source().photons(band, start, stop)
+
+
+def test_plan_rebuilds_the_source(tmp_path):
+    source = scene(components=several()).source(seed=6, precision="float64")
+    source.plan.save(tmp_path / "plan.npz")
+    plan = sky.Plan.load(tmp_path / "plan.npz")
+    assert plan.sha256 == source.plan.sha256
+    again = sky.PhotonSource.from_plan(plan)
+    assert_equal(again.photons(0), source.photons(0))
+    np.testing.assert_array_equal(again.counts, source.counts)
+    assert [c.name for c in again.components] == [c.name for c in source.components]
+    assert again.grid.n_patches == source.grid.n_patches
+    (tmp_path / "plan.npz").write_bytes(b"PK\x03\x04 not a plan")
+    with pytest.raises(sky.AomcSkyError, match="not a readable plan"):
+        sky.Plan.load(tmp_path / "plan.npz")
+
+
+def test_everything_that_changes_photons_changes_the_name():
+    names = {scene().source(seed=1).plan.sha256}
+    variants = [
+        scene().source(seed=2),
+        scene().source(seed=1, order="patch"),
+        scene().source(seed=1, placement="philox"),
+        scene().source(seed=1, allocation="largest-remainder"),
+        scene().source(seed=1, precision="float64"),
+        scene(n=30_012).source(seed=1),
+        scene(footprint=sky.Footprint(shape="circle", size_x_m=1.0, size_y_m=1.0)).source(seed=1),
+    ]
+    names |= {source.plan.sha256 for source in variants}
+    assert len(names) == 8
+
+
+@pytest.mark.parametrize(
+    ("name", "allowed"), [("method", "'stratified', 'iid'"), ("placement", "'r2', 'philox', 'centre'")]
+)
+def test_a_choice_that_there_is_not_gets_those_that_there_are(name, allowed):
+    with pytest.raises(sky.UsageError, match=f"{name} must be one of {allowed}, got 'sobol'"):
+        scene().source(**{name: "sobol"})
+
+
+def test_counts_of_one_column_are_those_of_allocate():
+    rng = np.random.default_rng(9)
+    values = rng.lognormal(0, 3, (1, 54))
+    table = sky.TabulatedSky(wavelength_nm=[500], values=values, grid=sky.PatchGrid.regular(54, 1))
+    bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
+    for n in (10, 10**6, 10**12):  # far beyond, the rounding of masses that were divided by their sum shows
+        source = sky.Scene(wavebands=bands, n_photons=n, components=table.lower([500])).source(seed=3)
+        np.testing.assert_array_equal(source.counts[0], sky.allocate(values[0], n, seed=3))
+
+
+def test_exact_moments_are_those_of_many_photons():
+    source = scene(n=400_000, components=several()).source(precision="float64", method="iid")
+    for band in (0, 1):
+        mu = -source.photons(band).uz
+        moments = source.exact_moments(band)
+        assert abs(mu.mean() - moments.mean_mu) < 6 * mu.std() / np.sqrt(mu.size)
+
+
+def test_listed_weights_turn_photons_into_flux():
+    """Weighted photons estimate the mean cosine of the radiance, whatever the launch law."""
+    rng = np.random.default_rng(8)
+    grid = sky.PatchGrid.regular(6, 9)
+    values = rng.lognormal(0, 1, (1, 54))
+    bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
+
+    def mean_mu(weighting, weights):
+        table = sky.TabulatedSky(wavelength_nm=[500], values=values, grid=grid, weighting=weighting)
+        source = sky.Scene(wavebands=bands, n_photons=10**6, components=table.lower([500])).source(weights=weights)
+        batch = source.photons()
+        if not weights:
+            return float(-batch.uz.astype(float).mean())
+        assert abs(batch.weight.astype(float).mean() - 1) < 1e-4
+        return float((-batch.uz.astype(float) * batch.weight).mean())
+
+    flux = mean_mu("projected", weights=False)
+    assert abs(mean_mu("listed", weights=True) - flux) < 3e-4
+    assert abs(mean_mu("solid-angle", weights=True) - flux) < 3e-4
+    assert abs(mean_mu("listed", weights=False) - flux) > 0.01
+
+
+def test_a_plan_of_other_streams_is_refused(tmp_path):
+    plan = scene().source(seed=6).plan
+    (tmp_path / "plan.npz").write_bytes(npz_bytes(plan.members(), {**plan.options, "stream": "aomc-sky/1"}))
+    with pytest.raises(sky.AomcSkyError, match=r"'aomc-sky/1'.*other photons.*run the scene again"):
+        sky.Plan.load(tmp_path / "plan.npz")
+
+
+@pytest.mark.parametrize(
+    ("call", "text"),
+    [
+        (
+            lambda s, path: sky.write_run(s.source(), path),
+            "expected a Scene, got PhotonSource; write write_run.scene, ",
+        ),
+        (sky.write_mcpl, "expected a PhotonSource, got Scene; write write_mcpl.scene.source"),
+        (lambda s, path: sky.to_xarray(s), "expected a PhotonSource, got Scene; write to_xarray.scene.source"),
+    ],
+)
+def test_a_scene_in_the_place_of_a_source(call, text, tmp_path):
+    with pytest.raises(sky.UsageError, match=text):
+        call(scene(), tmp_path / "out")
+    assert not list(tmp_path.iterdir())

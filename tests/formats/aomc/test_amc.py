@@ -1,0 +1,104 @@
+"""AMC's own files: what the readers make of good ones, what --lenient changes, and what is no file."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from aomc_sky.errors import InputFileError, InputWarning
+from aomc_sky.formats.aomc.amc import FootprintCode, LightSource, read_amc, read_difcol, read_lambbot
+from tests.support.scenes import write_amc
+from tests.support.shared import DATA
+
+
+def test_amc_values() -> None:
+    config = read_amc(DATA / "amc/good/thirty_lines.inp")
+    assert config.iterations == 5_000_000
+    assert config.light_source is LightSource.FILE
+    assert (config.direct_azimuth_deg, config.direct_zenith_deg) == (45, 30)
+    assert (config.depth_m, config.side_m, config.layer_thickness_m) == (20.0, 1000.0, 2.5)
+    assert config.use_polar_cap is None
+    assert config.footprint is FootprintCode.POINT
+    assert (config.circle_diameter_m, config.rectangle_x_m, config.rectangle_y_m) == (2.0, 1.0, 10.0)
+    assert config.log_bottom is True
+    assert config.log_side is False
+    assert config.n_wavebands == 2
+
+
+def test_both_layouts_and_spellings_mean_the_same() -> None:
+    plain = read_amc(DATA / "amc/good/thirty_lines.inp")
+    assert replace(read_amc(DATA / "amc/good/older_layout.inp"), use_polar_cap=None) == plain
+    assert read_amc(DATA / "amc/good/older_layout.inp").use_polar_cap is True
+    assert read_amc(DATA / "amc/good/crlf_bom_and_notes.inp") == plain
+    assert read_amc(DATA / "amc/good/exponents.inp") == plain
+
+
+@pytest.mark.parametrize(
+    ("name", "field", "value"),
+    [
+        ("flag_one_column_right", "light_source", 0),
+        ("flag_two_digits", "log_bottom", True),
+        ("real_without_point", "depth_m", 0.2),
+        ("exponent_without_point", "circle_diameter_m", 2e-6),
+        ("thirteen_characters", "iterations", 500),
+        ("past_the_field", "iterations", 5),
+        ("one_column_left", "depth_m", 0.0),
+        ("blank_inside", "n_wavebands", 12),
+        ("lone_point", "circle_diameter_m", 0.0),
+    ],
+)
+def test_lenient_takes_what_fortran_reads_and_says_so(name: str, field: str, value: float) -> None:
+    with pytest.warns(InputWarning, match=r"warning\[E10[3-9]\]"):
+        config = read_amc(DATA / f"amc/bad/{name}.inp", lenient=True)
+    assert getattr(config, field) == value
+
+
+@pytest.mark.parametrize("name", ["text_in_field", "truncated", "zenith_90", "value_missing", "nul", "not_a_number"])
+def test_lenient_does_not_save_what_the_program_refuses(name: str) -> None:
+    with pytest.raises(InputFileError):
+        read_amc(DATA / f"amc/bad/{name}.inp", lenient=True)
+
+
+@pytest.mark.parametrize("polar_cap", [None, True, False])
+def test_amc_written_and_read(tmp_path: Path, polar_cap: bool | None) -> None:
+    config = replace(
+        read_amc(DATA / "amc/good/thirty_lines.inp"),
+        iterations=123_456_789_012,
+        use_polar_cap=polar_cap,
+        depth_m=1e-7,
+        cell_size_m=0.123456789,
+        target_x_m=1e7,
+        layer_thickness_m=-1.0,
+        light_source=LightSource.MODEL,
+    )
+    write_amc(config, tmp_path / "amc.inp")
+    assert read_amc(tmp_path / "amc.inp") == config
+
+
+def test_lambbot_and_difcol_values() -> None:
+    table = read_lambbot(DATA / "lambbot/good/target_and_words.inp", n_wavebands=2, has_target=True)
+    assert table.wavelength_nm.tolist() == [400.0, 500.0]
+    assert table.bottom_reflectance.tolist() == [0.1, 0.5]
+    assert table.target_specular_fraction is not None
+    assert table.target_specular_fraction.tolist() == [0.4, 0.5]
+    assert read_lambbot(DATA / "lambbot/good/plain.inp").target_reflectance is None
+    difcol = read_difcol(DATA / "difcol/good/plain.inp", n_wavebands=2)
+    assert difcol.direct_fraction.tolist() == [0.8, 1.0]
+    assert difcol.intensity.tolist() == [1.0, 0.5]
+    with pytest.raises(ValueError, match="read-only"):
+        difcol.intensity[0] = 2
+
+
+def test_lenient_lambbot_keeps_the_value() -> None:
+    with pytest.warns(InputWarning, match="E202"):
+        table = read_lambbot(DATA / "lambbot/bad/reflectance_high.inp", lenient=True)
+    assert table.bottom_reflectance[0] == 1.5
+
+
+def test_a_mistyped_label_is_no_displaced_line(tmp_path: Path) -> None:
+    text = (DATA / "amc/good/thirty_lines.inp").read_text()
+    assert text.count("\n4)") == 1
+    (tmp_path / "amc.inp").write_text(text.replace("\n4)", "\n5)"))
+    assert read_amc(tmp_path / "amc.inp") == read_amc(DATA / "amc/good/thirty_lines.inp")

@@ -1,0 +1,118 @@
+"""Every good file is read, every bad one gets the message beside it, word for word, and so do those of inputs/bad."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from aomc_sky.errors import InputFileError, InputWarning
+from aomc_sky.formats.aomc.amc import read_amc, read_difcol, read_lambbot
+from aomc_sky.formats.aomc.skydist import read_skydist
+from aomc_sky.formats.mcpl.file import check_mcpl
+from aomc_sky.formats.sky_toml.file import read_sky_toml
+from aomc_sky.formats.weather import read_weather
+from aomc_sky.outputs.photons.npy import read_photons_npy
+from aomc_sky.skies.atmosphere.description.medium import read_medium
+from aomc_sky.skies.atmosphere.description.reader import read_atmo
+from aomc_sky.source.read.measured import read_radiance_csv
+from tests.support.shared import DATA, INPUTS
+
+
+def read_background(path: str) -> object:
+    pytest.importorskip("h5py")
+    from aomc_sky.skies.lobes.file.file import read_background_file
+
+    return read_background_file(path)
+
+
+READERS: dict[str, Callable[[str], object]] = {
+    "amc": read_amc,
+    "lambbot": lambda path: read_lambbot(path, n_wavebands=2),
+    "difcol": lambda path: read_difcol(path, n_wavebands=2),
+    "skydist": read_skydist,
+    "sky_toml": read_sky_toml,
+    "atmo": read_atmo,
+    "atmo_blocks": lambda path: read_medium(read_atmo(path)),
+    "background": read_background,
+    "mcpl": check_mcpl,
+    "photons_npy": lambda path: list(read_photons_npy(path).blocks()),
+    "radiance_csv": read_radiance_csv,
+    "weather": lambda path: read_weather(path, Path(path).name.split("_")[0]),
+}
+LEAST = {"amc": 20, "lambbot": 10, "difcol": 5, "skydist": 20, "sky_toml": 20, "atmo": 36, "atmo_blocks": 5}
+LEAST |= {"background": 9, "mcpl": 5, "photons_npy": 6, "weather": 20, "radiance_csv": 10}
+"""Bad files that there are at least."""
+
+ENDINGS = (".inp", ".toml", ".mcpl", ".h5", ".atmo", ".npy", ".csv")
+GOOD = [(kind, p) for kind in READERS for p in sorted((DATA / kind / "good").glob("*")) if p.suffix in ENDINGS]
+GOOD = [(kind, p) for kind, p in GOOD if kind != "weather" or p.suffix != ".csv"]  # tests/formats/test_weather.py
+BAD = [(kind, p) for kind in READERS for p in sorted((DATA / kind / "bad").glob("*")) if p.suffix in ENDINGS]
+SHOWN = sorted([*(INPUTS / "bad").glob("*.inp"), *(INPUTS / "bad").glob("*.toml")])
+
+
+def name_of(value: object) -> str:
+    return value.stem if isinstance(value, Path) else str(value)
+
+
+@pytest.mark.parametrize(("kind", "path"), GOOD, ids=name_of)
+def test_a_good_file_is_read_without_a_word(kind: str, path: Path) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert READERS[kind](str(path)) is not None
+
+
+def refusal(kind: str, path: Path, monkeypatch: pytest.MonkeyPatch) -> InputFileError:
+    monkeypatch.chdir(path.parent)
+    with pytest.raises(InputFileError) as caught:
+        READERS[kind](path.name)
+    assert caught.value.exit_code == 3
+    return caught.value
+
+
+@pytest.mark.parametrize(("kind", "path"), BAD, ids=name_of)
+def test_a_bad_file_gets_its_message(kind: str, path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert f"{refusal(kind, path, monkeypatch)}\n" == path.with_suffix(".expected").read_text()
+
+
+@pytest.mark.parametrize("kind", [kind for kind in READERS if kind != "weather"])
+def test_every_message_says_what_to_write(kind: str) -> None:
+    for path in sorted((DATA / kind / "bad").glob("*.expected")):
+        carets = [line for line in path.read_text().splitlines() if line.lstrip().startswith("| ") and "^" in line]
+        assert all(line.split("^")[-1].strip() for line in carets), path.name
+
+
+def test_every_expected_message_has_its_file() -> None:
+    messages = DATA.glob("*/bad/*.expected")
+    assert [path for path in messages if not any(path.with_suffix(e).exists() for e in ENDINGS)] == []
+    assert all(sum(of == kind for of, _ in BAD) >= least for kind, least in LEAST.items())
+
+
+def shown_messages() -> dict[str, list[str]]:
+    """What inputs/bad/README.md shows for every broken file."""
+    text = (INPUTS / "bad" / "README.md").read_text()
+    sections = re.findall(r"^## (\S+)\n.*?^```\n(.*?)^```$", text, re.M | re.S)
+    return {name: [line.rstrip() for line in message.strip().splitlines()] for name, message in sections}
+
+
+def test_the_page_of_bad_inputs_names_every_file() -> None:
+    assert set(shown_messages()) == {path.name for path in SHOWN}
+    assert len(SHOWN) >= 10
+
+
+@pytest.mark.parametrize("path", SHOWN, ids=lambda path: path.name)
+def test_the_page_of_bad_inputs_shows_what_is_printed(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    kind = path.name.split(".")[1]
+    error = refusal("sky_toml" if kind == "sky" else kind, path, monkeypatch)
+    assert [line.rstrip() for line in str(error).splitlines()] == shown_messages()[path.name]
+
+
+def test_wavelengths_in_micrometres_can_be_labels() -> None:
+    """With --lenient they are labels; those of the program's own input, 0 to 30, are no question."""
+    for kind, read in (("lambbot", read_lambbot), ("skydist", read_skydist)):
+        with pytest.warns(InputWarning, match="wavelengths are in nm, got 0") as caught:
+            assert read(DATA / kind / "bad" / "micrometres.inp", lenient=True).wavelength_nm.tolist() == [0.44, 0.55]
+        assert len(caught) == 2

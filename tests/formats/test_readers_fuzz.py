@@ -1,0 +1,324 @@
+"""Readers against gfortran: a mutated file is read as Fortran reads it, or refused with a place inside it.
+
+Whatever a text holds: no other exception than ours. Hypothesis draws bundles of mutations, so that one
+process of the compiled reader serves a whole bundle.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from aomc_sky.errors import InputFileError
+from aomc_sky.formats.aomc.amc import (
+    AmcConfig,
+    fields_of_layout,
+    has_polar_cap_line,
+    read_amc,
+    read_difcol,
+    read_lambbot,
+)
+from aomc_sky.formats.aomc.skydist import SkyTable, read_head, read_rows, read_rows_fast, read_skydist, write_skydist
+from aomc_sky.formats.report import Report
+from aomc_sky.formats.text_file import split_lines
+from tests.support.fortran import as_real, compile_reader, needs_gfortran, readings
+from tests.support.limits import MOST_CPU_S
+from tests.support.shared import DATA
+
+ALPHABET = " 0123456789.,-+eEdDqQ\tx:)Nan*/;#!'\"(_\n\r\f\v\xa0\x85\xb2\xe9"
+FAST = settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
+
+Mutation = tuple[int, int, int, str]
+mutations = st.lists(
+    st.lists(
+        st.tuples(st.integers(0, 7), st.integers(0, 40), st.integers(0, 70), st.sampled_from(ALPHABET)),
+        min_size=1,
+        max_size=3,
+    ),
+    min_size=20,
+    max_size=40,
+)
+
+
+def mutate(text: str, changes: list[Mutation]) -> str:
+    """Insert, delete, replace or swap characters, shift a line, or delete, double or swap columns of a line."""
+    lines = text.split("\n")
+    for kind, row, column, character in changes:
+        row %= len(lines)
+        line = lines[row]
+        k = column % (len(line) + 1)
+        if kind == 0:
+            lines[row] = line[:k] + character + line[k:]
+        elif kind == 1:
+            lines[row] = line[:k] + line[k + 1 :]
+        elif kind == 2:
+            lines[row] = line[:k] + character + line[k + 1 :]
+        elif kind == 3:
+            lines[row] = line[:k] + line[k + 1 : k + 2] + line[k : k + 1] + line[k + 2 :]
+        elif kind == 4:
+            lines[row : row + 1] = [line, ""] if column % 2 else []
+            lines = lines or [""]
+        else:
+            lines[row] = " ".join(moved_columns(line.split(), kind, column))
+    return "\n".join(lines)
+
+
+def moved_columns(words: list[str], kind: int, column: int) -> list[str]:
+    """The words of a line, one of them deleted (5), doubled (6), or swapped with the next (7)."""
+    k = column % max(len(words), 1)
+    if kind == 5:
+        return words[:k] + words[k + 1 :]
+    if kind == 6:
+        return words[: k + 1] + words[k:]
+    return words[:k] + words[k + 1 : k + 2] + words[k : k + 1] + words[k + 2 :]
+
+
+def texts_of(kind: str) -> list[str]:
+    return [
+        p.read_bytes().decode("latin-1").removeprefix("\xef\xbb\xbf")
+        for p in sorted((DATA / kind / "good").glob("*.inp"))
+    ]
+
+
+def check_places(error: InputFileError, text: str) -> None:
+    """Every problem stands inside the text."""
+    lines = text.split("\n")
+    for problem in error.problems:
+        assert 1 <= problem.line <= max(1, len(lines)), str(error)
+        # a short line of amc.inp goes on in blanks up to its field
+        assert 1 <= problem.column <= max(49, len(lines[problem.line - 1]) + 1), str(error)
+        assert problem.render().startswith(f"{problem.path}:{problem.line}:{problem.column}: error[E")
+
+
+def read_or_refuse(read: Callable[[], object], text: str) -> object | None:
+    """What a reader returns; None where it refuses the text with a place inside it."""
+    start = time.process_time()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return read()
+    except InputFileError as error:
+        check_places(error, text)
+        return None
+    finally:
+        assert time.process_time() - start < MOST_CPU_S
+
+
+def amc_words(config: AmcConfig) -> list[float]:
+    return [getattr(config, field.name) for field in fields_of_layout(config.use_polar_cap is not None)]
+
+
+@pytest.fixture(scope="module")
+def amc_program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return compile_reader("read_amc", tmp_path_factory.mktemp("amc"))
+
+
+@pytest.fixture(scope="module")
+def list_program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return compile_reader("read_list", tmp_path_factory.mktemp("list"))
+
+
+def read_by_fortran(
+    program: Path, kind: str, changes: list[list[Mutation]], letter: Callable[[str], str], end: str, which: int = 0
+) -> Iterator[tuple[str, Path, list[int] | None]]:
+    """Mutated texts of a kind, the file of each, and the words that the compiled reader gives; None where it refuses.
+
+    `letter` says how the program reads a text. A slash that ends a file without a line end is more than gfortran's
+    library can read, so texts of lists get an `end`.
+    """
+    sources = texts_of(kind)
+    texts = [mutate(sources[(which + k) % len(sources)], change) + end for k, change in enumerate(changes)]
+    paths = [program.parent / f"{k}.inp" for k in range(len(texts))]
+    for path, text in zip(paths, texts, strict=True):
+        path.write_bytes(text.encode("latin-1"))
+    return zip(texts, paths, readings(program, list(zip(map(letter, texts), paths, strict=True))), strict=True)
+
+
+@needs_gfortran
+@FAST
+@given(changes=mutations, which=st.integers(0, 3))
+def test_amc_is_read_as_gfortran_reads_it(changes: list[list[Mutation]], which: int, amc_program: Path) -> None:
+    letter = lambda text: "P" if has_polar_cap_line(text.split("\n")) else "-"  # noqa: E731
+    for text, path, words in read_by_fortran(amc_program, "amc", changes, letter, "", which):
+        fields = fields_of_layout(letter(text) == "P")
+        for lenient in (False, True):
+            config = read_or_refuse(lambda p=path, le=lenient: read_amc(p, lenient=le), text)
+            if config is None:
+                continue
+            assert words is not None, f"Fortran refuses {path}"
+            wanted = [w if f.decimals is None else as_real(w) for f, w in zip(fields, words, strict=True)]
+            assert isinstance(config, AmcConfig)
+            assert amc_words(config) == wanted
+
+
+@needs_gfortran
+@FAST
+@given(changes=mutations, which=st.integers(0, 2))
+def test_skydist_is_read_as_gfortran_reads_it(changes: list[list[Mutation]], which: int, list_program: Path) -> None:
+    for text, path, words in read_by_fortran(list_program, "skydist", changes, lambda _: "S", "\n", which):
+        for lenient in (False, True):
+            table = read_or_refuse(lambda p=path, le=lenient: read_skydist(p, lenient=le), text)
+            if table is None:
+                continue
+            assert isinstance(table, SkyTable)
+            if words is not None:
+                check_table(table, words)
+                continue
+            # the only file that Fortran refuses and --lenient takes is one that ends early, which is told
+            assert lenient, f"Fortran refuses {text!r}"
+            with warnings.catch_warnings(record=True) as told:
+                warnings.simplefilter("always")
+                read_skydist(path, lenient=True)
+            assert any("E303]: numskyelem: the header says" in str(one.message) for one in told)
+
+
+def check_table(table: SkyTable, words: list[int]) -> None:
+    """The table is what Fortran has in its array: the rows that the header announces, the last of equal places."""
+    n, n_zenith, n_azimuth, n_table = words[:4]
+    assert table.radiance.shape == (n_table, n_zenith, n_azimuth + 1)
+    assert table.wavelength_nm.tolist() == [as_real(w) for w in words[4 : 4 + n_table]]
+    wanted = np.zeros_like(table.radiance)
+    for k in range(4 + n_table, 4 + n_table + 4 * n, 4):
+        wanted[words[k] - 1, words[k + 1] - 1, words[k + 2]] = as_real(words[k + 3])
+    assert np.array_equal(table.radiance, wanted)
+
+
+BOTTOM = ("wavelength_nm", "bottom_reflectance", "bottom_specular_fraction")
+BAND_FILES = {
+    "2": ("difcol", read_difcol, ("direct_fraction", "intensity")),
+    "3": ("lambbot", read_lambbot, BOTTOM),
+    "5": (
+        "lambbot",
+        partial(read_lambbot, has_target=True),
+        (*BOTTOM, "target_reflectance", "target_specular_fraction"),
+    ),
+}
+"""Columns of a file of wavebands -> its kind, its reader, and what the columns are."""
+
+
+@needs_gfortran
+@FAST
+@given(changes=mutations, n_columns=st.sampled_from(sorted(BAND_FILES)))
+def test_band_files_are_read_as_gfortran_reads_them(
+    changes: list[list[Mutation]], n_columns: str, list_program: Path
+) -> None:
+    kind, read, names = BAND_FILES[n_columns]
+    for text, path, words in read_by_fortran(list_program, kind, changes, lambda _: n_columns, "\n"):
+        table = read_or_refuse(lambda p=path: read(p), text)
+        if table is None:
+            continue
+        assert words is not None, f"Fortran refuses {text!r}"
+        columns = np.stack([getattr(table, name) for name in names], axis=1)
+        assert columns.ravel().tolist() == [as_real(w) for w in words[1:]]
+
+
+# no answer of Fortran is asked for here: the kernel ends the process where a reader has no end, and its peak is its own
+PROBE = """
+import resource, sys, warnings
+warnings.simplefilter("ignore")
+resource.setrlimit(resource.RLIMIT_CPU, (int(sys.argv[1]), int(sys.argv[1])))
+from aomc_sky.errors import InputFileError
+from aomc_sky.formats.aomc.amc import read_amc, read_difcol, read_lambbot
+from aomc_sky.formats.sky_toml.file import read_sky_toml
+from aomc_sky.formats.aomc.skydist import read_skydist
+from aomc_sky.formats.spectrum_csv import read_spectrum_csv
+from aomc_sky.formats.weather import read_weather
+readers = [read_amc, read_difcol, read_lambbot, read_sky_toml, read_skydist, read_spectrum_csv]
+readers += [lambda path, kind=kind: read_weather(path, kind) for kind in ("epw", "tmy3", "tmy2")]
+n_read = n_refused = 0
+for path in sys.stdin.read().split():
+    for read in readers:
+        try:
+            read(path)
+            n_read += 1
+        except InputFileError as error:
+            assert all(problem.message for problem in error.problems)
+            n_refused += 1
+assert not {"numba", "scipy", "pandas", "pvlib"} & set(sys.modules)
+status = dict(line.split(":", 1) for line in open("/proc/self/status"))
+print(n_read, n_refused, int(status["VmHWM"].split()[0]) / 1024)
+"""
+MOST_MB = 200
+
+
+def test_every_reader_of_every_mutated_file_is_bounded(tmp_path: Path) -> None:
+    """Good files of all text formats, mutated, each through all readers: files under a wrong name are faults, too."""
+    generator = np.random.default_rng(11)
+    good = [p for kind in ("amc", "lambbot", "difcol", "skydist", "sky_toml") for p in (DATA / kind / "good").iterdir()]
+    good += sorted((DATA / "weather" / "good").iterdir()) + sorted((DATA / "atmo" / "good" / "spectra").iterdir())
+    good = [path for path in good if path.is_file()]
+    paths = []
+    for k, source in enumerate(sorted(good) * 8):
+        draws = generator.integers(0, [8, 41, 71, len(ALPHABET)], size=(3, 4)).tolist()
+        changes = [(kind, row, column, ALPHABET[letter]) for kind, row, column, letter in draws]
+        paths.append(tmp_path / f"{k}.txt")
+        paths[-1].write_bytes(mutate(source.read_bytes().decode("latin-1"), changes).encode("latin-1"))
+    done = subprocess.run(
+        [sys.executable, "-c", PROBE, str(int(MOST_CPU_S))],
+        input="\n".join(map(str, paths)), capture_output=True, text=True, timeout=600, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    n_read, n_refused, peak_mb = done.stdout.split()
+    assert int(n_read) + int(n_refused) == 9 * len(paths)
+    assert int(n_read) > 20
+    assert int(n_refused) > 5 * len(paths)
+    assert float(peak_mb) < MOST_MB
+
+
+def rows_both_ways(path: Path) -> tuple[Any, Any] | None:
+    """Rows of a sky file by the fast path and by the slow one; None where the header or the fast path refuses."""
+    data = path.read_bytes()
+    report = Report(path=str(path))
+    head = read_head(split_lines(data), len(data), report)
+    fast = None if head is None or report.problems else read_rows_fast(data, head)
+    if head is None or fast is None:
+        return None
+    slow = read_rows(split_lines(data), head, report)
+    assert report.problems == []
+    return fast, slow
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    radiance=arrays(
+        np.float64,
+        st.tuples(st.integers(1, 3), st.integers(1, 4), st.integers(1, 5)),
+        elements=st.floats(0, 1.7e308, allow_subnormal=True),
+    ).filter(lambda a: bool(a.any()))
+)
+def test_fast_and_slow_rows_are_the_same(radiance: np.ndarray, tmp_path_factory: pytest.TempPathFactory) -> None:
+    path = tmp_path_factory.getbasetemp() / "sky.inp"
+    waves = np.arange(1.0, radiance.shape[0] + 1) * 400.1
+    write_skydist(SkyTable(wavelength_nm=waves, radiance=radiance), path)
+    rows = rows_both_ways(path)
+    assert rows is not None
+    fast, slow = rows
+    assert np.array_equal(fast[0], slow[0])
+    assert np.array_equal(fast[1], slow[1])
+    assert np.array_equal(fast[0], radiance)
+
+
+@FAST
+@given(changes=mutations)
+def test_what_the_fast_path_takes_the_slow_path_takes(
+    changes: list[list[Mutation]], tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    path = tmp_path_factory.getbasetemp() / "sky.inp"
+    for change in changes:
+        path.write_bytes(mutate(texts_of("skydist")[-1], change).encode("latin-1"))
+        rows = rows_both_ways(path)
+        if rows is not None:
+            assert np.array_equal(rows[0][0], rows[1][0])
+            assert np.array_equal(rows[0][1], rows[1][1])

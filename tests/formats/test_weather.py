@@ -1,0 +1,282 @@
+"""EPW, TMY2 and TMY3: when each hour began, what it held, and what is said about a bad file."""
+
+from __future__ import annotations
+
+import dataclasses
+import warnings
+
+import numpy as np
+import pytest
+
+from aomc_sky.errors import InputFileError
+from aomc_sky.formats.weather import HOUR, read_weather
+from tests.support.shared import DATA
+
+WEATHER = DATA / "weather"
+GOOD = {"epw": "invented.epw", "tmy3": "invented.tmy3.csv", "tmy2": "invented.tm2"}
+
+
+def good(kind):
+    return read_weather(WEATHER / "good" / GOOD[kind], kind)
+
+
+@pytest.mark.parametrize(
+    ("kind", "first", "latitude", "longitude", "place"),
+    [
+        # local midnight of the first day, in UTC: the label of the first row is 1, the hour began at 0
+        ("epw", "2003-06-20T23:00:00", 52.40, 13.22, "Kleinmachnow"),
+        ("tmy3", "1996-02-28T07:00:00", 40.017, -105.25, "INVENTED FIELD"),
+        ("tmy2", "1962-01-31T08:00:00", 34 + 56 / 60, -(120 + 25 / 60), "SAN INVENTADO"),
+    ],
+)
+def test_hours_begin_one_hour_before_their_label(kind, first, latitude, longitude, place):
+    table = good(kind)
+    assert table.start[0] == np.datetime64(first)
+    assert table.midpoint[0] == np.datetime64(first) + np.timedelta64(30, "m")
+    assert (table.latitude_deg, table.longitude_deg, table.station) == (latitude, longitude, place)
+    assert table.line.size == 48
+    assert table.line[0] == {"epw": 9, "tmy3": 3, "tmy2": 2}[kind]
+    for day in (table.start[:24], table.start[24:]):
+        assert np.all(np.diff(day) == HOUR)
+    assert not table.start.flags.writeable
+
+
+@pytest.mark.parametrize("kind", ["epw", "tmy3", "tmy2"])
+def test_the_sun_at_the_middle_of_the_hour_fits_the_irradiances(kind):
+    # the samples were made so: GHI = DNI cos Z + DHI, whole numbers; half an hour off would be wrong by tens
+    pytest.importorskip("pvlib")
+    from aomc_sky.source.light.sun_position import sun_position
+
+    table = good(kind)
+    sun = sun_position(table.midpoint, table.latitude_deg, table.longitude_deg)
+    cosine = np.maximum(np.cos(np.deg2rad(sun.zenith_deg)), 0)
+    assert np.abs(table.dni * cosine + table.dhi - table.ghi).max() < 1.6
+    for minutes in (-30, 30):
+        late = sun_position(table.midpoint + np.timedelta64(minutes, "m"), table.latitude_deg, table.longitude_deg)
+        off = table.dni * np.maximum(np.cos(np.deg2rad(late.zenith_deg)), 0) + table.dhi - table.ghi
+        assert np.abs(off).max() > 30
+
+
+def test_pvlib_reads_the_same_and_marks_the_end_of_tmy3_hours_alone():
+    iotools = pytest.importorskip("pvlib").iotools
+    for kind, read, shift in (("epw", iotools.read_epw, 0), ("tmy3", iotools.read_tmy3, 1)):
+        table = good(kind)
+        frame, _ = read(str(WEATHER / "good" / GOOD[kind]))
+        stamps = frame.index.tz_convert("UTC").tz_localize(None).to_numpy().astype("M8[s]")
+        off = stamps != table.start + shift * HOUR
+        # pvlib moves 24:00 of a 28 February of a leap year to 1 March, a day too late
+        assert np.flatnonzero(off).tolist() == ([23] if kind == "tmy3" else [])
+        columns = {name.lower(): name for name in frame.columns}
+        for name in ("dni", "dhi", "ghi"):
+            assert np.array_equal(frame[columns[name]].to_numpy(), getattr(table, name))
+
+
+def changed(kind, tmp_path, old, new):
+    text = (WEATHER / "good" / GOOD[kind]).read_text()
+    assert old in text
+    path = tmp_path / "changed"
+    path.write_text(text.replace(old, new, 1))
+    return read_weather(path, kind)
+
+
+@pytest.mark.parametrize(
+    ("kind", "old", "new", "missing"),
+    [
+        ("epw", ",186,538,67,", ",186,9999,67,", True),
+        ("epw", ",186,538,67,", ",186,538,99999,", True),
+        ("epw", ",186,538,67,", ",9999,538,67,", False),
+        ("epw", ",186,538,67,", ",186,,67,", True),
+        ("tmy3", "119,1,8,328,1,9,67,", "119,1,8,-9900,1,9,67,", True),
+        ("tmy2", " 219E8 450E8", " 219E89999?0", True),
+    ],
+)
+def test_missing_values_are_marked_and_never_used(kind, old, new, missing, tmp_path):
+    table = changed(kind, tmp_path, old, new)
+    assert np.isnan(table.dni + table.dhi).sum() == int(missing)
+    values = np.array([table.dni, table.dhi, table.ghi])
+    (row,) = np.flatnonzero(np.isnan(values).any(axis=0))
+    assert len(table.irradiances(row)) == 2
+    assert np.isfinite(list(table.irradiances(row).values())).all()
+
+
+def test_the_end_of_a_day_may_be_written_as_the_start_of_the_next(tmp_path):
+    table = changed("tmy3", tmp_path, "02/28/1996,24:00", "02/29/1996,00:00")
+    assert np.array_equal(table.start, good("tmy3").start)
+    with pytest.raises(InputFileError, match="no hour 0"):
+        changed("epw", tmp_path, "2003,6,21,24,", "2003,6,22,0,")
+
+
+def test_a_quoted_name_may_hold_a_comma_and_zero_may_have_a_sign(tmp_path):
+    table = changed("epw", tmp_path, ",Kleinmachnow,", ',"Kleinmachnow, south",')
+    assert (table.station, table.latitude_deg) == ("Kleinmachnow, south", 52.40)
+    table = changed("epw", tmp_path, ",300,0,0,0,", ",300,0.00,-0.00,0.00,")
+    assert not np.signbit(table.dni).any()
+
+
+def test_half_hour_time_zones(tmp_path):
+    table = changed("epw", tmp_path, ",13.22,1.0,", ",77.2,5.5,")
+    assert table.start[0] == np.datetime64("2003-06-20T18:30:00")
+
+
+@pytest.mark.parametrize(
+    ("place", "is_doubtful"),
+    [("13.22,1.0", False), ("75.99,8.0", False), ("-157.4,14.0", False), ("13.22,-8.0", True), ("-105.2,7.0", True)],
+)
+def test_a_zone_far_from_the_longitude_is_warned_of(place, is_doubtful, tmp_path):
+    """Kashgar and Kiritimati are within three hours of their sun; a sign that is wrong is not."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        changed("epw", tmp_path, ",13.22,1.0,", f",{place},")
+    assert [bool("where the sun is" in str(one.message)) for one in caught] == [True] * is_doubtful
+
+
+@pytest.mark.parametrize(
+    "location",
+    ["LOCATION,Amsterdam,NLD,IWEC,062400,52.30,4.77,1.0,-2.0", "LOCATION,Berlin, south,-,DEU,x,0,52.40,13.22,1.0,36.0"],
+)
+def test_a_location_of_another_length_is_no_place(location, tmp_path):
+    """A state that is left out, or a comma in the name of a city, moves latitude and longitude by an entry."""
+    first = (WEATHER / "good" / GOOD["epw"]).read_text().split("\n")[0]
+    n = len(location.split(","))
+    with pytest.raises(InputFileError, match=f"LOCATION has {n} entries, 10 are needed"):
+        changed("epw", tmp_path, first, location)
+
+
+def test_rows_of_less_than_an_hour_are_no_hours(tmp_path):
+    """By their minutes, or by an hour that comes twice; the row that is asked for is not one of them, either."""
+    good_text = (WEATHER / "good" / GOOD["epw"]).read_text()
+    path = tmp_path / "sub.epw"
+    minute = good_text.split("\n")[8].split(",")[4]
+    path.write_text(good_text.replace(f"2003,6,21,12,{minute},", "2003,6,21,12,30,"))
+    for row in (None, 11, 20):
+        with pytest.raises(InputFileError, match="minute 30: rows of less than an hour") as caught:
+            read_weather(path, "epw", row=row)
+        assert (caught.value.problems[0].line, caught.value.problems[0].column) == (20, 14)
+    lines = good_text.split("\n")
+    path.write_text("\n".join([*lines[:20], lines[19], *lines[20:]]))
+    for row in (None, 11, 12):
+        with pytest.raises(InputFileError, match="hour 12 comes twice in a row") as caught:
+            read_weather(path, "epw", row=row)
+        assert caught.value.problems[0].line == 21
+    assert read_weather(path, "epw", row=20).ghi[20] == good("epw").ghi[19]
+
+
+@pytest.mark.parametrize("kind", ["epw", "tmy3"])
+def test_the_offset_of_an_instrument_is_no_light(kind, tmp_path):
+    old, new = {
+        "epw": (",300,0,0,0,", ",300,-0.3,-5,-0.01,"),
+        "tmy3": ("119,1,8,328,1,9,67,", "-0.3,1,8,-5,1,9,-0.01,"),
+    }[kind]
+    table = changed(kind, tmp_path, old, new)
+    assert min(table.ghi.min(), table.dni.min(), table.dhi.min()) == 0.0
+    with pytest.raises(InputFileError, match=r"-5.01 is outside 0 to 2000 W m-2"):
+        changed(kind, tmp_path, old, new.replace("-5", "-5.01"))
+
+
+@pytest.mark.parametrize("bad", [",300,-80,0,0,", ",300,none,0,0,", ",300,0,0,5000,"])
+def test_only_the_row_that_is_asked_for_is_judged(bad, tmp_path):
+    """A bad night refuses the file as a whole, and itself, but no other hour."""
+    path = tmp_path / "night.epw"
+    path.write_text((WEATHER / "good" / GOOD["epw"]).read_text().replace(",300,0,0,0,", bad, 1))
+    for row in (None, 0):
+        with pytest.raises(InputFileError, match=r"night\.epw:9:"):
+            read_weather(path, "epw", row=row)
+    table = read_weather(path, "epw", row=11)
+    assert table.irradiances(0) == {}
+    assert table.irradiances(11) == good("epw").irradiances(11)
+    assert np.array_equal(table.start, good("epw").start)
+
+
+def test_a_quoted_cell_may_hold_a_comma(tmp_path):
+    """RFC 4180: the flags of a row in quotes."""
+    row = (WEATHER / "good" / GOOD["epw"]).read_text().split("\n")[19]
+    fields = row.split(",")
+    quoted = ",".join([*fields[:5], f'"{fields[5]}, ?"', *fields[6:]])
+    table = changed("epw", tmp_path, row, quoted)
+    assert table.irradiances(11) == good("epw").irradiances(11)
+    with pytest.raises(InputFileError) as caught:
+        changed("epw", tmp_path, row, quoted.replace(f",{fields[13]},", ",word,", 1))
+    assert caught.value.problems[0].column == quoted.replace(f",{fields[13]},", ",word,", 1).index("word") + 1
+
+
+def test_line_ends_and_blank_lines_do_not_matter(tmp_path):
+    path = tmp_path / "changed.epw"
+    path.write_bytes((WEATHER / "good" / GOOD["epw"]).read_bytes().replace(b"\n", b"\r\n") + b"\r\n")
+    for one, other in zip(
+        dataclasses.astuple(read_weather(path, "epw")), dataclasses.astuple(good("epw")), strict=True
+    ):
+        assert np.array_equal(one, other) or one == str(path)
+
+
+def test_a_huge_file_is_refused_unread(tmp_path):
+    path = tmp_path / "huge.epw"
+    with path.open("wb") as file:
+        file.truncate(2**31)
+    with pytest.raises(InputFileError, match="at most"):
+        read_weather(path, "epw")
+
+
+EPW_NUMBERS = [k for k in range(6, 35) if k not in (26, 27)]
+
+
+def with_commas(columns, n_fields: int = 35) -> str:
+    """The invented EPW file with decimals written with commas in some columns, and so many fields a row."""
+    lines = (WEATHER / "good" / "invented.epw").read_text().splitlines()
+    for k in range(8, len(lines)):
+        fields = lines[k].split(",")[:n_fields]
+        for column in columns:
+            if column < n_fields:
+                fields[column] = f"{float(fields[column]):.1f}".replace(".", ",")
+        lines[k] = ",".join(fields)
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize("column", EPW_NUMBERS)
+def test_a_decimal_comma_never_shifts_the_columns_of_an_epw(column, tmp_path):
+    path = tmp_path / "comma.epw"
+    path.write_text(with_commas([column]))
+    with pytest.raises(InputFileError, match=r":9:1: error\[E602\]: the row has 36 fields, .* written with commas\?"):
+        read_weather(path, "epw")
+
+
+@pytest.mark.parametrize("columns", [(6,), (7,), (6, 7, 21), (6, 8), (6, 7, 8), (7, 8)])
+def test_a_short_epw_shows_it_by_its_pressure(columns, tmp_path):
+    """Rows without the last fields have room for a shift; the pressure of such a row is another number."""
+    path = tmp_path / "comma.epw"
+    path.write_text(with_commas(columns, n_fields=30))
+    with pytest.raises(InputFileError, match=r"(the air pressure in field 10 is|field 1\d holds) .*; are its decimals"):
+        read_weather(path, "epw")
+
+
+@pytest.mark.parametrize("column", [4, 5, 6])
+def test_a_field_that_is_missing_shifts_the_pressure(column, tmp_path):
+    path = tmp_path / "missing.epw"
+    lines = with_commas([]).splitlines()
+    fields = lines[8].split(",")
+    lines[8] = ",".join(fields[:column] + fields[column + 1 :])
+    path.write_text("\n".join(lines) + "\n")
+    with pytest.raises(InputFileError, match=r":9:1: error\[E602\]: field 9 holds .* a field before it is missing"):
+        read_weather(path, "epw")
+
+
+@pytest.mark.parametrize("n_fields", [16, 30, 35])
+def test_short_and_whole_rows_with_points_are_read(n_fields, tmp_path):
+    path = tmp_path / "points.epw"
+    path.write_text(with_commas([], n_fields).replace("\n", ",\n"))  # some programs end their lines so
+    assert np.array_equal(read_weather(path, "epw").dni, good("epw").dni)
+
+
+def test_a_decimal_comma_never_shifts_the_columns_of_a_tmy3(tmp_path):
+    path = tmp_path / "comma.csv"
+    lines = (WEATHER / "good" / "invented.tmy3.csv").read_text().splitlines()
+    path.write_text("\n".join([*lines[:2], *(line.replace(",", ",0,5,", 1) for line in lines[2:])]))
+    with pytest.raises(InputFileError, match=r"E602\]: the row has \d+ fields, line 2 names \d+"):
+        read_weather(path, "tmy3")
+
+
+def test_a_station_is_read_as_utf8_with_or_without_its_mark_and_else_as_latin1(tmp_path):
+    data = (WEATHER / "good" / GOOD["epw"]).read_bytes()
+    for encoding in ("utf-8", "utf-8-sig", "latin-1"):
+        path = tmp_path / f"{encoding}.epw"
+        path.write_bytes(data.decode().replace("Kleinmachnow", "Z\u00fcrich").encode(encoding))
+        assert read_weather(path, "epw").station == "Z\u00fcrich", encoding

@@ -1,0 +1,166 @@
+"""Photons of aomc_sky.h are those of the package, bit for bit: every law, order, placement, precision, and flags."""
+
+from __future__ import annotations
+
+import itertools
+import re
+import shutil
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.cli.commands.info import include_dir
+from aomc_sky.emission.emitter import Emitter
+from aomc_sky.emission.source_file import source_bytes
+from tests.support.shared import REPOSITORY
+from tests.support.source_files import LOBES, SCENES, built, compare, needs_gcc, same_bits, source_of
+
+pytestmark = needs_gcc
+ORDERS, PLACEMENTS, PRECISIONS = ("shuffled", "patch"), ("r2", "philox", "centre"), ("float32", "float64")
+WAYS = [
+    (name, *way)
+    for name, *way in itertools.product(SCENES, PRECISIONS, ORDERS, PLACEMENTS)
+    if name not in LOBES or way[2] != "centre"
+]
+FLAGS = ("-O0", "-O2", "-O3 -march=native", "-O3 -march=native -fno-math-errno", "-Os", "-O3 -mno-avx")
+
+
+@pytest.mark.parametrize(("name", "precision", "order", "placement"), WAYS)
+def test_every_law_order_placement_and_precision(name, precision, order, placement):
+    source = source_of(name, 2011, precision=precision, order=order, placement=placement)
+    compare(built("-O2"), source)
+
+
+@pytest.mark.parametrize("flags", ["-O2 -std=gnu17", "-O3 -march=native"])
+@pytest.mark.parametrize("name", SCENES)
+def test_flags(name, flags):
+    compare(built(flags), source_of(name))
+    compare(built(flags), source_of(name, precision="float64", order="patch"))
+
+
+@pytest.mark.parametrize("name", ["everything", "lobes and all"])
+def test_method_iid_and_cplusplus(name):
+    compare(built("-O2 -std=c++11", "g++"), source_of(name, method="iid"))
+    compare(built("-O2 -std=c++11", "g++"), source_of(name, method="iid", precision="float64"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("compiler", ["gcc", "g++"])
+@pytest.mark.parametrize("flags", FLAGS)
+@pytest.mark.parametrize(("name", "precision", "order", "placement"), WAYS)
+def test_whole_matrix(name, precision, order, placement, flags, compiler):
+    source = source_of(name, 50_021, precision=precision, order=order, placement=placement)
+    compare(built(flags, compiler), source, 50_021)
+
+
+SOLVED = ("eclipse", "twilight")  # their light is computed for ten seconds
+
+
+def scenes_of_inputs():
+    """Scenes of inputs/ that can be read with what is installed."""
+    return sorted(path.parent.name for path in (REPOSITORY / "inputs").glob("*/amc.inp"))
+
+
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=pytest.mark.slow) if n in SOLVED else n for n in scenes_of_inputs()],
+)
+@pytest.mark.filterwarnings("ignore::aomc_sky.InputWarning", "ignore::aomc_sky.ModelLimitWarning")
+def test_scenes_of_inputs(name):
+    try:
+        scene = sky.read_scene(REPOSITORY / "inputs" / name, iterations=20_000)
+    except sky.errors.MissingExtraError as error:
+        pytest.skip(str(error))
+    for options in ({}, {"precision": "float64", "order": "patch"}):
+        compare(built("-O3 -march=native"), scene.source(seed=3, **options))
+
+
+@pytest.mark.parametrize("order", ORDERS)
+@pytest.mark.parametrize("name", ["table", "sparse", "everything", "lobes and all"])
+@pytest.mark.parametrize("n", [1, 2, 3, 513, (65535 << 16) + 1, 2**32 - 1, 2**32 + 5, 10**13])
+def test_few_and_many_photons(name, n, order):
+    compare(built("-O2"), source_of(name, n, order=order), 2000)
+
+
+@pytest.mark.parametrize("name", ["table", "lobes and all"])
+def test_single_photons_of_more_than_32_bits(name):
+    source, driver = source_of(name, 2**32 + 5), built("-O2")
+    driver.open(source)
+    index = np.random.default_rng(3).integers(0, 2**32 + 5, 300)
+    rows, patch = driver.at(index, source.dtype)
+    batches = [source.photons(0, i, i + 1, numbers=3) for i in index.tolist()]
+    expected = [[b.ux[0], b.uy[0], b.uz[0], *b.numbers[0]] for b in batches]
+    assert same_bits(rows, np.array(expected, source.dtype).T)
+    assert patch.tolist() == [b.patch[0] for b in batches]
+
+
+def test_a_million_patches():
+    grid = sky.PatchGrid.regular(1000, 1000)
+    mass = np.random.default_rng(1).random((1, grid.n_patches))
+    cell = sky.component.cells_of_grid(grid)
+    one = sky.Component(name="t", law=sky.Law.CELL_MU2, strength=np.ones(1), mass=mass, cell=cell, grid=grid)
+    scene = sky.Scene(wavebands=[550.0], n_photons=10**7, components=(one,))
+    for order in ORDERS:
+        compare(built("-O2"), scene.source(seed=1, order=order))
+
+
+def test_a_band_without_photons_stands_among_others():
+    source, driver = source_of("table", [0, 500]), built("-O2")
+    driver.open(source, 0)
+    rows = np.empty((3, 4), source.dtype)
+    assert (driver.n, driver.fill(0, rows), driver.numbers(0, rows), driver.witness) == (0, 0, 0, 0)
+    assert np.isnan(driver.at(np.array([0]), source.dtype)[0]).all()
+    compare(driver, source_of("table", [1000, 500]))
+    assert driver.band(1) == 0
+
+
+@pytest.mark.parametrize("precision", ["float32", pytest.param("float64", marks=pytest.mark.slow)])
+def test_a_disc_that_no_try_hits_ends(precision):
+    """Planted: a squared radius of -1. The plan would be refused; the last of 10 000 tries is kept in all twins."""
+    plan = source_of("disc at the horizon", [2, 2], precision=precision).plan
+    emitter = Emitter(plan)
+    cell = emitter._cell.copy()
+    cell[:, 2] = -1.0
+    vars(emitter)["_cell"] = cell
+    made = []
+    for fill in (emitter.fill_plain, emitter.fill_compiled):
+        arrays = {name: np.empty(2, emitter.dtype) for name in ("ux", "uy", "uz")}
+        fill(0, 0, {**arrays, "patch": np.empty(2, np.int32), "numbers": None})
+        made.append(np.stack(list(arrays.values())))
+    assert same_bits(*made)
+    driver, rows = built("-O2"), np.empty((3, 2), emitter.dtype)
+    driver.open(source_bytes(emitter))
+    assert driver.fill(0, rows) == 2
+    assert same_bits(rows, made[0])
+    assert same_bits(driver.at(np.arange(2), emitter.dtype)[0][:3], made[0])
+
+
+def test_the_constants_of_the_header_are_those_of_the_package():
+    package = REPOSITORY / "src" / "aomc_sky"
+    texts = "".join(path.read_text() for path in [package / "directions.py", *package.glob("**/arithmetic/*.py")])
+    known = {float(number) for number in re.findall(r"\d+\.\d{6,}(?:e[+-]?\d+)?", texts)}
+    known |= {2.0**-k for k in (11, 24, 30, 52, 53)} | {1 - 2.0**-24, 1 - 2.0**-53}
+    header = (include_dir() / "aomc_sky.h").read_text()
+    assert [x for x in re.findall(r"\d+\.\d{6,}(?:e[+-]?\d+)?", header) if float(x) not in known] == []
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "gcc -std=c99",
+        "gcc -std=c11 -fsyntax-only",
+        "gcc -std=gnu17",
+        "g++ -x c++ -std=c++11",
+        "g++ -x c++ -std=c++17 -fsyntax-only",
+    ],
+)
+def test_no_compiler_warns(command, tmp_path):
+    if shutil.which(command.split()[0]) is None:
+        pytest.skip(f"{command.split()[0]} not installed")
+    from tests.support.host_programs import run
+
+    (tmp_path / "use.c").write_text('#include "aomc_sky.h"\nint main(void) { return aomc_sky_message(0) == 0; }\n')
+    strict = ["-Wall", "-Wextra", "-pedantic", "-Wshadow", "-Werror", "-O2", f"-I{include_dir()}", "-c"]
+    run([*command.split(), *strict, "use.c"], tmp_path)
+    run([*command.split(), *strict, str(include_dir() / "aomc_sky.c")], tmp_path)

@@ -1,0 +1,130 @@
+"""The run folder: claims, atomic files, what a killed run left."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import pytest
+
+from aomc_sky.errors import ForeignOutputError, OutputError
+from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.plan.plan import Plan
+from aomc_sky.source.read.scene import read_scene
+from tests.support.shared import INPUTS
+
+
+def plan_of(seed: int) -> Plan:
+    return read_scene(INPUTS / "document_example", iterations=10).source(seed=seed).plan
+
+
+def claim(folder: RunFolder, seed: int, *, force: bool = False) -> None:
+    with folder.held(plan_of(seed), force=force):
+        pass
+
+
+def names(folder: RunFolder) -> set[str]:
+    return {path.name for path in folder.path.iterdir()}
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> RunFolder:
+    return RunFolder(tmp_path / "deep" / "out")
+
+
+def test_a_claim_writes_the_plan_once(folder):
+    claim(folder, 1)
+    before = (folder.path / "plan.npz").stat().st_ino
+    claim(folder, 1)
+    assert (folder.path / "plan.npz").stat().st_ino == before
+    assert Plan.load(folder.path / "plan.npz").sha256 == plan_of(1).sha256
+    assert names(folder) == {"plan.npz"}
+
+
+def test_another_run_is_replaced_by_force_alone(folder, monkeypatch):
+    claim(folder, 1)
+    own = {"photons-0001.npy", "photons-0002.npy.part", "blocks-0001.npy", "shard-1-of-2.done", "manifest.json"}
+    for name in {*own, "notes.txt"}:
+        folder.write(name, b"x")
+    with pytest.raises(ForeignOutputError, match="another run"):
+        claim(folder, 2)
+    assert names(folder) == {"plan.npz", "notes.txt", *own}
+    removed, remove = [], RunFolder.remove
+    monkeypatch.setattr(RunFolder, "remove", lambda self, name: (removed.append(name), remove(self, name)))
+    claim(folder, 2, force=True)
+    assert (removed[0], removed[-1]) == ("manifest.json", "plan.npz")  # a killed one leaves a run that is not finished
+    assert names(folder) == {"plan.npz", "notes.txt"}
+    assert Plan.load(folder.path / "plan.npz").sha256 == plan_of(2).sha256
+
+
+def test_what_a_killed_run_left_goes_while_nobody_is_there(folder):
+    claim(folder, 1)
+    left = folder.path / ".aomc-sky-photons-0002.npy.0123abcd"
+    left.write_text("half")
+    with folder.held(plan_of(1)):
+        assert not left.exists()
+        left.write_text("under way")
+        with RunFolder(folder.path).held(plan_of(1)):
+            assert left.read_text() == "under way"
+
+
+def test_an_error_inside_leaves_neither_file_nor_temporary(folder):
+    folder.path.mkdir(parents=True)
+    folder.write("a", b"old")
+
+    def fail() -> None:
+        with folder.stream("a") as file:
+            file.write(b"half")
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail()
+    assert names(folder) == {"a"}
+    assert (folder.path / "a").read_bytes() == b"old"
+
+
+def test_a_file_that_is_filled_from_several_sides(folder):
+    folder.path.mkdir(parents=True)
+    folder.reserve("a", b"head", 10)
+    folder.reserve("a", b"head", 10)  # by another process
+    with folder.filling("a") as one, folder.filling("a") as other:
+        os.pwrite(one, b"ab", 8)
+        os.pwrite(other, b"cdef", 4)
+    folder.finish("a")
+    folder.finish("a")
+    assert (folder.path / "a").read_bytes() == b"headcdefab"
+    with folder.filling("a") as handle:
+        assert handle is None  # it is finished
+    with pytest.raises(OutputError, match=r"b\.part"), folder.filling("b"):
+        pass
+
+
+def test_nothing_is_written_through_a_link(folder, tmp_path):
+    folder.path.mkdir(parents=True)
+    (tmp_path / "victim").write_text("kept")
+    for name in ("a", "b.part"):
+        (folder.path / name).symlink_to(tmp_path / "victim")
+    folder.write("a", b"new")
+    with pytest.raises(OutputError, match=r"b\.part"):
+        folder.reserve("b", b"", 3)
+    with pytest.raises(OutputError, match=r"b\.part"), folder.filling("b"):
+        pass
+    assert (tmp_path / "victim").read_text() == "kept"
+    assert folder.size_of("b.part") is None
+
+
+def test_sizes_and_missing_files(folder):
+    folder.path.mkdir(parents=True)
+    folder.write("a", b"abc")
+    assert folder.size_of("a") == 3
+    assert folder.holds("a", b"ab", 3)
+    assert not folder.holds("a", b"ab", 4)
+    assert not folder.holds("a", b"b", 3)
+    folder.remove("a")
+    folder.remove("a")
+    assert folder.size_of("a") is None
+    with pytest.raises(OutputError, match="cannot read"), folder.reading("a"):
+        pass
+    folder.require_space(0)
+    with pytest.raises(OutputError, match="needed"):
+        folder.require_space(1 << 62)

@@ -1,0 +1,415 @@
+"""`sky.plot`: what is drawn, where it lies, what the picture says, and its files."""
+
+from __future__ import annotations
+
+import io
+import itertools
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.grid import PatchGrid
+from aomc_sky.pictures.content import RELATIVE_RADIANCE, Dome, Mark, Picture, Symbol, direction_words
+from aomc_sky.pictures.dome import round_numbers
+from aomc_sky.pictures.panels import figure_of
+from aomc_sky.pictures.source import sun_mark
+from tests.support.shared import INPUTS
+
+pytest.importorskip("matplotlib")
+
+
+class Spot:
+    """A sky that is bright around one place."""
+
+    sun_zenith_rad = float(np.deg2rad(45.0))
+    sun_azimuth_rad = float(np.deg2rad(30.0))
+    dhi = 100.0
+
+    def radiance(self, sky_zenith_rad, sky_azimuth_rad, wavelength_nm):
+        near = (sky_zenith_rad - self.sun_zenith_rad) ** 2 + (sky_azimuth_rad - self.sun_azimuth_rad) ** 2
+        return np.exp(-20 * near) + 1e-5
+
+
+def dome_axes(figure, number=1):
+    return next(axes for axes in figure.axes if axes.get_label() == f"dome {number}")
+
+
+def mesh_of(figure, number=1):
+    return dome_axes(figure, number).collections[0]
+
+
+def texts_of(figure):
+    return [text.get_text() for text in figure.findobj(lambda artist: hasattr(artist, "get_text"))]
+
+
+def marks_of(figure, number=1):
+    return {
+        line.get_gid(): line.get_xydata()[0]
+        for line in dome_axes(figure, number).lines
+        if (line.get_gid() or "").startswith("mark-")
+    }
+
+
+def one_bright(ring, column, n_zenith=3, n_azimuth=8):
+    values = np.ones((n_zenith, n_azimuth))
+    values[ring, column] = 100.0
+    return values
+
+
+def brightest_pixel(figure):
+    """Where on the page the brightest patch is: right and up from the centre of the dome, in parts of its radius."""
+    figure.canvas.draw()
+    pixels = np.asarray(figure.canvas.buffer_rgba())[..., :3].astype(int)
+    yellow = np.abs(pixels - [253, 231, 36]).max(axis=-1) <= 3
+    yellow[int(0.87 * yellow.shape[0] * 0.96) :] = False  # the colour bar
+    up, right = np.nonzero(yellow)
+    axes = dome_axes(figure)
+    x0, y0 = axes.transData.transform((0.0, 0.0))
+    radius = axes.transData.transform((90.0, 0.0))[0] - x0
+    return (right.mean() - x0) / radius, (pixels.shape[0] - up.mean() - y0) / radius
+
+
+@pytest.mark.parametrize(
+    ("azimuth_deg", "seen_from", "right", "up"),
+    [(90, "above", 0, 1), (0, "above", 1, 0), (180, "above", -1, 0), (90, "below", 0, 1), (0, "below", -1, 0)],
+)
+def test_a_bright_patch_lies_where_its_azimuth_says(azimuth_deg, seen_from, right, up):
+    # a column of 10 degrees around the azimuth, in the ring from 30 to 60 degrees
+    columns = np.arange(36) * 10.0
+    grid = PatchGrid(
+        zenith_bounds_deg=np.array([[0.0, 30.0], [30.0, 60.0], [60.0, 90.0]]),
+        azimuth_bounds_deg=np.column_stack([columns - 5.0, columns + 5.0]),
+    )
+    figure = sky.plot(one_bright(1, azimuth_deg // 10, 3, 36), grid=grid, seen_from=seen_from, size_px=400)
+    x, y = brightest_pixel(figure)
+    assert (x, y) == pytest.approx((0.5 * right, 0.5 * up), abs=0.04)
+
+
+def test_patches_are_exact_polygons():
+    figure = sky.plot(np.arange(1.0, 13.0).reshape(3, 4))
+    mesh = mesh_of(figure)
+    corners = mesh.get_coordinates()
+    radius = np.hypot(corners[..., 0], corners[..., 1])
+    np.testing.assert_allclose(radius, np.repeat([[0.0], [30.0], [60.0], [90.0]], 181, axis=1), atol=1e-12)
+    # every column of 90 degrees is drawn as 45 of two, all of one value
+    assert mesh.get_array().tolist() == np.arange(1.0, 13.0).reshape(3, 4).repeat(45, axis=1).tolist()
+    np.testing.assert_allclose(corners[3, 45], (0.0, 90.0), atol=1e-12)  # azimuth 90 is up
+
+
+@pytest.mark.parametrize(
+    ("zenith_deg", "azimuth_deg", "words"),
+    [
+        (0.0, 70.0, "at the zenith"),
+        (32.42, 121.26, "32.4° from the zenith in the northwest (azimuth 121.3°, compass 328.7°)"),
+        (93.0, 450.0, "3° below the horizon in the north (azimuth 90°, compass 0°)"),
+        (10.0, -0.01, "10° from the zenith in the east (azimuth 0°, compass 90°)"),
+    ],
+)
+def test_a_direction_in_words(zenith_deg, azimuth_deg, words):
+    assert direction_words(zenith_deg, azimuth_deg) == words
+
+
+def test_the_sun_is_named_where_all_domes_have_it():
+    domes = [Dome(grid=PatchGrid.regular(1, 4), values=np.ones(4), marks=(sun_mark(z, 0.0),)) for z in (30.0, 40.0)]
+    assert Picture(domes=(domes[0], domes[0]), quantity=RELATIVE_RADIANCE).sun_sentence != ()
+    assert Picture(domes=tuple(domes), quantity=RELATIVE_RADIANCE).sun_sentence == ()
+
+
+def test_the_azimuth_of_the_sun_may_be_that_of_a_compass():
+    for convention in ("north_clockwise", "clockwise from north", sky.AzimuthConvention.NORTH_CLOCKWISE):
+        figure = sky.plot(sky.UniformSky(), sun_deg=(60.0, 90.0), azimuth_convention=convention)
+        assert marks_of(figure)["mark-sun"] == pytest.approx((60.0, 0.0), abs=1e-9)  # in the east
+    for convention, why in (("compass", "is not understood"), ("from the sun", "does not count from the sun")):
+        with pytest.raises(UsageError, match=why):
+            sky.plot(sky.UniformSky(), sun_deg=(60.0, 90.0), azimuth_convention=convention)
+
+
+@pytest.mark.parametrize("pt", [8.0, 12.0])
+def test_letters_follow_the_font_size_of_matplotlib(pt):
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    with rc_context({"font.size": pt}):
+        axes = Figure(figsize=(84 / 25.4, 84 / 25.4)).subplots()
+        sky.plot(Spot(), ax=axes)
+        whole = sky.plot(Spot())
+    size = {text.get_text(): text.get_fontsize() for text in axes.texts}
+    assert [size[letter] for letter in "NESW"] == [pt] * 4
+    north = next(text for text in dome_axes(whole).texts if text.get_text() == "N")
+    assert north.get_fontsize() == pytest.approx(0.8 * pt)
+
+
+def test_the_sun_of_an_overcast_sky_is_not_marked():
+    assert marks_of(sky.plot(sky.read_scene(INPUTS / "overcast"))) == {}  # amc.inp says 0, 0
+    for name in ("overcast", "uniform"):
+        assert marks_of(sky.plot(sky.read_scene(INPUTS / "clear_day", sky=name))) == {}  # amc.inp says 35, 0
+
+
+@pytest.mark.parametrize(
+    ("values", "limits", "low", "high", "extend"),
+    [
+        (np.geomspace(1.0, 1e3, 32), None, 1.0, 1e3, "neither"),
+        (np.geomspace(1.0, 1e3, 32), (10.0, 100.0), 10.0, 100.0, "both"),
+        (np.geomspace(1e-9, 1.0, 32), None, 1e-4, 1.0, "min"),
+        (np.where(np.arange(32) < 4, 0.0, 1.0), None, 2**-0.5, 2**0.5, "neither"),
+        (np.full(32, 7.0), None, 7 * 2**-0.5, 7 * 2**0.5, "neither"),
+        (np.full(32, 5e-324), None, None, None, "min"),
+    ],
+)
+def test_colours_are_logarithmic_over_four_decades_at_most(values, limits, low, high, extend):
+    figure = sky.plot(values.reshape(4, 8), limits=limits)
+    norm = mesh_of(figure).norm
+    assert type(norm).__name__ == "LogNorm"
+    if low is not None:
+        assert (norm.vmin, norm.vmax) == pytest.approx((low, high))
+    bar = next(axes for axes in figure.axes if axes.get_label() == "colour bar")
+    assert bar._colorbar.extend == extend
+    figure.canvas.draw()
+
+
+def test_patches_without_light_have_their_own_colour_and_are_explained():
+    figure = sky.plot(np.where(np.arange(32) < 4, 0.0, 1.0).reshape(4, 8))
+    mesh = mesh_of(figure)
+    assert np.array_equal(mesh.get_array().mask[0], np.repeat(np.arange(8) < 4, 23))
+    assert mesh.cmap.get_bad()[:3] == pytest.approx([0xD4 / 255] * 3)
+    assert "no light" in texts_of(figure)
+    assert "no light" not in texts_of(sky.plot(np.ones((4, 8))))
+
+
+def test_edges_of_patches_have_no_jags():
+    """A dot on an edge has the mean of its area, as a picture with eight times the dots shows it."""
+    from matplotlib.figure import Figure
+
+    values = np.ones((45, 24))
+    values[:, 5:12], values[20:30] = 100.0, 50.0
+    figure = Figure(figsize=(4, 4), dpi=100)
+    axes = figure.add_axes((0, 0, 1, 1))
+    sky.plot(values, ax=axes, norm="linear", cmap="gray")
+    for line in list(axes.lines):
+        line.remove()
+    coarse, fine = (red_dots(figure, dpi) for dpi in (100, 800))
+    x, y = np.meshgrid(np.arange(-199.5, 200), np.arange(-199.5, 200))
+    difference = (coarse - fine.reshape(400, 8, 400, 8).mean(axis=(1, 3)))[np.hypot(x, y) < 170]
+    assert np.sqrt(np.mean(difference**2)) < 4.0  # of 255; 2.0 here, 13.7 where corners are moved to whole dots
+
+
+def red_dots(figure, dpi):
+    file = io.BytesIO()
+    figure.savefig(file, format="rgba", dpi=dpi)
+    return np.frombuffer(file.getvalue(), np.uint8).reshape(4 * dpi, 4 * dpi, 4)[..., 0].astype(float)
+
+
+def scene_of(*wavelengths, mass=(1.0, 100.0)):
+    values = np.outer(np.geomspace(*mass, len(wavelengths)), np.linspace(1.0, 2.0, 12))
+    table = sky.TabulatedSky(wavelength_nm=wavelengths, values=values, grid=PatchGrid.regular(3, 4))
+    return sky.Scene(wavebands=list(wavelengths), n_photons=[10, 10**6], components=table)
+
+
+def test_each_dome_has_its_own_bar_on_request():
+    shared = sky.plot(scene_of(400.0, 500.0), show="counts")
+    each = sky.plot(scene_of(400.0, 500.0), show="counts", scale="each")
+    assert [mesh_of(shared, k).norm.vmax for k in (1, 2)] == [mesh_of(shared, 1).norm.vmax] * 2
+    assert mesh_of(each, 1).norm.vmax < 1e-4 * mesh_of(each, 2).norm.vmax
+    labels = [axes.get_label() for axes in each.axes if "bar" in axes.get_label()]
+    assert labels == ["colour bar 1", "colour bar 2"]
+    assert texts_of(each).count("photons per steradian [sr$^{-1}$], log scale") == 1
+
+
+def test_domes_go_into_axes_of_your_own():
+    from matplotlib.figure import Figure
+
+    scene, figure = scene_of(400.0, 500.0), Figure(figsize=(8, 4))
+    axes = figure.subplots(1, 2)
+    assert sky.plot(scene, ax=axes, cmap="magma", norm="linear", limits=(0.0, 3.0)) is figure
+    assert [one.get_title() for one in axes] == ["waveband 1, 400 nm", "waveband 2, 500 nm"]
+    for one in axes:
+        mesh = one.collections[-1]
+        assert (mesh.cmap.name, mesh.norm.vmin, mesh.norm.vmax) == ("magma", 0.0, 3.0)
+    figure.colorbar(axes[0].collections[-1], ax=axes)
+    with pytest.raises(UsageError, match="2 domes need as many axes, got 1"):
+        sky.plot(scene, ax=axes[0])
+    with pytest.raises(UsageError, match="yours to save"):
+        sky.plot(scene, "a.png", ax=axes)
+
+
+def test_a_norm_of_matplotlib_is_taken_and_not_changed():
+    from matplotlib.colors import PowerNorm
+
+    given = PowerNorm(0.5)
+    norm = mesh_of(sky.plot(np.arange(1.0, 13.0).reshape(3, 4), norm=given)).norm
+    assert (norm.gamma, norm.vmin, norm.vmax, given.vmin) == (0.5, 1.0, 12.0, None)
+
+
+def test_where_no_light_comes_from_the_sun_of_amc_inp_is_a_cross():
+    figure = sky.plot(sky.read_scene(INPUTS / "clear_day" / "amc.inp"), bands=[0], size_px=300)
+    ((name, where),) = marks_of(figure).items()
+    assert name == "mark-sun_of_amc"
+    assert where == pytest.approx((35.0, 0.0))
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 5, 7, 10, 12])
+def test_rows_of_domes_leave_no_slot_empty(n):
+    domes = tuple(Dome(grid=PatchGrid.regular(1, 4), values=np.ones(4)) for _ in range(n))
+    figure = figure_of(Picture(domes=domes, quantity=RELATIVE_RADIANCE), size_px=300)
+    boxes = [dome_axes(figure, k + 1).get_position() for k in range(n)]
+    for bottom in {round(box.y0, 6) for box in boxes}:
+        row = [box for box in boxes if round(box.y0, 6) == bottom]
+        assert row[0].x0 == pytest.approx(1 - row[-1].x1)
+        assert all(right.x0 > left.x1 + 0.01 for left, right in itertools.pairwise(row))
+
+
+def test_what_no_patch_covers_has_no_light_either():
+    bounds = PatchGrid.regular(3, 8)
+    cap = PatchGrid(zenith_bounds_deg=bounds.zenith_bounds_deg[:1], azimuth_bounds_deg=bounds.azimuth_bounds_deg)
+    figure = sky.plot(np.ones(8), grid=cap, size_px=400)
+    assert "no light" in texts_of(figure)
+    figure.canvas.draw()
+    x, y = dome_axes(figure).transData.transform((0.0, -45.0))
+    pixels = np.asarray(figure.canvas.buffer_rgba())
+    assert pixels[pixels.shape[0] - int(y), int(x) + 6, :3].tolist() == [0xD4] * 3
+
+
+def test_a_picture_without_any_light_has_no_colour_bar():
+    figure = sky.plot(np.zeros((4, 8)))
+    assert [axes.get_label() for axes in figure.axes] == ["dome 1", "key"]
+    figure.canvas.draw()
+
+
+def test_models_without_a_sun_have_no_mark():
+    assert marks_of(sky.plot(sky.UniformSky())) == {}
+    assert set(marks_of(sky.plot(sky.UniformSky(), sun_deg=(20.0, 350.0)))) == {"mark-sun"}
+    below = marks_of(sky.plot(sky.UniformSky(), sun_deg=(130.0, 90.0)))["mark-sun_below"]
+    assert below == pytest.approx((0.0, 84.0), abs=1e-9)  # inside the rim
+
+
+@pytest.mark.parametrize(("low", "high"), [(1.0, 1e4), (0.14, 0.42), (3e-9, 7e-9), (0.999, 1.001), (1e-300, 1e-296)])
+@pytest.mark.parametrize("most", [5, 15])
+def test_numbers_of_the_bar_are_few_and_inside(low, high, most):
+    found = round_numbers(low, high, most)
+    assert len(found) <= most
+    assert all(after / before >= (high / low) ** (0.999 / most) for before, after in itertools.pairwise(found))
+    assert all(low * (1 - 1e-8) <= value <= high * (1 + 1e-8) for value in found)
+    if high / low > 1.2:
+        assert len(found) >= 2
+
+
+def test_nothing_is_cut_and_no_labels_touch():
+    for size in (300, 400, 960, 2000):
+        figure = sky.plot(
+            one_bright(1, 2),
+            sun_deg=(45, 30),
+            title="a long title of a picture that has to go into several lines " * 2,
+            size_px=size,
+        )
+        figure.canvas.draw()
+        width, height = figure.canvas.get_width_height()
+        assert width == size
+        texts = [t for t in figure.findobj(lambda a: type(a).__name__ == "Text") if t.get_text() and t.get_visible()]
+        boxes = [t.get_window_extent() for t in texts]
+        for text, box in zip(texts, boxes, strict=True):
+            inside = box.x0 >= -1 and box.y0 >= -1 and box.x1 <= width + 1 and box.y1 <= height + 1
+            assert inside, (size, text.get_text(), box)
+        for k, box in enumerate(boxes):
+            others = [
+                texts[j].get_text() for j in range(k) if boxes[j].shrunk(0.98, 0.8).overlaps(box.shrunk(0.98, 0.8))
+            ]
+            assert not others, (size, texts[k].get_text(), others)
+
+
+@pytest.mark.parametrize(("pt", "size", "n"), [(10.0, 390, 3), (16.0, 390, 3), (16.0, 960, 3), (10.0, 390, 12)])
+def test_every_ring_has_its_degrees_and_lines_of_letters_stay_inside(pt, size, n):
+    from matplotlib import rc_context
+
+    mark = Mark(zenith_deg=30.0, azimuth_deg=0.0, symbol=Symbol.SUN_OF_AMC)
+    dome = Dome(grid=PatchGrid.regular(2, 4), values=np.ones(8), marks=(mark,))
+    with rc_context({"font.size": pt}):
+        figure = figure_of(Picture(domes=(dome,) * n, quantity=RELATIVE_RADIANCE), size_px=size)
+    figure.canvas.draw()
+    for axes in figure.axes[:n]:
+        below = [text for text in axes.texts if text.get_text() in ("S", "30°", "60°", "90°")]
+        assert len(below) == 4
+        boxes = sorted((text.get_window_extent() for text in below), key=lambda box: box.x0)
+        assert all(left.x1 < right.x0 for left, right in itertools.pairwise(boxes))
+    caption = next(text for text in figure.texts if "north (+y)" in text.get_text())
+    key = next(axes for axes in figure.axes if axes.get_label() == "key")
+    (strokes,) = key.lines
+    y = key.transData.transform((0.0, 0.5))[1]
+    half = (strokes.get_markersize() / 2 + strokes.get_path_effects()[0]._gc["linewidth"]) * figure.dpi / 72
+    assert y - half > caption.get_window_extent().y1
+    for text in (key.texts[0], figure.axes[n].xaxis.label):
+        box = text.get_window_extent()
+        assert box.x0 >= 0
+        assert box.x1 <= size
+
+
+@pytest.mark.parametrize("size", [300, 400, 640, 960])
+def test_titles_of_domes_keep_apart(size):
+    domes = tuple(
+        Dome(grid=PatchGrid.regular(2, 4), values=np.ones(8), title=f"waveband {k}, 440 nm\nbeam 55 % of the light")
+        for k in range(1, 13)
+    )
+    for n in (3, 12):
+        figure = figure_of(Picture(domes=domes[:n], quantity=RELATIVE_RADIANCE), size_px=size)
+        titles = [text for text in figure.texts if "wave" in text.get_text()]
+        assert len(titles) == n
+        boxes = [text.get_window_extent() for text in titles]
+        gap = 0.6 * titles[0].get_fontsize() * figure.dpi / 72
+        row = [box for box in boxes if abs(box.y0 - boxes[0].y0) < 1]
+        assert len(row) == min(n, 4)
+        assert all(right.x0 - left.x1 > gap for left, right in itertools.pairwise(row))
+        assert not any(text.get_text() in ("nm", "light") for text in figure.texts)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".svg", ".pdf"])
+def test_equal_skies_give_equal_files(suffix, tmp_path):
+    for name in ("a", "b"):
+        sky.plot(one_bright(1, 2), tmp_path / f"{name}{suffix}", sun_deg=(45, 30), size_px=400)
+    assert (tmp_path / f"a{suffix}").read_bytes() == (tmp_path / f"b{suffix}").read_bytes()
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+@pytest.mark.parametrize(
+    ("what", "options"),
+    [
+        (sky.UniformSky(), {"path": "sky.txt"}),
+        (sky.UniformSky(), {"path": "sky.gif"}),
+        (np.zeros(12), {}),
+        (np.zeros(11), {"grid": PatchGrid.regular(3, 4)}),
+        (np.array([[1.0, np.nan]]), {}),
+        (np.array([[1.0, -1.0]]), {}),
+        (np.ones((3, 4)), {"limits": (2.0, 1.0)}),
+        (np.ones((3, 4)), {"limits": (0.0, 1.0)}),
+        (np.ones((3, 4)), {"cmap": "virdis"}),
+        (np.ones((3, 4)), {"norm": "square"}),
+        (np.ones((3, 4)), {"scale": "both"}),
+        (np.ones((3, 4)), {"size_px": 20}),
+        (np.ones((3, 4)), {"seen_from": "aside"}),
+        (np.ones((3, 4)), {"show": "counts"}),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(what, options, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UsageError):
+        sky.plot(what, **options)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_no_window_system_is_needed(tmp_path):
+    code = "import sys, aomc_sky as sky; sky.plot(sky.UniformSky(), sys.argv[1], size_px=300);"
+    code += "assert 'matplotlib.pyplot' not in sys.modules; assert callable(sky.plot)"
+    environment = {k: v for k, v in os.environ.items() if k != "DISPLAY"} | {"MPLBACKEND": "TkAgg"}
+    command = [sys.executable, "-c", code, tmp_path / "sky.png"]
+    subprocess.run(command, env=environment, timeout=120, check=True)
+    assert (tmp_path / "sky.png").exists()
+
+
+def test_a_scene_in_the_dark_is_no_picture():
+    dark = sky.TabulatedSky(wavelength_nm=[550.0], values=np.zeros((1, 6)), grid=PatchGrid.regular(2, 3))
+    scene = sky.Scene(wavebands=sky.Wavebands(wavelength_nm=np.array([550.0])), n_photons=10, components=(dark,))
+    with pytest.raises(SceneError):
+        sky.plot(scene)

@@ -1,0 +1,442 @@
+"""A description becomes a medium, with the Moon before the sun and the glow of the ground."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import aomc_sky
+from aomc_sky.errors import InputFileError, InputWarning, SceneError, SourceText, UsageError
+from aomc_sky.formats.sky_toml.keys import MoonDirection
+from aomc_sky.skies.atmosphere.description.data import (
+    AbsorberDescription,
+    AtmosphereDescription,
+    PhaseFunctionType,
+    ScattererDescription,
+)
+from aomc_sky.skies.atmosphere.description.medium import (
+    NEGLIGIBLE_SHARE,
+    MediumReport,
+    glow_of_luminance,
+    moon_of_direction,
+    read_medium,
+)
+from aomc_sky.skies.atmosphere.description.reader import read_atmo
+from tests.skies.atmosphere.language.test_values import MOLECULES, OZONE, PEAKED, RAYLEIGH
+from tests.support import atmospheres
+from tests.support.atmospheres import molecules_only
+from tests.support.scenes import copy_scene
+from tests.support.shared import INPUTS
+
+AU_M = 149_597_870_700.0
+GRID_NM = np.linspace(400.0, 700.0, 7)
+
+
+def source(text: str, line: int = 20) -> SourceText:
+    return SourceText(text=text, path="sky.atmo", line=line)
+
+
+def air(**changes: object) -> ScattererDescription:
+    one = ScattererDescription(
+        name="molecules",
+        line=18,
+        number_density=source(MOLECULES),
+        phase_function=source(RAYLEIGH, 30),
+        cross_section_1um_m2=0.04022e-30,
+        angstrom_exponent=4.0,
+        single_scattering_albedo=np.ones(7),
+    )
+    return dataclasses.replace(one, **changes)
+
+
+def aerosol(**changes: object) -> ScattererDescription:
+    given = {
+        "name": "aerosol",
+        "number_density": source("return 1.03333e8*exp(-altitude/(1.2*km));", 40),
+        "phase_function": source(PEAKED, 50),
+        "cross_section_1um_m2": 0.042968e-12,
+        "angstrom_exponent": 0.0,
+    }
+    return air(**(given | changes))
+
+
+def ozone(**changes: object) -> AbsorberDescription:
+    one = AbsorberDescription(
+        name="ozone", line=60, number_density=source(OZONE, 62), cross_section_m2=np.linspace(1e-26, 4e-25, 7)
+    )
+    return dataclasses.replace(one, **changes)
+
+
+def description(*species: ScattererDescription | AbsorberDescription, **changes: object) -> AtmosphereDescription:
+    one = AtmosphereDescription(
+        path="sky.atmo",
+        atmosphere_height_m=120e3,
+        earth_radius_m=6.371e6,
+        earth_sun_distance_m=AU_M,
+        earth_moon_distance_m=None,
+        scattering_orders=7,
+        wavelength_nm=GRID_NM,
+        solar_irradiance=np.linspace(1.5, 1.9, 7),
+        ground_albedo=np.linspace(0.1, 0.4, 7),
+        ground_glow=None,
+        glow_luminance_cd_m2=None,
+        species=species,
+        sizes={},
+        textures_are_radiances=False,
+        has_eclipsed_double_scattering_textures=True,
+    )
+    return dataclasses.replace(one, **changes)
+
+
+def test_a_medium_is_the_one_that_was_built_by_hand() -> None:
+    medium, report = read_medium(description(air(), aerosol(), ozone()))
+    by_hand = atmospheres.medium_of(
+        [atmospheres.molecules(GRID_NM), atmospheres.aerosol(GRID_NM), atmospheres.ozone(GRID_NM, np.zeros(7))], GRID_NM
+    )
+    altitude, mu = np.linspace(0.0, 120e3, 301), np.cos(np.linspace(0.0, np.pi, 181))
+    for found, wanted in zip(medium.constituents, by_hand.constituents, strict=True):
+        # two texts of one exponential: exponents up to 100, each rounded twice, and two exponentials of 2 ulp
+        rounding = (100 * 4 + 8) * 2.0**-53
+        np.testing.assert_allclose(found.number_density(altitude), wanted.number_density(altitude), rtol=rounding)
+        np.testing.assert_array_equal(found.kink_altitude_m, wanted.kink_altitude_m)
+        np.testing.assert_allclose(found.scattering_m2, wanted.scattering_m2, rtol=1e-15)
+        if wanted.phase_function is not None and found.phase_function is not None:
+            np.testing.assert_allclose(found.phase_function(mu, 5), wanted.phase_function(mu, 5), rtol=1e-8)
+    np.testing.assert_array_equal(medium.constituents[2].absorption_m2, np.linspace(1e-26, 4e-25, 7))
+    np.testing.assert_allclose(report.phase_norm["aerosol"], atmospheres.PEAK_NORM, rtol=1e-8)
+    assert medium.constituents[2].phase_function is None
+    assert (medium.earth_radius_m, medium.top_m, medium.n_orders) == (6.371e6, 120e3, 7)
+    assert medium.sun_angular_radius_rad == 6.9635e8 / AU_M
+    assert report.dropped == ()
+
+
+def test_optical_depths_are_columns_times_extinction() -> None:
+    _, report = read_medium(description(air(), ozone()))
+    column = 3.08458e25 * 8000.0 * -np.expm1(-15.0)
+    np.testing.assert_allclose(
+        report.optical_depth["molecules"], column * 0.04022e-30 * (GRID_NM / 1000) ** -4, rtol=1e-11
+    )
+
+
+def test_a_share_of_the_extinction_is_scattering() -> None:
+    albedo = np.linspace(0.0, 1.0, 7)
+    medium, _ = read_medium(description(air(single_scattering_albedo=albedo, angstrom_exponent=-1.5)))
+    extinction = 0.04022e-30 * (GRID_NM / 1000.0) ** 1.5
+    (one,) = medium.constituents
+    np.testing.assert_allclose(one.scattering_m2, extinction * albedo, rtol=1e-15)
+    np.testing.assert_allclose(one.scattering_m2 + one.absorption_m2, extinction, rtol=1e-15)
+
+
+def test_what_scatters_nothing_has_no_phase_function() -> None:
+    medium, _ = read_medium(description(air(), aerosol(single_scattering_albedo=np.zeros(7))))
+    assert [one.phase_function is None for one in medium.constituents] == [False, True]
+
+
+@pytest.mark.parametrize(
+    ("wanted", "index"),
+    [
+        (None, range(7)),
+        (550.0, [3]),
+        ([700, 400, 401], [0, 6]),
+        ([449.0], [1]),
+        ([501.0, 500.0], [2]),
+        ([399, 701], [0, 6]),
+    ],
+)
+def test_wavelengths_of_the_file_are_taken_once_and_rise(wanted: object, index: list[int]) -> None:
+    medium, _ = read_medium(description(air(), ozone()), wanted)
+    index = list(index)
+    np.testing.assert_array_equal(medium.wavelength_nm, GRID_NM[index])
+    np.testing.assert_array_equal(medium.toa_irradiance, np.linspace(1.5, 1.9, 7)[index])
+    np.testing.assert_array_equal(medium.ground_albedo, np.linspace(0.1, 0.4, 7)[index])
+    np.testing.assert_array_equal(medium.constituents[1].absorption_m2, np.linspace(1e-26, 4e-25, 7)[index])
+
+
+def test_other_wavelengths_are_interpolated() -> None:
+    """Logarithms of positive spectra; a wavelength of the file is itself to the bit, one 1 nm away takes it."""
+    medium, _ = read_medium(description(air(), ozone()), [475.0, 499.5, 500.0, 612.5])
+    assert medium.wavelength_nm.tolist() == [475.0, 500.0, 612.5]
+    sun = np.linspace(1.5, 1.9, 7)
+    half, quarter = np.sqrt(sun[1] * sun[2]), np.exp(0.75 * np.log(sun[4]) + 0.25 * np.log(sun[5]))
+    np.testing.assert_allclose(medium.toa_irradiance, [half, sun[2], quarter], rtol=1e-14)
+    assert medium.toa_irradiance[1] == sun[2]
+    ratio = medium.constituents[0].scattering_m2[0] / medium.constituents[0].scattering_m2[1]
+    np.testing.assert_allclose(ratio, (475 / 500) ** -description(air()).scatterers[0].angstrom_exponent, rtol=1e-13)
+
+
+def test_spectra_with_zeros_are_linear_between_wavelengths() -> None:
+    dark = dataclasses.replace(description(air()), ground_albedo=np.array([0.0, 0.0, 0.2, 0.4, 0.4, 0.4, 0.4]))
+    medium, _ = read_medium(dark, [475.0, 425.0])
+    np.testing.assert_allclose(medium.ground_albedo, [0.0, 0.1], atol=1e-15)
+
+
+@pytest.mark.parametrize("wanted", [398.9, [550.0, 701.1]])
+def test_wavelengths_beyond_the_ends_are_refused(wanted: object) -> None:
+    with pytest.raises(SceneError, match=r"(398.9|701.1) nm lies beyond its wavelengths, 400 to 700 nm"):
+        read_medium(description(air(), ozone()), wanted)
+
+
+def test_a_phase_function_of_sets_has_no_wavelength_between() -> None:
+    coloured = description(air(phase_function=source("return vec4(1. + 0.*wlSetIndex)/(4*PI);")))
+    read_medium(coloured, [400.0, 550.0])
+    with pytest.raises(SceneError, match="reads wlSetIndex, so it is known at the wavelengths of the"):
+        read_medium(coloured, 475.0)
+
+
+@pytest.mark.parametrize("path", sorted((INPUTS / "atmosphere").glob("*.atmo")), ids=lambda path: path.stem)
+def test_the_stated_error_of_interpolation(path: Path) -> None:
+    """A description thinned to every second wavelength against itself: optical depths, and the sun's irradiance."""
+    whole = read_atmo(path)
+    if whole.wavelength_nm.size < 12:
+        return
+    some = slice(None, None, 2)
+    between = whole.wavelength_nm[1:-1:2][: whole.wavelength_nm[some].size - 1]
+    species = tuple(
+        dataclasses.replace(one, cross_section_m2=one.cross_section_m2[some])
+        if isinstance(one, AbsorberDescription)
+        else dataclasses.replace(one, single_scattering_albedo=one.single_scattering_albedo[some])
+        for one in whole.species
+    )
+    spectra = {name: getattr(whole, name)[some] for name in ("wavelength_nm", "solar_irradiance", "ground_albedo")}
+    glow = None if whole.ground_glow is None else whole.ground_glow[some]
+    thinned = dataclasses.replace(whole, species=species, ground_glow=glow, **spectra)
+    (ours, depth), (theirs, expected) = read_medium(thinned, between), read_medium(whole, between)
+    total, right = (sum(report.optical_depth.values()) for report in (depth, expected))
+    assert np.abs(np.exp(-total) / np.exp(-right) - 1).max() < 0.01
+    assert np.abs(ours.toa_irradiance / theirs.toa_irradiance - 1).max() < 0.075
+
+
+@pytest.mark.parametrize("wanted", [[], [0.0], [-400.0], [np.nan], [np.inf], [[400.0]]])
+def test_wavelengths_that_are_none_are_refused(wanted: object) -> None:
+    with pytest.raises(SceneError, match="positive numbers in nm"):
+        read_medium(description(air()), wanted)
+
+
+def test_a_phase_function_sees_the_sets_of_four_of_its_file() -> None:
+    """Every row is that of its own set, whichever wavelengths are asked for; the last set repeats its last one."""
+    text = "return (wavelengths/100. + 10.*wlSetIndex + vec4(0, .1, .2, .3))*(1.5 + dotViewSun/1e3)/(4*PI);"
+    coloured = air(phase_function=source(text))
+    for wanted, rows in ((None, range(7)), ([400, 550, 600, 700], [0, 3, 4, 6]), ([650], [5])):
+        with pytest.warns(InputWarning, match="was divided by it"):
+            _, report = read_medium(description(coloured), wanted)
+        rows = np.array(rows)
+        value = 1.5 * (GRID_NM[rows] / 100.0 + 10.0 * (rows // 4) + (rows % 4) / 10.0)
+        np.testing.assert_allclose(report.phase_norm["molecules"], value, rtol=1e-13)
+
+
+def test_blocks_read_the_names_of_the_format() -> None:
+    density = """return 1e18*(earthRadius + atmosphereHeight + moonRadius + km + dobsonUnit/1e15 - earthCenter.z
+        + sunAngularRadius);"""
+    phase = """vec4 x = scatteringCrossSection_molecules/scatteringCrossSection_aerosol.x;
+        x += groundAlbedo + solarIrradianceAtTOA + lightPollutionRelativeRadiance; return x/x/(4*PI);"""
+    medium, report = read_medium(
+        description(air(number_density=source(density), phase_function=source(phase)), aerosol())
+    )
+    value = medium.constituents[0].number_density(np.zeros(1))
+    assert value[0] / 1e18 == pytest.approx(
+        2 * 6.371e6 + 120e3 + 1.7371e6 + 1000 + 2.687e5 + 6.9635e8 / AU_M, rel=1e-15
+    )
+    np.testing.assert_allclose(report.phase_norm["molecules"], 1.0, rtol=1e-14)
+
+
+def test_species_that_do_not_count_are_dropped_and_told() -> None:
+    def share(factor: float) -> tuple[tuple[str, ...], int]:
+        small = ozone(number_density=source(f"return {factor!r}*3.08458e25*exp(-altitude/(8*km));"))
+        same = dataclasses.replace(small, cross_section_m2=0.04022e-30 * (GRID_NM / 1000) ** -4)
+        medium, report = read_medium(description(air(), same))
+        return report.dropped, len(medium.constituents)
+
+    assert share(0.9 * NEGLIGIBLE_SHARE) == (("ozone",), 1)
+    assert share(1.1 * NEGLIGIBLE_SHARE) == ((), 2)
+    # one wavelength at which it counts keeps it
+    sodium = np.where(np.arange(7) == 4, 1e-25, 0.0)
+    assert read_medium(description(air(), ozone(cross_section_m2=sodium)))[1].dropped == ()
+    assert read_medium(description(air(), ozone(cross_section_m2=sodium)), 400.0)[1].dropped == ("ozone",)
+    assert read_medium(description(air(), ozone(number_density=source("return 0.;"))))[1].dropped == ("ozone",)
+
+
+def test_a_norm_off_by_more_than_a_hundredth_is_told() -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read_medium(description(air(phase_function=source("return vec4(1.009/(4*PI));"))))
+    with pytest.warns(InputWarning, match=r'sky.atmo:33: the phase function of "molecules" has the integral 0.98 '):
+        medium, _ = read_medium(description(air(phase_function=source("return vec4(0.98/(4*PI));", 33))))
+    phase = medium.constituents[0].phase_function
+    assert phase is not None
+    np.testing.assert_allclose(phase(np.array([0.3]), 0), 1 / (4 * np.pi), rtol=1e-12)
+
+
+def test_achromatic_is_checked() -> None:
+    grey = air(phase_function_type=PhaseFunctionType.ACHROMATIC)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        read_medium(description(grey))
+    text = "return vec4(1)*(1 + wavelengths/1e4*dotViewSun)/(4*PI);"
+    with pytest.warns(InputWarning, match="is called achromatic and depends on the wavelength"):
+        read_medium(description(dataclasses.replace(grey, phase_function=source(text))))
+
+
+def test_the_problems_of_all_blocks_come_together() -> None:
+    bad = (
+        air(number_density=source("return altitude - 5.;", 20), phase_function=source("return 1.;", 30)),
+        aerosol(number_density=source("return dotViewSun;", 40)),
+        ozone(number_density=source("return wavelengths.x;\nfloat x", 62)),
+    )
+    with pytest.raises(InputFileError) as caught:
+        read_medium(description(*bad))
+    found = [(one.line, one.field) for one in caught.value.problems]
+    assert found == [
+        (20, 'number density of "molecules"'),
+        (30, 'phase function of "molecules"'),
+        (40, 'number density of "aerosol"'),
+        (62, 'number density of "ozone"'),
+        (63, 'number density of "ozone"'),
+    ]
+    assert "a number density depends on altitude alone" in str(caught.value)
+
+
+def test_names_of_other_blocks_are_refused_with_a_reason() -> None:
+    with pytest.raises(InputFileError, match="a number of particles does not depend on the wavelength"):
+        read_medium(description(air(number_density=source("return groundAlbedo.x;"))))
+    with pytest.raises(InputFileError, match="depends on dotViewSun and the wavelengths alone"):
+        read_medium(description(air(phase_function=source("return vec4(altitude);"))))
+
+
+@pytest.mark.parametrize("path", sorted((INPUTS / "atmosphere").glob("*.atmo")), ids=lambda path: path.stem)
+def test_the_examples_are_media_without_a_word(path: Path) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        medium, report = read_medium(read_atmo(path))
+    assert medium.wavelength_nm.size > 0
+    assert report.dropped == ()
+    for norm in report.phase_norm.values():
+        np.testing.assert_allclose(norm, 1.0, rtol=1e-2)
+
+
+RADIUS = 6.371e6
+DESCRIPTION = INPUTS / "light_polluted" / "air.atmo"
+
+
+def report(**more: Any) -> MediumReport:
+    return MediumReport(optical_depth={}, phase_norm={}, dropped=(), **more)
+
+
+def test_angles_and_offsets() -> None:
+    assert MoonDirection(zenith_deg=50.0).angles(40.0, 90.0) == (50.0, 0.0)
+    assert MoonDirection(zenith_offset_deg=-0.5, azimuth_offset_deg=0.25).angles(40.0, 90.0) == (39.5, 0.25)
+    assert MoonDirection(azimuth_deg=100.0).angles(40.0, 90.0) == (40.0, 10.0)
+
+
+def test_options_win_angle_by_angle() -> None:
+    file = MoonDirection(zenith_offset_deg=0.1, azimuth_deg=20.0, distance_km=4e5)
+    assert file.under(MoonDirection(zenith_deg=30.0)) == MoonDirection(
+        zenith_deg=30.0, azimuth_deg=20.0, distance_km=4e5
+    )
+    assert file.under(MoonDirection()) == file
+    assert file.under(MoonDirection(azimuth_offset_deg=0.0)).azimuth_deg is None
+
+
+@pytest.mark.parametrize("zenith", [0.0, 60.0, 90.0, 120.0])
+def test_distance_between_the_centres_becomes_that_of_the_observer(zenith: float) -> None:
+    air = molecules_only(550.0, 0.1)
+    moon = moon_of_direction(MoonDirection(zenith_deg=zenith), air, report(moon_distance_m=3.844e8), 45.0, 0.0)
+    assert moon is not None
+    assert np.linalg.norm(moon.centre_m(RADIUS)) == pytest.approx(3.844e8, rel=1e-12)
+    given = moon_of_direction(MoonDirection(zenith_deg=zenith, distance_km=365e3), air, report(), 45.0, 0.0)
+    assert given is not None
+    assert given.distance_m == 3.65e8
+
+
+def test_no_moon_without_a_place_and_none_without_a_distance() -> None:
+    air = molecules_only(550.0, 0.1)
+    assert moon_of_direction(MoonDirection(), air, report(), 45.0, 0.0) is None
+    with pytest.raises(SceneError, match="distance of the Moon is missing"):
+        moon_of_direction(MoonDirection(zenith_deg=1.0), air, report(), 45.0, 0.0)
+    with pytest.raises(SceneError, match="inside the earth"):
+        moon_of_direction(MoonDirection(zenith_deg=1.0), air, report(moon_distance_m=6e6), 45.0, 0.0)
+
+
+def test_luminance_times_spectrum() -> None:
+    spectrum = np.array([2e-5, 1e-6])
+    np.testing.assert_array_equal(glow_of_luminance(0.5, report(ground_glow=spectrum), "a"), 0.5 * spectrum)
+    assert glow_of_luminance(0.0, report(), "a") is None
+    wrong: list[tuple[Any, str]] = [
+        (-1.0, "0 cd/m2 or more"),
+        (math.nan, "0 cd/m2 or more"),
+        ("bright", "got 'bright'"),
+    ]
+    for bad, message in (*wrong, (1.0, "light pollution")):
+        with pytest.raises(SceneError, match=message):
+            glow_of_luminance(bad, report(), "a")
+
+
+def solved(**given: Any) -> aomc_sky.AtmosphereResult:
+    return aomc_sky.solve_atmosphere(
+        DESCRIPTION, wavelength_nm=450.0, sky_zenith_deg=[20.0], azimuth_from_sun_deg=[0.0], orders=1, **given
+    )
+
+
+@pytest.mark.parametrize(
+    ("moon", "message"),
+    [
+        ({}, "no direction"),
+        (3, "must be a mapping"),
+        ({"zenith": 1.0}, "no input 'moon_zenith'"),
+        ({"zenith_deg": 1.0, "zenith_offset_deg": 1.0}, "twice"),
+        ({"zenith_deg": 181.0}, "outside the range"),
+        ({"distance_km": math.nan}, "not finite"),
+    ],
+)
+def test_wrong_moons(moon: Any, message: str) -> None:
+    with pytest.raises(UsageError, match=message):
+        solved(sun_zenith_deg=40.0, moon=moon)
+
+
+def test_lights_without_an_atmosphere_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(UsageError, match="used only with"):
+        aomc_sky.read_scene(INPUTS / "overcast" / "amc.inp", atmosphere={"ground_luminance_cd_m2": 1.0})
+    with pytest.raises(UsageError, match="no input 'orders'"):
+        aomc_sky.read_scene(INPUTS / "overcast" / "amc.inp", atmosphere={"orders": 1.0})
+
+
+def night_scene(folder: Path, more: str) -> Path:
+    """The scene `eclipse` in a folder, with order 1 alone, few patches, and other lines in sky.toml."""
+    amc = copy_scene("eclipse", folder)
+    keys = 'file = "air.atmo"\norders = 1\nzenith_bins = 6\nazimuth_bins = 12\n'
+    (amc.parent / "sky.toml").write_text(f"[atmosphere]\n{keys}{more}")
+    return amc
+
+
+SUN = "[sun]\nzenith_deg = 55\nazimuth_deg = 90\n"
+
+
+def test_a_scene_says_that_the_moon_hides_nothing(tmp_path: Path) -> None:
+    scene = aomc_sky.read_scene(night_scene(tmp_path, f"moon_zenith_deg = 20\n{SUN}"))
+    assert any("hides no part" in note for note in scene.notes)
+    assert scene.options["atmosphere"]["eclipse"] is None
+
+
+@pytest.mark.slow
+def test_an_eclipse_of_the_file_is_that_of_the_options(tmp_path: Path) -> None:
+    for name in "ab":
+        (tmp_path / name).mkdir()
+    moon = "moon_zenith_offset_deg = 0.1\nmoon_azimuth_deg = 90.2\n"
+    file = aomc_sky.read_scene(night_scene(tmp_path / "a", moon + SUN))
+    given = {"moon_zenith_deg": 55.1, "moon_azimuth_offset_deg": 0.2}
+    clear = night_scene(tmp_path / "b", SUN)
+    options, whole = aomc_sky.read_scene(clear, atmosphere=given), aomc_sky.read_scene(clear)
+    for one, other in zip(file.components, options.components, strict=True):
+        np.testing.assert_allclose(one.mass, other.mass, rtol=1e-6)
+    share = file.options["atmosphere"]["eclipse"]["visible_share"]
+    assert 0.05 < share < 0.95
+    np.testing.assert_allclose(file.components[0].strength, share * whole.components[0].strength, rtol=1e-13)
+    sky = file.components[1].mass_of(0).reshape(6, 12)
+    assert np.abs(sky[:, 2] / sky[:, 3] - 1.0).max() > 1e-3  # on both sides of the sun, which stands between them
+    plain = whole.components[1].mass_of(0).reshape(6, 12)
+    np.testing.assert_allclose(plain[:, 2], plain[:, 3], rtol=1e-12)

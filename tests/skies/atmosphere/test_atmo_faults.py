@@ -1,0 +1,153 @@
+"""Rows 37 to 39 of the matrix: descriptions of an atmosphere that reach for other files, run away, or are no such."""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+
+import pytest
+
+from tests.support.fault_rows import check_places, command, row, row_id
+from tests.support.processes import Ended, limited
+from tests.support.shared import DATA
+
+PLAIN = (DATA / "atmo" / "good" / "plain.atmo").read_text()
+SUN = "1.5, 1.9, 1.7, 1.4"
+TABLE = b"300,1.0\n900,1.0\n"
+
+
+def replaced(old: str, new: str) -> str:
+    assert PLAIN.count(old) == 1
+    return PLAIN.replace(old, new)
+
+
+def elsewhere(path: Path) -> None:
+    """Tables that lie outside of the folder `path`, inside it, and links to what is outside."""
+    (path.parent / "secret.csv").write_bytes(TABLE)
+    (path / "link.csv").symlink_to(path.parent / "secret.csv")
+    (path / "folder").symlink_to(path.parent)
+    (path / "zero.csv").symlink_to("/dev/zero")
+    (path / "loop.csv").symlink_to("loop.csv")
+    (path / "directory.csv").mkdir()
+    os.mkfifo(path / "pipe.csv")
+
+
+REFERENCES = {
+    "passwd": "../../../../../../../../etc/passwd", "beside-the-folder": "../secret.csv", "absolute": "/etc/passwd",
+    "link-to-outside": "link.csv", "linked-folder": "folder/secret.csv", "device": "/dev/zero",
+    "link-to-a-device": "zero.csv", "pipe": "pipe.csv", "folder": "directory.csv", "itself": "x.atmo",
+    "link-to-itself": "loop.csv", "missing": "absent.csv",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REFERENCES, ids=[row_id(37, name) for name in REFERENCES])
+def test_other_files(name, tmp_path, monkeypatch, capsys):
+    home = tmp_path / "home"
+    home.mkdir()
+    elsewhere(home)
+    (home / "x.atmo").write_text(replaced(SUN, f"file {REFERENCES[name]}"))
+    monkeypatch.chdir(home)
+    assert command("validate", "x.atmo") == 3
+    said = capsys.readouterr()
+    assert said.out == "x.atmo: has errors\n"
+    check_places(["x.atmo:7:31 E402"], said.err)
+    assert ("--allow-path DIR" in said.err) == ("is not below the folder" in said.err)
+
+
+@row(37, "a-device-and-a-pipe-are-never-opened")
+def test_no_device_is_opened(fault, tmp_path):
+    """In a process of its own with limits, even where the folder of devices is allowed."""
+    elsewhere(tmp_path)
+    for k, file in enumerate(("/dev/zero", "pipe.csv", "zero.csv")):
+        (tmp_path / f"{k}.atmo").write_text(replaced(SUN, f"file {file}"))
+    done = limited(tmp_path, "validate", "0.atmo", "1.atmo", "2.atmo", "--allow-path", "/dev")
+    assert done.code == 3
+    assert done.err.count("error[E402]") == done.err.count("is not a regular file") == 3
+    assert done.peak_mb < 200
+
+
+BLOCKS = {
+    # name: (code, column of the problem from the begin of the code)
+    "endless-loop": ("while(true) { } return 1.;", 1),
+    "recursion": ("float f(float x) { return f(x); } return f(1.);", 7),
+    "include": ("#include </etc/passwd>", 1),
+    "array-of-1e9": ("float a[1000000000]; return a[0];", 7),
+    "200-brackets": (f"return {'(' * 200}1.{')' * 200};", 107),
+    "12000-terms": (f"return {'+'.join(['1.'] * 12_000)};", 15_007),
+    "pow-overflow": ("return pow(10., 400.);", 1),
+    "division-by-0-at-the-ground": ("return 1e25/altitude;", 1),
+    "0-by-0-at-the-ground": ("return altitude/altitude;", 8),
+}
+CODE = "return 2.5e25*exp(-altitude/(8*km));"
+
+
+BRACKETS = {
+    # name: (code, what the message holds)
+    "200000-brackets-in-one-line": (f"return {'(' * 200_000}1.{')' * 200_000};", ":1: error[E101]: the line is longer"),
+    "200000-brackets": ("return\n" + "(\n" * 200_000 + "1.\n" + ")\n" * 200_000 + ";", "800019 bytes, more than 65536"),
+    "15000-brackets": ("return\n" + "(\n" * 15_000 + "1.\n" + ")\n" * 15_000 + ";", "100 deep"),
+}
+
+
+@pytest.fixture(scope="module")
+def answers(tmp_path_factory) -> Ended:
+    """The command on all blocks: in one process, which the system stops where one has no end."""
+    folder = tmp_path_factory.mktemp("blocks")
+    codes = {name: code for name, (code, *_) in (BLOCKS | BRACKETS).items()}
+    for name, code in codes.items():
+        (folder / f"{name}.atmo").write_text(replaced(CODE, code))
+    return limited(folder, "validate", *(f"{name}.atmo" for name in codes))
+
+
+def said_of(name: str, answers: Ended) -> str:
+    """What the command says of one block."""
+    assert answers.code == 3, answers.err[-2000:]
+    assert answers.peak_mb < 200
+    parts = re.split(r"^(?=\S+\.atmo:)", answers.err, flags=re.MULTILINE)
+    of_name = [part for part in parts if part.startswith(f"{name}.atmo:")]
+    assert len(of_name) == 1, f"{len(of_name)} problems are told of {name}.atmo"
+    return of_name[0]
+
+
+@pytest.mark.parametrize("name", BLOCKS, ids=[row_id(38, name) for name in BLOCKS])
+def test_code_that_runs_away(name, answers):
+    place = f"{name}.atmo:13:{BLOCKS[name][1] + 8} E403"
+    check_places([place], said_of(name, answers))
+
+
+@pytest.mark.parametrize("name", BRACKETS, ids=[row_id(38, name) for name in BRACKETS])
+def test_brackets_without_end(name, answers):
+    """Beyond the longest line of any file, beyond the longest block, and beyond the depth."""
+    said = said_of(name, answers)
+    assert BRACKETS[name][1] in said.splitlines()[0]
+    assert said.count("\n") == 3
+
+
+def height(value: str) -> str:
+    return replaced("120 km", value)
+
+
+FORMS = {
+    # name: (description, table t.csv, place and code)
+    "exponent-where-none-is-allowed": (height("1e3 km"), "", "x.atmo:2:20 E401"),
+    "unknown-unit": (height("5 kmm"), "", "x.atmo:2:22 E401"),
+    "missing-unit": (height("120"), "", "x.atmo:2:20 E401"),
+    "wrong-dimension": (height("5 km^-1"), "", "x.atmo:2:22 E401"),
+    "unclosed-brace": (PLAIN[: PLAIN.rindex("}")], "", "x.atmo:22:1 E401"),
+    "csv-with-one-column": (replaced(SUN, "file t.csv"), "300,1\n600\n900,1\n", "t.csv:2:1 E401"),
+    "csv-unsorted": (replaced(SUN, "file t.csv"), "300,1\n900,1\n400,1\n", "t.csv:3:1 E401"),
+    "csv-with-nan": (replaced(SUN, "file t.csv"), "300,1\n400,NaN\n900,1\n", "t.csv:2:5 E401"),
+}
+
+
+@pytest.mark.parametrize("name", FORMS, ids=[row_id(39, name) for name in FORMS])
+def test_another_form(name, tmp_path, monkeypatch, capsys):
+    text, table, place = FORMS[name]
+    (tmp_path / "x.atmo").write_text(text)
+    (tmp_path / "t.csv").write_text(table)
+    monkeypatch.chdir(tmp_path)
+    assert command("validate", "x.atmo") == 3
+    said = capsys.readouterr()
+    assert said.out == "x.atmo: has errors\n"
+    check_places([place], said.err)

@@ -1,0 +1,77 @@
+"""`AtmosphereSky.from_file`: a sky of a description, with its warnings and errors."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.errors import InputFileError
+from aomc_sky.skies.atmosphere.description.medium import read_medium
+from tests.support.scenes import coarse_atmosphere
+from tests.support.shared import INPUTS
+
+MARINE = INPUTS / "atmosphere" / "clear_marine.atmo"
+FEW = {"sun_zenith_deg": 40.0, "sun_azimuth_deg": 20.0, "n_orders": 1, "grid": sky.PatchGrid.regular(6, 8)}
+
+
+def test_it_is_the_sky_of_the_medium() -> None:
+    found = sky.AtmosphereSky.from_file(str(MARINE), wavelength_nm=[440.0, 560.0], **FEW)
+    medium, _ = read_medium(sky.read_atmo(MARINE), [440.0, 560.0])
+    expected = sky.AtmosphereSky(medium=medium, **FEW)
+    assert found.medium.wavelength_nm.tolist() == [440.0, 560.0]
+    np.testing.assert_array_equal(found.patch_mean, expected.patch_mean)
+    np.testing.assert_array_equal(found.direct_irradiance, expected.direct_irradiance)
+    assert found.solved.n_orders == 1
+
+
+def test_the_wavelengths_are_those_asked_for() -> None:
+    found = sky.AtmosphereSky.from_file(MARINE, wavelength_nm=[562.0, 445.0, 440.5], **FEW)
+    assert found.medium.wavelength_nm.tolist() == [440.0, 445.0, 562.0]
+    with pytest.raises(sky.SceneError, match=r"clear_marine\.atmo: 940 nm lies beyond its wavelengths, 380 to 900 nm"):
+        sky.AtmosphereSky.from_file(MARINE, wavelength_nm=[550.0, 940.0], **FEW)
+
+
+@pytest.mark.parametrize("name", ["molecules_only", "clear_marine", "continental", "hazy"])
+def test_the_shipped_descriptions_reach_from_380_to_900_nm(name: str) -> None:
+    found = sky.solve_atmosphere(
+        INPUTS / "atmosphere" / f"{name}.atmo",
+        wavelength_nm=[380.0, 412.0, 443.0, 670.0, 765.0, 865.0, 900.0],
+        sun_zenith_deg=40.0,
+        sky_zenith_deg=[0.0],
+        azimuth_from_sun_deg=[0.0],
+        method="order1",
+    )
+    light = found.radiance[:, 0, 0]
+    assert np.all(np.diff(light[3:]) < 0)
+    assert np.all(light > 0)
+    assert np.all(np.diff(found.direct_irradiance[3:]) < 0)  # the sun's own light falls, too
+    assert np.all(found.direct_irradiance > 0.1)
+
+
+def test_a_scene_is_solved_at_its_wavebands(tmp_path: Path) -> None:
+    amc = coarse_atmosphere(tmp_path)
+    scene = sky.read_scene(amc, iterations=1000)
+    assert scene.sky_wavelength_nm.tolist() == scene.wavebands.wavelength_nm.tolist() == [412.0, 510.0, 590.0, 670.0]
+    bands = amc.parent / "lambbot.inp"
+    bands.write_text(bands.read_text().replace("670.0", "765.0"))
+    with pytest.raises(sky.AomcSkyError, match=r"765 nm lies beyond its wavelengths, 410 to 680 nm"):
+        sky.read_scene(amc, iterations=1000)
+
+
+def test_tables_elsewhere_want_a_word(tmp_path: Path) -> None:
+    """The description names spectra/..., here by an absolute path of another folder."""
+    shutil.copytree(MARINE.parent / "spectra", tmp_path / "tables")
+    (tmp_path / "own").mkdir()
+    text = MARINE.read_text().replace("file spectra/", "file ../tables/").replace("file phase/", "file ../tables/")
+    shutil.copy(MARINE.parent / "phase" / "sea_salt.csv", tmp_path / "tables")
+    moved = tmp_path / "own" / "clear.atmo"
+    moved.write_text(text)
+    with pytest.raises(InputFileError, match="--allow-path"):
+        sky.AtmosphereSky.from_file(moved, wavelength_nm=560.0, **FEW)
+    found = sky.AtmosphereSky.from_file(moved, wavelength_nm=560.0, allow_paths=[tmp_path / "tables"], **FEW)
+    same = sky.AtmosphereSky.from_file(MARINE, wavelength_nm=560.0, **FEW)
+    np.testing.assert_array_equal(found.patch_mean, same.patch_mean)

@@ -1,0 +1,357 @@
+"""The reader of background-sky files against files of plain h5py, and the writer against plain h5py as a reader."""
+
+from __future__ import annotations
+
+import pickle
+import time
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from aomc_sky.errors import InputFileError, InputWarning, OutputError, SceneError
+from aomc_sky.skies.lobes.file.data import (
+    Animation,
+    BackgroundFile,
+    BackgroundInfo,
+    LobeType,
+    ReferenceType,
+    normalised,
+)
+from aomc_sky.skies.lobes.file.file import read_background_file, write_background
+from tests.support.background import CURVES, SAMPLES, lobe_dtype, plain_file
+
+h5py = pytest.importorskip("h5py")
+GZIP = {"chunks": True, "compression": "gzip", "shuffle": True, "fletcher32": True}
+SHAPES = {
+    "as the format has it": {},
+    "big endian": {"dtype": lobe_dtype(">"), "spectrum": ">f4"},
+    "wide": {"dtype": lobe_dtype(real="f8", integer="i8"), "spectrum": "<f8"},
+    "narrow": {"dtype": lobe_dtype(">", integer="u1")},
+    "padded": {"dtype": lobe_dtype(padding=3)},
+    "reversed": {"dtype": lobe_dtype(reverse=True, padding=1)},
+    "chunked": {"chunks": True},
+    "gzip": GZIP,
+    "checked": {"fletcher32": True},
+    "extendible": {"maxshape": None, "chunks": True},
+    "latest": {"libver": "latest"},
+    "latest gzip": {"libver": "latest", **GZIP},
+    "attributes": {"info": "attributes"},
+    "fixed texts": {"info": "fixed"},
+    "flat samples": {"samples": SAMPLES},
+}
+
+
+def read(path):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        return read_background_file(path)
+
+
+def codes(error) -> list[str]:
+    return [p.code for p in error.value.problems]
+
+
+@pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
+def test_every_shape_of_the_same_content_is_the_same(shape, tmp_path):
+    file = read(plain_file(tmp_path / "x.h5", **shape))
+    assert file.info == BackgroundInfo(name="sky", author="Grüße", organization="none", file_type=5, format_version=1)
+    wide = np.float64 if shape.get("spectrum") == "<f8" else np.float32
+    assert file.wavelength_nm.tolist() == [500.0, 625.0, 750.0]
+    assert np.array_equal(file.curves, np.array(CURVES, wide).astype(np.float64) * 10)
+    (keys,) = file.animations.values()
+    assert keys.lobe_type.tolist() == [1, 2, 3]
+    assert keys.param0.tolist() == [0.5, 0.25, 0.375]
+    assert keys.param1.tolist() == [0.0, 1.5, 2.0]  # none for Henyey-Greenstein
+    assert keys.coefficient.tolist() == [0.25, 1.0, 0.0]
+    assert keys.quaternion.tolist() == [[1, 0, 0, 0], [0.5, -0.5, 0.5, 0.5], [0, 0, 0, -1]]
+    assert keys.curve_index.tolist() == [1, 0, 1]
+    assert keys.relative_time_days.tolist() == [0.0, 0.25, 1.0]
+    assert keys.reference is ReferenceType.DIURNAL
+    assert keys.time_point_s == 0
+    assert len(keys) == 3
+
+
+def test_arrays_are_read_only_and_the_file_travels(tmp_path):
+    file = read(plain_file(tmp_path / "x.h5"))
+    with pytest.raises(ValueError, match="read-only"):
+        file.curves[0, 0] = 1
+    with pytest.raises(ValueError, match="read-only"):
+        file.animations["a"].quaternion[0] = 1
+    again = pickle.loads(pickle.dumps(file))
+    assert again.animations["a"].reference is ReferenceType.DIURNAL
+    assert np.array_equal(again.curves, file.curves)
+
+
+def test_one_curve_may_be_flat_and_one_lobe_alone(tmp_path):
+    lobe = (1, 0.0, 0.0, 1.0, (1, 0, 0, 0), 0, -3.5)
+    path = plain_file(tmp_path / "x.h5", lobes=[lobe], curves=CURVES[0], reference=(1, 2**63 + 5))
+    file = read(path)
+    assert file.curves.shape == (1, 3)
+    assert file.animations["a"].time_point_s == 2**63 + 5
+    assert file.animations["a"].relative_time_days.tolist() == [-3.5]
+
+
+def test_quaternions_of_any_length_become_unit(tmp_path):
+    lobes = [(1, 0.0, 0.0, 1.0, np.array([3, -4, 0, 12]) * s, 0, 0.0) for s in (1e-40, 1e-20, 1.0, 1e20, 1e37)]
+    quaternion = read(plain_file(tmp_path / "x.h5", lobes=lobes)).animations["a"].quaternion
+    assert np.allclose(quaternion[1:], np.array([3, -4, 0, 12]) / 13, rtol=1e-7, atol=0)
+    assert np.abs(np.sqrt((quaternion**2).sum(axis=1)) - 1).max() < 4e-16
+
+
+def test_members_that_the_format_does_not_name_are_not_read(tmp_path):
+    def change(file):
+        file["notes"] = np.arange(3)
+        file["LobeAnims/a/more"] = ["text"]
+
+    assert len(read(plain_file(tmp_path / "x.h5", change=change)).animations) == 1
+
+
+def test_a_missing_member_of_info_is_a_warning(tmp_path):
+    path = plain_file(tmp_path / "x.h5", info="none")
+    with pytest.warns(InputWarning) as caught:
+        file = read_background_file(path)
+    assert sorted(str(w.message).split(": ")[2] for w in caught) == [
+        "/Info/Author",
+        "/Info/FileType",
+        "/Info/FormatVersion",
+        "/Info/Name",
+    ]
+    assert file.info == BackgroundInfo()
+
+
+def test_wavelengths_that_look_like_nanometres_are_a_warning(tmp_path):
+    path = plain_file(tmp_path / "x.h5", samples=((400.0, 500.0, 600.0),))
+    with pytest.warns(InputWarning, match=r"warning\[E506\]: /SpectralSamples: .* 400 micrometres"):
+        assert read_background_file(path).wavelength_nm[0] == 4e5
+
+
+def lobe(**changes):
+    names = ("kind", "param0", "param1", "coeff", "quaternion", "curve", "time")
+    values = dict(zip(names, (2, 0.25, 1.5, 1.0, (1, 0, 0, 0), 0, 0.5), strict=True)) | changes
+    return tuple(values[n] for n in names)
+
+
+BAD_LOBES = {
+    "type 0": (lobe(kind=0), "E506", "Type"),
+    "type 260": (lobe(kind=260), "E506", "Type"),  # 4 in eight bits
+    "type 257": (lobe(kind=257), "E506", "Type"),  # 1 in eight bits
+    "g nan": (lobe(kind=1, param0=np.nan), "E506", "Param0"),
+    "alpha inf": (lobe(param1=np.inf), "E506", "Param1"),
+    "coefficient negative": (lobe(coeff=-1e-30), "E506", "Coeff"),
+    "coefficient nan": (lobe(coeff=np.nan), "E506", "Coeff"),
+    "quaternion inf": (lobe(quaternion=(1, 0, 0, np.inf)), "E506", "LocalTransform"),
+    "curve 2": (lobe(curve=2), "E508", "CurveIndex"),
+    "curve 4294967295": (lobe(curve=2**32 - 1), "E508", "CurveIndex"),
+    "time beyond the day": (lobe(time=1.0001), "E507", "RelativeTime"),
+    "time negative": (lobe(time=-1e-3), "E507", "RelativeTime"),
+    "time nan": (lobe(time=np.nan), "E507", "RelativeTime"),
+}
+
+
+@pytest.mark.parametrize(("bad", "code", "name"), BAD_LOBES.values(), ids=BAD_LOBES)
+def test_a_value_outside_its_range_is_named(bad, code, name, tmp_path):
+    with pytest.raises(InputFileError, match=rf"Lobes: {name} \[1\] is .*allowed") as error:
+        read(plain_file(tmp_path / "x.h5", lobes=[lobe(time=0.0), bad, *[lobe(time=1.0)] * 2]))
+    assert codes(error) == [code]
+
+
+def test_times_may_be_equal_but_never_fall(tmp_path):
+    times = (0.0, 0.5, 0.5, 1.0)
+    assert len(read(plain_file(tmp_path / "x.h5", lobes=[lobe(time=t) for t in times])).animations["a"]) == 4
+    with pytest.raises(InputFileError, match=r"RelativeTime \[1\] is 0.25") as error:
+        read(plain_file(tmp_path / "y.h5", lobes=[lobe(time=t) for t in (0.5, 0.25, 1.0)]))
+    assert codes(error) == ["E507"]
+    plain_file(tmp_path / "week.h5", lobes=[lobe(time=7.0)], reference=(3, 0))
+    assert read(tmp_path / "week.h5").animations["a"].relative_time_days.tolist() == [7.0]
+    with pytest.raises(InputFileError, match="0 to 7"):
+        read(plain_file(tmp_path / "z.h5", lobes=[lobe(time=7.01)], reference=(3, 0)))
+
+
+BAD_FILES = {
+    "reference type": ({"reference": (4, 0)}, "E506"),
+    "wavelength falls": ({"samples": ((0.5, 0.75, 0.625),)}, "E507"),
+    "wavelength twice": ({"samples": ((0.5, 0.5, 0.75),)}, "E507"),
+    "wavelength 0": ({"samples": ((0.0, 0.5, 0.75),)}, "E506"),
+    "wavelength nan": ({"samples": ((0.4, np.nan, 0.75),)}, "E506"),
+    "curve negative": ({"curves": ((1.0, 2.0, -1e-12), (1, 1, 1))}, "E506"),
+    "curve inf": ({"curves": ((1.0, np.inf, 1.0), (1, 1, 1))}, "E506"),
+    "no curve": ({"curves": np.zeros((0, 3))}, "E505"),
+    "two samples": ({"samples": ((0.5, 0.75),)}, "E505"),
+    "two rows of samples": ({"samples": (SAMPLES, SAMPLES)}, "E505"),
+    "cube": ({"curves": np.zeros((2, 3, 1))}, "E505"),
+    "no lobe": ({"lobes": []}, "E505"),
+    "version 2": ({"version": 2}, "E509"),
+    "whole numbers as reals": ({"dtype": lobe_dtype(integer="f8")}, "E505"),
+}
+
+
+@pytest.mark.parametrize(("changes", "code"), BAD_FILES.values(), ids=BAD_FILES)
+def test_a_bad_file_is_refused(changes, code, tmp_path):
+    with pytest.raises(InputFileError) as error:
+        read(plain_file(tmp_path / "x.h5", **changes))
+    assert codes(error) == [code]
+
+
+OF_ANIMATIONS = ["LobeAnims", "LobeAnims/a", "LobeAnims/a/Lobes", "LobeAnims/a/ReferenceTime"]
+
+
+@pytest.mark.parametrize("name", [*OF_ANIMATIONS, "SpectralCurves", "SpectralSamples"])
+def test_a_missing_member_is_named(name, tmp_path):
+    def remove(file):
+        del file[name]
+
+    with pytest.raises(InputFileError) as error:
+        read(plain_file(tmp_path / "x.h5", change=remove))
+    assert codes(error) == ["E504"]
+    assert name.removesuffix("/a") in str(error.value)
+
+
+def test_a_broken_animation_does_not_hide_what_is_wrong_with_another(tmp_path):
+    def change(file):
+        file.copy("LobeAnims/a", "LobeAnims/b")
+        del file["LobeAnims/a/Lobes"]
+
+    with pytest.raises(InputFileError) as error:
+        read(plain_file(tmp_path / "x.h5", lobes=[lobe(coeff=-1)], change=change, version=2))
+    assert codes(error) == ["E504", "E509", "E506"]
+
+
+def test_a_missing_field_is_named(tmp_path):
+    def change(file):
+        del file["LobeAnims/a/Lobes"]
+        file["LobeAnims/a/Lobes"] = np.zeros(2, [("Type", "u4"), ("Param0", "f4")])
+
+    with pytest.raises(InputFileError, match="no member Param1, Coeff, LocalTransform, CurveIndex, RelativeTime"):
+        read(plain_file(tmp_path / "x.h5", change=change))
+
+
+def test_all_problems_come_at_once_and_at_most_20_are_shown(tmp_path):
+    bad = lobe(kind=1, param0=2.0, coeff=-1, quaternion=(0, 0, 0, 0), curve=9, time=3)
+    path = plain_file(tmp_path / "x.h5", lobes=[bad, bad], version=3, samples=((3, 2, 1),), curves=-np.ones((1, 3)))
+    with pytest.raises(InputFileError) as error:
+        read(path)
+    assert codes(error) == ["E509", "E507", "E506", "E506", "E506", "E506", "E508", "E507"]
+    assert "and 1 more like it" in str(error.value)
+
+    def more(file):
+        for k in range(30):
+            file.copy("LobeAnims/a", f"LobeAnims/b{k}")
+
+    with pytest.raises(InputFileError) as error:
+        read(plain_file(tmp_path / "y.h5", lobes=[lobe(coeff=-1)], change=more))
+    assert len(error.value.problems) == 31
+    assert str(error.value).count("error[E506]") == 20
+    assert "and 11 more problems" in str(error.value)
+
+
+HG = LobeType.HENYEY_GREENSTEIN
+
+
+def keys(*lobes: dict, reference=ReferenceType.DIURNAL, time_point_s=0) -> Animation:
+    """An animation of records as a file has them; by default g 0, factor 1, no turn, the first curve at once."""
+    column = lambda name, default, dtype=np.float64: np.array([one.get(name, default) for one in lobes], dtype)  # noqa: E731
+    return Animation(
+        lobe_type=column("lobe_type", HG, np.uint8),
+        param0=column("param0", 0.0),
+        param1=column("param1", 0.0),
+        coefficient=column("coefficient", 1.0),
+        quaternion=normalised(column("quaternion", (1.0, 0.0, 0.0, 0.0)).reshape(-1, 4)),
+        curve_index=column("curve_index", 0, np.int64),
+        relative_time_days=column("relative_time_days", 0.0),
+        reference=reference,
+        time_point_s=time_point_s,
+    )
+
+
+def content(**changes) -> BackgroundFile:
+    lobes = [
+        {"lobe_type": LobeType.GGX, "param0": 0.25, "param1": 1.0, "quaternion": (1, 2, 3, 4)},
+        {"lobe_type": LobeType.BECKMANN, "param0": 0.3, "param1": 0.1, "curve_index": 1, "relative_time_days": 0.3},
+    ]
+    base = BackgroundFile(
+        info=BackgroundInfo(name="Küste", author="me", description="x" * 1000),
+        animations={
+            "z": keys({}),
+            "a b": keys(*lobes, reference=ReferenceType.ABSOLUTE, time_point_s=1_717_200_000),
+        },
+        wavelength_nm=np.array([400.0, 500.5, 600.0]),
+        curves=np.array([[1e-8, 2e-8, 0], [1, 2, 3]]),
+    )
+    return replace(base, **changes)
+
+
+def test_what_is_written_is_what_plain_h5py_reads(tmp_path):
+    write_background(tmp_path / "x.h5", content())
+    with h5py.File(tmp_path / "x.h5") as file:
+        assert sorted(file) == ["Info", "LobeAnims", "SpectralCurves", "SpectralSamples"]
+        assert file["Info/FileType"][()].tolist() == [5]
+        assert file["Info/FormatVersion"][()].tolist() == [1]
+        assert file["Info/Name"].asstr()[0] == "Küste"
+        assert "Organization" not in file["Info"]
+        lobes = file["LobeAnims/a b/Lobes"]
+        assert lobes.dtype.itemsize == 40
+        assert lobes.dtype == lobe_dtype()
+        assert lobes.shape == (2,)
+        assert lobes["Type"].tolist() == [2, 3]
+        assert lobes["CurveIndex"].tolist() == [0, 1]
+        assert np.allclose(lobes["LocalTransform"][0], np.array([1, 2, 3, 4]) / np.sqrt(30), rtol=1e-7)
+        reference = file["LobeAnims/a b/ReferenceTime"]
+        assert reference.dtype.itemsize == 16
+        assert reference.shape == (1,)
+        assert reference[()].tolist() == [(1, 1_717_200_000)]
+        assert file["SpectralCurves"].dtype == np.dtype("<f4")
+        assert file["SpectralSamples"].shape == (1, 3)
+        assert np.array_equal(file["SpectralCurves"][()], np.array([[1e-9, 2e-9, 0], [0.1, 0.2, 0.3]], "f4"))
+        assert np.array_equal(file["SpectralSamples"][0], np.array([0.4, 0.5005, 0.6], "f4"))
+
+
+def test_two_writes_are_equal_byte_for_byte(tmp_path):
+    write_background(tmp_path / "x.h5", content())
+    time.sleep(1.01)  # a time of creation would differ
+    write_background(tmp_path / "y.h5", content(animations=dict(reversed(content().animations.items()))))
+    assert (tmp_path / "x.h5").read_bytes() == (tmp_path / "y.h5").read_bytes()
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["x.h5", "y.h5"]
+
+
+def test_a_file_read_and_written_keeps_its_numbers(tmp_path):
+    first = read(plain_file(tmp_path / "x.h5"))
+    write_background(tmp_path / "y.h5", first)
+    second = read(tmp_path / "y.h5")
+    assert first.info == second.info
+    assert np.array_equal(first.wavelength_nm, second.wavelength_nm)
+    assert np.array_equal(first.curves, second.curves)
+    for name in first.animations["a"].__slots__:
+        assert np.array_equal(getattr(first.animations["a"], name), getattr(second.animations["a"], name)), name
+
+
+BAD_CONTENT = {
+    "g rounds to 1": {"animations": {"a": keys({"param0": 1 - 1e-9})}},
+    "alpha rounds to 0": {"animations": {"a": keys({"lobe_type": LobeType.GGX, "param0": 1e-50, "param1": 1})}},
+    "curve too large": {"curves": np.full((2, 3), 1e40)},
+    "wavelengths round to one": {"wavelength_nm": np.array([400.0, 400.0 + 1e-9, 500.0])},
+    "no animation": {"animations": {}},
+    "no lobe": {"animations": {"a": keys()}},
+    "slash": {"animations": {"a/b": content().animations["z"]}},
+    "empty name": {"animations": {"": content().animations["z"]}},
+    "nul": {"info": BackgroundInfo(name="a\0b")},
+    "surrogate": {"info": BackgroundInfo(name="\ud800")},
+    "version": {"info": BackgroundInfo(format_version=2)},
+    "shape": {"curves": np.zeros((2, 4))},
+    "negative index": {"animations": {"a": keys({"curve_index": -1})}},
+    "negative time point": {"animations": {"a": replace(content().animations["z"], time_point_s=-1)}},
+    "lengths": {"animations": {"a": replace(content().animations["z"], param0=np.zeros(2))}},
+}
+
+
+@pytest.mark.parametrize("changes", BAD_CONTENT.values(), ids=BAD_CONTENT)
+def test_nothing_is_written_that_the_reader_would_refuse(changes, tmp_path):
+    with pytest.raises(SceneError, match=r"error\[E50\d\]"):
+        write_background(tmp_path / "x.h5", content(**changes))
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_folder_that_is_not_there_is_an_output_error(tmp_path):
+    with pytest.raises(OutputError, match="cannot write"):
+        write_background(tmp_path / "none/x.h5", content())

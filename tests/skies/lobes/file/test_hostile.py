@@ -1,0 +1,246 @@
+"""Background-sky files that somebody broke or made to do harm: an error each, soon, and no other file is opened."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import zlib
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from aomc_sky.errors import InputFileError, InputWarning
+from aomc_sky.skies.lobes.file.file import read_background_file
+from tests.support.background import SAMPLES, plain_file
+from tests.support.limits import MOST_CPU_S
+from tests.support.shared import REPOSITORY
+
+h5py = pytest.importorskip("h5py")
+SECRET = 123.0
+
+
+def refused(path) -> list[str]:
+    with pytest.raises(InputFileError) as error:
+        read_background_file(path)
+    return [p.code for p in error.value.problems]
+
+
+def changed(tmp_path, change, **options) -> Path:
+    """A good file, then changed through the open file; beside it a file with numbers that must not be read."""
+    with h5py.File(tmp_path / "secret.h5", "w") as file:
+        file["curves"] = np.full((2, 3), SECRET, "f4")
+    return plain_file(tmp_path / "x.h5", change=change, **options)
+
+
+def replaced(name, value):
+    def change(file):
+        del file[name]
+        file[name] = value
+
+    return change
+
+
+def created(name, *shape, **options):
+    """A dataset made anew with these arguments of create_dataset."""
+
+    def change(file):
+        del file[name]
+        file.create_dataset(name, *shape, **options)
+
+    return change
+
+
+@pytest.mark.parametrize("name", ["SpectralCurves", "SpectralSamples", "LobeAnims/a/Lobes", "LobeAnims/a", "Info/Name"])
+@pytest.mark.parametrize("link", ["external", "soft"])
+def test_links_are_refused(link, name, tmp_path):
+    target = h5py.ExternalLink("secret.h5", "/curves") if link == "external" else h5py.SoftLink("/SpectralCurves")
+    assert "E502" in refused(changed(tmp_path, replaced(name, target)))
+
+
+@pytest.mark.parametrize(("name", "target"), [("loop", "/"), ("a/loop", "LobeAnims/a"), ("b", "LobeAnims/a")])
+def test_a_group_with_two_names_is_refused(name, target, tmp_path):
+    def change(file):
+        file[f"LobeAnims/{name}"] = file[target]
+
+    assert refused(changed(tmp_path, change)) == ["E502"]
+
+
+def test_a_long_text_and_a_text_that_is_no_number(tmp_path):
+    for odd in ("one", np.array([1, 1]), 1.5):
+        assert refused(changed(tmp_path, replaced("Info/FormatVersion", odd))) == ["E505"]
+    long = changed(tmp_path, replaced("Info/Name", ["a" * 10**6]))
+    assert len(read_background_file(long).info.name) == 65_536
+
+
+def vlen_numbers(n=2):
+    values = np.empty(n, object)
+    values[:] = [np.arange(3.0)] * n
+    return {"data": values, "dtype": h5py.vlen_dtype("f4")}
+
+
+INFORMING = {
+    # name: (what /Info/Author is, what is read, whether that is reported)
+    "two texts": ({"data": ["Ada", "Grüße"]}, "Ada, Grüße", False),
+    "texts of a fixed length": ({"data": np.array([[b"Ada", b"Bo"], [b"", b"Cy"]])}, "Ada, Bo, Cy", False),
+    "a scalar": ({"data": "Ada"}, "Ada", False),
+    "no text at all": ({"data": h5py.Empty("S5")}, "", False),
+    "an empty list": ({"data": np.array([], "S5")}, "", False),
+    "a number": ({"data": 7}, "7", False),
+    "numbers": ({"data": np.array([[0.5, 2], [3, 4]])}, "0.5, 2, 3, 4", False),
+    "a switch": ({"data": np.array([True])}, "1", False),
+    "records": ({"data": np.zeros(2, [("a", "f4"), ("b", "i4")])}, "", True),
+    "records with texts": ({"data": np.array([("a",)], [("a", h5py.string_dtype())])}, "", True),
+    "bytes of no kind": ({"data": np.void(b"123")}, "", True),
+    "lists": (vlen_numbers(), "", True),
+    "references": ({"data": np.array([None, None], h5py.ref_dtype), "dtype": h5py.ref_dtype}, "", True),
+    "a million numbers": ({"data": np.zeros(10**6, "i1")}, "", True),
+    "a long text of a fixed length": ({"data": np.array([b"a"], "S100000")}, "", True),
+    "a thousand long texts": ({"data": ["a" * 1000] * 1000}, ", ".join(["a" * 1000] * 66)[:65_666], False),
+}
+
+
+#: More than HDF5 keeps in an attribute.
+LARGE = ("a million numbers", "a long text of a fixed length", "a thousand long texts")
+
+
+@pytest.mark.parametrize(
+    ("name", "place"),
+    [*((name, "dataset") for name in INFORMING), *((name, "attribute") for name in INFORMING if name not in LARGE)],
+)
+def test_what_only_informs_is_no_reason_to_refuse_a_file(name, place, tmp_path, recwarn):
+    member, text, is_reported = INFORMING[name]
+
+    def change(file):
+        if place == "dataset":
+            created("Info/Author", **member)(file)
+        else:
+            file.attrs.create("Author", **member)
+
+    path = changed(tmp_path, change, info="datasets" if place == "dataset" else "attributes")
+    file = read_background_file(path)
+    assert len(file.animations) == 1
+    assert file.info.author[:65_000] == text[:65_000]
+    assert file.info.name == "sky"
+    warned = [str(w.message) for w in recwarn if "Author" in str(w.message)]
+    assert len(warned) == is_reported
+    assert all("warning[E505]" in message for message in warned)
+
+
+def test_a_group_where_a_text_is_wanted_and_a_file_type_that_is_a_text(tmp_path):
+    def change(file):
+        del file["Info/Author"], file["Info/FileType"]
+        file.create_group("Info/Author")
+        file["Info/FileType"] = "7"
+
+    with pytest.warns(InputWarning, match=r"warning\[E505\]: /Info/Author: expected one text; '' is used") as caught:
+        file = read_background_file(changed(tmp_path, change))
+    assert len(caught) == 1
+    assert file.info.file_type == 7
+    for odd in ("seven", [1, 2], 0.5, np.nan):
+        with pytest.warns(InputWarning, match=r"/Info/FileType: expected one whole number; 5 is used"):
+            assert read_background_file(changed(tmp_path, replaced("Info/FileType", odd))).info.file_type == 5
+
+
+def test_limits_hold_for_what_only_informs(tmp_path):
+    def bomb(file):
+        del file["Info/Author"]
+        data = file.create_dataset("Info/Author", (6,), "S4", chunks=(6,), compression="gzip")
+        data.id.write_direct_chunk((0,), zlib.compress(bytes(2**26)))
+
+    sparse = created("Info/Author", shape=(10**12,), dtype="S16", chunks=(10**6,))
+    elsewhere = created("Info/Author", shape=(2,), dtype="S4", external=[("secret.h5", 0, 8)])
+    assert refused(changed(tmp_path, sparse)) == ["E503"]
+    assert refused(changed(tmp_path, bomb)) == ["E503"]
+    assert refused(changed(tmp_path, elsewhere)) == ["E502"]
+
+
+def test_what_is_no_file_and_no_hdf5(tmp_path):
+    assert refused(tmp_path / "none.h5") == ["E500"]
+    assert refused(tmp_path) == ["E500"]
+    os.mkfifo(tmp_path / "pipe.h5")
+    assert refused(tmp_path / "pipe.h5") == ["E500"]
+    assert refused("/dev/zero") == ["E500"]
+    assert refused("a\0b") == ["E500"]
+    with open(tmp_path / "large.h5", "wb") as file:
+        file.truncate(2**40)
+    assert refused(tmp_path / "large.h5") == ["E503"]
+
+
+def test_a_file_behind_a_user_block_is_read(tmp_path):
+    with h5py.File(tmp_path / "x.h5", "w", userblock_size=1024) as file:
+        plain = h5py.File(plain_file(tmp_path / "plain.h5"))
+        for name in plain:
+            plain.copy(name, file)
+    assert read_background_file(tmp_path / "x.h5").wavelength_nm.tolist() == [1000 * s for s in SAMPLES]
+
+
+def test_many_small_links_cost_little(tmp_path):
+    def change(file):
+        group = file["LobeAnims/a"]
+        for k in range(3000):
+            file["LobeAnims"][f"b{k}"] = h5py.SoftLink("/x" if k % 2 else "/")
+            group[f"copy{k}"] = group["Lobes"]
+
+    assert set(refused(changed(tmp_path, change))) == {"E502"}
+
+
+STORAGES = {
+    "oldest": {},
+    "latest": {"libver": "latest"},
+    "gzip": {"chunks": True, "compression": "gzip", "shuffle": True, "fletcher32": True},
+    "latest gzip": {"libver": "latest", "chunks": True, "compression": "gzip", "maxshape": None},
+}
+
+
+def flipped(data: bytes, generator: np.random.Generator) -> bytes:
+    """Three bytes changed, among those that are not zero or stand beside such: the rest is mostly unused.
+
+    Not in the heap of texts: with a length of 0 there the HDF5 library (2.0) never ends.
+    """
+    array = np.frombuffer(data, np.uint8).copy()
+    is_used = (array != 0) | (np.roll(array, 1) != 0)
+    heap = data.index(b"GCOL")
+    is_used[heap : heap + int.from_bytes(data[heap + 8 : heap + 16], "little")] = False
+    used = np.flatnonzero(is_used)
+    places = generator.choice(used, 3)
+    array[places] = generator.choice([0, 1, 127, 255, *generator.integers(0, 256, 4)], 3)
+    return array.tobytes()
+
+
+def damaged_files(folder: Path, n: int, seed: int) -> list[str]:
+    """Files with changed bytes; the library writes the time into them, so they are others every time."""
+    generator = np.random.default_rng(seed)
+    paths = []
+    for k in range(n):
+        storage = list(STORAGES.values())[k % len(STORAGES)]
+        if k < len(STORAGES):
+            plain_file(folder / f"good{k}.h5", **storage)
+        path = folder / f"{k}.h5"
+        path.write_bytes(flipped((folder / f"good{k % len(STORAGES)}.h5").read_bytes(), generator))
+        paths.append(str(path))
+    return paths
+
+
+def outcomes(paths: Sequence[str]) -> list[str]:
+    """What became of every file: read or refused; in a process of its own, whose memory is measured."""
+    command = [sys.executable, "-m", "tests.support.hdf5_outcomes", *paths]
+    done = subprocess.run(command, cwd=REPOSITORY, capture_output=True, text=True, timeout=3000, check=False)
+    assert done.returncode == 0, done.stderr
+    *lines, peak = done.stdout.splitlines()
+    assert len(lines) == len(paths)
+    found = [line.split()[0] for line in lines]
+    assert set(found) <= {"read", "refused"}
+    seconds = sorted(float(line.split()[-1]) for line in lines)
+    assert seconds[-1] < MOST_CPU_S
+    assert float(peak) < 200
+    return found
+
+
+def test_changed_bytes_are_an_error_or_harmless(tmp_path):
+    paths = [*damaged_files(tmp_path, 24, 1), *(str(tmp_path / f"good{k}.h5") for k in range(len(STORAGES)))]
+    found = outcomes(paths)
+    assert found[-len(STORAGES) :] == ["read"] * len(STORAGES)
+    assert "refused" in found

@@ -1,0 +1,389 @@
+"""Which inputs of the sun and of the Perez sky win, what they mean, and every refusal."""
+
+from __future__ import annotations
+
+import math
+import shutil
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import aomc_sky as sky
+from aomc_sky.errors import ModelLimitWarning
+from aomc_sky.formats.aomc.amc import read_amc
+from aomc_sky.formats.sky_toml.keys import PerezSection, SunSection
+from aomc_sky.inputs import Entrance
+from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG
+from aomc_sky.source.light.amounts import MEDIAN_DELTA, amounts_of_fractions, direct_fraction, perez_arguments
+from aomc_sky.source.light.inputs import LightInputs, given_inputs
+from aomc_sky.source.light.sun import Sun
+from tests.support.shared import INPUTS
+
+FLAT = {"spectrum": "flat"}
+"""One direct fraction for all wavebands without difcol.inp, and no warning of it."""
+DERIVED = "difcol.inp: the sky's clearness"
+
+
+def scene_folder(tmp_path: Path, *, toml: str | None = None, difcol: str | None = None, flag: int = 0) -> Path:
+    """The scene perez_sky with another sky.toml and difcol.inp; None leaves a file out."""
+    folder = tmp_path / "scene"
+    shutil.copytree(INPUTS / "perez_sky", folder)
+    for name, text in (("sky.toml", toml), ("difcol.inp", difcol)):
+        (folder / name).unlink()
+        if text is not None:
+            (folder / name).write_text(text)
+    if flag == 1:
+        amc = (folder / "amc.inp").read_text().splitlines(keepends=True)
+        (folder / "amc.inp").write_text("".join([amc[0], amc[1][:48] + "1\n", *amc[2:]]))
+    return folder
+
+
+DIFCOL = "4\n0.74 0.72\n0.80 0.94\n0.86 1.00\n0.90 0.88\n"
+TOML = "[perez]\ndni = 850.0\ndhi = 95.0\n"
+
+
+def perez_of(scene: sky.Scene) -> dict[str, Any]:
+    return scene.options["perez"]
+
+
+def test_the_shipped_scene() -> None:
+    scene = sky.read_scene(INPUTS / "perez_sky")
+    assert [c.name for c in scene.components] == ["direct", "perez"]
+    assert scene.options["sun"] == {"zenith_deg": 32.4, "azimuth_deg": 121.25, "disc": True, "from": "sky.toml"}
+    shown = perez_of(scene)
+    zenith = math.radians(32.4)
+    assert shown["epsilon"] == pytest.approx(1 + (850 / 95) / (1 + 1.041 * zenith**3), rel=1e-12)
+    assert shown["from"] == "dni 850 and dhi 95 W m-2 (sky.toml)"
+    assert scene.notes == (
+        "difcol.inp: direct fraction 0.74 to 0.9 (dni 850 and dhi 95 W m-2 alone: 0.883), the rest from a perez sky",
+        "Perez sky: epsilon 8.53, Delta 0.08261, from dni 850 and dhi 95 W m-2 (sky.toml)",
+    )
+    assert set(scene.input_files) == {"amc", "lambbot", "difcol", "sky_toml"}
+    source = scene.source()
+    for band, (fraction, intensity) in enumerate([(0.74, 0.72), (0.80, 0.94), (0.86, 1.0), (0.90, 0.88)]):
+        n = round(500_000 * intensity)
+        assert source.counts[band].sum() == n
+        assert abs(source.counts[band, 0] - fraction * n) < 1 + 1e-9
+
+
+def test_the_sky_stands_where_the_beam_stands() -> None:
+    """The brightest patch of the Perez sky lies around the sun of the direct beam."""
+    scene = sky.read_scene(INPUTS / "perez_sky")
+    _, diffuse = scene.components
+    beam = scene.source(precision="float64").photons(0, 0, 2000)
+    of_sun = beam.directions[beam.patch == 0].mean(axis=0)
+    grid = diffuse.grid
+    assert grid is not None
+    brightest = int(np.argmax(diffuse.mass_of(0) / grid.projected_solid_angle_sr))
+    ring, column = divmod(brightest, grid.n_azimuth)
+    zenith = np.deg2rad(grid.zenith_bounds_deg[ring].mean())
+    azimuth = np.deg2rad(grid.azimuth_bounds_deg[column].mean())
+    patch = -np.array([np.sin(zenith) * np.cos(azimuth), np.sin(zenith) * np.sin(azimuth), np.cos(zenith)])
+    assert np.dot(patch, of_sun / np.linalg.norm(of_sun)) > np.cos(np.deg2rad(3))
+
+
+def test_options_win_over_sky_toml_and_sky_toml_over_difcol(tmp_path: Path) -> None:
+    folder = scene_folder(tmp_path, toml=TOML, difcol=DIFCOL)
+    assert perez_of(sky.read_scene(folder))["from"].endswith("(sky.toml)")
+    options = sky.read_scene(folder, perez={"epsilon": 3.0, "delta": 0.25})
+    assert perez_of(options)["from"] == "epsilon 3 and Delta 0.25 (options)"
+    assert (perez_of(options)["epsilon"], perez_of(options)["delta"]) == (3.0, 0.25)
+    (folder / "sky.toml").unlink()
+    with pytest.warns(sky.InputWarning, match=DERIVED):
+        derived = sky.read_scene(folder)
+    assert perez_of(derived)["from"].endswith("(difcol.inp)")
+
+
+def test_the_sun_wins_value_by_value(tmp_path: Path) -> None:
+    folder = scene_folder(tmp_path, toml=f"{TOML}[sun]\nzenith_deg = 31.75\ndisc = true\n", difcol=DIFCOL)
+    scene = sky.read_scene(folder, sun={"azimuth_deg": 200.5})
+    assert scene.options["sun"] == {
+        "zenith_deg": 31.75,
+        "azimuth_deg": 200.5,
+        "disc": True,
+        "from": "sky.toml and options",
+    }
+    assert scene.components[0].law.name == "DISC"
+    assert sky.read_scene(folder, sun={"disc": False}).components[0].law.name == "BEAM"
+    uniform = sky.read_scene(folder, sky="uniform", sun={"zenith_deg": 60.0, "disc": False})
+    batch = uniform.source(precision="float64").photons(0)
+    assert batch.uz[batch.patch == 0][0] == pytest.approx(-0.5, abs=1e-12)
+
+
+def test_the_disc_has_the_suns_radius(tmp_path: Path) -> None:
+    scene = sky.read_scene(scene_folder(tmp_path, toml=TOML, difcol=DIFCOL), sun={"disc": True, "zenith_deg": 0.0})
+    batch = scene.source(precision="float64").photons(0)
+    angle = np.rad2deg(np.arccos(-batch.uz[batch.patch == 0]))
+    assert 0.99 * SOLAR_RADIUS_DEG < angle.max() <= SOLAR_RADIUS_DEG * (1 + 1e-9)
+
+
+@pytest.mark.parametrize(
+    "weather",
+    [
+        {"dni": 850.0, "dhi": 95.0},
+        {"ghi": 850.0 * math.cos(0.5) + 95.0, "dni": 850.0},
+        {"ghi": 850.0 * math.cos(0.5) + 95.0, "dhi": 95.0},
+        {"ghi": 850.0, "dni": 850.0, "dhi": 95.0},
+    ],
+)
+def test_without_difcol_the_irradiances_split_the_light(tmp_path: Path, weather: dict[str, float]) -> None:
+    scene = sky.read_scene(scene_folder(tmp_path), perez=weather | FLAT, sun={"zenith_deg": math.degrees(0.5)})
+    direct = 850.0 * math.cos(0.5)
+    source = scene.source()
+    assert scene.n_photons.tolist() == [500_000] * 4
+    for band in range(4):
+        share = source.counts[band, 0] / source.counts[band].sum()
+        assert share == pytest.approx(direct / (direct + 95.0), abs=1 / 500_000)
+    strengths = [float(c.strength[0]) for c in scene.components]
+    assert strengths[0] / strengths[1] == pytest.approx(direct / 95.0, rel=1e-12)
+    assert scene.notes[0].endswith(
+        f"(options) without difcol.inp: direct fraction {direct / (direct + 95.0):g}, the rest from a perez sky"
+    )
+
+
+def test_without_difcol_epsilon_tells_the_same_ratio(tmp_path: Path) -> None:
+    folder = scene_folder(tmp_path)
+    first = sky.read_scene(folder, perez={"dni": 850.0, "dhi": 95.0} | FLAT)
+    shape = {"epsilon": perez_of(first)["epsilon"], "delta": perez_of(first)["delta"]}
+    again = sky.read_scene(folder, perez=shape | FLAT)
+    assert float(again.components[0].strength[0]) == pytest.approx(float(first.components[0].strength[0]), rel=1e-12)
+    np.testing.assert_allclose(perez_of(again)["coefficients"], perez_of(first)["coefficients"], rtol=1e-12)
+
+
+def test_nothing_given_shows_the_lines_to_write(tmp_path: Path) -> None:
+    folder = scene_folder(tmp_path)
+    with pytest.raises(sky.InputFileError) as caught:
+        sky.read_scene(folder)
+    shown = str(caught.value)
+    assert "difcol.inp: error[E100]" in shown
+    lines = shown.splitlines()
+    start = lines.index("[perez]")
+    (folder / "sky.toml").write_text("\n".join(lines[start : start + 3]) + "\n")
+    assert perez_of(sky.read_scene(folder, perez=FLAT))["from"] == "dni 850 and dhi 95 W m-2 (sky.toml)"
+    with pytest.raises(sky.InputFileError, match="do not say how much"):
+        sky.read_scene(folder, perez={"a": -1.0, "b": -0.3, "c": 10.0, "d": -3.0, "e": 0.45})
+
+
+@pytest.mark.parametrize(
+    ("fraction", "zenith_deg", "expected"), [(0.0, 10.0, 0), (0.3, 60.0, None), (0.6, 30.0, None), (0.95, 0.0, 7)]
+)
+def test_difcol_stands_in(fraction: float, zenith_deg: float, expected: int | None) -> None:
+    spread = np.array([fraction, min(fraction + 0.04, 1.0), max(fraction - 0.02, 0.0)])
+    weight, sun = np.array([1.0, 0.5, 2.0]), Sun(zenith_deg=zenith_deg, azimuth_deg=0.0)
+    with pytest.warns(sky.InputWarning, match="too low, often by a bin"):
+        amounts = amounts_of_fractions(spread, weight, sun, "difcol.inp")
+    mean = float(np.average(spread, weights=[1.0, 0.5, 2.0]))
+    z = math.radians(zenith_deg)
+    epsilon = 1 + mean / ((1 - mean) * math.cos(z)) / (1 + 1.041 * z**3)
+    assert amounts.epsilon == pytest.approx(epsilon, rel=1e-12)
+    bins = [1.065, 1.23, 1.5, 1.95, 2.8, 4.5, 6.2]
+    row = sum(epsilon >= edge for edge in bins)
+    assert expected in (None, row)
+    assert amounts.delta == MEDIAN_DELTA[row]
+    assert direct_fraction(amounts, sun) == pytest.approx(mean, abs=1e-12)
+
+
+def test_bands_without_light_count_nothing(tmp_path: Path) -> None:
+    folder = scene_folder(tmp_path, difcol="4\n1 1\n0.2 0\n1 1\n1 2\n")
+    scene = sky.read_scene(folder)
+    assert [c.name for c in scene.components] == ["direct"]
+    assert "no sky is modelled" in scene.notes[0]
+    assert scene.source().counts.sum(axis=1).tolist() == [500_000, 0, 500_000, 1_000_000]
+
+
+def test_flag_one_takes_the_perez_sky_instead_of_its_file(tmp_path: Path) -> None:
+    folder = scene_folder(tmp_path, toml=TOML, flag=1)
+    scene = sky.read_scene(folder, sky="perez")
+    assert [c.name for c in scene.components] == ["perez"]
+    assert scene.n_photons.tolist() == [500_000] * 4
+    assert scene.notes[0] == "the sky model replaces skydist.inp: direct fraction 0, the rest from a perez sky"
+    assert scene.notes[2].endswith("% of the light, is missing; write 0 as the light source of amc.inp to launch both")
+    shared = sky.read_scene(scene_folder(tmp_path / "0", toml=TOML, difcol=DIFCOL))
+    assert not any("missing" in note for note in shared.notes)
+    (folder / "sky.toml").unlink()
+    with pytest.raises(sky.UsageError, match=r"(?s)needs dni and dhi.*\[perez\]"):
+        sky.read_scene(folder, sky="perez")
+
+
+def test_a_sky_file_leaves_sky_toml_alone_and_says_so(tmp_path: Path) -> None:
+    folder = tmp_path / "scene"
+    shutil.copytree(INPUTS / "document_example", folder)
+    plain = sky.read_scene(folder)
+    (folder / "sky.toml").write_text(TOML)
+    scene = sky.read_scene(folder)
+    assert scene.notes == (
+        *plain.notes,
+        "sky.toml: not used, all light comes from skydist.inp (--sky perez takes a sky model instead)",
+    )
+    np.testing.assert_array_equal(scene.source().counts, plain.source().counts)
+    (folder / "sky.toml").write_text("[perez]\ndni = 850.0\n")
+    with pytest.raises(sky.InputFileError, match="E705"):
+        sky.read_scene(folder)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", sky.InputWarning)
+        assert "sky_toml" not in sky.read_scene(folder, compat="aomc").input_files
+
+
+def test_a_uniform_sky_says_that_perez_is_not_used(tmp_path: Path) -> None:
+    scene = sky.read_scene(scene_folder(tmp_path, toml=TOML, difcol=DIFCOL), sky="uniform")
+    assert scene.notes[-1] == "sky.toml: [perez] is not used, no Perez sky is modelled"
+    assert "perez" not in scene.options
+
+
+def test_limited_inputs_are_warned_of_and_kept(tmp_path: Path) -> None:
+    folder = scene_folder(tmp_path, difcol=DIFCOL)
+    with pytest.warns(ModelLimitWarning):
+        limited = sky.read_scene(folder, perez={"epsilon": 40.0, "delta": 0.9})
+    assert len(perez_of(limited)["limited"]) >= 1
+    assert sky.read_scene(folder, perez={"epsilon": 5.0, "delta": 0.2}).options["perez"]["limited"] == []
+
+
+def test_coefficients_reach_the_model(tmp_path: Path) -> None:
+    weather = {"a": -1.0, "b": -0.3, "c": 10.0, "d": -3.0, "e": 0.45}
+    scene = sky.read_scene(scene_folder(tmp_path, difcol=DIFCOL), perez=weather)
+    shown = perez_of(scene)
+    assert shown["coefficients"] == list(weather.values())
+    assert shown["epsilon"] is None
+    assert scene.notes[1] == "Perez sky: coefficients -1, -0.3, 10, -3, 0.45 (options)"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"perez": {"dni": 850.0}}, "dni without dhi"),
+        ({"perez": {"ghi": 700.0}}, r"ghi without dni; add dni \(or dhi\)"),
+        ({"perez": {"dni": 1.0, "dhi": 1.0, "epsilon": 2.0, "delta": 0.1}}, "twice"),
+        ({"perez": {"a": 1.0, "b": -1.0}}, "without c, d, e"),
+        ({"perez": {"dni": -1.0, "dhi": 1.0}}, "outside the range"),
+        ({"perez": {"dni": math.nan, "dhi": 1.0}}, "not finite"),
+        ({"perez": {"dni": "850", "dhi": 1.0}}, "not a number"),
+        ({"perez": {"dnii": 850.0}}, "no input 'dnii'"),
+        ({"perez": {"limits": "none"}}, "limits: 'none' is not one of the known words; write"),
+        ({"sun": {"zenith_deg": 90.0}}, "outside the range"),
+        ({"sun": {"disc": 1}}, "neither true nor false"),
+        ({"sun": {"altitude": 1}}, "no input 'altitude'"),
+        ({"within": "patch"}, "within: 'patch' is not one of the known words; write"),
+        ({"weighting": "solid-angle"}, "horizontal sea surface"),
+        ({"sky": "uniform", "perez": {"epsilon": 2.0, "delta": 0.1}}, "uniform"),
+        ({"sky": "uniform", "perez": {"limits": "paper"}}, "uniform"),
+        ({"compat": "aomc", "perez": {"dni": 1.0, "dhi": 1.0}}, "--compat aomc"),
+        ({"compat": "aomc", "sun": {"zenith_deg": 1.0}}, "--compat aomc"),
+        ({"compat": "aomc", "within": "exact"}, "--compat aomc"),
+        ({"compat": "aomc", "sky": "perez"}, "--compat aomc"),
+    ],
+)
+def test_wrong_arguments(arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(sky.UsageError, match=message):
+        sky.read_scene(INPUTS / "perez_sky", **arguments)
+
+
+def test_a_table_alone_takes_no_sun() -> None:
+    with pytest.raises(
+        sky.UsageError, match=r'sun\["zenith_deg"\]: all light comes from skydist\.inp; write sky="perez"'
+    ):
+        sky.read_scene(INPUTS / "document_example", sun={"zenith_deg": 1.0})
+    with pytest.raises(sky.UsageError, match="all light comes from a uniform sky"):
+        sky.read_scene(INPUTS / "document_example", sky="uniform", sun={"zenith_deg": 1.0})
+
+
+@pytest.mark.parametrize("name", [None, "uniform", "overcast"])
+def test_a_beam_beside_a_sky_file_is_launched_where_it_is_asked_for(name: str | None) -> None:
+    alone = sky.read_scene(INPUTS / "document_example", sky=name)
+    both = sky.read_scene(
+        INPUTS / "document_example", sky=name, perez={"dni": 500.0, "dhi": 100.0} | FLAT, sun={"zenith_deg": 60.0}
+    )
+    assert [c.name for c in both.components] == ["direct", *(c.name for c in alone.components)]
+    fraction = 500.0 * 0.5 / (500.0 * 0.5 + 100.0)
+    for band in range(both.wavebands.n_bands):
+        cosine = alone.source().exact_moments(band).mean_mu
+        expected = fraction * 0.5 + (1 - fraction) * cosine
+        assert both.source().exact_moments(band).mean_mu == pytest.approx(expected, rel=1e-12)
+
+
+def test_no_diffuse_irradiance_means_no_sky(tmp_path: Path) -> None:
+    folder = scene_folder(tmp_path)
+    scene = sky.read_scene(folder, perez={"dni": 850.0, "dhi": 0.0})
+    assert [c.name for c in scene.components] == ["direct"]
+    (folder / "difcol.inp").write_text(DIFCOL)
+    with pytest.raises(sky.SceneError, match="no light for the sky"):
+        sky.read_scene(folder, perez={"dni": 850.0, "dhi": 0.0})
+
+
+IRRADIANCE = st.floats(0, 10_000)
+WEATHER = st.one_of(
+    st.fixed_dictionaries({"dni": IRRADIANCE, "dhi": IRRADIANCE}),
+    st.fixed_dictionaries({"dni": IRRADIANCE, "ghi": IRRADIANCE}),
+    st.fixed_dictionaries({"epsilon": st.floats(1, 1.7e308), "delta": st.floats(0, 1e300)}),
+)
+
+
+@given(WEATHER, st.floats(0, 90, exclude_max=True))
+def test_any_weather_splits_the_light_or_is_refused(weather: dict[str, float], zenith_deg: float) -> None:
+    amounts = given_inputs(Entrance.OPTIONS, perez=weather).amounts
+    try:
+        fraction = direct_fraction(amounts, Sun(zenith_deg=zenith_deg, azimuth_deg=0.0))
+    except sky.SceneError:
+        assert "epsilon" not in weather
+        return
+    assert fraction is not None
+    assert 0 <= fraction <= 1
+
+
+@given(
+    st.lists(st.tuples(st.floats(0, 1), st.floats(0, 1e308)), min_size=1, max_size=5),
+    st.floats(0, 90, exclude_max=True),
+)
+def test_any_difcol_stands_in(rows: list[tuple[float, float]], zenith_deg: float) -> None:
+    fractions, weight = np.array(rows).T
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", sky.InputWarning)
+        section = amounts_of_fractions(fractions, weight, Sun(zenith_deg=zenith_deg, azimuth_deg=0.0), "difcol.inp")
+    assert section.epsilon is not None
+    assert section.epsilon >= 1
+    assert section.delta in MEDIAN_DELTA
+
+
+def test_numbers_of_numpy_are_numbers() -> None:
+    inputs = given_inputs(
+        Entrance.OPTIONS,
+        perez={"dni": np.float32(850), "dhi": np.int64(95)},
+        sun={"disc": np.bool_(True), "zenith_deg": 3},
+    )
+    assert inputs.amounts == PerezSection(dni=850.0, dhi=95.0)
+    assert inputs.sun == SunSection(disc=True, zenith_deg=3.0)
+
+
+def test_each_value_comes_from_the_first_that_has_it() -> None:
+    options = given_inputs(Entrance.OPTIONS, sun={"zenith_deg": 30.0}, perez={"spectrum": "flat"})
+    toml = LightInputs(sun=SunSection(azimuth_deg=7.0, disc=True), amounts=PerezSection(ghi=800.0, dni=850.0))
+    config = read_amc(INPUTS / "perez_sky" / "amc.inp")
+    amc = LightInputs(sun=SunSection(zenith_deg=float(config.direct_zenith_deg), azimuth_deg=121.0, origin="amc.inp"))
+    merged = options.over(toml).over(amc)
+    sun = merged.scene_sun("a sky")
+    assert sun == Sun(zenith_deg=30.0, azimuth_deg=7.0, disc=True, origin="options and sky.toml")
+    assert merged.spectrum == "flat"
+    assert str(merged.amounts) == "ghi 800 and dni 850 W m-2 (sky.toml)"
+    diffuse = pytest.approx(800 - 850 * math.cos(math.radians(30)))
+    assert perez_arguments(merged.amounts, sun) == {"dni": 850.0, "dhi": diffuse}
+    assert toml.over(amc).scene_sun("a sky").origin == "amc.inp and sky.toml"
+
+
+@pytest.mark.parametrize(
+    ("entrance", "text"),
+    [
+        (Entrance.OPTIONS, "--time needs --latitude; write --spectrum spectrl2 or --diffuse-only"),
+        (Entrance.KEYWORDS, 'time= needs latitude_deg=; write spectrum="spectrl2" or diffuse_only=True'),
+        (
+            Entrance.MAPPINGS,
+            'weather["time"] needs weather["latitude_deg"]; write perez={"spectrum": "spectrl2"} or diffuse_only=True',
+        ),
+    ],
+)
+def test_words_of_the_entrance(entrance: Entrance, text: str) -> None:
+    template = "{time} needs {latitude_deg}; write {spectrum:spectrl2} or {diffuse_only:True}"
+    assert entrance.say(template) == text

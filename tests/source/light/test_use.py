@@ -1,0 +1,181 @@
+"""What a scene cannot use is refused in the words of the caller, and nothing of the light is dropped without a word."""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.cli.main import main
+from tests.support.scenes import coarse_atmosphere, copy_scene
+from tests.support.shared import INPUTS
+
+EPW = str(INPUTS / "weather" / "two_days.epw")
+HOUR = ["--epw", EPW, "--row", "12"]
+ALONE = ["--wavelengths", "443", "555", "--sun-zenith", "40"]
+FIVE = ["--coefficients", "-1", "-0.3", "5", "-3", "0.1"]
+AMOUNTS = {"ghi": 780.0, "dhi": 140.0}
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ([str(INPUTS / "atmosphere_sky"), *HOUR], "--epw: not used with [atmosphere] in sky.toml"),
+        ([str(INPUTS / "perez_sky"), "--sky", "uniform", *HOUR], "--epw: difcol.inp says how direct every waveband is"),
+        (["--sky", "overcast", "--wavelengths", "555", "--sun-azimuth", "30"], "--sun-azimuth: where is the sun?"),
+        ([*ALONE, *FIVE, "--limits", "paper"], "--limits: limits of clearness and brightness, of which --coefficients"),
+        ([*ALONE, *FIVE, "--disc"], "--disc: used only where something says how bright the beam is"),
+        ([*ALONE, "--sky", "overcast", "--spectrum", "flat"], "--spectrum: used only where something says"),
+        ([*ALONE, "--ghi", "780", "--dhi", "140", "--diffuse-only", "--disc"], "--disc: the beam is left out"),
+        ([*ALONE, "--sky", "overcast", "--ghi", "780", "--dhi", "140", "--extraterrestrial", "1367"],
+         "--extraterrestrial: of the Perez sky, not of an overcast sky"),
+        ([str(INPUTS / "sun_and_sky"), "--compat", "aomc", "--diffuse-only"], "aomc does not use --diffuse-only"),
+        ([str(INPUTS / "clear_day"), "--sky", "perez", "--dni", "700", "--dhi", "100", "--disc"], "--disc: all light"),
+    ],
+)  # fmt: skip
+def test_options_that_a_scene_cannot_use(
+    words: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if "--epw" in words:
+        pytest.importorskip("pvlib")
+    assert main(["run", *words, "--out", str(tmp_path / "out")]) == 2
+    assert message in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"sky": "overast"}, "there is no sky model 'overast'; the nearest is overcast"),
+        ({"sky": "hydrolight"}, "HydroLight's pattern of the sky is harrison-coombes"),
+        ({"sky": sky.DirectBeam(sun_zenith_deg=40.0)}, "DirectBeam is a beam and no diffuse sky"),
+        ({"clear_sky": 5}, "clear_sky must be a ClearSky"),
+        ({"clear_sky": sky.ClearSky()}, "clear_sky=: used only for a cloudless sky"),
+        ({"diffuse_only": "no"}, "diffuse_only must be True or False"),
+        ({"sun_disc": np.ones(2)}, "disc: "),
+        ({"sky": "cie"}, r'needs type; write sky_options=\{"type": '),
+        ({"sky": "cie", "sky_options": {"kind": 1}}, "has no option 'kind'"),
+    ],
+)
+def test_arguments_that_a_scene_cannot_use(arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(sky.UsageError, match=message):
+        sky.weather_scene(wavebands=[443.0, 555.0], sun_zenith_deg=40.0, **AMOUNTS, **arguments)
+
+
+def test_a_sky_without_a_beam_has_no_warning_of_its_share(tmp_path: Path) -> None:
+    amc = copy_scene("perez_sky", tmp_path)
+    (amc.parent / "difcol.inp").unlink()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        scene = sky.read_scene(amc, diffuse_only=True)
+    assert [c.name for c in scene.components] == ["perez"]
+    assert any("is left out" in note for note in scene.notes)
+
+
+def test_a_perez_sky_of_a_cloudless_day_has_the_sun_of_the_day() -> None:
+    pytest.importorskip("pvlib")
+    place = {"time": "2026-01-03T12:00Z", "latitude_deg": 20.0, "longitude_deg": 0.0}
+    cloudless = sky.weather_scene(wavebands=[443.0, 555.0], **place, spectrum="spectrl2").options["perez"]
+    amounts = {name: cloudless[name] for name in ("dni", "dhi")}
+    given = sky.weather_scene(wavebands=[443.0, 555.0], **place, **amounts).options["perez"]
+    assert cloudless["extraterrestrial_normal"] == given["extraterrestrial_normal"] == pytest.approx(1408.84, abs=0.01)
+    assert cloudless["delta"] == pytest.approx(given["delta"], rel=1e-12)
+    kasten = sky.weather_scene(wavebands=[443.0], **place, spectrum="spectrl2", air_mass="kasten-1966").options["perez"]
+    assert kasten["delta"] != cloudless["delta"]
+
+
+def test_difcol_gives_way_to_irradiances_of_sky_toml(tmp_path: Path) -> None:
+    """Photons and irradiances said different things in 0.3: 0.55 of one, 0.667 of the other."""
+    amc = copy_scene("perez_sky", tmp_path)
+    text = (amc.parent / "sky.toml").read_text()
+    (amc.parent / "sky.toml").write_text(
+        text + "\n[sky]\ndirect_irradiance = [0.8, 0.9, 0.7, 0.5]\ndiffuse_irradiance = [0.4, 0.3, 0.2, 0.5]\n"
+    )
+    scene = sky.read_scene(amc)
+    assert any(note.startswith("difcol.inp: its direct fractions are not used") for note in scene.notes)
+    counts = scene.source().counts
+    expected = np.array([2 / 3, 3 / 4, 7 / 9, 1 / 2])
+    np.testing.assert_allclose(counts[:, 0] / counts.sum(axis=1), expected, atol=1e-5)
+    np.testing.assert_array_equal(scene.n_photons, sky.read_scene(INPUTS / "perez_sky").n_photons)  # its intensities
+
+
+def test_the_sun_of_a_measured_sky_comes_before_that_of_amc_inp(tmp_path: Path) -> None:
+    amc = copy_scene("perez_sky", tmp_path)
+    (amc.parent / "difcol.inp").unlink()
+    (amc.parent / "sky.csv").write_bytes((INPUTS / "measured" / "sky.csv").read_bytes())
+    toml = '[perez]\nghi = 780\ndhi = 140\nspectrum = "flat"\n[sky]\ntable = "sky.csv"\n'
+    (amc.parent / "sky.toml").write_text(toml)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", sky.InputWarning)  # wavebands beyond those of the file
+        scene = sky.read_scene(amc)
+        moved = sky.read_scene(amc, sun={"azimuth_deg": 100.0})
+    sun = scene.options["sun"]
+    assert (sun["zenith_deg"], sun["azimuth_deg"], sun["from"]) == (40.0, pytest.approx(135.0), "sky.csv")
+    alone = sky.read_radiance_csv(INPUTS / "measured" / "sky.csv")
+    notes = alone.notes(scene.wavebands.wavelength_nm)
+    assert next(note for note in notes if "is off by" in note) in scene.notes
+    assert moved.options["sun"]["azimuth_deg"] == 100.0
+
+
+def test_the_manifest_has_the_sun_of_the_beam() -> None:
+    from aomc_sky.inputs import Entrance
+    from aomc_sky.source.light.inputs import given_inputs
+    from aomc_sky.source.read.measured import measured_scene
+
+    given = given_inputs(
+        Entrance.OPTIONS, sun={"zenith_deg": 30.0, "disc": True}, perez={"dni": 700.0, "dhi": 120.0, "spectrum": "flat"}
+    )
+    scene = measured_scene(INPUTS / "measured" / "sky.csv", given)
+    assert scene.components[0].law.name == "DISC"
+    sun = scene.options["sun"]
+    assert (sun["zenith_deg"], sun["azimuth_deg"], sun["disc"]) == (30.0, pytest.approx(135.0), True)
+    assert sun["from"] == "options and measured sky"
+
+
+def test_a_model_with_one_row_serves_all_wavebands() -> None:
+    class OneRow:
+        name = "one-row"
+
+        def radiance(self, zenith: Any, azimuth: Any, nm: Any) -> Any:
+            return 1.0 + 0.0 * zenith
+
+        def lower(self, nm: Any) -> Any:
+            return sky.UniformSky(irradiance_W_m2_nm=[0.3]).lower([550.0])
+
+    scene = sky.weather_scene(wavebands=[443.0, 555.0], sun_zenith_deg=40.0, **AMOUNTS, sky=OneRow())
+    assert scene.irradiance is not None
+    fraction = 1 - 140 / 780
+    np.testing.assert_allclose(scene.irradiance.of_component, [[0.3 * fraction / (1 - fraction), 0.3]] * 2, rtol=1e-12)
+
+
+def test_a_sun_that_a_time_replaces_is_noted_under_an_atmosphere_too(tmp_path: Path) -> None:
+    pytest.importorskip("pvlib")
+    time = {"time": "2026-06-21T09:30:00Z", "latitude_deg": 54.18, "longitude_deg": 7.89}
+    scene = sky.read_scene(coarse_atmosphere(tmp_path), weather=time)
+    zenith = scene.options["sun"]["zenith_deg"]
+    assert any(f"the sun at a zenith angle of {zenith:.4f}" in note for note in scene.notes)
+
+
+@pytest.mark.parametrize(("distance", "is_scaled"), [("1.0167 AU", True), ("1.524 AU", False)])
+def test_the_irradiance_of_a_description_is_that_at_its_own_distance(
+    distance: str, is_scaled: bool, tmp_path: Path
+) -> None:
+    pytest.importorskip("pvlib")
+    amc = coarse_atmosphere(tmp_path)
+    atmo = amc.parent / "clear.atmo"
+    text = atmo.read_text()
+    assert "Earth-Sun distance: 1 AU" in text
+    atmo.write_text(text.replace("Earth-Sun distance: 1 AU", f"Earth-Sun distance: {distance}"))
+    time = {"time": "2026-07-04T12:00:00Z", "latitude_deg": 54.18, "longitude_deg": 7.89}
+    dated = sky.read_scene(amc, weather=time)
+    sun = {name: dated.options["sun"][name] for name in ("zenith_deg", "azimuth_deg")}
+    undated = sky.read_scene(amc, sun=sun)
+    assert dated.irradiance is not None
+    assert undated.irradiance is not None
+    ratio = dated.irradiance.of_component[0, 0] / undated.irradiance.of_component[0, 0]
+    assert ratio == pytest.approx(0.9666 * 1.0167**2 if is_scaled else 1.0, abs=3e-4)
+    assert any("AU away" in note for note in dated.notes) is not is_scaled

@@ -1,0 +1,214 @@
+"""From files to scenes: meanings, options, and every refusal."""
+
+import shutil
+import warnings
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from tests.support.scenes import write_scene
+from tests.support.shared import AOMC, INPUTS, needs_shared
+
+
+def test_document_example_means_what_the_document_says():
+    scene = sky.read_scene(INPUTS / "document_example")
+    source = scene.source()
+    assert scene.sky_wavelength_nm.tolist() == [550, 550, 650]
+    shares = np.array([[10.5, 12.0, 0, 0, 20.0, 0], [8.2, 9.5, 0, 0, 15.3, 0]])
+    for band, row in ((0, 0), (2, 1)):
+        np.testing.assert_allclose(source.mass(band), shares[row] / shares[row].sum(), rtol=1e-15)
+        assert source.counts[band].sum() == 10_000
+        assert np.all(np.abs(source.counts[band] - source.expected(band)) < 1)
+    assert "of mean cosine 0.9996, not 0.6782" in scene.notes[0]
+
+
+def test_all_problems_of_all_files_at_once(tmp_path):
+    write_scene(tmp_path, sky_text="1 2 2 1\n500\n1 9 0 1.0\n")
+    (tmp_path / "lambbot.inp").write_text("1\n500 1.5 0\n")
+    with pytest.raises(sky.InputFileError) as caught:
+        sky.read_scene(tmp_path)
+    assert {p.code for p in caught.value.problems} == {"E202", "E301"}
+    (tmp_path / "skydist.inp").unlink()
+    with pytest.raises(sky.InputFileError, match="no such file"):
+        sky.read_scene(tmp_path)
+
+
+def test_values_beyond_float32(tmp_path):
+    """The program's reading is compared without a warning of numpy's, and refused where it is asked for."""
+    write_scene(tmp_path, sky_text="2 2 2 1\n500\n1 1 0 1e300\n1 2 1 1\n")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert "launch no photon" in sky.read_scene(tmp_path).notes[0]
+    with pytest.raises(
+        sky.InputFileError, match=r"skydist.inp:3:1: error\[E302\]: .* infinite in the program's 32-bit"
+    ):
+        sky.read_scene(tmp_path, bins="degrees", weighting="aomc")
+
+
+def test_degrees_and_the_seam(tmp_path):
+    text = "3 89 360 1\n500\n1 1 0 1.0\n1 45 360 2.0\n1 89 180 3.0\n"
+    write_scene(tmp_path, sky_text=text)
+    source = sky.read_scene(tmp_path, bins="degrees").source()
+    lit = np.flatnonzero(source.mass(0))
+    assert lit.tolist() == [0, 44 * 360, 88 * 360 + 180]
+    (tmp_path / "skydist.inp").write_text("2 89 360 1\n500\n1 45 0 1.0\n1 45 360 2.0\n")
+    with pytest.raises(sky.InputFileError, match="E309"):
+        sky.read_scene(tmp_path, bins="degrees")
+    (tmp_path / "skydist.inp").write_text("1 100 10 1\n500\n1 95 0 1.0\n")
+    with pytest.raises(sky.InputFileError, match=r"skydist.inp:3:1: error\[E307\]"):
+        sky.read_scene(tmp_path, bins="degrees")
+    assert sky.read_scene(tmp_path).source().total == 1000
+
+
+@pytest.mark.parametrize(
+    ("shape", "reading", "n_more"),
+    [
+        ((120, 4), {"bins": "degrees"}, 31 * 5),
+        ((3, 400), {"bins": "degrees"}, 3 * 40),
+        ((93, 1), {"compat": "aomc"}, 6),
+    ],
+)
+def test_a_table_in_other_bins_is_one_problem_with_the_number_of_lines(tmp_path, shape, reading, n_more):
+    n_zenith, n_azimuth = shape
+    rows = [f"1 {z} {a} 1.0" for z in range(n_zenith, 0, -1) for a in range(n_azimuth + 1)]
+    write_scene(tmp_path, sky_text=f"{len(rows)} {n_zenith} {n_azimuth} 1\n500\n" + "\n".join(rows) + "\n")
+    with pytest.raises(sky.InputFileError) as caught:
+        sky.read_scene(tmp_path, **reading)
+    (problem,) = caught.value.problems
+    assert problem.code == "E307"
+    assert problem.message.endswith(f" (and {n_more - 1} more lines like this)")
+    wrong = [k for k, row in enumerate(rows) if int(row.split()[1]) > (90 if "compat" in reading else 89)]
+    wrong += [k for k, row in enumerate(rows) if int(row.split()[2]) > 360 and not wrong]
+    assert problem.line == 3 + min(wrong)
+
+
+def test_azimuth_bins_from_one(tmp_path):
+    write_scene(tmp_path, sky_text="2 2 4 1\n500\n1 1 1 1.0\n1 2 4 1.0\n")
+    with pytest.warns(sky.InputWarning, match="azimuth-bins n"):
+        assert sky.read_scene(tmp_path).source().grid.n_azimuth == 5
+    source = sky.read_scene(tmp_path, azimuth_bins="n").source()
+    assert source.grid.n_azimuth == 4
+    assert np.flatnonzero(source.mass(0)).tolist() == [0, 7]
+    (tmp_path / "skydist.inp").write_text("1 2 4 1\n500\n1 1 0 1.0\n")
+    with pytest.raises(sky.InputFileError, match="E301"):
+        sky.read_scene(tmp_path, azimuth_bins="n")
+
+
+def test_declaration_of_our_own_files_is_obeyed(tmp_path):
+    write_scene(tmp_path, sky_text="1 89 359 1\n500\n1 45 0 1.0\n# aomc-sky bins=degrees values=radiance\n")
+    scene = sky.read_scene(tmp_path)
+    assert (scene.options["bins"], scene.options["weighting"]) == ("degrees", "projected")
+    assert sky.read_scene(tmp_path, weighting="listed").options["weighting"] == "listed"
+
+
+def test_bands_share_the_mass_of_their_wavelength():
+    scene = sky.read_scene(INPUTS / "sparse_sky")
+    assert scene.sky_wavelength_nm.tolist() == [450, 550, 550, 650]  # 500 is a tie: the longer one
+    assert len(scene.source().components[0].mass) == 3
+
+
+def test_internal_source_shares_exactly():
+    scene = sky.read_scene(INPUTS / "sun_and_sky", sky="uniform")
+    source = scene.source()
+    intensity, fraction = [0.8, 0.95, 1.0, 0.98, 0.9], [0.55, 0.65, 0.72, 0.78, 0.82]
+    for band, (i, f) in enumerate(zip(intensity, fraction, strict=True)):
+        n = round(i * 400_000)
+        assert source.n_photons(band) == n
+        assert abs(source.counts[band, 0] - f * n) < 1 + 1e-9
+
+
+def test_a_waveband_without_photons_is_named(tmp_path):
+    """A run leaves such a waveband out of its files."""
+    shutil.copytree(INPUTS / "sun_and_sky", tmp_path, dirs_exist_ok=True)
+    (tmp_path / "difcol.inp").write_text("5\n0.5 0\n0.5 1\n0.5 0.0000012\n0.5 0.0000013\n0.5 1\n")
+    scene = sky.read_scene(tmp_path, sky="uniform")
+    assert scene.n_photons.tolist() == [0, 400_000, 0, 1, 400_000]
+    assert scene.notes[-1] == "difcol.inp: no photons in wavebands 1, 3, where intensity x iterations is below 1/2"
+    assert "no photons" not in str(sky.read_scene(INPUTS / "sun_and_sky", sky="uniform").notes)
+
+
+def test_a_sky_model_replaces_a_sky_file():
+    scene = sky.read_scene(INPUTS / "overcast", sky="uniform")
+    assert [c.name for c in scene.components] == ["uniform"]
+    assert scene.n_photons.tolist() == [500_000]
+    assert set(scene.input_files) == {"amc", "lambbot"}
+
+
+def test_no_diffuse_light_no_sky():
+    scene = sky.read_scene(INPUTS / "beam_only")
+    assert [c.name for c in scene.components] == ["direct"]
+    assert "no sky is modelled" in scene.notes[0]
+    batch = scene.source().photons(1)
+    assert len(batch) == 50_000
+    np.testing.assert_allclose(batch.directions[0], [0, -0.5, -np.sqrt(0.75)], atol=1e-7)
+    assert np.ptp(batch.ux) == np.ptp(batch.uy) == np.ptp(batch.uz) == 0
+
+
+def test_half_photons_round_up(tmp_path):
+    write_scene(tmp_path, difcol="3\n1 0.0005\n1 0.0014999\n1 0\n", bands=(400.0, 500.0, 600.0), flag=0)
+    assert sky.read_scene(tmp_path).n_photons.tolist() == [1, 1, 0]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"compat": "aomc", "bins": "equal"},
+        {"compat": "aomc", "weighting": "listed"},
+        {"compat": "aomc", "azimuth_bins": "n"},
+        {"bins": "radians"},
+        {"weighting": "aomc"},
+        {"bins": "degrees", "azimuth_bins": "n"},
+        {"wavebands": [0]},
+        {"wavebands": [5]},
+        {"iterations": 0},
+    ],
+)
+def test_contradictions(options):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", sky.InputWarning)
+        with pytest.raises((sky.UsageError, sky.SceneError)):
+            sky.read_scene(INPUTS / "sparse_sky", **options)
+
+
+@pytest.mark.parametrize("options", [{"bins": "degrees"}, {"azimuth_bins": "n"}])
+def test_words_on_skydist_are_accepted_where_a_model_is_the_sky(options):
+    scene, plain = (sky.read_scene(INPUTS / "perez_sky", **o) for o in (options, {}))
+    assert scene.source().plan == plain.source().plan
+    ((name, value),) = options.items()
+    note = f"--{name.replace('_', '-')} {value} is not used: it says how to read skydist.inp, and this scene has none"
+    assert [n for n in scene.notes if n not in plain.notes] == [note]
+
+
+def test_compat_refuses_what_32_bit_floats_cannot_hold(tmp_path):
+    write_scene(tmp_path, sky_text="2 2 2 1\n500\n1 1 0 1e39\n1 2 0 1\n")
+    with pytest.raises(sky.InputFileError, match=r"skydist.inp:3:1: error\[E302\].*32-bit"):
+        sky.read_scene(tmp_path, compat="aomc")
+    assert sky.read_scene(tmp_path).source().total == 1000
+
+
+def test_compat_refuses_other_sampling():
+    scene = sky.read_scene(INPUTS / "sparse_sky", compat="aomc")
+    with pytest.raises(sky.UsageError, match="--compat aomc"):
+        scene.source(order="shuffled")
+    assert scene.source(order="patch").total > 0
+
+
+def test_compat_photons_are_lattice_points_in_order():
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", sky.InputWarning)
+        scene = sky.read_scene(INPUTS / "document_example", compat="aomc")
+    batch = scene.source(precision="float64").photons(0)
+    assert np.all(np.diff(batch.patch) >= 0)
+    zenith, azimuth = scene.source().grid.index_of(batch.patch)
+    s, c = np.sin(np.deg2rad(zenith)), np.cos(np.deg2rad(zenith))
+    expected = np.stack([-s * np.cos(np.deg2rad(azimuth)), -s * np.sin(np.deg2rad(azimuth)), -c], axis=-1)
+    np.testing.assert_allclose(batch.directions, expected, atol=1e-15)
+
+
+@needs_shared
+@pytest.mark.parametrize("name", ["multiband", "simple_relationship", "mobley1"])
+def test_program_inputs(name):
+    scene = sky.read_scene(AOMC / "program_inputs" / name)
+    assert scene.n_photons.min() >= 1_000_000
+    assert scene.source().counts.sum() == scene.n_photons.sum()

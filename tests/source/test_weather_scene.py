@@ -1,0 +1,110 @@
+"""The whole light of a place: shares of beam and sky, their spectra, and what cannot be."""
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+
+NOON = {"sun_zenith_deg": 40.0, "sun_azimuth_deg": 30.0, "ghi": 780.0, "dhi": 140.0}
+
+
+def mean_cosine_of_sky(model):
+    """By the midpoint rule over the hemisphere, with none of our quadratures."""
+    mu = (np.arange(1500) + 0.5) / 1500
+    azimuth = (np.arange(720) + 0.5) / 720 * 2 * np.pi
+    radiance = model.radiance(np.arccos(mu)[:, None], azimuth[None, :], 550.0)
+    return (radiance * mu[:, None] ** 2).sum() / (radiance * mu[:, None]).sum()
+
+
+def test_beam_and_sky_share_the_light_of_the_plane():
+    scene = sky.weather_scene(wavebands=[443.0, 555.0], n_photons=200_000, **NOON)
+    share = (780.0 - 140.0) / 780.0
+    beam, diffuse = scene.components
+    assert (beam.name, diffuse.name) == ("direct", "perez")
+    assert beam.strength[0] / (beam.strength[0] + diffuse.strength[0]) == pytest.approx(share, rel=1e-12)
+    model = sky.PerezSky(**NOON)
+    expected = share * np.cos(np.deg2rad(40.0)) + (1 - share) * mean_cosine_of_sky(model)
+    source = scene.source(seed=3)
+    for band in range(2):
+        assert source.exact_moments(band).mean_mu == pytest.approx(expected, rel=2e-5)
+        assert -source.photons(band).uz.astype(float).mean() == pytest.approx(expected, rel=1e-5)
+    assert scene.irradiance is None
+    assert any("direct fraction 0.8205" in note for note in scene.notes)
+
+
+def test_the_sky_alone_and_the_beam_alone():
+    alone = sky.weather_scene(wavebands=[500.0], diffuse_only=True, **NOON)
+    assert [c.name for c in alone.components] == ["perez"]
+    assert any("left out" in note for note in alone.notes)
+    model = sky.PerezSky(**NOON)
+    assert alone.source().exact_moments(0).mean_mu == pytest.approx(mean_cosine_of_sky(model), rel=2e-5)
+    beam = sky.weather_scene(wavebands=[500.0], sun_zenith_deg=40.0, dni=900.0, dhi=0.0)
+    assert [c.name for c in beam.components] == ["direct"]
+    disc = sky.weather_scene(wavebands=[500.0], sun_disc=True, **NOON)
+    assert disc.components[0].law is sky.Law.DISC
+
+
+def test_coefficients_do_not_say_how_bright_the_beam_is():
+    scene = sky.weather_scene(wavebands=[500.0], sun_zenith_deg=40.0, coefficients=(-1, -0.3, 10, -3, 0.45))
+    assert [c.name for c in scene.components] == ["perez"]
+    assert any("do not say how bright the beam is" in note for note in scene.notes)
+
+
+def test_a_time_and_a_place():
+    pytest.importorskip("pvlib")
+    place = {"latitude_deg": 43.4, "longitude_deg": 7.9}
+    scene = sky.weather_scene(wavebands=[500.0], time="2026-06-21T09:30Z", ghi=780.0, dhi=140.0, **place)
+    sun = sky.sun_position("2026-06-21T09:30Z", **place)
+    assert scene.options["sun"]["zenith_deg"] == pytest.approx(float(sun.apparent_zenith_deg), abs=1e-8)
+    assert scene.source().exact_moments(0).mean_mu == pytest.approx(0.820, abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("changed", "error", "text"),
+    [
+        ({"ghi": None}, sky.UsageError, "dhi"),
+        ({"wavebands": [0.443]}, sky.SceneError, "wavelengths are in nm, got 0.443 .micrometres.*; write 443"),
+        ({"ghi": None, "dhi": None}, sky.UsageError, "which sky?"),
+        (
+            {"sun_zenith_deg": None},
+            sky.UsageError,
+            "where is the sun. .* needs sun_zenith_deg= .*, or time=, latitude_deg= ",
+        ),
+        ({"sun_zenith_deg": 95.0}, sky.SceneError, "above the horizon"),
+        ({"ghi": 0.78, "dhi": 0.14}, sky.SceneError, "write 780 for 0.78 kW m-2"),
+        ({"spectrum": "am15"}, sky.UsageError, "spectrum must be one of"),
+        ({"epsilon": 2.0, "delta": 0.1}, sky.UsageError, "how bright are sun and sky"),
+        ({"coefficients": (1, 2)}, sky.UsageError, "five numbers"),
+        ({"time": "2026-06-21T09:30Z"}, sky.UsageError, "leave out sun_zenith_deg= and sun_azimuth_deg="),
+        ({"n_photons": -1}, sky.AomcSkyError, "photons"),
+        ({"ghi": float("nan")}, sky.UsageError, "ghi"),
+    ],
+)
+def test_what_cannot_be_is_refused(changed, error, text):
+    with pytest.raises(error, match=text):
+        sky.weather_scene(**{"wavebands": [500.0], **NOON, **changed})
+
+
+def test_an_altitude_of_zero_needs_no_time():
+    assert sky.weather_scene(wavebands=[500.0], altitude_m=0.0, **NOON) == sky.weather_scene(wavebands=[500.0], **NOON)
+
+
+def test_wavelengths_in_micrometres_are_no_scene():
+    with pytest.raises(sky.SceneError, match=r"write 443"):
+        sky.Scene(wavebands=[0.443, 0.555], n_photons=1, components="overcast")
+    assert sky.Wavebands(wavelength_nm=[0.443]).n_bands == 1  # files may have such numbers
+
+
+def test_a_low_sun_may_be_faint():
+    with pytest.warns(sky.ModelLimitWarning):
+        scene = sky.weather_scene(wavebands=[500.0], sun_zenith_deg=89.5, ghi=1.5, dhi=1.4)
+    assert scene.source().n_photons(0) == 1_000_000
+
+
+def test_a_name_of_a_sky():
+    scene = sky.Scene(wavebands=[500.0], n_photons=10, components="uniform")
+    assert [c.name for c in scene.components] == ["uniform"]
+    with pytest.raises(sky.SceneError, match=r"write components=PerezSky\(\.\.\.\), or weather_scene"):
+        sky.Scene(wavebands=[500.0], n_photons=10, components="perez")
+    with pytest.raises(sky.UsageError, match="there is no sky model 'perz'; the models are"):
+        sky.Scene(wavebands=[500.0], n_photons=10, components="perz")
