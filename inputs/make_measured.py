@@ -21,36 +21,7 @@ HEAD = """\
 
 #: The same for the almucantar; the sun sinks from scan to scan.
 ALM_BANDS = ((440, 3.0, 260.0), (675, 4.0, 110.0), (870, 4.5, 60.0), (1020, 5.0, 40.0))
-ALM_AZIMUTHS = (
-    3,
-    3.5,
-    4,
-    5,
-    6,
-    7,
-    8,
-    10,
-    12,
-    14,
-    16,
-    18,
-    20,
-    25,
-    30,
-    35,
-    40,
-    45,
-    50,
-    60,
-    70,
-    80,
-    90,
-    100,
-    120,
-    140,
-    160,
-    180,
-)
+ALM_AZIMUTHS = [3, 3.5, *range(4, 8), *range(8, 20, 2), *range(20, 50, 5), *range(50, 100, 10), *range(100, 181, 20)]
 ALM_HEAD = """\
 AERONET Version 3
 Invented_Site
@@ -63,7 +34,7 @@ All points, UNITS: uW/cm^2/sr/nm
 
 def almucantar() -> str:
     """Four scans through the sun's zenith angle, one for each wavelength; -999 where a cloud hid the sky."""
-    azimuth = np.array([-a for a in reversed(ALM_AZIMUTHS)] + list(ALM_AZIMUTHS), float)
+    azimuth = np.array([-a for a in reversed(ALM_AZIMUTHS)] + ALM_AZIMUTHS)
     names = "AERONET_Site,Date(dd:mm:yyyy),Time(hh:mm:ss),Nominal_Wavelength(nm),Solar_Zenith_Angle(Degrees),"
     lines = [names + ",".join(f"{a:.6f}" for a in azimuth)]
     for k, (wavelength_nm, epsilon, irradiance) in enumerate(ALM_BANDS):

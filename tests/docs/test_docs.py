@@ -27,18 +27,9 @@ PAGES = sorted(
 )
 
 
-def blocks(text: str) -> list[str]:
-    """Fenced blocks of a page."""
-    return re.findall(r"^```\w*\n(.*?)^```$", text, re.MULTILINE | re.DOTALL)
-
-
 def test_readme_has_exactly_the_two_set_up_commands() -> None:
-    commands = [
-        line
-        for block in re.findall(r"^```sh\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
-        for line in block.splitlines()
-    ]
-    assert commands == [RUN_COMMAND, TEST_COMMAND]
+    blocks = re.findall(r"^```sh\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
+    assert "".join(blocks).splitlines() == [RUN_COMMAND, TEST_COMMAND]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(REPOSITORY)) for page in PAGES])

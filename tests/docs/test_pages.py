@@ -27,7 +27,7 @@ def test_readme(tmp_path: Path) -> None:
 
 
 def test_every_block_of_the_readme_is_run_and_short() -> None:
-    """Here or, those of ``sh``, by .ci/run (tests/unit/test_docs.py)."""
+    """Here or, those of ``sh``, by .ci/run (tests/docs/test_docs.py)."""
     text = (REPOSITORY / "README.md").read_text()
     assert set(re.findall(r"^```(\w*)\n.*?^```$", text, re.MULTILINE | re.DOTALL)) == {"console", "sh", *CODE}
     code = [step for step in steps(text) if isinstance(step, SavedFile)]
