@@ -41,6 +41,12 @@ FIRST = {
     "GPU": "hosts",
     "without Python": "hosts",
     "own sky": "howto/own_sky",
+    "wind": "hosts",
+    "wave": "hosts",
+    "HydroLight": "howto/weather",
+    "AERONET": "howto/measured_sky",
+    "lux": "howto/weather",
+    "HDR": "export",
 }
 """What a reader searches for -> the page that the search must show first."""
 

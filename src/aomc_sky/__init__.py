@@ -12,7 +12,7 @@ from typing import Any
 
 from aomc_sky.float_mode import in_default_mode
 
-__version__ = "0.3.0"
+__version__ = "0.4.0"
 
 logging.getLogger("aomc_sky").addHandler(logging.NullHandler())
 

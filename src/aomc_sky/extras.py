@@ -17,5 +17,6 @@ def optional_module(name: str, *, extra: str) -> ModuleType:
     except ModuleNotFoundError as error:
         # the missing module may also be a dependency of this one
         raise MissingExtraError(
-            f'this needs the package {error.name or name}, which is not installed: pip install "aomc-sky[{extra}]"'
+            f"this needs the package {error.name or name}, which is not installed: type "
+            f'pip install ".[{extra}]" in the source folder of aomc-sky, which is in no package index yet'
         ) from error

@@ -1,7 +1,7 @@
 """Opening of regular files, and calls that some operating systems lack, each with its substitute.
 
 Everything else uses the common part of ``os``, ``signal`` and ``pathlib``. mypy checks the package as on each system
-(``mypy --platform win32``). docs/faults.md has the same list for users.
+(``mypy --platform win32``). CONTRIBUTING.md has the same list.
 """
 
 from __future__ import annotations

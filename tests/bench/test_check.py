@@ -56,7 +56,7 @@ def test_a_whole_check_with_a_bar_out_of_reach(
     """Every bar is measured, on so few photons that only the injected one is asserted."""
 
     def absent(name: str, *, extra: str) -> None:
-        raise MissingExtraError(f'this needs the package {name}: pip install "aomc-sky[{extra}]"')
+        raise MissingExtraError(f'this needs the package {name}: pip install ".[{extra}]"')
 
     monkeypatch.setattr(peers, "optional_module", absent)
     monkeypatch.setitem(LIMITS, "cone, independent photons against default", 1e9)
@@ -104,7 +104,7 @@ def test_a_page_that_cannot_be_written_is_refused_before_anything_is_measured(
     assert "does not exist" in capsys.readouterr().err
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     assert report.main([str(tmp_path / "x.md")]) == 2
-    assert 'pip install "aomc-sky[plot]"' in capsys.readouterr().err
+    assert 'pip install ".[plot]"' in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("script", ["check", "report", "emission", "growth", "same_bits", "transport"])

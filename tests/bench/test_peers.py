@@ -47,13 +47,13 @@ def peers(sky: BenchSky) -> dict[str, Peer]:
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(peers_module, "optional_module", absent)
         found, left_out = peers_of_table(sky.grid, sky.mass)
-    assert left_out == ['Mitsuba 3 is left out: not installed: pip install "aomc-sky[bench]"']
+    assert left_out == ['Mitsuba 3 is left out: not installed: pip install ".[bench]"']
     assert tuple(found) == NAMES
     return found
 
 
 def absent(name: str, *, extra: str) -> None:
-    raise MissingExtraError(f'not installed: pip install "aomc-sky[{extra}]"')
+    raise MissingExtraError(f'not installed: pip install ".[{extra}]"')
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -36,7 +36,8 @@ def make_folder(folder: Path) -> None:
     (folder / "scan.dat").write_text("10 20 0.3\n10 30 0.4\n")
 
 
-ROWS = re.findall(r"(?m)^\| `aomc-sky ?(.*?)` \| `(.*)` \|$", (REPOSITORY / "docs" / "errors.md").read_text())
+PAGES = (REPOSITORY / "docs" / "errors.md", Path(__file__).with_name("mistakes.md"))
+ROWS = [row for page in PAGES for row in re.findall(r"(?m)^\| `aomc-sky ?(.*?)` \| `(.*)` \|$", page.read_text())]
 
 
 @pytest.fixture(scope="module")
@@ -46,7 +47,7 @@ def folder(tmp_path_factory):
     return made
 
 
-def test_first_lines_are_those_of_the_page(folder, monkeypatch, capsys):
+def test_first_lines_are_those_of_the_pages(folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
     assert len(ROWS) == 40
     for words, line in ROWS:

@@ -15,19 +15,35 @@ from tests.support.packages import pip_install
 from tests.support.pages import SavedFile, carry_out, steps
 from tests.support.shared import REPOSITORY
 
+CODE = ("c", "fortran", "cuda", "python")
 
+
+@needs("gcc", "gfortran")
 def test_readme(tmp_path: Path) -> None:
-    assert carry_out("../README.md", tmp_path) == 2
+    pytest.importorskip("pvlib")
+    assert carry_out("../README.md", tmp_path) == 5
+    if shutil.which("nvcc"):
+        run(["nvcc", "-fmad=false", f"-I{include_dir()}", "-c", "-o", "kernel.o", "kernel.cu"], tmp_path)
+
+
+def test_every_block_of_the_readme_is_run_and_short() -> None:
+    """Here or, those of ``sh``, by .ci/run (tests/docs/test_docs.py)."""
     text = (REPOSITORY / "README.md").read_text()
-    own_sky = next(step.text for step in steps(text) if isinstance(step, SavedFile))
-    assert sum(bool(line.strip()) for line in own_sky.splitlines()[1:]) <= 10
+    assert set(re.findall(r"^```(\w*)\n.*?^```$", text, re.MULTILINE | re.DOTALL)) == {"console", "sh", *CODE}
+    code = [step for step in steps(text) if isinstance(step, SavedFile)]
+    assert len(code) == len(re.findall(rf"^```(?:{'|'.join(CODE)})$", text, re.MULTILINE))
+    typed = "".join(step.line for step in steps(text) if not isinstance(step, SavedFile))
+    assert [step.name for step in code if step.name not in typed] == ["kernel.cu"]
+    assert max(len(step.text.splitlines()[1:]) for step in code) <= 6
     assert len(text.split()) <= 700
 
 
+@needs("gcc", "gfortran")
 @pytest.mark.slow
 def test_tutorial_after_the_readme_in_one_folder(tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
-    assert carry_out("../README.md", tmp_path) == 2
+    pytest.importorskip("pvlib")
+    assert carry_out("../README.md", tmp_path) == 5
     assert carry_out("tutorial.md", tmp_path) == 13
     pages = [(REPOSITORY / page).read_text() for page in ("README.md", "docs/tutorial.md")]
     saved = [{step.name for step in steps(page) if isinstance(step, SavedFile)} for page in pages]
@@ -52,7 +68,7 @@ def test_page_of_aomc_users(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_page_of_measured_skies(tmp_path: Path) -> None:
-    assert carry_out("howto/measured_sky.md", tmp_path) == 4
+    assert carry_out("howto/measured_sky.md", tmp_path) == 6
 
 
 def test_page_of_libradtran_users(tmp_path: Path) -> None:
@@ -77,7 +93,7 @@ def test_page_of_own_skies(tmp_path: Path, skies_site: Path, monkeypatch: pytest
 @pytest.mark.slow
 def test_page_of_weather(tmp_path: Path) -> None:
     pytest.importorskip("pvlib")
-    assert carry_out("howto/weather.md", tmp_path) == 20
+    assert carry_out("howto/weather.md", tmp_path) == 17
 
 
 @pytest.mark.slow

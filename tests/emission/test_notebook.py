@@ -35,7 +35,7 @@ def test_a_table_and_the_dome():
 
 def test_without_matplotlib_it_says_what_to_install(monkeypatch):
     def missing(*_, **__):
-        raise MissingExtraError('pip install "aomc-sky[plot]"')
+        raise MissingExtraError('pip install ".[plot]"')
 
     monkeypatch.setattr(sky, "plot", missing)
     html = SCENE._repr_html_()

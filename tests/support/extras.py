@@ -102,7 +102,7 @@ def commands_of_core(folder: Path) -> list[tuple[str, ...]]:
 
 def hint(extra: str) -> str:
     """How the one line ends that tells of a missing extra."""
-    return f'which is not installed: pip install "aomc-sky[{extra}]"\n'
+    return f'pip install ".[{extra}]" in the source folder of aomc-sky, which is in no package index yet\n'
 
 
 class Absent(MetaPathFinder):

@@ -21,7 +21,7 @@ _COMPARE = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 
 @dataclass(frozen=True, slots=True)
 class Command:
-    """A line after ``$`` and the output that the page shows below it, empty where it shows none."""
+    """A line after ``$``, joined where a backslash ends it, and the output that the page shows below it."""
 
     line: str
     shown: str
@@ -51,8 +51,8 @@ def steps(text: str) -> Iterator[Command | SavedFile]:
 def _commands(body: str) -> Iterator[Command]:
     assert body.startswith("$ "), body
     for part in re.split(r"^\$ ", body, flags=re.MULTILINE)[1:]:
-        line, _, shown = part.partition("\n")
-        yield Command(line, shown)
+        line, _, shown = part.replace("\\\n", "\0").partition("\n")
+        yield Command(line.replace("\0", ""), shown)
 
 
 def carry_out(page: str, folder: Path) -> int:

@@ -123,7 +123,7 @@ def plot(
     OutputError
         The file cannot be written; what stood there before is unchanged.
     MissingExtraError
-        matplotlib is not installed: ``pip install "aomc-sky[plot]"``.
+        matplotlib is not installed: ``pip install ".[plot]"``.
 
     Examples
     --------

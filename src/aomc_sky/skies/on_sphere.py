@@ -45,7 +45,7 @@ class Interpolant(NamedTuple):
     is_log: bool
     n_directions: int
     error: float  #: Root mean square over the light of the radiance's error, as a share; NaN of too few directions.
-    worst_error: float  #: Of the measured directions, each foretold by the others.
+    worst_error: float  #: Of the measured directions, leave one out.
     worst_deg: tuple[float, float]  #: Zenith angle and azimuth of the latter.
     extrapolated: float  #: Share of the irradiance from beyond the measured directions.
     beyond_error: float  #: As `error`, there.
@@ -284,8 +284,8 @@ def notes_of(parts: Sequence[Interpolant], *, has_sun: bool = False) -> tuple[st
     error = "their errors cannot be told from so few"
     if not math.isnan(worst.error):
         error = (
-            f"a radiance is off by {percent(worst.error)} (root mean square, weighted by the light), and a measured "
-            f"one, foretold by the others, by at most {percent(worst.worst_error)} (zenith angle "
+            f"a radiance is off by {percent(worst.error)} (root mean square, weighted by the light); "
+            f"leave-one-out error: at most {percent(worst.worst_error)} (zenith angle "
             f"{worst.worst_deg[0]:.0f}, azimuth {worst.worst_deg[1]:.0f})"
         )
     if any(part.wants_sun for part in parts):

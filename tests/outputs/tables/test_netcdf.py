@@ -104,7 +104,7 @@ def test_other_files_have_no_plan(tmp_path):
 @pytest.mark.parametrize("module", ["xarray", "h5netcdf"])
 def test_a_missing_extra_names_the_command(source, tmp_path, monkeypatch, module):
     monkeypatch.setitem(sys.modules, module, None)
-    with pytest.raises(MissingExtraError, match=r'pip install "aomc-sky\[netcdf\]"'):
+    with pytest.raises(MissingExtraError, match=r'pip install "\.\[netcdf\]"'):
         write_netcdf(source, tmp_path / "sky.nc")
     assert not list(tmp_path.iterdir())
 

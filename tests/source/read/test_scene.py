@@ -20,7 +20,7 @@ def test_document_example_means_what_the_document_says():
         np.testing.assert_allclose(source.mass(band), shares[row] / shares[row].sum(), rtol=1e-15)
         assert source.counts[band].sum() == 10_000
         assert np.all(np.abs(source.counts[band] - source.expected(band)) < 1)
-    assert "at mean cosine 0.9996 instead of 0.6782" in scene.notes[0]
+    assert "of mean cosine 0.9996, not 0.6782" in scene.notes[0]
 
 
 def test_all_problems_of_all_files_at_once(tmp_path):
@@ -39,7 +39,7 @@ def test_values_beyond_float32(tmp_path):
     write_scene(tmp_path, sky_text="2 2 2 1\n500\n1 1 0 1e300\n1 2 1 1\n")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert "launches no photon" in sky.read_scene(tmp_path).notes[0]
+        assert "launch no photon" in sky.read_scene(tmp_path).notes[0]
     with pytest.raises(
         sky.InputFileError, match=r"skydist.inp:3:1: error\[E302\]: .* infinite in the program's 32-bit"
     ):

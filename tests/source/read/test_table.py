@@ -11,8 +11,8 @@ from tests.support.scenes import write_scene
 from tests.support.shared import DATA, INPUTS
 
 NUMBERS = re.compile(
-    r"takes the light(?: of waveband (?P<band>\d+))? at mean cosine "
-    r"(?P<mu>\S+) instead of (?P<our_mu>\S+), Ed/Eo (?P<ratio>\S+) instead of (?P<our_ratio>[^\s:]+)"
+    r"AOMC would read this file(?: in waveband (?P<band>\d+))? as a sky of mean cosine "
+    r"(?P<mu>[\d.]+), not (?P<our_mu>[\d.]+), and Ed/Eo (?P<ratio>[\d.]+), not (?P<our_ratio>[\d.]+)"
 )
 
 
@@ -74,7 +74,7 @@ def test_the_document_example_is_another_sky_to_the_program():
     found = two_readings(scene)
     assert (found["mu"], found["our_mu"]) == ("0.9996", "0.6782")
     assert scene.notes[0].endswith(
-        "--bins degrees --weighting aomc reads it in the same way, --compat aomc launches as the program does"
+        "write --bins degrees --weighting aomc to read it so, or --compat aomc to launch as AOMC does"
     )
 
 
@@ -96,12 +96,16 @@ def test_the_two_options_reproduce_it(name):
 @pytest.mark.parametrize(
     ("text", "options", "said"),
     [
-        ("2 180 0 1\n500.0\n1 20 0 1.0\n1 134 0 1.0\n", {}, "cannot use this file, whose zenith indices go to 134"),
-        ("2 80 0 1\n500.0\n1 20 0 1e39\n1 34 0 1e39\n", {}, "and launches no photon"),
+        (
+            "2 180 0 1\n500.0\n1 20 0 1.0\n1 134 0 1.0\n",
+            {},
+            "cannot use this file, because its zenith indices go to 134",
+        ),
+        ("2 80 0 1\n500.0\n1 20 0 1e39\n1 34 0 1e39\n", {}, "AOMC would launch no photon"),
         (
             "1 60 0 1\n500.0\n1 60 0 1.0\n",
             {"bins": "degrees", "weighting": "aomc"},
-            "at the same mean cosine, 0.5000, and Ed/Eo, 0.5000: --compat aomc launches as the program does",
+            "as a sky of the same mean cosine, 0.5000, and Ed/Eo, 0.5000; write --compat aomc to launch as AOMC does",
         ),
     ],
     ids=["beyond the horizon", "beyond 32 bits", "the same reading"],
@@ -114,7 +118,7 @@ def test_what_is_said_of_the_program(tmp_path, text, options, said):
 def test_huge_values(tmp_path):
     """Their sum is beyond float64, their mean cosine is that of the two rings."""
     huge, small = (f"2 90 0 1\n500.0\n1 20 0 1.5e{power}\n1 60 0 1.5e{power}\n" for power in (308, 38))
-    assert "and launches no photon" in sky.read_scene(write_scene(tmp_path, sky_text=huge)).notes[0]
+    assert "AOMC would launch no photon" in sky.read_scene(write_scene(tmp_path, sky_text=huge)).notes[0]
     scene = sky.read_scene(write_scene(tmp_path, sky_text=small, iterations=10_000))
     mu, _ = means_of_equal_bins(scene, 0)
     assert two_readings(scene)["our_mu"] == f"{mu:.4f}"

@@ -147,7 +147,7 @@ def read_mcpl(path: str | Path) -> McplFile:
         Not an MCPL file (E801, E802), a damaged head (E803), a length that does not fit the number of
         particles (E804), or damage to the compression (E806). A compressed file is unpacked to its end to know.
     MissingExtraError
-        The package mcpl is not installed: ``pip install "aomc-sky[mcpl]"``.
+        The package mcpl is not installed: ``pip install ".[mcpl]"``.
 
     Examples
     --------

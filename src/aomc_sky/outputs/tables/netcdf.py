@@ -51,7 +51,7 @@ def to_xarray(source: PhotonSource) -> Any:  # xarray.Dataset; the package is op
     Raises
     ------
     MissingExtraError
-        xarray is not installed: ``pip install "aomc-sky[netcdf]"``.
+        xarray is not installed: ``pip install ".[netcdf]"``.
 
     Examples
     --------

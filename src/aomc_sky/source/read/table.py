@@ -198,27 +198,27 @@ def reading_note(
     `component` holds the sky as it was read, `rows` its row for each waveband.
     """
     read = f"{READING} {sky.weighting.value} values {'at whole degrees' if is_on_degrees else 'in equal bins'}"
-    program = "the AOMC program reads radiances at whole degrees"
     lit = np.argwhere(table.radiance[:, _HORIZON:] > 0)
     if lit.size:
         index = int(lit[:, 1].max()) + _HORIZON + 1
-        return f"{read}; {program} and cannot use this file, whose zenith indices go to {index}"
+        return f"{read}; AOMC cannot use this file, because its zenith indices go to {index}"
     taken = midpoint_wavelength_index(bands.wavelength_nm, table.wavelength_nm).tolist()
     ours = _moments_of_rows(component, set(rows.tolist()))
     theirs = {row: _moments_of_program(table.radiance[row, :_HORIZON]) for row in set(taken)}
     pairs = [(ours[row], theirs[other]) for row, other in zip(rows.tolist(), taken, strict=True)]
     change = [np.nan_to_num(abs(aomc.mean_mu - own.mean_mu), nan=np.inf) for own, aomc in pairs]
     band = int(np.argmax(change))
-    which_band = f" of waveband {band + 1}" if bands.n_bands > 1 else ""
+    in_band = f" in waveband {band + 1}" if bands.n_bands > 1 else ""
     now, then = ((f"{one.mean_mu:.4f}", f"{one.planar_over_scalar:.4f}") for one in pairs[band])
     if np.isinf(change[band]):
-        takes = f"and launches no photon{which_band}"
+        theirs_said = f"AOMC would launch no photon{in_band}"
     elif now == then:
-        takes = f"and takes the light{which_band} at the same mean cosine, {now[0]}, and Ed/Eo, {now[1]}"
+        same = f"of the same mean cosine, {now[0]}, and Ed/Eo, {now[1]}"
+        theirs_said = f"AOMC would read this file{in_band} as a sky {same}"
     else:
-        cosines = f"at mean cosine {then[0]} instead of {now[0]}, Ed/Eo {then[1]} instead of {now[1]}"
-        takes = f"and takes the light{which_band} {cosines}"
-    return f"{read}; {program} {takes}: {_same_reading(table, sky, is_on_degrees)}"
+        cosines = f"of mean cosine {then[0]}, not {now[0]}, and Ed/Eo {then[1]}, not {now[1]}"
+        theirs_said = f"AOMC would read this file{in_band} as a sky {cosines}"
+    return f"{read}; {theirs_said}; write {_same_reading(table, sky, is_on_degrees)}"
 
 
 def _moments_of_rows(component: Component, rows: set[int]) -> dict[int, Moments]:
@@ -242,9 +242,9 @@ def _moments_of_program(radiance: np.ndarray) -> Moments:
 
 
 def _same_reading(table: SkyTable, sky: TabulatedSky, is_on_degrees: bool) -> str:
-    launches = "--compat aomc launches as the program does"
+    launches = "--compat aomc to launch as AOMC does"
     if sky.weighting is Weighting.AOMC and is_on_degrees:
         return launches
     if np.any(table.line[:, _HORIZON - 1 :]) or np.any(table.line[:, :, 361:]):
         return launches  # --bins degrees refuses such indices
-    return f"--bins degrees --weighting aomc reads it in the same way, {launches}"
+    return f"--bins degrees --weighting aomc to read it so, or {launches}"

@@ -49,8 +49,9 @@ def codes_of(path: Path, **options: object) -> list[str]:
     return [problem.code for problem in caught.value.problems]
 
 
-def test_the_page_names_every_key() -> None:
-    page = (REPOSITORY / "docs/formats/atmo.md").read_text().lower()
+def test_the_pages_name_every_key() -> None:
+    pages = ("docs/formats/atmo.md", "docs/models/atmosphere_options.md")
+    page = "".join((REPOSITORY / name).read_text().lower() for name in pages)
     keys = {*TOP_KEYS, *SCATTERER_KEYS, *ABSORBER_KEYS, *DIRECTIVES, SCATTERER_DIRECTIVE}
     assert {key for key in keys if f"`{key}`" not in page} == set()
 

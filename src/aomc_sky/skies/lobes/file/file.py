@@ -58,7 +58,7 @@ def read_background_file(path: str | Path) -> BackgroundFile:
     h5py opens the file in this process. No other file is opened, and no array is read that is larger than a file of
     this size can hold. A file that is made to harm the HDF5 library itself is a matter of that library. InputFileError:
     every problem of the file, codes E500 to E509. MissingExtraError: h5py is not installed (``pip install
-    "aomc-sky[hdf5]"``).
+    ".[hdf5]"``).
 
     Parameters
     ----------
@@ -374,7 +374,7 @@ def write_background(path: str | Path, background: BackgroundFile) -> None:
     """Write a background-sky file, atomically; equal content gives equal bytes with one version of the library.
 
     SceneError: values that the reader would refuse, rounded to float32; nothing is written. OutputError: the operating
-    system refuses; nothing was changed. MissingExtraError: h5py is not installed (``pip install "aomc-sky[hdf5]"``).
+    system refuses; nothing was changed. MissingExtraError: h5py is not installed (``pip install ".[hdf5]"``).
 
     Parameters
     ----------
