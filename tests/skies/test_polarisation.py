@@ -173,3 +173,18 @@ def test_an_atmosphere_has_one_row_and_even_weights():
         polarisation=sky.RayleighPattern(),
     )  # fmt: skip
     np.testing.assert_array_equal(component.stokes, even.lower([550.0])[0].stokes)
+
+
+def test_light_of_a_glowing_ground_is_not_polarised_around_the_sun():
+    """It thins the pattern of the sun's light; where the sun gives none, the pattern is refused."""
+    path = INPUTS / "atmosphere" / "molecules_only.atmo"
+    grid = sky.PatchGrid.regular(3, 4)
+    how = {"wavelength_nm": [450.0, 550.0], "grid": grid, "polarisation": FULL, "n_orders": 2, "n_paths": 64}
+    dark = sky.AtmosphereSky.from_file(path, sun_zenith_deg=50.0, **how)
+    lit = sky.AtmosphereSky.from_file(path, sun_zenith_deg=50.0, ground_radiance=np.array([0.05, 0.2]), **how)
+    (one,), (other,) = dark.lower([450.0, 550.0]), lit.lower([450.0, 550.0])
+    share = one.mass / other.mass
+    assert share.max() < 0.97
+    np.testing.assert_allclose(other.stokes, share[..., None] * one.stokes, atol=1e-12)
+    with pytest.raises(sky.errors.SceneError, match="40 degrees below the horizon and the ground alone"):
+        sky.AtmosphereSky.from_file(path, sun_zenith_deg=130.0, ground_radiance=np.ones(2), **how)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import os
 from collections.abc import Sequence
@@ -21,6 +22,7 @@ from aomc_sky.skies.atmosphere.description.medium import read_medium
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.medium import Medium
+from aomc_sky.skies.atmosphere.sky.method import NIGHT_DEG
 from aomc_sky.skies.atmosphere.sky.solve import relative_errors, solve_sky
 from aomc_sky.skies.atmosphere.sky.solved import SolvedSky, glow_means, patch_means
 from aomc_sky.skies.direct_beam import DirectBeam
@@ -68,8 +70,8 @@ class AtmosphereSky(Share):
         Backward paths of each direction and wavelength where the solution has some; by default as many as
         `aomc_sky.skies.atmosphere.sky.solve.solve_sky` says. [8 to 2^32 - 1]
     polarisation : RayleighPattern, optional
-        Linear polarisation of the light, which the scalar solver does not have; without it photons carry
-        none.
+        Linear polarisation of the light of the sun, which the scalar solver does not have; without it photons carry
+        none. That of a glowing ground has none.
     strength, irradiance_W_m2_nm : array_like, optional
         Instead of its own irradiance, as for `UniformSky`. [>= 0]
 
@@ -112,6 +114,12 @@ class AtmosphereSky(Share):
         settle_angles(self, default=0.0, sun_azimuth_deg=sun_azimuth_rad)
         if not np.isfinite(self.sun_azimuth_deg):
             raise SceneError(f"the sun's azimuth must be finite, got {self.sun_azimuth_deg}")
+        is_night = self.sun_zenith_deg > NIGHT_DEG + 1e-9
+        if is_night and self.polarisation is not None and self.ground_radiance is not None:
+            raise SceneError(
+                f"the sun is {self.sun_zenith_deg - 90.0:.4g} degrees below the horizon and the ground alone gives the "
+                "light, but Rayleigh's pattern is that of the sun's light; leave polarisation out"
+            )
         tolerance = _TOLERANCE if self.sun_zenith_deg <= 90.0 else _TOLERANCE_TWILIGHT
         with status_line("solving the atmosphere", enabled=is_free()):
             solved = solve_sky(
@@ -174,8 +182,12 @@ class AtmosphereSky(Share):
         sun_error = np.hypot((order_one + self.patch_change) * self.patch_mean.sum(axis=1), later_error)
         if self.solved.glow is None:
             return sun_error
-        rings = glow_means(self.solved.glow, self.grid).sum(axis=1)
-        return np.hypot(sun_error, self.solved.glow_error * np.repeat(rings, self.grid.n_azimuth, axis=1))
+        return np.hypot(sun_error, self.solved.glow_error * self._glow_means())
+
+    def _glow_means(self) -> np.ndarray:
+        """The part of `patch_mean` that a glowing ground gives, all orders together, shape (n_wl, n_patch)."""
+        assert self.solved.glow is not None
+        return np.repeat(glow_means(self.solved.glow, self.grid).sum(axis=1), self.grid.n_azimuth, axis=1)
 
     def _patch_middles(self) -> tuple[np.ndarray, np.ndarray]:
         """Zenith angles and azimuths from the sun of the middles of the patches, (n_patch,) each. [rad]"""
@@ -225,7 +237,13 @@ class AtmosphereSky(Share):
             grid=self.grid,
             irradiance_W_m2_nm=mass.sum(axis=1),
         )
-        return with_share(self, polarised(self, (component,), wavelength_nm))
+        components = polarised(self, (component,), wavelength_nm)
+        if self.polarisation is not None and self.solved.glow is not None:
+            whole = self.patch_mean.sum(axis=1)[rows]
+            of_ground = np.divide(self._glow_means()[rows], whole, out=np.ones_like(whole), where=whole > 0)
+            of_sun = (1.0 - of_ground)[..., None]
+            components = tuple(dataclasses.replace(one, stokes=one.stokes * of_sun) for one in components)
+        return with_share(self, components)
 
     def beam(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """The direct beam in W m-2 nm-1 at the nearest wavelengths that are solved; nothing where the sun is down.
