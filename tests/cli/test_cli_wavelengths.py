@@ -6,6 +6,7 @@ import shlex
 
 import pytest
 
+from aomc_sky.cli.main import main
 from aomc_sky.cli.usage import COMMANDS, WrongWordsError, build_parser
 
 NEEDED = {"run": [], "verify": ["out"], "atmosphere": ["a.atmo"], "info": ["a.h5"], "plot": ["a.h5"], "perez": []}
@@ -74,3 +75,11 @@ def test_a_file_whose_name_begins_with_a_digit_is_no_wavelength(tmp_path, monkey
 def test_what_is_no_list_of_wavelengths(command, form, text):
     with pytest.raises(WrongWordsError, match=text):
         parsed(command, f"{shlex.join(NEEDED[command])} --wavelengths {form}")
+
+
+def test_a_scene_that_is_not_there_is_what_is_wrong(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", "--sky", "overcast", "--wavelengths", "443", "gray"]) == 3
+    said = capsys.readouterr().err
+    assert "E100" in said
+    assert "lambbot.inp" not in said

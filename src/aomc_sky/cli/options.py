@@ -465,7 +465,7 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
         return _measured_scene(arguments, path, wavebands, is_field=kind is Kind.NETCDF)
     for name in given_options(arguments, add_measured_options):
         raise UsageError(f"{name} is for a measured sky (.csv) or a radiance field (.nc); {path} is none")
-    if getattr(arguments, "wavelengths", None):
+    if getattr(arguments, "wavelengths", None) and Path(path).exists():
         raise UsageError(
             f"--wavelengths is for a run without files or a measured sky; {path} has its own in lambbot.inp: leave it "
             "out, or choose among them with --waveband 1"
