@@ -54,7 +54,10 @@ def test_the_sky_alone(tmp_path: Path, words: tuple[str, ...], mean_cosine: floa
         (("--sky", "uniform", "--sky-option", "a=1"), "has no options"),
         (("--sky-option", "a=1", "--ghi", "300", "--dhi", "200", "--sun-zenith", "40"), "is for a sky of another name"),
         (("--sky", "cie", "--sky-option", "type=12", "--sun-zenith", "40", "--within", "uniform"), "--within"),
-        (("--sky", "overcast", "--azimuth-convention", "from_sun"), "--azimuth-convention is for a scene of files"),
+        (
+            ("--sky", "overcast", "--azimuth-convention", "from_sun"),
+            "--azimuth-convention is for a measured sky (.csv) or a radiance field (.nc): name it",
+        ),
         (("--sky", "overcast", "--bins", "degrees"), "--bins is for a scene of files"),
     ],
 )

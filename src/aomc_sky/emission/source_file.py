@@ -115,10 +115,10 @@ def require_packable(plan: Plan) -> None:
     """UsageError for plans that the file cannot hold: with weights or replicates."""
     for is_there, what, advice in (
         (any(c.weight is not None for c in plan.components), "weights of photons", "make it without weights"),
-        (plan.replicates > 1, f"{plan.replicates} replicates", "make one source per seed with replicates=1"),
+        (plan.replicates > 1, f"{plan.replicates} replicates", "make one source per seed, each with replicates=1"),
     ):
         if is_there:
-            raise UsageError(f"a source file holds directions alone, and this source has {what}: {advice}")
+            raise UsageError(f"a source file cannot hold {what}: {advice}")
 
 
 def source_bytes(emitter: Emitter) -> bytes:

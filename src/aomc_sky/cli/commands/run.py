@@ -132,9 +132,9 @@ def _scene_of_weather(arguments: argparse.Namespace) -> Scene:
             "which scene? name amc.inp or its folder, or sun, sky and wavebands: --sun-zenith 40 --ghi 780 --dhi 140 "
             "--wavelengths 440 550 --out day, or --sky overcast --wavelengths 550 --out day"
         )
-    for name in cli_options.given_options(
-        arguments, _FILE_OPTIONS, cli_options.add_light_options, cli_options.add_measured_options
-    ):
+    for name in cli_options.given_options(arguments, cli_options.add_measured_options):
+        raise UsageError(f"{name} is for a measured sky (.csv) or a radiance field (.nc): name it")
+    for name in cli_options.given_options(arguments, _FILE_OPTIONS, cli_options.add_light_options):
         raise UsageError(f"{name} is for a scene of files: name its amc.inp")
     if not arguments.wavelengths:
         raise UsageError("a run without amc.inp needs its wavebands: --wavelengths 412 443 555")
