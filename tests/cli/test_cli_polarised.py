@@ -245,8 +245,11 @@ def test_formats_without_stokes_vectors_say_so(run_of_all, tmp_path, capsys):
         assert f"note: the light is polarised, and {name} has no Stokes vectors" in capsys.readouterr().out
 
 
-def test_an_exported_netcdf_is_a_polarised_field(run_of_all, tmp_path):
-    """Its Q and U over its radiance are the rows of the run, and so are those of the field that it is."""
+def test_an_exported_netcdf_is_a_polarised_field(run_of_all, tmp_path, capsys):
+    """Its Q and U over its radiance are the rows of the run, and so are those of the field that it is.
+
+    A field has no beam, so the one of the run is missed; with a beam, or by --diffuse-only, there is nothing to say.
+    """
     xarray = pytest.importorskip("xarray")
     path = tmp_path / "sky.nc"
     assert main(["export", str(run_of_all), "--to", "netcdf", "--out", str(path), "-q"]) == 0
@@ -255,7 +258,12 @@ def test_an_exported_netcdf_is_a_polarised_field(run_of_all, tmp_path):
     assert data["radiance_q"].attrs["long_name"].startswith("Stokes parameter Q of the mean radiance of the patch")
     found = np.stack([data["radiance_q"], data["radiance_u"]], axis=-1) / data["radiance"].values[..., None]
     np.testing.assert_allclose(found[1].reshape(-1, 2), source.stokes(1)[1:], atol=1e-12)
+    capsys.readouterr()
     again = plan_of("run", path, folder=tmp_path / "again")
+    assert "the direct beam of the sun is missing: sky.nc has one (mass_direct)" in capsys.readouterr().err
+    for words in (("--diffuse-only",), RUN[1:7]):
+        plan_of("run", path, *words, folder=tmp_path / words[0])
+        assert "is missing" not in capsys.readouterr().err
     np.testing.assert_allclose(again.components[0].stokes[1], source.stokes(1)[1:], atol=1e-9)
 
 

@@ -61,6 +61,15 @@ def read_field(
         return field.to_dataset(name=field.name or "radiance").assign(others).assign_coords(bounds).load()
 
 
+def beam_variable(path: str | Path) -> str | None:
+    """The variable of a file of this package that has the direct beam beside the radiances of its sky, if any."""
+    with open_netcdf(path, decode_times=False) as (dataset, _):
+        for name, variable in dataset.data_vars.items():
+            if name == "direct_irradiance" or (str(name).startswith("mass_") and variable.dims == ("waveband",)):
+                return str(name)
+    return None
+
+
 @contextlib.contextmanager
 def open_netcdf(path: str | Path, **options: Any) -> Iterator[tuple[Any, int]]:
     """Open a netCDF file as an xarray.Dataset; with it come the bytes that arrays of such a file may declare.
