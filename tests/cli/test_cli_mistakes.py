@@ -49,7 +49,7 @@ def folder(tmp_path_factory):
 
 def test_first_lines_are_those_of_the_pages(folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
-    assert len(ROWS) == 39
+    assert len(ROWS) == 40
     for words, line in ROWS:
         status = command(*shlex.split(words))
         said = capsys.readouterr()
