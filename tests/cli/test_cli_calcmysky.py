@@ -127,7 +127,7 @@ def test_sizes_of_the_description(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert report["sizes"] == sizes
     assert run(model, tmp_path / "o", "--no-save-tex", "--bins", 5, 6, "--orders", 1) == 0
     printed = capsys.readouterr().out
-    assert "bins: 5 6" in printed
+    assert "bins: zenith 5, azimuth 6" in printed
     assert all(key in printed for key in SIZES)
     assert run(MOLECULES, tmp_path / "o", "--no-save-tex", "--sun-zenith", "all") == 2
     assert 'no "scattering texture size for sza"' in capsys.readouterr().err

@@ -3,7 +3,8 @@
 main       ``aomc-sky``: runs one sub-command, with its streams, warnings and Ctrl-C, and reports why it failed: a text
            for a person, or one JSON object (`error.schema.json`)
 usage      The parser: all sub-commands, help in two lengths, and usage errors that suggest the word that was meant
-options    Options that several sub-commands share, and the types that turn their text into values
+options    Options that several sub-commands share
+values     Types of options, which turn their text into values
 commands/  The sub-commands, with what they print
 terminal   Output of commands: streams that escape control characters, tables, warnings and errors
 background_report  The contents of a background-sky file: animations and spectra, and its lobes at one time

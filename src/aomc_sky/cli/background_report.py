@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
+from aomc_sky.cli import values
 from aomc_sky.cli.terminal import report_text, shown
 from aomc_sky.errors import UsageError
 
@@ -23,7 +24,7 @@ def report_background(arguments: argparse.Namespace, path: Path) -> int:
     """Print the contents of the file, or with --time the lobes at that time."""
     if arguments.time is not None:
         try:
-            time_s = cli_options.moment(arguments.time)
+            time_s = values.moment(arguments.time)
         except argparse.ArgumentTypeError as error:
             raise UsageError(f"--time: {error}") from None
         lobes = _lobes(*lobes_at(arguments, time_s))

@@ -1,4 +1,4 @@
-"""Options of several sub-commands, and the types that convert their texts to values."""
+"""Options of several sub-commands."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ import re
 import sys
 import time
 from collections.abc import Callable, Mapping
-from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from aomc_sky.cli import values
 from aomc_sky.errors import UsageError
-from aomc_sky.inputs import CLEAR_SKY, INPUTS, LIGHTS, MODEL, MOMENT, PEREZ, SUN, Entrance, Input, in_nm
+from aomc_sky.inputs import CLEAR_SKY, INPUTS, LIGHTS, MODEL, MOMENT, PEREZ, SUN, Entrance, Input
 from aomc_sky.outputs.photon_formats import RUN_FORMATS
 
 if TYPE_CHECKING:
@@ -24,106 +24,23 @@ if TYPE_CHECKING:
 _SLOW_SKY_S = 5.0
 """If an atmosphere takes longer to solve, a note advises to save it."""
 
-_SUFFIXES = {"": 1, "k": 2**10, "m": 2**20, "g": 2**30, "t": 2**40}
-
-
-def whole_number(text: str) -> int:
-    """A whole number, also as 1e6."""
-    try:
-        value = Decimal(text)
-        if value == value.to_integral_value() and abs(value) < Decimal(10) ** 30:
-            return int(value)
-    except InvalidOperation:
-        pass
-    raise argparse.ArgumentTypeError(f"expected a whole number, for example 1000000 or 1e6, got {text!r}")
-
-
-def finite_number(text: str) -> float:
-    """A finite number."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = float("nan")
-        if "," in text:
-            raise argparse.ArgumentTypeError(
-                f"expected a finite number, got {text!r}; write several with blanks between them, decimals with a point"
-            ) from None
-    if not abs(value) < float("inf"):
-        raise argparse.ArgumentTypeError(f"expected a finite number, got {text!r}")
-    return value
-
-
-def whole_number_in(low: int, high: int) -> Callable[[str], int]:
-    """Type of an option that is a whole number from `low` to `high`."""
-
-    def number(text: str) -> int:
-        value = whole_number(text)
-        if not low <= value <= high:
-            raise argparse.ArgumentTypeError(f"expected {low} to {high}, got {text}")
-        return value
-
-    return number
-
-
-seed = whole_number_in(0, 2**64 - 1)
-thread_count = whole_number_in(1, 1024)
-
-
-def photon_total(text: str) -> int:
-    """Iterations, 1 or more; for more than 2^62 the scene reports that it cannot be sampled."""
-    value = whole_number(text)
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"expected 1 to 2^62 iterations, got {text}")
-    return value
-
-
-def memory(text: str) -> int:
-    """A memory size such as 500M or 2G. [bytes]"""
-    number = text.strip().lower().removesuffix("b").removesuffix("i")
-    suffix = number[-1:] if number[-1:].isalpha() else ""
-    try:
-        value = int(float(number.removesuffix(suffix)) * _SUFFIXES[suffix])
-    except (ValueError, KeyError, OverflowError):
-        value = 0
-    if value < 1:
-        raise argparse.ArgumentTypeError(f"expected a size such as 500M or 2G, got {text!r}")
-    return value
-
 
 def is_verbose(arguments: argparse.Namespace) -> bool:
     """Whether to print for a person: neither --json nor --quiet is given."""
     return not (getattr(arguments, "json", False) or getattr(arguments, "quiet", False))
 
 
-def answer(arguments: argparse.Namespace, values: Callable[[], Any], text: Callable[[], str]) -> None:
+def answer(arguments: argparse.Namespace, content: Callable[[], Any], text: Callable[[], str]) -> None:
     """Print the result of a command: one JSON object, a text, or with --quiet nothing."""
     if arguments.json:
         import json
 
-        print(json.dumps(values(), allow_nan=False))
+        print(json.dumps(content(), allow_nan=False))
     elif is_verbose(arguments):
         print(text())
 
 
-def _degrees(positive: str, negative: str) -> Callable[[str], float]:
-    """Type of a latitude or longitude, also as 43.4N."""
-
-    def angle(text: str) -> float:
-        side = text.strip()[-1:].upper()
-        number = text.strip()[:-1] if side in (positive, negative) else text
-        if re.fullmatch(r"[+-]?\d+,\d+", number):
-            raise argparse.ArgumentTypeError(f"decimals follow a point: write {number.replace(',', '.')}")
-        value = finite_number(number)
-        if side not in (positive, negative):
-            return value
-        if value < 0:
-            raise argparse.ArgumentTypeError(f"{text!r} has a sign and a letter; write one of them")
-        return -value if side == negative else value
-
-    return angle
-
-
-_PLACE_KINDS = {"latitude": _degrees("N", "S"), "longitude": _degrees("E", "W")}
+_PLACE_KINDS = {"latitude": values.degrees("N", "S"), "longitude": values.degrees("E", "W")}
 
 Kinds = Mapping[str, Callable[[str], Any]]
 
@@ -165,21 +82,21 @@ def _add(
     group: argparse._ActionsContainer, words: list[str], text: str, kinds: Kinds, defaults: Mapping[str, Any]
 ) -> None:
     flags = [word for word in words if word.startswith("-")]
-    values = words[len(flags) :]
+    rest = words[len(flags) :]
     name = attribute(next(flag for flag in flags if flag.startswith("--")))
-    if not values:
+    if not rest:
         group.add_argument(*flags, action="store_true", help=text)
         return
-    value = values[0].removesuffix("...")
+    value = rest[0].removesuffix("...")
     how: dict[str, Any] = {"type": kinds.get(name) or _KINDS.get(value), "default": defaults.get(name), "help": text}
     if "|" in value and "NAME" not in value:
         how["choices"] = value.rstrip("|").split("|")
     else:
-        how["metavar"] = value if len(values) == 1 else tuple(values)
-    if len(values) > 1:
-        how["nargs"] = len(values)
-    if value != values[0]:
-        how |= {"type": _wavelengths, "action": "extend", "metavar": "NM [NM ...]"}
+        how["metavar"] = value if len(rest) == 1 else tuple(rest)
+    if len(rest) > 1:
+        how["nargs"] = len(rest)
+    if value != rest[0]:
+        how |= {"type": values.wavelengths, "action": "extend", "metavar": "NM [NM ...]"}
     if "repeatable" in text:
         how["action"] = "append"
     group.add_argument(*flags, **how)
@@ -238,7 +155,7 @@ def add_clear_sky_options(parser: argparse.ArgumentParser) -> None:
 
 def add_measured_options(parser: argparse.ArgumentParser) -> None:
     """Options for a table of measured radiances that does not state its conventions."""
-    add_table(parser, _MEASURED_OPTIONS, {"isel": _dimension_index, "stokes_signs": whole_number})
+    add_table(parser, _MEASURED_OPTIONS, {"isel": _dimension_index, "stokes_signs": values.whole_number})
 
 
 _MEASURED_OPTIONS = """\
@@ -324,10 +241,10 @@ _SHARED = f"""\
 
 _SHARED_ROWS = {re.findall(r"--[a-z-]+", row)[0]: row for row in _rows(_SHARED)}
 _SHARED_KINDS: Kinds = {
-    "iterations": photon_total,
+    "iterations": values.photon_total,
     "sky": _sky_name,
     "sky_option": _sky_option,
-    "threads": thread_count,
+    "threads": values.thread_count,
 }
 _SHARED_DEFAULTS = {
     "azimuth_bins": "n+1", "precision": "float32", "replicates": 1, "seed": 0, "allow_path": [], "sky_option": [],
@@ -366,7 +283,8 @@ def add_inputs(group: argparse._ArgumentGroup, *rows: Input) -> None:
         value = "|".join(row.words) or row.value or (row.unit or row.name[0]).split()[0].upper()
         value = "a b c d e" if row.name == "coefficients" else value
         name = attribute(row.option)
-        kinds = _PLACE_KINDS if row.name in MOMENT else {name: number_in(row.low, row.high)} if not row.words else {}
+        number = {} if row.words else {name: values.number_in(row.low, row.high)}
+        kinds = _PLACE_KINDS if row.name in MOMENT else number
         add_table(group, f"{row.option} {value}  {row.text}{f' [{row.unit}]' if row.unit else ''}", kinds)
 
 
@@ -390,42 +308,6 @@ def add_moment_options(parser: argparse.ArgumentParser) -> None:
     files = ("epw", "tmy2", "tmy3")
     add_inputs(group, *(row for name, row in MOMENT.items() if name not in files))
     add_inputs(group.add_mutually_exclusive_group(), *(MOMENT[name] for name in files))
-
-
-def _wavelength(text: str) -> float:
-    """A number in nm; one in micrometres is refused."""
-    number = finite_number(text)
-    if advice := in_nm(number, repr(text)):
-        raise argparse.ArgumentTypeError(advice)
-    return number
-
-
-def _wavelengths(text: str) -> list[float]:
-    """Wavelengths in the one word that `Parser` makes of a list. [nm]"""
-    parts = text.replace(",", " ").split()
-    if any(re.fullmatch(r"\d\d?", part) for part in parts[1:]):
-        raise argparse.ArgumentTypeError(f"expected wavelengths in nm, got {text!r}; decimals follow a point: 412.5")
-    numbers = [_wavelength(part) for part in parts]
-    if not numbers or min(numbers) <= 0:
-        raise argparse.ArgumentTypeError(f"expected positive wavelengths in nm, got {text!r}")
-    return numbers
-
-
-def number_in(low: float, high: float) -> Callable[[str], float]:
-    """Type of an option that is a number in a range."""
-
-    def number(text: str) -> float:
-        from aomc_sky.formats.report import BadValueError
-        from aomc_sky.formats.sky_toml import rules
-
-        try:
-            return float(rules.number(low, high)(float(text)))
-        except ValueError:
-            raise argparse.ArgumentTypeError(f"expected a number, got {text!r}") from None
-        except BadValueError as problem:
-            raise argparse.ArgumentTypeError(problem.message) from None
-
-    return number
 
 
 def light_arguments(arguments: argparse.Namespace) -> dict[str, Any]:
@@ -523,18 +405,6 @@ def _measured_scene(arguments: argparse.Namespace, path: str, wavebands: list[in
         return measured_scene(path, given, **how)
 
 
-def moment(text: str) -> float:
-    """A time with its zone, or seconds since 1970."""
-    from aomc_sky.formats.report import BadValueError
-    from aomc_sky.formats.sky_toml import rules
-
-    is_number = text.lstrip("+-").replace(".", "", 1).isdecimal()
-    try:
-        return rules.time(float(text) if is_number else text)
-    except BadValueError as problem:
-        raise argparse.ArgumentTypeError(f"{problem.message}; {problem.advice}") from None
-
-
 _BACKGROUND_OPTIONS = """\
 --animation NAME      only this animation; repeatable (default: all)
 --utc-offset HOURS    local time less UTC, for the midnight of repeating animations (default 0)
@@ -544,17 +414,17 @@ _BACKGROUND_OPTIONS = """\
 
 def add_background_options(parser: argparse.ArgumentParser | argparse._ArgumentGroup, more: str) -> None:
     """Add the options of a background sky after the rows of `more`."""
-    kinds, defaults = {"utc_offset": number_in(-24, 24)}, {"utc_offset": 0.0, "interpolation": "crossfade"}
+    kinds, defaults = {"utc_offset": values.number_in(-24, 24)}, {"utc_offset": 0.0, "interpolation": "crossfade"}
     add_table(parser, more + _BACKGROUND_OPTIONS, kinds, **defaults)
 
 
 _KINDS: Kinds = {
-    **dict.fromkeys(("PX", "N", "I", "R"), whole_number),
-    **dict.fromkeys(("DEG", "M", "LOW"), finite_number),
-    "NM": _wavelength,
-    "INT": seed,
-    "NZ": whole_number_in(1, 3600),
-    "SIZE": memory,
-    "TIME": moment,
+    **dict.fromkeys(("PX", "N", "I", "R"), values.whole_number),
+    **dict.fromkeys(("DEG", "M", "LOW"), values.finite_number),
+    "NM": values.wavelength,
+    "INT": values.seed,
+    "NZ": values.whole_number_in(1, 3600),
+    "SIZE": values.memory,
+    "TIME": values.moment,
 }
 """Word for a value in a table of options -> its type."""

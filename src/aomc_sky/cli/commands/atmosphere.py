@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from aomc_sky import __version__
 from aomc_sky.cli import options as cli_options
+from aomc_sky.cli import values
 from aomc_sky.cli.terminal import report_text
 from aomc_sky.errors import UsageError
 from aomc_sky.inputs import LIGHTS
@@ -75,14 +76,14 @@ def add_options(parser: Parser) -> None:
     )
     kinds = {
         "sun_zenith": _suns,
-        "orders": cli_options.whole_number_in(1, 2**31),
-        "paths": cli_options.whole_number_in(8, 10**9),
+        "orders": values.whole_number_in(1, 2**31),
+        "paths": values.whole_number_in(8, 10**9),
     }
     cli_options.add_table(parser, _OPTIONS, kinds, sun_zenith=(40.0,), sun_azimuth=0.0, method="sos")
     cli_options.add_light_options(parser)
     rows = [f"{option}  {text}" for option, text in _SAVES.values()]
     rows += [f"{option}  accepted: {why}" for option, why in _IDLE.items()]
-    kinds = {"texture_save_precision": cli_options.whole_number_in(1, 24)}
+    kinds = {"texture_save_precision": values.whole_number_in(1, 24)}
     cli_options.add_table(parser, _CALCMYSKY_OPTIONS + "\n".join(rows), kinds)
     parser.show_first("out-dir sun-zenith sun-azimuth wavelength method bins no-save-tex no-netcdf force json quiet")
     parser.set_defaults(handler=atmosphere)
@@ -91,7 +92,7 @@ def add_options(parser: Parser) -> None:
 def _suns(text: str) -> tuple[float, ...] | None:
     if text == "all":
         return None
-    suns = _range(text) if ":" in text else tuple(sorted(map(cli_options.finite_number, text.split(","))))
+    suns = _range(text) if ":" in text else tuple(sorted(map(values.finite_number, text.split(","))))
     if any(not 0 <= sun <= 180 for sun in suns):
         raise argparse.ArgumentTypeError(f"expected zenith angles from 0 to 180 degrees, got {text!r}")
     if len(set(suns)) < len(suns):
@@ -101,7 +102,7 @@ def _suns(text: str) -> tuple[float, ...] | None:
 
 def _range(text: str) -> tuple[float, ...]:
     """START:END:STEP; END is included if a step reaches it."""
-    parts = [cli_options.finite_number(part) for part in text.split(":")]
+    parts = [values.finite_number(part) for part in text.split(":")]
     if len(parts) != 3 or not parts[2] > 0 or parts[1] < parts[0]:
         raise argparse.ArgumentTypeError(f"expected START:END:STEP with a step above 0, such as 0:80:5, got {text!r}")
     start, end, step = parts

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from aomc_sky.cli import options as cli_options
+from aomc_sky.cli import values
 from aomc_sky.cli.terminal import report_text
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.inputs import INPUTS, MODEL, PEREZ, SUN
@@ -64,7 +65,7 @@ def add_options(parser: Parser) -> None:
     group = parser.add_argument_group("the sky: two of dni, dhi and ghi, epsilon and delta, or coefficients")
     cli_options.add_inputs(group, *(PEREZ | MODEL).values(), INPUTS["polarisation"])
     defaults = {"bins": [45, 180], "wavelength": 550.0, "iterations": 10**6}
-    cli_options.add_table(parser, _OPTIONS, {"iterations": cli_options.photon_total}, **defaults)
+    cli_options.add_table(parser, _OPTIONS, {"iterations": values.photon_total}, **defaults)
     cli_options.add_table(parser, _PHOTON_OPTIONS)
     parser.show_first("dni dhi sun-zenith time latitude longitude epw row out iterations seed write-skydist plot json")
     parser.set_defaults(handler=perez, resumes=True)

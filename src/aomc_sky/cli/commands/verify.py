@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from aomc_sky.cli import options as cli_options
+from aomc_sky.cli import values
 from aomc_sky.cli.terminal import table
 from aomc_sky.errors import UsageError
 from aomc_sky.source.read.kind import Kind, kind_of
@@ -63,7 +64,7 @@ def add_options(parser: Parser) -> None:
     )
     parser.epilog = _EPILOG
     parser.add_argument("path", metavar="PATH", help="run folder; with --scene a .npy, .mcpl or .mcpl.gz file")
-    kinds = {"resample": cli_options.number_in(0, 1), "level": cli_options.number_in(1e-100, 0.5)}
+    kinds = {"resample": values.number_in(0, 1), "level": values.number_in(1e-100, 0.5)}
     cli_options.add_table(parser, _OPTIONS, kinds, level=1e-6)
     cli_options.add_reading_options(parser)
     cli_options.add_moment_options(parser)

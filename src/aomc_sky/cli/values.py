@@ -1,0 +1,141 @@
+"""Types of options: the value of a text, or what is wrong with it."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Callable
+from decimal import Decimal, InvalidOperation
+
+from aomc_sky.inputs import in_nm
+
+_SUFFIXES = {"": 1, "k": 2**10, "m": 2**20, "g": 2**30, "t": 2**40}
+
+
+def whole_number(text: str) -> int:
+    """A whole number, also as 1e6."""
+    try:
+        value = Decimal(text)
+        if value == value.to_integral_value() and abs(value) < Decimal(10) ** 30:
+            return int(value)
+    except InvalidOperation:
+        pass
+    raise argparse.ArgumentTypeError(f"expected a whole number, for example 1000000 or 1e6, got {text!r}")
+
+
+def finite_number(text: str) -> float:
+    """A finite number."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+        if "," in text:
+            raise argparse.ArgumentTypeError(
+                f"expected a finite number, got {text!r}; write several with blanks between them, decimals with a point"
+            ) from None
+    if not abs(value) < float("inf"):
+        raise argparse.ArgumentTypeError(f"expected a finite number, got {text!r}")
+    return value
+
+
+def whole_number_in(low: int, high: int) -> Callable[[str], int]:
+    """Type of an option that is a whole number from `low` to `high`."""
+
+    def number(text: str) -> int:
+        value = whole_number(text)
+        if not low <= value <= high:
+            raise argparse.ArgumentTypeError(f"expected {low} to {high}, got {text}")
+        return value
+
+    return number
+
+
+seed = whole_number_in(0, 2**64 - 1)
+thread_count = whole_number_in(1, 1024)
+
+
+def photon_total(text: str) -> int:
+    """Iterations, 1 or more; for more than 2^62 the scene reports that it cannot be sampled."""
+    value = whole_number(text)
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"expected 1 to 2^62 iterations, got {text}")
+    return value
+
+
+def memory(text: str) -> int:
+    """A memory size such as 500M or 2G. [bytes]"""
+    number = text.strip().lower().removesuffix("b").removesuffix("i")
+    suffix = number[-1:] if number[-1:].isalpha() else ""
+    try:
+        value = int(float(number.removesuffix(suffix)) * _SUFFIXES[suffix])
+    except (ValueError, KeyError, OverflowError):
+        value = 0
+    if value < 1:
+        raise argparse.ArgumentTypeError(f"expected a size such as 500M or 2G, got {text!r}")
+    return value
+
+
+def degrees(positive: str, negative: str) -> Callable[[str], float]:
+    """Type of a latitude or longitude, also as 43.4N."""
+
+    def angle(text: str) -> float:
+        side = text.strip()[-1:].upper()
+        number = text.strip()[:-1] if side in (positive, negative) else text
+        if re.fullmatch(r"[+-]?\d+,\d+", number):
+            raise argparse.ArgumentTypeError(f"decimals follow a point: write {number.replace(',', '.')}")
+        value = finite_number(number)
+        if side not in (positive, negative):
+            return value
+        if value < 0:
+            raise argparse.ArgumentTypeError(f"{text!r} has a sign and a letter; write one of them")
+        return -value if side == negative else value
+
+    return angle
+
+
+def wavelength(text: str) -> float:
+    """A number in nm; one in micrometres is refused."""
+    number = finite_number(text)
+    if advice := in_nm(number, repr(text)):
+        raise argparse.ArgumentTypeError(advice)
+    return number
+
+
+def wavelengths(text: str) -> list[float]:
+    """Wavelengths in the one word that `Parser` makes of a list. [nm]"""
+    parts = text.replace(",", " ").split()
+    if any(re.fullmatch(r"\d\d?", part) for part in parts[1:]):
+        raise argparse.ArgumentTypeError(f"expected wavelengths in nm, got {text!r}; decimals follow a point: 412.5")
+    numbers = [wavelength(part) for part in parts]
+    if not numbers or min(numbers) <= 0:
+        raise argparse.ArgumentTypeError(f"expected positive wavelengths in nm, got {text!r}")
+    return numbers
+
+
+def number_in(low: float, high: float) -> Callable[[str], float]:
+    """Type of an option that is a number in a range."""
+
+    def number(text: str) -> float:
+        from aomc_sky.formats.report import BadValueError
+        from aomc_sky.formats.sky_toml import rules
+
+        try:
+            return float(rules.number(low, high)(float(text)))
+        except ValueError:
+            raise argparse.ArgumentTypeError(f"expected a number, got {text!r}") from None
+        except BadValueError as problem:
+            raise argparse.ArgumentTypeError(problem.message) from None
+
+    return number
+
+
+def moment(text: str) -> float:
+    """A time with its zone, or seconds since 1970."""
+    from aomc_sky.formats.report import BadValueError
+    from aomc_sky.formats.sky_toml import rules
+
+    is_number = text.lstrip("+-").replace(".", "", 1).isdecimal()
+    try:
+        return rules.time(float(text) if is_number else text)
+    except BadValueError as problem:
+        raise argparse.ArgumentTypeError(f"{problem.message}; {problem.advice}") from None
