@@ -50,6 +50,17 @@ def test_a_source_file_is_a_file_of_the_schema(tmp_path):
     jsonschema.validate(manifest, SCHEMA)
 
 
+def test_all_columns_of_a_raw_file_are_of_the_schema(tmp_path):
+    amc = copy_scene("clear_day", tmp_path)
+    amc.write_text(amc.read_text().replace("circle[2],rect.[3]  : 1", "circle[2],rect.[3]  : 2"))
+    words = ["--iterations", "200", "--polarisation", "0.7", "--weights", "--format", "raw", "--format", "npy", "-q"]
+    assert main(["run", str(amc), "--out", str(tmp_path / "out"), *words]) == 0
+    manifest = read_manifest(tmp_path / "out" / "manifest.json")
+    columns = ["ux", "uy", "uz", "x_m", "y_m", "weight", "q", "u"]
+    assert manifest["files"]["photons-0001.raw"]["columns"] == columns
+    jsonschema.validate(manifest, SCHEMA)
+
+
 @pytest.mark.parametrize(
     ("place", "value"),
     [
