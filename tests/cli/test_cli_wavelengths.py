@@ -58,6 +58,20 @@ def test_a_file_whose_name_begins_with_a_digit_is_no_wavelength(tmp_path, monkey
     assert (arguments.wavelengths, arguments.amc_inp) == ([443.0, 555.0], "2026.csv")
 
 
+def test_a_number_is_a_wavelength_whatever_lies_in_the_folder(tmp_path, monkeypatch):
+    """A run with --out 555 has left a folder of that name."""
+    monkeypatch.chdir(tmp_path)
+    for name in ("443", "555", "555,", "6.7e2"):
+        (tmp_path / name).mkdir()
+    assert parsed("run", "--wavelengths 443 555 6.7e2") == [443.0, 555.0, 670.0]
+    assert parsed("run", "--wavelengths 443, 555, 670") == [443.0, 555.0, 670.0]
+    arguments = build_parser(["run"]).parse_args(["run", "555/sky.csv", "--wavelengths", "443", "555"])
+    assert (arguments.wavelengths, arguments.amc_inp) == ([443.0, 555.0], "555/sky.csv")
+    for path in (".", "./555", "../away.csv"):
+        arguments = build_parser(["run"]).parse_args(["run", "--wavelengths", "443", ",", "555", path])
+        assert (arguments.wavelengths, arguments.amc_inp) == ([443.0, 555.0], path)
+
+
 @pytest.mark.parametrize(
     ("form", "text"),
     [

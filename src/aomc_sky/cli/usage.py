@@ -112,7 +112,8 @@ def _lists_joined(words: Sequence[str]) -> list[str]:
     made: list[str] = []
     is_list = False
     for word in words:
-        if is_list and re.match(r"-?[\d.,]", word) and not os.path.exists(word):
+        is_number = re.fullmatch(r"-?[.,]?\d[\d.,]*(e[+-]?\d+,?)?|,", word, re.IGNORECASE) is not None
+        if is_list and (is_number or (re.match(r"-?[.,]?\d", word) and not os.path.exists(word))):
             made[-1] += ("," if "=" in made[-1] else "=") + word
         else:
             made.append(word)
