@@ -76,6 +76,14 @@ def test_a_field_of_three_is_polarised_as_in_python(field, tmp_path, capsys):
     assert len({expected.sha256, turned.sha256, swapped.sha256}) == 3
 
 
+def test_a_picture_finds_a_field_by_the_words_of_the_run(field, tmp_path, capsys):
+    pytest.importorskip("matplotlib")
+    odd = stored(field.rename(I="L", Q="a", U="b"), tmp_path / "odd.nc")
+    names = ("--variable", "L", "--variable-q", "a", "--variable-u", "b", "--stokes-signs", "1", "-1")
+    assert main(["plot", str(odd), *names, "--out", str(tmp_path / "odd.png")]) == 0
+    assert "2 domes" in capsys.readouterr().out
+
+
 def test_the_radiance_alone_is_a_choice(field, tmp_path):
     path = stored(field, tmp_path / "field.nc")
     expected = by_python(field[["I"]].rename(I="radiance")).sha256

@@ -180,6 +180,7 @@ _BELONGS: dict[str, tuple[Kind, ...]] = {
         ("--azimuth-convention", "--angle-unit", "--radiance-unit", "--variable", "--isel"),
         (Kind.MEASURED, Kind.NETCDF),
     ),
+    **dict.fromkeys(("--variable-q", "--variable-u", "--stokes-signs"), (Kind.NETCDF,)),
     **dict.fromkeys(("--seed", "--iterations", "--sun-zenith", "--sun-azimuth"), (Kind.SCENE, Kind.MEASURED)),
     "--wavelength": (Kind.BACKGROUND,),
     **dict.fromkeys(("--bins", "--weighting", "--azimuth-bins", "--compat", "--lenient"), (Kind.SCENE, Kind.TABLE)),
