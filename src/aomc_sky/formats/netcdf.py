@@ -61,13 +61,12 @@ def read_field(
         return field.to_dataset(name=field.name or "radiance").assign(others).assign_coords(bounds).load()
 
 
-def beam_variable(path: str | Path) -> str | None:
-    """The variable of a file of this package that has the direct beam beside the radiances of its sky, if any."""
+def lights_beside(path: str | Path) -> list[str]:
+    """Variables of a file of this package that have light beside the radiances of its sky: a beam, or lobes."""
     with open_netcdf(path, decode_times=False) as (dataset, _):
-        for name, variable in dataset.data_vars.items():
-            if name == "direct_irradiance" or (str(name).startswith("mass_") and variable.dims == ("waveband",)):
-                return str(name)
-    return None
+        names = {str(name): variable.dims for name, variable in dataset.data_vars.items()}
+    shares = [name for name, dims in names.items() if name.startswith("mass_") and dims == ("waveband",)]
+    return shares + ["direct_irradiance"] * ("direct_irradiance" in names)
 
 
 @contextlib.contextmanager

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.directions import AzimuthConvention, given_angle
 from aomc_sky.errors import FieldError, InputWarning, SceneError, UsageError
-from aomc_sky.formats.netcdf import beam_variable, read_field
+from aomc_sky.formats.netcdf import lights_beside, read_field
 from aomc_sky.formats.radiance_csv import read_radiance_points
 from aomc_sky.formats.sky_toml.keys import SunSection
 from aomc_sky.formats.text_file import refuse
@@ -196,12 +196,13 @@ def field_scene(
         raise refuse(path, str(error), code="E710") from None
     if wavelength_nm is None and not has_wavelength(field, names[0]):
         raise UsageError(f"{path} has no wavelengths: write --wavelengths 412 443 555")
-    if not (given.has_amounts or given.is_cloudless or given.diffuse_only) and (beam := beam_variable(path)):
+    if not (given.has_amounts or given.is_cloudless or given.diffuse_only) and (beside := lights_beside(path)):
         text = (
-            f"{os.path.basename(path)} has one ({beam}), and its radiances are the sky alone; write two of {{dni}}, "
-            "{dhi} and {ghi} with the place of the sun, or {diffuse_only:True}"
+            f"the radiances of {os.path.basename(path)} are not all of its light, and the rest is missing "
+            f"({', '.join(beside)}); for a beam of the sun write two of {{dni}}, {{dhi}} and {{ghi}} and where the sun "
+            "is, for the sky alone {diffuse_only:True}"
         )
-        warnings.warn(f"the direct beam of the sun is missing: {given.say(text)}", InputWarning, stacklevel=3)
+        warnings.warn(given.say(text), InputWarning, stacklevel=3)
     diffuse = dataclasses.replace(model_diffuse(sky, is_file=True, words="the radiance field"), name=FIELD)
     asked_nm = sky.wavelength_nm if wavelength_nm is None else wavelength_nm
     return _scene_of_table(path, diffuse, given, {}, asked_nm, iterations, wavebands, how)
