@@ -6,6 +6,7 @@ import argparse
 import contextlib
 import io
 import os
+import re
 import signal
 import sys
 import traceback
@@ -26,7 +27,13 @@ def main(argv: Sequence[str] | None = None) -> int:
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # file names need not be text
     with visible_streams():
-        return _main(argv)
+        try:
+            return _main(argv)
+        except SystemError as error:  # Python's own, where the memory is too short even for its report of an error
+            code = _report_failure(error, argparse.Namespace(), as_json=False)
+            if code is None:
+                raise
+            return code
 
 
 def _main(argv: Sequence[str] | None) -> int:
@@ -102,7 +109,7 @@ def _open_missing_streams() -> None:
 def _settle_stdout(error: BaseException) -> bool:
     """Flush standard output. If that or a print failed, discard the rest, or Python complains again at exit."""
     try:
-        if isinstance(error, OSError) and error.filename is None:
+        if isinstance(error, OSError) and error.filename is None and error.errno is not None:
             raise error
         sys.stdout.flush()
         return True
@@ -114,8 +121,11 @@ def _settle_stdout(error: BaseException) -> bool:
 
 INTERRUPTED = 130
 
-_NO_MEMORY = ("failed to map segment", "cannot allocate memory", "Cannot allocate memory", "can't start new thread")
-"""Words of the library loader and of Python's threads when memory is short; the errors are of other kinds."""
+_NO_MEMORY = (
+    *("failed to map segment", "cannot allocate memory", "Cannot allocate memory", "can't start new thread"),
+    *("load shared object file", "error return without exception set"),
+)
+"""Words of loaders of libraries, of threads and of Python when memory is short; the errors are of other kinds."""
 
 _LEAST_DEPTH = 200
 """Below this recursion limit, libraries in C only report that a module cannot be imported."""
@@ -189,7 +199,7 @@ def _failure_of(error: BaseException, arguments: argparse.Namespace) -> Failure 
         advice = "run the same command to continue" if resumes else ""
         text = f"aomc-sky: interrupted{advice and '; '}{advice}"
         return Failure(INTERRUPTED, "interrupted", "interrupted", advice, text)
-    if isinstance(error, OSError):
+    if isinstance(error, OSError) and error.errno is not None:
         return Failure(6, "system", f"{error.filename or 'standard output'}: {error.strerror}")
     return _fault_of_machine(error)
 
@@ -202,8 +212,9 @@ def _fault_of_machine(error: BaseException) -> Failure | None:
         return Failure(6, "machine", limit)
     if isinstance(error, OverflowError):
         return Failure(3, "number", f"a number is too large to be computed with ({error})")
-    reason = str(error).partition("\n")[0]
-    is_of_memory = isinstance(error, RuntimeError | ImportError) and any(words in reason for words in _NO_MEMORY)
+    reason = re.split(r"\n|\. ", str(error))[0]
+    may_be = isinstance(error, RuntimeError | ImportError | OSError | SystemError)
+    is_of_memory = may_be and any(words in reason for words in _NO_MEMORY)
     if isinstance(error, MemoryError) or is_of_memory:
         why = f" ({reason})" if reason else ""
         advice = "see `ulimit -v`, or --threads 1"
