@@ -271,6 +271,7 @@ def test_no_folder_has_the_name_of_a_file(out, tmp_path, capsys, to, name, text)
         (["--to", "npy", "--waveband", "0"], "waveband 0 is not"),
         (["--to", "csv", "--scene", "x"], "--scene is for --to aomc"),
         (["--to", "netcdf", "--waveband", "1"], "holds all wavebands"),
+        (["--to", "envmap", "--out", "-"], "--out - is for run"),
     ],
 )
 def test_usage_errors(out, capsys, words, text):

@@ -193,3 +193,9 @@ def test_polarisation_of_a_run(tmp_path, capsys):
     assert "no polarisation" in capsys.readouterr().err
     assert main(["plot", str(tmp_path / "polarised"), "--quantity", "dop", "--pull", "--out", str(out)]) == 2
     assert "--pull and --quantity are 2 pictures" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", [(), ("--quantity", "dop"), ("--time", "3")])
+def test_a_path_that_is_not_there_is_said_before_its_options(tmp_path, capsys, words):
+    assert main(["plot", str(tmp_path / "nosuch"), *words]) == 3
+    assert "E100" in capsys.readouterr().err

@@ -80,6 +80,8 @@ def _check(arguments: argparse.Namespace) -> None:
         raise UsageError("--scene is for --to aomc")
     if arguments.waveband and arguments.to in ("netcdf", "source"):
         raise UsageError(f"--to {arguments.to} holds all wavebands; select one when you read it")
+    if arguments.out == "-":
+        raise UsageError("--out - is for run; an export has a file or a folder: name it, for example --out sky")
     if arguments.out is not None:
         check_folder(arguments.out, "--out")
 

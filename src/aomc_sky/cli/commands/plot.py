@@ -191,6 +191,8 @@ _BELONGS: dict[str, tuple[Kind, ...]] = {
 
 def _refuse_idle_options(arguments: argparse.Namespace, kind: Kind) -> None:
     """Refuse options that do not apply to this kind of path."""
+    if not Path(arguments.path).exists():
+        return  # what reads it says so
     time_options = cli_options.given_options(arguments, partial(cli_options.add_background_options, more=_TIME))
     others = cli_options.given_options(arguments, _CONTENT, cli_options.add_reading_options)
     for option in [*time_options, *others]:
