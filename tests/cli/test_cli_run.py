@@ -126,9 +126,9 @@ def test_raw_says_its_columns(tmp_path, capsys, name, words, columns):
     parts = {"ux": ("photons", 0), "uy": ("photons", 1), "uz": ("photons", 2), "x_m": ("positions", 0)}
     parts |= {"y_m": ("positions", 1), "weight": ("weights", ...)}
     for k, column in enumerate(columns):
-        file, of_file = parts[column]
+        file, index = parts[column]
         stored = np.load(out / f"{file}-0001.npy")
-        np.testing.assert_array_equal(raw[:, k], stored if of_file is ... else stored[:, of_file])
+        np.testing.assert_array_equal(raw[:, k], stored if index is ... else stored[:, index])
     manifest = json.loads((out / "manifest.json").read_text())
     jsonschema.validate(manifest, SCHEMA)
     assert manifest["files"]["photons-0001.raw"]["columns"] == columns

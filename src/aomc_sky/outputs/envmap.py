@@ -101,7 +101,7 @@ def _rgbe(colours: np.ndarray) -> bytes:
     return pixels.tobytes()
 
 
-_OF_CHANNELS = {1: "Y", 3: "BGR"}
+_CHANNELS = {1: "Y", 3: "BGR"}
 """Channels of an .exr picture in the order of the file, which is that of their names."""
 
 
@@ -109,7 +109,7 @@ def _exr_head(plan_sha256: str, n_channels: int) -> bytes:
     """Head of an OpenEXR picture without compression, and the places of its lines."""
     box = struct.pack("<4i", 0, 0, N_COLUMNS - 1, N_ROWS - 1)
     float32 = struct.pack("<xiB3xii", 2, 0, 1, 1)
-    channels = b"".join(name.encode() + float32 for name in _OF_CHANNELS[n_channels])
+    channels = b"".join(name.encode() + float32 for name in _CHANNELS[n_channels])
     attributes = (
         ("channels", "chlist", channels + b"\0"),
         ("compression", "compression", b"\0"),

@@ -17,7 +17,7 @@ _NAME = re.compile(
     r".*\bstokes (?:parameter |component |vector )?([iqu])\b.*|(?:sky_)?radiance"
 )
 """Names and long names of the three parameters, in small letters; the radiance alone is I."""
-_OF_DIMENSION = "_q"  # the name of Q where it is an entry of a dimension
+_STOKES_Q = "_q"  # the name of Q where it is an entry of a dimension
 _ROUNDED = 1e-4  # the solvers' own
 _GAPS = ("valid_range", "valid_min", "valid_max", "_FillValue", "missing_value")
 
@@ -41,7 +41,7 @@ def stokes_fields(
             return None
         i, q, u = (whole.isel(stokes=found[name], drop=True) for name in "IQU")
         name = str(field_and_bounds(i, variable)[0].name)
-        return i.assign({_OF_DIMENSION: q[name], "_u": u[name]}), [name, _OF_DIMENSION, "_u"]
+        return i.assign({_STOKES_Q: q[name], "_u": u[name]}), [name, _STOKES_Q, "_u"]
     names = {"i": variable, "q": variable_q, "u": variable_u}
     if variable_q is not None:
         for argument, given in (("variable_q", variable_q), ("variable_u", variable_u)):
@@ -86,9 +86,7 @@ def read_polarised_field(
         sign * radiances(dataset[one].transpose(*field.dims)) for sign, one in zip(stokes_signs, others, strict=True)
     )
     if not np.all(np.isfinite([light, q, u])):
-        alone = (
-            "field.isel(stokes=0) (--isel stokes=0)" if others[0] == _OF_DIMENSION else f"--variable {name} (variable=)"
-        )
+        alone = "field.isel(stokes=0) (--isel stokes=0)" if others[0] == _STOKES_Q else f"--variable {name} (variable=)"
         advice = f"interpolate I, Q and U to such a grid, or give I alone: {alone}"
         raise FieldError("a polarised field wants I, Q and U in every direction of a grid, without gaps", advice)
     if np.any(np.hypot(q, u) > np.abs(light) * (1.0 + _ROUNDED)):

@@ -281,8 +281,8 @@ def test_rayleighs_pattern_on_the_sky_of_another_package(install, scene_with):
     expected = sky.weather_scene(**function, polarisation=pattern)
     np.testing.assert_array_equal(scene.components[1].stokes, expected.components[1].stokes)
     assert sky.weather_scene(**how).components[1].stokes is None
-    of_toml = sky.read_scene(scene_with('model = "polar"\npolarisation = 0.6\n'))
-    assert of_toml.components[1].stokes is not None
+    by_toml = sky.read_scene(scene_with('model = "polar"\npolarisation = 0.6\n'))
+    assert by_toml.components[1].stokes is not None
     install(
         "import aomc_sky as sky\n"
         "def make(*, sun_zenith_rad, sun_azimuth_rad):\n"

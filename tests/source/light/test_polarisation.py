@@ -63,8 +63,8 @@ def test_the_perez_sky(tmp_path, capsys):
     assert plan.sha256 == plan_of(sky.Scene(**light, components=made)).sha256
     command = ["perez", "--epsilon", "5", "--delta", "0.12", "--sun-zenith", "40", "--sun-azimuth", "25"]
     command += ["--polarisation", "0.6"]
-    of_photons = ["--wavelengths", "555", "--iterations", "1000", "--seed", "3", "--diffuse-only"]
-    assert main([*command, *of_photons, "--out", str(tmp_path / "out")]) == 0
+    photon_words = ["--wavelengths", "555", "--iterations", "1000", "--seed", "3", "--diffuse-only"]
+    assert main([*command, *photon_words, "--out", str(tmp_path / "out")]) == 0
     assert sky.Plan.load(tmp_path / "out" / "plan.npz").sha256 == plan.sha256
     assert main(command) == 2
     assert "--polarisation is for photons: name their folder with --out DIR" in capsys.readouterr().err
@@ -79,17 +79,17 @@ def folder(tmp_path, toml, scene="sun_and_sky"):
 
 def test_sky_toml_and_keywords_say_the_same(tmp_path):
     path = folder(tmp_path, '[sky]\nmodel = "cie"\ntype = 12\npolarisation = 0.6\n')
-    of_toml = sky.read_scene(path)
+    by_toml = sky.read_scene(path)
     keywords = {"sky": "cie", "sky_options": {"type": 12}}
-    of_keywords = sky.read_scene(path, **keywords, polarisation=sky.RayleighPattern(max_degree=0.3))
+    by_keywords = sky.read_scene(path, **keywords, polarisation=sky.RayleighPattern(max_degree=0.3))
     (path / "sky.toml").unlink()
     plain = sky.read_scene(path, **keywords)
-    assert plan_of(of_toml).sha256 == plan_of(sky.read_scene(path, **keywords, polarisation=PATTERN)).sha256
-    np.testing.assert_allclose(plan_of(of_keywords).components[1].stokes, plan_of(of_toml).components[1].stokes / 2)
-    assert set(plan_of(of_toml).members()) == {*plan_of(plain).members(), "stokes_1"}
-    assert of_toml.options["sun"]["polarisation"] == 0.6
+    assert plan_of(by_toml).sha256 == plan_of(sky.read_scene(path, **keywords, polarisation=PATTERN)).sha256
+    np.testing.assert_allclose(plan_of(by_keywords).components[1].stokes, plan_of(by_toml).components[1].stokes / 2)
+    assert set(plan_of(by_toml).members()) == {*plan_of(plain).members(), "stokes_1"}
+    assert by_toml.options["sun"]["polarisation"] == 0.6
     assert "polarisation" not in plain.options["sun"]
-    assert len(of_toml.notes) == len(plain.notes) + 1
+    assert len(by_toml.notes) == len(plain.notes) + 1
 
 
 def test_an_atmosphere(tmp_path):
@@ -109,7 +109,7 @@ def test_an_atmosphere(tmp_path):
     assert any("Rayleigh's pattern" in note for note in scene.notes)
 
 
-def of_direction(batch, sun):
+def rayleigh_stokes(batch, sun):
     """The pattern in the direction of each photon."""
     zenith, azimuth = np.arccos(-batch.uz.astype(float)), np.arctan2(-batch.uy.astype(float), -batch.ux.astype(float))
     angles = dict(zip(("sun_zenith_rad", "sun_azimuth_rad"), np.deg2rad(sun), strict=True))
@@ -123,16 +123,16 @@ def test_a_table_and_a_function_have_it_around_the_sun_of_the_scene():
     light = {"ghi": 780.0, "dhi": 140.0, **SUN, "polarisation": PATTERN, "wavebands": [550.0], "n_photons": 20_000}
     grid = sky.PatchGrid.regular(90, 180)
     even = sky.TabulatedSky(wavelength_nm=[550.0], values=np.ones((1, 16_200)), grid=grid, weighting="projected")
-    of_file = by_file.options["sun"]["zenith_deg"], by_file.options["sun"]["azimuth_deg"]
+    file_sun = by_file.options["sun"]["zenith_deg"], by_file.options["sun"]["azimuth_deg"]
     for scene, sun in (
-        (by_file, of_file),
+        (by_file, file_sun),
         (sky.weather_scene(sky=radiance, **light), (40.0, 25.0)),
         (sky.weather_scene(sky=even, **light), (40.0, 25.0)),
     ):
         source = scene.source(seed=2)
         batch = source.photons()
         is_sky = batch.patch >= source.plan.component_start[len(source.components) - 1]
-        wrong = np.stack([batch.q, batch.u]) - (expected := of_direction(batch, sun))[0]
+        wrong = np.stack([batch.q, batch.u]) - (expected := rayleigh_stokes(batch, sun))[0]
         chosen = is_sky & expected[1]
         assert chosen.sum() > 1000
         assert np.abs(wrong[:, chosen]).max() < 0.06

@@ -240,9 +240,9 @@ class AtmosphereSky(Share):
         components = polarised(self, (component,), wavelength_nm)
         if self.polarisation is not None and self.solved.glow is not None:
             whole = self.patch_mean.sum(axis=1)[rows]
-            of_ground = np.divide(self._glow_means()[rows], whole, out=np.ones_like(whole), where=whole > 0)
-            of_sun = (1.0 - of_ground)[..., None]
-            components = tuple(dataclasses.replace(one, stokes=one.stokes * of_sun) for one in components)
+            ground_share = np.divide(self._glow_means()[rows], whole, out=np.ones_like(whole), where=whole > 0)
+            sun_share = (1.0 - ground_share)[..., None]
+            components = tuple(dataclasses.replace(one, stokes=one.stokes * sun_share) for one in components)
         return with_share(self, components)
 
     def beam(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
