@@ -72,27 +72,12 @@ def _aarch64():
     return compiler, emulator
 
 
-KERNELS = r"""
-#include "aomc_sky.h"
-__global__ void photons(aomc_sky_source source, float *out, int64_t n)
-{
-    int64_t i = blockIdx.x * (int64_t)blockDim.x + threadIdx.x;
-    if (i < n) {
-        aomc_sky_photon p = aomc_sky_at(&source, i);
-        out[3 * i] = p.ux, out[3 * i + 1] = p.uy, out[3 * i + 2] = p.uz;
-    }
-}
-__global__ void doubles(aomc_sky_source source, double *out, int64_t i) { *out = aomc_sky_at_double(&source, i).uz; }
-__global__ void check(aomc_sky_source source, int *code) { *code = aomc_sky_witness(&source); }
-"""
-
-
 def test_code_for_a_gpu_contracts_nothing(tmp_path):
-    """Compiled only: nothing is run on a GPU here."""
+    """The driver of test_gpu.py, compiled only: that test runs it where a GPU is."""
     if shutil.which("nvcc") is None:
         pytest.skip("nvcc not installed")
-    (tmp_path / "use.cu").write_text(KERNELS)
-    run(["nvcc", "-fmad=false", f"-I{include_dir()}", "-ptx", "-o", "use.ptx", "use.cu"], tmp_path)
-    text = (tmp_path / "use.ptx").read_text()
+    driver = REPOSITORY / "tests" / "reference" / "gpu_driver.cu"
+    run(["nvcc", "-fmad=false", f"-I{include_dir()}", "-ptx", "-o", "driver.ptx", str(driver)], tmp_path)
+    text = (tmp_path / "driver.ptx").read_text()
     assert ".entry" in text
     assert "fma." not in text
