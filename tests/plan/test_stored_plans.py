@@ -1,7 +1,9 @@
-"""A stored plan is loaded and saved again with equal bytes and hash: of the version before, and of every scene."""
+"""A stored plan is loaded and saved again with equal members and hash: of the version before, and of every scene."""
 
 import dataclasses
+import io
 import json
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -21,9 +23,15 @@ SCENES = [
 ]
 
 
+def parts(data: bytes) -> list[tuple[str, bytes]]:
+    """Names and bytes of the members; the heads that Python's zipfile writes around them are those of its version."""
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        return [(name, archive.read(name)) for name in archive.namelist()]
+
+
 def saved_again(path: Path) -> None:
     plan = sky.Plan.load(path)
-    assert plan.to_bytes() == path.read_bytes()
+    assert parts(plan.to_bytes()) == parts(path.read_bytes())
     assert sky.Plan.load(path) == plan
     with np.load(path) as stored:
         members = plan.members()

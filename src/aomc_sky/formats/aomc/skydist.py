@@ -317,13 +317,14 @@ def _read_wavelengths(record: Record, report: Report) -> np.ndarray | None:
 
 _PIECE_ROWS = 1 << 14  # what is made of them stays in the cache, and other threads come to work between two pieces
 _COLUMNS = ("wavelength index", "zenith index", "azimuth index", "value")
-# a row of plain numbers; possessive, so that nothing is tried twice
+# A row of plain numbers; possessive, so that nothing is tried twice. Groups are greedy: Python 3.11.2 matches wrongly
+# where a possessive group gives up half-way. Nothing follows them that would make a greedy one try again.
 _ROW = (
     r"[ \t]*+([0-9]{1,8}+)[ \t]++([0-9]{1,8}+)[ \t]++([0-9]{1,8}+)[ \t]++"
-    r"([+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][+-]?[0-9]++)?+)[ \t\r]*+"
+    r"([+-]?(?:[0-9]++\.?[0-9]*+|\.[0-9]++)(?:[eE][+-]?[0-9]++)?)[ \t\r]*+"
 )
 _PLAIN_ROW = re.compile(rf"{_ROW}\Z")
-_PLAIN_ROWS = re.compile(rf"(?:{_ROW}(?:\n|\Z)){{1,{_PIECE_ROWS}}}+".encode())
+_PLAIN_ROWS = re.compile(rf"(?:{_ROW}(?:\n|\Z)){{1,{_PIECE_ROWS}}}".encode())
 
 
 def read_rows_fast(data: bytes, head: SkyHead) -> tuple[np.ndarray, np.ndarray] | None:
