@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import BinaryIO
 
@@ -72,9 +72,14 @@ def prepare_target(target: Path) -> None:
     """
     if os.path.lexists(target) and not (target.is_symlink() or target.is_file() or target.is_dir()):
         raise OutputError(f"cannot write {target}: this is a device or a pipe")
+    drop_leftovers(target.parent, lambda name: name == target.name)
+
+
+def drop_leftovers(folder: Path, is_meant: Callable[[str], bool]) -> None:
+    """Remove the unfinished files of these names that no process writes, nothing where there are no locks."""
     with contextlib.suppress(OSError):
-        found = [(target.parent / name, _UNFINISHED.fullmatch(name)) for name in os.listdir(target.parent)]
-        for path in [path for path, match in found if match is not None and match[1] == target.name]:
+        found = [(folder / name, _UNFINISHED.fullmatch(name)) for name in os.listdir(folder)]
+        for path in [path for path, match in found if match is not None and is_meant(match[1])]:
             with contextlib.suppress(OSError):
                 handle = open_handle(path, os.O_RDWR, follow_links=False)
                 try:

@@ -16,6 +16,7 @@ from typing import Any
 import pytest
 
 import aomc_sky as sky
+from aomc_sky.atomic_file import is_unfinished
 from aomc_sky.cli.main import main
 from aomc_sky.engine.run import JobOptions
 from tests.support.scenes import copy_scene, run_bytes
@@ -104,6 +105,43 @@ def test_worker_killed_in_mid_run_costs_only_its_tasks(cluster, amc, whole, tmp_
         assert killed
         client.wait_for_workers(2)
     assert 0 < result.emitted <= result.manifest["total"]  # the killed worker's last range may stand whole already
+    assert run_bytes(tmp_path / "out") == whole
+
+
+def test_task_of_a_finished_run_leaves_nothing(amc, whole, tmp_path) -> None:
+    """A scheduler gives it to a worker when another one died after its result."""
+    from aomc_sky.engine import cluster as dask_run
+
+    assert main(words(amc, tmp_path / "out")) == 0
+    source = sky.read_scene(amc, iterations=ITERATIONS).source(0)
+    for task in dask_run.tasks_of(source):
+        assert dask_run._make_shard(str(tmp_path / "out"), source.plan.sha256, task)
+        assert run_bytes(tmp_path / "out") == whole
+
+
+KILLED_WRITER = """
+import os, signal, sys
+from pathlib import Path
+from aomc_sky.atomic_file import appearing
+with appearing(Path(sys.argv[1]) / "shard-1-of-2.done") as file:
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_what_a_killed_worker_was_writing_is_removed(cluster, amc, whole, tmp_path) -> None:
+    from aomc_sky.engine.cluster import run_on_dask
+
+    left: list[str] = []
+
+    def kill_a_writer(done: int, total: int) -> None:
+        if done and not left:
+            subprocess.run([sys.executable, "-c", KILLED_WRITER, str(tmp_path / "out")], check=False)
+            left.extend(filter(is_unfinished, os.listdir(tmp_path / "out")))
+
+    scene = sky.read_scene(amc, iterations=ITERATIONS)
+    address = cluster.scheduler_address
+    run_on_dask(scene.source(0), scene, tmp_path / "out", JobOptions(), scheduler=address, progress=kill_a_writer)
+    assert len(left) == 1
     assert run_bytes(tmp_path / "out") == whole
 
 

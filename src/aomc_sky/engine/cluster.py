@@ -13,8 +13,16 @@ from pathlib import Path
 from typing import Any
 
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.engine.run import JobOptions, JobResult, Sums, run_job
-from aomc_sky.engine.shards import drop_stale_marks, finish_files, joined_sums, make_shard, ranges_of, read_mark
+from aomc_sky.engine.run import JobOptions, JobResult, Sums, finished_manifest, remove_rest, run_job
+from aomc_sky.engine.shards import (
+    FORMATS,
+    drop_stale_marks,
+    finish_files,
+    joined_sums,
+    make_shard,
+    ranges_of,
+    read_mark,
+)
 from aomc_sky.errors import AomcSkyError, OutputError
 from aomc_sky.extras import optional_module
 from aomc_sky.outputs.folder.run_folder import RunFolder
@@ -104,6 +112,7 @@ def _results(distributed: Any, client: Any, futures: list[Any]) -> Iterator[Sums
     try:
         for future in distributed.as_completed(futures, loop=client.loop):
             yield future.result()
+        distributed.wait(futures)  # Dask makes the tasks of a worker that died again, those with a result too
     except distributed.KilledWorker as error:
         raise OutputError(f"Dask workers failed several times on one task ({error}); {_RESUME}") from error
     except (distributed.CancelledError, distributed.comm.CommClosedError) as error:
@@ -115,7 +124,10 @@ def _make_shard(folder: str, plan_sha256: str, shard: Shard) -> Sums:
     source, run_folder = _source(folder, plan_sha256), RunFolder(Path(folder))
     with run_folder.held(source.plan), ChunkPool(source, 1) as pool:
         # a lost worker may have made it
-        return read_mark(source, run_folder, shard) or make_shard(pool, run_folder, shard)
+        sums = read_mark(source, run_folder, shard) or make_shard(pool, run_folder, shard)
+        if finished_manifest(source, run_folder, FORMATS) is not None:
+            remove_rest(run_folder)  # a worker that the scheduler took for lost
+    return sums
 
 
 @lru_cache(maxsize=2)

@@ -13,6 +13,7 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
+from aomc_sky.atomic_file import drop_leftovers
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import AomcSkyError, InputFileError, OutputError, UsageError, require_kind
 from aomc_sky.float_mode import in_default_mode
@@ -233,7 +234,8 @@ def finish_run(source: PhotonSource, scene: Scene, folder: RunFolder, sums: Sums
 
 
 def remove_rest(folder: RunFolder) -> None:
-    """Remove the marks and partial files of shards from a finished run."""
+    """Remove the marks and partial files of shards from a finished run, and what killed processes left."""
+    drop_leftovers(folder.path, is_run_file)
     for name in folder.names():
         if name.endswith((PART, ".done")) and is_run_file(name):
             folder.remove(name)
