@@ -28,7 +28,6 @@ from aomc_sky.plan.options import Order, Placement
 from aomc_sky.plan.plan import Plan
 from aomc_sky.plan.sampling.streams import philox_pair, photon_keys
 
-_GUIDE_ENTRIES = 80_000
 _SHORT = 2**32
 _LONG_RUN = 8
 _COMMON = (Law.CELL_MU2, Law.CELL_MU, Law.BEAM, Law.DISC, Law.DISC_AT_HORIZON)
@@ -282,7 +281,8 @@ def _search(before: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, np.uint
     kind = np.dtype(np.uint32) if short else np.dtype(np.uint64)
     ends = np.append(before, n).astype(kind)
     sentinels = np.full(2, 2**32 - 1 if short else 2**64 - 1, kind)
-    entries = max(_GUIDE_ENTRIES, before.size)  # with fewer, ranks would walk over slots
+    # with fewer, ranks would walk over slots; with more, the guide would not fit the near caches
+    entries = max(1024, min(24 * before.size, 80_000), 5 * before.size)
     shift = max(0, ((n - 1) // entries).bit_length())
     first = -(-ends.astype(np.int64) >> shift)  # of each slot, the first of the guide's ranks in it or behind it
     guide = np.repeat(np.arange(ends.size - 1), np.diff(first))

@@ -62,8 +62,8 @@
 #endif
 #endif
 
-/* Functions: a formula, which loops need inlined; a part of ours; one that would crowd the short way if inlined; one
- * for hosts; one for hosts, but for no GPU. */
+/* Functions: a formula, which loops need inlined; a part of ours; one that would take registers from others if it were
+ * inlined, such as the steps of a block; one for hosts; one for hosts, but for no GPU. */
 #if defined(__CUDACC__) || defined(__HIPCC__)
 #define SKY_FORMULA static __host__ __device__ inline
 #define SKY_FN static __host__ __device__ inline
@@ -186,6 +186,8 @@ enum { AOMC_SKY_NARROW, AOMC_SKY_QUARTER, AOMC_SKY_ANY_WIDTH, AOMC_SKY_IN_MU };
 #define SKY_BLOCK 512
 #define SKY_CHUNK 256
 #define SKY_GROUP 16
+#define SKY_STRETCH 128
+#define SKY_PIECE (256 / AOMC_SKY_PRECISION) /* whole vectors, and small enough that two are under way at once */
 #define SKY_COLUMN 528 /* a block and a group */
 #define SKY_LOW 0xFFFFFFFFu
 #define SKY_UNKNOWN UINT64_C(0x7FF8000000000000) /* a witness says nothing of this number */
@@ -204,11 +206,11 @@ SKY_FORMULA double aomc_sky_sqrt_f64(double x) { return sqrt(x); }
 SKY_FN void aomc_sky_roots_f32(uint64_t n, float *x) {
     uint64_t j = 0;
 #if defined(SKY_AVX)
-    for (; j + 8 <= n; j += 8) _mm256_storeu_ps(x + j, _mm256_sqrt_ps(_mm256_loadu_ps(x + j)));
+    for (; j < (n & ~UINT64_C(7)); j += 8) _mm256_storeu_ps(x + j, _mm256_sqrt_ps(_mm256_loadu_ps(x + j)));
 #elif defined(SKY_SSE2)
-    for (; j + 4 <= n; j += 4) _mm_storeu_ps(x + j, _mm_sqrt_ps(_mm_loadu_ps(x + j)));
+    for (; j < (n & ~UINT64_C(7)); j += 4) _mm_storeu_ps(x + j, _mm_sqrt_ps(_mm_loadu_ps(x + j)));
 #elif defined(SKY_NEON)
-    for (; j + 4 <= n; j += 4) vst1q_f32(x + j, vsqrtq_f32(vld1q_f32(x + j)));
+    for (; j < (n & ~UINT64_C(7)); j += 4) vst1q_f32(x + j, vsqrtq_f32(vld1q_f32(x + j)));
 #endif
     for (; j < n; j++) x[j] = aomc_sky_sqrt_f32(x[j]);
 }
@@ -216,11 +218,11 @@ SKY_FN void aomc_sky_roots_f32(uint64_t n, float *x) {
 SKY_FN void aomc_sky_roots_f64(uint64_t n, double *x) {
     uint64_t j = 0;
 #if defined(SKY_AVX)
-    for (; j + 4 <= n; j += 4) _mm256_storeu_pd(x + j, _mm256_sqrt_pd(_mm256_loadu_pd(x + j)));
+    for (; j < (n & ~UINT64_C(7)); j += 4) _mm256_storeu_pd(x + j, _mm256_sqrt_pd(_mm256_loadu_pd(x + j)));
 #elif defined(SKY_SSE2)
-    for (; j + 2 <= n; j += 2) _mm_storeu_pd(x + j, _mm_sqrt_pd(_mm_loadu_pd(x + j)));
+    for (; j < (n & ~UINT64_C(7)); j += 2) _mm_storeu_pd(x + j, _mm_sqrt_pd(_mm_loadu_pd(x + j)));
 #elif defined(SKY_NEON)
-    for (; j + 2 <= n; j += 2) vst1q_f64(x + j, vsqrtq_f64(vld1q_f64(x + j)));
+    for (; j < (n & ~UINT64_C(7)); j += 2) vst1q_f64(x + j, vsqrtq_f64(vld1q_f64(x + j)));
 #endif
     for (; j < n; j++) x[j] = aomc_sky_sqrt_f64(x[j]);
 }
@@ -514,29 +516,34 @@ SKY_FORMULA uint64_t aomc_sky_times(uint32_t rank, uint64_t step) {
     return (uint64_t)rank * (uint32_t)step + ((uint64_t)(rank * (uint32_t)(step >> 32)) << 32);
 }
 
-/* ranks_of_block */
-SKY_FN void aomc_sky_ranks(const aomc_sky_source *s, uint64_t start, uint64_t m, uint64_t *rank) {
-    uint64_t j;
+/* ranks_of_block, in stretches: one with a rank beyond the band is looked through for it */
+SKY_APART void aomc_sky_ranks(const aomc_sky_source *s, uint64_t start, uint64_t m, uint64_t *rank) {
+    uint64_t j = 0, end;
     if (!s->is_shuffled) {
-        for (j = 0; j < m; j++) rank[j] = start + j;
+        for (; j < m; j++) rank[j] = start + j;
     } else if (s->is_short) {
         uint32_t bits = (uint32_t)s->order_bits, size = (uint32_t)s->order_size, last = (uint32_t)(s->n - 1);
         uint32_t k0 = (uint32_t)s->order_keys[0], k1 = (uint32_t)s->order_keys[1], k2 = (uint32_t)s->order_keys[2];
-        uint32_t first = (uint32_t)start, r[SKY_BLOCK], beyond = 0;
-        for (j = 0; j < m; j++) {
-            r[j] = aomc_sky_permute_short(first + (uint32_t)j, bits, size, k0, k1, k2);
-            beyond |= r[j] > last;
+        uint32_t r[SKY_STRETCH];
+        for (; j < m; j = end) {
+            uint32_t first = (uint32_t)(start + j), most = 0, k, n;
+            end = j + SKY_STRETCH < m ? j + SKY_STRETCH : m;
+            n = (uint32_t)(end - j);
+            for (k = 0; k < n; k++) {
+                r[k] = aomc_sky_permute_short(first + k, bits, size, k0, k1, k2);
+                most = r[k] > most ? r[k] : most;
+            }
+            for (k = 0; most > last && k < n; k++)
+                while (r[k] > last) r[k] = aomc_sky_permute_short(r[k], bits, size, k0, k1, k2);
+            for (k = 0; k < n; k++) rank[j + k] = r[k];
         }
-        for (j = 0; beyond && j < m; j++)
-            while (r[j] > last) r[j] = aomc_sky_permute_short(r[j], bits, size, k0, k1, k2);
-        for (j = 0; j < m; j++) rank[j] = r[j];
     } else {
-        for (j = 0; j < m; j++) rank[j] = aomc_sky_rank(s, start + j);
+        for (; j < m; j++) rank[j] = aomc_sky_rank(s, start + j);
     }
 }
 
 /* _slots_shuffled */
-SKY_FN void aomc_sky_slots(const aomc_sky_source *s, uint64_t m, const uint64_t *rank, int32_t *slot) {
+SKY_APART void aomc_sky_slots(const aomc_sky_source *s, uint64_t m, const uint64_t *rank, int32_t *slot) {
     const uint32_t *guide = s->guide, *before = (const uint32_t *)s->cumulative;
     uint64_t j, shift = s->guide_shift;
     if (s->has_wide_ranks)
@@ -545,6 +552,13 @@ SKY_FN void aomc_sky_slots(const aomc_sky_source *s, uint64_t m, const uint64_t 
     else
         for (j = 0; j < m; j++)
             slot[j] = (int32_t)aomc_sky_slot_short(before, guide, (uint32_t)shift, (uint32_t)rank[j]);
+}
+
+/* where the parameters of cells are */
+SKY_APART void aomc_sky_places_of_cells(
+    uint64_t m, const uint64_t *SKY_ALONE places, const int32_t *SKY_ALONE cell, uint64_t *SKY_ALONE place) {
+    uint64_t j;
+    for (j = 0; j < m; j++) place[j] = places[(uint32_t)cell[j]];
 }
 
 /* accept_words of Perez and decision_by_rank of lobes: the words that decide trial 0 */
@@ -1284,7 +1298,9 @@ AOMC_SKY_HOST_API const char *aomc_sky_message(int64_t code) {
 #undef SKY_LOW
 #undef SKY_NEON
 #undef SKY_ON_DEVICE
+#undef SKY_PIECE
 #undef SKY_SSE2
+#undef SKY_STRETCH
 #undef SKY_UNKNOWN
 #endif /* AOMC_SKY_H */
 
@@ -1580,7 +1596,7 @@ SKY_FORMULA int32_t SKY_(photon)(const aomc_sky_source *s, uint64_t i, SKY_F *ou
  * of two, for such ones would share lines of the cache. */
 typedef struct SKY_(columns) {
     SKY_F p[8 * SKY_COLUMN], u[SKY_BLOCK], v[SKY_BLOCK];
-    SKY_F root[SKY_BLOCK], jacobian[SKY_BLOCK];
+    SKY_F jacobian[SKY_BLOCK];
     uint64_t rank[SKY_BLOCK], place[SKY_BLOCK];
     int32_t cell[SKY_COLUMN];
     uint32_t chosen[SKY_BLOCK], cell_word[SKY_BLOCK];
@@ -1593,35 +1609,41 @@ SKY_FORMULA void SKY_(parameters)(const SKY_(columns) *c, uint64_t j, SKY_F *p) 
     p[3] = of[6 * SKY_COLUMN], p[4] = of[4 * SKY_COLUMN], p[5] = of[5 * SKY_COLUMN];
 }
 
-/* The loop of `_cells` for one width and one law; x and y are memory for cosines and sines on the way. */
-SKY_FORMULA void SKY_(cells_of_kernel)(int kernel, uint64_t m, const SKY_F *p, const SKY_F *u, const SKY_F *v,
-    SKY_F *SKY_ALONE root, SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
+/* The loop of `_cells` for one width and one law, for at most SKY_PIECE photons */
+SKY_FORMULA void SKY_(cells_of_piece)(int kernel, uint64_t m, const SKY_F *p, const SKY_F *u, const SKY_F *v,
+    SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
     const SKY_F one = 1;
+    SKY_F radius[SKY_PIECE], mu[SKY_PIECE], sine[SKY_PIECE], cosine[SKY_PIECE];
     uint64_t j;
     for (j = 0; j < m; j++) {
-        SKY_F h0 = p[j], h1 = p[SKY_COLUMN + j], h2 = p[2 * SKY_COLUMN + j], mu, sine, cosine;
-        SKY_F t0 = p[4 * SKY_COLUMN + j], t1 = p[5 * SKY_COLUMN + j], h3 = p[6 * SKY_COLUMN + j];
-        SKY_(turned)(kernel, t0, t1, h3, v[j], &sine, &cosine);
-        mu = h2 + h1 * (one - u[j]);
-        root[j] = kernel == AOMC_SKY_IN_MU ? (h0 + h1 * u[j]) * (one + mu) : h0 + h1 * u[j];
-        x[j] = cosine;
-        y[j] = sine;
-        z[j] = mu;
+        SKY_F h0 = p[j], h1 = p[SKY_COLUMN + j], h2 = p[2 * SKY_COLUMN + j], h3 = p[6 * SKY_COLUMN + j];
+        SKY_(turned)(kernel, p[4 * SKY_COLUMN + j], p[5 * SKY_COLUMN + j], h3, v[j], sine + j, cosine + j);
+        mu[j] = h2 + h1 * (one - u[j]);
+        radius[j] = kernel == AOMC_SKY_IN_MU ? (h0 + h1 * u[j]) * (one + mu[j]) : h0 + h1 * u[j];
     }
-    SKY_(roots)(m, root);
-    if (kernel != AOMC_SKY_IN_MU) SKY_(roots)(m, z);
+    SKY_(roots)(m, radius);
+    if (kernel != AOMC_SKY_IN_MU) SKY_(roots)(m, mu);
     for (j = 0; j < m; j++) {
-        x[j] = -(root[j] * x[j]);
-        y[j] = -(root[j] * y[j]);
-        z[j] = -z[j];
+        x[j] = -(radius[j] * cosine[j]);
+        y[j] = -(radius[j] * sine[j]);
+        z[j] = -mu[j];
     }
 }
 
-SKY_FN void SKY_(cells)(int kernel, uint64_t m, const SKY_F *p, const SKY_F *u, const SKY_F *v, SKY_F *root, SKY_F *x, SKY_F *y, SKY_F *z) {
-    if (kernel == AOMC_SKY_NARROW) SKY_(cells_of_kernel)(AOMC_SKY_NARROW, m, p, u, v, root, x, y, z);
-    else if (kernel == AOMC_SKY_QUARTER) SKY_(cells_of_kernel)(AOMC_SKY_QUARTER, m, p, u, v, root, x, y, z);
-    else if (kernel == AOMC_SKY_ANY_WIDTH) SKY_(cells_of_kernel)(AOMC_SKY_ANY_WIDTH, m, p, u, v, root, x, y, z);
-    else SKY_(cells_of_kernel)(AOMC_SKY_IN_MU, m, p, u, v, root, x, y, z);
+/* In pieces, so that a processor takes the roots of one while it multiplies for the next. */
+SKY_FORMULA void SKY_(cells_of_kernel)(int kernel, uint64_t m, const SKY_F *p, const SKY_F *u, const SKY_F *v,
+    SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
+    uint64_t j;
+    for (j = 0; j + SKY_PIECE <= m; j += SKY_PIECE)
+        SKY_(cells_of_piece)(kernel, SKY_PIECE, p + j, u + j, v + j, x + j, y + j, z + j);
+    SKY_(cells_of_piece)(kernel, m - j, p + j, u + j, v + j, x + j, y + j, z + j);
+}
+
+SKY_FN void SKY_(cells)(int kernel, uint64_t m, const SKY_F *p, const SKY_F *u, const SKY_F *v, SKY_F *x, SKY_F *y, SKY_F *z) {
+    if (kernel == AOMC_SKY_NARROW) SKY_(cells_of_kernel)(AOMC_SKY_NARROW, m, p, u, v, x, y, z);
+    else if (kernel == AOMC_SKY_QUARTER) SKY_(cells_of_kernel)(AOMC_SKY_QUARTER, m, p, u, v, x, y, z);
+    else if (kernel == AOMC_SKY_ANY_WIDTH) SKY_(cells_of_kernel)(AOMC_SKY_ANY_WIDTH, m, p, u, v, x, y, z);
+    else SKY_(cells_of_kernel)(AOMC_SKY_IN_MU, m, p, u, v, x, y, z);
 }
 
 /* kernels/cells/columns.py: rows of four numbers become columns; a place names the words where its two rows begin */
@@ -1641,6 +1663,18 @@ SKY_FORMULA void SKY_(turn_rows)(
         _mm_storeu_ps(to + 3 * SKY_COLUMN + j, _mm_movehl_ps(cd, ab));
     }
 #elif AOMC_SKY_PRECISION == 8 && (defined(SKY_AVX) || defined(SKY_SSE2))
+#ifdef SKY_AVX
+    for (; j + 4 <= m; j += 4) {
+        __m256d a = _mm256_loadu_pd(SKY_ROW(0)), b = _mm256_loadu_pd(SKY_ROW(1));
+        __m256d c = _mm256_loadu_pd(SKY_ROW(2)), d = _mm256_loadu_pd(SKY_ROW(3));
+        __m256d ab = _mm256_unpacklo_pd(a, b), cd = _mm256_unpacklo_pd(c, d);
+        _mm256_storeu_pd(to + j, _mm256_permute2f128_pd(ab, cd, 0x20));
+        _mm256_storeu_pd(to + 2 * SKY_COLUMN + j, _mm256_permute2f128_pd(ab, cd, 0x31));
+        ab = _mm256_unpackhi_pd(a, b), cd = _mm256_unpackhi_pd(c, d);
+        _mm256_storeu_pd(to + SKY_COLUMN + j, _mm256_permute2f128_pd(ab, cd, 0x20));
+        _mm256_storeu_pd(to + 3 * SKY_COLUMN + j, _mm256_permute2f128_pd(ab, cd, 0x31));
+    }
+#endif
     for (; j + 2 <= m; j += 2) {
         __m128d a = _mm_loadu_pd(SKY_ROW(0)), b = _mm_loadu_pd(SKY_ROW(1));
         __m128d c = _mm_loadu_pd(SKY_ROW(0) + 2), d = _mm_loadu_pd(SKY_ROW(1) + 2);
@@ -1659,7 +1693,7 @@ SKY_FORMULA void SKY_(turn_rows)(
 }
 
 /* _parameters_shuffled */
-SKY_FN void SKY_(parameters_of_block)(uint64_t m, const uint64_t *words, const uint64_t *place, SKY_F *p) {
+SKY_APART void SKY_(parameters_of_block)(uint64_t m, const uint64_t *words, const uint64_t *place, SKY_F *p) {
     SKY_(turn_rows)(32, m, words, place, p);
     SKY_(turn_rows)(0, m, words, place, p + 4 * SKY_COLUMN);
 }
@@ -1684,8 +1718,7 @@ SKY_FN void SKY_(gather_runs)(const aomc_sky_source *s, uint64_t start, uint64_t
 }
 
 /* ranks_of_block, _slots_shuffled, _parameters_shuffled */
-SKY_FN void SKY_(gather)(const aomc_sky_source *s, uint64_t start, uint64_t m, SKY_(columns) *c) {
-    const uint64_t *places = s->place;
+SKY_APART void SKY_(gather)(const aomc_sky_source *s, uint64_t start, uint64_t m, SKY_(columns) *c) {
     const int32_t *cell_of_slot = s->cell_of_slot;
     uint64_t j;
     aomc_sky_ranks(s, start, m, c->rank);
@@ -1695,7 +1728,7 @@ SKY_FN void SKY_(gather)(const aomc_sky_source *s, uint64_t start, uint64_t m, S
     }
     aomc_sky_slots(s, m, c->rank, c->cell);
     for (j = 0; cell_of_slot && j < m; j++) c->cell[j] = cell_of_slot[c->cell[j]];
-    for (j = 0; j < m; j++) c->place[j] = places[(uint32_t)c->cell[j]];
+    aomc_sky_places_of_cells(m, s->place, c->cell, c->place);
     SKY_(parameters_of_block)(m, s->words, c->place, c->p);
 }
 
@@ -1713,7 +1746,7 @@ SKY_FORMULA uint64_t SKY_(ring_offset)(const SKY_F *p, uint64_t j) {
 }
 
 /* _places_by_rank and _places_by_philox, with the slopes */
-SKY_FN void SKY_(places)(const aomc_sky_source *s, uint64_t m, SKY_(columns) *c) {
+SKY_APART void SKY_(places)(const aomc_sky_source *s, uint64_t m, SKY_(columns) *c) {
     uint64_t j, a, b, shift_u = s->shifts[0], shift_v = s->shifts[1], step_u = s->steps[0], step_v = s->steps[1];
     if (s->by_philox)
         for (j = 0; j < m; j++) {
@@ -1741,8 +1774,8 @@ SKY_FN void SKY_(places)(const aomc_sky_source *s, uint64_t m, SKY_(columns) *c)
 }
 
 /* photons of the disc with the parameters p; x, y, z are other memory than u and v */
-SKY_FN void SKY_(discs)(uint64_t m, const SKY_F *p, const SKY_F *u, const SKY_F *v, SKY_F *SKY_ALONE root,
-    SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
+SKY_APART void SKY_(discs_of_piece)(uint64_t m, const SKY_F *p, const SKY_F *u, const SKY_F *v,
+    SKY_F *SKY_ALONE root, SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
     SKY_F h0 = p[0], h1 = p[1], h2 = p[2], h3 = p[3], t0 = p[4], t1 = p[5];
     uint64_t k;
     for (k = 0; k < m; k++) root[k] = u[k];
@@ -1752,8 +1785,18 @@ SKY_FN void SKY_(discs)(uint64_t m, const SKY_F *p, const SKY_F *u, const SKY_F 
     for (k = 0; k < m; k++) z[k] = -z[k];
 }
 
+SKY_FN void SKY_(discs)(
+    uint64_t m, const SKY_F *p, const SKY_F *u, const SKY_F *v, SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
+    SKY_F root[SKY_PIECE];
+    uint64_t j, n;
+    for (j = 0; j < m; j += n) {
+        n = m - j < SKY_PIECE ? m - j : SKY_PIECE;
+        SKY_(discs_of_piece)(n, p, u + j, v + j, root, x + j, y + j, z + j);
+    }
+}
+
 /* _one_disc: photons of the disc over those of the main law, which all other cells have */
-SKY_FN void SKY_(one_disc)(
+SKY_APART void SKY_(one_disc)(
     const aomc_sky_source *s, uint64_t m, SKY_(columns) *c, SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
     SKY_F p[6], out[3][SKY_BLOCK];
     int32_t cell = s->disc_cell;
@@ -1763,7 +1806,7 @@ SKY_FN void SKY_(one_disc)(
     if (n == 0) return;
     (void)SKY_(cell)(s, cell, p);
     if (16 * (uint64_t)n > m) {
-        SKY_(discs)(m, p, c->u, c->v, c->root, out[0], out[1], out[2]);
+        SKY_(discs)(m, p, c->u, c->v, out[0], out[1], out[2]);
         for (j = 0; j < m; j++) {
             int is_own = c->cell[j] == cell;
             x[j] = is_own ? out[0][j] : x[j];
@@ -1803,7 +1846,7 @@ SKY_FN uint64_t SKY_(other_laws)(
             left += (uint64_t)!is_own;
         }
         for (k = 0; k < n_own; k++) u[k] = c->u[own[k]], v[k] = c->v[own[k]];
-        SKY_(discs)(n_own, p, u, v, c->root, out[0], out[1], out[2]);
+        SKY_(discs)(n_own, p, u, v, out[0], out[1], out[2]);
         for (k = 0; k < n_own; k++) x[own[k]] = out[0][k], y[own[k]] = out[1][k], z[own[k]] = out[2][k];
         n_disc = left;
     }
@@ -1824,7 +1867,7 @@ SKY_FN uint64_t SKY_(other_laws)(
 /* Columns of the photons that are looked at together. */
 typedef struct SKY_(tries) {
     SKY_F p[8 * SKY_COLUMN], u[SKY_CHUNK], v[SKY_CHUNK];
-    SKY_F root[SKY_CHUNK], x[SKY_CHUNK], y[SKY_CHUNK], z[SKY_CHUNK], scale[SKY_CHUNK];
+    SKY_F x[SKY_CHUNK], y[SKY_CHUNK], z[SKY_CHUNK], scale[SKY_CHUNK];
     uint64_t word[SKY_CHUNK], rank[SKY_CHUNK], place[SKY_CHUNK];
     uint32_t tilt[SKY_CHUNK];
     double bound[SKY_CHUNK], value[SKY_CHUNK];
@@ -1864,7 +1907,7 @@ SKY_FN void SKY_(again)(const aomc_sky_source *s, uint64_t n, uint32_t trial, co
     SKY_(cells)(s->azimuth_kernel == AOMC_SKY_IN_MU ? AOMC_SKY_ANY_WIDTH
                 : s->law                 ? AOMC_SKY_ANY_WIDTH
                                          : s->azimuth_kernel,
-        n, t->p, t->u, t->v, t->root, t->x, t->y, t->z);
+        n, t->p, t->u, t->v, t->x, t->y, t->z);
 }
 
 /* _luminance and _keep_rejected: those that are refused go to the front of all chosen ones; returns how many there
@@ -1978,7 +2021,7 @@ SKY_FN uint64_t SKY_(block)(
     for (j = 0; s->perez_word && j < m; j++) c.cell_word[j] = s->perez_word[c.cell[j]]; /* gather_cell_words */
     if (s->perez_word)
         for (j = 0; j < m; j++) c.jacobian[j] = SKY_(tilted)(c.u + j, c.v + j, c.cell_word[j]);
-    SKY_(cells)(s->azimuth_kernel, m, c.p, c.u, c.v, c.root, x, y, z);
+    SKY_(cells)(s->azimuth_kernel, m, c.p, c.u, c.v, x, y, z);
     if (s->disc_cell >= 0) SKY_(one_disc)(s, m, &c, x, y, z);
     else if (s->law) tries += SKY_(other_laws)(s, m, &c, x, y, z);
     if (s->perez_word) tries += SKY_(reject)(s, m, &c, x, y, z, inside);
@@ -1986,34 +2029,33 @@ SKY_FN uint64_t SKY_(block)(
     return tries;
 }
 
-/* `_run` for one width: photons of one cell, whose words follow each other in steps */
+/* `_run` for one width: at most SKY_PIECE photons of one cell, whose words follow each other in steps */
 SKY_FORMULA void SKY_(run)(int kernel, uint64_t m, const SKY_F *p, uint64_t u, uint64_t v, uint64_t step_u,
-    uint64_t step_v, SKY_F *root, SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
+    uint64_t step_v, SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
     SKY_F h0 = p[0], h1 = p[1], h2 = p[2], h3 = p[3], t0 = p[4], t1 = p[5];
+    SKY_F radius[SKY_PIECE], mu[SKY_PIECE], sine[SKY_PIECE], cosine[SKY_PIECE];
     uint64_t k;
     for (k = 0; k < m; k++) {
-        SKY_F place = SKY_(unit)(u), sine, cosine;
-        SKY_(turned)(kernel, t0, t1, h3, SKY_(unit)(v), &sine, &cosine);
-        root[k] = h0 + h1 * place;
-        x[k] = cosine;
-        y[k] = sine;
-        z[k] = h2 + h1 * ((SKY_F)1 - place);
+        SKY_F place = SKY_(unit)(u);
+        SKY_(turned)(kernel, t0, t1, h3, SKY_(unit)(v), sine + k, cosine + k);
+        radius[k] = h0 + h1 * place;
+        mu[k] = h2 + h1 * ((SKY_F)1 - place);
         u += step_u;
         v += step_v;
     }
-    SKY_(roots)(m, root);
-    SKY_(roots)(m, z);
+    SKY_(roots)(m, radius);
+    SKY_(roots)(m, mu);
     for (k = 0; k < m; k++) {
-        x[k] = -(root[k] * x[k]);
-        y[k] = -(root[k] * y[k]);
-        z[k] = -z[k];
+        x[k] = -(radius[k] * cosine[k]);
+        y[k] = -(radius[k] * sine[k]);
+        z[k] = -mu[k];
     }
 }
 
 /* photons of a disc, whose words follow each other in steps */
 SKY_FN void SKY_(run_of_disc)(uint64_t m, const SKY_F *p, uint64_t u, uint64_t v, uint64_t step_u, uint64_t step_v,
-    SKY_F *root, SKY_F *x, SKY_F *y, SKY_F *z) {
-    SKY_F of_u[SKY_BLOCK], of_v[SKY_BLOCK];
+    SKY_F *x, SKY_F *y, SKY_F *z) {
+    SKY_F of_u[SKY_PIECE], of_v[SKY_PIECE];
     uint64_t k;
     for (k = 0; k < m; k++) {
         of_u[k] = SKY_(unit)(u);
@@ -2021,7 +2063,7 @@ SKY_FN void SKY_(run_of_disc)(uint64_t m, const SKY_F *p, uint64_t u, uint64_t v
         u += step_u;
         v += step_v;
     }
-    SKY_(discs)(m, p, of_u, of_v, root, x, y, z);
+    SKY_(discs)(m, p, of_u, of_v, x, y, z);
 }
 
 /* emit_runs: photons in patch order, cell by cell, in the common case */
@@ -2029,20 +2071,20 @@ SKY_FN void SKY_(runs)(const aomc_sky_source *s, uint64_t start, uint64_t n, SKY
     uint64_t j = 0, slot = aomc_sky_slot(s, start), step_u = s->steps[0], step_v = s->steps[1];
     while (j < n) {
         uint64_t end = aomc_sky_before(s, slot + 1) - start, ring_offset, lo, m;
-        SKY_F p[6], root[SKY_BLOCK];
+        SKY_F p[6];
         int32_t cell = s->cell_of_slot ? s->cell_of_slot[slot] : (int32_t)slot;
         ring_offset = SKY_(cell)(s, cell, p);
         end = end < n ? end : n;
         for (lo = j; lo < end; lo += m) {
             uint64_t u = s->shifts[0] + (start + lo) * step_u, v = s->shifts[1] + (start + lo) * step_v + ring_offset;
-            m = end - lo < SKY_BLOCK ? (end - lo + 15) & ~UINT64_C(15) : SKY_BLOCK;
-            m = m < n - lo ? m
-                           : n - lo; /* whole vectors: the next run writes what is behind the end of this one again */
+            /* whole vectors: the next run writes what is behind the end of this one again */
+            m = end - lo < SKY_PIECE ? (end - lo + 15) & ~UINT64_C(15) : SKY_PIECE;
+            m = m < n - lo ? m : n - lo;
             if (cell == s->disc_cell)
-                SKY_(run_of_disc)(m, p, u, v, step_u, step_v, root, x + lo, y + lo, z + lo);
+                SKY_(run_of_disc)(m, p, u, v, step_u, step_v, x + lo, y + lo, z + lo);
             else if (s->azimuth_kernel == AOMC_SKY_NARROW)
-                SKY_(run)(AOMC_SKY_NARROW, m, p, u, v, step_u, step_v, root, x + lo, y + lo, z + lo);
-            else SKY_(run)(AOMC_SKY_QUARTER, m, p, u, v, step_u, step_v, root, x + lo, y + lo, z + lo);
+                SKY_(run)(AOMC_SKY_NARROW, m, p, u, v, step_u, step_v, x + lo, y + lo, z + lo);
+            else SKY_(run)(AOMC_SKY_QUARTER, m, p, u, v, step_u, step_v, x + lo, y + lo, z + lo);
         }
         j = end;
         slot++;
