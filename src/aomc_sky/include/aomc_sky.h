@@ -816,13 +816,24 @@ AOMC_SKY_API aomc_sky_photon aomc_sky_at(const aomc_sky_source *source, int64_t 
     float out[3] = {NAN, NAN, NAN};
     int32_t patch = -1;
     uint32_t words[3];
-    uint64_t pairs[2];
+    uint64_t last;
     aomc_sky_photon p;
     if (i >= 0 && i < source->n && source->precision == 4) patch = aomc_sky_photon_f32(source, (uint64_t)i, out, NULL);
-    memcpy(words, out, sizeof words); /* in two words, as processors return it: through memory it takes as long again */
-    pairs[0] = words[0] | (uint64_t)words[1] << 32;
-    pairs[1] = words[2] | (uint64_t)(uint32_t)patch << 32;
-    memcpy(&p, pairs, sizeof p);
+    /* in the two registers in which processors return it: through memory it takes as long again */
+    memcpy(words, out, sizeof words);
+    last = words[2] | (uint64_t)(uint32_t)patch << 32;
+    memcpy((char *)&p + 8, &last, 8);
+#if defined(SKY_AVX) || defined(SKY_SSE2)
+    {
+        double first = _mm_cvtsd_f64(_mm_castps_pd(_mm_unpacklo_ps(_mm_set_ss(out[0]), _mm_set_ss(out[1]))));
+        memcpy(&p, &first, 8);
+    }
+#else
+    {
+        uint64_t first = words[0] | (uint64_t)words[1] << 32;
+        memcpy(&p, &first, 8);
+    }
+#endif
     return p;
 }
 
