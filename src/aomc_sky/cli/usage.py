@@ -108,13 +108,13 @@ class Parser(argparse.ArgumentParser):
 
 
 def _lists_joined(words: Sequence[str]) -> list[str]:
-    """Numbers after --wavelengths become one word with commas, so that the name of a file may follow them."""
+    """Numbers after --wavelengths become one word with blanks, so that the name of a file may follow them."""
     made: list[str] = []
     is_list = False
     for word in words:
         is_number = re.fullmatch(r"-?[.,]?\d[\d.,]*(e[+-]?\d+,?)?|,", word, re.IGNORECASE) is not None
         if is_list and (is_number or (re.match(r"-?[.,]?\d", word) and not os.path.exists(word))):
-            made[-1] += ("," if "=" in made[-1] else "=") + word
+            made[-1] += (" " if "=" in made[-1] else "=") + word
         else:
             made.append(word)
             is_list = re.match(r"--wavelengths?(=|$)", word) is not None

@@ -103,6 +103,8 @@ def wavelength(text: str) -> float:
 
 def wavelengths(text: str) -> list[float]:
     """Wavelengths in the one word that `Parser` makes of a list. [nm]"""
+    if re.search(r"(^|,)\s*,", text) and text.strip(", "):
+        raise argparse.ArgumentTypeError(f"no wavelength stands before a comma of {text!r}; write 440,550")
     parts = text.replace(",", " ").split()
     if any(re.fullmatch(r"\d\d?", part) for part in parts[1:]):
         raise argparse.ArgumentTypeError(f"expected wavelengths in nm, got {text!r}; decimals follow a point: 412.5")
