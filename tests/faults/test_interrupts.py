@@ -25,15 +25,18 @@ calls = {
     "multinomial": lambda: sky.allocate(np.ones(5), 100, method="multinomial", seed=1).sum(),
 }
 call = calls[sys.argv[2]]
+begins = threading.Event()
 
 
 def press():
+    begins.wait()
     time.sleep(float(sys.argv[1]))
     os.kill(os.getpid(), signal.SIGINT)
 
 
 threading.Thread(target=press, daemon=True).start()
 try:
+    begins.set()
     call()
     time.sleep(5)
 except KeyboardInterrupt:
