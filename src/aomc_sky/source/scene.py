@@ -23,14 +23,12 @@ from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.report import beyond_memory
-from aomc_sky.plan.band import PlanBand
-from aomc_sky.plan.counts import cumulative_counts
-from aomc_sky.plan.footprint import Footprint
+from aomc_sky.plan.allocation import MAX_PHOTONS, AllocationMethod, allocate, checked_photons, normalise
+from aomc_sky.plan.counts import PlanBand, cumulative_counts
 from aomc_sky.plan.laws import law_of
-from aomc_sky.plan.options import Placement, SamplingOptions, resolve_options
+from aomc_sky.plan.options import Footprint, Placement, SamplingOptions, resolve_options
 from aomc_sky.plan.plan import Plan
-from aomc_sky.plan.sampling.allocation import MAX_PHOTONS, AllocationMethod, allocate, checked_photons, normalise
-from aomc_sky.plan.sampling.streams import STREAM_VERSION, checked_seed
+from aomc_sky.plan.streams import STREAM_VERSION, checked_seed
 from aomc_sky.record import same_content
 from aomc_sky.skies.model import has_share
 from aomc_sky.wavebands import Wavebands, as_wavebands

@@ -32,9 +32,9 @@ from aomc_sky.outputs.photons.files import (
 )
 from aomc_sky.outputs.shard import BLOCK, MANIFEST, block_spans
 from aomc_sky.outputs.statistics import PhotonSums
+from aomc_sky.plan.allocation import AllocationMethod
 from aomc_sky.plan.counts import cumulative_counts
 from aomc_sky.plan.plan import Plan, differing
-from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import read_at
 from aomc_sky.verify.counts import FAMILY_LEVEL

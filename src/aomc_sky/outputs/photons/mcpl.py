@@ -29,8 +29,8 @@ from aomc_sky.outputs.photons.files import (
     require_space,
 )
 from aomc_sky.outputs.statistics import batch_functions
-from aomc_sky.plan.sampling.allocation import AllocationMethod
-from aomc_sky.plan.sampling.streams import POSITION, STREAM_VERSION, stream_key
+from aomc_sky.plan.allocation import AllocationMethod
+from aomc_sky.plan.streams import POSITION, STREAM_VERSION, stream_key
 from aomc_sky.whole_number import as_number_of
 
 if TYPE_CHECKING:

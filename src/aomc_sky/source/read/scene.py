@@ -18,9 +18,8 @@ from aomc_sky.formats.aomc.amc import AmcConfig, FootprintCode
 from aomc_sky.formats.sky_toml.keys import BackgroundSection, PerezSection
 from aomc_sky.formats.sky_toml.rules import moment_text
 from aomc_sky.inputs import Entrance
-from aomc_sky.plan.footprint import Footprint
-from aomc_sky.plan.options import Order, Placement, SamplingOptions
-from aomc_sky.plan.sampling.allocation import MAX_PHOTONS, AllocationMethod
+from aomc_sky.plan.allocation import MAX_PHOTONS, AllocationMethod
+from aomc_sky.plan.options import Footprint, Order, Placement, SamplingOptions
 from aomc_sky.source.light.absolute import Light
 from aomc_sky.source.light.diffuse import (
     FIELD,
