@@ -16,9 +16,9 @@ from typing import Any
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.atomic_file import is_unfinished
 from aomc_sky.cli.main import main
 from aomc_sky.engine.run import JobOptions
+from aomc_sky.system import is_unfinished
 from tests.support.scenes import copy_scene, run_bytes
 
 BLOCK = 65_536
@@ -122,7 +122,7 @@ def test_task_of_a_finished_run_leaves_nothing(amc, whole, tmp_path) -> None:
 KILLED_WRITER = """
 import os, signal, sys
 from pathlib import Path
-from aomc_sky.atomic_file import appearing
+from aomc_sky.system import appearing
 with appearing(Path(sys.argv[1]) / "shard-1-of-2.done") as file:
     os.kill(os.getpid(), signal.SIGKILL)
 """

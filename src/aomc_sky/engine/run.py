@@ -13,14 +13,11 @@ from typing import Any, BinaryIO
 
 import numpy as np
 
-from aomc_sky.atomic_file import drop_leftovers
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import AomcSkyError, InputFileError, OutputError, UsageError, require_kind
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import COUNTS_FILES, counts_file
-from aomc_sky.outputs.folder.run_folder import RunFolder
-from aomc_sky.outputs.folder.target_file import check_folder
 from aomc_sky.outputs.manifest import (
     build_manifest,
     chosen_bands,
@@ -43,12 +40,14 @@ from aomc_sky.outputs.photons.files import (
     run_files,
     stored_files,
 )
+from aomc_sky.outputs.run_folder import RunFolder
 from aomc_sky.outputs.shard import BLOCK, MANIFEST, PART, PLAN, Shard, is_run_file
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
+from aomc_sky.outputs.target_file import check_folder
 from aomc_sky.plan.plan import Plan
 from aomc_sky.progress import is_free, progress_bar
 from aomc_sky.source.scene import Scene
-from aomc_sky.system import n_cpus
+from aomc_sky.system import drop_leftovers, n_cpus
 from aomc_sky.whole_number import as_number_of
 
 

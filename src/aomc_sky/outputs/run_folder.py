@@ -17,7 +17,6 @@ from typing import BinaryIO
 
 import numpy as np
 
-from aomc_sky.atomic_file import appearing, is_unfinished
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError, UsageError
 from aomc_sky.outputs.shard import MANIFEST, PART, PLAN, is_run_file
 from aomc_sky.plan.plan import Plan
@@ -26,7 +25,9 @@ from aomc_sky.system import (
     HAS_LOCKS,
     NON_BLOCKING,
     SHARED,
+    appearing,
     flock,
+    is_unfinished,
     open_handle,
     open_regular,
     read_at,
