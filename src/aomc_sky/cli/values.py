@@ -117,10 +117,10 @@ def number_in(low: float, high: float) -> Callable[[str], float]:
 
     def number(text: str) -> float:
         from aomc_sky.formats.report import BadValueError
-        from aomc_sky.formats.sky_toml import rules
+        from aomc_sky.formats.sky_toml import keys
 
         try:
-            return float(rules.number(low, high)(float(text)))
+            return float(keys.number(low, high)(float(text)))
         except ValueError:
             raise argparse.ArgumentTypeError(f"expected a number, got {text!r}") from None
         except BadValueError as problem:
@@ -132,10 +132,10 @@ def number_in(low: float, high: float) -> Callable[[str], float]:
 def moment(text: str) -> float:
     """A time with its zone, or seconds since 1970."""
     from aomc_sky.formats.report import BadValueError
-    from aomc_sky.formats.sky_toml import rules
+    from aomc_sky.formats.sky_toml import keys
 
     is_number = text.lstrip("+-").replace(".", "", 1).isdecimal()
     try:
-        return rules.time(float(text) if is_number else text)
+        return keys.time(float(text) if is_number else text)
     except BadValueError as problem:
         raise argparse.ArgumentTypeError(f"{problem.message}; {problem.advice}") from None

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 import aomc_sky as sky
 from aomc_sky.errors import ModelLimitWarning
 from aomc_sky.formats.aomc.amc import read_amc
-from aomc_sky.formats.sky_toml.keys import PerezSection, SunSection
+from aomc_sky.formats.sky_toml.sections import PerezSection, SunSection
 from aomc_sky.inputs import Entrance
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG
 from aomc_sky.source.light.amounts import MEDIAN_DELTA, amounts_of_fractions, direct_fraction, perez_arguments

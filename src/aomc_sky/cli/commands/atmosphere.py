@@ -145,7 +145,8 @@ def atmosphere(arguments: argparse.Namespace) -> int:
 
 def _request(arguments: argparse.Namespace) -> TableRequest:
     from aomc_sky.engine.atmosphere import TableRequest
-    from aomc_sky.formats.sky_toml.keys import GLOW_KEY, moon_direction
+    from aomc_sky.formats.sky_toml.keys import GLOW_KEY
+    from aomc_sky.formats.sky_toml.sections import moon_direction
     from aomc_sky.outputs.tables.atmosphere import Saves
     from aomc_sky.source.light.inputs import given_lights
 

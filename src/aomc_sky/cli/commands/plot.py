@@ -319,7 +319,7 @@ def _netcdf(arguments: argparse.Namespace) -> tuple[Picture, int]:
 
 def _background(arguments: argparse.Namespace) -> tuple[Picture, int]:
     """The sky at one time with a dome for each wavelength, or at up to 12 times."""
-    from aomc_sky.formats.sky_toml.rules import moment_text
+    from aomc_sky.formats.sky_toml.keys import moment_text
     from aomc_sky.pictures.backgrounds import lobe_picture
 
     if arguments.time is None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.errors import InputWarning, ModelLimitWarning, SceneError
-from aomc_sky.formats.sky_toml.keys import PerezSection
+from aomc_sky.formats.sky_toml.sections import PerezSection
 from aomc_sky.source.light.sun import Sun
 
 #: Median sky brightness of each bin of clearness in 15 900 hours (Z < 85 degrees) of four public weather files.

@@ -14,7 +14,8 @@ import numpy as np
 from aomc_sky.component import Component
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.formats.sky_models import installed_skies
-from aomc_sky.formats.sky_toml.keys import PerezSection, SkySection, value_problem
+from aomc_sky.formats.sky_toml.keys import value_problem
+from aomc_sky.formats.sky_toml.sections import PerezSection, SkySection
 from aomc_sky.inputs import Entrance
 from aomc_sky.plan.laws import law_of
 from aomc_sky.skies.model import Share, sky_model

@@ -16,21 +16,19 @@ from aomc_sky.formats.sky_toml.keys import (
     RULES,
     SKY_TOML,
     SPECTRL2,
-    PerezSection,
-    SunSection,
     moon_problem,
-    perez_section,
     plain_number,
     set_problem,
     value_problem,
 )
+from aomc_sky.formats.sky_toml.sections import PerezSection, SunSection, perez_section
 from aomc_sky.inputs import INPUTS, LIGHTS, MODEL, Entrance
 from aomc_sky.skies.model import require_pattern
 from aomc_sky.source.light.sun import Sun
 
 if TYPE_CHECKING:
     from aomc_sky.formats.aomc.amc import DifcolTable
-    from aomc_sky.formats.sky_toml.file import SkyToml
+    from aomc_sky.formats.sky_toml.sections import SkyToml
     from aomc_sky.skies.polarisation import RayleighPattern
     from aomc_sky.source.light.weather import Weather
 

@@ -15,7 +15,8 @@ import numpy as np
 
 from aomc_sky.component import Component, scaled
 from aomc_sky.errors import InputWarning, UsageError
-from aomc_sky.formats.sky_toml.keys import SKY_TOML, SPECTRL2, PerezSection
+from aomc_sky.formats.sky_toml.keys import SKY_TOML, SPECTRL2
+from aomc_sky.formats.sky_toml.sections import PerezSection
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
 from aomc_sky.source.light.absolute import Levels, Light, in_absolute_units

@@ -15,8 +15,8 @@ import numpy as np
 from aomc_sky.errors import SceneError, UsageError, require_one_of
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.aomc.amc import AmcConfig, FootprintCode
-from aomc_sky.formats.sky_toml.keys import BackgroundSection, PerezSection
-from aomc_sky.formats.sky_toml.rules import moment_text
+from aomc_sky.formats.sky_toml.keys import moment_text
+from aomc_sky.formats.sky_toml.sections import BackgroundSection, PerezSection
 from aomc_sky.inputs import Entrance
 from aomc_sky.plan.allocation import MAX_PHOTONS, AllocationMethod
 from aomc_sky.plan.options import Footprint, Order, Placement, SamplingOptions

@@ -12,7 +12,7 @@ from aomc_sky.directions import sin_cos_deg
 from aomc_sky.emission.irradiance import Moments, cell_moments, mean_moments
 from aomc_sky.errors import InputFileError, InputWarning, Span, UsageError
 from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values
-from aomc_sky.formats.sky_toml.keys import PerezSection
+from aomc_sky.formats.sky_toml.sections import PerezSection
 from aomc_sky.formats.text_file import lines_at
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting, aomc_weight
