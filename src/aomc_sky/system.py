@@ -167,11 +167,6 @@ _UNFINISHED = re.compile(r"\.aomc-sky-(.+)\.[0-9a-f]{8}", re.DOTALL)
 """Names of unfinished files: the name that they will have, and eight random hexadecimal digits."""
 
 
-def is_unfinished(name: str) -> bool:
-    """Whether this is the name of an unfinished file."""
-    return _UNFINISHED.fullmatch(name) is not None
-
-
 @contextlib.contextmanager
 def appearing(target: Path) -> Iterator[BinaryIO]:
     """Open a file that gets the name `target` if the block ends without an error, and is removed otherwise. OSError.

@@ -18,8 +18,8 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.cli.main import main
 from aomc_sky.engine.run import JobOptions
-from aomc_sky.system import is_unfinished
 from tests.support.scenes import copy_scene, run_bytes
+from tests.support.unfinished import UNFINISHED
 
 BLOCK = 65_536
 ITERATIONS = 6 * BLOCK + 77
@@ -136,7 +136,7 @@ def test_what_a_killed_worker_was_writing_is_removed(cluster, amc, whole, tmp_pa
     def kill_a_writer(done: int, total: int) -> None:
         if done and not left:
             subprocess.run([sys.executable, "-c", KILLED_WRITER, str(tmp_path / "out")], check=False)
-            left.extend(filter(is_unfinished, os.listdir(tmp_path / "out")))
+            left.extend(filter(UNFINISHED.fullmatch, os.listdir(tmp_path / "out")))
 
     scene = sky.read_scene(amc, iterations=ITERATIONS)
     address = cluster.scheduler_address

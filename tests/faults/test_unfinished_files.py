@@ -14,9 +14,10 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky import system
-from aomc_sky.system import appearing, is_unfinished, prepare_target
+from aomc_sky.system import appearing, prepare_target
 from tests.support.fault_rows import command, row
 from tests.support.scenes import copy_scene
+from tests.support.unfinished import UNFINISHED
 
 WRITER = """
 import sys, time
@@ -51,7 +52,7 @@ def writing(target: Path) -> Iterator[subprocess.Popen[str]]:
 
 
 def unfinished(folder: Path) -> list[str]:
-    return sorted(path.name for path in folder.iterdir() if is_unfinished(path.name))
+    return sorted(path.name for path in folder.iterdir() if UNFINISHED.fullmatch(path.name))
 
 
 @row(54, "export-mcpl", "export-netcdf", "write_mcpl")

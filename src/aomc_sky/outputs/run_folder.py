@@ -26,8 +26,8 @@ from aomc_sky.system import (
     NON_BLOCKING,
     SHARED,
     appearing,
+    drop_leftovers,
     flock,
-    is_unfinished,
     open_handle,
     open_regular,
     read_at,
@@ -203,8 +203,8 @@ class RunFolder:
                 self.remove(name)
         if self.size_of(PLAN) is None:
             self.write(PLAN, plan.to_bytes())
-        for name in filter(is_unfinished, names if is_alone else ()):  # of a run that was killed
-            self.remove(name)
+        if is_alone:
+            drop_leftovers(self.path, lambda _: True)  # of a run that was killed
 
     def names(self) -> list[str]:
         """Names in the folder, in any order."""

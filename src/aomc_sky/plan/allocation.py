@@ -20,7 +20,7 @@ from aomc_sky.kernels.arithmetic.error_free import (
     product_over_2_62,
     rounded_cumulative,
 )
-from aomc_sky.plan.streams import ALLOCATION, checked_seed, philox_pair, stream_key
+from aomc_sky.plan.streams import ALLOCATION, checked_seed, stream_key
 from aomc_sky.whole_number import as_number_of
 
 MAX_PHOTONS = 2**62
@@ -193,11 +193,11 @@ def allocate_bands(
 def _systematic(
     cumulative: np.ndarray, n: int, key: np.uint64, band: int, rings: tuple[WalkedGrid, ...], counts: np.ndarray
 ) -> None:
-    word, _ = philox_pair(int(key), 0, band, 0)
+    word, _ = rng.philox_pair(key, np.uint64(0), np.uint64(band), np.uint64(0))
     order = walk_of_cells(cumulative, n, rings) if rings else slice(None)
     walked = np.zeros_like(cumulative)
     np.cumsum(np.diff(cumulative)[order], out=walked[1:])
-    quotient, _ = product_over_2_62(walked, n, word >> 2)
+    quotient, _ = product_over_2_62(walked, n, int(word) >> 2)
     counts.view(np.uint64)[order] = np.diff(quotient)
 
 

@@ -251,13 +251,8 @@ class Scene:
 
     def refuse_dark_bands(self) -> None:
         """Raise for the first band that wants photons and has no light."""
-        wanting = np.flatnonzero(self.n_photons)
-        dark = [
-            row
-            for row in np.unique(self.row_of_band[wanting])
-            if not any(c.strength[row] > 0 and c.mass_of(row).max(initial=0.0) > 0 for c in self.components)
-        ]
-        for band in wanting[np.isin(self.row_of_band[wanting], dark)].tolist():
+        is_lit = np.any([(c.strength > 0) & (c.mass.max(axis=1, initial=0.0) > 0) for c in self.components], axis=0)
+        for band in np.flatnonzero((self.n_photons > 0) & ~is_lit[self.row_of_band]).tolist():
             sky = self.sky_wavelength_nm[band]
             where = "" if np.isnan(sky) else f" (the sky's values at {sky:g} nm are all zero)"
             raise SceneError(

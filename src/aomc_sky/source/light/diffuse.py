@@ -19,8 +19,7 @@ from aomc_sky.formats.sky_toml.sections import PerezSection, SkySection
 from aomc_sky.inputs import Entrance
 from aomc_sky.plan.laws import law_of
 from aomc_sky.skies.model import Share, sky_model
-from aomc_sky.source.light.amounts import perez_arguments
-from aomc_sky.source.light.sun import Sun
+from aomc_sky.source.light.sun import Sun, perez_arguments
 
 if TYPE_CHECKING:
     from aomc_sky.grid import PatchGrid

@@ -20,10 +20,9 @@ from aomc_sky.formats.sky_toml.sections import PerezSection
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
 from aomc_sky.source.light.absolute import Levels, Light, in_absolute_units
-from aomc_sky.source.light.amounts import amounts_of_fractions, direct_fraction, mean_fraction, refuse_kilowatts
 from aomc_sky.source.light.diffuse import Diffuse, DiffuseSky, Rows
 from aomc_sky.source.light.inputs import LightInputs, Unsaid
-from aomc_sky.source.light.sun import Sun
+from aomc_sky.source.light.sun import Sun, amounts_of_fractions, direct_fraction, mean_fraction, refuse_kilowatts
 from aomc_sky.wavebands import Wavebands
 
 if TYPE_CHECKING:
