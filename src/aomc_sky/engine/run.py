@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-import platform
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
-
-import numpy as np
 
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import AomcSkyError, InputFileError, OutputError, UsageError, require_kind
@@ -304,19 +301,3 @@ def check_memory(source: PhotonSource, options: JobOptions) -> None:
             f"this run needs about {(plan + chunks) / 2**20:.0f} MiB besides Python, more than --max-memory allows; "
             "use fewer threads or larger cells"
         )
-
-
-def run_record(seconds: float, emitted: int, threads: int) -> dict[str, Any]:
-    """Time, speed and machine of a command: they are printed, and are not in the files."""
-    from importlib.metadata import version
-
-    return {
-        "finished": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
-        "seconds": round(seconds, 6),
-        "photons_per_second": round(emitted / seconds) if seconds > 0 else None,
-        "threads": threads,
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "numba": version("numba"),
-        "machine": platform.machine(),
-    }

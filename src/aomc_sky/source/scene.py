@@ -6,10 +6,8 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -341,15 +339,6 @@ def require_projected(weighting: str | None, what: str) -> None:
             f"{what} sends photons through the horizontal sea surface; weighting {weighting!r} does not; leave "
             "--weighting out, or write --sky uniform"
         )
-
-
-def photons_of_intensity(intensity: np.ndarray, iterations: int) -> np.ndarray:
-    """Round-half-up of intensity x iterations, exact in the decimals of the file."""
-    exact = [math.floor(Fraction(repr(float(x))) * iterations + Fraction(1, 2)) for x in intensity]
-    if max(exact) > MAX_PHOTONS:
-        found = f"{max(intensity):g} x {iterations}"
-        raise SceneError(f"intensity x iterations must not exceed 2^62 photons in a band, got {found}")
-    return np.array(exact, dtype=np.int64)
 
 
 def joint_mass(components: tuple[Component, ...], row: int) -> np.ndarray:
