@@ -15,7 +15,7 @@ from sphinx.util.docutils import SphinxDirective
 from topics import names_of
 
 from aomc_sky import inputs
-from aomc_sky.formats.sky_toml.rules import range_text
+from aomc_sky.formats.sky_toml.keys import range_text
 
 _SHORT = 12
 

@@ -30,7 +30,7 @@ WAY = (
     ("source.read.scene", "read_scene", "amc.inp and its neighbours become a Scene"),
     ("formats.aomc.amc", "read_amc", "numbers, and where they stood"),
     ("source.scene", "build_plan", "masses, exact counts, keys: the Plan"),
-    ("plan.sampling.allocation", "allocate", "photons shared out as integers"),
+    ("plan.allocation", "allocate", "photons shared out as integers"),
     ("engine.run", "run_job", "the job: blocks of photons on threads"),
     ("emission.photon_source", "PhotonSource", "any photon by its index"),
     ("emission.kernels.emit", "emit", "the compiled loop"),

@@ -28,11 +28,11 @@ from aomc_sky.phase import henyey_greenstein as henyey_greenstein
 from aomc_sky.phase import rayleigh as rayleigh
 from aomc_sky.phase import scattering as scattering
 from aomc_sky.pictures.plot import plot as plot
-from aomc_sky.plan.footprint import Footprint as Footprint
-from aomc_sky.plan.footprint import FootprintShape as FootprintShape
+from aomc_sky.plan.allocation import AllocationMethod as AllocationMethod
+from aomc_sky.plan.allocation import allocate as allocate
+from aomc_sky.plan.options import Footprint as Footprint
+from aomc_sky.plan.options import FootprintShape as FootprintShape
 from aomc_sky.plan.plan import Plan as Plan
-from aomc_sky.plan.sampling.allocation import AllocationMethod as AllocationMethod
-from aomc_sky.plan.sampling.allocation import allocate as allocate
 from aomc_sky.skies.atmosphere.description.reader import read_atmo as read_atmo
 from aomc_sky.skies.atmosphere.lights import Moon as Moon
 from aomc_sky.skies.atmosphere.medium import Constituent as Constituent

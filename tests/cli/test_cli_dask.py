@@ -16,10 +16,10 @@ from typing import Any
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.atomic_file import is_unfinished
 from aomc_sky.cli.main import main
 from aomc_sky.engine.run import JobOptions
 from tests.support.scenes import copy_scene, run_bytes
+from tests.support.unfinished import UNFINISHED
 
 BLOCK = 65_536
 ITERATIONS = 6 * BLOCK + 77
@@ -122,7 +122,7 @@ def test_task_of_a_finished_run_leaves_nothing(amc, whole, tmp_path) -> None:
 KILLED_WRITER = """
 import os, signal, sys
 from pathlib import Path
-from aomc_sky.atomic_file import appearing
+from aomc_sky.system import appearing
 with appearing(Path(sys.argv[1]) / "shard-1-of-2.done") as file:
     os.kill(os.getpid(), signal.SIGKILL)
 """
@@ -136,7 +136,7 @@ def test_what_a_killed_worker_was_writing_is_removed(cluster, amc, whole, tmp_pa
     def kill_a_writer(done: int, total: int) -> None:
         if done and not left:
             subprocess.run([sys.executable, "-c", KILLED_WRITER, str(tmp_path / "out")], check=False)
-            left.extend(filter(is_unfinished, os.listdir(tmp_path / "out")))
+            left.extend(filter(UNFINISHED.fullmatch, os.listdir(tmp_path / "out")))
 
     scene = sky.read_scene(amc, iterations=ITERATIONS)
     address = cluster.scheduler_address

@@ -53,7 +53,7 @@ def test_version_stands_in_one_place() -> None:
 
 
 def test_streams_of_the_version_stand_in_the_changelog() -> None:
-    from aomc_sky.plan.sampling.streams import STREAM_VERSION
+    from aomc_sky.plan.streams import STREAM_VERSION
 
     streams = (REPOSITORY / "CHANGELOG.md").read_text().split("### Streams", 1)[1]
     assert f"`{STREAM_VERSION}`" in streams

@@ -9,7 +9,7 @@ import pytest
 from aomc_sky.emission.photons import number_columns
 from aomc_sky.errors import UsageError
 from aomc_sky.kernels.arithmetic.constants import NUMBER_STEPS
-from aomc_sky.plan.sampling.streams import philox_pair
+from aomc_sky.plan.streams import philox_pair
 from tests.support.host_scenes import N, directions, source
 
 JIT = not numba.config.DISABLE_JIT

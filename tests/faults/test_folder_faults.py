@@ -19,8 +19,8 @@ from pathlib import Path
 import pytest
 
 from aomc_sky.cli.main import main
-from aomc_sky.outputs.folder import run_folder
-from aomc_sky.outputs.folder.run_folder import LOCK
+from aomc_sky.outputs import run_folder
+from aomc_sky.outputs.run_folder import LOCK
 from tests.support.fault_rows import command, row, row_id
 from tests.support.processes import end_by, start, stopped, whole_files_only
 from tests.support.scenes import copy_scene, run_bytes
@@ -102,7 +102,7 @@ def test_a_disk_that_is_full(fault, amc, tmp_path):
     disk.mkdir()
     out = disk / "out"
     # room is looked for first; here the disk fills up behind its back
-    program = "from aomc_sky.outputs.folder.run_folder import RunFolder as F\nF.require_space = lambda *_: None\n"
+    program = "from aomc_sky.outputs.run_folder import RunFolder as F\nF.require_space = lambda *_: None\n"
     program += "import sys\nfrom aomc_sky.cli.main import main\nsys.exit(main())"
     shell = ["unshare", "-rm", "sh", "-c", SMALL_DISK, "sh", disk]
     command_line = [*shell, sys.executable, "-c", program, *words, out]

@@ -13,7 +13,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.engine.shards import read_mark
-from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.outputs.run_folder import RunFolder
 from aomc_sky.outputs.shard import Shard
 from tests.support.fault_rows import command, row
 from tests.support.scenes import copy_scene, run_bytes

@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 from aomc_sky.cli.main import main
-from aomc_sky.outputs.folder.run_folder import LOCK, RunFolder
+from aomc_sky.outputs.run_folder import LOCK, RunFolder
 from tests.support.fault_rows import row
 from tests.support.processes import end_by, stopped
 from tests.support.scenes import copy_scene

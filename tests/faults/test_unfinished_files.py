@@ -13,16 +13,17 @@ from pathlib import Path
 import pytest
 
 import aomc_sky as sky
-from aomc_sky import atomic_file
-from aomc_sky.atomic_file import appearing, is_unfinished, prepare_target
+from aomc_sky import system
+from aomc_sky.system import appearing, prepare_target
 from tests.support.fault_rows import command, row
 from tests.support.scenes import copy_scene
+from tests.support.unfinished import UNFINISHED
 
 WRITER = """
 import sys, time
 from pathlib import Path
-from aomc_sky import atomic_file
-from aomc_sky.atomic_file import appearing
+from aomc_sky import system
+from aomc_sky.system import appearing
 with appearing(Path(sys.argv[1])) as file:
     file.write(b"x" * 1000)
     file.flush()
@@ -51,7 +52,7 @@ def writing(target: Path) -> Iterator[subprocess.Popen[str]]:
 
 
 def unfinished(folder: Path) -> list[str]:
-    return sorted(path.name for path in folder.iterdir() if is_unfinished(path.name))
+    return sorted(path.name for path in folder.iterdir() if UNFINISHED.fullmatch(path.name))
 
 
 @row(54, "export-mcpl", "export-netcdf", "write_mcpl")
@@ -102,7 +103,7 @@ def test_an_export_that_is_killed(fault, finished, tmp_path):
 @row(54, "taken-for-a-leftover")
 def test_a_file_that_is_taken_for_a_leftover_is_begun_again(fault, tmp_path, monkeypatch):
     """Another process looks for leftovers between the two calls that make a file and lock it."""
-    lock, target, n = atomic_file._lock, tmp_path / "whole.bin", []
+    lock, target, n = system._lock, tmp_path / "whole.bin", []
 
     def late(handle):
         n.append(handle)
@@ -110,7 +111,7 @@ def test_a_file_that_is_taken_for_a_leftover_is_begun_again(fault, tmp_path, mon
             prepare_target(target)
         return lock(handle)
 
-    monkeypatch.setattr(atomic_file, "_lock", late)
+    monkeypatch.setattr(system, "_lock", late)
     with appearing(target) as file:
         file.write(b"whole")
     assert len(n) == 3  # the first file, as a leftover, the second file

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from aomc_sky.plan.sampling.allocation import allocate
+from aomc_sky.plan.allocation import allocate
 
 MASS = [0.0, 1.0, 2.0, 3.0, 5.0, 8.0, 13.0, 21.0, 34.0, 55.0]
 

@@ -14,7 +14,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.kernels.cells import order
-from aomc_sky.plan.sampling import streams
+from aomc_sky.plan import streams
 from tests.support.backend import photons_by
 
 WORDS = Path(__file__).with_name("streams.json")

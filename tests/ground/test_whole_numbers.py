@@ -11,7 +11,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import AllocationError, AomcSkyError, SceneError, UsageError
-from aomc_sky.plan.sampling.streams import checked_seed
+from aomc_sky.plan.streams import checked_seed
 from aomc_sky.whole_number import as_index, as_number_of
 from tests.support.backend import photons_by
 from tests.support.shared import REPOSITORY

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.emission.band import lobe_offset_words
-from aomc_sky.plan.sampling import streams
+from aomc_sky.plan import streams
 from aomc_sky.skies.lobes.kernels import law as plain
 from aomc_sky.skies.lobes.tables import LobeTables
 from tests.statistical.test_lobe_emission import LOBES as EMITTED

@@ -5,7 +5,7 @@ import pytest
 from scipy.special import erfc
 
 import aomc_sky as sky
-from aomc_sky.plan.sampling import streams
+from aomc_sky.plan import streams
 from tests.support import chi2
 from tests.support.sampled import TWO_BANDS, even, scene, sky_angles, square_counts
 
@@ -94,6 +94,6 @@ def test_methods_of_one_seed_are_apart(plan, what, monkeypatch):
     def shared_key(seed, stream, method=None, stream_key=streams.stream_key):
         return stream_key(seed, stream, None if method is None else "stratified")
 
-    for module in ("sampling.streams", "sampling.allocation"):
+    for module in ("streams", "allocation"):
         monkeypatch.setattr(f"aomc_sky.plan.{module}.stream_key", shared_key)
     plan.catches(correlation_p(*method_words(what)))

@@ -15,7 +15,7 @@ from aomc_sky.errors import UsageError
 if TYPE_CHECKING:
     import numpy as np
 
-    from aomc_sky.formats.sky_toml.keys import BackgroundSection
+    from aomc_sky.formats.sky_toml.sections import BackgroundSection
     from aomc_sky.skies.lobes.file.data import Animation, BackgroundFile
     from aomc_sky.skies.lobes.sky import LobeSky
 
@@ -42,7 +42,7 @@ def report_background(arguments: argparse.Namespace, path: Path) -> int:
 
 def lobes_at(arguments: argparse.Namespace, time_s: float) -> tuple[BackgroundSection, LobeSky, np.ndarray]:
     """The lobes of a file at one time, as the options of `add_background_options` choose them, and wavelengths."""
-    from aomc_sky.formats.sky_toml.keys import BackgroundSection
+    from aomc_sky.formats.sky_toml.sections import BackgroundSection
     from aomc_sky.skies.lobes.light import read_lobes
 
     section = BackgroundSection(
@@ -94,7 +94,7 @@ def _animation(keys: Animation) -> dict[str, Any]:
 
 def _text(path: Path, file: BackgroundFile) -> str:
     """The contents as text: a table for each animation, then the curves."""
-    from aomc_sky.formats.sky_toml.rules import moment_text
+    from aomc_sky.formats.sky_toml.keys import moment_text
 
     contents = _contents(path, file)
     animations, low, high = contents["animations"], file.wavelength_nm[0], file.wavelength_nm[-1]
@@ -115,7 +115,7 @@ def _lobes(section: BackgroundSection, sky: LobeSky, wavelength_nm: np.ndarray) 
     """Lobes and irradiances as JSON values. [W m-2 nm-1, nm, deg]"""
     import numpy as np
 
-    from aomc_sky.formats.sky_toml.rules import moment_text
+    from aomc_sky.formats.sky_toml.keys import moment_text
     from aomc_sky.skies.lobes.lobe import axis_deg, rotation_matrix
     from aomc_sky.skies.lobes.sky import plain_name
 

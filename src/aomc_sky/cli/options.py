@@ -40,8 +40,6 @@ def answer(arguments: argparse.Namespace, content: Callable[[], Any], text: Call
         print(text())
 
 
-_PLACE_KINDS = {"latitude": values.degrees("N", "S"), "longitude": values.degrees("E", "W")}
-
 Kinds = Mapping[str, Callable[[str], Any]]
 
 
@@ -276,15 +274,14 @@ def given_options(
 
 def add_inputs(group: argparse._ArgumentGroup, *rows: Input) -> None:
     """Add options for inputs of sky and sun; the default is None."""
+    types = values.input_types(rows)
     for row in rows:
         if row.is_switch:
             group.add_argument(row.option, action=argparse.BooleanOptionalAction, default=None, help=row.text)
             continue
         value = "|".join(row.words) or row.value or (row.unit or row.name[0]).split()[0].upper()
         value = "a b c d e" if row.name == "coefficients" else value
-        name = attribute(row.option)
-        number = {} if row.words else {name: values.number_in(row.low, row.high)}
-        kinds = _PLACE_KINDS if row.name in MOMENT else number
+        kinds = {attribute(row.option): types[row.name]} if row.name in types else None
         add_table(group, f"{row.option} {value}  {row.text}{f' [{row.unit}]' if row.unit else ''}", kinds)
 
 

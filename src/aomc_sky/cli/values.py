@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import argparse
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from decimal import Decimal, InvalidOperation
+from typing import Any
 
-from aomc_sky.inputs import in_nm
+from aomc_sky.inputs import MOMENT, Input, in_nm
 
 _SUFFIXES = {"": 1, "k": 2**10, "m": 2**20, "g": 2**30, "t": 2**40}
 
@@ -119,10 +120,10 @@ def number_in(low: float, high: float) -> Callable[[str], float]:
 
     def number(text: str) -> float:
         from aomc_sky.formats.report import BadValueError
-        from aomc_sky.formats.sky_toml import rules
+        from aomc_sky.formats.sky_toml import keys
 
         try:
-            return float(rules.number(low, high)(float(text)))
+            return float(keys.number(low, high)(float(text)))
         except ValueError:
             raise argparse.ArgumentTypeError(f"expected a number, got {text!r}") from None
         except BadValueError as problem:
@@ -131,13 +132,22 @@ def number_in(low: float, high: float) -> Callable[[str], float]:
     return number
 
 
+_PLACES = {"latitude_deg": degrees("N", "S"), "longitude_deg": degrees("E", "W")}
+
+
+def input_types(rows: Iterable[Input]) -> dict[str, Callable[[str], Any]]:
+    """Types of inputs of sky and sun by their names: numbers in their ranges, and places; no others."""
+    numbers = {row.name: number_in(row.low, row.high) for row in rows if not row.words and row.name not in MOMENT}
+    return numbers | _PLACES
+
+
 def moment(text: str) -> float:
     """A time with its zone, or seconds since 1970."""
     from aomc_sky.formats.report import BadValueError
-    from aomc_sky.formats.sky_toml import rules
+    from aomc_sky.formats.sky_toml import keys
 
     is_number = text.lstrip("+-").replace(".", "", 1).isdecimal()
     try:
-        return rules.time(float(text) if is_number else text)
+        return keys.time(float(text) if is_number else text)
     except BadValueError as problem:
         raise argparse.ArgumentTypeError(f"{problem.message}; {problem.advice}") from None

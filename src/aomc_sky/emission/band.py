@@ -26,7 +26,7 @@ from aomc_sky.kernels.arithmetic.elementary import NARROW_HALF_WIDTH
 from aomc_sky.kernels.cells.order import split_order
 from aomc_sky.plan.options import Order, Placement
 from aomc_sky.plan.plan import Plan
-from aomc_sky.plan.sampling.streams import philox_pair, photon_keys
+from aomc_sky.plan.streams import philox_pair, photon_keys
 
 _SHORT = 2**32
 _LONG_RUN = 8

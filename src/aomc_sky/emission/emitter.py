@@ -16,9 +16,8 @@ from aomc_sky.emission.photons import number_columns
 from aomc_sky.kernels.arithmetic.constants import NUMBER_STEPS, on_cache_lines, scratch_words
 from aomc_sky.kernels.backend import use_kernels
 from aomc_sky.kernels.cells.laws import slope_words
-from aomc_sky.plan.footprint import Footprint, FootprintShape
 from aomc_sky.plan.laws import law_of
-from aomc_sky.plan.options import Placement
+from aomc_sky.plan.options import Footprint, FootprintShape, Placement
 from aomc_sky.plan.plan import Plan
 
 T = TypeVar("T")

@@ -18,7 +18,7 @@ from aomc_sky.emission.photons import MAX_NUMBERS, Arrays, Photon, PhotonBatch, 
 from aomc_sky.float_mode import in_default_mode, require_default
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.plan.footprint import Footprint
+from aomc_sky.plan.options import Footprint
 from aomc_sky.plan.plan import Plan
 from aomc_sky.whole_number import as_index, as_index_within
 

@@ -17,7 +17,7 @@ from aomc_sky.emission.source_witnesses import witnesses
 from aomc_sky.errors import UsageError
 from aomc_sky.kernels.arithmetic.constants import NUMBER_STEPS
 from aomc_sky.plan.plan import Plan
-from aomc_sky.plan.sampling.streams import STREAM_VERSION
+from aomc_sky.plan.streams import STREAM_VERSION
 
 MAGIC = b"AOMC-SKY"
 LAYOUT = 1

@@ -15,10 +15,10 @@ import numpy as np
 
 import aomc_sky
 from aomc_sky.errors import ModelLimitWarning, UsageError
-from aomc_sky.formats.sky_toml.keys import MoonDirection
+from aomc_sky.formats.sky_toml.sections import MoonDirection
 from aomc_sky.formats.text_file import read_bytes, write_atomically, write_bytes_atomically
 from aomc_sky.grid import PatchGrid
-from aomc_sky.outputs.folder.run_folder import create_folder
+from aomc_sky.outputs.run_folder import create_folder
 from aomc_sky.outputs.tables.atmosphere import (
     MOST_SOURCES,
     Saves,

@@ -10,13 +10,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from aomc_sky.atomic_file import prepare_target
 from aomc_sky.engine.stored_run import StoredRun
 from aomc_sky.errors import ForeignOutputError, SceneError, UsageError
-from aomc_sky.outputs.folder.run_folder import RunFolder, create_folder
 from aomc_sky.outputs.photon_formats import SOURCE, SOURCE_FILE, photon_writer
 from aomc_sky.outputs.photons.files import PhotonFiles, Progress, emit_photons, photon_files, require_space
 from aomc_sky.outputs.photons.mcpl import McplWriter
+from aomc_sky.outputs.run_folder import RunFolder, create_folder
+from aomc_sky.system import prepare_target
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -4,23 +4,17 @@ from __future__ import annotations
 
 import json
 import os
-import platform
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, BinaryIO
 
-import numpy as np
-
-from aomc_sky.atomic_file import drop_leftovers
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import AomcSkyError, InputFileError, OutputError, UsageError, require_kind
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import COUNTS_FILES, counts_file
-from aomc_sky.outputs.folder.run_folder import RunFolder
-from aomc_sky.outputs.folder.target_file import check_folder
 from aomc_sky.outputs.manifest import (
     build_manifest,
     chosen_bands,
@@ -43,12 +37,14 @@ from aomc_sky.outputs.photons.files import (
     run_files,
     stored_files,
 )
+from aomc_sky.outputs.run_folder import RunFolder
 from aomc_sky.outputs.shard import BLOCK, MANIFEST, PART, PLAN, Shard, is_run_file
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
+from aomc_sky.outputs.target_file import check_folder
 from aomc_sky.plan.plan import Plan
 from aomc_sky.progress import is_free, progress_bar
 from aomc_sky.source.scene import Scene
-from aomc_sky.system import n_cpus
+from aomc_sky.system import drop_leftovers, n_cpus
 from aomc_sky.whole_number import as_number_of
 
 
@@ -305,19 +301,3 @@ def check_memory(source: PhotonSource, options: JobOptions) -> None:
             f"this run needs about {(plan + chunks) / 2**20:.0f} MiB besides Python, more than --max-memory allows; "
             "use fewer threads or larger cells"
         )
-
-
-def run_record(seconds: float, emitted: int, threads: int) -> dict[str, Any]:
-    """Time, speed and machine of a command: they are printed, and are not in the files."""
-    from importlib.metadata import version
-
-    return {
-        "finished": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
-        "seconds": round(seconds, 6),
-        "photons_per_second": round(emitted / seconds) if seconds > 0 else None,
-        "threads": threads,
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-        "numba": version("numba"),
-        "machine": platform.machine(),
-    }

@@ -11,9 +11,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import BinaryIO
 
-from aomc_sky.atomic_file import appearing, prepare_target
 from aomc_sky.errors import NOWHERE, InputFileError, OutputError, Span
-from aomc_sky.system import FileKindError, open_regular
+from aomc_sky.system import FileKindError, appearing, open_regular, prepare_target
 
 MAX_LINE_BYTES = 65_536
 MAX_FILE_BYTES = 2**31

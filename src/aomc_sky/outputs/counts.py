@@ -56,8 +56,9 @@ def counts_csv(source: PhotonSource, bands: list[int], masses: list[np.ndarray])
         head = f"{band + 1},{wavelength},{sky},"
         cells = np.flatnonzero(mass)
         _, first, share_of = np.unique(mass, return_index=True, return_inverse=True)  # cells of a ring share theirs
-        pairs = zip(mass[first].tolist(), source.expected(band)[first].tolist(), strict=True)
-        shares = [f"{share!r},{expected!r}" for share, expected in pairs]
+        expected = float(plan_band.requested) * mass[first]
+        pairs = zip(mass[first].tolist(), expected.tolist(), strict=True)
+        shares = [f"{share!r},{photons!r}" for share, photons in pairs]
         columns = (text_of[cells], share_of.ravel()[cells], counts[band, cells])
         rows = zip(*(column.tolist() for column in columns), strict=True)
         lines += [f"{head}{texts[k]},{shares[share]},{n}" for k, share, n in rows]

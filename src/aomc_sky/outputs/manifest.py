@@ -17,7 +17,7 @@ from aomc_sky.formats.text_file import refuse
 from aomc_sky.outputs.photon_formats import columns_of
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.plan.plan import OTHER_PROCESSOR
-from aomc_sky.plan.sampling.streams import STREAM_VERSION
+from aomc_sky.plan.streams import STREAM_VERSION
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import FileKindError, open_regular, read_regular
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -26,9 +25,6 @@ SOURCE, SOURCE_FILE = "source", "source.sky"
 RUN_FORMATS = (*FOLDER_FORMATS, SOURCE)
 """What a run writes."""
 
-WAVEBAND = "(?:[0-9]{4}|[1-9][0-9]{4,8})"
-"""Pattern of the number of a waveband in the name of a file."""
-
 
 def photon_writer(name: str) -> Any:
     """The writer class of a photon format."""
@@ -42,10 +38,3 @@ def columns_of(source: PhotonSource) -> tuple[str, ...]:
     weight = ("weight",) if source.has_weights else ()
     stokes = ("q", "u") if source.has_polarisation else ()
     return ("ux", "uy", "uz", *position, *weight, *stokes)
-
-
-def is_photon_file(name: str) -> bool:
-    """Whether this is the name of a file of photons."""
-    ending = name.rpartition(".")[2]
-    names = map(re.escape, photon_writer(ending).names if ending in PHOTON_FORMATS else ())
-    return any(re.fullmatch(pattern.replace(re.escape("{:04d}"), WAVEBAND), name) for pattern in names)

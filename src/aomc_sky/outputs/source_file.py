@@ -5,12 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from aomc_sky.atomic_file import prepare_target
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.source_file import head_of
 from aomc_sky.errors import UsageError, require_kind
 from aomc_sky.formats.text_file import refuse, write_bytes_atomically
-from aomc_sky.system import FileKindError, open_regular
+from aomc_sky.system import FileKindError, open_regular, prepare_target
 
 _MAX_BYTES = 2**34
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from aomc_sky.errors import UsageError
-from aomc_sky.formats.sky_toml.rules import moment_text
+from aomc_sky.formats.sky_toml.keys import moment_text
 from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.picture import MOST_PANELS, RADIANCE, Dome, Picture
 from aomc_sky.pictures.source import LOBE_BINS, lobe_note, marks_of

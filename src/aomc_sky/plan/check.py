@@ -16,19 +16,19 @@ import numpy as np
 from aomc_sky.component import N_CELL_PARAMETERS, Component, Law, is_polarisation
 from aomc_sky.errors import AomcSkyError, InputFileError
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.plan.band import PlanBand
-from aomc_sky.plan.footprint import Footprint
+from aomc_sky.plan.allocation import MAX_PHOTONS, AllocationMethod
+from aomc_sky.plan.counts import PlanBand
 from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.options import (
     MAX_REPLICATES,
+    Footprint,
     Method,
     Order,
     Placement,
     Precision,
     method_of,
 )
-from aomc_sky.plan.sampling.allocation import MAX_PHOTONS, AllocationMethod
-from aomc_sky.plan.sampling.streams import MAX_SEED, PHOTON_STREAMS, STREAM_VERSION, photon_keys
+from aomc_sky.plan.streams import MAX_SEED, PHOTON_STREAMS, STREAM_VERSION, photon_keys
 from aomc_sky.whole_number import as_index_within
 
 MAX_CELLS = 2**31 - 1

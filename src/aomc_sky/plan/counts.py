@@ -1,17 +1,30 @@
-"""The photon counts of a plan, made from its masses; `verify` makes them again."""
+"""The wavebands of a plan, and their photon counts, made from its masses; `verify` makes the counts again."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from itertools import accumulate
 from typing import Any
 
 import numpy as np
 
 from aomc_sky.component import Component
-from aomc_sky.plan.band import PlanBand
-from aomc_sky.plan.sampling.allocation import AllocationMethod, allocate_bands
-from aomc_sky.plan.sampling.walk import WalkedGrid
+from aomc_sky.plan.allocation import AllocationMethod, WalkedGrid, allocate_bands
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PlanBand:
+    """One waveband of a plan."""
+
+    wavelength_nm: float  #: [nm]
+    sky_wavelength_nm: float  #: of the sky that it takes; NaN where the sky has none [nm]
+    requested: int  #: photons of all replicates together
+    row: int  #: of the components' masses, weights and slopes
+    #: Irradiance of each component on a horizontal plane, None where it is not known. [W m-2 nm-1]
+    irradiance_W_m2_nm: tuple[float, ...] | None = None  # noqa: N815
+    #: Of the light of the lobes, the share that comes from below the horizon and sends no photons. [0 to 1]
+    horizon_loss: float = 0.0
 
 
 def replicate_band_photons(requested: np.ndarray, replicates: int) -> np.ndarray:

@@ -22,9 +22,9 @@ from aomc_sky.component import Component, Law
 from aomc_sky.errors import InputFileError, OutputError
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
-from aomc_sky.plan.band import PlanBand
 from aomc_sky.plan.check import check_members, check_stream, refused
-from aomc_sky.plan.sampling.streams import STREAM_VERSION, photon_keys
+from aomc_sky.plan.counts import PlanBand
+from aomc_sky.plan.streams import STREAM_VERSION, photon_keys
 from aomc_sky.system import FileKindError, open_regular
 
 MAX_PLAN_BYTES = 2**34

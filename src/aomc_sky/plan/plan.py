@@ -11,8 +11,8 @@ import numpy as np
 from aomc_sky.component import Component
 from aomc_sky.errors import InputFileError, OutputError
 from aomc_sky.float_mode import in_default_mode
-from aomc_sky.plan.band import PlanBand
 from aomc_sky.plan.check import check_plan
+from aomc_sky.plan.counts import PlanBand
 from aomc_sky.plan.file import as_members, from_members, npz_bytes, read_npz, sha256_of
 
 OTHER_PROCESSOR = 1e-12

@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.formats.sky_models import SKY_MODELS
 
 
 @runtime_checkable
@@ -45,6 +44,8 @@ class SkyModel(Protocol):
 
 def sky_model(name: str) -> Any:
     """The class of a sky model, by a name of `SKY_MODELS`; its instances are `SkyModel`s."""
+    from aomc_sky.formats.sky_models import SKY_MODELS  # with Python's list of packages, which few scenes need
+
     target = SKY_MODELS.get(name)
     if target is None:
         raise UsageError(f"there is no sky model {name!r}; the models are {', '.join(sorted(SKY_MODELS))}")

@@ -6,10 +6,8 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,14 +21,12 @@ from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.report import beyond_memory
-from aomc_sky.plan.band import PlanBand
-from aomc_sky.plan.counts import cumulative_counts
-from aomc_sky.plan.footprint import Footprint
+from aomc_sky.plan.allocation import MAX_PHOTONS, AllocationMethod, allocate, checked_photons, normalise
+from aomc_sky.plan.counts import PlanBand, cumulative_counts
 from aomc_sky.plan.laws import law_of
-from aomc_sky.plan.options import Placement, SamplingOptions, resolve_options
+from aomc_sky.plan.options import Footprint, Placement, SamplingOptions, resolve_options
 from aomc_sky.plan.plan import Plan
-from aomc_sky.plan.sampling.allocation import MAX_PHOTONS, AllocationMethod, allocate, checked_photons, normalise
-from aomc_sky.plan.sampling.streams import STREAM_VERSION, checked_seed
+from aomc_sky.plan.streams import STREAM_VERSION, checked_seed
 from aomc_sky.record import same_content
 from aomc_sky.skies.model import has_share
 from aomc_sky.wavebands import Wavebands, as_wavebands
@@ -253,13 +249,8 @@ class Scene:
 
     def refuse_dark_bands(self) -> None:
         """Raise for the first band that wants photons and has no light."""
-        wanting = np.flatnonzero(self.n_photons)
-        dark = [
-            row
-            for row in np.unique(self.row_of_band[wanting])
-            if not any(c.strength[row] > 0 and c.mass_of(row).max(initial=0.0) > 0 for c in self.components)
-        ]
-        for band in wanting[np.isin(self.row_of_band[wanting], dark)].tolist():
+        is_lit = np.any([(c.strength > 0) & (c.mass.max(axis=1, initial=0.0) > 0) for c in self.components], axis=0)
+        for band in np.flatnonzero((self.n_photons > 0) & ~is_lit[self.row_of_band]).tolist():
             sky = self.sky_wavelength_nm[band]
             where = "" if np.isnan(sky) else f" (the sky's values at {sky:g} nm are all zero)"
             raise SceneError(
@@ -348,15 +339,6 @@ def require_projected(weighting: str | None, what: str) -> None:
             f"{what} sends photons through the horizontal sea surface; weighting {weighting!r} does not; leave "
             "--weighting out, or write --sky uniform"
         )
-
-
-def photons_of_intensity(intensity: np.ndarray, iterations: int) -> np.ndarray:
-    """Round-half-up of intensity x iterations, exact in the decimals of the file."""
-    exact = [math.floor(Fraction(repr(float(x))) * iterations + Fraction(1, 2)) for x in intensity]
-    if max(exact) > MAX_PHOTONS:
-        found = f"{max(intensity):g} x {iterations}"
-        raise SceneError(f"intensity x iterations must not exceed 2^62 photons in a band, got {found}")
-    return np.array(exact, dtype=np.int64)
 
 
 def joint_mass(components: tuple[Component, ...], row: int) -> np.ndarray:

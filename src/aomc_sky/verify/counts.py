@@ -10,8 +10,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.errors import require_one_of
 from aomc_sky.kernels.arithmetic.error_free import FIXED_POINT_BITS
-from aomc_sky.plan.sampling.allocation import AllocationMethod, fixed_point_cumulative, normalise
-from aomc_sky.plan.sampling.walk import WalkedGrid, walk_of_cells
+from aomc_sky.plan.allocation import AllocationMethod, WalkedGrid, fixed_point_cumulative, normalise, walk_of_cells
 from aomc_sky.verify.report import chi_square_tails, pooled, sidak_level, two_sided
 from aomc_sky.whole_number import as_index_within
 

@@ -16,7 +16,7 @@ from aomc_sky.directions import Frame, sky_from_travel
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.outputs.photons.files import PhotonRows, in_order
 from aomc_sky.plan.options import Placement
-from aomc_sky.plan.sampling.streams import stream_key
+from aomc_sky.plan.streams import stream_key
 from aomc_sky.system import n_cpus
 from aomc_sky.verify import zone_tests
 from aomc_sky.verify.counts import FAMILY_LEVEL

@@ -15,7 +15,6 @@ from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import OutputError
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import COUNTS_FILES, counts_file
-from aomc_sky.outputs.folder.run_folder import RunFolder, os_error
 from aomc_sky.outputs.manifest import chosen_bands, differences, manifest_again, scene_part
 from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, SOURCE, SOURCE_FILE, photon_writer
 from aomc_sky.outputs.photons.files import (
@@ -30,11 +29,12 @@ from aomc_sky.outputs.photons.files import (
     run_files,
     stored_files,
 )
+from aomc_sky.outputs.run_folder import RunFolder, os_error
 from aomc_sky.outputs.shard import BLOCK, MANIFEST, block_spans
 from aomc_sky.outputs.statistics import PhotonSums
+from aomc_sky.plan.allocation import AllocationMethod
 from aomc_sky.plan.counts import cumulative_counts
 from aomc_sky.plan.plan import Plan, differing
-from aomc_sky.plan.sampling.allocation import AllocationMethod
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import read_at
 from aomc_sky.verify.counts import FAMILY_LEVEL

@@ -15,18 +15,17 @@ from hypothesis import strategies as st
 
 from aomc_sky import inputs
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.sky_toml.file import MAX_BYTES, SkyToml, key_spans, read_sky_toml
-from aomc_sky.formats.sky_toml.keys import (
-    KEYS,
-    SETS,
+from aomc_sky.formats.sky_toml.file import MAX_BYTES, key_spans, read_sky_toml
+from aomc_sky.formats.sky_toml.keys import KEYS, SETS, set_problem
+from aomc_sky.formats.sky_toml.sections import (
     AtmosphereSection,
     BackgroundSection,
     FieldSection,
     MoonDirection,
     PerezSection,
     SkySection,
+    SkyToml,
     SunSection,
-    set_problem,
 )
 from tests.support.limits import MOST_CPU_S
 from tests.support.shared import DATA, REPOSITORY

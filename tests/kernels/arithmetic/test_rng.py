@@ -5,7 +5,7 @@ import pytest
 
 from aomc_sky.kernels.arithmetic import rng
 from aomc_sky.kernels.jit import shared
-from aomc_sky.plan.sampling import streams
+from aomc_sky.plan import streams
 
 # Random123, kat_vectors: philox4x32 10, counter, key, words
 KNOWN = [

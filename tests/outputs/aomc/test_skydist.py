@@ -19,8 +19,8 @@ from aomc_sky.errors import AllocationError, SceneError
 from aomc_sky.formats.aomc.amc import LightSource, read_amc
 from aomc_sky.outputs.aomc import skydist
 from aomc_sky.outputs.aomc.skydist import MOST_PHOTONS, AomcSky, aomc_sky, exact_radiances, write_aomc_folder
-from aomc_sky.outputs.folder.run_folder import RunFolder
-from aomc_sky.plan.sampling.allocation import allocate
+from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.plan.allocation import allocate
 from aomc_sky.skies.tabulated import TabulatedSky, aomc_weight
 from tests.support.fortran import compile_reader, needs_gfortran
 from tests.support.shared import DATA, INPUTS

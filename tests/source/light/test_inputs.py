@@ -16,12 +16,11 @@ from hypothesis import strategies as st
 import aomc_sky as sky
 from aomc_sky.errors import ModelLimitWarning
 from aomc_sky.formats.aomc.amc import read_amc
-from aomc_sky.formats.sky_toml.keys import PerezSection, SunSection
+from aomc_sky.formats.sky_toml.sections import PerezSection, SunSection
 from aomc_sky.inputs import Entrance
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG
-from aomc_sky.source.light.amounts import MEDIAN_DELTA, amounts_of_fractions, direct_fraction, perez_arguments
 from aomc_sky.source.light.inputs import LightInputs, given_inputs
-from aomc_sky.source.light.sun import Sun
+from aomc_sky.source.light.sun import MEDIAN_DELTA, Sun, amounts_of_fractions, direct_fraction, perez_arguments
 from tests.support.shared import INPUTS
 
 FLAT = {"spectrum": "flat"}

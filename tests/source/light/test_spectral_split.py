@@ -13,7 +13,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.cli.main import main
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
-from aomc_sky.formats.sky_toml.keys import PerezSection
+from aomc_sky.formats.sky_toml.sections import PerezSection
 from aomc_sky.source.light.spectral_split import LARGEST_TURBIDITY, REFERENCE, SpectralSplit, spectral_split
 from aomc_sky.source.light.sun import Sun
 from tests.support.scenes import copy_scene

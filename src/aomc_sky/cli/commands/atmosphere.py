@@ -115,7 +115,7 @@ def _range(text: str) -> tuple[float, ...]:
 def atmosphere(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.engine.atmosphere import prepare_table, solve_table, table_report, write_netcdf, write_table
-    from aomc_sky.outputs.folder.run_folder import create_folder
+    from aomc_sky.outputs.run_folder import create_folder
     from aomc_sky.progress import progress_bar, status_line
 
     if not arguments.no_save_tex:
@@ -145,7 +145,8 @@ def atmosphere(arguments: argparse.Namespace) -> int:
 
 def _request(arguments: argparse.Namespace) -> TableRequest:
     from aomc_sky.engine.atmosphere import TableRequest
-    from aomc_sky.formats.sky_toml.keys import GLOW_KEY, moon_direction
+    from aomc_sky.formats.sky_toml.keys import GLOW_KEY
+    from aomc_sky.formats.sky_toml.sections import moon_direction
     from aomc_sky.outputs.tables.atmosphere import Saves
     from aomc_sky.source.light.inputs import given_lights
 
@@ -170,7 +171,7 @@ def _request(arguments: argparse.Namespace) -> TableRequest:
 def _check_targets(arguments: argparse.Namespace) -> None:
     """Refuse to replace files of others; every file of a table beside a report of ours is ours."""
     from aomc_sky.engine.atmosphere import DESCRIPTION_NAME, NETCDF_NAME, REPORT_HEAD, REPORT_NAME, SKYDIST_NAME
-    from aomc_sky.outputs.folder.target_file import check_folder, check_target, is_ours
+    from aomc_sky.outputs.target_file import check_folder, check_target, is_ours
 
     if arguments.out is not None:
         check_target(arguments.out, "--out", force=arguments.force, inputs=[arguments.path])

@@ -96,8 +96,8 @@ def add_options(parser: Parser) -> None:
 def plot(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.extras import optional_module
-    from aomc_sky.outputs.folder.target_file import check_target
     from aomc_sky.outputs.picture import save_picture
+    from aomc_sky.outputs.target_file import check_target
     from aomc_sky.pictures.dome import ColourChoice, View
     from aomc_sky.pictures.panels import figure_of
 
@@ -319,7 +319,7 @@ def _netcdf(arguments: argparse.Namespace) -> tuple[Picture, int]:
 
 def _background(arguments: argparse.Namespace) -> tuple[Picture, int]:
     """The sky at one time with a dome for each wavelength, or at up to 12 times."""
-    from aomc_sky.formats.sky_toml.rules import moment_text
+    from aomc_sky.formats.sky_toml.keys import moment_text
     from aomc_sky.pictures.backgrounds import lobe_picture
 
     if arguments.time is None:

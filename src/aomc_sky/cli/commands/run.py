@@ -7,6 +7,7 @@ import json
 import math
 import platform
 import sys
+import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
@@ -168,7 +169,7 @@ def _folder(arguments: argparse.Namespace, scene: Scene) -> Path:
     scene_folder = None if named is None else Path(named).parent
     if arguments.out is None:
         return (scene_folder or Path()) / "aomc-sky-out"
-    from aomc_sky.outputs.folder.target_file import check_folder
+    from aomc_sky.outputs.target_file import check_folder
 
     check_folder(arguments.out, "--out", scene=scene_folder)
     return Path(arguments.out)
@@ -176,13 +177,11 @@ def _folder(arguments: argparse.Namespace, scene: Scene) -> Path:
 
 def run_values(source: PhotonSource, result: JobResult, folder: Path) -> dict[str, Any]:
     """A run or a shard as JSON values: the manifest, if there is one, and what was done."""
-    from aomc_sky.engine.run import run_record
-
     values = {
         **(result.manifest or {"plan_sha256": source.plan.sha256, "seed": source.plan.seed}),
         "folder": str(folder),
         "was_finished": result.was_finished,
-        "run": run_record(result.seconds, result.emitted, result.threads),
+        "run": run_record(result),
     }
     if result.shard is not None:
         n_photons = sum(end - first for _, first, end in result.ranges)
@@ -190,6 +189,24 @@ def run_values(source: PhotonSource, result: JobResult, folder: Path) -> dict[st
         values["shard"] = {"index": result.shard.index, "count": result.shard.count, "photons": n_photons}
         values["missing"] = [str(shard) for shard in result.missing]
     return values
+
+
+def run_record(result: JobResult) -> dict[str, Any]:
+    """Time, speed and machine of a command: they are printed, and are not in the files."""
+    from importlib.metadata import version
+
+    import numpy as np
+
+    return {
+        "finished": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
+        "seconds": round(result.seconds, 6),
+        "photons_per_second": round(result.emitted / result.seconds) if result.seconds > 0 else None,
+        "threads": result.threads,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+        "numba": version("numba"),
+        "machine": platform.machine(),
+    }
 
 
 _ENDLESS = (

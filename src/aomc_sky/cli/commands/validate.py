@@ -125,7 +125,7 @@ def _read_toml(path: Path, arguments: argparse.Namespace) -> None:
     if toml.atmosphere is not None:
         _read_atmosphere(Path(toml.atmosphere.file), arguments.allow_path)
     if toml.sky.table is not None and arguments.sky is None:
-        from aomc_sky.formats.sky_toml.keys import SunSection
+        from aomc_sky.formats.sky_toml.sections import SunSection
         from aomc_sky.source.read.field import read_sky_field
 
         sun = toml.sun.over(SunSection(azimuth_deg=0.0))  # amc.inp has one

@@ -5,8 +5,8 @@ from __future__ import annotations
 import os
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,6 @@ from aomc_sky.errors import Problem, Span
 from aomc_sky.formats.report import SYNONYM, BadValueError, Report, nearest, remark_of
 from aomc_sky.formats.sky_models import is_sunless
 from aomc_sky.formats.sky_toml.keys import (
-    BUILDERS,
     DIFFUSE_MODELS,
     FIELD_KEYS,
     KEYS,
@@ -24,16 +23,16 @@ from aomc_sky.formats.sky_toml.keys import (
     POLARISATION,
     REPEATED,
     REQUIRED,
-    AtmosphereSection,
-    BackgroundSection,
-    PerezSection,
-    SkyOption,
-    SkySection,
-    SunSection,
+    joined,
     moon_problem,
     set_problem,
+    shown_value,
 )
-from aomc_sky.formats.sky_toml.rules import joined, shown_value
+from aomc_sky.formats.sky_toml.sections import (
+    BUILDERS,
+    SkyOption,
+    SkyToml,
+)
 from aomc_sky.formats.text_file import read_bytes, refuse
 
 MAX_BYTES = 65_536
@@ -49,18 +48,6 @@ _LINE = re.compile(
     re.MULTILINE,
 )
 _TOML_POSITION = re.compile(r" \(at (?:line (\d+), column (\d+)|end of document)\)\Z")
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class SkyToml:
-    """Contents of sky.toml; a missing section is empty."""
-
-    perez: PerezSection = field(default_factory=PerezSection)
-    sun: SunSection = field(default_factory=SunSection)
-    clear_sky: Mapping[str, float] = field(default_factory=dict)  #: The keys that are given
-    sky: SkySection = field(default_factory=SkySection)
-    background: tuple[BackgroundSection, ...] = ()
-    atmosphere: AtmosphereSection | None = None
 
 
 def read_sky_toml(path: str | Path, *, n_wavebands: int | None = None, allow_paths: Sequence[str] = ()) -> SkyToml:

@@ -1,31 +1,267 @@
-"""Sections and keys of sky.toml, their ranges, and the sets that belong together."""
+"""Keys of sky.toml: the rule that returns a good value and refuses a bad one, and the keys that belong together."""
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable, Collection, Mapping
-from dataclasses import dataclass, field
+import datetime
+import math
+import sys
+from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
 from numbers import Real
 from typing import Any
 
-from aomc_sky.errors import Span
-from aomc_sky.formats.report import BadValueError
-from aomc_sky.formats.sky_toml.rules import (
-    Rule,
-    azimuth_words,
-    choice,
-    count,
-    indices,
-    number,
-    rules_of,
-    several,
-    signs,
-    sky_name,
-    text,
-    time,
-    unit_of_radiance,
-)
-from aomc_sky.inputs import CLEAR_SKY, INPUTS, LIGHTS, MODEL, PEREZ, SUN
+from aomc_sky.formats.report import BadValueError, Gathered, nearest
+from aomc_sky.inputs import CLEAR_SKY, INPUTS, LIGHTS, MODEL, PEREZ, SUN, Input
+
+LATEST_S = 253_402_300_799.0
+EARLIEST_S = -62_135_596_800.0
+"""Seconds since 1970-01-01 UTC of the first and the last second of the years 1 to 9999."""
+
+_LIKELY = 0.6  # likeness of a name from which it is named as the nearest
+_MAX_TEXT = 1000
+_TIMES = "write 2026-06-21T23:30:00Z, 2026-06-22T01:30:00+02:00, or seconds since 1970-01-01 UTC"
+
+Rule = Callable[[object], Any]
+"""Returns a good value in the form of later use; BadValueError (E703, E704) for any other value."""
+
+
+def range_text(low: float, high: float) -> str:
+    """A range for a person."""
+    return f"{low:g} or more" if high == math.inf else f"{low:g} to {high:g}"
+
+
+def number(low: float = -math.inf, high: float = math.inf) -> Rule:
+    """A number with low <= value <= high."""
+
+    def read(value: object) -> float:
+        allowed = range_text(low, high)
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise BadValueError("E703", f"{shown_value(value)} is not a number", advice=f"write a number, {allowed}")
+        if not abs(value) <= sys.float_info.max:  # whole numbers of TOML have no limit
+            raise BadValueError("E704", f"{shown_value(value)} is not finite", advice=f"write {allowed}")
+        if not low <= value <= high:
+            message = f"{shown_value(value)} is outside the range {allowed}"
+            raise BadValueError("E704", message, advice=f"write {allowed}")
+        return float(value)
+
+    return read
+
+
+def count(low: int, high: int) -> Rule:
+    """A whole number with low <= value <= high."""
+
+    def read(value: object) -> int:
+        advice = f"write a whole number, {low} to {high}"
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise BadValueError("E703", f"{shown_value(value)} is not a whole number", advice=advice)
+        if not low <= value <= high:
+            message = f"{shown_value(value)} is outside the range {low} to {high}"
+            raise BadValueError("E704", message, advice=advice)
+        return value
+
+    return read
+
+
+def flag(value: object) -> bool:
+    """Read true or false."""
+    if not isinstance(value, bool):
+        raise BadValueError("E703", f"{shown_value(value)} is neither true nor false", advice="write true or false")
+    return value
+
+
+def choice(words: Sequence[str]) -> Rule:
+    """One of a few words."""
+
+    def read(value: object) -> str:
+        advice = f"write {joined([_quoted(word) for word in words])}"
+        if not isinstance(value, str):
+            raise BadValueError("E703", f"{shown_value(value)} is not a word", advice=advice)
+        if value not in words:
+            raise BadValueError("E704", f"{shown_value(value)} is not one of the known words", advice=advice)
+        return value
+
+    return read
+
+
+_FILES: tuple[tuple[tuple[str, ...], str, str], ...] = (
+    ((".nc", ".nc4", ".csv", ".tsv"), "a field or a measured sky is a file, not the name of a sky",
+     'write table = "{0}" below [sky] of sky.toml, or alone: aomc-sky run {0}'),
+    ((".atmo", "atmosphere"), "an atmosphere is a description in a file, not the name of a sky",
+     'write file = "FILE.atmo" below [atmosphere] of sky.toml'),
+    ((".py",), "a function of Python is not the name of a sky",
+     "give it to sky.weather_scene(sky=...), or install it as a sky model: docs/howto/own_sky.md"),
+)  # fmt: skip
+_HYDROLIGHT = ("hydrolight", "ecolight", "hcnrad")
+
+
+def sky_name(words: Sequence[str]) -> Rule:
+    """A sky of our own, one of the `words`, or one that another package has registered."""
+
+    def read(value: object) -> str:
+        if not isinstance(value, str) or value in words:
+            return str(choice(words)(value))
+        from aomc_sky.formats.sky_models import installed_skies  # a look through all packages
+
+        installed = installed_skies()
+        if value in installed.plugins:
+            return value
+        if value.lower() in _HYDROLIGHT:
+            message = f"there is no sky model {shown_value(value)}: HydroLight's pattern of the sky is harrison-coombes"
+            raise BadValueError("E704", message, advice='write "harrison-coombes"')
+        for endings, message, advice in _FILES:
+            if value.lower().endswith(endings):
+                raise BadValueError("E704", f"{shown_value(value)}: {message}", advice=advice.format(value))
+        names = joined([_quoted(name) for name in (*words, *installed.plugins)])
+        if value in installed.refused:
+            raise BadValueError("E704", installed.refused[value], advice=f"write {names}")
+        best = nearest(value, [name for name in (*words, *installed.plugins) if name != "none"], at_least=_LIKELY)
+        message = f"there is no sky model {shown_value(value)}{f'; the nearest is {best}' if best else ''}"
+        raise BadValueError("E704", message, advice=f"write {names}, or install the package that has it")
+
+    return read
+
+
+def text(what: str) -> Rule:
+    """A text that is not empty; `what` it is, for messages."""
+
+    def read(value: object) -> str:
+        advice = f"write {what} in quotes"
+        if not isinstance(value, str):
+            raise BadValueError("E703", f"{shown_value(value)} is not a text", advice=advice)
+        if not value or "\0" in value or len(value) > _MAX_TEXT:
+            raise BadValueError("E704", f"{shown_value(value)} is not {what}", advice=advice)
+        return value
+
+    return read
+
+
+def azimuth_words(value: object) -> str:
+    """Words on where azimuths count from."""
+    from aomc_sky.formats.azimuth_words import AZIMUTH_FORMS, UnclearError, convention_of
+
+    words = str(text("words such as 'clockwise from north'")(value))
+    try:
+        convention_of(words)
+    except UnclearError as error:
+        raise BadValueError("E704", str(error), advice=f"write {AZIMUTH_FORMS}") from None
+    return words
+
+
+def unit_of_radiance(value: object) -> str:
+    """A unit of spectral radiance, or "relative"."""
+    from aomc_sky.formats.radiance_unit import radiance_factor
+
+    unit = str(text("a unit such as 'W m-2 nm-1 sr-1'")(value))
+    if radiance_factor(unit) is None:
+        message = f"{shown_value(unit)} is no unit of spectral radiance"
+        raise BadValueError(
+            "E704", message, advice='write "mW m-2 nm-1 sr-1", another unit of this kind, or "relative"'
+        )
+    return unit
+
+
+def time(value: object) -> float:
+    """Read a point in time with its zone, as seconds since 1970-01-01 UTC."""
+    if isinstance(value, (int, float)):
+        try:
+            return float(number(EARLIEST_S, LATEST_S)(value))
+        except BadValueError as problem:
+            problem.advice = _TIMES
+            raise
+    moment = _moment(value)
+    if moment is None:
+        raise BadValueError("E703", f"{shown_value(value)} is not a date with a time of day", advice=_TIMES)
+    if moment.utcoffset() is None:
+        raise BadValueError("E703", f"{shown_value(value)} has no time zone", advice=_TIMES)
+    since = moment - datetime.datetime(1970, 1, 1, tzinfo=datetime.UTC)
+    seconds = since / datetime.timedelta(seconds=1)
+    if not EARLIEST_S <= seconds <= LATEST_S:
+        raise BadValueError("E704", f"{shown_value(value)} is outside the years 1 to 9999 in UTC", advice=_TIMES)
+    return seconds
+
+
+def several(rule: Rule, *, or_one: bool = False) -> Rule:
+    """An array of values of one rule, or where `or_one` is true a single value of it, read as a tuple."""
+
+    def read(value: object) -> tuple[Any, ...]:
+        if not isinstance(value, list):
+            if or_one:
+                return (rule(value),)
+            advice = f"write an array, [{value!r}]" if isinstance(value, (int, float)) else "write an array"
+            raise BadValueError("E703", f"{shown_value(value)} is not an array", advice=advice)
+        if not value:
+            raise BadValueError("E704", "the array is empty", advice="write a value, or leave the key out")
+        gathered = Gathered()
+        good = tuple(gathered.attempt(partial(rule, element)) for element in value)
+        gathered.close()
+        return good
+
+    return read
+
+
+def signs(value: object) -> tuple[float, float]:
+    """Read an array of two signs."""
+    if not isinstance(value, list) or len(value) != 2 or any(type(one) is bool or one not in (1, -1) for one in value):
+        advice = "write [1, -1] with the sign of Q and that of U"
+        raise BadValueError("E704", "not an array of two signs, 1 or -1", advice=advice)
+    return float(value[0]), float(value[1])
+
+
+def indices(value: object) -> tuple[tuple[str, int], ...]:
+    """Read a table of names and whole numbers from 0, as pairs."""
+    advice = "write names of dimensions and indices from 0, { stokes = 0 }"
+    if not isinstance(value, dict):
+        raise BadValueError("E703", f"{shown_value(value)} is not a table", advice=advice)
+    for one in value.values():
+        if isinstance(one, bool) or not isinstance(one, int) or one < 0:
+            raise BadValueError("E704", f"{shown_value(one)} is not a whole number from 0", advice=advice)
+    return tuple((str(name), index) for name, index in value.items())
+
+
+def rules_of(rows: Mapping[str, Input]) -> dict[str, Rule]:
+    """Rule of each key of some inputs of the light."""
+    return {
+        name: flag if row.is_switch else choice(row.words) if row.words else number(row.low, row.high)
+        for name, row in rows.items()
+    }
+
+
+def _moment(value: object) -> datetime.datetime | None:
+    """A date with time of day, as TOML has it or as ISO 8601 text."""
+    if isinstance(value, datetime.datetime):
+        return value
+    if not isinstance(value, str):
+        return None
+    try:
+        moment = datetime.datetime.fromisoformat(value.strip())
+    except ValueError:
+        return None
+    has_time = len(value.strip()) > len("2026-06-21")
+    return moment if has_time else None
+
+
+def moment_text(unix_time_s: float) -> str:
+    """A time that `Time` read, in ISO 8601 and UTC."""
+    moment = datetime.datetime(1970, 1, 1) + datetime.timedelta(seconds=unix_time_s)
+    return f"{moment.isoformat()}Z"
+
+
+def _quoted(word: str) -> str:
+    return f'"{word}"'
+
+
+def shown_value(value: object) -> str:
+    """A value as a message shows it: short, and as TOML has it."""
+    if isinstance(value, (bool, dict, list)):
+        return {bool: str(value).lower(), dict: "a table", list: "an array"}[type(value)]
+    text = repr(value) if isinstance(value, str) else str(value)
+    return text if len(text) <= 40 else f"{text[:37]}..."
+
+
+def joined(words: Sequence[str]) -> str:
+    """Words of a choice for a person: a, b or c."""
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} or {words[-1]}"
+
 
 COEFFICIENT_NAMES = ("a", "b", "c", "d", "e")
 SETS = (("dni", "dhi"), ("ghi", "dni"), ("ghi", "dhi"), ("ghi", "dni", "dhi"), ("epsilon", "delta"), COEFFICIENT_NAMES)
@@ -124,193 +360,6 @@ PATHS = {"sky": ("table",), "background": ("file",), "atmosphere": ("file",)}
 """Keys that name a file, relative to the folder of sky.toml."""
 
 
-class Section:
-    """A section, all of which may be left out."""
-
-    __slots__ = ()
-
-    @property
-    def is_empty(self) -> bool:
-        """Whether nothing is given."""
-        return self == type(self)()
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class PerezSection(Section):
-    """[perez]: one of the `SETS`, or nothing, and the spectrum; of sky.toml or of a caller."""
-
-    #: Direct normal, diffuse horizontal, global horizontal irradiance. [W m-2, 0 to 10 000]
-    dni: float | None = None
-    dhi: float | None = None
-    ghi: float | None = None
-    epsilon: float | None = None  #: Sky clearness. [1 or more]
-    delta: float | None = None  #: Sky brightness. [0 or more]
-    coefficients: tuple[float, float, float, float, float] | None = None  #: a, b, c, d, e of eq. (1). [-1000 to 1000]
-    spectrum: str | None = None  #: "flat" or `SPECTRL2`
-    origin: str = field(default=SKY_TOML, compare=False)  #: who says so
-    words: str = field(default="", compare=False)  #: for a person, if the set was computed
-
-    def __str__(self) -> str:
-        """The set for a person, and who says it."""
-        return f"{self.text} ({self.origin})"
-
-    @property
-    def text(self) -> str:
-        """The set for a person."""
-        if self.words:
-            return self.words
-        if self.coefficients is not None:
-            return f"coefficients {', '.join(f'{c:g}' for c in self.coefficients)}"
-        if self.epsilon is not None:
-            return f"epsilon {self.epsilon:g} and Delta {self.delta:g}"
-        named = (("ghi", self.ghi), ("dni", self.dni), ("dhi", self.dhi))
-        *others, last = [f"{name} {value:g}" for name, value in named if value is not None]
-        return f"{', '.join(others)} and {last} W m-2"
-
-    @property
-    def has_irradiances(self) -> bool:
-        """Whether the set is one of irradiances."""
-        return self.dni is not None or self.dhi is not None
-
-    @property
-    def has_set(self) -> bool:
-        """Whether one of the `SETS` is given."""
-        return any(value is not None for value in (self.dni, self.dhi, self.ghi, self.epsilon, self.coefficients))
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class SunSection(Section):
-    """[sun]: what is finer than amc.inp; of sky.toml, of a caller or of amc.inp itself."""
-
-    zenith_deg: float | None = None  #: Zenith angle of the sun. [deg, 0 to 180; below 90 without [atmosphere]]
-    azimuth_deg: float | None = None  #: Azimuth of the sun, from +x towards +y as in amc.inp. [deg, -360 to 360]
-    disc: bool | None = None  #: Whether the beam has the extent of the solar disc
-    origin: str = field(default=SKY_TOML, compare=False)  #: who says so
-
-    def over(self, below: SunSection) -> SunSection:
-        """Each value of this, or else of the other."""
-        values = {}
-        origins: dict[str, None] = {}
-        for name in ("zenith_deg", "azimuth_deg", "disc"):
-            first = self if getattr(self, name) is not None else below
-            values[name] = getattr(first, name)
-            if name != "disc" and values[name] is not None:
-                origins[first.origin] = None
-        return SunSection(**values, origin=" and ".join(origins) or self.origin)
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class SkyOption:
-    """An option of another package's sky model as sky.toml has it."""
-
-    name: str
-    value: Any
-    key_span: Span
-    value_span: Span
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class FieldSection:
-    """The file of [sky], netCDF or a table of text, and what it does not say itself."""
-
-    file: str  #: Path of the file, as it can be opened
-    variable: str | None = None  #: Name of the radiances; by default the only variable, or the only radiance
-    variable_q: str | None = None  #: Names of Q and U, where these do not say it
-    variable_u: str | None = None
-    stokes_signs: tuple[float, float] | None = None  #: Factors of Q and U, 1 or -1
-    isel: tuple[tuple[str, int], ...] = ()  #: The index to take of dimensions that are neither angles nor wavelengths
-    zenith: str | None = None  #: Names of coordinates
-    azimuth: str | None = None
-    wavelength: str | None = None
-    angle_unit: str | None = None  #: "deg" or "rad"
-    azimuth_convention: str | None = None  #: Words such as "clockwise from north"
-    radiance_unit: str | None = None  #: Such as "mW m-2 nm-1 sr-1", or "relative"
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class SkySection(Section):
-    """[sky]: which sky, and how bright it is."""
-
-    model: str | None = None  #: One of `DIFFUSE_MODELS`, or the name of another package's model
-    model_span: Span | None = field(default=None, compare=False)  #: Position of such a name
-    options: tuple[SkyOption, ...] = ()  #: Keys that are not ours, beside such a name
-    table: FieldSection | None = None  #: A radiance field instead of a model
-    #: Irradiance of the diffuse sky on a horizontal plane, a value for each waveband. [W m-2 nm-1, 0 to 10 000]
-    diffuse_irradiance: tuple[float, ...] | None = None
-    #: The same of the direct beam; by default it follows from the direct fraction. [W m-2 nm-1, 0 to 10 000]
-    direct_irradiance: tuple[float, ...] | None = None
-    polarisation: float | None = None  #: Largest degree of Rayleigh's pattern on its light. [0 to 1]
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class BackgroundSection:
-    """[[background]]: a background-sky file at one time."""
-
-    file: str  #: Path of the file, as it can be opened
-    time: float  #: Time. [s since 1970-01-01 UTC]
-    animation: tuple[str, ...] | None = None  #: Names of the animations that shine, by default all
-    utc_offset: float = 0.0  #: Local time less UTC, for the midnight of repeating animations. [h, -24 to 24]
-    interpolation: str = "crossfade"  #: One of `INTERPOLATIONS`: what happens between two keys
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class MoonDirection(Section):
-    """The centre of the Moon as the observer sees it."""
-
-    zenith_deg: float | None = None  #: Zenith angle. [deg, 0 to 180]
-    #: That minus the sun's zenith angle: positive is lower than the sun. [deg, -180 to 180]
-    zenith_offset_deg: float | None = None
-    azimuth_deg: float | None = None  #: Azimuth, from +x towards +y. [deg, -360 to 360]
-    azimuth_offset_deg: float | None = None  #: That minus the sun's azimuth. [deg, -360 to 360]
-    distance_km: float | None = None  #: From the observer, by default that of the description. [km, 2000 to 1e12]
-
-    @property
-    def has_angle(self) -> bool:
-        """Whether more than a distance is given."""
-        return not dataclasses.replace(self, distance_km=None).is_empty
-
-    def angles(self, sun_zenith_deg: float, sun_azimuth_deg: float) -> tuple[float, float]:
-        """Zenith angle, and azimuth from the sun's; the default angles are those of the sun. [deg]"""
-        zenith = sun_zenith_deg + (self.zenith_offset_deg or 0.0) if self.zenith_deg is None else self.zenith_deg
-        if self.azimuth_deg is None:
-            return zenith, self.azimuth_offset_deg or 0.0
-        return zenith, self.azimuth_deg - sun_azimuth_deg
-
-    def under(self, first: MoonDirection) -> MoonDirection:
-        """Angles and distance of `first`, completed by this direction; an angle and its offset count as one."""
-        merged = {name: value for name, value in dataclasses.asdict(first).items() if value is not None}
-        for pair in (("zenith_deg", "zenith_offset_deg"), ("azimuth_deg", "azimuth_offset_deg"), ("distance_km",)):
-            if not any(name in merged for name in pair):
-                merged |= {name: getattr(self, name) for name in pair}
-        return MoonDirection(**merged)
-
-
-@dataclass(frozen=True, kw_only=True, slots=True)
-class AtmosphereSection:
-    """[atmosphere]: sun and sky from an atmosphere description."""
-
-    file: str  #: Path of the description, as it can be opened
-    method: str = "auto"  #: One of `SOLVERS`
-    #: Most interactions of light with air and ground, by default those of the description. [1 to 400]
-    orders: int | None = None
-    #: Backward paths of each direction and wavelength; the solver chooses by default. [8 to 1e9]
-    paths: int | None = None
-    #: Equal bins of the patches. [1 to 3600]
-    zenith_bins: int = 45
-    azimuth_bins: int = 180
-    moon: MoonDirection = field(default_factory=MoonDirection)  #: The Moon that hides part of the sun; empty: no Moon
-    ground_luminance_cd_m2: float = 0.0  #: Luminance of the ground's own light. [0 to 1e6]
-
-
-def perez_section(values: Mapping[str, Any]) -> PerezSection:
-    """Put the coefficients a to e together, if they are there."""
-    others = {name: value for name, value in values.items() if name not in COEFFICIENT_NAMES}
-    if any(name not in values for name in COEFFICIENT_NAMES):
-        return PerezSection(**others)
-    a, b, c, d, e = (values[name] for name in COEFFICIENT_NAMES)
-    return PerezSection(**others, coefficients=(a, b, c, d, e))
-
-
 def set_problem(names: Collection[str]) -> tuple[str, str]:
     """Message and advice for keys of [perez] that are not one of the `SETS`; empty for a good set and for no key."""
     names = [name for name in names if any(name in group for group in _GROUPS)]
@@ -328,28 +377,6 @@ def set_problem(names: Collection[str]) -> tuple[str, str]:
     return f"{', '.join(named)} without {', '.join(missing)}", f"add {', '.join(missing)}{alternative}"
 
 
-def _atmosphere_section(values: Mapping[str, Any]) -> AtmosphereSection:
-    others = {name: value for name, value in values.items() if name not in MOON_KEYS}
-    return AtmosphereSection(**others, moon=moon_direction(values))
-
-
-def _sky_section(values: Mapping[str, Any]) -> SkySection:
-    others = {name: value for name, value in values.items() if name not in FIELD_KEYS and name != "table"}
-    field_values = {name: value for name, value in values.items() if name in FIELD_KEYS}
-    return SkySection(**others, table=FieldSection(file=values["table"], **field_values) if "table" in values else None)
-
-
-BUILDERS: dict[str, Callable[[Mapping[str, Any]], Any]] = {
-    "perez": perez_section,
-    "sun": lambda values: SunSection(**values),
-    "clear_sky": dict,
-    "sky": _sky_section,
-    "background": lambda values: BackgroundSection(**values),
-    "atmosphere": lambda values: _atmosphere_section(values) if values else None,
-}
-"""Functions that make a section from its good values."""
-
-
 def value_problem(section: str, name: str, value: object) -> tuple[str, str, str]:
     """Code, message and advice of the first fault of a value; empty for a good one."""
     try:
@@ -357,11 +384,6 @@ def value_problem(section: str, name: str, value: object) -> tuple[str, str, str
     except BadValueError as problem:
         return problem.code, problem.message, problem.advice
     return "", "", ""
-
-
-def moon_direction(values: Mapping[str, Any]) -> MoonDirection:
-    """A direction from the good values of `MOON_KEYS`; other names are passed over."""
-    return MoonDirection(**{name.removeprefix(PREFIX): value for name, value in values.items() if name in MOON_KEYS})
 
 
 def moon_problem(names: Collection[str]) -> tuple[str, str]:

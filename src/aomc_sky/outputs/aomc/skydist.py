@@ -25,8 +25,8 @@ from aomc_sky.outputs.aomc.degree_counts import (
     refuse,
     wavelength_reasons,
 )
-from aomc_sky.outputs.folder.run_folder import RunFolder
-from aomc_sky.plan.sampling.allocation import AllocationMethod, allocate
+from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.plan.allocation import AllocationMethod, allocate
 from aomc_sky.skies.tabulated import aomc_weight
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import open_regular

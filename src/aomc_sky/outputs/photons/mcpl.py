@@ -11,13 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 import aomc_sky
-from aomc_sky.atomic_file import prepare_target
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.errors import SceneError, UsageError, require_kind
 from aomc_sky.formats.mcpl.header import McplHeader, McplRuns, encode_header, plan_begin
 from aomc_sky.kernels.arithmetic.rng import philox_pair
-from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
 from aomc_sky.outputs.photons.files import (
     FileLayout,
@@ -28,9 +26,11 @@ from aomc_sky.outputs.photons.files import (
     photon_files,
     require_space,
 )
+from aomc_sky.outputs.run_folder import RunFolder
 from aomc_sky.outputs.statistics import batch_functions
-from aomc_sky.plan.sampling.allocation import AllocationMethod
-from aomc_sky.plan.sampling.streams import POSITION, STREAM_VERSION, stream_key
+from aomc_sky.plan.allocation import AllocationMethod
+from aomc_sky.plan.streams import POSITION, STREAM_VERSION, stream_key
+from aomc_sky.system import prepare_target
 from aomc_sky.whole_number import as_number_of
 
 if TYPE_CHECKING:

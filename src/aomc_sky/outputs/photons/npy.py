@@ -110,7 +110,7 @@ class NpyWriter(PhotonWriter):
     def __init__(self, source: PhotonSource) -> None:
         super().__init__(source)
         widths = (3, 2 * source.has_positions, 1 * source.has_weights, 2 * source.has_polarisation)
-        kinds = [(source.dtype, width) for width in widths[:3]] + [(np.dtype(np.float32), widths[3])]
+        kinds = zip((*[source.dtype] * 3, np.dtype(np.float32)), widths, strict=True)
         self._columns = {name: kind for name, kind in zip(self.names, kinds, strict=True) if kind[1]}
 
     def layouts(self, bands: tuple[int, ...]) -> tuple[FileLayout, ...]:

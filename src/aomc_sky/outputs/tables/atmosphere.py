@@ -18,8 +18,8 @@ from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values, write_skydist
 from aomc_sky.formats.netcdf import EXTRA
-from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
+from aomc_sky.outputs.run_folder import RunFolder
 from aomc_sky.outputs.tables.netcdf import Variable, grid_bounds, grid_coordinates, netcdf_bytes, variable
 from aomc_sky.skies.atmosphere.backward import solve_paths
 from aomc_sky.skies.atmosphere.medium import Medium, unlit

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 import aomc_sky
-from aomc_sky.atomic_file import prepare_target
 from aomc_sky.component import Component, beam_direction_deg
 from aomc_sky.directions import AzimuthConvention
 from aomc_sky.emission.photon_source import PhotonSource
@@ -18,8 +17,9 @@ from aomc_sky.errors import InputFileError, OutputError, require_kind
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.netcdf import EXTRA, open_netcdf
 from aomc_sky.grid import PatchGrid
-from aomc_sky.outputs.folder.run_folder import RunFolder
 from aomc_sky.outputs.manifest import CONVENTIONS
+from aomc_sky.outputs.run_folder import RunFolder
+from aomc_sky.system import prepare_target
 
 _LONG_NAMES = {
     "counts": "photons of the {part}",

@@ -14,8 +14,8 @@ import numpy as np
 from aomc_sky.component import Component
 from aomc_sky.errors import NOWHERE, InputFileError, Problem, UsageError
 from aomc_sky.formats.report import nearest
-from aomc_sky.formats.sky_toml.keys import BackgroundSection
-from aomc_sky.formats.sky_toml.rules import shown_value
+from aomc_sky.formats.sky_toml.keys import shown_value
+from aomc_sky.formats.sky_toml.sections import BackgroundSection
 from aomc_sky.skies.lobes.background import BackgroundSky, background_at
 from aomc_sky.skies.lobes.file.data import BackgroundFile
 from aomc_sky.skies.lobes.file.file import read_background_file

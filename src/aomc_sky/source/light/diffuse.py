@@ -13,13 +13,12 @@ import numpy as np
 
 from aomc_sky.component import Component
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
-from aomc_sky.formats.sky_models import installed_skies
-from aomc_sky.formats.sky_toml.keys import PerezSection, SkySection, value_problem
+from aomc_sky.formats.sky_toml.keys import value_problem
+from aomc_sky.formats.sky_toml.sections import PerezSection, SkySection
 from aomc_sky.inputs import Entrance
 from aomc_sky.plan.laws import law_of
 from aomc_sky.skies.model import Share, sky_model
-from aomc_sky.source.light.amounts import perez_arguments
-from aomc_sky.source.light.sun import Sun
+from aomc_sky.source.light.sun import Sun, perez_arguments
 
 if TYPE_CHECKING:
     from aomc_sky.grid import PatchGrid
@@ -249,6 +248,8 @@ def require_sky_name(name: str) -> None:
 
 def named_diffuse(name: str, options: Mapping[str, Any], entrance: Entrance) -> DiffuseSky | None:
     """The sky of this name, if it is one that needs no files; but for that of Perez."""
+    from aomc_sky.formats.sky_models import installed_skies
+
     if name in installed_skies().plugins:
         from aomc_sky.source.light.plugin import choose_plugin
 

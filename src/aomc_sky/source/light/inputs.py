@@ -16,21 +16,19 @@ from aomc_sky.formats.sky_toml.keys import (
     RULES,
     SKY_TOML,
     SPECTRL2,
-    PerezSection,
-    SunSection,
     moon_problem,
-    perez_section,
     plain_number,
     set_problem,
     value_problem,
 )
+from aomc_sky.formats.sky_toml.sections import PerezSection, SunSection, perez_section
 from aomc_sky.inputs import INPUTS, LIGHTS, MODEL, Entrance
 from aomc_sky.skies.model import require_pattern
 from aomc_sky.source.light.sun import Sun
 
 if TYPE_CHECKING:
     from aomc_sky.formats.aomc.amc import DifcolTable
-    from aomc_sky.formats.sky_toml.file import SkyToml
+    from aomc_sky.formats.sky_toml.sections import SkyToml
     from aomc_sky.skies.polarisation import RayleighPattern
     from aomc_sky.source.light.weather import Weather
 
@@ -82,8 +80,9 @@ class LightInputs:
     @property
     def is_cloudless(self) -> bool:
         """Whether the light is that of a cloudless sky."""
-        is_said = self.has_amounts or self.shares is not None or self.has_both_irradiances
-        return self.spectrum == SPECTRL2 and not is_said
+        if self.spectrum != SPECTRL2:
+            return False
+        return not (self.has_amounts or self.shares is not None or self.has_both_irradiances)
 
     @property
     def has_both_irradiances(self) -> bool:
@@ -123,7 +122,7 @@ class LightInputs:
         amounts = self.amounts if self.amounts.has_set else below.amounts
         mine = (self.direct_irradiance, self.diffuse_irradiance)
         with_irradiances = self if any(one is not None for one in mine) else below
-        if (self.has_amounts or self.is_cloudless) and below.has_both_irradiances:
+        if below.has_both_irradiances and (self.has_amounts or self.is_cloudless):
             with_irradiances = self  # two answers to one question: the first counts
         return dataclasses.replace(
             self,

@@ -15,14 +15,14 @@ import numpy as np
 
 from aomc_sky.component import Component, scaled
 from aomc_sky.errors import InputWarning, UsageError
-from aomc_sky.formats.sky_toml.keys import SKY_TOML, SPECTRL2, PerezSection
+from aomc_sky.formats.sky_toml.keys import SKY_TOML, SPECTRL2
+from aomc_sky.formats.sky_toml.sections import PerezSection
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
 from aomc_sky.source.light.absolute import Levels, Light, in_absolute_units
-from aomc_sky.source.light.amounts import amounts_of_fractions, direct_fraction, mean_fraction, refuse_kilowatts
 from aomc_sky.source.light.diffuse import Diffuse, DiffuseSky, Rows
 from aomc_sky.source.light.inputs import LightInputs, Unsaid
-from aomc_sky.source.light.sun import Sun
+from aomc_sky.source.light.sun import Sun, amounts_of_fractions, direct_fraction, mean_fraction, refuse_kilowatts
 from aomc_sky.wavebands import Wavebands
 
 if TYPE_CHECKING:

@@ -23,7 +23,8 @@ from aomc_sky.errors import (
 )
 from aomc_sky.formats.report import nearest
 from aomc_sky.formats.sky_models import MakeSky, installed_skies
-from aomc_sky.formats.sky_toml.keys import KEYS, POLARISATION, SkySection
+from aomc_sky.formats.sky_toml.keys import KEYS, POLARISATION
+from aomc_sky.formats.sky_toml.sections import SkySection
 from aomc_sky.inputs import Entrance
 from aomc_sky.skies.function_sky import FunctionSky, as_sky_model
 

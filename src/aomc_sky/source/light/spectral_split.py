@@ -12,9 +12,9 @@ import numpy as np
 
 from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
 from aomc_sky.extras import optional_module
-from aomc_sky.formats.sky_toml.keys import PerezSection, plain_number, value_problem
-from aomc_sky.source.light.amounts import irradiances
-from aomc_sky.source.light.sun import Sun
+from aomc_sky.formats.sky_toml.keys import plain_number, value_problem
+from aomc_sky.formats.sky_toml.sections import PerezSection
+from aomc_sky.source.light.sun import Sun, irradiances
 
 SHORTEST_NM, LONGEST_NM = 300.0, 4000.0
 """The wavelengths of SPCTRL2."""

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from aomc_sky.errors import UsageError
-from aomc_sky.formats.sky_toml.file import SkyToml
+from aomc_sky.formats.sky_toml.sections import SkyToml
 from aomc_sky.inputs import CLEAR_SKY, LIGHTS
 from aomc_sky.source.light.inputs import FOR_IRRADIANCES, LightInputs, Unsaid
 

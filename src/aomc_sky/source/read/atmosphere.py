@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.emission.irradiance import Irradiance
-from aomc_sky.formats.sky_toml.keys import GLOW_KEY, AtmosphereSection, moon_direction
+from aomc_sky.formats.sky_toml.keys import GLOW_KEY
+from aomc_sky.formats.sky_toml.sections import AtmosphereSection, moon_direction
 from aomc_sky.formats.units import AU_M
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere.description.medium import MediumReport, glow_of_luminance, moon_of_direction, read_medium

@@ -12,7 +12,7 @@ import numpy as np
 from aomc_sky.errors import FieldError, InputFileError
 from aomc_sky.formats.radiance_csv import read_radiance_points
 from aomc_sky.formats.sky_toml.file import problem_of_key
-from aomc_sky.formats.sky_toml.keys import FieldSection, PerezSection, SunSection
+from aomc_sky.formats.sky_toml.sections import FieldSection, PerezSection, SunSection
 from aomc_sky.skies.measured import RadianceField
 from aomc_sky.skies.radiance_field import has_wavelength, read_radiance_field
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting

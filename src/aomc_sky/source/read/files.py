@@ -18,14 +18,13 @@ from aomc_sky.formats.aomc.amc import (
     read_lambbot,
 )
 from aomc_sky.formats.aomc.skydist import SkyTable, read_skydist
-from aomc_sky.formats.sky_toml.keys import SunSection
+from aomc_sky.formats.sky_toml.sections import SkySection, SkyToml, SunSection
 from aomc_sky.inputs import Entrance
 from aomc_sky.source.light.diffuse import FIELD
 from aomc_sky.source.read.kind import not_a_scene
 from aomc_sky.wavebands import Wavebands
 
 if TYPE_CHECKING:
-    from aomc_sky.formats.sky_toml.file import SkyToml
     from aomc_sky.skies.lobes.sky import LobeSky
     from aomc_sky.source.light.inputs import LightInputs
     from aomc_sky.source.light.plugin import PluginSky
@@ -61,8 +60,6 @@ class SceneFiles:
     @property
     def toml_or_empty(self) -> SkyToml:
         """sky.toml; an empty one where there is none."""
-        from aomc_sky.formats.sky_toml.file import SkyToml
-
         return self.toml or SkyToml()
 
     @property
@@ -214,7 +211,6 @@ class _Reading:
                 what = "give a model of Python its own" if sky == GIVEN else what
                 raise UsageError(f"sky options ({', '.join(given)}) are for a sky model of another package; {what}")
             return None
-        from aomc_sky.formats.sky_toml.keys import SkySection
         from aomc_sky.source.light.plugin import choose_plugin
 
         section = SkySection() if toml is None else toml.sky

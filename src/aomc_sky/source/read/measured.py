@@ -16,7 +16,7 @@ from aomc_sky.directions import AzimuthConvention, given_angle
 from aomc_sky.errors import FieldError, InputWarning, SceneError, UsageError
 from aomc_sky.formats.netcdf import lights_beside, read_field
 from aomc_sky.formats.radiance_csv import read_radiance_points
-from aomc_sky.formats.sky_toml.keys import SunSection
+from aomc_sky.formats.sky_toml.sections import SunSection
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.measured import RadianceField

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -15,12 +17,11 @@ import numpy as np
 from aomc_sky.errors import SceneError, UsageError, require_one_of
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.aomc.amc import AmcConfig, FootprintCode
-from aomc_sky.formats.sky_toml.keys import BackgroundSection, PerezSection
-from aomc_sky.formats.sky_toml.rules import moment_text
+from aomc_sky.formats.sky_toml.keys import moment_text
+from aomc_sky.formats.sky_toml.sections import BackgroundSection, PerezSection
 from aomc_sky.inputs import Entrance
-from aomc_sky.plan.footprint import Footprint
-from aomc_sky.plan.options import Order, Placement, SamplingOptions
-from aomc_sky.plan.sampling.allocation import MAX_PHOTONS, AllocationMethod
+from aomc_sky.plan.allocation import MAX_PHOTONS, AllocationMethod
+from aomc_sky.plan.options import Footprint, Order, Placement, SamplingOptions
 from aomc_sky.source.light.absolute import Light
 from aomc_sky.source.light.diffuse import (
     FIELD,
@@ -35,7 +36,7 @@ from aomc_sky.source.light.inputs import LightInputs, Unsaid, given_inputs, inpu
 from aomc_sky.source.light.light import DIFCOL, light_of
 from aomc_sky.source.light.use import Use, refuse_unused, unused_notes
 from aomc_sky.source.read.files import ATMOSPHERE, GIVEN, SceneFiles, read_scene_files, sun_of
-from aomc_sky.source.scene import Scene, photons_of_intensity, require_projected
+from aomc_sky.source.scene import Scene, require_projected
 from aomc_sky.wavebands import listed_bands, only_bands
 from aomc_sky.whole_number import as_number_of
 
@@ -374,7 +375,12 @@ def _photons(files: SceneFiles, light: Light, compat: str | None) -> np.ndarray:
     if compat:  # NINT of a product of 32-bit floats
         product = intensity.astype(np.float32) * np.float32(iterations)
         return np.floor(product.astype(np.float64) + 0.5).astype(np.int64)
-    return photons_of_intensity(intensity, iterations)
+    # round half up, exact in the decimals of the file
+    exact = [math.floor(Fraction(repr(float(x))) * iterations + Fraction(1, 2)) for x in intensity]
+    if max(exact) > MAX_PHOTONS:
+        found = f"{max(intensity):g} x {iterations}"
+        raise SceneError(f"intensity x iterations must not exceed 2^62 photons in a band, got {found}")
+    return np.array(exact, dtype=np.int64)
 
 
 def _preset(files: SceneFiles, compat: str | None) -> SamplingOptions:

@@ -12,7 +12,8 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.directions import given_angle
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.formats.sky_toml.keys import PREFIX, MoonDirection, moon_direction
+from aomc_sky.formats.sky_toml.keys import PREFIX
+from aomc_sky.formats.sky_toml.sections import MoonDirection, moon_direction
 from aomc_sky.progress import is_free, status_line
 from aomc_sky.skies.atmosphere.description.medium import (
     glow_of_luminance,

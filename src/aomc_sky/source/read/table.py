@@ -12,7 +12,7 @@ from aomc_sky.directions import sin_cos_deg
 from aomc_sky.emission.irradiance import Moments, cell_moments, mean_moments
 from aomc_sky.errors import InputFileError, InputWarning, Span, UsageError
 from aomc_sky.formats.aomc.skydist import Bins, SkyTable, Values
-from aomc_sky.formats.sky_toml.keys import PerezSection
+from aomc_sky.formats.sky_toml.sections import PerezSection
 from aomc_sky.formats.text_file import lines_at
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting, aomc_weight
@@ -204,7 +204,7 @@ def reading_note(
         return f"{read}; AOMC cannot use this file, because its zenith indices go to {index}"
     taken = midpoint_wavelength_index(bands.wavelength_nm, table.wavelength_nm).tolist()
     ours = _moments_of_rows(component, set(rows.tolist()))
-    theirs = {row: _moments_of_program(table.radiance[row, :_HORIZON]) for row in set(taken)}
+    theirs = _moments_of_program(table.radiance[:, :_HORIZON], set(taken))
     pairs = [(ours[row], theirs[other]) for row, other in zip(rows.tolist(), taken, strict=True)]
     change = [np.nan_to_num(abs(aomc.mean_mu - own.mean_mu), nan=np.inf) for own, aomc in pairs]
     band = int(np.argmax(change))
@@ -234,11 +234,12 @@ def _moments_of_rows(component: Component, rows: set[int]) -> dict[int, Moments]
     return found
 
 
-def _moments_of_program(radiance: np.ndarray) -> Moments:
-    """Moments of a set of the table with the program's weights, before it rounds them to photons; NaN without light."""
-    mu = sin_cos_deg(np.arange(1.0, len(radiance) + 1))[1]
+def _moments_of_program(radiance: np.ndarray, rows: set[int]) -> dict[int, Moments]:
+    """Moments of each row with the program's weights, before it rounds them to photons; NaN without light."""
+    mu = sin_cos_deg(np.arange(1.0, radiance.shape[1] + 1))[1]
     with np.errstate(all="ignore"):
-        return mean_moments(aomc_weight(radiance).sum(axis=1, dtype=np.float64), mu, 1.0 / mu)
+        ring = {row: aomc_weight(radiance[row]).sum(axis=1, dtype=np.float64) for row in rows}
+        return {row: mean_moments(mass, mu, 1.0 / mu) for row, mass in ring.items()}
 
 
 def _same_reading(table: SkyTable, sky: TabulatedSky, is_on_degrees: bool) -> str:

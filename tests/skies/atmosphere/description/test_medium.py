@@ -13,7 +13,7 @@ import pytest
 
 import aomc_sky
 from aomc_sky.errors import InputFileError, InputWarning, SceneError, SourceText, UsageError
-from aomc_sky.formats.sky_toml.keys import MoonDirection
+from aomc_sky.formats.sky_toml.sections import MoonDirection
 from aomc_sky.skies.atmosphere.description.data import (
     AbsorberDescription,
     AtmosphereDescription,

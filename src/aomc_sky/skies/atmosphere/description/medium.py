@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import InputFileError, InputWarning, Problem, SceneError, SourceText
-from aomc_sky.formats.sky_toml.keys import MoonDirection
+from aomc_sky.formats.sky_toml.sections import MoonDirection
 from aomc_sky.skies.atmosphere.description.data import (
     AbsorberDescription,
     AtmosphereDescription,

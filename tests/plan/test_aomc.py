@@ -13,7 +13,7 @@ import pytest
 
 from aomc_sky.errors import AllocationError, InputWarning, UsageError
 from aomc_sky.formats.aomc.skydist import SkyTable, read_skydist, write_skydist
-from aomc_sky.plan.sampling.allocation import allocate
+from aomc_sky.plan.allocation import allocate
 from aomc_sky.skies.tabulated import aomc_weight
 from tests.reference import allocation as plain
 from tests.support.fortran import compile_reader, needs_gfortran

@@ -13,8 +13,8 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from aomc_sky.errors import ForeignOutputError, OutputError
-from aomc_sky.outputs.folder import run_folder
-from aomc_sky.outputs.folder.run_folder import LOCK, flock, folder_held
+from aomc_sky.outputs import run_folder
+from aomc_sky.outputs.run_folder import LOCK, flock, folder_held
 
 ONE, OTHER = "1" * 64, "2" * 64
 

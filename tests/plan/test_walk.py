@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import aomc_sky as sky
-from aomc_sky.plan.sampling.allocation import AllocationMethod, allocate_bands, fixed_point_cumulative
-from aomc_sky.plan.sampling.walk import WalkedGrid, walk_of_cells
+from aomc_sky.plan.allocation import AllocationMethod, WalkedGrid, allocate_bands, fixed_point_cumulative, walk_of_cells
 
 WHOLE = 1 << 62
 GOLDEN = (math.sqrt(5) - 1) / 2
@@ -100,7 +99,7 @@ def test_planted_walks_are_seen(monkeypatch):
     def golden(units, n, n_columns):
         return np.floor(np.arange(units.size - 1) * GOLDEN % 1 * n_columns).astype(np.int64)
 
-    monkeypatch.setattr("aomc_sky.plan.sampling.walk.first_columns", golden)
+    monkeypatch.setattr("aomc_sky.plan.allocation.first_columns", golden)
     assert ratio_of_sectors(90, 360, 9000, 1, (WalkedGrid(0, 90, 360),), 36) < 0.2
     assert ratio_of_sectors(90, 360, 90 * 89, 1, (WalkedGrid(0, 90, 360),), 360) > 3
 

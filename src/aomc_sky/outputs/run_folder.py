@@ -17,7 +17,6 @@ from typing import BinaryIO
 
 import numpy as np
 
-from aomc_sky.atomic_file import appearing, is_unfinished
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError, UsageError
 from aomc_sky.outputs.shard import MANIFEST, PART, PLAN, is_run_file
 from aomc_sky.plan.plan import Plan
@@ -26,6 +25,8 @@ from aomc_sky.system import (
     HAS_LOCKS,
     NON_BLOCKING,
     SHARED,
+    appearing,
+    drop_leftovers,
     flock,
     open_handle,
     open_regular,
@@ -202,8 +203,8 @@ class RunFolder:
                 self.remove(name)
         if self.size_of(PLAN) is None:
             self.write(PLAN, plan.to_bytes())
-        for name in filter(is_unfinished, names if is_alone else ()):  # of a run that was killed
-            self.remove(name)
+        if is_alone:
+            drop_leftovers(self.path, lambda _: True)  # of a run that was killed
 
     def names(self) -> list[str]:
         """Names in the folder, in any order."""

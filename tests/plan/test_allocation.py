@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import AllocationError, UsageError
-from aomc_sky.plan.sampling.allocation import AllocationMethod, allocate, allocate_bands
+from aomc_sky.plan.allocation import AllocationMethod, allocate, allocate_bands
 
 EXACT = ("systematic", "largest-remainder", "multinomial")
 

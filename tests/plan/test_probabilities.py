@@ -7,7 +7,7 @@ import pytest
 
 from aomc_sky.errors import AllocationError
 from aomc_sky.kernels.arithmetic import error_free as fixed_point
-from aomc_sky.plan.sampling.allocation import fixed_point_cumulative, normalise
+from aomc_sky.plan.allocation import fixed_point_cumulative, normalise
 from tests.reference import allocation as plain
 
 MASSES = {

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 import aomc_sky as sky
 from aomc_sky.kernels.arithmetic.error_free import exact_sum, product_over_2_62
-from aomc_sky.plan.sampling.allocation import AllocationMethod, allocate, allocate_bands, fixed_point_cumulative
+from aomc_sky.plan.allocation import AllocationMethod, allocate, allocate_bands, fixed_point_cumulative
 from aomc_sky.skies.tabulated import Weighting
 from tests.reference import allocation as plain
 

@@ -13,7 +13,7 @@ from scipy.special import chdtr, chdtrc
 
 from aomc_sky.kernels import allocate as kernels
 from aomc_sky.kernels.jit import shared
-from aomc_sky.plan.sampling.allocation import AllocationMethod, allocate_bands
+from aomc_sky.plan.allocation import AllocationMethod, allocate_bands
 
 
 @shared

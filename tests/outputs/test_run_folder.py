@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from aomc_sky.errors import ForeignOutputError, OutputError
-from aomc_sky.outputs.folder.run_folder import RunFolder
+from aomc_sky.outputs.run_folder import RunFolder
 from aomc_sky.plan.plan import Plan
 from aomc_sky.source.read.scene import read_scene
 from tests.support.shared import INPUTS
