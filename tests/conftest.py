@@ -25,6 +25,7 @@ from hypothesis import HealthCheck, settings
 from aomc_sky.system import n_cpus
 from tests.support.backend import begin_process
 from tests.support.packages import pip_install
+from tests.support.scenes import copy_scene
 from tests.support.shared import REPOSITORY
 
 settings.register_profile(
@@ -103,6 +104,18 @@ def pytest_runtest_logreport(report: pytest.TestReport) -> None:
 
 def pytest_collectreport(report: pytest.CollectReport) -> None:
     _note_skipped(report)
+
+
+@pytest.fixture
+def amc(tmp_path: Path) -> Path:
+    """amc.inp of the small scene that most commands are tested on, in a folder of its own."""
+    return copy_scene("document_example", tmp_path)
+
+
+@pytest.fixture
+def scene(amc: Path) -> Path:
+    """The folder of that scene."""
+    return amc.parent
 
 
 @pytest.fixture(scope="session")

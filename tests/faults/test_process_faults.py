@@ -18,11 +18,6 @@ DATES = ("0001-01-01T00:00:00+14:00", "9999-12-31T23:59:59-12:00")
 MB = 1 << 20
 
 
-@pytest.fixture
-def scene(tmp_path):
-    return copy_scene("document_example", tmp_path).parent
-
-
 def one_sentence(err: str) -> bool:
     return "Traceback" not in err and err.startswith("aomc-sky: error: ") and err.count("\n") == 1
 

@@ -146,7 +146,9 @@ def test_the_constants_of_the_header_are_those_of_the_package():
     assert [x for x in re.findall(r"\d+\.\d{6,}(?:e[+-]?\d+)?", header) if float(x) not in known] == []
 
 
-@pytest.mark.parametrize("command", ["gcc -std=c99", "gcc -std=c11", "gcc -std=gnu17", "g++ -std=c++11", "g++ -std=c++17"])
+@pytest.mark.parametrize(
+    "command", ["gcc -std=c99", "gcc -std=c11", "gcc -std=gnu17", "g++ -std=c++11", "g++ -std=c++17"]
+)
 def test_no_standard_warns(command, tmp_path):
     """What the optimiser finds besides is an error where `built` compiles the driver, by gcc and by g++."""
     compiler, standard = command.split()
