@@ -36,21 +36,13 @@ settings.register_profile("nightly", settings.get_profile("quick"), max_examples
 settings.load_profile(os.environ.get("AOMC_SKY_HYPOTHESIS", "ci" if os.environ.get("CI") else "quick"))
 
 
-FIRST = (
-    *("test_emit.py", "test_backward.py", "test_hosts.py", "test_verify.py", "test_pages.py", "test_lobe_cells.py"),
-    *(
-        "test_cli_verify_scene.py",
-        "test_slab.py",
-        "test_host.py",
-        "test_numbers.py",
-        "test_plot.py",
-        "test_measured.py",
-    ),
-    *("test_cli_plot.py", "test_sky_plugin.py", "test_cli_verify.py", "test_patches.py", "test_aomc_light.py"),
-    *("test_replicates.py", "test_perez_emission.py", "test_folder_faults.py", "test_crafted_folders.py"),
-    *("test_output_targets.py", "test_named_skies.py", "test_function_sky.py", "test_cli_export.py"),
-    *("test_low_discrepancy.py", "test_startup.py", "test_skydist.py"),
-)
+_LONG = """
+    bits emit pages hosts damage numbers measured replicates field_axes polarisation plot backward cli_verify_scene
+    commands patch_integrals light_matrix machine_faults interrupts two_runs jit slab verify readers_fuzz spectral_split
+    cli_measured cli_tables mcpl aomc_light sky_plugin lobe_cells perez_emission cli_plot radiance_field cli_polarised
+    patches cli_dask cli_shards output_targets function_sky
+"""
+FIRST = tuple(f"test_{name}.py" for name in _LONG.split())
 """Files that take a worker five seconds or more: they come first, so that none is left with one of them at the end."""
 
 
