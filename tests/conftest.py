@@ -12,6 +12,7 @@ import contextlib
 import functools
 import gc
 import gettext
+import importlib
 import os
 import socket
 import sys
@@ -27,6 +28,10 @@ from tests.support.backend import begin_process
 from tests.support.packages import pip_install
 from tests.support.scenes import copy_scene
 from tests.support.shared import REPOSITORY
+
+# waiting threads of OpenBLAS go round in a loop: on two cores they took a third of the time of the tests of skies.
+# It reads this when it is loaded; workers of pytest-xdist have it from here.
+os.environ.setdefault(ONE_THREAD := "OPENBLAS_NUM_THREADS", "1")
 
 settings.register_profile(
     "quick", max_examples=25, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
@@ -130,6 +135,15 @@ def _no_network() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(socket.socket, "connect", guarded)
+        yield
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _one_thread_of_openblas() -> Iterator[None]:
+    """For this process alone: what a test starts has as many as a user's."""
+    importlib.import_module("scipy.linalg")  # it has a library of its own beside numpy's
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv(ONE_THREAD)
         yield
 
 
