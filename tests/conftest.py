@@ -12,6 +12,7 @@ import contextlib
 import functools
 import gc
 import gettext
+import importlib
 import os
 import socket
 import sys
@@ -25,7 +26,12 @@ from hypothesis import HealthCheck, settings
 from aomc_sky.system import n_cpus
 from tests.support.backend import begin_process
 from tests.support.packages import pip_install
+from tests.support.scenes import copy_scene
 from tests.support.shared import REPOSITORY
+
+# waiting threads of OpenBLAS go round in a loop: on two cores they took a third of the time of the tests of skies.
+# It reads this when it is loaded; workers of pytest-xdist have it from here.
+os.environ.setdefault(ONE_THREAD := "OPENBLAS_NUM_THREADS", "1")
 
 settings.register_profile(
     "quick", max_examples=25, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
@@ -35,21 +41,13 @@ settings.register_profile("nightly", settings.get_profile("quick"), max_examples
 settings.load_profile(os.environ.get("AOMC_SKY_HYPOTHESIS", "ci" if os.environ.get("CI") else "quick"))
 
 
-FIRST = (
-    *("test_emit.py", "test_backward.py", "test_hosts.py", "test_verify.py", "test_pages.py", "test_lobe_cells.py"),
-    *(
-        "test_cli_verify_scene.py",
-        "test_slab.py",
-        "test_host.py",
-        "test_numbers.py",
-        "test_plot.py",
-        "test_measured.py",
-    ),
-    *("test_cli_plot.py", "test_sky_plugin.py", "test_cli_verify.py", "test_patches.py", "test_aomc_light.py"),
-    *("test_replicates.py", "test_perez_emission.py", "test_folder_faults.py", "test_crafted_folders.py"),
-    *("test_output_targets.py", "test_named_skies.py", "test_function_sky.py", "test_cli_export.py"),
-    *("test_low_discrepancy.py", "test_startup.py", "test_skydist.py"),
-)
+_LONG = """
+    bits emit pages hosts damage numbers measured replicates field_axes polarisation plot backward cli_verify_scene
+    commands patch_integrals light_matrix machine_faults interrupts two_runs jit slab verify readers_fuzz spectral_split
+    cli_measured cli_tables mcpl aomc_light sky_plugin lobe_cells perez_emission cli_plot radiance_field cli_polarised
+    patches cli_dask cli_shards output_targets function_sky
+"""
+FIRST = tuple(f"test_{name}.py" for name in _LONG.split())
 """Files that take a worker five seconds or more: they come first, so that none is left with one of them at the end."""
 
 
@@ -105,6 +103,18 @@ def pytest_collectreport(report: pytest.CollectReport) -> None:
     _note_skipped(report)
 
 
+@pytest.fixture
+def amc(tmp_path: Path) -> Path:
+    """amc.inp of the small scene that most commands are tested on, in a folder of its own."""
+    return copy_scene("document_example", tmp_path)
+
+
+@pytest.fixture
+def scene(amc: Path) -> Path:
+    """The folder of that scene."""
+    return amc.parent
+
+
 @pytest.fixture(scope="session")
 def skies_site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder for the module path in which pip has installed the package of examples/sky_plugin."""
@@ -125,6 +135,15 @@ def _no_network() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(socket.socket, "connect", guarded)
+        yield
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _one_thread_of_openblas() -> Iterator[None]:
+    """For this process alone: what a test starts has as many as a user's."""
+    importlib.import_module("scipy.linalg")  # it has a library of its own beside numpy's
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv(ONE_THREAD)
         yield
 
 

@@ -12,15 +12,9 @@ import pytest
 from aomc_sky.cli.main import main
 from aomc_sky.cli.terminal import VisibleStream, visible_streams
 from aomc_sky.errors import Problem, visible
-from tests.support.scenes import copy_scene
 
 HOSTILE = "\x1b]0;owned\x07\x1b[2J\x9b31m\u202eevil\u2066\x08\x7f"
 UNSEEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")
-
-
-@pytest.fixture
-def scene(tmp_path):
-    return copy_scene("document_example", tmp_path).parent
 
 
 def assert_tame(shown) -> None:

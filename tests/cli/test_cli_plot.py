@@ -10,7 +10,6 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.cli.main import main
-from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
 
 pytest.importorskip("matplotlib")
@@ -19,13 +18,8 @@ SMALL = ["--size", "300"]
 
 
 @pytest.fixture
-def scene(tmp_path):
-    return copy_scene("document_example", tmp_path)
-
-
-@pytest.fixture
-def run(scene, tmp_path):
-    assert main(["run", str(scene), "--out", str(tmp_path / "out"), "-q"]) == 0
+def run(amc, tmp_path):
+    assert main(["run", str(amc), "--out", str(tmp_path / "out"), "-q"]) == 0
     return tmp_path / "out"
 
 
@@ -34,31 +28,31 @@ def told(capsys, *arguments):
     return json.loads(capsys.readouterr().out)
 
 
-def test_a_scene_before_its_run(scene, capsys):
-    found = told(capsys, scene)
-    assert found["out"] == str(scene.with_name("amc.png"))
+def test_a_scene_before_its_run(amc, capsys):
+    found = told(capsys, amc)
+    assert found["out"] == str(amc.with_name("amc.png"))
     assert (found["of"], found["quantity"]) == ("scene", "radiance / irradiance of the surface [sr-1]")
     assert found["domes"] == ["waveband 1, 555 nm", "waveband 2, 580 nm", "waveband 3, 640 nm"]
-    data = scene.with_name("amc.png").read_bytes()
+    data = amc.with_name("amc.png").read_bytes()
     assert data.startswith(b"\x89PNG")
     assert int.from_bytes(data[16:20], "big") == 300
     assert len(data) == found["bytes"]
     # the folder gives the same picture beside itself
-    assert told(capsys, scene.parent)["out"] == str(scene.parent) + ".png"
-    assert scene.parent.with_suffix(".png").read_bytes() == data
+    assert told(capsys, amc.parent)["out"] == str(amc.parent) + ".png"
+    assert amc.parent.with_suffix(".png").read_bytes() == data
 
 
-def test_a_picture_for_a_paper_has_its_own_colours_and_no_sentences(scene, tmp_path):
+def test_a_picture_for_a_paper_has_its_own_colours_and_no_sentences(amc, tmp_path):
     words = ["--cmap", "gray", "--norm", "linear", "--scale", "each", "--no-caption", "--title", ""]
-    assert main(["plot", str(scene), "--out", str(tmp_path / "p.svg"), *words, *SMALL, "-q"]) == 0
-    assert main(["plot", str(scene), "--out", str(tmp_path / "q.svg"), *SMALL, "-q"]) == 0
+    assert main(["plot", str(amc), "--out", str(tmp_path / "p.svg"), *words, *SMALL, "-q"]) == 0
+    assert main(["plot", str(amc), "--out", str(tmp_path / "q.svg"), *SMALL, "-q"]) == 0
     paper, usual = ((tmp_path / name).read_text() for name in ("p.svg", "q.svg"))
     assert "Seen from" in usual
     assert "Seen from" not in paper
 
 
-def test_counts_and_bands_of_a_scene(scene, tmp_path, capsys):
-    found = told(capsys, scene, "--show", "counts", "--waveband", "3", "--waveband", "1", "--out", tmp_path / "sky.svg")
+def test_counts_and_bands_of_a_scene(amc, tmp_path, capsys):
+    found = told(capsys, amc, "--show", "counts", "--waveband", "3", "--waveband", "1", "--out", tmp_path / "sky.svg")
     assert found["quantity"] == "photons per steradian [sr-1]"
     assert found["domes"] == ["waveband 3, 640 nm", "waveband 1, 555 nm"]
     assert ET.parse(tmp_path / "sky.svg").getroot().tag.endswith("svg")
@@ -76,10 +70,10 @@ def test_a_run_and_its_pulls(run, capsys):
 
 
 @pytest.mark.parametrize(("words", "against"), [((), "plan"), (("--method", "iid"), "masses")])
-def test_pulls_of_drawn_counts_are_against_the_masses(words, against, scene, tmp_path, capsys):
+def test_pulls_of_drawn_counts_are_against_the_masses(words, against, amc, tmp_path, capsys):
     """Counts that were drawn are not compared with themselves: the map has colours, and the largest pull a size."""
     out = tmp_path / "pulled"
-    assert main(["run", str(scene), "--iterations", "40000", "--out", str(out), "-q", *words]) == 0
+    assert main(["run", str(amc), "--iterations", "40000", "--out", str(out), "-q", *words]) == 0
     pull = told(capsys, out, "--pull")
     largest = pull["largest_pull"]
     off = (largest["observed"] - largest["expected"]) / largest["expected"] ** 0.5
@@ -92,8 +86,8 @@ def test_pulls_of_drawn_counts_are_against_the_masses(words, against, scene, tmp
     assert f"pull {largest['pull']:.6g}" in text
 
 
-def test_a_sky_file(scene, capsys):
-    found = told(capsys, scene.parent / "skydist.inp", "--waveband", "2")
+def test_a_sky_file(amc, capsys):
+    found = told(capsys, amc.parent / "skydist.inp", "--waveband", "2")
     assert found["of"] == "table"
     assert len(found["domes"]) == 1
 
@@ -157,9 +151,9 @@ def test_more_bands_than_a_picture_holds_are_told(tmp_path, capsys):
         (["--out", "absent/sky.png"], 6, "absent"),
     ],
 )
-def test_what_does_not_go(words, code, text, scene, tmp_path, monkeypatch, capsys):
+def test_what_does_not_go(words, code, text, amc, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    assert main(["plot", str(scene), *words]) == code
+    assert main(["plot", str(amc), *words]) == code
     assert text in capsys.readouterr().err
     assert list(tmp_path.glob("**/*.png")) == []
 
@@ -171,8 +165,8 @@ def test_options_of_a_scene_say_nothing_about_a_run(run, capsys):
     assert main(["plot", str(run), "--pull", "--show", "counts"]) == 2
 
 
-def test_a_run_without_photons_has_no_pulls(scene, tmp_path, capsys):
-    assert main(["run", str(scene), "--out", str(tmp_path / "out"), "--format", "none", "-q"]) == 0
+def test_a_run_without_photons_has_no_pulls(amc, tmp_path, capsys):
+    assert main(["run", str(amc), "--out", str(tmp_path / "out"), "--format", "none", "-q"]) == 0
     assert main(["plot", str(tmp_path / "out"), "--pull"]) == 2
     assert "--format npy" in capsys.readouterr().err
     assert main(["plot", str(tmp_path / "out"), *SMALL, "-q"]) == 0

@@ -10,7 +10,18 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
-from tests.support.host_programs import EXAMPLES, FLAGS, MPI, copied, make, needs, needs_host, report_of, run
+from tests.support.host_programs import (
+    EXAMPLES,
+    FLAGS,
+    MPI,
+    QUICK,
+    copied,
+    make,
+    needs,
+    needs_host,
+    report_of,
+    run,
+)
 from tests.support.shared import INPUTS
 
 SCENES = {
@@ -44,7 +55,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def fortran_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The Fortran program, built."""
     folder = copied("fortran", tmp_path_factory.mktemp("hosts"))
-    make(folder, "sky_means")
+    make(folder, "sky_means", flags=QUICK)
     return folder
 
 
@@ -69,7 +80,7 @@ def test_openmp_gets_the_same_bits(folder: Path, threads: str) -> None:
 @needs_host
 @needs("g++")
 def test_threads_of_cplusplus_get_the_same_bits(folder: Path) -> None:
-    make(folder, "sky_threads")
+    make(folder, "sky_threads", flags=QUICK)
     for threads in ("1", "4"):
         assert run(["./sky_threads", "clear_day.sky", threads], folder) == report_of(source_of("clear_day"))
 
@@ -77,7 +88,7 @@ def test_threads_of_cplusplus_get_the_same_bits(folder: Path) -> None:
 @needs_host
 @needs("mpicc", "mpirun")
 def test_ranks_get_the_same_bits(folder: Path) -> None:
-    make(folder, "sky_mpi")
+    make(folder, "sky_mpi", flags=QUICK)
     for ranks in ("1", "3"):
         said = run(["mpirun", "-n", ranks, "./sky_mpi", "clear_day.sky"], folder, **MPI)
         assert said == report_of(source_of("clear_day"))
@@ -122,7 +133,7 @@ def test_what_is_wrong_is_said(folder: Path) -> None:
 def test_a_compiler_that_changes_bits_is_found(folder: Path) -> None:
     """Planted: fast math."""
     copy = copied("c", folder / "fast")
-    make(copy, "sky_means", flags=f"{FLAGS} -ffast-math")
+    make(copy, "sky_means", flags=f"{QUICK} -ffast-math")
     done = subprocess.run(
         ["./sky_means", str(folder / "overcast.sky")], cwd=copy, capture_output=True, text=True, check=False
     )

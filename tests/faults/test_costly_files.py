@@ -26,11 +26,6 @@ ABSENT = {
 }
 
 
-@pytest.fixture
-def scene(tmp_path):
-    return copy_scene("document_example", tmp_path).parent
-
-
 @pytest.mark.parametrize("text", ABSENT.values(), ids=[row_id(11, f"absent-bins-{name}") for name in ABSENT])
 def test_absent_bins_are_refused_before_they_take_memory(text, scene):
     (scene / "skydist.inp").write_text(text)

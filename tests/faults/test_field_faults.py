@@ -10,6 +10,7 @@ import pytest
 
 from tests.support import hdf5_damage
 from tests.support.fault_rows import command, row, row_id
+from tests.support.hdf5_damage import cut, empty, random_bytes, random_bytes_behind_the_signature
 from tests.support.processes import limited
 from tests.support.shared import REPOSITORY
 
@@ -67,9 +68,7 @@ def scene(folder: Path, toml: str = '[sky]\ntable = "x.nc"\n') -> Path:
 def test_fault(name, tmp_path, monkeypatch, capsys):
     change, code, words = MADE[name]
     monkeypatch.chdir(tmp_path)
-    with h5py.File("secret.h5", "w") as file:
-        file["curves"] = np.full((3, 6), 123.0, "f4")
-    Path("secret.bin").write_bytes(np.full(18, 123.0, "f4").tobytes())
+    hdf5_damage.write_secrets(DATASET["shape"])
     with h5py.File(scene(tmp_path), "a") as file:
         change(file)
     assert command("validate", "sky.toml") == 3
@@ -84,9 +83,7 @@ def test_a_picture_opens_no_other_file(name, tmp_path, monkeypatch, capsys):
     """The file of an atmosphere is drawn by its name alone; its storage is looked at all the same."""
     change, _, words = MADE[name]
     monkeypatch.chdir(tmp_path)
-    with h5py.File("secret.h5", "w") as file:
-        file["curves"] = np.full((3, 6), 123.0, "f4")
-    Path("secret.bin").write_bytes(np.full(18, 123.0, "f4").tobytes())
+    hdf5_damage.write_secrets(DATASET["shape"])
     with h5py.File(plain(Path("x.nc")), "a") as file:
         edges = np.arange(0.0, 91.0, 30.0), np.arange(0.0, 361.0, 60.0)
         for axis, at in zip(("zenith", "azimuth"), edges, strict=True):
@@ -97,10 +94,6 @@ def test_a_picture_opens_no_other_file(name, tmp_path, monkeypatch, capsys):
     assert "x.nc: error[E553" in said
     assert words in said
     assert not Path("x.png").exists()
-
-
-def cut(path: Path) -> None:
-    path.write_bytes(path.read_bytes()[:3000])
 
 
 def cut_classic(path: Path) -> None:
@@ -114,18 +107,6 @@ def classic_of_1e9_rows(path: Path) -> None:
     at = data.index(b"zenith") + 8
     data[at : at + 4] = (10**9).to_bytes(4, "big")
     path.write_bytes(bytes(data))
-
-
-def random_bytes(path: Path) -> None:
-    path.write_bytes(np.random.default_rng(5).bytes(50_000))
-
-
-def random_bytes_behind_the_signature(path: Path) -> None:
-    path.write_bytes(path.read_bytes()[:8] + np.random.default_rng(6).bytes(50_000))
-
-
-def empty(path: Path) -> None:
-    path.write_bytes(b"")
 
 
 def a_text(path: Path) -> None:

@@ -23,13 +23,7 @@ from aomc_sky.outputs import run_folder
 from aomc_sky.outputs.run_folder import LOCK
 from tests.support.fault_rows import command, row, row_id
 from tests.support.processes import end_by, start, stopped, whole_files_only
-from tests.support.scenes import copy_scene, run_bytes
-
-
-@pytest.fixture
-def amc(tmp_path: Path) -> Path:
-    return copy_scene("document_example", tmp_path)
-
+from tests.support.scenes import run_bytes
 
 SIGNALS = {"kill-9": (signal.SIGKILL, -9), "interrupt": (signal.SIGINT, 130)}
 

@@ -11,16 +11,10 @@ import pytest
 
 from aomc_sky.outputs.target_file import check_target, is_ours
 from tests.support.fault_rows import command, row, row_id
-from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
 
 needs_matplotlib = pytest.mark.skipif(find_spec("matplotlib") is None, reason="draws pictures")
 PEREZ = ("perez", "--dni", "850", "--dhi", "95", "--sun-zenith", "40", "--bins", "4", "8", "-q")
-
-
-@pytest.fixture
-def scene(tmp_path: Path) -> Path:
-    return copy_scene("document_example", tmp_path).parent
 
 
 def files_of(folder: Path) -> dict[str, bytes]:

@@ -13,8 +13,9 @@ import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
 from aomc_sky.emission.emitter import Emitter
 from aomc_sky.emission.source_file import source_bytes
+from tests.support.host_programs import run
 from tests.support.shared import REPOSITORY
-from tests.support.source_files import LOBES, SCENES, built, compare, needs_gcc, same_bits, source_of
+from tests.support.source_files import LOBES, SCENES, STRICT, built, compare, needs_gcc, same_bits, source_of
 
 pytestmark = needs_gcc
 ORDERS, PLACEMENTS, PRECISIONS = ("shuffled", "patch"), ("r2", "philox", "centre"), ("float32", "float64")
@@ -32,7 +33,7 @@ def test_every_law_order_placement_and_precision(name, precision, order, placeme
     compare(built("-O2"), source)
 
 
-@pytest.mark.parametrize("flags", ["-O2 -std=gnu17", "-O3 -march=native"])
+@pytest.mark.parametrize("flags", ["-O2", "-O3 -march=native"])
 @pytest.mark.parametrize("name", SCENES)
 def test_flags(name, flags):
     compare(built(flags), source_of(name))
@@ -118,7 +119,7 @@ def test_a_band_without_photons_stands_among_others():
 @pytest.mark.parametrize("precision", ["float32", pytest.param("float64", marks=pytest.mark.slow)])
 def test_a_disc_that_no_try_hits_ends(precision):
     """Planted: a squared radius of -1. The plan would be refused; the last of 10 000 tries is kept in all twins."""
-    plan = source_of("disc at the horizon", [2, 2], precision=precision).plan
+    plan = source_of("disc at the horizon", [2, 0], precision=precision).plan
     emitter = Emitter(plan)
     cell = emitter._cell.copy()
     cell[:, 2] = -1.0
@@ -146,21 +147,14 @@ def test_the_constants_of_the_header_are_those_of_the_package():
 
 
 @pytest.mark.parametrize(
-    "command",
-    [
-        "gcc -std=c99",
-        "gcc -std=c11 -fsyntax-only",
-        "gcc -std=gnu17",
-        "g++ -x c++ -std=c++11",
-        "g++ -x c++ -std=c++17 -fsyntax-only",
-    ],
+    "command", ["gcc -std=c99", "gcc -std=c11", "gcc -std=gnu17", "g++ -std=c++11", "g++ -std=c++17"]
 )
-def test_no_compiler_warns(command, tmp_path):
-    if shutil.which(command.split()[0]) is None:
-        pytest.skip(f"{command.split()[0]} not installed")
-    from tests.support.host_programs import run
-
+def test_no_standard_warns(command, tmp_path):
+    """What the optimiser finds besides is an error where `built` compiles the driver, by gcc and by g++."""
+    compiler, standard = command.split()
+    if shutil.which(compiler) is None:
+        pytest.skip(f"{compiler} not installed")
+    language = ["-x", "c++"] if compiler == "g++" else []
     (tmp_path / "use.c").write_text('#include "aomc_sky.h"\nint main(void) { return aomc_sky_message(0) == 0; }\n')
-    strict = ["-Wall", "-Wextra", "-pedantic", "-Wshadow", "-Werror", "-O2", f"-I{include_dir()}", "-c"]
-    run([*command.split(), *strict, "use.c"], tmp_path)
-    run([*command.split(), *strict, str(include_dir() / "aomc_sky.c")], tmp_path)
+    for how, text in (("-O2", "use.c"), ("-fsyntax-only", str(include_dir() / "aomc_sky.c"))):
+        run([compiler, standard, how, *STRICT.split(), f"-I{include_dir()}", "-c", *language, text], tmp_path)

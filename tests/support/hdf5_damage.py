@@ -1,9 +1,16 @@
-"""What a hostile hand does to a dataset of an HDF5 file; each takes the open file, the dataset's name and its shape."""
+"""What a hostile hand does to an HDF5 file.
+
+To one of its datasets: the first functions take the open file, the dataset's name and its shape. To its bytes: the
+others take the path of a good file.
+"""
 
 from __future__ import annotations
 
 import zlib
+from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 Shape = tuple[int, int]
 
@@ -43,3 +50,33 @@ def bomb(file: Any, name: str, shape: Shape, n_bytes: int) -> None:
     del file[name]
     data = file.create_dataset(name, shape, "f4", chunks=shape, compression="gzip")
     data.id.write_direct_chunk((0, 0), zlib.compress(bytes(n_bytes)))
+
+
+def write_secrets(shape: Shape) -> None:
+    """The files of other people that links and external storage lead to."""
+    import h5py
+
+    values = np.full(shape, 123.0, "f4")
+    with h5py.File("secret.h5", "w") as file:
+        file["curves"] = values
+    Path("secret.bin").write_bytes(values.tobytes())
+
+
+def cut(path: Path) -> None:
+    """It ends after 3000 bytes."""
+    path.write_bytes(path.read_bytes()[:3000])
+
+
+def random_bytes(path: Path) -> None:
+    """It holds no byte of its own."""
+    path.write_bytes(np.random.default_rng(5).bytes(50_000))
+
+
+def random_bytes_behind_the_signature(path: Path) -> None:
+    """Only its signature is left."""
+    path.write_bytes(path.read_bytes()[:8] + np.random.default_rng(6).bytes(50_000))
+
+
+def empty(path: Path) -> None:
+    """It has no byte."""
+    path.write_bytes(b"")

@@ -28,22 +28,15 @@ FLAGS_OF_HOST = "-DAOMC_SKY_FLAGS_OF_HOST"
 """Leaves the header's own pragmas out, so that flags of a test have their way."""
 
 
+STRICT = "-Wall -Wextra -pedantic -Wshadow -Werror"
+
+
 @functools.cache
-def built(flags: str = "-O2", compiler: str = "gcc") -> Driver:
-    """The driver compiled with flags, once per process."""
+def _built(flags: str, compiler: str) -> Driver:
     folder = Path(tempfile.mkdtemp(prefix="aomc-sky-driver-"))
     language = ["-x", "c++"] if compiler.endswith("++") else []
-    compile_it = [
-        compiler,
-        *flags.split(),
-        "-c",
-        "-fPIC",
-        f"-I{include_dir()}",
-        "-o",
-        "driver.o",
-        *language,
-        str(DRIVER),
-    ]
+    options = [*flags.split(), *STRICT.split(), "-fPIC", f"-I{include_dir()}"]
+    compile_it = [compiler, *options, "-c", "-o", "driver.o", *language, str(DRIVER)]
     # linked without the flags: a library linked with -ffast-math makes the process that loads it flush subnormals to 0
     link_it = [compiler, "-shared", "-o", "driver.so", "driver.o", "-lm"]
     for command in (compile_it, link_it):
@@ -52,6 +45,11 @@ def built(flags: str = "-O2", compiler: str = "gcc") -> Driver:
     library = ctypes.CDLL(str(folder / "driver.so"))
     shutil.rmtree(folder)
     return Driver(library)
+
+
+def built(flags: str = "-O2", compiler: str = "gcc") -> Driver:
+    """The driver, which uses the whole header, compiled with flags and without a warning, once per process."""
+    return _built(flags, compiler)
 
 
 @functools.cache

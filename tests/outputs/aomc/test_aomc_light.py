@@ -10,7 +10,7 @@ import pytest
 
 import aomc_sky as sky
 from tests.support.fortran import needs_gfortran
-from tests.support.host_programs import EXAMPLES, REFERENCE, copied, make, needs_host, run
+from tests.support.host_programs import EXAMPLES, QUICK, REFERENCE, copied, make, needs_host, run
 from tests.support.shared import INPUTS
 
 FULL_TURN = np.float32(2) * np.float32(3.14159265)
@@ -98,7 +98,7 @@ def program(tmp_path_factory):
     """An AOMC-like program around our `light`, its arrays checked."""
     folder = copied("fortran", tmp_path_factory.mktemp("light"))
     run(["gfortran", "-c", "-O1", "-fcheck=bounds", str(REFERENCE / "aomc_stub.f90")], folder)
-    make(folder, "light")
+    make(folder, "light", flags=QUICK)
     objects = [f"{name}.o" for name in ("aomc_stub", "aomc_light", "aomc_difcol", "aomc_sky_module", "aomc_sky")]
     run(["gfortran", "-o", "stub", *objects, "-lm"], folder)
     return folder / "stub"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import zlib
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +11,7 @@ import pytest
 from tests.support import hdf5_damage
 from tests.support.background import plain_file
 from tests.support.fault_rows import command, row, row_id
+from tests.support.hdf5_damage import cut, empty, random_bytes, random_bytes_behind_the_signature
 from tests.support.processes import limited
 
 h5py = pytest.importorskip("h5py")
@@ -89,31 +89,13 @@ MADE = {
 def test_fault(name, tmp_path, monkeypatch, capsys):
     change, code, member, words = MADE[name]
     monkeypatch.chdir(tmp_path)
-    with h5py.File("secret.h5", "w") as file:
-        file["curves"] = np.full((2, 3), 123.0, "f4")
-    Path("secret.bin").write_bytes(np.full(6, 123.0, "f4").tobytes())
+    hdf5_damage.write_secrets(DATASET["shape"])
     plain_file(tmp_path / "x.h5", change=change, libver="latest")
     assert command("validate", "x.h5") == 3
     said = capsys.readouterr().err
     assert f"x.h5: error[{code}]: {member}: {words}" in said
     assert "\n      = " in said  # what to write
     assert "Traceback" not in said
-
-
-def cut(path: Path) -> None:
-    path.write_bytes(path.read_bytes()[:3000])
-
-
-def random_bytes(path: Path) -> None:
-    path.write_bytes(np.random.default_rng(5).bytes(50_000))
-
-
-def random_bytes_behind_the_signature(path: Path) -> None:
-    path.write_bytes(path.read_bytes()[:8] + np.random.default_rng(6).bytes(50_000))
-
-
-def empty(path: Path) -> None:
-    path.write_bytes(b"")
 
 
 NO_HDF5 = "not an HDF5 file: its signature is missing\n"
