@@ -78,6 +78,12 @@
 #ifndef SKY_APART
 #define SKY_APART SKY_FN
 #endif
+/* Memory of columns: whole lines of a cache, which no vector then crosses. */
+#if defined(__GNUC__) && !defined(__CUDACC__) && !defined(__HIPCC__)
+#define SKY_LINES __attribute__((aligned(64)))
+#else
+#define SKY_LINES
+#endif
 #define SKY_HOST static inline
 #ifndef AOMC_SKY_API
 #define AOMC_SKY_API SKY_FN
@@ -524,7 +530,7 @@ SKY_APART void aomc_sky_ranks(const aomc_sky_source *s, uint64_t start, uint64_t
     } else if (s->is_short) {
         uint32_t bits = (uint32_t)s->order_bits, size = (uint32_t)s->order_size, last = (uint32_t)(s->n - 1);
         uint32_t k0 = (uint32_t)s->order_keys[0], k1 = (uint32_t)s->order_keys[1], k2 = (uint32_t)s->order_keys[2];
-        uint32_t r[SKY_STRETCH];
+        SKY_LINES uint32_t r[SKY_STRETCH];
         for (; j < m; j = end) {
             uint32_t first = (uint32_t)(start + j), most = 0, k, n;
             end = j + SKY_STRETCH < m ? j + SKY_STRETCH : m;
@@ -576,7 +582,7 @@ SKY_FN void aomc_sky_decisions(
 /* Columns of `_luminance`. */
 typedef struct aomc_sky_light {
     double chord[SKY_CHUNK], mu[SKY_CHUNK], square[SKY_CHUNK];
-} aomc_sky_light;
+} SKY_LINES aomc_sky_light;
 
 /* _luminance without J: each step has a loop of its own */
 SKY_FN void aomc_sky_luminances(uint64_t n, const double *sky, aomc_sky_light *light, double *SKY_ALONE value) {
@@ -599,7 +605,7 @@ typedef struct aomc_sky_lobe_columns {
     double row[8 * SKY_CHUNK], a[SKY_CHUNK], b[SKY_CHUNK], excess[SKY_CHUNK];
     double x[SKY_CHUNK], y[SKY_CHUNK], up[SKY_CHUNK];
     int32_t part[SKY_CHUNK];
-} aomc_sky_lobe_columns;
+} SKY_LINES aomc_sky_lobe_columns;
 
 SKY_FN void aomc_sky_lobe_tries(
     const aomc_sky_source *s, int32_t lobe, uint32_t trial, uint64_t n, aomc_sky_lobe_columns *t);
@@ -1304,6 +1310,7 @@ AOMC_SKY_HOST_API const char *aomc_sky_message(int64_t code) {
 #undef SKY_FORMULA
 #undef SKY_HOST
 #undef SKY_LAST_TRIAL
+#undef SKY_LINES
 #undef SKY_LN2_HIGH
 #undef SKY_LN2_LOW
 #undef SKY_LOW
@@ -1611,7 +1618,7 @@ typedef struct SKY_(columns) {
     uint64_t rank[SKY_BLOCK], place[SKY_BLOCK];
     int32_t cell[SKY_COLUMN];
     uint32_t chosen[SKY_BLOCK], cell_word[SKY_BLOCK];
-} SKY_(columns);
+} SKY_LINES SKY_(columns);
 
 /* cell_of_photon */
 SKY_FORMULA void SKY_(parameters)(const SKY_(columns) *c, uint64_t j, SKY_F *p) {
@@ -1624,7 +1631,7 @@ SKY_FORMULA void SKY_(parameters)(const SKY_(columns) *c, uint64_t j, SKY_F *p) 
 SKY_FORMULA void SKY_(cells_of_piece)(int kernel, uint64_t m, const SKY_F *p, const SKY_F *u, const SKY_F *v,
     SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
     const SKY_F one = 1;
-    SKY_F radius[SKY_PIECE], mu[SKY_PIECE], sine[SKY_PIECE], cosine[SKY_PIECE];
+    SKY_LINES SKY_F radius[SKY_PIECE], mu[SKY_PIECE], sine[SKY_PIECE], cosine[SKY_PIECE];
     uint64_t j;
     for (j = 0; j < m; j++) {
         SKY_F h0 = p[j], h1 = p[SKY_COLUMN + j], h2 = p[2 * SKY_COLUMN + j], h3 = p[6 * SKY_COLUMN + j];
@@ -1798,7 +1805,7 @@ SKY_APART void SKY_(discs_of_piece)(uint64_t m, const SKY_F *p, const SKY_F *u, 
 
 SKY_FN void SKY_(discs)(
     uint64_t m, const SKY_F *p, const SKY_F *u, const SKY_F *v, SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
-    SKY_F root[SKY_PIECE];
+    SKY_LINES SKY_F root[SKY_PIECE];
     uint64_t j, n;
     for (j = 0; j < m; j += n) {
         n = m - j < SKY_PIECE ? m - j : SKY_PIECE;
@@ -1809,7 +1816,8 @@ SKY_FN void SKY_(discs)(
 /* _one_disc: photons of the disc over those of the main law, which all other cells have */
 SKY_APART void SKY_(one_disc)(
     const aomc_sky_source *s, uint64_t m, SKY_(columns) *c, SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
-    SKY_F p[6], out[3][SKY_BLOCK];
+    SKY_LINES SKY_F out[3][SKY_BLOCK];
+    SKY_F p[6];
     int32_t cell = s->disc_cell;
     uint32_t n = 0;
     uint64_t j;
@@ -1883,7 +1891,7 @@ typedef struct SKY_(tries) {
     uint32_t tilt[SKY_CHUNK];
     double bound[SKY_CHUNK], value[SKY_CHUNK];
     aomc_sky_light light;
-} SKY_(tries);
+} SKY_LINES SKY_(tries);
 
 /* _measure_chosen and _gather_cells */
 SKY_FN void SKY_(collect)(const aomc_sky_source *s, uint64_t n, const uint32_t *chosen, const SKY_(columns) *c,
@@ -2044,7 +2052,7 @@ SKY_FN uint64_t SKY_(block)(
 SKY_FORMULA void SKY_(run)(int kernel, uint64_t m, const SKY_F *p, uint64_t u, uint64_t v, uint64_t step_u,
     uint64_t step_v, SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
     SKY_F h0 = p[0], h1 = p[1], h2 = p[2], h3 = p[3], t0 = p[4], t1 = p[5];
-    SKY_F radius[SKY_PIECE], mu[SKY_PIECE], sine[SKY_PIECE], cosine[SKY_PIECE];
+    SKY_LINES SKY_F radius[SKY_PIECE], mu[SKY_PIECE], sine[SKY_PIECE], cosine[SKY_PIECE];
     uint64_t k;
     for (k = 0; k < m; k++) {
         SKY_F place = SKY_(unit)(u);
@@ -2066,7 +2074,7 @@ SKY_FORMULA void SKY_(run)(int kernel, uint64_t m, const SKY_F *p, uint64_t u, u
 /* photons of a disc, whose words follow each other in steps */
 SKY_FN void SKY_(run_of_disc)(uint64_t m, const SKY_F *p, uint64_t u, uint64_t v, uint64_t step_u, uint64_t step_v,
     SKY_F *x, SKY_F *y, SKY_F *z) {
-    SKY_F of_u[SKY_PIECE], of_v[SKY_PIECE];
+    SKY_LINES SKY_F of_u[SKY_PIECE], of_v[SKY_PIECE];
     uint64_t k;
     for (k = 0; k < m; k++) {
         of_u[k] = SKY_(unit)(u);
