@@ -192,7 +192,7 @@ enum { AOMC_SKY_NARROW, AOMC_SKY_QUARTER, AOMC_SKY_ANY_WIDTH, AOMC_SKY_IN_MU };
 #define SKY_BLOCK 512
 #define SKY_CHUNK 256
 #define SKY_GROUP 16
-#define SKY_STRETCH 128
+#define SKY_STRETCH 128 /* ranks that are looked through together */
 #define SKY_PIECE (256 / AOMC_SKY_PRECISION) /* whole vectors, and small enough that two are under way at once */
 #define SKY_COLUMN 528 /* a block and a group */
 #define SKY_LOW 0xFFFFFFFFu
@@ -208,7 +208,7 @@ SKY_FORMULA float aomc_sky_sqrt_f32(float x) { return sqrtf(x); }
 SKY_FORMULA double aomc_sky_sqrt_f64(double x) { return sqrt(x); }
 #endif
 
-/* Square roots of n numbers */
+/* Square roots of n numbers: all whole eights as vectors, so that gcc sees that a constant n of these leaves no rest */
 SKY_FN void aomc_sky_roots_f32(uint64_t n, float *x) {
     uint64_t j = 0;
 #if defined(SKY_AVX)
