@@ -1432,16 +1432,12 @@ SKY_FORMULA void SKY_(from_mu)(const SKY_F *p, SKY_F u, SKY_F sine, SKY_F cosine
     out[2] = -mu;
 }
 
-/* disc but for the root of the square of z, which it returns; `root` is that of u */
+/* disc but for the root of the square of z, which it returns; `root` is that of u. x and y hold the cosine and the sine of
+ * the angle around the axis, and take x and y of the photon. */
 SKY_FORMULA SKY_F SKY_(disc)(
-    SKY_F h0, SKY_F h1, SKY_F h2, SKY_F h3, SKY_F t0, SKY_F t1, SKY_F u, SKY_F root, SKY_F v, SKY_F *x, SKY_F *y) {
+    SKY_F h0, SKY_F h1, SKY_F h2, SKY_F h3, SKY_F t0, SKY_F t1, SKY_F u, SKY_F root, SKY_F *x, SKY_F *y) {
     const SKY_F one = 1;
-    SKY_F s, c, along, across, far, height;
-    SKY_(turned)(AOMC_SKY_ANY_WIDTH, (SKY_F)0, one, one + one, v, &s, &c);
-    along = h2 * root * c;
-    across = h2 * root * s;
-    far = h3 * h0 + along * h1;
-    height = h3 * h1 - along * h0;
+    SKY_F along = h2 * root * *x, across = h2 * root * *y, far = h3 * h0 + along * h1, height = h3 * h1 - along * h0;
     *x = -(far * t1 - across * t0);
     *y = -(far * t0 + across * t1);
     return height * height + h2 * h2 * (one - u);
@@ -1471,7 +1467,8 @@ SKY_FN uint32_t SKY_(direction)(
     uint64_t a, b;
     uint32_t trial;
     if (law == AOMC_SKY_DISC) {
-        out[2] = SKY_(disc)(p[0], p[1], p[2], p[3], p[4], p[5], u, SKY_(sqrt)(u), v, out, out + 1);
+        SKY_(turned)(AOMC_SKY_ANY_WIDTH, 0, 1, 2, v, out + 1, out);
+        out[2] = SKY_(disc)(p[0], p[1], p[2], p[3], p[4], p[5], u, SKY_(sqrt)(u), out, out + 1);
         out[2] = -SKY_(sqrt)(out[2]);
         return 0;
     }
@@ -1791,27 +1788,32 @@ SKY_APART void SKY_(places)(const aomc_sky_source *s, uint64_t m, SKY_(columns) 
         }
 }
 
-/* photons of the disc with the parameters p; x, y, z are other memory than u and v */
+/* photons of the disc with the parameters p; x, y, z are other memory than u and v. Angles have a loop of their own: the
+ * constants of one loop for all would take more registers than there are. */
 SKY_APART void SKY_(discs_of_piece)(uint64_t m, const SKY_F *p, const SKY_F *u, const SKY_F *v,
-    SKY_F *SKY_ALONE root, SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
+    SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
+    SKY_LINES SKY_F root[SKY_PIECE];
     SKY_F h0 = p[0], h1 = p[1], h2 = p[2], h3 = p[3], t0 = p[4], t1 = p[5];
     uint64_t k;
     for (k = 0; k < m; k++) root[k] = u[k];
     SKY_(roots)(m, root);
-    for (k = 0; k < m; k++) z[k] = SKY_(disc)(h0, h1, h2, h3, t0, t1, u[k], root[k], v[k], x + k, y + k);
+    for (k = 0; k < m; k++) SKY_(turned)(AOMC_SKY_ANY_WIDTH, 0, 1, 2, v[k], y + k, x + k);
+    for (k = 0; k < m; k++) z[k] = SKY_(disc)(h0, h1, h2, h3, t0, t1, u[k], root[k], x + k, y + k);
     SKY_(roots)(m, z);
     for (k = 0; k < m; k++) z[k] = -z[k];
 }
 
 SKY_FN void SKY_(discs)(
     uint64_t m, const SKY_F *p, const SKY_F *u, const SKY_F *v, SKY_F *SKY_ALONE x, SKY_F *SKY_ALONE y, SKY_F *SKY_ALONE z) {
-    SKY_LINES SKY_F root[SKY_PIECE];
     uint64_t j, n;
     for (j = 0; j < m; j += n) {
         n = m - j < SKY_PIECE ? m - j : SKY_PIECE;
-        SKY_(discs_of_piece)(n, p, u + j, v + j, root, x + j, y + j, z + j);
+        SKY_(discs_of_piece)(n, p, u + j, v + j, x + j, y + j, z + j);
     }
 }
+
+/* both values are read, whichever it is, so that clang makes vectors */
+SKY_FORMULA SKY_F SKY_(either)(int is_first, SKY_F a, SKY_F b) { return is_first ? a : b; }
 
 /* _one_disc: photons of the disc over those of the main law, which all other cells have */
 SKY_APART void SKY_(one_disc)(
@@ -1828,9 +1830,9 @@ SKY_APART void SKY_(one_disc)(
         SKY_(discs)(m, p, c->u, c->v, out[0], out[1], out[2]);
         for (j = 0; j < m; j++) {
             int is_own = c->cell[j] == cell;
-            x[j] = is_own ? out[0][j] : x[j];
-            y[j] = is_own ? out[1][j] : y[j];
-            z[j] = is_own ? out[2][j] : z[j];
+            x[j] = SKY_(either)(is_own, out[0][j], x[j]);
+            y[j] = SKY_(either)(is_own, out[1][j], y[j]);
+            z[j] = SKY_(either)(is_own, out[2][j], z[j]);
         }
     } else
         for (j = 0; j < m; j++) {
