@@ -21,8 +21,15 @@ from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.report import beyond_memory
-from aomc_sky.plan.allocation import MAX_PHOTONS, AllocationMethod, allocate, checked_photons, normalise
-from aomc_sky.plan.counts import PlanBand, cumulative_counts
+from aomc_sky.plan.allocation import (
+    MAX_PHOTONS,
+    AllocationMethod,
+    PlanBand,
+    allocate,
+    checked_photons,
+    cumulative_counts,
+    normalise,
+)
 from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.options import Footprint, Placement, SamplingOptions, resolve_options
 from aomc_sky.plan.plan import Plan

@@ -32,8 +32,7 @@ from aomc_sky.outputs.photons.files import (
 from aomc_sky.outputs.run_folder import RunFolder, os_error
 from aomc_sky.outputs.shard import BLOCK, MANIFEST, block_spans
 from aomc_sky.outputs.statistics import PhotonSums
-from aomc_sky.plan.allocation import AllocationMethod
-from aomc_sky.plan.counts import cumulative_counts
+from aomc_sky.plan.allocation import AllocationMethod, cumulative_counts
 from aomc_sky.plan.plan import Plan, differing
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import read_at
