@@ -37,10 +37,9 @@ from aomc_sky.outputs.photons.files import (
     run_files,
     stored_files,
 )
-from aomc_sky.outputs.run_folder import RunFolder
-from aomc_sky.outputs.shard import BLOCK, MANIFEST, PART, PLAN, Shard, is_run_file
+from aomc_sky.outputs.run_folder import MANIFEST, PART, PLAN, RunFolder, check_folder, is_run_file
+from aomc_sky.outputs.shard import BLOCK, Shard
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
-from aomc_sky.outputs.target_file import check_folder
 from aomc_sky.plan.plan import Plan
 from aomc_sky.progress import is_free, progress_bar
 from aomc_sky.source.scene import Scene
@@ -232,9 +231,9 @@ def finish_run(source: PhotonSource, scene: Scene, folder: RunFolder, sums: Sums
 def remove_rest(folder: RunFolder) -> None:
     """Remove the marks and partial files of shards from a finished run, and what killed processes left."""
     drop_leftovers(folder.path, is_run_file)
-    for name in folder.names():
-        if name.endswith((PART, ".done")) and is_run_file(name):
-            folder.remove(name)
+    rest = [name for name in folder.names() if name.endswith((PART, ".done")) and is_run_file(name)]
+    if rest:
+        folder.remove(*rest)
 
 
 def write_counts(source: PhotonSource, folder: RunFolder) -> None:

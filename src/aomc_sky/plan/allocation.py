@@ -187,7 +187,9 @@ def allocate_bands(
         elif method is AllocationMethod.LARGEST_REMAINDER:
             _largest_remainder(_tying_units(cumulative, mass, n), n, row)
         elif method is AllocationMethod.MULTINOMIAL:
-            _multinomial(cumulative, n, key, band, row)
+            from aomc_sky.kernels.allocate import multinomial_counts
+
+            multinomial_counts(cumulative, n, key, np.uint64(band), row)
         else:
             raise UsageError("aomc allocation needs a table; call allocate with method='aomc'")
     return counts
@@ -229,12 +231,6 @@ def _largest_remainder(units: np.ndarray, n: int, counts: np.ndarray) -> None:
     above = remainder > last
     counts += above
     counts[np.flatnonzero(remainder == last)[: missing - int(above.sum())]] += 1
-
-
-def _multinomial(cumulative: np.ndarray, n: int, key: np.uint64, band: int, counts: np.ndarray) -> None:
-    from aomc_sky.kernels.allocate import multinomial_counts
-
-    multinomial_counts(cumulative, n, key, np.uint64(band), counts)
 
 
 def _aomc(weight: np.ndarray, n: int) -> np.ndarray:
@@ -341,27 +337,25 @@ class PlanBand:
     horizon_loss: float = 0.0
 
 
-def replicate_band_photons(requested: np.ndarray, replicates: int) -> np.ndarray:
-    """Photons of each replicate band, int64 (n_replicate x n_band,), one replicate after the other.
-
-    The replicates of a band share its photons evenly; the first ones take one more where some are left.
-    """
-    each, left = np.divmod(requested, replicates)
-    return np.concatenate([each + (left > r) for r in range(replicates)])
-
-
 def cumulative_counts(
     bands: Sequence[PlanBand], components: Sequence[Component], options: Mapping[str, Any]
 ) -> np.ndarray:
     """Member `cumulative` of a plan, int64 (n_replicate_band, n_cell + 1), from its masses and its options.
 
-    Any allocation but `aomc`, which rounds the table itself. A band without light has no photons.
+    Any allocation but `aomc`, which rounds the table itself. A band without light has no photons. The replicates of a
+    band share its photons evenly; the first ones take one more where some are left.
     """
-    replicates, n_cells = options["replicates"], sum(component.n_cells for component in components)
-    photons = replicate_band_photons(np.array([band.requested for band in bands]), replicates)
+    replicates = options["replicates"]
+    starts = [0, *accumulate(component.n_cells for component in components)]
+    each, left = np.divmod(np.array([band.requested for band in bands]), replicates)
+    photons = np.concatenate([each + (left > r) for r in range(replicates)])
     row_of = np.tile([band.row for band in bands], replicates)
-    cumulative = np.zeros((photons.size, n_cells + 1), dtype=np.int64)
-    rings = _rings_of(components)
+    cumulative = np.zeros((photons.size, starts[-1] + 1), dtype=np.int64)
+    rings = tuple(
+        WalkedGrid(first_cell=start, n_rings=component.grid.n_zenith, n_columns=component.grid.n_azimuth)
+        for start, component in zip(starts, components, strict=False)
+        if component.grid is not None
+    )
     for row in range(len(components[0].mass)):
         mass = np.concatenate([component.mass[row] for component in components])
         if not mass.any():
@@ -378,13 +372,3 @@ def cumulative_counts(
         )
         cumulative[own, 1:] = np.cumsum(counts, axis=1)
     return cumulative
-
-
-def _rings_of(components: Sequence[Component]) -> tuple[WalkedGrid, ...]:
-    """The rings of all components that have a grid."""
-    starts = accumulate((component.n_cells for component in components), initial=0)
-    return tuple(
-        WalkedGrid(first_cell=start, n_rings=component.grid.n_zenith, n_columns=component.grid.n_azimuth)
-        for start, component in zip(starts, components, strict=False)
-        if component.grid is not None
-    )

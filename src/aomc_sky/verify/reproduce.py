@@ -29,8 +29,8 @@ from aomc_sky.outputs.photons.files import (
     run_files,
     stored_files,
 )
-from aomc_sky.outputs.run_folder import RunFolder, os_error
-from aomc_sky.outputs.shard import BLOCK, MANIFEST, block_spans
+from aomc_sky.outputs.run_folder import MANIFEST, RunFolder, os_error
+from aomc_sky.outputs.shard import BLOCK, block_spans
 from aomc_sky.outputs.statistics import PhotonSums
 from aomc_sky.plan.allocation import AllocationMethod, cumulative_counts
 from aomc_sky.plan.plan import Plan, differing

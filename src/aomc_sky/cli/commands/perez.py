@@ -113,7 +113,7 @@ def perez(arguments: argparse.Namespace) -> int:
 
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse options that contradict each other, and outputs that would replace files of others."""
-    from aomc_sky.outputs.target_file import check_folder, check_target
+    from aomc_sky.outputs.run_folder import check_folder, check_target
 
     if arguments.out is None:
         for name in cli_options.given_options(arguments, _PHOTON_OPTIONS):

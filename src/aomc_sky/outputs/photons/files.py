@@ -24,8 +24,8 @@ from aomc_sky.formats.text_file import refuse
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import COUNTS_FILES
 from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, SOURCE, SOURCE_FILE, photon_writer
-from aomc_sky.outputs.run_folder import RunFolder, os_error
-from aomc_sky.outputs.shard import PLAN, block_spans
+from aomc_sky.outputs.run_folder import PLAN, RunFolder, os_error
+from aomc_sky.outputs.shard import block_spans
 from aomc_sky.outputs.statistics import BlockSums, PhotonSums, photon_sums
 from aomc_sky.system import n_cpus, write_at
 
