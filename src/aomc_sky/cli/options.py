@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from aomc_sky.emission.photon_source import PhotonSource
     from aomc_sky.engine.run import JobOptions
     from aomc_sky.source.light.inputs import LightInputs
+    from aomc_sky.source.read.files import Reading
     from aomc_sky.source.scene import Scene
 
 _SLOW_SKY_S = 5.0
@@ -333,11 +334,25 @@ def light_given(arguments: argparse.Namespace) -> LightInputs:
     return given_inputs(Entrance.OPTIONS, **how)
 
 
+def reading_of(arguments: argparse.Namespace, wavebands: list[int] | None = None) -> Reading:
+    """How the files are read, by the options of `add_reading_options`."""
+    from aomc_sky.source.read.files import Reading
+
+    names = ("iterations", "sky", "bins", "weighting", "compat", "lenient", "azimuth_bins")
+    return Reading(
+        wavebands=wavebands,
+        allow_paths=arguments.allow_path,
+        max_memory_bytes=arguments.max_memory,
+        sky_options=sky_option_arguments(arguments),
+        **{name: getattr(arguments, name) for name in names},
+    )
+
+
 def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] | None = None) -> Scene:
     """Read the scene that the options of `add_reading_options` describe."""
     from aomc_sky.progress import status_line
     from aomc_sky.source.read.kind import Kind, kind_of
-    from aomc_sky.source.read.scene import Reading, scene_of_files
+    from aomc_sky.source.read.scene import scene_of_files
 
     kind = kind_of(Path(path))
     if kind in (Kind.MEASURED, Kind.NETCDF):
@@ -349,17 +364,9 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
             f"--wavelengths is for a run without files or a measured sky; {path} has its own in lambbot.inp: leave it "
             "out, or choose among them with --waveband 1"
         )
-    names = ("iterations", "sky", "bins", "weighting", "compat", "lenient", "azimuth_bins")
     began = time.monotonic()
     with status_line("preparing the scene", enabled=is_verbose(arguments)):
-        reading = Reading(
-            wavebands=wavebands,
-            allow_paths=arguments.allow_path,
-            max_memory_bytes=arguments.max_memory,
-            sky_options=sky_option_arguments(arguments),
-            **{name: getattr(arguments, name) for name in names},
-        )
-        scene = scene_of_files(path, light_given(arguments), reading)
+        scene = scene_of_files(path, light_given(arguments), reading_of(arguments, wavebands))
     seconds = time.monotonic() - began
     if is_verbose(arguments) and scene.options.get("sky") == "atmosphere" and seconds > _SLOW_SKY_S:
         print(

@@ -76,9 +76,8 @@ def perez(arguments: argparse.Namespace) -> int:
     from aomc_sky.grid import PatchGrid
     from aomc_sky.progress import status_line
     from aomc_sky.source.light.diffuse import perez_sky
-    from aomc_sky.source.light.inputs import Unsaid
+    from aomc_sky.source.light.inputs import Unsaid, Use, refuse_unused
     from aomc_sky.source.light.sun import direct_fraction, refuse_kilowatts
-    from aomc_sky.source.light.use import Use, refuse_unused
 
     _check(arguments)
     is_shown = cli_options.is_verbose(arguments)
