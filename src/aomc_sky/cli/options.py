@@ -41,7 +41,7 @@ def answer(arguments: argparse.Namespace, content: Callable[[], Any], text: Call
         print(text())
 
 
-Kinds = Mapping[str, Callable[[str], Any]]
+Kinds = Mapping[str, Callable[[str], Any] | None]
 
 
 def add_table(
@@ -275,14 +275,13 @@ def given_options(
 
 def add_inputs(group: argparse._ArgumentGroup, *rows: Input) -> None:
     """Add options for inputs of sky and sun; the default is None."""
-    types = values.input_types(rows)
     for row in rows:
         if row.is_switch:
             group.add_argument(row.option, action=argparse.BooleanOptionalAction, default=None, help=row.text)
             continue
         value = "|".join(row.words) or row.value or (row.unit or row.name[0]).split()[0].upper()
         value = "a b c d e" if row.name == "coefficients" else value
-        kinds = {attribute(row.option): types[row.name]} if row.name in types else None
+        kinds = {attribute(row.option): values.INPUT_TYPES.get(row.name)}
         add_table(group, f"{row.option} {value}  {row.text}{f' [{row.unit}]' if row.unit else ''}", kinds)
 
 

@@ -19,7 +19,6 @@ from aomc_sky.errors import InputWarning, SceneError, UsageError
 from aomc_sky.formats.sky_toml.keys import SKY_TOML, SPECTRL2
 from aomc_sky.formats.sky_toml.sections import PerezSection
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
 from aomc_sky.source.light.diffuse import Diffuse, DiffuseSky, Rows
 from aomc_sky.source.light.inputs import LightInputs, Unsaid
 from aomc_sky.source.light.sun import Sun, amounts_of_fractions, direct_fraction, mean_fraction, refuse_kilowatts
@@ -182,6 +181,8 @@ def _beam(sun: Sun | None, fractions: np.ndarray) -> list[Component]:
     """The sun's beam with these strengths, if one of them is above 0."""
     if sun is None or not np.any(fractions > 0):
         return []
+    from aomc_sky.skies.direct_beam import SOLAR_RADIUS_DEG, DirectBeam
+
     radius = SOLAR_RADIUS_DEG if sun.disc else 0.0
     beam = DirectBeam(sun_zenith_deg=sun.zenith_deg, sun_azimuth_deg=sun.azimuth_deg, radius_deg=radius)
     return scaled(beam.lower(fractions), fractions)
