@@ -44,7 +44,7 @@ def open_run(path: str | Path) -> StoredRun:
     """
     folder = Path(os.path.abspath(path))
     if not (folder / PLAN).is_file():
-        raise not_a_run(Path(path), "aomc-sky run --out")
+        raise not_a_run(Path(path))
     source = PhotonSource.from_plan(Plan.load(folder / PLAN))
     manifest = read_manifest(folder / MANIFEST) if os.path.lexists(folder / MANIFEST) else None
     if manifest is not None and manifest["plan_sha256"] != source.plan.sha256:

@@ -363,13 +363,12 @@ _PICTURES = (
 
 
 def check_target(
-    path: str | Path, option: str, *, force: bool, inputs: Iterable[object] = (), head: str = "", is_copy: bool = False
+    path: str | Path, option: str, *, force: bool, inputs: Iterable[object] = (), is_copy: bool = False
 ) -> None:
     """Refuse to replace a file that aomc-sky did not write.
 
     `option` is the option that names the file. With `force`, files of others are allowed. One of `inputs`, which the
     command reads, is never allowed. A file with the ending of an input is allowed only if the output `is_copy` of one.
-    The text `head` is the beginning of a text of ours that this module does not know.
     """
     target = Path(path)
     if not os.fspath(path):
@@ -389,7 +388,7 @@ def check_target(
             f"{option} {path} is an input; inputs are never replaced, even with --force; name another file, "
             f"for example {target.with_name(f'new-{target.name}')}"
         )
-    if not force and not is_ours(target, head):
+    if not force and not is_ours(target):
         raise ForeignOutputError(
             f"{path} exists and was not written by aomc-sky; give {option} another name, for example "
             f"{target.with_name(f'new-{target.name}')}, or add --force to replace it"
@@ -397,7 +396,10 @@ def check_target(
 
 
 def is_ours(path: Path, head: str = "") -> bool:
-    """Whether aomc-sky wrote a table, a picture or a dataset, judged by its beginning and its end."""
+    """Whether aomc-sky wrote a table, a picture or a dataset, judged by its beginning and its end.
+
+    The text `head` is the beginning of a text of ours that this module does not know.
+    """
     try:
         with open_regular(path) as file:
             first = file.read(_LOOKED_AT)
