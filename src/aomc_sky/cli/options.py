@@ -142,14 +142,9 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     add_inputs(group, *PEREZ.values(), *SUN.values(), *MODEL.values())
     add_table(group, "--diffuse-only  the sky without the sun's beam")
     add_inputs(group, INPUTS["polarisation"])
-    add_clear_sky_options(parser)
-    add_light_options(parser)
-
-
-def add_clear_sky_options(parser: argparse.ArgumentParser) -> None:
-    """The air of a cloudless sky, in place of irradiances."""
     group = parser.add_argument_group("a cloudless sky (--spectrum spectrl2 without irradiances; needs 'weather')")
     add_inputs(group, *CLEAR_SKY.values())
+    add_light_options(parser)
 
 
 def add_measured_options(parser: argparse.ArgumentParser) -> None:

@@ -96,15 +96,13 @@ def build_manifest(
         "notes": scene_entries["notes"],
         "bands": [asdict(band) for band in bands],
         "total": sum(band.launched for band in bands),
-        "files": {name: _file_entry(source, name, size) for name, size in sorted(files.items())},
+        "files": {
+            name: {"bytes": size, "numbers": RAW_NUMBERS, "columns": list(columns_of(source))}  # it has no head
+            if name.endswith(".raw")
+            else {"bytes": size}
+            for name, size in sorted(files.items())
+        },
     }
-
-
-def _file_entry(source: PhotonSource, name: str, size: int) -> dict[str, Any]:
-    """Size of a file, and of a raw one, which has no head, the numbers of a record. [bytes]"""
-    if not name.endswith(".raw"):
-        return {"bytes": size}
-    return {"bytes": size, "numbers": RAW_NUMBERS, "columns": list(columns_of(source))}
 
 
 def manifest_bytes(manifest: Mapping[str, Any]) -> bytes:

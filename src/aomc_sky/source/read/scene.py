@@ -216,7 +216,7 @@ def scene_of_files(path: str | os.PathLike[str], given: LightInputs, reading: Re
         row_of_band=light.row_of_band,
         sky_wavelength_nm=light.sky_wavelength_nm,  # type: ignore[arg-type]
         irradiance=light.irradiance,
-        preset=_preset(files, compat),
+        preset=SamplingOptions() if not compat else AOMC_INTERNAL_PRESET if files.table is None else AOMC_TABLE_PRESET,
         footprint=_footprint(files.config),
         preset_name=COMPAT_NAME if compat else None,
         notes=(
@@ -323,13 +323,6 @@ def _photons(files: SceneFiles, light: Light, compat: str | None) -> np.ndarray:
         found = f"{max(intensity):g} x {iterations}"
         raise SceneError(f"intensity x iterations must not exceed 2^62 photons in a band, got {found}")
     return np.array(exact, dtype=np.int64)
-
-
-def _preset(files: SceneFiles, compat: str | None) -> SamplingOptions:
-    """Sampling as the program has it, under `compat`."""
-    if not compat:
-        return SamplingOptions()
-    return AOMC_INTERNAL_PRESET if files.table is None else AOMC_TABLE_PRESET
 
 
 def _background_options(sections: Sequence[BackgroundSection], folder: str) -> list[dict[str, Any]]:
