@@ -14,10 +14,9 @@ from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import AomcSkyError, InputFileError, OutputError, UsageError, require_kind
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.outputs.counts import COUNTS_FILES, counts_file
+from aomc_sky.outputs.counts import COUNTS_FILES, chosen_bands, counts_file
 from aomc_sky.outputs.manifest import (
     build_manifest,
-    chosen_bands,
     differences,
     manifest_again,
     manifest_bytes,
@@ -238,7 +237,7 @@ def remove_rest(folder: RunFolder) -> None:
 
 def write_counts(source: PhotonSource, folder: RunFolder) -> None:
     """Write the counts, as text or, of very many rows, as arrays; no file of the other kind stays."""
-    name, data = counts_file(source, chosen_bands(source))
+    name, data = counts_file(source)
     folder.write(name, data)
     for other in COUNTS_FILES:
         if other != name and folder.size_of(other) is not None:
@@ -261,7 +260,7 @@ def finished_manifest(source: PhotonSource, folder: RunFolder, formats: Sequence
     expected = manifest_again(source, manifest, {}, complete, files)
     if not {*formats} - {"none"} <= {*complete} or next(differences(manifest, expected), None):
         return None
-    name, counts = counts_file(source, chosen_bands(source))
+    name, counts = counts_file(source)
     if [one for one in COUNTS_FILES if one in files] != [name] or files[name] != len(counts):
         return None
     with folder.reading(name) as file:

@@ -23,7 +23,7 @@ from aomc_sky.engine.run import (
 )
 from aomc_sky.errors import UsageError
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.outputs.manifest import chosen_bands
+from aomc_sky.outputs.counts import chosen_bands
 from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, Progress
 from aomc_sky.outputs.photons.npy import NpyWriter
 from aomc_sky.outputs.run_folder import PART, RunFolder

@@ -9,7 +9,8 @@ from typing import Any
 
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import ForeignOutputError, UsageError
-from aomc_sky.outputs.manifest import chosen_bands, read_manifest
+from aomc_sky.outputs.counts import chosen_bands
+from aomc_sky.outputs.manifest import read_manifest
 from aomc_sky.outputs.run_folder import MANIFEST, PLAN
 from aomc_sky.plan.plan import Plan
 from aomc_sky.source.read.kind import not_a_run

@@ -14,6 +14,7 @@ import aomc_sky
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import OutputError
 from aomc_sky.formats.text_file import refuse
+from aomc_sky.outputs.counts import chosen_bands
 from aomc_sky.outputs.photon_formats import columns_of
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.plan.plan import OTHER_PROCESSOR
@@ -54,12 +55,6 @@ def input_hashes(scene: Scene) -> dict[str, dict[str, str]]:
             raise OutputError(f"cannot read {path} a second time: {error.strerror or error}") from error
         hashes[role] = {"name": Path(path).name, "sha256": digest}
     return hashes
-
-
-def chosen_bands(source: PhotonSource) -> list[int]:
-    """Wavebands of a run: those with requested photons, or all if there are none. [0-based]"""
-    bands = source.plan.bands
-    return [number for number, band in enumerate(bands) if band.requested > 0] or list(range(len(bands)))
 
 
 def scene_part(scene: Scene) -> dict[str, Any]:

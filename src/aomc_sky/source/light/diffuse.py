@@ -47,6 +47,7 @@ class Rows:
     direct_fraction: np.ndarray
     wavelength_nm: np.ndarray
     table_row: np.ndarray
+    of_band: np.ndarray  #: the row of each waveband
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

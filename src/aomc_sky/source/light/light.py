@@ -113,7 +113,7 @@ def _sun_and_sky(
     intensity = np.ones(bands.n_bands) if inputs.shares is None else inputs.shares.intensity
     lit = intensity > 0
     is_lit = bool(np.any(fractions[lit if lit.any() else slice(None)] < 1))
-    rows, row_of_band = _rows(sky, fractions, bands.wavelength_nm, has_table=is_lit)
+    rows = _rows(sky, fractions, bands.wavelength_nm, has_table=is_lit)
     components = _beam(sun, rows.direct_fraction)
     diffuse, amounts = Diffuse(), split.amounts
     if is_lit:
@@ -122,7 +122,7 @@ def _sun_and_sky(
             amounts = amounts_of_fractions(split.direct_fraction, intensity, sun, origin)
         diffuse = sky.lower(sun, rows, amounts)
     components += scaled(diffuse.components, 1.0 - rows.direct_fraction)
-    own = None if diffuse.irradiance is None else diffuse.irradiance[row_of_band]
+    own = None if diffuse.irradiance is None else diffuse.irradiance[rows.of_band]
     notes = [*_split_notes(split, sky if is_lit else None, inputs, sun), *diffuse.notes]
     if sun is not None and not sky.is_sunless:
         notes += sun.notes if is_lit else ["polarisation is not used, there is no sky"] * (sun.polarisation is not None)
@@ -137,8 +137,8 @@ def _sun_and_sky(
         )
     return Light(
         components=tuple(components),
-        row_of_band=row_of_band,
-        sky_wavelength_nm=sky.wavelength_of(rows.table_row)[row_of_band] if is_lit and sky.wavelength_of else None,
+        row_of_band=rows.of_band,
+        sky_wavelength_nm=sky.wavelength_of(rows.table_row)[rows.of_band] if is_lit and sky.wavelength_of else None,
         intensity=None if inputs.shares is None else intensity,
         notes=tuple(notes),
         options={
@@ -161,20 +161,19 @@ def _sun(inputs: LightInputs, sky: DiffuseSky, unsaid: Unsaid) -> Sun | None:
     return inputs.scene_sun(inputs.say(f"{{sky:{sky.name}}}") if is_named else str(sky))
 
 
-def _rows(
-    sky: DiffuseSky, fractions: np.ndarray, wavelength_nm: np.ndarray, *, has_table: bool
-) -> tuple[Rows, np.ndarray]:
-    """Rows of the scene, and the row of each waveband: one for each, or one for each that differs."""
+def _rows(sky: DiffuseSky, fractions: np.ndarray, wavelength_nm: np.ndarray, *, has_table: bool) -> Rows:
+    """Rows of the scene: one for each waveband, or one for each that differs."""
     n_bands = fractions.size
     if sky.is_spectral:
         every = np.arange(n_bands)
-        return Rows(direct_fraction=fractions, wavelength_nm=wavelength_nm, table_row=every), every
+        return Rows(direct_fraction=fractions, wavelength_nm=wavelength_nm, table_row=every, of_band=every)
     table = np.zeros(n_bands, np.int64)
     if sky.table_rows is not None and has_table:
         table = sky.table_rows(wavelength_nm)
     pairs, first, rows = np.unique(np.column_stack([fractions, table]), axis=0, return_index=True, return_inverse=True)
-    found = Rows(direct_fraction=pairs[:, 0], wavelength_nm=wavelength_nm[first], table_row=table[first])
-    return found, rows.ravel()
+    return Rows(
+        direct_fraction=pairs[:, 0], wavelength_nm=wavelength_nm[first], table_row=table[first], of_band=rows.ravel()
+    )
 
 
 def _beam(sun: Sun | None, fractions: np.ndarray) -> list[Component]:
@@ -195,9 +194,9 @@ def _beam(sun: Sun | None, fractions: np.ndarray) -> list[Component]:
 def _split(
     inputs: LightInputs, sun: Sun | None, sky: DiffuseSky, bands: Wavebands, unsaid: Unsaid, path: str
 ) -> _Split:
-    amounts, n_bands = inputs.amounts, bands.n_bands
+    amounts, has_set = inputs.amounts, inputs.amounts.has_set
     said = Levels.said_by(inputs)
-    if amounts.has_set and sun is not None:
+    if has_set and sun is not None:
         refuse_kilowatts(amounts, sun)
     if said.direct is not None and said.diffuse is not None:
         return _by_irradiances(said.direct, said.diffuse, amounts)
@@ -205,11 +204,11 @@ def _split(
         assert sun is not None, "difcol.inp stands beside amc.inp"
         _warn_of_other_light(inputs, sun)
         return _Split(direct_fraction=inputs.shares.direct_fraction, origin=DIFCOL, amounts=amounts, levels=said)
-    whole = _Split(direct_fraction=np.zeros(n_bands), amounts=amounts, levels=said)
+    whole = _Split(direct_fraction=np.zeros(bands.n_bands), amounts=amounts, levels=said)
     if unsaid is Unsaid.WHOLE and not sky.is_file:
         whole = dataclasses.replace(whole, origin="the sky model replaces skydist.inp")
         if sky.name == "perez":
-            if not amounts.has_set:
+            if not has_set:
                 text = "{sky:perez} instead of skydist.inp needs dni and dhi (or epsilon and delta, or a to e)"
                 raise UsageError(
                     f"{inputs.say(text)}: give them, or write into sky.toml beside amc.inp\n\n{_THREE_LINES}\n"
@@ -218,18 +217,18 @@ def _split(
     if inputs.is_cloudless:
         assert sun is not None, "light_of finds the sun of a cloudless sky"
         return _cloudless(inputs, sun, bands, said)
-    fraction = direct_fraction(amounts, sun) if amounts.has_set and sun is not None else None
+    fraction = direct_fraction(amounts, sun) if has_set and sun is not None else None
     if fraction is not None:
         assert sun is not None, "amounts need a sun"
         return _by_amounts(inputs, sun, bands, fraction, unsaid, said)
     if unsaid is Unsaid.ERROR and not inputs.diffuse_only:
-        reason = f"{amounts.text} do not say" if amounts.has_set else "nothing else says"
+        reason = f"{amounts.text} do not say" if has_set else "nothing else says"
         raise refuse(
             path,
             f"there is no such file, and {reason} how much of the light is direct",
             advice=f"write {DIFCOL}, or these lines into sky.toml beside amc.inp:\n\n{_THREE_LINES}\n",
         )
-    if amounts.has_set:
+    if has_set:
         return dataclasses.replace(
             whole, origin="coefficients do not say how bright the beam is: the sky is launched alone"
         )
