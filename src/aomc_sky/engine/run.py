@@ -25,6 +25,7 @@ from aomc_sky.outputs.manifest import (
 )
 from aomc_sky.outputs.photon_formats import RUN_FORMATS, SOURCE, SOURCE_FILE, photon_writer
 from aomc_sky.outputs.photons.files import (
+    BLOCK,
     ChunkPool,
     Meter,
     Progress,
@@ -37,7 +38,7 @@ from aomc_sky.outputs.photons.files import (
     stored_files,
 )
 from aomc_sky.outputs.run_folder import MANIFEST, PART, PLAN, RunFolder, check_folder, is_run_file
-from aomc_sky.outputs.shard import BLOCK, Shard
+from aomc_sky.outputs.shard import Shard
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.plan.plan import Plan
 from aomc_sky.progress import is_free, progress_bar

@@ -2,7 +2,7 @@
 
 statistics  Exact sums over photons, and the results of a waveband
 photon_formats  The formats of photons by name
-shard       The photons of each part of a run: blocks, and shards that are made of them
+shard       Shards: equal parts of a run, each of whole blocks, and the marks of those that are made
 counts      counts.csv: one line per waveband and patch with mass
 manifest    manifest.json: the contents of a finished run
 run_folder  The folder of one run: the names of its files, its lock, and files that appear when they are complete

@@ -1,16 +1,13 @@
-"""The photons of each part of a run: blocks, and the shards that are made of them."""
+"""Shards: equal parts of a run, each of whole blocks, and the marks of those that are made."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain
 
 from aomc_sky.errors import UsageError
-
-BLOCK = 65_536
-"""Photons that are made, written and summed together. In numpy files they fill whole pages of 4096 bytes."""
+from aomc_sky.outputs.photons.files import BLOCK
 
 MAX_SHARDS = 1_000_000
 
@@ -48,11 +45,6 @@ class Shard:
                 ranges.append((k, low * BLOCK, min(high * BLOCK, n)))
             first, end = first - blocks, end - blocks
         return ranges
-
-
-def block_spans(start: int, stop: int) -> Iterator[tuple[int, int]]:
-    """First photon and end of every block from `start`, which begins a block, to `stop`."""
-    return zip(range(start, stop, BLOCK), chain(range(start + BLOCK, stop, BLOCK), (stop,)), strict=False)
 
 
 _TEXT = re.compile(r"([0-9]{1,7})/([0-9]{1,7})")

@@ -18,6 +18,7 @@ from aomc_sky.outputs.counts import COUNTS_FILES, chosen_bands, counts_file
 from aomc_sky.outputs.manifest import differences, manifest_again, scene_part
 from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, SOURCE, SOURCE_FILE, photon_writer
 from aomc_sky.outputs.photons.files import (
+    BLOCK,
     ChunkPool,
     FileLayout,
     Meter,
@@ -25,12 +26,12 @@ from aomc_sky.outputs.photons.files import (
     PhotonRows,
     Progress,
     Target,
+    block_spans,
     photon_files,
     run_files,
     stored_files,
 )
 from aomc_sky.outputs.run_folder import MANIFEST, RunFolder, os_error
-from aomc_sky.outputs.shard import BLOCK, block_spans
 from aomc_sky.outputs.statistics import PhotonSums
 from aomc_sky.plan.allocation import AllocationMethod, cumulative_counts
 from aomc_sky.plan.plan import Plan, differing
