@@ -73,14 +73,10 @@ class Emitter:
         self.dtype = np.dtype(plan.options["precision"])
         shape, size_x, size_y = plan.options["footprint"]
         self.footprint = Footprint(shape=FootprintShape(shape), size_x_m=size_x, size_y_m=size_y)
+        self.has_positions = self.footprint.shape is not FootprintShape.POINT
         self._streams, self._kernels, self._finders, self._proposals, self._slope_words = (
             _BandCache() for _ in range(5)
         )
-
-    @property
-    def has_positions(self) -> bool:
-        """Whether photons have a position."""
-        return self.footprint.shape is not FootprintShape.POINT
 
     def fill(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         """Write the photons from `start` on into arrays `ux`, `uy`, `uz`, `patch`, `x`, `y` and `numbers` if there.

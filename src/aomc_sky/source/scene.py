@@ -162,7 +162,13 @@ class Scene:
         if self.sky_wavelength_nm.shape != (n_bands,):
             raise SceneError(f"sky_wavelength_nm must have one entry for each of {n_bands} bands")
         if self.irradiance is None:
-            self._refuse_mixed_units()
+            absolute = [c.name for c in self.components if c.irradiance_W_m2_nm is not None]
+            relative = [c.name for c in self.components if c.irradiance_W_m2_nm is None]
+            if absolute and relative:
+                raise SceneError(
+                    f"component {absolute[0]!r} is in W m-2 nm-1 and {relative[0]!r} is relative; give "
+                    f"{relative[0]!r} irradiance_W_m2_nm=, or {absolute[0]!r} strength="
+                )
             object.__setattr__(self, "irradiance", Irradiance.of_components(self.components, self.row_of_band))
         expected = (n_bands, len(self.components))
         if self.irradiance is not None and self.irradiance.of_component.shape != expected:
@@ -196,15 +202,6 @@ class Scene:
             notes += filter(None, without_beam)
         object.__setattr__(self, "components", tuple(parts))
         object.__setattr__(self, "notes", tuple(notes))
-
-    def _refuse_mixed_units(self) -> None:
-        absolute = [c.name for c in self.components if c.irradiance_W_m2_nm is not None]
-        relative = [c.name for c in self.components if c.irradiance_W_m2_nm is None]
-        if absolute and relative:
-            raise SceneError(
-                f"component {absolute[0]!r} is in W m-2 nm-1 and {relative[0]!r} is relative; give {relative[0]!r} "
-                f"irradiance_W_m2_nm=, or {absolute[0]!r} strength="
-            )
 
     def radiance(
         self,
