@@ -308,6 +308,8 @@ def replaced_notes(given: LightInputs, toml: LightInputs, amc: LightInputs, *, i
     return (text,)
 
 
+# When each input is used.
+
 _AMOUNTS = ("dni", "dhi", "ghi", "epsilon", "delta", "epw", "tmy2", "tmy3")
 _PEREZ = ("coefficients", "limits", "within", "air_mass")
 _SUN = ("zenith_deg", "azimuth_deg", "disc", "time", "latitude_deg", "longitude_deg", "altitude_m", "row")
