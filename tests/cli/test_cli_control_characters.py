@@ -9,8 +9,7 @@ import sys
 
 import pytest
 
-from aomc_sky.cli.main import main
-from aomc_sky.cli.terminal import VisibleStream, visible_streams
+from aomc_sky.cli.main import VisibleStream, main, visible_streams
 from aomc_sky.errors import Problem, visible
 
 HOSTILE = "\x1b]0;owned\x07\x1b[2J\x9b31m\u202eevil\u2066\x08\x7f"

@@ -322,9 +322,9 @@ def test_progress_and_flat_memory(out, monkeypatch):
     """Chunks are told as they come, and no array of a whole band is ever made."""
     from aomc_sky.engine.export import ExportOptions, export_run
     from aomc_sky.engine.stored_run import open_run
-    from aomc_sky.outputs import shard
+    from aomc_sky.outputs.photons import files
 
-    monkeypatch.setattr(shard, "BLOCK", 1024)
+    monkeypatch.setattr(files, "BLOCK", 1024)
     told: list[tuple[int, int]] = []
     sizes: list[int] = []
     photons = PhotonSource.photons

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from aomc_sky import progress
-from aomc_sky.cli.main import main
-from aomc_sky.cli.terminal import table, warnings_at_end
+from aomc_sky.cli.main import main, warnings_at_end
+from aomc_sky.cli.terminal import table
 from aomc_sky.errors import InputWarning, SceneError
 from aomc_sky.progress import progress_bar
 from tests.support.processes import resting

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import aomc_sky as sky
-from aomc_sky.plan.file import npz_bytes
+from aomc_sky.plan.plan import npz_bytes
 
 BANDS = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
 FIELDS = ("ux", "uy", "uz", "patch", "x", "y", "weight", "q", "u", "numbers")

@@ -8,10 +8,9 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.emission.irradiance import scalar_has_variance
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import SceneError, UsageError
-from aomc_sky.outputs.statistics import PhotonSums, photon_sums, standard_error
+from aomc_sky.outputs.statistics import PhotonSums, photon_sums, scalar_has_variance, standard_error
 from aomc_sky.plan.plan import Plan
 
 GRID = sky.PatchGrid.regular(4, 6)

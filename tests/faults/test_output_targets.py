@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from aomc_sky.outputs.target_file import check_target, is_ours
+from aomc_sky.outputs.run_folder import check_target, is_ours
 from tests.support.fault_rows import command, row, row_id
 from tests.support.shared import INPUTS
 

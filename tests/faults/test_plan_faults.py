@@ -22,8 +22,8 @@ import pytest
 
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import AomcSkyError, InputFileError
-from aomc_sky.plan.plan import Plan
-from tests.support.damaged_plans import DAMAGED_FILES, KINDS, damages, plan_from, plan_of
+from aomc_sky.plan.plan import Plan, from_members
+from tests.support.damaged_plans import DAMAGED_FILES, KINDS, damages, plan_of
 from tests.support.fault_rows import command, row_id
 from tests.support.scenes import copy_scene
 from tests.support.shared import REPOSITORY
@@ -133,7 +133,7 @@ def test_no_plan_is_made_of_a_damaged_one(fault: str) -> None:
         wrong = []
         for damage in damages():
             try:
-                plan_from(*damage.members())
+                from_members(*damage.members())
                 wrong.append(f"{damage.name}: it was taken")
             except InputFileError as error:
                 is_said = error.problems[0].code in damage.codes.split() and named_member(error)
@@ -260,7 +260,7 @@ def random_damage(generator: np.random.Generator, kind: str) -> tuple[str, Damag
 def judged_photons(what: str, damaged: Damaged, fill: str) -> tuple[str, bool]:
     """What is wrong with the photons of a plan, and whether it was taken: photons of patches that are there."""
     try:
-        source = PhotonSource(plan_from(*damaged))
+        source = PhotonSource(from_members(*damaged))
     except AomcSkyError:
         return "", False
     for lane in range(source.n_bands * source.replicates):

@@ -19,8 +19,8 @@ def dense() -> PhotonSource:
 
 
 def test_counts_csv_columns_and_bounds():
-    source = read_scene(INPUTS / "document_example", iterations=1000).source(seed=3)
-    lines = counts.counts_file(source, [0, 2])[1].decode().splitlines()
+    source = read_scene(INPUTS / "document_example", iterations=1000, wavebands=[1, 3]).source(seed=3)
+    lines = counts.counts_file(source)[1].decode().splitlines()
     assert lines[0] == counts.COLUMNS
     first = lines[1].split(",")
     assert first[:1] + first[3:10] == ["1", "sky", "1", "0", "0.0", "45.0", "0.0", "120.0"]
@@ -29,8 +29,8 @@ def test_counts_csv_columns_and_bounds():
 
 
 def test_components_without_patches_leave_their_columns_empty():
-    beam = read_scene(INPUTS / "beam_only").source()
-    rows = [line.split(",") for line in counts.counts_file(beam, [0])[1].decode().splitlines()[1:]]
+    beam = read_scene(INPUTS / "beam_only", wavebands=[1]).source()
+    rows = [line.split(",") for line in counts.counts_file(beam)[1].decode().splitlines()[1:]]
     assert [row[3:10] for row in rows] == [["direct", "", "", "", "", "", ""]]
     assert rows[0][2] == ""
     assert int(rows[0][-1]) == beam.n_photons(0)
@@ -38,10 +38,10 @@ def test_components_without_patches_leave_their_columns_empty():
 
 def test_a_large_table_becomes_npz(dense, monkeypatch):
     monkeypatch.setattr(counts, "MAX_CSV_ROWS", 1000)
-    name, data = counts.counts_file(dense, [0])
+    name, data = counts.counts_file(dense)
     assert name == "counts.npz"
     with np.load(io.BytesIO(data), allow_pickle=False) as stored:
-        assert np.array_equal(stored["photons"], dense.counts[[0]])
+        assert np.array_equal(stored["photons"], dense.counts)
         assert np.array_equal(stored["mass"][0], dense.mass(0))
-        assert stored["waveband"].tolist() == [1]
+        assert stored["waveband"].tolist() == [1, 2, 3]
         assert stored["cell"].size == dense.plan.n_cells

@@ -50,7 +50,7 @@ def test_another_run_is_replaced_by_force_alone(folder, monkeypatch):
         claim(folder, 2)
     assert names(folder) == {"plan.npz", "notes.txt", *own}
     removed, remove = [], RunFolder.remove
-    monkeypatch.setattr(RunFolder, "remove", lambda self, name: (removed.append(name), remove(self, name)))
+    monkeypatch.setattr(RunFolder, "remove", lambda self, *some: (removed.extend(some), remove(self, *some)))
     claim(folder, 2, force=True)
     assert (removed[0], removed[-1]) == ("manifest.json", "plan.npz")  # a killed one leaves a run that is not finished
     assert names(folder) == {"plan.npz", "notes.txt"}

@@ -13,7 +13,9 @@ from hypothesis import strategies as st
 
 from aomc_sky.errors import UsageError
 from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, PHOTON_FORMATS, photon_writer
-from aomc_sky.outputs.shard import BLOCK, Shard, block_spans, is_run_file, marks_among, parse_shard
+from aomc_sky.outputs.photons.files import BLOCK, block_spans
+from aomc_sky.outputs.run_folder import is_run_file
+from aomc_sky.outputs.shard import Shard, marks_among, parse_shard
 from aomc_sky.source.read.scene import read_scene
 from tests.support.shared import INPUTS
 

@@ -18,8 +18,7 @@ import numpy as np
 
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
-from aomc_sky.plan.file import from_members, npz_bytes
-from aomc_sky.plan.plan import Plan
+from aomc_sky.plan.plan import Plan, npz_bytes
 from tests.support.lobes import lobe_components
 
 N = 997
@@ -101,12 +100,6 @@ def plan_of(kind: str) -> Plan:
         footprint=sky.Footprint(shape="circle", size_x_m=2.0, size_y_m=2.0) if kind == "table" else sky.Footprint(),
     )
     return scene.source(9, **options).plan
-
-
-def plan_from(members: Members, options: dict[str, Any]) -> Plan:
-    """The plan of these members, as `Plan.load` makes it of a file."""
-    bands, components, cumulative = from_members(members, options)
-    return Plan(bands=bands, components=components, cumulative=cumulative, options=options)
 
 
 class Damage(NamedTuple):

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.outputs.photons.files import PhotonRows
-from aomc_sky.outputs.shard import BLOCK
+from aomc_sky.outputs.photons.files import BLOCK, PhotonRows
 from aomc_sky.verify.directions import Dependence, verify_directions
 from aomc_sky.verify.report import Check, VerifyReport
 

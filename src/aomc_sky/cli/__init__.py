@@ -6,6 +6,6 @@ usage      The parser: all sub-commands, help in two lengths, and usage errors t
 options    Options that several sub-commands share
 values     Types of options, which turn their text into values
 commands/  The sub-commands, with what they print
-terminal   Output of commands: streams that escape control characters, tables, warnings and errors
+terminal   Texts of commands for a person: tables, reports and errors
 background_report  The contents of a background-sky file: animations and spectra, and its lobes at one time
 """

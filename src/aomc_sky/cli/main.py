@@ -1,4 +1,7 @@
-"""``aomc-sky``: runs one sub-command, with its streams, warnings and Ctrl-C, and reports why it failed."""
+"""``aomc-sky``: runs one sub-command, with its streams, warnings and Ctrl-C, and reports why it failed.
+
+All output passes through a `VisibleStream`, so texts of files cannot move the cursor or hide letters.
+"""
 
 from __future__ import annotations
 
@@ -10,14 +13,15 @@ import re
 import signal
 import sys
 import traceback
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from types import FrameType
-from typing import Any
+from typing import Any, TextIO
 
-from aomc_sky.cli.terminal import error_text, visible_streams, warnings_at_end
+from aomc_sky.cli.terminal import error_text
 from aomc_sky.cli.usage import WITHDRAWN, WrongWordsError, build_parser
-from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning, ModelLimitWarning, PluginError
+from aomc_sky.errors import AomcSkyError, InputFileError, InputWarning, ModelLimitWarning, PluginError, visible
 from aomc_sky.float_mode import default_mode
 
 
@@ -66,6 +70,63 @@ def _parse(argv: Sequence[str], arguments: argparse.Namespace) -> None:
         parser.parse_args(argv, arguments)
     finally:  # --help and --version leave through SystemExit
         sys.stdout.flush()
+
+
+class VisibleStream:
+    """A standard stream that escapes control characters, apart from line ends and tabs."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self.stream = stream
+
+    def write(self, text: str) -> int:
+        """Write a text, escaped."""
+        self.stream.write(visible(text, keep_lines=True))
+        return len(text)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.stream, name)
+
+
+@contextlib.contextmanager
+def visible_streams() -> Iterator[None]:
+    """Let standard output and standard error be `VisibleStream` while the block runs."""
+    before = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = (VisibleStream(stream) for stream in before)
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = before
+
+
+_OUR_WARNINGS = (InputWarning, ModelLimitWarning)
+
+
+@contextlib.contextmanager
+def warnings_at_end(*, is_strict: bool = False) -> Iterator[None]:
+    """Collect our warnings and print each text once after the block; with `is_strict` they are errors.
+
+    Warnings of other packages are shown as usual.
+    """
+    kept: dict[str, None] = {}
+    with warnings.catch_warnings():
+        for category in _OUR_WARNINGS:
+            warnings.simplefilter("error" if is_strict else "always", category)
+        previous = warnings.showwarning
+
+        def keep(message: Any, category: Any, filename: str, lineno: int, file: Any = None, line: Any = None) -> None:
+            if issubclass(category, _OUR_WARNINGS):
+                kept[str(message)] = None
+            else:
+                previous(message, category, filename, lineno, file, line)
+
+        warnings.showwarning = keep
+        try:
+            yield
+        finally:
+            with contextlib.suppress(OSError, ValueError):  # tables come before warnings; main reports this error
+                sys.stdout.flush()
+            for text in kept:
+                print(text if "warning[" in text else f"aomc-sky: warning: {text}", file=sys.stderr)
 
 
 @contextlib.contextmanager

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from aomc_sky.emission.photon_source import PhotonSource
     from aomc_sky.engine.run import JobOptions
     from aomc_sky.source.light.inputs import LightInputs
+    from aomc_sky.source.read.files import Reading
     from aomc_sky.source.scene import Scene
 
 _SLOW_SKY_S = 5.0
@@ -40,7 +41,7 @@ def answer(arguments: argparse.Namespace, content: Callable[[], Any], text: Call
         print(text())
 
 
-Kinds = Mapping[str, Callable[[str], Any]]
+Kinds = Mapping[str, Callable[[str], Any] | None]
 
 
 def add_table(
@@ -141,14 +142,9 @@ def add_reading_options(parser: argparse.ArgumentParser) -> None:
     add_inputs(group, *PEREZ.values(), *SUN.values(), *MODEL.values())
     add_table(group, "--diffuse-only  the sky without the sun's beam")
     add_inputs(group, INPUTS["polarisation"])
-    add_clear_sky_options(parser)
-    add_light_options(parser)
-
-
-def add_clear_sky_options(parser: argparse.ArgumentParser) -> None:
-    """The air of a cloudless sky, in place of irradiances."""
     group = parser.add_argument_group("a cloudless sky (--spectrum spectrl2 without irradiances; needs 'weather')")
     add_inputs(group, *CLEAR_SKY.values())
+    add_light_options(parser)
 
 
 def add_measured_options(parser: argparse.ArgumentParser) -> None:
@@ -274,14 +270,13 @@ def given_options(
 
 def add_inputs(group: argparse._ArgumentGroup, *rows: Input) -> None:
     """Add options for inputs of sky and sun; the default is None."""
-    types = values.input_types(rows)
     for row in rows:
         if row.is_switch:
             group.add_argument(row.option, action=argparse.BooleanOptionalAction, default=None, help=row.text)
             continue
         value = "|".join(row.words) or row.value or (row.unit or row.name[0]).split()[0].upper()
         value = "a b c d e" if row.name == "coefficients" else value
-        kinds = {attribute(row.option): types[row.name]} if row.name in types else None
+        kinds = {attribute(row.option): values.INPUT_TYPES.get(row.name)}
         add_table(group, f"{row.option} {value}  {row.text}{f' [{row.unit}]' if row.unit else ''}", kinds)
 
 
@@ -333,11 +328,25 @@ def light_given(arguments: argparse.Namespace) -> LightInputs:
     return given_inputs(Entrance.OPTIONS, **how)
 
 
+def reading_of(arguments: argparse.Namespace, wavebands: list[int] | None = None) -> Reading:
+    """How the files are read, by the options of `add_reading_options`."""
+    from aomc_sky.source.read.files import Reading
+
+    names = ("iterations", "sky", "bins", "weighting", "compat", "lenient", "azimuth_bins")
+    return Reading(
+        wavebands=wavebands,
+        allow_paths=arguments.allow_path,
+        max_memory_bytes=arguments.max_memory,
+        sky_options=sky_option_arguments(arguments),
+        **{name: getattr(arguments, name) for name in names},
+    )
+
+
 def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] | None = None) -> Scene:
     """Read the scene that the options of `add_reading_options` describe."""
     from aomc_sky.progress import status_line
     from aomc_sky.source.read.kind import Kind, kind_of
-    from aomc_sky.source.read.scene import Reading, scene_of_files
+    from aomc_sky.source.read.scene import scene_of_files
 
     kind = kind_of(Path(path))
     if kind in (Kind.MEASURED, Kind.NETCDF):
@@ -349,17 +358,9 @@ def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] |
             f"--wavelengths is for a run without files or a measured sky; {path} has its own in lambbot.inp: leave it "
             "out, or choose among them with --waveband 1"
         )
-    names = ("iterations", "sky", "bins", "weighting", "compat", "lenient", "azimuth_bins")
     began = time.monotonic()
     with status_line("preparing the scene", enabled=is_verbose(arguments)):
-        reading = Reading(
-            wavebands=wavebands,
-            allow_paths=arguments.allow_path,
-            max_memory_bytes=arguments.max_memory,
-            sky_options=sky_option_arguments(arguments),
-            **{name: getattr(arguments, name) for name in names},
-        )
-        scene = scene_of_files(path, light_given(arguments), reading)
+        scene = scene_of_files(path, light_given(arguments), reading_of(arguments, wavebands))
     seconds = time.monotonic() - began
     if is_verbose(arguments) and scene.options.get("sky") == "atmosphere" and seconds > _SLOW_SKY_S:
         print(

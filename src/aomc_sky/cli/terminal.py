@@ -1,76 +1,13 @@
-"""Output of commands: streams that escape control characters, tables, warnings and errors.
-
-All output passes through a `VisibleStream`, so texts of files cannot move the cursor or hide letters.
-"""
+"""Texts of commands for a person: tables, reports and errors."""
 
 from __future__ import annotations
 
-import contextlib
 import itertools
-import sys
 import textwrap
-import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, TextIO
+from typing import Any
 
-from aomc_sky.errors import AomcSkyError, InputWarning, ModelLimitWarning, visible
-
-
-class VisibleStream:
-    """A standard stream that escapes control characters, apart from line ends and tabs."""
-
-    def __init__(self, stream: TextIO) -> None:
-        self.stream = stream
-
-    def write(self, text: str) -> int:
-        """Write a text, escaped."""
-        self.stream.write(visible(text, keep_lines=True))
-        return len(text)
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self.stream, name)
-
-
-@contextlib.contextmanager
-def visible_streams() -> Iterator[None]:
-    """Let standard output and standard error be `VisibleStream` while the block runs."""
-    before = sys.stdout, sys.stderr
-    sys.stdout, sys.stderr = (VisibleStream(stream) for stream in before)
-    try:
-        yield
-    finally:
-        sys.stdout, sys.stderr = before
-
-
-_OUR_WARNINGS = (InputWarning, ModelLimitWarning)
-
-
-@contextlib.contextmanager
-def warnings_at_end(*, is_strict: bool = False) -> Iterator[None]:
-    """Collect our warnings and print each text once after the block; with `is_strict` they are errors.
-
-    Warnings of other packages are shown as usual.
-    """
-    kept: dict[str, None] = {}
-    with warnings.catch_warnings():
-        for category in _OUR_WARNINGS:
-            warnings.simplefilter("error" if is_strict else "always", category)
-        previous = warnings.showwarning
-
-        def keep(message: Any, category: Any, filename: str, lineno: int, file: Any = None, line: Any = None) -> None:
-            if issubclass(category, _OUR_WARNINGS):
-                kept[str(message)] = None
-            else:
-                previous(message, category, filename, lineno, file, line)
-
-        warnings.showwarning = keep
-        try:
-            yield
-        finally:
-            with contextlib.suppress(OSError, ValueError):  # tables come before warnings; main reports this error
-                sys.stdout.flush()
-            for text in kept:
-                print(text if "warning[" in text else f"aomc-sky: warning: {text}", file=sys.stderr)
+from aomc_sky.errors import AomcSkyError, visible
 
 
 def error_text(error: AomcSkyError) -> str:

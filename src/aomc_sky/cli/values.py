@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import argparse
+import math
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from decimal import Decimal, InvalidOperation
-from typing import Any
 
-from aomc_sky.inputs import MOMENT, Input, in_nm
+from aomc_sky.inputs import INPUTS, MOMENT, in_nm
 
 _SUFFIXES = {"": 1, "k": 2**10, "m": 2**20, "g": 2**30, "t": 2**40}
 
@@ -132,13 +132,13 @@ def number_in(low: float, high: float) -> Callable[[str], float]:
     return number
 
 
-_PLACES = {"latitude_deg": degrees("N", "S"), "longitude_deg": degrees("E", "W")}
-
-
-def input_types(rows: Iterable[Input]) -> dict[str, Callable[[str], Any]]:
-    """Types of inputs of sky and sun by their names: numbers in their ranges, and places; no others."""
-    numbers = {row.name: number_in(row.low, row.high) for row in rows if not row.words and row.name not in MOMENT}
-    return numbers | _PLACES
+INPUT_TYPES = {
+    **{row.name: number_in(row.low, row.high) for row in INPUTS.values() if row.low > -math.inf},
+    **dict.fromkeys(MOMENT, None),
+    "latitude_deg": degrees("N", "S"),
+    "longitude_deg": degrees("E", "W"),
+}
+"""Types of inputs of sky and sun by their names: numbers in their ranges, and places; None for other texts."""
 
 
 def moment(text: str) -> float:

@@ -11,7 +11,6 @@ import numpy as np
 
 from aomc_sky.component import CellLaw, Law
 from aomc_sky.emission.band import Band, PackedCells, Rings, StreamWords, lobe_offset_words, pack_band
-from aomc_sky.emission.kernels.hooks import LOBES, PEREZ
 from aomc_sky.emission.photons import number_columns
 from aomc_sky.kernels.arithmetic.constants import NUMBER_STEPS, on_cache_lines, scratch_words
 from aomc_sky.kernels.backend import use_kernels
@@ -74,14 +73,10 @@ class Emitter:
         self.dtype = np.dtype(plan.options["precision"])
         shape, size_x, size_y = plan.options["footprint"]
         self.footprint = Footprint(shape=FootprintShape(shape), size_x_m=size_x, size_y_m=size_y)
+        self.has_positions = self.footprint.shape is not FootprintShape.POINT
         self._streams, self._kernels, self._finders, self._proposals, self._slope_words = (
             _BandCache() for _ in range(5)
         )
-
-    @property
-    def has_positions(self) -> bool:
-        """Whether photons have a position."""
-        return self.footprint.shape is not FootprintShape.POINT
 
     def fill(self, band: int, start: int, arrays: dict[str, Any]) -> None:
         """Write the photons from `start` on into arrays `ux`, `uy`, `uz`, `patch`, `x`, `y` and `numbers` if there.
@@ -132,16 +127,16 @@ class Emitter:
     @cached_property
     def _perez_tables(self) -> Any:
         is_centre = self.plan.options["placement"] == Placement.CENTRE.value
-        return None if is_centre else self._hook_tables(PEREZ)
+        return None if is_centre else self._hook_tables("perez")
 
     @cached_property
     def _lobe_tables(self) -> Any:
-        return self._hook_tables(LOBES)
+        return self._hook_tables("lobes")
 
     @cached_property
     def hooks(self) -> tuple[str, ...]:
         """Names of the hooks that the plan needs; see `kernels.hooks`."""
-        tables = {PEREZ: self._perez_tables, LOBES: self._lobe_tables}
+        tables = {"perez": self._perez_tables, "lobes": self._lobe_tables}
         return tuple(hook for hook, table in tables.items() if table is not None)
 
     @cached_property

@@ -13,8 +13,7 @@ from aomc_sky.errors import UsageError
 from aomc_sky.plan.plan import Plan
 
 try:
-    from aomc_sky.emission.kernels.next_photons import JittedNext, compile_next, next_signature
-    from aomc_sky.emission.kernels.sampler import make_fill, make_sample
+    from aomc_sky.emission.kernels.sampler import JittedNext, compile_next, make_fill, make_sample, next_signature
     from aomc_sky.kernels.arguments import fixed_block, typed, words_of
     from aomc_sky.kernels.jit import is_off
 except (ImportError, AttributeError) as error:

@@ -11,11 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.component import Component, Law
+from aomc_sky.component import Component
 from aomc_sky.errors import SceneError
 from aomc_sky.plan.laws import law_of
-from aomc_sky.plan.options import Placement
-from aomc_sky.plan.plan import Plan
 from aomc_sky.record import same_content, short_repr
 
 
@@ -50,22 +48,6 @@ def mean_moments(mass: np.ndarray, mean_mu: np.ndarray, mean_inverse_mu: np.ndar
     # sums of numpy: a product of BLAS wakes its threads, and has other last digits with another number of them
     mu, inverse = (float(np.sum(share * moment[lit])) for moment in (mean_mu, mean_inverse_mu))
     return Moments(mean_mu=mu, mean_inverse_mu=inverse)
-
-
-def scalar_has_variance(plan: Plan, band: int) -> bool:
-    """Whether w / mu of a band's photons has a finite variance: no light at the horizon, or weights with a factor mu.
-
-    The flux law has the density 2 mu near the horizon. The mean of 1 / mu is therefore finite, but the mean of 1 / mu^2
-    is not.
-    """
-    if plan.options["placement"] == Placement.CENTRE.value:
-        return True  # a finite number of directions
-    row = plan.bands[band].row
-    return not any(
-        np.any((c.mass[row] > 0) & law_of(c.law).reaches_horizon(c.cell))
-        for c in plan.components
-        if c.law is not Law.CELL_MU or c.weight is None  # their weights carry a factor mu
-    )
 
 
 @dataclass(eq=False, frozen=True, kw_only=True, slots=True)

@@ -25,10 +25,10 @@ from aomc_sky.engine.shards import (
 )
 from aomc_sky.errors import AomcSkyError, OutputError
 from aomc_sky.extras import optional_module
-from aomc_sky.outputs.manifest import chosen_bands
-from aomc_sky.outputs.photons.files import ChunkPool, Meter, Progress
-from aomc_sky.outputs.run_folder import RunFolder
-from aomc_sky.outputs.shard import BLOCK, PLAN, Shard
+from aomc_sky.outputs.counts import chosen_bands
+from aomc_sky.outputs.photons.files import BLOCK, ChunkPool, Meter, Progress
+from aomc_sky.outputs.run_folder import PLAN, RunFolder
+from aomc_sky.outputs.shard import Shard
 from aomc_sky.plan.plan import Plan
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import n_cpus

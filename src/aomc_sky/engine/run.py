@@ -14,10 +14,9 @@ from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import AomcSkyError, InputFileError, OutputError, UsageError, require_kind
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.outputs.counts import COUNTS_FILES, counts_file
+from aomc_sky.outputs.counts import COUNTS_FILES, chosen_bands, counts_file
 from aomc_sky.outputs.manifest import (
     build_manifest,
-    chosen_bands,
     differences,
     manifest_again,
     manifest_bytes,
@@ -26,6 +25,7 @@ from aomc_sky.outputs.manifest import (
 )
 from aomc_sky.outputs.photon_formats import RUN_FORMATS, SOURCE, SOURCE_FILE, photon_writer
 from aomc_sky.outputs.photons.files import (
+    BLOCK,
     ChunkPool,
     Meter,
     Progress,
@@ -37,10 +37,9 @@ from aomc_sky.outputs.photons.files import (
     run_files,
     stored_files,
 )
-from aomc_sky.outputs.run_folder import RunFolder
-from aomc_sky.outputs.shard import BLOCK, MANIFEST, PART, PLAN, Shard, is_run_file
+from aomc_sky.outputs.run_folder import MANIFEST, PART, PLAN, RunFolder, check_folder, is_run_file
+from aomc_sky.outputs.shard import Shard
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
-from aomc_sky.outputs.target_file import check_folder
 from aomc_sky.plan.plan import Plan
 from aomc_sky.progress import is_free, progress_bar
 from aomc_sky.source.scene import Scene
@@ -232,14 +231,14 @@ def finish_run(source: PhotonSource, scene: Scene, folder: RunFolder, sums: Sums
 def remove_rest(folder: RunFolder) -> None:
     """Remove the marks and partial files of shards from a finished run, and what killed processes left."""
     drop_leftovers(folder.path, is_run_file)
-    for name in folder.names():
-        if name.endswith((PART, ".done")) and is_run_file(name):
-            folder.remove(name)
+    rest = [name for name in folder.names() if name.endswith((PART, ".done")) and is_run_file(name)]
+    if rest:
+        folder.remove(*rest)
 
 
 def write_counts(source: PhotonSource, folder: RunFolder) -> None:
     """Write the counts, as text or, of very many rows, as arrays; no file of the other kind stays."""
-    name, data = counts_file(source, chosen_bands(source))
+    name, data = counts_file(source)
     folder.write(name, data)
     for other in COUNTS_FILES:
         if other != name and folder.size_of(other) is not None:
@@ -262,7 +261,7 @@ def finished_manifest(source: PhotonSource, folder: RunFolder, formats: Sequence
     expected = manifest_again(source, manifest, {}, complete, files)
     if not {*formats} - {"none"} <= {*complete} or next(differences(manifest, expected), None):
         return None
-    name, counts = counts_file(source, chosen_bands(source))
+    name, counts = counts_file(source)
     if [one for one in COUNTS_FILES if one in files] != [name] or files[name] != len(counts):
         return None
     with folder.reading(name) as file:

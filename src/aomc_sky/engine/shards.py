@@ -23,11 +23,11 @@ from aomc_sky.engine.run import (
 )
 from aomc_sky.errors import UsageError
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.outputs.manifest import chosen_bands
-from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, Progress
+from aomc_sky.outputs.counts import chosen_bands
+from aomc_sky.outputs.photons.files import ChunkPool, Meter, PhotonFiles, Progress, block_spans
 from aomc_sky.outputs.photons.npy import NpyWriter
-from aomc_sky.outputs.run_folder import RunFolder
-from aomc_sky.outputs.shard import PART, Shard, block_spans, marks_among
+from aomc_sky.outputs.run_folder import PART, RunFolder
+from aomc_sky.outputs.shard import Shard, marks_among
 from aomc_sky.outputs.statistics import PhotonSums
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import n_cpus

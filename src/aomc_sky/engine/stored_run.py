@@ -9,8 +9,9 @@ from typing import Any
 
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import ForeignOutputError, UsageError
-from aomc_sky.outputs.manifest import chosen_bands, read_manifest
-from aomc_sky.outputs.shard import MANIFEST, PLAN
+from aomc_sky.outputs.counts import chosen_bands
+from aomc_sky.outputs.manifest import read_manifest
+from aomc_sky.outputs.run_folder import MANIFEST, PLAN
 from aomc_sky.plan.plan import Plan
 from aomc_sky.source.read.kind import not_a_run
 
@@ -44,7 +45,7 @@ def open_run(path: str | Path) -> StoredRun:
     """
     folder = Path(os.path.abspath(path))
     if not (folder / PLAN).is_file():
-        raise not_a_run(Path(path), "aomc-sky run --out")
+        raise not_a_run(Path(path))
     source = PhotonSource.from_plan(Plan.load(folder / PLAN))
     manifest = read_manifest(folder / MANIFEST) if os.path.lexists(folder / MANIFEST) else None
     if manifest is not None and manifest["plan_sha256"] != source.plan.sha256:

@@ -113,14 +113,11 @@ def _parts(plain: str) -> list[_Part] | None:
                 groups.append(below)
                 continue
             exponent = int(token["power"] or token["exponent"] or 1)
-            if abs(exponent) > _LARGEST_EXPONENT or (token["number"] and not below and _has_unit(parts)):
+            has_unit = any(part.text[-1].isalpha() for part in parts)
+            if abs(exponent) > _LARGEST_EXPONENT or (token["number"] and not below and has_unit):
                 return None  # a number after the units is no factor that a reader is sure of
             parts.append(_Part(token["number"] or token["unit"], -exponent if below else exponent, below, exponent < 0))
     return parts if len(groups) == 1 and not is_divided else None
-
-
-def _has_unit(parts: Sequence[_Part]) -> bool:
-    return any(part.text[-1].isalpha() for part in parts)
 
 
 def _factor(parts: Sequence[_Part]) -> float | None:

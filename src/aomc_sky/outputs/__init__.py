@@ -2,11 +2,10 @@
 
 statistics  Exact sums over photons, and the results of a waveband
 photon_formats  The formats of photons by name
-shard       The photons of each part of a run, and the names of the files in a run folder
+shard       Shards: equal parts of a run, each of whole blocks, and the marks of those that are made
 counts      counts.csv: one line per waveband and patch with mass
 manifest    manifest.json: the contents of a finished run
-run_folder  The folder of one run: its lock, and its files, which appear when they are complete
-target_file  Output files and folders that a user names: only files that aomc-sky wrote are replaced
+run_folder  The folder of one run: the names of its files, its lock, and files that appear when they are complete
 photons/    Photon files: one file per photon format.
 tables/     Tables beside photons: counts, masses, radiances.
 aomc/       Files from which the AOMC program launches our photon counts.

@@ -27,7 +27,7 @@ def cell_texts(source: PhotonSource, cells: np.ndarray | None = None) -> list[st
     texts: list[str] = []
     start = 0
     chosen = np.arange(source.plan.n_cells) if cells is None else cells
-    for component in source.components:
+    for component in source.plan.components:
         end = start + component.n_cells
         own = chosen[np.searchsorted(chosen, start) : np.searchsorted(chosen, end)] - start
         grid, start = component.grid, end
@@ -78,8 +78,15 @@ def counts_npz(source: PhotonSource, bands: list[int], masses: list[np.ndarray])
     return buffer.getvalue()
 
 
-def counts_file(source: PhotonSource, bands: list[int]) -> tuple[str, bytes]:
-    """Name and bytes of the counts file: CSV up to a million rows, npz above."""
-    masses = [source.mass(band) for band in bands]
+def chosen_bands(source: PhotonSource) -> list[int]:
+    """Wavebands of a run: those with requested photons, or all if there are none. [0-based]"""
+    bands = source.plan.bands
+    return [number for number, band in enumerate(bands) if band.requested > 0] or list(range(len(bands)))
+
+
+def counts_file(source: PhotonSource) -> tuple[str, bytes]:
+    """Name and bytes of the counts file of a run: CSV up to a million rows, npz above."""
+    bands = chosen_bands(source)
+    masses = [source.plan.mass(band) for band in bands]
     is_text = sum(map(np.count_nonzero, masses)) <= MAX_CSV_ROWS
     return COUNTS_FILES[not is_text], (counts_csv if is_text else counts_npz)(source, bands, masses)

@@ -76,13 +76,9 @@ def map_bytes(source: PhotonSource, bands: Sequence[int], name: str) -> Iterator
         return
     order = pictured(name, [source.plan.bands[band].wavelength_nm for band in bands])
     found = list(maps(source, bands))
-    colours = np.stack([_seen_from_inside(found[k]) for k in order])
+    # as a person sees it who turns to the right: from west over north, east in the middle
+    colours = np.stack([np.roll(found[k][:, ::-1], N_COLUMNS // 2, axis=1) for k in order])
     yield _rgbe(colours) if ending == ".hdr" else _exr_rows(colours)
-
-
-def _seen_from_inside(radiance: np.ndarray) -> np.ndarray:
-    """The map as a person sees it who turns to the right: from west over north, east in the middle."""
-    return np.roll(radiance[:, ::-1], N_COLUMNS // 2, axis=1)
 
 
 def _rgbe(colours: np.ndarray) -> bytes:

@@ -14,6 +14,7 @@ import aomc_sky
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import OutputError
 from aomc_sky.formats.text_file import refuse
+from aomc_sky.outputs.counts import chosen_bands
 from aomc_sky.outputs.photon_formats import columns_of
 from aomc_sky.outputs.statistics import BandResult, PhotonSums, band_result
 from aomc_sky.plan.plan import OTHER_PROCESSOR
@@ -56,12 +57,6 @@ def input_hashes(scene: Scene) -> dict[str, dict[str, str]]:
     return hashes
 
 
-def chosen_bands(source: PhotonSource) -> list[int]:
-    """Wavebands of a run: those with requested photons, or all if there are none. [0-based]"""
-    bands = source.plan.bands
-    return [number for number, band in enumerate(bands) if band.requested > 0] or list(range(len(bands)))
-
-
 def scene_part(scene: Scene) -> dict[str, Any]:
     """The part of a manifest that describes the scene."""
     return {"inputs": input_hashes(scene), "scene": dict(scene.options), "notes": list(scene.notes)}
@@ -96,15 +91,13 @@ def build_manifest(
         "notes": scene_entries["notes"],
         "bands": [asdict(band) for band in bands],
         "total": sum(band.launched for band in bands),
-        "files": {name: _file_entry(source, name, size) for name, size in sorted(files.items())},
+        "files": {
+            name: {"bytes": size, "numbers": RAW_NUMBERS, "columns": list(columns_of(source))}  # it has no head
+            if name.endswith(".raw")
+            else {"bytes": size}
+            for name, size in sorted(files.items())
+        },
     }
-
-
-def _file_entry(source: PhotonSource, name: str, size: int) -> dict[str, Any]:
-    """Size of a file, and of a raw one, which has no head, the numbers of a record. [bytes]"""
-    if not name.endswith(".raw"):
-        return {"bytes": size}
-    return {"bytes": size, "numbers": RAW_NUMBERS, "columns": list(columns_of(source))}
 
 
 def manifest_bytes(manifest: Mapping[str, Any]) -> bytes:

@@ -9,7 +9,7 @@ from typing import Any
 from aomc_sky.errors import UsageError
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.text_file import write_bytes_atomically
-from aomc_sky.outputs.target_file import SOFTWARE
+from aomc_sky.outputs.run_folder import SOFTWARE
 
 SUFFIXES = (".png", ".svg", ".pdf")
 """Files of one picture."""

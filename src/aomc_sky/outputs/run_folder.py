@@ -1,4 +1,8 @@
-"""The folder of one run: its lock, and its files, which appear when they are complete."""
+"""The folder of one run: the names of its files, its lock, and its files, which appear when they are complete.
+
+`check_target` and `check_folder` look at other files and folders that a user names: only files that aomc-sky wrote are
+replaced.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ import json
 import os
 import platform
 import random
+import re
 import shutil
 import stat
 import time
@@ -18,7 +23,8 @@ from typing import BinaryIO
 import numpy as np
 
 from aomc_sky.errors import AomcSkyError, ForeignOutputError, OutputError, UsageError
-from aomc_sky.outputs.shard import MANIFEST, PART, PLAN, is_run_file
+from aomc_sky.outputs.counts import COLUMNS
+from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, photon_writer
 from aomc_sky.plan.plan import Plan
 from aomc_sky.system import (
     EXCLUSIVE,
@@ -34,6 +40,30 @@ from aomc_sky.system import (
     sync_folder,
     write_at,
 )
+
+PLAN = "plan.npz"
+MANIFEST = "manifest.json"
+PART = ".part"
+"""Ending of the names of files that several processes fill."""
+
+_WAVEBAND = "(?:[0-9]{4}|[1-9][0-9]{4,8})"
+"""Pattern of the number of a waveband in the name of a file."""
+
+_OTHERS = re.compile(
+    rf"plan\.npz|manifest\.json|counts\.(?:csv|npz)|source\.sky|shard-[0-9]{{1,7}}-of-[0-9]{{1,7}}\.done|blocks-{_WAVEBAND}\.npy"
+)
+"""Files that hold no photons; the last is of version 0.2."""
+
+
+def is_run_file(name: str) -> bool:
+    """Whether this is the name of a file of a run."""
+    if _OTHERS.fullmatch(name) is not None:
+        return True
+    name = name.removesuffix(PART) if name.endswith(f".npy{PART}") else name
+    ending = name.rpartition(".")[2]
+    names = map(re.escape, photon_writer(ending).names if ending in PHOTON_FORMATS else ())
+    return any(re.fullmatch(pattern.replace(re.escape("{:04d}"), _WAVEBAND), name) for pattern in names)
+
 
 LOCK = ".aomc-sky.lock"
 """The file that is locked while a process holds the folder. After a kill -9 it may remain, but unlocked."""
@@ -199,8 +229,9 @@ class RunFolder:
         elif self.size_of(PLAN) is not None:
             if not _is_our_plan(stored):
                 raise UsageError(f"{stored} is no plan of aomc-sky, so --force keeps it; choose another --out")
-            for name in sorted(filter(is_run_file, names), key=lambda name: (name != MANIFEST, name == PLAN)):
-                self.remove(name)
+            others = {*filter(is_run_file, names)} - {MANIFEST, PLAN}
+            for part in ([MANIFEST], sorted(others), [PLAN]):  # without its plan no file would be known as ours
+                self.remove(*part)
         if self.size_of(PLAN) is None:
             self.write(PLAN, plan.to_bytes())
         if is_alone:
@@ -211,10 +242,12 @@ class RunFolder:
         with _reported("list", self.path):
             return os.listdir(self.path)
 
-    def remove(self, name: str) -> None:
-        """Remove a file, if it exists."""
-        with _reported("remove", self.path / name):
-            (self.path / name).unlink(missing_ok=True)
+    def remove(self, *names: str) -> None:
+        """Remove files that exist. They are gone from the disk too when this returns."""
+        for name in names:
+            with _reported("remove", self.path / name):
+                (self.path / name).unlink(missing_ok=True)
+        with _reported("write to", self.path):
             sync_folder(self.path)
 
     def require_space(self, n_bytes: int, advice: str = _FEWER_FILES) -> None:
@@ -312,3 +345,83 @@ def _is_our_plan(path: Path) -> bool:
             return str(json.loads(stored["options"].tobytes())["stream"]).startswith("aomc-sky")
     except Exception:  # zipfile, zlib, numpy and json each have their own
         return False
+
+
+SOFTWARE = "aomc-sky"
+"""Our name in each picture and dataset, by which the next command recognises them."""
+
+_LOOKED_AT = 1 << 16
+_ALLOWED_INP = "skydist.inp"
+_INPUT_SUFFIXES = (".inp", ".toml", ".atmo", ".epw", ".tm2", ".tmy3", ".py", ".c", ".f90")
+_PICTURES = (
+    (b"\x89PNG\r\n", b"Software\0aomc-sky"),
+    (b"<?xml", b"<dc:title>aomc-sky</dc:title>"),
+    (b"%PDF-", b"/Creator (aomc-sky)"),
+    (b"\x89HDF\r\n", b"aomc-sky "),
+)
+"""First bytes of a kind of file, and bytes near its beginning or its end if it is ours."""
+
+
+def check_target(
+    path: str | Path, option: str, *, force: bool, inputs: Iterable[object] = (), is_copy: bool = False
+) -> None:
+    """Refuse to replace a file that aomc-sky did not write.
+
+    `option` is the option that names the file. With `force`, files of others are allowed. One of `inputs`, which the
+    command reads, is never allowed. A file with the ending of an input is allowed only if the output `is_copy` of one.
+    """
+    target = Path(path)
+    if not os.fspath(path):
+        raise UsageError(f"{option} is empty; name a file")
+    try:
+        status = os.stat(target)
+    except (OSError, ValueError):
+        return  # there is no file, or the writer reports the error
+    if stat.S_ISDIR(status.st_mode):
+        return
+    if not stat.S_ISREG(status.st_mode):
+        raise UsageError(f"{option} {path} is a device or a pipe, which a file would replace; name a file")
+    own = any(os.path.exists(str(path_read)) and os.path.samefile(str(path_read), target) for path_read in inputs)
+    is_input = target.suffix.lower() in _INPUT_SUFFIXES and target.name != _ALLOWED_INP and not is_copy
+    if own or is_input:
+        raise UsageError(
+            f"{option} {path} is an input; inputs are never replaced, even with --force; name another file, "
+            f"for example {target.with_name(f'new-{target.name}')}"
+        )
+    if not force and not is_ours(target):
+        raise ForeignOutputError(
+            f"{path} exists and was not written by aomc-sky; give {option} another name, for example "
+            f"{target.with_name(f'new-{target.name}')}, or add --force to replace it"
+        )
+
+
+def is_ours(path: Path, head: str = "") -> bool:
+    """Whether aomc-sky wrote a table, a picture or a dataset, judged by its beginning and its end.
+
+    The text `head` is the beginning of a text of ours that this module does not know.
+    """
+    try:
+        with open_regular(path) as file:
+            first = file.read(_LOOKED_AT)
+            file.seek(max(os.fstat(file.fileno()).st_size - _LOOKED_AT, 0))
+            last = file.read(_LOOKED_AT)
+    except OSError:
+        return False
+    if not first or any(first.startswith(start) and mark in first + last for start, mark in _PICTURES):
+        return True
+    if first.startswith(COLUMNS.encode()) or (head and first.startswith(head.encode())):
+        return True
+    return last.rstrip(b"\n").rpartition(b"\n")[2].startswith(b"# aomc-sky bins=")
+
+
+def check_folder(path: str | Path, option: str, *, scene: str | Path | None = None) -> None:
+    """Refuse an output folder with an empty name, and the folder of the scene."""
+    instead = "aomc-sky-out"
+    if not os.fspath(path):
+        raise UsageError(f"{option} is empty, which means the current folder; name a folder, for example {instead}")
+    try:
+        is_scene = scene is not None and os.path.samefile(path, scene)
+    except (OSError, ValueError):
+        return  # there is no such folder yet
+    if is_scene:
+        raise UsageError(f"{option} {path} is the folder of the scene itself; write {option} {Path(path) / instead}")

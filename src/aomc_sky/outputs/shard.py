@@ -1,17 +1,13 @@
-"""The photons of each part of a run, and the names of the files in a run folder; both follow from the plan."""
+"""Shards: equal parts of a run, each of whole blocks, and the marks of those that are made."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain
 
 from aomc_sky.errors import UsageError
-from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, photon_writer
-
-BLOCK = 65_536
-"""Photons that are made, written and summed together. In numpy files they fill whole pages of 4096 bytes."""
+from aomc_sky.outputs.photons.files import BLOCK
 
 MAX_SHARDS = 1_000_000
 
@@ -51,11 +47,6 @@ class Shard:
         return ranges
 
 
-def block_spans(start: int, stop: int) -> Iterator[tuple[int, int]]:
-    """First photon and end of every block from `start`, which begins a block, to `stop`."""
-    return zip(range(start, stop, BLOCK), chain(range(start + BLOCK, stop, BLOCK), (stop,)), strict=False)
-
-
 _TEXT = re.compile(r"([0-9]{1,7})/([0-9]{1,7})")
 
 
@@ -65,30 +56,6 @@ def parse_shard(text: str) -> Shard:
     if match is None:
         raise UsageError(f"expected a shard as k/K, for example 3/100, got {text!r}")
     return Shard(index=int(match[1]), count=int(match[2]))
-
-
-PLAN = "plan.npz"
-MANIFEST = "manifest.json"
-PART = ".part"
-"""Ending of the names of files that several processes fill."""
-
-_WAVEBAND = "(?:[0-9]{4}|[1-9][0-9]{4,8})"
-"""Pattern of the number of a waveband in the name of a file."""
-
-_OTHERS = re.compile(
-    rf"plan\.npz|manifest\.json|counts\.(?:csv|npz)|source\.sky|shard-[0-9]{{1,7}}-of-[0-9]{{1,7}}\.done|blocks-{_WAVEBAND}\.npy"
-)
-"""Files that hold no photons; the last is of version 0.2."""
-
-
-def is_run_file(name: str) -> bool:
-    """Whether this is the name of a file of a run."""
-    if _OTHERS.fullmatch(name) is not None:
-        return True
-    name = name.removesuffix(PART) if name.endswith(f".npy{PART}") else name
-    ending = name.rpartition(".")[2]
-    names = map(re.escape, photon_writer(ending).names if ending in PHOTON_FORMATS else ())
-    return any(re.fullmatch(pattern.replace(re.escape("{:04d}"), _WAVEBAND), name) for pattern in names)
 
 
 _MARK = re.compile(r"shard-([0-9]{1,7})-of-([0-9]{1,7})\.done")

@@ -10,9 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.emission.irradiance import scalar_has_variance
+from aomc_sky.component import Law
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.kernels.backend import use_kernels
+from aomc_sky.plan.laws import law_of
+from aomc_sky.plan.options import Placement
+from aomc_sky.plan.plan import Plan
 
 _UNITS = 1 << 1074
 """Sums are whole numbers of units of 2^-1074, as every finite float is one: their order does not matter."""
@@ -209,6 +212,22 @@ def band_result(source: PhotonSource, band: int, sums: PhotonSums) -> BandResult
         ed_standard_error=sums.standard_error("weight"),
         eo_standard_error=sums.standard_error("weighted_inverse"),
         eo_variance_is_finite=scalar_has_variance(source.plan, band),
+    )
+
+
+def scalar_has_variance(plan: Plan, band: int) -> bool:
+    """Whether w / mu of a band's photons has a finite variance: no light at the horizon, or weights with a factor mu.
+
+    The flux law has the density 2 mu near the horizon. The mean of 1 / mu is therefore finite, but the mean of 1 / mu^2
+    is not.
+    """
+    if plan.options["placement"] == Placement.CENTRE.value:
+        return True  # a finite number of directions
+    row = plan.bands[band].row
+    return not any(
+        np.any((c.mass[row] > 0) & law_of(c.law).reaches_horizon(c.cell))
+        for c in plan.components
+        if c.law is not Law.CELL_MU or c.weight is None  # their weights carry a factor mu
     )
 
 

@@ -1,16 +1,19 @@
-"""Masses of any scale as probabilities, and a number of photons shared out over them in integers."""
+"""Masses of any scale as probabilities, and photons shared out over them in integers: the counts of a plan."""
 
 from __future__ import annotations
 
 import enum
 import math
 import warnings
-from collections.abc import Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import accumulate
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from aomc_sky.component import Component
 from aomc_sky.errors import AllocationError, InputWarning, UsageError, member_of
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.kernels.arithmetic import rng
@@ -184,7 +187,9 @@ def allocate_bands(
         elif method is AllocationMethod.LARGEST_REMAINDER:
             _largest_remainder(_tying_units(cumulative, mass, n), n, row)
         elif method is AllocationMethod.MULTINOMIAL:
-            _multinomial(cumulative, n, key, band, row)
+            from aomc_sky.kernels.allocate import multinomial_counts
+
+            multinomial_counts(cumulative, n, key, np.uint64(band), row)
         else:
             raise UsageError("aomc allocation needs a table; call allocate with method='aomc'")
     return counts
@@ -226,12 +231,6 @@ def _largest_remainder(units: np.ndarray, n: int, counts: np.ndarray) -> None:
     above = remainder > last
     counts += above
     counts[np.flatnonzero(remainder == last)[: missing - int(above.sum())]] += 1
-
-
-def _multinomial(cumulative: np.ndarray, n: int, key: np.uint64, band: int, counts: np.ndarray) -> None:
-    from aomc_sky.kernels.allocate import multinomial_counts
-
-    multinomial_counts(cumulative, n, key, np.uint64(band), counts)
 
 
 def _aomc(weight: np.ndarray, n: int) -> np.ndarray:
@@ -322,3 +321,54 @@ def walk_of_cells(cumulative: np.ndarray, n_photons: int, rings: tuple[WalkedGri
         column = (first[:, None] + np.arange(n_columns)) % n_columns
         order[edges[0] : edges[-1]] = (edges[:-1, None] + column).ravel()
     return order
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class PlanBand:
+    """One waveband of a plan."""
+
+    wavelength_nm: float  #: [nm]
+    sky_wavelength_nm: float  #: of the sky that it takes; NaN where the sky has none [nm]
+    requested: int  #: photons of all replicates together
+    row: int  #: of the components' masses, weights and slopes
+    #: Irradiance of each component on a horizontal plane, None where it is not known. [W m-2 nm-1]
+    irradiance_W_m2_nm: tuple[float, ...] | None = None  # noqa: N815
+    #: Of the light of the lobes, the share that comes from below the horizon and sends no photons. [0 to 1]
+    horizon_loss: float = 0.0
+
+
+def cumulative_counts(
+    bands: Sequence[PlanBand], components: Sequence[Component], options: Mapping[str, Any]
+) -> np.ndarray:
+    """Member `cumulative` of a plan, int64 (n_replicate_band, n_cell + 1), from its masses and its options.
+
+    Any allocation but `aomc`, which rounds the table itself. A band without light has no photons. The replicates of a
+    band share its photons evenly; the first ones take one more where some are left.
+    """
+    replicates = options["replicates"]
+    starts = [0, *accumulate(component.n_cells for component in components)]
+    each, left = np.divmod(np.array([band.requested for band in bands]), replicates)
+    photons = np.concatenate([each + (left > r) for r in range(replicates)])
+    row_of = np.tile([band.row for band in bands], replicates)
+    cumulative = np.zeros((photons.size, starts[-1] + 1), dtype=np.int64)
+    rings = tuple(
+        WalkedGrid(first_cell=start, n_rings=component.grid.n_zenith, n_columns=component.grid.n_azimuth)
+        for start, component in zip(starts, components, strict=False)
+        if component.grid is not None
+    )
+    for row in range(len(components[0].mass)):
+        mass = np.concatenate([component.mass[row] for component in components])
+        if not mass.any():
+            continue
+        own = np.flatnonzero(row_of == row)
+        counts = allocate_bands(
+            mass,
+            photons[own].tolist(),
+            own.tolist(),
+            method=AllocationMethod(options["allocation"]),
+            seed=options["seed"],
+            family=options["method"],
+            rings=rings,
+        )
+        cumulative[own, 1:] = np.cumsum(counts, axis=1)
+    return cumulative

@@ -16,8 +16,7 @@ import numpy as np
 from aomc_sky.component import N_CELL_PARAMETERS, Component, Law, is_polarisation
 from aomc_sky.errors import AomcSkyError, InputFileError
 from aomc_sky.formats.text_file import refuse
-from aomc_sky.plan.allocation import MAX_PHOTONS, AllocationMethod
-from aomc_sky.plan.counts import PlanBand
+from aomc_sky.plan.allocation import MAX_PHOTONS, AllocationMethod, PlanBand
 from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.options import (
     MAX_REPLICATES,

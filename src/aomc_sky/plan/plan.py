@@ -1,22 +1,42 @@
-"""The plan of a run, which every shard, export and check reads and never recomputes."""
+"""The plan of a run, which every shard, export and check reads and never recomputes, and its file plan.npz.
+
+The file holds its own hash: a changed or damaged file is refused first. No member is ever unpickled, and none is longer
+than the file, so reading takes no more memory than the length of the file.
+"""
 
 from __future__ import annotations
 
+import hashlib
+import io
+import json
+import math
+import os
+import zipfile
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from aomc_sky.component import Component
+from aomc_sky.component import Component, Law
 from aomc_sky.errors import InputFileError, OutputError
 from aomc_sky.float_mode import in_default_mode
-from aomc_sky.plan.check import check_plan
-from aomc_sky.plan.counts import PlanBand
-from aomc_sky.plan.file import as_members, from_members, npz_bytes, read_npz, sha256_of
+from aomc_sky.formats.text_file import refuse
+from aomc_sky.grid import PatchGrid
+from aomc_sky.plan.allocation import PlanBand
+from aomc_sky.plan.check import check_members, check_plan, check_stream, refused
+from aomc_sky.plan.streams import STREAM_VERSION, photon_keys
+from aomc_sky.system import FileKindError, open_regular
 
 OTHER_PROCESSOR = 1e-12
 """Largest relative difference of numbers that another processor computes; whole numbers must be equal."""
+
+MAX_PLAN_BYTES = 2**34
+"""Largest plan that is read. [bytes]"""
+
+_OPTIONS, _SHA256 = "options", "sha256"
+_MAX_HEADER = 1000
 
 
 @dataclass(eq=False, frozen=True, kw_only=True, slots=True)
@@ -138,7 +158,32 @@ class Plan:
 
     def members(self) -> dict[str, np.ndarray]:
         """The arrays of plan.npz by their names there."""
-        return as_members(self.bands, self.components, self.cumulative, self.options)
+        bands, components = self.bands, self.components
+        weights = [component.weight for component in components if component.weight is not None]
+        members = {
+            "wavelength_nm": self.wavelength_nm,
+            "sky_wavelength_nm": np.array([band.sky_wavelength_nm for band in bands]),
+            "requested": np.array([band.requested for band in bands], np.int64),
+            "row_of_band": np.array([band.row for band in bands], np.int64),
+            "cumulative": self.cumulative,
+            "mass": _joined([component.mass for component in components], axis=1),
+            "weight": _joined(weights, axis=1) if weights else np.zeros((0, 0)),
+            "law": self.law,
+            "cell": _joined([component.cell for component in components], axis=0),
+            "component_start": self.component_start,
+            "keys": photon_keys(self.options["seed"], self.options["method"]),
+        }
+        for k, component in enumerate(components):
+            if component.grid is not None:
+                members[f"zenith_bounds_deg_{k}"] = component.grid.zenith_bounds_deg
+                members[f"azimuth_bounds_deg_{k}"] = component.grid.azimuth_bounds_deg
+            for name in ("shared", "bounds", "slope", "stokes"):
+                if (array := getattr(component, name)) is not None:
+                    members[f"{name}_{k}"] = array
+        if bands[0].irradiance_W_m2_nm is not None:
+            members["irradiance_W_m2_nm"] = np.array([band.irradiance_W_m2_nm for band in bands])
+            members["horizon_loss"] = np.array([band.horizon_loss for band in bands])
+        return members
 
     @property
     def sha256(self) -> str:
@@ -162,8 +207,7 @@ class Plan:
         """Read a plan that `save` wrote; InputFileError (E951 to E955) if it is missing, damaged, or not a plan."""
         members, options = read_npz(path)
         try:
-            bands, components, cumulative = from_members(members, options)
-            return cls(bands=bands, components=components, cumulative=cumulative, options=options)
+            return from_members(members, options)
         except InputFileError as error:
             raise InputFileError([replace(problem, path=str(path)) for problem in error.problems]) from None
 
@@ -173,3 +217,147 @@ def differing(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     if one.dtype.kind != "f":
         return np.asarray(one != other)
     return ~np.isclose(one, other, rtol=OTHER_PROCESSOR, atol=OTHER_PROCESSOR, equal_nan=True)
+
+
+def from_members(members: Mapping[str, np.ndarray], options: dict[str, Any]) -> Plan:
+    """The plan of these arrays; InputFileError (E952 to E955) names the first member that is wrong."""
+    check_members(members, options)
+    absolute, loss = members.get("irradiance_W_m2_nm"), members.get("horizon_loss")
+    bands = tuple(
+        PlanBand(
+            wavelength_nm=float(members["wavelength_nm"][band]),
+            sky_wavelength_nm=float(members["sky_wavelength_nm"][band]),
+            requested=int(members["requested"][band]),
+            row=int(members["row_of_band"][band]),
+            irradiance_W_m2_nm=None if absolute is None else tuple(absolute[band].tolist()),
+            horizon_loss=0.0 if loss is None else float(loss[band]),
+        )
+        for band in range(members["wavelength_nm"].size)
+    )
+    components = tuple(_component(members, options, k) for k in range(len(options["components"])))
+    return Plan(bands=bands, components=components, cumulative=members["cumulative"], options=options)
+
+
+def _component(members: Mapping[str, np.ndarray], options: Mapping[str, Any], k: int) -> Component:
+    start, end = members["component_start"][k : k + 2].tolist()
+    mass, weight = members["mass"][:, start:end], members["weight"]
+    try:
+        return Component(
+            name=options["components"][k],
+            law=Law(int(members["law"][start])),
+            strength=mass.sum(axis=1),
+            mass=mass,
+            cell=members["cell"][start:end],
+            grid=_grid(members, options, k),
+            weight=weight[:, start:end] if weight.size else None,
+            shared=members.get(f"shared_{k}"),
+            bounds=members.get(f"bounds_{k}"),
+            slope=members.get(f"slope_{k}"),
+            stokes=members.get(f"stokes_{k}"),
+        )
+    except ValueError as error:  # types, lengths and masses were checked before: a slope is too steep
+        raise refused("E954", f"slope_{k}", str(error)) from None
+
+
+def _grid(members: Mapping[str, np.ndarray], options: Mapping[str, Any], k: int) -> PatchGrid | None:
+    zenith, azimuth = members.get(f"zenith_bounds_deg_{k}"), members.get(f"azimuth_bounds_deg_{k}")
+    if zenith is None or azimuth is None:
+        return None
+    first = options["azimuth_first_index"][k]
+    try:
+        return PatchGrid(zenith_bounds_deg=zenith, azimuth_bounds_deg=azimuth, azimuth_first_index=first)
+    except ValueError as error:
+        raise refused("E954", f"zenith_bounds_deg_{k}", str(error)) from None
+
+
+def _joined(parts: Sequence[np.ndarray], axis: int) -> np.ndarray:
+    """All parts in one array; a single one is not copied, for it may be as large as the plan."""
+    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=axis)
+
+
+def sha256_of(members: Mapping[str, np.ndarray], options: Mapping[str, Any]) -> str:
+    """SHA-256 over sorted name, dtype, shape, little-endian bytes, and options."""
+    digest = hashlib.sha256()
+    digest.update(STREAM_VERSION.encode() + b"\0")
+    for name in sorted(members):
+        array = members[name]
+        little = np.ascontiguousarray(array, dtype=array.dtype.newbyteorder("<"))
+        head = f"{name}\0{little.dtype.str}\0{','.join(map(str, little.shape))}\0"
+        digest.update(head.encode())
+        digest.update(little.data if little.size else b"")
+    digest.update(_json(options))
+    return digest.hexdigest()
+
+
+def npz_bytes(members: Mapping[str, np.ndarray], options: Mapping[str, Any]) -> bytes:
+    """The members, their options and the hash as the bytes of an npz file."""
+    buffer = io.BytesIO()
+    stored: dict[str, Any] = {
+        _OPTIONS: np.frombuffer(_json(options), dtype=np.uint8),
+        **dict(sorted(members.items())),
+        _SHA256: np.frombuffer(bytes.fromhex(sha256_of(members, options)), dtype=np.uint8),
+    }
+    np.savez(buffer, **stored)
+    return buffer.getvalue()
+
+
+def read_npz(path: str | Path) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+    """Members and options of a file that fits its hash; E951, or E955 for a plan of another stream."""
+    members = _members(path)
+    text, digest = members.pop(_OPTIONS, None), members.pop(_SHA256, None)
+    try:
+        options = json.loads(bytes(text))  # type: ignore[arg-type]
+    except (TypeError, ValueError, RecursionError):
+        raise _not_a_plan(path, "is not a plan: it holds no options") from None
+    check_stream(options, str(path))
+    if digest is None or digest.tobytes() != bytes.fromhex(sha256_of(members, options)):
+        raise _not_a_plan(path, "does not fit its own SHA-256: it was changed or damaged after it was written")
+    return members, options
+
+
+def _json(options: Mapping[str, Any]) -> bytes:
+    return json.dumps(options, sort_keys=True, separators=(",", ":")).encode()
+
+
+def _not_a_plan(path: str | Path, message: str, advice: str = "make the run again") -> InputFileError:
+    """The error for a file that is not a plan."""
+    return refuse(path, message, advice=advice, code="E951")
+
+
+def _members(path: str | Path) -> dict[str, np.ndarray]:
+    """All arrays of the file, read-only; E951 for any problem."""
+    try:
+        with open_regular(path) as file, zipfile.ZipFile(file) as stored:
+            size = os.fstat(file.fileno()).st_size
+            infos = stored.infolist()
+            is_packed = any(info.compress_type != zipfile.ZIP_STORED for info in infos)
+            if is_packed or size > MAX_PLAN_BYTES or sum(info.file_size for info in infos) > size:
+                raise _not_a_plan(
+                    path, f"it has {size} bytes, and packed or longer members; we store arrays as they are"
+                )
+            return {info.filename.removesuffix(".npy"): _array(stored, info) for info in infos}
+    except FileNotFoundError:
+        raise _not_a_plan(path, "is not a readable plan: there is no such file", "name the folder of a run") from None
+    except FileKindError as error:
+        raise _not_a_plan(path, f"this is {error.kind}, expected a plan", "name the folder of a run") from None
+    except OSError as error:
+        raise OutputError(f"cannot read {path}: {error.strerror or error}") from error
+    except (InputFileError, MemoryError):
+        raise
+    except Exception as error:  # zipfile, zlib and numpy each have their own
+        raise _not_a_plan(path, f"is not a readable plan ({error})") from error
+
+
+def _array(stored: zipfile.ZipFile, info: zipfile.ZipInfo) -> np.ndarray:
+    """One array, read-only; its head must give the exact number of bytes, and a type of numbers."""
+    with stored.open(info) as member:
+        if np.lib.format.read_magic(member) != (1, 0):
+            raise ValueError(f"{info.filename} is not a numpy array of version 1.0")
+        shape, is_fortran, dtype = np.lib.format.read_array_header_1_0(member, max_header_size=_MAX_HEADER)
+        n_bytes = math.prod(shape) * dtype.itemsize
+        if dtype.kind not in "iufb" or is_fortran or min(shape, default=0) < 0:
+            raise ValueError(f"{info.filename} holds {dtype}, expected an array of numbers in C order")
+        if member.tell() + n_bytes != info.file_size:
+            raise ValueError(f"{info.filename} says {n_bytes} bytes and holds {info.file_size - member.tell()}")
+        data = member.read()
+    return np.ndarray(shape, dtype, buffer=data)

@@ -21,8 +21,15 @@ from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.report import beyond_memory
-from aomc_sky.plan.allocation import MAX_PHOTONS, AllocationMethod, allocate, checked_photons, normalise
-from aomc_sky.plan.counts import PlanBand, cumulative_counts
+from aomc_sky.plan.allocation import (
+    MAX_PHOTONS,
+    AllocationMethod,
+    PlanBand,
+    allocate,
+    checked_photons,
+    cumulative_counts,
+    normalise,
+)
 from aomc_sky.plan.laws import law_of
 from aomc_sky.plan.options import Footprint, Placement, SamplingOptions, resolve_options
 from aomc_sky.plan.plan import Plan
@@ -155,7 +162,13 @@ class Scene:
         if self.sky_wavelength_nm.shape != (n_bands,):
             raise SceneError(f"sky_wavelength_nm must have one entry for each of {n_bands} bands")
         if self.irradiance is None:
-            self._refuse_mixed_units()
+            absolute = [c.name for c in self.components if c.irradiance_W_m2_nm is not None]
+            relative = [c.name for c in self.components if c.irradiance_W_m2_nm is None]
+            if absolute and relative:
+                raise SceneError(
+                    f"component {absolute[0]!r} is in W m-2 nm-1 and {relative[0]!r} is relative; give "
+                    f"{relative[0]!r} irradiance_W_m2_nm=, or {absolute[0]!r} strength="
+                )
             object.__setattr__(self, "irradiance", Irradiance.of_components(self.components, self.row_of_band))
         expected = (n_bands, len(self.components))
         if self.irradiance is not None and self.irradiance.of_component.shape != expected:
@@ -189,15 +202,6 @@ class Scene:
             notes += filter(None, without_beam)
         object.__setattr__(self, "components", tuple(parts))
         object.__setattr__(self, "notes", tuple(notes))
-
-    def _refuse_mixed_units(self) -> None:
-        absolute = [c.name for c in self.components if c.irradiance_W_m2_nm is not None]
-        relative = [c.name for c in self.components if c.irradiance_W_m2_nm is None]
-        if absolute and relative:
-            raise SceneError(
-                f"component {absolute[0]!r} is in W m-2 nm-1 and {relative[0]!r} is relative; give {relative[0]!r} "
-                f"irradiance_W_m2_nm=, or {absolute[0]!r} strength="
-            )
 
     def radiance(
         self,
@@ -366,12 +370,22 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions, max_memory_byt
     Each row of counts sums exactly to the request, except under `aomc` allocation.
     """
     components, chosen = scene.components, _plan_options(scene, seed, options)
-    _refuse_centres(components, options)
+    lobes = [c.name for c in components if law_of(c.law).covers_sky]
+    if lobes and options.placement is Placement.CENTRE:
+        raise SceneError(
+            f"placement 'centre' puts photons in the middle of patches, and the lobe {lobes[0]!r} has none; "
+            "take placement r2 or philox"
+        )
     rows, row_of_band = np.unique(scene.row_of_band, return_inverse=True)
     _refuse_large_plan(
         scene, sum(component.n_cells for component in components), rows.size, options.replicates, max_memory_bytes
     )
-    _refuse_too_few(scene, options.replicates)
+    few = np.flatnonzero((scene.n_photons > 0) & (scene.n_photons < options.replicates))
+    if few.size:
+        raise SceneError(
+            f"waveband {few[0] + 1} has {scene.n_photons[few[0]]} photons, too few for {options.replicates} "
+            "replicates; ask for more photons or for fewer replicates"
+        )
     checked_photons(int(scene.n_photons.max()), options.allocation)
     parts = _plan_components(scene, rows, options.weights)
     absolute = scene.irradiance
@@ -395,15 +409,6 @@ def build_plan(scene: Scene, seed: int, options: SamplingOptions, max_memory_byt
     return Plan(bands=bands, components=parts, cumulative=cumulative, options=chosen)
 
 
-def _refuse_centres(components: tuple[Component, ...], options: SamplingOptions) -> None:
-    lobes = [c.name for c in components if law_of(c.law).covers_sky]
-    if lobes and options.placement is Placement.CENTRE:
-        raise SceneError(
-            f"placement 'centre' puts photons in the middle of patches, and the lobe {lobes[0]!r} has none; "
-            "take placement r2 or philox"
-        )
-
-
 def _plan_components(scene: Scene, rows: np.ndarray, with_weights: bool) -> tuple[Component, ...]:
     """The components with a row for each distinct sky; their masses share the sum 1 of a row, or 0 without light."""
     components = scene.components
@@ -419,7 +424,7 @@ def _plan_components(scene: Scene, rows: np.ndarray, with_weights: bool) -> tupl
             component,
             strength=part.sum(axis=1),
             mass=part,
-            weight=None if is_plain else _weight_rows(component, rows),
+            weight=None if is_plain else np.stack([_weight_of(component, int(row)) for row in rows]),
             slope=_rows_of(component.slope, rows),
             stokes=_rows_of(component.stokes, rows),
             irradiance_W_m2_nm=None,
@@ -434,10 +439,10 @@ def _rows_of(array: np.ndarray | None, rows: np.ndarray) -> np.ndarray | None:
     return array if array is None or len(array) == 1 else array[rows]
 
 
-def _weight_rows(component: Component, rows: np.ndarray) -> np.ndarray:
-    """Weights (n_row, n_cell), 1 where a component has none."""
-    parts = [component.weight_of(int(row)) for row in rows]
-    return np.stack([np.ones(component.n_cells) if part is None else part for part in parts])
+def _weight_of(component: Component, row: int) -> np.ndarray:
+    """Weights (n_cell,), 1 where a component has none."""
+    weight = component.weight_of(row)
+    return np.ones(component.n_cells) if weight is None else weight
 
 
 def _refuse_large_plan(scene: Scene, n_cells: int, n_rows: int, replicates: int, limit: int | None) -> None:
@@ -449,15 +454,6 @@ def _refuse_large_plan(scene: Scene, n_cells: int, n_rows: int, replicates: int,
     if too_large:
         shown = f"{n_bands} wavebands of {n_cells} cells" + f" in {replicates} replicates" * (replicates > 1)
         raise UsageError(f"a plan of {shown} takes {too_large}; take larger cells, or {advice}")
-
-
-def _refuse_too_few(scene: Scene, replicates: int) -> None:
-    few = np.flatnonzero((scene.n_photons > 0) & (scene.n_photons < replicates))
-    if few.size:
-        raise SceneError(
-            f"waveband {few[0] + 1} has {scene.n_photons[few[0]]} photons, too few for {replicates} replicates; "
-            "ask for more photons or for fewer replicates"
-        )
 
 
 def _aomc_cumulative(scene: Scene) -> np.ndarray:

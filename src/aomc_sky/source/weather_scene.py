@@ -13,9 +13,8 @@ from aomc_sky.errors import UsageError, require_one_of
 from aomc_sky.grid import PatchGrid
 from aomc_sky.inputs import MODEL, PEREZ, Entrance
 from aomc_sky.source.light.diffuse import DiffuseSky, model_diffuse, named_diffuse, perez_diffuse, require_sky_name
-from aomc_sky.source.light.inputs import LightInputs, Unsaid, given_inputs
+from aomc_sky.source.light.inputs import LightInputs, Unsaid, Use, given_inputs, refuse_unused
 from aomc_sky.source.light.light import light_of
-from aomc_sky.source.light.use import Use, refuse_unused
 from aomc_sky.source.scene import Scene
 from aomc_sky.wavebands import Wavebands, as_wavebands
 

@@ -110,12 +110,19 @@ def verify_counts(
     known = [m.value for m in AllocationMethod if m is not AllocationMethod.AOMC]
     require_one_of(known, getattr(method, "value", method), "method")
     chosen = AllocationMethod(method)
-    photons, masses = _checked_counts(counts), _checked_masses(mass)
-    bands, masses = np.atleast_2d(photons), np.atleast_2d(masses)
+    photons, masses = _checked_counts(counts), np.atleast_2d(np.asarray(mass, dtype=np.float64))
+    if not np.all(np.isfinite(masses)) or np.any(masses < 0):
+        raise ValueError("masses must be finite and not negative")
+    bands = np.atleast_2d(photons)
     if bands.size == 0 or bands.ndim != 2 or masses.shape not in (bands.shape, (1, bands.shape[1])):
         raise ValueError(f"counts {photons.shape} and mass {np.shape(mass)} do not fit")
     requested = None if n_photons is None else np.broadcast_to(np.asarray(n_photons), bands.shape[:1])
-    rings = _one_grid(n_columns, bands.shape[1])
+    rings: tuple[WalkedGrid, ...] = ()
+    if n_columns is not None:
+        n_cells, n_columns = bands.shape[1], as_index_within(n_columns, "n_columns", 1, bands.shape[1])
+        if n_cells % n_columns:
+            raise ValueError(f"{n_cells} cells are no whole number of rings of {n_columns} columns")
+        rings = (WalkedGrid(first_cell=0, n_rings=n_cells // n_columns, n_columns=n_columns),)
     level = sidak_level(FAMILY_LEVEL, bands.shape[0])
     checks: list[CountCheck] = []
     for band, row in enumerate(bands):
@@ -124,15 +131,6 @@ def verify_counts(
             checks.append(CountCheck(band=band, name="sum of the counts", passed=found == n, found=found, allowed=n))
         checks += _band_checks(band, row, masses[band if len(masses) > 1 else 0], chosen, level, rings)
     return CountsReport(checks=tuple(checks))
-
-
-def _one_grid(n_columns: int | None, n_cells: int) -> tuple[WalkedGrid, ...]:
-    if n_columns is None:
-        return ()
-    n_columns = as_index_within(n_columns, "n_columns", 1, n_cells)
-    if n_cells % n_columns:
-        raise ValueError(f"{n_cells} cells are no whole number of rings of {n_columns} columns")
-    return (WalkedGrid(first_cell=0, n_rings=n_cells // n_columns, n_columns=n_columns),)
 
 
 def _checked_counts(counts: ArrayLike) -> np.ndarray:
@@ -148,13 +146,6 @@ def _checked_counts(counts: ArrayLike) -> np.ndarray:
     return photons.astype(np.int64)
 
 
-def _checked_masses(mass: ArrayLike) -> np.ndarray:
-    masses = np.asarray(mass, dtype=np.float64)
-    if not np.all(np.isfinite(masses)) or np.any(masses < 0):
-        raise ValueError("masses must be finite and not negative")
-    return masses
-
-
 def _band_checks(
     band: int,
     counts: np.ndarray,
@@ -163,7 +154,12 @@ def _band_checks(
     level: float,
     rings: tuple[WalkedGrid, ...],
 ) -> list[CountCheck]:
-    checks = [_zero_check(band, counts, mass)]
+    wrong = np.where(mass == 0, counts, 0)
+    worst = int(wrong.argmax())
+    found, cell = float(wrong[worst]), worst if wrong[worst] else None
+    checks = [
+        CountCheck(band=band, name="zero mass, no photon", passed=found == 0, found=found, allowed=0.0, cell=cell)
+    ]
     if not mass.max() > 0:  # a dark band: nothing else to compare with
         return checks
     p = normalise(mass)
@@ -173,13 +169,6 @@ def _band_checks(
     if method is AllocationMethod.SYSTEMATIC:
         checks.append(_run_check(band, counts, p, mass, rings))
     return checks
-
-
-def _zero_check(band: int, counts: np.ndarray, mass: np.ndarray) -> CountCheck:
-    wrong = np.where(mass == 0, counts, 0)
-    worst = int(wrong.argmax())
-    found, cell = float(wrong[worst]), worst if wrong[worst] else None
-    return CountCheck(band=band, name="zero mass, no photon", passed=found == 0, found=found, allowed=0.0, cell=cell)
 
 
 def _cell_check(band: int, counts: np.ndarray, p: np.ndarray, mass: np.ndarray) -> CountCheck:

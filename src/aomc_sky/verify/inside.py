@@ -54,14 +54,6 @@ class PatchInterior:
         n = self.n_steps
         return np.bincount(np.clip((position * n).astype(np.int64), 0, n - 1), minlength=n)
 
-    def _expected(self, patch_counts: np.ndarray, band: int) -> tuple[np.ndarray, np.ndarray]:
-        """Photons of each step along and across, if patches hold these. [two of shape (n_steps,)]"""
-        if self._law.flux is not None:
-            along, across = self._shares(band if self._source.bands_differ_inside_cells else 0)
-            return patch_counts @ along, patch_counts @ across
-        even = np.full(self.n_steps, patch_counts.sum() / self.n_steps)
-        return even, even
-
     def _shares_of_band(self, band: int) -> tuple[np.ndarray, np.ndarray]:
         """Share of each step of each patch along and across, (n_patch, n_steps) each."""
         component = next(c for c in components_seen(self._source, band) if c.name == self._component.name)
@@ -86,7 +78,11 @@ class PatchInterior:
         patch_counts, *steps = np.split(counts, self.grid.n_patches + np.array([0, self.n_steps]))
         n, checks = int(patch_counts.sum()), []
         kinds = "chi-square, two-sided" if are_independent else "chi-square", "Kolmogorov-Smirnov"
-        expected_steps = self._expected(patch_counts, waveband - 1)
+        even = np.full(self.n_steps, n / self.n_steps)
+        expected_steps = even, even
+        if self._law.flux is not None:
+            along, across = self._shares(waveband - 1 if self._source.bands_differ_inside_cells else 0)
+            expected_steps = patch_counts @ along, patch_counts @ across
         for axis, found, expected in zip(("mu^2", "azimuth"), steps, expected_steps, strict=True):
             chi_square, kolmogorov = (f"inside patches, {axis}: {kind}" for kind in kinds)
             if n < MIN_EVEN or expected.min() < MIN_EVEN / found.size:

@@ -108,12 +108,16 @@ class VerifyReport:
 
     def as_json(self) -> dict[str, Any]:
         """The report as JSON values, with maps of failed wavebands only."""
+        keys = ("name", "waveband", "passed", "found", "allowed", "p_value", "detail")
         return {
             "passed": self.passed,
             "family_level": self.family_level,
             "level": self.level,
             "tests": sum(check.p_value is not None for check in self.checks),
-            "checks": [_check_json(check) for check in self.checks],
+            "checks": [
+                {key: value for key in keys if (value := getattr(check, key)) is not None and value != ""}
+                for check in self.checks
+            ],
             "notes": list(self.notes),
             "worst": [
                 {"waveband": pulls.waveband, "cells": [cell_json(pulls, *cell) for cell in pulls.worst()]}
@@ -129,11 +133,6 @@ def judged(
     level = sidak_level(family_level, sum(check.p_value is not None for check in checks))
     decided = tuple(c if c.p_value is None else replace(c, passed=bool(c.p_value >= level)) for c in checks)
     return VerifyReport(checks=decided, family_level=family_level, level=level, notes=tuple(notes), pulls=tuple(pulls))
-
-
-def _check_json(check: Check) -> dict[str, Any]:
-    keys = ("name", "waveband", "passed", "found", "allowed", "p_value", "detail")
-    return {key: value for key in keys if (value := getattr(check, key)) is not None and value != ""}
 
 
 def cell_json(pulls: Pulls, ring: int, column: int) -> dict[str, Any]:

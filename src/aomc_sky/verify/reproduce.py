@@ -14,10 +14,11 @@ import numpy as np
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import OutputError
 from aomc_sky.kernels.backend import announce_photons
-from aomc_sky.outputs.counts import COUNTS_FILES, counts_file
-from aomc_sky.outputs.manifest import chosen_bands, differences, manifest_again, scene_part
+from aomc_sky.outputs.counts import COUNTS_FILES, chosen_bands, counts_file
+from aomc_sky.outputs.manifest import differences, manifest_again, scene_part
 from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, SOURCE, SOURCE_FILE, photon_writer
 from aomc_sky.outputs.photons.files import (
+    BLOCK,
     ChunkPool,
     FileLayout,
     Meter,
@@ -25,15 +26,14 @@ from aomc_sky.outputs.photons.files import (
     PhotonRows,
     Progress,
     Target,
+    block_spans,
     photon_files,
     run_files,
     stored_files,
 )
-from aomc_sky.outputs.run_folder import RunFolder, os_error
-from aomc_sky.outputs.shard import BLOCK, MANIFEST, block_spans
+from aomc_sky.outputs.run_folder import MANIFEST, RunFolder, os_error
 from aomc_sky.outputs.statistics import PhotonSums
-from aomc_sky.plan.allocation import AllocationMethod
-from aomc_sky.plan.counts import cumulative_counts
+from aomc_sky.plan.allocation import AllocationMethod, cumulative_counts
 from aomc_sky.plan.plan import Plan, differing
 from aomc_sky.source.scene import Scene
 from aomc_sky.system import read_at
@@ -80,7 +80,7 @@ def verify_run(
                 own = [opened.enter_context(files.opened()) for files in compared if files.part.bands == (band,)]
                 sums[band] = pool.emit(band, [*own, *shared], meter.add, band_spans)
     checks = [
-        _counts_file_check(folder, source, all_bands),
+        _counts_file_check(folder, source),
         *_source_file_checks(folder, source, is_listed=SOURCE in manifest["options"]["formats"]),
         *_counts_checks(source, bands),
         *(check for files in compared for check in files.checks),
@@ -185,9 +185,9 @@ def _aligned(n_bytes: int) -> bytearray:
     return room
 
 
-def _counts_file_check(folder: RunFolder, source: PhotonSource, bands: list[int]) -> Check:
+def _counts_file_check(folder: RunFolder, source: PhotonSource) -> Check:
     """Make the file of counts again, compare it byte for byte and name the first line that differs."""
-    name, expected = counts_file(source, bands)
+    name, expected = counts_file(source)
     try:
         with folder.reading(name) as file:
             found = file.read(len(expected) + 1)

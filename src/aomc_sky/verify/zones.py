@@ -170,7 +170,9 @@ def zone_shares(source: PhotonSource, zones: PatchGrid, band: int = 0, *, is_flu
     start, parts = 0, []
     for component in components_seen(source, band):
         if law_of(component.law).covers_sky or _holds_zenith(component):
-            parts.append(_parts_of_one_cell(component, zones, start))
+            mass = (law_of(component.law).shares or _disc_around_zenith)(component, zones)
+            zone = np.flatnonzero(mass > 0)
+            parts.append((np.full(zone.size, start), zone, mass[zone] / mass[zone].sum()))
         else:
             cell, zenith, azimuth = points_deg(component, is_centred=at_centres(source))
             if component.law in (Law.DISC, Law.DISC_AT_HORIZON):  # edges keep clear of the disc, so any point will do
@@ -184,12 +186,6 @@ def zone_shares(source: PhotonSource, zones: PatchGrid, band: int = 0, *, is_flu
 
 
 _Parts = tuple[np.ndarray, np.ndarray, np.ndarray]
-
-
-def _parts_of_one_cell(component: Component, zones: PatchGrid, start: int) -> _Parts:
-    mass = (law_of(component.law).shares or _disc_around_zenith)(component, zones)
-    zone = np.flatnonzero(mass > 0)
-    return np.full(zone.size, start), zone, mass[zone] / mass[zone].sum()
 
 
 def _parts_of_patches(component: Component, grid: PatchGrid, zones: PatchGrid, start: int, *, is_flux: bool) -> _Parts:

@@ -52,7 +52,7 @@ def test_the_next_process_finds_the_code_of_every_variant(tmp_path):
     first = kept()
     texts = {name.split("-")[0] for name in first}
     variants = ("", "_perez", "_lobes")
-    assert texts >= {f"{text}{hooks}" for text in ("emit.emit", "next_photons._next") for hooks in variants}
+    assert texts >= {f"{text}{hooks}" for text in ("emit.emit", "sampler._next") for hooks in variants}
     last = said("night_sky", "perez_sky", "overcast", NUMBA_CACHE_DIR=str(tmp_path))[-1]
     assert last == "overcast True lobes perez"
     assert kept() == first

@@ -9,9 +9,8 @@ import pytest
 
 from aomc_sky.errors import InputFileError
 from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, photon_writer
-from aomc_sky.outputs.photons.files import ChunkPool
+from aomc_sky.outputs.photons.files import BLOCK, ChunkPool
 from aomc_sky.outputs.photons.npy import HEAD_BYTES
-from aomc_sky.outputs.shard import BLOCK
 from aomc_sky.source.read.scene import read_scene
 from aomc_sky.verify.foreign import open_photons
 from tests.support.shared import INPUTS

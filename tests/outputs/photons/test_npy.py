@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError
+from aomc_sky.outputs.photons.files import BLOCK
 from aomc_sky.outputs.photons.npy import read_photons_npy
-from aomc_sky.outputs.shard import BLOCK
 
 
 @pytest.mark.parametrize("dtype", ["<f4", ">f4", "<f8", ">f8"])

@@ -171,7 +171,7 @@ def _request(arguments: argparse.Namespace) -> TableRequest:
 def _check_targets(arguments: argparse.Namespace) -> None:
     """Refuse to replace files of others; every file of a table beside a report of ours is ours."""
     from aomc_sky.engine.atmosphere import DESCRIPTION_NAME, NETCDF_NAME, REPORT_HEAD, REPORT_NAME, SKYDIST_NAME
-    from aomc_sky.outputs.target_file import check_folder, check_target, is_ours
+    from aomc_sky.outputs.run_folder import check_folder, check_target, is_ours
 
     if arguments.out is not None:
         check_target(arguments.out, "--out", force=arguments.force, inputs=[arguments.path])

@@ -74,7 +74,7 @@ def export(arguments: argparse.Namespace) -> int:
 
 
 def _check(arguments: argparse.Namespace) -> None:
-    from aomc_sky.outputs.target_file import check_folder
+    from aomc_sky.outputs.run_folder import check_folder
 
     if arguments.scene is not None and arguments.to != "aomc":
         raise UsageError("--scene is for --to aomc")

@@ -76,9 +76,8 @@ def perez(arguments: argparse.Namespace) -> int:
     from aomc_sky.grid import PatchGrid
     from aomc_sky.progress import status_line
     from aomc_sky.source.light.diffuse import perez_sky
-    from aomc_sky.source.light.inputs import Unsaid
+    from aomc_sky.source.light.inputs import Unsaid, Use, refuse_unused
     from aomc_sky.source.light.sun import direct_fraction, refuse_kilowatts
-    from aomc_sky.source.light.use import Use, refuse_unused
 
     _check(arguments)
     is_shown = cli_options.is_verbose(arguments)
@@ -113,7 +112,7 @@ def perez(arguments: argparse.Namespace) -> int:
 
 def _check(arguments: argparse.Namespace) -> None:
     """Refuse options that contradict each other, and outputs that would replace files of others."""
-    from aomc_sky.outputs.target_file import check_folder, check_target
+    from aomc_sky.outputs.run_folder import check_folder, check_target
 
     if arguments.out is None:
         for name in cli_options.given_options(arguments, _PHOTON_OPTIONS):

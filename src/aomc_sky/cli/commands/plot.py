@@ -97,7 +97,7 @@ def plot(arguments: argparse.Namespace) -> int:
     """Carry the sub-command out."""
     from aomc_sky.extras import optional_module
     from aomc_sky.outputs.picture import save_picture
-    from aomc_sky.outputs.target_file import check_target
+    from aomc_sky.outputs.run_folder import check_target
     from aomc_sky.pictures.dome import ColourChoice, View
     from aomc_sky.pictures.panels import figure_of
 

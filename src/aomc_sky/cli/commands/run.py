@@ -169,7 +169,7 @@ def _folder(arguments: argparse.Namespace, scene: Scene) -> Path:
     scene_folder = None if named is None else Path(named).parent
     if arguments.out is None:
         return (scene_folder or Path()) / "aomc-sky-out"
-    from aomc_sky.outputs.target_file import check_folder
+    from aomc_sky.outputs.run_folder import check_folder
 
     check_folder(arguments.out, "--out", scene=scene_folder)
     return Path(arguments.out)

@@ -141,11 +141,11 @@ def _refusal(folder: Path, arguments: argparse.Namespace) -> None:
 
     The light of an atmosphere takes minutes and is not solved here.
     """
+    from aomc_sky.source.light.inputs import LightInputs
     from aomc_sky.source.read.files import read_scene_files
 
-    how = (arguments.sky, arguments.lenient, arguments.compat, arguments.allow_path, arguments.max_memory)
-    options = cli_options.sky_option_arguments(arguments)
-    if read_scene_files(folder / "amc.inp", *how, options).atmosphere is None:
+    reading = cli_options.reading_of(arguments)
+    if read_scene_files(folder / "amc.inp", LightInputs(), reading).atmosphere is None:
         scene = cli_options.scene_of(arguments, str(folder))
         source = scene.source(max_memory_bytes=arguments.max_memory)
         if arguments.max_memory is not None:

@@ -12,8 +12,8 @@ from importlib import import_module
 from types import FunctionType
 from typing import Any
 
-PEREZ, LOBES = "perez", "lobes"
-_SLICES = {PEREZ: "aomc_sky.skies.perez.kernels.reject", LOBES: "aomc_sky.skies.lobes.kernels.cells"}
+_SLICES = {"perez": "aomc_sky.skies.perez.kernels.reject", "lobes": "aomc_sky.skies.lobes.kernels.cells"}
+"""Name of a hook, as `CellLaw.hook` has it -> the module of its slice."""
 
 
 def with_hooks(text: Callable[..., Any], hooks: tuple[str, ...], **others: Any) -> Any:

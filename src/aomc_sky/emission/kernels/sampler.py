@@ -1,4 +1,4 @@
-"""One photon at a time, for a transport code that asks by index; the same photons as `emit` makes in blocks."""
+"""Photons for a transport code, one by its index or a range of them; the same photons as `emit` makes in blocks."""
 
 from __future__ import annotations
 
@@ -7,18 +7,19 @@ from typing import Any
 
 import numpy as np
 
-from aomc_sky.emission.kernels.emit import direction_of
+from aomc_sky.emission.kernels.emit import direction_of, emit, emit_runs, emit_with
 from aomc_sky.emission.kernels.hooks import with_hooks
 from aomc_sky.emission.kernels.numbers import numbers_of_photons, three_numbers
-from aomc_sky.kernels.arguments import block_arguments
+from aomc_sky.kernels.arguments import Block, block_arguments
 from aomc_sky.kernels.arithmetic.constants import U64, ZERO
 from aomc_sky.kernels.arithmetic.elementary import sincos_turned, sincos_turned_any, sincos_turned_narrow, unit
 from aomc_sky.kernels.arithmetic.rng import philox_pair
 from aomc_sky.kernels.cells.blocks import cell_of_table, rank_of_photon, ring_offset_of_table, slot_of_rank, split_place
 from aomc_sky.kernels.cells.laws import from_mu, from_mu2, sloped
-from aomc_sky.kernels.jit import inlined, inner, shared, shared_inlined
+from aomc_sky.kernels.jit import c_function, inlined, inner, shared, shared_inlined
 
-from numba import from_dtype, types
+from numba import carray, from_dtype, types
+from numba.core.types import ExternalFunctionPointer
 from numba.extending import overload
 
 perez_hook: Any = None
@@ -161,3 +162,47 @@ def make_fill(next_photons: Any, block: Any, n: int, precision: np.dtype, n_numb
     fill.compile((types.int64, types.Array(from_dtype(precision), 2, "C")))
     fill.disable_compile()  # the tables are read in this precision alone
     return fill
+
+
+# A range of photons: the kernel behind an address, for numba's `fill`.
+
+_CHUNK = 16384  # so many cells, which hosts do not get, stay in the cache
+
+
+def _next(block, start, count, ux, uy, uz):
+    """Write the directions of the photons [start, start + count), which the band has; count is above 0."""
+    x, y, z = carray(ux, count), carray(uy, count), carray(uz, count)
+    cell = np.empty(min(count, _CHUNK), np.int32)
+    arguments = block_arguments(block)[1]
+    memory = np.zeros(arguments[0], np.uint64)
+    for lo in range(0, count, _CHUNK):
+        hi = min(lo + _CHUNK, count)
+        emit(U64(start + lo), x[lo:hi], y[lo:hi], z[lo:hi], cell[: hi - lo], memory, *arguments[1:])
+
+
+def next_signature(kinds: Any, precision: np.dtype) -> Any:
+    """Numba's signature of `next` for arguments of these types and a precision."""
+    pointer = types.CPointer(from_dtype(precision))
+    return types.void(Block(kinds), types.int64, types.int64, pointer, pointer, pointer)
+
+
+def compile_next(kernel: str, hooks: tuple[str, ...], signature: Any) -> Any:
+    """Return the function `next(block, start, count, ux, uy, uz)` over a kernel of the emission.
+
+    A block holds the arguments of `numbers_of_photons`, then the words of memory and the arguments of the kernel.
+    """
+    if kernel == "emit_runs":
+        return c_function(with_hooks(_next, ("runs",), emit=emit_runs), signature)  # no slice, but a name of its own
+    return c_function(with_hooks(_next, hooks, emit=emit_with(*hooks)), signature)
+
+
+def _address_of(function: JittedNext) -> int:
+    return int(function.compiled.address)
+
+
+class JittedNext:
+    """A compiled function as jitted code calls it: by its address, without compiling it again."""
+
+    def __init__(self, compiled: Any, signature: Any) -> None:
+        self.compiled = compiled
+        self._numba_type_ = ExternalFunctionPointer(signature, get_pointer=_address_of)

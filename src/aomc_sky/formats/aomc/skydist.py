@@ -217,9 +217,9 @@ def read_head(lines: list[str], n_bytes: int, report: Report, max_memory_bytes: 
     if any(c is None for c in counts):
         return None
     n_rows, n_zenith, n_azimuth, n_table = (int(c) for c in counts if c is not None)
-    if not _sizes_are_possible(n_rows, n_zenith, n_azimuth, n_table, n_bytes, record.tokens, report):
-        return None
-    if not _fits(n_zenith, n_azimuth, n_table, max_memory_bytes, record.tokens[1], report):
+    before = report.n_errors
+    _check_sizes((n_rows, n_zenith, n_azimuth, n_table), n_bytes, max_memory_bytes, record.tokens, report)
+    if report.n_errors > before:
         return None
     waves = scanner.record(record.next_line, n_table, over_many_lines=True)
     if len(waves.tokens) < n_table:
@@ -256,33 +256,28 @@ def _read_header_count(k: int, token: Token, report: Report) -> int | None:
     return value
 
 
-def _sizes_are_possible(
-    n_rows: int, n_zenith: int, n_azimuth: int, n_table: int, n_bytes: int, tokens: tuple[Token, ...], report: Report
-) -> bool:
-    before = report.n_errors
+def _check_sizes(
+    counts: tuple[int, int, int, int], n_bytes: int, limit: int | None, tokens: tuple[Token, ...], report: Report
+) -> None:
+    """Report sizes that the file or the memory cannot hold; a table in memory has the bins that the file leaves out."""
+    n_rows, n_zenith, n_azimuth, n_table = counts
+    patches, before = n_zenith * (n_azimuth + 1), report.n_errors
 
-    def note(k: int, message: str) -> None:
-        report.at(tokens[k], "E304", message, name=_COUNTS[k], advice="correct the header")
+    def note(k: int, message: str, advice: str = "correct the header") -> None:
+        report.at(tokens[k], "E304", message, name=_COUNTS[k], advice=advice)
 
     if n_table > n_bytes // 2 + 1:
         note(3, f"{n_table} wavelengths do not fit into a file of {n_bytes} bytes")
-    bins = n_zenith * (n_azimuth + 1) * n_table
-    if bins > MAX_BINS:
-        note(1, f"{n_zenith} x {n_azimuth + 1} x {n_table} = {bins} bins are too many; the limit is {MAX_BINS}")
+    bins = f"{n_zenith} x {n_azimuth + 1} x {n_table} = {patches * n_table} bins"
+    if patches * n_table > MAX_BINS:
+        note(1, f"{bins} are too many; the limit is {MAX_BINS}")
     # a count that is a little too large is a wrong count (E303); this one is impossible for such a file
     if n_rows > max(n_bytes, 64) * 1000:
         note(0, f"{n_rows} rows do not fit into a file of {n_bytes} bytes")
-    return report.n_errors == before
-
-
-def _fits(n_zenith: int, n_azimuth: int, n_table: int, limit: int | None, token: Token, report: Report) -> bool:
-    """Whether all bins fit into memory, including those that the file leaves out."""
-    patches = n_zenith * (n_azimuth + 1)
-    size, advice = beyond_memory(patches * (PATCH_BYTES + BIN_BYTES * n_table), limit)
-    if size:
-        message = f"{n_zenith} x {n_azimuth + 1} x {n_table} = {patches * n_table} bins take {size}"
-        report.at(token, "E304", message, name=_COUNTS[1], advice=f"correct the header, or {advice}")
-    return not size
+    if report.n_errors == before:
+        size, memory_advice = beyond_memory(patches * (PATCH_BYTES + BIN_BYTES * n_table), limit)
+        if size:
+            note(1, f"{bins} take {size}", f"correct the header, or {memory_advice}")
 
 
 def _read_wavelengths(record: Record, report: Report) -> np.ndarray | None:

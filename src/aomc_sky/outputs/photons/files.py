@@ -12,7 +12,7 @@ from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Se
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from functools import cached_property, partial
-from itertools import accumulate
+from itertools import accumulate, chain
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, TypeVar
 
@@ -24,13 +24,21 @@ from aomc_sky.formats.text_file import refuse
 from aomc_sky.kernels.backend import announce_photons
 from aomc_sky.outputs.counts import COUNTS_FILES
 from aomc_sky.outputs.photon_formats import FOLDER_FORMATS, SOURCE, SOURCE_FILE, photon_writer
-from aomc_sky.outputs.run_folder import RunFolder, os_error
-from aomc_sky.outputs.shard import PLAN, block_spans
+from aomc_sky.outputs.run_folder import PLAN, RunFolder, os_error
 from aomc_sky.outputs.statistics import BlockSums, PhotonSums, photon_sums
 from aomc_sky.system import n_cpus, write_at
 
 if TYPE_CHECKING:
     from aomc_sky.formats.mcpl.header import McplHeader
+
+
+BLOCK = 65_536
+"""Photons that are made, written and summed together. In numpy files they fill whole pages of 4096 bytes."""
+
+
+def block_spans(start: int, stop: int) -> Iterator[tuple[int, int]]:
+    """First photon and end of every block from `start`, which begins a block, to `stop`."""
+    return zip(range(start, stop, BLOCK), chain(range(start + BLOCK, stop, BLOCK), (stop,)), strict=False)
 
 
 @dataclass(frozen=True, slots=True)

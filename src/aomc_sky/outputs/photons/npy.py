@@ -15,8 +15,7 @@ from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.emission.photons import PhotonBatch
 from aomc_sky.errors import UsageError
 from aomc_sky.formats.text_file import open_data, refuse
-from aomc_sky.outputs.photons.files import FileLayout, PhotonFile, PhotonRows, PhotonWriter
-from aomc_sky.outputs.shard import block_spans
+from aomc_sky.outputs.photons.files import FileLayout, PhotonFile, PhotonRows, PhotonWriter, block_spans
 from aomc_sky.system import open_regular
 
 HEAD_BYTES = 4096

@@ -47,6 +47,7 @@ class Rows:
     direct_fraction: np.ndarray
     wavelength_nm: np.ndarray
     table_row: np.ndarray
+    of_band: np.ndarray  #: the row of each waveband
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -121,7 +122,12 @@ def perez_diffuse(
         sky, limited = perez_sky(choices, amounts, sun, grid)
         shown = {name: getattr(sky, name) for name in shows}
         shown |= {**sky_options(sky), **choices, "from": str(amounts), "limited": limited}
-        notes = [_perez_note(shown, amounts)]
+        numbers = (
+            "" if shown["epsilon"] is None else f"epsilon {shown['epsilon']:.4g}, Delta {shown['delta']:.4g}, from "
+        )
+        if amounts.epsilon is not None and not amounts.words:
+            numbers = ""  # the text of the amounts has them already
+        notes = [f"Perez sky: {numbers}{amounts}"]
         has_beam = bool(np.any(rows.direct_fraction > 0))
         if replaces_file and not has_beam:
             missing = sky.missing_beam("write 0 as the light source of amc.inp to launch both")
@@ -130,12 +136,6 @@ def perez_diffuse(
         return Diffuse(components=components, notes=tuple(notes), options={"perez": shown})
 
     return DiffuseSky(name="perez", lower=lower, takes_sun=True)
-
-
-def _perez_note(shown: dict[str, Any], amounts: PerezSection) -> str:
-    if shown["epsilon"] is None or (amounts.epsilon is not None and not amounts.words):
-        return f"Perez sky: {amounts}"  # the text has the numbers already
-    return f"Perez sky: epsilon {shown['epsilon']:.4g}, Delta {shown['delta']:.4g}, from {amounts}"
 
 
 def perez_sky(

@@ -19,9 +19,8 @@ from aomc_sky.skies.atmosphere.description.medium import MediumReport, glow_of_l
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.model import AtmosphereSky
-from aomc_sky.source.light.absolute import Light
 from aomc_sky.source.light.inputs import LightInputs
-from aomc_sky.source.light.light import DIFCOL
+from aomc_sky.source.light.light import DIFCOL, Light
 from aomc_sky.wavebands import Wavebands, nearest_wavelength_index
 
 _NEAREST_AU, _FARTHEST_AU = 0.98, 1.02

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from aomc_sky.errors import InputFileError, Problem, UsageError
+from aomc_sky.errors import InputFileError, Problem, SceneError, UsageError, require_one_of
 from aomc_sky.formats.aomc.amc import (
     AmcConfig,
     DifcolTable,
@@ -20,13 +21,15 @@ from aomc_sky.formats.aomc.amc import (
 from aomc_sky.formats.aomc.skydist import SkyTable, read_skydist
 from aomc_sky.formats.sky_toml.sections import SkySection, SkyToml, SunSection
 from aomc_sky.inputs import Entrance
-from aomc_sky.source.light.diffuse import FIELD
+from aomc_sky.plan.allocation import MAX_PHOTONS
+from aomc_sky.source.light.diffuse import FIELD, require_sky_name
+from aomc_sky.source.light.inputs import LightInputs
 from aomc_sky.source.read.kind import not_a_scene
 from aomc_sky.wavebands import Wavebands
+from aomc_sky.whole_number import as_number_of
 
 if TYPE_CHECKING:
     from aomc_sky.skies.lobes.sky import LobeSky
-    from aomc_sky.source.light.inputs import LightInputs
     from aomc_sky.source.light.plugin import PluginSky
     from aomc_sky.source.read.atmosphere import SceneAtmosphere
     from aomc_sky.source.read.field import MeasuredField, SkyField
@@ -37,8 +40,46 @@ ATMOSPHERE = "atmosphere"
 """The sky of a scene whose sky.toml has [atmosphere]."""
 GIVEN = "given"
 """The sky of a scene whose caller gives a model or a function."""
+COMPAT_NAME = "--compat aomc"
 OUR_SKIES = (None, "perez", "uniform", "none", ATMOSPHERE, FIELD, GIVEN)
 """Skies that no other package has; None is the sky file, or Perez."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Reading:
+    """How the files are read: the arguments of `read_scene` beside those of the light."""
+
+    iterations: int | None = None
+    sky: Any = None
+    bins: str | None = None
+    weighting: str | None = None
+    compat: str | None = None
+    lenient: bool = False
+    azimuth_bins: str = "n+1"
+    wavebands: Sequence[int] | None = None
+    sky_options: Mapping[str, Any] = field(default_factory=dict)
+    allow_paths: Sequence[str | os.PathLike[str]] = ()
+    max_memory_bytes: int | None = None
+
+    def check(self) -> None:
+        """Raise for a word that is not allowed, and for one that contradicts `compat`."""
+        allowed = {
+            "bins": ("equal", "degrees"),
+            "weighting": ("listed", "projected", "solid-angle", "aomc"),
+            "compat": ("aomc",),
+            "azimuth_bins": ("n+1", "n"),
+        }
+        for name, words in allowed.items():
+            if getattr(self, name) is not None:
+                require_one_of(words, getattr(self, name), name)
+        if isinstance(self.sky, str):
+            require_sky_name(self.sky)
+        if self.compat is not None:
+            kept = {"bins": ("degrees",), "weighting": ("aomc",), "sky": ("uniform",), "azimuth_bins": ("n+1",)}
+            for name, words in kept.items():
+                value = getattr(self, name)
+                if value is not None and value not in words:
+                    raise UsageError(f"{COMPAT_NAME} means {name} {words[0]!r}, which contradicts {value!r}")
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -49,18 +90,13 @@ class SceneFiles:
     bands: Wavebands  #: of lambbot.inp
     table: SkyTable | None
     difcol: DifcolTable | None
-    toml: SkyToml | None
+    toml: SkyToml  #: an empty one where there is none
     paths: dict[str, str]  #: role -> path
     sky: str | None = None  #: model of the diffuse sky that the caller or sky.toml names; "atmosphere" with one
     backgrounds: tuple[LobeSky, ...] = ()  #: the background skies at their times
     atmosphere: SceneAtmosphere | None = None
     plugin: PluginSky | None = None  #: the model of another package, where `sky` is its name
     sky_field: SkyField | MeasuredField | None = None  #: the radiance field of [sky] table, where it is the sky
-
-    @property
-    def toml_or_empty(self) -> SkyToml:
-        """sky.toml; an empty one where there is none."""
-        return self.toml or SkyToml()
 
     @property
     def folder(self) -> str:
@@ -79,55 +115,53 @@ def sun_of(config: AmcConfig) -> SunSection:
     return SunSection(zenith_deg=zenith, azimuth_deg=azimuth, origin="amc.inp")
 
 
-def read_scene_files(
-    amc_path: Path,
-    sky: str | None,
-    lenient: bool,
-    compat: str | None,
-    allow_paths: Sequence[str] = (),
-    max_memory_bytes: int | None = None,
-    sky_options: Mapping[str, Any] | None = None,
-    given: LightInputs | None = None,
-) -> SceneFiles:
-    """Read amc.inp and the files beside it, and report the problems of all of them together."""
-    reading = _Reading(folder=amc_path.parent)
-    config = reading.attempt(read_amc, amc_path, lenient=lenient)
+def read_scene_files(path: str | os.PathLike[str], given: LightInputs, reading: Reading) -> SceneFiles:
+    """Read amc.inp, or that of a folder, and the files beside it, and report the problems of all of them together."""
+    reading.check()
+    amc_path = Path(path) / "amc.inp" if Path(path).is_dir() else Path(path)
+    sky = reading.sky if reading.sky is None or isinstance(reading.sky, str) else GIVEN
+    lenient, compat, allow_paths = reading.lenient, reading.compat, [os.fspath(one) for one in reading.allow_paths]
+    folder = _Folder(path=amc_path.parent)
+    config = folder.attempt(read_amc, amc_path, lenient=lenient)
     n = config.n_wavebands if config else None
     light = config.light_source if config else None
     has_target = bool(config and config.bottom_target)
-    reading.paths["amc"] = str(amc_path)
-    path = reading.beside("lambbot")
-    lambbot = reading.attempt(read_lambbot, path, n_wavebands=n, has_target=has_target, lenient=lenient)
-    n_problems = len(reading.problems)
-    toml = reading.toml(n, allow_paths) if compat is None else None  # the program knows no such file
-    is_sure = len(reading.problems) == n_problems
+    folder.paths["amc"] = str(amc_path)
+    lambbot_path = folder.beside("lambbot")
+    lambbot = folder.attempt(read_lambbot, lambbot_path, n_wavebands=n, has_target=has_target, lenient=lenient)
+    n_problems = len(folder.problems)
+    toml = folder.toml(n, allow_paths) if compat is None else None  # the program knows no such file
+    is_sure = len(folder.problems) == n_problems
     if sky is None and toml is not None:
         named_model = toml.sky.model if toml.sky.table is None else FIELD
         sky = named_model if toml.atmosphere is None else ATMOSPHERE
     table = difcol = None
-    if light is LightSource.FILE and sky is None and (is_sure or reading.has("skydist.inp")):
-        how = {"lenient": lenient, "max_memory_bytes": max_memory_bytes}
+    if light is LightSource.FILE and sky is None and (is_sure or folder.has("skydist.inp")):
+        how = {"lenient": lenient, "max_memory_bytes": reading.max_memory_bytes}
         downgrade = frozenset({"E308"}) if compat else frozenset()
-        table = reading.attempt(read_skydist, reading.beside("skydist"), downgrade=downgrade, **how)
-    if light is LightSource.MODEL and (compat is not None or (sky != "none" and reading.has("difcol.inp"))):
-        difcol = reading.attempt(read_difcol, reading.beside("difcol"), n_wavebands=n)
+        table = folder.attempt(read_skydist, folder.beside("skydist"), downgrade=downgrade, **how)
+    if light is LightSource.MODEL and (compat is not None or (sky != "none" and folder.has("difcol.inp"))):
+        difcol = folder.attempt(read_difcol, folder.beside("difcol"), n_wavebands=n)
     toml_files = {}
     if toml is not None:
-        sun = toml.sun if given is None else given.sun.over(toml.sun)
+        sun = given.sun.over(toml.sun)
         sun = sun if config is None else sun.over(sun_of(config))
-        toml_files = reading.named_files(toml, sky, lambbot, allow_paths, sun)
-    plugin = reading.plugin(toml, sky, sky_options or {}, Entrance.OPTIONS if given is None else given.entrance)
+        toml_files = folder.named_files(toml, sky, lambbot, allow_paths, sun)
+    plugin = folder.plugin(toml, sky, reading.sky_options, given.entrance)
     if config is None and (mistaken := not_a_scene(amc_path)):
         raise mistaken
-    if reading.problems or config is None or lambbot is None:
-        raise InputFileError(reading.problems)
+    if folder.problems or config is None or lambbot is None:
+        raise InputFileError(folder.problems)
+    if reading.iterations is not None:
+        iterations = as_number_of(reading.iterations, "iterations", 1, MAX_PHOTONS, error=SceneError)
+        config = dataclasses.replace(config, iterations=iterations)
     return SceneFiles(
         config=config,
         bands=lambbot,
         table=table,
         difcol=difcol,
-        toml=toml,
-        paths=reading.paths,
+        toml=toml or SkyToml(),
+        paths=folder.paths,
         sky=sky,
         plugin=plugin,
         **toml_files,
@@ -135,10 +169,10 @@ def read_scene_files(
 
 
 @dataclass(kw_only=True, slots=True)
-class _Reading:
-    """The files of a folder so far, and their problems."""
+class _Folder:
+    """The files of a folder that were read, and their problems."""
 
-    folder: Path
+    path: Path
     paths: dict[str, str] = field(default_factory=dict)
     problems: list[Problem] = field(default_factory=list)
 
@@ -152,12 +186,12 @@ class _Reading:
 
     def beside(self, role: str, name: str = "") -> str:
         """Path of a file beside amc.inp, noted under its role."""
-        self.paths[role] = str(self.folder / (name or f"{role}.inp"))
+        self.paths[role] = str(self.path / (name or f"{role}.inp"))
         return self.paths[role]
 
     def has(self, name: str) -> bool:
         """Whether such a file lies beside amc.inp."""
-        return os.path.lexists(self.folder / name)
+        return os.path.lexists(self.path / name)
 
     def toml(self, n_wavebands: int | None, allow_paths: Sequence[str]) -> SkyToml | None:
         """sky.toml, or None if it is absent or broken."""
@@ -211,7 +245,8 @@ class _Reading:
                 what = "give a model of Python its own" if sky == GIVEN else what
                 raise UsageError(f"sky options ({', '.join(given)}) are for a sky model of another package; {what}")
             return None
-        from aomc_sky.source.light.plugin import choose_plugin
+        from aomc_sky.source.light.plugin import choose_plugin, plain_option
 
+        options = {name: plain_option(name, value) for name, value in given.items()}
         section = SkySection() if toml is None else toml.sky
-        return self.attempt(choose_plugin, sky, section, given, self.paths.get("sky_toml", ""), entrance)
+        return self.attempt(choose_plugin, sky, section, options, self.paths.get("sky_toml", ""), entrance)

@@ -188,15 +188,15 @@ def _no_scene_here(folder: Path) -> InputFileError | None:
     return None
 
 
-def not_a_run(path: Path, maker: str) -> InputFileError:
-    """The error for a path that is not a run folder; `maker` is the command that writes one."""
+def not_a_run(path: Path) -> InputFileError:
+    """The error for a path that is not a run folder."""
     kind = kind_of(path)
     if kind is Kind.SCENE:
         run = (path if path.is_dir() else path.parent) / "aomc-sky-out"
         is_there = kind_of(run) is Kind.RUN
         advice = f"name its run, {run}" if is_there else f"run it first: aomc-sky run {path}"
         return refuse(path, "this is a scene; a run folder belongs here", advice=advice)
-    advice = f"name the folder that `{maker}` wrote"
+    advice = "name the folder that `aomc-sky run --out` wrote"
     if path.is_dir():
         return refuse(path, "this folder holds no plan.npz, so it is not a run", advice=advice)
     if not path.exists():

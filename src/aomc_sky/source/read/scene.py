@@ -6,7 +6,6 @@ import dataclasses
 import math
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import partial
 from pathlib import Path
@@ -14,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from aomc_sky.errors import SceneError, UsageError, require_one_of
+from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.aomc.amc import AmcConfig, FootprintCode
 from aomc_sky.formats.sky_toml.keys import moment_text
@@ -22,23 +21,28 @@ from aomc_sky.formats.sky_toml.sections import BackgroundSection, PerezSection
 from aomc_sky.inputs import Entrance
 from aomc_sky.plan.allocation import MAX_PHOTONS, AllocationMethod
 from aomc_sky.plan.options import Footprint, Order, Placement, SamplingOptions
-from aomc_sky.source.light.absolute import Light
 from aomc_sky.source.light.diffuse import (
     FIELD,
     DiffuseSky,
     model_diffuse,
     perez_diffuse,
     plugin_diffuse,
-    require_sky_name,
     uniform_diffuse,
 )
-from aomc_sky.source.light.inputs import LightInputs, Unsaid, given_inputs, inputs_of_toml, replaced_notes
-from aomc_sky.source.light.light import DIFCOL, light_of
-from aomc_sky.source.light.use import Use, refuse_unused, unused_notes
-from aomc_sky.source.read.files import ATMOSPHERE, GIVEN, SceneFiles, read_scene_files, sun_of
+from aomc_sky.source.light.inputs import (
+    LightInputs,
+    Unsaid,
+    Use,
+    given_inputs,
+    inputs_of_toml,
+    refuse_unused,
+    replaced_notes,
+    unused_notes,
+)
+from aomc_sky.source.light.light import DIFCOL, Light, light_of
+from aomc_sky.source.read.files import ATMOSPHERE, COMPAT_NAME, GIVEN, Reading, SceneFiles, read_scene_files, sun_of
 from aomc_sky.source.scene import Scene, require_projected
 from aomc_sky.wavebands import listed_bands, only_bands
-from aomc_sky.whole_number import as_number_of
 
 if TYPE_CHECKING:
     from aomc_sky.skies.polarisation import RayleighPattern
@@ -47,7 +51,6 @@ AOMC_TABLE_PRESET = SamplingOptions(allocation=AllocationMethod.AOMC, placement=
 AOMC_INTERNAL_PRESET = SamplingOptions(
     allocation=AllocationMethod.MULTINOMIAL, placement=Placement.PHILOX, order=Order.SHUFFLED
 )
-COMPAT_NAME = "--compat aomc"
 
 _Whole = Callable[[LightInputs], Light]
 
@@ -182,71 +185,11 @@ def read_scene(
     return scene_of_files(path, given, reading)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
-class Reading:
-    """How the files are read: the arguments of `read_scene` beside those of the light."""
-
-    iterations: int | None = None
-    sky: Any = None
-    bins: str | None = None
-    weighting: str | None = None
-    compat: str | None = None
-    lenient: bool = False
-    azimuth_bins: str = "n+1"
-    wavebands: Sequence[int] | None = None
-    sky_options: Mapping[str, Any] = field(default_factory=dict)
-    allow_paths: Sequence[str | os.PathLike[str]] = ()
-    max_memory_bytes: int | None = None
-
-    def files(self, path: str | os.PathLike[str], given: LightInputs) -> SceneFiles:
-        """The files of the scene."""
-        self._check()
-        options = self.sky_options
-        if options:
-            from aomc_sky.source.light.plugin import plain_option
-
-            options = {name: plain_option(name, value) for name, value in options.items()}
-        amc = Path(path) / "amc.inp" if Path(path).is_dir() else Path(path)
-        files = read_scene_files(
-            amc,
-            self.sky if self.sky is None or isinstance(self.sky, str) else GIVEN,
-            self.lenient,
-            self.compat,
-            [os.fspath(one) for one in self.allow_paths],
-            self.max_memory_bytes,
-            options,
-            given,
-        )
-        if self.iterations is None:
-            return files
-        n = as_number_of(self.iterations, "iterations", 1, MAX_PHOTONS, error=SceneError)
-        return dataclasses.replace(files, config=dataclasses.replace(files.config, iterations=n))
-
-    def _check(self) -> None:
-        allowed = {
-            "bins": ("equal", "degrees"),
-            "weighting": ("listed", "projected", "solid-angle", "aomc"),
-            "compat": ("aomc",),
-            "azimuth_bins": ("n+1", "n"),
-        }
-        for name, words in allowed.items():
-            if getattr(self, name) is not None:
-                require_one_of(words, getattr(self, name), name)
-        if isinstance(self.sky, str):
-            require_sky_name(self.sky)
-        if self.compat is not None:
-            kept = {"bins": ("degrees",), "weighting": ("aomc",), "sky": ("uniform",), "azimuth_bins": ("n+1",)}
-            for name, words in kept.items():
-                value = getattr(self, name)
-                if value is not None and value not in words:
-                    raise UsageError(f"{COMPAT_NAME} means {name} {words[0]!r}, which contradicts {value!r}")
-
-
 def scene_of_files(path: str | os.PathLike[str], given: LightInputs, reading: Reading) -> Scene:
     """The scene of amc.inp and the files beside it, and of what a caller says about the light."""
-    files, compat = reading.files(path, given), reading.compat
+    files, compat = read_scene_files(path, given, reading), reading.compat
     bands, (toml, amc) = files.bands, _inputs_of_files(files)
-    inputs = given.over(toml).over(_sun_of_field(files)).over(amc)
+    inputs = given.over(toml).over(amc)
     sky, options = _sky_of(files, inputs, reading)
     use = _use_of(files, inputs, sky, compat)
     refuse_unused(given, use)
@@ -261,7 +204,7 @@ def scene_of_files(path: str | os.PathLike[str], given: LightInputs, reading: Re
     )
     paths, options = files.paths, {"sky": light.options["sky"], **options, **light.options}
     if files.backgrounds:
-        options["backgrounds"] = _background_options(files.toml_or_empty.background, files.folder)
+        options["backgrounds"] = _background_options(files.toml.background, files.folder)
     if given.weather is not None:
         options["weather"] = given.weather.source
         paths = paths if given.weather.path is None else {**paths, "weather": given.weather.path}
@@ -273,11 +216,11 @@ def scene_of_files(path: str | os.PathLike[str], given: LightInputs, reading: Re
         row_of_band=light.row_of_band,
         sky_wavelength_nm=light.sky_wavelength_nm,  # type: ignore[arg-type]
         irradiance=light.irradiance,
-        preset=_preset(files, compat),
+        preset=SamplingOptions() if not compat else AOMC_INTERNAL_PRESET if files.table is None else AOMC_TABLE_PRESET,
         footprint=_footprint(files.config),
         preset_name=COMPAT_NAME if compat else None,
         notes=(
-            *replaced_notes(given, toml.over(amc), is_true=use.sky == ATMOSPHERE),
+            *replaced_notes(given, toml, amc, is_true=use.sky == ATMOSPHERE),
             *light.notes,
             *unused_notes(files.toml, use, named_sky=files.sky),
             *(_unused_reading(reading) if files.table is None else ()),
@@ -309,17 +252,16 @@ def _use_of(files: SceneFiles, inputs: LightInputs, sky: DiffuseSky | _Whole, co
 
 
 def _inputs_of_files(files: SceneFiles) -> tuple[LightInputs, LightInputs]:
-    """What sky.toml says, and amc.inp with difcol.inp; beside a sky file only what asks for a beam."""
-    toml = inputs_of_toml(files.toml_or_empty)
+    """What sky.toml says, and amc.inp with difcol.inp; beside a sky file only what asks for a beam.
+
+    The sun of a measured sky of sky.toml comes before that of amc.inp.
+    """
+    toml, sun = inputs_of_toml(files.toml), sun_of(files.config)
     if files.table is not None:
         toml = dataclasses.replace(toml, amounts=PerezSection())
-    return toml, LightInputs(sun=sun_of(files.config), shares=files.difcol)
-
-
-def _sun_of_field(files: SceneFiles) -> LightInputs:
-    """The sun that a measured sky of sky.toml names itself."""
-    sun = None if files.sky_field is None else files.sky_field.sun
-    return LightInputs() if sun is None else LightInputs(sun=sun)
+    if files.sky_field is not None and files.sky_field.sun is not None:
+        sun = files.sky_field.sun.over(sun)
+    return toml, LightInputs(sun=sun, shares=files.difcol)
 
 
 def _sky_of(files: SceneFiles, inputs: LightInputs, reading: Reading) -> tuple[DiffuseSky | _Whole, dict[str, Any]]:
@@ -381,13 +323,6 @@ def _photons(files: SceneFiles, light: Light, compat: str | None) -> np.ndarray:
         found = f"{max(intensity):g} x {iterations}"
         raise SceneError(f"intensity x iterations must not exceed 2^62 photons in a band, got {found}")
     return np.array(exact, dtype=np.int64)
-
-
-def _preset(files: SceneFiles, compat: str | None) -> SamplingOptions:
-    """Sampling as the program has it, under `compat`."""
-    if not compat:
-        return SamplingOptions()
-    return AOMC_INTERNAL_PRESET if files.table is None else AOMC_TABLE_PRESET
 
 
 def _background_options(sections: Sequence[BackgroundSection], folder: str) -> list[dict[str, Any]]:

@@ -41,10 +41,8 @@ def table_diffuse(
         components = patterned(sky, sky.lower_rows(rows.table_row), sun, rows.wavelength_nm, "skydist.inp")
         if compat:
             return Diffuse(components=components)
-        row_of = {row: k for k, row in enumerate(rows.table_row.tolist())}
-        row_of_band = np.array([row_of[row] for row in sky.table_index(bands.wavelength_nm).tolist()])
         is_on_degrees = chosen["bins"] == Bins.DEGREES.value
-        reading = reading_note(table, sky, components[0], bands, row_of_band, is_on_degrees=is_on_degrees)
+        reading = reading_note(table, sky, components[0], bands, rows.of_band, is_on_degrees=is_on_degrees)
         return Diffuse(components=components, notes=(reading, *_notes(table, sky)))
 
     found = DiffuseSky(
