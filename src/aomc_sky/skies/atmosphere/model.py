@@ -178,7 +178,9 @@ class AtmosphereSky(Share):
         order_one, later_orders = relative_errors(self.solved)
         later_error = later_orders * self.patch_mean[:, 1:].sum(axis=1)
         if self.solved.node_error is not None:
-            later_error = self.solved.path_error(*self._patch_middles())
+            middle = (np.deg2rad(b.mean(axis=1)) for b in (self.grid.zenith_bounds_deg, self.grid.azimuth_bounds_deg))
+            zenith, azimuth = (angle.ravel() for angle in np.meshgrid(*middle, indexing="ij"))
+            later_error = self.solved.path_error(zenith, azimuth - math.radians(self.sun_azimuth_deg))
         sun_error = np.hypot((order_one + self.patch_change) * self.patch_mean.sum(axis=1), later_error)
         if self.solved.glow is None:
             return sun_error
@@ -188,14 +190,6 @@ class AtmosphereSky(Share):
         """The part of `patch_mean` that a glowing ground gives, all orders together, shape (n_wl, n_patch)."""
         assert self.solved.glow is not None
         return np.repeat(glow_means(self.solved.glow, self.grid).sum(axis=1), self.grid.n_azimuth, axis=1)
-
-    def _patch_middles(self) -> tuple[np.ndarray, np.ndarray]:
-        """Zenith angles and azimuths from the sun of the middles of the patches, (n_patch,) each. [rad]"""
-        middle = [
-            np.deg2rad(bounds.mean(axis=1)) for bounds in (self.grid.zenith_bounds_deg, self.grid.azimuth_bounds_deg)
-        ]
-        zenith, azimuth = np.meshgrid(middle[0], middle[1] - math.radians(self.sun_azimuth_deg), indexing="ij")
-        return zenith.ravel(), azimuth.ravel()
 
     @property
     def diffuse_irradiance(self) -> np.ndarray:

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from aomc_sky.skies.atmosphere.medium import Constituent, Medium, scatterers
+from aomc_sky.skies.atmosphere.medium import Medium, phase_laws, scatterers
 from aomc_sky.skies.atmosphere.optical_depth import Profile, columns, density_profile, optical_depth_to_top
 
 NODES_PER_ELEMENT = 4
@@ -76,7 +76,9 @@ class AltitudeGrid:
 def altitude_grid(medium: Medium, n_element: int) -> AltitudeGrid:
     """Place elements: crowded in optical depth at top and ground, none across a kink, none too tall."""
     profile = density_profile(medium)
-    weight = _mean_extinction(medium, profile)
+    whole = profile.extinction_m2 @ columns(profile, 0.0, 1.0, medium.top_m)
+    lit = whole > 0.0
+    weight = (profile.extinction_m2[lit] / whole[lit, None]).mean(axis=0)  # as shares of the whole optical depth
     search = np.unique(np.concatenate([profile.edge_m, np.linspace(0.0, medium.top_m, _N_SEARCH)]))
     above = columns(profile, search, 1.0, medium.top_m) @ weight
 
@@ -85,7 +87,7 @@ def altitude_grid(medium: Medium, n_element: int) -> AltitudeGrid:
 
     # crowded at both ends, where radiances along shallow paths change fastest
     clustered = 0.5 * above[0] * (1.0 - np.cos(np.pi * np.arange(n_element + 1) / n_element))
-    edges = _edges(medium, altitude(clustered))[::-1]
+    edges = _edges(profile, altitude(clustered))[::-1]
     depth = np.interp(edges, search, above)
     thick = np.diff(depth) > 1e-9 * above[0]
     depth = np.concatenate([[0.0], depth[1:][thick]])
@@ -103,18 +105,10 @@ def altitude_grid(medium: Medium, n_element: int) -> AltitudeGrid:
     )
 
 
-def _mean_extinction(medium: Medium, profile: Profile) -> np.ndarray:
-    """Extinction of each constituent, averaged over wavelengths as shares of the whole optical depth. [m2]"""
-    whole = profile.extinction_m2 @ columns(profile, 0.0, 1.0, medium.top_m)
-    lit = whole > 0.0
-    return (profile.extinction_m2[lit] / whole[lit, None]).mean(axis=0)
-
-
-def _edges(medium: Medium, wished: np.ndarray) -> np.ndarray:
+def _edges(profile: Profile, wished: np.ndarray) -> np.ndarray:
     """Rising altitudes from 0 to the top."""
-    kinks = np.concatenate([np.array([0.0, medium.top_m]), *(part.kink_altitude_m for part in medium.constituents)])
-    kinks = np.unique(kinks[(kinks >= 0.0) & (kinks <= medium.top_m)])
-    edges = joined_edges(kinks, np.sort(wished)[1:-1], 1e-6 * medium.top_m)
+    fixed = np.concatenate([[0.0], profile.kink_m, [profile.top_m]])
+    edges = joined_edges(fixed, np.sort(wished)[1:-1], 1e-6 * profile.top_m)
     pieces = [edges[:1]]
     for low, high in pairwise(edges.tolist()):
         n = int(np.ceil((min(high, _STRATOPAUSE_M) - low) / _TALLEST_M)) if low < _STRATOPAUSE_M else 1
@@ -122,9 +116,7 @@ def _edges(medium: Medium, wished: np.ndarray) -> np.ndarray:
     return np.concatenate(pieces)
 
 
-def _phase_at(part: Constituent, row: int) -> Callable[[np.ndarray], np.ndarray]:
-    law = part.phase_function
-    assert law is not None  # only scatterers come here
+def _of_row(law: Callable[[np.ndarray, int], np.ndarray], row: int) -> Callable[[np.ndarray], np.ndarray]:
     return lambda cosine: law(cosine, row)
 
 
@@ -153,7 +145,7 @@ def _slab(medium: Medium, grid: AltitudeGrid, row: int, beam: np.ndarray) -> Sla
         edge_depth=edges,
         node_depth=edges[:-1, None] + thickness[:, None] * share,
         scattering=np.stack([n * part.scattering_m2[row] / local for n, part in zip(density, parts, strict=True)]),
-        phases=tuple(_phase_at(part, row) for part in parts),
+        phases=tuple(_of_row(law, row) for law in phase_laws(medium)),
         beam=beam[:-1].reshape(nodes.shape),
         beam_at_ground=float(beam[-1]),
     )
