@@ -12,7 +12,7 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.constants import SLOPE_STEP
 from aomc_sky.kernels.arithmetic.elementary import HALF_PI, sin_cos
 from aomc_sky.skies.jumps import jumps
-from aomc_sky.skies.quadrature import POINTS, Parts, Rule, at_points, cut, weighted_sum
+from aomc_sky.skies.quadrature import POINTS, Parts, Rule, at_points, cut, quarter_turns, weighted_sum
 
 #: Radiance of directions, arrays of one shape: (sky_zenith_rad, sky_azimuth_rad).
 Radiance = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -79,10 +79,11 @@ class _Patches:
 
     def __init__(self, radiance: Radiance, grid: PatchGrid) -> None:
         self._radiance, self._grid, self._n = radiance, grid, grid.n_patches
-        self._zenith, self._azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
+        self._zenith, self._azimuth = quarter_turns(grid)
         ring, column = np.divmod(np.arange(self._n), grid.n_azimuth)
         self._tiles = np.stack([*self._zenith[ring].T, *self._azimuth[column].T])
-        marks = self._marks()
+        zeniths, azimuths = jumps(self._at, self._zenith, self._azimuth, max(_MAX_PARTS, 2 * self._n))
+        marks = zeniths, np.concatenate([azimuths % 4.0, azimuths % 4.0 + 4.0])  # both turns that columns may reach
         columns = self._azimuth - 4.0 * np.floor(0.25 * self._azimuth[:, :1])
         owners = cut(self._zenith, marks[0])[1], cut(columns, np.concatenate([np.arange(9.0), marks[1]]))[1]
         #: parts of a patch that the rule makes at once, at quarter turns of azimuth and at jumps
@@ -98,11 +99,6 @@ class _Patches:
             first=(4, 7),
             most_parts=_MAX_PARTS,
         )
-
-    def _marks(self) -> tuple[np.ndarray, np.ndarray]:
-        """Zenith angles and azimuths of jumps, the latter of both turns that columns may reach."""
-        zenith, azimuth = jumps(self._at, self._zenith, self._azimuth, max(_MAX_PARTS, 2 * self._n))
-        return zenith, np.concatenate([azimuth % 4.0, azimuth % 4.0 + 4.0])
 
     def _at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         angles = np.broadcast_arrays(x * HALF_PI, np.mod(y * HALF_PI, 2.0 * np.pi))
@@ -138,7 +134,7 @@ class _Patches:
         tiles, owner = _sixteenths(self._tiles[:, chosen]), np.repeat(chosen, _SIXTEENTHS)
         finer = self._rule.refined(tiles, owner, np.full(self._n, self._rule.floor * total / _AREA))
         kept = Parts(*(column[..., ~again[parts.patch]] for column in parts))
-        return Parts(*(np.concatenate(columns, axis=-1) for columns in zip(kept, finer, strict=True)))
+        return Parts.joined([kept, finer])
 
     def _n_parts(self, parts: Parts) -> np.ndarray:
         return np.bincount(parts.patch, minlength=self._n)

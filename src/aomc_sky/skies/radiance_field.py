@@ -24,7 +24,7 @@ from aomc_sky.skies.field_axes import (
     zenith_deg,
 )
 from aomc_sky.skies.patch_integrals import slopes_of
-from aomc_sky.skies.quadrature import POINTS, weighted_sum
+from aomc_sky.skies.quadrature import POINTS, angles_at, weighted_sum, zeniths_at
 
 _ALL_MISSING = "all values of the field are missing: NaN, fill values, outside of valid_range, or above 1e30"
 _WIDE_GAP = 3.0  #: How many usual steps are a gap.
@@ -448,12 +448,7 @@ def _interpolated(
     remarks += notes_of(parts, has_sun=has_sun)
     warn_of_extrapolation(parts, has_sun=has_sun)
     nodes, weights, _ = POINTS[4]
-    near, growth, far = grid.ring_sin2()
-    zenith = np.arctan2(
-        np.sqrt(near[:, None] + growth[:, None] * nodes), np.sqrt(far[:, None] + growth[:, None] * (1 - nodes))
-    )
-    bounds = np.deg2rad(grid.azimuth_bounds_deg)
-    azimuth = bounds[:, :1] + (bounds[:, 1:] - bounds[:, :1]) * nodes
+    zenith, azimuth = zeniths_at(grid, nodes), angles_at(np.deg2rad(grid.azimuth_bounds_deg), nodes)
     asked = np.broadcast_arrays(zenith.T[:, :, None, None], azimuth.T[None, None])
     point_weight, places = weights[:, None], 2.0 * nodes[:, None] - 1.0
     laws = [_laws(part(*asked), point_weight, places, point_weight, places) for part in parts]

@@ -19,7 +19,7 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.elementary import HALF_PI, arc, exp_level, half_sine2, sin_cos
 from aomc_sky.skies.lobes.envelope import lobe_of
 from aomc_sky.skies.lobes.lobe import checked, rotation_matrix
-from aomc_sky.skies.quadrature import Integrand, Rule, Terms
+from aomc_sky.skies.quadrature import Integrand, Rule, Terms, quarter_turns
 
 _N_CACHED = 64
 _ERROR = 2e-16
@@ -112,7 +112,7 @@ class TiltedLobe:
     def patch_mass(self, grid: PatchGrid, weighting: str) -> np.ndarray:
         """The function `patch_mass` of this lobe."""
         rule = self.rule(weighting)
-        mass = rule.integrate(grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0).masses(grid.n_patches)
+        mass = rule.integrate(*quarter_turns(grid)).masses(grid.n_patches)
         return np.maximum(mass, 0.0) * (HALF_PI * HALF_PI)
 
     def rule(self, weighting: str) -> Rule:

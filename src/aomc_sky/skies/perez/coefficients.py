@@ -203,9 +203,8 @@ def coefficients(
         values = _linear(terms, zenith[..., None], brightness[..., None])
         overcast = row == 0
         if np.any(overcast):
-            c, d = _overcast(terms[overcast], zenith[overcast], brightness[overcast])
-            values[overcast, 2] = c
-            values[overcast, 3] = d
+            first_bin = _overcast(terms[overcast], zenith[overcast], brightness[overcast])
+            values[overcast, 2], values[overcast, 3] = first_bin
     values[undefined] = np.nan
     if not np.all(np.isfinite(values) | undefined[..., None]):
         raise SceneError(

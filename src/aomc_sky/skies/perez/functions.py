@@ -90,7 +90,12 @@ def _factors(
     if np.any((zenith < 0) | (zenith > np.pi / 2)):
         raise SceneError("the zenith angle of a sky element must be from 0 to pi/2 rad")
     azimuth = np.asarray(azimuth_from_sun_rad, dtype=np.float64)
-    gamma = _angle_to_sun(zenith, azimuth, checked_sun(sun_zenith_rad))
+    sun = checked_sun(sun_zenith_rad)
+    product = np.sin(zenith) * np.sin(sun)
+    half_sine2 = np.sin((zenith - sun) / 2) ** 2 + product * np.sin(azimuth / 2) ** 2
+    half_cosine2 = np.cos((zenith + sun) / 2) ** 2 + product * np.cos(azimuth / 2) ** 2
+    # the angle to the sun is right to the last bits at the sun and opposite it
+    gamma = 2.0 * np.arctan2(np.sqrt(half_sine2), np.sqrt(half_cosine2))
     mu = np.where(zenith == np.pi / 2, 0.0, np.cos(zenith))
     # at the horizon the limits of b / mu: -inf, 0 where b is 0, inf
     far = np.where(b == 0, 0.0, np.where(b < 0, -np.inf, np.where(b > 0, np.inf, np.nan)))
@@ -98,14 +103,6 @@ def _factors(
     exponent = np.broadcast_to(far, shape).copy()
     np.divide(b, mu, out=exponent, where=np.broadcast_to(mu > 0, shape))
     return a, exponent, c, d * gamma, 1.0 + e * np.cos(gamma) ** 2
-
-
-def _angle_to_sun(zenith: np.ndarray, azimuth: np.ndarray, sun: np.ndarray) -> np.ndarray:
-    """Angle gamma to the sun from its half angle: right to the last bits at the sun and opposite it."""
-    product = np.sin(zenith) * np.sin(sun)
-    half_sine2 = np.sin((zenith - sun) / 2) ** 2 + product * np.sin(azimuth / 2) ** 2
-    half_cosine2 = np.cos((zenith + sun) / 2) ** 2 + product * np.cos(azimuth / 2) ** 2
-    return 2.0 * np.arctan2(np.sqrt(half_sine2), np.sqrt(half_cosine2))
 
 
 def luminance(

@@ -11,11 +11,8 @@ import numpy as np
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere.lights import GroundBeam, Moon, is_mirrored
 from aomc_sky.skies.atmosphere.medium import Medium
-from aomc_sky.skies.atmosphere.order_one import (
-    scattered_once,
-    scattering_cosine,
-    with_phases,
-)
+from aomc_sky.skies.atmosphere.order_one import scattered_once, scattering_cosine, with_phases
+from aomc_sky.skies.quadrature import angles_at, zeniths_at
 
 HALF_PI = np.pi / 2
 
@@ -248,8 +245,8 @@ def patch_means(
     mean[:, 0] = order_one.reshape(order_one.shape[0], grid.n_zenith, -1)
     if sky.later_orders is not None:
         share, weight = _gauss(MORE_POINTS)
-        azimuth = columns[:, :1] + (columns[:, 1:] - columns[:, :1]) * share
-        mean[:, 1:] = np.maximum(sky.later_orders.means(_zeniths(grid, share), azimuth, weight), 0.0)
+        azimuth = angles_at(columns, share)
+        mean[:, 1:] = np.maximum(sky.later_orders.means(zeniths_at(grid, share), azimuth, weight), 0.0)
     if sky.glow is not None:
         mean += glow_means(sky.glow, grid)[..., None]
     return mean[..., mirror].reshape(*mean.shape[:2], -1), change
@@ -259,7 +256,7 @@ def glow_means(glow: SkyField, grid: PatchGrid) -> np.ndarray:
     """Means of a sky that is the same all around over the rings of a grid, shape (n_wl, n_order, n_zenith)."""
     share, weight = _gauss(MORE_POINTS)
     anywhere = np.zeros((1, MORE_POINTS))
-    return np.maximum(glow.means(_zeniths(grid, share), anywhere, weight)[..., 0], 0.0)
+    return np.maximum(glow.means(zeniths_at(grid, share), anywhere, weight)[..., 0], 0.0)
 
 
 def _refined_order_one(
@@ -300,20 +297,12 @@ def _gauss(n: int) -> tuple[np.ndarray, np.ndarray]:
     return (nodes + 1) / 2, weights / 2
 
 
-def _zeniths(grid: PatchGrid, share: np.ndarray) -> np.ndarray:
-    """Zenith angles at shares of the growth of sin^2 in each ring, shape (n_zenith, n). [rad]"""
-    near, growth, far = grid.ring_sin2()
-    sin2 = near[:, None] + growth[:, None] * share
-    cos2 = far[:, None] + growth[:, None] * (1 - share)
-    return np.arctan2(np.sqrt(sin2), np.sqrt(cos2))
-
-
 def _means(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, patches: np.ndarray, n: int) -> np.ndarray:
     """Means of order 1 over listed patches by n x n points, some at a time, shape (n_wl, n_listed)."""
     share, weight = _gauss(n)
     at_once = max(_MOST_VALUES // (n * n * sky.medium.wavelength_nm.size), 1)
-    zenith = _zeniths(grid, share)
-    azimuth = columns[:, :1] + (columns[:, 1:] - columns[:, :1]) * share
+    zenith = zeniths_at(grid, share)
+    azimuth = angles_at(columns, share)
     means = []
     for start in range(0, patches.size, at_once):
         ring, column = np.divmod(patches[start : start + at_once], len(columns))
