@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import require_one_of
 from aomc_sky.phase import henyey_greenstein
 from aomc_sky.phase.vectorised import shape_of
 from aomc_sky.skies.lobes.lobe import checked, vertical_in_local
 
+WEIGHTINGS = ("plain", "projected")
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
@@ -41,8 +42,7 @@ def mass_above_horizon(
     ... )  # all of a lobe that points up
     1.0
     """
-    if weighting not in ("plain", "projected"):
-        raise UsageError(f"weighting is 'plain' or 'projected', not {weighting!r}")
+    require_one_of(WEIGHTINGS, weighting, "weighting")
     first, second = checked(kind, param0, param1)
     n = vertical_in_local(quaternion)
     shape_of((first, second, n[..., 2]))

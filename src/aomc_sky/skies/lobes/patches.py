@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import SceneError, UsageError, require_one_of
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.elementary import HALF_PI, arc, exp_level, half_sine2, sin_cos
 from aomc_sky.skies.lobes.envelope import lobe_of
+from aomc_sky.skies.lobes.horizon import WEIGHTINGS
 from aomc_sky.skies.lobes.lobe import checked, rotation_matrix
 from aomc_sky.skies.quadrature import Integrand, Rule, Terms, quarter_turns
 
@@ -55,8 +56,7 @@ def patch_mass(
     >>> print(sky.lobes.patch_mass("hg", 0.8, 0.0, [1.0, 0.0, 0.0, 0.0], grid).round(6))
     [0.809513 0.139792]
     """
-    if weighting not in ("plain", "projected"):
-        raise UsageError(f"weighting is 'plain' or 'projected', not {weighting!r}")
+    require_one_of(WEIGHTINGS, weighting, "weighting")
     first, second = checked(kind, param0, param1)
     if first.ndim or second.ndim or np.ndim(quaternion) != 1:
         raise UsageError("patch masses are computed for one lobe: give two numbers and one quaternion")
