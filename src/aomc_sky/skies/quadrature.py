@@ -100,6 +100,12 @@ def quarter_turns(grid: PatchGrid) -> tuple[np.ndarray, np.ndarray]:
     return grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
 
 
+def centres_deg(grid: PatchGrid) -> np.ndarray:
+    """Zenith angles and azimuths of the centres of patches, shape (2, n_zenith, n_azimuth). [deg]"""
+    middles = (bounds.mean(axis=1) for bounds in (grid.zenith_bounds_deg, grid.azimuth_bounds_deg))
+    return np.stack(np.meshgrid(*middles, indexing="ij"))
+
+
 def zeniths_at(grid: PatchGrid, share: np.ndarray) -> np.ndarray:
     """Zenith angles at shares of the growth of sin^2 in each ring, shape (n_zenith, n). [rad]"""
     near, growth, far = (each[:, None] for each in grid.ring_sin2())

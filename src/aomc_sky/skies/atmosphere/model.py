@@ -27,6 +27,7 @@ from aomc_sky.skies.atmosphere.sky.solve import relative_errors, solve_sky
 from aomc_sky.skies.atmosphere.sky.solved import SolvedSky, glow_means, patch_means
 from aomc_sky.skies.direct_beam import DirectBeam
 from aomc_sky.skies.model import Share, check_share, polarised, with_share
+from aomc_sky.skies.quadrature import centres_deg
 from aomc_sky.wavebands import nearest_wavelength_index
 
 if TYPE_CHECKING:
@@ -178,8 +179,7 @@ class AtmosphereSky(Share):
         order_one, later_orders = relative_errors(self.solved)
         later_error = later_orders * self.patch_mean[:, 1:].sum(axis=1)
         if self.solved.node_error is not None:
-            middle = (np.deg2rad(b.mean(axis=1)) for b in (self.grid.zenith_bounds_deg, self.grid.azimuth_bounds_deg))
-            zenith, azimuth = (angle.ravel() for angle in np.meshgrid(*middle, indexing="ij"))
+            zenith, azimuth = np.deg2rad(centres_deg(self.grid)).reshape(2, -1)
             later_error = self.solved.path_error(zenith, azimuth - math.radians(self.sun_azimuth_deg))
         sun_error = np.hypot((order_one + self.patch_change) * self.patch_mean.sum(axis=1), later_error)
         if self.solved.glow is None:

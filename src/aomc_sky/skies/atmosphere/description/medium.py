@@ -113,10 +113,15 @@ class _BlockReader:
 
     def part(self, one: Species) -> tuple[Constituent, Phase | None] | None:
         """Return a species and its phase function, which counts where it scatters; None where a block was refused."""
-        scattering, absorption = self._cross_sections(one)
         profile = self._tried(lambda: self._profile(one))
         phase = None
-        if isinstance(one, ScattererDescription):
+        if isinstance(one, AbsorberDescription):
+            absorption = one.cross_section_m2[self._index]
+            scattering = np.zeros_like(absorption)
+        else:
+            extinction = extinction_cross_section(one, self._description.wavelength_nm[self._index])
+            albedo = one.single_scattering_albedo[self._index]
+            scattering, absorption = extinction * albedo, extinction * (1.0 - albedo)
             phase = self._tried(lambda: self._phase(one))
         if profile is None or (phase is None and isinstance(one, ScattererDescription)):
             return None
@@ -137,14 +142,6 @@ class _BlockReader:
         except InputFileError as error:
             self.problems += error.problems
             return None
-
-    def _cross_sections(self, one: Species) -> tuple[np.ndarray, np.ndarray]:
-        if isinstance(one, AbsorberDescription):
-            absorption = one.cross_section_m2[self._index]
-            return np.zeros_like(absorption), absorption
-        extinction = extinction_cross_section(one, self._description.wavelength_nm[self._index])
-        albedo = one.single_scattering_albedo[self._index]
-        return extinction * albedo, extinction * (1.0 - albedo)
 
     def _profile(self, one: Species) -> tuple[NumberDensity, np.ndarray]:
         """The number density, and the altitudes of its kinks. [m]"""
@@ -281,20 +278,17 @@ def moon_of_direction(
     if direction.distance_km is not None:
         distance = 1000.0 * direction.distance_km
     elif report.moon_distance_m is not None:
-        distance = _from_observer(report.moon_distance_m, medium.earth_radius_m, zenith)
+        # from the ground where the centres have a known distance, by the law of cosines
+        centres, radius = report.moon_distance_m, medium.earth_radius_m
+        across = radius * math.sin(zenith)
+        if not abs(across) < centres or not radius < centres:
+            raise SceneError(f"a Moon {centres / 1000:g} km from the earth's centre is inside the earth")
+        distance = math.sqrt((centres - across) * (centres + across)) - radius * math.cos(zenith)
     else:
         raise SceneError(
             "the distance of the Moon is missing; write moon_distance_km, or Earth-Moon distance in the description"
         )
     return Moon(zenith_rad=zenith, azimuth_from_sun_rad=azimuth, distance_m=distance)
-
-
-def _from_observer(centres_m: float, earth_radius_m: float, zenith_rad: float) -> float:
-    """Distance from the ground where the centres have a known one, by the law of cosines. [m]"""
-    across = earth_radius_m * math.sin(zenith_rad)
-    if not abs(across) < centres_m or not earth_radius_m < centres_m:
-        raise SceneError(f"a Moon {centres_m / 1000:g} km from the earth's centre is inside the earth")
-    return math.sqrt((centres_m - across) * (centres_m + across)) - earth_radius_m * math.cos(zenith_rad)
 
 
 def glow_of_luminance(luminance_cd_m2: float, report: MediumReport, path: str) -> np.ndarray | None:

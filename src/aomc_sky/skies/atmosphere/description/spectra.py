@@ -237,8 +237,11 @@ def read_phase_csv(path: str, *, shown: str, text: str) -> PhaseTable:
         return numbers(cells, (0.0, 180.0), (0.0, MAX_VALUE))
 
     rows = read_rows(path, report, row_of, ("angle", "angle in degrees, value"), MAX_ANGLES)
-    if not report.has_errors:
-        _check_rows(rows, report)
+    if not report.has_errors and (rows[0][0] != 0.0 or rows[-1][0] != 180.0):
+        message = f"the angles go from {rows[0][0]:g} to {rows[-1][0]:g} degrees"
+        report.add("E408", message, advice="write rows from 0, straight on, to 180, straight back")
+    elif not report.has_errors and not all(any(row[k] for row in rows) for k in range(1, len(rows[0]))):
+        report.add("E404", "a column of zeros, which cannot be normalised", advice="write one that scatters some light")
     report.close()
     table = np.array(rows, np.float64)
     table.flags.writeable = False
@@ -266,15 +269,6 @@ def _check_width(cells: list[str], n_column: int, *, has_head: bool) -> None:
         advice = _HEAD
     message = f"a row of {len(cells)} column{'s' * (len(cells) != 1)} where {n_column + 1} are expected"
     raise BadValueError("E401", message, advice=advice)
-
-
-def _check_rows(rows: list[list[float]], report: Report) -> None:
-    """Report what is wrong with a table whose rows are right one by one."""
-    if rows[0][0] != 0.0 or rows[-1][0] != 180.0:
-        message = f"the angles go from {rows[0][0]:g} to {rows[-1][0]:g} degrees"
-        report.add("E408", message, advice="write rows from 0, straight on, to 180, straight back")
-    elif not all(any(row[k] for row in rows) for k in range(1, len(rows[0]))):
-        report.add("E404", "a column of zeros, which cannot be normalised", advice="write one that scatters some light")
 
 
 # The photopic luminous efficiency V(wavelength), which the unit cd/m2 needs: CIE 1924, in steps of 5 nm, as
