@@ -371,6 +371,11 @@ class TabulatedSky(Share):
         mass = np.stack([self.mass(int(row)) for row in rows])
         law = Law.CELL_MU2 if self.slope is None else Law.CELL_SLOPED
         law = Law.CELL_MU if self.weighting is Weighting.SOLID_ANGLE else law
+        stokes = None
+        if self.values_q is not None and self.values_u is not None:
+            both, values = np.stack([self.values_q[rows], self.values_u[rows]], axis=-1), self.values[rows][..., None]
+            stokes = np.divide(both, values, out=np.zeros_like(both), where=values > 0)
+            stokes /= np.maximum(np.hypot(stokes[..., :1], stokes[..., 1:]), 1.0)
         component = Component(
             name="sky",
             law=law,
@@ -380,17 +385,9 @@ class TabulatedSky(Share):
             grid=self.grid,
             weight=self._weights(mass),
             slope=None if self.slope is None else self.slope[rows],
-            stokes=self._stokes(rows),
+            stokes=stokes,
         )
         return with_share(self, (component,))
-
-    def _stokes(self, rows: np.ndarray) -> np.ndarray | None:
-        """Q/I and U/I of these sets of the table, (n_row, n_patch, 2); 0 where a patch is dark."""
-        if self.values_q is None or self.values_u is None:
-            return None
-        both, values = np.stack([self.values_q[rows], self.values_u[rows]], axis=-1), self.values[rows][..., None]
-        stokes = np.divide(both, values, out=np.zeros_like(both), where=values > 0)
-        return np.asarray(stokes / np.maximum(np.hypot(stokes[..., :1], stokes[..., 1:]), 1.0))
 
     def _weights(self, mass: np.ndarray) -> np.ndarray | None:
         if self.weighting is Weighting.LISTED:

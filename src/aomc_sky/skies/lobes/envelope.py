@@ -270,16 +270,6 @@ def _refined(frames: Sequence[LobeFrame]) -> list[np.ndarray]:
     return done
 
 
-def _apportioned(mass: np.ndarray, n: int) -> np.ndarray:
-    """Bins of each cell, at most n in all, that make the largest mass of a bin nearly as small as it can be."""
-    low, high = float(mass.sum()) / n, float(mass.sum()) / n + float(mass.max())
-    while high - low > 1e-4 * high:
-        middle = 0.5 * (low + high)
-        fits = np.ceil(mass / middle).sum() <= n
-        low, high = (low, middle) if fits else (middle, high)
-    return np.ceil(mass / high).astype(np.int64)
-
-
 def envelopes_of(frames: Sequence[LobeFrame]) -> list[tuple[np.ndarray, float]]:
     """Envelopes of lobes of one kind that are not all below the horizon: cells, shape (n, 8), and integral of each.
 
@@ -299,7 +289,13 @@ def _with_bins(cells: np.ndarray) -> tuple[np.ndarray, float]:
         n = 1 << bits
         if mass.size > n / 2 and bits != _BIN_BITS[-1]:
             continue
-        count = _apportioned(mass, n)
+        # bins of each cell, at most n in all, that make the largest mass of a bin nearly as small as it can be
+        low, high = float(mass.sum()) / n, float(mass.sum()) / n + float(mass.max())
+        while high - low > 1e-4 * high:
+            middle = 0.5 * (low + high)
+            fits = np.ceil(mass / middle).sum() <= n
+            low, high = (low, middle) if fits else (middle, high)
+        count = np.ceil(mass / high).astype(np.int64)
         count[np.argmax(mass / count)] += n - count.sum()
         largest = float((mass / count).max())
         if mass.sum() >= _GOOD_FILL * n * largest:

@@ -66,8 +66,12 @@ def read_backgrounds(sections: Sequence[BackgroundSection], toml_path: str) -> t
             problems.extend(error.problems)
     for section in sections:
         if (file := files.get(section.file)) is not None:
-            absent = dict.fromkeys(n for n in section.animation or () if n not in file.animations)
-            problems += [_absent(n, file, section.file, toml_path) for n in absent]
+            known = ", ".join(plain_name(one) for one in file.animations)
+            advice = f"it has {known if len(known) <= 200 else f'{known[:200]}...'}"
+            for name in dict.fromkeys(n for n in section.animation or () if n not in file.animations):
+                best = plain_name(nearest(name, file.animations))
+                message = f"{section.file} has no animation {shown_value(name)}; the nearest is {best}"
+                problems.append(NOWHERE.problem(toml_path, "E709", message, field="animation", advice=advice))
     if problems:
         raise InputFileError(problems)
     at_their_times: dict[BackgroundSection, LobeSky] = {}
@@ -85,15 +89,6 @@ def _sky_of(file: BackgroundFile, section: BackgroundSection) -> BackgroundSky:
         chosen = {name: file.animations[name] for name in section.animation if name in file.animations}
         file = dataclasses.replace(file, animations=chosen)
     return background_sky(file, utc_offset_h=section.utc_offset)
-
-
-def _absent(name: str, file: BackgroundFile, path: str, said_by: str) -> Problem:
-    """The problem of an animation that a file does not have."""
-    known = ", ".join(plain_name(one) for one in file.animations)
-    best = plain_name(nearest(name, file.animations))
-    message = f"{path} has no animation {shown_value(name)}; the nearest is {best}"
-    advice = f"it has {known if len(known) <= 200 else f'{known[:200]}...'}"
-    return NOWHERE.problem(said_by, "E709", message, field="animation", advice=advice)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

@@ -185,8 +185,9 @@ def _remainder(
 ) -> np.ndarray:
     """R: half the largest second derivative of log f along a line from the centre of a patch to its rim.
 
-    For p(gamma) = log F2 it is p'' r^2 + p' (cot(gamma) t^2 + k). The move across the sky has the parts r towards the
-    sun and t past it; k is the bend of the line on the sphere. The argument `least` is a lower bound of F2.
+    For p(gamma) = log F2 = log(1 + c exp(d gamma) + e cos^2 gamma) it is p'' r^2 + p' (cot(gamma) t^2 + k). The move
+    across the sky has the parts r towards the sun and t past it; k is the bend of the line on the sphere. The argument
+    `least` is a lower bound of F2.
     """
     (near, far), (high_mu, low_mu), growth = rings.sine, rings.cosine, rings.growth
     both = np.minimum(near * high_mu, far * low_mu)  # sine x cosine has no minimum inside
@@ -194,21 +195,16 @@ def _remainder(
     along = 0.5 * growth / both
     move2 = 0.25 * ((along * along)[:, None] + (far * far)[:, None] * (width * width))
     bend = 0.25 * ((along * along / both)[:, None] + (growth / near)[:, None] * width + 0.5 * (width * width))
-    slope, curvature = _aureole_derivatives(numbers, half_chord2, np.maximum(least, 0.0))
-    low, high = half_chord2
+    c, d, e = numbers[2:5]
+    (low, high), least = half_chord2, np.maximum(least, 0.0)
+    # bounds of |p'| and |p''| over each patch
+    ends = [c * d * exp_level(d * arc(h)) for h in half_chord2]
+    slope = (np.maximum(np.abs(ends[0]), np.abs(ends[1])) + abs(e)) / least
+    second = np.stack(ends) * d
+    up = np.maximum(np.maximum(second[0], second[1]) + 2.0 * abs(e), 0.0)
+    down = np.minimum(np.minimum(second[0], second[1]) - 2.0 * abs(e), 0.0)
+    curvature = np.maximum(up / least, slope * slope - down / least)
     most = np.maximum(np.abs(1.0 - (low + low)), np.abs(1.0 - (high + high)))
     away = 2.0 * np.sqrt(np.minimum(low * (1.0 - low), high * (1.0 - high)))
     curved = np.maximum(curvature, slope * (most / away)) * move2 + slope * bend
     return 0.5 * curved + 0.125 * rings.curvature[:, None]
-
-
-def _aureole_derivatives(numbers: np.ndarray, half_chord2: _Pair, least: np.ndarray) -> _Pair:
-    """Bounds of |p'| and |p''| over each patch, p = log F2 = log(1 + c exp(d gamma) + e cos^2 gamma)."""
-    c, d, e = numbers[2], numbers[3], numbers[4]
-    ends = [c * d * exp_level(d * arc(h)) for h in half_chord2]
-    first = (np.maximum(np.abs(ends[0]), np.abs(ends[1])) + abs(e)) / least
-    second = np.stack(ends) * d
-    up = np.maximum(second[0], second[1]) + 2.0 * abs(e)
-    down = np.minimum(second[0], second[1]) - 2.0 * abs(e)
-    square = first * first
-    return first, np.maximum(np.maximum(up, 0.0) / least, square - np.minimum(down, 0.0) / least)

@@ -203,8 +203,13 @@ def coefficients(
         values = _linear(terms, zenith[..., None], brightness[..., None])
         overcast = row == 0
         if np.any(overcast):
-            first_bin = _overcast(terms[overcast], zenith[overcast], brightness[overcast])
-            values[overcast, 2], values[overcast, 3] = first_bin
+            # c and d of the first bin, eqs. (7) and (8); their exponentials less 1 do not cancel
+            (c1, c2, c3, c4), (d1, d2, d3, d4) = np.moveaxis(terms[overcast, 2:4], 0, -1)
+            sun, delta = zenith[overcast], brightness[overcast]
+            exponents = power(delta * (c1 + c2 * sun) / 1e4, c3), delta * (d1 + d2 * sun) / 1e4
+            grown_c, grown_d = expm1(np.stack(exponents))
+            values[overcast, 2] = grown_c + (1e4 - c4) / 1e4
+            values[overcast, 3] = -grown_d + ((d3 - 1e4) + delta * d4) / 1e4
     values[undefined] = np.nan
     if not np.all(np.isfinite(values) | undefined[..., None]):
         raise SceneError(
@@ -225,15 +230,6 @@ def _linear(terms: np.ndarray, zenith: np.ndarray, brightness: np.ndarray) -> np
     total, rest_1 = two_sum(t1, plain)
     total, rest_2 = two_sum(total, scaled)
     return (total + (rest_1 + rest_2 + plain_rest + scaled_rest)) / 1e4
-
-
-def _overcast(terms: np.ndarray, zenith: np.ndarray, brightness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Coefficients c and d of the first bin, eqs. (7) and (8); their exponentials less 1 do not cancel."""
-    c1, c2, c3, c4 = (terms[..., 2, k] for k in range(4))
-    d1, d2, d3, d4 = (terms[..., 3, k] for k in range(4))
-    exponents = power(brightness * (c1 + c2 * zenith) / 1e4, c3), brightness * (d1 + d2 * zenith) / 1e4
-    grown_c, grown_d = expm1(np.stack(exponents))
-    return grown_c + (1e4 - c4) / 1e4, -grown_d + ((d3 - 1e4) + brightness * d4) / 1e4
 
 
 def exp(x: np.ndarray) -> np.ndarray:

@@ -312,7 +312,11 @@ class PerezSky(Share):
         if not all(np.any(bounds[:, 0] < bounds[:, 1]) for bounds in (grid.zenith_bounds_deg, grid.azimuth_bounds_deg)):
             raise SceneError("the grid has points or lines; the Perez sky needs patches with an area")
         mass, total = self._integrals(grid)
-        return mass / (total if _is_whole_sky(grid) else self.relative_integral)
+        rings, columns = grid.zenith_bounds_deg, grid.azimuth_bounds_deg
+        ends = (rings[0, 0], rings[-1, 1] - 90.0, columns[-1, 1] - columns[0, 0] - 360.0)
+        steps = (rings[1:, 0] - rings[:-1, 1], columns[1:, 0] - columns[:-1, 1], np.array(ends))
+        is_whole_sky = np.abs(np.concatenate(steps)).max() <= 1e-9  # without gaps
+        return mass / (total if is_whole_sky else self.relative_integral)
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One component named "perez", one row of masses for all wavelengths, of strength 1; none where dhi is 0."""
@@ -362,11 +366,3 @@ def _share_below_zero(coefficients: np.ndarray, sun_zenith_rad: float) -> float:
     azimuth = (np.arange(_N_AZIMUTH) + 0.5) * (np.pi / _N_AZIMUTH)
     value = perez.relative_radiance(np.arccos(mu)[:, None], azimuth, sun_zenith_rad, coefficients)
     return max(float(np.mean(value < 0)), 1e-5)
-
-
-def _is_whole_sky(grid: PatchGrid) -> bool:
-    """Check that rings cover 0 to 90 degrees and columns one turn, without gaps."""
-    rings, columns = grid.zenith_bounds_deg, grid.azimuth_bounds_deg
-    ends = (rings[0, 0], rings[-1, 1] - 90.0, columns[-1, 1] - columns[0, 0] - 360.0)
-    steps = (rings[1:, 0] - rings[:-1, 1], columns[1:, 0] - columns[:-1, 1], np.array(ends))
-    return bool(np.abs(np.concatenate(steps)).max() <= 1e-9)

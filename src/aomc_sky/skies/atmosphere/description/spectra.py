@@ -70,7 +70,12 @@ class SpectrumReader:
             message = f"{len(values)} number{'s' * (len(values) != 1)} for {len(wavelength_nm)} wavelengths"
             raise BadValueError("E408", message, advice="write one for each wavelength, or name a file")
         listed = np.array(values, np.float64)
-        return listed, _bin_luminance(listed, wavelength_nm) if rule.is_glow else 0.0
+        if not rule.is_glow or len(values) == 1:
+            return listed, 0.0
+        # the numbers are means over their bins: a stair, its outer bins whole
+        half = (wavelength_nm[-1] - wavelength_nm[0]) / (len(values) - 1) / 2.0
+        edges = np.append(wavelength_nm - half, wavelength_nm[-1] + half)
+        return listed, luminance(np.repeat(edges, 2)[1:-1], np.repeat(listed, 2))
 
     def _from_file(
         self, name: str, offset: int, weight: float, rule: Spectral, wavelength_nm: np.ndarray | None
@@ -172,16 +177,6 @@ def _check_cover(name: str, known_nm: np.ndarray, wavelength_nm: np.ndarray) -> 
         needed = f"{wavelength_nm[0]:g} to {wavelength_nm[-1]:g} nm"
         message = f"{quoted(name)} has data from {low:g} to {high:g} nm; the wavelengths go from {needed}"
         raise BadValueError("E408", message, advice="name a table that covers them, or narrow the wavelengths")
-
-
-def _bin_luminance(values: np.ndarray, wavelength_nm: np.ndarray) -> float:
-    """Luminance of a list, whose numbers are means over their bins: a stair, its outer bins whole. [cd m-2]"""
-    if len(values) == 1:
-        return 0.0
-    half = (wavelength_nm[-1] - wavelength_nm[0]) / (len(values) - 1) / 2.0
-    edges = np.append(wavelength_nm - half, wavelength_nm[-1] + half)
-    x = np.repeat(edges, 2)[1:-1]
-    return luminance(x, np.repeat(values, 2))
 
 
 def referenced_file(name: str, owner: str | Path, allow_paths: Sequence[str | Path] = ()) -> tuple[str, str]:

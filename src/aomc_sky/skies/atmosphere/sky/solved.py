@@ -240,7 +240,15 @@ def patch_means(
     changes.
     """
     columns, mirror = _distinct_columns(grid, sun_azimuth_rad, is_mirrored=sky.is_mirrored)
-    order_one, change = _refined_order_one(sky, grid, columns, tolerance)
+    unsettled, n_points = np.arange(grid.n_zenith * len(columns)), FIRST_POINTS
+    order_one, change = _means(sky, grid, columns, unsettled, n_points), np.zeros(unsettled.size)
+    while n_points < _MOST_POINTS and unsettled.size:
+        n_points = min(int(np.ceil(n_points * _GROWTH)), _MOST_POINTS)
+        finer = _means(sky, grid, columns, unsettled, n_points)
+        moved = np.abs(finer - order_one[:, unsettled])
+        change[unsettled] = np.divide(moved, finer, out=np.zeros_like(finer), where=finer > 0).max(axis=0)
+        order_one[:, unsettled] = finer
+        unsettled = np.flatnonzero(change > tolerance)
     mean = np.zeros((order_one.shape[0], sky.n_listed, grid.n_zenith, len(columns)))
     mean[:, 0] = order_one.reshape(order_one.shape[0], grid.n_zenith, -1)
     if sky.later_orders is not None:
@@ -249,7 +257,7 @@ def patch_means(
         mean[:, 1:] = np.maximum(sky.later_orders.means(zeniths_at(grid, share), azimuth, weight), 0.0)
     if sky.glow is not None:
         mean += glow_means(sky.glow, grid)[..., None]
-    return mean[..., mirror].reshape(*mean.shape[:2], -1), change
+    return mean[..., mirror].reshape(*mean.shape[:2], -1), float(change.max(initial=0.0))
 
 
 def glow_means(glow: SkyField, grid: PatchGrid) -> np.ndarray:
@@ -257,22 +265,6 @@ def glow_means(glow: SkyField, grid: PatchGrid) -> np.ndarray:
     share, weight = _gauss(MORE_POINTS)
     anywhere = np.zeros((1, MORE_POINTS))
     return np.maximum(glow.means(zeniths_at(grid, share), anywhere, weight)[..., 0], 0.0)
-
-
-def _refined_order_one(
-    sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, tolerance: float
-) -> tuple[np.ndarray, float]:
-    """Means of order 1, and their largest last change."""
-    unsettled, n_points = np.arange(grid.n_zenith * len(columns)), FIRST_POINTS
-    mean, change = _means(sky, grid, columns, unsettled, n_points), np.zeros(unsettled.size)
-    while n_points < _MOST_POINTS and unsettled.size:
-        n_points = min(int(np.ceil(n_points * _GROWTH)), _MOST_POINTS)
-        finer = _means(sky, grid, columns, unsettled, n_points)
-        moved = np.abs(finer - mean[:, unsettled])
-        change[unsettled] = np.divide(moved, finer, out=np.zeros_like(finer), where=finer > 0).max(axis=0)
-        mean[:, unsettled] = finer
-        unsettled = np.flatnonzero(change > tolerance)
-    return mean, float(change.max(initial=0.0))
 
 
 def _distinct_columns(grid: PatchGrid, sun_azimuth_rad: float, *, is_mirrored: bool) -> tuple[np.ndarray, np.ndarray]:

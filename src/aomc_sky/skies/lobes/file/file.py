@@ -426,24 +426,19 @@ def encode_background(background: BackgroundFile) -> bytes:
                 info.create_dataset(name, data=[text], dtype=h5py.string_dtype(), track_times=False)
         animations = file.create_group("LobeAnims")
         for name in sorted(background.animations):
-            _write_animation(animations.create_group(name), background.animations[name])
+            group, keys = animations.create_group(name), background.animations[name]
+            lobes, reference = np.zeros(len(keys), LOBE), np.zeros(1, REFERENCE)
+            lobes["Type"] = keys.lobe_type
+            lobes["Param0"], lobes["Param1"], lobes["Coeff"] = keys.param0, keys.param1, keys.coefficient
+            lobes["LocalTransform"], lobes["CurveIndex"] = keys.quaternion, keys.curve_index
+            lobes["RelativeTime"] = keys.relative_time_days
+            reference["Type"], reference["TimePoint"] = ReferenceType(keys.reference), keys.time_point_s
+            group.create_dataset("Lobes", data=lobes, track_times=False)
+            group.create_dataset("ReferenceTime", data=reference, track_times=False)
         samples = _single(background.wavelength_nm / NM_PER_UM)[np.newaxis]
         file.create_dataset("SpectralCurves", data=_single(background.curves / SI_PER_FILE_UNIT), track_times=False)
         file.create_dataset("SpectralSamples", data=samples, track_times=False)
     return buffer.getvalue()
-
-
-def _write_animation(group: Any, keys: Animation) -> None:
-    lobes = np.zeros(len(keys), LOBE)
-    lobes["Type"] = keys.lobe_type
-    lobes["Param0"], lobes["Param1"], lobes["Coeff"] = keys.param0, keys.param1, keys.coefficient
-    lobes["LocalTransform"], lobes["CurveIndex"] = keys.quaternion, keys.curve_index
-    lobes["RelativeTime"] = keys.relative_time_days
-    reference = np.zeros(1, REFERENCE)
-    reference["Type"] = ReferenceType(keys.reference)
-    reference["TimePoint"] = keys.time_point_s
-    group.create_dataset("Lobes", data=lobes, track_times=False)
-    group.create_dataset("ReferenceTime", data=reference, track_times=False)
 
 
 def _single(values: np.ndarray) -> np.ndarray:
