@@ -343,10 +343,10 @@ def _at_nodes(order: int, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     return low + (high - low) * POINTS[order].nodes.reshape(order, *(1,) * low.ndim)
 
 
-def at_points(values: Values, order: int, edges: Edges, index: np.ndarray) -> np.ndarray:
-    """Values at order x order points of tiles, shape (order, order, ...): first along x, then along y."""
+def points_of(order: int, edges: Edges) -> tuple[np.ndarray, np.ndarray]:
+    """The order x order points of tiles, x and y, which broadcast to (order, order, ...): first along x."""
     x0, x1, y0, y1 = edges
-    return values(_at_nodes(order, x0, x1)[:, None], _at_nodes(order, y0, y1)[None], index)
+    return _at_nodes(order, x0, x1)[:, None], _at_nodes(order, y0, y1)[None]
 
 
 def _mean(values: np.ndarray, order: int) -> np.ndarray:
@@ -360,9 +360,9 @@ def _by_two_orders(values: Values, tiles: np.ndarray, index: np.ndarray) -> tupl
     _, weights, highest = POINTS[8]
     for k in range(0, index.size, _POINTS_AT_ONCE // 64):
         some = slice(k, k + _POINTS_AT_ONCE // 64)
-        at_8 = at_points(values, 8, tiles[:, some], index[some])
+        at_5, at_8 = (values(*points_of(order, tiles[:, some]), index[some]) for order in (5, 8))
         mass[some] = _mean(at_8, 8)
-        error_estimate[some] = np.abs(mass[some] - _mean(at_points(values, 5, tiles[:, some], index[some]), 5))
+        error_estimate[some] = np.abs(mass[some] - _mean(at_5, 5))
         for axis in (0, 1):
             roughness[axis, some] = np.abs(weighted_sum(weighted_sum(np.moveaxis(at_8, axis, 1), weights), highest))
     area = (tiles[1] - tiles[0]) * (tiles[3] - tiles[2])

@@ -193,26 +193,21 @@ def ray_panels(profile: Profile, sun_zenith_rad: float) -> np.ndarray:
     In each panel the altitude grows by at most a factor of 4. The vertical depth and the sun's depth change by at most
     `DEPTH_OF_PANEL` at any wavelength, short of darkness.
     """
-    edges = _near_ground(profile)
+    extinction = float((profile.density(np.zeros(1)) @ profile.extinction_m2.T).max(initial=0.0))
+    first = _LOWEST * profile.top_m
+    if extinction > 0.0:  # down to where even a level ray is thin
+        first = min(first, (_LEVEL_DEPTH / extinction) ** 2 / (2.0 * profile.earth_radius_m))
+    first = max(first, 1e-15 * profile.top_m)
+    steps = int(np.ceil(np.log(profile.top_m / first) / np.log(_GROWTH)))
+    grown = profile.top_m * _GROWTH ** -np.arange(1.0, steps + 1)
+    apart = np.abs(profile.edge_m[:, None] / grown - 1.0).min(axis=0) > 1e-3  # no sliver beside an edge
+    edges = np.union1d(profile.edge_m, grown[apart])
     if abs(np.cos(sun_zenith_rad)) < _LOW_SUN:  # a level ray of the sun leaves a layer like a root
         ends = np.append(profile.kink_m, profile.top_m)
         width = ends - profile.edge_m[np.searchsorted(profile.edge_m, ends) - 1]
         below = ends[:, None] - width[:, None] * _GROWTH ** -np.arange(1.0, _N_BELOW_KINK + 1)
         edges = np.union1d(edges, below.ravel())
     return halved(edges, lambda edges: _change(profile, edges, sun_zenith_rad) > DEPTH_OF_PANEL, _MOST_PANELS)
-
-
-def _near_ground(profile: Profile) -> np.ndarray:
-    """The profile's edges, and a geometric sequence down to where even a level ray is thin."""
-    extinction = float((profile.density(np.zeros(1)) @ profile.extinction_m2.T).max(initial=0.0))
-    first = _LOWEST * profile.top_m
-    if extinction > 0.0:
-        first = min(first, (_LEVEL_DEPTH / extinction) ** 2 / (2.0 * profile.earth_radius_m))
-    first = max(first, 1e-15 * profile.top_m)
-    steps = int(np.ceil(np.log(profile.top_m / first) / np.log(_GROWTH)))
-    grown = profile.top_m * _GROWTH ** -np.arange(1.0, steps + 1)
-    apart = np.abs(profile.edge_m[:, None] / grown - 1.0).min(axis=0) > 1e-3  # no sliver beside an edge
-    return np.union1d(profile.edge_m, grown[apart])
 
 
 def _change(profile: Profile, edges: np.ndarray, sun_zenith_rad: float) -> np.ndarray:

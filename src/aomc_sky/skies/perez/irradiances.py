@@ -100,14 +100,7 @@ def closed_irradiances(
     if len(known) < 2:
         raise UsageError(f"two of ghi, dni and dhi make a sky, got {next(iter(known), 'none')}")
     if "dhi" not in known:
-        beam = known["dni"] * cosine
-        if known["ghi"] - beam < -1e-9 * beam:
-            raise SceneError(
-                f"dni cos Z is {beam:g} W m-2 (dni {known['dni']:g}, the sun at a zenith angle of {zenith:.6g} "
-                f"degrees) and exceeds ghi {known['ghi']:g}, so nothing is left for the sky; give ghi and dni of the "
-                "same moment"
-            )
-        known["dhi"] = max(known["ghi"] - beam, 0.0)
+        known["dhi"] = _diffuse(known["ghi"], known["dni"], zenith, cosine)
     elif "dni" not in known:
         known["dni"] = _direct(known["ghi"], known["dhi"], zenith, cosine, outside)
     elif "ghi" in known:
@@ -149,6 +142,17 @@ def _direct(ghi: float, dhi: float, zenith: float, cosine: float, outside: float
             "dhi"
         )
     return direct
+
+
+def _diffuse(ghi: float, dni: float, zenith: float, cosine: float) -> float:
+    beam = dni * cosine
+    diffuse = ghi - beam
+    if diffuse < -1e-9 * beam:
+        raise SceneError(
+            f"dni cos Z is {beam:g} W m-2 (dni {dni:g}, the sun at a zenith angle of {zenith:.6g} degrees) and exceeds "
+            f"ghi {ghi:g}, so nothing is left for the sky; give ghi and dni of the same moment"
+        )
+    return max(diffuse, 0.0)
 
 
 def _check_sum(ghi: float, dni: float, dhi: float, zenith: float, cosine: float) -> None:

@@ -132,7 +132,13 @@ def at_wavelengths(
         )
     if is_near.all():
         return description, np.searchsorted(known, np.unique(nearest))
-    _refuse_sets(description, float(requested[~is_near][0]))
+    for one in description.scatterers:
+        law = one.phase_function
+        if isinstance(law, SourceText) and "wlSetIndex" in law.text:  # a number for each set, not for a wavelength
+            raise SceneError(
+                f'{law.path}:{law.line}: the phase function of "{one.name}" reads wlSetIndex, so it is known at the '
+                f"wavelengths of the description alone, and not at {requested[~is_near][0]:g} nm"
+            )
     asked_nm = np.unique(np.where(is_near, nearest, requested))
 
     def at(values: np.ndarray) -> np.ndarray:
@@ -158,17 +164,6 @@ def at_wavelengths(
         species=tuple(species(one) for one in description.species),
     )
     return made, np.arange(asked_nm.size)
-
-
-def _refuse_sets(description: AtmosphereDescription, wavelength_nm: float) -> None:
-    """Raise for a phase function that has a number for each set of four wavelengths, not for a wavelength."""
-    for one in description.scatterers:
-        law = one.phase_function
-        if isinstance(law, SourceText) and "wlSetIndex" in law.text:
-            raise SceneError(
-                f'{law.path}:{law.line}: the phase function of "{one.name}" reads wlSetIndex, so it is known at the '
-                f"wavelengths of the description alone, and not at {wavelength_nm:g} nm"
-            )
 
 
 class _BlockReader:

@@ -46,19 +46,6 @@ class Slab:
         return (self.node_depth - self.edge_depth[:-1, None]) / np.diff(self.edge_depth)[:, None]
 
 
-def joined_edges(fixed: np.ndarray, wished: np.ndarray, least: float) -> np.ndarray:
-    """Rising edges: the fixed ones more than `least` apart, and the wished ones that are not next to a fixed one."""
-    kept = [fixed[0]]
-    for edge in fixed[1:]:
-        if edge - kept[-1] > least:
-            kept.append(edge)
-    kept[-1] = fixed[-1]
-    rising = np.asarray(kept)
-    spacing = np.gradient(wished) if wished.size > 1 else np.ones(1)
-    gap = np.min(np.abs(wished[:, None] - rising), axis=1)
-    return np.sort(np.concatenate([rising, wished[gap > 0.3 * spacing]]))
-
-
 @dataclass(frozen=True, kw_only=True, slots=True)
 class AltitudeGrid:
     """Elements of a medium by altitude, from the top down, and what lies above their edges and nodes."""
@@ -106,9 +93,16 @@ def altitude_grid(medium: Medium, n_element: int) -> AltitudeGrid:
 
 
 def _edges(profile: Profile, wished: np.ndarray) -> np.ndarray:
-    """Rising altitudes from 0 to the top."""
-    fixed = np.concatenate([[0.0], profile.kink_m, [profile.top_m]])
-    edges = joined_edges(fixed, np.sort(wished)[1:-1], 1e-6 * profile.top_m)
+    """Rising altitudes from 0 to the top: kinks that are apart, and wished ones that are not next to a kink."""
+    kept = [0.0]
+    for kink in [*profile.kink_m.tolist(), profile.top_m]:
+        if kink - kept[-1] > 1e-6 * profile.top_m:
+            kept.append(kink)
+    kept[-1] = profile.top_m
+    wished = np.sort(wished)[1:-1]
+    spacing = np.gradient(wished) if wished.size > 1 else np.ones(1)
+    gap = np.min(np.abs(wished[:, None] - kept), axis=1)
+    edges = np.sort(np.concatenate([kept, wished[gap > 0.3 * spacing]]))
     pieces = [edges[:1]]
     for low, high in pairwise(edges.tolist()):
         n = int(np.ceil((min(high, _STRATOPAUSE_M) - low) / _TALLEST_M)) if low < _STRATOPAUSE_M else 1
