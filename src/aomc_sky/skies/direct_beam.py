@@ -81,7 +81,6 @@ class DirectBeam(Share):
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One cell of law BEAM, DISC, or DISC_AT_HORIZON where the horizon cuts the disc."""
-        n_wl = np.atleast_1d(np.asarray(wavelength_nm)).size
         sin_z, cos_z = (float(x) for x in sin_cos_deg(self.sun_zenith_deg))
         sin_r, cos_r = (float(x) for x in sin_cos_deg(self.radius_deg))
         if self.radius_deg == 0:
@@ -96,7 +95,7 @@ class DirectBeam(Share):
         component = Component(
             name="direct",
             law=law,
-            strength=np.ones(n_wl),
+            strength=np.ones(np.size(wavelength_nm)),
             mass=np.ones((1, 1)),
             cell=np.array([[*head, float(sine), float(cosine)]]),
         )

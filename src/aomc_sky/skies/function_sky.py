@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.errors import AomcSkyError, SceneError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.model import Share, check_share, sky_model, with_share
+from aomc_sky.skies.model import Share, broadcast, check_share, sky_model, with_share
 from aomc_sky.skies.patch_integrals import SURE_SPOT, TOLERANCE, PatchIntegrals, integrate_patches
 from aomc_sky.skies.quadrature import centres_deg
 
@@ -90,8 +90,7 @@ class FunctionSky(Share):
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
         """Radiance of sky elements in the function's unit, checked; arguments as for all models, any turn."""
-        given = (np.asarray(x, dtype=np.float64) for x in (sky_zenith_rad, sky_azimuth_rad, wavelength_nm))
-        zenith, azimuth, wavelength = np.broadcast_arrays(*given)
+        zenith, azimuth, wavelength = broadcast(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
         value = np.empty(zenith.shape)
         for nm in np.unique(wavelength):
             chosen = wavelength == nm

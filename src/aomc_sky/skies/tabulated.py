@@ -17,7 +17,7 @@ from aomc_sky.directions import AzimuthConvention, given_angle
 from aomc_sky.errors import InputWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content, short_repr
-from aomc_sky.skies.model import Share, check_share, has_share, with_share
+from aomc_sky.skies.model import Share, broadcast, check_share, has_share, with_share
 from aomc_sky.wavebands import midpoint_wavelength_index, nearest_wavelength_index
 
 _PI = np.float32(3.14159265)
@@ -295,11 +295,7 @@ class TabulatedSky(Share):
 
         The table's rule chooses the set for a wavelength; listed masses are divided by their projected solid angle.
         """
-        zenith, azimuth, wavelength = np.broadcast_arrays(
-            np.asarray(sky_zenith_rad, dtype=np.float64),
-            np.asarray(sky_azimuth_rad, dtype=np.float64),
-            np.asarray(wavelength_nm, dtype=np.float64),
-        )
+        zenith, azimuth, wavelength = broadcast(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
         azimuth_deg = np.rad2deg(azimuth)
         patch = self.grid.patch_of(np.rad2deg(zenith), azimuth_deg)
         row = self.table_index(wavelength.ravel()).reshape(wavelength.shape)

@@ -26,7 +26,7 @@ from aomc_sky.skies.atmosphere.sky.method import NIGHT_DEG
 from aomc_sky.skies.atmosphere.sky.solve import relative_errors, solve_sky
 from aomc_sky.skies.atmosphere.sky.solved import SolvedSky, glow_means, patch_means
 from aomc_sky.skies.direct_beam import DirectBeam
-from aomc_sky.skies.model import Share, check_share, polarised, with_share
+from aomc_sky.skies.model import Share, broadcast, check_share, polarised, with_share
 from aomc_sky.skies.quadrature import centres_deg
 from aomc_sky.wavebands import nearest_wavelength_index
 
@@ -203,11 +203,8 @@ class AtmosphereSky(Share):
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
         """Radiance of the sky without the direct beam, of the nearest wavelength that is solved. [W m-2 sr-1 nm-1]"""
-        zenith, azimuth, wavelength = np.broadcast_arrays(
-            np.asarray(sky_zenith_rad, dtype=np.float64),
-            np.asarray(sky_azimuth_rad, dtype=np.float64) - math.radians(self.sun_azimuth_deg),
-            np.asarray(wavelength_nm, dtype=np.float64),
-        )
+        zenith, azimuth, wavelength = broadcast(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
+        azimuth = azimuth - math.radians(self.sun_azimuth_deg)
         rows = nearest_wavelength_index(wavelength.ravel(), self.medium.wavelength_nm)
         radiance = np.zeros(zenith.size)
         for row in np.unique(rows):
@@ -220,7 +217,7 @@ class AtmosphereSky(Share):
 
         Law CELL_MU2, strength in W m-2 nm-1. The irradiance of the photons is that of the patches exactly.
         """
-        rows = nearest_wavelength_index(np.atleast_1d(wavelength_nm), self.medium.wavelength_nm)
+        rows = nearest_wavelength_index(wavelength_nm, self.medium.wavelength_nm)
         mass = self.patch_mean.sum(axis=1)[rows] * self.grid.projected_solid_angle_sr
         component = Component(
             name="atmosphere",
@@ -244,7 +241,7 @@ class AtmosphereSky(Share):
 
         A disc of uniform radiance with the radius of the medium's sun, or one direction where that is 0.
         """
-        rows = nearest_wavelength_index(np.atleast_1d(wavelength_nm), self.medium.wavelength_nm)
+        rows = nearest_wavelength_index(wavelength_nm, self.medium.wavelength_nm)
         strength = self.direct_irradiance[rows]
         if not np.any(strength > 0):
             return ()

@@ -326,7 +326,7 @@ class PerezSky(Share):
         component = Component(
             name="perez",
             law=Law.PEREZ if is_exact else Law.CELL_MU2,
-            strength=np.ones(np.atleast_1d(np.asarray(wavelength_nm)).size),
+            strength=np.ones(np.size(wavelength_nm)),
             mass=self.patch_mass(grid)[None, :],
             cell=cells_of_grid(grid),
             grid=grid,
