@@ -142,18 +142,18 @@ def at_wavelengths(
     asked_nm = np.unique(np.where(is_near, nearest, requested))
 
     def at(values: np.ndarray) -> np.ndarray:
-        if np.all(values > 0):
-            found = np.exp(np.interp(asked_nm, known, np.log(values)))
-        else:
-            found = np.interp(asked_nm, known, values)
+        is_positive = bool(np.all(values > 0))
+        found = np.interp(asked_nm, known, np.log(values) if is_positive else values)
+        found = np.exp(found) if is_positive else found
         place = np.minimum(np.searchsorted(known, asked_nm), known.size - 1)
         return np.where(known[place] == asked_nm, values[place], found)
 
-    def species(one: ScattererDescription | AbsorberDescription) -> ScattererDescription | AbsorberDescription:
-        if isinstance(one, AbsorberDescription):
-            return replace(one, cross_section_m2=at(one.cross_section_m2))
-        return replace(one, single_scattering_albedo=at(one.single_scattering_albedo))
-
+    species: list[Species] = []
+    for each in description.species:
+        if isinstance(each, AbsorberDescription):
+            species.append(replace(each, cross_section_m2=at(each.cross_section_m2)))
+        else:
+            species.append(replace(each, single_scattering_albedo=at(each.single_scattering_albedo)))
     glow = description.ground_glow
     made = replace(
         description,
@@ -161,7 +161,7 @@ def at_wavelengths(
         solar_irradiance=at(description.solar_irradiance),
         ground_albedo=at(description.ground_albedo),
         ground_glow=None if glow is None else at(glow),
-        species=tuple(species(one) for one in description.species),
+        species=tuple(species),
     )
     return made, np.arange(asked_nm.size)
 
