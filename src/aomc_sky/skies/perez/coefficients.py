@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import SceneError, require_one_of
-from aomc_sky.kernels.arithmetic.elementary import LN2_HI, LN2_LO, exp_reduced
+from aomc_sky.kernels.arithmetic.elementary import LN2_HI, LN2_LO, exp_level
 from aomc_sky.kernels.arithmetic.error_free import two_product, two_sum
 from aomc_sky.skies.perez.irradiances import (
     EXTRATERRESTRIAL_NORMAL,
@@ -233,13 +233,8 @@ def _linear(terms: np.ndarray, zenith: np.ndarray, brightness: np.ndarray) -> np
 
 
 def exp(x: np.ndarray) -> np.ndarray:
-    """Exponential of float64 numbers, within 1 ulp; 0 and inf beyond the range."""
-    x = np.minimum(np.maximum(x, -800.0), 800.0)
-    k = np.rint(x * 1.4426950408889634)
-    reduced = exp_reduced(x - k * LN2_HI, k * LN2_LO)
-    exponent = np.where(np.isnan(k), 0.0, k).astype(np.int64)
-    with np.errstate(over="ignore", under="ignore"):
-        return np.ldexp(reduced, exponent)
+    """Exponential of float64 numbers, within 1 ulp; 0 and inf beyond -700 and 700."""
+    return np.asarray(exp_level(x) * np.select([x > 700.0, x < -700.0], [np.inf, 0.0], 1.0))
 
 
 def expm1(x: np.ndarray) -> np.ndarray:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 import re
-import stat
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -21,6 +20,7 @@ from aomc_sky.formats.units import parse_real
 from aomc_sky.skies.atmosphere.description.keys import HIGHEST_NM, LOWEST_NM, Spectral
 from aomc_sky.skies.atmosphere.description.scan import names_file
 from aomc_sky.skies.atmosphere.phase_table import PhaseTable
+from aomc_sky.system import regular_status
 
 MAX_FILES = 64
 MAX_TOTAL_BYTES = 2**23
@@ -192,7 +192,7 @@ def referenced_file(name: str, owner: str | Path, allow_paths: Sequence[str | Pa
         if not any(os.path.commonpath((root, real)) == root for root in roots):
             advice = "move the file there, or give --allow-path DIR"
             raise BadValueError("E402", f"{quoted(name)} is not below the folder of this file", advice=advice)
-        status = os.stat(real)
+        regular_status(real)
     except FileNotFoundError:
         raise BadValueError(
             "E402", f"there is no file {quoted(name)}", advice="paths are relative to the folder of this file"
@@ -200,9 +200,6 @@ def referenced_file(name: str, owner: str | Path, allow_paths: Sequence[str | Pa
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise BadValueError("E402", f"{quoted(name)} cannot be read: {reason}", advice="name a readable file") from None
-    if not stat.S_ISREG(status.st_mode):
-        kind = "a folder" if stat.S_ISDIR(status.st_mode) else "not a regular file"
-        raise BadValueError("E402", f"{quoted(name)} is {kind}", advice="name a table of wavelength and value")
     if os.path.samefile(real, owner):
         raise BadValueError(
             "E402", f"{quoted(name)} is this file itself", advice="name a table of wavelength and value"
