@@ -25,12 +25,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.component import Component, Law
+from aomc_sky.component import Law
 from aomc_sky.phase import henyey_greenstein
 from aomc_sky.skies.lobes.lobe import checked, rotation_matrix
 
 LAWS = {"hg": Law.HG, "ggx": Law.GGX, "beckmann": Law.BECKMANN}
-_KINDS = {law: kind for kind, law in LAWS.items()}
 _RELATIVE_SLACK = 1e-9
 _SLACK = 4e-15
 _FAR = 1e100
@@ -162,23 +161,6 @@ class LobeFrame:
             extreme = np.where(np.mod(quarter, 2.0) == 0.0, *self.stretch)
             least = np.where(low <= high, np.minimum(least, extreme), least)
         return least * (1.0 - _RELATIVE_SLACK)
-
-
-def lobe_of(component: Component) -> tuple[str, float, float, np.ndarray]:
-    """Kind, both parameters and rotation (local to world) of the lobe that a component holds: `LobeFrame.of` backwards.
-
-    Its matrix is R diag(stretch, 1) times a turn about the axis, so the stretches are the singular values of its first
-    two columns.
-    """
-    assert component.shared is not None  # a lobe always has them
-    matrix, asymmetry = component.shared[:9].reshape(3, 3), float(component.shared[9])
-    kind = _KINDS[component.law]
-    left, stretch, _ = np.linalg.svd(matrix[:, :2], full_matrices=False)
-    axis = matrix[:, 2]
-    rotation = np.stack([left[:, 0], np.cross(axis, left[:, 0]), axis], axis=1)
-    if kind == "hg":
-        return kind, asymmetry, 0.0, rotation
-    return kind, float(stretch[0]), float(stretch[1]), rotation
 
 
 # Cells of the plane (b, psi) are arrays (6, n): least b, growth of b, least a, least psi and growth of psi, both in

@@ -11,7 +11,6 @@ import numpy as np
 
 from aomc_sky.component import CellLaw, Component, Law
 from aomc_sky.kernels.arithmetic.constants import on_cache_lines
-from aomc_sky.skies.lobes.envelope import lobe_of
 from aomc_sky.skies.lobes.horizon import masses_of_lobe
 from aomc_sky.skies.lobes.kernels.law import LINE_MARGIN, OFFSET_BITS, RANGE_COLUMNS
 from aomc_sky.skies.lobes.lobe import axis_deg
@@ -22,23 +21,18 @@ _N_ENVELOPE = 8
 _MAX_BINS = 2**16  # the number of a bin in its cell, and of a cell in its lobe, share one word of 32 bits
 
 
-def _lobe(component: Component) -> TiltedLobe:
-    kind, param0, param1, rotation = lobe_of(component)
-    return TiltedLobe(kind=kind, param0=param0, param1=param1, rotation=rotation)
-
-
 def _axis_deg(component: Component) -> tuple[float, float, float]:
     """Direction of the axis, and twice the angle that holds half of a lobe, of the narrower way where it has two."""
-    kind, first, second, rotation = lobe_of(component)
-    if kind == "hg":
-        half = 2.0 * math.asin((1.0 - first) * math.sqrt(2.0 + first) / 2.0)
+    lobe = TiltedLobe.of(component)
+    if lobe.kind == "hg":
+        half = 2.0 * math.asin((1.0 - lobe.param0) * math.sqrt(2.0 + lobe.param0) / 2.0)
     else:
-        half = math.atan(min(first, second) * (1.0 if kind == "ggx" else math.sqrt(math.log(2.0))))
-    return *axis_deg(rotation), 2.0 * math.degrees(half)
+        half = math.atan(min(lobe.stretch) * (1.0 if lobe.kind == "ggx" else math.sqrt(math.log(2.0))))
+    return *axis_deg(lobe.rotation), 2.0 * math.degrees(half)
 
 
 def _radiance(component: Component) -> Callable[[float, np.ndarray, np.ndarray], np.ndarray]:
-    lobe = _lobe(component)
+    lobe = TiltedLobe.of(component)
     projected = masses_of_lobe(lobe.kind, lobe.param0, lobe.param1, lobe.rotation[2])[1]
     return partial(_radiance_at, lobe, 1.0 / projected)
 
@@ -139,7 +133,7 @@ LOBE = CellLaw(
     reaches_horizon=lambda cell: np.ones(len(cell), dtype=bool),
     shares=patch_shares,
     radiance=_radiance,
-    width_rad=lambda component: _lobe(component).width,
+    width_rad=lambda component: TiltedLobe.of(component).width,
     axis_deg=_axis_deg,
     leave_out="leave [[background]] out of sky.toml: the AOMC program knows no lobes",
     tables=lambda _, n_bound: ((_N_SHARED,), (n_bound, _N_ENVELOPE)),

@@ -17,7 +17,7 @@ from aomc_sky.component import Component
 from aomc_sky.errors import SceneError, UsageError, require_one_of
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.elementary import HALF_PI, arc, exp_level, half_sine2, sin_cos
-from aomc_sky.skies.lobes.envelope import lobe_of
+from aomc_sky.skies.lobes.envelope import LAWS
 from aomc_sky.skies.lobes.horizon import WEIGHTINGS
 from aomc_sky.skies.lobes.lobe import checked, rotation_matrix
 from aomc_sky.skies.quadrature import Integrand, Rule, Terms, quarter_turns
@@ -69,9 +69,9 @@ def patch_mass(
 
 def patch_shares(component: Component, grid: PatchGrid) -> np.ndarray:
     """Share of the flux of a lobe's component that comes through each patch of the whole hemisphere, sum 1."""
-    kind, first, second, rotation = lobe_of(component)
-    numbers = (kind, first, second, rotation.tobytes(), grid.zenith_bounds_deg.tobytes())
-    return _share(*numbers, grid.azimuth_bounds_deg.tobytes())
+    lobe = TiltedLobe.of(component)
+    bounds = grid.zenith_bounds_deg.tobytes(), grid.azimuth_bounds_deg.tobytes()
+    return _share(lobe.kind, lobe.param0, lobe.param1, lobe.rotation.tobytes(), *bounds)
 
 
 @lru_cache(maxsize=_N_CACHED)
@@ -95,6 +95,22 @@ class TiltedLobe:
     param0: float  #: g, or the roughness along x.
     param1: float  #: The roughness along y; 0 for "hg".
     rotation: np.ndarray  #: Local to world, shape (3, 3).
+
+    @classmethod
+    def of(cls, component: Component) -> TiltedLobe:
+        """The lobe that a component holds: `LobeFrame.of` backwards.
+
+        Its matrix is R diag(stretch, 1) times a turn about the axis, so the stretches are the singular values of its
+        first two columns.
+        """
+        assert component.shared is not None  # a lobe always has them
+        matrix, asymmetry = component.shared[:9].reshape(3, 3), float(component.shared[9])
+        left, stretch, _ = np.linalg.svd(matrix[:, :2], full_matrices=False)
+        axis = matrix[:, 2]
+        rotation = np.stack([left[:, 0], np.cross(axis, left[:, 0]), axis], axis=1)
+        kind = next(kind for kind, law in LAWS.items() if law == component.law)
+        first, second = (asymmetry, 0.0) if kind == "hg" else stretch.tolist()
+        return cls(kind=kind, param0=first, param1=second, rotation=rotation)
 
     @property
     def stretch(self) -> tuple[float, float]:

@@ -69,22 +69,6 @@ def relative_radiance(
     >>> print(f"{towards_the_sun / opposite:.2f}")
     15.91
     """
-    a, x, c, y, rest = _factors(sky_zenith_rad, azimuth_from_sun_rad, sun_zenith_rad, coefficients)
-    with np.errstate(over="ignore", invalid="ignore"):
-        return _product(1.0 + _product(a, np.exp(x)), rest + _product(c, np.exp(y)))
-
-
-def _product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-    """Product in which 0 times infinity is 0."""
-    is_zero = ((a == 0) & np.isinf(b)) | ((b == 0) & np.isinf(a))
-    value: np.ndarray = np.where(is_zero, 0.0, a * b)[()]
-    return value
-
-
-def _factors(
-    sky_zenith_rad: ArrayLike, azimuth_from_sun_rad: ArrayLike, sun_zenith_rad: ArrayLike, coefficients: ArrayLike
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """a, x, c, y and r of F1 = 1 + a exp(x) and F2 = r + c exp(y)."""
     a, b, c, d, e = np.moveaxis(np.asarray(coefficients, dtype=np.float64), -1, 0)
     zenith = np.asarray(sky_zenith_rad, dtype=np.float64)
     if np.any((zenith < 0) | (zenith > np.pi / 2)):
@@ -102,7 +86,16 @@ def _factors(
     shape = np.broadcast_shapes(mu.shape, b.shape)
     exponent = np.broadcast_to(far, shape).copy()
     np.divide(b, mu, out=exponent, where=np.broadcast_to(mu > 0, shape))
-    return a, exponent, c, d * gamma, 1.0 + e * np.cos(gamma) ** 2
+    with np.errstate(over="ignore", invalid="ignore"):
+        second = 1.0 + e * np.cos(gamma) ** 2 + _product(c, np.exp(d * gamma))
+        return _product(1.0 + _product(a, np.exp(exponent)), second)
+
+
+def _product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    """Product in which 0 times infinity is 0."""
+    is_zero = ((a == 0) & np.isinf(b)) | ((b == 0) & np.isinf(a))
+    value: np.ndarray = np.where(is_zero, 0.0, a * b)[()]
+    return value
 
 
 def luminance(
