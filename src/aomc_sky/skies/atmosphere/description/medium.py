@@ -231,7 +231,7 @@ class _BlockReader:
             phase: Phase = tabulated_phase(one.phase_function, wavelength)
         else:
             phase = self._phase_block(one, one.phase_function)
-        law, mu = one.phase_function, np.linspace(-1.0, 1.0, 181)
+        law = one.phase_function
         where = law.path if isinstance(law, PhaseTable) else f"{law.path}:{law.line}"
         what, messages = f'the phase function of "{one.name}"', []
         if isinstance(phase, TabulatedPhase) and (error := float(phase.norm_error.max())) > _NORM_LIMIT:
@@ -240,7 +240,7 @@ class _BlockReader:
         if abs(worst - 1.0) > _NORM_LIMIT:
             messages.append(f"{what} has the integral {worst:.6g} over the sphere, not 1; it was divided by it")
         if one.phase_function_type is PhaseFunctionType.ACHROMATIC:
-            values = [phase(mu, row) for row in range(phase.norm.size)]
+            values = [phase(np.linspace(-1.0, 1.0, 181), row) for row in range(phase.norm.size)]
             if any(np.abs(value - values[0]).max() > _SAME_PHASE * values[0].max() for value in values):
                 messages.append(f"{what} is called achromatic and depends on the wavelength; it is used as it is")
         for message in messages:
