@@ -114,12 +114,6 @@ def is_polarisation(stokes: np.ndarray) -> bool:
     return bool(np.all(np.abs(stokes) <= 1.0 + 1e-9) and np.all(np.hypot(*np.moveaxis(stokes, -1, 0)) <= 1.0 + 1e-9))
 
 
-def _frozen(array: np.ndarray) -> np.ndarray:
-    array = np.ascontiguousarray(array)
-    array.flags.writeable = False
-    return array
-
-
 @dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class Component:
     """One part of the light: a law, its cells, and how much light each cell holds per wavelength.
@@ -192,7 +186,9 @@ class Component:
         for name in ("strength", "mass", "cell", "weight", "shared", "bounds", "slope", "stokes", "irradiance_W_m2_nm"):
             value = getattr(self, name)
             if value is not None:
-                object.__setattr__(self, name, _frozen(np.asarray(value, dtype=np.float64)))
+                array = np.ascontiguousarray(value, dtype=np.float64)
+                array.flags.writeable = False
+                object.__setattr__(self, name, array)
         n_wl, n_cell = self.mass.shape
         fits = n_wl in (1, self.strength.size) and (self.weight is None or self.weight.shape == self.mass.shape)
         if self.strength.ndim != 1 or not fits or self.cell.shape != (n_cell, N_CELL_PARAMETERS):

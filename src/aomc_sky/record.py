@@ -32,16 +32,13 @@ def _are_equal(one: Any, other: Any) -> bool:
 
 def short_repr(one: Any) -> str:
     """Class and fields of a dataclass that differ from their defaults, long ones by their size: a `__repr__`."""
-    parts = [
-        f"{field.name}={_shown(value)}"
-        for field in dataclasses.fields(one)
-        if field.repr and not _is_default(value := getattr(one, field.name), field.default)
-    ]
+    parts = []
+    for field in dataclasses.fields(one):
+        value = getattr(one, field.name)
+        is_default = value is field.default or (isinstance(value, (str, int, float)) and value == field.default)
+        if field.repr and not is_default:
+            parts.append(f"{field.name}={_shown(value)}")
     return f"{type(one).__name__}({', '.join(parts)})"
-
-
-def _is_default(value: Any, default: Any) -> bool:
-    return value is default or (isinstance(value, (str, int, float)) and value == default)
 
 
 def _shown(value: Any) -> str:

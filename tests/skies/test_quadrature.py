@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.skies import quadrature
-from aomc_sky.skies.quadrature import POINTS, Rule, at_points, weighted_sum
+from aomc_sky.skies.quadrature import POINTS, Rule, points_of, weighted_sum
 
 SKY = np.array([[0.0, 1.0]]), np.array([[0.0, 4.0]])
 
@@ -120,8 +120,8 @@ def test_sums_do_not_depend_on_how_many_tiles_there_are(monkeypatch: pytest.Monk
 
     tiles = np.random.default_rng(2).random((4, 300))
     index = np.arange(300)
-    both = at_points(values, 8, tiles, index)
-    np.testing.assert_array_equal(both[..., 17:18], at_points(values, 8, tiles[:, 17:18], index[17:18]))
+    both = values(*points_of(8, tiles), index)
+    np.testing.assert_array_equal(both[..., 17:18], values(*points_of(8, tiles[:, 17:18]), index[17:18]))
     rule = rule_of(lambda x, y: np.exp(-3 * cone(x, y, (0.4, 1.1))), (0.4, 1.1), width=1.0, cusp=3.0)
     edges = np.linspace(0, 1, 8)
     rings = np.stack([edges[:-1], edges[1:]], axis=1)

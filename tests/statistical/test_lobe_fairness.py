@@ -7,7 +7,7 @@ import pytest
 from aomc_sky.emission.band import lobe_offset_words
 from aomc_sky.plan import streams
 from aomc_sky.skies.lobes.kernels import law as plain
-from aomc_sky.skies.lobes.tables import LobeTables
+from aomc_sky.skies.lobes.law import LobeTables
 from tests.statistical.test_lobe_emission import LOBES as EMITTED
 from tests.support import chi2
 from tests.support.fairness import LOBES, component, fairness, scene_of

@@ -11,16 +11,12 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from aomc_sky.kernels.phase import henyey_greenstein as formulas
 from aomc_sky.phase.vectorised import checked, evaluate, precision_of
 
 __all__ = ["cdf", "pdf_sr", "sample_mu", "sample_mu_sin", "survival"]
-
-
-def _sample_all(xi: NDArray[np.float64], g: NDArray[np.float64]) -> tuple[Any, ...]:
-    return formulas.cosine(xi, g), *formulas.beside_the_ends(xi, g)
 
 
 def _arguments(name: str, value: ArrayLike, high: float, g: ArrayLike) -> tuple[np.dtype[Any], Any, Any]:
@@ -73,8 +69,9 @@ def sample_mu_sin(xi: ArrayLike, g: ArrayLike) -> tuple[Any, Any, Any]:
     >>> print(f"{one_minus_mu:.3e}")
     2.568e-06
     """
-    mu, one_minus_mu, sin_theta = evaluate(_sample_all, *_arguments("xi", xi, 1.0, g))
-    return mu, one_minus_mu, sin_theta
+    kind, share, asymmetry = _arguments("xi", xi, 1.0, g)
+    ends = evaluate(formulas.beside_the_ends, kind, share, asymmetry)
+    return evaluate(formulas.cosine, kind, share, asymmetry)[0], ends[0], ends[1]
 
 
 def pdf_sr(one_minus_mu: ArrayLike, g: ArrayLike) -> Any:

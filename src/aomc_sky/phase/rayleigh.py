@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from aomc_sky.errors import UsageError
 from aomc_sky.kernels.phase import rayleigh as formulas
@@ -33,10 +33,6 @@ __all__ = [
 ]
 
 _INV_2PI = 0.15915494309189535
-
-
-def _density_sr(mu: NDArray[np.float64], gamma: NDArray[np.float64]) -> Any:
-    return _INV_2PI * formulas.density(mu, gamma)
 
 
 def _arguments(name: str, value: ArrayLike, low: float, gamma: ArrayLike) -> tuple[np.dtype[Any], Any, Any]:
@@ -141,7 +137,7 @@ def pdf_sr(mu: ArrayLike, gamma: ArrayLike) -> Any:
     >>> print(f"{sky.rayleigh.pdf_sr(1.0, 1.0):.6f}")  # gamma = 1 is isotropic: 1 / (4 pi)
     0.079577
     """
-    return evaluate(_density_sr, *_arguments("mu", mu, -1.0, gamma))[0]
+    return evaluate(lambda *given: _INV_2PI * formulas.density(*given), *_arguments("mu", mu, -1.0, gamma))[0]
 
 
 def cdf_mu(mu: ArrayLike, gamma: ArrayLike) -> Any:

@@ -54,13 +54,9 @@ def checked(name: str, value: ArrayLike, kind: np.dtype[Any], low: float, high: 
     wide = array.astype(np.float64)
     outside = wide[~((wide > low) & (wide < high) if open_ends else (wide >= low) & (wide <= high))]
     ends = f"between {low:g} and {high:g}, ends excluded" if open_ends else f"in {low:g} to {high:g}"
-    raise UsageError(f"{name} must lie {ends}; found {float(outside.flat[0])!r}" + _rounded(value, wide, kind))
-
-
-def _rounded(value: ArrayLike, array: NDArray[np.float64], kind: np.dtype[Any]) -> str:
-    if kind == np.float32 and not np.array_equal(np.asarray(value, dtype=np.float64), array, equal_nan=True):
-        return " after rounding to float32; give float64 numbers to keep more digits"
-    return ""
+    is_rounded = kind == np.float32 and not np.array_equal(np.asarray(value, dtype=np.float64), wide, equal_nan=True)
+    advice = " after rounding to float32; give float64 numbers to keep more digits" if is_rounded else ""
+    raise UsageError(f"{name} must lie {ends}; found {float(outside.flat[0])!r}{advice}")
 
 
 def evaluate(formula: Formula, kind: np.dtype[Any], *arguments: NDArray[Any]) -> tuple[Any, ...]:

@@ -81,26 +81,22 @@ class DirectBeam(Share):
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One cell of law BEAM, DISC, or DISC_AT_HORIZON where the horizon cuts the disc."""
-        n_wl = np.atleast_1d(np.asarray(wavelength_nm)).size
-        law, head = self._law_and_head()
+        sin_z, cos_z = (float(x) for x in sin_cos_deg(self.sun_zenith_deg))
+        sin_r, cos_r = (float(x) for x in sin_cos_deg(self.radius_deg))
+        if self.radius_deg == 0:
+            law, head = Law.BEAM, (sin_z**2, 0.0, cos_z**2, 0.0)
+        elif not self._is_cut:
+            law, head = Law.DISC, (sin_z, cos_z, sin_r, cos_r)
+        else:
+            top = float(sin_cos_deg(self.sun_zenith_deg - self.radius_deg)[1]) ** 2
+            chord2 = 4 * float(sin_cos_deg(self.radius_deg / 2)[0]) ** 2
+            law, head = Law.DISC_AT_HORIZON, (top, arcsin_deg(sin_r / sin_z) / 90.0, chord2, cos_z)
         sine, cosine = sin_cos_deg(self.sun_azimuth_deg)
         component = Component(
             name="direct",
             law=law,
-            strength=np.ones(n_wl),
+            strength=np.ones(np.size(wavelength_nm)),
             mass=np.ones((1, 1)),
             cell=np.array([[*head, float(sine), float(cosine)]]),
         )
         return with_share(self, (component,))
-
-    def _law_and_head(self) -> tuple[Law, tuple[float, float, float, float]]:
-        sin_z, cos_z = (float(x) for x in sin_cos_deg(self.sun_zenith_deg))
-        if self.radius_deg == 0:
-            return Law.BEAM, (sin_z**2, 0.0, cos_z**2, 0.0)
-        sin_r, cos_r = (float(x) for x in sin_cos_deg(self.radius_deg))
-        if not self._is_cut:
-            return Law.DISC, (sin_z, cos_z, sin_r, cos_r)
-        top = float(sin_cos_deg(self.sun_zenith_deg - self.radius_deg)[1]) ** 2
-        half_width = arcsin_deg(sin_r / sin_z) / 90.0
-        chord2 = 4 * float(sin_cos_deg(self.radius_deg / 2)[0]) ** 2
-        return Law.DISC_AT_HORIZON, (top, half_width, chord2, cos_z)

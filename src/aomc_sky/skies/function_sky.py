@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import math
 from collections.abc import Callable
 from dataclasses import KW_ONLY, dataclass, field, replace
@@ -14,8 +13,9 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.errors import AomcSkyError, SceneError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.model import Share, check_share, sky_model, with_share
+from aomc_sky.skies.model import Share, broadcast, check_share, sky_model, with_share
 from aomc_sky.skies.patch_integrals import SURE_SPOT, TOLERANCE, PatchIntegrals, integrate_patches
+from aomc_sky.skies.quadrature import centres_deg
 
 _MAX_PATCHES = 4_000_000
 _NOTED = 1e-4  #: Total variation above which notes speak of it.
@@ -90,8 +90,7 @@ class FunctionSky(Share):
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
         """Radiance of sky elements in the function's unit, checked; arguments as for all models, any turn."""
-        given = (np.asarray(x, dtype=np.float64) for x in (sky_zenith_rad, sky_azimuth_rad, wavelength_nm))
-        zenith, azimuth, wavelength = np.broadcast_arrays(*given)
+        zenith, azimuth, wavelength = broadcast(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
         value = np.empty(zenith.shape)
         for nm in np.unique(wavelength):
             chosen = wavelength == nm
@@ -203,12 +202,8 @@ class FunctionSky(Share):
 
     def _exponent(self, wavelength_nm: float) -> int:
         """Power of two by which the radiance is divided, so that no sum overflows or vanishes; 0 as a rule."""
-        zenith, azimuth = (
-            np.deg2rad(bounds.mean(axis=1))
-            for bounds in (self.patches.zenith_bounds_deg, self.patches.azimuth_bounds_deg)
-        )
-        centres = np.meshgrid(zenith, np.mod(azimuth, 2 * np.pi), indexing="ij")
-        peak = float(self._values(centres[0], centres[1], float(wavelength_nm)).max())
+        zenith, azimuth = np.deg2rad(centres_deg(self.patches))
+        peak = float(self._values(zenith, np.mod(azimuth, 2 * np.pi), float(wavelength_nm)).max())
         return 0 if peak == 0 or 1e-200 < peak < 1e200 else math.frexp(peak)[1]
 
     def _values(self, zenith: np.ndarray, azimuth: np.ndarray, wavelength_nm: float) -> np.ndarray:
@@ -216,17 +211,11 @@ class FunctionSky(Share):
         try:
             values = np.asanyarray(self.function(zenith, azimuth, wavelength_nm))
         except (TypeError, ValueError) as error:
-            if not _takes_three(self.function):
-                raise SceneError(
-                    f"the function of sky {self.name!r} must take three arguments: sky_zenith_rad, sky_azimuth_rad, "
-                    "wavelength_nm"
-                ) from error
-            reason = f"({type(error).__name__}: {' '.join(str(error).split())})"
-            if not self._takes_single(zenith, azimuth, wavelength_nm):
-                raise SceneError(f"the function of sky {self.name!r} failed {reason}") from error
+            reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
             raise SceneError(
-                f"the function of sky {self.name!r} does not take arrays of directions {reason}; write it with numpy: "
-                "np.cos instead of math.cos, np.where instead of if"
+                f"the function of sky {self.name!r} failed ({reason}); it takes three arguments: sky_zenith_rad, "
+                "sky_azimuth_rad, wavelength_nm, the angles as arrays; write it with numpy: np.cos instead of "
+                "math.cos, np.where instead of if"
             ) from error
         if np.ma.is_masked(values):
             raise SceneError(
@@ -250,27 +239,6 @@ class FunctionSky(Share):
             )
         return values
 
-    def _takes_single(self, zenith: np.ndarray, azimuth: np.ndarray, wavelength_nm: float) -> bool:
-        """Whether the function works for each of about a thousand of these directions alone."""
-        step = max(1, zenith.size // 1000)
-        try:
-            for z, a in zip(zenith.ravel()[::step].tolist(), azimuth.ravel()[::step].tolist(), strict=True):
-                self.function(z, a, wavelength_nm)
-        except Exception:
-            return False
-        return True
-
-
-def _takes_three(function: Callable[..., object]) -> bool:
-    """Whether a function can be called with three arguments; True where it does not say."""
-    try:
-        inspect.signature(function).bind(0, 0, 0)
-    except TypeError:
-        return False
-    except ValueError:
-        return True
-    return True
-
 
 def _coarsest(tolerance: float, rings: float, columns: float) -> tuple[int, int]:
     """The fewest patches (n_zenith, n_azimuth) with rings / n_zenith^2 + columns / n_azimuth^2 <= tolerance."""
@@ -288,7 +256,14 @@ def _wavelengths(wavelength_nm: ArrayLike) -> np.ndarray:
 def as_sky_model(given: Any) -> Any:
     """A model that can be lowered: itself, or a `FunctionSky` of what has a radiance alone or is a function."""
     if isinstance(given, str):
-        return _model_of_name(given)
+        model = sky_model(given)
+        try:
+            return model()
+        except (TypeError, AomcSkyError):
+            advice = ", or weather_scene(...) for sun and sky" if given == "perez" else ""
+            raise SceneError(
+                f"the sky {given!r} cannot be made of its name alone: write components={model.__name__}(...){advice}"
+            ) from None
     if isinstance(given, type):
         raise SceneError(f"a scene takes a sky, not its class: write {given.__name__}(...)")
     if hasattr(given, "lower"):
@@ -301,15 +276,3 @@ def as_sky_model(given: Any) -> Any:
     chosen = {name: getattr(given, name, None) for name in ("name", "grid", "strength", "irradiance_W_m2_nm")}
     is_function = function is given  # whose attributes are its own affair
     return FunctionSky(function, **({} if is_function else {k: v for k, v in chosen.items() if v is not None}))
-
-
-def _model_of_name(name: str) -> Any:
-    """The model of that name, which must do without inputs."""
-    model = sky_model(name)
-    try:
-        return model()
-    except (TypeError, AomcSkyError):
-        advice = ", or weather_scene(...) for sun and sky" if name == "perez" else ""
-        raise SceneError(
-            f"the sky {name!r} cannot be made of its name alone: write components={model.__name__}(...){advice}"
-        ) from None

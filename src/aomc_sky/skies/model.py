@@ -42,6 +42,11 @@ class SkyModel(Protocol):
         ...
 
 
+def broadcast(*arguments: ArrayLike) -> list[np.ndarray]:
+    """The arguments of `SkyModel.radiance` as float64 arrays of one shape."""
+    return list(np.broadcast_arrays(*(np.asarray(one, dtype=np.float64) for one in arguments)))
+
+
 def sky_model(name: str) -> Any:
     """The class of a sky model, by a name of `SKY_MODELS`; its instances are `SkyModel`s."""
     from aomc_sky.formats.sky_models import SKY_MODELS  # with Python's list of packages, which few scenes need

@@ -39,9 +39,8 @@ MOST_EXTRAPOLATED = 0.05  #: Share of the light beyond the measured directions a
 class Interpolant(NamedTuple):
     """The interpolated radiance at one wavelength, and what is known of its error."""
 
-    table: (
-        np.ndarray
-    )  #: Spline coefficients of the logarithm, or of the root of the radiance where a measured one is 0.
+    #: Spline coefficients of the logarithm, or of the root of the radiance where a measured one is 0.
+    table: np.ndarray
     is_log: bool
     n_directions: int
     error: float  #: Root mean square over the light of the radiance's error, as a share; NaN of too few directions.
@@ -96,7 +95,7 @@ def interpolate(direction: np.ndarray, values: np.ndarray, sun: np.ndarray | Non
         worst, worst_error = chosen[known.argmax()], float(known.max()) if known.max() >= 0 else math.nan
         share = np.where(known < 0, worst_error, off[k])
         square = _largest_near(centre, direction[chosen], asked, share, share[nearest]) ** 2
-        beyond = trend.variance(rest[:, k]) + max(float(rest[:, k].std()), _UNKNOWN * trend.is_none) ** 2
+        beyond = trend.variance(rest[:, k]) + max(float(rest[:, k].std()), _UNKNOWN * (trend.given.shape[1] == 1)) ** 2
         square += np.where(is_unseen, beyond * np.minimum(distance / math.radians(_FAR_DEG), 1.0), 0.0)
         suns = [direction[row.argmax()], centre]
         wants_sun = max(direction[worst] @ one for one in suns) > math.cos(math.radians(_NEAR_SUN_DEG))
@@ -203,11 +202,6 @@ class _Trend(NamedTuple):
     def fit(self) -> np.ndarray:
         """Coefficients of the functions for levels, shape (n_function, n)."""
         return self.inverse @ self.given.T
-
-    @property
-    def is_none(self) -> bool:
-        """Whether it is the mean alone."""
-        return self.given.shape[1] == 1
 
     def variance(self, rest: np.ndarray) -> np.ndarray:
         """Variance of the trend where asked, for the levels that it leaves."""

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import Component
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.function_sky import FunctionSky
-from aomc_sky.skies.model import Share, with_share
+from aomc_sky.skies.model import Share, broadcast, with_share
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -39,8 +39,7 @@ class OvercastSky(Share):
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
         """Radiance of sky elements, as a share of the zenith's."""
-        given = (np.asarray(x, dtype=np.float64) for x in (sky_zenith_rad, sky_azimuth_rad, wavelength_nm))
-        zenith, _, _ = np.broadcast_arrays(*given)
+        zenith, _, _ = broadcast(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
         return np.asarray((1.0 + 2.0 * np.cos(zenith)) / 3.0)
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:

@@ -12,7 +12,7 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.constants import SLOPE_STEP
 from aomc_sky.kernels.arithmetic.elementary import HALF_PI, sin_cos
 from aomc_sky.skies.jumps import jumps
-from aomc_sky.skies.quadrature import POINTS, Parts, Rule, at_points, cut, weighted_sum
+from aomc_sky.skies.quadrature import POINTS, Parts, Rule, cut, points_of, quarter_turns, weighted_sum
 
 #: Radiance of directions, arrays of one shape: (sky_zenith_rad, sky_azimuth_rad).
 Radiance = Callable[[np.ndarray, np.ndarray], np.ndarray]
@@ -79,10 +79,11 @@ class _Patches:
 
     def __init__(self, radiance: Radiance, grid: PatchGrid) -> None:
         self._radiance, self._grid, self._n = radiance, grid, grid.n_patches
-        self._zenith, self._azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
+        self._zenith, self._azimuth = quarter_turns(grid)
         ring, column = np.divmod(np.arange(self._n), grid.n_azimuth)
         self._tiles = np.stack([*self._zenith[ring].T, *self._azimuth[column].T])
-        marks = self._marks()
+        zeniths, azimuths = jumps(self._at, self._zenith, self._azimuth, max(_MAX_PARTS, 2 * self._n))
+        marks = zeniths, np.concatenate([azimuths % 4.0, azimuths % 4.0 + 4.0])  # both turns that columns may reach
         columns = self._azimuth - 4.0 * np.floor(0.25 * self._azimuth[:, :1])
         owners = cut(self._zenith, marks[0])[1], cut(columns, np.concatenate([np.arange(9.0), marks[1]]))[1]
         #: parts of a patch that the rule makes at once, at quarter turns of azimuth and at jumps
@@ -98,11 +99,6 @@ class _Patches:
             first=(4, 7),
             most_parts=_MAX_PARTS,
         )
-
-    def _marks(self) -> tuple[np.ndarray, np.ndarray]:
-        """Zenith angles and azimuths of jumps, the latter of both turns that columns may reach."""
-        zenith, azimuth = jumps(self._at, self._zenith, self._azimuth, max(_MAX_PARTS, 2 * self._n))
-        return zenith, np.concatenate([azimuth % 4.0, azimuth % 4.0 + 4.0])
 
     def _at(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         angles = np.broadcast_arrays(x * HALF_PI, np.mod(y * HALF_PI, 2.0 * np.pi))
@@ -135,10 +131,13 @@ class _Patches:
         if not again.any():
             return parts
         chosen = np.flatnonzero(again)
-        tiles, owner = _sixteenths(self._tiles[:, chosen]), np.repeat(chosen, _SIXTEENTHS)
+        x, y = (np.linspace(self._tiles[k, chosen], self._tiles[k + 1, chosen], 5) for k in (0, 2))
+        i, j = np.divmod(np.arange(_SIXTEENTHS), 4)
+        tiles = np.stack([x[i], x[i + 1], y[j], y[j + 1]]).transpose(0, 2, 1).reshape(4, -1)
+        owner = np.repeat(chosen, _SIXTEENTHS)
         finer = self._rule.refined(tiles, owner, np.full(self._n, self._rule.floor * total / _AREA))
         kept = Parts(*(column[..., ~again[parts.patch]] for column in parts))
-        return Parts(*(np.concatenate(columns, axis=-1) for columns in zip(kept, finer, strict=True)))
+        return Parts.joined([kept, finer])
 
     def _n_parts(self, parts: Parts) -> np.ndarray:
         return np.bincount(parts.patch, minlength=self._n)
@@ -174,32 +173,21 @@ class _Patches:
         return slope.T, around
 
     def _places(self, tiles: np.ndarray, patch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """2u - 1 and 2v - 1 of `Law.CELL_SLOPED` at the points of parts of patches, (order, order, n_part) each."""
+        """2u - 1 and 2v - 1 of `Law.CELL_SLOPED` at the points of parts of patches, which broadcast."""
         ring, column = np.divmod(patch, self._grid.n_azimuth)
         near, growth = self._sin2[0][ring], self._sin2[1][ring]
         start, end = self._azimuth[column].T
         turns = 4.0 * np.floor(0.25 * (0.5 * (tiles[2] + tiles[3]) - start))  # parts may lie whole turns away
-        index = np.zeros(patch.size, dtype=np.int64)
-        sine2 = at_points(lambda x, y, _: sin_cos(x)[0] ** 2, _ORDER, tiles, index)
-        azimuth = at_points(lambda x, y, _: y, _ORDER, tiles, index)
-        return 2.0 * (sine2 - near) / growth - 1.0, 2.0 * (azimuth - turns - start) / (end - start) - 1.0
+        x, y = points_of(_ORDER, tiles)
+        return 2.0 * (sin_cos(x)[0] ** 2 - near) / growth - 1.0, 2.0 * (y - turns - start) / (end - start) - 1.0
 
     def _in_turn(self, tiles: np.ndarray) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
         """Some tiles at a time, the radiance at their points, and the projected solid angle of a tile at these."""
         for k in range(0, tiles.shape[1], _PARTS_AT_ONCE):
             some = slice(k, k + _PARTS_AT_ONCE)
             part = tiles[:, some]
-            index = np.zeros(part.shape[1], dtype=np.int64)
-            values = at_points(lambda x, y, _: self._at(x, y), _ORDER, part, index)
-            weight = at_points(lambda x, y, _: np.multiply(*sin_cos(x)), _ORDER, part, index)
-            yield some, values, weight * ((part[1] - part[0]) * (part[3] - part[2]) * _AREA)
-
-
-def _sixteenths(tiles: np.ndarray) -> np.ndarray:
-    """Each tile cut in 4 x 4, side by side."""
-    x, y = (np.linspace(tiles[k], tiles[k + 1], 5) for k in (0, 2))
-    i, j = np.divmod(np.arange(_SIXTEENTHS), 4)
-    return np.stack([x[i], x[i + 1], y[j], y[j + 1]]).transpose(0, 2, 1).reshape(4, -1)
+            x, y = points_of(_ORDER, part)
+            yield some, self._at(x, y), np.multiply(*sin_cos(x)) * ((part[1] - part[0]) * (part[3] - part[2]) * _AREA)
 
 
 def slopes_of(first_moment: np.ndarray, mass: np.ndarray) -> np.ndarray:

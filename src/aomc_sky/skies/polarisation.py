@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from aomc_sky.component import Component, Law
 from aomc_sky.errors import SceneError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.quadrature import POINTS, weighted_sum
+from aomc_sky.skies.quadrature import POINTS, angles_at, weighted_sum
 
 Radiance = Callable[[ArrayLike, ArrayLike, ArrayLike], np.ndarray]
 """The method `radiance` of a sky."""
@@ -117,10 +117,9 @@ class RayleighPattern:
     def _patch_means(self, grid: PatchGrid, radiance: Radiance, nm: float, sun_rad: tuple[float, float]) -> np.ndarray:
         """Means of q and u (n_patch, 2), by 4 x 4 Gauss points in the angles; without a wavelength light is even."""
         nodes, weights, _ = POINTS[4]
-        (z, dz), (a, da) = (
-            (b[:, 0], b[:, 1] - b[:, 0]) for b in map(np.deg2rad, (grid.zenith_bounds_deg, grid.azimuth_bounds_deg))
-        )
-        zenith, azimuth = (z + dz * nodes[:, None])[:, None, :, None], (a + da * nodes[:, None])[None, :, None, :]
+        bounds = grid.zenith_bounds_deg, grid.azimuth_bounds_deg
+        zenith, azimuth = (angles_at(np.deg2rad(one), nodes).T for one in bounds)
+        zenith, azimuth = zenith[:, None, :, None], azimuth[None, :, None, :]
         light = weights[:, None, None, None] * weights[:, None, None] * np.sin(2.0 * zenith)
         light = light * (np.ones(azimuth.shape) if math.isnan(nm) else radiance(zenith, azimuth, nm))
         q, u = self.stokes(zenith, azimuth, sun_zenith_rad=sun_rad[0], sun_azimuth_rad=sun_rad[1])

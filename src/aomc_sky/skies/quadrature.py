@@ -12,12 +12,13 @@ centre. Patches that a circle crosses are cut along it: their azimuths end at th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.elementary import HALF_PI, arc, half_sine2, sin_cos
 
 #: Least and greatest x, least and greatest y of tiles: four arrays that broadcast, or one of shape (4, n).
@@ -94,6 +95,28 @@ def weighted_sum(values: np.ndarray, weights: np.ndarray) -> np.ndarray:
     return total
 
 
+def quarter_turns(grid: PatchGrid) -> tuple[np.ndarray, np.ndarray]:
+    """Edges of rings (n_zenith, 2) and columns (n_azimuth, 2). [quarter turns]"""
+    return grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
+
+
+def centres_deg(grid: PatchGrid) -> np.ndarray:
+    """Zenith angles and azimuths of the centres of patches, shape (2, n_zenith, n_azimuth). [deg]"""
+    middles = (bounds.mean(axis=1) for bounds in (grid.zenith_bounds_deg, grid.azimuth_bounds_deg))
+    return np.stack(np.meshgrid(*middles, indexing="ij"))
+
+
+def zeniths_at(grid: PatchGrid, share: np.ndarray) -> np.ndarray:
+    """Zenith angles at shares of the growth of sin^2 in each ring, shape (n_zenith, n). [rad]"""
+    near, growth, far = (each[:, None] for each in grid.ring_sin2())
+    return np.asarray(np.arctan2(np.sqrt(near + growth * share), np.sqrt(far + growth * (1 - share))))
+
+
+def angles_at(bounds_rad: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Angles at shares of the way between bounds (n, 2), shape (n, n_share)."""
+    return np.asarray(bounds_rad[:, :1] + (bounds_rad[:, 1:] - bounds_rad[:, :1]) * share)
+
+
 class Parts(NamedTuple):
     """Parts of patches, and their integrals."""
 
@@ -101,6 +124,11 @@ class Parts(NamedTuple):
     patch: np.ndarray
     mass: np.ndarray
     error_estimate: np.ndarray  #: Difference of the two orders.
+
+    @classmethod
+    def joined(cls, parts: Iterable[Parts]) -> Parts:
+        """All of them, one after the other."""
+        return cls(*(np.concatenate(columns, axis=-1) for columns in zip(*parts, strict=True)))
 
     def masses(self, n_patches: int) -> np.ndarray:
         """The integral over each patch, part after part."""
@@ -161,7 +189,7 @@ class Rule:
         done.append(self.refined(tiles[:, rest], patch[rest], allowed))
         if is_crossed.any():
             done.append(self._along_circles(tiles[:, is_crossed], patch[is_crossed], allowed))
-        return Parts(*(np.concatenate(columns, axis=-1) for columns in zip(*done, strict=True)))
+        return Parts.joined(done)
 
     def _first_look(self, edges: Edges, patch: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Integrals over rings x columns by the higher order, and how far the lower one is away."""
@@ -225,7 +253,7 @@ class Rule:
                 tiles = np.concatenate([tiles[:, ~near], halves], axis=1)
                 index = np.concatenate([index[~near], index[near][owner]])
                 patch = np.concatenate([patch[~near], patch[near][owner]])
-        return Parts(*(np.concatenate(columns, axis=-1) for columns in zip(*done, strict=True)))
+        return Parts.joined(done)
 
     def _may_agree(self, edges: Edges, allowed: np.ndarray, reach: float) -> np.ndarray:
         """Whether tiles are so short, or so far from the centre, that nothing sharp hides between their points."""
@@ -275,7 +303,10 @@ class Rule:
             def along(t: np.ndarray, share: np.ndarray, seed: np.ndarray) -> np.ndarray:
                 width = x1[seed] - x0[seed]
                 x = x0[seed] + width * (t * t * (3.0 - 2.0 * t))  # powers 3/2 at the ends become whole ones
-                inner, outer = (np.clip(self._azimuth_of(radii[band[seed] + i], x), y0[seed], y1[seed]) for i in (0, 1))
+                growth = np.maximum(sin_cos(x + self.centre[0])[0] * self._sine(), 1e-300)
+                # azimuths where both circles cross the ring x; 0 or 2 where all of it is outside or inside
+                shares = (np.clip((radii[band[seed] + i] - half_sine2(x)) / growth, 0.0, 1.0) for i in (0, 1))
+                inner, outer = (np.clip(arc(each) / HALF_PI, y0[seed], y1[seed]) for each in shares)
                 value = values(x, side[seed] * (inner + (outer - inner) * share), patch[owner[seed]])
                 return value * (outer - inner) * (width * 6.0 * t * (1.0 - t))
 
@@ -284,12 +315,6 @@ class Rule:
         n = owner.size
         unit = np.stack([np.zeros(n), np.ones(n), np.zeros(n), np.ones(n)])
         return self.refined(unit, patch[owner], allowed, index=np.arange(n), mapped=mapped)
-
-    def _azimuth_of(self, circle: np.ndarray, x: np.ndarray) -> np.ndarray:
-        """Azimuth at which a circle crosses the ring x; 0 or 2 where all of the ring is outside or inside."""
-        growth = sin_cos(x + self.centre[0])[0] * self._sine()
-        share = (circle - half_sine2(x)) / np.maximum(growth, 1e-300)
-        return arc(np.clip(share, 0.0, 1.0)) / HALF_PI
 
     def _crossings(self, tiles: np.ndarray) -> np.ndarray:
         """Zenith angles from the first to the last of each tile where a circle begins, ends or crosses a side.
@@ -318,10 +343,10 @@ def _at_nodes(order: int, low: np.ndarray, high: np.ndarray) -> np.ndarray:
     return low + (high - low) * POINTS[order].nodes.reshape(order, *(1,) * low.ndim)
 
 
-def at_points(values: Values, order: int, edges: Edges, index: np.ndarray) -> np.ndarray:
-    """Values at order x order points of tiles, shape (order, order, ...): first along x, then along y."""
+def points_of(order: int, edges: Edges) -> tuple[np.ndarray, np.ndarray]:
+    """The order x order points of tiles, x and y, which broadcast to (order, order, ...): first along x."""
     x0, x1, y0, y1 = edges
-    return values(_at_nodes(order, x0, x1)[:, None], _at_nodes(order, y0, y1)[None], index)
+    return _at_nodes(order, x0, x1)[:, None], _at_nodes(order, y0, y1)[None]
 
 
 def _mean(values: np.ndarray, order: int) -> np.ndarray:
@@ -335,9 +360,9 @@ def _by_two_orders(values: Values, tiles: np.ndarray, index: np.ndarray) -> tupl
     _, weights, highest = POINTS[8]
     for k in range(0, index.size, _POINTS_AT_ONCE // 64):
         some = slice(k, k + _POINTS_AT_ONCE // 64)
-        at_8 = at_points(values, 8, tiles[:, some], index[some])
+        at_5, at_8 = (values(*points_of(order, tiles[:, some]), index[some]) for order in (5, 8))
         mass[some] = _mean(at_8, 8)
-        error_estimate[some] = np.abs(mass[some] - _mean(at_points(values, 5, tiles[:, some], index[some]), 5))
+        error_estimate[some] = np.abs(mass[some] - _mean(at_5, 5))
         for axis in (0, 1):
             roughness[axis, some] = np.abs(weighted_sum(weighted_sum(np.moveaxis(at_8, axis, 1), weights), highest))
     area = (tiles[1] - tiles[0]) * (tiles[3] - tiles[2])

@@ -24,7 +24,7 @@ from aomc_sky.skies.field_axes import (
     zenith_deg,
 )
 from aomc_sky.skies.patch_integrals import slopes_of
-from aomc_sky.skies.quadrature import POINTS, weighted_sum
+from aomc_sky.skies.quadrature import POINTS, angles_at, centres_deg, weighted_sum, zeniths_at
 
 _ALL_MISSING = "all values of the field are missing: NaN, fill values, outside of valid_range, or above 1e30"
 _WIDE_GAP = 3.0  #: How many usual steps are a gap.
@@ -52,7 +52,8 @@ def read_radiance_field(
     `sun` as `RadianceField` has it; `sun_azimuth_deg` is for azimuths that count from the sun.
     """
     field, bounds = field_and_bounds(field, variable)
-    zenith, azimuth, wavelength = (axis_of(field, role, names.get(role), bounds) for role in _ROLES)
+    roles = ("zenith", "azimuth", "wavelength")
+    zenith, azimuth, wavelength = (axis_of(field, role, names.get(role), bounds) for role in roles)
     assert zenith is not None
     remarks: list[str] = []
     unit = _unit(field, radiance_unit, remarks)
@@ -84,7 +85,8 @@ def read_radiance_field(
             if not has_bounds and angle.size > 1:
                 means = [_joined(angle, turned, row, product) for row in values]
                 values, slope = (np.stack(part) for part in zip(*means, strict=True))
-            return _arguments(wavelength_nm, values, slope, product, [*remarks, *gaps], unit)
+            made = {"wavelength_nm": wavelength_nm, "values": values, "slope": slope, "grid": product}
+            return {**made, "remarks": (*remarks, *gaps), "radiance_unit": unit}
         if grid is None and np.isfinite(values).all(axis=0).mean() >= 0.5:
             grid = product  # else points that were unstacked, or a scan: no field
             remarks += gaps
@@ -95,28 +97,8 @@ def read_radiance_field(
     _check_radiances(values)
     grid = PatchGrid.regular(90, 180) if grid is None else grid
     wavelength_nm, values, slope = _interpolated((angle, turned), values, wavelength_nm, point_nm, grid, sun, remarks)
-    return _arguments(wavelength_nm, values, None if has_bounds else slope, grid, remarks, unit)
-
-
-_ROLES = ("zenith", "azimuth", "wavelength")
-
-
-def _arguments(
-    wavelength_nm: np.ndarray,
-    values: np.ndarray,
-    slope: np.ndarray | None,
-    grid: PatchGrid,
-    remarks: list[str],
-    radiance_unit: float,
-) -> dict[str, Any]:
-    return {
-        "wavelength_nm": wavelength_nm,
-        "values": values,
-        "slope": slope,
-        "grid": grid,
-        "remarks": tuple(remarks),
-        "radiance_unit": radiance_unit,
-    }
+    made = {"wavelength_nm": wavelength_nm, "values": values, "slope": None if has_bounds else slope, "grid": grid}
+    return {**made, "remarks": tuple(remarks), "radiance_unit": unit}
 
 
 def has_wavelength(field: Any, variable: str | None = None, given: str | None = None) -> bool:
@@ -432,6 +414,8 @@ def _interpolated(
 
     With `point_nm` the values (1, n) are those of points of their own wavelengths.
     """
+    from scipy.spatial import KDTree
+
     from aomc_sky.skies.measured import RadianceField
     from aomc_sky.skies.on_sphere import notes_of, percent, warn_of_extrapolation
 
@@ -448,32 +432,19 @@ def _interpolated(
     remarks += notes_of(parts, has_sun=has_sun)
     warn_of_extrapolation(parts, has_sun=has_sun)
     nodes, weights, _ = POINTS[4]
-    near, growth, far = grid.ring_sin2()
-    zenith = np.arctan2(
-        np.sqrt(near[:, None] + growth[:, None] * nodes), np.sqrt(far[:, None] + growth[:, None] * (1 - nodes))
-    )
-    bounds = np.deg2rad(grid.azimuth_bounds_deg)
-    azimuth = bounds[:, :1] + (bounds[:, 1:] - bounds[:, :1]) * nodes
+    zenith, azimuth = zeniths_at(grid, nodes), angles_at(np.deg2rad(grid.azimuth_bounds_deg), nodes)
     asked = np.broadcast_arrays(zenith.T[:, :, None, None], azimuth.T[None, None])
     point_weight, places = weights[:, None], 2.0 * nodes[:, None] - 1.0
     laws = [_laws(part(*asked), point_weight, places, point_weight, places) for part in parts]
     means, slopes = (np.stack(one) for one in zip(*laws, strict=True))
     if not is_given.all():
-        share = _share_of_gaps(directions, is_given, means, grid)
+        # the light of patches whose nearest direction has no value, the largest of all wavelengths
+        patches = travel_from_sky(*centres_deg(grid).reshape(2, -1))
+        is_gap = ~is_given[KDTree(travel_from_sky(*directions)).query(patches)[1]]
+        light = means.reshape(len(means), -1) * grid.projected_solid_angle_sr
+        share = float((light[:, is_gap].sum(axis=1) / light.sum(axis=1)).max())
         remarks.append(
             f"{np.sum(~is_given)} of {is_given.size} directions have no value at one wavelength or more; they "
             f"are interpolated and have {percent(share)} of the light"
         )
     return wavelength_nm, means, slopes
-
-
-def _share_of_gaps(
-    directions: tuple[np.ndarray, np.ndarray], is_given: np.ndarray, means: np.ndarray, grid: PatchGrid
-) -> float:
-    """Share of the light from patches whose nearest direction has no value, the largest of all wavelengths."""
-    from scipy.spatial import KDTree
-
-    centres = np.meshgrid(*(b.mean(axis=1) for b in (grid.zenith_bounds_deg, grid.azimuth_bounds_deg)), indexing="ij")
-    _, nearest = KDTree(travel_from_sky(*directions)).query(travel_from_sky(*(one.ravel() for one in centres)))
-    light = means.reshape(len(means), -1) * grid.projected_solid_angle_sr
-    return float((light[:, ~is_given[nearest]].sum(axis=1) / light.sum(axis=1)).max())

@@ -17,7 +17,7 @@ from aomc_sky.directions import AzimuthConvention, given_angle
 from aomc_sky.errors import InputWarning, SceneError, UsageError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content, short_repr
-from aomc_sky.skies.model import Share, check_share, has_share, with_share
+from aomc_sky.skies.model import Share, broadcast, check_share, has_share, with_share
 from aomc_sky.wavebands import midpoint_wavelength_index, nearest_wavelength_index
 
 _PI = np.float32(3.14159265)
@@ -295,11 +295,7 @@ class TabulatedSky(Share):
 
         The table's rule chooses the set for a wavelength; listed masses are divided by their projected solid angle.
         """
-        zenith, azimuth, wavelength = np.broadcast_arrays(
-            np.asarray(sky_zenith_rad, dtype=np.float64),
-            np.asarray(sky_azimuth_rad, dtype=np.float64),
-            np.asarray(wavelength_nm, dtype=np.float64),
-        )
+        zenith, azimuth, wavelength = broadcast(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
         azimuth_deg = np.rad2deg(azimuth)
         patch = self.grid.patch_of(np.rad2deg(zenith), azimuth_deg)
         row = self.table_index(wavelength.ravel()).reshape(wavelength.shape)
@@ -371,6 +367,11 @@ class TabulatedSky(Share):
         mass = np.stack([self.mass(int(row)) for row in rows])
         law = Law.CELL_MU2 if self.slope is None else Law.CELL_SLOPED
         law = Law.CELL_MU if self.weighting is Weighting.SOLID_ANGLE else law
+        stokes = None
+        if self.values_q is not None and self.values_u is not None:
+            both, values = np.stack([self.values_q[rows], self.values_u[rows]], axis=-1), self.values[rows][..., None]
+            stokes = np.divide(both, values, out=np.zeros_like(both), where=values > 0)
+            stokes /= np.maximum(np.hypot(stokes[..., :1], stokes[..., 1:]), 1.0)
         component = Component(
             name="sky",
             law=law,
@@ -380,17 +381,9 @@ class TabulatedSky(Share):
             grid=self.grid,
             weight=self._weights(mass),
             slope=None if self.slope is None else self.slope[rows],
-            stokes=self._stokes(rows),
+            stokes=stokes,
         )
         return with_share(self, (component,))
-
-    def _stokes(self, rows: np.ndarray) -> np.ndarray | None:
-        """Q/I and U/I of these sets of the table, (n_row, n_patch, 2); 0 where a patch is dark."""
-        if self.values_q is None or self.values_u is None:
-            return None
-        both, values = np.stack([self.values_q[rows], self.values_u[rows]], axis=-1), self.values[rows][..., None]
-        stokes = np.divide(both, values, out=np.zeros_like(both), where=values > 0)
-        return np.asarray(stokes / np.maximum(np.hypot(stokes[..., :1], stokes[..., 1:]), 1.0))
 
     def _weights(self, mass: np.ndarray) -> np.ndarray | None:
         if self.weighting is Weighting.LISTED:

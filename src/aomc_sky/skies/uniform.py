@@ -43,13 +43,12 @@ class UniformSky(Share):
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One cell, the whole dome, so that low-discrepancy points fill it as one."""
-        n_wl = np.atleast_1d(np.asarray(wavelength_nm)).size
         grid = PatchGrid.regular(1, 1)
         law = Law.CELL_MU if self.per_solid_angle else Law.CELL_MU2
         component = Component(
             name="uniform",
             law=law,
-            strength=np.ones(n_wl),
+            strength=np.ones(np.size(wavelength_nm)),
             mass=np.ones((1, 1)),
             cell=cells_of_grid(grid, law),
             grid=grid,

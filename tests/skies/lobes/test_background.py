@@ -158,7 +158,7 @@ def test_bad_animations_are_refused(changes):
 def test_bad_skies_are_refused():
     with pytest.raises(SceneError, match="curve"):
         background(animation([0.0], [1.0], curve_index=np.array([2])))
-    with pytest.raises(UsageError, match="hg, ggx, beckmann, not '9'"):
+    with pytest.raises(UsageError, match="'hg', 'ggx', 'beckmann', got '9'"):
         background(animation([0.0], [1.0], lobe_type=np.array([9], np.uint8)))
     with pytest.raises(SceneError, match="offset"):
         background(animation([0.0], [1.0]), utc_offset_h=np.nan)

@@ -14,7 +14,7 @@ from aomc_sky.errors import SceneError
 from aomc_sky.kernels.arithmetic.elementary import split_power
 from aomc_sky.kernels.jit import shared
 from aomc_sky.skies.lobes.kernels import law as plain_lobe
-from aomc_sky.skies.lobes.tables import LobeTables
+from aomc_sky.skies.lobes.law import LobeTables
 from tests.support.backend import photons_by
 from tests.support.emitted import both
 from tests.support.lobes import lobe_components

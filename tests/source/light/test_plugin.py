@@ -81,7 +81,7 @@ BROKEN = {
     "nan": (make_of("return Flat(float('nan'))"), "gives nan at zenith angle"),
     "negative": (make_of("return Flat(-1.0)"), "gives -1 at zenith angle"),
     "shape": (make_of("return lambda z, a, nm: [1.0, 2.0, 3.0]"), "gives an array of shape (3,)"),
-    "two-arguments": (make_of("return lambda z, a: 1.0"), "must take three arguments"),
+    "two-arguments": (make_of("return lambda z, a: 1.0"), "takes three arguments"),
     "lower-list": (
         make_of("f = Flat(); f.lower = lambda nm: [f]; return f"),
         "lower() gives Flat instead of Components",

@@ -6,7 +6,7 @@ import numpy as np
 
 U32, U64 = np.uint32, np.uint64
 ZERO, ONE, TWO, THREE, FOUR = (np.uint64(n) for n in range(5))
-S11, S32 = np.uint64(11), np.uint64(32)
+S32 = np.uint64(32)
 LOW32 = np.uint64(0xFFFFFFFF)
 """Types, and numbers of type uint64: beside a Python integer numba would make a float of one."""
 

@@ -17,8 +17,8 @@ from aomc_sky.errors import UsageError
 from aomc_sky.progress import counted
 from aomc_sky.skies.atmosphere.eclipse import solve_order_one
 from aomc_sky.skies.atmosphere.lights import Moon, sun_and_moon
-from aomc_sky.skies.atmosphere.medium import Medium, scatterers
-from aomc_sky.skies.atmosphere.optical_depth import Profile, columns, density_profile
+from aomc_sky.skies.atmosphere.medium import Medium, phase_laws, scatterers
+from aomc_sky.skies.atmosphere.optical_depth import Profile, columns, density_profile, halved
 from aomc_sky.skies.atmosphere.order_one import checked_directions
 from aomc_sky.whole_number import as_number_of
 
@@ -59,12 +59,14 @@ def paths_result(order_one: np.ndarray, rows: np.ndarray, totals: np.ndarray, n_
     mean = rows[..., 0] / n_paths
     radiance = np.ascontiguousarray(mean.swapaxes(1, 2))
     radiance[:, 0] += order_one
-    error = _standard_error(totals[..., 0], totals[..., 1], n_paths)
+    squares = np.where(totals[..., 1] > 0, totals[..., 1], 1.0)
+    # the relative error of the variance is sqrt(sum x^4 / (sum x^2)^2 - 1 / n)
+    is_doubtful = totals[..., 2] / squares**2 > TRUSTED**2 + 1.0 / n_paths
     return PathsResult(
         radiance_by_order=radiance,
         standard_error_by_order=_standard_error(rows[..., 0], rows[..., 1], n_paths).swapaxes(1, 2),
-        standard_error=error,
-        under_sampled=_under_sampled(totals, n_paths) | ((totals[..., 1] == 0) & (order_one > 0) & (rows.shape[2] > 1)),
+        standard_error=_standard_error(totals[..., 0], totals[..., 1], n_paths),
+        under_sampled=is_doubtful | ((totals[..., 1] == 0) & (order_one > 0) & (rows.shape[2] > 1)),
         n_paths=n_paths,
     )
 
@@ -72,12 +74,6 @@ def paths_result(order_one: np.ndarray, rows: np.ndarray, totals: np.ndarray, n_
 def _standard_error(total: np.ndarray, squares: np.ndarray, n: int) -> np.ndarray:
     mean = total / n
     return np.sqrt(np.maximum(squares / n - mean * mean, 0.0) / (n - 1))
-
-
-def _under_sampled(totals: np.ndarray, n: int) -> np.ndarray:
-    """Whether the relative error sqrt(sum x^4 / (sum x^2)^2 - 1 / n) of the variance is above `TRUSTED`."""
-    squares = np.where(totals[..., 1] > 0, totals[..., 1], 1.0)
-    return np.asarray(totals[..., 2] / squares**2 > TRUSTED**2 + 1.0 / n)
 
 
 MOST_PATHS = 2**32 - 1
@@ -221,8 +217,7 @@ def _shell_rows(medium: Medium, edge: np.ndarray, density: np.ndarray, row: int)
     """Edges, rise of the squared radii, extinction, albedo, and the scatterers' shares of each shell."""
     which = scatterers(medium)
     low, high = edge[:-1], edge[1:]
-    cross = np.array([part.scattering_m2[row] + part.absorption_m2[row] for part in medium.constituents])
-    extinction = density @ cross
+    extinction = density @ np.array([part.scattering_m2[row] + part.absorption_m2[row] for part in medium.constituents])
     scattering = density[:, which] * np.array([medium.constituents[k].scattering_m2[row] for k in which])
     share = np.divide(scattering, extinction[:, None], out=np.zeros_like(scattering), where=extinction[:, None] > 0)
     albedo = share.sum(axis=1)
@@ -236,7 +231,10 @@ def _shell_rows(medium: Medium, edge: np.ndarray, density: np.ndarray, row: int)
 def _depth_tables(medium: Medium, profile: Profile, edge: np.ndarray) -> tuple[np.ndarray, float, float]:
     """Tables (n_wl, n_edge, n + 1), and their c and s."""
     extinction = profile.extinction_m2
-    height = _mean_altitude(profile, edge)
+    weight = (columns(profile, edge[:-1], 1.0, edge[1:]) @ extinction.T).mean(axis=1)
+    total = float(weight.sum())
+    # mean altitude of the extinction of all wavelengths
+    height = float(weight @ (0.5 * (edge[1:] + edge[:-1]))) / total if total > 0 else float(edge[-1])
     floor = min(np.sqrt(2.0 * height / medium.earth_radius_m), 1.0)
     bend = 0.6 * floor
     n = _DEPTH_STEPS
@@ -249,13 +247,6 @@ def _depth_tables(medium: Medium, profile: Profile, edge: np.ndarray) -> tuple[n
         if error <= _DEPTH_ERROR or n >= _MOST_DEPTH_STEPS:
             return table, float(bend), float(floor)
         n *= 2
-
-
-def _mean_altitude(profile: Profile, edge: np.ndarray) -> float:
-    """Mean altitude of the extinction of all wavelengths."""
-    weight = (columns(profile, edge[:-1], 1.0, edge[1:]) @ profile.extinction_m2.T).mean(axis=1)
-    total = float(weight.sum())
-    return float(weight @ (0.5 * (edge[1:] + edge[:-1]))) / total if total > 0 else float(edge[-1])
 
 
 def _depth_error(profile: Profile, edge: np.ndarray, table: np.ndarray, bend: float, floor: float) -> float:
@@ -274,27 +265,18 @@ def _depth_error(profile: Profile, edge: np.ndarray, table: np.ndarray, bend: fl
 
 def _phase_tables(medium: Medium) -> np.ndarray:
     """Phase functions (n_wl, n_scatterer, n + 1) over t."""
-    n = _PHASE_STEPS
+    n, laws = _PHASE_STEPS, phase_laws(medium)
     while True:
         t = np.arange(2 * n + 1) / (2 * n)
-        values = _phases_at(medium, t)
+        values = np.zeros((medium.wavelength_nm.size, len(laws), t.size))
+        for k, law in enumerate(laws):
+            for row in range(values.shape[0]):
+                values[row, k] = law(1.0 - 2.0 * t**4, row)
         between = 0.5 * (values[..., :-1:2] + values[..., 2::2]) - values[..., 1::2]
         error = float(np.max(np.abs(between) @ (16.0 * np.pi / n * t[1::2] ** 3), initial=0.0))
         if error <= _PHASE_ERROR or n >= _MOST_PHASE_STEPS:
             return np.ascontiguousarray(values[..., ::2])
         n *= 2
-
-
-def _phases_at(medium: Medium, t: np.ndarray) -> np.ndarray:
-    which = scatterers(medium)
-    mu = 1.0 - 2.0 * t**4
-    values = np.zeros((medium.wavelength_nm.size, len(which), t.size))
-    for k, index in enumerate(which):
-        law = medium.constituents[index].phase_function
-        assert law is not None  # it scatters
-        for row in range(values.shape[0]):
-            values[row, k] = law(mu, row)
-    return values
 
 
 def _cumulated(phase: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -316,20 +298,12 @@ def uniform_shells(medium: Medium) -> tuple[np.ndarray, np.ndarray]:
     vertical columns are exact. [m-3]
     """
     profile = density_profile(medium)
-    edges = np.union1d(_regular_edges(medium.top_m), profile.edge_m)
-    edges = edges[np.concatenate([[True], np.diff(edges) > 1e-9 * medium.top_m])]
-    while True:
-        bent = _bend(profile, edges) > SHELL_TOLERANCE
-        if not bent.any() or edges.size + bent.sum() > _MOST_SHELLS:
-            break
-        edges = np.sort(np.concatenate([edges, 0.5 * (edges[1:] + edges[:-1])[bent]]))
-    return edges, columns(profile, edges[:-1], 1.0, edges[1:]) / np.diff(edges)[:, None]
-
-
-def _regular_edges(top_m: float) -> np.ndarray:
-    """The thicknesses of `_STEPS_M`, in proportion to the top."""
     pieces = [np.arange(low, high, step) for (low, step), (high, _) in pairwise(_STEPS_M)]
-    return np.append(np.concatenate(pieces) * (top_m / _REFERENCE_TOP_M), top_m)
+    regular = np.append(np.concatenate(pieces) * (medium.top_m / _REFERENCE_TOP_M), medium.top_m)
+    edges = np.union1d(regular, profile.edge_m)
+    edges = edges[np.concatenate([[True], np.diff(edges) > 1e-9 * medium.top_m])]
+    edges = halved(edges, lambda edges: _bend(profile, edges) > SHELL_TOLERANCE, _MOST_SHELLS)
+    return edges, columns(profile, edges[:-1], 1.0, edges[1:]) / np.diff(edges)[:, None]
 
 
 def _bend(profile: Profile, edges: np.ndarray) -> np.ndarray:

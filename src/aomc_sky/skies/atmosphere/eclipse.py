@@ -45,7 +45,13 @@ def eclipsed_once(
     if not which:
         return radiance
     profile = density_profile(medium)
-    altitude, weight = _nodes(profile)
+    # Gauss nodes of the root of the altitude
+    node, node_weight = np.polynomial.legendre.leggauss(_N_NODES)
+    edge = np.sqrt(profile.edge_m)
+    fine = np.append((edge[:-1, None] + np.diff(edge)[:, None] * (np.arange(_PANELS) / _PANELS)).ravel(), edge[-1])
+    half = 0.5 * np.diff(fine)[:, None]
+    root = (0.5 * (fine[1:] + fine[:-1])[:, None] + half * node).ravel()
+    altitude, weight = root * root, (half * node_weight).ravel() * 2.0 * root
     density = profile.density(altitude)[:, which]
 
     def look(ring: float) -> None:
@@ -69,17 +75,6 @@ def visible_share(medium: Medium, sun_zenith_rad: float, moon: Moon) -> float:
     sun, shadow = sun_and_moon(medium, sun_zenith_rad, moon)
     fill_sun_share(np.array([medium.earth_radius_m]), np.array([[0.0], [0.0], [1.0]]), sun, shadow, share)
     return float(share[0])
-
-
-def _nodes(profile: Profile) -> tuple[np.ndarray, np.ndarray]:
-    """Altitudes and weights of an integral over altitude, as squares of Gauss nodes of its root."""
-    node, weight = np.polynomial.legendre.leggauss(_N_NODES)
-    edge = np.sqrt(profile.edge_m)
-    share = np.arange(_PANELS) / _PANELS
-    fine = np.append((edge[:-1, None] + np.diff(edge)[:, None] * share).ravel(), edge[-1])
-    half = 0.5 * np.diff(fine)[:, None]
-    root = (0.5 * (fine[1:] + fine[:-1])[:, None] + half * node).ravel()
-    return root * root, (half * weight).ravel() * 2.0 * root
 
 
 def _light(

@@ -145,6 +145,12 @@ def scatterers(medium: Medium) -> list[int]:
     return [k for k, part in parts if part.phase_function is not None and np.any(part.scattering_m2 > 0)]
 
 
+def phase_laws(medium: Medium) -> list[Callable[[np.ndarray, int], np.ndarray]]:
+    """Phase functions of the scatterers, in their order."""
+    laws = (medium.constituents[k].phase_function for k in scatterers(medium))
+    return [law for law in laws if law is not None]
+
+
 def unlit(medium: Medium) -> Medium:
     """The medium without a sun."""
     return dataclasses.replace(medium, toa_irradiance=np.zeros_like(medium.toa_irradiance))

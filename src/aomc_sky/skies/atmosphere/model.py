@@ -26,7 +26,8 @@ from aomc_sky.skies.atmosphere.sky.method import NIGHT_DEG
 from aomc_sky.skies.atmosphere.sky.solve import relative_errors, solve_sky
 from aomc_sky.skies.atmosphere.sky.solved import SolvedSky, glow_means, patch_means
 from aomc_sky.skies.direct_beam import DirectBeam
-from aomc_sky.skies.model import Share, check_share, polarised, with_share
+from aomc_sky.skies.model import Share, broadcast, check_share, polarised, with_share
+from aomc_sky.skies.quadrature import centres_deg
 from aomc_sky.wavebands import nearest_wavelength_index
 
 if TYPE_CHECKING:
@@ -178,7 +179,8 @@ class AtmosphereSky(Share):
         order_one, later_orders = relative_errors(self.solved)
         later_error = later_orders * self.patch_mean[:, 1:].sum(axis=1)
         if self.solved.node_error is not None:
-            later_error = self.solved.path_error(*self._patch_middles())
+            zenith, azimuth = np.deg2rad(centres_deg(self.grid)).reshape(2, -1)
+            later_error = self.solved.path_error(zenith, azimuth - math.radians(self.sun_azimuth_deg))
         sun_error = np.hypot((order_one + self.patch_change) * self.patch_mean.sum(axis=1), later_error)
         if self.solved.glow is None:
             return sun_error
@@ -188,14 +190,6 @@ class AtmosphereSky(Share):
         """The part of `patch_mean` that a glowing ground gives, all orders together, shape (n_wl, n_patch)."""
         assert self.solved.glow is not None
         return np.repeat(glow_means(self.solved.glow, self.grid).sum(axis=1), self.grid.n_azimuth, axis=1)
-
-    def _patch_middles(self) -> tuple[np.ndarray, np.ndarray]:
-        """Zenith angles and azimuths from the sun of the middles of the patches, (n_patch,) each. [rad]"""
-        middle = [
-            np.deg2rad(bounds.mean(axis=1)) for bounds in (self.grid.zenith_bounds_deg, self.grid.azimuth_bounds_deg)
-        ]
-        zenith, azimuth = np.meshgrid(middle[0], middle[1] - math.radians(self.sun_azimuth_deg), indexing="ij")
-        return zenith.ravel(), azimuth.ravel()
 
     @property
     def diffuse_irradiance(self) -> np.ndarray:
@@ -209,11 +203,8 @@ class AtmosphereSky(Share):
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
         """Radiance of the sky without the direct beam, of the nearest wavelength that is solved. [W m-2 sr-1 nm-1]"""
-        zenith, azimuth, wavelength = np.broadcast_arrays(
-            np.asarray(sky_zenith_rad, dtype=np.float64),
-            np.asarray(sky_azimuth_rad, dtype=np.float64) - math.radians(self.sun_azimuth_deg),
-            np.asarray(wavelength_nm, dtype=np.float64),
-        )
+        zenith, azimuth, wavelength = broadcast(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
+        azimuth = azimuth - math.radians(self.sun_azimuth_deg)
         rows = nearest_wavelength_index(wavelength.ravel(), self.medium.wavelength_nm)
         radiance = np.zeros(zenith.size)
         for row in np.unique(rows):
@@ -226,7 +217,7 @@ class AtmosphereSky(Share):
 
         Law CELL_MU2, strength in W m-2 nm-1. The irradiance of the photons is that of the patches exactly.
         """
-        rows = nearest_wavelength_index(np.atleast_1d(wavelength_nm), self.medium.wavelength_nm)
+        rows = nearest_wavelength_index(wavelength_nm, self.medium.wavelength_nm)
         mass = self.patch_mean.sum(axis=1)[rows] * self.grid.projected_solid_angle_sr
         component = Component(
             name="atmosphere",
@@ -250,7 +241,7 @@ class AtmosphereSky(Share):
 
         A disc of uniform radiance with the radius of the medium's sun, or one direction where that is 0.
         """
-        rows = nearest_wavelength_index(np.atleast_1d(wavelength_nm), self.medium.wavelength_nm)
+        rows = nearest_wavelength_index(wavelength_nm, self.medium.wavelength_nm)
         strength = self.direct_irradiance[rows]
         if not np.any(strength > 0):
             return ()

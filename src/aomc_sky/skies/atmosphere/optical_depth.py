@@ -6,6 +6,7 @@ top it has twice the depth of the level ray from there, less that of its mirror 
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,7 @@ from aomc_sky.skies.atmosphere.medium import Medium
 
 N_NODES = 10
 """Chebyshev nodes of a panel; the polynomials are of degree N_NODES - 1."""
+_NODES = np.asarray(chebyshev.chebpts1(N_NODES))
 
 _TOLERANCE = 1e-11
 _MOST_PANELS = 1000
@@ -35,9 +37,6 @@ class Profile:
     #: (n_kink,) rising altitudes above the ground and below the top where a density jumps or bends. [m]
     kink_m: np.ndarray
     extinction_m2: np.ndarray  #: (n_wl, n_constituent) cross sections. [m2]
-    #: Largest error of the extinction over all panels and wavelengths, relative to the largest extinction of the panel
-    #: (1e-14 of the largest of all counts as none)
-    relative_error: float
 
     @property
     def top_m(self) -> float:
@@ -63,18 +62,36 @@ def density_profile(medium: Medium) -> Profile:
     """
     extinction = np.array([part.scattering_m2 + part.absorption_m2 for part in medium.constituents])
     extinction = extinction.reshape(len(medium.constituents), medium.wavelength_nm.size).T
-    edges = _first_edges(medium)
-    edges, error = _refined(medium, extinction, edges)
-    edges = _balanced(edges)
-    values = _densities(medium, edges, _first_kind(N_NODES))
+    kinks = np.unique(np.concatenate([np.empty(0), *(part.kink_altitude_m for part in medium.constituents)]))
+    kinks = kinks[(kinks > 0) & (kinks < medium.top_m)]
+    first = [0.0]
+    for end in [*kinks.tolist(), medium.top_m]:
+        while end - first[-1] > 0.5 * (medium.earth_radius_m + first[-1]):  # a planet as small as its air
+            first.append(first[-1] + 0.5 * (medium.earth_radius_m + first[-1]))
+        first.append(end)
+    narrowest = _NARROWEST * medium.top_m
+    edges = halved(
+        np.array(first),
+        lambda edges: (_panel_errors(medium, extinction, edges) > _TOLERANCE) & (np.diff(edges) > narrowest),
+        _MOST_PANELS,
+    )
+    edges = halved(edges, _is_wider_than_a_neighbour)
     return Profile(
         earth_radius_m=medium.earth_radius_m,
         edge_m=edges,
-        coefficient=_powers(values),
-        kink_m=_kinks(medium),
+        coefficient=_powers(_densities(medium, edges, _NODES)),
+        kink_m=kinks,
         extinction_m2=np.ascontiguousarray(extinction),
-        relative_error=error,
     )
+
+
+def halved(edges: np.ndarray, are_bad: Callable[[np.ndarray], np.ndarray], most: float = np.inf) -> np.ndarray:
+    """Halve panels between rising edges until none is bad, or there would be more than `most` edges."""
+    while True:
+        bad = are_bad(edges)
+        if not bad.any() or edges.size + bad.sum() > most:
+            return edges
+        edges = np.sort(np.concatenate([edges, 0.5 * (edges[1:] + edges[:-1])[bad]]))
 
 
 def _powers(values: np.ndarray) -> np.ndarray:
@@ -83,32 +100,13 @@ def _powers(values: np.ndarray) -> np.ndarray:
     By way of the Chebyshev series: off by some 30 ulp of the largest value. The inverse of the nodes' powers (condition
     1e4) loses ten times as much, and gives other digits on other processors.
     """
-    series = chebyshev.chebvander(_first_kind(N_NODES), N_NODES - 1).T * (2.0 / N_NODES)
+    series = chebyshev.chebvander(_NODES, N_NODES - 1).T * (2.0 / N_NODES)
     series[0] *= 0.5
     powers = np.zeros((N_NODES, N_NODES))  # column k: the k-th Chebyshev polynomial, whole numbers up to 576
     for k in range(N_NODES):
         powers[N_NODES - 1 - k :, k] = chebyshev.cheb2poly(np.eye(N_NODES)[k, : k + 1])[::-1]
     in_series = np.einsum("cn,qni->qci", series, values)
     return np.ascontiguousarray(np.einsum("pc,qci->qip", powers, in_series))
-
-
-def _first_kind(n: int) -> np.ndarray:
-    return np.asarray(chebyshev.chebpts1(n))
-
-
-def _first_edges(medium: Medium) -> np.ndarray:
-    """Ground, kinks, top; then split where the radius grows by more than a half, for planets as small as their air."""
-    edges = [0.0]
-    for end in [*_kinks(medium).tolist(), medium.top_m]:
-        while end - edges[-1] > 0.5 * (medium.earth_radius_m + edges[-1]):
-            edges.append(edges[-1] + 0.5 * (medium.earth_radius_m + edges[-1]))
-        edges.append(end)
-    return np.array(edges)
-
-
-def _kinks(medium: Medium) -> np.ndarray:
-    kinks = np.unique(np.concatenate([np.empty(0), *(part.kink_altitude_m for part in medium.constituents)]))
-    return kinks[(kinks > 0) & (kinks < medium.top_m)]
 
 
 def _densities(medium: Medium, edges: np.ndarray, x: np.ndarray) -> np.ndarray:
@@ -123,9 +121,9 @@ def _densities(medium: Medium, edges: np.ndarray, x: np.ndarray) -> np.ndarray:
 
 def _panel_errors(medium: Medium, extinction: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """Largest error of the extinction in each panel, relative to the panel's largest, over the wavelengths."""
-    nodes, between = _first_kind(N_NODES), np.asarray(chebyshev.chebpts1(2 * N_NODES + 1))
-    interpolate = chebyshev.chebvander(between, N_NODES - 1) @ np.linalg.inv(chebyshev.chebvander(nodes, N_NODES - 1))
-    known = _densities(medium, edges, nodes)
+    between = np.asarray(chebyshev.chebpts1(2 * N_NODES + 1))
+    interpolate = chebyshev.chebvander(between, N_NODES - 1) @ np.linalg.inv(chebyshev.chebvander(_NODES, N_NODES - 1))
+    known = _densities(medium, edges, _NODES)
     truth = _densities(medium, edges, between)
     wrong = np.abs(np.einsum("bn,qni->qbi", interpolate, known) - truth) @ extinction.T
     size = (truth @ extinction.T).max(axis=1)
@@ -134,26 +132,10 @@ def _panel_errors(medium: Medium, extinction: np.ndarray, edges: np.ndarray) -> 
     return np.divide(excess, size, out=np.zeros_like(size), where=size > 0).max(axis=1, initial=0.0)
 
 
-def _refined(medium: Medium, extinction: np.ndarray, edges: np.ndarray) -> tuple[np.ndarray, float]:
-    """Halve panels until each is good, too narrow to matter, or there are too many."""
-    narrowest = _NARROWEST * medium.top_m
-    while True:
-        errors = _panel_errors(medium, extinction, edges)
-        bad = (errors > _TOLERANCE) & (np.diff(edges) > narrowest)
-        if not bad.any() or edges.size + bad.sum() > _MOST_PANELS:
-            return edges, float(errors.max())
-        edges = np.sort(np.concatenate([edges, 0.5 * (edges[1:] + edges[:-1])[bad]]))
-
-
-def _balanced(edges: np.ndarray) -> np.ndarray:
-    """Halve panels that are much wider than a neighbour."""
-    while True:
-        width = np.diff(edges)
-        neighbour = np.minimum(np.append(width[1:], np.inf), np.insert(width[:-1], 0, np.inf))
-        wide = width > _WIDEST_RATIO * neighbour
-        if not wide.any():
-            return edges
-        edges = np.sort(np.concatenate([edges, 0.5 * (edges[1:] + edges[:-1])[wide]]))
+def _is_wider_than_a_neighbour(edges: np.ndarray) -> np.ndarray:
+    width = np.diff(edges)
+    neighbour = np.minimum(np.append(width[1:], np.inf), np.insert(width[:-1], 0, np.inf))
+    return np.asarray(width > _WIDEST_RATIO * neighbour)
 
 
 N_GAUSS = 10

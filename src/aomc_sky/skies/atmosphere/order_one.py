@@ -13,8 +13,8 @@ from numpy.polynomial import chebyshev
 from numpy.typing import ArrayLike
 
 from aomc_sky.errors import UsageError
-from aomc_sky.skies.atmosphere.medium import Medium, scatterers
-from aomc_sky.skies.atmosphere.optical_depth import Profile, columns, columns_to_top, density_profile
+from aomc_sky.skies.atmosphere.medium import Medium, phase_laws, scatterers
+from aomc_sky.skies.atmosphere.optical_depth import Profile, columns, columns_to_top, density_profile, halved
 
 N_NODES = 6
 """Gauss nodes of a panel: 1e-6 and better; see docs/models/atmosphere.md."""
@@ -48,7 +48,9 @@ def scattered_once(
     density = np.ascontiguousarray(profile.density((u * u).ravel()).T)
     mixed = profile.extinction_m2 @ density
     level, to_sun = _level(profile), sun_columns(profile, panel_m, u * u, sun_zenith_rad)
-    rays, order, start = _grouped(zenith)
+    rays, ray_of = np.unique(zenith, return_inverse=True)
+    order = np.argsort(ray_of, kind="stable")  # directions of a ray side by side
+    start = np.concatenate([[0], np.cumsum(np.bincount(ray_of, minlength=rays.size))]).astype(np.int64)
     threads, across = os.cpu_count() or 1, np.cos(azimuth[order])
 
     def look(some: np.ndarray) -> None:
@@ -72,9 +74,7 @@ def with_phases(medium: Medium, parts: np.ndarray, cosine: np.ndarray) -> np.nda
     The cosines of the scattering angles broadcast to the directions. A series that ends a rounding below zero gives 0.
     """
     radiance, flat = np.zeros((parts.shape[0], *parts.shape[2:])), cosine.ravel()
-    for k, index in enumerate(scatterers(medium)):
-        phase = medium.constituents[index].phase_function
-        assert phase is not None  # it scatters
+    for k, phase in enumerate(phase_laws(medium)):
         for row in range(parts.shape[0]):
             radiance[row] += parts[row, k] * phase(flat, row).reshape(cosine.shape)
     return np.maximum(radiance, 0.0)
@@ -97,14 +97,6 @@ def _rule(n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     integrals[:, 0] = node + 1.0
     inverse_gap = 1.0 / np.prod(node[:, None] - node + np.eye(n), axis=1)
     return node, weight, np.ascontiguousarray(integrals @ series), inverse_gap
-
-
-def _grouped(zenith: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Distinct zenith angles, the order of directions that groups them, and where each group starts."""
-    rays, which = np.unique(zenith, return_inverse=True)
-    order = np.argsort(which, kind="stable")
-    start = np.concatenate([[0], np.cumsum(np.bincount(which, minlength=rays.size))])
-    return rays, order, start.astype(np.int64)
 
 
 def checked_directions(
@@ -138,7 +130,11 @@ def sun_columns(
     returns table, row_start, n_row, scale, low and inverse_step of `kernels.order_one.fill_order_one`, over all cosines
     that the sun has at points seen from the observer.
     """
-    scale = _scales(profile, panel_m, altitude_m)
+    at = altitude_m[:, -1]
+    above = profile.edge_m[np.searchsorted(profile.edge_m, 0.5 * (panel_m[1:] + panel_m[:-1]), side="right")]
+    rise = (above - at) * (above + at + 2.0 * profile.earth_radius_m)
+    # cosines under which the densities change: those of a rise by the distance to the next edge of the profile
+    scale = np.minimum(np.sqrt(rise) / (profile.earth_radius_m + at), 1.0)
     least, greatest = _range(profile, panel_m[1:], sun_zenith_rad)
     start, end = np.arcsinh(least / scale), np.arcsinh(greatest / scale)
     n_row = np.maximum(np.ceil((end - start) / STEP).astype(np.int64) + 5, _POINTS + 1)
@@ -153,14 +149,6 @@ def sun_columns(
     table = columns(profile, altitude_m.ravel()[which], mu, profile.top_m)
     row_columns = (np.repeat(each, n_node) for each in (scale, low, 1.0 / steps))
     return table, row_start[:-1], lengths, *row_columns
-
-
-def _scales(profile: Profile, panel_m: np.ndarray, altitude_m: np.ndarray) -> np.ndarray:
-    """Cosines under which the densities change: those of a rise by the distance to the next edge of the profile."""
-    at = altitude_m[:, -1]
-    above = profile.edge_m[np.searchsorted(profile.edge_m, 0.5 * (panel_m[1:] + panel_m[:-1]), side="right")]
-    rise = (above - at) * (above + at + 2.0 * profile.earth_radius_m)
-    return np.minimum(np.sqrt(rise) / (profile.earth_radius_m + at), 1.0)
 
 
 def _range(profile: Profile, altitude_m: np.ndarray, sun_zenith_rad: float) -> tuple[np.ndarray, np.ndarray]:
@@ -205,34 +193,21 @@ def ray_panels(profile: Profile, sun_zenith_rad: float) -> np.ndarray:
     In each panel the altitude grows by at most a factor of 4. The vertical depth and the sun's depth change by at most
     `DEPTH_OF_PANEL` at any wavelength, short of darkness.
     """
-    edges = _near_ground(profile)
-    if abs(np.cos(sun_zenith_rad)) < _LOW_SUN:
-        edges = np.union1d(edges, _below_kinks(profile))
-    while True:
-        wide = _change(profile, edges, sun_zenith_rad) > DEPTH_OF_PANEL
-        if not wide.any() or edges.size + wide.sum() > _MOST_PANELS:
-            return edges
-        edges = np.sort(np.concatenate([edges, 0.5 * (edges[1:] + edges[:-1])[wide]]))
-
-
-def _near_ground(profile: Profile) -> np.ndarray:
-    """The profile's edges, and a geometric sequence down to where even a level ray is thin."""
     extinction = float((profile.density(np.zeros(1)) @ profile.extinction_m2.T).max(initial=0.0))
     first = _LOWEST * profile.top_m
-    if extinction > 0.0:
+    if extinction > 0.0:  # down to where even a level ray is thin
         first = min(first, (_LEVEL_DEPTH / extinction) ** 2 / (2.0 * profile.earth_radius_m))
     first = max(first, 1e-15 * profile.top_m)
     steps = int(np.ceil(np.log(profile.top_m / first) / np.log(_GROWTH)))
     grown = profile.top_m * _GROWTH ** -np.arange(1.0, steps + 1)
     apart = np.abs(profile.edge_m[:, None] / grown - 1.0).min(axis=0) > 1e-3  # no sliver beside an edge
-    return np.union1d(profile.edge_m, grown[apart])
-
-
-def _below_kinks(profile: Profile) -> np.ndarray:
-    """A geometric sequence up to each kink and the top: a level ray of the sun leaves a layer like a root."""
-    ends = np.append(profile.kink_m, profile.top_m)
-    width = ends - profile.edge_m[np.searchsorted(profile.edge_m, ends) - 1]
-    return (ends[:, None] - width[:, None] * _GROWTH ** -np.arange(1.0, _N_BELOW_KINK + 1)).ravel()
+    edges = np.union1d(profile.edge_m, grown[apart])
+    if abs(np.cos(sun_zenith_rad)) < _LOW_SUN:  # a level ray of the sun leaves a layer like a root
+        ends = np.append(profile.kink_m, profile.top_m)
+        width = ends - profile.edge_m[np.searchsorted(profile.edge_m, ends) - 1]
+        below = ends[:, None] - width[:, None] * _GROWTH ** -np.arange(1.0, _N_BELOW_KINK + 1)
+        edges = np.union1d(edges, below.ravel())
+    return halved(edges, lambda edges: _change(profile, edges, sun_zenith_rad) > DEPTH_OF_PANEL, _MOST_PANELS)
 
 
 def _change(profile: Profile, edges: np.ndarray, sun_zenith_rad: float) -> np.ndarray:

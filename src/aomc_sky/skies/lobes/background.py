@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import SceneError, require_one_of
 from aomc_sky.phase.vectorised import real, shape_of
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.lobes.file.data import Animation
@@ -75,24 +75,17 @@ class BackgroundSky:
         above : {"sphere", "horizon", "projected"}
             The whole lobe; its part above the horizon; that part on a horizontal plane.
         """
-        if above not in ("sphere", "horizon", "projected"):
-            raise UsageError(f"above is 'sphere', 'horizon' or 'projected', not {above!r}")
+        require_one_of(("sphere", "horizon", "projected"), above, "above")
+        if animation is not None:
+            require_one_of(self.animations, animation, "animation")
         spectrum = spectra_at(wavelength_nm, self.wavelength_nm, self.curves)
         total = np.zeros(shape_of((real(unix_time_s), spectrum[0])))
-        for lobe in self._named(animation):
+        for lobe in self.animations.values() if animation is None else [self.animations[animation]]:
             strength = lobe.coefficient * _shares(lobe, above)
             low, high, fraction = lobe.between(lobe.relative_days(unix_time_s, utc_offset_h=self.utc_offset_h))
             for key, weight in ((low, 1.0 - fraction), (high, fraction)):
                 total = total + weight * strength[key] * _rows(spectrum, lobe.curve_index[key], total.shape)
         return total
-
-    def _named(self, animation: str | None) -> list[Animation]:
-        if animation is None:
-            return list(self.animations.values())
-        if animation not in self.animations:
-            known = ", ".join(self.animations) or "none"
-            raise UsageError(f"there is no animation {animation!r} in this sky; there are: {known}")
-        return [self.animations[animation]]
 
 
 INTERPOLATIONS = ("crossfade", "slerp")
@@ -132,8 +125,7 @@ def background_at(
     >>> [lobe.name for lobe in at_noon.lobes]
     ['town']
     """
-    if interpolation not in INTERPOLATIONS:
-        raise UsageError(f"interpolation is one of {', '.join(map(repr, INTERPOLATIONS))}, not {interpolation!r}")
+    require_one_of(INTERPOLATIONS, interpolation, "interpolation")
     skies = [backgrounds] if isinstance(backgrounds, BackgroundSky) else list(backgrounds)
     lobes: list[WeightedLobe] = []
     for number, sky in enumerate(skies, start=1):
@@ -170,9 +162,10 @@ def _lobes(
     low, high, fraction = int(keys[0]), int(keys[1]), float(keys[2])
     light = animation.coefficient[[low, high], None] * sky.curves[animation.curve_index[[low, high]]]
     light *= np.array([[1.0 - fraction], [fraction]])
-    turns = interpolation == "slerp" and animation.lobe_type[low] == animation.lobe_type[high]
-    if turns or _same_shape(animation, low, high):
-        share = fraction if turns else 0.0
+    is_one_kind = animation.lobe_type[low] == animation.lobe_type[high]
+    shape = np.column_stack([animation.param0, animation.param1, animation.quaternion])
+    if is_one_kind and (interpolation == "slerp" or np.all(shape[low] == shape[high])):
+        share = fraction if interpolation == "slerp" else 0.0
         lobes = [_lobe(sky, animation, name, low, high, share, light.sum(axis=0))]
     else:
         lobes = [_lobe(sky, animation, f"{name}/{key}", key, key, 0.0, light[i]) for i, key in enumerate((low, high))]
@@ -195,12 +188,6 @@ def _lobe(
         wavelength_nm=sky.wavelength_nm,
         spectrum=light,
     )
-
-
-def _same_shape(animation: Animation, low: int, high: int) -> bool:
-    """Whether both keys are the same lobe, so that only its light changes."""
-    shape = np.column_stack([animation.param0, animation.param1, animation.quaternion])
-    return bool(animation.lobe_type[low] == animation.lobe_type[high] and np.all(shape[low] == shape[high]))
 
 
 def _shares(lobe: Animation, above: str) -> np.ndarray:

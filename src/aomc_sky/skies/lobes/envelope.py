@@ -25,12 +25,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from aomc_sky.component import Component, Law
+from aomc_sky.component import Law
 from aomc_sky.phase import henyey_greenstein
 from aomc_sky.skies.lobes.lobe import checked, rotation_matrix
 
 LAWS = {"hg": Law.HG, "ggx": Law.GGX, "beckmann": Law.BECKMANN}
-_KINDS = {law: kind for kind, law in LAWS.items()}
 _RELATIVE_SLACK = 1e-9
 _SLACK = 4e-15
 _FAR = 1e100
@@ -164,23 +163,6 @@ class LobeFrame:
         return least * (1.0 - _RELATIVE_SLACK)
 
 
-def lobe_of(component: Component) -> tuple[str, float, float, np.ndarray]:
-    """Kind, both parameters and rotation (local to world) of the lobe that a component holds: `LobeFrame.of` backwards.
-
-    Its matrix is R diag(stretch, 1) times a turn about the axis, so the stretches are the singular values of its first
-    two columns.
-    """
-    assert component.shared is not None  # a lobe always has them
-    matrix, asymmetry = component.shared[:9].reshape(3, 3), float(component.shared[9])
-    kind = _KINDS[component.law]
-    left, stretch, _ = np.linalg.svd(matrix[:, :2], full_matrices=False)
-    axis = matrix[:, 2]
-    rotation = np.stack([left[:, 0], np.cross(axis, left[:, 0]), axis], axis=1)
-    if kind == "hg":
-        return kind, asymmetry, 0.0, rotation
-    return kind, float(stretch[0]), float(stretch[1]), rotation
-
-
 # Cells of the plane (b, psi) are arrays (6, n): least b, growth of b, least a, least psi and growth of psi, both in
 # quarter turns, and the upper bound of the cosine.
 
@@ -270,16 +252,6 @@ def _refined(frames: Sequence[LobeFrame]) -> list[np.ndarray]:
     return done
 
 
-def _apportioned(mass: np.ndarray, n: int) -> np.ndarray:
-    """Bins of each cell, at most n in all, that make the largest mass of a bin nearly as small as it can be."""
-    low, high = float(mass.sum()) / n, float(mass.sum()) / n + float(mass.max())
-    while high - low > 1e-4 * high:
-        middle = 0.5 * (low + high)
-        fits = np.ceil(mass / middle).sum() <= n
-        low, high = (low, middle) if fits else (middle, high)
-    return np.ceil(mass / high).astype(np.int64)
-
-
 def envelopes_of(frames: Sequence[LobeFrame]) -> list[tuple[np.ndarray, float]]:
     """Envelopes of lobes of one kind that are not all below the horizon: cells, shape (n, 8), and integral of each.
 
@@ -299,7 +271,13 @@ def _with_bins(cells: np.ndarray) -> tuple[np.ndarray, float]:
         n = 1 << bits
         if mass.size > n / 2 and bits != _BIN_BITS[-1]:
             continue
-        count = _apportioned(mass, n)
+        # bins of each cell, at most n in all, that make the largest mass of a bin nearly as small as it can be
+        low, high = float(mass.sum()) / n, float(mass.sum()) / n + float(mass.max())
+        while high - low > 1e-4 * high:
+            middle = 0.5 * (low + high)
+            fits = np.ceil(mass / middle).sum() <= n
+            low, high = (low, middle) if fits else (middle, high)
+        count = np.ceil(mass / high).astype(np.int64)
         count[np.argmax(mass / count)] += n - count.sum()
         largest = float((mass / count).max())
         if mass.sum() >= _GOOD_FILL * n * largest:

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import require_one_of
 from aomc_sky.phase import henyey_greenstein
 from aomc_sky.phase.vectorised import shape_of
 from aomc_sky.skies.lobes.lobe import checked, vertical_in_local
 
+WEIGHTINGS = ("plain", "projected")
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 
 
@@ -41,8 +42,7 @@ def mass_above_horizon(
     ... )  # all of a lobe that points up
     1.0
     """
-    if weighting not in ("plain", "projected"):
-        raise UsageError(f"weighting is 'plain' or 'projected', not {weighting!r}")
+    require_one_of(WEIGHTINGS, weighting, "weighting")
     first, second = checked(kind, param0, param1)
     n = vertical_in_local(quaternion)
     shape_of((first, second, n[..., 2]))
@@ -155,7 +155,15 @@ def _vndf_projected(kind: str, alpha_x: float, alpha_y: float, nx: float, ny: fl
     )
     narrow = min(1.0, 1.0 / max(alpha_x, alpha_y))
     with np.errstate(under="ignore", over="ignore", divide="ignore"):
-        pieces = _outer_nodes(nz, k, narrow, 30.0 if kind == "beckmann" else 1e12)
+        reach, start = 30.0 if kind == "beckmann" else 1e12, -nz / k if k > 0.0 else -np.inf
+        # u, n_z + k u without cancellation, weight
+        if start >= 0.0:
+            x, weight = _graded(np.array(min(narrow, 1.0 / max(start, 1.0))), np.array(reach * max(start, 1.0)))
+            pieces = [(start + x, k * x, weight)]
+        else:
+            x, weight = _graded(np.array(narrow), np.array(reach))
+            low, low_weight = _graded(np.array(narrow), np.array(min(reach, -start)))
+            pieces = [(x, nz + k * x, weight), (-low, np.maximum(nz - k * low, 0.0), low_weight)]
         inner = [_over_v(kind, u, form) for u, _, _ in pieces]
         once, twice = (
             sum(
@@ -165,17 +173,6 @@ def _vndf_projected(kind: str, alpha_x: float, alpha_y: float, nx: float, ny: fl
             for power in (1, 2)
         )
         return once, twice
-
-
-def _outer_nodes(nz: float, k: float, narrow: float, reach: float) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """u, n_z + k u without cancellation, weight."""
-    start = -nz / k if k > 0.0 else -np.inf
-    if start >= 0.0:
-        x, weight = _graded(np.array(min(narrow, 1.0 / max(start, 1.0))), np.array(reach * max(start, 1.0)))
-        return [(start + x, k * x, weight)]
-    x, weight = _graded(np.array(narrow), np.array(reach))
-    low, low_weight = _graded(np.array(narrow), np.array(min(reach, -start)))
-    return [(x, nz + k * x, weight), (-low, np.maximum(nz - k * low, 0.0), low_weight)]
 
 
 def _over_v(kind: str, u: np.ndarray, form: tuple[float, float, float]) -> tuple[np.ndarray, np.ndarray]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import os
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
@@ -19,9 +20,7 @@ from aomc_sky.formats.sky_toml.sections import BackgroundSection
 from aomc_sky.skies.lobes.background import BackgroundSky, background_at
 from aomc_sky.skies.lobes.file.data import BackgroundFile
 from aomc_sky.skies.lobes.file.file import read_background_file
-from aomc_sky.skies.lobes.sky import LobeSky, WeightedLobe, plain_name
-
-_TOLERANCE = 1e-6  # 0.400 um is 0.4000000059 in float32
+from aomc_sky.skies.lobes.sky import WAVELENGTH_TOLERANCE, LobeSky, WeightedLobe, plain_name
 
 
 def read_background(path: str | os.PathLike[str], *, utc_offset_h: float = 0.0) -> BackgroundSky:
@@ -67,8 +66,12 @@ def read_backgrounds(sections: Sequence[BackgroundSection], toml_path: str) -> t
             problems.extend(error.problems)
     for section in sections:
         if (file := files.get(section.file)) is not None:
-            absent = dict.fromkeys(n for n in section.animation or () if n not in file.animations)
-            problems += [_absent(n, file, section.file, toml_path) for n in absent]
+            known = ", ".join(plain_name(one) for one in file.animations)
+            advice = f"it has {known if len(known) <= 200 else f'{known[:200]}...'}"
+            for name in dict.fromkeys(n for n in section.animation or () if n not in file.animations):
+                best = plain_name(nearest(name, file.animations))
+                message = f"{section.file} has no animation {shown_value(name)}; the nearest is {best}"
+                problems.append(NOWHERE.problem(toml_path, "E709", message, field="animation", advice=advice))
     if problems:
         raise InputFileError(problems)
     at_their_times: dict[BackgroundSection, LobeSky] = {}
@@ -86,15 +89,6 @@ def _sky_of(file: BackgroundFile, section: BackgroundSection) -> BackgroundSky:
         chosen = {name: file.animations[name] for name in section.animation if name in file.animations}
         file = dataclasses.replace(file, animations=chosen)
     return background_sky(file, utc_offset_h=section.utc_offset)
-
-
-def _absent(name: str, file: BackgroundFile, path: str, said_by: str) -> Problem:
-    """The problem of an animation that a file does not have."""
-    known = ", ".join(plain_name(one) for one in file.animations)
-    best = plain_name(nearest(name, file.animations))
-    message = f"{path} has no animation {shown_value(name)}; the nearest is {best}"
-    advice = f"it has {known if len(known) <= 200 else f'{known[:200]}...'}"
-    return NOWHERE.problem(said_by, "E709", message, field="animation", advice=advice)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -119,7 +113,10 @@ def background_light(
     names = set(taken)
     for number, sky in enumerate(skies, start=1):
         for lobe in sky.lobes:
-            name = _free(plain_name(f"{number}:{lobe.name}" if len(skies) > 1 else lobe.name), names)
+            name = own = plain_name(f"{number}:{lobe.name}" if len(skies) > 1 else lobe.name)
+            others = itertools.count(2)
+            while name in names:
+                name = f"{own} ({next(others)})"
             names.add(name)
             lobes.append(dataclasses.replace(lobe, name=name))
     components = LobeSky(lobes=tuple(lobes)).lower(wavelength_nm)
@@ -134,14 +131,6 @@ def background_light(
     )
 
 
-def _free(name: str, taken: Collection[str]) -> str:
-    """The name, or the name with a number that no other has."""
-    candidate, number = name, 2
-    while candidate in taken:
-        candidate, number = f"{name} ({number})", number + 1
-    return candidate
-
-
 def read_lobes(section: BackgroundSection, wavelength_nm: Sequence[float] | None) -> tuple[LobeSky, np.ndarray]:
     """The lobes of a file at one time, and the wavelengths to show, by default those of its spectra. [nm]
 
@@ -154,7 +143,7 @@ def read_lobes(section: BackgroundSection, wavelength_nm: Sequence[float] | None
             raise UsageError(f"the file has no animation {name!r}; the nearest is {best}, there are: {listed}")
     low, high = file.wavelength_nm[0], file.wavelength_nm[-1]
     for value in wavelength_nm or ():
-        if not low * (1 - _TOLERANCE) <= value <= high * (1 + _TOLERANCE):
+        if not low * (1 - WAVELENGTH_TOLERANCE) <= value <= high * (1 + WAVELENGTH_TOLERANCE):
             raise UsageError(f"--wavelength {value:g} is outside the spectra of the file, {low:g} to {high:g} nm")
     sky = background_at(_sky_of(file, section), section.time, interpolation=section.interpolation)
     chosen = file.wavelength_nm if wavelength_nm is None else np.array(wavelength_nm, dtype=np.float64)

@@ -11,8 +11,8 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.directions import COS_QUARTER, SIN_QUARTER
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import SceneError, require_one_of
+from aomc_sky.kernels.arithmetic.elementary import sin_cos
 from aomc_sky.kernels.arithmetic.error_free import two_product, two_sum
 from aomc_sky.phase import henyey_greenstein
 from aomc_sky.phase.vectorised import precision_of, real, shape_of
@@ -22,8 +22,7 @@ KINDS = ("hg", "ggx", "beckmann")
 
 def checked(kind: str, param0: ArrayLike, param1: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Both parameters in float64: g [0 <= g < 1] and nothing, or the roughness along x and y [> 0]."""
-    if kind not in KINDS:
-        raise UsageError(f"the kind of a lobe is one of {', '.join(KINDS)}, not {kind!r}")
+    require_one_of(KINDS, kind, "the kind of a lobe")
     first, second = real(param0), real(0.0 if kind == "hg" and param1 is None else param1)
     if kind == "hg":
         if not np.all((first >= 0.0) & (first < 1.0)):
@@ -110,8 +109,10 @@ def _vndf(kind: str, alpha_x: np.ndarray, alpha_y: np.ndarray, m: np.ndarray) ->
 
 def _stretched(x: np.ndarray, alpha: np.ndarray) -> tuple[tuple[np.ndarray, np.ndarray], ...]:
     """Factors of (x / alpha)^2 for `_dot`; so large a stretch that no density is left counts as 1e150."""
-    value, rest = _quotient(x, np.maximum(alpha, 1e-150 * np.abs(x)))
-    return (value, value), (value + value, rest)
+    alpha = np.maximum(alpha, 1e-150 * np.abs(x))
+    value = x / alpha
+    product, low = two_product(value, alpha)
+    return (value, value), (value + value, ((x - product) - low) / alpha)
 
 
 def sample(kind: str, param0: ArrayLike, param1: ArrayLike, u: ArrayLike, v: ArrayLike) -> np.ndarray:
@@ -140,7 +141,7 @@ def sample(kind: str, param0: ArrayLike, param1: ArrayLike, u: ArrayLike, v: Arr
     shape_of((first, second, radial, azimuth))
     if not np.all((radial >= 0.0) & (radial <= 1.0) & (azimuth >= 0.0) & (azimuth <= 1.0)):
         raise SceneError("uniform numbers must be from 0 to 1")
-    sine, cosine = _sin_cos_turn(azimuth)
+    sine, cosine = (part + 0.0 for part in sin_cos(4.0 * azimuth))  # + 0.0 turns -0 into 0
     if kind == "hg":
         mu, _, side = henyey_greenstein.sample_mu_sin(radial, first)
         parts = np.broadcast_arrays(side * cosine, side * sine, mu)
@@ -154,24 +155,6 @@ def sample(kind: str, param0: ArrayLike, param1: ArrayLike, u: ArrayLike, v: Arr
     parts = np.broadcast_arrays(first * radius * cosine, second * radius * sine, z)
     length = np.sqrt(parts[0] * parts[0] + parts[1] * parts[1] + parts[2] * parts[2])
     return np.stack([part / length for part in parts], axis=-1).astype(precision_of(param0, param1, u, v))
-
-
-def _sin_cos_turn(turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Sine and cosine of 2 pi `turn`, by the polynomials of `directions`; relative error 4e-16 at every zero."""
-    quarter = np.rint(4.0 * turn)
-    rest = 4.0 * turn - quarter  # exact
-    t = rest * rest
-    s, c = np.polyval(SIN_QUARTER, t) * rest, np.polyval(COS_QUARTER, t)
-    is_odd = np.mod(quarter, 2.0) == 1.0
-    turned = np.mod(quarter, 4.0)
-    sine, cosine = np.where(is_odd, c, s), np.where(is_odd, s, c)
-    return np.where(turned >= 2, -sine, sine) + 0.0, np.where((turned == 1) | (turned == 2), -cosine, cosine) + 0.0
-
-
-def normalised(quaternion: ArrayLike) -> np.ndarray:
-    """The quaternion (w, x, y, z), of any length but 0, with length 1 within 4e-16."""
-    q = _scaled_quaternion(quaternion)
-    return q / np.sqrt(np.sum(q * q, axis=-1, keepdims=True))
 
 
 def _scaled_quaternion(quaternion: ArrayLike) -> np.ndarray:
@@ -255,7 +238,7 @@ def slerp(start: ArrayLike, end: ArrayLike, share: float) -> np.ndarray:
 
     theta = 2 atan2(|start - end|, |start + end|) has all its digits at 0, where an arc cosine has half of them.
     """
-    a, b = normalised(start), normalised(end)
+    a, b = (q / np.sqrt(np.sum(q * q)) for q in (_scaled_quaternion(start), _scaled_quaternion(end)))
     if share in (0.0, 1.0):
         return np.array(end if share else start, dtype=np.float64)
     if a @ b < 0.0:
@@ -275,10 +258,3 @@ def _dot(*pairs: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
         total, lost = two_sum(total, product)
         rest = rest + (low + lost)
     return total + rest
-
-
-def _quotient(a: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Quotient a / b and what its rounding leaves out; their sum is the quotient within 1e-31 of itself."""
-    value = a / b
-    product, low = two_product(value, b)
-    return value, ((a - product) - low) / b

@@ -14,12 +14,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import SceneError, UsageError, require_one_of
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.elementary import HALF_PI, arc, exp_level, half_sine2, sin_cos
-from aomc_sky.skies.lobes.envelope import lobe_of
+from aomc_sky.skies.lobes.envelope import LAWS
+from aomc_sky.skies.lobes.horizon import WEIGHTINGS
 from aomc_sky.skies.lobes.lobe import checked, rotation_matrix
-from aomc_sky.skies.quadrature import Integrand, Rule, Terms
+from aomc_sky.skies.quadrature import Integrand, Rule, Terms, quarter_turns
 
 _N_CACHED = 64
 _ERROR = 2e-16
@@ -55,8 +56,7 @@ def patch_mass(
     >>> print(sky.lobes.patch_mass("hg", 0.8, 0.0, [1.0, 0.0, 0.0, 0.0], grid).round(6))
     [0.809513 0.139792]
     """
-    if weighting not in ("plain", "projected"):
-        raise UsageError(f"weighting is 'plain' or 'projected', not {weighting!r}")
+    require_one_of(WEIGHTINGS, weighting, "weighting")
     first, second = checked(kind, param0, param1)
     if first.ndim or second.ndim or np.ndim(quaternion) != 1:
         raise UsageError("patch masses are computed for one lobe: give two numbers and one quaternion")
@@ -69,9 +69,9 @@ def patch_mass(
 
 def patch_shares(component: Component, grid: PatchGrid) -> np.ndarray:
     """Share of the flux of a lobe's component that comes through each patch of the whole hemisphere, sum 1."""
-    kind, first, second, rotation = lobe_of(component)
-    numbers = (kind, first, second, rotation.tobytes(), grid.zenith_bounds_deg.tobytes())
-    return _share(*numbers, grid.azimuth_bounds_deg.tobytes())
+    lobe = TiltedLobe.of(component)
+    bounds = grid.zenith_bounds_deg.tobytes(), grid.azimuth_bounds_deg.tobytes()
+    return _share(lobe.kind, lobe.param0, lobe.param1, lobe.rotation.tobytes(), *bounds)
 
 
 @lru_cache(maxsize=_N_CACHED)
@@ -96,6 +96,22 @@ class TiltedLobe:
     param1: float  #: The roughness along y; 0 for "hg".
     rotation: np.ndarray  #: Local to world, shape (3, 3).
 
+    @classmethod
+    def of(cls, component: Component) -> TiltedLobe:
+        """The lobe that a component holds: `LobeFrame.of` backwards.
+
+        Its matrix is R diag(stretch, 1) times a turn about the axis, so the stretches are the singular values of its
+        first two columns.
+        """
+        assert component.shared is not None  # a lobe always has them
+        matrix, asymmetry = component.shared[:9].reshape(3, 3), float(component.shared[9])
+        left, stretch, _ = np.linalg.svd(matrix[:, :2], full_matrices=False)
+        axis = matrix[:, 2]
+        rotation = np.stack([left[:, 0], np.cross(axis, left[:, 0]), axis], axis=1)
+        kind = next(kind for kind, law in LAWS.items() if law == component.law)
+        first, second = (asymmetry, 0.0) if kind == "hg" else stretch.tolist()
+        return cls(kind=kind, param0=first, param1=second, rotation=rotation)
+
     @property
     def stretch(self) -> tuple[float, float]:
         """Scales of the stretched plane."""
@@ -112,7 +128,7 @@ class TiltedLobe:
     def patch_mass(self, grid: PatchGrid, weighting: str) -> np.ndarray:
         """The function `patch_mass` of this lobe."""
         rule = self.rule(weighting)
-        mass = rule.integrate(grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0).masses(grid.n_patches)
+        mass = rule.integrate(*quarter_turns(grid)).masses(grid.n_patches)
         return np.maximum(mass, 0.0) * (HALF_PI * HALF_PI)
 
     def rule(self, weighting: str) -> Rule:

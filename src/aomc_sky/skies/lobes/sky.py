@@ -23,7 +23,7 @@ from aomc_sky.skies.model import Share, check_share, with_share
 LEAST_MASS = 1e-200
 _NO_PLAIN_WORD = re.compile(r"[^A-Za-z0-9_.:+#()@ -]")
 _MAX_NAME = 80
-_WAVELENGTH_TOLERANCE = 1e-6  # 0.400 um is 0.4000000059 in float32
+WAVELENGTH_TOLERANCE = 1e-6  # 0.400 um is 0.4000000059 in float32
 
 
 @dataclass(eq=False, frozen=True, kw_only=True, slots=True)
@@ -218,7 +218,7 @@ def spectra_at(wavelength_nm: ArrayLike, sample_nm: np.ndarray, curves: np.ndarr
     """
     wavelength = real(wavelength_nm)
     low, high = sample_nm[0], sample_nm[-1]
-    inside = (wavelength >= low * (1 - _WAVELENGTH_TOLERANCE)) & (wavelength <= high * (1 + _WAVELENGTH_TOLERANCE))
+    inside = (wavelength >= low * (1 - WAVELENGTH_TOLERANCE)) & (wavelength <= high * (1 + WAVELENGTH_TOLERANCE))
     if not np.all(inside):
         first = wavelength[~inside].flat[0]
         raise SceneError(f"{first:g} nm is outside the background's curves, {low:g} to {high:g} nm")

@@ -20,10 +20,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from aomc_sky.kernels.arithmetic.constants import TILT_STEP
-from aomc_sky.kernels.arithmetic.elementary import arc, exp_level, half_sine2, sin_cos
+from aomc_sky.kernels.arithmetic.elementary import HALF_PI, arc, exp_level, half_sine2, sin_cos
 from aomc_sky.skies.perez.kernels.law import first_factor
 
-_QUARTER = 1.5707963267948966
 _LARGEST_TILT = 0.2
 _TINY = 1e-300
 _Pair = tuple[np.ndarray, np.ndarray]
@@ -65,7 +64,11 @@ def _half_chord2_range(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndar
     sin^2(azimuth).
     """
     sun_x, sun_y, sine, cosine = numbers[5], numbers[6], numbers[7], numbers[10]
-    y_low, y_high = _azimuth_range(azimuth[:, 0], azimuth[:, 1], sun_y)
+    start, end = azimuth.T
+    first, last = half_sine2(start - sun_y), half_sine2(end - sun_y)
+    # sin^2 of half the azimuth from the sun, over each column
+    y_low = np.where(np.mod(sun_y - start, 4.0) <= end - start, 0.0, np.minimum(first, last))
+    y_high = np.where(np.mod(sun_y + 2.0 - start, 4.0) <= end - start, 1.0, np.maximum(first, last))
     (s0, s1), (c0, c1) = sin_cos(zenith.T)
     near, far = half_sine2(zenith.T - sun_x)
     ends_low = np.minimum(near[:, None] + (s0 * sine)[:, None] * y_low, far[:, None] + (s1 * sine)[:, None] * y_low)
@@ -75,14 +78,6 @@ def _half_chord2_range(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndar
     foot = 0.5 * across / (1.0 + np.sqrt(np.maximum(1.0 - across, 0.0)))
     has_foot = (along * c0[:, None] >= cosine * s0[:, None]) & (along * c1[:, None] <= cosine * s1[:, None])
     return np.where(has_foot, np.minimum(ends_low, foot), ends_low), np.minimum(high, 1.0)
-
-
-def _azimuth_range(y0: np.ndarray, y1: np.ndarray, sun: float) -> tuple[np.ndarray, np.ndarray]:
-    """Smallest and largest sin^2((y - sun)/2) over each column [y0, y1]. [quarter turns]"""
-    first, last = half_sine2(y0 - sun), half_sine2(y1 - sun)
-    has_sun = np.mod(sun - y0, 4.0) <= y1 - y0
-    has_opposite = np.mod(sun + 2.0 - y0, 4.0) <= y1 - y0
-    return np.where(has_sun, 0.0, np.minimum(first, last)), np.where(has_opposite, 1.0, np.maximum(first, last))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -165,7 +160,7 @@ def tilted_bounds(
 def _centre(rings: _Rings, azimuth: np.ndarray, numbers: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Luminance at the centre of each patch, and the slopes of its logarithm over u and v."""
     c, d, e, sun, sun_sine, sun_cosine = numbers[2], numbers[3], numbers[4], numbers[6], numbers[7], numbers[10]
-    width = (azimuth[:, 1] - azimuth[:, 0]) * _QUARTER
+    width = (azimuth[:, 1] - azimuth[:, 0]) * HALF_PI
     sine, cosine = sin_cos(0.5 * (azimuth[:, 0] + azimuth[:, 1]) - sun)
     across, up = rings.mid_sine * sun_sine, rings.mid_cosine * sun_cosine
     q = across[:, None] * cosine + up[:, None]
@@ -190,30 +185,26 @@ def _remainder(
 ) -> np.ndarray:
     """R: half the largest second derivative of log f along a line from the centre of a patch to its rim.
 
-    For p(gamma) = log F2 it is p'' r^2 + p' (cot(gamma) t^2 + k). The move across the sky has the parts r towards the
-    sun and t past it; k is the bend of the line on the sphere. The argument `least` is a lower bound of F2.
+    For p(gamma) = log F2 = log(1 + c exp(d gamma) + e cos^2 gamma) it is p'' r^2 + p' (cot(gamma) t^2 + k). The move
+    across the sky has the parts r towards the sun and t past it; k is the bend of the line on the sphere. The argument
+    `least` is a lower bound of F2.
     """
     (near, far), (high_mu, low_mu), growth = rings.sine, rings.cosine, rings.growth
     both = np.minimum(near * high_mu, far * low_mu)  # sine x cosine has no minimum inside
-    width = (azimuth[:, 1] - azimuth[:, 0]) * _QUARTER
+    width = (azimuth[:, 1] - azimuth[:, 0]) * HALF_PI
     along = 0.5 * growth / both
     move2 = 0.25 * ((along * along)[:, None] + (far * far)[:, None] * (width * width))
     bend = 0.25 * ((along * along / both)[:, None] + (growth / near)[:, None] * width + 0.5 * (width * width))
-    slope, curvature = _aureole_derivatives(numbers, half_chord2, np.maximum(least, 0.0))
-    low, high = half_chord2
+    c, d, e = numbers[2:5]
+    (low, high), least = half_chord2, np.maximum(least, 0.0)
+    # bounds of |p'| and |p''| over each patch
+    ends = [c * d * exp_level(d * arc(h)) for h in half_chord2]
+    slope = (np.maximum(np.abs(ends[0]), np.abs(ends[1])) + abs(e)) / least
+    second = np.stack(ends) * d
+    up = np.maximum(np.maximum(second[0], second[1]) + 2.0 * abs(e), 0.0)
+    down = np.minimum(np.minimum(second[0], second[1]) - 2.0 * abs(e), 0.0)
+    curvature = np.maximum(up / least, slope * slope - down / least)
     most = np.maximum(np.abs(1.0 - (low + low)), np.abs(1.0 - (high + high)))
     away = 2.0 * np.sqrt(np.minimum(low * (1.0 - low), high * (1.0 - high)))
     curved = np.maximum(curvature, slope * (most / away)) * move2 + slope * bend
     return 0.5 * curved + 0.125 * rings.curvature[:, None]
-
-
-def _aureole_derivatives(numbers: np.ndarray, half_chord2: _Pair, least: np.ndarray) -> _Pair:
-    """Bounds of |p'| and |p''| over each patch, p = log F2 = log(1 + c exp(d gamma) + e cos^2 gamma)."""
-    c, d, e = numbers[2], numbers[3], numbers[4]
-    ends = [c * d * exp_level(d * arc(h)) for h in half_chord2]
-    first = (np.maximum(np.abs(ends[0]), np.abs(ends[1])) + abs(e)) / least
-    second = np.stack(ends) * d
-    up = np.maximum(second[0], second[1]) + 2.0 * abs(e)
-    down = np.minimum(second[0], second[1]) - 2.0 * abs(e)
-    square = first * first
-    return first, np.maximum(np.maximum(up, 0.0) / least, square - np.minimum(down, 0.0) / least)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.directions import sin_cos_deg
 from aomc_sky.errors import SceneError, require_one_of
-from aomc_sky.kernels.arithmetic.elementary import LN2_HI, LN2_LO, exp_reduced
+from aomc_sky.kernels.arithmetic.elementary import LN2_HI, LN2_LO, exp_level
 from aomc_sky.kernels.arithmetic.error_free import two_product, two_sum
 from aomc_sky.skies.perez.irradiances import (
     EXTRATERRESTRIAL_NORMAL,
@@ -203,9 +203,13 @@ def coefficients(
         values = _linear(terms, zenith[..., None], brightness[..., None])
         overcast = row == 0
         if np.any(overcast):
-            c, d = _overcast(terms[overcast], zenith[overcast], brightness[overcast])
-            values[overcast, 2] = c
-            values[overcast, 3] = d
+            # c and d of the first bin, eqs. (7) and (8); their exponentials less 1 do not cancel
+            (c1, c2, c3, c4), (d1, d2, d3, d4) = np.moveaxis(terms[overcast, 2:4], 0, -1)
+            sun, delta = zenith[overcast], brightness[overcast]
+            exponents = power(delta * (c1 + c2 * sun) / 1e4, c3), delta * (d1 + d2 * sun) / 1e4
+            grown_c, grown_d = expm1(np.stack(exponents))
+            values[overcast, 2] = grown_c + (1e4 - c4) / 1e4
+            values[overcast, 3] = -grown_d + ((d3 - 1e4) + delta * d4) / 1e4
     values[undefined] = np.nan
     if not np.all(np.isfinite(values) | undefined[..., None]):
         raise SceneError(
@@ -228,23 +232,9 @@ def _linear(terms: np.ndarray, zenith: np.ndarray, brightness: np.ndarray) -> np
     return (total + (rest_1 + rest_2 + plain_rest + scaled_rest)) / 1e4
 
 
-def _overcast(terms: np.ndarray, zenith: np.ndarray, brightness: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Coefficients c and d of the first bin, eqs. (7) and (8); their exponentials less 1 do not cancel."""
-    c1, c2, c3, c4 = (terms[..., 2, k] for k in range(4))
-    d1, d2, d3, d4 = (terms[..., 3, k] for k in range(4))
-    exponents = power(brightness * (c1 + c2 * zenith) / 1e4, c3), brightness * (d1 + d2 * zenith) / 1e4
-    grown_c, grown_d = expm1(np.stack(exponents))
-    return grown_c + (1e4 - c4) / 1e4, -grown_d + ((d3 - 1e4) + brightness * d4) / 1e4
-
-
 def exp(x: np.ndarray) -> np.ndarray:
-    """Exponential of float64 numbers, within 1 ulp; 0 and inf beyond the range."""
-    x = np.minimum(np.maximum(x, -800.0), 800.0)
-    k = np.rint(x * 1.4426950408889634)
-    reduced = exp_reduced(x - k * LN2_HI, k * LN2_LO)
-    exponent = np.where(np.isnan(k), 0.0, k).astype(np.int64)
-    with np.errstate(over="ignore", under="ignore"):
-        return np.ldexp(reduced, exponent)
+    """Exponential of float64 numbers, within 1 ulp; 0 and inf beyond -700 and 700."""
+    return np.asarray(exp_level(x) * np.select([x > 700.0, x < -700.0], [np.inf, 0.0], 1.0))
 
 
 def expm1(x: np.ndarray) -> np.ndarray:

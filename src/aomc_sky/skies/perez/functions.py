@@ -69,9 +69,26 @@ def relative_radiance(
     >>> print(f"{towards_the_sun / opposite:.2f}")
     15.91
     """
-    a, x, c, y, rest = _factors(sky_zenith_rad, azimuth_from_sun_rad, sun_zenith_rad, coefficients)
+    a, b, c, d, e = np.moveaxis(np.asarray(coefficients, dtype=np.float64), -1, 0)
+    zenith = np.asarray(sky_zenith_rad, dtype=np.float64)
+    if np.any((zenith < 0) | (zenith > np.pi / 2)):
+        raise SceneError("the zenith angle of a sky element must be from 0 to pi/2 rad")
+    azimuth = np.asarray(azimuth_from_sun_rad, dtype=np.float64)
+    sun = checked_sun(sun_zenith_rad)
+    product = np.sin(zenith) * np.sin(sun)
+    half_sine2 = np.sin((zenith - sun) / 2) ** 2 + product * np.sin(azimuth / 2) ** 2
+    half_cosine2 = np.cos((zenith + sun) / 2) ** 2 + product * np.cos(azimuth / 2) ** 2
+    # the angle to the sun is right to the last bits at the sun and opposite it
+    gamma = 2.0 * np.arctan2(np.sqrt(half_sine2), np.sqrt(half_cosine2))
+    mu = np.where(zenith == np.pi / 2, 0.0, np.cos(zenith))
+    # at the horizon the limits of b / mu: -inf, 0 where b is 0, inf
+    far = np.where(b == 0, 0.0, np.where(b < 0, -np.inf, np.where(b > 0, np.inf, np.nan)))
+    shape = np.broadcast_shapes(mu.shape, b.shape)
+    exponent = np.broadcast_to(far, shape).copy()
+    np.divide(b, mu, out=exponent, where=np.broadcast_to(mu > 0, shape))
     with np.errstate(over="ignore", invalid="ignore"):
-        return _product(1.0 + _product(a, np.exp(x)), rest + _product(c, np.exp(y)))
+        second = 1.0 + e * np.cos(gamma) ** 2 + _product(c, np.exp(d * gamma))
+        return _product(1.0 + _product(a, np.exp(exponent)), second)
 
 
 def _product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -79,33 +96,6 @@ def _product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     is_zero = ((a == 0) & np.isinf(b)) | ((b == 0) & np.isinf(a))
     value: np.ndarray = np.where(is_zero, 0.0, a * b)[()]
     return value
-
-
-def _factors(
-    sky_zenith_rad: ArrayLike, azimuth_from_sun_rad: ArrayLike, sun_zenith_rad: ArrayLike, coefficients: ArrayLike
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """a, x, c, y and r of F1 = 1 + a exp(x) and F2 = r + c exp(y)."""
-    a, b, c, d, e = np.moveaxis(np.asarray(coefficients, dtype=np.float64), -1, 0)
-    zenith = np.asarray(sky_zenith_rad, dtype=np.float64)
-    if np.any((zenith < 0) | (zenith > np.pi / 2)):
-        raise SceneError("the zenith angle of a sky element must be from 0 to pi/2 rad")
-    azimuth = np.asarray(azimuth_from_sun_rad, dtype=np.float64)
-    gamma = _angle_to_sun(zenith, azimuth, checked_sun(sun_zenith_rad))
-    mu = np.where(zenith == np.pi / 2, 0.0, np.cos(zenith))
-    # at the horizon the limits of b / mu: -inf, 0 where b is 0, inf
-    far = np.where(b == 0, 0.0, np.where(b < 0, -np.inf, np.where(b > 0, np.inf, np.nan)))
-    shape = np.broadcast_shapes(mu.shape, b.shape)
-    exponent = np.broadcast_to(far, shape).copy()
-    np.divide(b, mu, out=exponent, where=np.broadcast_to(mu > 0, shape))
-    return a, exponent, c, d * gamma, 1.0 + e * np.cos(gamma) ** 2
-
-
-def _angle_to_sun(zenith: np.ndarray, azimuth: np.ndarray, sun: np.ndarray) -> np.ndarray:
-    """Angle gamma to the sun from its half angle: right to the last bits at the sun and opposite it."""
-    product = np.sin(zenith) * np.sin(sun)
-    half_sine2 = np.sin((zenith - sun) / 2) ** 2 + product * np.sin(azimuth / 2) ** 2
-    half_cosine2 = np.cos((zenith + sun) / 2) ** 2 + product * np.cos(azimuth / 2) ** 2
-    return 2.0 * np.arctan2(np.sqrt(half_sine2), np.sqrt(half_cosine2))
 
 
 def luminance(

@@ -12,6 +12,7 @@ from aomc_sky.component import CellLaw, Component, Law
 from aomc_sky.grid import PatchGrid
 from aomc_sky.kernels.arithmetic.constants import TILT_STEP
 from aomc_sky.skies.perez.patches import patch_integrals, patch_moments
+from aomc_sky.skies.quadrature import quarter_turns
 
 _N_SHARED = 11
 _LOW10 = np.uint32(0x3FF)
@@ -25,13 +26,13 @@ def _numbers(component: Component) -> np.ndarray:
 def _moments(component: Component) -> tuple[np.ndarray, np.ndarray]:
     grid = component.grid
     assert grid is not None
-    mean, inverse = patch_moments(grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0, _numbers(component))
+    mean, inverse = patch_moments(*quarter_turns(grid), _numbers(component))
     return mean.ravel(), inverse.ravel()
 
 
 def _radiance(component: Component) -> Callable[[float, np.ndarray, np.ndarray], np.ndarray]:
-    numbers, grid = _numbers(component), PatchGrid.regular(6, 12)
-    integral = patch_integrals(grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0, numbers).sum()
+    numbers = _numbers(component)
+    integral = patch_integrals(*quarter_turns(PatchGrid.regular(6, 12)), numbers).sum()
     return partial(_radiance_at, (*numbers.tolist(), float(integral)))
 
 

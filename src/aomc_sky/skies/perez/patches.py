@@ -11,7 +11,7 @@ import numpy as np
 
 from aomc_sky.kernels.arithmetic.elementary import HALF_PI, exp_level, half_sine2, sin_cos
 from aomc_sky.skies.perez.kernels.law import first_factor, second_factor
-from aomc_sky.skies.quadrature import POINTS, Rule, Terms, at_points, cut, weighted_sum
+from aomc_sky.skies.quadrature import POINTS, Rule, Terms, cut, points_of, weighted_sum
 
 _SHARE = 1e-11
 _RING_SHARE = 1e-10
@@ -39,10 +39,10 @@ def patch_moments(zenith: np.ndarray, azimuth: np.ndarray, numbers: np.ndarray) 
     mu is smooth up to the horizon. Means over a whole sky are good to 1e-6 on patches of 2 degrees, 1e-4 on 10.
     """
     x, y = zenith - numbers[5], azimuth - numbers[6]
-    index = np.zeros((len(zenith), len(azimuth)), dtype=np.int64)
     nodes, weights, _ = POINTS[4]
     rule = _rule_of(numbers, np.zeros(0))
-    values = at_points(rule.values_of(rule.integrand), 4, (x[:, :1], x[:, 1:], y[None, :, 0], y[None, :, 1]), index)
+    points = points_of(4, (x[:, :1], x[:, 1:], y[None, :, 0], y[None, :, 1]))
+    values = rule.values_of(rule.integrand)(*points, np.zeros(0, dtype=np.int64))
     lines = weighted_sum(np.swapaxes(values, 0, 1), weights)
     mu = sin_cos(zenith[:, :1] + (zenith[:, 1:] - zenith[:, :1]) * nodes)[1].T[:, :, None]
     flux, with_mu, without_mu = (weighted_sum(part, weights) for part in (lines, lines * mu, lines / mu))

@@ -27,6 +27,7 @@ from aomc_sky.skies.perez.irradiances import (
     kilowatts,
 )
 from aomc_sky.skies.perez.patches import patch_integrals
+from aomc_sky.skies.quadrature import quarter_turns
 
 if TYPE_CHECKING:
     from aomc_sky.skies.polarisation import RayleighPattern
@@ -130,7 +131,9 @@ class PerezSky(Share):
         require_one_of(MODEL["within"].words, self.within, "within")
         self._close_irradiances()
         values = self._given_coefficients() if self.coefficients is not None else self._modelled_coefficients()
-        values = self._without_divergence(values)
+        if values[1] > 0:
+            self._warn(f"b = {values[1]:.4g} makes the horizon infinitely bright or dark and was set to 0")
+            values[1] = 0.0
         values.flags.writeable = False
         object.__setattr__(self, "_used", values)
         if self.dhi is not None and self.dhi <= 0:
@@ -226,12 +229,6 @@ class PerezSky(Share):
             self._warn("epsilon below 1 counts as 1")
         return perez.coefficients(used_epsilon, used_delta, self.sun_zenith_rad, limits="paper")
 
-    def _without_divergence(self, values: np.ndarray) -> np.ndarray:
-        if values[1] > 0:
-            self._warn(f"b = {values[1]:.4g} makes the horizon infinitely bright or dark and was set to 0")
-            values[1] = 0.0
-        return values
-
     @property
     def clearness(self) -> float | None:
         """Sky clearness epsilon before any limit, None where coefficients were given."""
@@ -315,30 +312,28 @@ class PerezSky(Share):
         if not all(np.any(bounds[:, 0] < bounds[:, 1]) for bounds in (grid.zenith_bounds_deg, grid.azimuth_bounds_deg)):
             raise SceneError("the grid has points or lines; the Perez sky needs patches with an area")
         mass, total = self._integrals(grid)
-        return mass / (total if _is_whole_sky(grid) else self.relative_integral)
+        rings, columns = grid.zenith_bounds_deg, grid.azimuth_bounds_deg
+        ends = (rings[0, 0], rings[-1, 1] - 90.0, columns[-1, 1] - columns[0, 0] - 360.0)
+        steps = (rings[1:, 0] - rings[:-1, 1], columns[1:, 0] - columns[:-1, 1], np.array(ends))
+        is_whole_sky = np.abs(np.concatenate(steps)).max() <= 1e-9  # without gaps
+        return mass / (total if is_whole_sky else self.relative_integral)
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One component named "perez", one row of masses for all wavelengths, of strength 1; none where dhi is 0."""
         if self.is_dark:
             return ()
-        grid = self.patches
-        is_exact = self.within == "exact"
+        grid, is_exact = self.patches, self.within == "exact"
         component = Component(
             name="perez",
             law=Law.PEREZ if is_exact else Law.CELL_MU2,
-            strength=np.ones(np.atleast_1d(np.asarray(wavelength_nm)).size),
+            strength=np.ones(np.size(wavelength_nm)),
             mass=self.patch_mass(grid)[None, :],
             cell=cells_of_grid(grid),
             grid=grid,
             shared=self._numbers() if is_exact else None,
-            bounds=self._bounds(grid) if is_exact else None,
+            bounds=patch_bounds(*quarter_turns(grid), self._numbers()).reshape(-1, 4) if is_exact else None,
         )
         return with_share(self, polarised(self, (component,), wavelength_nm))
-
-    def _bounds(self, grid: PatchGrid) -> np.ndarray:
-        """Bounds of max(f, 0) over each patch and its tilts, shape (n_patch, 4)."""
-        zenith, azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
-        return patch_bounds(zenith, azimuth, self._numbers()).reshape(-1, 4)
 
     def _numbers(self) -> np.ndarray:
         """The sky as the kernels read it: see `Component.shared`."""
@@ -349,8 +344,7 @@ class PerezSky(Share):
 
     def _integrals(self, grid: PatchGrid) -> tuple[np.ndarray, float]:
         """Integral of max(f, 0) cos xi over each patch, shape (n_patch,), and their sum. [sr]"""
-        zenith, azimuth = grid.zenith_bounds_deg / 90.0, grid.azimuth_bounds_deg / 90.0
-        mass = patch_integrals(zenith, azimuth, self._numbers())
+        mass = patch_integrals(*quarter_turns(grid), self._numbers())
         rings = np.cumsum(mass, axis=1)[:, -1]  # numpy's own sum may differ between processors
         return mass.ravel(), math.fsum(rings.tolist())
 
@@ -372,11 +366,3 @@ def _share_below_zero(coefficients: np.ndarray, sun_zenith_rad: float) -> float:
     azimuth = (np.arange(_N_AZIMUTH) + 0.5) * (np.pi / _N_AZIMUTH)
     value = perez.relative_radiance(np.arccos(mu)[:, None], azimuth, sun_zenith_rad, coefficients)
     return max(float(np.mean(value < 0)), 1e-5)
-
-
-def _is_whole_sky(grid: PatchGrid) -> bool:
-    """Check that rings cover 0 to 90 degrees and columns one turn, without gaps."""
-    rings, columns = grid.zenith_bounds_deg, grid.azimuth_bounds_deg
-    ends = (rings[0, 0], rings[-1, 1] - 90.0, columns[-1, 1] - columns[0, 0] - 360.0)
-    steps = (rings[1:, 0] - rings[:-1, 1], columns[1:, 0] - columns[:-1, 1], np.array(ends))
-    return bool(np.abs(np.concatenate(steps)).max() <= 1e-9)

@@ -72,9 +72,9 @@ def test_a_file_of_lobes_is_read_back(tmp_path: Path) -> None:
 
 def test_what_cannot_be_built_is_refused() -> None:
     good = sky.SkyLobe(kind="hg", width=0.5, spectrum=SPECTRUM)
-    with pytest.raises(UsageError, match="'hg', 'ggx', 'beckmann', not 'phong'"):
+    with pytest.raises(UsageError, match="'hg', 'ggx', 'beckmann', got 'phong'"):
         sky.background_of_lobes({"a": sky.SkyLobe(kind="phong", width=1.0, spectrum=SPECTRUM)}, WAVELENGTH)
-    with pytest.raises(UsageError, match="'absolute', 'diurnal', 'hebdomadal', not 'weekly'"):
+    with pytest.raises(UsageError, match="'absolute', 'diurnal', 'hebdomadal', got 'weekly'"):
         sky.background_of_lobes({"a": good}, WAVELENGTH, reference="weekly")
     with pytest.raises(SceneError, match="'a': a spectrum of shape \\(3,\\) for 2 wavelengths"):
         sky.background_of_lobes({"a": good}, WAVELENGTH[:2])

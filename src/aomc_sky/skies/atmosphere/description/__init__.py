@@ -4,6 +4,6 @@ reader   `read_atmo`: from the lines of a file to its description; values, order
 data     The description: numbers in SI, spectra on its wavelengths, code as text.
 keys     Every key of a file, and what it accepts.
 scan     The lines put together: entries, sections and code blocks with their spans; no values.
-medium   Blocks of code become the constituents of a medium, and lights.
+medium   Blocks of code become the constituents of a medium, and lights; spectra between the wavelengths of a file.
 spectra  Lists of numbers, tables in other files and their sums; phase functions as tables; luminance of a spectrum.
 """

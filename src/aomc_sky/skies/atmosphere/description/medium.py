@@ -20,13 +20,13 @@ from aomc_sky.skies.atmosphere.description.data import (
     PhaseFunctionType,
     ScattererDescription,
 )
-from aomc_sky.skies.atmosphere.description.interpolated import at_wavelengths
 from aomc_sky.skies.atmosphere.language.block import read_block
 from aomc_sky.skies.atmosphere.language.values import Type
 from aomc_sky.skies.atmosphere.lights import MOON_RADIUS_M, Moon
 from aomc_sky.skies.atmosphere.medium import Constituent, Medium, NumberDensity, PhaseBlock, read_phase_block
 from aomc_sky.skies.atmosphere.optical_depth import vertical_optical_depth
 from aomc_sky.skies.atmosphere.phase_table import PhaseTable, TabulatedPhase, tabulated_phase
+from aomc_sky.wavebands import nearest_wavelength_index
 
 # of the vertical optical depth: what counts for less is left out
 NEGLIGIBLE_SHARE = 1e-6
@@ -102,6 +102,70 @@ def read_medium(
     return replace(medium, constituents=kept), report
 
 
+NEAR_NM = 1.0
+"""A wavelength of the description as near as this is the one that was asked for."""
+
+
+def at_wavelengths(
+    description: AtmosphereDescription, wavelength_nm: ArrayLike
+) -> tuple[AtmosphereDescription, np.ndarray]:
+    """A description that has these wavelengths, and where it has them, each once and rising. [nm]
+
+    It is the given one if all are within 1 nm of those that it has. Otherwise spectra are interpolated, their
+    logarithms where all values are positive. Of `inputs/atmosphere`, thinned from steps of 20 to 40 nm, transmitted and
+    diffuse light change by up to 0.7 % (1.8 % in `continental.atmo`), the sun's by up to 7 %.
+
+    SceneError: what is no wavelength; one more than 1 nm beyond the first or the last; one between two where a phase
+    function asks for the number of its set.
+    """
+    requested = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+    if requested.ndim != 1 or not requested.size or not ((requested > 0.0) & (requested < np.inf)).all():
+        raise SceneError("the wavelengths of an atmosphere are one or more positive numbers in nm")
+    known = description.wavelength_nm
+    nearest = known[nearest_wavelength_index(requested, known)]
+    is_near = np.abs(nearest - requested) <= NEAR_NM
+    beyond = requested[~is_near & ((requested < known[0]) | (requested > known[-1]))]
+    if beyond.size:
+        raise SceneError(
+            f"{description.path}: {beyond[0]:g} nm lies beyond its wavelengths, {known[0]:g} to {known[-1]:g} nm; "
+            "take a description that reaches so far"
+        )
+    if is_near.all():
+        return description, np.searchsorted(known, np.unique(nearest))
+    for one in description.scatterers:
+        law = one.phase_function
+        if isinstance(law, SourceText) and "wlSetIndex" in law.text:  # a number for each set, not for a wavelength
+            raise SceneError(
+                f'{law.path}:{law.line}: the phase function of "{one.name}" reads wlSetIndex, so it is known at the '
+                f"wavelengths of the description alone, and not at {requested[~is_near][0]:g} nm"
+            )
+    asked_nm = np.unique(np.where(is_near, nearest, requested))
+
+    def at(values: np.ndarray) -> np.ndarray:
+        is_positive = bool(np.all(values > 0))
+        found = np.interp(asked_nm, known, np.log(values) if is_positive else values)
+        found = np.exp(found) if is_positive else found
+        place = np.minimum(np.searchsorted(known, asked_nm), known.size - 1)
+        return np.where(known[place] == asked_nm, values[place], found)
+
+    species: list[Species] = []
+    for each in description.species:
+        if isinstance(each, AbsorberDescription):
+            species.append(replace(each, cross_section_m2=at(each.cross_section_m2)))
+        else:
+            species.append(replace(each, single_scattering_albedo=at(each.single_scattering_albedo)))
+    glow = description.ground_glow
+    made = replace(
+        description,
+        wavelength_nm=asked_nm,
+        solar_irradiance=at(description.solar_irradiance),
+        ground_albedo=at(description.ground_albedo),
+        ground_glow=None if glow is None else at(glow),
+        species=tuple(species),
+    )
+    return made, np.arange(asked_nm.size)
+
+
 class _BlockReader:
     """Reads the blocks of one description; the problems of one do not hide those of the next."""
 
@@ -113,10 +177,15 @@ class _BlockReader:
 
     def part(self, one: Species) -> tuple[Constituent, Phase | None] | None:
         """Return a species and its phase function, which counts where it scatters; None where a block was refused."""
-        scattering, absorption = self._cross_sections(one)
         profile = self._tried(lambda: self._profile(one))
         phase = None
-        if isinstance(one, ScattererDescription):
+        if isinstance(one, AbsorberDescription):
+            absorption = one.cross_section_m2[self._index]
+            scattering = np.zeros_like(absorption)
+        else:
+            extinction = extinction_cross_section(one, self._description.wavelength_nm[self._index])
+            albedo = one.single_scattering_albedo[self._index]
+            scattering, absorption = extinction * albedo, extinction * (1.0 - albedo)
             phase = self._tried(lambda: self._phase(one))
         if profile is None or (phase is None and isinstance(one, ScattererDescription)):
             return None
@@ -137,14 +206,6 @@ class _BlockReader:
         except InputFileError as error:
             self.problems += error.problems
             return None
-
-    def _cross_sections(self, one: Species) -> tuple[np.ndarray, np.ndarray]:
-        if isinstance(one, AbsorberDescription):
-            absorption = one.cross_section_m2[self._index]
-            return np.zeros_like(absorption), absorption
-        extinction = extinction_cross_section(one, self._description.wavelength_nm[self._index])
-        albedo = one.single_scattering_albedo[self._index]
-        return extinction * albedo, extinction * (1.0 - albedo)
 
     def _profile(self, one: Species) -> tuple[NumberDensity, np.ndarray]:
         """The number density, and the altitudes of its kinks. [m]"""
@@ -170,9 +231,20 @@ class _BlockReader:
             phase: Phase = tabulated_phase(one.phase_function, wavelength)
         else:
             phase = self._phase_block(one, one.phase_function)
-        _warn_of_norm(one, phase)
+        law = one.phase_function
+        where = law.path if isinstance(law, PhaseTable) else f"{law.path}:{law.line}"
+        what, messages = f'the phase function of "{one.name}"', []
+        if isinstance(phase, TabulatedPhase) and (error := float(phase.norm_error.max())) > _NORM_LIMIT:
+            messages.append(f"the angles of {what} are too far apart: they leave {error:.2g} of its integral open")
+        worst = float(phase.norm[np.argmax(np.abs(phase.norm - 1.0))])
+        if abs(worst - 1.0) > _NORM_LIMIT:
+            messages.append(f"{what} has the integral {worst:.6g} over the sphere, not 1; it was divided by it")
         if one.phase_function_type is PhaseFunctionType.ACHROMATIC:
-            _warn_of_colour(one, phase)
+            values = [phase(np.linspace(-1.0, 1.0, 181), row) for row in range(phase.norm.size)]
+            if any(np.abs(value - values[0]).max() > _SAME_PHASE * values[0].max() for value in values):
+                messages.append(f"{what} is called achromatic and depends on the wavelength; it is used as it is")
+        for message in messages:
+            warnings.warn(f"{where}: {message}", InputWarning, stacklevel=2)
         return phase
 
     def _phase_block(self, one: ScattererDescription, text: SourceText) -> PhaseBlock:
@@ -194,34 +266,6 @@ def _types_of(values: Mapping[str, np.ndarray | float]) -> dict[str, Type]:
     """Types of names in code, of their values; one name is a whole number."""
     vectors = {name: Type(f"vec{one.size}") for name, one in values.items() if isinstance(one, np.ndarray)}
     return dict.fromkeys(values, Type.FLOAT) | vectors | {name: Type.INT for name in values if name == "wlSetIndex"}
-
-
-def _place(one: ScattererDescription) -> str:
-    """File and line of a phase function, for warnings."""
-    law = one.phase_function
-    return law.path if isinstance(law, PhaseTable) else f"{law.path}:{law.line}"
-
-
-def _warn_of_norm(one: ScattererDescription, phase: Phase) -> None:
-    worst = float(phase.norm[np.argmax(np.abs(phase.norm - 1.0))])
-    if isinstance(phase, TabulatedPhase) and (error := float(phase.norm_error.max())) > _NORM_LIMIT:
-        message = f'{_place(one)}: the angles of the phase function of "{one.name}" are too far apart'
-        warnings.warn(f"{message}: they leave {error:.2g} of its integral open", InputWarning, stacklevel=2)
-    if abs(worst - 1.0) > _NORM_LIMIT:
-        message = (
-            f'{_place(one)}: the phase function of "{one.name}" has the integral {worst:.6g} over the sphere, not 1'
-        )
-        warnings.warn(f"{message}; it was divided by it", InputWarning, stacklevel=2)
-
-
-def _warn_of_colour(one: ScattererDescription, phase: Phase) -> None:
-    mu = np.linspace(-1.0, 1.0, 181)
-    values = [phase(mu, row) for row in range(phase.norm.size)]
-    if any(np.abs(value - values[0]).max() > _SAME_PHASE * values[0].max() for value in values):
-        message = (
-            f'{_place(one)}: the phase function of "{one.name}" is called achromatic and depends on the wavelength'
-        )
-        warnings.warn(f"{message}; it is used as it is", InputWarning, stacklevel=2)
 
 
 def sun_angular_radius(description: AtmosphereDescription) -> float:
@@ -281,20 +325,17 @@ def moon_of_direction(
     if direction.distance_km is not None:
         distance = 1000.0 * direction.distance_km
     elif report.moon_distance_m is not None:
-        distance = _from_observer(report.moon_distance_m, medium.earth_radius_m, zenith)
+        # from the ground where the centres have a known distance, by the law of cosines
+        centres, radius = report.moon_distance_m, medium.earth_radius_m
+        across = radius * math.sin(zenith)
+        if not abs(across) < centres or not radius < centres:
+            raise SceneError(f"a Moon {centres / 1000:g} km from the earth's centre is inside the earth")
+        distance = math.sqrt((centres - across) * (centres + across)) - radius * math.cos(zenith)
     else:
         raise SceneError(
             "the distance of the Moon is missing; write moon_distance_km, or Earth-Moon distance in the description"
         )
     return Moon(zenith_rad=zenith, azimuth_from_sun_rad=azimuth, distance_m=distance)
-
-
-def _from_observer(centres_m: float, earth_radius_m: float, zenith_rad: float) -> float:
-    """Distance from the ground where the centres have a known one, by the law of cosines. [m]"""
-    across = earth_radius_m * math.sin(zenith_rad)
-    if not abs(across) < centres_m or not earth_radius_m < centres_m:
-        raise SceneError(f"a Moon {centres_m / 1000:g} km from the earth's centre is inside the earth")
-    return math.sqrt((centres_m - across) * (centres_m + across)) - earth_radius_m * math.cos(zenith_rad)
 
 
 def glow_of_luminance(luminance_cd_m2: float, report: MediumReport, path: str) -> np.ndarray | None:

@@ -37,7 +37,6 @@ from aomc_sky.skies.atmosphere.description.keys import (
 )
 from aomc_sky.skies.atmosphere.description.scan import Entry, Lines, Section, scan
 from aomc_sky.skies.atmosphere.description.spectra import SpectrumReader, out_of_range
-from aomc_sky.skies.atmosphere.phase_table import PhaseTable
 
 MAX_BYTES = 2**20
 MAX_SPECIES = 256
@@ -103,7 +102,10 @@ class Builder:
     def description(self, items: Sequence[Entry | Section]) -> AtmosphereDescription | None:
         """Return the description, or None where a problem has been reported."""
         report = self.report
-        self._check_first(items)
+        if not items:
+            report.add("E405", "the file has no entries", advice="begin with version: 6")
+        elif (first := items[0].head if isinstance(items[0], Section) else items[0]).key != "version":
+            report.at(first.key_span, "E405", "the first entry is not the version", advice="write version: 6 above it")
         reader = EntryReader(builder=self, keys=TOP_KEYS)
         species = []
         for item in items:
@@ -153,15 +155,6 @@ class Builder:
             textures_are_radiances=DIRECTIVES[0] in reader.directives,
             has_eclipsed_double_scattering_textures=DIRECTIVES[1] not in reader.directives,
         )
-
-    def _check_first(self, items: Sequence[Entry | Section]) -> None:
-        if not items:
-            self.report.add("E405", "the file has no entries", advice="begin with version: 6")
-            return
-        first = items[0].head if isinstance(items[0], Section) else items[0]
-        if first.key != "version":
-            message = "the first entry is not the version"
-            self.report.at(first.key_span, "E405", message, advice="write version: 6 above it")
 
     def _species(self, section: Section) -> Species | None:
         """Read a section."""
@@ -325,24 +318,25 @@ class EntryReader:
     def _single(self, entry: Entry, rule: Code | Callable[[str], Any]) -> None:
         is_range = entry.key == WAVELENGTHS
         self.builder.has_wavelengths |= is_range
-        if isinstance(rule, Code):
-            value: Any = entry.code or self._phase_table(entry)
+        if not isinstance(rule, Code):
+            value: Any = rule(entry.value)
+        elif entry.code is None:
+            self._require_wavelengths("a table")
+            value = self.builder.spectra.phase_table(entry.value, self.builder.wavelength_nm)
         else:
-            value = rule(entry.value)
+            value = entry.code
         if is_range:
             self.builder.wavelength_nm = value
         if value is not None:
             self.values[entry.key] = value
 
-    def _phase_table(self, entry: Entry) -> PhaseTable | None:
+    def _require_wavelengths(self, what: str) -> None:
         if not self.builder.has_wavelengths:
-            raise BadValueError("E405", "a table before the wavelengths", advice="write wavelengths: above it")
-        return self.builder.spectra.phase_table(entry.value, self.builder.wavelength_nm)
+            raise BadValueError("E405", f"{what} before the wavelengths", advice="write wavelengths: above it")
 
     def _spectrum(self, entry: Entry, rule: Spectral) -> None:
         """Read one entry of a spectrum: a new one, or a weighted part that is added."""
-        if not self.builder.has_wavelengths:
-            raise BadValueError("E405", "a spectrum before the wavelengths", advice="write wavelengths: above it")
+        self._require_wavelengths("a spectrum")
         is_weighted = entry.value.startswith("weighted file")
         total = self.sums.get(entry.key)
         if total is not None and not is_weighted:

@@ -70,9 +70,9 @@ class Lines:
         """A piece of a line. [both 1-based]"""
         return Span(line, column, self.lines[line - 1], width)
 
-    def first_of(self, index: int, width: int = 1) -> Span:
-        """The begin of a line, blanks aside. [0-based]"""
-        return self.span(index + 1, _indent(self.lines[index]) + 1, width)
+    def fence(self, index: int) -> Span:
+        """The three letters of a fence, blanks aside. [0-based]"""
+        return self.span(index + 1, _indent(self.lines[index]) + 1, 3)
 
     def entry(self, text: str, key: str, value: str, value_column: int) -> Entry:
         """The entry of the line that was read last."""
@@ -212,7 +212,7 @@ def with_code(lines: Lines, entry: Entry, keys: Mapping[str, Rule]) -> Entry:
         message = f"{quoted(entry.key)} takes no code block"
         if isinstance(rule, Code):
             message = f"{quoted(entry.key)} names a file and has a code block"
-        lines.report.at(lines.first_of(lines.at, 3), "E401", message, advice="remove the block")
+        lines.report.at(lines.fence(lines.at), "E401", message, advice="remove the block")
     elif entry.value and not entry.value.startswith("```"):
         message = f"{quoted(entry.value)} is not read; the code is in the lines below"
         lines.report.at(entry.value_span, "E401", message, name=entry.key, advice="remove it", is_warning=True)
@@ -230,6 +230,6 @@ def _code(lines: Lines, entry: Entry) -> SourceText:
     text = "\n".join(lines.lines[opening + 1 : lines.at])
     if lines.at == len(lines.lines):
         message = "the code block is not closed before the end of the file"
-        _end(lines, lines.first_of(opening, 3), message, advice="write ``` alone after the code", name=entry.key)
+        _end(lines, lines.fence(opening), message, advice="write ``` alone after the code", name=entry.key)
     lines.at += 1
     return SourceText(text=text, path=lines.report.path, line=opening + 2)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import os
 import re
-import stat
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -21,6 +20,7 @@ from aomc_sky.formats.units import parse_real
 from aomc_sky.skies.atmosphere.description.keys import HIGHEST_NM, LOWEST_NM, Spectral
 from aomc_sky.skies.atmosphere.description.scan import names_file
 from aomc_sky.skies.atmosphere.phase_table import PhaseTable
+from aomc_sky.system import regular_status
 
 MAX_FILES = 64
 MAX_TOTAL_BYTES = 2**23
@@ -70,7 +70,12 @@ class SpectrumReader:
             message = f"{len(values)} number{'s' * (len(values) != 1)} for {len(wavelength_nm)} wavelengths"
             raise BadValueError("E408", message, advice="write one for each wavelength, or name a file")
         listed = np.array(values, np.float64)
-        return listed, _bin_luminance(listed, wavelength_nm) if rule.is_glow else 0.0
+        if not rule.is_glow or len(values) == 1:
+            return listed, 0.0
+        # the numbers are means over their bins: a stair, its outer bins whole
+        half = (wavelength_nm[-1] - wavelength_nm[0]) / (len(values) - 1) / 2.0
+        edges = np.append(wavelength_nm - half, wavelength_nm[-1] + half)
+        return listed, luminance(np.repeat(edges, 2)[1:-1], np.repeat(listed, 2))
 
     def _from_file(
         self, name: str, offset: int, weight: float, rule: Spectral, wavelength_nm: np.ndarray | None
@@ -174,16 +179,6 @@ def _check_cover(name: str, known_nm: np.ndarray, wavelength_nm: np.ndarray) -> 
         raise BadValueError("E408", message, advice="name a table that covers them, or narrow the wavelengths")
 
 
-def _bin_luminance(values: np.ndarray, wavelength_nm: np.ndarray) -> float:
-    """Luminance of a list, whose numbers are means over their bins: a stair, its outer bins whole. [cd m-2]"""
-    if len(values) == 1:
-        return 0.0
-    half = (wavelength_nm[-1] - wavelength_nm[0]) / (len(values) - 1) / 2.0
-    edges = np.append(wavelength_nm - half, wavelength_nm[-1] + half)
-    x = np.repeat(edges, 2)[1:-1]
-    return luminance(x, np.repeat(values, 2))
-
-
 def referenced_file(name: str, owner: str | Path, allow_paths: Sequence[str | Path] = ()) -> tuple[str, str]:
     """Path for messages, and real path, of a file that `owner` names from its own folder.
 
@@ -197,7 +192,7 @@ def referenced_file(name: str, owner: str | Path, allow_paths: Sequence[str | Pa
         if not any(os.path.commonpath((root, real)) == root for root in roots):
             advice = "move the file there, or give --allow-path DIR"
             raise BadValueError("E402", f"{quoted(name)} is not below the folder of this file", advice=advice)
-        status = os.stat(real)
+        regular_status(real)
     except FileNotFoundError:
         raise BadValueError(
             "E402", f"there is no file {quoted(name)}", advice="paths are relative to the folder of this file"
@@ -205,9 +200,6 @@ def referenced_file(name: str, owner: str | Path, allow_paths: Sequence[str | Pa
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise BadValueError("E402", f"{quoted(name)} cannot be read: {reason}", advice="name a readable file") from None
-    if not stat.S_ISREG(status.st_mode):
-        kind = "a folder" if stat.S_ISDIR(status.st_mode) else "not a regular file"
-        raise BadValueError("E402", f"{quoted(name)} is {kind}", advice="name a table of wavelength and value")
     if os.path.samefile(real, owner):
         raise BadValueError(
             "E402", f"{quoted(name)} is this file itself", advice="name a table of wavelength and value"
@@ -237,8 +229,11 @@ def read_phase_csv(path: str, *, shown: str, text: str) -> PhaseTable:
         return numbers(cells, (0.0, 180.0), (0.0, MAX_VALUE))
 
     rows = read_rows(path, report, row_of, ("angle", "angle in degrees, value"), MAX_ANGLES)
-    if not report.has_errors:
-        _check_rows(rows, report)
+    if not report.has_errors and (rows[0][0] != 0.0 or rows[-1][0] != 180.0):
+        message = f"the angles go from {rows[0][0]:g} to {rows[-1][0]:g} degrees"
+        report.add("E408", message, advice="write rows from 0, straight on, to 180, straight back")
+    elif not report.has_errors and not all(any(row[k] for row in rows) for k in range(1, len(rows[0]))):
+        report.add("E404", "a column of zeros, which cannot be normalised", advice="write one that scatters some light")
     report.close()
     table = np.array(rows, np.float64)
     table.flags.writeable = False
@@ -266,15 +261,6 @@ def _check_width(cells: list[str], n_column: int, *, has_head: bool) -> None:
         advice = _HEAD
     message = f"a row of {len(cells)} column{'s' * (len(cells) != 1)} where {n_column + 1} are expected"
     raise BadValueError("E401", message, advice=advice)
-
-
-def _check_rows(rows: list[list[float]], report: Report) -> None:
-    """Report what is wrong with a table whose rows are right one by one."""
-    if rows[0][0] != 0.0 or rows[-1][0] != 180.0:
-        message = f"the angles go from {rows[0][0]:g} to {rows[-1][0]:g} degrees"
-        report.add("E408", message, advice="write rows from 0, straight on, to 180, straight back")
-    elif not all(any(row[k] for row in rows) for k in range(1, len(rows[0]))):
-        report.add("E404", "a column of zeros, which cannot be normalised", advice="write one that scatters some light")
 
 
 # The photopic luminous efficiency V(wavelength), which the unit cd/m2 needs: CIE 1924, in steps of 5 nm, as

@@ -287,10 +287,16 @@ class Expressions:
             near = difflib.get_close_matches(name.text[:60], BUILT_INS, n=1)
             advice = f"is {near[0]} meant?" if near else "the functions are listed in docs/formats/atmo.md"
             raise RefusalError(name.span, f"there is no function {name.text[:60]}", advice)
-        kind = BUILT_INS[name.text].resolve([one.type for one in arguments])
-        if kind is None:
-            raise _no_match(span, name.text, [one.type for one in arguments])
-        return _applied(span, kind, BUILT_INS[name.text].function, arguments)
+        built_in, given = BUILT_INS[name.text], [one.type for one in arguments]
+        kind = built_in.resolve(given)
+        if kind is not None:
+            return _applied(span, kind, built_in.function, arguments)
+        numbers = sorted({len(pattern) for pattern in built_in.patterns})
+        if len(given) not in numbers:
+            shown = " or ".join(map(str, numbers))
+            raise RefusalError(span, f"{name.text} takes {shown} values, not {len(given)}")
+        message = f"{name.text} does not take {', '.join(one.value for one in given)}: its values have one type"
+        raise RefusalError(span, message, "write vec4(...) around a number, or take a component such as .x")
 
 
 def _constant(span: Span, kind: Type, value: float | bool) -> Value:
@@ -406,15 +412,6 @@ def _choice(cases: Sequence[tuple[Value, Value]], otherwise: Value) -> Value:
         return result
 
     return Value(span=span, type=kind, run=run)
-
-
-def _no_match(span: Span, name: str, given: Sequence[Type]) -> RefusalError:
-    numbers = sorted({len(pattern) for pattern in BUILT_INS[name].patterns})
-    if len(given) not in numbers:
-        return RefusalError(span, f"{name} takes {' or '.join(map(str, numbers))} values, not {len(given)}")
-    kinds = ", ".join(one.value for one in given)
-    advice = "write vec4(...) around a number, or take a component such as .x"
-    return RefusalError(span, f"{name} does not take {kinds}: its values have one type", advice)
 
 
 def _constructed(span: Span, kind: Type, arguments: Sequence[Value]) -> Value:

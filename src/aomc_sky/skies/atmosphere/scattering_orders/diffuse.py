@@ -233,16 +233,22 @@ class _View:
         paths, weights = self._paths.weights(slab, self._columns.grid.profile.extinction_m2[row])
         scattering = scattering_moments(slab, kinds[:, : self._n_moments] * self._window, self._n_moments)
         orders = self._summed(row, slab, paths, scattering, self._n_listed)
-        drift = -self._paths.turn * self._steepness(row, paths, scattering, orders.total)
-        drift = np.clip(drift, -_STEEPEST, _STEEPEST)
+        moved = self._summed(row, self._columns.turned_slabs[row], paths, scattering[:, :1], 1, SUN_STEP_RAD)
+        after, here = moved.total[0, 0, 0], orders.total[0, 0, 0]
+        lit = here > 0.0
+        # logarithmic derivative of the mean radiance at the levels by the sun's zenith angle
+        steepness = np.where(lit, after / np.where(lit, here, 1.0) - 1.0, 0.0) / SUN_STEP_RAD
+        drift = np.clip(-self._paths.turn * steepness, -_STEEPEST, _STEEPEST)
         rest = orders.total.copy()
         for each in orders.listed:
             rest[:, : each.shape[1]] -= each
         sources = (*orders.listed, rest)
         modes = np.zeros((len(sources), rest.shape[1] + 1, weights.shape[0]))
         for place, each in zip(modes, sources, strict=True):
-            looked_into = self._looked_into(weights, drift, scattering, each)
-            place[: looked_into.shape[0]] = looked_into
+            source = _modes(self._tables, scattering, each)  # of the order after that of these moments
+            n = source.shape[0]
+            place[:n] = self._factor[:n] * np.einsum("vk,mvk->mv", weights, source)
+            place[: n + 1] += times_cosine(self._factor[:n] * np.einsum("vk,mvk->mv", weights * drift, source))
         return modes, orders
 
     def _summed(
@@ -258,23 +264,6 @@ class _View:
             last_order=None if self._medium.n_orders >= ALL_ORDERS else self._medium.n_orders,
             n_listed=n_listed,
         )
-
-    def _steepness(self, row: int, paths: Paths, scattering: np.ndarray, total: np.ndarray) -> np.ndarray:
-        """Logarithmic derivative of the mean radiance at the levels (n_level,) by the sun's zenith angle. [rad-1]"""
-        slab = self._columns.turned_slabs[row]
-        moved = self._summed(row, slab, paths, scattering[:, :1], 1, SUN_STEP_RAD).total[0, 0, 0]
-        here = total[0, 0, 0]
-        lit = here > 0.0
-        return np.where(lit, moved / np.where(lit, here, 1.0) - 1.0, 0.0) / SUN_STEP_RAD
-
-    def _looked_into(
-        self, weights: np.ndarray, drift: np.ndarray, scattering: np.ndarray, moments: np.ndarray
-    ) -> np.ndarray:
-        """Factors of cos(m phi) (modes, n_zenith) of the order after that of these moments; the drift adds a mode."""
-        n, source = moments.shape[1], _modes(self._tables, scattering, moments)
-        modes = self._factor[:n] * np.einsum("vk,mvk->mv", weights, source)
-        tilted = self._factor[:n] * np.einsum("vk,mvk->mv", weights * drift, source)
-        return np.concatenate([modes, np.zeros_like(modes[:1])]) + times_cosine(tilted)
 
 
 def times_cosine(modes: np.ndarray) -> np.ndarray:

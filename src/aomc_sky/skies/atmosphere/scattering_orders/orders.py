@@ -50,16 +50,6 @@ def _panels(low: np.ndarray, high: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return 1.0 - 2.0 * t**4, 32.0 * np.pi * t**3 * (1.0 - v) * _WEIGHT * half
 
 
-def _moment_weights(cosine: np.ndarray, weight: np.ndarray, n_moments: int) -> np.ndarray:
-    """P_l(c) times weights, (n_moments, n)."""
-    table = np.empty((n_moments, cosine.size))
-    before, here = np.zeros(cosine.size), np.ones(cosine.size)
-    for degree in range(n_moments):
-        table[degree] = here
-        before, here = here, ((2 * degree + 1) * cosine.ravel() * here - degree * before) / (degree + 1)
-    return weight.ravel() * table
-
-
 def _is_rough(phase: Callable[[np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray) -> np.ndarray:
     """Whether the two halves of a panel bring another integral than the panel: a jump, a bend, a narrow peak."""
     middle = 0.5 * (low + high)
@@ -86,8 +76,13 @@ def phase_moments(phase: Callable[[np.ndarray], np.ndarray], n_moments: int) -> 
         middle = 0.5 * (low + high)[rough]
         low = np.concatenate([low[~rough], low[rough], middle])
         high = np.concatenate([high[~rough], middle, high[rough]])
-    cosine, weight = _panels(low, high)
-    moments = _moment_weights(cosine, weight, n_moments) @ phase(cosine.ravel())
+    cosine, weight = (each.ravel() for each in _panels(low, high))
+    table = np.empty((n_moments, cosine.size))  # P_l(c)
+    before, here = np.zeros(cosine.size), np.ones(cosine.size)
+    for degree in range(n_moments):
+        table[degree] = here
+        before, here = here, ((2 * degree + 1) * cosine * here - degree * before) / (degree + 1)
+    moments = (weight * table) @ phase(cosine)
     if not abs(moments[0] - 1.0) < _NORM_TOLERANCE:
         raise SceneError(f"a phase function has the integral {moments[0]:.6g} over the sphere; expected 1")
     return moments / moments[0]
@@ -112,13 +107,6 @@ def legendre_table(mu: np.ndarray, n_modes: int, n_moments: int) -> np.ndarray:
         ahead = (2.0 * degree - 1.0) * mu * here - np.sqrt((degree - 1.0) ** 2 - order**2) * before
         before, here = here, ahead / np.sqrt(degree**2 - order**2)
     return table
-
-
-def moments_by_mode(moments: np.ndarray, n_modes: int) -> np.ndarray:
-    """Moments (..., n_moments) times (2 l + 1) / 2, arranged like `legendre_table`: (..., n_modes, n_moments)."""
-    n = moments.shape[-1]
-    padded = np.concatenate([(np.arange(n) + 0.5) * moments, np.zeros((*moments.shape[:-1], n_modes))], axis=-1)
-    return padded[..., np.arange(n_modes)[:, None] + np.arange(n)]
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -185,7 +173,10 @@ def scattering_moments(slab: Slab, kinds: np.ndarray, n_modes: int) -> np.ndarra
     n_moments).
     """
     n_kind, n_moments = kinds.shape
-    rows = moments_by_mode(np.pad(kinds, ((0, 0), (0, n_moments % 2))), n_modes)
+    n_even = n_moments + n_moments % 2
+    padded = np.pad(kinds, ((0, 0), (0, n_even - n_moments + n_modes)))
+    padded[:, :n_even] *= np.arange(n_even) + 0.5
+    rows = padded[:, np.arange(n_modes)[:, None] + np.arange(n_even)]  # arranged like `legendre_table`
     share = slab.scattering.reshape(n_kind, -1)
     return np.stack([np.tensordot(rows[:, :, parity::2], share, axes=(0, 0)) for parity in (0, 1)])
 

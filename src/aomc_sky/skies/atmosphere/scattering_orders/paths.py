@@ -131,23 +131,23 @@ class ShellPaths:
         self._from_ground, self._view = (lines_through(grid, ground, last, each)[1][0] for each in (mu, view_mu))
         #: (n_zenith, n_level) angle from the observer's vertical to that of the place where a direction looked into
         #: crosses a node's altitude. The sun is higher there by this angle if one looks towards it. [rad]
-        self.turn = _turn(grid.profile.earth_radius_m, grid.node_m.ravel(), view_mu)
+        radius, cosine = grid.profile.earth_radius_m, view_mu[:, None]
+        distance, _ = way_from_ground(radius, cosine, grid.node_m.ravel())
+        self.turn = np.arctan2(distance * np.sqrt(1.0 - cosine**2), radius + distance * cosine)
 
     def weights(self, slab: Slab, extinction_m2: np.ndarray) -> tuple[Paths, np.ndarray]:
         """Paths of the nodes' directions, and (n_zenith, n_level) for the directions looked into, at one wavelength."""
         crossed, below, ground, view = (
             each @ extinction_m2 for each in (self._crossed, self._below, self._from_ground, self._view)
         )
-        paths = node_paths(slab.share, crossed, below, self._tangent_share(slab), self._lowest_m, ground)
-        return paths, ground_weights(slab.share, view)
-
-    def _tangent_share(self, slab: Slab) -> np.ndarray:
-        """Share of an element that a line crosses above its lowest point, (n_level, n_mu, n_element)."""
         altitude = np.concatenate([self._grid.edge_m, self._grid.node_m.ravel()])
         depth = np.concatenate([slab.edge_depth, slab.node_depth.ravel()])
         rising = np.argsort(altitude)
         lowest = np.interp(self._lowest_m, altitude[rising], depth[rising])
-        return np.clip((lowest[:, :, None] - slab.edge_depth[:-1]) / np.diff(slab.edge_depth), 0.0, 1.0)
+        # share of an element that a line crosses above its lowest point
+        tangent = np.clip((lowest[:, :, None] - slab.edge_depth[:-1]) / np.diff(slab.edge_depth), 0.0, 1.0)
+        paths = node_paths(slab.share, crossed, below, tangent, self._lowest_m, ground)
+        return paths, ground_weights(slab.share, view)
 
 
 SUN_STEP_RAD = 2e-3
@@ -179,10 +179,3 @@ class ShellColumns:
         self.grid = altitude_grid(medium, self.n_element)
         self.slabs = slabs_of_medium(medium, self.grid, sun_zenith_rad)
         self.turned_slabs = slabs_of_medium(medium, self.grid, min(sun_zenith_rad + SUN_STEP_RAD, np.pi))
-
-
-def _turn(radius_m: float, altitude_m: np.ndarray, mu: np.ndarray) -> np.ndarray:
-    """Angle at the earth's centre between the observer and where rays from there reach altitudes, (n_mu, n_level)."""
-    cosine = mu[:, None]
-    distance, _ = way_from_ground(radius_m, cosine, altitude_m)
-    return np.arctan2(distance * np.sqrt(1.0 - cosine**2), radius_m + distance * cosine)

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from aomc_sky.skies.atmosphere.medium import Constituent, Medium, scatterers
+from aomc_sky.skies.atmosphere.medium import Medium, phase_laws, scatterers
 from aomc_sky.skies.atmosphere.optical_depth import Profile, columns, density_profile, optical_depth_to_top
 
 NODES_PER_ELEMENT = 4
@@ -46,19 +46,6 @@ class Slab:
         return (self.node_depth - self.edge_depth[:-1, None]) / np.diff(self.edge_depth)[:, None]
 
 
-def joined_edges(fixed: np.ndarray, wished: np.ndarray, least: float) -> np.ndarray:
-    """Rising edges: the fixed ones more than `least` apart, and the wished ones that are not next to a fixed one."""
-    kept = [fixed[0]]
-    for edge in fixed[1:]:
-        if edge - kept[-1] > least:
-            kept.append(edge)
-    kept[-1] = fixed[-1]
-    rising = np.asarray(kept)
-    spacing = np.gradient(wished) if wished.size > 1 else np.ones(1)
-    gap = np.min(np.abs(wished[:, None] - rising), axis=1)
-    return np.sort(np.concatenate([rising, wished[gap > 0.3 * spacing]]))
-
-
 @dataclass(frozen=True, kw_only=True, slots=True)
 class AltitudeGrid:
     """Elements of a medium by altitude, from the top down, and what lies above their edges and nodes."""
@@ -76,7 +63,9 @@ class AltitudeGrid:
 def altitude_grid(medium: Medium, n_element: int) -> AltitudeGrid:
     """Place elements: crowded in optical depth at top and ground, none across a kink, none too tall."""
     profile = density_profile(medium)
-    weight = _mean_extinction(medium, profile)
+    whole = profile.extinction_m2 @ columns(profile, 0.0, 1.0, medium.top_m)
+    lit = whole > 0.0
+    weight = (profile.extinction_m2[lit] / whole[lit, None]).mean(axis=0)  # as shares of the whole optical depth
     search = np.unique(np.concatenate([profile.edge_m, np.linspace(0.0, medium.top_m, _N_SEARCH)]))
     above = columns(profile, search, 1.0, medium.top_m) @ weight
 
@@ -85,7 +74,7 @@ def altitude_grid(medium: Medium, n_element: int) -> AltitudeGrid:
 
     # crowded at both ends, where radiances along shallow paths change fastest
     clustered = 0.5 * above[0] * (1.0 - np.cos(np.pi * np.arange(n_element + 1) / n_element))
-    edges = _edges(medium, altitude(clustered))[::-1]
+    edges = _edges(profile, altitude(clustered))[::-1]
     depth = np.interp(edges, search, above)
     thick = np.diff(depth) > 1e-9 * above[0]
     depth = np.concatenate([[0.0], depth[1:][thick]])
@@ -103,18 +92,17 @@ def altitude_grid(medium: Medium, n_element: int) -> AltitudeGrid:
     )
 
 
-def _mean_extinction(medium: Medium, profile: Profile) -> np.ndarray:
-    """Extinction of each constituent, averaged over wavelengths as shares of the whole optical depth. [m2]"""
-    whole = profile.extinction_m2 @ columns(profile, 0.0, 1.0, medium.top_m)
-    lit = whole > 0.0
-    return (profile.extinction_m2[lit] / whole[lit, None]).mean(axis=0)
-
-
-def _edges(medium: Medium, wished: np.ndarray) -> np.ndarray:
-    """Rising altitudes from 0 to the top."""
-    kinks = np.concatenate([np.array([0.0, medium.top_m]), *(part.kink_altitude_m for part in medium.constituents)])
-    kinks = np.unique(kinks[(kinks >= 0.0) & (kinks <= medium.top_m)])
-    edges = joined_edges(kinks, np.sort(wished)[1:-1], 1e-6 * medium.top_m)
+def _edges(profile: Profile, wished: np.ndarray) -> np.ndarray:
+    """Rising altitudes from 0 to the top: kinks that are apart, and wished ones that are not next to a kink."""
+    kept = [0.0]
+    for kink in [*profile.kink_m.tolist(), profile.top_m]:
+        if kink - kept[-1] > 1e-6 * profile.top_m:
+            kept.append(kink)
+    kept[-1] = profile.top_m
+    wished = np.sort(wished)[1:-1]
+    spacing = np.gradient(wished) if wished.size > 1 else np.ones(1)
+    gap = np.min(np.abs(wished[:, None] - kept), axis=1)
+    edges = np.sort(np.concatenate([kept, wished[gap > 0.3 * spacing]]))
     pieces = [edges[:1]]
     for low, high in pairwise(edges.tolist()):
         n = int(np.ceil((min(high, _STRATOPAUSE_M) - low) / _TALLEST_M)) if low < _STRATOPAUSE_M else 1
@@ -122,9 +110,7 @@ def _edges(medium: Medium, wished: np.ndarray) -> np.ndarray:
     return np.concatenate(pieces)
 
 
-def _phase_at(part: Constituent, row: int) -> Callable[[np.ndarray], np.ndarray]:
-    law = part.phase_function
-    assert law is not None  # only scatterers come here
+def _of_row(law: Callable[[np.ndarray, int], np.ndarray], row: int) -> Callable[[np.ndarray], np.ndarray]:
     return lambda cosine: law(cosine, row)
 
 
@@ -153,7 +139,7 @@ def _slab(medium: Medium, grid: AltitudeGrid, row: int, beam: np.ndarray) -> Sla
         edge_depth=edges,
         node_depth=edges[:-1, None] + thickness[:, None] * share,
         scattering=np.stack([n * part.scattering_m2[row] / local for n, part in zip(density, parts, strict=True)]),
-        phases=tuple(_phase_at(part, row) for part in parts),
+        phases=tuple(_of_row(law, row) for law in phase_laws(medium)),
         beam=beam[:-1].reshape(nodes.shape),
         beam_at_ground=float(beam[-1]),
     )

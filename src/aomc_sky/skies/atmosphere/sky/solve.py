@@ -19,7 +19,7 @@ from aomc_sky.skies.atmosphere.lights import Moon, ground_beam, is_mirrored
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers, unlit
 from aomc_sky.skies.atmosphere.optical_depth import vertical_optical_depth
 from aomc_sky.skies.atmosphere.order_one import scattering_cosine, with_phases
-from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, DiffuseSky, solve_orders
+from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, solve_orders
 from aomc_sky.skies.atmosphere.sky.method import LOWEST_SUN_DEG, Lights, chosen_lights
 from aomc_sky.skies.atmosphere.sky.path_orders import (
     LaterOrders,
@@ -76,19 +76,14 @@ def later_orders(
         )
     limited = dataclasses.replace(medium, n_orders=n_orders)
     found = solve_orders(limited, sun_zenith_rad, sky_zenith_rad, n_listed=n_listed - 1)
-    rest = _geometric_rest(found, n_orders, n_listed)
-    return LaterOrders(modes=found.later_modes, truncation=rest, resolution_error=found.resolution_error)
-
-
-def _geometric_rest(found: DiffuseSky, n_orders: int, n_listed: int) -> np.ndarray:
-    """Share beyond many orders, by the ratio of the last two that are listed."""
-    if n_orders >= ALL_ORDERS:
-        return np.zeros(found.irradiance_by_order.shape[0])
-    before, last = found.irradiance_by_order[:, -3], found.irradiance_by_order[:, -2]
-    ratio = np.divide(last, before, out=np.zeros_like(last), where=before > 0)
-    rest = last * ratio ** (n_orders - n_listed + 2) / np.maximum(1.0 - ratio, 1e-6)
-    total = found.irradiance_by_order.sum(axis=1)
-    return np.divide(rest, total, out=np.zeros_like(rest), where=total > 0)
+    truncation = np.zeros(found.irradiance_by_order.shape[0])
+    if n_orders < ALL_ORDERS:  # by the ratio of the last two orders that are listed
+        before, last = found.irradiance_by_order[:, -3], found.irradiance_by_order[:, -2]
+        ratio = np.divide(last, before, out=np.zeros_like(last), where=before > 0)
+        rest = last * ratio ** (n_orders - n_listed + 2) / np.maximum(1.0 - ratio, 1e-6)
+        total = found.irradiance_by_order.sum(axis=1)
+        np.divide(rest, total, out=truncation, where=total > 0)
+    return LaterOrders(modes=found.later_modes, truncation=truncation, resolution_error=found.resolution_error)
 
 
 def solve_sky(

@@ -11,11 +11,8 @@ import numpy as np
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere.lights import GroundBeam, Moon, is_mirrored
 from aomc_sky.skies.atmosphere.medium import Medium
-from aomc_sky.skies.atmosphere.order_one import (
-    scattered_once,
-    scattering_cosine,
-    with_phases,
-)
+from aomc_sky.skies.atmosphere.order_one import scattered_once, scattering_cosine, with_phases
+from aomc_sky.skies.quadrature import angles_at, zeniths_at
 
 HALF_PI = np.pi / 2
 
@@ -243,39 +240,31 @@ def patch_means(
     changes.
     """
     columns, mirror = _distinct_columns(grid, sun_azimuth_rad, is_mirrored=sky.is_mirrored)
-    order_one, change = _refined_order_one(sky, grid, columns, tolerance)
+    unsettled, n_points = np.arange(grid.n_zenith * len(columns)), FIRST_POINTS
+    order_one, change = _means(sky, grid, columns, unsettled, n_points), np.zeros(unsettled.size)
+    while n_points < _MOST_POINTS and unsettled.size:
+        n_points = min(int(np.ceil(n_points * _GROWTH)), _MOST_POINTS)
+        finer = _means(sky, grid, columns, unsettled, n_points)
+        moved = np.abs(finer - order_one[:, unsettled])
+        change[unsettled] = np.divide(moved, finer, out=np.zeros_like(finer), where=finer > 0).max(axis=0)
+        order_one[:, unsettled] = finer
+        unsettled = np.flatnonzero(change > tolerance)
     mean = np.zeros((order_one.shape[0], sky.n_listed, grid.n_zenith, len(columns)))
     mean[:, 0] = order_one.reshape(order_one.shape[0], grid.n_zenith, -1)
     if sky.later_orders is not None:
         share, weight = _gauss(MORE_POINTS)
-        azimuth = columns[:, :1] + (columns[:, 1:] - columns[:, :1]) * share
-        mean[:, 1:] = np.maximum(sky.later_orders.means(_zeniths(grid, share), azimuth, weight), 0.0)
+        azimuth = angles_at(columns, share)
+        mean[:, 1:] = np.maximum(sky.later_orders.means(zeniths_at(grid, share), azimuth, weight), 0.0)
     if sky.glow is not None:
         mean += glow_means(sky.glow, grid)[..., None]
-    return mean[..., mirror].reshape(*mean.shape[:2], -1), change
+    return mean[..., mirror].reshape(*mean.shape[:2], -1), float(change.max(initial=0.0))
 
 
 def glow_means(glow: SkyField, grid: PatchGrid) -> np.ndarray:
     """Means of a sky that is the same all around over the rings of a grid, shape (n_wl, n_order, n_zenith)."""
     share, weight = _gauss(MORE_POINTS)
     anywhere = np.zeros((1, MORE_POINTS))
-    return np.maximum(glow.means(_zeniths(grid, share), anywhere, weight)[..., 0], 0.0)
-
-
-def _refined_order_one(
-    sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, tolerance: float
-) -> tuple[np.ndarray, float]:
-    """Means of order 1, and their largest last change."""
-    unsettled, n_points = np.arange(grid.n_zenith * len(columns)), FIRST_POINTS
-    mean, change = _means(sky, grid, columns, unsettled, n_points), np.zeros(unsettled.size)
-    while n_points < _MOST_POINTS and unsettled.size:
-        n_points = min(int(np.ceil(n_points * _GROWTH)), _MOST_POINTS)
-        finer = _means(sky, grid, columns, unsettled, n_points)
-        moved = np.abs(finer - mean[:, unsettled])
-        change[unsettled] = np.divide(moved, finer, out=np.zeros_like(finer), where=finer > 0).max(axis=0)
-        mean[:, unsettled] = finer
-        unsettled = np.flatnonzero(change > tolerance)
-    return mean, float(change.max(initial=0.0))
+    return np.maximum(glow.means(zeniths_at(grid, share), anywhere, weight)[..., 0], 0.0)
 
 
 def _distinct_columns(grid: PatchGrid, sun_azimuth_rad: float, *, is_mirrored: bool) -> tuple[np.ndarray, np.ndarray]:
@@ -300,20 +289,12 @@ def _gauss(n: int) -> tuple[np.ndarray, np.ndarray]:
     return (nodes + 1) / 2, weights / 2
 
 
-def _zeniths(grid: PatchGrid, share: np.ndarray) -> np.ndarray:
-    """Zenith angles at shares of the growth of sin^2 in each ring, shape (n_zenith, n). [rad]"""
-    near, growth, far = grid.ring_sin2()
-    sin2 = near[:, None] + growth[:, None] * share
-    cos2 = far[:, None] + growth[:, None] * (1 - share)
-    return np.arctan2(np.sqrt(sin2), np.sqrt(cos2))
-
-
 def _means(sky: SolvedSky, grid: PatchGrid, columns: np.ndarray, patches: np.ndarray, n: int) -> np.ndarray:
     """Means of order 1 over listed patches by n x n points, some at a time, shape (n_wl, n_listed)."""
     share, weight = _gauss(n)
     at_once = max(_MOST_VALUES // (n * n * sky.medium.wavelength_nm.size), 1)
-    zenith = _zeniths(grid, share)
-    azimuth = columns[:, :1] + (columns[:, 1:] - columns[:, :1]) * share
+    zenith = zeniths_at(grid, share)
+    azimuth = angles_at(columns, share)
     means = []
     for start in range(0, patches.size, at_once):
         ring, column = np.divmod(patches[start : start + at_once], len(columns))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import SceneError, require_one_of
 from aomc_sky.phase.vectorised import real
 from aomc_sky.record import same_content, short_repr
 
@@ -39,11 +39,6 @@ class ReferenceType(enum.IntEnum):
     """The most recent midnight."""
     HEBDOMADAL = 3
     """Midnight at the begin of the most recent Sunday."""
-
-    @property
-    def period_days(self) -> float:
-        """Latest relative time that a key can have. [d]"""
-        return {ReferenceType.ABSOLUTE: np.inf, ReferenceType.DIURNAL: 1.0}.get(self, 7.0)
 
 
 @dataclass(eq=False, frozen=True, kw_only=True, slots=True)
@@ -263,8 +258,7 @@ def background_of_lobes(
     >>> print(background.wavelength_nm)
     [550.]
     """
-    if reference not in _REFERENCES:
-        raise UsageError(f"reference is one of {', '.join(map(repr, _REFERENCES))}, not {reference!r}")
+    require_one_of(_REFERENCES, reference, "reference")
     samples = np.array(wavelength_nm, dtype=np.float64)
     curves: dict[bytes, np.ndarray] = {}
     built: dict[str, Animation] = {}
@@ -272,7 +266,15 @@ def background_of_lobes(
         keys = [one_or_more] if isinstance(one_or_more, SkyLobe) else list(one_or_more)
         if not keys:
             raise SceneError(f"animation {title!r} has no lobe")
-        rows = [_curve_index(one, title, samples, curves) for one in keys]
+        rows = []
+        for lobe in keys:
+            require_one_of(KINDS, lobe.kind, "the kind of a lobe")
+            spectrum = np.array(lobe.spectrum, dtype=np.float64)
+            if spectrum.shape != samples.shape:
+                message = f"a spectrum of shape {spectrum.shape} for {samples.size} wavelengths"
+                raise SceneError(f"animation {title!r}: {message}")
+            curves.setdefault(spectrum.tobytes(), spectrum)
+            rows.append(list(curves).index(spectrum.tobytes()))
         built[title] = _animation(keys, rows, _REFERENCES[reference], int(time_point_s))
     return BackgroundFile(
         info=BackgroundInfo(name=name, author=author, description=description, organization=organization),
@@ -282,20 +284,9 @@ def background_of_lobes(
     )
 
 
-def _curve_index(lobe: SkyLobe, title: str, samples: np.ndarray, curves: dict[bytes, np.ndarray]) -> int:
-    spectrum = np.array(lobe.spectrum, dtype=np.float64)
-    if spectrum.shape != samples.shape:
-        raise SceneError(f"animation {title!r}: a spectrum of shape {spectrum.shape} for {samples.size} wavelengths")
-    curves.setdefault(spectrum.tobytes(), spectrum)
-    return list(curves).index(spectrum.tobytes())
-
-
 def _animation(
     lobes: Sequence[SkyLobe], curve_index: list[int], reference: ReferenceType, time_point_s: int
 ) -> Animation:
-    unknown = next((one.kind for one in lobes if one.kind not in KINDS), None)
-    if unknown is not None:
-        raise UsageError(f"the kind of a lobe is one of {', '.join(map(repr, KINDS))}, not {unknown!r}")
     quaternion = [axis_quaternion(one.zenith_deg, one.azimuth_deg, one.turn_deg) for one in lobes]
     width_y = [0.0 if one.kind == "hg" else one.width if one.width_y is None else one.width_y for one in lobes]
     return Animation(

@@ -93,14 +93,17 @@ def read_background_file(path: str | Path) -> BackgroundFile:
 def background_of_members(members: Hdf5Members, report: Report) -> BackgroundFile | None:
     """Build a file from its members, without the animations that are reported (E504, E505); None without spectra."""
     info = _info(members, report)
-    animations = _animations(members, report)
+    paths = sorted(n for n in members.names if n.startswith("LobeAnims/") and n.count("/") == 1)
+    if not paths and not any(p.field.startswith("/LobeAnims") for p in report.problems):
+        report.add("E504", "no animation, or no such group", name="/LobeAnims", advice="give at least one lobe")
+    made = {path.removeprefix("LobeAnims/"): _animation(members, path, report) for path in paths}
     spectra = _spectra(members, report)
     if spectra is None:
         return None
     wavelength, curves = spectra
     return BackgroundFile(
         info=info,
-        animations=animations,
+        animations={name: animation for name, animation in made.items() if animation is not None},
         wavelength_nm=frozen(wavelength * NM_PER_UM),
         curves=frozen(curves * SI_PER_FILE_UNIT),
     )
@@ -125,16 +128,6 @@ def _spectra(members: Hdf5Members, report: Report) -> tuple[np.ndarray, np.ndarr
         advice = "divide them by 1000 if they are nanometres"
         report.add("E506", message, name="/SpectralSamples", advice=advice, is_warning=True)
     return wavelength, curves
-
-
-def _animations(members: Hdf5Members, report: Report) -> dict[str, Animation]:
-    """The animations by name, in the order of their names, without those that are reported."""
-    paths = sorted(n for n in members.names if n.startswith("LobeAnims/") and n.count("/") == 1)
-    group = "/LobeAnims"
-    if not paths and not any(p.field.startswith(group) for p in report.problems):
-        report.add("E504", "no animation, or no such group", name=group, advice="give at least one lobe")
-    animations = {path.removeprefix("LobeAnims/"): _animation(members, path, report) for path in paths}
-    return {name: animation for name, animation in animations.items() if animation is not None}
 
 
 def _info(members: Hdf5Members, report: Report) -> BackgroundInfo:
@@ -332,10 +325,10 @@ def _check_animation(where: str, keys: Animation, n_curves: int, report: Report)
     bad = (keys.curve_index < 0) | (keys.curve_index >= n_curves)
     allowed = f"below {n_curves}, the number of rows of /SpectralCurves; rows count from 0"
     check("CurveIndex", "E508", bad, keys.curve_index, allowed, "add the curve or correct the index")
-    time, period = keys.relative_time_days, keys.reference.period_days
-    inside = np.isfinite(time)
-    allowed = "finite"
+    time = keys.relative_time_days
+    inside, allowed = np.isfinite(time), "finite"
     if keys.reference is not ReferenceType.ABSOLUTE:
+        period = 1.0 if keys.reference is ReferenceType.DIURNAL else 7.0
         inside &= (time >= 0.0) & (time <= period)
         allowed = f"0 to {period:g} inclusive"
     check("RelativeTime", "E507", ~inside, time, allowed, "write days, not seconds or hours")
@@ -433,24 +426,19 @@ def encode_background(background: BackgroundFile) -> bytes:
                 info.create_dataset(name, data=[text], dtype=h5py.string_dtype(), track_times=False)
         animations = file.create_group("LobeAnims")
         for name in sorted(background.animations):
-            _write_animation(animations.create_group(name), background.animations[name])
+            group, keys = animations.create_group(name), background.animations[name]
+            lobes, reference = np.zeros(len(keys), LOBE), np.zeros(1, REFERENCE)
+            lobes["Type"] = keys.lobe_type
+            lobes["Param0"], lobes["Param1"], lobes["Coeff"] = keys.param0, keys.param1, keys.coefficient
+            lobes["LocalTransform"], lobes["CurveIndex"] = keys.quaternion, keys.curve_index
+            lobes["RelativeTime"] = keys.relative_time_days
+            reference["Type"], reference["TimePoint"] = ReferenceType(keys.reference), keys.time_point_s
+            group.create_dataset("Lobes", data=lobes, track_times=False)
+            group.create_dataset("ReferenceTime", data=reference, track_times=False)
         samples = _single(background.wavelength_nm / NM_PER_UM)[np.newaxis]
         file.create_dataset("SpectralCurves", data=_single(background.curves / SI_PER_FILE_UNIT), track_times=False)
         file.create_dataset("SpectralSamples", data=samples, track_times=False)
     return buffer.getvalue()
-
-
-def _write_animation(group: Any, keys: Animation) -> None:
-    lobes = np.zeros(len(keys), LOBE)
-    lobes["Type"] = keys.lobe_type
-    lobes["Param0"], lobes["Param1"], lobes["Coeff"] = keys.param0, keys.param1, keys.coefficient
-    lobes["LocalTransform"], lobes["CurveIndex"] = keys.quaternion, keys.curve_index
-    lobes["RelativeTime"] = keys.relative_time_days
-    reference = np.zeros(1, REFERENCE)
-    reference["Type"] = ReferenceType(keys.reference)
-    reference["TimePoint"] = keys.time_point_s
-    group.create_dataset("Lobes", data=lobes, track_times=False)
-    group.create_dataset("ReferenceTime", data=reference, track_times=False)
 
 
 def _single(values: np.ndarray) -> np.ndarray:
