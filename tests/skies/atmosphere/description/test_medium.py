@@ -116,14 +116,6 @@ def test_a_medium_is_the_one_that_was_built_by_hand() -> None:
     assert report.dropped == ()
 
 
-def test_optical_depths_are_columns_times_extinction() -> None:
-    _, report = read_medium(description(air(), ozone()))
-    column = 3.08458e25 * 8000.0 * -np.expm1(-15.0)
-    np.testing.assert_allclose(
-        report.optical_depth["molecules"], column * 0.04022e-30 * (GRID_NM / 1000) ** -4, rtol=1e-11
-    )
-
-
 def test_a_share_of_the_extinction_is_scattering() -> None:
     albedo = np.linspace(0.0, 1.0, 7)
     medium, _ = read_medium(description(air(single_scattering_albedo=albedo, angstrom_exponent=-1.5)))
@@ -299,13 +291,6 @@ def test_the_problems_of_all_blocks_come_together() -> None:
         (63, 'number density of "ozone"'),
     ]
     assert "a number density depends on altitude alone" in str(caught.value)
-
-
-def test_names_of_other_blocks_are_refused_with_a_reason() -> None:
-    with pytest.raises(InputFileError, match="a number of particles does not depend on the wavelength"):
-        read_medium(description(air(number_density=source("return groundAlbedo.x;"))))
-    with pytest.raises(InputFileError, match="depends on dotViewSun and the wavelengths alone"):
-        read_medium(description(air(phase_function=source("return vec4(altitude);"))))
 
 
 @pytest.mark.parametrize("path", sorted((INPUTS / "atmosphere").glob("*.atmo")), ids=lambda path: path.stem)
