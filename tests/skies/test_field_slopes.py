@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.patch_integrals import integrate_patches
 from aomc_sky.skies.tabulated import TabulatedSky, Weighting
 
 xarray = pytest.importorskip("xarray")
@@ -63,16 +62,3 @@ def test_what_no_slope_is():
     ):
         with pytest.raises(ValueError, match=message):
             TabulatedSky(**good | {"weighting": weighting}, slope=slope)
-
-
-@pytest.mark.parametrize("grid", [PatchGrid.whole_degrees(), PatchGrid.regular(18, 36)])
-def test_patches_across_quarter_turns_are_no_sign_of_a_spot(grid):
-    n_values = 0
-
-    def radiance(zenith, azimuth):
-        nonlocal n_values
-        n_values += zenith.size
-        return 1.0 + 0.3 * np.cos(zenith) + 0.2 * np.sin(zenith) * np.cos(azimuth)
-
-    integrate_patches(radiance, grid)
-    assert n_values <= 150 * grid.n_patches

@@ -236,12 +236,6 @@ def test_the_largest_error_of_300_directions_is_that_of_the_docs():
     assert 0.0126 < abs(error(seen(model, irregular(300, 116)), model)) < 0.0137
 
 
-@pytest.mark.parametrize(("epsilon", "wanted"), [(1.0, False), (8.0, True)])
-def test_a_bright_sun_wants_directions_around_it(epsilon, wanted):
-    note = seen(perez(epsilon), irregular()).notes(550.0)[0]
-    assert ("directions near the sun are needed most" in note) == wanted
-
-
 def test_what_few_directions_cannot_tell_is_not_told():
     """Three or four directions have an exact plane each; one azimuth alone leaves the whole sky to be extrapolated."""
     for n in (3, 4):
@@ -252,13 +246,3 @@ def test_what_few_directions_cannot_tell_is_not_told():
     scan = np.arange(0.0, 86.0, 5.0)
     notes = sky.RadianceField.from_points(scan, 0 * scan, 1 + np.cos(np.deg2rad(scan))).notes(550.0)
     assert notes[1].startswith("measured sky: 100 % of the light comes from beyond")
-
-
-def test_one_measured_wavelength_is_that_of_no_other():
-    zenith, azimuth = irregular(150)
-    measured = sky.RadianceField.from_points(zenith, azimuth, np.ones(150), 550.0)
-    with pytest.warns(
-        sky.InputWarning, match="1 of 2 wavebands, such as 700 nm, lie outside the measured wavelength 550"
-    ):
-        measured.lower([550.0, 700.0])
-    sky.RadianceField.from_points(zenith, azimuth, np.ones(150)).lower([550.0, 700.0])  # of all wavelengths

@@ -354,7 +354,7 @@ def test_luminance_times_spectrum() -> None:
     [{}, 3, {"zenith": 1.0}, {"zenith_deg": 1.0, "zenith_offset_deg": 1.0}, {"zenith_deg": 181.0}],
 )
 def test_wrong_moons(moon: Any) -> None:
-    with pytest.raises(UsageError, match="[mM]oon"):
+    with pytest.raises(UsageError, match=r"[mM]oon"):
         aomc_sky.solve_atmosphere(
             INPUTS / "light_polluted" / "air.atmo", wavelength_nm=450.0, sun_zenith_deg=40.0, sky_zenith_deg=[20.0],
             azimuth_from_sun_deg=[0.0], orders=1, moon=moon,
@@ -363,7 +363,7 @@ def test_wrong_moons(moon: Any) -> None:
 
 @pytest.mark.parametrize("given", [{"ground_luminance_cd_m2": 1.0}, {"orders": 1.0}])
 def test_lights_without_an_atmosphere_are_refused(given: dict[str, float]) -> None:
-    with pytest.raises(UsageError, match="used only with|no input 'orders'"):
+    with pytest.raises(UsageError, match=r"used only with|no input 'orders'"):
         aomc_sky.read_scene(INPUTS / "overcast" / "amc.inp", atmosphere=given)
 
 
