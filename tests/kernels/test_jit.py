@@ -5,29 +5,12 @@ import subprocess
 import sys
 
 import numba
-import numpy as np
 import pytest
 
 from tests.support.processes import with_numba
 from tests.support.shared import INPUTS, REPOSITORY
 
 pytestmark = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT")
-
-
-def test_outputs_are_known_not_to_overlap():
-    """Without the promise a loop that gathers from a table and stores to an output does not vectorise."""
-    from aomc_sky.kernels.jit import shared
-
-    @shared
-    def twice(x, y):
-        for k in range(x.size):
-            y[k] = x[k] + x[k]
-
-    x, y = np.arange(3.0), np.empty(3)
-    twice(x, y)
-    assert y.tolist() == [0.0, 2.0, 4.0]
-    (text,) = twice.inspect_llvm().values()
-    assert "noalias" in text.split("define", 2)[1].split("{")[0]
 
 
 _WITHOUT_BLAS = """

@@ -1,9 +1,7 @@
 """The compiled emission equals its plain form to the bit, for every law, order, placement and precision."""
 
-import collections
 import dataclasses
 import functools
-import itertools
 
 import numba
 import numpy as np
@@ -116,24 +114,9 @@ def test_places_are_moved_along_the_slope(name):
     assert np.all(np.count_nonzero(component.bounds[:, 2:], axis=0) > 5)
 
 
-def test_one_disc_among_cells_of_the_main_law_goes_by_its_slot():
-    """Where there are more kinds of cells, a table of laws says which slot is what."""
-    disc_slot = {name: source_of(name)._emitter._packed(0).one_disc for name in SCENES}
-    assert {name for name, slot in disc_slot.items() if slot >= 0} == {"disc", "faint disc", "disc and uniform"}
-
-
 def types_of(arguments):
     """What numba compiles for."""
     return tuple(types_of(a) if isinstance(a, tuple) else numba.typeof(a) for a in arguments)
-
-
-def test_options_that_choose_loops_are_no_variants():
-    """Code of its own have a precision, the common case and the Perez sky; runs of one cell are a kernel apart."""
-    variants = set()
-    for name, precision, order, placement in itertools.product(SCENES, PRECISIONS, ORDERS, PLACEMENTS):
-        packed = source_of(name, order=order, placement=placement, precision=precision)._emitter._packed(0)
-        variants.add(("emit_runs" if packed.has_long_runs else "emit", precision, types_of(packed)))
-    assert collections.Counter(name for name, _, _ in variants) == {"emit": 6, "emit_runs": 2}
 
 
 def test_the_word_of_a_perez_cell_gives_back_its_tilts():
@@ -180,17 +163,6 @@ def test_more_photons_than_32_bits_and_more_cells_than_16_bits(n_zenith, n):
         compiled, plain = both(source, start, start + 5000)
         for key, values in compiled.items():
             np.testing.assert_array_equal(values, plain[key])
-
-
-@pytest.mark.parametrize(("n_zenith", "n"), [(90, 10**6), (500, 3 * 10**6), (500, 10**5), (500, 2**40)])
-def test_a_rank_is_a_few_steps_from_its_slot(n_zenith, n):
-    """With a guide of fixed length a rank of a fine table walked over dozens of slots."""
-    packed = many_cells(n_zenith, n)._emitter._packed(0)
-    rank = np.random.default_rng(4).integers(0, n, 1000)
-    slot = np.searchsorted(packed.cumulative[1:-2].astype(np.int64), rank, side="right")
-    steps = slot - packed.guide[rank >> int(packed.guide_shift)]
-    assert steps.min() >= 0
-    assert steps.mean() < 2
 
 
 def test_more_words_than_16_bits():
