@@ -35,6 +35,14 @@ def quads(*, to_unit=np.array, units="degree", name="zenith", flip=False, conven
     ).assign(zenith_bnds=(("zenith", "nv"), rings), a_bnds=(("azimuth", "nv"), columns))
 
 
+def through_a_file(made, path, engine="h5netcdf", read=None, **how):
+    pytest.importorskip("h5netcdf")
+    from aomc_sky.formats.netcdf import read_field
+
+    made.to_netcdf(path, engine=engine, **how)
+    return read_field(path, **(read or {}))
+
+
 def irradiance(table):
     return float(table.values[0] @ table.grid.projected_solid_angle_sr)
 
@@ -120,11 +128,8 @@ def test_equal_steps_leave_no_choice_of_bounds():
 
 @pytest.mark.parametrize("name", ["netcdf4", "classic"])
 def test_bounds_come_with_a_file(name, tmp_path):
-    pytest.importorskip("h5netcdf")
-    from aomc_sky.formats.netcdf import read_field
-
-    quads().to_netcdf(tmp_path / "quads.nc", engine="scipy" if name == "classic" else "h5netcdf")
-    table = sky.TabulatedSky.from_xarray(read_field(tmp_path / "quads.nc"))
+    made = through_a_file(quads(), tmp_path / "quads.nc", "scipy" if name == "classic" else "h5netcdf")
+    table = sky.TabulatedSky.from_xarray(made)
     assert irradiance(table) == pytest.approx(EXACT, rel=1e-12)
 
 
@@ -142,9 +147,6 @@ RINGS_OF_FOUR = sky.TabulatedSky(
 @pytest.mark.parametrize("name", ["rings", "inputs/sparse_sky degrees", "inputs/clear_day"])
 def test_export_and_read_give_the_same_photons(name, tmp_path):
     """Through netCDF: the radiances, the bounds and the convention are those of the scene, and so are its photons."""
-    pytest.importorskip("h5netcdf")
-    from aomc_sky.formats.netcdf import read_field
-
     if name == "rings":
         scene = sky.Scene(wavebands=[550.0], n_photons=100_000, components=RINGS_OF_FOUR)
     else:
@@ -152,8 +154,7 @@ def test_export_and_read_give_the_same_photons(name, tmp_path):
         scene = sky.read_scene(folder, iterations=100_000, bins=bins or None)
     source = scene.source(seed=1)
     exported = sky.to_xarray(source)
-    exported.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
-    table = sky.TabulatedSky.from_xarray(read_field(tmp_path / "run.nc"))
+    table = sky.TabulatedSky.from_xarray(through_a_file(exported, tmp_path / "run.nc"))
     assert not any("azimuth" in remark for remark in table.remarks)
     bands = scene.wavebands.wavelength_nm
     again = sky.Scene(wavebands=bands, n_photons=100_000, components=table).source(seed=1)
@@ -206,12 +207,8 @@ def test_missing_values_are_no_light(name, is_file, tmp_path):
     values[4, 2] = fill
     made = packed(values, **attributes)
     if is_file:
-        pytest.importorskip("h5netcdf")
-        from aomc_sky.formats.netcdf import read_field
-
         encoding = {} if "_FillValue" in attributes or "missing_value" in attributes else {"_FillValue": None}
-        made.to_netcdf(tmp_path / "field.nc", engine="h5netcdf", encoding={"radiance": encoding})
-        made = read_field(tmp_path / "field.nc")
+        made = through_a_file(made, tmp_path / "field.nc", encoding={"radiance": encoding})
     table = sky.TabulatedSky.from_xarray(made)
     assert irradiance(table) == pytest.approx(np.pi, rel=1e-6)
     (remark,) = [one for one in table.remarks if "have no value" in one]
@@ -225,16 +222,12 @@ def test_missing_values_are_no_light(name, is_file, tmp_path):
 )
 def test_packed_numbers_have_their_own_fills_and_ranges(dtype, fill, valid, tmp_path):
     """scale_factor and add_offset: limits of whole numbers are those of the stored numbers."""
-    pytest.importorskip("h5netcdf")
-    from aomc_sky.formats.netcdf import read_field
-
     stored = np.full((9, 18), 1000, dtype)
     stored[4, 2] = fill
     made = packed(stored, scale_factor=0.001, add_offset=0.5)
     if valid is not None:
         made.attrs["valid_range"] = np.array(valid, dtype)
-    made.to_netcdf(tmp_path / "field.nc", engine="h5netcdf")
-    table = sky.TabulatedSky.from_xarray(read_field(tmp_path / "field.nc"))
+    table = sky.TabulatedSky.from_xarray(through_a_file(made, tmp_path / "field.nc"))
     assert irradiance(table) == pytest.approx(1.5 * np.pi, rel=1e-6)
     assert any("1 of 162 directions have no value" in remark for remark in table.remarks)
     with pytest.raises(sky.SceneError, match=r"the field is packed .*; open it with mask_and_scale=True"):
@@ -366,14 +359,12 @@ def test_wavelengths_of_other_units(values, attributes, why):
 
 
 def test_a_variable_of_light_from_below(tmp_path):
-    pytest.importorskip("h5netcdf")
-    from aomc_sky.formats.netcdf import read_field
-
     for name in ("upwelling_radiance", "stokes_Q"):
-        packed(np.ones((18, 36))).to_dataset(name=name).to_netcdf(tmp_path / "f.nc")
+        made = packed(np.ones((18, 36))).to_dataset(name=name)
         with pytest.raises(sky.SceneError, match=f"{name!r} is not the light of the sky .* --variable {name}"):
-            read_field(tmp_path / "f.nc")
-        sky.TabulatedSky.from_xarray(read_field(tmp_path / "f.nc", variable=name), variable=name)
+            through_a_file(made, tmp_path / "f.nc")
+        field = through_a_file(made, tmp_path / f"{name}.nc", read={"variable": name})
+        sky.TabulatedSky.from_xarray(field, variable=name)
 
 
 @pytest.mark.parametrize("kind", ["relative_azimuth", "raa", "azimuth_from_sun"])

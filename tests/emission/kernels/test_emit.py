@@ -90,6 +90,14 @@ def many_cells(n_zenith, n):
     return sky.Scene(wavebands=BANDS, n_photons=n, components=(many,)).source()
 
 
+def compared(source, start, stop):
+    """The compiled photons, which are those of the plain form to the bit."""
+    compiled, plain = both(source, start, stop)
+    for key, values in compiled.items():
+        np.testing.assert_array_equal(values, plain[key], err_msg=key)
+    return compiled
+
+
 PRECISIONS, ORDERS, PLACEMENTS = ("float32", "float64"), ("shuffled", "patch"), ("r2", "philox", "centre")
 
 
@@ -99,9 +107,7 @@ PRECISIONS, ORDERS, PLACEMENTS = ("float32", "float64"), ("shuffled", "patch"), 
 @pytest.mark.parametrize("name", SCENES)
 def test_compiled_equals_plain(name, precision, order, placement):
     source = source_of(name, order=order, placement=placement, precision=precision)
-    compiled, plain = both(source, N // 5, N)
-    for key, values in compiled.items():
-        np.testing.assert_array_equal(values, plain[key], err_msg=key)
+    compiled = compared(source, N // 5, N)
     length = np.sqrt(sum(compiled[u].astype(np.float64) ** 2 for u in ("ux", "uy", "uz")))
     assert np.max(np.abs(length - 1)) < (3e-7 if precision == "float32" else 6e-16)
     assert np.all(compiled["uz"] <= 0)
@@ -136,9 +142,7 @@ def test_short_and_long_runs(precision, n):
     for name in ("table", "all cells lit"):
         source = source_of(name, n=n, order="patch", precision=precision)
         for start in (0, n // 3):
-            compiled, plain = both(source, start, n)
-            for key, values in compiled.items():
-                np.testing.assert_array_equal(values, plain[key])
+            compared(source, start, n)
 
 
 def test_counts_of_emitted_cells_are_the_counts():
@@ -160,9 +164,7 @@ def test_counts_of_emitted_cells_are_the_counts():
 def test_more_photons_than_32_bits_and_more_cells_than_16_bits(n_zenith, n):
     source = many_cells(n_zenith, n)
     for start in (0, n - 5000):
-        compiled, plain = both(source, start, start + 5000)
-        for key, values in compiled.items():
-            np.testing.assert_array_equal(values, plain[key])
+        compared(source, start, start + 5000)
 
 
 def test_more_words_than_16_bits():
@@ -177,6 +179,4 @@ def test_more_words_than_16_bits():
     )
     scattered = component("scattered", Law.CELL_MU2, cell, np.ones(n))
     source = sky.Scene(wavebands=BANDS, n_photons=2 * n, components=(scattered,)).source()
-    compiled, plain = both(source, 0, 2 * n)
-    for key, values in compiled.items():
-        np.testing.assert_array_equal(values, plain[key])
+    compared(source, 0, 2 * n)

@@ -8,42 +8,15 @@ import pytest
 import aomc_sky
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.lobes import functions as lobes
-from aomc_sky.skies.lobes.background import BackgroundSky, background_at
-from aomc_sky.skies.lobes.file.data import KINDS, Animation, ReferenceType
+from aomc_sky.skies.lobes.background import background_at
+from aomc_sky.skies.lobes.file.data import ReferenceType
 from aomc_sky.skies.lobes.light import read_background
 from aomc_sky.skies.lobes.lobe import slerp
+from tests.skies.lobes.animations import DAY, animation, background
 from tests.support.shared import SHARED, needs_shared
 
-UP = (1.0, 0.0, 0.0, 0.0)
-DAY = 86400.0
 SATURDAY_2024_06_01 = 1_717_200_000.0  # midnight UTC
 ANGLES = (np.linspace(0.0, np.pi / 2, 7)[:, None], np.linspace(0.0, 6.0, 9))
-
-
-def animation(times, coefficients, reference=ReferenceType.DIURNAL, **changes):
-    n = len(times)
-    kinds = changes.pop("kind", ("hg",) * n)
-    given = {
-        "lobe_type": np.array([KINDS[kind] for kind in kinds], np.uint8),
-        "param0": np.linspace(0.0, 0.5, n),
-        "param1": np.zeros(n),
-        "coefficient": np.array(coefficients, float),
-        "quaternion": np.tile(UP, (n, 1)),
-        "curve_index": np.zeros(n, np.int64),
-        "relative_time_days": np.array(times, float),
-        "reference": reference,
-        "time_point_s": SATURDAY_2024_06_01,
-    }
-    return Animation(**{**given, **changes})
-
-
-def background(*animations, utc_offset_h=0.0, **named):
-    return BackgroundSky(
-        animations={f"a{i}": one for i, one in enumerate(animations)} | named,
-        wavelength_nm=np.array([400.0, 500.0, 700.0]),
-        curves=np.array([[1.0, 2.0, 6.0], [8.0, 8.0, 8.0]]),
-        utc_offset_h=utc_offset_h,
-    )
 
 
 def turn(degrees):
@@ -71,7 +44,8 @@ def glow(coefficients=(1.0, 3.0), **changes):
     ],
 )
 def test_relative_times(reference, unix_s, days):
-    assert animation([0.0], [1.0], reference).relative_days(unix_s) == days
+    one = animation([0.0], [1.0], reference, time_point_s=SATURDAY_2024_06_01)
+    assert one.relative_days(unix_s) == days
 
 
 def test_midnight_is_local_with_an_offset():
@@ -243,13 +217,6 @@ def test_keys_of_two_kinds_fade_where_others_turn():
     fading, turning = (background_at(night, 0.5 * DAY, interpolation=how) for how in ("crossfade", "slerp"))
     assert [lobe.kind for lobe in turning.lobes] == ["hg", "ggx"]
     np.testing.assert_array_equal(fading.radiance(*ANGLES, 500.0), turning.radiance(*ANGLES, 500.0))
-
-
-def test_keys_that_differ_in_light_alone_are_one_lobe():
-    still = glow(param0=np.array([0.2, 0.2]), quaternion=np.stack([turn(5.0)] * 2))
-    (lobe,) = background_at(background(glow=still), 0.5 * DAY).lobes
-    np.testing.assert_allclose(lobe.spectrum, [12.5, 13.0, 15.0], rtol=1e-15)
-    np.testing.assert_array_equal(lobe.quaternion, turn(5.0))
 
 
 def test_lobes_without_light_are_left_out():
