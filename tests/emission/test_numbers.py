@@ -133,7 +133,7 @@ def test_wrong_arguments():
 
 
 @needs_jit
-@pytest.mark.parametrize(("way", "k"), [(WAYS[3], 3), (WAYS[1], 1)])
+@pytest.mark.parametrize(("way", "k"), [(WAYS[3], 3), pytest.param(WAYS[1], 1, marks=pytest.mark.slow)])
 def test_inside_a_loop_of_numba(way, k):
     made = source("everything", **options(way))
     sampler = made.numba_sampler(1, numbers=k)

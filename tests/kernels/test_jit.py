@@ -21,9 +21,8 @@ assert not [name for name in sys.modules if name.startswith("scipy.linalg")]
 import numba
 @numba.njit
 def product(a, b):
-    return a @ b, np.linalg.inv(a)
-both = product(2.0 * np.eye(3), np.ones((3, 3)))
-assert (both[0] == 2.0).all() and (both[1] == 0.5 * np.eye(3)).all()
+    return a @ b
+assert (product(2.0 * np.eye(3), np.ones((3, 3))) == 2.0).all()
 """
 
 

@@ -96,7 +96,9 @@ def mixed_scene():
 
 
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="hosts need the compiler")
-@pytest.mark.parametrize(("precision", "placement"), [("float32", "philox"), ("float64", "r2")])
+@pytest.mark.parametrize(
+    ("precision", "placement"), [("float32", "philox"), pytest.param("float64", "r2", marks=pytest.mark.slow)]
+)
 def test_kernels_and_numpy_give_the_same_bits(precision, placement):
     """Beside a disc at the horizon and a wide patch; one photon at a time, too."""
     source = mixed_scene().source(seed=3, precision=precision, placement=placement)

@@ -31,7 +31,6 @@ from tests.support.atmospheres import (
     plane_parallel,
     rayleigh_phase,
     sample,
-    uniform,
 )
 
 CUTS_M = (500.0, 1e3, 2e3, 4e3, 8e3, 15e3, 21.5e3, 30e3, 39e3, 60e3, 90e3)
@@ -115,18 +114,6 @@ def with_nodes(n: int, solve: Callable[..., np.ndarray], *arguments: object) -> 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(order_one, "N_NODES", n)
         return solve(*arguments)
-
-
-@pytest.mark.parametrize(
-    "medium", [full([450.0, 550.0]), exponential(1.0), uniform(0.5)], ids=["full", "gas", "uniform"]
-)
-def test_twice_the_nodes_change_little(medium: Medium) -> None:
-    zenith, azimuth = (
-        x.ravel() for x in np.meshgrid(np.radians([0.0, 50.0, 85.0, 89.9, 90.0]), np.radians([0.0, 80.0, 180.0]))
-    )
-    for sun_deg, bound in [(0.0, 1e-7), (60.0, 1e-7), (85.0, 1e-5), (90.0, 1e-5), (92.0, 1e-5)]:
-        few, many = (with_nodes(n, solve_order_one, medium, np.radians(sun_deg), zenith, azimuth) for n in (6, 12))
-        np.testing.assert_allclose(few, many, rtol=bound, atol=1e-30)
 
 
 def test_the_horizon_is_the_end_of_a_smooth_sky() -> None:

@@ -61,8 +61,9 @@ def places(cells, rng):
     return a0 + width * (count - x), b0 + width * x, psi, bound
 
 
-def check_lobe(shape, zenith_deg):
-    found = envelope(shape, zenith_deg)
+@pytest.mark.parametrize("case", [pytest.param(c, marks=() if c in FEW else pytest.mark.slow) for c in EVERY])
+def test_bounds_hold_and_tries_are_few(case):
+    found = envelope(*case)
     if found is None:
         return
     frame, cells, total, projected = found
@@ -74,17 +75,6 @@ def check_lobe(shape, zenith_deg):
     for _ in range(4):
         a, b, psi, bound = places(cells, rng)
         assert np.all(frame.cosine(a, b, psi) <= bound)
-
-
-@pytest.mark.parametrize("case", FEW)
-def test_bounds_hold_and_tries_are_few(case):
-    check_lobe(*case)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("case", EVERY)
-def test_bounds_hold_and_tries_are_few_everywhere(case):
-    check_lobe(*case)
 
 
 @pytest.mark.parametrize("case", FEW)
