@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import os
 
@@ -104,20 +105,17 @@ def test_a_numba_host_takes_all_integers(integer):
 @pytest.mark.parametrize("value", [True, 1.0, "1", None], ids=repr)
 def test_what_is_no_index_is_our_error(value):
     source = scene().source(seed=1)
+    of_a_band = (source.n_photons, source.replicate_counts, source.mass, source.expected, source.exact_moments)
     calls = [
+        *(functools.partial(call, value) for call in of_a_band),
         lambda: source.photons(value, 0, 5),
         lambda: source.photons(0, value, 5),
         lambda: next(iter(source.batches(value))),
         lambda: next(iter(source.batches(0, value))),
-        lambda: source.n_photons(value),
         lambda: source.replicate_range(0, value),
         lambda: source.replicate_range(value, 0),
         lambda: source.replicate_parts(0, value, 5),
-        lambda: source.replicate_counts(value),
         lambda: source.numba_sampler(value),
-        lambda: source.mass(value),
-        lambda: source.expected(value),
-        lambda: source.exact_moments(value),
         lambda: scene().source(seed=value),
         lambda: sky.allocate([1.0, 2.0], 5, seed=value),
         lambda: sky.PatchGrid.regular(value, 4),

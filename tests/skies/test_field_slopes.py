@@ -1,4 +1,4 @@
-"""Slopes of a gridded radiance field: at edges of patches, of constant fields, and of fields of any magnitude."""
+"""Slopes of a gridded radiance field: at edges of patches, and of fields of any magnitude."""
 
 from __future__ import annotations
 

@@ -9,6 +9,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
+from aomc_sky.emission.kernels import batches, plain
 from aomc_sky.skies.perez.kernels.cells import tilted
 from aomc_sky.skies.perez.law import PerezBounds
 from tests.support.emitted import both
@@ -92,9 +93,9 @@ def many_cells(n_zenith, n):
 
 def compared(source, start, stop):
     """The compiled photons, which are those of the plain form to the bit."""
-    compiled, plain = both(source, start, stop)
+    compiled, twin = both(source, start, stop)
     for key, values in compiled.items():
-        np.testing.assert_array_equal(values, plain[key], err_msg=key)
+        np.testing.assert_array_equal(values, twin[key], err_msg=key)
     return compiled
 
 
@@ -180,3 +181,14 @@ def test_more_words_than_16_bits():
     scattered = component("scattered", Law.CELL_MU2, cell, np.ones(n))
     source = sky.Scene(wavebands=BANDS, n_photons=2 * n, components=(scattered,)).source()
     compared(source, 0, 2 * n)
+
+
+@pytest.mark.parametrize("form", [batches, plain])
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_sums_are_those_of_one_after_the_other(precision, form):
+    """In float64 and in their order, whatever the precision of the photons."""
+    rng = np.random.default_rng(1)
+    uz, weight = (-rng.uniform(1e-3, 1.0, 999)).astype(precision), rng.lognormal(size=999).astype(precision)
+    mu, w = -uz.astype(np.float64), weight.astype(np.float64)
+    assert form.block_sums(uz) == (np.cumsum(mu)[-1], np.cumsum(1.0 / mu)[-1])
+    assert form.weighted_block_sums(uz, weight) == (np.cumsum(w)[-1], np.cumsum(w / mu)[-1])

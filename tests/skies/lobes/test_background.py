@@ -34,10 +34,8 @@ def glow(coefficients=(1.0, 3.0), **changes):
 @pytest.mark.parametrize(
     ("reference", "unix_s", "days"),
     [
-        (ReferenceType.DIURNAL, SATURDAY_2024_06_01, 0.0),
         (ReferenceType.DIURNAL, SATURDAY_2024_06_01 - 43200, 0.5),
         (ReferenceType.DIURNAL, -1.0, 86399 / DAY),
-        (ReferenceType.HEBDOMADAL, SATURDAY_2024_06_01, 6.0),
         (ReferenceType.HEBDOMADAL, SATURDAY_2024_06_01 + DAY, 0.0),
         (ReferenceType.HEBDOMADAL, 0.0, 4.0),
         (ReferenceType.ABSOLUTE, SATURDAY_2024_06_01 - DAY, -1.0),

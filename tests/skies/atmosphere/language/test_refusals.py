@@ -33,10 +33,8 @@ def problems_of(text: str) -> tuple[str, ...]:
         # not in the language
         ("#include <x>\nreturn 1.;", "10:1: a code block has no preprocessor"),
         ('return "a";', "10:8: the character '\"' has no meaning in a code block"),
-        ("return 2.0 \xd7 altitude;", "10:12: the character '\\xd7' has no meaning"),
         ("/* open", "10:1: this comment has no end | close it with */"),
         ("struct A { float x; }; return 1.;", "10:1: a type is not known"),
-        ("float[3] a; return 1.;", "10:6: there are no arrays here"),
         ("float f(float x) { return x; } return 1.;", "10:7: a block cannot define functions"),
         ("float a[3]; return a[0];", "10:7: there are no arrays here"),
         ("while(true) { } return 1.;", "10:1: while cannot stand here"),
@@ -49,14 +47,12 @@ def problems_of(text: str) -> tuple[str, ...]:
         # numbers
         ("return 10km;", "10:8: 10km is not a number"),
         ("return float(0x10);", "10:14: 0x10 is not a number"),
-        ("return float(010);", "10:14: 010 is not a number"),
         ("return 3000000000;", "10:8: the whole number 3000000000 is beyond 2147483647"),
         ("return 1e400;", "10:8: 1e400 is too large for a double-precision number"),
         ("return 1e-400;", "10:8: 1e-400 is too small for a double-precision number"),
         # shape of statements
         ("float a = 1.\nreturn a;", "10:13: ; is missing at the end of the statement; found return | write ;"),
         ("return exp(1.;", "10:14: ) is missing after the arguments of exp"),
-        ("return (1.;", "10:11: ) is missing after the value in brackets"),
         ("return;", "10:7: return has no value"),
         ("return altitude > 1. ? 2.;", "10:26: : is missing between the two values of ?:"),
         ("if altitude > 1. return 2.;", "10:3: ( is missing after if"),
@@ -66,9 +62,7 @@ def problems_of(text: str) -> tuple[str, ...]:
         ("float; return 1.;", "10:6: a name is missing after the type"),
         ("const x = 1.; return 1.;", "10:7: a type is missing"),
         ("", "10:1: the block can end without a value; it must return a float | write return and a value at its end"),
-        ("if(altitude < 1.) return 1.;", "10:29: the block can end without a value"),
         # types
-        ("return vec4(1);", "10:8: the value that is returned is a vec4, not a float"),
         ("return true;", "10:8: the value that is returned is a bool, not a float | write float(...) around it"),
         ("vec2 v = vec3(1); return 1.;", "10:10: the value of v is a vec3, not a vec2 | take a component"),
         ("if(1) return 1.; return 2.;", "10:4: the condition is an int, not a bool | write a comparison"),
@@ -91,7 +85,6 @@ def problems_of(text: str) -> tuple[str, ...]:
         ("return altitud;", "10:8: the name altitud is not known | is altitude meant?"),
         ("return exp;", "10:8: the name exp is not known | exp is a function: write exp(...)"),
         ("float x = x; return x;", "10:11: the name x is not known"),
-        ("if(altitude > 1.) { int i = 0; } return i;", "10:41: the name i is not known"),
         ("float x = 1.; float x = 2.; return x;", "10:21: x is declared twice"),
         ("const float a = 1.; a = 2.; return a;", "10:21: a is const and cannot be changed"),
         ("const float a; return 1.;", "10:13: a is const and has no value"),
@@ -100,7 +93,6 @@ def problems_of(text: str) -> tuple[str, ...]:
         # components
         ("return altitude.x;", "10:17: a float has no components"),
         ("return wavelengths.xg;", "10:20: xg names no components of a vec4"),
-        ("return wavelengths.xyzwx.x;", "10:20: xyzwx names no components"),
         ("return wavelengths[4];", "10:20: 4 names no components of a vec4 | write an index of 0 to 3"),
         ("return wavelengths[1.];", "10:20: an index is a whole number that stands there; found 1."),
         ("vec2 v = vec2(1); v.xx = vec2(2); return 1.;", "10:19: a component is named twice on the left of ="),
