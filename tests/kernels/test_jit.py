@@ -1,6 +1,7 @@
 """What the decorators of the kernels promise; for the cache see tests/faults/test_machine_faults.py."""
 
 import ast
+import re
 import subprocess
 import sys
 
@@ -136,9 +137,7 @@ HIDDEN_FROM_HOSTS = {
 @pytest.mark.parametrize("name", HIDDEN_FROM_HOSTS)
 def test_a_host_without_a_private_name_ends_with_one_sentence(name):
     said = with_numba(HIDDEN_FROM_HOSTS[name] + HOST.format(scene=INPUTS / "overcast")).strip()
-    assert said.startswith("hosts need a name that the installed numba does not have (")
-    assert name in said
-    assert said.endswith("take photons in batches, or install numba 0.68")
+    assert re.fullmatch(rf"hosts need a name .*{name}.*; take photons in batches, or install numba \S+", said)
 
 
 _VARIANTS = """

@@ -162,24 +162,19 @@ def test_both_ends_of_the_turn_and_directions_below_the_horizon():
     closed.azimuth.attrs.update(made.azimuth.attrs)
     table = sky.TabulatedSky.from_xarray(closed)
     np.testing.assert_array_equal(table.lower(NM)[0].mass, sky.TabulatedSky.from_xarray(made).lower(NM)[0].mass)
-    other = closed.copy(data=np.where(closed.azimuth == 360, 1.005, 1.0) * closed)
-    remark = "azimuths 0 and 360 are one direction; their radiances differ by up to 0.5 %, and count with their mean"
-    assert remark in sky.TabulatedSky.from_xarray(other).remarks
-    other = closed.copy(data=np.where(closed.azimuth == 360, 2.0, 1.0) * closed)
-    message = "azimuths 0 and 360 are one direction, but their radiances differ by up to 50 %; leave one of them out"
-    with pytest.raises(sky.SceneError, match=message):
-        sky.TabulatedSky.from_xarray(other)
+    near, far = (closed.copy(data=np.where(closed.azimuth == 360, one, 1.0) * closed) for one in (1.005, 2.0))
+    assert "radiances differ by up to 0.5 %" in " ".join(sky.TabulatedSky.from_xarray(near).remarks)
+    with pytest.raises(sky.SceneError, match="radiances differ by up to 50 %"):
+        sky.TabulatedSky.from_xarray(far)
     below = xarray.concat([made, made.isel(zenith=[0]).assign_coords(zenith=[120.0])], "zenith", join="outer")
     below.zenith.attrs.update(made.zenith.attrs)
     assert "1 zenith angles below the horizon" in sky.TabulatedSky.from_xarray(below).remarks[0]
     high = sky.TabulatedSky.from_xarray(made.isel(zenith=slice(0, 4)))
     assert "no radiance from 48 to 90 degrees" in high.remarks[0]
     narrow = sky.TabulatedSky.from_xarray(made.isel(azimuth=slice(0, 10)))
-    assert "no azimuths between 270 and 0 degrees; neighbours fill them" in narrow.remarks[0]
-    with pytest.raises(sky.SceneError, match=r"no azimuths between 180 and 0 degrees .*; add the other half"):
+    assert "no azimuths between 270 and 0 degrees" in narrow.remarks[0]
+    with pytest.raises(sky.SceneError, match="no azimuths between 180 and 0 degrees"):
         sky.TabulatedSky.from_xarray(made.isel(azimuth=slice(0, 7)))
-    one = sky.TabulatedSky.from_xarray(made.isel(azimuth=[0]))
-    assert "the field has one azimuth, so its sky is the same all around" in one.remarks
 
 
 def test_scattered_directions_are_interpolated_on_the_sphere():
@@ -230,34 +225,18 @@ def test_gaps_of_a_regular_field_are_filled_by_neighbours_and_reported():
     ("change", "options", "message"),
     [
         (lambda f: f.rename(zenith="height"), {}, "no coordinate of zenith angles among .*'height'.*zenith='NAME'"),
-        (lambda f: f, {"zenith": "vza"}, "no coordinate 'vza'; it has"),
+        (lambda f: f, {"zenith": "vza"}, "no coordinate 'vza'"),
         (lambda f: f.assign_coords(vza=("zenith", ZENITH_DEG)), {}, "2 coordinates that may be its zenith: .*'vza'"),
-        (
-            lambda f: f.assign_coords(zenith=np.deg2rad(ZENITH_DEG)),
-            {},
-            "degrees or radians; write --angle-unit deg or rad",
-        ),
-        (
-            lambda f: f.expand_dims(stokes=3),
-            {},
-            r"dimension 'stokes' of 3 .* --isel stokes=0, or field.isel\(stokes=0\)",
-        ),
+        (lambda f: f.assign_coords(zenith=np.deg2rad(ZENITH_DEG)), {}, "write --angle-unit deg or rad"),
+        (lambda f: f.expand_dims(stokes=3), {}, r"'stokes' of 3 .* field.isel\(stokes=0\)"),
         (lambda f: -f, {}, "negative or infinite"),
         (lambda f: 0 * f, {}, "no positive value"),
-        (lambda f: f.astype(complex), {}, "complex128 instead of real"),
+        (lambda f: f.astype(complex), {}, "complex128"),
         (lambda f: f.isel(zenith=[0, 1, 1]), {}, "zenith angle twice"),
-        (lambda f: f.isel(zenith=slice(0)), {}, "the field has no values: its dimension 'zenith' has length 0"),
-        (
-            lambda f: f.isel(wavelength=[1, 0, 1]) * [[[1]], [[1]], [[2]]],
-            {},
-            "wavelength 550 nm stands .* twice with different values",
-        ),
-        (
-            lambda f: xarray.Dataset({"L": f, "M": f}),
-            {},
-            r"the file has 2 variables of numbers: 'L', 'M'; choose one: --variable L \(variable=\)",
-        ),
-        (lambda f: f.values, {}, r"got ndarray; give values .* to sky.TabulatedSky\(grid=, wavelength_nm=, values=\)"),
+        (lambda f: f.isel(zenith=slice(0)), {}, "'zenith' has length 0"),
+        (lambda f: f.isel(wavelength=[1, 0, 1]) * [[[1]], [[1]], [[2]]], {}, "550 nm stands .* twice"),
+        (lambda f: xarray.Dataset({"L": f, "M": f}), {}, "2 variables of numbers: 'L', 'M'"),
+        (lambda f: f.values, {}, "got ndarray"),
     ],
 )
 def test_refusals_say_what_to_write(change, options, message):

