@@ -83,7 +83,9 @@ def test_many_photons_come_in_blocks(monkeypatch):
         assert_equal(batch, whole, slice(batch.start, batch.start + len(batch)))
 
 
-def test_a_circle_has_one_diameter():
+def test_a_batch_has_photons_and_a_circle_one_diameter():
+    with pytest.raises(ValueError, match="at least 1"):
+        next(scene().source().batches(0, 0))
     with pytest.raises(sky.SceneError, match="a circle has one diameter"):
         sky.Footprint(shape="circle", size_x_m=1.0, size_y_m=2.0)
 

@@ -2,6 +2,7 @@
 
 import copy
 import dataclasses
+import re
 
 import numpy as np
 import pytest
@@ -86,6 +87,13 @@ def test_nan_is_equal_to_nan():
     scene = sky.weather_scene(**NOON)
     assert np.isnan(scene.sky_wavelength_nm).all()
     assert scene == sky.weather_scene(**NOON)
+
+
+def test_reprs_say_what_is_there():
+    reprs = " ".join(map(repr, records()[:4]))
+    assert re.findall(r"<(\w+)[^>]*?(\d+) (?:photons|to|cells)", reprs) == [
+        ("Scene", "2000"), ("Plan", "2000"), ("PhotonBatch", "0"), ("Component", "8100")
+    ]  # fmt: skip
 
 
 def test_slices_and_arrays_of_a_batch():

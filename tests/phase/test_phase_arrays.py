@@ -108,6 +108,7 @@ def test_a_walk_of_a_user(kind):
         (lambda: H.sample_mu(np.float32([0.5]), 1 - 1e-14), "after rounding to float32; give float64"),
         (lambda: H.pdf_sr(2.5, 0.5), "one_minus_mu must lie in 0 to 2"),
         (lambda: R.sample_mu(0.5 + 1j, 0.1), "expected real numbers"),
+        (lambda: R.sample_mu("a", 0.1), "expected real numbers"),
         (lambda: R.sample_mu([0.1, 0.2], [0.1, 0.2, 0.3]), "broadcast"),
         (lambda: S.new_direction(0.0, 0.0, 0.9, 0.1, 0.1, 0.5), "unit vector"),
     ],

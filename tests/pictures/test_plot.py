@@ -422,6 +422,7 @@ def test_equal_skies_give_equal_files(suffix, tmp_path):
         (np.zeros(11), {"grid": PatchGrid.regular(3, 4)}),
         (np.array([[1.0, np.nan]]), {}),
         (np.ones((3, 4)), {"limits": (2.0, 1.0)}),
+        (np.ones((3, 4)), {"limits": (0.0, 1.0)}),
         (np.ones((3, 4)), {"cmap": "virdis"}),
         (np.ones((3, 4)), {"norm": "square"}),
         (np.ones((3, 4)), {"scale": "both"}),

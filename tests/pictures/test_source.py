@@ -67,6 +67,13 @@ def test_a_beam_is_a_mark_and_not_in_the_colours():
     assert float(counts.domes[0].values[0] * 2 * np.pi) == pytest.approx(250)
 
 
+def test_a_beam_alone_leaves_the_dome_without_light():
+    scene = sky.Scene(wavebands=[500.0], n_photons=10, components=sky.DirectBeam(sun_zenith_deg=30.0))
+    picture = source_picture(scene.source(0))
+    assert picture.domes[0].values.tolist() == [0.0]
+    assert symbols(picture) == [Symbol.BEAM]
+
+
 def test_the_sun_of_a_perez_sky_is_marked_once():
     perez = sky.PerezSky(sun_zenith_rad=np.deg2rad(40.0), sun_azimuth_rad=np.deg2rad(250.0), epsilon=3.0, delta=0.2)
     scene = sky.Scene(wavebands=bands(500.0), n_photons=10, components=(perez,))

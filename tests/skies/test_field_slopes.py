@@ -1,10 +1,11 @@
-"""Slopes of a gridded radiance field: at edges of patches, and of fields of any magnitude."""
+"""Slopes of a gridded radiance field: at edges of patches, of constant fields, and of fields of any magnitude."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
+from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.tabulated import TabulatedSky
 
 xarray = pytest.importorskip("xarray")
@@ -32,6 +33,20 @@ def test_radiance_beside_the_edges_of_patches(n, first, error):
     azimuth_deg = np.concatenate([edges, *beside, edges + 360.0, edges - 720.0])
     found = table.radiance(np.deg2rad(65.0), np.deg2rad(azimuth_deg), 550.0)
     assert np.abs(found - smooth(65.0, azimuth_deg)).max() < error
+
+
+@pytest.mark.parametrize("zenith_deg", [[0.0, 45.0, 90.0 - 1e-9, 90.0], [40.0, 41.0]])
+def test_a_constant_field_has_no_slope(zenith_deg):
+    table = field(np.array(zenith_deg), np.arange(0.0, 360.0, 30.0), lambda zenith, _: np.ones(zenith.shape))
+    assert np.all(table.slope == 0)
+    np.testing.assert_allclose(table.values, 1.0, rtol=1e-14)
+
+
+def test_what_no_slope_is():
+    good = {"wavelength_nm": [550.0], "values": np.ones((1, 8)), "grid": PatchGrid.regular(2, 4)}
+    for slope, weighting in ((2.0, "projected"), (np.nan, "projected"), (0.0, "listed")):
+        with pytest.raises(ValueError, match="slope"):
+            TabulatedSky(**good, weighting=weighting, slope=np.full((1, 8, 2), slope))
 
 
 @pytest.mark.parametrize("scale", [5e-324, 1e-310, 9e29])

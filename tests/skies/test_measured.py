@@ -223,6 +223,12 @@ def test_points_that_are_no_sky_are_refused(arguments, message):
         sky.RadianceField.from_points(*map(np.array, arguments))
 
 
+def test_one_azimuth_leaves_the_whole_sky_to_be_extrapolated():
+    scan = np.arange(0.0, 86.0, 5.0)
+    notes = sky.RadianceField.from_points(scan, 0 * scan, 1 + np.cos(np.deg2rad(scan))).notes(550.0)
+    assert notes[1].startswith("measured sky: 100 % of the light comes from beyond")
+
+
 def test_the_largest_error_of_300_directions_is_that_of_the_docs():
     """The worst of 23 sets and suns at 30, 40, 45 and 60 degrees, as docs/howto/measured_sky.md has it."""
     model = perez(3.0, 45.0)

@@ -8,6 +8,7 @@ from scipy.spatial import KDTree
 import aomc_sky as sky
 from aomc_sky.component import MAX_SLOPE
 from aomc_sky.skies import patch_integrals
+from aomc_sky.skies.jumps import jumps
 from aomc_sky.skies.patch_integrals import SURE_SPOT, integrate_patches
 from aomc_sky.skies.quadrature import POINTS
 
@@ -95,6 +96,12 @@ def test_meridians_and_parallels_of_jumps_are_found(shape, monkeypatch):
     monkeypatch.setattr(patch_integrals, "jumps", lambda *_: (np.zeros(0), np.zeros(0)))
     light, exact = wedges(0)
     assert abs(integrate_patches(light, grid).mass.sum() / exact - 1) > 1e-7
+
+
+def test_too_many_jumps_are_left_to_the_rule():
+    edges = np.array([[0.0, 1.0]]), np.array([[0.0, 4.0]])
+    found = [jumps(lambda x, y: (y < 0.7) + 0.0 * x, *edges, most)[1].tolist() for most in (10**6, 0)]
+    assert found == [[pytest.approx(0.7)], []]
 
 
 def test_what_a_jump_costs():

@@ -173,6 +173,8 @@ def test_gaps_and_what_is_no_light_are_refused():
     for some in (slice(0, -1), [0, *range(lines.sizes["point"])]):  # one direction is missing, or twice there
         with pytest.raises(sky.SceneError, match="without gaps"):
             model(lines.isel(point=some))
+    with pytest.raises(sky.SceneError, match="more polarised light"):
+        model(field.assign(Q=5 * field["I"]))
     with pytest.raises(sky.UsageError, match="stokes_signs"):
         sky.TabulatedSky.from_xarray(field, stokes_signs=(1, 2))
     with pytest.raises(sky.UsageError, match="belong together"):

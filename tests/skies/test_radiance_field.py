@@ -175,6 +175,7 @@ def test_both_ends_of_the_turn_and_directions_below_the_horizon():
     assert "no azimuths between 270 and 0 degrees" in narrow.remarks[0]
     with pytest.raises(sky.SceneError, match="no azimuths between 180 and 0 degrees"):
         sky.TabulatedSky.from_xarray(made.isel(azimuth=slice(0, 7)))
+    assert "one azimuth" in " ".join(sky.TabulatedSky.from_xarray(made.isel(azimuth=[0])).remarks)
 
 
 def test_scattered_directions_are_interpolated_on_the_sphere():
@@ -233,6 +234,8 @@ def test_gaps_of_a_regular_field_are_filled_by_neighbours_and_reported():
         (lambda f: 0 * f, {}, "no positive value"),
         (lambda f: f.astype(complex), {}, "complex128"),
         (lambda f: f.isel(zenith=[0, 1, 1]), {}, "zenith angle twice"),
+        (lambda f: f.assign_coords(azimuth=np.where(AZIMUTH_DEG > 0, AZIMUTH_DEG, np.nan)), {}, "not finite"),
+        (lambda f: xarray.Dataset({"L": f}), {"variable": "M"}, "no variable 'M' of numbers"),
         (lambda f: f.isel(zenith=slice(0)), {}, "'zenith' has length 0"),
         (lambda f: f.isel(wavelength=[1, 0, 1]) * [[[1]], [[1]], [[2]]], {}, "550 nm stands .* twice"),
         (lambda f: xarray.Dataset({"L": f, "M": f}), {}, "2 variables of numbers: 'L', 'M'"),

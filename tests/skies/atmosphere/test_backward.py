@@ -216,7 +216,7 @@ def test_glow_of_the_ground_once_scattered() -> None:
     "bad",
     [
         {"ground_radiance": [-1.0]}, {"ground_radiance": [1.0, 1.0]}, {"sun_zenith_rad": 4.0},
-        {"sky_zenith_rad": np.full(5, 2.0)},
+        {"sky_zenith_rad": np.full(5, 2.0)}, {"azimuth_from_sun_rad": np.zeros(4)},
     ],
 )  # fmt: skip
 def test_bad_numbers(bad: dict) -> None:

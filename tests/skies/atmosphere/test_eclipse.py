@@ -129,6 +129,11 @@ def test_glow_is_added_to_the_sky_of_the_sun(medium: Medium) -> None:
     np.testing.assert_allclose(lit.at(ZENITH, AZIMUTH) - sky.at(ZENITH, AZIMUTH), 1.75, rtol=1e-12)
 
 
+def test_a_moon_inside_the_earth_is_refused() -> None:
+    with pytest.raises(SceneError):
+        Moon(zenith_rad=0.0, distance_m=1e6)
+
+
 def test_what_shines_and_how_it_is_solved(medium: Medium) -> None:
     glow = np.ones(1)
     assert lights(medium, moon=moon(0.1)).method == "mc"

@@ -153,6 +153,7 @@ def ozone_integral() -> float:
         ("return altitude < 7777. ? 1. : altitude < 7778. ? -1. : 2.;", "it is -1, altitude 777"),
         ("return altitude == 120*km ? -1. : 1.;", "it is -1, altitude 120000 m"),
         ("return 1 - altitude/(119.999*km);", "it is -8.3"),
+        ("return float(int(altitude)/50000);", "more than 1000 jumps or bends"),
     ],
 )
 def test_a_density_that_is_none_is_refused_with_its_altitude(text: str, message: str) -> None:

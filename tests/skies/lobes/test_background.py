@@ -116,6 +116,7 @@ def test_radiance_integrates_to_the_irradiance_above_the_horizon():
         {"coefficient": np.array([1.0, -1.0])},
         {"quaternion": np.zeros((2, 4))},
         {"param0": np.array([0.5, 1.0])},
+        {"param0": np.array([0.5])},
     ],
 )
 def test_bad_animations_are_refused(changes):

@@ -179,7 +179,7 @@ def test_dark_lobes_are_left_out_and_equal_lobes_share():
 @pytest.mark.parametrize(
     ("changed", "error", "text"),
     [
-        ({"names": ["a", "b", "a"]}, SceneError, "must differ"),
+        ({"names": ["a;", "b", "a,"]}, SceneError, "must differ"),
         ({"irradiance": [[1.0], [-1.0], [1.0]]}, SceneError, "not negative"),
         ({"param0": [1.0, 0.1, 0.1]}, SceneError, "0 <= g < 1"),
     ],

@@ -306,6 +306,8 @@ def test_a_file_read_and_written_keeps_its_numbers(tmp_path):
 BAD_CONTENT = {
     "g rounds to 1": {"animations": {"a": keys({"param0": 1 - 1e-9})}},
     "alpha rounds to 0": {"animations": {"a": keys({"lobe_type": LobeType.GGX, "param0": 1e-50, "param1": 1})}},
+    "no animation": {"animations": {}},
+    "lengths": {"animations": {"a": replace(content().animations["z"], param0=np.zeros(2))}},
     "wavelengths round to one": {"wavelength_nm": np.array([400.0, 400.0 + 1e-9, 500.0])},
     "slash": {"animations": {"a/b": content().animations["z"]}},
     "nul": {"info": BackgroundInfo(name="a\0b")},

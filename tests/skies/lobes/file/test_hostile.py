@@ -88,13 +88,14 @@ INFORMING = {
     "numbers": ({"data": np.array([[0.5, 2], [3, 4]])}, "0.5, 2, 3, 4", False),
     "records": ({"data": np.zeros(2, [("a", "f4"), ("b", "i4")])}, "", True),
     "lists": (vlen_numbers(), "", True),
+    "a million numbers": ({"data": np.zeros(10**6, "i1")}, "", True),
     "a long text of a fixed length": ({"data": np.array([b"a"], "S100000")}, "", True),
     "a thousand long texts": ({"data": ["a" * 1000] * 1000}, ", ".join(["a" * 1000] * 66)[:65_666], False),
 }
 
 
 #: More than HDF5 keeps in an attribute.
-LARGE = ("a long text of a fixed length", "a thousand long texts")
+LARGE = ("a million numbers", "a long text of a fixed length", "a thousand long texts")
 
 
 @pytest.mark.parametrize(
