@@ -167,6 +167,13 @@ def test_measured_radiances_come_back():
     )  # of two directions a fraction of a degree apart, which a table of 2 degrees joins
 
 
+def test_a_wavelength_with_a_zero_leaves_the_others_their_logarithm():
+    zenith, azimuth = irregular(60)
+    values = np.stack([np.full(60, 2.0), np.where(azimuth < 40, 0.0, 3.0)])
+    measured = sky.RadianceField.from_points(zenith, azimuth, values, [440.0, 550.0])
+    assert [measured.interpolant(row).is_log for row in (0, 1)] == [True, False]
+
+
 def test_no_radiance_is_negative_where_one_is_zero():
     zenith, azimuth = irregular(100)
     values = np.where(azimuth < 180, 0.0, 5.0)

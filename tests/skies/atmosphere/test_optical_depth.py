@@ -9,7 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from aomc_sky.skies.atmosphere.backward import uniform_shells
+from aomc_sky.skies.atmosphere.backward import SHELL_TOLERANCE, uniform_shells
 from aomc_sky.skies.atmosphere.medium import Constituent, Medium
 from aomc_sky.skies.atmosphere.optical_depth import (
     N_GAUSS,
@@ -120,6 +120,14 @@ def test_shells_keep_columns_and_kinks() -> None:
     by_shell = (density * np.diff(edge)[:, None]).sum(axis=0)
     sigma = np.array([part.scattering_m2 + part.absorption_m2 for part in medium.constituents])[:, 0]
     np.testing.assert_allclose(by_shell * sigma, vertical_optical_depth(medium)[0], rtol=1e-12)
+
+
+@pytest.mark.parametrize("top_m", [1.0, 120e3, 1e6])
+def test_shells_are_thin_beside_the_scale_height(top_m: float) -> None:
+    scale = top_m / 100
+    edge, _ = uniform_shells(exponential(1.0, top_m=top_m, scale_height_m=scale))
+    thickness = np.diff(edge)[edge[1:] < 10 * scale]
+    assert np.max((thickness / scale) ** 2 / 24) < 1.01 * SHELL_TOLERANCE
 
 
 def test_a_profile_of_many_scales() -> None:

@@ -18,6 +18,7 @@ from aomc_sky.skies.atmosphere.scattering_orders.diffuse import (
     least_nodes,
     solve_orders,
     source_functions,
+    times_cosine,
 )
 from aomc_sky.skies.atmosphere.scattering_orders.paths import ShellPaths
 from aomc_sky.skies.atmosphere.scattering_orders.slab import altitude_grid, slabs_of_medium
@@ -194,6 +195,14 @@ def test_irradiance_of_the_sun_scales_everything() -> None:
     factor = np.array([2.0, 0.5])
     np.testing.assert_allclose(by_order(second, AZIMUTH), factor[:, None, None, None] * by_order(first, AZIMUTH))
     np.testing.assert_allclose(ground_irradiance(second), factor * ground_irradiance(first))
+
+
+def test_series_times_cosine() -> None:
+    modes = np.array([[1.0], [0.3], [-0.2], [0.7]])
+    product = times_cosine(modes)
+    series = np.cos(np.arange(4)[:, None] * AZIMUTH)
+    longer = np.cos(np.arange(5)[:, None] * AZIMUTH)
+    np.testing.assert_allclose(product.T @ longer, (modes.T @ series) * np.cos(AZIMUTH), atol=1e-15)
 
 
 def test_a_wish_for_more_directions() -> None:

@@ -218,6 +218,13 @@ def test_keys_of_two_kinds_fade_where_others_turn():
     np.testing.assert_array_equal(fading.radiance(*ANGLES, 500.0), turning.radiance(*ANGLES, 500.0))
 
 
+def test_keys_that_differ_in_light_alone_are_one_lobe():
+    still = glow(param0=np.array([0.2, 0.2]), quaternion=np.stack([turn(5.0)] * 2))
+    (lobe,) = background_at(background(glow=still), 0.5 * DAY).lobes
+    np.testing.assert_allclose(lobe.spectrum, [12.5, 13.0, 15.0], rtol=1e-15)
+    np.testing.assert_array_equal(lobe.quaternion, turn(5.0))
+
+
 def test_lobes_without_light_are_left_out():
     night = background(glow=glow([0.0, 1.0]))
     assert [lobe.name for lobe in background_at(night, 0.5 * DAY).lobes] == ["glow/1"]

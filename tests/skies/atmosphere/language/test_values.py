@@ -158,6 +158,13 @@ def test_what_glsl_leaves_open_is_refused_with_its_altitude(text: str, message: 
     assert caught.value.problems[0].code == "E403"
 
 
+def test_lanes_that_are_not_taken_make_no_error() -> None:
+    assert at("return altitude > 0. ? 1/int(altitude) : 5;", 0.0, 2.0) == [5.0, 0.0]
+    assert at("return altitude > 0. && log(altitude) > 0. ? 1. : 0.;", 0.0, 9.0) == [0.0, 1.0]
+    assert at("return altitude <= 0. || log(altitude) > 0. ? 1. : 0.;", 0.0, 9.0) == [1.0, 1.0]
+    assert at("if(altitude == 0.) return 7.; return sqrt(altitude - 1.);", 0.0, 5.0) == [7.0, 2.0]
+
+
 def test_only_the_altitude_at_fault_is_named() -> None:
     block = density_block("float x;\nif(altitude != 50.) x = 1.;\nreturn x;")
     assert block(np.array([0.0, 49.0, 51.0]), GIVEN).tolist() == [1.0, 1.0, 1.0]
