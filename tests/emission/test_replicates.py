@@ -96,6 +96,19 @@ def test_lanes_of_the_exact_perez_sky(options):
     assert_same(arrays, joined([bands.photons(1)]))
 
 
+def test_compiled_and_plain_photons_agree():
+    source = scene(997).source(seed=2, replicates=4, precision="float64")
+    emitter, wanted = source._emitter, source.photons()
+    for replicate in range(4):
+        start, stop = source.replicate_range(0, replicate)
+        arrays = {
+            name: np.empty_like(getattr(wanted, name)[start:stop]) for name in ("ux", "uy", "uz", "patch", "x", "y")
+        }
+        emitter.fill_compiled(replicate, 0, arrays)
+        for name, array in arrays.items():
+            assert np.array_equal(array, getattr(wanted, name)[start:stop])
+
+
 def test_photons_are_shared_evenly_and_counts_keep_their_bounds():
     source = scene([1000, 0, 17], n_bands=3).source(seed=5, replicates=7)
     assert [source.n_photons(band) for band in range(3)] == [1000, 0, 17]

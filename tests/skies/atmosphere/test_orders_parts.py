@@ -1,21 +1,31 @@
-"""The parts of the successive orders of scattering: moments of phase functions, path weights, columns."""
+"""The parts of the successive orders of scattering: Legendre series, path weights, columns."""
 
 from __future__ import annotations
 
+import mpmath
 import numpy as np
 import pytest
 
 from aomc_sky.errors import SceneError
 from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.optical_depth import optical_depth_to_top, vertical_optical_depth
-from aomc_sky.skies.atmosphere.scattering_orders.orders import (
-    phase_moments,
-)
+from aomc_sky.skies.atmosphere.scattering_orders.orders import legendre_table, phase_moments
 from aomc_sky.skies.atmosphere.scattering_orders.paths import node_paths
 from aomc_sky.skies.atmosphere.scattering_orders.slab import altitude_grid, slabs_of_medium
 from tests.support import atmospheres
 
-# ---- moments ----
+# ---- Legendre series ----
+
+
+def test_addition_theorem_at_high_degree() -> None:
+    one, two, azimuth, n = 0.3, -0.8, 2.2, 150
+    first, second = (legendre_table(np.array([x]), n, n)[:, :, 0] for x in (one, two))
+    cosine = one * two + np.sqrt((1 - one**2) * (1 - two**2)) * np.cos(azimuth)
+    terms = np.where(np.arange(n) == 0, 1.0, 2.0) * np.cos(np.arange(n) * azimuth)
+    for degree in (0, 1, 60, 149):
+        m = np.arange(degree + 1)
+        found = np.sum(terms[m] * first[m, degree - m] * second[m, degree - m])
+        assert found == pytest.approx(float(mpmath.legendre(degree, cosine)), abs=1e-12)
 
 
 def test_moments_of_a_peak_and_of_no_phase_function() -> None:
