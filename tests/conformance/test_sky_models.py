@@ -223,9 +223,7 @@ def test_components_are_checked():
 
 def test_models_without_shares_are_refused_not_halved():
     uniform, beam = sky.UniformSky(), sky.DirectBeam(sun_zenith_deg=30.0)
-    with pytest.raises(
-        sky.SceneError, match=r"2 components needs the share of each, and UniformSky 'uniform' has none"
-    ):
+    with pytest.raises(sky.SceneError, match="UniformSky 'uniform' has none"):
         sky.Scene(wavebands=[500.0], n_photons=10, components=[uniform, beam])
     with pytest.raises(sky.SceneError, match="DirectBeam 'direct' has none"):
         sky.Scene(wavebands=[500.0], n_photons=10, components=[sky.UniformSky(strength=1), beam])

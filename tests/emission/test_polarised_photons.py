@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import pickle
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -98,26 +96,6 @@ def test_photons_and_plan_are_those_of_the_light_without_polarisation():
     assert without.stokes(1).shape == (54, 2)
 
 
-def test_a_plan_file_keeps_them(tmp_path):
-    source = source_of(table())
-    source.plan.save(tmp_path / "plan.npz")
-    again = sky.PhotonSource(sky.Plan.load(tmp_path / "plan.npz"))
-    assert again.plan == source.plan
-    np.testing.assert_array_equal(again.stokes(1), source.stokes(1))
-
-
-def test_a_scene_that_does_not_ask_imports_nothing():
-    program = (
-        "import sys, aomc_sky as sky\n"
-        "model = sky.PerezSky(sun_zenith_deg=40.0, epsilon=6.0, delta=0.1)\n"
-        "sky.Scene(wavebands=[550.0], n_photons=9, components=model).source().photons()\n"
-        "assert 'aomc_sky.skies.perez.sky' in sys.modules\n"
-        "print([name for name in sys.modules if 'polarisation' in name])"
-    )
-    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
-    assert found.stdout.strip() == "[]"
-
-
 @pytest.mark.parametrize(
     ("more", "error", "text"),
     [
@@ -142,21 +120,11 @@ def test_a_degree_that_rounding_puts_above_one_is_one():
     np.testing.assert_allclose(stokes[0], [0.6, 0.8], rtol=1e-6)
 
 
-@pytest.mark.parametrize("stokes", [np.zeros((2, 54)), np.zeros((3, 54, 2)), np.zeros((1, 53, 2))])
-def test_components_want_rows_of_all_cells(stokes):
+@pytest.mark.parametrize(
+    "stokes",
+    [np.zeros((2, 54)), np.zeros((3, 54, 2)), *(np.full((2, 54, 2), value) for value in (np.nan, 0.8, -1e300))],
+)
+def test_components_want_rows_of_all_cells_and_degrees_up_to_one(stokes):
     (component,) = table().lower(NM)
-    with pytest.raises(ValueError, match="stokes"):
-        dataclasses.replace(component, stokes=stokes)
-
-
-@pytest.mark.parametrize("value", [np.nan, np.inf, 1.1, -1e300])
-def test_components_want_degrees_up_to_one(value):
-    (component,) = table().lower(NM)
-    stokes = component.stokes.copy()
-    stokes[1, 3, 0] = value
-    with pytest.raises(ValueError, match="degree from 0 to 1"):
-        dataclasses.replace(component, stokes=stokes)
-    stokes = component.stokes.copy()
-    stokes[1, 3] = 0.8, 0.8
-    with pytest.raises(ValueError, match="degree from 0 to 1"):
+    with pytest.raises(ValueError, match=r"stokes|degree from 0 to 1"):
         dataclasses.replace(component, stokes=stokes)

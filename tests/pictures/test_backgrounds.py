@@ -8,39 +8,13 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.errors import UsageError
 from aomc_sky.pictures.backgrounds import frame_times_s, moving_picture, time_span_s, time_text
-from aomc_sky.skies.lobes.file.data import KINDS, Animation, ReferenceType
-
-DAY = 86400.0
-
-
-def animation(times, coefficient, reference=ReferenceType.DIURNAL, origin=0.0, kind="hg"):
-    n = len(times)
-    return Animation(
-        lobe_type=np.full(n, KINDS[kind], dtype=np.uint8),
-        param0=np.full(n, 0.5),
-        param1=np.full(n, 0.5),
-        coefficient=np.array(coefficient, dtype=float),
-        quaternion=np.tile([1.0, 0.3, 0.1, 0.0], (n, 1)),
-        curve_index=np.zeros(n, dtype=np.int64),
-        relative_time_days=np.array(times, dtype=float),
-        reference=reference,
-        time_point_s=origin,
-    )
-
-
-def background(*animations, offset=0.0):
-    return sky.BackgroundSky(
-        animations={f"a{k}": one for k, one in enumerate(animations)},
-        wavelength_nm=np.array([400.0, 700.0]),
-        curves=np.array([[1.0, 1.0]]),
-        utc_offset_h=offset,
-    )
-
+from aomc_sky.skies.lobes.file.data import ReferenceType
+from tests.skies.lobes.animations import DAY, animation, background
 
 STEADY = animation([0.0], [1.0])
 DAILY = animation([0.0, 0.5], [0.0, 1.0])
 WEEKLY = animation([0.0, 3.5], [0.0, 1.0], ReferenceType.HEBDOMADAL)
-ONCE = animation([0.25, 2.0], [0.0, 1.0], ReferenceType.ABSOLUTE, 1.7e9)
+ONCE = animation([0.25, 2.0], [0.0, 1.0], ReferenceType.ABSOLUTE, time_point_s=1.7e9)
 
 
 @pytest.mark.parametrize(
@@ -53,7 +27,7 @@ ONCE = animation([0.25, 2.0], [0.0, 1.0], ReferenceType.ABSOLUTE, 1.7e9)
     ],
 )
 def test_the_time_over_which_a_sky_changes(parts, offset, span):
-    assert time_span_s(background(*parts, offset=offset)) == pytest.approx(span)
+    assert time_span_s(background(*parts, utc_offset_h=offset)) == pytest.approx(span)
 
 
 def test_times_of_frames_stop_before_the_sky_repeats_itself():
@@ -64,7 +38,7 @@ def test_times_of_frames_stop_before_the_sky_repeats_itself():
 
 
 def test_frames_say_their_time():
-    assert time_text(background(DAILY, offset=1.0), 9 * 3600.0) == "10:00 local time"
+    assert time_text(background(DAILY, utc_offset_h=1.0), 9 * 3600.0) == "10:00 local time"
     assert time_text(background(WEEKLY), 3 * DAY) == "Sunday 00:00 local time"
     assert time_text(background(ONCE), 1.7e9) == "2023-11-14T22:13:20Z"
 

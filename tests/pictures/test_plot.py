@@ -106,8 +106,6 @@ def test_patches_are_exact_polygons():
     [
         (0.0, 70.0, "at the zenith"),
         (32.42, 121.26, "32.4° from the zenith in the northwest (azimuth 121.3°, compass 328.7°)"),
-        (93.0, 450.0, "3° below the horizon in the north (azimuth 90°, compass 0°)"),
-        (10.0, -0.01, "10° from the zenith in the east (azimuth 0°, compass 90°)"),
     ],
 )
 def test_a_direction_in_words(zenith_deg, azimuth_deg, words):
@@ -420,11 +418,9 @@ def test_equal_skies_give_equal_files(suffix, tmp_path):
     ("what", "options"),
     [
         (sky.UniformSky(), {"path": "sky.txt"}),
-        (sky.UniformSky(), {"path": "sky.gif"}),
         (np.zeros(12), {}),
         (np.zeros(11), {"grid": PatchGrid.regular(3, 4)}),
         (np.array([[1.0, np.nan]]), {}),
-        (np.array([[1.0, -1.0]]), {}),
         (np.ones((3, 4)), {"limits": (2.0, 1.0)}),
         (np.ones((3, 4)), {"limits": (0.0, 1.0)}),
         (np.ones((3, 4)), {"cmap": "virdis"}),

@@ -68,9 +68,7 @@ def test_a_beam_is_a_mark_and_not_in_the_colours():
 
 
 def test_a_beam_alone_leaves_the_dome_without_light():
-    scene = sky.Scene(
-        wavebands=bands(500.0), n_photons=10, components=(sky.DirectBeam(sun_zenith_deg=30.0, sun_azimuth_deg=0.0),)
-    )
+    scene = sky.Scene(wavebands=[500.0], n_photons=10, components=sky.DirectBeam(sun_zenith_deg=30.0))
     picture = source_picture(scene.source(0))
     assert picture.domes[0].values.tolist() == [0.0]
     assert symbols(picture) == [Symbol.BEAM]

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.cli.main import main
 
 xarray = pytest.importorskip("xarray")
 
@@ -34,6 +33,14 @@ def quads(*, to_unit=np.array, units="degree", name="zenith", flip=False, conven
             "azimuth": ("azimuth", AZIMUTH, {"units": "degree", "bounds": "a_bnds", "azimuth_convention": convention}),
         },
     ).assign(zenith_bnds=(("zenith", "nv"), rings), a_bnds=(("azimuth", "nv"), columns))
+
+
+def through_a_file(made, path, engine="h5netcdf", read=None, **how):
+    pytest.importorskip("h5netcdf")
+    from aomc_sky.formats.netcdf import read_field
+
+    made.to_netcdf(path, engine=engine, **how)
+    return read_field(path, **(read or {}))
 
 
 def irradiance(table):
@@ -90,69 +97,64 @@ def test_bounds_that_leave_something_out_are_said():
     assert any("no radiance at azimuths 75 to 105 degrees" in one for one in remarks)
 
 
-def test_bounds_that_are_none():
+def with_one_bound(name, place, value):
     made = quads()
-    made["zenith_bnds"] = made.zenith_bnds + 10.0
-    with pytest.raises(sky.SceneError, match="bounds of coordinate 'zenith' are not around it"):
-        sky.TabulatedSky.from_xarray(made)
-    made = quads()
-    made["zenith_bnds"][1, 1] = 20.0
-    with pytest.raises(sky.SceneError, match="bounds of coordinate 'zenith' overlap"):
-        sky.TabulatedSky.from_xarray(made)
-    made = quads()
-    made["a_bnds"][3, 0] = 50.0
-    with pytest.raises(sky.SceneError, match="bounds of coordinate 'azimuth' overlap"):
-        sky.TabulatedSky.from_xarray(made)
-    with pytest.raises(
-        sky.SceneError, match="'zenith' has the bounds 'zenith_bnds', which are not in this field; give"
-    ):
-        sky.TabulatedSky.from_xarray(quads()["L"])  # a DataArray cannot hold them
+    made[name][place] = value
+    return made
+
+
+@pytest.mark.parametrize(
+    ("made", "why"),
+    [
+        (lambda: quads().assign(zenith_bnds=quads().zenith_bnds + 10.0), "'zenith' are not around it"),
+        (lambda: quads().assign(a_bnds=quads()["a_bnds"] + 20.0), "'azimuth' are not around it"),
+        (lambda: with_one_bound("zenith_bnds", (1, 1), 20.0), "'zenith' overlap"),
+        (lambda: with_one_bound("a_bnds", (3, 0), 50.0), "'azimuth' overlap"),
+        (lambda: quads().assign(a_bnds=quads()["a_bnds"].T), "'azimuth' have the shape"),
+        (lambda: with_one_bound("a_bnds", (3, 0), np.nan), "'azimuth' have the shape .*, or are not finite"),
+        (lambda: quads()["L"], "bounds 'zenith_bnds', which are not in this field"),  # a DataArray cannot hold them
+    ],
+)
+def test_bounds_that_are_none(made, why):
+    with pytest.raises(sky.SceneError, match=why):
+        sky.TabulatedSky.from_xarray(made())
+
+
+def test_equal_steps_leave_no_choice_of_bounds():
     even = quads().interp(zenith=np.arange(2.5, 90.0, 5.0))["L"]
     even.zenith.attrs = quads().zenith.attrs
-    assert sky.TabulatedSky.from_xarray(even).grid.n_zenith == 18  # equal steps leave no choice
+    assert sky.TabulatedSky.from_xarray(even).grid.n_zenith == 18
 
 
 @pytest.mark.parametrize("name", ["netcdf4", "classic"])
 def test_bounds_come_with_a_file(name, tmp_path):
-    pytest.importorskip("h5netcdf")
-    from aomc_sky.formats.netcdf import read_field
-
-    quads().to_netcdf(tmp_path / "quads.nc", engine="scipy" if name == "classic" else "h5netcdf")
-    table = sky.TabulatedSky.from_xarray(read_field(tmp_path / "quads.nc"))
+    made = through_a_file(quads(), tmp_path / "quads.nc", "scipy" if name == "classic" else "h5netcdf")
+    table = sky.TabulatedSky.from_xarray(made)
     assert irradiance(table) == pytest.approx(EXACT, rel=1e-12)
 
 
-SCENES = {
-    "rings": sky.TabulatedSky(
-        wavelength_nm=[550.0],
-        values=[[5.0, 5.0, 5.0, 5.0, 1.0, 2.0, 3.0, 4.0, 1.0, 1.0, 1.0, 1.5]],
-        grid=sky.PatchGrid(
-            zenith_bounds_deg=[[0, 10], [10, 30], [30, 90]],
-            azimuth_bounds_deg=[[0, 90], [90, 180], [180, 270], [270, 360]],
-        ),
-        weighting=sky.Weighting.PROJECTED,
+RINGS_OF_FOUR = sky.TabulatedSky(
+    wavelength_nm=[550.0],
+    values=[[5.0, 5.0, 5.0, 5.0, 1.0, 2.0, 3.0, 4.0, 1.0, 1.0, 1.0, 1.5]],
+    grid=sky.PatchGrid(
+        zenith_bounds_deg=[[0, 10], [10, 30], [30, 90]],
+        azimuth_bounds_deg=[[0, 90], [90, 180], [180, 270], [270, 360]],
     ),
-    "uniform": sky.UniformSky(),
-}
-
-
-@pytest.mark.parametrize(
-    "name", ["rings", "uniform", "inputs/sparse_sky", "inputs/sparse_sky degrees", "inputs/clear_day"]
+    weighting=sky.Weighting.PROJECTED,
 )
+
+
+@pytest.mark.parametrize("name", ["rings", "inputs/sparse_sky degrees", "inputs/clear_day"])
 def test_export_and_read_give_the_same_photons(name, tmp_path):
     """Through netCDF: the radiances, the bounds and the convention are those of the scene, and so are its photons."""
-    pytest.importorskip("h5netcdf")
-    from aomc_sky.formats.netcdf import read_field
-
-    if name in SCENES:
-        scene = sky.Scene(wavebands=[550.0], n_photons=100_000, components=SCENES[name])
+    if name == "rings":
+        scene = sky.Scene(wavebands=[550.0], n_photons=100_000, components=RINGS_OF_FOUR)
     else:
         folder, _, bins = name.partition(" ")
         scene = sky.read_scene(folder, iterations=100_000, bins=bins or None)
     source = scene.source(seed=1)
     exported = sky.to_xarray(source)
-    exported.to_netcdf(tmp_path / "run.nc", engine="h5netcdf")
-    table = sky.TabulatedSky.from_xarray(read_field(tmp_path / "run.nc"))
+    table = sky.TabulatedSky.from_xarray(through_a_file(exported, tmp_path / "run.nc"))
     assert not any("azimuth" in remark for remark in table.remarks)
     bands = scene.wavebands.wavelength_nm
     again = sky.Scene(wavebands=bands, n_photons=100_000, components=table).source(seed=1)
@@ -205,12 +207,8 @@ def test_missing_values_are_no_light(name, is_file, tmp_path):
     values[4, 2] = fill
     made = packed(values, **attributes)
     if is_file:
-        pytest.importorskip("h5netcdf")
-        from aomc_sky.formats.netcdf import read_field
-
         encoding = {} if "_FillValue" in attributes or "missing_value" in attributes else {"_FillValue": None}
-        made.to_netcdf(tmp_path / "field.nc", engine="h5netcdf", encoding={"radiance": encoding})
-        made = read_field(tmp_path / "field.nc")
+        made = through_a_file(made, tmp_path / "field.nc", encoding={"radiance": encoding})
     table = sky.TabulatedSky.from_xarray(made)
     assert irradiance(table) == pytest.approx(np.pi, rel=1e-6)
     (remark,) = [one for one in table.remarks if "have no value" in one]
@@ -224,16 +222,12 @@ def test_missing_values_are_no_light(name, is_file, tmp_path):
 )
 def test_packed_numbers_have_their_own_fills_and_ranges(dtype, fill, valid, tmp_path):
     """scale_factor and add_offset: limits of whole numbers are those of the stored numbers."""
-    pytest.importorskip("h5netcdf")
-    from aomc_sky.formats.netcdf import read_field
-
     stored = np.full((9, 18), 1000, dtype)
     stored[4, 2] = fill
     made = packed(stored, scale_factor=0.001, add_offset=0.5)
     if valid is not None:
         made.attrs["valid_range"] = np.array(valid, dtype)
-    made.to_netcdf(tmp_path / "field.nc", engine="h5netcdf")
-    table = sky.TabulatedSky.from_xarray(read_field(tmp_path / "field.nc"))
+    table = sky.TabulatedSky.from_xarray(through_a_file(made, tmp_path / "field.nc"))
     assert irradiance(table) == pytest.approx(1.5 * np.pi, rel=1e-6)
     assert any("1 of 162 directions have no value" in remark for remark in table.remarks)
     with pytest.raises(sky.SceneError, match=r"the field is packed .*; open it with mask_and_scale=True"):
@@ -249,45 +243,21 @@ def test_what_is_no_range_is_said():
     ("attributes", "brightest"),
     [
         ({"long_name": "azimuth clockwise from north"}, 0.0),
-        ({"long_name": "viewing azimuth", "comment": "from south, east positive"}, 0.0),
         ({"standard_name": "sensor_azimuth_angle"}, 0.0),
-        ({"standard_name": "sensor_azimuth_angle", "reference": "True North"}, 0.0),
         ({"standard_name": "sensor_azimuth_angle", "comment": "the reference direction is south"}, 180.0),
         ({"azimuth_convention": "WEST_OF_SOUTH"}, 180.0),
-        ({"azimuth_convention": "counterclockwise from north"}, 180.0),
-        ({"comment": "N=0, W=90"}, 180.0),
-        ({"long_name": "N = 0, E = 90"}, 0.0),
-        ({"long_name": "0N, 90E"}, 0.0),
-        ({"description": "N->E"}, 0.0),
         ({"positive": "clockwise from north"}, 0.0),
-        ({"long_name": "viewing azimuth", "comment": "computed from the pan-tilt encoder"}, 90.0),
-        (
-            {
-                "standard_name": "sensor_azimuth_angle",
-                "reference": "True North",
-                "long_name": "sensor_azimuth_angle is "
-                "the horizontal angle between the line of sight from the observation point to the sensor and a "
-                "reference direction which is often due north; measured clockwise positive",
-            },
-            0.0,
-        ),
         ({"long_name": "azimuth clockwise from north", "comment": "direction into which the light goes"}, None),
-        ({"long_name": "azimuth of the downward beam, not of the point it comes from"}, None),
-        ({"long_name": "azimuth clockwise from north", "comment": "declination not corrected"}, None),
-        ({"long_name": "solar azimuth - viewing azimuth"}, None),
-        ({"long_name": "azimuth in degrees east"}, None),
         ({"long_name": "viewing azimuth angle"}, 90.0),
         ({"long_name": "azimuth relative to the sun"}, 130.0),
         ({"long_name": "azimuth relative to the sun, clockwise"}, 310.0),
         ({"comment": "measured from magnetic north"}, None),
         ({"long_name": "azimuth clockwise from north", "azimuth_convention": "enu_from_east"}, None),
-        ({"comment": "not clockwise from north"}, None),
-        ({"standard_name": "sensor_azimuth_angle", "comment": "counted counterclockwise"}, None),
     ],
     ids=str,
 )
 def test_azimuths_by_their_attributes(attributes, brightest):
-    """A sky that is brightest at 90 of the field, with the sun at 40."""
+    """A sky that is brightest at 90 of the field, with the sun at 40; tests/formats/test_azimuth_words.py has words."""
     azimuth = np.arange(0.0, 360.0, 10.0)
     made = packed(np.tile(2.0 + np.cos(np.deg2rad(azimuth - 90)), (18, 1)))
     made.azimuth.attrs = {"units": "deg"} | attributes
@@ -300,9 +270,7 @@ def test_azimuths_by_their_attributes(attributes, brightest):
     assert table.radiance(1.0, np.deg2rad(brightest), 550.0) == pytest.approx(3.0, rel=0.01)
     assert any("counts" in remark for remark in table.remarks) == bool(with_sun)
     if with_sun:
-        with pytest.raises(
-            sky.SceneError, match="counts from the sun, but nothing says where it is; write --sun-azimuth"
-        ):
+        with pytest.raises(sky.SceneError, match="write --sun-azimuth"):
             sky.TabulatedSky.from_xarray(made)
 
 
@@ -369,26 +337,12 @@ def test_cosines_of_both_signs_and_texts_in_the_place_of_angles():
 
 
 @pytest.mark.parametrize(
-    ("change", "why"),
-    [
-        (lambda made: made["a_bnds"] + 20.0, "bounds of coordinate 'azimuth' are not around it"),
-        (lambda made: made["a_bnds"].T, "'azimuth' have the shape"),
-        (lambda made: made["a_bnds"].where(made["a_bnds"] < 300), "'azimuth' have the shape .*, or are not finite"),
-    ],
-)
-def test_bounds_of_another_kind(change, why):
-    made = quads()
-    with pytest.raises(sky.SceneError, match=why):
-        sky.TabulatedSky.from_xarray(made.assign(a_bnds=change(made)))
-
-
-@pytest.mark.parametrize(
     ("values", "attributes", "why"),
     [
         ([4400.0, 5500.0], {}, "are they angstroms"), ([4400.0, 5500.0], {"unit": "angstrom"}, None),
         ([18181.0, 20000.0], {"long_name": "wavenumber (cm-1)"}, "has the unit 'wavenumbers'"),
         ([0.44, 0.55], {}, "are they micrometres"), ([440.0, 550.0], {}, None),
-        ([4000.0, 8000.0], {"units": "nm"}, None),
+        ([4000.0, 8000.0], {"units": "nm"}, None), ([4.4e5, 5.5e5], {"units": "um"}, "20 to 100000 are read"),
     ],
 )  # fmt: skip
 def test_wavelengths_of_other_units(values, attributes, why):
@@ -403,16 +357,12 @@ def test_wavelengths_of_other_units(values, attributes, why):
 
 
 def test_a_variable_of_light_from_below(tmp_path):
-    pytest.importorskip("h5netcdf")
-    from aomc_sky.formats.netcdf import read_field
-
     for name in ("upwelling_radiance", "stokes_Q"):
-        packed(np.ones((18, 36))).to_dataset(name=name).to_netcdf(tmp_path / "f.nc")
+        made = packed(np.ones((18, 36))).to_dataset(name=name)
         with pytest.raises(sky.SceneError, match=f"{name!r} is not the light of the sky .* --variable {name}"):
-            read_field(tmp_path / "f.nc")
-        sky.TabulatedSky.from_xarray(read_field(tmp_path / "f.nc", variable=name), variable=name)
-        words = ["run", tmp_path / "f.nc", "--variable", name, "--wavelengths", 550, "--iterations", 10]
-        assert main([*map(str, words), "--out", str(tmp_path / name), "-q"]) == 0
+            through_a_file(made, tmp_path / "f.nc")
+        field = through_a_file(made, tmp_path / f"{name}.nc", read={"variable": name})
+        sky.TabulatedSky.from_xarray(field, variable=name)
 
 
 @pytest.mark.parametrize("kind", ["relative_azimuth", "raa", "azimuth_from_sun"])
@@ -444,24 +394,6 @@ def test_rounded_ends_of_closed_grids(digits):
     np.testing.assert_allclose(table.grid.azimuth_bounds_deg[[0, -1]], [[-5, 5], [345, 355]], atol=2e-3)
     assert irradiance(table) == pytest.approx(np.pi * 5 / 3, rel=4e-5)  # of samples 5 degrees apart
     assert not any("below the horizon" in remark for remark in table.remarks)
-
-
-def test_nan_angles_of_an_image_are_left_out():
-    y, x = np.meshgrid(np.linspace(-1, 1, 31), np.linspace(-1, 1, 31), indexing="ij")
-    zenith = np.where(np.hypot(x, y) <= 1, 90 * np.hypot(x, y), np.nan)
-    azimuth = np.where(np.isfinite(zenith), np.rad2deg(np.arctan2(y, x)) % 360, np.nan)
-    coords = {
-        "zenith": (("y", "x"), zenith, {"units": "deg"}),
-        "azimuth": (("y", "x"), azimuth, {"units": "deg", "azimuth_convention": "enu_from_east"}),
-    }
-    image = xarray.DataArray(1 + np.cos(np.deg2rad(zenith)), dims=("y", "x"), coords=coords)
-    table = sky.TabulatedSky.from_xarray(image)
-    assert irradiance(table) == pytest.approx(np.pi * 5 / 3, rel=1e-3)
-    assert f"{np.isnan(zenith).sum()} values without a direction were left out" in table.remarks
-    regular = packed(np.ones((18, 36)))
-    regular = regular.assign_coords(azimuth=("azimuth", np.append(regular.azimuth[:-1], np.nan), regular.azimuth.attrs))
-    with pytest.raises(sky.SceneError, match="coordinate 'azimuth' has values that are not finite"):
-        sky.TabulatedSky.from_xarray(regular)
 
 
 def test_directions_of_float32_radians_are_above_the_horizon():

@@ -114,17 +114,6 @@ def test_a_cie_sky_of_a_scene_of_files_has_a_type(tmp_path):
         sky.read_scene(amc)
 
 
-@pytest.mark.parametrize("name", ["overcast", "cardioidal", "harrison-coombes"])
-def test_a_scene_of_files_takes_them_by_name(name, tmp_path):
-    amc = copy_scene("sun_and_sky", tmp_path)
-    scene = sky.read_scene(amc, sky=name)
-    assert [c.name for c in scene.components] == ["direct", name]
-    (tmp_path / "toml").mkdir()
-    other = copy_scene("sun_and_sky", tmp_path / "toml")
-    (other.parent / "sky.toml").write_text(f'[sky]\nmodel = "{name}"\n')
-    assert sky.read_scene(other).components[1] == scene.components[1]
-
-
 def test_the_sun_stands_at_azimuth_0_by_default():
     assert sky.CIESky(type=12, sun_zenith_deg=40.0) == sky.CIESky(
         type=12, sun_zenith_rad=np.deg2rad(40.0), sun_azimuth_deg=0
@@ -134,8 +123,6 @@ def test_the_sun_stands_at_azimuth_0_by_default():
 
 
 def test_what_they_refuse():
-    with pytest.raises(sky.AomcSkyError):
-        sky.HarrisonCoombesSky(sun_zenith_deg=95.0, sun_azimuth_deg=0.0)
     for number in (0, 16, 3.5, "12", True):
         with pytest.raises(sky.SceneError, match="whole number from 1 to 15"):
             sky.CIESky(type=number, sun_zenith_deg=40.0, sun_azimuth_deg=0.0)

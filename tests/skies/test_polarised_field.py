@@ -170,10 +170,9 @@ def test_gaps_and_what_is_no_light_are_refused():
     ranged["U"].attrs["valid_range"] = [-1e-3, 1e-3]
     with pytest.raises(sky.SceneError, match="without gaps"):
         model(ranged)
-    with pytest.raises(sky.SceneError, match="without gaps"):
-        model(lines.isel(point=slice(0, -1)))
-    with pytest.raises(sky.SceneError, match="without gaps"):
-        model(lines.isel(point=[0, *range(lines.sizes["point"])]))  # one direction twice
+    for some in (slice(0, -1), [0, *range(lines.sizes["point"])]):  # one direction is missing, or twice there
+        with pytest.raises(sky.SceneError, match="without gaps"):
+            model(lines.isel(point=some))
     with pytest.raises(sky.SceneError, match="more polarised light"):
         model(field.assign(Q=5 * field["I"]))
     with pytest.raises(sky.UsageError, match="stokes_signs"):
@@ -214,7 +213,7 @@ def reflected(zenith, q):
 
 def glint(made):
     """Least and largest ratio of polarised to unpolarised reflected light at 40 degrees, by azimuths of 10 degrees."""
-    zenith, azimuth, (q, _) = photons(made)
+    zenith, azimuth, (q, _) = photons(made, 300_000)
     seen = np.abs(np.rad2deg(zenith) - 40.0) < 2.0
     column = np.floor(np.mod(np.rad2deg(azimuth[seen]), 360.0) / 10.0).astype(int)
     share, ratio = reflected(zenith[seen], q[seen])

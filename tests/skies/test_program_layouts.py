@@ -169,16 +169,6 @@ def test_sasktran2(tmp_path):
         sky.TabulatedSky.from_xarray(made.isel(los=slice(0, -1)))
 
 
-def test_directions_below_the_horizon_are_left_out():
-    zenith, azimuth = np.array([10.0, 40, 60, 80, 20, 120, 180]), np.array([0.0, 90, 180, 270, 300, 0, 0])
-    coords = {"zenith": ("los", zenith, {"units": "deg"}), "azimuth": ("los", azimuth, {"units": "deg"})}
-    made = xarray.DataArray(np.arange(1.0, 8.0), dims="los", coords=coords)
-    with pytest.warns(sky.InputWarning, match="% of the light comes from beyond"):
-        table = sky.TabulatedSky.from_xarray(made, grid=sky.PatchGrid.regular(9, 18))
-    assert "2 directions below the horizon were left out" in table.remarks
-    assert any(remark.startswith("5 directions, interpolated") for remark in table.remarks)
-
-
 def test_angles_that_share_a_part_of_their_dimensions_are_refused():
     made = xarray.DataArray(
         np.ones((3, 4)),

@@ -106,14 +106,6 @@ def test_light_that_ends_at_a_circle(centre, radius) -> None:
         assert coarse * (np.pi / 2) ** 2 == pytest.approx(true, rel=1e-11)
 
 
-def test_rounds_end_where_nothing_agrees() -> None:
-    """An edge along no circle: the parts are used up, and the error_estimate says how far the rule came."""
-    rule = Rule(integrand=lambda x, y, _: (x[0] + 0.2 * y[0] < 0.5) + 0.0, most_parts=3000)
-    parts = rule.integrate(np.array([[0.0, 1.0]]), np.array([[0.0, 1.0]]))
-    assert 0 < abs(parts.masses(1)[0] - 0.4) <= parts.error_estimate.sum() < 1e-3
-    assert parts.patch.size < 12_000
-
-
 def test_sums_do_not_depend_on_how_many_tiles_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
     def values(x, y, _):
         return np.exp(-x) * np.cos(y)

@@ -145,35 +145,15 @@ def test_conventions_that_are_given_win_over_attributes():
 
 def test_what_is_taken_for_granted_is_said():
     made = field(attributes=False)
-    table = sky.TabulatedSky.from_xarray(made)
-    assert len(table.remarks) == 1
-    assert "azimuth 'azimuth' does not say from where azimuths count; they are taken from +x (east)" in table.remarks[0]
-    del made.attrs["units"]
-    assert "no unit of radiance, so its light is relative" in sky.TabulatedSky.from_xarray(made).remarks[0]
-    made.attrs["units"] = "relative"
-    cf = made.copy()
-    cf.azimuth.attrs.update(standard_name="sensor_azimuth_angle")
-    assert sky.TabulatedSky.from_xarray(cf).radiance(0.5, np.deg2rad(90), 440) == pytest.approx(
-        radiance(30, 0, 440), abs=0.02
-    )
+    (remark,) = sky.TabulatedSky.from_xarray(made).remarks
+    assert "does not say from where azimuths count" in remark
     even = sky.TabulatedSky.from_xarray(made.isel(azimuth=0, drop=True))
     assert even.grid.n_azimuth == 1
     assert "same all around" in even.remarks[0]
     grey = sky.TabulatedSky.from_xarray(made.isel(wavelength=0, drop=True))
     assert any("no wavelength" in remark for remark in grey.remarks)
-
-
-def test_elevations_cosines_and_micrometres():
-    expected = sky.TabulatedSky.from_xarray(field())
-    made = field()
-    elevation = made.assign_coords(zenith=90 - made.zenith).rename(zenith="elevation")
-    elevation.elevation.attrs["units"] = "degrees"
-    elevation = elevation.assign_coords(wavelength=("wavelength", NM / 1000, {"units": "um"}))
-    cosine = made.assign_coords(zenith=np.cos(np.deg2rad(made.zenith))).rename(zenith="mu")
-    for other in (elevation, cosine):
-        table = sky.TabulatedSky.from_xarray(other)
-        np.testing.assert_allclose(table.wavelength_nm, NM)
-        np.testing.assert_allclose(table.lower(NM)[0].mass, expected.lower(NM)[0].mass, rtol=1e-9)
+    del made.attrs["units"]
+    assert "no unit of radiance" in sky.TabulatedSky.from_xarray(made).remarks[0]
 
 
 def test_both_ends_of_the_turn_and_directions_below_the_horizon():
@@ -182,24 +162,20 @@ def test_both_ends_of_the_turn_and_directions_below_the_horizon():
     closed.azimuth.attrs.update(made.azimuth.attrs)
     table = sky.TabulatedSky.from_xarray(closed)
     np.testing.assert_array_equal(table.lower(NM)[0].mass, sky.TabulatedSky.from_xarray(made).lower(NM)[0].mass)
-    other = closed.copy(data=np.where(closed.azimuth == 360, 1.005, 1.0) * closed)
-    remark = "azimuths 0 and 360 are one direction; their radiances differ by up to 0.5 %, and count with their mean"
-    assert remark in sky.TabulatedSky.from_xarray(other).remarks
-    other = closed.copy(data=np.where(closed.azimuth == 360, 2.0, 1.0) * closed)
-    message = "azimuths 0 and 360 are one direction, but their radiances differ by up to 50 %; leave one of them out"
-    with pytest.raises(sky.SceneError, match=message):
-        sky.TabulatedSky.from_xarray(other)
+    near, far = (closed.copy(data=np.where(closed.azimuth == 360, one, 1.0) * closed) for one in (1.005, 2.0))
+    assert "radiances differ by up to 0.5 %" in " ".join(sky.TabulatedSky.from_xarray(near).remarks)
+    with pytest.raises(sky.SceneError, match="radiances differ by up to 50 %"):
+        sky.TabulatedSky.from_xarray(far)
     below = xarray.concat([made, made.isel(zenith=[0]).assign_coords(zenith=[120.0])], "zenith", join="outer")
     below.zenith.attrs.update(made.zenith.attrs)
     assert "1 zenith angles below the horizon" in sky.TabulatedSky.from_xarray(below).remarks[0]
     high = sky.TabulatedSky.from_xarray(made.isel(zenith=slice(0, 4)))
     assert "no radiance from 48 to 90 degrees" in high.remarks[0]
     narrow = sky.TabulatedSky.from_xarray(made.isel(azimuth=slice(0, 10)))
-    assert "no azimuths between 270 and 0 degrees; neighbours fill them" in narrow.remarks[0]
-    with pytest.raises(sky.SceneError, match=r"no azimuths between 180 and 0 degrees .*; add the other half"):
+    assert "no azimuths between 270 and 0 degrees" in narrow.remarks[0]
+    with pytest.raises(sky.SceneError, match="no azimuths between 180 and 0 degrees"):
         sky.TabulatedSky.from_xarray(made.isel(azimuth=slice(0, 7)))
-    one = sky.TabulatedSky.from_xarray(made.isel(azimuth=[0]))
-    assert "the field has one azimuth, so its sky is the same all around" in one.remarks
+    assert "one azimuth" in " ".join(sky.TabulatedSky.from_xarray(made.isel(azimuth=[0])).remarks)
 
 
 def test_scattered_directions_are_interpolated_on_the_sphere():
@@ -237,19 +213,6 @@ def test_points_that_were_unstacked_are_no_field():
     assert table.values[0] @ table.grid.projected_solid_angle_sr == pytest.approx(exact[0], rel=3e-3)
 
 
-def test_directions_on_one_circle():
-    coords = {
-        "zenith": ("los", [30.0, 30, 30, 30], {"units": "deg"}),
-        "azimuth": ("los", [0.0, 90, 180, 270], {"units": "deg"}),
-    }
-    made = xarray.DataArray([1.0, 2.0, 3.0, 4.0], dims=("los",), coords=coords)
-    with pytest.warns(sky.InputWarning, match="% of the light comes from beyond"):
-        table = sky.TabulatedSky.from_xarray(made, grid=sky.PatchGrid.regular(2, 4))
-    assert np.all((table.values > 0.9) & (table.values < 4.1))
-    with pytest.raises(sky.SceneError, match=r"2 directions at .*; a measured sky needs 3 or more"):
-        sky.TabulatedSky.from_xarray(made.isel(los=[0, 1]))
-
-
 def test_gaps_of_a_regular_field_are_filled_by_neighbours_and_reported():
     made = field()
     made[0, 2, 3] = np.nan
@@ -263,63 +226,26 @@ def test_gaps_of_a_regular_field_are_filled_by_neighbours_and_reported():
     ("change", "options", "message"),
     [
         (lambda f: f.rename(zenith="height"), {}, "no coordinate of zenith angles among .*'height'.*zenith='NAME'"),
-        (lambda f: f, {"zenith": "vza"}, "no coordinate 'vza'; it has"),
+        (lambda f: f, {"zenith": "vza"}, "no coordinate 'vza'"),
         (lambda f: f.assign_coords(vza=("zenith", ZENITH_DEG)), {}, "2 coordinates that may be its zenith: .*'vza'"),
-        (
-            lambda f: f.assign_coords(zenith=np.deg2rad(ZENITH_DEG)),
-            {},
-            "degrees or radians; write --angle-unit deg or rad",
-        ),
-        (lambda f: f, {"angle_unit": "grad"}, "degrees or radians"),
-        (
-            lambda f: f.expand_dims(stokes=3),
-            {},
-            r"dimension 'stokes' of 3 .* --isel stokes=0, or field.isel\(stokes=0\)",
-        ),
+        (lambda f: f.assign_coords(zenith=np.deg2rad(ZENITH_DEG)), {}, "write --angle-unit deg or rad"),
+        (lambda f: f.expand_dims(stokes=3), {}, r"'stokes' of 3 .* field.isel\(stokes=0\)"),
         (lambda f: -f, {}, "negative or infinite"),
         (lambda f: 0 * f, {}, "no positive value"),
-        (lambda f: f.astype(complex), {}, "complex128 instead of real"),
+        (lambda f: f.astype(complex), {}, "complex128"),
         (lambda f: f.isel(zenith=[0, 1, 1]), {}, "zenith angle twice"),
-        (lambda f: f.isel(zenith=slice(0)), {}, "the field has no values: its dimension 'zenith' has length 0"),
-        (lambda f: f.isel(azimuth=slice(0)), {}, "dimension 'azimuth' has length 0"),
-        (lambda f: f.isel(wavelength=slice(0)), {}, "dimension 'wavelength' has length 0"),
-        (
-            lambda f: f.isel(wavelength=[1, 0, 1]) * [[[1]], [[1]], [[2]]],
-            {},
-            "wavelength 550 nm stands .* twice with different values",
-        ),
-        (
-            lambda f: xarray.Dataset({"L": f, "M": f}),
-            {},
-            r"the file has 2 variables of numbers: 'L', 'M'; choose one: --variable L \(variable=\)",
-        ),
-        (lambda f: xarray.Dataset({"L": f}), {"variable": "M"}, "no variable 'M' of numbers; it has 'L'"),
-        (lambda f: f.values, {}, r"got ndarray; give values .* to sky.TabulatedSky\(grid=, wavelength_nm=, values=\)"),
-        (lambda f: np.ma.masked_array(f.values), {}, "got MaskedArray"),
-        (
-            lambda f: f.assign_coords(wavelength=("wavelength", NM, {"units": "cm-1"})),
-            {},
-            "unit 'cm-1'; a wavelength is in nm",
-        ),
+        (lambda f: f.assign_coords(azimuth=np.where(AZIMUTH_DEG > 0, AZIMUTH_DEG, np.nan)), {}, "not finite"),
+        (lambda f: xarray.Dataset({"L": f}), {"variable": "M"}, "no variable 'M' of numbers"),
+        (lambda f: f.isel(zenith=slice(0)), {}, "'zenith' has length 0"),
+        (lambda f: f.isel(wavelength=[1, 0, 1]) * [[[1]], [[1]], [[2]]], {}, "550 nm stands .* twice"),
+        (lambda f: xarray.Dataset({"L": f, "M": f}), {}, "2 variables of numbers: 'L', 'M'"),
+        (lambda f: f.values, {}, "got ndarray"),
     ],
 )
 def test_refusals_say_what_to_write(change, options, message):
     with pytest.raises(sky.SceneError, match=message) as caught:
         sky.TabulatedSky.from_xarray(change(field()), **options)
     assert "\n" not in str(caught.value)
-
-
-def test_wavelengths_without_a_unit_are_no_micrometres():
-    bare = field().assign_coords(wavelength=NM / 1000)
-    bare.wavelength.attrs.clear()
-    with pytest.raises(
-        sky.SceneError, match=r"wavelengths of 0.44 to 0.55 nm; are they micrometres\?; set its attribute"
-    ):
-        sky.TabulatedSky.from_xarray(bare)
-    with pytest.raises(sky.SceneError, match=r"wavelengths of 4.4e\+08 to 5.5e\+08 nm; 20 to 100000 are read"):
-        sky.TabulatedSky.from_xarray(field().assign_coords(wavelength=("wavelength", NM * 1000, {"units": "um"})))
-    grey = sky.TabulatedSky.from_xarray(field().isel(wavelength=0, drop=True))
-    sky.Scene(wavebands=[440.0, 900.0], n_photons=10, components=grey)  # no wavelength, no warning
 
 
 def test_wavelengths_beyond_those_of_a_table_are_warned_of():
@@ -330,7 +256,6 @@ def test_wavelengths_beyond_those_of_a_table_are_warned_of():
 def test_a_table_without_doubt():
     """Rows of one wavelength are equal, and no fill value of a masked array becomes a radiance."""
     grid, ones = sky.PatchGrid.regular(2, 3), np.ones((2, 6))
-    sky.TabulatedSky(wavelength_nm=[500.0, 500.0], values=ones, grid=grid)
     with pytest.raises(sky.SceneError, match="the wavelength 500 nm stands in it twice with different values"):
         sky.TabulatedSky(wavelength_nm=[500.0, 500.0], values=ones * [[1], [2]], grid=grid)
     gaps = np.ma.masked_greater(np.where(np.eye(2, 6) > 0, 1e20, 1.0), 1e10)
@@ -412,10 +337,9 @@ def test_units_of_the_field_make_absolute_irradiances():
     for unit in ("", "relative"):
         table = sky.TabulatedSky.from_xarray(field().assign_attrs(units=unit))
         assert sky.Scene(wavebands=NM, n_photons=10, components=table).irradiance is None
-    for unit in ("cd m-2", "W m-2 sr-1", "W m-2 nm-1", "K", "MW/CM2/NM/SR"):
-        with pytest.raises(sky.SceneError, match="of the field is none of spectral radiance; write --radiance-unit"):
-            sky.TabulatedSky.from_xarray(field().assign_attrs(units=unit))
-        sky.TabulatedSky.from_xarray(field().assign_attrs(units=unit), radiance_unit="relative")
+    with pytest.raises(sky.SceneError, match="is none of spectral radiance"):
+        sky.TabulatedSky.from_xarray(field().assign_attrs(units="cd m-2"))
+    sky.TabulatedSky.from_xarray(field().assign_attrs(units="cd m-2"), radiance_unit="relative")
     grid = sky.PatchGrid.regular(2, 3)
     with pytest.raises(ValueError, match="radiance_unit wants weighting PROJECTED"):
         sky.TabulatedSky(wavelength_nm=[500.0], values=np.ones((1, 6)), grid=grid, radiance_unit=1.0)

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
-from collections import defaultdict
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -14,25 +11,10 @@ from scipy.special import chdtr
 from aomc_sky.skies.atmosphere.backward import PathTables, path_tables, solve_paths
 from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.medium import Medium
-from tests.support.atmospheres import full, mol_ozone, molecules_only
-from tests.support.shared import SHARED, needs_shared
+from tests.skies.atmosphere.reference_tables import MEDIA, column, grouped, needs_tables
+from tests.support.atmospheres import molecules_only
 
-TABLES = SHARED / "atmosphere"
-MAKERS: dict[str, Callable[..., Medium]] = {"rayleigh": molecules_only, "mol_ozone": mol_ozone, "full": full}
-Rows = list[dict[str, str]]
-
-
-def grouped(name: str, *keys: str) -> dict[tuple[str, ...], Rows]:
-    """Rows of a table by the values of some columns."""
-    groups: dict[tuple[str, ...], Rows] = defaultdict(list)
-    with (TABLES / name).open() as file:
-        for row in csv.DictReader(file):
-            groups[tuple(row[key] for key in keys)].append(row)
-    return groups
-
-
-def column(rows: Rows, name: str) -> np.ndarray:
-    return np.array([float(row[name]) for row in rows])
+pytestmark = needs_tables
 
 
 def spherical_pulls(n_paths: int, every: int) -> tuple[np.ndarray, int]:
@@ -42,7 +24,7 @@ def spherical_pulls(n_paths: int, every: int) -> tuple[np.ndarray, int]:
     groups = grouped("spherical_radiance.csv", "case", "wavelength_nm", "albedo", "sza_deg")
     for seed, ((*air, sun), rows) in enumerate(groups.items()):
         if tuple(air) not in made:
-            medium = MAKERS[air[0]](float(air[1]), float(air[2]))
+            medium = MEDIA[air[0]](float(air[1]), float(air[2]))
             made[tuple(air)] = medium, path_tables(medium)
         medium, tables = made[tuple(air)]
         some = rows[seed % every :: every]
@@ -62,7 +44,6 @@ def spherical_pulls(n_paths: int, every: int) -> tuple[np.ndarray, int]:
     return np.concatenate(found, axis=1), flagged
 
 
-@needs_shared
 def test_spherical_rows() -> None:
     pulls, flagged = spherical_pulls(n_paths=4000, every=10)
     assert np.abs(pulls).max() < 5.0
@@ -70,7 +51,6 @@ def test_spherical_rows() -> None:
     assert flagged <= 0.05 * pulls.shape[1]
 
 
-@needs_shared
 @pytest.mark.slow
 def test_all_spherical_rows() -> None:
     pulls, flagged = spherical_pulls(n_paths=50_000, every=1)
@@ -81,7 +61,6 @@ def test_all_spherical_rows() -> None:
     assert flagged <= 10
 
 
-@needs_shared
 @pytest.mark.parametrize("offset", ["0.0", "0.3"])
 def test_eclipse(offset: str) -> None:
     rows = grouped("eclipse_radiance.csv", "moon_zenith_offset_deg")[(offset,)]
@@ -98,12 +77,11 @@ def test_eclipse(offset: str) -> None:
     assert np.all(np.abs(result.radiance[0] - column(rows, "L_all")) < 5.0 * bar)
 
 
-@needs_shared
 def test_glowing_ground() -> None:
     for (case, wavelength, albedo), rows in grouped(
         "ground_glow_radiance.csv", "case", "wavelength_nm", "albedo"
     ).items():
-        medium = dataclasses.replace(MAKERS[case](float(wavelength), float(albedo)), toa_irradiance=np.zeros(1))
+        medium = dataclasses.replace(MEDIA[case](float(wavelength), float(albedo)), toa_irradiance=np.zeros(1))
         zenith = np.radians(column(rows, "vza_deg"))
         result = solve_paths(
             medium, sun_zenith_rad=1.0, sky_zenith_rad=zenith, azimuth_from_sun_rad=np.zeros_like(zenith),

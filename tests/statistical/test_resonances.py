@@ -29,28 +29,19 @@ def too_large(patches, places):
     return {name: ratio for name, ratio in over.items() if ratio > 1}
 
 
-def check(grid):
-    patches = EqualPatches(*grid)
-    assert not too_large(patches, patches.emitted()), grid
-
-
-def test_rings_that_are_nearly_a_period():
-    for grid in grids((RINGS,), largest=24):
-        check(grid)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("rings", [33, 90])
-def test_rings_that_are_nearly_a_period_on_other_grids(rings):
-    for grid in grids((rings,)):
-        check(grid)
-
-
-@pytest.mark.slow
-def test_every_number_of_columns():
-    """The golden ratio alone would move the resonances to 20, 27, 34, 41 ... columns."""
-    for columns in range(5, 181):
-        check((RINGS, columns, 1))
+@pytest.mark.parametrize(
+    "some",
+    [
+        list(grids((RINGS,), largest=24)),
+        *(pytest.param(list(grids((rings,))), marks=pytest.mark.slow) for rings in (33, 90)),
+        # the golden ratio alone would move the resonances to 20, 27, 34, 41 ... columns
+        pytest.param([(RINGS, columns, 1) for columns in range(5, 181)], marks=pytest.mark.slow),
+    ],
+)
+def test_rings_that_are_nearly_a_period(some):
+    for grid in some:
+        patches = EqualPatches(*grid)
+        assert not too_large(patches, patches.emitted()), grid
 
 
 @pytest.mark.parametrize("grid", [(60, 86, 1), (40, 86, 1), (90, 7, 1), (33, 172, 1), (90, 7, 2)])

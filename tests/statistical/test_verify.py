@@ -346,23 +346,13 @@ CONFIGURATIONS = [
 ]
 
 
-def false_alarms(name, method, dependence, seeds, n):
-    """Seeds whose correct photons, or counts, fail at the family level."""
-    found = []
+SEEDS_OF = [(*one, range(1)) for one in CONFIGURATIONS[:6]]
+SEEDS_OF += [pytest.param(*one, range(100, 150), marks=pytest.mark.slow) for one in CONFIGURATIONS]
+
+
+@pytest.mark.parametrize(("name", "method", "dependence", "seeds"), SEEDS_OF)
+def test_correct_photons_pass(name, method, dependence, seeds):
+    """None of the seeds fails at the family level."""
     for seed in seeds:
-        source = scene_of(name, n).source(seed, method=method)
-        report = direction_report(source, dependence, seed=seed)
-        if not report:
-            found.append((seed, [c for c in report.checks if not c.passed]))
-    return found
-
-
-@pytest.mark.parametrize(("name", "method", "dependence"), CONFIGURATIONS[:6])
-def test_correct_photons_of_a_seed_pass(name, method, dependence):
-    assert false_alarms(name, method, dependence, range(1), 20_000) == []
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("name", "method", "dependence"), CONFIGURATIONS)
-def test_correct_photons_of_50_seeds_pass(name, method, dependence):
-    assert false_alarms(name, method, dependence, range(100, 150), 20_000) == []
+        report = direction_report(scene_of(name, 20_000).source(seed, method=method), dependence, seed=seed)
+        assert report, (seed, [check for check in report.checks if not check.passed])

@@ -1,9 +1,7 @@
 """The compiled emission equals its plain form to the bit, for every law, order, placement and precision."""
 
-import collections
 import dataclasses
 import functools
-import itertools
 
 import numba
 import numpy as np
@@ -11,6 +9,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
+from aomc_sky.emission.kernels import batches, plain
 from aomc_sky.skies.perez.kernels.cells import tilted
 from aomc_sky.skies.perez.law import PerezBounds
 from tests.support.emitted import both
@@ -92,6 +91,14 @@ def many_cells(n_zenith, n):
     return sky.Scene(wavebands=BANDS, n_photons=n, components=(many,)).source()
 
 
+def compared(source, start, stop):
+    """The compiled photons, which are those of the plain form to the bit."""
+    compiled, twin = both(source, start, stop)
+    for key, values in compiled.items():
+        np.testing.assert_array_equal(values, twin[key], err_msg=key)
+    return compiled
+
+
 PRECISIONS, ORDERS, PLACEMENTS = ("float32", "float64"), ("shuffled", "patch"), ("r2", "philox", "centre")
 
 
@@ -101,9 +108,7 @@ PRECISIONS, ORDERS, PLACEMENTS = ("float32", "float64"), ("shuffled", "patch"), 
 @pytest.mark.parametrize("name", SCENES)
 def test_compiled_equals_plain(name, precision, order, placement):
     source = source_of(name, order=order, placement=placement, precision=precision)
-    compiled, plain = both(source, N // 5, N)
-    for key, values in compiled.items():
-        np.testing.assert_array_equal(values, plain[key], err_msg=key)
+    compiled = compared(source, N // 5, N)
     length = np.sqrt(sum(compiled[u].astype(np.float64) ** 2 for u in ("ux", "uy", "uz")))
     assert np.max(np.abs(length - 1)) < (3e-7 if precision == "float32" else 6e-16)
     assert np.all(compiled["uz"] <= 0)
@@ -116,24 +121,9 @@ def test_places_are_moved_along_the_slope(name):
     assert np.all(np.count_nonzero(component.bounds[:, 2:], axis=0) > 5)
 
 
-def test_one_disc_among_cells_of_the_main_law_goes_by_its_slot():
-    """Where there are more kinds of cells, a table of laws says which slot is what."""
-    disc_slot = {name: source_of(name)._emitter._packed(0).one_disc for name in SCENES}
-    assert {name for name, slot in disc_slot.items() if slot >= 0} == {"disc", "faint disc", "disc and uniform"}
-
-
 def types_of(arguments):
     """What numba compiles for."""
     return tuple(types_of(a) if isinstance(a, tuple) else numba.typeof(a) for a in arguments)
-
-
-def test_options_that_choose_loops_are_no_variants():
-    """Code of its own have a precision, the common case and the Perez sky; runs of one cell are a kernel apart."""
-    variants = set()
-    for name, precision, order, placement in itertools.product(SCENES, PRECISIONS, ORDERS, PLACEMENTS):
-        packed = source_of(name, order=order, placement=placement, precision=precision)._emitter._packed(0)
-        variants.add(("emit_runs" if packed.has_long_runs else "emit", precision, types_of(packed)))
-    assert collections.Counter(name for name, _, _ in variants) == {"emit": 6, "emit_runs": 2}
 
 
 def test_the_word_of_a_perez_cell_gives_back_its_tilts():
@@ -153,9 +143,7 @@ def test_short_and_long_runs(precision, n):
     for name in ("table", "all cells lit"):
         source = source_of(name, n=n, order="patch", precision=precision)
         for start in (0, n // 3):
-            compiled, plain = both(source, start, n)
-            for key, values in compiled.items():
-                np.testing.assert_array_equal(values, plain[key])
+            compared(source, start, n)
 
 
 def test_counts_of_emitted_cells_are_the_counts():
@@ -177,20 +165,7 @@ def test_counts_of_emitted_cells_are_the_counts():
 def test_more_photons_than_32_bits_and_more_cells_than_16_bits(n_zenith, n):
     source = many_cells(n_zenith, n)
     for start in (0, n - 5000):
-        compiled, plain = both(source, start, start + 5000)
-        for key, values in compiled.items():
-            np.testing.assert_array_equal(values, plain[key])
-
-
-@pytest.mark.parametrize(("n_zenith", "n"), [(90, 10**6), (500, 3 * 10**6), (500, 10**5), (500, 2**40)])
-def test_a_rank_is_a_few_steps_from_its_slot(n_zenith, n):
-    """With a guide of fixed length a rank of a fine table walked over dozens of slots."""
-    packed = many_cells(n_zenith, n)._emitter._packed(0)
-    rank = np.random.default_rng(4).integers(0, n, 1000)
-    slot = np.searchsorted(packed.cumulative[1:-2].astype(np.int64), rank, side="right")
-    steps = slot - packed.guide[rank >> int(packed.guide_shift)]
-    assert steps.min() >= 0
-    assert steps.mean() < 2
+        compared(source, start, start + 5000)
 
 
 def test_more_words_than_16_bits():
@@ -205,6 +180,15 @@ def test_more_words_than_16_bits():
     )
     scattered = component("scattered", Law.CELL_MU2, cell, np.ones(n))
     source = sky.Scene(wavebands=BANDS, n_photons=2 * n, components=(scattered,)).source()
-    compiled, plain = both(source, 0, 2 * n)
-    for key, values in compiled.items():
-        np.testing.assert_array_equal(values, plain[key])
+    compared(source, 0, 2 * n)
+
+
+@pytest.mark.parametrize("form", [batches, plain])
+@pytest.mark.parametrize("precision", ["float32", "float64"])
+def test_sums_are_those_of_one_after_the_other(precision, form):
+    """In float64 and in their order, whatever the precision of the photons."""
+    rng = np.random.default_rng(1)
+    uz, weight = (-rng.uniform(1e-3, 1.0, 999)).astype(precision), rng.lognormal(size=999).astype(precision)
+    mu, w = -uz.astype(np.float64), weight.astype(np.float64)
+    assert form.block_sums(uz) == (np.cumsum(mu)[-1], np.cumsum(1.0 / mu)[-1])
+    assert form.weighted_block_sums(uz, weight) == (np.cumsum(w)[-1], np.cumsum(w / mu)[-1])

@@ -92,13 +92,6 @@ def test_plain_form_is_equal(n):
         )
 
 
-def test_inverse_visits_every_index():
-    n = 4097 if JIT else 97
-    back = np.empty(n, np.uint64)
-    indices_of_ranks(np.arange(n, dtype=np.uint64), np.uint64(n), KEYS[1], back)
-    np.testing.assert_array_equal(ranks(0, n, n, KEYS[1])[back.astype(np.int64)], np.arange(n))
-
-
 def prefix_excess(rank_of, n, bins, n_keys):
     """Mean chi-square per degree of freedom of a tenth of the photons over strata of ranks, as a pull."""
     m, total = n // 10, 0.0

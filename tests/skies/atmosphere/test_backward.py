@@ -9,16 +9,13 @@ import pytest
 from scipy.integrate import quad
 from scipy.special import expn
 
-from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
+from aomc_sky.errors import ModelLimitWarning, UsageError
 from aomc_sky.skies.atmosphere.backward import PathsResult, PathTables, path_tables, paths_result, solve_paths
-from aomc_sky.skies.atmosphere.kernels.shells import fill_sun_share
 from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.sky.path_orders import path_orders
 from aomc_sky.skies.atmosphere.sky.solve import later_orders, solve_sky
 from tests.support.atmospheres import (
-    EARTH_RADIUS_M,
-    TOP_M,
     Layer,
     full,
     henyey_greenstein_phase,
@@ -72,12 +69,6 @@ def test_flat_layers() -> None:
 
 def test_a_wrong_ground_is_seen() -> None:
     assert np.abs(pulls(0.4)).max() > 8.0
-
-
-def test_the_first_order_alone_has_no_error() -> None:
-    result = solved(full(550.0), 4000, n_orders=1)
-    assert not result.under_sampled.any()
-    np.testing.assert_array_equal(result.standard_error, 0.0)
 
 
 @pytest.mark.parametrize("g", [-0.5, 0.9, 0.999])
@@ -206,20 +197,6 @@ def test_a_moon_of_the_suns_size_darkens_everything() -> None:
     assert not solved(medium, 2000, visible=cover).radiance.any()
 
 
-def test_visible_share_against_a_grid() -> None:
-    n = 1500
-    x, y = np.meshgrid((np.arange(n) + 0.5) / n * 2 - 1, (np.arange(n) + 0.5) / n * 2 - 1)
-    disc = x * x + y * y < 1
-    distance, sun = 3.65e8, (0.0, 0.0, 1.0)
-    for size, apart in ((1.05, 0.3), (1.05, 1.2), (0.7, 0.2), (0.7, 0.5), (1.0, 1.0), (1.4, 2.5), (0.7, 1.69)):
-        radius = distance * np.sin(size * SUN_RADIUS)
-        centre = (distance * np.sin(apart * SUN_RADIUS), 0.0, distance * np.cos(apart * SUN_RADIUS))
-        share = np.empty(1)
-        fill_sun_share(np.zeros(1), np.zeros((3, 1)), sun, (*centre, radius, SUN_RADIUS), share)
-        hidden = disc & ((x - apart) ** 2 + y * y < size * size)
-        assert share[0] == pytest.approx(1.0 - hidden.sum() / disc.sum(), abs=2e-4)
-
-
 def test_glow_of_the_ground_once_scattered() -> None:
     """Isotropic flat layer: L = int exp(-t/mu)/mu E2(t)/2 dt over the optical height t."""
     tau = 0.5
@@ -239,17 +216,12 @@ def test_glow_of_the_ground_once_scattered() -> None:
     "bad",
     [
         {"ground_radiance": [-1.0]}, {"ground_radiance": [1.0, 1.0]}, {"sun_zenith_rad": 4.0},
-        {"sky_zenith_rad": np.full(5, 2.0)},
+        {"sky_zenith_rad": np.full(5, 2.0)}, {"azimuth_from_sun_rad": np.zeros(4)},
     ],
 )  # fmt: skip
 def test_bad_numbers(bad: dict) -> None:
     with pytest.raises(UsageError):
         solved(molecules_only(550.0), **{"n_paths": 100, **bad})
-
-
-def test_bad_moon() -> None:
-    with pytest.raises(SceneError):
-        Moon(zenith_rad=0.0, distance_m=1e6)
 
 
 RINGS = np.radians([10.0, 40.0, 65.0])
@@ -284,33 +256,7 @@ def test_deep_twilight_is_told() -> None:
         path_orders(molecules_only(400.0), np.radians(97.0), RINGS[2:], 4, n_listed=4, n_paths=64)
 
 
-WAVELENGTH = 2500.0
-N_PATHS = 20_000
-
-
-def thin_glow() -> float:
-    """Order 1 overhead of a ground of radiance 1, nothing lost on the way: the ground fills a cone below the air."""
-    node, weight = np.polynomial.legendre.leggauss(200)
-    h = 0.5 * TOP_M * (1.0 + node)
-    c = np.sqrt(1.0 - (EARTH_RADIUS_M / (EARTH_RADIUS_M + h)) ** 2)
-    scattering = 3.08458e25 * np.exp(-h / 8000.0) * 0.04022e-30 / (WAVELENGTH / 1000.0) ** 4
-    return float(0.5 * TOP_M * weight @ (scattering * 0.375 * ((1.0 - c) + (1.0 - c**3) / 3.0)))
-
-
 def test_roulette_leaves_paths_of_thin_air_alone() -> None:
-    found = solve_paths(
-        molecules_only(WAVELENGTH, 1.0), sun_zenith_rad=1.0, sky_zenith_rad=[0.0, 1.5], azimuth_from_sun_rad=[0.0, 0.0],
-        n_paths=N_PATHS, n_orders=10, seed=3, ground_radiance=[1.0],
-    )  # fmt: skip
+    found = solved(molecules_only(2500.0, 1.0), 20_000, n_orders=10, ground_radiance=[1.0])
     share = found.standard_error[0] / found.radiance[0]
-    assert share.max() < 1.5 / np.sqrt(N_PATHS)
-
-
-def test_order_one_of_a_glowing_ground_has_a_closed_form() -> None:
-    found = solve_paths(
-        molecules_only(WAVELENGTH), sun_zenith_rad=3.0, sky_zenith_rad=[0.0], azimuth_from_sun_rad=[0.0],
-        n_paths=N_PATHS, n_orders=1, seed=4, ground_radiance=[1.0],
-    )  # fmt: skip
-    bar = found.standard_error[0, 0] + 1e-3 * thin_glow()
-    assert found.radiance[0, 0] == pytest.approx(thin_glow(), abs=4.0 * bar)
-    assert bar < 0.01 * thin_glow()
+    assert share.max() < 1.5 / np.sqrt(20_000)

@@ -10,7 +10,7 @@ import pytest
 
 from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.atmosphere.eclipse import eclipsed_once, solve_order_one, visible_share
+from aomc_sky.skies.atmosphere.eclipse import eclipsed_once, visible_share
 from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.sky.method import Lights, chosen_lights
@@ -50,11 +50,6 @@ def test_a_moon_far_from_the_sun_changes_no_bit(medium: Medium) -> None:
     assert with_moon.visible_share == 1.0
     np.testing.assert_array_equal(patch_means(with_moon, GRID, 0.3)[0], patch_means(without, GRID, 0.3)[0])
     np.testing.assert_array_equal(with_moon.direct_irradiance, without.direct_irradiance)
-
-
-def test_a_moon_that_touches_no_disc_gives_the_order_one_of_the_whole_sun(medium: Medium) -> None:
-    hidden = solve_order_one(medium, SUN, ZENITH, AZIMUTH, moon(8.0))
-    np.testing.assert_allclose(hidden, solve_order_one(medium, SUN, ZENITH, AZIMUTH), rtol=2e-5)
 
 
 def test_reach_of_a_moon_is_never_short(medium: Medium) -> None:
@@ -132,6 +127,11 @@ def test_glow_is_added_to_the_sky_of_the_sun(medium: Medium) -> None:
     more = patch_means(lit, GRID, 0.0)[0] - patch_means(sky, GRID, 0.0)[0]
     np.testing.assert_allclose(more, np.broadcast_to(coefficient[..., 0], more.shape), rtol=1e-12)
     np.testing.assert_allclose(lit.at(ZENITH, AZIMUTH) - sky.at(ZENITH, AZIMUTH), 1.75, rtol=1e-12)
+
+
+def test_a_moon_inside_the_earth_is_refused() -> None:
+    with pytest.raises(SceneError):
+        Moon(zenith_rad=0.0, distance_m=1e6)
 
 
 def test_what_shines_and_how_it_is_solved(medium: Medium) -> None:

@@ -11,7 +11,6 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.errors import InputFileError
 from aomc_sky.skies.atmosphere.description.medium import read_medium
-from tests.support.scenes import coarse_atmosphere
 from tests.support.shared import INPUTS
 
 MARINE = INPUTS / "atmosphere" / "clear_marine.atmo"
@@ -26,13 +25,6 @@ def test_it_is_the_sky_of_the_medium() -> None:
     np.testing.assert_array_equal(found.patch_mean, expected.patch_mean)
     np.testing.assert_array_equal(found.direct_irradiance, expected.direct_irradiance)
     assert found.solved.n_orders == 1
-
-
-def test_the_wavelengths_are_those_asked_for() -> None:
-    found = sky.AtmosphereSky.from_file(MARINE, wavelength_nm=[562.0, 445.0, 440.5], **FEW)
-    assert found.medium.wavelength_nm.tolist() == [440.0, 445.0, 562.0]
-    with pytest.raises(sky.SceneError, match=r"clear_marine\.atmo: 940 nm lies beyond its wavelengths, 380 to 900 nm"):
-        sky.AtmosphereSky.from_file(MARINE, wavelength_nm=[550.0, 940.0], **FEW)
 
 
 @pytest.mark.parametrize("name", ["molecules_only", "clear_marine", "continental", "hazy"])
@@ -50,16 +42,6 @@ def test_the_shipped_descriptions_reach_from_380_to_900_nm(name: str) -> None:
     assert np.all(light > 0)
     assert np.all(np.diff(found.direct_irradiance[3:]) < 0)  # the sun's own light falls, too
     assert np.all(found.direct_irradiance > 0.1)
-
-
-def test_a_scene_is_solved_at_its_wavebands(tmp_path: Path) -> None:
-    amc = coarse_atmosphere(tmp_path)
-    scene = sky.read_scene(amc, iterations=1000)
-    assert scene.sky_wavelength_nm.tolist() == scene.wavebands.wavelength_nm.tolist() == [412.0, 510.0, 590.0, 670.0]
-    bands = amc.parent / "lambbot.inp"
-    bands.write_text(bands.read_text().replace("670.0", "765.0"))
-    with pytest.raises(sky.AomcSkyError, match=r"765 nm lies beyond its wavelengths, 410 to 680 nm"):
-        sky.read_scene(amc, iterations=1000)
 
 
 def test_tables_elsewhere_want_a_word(tmp_path: Path) -> None:

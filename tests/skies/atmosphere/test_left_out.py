@@ -13,19 +13,10 @@ from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, solve_orders
 from tests.reference.refraction import SCALE_M, Beam, beam
-from tests.skies.atmosphere.test_successive_orders_tables import (
-    AZIMUTHS,
-    MEDIA,
-    TABLES,
-    cases,
-    of,
-    rayleigh_sky,
-    values,
-)
+from tests.skies.atmosphere.reference_tables import MEDIA, column, needs_tables
+from tests.skies.atmosphere.test_successive_orders_tables import AZIMUTHS, SPHERICAL, cases, of, rayleigh_sky
 from tests.support.plane_layers import by_order, later_orders
 from tests.support.shared import INPUTS
-
-needs_tables = pytest.mark.skipif(not TABLES.is_dir(), reason="the reference data are not beside the repository")
 
 VECTOR = "published_vector_rayleigh_I.csv"
 TURN = np.array([0.5, 1.0, 1.0, 1.0, 1.0, 1.0, 0.5]) / 6
@@ -36,17 +27,17 @@ TURN = np.array([0.5, 1.0, 1.0, 1.0, 1.0, 1.0, 0.5]) / 6
 def test_the_sky_of_the_scalar_equations() -> None:
     """0.2 % rms, 0.9 % at most for suns of 10 degrees and more, with the table's own noise of 0.15 % in both."""
     wrong, noise = [], []
-    for case, wavelength, albedo, sun in cases("spherical_radiance.csv", "case", "wavelength_nm", "albedo", "sza_deg"):
+    for case, wavelength, albedo, sun in SPHERICAL:
         if float(sun) > 80.0:
             continue
         table = of("spherical_radiance.csv", case=case, wavelength_nm=wavelength, albedo=albedo, sza_deg=sun)
-        zenith, azimuth = np.unique(values(table, "vza_deg")), np.unique(values(table, "phi_deg"))
+        zenith, azimuth = np.unique(column(table, "vza_deg")), np.unique(column(table, "phi_deg"))
         medium = dataclasses.replace(MEDIA[case]([float(wavelength)], float(albedo)), n_orders=ALL_ORDERS)
         sky = solve_orders(medium, np.deg2rad(float(sun)), np.deg2rad(zenith))
-        at = np.searchsorted(zenith, values(table, "vza_deg")), np.searchsorted(azimuth, values(table, "phi_deg"))
-        found = values(table, "L_order1") + later_orders(sky, np.deg2rad(azimuth))[0][at]
-        wrong.append(found / values(table, "L_all") - 1.0)
-        noise.append(values(table, "se_all") / values(table, "L_all"))
+        at = np.searchsorted(zenith, column(table, "vza_deg")), np.searchsorted(azimuth, column(table, "phi_deg"))
+        found = column(table, "L_order1") + later_orders(sky, np.deg2rad(azimuth))[0][at]
+        wrong.append(found / column(table, "L_all") - 1.0)
+        noise.append(column(table, "se_all") / column(table, "L_all"))
     all_wrong = np.concatenate(wrong)
     assert all_wrong.size == 525
     assert 100 * np.sqrt(np.mean(all_wrong**2)) == pytest.approx(0.19, abs=0.01)
@@ -57,8 +48,8 @@ def test_the_sky_of_the_scalar_equations() -> None:
 def scalar_over_vector(tau: str, albedo: str, mu0: str) -> tuple[np.ndarray, float]:
     """Our scalar radiance over the polarised one less 1, (n_mu, 7), and the same of the diffuse irradiance."""
     table = of(VECTOR, tau=tau, albedo=albedo, mu0=mu0)
-    mu = values(table, "mu")
-    vector = np.stack([values(table, f"I_over_F0_phi{azimuth}") for azimuth in AZIMUTHS], axis=1)
+    mu = column(table, "mu")
+    vector = np.stack([column(table, f"I_over_F0_phi{azimuth}") for azimuth in AZIMUTHS], axis=1)
     sky = rayleigh_sky(tau, albedo, mu0, mu)
     scalar = by_order(sky, np.deg2rad(AZIMUTHS)).sum(axis=1)[0]
     order = np.argsort(mu)

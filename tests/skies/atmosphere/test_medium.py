@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 from aomc_sky import UsageError, rayleigh_cross_section
-from aomc_sky.errors import InputFileError, SceneError
+from aomc_sky.errors import InputFileError
 from aomc_sky.skies.atmosphere.language.block import Block
 from aomc_sky.skies.atmosphere.medium import (
-    MAX_KINKS,
     Constituent,
     NumberDensity,
     PhaseBlock,
@@ -72,7 +71,6 @@ def test_the_ozone_of_the_reference_has_its_kinks_and_values() -> None:
         ("return 4. + atan(6999.9 - altitude, -1.);", [6999.9]),
         ("return sqr(tan(altitude/(60*km)) - 1e-9);", [60e3 * math.pi / 2]),
         ("return floor(altitude/(50*km));", [50e3, 100e3]),
-        ("return float(int(altitude)/50000);", None),
         ("return min(altitude, 5*km) + min(altitude, 5*km);", [5e3]),
         ("float s=0.; if(altitude > 1*km) s += 1.; if(altitude > 4*km) s += 1.; return s;", [1e3, 4e3]),
         ("bool low = altitude < 4*km; return low ? 1. : 2.;", [4e3]),
@@ -83,11 +81,7 @@ def test_the_ozone_of_the_reference_has_its_kinks_and_values() -> None:
         ("return altitude < 120*km ? 1. : 2.;", []),
     ],
 )
-def test_kinks(text: str, kinks: list[float] | None) -> None:
-    if kinks is None:
-        with pytest.raises(InputFileError, match="more than 1000 jumps or bends"):
-            density(text).kinks()
-        return
+def test_kinks(text: str, kinks: list[float]) -> None:
     found = density(text).kinks()
     assert found.size == len(kinks)
     np.testing.assert_allclose(found, kinks, rtol=0, atol=1e-6)
@@ -110,17 +104,6 @@ def test_no_quadrature_steps_over_a_thin_smooth_layer(width_m: float) -> None:
     assert column(layer(width_m)) - 1e-9 * 8e3 * -math.expm1(-15) == pytest.approx(
         math.sqrt(2 * math.pi) * width_m, rel=1e-10
     )
-
-
-def test_a_wide_layer_is_left_to_the_quadratures() -> None:
-    assert density(layer(3000.0)).kinks().size == 0
-    assert density("return 1 + sin(altitude/10.);").kinks().size <= 300
-
-
-@pytest.mark.parametrize("top_m", [1.0, 1e6])
-def test_kinks_are_found_in_the_thinnest_and_the_thickest_atmosphere(top_m: float) -> None:
-    found = density(f"return altitude < {top_m / 3!r} ? 1. : 2.;", top_m).kinks()
-    assert found.tolist() == [top_m / 3]
 
 
 def column(text: str, top_m: float = TOP_M) -> float:
@@ -170,6 +153,7 @@ def ozone_integral() -> float:
         ("return altitude < 7777. ? 1. : altitude < 7778. ? -1. : 2.;", "it is -1, altitude 777"),
         ("return altitude == 120*km ? -1. : 1.;", "it is -1, altitude 120000 m"),
         ("return 1 - altitude/(119.999*km);", "it is -8.3"),
+        ("return float(int(altitude)/50000);", "more than 1000 jumps or bends"),
     ],
 )
 def test_a_density_that_is_none_is_refused_with_its_altitude(text: str, message: str) -> None:
@@ -191,12 +175,6 @@ def test_rounding_beyond_the_top_is_taken_for_it() -> None:
     root = density("return sqrt(altitude) + sqrt(120*km - altitude);")
     ends = root(np.array([-1e-9, 0.0, TOP_M, TOP_M + 1e-9]))
     assert ends.tolist() == [math.sqrt(TOP_M)] * 4
-
-
-def test_any_shape_of_altitudes_is_kept() -> None:
-    altitude = np.linspace(0, TOP_M, 12).reshape(3, 4)
-    assert density(OZONE)(altitude).shape == (3, 4)
-    assert density("return 2.;")(altitude).tolist() == [[2.0] * 4] * 3
 
 
 ROWS = ((0, 0), (0, 3))
@@ -306,22 +284,11 @@ def test_a_piece_far_thinner_than_the_samples_is_followed_to_both_ends() -> None
     assert find_kinks(pieces(*many), SAMPLES).tolist() == many.tolist()
 
 
-def test_too_many_pieces_are_refused() -> None:
-    edges = np.linspace(1.0, 9e4, MAX_KINKS + 1)
-    assert find_kinks(pieces(*edges[:-1]), SAMPLES).size == MAX_KINKS
-    with pytest.raises(SceneError, match="more than 1000 jumps or bends"):
-        find_kinks(pieces(*edges), SAMPLES)
-
-
 def exact(n: float, temperature: float, pressure: float, wavelength_nm: float, king: float) -> mpmath.mpf:
     with mpmath.workdps(50):
         n, t, p, w, f = (mpmath.mpf(x) for x in (n, temperature, pressure, wavelength_nm, king))
         h = (n * n - 1) ** 2 / (w * mpmath.mpf(10) ** -9) ** 4 * (mpmath.mpf("1.380649e-23") * t / p) ** 2
         return 8 * mpmath.pi**3 / 3 * h * f
-
-
-def test_air_as_the_document_has_it() -> None:
-    assert f"{rayleigh_cross_section(1.000274, 288.15, 101325.0):.3e}" == "3.829e-32"
 
 
 CASES = [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -20,6 +19,7 @@ from aomc_sky.skies.atmosphere.optical_depth import (
     vertical_optical_depth,
 )
 from tests.reference.spherical import exponential_column
+from tests.skies.atmosphere.reference_tables import MEDIA, needs_tables, rows
 from tests.support.atmospheres import (
     EARTH_RADIUS_M,
     empty,
@@ -28,10 +28,8 @@ from tests.support.atmospheres import (
     full,
     medium_of,
     mol_ozone,
-    molecules_only,
     uniform,
 )
-from tests.support.shared import SHARED, needs_shared
 
 RADIANS_90 = np.pi / 2
 N = N_NODES
@@ -83,15 +81,6 @@ def test_the_ground_is_in_the_way() -> None:
     assert np.isinf(optical_depth_to_top(medium, 0.0, np.radians(90.001))[0])
 
 
-def test_touching_the_ground_is_passing() -> None:
-    medium = exponential(1.0)
-    level = optical_depth_to_top(medium, 0.0, RADIANS_90)[0]
-    altitude = 3000.0
-    dip = RADIANS_90 + np.arccos(EARTH_RADIUS_M / (EARTH_RADIUS_M + altitude)) * (1 - 1e-12)
-    onwards = optical_depth_to_top(medium, altitude, np.pi - dip)[0]
-    assert optical_depth_to_top(medium, altitude, dip)[0] == pytest.approx(2 * level - onwards, rel=1e-9)
-
-
 def test_every_wavelength_and_no_constituent() -> None:
     two = optical_depth_to_top(full([450.0, 550.0]), np.array([0.0, 1e4, 120e3]), 0.7)
     assert two.shape == (2, 3)
@@ -102,16 +91,6 @@ def test_every_wavelength_and_no_constituent() -> None:
     assert np.isinf(optical_depth_to_top(empty(), 0.0, 2.0)[0])
     assert vertical_optical_depth(full([450.0, 550.0])).shape == (2, 3)
     assert vertical_optical_depth(full(450.0)).sum() == pytest.approx(0.249152407, rel=1e-8)
-
-
-def test_the_beam_by_level() -> None:
-    medium = mol_ozone([600.0])
-    altitude = np.linspace(0, 120e3, 7)
-    below = optical_depth_to_top(medium, altitude, np.radians(92.0))
-    assert below.shape == (1, 7)
-    assert np.isinf(below[0, 0])
-    assert np.all(np.isfinite(below[0, 1:]))
-    np.testing.assert_array_equal(below, optical_depth_to_top(medium, altitude, np.radians(92.0)))
 
 
 def with_density(density: Callable[[np.ndarray], np.ndarray], kinks_m: list[float]) -> Medium:
@@ -126,18 +105,6 @@ def test_the_profile_follows_a_thin_layer_and_an_undeclared_jump() -> None:
     hidden = optical_depth_to_top(with_density(lambda h: (h < 12345.6).astype(float), []), 0.0, 1.5)[0]
     assert hidden == pytest.approx(declared, rel=1e-5)
     assert declared != hidden
-
-
-def test_the_profile_never_asks_at_a_kink() -> None:
-    asked: list[np.ndarray] = []
-
-    def density(h: np.ndarray) -> np.ndarray:
-        asked.append(h)
-        return np.where(h < 5000.0, 1.0, 0.25)
-
-    density_profile(with_density(density, [5000.0]))
-    everywhere = np.concatenate(asked)
-    assert not np.any((everywhere == 5000.0) | (everywhere <= 0.0) | (everywhere >= 120e3))
 
 
 def test_shells_keep_columns_and_kinks() -> None:
@@ -174,18 +141,13 @@ def test_a_profile_of_many_scales() -> None:
     np.testing.assert_allclose(depth[0], [1.0, 1.0], rtol=1e-10)
 
 
-@needs_shared
+@needs_tables
 def test_reference_slant_depths() -> None:
-    makers = {
-        "rayleigh": lambda w, o: molecules_only(w),
-        "mol_ozone": lambda w, o: mol_ozone(w, 0.0, o),
-        "full": lambda w, o: full(w, 0.0, o),
-    }
-    with (SHARED / "atmosphere" / "spherical_direct.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    for row in rows:
-        medium = makers[row["case"]](float(row["wavelength_nm"]), float(row["ozone_cross_section_m2"]))
+    table = rows("spherical_direct.csv")
+    for row in table:
+        ozone = () if row["case"] == "rayleigh" else (0.0, float(row["ozone_cross_section_m2"]))
+        medium = MEDIA[row["case"]](float(row["wavelength_nm"]), *ozone)
         depth = optical_depth_to_top(medium, 0.0, np.radians(float(row["sza_deg"])))[0]
         assert abs(depth / float(row["tau_slant"]) - 1) < 1e-9
         assert abs(vertical_optical_depth(medium).sum() / float(row["tau_vertical"]) - 1) < 1e-9
-    assert len(rows) == 40
+    assert len(table) == 40

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-from collections import defaultdict
 from collections.abc import Callable
 from dataclasses import replace
 
@@ -11,7 +9,6 @@ import mpmath
 import numpy as np
 import pytest
 
-from aomc_sky.errors import UsageError
 from aomc_sky.skies.atmosphere import order_one
 from aomc_sky.skies.atmosphere.eclipse import solve_order_one
 from aomc_sky.skies.atmosphere.medium import Medium, scatterers
@@ -19,6 +16,7 @@ from aomc_sky.skies.atmosphere.optical_depth import density_profile
 from aomc_sky.skies.atmosphere.order_one import ray_panels, scattered_once, scattering_cosine
 from aomc_sky.skies.atmosphere.sky.solved import ExactOrderOne
 from tests.reference.spherical import SlowRays
+from tests.skies.atmosphere.reference_tables import MEDIA, column, grouped, needs_tables
 from tests.support.atmospheres import (
     Layer,
     empty,
@@ -33,9 +31,7 @@ from tests.support.atmospheres import (
     plane_parallel,
     rayleigh_phase,
     sample,
-    uniform,
 )
-from tests.support.shared import SHARED, needs_shared
 
 CUTS_M = (500.0, 1e3, 2e3, 4e3, 8e3, 15e3, 21.5e3, 30e3, 39e3, 60e3, 90e3)
 HALF_PI = np.pi / 2
@@ -120,18 +116,6 @@ def with_nodes(n: int, solve: Callable[..., np.ndarray], *arguments: object) -> 
         return solve(*arguments)
 
 
-@pytest.mark.parametrize(
-    "medium", [full([450.0, 550.0]), exponential(1.0), uniform(0.5)], ids=["full", "gas", "uniform"]
-)
-def test_twice_the_nodes_change_little(medium: Medium) -> None:
-    zenith, azimuth = (
-        x.ravel() for x in np.meshgrid(np.radians([0.0, 50.0, 85.0, 89.9, 90.0]), np.radians([0.0, 80.0, 180.0]))
-    )
-    for sun_deg, bound in [(0.0, 1e-7), (60.0, 1e-7), (85.0, 1e-5), (90.0, 1e-5), (92.0, 1e-5)]:
-        few, many = (with_nodes(n, solve_order_one, medium, np.radians(sun_deg), zenith, azimuth) for n in (6, 12))
-        np.testing.assert_allclose(few, many, rtol=bound, atol=1e-30)
-
-
 def test_the_horizon_is_the_end_of_a_smooth_sky() -> None:
     medium = full([450.0, 550.0])
     zenith = np.array([HALF_PI, np.radians(90 - 1e-9), np.radians(90 - 1e-5)])
@@ -170,16 +154,6 @@ def test_no_air_no_scattering_no_light() -> None:
         assert np.all(solve_order_one(exponential(1.0), sun, [0.0, HALF_PI], [0.0, 0.0]) == 0)
 
 
-def test_optically_thick_air_is_finite_everywhere() -> None:
-    medium = exponential(100.0)
-    for sun_deg in (0.0, 60.0, 90.0, 95.0):
-        zenith = np.radians([0.0, 60.0, 89.0, 90.0])
-        found = solve_order_one(medium, np.radians(sun_deg), zenith, np.ones(4))
-        assert np.all(np.isfinite(found) & (found >= 0))
-        many = with_nodes(12, solve_order_one, medium, np.radians(sun_deg), zenith, np.ones(4))
-        np.testing.assert_allclose(found, many, rtol=1e-4, atol=1e-60)
-
-
 def test_wavelengths_and_constituents_stand_alone() -> None:
     zenith, azimuth = np.radians([10.0, 80.0, 80.0, 45.0]), np.array([0.0, 1.0, -1.0, 3.0])
     both = solve_order_one(full([450.0, 550.0]), 1.3, zenith, azimuth)
@@ -190,28 +164,6 @@ def test_wavelengths_and_constituents_stand_alone() -> None:
     cosine = scattering_cosine(1.3, zenith, azimuth)
     together = parts[:, 0] * rayleigh_phase(cosine, 0) + parts[:, 1] * peaked_phase(cosine, 0)
     np.testing.assert_allclose(both, together, rtol=1e-13)
-
-
-def test_scattering_cosine() -> None:
-    assert scattering_cosine(0.3, np.array([0.3]), np.array([0.0]))[0] == 1.0
-    assert scattering_cosine(HALF_PI, np.array([HALF_PI]), np.array([np.pi]))[0] == -1.0
-    assert scattering_cosine(0.0, np.array([1.0]), np.array([2.0]))[0] == pytest.approx(np.cos(1.0), abs=1e-16)
-
-
-@pytest.mark.parametrize(
-    ("sun", "zenith", "azimuth"),
-    [
-        (-0.1, [0.0], [0.0]),
-        (3.2, [0.0], [0.0]),
-        (0.1, [1.6], [0.0]),
-        (0.1, [-0.1], [0.0]),
-        (0.1, [0.1], [np.nan]),
-        (0.1, [0.1], []),
-    ],
-)
-def test_bad_directions(sun: float, zenith: list[float], azimuth: list[float]) -> None:
-    with pytest.raises(UsageError, match=r"zenith|direction"):
-        solve_order_one(exponential(1.0), sun, zenith, azimuth)
 
 
 def test_a_wish_for_more_points_along_a_line() -> None:
@@ -229,40 +181,24 @@ def test_a_wish_for_more_points_along_a_line() -> None:
     np.testing.assert_allclose(found(2**31 - 1), found(0), rtol=1e-6)
 
 
-TABLES = SHARED / "atmosphere"
-MAKERS: dict[str, Callable[..., Medium]] = {"rayleigh": molecules_only, "mol_ozone": mol_ozone, "full": full}
 SMALLEST_DIGIT = 5e-13  # of the printed radiances
 
 
-def grouped(name: str, *keys: str) -> dict[tuple[str, ...], list[dict[str, str]]]:
-    """Rows of a table by the values of some columns."""
-    groups: dict[tuple[str, ...], list[dict[str, str]]] = defaultdict(list)
-    with (TABLES / name).open() as file:
-        for row in csv.DictReader(file):
-            groups[tuple(row[key] for key in keys)].append(row)
-    return groups
-
-
-def column(rows: list[dict[str, str]], name: str) -> np.ndarray:
-    return np.array([float(row[name]) for row in rows])
-
-
-@needs_shared
+@needs_tables
 def test_spherical_sun_up() -> None:
     n_rows = 0
-    for (case, wavelength, sun_deg), rows in grouped(
-        "spherical_radiance.csv", "case", "wavelength_nm", "sza_deg"
-    ).items():
+    groups = grouped("spherical_radiance.csv", "case", "wavelength_nm", "sza_deg")
+    for (case, wavelength, sun_deg), rows in groups.items():
         if float(sun_deg) > 90:
             continue
         zenith, azimuth = np.radians(column(rows, "vza_deg")), np.radians(column(rows, "phi_deg"))
-        found = solve_order_one(MAKERS[case](float(wavelength)), np.radians(float(sun_deg)), zenith, azimuth)[0]
+        found = solve_order_one(MEDIA[case](float(wavelength)), np.radians(float(sun_deg)), zenith, azimuth)[0]
         np.testing.assert_allclose(found, column(rows, "L_order1"), rtol=1e-5, atol=SMALLEST_DIGIT)
         n_rows += len(rows)
     assert n_rows == 840
 
 
-@needs_shared
+@needs_tables
 @pytest.mark.parametrize(("name", "maker"), [("calcmysky_rayleigh", molecules_only), ("calcmysky_sample", sample)])
 def test_the_tool(name: str, maker: Callable[..., Medium]) -> None:
     """Within 0.5 %, or 1e-5 of the brightest where it is dark, but along the horizon with the sun below it.

@@ -1,4 +1,4 @@
-"""The parts of the successive orders of scattering: Legendre series, path weights, columns, the geometric rest."""
+"""The parts of the successive orders of scattering: Legendre series, path weights, columns."""
 
 from __future__ import annotations
 
@@ -9,17 +9,10 @@ import pytest
 from aomc_sky.errors import SceneError
 from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.optical_depth import optical_depth_to_top, vertical_optical_depth
-from aomc_sky.skies.atmosphere.scattering_orders.diffuse import SERIES_LENGTH, choose_resolution
-from aomc_sky.skies.atmosphere.scattering_orders.orders import (
-    GeometricRest,
-    gauss_angles,
-    legendre_table,
-    phase_moments,
-)
+from aomc_sky.skies.atmosphere.scattering_orders.orders import legendre_table, phase_moments
 from aomc_sky.skies.atmosphere.scattering_orders.paths import node_paths
-from aomc_sky.skies.atmosphere.scattering_orders.slab import Slab, altitude_grid, slabs_of_medium
+from aomc_sky.skies.atmosphere.scattering_orders.slab import altitude_grid, slabs_of_medium
 from tests.support import atmospheres
-from tests.support.plane_layers import Layers, flat_medium
 
 # ---- Legendre series ----
 
@@ -33,13 +26,6 @@ def test_addition_theorem_at_high_degree() -> None:
         m = np.arange(degree + 1)
         found = np.sum(terms[m] * first[m, degree - m] * second[m, degree - m])
         assert found == pytest.approx(float(mpmath.legendre(degree, cosine)), abs=1e-12)
-
-
-@pytest.mark.parametrize("g", [-0.5, 0.0, 0.7, 0.95])
-def test_moments_of_henyey_greenstein(g: float) -> None:
-    law = atmospheres.henyey_greenstein_phase(g)
-    found = phase_moments(lambda cosine: law(cosine, 0), 200)
-    np.testing.assert_allclose(found, g ** np.arange(200), atol=1e-12)
 
 
 def test_moments_of_a_peak_and_of_no_phase_function() -> None:
@@ -63,14 +49,6 @@ def test_moments_of_a_phase_function_with_jumps() -> None:
         steps = np.array([low - last, high - low])
         expected = 2.0 * np.pi * steps @ (values[0] - values[1]) / (2 * degree + 1)
         np.testing.assert_allclose(found[degree], expected, rtol=0.0, atol=1e-9)
-
-
-def test_angles_keep_energy_and_flux() -> None:
-    """The functions of mode 0 are orthogonal to those of degree 0 and 1, up to the last degree."""
-    angles = gauss_angles(30, 48)
-    for parity, table in enumerate((angles.even[0], angles.odd[0])):
-        product = (2.0 * parity + 1.0) * (table * angles.weight) @ table[0]
-        np.testing.assert_allclose(product, np.arange(24) == 0, atol=1e-12)
 
 
 # ---- path weights ----
@@ -139,43 +117,3 @@ def test_a_wavelength_that_sees_nothing() -> None:
 
 
 # ---- resolution and rest ----
-
-
-def slab_with(depth: float, albedos: list[float]) -> Slab:
-    layers = Layers(
-        optical_depth=np.array([depth]), scattering=np.array(albedos)[:, None], phases=(np.ones_like,) * len(albedos)
-    )
-    medium = flat_medium(layers, 0.0, 1)
-    return slabs_of_medium(medium, altitude_grid(medium, 4), 0.0)[0]
-
-
-def test_moments_follow_the_peak_and_its_share() -> None:
-    degree = np.arange(SERIES_LENGTH)
-    smooth = np.where(degree == 2, 0.1, 0.0) + (degree == 0)
-    sharp = 0.85**degree
-    alone = choose_resolution([slab_with(1.0, [1.0])], [sharp[None]], 10, 1e-6, 200)
-    mixed = choose_resolution([slab_with(1.0, [0.9, 0.1])], [np.stack([smooth, sharp])], 10, 1e-6, 200)
-    air = choose_resolution([slab_with(1.0, [1.0])], [smooth[None]], 10, 1e-6, 200)
-    assert air.n_moments == 3
-    assert air.n_mu == 20
-    assert air.n_moments < mixed.n_moments < alone.n_moments
-    assert all(each.peak_error <= 1e-6 and each.n_moments <= 2 * (each.n_mu - 6) for each in (alone, mixed, air))
-    capped = choose_resolution([slab_with(1.0, [1.0])], [0.99 ** degree[None]], 10, 1e-6, 100)
-    assert capped.n_moments == 100
-    assert capped.peak_error > 1.0 > capped.window()[-1]
-    np.testing.assert_array_equal(alone.window(), 1.0)
-
-
-def test_rest_of_two_geometric_series() -> None:
-    """A sum of two modes of decay: the rest is right to its own estimate, and not before it says so."""
-    orders = np.arange(1, 200)[:, None, None, None, None]
-    series = 0.7**orders + 0.4 * 0.2**orders
-    total, rest = np.zeros((1, 1, 1, 1)), GeometricRest(1)
-    for number, moments in enumerate(series):
-        total = total + moments
-        rest.watch(moments, total, is_listed=False)
-        if number > 2 and rest.is_settled:
-            break
-    assert 5 < number < 20
-    left = series[number + 1 :].sum()
-    assert abs(moments * rest.gain[0] - left).max() < rest.error * total.max() < 1e-6 * total.max()

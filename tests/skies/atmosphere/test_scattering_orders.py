@@ -22,7 +22,7 @@ from aomc_sky.skies.atmosphere.scattering_orders.diffuse import (
 )
 from aomc_sky.skies.atmosphere.scattering_orders.paths import ShellPaths
 from aomc_sky.skies.atmosphere.scattering_orders.slab import altitude_grid, slabs_of_medium
-from aomc_sky.skies.atmosphere.sky.solve import solve, solve_sky
+from aomc_sky.skies.atmosphere.sky.solve import solve
 from tests.support import atmospheres
 from tests.support.plane_layers import FlatSky, Layers, by_order, later_orders, solve_flat, solve_layers
 
@@ -187,13 +187,6 @@ def test_a_uniform_glow_shows_the_optical_depth_of_every_line(medium: Medium) ->
     np.testing.assert_allclose(view.sum(axis=1), -np.expm1(-from_ground), rtol=1e-9)
 
 
-def test_media_without_scattered_light() -> None:
-    for medium in (atmospheres.uniform(0.3, omega=0.0), atmospheres.empty()):
-        sky = solve_sky(medium, sun_zenith_rad=0.5, method="sos")
-        assert sky.later_orders is None
-        np.testing.assert_array_equal(sky.at(np.zeros(1), np.zeros(1)), 0.0)
-
-
 def test_irradiance_of_the_sun_scales_everything() -> None:
     one = all_orders(atmospheres.molecules_only([400.0, 600.0], albedo=0.2))
     two = dataclasses.replace(one, toa_irradiance=np.array([2.0, 0.5]))
@@ -202,9 +195,6 @@ def test_irradiance_of_the_sun_scales_everything() -> None:
     factor = np.array([2.0, 0.5])
     np.testing.assert_allclose(by_order(second, AZIMUTH), factor[:, None, None, None] * by_order(first, AZIMUTH))
     np.testing.assert_allclose(ground_irradiance(second), factor * ground_irradiance(first))
-
-
-# ---- small parts, bad input ----
 
 
 def test_series_times_cosine() -> None:

@@ -16,10 +16,9 @@ from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.model import AtmosphereSky
 from aomc_sky.skies.atmosphere.sky import path_orders
 from aomc_sky.skies.atmosphere.sky import solve as solve_module
-from aomc_sky.skies.atmosphere.sky.method import chosen_method, is_curved, reason_of
+from aomc_sky.skies.atmosphere.sky.method import chosen_method, is_curved
 from aomc_sky.skies.atmosphere.sky.solve import solve, solve_sky
 from aomc_sky.skies.atmosphere.sky.solved import (
-    SkyField,
     SolvedSky,
     azimuth_nodes,
     field_of_modes,
@@ -50,15 +49,6 @@ def test_a_field_is_exact_for_what_its_series_hold() -> None:
     np.testing.assert_allclose(found, wave(*grid), rtol=0, atol=1e-14)
     again = field_of_modes(np.stack([[np.ones(5), 0 * zenith_nodes(5), wave(zenith_nodes(5), np.zeros(5))[0] - 1]]))
     np.testing.assert_allclose(again.at(zenith, azimuth)[0], wave(zenith, azimuth)[0], rtol=0, atol=1e-14)
-
-
-def test_means_of_a_field_are_weighted_sums_over_nodes() -> None:
-    field = SkyField(coefficient=np.random.default_rng(3).normal(size=(2, 6, 4)))
-    zenith, azimuth = np.array([[0.1, 0.4], [1.0, 1.2]]), np.array([[0.0, 1.0], [2.0, 2.5], [3.0, 3.1]])
-    weight = np.array([0.25, 0.75])
-    nodes = field.in_cells(zenith, azimuth, np.repeat([0, 1], 3), np.tile(np.arange(3), 2))
-    wanted = np.einsum("xpij,i,j->xp", nodes, weight, weight).reshape(2, 2, 3)
-    np.testing.assert_allclose(field.means(zenith, azimuth, weight), wanted, rtol=0, atol=1e-13)
 
 
 @pytest.mark.parametrize("medium", [AIR, HAZE], ids=["air", "haze"])
@@ -130,16 +120,6 @@ def test_patch_means_settle_around_a_sharp_peak() -> None:
     np.testing.assert_allclose(mean[:, 0, ring * 60 + column], exact, rtol=2e-5)
 
 
-def test_mirrored_columns_are_worked_out_once() -> None:
-    sky = solve_sky(AIR, sun_zenith_rad=SUN, n_orders=2)
-    grid = PatchGrid.regular(6, 24)
-    aligned, _ = patch_means(sky, grid, np.deg2rad(30.0))
-    turned, _ = patch_means(sky, grid, np.deg2rad(30.0 + 1e-9))
-    np.testing.assert_allclose(aligned, turned, rtol=1e-7)
-    columns = aligned.reshape(2, 2, 6, 24)
-    np.testing.assert_array_equal(columns[..., 2], columns[..., 1])
-
-
 def test_what_a_method_is_not_good_for() -> None:
     low = np.deg2rad(83.0)
     assert chosen_method(AIR, low, "auto", 1) == ("order1", 1)
@@ -188,21 +168,6 @@ def test_twilight_is_solved_in_every_direction() -> None:
     assert sky.direct_irradiance.max() == 0.0
 
 
-@pytest.mark.parametrize(
-    ("chosen", "degrees", "is_eclipsed", "words"),
-    [
-        ("order1", 40.0, False, "one order"),
-        ("sos", 80.0, False, "10 degrees high, high enough"),
-        ("sos", 85.0, False, "thin beside its planet"),
-        ("mc", 85.0, False, "5 degrees high, too low"),
-        ("mc", 40.0, True, "the Moon hides"),
-        ("mc", 120.0, False, "the ground gives the light"),
-    ],
-)
-def test_auto_says_why(chosen: str, degrees: float, is_eclipsed: bool, words: str) -> None:
-    assert words in reason_of(chosen, np.deg2rad(degrees), is_eclipsed=is_eclipsed)
-
-
 def test_the_reason_comes_with_the_sky() -> None:
     assert "one order" in solve_sky(AIR, sun_zenith_rad=SUN, method="auto", n_orders=1).reason
     assert not solve_sky(AIR, sun_zenith_rad=SUN, method="order1").reason
@@ -246,21 +211,16 @@ def test_two_suns_have_numbers_of_their_own() -> None:
     assert 1e-5 < abs(later[0] / later[1] - 1.0) < 0.05
 
 
-def test_the_nearest_node_counts() -> None:
+@pytest.mark.parametrize(("turn", "moon_deg"), [(2 * np.pi, None), (-2 * np.pi, 0.5)])
+def test_the_error_of_a_direction_is_that_of_its_nearest_node(turn: float, moon_deg: float | None) -> None:
+    """Left and right are one sky, unless a Moon stands beside the sun."""
+    moon = None if moon_deg is None else Moon(zenith_rad=1.0, azimuth_from_sun_rad=np.radians(moon_deg), distance_m=4e8)
+    azimuth = azimuth_nodes(5, is_mirrored=moon is None)
     sky = solve_sky(MOLECULES, sun_zenith_rad=1.0, method="order1")
-    sky = dataclasses.replace(sky, node_error=np.arange(24.0).reshape(1, 6, 4))
-    zenith, azimuth = np.meshgrid(zenith_nodes(6), azimuth_nodes(4, is_mirrored=True), indexing="ij")
-    for turned in (azimuth, -azimuth, azimuth + 2 * np.pi):
-        assert np.array_equal(sky.path_error(zenith.ravel() + 1e-9, turned.ravel())[0], np.arange(24.0))
-
-
-def test_left_and_right_differ_beside_a_moon() -> None:
-    sky = solve_sky(MOLECULES, sun_zenith_rad=1.0, method="order1")
-    moon = Moon(zenith_rad=1.0, azimuth_from_sun_rad=0.01, distance_m=4e8)
     sky = dataclasses.replace(sky, moon=moon, node_error=np.arange(30.0).reshape(1, 6, 5))
-    zenith, azimuth = np.meshgrid(zenith_nodes(6), azimuth_nodes(5, is_mirrored=False), indexing="ij")
-    for turned in (azimuth, azimuth - 2 * np.pi):
-        assert np.array_equal(sky.path_error(zenith.ravel(), turned.ravel())[0], np.arange(30.0))
+    zenith, azimuth = np.meshgrid(zenith_nodes(6) + 1e-9, azimuth, indexing="ij")
+    for turned in (azimuth, azimuth + turn, *([-azimuth] if moon is None else [])):
+        np.testing.assert_array_equal(sky.path_error(zenith.ravel(), turned.ravel())[0], np.arange(30.0))
 
 
 @pytest.mark.filterwarnings("ignore:the paths give orders 2 and up")

@@ -2,42 +2,27 @@
 
 from __future__ import annotations
 
-import csv
 import dataclasses
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 
 import numpy as np
 import pytest
 
 from aomc_sky.skies.atmosphere.scattering_orders.diffuse import ALL_ORDERS, solve_orders
+from tests.skies.atmosphere.reference_tables import MEDIA, Row, column, grouped, needs_tables, rows
 from tests.support import atmospheres
 from tests.support.plane_layers import FlatSky, Layers, by_order, later_orders, solve_layers
-from tests.support.shared import SHARED
 
-TABLES = SHARED / "atmosphere"
 AZIMUTHS = (0, 30, 60, 90, 120, 150, 180)
-Row = dict[str, str]
-
-pytestmark = pytest.mark.skipif(not TABLES.is_dir(), reason="the reference data are not beside the repository")
-
-
-def rows(name: str) -> list[Row]:
-    if not TABLES.is_dir():
-        return []
-    with (TABLES / name).open(encoding="utf-8") as file:
-        return list(csv.DictReader(file))
+pytestmark = needs_tables
 
 
 def cases(name: str, *keys: str) -> list[tuple[str, ...]]:
-    return sorted({tuple(row[key] for key in keys) for row in rows(name)})
+    return sorted(grouped(name, *keys))
 
 
 def of(name: str, **wanted: str) -> list[Row]:
     return [row for row in rows(name) if all(row[key] == value for key, value in wanted.items())]
-
-
-def values(found: Iterable[Row], key: str) -> np.ndarray:
-    return np.array([float(row[key]) for row in found])
 
 
 def most(keys: list[tuple[str, ...]], kept: int) -> list:
@@ -58,8 +43,8 @@ def rayleigh_sky(tau: str, albedo: str, mu0: str, mu: np.ndarray, n_listed: int 
 @pytest.mark.parametrize(("tau", "albedo", "mu0"), most(cases("pp_rayleigh_radiance.csv", "tau", "albedo", "mu0"), 5))
 def test_rayleigh_radiance_and_flux(tau: str, albedo: str, mu0: str) -> None:
     table = of("pp_rayleigh_radiance.csv", tau=tau, albedo=albedo, mu0=mu0)
-    sky = rayleigh_sky(tau, albedo, mu0, values(table, "mu"), n_listed=6)
-    expected = np.stack([values(table, f"L_phi{azimuth}") for azimuth in AZIMUTHS], axis=1)
+    sky = rayleigh_sky(tau, albedo, mu0, column(table, "mu"), n_listed=6)
+    expected = np.stack([column(table, f"L_phi{azimuth}") for azimuth in AZIMUTHS], axis=1)
     np.testing.assert_allclose(by_order(sky, np.deg2rad(AZIMUTHS)).sum(axis=1)[0], expected, rtol=3e-5)
     (flux,) = of("pp_rayleigh_flux.csv", tau=tau, albedo=albedo, mu0=mu0)
     orders = [float(flux[f"E_diffuse_order{n}"]) for n in range(1, 7)]
@@ -71,7 +56,7 @@ def test_rayleigh_radiance_and_flux(tau: str, albedo: str, mu0: str) -> None:
 @pytest.mark.parametrize(("tau", "albedo", "mu0"), most(cases("pp_rayleigh_orders.csv", "tau", "albedo", "mu0"), 3))
 def test_rayleigh_orders(tau: str, albedo: str, mu0: str) -> None:
     table = of("pp_rayleigh_orders.csv", tau=tau, albedo=albedo, mu0=mu0)
-    mu, azimuth = np.unique(values(table, "mu")), np.unique(values(table, "phi_deg"))
+    mu, azimuth = np.unique(column(table, "mu")), np.unique(column(table, "phi_deg"))
     found = by_order(rayleigh_sky(tau, albedo, mu0, mu, n_listed=6), np.deg2rad(azimuth))[0]
     compare_orders(table, mu, azimuth, found, n_orders=6, tolerance=4e-5)
 
@@ -80,22 +65,22 @@ def compare_orders(
     table: list[Row], mu: np.ndarray, azimuth: np.ndarray, found: np.ndarray, *, n_orders: int, tolerance: float
 ) -> None:
     """Each order that the table gives."""
-    row, column = np.searchsorted(mu, values(table, "mu")), np.searchsorted(azimuth, values(table, "phi_deg"))
+    at = np.searchsorted(mu, column(table, "mu")), np.searchsorted(azimuth, column(table, "phi_deg"))
     for order in range(1, n_orders + 1):
         given = np.array([line[f"L_order{order}"] != "" for line in table])
-        expected = values([line for line, there in zip(table, given, strict=True) if there], f"L_order{order}")
-        seen = found[order - 1][row[given], column[given]]
+        expected = column([line for line, there in zip(table, given, strict=True) if there], f"L_order{order}")
+        seen = found[order - 1][at][given]
         np.testing.assert_allclose(seen, expected, rtol=tolerance, err_msg=f"order {order}")
 
 
 def layers_of(case: str) -> Layers:
     table = of("pp_layers_cases.csv", case=case)
-    molecules, particles, absorber = (values(table, key) for key in ("tau_rayleigh", "tau_hg", "tau_absorber"))
+    molecules, particles, absorber = (column(table, key) for key in ("tau_rayleigh", "tau_hg", "tau_absorber"))
     depth = molecules + particles + absorber
-    phase = atmospheres.henyey_greenstein_phase(values(table, "g").max())
+    phase = atmospheres.henyey_greenstein_phase(column(table, "g").max())
     return Layers(
         optical_depth=depth,
-        scattering=np.stack([molecules / depth, particles * values(table, "omega_hg") / depth]),
+        scattering=np.stack([molecules / depth, particles * column(table, "omega_hg") / depth]),
         phases=(rayleigh, lambda cosine: phase(cosine, 0)),
     )
 
@@ -104,43 +89,32 @@ def layers_of(case: str) -> Layers:
 def test_layers(case: str, albedo: str, mu0: str) -> None:
     """Peaked and absorbing layers, total and order by order; the table claims 1e-4 itself for L3 at mu0 = 0.2."""
     table = of("pp_layers_radiance.csv", case=case, albedo=albedo, mu0=mu0)
-    mu, azimuth = np.unique(values(table, "mu")), np.unique(values(table, "phi_deg"))
+    mu, azimuth = np.unique(column(table, "mu")), np.unique(column(table, "phi_deg"))
     sky = solve_layers(layers_of(case), float(albedo), np.arccos(float(mu0)), np.arccos(mu), n_listed=4)
     found = by_order(sky, np.deg2rad(azimuth))[0]
-    row, column = np.searchsorted(mu, values(table, "mu")), np.searchsorted(azimuth, values(table, "phi_deg"))
-    np.testing.assert_allclose(found.sum(axis=0)[row, column], values(table, "L_all"), rtol=1e-4)
+    at = np.searchsorted(mu, column(table, "mu")), np.searchsorted(azimuth, column(table, "phi_deg"))
+    np.testing.assert_allclose(found.sum(axis=0)[at], column(table, "L_all"), rtol=1e-4)
     compare_orders(table, mu, azimuth, found, n_orders=4, tolerance=2e-4)
     (flux,) = of("pp_layers_flux.csv", case=case, albedo=albedo, mu0=mu0)
     np.testing.assert_allclose(sky.irradiance_by_order.sum(axis=1)[0], float(flux["E_diffuse"]), rtol=2e-5)
 
 
-MEDIA: dict[str, Callable] = {
-    "rayleigh": atmospheres.molecules_only,
-    "mol_ozone": atmospheres.mol_ozone,
-    "full": atmospheres.full,
-}
+SPHERICAL = cases("spherical_radiance.csv", "case", "wavelength_nm", "albedo", "sza_deg")
 
 
 @pytest.mark.parametrize(
     ("case", "wavelength", "albedo", "sza"),
-    most(
-        [
-            key
-            for key in cases("spherical_radiance.csv", "case", "wavelength_nm", "albedo", "sza_deg")
-            if float(key[3]) <= 85.0
-        ],
-        5,
-    ),
+    most([key for key in SPHERICAL if float(key[3]) <= 85.0], 5),
 )
 def test_spherical_totals(case: str, wavelength: str, albedo: str, sza: str) -> None:
     """The table's own order 1 and our later orders: 1 % down to a sun at 10 degrees, beside three standard errors."""
     table = of("spherical_radiance.csv", case=case, wavelength_nm=wavelength, albedo=albedo, sza_deg=sza)
-    zenith, azimuth = np.unique(values(table, "vza_deg")), np.unique(values(table, "phi_deg"))
+    zenith, azimuth = np.unique(column(table, "vza_deg")), np.unique(column(table, "phi_deg"))
     medium = dataclasses.replace(MEDIA[case]([float(wavelength)], float(albedo)), n_orders=ALL_ORDERS)
     sky = solve_orders(medium, np.deg2rad(float(sza)), np.deg2rad(zenith))
-    row, column = np.searchsorted(zenith, values(table, "vza_deg")), np.searchsorted(azimuth, values(table, "phi_deg"))
-    total = values(table, "L_order1") + later_orders(sky, np.deg2rad(azimuth))[0][row, column]
-    expected, noise = values(table, "L_all"), values(table, "se_all")
+    at = np.searchsorted(zenith, column(table, "vza_deg")), np.searchsorted(azimuth, column(table, "phi_deg"))
+    total = column(table, "L_order1") + later_orders(sky, np.deg2rad(azimuth))[0][at]
+    expected, noise = column(table, "L_all"), column(table, "se_all")
     limit = 0.01 if float(sza) <= 80.0 else 0.02
     wrong = np.abs(total / expected - 1.0)
     assert wrong.max() < limit
@@ -166,14 +140,14 @@ def test_four_orders_of_the_tool(name: str, wavelength: str, albedo: str, mu0: s
     """The tool's own order 1 and our next three; its README counts on 1 %, which it needs itself at the horizon."""
     table = of(name, wavelength_nm=wavelength, albedo=albedo, mu0=mu0)
     medium = dataclasses.replace(CALCMYSKY[name]([float(wavelength)], float(albedo)), n_orders=4)
-    sun, views = float(mu0), np.unique(values(table, "mu_view"))
+    sun, views = float(mu0), np.unique(column(table, "mu_view"))
     sky = solve_orders(medium, np.arccos(sun), np.arccos(views))
-    view, row = values(table, "mu_view"), np.searchsorted(views, values(table, "mu_view"))
+    view, row = column(table, "mu_view"), np.searchsorted(views, column(table, "mu_view"))
     sines = np.sqrt((1.0 - view**2) * (1.0 - sun**2))
-    cosine = np.divide(values(table, "cos_view_sun") - view * sun, sines, out=np.ones_like(sines), where=sines > 1e-9)
+    cosine = np.divide(column(table, "cos_view_sun") - view * sun, sines, out=np.ones_like(sines), where=sines > 1e-9)
     later = later_orders(sky, np.arccos(np.clip(cosine, -1.0, 1.0)))[0][row, np.arange(view.size)]
-    expected = sum(values(table, f"L_order{n}") for n in (1, 2, 3, 4))
-    wrong = (values(table, "L_order1") + later) / expected - 1.0
+    expected = sum(column(table, f"L_order{n}") for n in (1, 2, 3, 4))
+    wrong = (column(table, "L_order1") + later) / expected - 1.0
     assert np.abs(wrong).max() < 0.011
     assert np.abs(wrong[view > 0.1]).max() < 0.008
     assert abs(wrong.mean()) < 0.005

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from aomc_sky.component import Law
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import SceneError
 from aomc_sky.skies.lobes import functions as lobes
 from aomc_sky.skies.lobes.envelope import LobeFrame, envelopes_of
 from aomc_sky.skies.lobes.horizon import masses_of_lobe
@@ -61,8 +61,9 @@ def places(cells, rng):
     return a0 + width * (count - x), b0 + width * x, psi, bound
 
 
-def check_lobe(shape, zenith_deg):
-    found = envelope(shape, zenith_deg)
+@pytest.mark.parametrize("case", [pytest.param(c, marks=() if c in FEW else pytest.mark.slow) for c in EVERY])
+def test_bounds_hold_and_tries_are_few(case):
+    found = envelope(*case)
     if found is None:
         return
     frame, cells, total, projected = found
@@ -74,17 +75,6 @@ def check_lobe(shape, zenith_deg):
     for _ in range(4):
         a, b, psi, bound = places(cells, rng)
         assert np.all(frame.cosine(a, b, psi) <= bound)
-
-
-@pytest.mark.parametrize("case", FEW)
-def test_bounds_hold_and_tries_are_few(case):
-    check_lobe(*case)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("case", EVERY)
-def test_bounds_hold_and_tries_are_few_everywhere(case):
-    check_lobe(*case)
 
 
 @pytest.mark.parametrize("case", FEW)
@@ -135,16 +125,6 @@ def test_lobes_that_are_made_together_are_those_made_alone(kind):
             assert cells.tobytes() == batch_cells.tobytes()
             assert total == batch_total
     assert envelopes_of([]) == []
-
-
-@pytest.mark.parametrize("case", FEW)
-def test_masses_of_a_lobe_are_those_of_many(case):
-    shape, zenith_deg = case
-    quaternion = tilted(zenith_deg)
-    plain, projected, squared = masses_of_lobe(*shape, vertical_in_local(quaternion))
-    assert plain == lobes.mass_above_horizon(*shape, quaternion, weighting="plain")
-    assert projected == lobes.mass_above_horizon(*shape, quaternion, weighting="projected")
-    assert squared <= projected * (1 + 1e-12)
 
 
 def test_a_shifted_bound_would_be_seen():
@@ -199,13 +179,9 @@ def test_dark_lobes_are_left_out_and_equal_lobes_share():
 @pytest.mark.parametrize(
     ("changed", "error", "text"),
     [
-        ({"names": ["a", "b", "a"]}, SceneError, "must differ"),
         ({"names": ["a;", "b", "a,"]}, SceneError, "must differ"),
         ({"irradiance": [[1.0], [-1.0], [1.0]]}, SceneError, "not negative"),
-        ({"irradiance": [[1.0], [np.nan], [1.0]]}, SceneError, "finite"),
         ({"param0": [1.0, 0.1, 0.1]}, SceneError, "0 <= g < 1"),
-        ({"kinds": ["hg", "ggx", "phong"]}, UsageError, "phong"),
-        ({"quaternion": [[0, 0, 0, 0]] * 3}, SceneError, "not zero"),
     ],
 )
 def test_bad_lobes(changed, error, text):

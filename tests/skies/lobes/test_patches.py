@@ -59,14 +59,6 @@ def test_patches_add_up_to_the_mass_above_the_horizon(shape, quaternion):
 MODERATE = [("hg", 0.5, 0.0), ("hg", 0.9, 0.0), ("ggx", 0.3, 1.2), ("beckmann", 0.3, 1.2), ("beckmann", 1.0, 1.0)]
 
 
-@pytest.mark.parametrize("quaternion", [UP, TILTED, ON_HORIZON, DOWN])
-@pytest.mark.parametrize("shape", MODERATE)
-def test_projected_patches_add_up(shape, quaternion):
-    mass = lobes.patch_mass(*shape, quaternion, GRID, weighting="projected")
-    true = float(lobes.mass_above_horizon(*shape, quaternion, weighting="projected"))
-    assert mass.sum() == pytest.approx(true, abs=2e-13)
-
-
 @pytest.mark.parametrize("weighting", ["plain", "projected"])
 @pytest.mark.parametrize("shape", MODERATE)
 def test_each_patch_by_quadrature(shape, weighting):

@@ -144,17 +144,12 @@ def values(tmp_path: Path, name: str) -> AtmosphereDescription:
 
 def test_what_is_accepted_has_the_same_values(tmp_path: Path) -> None:
     assert values(tmp_path, "scattering orders 2.5").scattering_orders == 2
-    assert values(tmp_path, "same key twice (scattering orders)").scattering_orders == 9
-    assert values(tmp_path, "ground albedo absent").ground_albedo.tolist() == [1.0] * 4
-    assert values(tmp_path, "light pollution absent").ground_glow is None
     twice = values(tmp_path, "wavelengths or solar irradiance twice")
     assert twice.wavelength_nm.tolist() == [400.0, 500.0, 600.0, 700.0]
     assert twice.solar_irradiance.tolist() == [1.5, 1.9, 1.7, 1.4]
     assert values(tmp_path, "wavelength limits given in um").wavelength_nm[0] == 400.0
     assert [part.name for part in values(tmp_path, "species names").species] == ["molecules", "o3"]
-
-
-def test_weighted_files_of_the_sun_are_all_added_unlike_in_the_tool(tmp_path: Path) -> None:
+    # unlike in the tool, weighted files of the sun are all added
     assert values(tmp_path, "two weighted files for solar irradiance").solar_irradiance.tolist() == [3.0] * 4
 
 

@@ -116,14 +116,6 @@ def test_a_medium_is_the_one_that_was_built_by_hand() -> None:
     assert report.dropped == ()
 
 
-def test_optical_depths_are_columns_times_extinction() -> None:
-    _, report = read_medium(description(air(), ozone()))
-    column = 3.08458e25 * 8000.0 * -np.expm1(-15.0)
-    np.testing.assert_allclose(
-        report.optical_depth["molecules"], column * 0.04022e-30 * (GRID_NM / 1000) ** -4, rtol=1e-11
-    )
-
-
 def test_a_share_of_the_extinction_is_scattering() -> None:
     albedo = np.linspace(0.0, 1.0, 7)
     medium, _ = read_medium(description(air(single_scattering_albedo=albedo, angstrom_exponent=-1.5)))
@@ -176,12 +168,6 @@ def test_spectra_with_zeros_are_linear_between_wavelengths() -> None:
     np.testing.assert_allclose(medium.ground_albedo, [0.0, 0.1], atol=1e-15)
 
 
-@pytest.mark.parametrize("wanted", [398.9, [550.0, 701.1]])
-def test_wavelengths_beyond_the_ends_are_refused(wanted: object) -> None:
-    with pytest.raises(SceneError, match=r"(398.9|701.1) nm lies beyond its wavelengths, 400 to 700 nm"):
-        read_medium(description(air(), ozone()), wanted)
-
-
 def test_a_phase_function_of_sets_has_no_wavelength_between() -> None:
     coloured = description(air(phase_function=source("return vec4(1. + 0.*wlSetIndex)/(4*PI);")))
     read_medium(coloured, [400.0, 550.0])
@@ -212,9 +198,9 @@ def test_the_stated_error_of_interpolation(path: Path) -> None:
     assert np.abs(ours.toa_irradiance / theirs.toa_irradiance - 1).max() < 0.075
 
 
-@pytest.mark.parametrize("wanted", [[], [0.0], [-400.0], [np.nan], [np.inf], [[400.0]]])
-def test_wavelengths_that_are_none_are_refused(wanted: object) -> None:
-    with pytest.raises(SceneError, match="positive numbers in nm"):
+@pytest.mark.parametrize("wanted", [[], [0.0], [np.nan], [[400.0]], 398.9, [550.0, 701.1]])
+def test_wavelengths_that_are_none_or_beyond_the_ends_are_refused(wanted: object) -> None:
+    with pytest.raises(SceneError, match=r"positive numbers in nm|(398.9|701.1) nm lies beyond"):
         read_medium(description(air()), wanted)
 
 
@@ -301,13 +287,6 @@ def test_the_problems_of_all_blocks_come_together() -> None:
     assert "a number density depends on altitude alone" in str(caught.value)
 
 
-def test_names_of_other_blocks_are_refused_with_a_reason() -> None:
-    with pytest.raises(InputFileError, match="a number of particles does not depend on the wavelength"):
-        read_medium(description(air(number_density=source("return groundAlbedo.x;"))))
-    with pytest.raises(InputFileError, match="depends on dotViewSun and the wavelengths alone"):
-        read_medium(description(air(phase_function=source("return vec4(altitude);"))))
-
-
 @pytest.mark.parametrize("path", sorted((INPUTS / "atmosphere").glob("*.atmo")), ids=lambda path: path.stem)
 def test_the_examples_are_media_without_a_word(path: Path) -> None:
     with warnings.catch_warnings():
@@ -320,7 +299,6 @@ def test_the_examples_are_media_without_a_word(path: Path) -> None:
 
 
 RADIUS = 6.371e6
-DESCRIPTION = INPUTS / "light_polluted" / "air.atmo"
 
 
 def report(**more: Any) -> MediumReport:
@@ -366,43 +344,27 @@ def test_luminance_times_spectrum() -> None:
     spectrum = np.array([2e-5, 1e-6])
     np.testing.assert_array_equal(glow_of_luminance(0.5, report(ground_glow=spectrum), "a"), 0.5 * spectrum)
     assert glow_of_luminance(0.0, report(), "a") is None
-    wrong: list[tuple[Any, str]] = [
-        (-1.0, "0 cd/m2 or more"),
-        (math.nan, "0 cd/m2 or more"),
-        ("bright", "got 'bright'"),
-    ]
-    for bad, message in (*wrong, (1.0, "light pollution")):
-        with pytest.raises(SceneError, match=message):
-            glow_of_luminance(bad, report(), "a")
-
-
-def solved(**given: Any) -> aomc_sky.AtmosphereResult:
-    return aomc_sky.solve_atmosphere(
-        DESCRIPTION, wavelength_nm=450.0, sky_zenith_deg=[20.0], azimuth_from_sun_deg=[0.0], orders=1, **given
-    )
+    for bad in (-1.0, math.nan, "bright", 1.0):  # the last one without a spectrum
+        with pytest.raises(SceneError):
+            glow_of_luminance(bad, report(), "a")  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
-    ("moon", "message"),
-    [
-        ({}, "no direction"),
-        (3, "must be a mapping"),
-        ({"zenith": 1.0}, "no input 'moon_zenith'"),
-        ({"zenith_deg": 1.0, "zenith_offset_deg": 1.0}, "twice"),
-        ({"zenith_deg": 181.0}, "outside the range"),
-        ({"distance_km": math.nan}, "not finite"),
-    ],
+    "moon",
+    [{}, 3, {"zenith": 1.0}, {"zenith_deg": 1.0, "zenith_offset_deg": 1.0}, {"zenith_deg": 181.0}],
 )
-def test_wrong_moons(moon: Any, message: str) -> None:
-    with pytest.raises(UsageError, match=message):
-        solved(sun_zenith_deg=40.0, moon=moon)
+def test_wrong_moons(moon: Any) -> None:
+    with pytest.raises(UsageError, match=r"[mM]oon"):
+        aomc_sky.solve_atmosphere(
+            INPUTS / "light_polluted" / "air.atmo", wavelength_nm=450.0, sun_zenith_deg=40.0, sky_zenith_deg=[20.0],
+            azimuth_from_sun_deg=[0.0], orders=1, moon=moon,
+        )  # fmt: skip
 
 
-def test_lights_without_an_atmosphere_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(UsageError, match="used only with"):
-        aomc_sky.read_scene(INPUTS / "overcast" / "amc.inp", atmosphere={"ground_luminance_cd_m2": 1.0})
-    with pytest.raises(UsageError, match="no input 'orders'"):
-        aomc_sky.read_scene(INPUTS / "overcast" / "amc.inp", atmosphere={"orders": 1.0})
+@pytest.mark.parametrize("given", [{"ground_luminance_cd_m2": 1.0}, {"orders": 1.0}])
+def test_lights_without_an_atmosphere_are_refused(given: dict[str, float]) -> None:
+    with pytest.raises(UsageError, match=r"used only with|no input 'orders'"):
+        aomc_sky.read_scene(INPUTS / "overcast" / "amc.inp", atmosphere=given)
 
 
 def night_scene(folder: Path, more: str) -> Path:

