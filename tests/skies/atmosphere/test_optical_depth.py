@@ -14,7 +14,6 @@ from aomc_sky.skies.atmosphere.medium import Constituent, Medium
 from aomc_sky.skies.atmosphere.optical_depth import (
     N_GAUSS,
     N_NODES,
-    density_profile,
     optical_depth_to_top,
     vertical_optical_depth,
 )
