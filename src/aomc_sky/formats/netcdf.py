@@ -31,6 +31,11 @@ EXTRA = "netcdf"
 MAX_FILE_BYTES = 1 << 30
 MAX_NAMES = 40
 _ENGINES = {b"CDF\x01": "scipy", b"CDF\x02": "scipy"}
+_NOT_OF_SKY = re.compile(
+    r"upwelling|upward|reflected|water leaving|stokes [quv]\b|\b(?:l ?[uw]|nlw|rrs|err|errors?|uncertaint\w+|unc|std|"
+    r"stdev|standard deviation|variance|quality|flags?)\b"
+)
+"""Words of names of variables that are not the radiance of the sky."""
 _LIBRARY = "the netCDF library"
 
 
@@ -58,7 +63,8 @@ def read_field(
         others = {name: whole[name].variable for name in more[1:]}
         parts = (field, *field.coords.values(), *bounds.values(), *others.values())
         require_size(sum(math.prod(part.shape) * 8 for part in parts), allowed, allowed, "a field")
-        return field.to_dataset(name=field.name or "radiance").assign(others).assign_coords(bounds).load()
+        read = field.to_dataset(name=field.name or "radiance").assign(others).assign_coords(bounds)
+        return read.assign_attrs(dataset.attrs).load()
 
 
 def lights_beside(path: str | Path) -> list[str]:
@@ -147,9 +153,9 @@ def bounds_name(coordinate: Any) -> str:
 
 
 def _is_of_sky(name: str, attributes: Mapping[str, Any]) -> bool:
-    """Whether a variable may be light of the sky: not what comes from below, and no further Stokes parameter."""
-    text = f"{name} {attributes.get('standard_name', '')} {attributes.get('long_name', '')}".lower().replace(" ", "_")
-    return re.search(r"upwelling|upward|reflected|water_leaving|stokes_[quv]", text) is None
+    """Whether a variable may be light of the sky: not from below, no uncertainty, no further Stokes parameter."""
+    text = f"{name} {attributes.get('standard_name', '')} {attributes.get('long_name', '')}".lower()
+    return _NOT_OF_SKY.search(re.sub(r"[\W_]+", " ", text)) is None
 
 
 def _name_of_field(dataset: Any, variable: str | None) -> str:

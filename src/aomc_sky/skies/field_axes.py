@@ -27,12 +27,16 @@ from aomc_sky.formats.radiance_words import (
     LENGTH_NM,
     MAX_RADIANCE,
     MOST_NM,
+    ON_AZIMUTHS,
     SAY_ANGLE,
+    SAY_COMES_FROM,
     SAY_SUN,
     SURE_NM,
+    TRUE_NORTH,
     have_look_of_degrees,
     name_of_column,
     plain_unit,
+    travel_of,
     unit_and_counts,
 )
 
@@ -45,14 +49,26 @@ _ENDS = {
 }
 """Ends of names and standard names of coordinates."""
 _MOST_AZIMUTH_DEG = 720.0
+_TEXTS = ("comment", "comments", "description", "summary")
+_OF_FILE = "comment of the file"  #: Attribute of a field with the texts of its dataset.
 _UNITS = ("", *ANGLE_DEGREES, *LENGTH_NM)  #: What a name may add: zenith_deg.
 _CF_AZIMUTHS = ("sensor_azimuth_angle", "platform_azimuth_angle")  #: Clockwise, by the CF conventions.
 _DIGITS = 10  #: Digits of a degree; radians become the degrees that they were.
+_FILLS = (
+    "_fillvalue", "missing_value", "missing_values", "fill_value", "fillvalue", "nodata", "no_data", "nodata_value",
+)  # fmt: skip
+"""Attributes of numbers that stand for a gap, in small letters."""
 _DEFAULT_FILLS = {
     "i2": -32767, "u2": 65535, "i4": -2147483647, "u4": 4294967295, "i8": -9223372036854775806,
     "u8": 18446744073709551614,
 }  # fmt: skip
 """What the netCDF library has where nothing was written, by the kind of number; of floats above `MAX_RADIANCE`."""
+
+
+def stated_unit(attributes: Mapping[str, Any]) -> str:
+    """The attribute units, or unit, in any letters; an empty text where there is none."""
+    texts = {str(name).lower(): str(value).strip() for name, value in attributes.items()}
+    return texts.get("units", texts.get("unit", ""))
 
 
 class Axis(NamedTuple):
@@ -69,8 +85,8 @@ class Axis(NamedTuple):
     def unit(self) -> str:
         """The unit that its attributes state, or its name: zenith_rad."""
         named = name_of_column(self.name)
-        stated = self.attributes.get("units", self.attributes.get("unit", ""))
-        return str(stated) or (unit_and_counts(named.unit)[0] if named is not None else "")
+        stated = stated_unit(self.attributes)
+        return stated or (unit_and_counts(named.unit)[0] if named is not None else "")
 
     def texts(self, *names: str) -> list[str]:
         """What attributes say in words."""
@@ -81,8 +97,9 @@ def field_and_bounds(field: Any, variable: str | None) -> tuple[Any, dict[str, A
     """The radiance of an xarray.Dataset with the bounds of its coordinates, or a DataArray, which can have none."""
     if hasattr(field, "data_vars"):
         whole = {name: field.attrs[name] for name in ("azimuth_convention",) if name in field.attrs}
+        texts = [str(field.attrs[name]) for name in _TEXTS if name in field.attrs]
         field, bounds = chosen_field(field, variable)
-        field = field.assign_attrs({**whole, **field.attrs})
+        field = field.assign_attrs({**whole, **field.attrs, _OF_FILE: ". ".join(texts)})
     else:
         bounds = {}
     if not all(hasattr(field, name) for name in ("coords", "dims", "shape", "values")):
@@ -127,6 +144,8 @@ def axis_of(field: Any, role: str, given: str | None, bounds: Mapping[str, Any])
     attributes = {**getattr(coordinate, "encoding", {}), **coordinate.attrs}
     if "azimuth_convention" in field.attrs and role == "azimuth":
         attributes.setdefault("azimuth_convention", field.attrs["azimuth_convention"])
+    if role == "azimuth":
+        attributes[_OF_FILE] = ". ".join(texts_of_field(field))
     edges, absent = bounds.get(bounds_name(coordinate)), ""
     if values.ndim > 1:
         edges = None  # of corners, which are no patches
@@ -138,6 +157,11 @@ def axis_of(field: Any, role: str, given: str | None, bounds: Mapping[str, Any])
             message = f"the bounds of coordinate {name!r} have the shape {edges.shape}, or are not finite"
             raise FieldError(message, f"write two finite bounds for each of {values.size} angles", "table")
     return Axis(name, tuple(map(str, coordinate.dims)), values.ravel(), attributes, edges, absent)
+
+
+def texts_of_field(field: Any) -> list[str]:
+    """What a field, and the dataset that it is of, say in sentences."""
+    return [str(field.attrs[name]) for name in ("long_name", *_TEXTS, _OF_FILE) if name in field.attrs]
 
 
 def _listed(field: Any) -> str:
@@ -189,6 +213,9 @@ def zenith_deg(axis: Axis, values: np.ndarray, angle_unit: str | None) -> np.nda
         word in f"{name} {standard}" for word in ("elevation", "altitude")
     )
     for text in axis.texts("long_name", "comment", "description"):
+        if word := travel_of(f"zenith: {text}"):
+            message = f"coordinate {axis.name!r} speaks of {word!r}: are its directions those that light goes to?"
+            raise FieldError(message, SAY_COMES_FROM, "zenith")
         if not is_elevation and (found := FROM_HORIZON.search(text)):
             message = f"coordinate {axis.name!r} is a zenith angle by its name, but its text speaks of {found[0]!r}"
             raise FieldError(message, "name elevations 'elevation', and clear the text of zenith angles", "zenith")
@@ -246,6 +273,12 @@ def _convention(axis: Axis, remarks: list[str]) -> AzimuthConvention:
     said += [text for text in texts if speaks_of_azimuths(text)]
     said += [text for text in axis.texts("comment", "description") if speaks_of_azimuths(text, is_comment=True)]
     said += axis.texts("azimuth_convention")
+    said += ["clockwise from north"] if plain_unit(axis.unit) in TRUE_NORTH else []
+    said = said or [
+        sentence
+        for sentence in re.split(r"[.;\n](?:\s|\Z)", axis.attributes.get(_OF_FILE, ""))
+        if ON_AZIMUTHS.search(sentence) and speaks_of_azimuths(sentence, is_comment=True)
+    ]
     is_clockwise = axis.attributes.get("standard_name") in _CF_AZIMUTHS
     if not said and not is_clockwise:
         remarks.append(f"azimuth {axis.name!r} {ASSUMED_AZIMUTH}")
@@ -273,6 +306,14 @@ def wavelengths_nm(axis: Axis) -> np.ndarray:
     return values
 
 
+def _numbers_of(text: str) -> Any:
+    """The numbers of a text such as '-99.0', or the text."""
+    try:
+        return np.array([float(word) for word in re.split(r"[\s,;]+", text.strip())])
+    except ValueError:
+        return text
+
+
 def radiances(field: Any) -> np.ndarray:
     """The values of a field in its own shape, NaN where they are missing: fill values, and beyond the valid range."""
     values = np.asarray(field.values)
@@ -283,6 +324,10 @@ def radiances(field: Any) -> np.ndarray:
         raise FieldError("the field is packed (scale_factor, add_offset)", "open it with mask_and_scale=True")
     stored = np.dtype(encoding.get("dtype", values.dtype))
     scale, offset = encoding.get("scale_factor", 1.0), encoding.get("add_offset", 0.0)
+
+    for name, value in {**encoding, **attributes}.items():  # '-99.0' is text, which the library does not compare
+        if name.lower() in _FILLS and isinstance(value, str):
+            attributes[name] = _numbers_of(value)
 
     def limits(name: str, count: int) -> np.ndarray:
         """Numbers of an attribute, unpacked where they are as the file stores them; none where it is absent."""
@@ -296,7 +341,7 @@ def radiances(field: Any) -> np.ndarray:
     pair = limits("valid_range", 2)
     low = np.max([*pair[:1], *limits("valid_min", 1)], initial=-np.inf)
     high = np.min([*pair[1:], *limits("valid_max", 1)], initial=np.inf)
-    fills = [*GAP_NUMBERS, *limits("_FillValue", 0), *limits("missing_value", 0)]
+    fills = [*GAP_NUMBERS, *(one for name in attributes if name.lower() in _FILLS for one in limits(name, 0))]
     if stored.str[1:] in _DEFAULT_FILLS:
         fills.append(_DEFAULT_FILLS[stored.str[1:]] * scale + offset)
     is_missing = (radiance < low) | (radiance > high) | np.isin(radiance, fills)
