@@ -28,17 +28,23 @@ from aomc_sky.formats.radiance_words import (
     KEYS,
     LEAST_NM,
     LENGTH_NM,
+    LOGARITHM,
     MAX_RADIANCE,
     MOST_NM,
+    ON_AZIMUTHS,
+    OTHER_AZIMUTHS,
     SAY_ANGLE,
+    SAY_COMES_FROM,
     SAY_FACTOR,
     SAY_SUN,
     STATED_FACTOR,
     SURE_NM,
     Name,
+    doubt_of_gaps,
     have_look_of_degrees,
     name_of_column,
     plain_unit,
+    travel_of,
     unit_and_counts,
 )
 from aomc_sky.formats.report import MAX_PER_VALUE, BadValueError, Report, printable, quoted
@@ -54,7 +60,7 @@ _UNIT_LINE = f"{SAY_UNIT}; or a line '# radiance unit: mW m-2 nm-1 sr-1'"
 _SUN_LINE = f"{SAY_SUN}, or a line '# sun azimuth: 225 clockwise from north'"
 COMMENT = re.compile(r"\s*(?:[#%!]+|//+|;(?!.*;))")
 """Start of a line of comment; a row may begin with an empty column and a semicolon, but has two of them."""
-_ON_AZIMUTHS, _ON_ZENITHS = re.compile(r"\b(?:azimuths?|phi|vaa)\b", re.I), re.compile(r"\b(?:zeniths?|theta)\b", re.I)
+_ON_ZENITHS = re.compile(r"\b(?:zeniths?|theta)\b", re.I)
 _GROUPED = re.compile(r"[1-9]\d{0,2}(?:[.,]\d{3})+")
 DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas"}
 _NEEDED = {
@@ -141,8 +147,13 @@ class _Table:
         start = match.start(2) if match and key else len(text) - len(text.lstrip())
         said = text[start:].rstrip()
         span = Span(number, start + 1, line, len(said))
-        if key == "azimuth" or (key is None and _ON_AZIMUTHS.search(said) and speaks_of_azimuths(said)):
+        is_on_azimuths = OTHER_AZIMUTHS.search(said) or (ON_AZIMUTHS.search(said) and speaks_of_azimuths(said))
+        if key == "azimuth" or (key is None and is_on_azimuths):
             self.azimuth_lines.append((said, span))
+        elif key is None and (word := travel_of(said)):
+            self._bad(span, f"{word!r}: are the directions those that light goes to?", SAY_COMES_FROM)
+        elif key is None and LOGARITHM.search(said):
+            self._bad(span, f"{quoted(said)}: are these logarithms?", "write radiances, and leave out this line")
         elif key is not None and self.head.setdefault(key, (said, span))[0] != said:
             self._bad(span, f"{quoted(said)} after {quoted(self.head[key][0])}", "keep one of the two lines")
         elif key is None and _ON_ZENITHS.search(said) and (found := FROM_HORIZON.search(said)):
@@ -169,6 +180,10 @@ class _Table:
         wavelength = self._wavelengths(light, of.get("wavelength"))
         for one in light:
             self._refuse(one, one.values < 0, "a radiance is 0 or more")
+        if doubt := doubt_of_gaps(np.stack([one.values for one in light])):
+            column = max(light, key=lambda one: np.nanmax(one.values, initial=0.0))
+            number, line = self.rows[int(np.nanargmax(column.values))]
+            self._bad(self._span(number, line, column.index), *doubt, "E653")
         self._close()
         zenith, azimuth = np.tile(zenith, len(light)), np.tile(azimuth, len(light))
         is_whole = np.isfinite(zenith) & np.isfinite(azimuth)
@@ -208,10 +223,12 @@ class _Table:
         unused = []
         for index, text in enumerate(names):
             name = name_of_column(text)
+            span = self._span(number, line, index)
             if name is None:
                 unused += [text] if text else []
+                if re.match(r"wave_?numbers?\b|frequency\b", text, re.I):
+                    self._bad(span, f"{quoted(text)} is no wavelength", "give wavelengths, and radiances per nm")
                 continue
-            span = self._span(number, line, index)
             one = _Column(name, index, span, np.full(len(self.rows), np.nan))
             first = columns.setdefault((name.slot, name.wavelength_nm), one)
             if first is not one:
@@ -397,7 +414,11 @@ class _Table:
             if unnamed or column is not None:
                 advice = "keep one of the two, and give the other columns other names"
                 self._bad((column or unnamed[0]).span, "other columns have wavelengths in their names", advice)
-            return np.repeat([one.name.wavelength_nm or 0.0 for one in light], n)
+            of_names = np.array([one.name.wavelength_nm or 0.0 for one in light])
+            said = light[0].span.text[light[0].span.column - 1 :][: light[0].span.width]
+            if of_names.min() > SURE_NM and "nm" not in said.lower():
+                self._bad(light[0].span, "are these wavelengths angstroms?", "write L_412 or L_412nm for 412 nm")
+            return np.repeat(of_names, n)
         if column is not None:
             scale = LENGTH_NM.get(plain_unit(column.name.unit or "nm"))
             if scale is None:
