@@ -92,7 +92,7 @@ def test_nines_far_beyond_all_other_radiances_are_a_question(table):
 def test_directions_of_several_skies_have_no_mean(table):
     """Two channels, or two times, without a wavelength; a repeated scan has its mean, with a remark."""
     rows = [(*row[:2], channel, row[2] * channel) for row in ROWS for channel in (1, 2)]
-    with pytest.raises(sky.InputFileError, match="12 of 12 directions come more than once.*up to 50 %"):
+    with pytest.raises(sky.InputFileError, match=r"12 of 12 directions come more than once.*up to 50 %"):
         table("# azimuth: from north", "zenith_deg,azimuth_deg,channel,radiance", rows=rows)
     again = table("# azimuth: from north", HEAD, rows=[*ROWS, *((z, a, 1.05 * value) for z, a, value in ROWS)])
     said = (
