@@ -161,3 +161,16 @@ def test_a_hyphen_hides_no_light_of_the_water():
 def test_a_negative_value_is_shown():
     with pytest.raises(FieldError, match="negative or infinite: 240, such as -300"):
         sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH, change=lambda values: -values))
+
+
+@pytest.mark.parametrize("text", ["0 is backscattering", "0 = backward scattering"])
+def test_a_relative_azimuth_that_counts_from_the_antisun_is_no_other(text):
+    """0 is the sun for relative azimuths; a comment that says the contrary was not read."""
+    field = east(azimuth={"units": "degree", "comment": text}).rename(azimuth="relative_azimuth")
+    with pytest.raises(FieldError, match="contradict each other"):
+        sky.TabulatedSky.from_xarray(field, sun_azimuth_deg=30.0)
+    field.relative_azimuth.attrs["comment"] = "0 is the direction of forward scattering"
+    forward = sky.TabulatedSky.from_xarray(field, sun_azimuth_deg=30.0)
+    assert brightest(forward) == pytest.approx(120, abs=1)
+    alone = east(azimuth={"units": "degree", "comment": text})
+    assert brightest(sky.TabulatedSky.from_xarray(alone, sun_azimuth_deg=30.0)) == pytest.approx(300, abs=1)

@@ -28,6 +28,8 @@ _PHRASES = (
     (r"(?<!\w)-(?=[xy]\b)", "minus"),
     (r"\b(?:counter|anti)[ -]?clockwise\b", "ccw"),
     (r"\b(?:anti-? ?(?:sun|solar)|opposite (?:to |of )?(?:the )?(?:sun|solar))\b", "antisun"),
+    (r"(?:\bdirection of )?\bforward[ -]?scatter(?:ing|ed)?(?: direction)?\b", "sun"),
+    (r"(?:\bdirection of )?\bback(?:ward)?[ -]?scatter(?:ing|ed)?(?: direction)?\b", "antisun"),
     (r"(?<=[a-z]) ?[-\N{EN DASH}\N{MINUS SIGN}] ?(?=(?:view|sensor|sun|solar|saa|vaa|phi))", " less "),
     (r"\b(north|east|south|west)(?:wards?|er)(?:ly)?\b", r"to \1"),
 )
