@@ -101,3 +101,10 @@ def test_directions_of_several_skies_have_no_mean(table):
     assert said in again.remarks
     equal = table("# azimuth: from north", HEAD, rows=[*ROWS, *ROWS])
     assert not [one for one in equal.remarks if "more than once" in one]
+
+
+@pytest.mark.parametrize("column", [0, 1])
+def test_radians_under_a_name_of_degrees_are_a_question(table, column):
+    rows = [(*row[:column], f"{np.deg2rad(row[column]):.5f}", *row[column + 1 :]) for row in [*ROWS, (85, 20, 9.0)]]
+    with pytest.raises(sky.InputFileError, match="degrees; are they radians"):
+        table("# azimuth: from north", HEAD, rows=rows)

@@ -174,3 +174,47 @@ def test_a_relative_azimuth_that_counts_from_the_antisun_is_no_other(text):
     assert brightest(forward) == pytest.approx(120, abs=1)
     alone = east(azimuth={"units": "degree", "comment": text})
     assert brightest(sky.TabulatedSky.from_xarray(alone, sun_azimuth_deg=30.0)) == pytest.approx(300, abs=1)
+
+
+@pytest.mark.parametrize("name", ["zenith", "azimuth"])
+def test_radians_that_say_degrees_are_a_question(name):
+    field = east(azimuth=FROM_NORTH)
+    attributes = field[name].attrs
+    wrong = field.assign_coords({name: (name, np.deg2rad(field[name].values), attributes)})
+    with pytest.raises(FieldError, match=f"coordinate '{name}' has values up to .* degrees; are they radians"):
+        sky.TabulatedSky.from_xarray(wrong)
+    near = field.isel(zenith=[0, 1, 2]).assign_coords(zenith=("zenith", [0.0, 0.5, 1.0], {"units": "degree"}))
+    sky.TabulatedSky.from_xarray(near)
+
+
+def test_elevations_whose_text_is_of_zenith_angles():
+    field = east(azimuth=FROM_NORTH, zenith={"long_name": "zenith angle"}).rename(zenith="elevation")
+    with pytest.raises(FieldError, match="an elevation by its name, but its text says 'zenith angle'"):
+        sky.TabulatedSky.from_xarray(field)
+
+
+@pytest.mark.parametrize("attributes", [{"units": "m"}, {"units": "km", "standard_name": "altitude"}, {}])
+def test_an_altitude_in_metres_is_no_elevation(attributes):
+    field = east(azimuth=FROM_NORTH)
+    with_height = field.expand_dims(altitude=[0.0]).assign_coords(altitude=("altitude", [0.0], attributes))
+    plain, other = (sky.TabulatedSky.from_xarray(one) for one in (field, with_height))
+    np.testing.assert_array_equal(plain.values, other.values)
+    three = xarray.concat([field] * 3, "altitude").assign_coords(altitude=("altitude", [0.0, 1.0, 2.0], attributes))
+    with pytest.raises(FieldError, match="dimension 'altitude' of 3"):
+        sky.TabulatedSky.from_xarray(three)
+
+
+def test_a_mask_is_no_radiance_and_flags_are_said():
+    with pytest.raises(FieldError, match="holds bool instead of real numbers"):
+        sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH, change=lambda values: values > 200))
+    table = sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH, radiance={"ancillary_variables": "quality"}))
+    assert "'quality' of the file, on the quality of the radiances, is not used" in table.remarks
+
+
+@pytest.mark.parametrize("name", ["zenith", "wavelength"])
+def test_a_coordinate_that_is_not_finite_is_named(name):
+    field = east(azimuth=FROM_NORTH)
+    values = field[name].values.copy()
+    values[-1] = np.nan
+    with pytest.raises(FieldError, match=f"coordinate '{name}' has (values that are not|no) finite"):
+        sky.TabulatedSky.from_xarray(field.assign_coords({name: (name, values, field[name].attrs)}))

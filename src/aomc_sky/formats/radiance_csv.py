@@ -42,6 +42,7 @@ from aomc_sky.formats.radiance_words import (
     Name,
     doubt_of_gaps,
     have_look_of_degrees,
+    may_be_radians,
     name_of_column,
     plain_unit,
     travel_of,
@@ -333,6 +334,9 @@ class _Table:
                 message = f"{message}: {' beside '.join(sizes)}"
                 advice = "name the columns by their units: zenith_rad, azimuth_deg"
             self._bad(span, message, advice)
+        if scale == 1.0 and "angle" not in self.given and may_be_radians(column.values, is_azimuth=is_azimuth):
+            message = f"angles up to {np.nanmax(column.values):g} degrees; are they radians?"
+            self._bad(span, message, _ANGLE_LINE)
         if column.name.role == "zenith":
             for word, place in self.zenith_lines[:1]:
                 advice = "name a column of elevations 'elevation', and leave out the line for zenith angles"

@@ -121,6 +121,9 @@ def doubt_of_gaps(values: np.ndarray) -> tuple[str, str] | None:
     return f"{message}; is {nines:g} a gap?", f"write NaN for a gap, or {nines - 1:g} for a radiance"
 
 
+_FEW, _MOST_OF_IT = 4, 0.75  #: So many angles, over so much of the sky, are judged by their range.
+
+
 def plain_unit(unit: str) -> str:
     """A unit in small letters, with u for micro."""
     return unit.strip().lower().replace("µ", "u").replace("μ", "u")
@@ -129,6 +132,15 @@ def plain_unit(unit: str) -> str:
 def have_look_of_degrees(values: np.ndarray) -> bool:
     """Whether numbers are beyond all radians of a turn."""
     return bool(np.any(np.abs(values) > 2 * np.pi))
+
+
+def may_be_radians(values: np.ndarray, *, is_azimuth: bool) -> bool:
+    """Whether angles of a whole sky, in degrees as the file says, are within a turn in radians."""
+    known = np.unique(values[np.isfinite(values)])
+    if known.size < _FEW:
+        return False
+    reach, turn = (np.ptp(known), 2 * np.pi) if is_azimuth else (np.abs(known).max(), np.pi / 2)
+    return bool(_MOST_OF_IT * turn < reach < 1.001 * turn)
 
 
 def unit_and_counts(text: str) -> tuple[str, str]:

@@ -34,6 +34,7 @@ from aomc_sky.formats.radiance_words import (
     SURE_NM,
     TRUE_NORTH,
     have_look_of_degrees,
+    may_be_radians,
     name_of_column,
     plain_unit,
     travel_of,
@@ -41,6 +42,7 @@ from aomc_sky.formats.radiance_words import (
 )
 
 _COSINES = ("mu", "cos_zenith", "umu")  #: The last one as DISORT has it: negative where light comes from the sky.
+_FROM_ZENITH = re.compile(r"\bzenith angle|\bfrom (?:the )?zenith", re.I)
 _ROUNDED = 1e-6  #: By so much a cosine of rounded numbers may be beyond 1.
 _ENDS = {
     "zenith": ("zenith_angle", "elevation_angle", "altitude_angle"),
@@ -49,6 +51,7 @@ _ENDS = {
 }
 """Ends of names and standard names of coordinates."""
 _MOST_AZIMUTH_DEG = 720.0
+_HEIGHTS = ("km", "hpa", "pa", "mbar", "feet", "ft")
 _TEXTS = ("comment", "comments", "description", "summary")
 _OF_FILE = "comment of the file"  #: Attribute of a field with the texts of its dataset.
 _UNITS = ("", *ANGLE_DEGREES, *LENGTH_NM)  #: What a name may add: zenith_deg.
@@ -123,6 +126,8 @@ def axis_of(field: Any, role: str, given: str | None, bounds: Mapping[str, Any])
         candidates = [str(name) for name in field.coords if _has_role(str(name), field.coords[name], role)]
     if role == "wavelength" and role in candidates:
         candidates = [role]
+    elif len(candidates) > 1:  # altitude without a unit beside zenith angles is a height
+        candidates = [one for one in candidates if one != "altitude" or stated_unit(field.coords[one].attrs)]
     if len(candidates) > 1:
         shown = ", ".join(map(repr, candidates))
         message = f"the field has {len(candidates)} coordinates that may be its {role}: {shown}"
@@ -171,6 +176,8 @@ def _listed(field: Any) -> str:
 def _has_role(name: str, coordinate: Any, role: str) -> bool:
     if role != "wavelength" and not coordinate.dims:
         return False  # a single angle is not one of the sky: that of the sun, as a rule
+    if role != "wavelength" and plain_unit(stated_unit(coordinate.attrs)) in (*LENGTH_NM, *_HEIGHTS):
+        return False  # a height: altitude in m
     standard = str(coordinate.attrs.get("standard_name", ""))
     text = name.lower()
     is_of_sun = any(word in f"{text} {standard}" for word in ("sun", "solar", "sza", "saa"))
@@ -183,12 +190,17 @@ def _has_role(name: str, coordinate: Any, role: str) -> bool:
     return is_named or text.endswith(_ENDS[role]) or standard.endswith(_ENDS[role])
 
 
-def _in_degrees(axis: Axis, values: np.ndarray, given: str | None) -> np.ndarray:
+def _in_degrees(axis: Axis, values: np.ndarray, given: str | None, *, is_azimuth: bool = False) -> np.ndarray:
     """Angles by the argument, the attribute, or values that no radian has. [deg]"""
+    if not np.any(np.isfinite(axis.values)):
+        raise FieldError(f"coordinate {axis.name!r} has no finite value")
     stated = axis.unit if given is None else given
     scale = ANGLE_DEGREES.get(plain_unit(stated))
     if scale is None and given is None and not stated and have_look_of_degrees(axis.values):
         scale = 1.0
+    if given is None and scale == 1.0 and may_be_radians(axis.values, is_azimuth=is_azimuth):
+        message = f"coordinate {axis.name!r} has values up to {np.nanmax(axis.values):g} degrees; are they radians?"
+        raise FieldError(message, f"{SAY_ANGLE}, or correct its attribute units", "angle_unit")
     if scale is None:
         message = f"coordinate {axis.name!r} does not say whether it is in degrees or radians"
         shown = f" (units = {stated!r})" if stated else ""
@@ -213,6 +225,9 @@ def zenith_deg(axis: Axis, values: np.ndarray, angle_unit: str | None) -> np.nda
         word in f"{name} {standard}" for word in ("elevation", "altitude")
     )
     for text in axis.texts("long_name", "comment", "description"):
+        if is_elevation and _FROM_ZENITH.search(text):
+            message = f"coordinate {axis.name!r} is an elevation by its name, but its text says {text!r}"
+            raise FieldError(message, "give zenith angles the name zenith", "zenith")
         if word := travel_of(f"zenith: {text}"):
             message = f"coordinate {axis.name!r} speaks of {word!r}: are its directions those that light goes to?"
             raise FieldError(message, SAY_COMES_FROM, "zenith")
@@ -246,14 +261,14 @@ def azimuths(
         remarks.append(
             f"azimuth {axis.name!r} counts {sense}clockwise from the {point}; the sun is at {sun_azimuth_deg:g}"
         )
-    angle = at_quarter_deg(_in_degrees(axis, axis.values, angle_unit))
+    angle = at_quarter_deg(_in_degrees(axis, axis.values, angle_unit, is_azimuth=True))
     if np.any(np.abs(angle) > _MOST_AZIMUTH_DEG):
         message = f"azimuth {axis.name!r} goes to {np.nanmax(np.abs(angle)):g} degrees; are its units radians?"
         raise FieldError(message, f"{SAY_ANGLE}, or correct its attribute units", "angle_unit")
     turned = to_enu_azimuth_deg(angle, convention, sun_azimuth_deg)
     edges = None
     if axis.bounds is not None:
-        pairs = np.sort(at_quarter_deg(_in_degrees(axis, axis.bounds, angle_unit)), axis=1)
+        pairs = np.sort(at_quarter_deg(_in_degrees(axis, axis.bounds, angle_unit, is_azimuth=True)), axis=1)
         beside = pairs - angle[:, None]
         is_apart = (beside[:, 0] > 0) | (beside[:, 1] < 0)  # 352.5 and 7.5 around 0
         beside[is_apart] = (beside[is_apart] + 180.0) % 360.0 - 180.0
@@ -297,6 +312,8 @@ def wavelengths_nm(axis: Axis) -> np.ndarray:
         shown = axis.unit or "wavenumbers"
         raise FieldError(f"coordinate {axis.name!r} has the unit {shown!r}; a wavelength is in nm, um, m or angstrom")
     values = np.asarray(axis.values * scale)
+    if not np.all(np.isfinite(values)):
+        raise FieldError(f"coordinate {axis.name!r} has values that are not finite", argument="wavelength")
     least, most = np.nanmin(values), np.nanmax(values)
     question = "micrometres" if 0.1 <= least < LEAST_NM else "angstroms" if least > SURE_NM and not axis.unit else ""
     if question or not np.all((values >= LEAST_NM) & (values <= MOST_NM)):
@@ -317,7 +334,7 @@ def _numbers_of(text: str) -> Any:
 def radiances(field: Any) -> np.ndarray:
     """The values of a field in its own shape, NaN where they are missing: fill values, and beyond the valid range."""
     values = np.asarray(field.values)
-    if values.dtype.kind not in "biuf":
+    if values.dtype.kind not in "iuf":
         raise FieldError(f"the field holds {values.dtype} instead of real numbers", argument="variable")
     attributes, encoding = dict(field.attrs), dict(getattr(field, "encoding", {}))
     if {"scale_factor", "add_offset"} & set(attributes):

@@ -65,6 +65,8 @@ def read_radiance_field(
     assert zenith is not None
     remarks: list[str] = []
     unit = _unit(field, radiance_unit, remarks)
+    if beside := str(field.attrs.get("ancillary_variables", "")):
+        remarks.append(f"{beside!r} of the file, on the quality of the radiances, is not used")
     columns, is_from_sun = None, False
     if azimuth is None:
         remarks.append("the field has no azimuth, so its sky is the same all around")
@@ -271,6 +273,8 @@ def _rings(
     `gaps` are remarks on the rings.
     """
     above = angle <= 90.0
+    if not np.all(np.isfinite(angle)):
+        raise FieldError(f"coordinate {zenith.name!r} has values that are not finite", argument="zenith")
     if not np.all(angle >= 0) or not above.any():
         message = f"coordinate {zenith.name!r} has no zenith angles from 0 to 90 degrees, or some below 0"
         raise FieldError(message, argument="zenith")
