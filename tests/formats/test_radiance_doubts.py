@@ -108,3 +108,9 @@ def test_radians_under_a_name_of_degrees_are_a_question(table, column):
     rows = [(*row[:column], f"{np.deg2rad(row[column]):.5f}", *row[column + 1 :]) for row in [*ROWS, (85, 20, 9.0)]]
     with pytest.raises(sky.InputFileError, match="degrees; are they radians"):
         table("# azimuth: from north", HEAD, rows=rows)
+
+
+@pytest.mark.parametrize("line", ["# azimuth_zero: north", "# azimuth reference: north", "# azimuth_origin = north"])
+def test_where_azimuths_begin_has_other_keys(table, line):
+    north = table("# azimuth: clockwise from north", HEAD)
+    np.testing.assert_array_equal(table(line, "# azimuth_sense: clockwise", HEAD).direction[0], north.direction[0])

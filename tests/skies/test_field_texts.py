@@ -42,8 +42,11 @@ def brightest(table):
         {"of_file": {"comment": "Cloudless. Azimuth is counted clockwise from north.\nMade in Kiel."}},
         {"radiance": {"comment": "azimuth clockwise from north"}},
         {"azimuth": {"units": "degree_true"}},
+        {"azimuth": {"units": "degree", "note": "clockwise from north"}},
+        {"azimuth": {"units": "degree", "azimuth_zero": "north", "sense": "clockwise"}},
+        {"of_file": {"azimuth_reference": "north"}},
+        {"radiance": {"azimuth_definition": "north = 0, east = 90"}},
     ],
-    ids=["convention-of-the-file", "comment-of-the-file", "comment-of-the-field", "degree_true"],
 )
 def test_azimuths_are_explained_anywhere(texts, tmp_path):
     """In memory and in a file; the east is at 0 of ours."""
@@ -218,3 +221,15 @@ def test_a_coordinate_that_is_not_finite_is_named(name):
     values[-1] = np.nan
     with pytest.raises(FieldError, match=f"coordinate '{name}' has (values that are not|no) finite"):
         sky.TabulatedSky.from_xarray(field.assign_coords({name: (name, values, field[name].attrs)}))
+
+
+def test_the_sense_of_azimuths_is_read_under_any_name():
+    """From north and counterclockwise: the west at 90."""
+    for name in ("sense", "rotation", "orientation", "handedness"):
+        azimuth = {"units": "degree", "origin": "north", name: "counterclockwise"}
+        assert brightest(sky.TabulatedSky.from_xarray(east(azimuth=azimuth))) == pytest.approx(180, abs=1)
+
+
+@pytest.mark.parametrize("text", ["Monte Carlo model of light propagation", "photons travel through the sea"])
+def test_propagation_without_directions_is_no_doubt(text):
+    sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH, of_file={"title": text, "comment": text}))

@@ -38,7 +38,8 @@ _PHRASES = (
 _FILLERS = (
     "the a an azimuth azimuths azimuthal angle angles is are and with in as it deg degree degrees rad radian radians "
     "count counts counted measured given increasing increases growing grows at sky view viewing sensor platform "
-    "element true geographic due point direction axis enu all starting phi vaa increase grow"
+    "element true geographic due point direction axis enu all starting phi vaa increase grow sense rotation "
+    "orientation convention definition"
 )
 _WORDS = {
     **dict.fromkeys(("east", "e", "x"), "E"),

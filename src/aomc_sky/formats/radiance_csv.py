@@ -148,7 +148,8 @@ class _Table:
         start = match.start(2) if match and key else len(text) - len(text.lstrip())
         said = text[start:].rstrip()
         span = Span(number, start + 1, line, len(said))
-        is_on_azimuths = OTHER_AZIMUTHS.search(said) or (ON_AZIMUTHS.search(said) and speaks_of_azimuths(said))
+        plain = said.replace("_", " ")
+        is_on_azimuths = OTHER_AZIMUTHS.search(said) or (ON_AZIMUTHS.search(plain) and speaks_of_azimuths(plain))
         if key == "azimuth" or (key is None and is_on_azimuths):
             self.azimuth_lines.append((said, span))
         elif key is None and (word := travel_of(said)):

@@ -93,7 +93,7 @@ LOGARITHM = re.compile(r"\b(?:log(?:10|arithms?|arithmic)?|ln)\b(?=.*radiance)|(
 SAY_FACTOR = "write the factor as a part of the unit: --radiance-unit '10^-3 W m-2 nm-1 sr-1' (radiance_unit=)"
 
 _TRAVEL = re.compile(r"\b(?:propagat\w+|travel\w*)\b", re.I)
-_OF_LIGHT = re.compile(r"\b(?:directions?|angles?|zeniths?|azimuths?|vectors?|light|photons?|radiation)\b", re.I)
+_OF_LIGHT = re.compile(r"\b(?:directions?|angles?|zeniths?|azimuths?|vectors?)\b", re.I)
 SAY_COMES_FROM = (
     "write the directions that light comes from: 180 degrees minus the zenith angle, the azimuth plus 180 degrees, and "
     "clear this text"

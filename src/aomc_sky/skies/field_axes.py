@@ -52,8 +52,14 @@ _ENDS = {
 """Ends of names and standard names of coordinates."""
 _MOST_AZIMUTH_DEG = 720.0
 _HEIGHTS = ("km", "hpa", "pa", "mbar", "feet", "ft")
-_TEXTS = ("comment", "comments", "description", "summary")
-_OF_FILE = "comment of the file"  #: Attribute of a field with the texts of its dataset.
+_NO_TEXTS = ("history", "source", "conventions", "institution", "azimuth_convention", "units", "unit", "coordinates")
+"""Attributes of a file or a field, in small letters, that are no sentences on its directions."""
+_OF_FILE = "texts of the file"  #: Attribute of a field with the texts of its dataset.
+_OTHERS = "other texts"  #: Attribute of an axis with what the coordinate says under names of its own.
+_ON_AXIS = (
+    "standard_name", "long_name", "convention", "direction", "origin", "positive", "reference", "comment",
+    "description", "azimuth_convention", "units", "unit", "bounds", "axis",
+)  # fmt: skip
 _UNITS = ("", *ANGLE_DEGREES, *LENGTH_NM)  #: What a name may add: zenith_deg.
 _CF_AZIMUTHS = ("sensor_azimuth_angle", "platform_azimuth_angle")  #: Clockwise, by the CF conventions.
 _DIGITS = 10  #: Digits of a degree; radians become the degrees that they were.
@@ -100,7 +106,7 @@ def field_and_bounds(field: Any, variable: str | None) -> tuple[Any, dict[str, A
     """The radiance of an xarray.Dataset with the bounds of its coordinates, or a DataArray, which can have none."""
     if hasattr(field, "data_vars"):
         whole = {name: field.attrs[name] for name in ("azimuth_convention",) if name in field.attrs}
-        texts = [str(field.attrs[name]) for name in _TEXTS if name in field.attrs]
+        texts = _sentences(field.attrs)
         field, bounds = chosen_field(field, variable)
         field = field.assign_attrs({**whole, **field.attrs, _OF_FILE: ". ".join(texts)})
     else:
@@ -151,6 +157,8 @@ def axis_of(field: Any, role: str, given: str | None, bounds: Mapping[str, Any])
         attributes.setdefault("azimuth_convention", field.attrs["azimuth_convention"])
     if role == "azimuth":
         attributes[_OF_FILE] = ". ".join(texts_of_field(field))
+        own = [text for word, text in coordinate.attrs.items() if word not in _ON_AXIS and isinstance(text, str)]
+        attributes[_OTHERS] = [text for text in own if speaks_of_azimuths(text, is_comment=True)]
     edges, absent = bounds.get(bounds_name(coordinate)), ""
     if values.ndim > 1:
         edges = None  # of corners, which are no patches
@@ -166,7 +174,17 @@ def axis_of(field: Any, role: str, given: str | None, bounds: Mapping[str, Any])
 
 def texts_of_field(field: Any) -> list[str]:
     """What a field, and the dataset that it is of, say in sentences."""
-    return [str(field.attrs[name]) for name in ("long_name", *_TEXTS, _OF_FILE) if name in field.attrs]
+    return _sentences(field.attrs)
+
+
+def _sentences(attributes: Mapping[str, Any]) -> list[str]:
+    """Attributes that may be sentences; one whose name is of azimuths is on them."""
+    texts = [(str(name).lower(), text) for name, text in attributes.items() if isinstance(text, str)]
+    return [
+        f"azimuth {text}" if "azimuth" in name and not re.search("sun|solar", name) else text
+        for name, text in texts
+        if name not in _NO_TEXTS
+    ]
 
 
 def _listed(field: Any) -> str:
@@ -287,7 +305,7 @@ def _convention(axis: Axis, remarks: list[str]) -> AzimuthConvention:
     texts += [f"from {text}" for text in axis.texts("reference")]
     said += [text for text in texts if speaks_of_azimuths(text)]
     said += [text for text in axis.texts("comment", "description") if speaks_of_azimuths(text, is_comment=True)]
-    said += axis.texts("azimuth_convention")
+    said += [*axis.attributes.get(_OTHERS, ()), *axis.texts("azimuth_convention")]
     said += ["clockwise from north"] if plain_unit(axis.unit) in TRUE_NORTH else []
     said = said or [
         sentence
