@@ -114,3 +114,37 @@ def test_radians_under_a_name_of_degrees_are_a_question(table, column):
 def test_where_azimuths_begin_has_other_keys(table, line):
     north = table("# azimuth: clockwise from north", HEAD)
     np.testing.assert_array_equal(table(line, "# azimuth_sense: clockwise", HEAD).direction[0], north.direction[0])
+
+
+@pytest.mark.parametrize(
+    "units", ["deg,deg,mW m-2 nm-1 sr-1", "(deg),(deg),(mW m-2 nm-1 sr-1)", "[°],[° E of N],[mW/(m2 nm sr)]"]
+)
+def test_a_row_of_units_below_the_names(table, units):
+    wanted = table("# azimuth: from north", HEAD)
+    measured = table("# azimuth: from north", "zenith,azimuth,radiance", units)
+    assert measured.is_absolute
+    np.testing.assert_allclose(measured.values[0], wanted.values[0], rtol=1e-12)
+    np.testing.assert_array_equal(measured.direction[0], wanted.direction[0])
+    with pytest.raises(sky.InputFileError, match="'cd/m2' is no unit of spectral radiance"):
+        table("zenith,azimuth,radiance", "deg,deg,cd/m2")
+    with pytest.raises(sky.InputFileError, match="'zenith_deg' is not a number"):
+        table(HEAD, HEAD)
+
+
+def test_lines_above_the_names_are_comments(table):
+    with pytest.raises(sky.InputFileError, match=r"the names of the columns are in line 4, with commas") as error:
+        table("Instrument: EKO MS-321LR", "Site: Tsukuba, Japan", "", HEAD)
+    assert "write # before every line above line 4" in str(error.value)
+    assert len(error.value.problems) == 1
+
+
+@pytest.mark.parametrize(
+    ("line", "factor"),
+    [("# Radiance in mW m-2 nm-1 sr-1", 1e-3), ("# radiance values are given in 10^-2 W m-2 nm-1 sr-1.", 1e-2)],
+)
+def test_a_unit_in_a_sentence(table, line, factor):
+    measured = table("# azimuth: from north", line, "zenith_deg,azimuth_deg,radiance")
+    assert measured.is_absolute
+    assert measured.values[0].max() == pytest.approx(170 * factor)
+    with pytest.raises(sky.InputFileError, match="is no unit of spectral radiance"):
+        table("# Radiance in cd m-2", "zenith_deg,azimuth_deg,radiance")

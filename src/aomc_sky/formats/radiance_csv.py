@@ -64,6 +64,11 @@ COMMENT = re.compile(r"\s*(?:[#%!]+|//+|;(?!.*;))")
 _ON_ZENITHS = re.compile(r"\b(?:zeniths?|theta)\b", re.I)
 _GROUPED = re.compile(r"[1-9]\d{0,2}(?:[.,]\d{3})+")
 DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas"}
+_RADIANCE_IN = re.compile(
+    r"\s*(?:sky |spectral )*(radiance)s?(?: values?| data)? (?:are |is )?(?:given )?in (\S.*?)[\s.]*\Z", re.I
+)
+"""A line "radiances are in mW m-2 nm-1 sr-1": the key, and the unit."""
+_MOST_HEAD = 100  #: Lines below the first one in which names are looked for.
 _NEEDED = {
     "zenith": ("zenith angles", "name it 'zenith (deg)' or 'elevation (deg)'"),
     "azimuth": ("azimuth", "name it 'azimuth (deg)'"),
@@ -109,6 +114,11 @@ def _without_sign(line: str) -> str:
     return COMMENT.sub(lambda sign: " " * len(sign[0]), line, count=1) if COMMENT.match(line) else line
 
 
+def _has_names(names: list[str]) -> bool:
+    """Whether a row names all columns that a table needs."""
+    return set(_NEEDED) <= {one.slot for one in map(name_of_column, names) if one}
+
+
 class _Table:
     """A file while it is read."""
 
@@ -143,7 +153,7 @@ class _Table:
 
     def _read_key(self, number: int, line: str) -> None:
         text = _without_sign(line)
-        match = re.match(r"\s*([A-Za-z][\w ]*?)\s*[:=]\s*(\S.*?)\s*\Z", text)
+        match = re.match(r"\s*([A-Za-z][\w ]*?)\s*[:=]\s*(\S.*?)\s*\Z", text) or _RADIANCE_IN.match(text)
         key = KEYS.get(re.sub(r"\W+", "_", match[1].lower())) if match else None
         start = match.start(2) if match and key else len(text) - len(text.lstrip())
         said = text[start:].rstrip()
@@ -221,6 +231,13 @@ class _Table:
             span = Span(number, 1, line, len(line.rstrip()))
             self._bad(span, "blanks are between the columns", "separate the columns by commas")
             return []
+        for later, text in self.rows[:_MOST_HEAD] if not _has_names(names) else ():
+            if _has_names(split_row(text, delimiter := delimiter_of(text, DELIMITERS))):
+                span = Span(number, 1, line, len(line.rstrip()))
+                message = f"the names of the columns are in line {later}, with {DELIMITERS[delimiter]} between them"
+                self._bad(span, message, f"write # before every line above line {later}")
+                return []
+        names = self._with_units(names)
         columns: dict[tuple[str, float | None], _Column] = {}
         unused = []
         for index, text in enumerate(names):
@@ -250,6 +267,21 @@ class _Table:
             return []
         self._read_rows(list(columns.values()), len(names))
         return list(columns.values())
+
+    def _with_units(self, names: list[str]) -> list[str]:
+        """The names with the units of a row below them, which is taken away."""
+        units = split_row(self.rows[0][1], self.delimiter) if self.rows else []
+        is_of_words = [bool(re.search(r"[^\W\d_]|[%°]", unit)) and unit.lower() not in GAPS for unit in units]
+        if sum(is_of_words) < len(_NEEDED) or any(re.match(r"[-+]?[\d.]", unit) for unit in units):
+            return names
+        if any(name_of_column(unit) for unit in units):
+            return names  # names again
+        self.rows.pop(0)
+        units += [""] * (len(names) - len(units))
+        plain = [re.sub(r"[(\[](.*)[)\]]", r"\1", unit) if unit[:1] in "([" else unit for unit in units[: len(names)]]
+        return [
+            f"{name} ({unit})" if unit and "(" not in name else name for name, unit in zip(names, plain, strict=True)
+        ]
 
     def _read_rows(self, columns: list[_Column], n_names: int) -> None:
         width = max((one.index for one in columns), default=0) + 1
