@@ -42,7 +42,15 @@ def test_lines_that_change_the_light_are_refused(table, line, why):
 
 
 @pytest.mark.parametrize(
-    "line", ["# travelled from Kiel to Bergen", "# image of 1000 x 1000 pixels", "# log of station 7", "# Azimut (deg)"]
+    "line",
+    [
+        "# travelled from Kiel to Bergen",
+        "# image of 1000 x 1000 pixels",
+        "# log of station 7",
+        "# Azimut (deg)",
+        "# ship log: radiance sensor 5",
+        "# Radiance in the almucantar and the principal plane",
+    ],
 )
 def test_other_lines_are_not(table, line):
     table("# azimuth: from north", line, HEAD)
@@ -148,3 +156,13 @@ def test_a_unit_in_a_sentence(table, line, factor):
     assert measured.values[0].max() == pytest.approx(170 * factor)
     with pytest.raises(sky.InputFileError, match="is no unit of spectral radiance"):
         table("# Radiance in cd m-2", "zenith_deg,azimuth_deg,radiance")
+
+
+def test_more_words_in_names_of_angles(table):
+    wanted = table("# azimuth: from north", HEAD)
+    measured = table(
+        "# azimuth: from north", "zenith of view (deg),azimuth angle true (deg),radiance (mW m-2 nm-1 sr-1)"
+    )
+    np.testing.assert_array_equal(measured.direction[0], wanted.direction[0])
+    with pytest.raises(sky.InputFileError, match="no column of zenith angles"):
+        table("zenith_sun (deg),azimuth_deg,radiance (mW m-2 nm-1 sr-1)")

@@ -233,3 +233,8 @@ def test_the_sense_of_azimuths_is_read_under_any_name():
 @pytest.mark.parametrize("text", ["Monte Carlo model of light propagation", "photons travel through the sea"])
 def test_propagation_without_directions_is_no_doubt(text):
     sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH, of_file={"title": text, "comment": text}))
+
+
+def test_words_on_quality_in_a_long_name_are_no_doubt():
+    text = {"long_name": "sky radiance, quality controlled, uncertainty 3 %", "nodata": ""}
+    assert sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH, radiance=text)).radiance_unit == pytest.approx(1e-3)

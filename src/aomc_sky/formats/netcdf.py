@@ -31,11 +31,11 @@ EXTRA = "netcdf"
 MAX_FILE_BYTES = 1 << 30
 MAX_NAMES = 40
 _ENGINES = {b"CDF\x01": "scipy", b"CDF\x02": "scipy"}
-_NOT_OF_SKY = re.compile(
-    r"upwelling|upward|reflected|water leaving|stokes [quv]\b|\b(?:l ?[uw]|nlw|rrs|err|errors?|uncertaint\w+|unc|std|"
-    r"stdev|standard deviation|variance|quality|flags?)\b"
+_NOT_OF_SKY = re.compile(r"upwelling|upward|reflected|water leaving|stokes [quv]\b")
+_NAMED_OTHERWISE = re.compile(
+    r"\b(?:l ?[uw]|nlw|rrs|err|errors?|uncertaint\w+|unc|std|stdev|standard deviation|variance|quality|flags?)\b"
 )
-"""Words of names of variables that are not the radiance of the sky."""
+"""Words of variables that are not the radiance of the sky: in all that names them, or in the name itself."""
 _LIBRARY = "the netCDF library"
 
 
@@ -160,8 +160,9 @@ def bounds_name(coordinate: Any) -> str:
 
 def _is_of_sky(name: str, attributes: Mapping[str, Any]) -> bool:
     """Whether a variable may be light of the sky: not from below, no uncertainty, no further Stokes parameter."""
-    text = f"{name} {attributes.get('standard_name', '')} {attributes.get('long_name', '')}".lower()
-    return _NOT_OF_SKY.search(re.sub(r"[\W_]+", " ", text)) is None
+    names = f"{name} {attributes.get('standard_name', '')}"
+    short, text = (re.sub(r"[\W_]+", " ", one.lower()) for one in (names, f"{names} {attributes.get('long_name', '')}"))
+    return _NOT_OF_SKY.search(text) is None and _NAMED_OTHERWISE.search(short) is None
 
 
 def _name_of_field(dataset: Any, variable: str | None) -> str:

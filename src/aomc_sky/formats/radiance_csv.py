@@ -65,7 +65,9 @@ _ON_ZENITHS = re.compile(r"\b(?:zeniths?|theta)\b", re.I)
 _GROUPED = re.compile(r"[1-9]\d{0,2}(?:[.,]\d{3})+")
 DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas"}
 _RADIANCE_IN = re.compile(
-    r"\s*(?:sky |spectral )*(radiance)s?(?: values?| data)? (?:are |is )?(?:given )?in (\S.*?)[\s.]*\Z", re.I
+    r"\s*(?:sky |spectral )*(radiance)s?(?: values?| data)? (?:are |is )?(?:given )?in "
+    r"(?=.*(?:\b(?:sr|ster\w*|cd|lx|lux|[mu\N{MICRO SIGN}]?W|watts?)\b|m-2|/m))(\S.*?)[\s.]*\Z",
+    re.I,
 )
 """A line "radiances are in mW m-2 nm-1 sr-1": the key, and the unit."""
 _MOST_HEAD = 100  #: Lines below the first one in which names are looked for.

@@ -88,7 +88,11 @@ STATED_FACTOR = re.compile(
     re.I,
 )
 """Words of a text on radiances that are in another unit than the one stated."""
-LOGARITHM = re.compile(r"\b(?:log(?:10|arithms?|arithmic)?|ln)\b(?=.*radiance)|(?<=radiance)s?\W+log(?:10)?\b", re.I)
+LOGARITHM = re.compile(
+    r"\b(?:log10|logarithms?|logarithmic|ln)\b(?=.*radiance)|\blog[ (]+(?:of )?(?:the )?radiance"
+    r"|(?<=radiance)s?\W+log10\b",
+    re.I,
+)
 """Words of a text on radiances that are no radiances."""
 SAY_FACTOR = "write the factor as a part of the unit: --radiance-unit '10^-3 W m-2 nm-1 sr-1' (radiance_unit=)"
 
@@ -182,7 +186,9 @@ def name_of_column(text: str) -> Name | None:
         if role:
             rest = " ".join(parts[k:])
             is_more = role.endswith("azimuth") and speaks_of_azimuths(rest)  # azimuth from north (deg)
-            if unit and rest and not is_more and rest.lower() not in (*_OF_THE_SKY, plain_unit(unit)):
+            is_other = role == "radiance" and rest.lower() not in (*_OF_THE_SKY, plain_unit(unit))
+            is_other |= role in ("zenith", "elevation", "azimuth") and re.search(r"\b(?:sun|solar)\b", rest) is not None
+            if unit and rest and not is_more and is_other:
                 return None  # L_w (mW m-2 nm-1 sr-1), radiance_std (...)
             return Name(role, f"{unit} {rest}".strip() if is_more else unit or rest)
     return None

@@ -344,7 +344,7 @@ def wavelengths_nm(axis: Axis) -> np.ndarray:
 def _numbers_of(text: str) -> Any:
     """The numbers of a text such as '-99.0', or the text."""
     try:
-        return np.array([float(word) for word in re.split(r"[\s,;]+", text.strip())])
+        return np.array([float(word) for word in re.split(r"[\s,;]+", text) if word])
     except ValueError:
         return text
 
