@@ -46,7 +46,7 @@ def test_radiances_in_hdf5_and_numpy_are_told_where_they_go(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("data", "what", "advice"),
     [
-        (gzip.compress(b"CDF\x01" + bytes(100)), "a file packed by gzip", "unpack it"),
+        (gzip.compress(b"CDF\x01" + bytes(100), mtime=0), "a file packed by gzip", "unpack it"),
         (b"<html>404 Not Found</html>", "a page of the web, or XML", "write the field as netCDF-4"),
         (b"CDF\x05" + bytes(100), "netCDF with 64 bits (CDF-5)", "write the field as netCDF-4"),
         (b"GRIB" + bytes(100), "a file of GRIB", "write the field as netCDF-4"),
