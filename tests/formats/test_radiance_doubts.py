@@ -166,3 +166,17 @@ def test_more_words_in_names_of_angles(table):
     np.testing.assert_array_equal(measured.direction[0], wanted.direction[0])
     with pytest.raises(sky.InputFileError, match="no column of zenith angles"):
         table("zenith_sun (deg),azimuth_deg,radiance (mW m-2 nm-1 sr-1)")
+
+
+@pytest.mark.parametrize(
+    ("words", "is_refused"),
+    [("azimut ", False), ("ln ", False), ("radiance in W/m .", True), ("radiance x 1", False), ("direction ", False)],
+)
+def test_long_lines_of_a_stranger_take_no_time(table, words, is_refused):
+    """Patterns that look ahead are quadratic in the length of a line: 64 kB would take minutes."""
+    line = f"# {words * (60_000 // len(words))}x"
+    if is_refused:
+        with pytest.raises(sky.InputFileError, match=r"no unit of spectral radiance|beside"):
+            table("# azimuth: from north", line, HEAD)
+    else:
+        assert table("# azimuth: from north", line, HEAD).is_absolute

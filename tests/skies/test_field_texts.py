@@ -238,3 +238,10 @@ def test_propagation_without_directions_is_no_doubt(text):
 def test_words_on_quality_in_a_long_name_are_no_doubt():
     text = {"long_name": "sky radiance, quality controlled, uncertainty 3 %", "nodata": ""}
     assert sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH, radiance=text)).radiance_unit == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize("words", ["ln ", "north east ", "azimuth from north east "])
+def test_long_texts_of_a_stranger_take_no_time(words):
+    text = words * (1_000_000 // len(words))
+    field = east(azimuth=FROM_NORTH, radiance={"comment": text}, of_file={"summary": text})
+    assert min(brightest(sky.TabulatedSky.from_xarray(field)), 1.0) == 0.0

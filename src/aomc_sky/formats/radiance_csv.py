@@ -31,6 +31,7 @@ from aomc_sky.formats.radiance_words import (
     LOGARITHM,
     MAX_RADIANCE,
     MOST_NM,
+    MOST_SAID,
     ON_AZIMUTHS,
     OTHER_AZIMUTHS,
     SAY_ANGLE,
@@ -155,18 +156,20 @@ class _Table:
 
     def _read_key(self, number: int, line: str) -> None:
         text = _without_sign(line)
-        match = re.match(r"\s*([A-Za-z][\w ]*?)\s*[:=]\s*(\S.*?)\s*\Z", text) or _RADIANCE_IN.match(text)
+        match = re.match(r"\s*([A-Za-z][\w ]*?)\s*[:=]\s*(\S.*?)\s*\Z", text) or _RADIANCE_IN.match(text[:MOST_SAID])
         key = KEYS.get(re.sub(r"\W+", "_", match[1].lower())) if match else None
         start = match.start(2) if match and key else len(text) - len(text.lstrip())
         said = text[start:].rstrip()
         span = Span(number, start + 1, line, len(said))
         plain = said.replace("_", " ")
-        is_on_azimuths = OTHER_AZIMUTHS.search(said) or (ON_AZIMUTHS.search(plain) and speaks_of_azimuths(plain))
+        is_on_azimuths = OTHER_AZIMUTHS.match(said[:MOST_SAID]) or (
+            ON_AZIMUTHS.search(plain) and speaks_of_azimuths(plain)
+        )
         if key == "azimuth" or (key is None and is_on_azimuths):
             self.azimuth_lines.append((said, span))
         elif key is None and (word := travel_of(said)):
             self._bad(span, f"{word!r}: are the directions those that light goes to?", SAY_COMES_FROM)
-        elif key is None and LOGARITHM.search(said):
+        elif key is None and LOGARITHM.search(said[:MOST_SAID]):
             self._bad(span, f"{quoted(said)}: are these logarithms?", "write radiances, and leave out this line")
         elif key is not None and self.head.setdefault(key, (said, span))[0] != said:
             self._bad(span, f"{quoted(said)} after {quoted(self.head[key][0])}", "keep one of the two lines")

@@ -94,6 +94,8 @@ LOGARITHM = re.compile(
     re.I,
 )
 """Words of a text on radiances that are no radiances."""
+MOST_SAID = 1000
+"""Characters of a sentence that are looked at: patterns that look ahead are quadratic in its length."""
 SAY_FACTOR = "write the factor as a part of the unit: --radiance-unit '10^-3 W m-2 nm-1 sr-1' (radiance_unit=)"
 
 _TRAVEL = re.compile(r"\b(?:propagat\w+|travel\w*)\b", re.I)

@@ -27,6 +27,7 @@ from aomc_sky.formats.radiance_words import (
     LENGTH_NM,
     MAX_RADIANCE,
     MOST_NM,
+    MOST_SAID,
     ON_AZIMUTHS,
     SAY_ANGLE,
     SAY_COMES_FROM,
@@ -181,7 +182,7 @@ def _sentences(attributes: Mapping[str, Any]) -> list[str]:
     """Attributes that may be sentences; one whose name is of azimuths is on them."""
     texts = [(str(name).lower(), text) for name, text in attributes.items() if isinstance(text, str)]
     return [
-        f"azimuth {text}" if "azimuth" in name and not re.search("sun|solar", name) else text
+        f"azimuth {text[:MOST_SAID]}" if "azimuth" in name and not re.search("sun|solar", name) else text[:MOST_SAID]
         for name, text in texts
         if name not in _NO_TEXTS
     ]

@@ -13,6 +13,7 @@ from aomc_sky.errors import FieldError, UsageError
 from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
 from aomc_sky.formats.radiance_words import (
     LOGARITHM,
+    MOST_SAID,
     SAY_COMES_FROM,
     SAY_FACTOR,
     STATED_FACTOR,
@@ -142,7 +143,7 @@ def _unit(field: Any, given: str | None, remarks: list[str]) -> float:
     if word := next(filter(None, map(travel_of, texts_of_field(field))), ""):
         message = f"the text of the field speaks of {word!r}: are its directions those that light goes to?"
         raise FieldError(message, SAY_COMES_FROM)
-    texts = [str(field.attrs.get(name, "")) for name in ("long_name", "comment", "description")]
+    texts = [str(field.attrs.get(name, ""))[:MOST_SAID] for name in ("long_name", "comment", "description")]
     if found := next(filter(None, map(LOGARITHM.search, texts)), None):
         raise FieldError(f"the text of the field says {found[0]!r}", "write radiances, not their logarithms")
     for name, value in field.attrs.items():
