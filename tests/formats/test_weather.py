@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 import warnings
 
 import numpy as np
@@ -280,3 +281,25 @@ def test_a_station_is_read_as_utf8_with_or_without_its_mark_and_else_as_latin1(t
         path = tmp_path / f"{encoding}.epw"
         path.write_bytes(data.decode().replace("Kleinmachnow", "Z\u00fcrich").encode(encoding))
         assert read_weather(path, "epw").station == "Z\u00fcrich", encoding
+
+
+@pytest.mark.parametrize("row", [None, 11])
+def test_hours_of_0_to_23_are_the_whole_file_s(row, tmp_path):
+    """Each label is then an hour early, and so would be the sun of every row, whichever is asked for."""
+    text = (WEATHER / "good" / "invented.epw").read_text(encoding="latin-1").split("\n")
+    cells = [line.split(",") for line in text[8:] if line]
+    early = [",".join([*one[:3], str(int(one[3]) - 1), *one[4:]]) for one in cells]
+    path = tmp_path / "zero.epw"
+    path.write_text("\n".join([*text[:8], *early]), encoding="latin-1")
+    with pytest.raises(InputFileError, match=r"no hour 0 here.*\n.*\n.*add 1 to all hours of a file of 0 to 23"):
+        read_weather(path, "epw", row=row)
+    lines = (WEATHER / "good" / "invented.tmy3.csv").read_text(encoding="latin-1").split("\n")
+    starts = [re.sub(r",(\d\d):00,", lambda time: f",{int(time[1]) - 1:02d}:00,", line, count=1) for line in lines]
+    path.write_text("\n".join(starts), encoding="latin-1")
+    with pytest.raises(InputFileError, match="the first row is of 00:00: do the hours begin at their times"):
+        read_weather(path, "tmy3", row=row)
+
+
+def test_a_column_that_comes_twice_is_a_question(tmp_path):
+    with pytest.raises(InputFileError, match=r"column 'GHI \(W/m\^2\)' comes twice"):
+        changed("tmy3", tmp_path, "ETR (W/m^2)", "GHI (W/m^2)")

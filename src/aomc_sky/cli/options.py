@@ -345,12 +345,14 @@ def reading_of(arguments: argparse.Namespace, wavebands: list[int] | None = None
 def scene_of(arguments: argparse.Namespace, path: str, *, wavebands: list[int] | None = None) -> Scene:
     """Read the scene that the options of `add_reading_options` describe."""
     from aomc_sky.progress import status_line
-    from aomc_sky.source.read.kind import Kind, kind_of
+    from aomc_sky.source.read.kind import Kind, kind_of, not_a_scene
     from aomc_sky.source.read.scene import scene_of_files
 
     kind = kind_of(Path(path))
     if kind in (Kind.MEASURED, Kind.NETCDF):
         return _measured_scene(arguments, path, wavebands, is_field=kind is Kind.NETCDF)
+    if kind is not Kind.SCENE and Path(path).is_file() and (mistaken := not_a_scene(Path(path))):
+        raise mistaken  # before what is said of options
     for name in given_options(arguments, add_measured_options):
         raise UsageError(f"{name} is for a measured sky (.csv) or a radiance field (.nc); {path} is none")
     if getattr(arguments, "wavelengths", None) and Path(path).exists():

@@ -28,6 +28,8 @@ _PHRASES = (
     (r"(?<!\w)-(?=[xy]\b)", "minus"),
     (r"\b(?:counter|anti)[ -]?clockwise\b", "ccw"),
     (r"\b(?:anti-? ?(?:sun|solar)|opposite (?:to |of )?(?:the )?(?:sun|solar))\b", "antisun"),
+    (r"(?:\bdirection of )?\bforward[ -]?scatter(?:ing|ed)?(?: direction)?\b", "sun"),
+    (r"(?:\bdirection of )?\bback(?:ward)?[ -]?scatter(?:ing|ed)?(?: direction)?\b", "antisun"),
     (r"(?<=[a-z]) ?[-\N{EN DASH}\N{MINUS SIGN}] ?(?=(?:view|sensor|sun|solar|saa|vaa|phi))", " less "),
     (r"\b(north|east|south|west)(?:wards?|er)(?:ly)?\b", r"to \1"),
 )
@@ -36,7 +38,8 @@ _PHRASES = (
 _FILLERS = (
     "the a an azimuth azimuths azimuthal angle angles is are and with in as it deg degree degrees rad radian radians "
     "count counts counted measured given increasing increases growing grows at sky view viewing sensor platform "
-    "element true geographic due point direction axis enu all starting phi vaa increase grow"
+    "element true geographic due point direction axis enu all starting phi vaa increase grow sense rotation "
+    "orientation convention definition"
 )
 _WORDS = {
     **dict.fromkeys(("east", "e", "x"), "E"),

@@ -23,7 +23,7 @@ from aomc_sky.formats.hdf5_storage import (
     require_size,
 )
 from aomc_sky.formats.report import printable
-from aomc_sky.formats.text_file import open_data, refuse
+from aomc_sky.formats.text_file import open_data, refuse, seems_to_be
 
 EXTRA = "netcdf"
 """The extra that installs xarray and h5netcdf."""
@@ -31,6 +31,11 @@ EXTRA = "netcdf"
 MAX_FILE_BYTES = 1 << 30
 MAX_NAMES = 40
 _ENGINES = {b"CDF\x01": "scipy", b"CDF\x02": "scipy"}
+_NOT_OF_SKY = re.compile(r"upwelling|upward|reflected|water leaving|stokes [quv]\b")
+_NAMED_OTHERWISE = re.compile(
+    r"\b(?:l ?[uw]|nlw|rrs|err|errors?|uncertaint\w+|unc|std|stdev|standard deviation|variance|quality|flags?)\b"
+)
+"""Words of variables that are not the radiance of the sky: in all that names them, or in the name itself."""
 _LIBRARY = "the netCDF library"
 
 
@@ -58,7 +63,8 @@ def read_field(
         others = {name: whole[name].variable for name in more[1:]}
         parts = (field, *field.coords.values(), *bounds.values(), *others.values())
         require_size(sum(math.prod(part.shape) * 8 for part in parts), allowed, allowed, "a field")
-        return field.to_dataset(name=field.name or "radiance").assign(others).assign_coords(bounds).load()
+        read = field.to_dataset(name=field.name or "radiance").assign(others).assign_coords(bounds)
+        return read.assign_attrs(dataset.attrs).load()
 
 
 def lights_beside(path: str | Path) -> list[str]:
@@ -85,7 +91,13 @@ def open_netcdf(path: str | Path, **options: Any) -> Iterator[tuple[Any, int]]:
         if size < 8:
             raise refuse(path, "not a netCDF file: it is too short for one", code="E552")
         try:
-            engine = _ENGINES.get(file.read(4), "h5netcdf")
+            start = file.read(16)
+            engine = _ENGINES.get(start[:4], "h5netcdf")
+            if start[:4] not in (*_ENGINES, b"\x89HDF") and (what := seems_to_be(start)):
+                advice = "unpack it" if "zip" in what else "write the field as netCDF-4"
+                raise refuse(
+                    path, f"this is no netCDF file that is read, it seems to be {what}", advice=advice, code="E552"
+                )
             if engine == "h5netcdf":
                 _look_at_storage(h5py, path, allowed_bytes(size))
             file.seek(0)
@@ -147,9 +159,10 @@ def bounds_name(coordinate: Any) -> str:
 
 
 def _is_of_sky(name: str, attributes: Mapping[str, Any]) -> bool:
-    """Whether a variable may be light of the sky: not what comes from below, and no further Stokes parameter."""
-    text = f"{name} {attributes.get('standard_name', '')} {attributes.get('long_name', '')}".lower().replace(" ", "_")
-    return re.search(r"upwelling|upward|reflected|water_leaving|stokes_[quv]", text) is None
+    """Whether a variable may be light of the sky: not from below, no uncertainty, no further Stokes parameter."""
+    names = f"{name} {attributes.get('standard_name', '')}"
+    short, text = (re.sub(r"[\W_]+", " ", one.lower()) for one in (names, f"{names} {attributes.get('long_name', '')}"))
+    return _NOT_OF_SKY.search(text) is None and _NAMED_OTHERWISE.search(short) is None
 
 
 def _name_of_field(dataset: Any, variable: str | None) -> str:

@@ -28,17 +28,25 @@ from aomc_sky.formats.radiance_words import (
     KEYS,
     LEAST_NM,
     LENGTH_NM,
+    LOGARITHM,
     MAX_RADIANCE,
     MOST_NM,
+    MOST_SAID,
+    ON_AZIMUTHS,
+    OTHER_AZIMUTHS,
     SAY_ANGLE,
+    SAY_COMES_FROM,
     SAY_FACTOR,
     SAY_SUN,
     STATED_FACTOR,
     SURE_NM,
     Name,
+    doubt_of_gaps,
     have_look_of_degrees,
+    may_be_radians,
     name_of_column,
     plain_unit,
+    travel_of,
     unit_and_counts,
 )
 from aomc_sky.formats.report import MAX_PER_VALUE, BadValueError, Report, printable, quoted
@@ -54,9 +62,16 @@ _UNIT_LINE = f"{SAY_UNIT}; or a line '# radiance unit: mW m-2 nm-1 sr-1'"
 _SUN_LINE = f"{SAY_SUN}, or a line '# sun azimuth: 225 clockwise from north'"
 COMMENT = re.compile(r"\s*(?:[#%!]+|//+|;(?!.*;))")
 """Start of a line of comment; a row may begin with an empty column and a semicolon, but has two of them."""
-_ON_AZIMUTHS, _ON_ZENITHS = re.compile(r"\b(?:azimuths?|phi|vaa)\b", re.I), re.compile(r"\b(?:zeniths?|theta)\b", re.I)
+_ON_ZENITHS = re.compile(r"\b(?:zeniths?|theta)\b", re.I)
 _GROUPED = re.compile(r"[1-9]\d{0,2}(?:[.,]\d{3})+")
 DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas"}
+_RADIANCE_IN = re.compile(
+    r"\s*(?:sky |spectral )*(radiance)s?(?: values?| data)? (?:are |is )?(?:given )?in "
+    r"(?=.*(?:\b(?:sr|ster\w*|cd|lx|lux|[mu\N{MICRO SIGN}]?W|watts?)\b|m-2|/m))(\S.*?)[\s.]*\Z",
+    re.I,
+)
+"""A line "radiances are in mW m-2 nm-1 sr-1": the key, and the unit."""
+_MOST_HEAD = 100  #: Lines below the first one in which names are looked for.
 _NEEDED = {
     "zenith": ("zenith angles", "name it 'zenith (deg)' or 'elevation (deg)'"),
     "azimuth": ("azimuth", "name it 'azimuth (deg)'"),
@@ -102,6 +117,11 @@ def _without_sign(line: str) -> str:
     return COMMENT.sub(lambda sign: " " * len(sign[0]), line, count=1) if COMMENT.match(line) else line
 
 
+def _has_names(names: list[str]) -> bool:
+    """Whether a row names all columns that a table needs."""
+    return set(_NEEDED) <= {one.slot for one in map(name_of_column, names) if one}
+
+
 class _Table:
     """A file while it is read."""
 
@@ -136,13 +156,21 @@ class _Table:
 
     def _read_key(self, number: int, line: str) -> None:
         text = _without_sign(line)
-        match = re.match(r"\s*([A-Za-z][\w ]*?)\s*[:=]\s*(\S.*?)\s*\Z", text)
+        match = re.match(r"\s*([A-Za-z][\w ]*?)\s*[:=]\s*(\S.*?)\s*\Z", text) or _RADIANCE_IN.match(text[:MOST_SAID])
         key = KEYS.get(re.sub(r"\W+", "_", match[1].lower())) if match else None
         start = match.start(2) if match and key else len(text) - len(text.lstrip())
         said = text[start:].rstrip()
         span = Span(number, start + 1, line, len(said))
-        if key == "azimuth" or (key is None and _ON_AZIMUTHS.search(said) and speaks_of_azimuths(said)):
+        plain = said.replace("_", " ")
+        is_on_azimuths = OTHER_AZIMUTHS.match(said[:MOST_SAID]) or (
+            ON_AZIMUTHS.search(plain) and speaks_of_azimuths(plain)
+        )
+        if key == "azimuth" or (key is None and is_on_azimuths):
             self.azimuth_lines.append((said, span))
+        elif key is None and (word := travel_of(said)):
+            self._bad(span, f"{word!r}: are the directions those that light goes to?", SAY_COMES_FROM)
+        elif key is None and LOGARITHM.search(said[:MOST_SAID]):
+            self._bad(span, f"{quoted(said)}: are these logarithms?", "write radiances, and leave out this line")
         elif key is not None and self.head.setdefault(key, (said, span))[0] != said:
             self._bad(span, f"{quoted(said)} after {quoted(self.head[key][0])}", "keep one of the two lines")
         elif key is None and _ON_ZENITHS.search(said) and (found := FROM_HORIZON.search(said)):
@@ -169,6 +197,10 @@ class _Table:
         wavelength = self._wavelengths(light, of.get("wavelength"))
         for one in light:
             self._refuse(one, one.values < 0, "a radiance is 0 or more")
+        if doubt := doubt_of_gaps(np.stack([one.values for one in light])):
+            column = max(light, key=lambda one: np.nanmax(one.values, initial=0.0))
+            number, line = self.rows[int(np.nanargmax(column.values))]
+            self._bad(self._span(number, line, column.index), *doubt, "E653")
         self._close()
         zenith, azimuth = np.tile(zenith, len(light)), np.tile(azimuth, len(light))
         is_whole = np.isfinite(zenith) & np.isfinite(azimuth)
@@ -204,14 +236,23 @@ class _Table:
             span = Span(number, 1, line, len(line.rstrip()))
             self._bad(span, "blanks are between the columns", "separate the columns by commas")
             return []
+        for later, text in self.rows[:_MOST_HEAD] if not _has_names(names) else ():
+            if _has_names(split_row(text, delimiter := delimiter_of(text, DELIMITERS))):
+                span = Span(number, 1, line, len(line.rstrip()))
+                message = f"the names of the columns are in line {later}, with {DELIMITERS[delimiter]} between them"
+                self._bad(span, message, f"write # before every line above line {later}")
+                return []
+        names = self._with_units(names)
         columns: dict[tuple[str, float | None], _Column] = {}
         unused = []
         for index, text in enumerate(names):
             name = name_of_column(text)
+            span = self._span(number, line, index)
             if name is None:
                 unused += [text] if text else []
+                if re.match(r"wave_?numbers?\b|frequency\b", text, re.I):
+                    self._bad(span, f"{quoted(text)} is no wavelength", "give wavelengths, and radiances per nm")
                 continue
-            span = self._span(number, line, index)
             one = _Column(name, index, span, np.full(len(self.rows), np.nan))
             first = columns.setdefault((name.slot, name.wavelength_nm), one)
             if first is not one:
@@ -231,6 +272,21 @@ class _Table:
             return []
         self._read_rows(list(columns.values()), len(names))
         return list(columns.values())
+
+    def _with_units(self, names: list[str]) -> list[str]:
+        """The names with the units of a row below them, which is taken away."""
+        units = split_row(self.rows[0][1], self.delimiter) if self.rows else []
+        is_of_words = [bool(re.search(r"[^\W\d_]|[%°]", unit)) and unit.lower() not in GAPS for unit in units]
+        if sum(is_of_words) < len(_NEEDED) or any(re.match(r"[-+]?[\d.]", unit) for unit in units):
+            return names
+        if any(name_of_column(unit) for unit in units):
+            return names  # names again
+        self.rows.pop(0)
+        units += [""] * (len(names) - len(units))
+        plain = [re.sub(r"[(\[](.*)[)\]]", r"\1", unit) if unit[:1] in "([" else unit for unit in units[: len(names)]]
+        return [
+            f"{name} ({unit})" if unit and "(" not in name else name for name, unit in zip(names, plain, strict=True)
+        ]
 
     def _read_rows(self, columns: list[_Column], n_names: int) -> None:
         width = max((one.index for one in columns), default=0) + 1
@@ -316,6 +372,9 @@ class _Table:
                 message = f"{message}: {' beside '.join(sizes)}"
                 advice = "name the columns by their units: zenith_rad, azimuth_deg"
             self._bad(span, message, advice)
+        if scale == 1.0 and "angle" not in self.given and may_be_radians(column.values, is_azimuth=is_azimuth):
+            message = f"angles up to {np.nanmax(column.values):g} degrees; are they radians?"
+            self._bad(span, message, _ANGLE_LINE)
         if column.name.role == "zenith":
             for word, place in self.zenith_lines[:1]:
                 advice = "name a column of elevations 'elevation', and leave out the line for zenith angles"
@@ -397,7 +456,11 @@ class _Table:
             if unnamed or column is not None:
                 advice = "keep one of the two, and give the other columns other names"
                 self._bad((column or unnamed[0]).span, "other columns have wavelengths in their names", advice)
-            return np.repeat([one.name.wavelength_nm or 0.0 for one in light], n)
+            of_names = np.array([one.name.wavelength_nm or 0.0 for one in light])
+            said = light[0].span.text[light[0].span.column - 1 :][: light[0].span.width]
+            if of_names.min() > SURE_NM and "nm" not in said.lower():
+                self._bad(light[0].span, "are these wavelengths angstroms?", "write L_412 or L_412nm for 412 nm")
+            return np.repeat(of_names, n)
         if column is not None:
             scale = LENGTH_NM.get(plain_unit(column.name.unit or "nm"))
             if scale is None:

@@ -23,6 +23,11 @@ _ROLES = {
     }.items()
     for name in names.split()
 }
+_OF_THE_SKY = (
+    "sky", "mean", "average", "avg", "median", "measured", "value", "values", "total", "down", "downwelling", "angle",
+    "deg", "degree", "degrees", "rad", "radian", "radians",
+)  # fmt: skip
+"""What names may add before a unit in brackets: radiance_mean (W m-2 nm-1 sr-1)."""
 _WIDE = re.compile(r"(?:(?:(?:sky|spectral)[_ ]?)?radiance|l(?:_?sky)?)?[_ ]*(\d{3,4}(?:\.\d+)?)[_ ]*(?:nm)?", re.I)
 KEYS = {
     key: name
@@ -39,12 +44,16 @@ KEYS = {
 """Keys of lines '# key: value', and their subjects."""
 
 GAPS = ("", "nan", "na", "n/a", "null", "none", "-", "--")
-GAP_NUMBERS = (-999.0, -9999.0)
+GAP_NUMBERS = (-999.0, -9999.0, 1e20, float(np.float32(1e20)))  #: The last two are those of climate models.
 MAX_RADIANCE = 1e30
 """Larger numbers are fill values, in any unit."""
+_NINES = (999.0, 9999.0, 99999.0, 999999.0, 9999999.0)
+_FAR_BEYOND = 2.0  #: So many times the next radiance is a number of nines a gap rather than a radiance.
 
+TRUE_NORTH = ("degree_true", "degrees_true", "deg_true")
+"""Units of CF for angles clockwise from north."""
 ANGLE_DEGREES = {
-    **dict.fromkeys(("deg", "degree", "degrees", "°", "degree_true", "degrees_true"), 1.0),
+    **dict.fromkeys(("deg", "degree", "degrees", "°", *TRUE_NORTH), 1.0),
     **dict.fromkeys(("rad", "radian", "radians"), 180 / np.pi),
 }
 """Units of an angle, in degrees, by their `plain_unit`."""
@@ -63,11 +72,62 @@ LEAST_NM, MOST_NM = 20.0, 1e5
 """Wavelengths outside of these, in nm as they are read, have another unit."""
 SURE_NM = 2800.0
 """Longer wavelengths without a unit may be angstroms."""
+ON_AZIMUTHS = re.compile(r"\b(?:azimuths?|phi|vaa)\b", re.I)
+"""Names of azimuths in a text."""
+OTHER_AZIMUTHS = re.compile(
+    r"(?=.*(?:\bazimut(?!h)|\bazimuth\w*winkel|方位))"
+    r".*(?:nord|s[üuy]d|[oöø]st|\best\b|[wv]est|uhr|horaire|sonne|sole?i?l?\b|[北南東西]|時計|太陽)",
+    re.I,
+)
+"""Lines on azimuths in other languages, which are not read."""
 FROM_HORIZON = re.compile(r"\b(?:elevation|altitude|horizon|nadir)\b", re.I)
 """Words of a text on angles that are no zenith angles."""
-STATED_FACTOR = re.compile(r"\b(?:multiplied|divided|scaled?|scaling|factor)\b", re.I)
+STATED_FACTOR = re.compile(
+    r"\b(?:multiplied|divided|scaled?|scaling|factor)\b"
+    r"|\b(?:radiances?|values)\b[^.;:]{0,40}?(?:[x*\N{MULTIPLICATION SIGN}]|\btimes) ?1(?:0{2,}|0 ?\^|e[-+]?\d)",
+    re.I,
+)
 """Words of a text on radiances that are in another unit than the one stated."""
+LOGARITHM = re.compile(
+    r"\b(?:log10|logarithms?|logarithmic|ln)\b(?=.*radiance)|\blog[ (]+(?:of )?(?:the )?radiance"
+    r"|(?<=radiance)s?\W+log10\b",
+    re.I,
+)
+"""Words of a text on radiances that are no radiances."""
+MOST_SAID = 1000
+"""Characters of a sentence that are looked at: patterns that look ahead are quadratic in its length."""
 SAY_FACTOR = "write the factor as a part of the unit: --radiance-unit '10^-3 W m-2 nm-1 sr-1' (radiance_unit=)"
+
+_TRAVEL = re.compile(r"\b(?:propagat\w+|travel\w*)\b", re.I)
+_OF_LIGHT = re.compile(r"\b(?:directions?|angles?|zeniths?|azimuths?|vectors?)\b", re.I)
+SAY_COMES_FROM = (
+    "write the directions that light comes from: 180 degrees minus the zenith angle, the azimuth plus 180 degrees, and "
+    "clear this text"
+)
+
+
+def travel_of(text: str) -> str:
+    """The word of a text that says that its directions are those that light goes to, or an empty text."""
+    for sentence in re.split(r"[.;](?:\s|\Z)", text.replace("_", " ")):
+        if (found := _TRAVEL.search(sentence)) and _OF_LIGHT.search(sentence):
+            return found[0]
+    return ""
+
+
+def doubt_of_gaps(values: np.ndarray) -> tuple[str, str] | None:
+    """What to ask, and what to write, where the largest radiances are nines alone and far beyond all others."""
+    known = values[np.isfinite(values)]
+    largest = known.max(initial=0.0)
+    nines = next((one for one in _NINES if np.isclose(largest, one, rtol=1e-6, atol=0.0)), None)
+    others = known[known < largest]
+    if nines is None or others.size == 0 or others.max() * _FAR_BEYOND > largest:
+        return None
+    n = known.size - others.size
+    message = f"{n} radiance{'s are' if n > 1 else ' is'} {nines:g}, and the next one is {others.max():g}"
+    return f"{message}; is {nines:g} a gap?", f"write NaN for a gap, or {nines - 1:g} for a radiance"
+
+
+_FEW, _MOST_OF_IT = 4, 0.75  #: So many angles, over so much of the sky, are judged by their range.
 
 
 def plain_unit(unit: str) -> str:
@@ -80,8 +140,19 @@ def have_look_of_degrees(values: np.ndarray) -> bool:
     return bool(np.any(np.abs(values) > 2 * np.pi))
 
 
+def may_be_radians(values: np.ndarray, *, is_azimuth: bool) -> bool:
+    """Whether angles of a whole sky, in degrees as the file says, are within a turn in radians."""
+    known = np.unique(values[np.isfinite(values)])
+    if known.size < _FEW:
+        return False
+    reach, turn = (np.ptp(known), 2 * np.pi) if is_azimuth else (np.abs(known).max(), np.pi / 2)
+    return bool(_MOST_OF_IT * turn < reach < 1.001 * turn)
+
+
 def unit_and_counts(text: str) -> tuple[str, str]:
     """The unit of an azimuth, and the words on where it counts from, such as "deg" and "e of n"."""
+    if plain_unit(text) in TRUE_NORTH:
+        return "deg", "clockwise from north"
     if not speaks_of_azimuths(text):
         return text, ""
     words = re.split(r"[\s,()]+", plain_unit(text))
@@ -117,5 +188,9 @@ def name_of_column(text: str) -> Name | None:
         if role:
             rest = " ".join(parts[k:])
             is_more = role.endswith("azimuth") and speaks_of_azimuths(rest)  # azimuth from north (deg)
+            is_other = role == "radiance" and rest.lower() not in (*_OF_THE_SKY, plain_unit(unit))
+            is_other |= role in ("zenith", "elevation", "azimuth") and re.search(r"\b(?:sun|solar)\b", rest) is not None
+            if unit and rest and not is_more and is_other:
+                return None  # L_w (mW m-2 nm-1 sr-1), radiance_std (...)
             return Name(role, f"{unit} {rest}".strip() if is_more else unit or rest)
     return None

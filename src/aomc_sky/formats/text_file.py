@@ -24,6 +24,22 @@ _LONE_RETURN = re.compile(rb"\r(?!\n|\Z)")
 _BOMS_OTHER = (b"\xff\xfe", b"\xfe\xff")
 
 
+_SIGNATURES = {
+    b"\x1f\x8b": "a file packed by gzip", b"PK\x03\x04": "a zip archive, as .npz and .xlsx are",
+    b"\x89PNG": "a picture (PNG)", b"\xff\xd8\xff": "a picture (JPEG)", b"II*\0": "a picture (TIFF)",
+    b"MM\0*": "a picture (TIFF)", b"#?RADIANCE": "a picture (Radiance)", b"#?RGBE": "a picture (Radiance)",
+    b"\x76\x2f\x31\x01": "a picture (OpenEXR)", b"SIMPLE  =": "a file of FITS", b"GRIB": "a file of GRIB",
+    b"\x0e\x03\x13\x01": "a file of HDF4", b"MATLAB": "a file of MATLAB", b"CDF\x05": "netCDF with 64 bits (CDF-5)",
+    b"\x93NUMPY": "an array of numpy", b"\x89HDF": "an HDF5 file", b"<": "a page of the web, or XML", b"%PDF": "PDF",
+}  # fmt: skip
+"""First bytes of files, and what these are."""
+
+
+def seems_to_be(start: bytes) -> str:
+    """What a file is by its first bytes, or an empty text."""
+    return next((name for first, name in _SIGNATURES.items() if start.startswith(first)), "")
+
+
 def refuse(
     path: str | Path, message: str, *, advice: str = "", code: str = "E100", name: str = "", span: Span = NOWHERE
 ) -> InputFileError:
@@ -55,6 +71,7 @@ def read_bytes(path: str | Path, *, most_bytes: int = MAX_FILE_BYTES, code: str 
     InputFileError where it is missing, not a regular file (a FIFO is never opened), too large, UTF-16, has NUL bytes, a
     carriage return inside a line, or a line beyond 64 kB; OutputError where the operating system refuses.
     """
+    is_of_fortran = os.fspath(path).lower().endswith(".inp")
     try:
         status = os.stat(path)
     except FileNotFoundError:
@@ -69,13 +86,13 @@ def read_bytes(path: str | Path, *, most_bytes: int = MAX_FILE_BYTES, code: str 
     if status.st_size > most_bytes:
         raise refuse(path, f"the file has {status.st_size} bytes; at most {most_bytes} are read", code=code)
     try:
-        data = _bounded_bytes(path, max(status.st_size, UNSIZED_BYTES), is_of_fortran=code == "E101")
+        data = _bounded_bytes(path, max(status.st_size, UNSIZED_BYTES), is_of_fortran=is_of_fortran)
     except OSError as error:
         raise OutputError(f"cannot read {path}: {error.strerror or error}") from error
     data = data.removeprefix(_BOM_UTF8)
     if b"\r" in data and (lone_return := _LONE_RETURN.search(data)):
         # Fortran ends the line here, most editors do not
-        message = "there is a carriage return inside a line; Fortran ends the line here"
+        message = "there is a carriage return inside a line" + ("; Fortran ends the line here" if is_of_fortran else "")
         raise _refuse_byte(path, data, lone_return.start(), message, "save the file with LF or CR LF line ends")
     return data
 

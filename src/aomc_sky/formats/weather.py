@@ -48,6 +48,18 @@ _MISSING_FROM = 9999.0
 _MISSING_TMY3 = -9900.0
 
 
+_SAY_PARTS = ("a year of 1800 to 2200", "a month of 1 to 12", "a day of that month", "a whole hour of 1 to 24")
+_SAY_MISSING = "write 9999 (-9900 in TMY3) for a missing value"
+_SAY_HOURS = "hours are 1 to 24, the ends of their 60 minutes: add 1 to all hours of a file of 0 to 23"
+_HEAD_LINES = "an EPW file has eight lines from LOCATION to DATA PERIODS, then its hours"
+_MEANS = "write means of whole hours"
+_SAY_TIMES = "times are 01:00 to 24:00, the ends of their 60 minutes: add an hour to all of them"
+
+
+class _HourZeroError(BadValueError):
+    """A row of hour 0, which tells that all hours of the file count otherwise."""
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class WeatherTable:
     """The contents of a weather file that a sky needs."""
@@ -124,18 +136,27 @@ def _rows(lines: list[str], layout: Layout, path: str | Path, one_row: int | Non
             _read_row(text, layout, values[k])
         except BadValueError as problem:
             values[k, _FIRST_IRRADIANCE:] = np.nan
-            if one_row in (None, k):
+            if one_row in (None, k) or isinstance(problem, _HourZeroError):
                 report.bad_value(Span(number, 1, text), problem)
         if report.is_full:
             break
+    if texts and layout.first_hour == values[0, 3] == 0.0:
+        number, text = texts[0]
+        message = "the first row is of 00:00: do the hours begin at their times?"
+        report.at(Span(number, 1, text, len(text)), "E602", message, advice=_SAY_TIMES)
     if not texts:
-        report.at(Span(max(len(lines), 1), 1, ""), "E604", "the file ends before the first hour")
+        report.at(
+            Span(max(len(lines), 1), 1, ""),
+            "E604",
+            "the file ends before the first hour",
+            advice="add a row for each hour",
+        )
     is_again = np.all(values[1:, :_FIRST_IRRADIANCE] == values[:-1, :_FIRST_IRRADIANCE], axis=1)
     again = [k for k in np.flatnonzero(is_again).tolist() if one_row in (None, k, k + 1)]
     if again and not report.has_errors:
         number, text = texts[again[0] + 1]
         message = f"hour {values[again[0], 3]:g} comes twice in a row; hours are read, 1 row each"
-        report.at(Span(number, 1, text, len(text)), "E602", message, advice="write means of whole hours")
+        report.at(Span(number, 1, text, len(text)), "E602", message, advice=_MEANS)
     report.close()
     return np.array([number for number, _ in texts], dtype=np.int64), values.T.copy()
 
@@ -143,9 +164,11 @@ def _rows(lines: list[str], layout: Layout, path: str | Path, one_row: int | Non
 def _read_row(text: str, layout: Layout, row: np.ndarray) -> None:
     """Put the seven values of a row into `row`; missing irradiances stay NaN."""
 
-    def bad(k: int, code: str, message: str) -> BadValueError:
+    def bad(
+        k: int, code: str, message: str, advice: str = "", kind: type[BadValueError] = BadValueError
+    ) -> BadValueError:
         span = layout.place(text, k)
-        return BadValueError(code, f"{_NAMES[k]}: {message}", offset=span.column - 1, width=span.width)
+        return kind(code, f"{_NAMES[k]}: {message}", advice=advice, offset=span.column - 1, width=span.width)
 
     for k, field in enumerate(layout.cut(text)):
         piece, is_irradiance = field.strip(), k >= _FIRST_IRRADIANCE
@@ -153,15 +176,23 @@ def _read_row(text: str, layout: Layout, row: np.ndarray) -> None:
         if is_irradiance and (not piece or value == _MISSING_TMY3 or value >= _MISSING_FROM):
             continue
         if math.isnan(value):
-            raise bad(k, "E602", f"{piece[:40]!r} is not {_EXPECTED[k]}")
+            raise bad(k, "E602", f"{piece[:40]!r} is not {_EXPECTED[k]}", _advice(k))
         if is_irradiance and not OFFSET <= value <= MAX_IRRADIANCE:
-            raise bad(k, "E603", f"{piece} is outside 0 to {MAX_IRRADIANCE:g} W m-2")
+            raise bad(k, "E603", f"{piece} is outside 0 to {MAX_IRRADIANCE:g} W m-2", _SAY_MISSING)
         row[k] = max(value, 0.0) if is_irradiance else value
     wrong = _wrong_date(row[:_FIRST_IRRADIANCE].tolist(), layout.first_hour)
     if wrong is not None:
-        problem = bad(wrong, "E602", f"there is no {_NAMES[wrong]} {row[wrong]:g} here")
+        is_zero = _NAMES[wrong] == "hour" and row[wrong] == 0.0
+        how = (_SAY_HOURS, _HourZeroError) if is_zero else (_advice(wrong), BadValueError)
+        problem = bad(wrong, "E602", f"there is no {_NAMES[wrong]} {row[wrong]:g} here", *how)
         row[:] = np.nan
         raise problem
+
+
+def _advice(k: int) -> str:
+    """What to write for a value of a row; a date of TMY3 is one text."""
+    date = ", a date of TMY3 as 06/21/2003" * (k < _FIRST_IRRADIANCE - 1)
+    return _SAY_MISSING if k >= _FIRST_IRRADIANCE else f"write {_SAY_PARTS[k]}{date}"
 
 
 def _wrong_date(row: list[float], first_hour: int) -> int | None:
@@ -199,7 +230,9 @@ def _position(pieces: Sequence[str], text: str, path: str | Path) -> tuple[float
         span = Span(1, max(text.find(piece), 0) + 1, text, max(len(piece), 1))
         if not NUMBER.match(piece) or abs(float(piece)) > limit:
             message = f"{piece[:40]!r} is not a number from -{limit:g} to {limit:g}"
-            raise refuse(path, message, code="E601", name=name, span=span)
+            advice = "write hours from UTC" if name == "time zone" else "write degrees with a decimal point"
+            advice = f"{advice}, {'north' if name == 'latitude' else 'east'} positive"
+            raise refuse(path, message, advice=advice, code="E601", name=name, span=span)
         found.append(float(piece))
     latitude, longitude, zone = found
     away = abs((longitude / 15.0 - zone + 12.0) % 24.0 - 12.0)
@@ -225,7 +258,8 @@ def _cut_at_commas(text: str, n_needed: int, most: int, owner: str, kind: str) -
 
 
 def _too_short(kind: str) -> BadValueError:
-    return BadValueError("E602", f"the row is shorter than a row of {kind} with DNI and DHI")
+    message = f"the row is shorter than a row of {kind} with DNI and DHI"
+    return BadValueError("E602", message, advice="write all columns of the row, 9999 for what is not known")
 
 
 def epw_head(lines: list[str], path: str | Path) -> Layout:
@@ -243,9 +277,11 @@ def epw_head(lines: list[str], path: str | Path) -> Layout:
     periods = lines[_N_EPW_HEAD - 1] if len(lines) >= _N_EPW_HEAD else ""
     parts = [part.strip() for part in periods.split(",")]
     if parts[0].upper() != "DATA PERIODS":
-        raise _no_head(path, _N_EPW_HEAD, periods, "line 8 is not the DATA PERIODS line")
+        raise _no_head(path, _N_EPW_HEAD, periods, "line 8 is not the DATA PERIODS line", _HEAD_LINES)
     if len(parts) > 2 and parts[2] != "1":
-        raise _no_head(path, _N_EPW_HEAD, periods, f"{parts[2]} records per hour; hours are read, 1 record each")
+        raise _no_head(
+            path, _N_EPW_HEAD, periods, f"{parts[2]} records per hour; hours are read, 1 record each", _MEANS
+        )
     for number, text in enumerate(lines[_N_EPW_HEAD:], _N_EPW_HEAD + 1):
         minute = text.split(",", _EPW_MINUTE + 1)[_EPW_MINUTE:][:1]
         if minute and NUMBER.match(minute[0].strip()) and float(minute[0]) not in (0.0, 60.0):
@@ -253,7 +289,7 @@ def epw_head(lines: list[str], path: str | Path) -> Layout:
             message = (
                 f"minute {minute[0].strip()}: rows of less than an hour; hours are read, 1 row each, minute 0 or 60"
             )
-            raise refuse(path, message, code="E602", advice="write means of whole hours", span=span)
+            raise refuse(path, message, code="E602", advice=_MEANS, span=span)
     return Layout(station=pieces[1], position=position, first_row=_N_EPW_HEAD, cut=_cut_epw, place=_place_epw)
 
 
@@ -289,6 +325,8 @@ def tmy3_head(lines: list[str], path: str | Path) -> Layout:
     first = lines[0] if lines else ""
     names = [name.strip() for name in lines[1].split(",")] if len(lines) > 1 else []
     needed = ("Date (MM/DD/YYYY)", "Time (HH:MM)", "GHI (W/m^2)", "DNI (W/m^2)", "DHI (W/m^2)")
+    if twice := [name for name in needed if names.count(name) > 1]:
+        raise _no_head(path, 2, lines[1], f"column {twice[0]!r} comes twice", "keep the one that is meant")
     advice = "a TMY3 file has its station in line 1 and the names of its columns in line 2"
     if absent := [name for name in needed if name not in names]:
         raise _no_head(path, 2, lines[1] if len(lines) > 1 else first, f"there is no column {absent[0]!r}", advice)

@@ -27,16 +27,23 @@ from aomc_sky.formats.radiance_words import (
     LENGTH_NM,
     MAX_RADIANCE,
     MOST_NM,
+    MOST_SAID,
+    ON_AZIMUTHS,
     SAY_ANGLE,
+    SAY_COMES_FROM,
     SAY_SUN,
     SURE_NM,
+    TRUE_NORTH,
     have_look_of_degrees,
+    may_be_radians,
     name_of_column,
     plain_unit,
+    travel_of,
     unit_and_counts,
 )
 
 _COSINES = ("mu", "cos_zenith", "umu")  #: The last one as DISORT has it: negative where light comes from the sky.
+_FROM_ZENITH = re.compile(r"\bzenith angle|\bfrom (?:the )?zenith", re.I)
 _ROUNDED = 1e-6  #: By so much a cosine of rounded numbers may be beyond 1.
 _ENDS = {
     "zenith": ("zenith_angle", "elevation_angle", "altitude_angle"),
@@ -45,14 +52,33 @@ _ENDS = {
 }
 """Ends of names and standard names of coordinates."""
 _MOST_AZIMUTH_DEG = 720.0
+_HEIGHTS = ("km", "hpa", "pa", "mbar", "feet", "ft")
+_NO_TEXTS = ("history", "source", "conventions", "institution", "azimuth_convention", "units", "unit", "coordinates")
+"""Attributes of a file or a field, in small letters, that are no sentences on its directions."""
+_OF_FILE = "texts of the file"  #: Attribute of a field with the texts of its dataset.
+_OTHERS = "other texts"  #: Attribute of an axis with what the coordinate says under names of its own.
+_ON_AXIS = (
+    "standard_name", "long_name", "convention", "direction", "origin", "positive", "reference", "comment",
+    "description", "azimuth_convention", "units", "unit", "bounds", "axis",
+)  # fmt: skip
 _UNITS = ("", *ANGLE_DEGREES, *LENGTH_NM)  #: What a name may add: zenith_deg.
 _CF_AZIMUTHS = ("sensor_azimuth_angle", "platform_azimuth_angle")  #: Clockwise, by the CF conventions.
 _DIGITS = 10  #: Digits of a degree; radians become the degrees that they were.
+_FILLS = (
+    "_fillvalue", "missing_value", "missing_values", "fill_value", "fillvalue", "nodata", "no_data", "nodata_value",
+)  # fmt: skip
+"""Attributes of numbers that stand for a gap, in small letters."""
 _DEFAULT_FILLS = {
     "i2": -32767, "u2": 65535, "i4": -2147483647, "u4": 4294967295, "i8": -9223372036854775806,
     "u8": 18446744073709551614,
 }  # fmt: skip
 """What the netCDF library has where nothing was written, by the kind of number; of floats above `MAX_RADIANCE`."""
+
+
+def stated_unit(attributes: Mapping[str, Any]) -> str:
+    """The attribute units, or unit, in any letters; an empty text where there is none."""
+    texts = {str(name).lower(): str(value).strip() for name, value in attributes.items()}
+    return texts.get("units", texts.get("unit", ""))
 
 
 class Axis(NamedTuple):
@@ -69,8 +95,8 @@ class Axis(NamedTuple):
     def unit(self) -> str:
         """The unit that its attributes state, or its name: zenith_rad."""
         named = name_of_column(self.name)
-        stated = self.attributes.get("units", self.attributes.get("unit", ""))
-        return str(stated) or (unit_and_counts(named.unit)[0] if named is not None else "")
+        stated = stated_unit(self.attributes)
+        return stated or (unit_and_counts(named.unit)[0] if named is not None else "")
 
     def texts(self, *names: str) -> list[str]:
         """What attributes say in words."""
@@ -81,8 +107,9 @@ def field_and_bounds(field: Any, variable: str | None) -> tuple[Any, dict[str, A
     """The radiance of an xarray.Dataset with the bounds of its coordinates, or a DataArray, which can have none."""
     if hasattr(field, "data_vars"):
         whole = {name: field.attrs[name] for name in ("azimuth_convention",) if name in field.attrs}
+        texts = _sentences(field.attrs)
         field, bounds = chosen_field(field, variable)
-        field = field.assign_attrs({**whole, **field.attrs})
+        field = field.assign_attrs({**whole, **field.attrs, _OF_FILE: ". ".join(texts)})
     else:
         bounds = {}
     if not all(hasattr(field, name) for name in ("coords", "dims", "shape", "values")):
@@ -106,6 +133,8 @@ def axis_of(field: Any, role: str, given: str | None, bounds: Mapping[str, Any])
         candidates = [str(name) for name in field.coords if _has_role(str(name), field.coords[name], role)]
     if role == "wavelength" and role in candidates:
         candidates = [role]
+    elif len(candidates) > 1:  # altitude without a unit beside zenith angles is a height
+        candidates = [one for one in candidates if one != "altitude" or stated_unit(field.coords[one].attrs)]
     if len(candidates) > 1:
         shown = ", ".join(map(repr, candidates))
         message = f"the field has {len(candidates)} coordinates that may be its {role}: {shown}"
@@ -127,6 +156,10 @@ def axis_of(field: Any, role: str, given: str | None, bounds: Mapping[str, Any])
     attributes = {**getattr(coordinate, "encoding", {}), **coordinate.attrs}
     if "azimuth_convention" in field.attrs and role == "azimuth":
         attributes.setdefault("azimuth_convention", field.attrs["azimuth_convention"])
+    if role == "azimuth":
+        attributes[_OF_FILE] = ". ".join(texts_of_field(field))
+        own = [text for word, text in coordinate.attrs.items() if word not in _ON_AXIS and isinstance(text, str)]
+        attributes[_OTHERS] = [text for text in own if speaks_of_azimuths(text, is_comment=True)]
     edges, absent = bounds.get(bounds_name(coordinate)), ""
     if values.ndim > 1:
         edges = None  # of corners, which are no patches
@@ -140,6 +173,21 @@ def axis_of(field: Any, role: str, given: str | None, bounds: Mapping[str, Any])
     return Axis(name, tuple(map(str, coordinate.dims)), values.ravel(), attributes, edges, absent)
 
 
+def texts_of_field(field: Any) -> list[str]:
+    """What a field, and the dataset that it is of, say in sentences."""
+    return _sentences(field.attrs)
+
+
+def _sentences(attributes: Mapping[str, Any]) -> list[str]:
+    """Attributes that may be sentences; one whose name is of azimuths is on them."""
+    texts = [(str(name).lower(), text) for name, text in attributes.items() if isinstance(text, str)]
+    return [
+        f"azimuth {text[:MOST_SAID]}" if "azimuth" in name and not re.search("sun|solar", name) else text[:MOST_SAID]
+        for name, text in texts
+        if name not in _NO_TEXTS
+    ]
+
+
 def _listed(field: Any) -> str:
     return ", ".join(repr(str(name)) for name in field.coords) or "none at all"
 
@@ -147,6 +195,8 @@ def _listed(field: Any) -> str:
 def _has_role(name: str, coordinate: Any, role: str) -> bool:
     if role != "wavelength" and not coordinate.dims:
         return False  # a single angle is not one of the sky: that of the sun, as a rule
+    if role != "wavelength" and plain_unit(stated_unit(coordinate.attrs)) in (*LENGTH_NM, *_HEIGHTS):
+        return False  # a height: altitude in m
     standard = str(coordinate.attrs.get("standard_name", ""))
     text = name.lower()
     is_of_sun = any(word in f"{text} {standard}" for word in ("sun", "solar", "sza", "saa"))
@@ -159,12 +209,17 @@ def _has_role(name: str, coordinate: Any, role: str) -> bool:
     return is_named or text.endswith(_ENDS[role]) or standard.endswith(_ENDS[role])
 
 
-def _in_degrees(axis: Axis, values: np.ndarray, given: str | None) -> np.ndarray:
+def _in_degrees(axis: Axis, values: np.ndarray, given: str | None, *, is_azimuth: bool = False) -> np.ndarray:
     """Angles by the argument, the attribute, or values that no radian has. [deg]"""
+    if not np.any(np.isfinite(axis.values)):
+        raise FieldError(f"coordinate {axis.name!r} has no finite value")
     stated = axis.unit if given is None else given
     scale = ANGLE_DEGREES.get(plain_unit(stated))
     if scale is None and given is None and not stated and have_look_of_degrees(axis.values):
         scale = 1.0
+    if given is None and scale == 1.0 and may_be_radians(axis.values, is_azimuth=is_azimuth):
+        message = f"coordinate {axis.name!r} has values up to {np.nanmax(axis.values):g} degrees; are they radians?"
+        raise FieldError(message, f"{SAY_ANGLE}, or correct its attribute units", "angle_unit")
     if scale is None:
         message = f"coordinate {axis.name!r} does not say whether it is in degrees or radians"
         shown = f" (units = {stated!r})" if stated else ""
@@ -189,6 +244,12 @@ def zenith_deg(axis: Axis, values: np.ndarray, angle_unit: str | None) -> np.nda
         word in f"{name} {standard}" for word in ("elevation", "altitude")
     )
     for text in axis.texts("long_name", "comment", "description"):
+        if is_elevation and _FROM_ZENITH.search(text):
+            message = f"coordinate {axis.name!r} is an elevation by its name, but its text says {text!r}"
+            raise FieldError(message, "give zenith angles the name zenith", "zenith")
+        if word := travel_of(f"zenith: {text}"):
+            message = f"coordinate {axis.name!r} speaks of {word!r}: are its directions those that light goes to?"
+            raise FieldError(message, SAY_COMES_FROM, "zenith")
         if not is_elevation and (found := FROM_HORIZON.search(text)):
             message = f"coordinate {axis.name!r} is a zenith angle by its name, but its text speaks of {found[0]!r}"
             raise FieldError(message, "name elevations 'elevation', and clear the text of zenith angles", "zenith")
@@ -219,14 +280,14 @@ def azimuths(
         remarks.append(
             f"azimuth {axis.name!r} counts {sense}clockwise from the {point}; the sun is at {sun_azimuth_deg:g}"
         )
-    angle = at_quarter_deg(_in_degrees(axis, axis.values, angle_unit))
+    angle = at_quarter_deg(_in_degrees(axis, axis.values, angle_unit, is_azimuth=True))
     if np.any(np.abs(angle) > _MOST_AZIMUTH_DEG):
         message = f"azimuth {axis.name!r} goes to {np.nanmax(np.abs(angle)):g} degrees; are its units radians?"
         raise FieldError(message, f"{SAY_ANGLE}, or correct its attribute units", "angle_unit")
     turned = to_enu_azimuth_deg(angle, convention, sun_azimuth_deg)
     edges = None
     if axis.bounds is not None:
-        pairs = np.sort(at_quarter_deg(_in_degrees(axis, axis.bounds, angle_unit)), axis=1)
+        pairs = np.sort(at_quarter_deg(_in_degrees(axis, axis.bounds, angle_unit, is_azimuth=True)), axis=1)
         beside = pairs - angle[:, None]
         is_apart = (beside[:, 0] > 0) | (beside[:, 1] < 0)  # 352.5 and 7.5 around 0
         beside[is_apart] = (beside[is_apart] + 180.0) % 360.0 - 180.0
@@ -245,7 +306,13 @@ def _convention(axis: Axis, remarks: list[str]) -> AzimuthConvention:
     texts += [f"from {text}" for text in axis.texts("reference")]
     said += [text for text in texts if speaks_of_azimuths(text)]
     said += [text for text in axis.texts("comment", "description") if speaks_of_azimuths(text, is_comment=True)]
-    said += axis.texts("azimuth_convention")
+    said += [*axis.attributes.get(_OTHERS, ()), *axis.texts("azimuth_convention")]
+    said += ["clockwise from north"] if plain_unit(axis.unit) in TRUE_NORTH else []
+    said = said or [
+        sentence
+        for sentence in re.split(r"[.;\n](?:\s|\Z)", axis.attributes.get(_OF_FILE, ""))
+        if ON_AZIMUTHS.search(sentence) and speaks_of_azimuths(sentence, is_comment=True)
+    ]
     is_clockwise = axis.attributes.get("standard_name") in _CF_AZIMUTHS
     if not said and not is_clockwise:
         remarks.append(f"azimuth {axis.name!r} {ASSUMED_AZIMUTH}")
@@ -264,6 +331,8 @@ def wavelengths_nm(axis: Axis) -> np.ndarray:
         shown = axis.unit or "wavenumbers"
         raise FieldError(f"coordinate {axis.name!r} has the unit {shown!r}; a wavelength is in nm, um, m or angstrom")
     values = np.asarray(axis.values * scale)
+    if not np.all(np.isfinite(values)):
+        raise FieldError(f"coordinate {axis.name!r} has values that are not finite", argument="wavelength")
     least, most = np.nanmin(values), np.nanmax(values)
     question = "micrometres" if 0.1 <= least < LEAST_NM else "angstroms" if least > SURE_NM and not axis.unit else ""
     if question or not np.all((values >= LEAST_NM) & (values <= MOST_NM)):
@@ -273,16 +342,28 @@ def wavelengths_nm(axis: Axis) -> np.ndarray:
     return values
 
 
+def _numbers_of(text: str) -> Any:
+    """The numbers of a text such as '-99.0', or the text."""
+    try:
+        return np.array([float(word) for word in re.split(r"[\s,;]+", text) if word])
+    except ValueError:
+        return text
+
+
 def radiances(field: Any) -> np.ndarray:
     """The values of a field in its own shape, NaN where they are missing: fill values, and beyond the valid range."""
     values = np.asarray(field.values)
-    if values.dtype.kind not in "biuf":
+    if values.dtype.kind not in "iuf":
         raise FieldError(f"the field holds {values.dtype} instead of real numbers", argument="variable")
     attributes, encoding = dict(field.attrs), dict(getattr(field, "encoding", {}))
     if {"scale_factor", "add_offset"} & set(attributes):
         raise FieldError("the field is packed (scale_factor, add_offset)", "open it with mask_and_scale=True")
     stored = np.dtype(encoding.get("dtype", values.dtype))
     scale, offset = encoding.get("scale_factor", 1.0), encoding.get("add_offset", 0.0)
+
+    for name, value in {**encoding, **attributes}.items():  # '-99.0' is text, which the library does not compare
+        if name.lower() in _FILLS and isinstance(value, str):
+            attributes[name] = _numbers_of(value)
 
     def limits(name: str, count: int) -> np.ndarray:
         """Numbers of an attribute, unpacked where they are as the file stores them; none where it is absent."""
@@ -296,7 +377,7 @@ def radiances(field: Any) -> np.ndarray:
     pair = limits("valid_range", 2)
     low = np.max([*pair[:1], *limits("valid_min", 1)], initial=-np.inf)
     high = np.min([*pair[1:], *limits("valid_max", 1)], initial=np.inf)
-    fills = [*GAP_NUMBERS, *limits("_FillValue", 0), *limits("missing_value", 0)]
+    fills = [*GAP_NUMBERS, *(one for name in attributes if name.lower() in _FILLS for one in limits(name, 0))]
     if stored.str[1:] in _DEFAULT_FILLS:
         fills.append(_DEFAULT_FILLS[stored.str[1:]] * scale + offset)
     is_missing = (radiance < low) | (radiance > high) | np.isin(radiance, fills)

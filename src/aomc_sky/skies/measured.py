@@ -23,6 +23,9 @@ from aomc_sky.skies.on_sphere import Interpolant, interpolate, notes_of, warn_of
 if TYPE_CHECKING:
     from aomc_sky.skies.polarisation import RayleighPattern
 
+_SAME = 0.01  #: So far radiances of one direction differ without a word, as a share.
+_OTHER_SKY = 0.2  #: Where half of the directions differ by more, the radiances are those of several skies.
+
 
 @dataclass(eq=False, frozen=True, slots=True)
 class RadianceField(Share):
@@ -181,7 +184,8 @@ class RadianceField(Share):
         for n, what in ((np.sum(~is_above), "directions below the horizon"), (np.sum(is_above & is_gap), "gaps")):
             remarks = (*remarks, *([f"{n} of {values.size} radiances are {what}, and left out"] if n else []))
         is_given = is_above & ~is_gap
-        points = _sorted_points(zenith[is_given], azimuth[is_given], nm[is_given], values[is_given])
+        points, repeats = _sorted_points(zenith[is_given], azimuth[is_given], nm[is_given], values[is_given])
+        remarks = (*remarks, *repeats)
         return cls(
             *points,
             is_absolute=is_absolute,
@@ -284,8 +288,11 @@ class RadianceField(Share):
 
 def _sorted_points(
     zenith_deg: np.ndarray, azimuth_deg: np.ndarray, wavelength_nm: np.ndarray, values: np.ndarray
-) -> tuple[np.ndarray, tuple[np.ndarray, ...], tuple[np.ndarray, ...]]:
-    """Wavelengths, directions and radiances, the same for any order of the points; equal directions are averaged."""
+) -> tuple[tuple[np.ndarray, tuple[np.ndarray, ...], tuple[np.ndarray, ...]], tuple[str, ...]]:
+    """Wavelengths, directions and radiances, the same for any order of the points; equal directions are averaged.
+
+    Remarks tell how far they differ; SceneError where most of them differ by more than a repeated scan does.
+    """
     if not values.size:
         raise SceneError("there is no radiance from above the horizon")
     # rounded, so that all azimuths of the zenith are one direction
@@ -293,6 +300,18 @@ def _sorted_points(
     order = np.lexsort((values, *direction.T, wavelength_nm))
     keys, values = np.column_stack([wavelength_nm, direction])[order], values[order]
     first = np.flatnonzero(np.append(True, np.any(np.diff(keys, axis=0) != 0, axis=1)))
-    means = np.add.reduceat(values, first) / np.diff(np.append(first, values.size))
+    count = np.diff(np.append(first, values.size))
+    means = np.add.reduceat(values, first) / count
+    low, high = values[first], values[first + count - 1]
+    spread = (high - low) / np.where(high > 0, high, 1.0)
+    differ, remarks = np.count_nonzero(spread > _SAME), tuple[str, ...]()
+    if differ:
+        message = (
+            f"{differ} of {first.size} directions come more than once, with radiances that differ by up to "
+            f"{100 * spread.max():.2g} %"
+        )
+        if np.median(spread) > _OTHER_SKY:
+            raise SceneError(f"{message}: give those of one time, and the wavelength of each (wavelength_nm)")
+        remarks = (f"{message}; they count with their mean",)
     known, start = np.unique(keys[first, 0], return_index=True)
-    return known, tuple(np.split(keys[first, 1:], start[1:])), tuple(np.split(means, start[1:]))
+    return (known, tuple(np.split(keys[first, 1:], start[1:])), tuple(np.split(means, start[1:]))), remarks

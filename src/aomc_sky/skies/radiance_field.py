@@ -11,7 +11,15 @@ import numpy as np
 from aomc_sky.directions import EDGE_DEG, AzimuthConvention, sin_cos_deg, travel_from_sky
 from aomc_sky.errors import FieldError, UsageError
 from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
-from aomc_sky.formats.radiance_words import SAY_FACTOR, STATED_FACTOR
+from aomc_sky.formats.radiance_words import (
+    LOGARITHM,
+    MOST_SAID,
+    SAY_COMES_FROM,
+    SAY_FACTOR,
+    STATED_FACTOR,
+    doubt_of_gaps,
+    travel_of,
+)
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.field_axes import (
     Axis,
@@ -20,6 +28,8 @@ from aomc_sky.skies.field_axes import (
     azimuths,
     field_and_bounds,
     radiances,
+    stated_unit,
+    texts_of_field,
     wavelengths_nm,
     zenith_deg,
 )
@@ -57,6 +67,8 @@ def read_radiance_field(
     assert zenith is not None
     remarks: list[str] = []
     unit = _unit(field, radiance_unit, remarks)
+    if beside := str(field.attrs.get("ancillary_variables", "")):
+        remarks.append(f"{beside!r} of the file, on the quality of the radiances, is not used")
     columns, is_from_sun = None, False
     if azimuth is None:
         remarks.append("the field has no azimuth, so its sky is the same all around")
@@ -109,17 +121,39 @@ def has_wavelength(field: Any, variable: str | None = None, given: str | None = 
 
 def _unit(field: Any, given: str | None, remarks: list[str]) -> float:
     """One unit of the values in W m-2 nm-1 sr-1, 0 for relative ones."""
-    stated = str(field.attrs.get("units", "")).strip() if given is None else given
+    stated = stated_unit(field.attrs) if given is None else given
+    if word := next(filter(None, map(travel_of, texts_of_field(field))), ""):
+        message = f"the text of the field speaks of {word!r}: are its directions those that light goes to?"
+        raise FieldError(message, SAY_COMES_FROM)
+    texts = [str(field.attrs.get(name, ""))[:MOST_SAID] for name in ("long_name", "comment", "description")]
+    if found := next(filter(None, map(LOGARITHM.search, texts)), None):
+        raise FieldError(f"the text of the field says {found[0]!r}", "write radiances, not their logarithms")
+    for name, value in field.attrs.items():
+        if given is None and name.lower() in _FACTORS and not _is_neutral(value):
+            raise FieldError(f"the attribute {name!r} of the field is {value}, besides its unit", SAY_FACTOR)
     if not stated:
         remarks.append("the field has no unit of radiance, so its light is relative (--radiance-unit says one)")
         return 0.0
-    texts = [str(field.attrs.get(name, "")) for name in ("long_name", "comment", "description")]
     if given is None and (found := next(filter(None, map(STATED_FACTOR.search, texts)), None)):
         raise FieldError(f"the text of the field says {found[0]!r} besides its unit", SAY_FACTOR, "radiance_unit")
     factor = radiance_factor(stated)
     if factor is None:
         raise FieldError(f"the unit {stated!r} of the field is none of spectral radiance", SAY_UNIT, "radiance_unit")
     return factor
+
+
+_FACTORS = (
+    "scale", "scaling", "scaling_factor", "scalefactor", "factor", "multiplier", "slope", "gain", "intercept", "offset",
+)  # fmt: skip
+"""Attributes, in small letters, that are factors or offsets by names that CF does not know."""
+
+
+def _is_neutral(value: Any) -> bool:
+    """Whether a factor is 1, or an offset 0."""
+    try:
+        return bool(np.all(np.isin(np.asarray(value, dtype=np.float64), (0.0, 1.0))))
+    except (TypeError, ValueError):
+        return False
 
 
 def _above(
@@ -133,6 +167,7 @@ def _above(
     """Scattered directions of the sky; a negative zenith angle is beyond the zenith, as in scans."""
     is_direction = np.isfinite(zenith_deg) & np.isfinite(azimuth_deg)
     above = is_direction & (np.abs(np.where(is_direction, zenith_deg, 0.0)) <= 90)
+    _refuse_below(zenith, zenith_deg[is_direction])
     if not above.any():
         raise FieldError(f"coordinate {zenith.name!r} has no zenith angles up to 90 degrees", argument="zenith")
     for n, what in (
@@ -141,6 +176,13 @@ def _above(
     ):
         remarks += [f"{n} {what} were left out"] if n else []
     return zenith_deg[above], azimuth_deg[above], values[:, above], None if point_nm is None else point_nm[above]
+
+
+def _refuse_below(zenith: Axis, angle: np.ndarray) -> None:
+    """Refuse directions of which the horizon alone is of the sky: those that light goes to."""
+    if np.any(angle > 90.0) and angle.min() >= 90.0:
+        message = f"coordinate {zenith.name!r} has no angles below 90 degrees; are they those that light goes to?"
+        raise FieldError(message, "write 180 degrees minus them, and azimuths plus 180 degrees", "zenith")
 
 
 def _nm_of_points(
@@ -191,10 +233,12 @@ def _values(field: Any, zenith: Axis, azimuth: Axis | None, wavelength: Axis | N
 
 def _check_radiances(values: np.ndarray) -> None:
     """Refuse values that are no radiance of the sky; those left out before may be anything."""
-    if np.any(values < 0) or np.any(np.isinf(values)):
-        raise FieldError(
-            "the field has values that are negative or infinite", "a radiance is finite and not negative, NaN is a gap"
-        )
+    bad = values[(values < 0) | np.isinf(values)]
+    if bad.size:
+        message = f"the field has values that are negative or infinite: {bad.size}, such as {bad.min():g}"
+        raise FieldError(message, "a radiance is finite and not negative, NaN is a gap")
+    if doubt := doubt_of_gaps(values):
+        raise FieldError(*doubt)
     if not np.any(values > 0):
         raise FieldError("the field has no positive value" if np.isfinite(values).any() else _ALL_MISSING)
 
@@ -212,11 +256,16 @@ def _rings(
     `gaps` are remarks on the rings.
     """
     above = angle <= 90.0
+    if not np.all(np.isfinite(angle)):
+        raise FieldError(f"coordinate {zenith.name!r} has values that are not finite", argument="zenith")
     if not np.all(angle >= 0) or not above.any():
         message = f"coordinate {zenith.name!r} has no zenith angles from 0 to 90 degrees, or some below 0"
         raise FieldError(message, argument="zenith")
+    _refuse_below(zenith, angle)
     if not above.all():
         remarks.append(f"{np.count_nonzero(~above)} zenith angles below the horizon were left out")
+    if angle[above].size == 1 and edges is None:
+        gaps.append("the field has one zenith angle, so its sky is the same from the zenith to the horizon")
     order = np.flatnonzero(above)[np.argsort(angle[above], kind="stable")]
     angle, values = angle[order], values[:, order]
     if np.any(np.diff(angle) <= 0):

@@ -10,7 +10,7 @@ import re
 from pathlib import Path
 
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.text_file import delimiter_of, refuse, split_row
+from aomc_sky.formats.text_file import delimiter_of, refuse, seems_to_be, split_row
 from aomc_sky.system import open_regular
 
 
@@ -140,6 +140,8 @@ def not_a_scene(amc: Path) -> InputFileError | None:
         Kind.MEASURED: "read it by sky.read_radiance_csv",
         Kind.ATMOSPHERE: f"`aomc-sky atmosphere {path} --out sky.nc` solves it; for photons name amc.inp, with "
         f'[atmosphere] and file = "{path.name}" in sky.toml beside it',
+        Kind.BACKGROUND: "a scene adds it by [[background]] of sky.toml; a field of radiances has a name in .nc",
+        Kind.NPY: "`aomc-sky verify --scene AMC_INP FILE` checks photons; radiances go into sky.TabulatedSky (Python)",
         Kind.PROGRAM: f"run it by Python: python {path}; there aomc_sky.write_run makes a run folder",
     }.get(kind, default)
     if kind_of(path.parent) is Kind.RUN:
@@ -152,11 +154,12 @@ def _no_amc(path: Path) -> InputFileError | None:
     with contextlib.suppress(OSError), open_regular(path) as file:
         data = file.read(_HEAD_BYTES) or b""
         lines = data.decode("utf-8-sig", "replace").splitlines()[:_AMC_LINES]
-        if not data or b"\0" in data or any(_LABEL.match(line) for line in lines):
+        what = seems_to_be(data)
+        if not data or (b"\0" in data and not what) or any(_LABEL.match(line) for line in lines):
             return None
         cells = next((n for line in lines if (n := _n_numbers(line)) > 1), 0)
         named = next((name for word, name in _PROGRAMS.items() if any(word in line.lower() for line in lines)), "")
-        what = named or (f"a table of {cells} columns of numbers" if cells else "a text")
+        what = what or named or (f"a table of {cells} columns of numbers" if cells else "a text")
         advice = (
             "a scene is amc.inp or its folder, a table of radiances (.csv) whose first row names zenith, azimuth and "
             "radiance, or a field of them (.nc)"

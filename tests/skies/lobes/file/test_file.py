@@ -323,3 +323,34 @@ def test_nothing_is_written_that_the_reader_would_refuse(changes, tmp_path):
     with pytest.raises(SceneError, match=r"error\[E50\d\]"):
         write_background(tmp_path / "x.h5", content(**changes))
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("name", "word", "value", "is_refused"),
+    [
+        ("SpectralSamples", "units", "nm", True), ("SpectralSamples", "unit", "m", True),
+        ("SpectralSamples", "units", "um", False), ("SpectralSamples", "units", "µm", False),
+        ("SpectralCurves", "units", "W m-2 nm-1", True), ("SpectralCurves", "units", "W/cm^2/um", False),
+        ("SpectralCurves", "units", "microflicks", None), ("SpectralCurves", "scale_factor", 0.001, True),
+        ("SpectralCurves", "Note", "nm", False),
+    ],
+)  # fmt: skip
+def test_units_that_the_file_states_are_those_of_the_format(name, word, value, is_refused, tmp_path):
+    path = plain_file(tmp_path / "a.h5")
+    with h5py.File(path, "r+") as file:
+        file[name].attrs[word] = value
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        if is_refused:
+            with pytest.raises(InputFileError, match=f"{name}: its attribute {word} is .*{value}.*is read"):
+                read_background_file(path)
+        else:
+            read_background_file(path)
+    assert bool(caught) is (is_refused is None)
+
+
+def test_a_fill_value_is_no_light(tmp_path):
+    curves = np.array(CURVES, dtype=float)
+    curves[0, 1] = 9.96921e36
+    with pytest.raises(InputFileError, match=r"value \[0, 1\] is 9.96921e\+36; allowed: up to 1e\+30"):
+        read_background_file(plain_file(tmp_path / "a.h5", curves=curves))

@@ -12,6 +12,8 @@ import numpy as np
 
 from aomc_sky.errors import InputFileError, SceneError
 from aomc_sky.extras import optional_module
+from aomc_sky.formats.radiance_unit import radiance_factor
+from aomc_sky.formats.radiance_words import LENGTH_NM, MAX_RADIANCE, plain_unit
 from aomc_sky.formats.report import Report, printable
 from aomc_sky.formats.text_file import write_bytes_atomically
 from aomc_sky.skies.lobes.file.data import (
@@ -23,7 +25,17 @@ from aomc_sky.skies.lobes.file.data import (
     frozen,
     normalised,
 )
-from aomc_sky.skies.lobes.file.hdf5_members import EXTRA, INFORMING, NUMBERS, OPTIONAL, TEXTS, Hdf5Members, read_members
+from aomc_sky.skies.lobes.file.hdf5_members import (
+    EXTRA,
+    INFORMING,
+    NUMBERS,
+    OPTIONAL,
+    SPECTRA,
+    TEXTS,
+    UNIT_WORDS,
+    Hdf5Members,
+    read_members,
+)
 
 NM_PER_UM = 1e3
 SI_PER_FILE_UNIT = 10.0  #: W m-2 nm-1 in one W cm-2 um-1.
@@ -45,6 +57,18 @@ _LIKE = "write it as docs/formats/background.md has it"
 MAX_EXPECTED_UM = 100.0  #: A shortest wavelength beyond this one is more likely given in nanometres. [um]
 _MOST_DIGITS = 10  # of a file type that is written as a text
 _INTEGERS = ("Type", "CurveIndex", "TimePoint")
+
+
+def _in_micrometres(unit: str) -> float:
+    return LENGTH_NM.get(plain_unit(unit), 0.0) / NM_PER_UM
+
+
+def _in_file_unit(unit: str) -> float:
+    return (radiance_factor(f"{unit} sr-1") or 0.0) / SI_PER_FILE_UNIT
+
+
+_UNITS = {"SpectralSamples": ("um", _in_micrometres), "SpectralCurves": ("W cm-2 um-1", _in_file_unit)}
+"""Units of the format, and a unit in them; 0 for what is none."""
 
 
 def read_background_file(path: str | Path) -> BackgroundFile:
@@ -113,6 +137,7 @@ def _spectra(members: Hdf5Members, report: Report) -> tuple[np.ndarray, np.ndarr
     """Wavelengths (n_wavelength,) and curves (n_curve, n_wavelength) in the units of the file."""
     wavelength = _plain(members, "SpectralSamples", report)
     curves = _plain(members, "SpectralCurves", report)
+    _check_units(members, report)
     if wavelength is None or curves is None:
         return None
     wavelength = wavelength.reshape(-1) if sum(n != 1 for n in wavelength.shape) <= 1 else wavelength
@@ -128,6 +153,19 @@ def _spectra(members: Hdf5Members, report: Report) -> tuple[np.ndarray, np.ndarr
         advice = "divide them by 1000 if they are nanometres"
         report.add("E506", message, name="/SpectralSamples", advice=advice, is_warning=True)
     return wavelength, curves
+
+
+def _check_units(members: Hdf5Members, report: Report) -> None:
+    """Report attributes of the spectra that say other units than those of the format, or a factor."""
+    for name in SPECTRA:
+        unit, factor = _UNITS[name]
+        for word in UNIT_WORDS:
+            text, number = members.texts.get(f"{name}@{word}"), members.arrays.get(f"{name}@{word}")
+            share = 1.0 if text is None else factor(text)
+            if number is not None or not np.isclose(share, 1.0):
+                message = f"its attribute {word} is {printable(text or str(number))}; {unit} is read"
+                is_warning = text is not None and share == 0.0  # words that are no unit
+                report.add("E506", message, name=f"/{name}", advice=f"write {unit}", is_warning=is_warning)
 
 
 def _info(members: Hdf5Members, report: Report) -> BackgroundInfo:
@@ -299,6 +337,9 @@ def _check_spectra(file: BackgroundFile, report: Report) -> None:
     bad = ~(np.isfinite(value) & (value >= 0.0))
     advice = "write W cm-2 um-1, integrated over the sphere"
     _add_first(report, "/SpectralCurves", "value", "E506", bad, value, "finite and not negative", advice)
+    is_fill = np.isfinite(value) & (value > MAX_RADIANCE)
+    allowed = f"up to {MAX_RADIANCE:g}, no fill value"
+    _add_first(report, "/SpectralCurves", "value", "E506", is_fill, value, allowed, advice)
 
 
 def _check_animation(where: str, keys: Animation, n_curves: int, report: Report) -> None:

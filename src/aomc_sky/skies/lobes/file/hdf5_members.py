@@ -52,6 +52,11 @@ _LIBRARY = "the HDF5 library"
 _AGAIN = "make the file again"
 
 
+SPECTRA = ("SpectralSamples", "SpectralCurves")
+UNIT_WORDS = ("units", "unit", "scale_factor", "add_offset")
+"""Attributes of the spectra that are looked at, as ``SpectralCurves@units``; the format has none."""
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Hdf5Members:
     """The requested members that the file has."""
@@ -145,6 +150,9 @@ class _Reading:
             require_size(declared_bytes(item), self.budget, self.allowed, "an array")  # before a chunk is unpacked
             require_plain_chunks(item, self.budget)
             self._store("/".join(path), item, partial(item.__getitem__, ()))
+            for word in UNIT_WORDS if path[0] in SPECTRA else ():
+                if word in item.attrs:
+                    self._store(f"{path[0]}@{word}", item.attrs.get_id(word), partial(item.attrs.get, word))
 
     def _store(self, name: str, item: Any, values: Callable[[], Any]) -> None:
         """Take the values of a dataset or an attribute whose type and size are harmless."""

@@ -1,0 +1,182 @@
+"""What a table of radiances says besides its columns is read or asked about, and so are radiances that do not fit."""
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+
+HEAD = "zenith_deg,azimuth_deg,radiance (mW m-2 nm-1 sr-1)"
+ROWS = [(zenith, azimuth, 100.0 + zenith) for zenith in (10, 40, 70) for azimuth in (0, 90, 180, 270)]
+
+
+@pytest.fixture
+def table(tmp_path):
+    """Writes lines and rows, and reads them."""
+
+    def read(*lines, rows=ROWS, **options):
+        path = tmp_path / "sky.csv"
+        path.write_text("\n".join([*lines, *(",".join(map(str, row)) for row in rows)]) + "\n", encoding="utf-8")
+        return sky.read_radiance_csv(path, **options)
+
+    return read
+
+
+@pytest.mark.parametrize(
+    ("line", "why"),
+    [
+        ("# angles describe the direction of light propagation", "those that light goes to"),
+        ("# zenith: where the photon travels", "those that light goes to"),
+        ("# radiances x 1000", "'radiances x 1000' besides the unit"),
+        ("# values times 10^3", "'values times 10^' besides the unit"),
+        ("# log10 of the radiances", "are these logarithms"),
+        ("# Azimut: im Uhrzeigersinn von Nord", "'azimut' is not understood"),
+        ("# azimut compté depuis le nord, sens horaire", "'azimut' is not understood"),
+        ("# Azimut regnet fra nord mod øst", "'azimut' is not understood"),
+        ("# 方位角: 北から時計回り", "is not understood"),
+    ],
+)
+def test_lines_that_change_the_light_are_refused(table, line, why):
+    with pytest.raises(sky.InputFileError, match="E651") as error:
+        table(line, HEAD)
+    assert why in str(error.value)
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "# travelled from Kiel to Bergen",
+        "# image of 1000 x 1000 pixels",
+        "# log of station 7",
+        "# Azimut (deg)",
+        "# ship log: radiance sensor 5",
+        "# Radiance in the almucantar and the principal plane",
+    ],
+)
+def test_other_lines_are_not(table, line):
+    table("# azimuth: from north", line, HEAD)
+
+
+@pytest.mark.parametrize(
+    ("name", "why"),
+    [
+        ("L_w (mW m-2 nm-1 sr-1)", "no column of radiance"), ("radiance_upwelling (W m-2 nm-1 sr-1)", "no column of"),
+        ("L_4120", "are these wavelengths angstroms"),
+    ],
+)  # fmt: skip
+def test_names_with_more_than_is_read(table, name, why):
+    with pytest.raises(sky.InputFileError) as error:
+        table(f"zenith_deg,azimuth_deg,{name}")
+    assert why in str(error.value)
+
+
+def test_a_standard_deviation_beside_the_radiance_is_not_used(table):
+    head = "zenith_deg,azimuth_deg,radiance_mean (mW m-2 nm-1 sr-1),radiance_std (mW m-2 nm-1 sr-1)"
+    measured = table("# azimuth: from north", head, rows=[(*row, 1.5) for row in ROWS])
+    assert "columns not used: radiance_std (mW m-2 nm-1 sr-1)" in measured.remarks
+
+
+def test_a_column_of_wavenumbers_is_no_remark(table):
+    rows = [(zenith, azimuth, 18181.8, value) for zenith, azimuth, value in ROWS]
+    with pytest.raises(sky.InputFileError, match="'wavenumber' is no wavelength"):
+        table("zenith_deg,azimuth_deg,wavenumber,radiance", rows=rows)
+
+
+def test_a_true_azimuth_is_clockwise_from_north(table):
+    words = table("zenith_deg,azimuth (degrees_true),radiance")
+    north = table("# azimuth: clockwise from north", "zenith_deg,azimuth_deg,radiance")
+    np.testing.assert_array_equal(words.direction[0], north.direction[0])
+    assert not [one for one in words.remarks if "does not say" in one]
+
+
+def test_nines_far_beyond_all_other_radiances_are_a_question(table):
+    rows = [*ROWS[:5], (40, 90, "9999.0"), *ROWS[6:]]
+    with pytest.raises(sky.InputFileError) as error:
+        table("# azimuth: from north", HEAD, rows=rows)
+    assert "sky.csv:8:7" in str(error.value)
+    assert "1 radiance is 9999, and the next one is 170; is 9999 a gap?" in str(error.value)
+    assert table("# azimuth: from north", HEAD, rows=[*ROWS[:5], (40, 90, 1e20), *ROWS[6:]]).values[0].max() == 0.17
+
+
+def test_directions_of_several_skies_have_no_mean(table):
+    """Two channels, or two times, without a wavelength; a repeated scan has its mean, with a remark."""
+    rows = [(*row[:2], channel, row[2] * channel) for row in ROWS for channel in (1, 2)]
+    with pytest.raises(sky.InputFileError, match=r"12 of 12 directions come more than once.*up to 50 %"):
+        table("# azimuth: from north", "zenith_deg,azimuth_deg,channel,radiance", rows=rows)
+    again = table("# azimuth: from north", HEAD, rows=[*ROWS, *((z, a, 1.05 * value) for z, a, value in ROWS)])
+    said = (
+        "12 of 12 directions come more than once, with radiances that differ by up to 4.8 %; they count with their mean"
+    )
+    assert said in again.remarks
+    equal = table("# azimuth: from north", HEAD, rows=[*ROWS, *ROWS])
+    assert not [one for one in equal.remarks if "more than once" in one]
+
+
+@pytest.mark.parametrize("column", [0, 1])
+def test_radians_under_a_name_of_degrees_are_a_question(table, column):
+    rows = [(*row[:column], f"{np.deg2rad(row[column]):.5f}", *row[column + 1 :]) for row in [*ROWS, (85, 20, 9.0)]]
+    with pytest.raises(sky.InputFileError, match="degrees; are they radians"):
+        table("# azimuth: from north", HEAD, rows=rows)
+
+
+@pytest.mark.parametrize("line", ["# azimuth_zero: north", "# azimuth reference: north", "# azimuth_origin = north"])
+def test_where_azimuths_begin_has_other_keys(table, line):
+    north = table("# azimuth: clockwise from north", HEAD)
+    np.testing.assert_array_equal(table(line, "# azimuth_sense: clockwise", HEAD).direction[0], north.direction[0])
+
+
+@pytest.mark.parametrize(
+    "units", ["deg,deg,mW m-2 nm-1 sr-1", "(deg),(deg),(mW m-2 nm-1 sr-1)", "[°],[° E of N],[mW/(m2 nm sr)]"]
+)
+def test_a_row_of_units_below_the_names(table, units):
+    wanted = table("# azimuth: from north", HEAD)
+    measured = table("# azimuth: from north", "zenith,azimuth,radiance", units)
+    assert measured.is_absolute
+    np.testing.assert_allclose(measured.values[0], wanted.values[0], rtol=1e-12)
+    np.testing.assert_array_equal(measured.direction[0], wanted.direction[0])
+    with pytest.raises(sky.InputFileError, match="'cd/m2' is no unit of spectral radiance"):
+        table("zenith,azimuth,radiance", "deg,deg,cd/m2")
+    with pytest.raises(sky.InputFileError, match="'zenith_deg' is not a number"):
+        table(HEAD, HEAD)
+
+
+def test_lines_above_the_names_are_comments(table):
+    with pytest.raises(sky.InputFileError, match=r"the names of the columns are in line 4, with commas") as error:
+        table("Instrument: EKO MS-321LR", "Site: Tsukuba, Japan", "", HEAD)
+    assert "write # before every line above line 4" in str(error.value)
+    assert len(error.value.problems) == 1
+
+
+@pytest.mark.parametrize(
+    ("line", "factor"),
+    [("# Radiance in mW m-2 nm-1 sr-1", 1e-3), ("# radiance values are given in 10^-2 W m-2 nm-1 sr-1.", 1e-2)],
+)
+def test_a_unit_in_a_sentence(table, line, factor):
+    measured = table("# azimuth: from north", line, "zenith_deg,azimuth_deg,radiance")
+    assert measured.is_absolute
+    assert measured.values[0].max() == pytest.approx(170 * factor)
+    with pytest.raises(sky.InputFileError, match="is no unit of spectral radiance"):
+        table("# Radiance in cd m-2", "zenith_deg,azimuth_deg,radiance")
+
+
+def test_more_words_in_names_of_angles(table):
+    wanted = table("# azimuth: from north", HEAD)
+    measured = table(
+        "# azimuth: from north", "zenith of view (deg),azimuth angle true (deg),radiance (mW m-2 nm-1 sr-1)"
+    )
+    np.testing.assert_array_equal(measured.direction[0], wanted.direction[0])
+    with pytest.raises(sky.InputFileError, match="no column of zenith angles"):
+        table("zenith_sun (deg),azimuth_deg,radiance (mW m-2 nm-1 sr-1)")
+
+
+@pytest.mark.parametrize(
+    ("words", "is_refused"),
+    [("azimut ", False), ("ln ", False), ("radiance in W/m .", True), ("radiance x 1", False), ("direction ", False)],
+)
+def test_long_lines_of_a_stranger_take_no_time(table, words, is_refused):
+    """Patterns that look ahead are quadratic in the length of a line: 64 kB would take minutes."""
+    line = f"# {words * (60_000 // len(words))}x"
+    if is_refused:
+        with pytest.raises(sky.InputFileError, match=r"no unit of spectral radiance|beside"):
+            table("# azimuth: from north", line, HEAD)
+    else:
+        assert table("# azimuth: from north", line, HEAD).is_absolute

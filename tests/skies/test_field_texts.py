@@ -1,0 +1,247 @@
+"""Texts and attributes of a field, wherever they stand, are read or asked about; none is dropped."""
+
+import json
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+from aomc_sky.cli.main import main
+from aomc_sky.errors import FieldError
+
+xarray = pytest.importorskip("xarray")
+
+ZENITH, AZIMUTH = np.arange(0.0, 91.0, 10.0), np.arange(0.0, 360.0, 15.0)
+UNIT = "mW m-2 nm-1 sr-1"
+FROM_NORTH = {"units": "degree", "long_name": "azimuth clockwise from north"}
+
+
+def east(*, radiance=None, azimuth=None, zenith=None, of_file=None, name="radiance", change=lambda values: values):
+    """A field that is brightest at azimuth 90 of its own; attributes as given."""
+    values = 200 + 100 * np.sin(np.deg2rad(ZENITH))[:, None] * np.sin(np.deg2rad(AZIMUTH))
+    return xarray.Dataset(
+        {name: (("wavelength", "zenith", "azimuth"), change(values)[None], {"units": UNIT, **(radiance or {})})},
+        coords={
+            "wavelength": ("wavelength", [550.0], {"units": "nm"}),
+            "zenith": ("zenith", ZENITH, {"units": "degree", **(zenith or {})}),
+            "azimuth": ("azimuth", AZIMUTH, azimuth or {"units": "degree"}),
+        },
+        attrs=of_file or {},
+    )
+
+
+def brightest(table):
+    grid = table.grid
+    return float(grid.azimuth_bounds_deg.mean(axis=1)[table.values[0].reshape(grid.n_zenith, -1)[5].argmax()] % 360)
+
+
+@pytest.mark.parametrize(
+    "texts",
+    [
+        {"of_file": {"azimuth_convention": "clockwise from north"}},
+        {"of_file": {"comment": "Cloudless. Azimuth is counted clockwise from north.\nMade in Kiel."}},
+        {"radiance": {"comment": "azimuth clockwise from north"}},
+        {"azimuth": {"units": "degree_true"}},
+        {"azimuth": {"units": "degree", "note": "clockwise from north"}},
+        {"azimuth": {"units": "degree", "azimuth_zero": "north", "sense": "clockwise"}},
+        {"of_file": {"azimuth_reference": "north"}},
+        {"radiance": {"azimuth_definition": "north = 0, east = 90"}},
+    ],
+)
+def test_azimuths_are_explained_anywhere(texts, tmp_path):
+    """In memory and in a file; the east is at 0 of ours."""
+    pytest.importorskip("h5netcdf")
+    field = east(**texts)
+    table = sky.TabulatedSky.from_xarray(field)
+    assert min(brightest(table), 360 - brightest(table)) < 1
+    assert not [one for one in table.remarks if "does not say" in one]
+    field.to_netcdf(tmp_path / "field.nc", engine="h5netcdf")
+    run = ["run", tmp_path / "field.nc", "--iterations", 20000, "--out", tmp_path / "out", "-q"]
+    assert main([str(word) for word in run]) == 0
+    ux, uy, _ = np.load(tmp_path / "out" / "photons-0001.npy").mean(axis=0, dtype=float)
+    assert ux < -0.05
+    assert abs(uy) < 0.01
+
+
+def test_a_comment_on_something_else_explains_no_azimuth():
+    table = sky.TabulatedSky.from_xarray(east(of_file={"comment": "Towards the north there was haze."}))
+    assert [one for one in table.remarks if "does not say from where azimuths count" in one]
+
+
+@pytest.mark.parametrize(
+    ("texts", "word"),
+    [
+        ({"zenith": {"long_name": "zenith angle of the direction of propagation"}}, "propagation"),
+        ({"zenith": {"comment": "the photons travel to"}}, "travel"),
+        ({"radiance": {"comment": "Angles are those of the direction of photon travel."}}, "travel"),
+        ({"of_file": {"comment": "Calm sea. All directions are directions of propagation."}}, "propagation"),
+    ],
+)
+def test_directions_that_light_goes_to_are_refused(texts, word):
+    with pytest.raises(FieldError, match=f"speaks of '{word}'.*light goes to") as error:
+        sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH, **texts))
+    assert "180 degrees minus the zenith angle" in error.value.advice
+
+
+def test_a_horizon_is_no_sky():
+    """Angles from 90 to 180 degrees: the sky was left out with a remark, and the horizon took its place."""
+    with pytest.raises(FieldError, match="no angles below 90 degrees; are they those that light goes to"):
+        sky.TabulatedSky.from_xarray(east().assign_coords(zenith=("zenith", 180 - ZENITH, {"units": "degree"})))
+
+
+def test_one_zenith_angle_is_said():
+    table = sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH).isel(zenith=[4]))
+    assert "the field has one zenith angle, so its sky is the same from the zenith to the horizon" in table.remarks
+
+
+@pytest.mark.parametrize("name", ["unit", "Units", "UNITS"])
+def test_the_unit_has_other_spellings(name):
+    field = east(azimuth=FROM_NORTH)
+    field.radiance.attrs = {name: UNIT}
+    assert sky.TabulatedSky.from_xarray(field).radiance_unit == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize("name", ["scale", "Scale", "multiplier", "slope", "offset", "scaling_factor"])
+def test_a_factor_under_another_name_is_refused(name):
+    for value in (0.001, "0.001"):
+        with pytest.raises(FieldError, match=f"attribute '{name}' of the field is 0.001, besides its unit"):
+            sky.TabulatedSky.from_xarray(east(radiance={name: value}))
+    sky.TabulatedSky.from_xarray(east(radiance={"scale": 1.0, "offset": 0}))
+
+
+def test_logarithms_and_factors_in_words():
+    for text, why in (("log10 of radiance", "says 'log10'"), ("radiance x 1000", "says 'radiance x 1000'")):
+        with pytest.raises(FieldError, match=why):
+            sky.TabulatedSky.from_xarray(east(radiance={"long_name": text}))
+    sky.TabulatedSky.from_xarray(east(radiance={"comment": "catalogue of skies, image of 1000 x 1000 pixels"}))
+
+
+@pytest.mark.parametrize("fill", [-99.0, 7777.0, 1e20])
+@pytest.mark.parametrize("name", ["missing_value", "_FillValue", "fill_value", "FillValue", "nodata"])
+def test_fill_values_as_text_or_under_another_name(name, fill, tmp_path):
+    """The gap has no light, also where the attribute is text, which the netCDF library does not compare."""
+    pytest.importorskip("h5netcdf")
+
+    def with_gap(values):
+        values = values.copy()
+        values[4, 7] = fill
+        return values
+
+    field = east(azimuth=FROM_NORTH, radiance={name: str(fill)}, change=with_gap)
+    if name != "_FillValue":  # xarray writes no text under this name
+        field.to_netcdf(tmp_path / "field.nc", engine="h5netcdf", encoding={"radiance": {"_FillValue": None}})
+        run = ["run", tmp_path / "field.nc", "--iterations", 1000, "--out", tmp_path / "out", "--format", "none", "-q"]
+        assert main([str(word) for word in run]) == 0
+        band = json.loads((tmp_path / "out" / "manifest.json").read_text())["bands"][0]
+        assert band["irradiance_W_m2_nm"] == pytest.approx(0.2 * np.pi, rel=0.01)
+    table = sky.TabulatedSky.from_xarray(field)
+    assert table.values.max() < 310
+
+
+def test_nines_far_beyond_all_other_radiances_are_a_question():
+    def with_nines(values):
+        return np.where(np.arange(values.size).reshape(values.shape) == 50, 9999.0, values)
+
+    with pytest.raises(FieldError, match="1 radiance is 9999, and the next one is 300; is 9999 a gap") as error:
+        sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH, change=with_nines))
+    assert error.value.advice == "write NaN for a gap, or 9998 for a radiance"
+    bright = sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH, change=lambda one: one + 9999.0 - one.max()))
+    assert bright.values.max() > 9900
+
+
+@pytest.mark.parametrize("name", ["Lu", "L_w", "radiance_error", "sky_radiance_uncertainty", "radiance_std"])
+def test_a_variable_that_is_no_light_of_the_sky(name):
+    with pytest.raises(FieldError, match=f"'{name}' is not the light of the sky by its name"):
+        sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH, name=name))
+    sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH, name=name), variable=name)
+
+
+def test_a_hyphen_hides_no_light_of_the_water():
+    with pytest.raises(FieldError, match="not the light of the sky"):
+        sky.TabulatedSky.from_xarray(east(name="L", radiance={"long_name": "water-leaving radiance"}))
+
+
+def test_a_negative_value_is_shown():
+    with pytest.raises(FieldError, match="negative or infinite: 240, such as -300"):
+        sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH, change=lambda values: -values))
+
+
+@pytest.mark.parametrize("text", ["0 is backscattering", "0 = backward scattering"])
+def test_a_relative_azimuth_that_counts_from_the_antisun_is_no_other(text):
+    """0 is the sun for relative azimuths; a comment that says the contrary was not read."""
+    field = east(azimuth={"units": "degree", "comment": text}).rename(azimuth="relative_azimuth")
+    with pytest.raises(FieldError, match="contradict each other"):
+        sky.TabulatedSky.from_xarray(field, sun_azimuth_deg=30.0)
+    field.relative_azimuth.attrs["comment"] = "0 is the direction of forward scattering"
+    forward = sky.TabulatedSky.from_xarray(field, sun_azimuth_deg=30.0)
+    assert brightest(forward) == pytest.approx(120, abs=1)
+    alone = east(azimuth={"units": "degree", "comment": text})
+    assert brightest(sky.TabulatedSky.from_xarray(alone, sun_azimuth_deg=30.0)) == pytest.approx(300, abs=1)
+
+
+@pytest.mark.parametrize("name", ["zenith", "azimuth"])
+def test_radians_that_say_degrees_are_a_question(name):
+    field = east(azimuth=FROM_NORTH)
+    attributes = field[name].attrs
+    wrong = field.assign_coords({name: (name, np.deg2rad(field[name].values), attributes)})
+    with pytest.raises(FieldError, match=f"coordinate '{name}' has values up to .* degrees; are they radians"):
+        sky.TabulatedSky.from_xarray(wrong)
+    near = field.isel(zenith=[0, 1, 2]).assign_coords(zenith=("zenith", [0.0, 0.5, 1.0], {"units": "degree"}))
+    sky.TabulatedSky.from_xarray(near)
+
+
+def test_elevations_whose_text_is_of_zenith_angles():
+    field = east(azimuth=FROM_NORTH, zenith={"long_name": "zenith angle"}).rename(zenith="elevation")
+    with pytest.raises(FieldError, match="an elevation by its name, but its text says 'zenith angle'"):
+        sky.TabulatedSky.from_xarray(field)
+
+
+@pytest.mark.parametrize("attributes", [{"units": "m"}, {"units": "km", "standard_name": "altitude"}, {}])
+def test_an_altitude_in_metres_is_no_elevation(attributes):
+    field = east(azimuth=FROM_NORTH)
+    with_height = field.expand_dims(altitude=[0.0]).assign_coords(altitude=("altitude", [0.0], attributes))
+    plain, other = (sky.TabulatedSky.from_xarray(one) for one in (field, with_height))
+    np.testing.assert_array_equal(plain.values, other.values)
+    three = xarray.concat([field] * 3, "altitude").assign_coords(altitude=("altitude", [0.0, 1.0, 2.0], attributes))
+    with pytest.raises(FieldError, match="dimension 'altitude' of 3"):
+        sky.TabulatedSky.from_xarray(three)
+
+
+def test_a_mask_is_no_radiance_and_flags_are_said():
+    with pytest.raises(FieldError, match="holds bool instead of real numbers"):
+        sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH, change=lambda values: values > 200))
+    table = sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH, radiance={"ancillary_variables": "quality"}))
+    assert "'quality' of the file, on the quality of the radiances, is not used" in table.remarks
+
+
+@pytest.mark.parametrize("name", ["zenith", "wavelength"])
+def test_a_coordinate_that_is_not_finite_is_named(name):
+    field = east(azimuth=FROM_NORTH)
+    values = field[name].values.copy()
+    values[-1] = np.nan
+    with pytest.raises(FieldError, match=f"coordinate '{name}' has (values that are not|no) finite"):
+        sky.TabulatedSky.from_xarray(field.assign_coords({name: (name, values, field[name].attrs)}))
+
+
+def test_the_sense_of_azimuths_is_read_under_any_name():
+    """From north and counterclockwise: the west at 90."""
+    for name in ("sense", "rotation", "orientation", "handedness"):
+        azimuth = {"units": "degree", "origin": "north", name: "counterclockwise"}
+        assert brightest(sky.TabulatedSky.from_xarray(east(azimuth=azimuth))) == pytest.approx(180, abs=1)
+
+
+@pytest.mark.parametrize("text", ["Monte Carlo model of light propagation", "photons travel through the sea"])
+def test_propagation_without_directions_is_no_doubt(text):
+    sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH, of_file={"title": text, "comment": text}))
+
+
+def test_words_on_quality_in_a_long_name_are_no_doubt():
+    text = {"long_name": "sky radiance, quality controlled, uncertainty 3 %", "nodata": ""}
+    assert sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH, radiance=text)).radiance_unit == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize("words", ["ln ", "north east ", "azimuth from north east "])
+def test_long_texts_of_a_stranger_take_no_time(words):
+    text = words * (1_000_000 // len(words))
+    field = east(azimuth=FROM_NORTH, radiance={"comment": text}, of_file={"summary": text})
+    assert min(brightest(sky.TabulatedSky.from_xarray(field)), 1.0) == 0.0
