@@ -16,7 +16,7 @@ import importlib
 import os
 import socket
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -25,6 +25,7 @@ from hypothesis import HealthCheck, settings
 
 from aomc_sky.system import n_cpus
 from tests.support.backend import begin_process
+from tests.support.fault_rows import command
 from tests.support.packages import pip_install
 from tests.support.scenes import copy_scene
 from tests.support.shared import REPOSITORY
@@ -113,6 +114,20 @@ def amc(tmp_path: Path) -> Path:
 def scene(amc: Path) -> Path:
     """The folder of that scene."""
     return amc.parent
+
+
+@pytest.fixture
+def told(capsys: pytest.CaptureFixture[str]) -> Callable[..., Any]:
+    """Run the command with these words, expect its exit code, and give what it printed: `told("info", path).out`."""
+
+    def call(*words: object, code: int = 0) -> Any:
+        capsys.readouterr()
+        found = command(*words)
+        said = capsys.readouterr()
+        assert found == code, (words, found, said)
+        return said
+
+    return call
 
 
 @pytest.fixture(scope="session")

@@ -1,11 +1,8 @@
 """`python bench/check.py` and `python bench/report.py`: exit codes, bars from both sides, the page."""
 
-from __future__ import annotations
-
 import csv
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
@@ -21,7 +18,7 @@ from tests.support.shared import REPOSITORY
 TINY = ["--skies", "uniform", "--photons", "1e3", "2000", "--replicates", "2", "--turns", "1"]
 
 
-def few_bars(monkeypatch: pytest.MonkeyPatch, value: float) -> None:
+def few_bars(monkeypatch, value):
     """A check that measures nothing: one bar of a given value, one line that was left out."""
     found = Check(bars=(Bar(name=next(iter(LIMITS)), value=value),), left_out=("one is left out",), shown=("one",))
     for module in (check, report):
@@ -29,9 +26,7 @@ def few_bars(monkeypatch: pytest.MonkeyPatch, value: float) -> None:
 
 
 @pytest.mark.parametrize(("value", "code", "word"), [(40.0, 0, "kept"), (39.9, 1, "MISSED")])
-def test_exit_code_of_a_check(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], value: float, code: int, word: str
-) -> None:
+def test_exit_code_of_a_check(monkeypatch, capsys, value, code, word):
     few_bars(monkeypatch, value)
     assert check.main([]) == code
     printed = capsys.readouterr()
@@ -40,7 +35,7 @@ def test_exit_code_of_a_check(
     assert ("1 of 1 bars are missed: patch order against numpy" in printed.err) == (code == 1)
 
 
-def test_bars_from_above_and_from_below() -> None:
+def test_bars_from_above_and_from_below():
     growth = "growth of a streamed run's memory [MB]"
     assert Bar(name=growth, value=50.0).is_kept
     assert not Bar(name=growth, value=50.1).is_kept
@@ -50,12 +45,10 @@ def test_bars_from_above_and_from_below() -> None:
 
 
 @pytest.mark.slow
-def test_a_whole_check_with_a_bar_out_of_reach(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_whole_check_with_a_bar_out_of_reach(monkeypatch, capsys):
     """Every bar is measured, on so few photons that only the injected one is asserted."""
 
-    def absent(name: str, *, extra: str) -> None:
+    def absent(name, *, extra):
         raise MissingExtraError(f'this needs the package {name}: pip install ".[{extra}]"')
 
     monkeypatch.setattr(peers, "optional_module", absent)
@@ -68,7 +61,7 @@ def test_a_whole_check_with_a_bar_out_of_reach(
     assert "Mitsuba 3 is left out" in printed.out
 
 
-def test_page_and_picture(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+def test_page_and_picture(monkeypatch, tmp_path):
     pytest.importorskip("matplotlib")
     few_bars(monkeypatch, 39.0)
 
@@ -97,9 +90,7 @@ def test_page_and_picture(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> No
         assert all(float(row[column]) >= 0 for column in report.CSV_COLUMNS if column.startswith("error_"))
 
 
-def test_a_page_that_cannot_be_written_is_refused_before_anything_is_measured(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_a_page_that_cannot_be_written_is_refused_before_anything_is_measured(monkeypatch, tmp_path, capsys):
     assert report.main([str(tmp_path / "no/such/folder/x.md")]) == 2
     assert "does not exist" in capsys.readouterr().err
     monkeypatch.setitem(sys.modules, "matplotlib", None)
@@ -108,14 +99,14 @@ def test_a_page_that_cannot_be_written_is_refused_before_anything_is_measured(
 
 
 @pytest.mark.parametrize("script", ["check", "report", "emission", "growth", "same_bits", "transport"])
-def test_scripts_start_from_any_folder(script: str, tmp_path: Path) -> None:
+def test_scripts_start_from_any_folder(script, tmp_path):
     command = [sys.executable, str(REPOSITORY / f"bench/{script}.py"), "--help"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=60)
     assert (done.returncode, done.stderr) == (0, "")
     assert "usage:" in done.stdout
 
 
-def test_peers_have_the_error_of_independent_photons_and_stores_have_none() -> None:
+def test_peers_have_the_error_of_independent_photons_and_stores_have_none():
     n = 1000
     names = ("stores of 12 bytes", "default", "default, two threads", "numpy choice")
     run = SpeedRun(n_photons=n, turns=1, times={name: [k * 1e-6] for k, name in enumerate(names, start=1)})
@@ -129,7 +120,7 @@ def test_peers_have_the_error_of_independent_photons_and_stores_have_none() -> N
     assert shown == dict(zip(names, ("-", "5.0e-01", "5.0e-01", "2.0e+00"), strict=True))
 
 
-def test_the_table_in_the_documentation_has_the_columns_of_the_script() -> None:
+def test_the_table_in_the_documentation_has_the_columns_of_the_script():
     page = (REPOSITORY / "docs/accuracy.md").read_text()
     table = page.partition("<!-- speed table: begin")[2].partition("<!-- speed table: end -->")[0]
     rows = [line.strip("| ").split(" | ") for line in table.splitlines() if line.startswith("| ")]

@@ -1,7 +1,5 @@
 """The peers make the photons that are asked of them; one that is absent is told, not hidden."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -9,9 +7,9 @@ import pytest
 
 from aomc_sky.errors import MissingExtraError
 from bench import peers as peers_module
-from bench.peers import Peer, peers_of_table
+from bench.peers import peers_of_table
 from bench.quantities import Tally
-from bench.skies import BenchSky, bench_sky
+from bench.skies import bench_sky
 
 N = 50_000
 NAMES = (
@@ -25,11 +23,11 @@ NAMES = (
 
 
 @pytest.fixture(scope="module")
-def sky() -> BenchSky:
+def sky():
     return bench_sky("clear-uniform")
 
 
-def assert_close_to_the_truth(sky: BenchSky, photons: tuple[np.ndarray, ...]) -> None:
+def assert_close_to_the_truth(sky, photons):
     """Six standard deviations of independent photons; a patch or a sign that is off shows in all."""
     sums = Tally()
     sums.add(*photons)
@@ -43,7 +41,7 @@ def assert_close_to_the_truth(sky: BenchSky, photons: tuple[np.ndarray, ...]) ->
 
 
 @pytest.fixture(scope="module")
-def peers(sky: BenchSky) -> dict[str, Peer]:
+def peers(sky):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(peers_module, "optional_module", absent)
         found, left_out = peers_of_table(sky.grid, sky.mass)
@@ -52,25 +50,25 @@ def peers(sky: BenchSky) -> dict[str, Peer]:
     return found
 
 
-def absent(name: str, *, extra: str) -> None:
+def absent(name, *, extra):
     raise MissingExtraError(f'not installed: pip install ".[{extra}]"')
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_photons_follow_the_table(sky: BenchSky, peers: dict[str, Peer], name: str) -> None:
+def test_photons_follow_the_table(sky, peers, name):
     photons = peers[name](N)
     assert all(part.dtype == np.float32 and part.shape == (N,) for part in photons)
     assert np.allclose(sum(part.astype(np.float64) ** 2 for part in photons), 1, atol=1e-6)
     assert_close_to_the_truth(sky, photons)
 
 
-def test_a_mirrored_azimuth_would_be_seen(sky: BenchSky, peers: dict[str, Peer]) -> None:
+def test_a_mirrored_azimuth_would_be_seen(sky, peers):
     x, y, z = peers["numpy choice"](N)
     with pytest.raises(AssertionError):
         assert_close_to_the_truth(sky, (y, x, z))
 
 
-def test_mitsuba_follows_the_table(sky: BenchSky) -> None:
+def test_mitsuba_follows_the_table(sky):
     pytest.importorskip("mitsuba")
     try:
         peer = peers_module.MitsubaPeer(sky.grid, sky.mass / sky.mass.sum())

@@ -1,15 +1,13 @@
 """aomc-sky atmosphere: what it writes and prints, and what it refuses before any work."""
 
-from __future__ import annotations
-
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import aomc_sky
 from aomc_sky.cli.main import main
+from tests.support.fault_rows import command
 from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
 
@@ -17,11 +15,11 @@ MODEL = INPUTS / "atmosphere_sky" / "clear.atmo"
 FAST = ["--bins", "9", "12", "--orders", "3", "--wavelength", "500,680"]
 
 
-def run(*arguments: object) -> int:
+def run(*arguments):
     return main(["atmosphere", str(MODEL), *map(str, arguments)])
 
 
-def test_one_sun_as_netcdf_and_skydist(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_one_sun_as_netcdf_and_skydist(tmp_path, capsys):
     xarray = pytest.importorskip("xarray")
     out = tmp_path / "new" / "sky"
     assert run("--out-dir", out, "--sun-zenith", 40, "--sun-azimuth", 25, "--radiance", *FAST) == 0
@@ -53,7 +51,7 @@ def test_one_sun_as_netcdf_and_skydist(tmp_path: Path, capsys: pytest.CaptureFix
         assert np.all(found.standard_error < 0.01 * found.radiance)
 
 
-def test_several_suns_each_with_its_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_several_suns_each_with_its_folder(tmp_path, capsys):
     assert run("--out-dir", tmp_path, "--sun-zenith", "0:60:30", "--no-netcdf", "--json", *FAST) == 0
     report = json.loads(capsys.readouterr().out)
     assert [sun["sun_zenith_deg"] for sun in report["suns"]] == [0.0, 30.0, 60.0]
@@ -66,10 +64,9 @@ def test_several_suns_each_with_its_folder(tmp_path: Path, capsys: pytest.Captur
     assert all(sum(sun["truncation"]) < 0.2 for sun in report["suns"])
 
 
-def test_the_table_is_what_solve_atmosphere_gives(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_table_is_what_solve_atmosphere_gives(tmp_path, told):
     arguments = ["--sun-zenith", 40, "--no-netcdf", "--bins", 90, 4, "--orders", 3, "--wavelength", 500, "--json"]
-    assert run("--out-dir", tmp_path, *arguments) == 0
-    report = json.loads(capsys.readouterr().out)
+    report = json.loads(told("atmosphere", MODEL, "--out-dir", tmp_path, *arguments).out)
     found = aomc_sky.solve_atmosphere(
         MODEL, wavelength_nm=500, sun_zenith_deg=40, sky_zenith_deg=45.5, azimuth_from_sun_deg=[135.0], orders=3
     )
@@ -77,7 +74,7 @@ def test_the_table_is_what_solve_atmosphere_gives(tmp_path: Path, capsys: pytest
     assert report["suns"][0]["diffuse_irradiance"][0] == pytest.approx(found.diffuse_irradiance[0], rel=1e-5)
 
 
-def test_a_plan_without_a_solution(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_plan_without_a_solution(tmp_path, capsys):
     assert run("--no-save-tex", "--sun-zenith", "10,95", "--orders", 1, "--out-dir", tmp_path / "none") == 0
     printed = capsys.readouterr().out
     assert "not solved" in printed
@@ -86,9 +83,8 @@ def test_a_plan_without_a_solution(tmp_path: Path, capsys: pytest.CaptureFixture
     assert list(tmp_path.iterdir()) == []
 
 
-def test_low_suns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert run("--no-save-tex", "--sun-zenith", "70:90:5") == 0
-    assert capsys.readouterr().err.count("warning") == 2
+def test_low_suns(tmp_path, told, capsys):
+    assert told("atmosphere", MODEL, "--no-save-tex", "--sun-zenith", "70:90:5").err.count("warning") == 2
     assert run("--no-save-tex", "--sun-zenith", "70:95:5", "--method", "sos") == 2
     assert "--sun-zenith 95" in capsys.readouterr().err
     assert run("--no-save-tex", "--sun-zenith", "95") == 2
@@ -99,72 +95,66 @@ def test_low_suns(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    "arguments",
+    "words",
     [
-        ["--sun-zenith", "40"],
-        ["--out-dir", "x", "--sun-zenith", "181"],
-        ["--out-dir", "x", "--sun-zenith", "10:5:1"],
-        ["--out-dir", "x", "--sun-zenith", "0:90:0"],
-        ["--out-dir", "x", "--sun-zenith", "0:90:1e-9"],
-        ["--out-dir", "x", "--sun-zenith", "nan"],
-        ["--out-dir", "x", "--sun-zenith", "5,5"],
-        ["--out-dir", "x", "--orders", "0"],
-        ["--out-dir", "x", "--bins", "0", "4"],
-        ["--out-dir", "x", "--wavelength", "-5"],
-        ["--out-dir", "x", "--method", "paths"],
-        ["--out-dir", "x", "--sun-zenith", "0:90:1", "--bins", "3600", "3600"],
+        "--sun-zenith 40",
+        "--out-dir x --sun-zenith 181",
+        "--out-dir x --sun-zenith 10:5:1",
+        "--out-dir x --sun-zenith 0:90:0",
+        "--out-dir x --sun-zenith 0:90:1e-9",
+        "--out-dir x --sun-zenith nan",
+        "--out-dir x --sun-zenith 5,5",
+        "--out-dir x --orders 0",
+        "--out-dir x --bins 0 4",
+        "--out-dir x --wavelength -5",
+        "--out-dir x --method paths",
+        "--out-dir x --sun-zenith 0:90:1 --bins 3600 3600",
+        "--out-dir x --texture-save-precision 0",
+        "--out-dir x --texture-save-precision 25",
+        "--out-dir x --texture-save-precision many",
+        "--out-dir x --no-netcdf --save-irradiance",
+        "--out-dir x --no-netcdf --texture-save-precision 8",
     ],
 )
-def test_wrong_usage(arguments: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_wrong_usage(words, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    try:
-        code = run(*arguments)
-    except SystemExit as end:
-        code = int(end.code or 0)
-    assert code == 2
+    assert command("atmosphere", MODEL, *words.split()) == 2
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_folder_that_cannot_be_made_is_told_before_the_work(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def no_work(*_arguments: object, **_options: object) -> None:
+def test_bad_input_and_a_bad_folder_are_told_before_the_work(tmp_path, monkeypatch, told, capsys):
+    def no_work(*_arguments, **_options):
         raise AssertionError("solved for nothing")
 
     monkeypatch.setattr("aomc_sky.engine.atmosphere.solve_table", no_work)
-    (tmp_path / "file").write_text("")
-    assert run("--out-dir", tmp_path / "file", "--no-netcdf", *FAST) == 6
-
-
-def test_bad_input_and_a_bad_folder(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     broken = tmp_path / "broken.atmo"
-    broken.write_text(MODEL.read_text().replace("earth radius", "earth radius").replace("410nm", "410 parsec"))
-    assert main(["atmosphere", str(broken), "--no-netcdf", "--out-dir", str(tmp_path / "x")]) == 3
-    assert "broken.atmo:9" in capsys.readouterr().err
-    assert main(["atmosphere", str(tmp_path / "absent.atmo"), "--no-netcdf", "--out-dir", str(tmp_path / "x")]) == 3
+    broken.write_text(MODEL.read_text().replace("410nm", "410 parsec"))
+    for model, text in ((broken, "broken.atmo:9"), (tmp_path / "absent.atmo", "E100")):
+        assert text in told("atmosphere", model, "--no-netcdf", "--out-dir", tmp_path / "x", code=3).err
     (tmp_path / "file").write_text("")
-    assert run("--out-dir", tmp_path / "file" / "below", "--no-netcdf", *FAST) == 6
-    assert "cannot create the folder" in capsys.readouterr().err
+    for out in (tmp_path / "file", tmp_path / "file" / "below"):
+        assert run("--out-dir", out, "--no-netcdf", *FAST) == 6
+        assert "cannot create the folder" in capsys.readouterr().err
     assert not (tmp_path / "x").exists()
 
 
-def test_the_version_names_the_format(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_version_names_the_format(capsys):
     with pytest.raises(SystemExit) as end:
         main(["atmosphere", "-v"])
     assert end.value.code == 0
     assert "version 6" in capsys.readouterr().out
 
 
-def test_a_slow_sky_says_how_to_save_it_and_the_saved_one_is_a_sky(tmp_path, monkeypatch, capsys):
+def test_a_slow_sky_says_how_to_save_it_and_the_saved_one_is_a_sky(tmp_path, monkeypatch, told):
     xarray = pytest.importorskip("xarray")
     pytest.importorskip("h5netcdf")
     amc = copy_scene("atmosphere_sky", tmp_path)
     small = ["--wavelength", "410,680", "--orders", "1", "--bins", "6", "12"]
     saved = amc.parent / "sky.nc"
-    assert main(["atmosphere", str(amc.parent / "clear.atmo"), "--out", str(saved), *small]) == 0
-    assert f"sky: {saved}" in capsys.readouterr().out
+    assert f"sky: {saved}" in told("atmosphere", amc.parent / "clear.atmo", "--out", saved, *small).out
     (amc.parent / "sky.toml").write_text('[atmosphere]\nfile = "clear.atmo"\norders = 1\nzenith_bins = 6\n')
     monkeypatch.setattr("aomc_sky.cli.options._SLOW_SKY_S", 0.0)
-    assert main(["run", str(amc), "--dry-run"]) == 0
-    assert "write aomc-sky atmosphere MODEL.atmo --out sky.nc" in capsys.readouterr().err
+    assert "write aomc-sky atmosphere MODEL.atmo --out sky.nc" in told("run", amc, "--dry-run").err
     (amc.parent / "sky.toml").write_text('[sky]\ntable = "sky.nc"\n')
     (amc.parent / "difcol.inp").write_text("4\n" + "0.5 1.0\n" * 4)
     scene = aomc_sky.read_scene(amc)

@@ -1,7 +1,5 @@
 """No control character of a file, a name or a manifest reaches a terminal, and the colours that we chose do."""
 
-from __future__ import annotations
-
 import io
 import json
 import re
@@ -16,7 +14,7 @@ HOSTILE = "\x1b]0;owned\x07\x1b[2J\x9b31m\u202eevil\u2066\x08\x7f"
 UNSEEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069]")
 
 
-def assert_tame(shown) -> None:
+def assert_tame(shown):
     assert not UNSEEN.search(shown.out)
     assert not UNSEEN.search(shown.err)
 

@@ -1,7 +1,5 @@
 """``run --engine dask`` on a real cluster of two processes: the bytes of one process, also when a worker is killed."""
 
-from __future__ import annotations
-
 import contextlib
 import os
 import signal
@@ -9,9 +7,6 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -27,12 +22,12 @@ ITERATIONS = 6 * BLOCK + 77
 
 
 @pytest.fixture(autouse=True)
-def _small_tasks(monkeypatch) -> None:
+def _small_tasks(monkeypatch):
     monkeypatch.setattr("aomc_sky.engine.cluster.TASK_PHOTONS", 2 * BLOCK)
 
 
 @pytest.fixture(scope="module")
-def cluster(tmp_path_factory) -> Iterator[Any]:
+def cluster(tmp_path_factory):
     distributed = pytest.importorskip("distributed")
     scratch = tmp_path_factory.mktemp("dask")
     with distributed.LocalCluster(
@@ -47,44 +42,40 @@ def cluster(tmp_path_factory) -> Iterator[Any]:
 
 
 @pytest.fixture(scope="module")
-def amc(tmp_path_factory) -> Path:
+def amc(tmp_path_factory):
     return copy_scene("document_example", tmp_path_factory.mktemp("scene"))
 
 
-def words(amc: Path, out: Path, *more: object) -> list[str]:
+def words(amc, out, *more):
     return [*map(str, ("run", amc, "--iterations", ITERATIONS, "-q", "--out", out, *more))]
 
 
 @pytest.fixture(scope="module")
-def whole(amc, tmp_path_factory) -> dict[str, bytes]:
+def whole(amc, tmp_path_factory):
     out = tmp_path_factory.mktemp("whole")
     assert main(words(amc, out)) == 0
     return run_bytes(out)
 
 
-def test_cluster_writes_the_bytes_of_one_process(cluster, amc, whole, tmp_path) -> None:
-    assert main(words(amc, tmp_path / "out", "--engine", "dask", "--scheduler", cluster.scheduler_address)) == 0
-    assert run_bytes(tmp_path / "out") == whole
+POLARISED = ("--polarisation", "0.7", "--waveband", "2", "--sky", "harrison-coombes")
 
 
-def test_stokes_vectors_of_a_polarised_run(cluster, amc, tmp_path) -> None:
-    pattern = ("--polarisation", "0.7", "--waveband", "2", "--sky", "harrison-coombes")
-    assert main(words(amc, tmp_path / "whole", *pattern)) == 0
-    dask = ("--engine", "dask", "--scheduler", cluster.scheduler_address)
-    assert main(words(amc, tmp_path / "out", *pattern, *dask)) == 0
-    assert "stokes-0002.npy" in run_bytes(tmp_path / "whole")
+@pytest.mark.parametrize("more", [(), POLARISED], ids=["plain", "with Stokes vectors"])
+def test_cluster_writes_the_bytes_of_one_process(cluster, amc, tmp_path, more):
+    assert main(words(amc, tmp_path / "whole", *more)) == 0
+    assert main(words(amc, tmp_path / "out", *more, "--engine", "dask", "--scheduler", cluster.scheduler_address)) == 0
+    assert ("stokes-0002.npy" in run_bytes(tmp_path / "whole")) == bool(more)
     assert run_bytes(tmp_path / "out") == run_bytes(tmp_path / "whole")
 
 
-def test_nothing_of_a_finished_run_is_made_again(cluster, amc, whole, tmp_path, capsys) -> None:
+def test_nothing_of_a_finished_run_is_made_again(cluster, amc, whole, tmp_path, told):
     assert main(words(amc, tmp_path / "out")) == 0
     again = words(amc, tmp_path / "out", "--engine", "dask", "--json", "--scheduler", cluster.scheduler_address)
-    assert main(again) == 0
-    assert '"was_finished": true' in capsys.readouterr().out
+    assert '"was_finished": true' in told(*again).out
     assert run_bytes(tmp_path / "out") == whole
 
 
-def test_worker_killed_in_mid_run_costs_only_its_tasks(cluster, amc, whole, tmp_path) -> None:
+def test_worker_killed_in_mid_run_costs_only_its_tasks(cluster, amc, whole, tmp_path):
     distributed = pytest.importorskip("distributed")
     from aomc_sky.engine.cluster import run_on_dask
 
@@ -92,7 +83,7 @@ def test_worker_killed_in_mid_run_costs_only_its_tasks(cluster, amc, whole, tmp_
         processes = client.run(os.getpid)
         killed: list[int] = []
 
-        def kill_one(done: int, total: int) -> None:
+        def kill_one(done, total):
             if not killed and 0 < done < total:
                 killed.append(next(iter(processes.values())))
                 os.kill(killed[0], signal.SIGKILL)
@@ -108,7 +99,7 @@ def test_worker_killed_in_mid_run_costs_only_its_tasks(cluster, amc, whole, tmp_
     assert run_bytes(tmp_path / "out") == whole
 
 
-def test_task_of_a_finished_run_leaves_nothing(amc, whole, tmp_path) -> None:
+def test_task_of_a_finished_run_leaves_nothing(amc, whole, tmp_path):
     """A scheduler gives it to a worker when another one died after its result."""
     from aomc_sky.engine import cluster as dask_run
 
@@ -128,12 +119,12 @@ with appearing(Path(sys.argv[1]) / "shard-1-of-2.done") as file:
 """
 
 
-def test_what_a_killed_worker_was_writing_is_removed(cluster, amc, whole, tmp_path) -> None:
+def test_what_a_killed_worker_was_writing_is_removed(cluster, amc, whole, tmp_path):
     from aomc_sky.engine.cluster import run_on_dask
 
     left: list[str] = []
 
-    def kill_a_writer(done: int, total: int) -> None:
+    def kill_a_writer(done, total):
         if done and not left:
             subprocess.run([sys.executable, "-c", KILLED_WRITER, str(tmp_path / "out")], check=False)
             left.extend(filter(UNFINISHED.fullmatch, os.listdir(tmp_path / "out")))
@@ -145,7 +136,7 @@ def test_what_a_killed_worker_was_writing_is_removed(cluster, amc, whole, tmp_pa
     assert run_bytes(tmp_path / "out") == whole
 
 
-def test_run_goes_on_from_the_marks(cluster, amc, whole, tmp_path) -> None:
+def test_run_goes_on_from_the_marks(cluster, amc, whole, tmp_path):
     """Its tasks are shards, whoever made them."""
     from aomc_sky.engine import cluster as dask_run
     from aomc_sky.engine.shards import run_shard
@@ -158,13 +149,13 @@ def test_run_goes_on_from_the_marks(cluster, amc, whole, tmp_path) -> None:
     assert run_bytes(folder) == whole
 
 
-def test_another_run_in_the_folder_is_refused(cluster, amc, tmp_path) -> None:
+def test_another_run_in_the_folder_is_refused(cluster, amc, tmp_path):
     assert main(words(amc, tmp_path / "out", "--format", "none")) == 0
     address = cluster.scheduler_address
     assert main(words(amc, tmp_path / "out", "--seed", 1, "--engine", "dask", "--scheduler", address)) == 5
 
 
-def test_worker_that_does_not_see_the_folder_says_so(cluster, amc, tmp_path, monkeypatch, capsys) -> None:
+def test_worker_that_does_not_see_the_folder_says_so(cluster, amc, tmp_path, monkeypatch, capsys):
     """The folder of the client has another name where the workers are."""
     from aomc_sky.engine import cluster as dask_run
 
@@ -174,7 +165,7 @@ def test_worker_that_does_not_see_the_folder_says_so(cluster, amc, tmp_path, mon
     assert "put the run folder on a file system that all workers share" in capsys.readouterr().err
 
 
-def test_no_scheduler_is_exit_6(amc, tmp_path, monkeypatch, capsys) -> None:
+def test_no_scheduler_is_exit_6(amc, tmp_path, monkeypatch, capsys):
     pytest.importorskip("distributed")
     monkeypatch.setattr("aomc_sky.engine.cluster.CONNECT_SECONDS", 0.5)
     with socket.socket() as bound:  # bound and not listening: nobody answers there
@@ -193,7 +184,7 @@ def test_no_scheduler_is_exit_6(amc, tmp_path, monkeypatch, capsys) -> None:
     ],
     ids=["another format", "a shard", "a scheduler without Dask"],
 )
-def test_options_that_contradict_each_other(amc, tmp_path, options) -> None:
+def test_options_that_contradict_each_other(amc, tmp_path, options):
     assert main(words(amc, tmp_path / "out", *options)) == 2
     assert not (tmp_path / "out").exists()
 
@@ -215,11 +206,8 @@ sys.exit(main())
 
 
 @pytest.mark.slow
-def test_interrupt_of_a_terminal_is_one_line(amc, tmp_path) -> None:
-    """A terminal sends SIGINT to the workers too; they print nothing, and the ranges made so far stay.
-
-    Nor do they print anything where the port of Dask's own server is taken.
-    """
+def test_interrupt_of_a_terminal_is_one_line(amc, tmp_path):
+    """A terminal sends SIGINT to the workers too; they print nothing, and the ranges made so far stay."""
     pytest.importorskip("distributed")
     more = ["--iterations", 20_000_000, "--waveband", 1, "--threads", 2, "-q"]
     command = [sys.executable, "-c", SLOW_TASKS, *words(amc, tmp_path / "run", *more, "--engine", "dask")]

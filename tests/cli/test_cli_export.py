@@ -1,43 +1,39 @@
 """``export`` through main(argv): every format from a plan alone, and everything that can stand in its way."""
 
-from __future__ import annotations
-
 import json
 import resource
 import shutil
-import signal
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from aomc_sky import PhotonSource, Plan, read_mcpl, read_scene, write_mcpl
 from aomc_sky.cli.main import main
-from tests.support.processes import end_by, start, stopped
+from tests.support.processes import start
 from tests.support.scenes import copy_scene
 
 
 @pytest.fixture
-def out(amc: Path, tmp_path: Path) -> Path:
+def out(amc, tmp_path):
     """A run without photons."""
     folder = tmp_path / "out"
     assert run(amc, "--out", folder) == 0
     return folder
 
 
-def run(amc: Path, *words: object) -> int:
+def run(amc, *words):
     return main(["run", str(amc), "--iterations", "20000", "--seed", "5", "--format", "none", "-q", *map(str, words)])
 
 
-def export(*words: object) -> int:
+def export(*words):
     return main(["export", *map(str, words)])
 
 
-def names(folder: Path) -> set[str]:
+def names(folder):
     return {path.name for path in folder.iterdir()}
 
 
-def source_of(folder: Path) -> PhotonSource:
+def source_of(folder):
     return PhotonSource.from_plan(Plan.load(folder / "plan.npz"))
 
 
@@ -54,49 +50,43 @@ def test_npy_is_what_run_writes(amc, tmp_path, options):
         assert (made / name).read_bytes() == (tmp_path / "npy" / name).read_bytes()
 
 
-def test_csv_holds_the_photons(out, capsys):
-    assert export(out, "--to", "csv", "--waveband", 3) == 0
-    shown = capsys.readouterr()
+def test_csv_holds_the_photons(out, told):
+    shown = told("export", out, "--to", "csv", "--waveband", 3)
     assert "20000 photons in 1 waveband, seed 5, as csv: 1 file" in shown.out
     assert shown.err == ""
     numbers = np.loadtxt(out.with_name("out-csv") / "photons-0003.csv", delimiter=",", skiprows=1, dtype=np.float32)
     assert np.array_equal(numbers, source_of(out).photons(2).directions)
 
 
-def test_mcpl_is_what_write_mcpl_writes(out, tmp_path, capsys):
+def test_mcpl_is_what_write_mcpl_writes(out, tmp_path, told):
     write_mcpl(source_of(out), tmp_path / "wanted.mcpl")
     assert export(out, "--to", "mcpl") == 0
     assert (tmp_path / "out.mcpl").read_bytes() == (tmp_path / "wanted.mcpl").read_bytes()
     assert read_mcpl(tmp_path / "out.mcpl").header.n_particles == 60_000
-    capsys.readouterr()
-    assert export(out, "--to", "mcpl") == 0
-    assert "nothing was done again" in capsys.readouterr().out
-    assert export(out, "--to", "mcpl", "--waveband", 1) == 5
-    assert "--force" in capsys.readouterr().err
+    assert "nothing was done again" in told("export", out, "--to", "mcpl").out
+    assert "--force" in told("export", out, "--to", "mcpl", "--waveband", 1, code=5).err
     assert export(out, "--to", "mcpl", "--waveband", 1, "--force", "-q") == 0
     assert read_mcpl(tmp_path / "out.mcpl").header.n_particles == 20_000
 
 
-def test_netcdf_holds_the_counts(out, tmp_path, capsys):
+def test_netcdf_holds_the_counts(out, tmp_path, told):
     xarray = pytest.importorskip("xarray")
     pytest.importorskip("h5netcdf")
     assert export(out, "--to", "netcdf", "--out", tmp_path / "new" / "sky.nc") == 0
     with xarray.open_dataset(tmp_path / "new" / "sky.nc", engine="h5netcdf") as data:
         assert np.array_equal(data.counts.values.reshape(3, -1), source_of(out).counts)
-    capsys.readouterr()
-    assert export(out, "--to", "netcdf", "--out", tmp_path / "new" / "sky.nc") == 0
-    assert "nothing was done again" in capsys.readouterr().out
+    assert "nothing was done again" in told("export", out, "--to", "netcdf", "--out", tmp_path / "new" / "sky.nc").out
     (tmp_path / "out.nc").write_text("mine")
     assert export(out, "--to", "netcdf") == 5
     assert (tmp_path / "out.nc").read_text() == "mine"
     assert export(out, "--to", "netcdf", "--force", "-q") == 0
 
 
-def read_back(folder: Path) -> np.ndarray:
+def read_back(folder):
     return read_scene(folder, compat="aomc").source().counts
 
 
-def test_aomc_launches_the_counts_of_a_run_on_degrees(amc, tmp_path, capsys):
+def test_aomc_launches_the_counts_of_a_run_on_degrees(amc, tmp_path, told, capsys):
     (amc.parent / "abs.inp").write_text("water")
     assert run(amc, "--bins", "degrees", "--out", tmp_path / "far" / "away") == 0
     capsys.readouterr()
@@ -108,15 +98,13 @@ def test_aomc_launches_the_counts_of_a_run_on_degrees(amc, tmp_path, capsys):
     assert names(made) == {"plan.npz", "skydist.inp", "amc.inp", "lambbot.inp", "abs.inp", "counts.csv"}
     for name in ("conc.inp", "scat.inp", "spf.inp"):
         (amc.parent / name).write_text("water")
-    assert export(tmp_path / "far" / "away", "--to", "aomc", "--scene", amc) == 0
-    assert "note" not in capsys.readouterr().out
+    assert "note" not in told("export", tmp_path / "far" / "away", "--to", "aomc", "--scene", amc).out
     assert np.array_equal(read_back(made), source_of(made).counts)
     assert read_scene(made).n_photons.tolist() == [20_000] * 3
 
 
-def test_aomc_without_its_scene_says_what_to_write(amc, out, capsys):
-    assert export(out, "--to", "aomc") == 0
-    assert "write 20000 in line 1 of amc.inp and 1 in line 2" in capsys.readouterr().out
+def test_aomc_without_its_scene_says_what_to_write(amc, out, told):
+    assert "write 20000 in line 1 of amc.inp and 1 in line 2" in told("export", out, "--to", "aomc").out
     assert names(out.with_name("out-aomc")) == {"plan.npz", "skydist.inp", "counts.csv"}
     assert export(out, "--to", "aomc", "--scene", amc.parent, "-q") == 0
     assert read_back(out.with_name("out-aomc")).sum(axis=1).tolist() == [20_000] * 3
@@ -135,28 +123,24 @@ def test_aomc_never_touches_the_files_of_a_scene(amc, out, capsys):
         assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 
-def test_aomc_gives_wavebands_one_total(tmp_path, capsys):
+def test_aomc_gives_wavebands_one_total(tmp_path, told):
     """Intensities of difcol.inp differ: each waveband has the largest total."""
     amc = copy_scene("sun_and_sky", tmp_path)
     assert run(amc, "--out", tmp_path / "out") == 0
-    capsys.readouterr()
-    assert export(tmp_path / "out", "--to", "aomc", "--scene", amc) == 0
-    printed = capsys.readouterr().out
+    printed = told("export", tmp_path / "out", "--to", "aomc", "--scene", amc).out
     launched = read_back(tmp_path / "out-aomc").sum(axis=1)
     assert f"each waveband was planned again with {launched[0]} photons" in printed
     assert len(set(launched.tolist())) == 1
     assert f"{launched.sum()} photons in 5 wavebands" in printed
 
 
-def test_aomc_refusals_are_one_sentence_with_what_cures_them(tmp_path, capsys):
+def test_aomc_refusals_are_one_sentence_with_what_cures_them(tmp_path, told, capsys):
     """All reasons at once; a run with the options that they name is exported."""
     amc = copy_scene("perez_sky", tmp_path)
     toml = amc.parent / "sky.toml"
     toml.write_text(toml.read_text().replace("disc = true", "disc = false"))
     assert run(amc, "--format", "none", "--iterations", 17_000_000, "--out", tmp_path / "out") == 0
-    capsys.readouterr()
-    assert export(tmp_path / "out", "--to", "aomc", "--scene", amc) == 4
-    error = capsys.readouterr().err
+    error = told("export", tmp_path / "out", "--to", "aomc", "--scene", amc, code=4).err
     assert error.count("\n") == 1
     assert "waveband 3 has 17000000 photons" in error
     assert "component 'direct' (law BEAM)" in error
@@ -170,9 +154,8 @@ def test_aomc_refusals_are_one_sentence_with_what_cures_them(tmp_path, capsys):
     assert "planned again with 16000000 photons" in capsys.readouterr().out
 
 
-def test_json_is_one_object(out, capsys):
-    assert export(out, "--to", "npy", "--json") == 0
-    shown = json.loads(capsys.readouterr().out)
+def test_json_is_one_object(out, told):
+    shown = json.loads(told("export", out, "--to", "npy", "--json").out)
     assert shown["wavebands"] == [1, 2, 3]
     assert shown["photons"] == 60_000
     assert shown["plan_sha256"] == source_of(out).plan.sha256
@@ -183,20 +166,18 @@ def test_json_is_one_object(out, capsys):
     }
 
 
-def test_an_unfinished_run_will_do(out):
-    (out / "manifest.json").unlink()
-    assert export(out, "--to", "csv", "-q") == 0
-    assert len(names(out.with_name("out-csv"))) == 4
-
-
 def test_a_file_that_was_cut_is_made_anew(out):
+    """An unfinished run will do; files that are whole stay as they are."""
+    (out / "manifest.json").unlink()
     made = out.with_name("out-csv")
     assert export(out, "--to", "csv", "-q") == 0
-    whole = {path.name: path.read_bytes() for path in made.iterdir()}
+    whole, first = {path.name: path.read_bytes() for path in made.iterdir()}, (made / "photons-0001.csv").stat()
     (made / "photons-0002.csv").write_bytes(whole["photons-0002.csv"][:-1])
     (made / "photons-0003.csv").unlink()
     assert export(out, "--to", "csv", "-q") == 0
     assert {path.name: path.read_bytes() for path in made.iterdir()} == whole
+    assert len(whole) == 4
+    assert (made / "photons-0001.csv").stat().st_mtime_ns == first.st_mtime_ns
 
 
 def test_a_folder_of_another_run_is_refused_unless_forced(amc, out, tmp_path, capsys):
@@ -208,16 +189,15 @@ def test_a_folder_of_another_run_is_refused_unless_forced(amc, out, tmp_path, ca
     assert source_of(tmp_path / "photons").plan.sha256 == source_of(tmp_path / "second").plan.sha256
 
 
-def test_the_run_itself_is_no_target(out, capsys):
+def test_the_run_itself_is_no_target(out, told):
     before = names(out)
-    assert export(out, "--to", "npy", "--out", out, "--force") == 2
-    assert "is the run itself" in capsys.readouterr().err
+    assert "is the run itself" in told("export", out, "--to", "npy", "--out", out, "--force", code=2).err
     out.with_name("link").symlink_to(out)
     assert export(out, "--to", "npy", "--out", out.with_name("link"), "--force") == 2
     assert names(out) == before
 
 
-def test_a_map_is_what_its_name_says(out, tmp_path, capsys):
+def test_a_map_is_what_its_name_says(out, tmp_path, told, capsys):
     begins = {"npy": b"\x93NUMPY", "hdr": b"#?RADIANCE\n", "exr": b"v/1\x01"}
     for ending, first in begins.items():
         path = tmp_path / f"sky.{ending}"
@@ -233,8 +213,7 @@ def test_a_map_is_what_its_name_says(out, tmp_path, capsys):
     assert "sky.hdr exists and holds something else" in capsys.readouterr().err
     assert export(out, "--to", "envmap", "--waveband", 1, "--out", tmp_path / "sky.hdr", "--force", "-q") == 0
     (tmp_path / "new.exr.json").write_text("of somebody")
-    assert export(out, "--to", "envmap", "--out", tmp_path / "new.exr") == 5
-    assert "new.exr.json exists" in capsys.readouterr().err
+    assert "new.exr.json exists" in told("export", out, "--to", "envmap", "--out", tmp_path / "new.exr", code=5).err
     assert not (tmp_path / "new.exr").exists()
     (tmp_path / "v1.2").mkdir()
     assert export(out, "--to", "envmap", "--out", tmp_path / "v1.2", "-q") == 0
@@ -242,52 +221,41 @@ def test_a_map_is_what_its_name_says(out, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("to", "name", "text"),
+    ("words", "text"),
     [
-        ("envmap", "sky.tif", "--to envmap writes no .tif file; a name that ends in .npy, .hdr or .exr is a file"),
-        ("envmap", "sky.mcpl", "writes no .mcpl file"),
-        ("envmap", "out/sky.hdr", "is in the run itself"),
-        ("envmap", "folder.hdr", "folder.hdr is a folder; name a file"),
-        ("mcpl", "sky.hdr", "a name that ends in .mcpl is a file, and a name without an ending"),
-        ("csv", "photons.csv", "--to csv writes no .csv file; a name without an ending, such as photons, is a folder"),
-        ("aomc", "sky.nc", "--to aomc writes no .nc file"),
+        ("envmap --waveband 1 --waveband 2 --out sky.exr", "there are 2: add --waveband"),
+        ("npy --waveband 4", "waveband 4 is not in this run; it has wavebands 1, 2, 3"),
+        ("npy --waveband 0", "waveband 0 is not"),
+        ("csv --scene x", "--scene is for --to aomc"),
+        ("netcdf --waveband 1", "holds all wavebands"),
+        ("envmap --out -", "--out - is for run"),
+        ("envmap --out sky.tif", "--to envmap writes no .tif file; a name that ends in .npy, .hdr or .exr is a file"),
+        ("envmap --out sky.mcpl", "writes no .mcpl file"),
+        ("envmap --out out/sky.hdr", "is in the run itself"),
+        ("envmap --out folder.hdr", "folder.hdr is a folder; name a file"),
+        ("mcpl --out sky.hdr", "a name that ends in .mcpl is a file, and a name without an ending"),
+        ("csv --out photons.csv", "a name without an ending, such as photons, is a folder"),
+        ("aomc --out sky.nc", "--to aomc writes no .nc file"),
     ],
 )
-def test_no_folder_has_the_name_of_a_file(out, tmp_path, capsys, to, name, text):
+def test_usage_errors(out, tmp_path, monkeypatch, told, words, text):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "folder.hdr").mkdir()
     before = names(tmp_path), names(out)
-    assert export(out, "--to", to, "--force", "--out", tmp_path / name) == 2
-    error = capsys.readouterr().err
+    error = told("export", out, "--force", "--to", *words.split(), code=2).err
     assert text in error
     assert error.count("\n") == 1
     assert (names(tmp_path), names(out)) == before
 
 
-@pytest.mark.parametrize(
-    ("words", "text"),
-    [
-        (["--to", "envmap", "--waveband", "1", "--waveband", "2", "--out", "sky.exr"], "there are 2: add --waveband"),
-        (["--to", "npy", "--waveband", "4"], "waveband 4 is not in this run; it has wavebands 1, 2, 3"),
-        (["--to", "npy", "--waveband", "0"], "waveband 0 is not"),
-        (["--to", "csv", "--scene", "x"], "--scene is for --to aomc"),
-        (["--to", "netcdf", "--waveband", "1"], "holds all wavebands"),
-        (["--to", "envmap", "--out", "-"], "--out - is for run"),
-    ],
-)
-def test_usage_errors(out, capsys, words, text):
-    assert export(out, *words) == 2
-    assert text in capsys.readouterr().err
-
-
-def test_what_is_no_run(amc, tmp_path, capsys):
+def test_what_is_no_run(amc, tmp_path, told):
     for path, text in (
         (tmp_path / "nowhere", "there is no such folder"),
         (amc, "this is a scene; a run folder belongs here"),
         (amc.parent, "run it first: aomc-sky run"),
         (tmp_path, "this folder holds no plan.npz"),
     ):
-        assert export(path, "--to", "npy") == 3
-        assert text in capsys.readouterr().err
+        assert text in told("export", path, "--to", "npy", code=3).err
 
 
 @pytest.mark.parametrize("to", ["npy", "mcpl", "netcdf"])
@@ -303,19 +271,6 @@ def test_a_full_disk_leaves_nothing_half(out, tmp_path, to):
     assert process.returncode == 6, err
     assert err.startswith(b"aomc-sky: error: cannot write")
     assert names(tmp_path / "made") <= {"plan.npz"}
-
-
-def test_a_killed_export_is_finished_by_the_same_command(amc, tmp_path):
-    assert main(["run", str(amc), "--iterations", "2e5", "--format", "none", "-q", "--out", str(tmp_path / "out")]) == 0
-    made = tmp_path / "out-npy"
-    end_by(stopped("export", tmp_path / "out", "--to", "npy", block=6), signal.SIGKILL)  # of four in each waveband
-    first = (made / "photons-0001.npy").stat().st_mtime_ns
-    assert not (made / "photons-0002.npy").exists()
-    assert export(tmp_path / "out", "--to", "npy", "-q") == 0
-    assert names(made) == {"plan.npz", *(f"photons-{b:04d}.npy" for b in (1, 2, 3))}
-    assert (made / "photons-0001.npy").stat().st_mtime_ns == first
-    source = source_of(made)
-    assert np.array_equal(np.load(made / "photons-0002.npy", mmap_mode="r"), source.photons(1).directions)
 
 
 def test_progress_and_flat_memory(out, monkeypatch):

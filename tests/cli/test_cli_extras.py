@@ -1,20 +1,18 @@
 """Without an extra: what wants it says so in one line with exit code 2, everything else works."""
 
-from __future__ import annotations
-
-import ast
-from pathlib import Path
+import importlib
+import re
 
 import pytest
 
 from aomc_sky.cli.main import main
 from tests.support.extras import (
     DISTRIBUTIONS,
+    NIGHT,
     PACKAGES,
     Absent,
     commands_of_core,
     commands_wanting,
-    commands_wanting_two,
     extras_of_project,
     hint,
 )
@@ -24,7 +22,7 @@ SOURCE = REPOSITORY / "src" / "aomc_sky"
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory) -> Path:
+def folder(tmp_path_factory):
     made = tmp_path_factory.mktemp("extras")
     words = ["run", str(INPUTS / "clear_day"), "--iterations", "1000", "--format", "none", "-q"]
     assert main([*words, "--out", str(made / "out")]) == 0
@@ -40,41 +38,14 @@ def test_extras_of_the_project():
             assert DISTRIBUTIONS.get(name, name) in extras[extra]
 
 
-def constants_of(tree: ast.Module) -> dict[str, str]:
-    """Texts that a module gives names to, its imports of such names followed."""
-    found: dict[str, str] = {}
-    for node in tree.body:
-        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Constant):
-            found |= {target.id: node.value.value for target in node.targets if isinstance(target, ast.Name)}
-        elif isinstance(node, ast.ImportFrom) and "EXTRA" in {alias.name for alias in node.names}:
-            path = SOURCE.joinpath(*node.module.split(".")[1:]).with_suffix(".py")
-            found |= constants_of(ast.parse(path.read_text()))
-    return found
-
-
-def optional_imports() -> list[tuple[str, str, str]]:
-    """File, package and extra of every call of `optional_module` that names both."""
-    found = []
-    for path in sorted(SOURCE.rglob("*.py")):
-        if "optional_module(" not in (text := path.read_text()):
-            continue
-        tree = ast.parse(text)
-        known = constants_of(tree)
-        for node in ast.walk(tree):
-            if not isinstance(node, ast.Call) or getattr(node.func, "id", "") != "optional_module":
-                continue
-            name, extra = node.args[0], node.keywords[0].value
-            name = name.values[0] if isinstance(name, ast.JoinedStr) else name
-            given = extra.value if isinstance(extra, ast.Constant) else known.get(extra.id)
-            if isinstance(name, ast.Constant) and given:  # others loop over names, or hand an argument on
-                found.append((path.name, str(name.value).partition(".")[0], given))
-    return found
-
-
 def test_every_hint_names_an_extra_that_brings_the_package():
-    calls = optional_imports()
+    calls = []
+    for path in SOURCE.rglob("*.py"):
+        module = ".".join(["aomc_sky", *path.relative_to(SOURCE).with_suffix("").parts])
+        for name, extra in re.findall(r'optional_module\("(\w+)[\w.]*", extra=("\w+"|EXTRA)\)', path.read_text()):
+            calls.append((name, extra.strip('"') if extra != "EXTRA" else importlib.import_module(module).EXTRA))
     assert len(calls) > 15
-    assert [call for call in calls if call[1] not in PACKAGES[call[2]]] == []
+    assert [call for call in calls if call[0] not in PACKAGES[call[1]]] == []
 
 
 @pytest.mark.parametrize("extra", sorted(PACKAGES))
@@ -90,14 +61,11 @@ def test_what_wants_an_extra_names_it(extra, folder, monkeypatch, capsys):
     assert not list(folder.glob("new*"))
 
 
-@pytest.mark.parametrize("pair", [("hdf5", "plot")])
-def test_of_two_extras_the_missing_one_is_named(pair, folder, monkeypatch, capsys):
-    for name in PACKAGES[pair[0]]:
-        pytest.importorskip(name)
-    Absent([name for name in PACKAGES[pair[1]] if name not in PACKAGES[pair[0]]]).hide(monkeypatch)
-    for words in commands_wanting_two(folder)[pair]:
-        assert main(list(words)) == 2
-        assert capsys.readouterr().err.endswith(hint(pair[1]))
+def test_of_two_extras_the_missing_one_is_named(folder, monkeypatch, capsys):
+    pytest.importorskip("h5py")
+    Absent(PACKAGES["plot"]).hide(monkeypatch)
+    assert main(["plot", NIGHT, "--time", "2026-02-14T21:30:00Z", "--out", str(folder / "new.svg")]) == 2
+    assert capsys.readouterr().err.endswith(hint("plot"))
 
 
 def test_everything_else_works_without_any(folder, monkeypatch, capsys):

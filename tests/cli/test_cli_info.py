@@ -1,8 +1,9 @@
 """``info`` and ``validate`` of background-sky files and of descriptions of an atmosphere."""
 
-from __future__ import annotations
-
 import json
+import os
+import subprocess
+import sys
 
 import pytest
 
@@ -14,10 +15,9 @@ from tests.support.shared import DATA, INPUTS
 NIGHT = DATA / "background/good/three_keys.h5"
 
 
-def test_info_lists_animations_keys_and_spectra(capsys):
+def test_info_lists_animations_keys_and_spectra(told):
     pytest.importorskip("h5py")
-    assert main(["info", str(NIGHT)]) == 0
-    text = capsys.readouterr().out
+    text = told("info", NIGHT).out
     assert text.startswith(f"background-sky file {NIGHT}, 1 animation with 3 keys\nname: sky\nauthor: Grüße\n")
     lines = text.splitlines()
     start = lines.index("animation a, 3 keys")
@@ -32,10 +32,9 @@ def test_info_lists_animations_keys_and_spectra(capsys):
     assert lines[-1].split() == ["4e-08", "10", "1250"]
 
 
-def test_info_of_a_background_as_json(capsys):
+def test_info_of_a_background_as_json(told):
     pytest.importorskip("h5py")
-    assert main(["info", "--json", str(NIGHT)]) == 0
-    facts = json.loads(capsys.readouterr().out)
+    facts = json.loads(told("info", "--json", NIGHT).out)
     assert facts["format"] == "background sky"
     assert facts["info"]["format_version"] == 1
     assert facts["wavelength_nm"] == [500.0, 625.0, 750.0]
@@ -45,7 +44,7 @@ def test_info_of_a_background_as_json(capsys):
     assert facts["curves"][1]["greatest"] == 10.0
 
 
-def test_names_from_a_file_do_not_disturb_a_terminal(tmp_path, capsys):
+def test_names_from_a_file_do_not_disturb_a_terminal(tmp_path, told):
     pytest.importorskip("h5py")
 
     def change(file):
@@ -53,39 +52,33 @@ def test_names_from_a_file_do_not_disturb_a_terminal(tmp_path, capsys):
         file["LobeAnims"].move("\x1b[31mred", "\x1b[31m" + "x" * 1000)
 
     path = plain_file(tmp_path / "x.h5", change=change, reference=(1, 2**63), lobes=LOBES * 40)
-    assert main(["info", str(path)]) == 3  # times fall
-    assert "\x1b" not in capsys.readouterr().err
+    assert "\x1b" not in told("info", path, code=3).err
     path = plain_file(tmp_path / "y.h5", change=change, reference=(1, 2**63), lobes=LOBES[:1] * 120)
-    assert main(["info", str(path)]) == 0
-    text = capsys.readouterr().out
+    text = told("info", path).out
     assert "\x1b" not in text
     assert f"reference: absolute\ntime point s: {2**63}\n" in text
     assert "... and 80 more (--json has all)" in text
 
 
-def test_validate_finds_background_h5_in_a_folder(tmp_path, capsys):
+def test_validate_finds_background_h5_in_a_folder(tmp_path, told):
     pytest.importorskip("h5py")
     plain_file(tmp_path / "background.h5", version=2)
-    assert main(["validate", str(tmp_path)]) == 3
-    assert "background.h5: error[E509]" in capsys.readouterr().err
-    assert main(["validate", str(tmp_path / "none.HDF5")]) == 3
-    assert "error[E500]" in capsys.readouterr().err
+    assert "background.h5: error[E509]" in told("validate", tmp_path, code=3).err
+    assert "error[E500]" in told("validate", tmp_path / "none.HDF5", code=3).err
 
 
-def test_a_missing_member_of_info_is_an_error_with_strict(tmp_path, capsys):
+def test_a_missing_member_of_info_is_an_error_with_strict(tmp_path, told):
     pytest.importorskip("h5py")
     path = plain_file(tmp_path / "x.h5", info="none")
-    assert main(["validate", str(path)]) == 0
-    assert capsys.readouterr().err.count("warning[E504]") == 4
+    assert told("validate", path).err.count("warning[E504]") == 4
     assert main(["validate", "--strict", str(path)]) == 3
 
 
 MARS = INPUTS / "atmosphere" / "mars_like.atmo"
 
 
-def test_info_prints_what_an_atmosphere_contains(capsys):
-    assert main(["info", str(MARS)]) == 0
-    lines = capsys.readouterr().out.splitlines()
+def test_info_prints_what_an_atmosphere_contains(told):
+    lines = told("info", MARS).out.splitlines()
     assert lines[0] == f"atmosphere description {MARS}"
     assert {"earth radius m: 3.3895e+06", "earth sun distance m: 2.27987e+11", "scattering orders: 15"} <= set(lines)
     dust, formulas = (line.split() for line in lines if line.startswith("dust "))  # a table in two blocks
@@ -96,9 +89,8 @@ def test_info_prints_what_an_atmosphere_contains(capsys):
     assert [float(word) for word in lines[-8].split()][:3] == [400.0, 0.61096, 0.05]
 
 
-def test_info_of_an_atmosphere_as_json(capsys):
-    assert main(["info", str(MARS), "--json"]) == 0
-    found = json.loads(capsys.readouterr().out)
+def test_info_of_an_atmosphere_as_json(told):
+    found = json.loads(told("info", MARS, "--json").out)
     assert (found["format"], found["scattering_orders"]) == ("atmosphere description", 15)
     assert [part["name"] for part in found["scatterers"]] == ["co2", "dust"]
     assert found["scatterers"][1]["needs_interpolation_guides"]
@@ -109,21 +101,41 @@ def test_info_of_an_atmosphere_as_json(capsys):
     assert found["negligible_species"] == []
 
 
-def test_allow_path_lets_tables_lie_elsewhere(tmp_path, capsys):
+def test_allow_path_lets_tables_lie_elsewhere(tmp_path, told):
     (tmp_path / "home").mkdir()
     (tmp_path / "sun.csv").write_text("300,1\n900,1\n")
     path = tmp_path / "home" / "x.atmo"
     text = (DATA / "atmo" / "good" / "plain.atmo").read_text()
     path.write_text(text.replace("1.5, 1.9, 1.7, 1.4", "file ../sun.csv"))
     for command in ("info", "validate"):
-        assert main([command, str(path)]) == 3
-        assert "error[E402]" in capsys.readouterr().err
+        assert "error[E402]" in told(command, path, code=3).err
         assert main([command, str(path), "--allow-path", str(tmp_path)]) == 0
 
 
-def test_info_prints_the_folder_of_the_header(capsys):
-    assert main(["info", "--include-dir"]) == 0
-    assert capsys.readouterr().out.strip() == str(include_dir())
+def test_info_prints_the_folder_of_the_header(told):
+    assert told("info", "--include-dir").out.strip() == str(include_dir())
     assert all((include_dir() / f"aomc_sky.{end}").is_file() for end in ("h", "c"))
     assert main(["info"]) == 2
     assert main(["info", "--include-dir", "somewhere"]) == 2
+
+
+def test_info_of_a_scene_and_of_a_run(amc, tmp_path, told):
+    text = told("info", amc.parent).out
+    assert "skydist.inp" in text
+    assert "lambbot.inp" in text
+    assert len(json.loads(told("info", amc, "--json").out)["wavebands"]) == 3
+    out = tmp_path / "out"
+    assert main(["run", str(amc), "--iterations", "1e3", "--seed", "77", "--out", str(out), "-q"]) == 0
+    text = told("info", out).out
+    assert "seed 77" in text
+    assert "photons-0003.npy" in text
+    assert json.loads(told("info", out, "--json").out) == json.loads((out / "manifest.json").read_text())
+
+
+def test_file_names_need_not_be_text(amc, tmp_path):
+    folder = os.fsencode(tmp_path) + b"/sc\xffne"
+    os.rename(amc.parent, folder)
+    for command in (b"info", b"validate"):
+        words = [sys.executable, b"-m", b"aomc_sky", command, folder]
+        done = subprocess.run(words, capture_output=True, timeout=60, check=False)
+        assert done.returncode == 0, done.stderr

@@ -1,7 +1,5 @@
 """Usage mistakes: what is wrong comes first, then what was meant; with --json one object of a published schema."""
 
-from __future__ import annotations
-
 import json
 import re
 import shlex
@@ -19,7 +17,7 @@ from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS, REPOSITORY
 
 
-def make_folder(folder: Path) -> None:
+def make_folder(folder):
     """A scene, a run of it, a scene whose sky.toml has an unknown key, an atmosphere, and a program."""
     from aomc_sky.cli.main import main
 
@@ -59,10 +57,16 @@ def test_first_lines_are_those_of_the_pages(folder, monkeypatch, capsys):
         assert len(shown) <= 3
 
 
+@pytest.mark.parametrize("words", [[], ["fly"], ["validate"], ["run", "a", "b"]])
+def test_the_second_line_names_the_help(words, told):
+    first, second = told(*words, code=2).err.splitlines()
+    assert first.startswith("aomc-sky: error: ")
+    assert re.fullmatch(r"      = help: aomc-sky (\w+ )?--help", second)
+
+
 @pytest.mark.parametrize("name", COMMANDS)
-def test_a_command_without_a_word_says_what_it_needs(name, capsys):
-    assert command(name) == 2
-    assert 1 <= len(capsys.readouterr().err.splitlines()) <= 2
+def test_a_command_without_a_word_says_what_it_needs(name, told):
+    assert 1 <= len(told(name, code=2).err.splitlines()) <= 2
 
 
 @pytest.mark.parametrize(
@@ -79,9 +83,8 @@ def test_a_command_without_a_word_says_what_it_needs(name, capsys):
         ("lobes x.h5 --time 0", "aomc-sky info or plot FILE.h5 --time TIME"),
     ],
 )
-def test_what_was_meant(words, said, capsys):
-    assert command(*words.split()) == 2
-    shown = capsys.readouterr()
+def test_what_was_meant(words, said, told):
+    shown = told(*words.split(), code=2)
     problem = json.loads(shown.out)["error"]["problems"][0] if "--json" in words else {"message": shown.err}
     assert said in problem["message"]
 
@@ -117,10 +120,9 @@ def test_errors_of_every_kind_are_one_object(folder, tmp_path, monkeypatch, caps
         assert (answer["error"]["exit_status"], problem["code"], problem["line"]) == (status, code, at), line
 
 
-def test_an_error_is_no_text_among_photons(folder, monkeypatch, capsys):
+def test_an_error_is_no_text_among_photons(folder, monkeypatch, told):
     monkeypatch.chdir(folder)
-    assert command("run", "scene", "--format", "raw", "--out", "-", "--json") == 2
-    said = capsys.readouterr()
+    said = told("run", "scene", "--format", "raw", "--out", "-", "--json", code=2)
     assert said.out == ""
     assert said.err.startswith("aomc-sky: error: --json and --out -")
 

@@ -1,7 +1,5 @@
 """``aomc-sky plot``: what it draws of each kind of path, where the file goes, and what it refuses."""
 
-from __future__ import annotations
-
 import json
 import xml.etree.ElementTree as ET
 
@@ -23,13 +21,12 @@ def run(amc, tmp_path):
     return tmp_path / "out"
 
 
-def told(capsys, *arguments):
-    assert main(["plot", *map(str, arguments), *SMALL, "--json"]) == 0
-    return json.loads(capsys.readouterr().out)
+def drawn(told, *arguments):
+    return json.loads(told("plot", *arguments, *SMALL, "--json").out)
 
 
-def test_a_scene_before_its_run(amc, capsys):
-    found = told(capsys, amc)
+def test_a_scene_before_its_run(amc, told):
+    found = drawn(told, amc)
     assert found["out"] == str(amc.with_name("amc.png"))
     assert (found["of"], found["quantity"]) == ("scene", "radiance / irradiance of the surface [sr-1]")
     assert found["domes"] == ["waveband 1, 555 nm", "waveband 2, 580 nm", "waveband 3, 640 nm"]
@@ -38,7 +35,7 @@ def test_a_scene_before_its_run(amc, capsys):
     assert int.from_bytes(data[16:20], "big") == 300
     assert len(data) == found["bytes"]
     # the folder gives the same picture beside itself
-    assert told(capsys, amc.parent)["out"] == str(amc.parent) + ".png"
+    assert drawn(told, amc.parent)["out"] == str(amc.parent) + ".png"
     assert amc.parent.with_suffix(".png").read_bytes() == data
 
 
@@ -51,18 +48,18 @@ def test_a_picture_for_a_paper_has_its_own_colours_and_no_sentences(amc, tmp_pat
     assert "Seen from" not in paper
 
 
-def test_counts_and_bands_of_a_scene(amc, tmp_path, capsys):
-    found = told(capsys, amc, "--show", "counts", "--waveband", "3", "--waveband", "1", "--out", tmp_path / "sky.svg")
+def test_counts_and_bands_of_a_scene(amc, tmp_path, told):
+    found = drawn(told, amc, "--show", "counts", "--waveband", "3", "--waveband", "1", "--out", tmp_path / "sky.svg")
     assert found["quantity"] == "photons per steradian [sr-1]"
     assert found["domes"] == ["waveband 3, 640 nm", "waveband 1, 555 nm"]
     assert ET.parse(tmp_path / "sky.svg").getroot().tag.endswith("svg")
 
 
-def test_a_run_and_its_pulls(run, capsys):
-    found = told(capsys, run)
+def test_a_run_and_its_pulls(run, told):
+    found = drawn(told, run)
     assert (found["of"], found["quantity"]) == ("run", "photons per steradian [sr-1]")
     assert found["out"] == f"{run}.png"
-    pull = told(capsys, run, "--pull", "--waveband", "2")
+    pull = drawn(told, run, "--pull", "--waveband", "2")
     assert pull["out"] == f"{run}-pull.png"
     assert pull["quantity"].startswith("pull")
     assert pull["domes"] == ["waveband 2, 580 nm"]
@@ -70,33 +67,32 @@ def test_a_run_and_its_pulls(run, capsys):
 
 
 @pytest.mark.parametrize(("words", "against"), [((), "plan"), (("--method", "iid"), "masses")])
-def test_pulls_of_drawn_counts_are_against_the_masses(words, against, amc, tmp_path, capsys):
+def test_pulls_of_drawn_counts_are_against_the_masses(words, against, amc, tmp_path, told):
     """Counts that were drawn are not compared with themselves: the map has colours, and the largest pull a size."""
     out = tmp_path / "pulled"
     assert main(["run", str(amc), "--iterations", "40000", "--out", str(out), "-q", *words]) == 0
-    pull = told(capsys, out, "--pull")
+    pull = drawn(told, out, "--pull")
     largest = pull["largest_pull"]
     off = (largest["observed"] - largest["expected"]) / largest["expected"] ** 0.5
     assert (largest["against"], largest["pull"]) == (against, pytest.approx(off, rel=1e-9))
     # the largest of some 500 pulls of the normal law lies outside 2 to 5.5 once in 1e5
     assert 2.0 < abs(largest["pull"]) < 5.5 if words else abs(largest["pull"]) < 0.5
-    assert main(["plot", str(out), "--pull", *SMALL]) == 0
-    text = capsys.readouterr().out
+    text = told("plot", out, "--pull", *SMALL).out
     assert f"largest pull: waveband {largest['waveband']}, against {against}, zenith_deg " in text
     assert f"pull {largest['pull']:.6g}" in text
 
 
-def test_a_sky_file(amc, capsys):
-    found = told(capsys, amc.parent / "skydist.inp", "--waveband", "2")
+def test_a_sky_file(amc, told):
+    found = drawn(told, amc.parent / "skydist.inp", "--waveband", "2")
     assert found["of"] == "table"
     assert len(found["domes"]) == 1
 
 
-def test_a_netcdf_file(run, tmp_path, capsys):
+def test_a_netcdf_file(run, tmp_path, told):
     pytest.importorskip("h5netcdf")
     pytest.importorskip("xarray")
     assert main(["export", str(run), "--to", "netcdf", "--out", str(tmp_path / "run.nc"), "-q"]) == 0
-    found = told(capsys, tmp_path / "run.nc")
+    found = drawn(told, tmp_path / "run.nc")
     assert found["domes"] == ["waveband 1, 555 nm", "waveband 2, 580 nm", "waveband 3, 640 nm"]
     assert found["quantity"] == "photons per steradian [sr-1]"
     assert main(["plot", str(tmp_path / "run.nc"), "--waveband", "4"]) == 2
@@ -105,33 +101,31 @@ def test_a_netcdf_file(run, tmp_path, capsys):
     assert main(["plot", str(tmp_path / "absent.nc")]) == 3
 
 
-def test_a_background_sky_at_several_times_and_at_one(tmp_path, capsys):
+def test_a_background_sky_at_several_times_and_at_one(tmp_path, told):
     pytest.importorskip("h5py")
     night = INPUTS / "night_sky" / "night.h5"
-    found = told(capsys, night, "--out", tmp_path / "n.png", "--frames", "2", "--animation", "city")
+    found = drawn(told, night, "--out", tmp_path / "n.png", "--frames", "2", "--animation", "city")
     assert found["domes"] == ["00:00 local time", "12:00 local time"]
     time = ["--time", "2026-02-14T21:30:00Z", "--wavelength", "450", "650", "--animation", "starlight"]
-    assert told(capsys, night, *time, "--out", tmp_path / "s.png")["domes"] == ["450 nm", "650 nm"]
+    assert drawn(told, night, *time, "--out", tmp_path / "s.png")["domes"] == ["450 nm", "650 nm"]
 
 
-def test_an_atmosphere_is_solved_by_its_command(tmp_path, capsys):
+def test_an_atmosphere_is_solved_by_its_command(tmp_path, told):
     pytest.importorskip("h5netcdf")
     model = str(INPUTS / "atmosphere" / "molecules_only.atmo")
-    assert main(["plot", model]) == 2
-    assert f"write aomc-sky atmosphere {model} --out sky.nc" in capsys.readouterr().err
+    assert f"write aomc-sky atmosphere {model} --out sky.nc" in told("plot", model, code=2).err
     solved = ["--out", str(tmp_path / "sky.nc"), "--wavelength", "600", "--bins", "3", "4", "--orders", "1", "-q"]
     assert main(["atmosphere", model, *solved]) == 0
-    found = told(capsys, tmp_path / "sky.nc")
+    found = drawn(told, tmp_path / "sky.nc")
     assert (len(found["domes"]), found["quantity"]) == (1, "radiance [W m-2 sr-1 nm-1]")
 
 
-def test_more_bands_than_a_picture_holds_are_told(tmp_path, capsys):
+def test_more_bands_than_a_picture_holds_are_told(tmp_path, told):
     table = sky.TabulatedSky(wavelength_nm=[500.0], values=np.ones((1, 6)), grid=sky.PatchGrid.regular(2, 3))
     bands = sky.Wavebands(wavelength_nm=np.linspace(400.0, 700.0, 30))
     scene = sky.Scene(wavebands=bands, n_photons=100, components=(table,))
     scene.source(0).plan.save(tmp_path / "plan.npz")
-    assert main(["plot", str(tmp_path), "--out", str(tmp_path / "p.png"), *SMALL]) == 0
-    out = capsys.readouterr().out
+    out = told("plot", tmp_path, "--out", tmp_path / "p.png", *SMALL).out
     assert "12 domes" in out
     assert "30 wavebands, 12 spread over them are drawn; choose with --waveband I" in out
 
@@ -151,28 +145,25 @@ def test_more_bands_than_a_picture_holds_are_told(tmp_path, capsys):
         (["--out", "absent/sky.png"], 6, "absent"),
     ],
 )
-def test_what_does_not_go(words, code, text, amc, tmp_path, monkeypatch, capsys):
+def test_what_does_not_go(words, code, text, amc, tmp_path, monkeypatch, told):
     monkeypatch.chdir(tmp_path)
-    assert main(["plot", str(amc), *words]) == code
-    assert text in capsys.readouterr().err
+    assert text in told("plot", amc, *words, code=code).err
     assert list(tmp_path.glob("**/*.png")) == []
 
 
-def test_options_of_a_scene_say_nothing_about_a_run(run, capsys):
+def test_options_of_a_scene_say_nothing_about_a_run(run, told):
     for words in (["--iterations", "5"], ["--sky", "uniform"], ["--seed", "3"], ["--time", "0"], ["--bins", "equal"]):
-        assert main(["plot", str(run), *words]) == 2
-        assert f"{words[0]} is for" in capsys.readouterr().err
+        assert f"{words[0]} is for" in told("plot", run, *words, code=2).err
     assert main(["plot", str(run), "--pull", "--show", "counts"]) == 2
 
 
-def test_a_run_without_photons_has_no_pulls(amc, tmp_path, capsys):
+def test_a_run_without_photons_has_no_pulls(amc, tmp_path, told):
     assert main(["run", str(amc), "--out", str(tmp_path / "out"), "--format", "none", "-q"]) == 0
-    assert main(["plot", str(tmp_path / "out"), "--pull"]) == 2
-    assert "--format npy" in capsys.readouterr().err
+    assert "--format npy" in told("plot", tmp_path / "out", "--pull", code=2).err
     assert main(["plot", str(tmp_path / "out"), *SMALL, "-q"]) == 0
 
 
-def test_polarisation_of_a_run(tmp_path, capsys):
+def test_polarisation_of_a_run(tmp_path, told, capsys):
     """`--quantity` draws a run whose light is polarised; others have none, and a picture has one quantity."""
     sun = {"sun_zenith_deg": 60.0, "sun_azimuth_deg": 140.0}
     model = sky.PerezSky(epsilon=6.0, delta=0.1, polarisation=sky.RayleighPattern(), **sun)
@@ -180,8 +171,7 @@ def test_polarisation_of_a_run(tmp_path, capsys):
         sky.write_run(sky.Scene(wavebands=[550.0], n_photons=100, components=one), tmp_path / name, seed=1)
     for quantity, words in (("dop", "degree of linear"), ("aop", "angle of")):
         out = tmp_path / f"{quantity}.svg"
-        assert main(["plot", str(tmp_path / "polarised"), "--quantity", quantity, "--out", str(out)]) == 0
-        assert words in capsys.readouterr().out
+        assert words in told("plot", tmp_path / "polarised", "--quantity", quantity, "--out", out).out
         assert out.stat().st_size > 10_000
     assert main(["plot", str(tmp_path / "plain"), "--quantity", "dop", "--out", str(out), "--force"]) == 2
     assert "no polarisation" in capsys.readouterr().err
@@ -190,6 +180,5 @@ def test_polarisation_of_a_run(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("words", [(), ("--quantity", "dop"), ("--time", "3")])
-def test_a_path_that_is_not_there_is_said_before_its_options(tmp_path, capsys, words):
-    assert main(["plot", str(tmp_path / "nosuch"), *words]) == 3
-    assert "E100" in capsys.readouterr().err
+def test_a_path_that_is_not_there_is_said_before_its_options(tmp_path, told, words):
+    assert "E100" in told("plot", tmp_path / "nosuch", *words, code=3).err

@@ -1,35 +1,28 @@
 """``run --replicates``: the table, the manifest, resume, pipes, and what is refused."""
 
-from __future__ import annotations
-
 import json
-from importlib import resources
 
-import jsonschema
 import numpy as np
 import pytest
 
 from aomc_sky.cli.main import main
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.plan.plan import Plan
-from tests.support.scenes import run_bytes
+from tests.support.scenes import manifest_of, run_bytes
 
-SCHEMA = json.loads((resources.files("aomc_sky.outputs") / "manifest.schema.json").read_text())
 ERRORS = ("ed_standard_error", "eo_standard_error", "mean_cosine_standard_error", "ed_over_eo_standard_error")
 
 
-def run(*words: object) -> int:
+def run(*words):
     return main(["run", *map(str, words)])
 
 
-def test_table_and_manifest_show_standard_errors(amc, tmp_path, capsys):
+def test_table_and_manifest_show_standard_errors(amc, tmp_path, told):
     out = tmp_path / "out"
-    assert run(amc, "--iterations", 160_003, "--replicates", 16, "--out", out) == 0
-    shown = capsys.readouterr().out
+    shown = told("run", amc, "--iterations", 160_003, "--replicates", 16, "--out", out).out
     for words in ("standard errors from 16 replicates", "about 18 %", "(s.e.)", "no finite variance"):
         assert words in shown
-    manifest = json.loads((out / "manifest.json").read_text())
-    jsonschema.validate(manifest, SCHEMA)
+    manifest = manifest_of(out)
     assert manifest["options"]["sampling"]["replicates"] == 16
     source = PhotonSource.from_plan(Plan.load(out / "plan.npz"))
     for band in manifest["bands"]:
@@ -44,30 +37,24 @@ def test_table_and_manifest_show_standard_errors(amc, tmp_path, capsys):
         ratio = band["eo_standard_error"] * band["ed_over_eo_photons"] ** 2
         assert np.isclose(band["ed_over_eo_standard_error"], ratio, rtol=1e-12)
         assert (band["ed_photons"], band["ed_standard_error"], band["eo_variance_is_finite"]) == (1.0, 0.0, False)
-    assert main(["info", str(out)]) == 0
-    assert "standard errors from 16 replicates" in capsys.readouterr().out
+    assert "standard errors from 16 replicates" in told("info", out).out
 
 
-def test_a_run_without_replicates_has_no_errors(amc, tmp_path, capsys):
-    assert run(amc, "--iterations", 1000, "--out", tmp_path / "out", "--json") == 0
-    shown = json.loads(capsys.readouterr().out)
+def test_a_run_without_replicates_has_no_errors(amc, tmp_path, told):
+    shown = json.loads(told("run", amc, "--iterations", 1000, "--out", tmp_path / "out", "--json").out)
     assert all(band[name] is None for band in shown["bands"] for name in ERRORS)
     assert shown["options"]["sampling"]["replicates"] == 1
-    assert run(amc, "--iterations", 1000, "--out", tmp_path / "out") == 0
-    assert "standard error" not in capsys.readouterr().out
+    assert "standard error" not in told("run", amc, "--iterations", 1000, "--out", tmp_path / "out").out
 
 
-def test_json_and_a_finished_run(amc, tmp_path, capsys):
+def test_json_and_a_finished_run(amc, tmp_path, told):
     words = (amc, "--iterations", 1000, "--replicates", 3, "--method", "iid", "--out", tmp_path / "out")
-    assert run(*words, "--json") == 0
-    first = json.loads(capsys.readouterr().out)
+    first = json.loads(told("run", *words, "--json").out)
     assert all(band["mean_cosine_standard_error"] > 0 for band in first["bands"])
-    assert run(*words, "--json") == 0
-    again = json.loads(capsys.readouterr().out)
+    again = json.loads(told("run", *words, "--json").out)
     assert again["was_finished"]
     assert again["bands"] == first["bands"]
-    assert run(*words) == 0
-    assert "standard errors from 3 replicates" in capsys.readouterr().out
+    assert "standard errors from 3 replicates" in told("run", *words).out
     assert run(amc, "--iterations", 1000, "--replicates", 4, "--method", "iid", "--out", tmp_path / "out") == 5
 
 
@@ -92,10 +79,9 @@ def test_no_photons_no_errors(amc, tmp_path, capsys):
     assert "no standard errors" in capsys.readouterr().out
 
 
-def test_equal_counts_in_all_replicates_are_told(amc, tmp_path, capsys):
+def test_equal_counts_in_all_replicates_are_told(amc, tmp_path, told):
     words = ("--iterations", 1000, "--replicates", 4, "--allocation", "largest-remainder", "--out", tmp_path / "out")
-    assert run(amc, *words) == 0
-    assert "bias is not in these errors" in capsys.readouterr().out
+    assert "bias is not in these errors" in told("run", amc, *words).out
 
 
 @pytest.mark.parametrize(
@@ -109,7 +95,6 @@ def test_equal_counts_in_all_replicates_are_told(amc, tmp_path, capsys):
         (("--replicates", "11"), 4, "too few for 11 replicates"),
     ],
 )
-def test_bad_replicates(amc, tmp_path, capsys, words, code, message):
-    assert run(amc, "--iterations", 10, *words, "--out", tmp_path / "out", "-q") == code
-    assert message in capsys.readouterr().err
+def test_bad_replicates(amc, tmp_path, told, words, code, message):
+    assert message in told("run", amc, "--iterations", 10, *words, "--out", tmp_path / "out", "-q", code=code).err
     assert not (tmp_path / "out").exists()

@@ -1,7 +1,5 @@
 """``run --shard`` through main(argv): shards write in place, and whoever sees all marks ends the run."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 import shutil
@@ -23,27 +21,27 @@ PARTS = {f"{name}.part" for name in FILES}
 
 
 @pytest.fixture(scope="module")
-def amc(tmp_path_factory) -> Path:
+def amc(tmp_path_factory):
     return scene_with_circle(tmp_path_factory.mktemp("scene"))
 
 
-def words(amc: Path, out: Path, *more: object) -> list[str]:
+def words(amc, out, *more):
     return [*map(str, ("run", amc, "--iterations", ITERATIONS, "--waveband", 2, "-q", "--out", out, *more))]
 
 
-def run(amc: Path, out: Path, *more: object) -> int:
+def run(amc, out, *more):
     return main(words(amc, out, *more))
 
 
 @pytest.fixture(scope="module")
-def whole(amc, tmp_path_factory) -> dict[str, bytes]:
+def whole(amc, tmp_path_factory):
     out = tmp_path_factory.mktemp("whole")
     assert run(amc, out) == 0
     return run_bytes(out)
 
 
 @pytest.fixture(scope="module")
-def made(amc, tmp_path_factory) -> Path:
+def made(amc, tmp_path_factory):
     """Shards 1 and 3 of 3; tests copy them."""
     out = tmp_path_factory.mktemp("made") / "out"
     for k in (3, 1):
@@ -52,11 +50,11 @@ def made(amc, tmp_path_factory) -> Path:
 
 
 @pytest.fixture
-def out(made, tmp_path) -> Path:
+def out(made, tmp_path):
     return Path(shutil.copytree(made, tmp_path / "out"))
 
 
-def names(folder: Path) -> set[str]:
+def names(folder):
     return {path.name for path in folder.iterdir()}
 
 
@@ -165,12 +163,10 @@ def test_a_run_in_one_go_takes_a_folder_of_shards(amc, out, whole):
     assert run_bytes(out) == whole
 
 
-def test_a_bit_that_changed_is_found_by_verify(amc, out, capsys):
+def test_a_bit_that_changed_is_found_by_verify(amc, out, told):
     flip_bit(out / "photons-0002.npy.part", 4096 + 12 * (2 * BLOCK + 3))
     assert run(amc, out, "--shard", "2/3") == 0
-    capsys.readouterr()
-    assert main(["verify", str(out), "-q"]) == 1
-    assert f"the first is photon {2 * BLOCK + 3}" in " ".join(capsys.readouterr().out.split())
+    assert f"the first is photon {2 * BLOCK + 3}" in " ".join(told("verify", out, "-q", code=1).out.split())
 
 
 @pytest.mark.parametrize("change", [("--seed", 1), ("--placement", "philox")])
@@ -200,22 +196,18 @@ def test_what_is_no_shard_is_a_usage_error(amc, tmp_path, capsys, more):
     assert not (tmp_path / "out").exists()
 
 
-def test_what_a_shard_prints(amc, tmp_path, capsys):
+def test_what_a_shard_prints(amc, tmp_path, told):
     line = ["run", str(amc), "--iterations", "70000", "--shard", "2/3", "--out", str(tmp_path / "out")]
-    assert main(line) == 0
-    shown = capsys.readouterr().out
+    shown = told(*line).out
     assert "shard 2/3: 70000 photons, seed 0" in shown
     assert "waveband 2: photons 0 to 69999" in shown
     assert "shards that are not made yet: 1/3, 3/3" in shown
-    assert main([*line, "--json"]) == 0
-    again = json.loads(capsys.readouterr().out)
+    again = json.loads(told(*line, "--json").out)
     assert again["shard"] == {"index": 2, "count": 3, "photons": 70000}
     assert again["missing"] == ["1/3", "3/3"]
     assert again["run"]["seconds"] >= 0
-    assert main(["info", str(tmp_path / "out")]) == 0
-    assert "shards: 2/3\nmissing: 1/3 3/3\n" in capsys.readouterr().out
-    assert main(["info", "--json", str(tmp_path / "out")]) == 0
-    assert json.loads(capsys.readouterr().out)["missing"] == ["1/3", "3/3"]
+    assert "shards: 2/3\nmissing: 1/3 3/3\n" in told("info", tmp_path / "out").out
+    assert json.loads(told("info", "--json", tmp_path / "out").out)["missing"] == ["1/3", "3/3"]
 
 
 @pytest.mark.parametrize(("change", "code"), [(2e-16, 0), (1e-9, 5)], ids=["last digit", "another scene"])

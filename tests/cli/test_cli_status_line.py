@@ -1,7 +1,5 @@
 """What takes more than a second says so on a terminal: one line, cleared in the end, and never without a terminal."""
 
-from __future__ import annotations
-
 import functools
 import io
 import threading
@@ -24,7 +22,7 @@ class Terminal(io.StringIO):
     """What a terminal got."""
 
     @property
-    def is_clear(self) -> bool:
+    def is_clear(self):
         """Whether the line is empty, and the cursor at its begin."""
         *_, last, end = ["", *self.getvalue().split("\r")]
         return last.strip() == end == ""
@@ -113,23 +111,11 @@ def commands(tmp_path):
     toml = scene.with_name("sky.toml")
     few = 'clear.atmo"\nmethod = "order1"\nzenith_bins = 2\nazimuth_bins = 2\n'
     toml.write_text(toml.read_text(encoding="utf-8").replace('clear.atmo"', few), encoding="utf-8")
-    out = str(tmp_path / "sky.png")
     return {
-        "scene": (["plot", str(scene), "--size", "300", "--out", out], "preparing the scene"),
-        "run": (["run", str(scene), "--iterations", "10", "--out", str(tmp_path / "out")], "preparing the scene"),
+        "scene": (f"plot {scene} --size 300 --out {tmp_path}/sky.png".split(), "preparing the scene"),
+        "run": (f"run {scene} --iterations 10 --out {tmp_path}/out".split(), "preparing the scene"),
         "table": (
-            [
-                "atmosphere",
-                AIR,
-                "--wavelength",
-                "550",
-                "--bins",
-                "2",
-                "2",
-                "--no-netcdf",
-                "--out-dir",
-                str(tmp_path / "t"),
-            ],
+            f"atmosphere {AIR} --wavelength 550 --bins 2 2 --no-netcdf --out-dir {tmp_path}/t".split(),
             "solving",
         ),
     }

@@ -1,12 +1,9 @@
 """Standard streams that are closed or full, and Ctrl-C before the work begins."""
 
-from __future__ import annotations
-
 import shlex
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -15,7 +12,7 @@ from aomc_sky.cli import main as front_door
 from tests.support.scenes import copy_scene
 
 
-def in_shell(words: list[str], redirection: str) -> subprocess.CompletedProcess[str]:
+def in_shell(words, redirection):
     command = shlex.join([sys.executable, "-m", "aomc_sky", *words])
     return subprocess.run(
         ["sh", "-c", f"{command} {redirection}"], capture_output=True, text=True, timeout=120, check=False
@@ -53,7 +50,7 @@ def test_a_full_standard_output_is_reported(words, is_buffered, monkeypatch):
 
 
 @pytest.fixture
-def _hears_interrupts() -> Iterator[None]:
+def _hears_interrupts():
     """As at a terminal; a shell has SIGINT ignored in what it starts in the background."""
     before = signal.signal(signal.SIGINT, signal.default_int_handler)
     yield
@@ -70,7 +67,7 @@ def test_interrupted_while_the_parser_is_made(monkeypatch, capsys):
 
 @pytest.mark.usefixtures("_hears_interrupts")
 def test_interrupt_that_c_code_answers_with_another_error(monkeypatch, capsys):
-    def as_numpy_does(names: list[str]) -> None:
+    def as_numpy_does(names):
         try:
             signal.raise_signal(signal.SIGINT)
         except KeyboardInterrupt:
@@ -82,7 +79,7 @@ def test_interrupt_that_c_code_answers_with_another_error(monkeypatch, capsys):
 
 
 def test_errors_without_an_interrupt_stay_what_they_are(monkeypatch):
-    def fails(names: list[str]) -> None:
+    def fails(names):
         raise ImportError("really")
 
     monkeypatch.setattr(front_door, "build_parser", fails)

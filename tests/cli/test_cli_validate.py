@@ -1,7 +1,5 @@
 """``validate``: it refuses what ``run`` refuses, in the same words, and nothing else; and every file of a folder."""
 
-from __future__ import annotations
-
 import json
 import shutil
 from pathlib import Path
@@ -24,15 +22,13 @@ FILES = [
 ]
 
 ZERO = sky(rows=[f"{row.rpartition(' ')[0]} 0.0" for row in ROWS])
+DARK = sky(rows=[*ROWS[:3], "2 1 0 0.0", "2 1 1 0.0", "2 2 1 0.0"])
+BACKGROUND = '[[background]]\nfile = "no.h5"\ntime = 2026-06-21T23:30:00Z\n'
+NO_WEATHER = {"sky.toml": None, "difcol.inp": None}
 BROKEN = {
     # name: (scene, files replaced; None: removed; options, exit code)
     "a-sky-of-zeros": ("document_example", {"skydist.inp": ZERO}, [], 4),
-    "one-dark-waveband": (
-        "document_example",
-        {"skydist.inp": sky(rows=[*ROWS[:3], "2 1 0 0.0", "2 1 1 0.0", "2 2 1 0.0"])},
-        [],
-        4,
-    ),
+    "one-dark-waveband": ("document_example", {"skydist.inp": DARK}, [], 4),
     "too-many-photons": ("document_example", {"amc.inp": amc_line(1, "9999999999999999999999", column=40)}, [], 3),
     "degrees-below-the-horizon": ("document_example", {"skydist.inp": sky("1 2 1 20.0")}, ["--bins", "degrees"], 0),
     "weighting-without-degrees": ("document_example", {}, ["--weighting", "aomc"], 2),
@@ -40,23 +36,20 @@ BROKEN = {
     "too-little-memory": ("clear_day", {}, ["--max-memory", "17M"], 2),
     "no-lambbot": ("document_example", {"lambbot.inp": None}, [], 3),
     "no-skydist": ("document_example", {"skydist.inp": None}, [], 3),
-    "no-weather": ("perez_sky", {"sky.toml": None, "difcol.inp": None}, [], 3),
+    "no-weather": ("perez_sky", NO_WEATHER, [], 3),
+    "weather-in-options": ("perez_sky", NO_WEATHER, ["--dni", "850", "--dhi", "95"], 0),
+    "weather-without-light": ("perez_sky", NO_WEATHER, ["--dni", "0", "--dhi", "0"], 4),
     "two-files": ("document_example", {"skydist.inp": sky("1 9 9 -1"), "lambbot.inp": "x\n"}, [], 3),
     "sun-below-the-horizon": ("perez_sky", {}, ["--sun-zenith", "89.9999999"], 0),
     "night-without-light": ("perez_sky", {}, ["--sky", "none"], 2),
     "unknown-key": ("perez_sky", {"sky.toml": "[perez]\ndni = 1\ndhii = 2\n"}, [], 3),
     "unknown-table": ("document_example", {"sky.toml": '[sky]\nmodel = "nonesuch"\n'}, [], 3),
-    "background-that-is-missing": (
-        "document_example",
-        {"sky.toml": '[[background]]\nfile = "no.h5"\ntime = 2026-06-21T23:30:00Z\n'},
-        [],
-        3,
-    ),
+    "background-that-is-missing": ("document_example", {"sky.toml": BACKGROUND}, [], 3),
     "nothing-wrong": ("document_example", {}, [], 0),
 }
 
 
-def both_agree(folder: Path, tmp_path: Path, options: list[str], capsys) -> tuple[int, str]:
+def both_agree(folder, tmp_path, options, capsys):
     """Compare ``run`` with ``validate``; return the code and the text that both have."""
     ran = main(
         ["run", str(folder), "--format", "none", "-q", "--iterations", "1000", "--out", str(tmp_path / "o"), *options]
@@ -90,6 +83,13 @@ def test_scenes_that_no_single_file_gives_away(name, tmp_path, capsys):
     assert both_agree(folder, tmp_path, options, capsys)[0] == code
 
 
+def test_half_a_weather_is_a_usage_error(tmp_path, told):
+    folder = copy_scene("perez_sky", tmp_path).parent
+    for file in NO_WEATHER:
+        (folder / file).unlink()
+    told("validate", folder, "--dni", "850", code=2)
+
+
 @pytest.mark.parametrize(("kind", "path"), FILES, ids=[f"{kind}-{path.stem}" for kind, path in FILES])
 def test_scenes_with_one_bad_file(kind, path, tmp_path, capsys):
     folder = copy_scene(BASE[kind], tmp_path).parent
@@ -97,18 +97,17 @@ def test_scenes_with_one_bad_file(kind, path, tmp_path, capsys):
     both_agree(folder, tmp_path, [], capsys)
 
 
-def test_warnings_of_a_scene_are_errors_under_strict(tmp_path, capsys):
+def test_warnings_of_a_scene_are_errors_under_strict(tmp_path, told):
     """Wavebands far from the sky's wavelengths: no file alone shows it."""
     folder = copy_scene("document_example", tmp_path).parent
     (folder / "skydist.inp").write_text(sky(waves="350.0 360.0"))
-    assert main(["validate", str(folder)]) == 0
-    assert "warning[E310]" in capsys.readouterr().err
+    assert "warning[E310]" in told("validate", folder).err
     assert main(["run", str(folder), "--strict", "--dry-run"]) == 3
     assert main(["validate", str(folder), "--strict"]) == 3
 
 
 def test_the_light_of_an_atmosphere_is_not_solved(monkeypatch, capsys):
-    def solve(*_: object, **__: object) -> None:
+    def solve(*_, **__):
         raise AssertionError("solved")
 
     monkeypatch.setattr("aomc_sky.source.read.atmosphere.atmosphere_light", solve)
@@ -118,7 +117,7 @@ def test_the_light_of_an_atmosphere_is_not_solved(monkeypatch, capsys):
 BAD_INPUTS = sorted(path.name for path in (INPUTS / "bad").iterdir() if path.suffix in (".inp", ".toml"))
 
 
-def validated(path: Path, capsys) -> tuple[int, dict[str, list[str]]]:
+def validated(path, capsys):
     """Exit code of ``validate --json``, and the problems of every file under its name."""
     code = main(["validate", str(path), "--json"])
     files = json.loads(capsys.readouterr().out)["files"]
@@ -152,19 +151,15 @@ def test_files_with_names_of_their_own(tmp_path, capsys):
     assert (code, problems) == (0, {p.name: [] for p in (tmp_path / "air").glob("*.atmo")})
 
 
-def test_a_problem_of_a_file_that_sky_toml_names_is_told_once(tmp_path, capsys):
+def test_a_problem_of_a_file_that_sky_toml_names_is_told_once(tmp_path, told):
     folder = copy_scene("atmosphere_sky", tmp_path).parent
     atmo = folder / "clear.atmo"
     atmo.write_text(atmo.read_text().replace(":", ";", 1))
-    assert main(["validate", str(folder)]) == 3
-    told = capsys.readouterr()
-    assert told.err.count("clear.atmo:1:1: error[") == 1
-    assert told.out.count("has errors") == 2
+    said = told("validate", folder, code=3)
+    assert said.err.count("clear.atmo:1:1: error[") == 1
+    assert said.out.count("has errors") == 2
 
 
-def test_weather_files(capsys):
-    assert (
-        main(["validate", str(INPUTS / "weather" / "two_days.epw"), str(DATA / "weather" / "good" / "invented.tm2")])
-        == 0
-    )
-    assert capsys.readouterr().out.count(": ok") == 2
+def test_weather_files(told):
+    epw, tm2 = INPUTS / "weather" / "two_days.epw", DATA / "weather" / "good" / "invented.tm2"
+    assert told("validate", epw, tm2).out.count(": ok") == 2

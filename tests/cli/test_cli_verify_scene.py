@@ -1,8 +1,5 @@
 """aomc-sky verify --scene AMC_INP FILE: photons that another code made."""
 
-from __future__ import annotations
-
-import gzip
 import json
 import warnings
 from dataclasses import replace
@@ -24,12 +21,12 @@ N = 60_000
 
 
 @pytest.fixture(scope="module")
-def scene() -> sky.Scene:
+def scene():
     return sky.read_scene(SCENE, iterations=N)
 
 
 @pytest.fixture(scope="module")
-def photons(scene: sky.Scene) -> np.ndarray:
+def photons(scene):
     """Independent photons of the first waveband, as another code would draw them."""
     return directions_of(scene.source(9, method="iid"))
 
@@ -38,7 +35,7 @@ def photons(scene: sky.Scene) -> np.ndarray:
 def verify(tmp_path, capsys):
     """Save an array, verify it, and return exit code and report."""
 
-    def call(rows: np.ndarray | Path, *words: object, scene: Path = SCENE):
+    def call(rows, *words, scene=SCENE):
         path = rows if isinstance(rows, Path) else tmp_path / "theirs.npy"
         if not isinstance(rows, Path):
             np.save(path, rows)
@@ -50,7 +47,7 @@ def verify(tmp_path, capsys):
     return call
 
 
-def failed(report: dict) -> set[str]:
+def failed(report):
     return {check["name"] for check in report["checks"] if not check["passed"]}
 
 
@@ -242,7 +239,7 @@ def test_optical_photons_are_photons(verify, tmp_path):
 
 
 @pytest.mark.parametrize("name", ["perez_sky", "sun_and_sky"])
-def test_the_numbers_of_photons_come_from_the_file(name, tmp_path, capsys):
+def test_the_numbers_of_photons_come_from_the_file(name, tmp_path, told, capsys):
     """Wavebands that differ in number, and a run of other iterations than amc.inp says: compared photon by photon."""
     files, path = INPUTS / name, tmp_path / "ours.mcpl"
     with warnings.catch_warnings():
@@ -253,8 +250,7 @@ def test_the_numbers_of_photons_come_from_the_file(name, tmp_path, capsys):
     for words in ([], ["--waveband", "2"]):
         assert main(["verify", "--scene", str(files), str(path), *words]) == 0
         assert "its plan is the plan of this scene: every photon is compared with it" in capsys.readouterr().out
-    assert main(["verify", "--scene", str(files), str(path), "--iterations", "701"]) == 0
-    assert "its plan is not the plan of this scene" in capsys.readouterr().out
+    assert "its plan is not the plan of this scene" in told("verify", "--scene", files, path, "--iterations", "701").out
 
 
 @pytest.mark.parametrize(
@@ -308,13 +304,6 @@ def test_copies_of_photons_are_found(verify, photons):
     assert check["detail"].startswith("300 pairs are equal")
 
 
-def test_a_packed_file_is_tested_as_it_is(verify, scene, tmp_path):
-    sky.write_mcpl(scene.source(9), tmp_path / "x.mcpl")
-    (tmp_path / "x.mcpl.gz").write_bytes(gzip.compress((tmp_path / "x.mcpl").read_bytes()))
-    code, report = verify(tmp_path / "x.mcpl")
-    assert (code, failed(report)) == (0, set())
-
-
 def test_the_programs_lattice(verify):
     scene = INPUTS / "document_example" / "amc.inp"
     source = sky.read_scene(scene, compat="aomc", iterations=N).source(0)
@@ -344,34 +333,18 @@ def test_photons_from_dark_zones(verify):
 @pytest.mark.parametrize(
     ("words", "what"),
     [
-        ((), "name the waveband of the photons with --waveband"),
-        (("--waveband", "9"), "waveband 9 is not in this scene"),
-        (("--waveband", "1", "--waveband", "2"), "give one --waveband"),
-        (("--waveband", "1", "--resample", "0.5"), "--resample"),
+        (f"--scene {SCENE}", "name the waveband of the photons with --waveband"),
+        (f"--scene {SCENE} --waveband 9", "waveband 9 is not in this scene"),
+        (f"--scene {SCENE} --waveband 1 --waveband 2", "give one --waveband"),
+        (f"--scene {SCENE} --waveband 1 --resample 0.5", "--resample"),
+        ("", "--scene AMC_INP"),
     ],
 )
-def test_usage_errors(tmp_path, capsys, photons, words, what):
+def test_usage_errors(tmp_path, told, photons, words, what):
     np.save(tmp_path / "x.npy", photons[:100])
-    assert main(["verify", "--scene", str(SCENE), str(tmp_path / "x.npy"), *words]) == 2
-    assert what in capsys.readouterr().err
-
-
-def test_a_file_without_a_scene(tmp_path, capsys, photons):
-    np.save(tmp_path / "x.npy", photons[:100])
-    assert main(["verify", str(tmp_path / "x.npy")]) == 2
-    assert "--scene AMC_INP" in capsys.readouterr().err
-
-
-def test_the_zones_with_the_largest_differences_are_listed(tmp_path, capsys, photons):
-    path = tmp_path / "theirs.npy"
-    np.save(path, uniform_in_zenith_angle(photons, 0.2))
-    assert main(["verify", "--scene", str(SCENE), str(path), "--waveband", "1"]) == 1
-    text = capsys.readouterr().out
-    assert "zones with the largest differences" in text
-    assert list(tmp_path.iterdir()) == [path]
+    assert what in told("verify", tmp_path / "x.npy", *words.split(), code=2).err
 
 
 @pytest.mark.parametrize("words", [("--iterations", "7"), ("--compat", "aomc"), ("--sun-zenith", "30"), ("--no-disc",)])
-def test_options_of_a_scene_are_not_dropped_for_a_run(tmp_path, capsys, words):
-    assert main(["verify", str(tmp_path), *words]) == 2
-    assert f"{words[0].replace('--no-', '--')} says how a scene is read" in capsys.readouterr().err
+def test_options_of_a_scene_are_not_dropped_for_a_run(tmp_path, told, words):
+    assert f"{words[0].replace('--no-', '--')} says how a scene is read" in told("verify", tmp_path, *words, code=2).err

@@ -1,18 +1,15 @@
 """Lists of wavelengths: every command takes them with blanks and with commas."""
 
-from __future__ import annotations
-
 import shlex
 
 import pytest
 
-from aomc_sky.cli.main import main
 from aomc_sky.cli.usage import COMMANDS, WrongWordsError, build_parser
 
 NEEDED = {"run": [], "verify": ["out"], "atmosphere": ["a.atmo"], "info": ["a.h5"], "plot": ["a.h5"], "perez": []}
 
 
-def lists() -> list[tuple[str, str]]:
+def lists():
     """Command and option of each list of wavelengths."""
     parsers = next(action for action in build_parser()._actions if action.dest == "command").choices
     return [
@@ -24,7 +21,7 @@ def lists() -> list[tuple[str, str]]:
     ]
 
 
-def parsed(command: str, words: str) -> list[float] | None:
+def parsed(command, words):
     arguments = build_parser([command]).parse_args([command, *shlex.split(words)])
     return getattr(arguments, "wavelengths", None) or getattr(arguments, "wavelength", None)
 
@@ -95,9 +92,8 @@ def test_what_is_no_list_of_wavelengths(command, form, text):
         parsed(command, f"{shlex.join(NEEDED[command])} --wavelengths {form}")
 
 
-def test_a_scene_that_is_not_there_is_what_is_wrong(tmp_path, monkeypatch, capsys):
+def test_a_scene_that_is_not_there_is_what_is_wrong(tmp_path, monkeypatch, told):
     monkeypatch.chdir(tmp_path)
-    assert main(["run", "--sky", "overcast", "--wavelengths", "443", "gray"]) == 3
-    said = capsys.readouterr().err
+    said = told("run", "--sky", "overcast", "--wavelengths", "443", "gray", code=3).err
     assert "E100" in said
     assert "lambbot.inp" not in said

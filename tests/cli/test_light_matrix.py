@@ -1,10 +1,4 @@
-"""Any sky with its sun, from any entrance: it has the beam, or one sentence says why not.
-
-Every cell asks for the same sun and the same irradiances. Where a sky cannot be named at an entrance, the error is a
-usage error with one sentence.
-"""
-
-from __future__ import annotations
+"""Any sky with its sun, from any entrance: it has the beam, or one sentence says why not."""
 
 import json
 import shutil
@@ -17,6 +11,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.cli.main import main
+from tests.support.fields import field_of
 from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
 
@@ -44,7 +39,7 @@ REFUSED = {
 
 
 @pytest.fixture
-def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def files(tmp_path, monkeypatch):
     """A folder with a scene without sky.toml and difcol.inp, a measured sky, a field, an atmosphere and a plug-in."""
     monkeypatch.chdir(tmp_path)
     amc = copy_scene("perez_sky", tmp_path)
@@ -68,31 +63,21 @@ def files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return amc.parent
 
 
-def write_field(folder: Path) -> None:
-    xarray = pytest.importorskip("xarray")
-    pytest.importorskip("h5netcdf")
+def write_field(folder):
     zenith, azimuth = np.arange(5.0, 90.0, 10.0), np.arange(15.0, 360.0, 30.0)
-    values = (1 + np.cos(np.radians(zenith)))[:, None] * np.ones((1, azimuth.size))
-    field = xarray.DataArray(
-        values,
-        coords={
-            "zenith": ("zenith", zenith, {"units": "degree"}),
-            "azimuth": ("azimuth", azimuth, {"units": "degree"}),
-        },
-        attrs={"units": "W m-2 nm-1 sr-1", "azimuth_convention": "counter-clockwise from east"},
-        name="radiance",
-    )
+    field = field_of((1 + np.cos(np.radians(zenith)))[:, None] * np.ones((1, azimuth.size)), zenith, azimuth)
+    field.attrs.update(units="W m-2 nm-1 sr-1", azimuth_convention="counter-clockwise from east")
     for target in (folder, folder.parent):
         field.to_netcdf(target / "field.nc", engine="h5netcdf")
 
 
-def manifest(words: list[str], out: Path) -> dict[str, Any]:
+def manifest(words, out):
     assert main(["run", *words, "--iterations", "1000", "--out", str(out), "-q"]) == 0
     assert main(["verify", str(out), "-q"]) == 0
     return dict(json.loads((out / "manifest.json").read_text()))
 
 
-def shares_of(found: dict[str, Any], folder: Path) -> list[float]:
+def shares_of(found, folder):
     """Share of the photons that come from the sun's own direction."""
     shares = []
     for band in range(1, len(found["bands"]) + 1):
@@ -103,14 +88,14 @@ def shares_of(found: dict[str, Any], folder: Path) -> list[float]:
     return shares
 
 
-def by_options(name: str, files: Path) -> dict[str, Any]:
+def by_options(name, files):
     """The folder of amc.inp, with options."""
     named = {"function": "sky.py", "atmosphere": "clear.atmo", **FILES}.get(name, name)
     options = [word for key, value in NAMED.get(name, {}).items() for word in ("--sky-option", f"{key}={value}")]
     return manifest([str(files), *SUN, *LIGHT, "--sky", named, *options], files.parent / "out")
 
 
-def alone(name: str, files: Path) -> dict[str, Any]:
+def alone(name, files):
     """The command line without amc.inp."""
     if name in FILES:
         return manifest([FILES[name], *SUN, *LIGHT, "--wavelengths", *NM], files.parent / "out")
@@ -119,7 +104,7 @@ def alone(name: str, files: Path) -> dict[str, Any]:
     return manifest(["--sky", named, *options, *SUN, *LIGHT, "--wavelengths", *NM], files.parent / "out")
 
 
-def by_toml(name: str, files: Path) -> dict[str, Any]:
+def by_toml(name, files):
     """sky.toml beside amc.inp."""
     if name == "atmosphere":
         for file in ("clear.atmo", "lambbot.inp"):  # its wavelengths, 410 to 680 nm
@@ -135,7 +120,7 @@ def by_toml(name: str, files: Path) -> dict[str, Any]:
     return manifest([str(files)], files.parent / "out")
 
 
-def in_python(name: str, files: Path) -> dict[str, Any]:
+def in_python(name, files):
     """`weather_scene`."""
     how: dict[str, Any] = {"sky": name, "sky_options": NAMED.get(name)}
     if name == "function":
@@ -163,9 +148,7 @@ ENTRANCES: dict[str, Callable[[str, Path], dict[str, Any]]] = {
 
 @pytest.mark.parametrize("entrance", ENTRANCES)
 @pytest.mark.parametrize("name", SKIES)
-def test_every_sky_has_its_sun_or_says_why_not(
-    name: str, entrance: str, files: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_every_sky_has_its_sun_or_says_why_not(name, entrance, files, capsys):
     if name == "field":
         write_field(files)
     sentence = REFUSED.get((name, entrance))

@@ -1,7 +1,5 @@
 """docs/architecture.md: its drawing and its table are those of the code, and its changes can be made as they stand."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess
@@ -19,23 +17,23 @@ FIGURES = REPOSITORY / "docs" / "figures"
 CHANGES = re.findall(r"^### An? ([\w ]+)\n.*?^```diff\n(.*?)^```$", PAGE.read_text(), re.MULTILINE | re.DOTALL)
 
 
-def draw(folder: Path) -> None:
+def draw(folder):
     subprocess.run([sys.executable, str(FIGURES / "draw_architecture.py"), str(folder)], check=True)
 
 
-def test_drawing_and_table_are_those_of_the_code(tmp_path: Path) -> None:
+def test_drawing_and_table_are_those_of_the_code(tmp_path):
     draw(tmp_path)
     for name in ("architecture.svg", "rooms.md"):
         drawn, shown = (tmp_path / name).read_text(), (FIGURES / name).read_text()
         assert drawn == shown, f"run python docs/figures/draw_architecture.py, which makes {name} anew"
 
 
-def test_there_is_a_change_for_everything_that_is_often_added() -> None:
+def test_there_is_a_change_for_everything_that_is_often_added():
     assert [name for name, _ in CHANGES] == ["sky", "input option", "output"]
 
 
 @pytest.mark.parametrize("change", [change for _, change in CHANGES], ids=[name for name, _ in CHANGES])
-def test_a_change_applies_to_the_code_as_it_is(change: str) -> None:
+def test_a_change_applies_to_the_code_as_it_is(change):
     done = subprocess.run(
         ["git", "apply", "--check", "-"], cwd=REPOSITORY, input=change, text=True, capture_output=True, check=False
     )
@@ -43,7 +41,7 @@ def test_a_change_applies_to_the_code_as_it_is(change: str) -> None:
 
 
 @pytest.fixture(params=[name for name, _ in CHANGES])
-def changed(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[str, Path]:
+def changed(request, tmp_path):
     """A copy of package and tests with one change of the page."""
     for name in ("src", "tests", "inputs"):
         ignored = shutil.ignore_patterns("__pycache__", "*.egg-info")
@@ -57,7 +55,7 @@ def changed(request: pytest.FixtureRequest, tmp_path: Path) -> tuple[str, Path]:
     return request.param, tmp_path
 
 
-def in_copy(copy: Path, *words: str) -> str:
+def in_copy(copy, *words):
     """What a command of Python prints that sees the copy alone."""
     command = [sys.executable, "-c", f"import sys; sys.path[:0] = [{str(copy / 'src')!r}, {str(copy)!r}]\n" + words[0]]
     done = subprocess.run([*command, *words[1:]], cwd=copy, text=True, capture_output=True, check=False)
@@ -69,7 +67,7 @@ PYTEST = "import pytest; sys.exit(pytest.main(['-q', '-p', 'no:cacheprovider', *
 COMMAND = "from aomc_sky.cli.main import main; sys.exit(main(sys.argv[1:]))"
 
 
-def sky_is_tested(copy: Path) -> None:
+def sky_is_tested(copy):
     assert "passed" in in_copy(copy, PYTEST, "tests/conformance/test_sky_models.py", "-k", "clear or registered")
     (copy / "scene").mkdir()
     for name in ("amc.inp", "difcol.inp", "lambbot.inp"):
@@ -83,14 +81,14 @@ def sky_is_tested(copy: Path) -> None:
     in_copy(copy, COMMAND, "verify", "by_file", "-q")
 
 
-def option_is_taken(copy: Path) -> None:
+def option_is_taken(copy):
     words = ["run", "inputs/perez_sky", "--epsilon", "30", "--delta", "2", "--iterations", "100", "-q"]
     in_copy(copy, COMMAND, *words, "--out", "out")
     refused = "assert main(sys.argv[1:]) == 4"
     in_copy(copy, COMMAND.replace("sys.exit(main(sys.argv[1:]))", refused), *words, "--refuse-limits", "--out", "none")
 
 
-def output_is_written(copy: Path) -> None:
+def output_is_written(copy):
     words = ["run", "inputs/clear_day/amc.inp", "--iterations", "1000", "--precision", "float64", "--out", "out", "-q"]
     in_copy(copy, COMMAND, *words, "--format", "double", "--format", "npy")
     in_copy(copy, COMMAND, "verify", "out", "-q")
@@ -107,7 +105,7 @@ CHECKS: dict[str, Callable[[Path], None]] = {
 
 
 @pytest.mark.slow
-def test_a_change_does_what_the_page_says(changed: tuple[str, Path]) -> None:
+def test_a_change_does_what_the_page_says(changed):
     name, copy = changed
     check = CHECKS[name]
     check(copy)

@@ -1,7 +1,5 @@
 """docs/cli.md against the parser: every command and option is there, and no other; help is of one form."""
 
-from __future__ import annotations
-
 import argparse
 import re
 import shlex
@@ -20,13 +18,13 @@ PARSERS: dict[str, argparse.ArgumentParser] = next(
 ).choices
 
 
-def options_of(parser: argparse.ArgumentParser, *, hidden: bool = False) -> set[str]:
+def options_of(parser, *, hidden=False):
     """Option strings of a command; those too that only say where they went."""
     shown = (action for action in parser._actions if hidden or action.help is not argparse.SUPPRESS)
     return {flag for action in shown for flag in action.option_strings} - {"-h", "--help"}
 
 
-def sections() -> list[tuple[set[str], str]]:
+def sections():
     """Commands and text of every section about options: they stand in its head, or after `Options of` below it."""
     found = []
     for part in re.split(r"(?m)^## ", PAGE)[1:]:
@@ -37,7 +35,7 @@ def sections() -> list[tuple[set[str], str]]:
     return found
 
 
-def page_options(command: str) -> set[str]:
+def page_options(command):
     return {flag for commands, text in sections() if command in commands for flag in FLAG.findall(text)}
 
 

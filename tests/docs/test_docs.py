@@ -1,9 +1,6 @@
 """The pages say what is true: commands, links, options, names."""
 
-from __future__ import annotations
-
 import re
-from pathlib import Path
 
 import pytest
 
@@ -27,13 +24,13 @@ PAGES = sorted(
 )
 
 
-def test_readme_has_exactly_the_two_set_up_commands() -> None:
+def test_readme_has_exactly_the_two_set_up_commands():
     blocks = re.findall(r"^```sh\n(.*?)^```$", README, re.MULTILINE | re.DOTALL)
     assert "".join(blocks).splitlines() == [RUN_COMMAND, TEST_COMMAND]
 
 
 @pytest.mark.parametrize("page", PAGES, ids=[str(page.relative_to(REPOSITORY)) for page in PAGES])
-def test_links_of_a_page_lead_somewhere(page: Path) -> None:
+def test_links_of_a_page_lead_somewhere(page):
     text = re.sub(r"^```.*?^```$", "", page.read_text(), flags=re.MULTILINE | re.DOTALL)
     found = re.findall(r"\]\(([^)\s]+)\)|<img src=\"([^\"]+)\"", text)
     targets = [t for t in map("".join, found) if not re.match(r"[a-z]+://|#|mailto:", t)]
@@ -41,7 +38,7 @@ def test_links_of_a_page_lead_somewhere(page: Path) -> None:
     assert missing == []
 
 
-def test_exit_codes_of_the_errors_stand_in_the_manual() -> None:
+def test_exit_codes_of_the_errors_stand_in_the_manual():
     from aomc_sky import errors
 
     codes = {
@@ -53,14 +50,14 @@ def test_exit_codes_of_the_errors_stand_in_the_manual() -> None:
     assert codes | {0, 130} == {int(row) for row in rows}
 
 
-def test_every_citation_has_its_entry_and_every_entry_its_citation() -> None:
+def test_every_citation_has_its_entry_and_every_entry_its_citation():
     entries = set(re.findall(r"^@\w+\{(\w+),", (REPOSITORY / "docs/references.bib").read_text(), re.MULTILINE))
     pages = "".join(page.read_text() for page in PAGES if "docs" in page.parts)
     cited = {key.strip() for keys in re.findall(r"\{cite\}`([^`]+)`", pages) for key in keys.split(",")}
     assert cited == entries
 
 
-def test_decisions_keep_their_numbers() -> None:
+def test_decisions_keep_their_numbers():
     """A record is named by its number, once; the number of one that was withdrawn is not used again."""
     text = (REPOSITORY / "docs/decisions/index.md").read_text()
     kept, _, withdrawn = text.partition("## Withdrawn")
@@ -69,9 +66,3 @@ def test_decisions_keep_their_numbers() -> None:
     numbers = [int(n) for n in [*records[::2], *(n for pair in lines for n in pair if n)]]
     assert sorted(numbers) == list(range(1, max(numbers) + 1))
     assert all("**Decision.**" in record and "**Why.**" in record for record in records[1::2])
-
-
-@pytest.mark.parametrize("name", ["amc", "atmo", "sky_toml"])
-def test_page_of_a_text_format_has_a_grammar(name: str) -> None:
-    page = (REPOSITORY / "docs" / "formats" / f"{name}.md").read_text()
-    assert "## Grammar\n" in page

@@ -1,12 +1,9 @@
 """Examples of public names, as `help` and the site show them, are run and print what they say."""
 
-from __future__ import annotations
-
 import doctest
 import inspect
 import pydoc
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,20 +23,20 @@ RETURNED = ["emission.host.NumbaSampler", "formats.mcpl.file.McplFile"]
 RETURNED += ["skies.lobes.file.data.Animation", "skies.lobes.file.data.BackgroundFile"]
 
 
-def examples(name: str) -> doctest.DocTest:
+def examples(name):
     value = pydoc.locate(f"aomc_sky.{name}")
     names = {"np": np, "sky": aomc_sky}  # as the pages of the site say
     return doctest.DocTestParser().get_doctest(inspect.getdoc(value) or "", names, name, None, None)
 
 
-def needs(test: doctest.DocTest) -> list[str]:
+def needs(test):
     """Libraries that an example takes besides those of the package."""
     text = "".join(example.source for example in test.examples)
     return [library for library, words in EXTRA.items() if re.search(words, text)]
 
 
 @pytest.mark.parametrize("name", [*sorted(set(public_names()) - WITHOUT), *RETURNED])
-def test_example_prints_what_it_says(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_example_prints_what_it_says(name, tmp_path, monkeypatch):
     test = examples(name)
     assert test.examples, "a public name shows how it is used"
     for library in needs(test):

@@ -1,10 +1,7 @@
 """Pages that a reader follows: everything they say to type is typed, and what they show comes out."""
 
-from __future__ import annotations
-
 import re
 import shutil
-from pathlib import Path
 
 import pytest
 
@@ -19,14 +16,14 @@ CODE = ("c", "fortran", "cuda", "python")
 
 
 @needs("gcc", "gfortran")
-def test_readme(tmp_path: Path) -> None:
+def test_readme(tmp_path):
     pytest.importorskip("pvlib")
     assert carry_out("../README.md", tmp_path) == 5
     if shutil.which("nvcc"):
         run(["nvcc", "-fmad=false", f"-I{include_dir()}", "-c", "-o", "kernel.o", "kernel.cu"], tmp_path)
 
 
-def test_every_block_of_the_readme_is_run_and_short() -> None:
+def test_every_block_of_the_readme_is_run_and_short():
     """Here or, those of ``sh``, by .ci/run (tests/docs/test_docs.py)."""
     text = (REPOSITORY / "README.md").read_text()
     assert set(re.findall(r"^```(\w*)\n.*?^```$", text, re.MULTILINE | re.DOTALL)) == {"console", "sh", *CODE}
@@ -40,7 +37,7 @@ def test_every_block_of_the_readme_is_run_and_short() -> None:
 
 @needs("gcc", "gfortran")
 @pytest.mark.slow
-def test_tutorial_after_the_readme_in_one_folder(tmp_path: Path) -> None:
+def test_tutorial_after_the_readme_in_one_folder(tmp_path):
     pytest.importorskip("matplotlib")
     pytest.importorskip("pvlib")
     assert carry_out("../README.md", tmp_path) == 5
@@ -51,7 +48,7 @@ def test_tutorial_after_the_readme_in_one_folder(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_page_of_five_tasks(tmp_path: Path) -> None:
+def test_page_of_five_tasks(tmp_path):
     pytest.importorskip("matplotlib")
     pytest.importorskip("pvlib")
     assert carry_out("howto/index.md", tmp_path) == 5
@@ -62,21 +59,21 @@ def test_page_of_five_tasks(tmp_path: Path) -> None:
     assert max(lines.values()) <= 10, lines
 
 
-def test_page_of_aomc_users(tmp_path: Path) -> None:
+def test_page_of_aomc_users(tmp_path):
     assert carry_out("howto/from_aomc.md", tmp_path) == 6
 
 
 @pytest.mark.slow
-def test_page_of_measured_skies(tmp_path: Path) -> None:
+def test_page_of_measured_skies(tmp_path):
     assert carry_out("howto/measured_sky.md", tmp_path) == 6
 
 
-def test_page_of_libradtran_users(tmp_path: Path) -> None:
+def test_page_of_libradtran_users(tmp_path):
     assert carry_out("howto/from_libradtran.md", tmp_path) == 4
 
 
 @pytest.mark.slow
-def test_page_of_own_skies(tmp_path: Path, skies_site: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_page_of_own_skies(tmp_path, skies_site, monkeypatch):
     pytest.importorskip("xarray")
     monkeypatch.setenv("PYTHONPATH", str(skies_site))
     assert carry_out("howto/own_sky.md", tmp_path) == 10
@@ -91,24 +88,24 @@ def test_page_of_own_skies(tmp_path: Path, skies_site: Path, monkeypatch: pytest
 
 
 @pytest.mark.slow
-def test_page_of_weather(tmp_path: Path) -> None:
+def test_page_of_weather(tmp_path):
     pytest.importorskip("pvlib")
     assert carry_out("howto/weather.md", tmp_path) == 17
 
 
 @pytest.mark.slow
-def test_page_of_polarised_skies(tmp_path: Path) -> None:
+def test_page_of_polarised_skies(tmp_path):
     assert carry_out("howto/polarised.md", tmp_path) == 3
 
 
 @pytest.mark.slow
-def test_page_of_radiance(tmp_path: Path) -> None:
+def test_page_of_radiance(tmp_path):
     pytest.importorskip("xarray")
     assert carry_out("howto/radiance.md", tmp_path) == 8
 
 
 @pytest.mark.slow
-def test_page_of_pictures(tmp_path: Path) -> None:
+def test_page_of_pictures(tmp_path):
     pytest.importorskip("matplotlib")
     pytest.importorskip("h5py")
     assert carry_out("plots.md", tmp_path) == 3
@@ -118,7 +115,7 @@ def test_page_of_pictures(tmp_path: Path) -> None:
 
 @needs("gcc", "g++", "gfortran", "mpicc", "mpirun")
 @pytest.mark.slow
-def test_page_of_hosts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_page_of_hosts(tmp_path, monkeypatch):
     for name, value in MPI.items():
         monkeypatch.setenv(name, value)
     assert carry_out("hosts.md", tmp_path) == 16
@@ -126,7 +123,7 @@ def test_page_of_hosts(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         run(["nvcc", "-fmad=false", f"-I{include_dir()}", "-o", "kernel", "kernel.cu"], tmp_path)
 
 
-def test_page_of_hosts_builds_all_that_it_shows() -> None:
+def test_page_of_hosts_builds_all_that_it_shows():
     text = (REPOSITORY / "docs" / "hosts.md").read_text()
     names = [step.name for step in steps(text) if isinstance(step, SavedFile)]
     built = "".join(step.line for step in steps(text) if not isinstance(step, SavedFile))
@@ -135,11 +132,11 @@ def test_page_of_hosts_builds_all_that_it_shows() -> None:
     assert [name for name in names if name != "kernel.cu" and name not in built] == []
 
 
-def test_page_of_the_atmosphere(tmp_path: Path) -> None:
+def test_page_of_the_atmosphere(tmp_path):
     assert carry_out("models/atmosphere.md", tmp_path) == 1
 
 
-def test_page_of_mcpl_codes(tmp_path: Path) -> None:
+def test_page_of_mcpl_codes(tmp_path):
     pytest.importorskip("mcpl")
     assert carry_out("formats/mcpl.md", tmp_path) == 3
 
@@ -149,7 +146,7 @@ def test_page_of_mcpl_codes(tmp_path: Path) -> None:
     ["```console\n$ echo 1\n2\n```\n", "```console\n$ false\n```\n", "```python\nprint(1)\n```\n"],
     ids=["other output", "failed command", "file without a name"],
 )
-def test_wrong_page_is_noticed(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_wrong_page_is_noticed(page, tmp_path, monkeypatch):
     docs = tmp_path / "repository" / "docs"
     (tmp_path / "repository" / "inputs").mkdir(parents=True)
     docs.mkdir()

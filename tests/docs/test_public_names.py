@@ -1,7 +1,5 @@
 """The lazily loaded public names: all there, all known to the type checker, all documented."""
 
-from __future__ import annotations
-
 import ast
 import inspect
 import re
@@ -17,13 +15,13 @@ NAMES = [name for name in aomc_sky.__all__ if name != "__version__"]
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_public_name_loads_and_has_a_docstring(name: str) -> None:
+def test_public_name_loads_and_has_a_docstring(name):
     thing = getattr(aomc_sky, name)
     assert inspect.getdoc(thing)
     assert name in dir(aomc_sky)
 
 
-def test_stub_names_what_the_package_loads() -> None:
+def test_stub_names_what_the_package_loads():
     stub = ast.parse((REPOSITORY / "src/aomc_sky/__init__.pyi").read_text())
     names = {
         alias.asname or alias.name: node.module
@@ -36,12 +34,12 @@ def test_stub_names_what_the_package_loads() -> None:
     assert names == homes
 
 
-def test_unknown_name_is_an_attribute_error() -> None:
+def test_unknown_name_is_an_attribute_error():
     with pytest.raises(AttributeError, match="no attribute 'no_such_name'"):
-        aomc_sky.no_such_name  # type: ignore[attr-defined]  # noqa: B018
+        aomc_sky.no_such_name  # noqa: B018
 
 
-def test_version_stands_in_one_place() -> None:
+def test_version_stands_in_one_place():
     assert version("aomc-sky") == aomc_sky.__version__
     project = tomllib.loads((REPOSITORY / "pyproject.toml").read_text())["project"]
     assert "version" not in project
@@ -52,7 +50,7 @@ def test_version_stands_in_one_place() -> None:
     assert f"## {aomc_sky.__version__}" in (REPOSITORY / "CHANGELOG.md").read_text()
 
 
-def test_streams_of_the_version_stand_in_the_changelog() -> None:
+def test_streams_of_the_version_stand_in_the_changelog():
     from aomc_sky.plan.streams import STREAM_VERSION
 
     streams = (REPOSITORY / "CHANGELOG.md").read_text().split("### Streams", 1)[1]

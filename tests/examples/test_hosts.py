@@ -1,10 +1,7 @@
 """Programs in C, C++, Fortran and CUDA that take photons from a source file: they are short, and the bits are ours."""
 
-from __future__ import annotations
-
 import re
 import subprocess
-from pathlib import Path
 
 import pytest
 
@@ -35,14 +32,14 @@ PROGRAMS = ["c/sky_means.c", "c/sky_openmp.c", "c/sky_mpi.c", "c/sky_threads.cpp
 PROGRAMS += ["fortran/sky_means.f90", "fortran/aomc_light.f90"]
 
 
-def source_of(name: str, **sampling: object) -> sky.PhotonSource:
+def source_of(name, **sampling):
     words = SCENES[name] | sampling
     reading = {key: words.pop(key) for key in ("iterations", "compat") if key in words}
     return sky.read_scene(INPUTS / name, **reading).source(11, **words)
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder(tmp_path_factory):
     """The C programs, built, and the files of all scenes."""
     folder = copied("c", tmp_path_factory.mktemp("hosts"))
     for name in SCENES:
@@ -52,7 +49,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def fortran_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def fortran_folder(tmp_path_factory):
     """The Fortran program, built."""
     folder = copied("fortran", tmp_path_factory.mktemp("hosts"))
     make(folder, "sky_means", flags=QUICK)
@@ -60,26 +57,26 @@ def fortran_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("program", PROGRAMS)
-def test_every_example_is_short(program: str) -> None:
+def test_every_example_is_short(program):
     assert len((EXAMPLES / program).read_text().splitlines()) <= 60
 
 
 @needs_host
 @pytest.mark.parametrize("name", SCENES)
-def test_c_gets_the_same_bits(folder: Path, name: str) -> None:
+def test_c_gets_the_same_bits(folder, name):
     assert run(["./sky_means", f"{name}.sky"], folder) == report_of(source_of(name))
 
 
 @needs_host
 @pytest.mark.parametrize("threads", ["1", "3"])
-def test_openmp_gets_the_same_bits(folder: Path, threads: str) -> None:
+def test_openmp_gets_the_same_bits(folder, threads):
     said = run(["./sky_openmp", "perez_sky.sky"], folder, OMP_NUM_THREADS=threads)
     assert said == report_of(source_of("perez_sky"))
 
 
 @needs_host
 @needs("g++")
-def test_threads_of_cplusplus_get_the_same_bits(folder: Path) -> None:
+def test_threads_of_cplusplus_get_the_same_bits(folder):
     make(folder, "sky_threads", flags=QUICK)
     for threads in ("1", "4"):
         assert run(["./sky_threads", "clear_day.sky", threads], folder) == report_of(source_of("clear_day"))
@@ -87,7 +84,7 @@ def test_threads_of_cplusplus_get_the_same_bits(folder: Path) -> None:
 
 @needs_host
 @needs("mpicc", "mpirun")
-def test_ranks_get_the_same_bits(folder: Path) -> None:
+def test_ranks_get_the_same_bits(folder):
     make(folder, "sky_mpi", flags=QUICK)
     for ranks in ("1", "3"):
         said = run(["mpirun", "-n", ranks, "./sky_mpi", "clear_day.sky"], folder, **MPI)
@@ -103,7 +100,7 @@ def test_ranks_get_the_same_bits(folder: Path) -> None:
         pytest.param("aarch64-linux-gnu-gcc", ["qemu-aarch64"], marks=needs("aarch64-linux-gnu-gcc", "qemu-aarch64")),
     ],
 )
-def test_other_compilers_get_the_same_bits(folder: Path, compiler: str, runner: list[str]) -> None:
+def test_other_compilers_get_the_same_bits(folder, compiler, runner):
     copy = copied("c", folder / compiler)
     flags = f"CFLAGS={FLAGS}{' -static' * bool(runner)}"
     run(["make", f"CC={compiler}", f"INCLUDE={include_dir()}", flags, "sky_means"], copy)
@@ -112,7 +109,7 @@ def test_other_compilers_get_the_same_bits(folder: Path, compiler: str, runner: 
 
 
 @needs_host
-def test_what_is_wrong_is_said(folder: Path) -> None:
+def test_what_is_wrong_is_said(folder):
     good = (folder / "overcast.sky").read_bytes()
     (folder / "cut.sky").write_bytes(good[:-64])
     (folder / "changed.sky").write_bytes(good[:5000] + bytes([good[5000] ^ 1]) + good[5001:])
@@ -130,7 +127,7 @@ def test_what_is_wrong_is_said(folder: Path) -> None:
 
 
 @needs_host
-def test_a_compiler_that_changes_bits_is_found(folder: Path) -> None:
+def test_a_compiler_that_changes_bits_is_found(folder):
     """Planted: fast math."""
     copy = copied("c", folder / "fast")
     make(copy, "sky_means", flags=f"{QUICK} -ffast-math")
@@ -141,14 +138,14 @@ def test_a_compiler_that_changes_bits_is_found(folder: Path) -> None:
     assert "-ffast-math" in done.stderr
 
 
-def contracted(ptx: str) -> list[str]:
+def contracted(ptx):
     """Operations that round once for two, and products and sums that a later compiler may still join."""
     return re.findall(r"\b(?:fma|mad)\.[\w.]*f(?:32|64)|\b(?:mul|add|sub)\.(?:ftz\.)?f(?:32|64)\b", ptx)
 
 
 @needs("nvcc", "make")
 @pytest.mark.slow
-def test_the_kernel_has_no_contracted_operation(folder: Path) -> None:
+def test_the_kernel_has_no_contracted_operation(folder):
     """The code is made and searched; tests/include/test_gpu.py runs such code where a GPU is."""
     copy = copied("cuda", folder)
     make(copy, "sky_means", "sky_means.ptx")
@@ -162,7 +159,7 @@ def test_the_kernel_has_no_contracted_operation(folder: Path) -> None:
 
 @needs_host
 @pytest.mark.parametrize("example", ["c", "fortran", "cuda"])
-def test_make_without_the_command_says_one_thing(tmp_path: Path, example: str) -> None:
+def test_make_without_the_command_says_one_thing(tmp_path, example):
     copy = copied(example, tmp_path)
     command = ["make", "AOMC_SKY=no-such-aomc-sky"]
     done = subprocess.run(command, cwd=copy, capture_output=True, text=True, check=False)
@@ -176,7 +173,7 @@ def test_make_without_the_command_says_one_thing(tmp_path: Path, example: str) -
 @needs_host
 @needs("gfortran")
 @pytest.mark.parametrize("threads", ["1", "3"])
-def test_fortran_gets_the_same_bits(fortran_folder: Path, folder: Path, threads: str) -> None:
+def test_fortran_gets_the_same_bits(fortran_folder, folder, threads):
     said = run(["./sky_means", str(folder / "perez_sky.sky")], fortran_folder, OMP_NUM_THREADS=threads)
     words = [line.split() for line in said.lower().splitlines()]
     assert [[float(w[0]), *w[2:]] for w in words] == [

@@ -1,7 +1,5 @@
 """The package of examples/sky_plugin, installed by pip: its sky on the command line and in Python."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil

@@ -1,9 +1,6 @@
 """The transport example against quadrature, exact laws, doubling and published values."""
 
-from __future__ import annotations
-
 import re
-from typing import Any
 
 import fresnel
 import mpmath
@@ -13,9 +10,8 @@ import philox
 import pytest
 import run_slab
 import transport
-from numpy.typing import ArrayLike
-from tally import ABSORBED, BOTTOM, LEAVING, MAX_PHOTONS, ONE_PHOTON, REFLECTED, Tally
-from water import Water, water_layer
+from tally import ABSORBED, BOTTOM, LEAVING, MAX_PHOTONS, ONE_PHOTON, REFLECTED
+from water import water_layer
 
 import aomc_sky as sky
 from tests.reference import layer
@@ -28,56 +24,56 @@ BAND = sky.Wavebands(wavelength_nm=np.array([500.0]))
 N = 200_000
 
 
-def sampler(model: Any, seed: int = 1, n: int = N) -> Any:
+def sampler(model, seed=1, n=N):
     scene = sky.Scene(wavebands=BAND, n_photons=n, components=model.lower([500.0]))
     return scene.source(seed, precision="float64").numba_sampler(0).sample
 
 
 @pytest.fixture(scope="module")
-def diffuse() -> Any:
+def diffuse():
     return sampler(sky.UniformSky())
 
 
 @pytest.fixture(scope="module")
-def vertical() -> Any:
+def vertical():
     return sampler(sky.DirectBeam(sun_zenith_deg=0.0))
 
 
 @pytest.fixture(scope="module")
-def slanting() -> Any:
+def slanting():
     return sampler(sky.DirectBeam(sun_zenith_deg=40.0))
 
 
-def absorbing(optical_depth: float, index: float = INDEX) -> Water:
+def absorbing(optical_depth, index=INDEX):
     return water_layer(depth_m=1, absorption_per_m=optical_depth, scattering_per_m=0, refractive_index=index)
 
 
-def turbid(optical_depth: float, albedo: float, **more: float) -> Water:
+def turbid(optical_depth, albedo, **more):
     scattering_per_m = albedo * optical_depth
     return water_layer(
         depth_m=1, absorption_per_m=optical_depth - scattering_per_m, scattering_per_m=scattering_per_m, **more
     )
 
 
-def shares(part: ArrayLike, n: int) -> np.ndarray:
+def shares(part, n):
     return np.asarray(part) / (float(n) * ONE_PHOTON)
 
 
-def deviations(part: ArrayLike, expected: ArrayLike, n: int) -> np.ndarray:
+def deviations(part, expected, n):
     """Differences over standard deviations; a mean of numbers in [0, 1] spreads by p (1 - p) / n at most."""
     p = np.asarray(expected, dtype=np.float64)
     return np.abs(shares(part, n) - p) / np.sqrt(p * (1 - p) / n)
 
 
-def light(photons: Tally, n: int) -> None:
+def light(photons, n):
     """Assert that every part of every photon has one end."""
     assert int(photons.fate.sum()) == n * ONE_PHOTON
 
 
-def exact_transmission() -> float:
+def exact_transmission():
     """Transmitted share of a uniform sky's irradiance, to 1e-12."""
 
-    def integrand(mu: Any) -> Any:
+    def integrand(mu):
         air = mpmath.acos(mu)
         water = mpmath.asin(mpmath.sin(air) / INDEX)
         across = mpmath.sin(air - water) / mpmath.sin(air + water)
@@ -93,7 +89,7 @@ class TestSurface:
     BAR = 3e-6
     """What six replicates of N photons say of their mean, at most."""
 
-    def test_transmitted_irradiance_of_a_uniform_sky(self, diffuse: Any) -> None:
+    def test_transmitted_irradiance_of_a_uniform_sky(self, diffuse):
         """Two millionths wide; defects lie far outside. Every sampler compiles the loop anew, so there are two."""
         truth = exact_transmission()
         assert truth == pytest.approx(0.9324893878, abs=1e-10)
@@ -101,12 +97,12 @@ class TestSurface:
         for defect in ((diffuse, INDEX - 0.001), (sampler(sky.UniformSky(per_solid_angle=True)), INDEX)):
             assert abs(self.transmitted(*defect) - truth) > 20 * self.BAR
 
-    def transmitted(self, sample: Any, index: float) -> float:
+    def transmitted(self, sample, index):
         tally = transport.simulate(sample, N, absorbing(1.0, index), KEY, [0.0])
         assert tally.down[0] == tally.refracted.sum() == N * ONE_PHOTON - tally.fate[REFLECTED]
         return float(shares(tally.down[0], N))
 
-    def test_refracted_directions(self, diffuse: Any) -> None:
+    def test_refracted_directions(self, diffuse):
         """A uniform sky fills the columns evenly, the rows by what the surface lets through."""
         tally = transport.simulate(diffuse, N, absorbing(1.0), KEY, [])
         table = shares(tally.refracted, N)
@@ -127,20 +123,20 @@ class TestNumbers:
 
     DEPTHS = (0.5, 1.0)
 
-    def shares(self, water: Water, numbers: int) -> np.ndarray:
+    def shares(self, water, numbers):
         scene = sky.Scene(wavebands=BAND, n_photons=N, components=sky.DirectBeam(sun_zenith_deg=40.0))
         sample = scene.source(1, precision="float64").numba_sampler(0, numbers=numbers).sample
         tally = transport.simulate(sample, N, water, KEY, self.DEPTHS, numbers=numbers)
         light(tally, N)
         return np.array([tally.down, tally.up])
 
-    def test_a_beam_in_absorbing_water(self) -> None:
+    def test_a_beam_in_absorbing_water(self):
         """Its free path decides all: far closer to T exp(-tau / mu) than chance, which is one deviation."""
         mu = fresnel.refracted_mu(np.cos(np.deg2rad(40)), INDEX)
         truth = (1 - layer.fresnel(np.cos(np.deg2rad(40)), INDEX)) * np.exp(-np.array(self.DEPTHS) / mu)
         assert np.max(deviations(self.shares(absorbing(1.5), 1)[0], truth, N)) < 0.05
 
-    def test_the_same_light_in_turbid_water(self, slanting: Any) -> None:
+    def test_the_same_light_in_turbid_water(self, slanting):
         water = turbid(1.5, 0.6, asymmetry=0.5)
         chance = transport.simulate(slanting, N, water, KEY, self.DEPTHS)
         by_chance = shares([chance.down, chance.up], N)
@@ -150,7 +146,7 @@ class TestNumbers:
 class TestAbsorption:
     DEPTHS = (0.0, 0.1, 0.5, 1.0, 2.0)
 
-    def test_beam(self, slanting: Any) -> None:
+    def test_beam(self, slanting):
         """Beer and Lambert along the refracted path; along the unrefracted one it would be seen."""
         tally = transport.simulate(slanting, N, absorbing(2.0), KEY, self.DEPTHS)
         air = np.cos(np.deg2rad(40))
@@ -177,13 +173,13 @@ class TestRandomNumbers:
             ),
         ],
     )
-    def test_known_answers(self, counter: list[int], key: int, words: list[int]) -> None:
+    def test_known_answers(self, counter, key, words):
         """Those of Random123."""
         assert [int(w) for w in philox.philox4x32(*map(np.uint64, counter), np.uint64(key))] == words
 
 
 class TestScattering:
-    def test_published_layer(self, vertical: Any) -> None:
+    def test_published_layer(self, vertical):
         """Van de Hulst's layer, R = 0.09739 and T = 0.66096 (Wang, Jacques and Zheng 1995), and ours."""
         tally = transport.simulate(vertical, N, turbid(2.0, 0.9, asymmetry=0.75, refractive_index=1.0), KEY, [])
         exact = layer.at_normal_incidence(layer.nodes(24), 2.0, 0.9, 0.75 ** np.arange(48))
@@ -198,7 +194,7 @@ class TestScattering:
         [(0.0, 0.924 ** np.arange(96)), (1.0, np.array([1, 0, 0.1])), (0.5, None)],
         ids=["Henyey-Greenstein", "Rayleigh", "both"],
     )
-    def test_uniform_sky_over_a_bright_bottom(self, diffuse: Any, rayleigh_share: float, moments: Any) -> None:
+    def test_uniform_sky_over_a_bright_bottom(self, diffuse, rayleigh_share, moments):
         """Surface from both sides, multiple scattering and the bottom together, against doubling."""
         if moments is None:
             moments = 0.5 * 0.924 ** np.arange(96)
@@ -214,7 +210,7 @@ class TestScattering:
         mirror = turbid(2.0, 0.75, rayleigh_share=rayleigh_share, bottom_reflectance=0.33)
         assert np.any(deviations(transport.simulate(diffuse, N, mirror, KEY, []).fate, fates, N) > SIGMAS)
 
-    def test_nothing_is_lost_without_absorption(self, diffuse: Any) -> None:
+    def test_nothing_is_lost_without_absorption(self, diffuse):
         """All light leaves again, to the last part of a photon; net irradiance is 0 at every depth."""
         n = 20_000
         water = turbid(3.0, 1.0, asymmetry=0.5, bottom_reflectance=1.0)
@@ -223,7 +219,7 @@ class TestScattering:
         assert tally.fate[ABSORBED] == tally.fate[BOTTOM] == 0
         np.testing.assert_array_equal(tally.down, tally.up)
 
-    def test_depths_balance(self, diffuse: Any) -> None:
+    def test_depths_balance(self, diffuse):
         """Net irradiance at the surface minus that at the bottom is what the water absorbs."""
         tally = transport.simulate(diffuse, 20_000, turbid(2.0, 0.8, bottom_reflectance=0.2), KEY, [0.0, 1.0, 2.0])
         net = tally.down - tally.up
@@ -235,7 +231,7 @@ class TestScattering:
 
 
 class TestSimulate:
-    def test_threads_and_chunks_change_nothing(self, diffuse: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_threads_and_chunks_change_nothing(self, diffuse, monkeypatch):
         water = turbid(2.0, 0.9)
         whole = transport.simulate(diffuse, 5_500, water, KEY, [1.0], n_threads=1)
         monkeypatch.setattr(transport, "CHUNK", 1_000)
@@ -246,20 +242,20 @@ class TestSimulate:
         other_key = transport.simulate(diffuse, 5_500, water, philox.transport_key(2), [1.0])
         assert other_key.fate[ABSORBED] != whole.fate[ABSORBED]
 
-    def test_horizontal_light_stays_outside(self) -> None:
+    def test_horizontal_light_stays_outside(self):
         @numba.njit
-        def grazing(i: int) -> tuple[float, float, float]:
+        def grazing(i):
             return 1.0, 0.0, -0.0
 
         tally = transport.simulate(grazing, 3, turbid(2.0, 0.9), KEY, [0.0])
         assert tally.fate[REFLECTED] == 3 * ONE_PHOTON
 
     @pytest.mark.parametrize("depths", [[1.0, 0.5], [-0.1], [2.1], [float("nan")]])
-    def test_bad_depths(self, diffuse: Any, depths: list[float]) -> None:
+    def test_bad_depths(self, diffuse, depths):
         with pytest.raises(sky.UsageError, match="ascend"):
             transport.simulate(diffuse, 1, turbid(2.0, 0.9), KEY, depths)
 
-    def test_too_many_photons(self, diffuse: Any) -> None:
+    def test_too_many_photons(self, diffuse):
         with pytest.raises(sky.UsageError, match="replicates"):
             transport.simulate(diffuse, MAX_PHOTONS + 1, turbid(2.0, 0.9), KEY, [])
 
@@ -267,7 +263,7 @@ class TestSimulate:
 class TestCommand:
     ARGUMENTS = (str(INPUTS / "clear_day/amc.inp"), "--photons", "20000", "--replicates", "2", "--depth", "5")
 
-    def test_table(self, capsys: pytest.CaptureFixture[str]) -> None:
+    def test_table(self, capsys):
         assert run_slab.main([*self.ARGUMENTS, "--levels", "3"]) == 0
         lines = capsys.readouterr().out.splitlines()
         shares_printed = [float(line.split()[-2]) for line in lines[1:5]]
@@ -286,11 +282,11 @@ class TestCommand:
             (["--waveband", "9"], 2, "waveband 9"),
         ],
     )
-    def test_bad_numbers(self, more: list[str], code: int, message: str, capsys: pytest.CaptureFixture[str]) -> None:
+    def test_bad_numbers(self, more, code, message, capsys):
         assert run_slab.main([*self.ARGUMENTS, *more]) == code
         assert message in capsys.readouterr().err
 
-    def test_the_last_level_is_the_bottom(self) -> None:
+    def test_the_last_level_is_the_bottom(self):
         """Rounding must not put it below, for any depth."""
         for k in range(1, 400):
             water = water_layer(depth_m=k / 7, absorption_per_m=0.05, scattering_per_m=0.15)
@@ -300,13 +296,13 @@ class TestCommand:
 PAGE = (REPOSITORY / "docs" / "transport_example.md").read_text()
 
 
-def block_of(start: str) -> str:
+def block_of(start):
     """The fenced block of the page whose text begins so."""
     return next(text for text in re.findall(r"^```\w*\n(.*?)^```$", PAGE, re.M | re.S) if text.startswith(start))
 
 
 class TestPage:
-    def test_ten_lines(self, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_ten_lines(self, capsys, monkeypatch):
         """They run as they stand, and print the mean cosine of the sky."""
         monkeypatch.chdir(REPOSITORY)
         exec(compile(block_of("import numba"), "page", "exec"), {})
@@ -314,7 +310,7 @@ class TestPage:
         assert float(capsys.readouterr().out) == pytest.approx(source.exact_moments(0).mean_mu, abs=1e-4)
 
     @pytest.mark.slow
-    def test_shown_run(self, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
+    def test_shown_run(self, capsys, monkeypatch):
         """The page shows what the command prints; a logarithm's last bit may turn a photon or two."""
         monkeypatch.chdir(REPOSITORY)
         command, _, shown = block_of("$ python examples/slab/run_slab.py").partition("\n")

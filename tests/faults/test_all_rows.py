@@ -1,7 +1,5 @@
 """Every row of README.md has a test of its own in the default suite, and no test is of a row that is not there."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys
@@ -14,7 +12,7 @@ from tests.support.shared import REPOSITORY
 N_ROWS = 55
 
 
-def test_every_row_has_a_test() -> None:
+def test_every_row_has_a_test():
     pytest.importorskip("h5py")  # without it row 40 is not collected
     page = Path(__file__).with_name("README.md").read_text()
     rows = [int(number) for number in re.findall(r"^\| (\d+) \|", page, re.MULTILINE)]

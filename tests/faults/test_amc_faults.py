@@ -1,10 +1,7 @@
 """Rows 27 to 30 of the matrix: amc.inp whose columns, points, lines or bytes are not what Fortran wants."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -17,7 +14,7 @@ from tests.support.shared import INPUTS
 LINES = AMC.splitlines()
 
 
-def in_amc(number: int, name: str, text: str | bytes, place: str) -> Fault:
+def in_amc(number, name, text, place):
     return Fault(row=number, name=name, files={"amc.inp": text}, places=[f"amc.inp:{place}"])
 
 
@@ -39,7 +36,7 @@ def test_fault(fault, tmp_path, capsys):
     check_refused(fault, tmp_path, capsys)
 
 
-def older_layout(path: Path) -> bytes:
+def older_layout(path):
     """The same scene in the layout with a line more, which asks for a polar cap."""
     write_amc(replace(read_amc(INPUTS / "document_example" / "amc.inp"), use_polar_cap=True), path)
     return path.read_bytes()

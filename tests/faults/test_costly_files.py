@@ -1,7 +1,5 @@
 """Rows 11 and 50 of the matrix: a few bytes that declare gigabytes, files without an end, files of a million rows."""
 
-from __future__ import annotations
-
 import io
 import os
 
@@ -112,10 +110,10 @@ def test_rows_of_a_file_with_doubts_take_the_short_way_too(fault, tmp_path, monk
 class Endless(io.RawIOBase):
     """What gives bytes for ever, or none and no end, as a ring of the kernel does."""
 
-    def __init__(self, piece: bytes | None) -> None:
+    def __init__(self, piece):
         self.n_read, self._piece = 0, piece
 
-    def read(self, size: int = -1) -> bytes | None:
+    def read(self, size=-1):
         self.n_read += size
         return self._piece
 

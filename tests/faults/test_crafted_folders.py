@@ -1,18 +1,10 @@
-"""Row 45 of the matrix: run folders that somebody prepared open, write and remove nothing outside.
-
-Names of files follow from plan and options. Every case is judged by the commands themselves in this process: what they
-answer, which files of the folder beside the prepared one they open (none), and whether that folder is the same
-afterwards, names, contents and times.
-"""
-
-from __future__ import annotations
+"""Row 45 of the matrix: run folders that somebody prepared open, write and remove nothing outside."""
 
 import json
 import os
 import shutil
 import signal
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -26,7 +18,7 @@ OPENED: list[str] = []
 """Paths that this process opened since the list was emptied; the hook can never be taken away again."""
 
 
-def _note(event: str, arguments: tuple) -> None:
+def _note(event, arguments):
     if event == "open" and isinstance(arguments[0], (str, bytes)):
         OPENED.append(arguments[0] if isinstance(arguments[0], str) else arguments[0].decode("utf-8", "replace"))
 
@@ -35,20 +27,20 @@ sys.addaudithook(_note)
 
 
 @pytest.fixture(scope="module")
-def good(tmp_path_factory) -> Path:
+def good(tmp_path_factory):
     scene = copy_scene("document_example", tmp_path_factory.mktemp("run")).parent
     assert command("run", scene, "--iterations", 300, "--out", scene / "out", "-q") == 0
     return scene / "out"
 
 
 @pytest.fixture
-def folder(good, tmp_path) -> Iterator[Path]:
+def folder(good, tmp_path):
     """A copy of a good folder, with a victim at ``../outside/victim``; a command that waits for a pipe fails."""
     (tmp_path / "outside").mkdir()
     (tmp_path / "outside" / "victim").write_text("victim")
     before = victim(tmp_path)
 
-    def stop(*_: object) -> None:
+    def stop(*_):
         raise TimeoutError("the command waits")
 
     handler = signal.signal(signal.SIGALRM, stop)
@@ -63,12 +55,12 @@ def folder(good, tmp_path) -> Iterator[Path]:
     assert victim(tmp_path) == before
 
 
-def victim(folder: Path) -> tuple:
+def victim(folder):
     path = folder / "outside" / "victim"
     return path.read_text(), path.stat().st_mtime_ns, path.stat().st_nlink, sorted(os.listdir(path.parent))
 
 
-def codes(folder: Path, capsys) -> dict[str, int]:
+def codes(folder, capsys):
     """Exit codes of all commands that take a run folder; none ends in a traceback."""
     out = folder.parent
     words = {
@@ -133,13 +125,12 @@ def test_what_is_no_file_of_a_run(name, odd, good, folder, capsys):
 
 
 @pytest.mark.parametrize("name", [pytest.param(n, id=row_id(45, f"part-{n}")) for n in ("photons-0001.npy.part",)])
-def test_a_shard_writes_through_no_link(name, good, folder, capsys):
+def test_a_shard_writes_through_no_link(name, good, folder, told):
     for path in folder.iterdir():
         if path.name != "plan.npz":
             path.unlink()
     (folder / name).symlink_to("../outside/victim")
-    assert command("run", good.parent, "--iterations", 300, "--out", folder, "-q", "--shard", "1/1") == 6
-    assert name in capsys.readouterr().err
+    assert name in told("run", good.parent, "--iterations", 300, "--out", folder, "-q", "--shard", "1/1", code=6).err
 
 
 @pytest.mark.parametrize("fault", [pytest.param("link", id=row_id(45, "a-link-to-the-run-folder"))])

@@ -1,7 +1,5 @@
 """Rows 31 to 33 of the matrix: lambbot.inp and difcol.inp out of range, and what is no file that can be read."""
 
-from __future__ import annotations
-
 import os
 from pathlib import Path
 
@@ -14,13 +12,13 @@ from tests.support.scenes import copy_scene
 TWO_BANDS = "2\n555.0 0.05 0.0\n580.0 0.05 0.0\n"
 
 
-def bands(*changed: str) -> str:
+def bands(*changed):
     """Text of lambbot.inp of three wavebands, its first rows replaced."""
     rows = ["555.0 0.05 0.0", "580.0 0.05 0.0", "640.0 0.05 0.0"]
     return "\n".join(["3", *changed, *rows[len(changed) :], ""])
 
 
-def in_file(number: int, name: str, place: str, **files: str | bytes) -> Fault:
+def in_file(number, name, place, **files):
     """Files without their ending .inp; the problem stands in the last one."""
     named = {f"{file}.inp": text for file, text in files.items()}
     return Fault(row=number, name=name, files=named, places=[f"{list(named)[-1]}:{place}"])
@@ -53,31 +51,31 @@ def test_a_reflectance_of_the_program(fault, tmp_path, capsys):
 SCENE_FILES = ("amc.inp", "lambbot.inp", "skydist.inp")
 
 
-def missing(path: Path) -> None:
+def missing(path):
     path.unlink()
 
 
-def folder(path: Path) -> None:
+def folder(path):
     path.unlink()
     path.mkdir()
 
 
-def pipe(path: Path) -> None:
+def pipe(path):
     path.unlink()
     os.mkfifo(path)
 
 
-def device(path: Path) -> None:
+def device(path):
     path.unlink()
     path.symlink_to("/dev/zero")
 
 
-def link_to_nowhere(path: Path) -> None:
+def link_to_nowhere(path):
     path.unlink()
     path.symlink_to("nowhere")
 
 
-def link_to_itself(path: Path) -> None:
+def link_to_itself(path):
     path.unlink()
     path.symlink_to(path.name)
 

@@ -1,9 +1,4 @@
-"""Row 41 of the matrix: disks that fill up, folders that refuse, runs that are killed: nothing half is left.
-
-And row 43: two processes that write the same files at once.
-"""
-
-from __future__ import annotations
+"""Row 41 of the matrix: disks that fill up, folders that refuse, runs that are killed: nothing half is left."""
 
 import hashlib
 import json
@@ -52,7 +47,7 @@ def test_a_killed_run_is_finished_by_the_same_command(amc, tmp_path, how, code):
 def test_a_full_disk_leaves_nothing_half(fault, amc, tmp_path):
     words = ["run", amc, "--iterations", "2e5", "-q", "--out", tmp_path / "out"]
 
-    def limit() -> None:
+    def limit():
         resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, 1_000_000))
 
     process = start(*words, preexec_fn=limit)
@@ -78,7 +73,7 @@ sha256sum "$OUT"/photons-*
 """
 
 
-def can_mount() -> bool:
+def can_mount():
     """Whether a file system of one's own can be mounted, seen by nobody else."""
     if shutil.which("unshare") is None:
         return False
@@ -161,19 +156,17 @@ def test_a_reader_that_goes_away_is_exit_6(fault, amc):
 
 
 @row(41, "file-in-the-place-of-the-folder")
-def test_a_file_in_the_place_of_the_folder(fault, amc, tmp_path, capsys):
+def test_a_file_in_the_place_of_the_folder(fault, amc, tmp_path, told):
     (tmp_path / "out").write_text("mine")
-    assert main(["run", str(amc), "--out", str(tmp_path / "out"), "-q"]) == 6
-    assert "cannot create the folder" in capsys.readouterr().err
+    assert "cannot create the folder" in told("run", amc, "--out", tmp_path / "out", "-q", code=6).err
     assert (tmp_path / "out").read_text() == "mine"
 
 
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs a folder that nobody may write to")
 @row(41, "target-that-refuses")
-def test_a_target_that_refuses(fault, amc, capsys):
+def test_a_target_that_refuses(fault, amc, told):
     """/proc refuses new names to everybody, root included."""
-    assert main(["run", str(amc), "--out", "/proc/self/aomc-sky-out", "-q"]) == 6
-    assert "/proc/self/aomc-sky-out" in capsys.readouterr().err
+    assert "/proc/self/aomc-sky-out" in told("run", amc, "--out", "/proc/self/aomc-sky-out", "-q", code=6).err
 
 
 @pytest.mark.skipif(hasattr(os, "geteuid") and os.geteuid() == 0, reason="root may write everywhere")
@@ -186,18 +179,17 @@ def test_a_read_only_folder(fault, amc, tmp_path):
 
 
 @row(41, "folder-vanishes")
-def test_a_folder_that_vanishes(fault, amc, tmp_path, capsys, monkeypatch):
+def test_a_folder_that_vanishes(fault, amc, tmp_path, told, monkeypatch):
     out = tmp_path / "out"
     real = run_folder.RunFolder.write
 
-    def write(self: run_folder.RunFolder, name: str, data: bytes) -> None:
+    def write(self, name, data):
         real(self, name, data)
         if name == "counts.csv":
             os.rename(out, tmp_path / "gone")
 
     monkeypatch.setattr(run_folder.RunFolder, "write", write)
-    assert main(["run", str(amc), "--out", str(out), "-q"]) == 6
-    assert "cannot" in capsys.readouterr().err
+    assert "cannot" in told("run", amc, "--out", out, "-q", code=6).err
     assert not out.exists()
     left = {path.name for path in (tmp_path / "gone").iterdir()}
     assert left - {LOCK} == {"plan.npz", "counts.csv"}  # the lock goes with the folder, and is held by nobody
@@ -207,20 +199,18 @@ CALLS = ("fsync", "replace")
 
 
 @pytest.mark.parametrize("failing", CALLS, ids=[row_id(41, f"{name}-fails") for name in CALLS])
-def test_the_operating_system_refuses_at_the_last_step(amc, tmp_path, capsys, monkeypatch, failing):
-    def refuse(*arguments: object) -> None:
+def test_the_operating_system_refuses_at_the_last_step(amc, tmp_path, told, monkeypatch, failing):
+    def refuse(*arguments):
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(run_folder.os, failing, refuse)
-    assert main(["run", str(amc), "--out", str(tmp_path / "out"), "-q"]) == 6
-    assert "No space left" in capsys.readouterr().err
+    assert "No space left" in told("run", amc, "--out", tmp_path / "out", "-q", code=6).err
     assert not list((tmp_path / "out").iterdir())
 
 
 @row(41, "disk-known-to-be-too-small")
-def test_a_disk_known_to_be_too_small_is_told_before_anything_is_made(fault, amc, tmp_path, capsys):
-    assert main(["run", str(amc), "--iterations", "1e15", "--out", str(tmp_path / "out"), "-q"]) == 6
-    assert "GB are needed" in capsys.readouterr().err
+def test_a_disk_known_to_be_too_small_is_told_before_anything_is_made(fault, amc, tmp_path, told):
+    assert "GB are needed" in told("run", amc, "--iterations", "1e15", "--out", tmp_path / "out", "-q", code=6).err
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"plan.npz"}
 
 
@@ -253,13 +243,11 @@ def test_no_thread_outlives_a_run(amc, tmp_path):
     assert not [t.name for t in threading.enumerate() if t.name.startswith("aomc-sky")]
 
 
-def test_an_unfinished_run_is_known_to_info(amc, tmp_path, capsys):
+def test_an_unfinished_run_is_known_to_info(amc, tmp_path, told):
     out = tmp_path / "out"
     assert main(["run", str(amc), "--iterations", "100", "--out", str(out), "-q"]) == 0
     (out / "manifest.json").unlink()
-    assert main(["info", str(out)]) == 0
-    assert "unfinished" in capsys.readouterr().out
-    assert main(["info", str(out), "--json"]) == 0
-    shown = json.loads(capsys.readouterr().out)
+    assert "unfinished" in told("info", out).out
+    shown = json.loads(told("info", out, "--json").out)
     assert shown["finished"] is False
     assert shown["requested"] == [100, 100, 100]

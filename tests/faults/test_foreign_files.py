@@ -1,10 +1,4 @@
-"""Row 53: files of radiances and weather as other people write them are read right, or refused with what to write.
-
-The files were made for this project in the shape of troubles that public reports tell of. Others of each kind are made
-in the tests of the readers.
-"""
-
-from __future__ import annotations
+"""Row 53: files of radiances and weather as other people write them are read right, or refused with what to write."""
 
 import json
 
@@ -124,16 +118,15 @@ def test_corners_of_an_image(fault, foreign, capsys):
 
 
 @row(53, "offset-of-an-instrument")
-def test_nights_below_zero(fault, capsys):
+def test_nights_below_zero(fault, told):
     pytest.importorskip("pvlib")
-    assert command("perez", "--epw", FILES / "negative_small.epw", "--row", 12, "--json") == 0
-    sky_of_hour = json.loads(capsys.readouterr().out)
+    sky_of_hour = json.loads(told("perez", "--epw", FILES / "negative_small.epw", "--row", 12, "--json").out)
     assert (sky_of_hour["dni"], sky_of_hour["dhi"]) == (496.0, 281.0)
 
 
 @needs_shared  # 640 kB; tests/cli/test_cli_verify_scene.py writes such files
 @row(53, "optical-photons")
-def test_optical_photons(fault, capsys):
+def test_optical_photons(fault, told):
     pytest.importorskip("mcpl")
     words = (
         "--scene",
@@ -144,8 +137,7 @@ def test_optical_photons(fault, capsys):
         "--waveband",
         1,
     )
-    assert command("verify", *words) == 0
-    assert "20000 photons" in capsys.readouterr().out
+    assert "20000 photons" in told("verify", *words).out
 
 
 @row(53, "further-field-in-records-of-lobes")

@@ -1,7 +1,5 @@
 """Row 55: Ctrl-C at any moment of the first call that imports numba leaves a process that works."""
 
-from __future__ import annotations
-
 import os
 import signal
 import subprocess
@@ -65,7 +63,7 @@ def test_the_second_call_works(moment, name):
         assert said == "100"
 
 
-def one_call(moment: float, name: str) -> str:
+def one_call(moment, name):
     """What the second call says after the first one was interrupted."""
     words = [sys.executable, "-c", FIRST_CALL, str(moment), name]
     done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=False)

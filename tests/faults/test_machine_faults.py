@@ -1,9 +1,4 @@
-"""Row 44 of the matrix: bad caches, other processors, no compiler, any number of threads, batches of any size.
-
-Whatever the machine does, the photons of a scene are the same bits.
-"""
-
-from __future__ import annotations
+"""Row 44 of the matrix: bad caches, other processors, no compiler, any number of threads, batches of any size."""
 
 import hashlib
 import shutil
@@ -35,12 +30,12 @@ print(digest.hexdigest())
 
 
 @pytest.fixture(scope="module")
-def photons() -> str:
+def photons():
     """Hash of the photons that this process makes."""
     return digest_in_batches(65_536)
 
 
-def digest_in_batches(size: int) -> str:
+def digest_in_batches(size):
     source = sky.read_scene(SCENE, iterations=N).source(5)
     digest = hashlib.sha256()
     for band in range(source.n_bands):
@@ -96,7 +91,7 @@ print(call(1), sum(call.stats.cache_hits.values()), sum(call.stats.cache_misses.
 """
 
 
-def called(package: Path, cache: Path) -> list[int]:
+def called(package, cache):
     """Value of the kernel, and hits and misses of its cache."""
     said = with_numba(PROGRAM, PYTHONPATH=str(package), NUMBA_CACHE_DIR=str(cache))
     return [int(word) for word in said.split()]
@@ -150,49 +145,41 @@ DAMAGES = {
 
 
 @pytest.fixture(scope="module")
-def good_cache(tmp_path_factory) -> Path:
+def good_cache(tmp_path_factory):
     """A cache with one small kernel in it."""
     cache = tmp_path_factory.mktemp("kernels")
     assert with_numba(COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 0"
     return cache
 
 
+_STAMP = "import aomc_sky.kernels.numba_private as p\np.text_stamp = lambda: 'other'\n"
+OTHER_KERNELS = _STAMP + "p.AS_IMPORTED = 'other'\n"
+NOCONA = {"NUMBA_CPU_NAME": "nocona", "NUMBA_CPU_FEATURES": ""}
+CACHES = {
+    # name: runs one after another: program before the kernel, environment, hits of the cache
+    **{name: [("", {}, 0), ("", {}, 1)] for name in DAMAGES},
+    "another-processor": [("", NOCONA, 0), ("", NOCONA, 1), ("", {}, 1)],
+    "code-of-other-kernels-under-the-name": [(OTHER_KERNELS, {}, 0), (OTHER_KERNELS, {}, 1), ("", {}, 0)],
+    "upgrade-below-a-running-session": [(_STAMP, {}, 0)],
+}
+
+
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
-@row(44, *DAMAGES)
-def test_a_damaged_cache(fault, good_cache, tmp_path):
-    """As a crash of the machine leaves it: the kernel is compiled anew, and its cache is good again."""
-    cache = tmp_path / "cache"
-    shutil.copytree(good_cache, cache)
+@row(44, *CACHES)
+def test_code_that_is_not_of_this_text_or_processor_is_not_taken(fault, good_cache, tmp_path):
+    """Damage is what a crash leaves; after an upgrade below a running session nothing is kept or taken."""
+    cache = Path(shutil.copytree(good_cache, tmp_path / "cache"))
     damaged = list(cache.rglob("*.nbc"))
     assert damaged
-    for path in damaged:
+    for path in damaged if fault in DAMAGES else ():
         path.write_bytes(DAMAGES[fault](path.read_bytes()))
-    assert with_numba(COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 0"
-    assert with_numba(COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 1"
-
-
-@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
-@row(44, "another-processor")
-def test_another_processor(fault, good_cache, tmp_path):
-    """Code of one processor is not taken on another. A leg of the gate runs the suite as on a generic processor."""
-    cache = tmp_path / "cache"
-    shutil.copytree(good_cache, cache)
-    other = {"NUMBA_CPU_NAME": "nocona", "NUMBA_CPU_FEATURES": ""}
-    assert with_numba(COUNTS, NUMBA_CACHE_DIR=str(cache), **other).strip() == f"{COUNTS_SAID} 0"
-    assert with_numba(COUNTS, NUMBA_CACHE_DIR=str(cache), **other).strip() == f"{COUNTS_SAID} 1"
-    assert with_numba(COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 1"
-
-
-@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
-@row(44, "code-of-other-kernels-under-the-name")
-def test_code_of_other_kernels(fault, good_cache, tmp_path):
-    """As an upgrade leaves it: the file has the right name, and its code is of another text."""
-    cache = tmp_path / "cache"
-    shutil.copytree(good_cache, cache)
-    change = "import aomc_sky.kernels.numba_private as p\np.AS_IMPORTED = 'other'\np.text_stamp = lambda: 'other'\n"
-    assert with_numba(change + COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 0"
-    assert with_numba(change + COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 1"
-    assert with_numba(COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 0"
+    before = [path.read_bytes() for path in damaged]
+    for change, variables, hits in CACHES[fault]:
+        said = with_numba(change + COUNTS, NUMBA_CACHE_DIR=str(cache), **variables).strip()
+        assert said == f"{COUNTS_SAID} {hits}"
+    assert ([path.read_bytes() for path in damaged] == before) == (
+        fault not in (*DAMAGES, "code-of-other-kernels-under-the-name")
+    )
 
 
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
@@ -207,19 +194,6 @@ def test_code_of_another_signature(fault, good_cache, tmp_path):
     one, two = sorted(cache.rglob("*.nbc"), key=lambda path: path.name not in before)
     shutil.copy(one, two)
     assert with_numba(other, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 0"
-
-
-@pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")
-@row(44, "upgrade-below-a-running-session")
-def test_nothing_is_kept_or_taken_after_an_upgrade_below_a_running_session(fault, good_cache, tmp_path):
-    """The text on the disk is no longer that of the modules of this process."""
-    cache = tmp_path / "cache"
-    shutil.copytree(good_cache, cache)
-    change = "import aomc_sky.kernels.numba_private as p\np.text_stamp = lambda: 'the new version'\n"
-    assert with_numba(change + COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 0"
-    assert [path.read_bytes() for path in cache.rglob("*.nbc")] == [
-        path.read_bytes() for path in good_cache.rglob("*.nbc")
-    ]
 
 
 @pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT's cache")

@@ -1,7 +1,5 @@
 """Rows 22 to 26 of the matrix: radiances at the ends of float64, and photon numbers at both ends."""
 
-from __future__ import annotations
-
 import json
 
 import pytest
@@ -32,18 +30,18 @@ EXTREMES = {
 METHODS = ("systematic", "largest-remainder")
 
 
-def at_one_wavelength(rows: list[str], n_zenith: int, n_azimuth: int) -> dict[str, str | bytes]:
+def at_one_wavelength(rows, n_zenith, n_azimuth):
     """Files of a scene whose wavebands all take one sky of so many bins."""
     head = f"{len(rows)} {n_zenith} {n_azimuth - 1} 1"
     return {"skydist.inp": sky(rows=rows, head=head, waves="550.0"), "lambbot.inp": ONE_WAVELENGTH}
 
 
-def one_sky(values: tuple[str, ...]) -> dict[str, str | bytes]:
+def one_sky(values):
     """Files of a sky of four patches."""
     return at_one_wavelength([f"1 {z} {a} {value}" for (z, a), value in zip(CELLS, values, strict=True)], 2, 2)
 
 
-def even_sky(n_zenith: int, n_azimuth: int) -> dict[str, str | bytes]:
+def even_sky(n_zenith, n_azimuth):
     """Files of a sky of equal patches."""
     rows = [f"1 {z} {a} 1.0" for z in range(1, n_zenith + 1) for a in range(n_azimuth)]
     return at_one_wavelength(rows, n_zenith, n_azimuth)

@@ -1,7 +1,5 @@
 """Row 48 of the matrix: outputs named so that they would mix with, or replace, what is not ours."""
 
-from __future__ import annotations
-
 import os
 import shutil
 from importlib.util import find_spec
@@ -17,11 +15,11 @@ needs_matplotlib = pytest.mark.skipif(find_spec("matplotlib") is None, reason="d
 PEREZ = ("perez", "--dni", "850", "--dhi", "95", "--sun-zenith", "40", "--bins", "4", "8", "-q")
 
 
-def files_of(folder: Path) -> dict[str, bytes]:
+def files_of(folder):
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file()}
 
 
-def ways_to(scene: Path) -> dict[str, tuple[str, Path]]:
+def ways_to(scene):
     """The folder of the scene under several names, and where the command stands."""
     (scene.parent / "link").symlink_to(scene)
     return {
@@ -35,12 +33,11 @@ def ways_to(scene: Path) -> dict[str, tuple[str, Path]]:
 
 @pytest.mark.parametrize("force", [(), ("--force",), ("--shard", "1/2")], ids=["plain", "force", "shard"])
 @row(48, "absolute", "dot", "relative", "link", "empty")
-def test_the_folder_of_the_scene_is_no_run_folder(fault, force, scene, monkeypatch, capsys):
+def test_the_folder_of_the_scene_is_no_run_folder(fault, force, scene, monkeypatch, told):
     before = files_of(scene)
     out, where = ways_to(scene)[fault]
     monkeypatch.chdir(where)
-    assert command("run", scene, "--iterations", 100, "-q", "--out", out, *force) == 2
-    assert "aomc-sky-out" in capsys.readouterr().err
+    assert "aomc-sky-out" in told("run", scene, "--iterations", 100, "-q", "--out", out, *force, code=2).err
     assert files_of(scene) == before
 
 
@@ -54,13 +51,12 @@ EMPTY = {
 
 
 @pytest.mark.parametrize("words", EMPTY.values(), ids=[row_id(48, f"empty-{name}") for name in EMPTY])
-def test_an_empty_name_is_refused(words, tmp_path, monkeypatch, capsys):
+def test_an_empty_name_is_refused(words, tmp_path, monkeypatch, told):
     monkeypatch.chdir(tmp_path)
     extra = {"plot": "matplotlib"}.get(str(words[0]))
     if extra and find_spec(extra) is None:
         pytest.skip(f"needs {extra}")
-    assert command(*words) == 2
-    assert "empty" in capsys.readouterr().err
+    assert "empty" in told(*words, code=2).err
     assert list(tmp_path.iterdir()) == []
 
 
@@ -105,15 +101,14 @@ def test_force_removes_what_a_run_made_and_nothing_else(fault, scene, tmp_path):
 
 
 @row(48, "plan-lost")
-def test_a_folder_without_its_plan_is_nobodys(fault, scene, tmp_path, capsys):
+def test_a_folder_without_its_plan_is_nobodys(fault, scene, tmp_path, told):
     out = tmp_path / "out"
     words = ["run", scene, "--iterations", 100, "-q", "--out", out]
     assert command(*words) == 0
     (out / "plan.npz").unlink()
     before = files_of(out)
     for more in ((), ("--force",)):
-        assert command(*words, *more) == 2
-        assert f"write --out {out / 'aomc-sky-out'}" in capsys.readouterr().err
+        assert f"write --out {out / 'aomc-sky-out'}" in told(*words, *more, code=2).err
     assert files_of(out) == before
 
 
@@ -127,12 +122,11 @@ TARGETS = {
 
 @needs_matplotlib
 @row(48, *(f"target-{name}" for name in TARGETS))
-def test_a_file_of_others_is_replaced_by_force_alone(fault, tmp_path, capsys):
+def test_a_file_of_others_is_replaced_by_force_alone(fault, tmp_path, told):
     option, name = TARGETS[fault.removeprefix("target-")]
     target = tmp_path / name
     target.write_bytes(b"\x89PNG\r\n\x1a\nmine")
-    assert command(*PEREZ, option, target) == 5
-    err = capsys.readouterr().err
+    err = told(*PEREZ, option, target, code=5).err
     assert "--force" in err
     assert f"new-{name}" in err
     assert target.read_bytes() == b"\x89PNG\r\n\x1a\nmine"
@@ -147,11 +141,10 @@ INPUT_FILES = ("amc.inp", "lambbot.inp", "difcol.inp", "sky.toml")
 
 
 @row(48, *(f"input-{name}" for name in INPUT_FILES))
-def test_inputs_are_never_replaced(fault, tmp_path, capsys):
+def test_inputs_are_never_replaced(fault, tmp_path, told):
     target = tmp_path / fault.removeprefix("input-")
     target.write_text("mine")
-    assert command(*PEREZ, "--write-skydist", target, "--force") == 2
-    assert "never replaced" in capsys.readouterr().err
+    assert "never replaced" in told(*PEREZ, "--write-skydist", target, "--force", code=2).err
     assert target.read_text() == "mine"
 
 
@@ -177,13 +170,12 @@ def test_plot_replaces_its_own_pictures_alone(fault, scene, tmp_path, capsys):
 
 
 @row(48, "device", "pipe")
-def test_a_device_or_a_pipe_is_no_target(fault, tmp_path, capsys):
+def test_a_device_or_a_pipe_is_no_target(fault, tmp_path, told):
     """A file written as a whole takes the name: root would lose /dev/null."""
     target = Path("/dev/null") if fault == "device" else tmp_path / "pipe"
     if fault == "pipe":
         os.mkfifo(target)
-    assert command(*PEREZ, "--write-skydist", target, "--force") == 2
-    assert "device or a pipe" in capsys.readouterr().err
+    assert "device or a pipe" in told(*PEREZ, "--write-skydist", target, "--force", code=2).err
 
 
 @row(48, "the-file-that-is-read")

@@ -1,7 +1,5 @@
 """Row 51 of the matrix: dates beyond the calendar, little memory, a low recursion limit: one sentence each."""
 
-from __future__ import annotations
-
 import os
 import platform
 import resource
@@ -11,7 +9,7 @@ import sys
 import pytest
 
 from aomc_sky.cli import main as cli
-from tests.support.fault_rows import command, row, row_id
+from tests.support.fault_rows import row, row_id
 from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
 
@@ -19,34 +17,31 @@ DATES = ("0001-01-01T00:00:00+14:00", "9999-12-31T23:59:59-12:00")
 MB = 1 << 20
 
 
-def one_sentence(err: str) -> bool:
+def one_sentence(err):
     return "Traceback" not in err and err.startswith("aomc-sky: error: ") and err.count("\n") == 1
 
 
 @pytest.mark.parametrize("date", DATES, ids=[row_id(51, f"date-{name}") for name in ("year-0", "year-10000")])
-def test_dates_outside_the_calendar(date, tmp_path, capsys):
+def test_dates_outside_the_calendar(date, tmp_path, told):
     pytest.importorskip("h5py")
     scene = copy_scene("night_sky", tmp_path).parent
     lines = (scene / "sky.toml").read_text().splitlines()
     changed = [f"time = {date}" if line.startswith("time") else line for line in lines]
     assert changed != lines
     (scene / "sky.toml").write_text("\n".join(changed))
-    assert command("run", scene, "-q") == 3
-    err = capsys.readouterr().err
+    err = told("run", scene, "-q", code=3).err
     assert "error[E704]" in err
     assert f"{date.replace('T', ' ')} is outside the years 1 to 9999 in UTC" in err
     for words in (["info", scene / "night.h5"], ["plot", scene / "night.h5", "--out", tmp_path / "x.png"]):
-        assert command(*words, "--time", date) == 2
-        assert f"{date}' is outside the years 1 to 9999 in UTC" in capsys.readouterr().err
+        assert f"{date}' is outside the years 1 to 9999 in UTC" in told(*words, "--time", date, code=2).err
 
 
 @row(51, "perez-time")
-def test_a_time_of_a_perez_sky(fault, capsys):
+def test_a_time_of_a_perez_sky(fault, told):
     pytest.importorskip("pvlib")
     place = ["--latitude", 10, "--longitude", 10]
     for date in (*DATES, "0000-01-01T00:00:00Z", "10000-01-01T00:00:00Z", "1500-06-21T12:00:00Z"):
-        assert command("perez", "--dni", 500, "--dhi", 100, "--time", date, *place) == 2
-        assert one_sentence(capsys.readouterr().err)
+        assert one_sentence(told("perez", "--dni", 500, "--dhi", 100, "--time", date, *place, code=2).err)
 
 
 SMALL = """
@@ -75,16 +70,13 @@ def test_little_memory(spare, scene, tmp_path):
 
 @row(51, "address-space-of-150-MB")
 def test_a_small_address_space_from_the_start(fault, scene, tmp_path):
-    """Where Python and numpy just start; libraries that do not fit any more are told as lack of memory.
-
-    OpenBLAS has one thread: where more of them do not fit, it ends the process itself, sometimes by SIGSEGV.
-    """
+    """Where Python and numpy just start; libraries that do not fit any more are told as lack of memory."""
     words = ["run", str(scene), "--threads", "1", "--iterations", "3e6", "-q", "--out", str(tmp_path / "out")]
     command_line = [sys.executable, "-m", "aomc_sky", *words]
     how = {"env": os.environ | {"OPENBLAS_NUM_THREADS": "1"}, "capture_output": True, "text": True, "timeout": 120}
     for size in (130, 140, 145, 150, 160, 200):  # each ends elsewhere: OpenBLAS, numpy, our modules, numba's LLVM
 
-        def limit(size: int = size * MB) -> None:
+        def limit(size=size * MB):
             resource.setrlimit(resource.RLIMIT_AS, (size, size))
 
         done = subprocess.run(command_line, check=False, preexec_fn=limit, **how)
@@ -112,42 +104,34 @@ def test_a_low_recursion_limit(limit, scene):
     assert f"the recursion limit of this Python, {limit}, is too low" in done.stderr
 
 
-@pytest.mark.parametrize(
-    ("error", "code", "told"),
-    [
-        (MemoryError(), 6, "there is not enough memory for this process; "),
-        (
-            MemoryError("Unable to allocate 3 GiB"),
-            6,
-            "is not enough memory for this process (Unable to allocate 3 GiB); ",
-        ),
-        (OverflowError("int too large"), 3, "a number is too large to be computed with (int too large)"),
-        (RuntimeError("can't start new thread"), 6, "is not enough memory for this process (can't start new thread); "),
-        (
-            ImportError("x.so: failed to map segment from shared object"),
-            6,
-            "is not enough memory for this process (x.so: failed",
-        ),
-    ],
-    ids=[row_id(51, f"last-line-{k}") for k in range(5)],
+NO_MEMORY = "is not enough memory for this process"
+LAST = (
+    (MemoryError(), 6, f"there {NO_MEMORY}; "),
+    (MemoryError("Unable to allocate 3 GiB"), 6, f"{NO_MEMORY} (Unable to allocate 3 GiB); "),
+    (OverflowError("int too large"), 3, "a number is too large to be computed with (int too large)"),
+    (RuntimeError("can't start new thread"), 6, f"{NO_MEMORY} (can't start new thread); "),
+    (ImportError("x.so: failed to map segment from shared object"), 6, f"{NO_MEMORY} (x.so: failed"),
 )
-def test_the_last_line_of_the_command(error, code, told, scene, monkeypatch, capsys):
-    def fail(*_: object, **__: object) -> None:
+
+
+@pytest.mark.parametrize(("error", "code", "words"), LAST, ids=[row_id(51, f"last-line-{k}") for k in range(5)])
+def test_the_last_line_of_the_command(error, code, words, scene, monkeypatch, told):
+    monkeypatch.setattr("aomc_sky.source.read.scene.scene_of_files", raising(error))
+    err = told("run", scene, "-q", code=code).err
+    assert one_sentence(err)
+    assert words in err
+
+
+def raising(error):
+    def fail(*_, **__):
         raise error
 
-    monkeypatch.setattr("aomc_sky.source.read.scene.scene_of_files", fail)
-    assert command("run", scene, "-q") == code
-    err = capsys.readouterr().err
-    assert one_sentence(err)
-    assert told in err
+    return fail
 
 
 @pytest.mark.parametrize("error", [RuntimeError("a bug"), ImportError("no module")], ids=["runtime", "import"])
 def test_other_errors_are_bugs_and_keep_their_traceback(error, scene, monkeypatch):
-    def fail(*_: object, **__: object) -> None:
-        raise error
-
-    monkeypatch.setattr("aomc_sky.source.read.scene.scene_of_files", fail)
+    monkeypatch.setattr("aomc_sky.source.read.scene.scene_of_files", raising(error))
     with pytest.raises(type(error)):
         cli.main(["run", str(scene), "-q"])
 

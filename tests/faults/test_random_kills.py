@@ -1,14 +1,10 @@
 """Row 41 of the matrix, at random: killed at thirty moments, each time nothing half, and resumed to the same bytes."""
 
-from __future__ import annotations
-
 import os
 import random
 import shutil
 import signal
 import time
-from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 
@@ -28,15 +24,15 @@ ENDS = (".npy", ".mcpl", ".csv", ".npz")
 
 
 @pytest.fixture(scope="module")
-def amc(tmp_path_factory) -> Path:
+def amc(tmp_path_factory):
     return copy_scene("document_example", tmp_path_factory.mktemp("scene"))
 
 
-def run_words(amc: Path, out: Path) -> list[str]:
+def run_words(amc, out):
     return ["run", str(amc), "--iterations", ITERATIONS, "--threads", "2", "-q", "--out", str(out)]
 
 
-def killed(words: list[str], out: Path, n_kills: int, seed: int) -> Iterator[None]:
+def killed(words, out, n_kills, seed):
     """Start the command and kill it at a random moment after its folder appears, until that came in time so often."""
     rng, lasts, n = random.Random(seed), time_of(words, out), 0
     while n < n_kills:
@@ -53,7 +49,7 @@ def killed(words: list[str], out: Path, n_kills: int, seed: int) -> Iterator[Non
         shutil.rmtree(out)
 
 
-def time_of(words: list[str], out: Path) -> float:
+def time_of(words, out):
     """How long the command goes on after its folder appears; the folder is removed. [s]"""
     process = ForkedCommand(*words)
     wait_for(out, "*", process)
@@ -64,7 +60,7 @@ def time_of(words: list[str], out: Path) -> float:
     return lasts
 
 
-def check_whole(folder: Path, whole: dict[str, bytes]) -> None:
+def check_whole(folder, whole):
     """Every file under a final name is the finished one."""
     for path in folder.iterdir():
         if path.name.endswith(ENDS) and not path.name.startswith(".") and ".part" not in path.name:

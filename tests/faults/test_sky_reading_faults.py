@@ -1,7 +1,5 @@
 """Rows 19 to 21 of the matrix: bins below the horizon, and wavelengths in disorder or far from the wavebands."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.support.fault_rows import ROWS, Fault, check_refused, faults, photons_of_band, row, run_scene, sky
@@ -10,7 +8,7 @@ BELOW = sky("1 95 1 20.0", head="6 100 2 2")
 FAR_AROUND = sky("1 2 400 20.0", head="6 2 400 2")
 
 
-def in_sky(number: int, name: str, text: str, place: str, *options: str) -> Fault:
+def in_sky(number, name, text, place, *options):
     places = [f"skydist.inp:{place}"]
     return Fault(row=number, name=name, files={"skydist.inp": text}, options=options, places=places)
 

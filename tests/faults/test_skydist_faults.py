@@ -1,7 +1,5 @@
 """Rows 1 to 18 of the matrix: skydist.inp with indices, values, headers and rows that cannot be."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -23,12 +21,12 @@ from tests.support.scenes import copy_scene
 DARK = sky(rows=[*ROWS[:3], "2 1 0 0.0", "2 1 1 0.0", "2 2 1 0.0"])
 
 
-def in_row(number: int, name: str, line: str, column: int, code: str) -> Fault:
+def in_row(number, name, line, column, code):
     """A fault of line 5, the third row of the scene."""
     return Fault(row=number, name=name, files={"skydist.inp": sky(line)}, places=[f"skydist.inp:5:{column} {code}"])
 
 
-def in_head(number: int, name: str, head: str, *places: str) -> Fault:
+def in_head(number, name, head, *places):
     """A fault of line 1; places are columns with their codes."""
     at = [f"skydist.inp:1:{place}" for place in places]
     return Fault(row=number, name=name, files={"skydist.inp": sky(head=head)}, places=at)

@@ -3,8 +3,6 @@
 `python -m pytest -m soak`; minutes on idle cores. AOMC_SKY_SOAK is the number of photons, if another one is asked for.
 """
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -22,7 +20,7 @@ MOST_GROWTH_MB = 8.0
 """Of the peak, from the first hundredth of the photons to the last: a byte for every 1200 photons would be more."""
 
 
-def peak_mb(process: subprocess.Popen) -> float:
+def peak_mb(process):
     """Peak of the memory of a process that is alive. [MB]"""
     status = Path(f"/proc/{process.pid}/status").read_text()
     return int(next(line.split()[1] for line in status.splitlines() if line.startswith("VmHWM"))) / 1024

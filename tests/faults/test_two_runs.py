@@ -1,45 +1,37 @@
 """Row 47 of the matrix: two different runs in one folder at once: one holds it, the other one ends and says so."""
 
-from __future__ import annotations
-
 import contextlib
 import json
-import multiprocessing
 import os
 import re
 import signal
 import sys
-from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
 
 import pytest
 
 from aomc_sky.cli.main import main
 from aomc_sky.outputs.run_folder import LOCK, RunFolder
 from tests.support.fault_rows import row
+from tests.support.forked_commands import SERVER
 from tests.support.processes import end_by, stopped
 from tests.support.scenes import copy_scene
 
 SLOW_PAIRS = int(os.environ.get("AOMC_SKY_PAIRS", "10"))
 """Of the slow test; the page on faults says how to ask for more."""
 
-_SERVER = multiprocessing.get_context("forkserver")
-_SERVER.set_forkserver_preload(["aomc_sky.cli.main", "aomc_sky.engine.run", "aomc_sky.emission.kernels.emit"])
-
 
 @pytest.fixture(scope="module")
-def scene(tmp_path_factory) -> Path:
+def scene(tmp_path_factory):
     return copy_scene("document_example", tmp_path_factory.mktemp("scene"))
 
 
-def words_of(scene: Path, out: Path, seed: int, *options: object) -> list[str]:
+def words_of(scene, out, seed, *options):
     words = ["run", scene, "--iterations", "2e5", "--threads", 1, "-q", "--seed", seed, "--out", out, *options]
     return [str(word) for word in words]
 
 
 @pytest.fixture
-def holder(scene, tmp_path) -> Iterator[Any]:
+def holder(scene, tmp_path):
     """A run of seed 1 into ``out`` that is stopped in its midst, and alive."""
     process = stopped(*words_of(scene, tmp_path / "out", 1), block=6)
     yield process
@@ -47,7 +39,7 @@ def holder(scene, tmp_path) -> Iterator[Any]:
     process.communicate(timeout=60)
 
 
-def goes_on(process: Any) -> int:
+def goes_on(process):
     process.send_signal(signal.SIGCONT)
     process.communicate(timeout=120)
     return process.returncode
@@ -72,25 +64,23 @@ def test_another_plan_is_refused_while_one_holds_the_folder(fault, options, hold
 
 
 @row(47, "force-while-the-same-run-goes-on")
-def test_force_takes_no_living_run_apart(fault, holder, scene, tmp_path, capsys):
+def test_force_takes_no_living_run_apart(fault, holder, scene, tmp_path, told):
     same = words_of(scene, tmp_path / "out", 1)
-    assert main([*same, "--force"]) == 6
-    assert f"process {holder.pid} on" in capsys.readouterr().err
+    assert f"process {holder.pid} on" in told(*same, "--force", code=6).err
     assert main(same) == 0  # without it the work is shared
     assert goes_on(holder) == 0
     assert main(["verify", str(tmp_path / "out")]) == 0
 
 
 @row(47, "shards-of-one-plan-share-the-folder")
-def test_shards_of_one_plan_share_a_folder(fault, scene, tmp_path, capsys):
+def test_shards_of_one_plan_share_a_folder(fault, scene, tmp_path, told):
     out = tmp_path / "out"
     shard = words_of(scene, out, 1, "--shard")
     process = stopped(*shard, "1/2", block=5)
     try:
         assert main([*shard, "2/2"]) == 0
         assert main([*shard, "1/2"]) == 0  # which the stopped process makes, too
-        assert main(words_of(scene, out, 2, "--shard", "2/2")) == 6
-        assert "is held by another run" in capsys.readouterr().err
+        assert "is held by another run" in told(*words_of(scene, out, 2, "--shard", "2/2"), code=6).err
         assert goes_on(process) == 0
     finally:
         process.kill()
@@ -110,21 +100,21 @@ def test_a_killed_holder_blocks_nobody(fault, holder, scene, tmp_path):
     assert not (out / LOCK).exists()
 
 
-def _run_at_once(words: list[str], ready: Any, ended: Any, other_ended: Any, meets: bool, error_file: str) -> None:
+def _run_at_once(words, ready, ended, other_ended, meets, error_file):
     """Claim the folder when the other process does; with `meets` its holder waits for the end of the other."""
     from aomc_sky.cli.main import main
 
     held = RunFolder.held
 
     @contextlib.contextmanager
-    def held_together(*arguments: Any, **options: Any) -> Iterator[None]:
+    def held_together(*arguments, **options):
         ready.wait(60)
         with held(*arguments, **options):
             if meets:
                 other_ended.wait(60)
             yield
 
-    RunFolder.held = held_together  # type: ignore[method-assign]
+    RunFolder.held = held_together
     try:
         with open(error_file, "w") as stream, contextlib.redirect_stderr(stream):
             code = main(words)
@@ -133,12 +123,12 @@ def _run_at_once(words: list[str], ready: Any, ended: Any, other_ended: Any, mee
     sys.exit(code)
 
 
-def judge_pair(scene: Path, folder: Path, *options: str, meets: bool = False) -> tuple[int, ...]:
+def judge_pair(scene, folder, *options, meets=False):
     """Let two runs of two seeds claim one folder at one moment; check that it is one run's, and return exit codes."""
-    out, ready, ended = folder / "out", _SERVER.Barrier(2), [_SERVER.Event(), _SERVER.Event()]
+    out, ready, ended = folder / "out", SERVER.Barrier(2), [SERVER.Event(), SERVER.Event()]
     errors = [folder / f"{seed}.txt" for seed in (1, 2)]
     both = [
-        _SERVER.Process(
+        SERVER.Process(
             target=_run_at_once,
             args=(words_of(scene, out, k + 1, *options), ready, ended[k], ended[1 - k], meets, str(errors[k])),
         )
@@ -167,7 +157,7 @@ def judge_pair(scene: Path, folder: Path, *options: str, meets: bool = False) ->
     return codes
 
 
-def judge_pairs(scene: Path, folder: Path, n: int) -> list[tuple[int, ...]]:
+def judge_pairs(scene, folder, n):
     """Without and with --force, in pairs that meet and in pairs of which one may leave as the other comes."""
     codes = []
     for k in range(n):

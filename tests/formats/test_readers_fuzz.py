@@ -1,19 +1,10 @@
-"""Readers against gfortran: a mutated file is read as Fortran reads it, or refused with a place inside it.
-
-Whatever a text holds: no other exception than ours. Hypothesis draws bundles of mutations, so that one
-process of the compiled reader serves a whole bundle.
-"""
-
-from __future__ import annotations
+"""Readers against gfortran: a mutated file is read as Fortran reads it, or refused with a place inside it."""
 
 import subprocess
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterator
 from functools import partial
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -52,7 +43,7 @@ mutations = st.lists(
 )
 
 
-def mutate(text: str, changes: list[Mutation]) -> str:
+def mutate(text, changes):
     """Insert, delete, replace or swap characters, shift a line, or delete, double or swap columns of a line."""
     lines = text.split("\n")
     for kind, row, column, character in changes:
@@ -75,7 +66,7 @@ def mutate(text: str, changes: list[Mutation]) -> str:
     return "\n".join(lines)
 
 
-def moved_columns(words: list[str], kind: int, column: int) -> list[str]:
+def moved_columns(words, kind, column):
     """The words of a line, one of them deleted (5), doubled (6), or swapped with the next (7)."""
     k = column % max(len(words), 1)
     if kind == 5:
@@ -85,14 +76,14 @@ def moved_columns(words: list[str], kind: int, column: int) -> list[str]:
     return words[:k] + words[k + 1 : k + 2] + words[k : k + 1] + words[k + 2 :]
 
 
-def texts_of(kind: str) -> list[str]:
+def texts_of(kind):
     return [
         p.read_bytes().decode("latin-1").removeprefix("\xef\xbb\xbf")
         for p in sorted((DATA / kind / "good").glob("*.inp"))
     ]
 
 
-def check_places(error: InputFileError, text: str) -> None:
+def check_places(error, text):
     """Every problem stands inside the text."""
     lines = text.split("\n")
     for problem in error.problems:
@@ -102,7 +93,7 @@ def check_places(error: InputFileError, text: str) -> None:
         assert problem.render().startswith(f"{problem.path}:{problem.line}:{problem.column}: error[E")
 
 
-def read_or_refuse(read: Callable[[], object], text: str) -> object | None:
+def read_or_refuse(read, text):
     """What a reader returns; None where it refuses the text with a place inside it."""
     start = time.process_time()
     try:
@@ -116,28 +107,23 @@ def read_or_refuse(read: Callable[[], object], text: str) -> object | None:
         assert time.process_time() - start < MOST_CPU_S
 
 
-def amc_words(config: AmcConfig) -> list[float]:
+def amc_words(config):
     return [getattr(config, field.name) for field in fields_of_layout(config.use_polar_cap is not None)]
 
 
 @pytest.fixture(scope="module")
-def amc_program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def amc_program(tmp_path_factory):
     return compile_reader("read_amc", tmp_path_factory.mktemp("amc"))
 
 
 @pytest.fixture(scope="module")
-def list_program(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def list_program(tmp_path_factory):
     return compile_reader("read_list", tmp_path_factory.mktemp("list"))
 
 
-def read_by_fortran(
-    program: Path, kind: str, changes: list[list[Mutation]], letter: Callable[[str], str], end: str, which: int = 0
-) -> Iterator[tuple[str, Path, list[int] | None]]:
-    """Mutated texts of a kind, the file of each, and the words that the compiled reader gives; None where it refuses.
-
-    `letter` says how the program reads a text. A slash that ends a file without a line end is more than gfortran's
-    library can read, so texts of lists get an `end`.
-    """
+def read_by_fortran(program, kind, changes, letter, end, which=0):
+    """Mutated texts of a kind, the file of each, and the words of the compiled reader; None where it refuses."""
+    # texts of lists get an `end`: a slash that ends a file without a line end is more than gfortran's library can read
     sources = texts_of(kind)
     texts = [mutate(sources[(which + k) % len(sources)], change) + end for k, change in enumerate(changes)]
     paths = [program.parent / f"{k}.inp" for k in range(len(texts))]
@@ -149,7 +135,7 @@ def read_by_fortran(
 @needs_gfortran
 @FAST
 @given(changes=mutations, which=st.integers(0, 3))
-def test_amc_is_read_as_gfortran_reads_it(changes: list[list[Mutation]], which: int, amc_program: Path) -> None:
+def test_amc_is_read_as_gfortran_reads_it(changes, which, amc_program):
     letter = lambda text: "P" if has_polar_cap_line(text.split("\n")) else "-"  # noqa: E731
     for text, path, words in read_by_fortran(amc_program, "amc", changes, letter, "", which):
         fields = fields_of_layout(letter(text) == "P")
@@ -166,7 +152,7 @@ def test_amc_is_read_as_gfortran_reads_it(changes: list[list[Mutation]], which: 
 @needs_gfortran
 @FAST
 @given(changes=mutations, which=st.integers(0, 2))
-def test_skydist_is_read_as_gfortran_reads_it(changes: list[list[Mutation]], which: int, list_program: Path) -> None:
+def test_skydist_is_read_as_gfortran_reads_it(changes, which, list_program):
     for text, path, words in read_by_fortran(list_program, "skydist", changes, lambda _: "S", "\n", which):
         for lenient in (False, True):
             table = read_or_refuse(lambda p=path, le=lenient: read_skydist(p, lenient=le), text)
@@ -184,7 +170,7 @@ def test_skydist_is_read_as_gfortran_reads_it(changes: list[list[Mutation]], whi
             assert any("E303]: numskyelem: the header says" in str(one.message) for one in told)
 
 
-def check_table(table: SkyTable, words: list[int]) -> None:
+def check_table(table, words):
     """The table is what Fortran has in its array: the rows that the header announces, the last of equal places."""
     n, n_zenith, n_azimuth, n_table = words[:4]
     assert table.radiance.shape == (n_table, n_zenith, n_azimuth + 1)
@@ -211,9 +197,7 @@ BAND_FILES = {
 @needs_gfortran
 @FAST
 @given(changes=mutations, n_columns=st.sampled_from(sorted(BAND_FILES)))
-def test_band_files_are_read_as_gfortran_reads_them(
-    changes: list[list[Mutation]], n_columns: str, list_program: Path
-) -> None:
+def test_band_files_are_read_as_gfortran_reads_them(changes, n_columns, list_program):
     kind, read, names = BAND_FILES[n_columns]
     for text, path, words in read_by_fortran(list_program, kind, changes, lambda _: n_columns, "\n"):
         table = read_or_refuse(lambda p=path: read(p), text)
@@ -253,7 +237,7 @@ print(n_read, n_refused, int(status["VmHWM"].split()[0]) / 1024)
 MOST_MB = 200
 
 
-def test_every_reader_of_every_mutated_file_is_bounded(tmp_path: Path) -> None:
+def test_every_reader_of_every_mutated_file_is_bounded(tmp_path):
     """Good files of all text formats, mutated, each through all readers: files under a wrong name are faults, too."""
     generator = np.random.default_rng(11)
     good = [p for kind in ("amc", "lambbot", "difcol", "skydist", "sky_toml") for p in (DATA / kind / "good").iterdir()]
@@ -277,7 +261,7 @@ def test_every_reader_of_every_mutated_file_is_bounded(tmp_path: Path) -> None:
     assert float(peak_mb) < MOST_MB
 
 
-def rows_both_ways(path: Path) -> tuple[Any, Any] | None:
+def rows_both_ways(path):
     """Rows of a sky file by the fast path and by the slow one; None where the header or the fast path refuses."""
     data = path.read_bytes()
     report = Report(path=str(path))
@@ -298,7 +282,7 @@ def rows_both_ways(path: Path) -> tuple[Any, Any] | None:
         elements=st.floats(0, 1.7e308, allow_subnormal=True),
     ).filter(lambda a: bool(a.any()))
 )
-def test_fast_and_slow_rows_are_the_same(radiance: np.ndarray, tmp_path_factory: pytest.TempPathFactory) -> None:
+def test_fast_and_slow_rows_are_the_same(radiance, tmp_path_factory):
     path = tmp_path_factory.getbasetemp() / "sky.inp"
     waves = np.arange(1.0, radiance.shape[0] + 1) * 400.1
     write_skydist(SkyTable(wavelength_nm=waves, radiance=radiance), path)
@@ -312,9 +296,7 @@ def test_fast_and_slow_rows_are_the_same(radiance: np.ndarray, tmp_path_factory:
 
 @FAST
 @given(changes=mutations)
-def test_what_the_fast_path_takes_the_slow_path_takes(
-    changes: list[list[Mutation]], tmp_path_factory: pytest.TempPathFactory
-) -> None:
+def test_what_the_fast_path_takes_the_slow_path_takes(changes, tmp_path_factory):
     path = tmp_path_factory.getbasetemp() / "sky.inp"
     for change in changes:
         path.write_bytes(mutate(texts_of("skydist")[-1], change).encode("latin-1"))

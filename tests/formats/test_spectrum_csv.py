@@ -1,9 +1,6 @@
 """Means over bins and luminances, against 50 digits, against numbers by hand, and against what CalcMySky makes."""
 
-from __future__ import annotations
-
 from itertools import pairwise
-from pathlib import Path
 
 import mpmath
 import numpy as np
@@ -18,11 +15,11 @@ from aomc_sky.skies.atmosphere.description import spectra
 EPS = float(np.finfo(float).eps)
 
 
-def spectrum(x: list[float] | np.ndarray, y: list[float] | np.ndarray) -> Spectrum:
+def spectrum(x, y):
     return Spectrum(wavelength_nm=np.array(x, float), value=np.array(y, float))
 
 
-def exact_integral(x: np.ndarray, y: np.ndarray, low: mpmath.mpf, high: mpmath.mpf) -> mpmath.mpf:
+def exact_integral(x, y, low, high):
     """Integral of the piecewise-linear function, segment by segment, in the working precision."""
     total = mpmath.mpf(0)
     for x0, x1, y0, y1 in zip(x[:-1], x[1:], y[:-1], y[1:], strict=True):
@@ -33,13 +30,13 @@ def exact_integral(x: np.ndarray, y: np.ndarray, low: mpmath.mpf, high: mpmath.m
     return total
 
 
-def exact_mean(table: Spectrum, low: float, high: float) -> mpmath.mpf:
+def exact_mean(table, low, high):
     with mpmath.workdps(50):
         a, b = mpmath.mpf(low), mpmath.mpf(high)
         return exact_integral(table.wavelength_nm, table.value, a, b) / (b - a)
 
 
-def check(table: Spectrum, grid: np.ndarray, ulp: float = 4.0) -> None:
+def check(table, grid, ulp=4.0):
     half = (grid[-1] - grid[0]) / (len(grid) - 1) / 2
     found = bin_means(table, grid)
     for w, value in zip(grid, found, strict=True):
@@ -48,18 +45,18 @@ def check(table: Spectrum, grid: np.ndarray, ulp: float = 4.0) -> None:
         assert abs(value - wanted) <= ulp * EPS * abs(wanted), (w, value, wanted)
 
 
-def test_a_narrow_line_on_a_large_ground() -> None:
+def test_a_narrow_line_on_a_large_ground():
     """A difference of running integrals would lose the line; a sum over the bin does not."""
     x = [1e-3, 499.999, 500.0, 500.001, 99_999.0, 100_000.0]
     check(spectrum(x, [1e9, 1e-12, 1.0, 1e-12, 1e-12, 1e9]), np.linspace(400.0, 600.0, 5))
 
 
-def test_points_on_the_edges_count_once() -> None:
+def test_points_on_the_edges_count_once():
     table = spectrum([400, 450, 550, 650, 700], [1.0, 1.0, 3.0, 3.0, 7.0])
     assert bin_means(table, np.array([400.0, 500.0, 600.0, 700.0])).tolist() == [1.0, 2.0, 3.0, 5.0]
 
 
-def test_a_single_wavelength_takes_the_value() -> None:
+def test_a_single_wavelength_takes_the_value():
     table = spectrum([400, 500, 600], [1.0, 2.0, 4.0])
     for w, wanted in ((400.0, 1.0), (450.0, 1.5), (500.0, 2.0), (600.0, 4.0)):
         assert bin_means(table, np.array([w])).tolist() == [wanted]
@@ -72,9 +69,7 @@ def test_a_single_wavelength_takes_the_value() -> None:
     ends=st.tuples(st.floats(0.0, 1.0), st.floats(0.0, 1.0)),
     n=st.integers(2, 9),
 )
-def test_means_are_exact_for_any_spectrum(
-    steps: list[float], values: list[float], ends: tuple[float, float], n: int
-) -> None:
+def test_means_are_exact_for_any_spectrum(steps, values, ends, n):
     x = 300.0 + np.concatenate(([0.0], np.cumsum(steps)))
     table = spectrum(x, values[: len(x)])
     low, high = (x[0] + (x[-1] - x[0]) * end for end in sorted(ends))
@@ -90,7 +85,7 @@ def test_means_are_exact_for_any_spectrum(
         assert abs(value - wanted) <= 4 * EPS * abs(wanted) + 8 * EPS * slope * x[-1] + 1e-300
 
 
-def test_the_table_of_the_eye_has_the_printed_sum() -> None:
+def test_the_table_of_the_eye_has_the_printed_sum():
     """CIE 15:2004, table T.4, prints the sum of its 81 numbers of six decimals."""
     assert sum((v + 5) // 10 for v in spectra.V_E7) == 21_371_327
     wavelength, v = spectra.photopic_efficiency()
@@ -99,7 +94,7 @@ def test_the_table_of_the_eye_has_the_printed_sum() -> None:
     assert (at[555.0], at[510.0], at[610.0], at[400.0], at[700.0]) == (1.0, 0.503, 0.503, 0.000396, 0.004102)
 
 
-def test_luminance_is_the_integral() -> None:
+def test_luminance_is_the_integral():
     rng = np.random.default_rng(6)
     x = np.concatenate(([300.0], np.sort(rng.uniform(350.0, 820.0, 40)), [430.0, 900.0]))
     x.sort()
@@ -109,7 +104,7 @@ def test_luminance_is_the_integral() -> None:
         knots = np.unique(np.concatenate((x, grid)))
         knots = knots[(knots >= 380.0) & (knots <= 780.0)]
 
-        def at(t: mpmath.mpf, xs: np.ndarray, ys: np.ndarray) -> mpmath.mpf:
+        def at(t, xs, ys):
             k = int(np.clip(np.searchsorted(xs, float(t), "right") - 1, 0, len(xs) - 2))
             x0, x1, y0, y1 = (mpmath.mpf(float(q)) for q in (xs[k], xs[k + 1], ys[k], ys[k + 1]))
             return y0 + (y1 - y0) * (t - x0) / (x1 - x0)
@@ -125,7 +120,7 @@ def test_luminance_is_the_integral() -> None:
         assert abs(spectra.luminance(x, y) - wanted) <= 1e-14 * wanted
 
 
-def test_luminance_of_a_stair_and_outside_the_visible() -> None:
+def test_luminance_of_a_stair_and_outside_the_visible():
     stair = spectra.luminance(np.array([380.0, 555.0, 555.0, 780.0]), np.array([1.0, 1.0, 2.0, 2.0]))
     left = spectra.luminance(np.array([380.0, 555.0]), np.array([1.0, 1.0]))
     right = spectra.luminance(np.array([555.0, 780.0]), np.array([2.0, 2.0]))
@@ -134,14 +129,14 @@ def test_luminance_of_a_stair_and_outside_the_visible() -> None:
     assert spectra.luminance(np.array([800.0, 900.0]), np.array([1.0, 1.0])) == 0.0
 
 
-def refused(path: Path, content: bytes) -> list[tuple[str, int]]:
+def refused(path, content):
     path.write_bytes(content)
     with pytest.raises(InputFileError) as caught:
         read_spectrum_csv(path)
     return [(problem.code, problem.line) for problem in caught.value.problems]
 
 
-def test_tables_are_read(tmp_path: Path) -> None:
+def test_tables_are_read(tmp_path):
     path = tmp_path / "t.csv"
     path.write_bytes(b"\xef\xbb\xbf# head \xe9\r\n\r\n 400 ,\t1e-3 \r\n500,-2\r\n  # end")
     table = read_spectrum_csv(path)
@@ -171,11 +166,11 @@ def test_tables_are_read(tmp_path: Path) -> None:
         (b"x\n" * 1000, [("E401", k + 1) for k in range(200)]),
     ],
 )
-def test_broken_tables_are_refused(content: bytes, wanted: list[tuple[str, int]], tmp_path: Path) -> None:
+def test_broken_tables_are_refused(content, wanted, tmp_path):
     assert refused(tmp_path / "t.csv", content) == wanted
 
 
-def test_tables_that_are_too_large_are_refused(tmp_path: Path) -> None:
+def test_tables_that_are_too_large_are_refused(tmp_path):
     assert refused(tmp_path / "t.csv", b" " * MAX_BYTES + b"\n") == [("E401", 0)]
     rows = b"".join(b"%d,1\n" % k for k in range(MAX_POINTS + 1))
     assert refused(tmp_path / "t.csv", rows) == [("E401", 0)]

@@ -1,7 +1,5 @@
 """Numbers with units: exact factors, nothing but the table, and no way to keep the reader busy."""
 
-from __future__ import annotations
-
 from fractions import Fraction
 
 import pytest
@@ -19,7 +17,7 @@ AREAS = {"am^2": -36, "fm^2": -30, "pm^2": -24, "nm^2": -18, "um^2": -12, "mm^2"
 AREAS |= {"km^2": 6, "Mm^2": 12, "Gm^2": 18}
 
 
-def test_the_table_is_that_of_the_document() -> None:
+def test_the_table_is_that_of_the_document():
     ten = Fraction(10)
     assert UNITS[LENGTH] == {**{unit: ten**power for unit, power in LENGTHS.items()}, "AU": Fraction(149597870700)}
     assert UNITS[AREA] == {unit: ten**power for unit, power in AREAS.items()}
@@ -39,12 +37,12 @@ def test_the_table_is_that_of_the_document() -> None:
         ("550 nm", LENGTH, 5.5e-7),
     ],
 )
-def test_a_quantity_is_rounded_once(text: str, dimension: Dimension, wanted: float) -> None:
+def test_a_quantity_is_rounded_once(text, dimension, wanted):
     assert float(parse_quantity(text, dimension)) == wanted
 
 
 @given(number=st.decimals(allow_nan=False, allow_infinity=False, min_value=0, max_value=10**9, places=12))
-def test_micrometres_and_nanometres_agree(number: object) -> None:
+def test_micrometres_and_nanometres_agree(number):
     assert parse_quantity(f"{number:f} um", LENGTH) == 1000 * parse_quantity(f"{number:f} nm", LENGTH)
 
 
@@ -78,7 +76,7 @@ def test_micrometres_and_nanometres_agree(number: object) -> None:
         ("1_000 km", LENGTH, "is not a length"),
     ],
 )
-def test_what_is_refused(text: str, dimension: Dimension, words: str) -> None:
+def test_what_is_refused(text, dimension, words):
     with pytest.raises(BadValueError, match=words) as caught:
         parse_quantity(text, dimension)
     assert caught.value.code == "E401"
@@ -89,12 +87,12 @@ def test_what_is_refused(text: str, dimension: Dimension, words: str) -> None:
 @pytest.mark.parametrize(
     "text", ["", ".", "e5", "1e", "nan", "inf", "0x1p3", "1d5", "1 2", "1_0", "\u0663", "--1", "1e5.5"]
 )
-def test_what_is_no_number(text: str) -> None:
+def test_what_is_no_number(text):
     with pytest.raises(BadValueError):
         parse_real(text)
 
 
-def test_huge_numbers_are_answered_at_once() -> None:
+def test_huge_numbers_are_answered_at_once():
     assert parse_real("1e999999") == float("inf")
     assert parse_real("-1e" + "9" * 90) == -float("inf")
     assert parse_real("1e-999999") == 0.0
@@ -105,5 +103,5 @@ def test_huge_numbers_are_answered_at_once() -> None:
 
 
 @given(value=st.floats(allow_nan=False, allow_infinity=False))
-def test_a_float_comes_back(value: float) -> None:
+def test_a_float_comes_back(value):
     assert parse_real(repr(value)) == value

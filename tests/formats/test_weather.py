@@ -1,7 +1,5 @@
 """EPW, TMY2 and TMY3: when each hour began, what it held, and what is said about a bad file."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 import warnings
@@ -220,7 +218,7 @@ def test_a_huge_file_is_refused_unread(tmp_path):
 EPW_NUMBERS = [k for k in range(6, 35) if k not in (26, 27)]
 
 
-def with_commas(columns, n_fields: int = 35) -> str:
+def with_commas(columns, n_fields=35):
     """The invented EPW file with decimals written with commas in some columns, and so many fields a row."""
     lines = (WEATHER / "good" / "invented.epw").read_text().splitlines()
     for k in range(8, len(lines)):

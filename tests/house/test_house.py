@@ -1,12 +1,9 @@
 """Habits that no linter knows: no network in tests, one place for numba, small modules and functions."""
 
-from __future__ import annotations
-
 import ast
 import functools
 import socket
 import sys
-from pathlib import Path
 from typing import NamedTuple
 
 import pytest
@@ -22,15 +19,15 @@ MAX_LINES = 550  # a file is as long as its noun; a kernel file may be longer
 MAX_FUNCTION_LINES = 55  # "about 40", docstring aside
 
 
-def is_kernel(path: Path) -> bool:
+def is_kernel(path):
     return "kernels" in path.relative_to(SOURCE).parts
 
 
-def name_of(path: Path) -> str:
+def name_of(path):
     return str(path.relative_to(SOURCE))
 
 
-def test_network_is_out_of_reach() -> None:
+def test_network_is_out_of_reach():
     with socket.socket() as one, pytest.raises(RuntimeError, match="reached for the network"):
         one.connect(("192.0.2.1", 9))
 
@@ -51,7 +48,7 @@ class Module(NamedTuple):
 
 
 @functools.cache
-def module(path: Path) -> Module:
+def module(path):
     tree = ast.parse(path.read_text())
     found = Module(ast.get_docstring(tree), set(), set(), set(), set(), {})
     for node in ast.walk(tree):
@@ -73,7 +70,7 @@ def module(path: Path) -> Module:
     return found
 
 
-def test_modules_are_small_and_documented() -> None:
+def test_modules_are_small_and_documented():
     assert [name_of(path) for path in MODULES if not module(path).docstring] == []
     for path in MODULES:
         if not is_kernel(path):
@@ -82,25 +79,25 @@ def test_modules_are_small_and_documented() -> None:
             assert long == [], name_of(path)
 
 
-def test_numba_is_imported_in_the_kernels_alone() -> None:
+def test_numba_is_imported_in_the_kernels_alone():
     users = [path for path in MODULES if "numba" in module(path).imported]
     assert users
     assert [name_of(path) for path in users if not is_kernel(path)] == []
 
 
-def test_kernels_are_compiled_by_one_decorator() -> None:
+def test_kernels_are_compiled_by_one_decorator():
     compilers = {"jit", "njit", "vectorize", "guvectorize", "stencil", "cfunc"}
     assert {path.name for path in MODULES if is_kernel(path) and compilers & module(path).named} == {"jit.py"}
 
 
-def test_package_depends_on_its_core_dependencies_alone() -> None:
+def test_package_depends_on_its_core_dependencies_alone():
     third_party = (
         set().union(*(module(path).imported for path in MODULES)) - set(sys.stdlib_module_names) - {"aomc_sky"}
     )
     assert third_party <= {"numpy", "numba", "llvmlite", "scipy", "tqdm"}
 
 
-def test_no_other_module_calls_what_is_not_everywhere() -> None:
+def test_no_other_module_calls_what_is_not_everywhere():
     """mypy checks the same for Windows by typeshed's lists; this test has a list of its own."""
     absent = {*(f"os.{name}" for name in (*FUNCTIONS, *FLAGS)), *(f"signal.{name}" for name in SIGNALS), *ABSENT}
     absent |= {"sys.platform", "os.name", "os.open"}
@@ -113,7 +110,7 @@ SHARED_TESTS = {"conformance", "statistical", "golden", "faults", "support", "re
 """Folders of tests for no room alone; `ground` has those of the files beside the rooms, `house` those of the whole."""
 
 
-def test_tests_lie_in_the_rooms_of_the_package() -> None:
+def test_tests_lie_in_the_rooms_of_the_package():
     """One folder for each room, or for a folder of the repository beside `src`: tests of a slice go with the slice."""
     tests = REPOSITORY / "tests"
     folders = {str(path.parent.relative_to(tests)) for path in tests.rglob("test_*.py")} - {"ground", "house"}
@@ -125,5 +122,5 @@ def test_tests_lie_in_the_rooms_of_the_package() -> None:
     assert nowhere == []
 
 
-def test_the_test_files_that_come_first_are_there() -> None:
+def test_the_test_files_that_come_first_are_there():
     assert set(FIRST) <= {path.name for path in (REPOSITORY / "tests").rglob("test_*.py")}

@@ -1,7 +1,5 @@
 """What is published says the same everywhere: versions of the package, of the conda recipe and of what they need."""
 
-from __future__ import annotations
-
 import re
 import tomllib
 
@@ -13,27 +11,27 @@ RECIPE = (REPOSITORY / "recipe" / "recipe.yaml").read_text()
 CONDA_NAMES = {"matplotlib": "matplotlib-base"}  # what conda-forge calls it without its windows
 
 
-def listed(section: str) -> set[str]:
+def listed(section):
     """Requirements of a section of the recipe: `numpy >=1.26`."""
     body = re.search(rf"^ +{section}:[^\n]*\n((?: +- .*\n)+)", RECIPE, re.MULTILINE)
     assert body is not None
     return set(re.findall(r"- (.+)", body[1]))
 
 
-def as_conda(requirements: list[str]) -> set[str]:
+def as_conda(requirements):
     parts = [re.fullmatch(r"([\w-]+)(>=[\d.]+)", requirement) for requirement in requirements if ";" not in requirement]
     assert all(parts)
     return {f"{CONDA_NAMES.get(part[1], part[1])} {part[2]}" for part in parts if part}
 
 
-def test_recipe_is_of_this_version() -> None:
+def test_recipe_is_of_this_version():
     assert re.search(r'^  version: "(.+)"$', RECIPE, re.MULTILINE)[1] == aomc_sky.__version__
     assert re.search(r'^  python_min: "(.+)"$', RECIPE, re.MULTILINE)[1] == PROJECT["requires-python"].removeprefix(
         ">="
     )
 
 
-def test_recipe_needs_what_the_package_needs() -> None:
+def test_recipe_needs_what_the_package_needs():
     assert listed("run") - {"python >=${{ python_min }}"} == as_conda(PROJECT["dependencies"])
     extras = PROJECT["optional-dependencies"]
     assert extras["all"] == [
@@ -44,12 +42,12 @@ def test_recipe_needs_what_the_package_needs() -> None:
     assert "- hatchling >=1.27" in RECIPE
 
 
-def test_every_requirement_has_a_lower_bound() -> None:
+def test_every_requirement_has_a_lower_bound():
     listed_extras = [one for name, extra in PROJECT["optional-dependencies"].items() if name != "all" for one in extra]
     for requirement in (*PROJECT["dependencies"], *listed_extras):
         assert ">=" in requirement or requirement.startswith("aomc-sky["), requirement
 
 
-def test_no_address_stands_where_none_is_known() -> None:
+def test_no_address_stands_where_none_is_known():
     assert "urls" not in PROJECT
     assert not re.search(r"^(url|repository-code):", (REPOSITORY / "CITATION.cff").read_text(), re.MULTILINE)

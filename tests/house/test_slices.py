@@ -1,15 +1,11 @@
 """A slice below `skies/` can be deleted: scenes without it give the same bytes, others name what is missing."""
 
-from __future__ import annotations
-
 import json
 import os
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -72,11 +68,11 @@ print(json.dumps({"package": str(package_folder), **{work: globals()[work]() for
 
 
 @pytest.fixture(scope="module")
-def package(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str], Path]]:
+def package(tmp_path_factory):
     """The folder of a copy of the package, by its name in `WITHOUT`, or "whole"."""
 
     @cache
-    def copy(name: str) -> Path:
+    def copy(name):
         folder = tmp_path_factory.mktemp(name)
         shutil.copytree(REPOSITORY / "src/aomc_sky", folder / "aomc_sky", ignore=shutil.ignore_patterns("__pycache__"))
         for missing in WITHOUT.get(name, ()):
@@ -87,11 +83,11 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Callable[[str]
     copy.cache_clear()
 
 
-def environment(package: Path) -> dict[str, str]:
+def environment(package):
     return {**os.environ, "PYTHONPATH": str(package), "NUMBA_CACHE_DIR": str(package / "cache")}
 
 
-def python(package: Path, *words: str) -> subprocess.CompletedProcess[str]:
+def python(package, *words):
     """What Python says that sees a copy of the package."""
     command = [sys.executable, *words]
     return subprocess.run(
@@ -99,7 +95,7 @@ def python(package: Path, *words: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def work(package: Path, scene: str, *works: str) -> dict[str, Any]:
+def work(package, scene, *works):
     """What a copy of the package makes of a scene."""
     out = package / scene / "-".join(works)
     out.mkdir(parents=True)
@@ -111,14 +107,14 @@ def work(package: Path, scene: str, *works: str) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("scene", ["clear_day", "perez_sky"])
-def test_scenes_that_need_no_slice_give_the_same_bytes(package: Callable[[str], Path], scene: str) -> None:
+def test_scenes_that_need_no_slice_give_the_same_bytes(package, scene):
     pytest.importorskip("matplotlib")
     works = ("plain", "looks", "compiled", "host")
     assert work(package("both"), scene, *works) == work(package("whole"), scene, *works)
 
 
 @pytest.mark.parametrize(("name", "scene"), [("atmosphere", "night_sky"), ("lobes", "atmosphere_sky")])
-def test_slices_do_not_need_each_other(package: Callable[[str], Path], name: str, scene: str) -> None:
+def test_slices_do_not_need_each_other(package, name, scene):
     if scene == "night_sky":
         pytest.importorskip("h5py")
     works = ("plain",) if name == "lobes" else ("plain", "compiled", "host")
@@ -127,9 +123,7 @@ def test_slices_do_not_need_each_other(package: Callable[[str], Path], name: str
 
 @pytest.mark.parametrize("command", ["run", "validate", "plot", "info"])
 @pytest.mark.parametrize(("name", "scene"), [("lobes", "night_sky"), ("atmosphere", "atmosphere_sky")])
-def test_a_scene_names_the_slice_that_is_missing(
-    package: Callable[[str], Path], tmp_path: Path, command: str, name: str, scene: str
-) -> None:
+def test_a_scene_names_the_slice_that_is_missing(package, tmp_path, command, name, scene):
     out = {"run": ["--out", str(tmp_path / "out")], "plot": ["--out", str(tmp_path / "sky.svg")]}.get(command, [])
     done = python(package(name), "-m", "aomc_sky", command, str(INPUTS / scene), *out)
     assert done.returncode != 0

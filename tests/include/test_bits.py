@@ -1,7 +1,5 @@
 """Photons of aomc_sky.h are those of the package, bit for bit: every law, order, placement, precision, and flags."""
 
-from __future__ import annotations
-
 import itertools
 import re
 import shutil

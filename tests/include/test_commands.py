@@ -1,7 +1,5 @@
 """The source file at the command line and in Python: run, export, info, verify, and the folder of a run."""
 
-from __future__ import annotations
-
 import json
 import subprocess
 
@@ -11,6 +9,8 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
 from aomc_sky.cli.main import main
+from tests.support.fault_rows import command
+from tests.support.scenes import manifest_of
 from tests.support.shared import INPUTS, REPOSITORY
 from tests.support.source_files import needs_gcc, section_names
 
@@ -25,7 +25,7 @@ def run(tmp_path):
 
 def test_a_run_writes_the_source_and_no_photon(run):
     assert {path.name for path in run.iterdir()} == {"source.sky", "plan.npz", "counts.csv", "manifest.json"}
-    manifest = json.loads((run / "manifest.json").read_text())
+    manifest = manifest_of(run)
     assert manifest["options"]["formats"] == ["source"]
     assert manifest["files"]["source.sky"] == {"bytes": (run / "source.sky").stat().st_size}
     source = sky.PhotonSource(sky.Plan.load(run / "plan.npz"))
@@ -33,40 +33,36 @@ def test_a_run_writes_the_source_and_no_photon(run):
     assert (run / "source.sky").stat().st_size <= 3 * 1.3e6
 
 
-def test_a_finished_run_is_kept_and_a_changed_one_made_again(run, capsys):
+def test_a_finished_run_is_kept_and_a_changed_one_made_again(run, told):
     words = ["run", SCENE, "--iterations", "1e10", "--format", "source", "--out", str(run)]
     whole = (run / "source.sky").read_bytes()
-    assert main(words) == 0
-    assert "again)" in capsys.readouterr().out
+    assert "again)" in told(*words).out
     (run / "source.sky").write_bytes(whole[:-64])
     assert main([*words, "-q"]) == 0
     assert (run / "source.sky").read_bytes() == whole
-    assert (
-        main([*words[:3], "1e4", "--format", "npy", "--format", "source", "--out", str(run.parent / "both"), "-q"]) == 0
-    )
+    assert command(*words[:3], "1e4", "--format", "npy", "--format", "source", "--out", run.parent / "both", "-q") == 0
     assert main(["verify", str(run.parent / "both"), "-q"]) == 0
 
 
-def test_verify_compares_its_bytes(run, capsys):
-    assert main(["verify", str(run)]) == 0
-    assert "source.sky agrees with the plan, byte for byte" in capsys.readouterr().out
+def test_verify_compares_its_bytes(run, told):
+    assert "source.sky agrees with the plan, byte for byte" in told("verify", run).out
     data = bytearray((run / "source.sky").read_bytes())
     data[5000] ^= 1
     (run / "source.sky").write_bytes(data)
-    assert main(["verify", str(run)]) == 1
-    assert "source.sky differs from the plan" in capsys.readouterr().out
+    assert "source.sky differs from the plan" in told("verify", run, code=1).out
     (run / "source.sky").unlink()
-    assert main(["verify", str(run)]) == 1
-    assert "source.sky is missing" in capsys.readouterr().out
+    assert "source.sky is missing" in told("verify", run, code=1).out
+    (run / "source.sky").write_bytes(data)
+    for words in ([], ["--scene", SCENE]):
+        assert "give the folder of its run" in told("verify", run / "source.sky", *words, code=2).err
 
 
-def test_export(run, capsys):
+def test_export(run, told):
     target = run.parent / "copy.sky"
     words = ["export", str(run), "--to", "source", "--out", str(target)]
     assert main(words) == 0
     assert target.read_bytes() == (run / "source.sky").read_bytes()
-    assert main(words) == 0
-    assert "exist already" in capsys.readouterr().out
+    assert "exist already" in told(*words).out
     target.write_bytes(b"something else")
     assert main(words) == 5
     assert main([*words, "--force"]) == 0
@@ -76,35 +72,21 @@ def test_export(run, capsys):
     assert (run.parent / "day.sky").exists()
 
 
-def test_info_shows_the_head_and_refuses_damage(run, capsys):
-    assert main(["info", str(run / "source.sky")]) == 0
-    assert "550  10000000000" in capsys.readouterr().out
-    assert main(["info", str(run / "source.sky"), "--json"]) == 0
-    shown = json.loads(capsys.readouterr().out)
+def test_info_shows_the_head_and_refuses_damage(run, told):
+    assert "550  10000000000" in told("info", run / "source.sky").out
+    shown = json.loads(told("info", run / "source.sky", "--json").out)
     assert shown["plan_sha256"] == sky.Plan.load(run / "plan.npz").sha256
     assert [band["irradiance_W_m2_nm"] for band in shown["bands"]] == [None] * 3
     data = (run / "source.sky").read_bytes()
     for damaged in (data[:100], data[:-64], b"AOMC-SKY", data[:700] + b"x" + data[701:]):
         (run / "bad.sky").write_bytes(damaged)
-        assert main(["info", str(run / "bad.sky")]) == 3
-        assert "E971" in capsys.readouterr().err
+        assert "E971" in told("info", run / "bad.sky", code=3).err
     assert main(["info", str(run / "none.sky")]) == 3
 
 
-def test_replicates_are_refused_before_anything_is_written(tmp_path, capsys):
-    words = [
-        "run",
-        str(INPUTS / "clear_day"),
-        "--replicates",
-        "4",
-        "--format",
-        "source",
-        "--out",
-        str(tmp_path / "x"),
-        "-q",
-    ]
-    assert main(words) == 2
-    assert "4 replicates: make one source per seed" in capsys.readouterr().err
+def test_replicates_are_refused_before_anything_is_written(tmp_path, told):
+    words = ["run", str(INPUTS / "clear_day"), "--replicates", "4", "--format", "source", "--out", str(tmp_path / "x")]
+    assert "4 replicates: make one source per seed" in told(*words, code=2).err
     assert not (tmp_path / "x").exists()
 
 

@@ -1,7 +1,5 @@
 """Other compilers and another processor make the same photons of the same file: a sum over their bits."""
 
-from __future__ import annotations
-
 import shutil
 
 import pytest

@@ -1,7 +1,5 @@
 """Damaged, stale and hostile files, wrong calls, and compilers with other arithmetic: a code each time."""
 
-from __future__ import annotations
-
 import re
 import shutil
 import subprocess
@@ -22,19 +20,19 @@ CODES = {name: int(value) for name, value in re.findall(r"AOMC_SKY_(\w+) = (-\d+
 FUZZED = [("everything", {}), ("lobes and all", {}), ("sloped", {"precision": "float64", "order": "patch"})]
 
 
-def sealed(data: bytes | bytearray) -> bytes:
+def sealed(data):
     """The bytes with the checksum that they should have."""
     data = bytearray(data)
     data[40:48] = checksum(bytes(data)).to_bytes(8, "little")
     return bytes(data)
 
 
-def with_bytes(data: bytes, at: int, new: bytes) -> bytes:
+def with_bytes(data, at, new):
     """The bytes with others from `at` on, sealed."""
     return sealed(data[:at] + new + data[at + len(new) :])
 
 
-def entry(data: bytes, name: str) -> tuple[int, int, int]:
+def entry(data, name):
     """Where the entry of a section stands in the directory of the first band, its offset and its count."""
     record = np.frombuffer(data, "<u8", 40, 192)
     kind = section_names().index(name) + 1
@@ -46,7 +44,7 @@ def entry(data: bytes, name: str) -> tuple[int, int, int]:
     raise KeyError(name)
 
 
-def word_of(value: float | int, width: int) -> bytes:
+def word_of(value, width):
     """Bytes of a whole number, or of a float64."""
     return np.float64(value).tobytes() if isinstance(value, float) else int(value).to_bytes(width, "little")
 
@@ -56,7 +54,7 @@ def data():
     return source_of("lobes and all", 5000).to_bytes()
 
 
-def code_of(data: bytes, flags: str = "-O2") -> str:
+def code_of(data, flags="-O2"):
     """Name of the code that the header gives."""
     code = built(flags).view(data)
     return next(name for name, value in CODES.items() if value == code) if code else "ok"
@@ -273,7 +271,7 @@ def test_witnesses_take_every_way(name):
     assert seen.tolist() == np.flatnonzero(lit).tolist()
 
 
-def _has_fma() -> bool:
+def _has_fma():
     try:
         return " fma " in (REPOSITORY.__class__("/proc/cpuinfo").read_text())
     except OSError:

@@ -1,7 +1,5 @@
 """Photons that a GPU makes with aomc_sky.h are those of the package, bit for bit. Skipped where no GPU is."""
 
-from __future__ import annotations
-
 import ctypes
 import functools
 import shutil
@@ -23,7 +21,7 @@ CHANGED = -11
 
 
 @functools.cache
-def gpu(flags: str = "-fmad=false") -> Driver:
+def gpu(flags="-fmad=false"):
     """The driver, compiled for the GPU of this machine."""
     if shutil.which("nvcc") is None or shutil.which("nvidia-smi") is None:
         pytest.skip("no nvcc or no GPU")

@@ -1,20 +1,17 @@
 """counts.csv and counts.npz: a line for every patch with mass."""
 
-from __future__ import annotations
-
 import io
 
 import numpy as np
 import pytest
 
-from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.outputs import counts
 from aomc_sky.source.read.scene import read_scene
 from tests.support.shared import INPUTS
 
 
 @pytest.fixture(scope="module")
-def dense() -> PhotonSource:
+def dense():
     return read_scene(INPUTS / "clear_day").source()
 
 

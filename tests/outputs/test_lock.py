@@ -1,7 +1,5 @@
 """One plan at a time holds a folder: threads stand for processes, for each opening of the lock has an owner."""
 
-from __future__ import annotations
-
 import errno
 import fcntl
 import os
@@ -19,23 +17,8 @@ from aomc_sky.outputs.run_folder import LOCK, flock, folder_held
 ONE, OTHER = "1" * 64, "2" * 64
 
 
-def nothing(is_alone: bool) -> None:
+def nothing(is_alone):
     pass
-
-
-def test_another_plan_is_told_who_holds_the_folder(tmp_path):
-    settled = []
-    with folder_held(tmp_path, ONE, nothing):
-        told = rf"held by another run \(plan {ONE[:16]}, process {os.getpid()} on .+\); wait until it ends"
-        with (
-            pytest.raises(OutputError, match=told) as caught,
-            folder_held(tmp_path, OTHER, lambda is_alone: settled.append(1)),
-        ):
-            pass
-        assert caught.value.exit_code == 6
-        assert not settled
-    with folder_held(tmp_path, OTHER, lambda is_alone: settled.append(1)):
-        assert settled == [1]
 
 
 def test_one_plan_shares_it_and_the_last_one_takes_the_lock_away(tmp_path):
@@ -48,19 +31,8 @@ def test_one_plan_shares_it_and_the_last_one_takes_the_lock_away(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_one_who_must_be_alone_is_refused_by_company_of_the_same_plan(tmp_path):
-    with (
-        folder_held(tmp_path, ONE, nothing),
-        pytest.raises(OutputError, match="makes the same run there"),
-        folder_held(tmp_path, ONE, nothing, is_alone=True),
-    ):
-        pass
-    with folder_held(tmp_path, ONE, nothing, is_alone=True), folder_held(tmp_path, ONE, nothing):
-        pass  # alone while it settles; whoever comes later shares
-
-
 def test_a_refusal_while_it_is_settled_leaves_nothing(tmp_path):
-    def refuse(is_alone: bool) -> None:
+    def refuse(is_alone):
         raise ForeignOutputError("another run")
 
     with pytest.raises(ForeignOutputError), folder_held(tmp_path, ONE, refuse):
@@ -94,7 +66,7 @@ def test_a_lock_that_is_no_file_is_refused_and_never_opened(kind, tmp_path):
 
 @pytest.mark.parametrize("error", [errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP])
 def test_without_locks_nobody_is_kept_out(error, tmp_path, monkeypatch):
-    def refuse(file: object, how: int) -> None:
+    def refuse(file, how):
         raise OSError(error, os.strerror(error))
 
     monkeypatch.setattr(run_folder, "flock", refuse)
@@ -107,7 +79,7 @@ def test_a_lock_removed_between_opening_and_locking_is_not_held(tmp_path, monkey
     """The last holder removes the file when the next one has opened it: both would hold, each its own file."""
     real, calls = run_folder._locked, []
 
-    def taken(handle: int) -> int | None:
+    def taken(handle):
         if not calls:
             (tmp_path / LOCK).unlink()
             calls.append(handle)
@@ -124,7 +96,7 @@ def test_one_who_is_quicker_between_settling_and_sharing_has_it(tmp_path, monkey
     """A lock cannot be turned from alone to shared in one step; another plan that comes between the two holds."""
     quick = []
 
-    def shared_late(handle: int, how: int) -> None:
+    def shared_late(handle, how):
         if how == run_folder.SHARED and not quick:
             flock(handle, fcntl.LOCK_UN)
             (tmp_path / LOCK).unlink()
@@ -143,7 +115,7 @@ def test_never_two_plans_at_once(tmp_path):
     inside: list[str] = []
     guard, outcomes = threading.Lock(), []
 
-    def work(k: int) -> None:
+    def work(k):
         rng = random.Random(k)
         for _ in range(12):
             plan = str(rng.randrange(3)) * 64

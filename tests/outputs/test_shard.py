@@ -1,7 +1,5 @@
 """Shards: every photon stands in one. Names: all that our writers write, and no other."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import re

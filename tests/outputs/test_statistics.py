@@ -1,7 +1,5 @@
 """Sums over photons: exact, the same with and without kernels, infinite at the horizon."""
 
-from __future__ import annotations
-
 import json
 import math
 from fractions import Fraction
@@ -16,7 +14,7 @@ from aomc_sky.outputs.statistics import BlockSums, PhotonSums
 FINITE = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e290, max_value=1e290)
 
 
-def of(terms) -> PhotonSums:
+def of(terms):
     total = PhotonSums()
     total.add(BlockSums(replicate=0, n_photons=1, mu=x, inverse=x, weight=x, weighted_inverse=x) for x in terms)
     return total

@@ -1,7 +1,5 @@
 """Counts against the plain twin, and everything that is refused."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

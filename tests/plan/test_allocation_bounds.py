@@ -1,7 +1,5 @@
 """What integer counts promise, for masses of any scale and up to 2^62 photons: equalities and exact bounds."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import replace

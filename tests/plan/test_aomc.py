@@ -1,12 +1,8 @@
 """The AOMC program's rounding: equality with what the program launched."""
 
-from __future__ import annotations
-
 import csv
 import subprocess
 import warnings
-from collections.abc import Iterator
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -20,18 +16,18 @@ from tests.support.fortran import compile_reader, needs_gfortran
 from tests.support.shared import AOMC, DATA, needs_shared
 
 
-def rows(path: Path) -> list[dict[str, str]]:
+def rows(path):
     """The rows of a CSV file."""
     with path.open(newline="") as file:
         return list(csv.DictReader(file))
 
 
-def radiances(folder: Path) -> np.ndarray:
+def radiances(folder):
     """The table of a case, (n_table, n_zenith, n_azimuth), read as `--compat aomc` reads it."""
     return read_skydist(folder / "skydist.inp", downgrade=frozenset({"E308"})).radiance
 
 
-def launched_totals(folder: Path) -> dict[tuple[int, int], int]:
+def launched_totals(folder):
     """Photons launched by (iterations, sky wavelength from 1)."""
     return {
         (int(row["iterations"]), int(row["sky_wavelength_index"])): int(row["launched"])
@@ -39,7 +35,7 @@ def launched_totals(folder: Path) -> dict[tuple[int, int], int]:
     }
 
 
-def launches(folder: Path, shape: tuple[int, int]) -> Iterator[tuple[int, int, int, np.ndarray]]:
+def launches(folder, shape):
     """Iterations, sky wavelength (from 0), launched total and counts (n_zenith, n_azimuth) of each launch."""
     counts = {key: np.zeros(shape, dtype=np.int64) for key in launched_totals(folder)}
     for row in rows(folder / "counts.csv"):

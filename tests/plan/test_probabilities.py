@@ -1,7 +1,5 @@
 """Probabilities and fixed point from masses of any scale."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

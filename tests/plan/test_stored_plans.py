@@ -4,7 +4,6 @@ import dataclasses
 import io
 import json
 import zipfile
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,13 +22,13 @@ SCENES = [
 ]
 
 
-def parts(data: bytes) -> list[tuple[str, bytes]]:
+def parts(data):
     """Names and bytes of the members; the heads that Python's zipfile writes around them are those of its version."""
     with zipfile.ZipFile(io.BytesIO(data)) as archive:
         return [(name, archive.read(name)) for name in archive.namelist()]
 
 
-def saved_again(path: Path) -> None:
+def saved_again(path):
     plan = sky.Plan.load(path)
     assert parts(plan.to_bytes()) == parts(path.read_bytes())
     assert sky.Plan.load(path) == plan
@@ -44,12 +43,12 @@ def saved_again(path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", STORED, ids=[path.stem for path in STORED])
-def test_a_plan_of_the_version_before(path: Path) -> None:
+def test_a_plan_of_the_version_before(path):
     saved_again(path)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_plan_of_every_kind(kind: str, tmp_path: Path) -> None:
+def test_a_plan_of_every_kind(kind, tmp_path):
     path = tmp_path / "plan.npz"
     plan_of(kind).save(path)
     saved_again(path)
@@ -58,7 +57,7 @@ def test_a_plan_of_every_kind(kind: str, tmp_path: Path) -> None:
 
 @pytest.mark.filterwarnings("ignore::aomc_sky.InputWarning", "ignore::aomc_sky.ModelLimitWarning")
 @pytest.mark.parametrize("name", SCENES)
-def test_a_plan_of_every_scene(name: str, tmp_path: Path) -> None:
+def test_a_plan_of_every_scene(name, tmp_path):
     if name == "night_sky":
         pytest.importorskip("h5py")
     plan = sky.read_scene(INPUTS / name, iterations=10_000).source(seed=3, replicates=1).plan
@@ -66,7 +65,7 @@ def test_a_plan_of_every_scene(name: str, tmp_path: Path) -> None:
     saved_again(tmp_path / "plan.npz")
 
 
-def test_a_changed_copy_is_checked() -> None:
+def test_a_changed_copy_is_checked():
     plan = plan_of("table")
     with pytest.raises(sky.InputFileError, match=r"plan: error\[E954\]: row_of_band"):
         dataclasses.replace(plan, bands=(dataclasses.replace(plan.bands[0], row=7), plan.bands[1]))

@@ -1,10 +1,7 @@
 """[[background]] and [sky] of a scene: components in one absolute unit, shares, the horizon, and what is refused."""
 
-from __future__ import annotations
-
 import json
 import warnings
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,34 +18,33 @@ FLAT = [2e-9, 2e-9, 2e-9]
 BACKGROUND = "[[background]]\nfile = 'glow.h5'\ntime = 0\n"
 
 
-def write_glow(folder: Path, animations: dict, name: str = "glow.h5") -> None:
+def write_glow(folder, animations, name="glow.h5"):
     sky.write_background(folder / name, sky.background_of_lobes(animations, WAVELENGTH))
 
 
-def glow(**shape: object) -> sky.SkyLobe:
+def glow(**shape):
     return sky.SkyLobe(**{"kind": "hg", "width": 0.0, "spectrum": FLAT, **shape})
 
 
 @pytest.fixture
-def perez(tmp_path: Path) -> Path:
+def perez(tmp_path):
     """A scene of sun and Perez sky, with a background-sky file beside it that it does not name yet."""
     amc = copy_scene("perez_sky", tmp_path)
     write_glow(amc.parent, {"town": glow(), "perez": glow(kind="ggx", width=0.5, zenith_deg=60.0)})
     return amc
 
 
-def add(amc: Path, text: str) -> Path:
+def add(amc, text):
     with open(amc.parent / "sky.toml", "a") as file:
         file.write(f"\n{text}")
     return amc
 
 
-def irradiances(scene: sky.Scene) -> np.ndarray:
-    assert scene.irradiance is not None
+def irradiances(scene):
     return scene.irradiance.of_component
 
 
-def plane_irradiance(lobes: sky.LobeSky, wavelength_nm: float) -> float:
+def plane_irradiance(lobes, wavelength_nm):
     """Radiance times cosine over the hemisphere, by Gauss points in zenith angle and even ones in azimuth."""
     nodes, weights = np.polynomial.legendre.leggauss(100)
     zenith = (nodes + 1) * np.pi / 4
@@ -57,7 +53,7 @@ def plane_irradiance(lobes: sky.LobeSky, wavelength_nm: float) -> float:
     return float(np.sum(weights * np.pi / 4 * values * np.sin(zenith) * np.cos(zenith)))
 
 
-def test_the_night_scene_is_what_its_radiance_integrates_to() -> None:
+def test_the_night_scene_is_what_its_radiance_integrates_to():
     scene = sky.read_scene(INPUTS / "night_sky")
     assert [c.law.name for c in scene.components] == ["GGX", "GGX", "HG"]
     assert scene.options["sky"] == "none"
@@ -68,18 +64,17 @@ def test_the_night_scene_is_what_its_radiance_integrates_to() -> None:
         assert whole[band] == pytest.approx(plane_irradiance(lobes, wavelength), rel=1e-6)
     sphere = background.irradiance(None, 1771104600.0, scene.wavebands.wavelength_nm)
     above = background.irradiance(None, 1771104600.0, scene.wavebands.wavelength_nm, above="horizon")
-    assert scene.irradiance is not None
     np.testing.assert_allclose(scene.irradiance.horizon_loss, 1 - above / sphere, rtol=0, atol=1e-12)
 
 
-def test_the_night_scene_has_the_brightness_that_its_sources_give() -> None:
+def test_the_night_scene_has_the_brightness_that_its_sources_give():
     s10 = 3.63e-11 * 10 ** (-0.4 * 27.78) * (180 * 3600 / np.pi) ** 2
     assert s10 == pytest.approx(1.19e-11, rel=0.01)
     background = sky.read_background(INPUTS / "night_sky" / "night.h5")
     v_band = np.arange(500.0, 601.0, 10.0)
     full = 86400 * 20 / 24  # 20:00, all lamps on
 
-    def radiance(name: str, zenith_deg: float, azimuth_deg: float) -> float:
+    def radiance(name, zenith_deg, azimuth_deg):
         one = sky.BackgroundSky(
             animations={name: background.animations[name]},
             wavelength_nm=background.wavelength_nm,
@@ -95,7 +90,7 @@ def test_the_night_scene_has_the_brightness_that_its_sources_give() -> None:
     assert radiance("city", 45.0, 205.0) == pytest.approx(walker * 220 * s10, rel=1e-5)
 
 
-def test_sun_sky_and_lobes_share_the_photons_by_irradiance(perez: Path) -> None:
+def test_sun_sky_and_lobes_share_the_photons_by_irradiance(perez):
     add(perez, "[sky]\ndiffuse_irradiance = [1e-9, 2e-9, 4e-9, 0.0]\n" + BACKGROUND)
     scene = sky.read_scene(perez, iterations=100_000)
     names = [c.name for c in scene.components]
@@ -118,13 +113,13 @@ def test_sun_sky_and_lobes_share_the_photons_by_irradiance(perez: Path) -> None:
     assert scene.options["backgrounds"][0]["time"] == "1970-01-01T00:00:00Z"
 
 
-def test_direct_irradiance_wins_over_the_direct_fraction(perez: Path) -> None:
+def test_direct_irradiance_wins_over_the_direct_fraction(perez):
     add(perez, "[sky]\ndiffuse_irradiance = [1, 2, 3, 4]\ndirect_irradiance = [8, 7, 6, 0]\n")
     scene = sky.read_scene(perez)
     np.testing.assert_array_equal(irradiances(scene), [[8, 1], [7, 2], [6, 3], [0, 4]])
 
 
-def test_brightness_without_backgrounds_changes_no_photon(perez: Path) -> None:
+def test_brightness_without_backgrounds_changes_no_photon(perez):
     plain = sky.read_scene(perez, iterations=1000)
     assert plain.irradiance is None
     scene = sky.read_scene(add(perez, "[sky]\ndiffuse_irradiance = [1, 1, 1, 1]\n"), iterations=1000)
@@ -132,7 +127,7 @@ def test_brightness_without_backgrounds_changes_no_photon(perez: Path) -> None:
     assert irradiances(scene)[3] == pytest.approx([9.0, 1.0])
 
 
-def test_a_table_takes_backgrounds_band_by_band(tmp_path: Path) -> None:
+def test_a_table_takes_backgrounds_band_by_band(tmp_path):
     amc = copy_scene("sparse_sky", tmp_path)
     write_glow(amc.parent, {"town": glow(spectrum=[4e-9, 8e-9, 4e-9])})
     (amc.parent / "sky.toml").write_text("[sky]\ndiffuse_irradiance = [1e-9, 2e-9, 0.0, 1e-9]\n" + BACKGROUND)
@@ -157,9 +152,7 @@ def test_a_table_takes_backgrounds_band_by_band(tmp_path: Path) -> None:
         ("beam_only", ["direct_irradiance"]),
     ],
 )
-def test_relative_light_and_a_background_need_the_lines_that_are_shown(
-    scene: str, missing: list[str], tmp_path: Path
-) -> None:
+def test_relative_light_and_a_background_need_the_lines_that_are_shown(scene, missing, tmp_path):
     amc = copy_scene(scene, tmp_path)
     write_glow(amc.parent, {"town": glow()})
     add(amc, BACKGROUND)
@@ -175,7 +168,7 @@ def test_relative_light_and_a_background_need_the_lines_that_are_shown(
     assert 1.0 in irradiances(sky.read_scene(amc))[0]
 
 
-def test_one_brightness_of_two_is_refused(tmp_path: Path) -> None:
+def test_one_brightness_of_two_is_refused(tmp_path):
     amc = copy_scene("beam_only", tmp_path)
     add(amc, "[sky]\ndiffuse_irradiance = [0.0, 1.0]\n")
     with pytest.raises(
@@ -184,7 +177,7 @@ def test_one_brightness_of_two_is_refused(tmp_path: Path) -> None:
         sky.read_scene(amc)
 
 
-def test_a_waveband_without_any_brightness_is_dark(tmp_path: Path) -> None:
+def test_a_waveband_without_any_brightness_is_dark(tmp_path):
     amc = copy_scene("sparse_sky", tmp_path)
     zero = IRRADIANCES.replace("0.4, 0.3, 0.2", "0.4, 0.3, 0.0")
     (amc.parent / "sky.toml").write_text(zero)
@@ -194,7 +187,7 @@ def test_a_waveband_without_any_brightness_is_dark(tmp_path: Path) -> None:
         sky.read_scene(amc)
 
 
-def test_options_come_before_the_irradiances_of_sky_toml(tmp_path: Path) -> None:
+def test_options_come_before_the_irradiances_of_sky_toml(tmp_path):
     """Shares of both are of one kind: the first that is said counts, and the others are noted."""
     amc = copy_scene("perez_sky", tmp_path)
     (amc.parent / "sky.toml").write_text(IRRADIANCES)
@@ -211,7 +204,7 @@ IRRADIANCES = "[sky]\ndiffuse_irradiance = [0.4, 0.3, 0.2, 0.1]\ndirect_irradian
 @pytest.mark.parametrize(
     ("scene", "model"), [("perez_sky", ""), ("perez_sky", "overcast"), ("sparse_sky", ""), ("sparse_sky", "uniform")]
 )
-def test_irradiances_of_beam_and_sky_are_their_shares(scene: str, model: str, tmp_path: Path) -> None:
+def test_irradiances_of_beam_and_sky_are_their_shares(scene, model, tmp_path):
     """Version 0.3 ended in "nothing else says how much of the light is direct"."""
     amc = copy_scene(scene, tmp_path)
     (amc.parent / "difcol.inp").unlink(missing_ok=True)
@@ -232,7 +225,7 @@ NIGHT = '[sky]\nmodel = "none"\n'
 
 
 @pytest.mark.parametrize("scene", ["perez_sky", "sparse_sky"])
-def test_a_night_reads_neither_difcol_nor_skydist(scene: str, tmp_path: Path) -> None:
+def test_a_night_reads_neither_difcol_nor_skydist(scene, tmp_path):
     amc = copy_scene(scene, tmp_path)
     write_glow(amc.parent, {"town": glow()})
     for name in ("difcol.inp", "skydist.inp"):
@@ -246,7 +239,7 @@ def test_a_night_reads_neither_difcol_nor_skydist(scene: str, tmp_path: Path) ->
     assert bool(used) == (scene == "perez_sky")
 
 
-def test_the_argument_wins_over_the_model_of_the_file(tmp_path: Path) -> None:
+def test_the_argument_wins_over_the_model_of_the_file(tmp_path):
     night = copy_scene("night_sky", tmp_path)
     with pytest.raises(InputFileError, match="how much of the light is direct"):
         sky.read_scene(night, sky="perez")
@@ -258,13 +251,12 @@ def test_the_argument_wins_over_the_model_of_the_file(tmp_path: Path) -> None:
         sky.read_scene(copy_scene("night_sky", tmp_path / "other"), sun={"zenith_deg": 20.0})
 
 
-def test_light_below_the_horizon_is_told(perez: Path) -> None:
+def test_light_below_the_horizon_is_told(perez):
     down = glow(kind="ggx", width=0.3, zenith_deg=180.0)
     write_glow(perez.parent, {"town": glow(), "under": down})
     scene = sky.read_scene(add(perez, NIGHT + BACKGROUND))
     assert [c.name for c in scene.components] == ["town"]
     assert any("below the horizon" in note and "under" in note for note in scene.notes)
-    assert scene.irradiance is not None
     np.testing.assert_allclose(scene.irradiance.horizon_loss, 0.75, rtol=1e-6)  # half of one and all of the other
     write_glow(perez.parent, {"under": down})
     with pytest.raises(SceneError, match="all their lobes lie below the horizon"):
@@ -274,7 +266,7 @@ def test_light_below_the_horizon_is_told(perez: Path) -> None:
         sky.read_scene(perez)
 
 
-def test_several_files_times_and_animations(perez: Path) -> None:
+def test_several_files_times_and_animations(perez):
     write_glow(perez.parent, {"a": [glow(time_days=0.25), glow(time_days=0.75, factor=3.0)], "b, c": glow()}, "two.h5")
     text = "[[background]]\nfile = 'two.h5'\ntime = 43200\nanimation = 'a'\n"
     scene = sky.read_scene(add(perez, NIGHT + BACKGROUND + text + "[[background]]\nfile='two.h5'\ntime=43200\n"))
@@ -283,12 +275,12 @@ def test_several_files_times_and_animations(perez: Path) -> None:
     assert set(scene.input_files) == {"amc", "lambbot", "sky_toml", "background_1", "background_2", "background_3"}
 
 
-def test_turning_lobes_and_local_midnight(perez: Path) -> None:
+def test_turning_lobes_and_local_midnight(perez):
     keys = [glow(kind="ggx", width=0.2, zenith_deg=z, time_days=t) for t, z in ((0.25, 0.0), (0.75, 60.0))]
     write_glow(perez.parent, {"moving": keys})
     base = (perez.parent / "sky.toml").read_text() + "\n" + NIGHT + BACKGROUND
 
-    def components(*lines: str) -> list[str]:
+    def components(*lines):
         (perez.parent / "sky.toml").write_text(base + "\n".join(lines))
         return [c.name for c in sky.read_scene(perez).components]
 
@@ -297,7 +289,7 @@ def test_turning_lobes_and_local_midnight(perez: Path) -> None:
     assert components("utc_offset = 12", 'interpolation = "slerp"') == ["moving"]
 
 
-def test_every_problem_of_every_file_at_once(perez: Path) -> None:
+def test_every_problem_of_every_file_at_once(perez):
     (perez.parent / "lambbot.inp").write_text("1\n400 1.5 0\n")
     (perez.parent / "broken.h5").write_bytes(b"nothing")
     text = "[[background]]\nfile = '{}'\ntime = 0\nanimation = '{}'\n"
@@ -311,18 +303,16 @@ def test_every_problem_of_every_file_at_once(perez: Path) -> None:
     assert "it has perez, town" in str(caught.value)
 
 
-def test_a_wavelength_outside_the_spectra(perez: Path) -> None:
+def test_a_wavelength_outside_the_spectra(perez):
     (perez.parent / "lambbot.inp").write_text("4\n" + "".join(f"{w} 0 0\n" for w in (400.0, 500.0, 600.0, 750.0)))
     with pytest.raises(SceneError, match="750 nm is outside"):
         sky.read_scene(add(perez, NIGHT + BACKGROUND))
 
 
-def test_a_sky_of_lobes_made_in_python() -> None:
+def test_a_sky_of_lobes_made_in_python():
     lobes = sky.background_at(sky.read_background(INPUTS / "night_sky" / "night.h5", utc_offset_h=1.0), 1771104600.0)
     wavelength = np.array([550.0, 590.0])
     made = sky.Scene(wavebands=sky.Wavebands(wavelength_nm=wavelength), n_photons=1000, components=(lobes,))
     read = sky.read_scene(INPUTS / "night_sky")
-    assert made.irradiance is not None
-    assert read.irradiance is not None
     np.testing.assert_allclose(irradiances(made), irradiances(read)[2:4], rtol=1e-12)
     np.testing.assert_allclose(made.irradiance.horizon_loss, read.irradiance.horizon_loss[2:4], rtol=0, atol=1e-10)

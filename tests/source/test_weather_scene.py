@@ -50,15 +50,6 @@ def test_coefficients_do_not_say_how_bright_the_beam_is():
     assert any("do not say how bright the beam is" in note for note in scene.notes)
 
 
-def test_a_time_and_a_place():
-    pytest.importorskip("pvlib")
-    place = {"latitude_deg": 43.4, "longitude_deg": 7.9}
-    scene = sky.weather_scene(wavebands=[500.0], time="2026-06-21T09:30Z", ghi=780.0, dhi=140.0, **place)
-    sun = sky.sun_position("2026-06-21T09:30Z", **place)
-    assert scene.options["sun"]["zenith_deg"] == pytest.approx(float(sun.apparent_zenith_deg), abs=1e-8)
-    assert scene.source().exact_moments(0).mean_mu == pytest.approx(0.820, abs=5e-4)
-
-
 @pytest.mark.parametrize(
     ("changed", "error", "text"),
     [
@@ -87,12 +78,6 @@ def test_what_cannot_be_is_refused(changed, error, text):
 
 def test_an_altitude_of_zero_needs_no_time():
     assert sky.weather_scene(wavebands=[500.0], altitude_m=0.0, **NOON) == sky.weather_scene(wavebands=[500.0], **NOON)
-
-
-def test_wavelengths_in_micrometres_are_no_scene():
-    with pytest.raises(sky.SceneError, match=r"write 443"):
-        sky.Scene(wavebands=[0.443, 0.555], n_photons=1, components="overcast")
-    assert sky.Wavebands(wavelength_nm=[0.443]).n_bands == 1  # files may have such numbers
 
 
 def test_a_low_sun_may_be_faint():

@@ -22,6 +22,7 @@ OZONE_M2 = {400: 1.1e-26, 450: 1.8e-26, 500: 1.8e-25, 550: 3.3e-25, 600: 4.9e-25
 OZONE_SAMPLE_M2 = {400: 1.1e-26, 500: 1.8e-25, 600: 4.5e-25, 700: 1.6e-25}
 PEAK_NORM = 0.99947938
 Phase = Callable[[np.ndarray, int], np.ndarray]
+Profile = Callable[[np.ndarray], np.ndarray]
 
 
 def rayleigh_phase(mu: np.ndarray, row: int) -> np.ndarray:
@@ -68,43 +69,41 @@ def ozone_profile(altitude_m: np.ndarray) -> np.ndarray:
     return 370 * 2.687e20 * np.select([h < 8, h < 21.5, h < 39], pieces[:3], pieces[3])
 
 
+def _part(
+    name: str,
+    density: Profile,
+    scattering: np.ndarray,
+    absorption: np.ndarray | None = None,
+    phase: Phase | None = None,
+    kinks_m: np.ndarray = NO_KINK,
+) -> Constituent:
+    return Constituent(
+        name=name,
+        number_density=density,
+        kink_altitude_m=kinks_m,
+        scattering_m2=scattering,
+        absorption_m2=np.zeros_like(scattering) if absorption is None else absorption,
+        phase_function=phase,
+    )
+
+
 def molecules(wavelength_nm: np.ndarray, phase: Phase = rayleigh_phase) -> Constituent:
     """The molecules of the reference tables."""
     scattering = 0.04022e-30 / (wavelength_nm / 1000.0) ** 4
-    return Constituent(
-        name="molecules",
-        number_density=exponential_profile(3.08458e25, 8000.0),
-        kink_altitude_m=NO_KINK,
-        scattering_m2=scattering,
-        absorption_m2=np.zeros_like(scattering),
-        phase_function=phase,
-    )
+    return _part("molecules", exponential_profile(3.08458e25, 8000.0), scattering, phase=phase)
 
 
 def aerosol(wavelength_nm: np.ndarray, phase: Phase = peaked_phase) -> Constituent:
     """The aerosol of the reference tables."""
     scattering = np.full_like(wavelength_nm, 0.042968e-12)
-    return Constituent(
-        name="aerosol",
-        number_density=exponential_profile(1.03333e8, 1200.0),
-        kink_altitude_m=NO_KINK,
-        scattering_m2=scattering,
-        absorption_m2=np.zeros_like(scattering),
-        phase_function=phase,
-    )
+    return _part("aerosol", exponential_profile(1.03333e8, 1200.0), scattering, phase=phase)
 
 
 def ozone(wavelength_nm: np.ndarray, cross_section_m2: ArrayLike | None = None) -> Constituent:
     """The ozone of the reference tables; cross sections as given there unless told."""
     given = [OZONE_M2[round(w)] for w in wavelength_nm] if cross_section_m2 is None else cross_section_m2
     absorption = np.broadcast_to(np.asarray(given, dtype=np.float64), wavelength_nm.shape).copy()
-    return Constituent(
-        name="ozone",
-        number_density=ozone_profile,
-        kink_altitude_m=OZONE_KINKS_M,
-        scattering_m2=np.zeros_like(absorption),
-        absorption_m2=absorption,
-    )
+    return _part("ozone", ozone_profile, np.zeros_like(absorption), absorption, kinks_m=OZONE_KINKS_M)
 
 
 def medium_of(
@@ -169,14 +168,9 @@ class Layer:
 
 def _slab(name: str, low_m: float, high_m: float, taus: tuple[float, float], phase: Phase | None) -> Constituent:
     """Between two altitudes, uniform: scattering and absorption optical depth."""
-    return Constituent(
-        name=name,
-        number_density=lambda h: ((h >= low_m) & (h < high_m)) / (high_m - low_m),
-        kink_altitude_m=np.array([low_m, high_m]),
-        scattering_m2=np.array([taus[0]]),
-        absorption_m2=np.array([taus[1]]),
-        phase_function=phase if taus[0] > 0 else None,
-    )
+    scattering, absorption = (np.array([tau]) for tau in taus)
+    density = lambda h: ((h >= low_m) & (h < high_m)) / (high_m - low_m)  # noqa: E731
+    return _part(name, density, scattering, absorption, phase if taus[0] > 0 else None, np.array([low_m, high_m]))
 
 
 def plane_parallel(layers_from_top: Sequence[Layer], albedo: float = 0.0) -> Medium:
@@ -194,6 +188,11 @@ def plane_parallel(layers_from_top: Sequence[Layer], albedo: float = 0.0) -> Med
     return medium_of(kept, 550.0, albedo=albedo, earth_radius_m=1e14, top_m=100.0 * n)
 
 
+def _one_gas(density: Profile, tau: float, omega: float, phase: Phase, **medium: float) -> Medium:
+    scattering, absorption = np.array([tau * omega]), np.array([tau * (1.0 - omega)])
+    return medium_of([_part("gas", density, scattering, absorption, phase if omega > 0 else None)], 550.0, **medium)
+
+
 def exponential(
     tau: float,
     *,
@@ -206,15 +205,8 @@ def exponential(
 ) -> Medium:
     """One constituent that thins exponentially, of vertical optical depth `tau` in all and scattered share `omega`."""
     column = -scale_height_m * np.expm1(-top_m / scale_height_m)
-    part = Constituent(
-        name="gas",
-        number_density=exponential_profile(1.0 / column, scale_height_m),
-        kink_altitude_m=NO_KINK,
-        scattering_m2=np.array([tau * omega]),
-        absorption_m2=np.array([tau * (1.0 - omega)]),
-        phase_function=phase if omega > 0 else None,
-    )
-    return medium_of([part], 550.0, albedo=albedo, earth_radius_m=earth_radius_m, top_m=top_m)
+    density = exponential_profile(1.0 / column, scale_height_m)
+    return _one_gas(density, tau, omega, phase, albedo=albedo, earth_radius_m=earth_radius_m, top_m=top_m)
 
 
 def uniform(
@@ -227,15 +219,8 @@ def uniform(
     phase: Phase = rayleigh_phase,
 ) -> Medium:
     """One constituent of the same density at all altitudes: slant optical depths are `tau` times path over height."""
-    part = Constituent(
-        name="gas",
-        number_density=lambda h: np.full_like(h, 1.0 / top_m),
-        kink_altitude_m=NO_KINK,
-        scattering_m2=np.array([tau * omega]),
-        absorption_m2=np.array([tau * (1.0 - omega)]),
-        phase_function=phase if omega > 0 else None,
-    )
-    return medium_of([part], 550.0, albedo=albedo, earth_radius_m=earth_radius_m, top_m=top_m)
+    density = lambda h: np.full_like(h, 1.0 / top_m)  # noqa: E731
+    return _one_gas(density, tau, omega, phase, albedo=albedo, earth_radius_m=earth_radius_m, top_m=top_m)
 
 
 def empty(*, albedo: float = 0.0) -> Medium:

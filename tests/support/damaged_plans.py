@@ -19,6 +19,7 @@ import numpy as np
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.plan.plan import Plan, npz_bytes
+from tests.support.host_scenes import disc, perez
 from tests.support.lobes import lobe_components
 
 N = 997
@@ -36,12 +37,6 @@ def _table(law: Law = Law.CELL_MU2, *, weight: bool = False) -> Component:
     return Component(name="table", law=law, strength=np.ones(2), mass=mass, cell=cell, grid=grid, **more)
 
 
-def _perez() -> tuple[Component, ...]:
-    grid = sky.PatchGrid.regular(3, 4)
-    model = sky.PerezSky(sun_zenith_rad=0.7, sun_azimuth_rad=0.2, epsilon=8.0, delta=0.1, grid=grid)
-    return model.lower([450, 550])
-
-
 def _sloped() -> tuple[Component, ...]:
     grid = sky.PatchGrid.regular(3, 4)
     slope = np.random.default_rng(4).uniform(-0.9, 0.9, (2, 12, 2))
@@ -54,34 +49,22 @@ def _polarised() -> tuple[Component, ...]:
     return (dataclasses.replace(_table(), stokes=stokes),)
 
 
-def _disc(zenith: float, radius: float) -> tuple[Component, ...]:
-    model = sky.DirectBeam(sun_zenith_deg=zenith, sun_azimuth_deg=200, radius_deg=radius)
-    return model.lower([450, 550])
-
-
 def _lobes() -> tuple[Component, ...]:
-    turn = np.array([[np.cos(0.3), np.sin(0.3), 0.0, 0.0]] * 3)
-    kinds = ["hg", "ggx", "beckmann"]
-    return lobe_components(
-        names=kinds,
-        kinds=kinds,
-        param0=[0.8, 0.3, 0.2],
-        param1=[0.0, 0.5, 0.6],
-        quaternion=turn,
-        irradiance=np.ones((3, 2)),
-    )
+    kinds, turn = ["hg", "ggx", "beckmann"], np.array([[np.cos(0.3), np.sin(0.3), 0.0, 0.0]] * 3)
+    shapes = {"param0": [0.8, 0.3, 0.2], "param1": [0.0, 0.5, 0.6], "quaternion": turn}
+    return lobe_components(names=kinds, kinds=kinds, irradiance=np.ones((3, 2)), **shapes)
 
 
 _SCENES: dict[str, tuple[Callable[[], tuple[Component, ...]], dict[str, Any]]] = {
     "table": (lambda: (_table(),), {}),
     "solid angle": (lambda: (_table(Law.CELL_MU, weight=True),), {"weights": True, "precision": "float64"}),
-    "perez": (_perez, {}),
+    "perez": (lambda: perez(3, 4), {}),
     "lobes": (_lobes, {}),
     "sloped": (_sloped, {}),
     "polarised": (_polarised, {}),
-    "disc": (lambda: (*_disc(20, 0.27), _table()), {}),
-    "horizon": (lambda: (*_disc(89.9, 0.27), _table()), {"order": "patch"}),
-    "beam": (lambda: (*_disc(35, 0.0), _table()), {"method": "iid"}),
+    "disc": (lambda: (*disc(20, 0.27), _table()), {}),
+    "horizon": (lambda: (*disc(89.9, 0.27), _table()), {"order": "patch"}),
+    "beam": (lambda: (*disc(35, 0.0), _table()), {"method": "iid"}),
     "lobes in float64": (_lobes, {"precision": "float64"}),
     "replicates": (lambda: (_table(),), {"replicates": 5}),
     "centre": (lambda: (_table(),), {"placement": "centre"}),
@@ -281,7 +264,7 @@ def damages() -> tuple[Damage, ...]:
 # files
 
 
-def _rewritten(change: Callable[[dict[str, bytes]], dict[str, bytes]], **zip_options: Any) -> Callable[[Path], None]:
+def _rewritten(change: Callable[[dict[str, bytes]], dict[str, bytes]], **zip_options: Any) -> Callable[[Path], object]:
     """A plan whose members are changed as bytes of npy files."""
 
     def write(path: Path) -> None:
@@ -294,12 +277,8 @@ def _rewritten(change: Callable[[dict[str, bytes]], dict[str, bytes]], **zip_opt
     return write
 
 
-def _bytes(change: Callable[[bytes], bytes]) -> Callable[[Path], None]:
-    return lambda path: _none(path.write_bytes(change(plan_of("table").to_bytes())))
-
-
-def _none(_: object) -> None:
-    return None
+def _bytes(change: Callable[[bytes], bytes]) -> Callable[[Path], object]:
+    return lambda path: path.write_bytes(change(plan_of("table").to_bytes()))
 
 
 def _npy(head: str, data: bytes = b"", version: bytes = b"\x01\x00") -> bytes:
@@ -307,7 +286,7 @@ def _npy(head: str, data: bytes = b"", version: bytes = b"\x01\x00") -> bytes:
     return b"\x93NUMPY" + version + struct.pack("<H", len(text)) + text + data
 
 
-def _with(name: str, data: bytes) -> Callable[[Path], None]:
+def _with(name: str, data: bytes) -> Callable[[Path], object]:
     return _rewritten(lambda members: {**members, name: data})
 
 
@@ -351,7 +330,7 @@ def _encrypted(data: bytes) -> bytes:
     return data[: at + 8] + b"\x01" + data[at + 9 :]
 
 
-def _options_file(text: bytes) -> Callable[[Path], None]:
+def _options_file(text: bytes) -> Callable[[Path], object]:
     return _with("options.npy", _npy(_head(f"({len(text)},)", "'|u1'"), text))
 
 
@@ -374,30 +353,17 @@ def _long_directory(path: Path) -> None:
     path.write_bytes(data[: end + 12] + struct.pack("<L", 2**31) + data[end + 16 :])
 
 
-def _device(path: Path) -> None:
-    path.symlink_to("/dev/zero")
-
-
-def _names() -> Iterator[tuple[str, Callable[[Path], None]]]:
-    for name in (
-        "../law.npy",
-        "/tmp/law.npy",
-        "a/law.npy",
-        "law",
-        "law.npy.gz",
-        "..npy",
-        "law .npy",
-        "l\u00e4w.npy",
-        "x" * 99,
-    ):
+def _names() -> Iterator[tuple[str, Callable[[Path], object]]]:
+    odd = "../law.npy", "/tmp/law.npy", "a/law.npy", "law", "law.npy.gz", "..npy", "law .npy", "läw.npy", "x" * 99
+    for name in odd:
         yield f"a member {name[:12]!r}", _with(name, _npy(_head("(0,)")))
 
 
-DAMAGED_FILES: dict[str, Callable[[Path], None]] = dict(
+DAMAGED_FILES: dict[str, Callable[[Path], object]] = dict(
     (
         ("a pipe", os.mkfifo),
         ("a folder", Path.mkdir),
-        ("a device", _device),
+        ("a device", lambda path: path.symlink_to("/dev/zero")),
         ("a link to nowhere", lambda path: path.symlink_to(path.with_name("nowhere"))),
         ("empty", _bytes(lambda _: b"")),
         ("text", _bytes(lambda _: b"cumulative = 1\n" * 50)),

@@ -29,12 +29,7 @@ PACKAGES = {
 }
 """Extra of a user -> the packages that our code imports of it."""
 
-DISTRIBUTIONS = {
-    "PIL": "matplotlib",
-    "pandas": "pvlib",
-    "drjit": "mitsuba",
-    "dask": "distributed",
-}
+DISTRIBUTIONS = {"PIL": "matplotlib", "pandas": "pvlib", "drjit": "mitsuba", "dask": "distributed"}
 """Import name -> the requirement that brings it, where that has another name."""
 
 
@@ -72,15 +67,6 @@ def commands_wanting(folder: Path) -> dict[str, list[tuple[str, ...]]]:
         "completion": [("--print-completion", "bash")],
         "dask": [("run", str(INPUTS / "clear_day"), "--iterations", "100", "--engine", "dask", "--out", f"{new}-dask")],
         "bench": [],  # no command wants it; the scripts of bench/ leave absent peers out with a line
-    }
-
-
-def commands_wanting_two(folder: Path) -> dict[tuple[str, str], list[tuple[str, ...]]]:
-    """Pairs of extras -> commands that want both."""
-    return {
-        ("hdf5", "plot"): [
-            ("plot", NIGHT, "--time", "2026-02-14T21:30:00Z", "--out", str(folder / "night.svg")),
-        ],
     }
 
 

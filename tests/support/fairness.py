@@ -54,10 +54,7 @@ def component(case: Case, name: str = "lobe", strength: float = 1.0) -> Componen
 
 
 def scene_of(case: Case, n: int, *, crowded: bool = False) -> sky.Scene:
-    """A scene in which the lobe is the last component and has n photons: alone, or a quarter of a sky.
-
-    In the crowded one stand before it a Perez sky, a table and two other lobes, each with a like share.
-    """
+    """A scene in which the lobe is the last component and has n photons: alone, or a quarter of a sky."""
     bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
     if not crowded:
         return sky.Scene(wavebands=bands, n_photons=n, components=(component(case),))

@@ -1,8 +1,4 @@
-"""The command in processes forked from one that has the package in memory: up in 0.05 s instead of a second.
-
-For tests that kill many of them while they work. Where starting is what a test is about, or a signal that Python
-handles, there is `processes.start`.
-"""
+"""The command in processes forked from one that has the package in memory: up in 0.05 s instead of a second."""
 
 from __future__ import annotations
 
@@ -12,8 +8,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-_SERVER = multiprocessing.get_context("forkserver")
-_SERVER.set_forkserver_preload(["aomc_sky.cli.main", "aomc_sky.engine.run", "aomc_sky.emission.kernels.emit"])
+SERVER = multiprocessing.get_context("forkserver")
+SERVER.set_forkserver_preload(["aomc_sky.cli.main", "aomc_sky.engine.run", "aomc_sky.emission.kernels.emit"])
 
 
 class ForkedCommand:
@@ -21,7 +17,7 @@ class ForkedCommand:
 
     def __init__(self, *words: object) -> None:
         self.stderr = tempfile.NamedTemporaryFile("r", prefix="aomc-sky-test-")  # noqa: SIM115 # lives as long as the process
-        self._process = _SERVER.Process(target=_main, args=(list(map(str, words)), self.stderr.name))
+        self._process = SERVER.Process(target=_main, args=(list(map(str, words)), self.stderr.name))
         self._process.start()
 
     def poll(self) -> int | None:

@@ -1,8 +1,4 @@
-"""Python programs in processes forked from one that has large imports in memory: up in 0.02 s instead of 0.3 s to 1 s.
-
-For tests of what a program does. Where its start is what a test is about, a signal, or a variable that Python itself
-reads, there is `subprocess`. The other end of `ForkServer` is this file run as a program.
-"""
+"""Python programs in processes forked from one that has large imports in memory: up in 0.02 s, not in 0.3 s to 1 s."""
 
 from __future__ import annotations
 
@@ -111,7 +107,7 @@ def _be_the_child(out: int, err: int, program: str, arguments: list[str], folder
     except BaseException:
         traceback.print_exc()
     finally:
-        threading._shutdown()  # type: ignore[attr-defined]
+        threading._shutdown()
         atexit._run_exitfuncs()
         sys.stdout.flush()
         sys.stderr.flush()

@@ -34,10 +34,7 @@ _READERS = ForkServer(
 
 
 def answers_within_limits(readers: str, path: Path, *, most_mb: float = MOST_MB) -> list[str]:
-    """What each of the readers says of a file, "read" or the code of its first problem, at little cost.
-
-    `readers` is Python text that defines a sequence of this name.
-    """
+    """What each of the readers says of a file, "read" or the code of its first problem, at little cost."""
     done = _READERS.run(f"{readers}\n{_PROBE}", path)
     assert done.code == 0, done.err
     *lines, peak_mb = done.out.splitlines()

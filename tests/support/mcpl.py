@@ -38,12 +38,13 @@ class _File(ctypes.Structure):
     _fields_ = (("internal", ctypes.c_void_p),)
 
 
-class LibMcpl:
-    """The functions of libmcpl that write a file; errors of the library end the process."""
+class Oracle:
+    """The functions of libmcpl that write and read a file; errors of the library end the process."""
 
     def __init__(self, library: Path) -> None:
-        self._lib = ctypes.CDLL(str(library))
-        self._lib.mcpl_create_outfile.restype = _File
+        self.library, self._lib = library, ctypes.CDLL(str(library))
+        self._lib.mcpl_create_outfile.restype = self._lib.mcpl_open_file.restype = _File
+        self._lib.mcpl_read.restype = ctypes.c_void_p
         text, number = ctypes.c_char_p, ctypes.c_void_p
         types: dict[str, list[Any]] = {
             "mcpl_create_outfile": [text],
@@ -58,18 +59,12 @@ class LibMcpl:
             "mcpl_enable_universal_weight": [_File, ctypes.c_double],
             "mcpl_add_particle": [_File, number],
             "mcpl_close_outfile": [_File],
+            "mcpl_open_file": [text],
+            "mcpl_read": [_File],
+            "mcpl_close_file": [_File],
         }
         for name, arguments in types.items():
             getattr(self._lib, name).argtypes = arguments
-
-    @classmethod
-    def find(cls) -> LibMcpl | None:
-        """The library of the installed package mcpl, None where there is none."""
-        package = importlib.util.find_spec("_mcpl_core")
-        for folder in (package.submodule_search_locations if package else None) or ():
-            for library in sorted(Path(folder, "data").rglob("libmcpl.[sd]*")):
-                return cls(library)
-        return None
 
     def write(self, path: Path, header: McplHeader, blocks: Iterable[np.ndarray]) -> None:
         """Write a .mcpl file from arrays of `PARTICLE`, one by one; the head's number of particles is counted anew."""
@@ -105,6 +100,21 @@ class LibMcpl:
         else:
             self._lib.mcpl_hdr_add_comment(file, comment.encode())
 
+    def read(self, path: Path) -> np.ndarray:
+        """All particles of a file, as libmcpl gives them one by one."""
+        file = self._lib.mcpl_open_file(str(path).encode())
+        pieces = []
+        while address := self._lib.mcpl_read(file):
+            pieces.append(ctypes.string_at(address, PARTICLE.itemsize))
+        self._lib.mcpl_close_file(file)
+        return np.frombuffer(b"".join(pieces), PARTICLE)
+
+    def tool(self, *arguments: str | Path) -> str:
+        """Standard output of mcpltool."""
+        program = self.library.parents[1] / "bin" / "mcpltool"
+        command = [str(program), *map(str, arguments)]
+        return subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
+
 
 def particles_of(batch: PhotonBatch) -> np.ndarray:
     """Photons as an array of `mcpl_particle_t`, in the conventions of docs/formats/mcpl.md."""
@@ -128,40 +138,13 @@ def parsed(head: bytes) -> McplHeader:
         return read_mcpl(path).header
 
 
-class Oracle(LibMcpl):
-    """libmcpl with its functions for reading."""
-
-    def __init__(self, library: Path) -> None:
-        super().__init__(library)
-        self.library = library
-        handle = type("File", (ctypes.Structure,), {"_fields_": (("internal", ctypes.c_void_p),)})
-        reader = self._reader = ctypes.CDLL(str(library))
-        reader.mcpl_open_file.argtypes, reader.mcpl_open_file.restype = [ctypes.c_char_p], handle
-        reader.mcpl_read.argtypes, reader.mcpl_read.restype = [handle], ctypes.c_void_p
-        reader.mcpl_close_file.argtypes = [handle]
-
-    def read(self, path: Path) -> np.ndarray:
-        """All particles of a file, as libmcpl gives them one by one."""
-        file = self._reader.mcpl_open_file(str(path).encode())
-        pieces = []
-        while address := self._reader.mcpl_read(file):
-            pieces.append(ctypes.string_at(address, PARTICLE.itemsize))
-        self._reader.mcpl_close_file(file)
-        return np.frombuffer(b"".join(pieces), PARTICLE)
-
-    def tool(self, *arguments: str | Path) -> str:
-        """Standard output of mcpltool."""
-        program = self.library.parents[1] / "bin" / "mcpltool"
-        command = [str(program), *map(str, arguments)]
-        return subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
-
-
 def oracle() -> Oracle:
-    """libmcpl, or a skip where the package mcpl is absent."""
+    """libmcpl of the package mcpl, or a skip where that is absent."""
     pytest.importorskip("mcpl")
-    found = Oracle.find()
-    assert isinstance(found, Oracle), "the package mcpl is there, its library is not"
-    return found
+    package = importlib.util.find_spec("_mcpl_core")
+    assert package is not None, "the package mcpl is there, its library is not"
+    folders = [Path(folder, "data") for folder in package.submodule_search_locations or ()]
+    return Oracle(next(library for folder in folders for library in sorted(folder.rglob("libmcpl.[sd]*"))))
 
 
 def random_particles(n: int, seed: int) -> np.ndarray:
@@ -189,17 +172,12 @@ def encoded(header: McplHeader, records: np.ndarray | bytes = b"") -> bytes:
     return encode_header(header) + (records if isinstance(records, bytes) else records.tobytes())
 
 
-def written_by_libmcpl(library: LibMcpl, source: PhotonSource, path: Path) -> bytes:
+def written_by_libmcpl(library: Oracle, source: PhotonSource, path: Path) -> bytes:
     """The file that libmcpl makes of a source's photons and of the head that our writer gives them."""
     header = parsed(McplWriter(source).layouts(tuple(range(source.n_bands)))[0].head)
     library.write(path, header, _particles(source))
     return path.read_bytes()
 
 
-def _particles(source: PhotonSource) -> Iterable[np.ndarray]:
-    def blocks() -> Iterator[np.ndarray]:
-        for band in range(source.n_bands):
-            for batch in source.batches(band):
-                yield particles_of(batch)
-
-    return blocks()
+def _particles(source: PhotonSource) -> Iterator[np.ndarray]:
+    return (particles_of(batch) for band in range(source.n_bands) for batch in source.batches(band))

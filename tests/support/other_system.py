@@ -16,24 +16,13 @@ from types import ModuleType
 from typing import Any
 
 MODULES = ("fcntl", "resource", "termios", "pwd", "grp", "posix_ipc", "syslog")
-FUNCTIONS = (
-    *("fork", "forkpty", "register_at_fork", "fdatasync", "pread", "preadv", "pwrite", "pwritev", "readv"),
-    *(
-        "writev",
-        "sendfile",
-        "posix_fallocate",
-        "posix_fadvise",
-        "mkfifo",
-        "mknod",
-        "fchmod",
-        "fchown",
-        "chown",
-        "lchown",
-    ),
-    *("getuid", "geteuid", "getgid", "getegid", "getgroups", "getpgid", "getsid", "setsid", "killpg", "nice", "wait3"),
-    *("wait4", "sched_getaffinity", "sched_setaffinity", "getloadavg", "uname", "confstr", "sysconf", "statvfs"),
-    *("fstatvfs", "getxattr", "setxattr", "memfd_create", "pidfd_open", "pipe2", "ttyname", "openpty", "confstr_names"),
-)
+_FUNCTIONS = """
+    fork forkpty register_at_fork fdatasync pread preadv pwrite pwritev readv writev sendfile posix_fallocate
+    posix_fadvise mkfifo mknod fchmod fchown chown lchown getuid geteuid getgid getegid getgroups getpgid getsid setsid
+    killpg nice wait3 wait4 sched_getaffinity sched_setaffinity getloadavg uname confstr sysconf statvfs fstatvfs
+    getxattr setxattr memfd_create pidfd_open pipe2 ttyname openpty confstr_names
+"""
+FUNCTIONS = tuple(_FUNCTIONS.split())
 FLAGS = ("O_NONBLOCK", "O_NOFOLLOW", "O_CLOEXEC", "O_NOCTTY", "O_DIRECTORY", "O_SYNC", "O_DSYNC", "O_PATH", "O_TMPFILE")
 SIGNALS = ("setitimer", "getitimer", "alarm", "pause", "pthread_sigmask", "sigwait", "siginterrupt")
 _BINARY = 1 << 40  # the system here has no such word
@@ -42,11 +31,11 @@ _BINARY = 1 << 40  # the system here has no such word
 def become() -> None:
     """Take away from this process what is not everywhere; there is no way back."""
     for name in MODULES:
-        sys.modules[name] = None  # type: ignore[assignment]
+        sys.modules[name] = None
     numbers = [name for name in vars(signal) if name.startswith(("ITIMER", "SIGPROF", "SIGALRM", "SIGHUP"))]
     _hide(os, (*FUNCTIONS, *FLAGS))
     _hide(signal, (*SIGNALS, *numbers))
-    os.O_BINARY = _BINARY  # type: ignore[attr-defined]
+    os.O_BINARY = _BINARY
     _open_binary_files_only()
     for name in ("unlink", "remove", "rmdir", "replace", "rename"):
         _refuse_open_files(name)
@@ -65,7 +54,7 @@ def _hide(module: ModuleType, names: Iterable[str]) -> None:
             raise AttributeError(f"module {module.__name__!r} has no attribute {name!r}")
         return hidden[name]
 
-    module.__getattr__ = looked_up  # type: ignore[method-assign]
+    module.__getattr__ = looked_up
 
 
 def _open_binary_files_only() -> None:

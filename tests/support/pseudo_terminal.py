@@ -14,12 +14,6 @@ import threading
 import time
 from collections.abc import Iterator, Sequence
 
-_ESCAPE = re.compile(r"\x1b(?:\[([0-9;?]*)([A-Za-z]))?")
-
-
-def set_width(descriptor: int, width: int) -> None:
-    fcntl.ioctl(descriptor, termios.TIOCSWINSZ, struct.pack("HHHH", 24, width, 0, 0))
-
 
 class Seen:
     """Bytes that arrived, read while they come, for a terminal that nobody reads is soon full."""
@@ -60,7 +54,7 @@ class Seen:
 def pseudo_terminal(width: int) -> Iterator[tuple[int, Seen]]:
     """Give the descriptor of the end that a program writes to, and what was seen; complete after the block."""
     master, slave = os.openpty()
-    set_width(slave, width)
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, width, 0, 0))
     seen = Seen(master)
     try:
         yield slave, seen
@@ -84,32 +78,14 @@ def start_in(slave: int, command: Sequence[str], **how: object) -> subprocess.Po
     return subprocess.Popen(command, preexec_fn=take_terminal, **streams, **how)  # noqa: PLW1509
 
 
-def screen(text: str, width: int) -> list[str]:
-    """Lines that stand on a terminal at the end; only carriage return, clearing to the end and colours are known.
-
-    A line that is too long goes on in the next one, where a carriage return no longer reaches its begin.
-    """
-    lines, line, column, k = [], "", 0, 0
-    while k < len(text):
-        if text[k] == "\n":
-            lines.append(line.rstrip())
-            line, column = "", 0
-        elif text[k] == "\r":
-            column = 0
-        elif text[k] == "\x1b":
-            found = _ESCAPE.match(text, k)
-            assert found is not None
-            assert found[2] in ("m", "K"), found[0]
-            if found[2] == "K":
-                line = line[:column]
-            k = found.end()
-            continue
-        else:
-            assert text[k].isprintable(), repr(text[k])
-            if column == width:
-                lines.append(line)
-                line, column = "", 0
-            line = line[:column].ljust(column) + text[k] + line[column + 1 :]
-            column += 1
-        k += 1
-    return [*lines, line.rstrip()]
+def screen(text: str) -> list[str]:
+    """Lines that stand on a terminal at the end: what follows a carriage return is written over the line."""
+    lines = []
+    for line in re.sub(r"\x1b\[[0-9;]*m", "", text).split("\n"):
+        shown = ""
+        for part in line.split("\r"):
+            part, clears, _ = part.partition("\x1b[K")
+            assert part.isprintable(), repr(part)
+            shown = part + ("" if clears else shown[len(part) :])
+        lines.append(shown.rstrip())
+    return lines

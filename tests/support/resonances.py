@@ -22,11 +22,7 @@ Places = Callable[[int], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
 def denominators(step: int, largest: int) -> list[int]:
-    """Denominators up to `largest` of the convergents and the intermediate fractions of step / 2^64.
-
-    An intermediate fraction lies between two convergents: the best approximations of the second kind and what
-    Farey's series has between them.
-    """
+    """Denominators up to `largest` of the convergents and the intermediate fractions of step / 2^64."""
     found, rest, before, last = [], Fraction(step, 1 << 64), 0, 1
     while rest.numerator and last <= largest:
         rest = 1 / rest

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tests.support.shared import INPUTS
+from tests.support.shared import INPUTS, REPOSITORY
 
 if TYPE_CHECKING:
     from aomc_sky.emission.photon_source import PhotonSource
@@ -76,6 +77,16 @@ def run_bytes(folder: Path) -> dict[str, bytes]:
     files = {path.name: path.read_bytes() for path in folder.iterdir()}
     assert "manifest.json" in files, sorted(files)
     return files
+
+
+def manifest_of(folder: Path) -> dict[str, Any]:
+    """The manifest of a run folder, which keeps the published schema."""
+    import jsonschema
+
+    schema = json.loads((REPOSITORY / "src/aomc_sky/outputs/manifest.schema.json").read_text())
+    manifest = json.loads((folder / "manifest.json").read_text())
+    jsonschema.Draft202012Validator(schema).validate(manifest)
+    return dict(manifest)
 
 
 def write_scene(

@@ -1,7 +1,5 @@
 """Photons counted by direction: damaged ones, the keyed choice that thins them, and pulls of cells."""
 
-from __future__ import annotations
-
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -13,7 +11,7 @@ from aomc_sky.verify.report import Pulls
 from tests.support.shared import INPUTS
 
 
-def test_damaged_directions_are_counted_as_such() -> None:
+def test_damaged_directions_are_counted_as_such():
     source = sky.read_scene(INPUTS / "clear_day" / "amc.inp", iterations=1000).source(0)
     good = source.photons(0).directions[:6]
     bad = np.array([[np.nan, 0, -1], [np.inf, 0, -1], [0, 0, 0], [0, 0, np.nan], [0, 0, 1], [3e38, 3e38, -3e38]])
@@ -25,7 +23,7 @@ def test_damaged_directions_are_counted_as_such() -> None:
     assert 6 <= n_above <= 10
 
 
-def test_counts_are_the_same_on_any_number_of_threads() -> None:
+def test_counts_are_the_same_on_any_number_of_threads():
     source = sky.read_scene(INPUTS / "clear_day" / "amc.inp", iterations=3000).source(0)
     directions = source.photons(0).directions
     blocks = [PhotonRows(start=k, direction=directions[k : k + 100]) for k in range(0, 3000, 100)]
@@ -37,33 +35,33 @@ def test_counts_are_the_same_on_any_number_of_threads() -> None:
 
 
 @given(start=st.integers(0, 2**40), n=st.integers(0, 2000), cut=st.integers(0, 2000))
-def test_thinning_does_not_know_how_a_file_is_split(start: int, n: int, cut: int) -> None:
+def test_thinning_does_not_know_how_a_file_is_split(start, n, cut):
     cut = min(cut, n)
     whole = is_kept(7, start, n)
     assert np.array_equal(whole, np.concatenate([is_kept(7, start, cut), is_kept(7, start + cut, n - cut)]))
 
 
-def test_thinning_of_other_seeds_is_another() -> None:
+def test_thinning_of_other_seeds_is_another():
     first, second = (is_kept(thinning_key(seed), 0, 10_000) for seed in (0, 1))
     assert 0.45 < np.mean(first == second) < 0.55
 
 
-def test_words_for_ever() -> None:
+def test_words_for_ever():
     assert np.packbits(is_kept(thinning_key(0), 0, 64)).tobytes().hex() == "03d78386918d7d62"
 
 
-def pulls_of(observed: list[float], expected: list[float], variance: list[float]) -> np.ndarray:
+def pulls_of(observed, expected, variance):
     maps = (np.array([x], dtype=np.float64) for x in (observed, expected, variance))
     found, mean, spread = maps
     zones = sky.PatchGrid.regular(1, len(observed))
     return Pulls(waveband=1, zones=zones, observed=found, expected=mean, variance=spread).pull[0]
 
 
-def test_pulls_are_in_standard_deviations() -> None:
+def test_pulls_are_in_standard_deviations():
     assert pulls_of([110, 400, 110], [100, 400, 100], [100, 400, 25]).tolist() == [1.0, 0.0, 2.0]
 
 
-def test_cells_that_say_nothing() -> None:
+def test_cells_that_say_nothing():
     pulls = pulls_of([3, 0, 2, 1], [2, 0, 0, 30], [2, 0, 0, 30])
     assert np.isnan(pulls[0])  # expects too few
     assert np.isnan(pulls[1])  # dark, and is dark

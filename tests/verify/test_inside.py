@@ -1,7 +1,5 @@
 """Positions inside patches, counted patch by patch."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

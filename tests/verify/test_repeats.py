@@ -1,7 +1,5 @@
 """Photons that repeat another: counted exactly, in bounded memory, and by the same sample in any order of blocks."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -14,18 +12,18 @@ from tests.support.shared import INPUTS
 FINDER = RepeatFinder(beams=np.zeros((0, 2)))
 
 
-def sample_of(rows: np.ndarray, finder: RepeatFinder = FINDER) -> RepeatSample:
+def sample_of(rows, finder=FINDER):
     return finder.sample(rows.astype(np.float64))
 
 
-def directions(n: int, seed: int = 0) -> np.ndarray:
+def directions(n, seed=0):
     rng = np.random.default_rng(seed)
     zenith, azimuth = np.arcsin(np.sqrt(rng.random(n))), 2 * np.pi * rng.random(n)
     sine = np.sin(zenith)
     return -np.column_stack([sine * np.cos(azimuth), sine * np.sin(azimuth), np.cos(zenith)]).astype(np.float32)
 
 
-def brute(rows: np.ndarray) -> tuple[int, int]:
+def brute(rows):
     """Pairs of a square and equal pairs, one by one."""
     squares = np.floor((rows[:, :2].astype(np.float64) + 1) * 2**17)
     n = len(rows)

@@ -1,7 +1,5 @@
 """The scores of photons of a sampler's mistakes: their expectations and variances from first principles."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

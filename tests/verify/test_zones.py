@@ -1,7 +1,5 @@
 """Shares of cells in zones: those of a cell add up to 1, and they are the masses that finer grids give."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -12,14 +10,14 @@ from aomc_sky.verify.zones import ZoneShares, choose_zones, fixed_directions, zo
 from tests.support.shared import INPUTS
 
 
-def source_of(*components: object, n: int = 1000, **options: object) -> sky.PhotonSource:
+def source_of(*components, n=1000, **options):
     scene = sky.Scene(
         wavebands=sky.Wavebands(wavelength_nm=np.array([550.0])), n_photons=np.array([n]), components=components
     )
     return scene.source(1, **options)
 
 
-def even(law: Law, grid: PatchGrid) -> Component:
+def even(law, grid):
     """A sky of constant radiance as a component of a law."""
     omega = grid.solid_angle_sr if law is Law.CELL_MU else grid.projected_solid_angle_sr
     return Component(
@@ -27,14 +25,14 @@ def even(law: Law, grid: PatchGrid) -> Component:
     )
 
 
-def zones_of(n_zenith: int, n_azimuth: int) -> PatchGrid:
+def zones_of(n_zenith, n_azimuth):
     return PatchGrid.regular(n_zenith, n_azimuth)
 
 
 @pytest.mark.parametrize("law", [Law.CELL_MU2, Law.CELL_MU])
 @pytest.mark.parametrize("shape", [(1, 1), (3, 5), (7, 7), (45, 180)])
 @pytest.mark.parametrize("zones", [(1, 1), (4, 6), (16, 16)])
-def test_even_skies_cut_anywhere(law: Law, shape: tuple[int, int], zones: tuple[int, int]) -> None:
+def test_even_skies_cut_anywhere(law, shape, zones):
     source = source_of(even(law, PatchGrid.regular(*shape)))
     grid = zones_of(*zones)
     shares = zone_shares(source, grid)
@@ -43,7 +41,7 @@ def test_even_skies_cut_anywhere(law: Law, shape: tuple[int, int], zones: tuple[
     assert np.allclose(np.bincount(shares.cell, shares.share), 1.0, rtol=1e-13)
 
 
-def test_loose_photons_are_binomial_and_those_of_whole_cells_are_fixed() -> None:
+def test_loose_photons_are_binomial_and_those_of_whole_cells_are_fixed():
     """Cell 0 lies in zone 0 by a quarter and in zone 1 by the rest, cell 1 is zone 2."""
     shares = ZoneShares(
         cell=np.array([0, 0, 1]), zone=np.array([0, 1, 2]), share=np.array([0.25, 0.75, 1.0]), n_zones=3
@@ -51,14 +49,14 @@ def test_loose_photons_are_binomial_and_those_of_whole_cells_are_fixed() -> None
     assert shares.loose(np.array([1600.0, 500.0])).tolist() == [300.0, 300.0, 0.0]
 
 
-def test_weights_that_carry_the_cosine_make_it_flux() -> None:
+def test_weights_that_carry_the_cosine_make_it_flux():
     source = source_of(even(Law.CELL_MU, PatchGrid.regular(1, 1)))
     grid = zones_of(4, 2)
     flux = zone_shares(source, grid, is_flux=True).expected(np.ones(1))
     assert np.allclose(flux, grid.projected_solid_angle_sr / np.pi, rtol=1e-13)
 
 
-def test_patches_that_begin_before_azimuth_zero() -> None:
+def test_patches_that_begin_before_azimuth_zero():
     grid = PatchGrid.whole_degrees()
     source = source_of(even(Law.CELL_MU2, grid))
     zones = zones_of(6, 8)
@@ -68,7 +66,7 @@ def test_patches_that_begin_before_azimuth_zero() -> None:
 
 
 @pytest.mark.parametrize("zones", [(5, 7), (16, 16)])
-def test_perez_patches_cut_anywhere(zones: tuple[int, int]) -> None:
+def test_perez_patches_cut_anywhere(zones):
     model = sky.PerezSky(sun_zenith_rad=0.9, sun_azimuth_rad=0.3, epsilon=6.0, delta=0.1, grid=PatchGrid.regular(4, 6))
     source = source_of(model)
     grid = zones_of(*zones)
@@ -78,7 +76,7 @@ def test_perez_patches_cut_anywhere(zones: tuple[int, int]) -> None:
 
 
 @pytest.mark.parametrize("sun_deg", [0.0, 0.1, 0.2])
-def test_a_disc_around_the_zenith(sun_deg: float) -> None:
+def test_a_disc_around_the_zenith(sun_deg):
     """At the zenith it is even in azimuth; beside it azimuth is not cut."""
     source = source_of(sky.DirectBeam(sun_zenith_deg=sun_deg, sun_azimuth_deg=70.0, radius_deg=0.3), n=400_000)
     zones = choose_zones(source)
@@ -89,7 +87,7 @@ def test_a_disc_around_the_zenith(sun_deg: float) -> None:
 
 
 @pytest.mark.parametrize("name", ["beam_only", "clear_day", "document_example", "sparse_sky", "overcast"])
-def test_zones_keep_clear_of_fixed_directions(name: str) -> None:
+def test_zones_keep_clear_of_fixed_directions(name):
     source = sky.read_scene(INPUTS / name / "amc.inp", iterations=100).source(0)
     zones = choose_zones(source)
     assert zones.zenith_bounds_deg[0, 0] == 0
@@ -105,7 +103,7 @@ def test_zones_keep_clear_of_fixed_directions(name: str) -> None:
 
 
 @pytest.mark.parametrize("sun_deg", [45.0, 0.0, 0.00005, 359.99995])
-def test_a_sun_on_the_edges_of_patches(sun_deg: float) -> None:
+def test_a_sun_on_the_edges_of_patches(sun_deg):
     """Sun and patches both stand at whole degrees: no zone ends there, and photons fall where they are expected."""
     grid = PatchGrid.regular(90, 360)
     beam = sky.DirectBeam(sun_zenith_deg=30.0, sun_azimuth_deg=sun_deg, strength=1.0)

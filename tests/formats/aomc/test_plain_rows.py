@@ -1,7 +1,5 @@
 """Rows of plain numbers: the values of `float`, and nothing where a row is not plain."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -16,7 +14,7 @@ VALUES = [
 ]  # fmt: skip
 
 
-def plain_rows(text: bytes):
+def plain_rows(text):
     """Indices and values, or None where a row is not plain."""
     rows, end = skydist.plain_rows(text)
     return (rows[:, :3].T, rows[:, 3]) if len(rows) and end == len(text) else None

@@ -1,18 +1,15 @@
 """The MCPL reader against libmcpl, on every option of the format, and on files that somebody broke."""
 
-from __future__ import annotations
-
 import os
 import platform
 import struct
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError
-from aomc_sky.formats.mcpl.file import McplParticles, check_mcpl, read_mcpl
+from aomc_sky.formats.mcpl.file import check_mcpl, read_mcpl
 from aomc_sky.formats.mcpl.header import COUNT_OFFSET, McplHeader, encode_header
 from tests.support.limits import MOST_CPU_S, answers_within_limits
 from tests.support.mcpl import encoded, oracle, random_particles
@@ -27,24 +24,17 @@ FULL = {
 ULPS = 0 if platform.machine() in {"x86_64", "AMD64"} else 4
 
 
-def options() -> list[McplHeader]:
+def options():
     """Every pair of two options is among them."""
     switches = [(0, 0, 0, 0, 0), (0, 1, 1, 1, 1), (1, 0, 0, 1, 1), (1, 1, 1, 0, 0), (1, 0, 1, 0, 1), (0, 1, 0, 1, 0)]
-    return [
-        McplHeader(
-            n_particles=N,
-            has_user_flags=bool(flags),
-            has_polarisation=bool(polarised),
-            is_double=bool(double),
-            pdg_code=22 * pdg,
-            weight=0.75 * weight,
-            **FULL,
-        )
-        for flags, polarised, double, pdg, weight in switches
-    ]
+    made = []
+    for flags, polarised, double, pdg, weight in switches:
+        kinds = {"has_user_flags": bool(flags), "has_polarisation": bool(polarised), "is_double": bool(double)}
+        made.append(McplHeader(n_particles=N, pdg_code=22 * pdg, weight=0.75 * weight, **kinds, **FULL))
+    return made
 
 
-def name_of(header: McplHeader) -> str:
+def name_of(header):
     marks = {"flags": header.has_user_flags, "polarised": header.has_polarisation, "double": header.is_double}
     return "-".join([k for k, v in marks.items() if v] + [str(header.pdg_code), str(header.weight)])
 
@@ -57,17 +47,9 @@ def test_every_option_is_read_as_libmcpl_does(header, tmp_path):
     file = read_mcpl(path)
     assert file.header == header
     ours, theirs = file.particles(), library.read(path)
-    fields = {
-        "ekin": ours.energy,
-        "position": ours.position,
-        "time": ours.time,
-        "weight": ours.weight,
-        "pdgcode": ours.pdg_code,
-        "userflags": ours.user_flags,
-        "polarisation": ours.polarisation,
-    }
-    for name, values in fields.items():
-        assert np.array_equal(values, theirs[name]), name
+    names = {"energy": "ekin", "pdg_code": "pdgcode", "user_flags": "userflags"}
+    for name in (*names, "position", "time", "weight", "polarisation"):
+        assert np.array_equal(getattr(ours, name), theirs[names.get(name, name)]), name
     np.testing.assert_array_max_ulp(ours.direction, theirs["direction"], ULPS)
     if ULPS == 0:
         assert ours.direction.tobytes() == np.ascontiguousarray(theirs["direction"]).tobytes()  # signs of zeros too
@@ -123,7 +105,7 @@ def test_blocks_are_the_particles_in_order(tmp_path):
 # ---- broken files ------------------------------------------------------------------------------
 
 
-def small(**changes: object) -> tuple[McplHeader, bytes]:
+def small(**changes):
     """A head and three records."""
     header = replace(McplHeader(n_particles=3, weight=1.0, pdg_code=22, has_user_flags=True, **FULL), **changes)
     records = np.zeros(3, header.record)
@@ -131,12 +113,12 @@ def small(**changes: object) -> tuple[McplHeader, bytes]:
     return header, records.tobytes()
 
 
-def with_number(data: bytes, offset: int, form: str, value: float) -> bytes:
+def with_number(data, offset, form, value):
     packed = struct.pack(form, value)
     return data[:offset] + packed + data[offset + len(packed) :]
 
 
-def with_field(name: str, value: float, *, index: int = 1, column: int = 0, **changes: object) -> bytes:
+def with_field(name, value, *, index=1, column=0, **changes):
     header, data = small(**changes)
     records = np.frombuffer(data, header.record).copy()
     if records[name].ndim == 2:
@@ -224,7 +206,7 @@ def test_a_file_that_shrinks_is_an_input_error(tmp_path):
         file.particles()
 
 
-def broken_copies(n: int) -> list[bytes]:
+def broken_copies(n):
     """Copies of files of every kind with bytes flipped, cut off, put in or taken out."""
     generator = np.random.default_rng(20)
     templates = []
@@ -249,7 +231,7 @@ def broken_copies(n: int) -> list[bytes]:
     return copies
 
 
-def outcome(path: Path) -> tuple[set[str], McplParticles | None]:
+def outcome(path):
     """Codes of the problems of a file, or its particles."""
     try:
         check_mcpl(path)
@@ -281,15 +263,15 @@ def test_broken_copies_give_particles_or_an_input_error(tmp_path):
 READERS = "from aomc_sky.formats.mcpl.file import check_mcpl\nreaders = (check_mcpl,)"
 
 
-def sparse(data: bytes, size: int) -> object:
-    def make(path: Path) -> None:
+def sparse(data, size):
+    def make(path):
         path.write_bytes(data)
         os.truncate(path, size)
 
     return make
 
 
-def texts(n: int, length: int) -> object:
+def texts(n, length):
     """As many comments as announced, in a file that is long enough for them."""
     head = with_number(encode_header(McplHeader(n_particles=0, pdg_code=22, weight=1.0)), 16, "<I", n)
     return lambda path: path.write_bytes(head + (struct.pack("<I", length) + b"\xff" * length) * n)

@@ -1,12 +1,9 @@
 """MCPL files packed by gzip: read in a stream, as libmcpl reads them, and what is cut, damaged or a lie is told."""
 
-from __future__ import annotations
-
 import gzip
 import itertools
 import struct
 import zlib
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -21,7 +18,7 @@ N = 400
 HEADER = McplHeader(n_particles=3, weight=1.0, pdg_code=22, has_user_flags=True, comments=("first",))
 
 
-def good(n: int = 3) -> bytes:
+def good(n=3):
     from dataclasses import replace
 
     header = replace(HEADER, n_particles=n)
@@ -30,7 +27,7 @@ def good(n: int = 3) -> bytes:
     return encoded(header, records)
 
 
-def problems(path: Path) -> list[tuple[str, str]]:
+def problems(path):
     with pytest.raises(InputFileError) as caught:
         check_mcpl(path)
     return [(p.code, p.message) for p in caught.value.problems]
@@ -78,7 +75,7 @@ def test_a_packed_file_is_known_by_its_bytes(tmp_path):
     assert len(read_mcpl(tmp_path / "x.mcpl").particles()) == len(read_mcpl(tmp_path / "y.mcpl.gz").particles()) == 3
 
 
-def with_count(data: bytes, n: int) -> bytes:
+def with_count(data, n):
     return data[:COUNT_OFFSET] + struct.pack("<Q", n) + data[COUNT_OFFSET + 8 :]
 
 
@@ -117,7 +114,7 @@ def test_broken_packed_files_have_their_code(name, tmp_path):
     assert (found, message[: len(words)]) == (code, words)
 
 
-def bomb(path: Path, head: bytes, n_bytes: int) -> None:
+def bomb(path, head, n_bytes):
     """A head and megabytes of zeros behind it, of which one is packed and stands there again and again."""
     block, n_blocks, crc = bytes(1 << 20), n_bytes >> 20, zlib.crc32(head)
     for _ in range(n_blocks):

@@ -1,7 +1,5 @@
 """What the head of an MCPL file says of our runs: read back as it was written, and nothing from what no run says."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import pytest
@@ -12,7 +10,7 @@ SHA256 = "fedcba9876543210" * 4
 RUN = McplRuns(n_runs=1, n_photons=1000, n_iid=0, n_stratified=1000, seed=5, plan=plan_begin(SHA256))
 
 
-def head(*comments: str) -> McplHeader:
+def head(*comments):
     return McplHeader(n_particles=0, comments=comments)
 
 

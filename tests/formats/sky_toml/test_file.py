@@ -1,12 +1,9 @@
 """sky.toml: good files say what they say, and nothing gets through otherwise."""
 
-from __future__ import annotations
-
 import dataclasses
 import re
 import time
 import tomllib
-import warnings
 from pathlib import Path
 
 import pytest
@@ -34,6 +31,10 @@ GOOD = sorted((DATA / "sky_toml" / "good").glob("*.toml"))
 
 
 MIDNIGHT_S = 1782084600.0  # 2026-06-21T23:30:00Z by `date -u -d ... +%s`
+TABLE = FieldSection(
+    file=str(DATA / "sky_toml" / "good" / "field.nc"), variable="radiance", isel=(("stokes", 0),), zenith="vza",
+    azimuth="vaa", wavelength="w", angle_unit="deg", azimuth_convention="north_clockwise",
+)  # fmt: skip
 EXPECTED = {
     "absolute": SkyToml(
         sky=SkySection(diffuse_irradiance=(0.61, 1.0), direct_irradiance=(0.0, 1.25)),
@@ -63,20 +64,7 @@ EXPECTED = {
     ),
     "empty": SkyToml(),
     "ghi_dhi": SkyToml(perez=PerezSection(ghi=700.0, dhi=95.0)),
-    "table": SkyToml(
-        sky=SkySection(
-            table=FieldSection(
-                file=str(DATA / "sky_toml" / "good" / "field.nc"),
-                variable="radiance",
-                isel=(("stokes", 0),),
-                zenith="vza",
-                azimuth="vaa",
-                wavelength="w",
-                angle_unit="deg",
-                azimuth_convention="north_clockwise",
-            )
-        )
-    ),
+    "table": SkyToml(sky=SkySection(table=TABLE)),
     "three_irradiances": SkyToml(perez=PerezSection(ghi=700.0, dhi=95.0, dni=600.0)),
     "inline_and_dotted": SkyToml(perez=PerezSection(ghi=700.0, dni=640.0), sun=SunSection(zenith_deg=41.5)),
     "irradiances": SkyToml(
@@ -88,10 +76,8 @@ EXPECTED = {
 
 
 @pytest.mark.parametrize("path", GOOD, ids=lambda path: path.stem)
-def test_a_good_file_says_what_it_says(path: Path) -> None:
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        found = read_sky_toml(path)
+def test_a_good_file_says_what_it_says(path):
+    found = read_sky_toml(path)
     below = tuple(
         dataclasses.replace(one, file=str(Path(one.file).relative_to(path.parent))) for one in found.background
     )
@@ -101,11 +87,11 @@ def test_a_good_file_says_what_it_says(path: Path) -> None:
     assert dataclasses.replace(found, background=below, atmosphere=air) == EXPECTED[path.stem]
 
 
-def test_every_good_file_is_looked_at() -> None:
+def test_every_good_file_is_looked_at():
     assert {path.stem for path in GOOD} == set(EXPECTED)
 
 
-def test_files_lie_below_the_folder_or_an_allowed_one(tmp_path: Path) -> None:
+def test_files_lie_below_the_folder_or_an_allowed_one(tmp_path):
     scene, other = tmp_path / "scene", tmp_path / "other"
     scene.mkdir()
     other.mkdir()
@@ -136,14 +122,14 @@ def test_files_lie_below_the_folder_or_an_allowed_one(tmp_path: Path) -> None:
             assert Path(advice).resolve() == other
 
 
-def test_arrays_have_a_value_for_each_waveband() -> None:
+def test_arrays_have_a_value_for_each_waveband():
     path = DATA / "sky_toml" / "good" / "absolute.toml"
     assert read_sky_toml(path, n_wavebands=2).sky.diffuse_irradiance == (0.61, 1.0)
     with pytest.raises(InputFileError, match=r":2:26: error\[E705\]: diffuse_irradiance: 2 values for 3 wavebands"):
         read_sky_toml(path, n_wavebands=3)
 
 
-def test_the_page_names_every_key() -> None:
+def test_the_page_names_every_key():
     page = (REPOSITORY / "docs/formats/sky_toml.md").read_text()
     made = re.findall(r"^```\{inputs\} (\w+)$", page, re.MULTILINE)  # the site makes these tables
     assert sorted(made) == ["CLEAR_SKY", "LIGHTS", "PEREZ", "SUN"]
@@ -151,7 +137,7 @@ def test_the_page_names_every_key() -> None:
     assert {key for section in KEYS.values() for key in section} - known == set()
 
 
-def problems_of(path: Path, text: bytes) -> InputFileError:
+def problems_of(path, text):
     path.write_bytes(text)
     with pytest.raises(InputFileError) as caught:
         read_sky_toml(path)
@@ -172,13 +158,13 @@ HOSTILE = {
 
 
 @pytest.mark.parametrize("text", HOSTILE.values(), ids=HOSTILE)
-def test_hostile_files_cost_little(tmp_path: Path, text: bytes) -> None:
+def test_hostile_files_cost_little(tmp_path, text):
     start = time.process_time()
     assert problems_of(tmp_path / "sky.toml", text).problems[0].code[:2] == "E7"
     assert time.process_time() - start < MOST_CPU_S
 
 
-def test_broken_wholes(tmp_path: Path) -> None:
+def test_broken_wholes(tmp_path):
     path = tmp_path / "sky.toml"
     assert problems_of(path, b"[perez]\na = " + b"[" * 30_000).problems[0].code == "E701"
     assert problems_of(path, b"#" * (MAX_BYTES + 1)).problems[0].code == "E701"
@@ -194,7 +180,7 @@ def test_broken_wholes(tmp_path: Path) -> None:
 
 
 @given(st.lists(st.sampled_from([key for complete in SETS for key in complete]), unique=True))
-def test_exactly_the_complete_sets_are_accepted(names: list[str]) -> None:
+def test_exactly_the_complete_sets_are_accepted(names):
     complete = not names or any(set(names) == set(wanted) for wanted in SETS)
     message, advice = set_problem(names)
     assert (message == "") == complete
@@ -204,7 +190,7 @@ def test_exactly_the_complete_sets_are_accepted(names: list[str]) -> None:
 @given(st.binary(max_size=200) | st.text(alphabet="[]{}=.,\"'#\n abcdeghinrsuzp_019-+", max_size=120).map(str.encode))
 @example(b"[perez]\ndni = 1e400\ndhi = 1\n")
 @example(b'"perez" . dni = """\na""""" # x\nsun = {}')
-def test_any_bytes_are_read_or_refused(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
+def test_any_bytes_are_read_or_refused(tmp_path_factory, data):
     path = tmp_path_factory.getbasetemp() / "fuzz.toml"
     path.write_bytes(data)
     try:
@@ -217,23 +203,21 @@ def test_any_bytes_are_read_or_refused(tmp_path_factory: pytest.TempPathFactory,
 
 
 KEY = st.sampled_from(["dni", '"dhi"', "'zenith deg'", "a1", "x.y", 'q."r s".t'])
-VALUE = st.sampled_from(
-    [
-        "1",
-        "1979-05-27 07:32:00 ",
-        "[1, [2, 3], {u = 1}, # c ]\n 4\n]",
-        '"a # ] \\" b"',
-        "'it # ['",
-        "{u = 1, v = {w = 2}}",
-        "{}",
-        "[]",
-        "-inf",
-    ]
+_VALUES = (
+    "1",
+    "1979-05-27 07:32:00 ",
+    "[1, [2, 3], {u = 1}, # c ]\n 4\n]",
+    '"a # ] \\" b"',
+    "'it # ['",
+    "{}",
+    "[]",
+    "-inf",
 )
+VALUE = st.sampled_from([*_VALUES, "{u = 1, v = {w = 2}}"])
 
 
 @given(st.lists(st.tuples(KEY, VALUE, st.sampled_from(["", " # dni = 3", "\t"])), max_size=5), st.booleans())
-def test_spans_are_those_of_the_keys(lines: list[tuple[str, str, str]], with_header: bool) -> None:
+def test_spans_are_those_of_the_keys(lines, with_header):
     head = "# head\n[ perez . 'sub' ] # x\n" if with_header else ""
     text = head + "".join(f" {k} = {v}{c}\n" for k, v, c in lines)
     try:
@@ -255,7 +239,7 @@ def test_spans_are_those_of_the_keys(lines: list[tuple[str, str, str]], with_hea
         number += value.count("\n") + 1
 
 
-def test_spans_in_arrays_of_tables() -> None:
+def test_spans_in_arrays_of_tables():
     text = "[[a]]\nk = 1\n[a.b]\nc = [7, 88]\n[[ a ]]\nk = 2\n[[a.d]]\n[[a.d]]\nx = 1\n"
     spans = key_spans(text)
     shown = {path: (span.key.line, span.value.column, span.value.width) for path, span in spans.items()}
@@ -265,7 +249,7 @@ def test_spans_in_arrays_of_tables() -> None:
     assert ("a", "1", "d", "1", "x") in spans
 
 
-def test_what_has_no_line_of_its_own_stands_with_its_key() -> None:
+def test_what_has_no_line_of_its_own_stands_with_its_key():
     spans = key_spans('sun.disc = true\nperez = { dni = 1, "dhi" = 22 } # dhi = 3\n')
     assert spans["perez", "dhi"] == spans["perez",]
     assert (spans["perez",].key.line, spans["perez",].value.column, spans["perez",].value.width) == (2, 9, 23)

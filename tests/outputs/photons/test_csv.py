@@ -1,20 +1,17 @@
 """Photons as text: every bit comes back, and files are as long as they were promised."""
 
-from __future__ import annotations
-
 import io
 
 import numpy as np
 import pytest
 
 from aomc_sky import Scene, UniformSky, Wavebands
-from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.errors import OutputError
 from aomc_sky.outputs.photons.csv import CsvWriter
 from tests.support.scenes import weighted_source
 
 
-def text_of(source: PhotonSource, band: int) -> bytes:
+def text_of(source, band):
     writer = CsvWriter(source)
     chunks = [bytes(writer.chunks(batch)[0]) for batch in source.batches(band, 256)]
     text = writer.layouts((band,))[0].head + b"".join(chunks)

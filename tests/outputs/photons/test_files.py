@@ -1,7 +1,5 @@
 """What every writer of photons promises, whatever its format."""
 
-from __future__ import annotations
-
 import io
 
 import numpy as np
@@ -9,7 +7,6 @@ import pytest
 
 from aomc_sky.errors import InputFileError
 from aomc_sky.outputs.photon_formats import PHOTON_FORMATS, photon_writer
-from aomc_sky.outputs.photons.files import BLOCK, ChunkPool
 from aomc_sky.outputs.photons.npy import HEAD_BYTES
 from aomc_sky.source.read.scene import read_scene
 from aomc_sky.verify.foreign import open_photons
@@ -53,15 +50,3 @@ def test_files_without_a_reader_are_refused(name, tmp_path):
     (tmp_path / name).write_bytes(bytes(24))
     with pytest.raises(InputFileError, match="photons of this format cannot be read"):
         open_photons(tmp_path / name, np.array([500.0]))
-
-
-def test_the_pool_keeps_order():
-    source = read_scene(INPUTS / "document_example", iterations=3 * BLOCK + 5).source(seed=3)
-    with ChunkPool(source, 5) as pool:
-        sizes: list[int] = []
-        pieces: list[bytes] = []
-        write = lambda band, start, chunks: pieces.append(bytes(chunks[0]))  # noqa: E731
-        sums = pool.emit(2, [(photon_writer("npy")(source), write)], sizes.append)
-    assert sizes == [BLOCK, BLOCK, BLOCK, 5]
-    assert sums.n_photons == sum(sizes)
-    assert b"".join(pieces) == source.photons(2).directions.tobytes()

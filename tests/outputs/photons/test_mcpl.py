@@ -1,7 +1,5 @@
 """photons.mcpl is byte for byte what libmcpl writes for the same photons and the same head."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -26,18 +24,18 @@ PLACES = {
 }
 
 
-def files_scene(name: str) -> sky.Scene:
+def files_scene(name):
     return sky.read_scene(INPUTS / name, iterations=N)
 
 
-def scene(*parts: object, wavelengths: tuple[float, ...] = (350.0, 500.0, 700.0), **more: object) -> sky.Scene:
+def scene(*parts, wavelengths=(350.0, 500.0, 700.0), **more):
     bands = sky.Wavebands(wavelength_nm=np.array(wavelengths))
     return sky.Scene(
         wavebands=bands, n_photons=np.full(len(wavelengths), N), components=parts or (sky.UniformSky(),), **more
     )
 
 
-def weighted() -> sky.Scene:
+def weighted():
     grid = sky.PatchGrid.regular(6, 8)
     values = np.random.default_rng(2).uniform(size=(1, 6, 8))
     table = sky.TabulatedSky(wavelength_nm=[500.0], values=values, grid=grid, weighting="solid-angle")
@@ -83,7 +81,7 @@ def test_weights_stand_in_every_record_where_they_differ(precision, tmp_path):
     assert file.particles().weight.std() > 0.1
 
 
-def hard_directions(dtype: type) -> np.ndarray:
+def hard_directions(dtype):
     """Axes, planes and diagonals, signed zeros, subnormals, and neighbours of all: where the packing decides."""
     ends = [0.0, -0.0, 1.0, -1.0]
     axes = [(a, b, c) for a in ends for b in ends for c in ends if abs(a) + abs(b) + abs(c) == 1]
@@ -229,14 +227,14 @@ assert "numba" not in sys.modules
     assert float(done.stdout) < 150  # [MB]; Python and numpy alone are 50, the photons would be 96
 
 
-def polarised(n=100_000, **more) -> sky.Scene:
+def polarised(n=100_000, **more):
     sun = {"sun_zenith_deg": 60.0, "sun_azimuth_deg": 30.0}
     sphere = sky.PerezSky(epsilon=6.0, delta=0.1, strength=0.8, polarisation=sky.RayleighPattern(), **sun)
     made = scene(sky.DirectBeam(strength=0.2, **sun), sphere, wavelengths=(450.0, 550.0), **more)
     return replace(made, n_photons=np.full(2, n))
 
 
-def stokes_of_axes(axes: np.ndarray, direction: np.ndarray) -> np.ndarray:
+def stokes_of_axes(axes, direction):
     """(q, u) of single electric vectors, (2, n)."""
     l_axis, r_axis = frame_of(direction)
     along, across = (axes * l_axis).sum(axis=1), (axes * r_axis).sum(axis=1)

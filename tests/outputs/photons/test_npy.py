@@ -1,7 +1,5 @@
 """Numpy files of photons: every row comes back, and what is no such file is refused with what to write."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +12,7 @@ from aomc_sky.outputs.photons.npy import read_photons_npy
 
 @pytest.mark.parametrize("dtype", ["<f4", ">f4", "<f8", ">f8"])
 @pytest.mark.parametrize("shape", [(0, 3), (7, 3), (BLOCK, 4), (2 * BLOCK + 1,)])
-def test_rows_come_back(tmp_path: Path, dtype: str, shape: tuple[int, ...]) -> None:
+def test_rows_come_back(tmp_path, dtype, shape):
     rows = np.arange(float(np.prod(shape))).reshape(shape).astype(dtype)
     np.save(tmp_path / "x.npy", rows)
     file = read_photons_npy(tmp_path / "x.npy", n_columns=(1, 3, 4))
@@ -24,13 +22,13 @@ def test_rows_come_back(tmp_path: Path, dtype: str, shape: tuple[int, ...]) -> N
     assert np.array_equal(np.concatenate([*blocks, np.zeros((0, file.n_columns))]).reshape(shape), rows)
 
 
-def test_no_regular_file(tmp_path: Path) -> None:
+def test_no_regular_file(tmp_path):
     for path in (tmp_path, tmp_path / "nowhere.npy", Path("/dev/null"), Path("a\0b")):
         with pytest.raises(InputFileError, match="E901"):
             read_photons_npy(path)
 
 
-def test_a_file_that_becomes_shorter(tmp_path: Path) -> None:
+def test_a_file_that_becomes_shorter(tmp_path):
     path = tmp_path / "x.npy"
     np.save(path, np.zeros((100, 3)))
     file = read_photons_npy(path)

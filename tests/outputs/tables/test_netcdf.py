@@ -1,17 +1,11 @@
 """The dataset of a run: the counts of the source under the names that users of netCDF expect."""
 
-from __future__ import annotations
-
-import sys
-
 import numpy as np
 import pytest
 
 import aomc_sky
 from aomc_sky import DirectBeam, Scene, TabulatedSky, UniformSky, Wavebands
 from aomc_sky.emission.irradiance import Irradiance
-from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.errors import MissingExtraError
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.tables.netcdf import plan_of_netcdf, to_xarray, write_netcdf
 
@@ -21,14 +15,14 @@ pytest.importorskip("h5netcdf")
 WAVELENGTHS = np.array([450.0, 550.0])
 
 
-def table() -> TabulatedSky:
+def table():
     values = np.arange(12.0).reshape(2, 6)
     grid = PatchGrid.regular(2, 3, azimuth_first_index=1)
     return TabulatedSky(wavelength_nm=WAVELENGTHS, values=values, grid=grid, strength=1.0)
 
 
 @pytest.fixture
-def source() -> PhotonSource:
+def source():
     return Scene(
         wavebands=Wavebands(wavelength_nm=WAVELENGTHS),
         n_photons=[1000, 2000],
@@ -101,15 +95,7 @@ def test_other_files_have_no_plan(tmp_path):
     assert plan_of_netcdf(tmp_path / "text.nc") is None
 
 
-@pytest.mark.parametrize("module", ["xarray", "h5netcdf"])
-def test_a_missing_extra_names_the_command(source, tmp_path, monkeypatch, module):
-    monkeypatch.setitem(sys.modules, module, None)
-    with pytest.raises(MissingExtraError, match=r'pip install "\.\[netcdf\]"'):
-        write_netcdf(source, tmp_path / "sky.nc")
-    assert not list(tmp_path.iterdir())
-
-
-def test_absolute_irradiances_stand_beside_the_counts() -> None:
+def test_absolute_irradiances_stand_beside_the_counts():
     known = Irradiance(of_component=np.array([[1.0, 0.25], [2.0, 0.0]]))
     parts = (UniformSky(strength=1.0), DirectBeam(sun_zenith_deg=30.0, strength=1.0))
     bands = Wavebands(wavelength_nm=WAVELENGTHS)

@@ -1,7 +1,5 @@
 """Sky models of other packages that are wrong in every way: one sentence each, with the package and its version."""
 
-from __future__ import annotations
-
 import json
 import shutil
 
@@ -61,16 +59,10 @@ def make_of(body, **arguments):
 
 
 BROKEN = {
-    "import": (
-        "import no_such_package\n",
-        "cannot be imported: ModuleNotFoundError: No module named 'no_such_package'",
-    ),
+    "import": ("import no_such_package\n", "cannot be imported: ModuleNotFoundError"),
     "syntax": ("def make(:\n", "cannot be imported: SyntaxError"),
     "exit": ("raise SystemExit('no licence')\n", "cannot be imported: SystemExit: no licence"),
-    "base-exception": (
-        "class Stop(BaseException): pass\nraise Stop('no licence')\n",
-        "cannot be imported: Stop: no licence",
-    ),
+    "base-exception": ("class Stop(BaseException): pass\nraise Stop('no licence')\n", "be imported: Stop: no licence"),
     "no-make": ("other = 1\n", "cannot be imported: AttributeError"),
     "not-callable": ("make = 3\n", "make is not a function"),
     "no-sun": ("def make(*, sun_zenith_rad): return None\n", "takes no sun_azimuth_rad"),
@@ -82,15 +74,10 @@ BROKEN = {
     "negative": (make_of("return Flat(-1.0)"), "gives -1 at zenith angle"),
     "shape": (make_of("return lambda z, a, nm: [1.0, 2.0, 3.0]"), "gives an array of shape (3,)"),
     "two-arguments": (make_of("return lambda z, a: 1.0"), "takes three arguments"),
-    "lower-list": (
-        make_of("f = Flat(); f.lower = lambda nm: [f]; return f"),
-        "lower() gives Flat instead of Components",
-    ),
+    "lower-list": (make_of("f = Flat(); f.lower = lambda nm: [f]; return f"), "gives Flat instead of Components"),
     "lower-nothing": (make_of("f = Flat(); f.lower = lambda nm: (); return f"), "lower() gives no component"),
     "lower-rows": (
-        make_of(
-            "import aomc_sky; u = aomc_sky.UniformSky(); f = Flat(); f.lower = lambda nm: u.lower([1.0]); return f"
-        ),
+        make_of("import aomc_sky as a; f = Flat(); f.lower = lambda nm: a.UniformSky().lower([1.0]); return f"),
         "lower() gives 1 strengths for 4 wavelengths",
     ),
     "dark": (make_of("return Flat(0.0)"), "is dark at 400 nm, but 0.26 of the light there is diffuse"),
@@ -108,15 +95,13 @@ def test_a_broken_model_gets_one_sentence(install, code, reason):
     assert "\n" not in message
 
 
-def test_the_command_line_says_it_without_a_traceback_unless_it_is_asked(install, capsys, tmp_path):
+def test_the_command_line_says_it_without_a_traceback_unless_it_is_asked(install, told, tmp_path):
     install(make_of("return 1 / 0"))
     words = ["run", str(SCENE), "--sky", "dark", "--out", str(tmp_path / "out"), "-q"]
-    assert main(words) == 4
-    shown = capsys.readouterr().err
+    shown = told(*words, code=4).err
     assert "Traceback" not in shown
     assert shown.endswith("      = -v shows where in that package\n")
-    assert main([*words, "-v"]) == 4
-    shown = capsys.readouterr().err
+    shown = told(*words, "-v", code=4).err
     assert "ZeroDivisionError" in shown.partition("aomc-sky: error")[0]
     assert "return 1 / 0" in shown
 
@@ -149,11 +134,10 @@ def test_a_model_that_depends_on_the_wavelength_has_its_masses_in_every_band(ins
         assert -source.photons(band).uz.mean(dtype=float) == pytest.approx((k + 2) / (k + 3), abs=1e-4)
 
 
-def test_a_broken_or_noisy_package_spoils_no_list_of_the_others(install, capsys):
+def test_a_broken_or_noisy_package_spoils_no_list_of_the_others(install, told):
     install("raise BaseException('no licence')", name="broken", distribution="broken-skies")
     install("print('welcome')\n" + GOOD)
-    assert main(["info", "--skies", "--json"]) == 0
-    shown = capsys.readouterr()
+    shown = told("info", "--skies", "--json")
     listed = json.loads(shown.out)
     assert [one["name"] for one in listed["skies"] if one["distribution"] != "aomc-sky"] == ["dark"]
     assert "BaseException: no licence; this is a fault of broken-skies" in listed["refused"][0]
@@ -164,10 +148,9 @@ def test_a_broken_or_noisy_package_spoils_no_list_of_the_others(install, capsys)
 
 
 @pytest.mark.parametrize("name", ["perez", "direct", "field", "table"])
-def test_our_names_are_ours(install, name, capsys):
+def test_our_names_are_ours(install, name, told):
     install(GOOD, name=name, distribution="evil-skies", version="6.6")
-    assert main(["info", "--skies"]) == 0
-    assert f"note: evil-skies 6.6 has a sky model '{name}', a name of aomc-sky's own" in capsys.readouterr().out
+    assert f"note: evil-skies 6.6 has a sky model '{name}', a name of aomc-sky's own" in told("info", "--skies").out
     assert "plugin" not in sky.read_scene(SCENE, sky="perez").options
     if name != "perez":
         with pytest.raises(sky.UsageError, match=r"evil-skies 6\.6 has a sky model"):
@@ -194,11 +177,7 @@ def test_an_unknown_name_gets_the_nearest_and_all_there_are(install):
 
 IN_SKY_TOML = {
     "unknown": ('model = "dark"\nlevl = 2.0\n', "3:1: error[E702]", "no option 'levl'; the nearest is level"),
-    "ours-misspelt": (
-        'model = "dark"\ndifuse_irradiance = [1.0]\n',
-        "3:1: error[E702]",
-        "the nearest is diffuse_irradiance",
-    ),
+    "ours-misspelt": ('model = "dark"\ndifuse_irradiance = [1.0]\n', "3:1: error[E702]", "is diffuse_irradiance"),
     "value": ('other = 1\nmodel = "dark"\nlevel = 3.0\n', "4:9: error[E704]", "refuses what it is given: level is 3.0"),
     "name": ('model = "drak"\nlevel = 1.0\n', "2:9: error[E704]", "there is no sky model 'drak'; the nearest is dark"),
 }
@@ -238,37 +217,20 @@ def test_options_without_a_model_of_others(capsys):
     assert "--sky-option a is given twice" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    ("text", "value"),
-    [
-        ("level=2", 2),
-        ("level=[1, 2]", [1, 2]),
-        ("level=clear", "clear"),
-        ("level=1\nother=2", "1\nother=2"),
-        ("level=", ""),
-    ],
-)
-def test_values_on_the_command_line_are_those_of_toml(text, value):
+VALUES = {"level=2": 2, "level=[1, 2]": [1, 2], "level=clear": "clear", "level=1\nother=2": "1\nother=2", "level=": ""}
+
+
+@pytest.mark.parametrize("text", VALUES)
+def test_values_on_the_command_line_are_those_of_toml(text):
     from aomc_sky.cli.options import _sky_option
 
-    assert _sky_option(text) == ("level", value)
+    assert _sky_option(text) == ("level", VALUES[text])
 
 
 def test_options_that_no_manifest_can_hold(install):
     install(GOOD)
     with pytest.raises(sky.UsageError, match=r"option other of a sky model must be a number.* got object"):
         sky.read_scene(SCENE, sky="dark", sky_options={"other": object()})
-
-
-def test_our_own_names_start_no_search(monkeypatch):
-    searches = []
-    monkeypatch.setattr("aomc_sky.formats.sky_models.entry_points", lambda **group: searches.append(group) or ())
-    sky.read_scene(SCENE, sky="uniform")
-    sky.read_scene(SCENE)
-    assert searches == []
-    with pytest.raises(sky.UsageError):
-        sky.read_scene(SCENE, sky="nobody's")
-    assert searches == [{"group": "aomc_sky.sky_models"}]
 
 
 def test_rayleighs_pattern_on_the_sky_of_another_package(install, scene_with):
@@ -293,3 +255,14 @@ def test_rayleighs_pattern_on_the_sky_of_another_package(install, scene_with):
     assert sky.weather_scene(**{**how, "sky": "own"}).components[1].stokes is not None
     with pytest.raises(sky.UsageError, match="is polarised already"):
         sky.weather_scene(**{**how, "sky": "own"}, polarisation=pattern)
+
+
+def test_our_own_names_start_no_search(monkeypatch):
+    searches = []
+    monkeypatch.setattr("aomc_sky.formats.sky_models.entry_points", lambda **group: searches.append(group) or ())
+    sky.read_scene(SCENE, sky="uniform")
+    sky.read_scene(SCENE)
+    assert searches == []
+    with pytest.raises(sky.UsageError):
+        sky.read_scene(SCENE, sky="nobody's")
+    assert searches == [{"group": "aomc_sky.sky_models"}]

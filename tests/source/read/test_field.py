@@ -9,6 +9,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.cli.main import main
+from tests.support.fields import field_of
 from tests.support.shared import REPOSITORY
 
 xarray = pytest.importorskip("xarray")
@@ -16,20 +17,10 @@ pytest.importorskip("h5netcdf")
 
 ZENITH, AZIMUTH, NM = np.linspace(4.5, 85.5, 10), np.arange(10.0, 360.0, 20.0), [390.0, 460.0, 555.0, 670.0]
 VALUES = np.random.default_rng(3).lognormal(size=(4, 10, 18))
-NORTH = {"units": "degree", "azimuth_convention": "enu_from_east"}
 
 
-def field(values=VALUES, wavelength_nm=NM, azimuth=NORTH):
-    return xarray.DataArray(
-        values,
-        dims=("wavelength", "zenith", "azimuth"),
-        coords={
-            "wavelength": ("wavelength", wavelength_nm, {"units": "nm"}),
-            "zenith": ("zenith", ZENITH, {"units": "degree"}),
-            "azimuth": ("azimuth", AZIMUTH, azimuth),
-        },
-        name="radiance",
-    )
+def field(values=VALUES, wavelength_nm=NM):
+    return field_of(values, ZENITH, AZIMUTH, wavelength_nm, azimuth={"azimuth_convention": "enu_from_east"})
 
 
 def scene_folder(folder, toml='[sky]\ntable = "field.nc"\n', made=None, scene="perez_sky"):
@@ -84,26 +75,16 @@ def test_with_flag_1_it_replaces_the_sky_file_and_an_option_wins_over_it(tmp_pat
     assert "field" not in uniform.options
 
 
-def test_weather_splits_beam_and_sky_without_difcol(tmp_path):
-    path = scene_folder(tmp_path, toml='[perez]\ndni = 500\ndhi = 100\nspectrum = "flat"\n[sky]\ntable = "field.nc"\n')
-    (tmp_path / "difcol.inp").unlink()
-    scene = sky.read_scene(path)
-    sun = np.deg2rad(scene.options["sun"]["zenith_deg"])
-    direct = 500 * np.cos(sun)
-    assert scene.components[0].strength == pytest.approx(direct / (direct + 100))
-
-
 def test_absolute_units_and_backgrounds_stand_beside_it(tmp_path):
     toml = '[sky]\ntable = "field.nc"\ndiffuse_irradiance = [0.4, 0.3, 0.2, 0.1]\n'
     scene = sky.read_scene(scene_folder(tmp_path, toml=toml))
     np.testing.assert_allclose(scene.irradiance.of_component[:, 1], [0.4, 0.3, 0.2, 0.1])
 
 
-def test_run_validate_and_info(tmp_path, capsys):
+def test_run_validate_and_info(tmp_path, told):
     path = scene_folder(tmp_path)
     assert main(["validate", str(tmp_path)]) == 0
-    assert main(["info", str(path)]) == 0
-    assert "table: " in capsys.readouterr().out
+    assert "table: " in told("info", path).out
     out = tmp_path / "out"
     assert main(["run", str(path), "--iterations", "5000", "--out", str(out), "--quiet"]) == 0
     assert main(["verify", str(out)]) == 0

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
+from tests.support.fields import field_of
 from tests.support.scenes import copy_scene
 
 xarray = pytest.importorskip("xarray")
@@ -28,18 +29,10 @@ def middles(bounds):
 
 
 def as_field(values=VALUES, grid=GRID, *, are_means=True):
-    degrees = {"units": "degree", "azimuth_convention": "enu_from_east"}
-    zenith_attrs, azimuth_attrs = ({"bounds": f"{name}_bounds"} if are_means else {} for name in ("zenith", "azimuth"))
-    return xarray.DataArray(
-        values,
-        dims=("wavelength", "zenith", "azimuth"),
-        coords={
-            "wavelength": ("wavelength", NM, {"units": "nm"}),
-            "zenith": ("zenith", middles(grid.zenith_bounds_deg), degrees | zenith_attrs),
-            "azimuth": ("azimuth", middles(grid.azimuth_bounds_deg), degrees | azimuth_attrs),
-        },
-        name="radiance",
-    )
+    zenith, azimuth = ({"bounds": f"{name}_bounds"} if are_means else {} for name in ("zenith", "azimuth"))
+    both = {"azimuth_convention": "enu_from_east"}
+    middle = middles(grid.zenith_bounds_deg), middles(grid.azimuth_bounds_deg)
+    return field_of(values, *middle, NM, zenith=both | zenith, azimuth=both | azimuth)
 
 
 def write_field(path):
