@@ -45,7 +45,9 @@ def test_lines_that_change_the_light_are_refused(table, line, why):
     "line",
     [
         "# travelled from Kiel to Bergen",
-        "# image of 1000 x 1000 pixels",
+        "# Direction of travel of the ship: 120 degrees",
+        "# Radiance image of 1000 x 1000 pixels",
+        "# radiance values up to max 1000",
         "# log of station 7",
         "# Azimut (deg)",
         "# ship log: radiance sensor 5",

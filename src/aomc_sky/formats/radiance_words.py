@@ -84,7 +84,8 @@ FROM_HORIZON = re.compile(r"\b(?:elevation|altitude|horizon|nadir)\b", re.I)
 """Words of a text on angles that are no zenith angles."""
 STATED_FACTOR = re.compile(
     r"\b(?:multiplied|divided|scaled?|scaling|factor)\b"
-    r"|\b(?:radiances?|values)\b[^.;:]{0,40}?(?:[x*\N{MULTIPLICATION SIGN}]|\btimes) ?1(?:0{2,}|0 ?\^|e[-+]?\d)",
+    r"|\b(?:radiances?|values)\b[^.;:]{0,40}?(?<!\d)(?<!\d )(?:\b(?:x|times)|[*\N{MULTIPLICATION SIGN}])"
+    r" ?1(?:0{2,}|0 ?\^|e[-+]?\d)",  # no 1000 x 1000 pixels
     re.I,
 )
 """Words of a text on radiances that are in another unit than the one stated."""
@@ -100,6 +101,7 @@ SAY_FACTOR = "write the factor as a part of the unit: --radiance-unit '10^-3 W m
 
 _TRAVEL = re.compile(r"\b(?:propagat\w+|travel\w*)\b", re.I)
 _OF_LIGHT = re.compile(r"\b(?:directions?|angles?|zeniths?|azimuths?|vectors?)\b", re.I)
+_OF_OTHERS = re.compile(r"\b(?:ship|vessel|boat|aircraft)\b", re.I)
 SAY_COMES_FROM = (
     "write the directions that light comes from: 180 degrees minus the zenith angle, the azimuth plus 180 degrees, and "
     "clear this text"
@@ -109,7 +111,7 @@ SAY_COMES_FROM = (
 def travel_of(text: str) -> str:
     """The word of a text that says that its directions are those that light goes to, or an empty text."""
     for sentence in re.split(r"[.;](?:\s|\Z)", text.replace("_", " ")):
-        if (found := _TRAVEL.search(sentence)) and _OF_LIGHT.search(sentence):
+        if (found := _TRAVEL.search(sentence)) and _OF_LIGHT.search(sentence) and not _OF_OTHERS.search(sentence):
             return found[0]
     return ""
 
