@@ -15,6 +15,7 @@ from tests.support.shared import REPOSITORY
 CODE = ("c", "fortran", "cuda", "python")
 
 
+@pytest.mark.slow
 @needs("gcc", "gfortran")
 def test_readme(tmp_path):
     pytest.importorskip("pvlib")
@@ -132,6 +133,7 @@ def test_page_of_hosts_builds_all_that_it_shows():
     assert [name for name in names if name != "kernel.cu" and name not in built] == []
 
 
+@pytest.mark.slow
 def test_page_of_the_atmosphere(tmp_path):
     assert carry_out("models/atmosphere.md", tmp_path) == 1
 

@@ -133,9 +133,16 @@ def test_wrong_arguments():
 
 
 @needs_jit
-@pytest.mark.parametrize(("way", "k"), [(WAYS[3], 3), pytest.param(WAYS[1], 1, marks=pytest.mark.slow)])
-def test_inside_a_loop_of_numba(way, k):
-    made = source("everything", **options(way))
+@pytest.mark.parametrize(
+    ("name", "way", "k"),
+    [
+        ("table", WAYS[3], 3),
+        pytest.param("everything", WAYS[3], 3, marks=pytest.mark.slow),
+        pytest.param("everything", WAYS[1], 1, marks=pytest.mark.slow),
+    ],
+)
+def test_inside_a_loop_of_numba(name, way, k):
+    made = source(name, **options(way))
     sampler = made.numba_sampler(1, numbers=k)
     sample = sampler.sample
 

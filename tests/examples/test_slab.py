@@ -136,6 +136,7 @@ class TestNumbers:
         truth = (1 - layer.fresnel(np.cos(np.deg2rad(40)), INDEX)) * np.exp(-np.array(self.DEPTHS) / mu)
         assert np.max(deviations(self.shares(absorbing(1.5), 1)[0], truth, N)) < 0.05
 
+    @pytest.mark.slow
     def test_the_same_light_in_turbid_water(self, slanting):
         water = turbid(1.5, 0.6, asymmetry=0.5)
         chance = transport.simulate(slanting, N, water, KEY, self.DEPTHS)

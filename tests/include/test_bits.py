@@ -53,7 +53,7 @@ def test_whole_matrix(name, precision, order, placement, flags, compiler):
     compare(built(flags, compiler), source, 50_021)
 
 
-SOLVED = ("eclipse", "twilight")  # their light is computed for ten seconds
+LONG = ("eclipse", "twilight", "light_polluted")  # their light is computed for about ten seconds
 
 
 def scenes_of_inputs():
@@ -63,7 +63,7 @@ def scenes_of_inputs():
 
 @pytest.mark.parametrize(
     "name",
-    [pytest.param(n, marks=pytest.mark.slow) if n in SOLVED else n for n in scenes_of_inputs()],
+    [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in scenes_of_inputs()],
 )
 @pytest.mark.filterwarnings("ignore::aomc_sky.InputWarning", "ignore::aomc_sky.ModelLimitWarning")
 def test_scenes_of_inputs(name):

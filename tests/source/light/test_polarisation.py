@@ -26,7 +26,7 @@ def weather(**how):
     return sky.weather_scene(wavebands=NM, n_photons=1000, **how)
 
 
-@pytest.mark.parametrize("name", NAMED)
+@pytest.mark.parametrize("name", ["cie", pytest.param("harrison-coombes", marks=pytest.mark.slow)])
 def test_a_named_sky_has_the_plan_of_the_sky_that_is_made(name, tmp_path, capsys):
     make, options = NAMED[name]
     made = make(**SUN, **options, polarisation=PATTERN)
