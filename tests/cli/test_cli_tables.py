@@ -87,6 +87,7 @@ def lines(monkeypatch):
     return made
 
 
+@pytest.mark.slow
 def test_every_table_of_the_command_line(tmp_path, capsys, monkeypatch, lines, skies_site):
     pytest.importorskip("h5py")
     monkeypatch.syspath_prepend(skies_site)

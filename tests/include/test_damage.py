@@ -231,7 +231,7 @@ def test_every_code_has_a_sentence():
     assert (built().message(0), built().message(-99)) == ("no error", "an unknown code")
 
 
-@pytest.mark.parametrize("precision", ["float32", "float64"])
+@pytest.mark.parametrize("precision", ["float32", pytest.param("float64", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("name", SCENES)
 def test_witnesses_find_a_compiler_that_contracts(name, precision):
     if not _has_fma():
@@ -242,9 +242,16 @@ def test_witnesses_find_a_compiler_that_contracts(name, precision):
     assert code_of(data, contracting) == "ok"  # the header's own pragma
 
 
-def test_fast_math_is_found(data):
-    for flags in ("-O2 -ffast-math", "-O1 -funsafe-math-optimizations", f"-O1 -ffast-math {FLAGS_OF_HOST}"):
-        assert code_of(data, flags) == "ARITHMETIC"
+@pytest.mark.parametrize(
+    "flags",
+    [
+        "-O2 -ffast-math",
+        pytest.param("-O1 -funsafe-math-optimizations", marks=pytest.mark.slow),
+        pytest.param(f"-O1 -ffast-math {FLAGS_OF_HOST}", marks=pytest.mark.slow),
+    ],
+)
+def test_fast_math_is_found(data, flags):
+    assert code_of(data, flags) == "ARITHMETIC"
 
 
 def test_a_witness_that_differs_is_found(data):

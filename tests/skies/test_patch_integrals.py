@@ -84,7 +84,7 @@ def wedges(seed, n=16):
     return light, exact
 
 
-@pytest.mark.parametrize("shape", [(9, 36), (30, 120)])
+@pytest.mark.parametrize("shape", [(9, 36), pytest.param((30, 120), marks=pytest.mark.slow)])
 def test_meridians_and_parallels_of_jumps_are_found(shape, monkeypatch):
     """Corners and margins that no point of the rule sees: 0.3.0 was off by 1.3e-4, and claimed 1e-13."""
     grid = sky.PatchGrid.regular(*shape)
