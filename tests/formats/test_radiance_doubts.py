@@ -26,6 +26,7 @@ def table(tmp_path):
     [
         ("# angles describe the direction of light propagation", "those that light goes to"),
         ("# zenith: where the photon travels", "those that light goes to"),
+        ("# directions of travel of light, seen from the ship", "those that light goes to"),
         ("# radiances x 1000", "'radiances x 1000' besides the unit"),
         ("# values times 10^3", "'values times 10^' besides the unit"),
         ("# log10 of the radiances", "are these logarithms"),

@@ -99,9 +99,8 @@ MOST_SAID = 1000
 """Characters of a sentence that are looked at: patterns that look ahead are quadratic in its length."""
 SAY_FACTOR = "write the factor as a part of the unit: --radiance-unit '10^-3 W m-2 nm-1 sr-1' (radiance_unit=)"
 
-_TRAVEL = re.compile(r"\b(?:propagat\w+|travel\w*)\b", re.I)
+_TRAVEL = re.compile(r"\b(?:propagat\w+|travel\w*)\b(?! of (?:the |a |our )?(?:ship|vessel|boat|aircraft)\b)", re.I)
 _OF_LIGHT = re.compile(r"\b(?:directions?|angles?|zeniths?|azimuths?|vectors?)\b", re.I)
-_OF_OTHERS = re.compile(r"\b(?:ship|vessel|boat|aircraft)\b", re.I)
 SAY_COMES_FROM = (
     "write the directions that light comes from: 180 degrees minus the zenith angle, the azimuth plus 180 degrees, and "
     "clear this text"
@@ -111,7 +110,7 @@ SAY_COMES_FROM = (
 def travel_of(text: str) -> str:
     """The word of a text that says that its directions are those that light goes to, or an empty text."""
     for sentence in re.split(r"[.;](?:\s|\Z)", text.replace("_", " ")):
-        if (found := _TRAVEL.search(sentence)) and _OF_LIGHT.search(sentence) and not _OF_OTHERS.search(sentence):
+        if (found := _TRAVEL.search(sentence)) and _OF_LIGHT.search(sentence):
             return found[0]
     return ""
 
