@@ -107,7 +107,7 @@ def field_and_bounds(field: Any, variable: str | None) -> tuple[Any, dict[str, A
     """The radiance of an xarray.Dataset with the bounds of its coordinates, or a DataArray, which can have none."""
     if hasattr(field, "data_vars"):
         whole = {name: field.attrs[name] for name in ("azimuth_convention",) if name in field.attrs}
-        texts = _sentences(field.attrs)
+        texts = sentences(field.attrs)
         field, bounds = chosen_field(field, variable)
         field = field.assign_attrs({**whole, **field.attrs, _OF_FILE: ". ".join(texts)})
     else:
@@ -157,7 +157,7 @@ def axis_of(field: Any, role: str, given: str | None, bounds: Mapping[str, Any])
     if "azimuth_convention" in field.attrs and role == "azimuth":
         attributes.setdefault("azimuth_convention", field.attrs["azimuth_convention"])
     if role == "azimuth":
-        attributes[_OF_FILE] = ". ".join(texts_of_field(field))
+        attributes[_OF_FILE] = ". ".join(sentences(field.attrs))
         own = [text for word, text in coordinate.attrs.items() if word not in _ON_AXIS and isinstance(text, str)]
         attributes[_OTHERS] = [text for text in own if speaks_of_azimuths(text, is_comment=True)]
     edges, absent = bounds.get(bounds_name(coordinate)), ""
@@ -173,12 +173,7 @@ def axis_of(field: Any, role: str, given: str | None, bounds: Mapping[str, Any])
     return Axis(name, tuple(map(str, coordinate.dims)), values.ravel(), attributes, edges, absent)
 
 
-def texts_of_field(field: Any) -> list[str]:
-    """What a field, and the dataset that it is of, say in sentences."""
-    return _sentences(field.attrs)
-
-
-def _sentences(attributes: Mapping[str, Any]) -> list[str]:
+def sentences(attributes: Mapping[str, Any]) -> list[str]:
     """Attributes that may be sentences; one whose name is of azimuths is on them."""
     texts = [(str(name).lower(), text) for name, text in attributes.items() if isinstance(text, str)]
     return [

@@ -28,8 +28,8 @@ from aomc_sky.skies.field_axes import (
     azimuths,
     field_and_bounds,
     radiances,
+    sentences,
     stated_unit,
-    texts_of_field,
     wavelengths_nm,
     zenith_deg,
 )
@@ -122,7 +122,7 @@ def has_wavelength(field: Any, variable: str | None = None, given: str | None = 
 def _unit(field: Any, given: str | None, remarks: list[str]) -> float:
     """One unit of the values in W m-2 nm-1 sr-1, 0 for relative ones."""
     stated = stated_unit(field.attrs) if given is None else given
-    if word := next(filter(None, map(travel_of, texts_of_field(field))), ""):
+    if word := next(filter(None, map(travel_of, sentences(field.attrs))), ""):
         message = f"the text of the field speaks of {word!r}: are its directions those that light goes to?"
         raise FieldError(message, SAY_COMES_FROM)
     texts = [str(field.attrs.get(name, ""))[:MOST_SAID] for name in ("long_name", "comment", "description")]
