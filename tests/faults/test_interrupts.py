@@ -73,8 +73,16 @@ def one_call(moment, name):
     return done.stdout.strip()
 
 
+@pytest.fixture
+def interruptible():
+    """A shell starts what it runs in the background with SIGINT ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
 @row(55, "held")
-def test_an_interrupt_waits_for_the_end_of_the_block(fault):
+def test_an_interrupt_waits_for_the_end_of_the_block(fault, interruptible):
     ended = False
     with pytest.raises(KeyboardInterrupt), interrupts_held():  # noqa: PT012 - what it interrupts is the block
         os.kill(os.getpid(), signal.SIGINT)
