@@ -47,6 +47,9 @@
 #elif defined(__AVX__)
 #include <immintrin.h>
 #define SKY_AVX
+#if defined(__AVX2__)
+#define SKY_AVX2
+#endif
 #elif defined(__SSE2__)
 #include <emmintrin.h>
 #define SKY_SSE2
@@ -274,15 +277,46 @@ SKY_APART aomc_sky_words aomc_sky_pair_apart(uint64_t key, uint64_t rank, uint64
     return words;
 }
 
-/* later_words: place in two words, 42 bits each, and the word that decides */
+/* The words of n ranks: a[k] and b[k]. In vectors gcc takes slow products of 64 bits for those of 32 in `pair`, so four
+ * ranks are written out; what is above 32 bits in c never counts. */
+SKY_APART void aomc_sky_pairs(uint64_t key, uint64_t n, const uint64_t *rank, uint64_t band, uint64_t draw,
+    uint64_t *SKY_ALONE a, uint64_t *SKY_ALONE b) {
+    uint64_t k = 0;
+#if defined(SKY_AVX2)
+    const __m256i m0 = _mm256_set1_epi64x(0xD2511F53), m1 = _mm256_set1_epi64x(0xCD9E8D57);
+    const __m256i low = _mm256_set1_epi64x(SKY_LOW);
+    for (; k < (n & ~UINT64_C(3)); k += 4) {
+        __m256i c0 = _mm256_loadu_si256((const __m256i *)(const void *)(rank + k)), c1 = _mm256_srli_epi64(c0, 32);
+        __m256i c2 = _mm256_set1_epi64x((long long)band), c3 = _mm256_set1_epi64x((long long)draw);
+        uint32_t k0 = (uint32_t)key, k1 = (uint32_t)(key >> 32), round;
+        for (round = 0; round < 10; round++, k0 += 0x9E3779B9u, k1 += 0xBB67AE85u) {
+            __m256i p0 = _mm256_mul_epu32(c0, m0), p1 = _mm256_mul_epu32(c2, m1);
+            c0 = _mm256_xor_si256(_mm256_xor_si256(_mm256_srli_epi64(p1, 32), c1), _mm256_set1_epi64x(k0));
+            c2 = _mm256_xor_si256(_mm256_xor_si256(_mm256_srli_epi64(p0, 32), c3), _mm256_set1_epi64x(k1));
+            c1 = p1, c3 = p0;
+        }
+        c0 = _mm256_or_si256(_mm256_slli_epi64(c0, 32), _mm256_and_si256(c1, low));
+        c2 = _mm256_or_si256(_mm256_slli_epi64(c2, 32), _mm256_and_si256(c3, low));
+        _mm256_storeu_si256((__m256i *)(void *)(a + k), c0);
+        _mm256_storeu_si256((__m256i *)(void *)(b + k), c2);
+    }
+#endif
+    for (; k < n; k++) aomc_sky_pair(key, rank[k], band, draw, a + k, b + k);
+}
+
+/* later_words: of the two words of a later trial, the place, 42 bits each, and the word that decides */
+SKY_FORMULA uint64_t aomc_sky_split_off(uint64_t *a, uint64_t *b) {
+    const uint64_t rest = (UINT64_C(1) << 22) - 1;
+    uint64_t word = ((*a & rest) << 22 | (*b & rest)) << 20;
+    *a &= ~rest;
+    *b &= ~rest;
+    return word;
+}
+
 SKY_FORMULA void aomc_sky_later(
     uint64_t key, uint64_t rank, uint64_t band, uint32_t trial, uint64_t *a, uint64_t *b, uint64_t *word) {
-    const uint64_t rest = (UINT64_C(1) << 22) - 1;
-    uint64_t first, second;
-    aomc_sky_pair(key, rank, band, trial, &first, &second);
-    *word = ((first & rest) << 22 | (second & rest)) << 20;
-    *a = first & ~rest;
-    *b = second & ~rest;
+    aomc_sky_pair(key, rank, band, trial, a, b);
+    *word = aomc_sky_split_off(a, b);
 }
 
 /* ---- kernels/cells/order.py ---- */
@@ -570,9 +604,9 @@ SKY_APART void aomc_sky_places_of_cells(
 /* accept_words of Perez and decision_by_rank of lobes: the words that decide trial 0 */
 SKY_FN void aomc_sky_decisions(
     const aomc_sky_source *s, uint64_t m, const uint64_t *rank, int is_lobe, uint64_t *word) {
-    uint64_t j;
+    uint64_t j, other[SKY_BLOCK];
     if (s->by_philox)
-        for (j = 0; j < m; j++) word[j] = aomc_sky_decision(1, s, rank[j], 0);
+        aomc_sky_pairs(s->placement_key, m, rank, s->band, SKY_DRAW_ACCEPT, word, other);
     else if (is_lobe)
         for (j = 0; j < m; j++) word[j] = aomc_sky_decision(0, s, rank[j], 1);
     else
@@ -761,20 +795,15 @@ SKY_FN void aomc_sky_lobe_tries(
     uint64_t k, bits = range[1], mask = (UINT64_C(1) << bits) - 1;
     int kind = aomc_sky_kind(s, lobe), is_named = s->by_philox || trial > 0;
     for (; n % 8 != 0; n++) t->rank[n] = t->rank[n - 1]; /* whole vectors */
-    if (trial > 0) {
-        for (k = 0; k < n; k++)
-            aomc_sky_later(s->placement_key, t->rank[k], s->band, trial, t->first + k, t->second + k, t->word + k);
-    } else {
-        aomc_sky_decisions(s, n, t->rank, 1, t->word);
-        if (s->by_philox)
-            for (k = 0; k < n; k++)
-                aomc_sky_pair(s->placement_key, t->rank[k], s->band, 0, t->first + k, t->second + k);
-        else
-            for (k = 0; k < n; k++) {
-                t->first[k] = s->shifts[0] + t->rank[k] * s->steps[0];
-                t->second[k] = s->shifts[1] + t->rank[k] * s->steps[1];
-            }
-    }
+    if (is_named) aomc_sky_pairs(s->placement_key, n, t->rank, s->band, trial, t->first, t->second);
+    else
+        for (k = 0; k < n; k++) {
+            t->first[k] = s->shifts[0] + t->rank[k] * s->steps[0];
+            t->second[k] = s->shifts[1] + t->rank[k] * s->steps[1];
+        }
+    if (trial == 0) aomc_sky_decisions(s, n, t->rank, 1, t->word);
+    else
+        for (k = 0; k < n; k++) t->word[k] = aomc_sky_split_off(t->first + k, t->second + k);
     if (is_named)
         for (k = 0; k < n; k++) t->bin[k] = t->first[k] >> (64 - bits);
     else
@@ -1301,6 +1330,7 @@ AOMC_SKY_HOST_API const char *aomc_sky_message(int64_t code) {
 #undef SKY_ALONE
 #undef SKY_APART
 #undef SKY_AVX
+#undef SKY_AVX2
 #undef SKY_BLOCK
 #undef SKY_CHUNK
 #undef SKY_COLUMN
@@ -1762,14 +1792,13 @@ SKY_FORMULA uint64_t SKY_(ring_offset)(const SKY_F *p, uint64_t j) {
 
 /* _places_by_rank and _places_by_philox, with the slopes */
 SKY_APART void SKY_(places)(const aomc_sky_source *s, uint64_t m, SKY_(columns) *c) {
-    uint64_t j, a, b, shift_u = s->shifts[0], shift_v = s->shifts[1], step_u = s->steps[0], step_v = s->steps[1];
-    if (s->by_philox)
-        for (j = 0; j < m; j++) {
-            aomc_sky_pair(s->placement_key, c->rank[j], s->band, 0, &a, &b);
-            c->u[j] = SKY_(unit)(a);
-            c->v[j] = SKY_(unit)(b);
-        }
-    else if (!s->has_wide_ranks)
+    uint64_t j, shift_u = s->shifts[0], shift_v = s->shifts[1], step_u = s->steps[0], step_v = s->steps[1];
+    if (s->by_philox) {
+        uint64_t a[SKY_BLOCK], b[SKY_BLOCK];
+        aomc_sky_pairs(s->placement_key, m, c->rank, s->band, 0, a, b);
+        for (j = 0; j < m; j++) c->u[j] = SKY_(unit)(a[j]);
+        for (j = 0; j < m; j++) c->v[j] = SKY_(unit)(b[j]);
+    } else if (!s->has_wide_ranks)
         for (j = 0; j < m; j++) {
             uint32_t rank = (uint32_t)c->rank[j];
             c->u[j] = SKY_(unit)(shift_u + aomc_sky_times(rank, step_u));
@@ -1910,7 +1939,7 @@ SKY_FN void SKY_(collect)(const aomc_sky_source *s, uint64_t n, const uint32_t *
 /* Parameters of chosen photons again, and their directions by a later trial. */
 SKY_FN void SKY_(again)(const aomc_sky_source *s, uint64_t n, uint32_t trial, const uint32_t *chosen,
     const SKY_(columns) *c, SKY_(tries) *t) {
-    uint64_t k, a, b;
+    uint64_t k, a[SKY_CHUNK], b[SKY_CHUNK];
     for (k = 0; k < n; k++) {
         uint32_t j = chosen[k];
         t->place[k] = s->place[c->cell[j]];
@@ -1919,10 +1948,11 @@ SKY_FN void SKY_(again)(const aomc_sky_source *s, uint64_t n, uint32_t trial, co
         t->bound[k] = s->perez_bound[c->cell[j]];
     }
     SKY_(parameters_of_block)(n, s->words, t->place, t->p);
+    aomc_sky_pairs(s->placement_key, n, t->rank, s->band, trial, a, b);
     for (k = 0; k < n; k++) {
-        aomc_sky_later(s->placement_key, t->rank[k], s->band, trial, &a, &b, t->word + k);
-        t->u[k] = SKY_(unit)(a);
-        t->v[k] = SKY_(unit)(b);
+        t->word[k] = aomc_sky_split_off(a + k, b + k);
+        t->u[k] = SKY_(unit)(a[k]);
+        t->v[k] = SKY_(unit)(b[k]);
     }
     for (k = 0; k < n; k++) t->scale[k] = SKY_(tilted)(t->u + k, t->v + k, t->tilt[k]);
     SKY_(cells)(s->azimuth_kernel == AOMC_SKY_IN_MU ? AOMC_SKY_ANY_WIDTH
@@ -2134,16 +2164,17 @@ SKY_FN int64_t SKY_(range)(
 SKY_FN void SKY_(number_range)(const aomc_sky_source *s, uint64_t start, uint64_t n, SKY_F *n1, SKY_F *n2, SKY_F *n3) {
     uint64_t lo, j, m;
     for (lo = 0; lo < n; lo += m) {
-        uint64_t rank[SKY_BLOCK];
+        uint64_t rank[SKY_BLOCK], a[SKY_BLOCK], b[SKY_BLOCK];
         int c;
         m = n - lo < SKY_BLOCK ? n - lo : SKY_BLOCK;
         aomc_sky_ranks(s, start + lo, m, rank);
         for (c = 0; c < 3; c++) {
             SKY_F *out = c == 0 ? n1 : c == 1 ? n2 : n3;
-            uint64_t shift = s->number_shifts[c], step = s->number_steps[c];
+            uint64_t shift = s->number_shifts[c], step = s->number_steps[c], *word = c == 1 ? b : a;
+            if (s->by_philox && c != 1) aomc_sky_pairs(s->position_key, m, rank, s->band, c == 2 ? 2 : 1, a, b);
             if (!out) continue;
             if (s->by_philox)
-                for (j = 0; j < m; j++) out[lo + j] = SKY_(unit)(aomc_sky_number_word(s, rank[j], c));
+                for (j = 0; j < m; j++) out[lo + j] = SKY_(unit)(word[j]);
             else
                 for (j = 0; j < m; j++) out[lo + j] = SKY_(unit)(shift + rank[j] * step);
         }
