@@ -44,6 +44,25 @@ def test_info_of_a_background_as_json(told):
     assert facts["curves"][1]["greatest"] == 10.0
 
 
+@pytest.mark.parametrize(
+    ("path", "words", "message"),
+    [
+        (INPUTS / "atmosphere/hazy.atmo", ["--iterations", "777"], "--iterations is for a scene; "),
+        (INPUTS / "night_sky/night.h5", ["--sky", "uniform"], "--sky is for a scene; "),
+        (INPUTS / "night_sky/night.h5", ["--row", "3"], "--row is for a scene; "),
+        (INPUTS / "sparse_sky", ["--wavelengths", "500"], "--wavelengths is for a run without files or a measured sky"),
+        (INPUTS / "sparse_sky", ["--animation", "a"], "--animation is for a background sky; "),
+    ],
+)
+def test_options_that_a_path_cannot_use(path, words, message, told):
+    assert message in told("info", path, *words, code=2).err
+
+
+def test_info_of_a_measured_sky_has_the_wavebands_of_run(told):
+    words = [INPUTS / "measured/sky.csv", "--wavelengths", "500", "--json"]
+    assert json.loads(told("info", *words).out)["wavebands"] == [500.0]
+
+
 def test_names_from_a_file_do_not_disturb_a_terminal(tmp_path, told):
     pytest.importorskip("h5py")
 

@@ -35,6 +35,14 @@ def test_values_of_a_clear_sky(capsys):
     assert found["warnings"] == []
 
 
+@pytest.mark.parametrize(
+    ("words", "b", "azimuth"), [("-1 -3e-1 10 -3. .45", -0.3, "-9e1"), ("0 0 0 0 -.5", 0.0, "-90.")]
+)
+def test_negative_numbers_in_every_spelling(words, b, azimuth, capsys):
+    found = shown(capsys, "--sun-zenith", "40", "--coefficients", *words.split(), "--sun-azimuth", azimuth)
+    assert (found["coefficients"]["b"], found["sun_azimuth_deg"]) == (b, 270.0)
+
+
 def test_what_is_limited_is_said_and_strict_refuses_it(told):
     words = ["perez", "--sun-zenith", "60", "--epsilon", "1.0", "--delta", "0.9"]
     said = told(*words)

@@ -337,6 +337,7 @@ def test_photons_from_dark_zones(verify):
         (f"--scene {SCENE} --waveband 9", "waveband 9 is not in this scene"),
         (f"--scene {SCENE} --waveband 1 --waveband 2", "give one --waveband"),
         (f"--scene {SCENE} --waveband 1 --resample 0.5", "--resample"),
+        (f"--scene {SCENE} --waveband 1 --resample 0", "--resample"),
         ("", "--scene AMC_INP"),
     ],
 )

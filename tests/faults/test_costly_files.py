@@ -105,6 +105,10 @@ def test_rows_of_a_file_with_doubts_take_the_short_way_too(fault, tmp_path, monk
     table = skydist.read_skydist(path)
     assert table.radiance.sum() == 2.5
     assert len(scanned) < 10
+    path.write_text("6 2 1 1\n550\n" + "1 1 0 2.5\n" * 5000)  # rows beyond a wrong count are counted the short way
+    with pytest.raises(InputFileError, match="the header says 6 rows, the file has 5000"):
+        skydist.read_skydist(path)
+    assert len(scanned) < 20
 
 
 class Endless(io.RawIOBase):

@@ -49,6 +49,8 @@ class Parser(argparse.ArgumentParser):
         self.color = False  # the streams of a command would escape the colours of Python 3.14
         self._positionals.title = "arguments"
         self._first: tuple[str, ...] = ()
+        # argparse of Python 3.11 takes -3. and -1e-3 for options
+        self._negative_number_matcher = re.compile(r"-\.?\d")
 
     def show_first(self, names: str) -> None:
         """``--help`` shows only these options, in this order; ``--help-all`` shows all of them in groups."""

@@ -119,6 +119,7 @@ def test_what_was_limited_is_told(arguments: dict[str, object], words: str) -> N
     [
         {"coefficients": [-2.0, 0.0, 0.0, 0.0, 0.0]},
         {"coefficients": [0.0, 0.0, -5.0, 0.0, 0.0]},
+        {"coefficients": [-1.0, 1.0, 0.0, 0.0, 0.0]},
     ],
 )
 def test_a_sky_without_light_is_an_error(arguments: dict[str, object]) -> None:

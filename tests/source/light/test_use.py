@@ -66,6 +66,19 @@ def test_a_sky_without_a_beam_has_no_warning_of_its_share(tmp_path):
     assert any("is left out" in note for note in scene.notes)
 
 
+def test_a_waveband_that_has_only_the_beam_is_dark_without_it(tmp_path):
+    with pytest.raises(sky.SceneError, match=r"difcol[.]inp., and diffuse_only=True leaves"):
+        sky.read_scene(INPUTS / "beam_only", diffuse_only=True)
+    with pytest.raises(sky.SceneError, match="all light is direct"):
+        sky.weather_scene(wavebands=[443.0], sun_zenith_deg=40.0, dni=800, dhi=0, sky="overcast", diffuse_only=True)
+    amc = copy_scene("sun_and_sky", tmp_path)
+    (amc.parent / "difcol.inp").write_text("5\n1 1\n.5 1\n.5 1\n.5 1\n.5 1\n")
+    amounts = {"perez": {"dni": 800.0, "dhi": 100.0}, "diffuse_only": True}
+    with pytest.raises(sky.SceneError, match="waveband 1 at 400 nm has no light"):
+        sky.read_scene(amc, **amounts)
+    assert len(sky.read_scene(amc, **amounts, wavebands=[2]).components) == 1
+
+
 def test_a_perez_sky_of_a_cloudless_day_has_the_sun_of_the_day():
     pytest.importorskip("pvlib")
     place = {"time": "2026-01-03T12:00Z", "latitude_deg": 20.0, "longitude_deg": 0.0}

@@ -160,6 +160,11 @@ def test_contradictions(options):
             sky.read_scene(INPUTS / "sparse_sky", **options)
 
 
+def test_a_uniform_sky_has_the_weighting_of_the_program_with_compat_alone():
+    with pytest.raises(sky.UsageError, match="a sky model has 'projected' or 'solid-angle'"):
+        sky.read_scene(INPUTS / "sparse_sky", sky="uniform", weighting="aomc")
+
+
 @pytest.mark.parametrize("options", [{"bins": "degrees"}, {"azimuth_bins": "n"}])
 def test_words_on_skydist_are_accepted_where_a_model_is_the_sky(options):
     scene, plain = (sky.read_scene(INPUTS / "perez_sky", **o) for o in (options, {}))

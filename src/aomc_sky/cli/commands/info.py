@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Iterable, Mapping
+from functools import partial
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,7 +26,7 @@ _INSTEAD = """\
 """
 _LOBES = """\
 lobes of a background sky at one --time:
---wavelength --wavelengths NM...  with blanks or commas; default: those of the spectra
+--wavelength --wavelengths NM...  with blanks or commas; default: those of the spectra; of a measured sky, its wavebands
 """
 
 
@@ -78,7 +79,22 @@ def info(arguments: argparse.Namespace) -> int:
         Kind.ATMOSPHERE: _atmosphere,
         Kind.BACKGROUND: report_background,
     }
-    return reports.get(kind_of(path) or Kind.SCENE, _scene)(arguments, path)
+    kind = kind_of(path) or Kind.SCENE
+    _refuse_idle_options(arguments, kind, is_scene=kind not in reports)
+    return reports.get(kind, _scene)(arguments, path)
+
+
+def _refuse_idle_options(arguments: argparse.Namespace, kind: Kind, *, is_scene: bool) -> None:
+    """Refuse options that do not apply to this kind of path."""
+    of_lobes = cli_options.given_options(arguments, partial(cli_options.add_background_options, more=""))
+    of_lobes += ["--wavelengths"] * (arguments.wavelength is not None and not is_scene)
+    of_scenes = cli_options.given_options(arguments, cli_options.add_reading_options, cli_options.add_moment_options)
+    for option in of_lobes if kind is not Kind.BACKGROUND else ():
+        raise UsageError(f"{option} is for {Kind.BACKGROUND.value}; {arguments.path} is {kind.value}")
+    for option in of_scenes if not is_scene else ():
+        is_used = option == "--time" and kind is Kind.BACKGROUND
+        if not is_used and option not in ("--strict", "--max-memory", "--allow-path"):
+            raise UsageError(f"{option} is for {Kind.SCENE.value}; {arguments.path} is {kind.value}")
 
 
 def _skies(arguments: argparse.Namespace) -> int:
@@ -169,6 +185,7 @@ def _unfinished(arguments: argparse.Namespace, path: Path) -> int:
 def _scene(arguments: argparse.Namespace, path: Path) -> int:
     from aomc_sky.cli.commands.run import dry_run_text, scene_summary
 
+    arguments.wavelengths = arguments.wavelength  # of a measured sky, as `run` has them
     scene = cli_options.scene_of(arguments, str(path))
 
     def text() -> str:

@@ -94,8 +94,8 @@ def _refuse_mixture(arguments: argparse.Namespace) -> None:
             f"{arguments.path} is {Kind.SOURCE.value}: give the folder of its run, which is made again with it"
         )
     if arguments.scene is not None and not is_folder:
-        for name in ("resample", "statistics"):
-            if getattr(arguments, name):
+        for name, is_given in (("resample", arguments.resample is not None), ("statistics", arguments.statistics)):
+            if is_given:
                 raise UsageError(f"--{name} is for runs: photons of another code have no plan, and are always tested")
         return
     for name in ("method", "frame", "weights"):

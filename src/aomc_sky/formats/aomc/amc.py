@@ -310,7 +310,10 @@ def _checked(reading: _Reading, report: Report) -> int | float | None:
         return None
     if meant is None or meant != value:
         code, message = _difference(reading, value)
-        note(code, message, _example(field, meant), can_downgrade=True)
+        advice = _example(field, meant)
+        if code == "E109" and meant is not None and field.decimals is None and field.is_allowed(value):
+            advice += f", or {value}"  # the digits of 100 000 belong together, those of 12 1 do not
+        note(code, message, advice, can_downgrade=True)
         if report.has_errors and not report.lenient:
             return None
     lenient_thickness = field.name == "layer_thickness_m" and not report.lenient

@@ -6,6 +6,7 @@ import enum
 import math
 import re
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 
 import numpy as np
@@ -126,9 +127,15 @@ def read_skydist(
         report.close()
         raise AssertionError("a head that cannot be read leaves an error")
     radiance, line = read_rows_fast(data, head) or read_rows(split_lines(data), head, report)
-    report.close()
-    declared = _DECLARATION.findall(data, max(0, len(data) - 4096))
+    tail = max(0, len(data) - 4096)
+    declared = _DECLARATION.findall(data, tail)
     bins, values = (word.decode() for word in declared[-1]) if declared else ("", "")
+    for note in _NOTE.finditer(data, tail):
+        if not _DECLARATION.match(note[0]):
+            span = Span(data.count(b"\n", 0, note.start()) + 1, 1, text := split_lines(note[0])[0], len(text))
+            advice = "write # aomc-sky bins=equal|degrees values=radiance|mass, or remove the line"
+            report.at(span, "E305", "this note on bins and values is not understood", advice=advice, can_downgrade=True)
+    report.close()
     for array in (radiance, line, head.wavelength_nm):
         array.flags.writeable = False
     return SkyTable(
@@ -189,6 +196,8 @@ _DECLARATION = re.compile(
     rb"^[ \t]*#[ \t]*aomc-sky[ \t]+bins=(equal|degrees)[ \t]+values=(radiance|mass)[ \t\r]*$", re.M
 )
 
+_NOTE = re.compile(rb"^[ \t]*#[ \t]*aomc-sky[ \t].*\b(?:bins|values)[ \t]*=.*$", re.M)
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class SkyHead:
@@ -232,6 +241,11 @@ def read_head(lines: list[str], n_bytes: int, report: Report, max_memory_bytes: 
     wavelength = _read_wavelengths(waves, report)
     if wavelength is None:
         return None
+    behind = takewhile(lambda word: list_real(word) is not None, waves.rest.replace(",", " ").split())
+    if n_more := len(list(behind)):
+        message = f"the header says {n_table} wavelengths, but there are {n_table + n_more}"
+        advice = f"write {n_table + n_more}, or remove the numbers behind the last wavelength"
+        report.at(record.tokens[3], "E303", message, name=_COUNTS[3], advice=advice, can_downgrade=True)
     return SkyHead(
         n_rows=n_rows,
         n_zenith=n_zenith,
@@ -503,6 +517,10 @@ def _store(
 def _check_count(n_read: int, index: int, scanner: ListScanner, head: SkyHead, report: Report) -> None:
     extra = 0
     while n_read == head.n_rows:
+        if index < len(scanner.lines) and _PLAIN_ROW.match(scanner.lines[index]):  # the scanner takes 10 us for a row
+            extra += 1
+            index += 1
+            continue
         record = scanner.record(index, 4)
         tokens = record.tokens
         is_row = len(tokens) == 4 and all(list_integer(t.word) is not None for t in tokens[:3])

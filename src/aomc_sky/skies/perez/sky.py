@@ -140,12 +140,14 @@ class PerezSky(Share):
             self._warn("dhi is 0, so the sky has no diffuse part")
             return
         share = _share_below_zero(values, self.sun_zenith_rad)
+        may_be_black = share > 0 or self.coefficients is not None  # such as a = -1 with b = 0
+        if may_be_black and (share >= 1 or self.relative_integral <= 0):
+            check = "dhi or Delta" if self.coefficients is None else "a to e"
+            raise SceneError(
+                f"the model's luminance is nowhere positive ({self._inputs()}): this sky is "
+                f"too dark for this sun; check {check}"
+            )
         if share > 0:
-            if share >= 1 or self.relative_integral <= 0:
-                raise SceneError(
-                    f"the model's luminance is nowhere positive ({self._inputs()}): this sky is "
-                    "too dark for this sun; check dhi or Delta"
-                )
             self._warn(f"the luminance is negative over {100 * share:.2g} % of the sky and counts as 0 there")
 
     def _inputs(self) -> str:

@@ -108,13 +108,18 @@ def _sun_and_sky(
     split = _split(inputs, sun, sky, bands, unsaid, path)
     fractions, levels = split.direct_fraction, split.levels
     if inputs.diffuse_only:
-        fractions = np.zeros(bands.n_bands)
+        fractions = (fractions == 1).astype(np.float64)  # a waveband that has only the beam is dark without it
         levels = Levels(diffuse=levels.diffuse)
     intensity = np.ones(bands.n_bands) if inputs.shares is None else inputs.shares.intensity
     lit = intensity > 0
     is_lit = bool(np.any(fractions[lit if lit.any() else slice(None)] < 1))
+    if inputs.diffuse_only and not is_lit:
+        say = inputs.say("{diffuse_only:True}")
+        raise SceneError(
+            f"all light is direct ({_who(split, inputs)}), and {say} leaves the beam out: no light is left"
+        )
     rows = _rows(sky, fractions, bands.wavelength_nm, has_table=is_lit)
-    components = _beam(sun, rows.direct_fraction)
+    components = [] if inputs.diffuse_only else _beam(sun, rows.direct_fraction)
     diffuse, amounts = Diffuse(), split.amounts
     if is_lit:
         if sky.name == "perez" and not amounts.has_set and sun is not None:
@@ -341,13 +346,18 @@ def _split_notes(split: _Split, sky: DiffuseSky | None, inputs: LightInputs, sun
     if sky is None:
         return [f"{split.origin}: all light is direct, so no sky is modelled"]
     if inputs.diffuse_only and fractions.any():
-        who = str(inputs.amounts) if inputs.has_amounts and inputs.shares is None else split.origin
-        return [f"the direct beam of the sun, {_spread(fractions, '.4g')} of the light, is left out ({who})"]
+        beam = _spread(fractions, ".4g")
+        return [f"the direct beam of the sun, {beam} of the light, is left out ({_who(split, inputs)})"]
     hint = ""
     if split.origin == DIFCOL and sky.name == "perez" and inputs.amounts.has_set and sun is not None:
         other = direct_fraction(inputs.amounts, sun)
         hint = "" if other is None else f" ({inputs.amounts.text} alone: {other:.3g})"
     return [f"{split.origin}: direct fraction {_spread(fractions)}{hint}, the rest from {sky}"]
+
+
+def _who(split: _Split, inputs: LightInputs) -> str:
+    """Who says how direct each waveband is."""
+    return str(inputs.amounts) if inputs.has_amounts and inputs.shares is None else split.origin
 
 
 def _spread(values: np.ndarray, form: str = "g") -> str:

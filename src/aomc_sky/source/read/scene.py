@@ -281,15 +281,13 @@ def _sky_of(files: SceneFiles, inputs: LightInputs, reading: Reading) -> tuple[D
 
         require_projected(weighting, "the sky of an atmosphere")
         return partial(atmosphere_light, bands=files.bands, atmosphere=files.atmosphere), {"weighting": "projected"}
-    if weighting not in (None, "projected", "solid-angle", "aomc"):
+    if weighting not in (None, "projected", "solid-angle", *(["aomc"] * bool(compat))):
         raise UsageError(f"weighting {weighting!r} is for sky files; a sky model has 'projected' or 'solid-angle'")
     per_solid_angle = bool(compat) or weighting == "solid-angle"
     options = {"weighting": "solid-angle" if per_solid_angle else "projected"}
     if compat or files.sky == "uniform":
         return uniform_diffuse(per_solid_angle=per_solid_angle), options
     if files.sky_field is not None:
-        if weighting not in (None, "projected", "solid-angle"):
-            raise UsageError(f"a radiance field has weighting 'projected' or 'solid-angle', not {weighting!r}")
         return files.sky_field.diffuse(files.folder, per_solid_angle=per_solid_angle), options
     if files.plugin is not None:
         require_projected(weighting, f"the sky model {files.plugin}")
