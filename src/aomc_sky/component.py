@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import sin_cos_deg
-from aomc_sky.errors import SceneError
+from aomc_sky.errors import SceneError, unmasked
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content
 
@@ -186,7 +186,7 @@ class Component:
         for name in ("strength", "mass", "cell", "weight", "shared", "bounds", "slope", "stokes", "irradiance_W_m2_nm"):
             value = getattr(self, name)
             if value is not None:
-                array = np.ascontiguousarray(value, dtype=np.float64)
+                array = np.ascontiguousarray(unmasked(f"{name} of a component", value), dtype=np.float64)
                 array.flags.writeable = False
                 object.__setattr__(self, name, array)
         n_wl, n_cell = self.mass.shape

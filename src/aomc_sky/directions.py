@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import UsageError, unmasked
 
 C = TypeVar("C")
 
@@ -104,7 +104,10 @@ def to_enu_azimuth_deg(
         if sun_azimuth_deg is None:
             raise UsageError(f"azimuths of {convention.name} count from the sun: give sun_azimuth_deg")
         offset += sun_azimuth_deg
-    turned = np.mod(offset + orientation * np.asarray(azimuth_deg, dtype=np.float64), 360.0)
+    azimuth = np.asarray(unmasked("azimuth_deg", azimuth_deg), dtype=np.float64)
+    if np.any(np.isinf(azimuth)):
+        raise UsageError("azimuth_deg must be finite")
+    turned = np.mod(offset + orientation * azimuth, 360.0)
     return np.where(turned >= 360.0, 0.0, turned)
 
 
@@ -143,7 +146,7 @@ def given_angle(name: str, value: Any, twin: Any, default: float | None = None) 
     if value is not None:
         raise UsageError(f"{name} and {other} are one angle: give one of them")
     try:
-        angle = np.asarray(twin, dtype=np.float64)
+        angle = np.asarray(unmasked(other, twin), dtype=np.float64)
     except (TypeError, ValueError):
         raise UsageError(f"{other} must be numbers, got {twin!r}") from None
     converted = np.rad2deg(angle) if name.endswith("_deg") else np.deg2rad(angle)
@@ -210,7 +213,9 @@ def sin_cos_deg(angle_deg: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
 
     Within 2.5 ulp of the true values for |angle| up to 720.
     """
-    angle = np.asarray(angle_deg, dtype=np.float64)
+    angle = np.asarray(unmasked("an angle", angle_deg), dtype=np.float64)
+    if np.any(np.isinf(angle)):
+        raise UsageError("an angle must be finite")
     quarter = np.rint(angle / 90.0)
     rest = (angle - 90.0 * quarter) / 90.0  # the difference is exact
     s, c = _horner(SIN_QUARTER, rest * rest) * rest, _horner(COS_QUARTER, rest * rest)
@@ -282,7 +287,7 @@ def sky_from_travel(direction: ArrayLike, frame: Frame = Frame.UP) -> tuple[np.n
     >>> print(np.degrees([zenith_rad, azimuth_rad]).round(2))
     [36.87 90.  ]
     """
-    u = np.asarray(direction, dtype=np.float64)
+    u = np.asarray(unmasked("direction", direction), dtype=np.float64)
     cos_z = -u[..., 2] if frame is Frame.UP else u[..., 2]
     zenith = np.arctan2(np.hypot(u[..., 0], u[..., 1]), cos_z)
     azimuth = np.arctan2(-u[..., 1] + 0.0, -u[..., 0] + 0.0)

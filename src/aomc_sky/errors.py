@@ -5,7 +5,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
 Member = TypeVar("Member", bound=enum.Enum)
 
@@ -292,6 +292,15 @@ def require_one_of(allowed: Iterable[str], value: object, name: str) -> None:
     words = list(allowed)
     if value not in words:
         raise UsageError(f"{name} must be one of {', '.join(map(repr, words))}, got {value!r}")
+
+
+def unmasked(name: str, value: Any) -> Any:
+    """Return the numbers of a caller; SceneError if some are masked, because numpy would take those under the mask."""
+    from numpy.ma import is_masked
+
+    if is_masked(value):
+        raise SceneError(f"{name} has masked values; leave these entries out, or fill them with numbers")
+    return value
 
 
 def member_of(kind: type[Member], value: object, name: str) -> Member:

@@ -7,6 +7,7 @@ from dataclasses import InitVar, dataclass
 import numpy as np
 
 from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
+from aomc_sky.errors import unmasked
 from aomc_sky.record import same_content
 from aomc_sky.whole_number import as_index
 
@@ -49,7 +50,7 @@ class PatchGrid:
     def __post_init__(self, zenith_bounds_rad: np.ndarray | None, azimuth_bounds_rad: np.ndarray | None) -> None:
         settle_angles(self, zenith_bounds_deg=zenith_bounds_rad, azimuth_bounds_deg=azimuth_bounds_rad)
         for name in ("zenith_bounds_deg", "azimuth_bounds_deg"):
-            bounds = np.array(getattr(self, name), dtype=np.float64)
+            bounds = np.array(unmasked(name, getattr(self, name)), dtype=np.float64)
             if bounds.ndim != 2 or bounds.shape[1] != 2 or bounds.shape[0] == 0:
                 raise ValueError(f"{name} must have shape (n, 2) with n >= 1, got {bounds.shape}")
             if not np.all(np.isfinite(bounds)) or np.any(bounds[:, 1] < bounds[:, 0]):

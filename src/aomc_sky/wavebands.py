@@ -8,7 +8,7 @@ from dataclasses import KW_ONLY, dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import SceneError, UsageError, unmasked
 from aomc_sky.inputs import in_nm
 from aomc_sky.record import same_content
 from aomc_sky.whole_number import as_index
@@ -56,7 +56,7 @@ class Wavebands:
             if value is None:
                 continue
             try:
-                numbers = np.array(value, dtype=np.float64)
+                numbers = np.array(unmasked(field.name, value), dtype=np.float64)
             except (TypeError, ValueError):
                 raise SceneError(f"{field.name} must be numbers, one for each waveband, got {value!r}") from None
             numbers = numbers.reshape(-1) if numbers.ndim == 0 else numbers

@@ -224,6 +224,31 @@ def test_wrong_calls():
     assert driver.load(REPOSITORY / "LICENSE") == CODES["NOT_OURS"]
 
 
+NO_SOURCE = """#include "aomc_sky.h"
+#define IS_NULL(call) ((call) == AOMC_SKY_NULL)
+int main(void) {
+    float x[3] = {0};
+    aomc_sky_numbers_at(NULL, 0, x);
+    aomc_sky_numbers_at(NULL, 0, NULL);
+    if (aomc_sky_at(NULL, 0).patch != -1 || aomc_sky_at_double(NULL, 0).patch != -1 || x[0] == x[0]) return 1;
+    if (!IS_NULL(aomc_sky_fill(NULL, 0, 1, x, x, x)) || !IS_NULL(aomc_sky_witness(NULL))) return 2;
+    return IS_NULL(aomc_sky_numbers(NULL, 0, 1, x, NULL, NULL)) ? 0 : 3;
+}
+"""
+
+
+@pytest.mark.parametrize("compiler", ["gcc -std=c99", "g++ -std=c++20 -x c++"])
+def test_a_source_that_is_null_has_a_code_and_conversions_do_not_warn(compiler, tmp_path):
+    if shutil.which(compiler.split()[0]) is None:
+        pytest.skip(f"{compiler} not installed")
+    (tmp_path / "use.c").write_text(NO_SOURCE)
+    strict = "-Wall -Wextra -Wconversion -Wsign-conversion -Wcast-qual -Werror -fsanitize=undefined"
+    command = [*compiler.split(), *strict.split(), f"-I{include_dir()}", "use.c", "-o", "use", "-lm"]
+    for step in (command, ["./use"]):
+        done = subprocess.run(step, cwd=tmp_path, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr[-2000:]
+
+
 def test_every_code_has_a_sentence():
     texts = [built().message(code) for code in CODES.values()]
     assert len(set(texts)) == len(CODES) == 15

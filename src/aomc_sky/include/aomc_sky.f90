@@ -1,4 +1,4 @@
-! The photons of aomc-sky from a file, without Python: the functions of aomc_sky.h for Fortran 2008.
+! The photons of aomc-sky from a file, without Python: the functions of aomc_sky.h for Fortran 2018.
 !
 !     cc -O3 -c aomc_sky.c
 !     gfortran -O3 -c aomc_sky.f90

@@ -837,6 +837,7 @@ SKY_FN void aomc_sky_lobe_tries(
 
 /* How many photons a call delivers, or a code. */
 SKY_FN int64_t aomc_sky_due(const aomc_sky_source *s, int precision, int64_t start, int64_t count, int has_arrays) {
+    if (!s) return AOMC_SKY_NULL;
     if (s->precision != precision) return AOMC_SKY_OTHER;
     if (start < 0 || count < 0) return AOMC_SKY_RANGE;
     if (start >= s->n || count == 0) return 0;
@@ -846,14 +847,15 @@ SKY_FN int64_t aomc_sky_due(const aomc_sky_source *s, int precision, int64_t sta
 
 /* ---- photons ---- */
 
-/* Photon i of the band, 0 to n - 1. Of another i, and of a source of float64: NaN, and patch -1. */
+/* Photon i of the band, 0 to n - 1. Of another i, of a source of float64, and of NULL: NaN, and patch -1. */
 AOMC_SKY_API aomc_sky_photon aomc_sky_at(const aomc_sky_source *source, int64_t i) {
     float out[3] = {NAN, NAN, NAN};
     int32_t patch = -1;
     uint32_t words[3];
     uint64_t last;
     aomc_sky_photon p;
-    if (i >= 0 && i < source->n && source->precision == 4) patch = aomc_sky_photon_f32(source, (uint64_t)i, out, NULL);
+    if (source && i >= 0 && i < source->n && source->precision == 4)
+        patch = aomc_sky_photon_f32(source, (uint64_t)i, out, NULL);
     /* in the two registers in which processors return it: through memory it takes as long again */
     memcpy(words, out, sizeof words);
     last = words[2] | (uint64_t)(uint32_t)patch << 32;
@@ -876,7 +878,7 @@ AOMC_SKY_API aomc_sky_photon_double aomc_sky_at_double(const aomc_sky_source *so
     double out[3] = {NAN, NAN, NAN};
     aomc_sky_photon_double p;
     p.patch = -1;
-    if (i >= 0 && i < source->n && source->precision == 8)
+    if (source && i >= 0 && i < source->n && source->precision == 8)
         p.patch = aomc_sky_photon_f64(source, (uint64_t)i, out, NULL);
     p.ux = out[0], p.uy = out[1], p.uz = out[2];
     return p;
@@ -885,15 +887,15 @@ AOMC_SKY_API aomc_sky_photon_double aomc_sky_at_double(const aomc_sky_source *so
 /* The three numbers of photon i, as `numbers=3` gives them in Python: for the first free path and the first
  * scattering. */
 AOMC_SKY_API void aomc_sky_numbers_at(const aomc_sky_source *source, int64_t i, float *out) {
-    int c, is_there = i >= 0 && i < source->n && source->precision == 4;
+    int c, is_there = source && i >= 0 && i < source->n && source->precision == 4;
     uint64_t rank = is_there ? aomc_sky_rank(source, (uint64_t)i) : 0;
-    for (c = 0; c < 3; c++) out[c] = is_there ? aomc_sky_unit_f32(aomc_sky_number_word(source, rank, c)) : NAN;
+    for (c = 0; out && c < 3; c++) out[c] = is_there ? aomc_sky_unit_f32(aomc_sky_number_word(source, rank, c)) : NAN;
 }
 
 AOMC_SKY_API void aomc_sky_numbers_at_double(const aomc_sky_source *source, int64_t i, double *out) {
-    int c, is_there = i >= 0 && i < source->n && source->precision == 8;
+    int c, is_there = source && i >= 0 && i < source->n && source->precision == 8;
     uint64_t rank = is_there ? aomc_sky_rank(source, (uint64_t)i) : 0;
-    for (c = 0; c < 3; c++) out[c] = is_there ? aomc_sky_unit_f64(aomc_sky_number_word(source, rank, c)) : NAN;
+    for (c = 0; out && c < 3; c++) out[c] = is_there ? aomc_sky_unit_f64(aomc_sky_number_word(source, rank, c)) : NAN;
 }
 
 /* Directions of the photons from `start` on, at most `count`. Returns how many; 0 at the end of the band; or a code. */
@@ -928,6 +930,7 @@ AOMC_SKY_API int64_t aomc_sky_numbers_double(
  * math changes one photon in thousands, which no witness needs to be, so its macros are an answer, too. */
 AOMC_SKY_API int aomc_sky_witness(const aomc_sky_source *source) {
     int32_t k;
+    if (!source) return AOMC_SKY_NULL;
 #if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) ||                         \
     (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
     if (source->n > 0) return AOMC_SKY_ARITHMETIC;
@@ -1275,7 +1278,7 @@ AOMC_SKY_HOST_API int aomc_sky_load(const char *path, aomc_sky_file *file) {
 /* Free what `load` took. Sources of the file must not be used any more. */
 AOMC_SKY_HOST_API void aomc_sky_unload(aomc_sky_file *file) {
     if (!file) return;
-    if (file->is_owned) free((void *)file->bytes);
+    if (file->is_owned) free((void *)(uintptr_t)file->bytes);
     memset(file, 0, sizeof *file);
 }
 
@@ -2210,8 +2213,8 @@ SKY_FN int SKY_(agrees)(const aomc_sky_source *s, const uint64_t *w) {
         for (c = 0; c < 6; c++) all[c] = block[c][j];
         bad |= memcmp(one, all, sizeof one) != 0;
         for (c = 0; c < 3; c++) /* what a block knows of it: luminances are not worked out for all photons */
-            bad |= w[8 + c] != SKY_UNKNOWN && within[3 * j + c] == within[3 * j + c] &&
-                   aomc_sky_bits(within[3 * j + c]) != w[8 + c];
+            bad |= w[8 + c] != SKY_UNKNOWN && within[3 * j + (uint64_t)c] == within[3 * j + (uint64_t)c] &&
+                   aomc_sky_bits(within[3 * j + (uint64_t)c]) != w[8 + c];
     }
 #else
     (void)all;

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import UsageError, unmasked
 
 Formula = Callable[..., Any]
 
@@ -27,6 +27,8 @@ def shape_of(arguments: tuple[NDArray[Any], ...]) -> tuple[int, ...]:
 
 def precision_of(*arguments: ArrayLike) -> np.dtype[Any]:
     """float32 if no array is finer than that, else float64; plain Python numbers do not decide."""
+    for argument in arguments:
+        unmasked("an argument", argument)
     try:
         kind = np.result_type(*[a if isinstance(a, (int, float)) else np.asarray(a) for a in arguments])
     except (TypeError, ValueError):

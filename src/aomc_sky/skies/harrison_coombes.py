@@ -91,8 +91,8 @@ class HarrisonCoombesSky(Share):
             return clear
         aureole = dataclasses.replace(law, coefficients=(0.0, 0.0, 0.72, -1.88, 0.0))  # 1 + 0.72 exp(-1.88 p)
         cloudy = aureole.radiance(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
-        rest = 0.12 * self.sun_zenith_rad - 0.55 + 0.43 * np.cos(sky_zenith_rad)
-        return np.where(cloudy > 0, self.cloud_cover * (cloudy + rest) + (1.0 - self.cloud_cover) * clear, 0.0)
+        rest = 0.12 * self.sun_zenith_rad - 0.55 + 0.43 * np.cos(np.asarray(sky_zenith_rad, dtype=np.float64))
+        return np.where(cloudy == 0, 0.0, self.cloud_cover * (cloudy + rest) + (1.0 - self.cloud_cover) * clear)
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One component of patches."""

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
 from aomc_sky.directions import given_angle, sky_from_travel, travel_from_sky, within_sky_deg
-from aomc_sky.errors import InputWarning, SceneError
+from aomc_sky.errors import InputWarning, SceneError, unmasked
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.function_sky import FunctionSky
@@ -137,7 +137,7 @@ class RadianceField(Share):
         strength: ArrayLike | None = None,
         irradiance_W_m2_nm: ArrayLike | None = None,
     ) -> RadianceField:
-        """Sky of points in any order; NaN is a gap, and a direction that comes again has its mean radiance.
+        """Sky of points in any order; NaN or masked is a gap, and a direction that comes again has its mean radiance.
 
         SceneError: arrays that do not fit, negative radiances, fewer than three directions at a wavelength.
 
@@ -155,14 +155,16 @@ class RadianceField(Share):
             As for the class.
         """
         zenith, azimuth = (
-            np.asarray(given_angle(name, value, twin), dtype=np.float64).ravel()
+            np.asarray(unmasked(name, given_angle(name, value, twin)), dtype=np.float64).ravel()
             for name, value, twin in (
                 ("sky_zenith_deg", sky_zenith_deg, sky_zenith_rad),
                 ("sky_azimuth_deg", sky_azimuth_deg, sky_azimuth_rad),
             )
         )
-        zenith, values = within_sky_deg(zenith), np.asarray(radiance, dtype=np.float64)
-        nm = np.array([550.0]) if wavelength_nm is None else np.atleast_1d(np.asarray(wavelength_nm, np.float64))
+        zenith, values = within_sky_deg(zenith), np.array(radiance, dtype=np.float64)
+        values[np.ma.getmaskarray(np.ma.asanyarray(radiance))] = np.nan
+        known = np.array([550.0]) if wavelength_nm is None else unmasked("wavelength_nm", wavelength_nm)
+        nm = np.atleast_1d(np.asarray(known, np.float64))
         if wavelength_nm is None:
             remarks = (*remarks, "the points have no wavelength, so the sky is the same at all wavelengths")
         if values.ndim == 2 and values.shape == (nm.size, zenith.size):

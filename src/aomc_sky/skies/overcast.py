@@ -38,9 +38,9 @@ class OvercastSky(Share):
     grid: PatchGrid = field(default_factory=lambda: PatchGrid.regular(720, 1))
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
-        """Radiance of sky elements, as a share of the zenith's."""
+        """Radiance of sky elements, as a share of the zenith's; 0 below the horizon."""
         zenith, _, _ = broadcast(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
-        return np.asarray((1.0 + 2.0 * np.cos(zenith)) / 3.0)
+        return np.where(zenith > np.pi / 2, 0.0, (1.0 + 2.0 * np.cos(zenith)) / 3.0)
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One component of rings."""

@@ -18,7 +18,7 @@ import aomc_sky
 from aomc_sky.component import Component
 from aomc_sky.directions import given_angle
 from aomc_sky.emission.irradiance import Irradiance
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import SceneError, UsageError, unmasked
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.report import beyond_memory
 from aomc_sky.plan.allocation import (
@@ -322,7 +322,7 @@ class Scene:
 
 
 def _whole_photons(n_photons: object, n_bands: int) -> np.ndarray:
-    photons = np.asarray(n_photons)
+    photons = np.asarray(unmasked("n_photons", n_photons))
     if photons.ndim == 0:
         photons = np.full(n_bands, photons)
     if photons.shape != (n_bands,):

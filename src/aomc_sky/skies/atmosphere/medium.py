@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import in_both_units, settle_angles
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import SceneError, UsageError, unmasked
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.atmosphere.language.block import Block
 
@@ -122,6 +122,8 @@ class Medium:
         shape = self.wavelength_nm.shape
         rows = [self.ground_albedo, self.toa_irradiance]
         rows += [row for part in self.constituents for row in (part.scattering_m2, part.absorption_m2)]
+        for row in rows:
+            unmasked("a spectrum of an atmosphere", row)
         if len(shape) != 1 or any(row.shape != shape for row in rows):
             raise SceneError("an atmosphere has one value of every spectrum for each wavelength")
         if not (0.0 < self.earth_radius_m < np.inf and 0.0 < self.top_m < np.inf) or self.n_orders < 1:
@@ -432,11 +434,15 @@ def rayleigh_cross_section(
     king = _in_range("the King factor", king_factor, 1.0, 1e3)
     # n - 1 is exact in float64 for n below 2, n^2 - 1 would lose half of the digits
     per_density = (n - 1.0) * (n + 1.0) * (BOLTZMANN_J_K * temperature / pressure)
-    return 8.0 * np.pi**3 / 3.0 * np.square(per_density / np.square(wavelength)) * king
+    with np.errstate(over="ignore", divide="ignore"):
+        sigma = 8.0 * np.pi**3 / 3.0 * np.square(per_density / np.square(wavelength)) * king
+    if not np.all(np.isfinite(sigma)):
+        raise UsageError("the cross section overflows: the wavelength must be in nm, the pressure in Pa")
+    return sigma
 
 
 def _in_range(name: str, value: ArrayLike, low: float, high: float) -> Any:
-    array = np.asarray(value, np.float64)
+    array = np.asarray(unmasked(name, value), np.float64)
     if not np.all((array >= low) & (array <= high)):
         raise UsageError(f"{name} must lie between {low:g} and {high:g}")
     return array[()]

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
-from aomc_sky.errors import SceneError
+from aomc_sky.errors import SceneError, unmasked
 from aomc_sky.phase.vectorised import real
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.lobes.envelope import LAWS, LobeFrame, envelopes_of
@@ -26,6 +26,10 @@ _MAX_NAME = 80
 WAVELENGTH_TOLERANCE = 1e-6  # 0.400 um is 0.4000000059 in float32
 
 
+#: Beyond this roughness, and this ratio of both, numbers of the sampler overflow, and photons may travel upward.
+ROUGHNESS, ROUGHNESS_RATIO = (1e-30, 1e30), 1e20
+
+
 @dataclass(eq=False, frozen=True, kw_only=True, slots=True)
 class WeightedLobe:
     """One lobe as it stands at one time, with its light.
@@ -37,7 +41,7 @@ class WeightedLobe:
     kind : str
         "hg", "ggx" or "beckmann".
     param0, param1 : float
-        g and nothing [0 <= g < 1], or the roughness along local x and y [> 0].
+        g and nothing [0 <= g < 1], or the roughness along local x and y [1e-30 to 1e30; ratio up to 1e20].
     quaternion : ndarray, float64, shape (4,)
         Rotation (w, x, y, z) from local to world, of any length but 0.
     wavelength_nm : ndarray, float64, shape (n_wavelength,)
@@ -73,10 +77,17 @@ class WeightedLobe:
 
     def __post_init__(self) -> None:
         for name in ("quaternion", "wavelength_nm", "spectrum"):
-            array = np.array(getattr(self, name), dtype=np.float64)
+            array = np.array(unmasked(name, getattr(self, name)), dtype=np.float64)
             array.flags.writeable = False
             object.__setattr__(self, name, array)
         checked(self.kind, self.param0, self.param1)
+        least, most = sorted((self.param0, self.param1))
+        if self.kind != "hg" and not ROUGHNESS[0] <= least <= most <= min(ROUGHNESS[1], ROUGHNESS_RATIO * least):
+            raise SceneError(
+                f"the roughness of a lobe that sends photons must be from {ROUGHNESS[0]:g} to {ROUGHNESS[1]:g}, with a "
+                f"ratio up to {ROUGHNESS_RATIO:g}, got {self.param0:g} and {self.param1:g}; for light from one "
+                "direction write DirectBeam"
+            )
         if self.quaternion.shape != (4,):
             raise SceneError("the quaternion of a lobe has four components (w, x, y, z)")
         vertical_in_local(self.quaternion)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import sin_cos_deg
-from aomc_sky.errors import SceneError, require_one_of
+from aomc_sky.errors import SceneError, require_one_of, unmasked
 from aomc_sky.kernels.arithmetic.elementary import LN2_HI, LN2_LO, exp_level
 from aomc_sky.kernels.arithmetic.error_free import two_product, two_sum
 from aomc_sky.skies.perez.irradiances import (
@@ -82,8 +82,9 @@ def relative_air_mass(sun_zenith_rad: ArrayLike, *, formula: str = "kasten-young
     """
     require_one_of(_AIR_MASS, formula, "air_mass")
     offset, reach, exponent = _AIR_MASS[formula]
-    zenith = np.asarray(sun_zenith_rad, dtype=np.float64)
-    degrees = np.rad2deg(zenith)
+    zenith = np.asarray(unmasked("sun_zenith_rad", sun_zenith_rad), dtype=np.float64)
+    with np.errstate(over="ignore"):
+        degrees = np.rad2deg(zenith)
     if np.any((degrees < 0) | (degrees >= reach)):
         raise SceneError(
             f"the air mass formula {formula} is for zenith angles of the sun from 0 to below {reach} degrees"
@@ -118,7 +119,11 @@ def sky_brightness(
     """
     extraterrestrial = checked_extraterrestrial(extraterrestrial_normal)
     mass = relative_air_mass(checked_sun(sun_zenith_rad), formula=air_mass)
-    return mass * checked_irradiance("dhi", dhi) / extraterrestrial
+    with np.errstate(over="ignore"):
+        brightness = mass * checked_irradiance("dhi", dhi) / extraterrestrial
+    if np.any(np.isinf(brightness)):
+        raise SceneError("the sky brightness Delta overflows: dhi and extraterrestrial_normal must be in W m-2")
+    return brightness
 
 
 def epsilon_bin(epsilon: ArrayLike) -> np.ndarray:
@@ -129,7 +134,7 @@ def epsilon_bin(epsilon: ArrayLike) -> np.ndarray:
     >>> print(sky.perez.epsilon_bin([1.0, 1.065, 7.0]))
     [0 1 7]
     """
-    clearness = np.asarray(epsilon, dtype=np.float64)
+    clearness = np.asarray(unmasked("epsilon", epsilon), dtype=np.float64)
     if np.any(np.isnan(clearness)):
         raise SceneError("a sky clearness that is not a number has no bin")
     return np.searchsorted(np.array(EPSILON_EDGES[1:]), clearness, side="right")
@@ -155,8 +160,8 @@ def limited(epsilon: ArrayLike, delta: ArrayLike, *, limits: str = "radiance") -
     12.01 0.01
     """
     require_one_of(LIMITS, limits, "limits")
-    arrays = (np.asarray(epsilon, dtype=np.float64), np.asarray(delta, dtype=np.float64))
-    clearness, brightness = np.broadcast_arrays(*arrays)
+    given = unmasked("epsilon", epsilon), unmasked("delta", delta)
+    clearness, brightness = np.broadcast_arrays(*(np.asarray(one, dtype=np.float64) for one in given))
     if np.any((brightness < 0) | np.isinf(brightness)):
         raise SceneError(
             f"the sky brightness Delta must be finite and not negative, got {np.nanmin(brightness):g} to "
@@ -176,7 +181,8 @@ def coefficients(
 ) -> np.ndarray:
     """Coefficients a to e of a sky, eqs. (6) to (8) with Table 1, shape (..., 5); b may be positive.
 
-    Accuracy: a, b and e within 1 ulp for the given numbers; c and d within 1e-15 of the sum of their terms' magnitudes.
+    Accuracy: a, b and e within 1.5 ulp for the given numbers; c and d for Delta up to 0.6 within 1e-15 of the sum of
+    their terms' magnitudes.
     The model jumps between the bins of epsilon, by up to 0.25 in total variation. SceneError: an input is outside its
     range, or so large that a coefficient overflows.
 

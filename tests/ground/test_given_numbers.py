@@ -1,0 +1,107 @@
+"""Numbers of a caller that numpy would take for others: those under a mask, and infinite angles."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import aomc_sky as sky
+
+GRID = sky.PatchGrid.regular(1, 2)
+HIDDEN = np.ma.masked_array([1.0, 9.97e36], mask=[False, True])  # as netCDF4 gives a missing value
+UP = np.array([1.0, 0.0, 0.0, 0.0])
+BANDS = np.array([440.0, 550.0])
+LOBE = {"name": "town", "kind": "hg", "param0": 0.8, "param1": 0.0, "quaternion": UP, "wavelength_nm": BANDS}
+MASKED = {
+    "allocate": lambda: sky.allocate(HIDDEN, 10),
+    "verify_counts": lambda: sky.verify_counts([5, 5], HIDDEN),
+    "Wavebands": lambda: sky.Wavebands(HIDDEN),
+    "n_photons": lambda: sky.Scene(wavebands=BANDS, n_photons=HIDDEN, components="uniform"),
+    "strength": lambda: sky.UniformSky(strength=HIDDEN),
+    "wavelengths of a table": lambda: sky.TabulatedSky(wavelength_nm=HIDDEN, values=np.ones((2, 2)), grid=GRID),
+    "values_q": lambda: sky.TabulatedSky(
+        wavelength_nm=[550.0], values=[[1.0, 1.0]], values_q=HIDDEN[None] * 0, values_u=[[0.0, 0.0]], grid=GRID
+    ),
+    "spectrum": lambda: sky.WeightedLobe(**LOBE, spectrum=HIDDEN),
+    "lobe": lambda: sky.background_of_lobes({"town": sky.SkyLobe(kind="hg", width=0.8, spectrum=HIDDEN)}, BANDS),
+    "grid": lambda: sky.PatchGrid(zenith_bounds_deg=[[0.0, 90.0]], azimuth_bounds_deg=HIDDEN[None]),
+    "directions": lambda: sky.RadianceField.from_points(HIDDEN, [0.0, 0.0], [1.0, 1.0]),
+    "radiance": lambda: sky.OvercastSky().radiance(HIDDEN, 0.0, 550.0),
+    "phase function": lambda: sky.rayleigh.pdf_mu(HIDDEN, 0.0),
+    "perez": lambda: sky.perez.sky_clearness(HIDDEN, 100.0, 0.5),
+    "pattern": lambda: sky.RayleighPattern().stokes(HIDDEN, 0.0, sun_zenith_rad=0.5),
+}
+
+
+@pytest.mark.parametrize("name", MASKED)
+def test_masked_numbers_are_refused(name):
+    with pytest.raises(sky.SceneError, match="has masked values; leave these entries out"):
+        MASKED[name]()
+
+
+def test_a_masked_radiance_of_points_is_a_gap():
+    zenith, azimuth = [0.0, 30.0, 60.0, 60.0, 60.0, 80.0], [0.0, 90.0, 0.0, 120.0, 240.0, 45.0]
+    values = np.array([0.3, 0.25, 0.2, 0.2, np.nan, 0.1])
+    hidden = np.ma.masked_array(np.nan_to_num(values, nan=9.97e36), mask=np.isnan(values))
+    gap, masked = (sky.RadianceField.from_points(zenith, azimuth, one) for one in (values, hidden))
+    assert masked == gap
+    assert hidden.data[4] == 9.97e36
+
+
+INFINITE = {
+    "travel": lambda x: sky.directions.travel_from_sky(30.0, x),
+    "azimuth": lambda x: sky.directions.to_enu_azimuth_deg(x, sky.AzimuthConvention.NORTH_CLOCKWISE),
+    "perez": lambda x: sky.perez.relative_radiance(0.5, x, 0.5, [-1.0, -0.3, 5.0, -3.0, 0.4]),
+    "air mass": sky.perez.relative_air_mass,
+    "brightness": lambda x: sky.perez.sky_brightness(100.0, 0.5, extraterrestrial_normal=x),
+    "pattern": lambda x: sky.RayleighPattern().stokes(0.5, x, sun_zenith_rad=0.5),
+    "overcast": lambda x: sky.OvercastSky().radiance(x, 0.0, 550.0),
+    "cie": lambda x: sky.CIESky(type=12, sun_zenith_deg=40.0).radiance(x, 0.0, 550.0),
+    "clouds": lambda x: sky.HarrisonCoombesSky(sun_zenith_deg=40.0, cloud_cover=0.5).radiance(0.5, x, 550.0),
+    "cross section": lambda x: sky.rayleigh_cross_section(1.0003, 288.0, 1.0 / x),
+}
+
+
+@pytest.mark.parametrize("value", [np.inf, [0.1, np.inf]])
+@pytest.mark.parametrize("name", INFINITE)
+def test_infinite_angles_are_refused_without_a_warning_of_numpy(name, value):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(sky.AomcSkyError):
+            INFINITE[name](np.asarray(value))
+
+
+def test_what_overflows_is_refused_without_a_warning_of_numpy():
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(sky.SceneError, match="from 0 to below 96"):
+            sky.perez.relative_air_mass(1.7e308)
+        with pytest.raises(sky.SceneError, match="overflows"):
+            sky.perez.sky_brightness(1.7e308, 1.0)
+        with pytest.raises(sky.UsageError, match="overflows"):
+            sky.rayleigh_cross_section(1.5, 288.0, 1e-300)
+
+
+def test_nan_stays_nan_and_nothing_shines_below_the_horizon():
+    sun = {"sun_zenith_deg": 40.0}
+    models = sky.OvercastSky(), sky.CIESky(type=12, **sun), sky.HarrisonCoombesSky(**sun, cloud_cover=0.5)
+    for model in (*models, sky.PerezSky(**sun, epsilon=5.0, delta=0.1)):
+        assert np.isnan(model.radiance(np.nan, 0.0, 550.0))
+        assert model.radiance(2.5, 0.0, 550.0) == 0.0
+        assert model.radiance(np.pi / 2, 0.0, 550.0) > 0.0
+
+
+@pytest.mark.parametrize("roughness", [(3e38, 1.0), (1e-14, 1e14), (1e-45, 1e-45)])
+def test_a_roughness_whose_photons_overflow_is_refused(roughness):
+    lobe = {**LOBE, "kind": "ggx", "param0": roughness[0], "param1": roughness[1], "spectrum": [1e-8, 1e-8]}
+    with pytest.raises(sky.SceneError, match="from 1e-30 to 1e"):
+        sky.WeightedLobe(**lobe)
+
+
+@pytest.mark.parametrize("roughness", [(1e-30, 1e-30), (1e30, 1e30), (1e-10, 1e10), (1e20, 1.0)])
+def test_photons_of_the_roughest_and_the_smoothest_lobes_travel_downward(roughness):
+    lobe = {**LOBE, "kind": "ggx", "param0": roughness[0], "param1": roughness[1], "spectrum": [1e-8, 1e-8]}
+    lobe["quaternion"] = np.array([0.7071, 0.0, 0.7071, 0.01])
+    glow = sky.LobeSky(lobes=(sky.WeightedLobe(**lobe),))
+    photons = sky.Scene(wavebands=[550.0], n_photons=1000, components=glow).source(seed=1).photons(0, 0, 1000)
+    assert np.all(photons.uz <= 0) and np.all(np.isfinite(photons.ux + photons.uy))
