@@ -104,4 +104,5 @@ def test_photons_of_the_roughest_and_the_smoothest_lobes_travel_downward(roughne
     lobe["quaternion"] = np.array([0.7071, 0.0, 0.7071, 0.01])
     glow = sky.LobeSky(lobes=(sky.WeightedLobe(**lobe),))
     photons = sky.Scene(wavebands=[550.0], n_photons=1000, components=glow).source(seed=1).photons(0, 0, 1000)
-    assert np.all(photons.uz <= 0) and np.all(np.isfinite(photons.ux + photons.uy))
+    assert np.all(photons.uz <= 0)
+    assert np.all(np.isfinite(photons.ux + photons.uy))
