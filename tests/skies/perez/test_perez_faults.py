@@ -118,7 +118,7 @@ def test_a_sky_that_is_nowhere_positive(fault, tmp_path, capsys):
     answer = run_scene(tmp_path, {}, options, capsys)
     assert (answer.code, answer.out) == (4, "")
     assert "the model's luminance is nowhere positive" in answer.err
-    assert "check dhi or Delta" in answer.err
+    assert "check a to e" in answer.err
     assert not answer.folder.exists()
 
 
