@@ -20,6 +20,7 @@ ASSUMED_AZIMUTH = (
 
 _PHRASES = (
     (r"(?<=\w)'s\b", ""),
+    (r"\bn/a\b", "unknown"),
     (r"\b(?:light |that )*(?:comes?|coming|arrives?|arriving) from\b", " "),
     (r"is the horizontal angle between\b.*", "clockwise"),  # the definition of CF
     (r"[-+]?\b(?:0|180) ?(?:-|\N{EN DASH}|to|\.\.+) ?\+?(?:180|360)\b", " "),  # the range, and no statement
