@@ -13,6 +13,7 @@ from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
 from aomc_sky.errors import Span, UsageError
 from aomc_sky.formats.azimuth_words import (
     ASSUMED_AZIMUTH,
+    OTHER_AZIMUTHS,
     SAY_AZIMUTH,
     UnclearError,
     convention_of,
@@ -33,7 +34,7 @@ from aomc_sky.formats.radiance_words import (
     MOST_NM,
     MOST_SAID,
     ON_AZIMUTHS,
-    OTHER_AZIMUTHS,
+    ON_ZENITHS,
     SAY_ANGLE,
     SAY_COMES_FROM,
     SAY_FACTOR,
@@ -63,7 +64,6 @@ _UNIT_LINE = f"{SAY_UNIT}; or a line '# radiance unit: mW m-2 nm-1 sr-1'"
 _SUN_LINE = f"{SAY_SUN}, or a line '# sun azimuth: 225 clockwise from north'"
 COMMENT = re.compile(r"\s*(?:[#%!]+|//+|;(?!.*;))")
 """Start of a line of comment; a row may begin with an empty column and a semicolon, but has two of them."""
-_ON_ZENITHS = re.compile(r"\b(?:zeniths?|theta)\b", re.I)
 _GROUPED = re.compile(r"[1-9]\d{0,2}(?:[.,]\d{3})+")
 DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas"}
 _RADIANCE_IN = re.compile(
@@ -79,10 +79,11 @@ _UNIT_OF = re.compile(
 )
 """A line "Radiance [mW m-2 nm-1 sr-1]" or "unit of L: W/m2/nm/sr", which states a unit where it ends with one."""
 _OF_SUN = re.compile(
-    r"\s*((?:sun|solar)[ _]azimuth(?:[ _]angle)?|saa)(?:[ _]deg(?:rees)?)? ?(?:[(\[](.*?)[)\]])?\s*[:=]?\s*([-+.\d].*?)\s*\Z",
+    r"\s*(?:(?:sun|solar)[ _]azimuth(?:[ _]angle)?|saa)(?:[ _]deg(?:rees)?)? ?(?:[(\[](.*?)[)\]])?"
+    r"\s*[:=]?\s*([-+.\d].*?)\s*\Z",
     re.I,
 )
-"""A line "Sun azimuth (deg from N): 200": the key, words of the value, and the number with more words."""
+"""A line "Sun azimuth (deg from N): 200": words on the value, and the number with more words."""
 _MOST_HEAD = 100  #: Lines below the first one in which names are looked for.
 _NEEDED = {
     "zenith": ("zenith angles", "name it 'zenith (deg)' or 'elevation (deg)'"),
@@ -175,7 +176,7 @@ class _Table:
         if key is None and (unit := _UNIT_OF.match(text[:MOST_SAID])) and radiance_factor(unit[1]):
             key, start, said = "radiance", unit.start(1), unit[1]
         elif of_sun := _OF_SUN.match(text[:MOST_SAID]):
-            key, start, said = "sun_azimuth", of_sun.start(3), " ".join(filter(None, of_sun.group(3, 2)))
+            key, start, said = "sun_azimuth", of_sun.start(2), " ".join(filter(None, of_sun.group(2, 1)))
         span = Span(number, start + 1, line, len(text[start:].rstrip()))
         plain = said.replace("_", " ")
         is_on_azimuths = OTHER_AZIMUTHS.match(said[:MOST_SAID]) or (
@@ -189,7 +190,7 @@ class _Table:
             self._bad(span, f"{quoted(said)}: are these logarithms?", "write radiances, and leave out this line")
         elif key is not None and self.head.setdefault(key, (said, span))[0] != said:
             self._bad(span, f"{quoted(said)} after {quoted(self.head[key][0])}", "keep one of the two lines")
-        elif key is None and _ON_ZENITHS.search(said) and (found := FROM_HORIZON.search(said)):
+        elif key is None and ON_ZENITHS.search(said) and (found := FROM_HORIZON.search(said)):
             self.zenith_lines.append((found[0], span))
         elif key is None and (found := STATED_FACTOR.search(plain)):
             self.factor_lines.append((found[0], span))

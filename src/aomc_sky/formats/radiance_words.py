@@ -16,8 +16,8 @@ _ROLES = {
         "viewing_zenith view_zenith_angle viewing_zenith_angle",
         "elevation": "elevation elevation_angle elev el altitude altitude_angle alt sky_elevation view_elevation "
         "elev_angle",
-        "azimuth": "azimuth azimuth_angle az azi phi φ ϕ vaa sky_azimuth sky_azimuth_angle view_azimuth viewing_azimuth "
-        "view_azimuth_angle viewing_azimuth_angle",
+        "azimuth": "azimuth azimuth_angle az azi phi φ ϕ vaa sky_azimuth sky_azimuth_angle view_azimuth "
+        "viewing_azimuth view_azimuth_angle viewing_azimuth_angle",
         "relative azimuth": "relative_azimuth relative_azimuth_angle raa azimuth_from_sun rel_azimuth",
         "wavelength": "wavelength wavelengths wave_length wl wvl lambda lam λ nm",
         "radiance": "radiance sky_radiance spectral_radiance l lsky l_sky",
@@ -76,12 +76,8 @@ SURE_NM = 2800.0
 """Longer wavelengths without a unit may be angstroms."""
 ON_AZIMUTHS = re.compile(r"\b(?:azimuths?|phi|vaa)\b", re.I)
 """Names of azimuths in a text."""
-OTHER_AZIMUTHS = re.compile(
-    r"(?=.*(?:\bazimut(?!h)|\bazimuth\w*winkel|方位))"
-    r".*(?:nord|s[üuy]d|[oöø]st|\best\b|[wv]est|uhr|horaire|sonne|sole?i?l?\b|[北南東西]|時計|太陽)",
-    re.I,
-)
-"""Lines on azimuths in other languages, which are not read."""
+ON_ZENITHS = re.compile(r"\b(?:zeniths?|theta|view(?:ing)? angles?)\b", re.I)
+"""Names of zenith angles in a text."""
 FROM_HORIZON = re.compile(
     r"(?<!sun )(?<!solar )(?<!site )(?<!station )(?<!sun's )\b(?:elevation|altitude)s?\b(?!\W*\d)(?! of (?:the )?s)"
     r"|(?<!sun )\b(?:from|above|over) (?:the )?horizon\b(?! to)|(?<![=:] )(?<!180 )(?<! is )(?<! at )(?<! to )\bnadir\b"
@@ -90,22 +86,25 @@ FROM_HORIZON = re.compile(
     re.I,
 )
 """Words of a text on angles that are no zenith angles; those of the sun or a site are on something else."""
-COSINES = re.compile(r"\bcos(?:ines?)?\b", re.I)
+COSINES = re.compile(r"\b(?:cos|cosines?)\b", re.I)
 STATED_FACTOR = re.compile(
-    r"\b(?:multipl(?:y|ied)|divided?|scaled?|scaling|factor)\b|\bunits? of (?:1e|10 ?\^?)[-+]?\d"
+    r"\b(?:multiply(?![ -]scatter)|multiplied|divided?|scaled?|scaling|factor)\b|\bunits? of (?:1e|10 ?\^?)[-+]?\d"
     r"|\b(?:radiances?|values)\b[^.;:]{0,40}?(?<!\d)(?<!\d )(?:\b(?:x|times)|[*\N{MULTIPLICATION SIGN}])"
     r" ?1(?:0{2,}|0 ?\^|e[-+]?\d)",  # no 1000 x 1000 pixels
     re.I,
 )
 """Words of a text on radiances that are in another unit than the one stated."""
 LOGARITHM = re.compile(
-    r"\b(?:log10|logarithms?|logarithmic|ln)\b(?=.*radiance)|\bvalues are (?:the )?(?:natural )?log|\blog[ (]+(?:of )?(?:the )?radiance"
-    r"|(?<=radiance)s?\W+log10\b",
+    r"\b(?:log10|logarithms?|logarithmic|ln)\b(?=.*radiance)|\bvalues are log(?:10|arithm)"
+    r"|\blog[ (]+(?:of )?(?:the )?radiance|(?<=radiance)s?\W+log10\b",
     re.I,
 )
 """Words of a text on radiances that are no radiances."""
 MOST_SAID = 1000
 """Characters of a sentence that are looked at: patterns that look ahead are quadratic in its length."""
+_FACTORS = {"scale", "scales", "scaling", "scalefactor", "factor", "factors", "multiplier", "slope", "gain"}
+_FACTORS |= {"intercept", "offset", "offsets"}
+_OF_THE_PAST = {"calibration", "correction", "time", "immersion"}
 SAY_FACTOR = "write the factor as a part of the unit: --radiance-unit '10^-3 W m-2 nm-1 sr-1' (radiance_unit=)"
 
 _TRAVEL = re.compile(
@@ -120,6 +119,12 @@ SAY_COMES_FROM = (
 )
 
 
+def is_factor(name: str) -> bool:
+    """Whether an attribute is a factor or an offset by a name that CF does not know; a calibration is past."""
+    words = set(re.split(r"[\W_]+", name.lower()))
+    return name not in ("scale_factor", "add_offset") and bool(words & _FACTORS) and not words & _OF_THE_PAST
+
+
 def travel_of(text: str) -> str:
     """The word of a text that says that its directions are those that light goes to, or an empty text."""
     for sentence in re.split(r"[.;](?:\s|\Z)", text.replace("_", " ")):
@@ -129,7 +134,7 @@ def travel_of(text: str) -> str:
 
 
 def doubt_of_gaps(values: np.ndarray) -> tuple[str, str] | None:
-    """What to ask, and what to write, where the largest radiances are nines alone, or huge, and far beyond all others."""
+    """What to ask, and what to write, where the largest radiances are nines alone or huge, and far beyond others."""
     known = values[np.isfinite(values)]
     largest = known.max(initial=0.0)
     nines = next((one for one in _NINES if np.isclose(largest, one, rtol=1e-6, atol=0.0)), None)
