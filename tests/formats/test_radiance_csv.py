@@ -194,13 +194,22 @@ LINES = {
     "# azimuths increase clockwise from north": None, "# Azimuth (deg): clockwise from north": None,
     "# Azimuth - clockwise from north": None, "# phi: clockwise from north": None, "# All azimuths E of N": None,
     "# Azimuth reference: north, clockwise": None, "# azimuth is not from north": "'not' is not understood",
-    "# azimuth: clockwise from north\n# zenith angle: 0 = horizon, 90 = zenith": "but this line says 'horizon'",
+    "# azimuth: clockwise from north\n# zenith angle: 0 = horizon, 90 = zenith": "but this line says '0 = horizon'",
     "# azimuth: clockwise from north\n# scale factor: 0.001": "this line says 'scale' besides the unit",
     "# azimuth: clockwise from north\n# Radiances multiplied by 1000": "this line says 'multiplied' besides the unit",
     "# azimuth: clockwise from north\n# radiance unit: W m-2 nm-1 sr-1": "beside 'mW m-2 nm-1 sr-1' of the column",
     "# azimuth: clockwise from north\n# sun zenith: 40\n# sun zenith: 50": "'50' after '40'",
     "# azimuth: clockwise from north\n# sun zenith: 40 above the horizon": "does not say where the sun is",
     "# azimuth: clockwise from north\n# sun azimuth: 1.5707963268 rad clockwise from south": 180.0,
+    "# azimuth: clockwise from north\n# Sun azimuth (deg from N): 200": 250.0,
+    "# azimuth: clockwise from north\n# sun azimuth 200 clockwise from north": 250.0,
+    "# azimuth: clockwise from north\n# sun_azimuth_deg: 200": "'200' does not say where the sun is",
+    "# azimuth: clockwise from north\n# scale_factor = 0.001": "this line says 'scale' besides the unit",
+    "# azimuth: clockwise from north\n# values are in units of 10^-3 W": "this line says 'units of 10",
+    "# azimuth: clockwise from north\n# multiply by 0.001": "this line says 'multiply' besides the unit",
+    "# azimuth: clockwise from north\n# Radiance [W m-2 nm-1 sr-1]": "beside 'mW m-2 nm-1 sr-1' of the column",
+    "# azimuth: clockwise from north\n# unit of L: mW/(m2 nm sr)": None,
+    "# azimuth: n/a": "does not say clearly",
 }  # fmt: skip
 """Lines of a head with azimuths from north, and what is wrong with them, or the azimuth of the sun."""
 

@@ -34,6 +34,11 @@ def table(tmp_path):
         ("# azimut compté depuis le nord, sens horaire", "'azimut' is not understood"),
         ("# Azimut regnet fra nord mod øst", "'azimut' is not understood"),
         ("# 方位角: 北から時計回り", "is not understood"),
+        ("# zenith angles are measured from the horizon", "says 'from the horizon'"),
+        ("# zenith angles are nadir angles", "says 'nadir'"),
+        ("# zenith: elevation of the direction", "says 'elevation'"),
+        ("# zenith angle: 90 is overhead", "says '90 is overhead'"),
+        ("# values are logarithms", "are these logarithms"),
     ],
 )
 def test_lines_that_change_the_light_are_refused(table, line, why):
@@ -53,6 +58,13 @@ def test_lines_that_change_the_light_are_refused(table, line, why):
         "# Azimut (deg)",
         "# ship log: radiance sensor 5",
         "# Radiance in the almucantar and the principal plane",
+        "# zenith: 0 = overhead, 90 = horizon",
+        "# theta: zenith angle (0 = zenith, 180 = nadir)",
+        "# solar zenith angle 40, solar elevation 50",
+        "# station altitude: 30 m; zenith scan",
+        "# scan from horizon to zenith",
+        "# error propagation in zenith angle",
+        "# multiply scattered light, values are logged each minute",
     ],
 )
 def test_other_lines_are_not(table, line):
@@ -63,7 +75,7 @@ def test_other_lines_are_not(table, line):
     ("name", "why"),
     [
         ("L_w (mW m-2 nm-1 sr-1)", "no column of radiance"), ("radiance_upwelling (W m-2 nm-1 sr-1)", "no column of"),
-        ("L_4120", "are these wavelengths angstroms"),
+        ("L_4120", "are these wavelengths angstroms"), ("L_0.44um", "no column of radiance"),
     ],
 )  # fmt: skip
 def test_names_with_more_than_is_read(table, name, why):
@@ -183,3 +195,44 @@ def test_long_lines_of_a_stranger_take_no_time(table, words, is_refused):
             table("# azimuth: from north", line, HEAD)
     else:
         assert table("# azimuth: from north", line, HEAD).is_absolute
+
+
+@pytest.mark.parametrize("name", ["mu", "cos_zenith", "nadir angle (deg)"])
+def test_other_angles_than_zenith_angles_are_named(table, name):
+    with pytest.raises(sky.InputFileError, match="is no zenith angle"):
+        table(f"{name},azimuth_deg,radiance (mW m-2 nm-1 sr-1)")
+
+
+def test_angles_in_another_unit_are_not_called_degrees(table):
+    """To follow '--angle-unit deg' would read gradians as degrees."""
+    with pytest.raises(sky.InputFileError, match="'gon' is no unit of an angle that is read") as error:
+        table("zenith_gon,azimuth_deg,radiance (mW m-2 nm-1 sr-1)")
+    assert "--angle-unit" not in str(error.value)
+
+
+@pytest.mark.parametrize("value", [9.999e20, 1e15, 65535.0])
+def test_numbers_far_beyond_all_others_are_a_question(table, value):
+    with pytest.raises(sky.InputFileError, match="a gap") as error:
+        table("# azimuth: from north", HEAD, rows=[*ROWS[1:], (*ROWS[0][:2], value)])
+    assert "E653" in str(error.value)
+
+
+def test_directions_that_light_goes_to_are_asked_about(table):
+    rows = [(180 - zenith, azimuth, value) for zenith, azimuth, value in ROWS]
+    with pytest.raises(sky.InputFileError, match="no direction is above the horizon"):
+        table("# azimuth: from north", HEAD, rows=[*rows, (90, 0, 1), (90, 120, 1), (90, 240, 1)])
+
+
+@pytest.mark.parametrize(
+    "head", ["zenith in deg,azimuth_deg,radiance in mW/(m2 nm sr)", "θ (deg),φ (deg),L (in mW/m2/nm/sr)"]
+)
+def test_units_behind_the_word_in_and_greek_letters(table, head):
+    assert table("# azimuth: from north", head).is_absolute
+
+
+def test_a_column_of_the_deviation_at_a_wavelength_is_not_used(table):
+    measured = table(
+        "# azimuth: from north", "zenith_deg,azimuth_deg,L(440),L_440_std", rows=[(*row, 1) for row in ROWS]
+    )
+    assert measured.wavelength_nm.tolist() == [440.0]
+    assert "columns not used: L_440_std" in measured.remarks

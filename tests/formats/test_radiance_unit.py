@@ -17,6 +17,8 @@ UNITS = {
     "1e-3*mW/(m2 nm sr)": 1e-6, "10⁻³ W m⁻² nm⁻¹ sr⁻¹": 1e-3, "W / m^2 / sr / 10 nm": 0.1, "W m^-2 A^-1 sr^-1": 10.0,
     "watts/(steradian*meter^2*micron)": 1e-3, "nm-1 sr-1 W m-2": 1.0, "milliwatt/(m^2 nm steradian)": 1e-3,
     "2.5 mW/(m2 nm sr)": 2.5e-3, "nW cm-2 sr-1 nm-1": 1e-5, "W (m2 sr um)^-1": 1e-3, "W (m2 nm sr)-1": 1.0,
+    "Wm-2 sr-1 nm-1": 1.0, "mWm-2nm-1sr-1": 1e-3, "uWcm-2nm-1sr-1": 0.01, "mW.m^(-2).nm^(-1).sr^(-1)": 1e-3,
+    "W m-2 nm-1 sr-1 / 1000": None, "W/m2/nm/sr/1000": None, "arbitrary units": 0.0, "normalized": 0.0,
     "W/m^2-sr-um": 1e-3, "W⋅m⁻²⋅nm⁻¹⋅sr⁻¹": 1.0,
     "W m\N{EN DASH}2 nm\N{EN DASH}1 sr\N{EN DASH}1": 1.0,
     "mW m^{-2} nm^{-1} sr^{-1}": 1e-3,

@@ -301,3 +301,11 @@ def test_hours_of_0_to_23_are_the_whole_file_s(row, tmp_path):
 def test_a_column_that_comes_twice_is_a_question(tmp_path):
     with pytest.raises(InputFileError, match=r"column 'GHI \(W/m\^2\)' comes twice"):
         changed("tmy3", tmp_path, "ETR (W/m^2)", "GHI (W/m^2)")
+
+
+def test_names_of_a_head_may_stand_in_quotes(tmp_path):
+    lines = (DATA / "weather/good/invented.tmy3.csv").read_text().splitlines()
+    quoted = ",".join(f'"{name}"' for name in lines[1].split(","))
+    (tmp_path / "q.csv").write_text("\n".join([lines[0], quoted, *lines[2:]]) + "\n")
+    read = [read_weather(path, "tmy3").dni for path in (tmp_path / "q.csv", DATA / "weather/good/invented.tmy3.csv")]
+    assert np.array_equal(*read, equal_nan=True)

@@ -303,7 +303,7 @@ def test_elevations_by_their_name(name):
     ("texts", "why"),
     [
         ({"zenith": {"long_name": "elevation angle above the horizon"}}, "speaks of 'elevation'"),
-        ({"zenith": {"comment": "counted from the horizon"}}, "speaks of 'horizon'"),
+        ({"zenith": {"comment": "counted from the horizon"}}, "speaks of 'from the horizon'"),
         ({"zenith": {"long_name": "nadir angle"}}, "speaks of 'nadir'"),
         ({"azimuth": {"units": "radian"}}, "goes to 20053.5 degrees; are its units radians"),
         ({None: {"long_name": "radiance multiplied by 1000"}}, "says 'multiplied' besides its unit; write the factor"),

@@ -101,7 +101,9 @@ def test_the_unit_has_other_spellings(name):
     assert sky.TabulatedSky.from_xarray(field).radiance_unit == pytest.approx(1e-3)
 
 
-@pytest.mark.parametrize("name", ["scale", "Scale", "multiplier", "slope", "offset", "scaling_factor"])
+@pytest.mark.parametrize(
+    "name", ["scale", "Scale", "multiplier", "slope", "offset", "scaling_factor", "Scale_Factor", "radiance_scales"]
+)
 def test_a_factor_under_another_name_is_refused(name):
     for value in (0.001, "0.001"):
         with pytest.raises(FieldError, match=f"attribute '{name}' of the field is 0.001, besides its unit"):
@@ -117,7 +119,7 @@ def test_logarithms_and_factors_in_words():
 
 
 @pytest.mark.parametrize("fill", [-99.0, 7777.0, 1e20])
-@pytest.mark.parametrize("name", ["missing_value", "_FillValue", "fill_value", "FillValue", "nodata"])
+@pytest.mark.parametrize("name", ["missing_value", "_FillValue", "fill_value", "FillValue", "nodata", "MissingValue"])
 def test_fill_values_as_text_or_under_another_name(name, fill, tmp_path):
     """The gap has no light, also where the attribute is text, which the netCDF library does not compare."""
     pytest.importorskip("h5netcdf")
@@ -149,7 +151,9 @@ def test_nines_far_beyond_all_other_radiances_are_a_question():
     assert bright.values.max() > 9900
 
 
-@pytest.mark.parametrize("name", ["Lu", "L_w", "radiance_error", "sky_radiance_uncertainty", "radiance_std"])
+@pytest.mark.parametrize(
+    "name", ["Lu", "L_w", "radiance_error", "sky_radiance_uncertainty", "radiance_std", "toa_radiance", "dolp", "brf"]
+)
 def test_a_variable_that_is_no_light_of_the_sky(name):
     with pytest.raises(FieldError, match=f"'{name}' is not the light of the sky by its name"):
         sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH, name=name))
@@ -245,3 +249,65 @@ def test_long_texts_of_a_stranger_take_no_time(words):
     text = words * (1_000_000 // len(words))
     field = east(azimuth=FROM_NORTH, radiance={"comment": text}, of_file={"summary": text})
     assert min(brightest(sky.TabulatedSky.from_xarray(field)), 1.0) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("texts", "why"),
+    [
+        ({"azimuth": {"units": "degree", "long_name": "Azimut, im Uhrzeigersinn von Nord"}}, "is not understood"),
+        ({"of_file": {"comment": "azimut (depuis le nord, sens horaire)"}}, "is not understood"),
+        ({"of_file": {"comment": "viewing angles are nadir angles"}}, "speaks of 'nadir'"),
+        ({"radiance": {"note": "zenith angles are measured from the horizon"}}, "speaks of 'from the horizon'"),
+        ({"of_file": {"comment": "radiances multiplied by 1000"}}, "says 'multiplied' besides its unit"),
+        ({"zenith": {"units": "gon"}}, "units = 'gon'"),
+    ],
+)
+def test_texts_of_the_file_that_change_the_light_are_refused(texts, why):
+    with pytest.raises(FieldError, match=why):
+        sky.TabulatedSky.from_xarray(east(**texts))
+
+
+@pytest.mark.parametrize("text", ["zenith angle, 0 = overhead, 90 = horizon", "mu = cos(zenith angle) is 1 overhead"])
+def test_texts_that_explain_zenith_angles_are_no_doubt(text):
+    sky.TabulatedSky.from_xarray(east(zenith={"long_name": text}, azimuth=FROM_NORTH))
+
+
+@pytest.mark.parametrize("units", ["1", "degree"])
+def test_cosines_by_their_text_are_no_degrees(units):
+    field = east(zenith={"units": units, "long_name": "cosine of zenith angle"}, azimuth=FROM_NORTH)
+    cosines = ("zenith", np.cos(np.deg2rad(ZENITH)), field.zenith.attrs)
+    with pytest.raises(FieldError, match="its text speaks of a cosine"):
+        sky.TabulatedSky.from_xarray(field.assign_coords(zenith=cosines))
+
+
+def test_an_azimuth_that_has_the_name_of_the_cf_conventions_counts_as_they_do():
+    table = sky.TabulatedSky.from_xarray(east().rename(azimuth="sensor_azimuth_angle"))
+    assert min(brightest(table), 360 - brightest(table)) < 1
+
+
+@pytest.mark.parametrize("fill", [-999.9, 0.3333])
+def test_a_fill_value_of_float64_is_that_of_float32(fill, tmp_path):
+    pytest.importorskip("h5netcdf")
+    field = east(azimuth=FROM_NORTH, radiance={"missing_value": fill})
+    values = field.radiance.astype("f4")
+    values[0, 4, 6] = np.float32(fill)
+    field.assign(radiance=values).to_netcdf(tmp_path / "field.nc", engine="h5netcdf")
+    with xarray.open_dataset(tmp_path / "field.nc", engine="h5netcdf") as read:
+        table = sky.TabulatedSky.from_xarray(read)
+    assert any("1 of 240 directions have no value" in one for one in table.remarks)
+
+
+def test_gaps_of_coordinates_are_no_angles():
+    """The corners of an all-sky image."""
+    y, x = np.mgrid[-1:1:31j, -1:1:31j]
+    is_sky = np.hypot(x, y) <= 1
+    zenith = np.where(is_sky, 90 * np.hypot(x, y), -999.0)
+    azimuth = np.where(is_sky, np.rad2deg(np.arctan2(x, y)) % 360, -999.0)
+    field = xarray.DataArray(
+        np.where(is_sky, 1.0, 0.0),
+        dims=("y", "x"),
+        coords={"zenith": (("y", "x"), zenith, {"units": "degree"}), "azimuth": (("y", "x"), azimuth, FROM_NORTH)},
+    )
+    table = sky.TabulatedSky.from_xarray(field)
+    assert f"{np.sum(~is_sky)} values without a direction were left out" in table.remarks
+    assert table.radiance(0.5, 1.0, 550.0) == pytest.approx(1.0)

@@ -20,6 +20,7 @@ ASSUMED_AZIMUTH = (
 
 _PHRASES = (
     (r"(?<=\w)'s\b", ""),
+    (r"\bn/a\b", "unknown"),
     (r"\b(?:light |that )*(?:comes?|coming|arrives?|arriving) from\b", " "),
     (r"is the horizontal angle between\b.*", "clockwise"),  # the definition of CF
     (r"[-+]?\b(?:0|180) ?(?:-|\N{EN DASH}|to|\.\.+) ?\+?(?:180|360)\b", " "),  # the range, and no statement
@@ -68,6 +69,13 @@ _SPEAKS = re.compile(
 _MAY_SPEAK = re.compile(r"\b(?:from|positive|negative|reference|left|right|instrument|frame)\b")
 """Words that are on where azimuths count, except in a comment, which may be on anything."""
 
+OTHER_AZIMUTHS = re.compile(
+    r"(?=.*(?:\bazimut(?!h)|\bazimuth\w*winkel|方位))"
+    r".*(?:nord|s[üuy]d|[oöø]st|\best\b|[wv]est|uhr|horaire|sonne|sole?i?l?\b|[北南東西]|時計|太陽)",
+    re.I,
+)
+"""Texts on azimuths in other languages, which are not read."""
+
 _P, _N = "([ENWSOA])", r"([-+]?\d+(?:\.\d+)?)"
 _Seen = tuple[str, float]
 _STATEMENTS: tuple[tuple[re.Pattern[str], Callable[..., list[_Seen]]], ...] = tuple(
@@ -105,7 +113,7 @@ class UnclearError(Exception):
 def speaks_of_azimuths(text: str, *, is_comment: bool = False) -> bool:
     """Whether a text is on where azimuths count, understood or not."""
     plain = _one_spelling(text)
-    return bool(_SPEAKS.search(plain) or (not is_comment and _MAY_SPEAK.search(plain)))
+    return bool(_SPEAKS.search(plain) or OTHER_AZIMUTHS.match(text) or (not is_comment and _MAY_SPEAK.search(plain)))
 
 
 def convention_of(*texts: str, is_clockwise: bool = False) -> AzimuthConvention:

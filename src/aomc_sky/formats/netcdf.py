@@ -31,9 +31,13 @@ EXTRA = "netcdf"
 MAX_FILE_BYTES = 1 << 30
 MAX_NAMES = 40
 _ENGINES = {b"CDF\x01": "scipy", b"CDF\x02": "scipy"}
-_NOT_OF_SKY = re.compile(r"upwelling|upward|reflected|water leaving|stokes [quv]\b")
+_NOT_OF_SKY = re.compile(
+    r"upwelling|upward|outgoing|reflected|\bleaving\b|\btop of (?:the )?atmosphere\b|\btoa\b|stokes [quv]\b"
+)
 _NAMED_OTHERWISE = re.compile(
-    r"\b(?:l ?[uw]|nlw|rrs|err|errors?|uncertaint\w+|unc|std|stdev|standard deviation|variance|quality|flags?)\b"
+    r"\b(?:l ?[uw]|nlw|rrs|err|errors?|uncertaint\w+|unc|std|stdev|standard deviation|variance|quality|flags?"
+    r"|masks?|brd?f|reflectances?|transmittances?|albedo|[da]olp|polari[sz]ation|aod|temperature|irradiance"
+    r"|phase function|solid angle)\b"
 )
 """Words of variables that are not the radiance of the sky: in all that names them, or in the name itself."""
 _LIBRARY = "the netCDF library"

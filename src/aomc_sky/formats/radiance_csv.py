@@ -13,6 +13,7 @@ from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
 from aomc_sky.errors import Span, UsageError
 from aomc_sky.formats.azimuth_words import (
     ASSUMED_AZIMUTH,
+    OTHER_AZIMUTHS,
     SAY_AZIMUTH,
     UnclearError,
     convention_of,
@@ -33,7 +34,7 @@ from aomc_sky.formats.radiance_words import (
     MOST_NM,
     MOST_SAID,
     ON_AZIMUTHS,
-    OTHER_AZIMUTHS,
+    ON_ZENITHS,
     SAY_ANGLE,
     SAY_COMES_FROM,
     SAY_FACTOR,
@@ -58,11 +59,11 @@ _DIGITS = 10  #: Decimals of a degree that are kept, so that radians give back t
 
 _AZIMUTH_LINE = f"{SAY_AZIMUTH}; or a line '# azimuth: clockwise from north', '# azimuth: from the sun'"
 _ANGLE_LINE = f"{SAY_ANGLE}, or a line '# angle unit: deg', or name the column zenith_deg"
+_ANGLES = "give zenith angles and azimuths in degrees or radians, in columns named zenith_deg or zenith_rad and so on"
 _UNIT_LINE = f"{SAY_UNIT}; or a line '# radiance unit: mW m-2 nm-1 sr-1'"
 _SUN_LINE = f"{SAY_SUN}, or a line '# sun azimuth: 225 clockwise from north'"
 COMMENT = re.compile(r"\s*(?:[#%!]+|//+|;(?!.*;))")
 """Start of a line of comment; a row may begin with an empty column and a semicolon, but has two of them."""
-_ON_ZENITHS = re.compile(r"\b(?:zeniths?|theta)\b", re.I)
 _GROUPED = re.compile(r"[1-9]\d{0,2}(?:[.,]\d{3})+")
 DELIMITERS = {"\t": "tabs", ";": "semicolons", ",": "commas"}
 _RADIANCE_IN = re.compile(
@@ -71,6 +72,18 @@ _RADIANCE_IN = re.compile(
     re.I,
 )
 """A line "radiances are in mW m-2 nm-1 sr-1": the key, and the unit."""
+_UNIT_OF = re.compile(
+    r"\s*(?:all |the |data: |units? of )*(?:(?:sky |spectral )*radiances?|L|values|data)"
+    r"(?: (?:are |is )?(?:given )?in(?: units of)? | ?[\[(:,] ?)(\S.*?)[)\]\s.]*\Z",
+    re.I,
+)
+"""A line "Radiance [mW m-2 nm-1 sr-1]" or "unit of L: W/m2/nm/sr", which states a unit where it ends with one."""
+_OF_SUN = re.compile(
+    r"\s*(?:(?:sun|solar)[ _]azimuth(?:[ _]angle)?|saa)(?:[ _]deg(?:rees)?)? ?(?:[(\[](.*?)[)\]])?"
+    r"\s*[:=]?\s*([-+.\d].*?)\s*\Z",
+    re.I,
+)
+"""A line "Sun azimuth (deg from N): 200": words on the value, and the number with more words."""
 _MOST_HEAD = 100  #: Lines below the first one in which names are looked for.
 _NEEDED = {
     "zenith": ("zenith angles", "name it 'zenith (deg)' or 'elevation (deg)'"),
@@ -160,7 +173,11 @@ class _Table:
         key = KEYS.get(re.sub(r"\W+", "_", match[1].lower())) if match else None
         start = match.start(2) if match and key else len(text) - len(text.lstrip())
         said = text[start:].rstrip()
-        span = Span(number, start + 1, line, len(said))
+        if key is None and (unit := _UNIT_OF.match(text[:MOST_SAID])) and radiance_factor(unit[1]):
+            key, start, said = "radiance", unit.start(1), unit[1]
+        elif of_sun := _OF_SUN.match(text[:MOST_SAID]):
+            key, start, said = "sun_azimuth", of_sun.start(2), " ".join(filter(None, of_sun.group(2, 1)))
+        span = Span(number, start + 1, line, len(text[start:].rstrip()))
         plain = said.replace("_", " ")
         is_on_azimuths = OTHER_AZIMUTHS.match(said[:MOST_SAID]) or (
             ON_AZIMUTHS.search(plain) and speaks_of_azimuths(plain)
@@ -173,9 +190,9 @@ class _Table:
             self._bad(span, f"{quoted(said)}: are these logarithms?", "write radiances, and leave out this line")
         elif key is not None and self.head.setdefault(key, (said, span))[0] != said:
             self._bad(span, f"{quoted(said)} after {quoted(self.head[key][0])}", "keep one of the two lines")
-        elif key is None and _ON_ZENITHS.search(said) and (found := FROM_HORIZON.search(said)):
+        elif key is None and ON_ZENITHS.search(said) and (found := FROM_HORIZON.search(said)):
             self.zenith_lines.append((found[0], span))
-        elif key is None and (found := STATED_FACTOR.search(said)):
+        elif key is None and (found := STATED_FACTOR.search(plain)):
             self.factor_lines.append((found[0], span))
 
     def _span(self, number: int, line: str, index: int) -> Span:
@@ -193,6 +210,11 @@ class _Table:
         zenith, azimuth = (self._angle(one, other) for one, other in (angles, angles[::-1]))
         sun_zenith, sun_azimuth = self._sun("sun_zenith", 90.0), self._sun("sun_azimuth", 360.0)
         azimuth = self._converted(azimuth, of["azimuth"], sun_azimuth, convention)
+        reach = np.abs(zenith[np.isfinite(zenith)])
+        if np.any(reach > 90.0) and reach.min() >= 90.0:
+            self._bad(
+                of["zenith"].span, "no direction is above the horizon; is it where light goes to?", SAY_COMES_FROM
+            )
         factor = self._factor(light)
         wavelength = self._wavelengths(light, of.get("wavelength"))
         for one in light:
@@ -252,6 +274,8 @@ class _Table:
                 unused += [text] if text else []
                 if re.match(r"wave_?numbers?\b|frequency\b", text, re.I):
                     self._bad(span, f"{quoted(text)} is no wavelength", "give wavelengths, and radiances per nm")
+                elif re.search(r"nadir|(?:\b|_)(?:u?mu|cos\w*)(?:\b|_)", text, re.I):
+                    self._bad(span, f"{quoted(text)} is no zenith angle", "write zenith angles, 0 overhead")
                 continue
             one = _Column(name, index, span, np.full(len(self.rows), np.nan))
             first = columns.setdefault((name.slot, name.wavelength_nm), one)
@@ -363,8 +387,8 @@ class _Table:
         unit = unit or self.head.get("angle", ("",))[0]
         scale = ANGLE_DEGREES.get(plain_unit(unit))
         if unit and scale is None:
-            advice = _ANGLE_LINE + "; --azimuth-convention says from where azimuths count" * is_azimuth
-            self._bad(span, f"{quoted(unit)} is no unit of an angle", advice)
+            advice = _ANGLES + "; --azimuth-convention says from where azimuths count" * is_azimuth
+            self._bad(span, f"{quoted(unit)} is no unit of an angle that is read", advice)
         elif not unit and not have_look_of_degrees(column.values) and np.any(column.values):
             message, advice = "nothing says whether this is in degrees or radians", _ANGLE_LINE
             if have_look_of_degrees(other.values):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 SAY_UNIT = "write --radiance-unit (radiance_unit=) '10^-3 W m-2 nm-1 sr-1', 'uW/(cm^2 nm sr)' or the like, or relative"
 _RELATIVE = (
     "relative", "rel", "arbitrary", "arb", "a.u.", "au", "counts", "dn", "1", "dimensionless", "unitless", "sr-1",
-    "1/sr",
+    "1/sr", "relative units", "rel. units", "arbitrary units", "arb. units", "normalized", "normalised", "%", "percent",
 )  # fmt: skip
 _MOST_CHARACTERS = 100
 _LARGEST_EXPONENT = 40
@@ -92,6 +92,8 @@ def radiance_factor(unit: str) -> float | None:
 def _parts(plain: str) -> list[_Part] | None:
     """Numbers and units from left to right; None where something else stands."""
     text = re.sub(r"(?<!\d)\.|\.(?!\d)|-(?=[A-Za-z])", " ", plain.replace("**", "^").replace("_", " "))
+    text = re.sub(r"\^ ?\(([-+]?\d+)\)", r"^\1", text)
+    text = re.sub(r"(?<![A-Za-z])([kMmun]?W)(?=[munc]?m\b|[munc]?m[-^\d])", r"\1 ", text)  # Wm-2
     text = re.sub(r"\(([^()]*)\) ?\^? ?-1\b", r"/(\1)", text).replace("*", " ")
     text = re.sub(r"\b10(?=[+-]\d)", "10^", re.sub(r"(?<=[\d ])x(?= ?10)", " ", text)).strip()
     parts: list[_Part] = []
@@ -117,6 +119,8 @@ def _parts(plain: str) -> list[_Part] | None:
             if abs(exponent) > _LARGEST_EXPONENT or (token["number"] and not below and has_unit):
                 return None  # a number after the units is no factor that a reader is sure of
             parts.append(_Part(token["number"] or token["unit"], -exponent if below else exponent, below, exponent < 0))
+    if parts and parts[-1].is_below and not parts[-1].text[-1].isalpha():
+        return None  # W m-2 nm-1 sr-1 / 1000: of the unit, or of the values?
     return parts if len(groups) == 1 and not is_divided else None
 
 

@@ -12,13 +12,14 @@ from aomc_sky.formats.azimuth_words import speaks_of_azimuths
 _ROLES = {
     name: role
     for role, names in {
-        "zenith": "zenith zenith_angle za zen vza theta polar_angle sky_zenith view_zenith viewing_zenith "
-        "view_zenith_angle viewing_zenith_angle",
-        "elevation": "elevation elevation_angle elev el altitude altitude_angle alt sky_elevation view_elevation",
-        "azimuth": "azimuth azimuth_angle az azi phi vaa sky_azimuth view_azimuth viewing_azimuth view_azimuth_angle "
-        "viewing_azimuth_angle",
+        "zenith": "zenith zenith_angle za zen vza theta θ polar_angle sky_zenith sky_zenith_angle view_zenith "
+        "viewing_zenith view_zenith_angle viewing_zenith_angle",
+        "elevation": "elevation elevation_angle elev el altitude altitude_angle alt sky_elevation view_elevation "
+        "elev_angle",
+        "azimuth": "azimuth azimuth_angle az azi phi φ ϕ vaa sky_azimuth sky_azimuth_angle view_azimuth "
+        "viewing_azimuth view_azimuth_angle viewing_azimuth_angle",
         "relative azimuth": "relative_azimuth relative_azimuth_angle raa azimuth_from_sun rel_azimuth",
-        "wavelength": "wavelength wavelengths wave_length wl wvl lambda lam nm",
+        "wavelength": "wavelength wavelengths wave_length wl wvl lambda lam λ nm",
         "radiance": "radiance sky_radiance spectral_radiance l lsky l_sky",
     }.items()
     for name in names.split()
@@ -47,7 +48,8 @@ GAPS = ("", "nan", "na", "n/a", "null", "none", "-", "--")
 GAP_NUMBERS = (-999.0, -9999.0, 1e20, float(np.float32(1e20)))  #: The last two are those of climate models.
 MAX_RADIANCE = 1e30
 """Larger numbers are fill values, in any unit."""
-_NINES = (999.0, 9999.0, 99999.0, 999999.0, 9999999.0)
+_NINES = (999.0, 9999.0, 99999.0, 999999.0, 9999999.0, 32767.0, 65535.0)  #: And the largest ones of two bytes.
+_FILL, _FILL_BEYOND = 1e10, 1e6  #: Numbers from here on, so many times the next radiance, are likely fill values.
 _FAR_BEYOND = 2.0  #: So many times the next radiance is a number of nines a gap rather than a radiance.
 
 TRUE_NORTH = ("degree_true", "degrees_true", "deg_true")
@@ -65,7 +67,7 @@ LENGTH_NM = {
     **dict.fromkeys(("nm", *(f"nano{one}" for one in _METRES)), 1.0),
     **dict.fromkeys(("um", "micron", "microns", *(f"micro{one}" for one in _METRES)), 1e3),
     **dict.fromkeys(("angstrom", "angstroms", "a", "å"), 0.1),
-    "m": 1e9,
+    **dict.fromkeys(("m", *_METRES), 1e9),
 }
 """Units of a wavelength, in nm, by their `plain_unit`."""
 LEAST_NM, MOST_NM = 20.0, 1e5
@@ -74,37 +76,53 @@ SURE_NM = 2800.0
 """Longer wavelengths without a unit may be angstroms."""
 ON_AZIMUTHS = re.compile(r"\b(?:azimuths?|phi|vaa)\b", re.I)
 """Names of azimuths in a text."""
-OTHER_AZIMUTHS = re.compile(
-    r"(?=.*(?:\bazimut(?!h)|\bazimuth\w*winkel|方位))"
-    r".*(?:nord|s[üuy]d|[oöø]st|\best\b|[wv]est|uhr|horaire|sonne|sole?i?l?\b|[北南東西]|時計|太陽)",
+ON_ZENITHS = re.compile(r"\b(?:zeniths?|theta|view(?:ing)? angles?)\b", re.I)
+"""Names of zenith angles in a text."""
+FROM_HORIZON = re.compile(
+    r"(?<!sun )(?<!solar )(?<!site )(?<!station )(?<!sun's )\b(?:elevation|altitude)s?\b(?!\W*\d)(?! of (?:the )?s)"
+    r"|(?<!sun )\b(?:from|above|over) (?:the )?horizon\b(?! to)|(?<![=:] )(?<!180 )(?<! is )(?<! at )(?<! to )\bnadir\b"
+    r"|(?<![\d.])0 ?(?:deg\w*|°)? ?(?:=|is|at|:)? ?(?:the )?(?:horizon|nadir)\b"
+    r"|\b90 ?(?:deg\w*|°)? ?(?:=|is|at|:) ?(?:the )?(?:zenith|overhead|vertical)\b",
     re.I,
 )
-"""Lines on azimuths in other languages, which are not read."""
-FROM_HORIZON = re.compile(r"\b(?:elevation|altitude|horizon|nadir)\b", re.I)
-"""Words of a text on angles that are no zenith angles."""
+"""Words of a text on angles that are no zenith angles; those of the sun or a site are on something else."""
+COSINES = re.compile(r"\b(?:cos|cosines?)\b", re.I)
 STATED_FACTOR = re.compile(
-    r"\b(?:multiplied|divided|scaled?|scaling|factor)\b"
+    r"\b(?:multiply(?![ -]scatter)|multiplied|divided?|scaled?|scaling|factor)\b|\bunits? of (?:1e|10 ?\^?)[-+]?\d"
     r"|\b(?:radiances?|values)\b[^.;:]{0,40}?(?<!\d)(?<!\d )(?:\b(?:x|times)|[*\N{MULTIPLICATION SIGN}])"
     r" ?1(?:0{2,}|0 ?\^|e[-+]?\d)",  # no 1000 x 1000 pixels
     re.I,
 )
 """Words of a text on radiances that are in another unit than the one stated."""
 LOGARITHM = re.compile(
-    r"\b(?:log10|logarithms?|logarithmic|ln)\b(?=.*radiance)|\blog[ (]+(?:of )?(?:the )?radiance"
-    r"|(?<=radiance)s?\W+log10\b",
+    r"\b(?:log10|logarithms?|logarithmic|ln)\b(?=.*radiance)|\bvalues are log(?:10|arithm)"
+    r"|\blog[ (]+(?:of )?(?:the )?radiance|(?<=radiance)s?\W+log10\b",
     re.I,
 )
 """Words of a text on radiances that are no radiances."""
 MOST_SAID = 1000
 """Characters of a sentence that are looked at: patterns that look ahead are quadratic in its length."""
+_FACTORS = {"scale", "scales", "scaling", "scalefactor", "factor", "factors", "multiplier", "slope", "gain"}
+_FACTORS |= {"intercept", "offset", "offsets"}
+_OF_THE_PAST = {"calibration", "correction", "time", "immersion"}
 SAY_FACTOR = "write the factor as a part of the unit: --radiance-unit '10^-3 W m-2 nm-1 sr-1' (radiance_unit=)"
 
-_TRAVEL = re.compile(r"\b(?:propagat\w+|travel\w*)\b(?! of (?:the |a |our )?(?:ship|vessel|boat|aircraft)\b)", re.I)
+_TRAVEL = re.compile(
+    r"(?<!error )(?<!errors )(?<!uncertainty )\b(?:propagat\w+|travel\w*)\b"
+    r"(?! of (?:the |a |our )?(?:ship|vessel|boat|aircraft|errors?|uncertaint\w+)\b)",
+    re.I,
+)
 _OF_LIGHT = re.compile(r"\b(?:directions?|angles?|zeniths?|azimuths?|vectors?)\b", re.I)
 SAY_COMES_FROM = (
     "write the directions that light comes from: 180 degrees minus the zenith angle, the azimuth plus 180 degrees, and "
     "clear this text"
 )
+
+
+def is_factor(name: str) -> bool:
+    """Whether an attribute is a factor or an offset by a name that CF does not know; a calibration is past."""
+    words = set(re.split(r"[\W_]+", name.lower()))
+    return name not in ("scale_factor", "add_offset") and bool(words & _FACTORS) and not words & _OF_THE_PAST
 
 
 def travel_of(text: str) -> str:
@@ -116,16 +134,18 @@ def travel_of(text: str) -> str:
 
 
 def doubt_of_gaps(values: np.ndarray) -> tuple[str, str] | None:
-    """What to ask, and what to write, where the largest radiances are nines alone and far beyond all others."""
+    """What to ask, and what to write, where the largest radiances are nines alone or huge, and far beyond others."""
     known = values[np.isfinite(values)]
     largest = known.max(initial=0.0)
     nines = next((one for one in _NINES if np.isclose(largest, one, rtol=1e-6, atol=0.0)), None)
     others = known[known < largest]
-    if nines is None or others.size == 0 or others.max() * _FAR_BEYOND > largest:
+    is_huge = largest >= _FILL and others.size > 0 and 0 < others.max() * _FILL_BEYOND <= largest
+    if not is_huge and (nines is None or others.size == 0 or others.max() * _FAR_BEYOND > largest):
         return None
     n = known.size - others.size
-    message = f"{n} radiance{'s are' if n > 1 else ' is'} {nines:g}, and the next one is {others.max():g}"
-    return f"{message}; is {nines:g} a gap?", f"write NaN for a gap, or {nines - 1:g} for a radiance"
+    message = f"{n} radiance{'s are' if n > 1 else ' is'} {largest:g}, and the next one is {others.max():g}"
+    advice = "write NaN for a gap" if nines is None else f"write NaN for a gap, or {nines - 1:g} for a radiance"
+    return f"{message}; is {largest:g} a gap?", advice
 
 
 _FEW, _MOST_OF_IT = 4, 0.75  #: So many angles, over so much of the sky, are judged by their range.
@@ -176,9 +196,10 @@ class Name(NamedTuple):
 
 def name_of_column(text: str) -> Name | None:
     """Read a name of a column; an unknown name gives None."""
-    match = re.fullmatch(r"([^(\[]*?)\s*[(\[](.*?)[)\]]?", text)
+    text = re.sub(r"^([^(\[]*?)[ _]in[ _](?=\S)(.*)", r"\1 (\2)", text)  # radiance in mW/(m2 nm sr)
+    match = re.fullmatch(r"([^(\[]*?)\s*[(\[](?:in )?(.*?)[)\]]?", text)
     name, unit = (match[1], match[2].strip()) if match else (text, "")
-    if re.fullmatch(r"\d+(\.\d+)?\s*nm", unit):  # L (412 nm)
+    if re.fullmatch(r"\d+(\.\d+)?\s*nm|\d{3,4}", unit):  # L (412 nm)
         name, unit = f"{name}_{unit}", ""
     wide = _WIDE.fullmatch(name.strip())
     if wide:
@@ -188,6 +209,8 @@ def name_of_column(text: str) -> Name | None:
         role = _ROLES.get("_".join(parts[:k]).lower())
         if role:
             rest = " ".join(parts[k:])
+            if role == "radiance" and re.match(r"\d", rest):
+                return None  # L_412_std
             is_more = role.endswith("azimuth") and speaks_of_azimuths(rest)  # azimuth from north (deg)
             is_other = role == "radiance" and rest.lower() not in (*_OF_THE_SKY, plain_unit(unit))
             is_other |= role in ("zenith", "elevation", "azimuth") and re.search(r"\b(?:sun|solar)\b", rest) is not None

@@ -275,7 +275,7 @@ def epw_head(lines: list[str], path: str | Path) -> Layout:
         raise _no_head(path, 1, first, message, f"write {layout}, nothing between two commas for what is not known")
     position = _position(pieces[6:9], first, path)
     periods = lines[_N_EPW_HEAD - 1] if len(lines) >= _N_EPW_HEAD else ""
-    parts = [part.strip() for part in periods.split(",")]
+    parts = split_row(periods) or [""]
     if parts[0].upper() != "DATA PERIODS":
         raise _no_head(path, _N_EPW_HEAD, periods, "line 8 is not the DATA PERIODS line", _HEAD_LINES)
     if len(parts) > 2 and parts[2] != "1":
@@ -323,7 +323,7 @@ def tmy3_head(lines: list[str], path: str | Path) -> Layout:
     Some programs write the end of a day as 00:00 of the next one, not as 24:00; hour 0 is therefore allowed.
     """
     first = lines[0] if lines else ""
-    names = [name.strip() for name in lines[1].split(",")] if len(lines) > 1 else []
+    names = split_row(lines[1]) if len(lines) > 1 else []
     needed = ("Date (MM/DD/YYYY)", "Time (HH:MM)", "GHI (W/m^2)", "DNI (W/m^2)", "DHI (W/m^2)")
     if twice := [name for name in needed if names.count(name) > 1]:
         raise _no_head(path, 2, lines[1], f"column {twice[0]!r} comes twice", "keep the one that is meant")

@@ -12,6 +12,7 @@ from aomc_sky.directions import EDGE_DEG, AzimuthConvention, at_quarter_deg, to_
 from aomc_sky.errors import FieldError
 from aomc_sky.formats.azimuth_words import (
     ASSUMED_AZIMUTH,
+    OTHER_AZIMUTHS,
     SAY_AZIMUTH,
     UnclearError,
     convention_of,
@@ -21,6 +22,7 @@ from aomc_sky.formats.azimuth_words import (
 from aomc_sky.formats.netcdf import bounds_name, chosen_field
 from aomc_sky.formats.radiance_words import (
     ANGLE_DEGREES,
+    COSINES,
     FROM_HORIZON,
     GAP_NUMBERS,
     LEAST_NM,
@@ -29,6 +31,7 @@ from aomc_sky.formats.radiance_words import (
     MOST_NM,
     MOST_SAID,
     ON_AZIMUTHS,
+    ON_ZENITHS,
     SAY_ANGLE,
     SAY_COMES_FROM,
     SAY_SUN,
@@ -64,10 +67,8 @@ _ON_AXIS = (
 _UNITS = ("", *ANGLE_DEGREES, *LENGTH_NM)  #: What a name may add: zenith_deg.
 _CF_AZIMUTHS = ("sensor_azimuth_angle", "platform_azimuth_angle")  #: Clockwise, by the CF conventions.
 _DIGITS = 10  #: Digits of a degree; radians become the degrees that they were.
-_FILLS = (
-    "_fillvalue", "missing_value", "missing_values", "fill_value", "fillvalue", "nodata", "no_data", "nodata_value",
-)  # fmt: skip
-"""Attributes of numbers that stand for a gap, in small letters."""
+_FILLS = ("fillvalue", "missingvalue", "missingvalues", "nodata", "nodatavalue", "fill", "missing")
+"""Attributes of numbers that stand for a gap, in small letters and without signs."""
 _DEFAULT_FILLS = {
     "i2": -32767, "u2": 65535, "i4": -2147483647, "u4": 4294967295, "i8": -9223372036854775806,
     "u8": 18446744073709551614,
@@ -149,6 +150,7 @@ def axis_of(field: Any, role: str, given: str | None, bounds: Mapping[str, Any])
     name, coordinate = candidates[0], field.coords[candidates[0]]
     try:
         values = np.asarray(coordinate.values, dtype=np.float64)
+        values = np.where(np.isin(values, GAP_NUMBERS), np.nan, values)
     except (TypeError, ValueError):
         raise FieldError(f"coordinate {name!r} holds no numbers", argument=role) from None
     if values.ndim > 1 and role == "wavelength":
@@ -156,8 +158,8 @@ def axis_of(field: Any, role: str, given: str | None, bounds: Mapping[str, Any])
     attributes = {**getattr(coordinate, "encoding", {}), **coordinate.attrs}
     if "azimuth_convention" in field.attrs and role == "azimuth":
         attributes.setdefault("azimuth_convention", field.attrs["azimuth_convention"])
+    attributes[_OF_FILE] = ". ".join(sentences(field.attrs))
     if role == "azimuth":
-        attributes[_OF_FILE] = ". ".join(sentences(field.attrs))
         own = [text for word, text in coordinate.attrs.items() if word not in _ON_AXIS and isinstance(text, str)]
         attributes[_OTHERS] = [text for text in own if speaks_of_azimuths(text, is_comment=True)]
     edges, absent = bounds.get(bounds_name(coordinate)), ""
@@ -181,6 +183,11 @@ def sentences(attributes: Mapping[str, Any]) -> list[str]:
         for name, text in texts
         if name not in _NO_TEXTS
     ]
+
+
+def sentences_of_file(attributes: Mapping[str, Any]) -> list[str]:
+    """The sentences of a dataset, one by one."""
+    return re.split(r"[.;\n](?:\s|\Z)", str(attributes.get(_OF_FILE, "")))
 
 
 def _listed(field: Any) -> str:
@@ -218,7 +225,10 @@ def _in_degrees(axis: Axis, values: np.ndarray, given: str | None, *, is_azimuth
     if scale is None:
         message = f"coordinate {axis.name!r} does not say whether it is in degrees or radians"
         shown = f" (units = {stated!r})" if stated else ""
-        raise FieldError(f"{message}{shown}", f"{SAY_ANGLE}, or set its attribute units", "angle_unit")
+        advice = f"{SAY_ANGLE}, or set its attribute units"
+        if stated not in ("", "1"):
+            advice = f"if it is in one of them, {advice}"
+        raise FieldError(f"{message}{shown}", advice, "angle_unit")
     return values if scale == 1.0 else np.round(values * scale, _DIGITS)
 
 
@@ -233,12 +243,17 @@ def zenith_deg(axis: Axis, values: np.ndarray, angle_unit: str | None) -> np.nda
             raise FieldError(message, "keep those of the sky, above 0; 'umu' is read as DISORT has it", "zenith")
         cosine = (-values if name == "umu" else values).clip(-1.0, 1.0)
         return within_sky_deg(np.rad2deg(np.arccos(cosine)))
+    texts = axis.texts("long_name", "comment", "description")
+    if any(map(COSINES.search, texts)) and not np.any(np.abs(axis.values) > 1 + _ROUNDED):
+        message = f"coordinate {axis.name!r} is a zenith angle by its name, but its text speaks of a cosine"
+        raise FieldError(message, "give cosines of zenith angles the name mu", "zenith")
     angle = _in_degrees(axis, values, angle_unit)
     named, standard = name_of_column(name), str(axis.attributes.get("standard_name", ""))
     is_elevation = (named is not None and named.role == "elevation") or any(
         word in f"{name} {standard}" for word in ("elevation", "altitude")
     )
-    for text in axis.texts("long_name", "comment", "description"):
+    texts += [one for one in sentences_of_file(axis.attributes) if ON_ZENITHS.search(one) and not is_elevation]
+    for text in texts:
         if is_elevation and _FROM_ZENITH.search(text):
             message = f"coordinate {axis.name!r} is an elevation by its name, but its text says {text!r}"
             raise FieldError(message, "give zenith angles the name zenith", "zenith")
@@ -305,10 +320,11 @@ def _convention(axis: Axis, remarks: list[str]) -> AzimuthConvention:
     said += ["clockwise from north"] if plain_unit(axis.unit) in TRUE_NORTH else []
     said = said or [
         sentence
-        for sentence in re.split(r"[.;\n](?:\s|\Z)", axis.attributes.get(_OF_FILE, ""))
-        if ON_AZIMUTHS.search(sentence) and speaks_of_azimuths(sentence, is_comment=True)
+        for sentence in sentences_of_file(axis.attributes)
+        if OTHER_AZIMUTHS.match(sentence)
+        or (ON_AZIMUTHS.search(sentence) and speaks_of_azimuths(sentence, is_comment=True))
     ]
-    is_clockwise = axis.attributes.get("standard_name") in _CF_AZIMUTHS
+    is_clockwise = axis.attributes.get("standard_name", axis.name) in _CF_AZIMUTHS
     if not said and not is_clockwise:
         remarks.append(f"azimuth {axis.name!r} {ASSUMED_AZIMUTH}")
         return AzimuthConvention.ENU_FROM_EAST
@@ -356,9 +372,16 @@ def radiances(field: Any) -> np.ndarray:
     stored = np.dtype(encoding.get("dtype", values.dtype))
     scale, offset = encoding.get("scale_factor", 1.0), encoding.get("add_offset", 0.0)
 
+    def is_fill(name: str, value: Any) -> bool:
+        plain = re.sub(r"[\W_]+", "", name.lower())
+        return plain in _FILLS and (plain not in ("fill", "missing") or np.asarray(value).dtype.kind in "iuf")
+
+    is_plain = stored.kind == "f" and not {"scale_factor", "add_offset"} & set(encoding)
     for name, value in {**encoding, **attributes}.items():  # '-99.0' is text, which the library does not compare
-        if name.lower() in _FILLS and isinstance(value, str):
+        if is_fill(name, value) and isinstance(value, str):
             attributes[name] = _numbers_of(value)
+        elif is_fill(name, value) and is_plain:  # nor is -999.9 of float64 equal to that of float32
+            attributes[name] = value
 
     def limits(name: str, count: int) -> np.ndarray:
         """Numbers of an attribute, unpacked where they are as the file stores them; none where it is absent."""
@@ -366,13 +389,19 @@ def radiances(field: Any) -> np.ndarray:
         if found.dtype.kind not in "iuf" or (found.size and count not in (0, found.size)):
             raise FieldError(f"the attribute {name} of the field is {attributes[name]!r}, and no numbers of a range")
         is_packed = found.dtype.kind in "iu" and stored.kind in "iu"
-        return found * scale + offset if is_packed else found.astype(np.float64)
+        if is_packed:
+            return found * scale + offset
+        with np.errstate(over="ignore"):
+            return found.astype(values.dtype if values.dtype.kind == "f" else np.float64).astype(np.float64)
 
     radiance: np.ndarray = values.astype(np.float64)
     pair = limits("valid_range", 2)
     low = np.max([*pair[:1], *limits("valid_min", 1)], initial=-np.inf)
     high = np.min([*pair[1:], *limits("valid_max", 1)], initial=np.inf)
-    fills = [*GAP_NUMBERS, *(one for name in attributes if name.lower() in _FILLS for one in limits(name, 0))]
+    fills = [
+        *GAP_NUMBERS,
+        *(one for name, value in attributes.items() if is_fill(name, value) for one in limits(name, 0)),
+    ]
     if stored.str[1:] in _DEFAULT_FILLS:
         fills.append(_DEFAULT_FILLS[stored.str[1:]] * scale + offset)
     is_missing = (radiance < low) | (radiance > high) | np.isin(radiance, fills)

@@ -18,6 +18,7 @@ from aomc_sky.formats.radiance_words import (
     SAY_FACTOR,
     STATED_FACTOR,
     doubt_of_gaps,
+    is_factor,
     travel_of,
 )
 from aomc_sky.grid import PatchGrid
@@ -29,6 +30,7 @@ from aomc_sky.skies.field_axes import (
     field_and_bounds,
     radiances,
     sentences,
+    sentences_of_file,
     stated_unit,
     wavelengths_nm,
     zenith_deg,
@@ -129,12 +131,13 @@ def _unit(field: Any, given: str | None, remarks: list[str]) -> float:
     if found := next(filter(None, map(LOGARITHM.search, texts)), None):
         raise FieldError(f"the text of the field says {found[0]!r}", "write radiances, not their logarithms")
     for name, value in field.attrs.items():
-        if given is None and name.lower() in _FACTORS and not _is_neutral(value):
+        if given is None and is_factor(name) and not _is_neutral(value):
             raise FieldError(f"the attribute {name!r} of the field is {value}, besides its unit", SAY_FACTOR)
     if not stated:
         remarks.append("the field has no unit of radiance, so its light is relative (--radiance-unit says one)")
         return 0.0
-    if given is None and (found := next(filter(None, map(STATED_FACTOR.search, texts)), None)):
+    of_file = [one for one in sentences_of_file(field.attrs) if "radiance" in one.lower()]
+    if given is None and (found := next(filter(None, map(STATED_FACTOR.search, [*texts, *of_file])), None)):
         raise FieldError(f"the text of the field says {found[0]!r} besides its unit", SAY_FACTOR, "radiance_unit")
     factor = radiance_factor(stated)
     if factor is None:
@@ -142,14 +145,10 @@ def _unit(field: Any, given: str | None, remarks: list[str]) -> float:
     return factor
 
 
-_FACTORS = (
-    "scale", "scaling", "scaling_factor", "scalefactor", "factor", "multiplier", "slope", "gain", "intercept", "offset",
-)  # fmt: skip
-"""Attributes, in small letters, that are factors or offsets by names that CF does not know."""
-
-
 def _is_neutral(value: Any) -> bool:
-    """Whether a factor is 1, or an offset 0."""
+    """Whether a factor is 1, or an offset 0, or a text that says that there is none."""
+    if isinstance(value, str) and value.lower() in ("linear", "none"):
+        return True
     try:
         return bool(np.all(np.isin(np.asarray(value, dtype=np.float64), (0.0, 1.0))))
     except (TypeError, ValueError):

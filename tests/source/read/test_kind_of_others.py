@@ -69,3 +69,9 @@ def test_fortran_is_named_for_its_own_files_alone(tmp_path, capsys):
         code, text = said(capsys, "run", tmp_path / name)
         assert code == 3
         assert ("Fortran" in text) is is_of_fortran
+
+
+def test_a_table_whose_name_ends_as_a_file_of_a_run_is_a_table(tmp_path, capsys):
+    path = tmp_path / "photon_counts.csv"
+    path.write_text("zenith_deg,azimuth_deg,L_550\n10,0,1\n40,120,1\n40,240,1\n70,60,1\n")
+    assert said(capsys, "run", path, "--dry-run")[0] == 0

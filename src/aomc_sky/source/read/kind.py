@@ -43,10 +43,10 @@ _ENDINGS = {
     (".toml",): Kind.SKY_TOML,
     (".nc", ".nc4", ".cdf"): Kind.NETCDF,
     (".npy",): Kind.NPY,
-    ("plan.npz", "manifest.json", "counts.csv", "counts.npz"): Kind.RUN_FILE,
     (".epw", ".tm2", ".tmy2", ".tmy3"): Kind.WEATHER,
     (".py", ".ipynb"): Kind.PROGRAM,
 }
+_OF_A_RUN = ("plan.npz", "manifest.json", "counts.csv", "counts.npz")
 _TABLES = {"amc": Kind.SCENE, "lambbot": Kind.LAMBBOT, "difcol": Kind.DIFCOL, "skydist": Kind.TABLE}
 _FIRST_BYTES = {b"\x93NUMPY": Kind.NPY, b"MCPL": Kind.MCPL, b"AOMC-SKY": Kind.SOURCE, b"\x89HDF": Kind.BACKGROUND}
 SCENE_FILES = (*(f"{name}.inp" for name in _TABLES), "sky.toml")
@@ -74,6 +74,8 @@ _MOST_ENTRIES = 1000
 def kind_of_name(name: str) -> Kind | None:
     """Kind of a file by the end, the begin or a part of its name, or None."""
     name = name.lower()
+    if name in _OF_A_RUN:
+        return Kind.RUN_FILE
     for endings, kind in _ENDINGS.items():
         if name.endswith(endings):
             return kind

@@ -332,7 +332,9 @@ def test_nothing_is_written_that_the_reader_would_refuse(changes, tmp_path):
         ("SpectralSamples", "units", "um", False), ("SpectralSamples", "units", "µm", False),
         ("SpectralCurves", "units", "W m-2 nm-1", True), ("SpectralCurves", "units", "W/cm^2/um", False),
         ("SpectralCurves", "units", "microflicks", None), ("SpectralCurves", "scale_factor", 0.001, True),
-        ("SpectralCurves", "Note", "nm", False),
+        ("SpectralCurves", "Note", "nm", False), ("SpectralCurves", "Units", "W m-2 nm-1", True),
+        ("SpectralCurves", "scaling_factor", 0.001, True), ("SpectralCurves", "scale_factor", 1.0, False),
+        ("SpectralCurves", "units", "W cm-2 um-1 sr-1", True),
     ],
 )  # fmt: skip
 def test_units_that_the_file_states_are_those_of_the_format(name, word, value, is_refused, tmp_path):

@@ -32,7 +32,6 @@ from aomc_sky.skies.lobes.file.hdf5_members import (
     OPTIONAL,
     SPECTRA,
     TEXTS,
-    UNIT_WORDS,
     Hdf5Members,
     read_members,
 )
@@ -64,6 +63,8 @@ def _in_micrometres(unit: str) -> float:
 
 
 def _in_file_unit(unit: str) -> float:
+    if radiance_factor(unit):
+        return np.nan  # a radiance, which is no irradiance
     return (radiance_factor(f"{unit} sr-1") or 0.0) / SI_PER_FILE_UNIT
 
 
@@ -159,10 +160,11 @@ def _check_units(members: Hdf5Members, report: Report) -> None:
     """Report attributes of the spectra that say other units than those of the format, or a factor."""
     for name in SPECTRA:
         unit, factor = _UNITS[name]
-        for word in UNIT_WORDS:
-            text, number = members.texts.get(f"{name}@{word}"), members.arrays.get(f"{name}@{word}")
+        for key in sorted(key for key in (*members.texts, *members.arrays) if key.startswith(f"{name}@")):
+            word, text, number = key.partition("@")[2], members.texts.get(key), members.arrays.get(key)
             share = 1.0 if text is None else factor(text)
-            if number is not None or not np.isclose(share, 1.0):
+            is_factor = number is not None and not np.all(np.isin(number, (0.0, 1.0)))
+            if is_factor or not np.isclose(share, 1.0):
                 message = f"its attribute {word} is {printable(text or str(number))}; {unit} is read"
                 is_warning = text is not None and share == 0.0  # words that are no unit
                 report.add("E506", message, name=f"/{name}", advice=f"write {unit}", is_warning=is_warning)

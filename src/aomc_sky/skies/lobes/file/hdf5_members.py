@@ -23,6 +23,7 @@ from aomc_sky.formats.hdf5_storage import (
     require_plain_chunks,
     require_size,
 )
+from aomc_sky.formats.radiance_words import is_factor
 from aomc_sky.formats.report import Report, printable
 from aomc_sky.formats.text_file import open_data, refuse
 
@@ -54,7 +55,7 @@ _AGAIN = "make the file again"
 
 SPECTRA = ("SpectralSamples", "SpectralCurves")
 UNIT_WORDS = ("units", "unit", "scale_factor", "add_offset")
-"""Attributes of the spectra that are looked at, as ``SpectralCurves@units``; the format has none."""
+"""Attributes of the spectra that are looked at, as ``SpectralCurves@units``, in any letters, beside other factors."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -150,8 +151,8 @@ class _Reading:
             require_size(declared_bytes(item), self.budget, self.allowed, "an array")  # before a chunk is unpacked
             require_plain_chunks(item, self.budget)
             self._store("/".join(path), item, partial(item.__getitem__, ()))
-            for word in UNIT_WORDS if path[0] in SPECTRA else ():
-                if word in item.attrs:
+            for word in item.attrs if path[0] in SPECTRA else ():
+                if word.lower() in UNIT_WORDS or is_factor(word):
                     self._store(f"{path[0]}@{word}", item.attrs.get_id(word), partial(item.attrs.get, word))
 
     def _store(self, name: str, item: Any, values: Callable[[], Any]) -> None:
