@@ -311,3 +311,23 @@ def test_gaps_of_coordinates_are_no_angles():
     table = sky.TabulatedSky.from_xarray(field)
     assert f"{np.sum(~is_sky)} values without a direction were left out" in table.remarks
     assert table.radiance(0.5, 1.0, 550.0) == pytest.approx(1.0)
+
+
+def test_bounds_that_the_file_lost_are_asked_for(tmp_path, capsys):
+    """Half-way between 5, 20 and 60 degrees is no edge of rings 0-10-30-90."""
+    pytest.importorskip("h5netcdf")
+    zenith = ("zenith", [5.0, 20.0, 60.0], {"units": "degree", "bounds": "zenith_bnds"})
+    field = east(azimuth=FROM_NORTH).isel(zenith=slice(3)).assign_coords(zenith=zenith)
+    field.to_netcdf(tmp_path / "field.nc", engine="h5netcdf")
+    assert main(["run", str(tmp_path / "field.nc"), "--dry-run"]) == 3
+    assert "has the bounds 'zenith_bnds', which are not in this field" in capsys.readouterr().err
+
+
+def test_solid_angles_beside_the_radiances_are_no_second_field(tmp_path):
+    pytest.importorskip("h5netcdf")
+    field = east(azimuth=FROM_NORTH, radiance={"cell_measures": "area: omega"}, name="I").squeeze(
+        "wavelength", drop=True
+    )
+    field["omega"] = (("zenith", "azimuth"), np.ones((10, 24)))
+    field.to_netcdf(tmp_path / "field.nc", engine="h5netcdf")
+    assert main(["run", str(tmp_path / "field.nc"), "--wavelengths", "550", "--dry-run"]) == 0

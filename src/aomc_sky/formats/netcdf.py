@@ -58,7 +58,7 @@ def read_field(
     have it. No other file is opened, whatever the file says. InputFileError (E551 to E553); FieldError;
     MissingExtraError without xarray and h5netcdf.
     """
-    with open_netcdf(path, decode_times=False, decode_coords="all") as (dataset, allowed):
+    with open_netcdf(path, decode_times=False) as (dataset, allowed):
         isel = dict(isel or {})
         done = {dim: k for dim, k in isel.items() if 0 <= k < dataset.sizes.get(dim, 0)}
         whole, more = stokes(dataset.isel(done)) or (dataset, [])
@@ -172,6 +172,7 @@ def _is_of_sky(name: str, attributes: Mapping[str, Any]) -> bool:
 def _name_of_field(dataset: Any, variable: str | None) -> str:
     """The variable that is named, the only one, or the only one that says that it is a radiance."""
     edges = {bounds_name(one) for one in dataset.variables.values()}
+    edges |= {word for one in dataset.variables.values() for word in str(one.attrs.get("cell_measures", "")).split()}
     numbers = {
         str(name): one
         for name, one in dataset.data_vars.items()
