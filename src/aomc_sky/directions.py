@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import UsageError, unmasked
+from aomc_sky.errors import UsageError, floats
 
 C = TypeVar("C")
 
@@ -104,7 +104,7 @@ def to_enu_azimuth_deg(
         if sun_azimuth_deg is None:
             raise UsageError(f"azimuths of {convention.name} count from the sun: give sun_azimuth_deg")
         offset += sun_azimuth_deg
-    azimuth = np.asarray(unmasked("azimuth_deg", azimuth_deg), dtype=np.float64)
+    azimuth = floats("azimuth_deg", azimuth_deg)
     if np.any(np.isinf(azimuth)):
         raise UsageError("azimuth_deg must be finite")
     turned = np.mod(offset + orientation * azimuth, 360.0)
@@ -146,7 +146,7 @@ def given_angle(name: str, value: Any, twin: Any, default: float | None = None) 
     if value is not None:
         raise UsageError(f"{name} and {other} are one angle: give one of them")
     try:
-        angle = np.asarray(unmasked(other, twin), dtype=np.float64)
+        angle = floats(other, twin)
     except (TypeError, ValueError):
         raise UsageError(f"{other} must be numbers, got {twin!r}") from None
     converted = np.rad2deg(angle) if name.endswith("_deg") else np.deg2rad(angle)
@@ -213,7 +213,7 @@ def sin_cos_deg(angle_deg: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
 
     Within 2.5 ulp of the true values for |angle| up to 720.
     """
-    angle = np.asarray(unmasked("an angle", angle_deg), dtype=np.float64)
+    angle = floats("an angle", angle_deg)
     if np.any(np.isinf(angle)):
         raise UsageError("an angle must be finite")
     quarter = np.rint(angle / 90.0)
@@ -287,7 +287,7 @@ def sky_from_travel(direction: ArrayLike, frame: Frame = Frame.UP) -> tuple[np.n
     >>> print(np.degrees([zenith_rad, azimuth_rad]).round(2))
     [36.87 90.  ]
     """
-    u = np.asarray(unmasked("direction", direction), dtype=np.float64)
+    u = floats("direction", direction)
     cos_z = -u[..., 2] if frame is Frame.UP else u[..., 2]
     zenith = np.arctan2(np.hypot(u[..., 0], u[..., 1]), cos_z)
     azimuth = np.arctan2(-u[..., 1] + 0.0, -u[..., 0] + 0.0)

@@ -5,7 +5,10 @@ from __future__ import annotations
 import enum
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
+
+if TYPE_CHECKING:
+    import numpy as np
 
 Member = TypeVar("Member", bound=enum.Enum)
 
@@ -301,6 +304,13 @@ def unmasked(name: str, value: Any) -> Any:
     if is_masked(value):
         raise SceneError(f"{name} has masked values; leave these entries out, or fill them with numbers")
     return value
+
+
+def floats(name: str, value: Any) -> np.ndarray:
+    """The numbers of a caller in float64; SceneError if some are masked."""
+    from numpy import asarray, float64
+
+    return asarray(unmasked(name, value), dtype=float64)
 
 
 def member_of(kind: type[Member], value: object, name: str) -> Member:

@@ -2174,7 +2174,8 @@ SKY_FN void SKY_(number_range)(const aomc_sky_source *s, uint64_t start, uint64_
         for (c = 0; c < 3; c++) {
             SKY_F *out = c == 0 ? n1 : c == 1 ? n2 : n3;
             uint64_t shift = s->number_shifts[c], step = s->number_steps[c], *word = c == 1 ? b : a;
-            if (s->by_philox && c != 1) aomc_sky_pairs(s->position_key, m, rank, s->band, c == 2 ? 2 : 1, a, b);
+            if (s->by_philox && (c == 0 ? n1 || n2 : c == 2 && n3)) /* one pair has the first two numbers */
+                aomc_sky_pairs(s->position_key, m, rank, s->band, c == 2 ? 2 : 1, a, b);
             if (!out) continue;
             if (s->by_philox)
                 for (j = 0; j < m; j++) out[lo + j] = SKY_(unit)(word[j]);

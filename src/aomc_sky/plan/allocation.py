@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
-from aomc_sky.errors import AllocationError, InputWarning, UsageError, member_of, unmasked
+from aomc_sky.errors import AllocationError, InputWarning, UsageError, floats, member_of
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.kernels.arithmetic import rng
 from aomc_sky.kernels.arithmetic.error_free import (
@@ -150,7 +150,7 @@ def allocate(
     array([5, 3, 2])
     """
     chosen = member_of(AllocationMethod, method, "allocation")
-    values = np.asarray(unmasked("mass", mass), dtype=np.float64)
+    values = floats("mass", mass)
     n = checked_photons(n_photons, chosen)
     if chosen is AllocationMethod.AOMC:
         return _aomc(values, n)

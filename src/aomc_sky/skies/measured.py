@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
 from aomc_sky.directions import given_angle, sky_from_travel, travel_from_sky, within_sky_deg
-from aomc_sky.errors import InputWarning, SceneError, unmasked
+from aomc_sky.errors import InputWarning, SceneError, floats, unmasked
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.function_sky import FunctionSky
@@ -155,7 +155,7 @@ class RadianceField(Share):
             As for the class.
         """
         zenith, azimuth = (
-            np.asarray(unmasked(name, given_angle(name, value, twin)), dtype=np.float64).ravel()
+            floats(name, given_angle(name, value, twin)).ravel()
             for name, value, twin in (
                 ("sky_zenith_deg", sky_zenith_deg, sky_zenith_rad),
                 ("sky_azimuth_deg", sky_azimuth_deg, sky_azimuth_rad),

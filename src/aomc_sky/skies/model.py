@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
-from aomc_sky.errors import SceneError, UsageError, unmasked
+from aomc_sky.errors import SceneError, UsageError, floats
 
 
 @runtime_checkable
@@ -45,7 +45,7 @@ class SkyModel(Protocol):
 def broadcast(*arguments: ArrayLike) -> list[np.ndarray]:
     """The arguments of `SkyModel.radiance` as float64 arrays of one shape."""
     names = ("sky_zenith_rad", "sky_azimuth_rad", "wavelength_nm")
-    given = [np.asarray(unmasked(*one), dtype=np.float64) for one in zip(names, arguments, strict=True)]
+    given = [floats(*one) for one in zip(names, arguments, strict=True)]
     if np.any(np.isinf(given[0])) or np.any(np.isinf(given[1])):
         raise SceneError("the zenith angle and the azimuth of a sky direction must be finite")
     return list(np.broadcast_arrays(*given))
@@ -82,7 +82,7 @@ def check_share(model: Share) -> None:
         if value is None:
             continue
         try:
-            numbers = np.asarray(unmasked(name, value), dtype=np.float64)
+            numbers = floats(name, value)
         except (TypeError, ValueError):
             raise SceneError(f"{name} must be a number or one for each wavelength, got {value!r}") from None
         if numbers.ndim > 1 or not np.all(np.isfinite(numbers) & (numbers >= 0)):

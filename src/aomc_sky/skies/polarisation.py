@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law
-from aomc_sky.errors import SceneError, unmasked
+from aomc_sky.errors import SceneError, floats
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.quadrature import POINTS, angles_at, weighted_sum
 
@@ -83,8 +83,8 @@ class RayleighPattern:
         tuple of ndarray, float64
             q and u, broadcast of the angles. [-1 to 1]
         """
-        zenith = np.asarray(unmasked("sky_zenith_rad", sky_zenith_rad), dtype=np.float64)
-        turn = np.asarray(unmasked("sky_azimuth_rad", sky_azimuth_rad), dtype=np.float64) - sun_azimuth_rad
+        zenith = floats("sky_zenith_rad", sky_zenith_rad)
+        turn = floats("sky_azimuth_rad", sky_azimuth_rad) - sun_azimuth_rad
         if np.any(np.isinf(zenith)) or np.any(np.isinf(turn)) or math.isinf(sun_zenith_rad):
             raise SceneError("the angles of the sky direction and of the sun must be finite")
         sine, cosine = math.sin(sun_zenith_rad), math.cos(sun_zenith_rad)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import MAX_SLOPE, Component, Law, cells_of_grid, slope_factor
 from aomc_sky.directions import AzimuthConvention, given_angle
-from aomc_sky.errors import InputWarning, SceneError, UsageError, unmasked
+from aomc_sky.errors import InputWarning, SceneError, UsageError, floats
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.model import Share, broadcast, check_share, has_share, with_share
@@ -125,7 +125,7 @@ class TabulatedSky(Share):
         object.__setattr__(self, "weighting", Weighting(self.weighting))
         if np.ma.is_masked(self.values):
             raise SceneError("the values of a sky are masked; give them a radiance, 0 where no light comes from")
-        wavelength = np.atleast_1d(np.asarray(unmasked("wavelength_nm", self.wavelength_nm), dtype=np.float64))
+        wavelength = np.atleast_1d(floats("wavelength_nm", self.wavelength_nm))
         values = np.asarray(self.values, dtype=np.float64)
         if values.ndim == 1 or values.shape[0] != wavelength.size:
             raise ValueError(f"values need a first axis of {wavelength.size} wavelengths, got shape {values.shape}")
@@ -174,9 +174,7 @@ class TabulatedSky(Share):
             raise UsageError("values_q and values_u belong together: give both, or none")
         if self.values_q is None:
             return {}
-        given = {
-            name: np.asarray(unmasked(name, getattr(self, name)), dtype=np.float64) for name in ("values_q", "values_u")
-        }
+        given = {name: floats(name, getattr(self, name)) for name in ("values_q", "values_u")}
         for name, array in given.items():
             if array.size != values.size or len(array) != len(values):
                 raise ValueError(f"{name} wants the shape of values, {np.shape(self.values)}, got {array.shape}")

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import in_both_units, settle_angles
-from aomc_sky.errors import SceneError, UsageError, unmasked
+from aomc_sky.errors import SceneError, UsageError, floats, unmasked
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.atmosphere.language.block import Block
 
@@ -442,7 +442,7 @@ def rayleigh_cross_section(
 
 
 def _in_range(name: str, value: ArrayLike, low: float, high: float) -> Any:
-    array = np.asarray(unmasked(name, value), np.float64)
+    array = floats(name, value)
     if not np.all((array >= low) & (array <= high)):
         raise UsageError(f"{name} must lie between {low:g} and {high:g}")
     return array[()]

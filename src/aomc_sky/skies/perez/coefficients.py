@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import sin_cos_deg
-from aomc_sky.errors import SceneError, require_one_of, unmasked
+from aomc_sky.errors import SceneError, floats, require_one_of, unmasked
 from aomc_sky.kernels.arithmetic.elementary import LN2_HI, LN2_LO, exp_level
 from aomc_sky.kernels.arithmetic.error_free import two_product, two_sum
 from aomc_sky.skies.perez.irradiances import (
@@ -82,7 +82,7 @@ def relative_air_mass(sun_zenith_rad: ArrayLike, *, formula: str = "kasten-young
     """
     require_one_of(_AIR_MASS, formula, "air_mass")
     offset, reach, exponent = _AIR_MASS[formula]
-    zenith = np.asarray(unmasked("sun_zenith_rad", sun_zenith_rad), dtype=np.float64)
+    zenith = floats("sun_zenith_rad", sun_zenith_rad)
     with np.errstate(over="ignore"):
         degrees = np.rad2deg(zenith)
     if np.any((degrees < 0) | (degrees >= reach)):
@@ -134,7 +134,7 @@ def epsilon_bin(epsilon: ArrayLike) -> np.ndarray:
     >>> print(sky.perez.epsilon_bin([1.0, 1.065, 7.0]))
     [0 1 7]
     """
-    clearness = np.asarray(unmasked("epsilon", epsilon), dtype=np.float64)
+    clearness = floats("epsilon", epsilon)
     if np.any(np.isnan(clearness)):
         raise SceneError("a sky clearness that is not a number has no bin")
     return np.searchsorted(np.array(EPSILON_EDGES[1:]), clearness, side="right")

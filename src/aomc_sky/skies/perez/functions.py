@@ -11,7 +11,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import SceneError, UsageError, unmasked
+from aomc_sky.errors import SceneError, UsageError, floats
 from aomc_sky.skies.perez.coefficients import (
     coefficients,
     epsilon_bin,
@@ -69,12 +69,12 @@ def relative_radiance(
     >>> print(f"{towards_the_sun / opposite:.2f}")
     15.91
     """
-    values = np.asarray(unmasked("coefficients", coefficients), dtype=np.float64)
+    values = floats("coefficients", coefficients)
     a, b, c, d, e = np.moveaxis(values, -1, 0)
-    zenith = np.asarray(unmasked("sky_zenith_rad", sky_zenith_rad), dtype=np.float64)
+    zenith = floats("sky_zenith_rad", sky_zenith_rad)
     if np.any((zenith < 0) | (zenith > np.pi / 2)):
         raise SceneError("the zenith angle of a sky element must be from 0 to pi/2 rad")
-    azimuth = np.asarray(unmasked("azimuth_from_sun_rad", azimuth_from_sun_rad), dtype=np.float64)
+    azimuth = floats("azimuth_from_sun_rad", azimuth_from_sun_rad)
     if np.any(np.isinf(azimuth)):
         raise SceneError("the azimuth of a sky element must be finite")
     sun = checked_sun(sun_zenith_rad)
@@ -142,7 +142,7 @@ def luminance(
         known, reference = diffuse_illuminance, horizontal_integral(coefficients, sun_zenith_rad)
     if np.any(reference <= 0):
         raise SceneError("the model's sky is negative overhead or as a whole and cannot be scaled; see PerezSky")
-    return relative * (np.asarray(unmasked("the luminance", known), dtype=np.float64) / reference)
+    return relative * (floats("the luminance", known) / reference)
 
 
 def horizontal_integral(coefficients: ArrayLike, sun_zenith_rad: ArrayLike) -> np.ndarray:
@@ -164,7 +164,7 @@ def horizontal_integral(coefficients: ArrayLike, sun_zenith_rad: ArrayLike) -> n
     >>> print(sky.perez.horizontal_integral(coefficients, np.radians(48.0)).round(4))
     2.2812
     """
-    values = np.asarray(unmasked("coefficients", coefficients), dtype=np.float64)
+    values = floats("coefficients", coefficients)
     zenith = checked_sun(sun_zenith_rad)
     shape = np.broadcast_shapes(values.shape[:-1], zenith.shape)
     values = np.broadcast_to(values, (*shape, 5)).reshape(-1, 5)

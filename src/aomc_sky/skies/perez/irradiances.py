@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import sin_cos_deg
-from aomc_sky.errors import SceneError, UsageError, unmasked
+from aomc_sky.errors import SceneError, UsageError, floats
 from aomc_sky.inputs import PEREZ
 
 EXTRATERRESTRIAL_NORMAL = 1361.1  #: Solar constant. [W m-2]
@@ -29,7 +29,7 @@ BEAM_TOLERANCE = 1.05  #: The sun's distance (3.4 %) on an unknown date, and the
 
 def checked_sun(sun_zenith_rad: ArrayLike) -> np.ndarray:
     """Zenith angle of a sun above the horizon as float64; a SceneError for any other. [rad, 0 to pi/2]"""
-    zenith = np.asarray(unmasked("sun_zenith_rad", sun_zenith_rad), dtype=np.float64)
+    zenith = floats("sun_zenith_rad", sun_zenith_rad)
     if np.any((zenith < 0) | (zenith > np.pi / 2)):
         raise SceneError(
             "the zenith angle of the sun must be from 0 to pi/2 rad (sun above the horizon), got "
@@ -40,7 +40,7 @@ def checked_sun(sun_zenith_rad: ArrayLike) -> np.ndarray:
 
 def checked_irradiance(name: str, value: ArrayLike) -> np.ndarray:
     """Irradiance as float64; what an unlit instrument shows, down to -5 W m-2, is 0."""
-    array = np.asarray(unmasked(name, value), dtype=np.float64)
+    array = floats(name, value)
     if np.any((array < -OFFSET) | np.isinf(array)):
         raise SceneError(
             f"{name} must be finite and at least -{OFFSET:g} W m-2, the offset of an instrument without light; got "
@@ -69,7 +69,7 @@ def kilowatts(irradiances: Iterable[float | None], sun_zenith_deg: float) -> str
 
 def checked_extraterrestrial(value: ArrayLike) -> np.ndarray:
     """Irradiance outside the atmosphere as float64; a SceneError where it is not positive. [W m-2]"""
-    array = np.asarray(unmasked("extraterrestrial_normal", value), dtype=np.float64)
+    array = floats("extraterrestrial_normal", value)
     if np.any((array <= 0) | np.isinf(array)):
         raise SceneError(
             "extraterrestrial_normal must be positive and finite, 1361.1 W m-2 at the mean distance of the sun"

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
-from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError, require_one_of, unmasked
+from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError, floats, require_one_of
 from aomc_sky.grid import PatchGrid
 from aomc_sky.inputs import MODEL
 from aomc_sky.skies.model import Share, check_share, polarised, with_share
@@ -291,8 +291,8 @@ class PerezSky(Share):
 
         In W m-2 sr-1 where dhi is known, so that the sky's irradiance is dhi; else relative, f itself.
         """
-        zenith = np.asarray(unmasked("sky_zenith_rad", sky_zenith_rad), dtype=np.float64)
-        azimuth = np.asarray(unmasked("sky_azimuth_rad", sky_azimuth_rad), dtype=np.float64) - self.sun_azimuth_rad
+        zenith = floats("sky_zenith_rad", sky_zenith_rad)
+        azimuth = floats("sky_azimuth_rad", sky_azimuth_rad) - self.sun_azimuth_rad
         shape = np.broadcast_shapes(zenith.shape, azimuth.shape, np.shape(wavelength_nm))
         if self.is_dark:
             return np.zeros(shape)
