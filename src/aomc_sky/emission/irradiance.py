@@ -33,7 +33,7 @@ class Moments:
 def cell_moments(components: tuple[Component, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Mean of mu and of 1 / mu over each cell of the components, (n_cell,) each.
 
-    Relative error below 1e-14; for a disc at the horizon below 1e-10, for a Perez sky see `skies.perez.patches`.
+    Relative error below 1e-14; for a disc at the horizon below 1e-12, for a Perez sky see `skies.perez.patches`.
     """
     parts = [law_of(c.law).moments(c) for c in components]
     return np.concatenate([mean for mean, _ in parts]), np.concatenate([inverse for _, inverse in parts])

@@ -288,8 +288,8 @@ class PhotonSource:
         Returns
         -------
         PhotonBatch
-            Fresh arrays unless `out` is given. Directions have unit length within 3e-7 (float32) or
-            6e-16 (float64).
+            Fresh arrays unless `out` is given. Directions have unit length within 3.5e-7 (float32) or
+            8.5e-16 (float64).
 
         Notes
         -----

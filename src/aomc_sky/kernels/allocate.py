@@ -18,7 +18,7 @@ _TAIL = 1e-20
 
 @inner
 def _log1p(x):
-    """log(1 + x) for x > -1, within 2 ulp (Kahan's quotient)."""
+    """log(1 + x) for x > -1, within 3 ulp (Kahan's quotient)."""
     y = 1.0 + x
     if y == 1.0:
         return x

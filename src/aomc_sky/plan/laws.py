@@ -13,7 +13,7 @@ import numpy as np
 from aomc_sky.component import CellLaw, Component, Law
 from aomc_sky.directions import sin_cos_deg
 
-_GAUSS_POINTS = 64
+_GAUSS_POINTS = 128
 
 
 def _cell_mu2(component: Component) -> tuple[np.ndarray, np.ndarray]:
@@ -90,19 +90,19 @@ def _disc(component: Component) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _disc_at_horizon(component: Component) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss points in s with mu = top (1 - s^2), which removes the root at the upper rim."""
+    """Gauss points in t with mu = top cos^2 t: smooth at the upper rim, and where the horizon only touches the disc."""
     nodes, weights = np.polynomial.legendre.leggauss(_GAUSS_POINTS)
-    s, weights = (nodes + 1) / 2, weights / 2
+    t, weights = (nodes + 1) * (np.pi / 4), weights * (np.pi / 4)
     mean, inverse = np.empty(component.n_cells), np.empty(component.n_cells)
     for k, (top2, _, chord2, cos_z) in enumerate(component.cell[:, :4]):
         top = np.sqrt(top2)
-        mu = top * (1 - s * s)
+        mu = top * np.cos(t) ** 2
         sin_z = np.sqrt(1 - cos_z**2)
         # chord^2 = (difference of heights)^2 + (difference of radii)^2 + 4 r r' sin^2(azimuth / 2)
         radius = np.sqrt(1 - mu * mu)
         rest = chord2 - (mu - cos_z) ** 2 - (radius - sin_z) ** 2
         width = 2 * np.arcsin(np.sqrt(np.clip(rest / (4 * radius * sin_z), 0.0, 1.0)))
-        measure = weights * 2 * top * s * width
+        measure = weights * top * np.sin(2 * t) * width
         flux = np.sum(measure * mu)
         mean[k], inverse[k] = np.sum(measure * mu * mu) / flux, np.sum(measure) / flux
     return mean, inverse

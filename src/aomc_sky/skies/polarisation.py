@@ -41,7 +41,8 @@ class RayleighPattern:
 
     Notes
     -----
-    Accuracy: q and u of a direction within 1e-15, also at the zenith, the horizon, the sun and the point opposite it.
+    Accuracy: q and u of a direction within 3e-15 where both azimuths lie within a turn of 0, also at the zenith, the
+    horizon, the sun and the point opposite it.
     A scene keeps the mean of each patch, weighted by flux.
 
     Examples

@@ -50,8 +50,8 @@ class McplParticles:
     start: int  #: Index of the first one in the file
     energy: np.ndarray  #: float64 (n,), kinetic energy. [MeV]
     position: np.ndarray  #: float64 (n, 3), x, y, z. [cm]
-    #: float64 (n, 3), travel direction, unit vector. A component differs by at most 6e-7 from the one that was written
-    #: in single precision with a length within 3e-7 of 1, 1.4e-15 in double precision with one within 6e-16.
+    #: float64 (n, 3), travel direction, unit vector. A component differs by at most 7e-7 from the one that was written
+    #: in single precision with a length within 3.5e-7 of 1, 2e-15 in double precision with one within 8.5e-16.
     direction: np.ndarray
     time: np.ndarray  #: float64 (n,), time. [ms]
     weight: np.ndarray  #: float64 (n,), statistical weight

@@ -44,7 +44,10 @@ _below_one = by_width(lambda x: smaller(x, np.float32(1.0 - 2.0**-24)), lambda x
 
 @formula
 def _on_slope(u, slope):
-    """Root x in [0, 1) of (1 - slope) x + slope x^2 = u, the integral of 1 + slope (2x - 1)."""
+    """Root x in [0, 1) of (1 - slope) x + slope x^2 = u, the integral of 1 + slope (2x - 1).
+
+    It is the root for a u within 2 ulp of 1 of the one given.
+    """
     rest = kind_of(u)(1) - slope
     four = kind_of(u)(4)
     return _below_one((u + u) / (rest + np.sqrt(rest * rest + four * slope * u)))

@@ -37,7 +37,7 @@ _LN2_REST = 1.1612227229362532e-26  # ln 2 less LN2_HI and LN2_LO
 def sky_clearness(dni: ArrayLike, dhi: ArrayLike, sun_zenith_rad: ArrayLike) -> np.ndarray:
     """Sky clearness epsilon, eq. (4), with 1.041 Z^3 and Z in radians. [1 to inf]
 
-    Without diffuse light it is infinite, without any light 1. Accuracy: 3 ulp, for 1 + (dni/dhi) / (1 + 1.041 Z^3)
+    Without diffuse light it is infinite, without any light 1. Accuracy: 5 ulp, for 1 + (dni/dhi) / (1 + 1.041 Z^3)
     keeps a tiny dni.
 
     Parameters
