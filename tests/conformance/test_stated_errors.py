@@ -369,6 +369,27 @@ def power(x, ten_thousandths):
     return np.where((true > 1e-290) & (true < 1e290), ulps(coefficients.power(x, p), true), 0)
 
 
+COEFFICIENTS = (
+    uniform(-3.0, 5.0),
+    uniform(-4.0, -1e-6),
+    uniform(-5.0, 60.0),
+    uniform(-10.0, -1e-2),
+    uniform(-1.0, 2.0),
+)
+
+
+@claim(2e-15, uniform(0.0, 1.5707), uniform(-np.pi, np.pi), uniform(0.0, np.pi / 2), *COEFFICIENTS)
+def relative_radiance(zenith, azimuth, sun, *coefficient):
+    """Over 1 + |b| / mu^2 and the sums of magnitudes of both factors."""
+    z, y, s, a, b, c, d, e = extended(zenith, azimuth, sun, *coefficient)
+    h = np.sin((z - s) / 2) ** 2 + np.sin(z) * np.sin(s) * np.sin(y / 2) ** 2
+    gamma, mu = 2 * np.arctan2(np.sqrt(h), np.sqrt(np.maximum(1 - h, 0))), np.cos(z)
+    terms = a * np.exp(b / mu), c * np.exp(d * gamma), e * (1 - 2 * h) ** 2
+    true, sizes = ((1 + t[0]) * (1 + t[1] + t[2]) for t in (terms, [np.abs(term) for term in terms]))
+    found = sky.perez.relative_radiance(zenith, azimuth, sun, np.stack(coefficient, axis=-1))
+    return np.abs(found - true) / (sizes * (1 + np.abs(b) / mu**2))
+
+
 @claim(3e-15, uniform(0.0, np.pi / 2), uniform(0.0, 2 * np.pi))
 def polarisation(zenith, azimuth):
     """For some suns; q and u."""

@@ -46,7 +46,7 @@ def relative_radiance(
 
     It is neither normalised nor clipped: some coefficients give negative values. At the horizon the limit of the first
     factor is 1 for b < 0, 1 + a for b = 0 and infinite for b > 0. Values beyond the largest float64 are infinite.
-    Accuracy: 1e-15 (1 + |b| / cos^2 xi) of the product of the factors' sums of magnitudes, also beside the sun.
+    Accuracy: 2e-15 (1 + |b| / cos^2 xi) of the product of the factors' sums of magnitudes, also beside the sun.
     SceneError: an angle is outside its range.
 
     Parameters
