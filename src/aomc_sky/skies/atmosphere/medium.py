@@ -417,7 +417,7 @@ def rayleigh_cross_section(
 
     Notes
     -----
-    Accuracy: 2e-15 relative for the given float64 numbers, also where n - 1 is tiny; n itself is commonly known
+    Accuracy: 3e-15 relative for the given float64 numbers, also where n - 1 is tiny; n itself is commonly known
     to 1e-8, which is 4e-5 of n - 1 and so 7e-5 of sigma for air.
 
     Examples

@@ -92,7 +92,8 @@ def legendre_table(mu: np.ndarray, n_modes: int, n_moments: int) -> np.ndarray:
     """Normalised associated Legendre functions (n_modes, n_moments, n): V_lm(mu) at [m, l - m], zeros from l =
     n_moments on.
 
-    V_lm(-mu) = (-1)^(l - m) V_lm(mu), so parity is that of the column. Accuracy: 1e-13 absolute.
+    V_lm(-mu) = (-1)^(l - m) V_lm(mu), so parity is that of the column. Accuracy: 2e-13 absolute for 60
+    moments, 5e-12 for 400.
     """
     order = np.arange(n_modes, dtype=float)[:, None]
     steps = np.arange(1, n_modes, dtype=float)[:, None]
