@@ -156,10 +156,7 @@ HOSTILE = {
     "indices": ("return " + "wavelengths[" * 4000 + "0" + "]" * 4000 + ";", "an index is a whole number"),
     "components": ("return wavelengths" + ".xyzw" * 6000 + ".x;", "more than 10000"),
     "statements": ("altitude = 1.;" * 4000 + "return 1.;", "more than 10000 numbers, names and operators"),
-    "variables": (
-        "".join(f"vec4 a{i} = vec4(altitude);" for i in range(600)) + "return 1.;",
-        "more than 500 variables",
-    ),
+    "variables": ("".join(f"vec4 a{i} = vec4(altitude);" for i in range(600)), "more than 500 variables"),
     "a long number": ("return " + "9" * 60_000 + ".;", "too large for a double"),
     "a long name": ("return " + "a" * 60_000 + ";", "is not known"),
     "open comments": ("return 1.; " + "/* " * 20_000, "no end"),
@@ -193,10 +190,9 @@ def test_what_is_long_and_honest_is_worked_out() -> None:
 def test_the_limits_are_met_exactly() -> None:
     fits = "return 1.;".ljust(MAX_BLOCK_BYTES)
     assert at(fits, 0.0) == [1.0]
-    with pytest.raises(InputFileError, match=f"has {MAX_BLOCK_BYTES + 1} bytes"):
-        density_block(fits + " ")
-    with pytest.raises(InputFileError, match=f"has {MAX_BLOCK_BYTES + 1} bytes"):
-        density_block("return 1.;//".ljust(MAX_BLOCK_BYTES - 1) + "\xe9")
+    for one_more in (fits + " ", "return 1.;//".ljust(MAX_BLOCK_BYTES - 1) + "\xe9"):
+        with pytest.raises(InputFileError, match=f"has {MAX_BLOCK_BYTES + 1} bytes"):
+            density_block(one_more)
     # return, the terms, and a sign between two
     n_terms = MAX_NODES // 2
     assert at("return " + "+".join(["1."] * n_terms) + ";", 0.0) == [float(n_terms)]
@@ -245,9 +241,8 @@ import numpy as np
 from tests.support.blocks import GIVEN, density_block
 from tests.skies.atmosphere.language.test_refusals import HOSTILE
 lanes = np.linspace(0.0, 1e5, 200_001)
-blocks = [text for text, _ in HOSTILE.values()]
 full = "".join(f"vec4 a{i} = vec4(altitude);" for i in range(480))
-blocks.append(full + "return a7.x;")
+blocks = [*(text for text, _ in HOSTILE.values()), full + "return a7.x;"]
 density_block("return altitude;")(lanes, GIVEN)
 size = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (size + 400 * 2**20,) * 2)
