@@ -32,9 +32,8 @@ def medium() -> Medium:
 
 
 def moon(zenith_deg: float, azimuth_deg: float = 0.0) -> Moon:
-    return Moon(
-        zenith_rad=SUN + math.radians(zenith_deg), azimuth_from_sun_rad=math.radians(azimuth_deg), distance_m=3.65e8
-    )
+    where = {"zenith_rad": SUN + math.radians(zenith_deg), "azimuth_from_sun_rad": math.radians(azimuth_deg)}
+    return Moon(distance_m=3.65e8, **where)
 
 
 def lights(medium: Medium, sun_deg: float = 45.0, **given: object) -> Lights:
@@ -45,9 +44,7 @@ def lights(medium: Medium, sun_deg: float = 45.0, **given: object) -> Lights:
 def test_a_moon_far_from_the_sun_changes_no_bit(medium: Medium) -> None:
     with_moon = solve_sky(medium, sun_zenith_rad=SUN, moon=moon(10.0, 10.0))
     without = solve_sky(medium, sun_zenith_rad=SUN)
-    assert with_moon.method == "sos"
-    assert with_moon.moon is None
-    assert with_moon.visible_share == 1.0
+    assert (with_moon.method, with_moon.moon, with_moon.visible_share) == ("sos", None, 1.0)
     np.testing.assert_array_equal(patch_means(with_moon, GRID, 0.3)[0], patch_means(without, GRID, 0.3)[0])
     np.testing.assert_array_equal(with_moon.direct_irradiance, without.direct_irradiance)
 
@@ -73,8 +70,7 @@ def test_reach_of_a_moon_is_never_short(medium: Medium) -> None:
 def test_visible_share_is_that_of_the_disc(medium: Medium, offset: float) -> None:
     radius = (np.arange(1000) + 0.5) / 1000
     turn = (np.arange(720) + 0.5) * np.pi / 360
-    x = np.sqrt(radius)[:, None] * np.cos(turn) * SUN_RADIUS
-    y = np.sqrt(radius)[:, None] * np.sin(turn) * SUN_RADIUS
+    x, y = (np.sqrt(radius)[:, None] * part(turn) * SUN_RADIUS for part in (np.cos, np.sin))
     seen = np.hypot(x - math.radians(offset), y) > np.arcsin(1.7371e6 / 3.65e8)
     assert visible_share(medium, SUN, moon(offset)) == pytest.approx(seen.mean(), abs=1e-3)
 

@@ -93,12 +93,8 @@ def refracted(name: str, wavelength_nm: float, true_deg: float) -> Beam:
 
 
 def extinction(medium: Medium, height_m: float) -> float:
-    at = np.array([height_m])
-    return float(
-        sum(
-            part.number_density(at)[0] * (part.scattering_m2[0] + part.absorption_m2[0]) for part in medium.constituents
-        )
-    )
+    at, parts = np.array([height_m]), medium.constituents
+    return float(sum(part.number_density(at)[0] * (part.scattering_m2[0] + part.absorption_m2[0]) for part in parts))
 
 
 @pytest.mark.parametrize(
@@ -126,18 +122,17 @@ def gas_depths(zenith_deg: float) -> tuple[np.ndarray, np.ndarray]:
     pvlib = pytest.importorskip("pvlib")
     air_mass = pvlib.atmosphere.get_relative_airmass(zenith_deg, "kastenyoung1989")
 
-    def beam_at(water_cm: float, pressure_pa: float) -> np.ndarray:
-        found = pvlib.spectrum.spectrl2(
+    # without pressure there are neither mixed gases nor molecules; theirs is equation 2-4 of SPCTRL2
+    without, with_all = (
+        pvlib.spectrum.spectrl2(
             zenith_deg, zenith_deg, 0.0, 0.0, pressure_pa, air_mass, water_cm, 0.3, 0.1, dayofyear=80
         )
-        return np.ravel(found["dni"])
-
-    nm = np.ravel(pvlib.spectrum.spectrl2(0, 0, 0, 0, 101325.0, 1.0, 0, 0, 0.1, dayofyear=80)["wavelength"])
-    # without pressure there are neither mixed gases nor molecules; theirs is equation 2-4 of SPCTRL2
-    without, with_all = beam_at(0.0, 1e-9), beam_at(1.416, 101325.0)
+        for water_cm, pressure_pa in ((0.0, 1e-9), (1.416, 101325.0))
+    )
+    nm = np.ravel(without["wavelength"])
     micron = nm / 1000.0
     molecules = air_mass * 101325.0 / 101300.0 / (micron**4 * (115.6406 - 1.3366 / micron**2))
-    return nm, np.log(without / with_all) - molecules
+    return nm, np.log(np.ravel(without["dni"] / with_all["dni"])) - molecules
 
 
 @pytest.mark.parametrize(

@@ -103,8 +103,7 @@ SPHERICAL = cases("spherical_radiance.csv", "case", "wavelength_nm", "albedo", "
 
 
 @pytest.mark.parametrize(
-    ("case", "wavelength", "albedo", "sza"),
-    most([key for key in SPHERICAL if float(key[3]) <= 85.0], 5),
+    ("case", "wavelength", "albedo", "sza"), most([key for key in SPHERICAL if float(key[3]) <= 85.0], 5)
 )
 def test_spherical_totals(case: str, wavelength: str, albedo: str, sza: str) -> None:
     """The table's own order 1 and our later orders: 1 % down to a sun at 10 degrees, beside three standard errors."""
