@@ -1,7 +1,5 @@
 """Background skies: three kinds of reference time, keys that fade into each other, spectra."""
 
-import csv
-
 import numpy as np
 import pytest
 
@@ -13,6 +11,7 @@ from aomc_sky.skies.lobes.file.data import ReferenceType
 from aomc_sky.skies.lobes.light import read_background
 from aomc_sky.skies.lobes.lobe import slerp
 from tests.skies.lobes.animations import DAY, animation, background
+from tests.skies.lobes.test_functions import rows
 from tests.support.shared import SHARED, needs_shared
 
 SATURDAY_2024_06_01 = 1_717_200_000.0  # midnight UTC
@@ -120,9 +119,8 @@ def test_radiance_integrates_to_the_irradiance_above_the_horizon():
     ],
 )
 def test_bad_animations_are_refused(changes):
-    one = animation([0.0, 1.0], [1.0, 1.0], **changes)
     with pytest.raises(SceneError):
-        background(one)
+        background(animation([0.0, 1.0], [1.0, 1.0], **changes))
 
 
 def test_bad_skies_are_refused():
@@ -135,25 +133,16 @@ def test_bad_skies_are_refused():
     sky = background(animation([0.0], [1.0]))
     with pytest.raises(UsageError, match="a0"):
         sky.irradiance("moon", 0.0, 500.0)
+    with pytest.raises(UsageError, match="do not broadcast"):
+        sky.irradiance(None, [0.0, 1.0, 2.0], [400.0, 500.0])
     with pytest.raises(SceneError, match="time"):
         sky.irradiance("a0", np.inf, 500.0)
 
 
-@pytest.fixture
-def reference():
-    """The reference file as a sky, and the rows of a table beside it."""
-    pytest.importorskip("h5py")
-
-    def rows(name):
-        with (SHARED / "lobes" / name).open() as lines:
-            return list(csv.DictReader(lines))
-
-    return read_background(SHARED / "lobes" / "background_sky_a.h5"), rows
-
-
 @needs_shared
-def test_reference_times_row_by_row(reference):
-    sky, rows = reference
+def test_reference_times_row_by_row():
+    pytest.importorskip("h5py")
+    sky = read_background(SHARED / "lobes" / "background_sky_a.h5")
     table = rows("background_sky_a_times.csv")
     assert len(table) == 425
     for row in table:
@@ -166,11 +155,6 @@ def test_reference_times_row_by_row(reference):
         assert got == pytest.approx(float(row["irradiance"]), rel=6e-13, abs=0)
 
 
-def test_times_and_wavelengths_that_do_not_broadcast():
-    with pytest.raises(UsageError, match="do not broadcast"):
-        background(animation([0.0], [1.0])).irradiance(None, [0.0, 1.0, 2.0], [400.0, 500.0])
-
-
 def test_keys_fade_into_each_other_in_shape_and_direction():
     night = background(glow=glow())
     now = background_at(night, 0.25 * DAY)
@@ -178,19 +162,14 @@ def test_keys_fade_into_each_other_in_shape_and_direction():
     assert [lobe.param0 for lobe in now.lobes] == [0.2, 0.6]
     np.testing.assert_allclose(now.lobes[0].spectrum, [0.75, 1.5, 4.5], rtol=1e-15)
     np.testing.assert_allclose(now.lobes[1].spectrum, [6.0, 6.0, 6.0], rtol=1e-15)
-    start, end = background_at(night, 0.0), _end_key(night)
-    expected = 0.75 * start.radiance(*ANGLES, 450.0) + 0.25 * end.radiance(*ANGLES, 450.0)
-    np.testing.assert_allclose(now.radiance(*ANGLES, 450.0), expected, rtol=1e-14)
-
-
-def _end_key(night):
-    """The last key alone, from the laws."""
-    one = night.animations["glow"]
-    lobe = aomc_sky.WeightedLobe(
-        name="end", kind=one.kind[1], param0=one.param0[1], param1=one.param1[1], quaternion=one.quaternion[1],
-        wavelength_nm=night.wavelength_nm, spectrum=one.coefficient[1] * night.curves[one.curve_index[1]],
+    # the last key alone, from the law
+    end = aomc_sky.WeightedLobe(
+        name="end", kind="ggx", param0=0.6, param1=0.4, quaternion=turn(80.0),
+        wavelength_nm=night.wavelength_nm, spectrum=3.0 * night.curves[1],
     )  # fmt: skip
-    return aomc_sky.LobeSky(lobes=(lobe,))
+    ends = background_at(night, 0.0), aomc_sky.LobeSky(lobes=(end,))
+    expected = sum(share * key.radiance(*ANGLES, 450.0) for share, key in zip((0.75, 0.25), ends, strict=True))
+    np.testing.assert_allclose(now.radiance(*ANGLES, 450.0), expected, rtol=1e-14)
 
 
 @pytest.mark.parametrize("interpolation", ["crossfade", "slerp"])

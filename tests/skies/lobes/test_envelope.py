@@ -13,22 +13,10 @@ from aomc_sky.skies.lobes.horizon import masses_of_lobe
 from aomc_sky.skies.lobes.lobe import vertical_in_local
 from tests.support.lobes import lobe_components
 
+WIDTHS = [(1e-4, 1e-4), (0.01, 0.02), (0.3, 0.3), (1.0, 1.0), (1e3, 1e3), (0.01, 100.0), (1e-4, 1.0), (0.1, 1e3)]
 SHAPES = [
     *(("hg", g, 0.0) for g in (0.0, 1e-8, 0.5, 0.9, 0.99, 1 - 2.0**-24, 1 - 1e-10, 1 - 1e-14)),
-    *(
-        (kind, first, second)
-        for kind in ("ggx", "beckmann")
-        for first, second in (
-            (1e-4, 1e-4),
-            (0.01, 0.02),
-            (0.3, 0.3),
-            (1.0, 1.0),
-            (1e3, 1e3),
-            (0.01, 100.0),
-            (1e-4, 1.0),
-            (0.1, 1e3),
-        )
-    ),
+    *((kind, *widths) for kind in ("ggx", "beckmann") for widths in WIDTHS),
 ]
 ZENITHS = (0.0, 10.0, 60.0, 80.0, 89.0, 89.999, 90.0, 90.0001, 91.0, 95.0, 120.0, 170.0, 179.9, 180.0)
 EVERY = list(itertools.product(SHAPES, ZENITHS))

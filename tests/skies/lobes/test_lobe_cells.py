@@ -37,14 +37,9 @@ LOBES = (
 
 def components(chosen=LOBES):
     """Lobes with about equally many photons each."""
-    parts = lobe_components(
-        names=[f"lobe {i}" for i in range(len(chosen))],
-        kinds=[c[0] for c in chosen],
-        param0=[c[1] for c in chosen],
-        param1=[c[2] for c in chosen],
-        quaternion=[c[3] for c in chosen],
-        irradiance=np.ones((len(chosen), 1)),
-    )
+    columns = dict(zip(("kinds", "param0", "param1", "quaternion"), map(list, zip(*chosen, strict=True)), strict=True))
+    names = [f"lobe {i}" for i in range(len(chosen))]
+    parts = lobe_components(names=names, irradiance=np.ones((len(chosen), 1)), **columns)
     names = ("name", "law", "mass", "cell", "shared", "bounds")
     return tuple(Component(strength=np.ones(1), **{n: getattr(p, n) for n in names}) for p in parts)
 
@@ -89,8 +84,7 @@ def test_any_split_gives_the_same_photons(compiled):
     source = scene(scenes()["lobes"], N).source(seed=4)
     fill = source._emitter.fill_compiled if compiled else source._emitter.fill_plain
     kinds = {"ux": np.float32, "uy": np.float32, "uz": np.float32, "patch": np.int32}
-    whole = {name: np.empty(N, kind) for name, kind in kinds.items()}
-    parts = {name: np.empty(N, kind) for name, kind in kinds.items()}
+    whole, parts = ({name: np.empty(N, kind) for name, kind in kinds.items()} for _ in range(2))
     fill(0, 0, whole)
     for lo, hi in itertools.pairwise((0, 1, 8, N // 7, N // 7 + 3, N // 2, N)):
         fill(0, lo, {name: array[lo:hi] for name, array in parts.items()})
@@ -208,13 +202,12 @@ def test_bins_of_ranks_are_exact(n, bits):
 
 def test_planted_offset_left_out_moves_bins():
     """With fewer photons than bins, and without an offset, the lobe's first bins are empty for ever."""
-    still = [int(plain_lobe.bin_of_rank(np.array([0], np.uint64), *falls_of(1, 10, 0, 0))[0])]
-    moved = {
-        int(plain_lobe.bin_of_rank(np.array([0], np.uint64), *falls_of(1, 10, offset, 0))[0])
-        for offset in range(0, 1 << 40, 1 << 30)
-    }
-    assert still == [1023]
-    assert moved == set(range(1024))
+
+    def first_bin(offset):
+        return int(plain_lobe.bin_of_rank(np.zeros(1, np.uint64), *falls_of(1, 10, offset, 0))[0])
+
+    assert first_bin(0) == 1023
+    assert {first_bin(offset) for offset in range(0, 1 << 40, 1 << 30)} == set(range(1024))
 
 
 @pytest.mark.skipif(not JIT, reason="hosts need the compiler")
