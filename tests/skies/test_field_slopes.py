@@ -7,8 +7,7 @@ import pytest
 
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.tabulated import TabulatedSky
-
-xarray = pytest.importorskip("xarray")
+from tests.support.fields import field_of
 
 ZENITH_DEG = np.arange(5.0, 90.0, 20.0)
 
@@ -18,11 +17,8 @@ def smooth(zenith_deg, azimuth_deg):
 
 
 def field(zenith_deg, azimuth_deg, function):
-    angles = np.meshgrid(zenith_deg, azimuth_deg, indexing="ij")
-    coordinates = {
-        name: (name, values, {"units": "degree"}) for name, values in (("zenith", zenith_deg), ("azimuth", azimuth_deg))
-    }
-    return TabulatedSky.from_xarray(xarray.DataArray(function(*angles), dims=("zenith", "azimuth"), coords=coordinates))
+    values = function(*np.meshgrid(zenith_deg, azimuth_deg, indexing="ij"))
+    return TabulatedSky.from_xarray(field_of(values, zenith_deg, azimuth_deg))
 
 
 @pytest.mark.parametrize(("n", "first", "error"), [(4, 0.1, 0.4), (24, 0.25, 0.02), (80, 0.5, 0.01), (120, 0.25, 0.01)])

@@ -52,6 +52,7 @@ def run(field, folder, *options, **encoding):
     "texts",
     [
         {"of_file": {"azimuth_convention": "clockwise from north"}},
+        {"of_file": {"azimuth_convention": "north_clockwise"}},
         {"of_file": {"comment": "Cloudless. Azimuth is counted clockwise from north.\nMade in Kiel."}},
         {"radiance": {"comment": "azimuth clockwise from north"}},
         {"azimuth": {"units": "degree_true"}},

@@ -11,6 +11,7 @@ from tests.support.shared import DATA
 from tests.support.stokes import DEFECTS
 
 xarray = pytest.importorskip("xarray")
+read = sky.TabulatedSky.from_xarray
 
 MODES = np.genfromtxt(DATA / "polarised/rayleigh.csv", delimiter=",", names=True)
 """Of bench/polarised_field.py: sasktran2, molecules of optical depth 0.5, the cosine of the sun's zenith angle 0.2."""
@@ -57,7 +58,7 @@ def dataset(names=("I", "Q", "U"), sense=1.0, step_deg=5.0):
 
 
 def model(field=None, **how):
-    return sky.TabulatedSky.from_xarray(dataset() if field is None else field, stokes_signs=(1, -1), **how)
+    return read(dataset() if field is None else field, stokes_signs=(1, -1), **how)
 
 
 def photons(made, n=1_000_000):
@@ -116,7 +117,7 @@ def test_a_million_photons_have_the_stokes_vectors_of_the_field():
 
 def test_a_clockwise_azimuth_turns_the_sign_of_u():
     """A field whose azimuths run the other way is the mirror image: q is the same, u changes its sign."""
-    one, other = model(), sky.TabulatedSky.from_xarray(dataset(sense=-1.0))
+    one, other = model(), read(dataset(sense=-1.0))
     zenith, turn = np.deg2rad([20.0, 60.0, 80.0]), np.deg2rad([30.0, 100.0, 250.0])
     patches = [
         m.grid.patch_of(np.rad2deg(zenith), np.rad2deg(s * turn) + SUN_AZIMUTH_DEG) for m, s in ((one, 1), (other, -1))
@@ -149,8 +150,8 @@ def test_other_names_and_the_dimension_of_sasktran2():
 
 def test_a_field_of_radiances_is_the_sky_that_it_was():
     """By its name alone, I is scalar: the same values, slopes and hash as a field without Q and U."""
-    scalar = sky.TabulatedSky.from_xarray(dataset()[["I"]], variable="I")
-    named = sky.TabulatedSky.from_xarray(dataset(), variable="I")
+    scalar = read(dataset()[["I"]], variable="I")
+    named = read(dataset(), variable="I")
     assert scalar == named
     assert named.values_q is None
     polarised = model()
@@ -176,7 +177,7 @@ def test_gaps_and_what_is_no_light_are_refused():
     with pytest.raises(sky.SceneError, match="more polarised light"):
         model(field.assign(Q=5 * field["I"]))
     with pytest.raises(sky.UsageError, match="stokes_signs"):
-        sky.TabulatedSky.from_xarray(field, stokes_signs=(1, 2))
+        read(field, stokes_signs=(1, 2))
     with pytest.raises(sky.UsageError, match="belong together"):
         model(field, variable_q="Q")
     with pytest.raises(sky.SceneError, match="no variable 'X'"):
