@@ -73,9 +73,8 @@ def test_both_units_make_one_model(name):
 @pytest.mark.parametrize("name", MODELS)
 def test_both_at_once_and_none_are_refused(name):
     for twice in (one for one in MODELS[name] if one.endswith("_deg")):
-        both = {**MODELS[name], twice[:-4] + "_rad": 0.1}
         with pytest.raises(sky.UsageError, match=r"^\w+ and \w+ are one angle: give one of them$"):
-            CALLABLES[name](**both)
+            CALLABLES[name](**{**MODELS[name], twice[:-4] + "_rad": 0.1})
     if name != "SkyLobe":  # whose angles are 0 by default
         needed = next(one for one in MODELS[name] if one.endswith("_deg"))
         with pytest.raises(sky.UsageError, match=f"^give {needed[:-4]}_(deg|rad) or {needed[:-4]}_(deg|rad)$"):

@@ -91,8 +91,7 @@ def test_bounds_turn_with_the_azimuths(convention, brightest, wrap):
 
 
 def test_bounds_that_leave_something_out_are_said():
-    made = quads().isel(zenith=slice(1, 5), azimuth=[0, 1, 2, 4, 5, 6, 7, 8, 9, 10, 11])
-    remarks = read(made).remarks
+    remarks = read(quads().isel(zenith=slice(1, 5), azimuth=[0, 1, 2, 4, 5, 6, 7, 8, 9, 10, 11])).remarks
     assert any("no radiance from 0 to 5 degrees from the zenith" in one for one in remarks)
     assert any("no radiance from 85 to 90 degrees from the zenith" in one for one in remarks)
     assert any("no radiance at azimuths 75 to 105 degrees" in one for one in remarks)
@@ -152,8 +151,7 @@ def test_export_and_read_give_the_same_photons(name, tmp_path):
         folder, _, bins = name.partition(" ")
         scene = sky.read_scene(folder, iterations=100_000, bins=bins or None)
     source = scene.source(seed=1)
-    exported = sky.to_xarray(source)
-    table = read(through_a_file(exported, tmp_path / "run.nc"))
+    table = read(through_a_file(sky.to_xarray(source), tmp_path / "run.nc"))
     assert not any("azimuth" in remark for remark in table.remarks)
     bands = scene.wavebands.wavelength_nm
     again = sky.Scene(wavebands=bands, n_photons=100_000, components=table).source(seed=1)
@@ -309,9 +307,8 @@ def test_cosines_of_both_signs_and_texts_in_the_place_of_angles():
         else:
             with pytest.raises(sky.SceneError, match="cosines of both signs; which of them are of the sky"):
                 read(made)
-    words = packed(np.ones((18, 36))).assign_coords(azimuth=[f"N{k}" for k in range(36)])
     with pytest.raises(sky.SceneError, match="coordinate 'azimuth' holds no numbers"):
-        read(words)
+        read(packed(np.ones((18, 36))).assign_coords(azimuth=[f"N{k}" for k in range(36)]))
 
 
 @pytest.mark.parametrize(
@@ -339,8 +336,7 @@ def test_a_variable_of_light_from_below(tmp_path):
         made = packed(np.ones((18, 36))).to_dataset(name=name)
         with pytest.raises(sky.SceneError, match=f"{name!r} is not the light of the sky .* --variable {name}"):
             through_a_file(made, tmp_path / "f.nc")
-        field = through_a_file(made, tmp_path / f"{name}.nc", variable=name)
-        read(field, variable=name)
+        read(through_a_file(made, tmp_path / f"{name}.nc", variable=name), variable=name)
 
 
 @pytest.mark.parametrize("kind", ["relative_azimuth", "raa", "azimuth_from_sun"])

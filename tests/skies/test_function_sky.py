@@ -26,8 +26,7 @@ def test_the_mean_cosine_of_its_photons():
     exact = source_of(model).exact_moments(0).mean_mu
     assert abs(exact - 11 / 15) < model.variation(440.0)[0]
     assert abs(-source_of(model).photons(0, 0, 100_000).uz.mean(dtype=float) - exact) < 1e-5
-    finer = model.refined(1e-4)
-    assert abs(source_of(finer).exact_moments(0).mean_mu - 11 / 15) < 1e-6
+    assert abs(source_of(model.refined(1e-4)).exact_moments(0).mean_mu - 11 / 15) < 1e-6
     assert abs(model.irradiance(440.0)[0] / (2 * np.pi) - 1) < 1e-12
 
 

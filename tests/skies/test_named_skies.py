@@ -9,8 +9,7 @@ from tests.support.scenes import copy_scene
 
 def test_the_overcast_sky_has_the_mean_cosine_five_sevenths():
     # mean of mu by hand: (1/3 + 2/4) / (1/2 + 2/3)
-    scene = sky.Scene(wavebands=[550.0], n_photons=1_000_000, components=sky.OvercastSky())
-    source = scene.source(seed=2)
+    source = sky.Scene(wavebands=[550.0], n_photons=1_000_000, components=sky.OvercastSky()).source(seed=2)
     assert source.exact_moments(0).mean_mu == pytest.approx(5 / 7, abs=2e-7)
     assert -source.photons(0).uz.astype(float).mean() == pytest.approx(5 / 7, abs=3e-6)
     # Eo / Ed by hand: (1 + 1) / (1/2 + 2/3)

@@ -53,8 +53,7 @@ def test_degree_and_edges():
         assert np.hypot(q, u).max() <= 0.75 * (1 + 4e-16)  # no NaN either
     assert np.abs(pattern(0.7, 1.1, (0.7, 1.1))).max() < 1e-30
     assert np.abs(pattern(np.pi / 2, np.pi, (np.pi / 2, 0.0))).max() < 1e-15
-    near = pattern(0.7 + 1e-6, 1.1, (0.7, 1.1))  # sin^2 T / 2 without cancellation, E across the meridian plane
-    np.testing.assert_allclose(near, [-0.5e-12, 0.0], rtol=1e-8, atol=1e-25)
+    np.testing.assert_allclose(pattern(0.7 + 1e-6, 1.1, (0.7, 1.1)), [-0.5e-12, 0.0], rtol=1e-8, atol=1e-25)
 
 
 @pytest.mark.parametrize("degree", [-0.1, 1.1, np.nan])
@@ -92,8 +91,7 @@ def test_photons_of_every_sky_with_a_sun_have_its_pattern(name):
     away = np.sin(zenith) > np.sin(np.deg2rad(4))  # at the zenith a patch has all azimuths
     assert np.abs(wrong[:, away]).max() < (0.04 if source.grid.n_zenith < 90 else 0.02)
     assert np.abs(wrong.mean(axis=1)).max() < 5 * expected.std() / np.sqrt(len(batch))
-    cells = source.stokes()[batch.patch].T.astype(np.float32)
-    np.testing.assert_array_equal(np.stack([batch.q, batch.u]), cells)
+    np.testing.assert_array_equal(np.stack([batch.q, batch.u]), source.stokes()[batch.patch].T.astype(np.float32))
 
 
 def test_the_mean_of_a_patch_is_weighted_by_flux():
@@ -126,9 +124,8 @@ def test_rows_of_wavelengths():
 
 
 def test_what_is_no_pattern_is_refused():
-    model = sky.PerezSky(sun_zenith_deg=40.0, epsilon=6.0, delta=0.1, polarisation="rayleigh")
     with pytest.raises(sky.UsageError, match="RayleighPattern"):
-        model.lower([550.0])
+        sky.PerezSky(sun_zenith_deg=40.0, epsilon=6.0, delta=0.1, polarisation="rayleigh").lower([550.0])
 
 
 def test_rotation_to_the_scattering_plane():

@@ -62,8 +62,7 @@ def model(field=None, **how):
 
 
 def photons(made, n=1_000_000):
-    source = sky.Scene(wavebands=[550.0], n_photons=n, components=made).source(seed=11)
-    batch = source.photons()
+    batch = sky.Scene(wavebands=[550.0], n_photons=n, components=made).source(seed=11).photons()
     azimuth = np.arctan2(-batch.uy.astype(float), -batch.ux.astype(float)) - np.deg2rad(SUN_AZIMUTH_DEG)
     return np.arccos(-batch.uz.astype(float)), azimuth, np.stack([batch.q, batch.u]).astype(float)
 
@@ -185,8 +184,7 @@ def test_fully_polarised_and_dark_patches():
     field = dataset(step_deg=30.0)
     light = field["I"] * (field["azimuth"] < 200.0).drop_attrs()
     light.attrs.clear()
-    made = model(field.assign(I=light, Q=light, U=0.0 * light))
-    stokes = made.lower([550.0])[0].stokes
+    stokes = model(field.assign(I=light, Q=light, U=0.0 * light)).lower([550.0])[0].stokes
     assert np.isfinite(stokes).all()
     assert np.hypot(*np.moveaxis(stokes, -1, 0)).max() <= 1 + 1e-15
     assert set(np.round(stokes[..., 0].ravel(), 9)) == {0.0, 1.0}

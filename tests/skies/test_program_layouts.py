@@ -46,8 +46,7 @@ def eradiate():
 
 def test_eradiate(tmp_path):
     for field in (eradiate()["radiance"], through_a_file(eradiate(), tmp_path / "eradiate.nc")):
-        table = read(field, azimuth_convention="enu_from_east")
-        check(table, 0.02)
+        check(read(field, azimuth_convention="enu_from_east"), 0.02)
     bare = read(eradiate()["radiance"])  # its azimuths count from +x, as ours
     check(bare, 0.02)
     assert any("does not say from where azimuths count" in remark for remark in bare.remarks)

@@ -137,8 +137,7 @@ def test_conventions_and_orders_of_one_field_are_one_sky(order, tmp_path):
 def test_conventions_that_are_given_win_over_attributes():
     given = read(field(north=True), azimuth_convention=sky.AzimuthConvention.ENU_FROM_EAST)
     assert abs(given.radiance(0.5, np.deg2rad(90), 440) - radiance(30, 0, 440)) < 0.02
-    bare = field(radians=True, attributes=False)
-    table = read(bare, angle_unit="rad", azimuth_convention="enu_from_east")
+    table = read(field(radians=True, attributes=False), angle_unit="rad", azimuth_convention="enu_from_east")
     np.testing.assert_array_equal(table.lower(NM)[0].mass, read(field()).lower(NM)[0].mass)
 
 
@@ -268,9 +267,8 @@ def test_the_sun_s_own_angles_are_no_coordinates_of_the_sky():
 
 
 def test_a_turned_table_is_refused():
-    grid = sky.PatchGrid.regular(3, 4)
     with pytest.raises(sky.SceneError, match=r"3 rings and 4 columns: the axes are wavelength, zenith, azimuth; swap"):
-        sky.TabulatedSky(wavelength_nm=[500.0], values=np.ones((1, 4, 3)), grid=grid)
+        sky.TabulatedSky(wavelength_nm=[500.0], values=np.ones((1, 4, 3)), grid=sky.PatchGrid.regular(3, 4))
     for shape in ((4, 3, 1), (4, 3)):  # wavelengths last, or none
         with pytest.raises(sky.SceneError, match=r"radiances of shape \(1, n_zenith, n_azimuth\), got "):
             sky.SkyTable(wavelength_nm=np.array([500.0]), radiance=np.ones(shape))
@@ -301,15 +299,13 @@ def test_points_of_their_own_wavelengths_are_the_sky_of_the_same_table(tmp_path)
         np.testing.assert_allclose(table.radiance(zenith, azimuth, nm), csv.radiance(zenith, azimuth, nm), rtol=3e-3)
     two = [field.assign_coords(wavelength=nm) for nm, field in made.groupby("wavelength")]
     each = xarray.concat([one.drop_vars("wavelength") for one in two], "band").assign_coords(wavelength=("band", NM))
-    again = read(each)  # both angles along (band, point)
-    np.testing.assert_array_equal(again.values, table.values)
+    np.testing.assert_array_equal(read(each).values, table.values)
 
 
 def test_points_that_cannot_be_grouped_are_a_sentence():
     made = points()
-    each = made.assign_coords(wavelength=("point", np.linspace(400, 700, made.size), {"units": "nm"}))
     with pytest.raises(sky.SceneError, match="1 direction at 400 nm; a measured sky needs 3 or more"):
-        read(each)
+        read(made.assign_coords(wavelength=("point", np.linspace(400, 700, made.size), {"units": "nm"})))
     with pytest.raises(
         sky.SceneError, match="'wavelength' has the dimension 'point' of an angle; then zenith angle an"
     ):

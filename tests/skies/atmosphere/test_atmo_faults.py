@@ -112,8 +112,7 @@ def said_of(name: str, answers: Ended) -> str:
 
 @pytest.mark.parametrize("name", BLOCKS, ids=[row_id(38, name) for name in BLOCKS])
 def test_code_that_runs_away(name, answers):
-    place = f"{name}.atmo:13:{BLOCKS[name][1] + 8} E403"
-    check_places([place], said_of(name, answers))
+    check_places([f"{name}.atmo:13:{BLOCKS[name][1] + 8} E403"], said_of(name, answers))
 
 
 @pytest.mark.parametrize("name", BRACKETS, ids=[row_id(38, name) for name in BRACKETS])

@@ -113,8 +113,7 @@ def test_threads_splits_and_neighbours_change_nothing() -> None:
     np.testing.assert_array_equal(part.radiance_by_order[:, 1:], whole.radiance_by_order[:, 1:, 3:])
     alone = solved(one, 3000, **some)  # its tables have other nodes: they follow the extinction of all wavelengths
     np.testing.assert_allclose(alone.radiance[0], whole.radiance[1, 3:], rtol=1e-4)
-    other = solved(one, 3000, seed=6, **some)
-    assert np.all(np.abs(other.radiance / alone.radiance - 1.0) > 1e-4)
+    assert np.all(np.abs(solved(one, 3000, seed=6, **some).radiance / alone.radiance - 1.0) > 1e-4)
 
 
 def test_under_sampled_where_few_paths_make_the_variance() -> None:
@@ -192,8 +191,7 @@ def test_a_far_moon_changes_nothing() -> None:
 
 def test_a_moon_of_the_suns_size_darkens_everything() -> None:
     medium = dataclasses.replace(molecules_only(550.0, 0.1), sun_angular_radius_rad=SUN_RADIUS)
-    cover = Moon(zenith_rad=SUN, distance_m=3.65e8, radius_m=1e8)
-    assert not solved(medium, 2000, visible=cover).radiance.any()
+    assert not solved(medium, 2000, visible=Moon(zenith_rad=SUN, distance_m=3.65e8, radius_m=1e8)).radiance.any()
 
 
 def test_glow_of_the_ground_once_scattered() -> None:
@@ -244,8 +242,7 @@ def test_as_many_paths_as_asked_for() -> None:
     assert few.n_paths == 64
     assert few.resolution_error > 0.05
     assert few.resolution_error / more.resolution_error == pytest.approx(8.0, rel=0.25)
-    sky = solve_sky(medium, sun_zenith_rad=sun, method="mc", n_orders=3, n_paths=8)
-    assert sky.n_paths == 8
+    assert solve_sky(medium, sun_zenith_rad=sun, method="mc", n_orders=3, n_paths=8).n_paths == 8
     with pytest.raises(UsageError, match="whole number from 8 to"):
         solve_sky(medium, sun_zenith_rad=sun, method="mc", n_paths=7)
 

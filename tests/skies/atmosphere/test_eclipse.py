@@ -77,8 +77,7 @@ def test_visible_share_is_that_of_the_disc(medium: Medium, offset: float) -> Non
 
 def test_left_and_right_change_places_with_the_moon(medium: Medium) -> None:
     left = eclipsed_once(medium, SUN, ZENITH, AZIMUTH, moon(0.1, 0.2))
-    right = eclipsed_once(medium, SUN, ZENITH, -AZIMUTH, moon(0.1, -0.2))
-    np.testing.assert_allclose(left, right, rtol=1e-9)
+    np.testing.assert_allclose(left, eclipsed_once(medium, SUN, ZENITH, -AZIMUTH, moon(0.1, -0.2)), rtol=1e-9)
     same_side = eclipsed_once(medium, SUN, ZENITH, -AZIMUTH, moon(0.1, 0.2))
     assert np.abs(same_side / left - 1.0)[..., 1:].max() > 0.02
     assert moon(0.1, 0.2).breaks_symmetry
@@ -92,8 +91,7 @@ def test_field_without_symmetry_takes_sines_too() -> None:
 
     field = fit_field(law, n_zenith=5, n_azimuth=7, is_mirrored=False)
     np.testing.assert_allclose(field.at(ZENITH, AZIMUTH), law(ZENITH, AZIMUTH), rtol=0, atol=1e-13)
-    mirrored = fit_field(law, n_zenith=5, n_azimuth=7)
-    assert np.abs(mirrored.at(ZENITH, AZIMUTH) - law(ZENITH, AZIMUTH)).max() > 0.1
+    assert np.abs(fit_field(law, n_zenith=5, n_azimuth=7).at(ZENITH, AZIMUTH) - law(ZENITH, AZIMUTH)).max() > 0.1
 
 
 def test_patches_of_a_sky_without_symmetry_are_all_their_own(medium: Medium) -> None:

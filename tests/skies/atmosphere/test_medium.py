@@ -78,8 +78,7 @@ def layer(width_m: float) -> str:
 
 @pytest.mark.parametrize("width_m", [8.0, 30.0, 200.0])
 def test_no_quadrature_steps_over_a_thin_smooth_layer(width_m: float) -> None:
-    one = density(layer(width_m))
-    low, peak, high = one.kinks()
+    low, peak, high = density(layer(width_m)).kinks()
     half = math.sqrt(2 * math.log(2)) * width_m
     spacing = TOP_M / 16384
     assert abs(peak - 83217) <= spacing

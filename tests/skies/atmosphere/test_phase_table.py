@@ -184,9 +184,8 @@ def test_a_table_of_two_wavelengths_is_read(tmp_path: Path) -> None:
     ],
 )
 def test_a_bad_table_gets_one_sentence(tmp_path: Path, text: str, code: str, message: str) -> None:
-    path = scene(tmp_path, "file t.csv", t=text)
     with pytest.raises(InputFileError) as caught:
-        read_atmo(path)
+        read_atmo(scene(tmp_path, "file t.csv", t=text))
     assert code in {problem.code for problem in caught.value.problems}
     assert message in str(caught.value)
     table_problems = [problem for problem in caught.value.problems if problem.path.endswith("t.csv")]
@@ -210,16 +209,14 @@ def test_a_name_leads_nowhere_else(tmp_path: Path, name: str) -> None:
 
 
 def test_a_file_and_a_code_block_are_refused(tmp_path: Path) -> None:
-    path = scene(tmp_path, "file t.csv\n```\nreturn vec4(1.0);\n```", t="0, 1\n180, 1\n")
     with pytest.raises(InputFileError, match="names a file and has a code block"):
-        read_atmo(path)
+        read_atmo(scene(tmp_path, "file t.csv\n```\nreturn vec4(1.0);\n```", t="0, 1\n180, 1\n"))
 
 
 def test_angles_too_far_apart_are_warned_of(tmp_path: Path) -> None:
     coarse = np.arange(0.0, 181.0, 20.0)
-    path = scene(tmp_path, "file t.csv", t=rows(coarse, hg(0.85, coarse)))
     with pytest.warns(InputWarning) as caught:
-        read_medium(read_atmo(path))
+        read_medium(read_atmo(scene(tmp_path, "file t.csv", t=rows(coarse, hg(0.85, coarse)))))
     texts = " ".join(str(one.message) for one in caught)
     assert "too far apart" in texts
     assert "has the integral" in texts

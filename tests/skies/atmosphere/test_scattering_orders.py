@@ -185,8 +185,7 @@ def test_a_wish_for_more_directions() -> None:
     zenith = np.array([0.2, 1.4])
 
     def found(n_directions: int) -> np.ndarray:
-        wished = dataclasses.replace(medium, least_angles=n_directions)
-        return diffuse.solve_orders(wished, 0.7, zenith).later_modes
+        return diffuse.solve_orders(dataclasses.replace(medium, least_angles=n_directions), 0.7, zenith).later_modes
 
     np.testing.assert_array_equal(found(1600), found(0))  # 20 nodes are there in any case
     assert np.any(found(1601) != found(0))

@@ -123,15 +123,13 @@ EXTREMES = np.array([0, 1, 2**63 - 1, 2**63, 2**64 - 1], np.uint64)
 
 def test_extreme_words_give_directions():
     """Every corner of every bin is a finite direction; no number reaches log(0) or a division by 0."""
-    plan = scene(components(), 10).source().plan
-    tables = LobeTables.of(plan.components).tables
+    tables = LobeTables.of(scene(components(), 10).source().plan.components).tables
     for lobe in range(len(LOBES)):
         bits = int(tables[0][4 * lobe + 1])
         corners = [(np.uint64(i) << np.uint64(64 - bits)) | (EXTREMES >> np.uint64(bits)) for i in range(1 << bits)]
         first, second = (x.ravel() for x in np.meshgrid(np.concatenate(corners), EXTREMES))
         directions, bound = plain_lobe._fallen(None, first, second, np.full(first.size, lobe), tables)
-        length = np.sqrt(sum(x * x for x in directions))
-        np.testing.assert_allclose(length, 1, atol=6e-16)
+        np.testing.assert_allclose(np.sqrt(sum(x * x for x in directions)), 1, atol=6e-16)
         assert np.all(-directions[2] <= bound * (1 + 1e-12))
 
 
@@ -194,8 +192,7 @@ def test_bins_of_ranks_are_exact(n, bits):
         ends = [exact_begin(b + 1, n, bits, offset) for b in range(size)]
         assert ends[-1] == n
         wanted = [bisect.bisect_right(ends, r) for r in ranks]
-        found = plain_lobe.bin_of_rank(np.array(ranks, np.uint64) + np.uint64(before), *arguments)
-        assert found.tolist() == wanted
+        assert plain_lobe.bin_of_rank(np.array(ranks, np.uint64) + np.uint64(before), *arguments).tolist() == wanted
         if JIT:
             assert [_single(np.uint64(r + before), *arguments) for r in ranks] == wanted
 

@@ -110,8 +110,7 @@ def test_negative_luminance(fault, tmp_path, capsys):
 
 @row(35, "nowhere-positive")
 def test_a_sky_that_is_nowhere_positive(fault, tmp_path, capsys):
-    options = ["--sky", "perez", "--coefficients", -2, 0, 0, 0, 0, "--sun-zenith", 17]
-    answer = run_scene(tmp_path, {}, options, capsys)
+    answer = run_scene(tmp_path, {}, ["--sky", "perez", "--coefficients", -2, 0, 0, 0, 0, "--sun-zenith", 17], capsys)
     assert (answer.code, answer.out) == (4, "")
     assert "the model's luminance is nowhere positive" in answer.err
     assert "check a to e" in answer.err

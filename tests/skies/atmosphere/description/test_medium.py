@@ -240,8 +240,7 @@ def test_a_norm_off_by_more_than_a_hundredth_is_told() -> None:
     read_medium(description(air(phase_function=source("return vec4(1.009/(4*PI));"))))
     with pytest.warns(InputWarning, match=r'sky.atmo:33: the phase function of "molecules" has the integral 0.98 '):
         medium, _ = read_medium(description(air(phase_function=source("return vec4(0.98/(4*PI));", 33))))
-    found = medium.constituents[0].phase_function(np.array([0.3]), 0)
-    np.testing.assert_allclose(found, 1 / (4 * np.pi), rtol=1e-12)
+    np.testing.assert_allclose(medium.constituents[0].phase_function(np.array([0.3]), 0), 1 / (4 * np.pi), rtol=1e-12)
 
 
 def test_achromatic_is_checked() -> None:

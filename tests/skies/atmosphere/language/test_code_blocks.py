@@ -76,8 +76,7 @@ COMPARED = {
 
 
 def joined(laws: dict[str, Any], sign: str, left: Term, right: Term) -> Term:
-    law = laws[sign]
-    return Term(f"({left.text} {sign} {right.text})", lambda h: law(left.law(h), right.law(h)))
+    return Term(f"({left.text} {sign} {right.text})", lambda h: laws[sign](left.law(h), right.law(h)))
 
 
 def negated(one: Term) -> Term:
@@ -90,8 +89,7 @@ def applied(function: tuple[str, Callable[..., Any]], *terms: Term) -> Term:
 
 
 def chosen(condition: Term, yes: Term, no: Term) -> Term:
-    text = f"({condition.text} ? {yes.text} : {no.text})"
-    return Term(text, lambda h: yes.law(h) if condition.law(h) else no.law(h))
+    return Term(f"({condition.text} ? {yes.text} : {no.text})", lambda h: yes.law(h) if condition.law(h) else no.law(h))
 
 
 def logic(sign: str, left: Term, right: Term) -> Term:

@@ -165,8 +165,7 @@ def test_only_the_altitude_at_fault_is_named() -> None:
 
 def test_a_vector_of_one_lane_and_one_of_many_join() -> None:
     text = "vec4 v = vec4(1); v.y = dotViewSun; if(dotViewSun > 0.) v.zw = vec2(dotViewSun, 9); return v;"
-    found = phase_block(text)(np.array([-1.0, 0.5]), GIVEN)
-    assert found.tolist() == [[1.0, 1.0], [-1.0, 0.5], [1.0, 0.5], [1.0, 9.0]]
+    assert phase_block(text)(np.array([-1.0, 0.5]), GIVEN).tolist() == [[1.0, 1.0], [-1.0, 0.5], [1.0, 0.5], [1.0, 9.0]]
 
 
 def test_a_second_run_gives_the_same_bits_and_leaves_what_was_given() -> None:
@@ -237,5 +236,4 @@ def test_a_phase_function_with_colours_is_that_of_plain_python() -> None:
 def test_values_do_not_depend_on_their_neighbours(text: str) -> None:
     block = density_block(text)
     long = np.linspace(0.0, 120e3, 9001)
-    alone = [block(one, GIVEN).item() for one in long[::50, None]]
-    assert block(long, GIVEN)[::50].tolist() == alone
+    assert block(long, GIVEN)[::50].tolist() == [block(one, GIVEN).item() for one in long[::50, None]]

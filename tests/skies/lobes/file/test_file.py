@@ -96,9 +96,8 @@ def test_a_missing_member_of_info_is_a_warning(tmp_path):
 
 
 def test_wavelengths_that_look_like_nanometres_are_a_warning(tmp_path):
-    path = plain_file(tmp_path / "x.h5", samples=((400.0, 500.0, 600.0),))
     with pytest.warns(InputWarning, match=r"warning\[E506\]: /SpectralSamples: .* 400 micrometres"):
-        assert read(path).wavelength_nm[0] == 4e5
+        assert read(plain_file(tmp_path / "x.h5", samples=((400.0, 500.0, 600.0),))).wavelength_nm[0] == 4e5
 
 
 def lobe(**changes):
@@ -190,9 +189,8 @@ def test_a_missing_field_is_named(tmp_path):
 
 def test_all_problems_come_at_once_and_at_most_20_are_shown(tmp_path):
     bad = lobe(kind=1, param0=2.0, coeff=-1, quaternion=(0, 0, 0, 0), curve=9, time=3)
-    path = plain_file(tmp_path / "x.h5", lobes=[bad, bad], version=3, samples=((3, 2, 1),), curves=-np.ones((1, 3)))
     with pytest.raises(InputFileError) as error:
-        read(path)
+        read(plain_file(tmp_path / "x.h5", lobes=[bad, bad], version=3, samples=((3, 2, 1),), curves=-np.ones((1, 3))))
     assert codes(error) == ["E509", "E507", "E506", "E506", "E506", "E506", "E508", "E507"]
     assert "and 1 more like it" in str(error.value)
 
