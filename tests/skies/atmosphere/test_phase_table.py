@@ -193,21 +193,6 @@ def test_a_bad_table_gets_one_sentence(tmp_path: Path, text: str, code: str, mes
     assert all(problem.advice for problem in caught.value.problems)
 
 
-@pytest.mark.parametrize("name", ["../t.csv", "link.csv", ""])
-def test_a_name_leads_nowhere_else(tmp_path: Path, name: str) -> None:
-    """As the names of spectra do, which tests/skies/atmosphere/description/test_reader.py has in all forms."""
-    (tmp_path / "t.csv").write_text("0, 1\n180, 1\n")
-    inside = tmp_path / "inside"
-    inside.mkdir()
-    (inside / "link.csv").symlink_to(tmp_path / "t.csv")
-    path = scene(inside, f"file {name}")
-    with pytest.raises(InputFileError) as caught:
-        read_atmo(path)
-    assert [(one.code, one.line) for one in caught.value.problems] == [("E402" if name else "E401", 15)]
-    if name:
-        assert read_atmo(path, allow_paths=[tmp_path]).scatterers[0].phase_function.text == f"file {name}"
-
-
 def test_a_file_and_a_code_block_are_refused(tmp_path: Path) -> None:
     with pytest.raises(InputFileError, match="names a file and has a code block"):
         read_atmo(scene(tmp_path, "file t.csv\n```\nreturn vec4(1.0);\n```", t="0, 1\n180, 1\n"))

@@ -200,3 +200,4 @@ def test_code_is_not_evaluated_nor_stripped_of_anything(tmp_path: Path) -> None:
 def test_a_missing_file_is_told(tmp_path: Path) -> None:
     assert codes_of(tmp_path / "none.atmo") == ["E100"]
     assert codes_of(tmp_path) == ["E100"]
+    assert codes_of(changed(tmp_path, ("1.5, 1.9, 1.7, 1.4", "file "))) == ["E401"]
