@@ -275,27 +275,6 @@ def test_elevations_by_their_name(name):
     assert table.radiance([0.04, 1.5], [1.0, 1.0], 550.0) == pytest.approx([3.0, 1.0], abs=0.03)
 
 
-@pytest.mark.parametrize(
-    ("texts", "why"),
-    [
-        ({"zenith": {"long_name": "elevation angle above the horizon"}}, "speaks of 'elevation'"),
-        ({"zenith": {"comment": "counted from the horizon"}}, "speaks of 'from the horizon'"),
-        ({"zenith": {"long_name": "nadir angle"}}, "speaks of 'nadir'"),
-        ({"azimuth": {"units": "radian"}}, "goes to 20053.5 degrees; are its units radians"),
-        ({None: {"long_name": "radiance multiplied by 1000"}}, "says 'multiplied' besides its unit; write the factor"),
-        ({None: {"comment": "scale factor 0.01"}}, "says 'scale' besides its unit"),
-        ({None: {"valid_range": "0 to 500"}}, "the attribute valid_range of the field is '0 to 500', and no numbers"),
-    ],
-    ids=str,
-)
-def test_texts_that_contradict_names_and_units(texts, why):
-    made = packed(np.ones((18, 36)))
-    for name, attributes in texts.items():
-        (made if name is None else made[name]).attrs |= attributes
-    with pytest.raises(sky.SceneError, match=why):
-        read(made)
-
-
 def test_cosines_of_both_signs_and_texts_in_the_place_of_angles():
     mu = np.array([-0.9, -0.5, 0.5, 0.9])
     values = np.array([5.0, 5.0, 1.0, 1.0])[:, None] * np.ones(36)
@@ -329,14 +308,6 @@ def test_wavelengths_of_other_units(values, attributes, why):
     else:
         with pytest.raises(sky.SceneError, match=why):
             read(made)
-
-
-def test_a_variable_of_light_from_below(tmp_path):
-    for name in ("upwelling_radiance", "stokes_Q"):
-        made = packed(np.ones((18, 36))).to_dataset(name=name)
-        with pytest.raises(sky.SceneError, match=f"{name!r} is not the light of the sky .* --variable {name}"):
-            through_a_file(made, tmp_path / "f.nc")
-        read(through_a_file(made, tmp_path / f"{name}.nc", variable=name), variable=name)
 
 
 @pytest.mark.parametrize("kind", ["relative_azimuth", "raa", "azimuth_from_sun"])

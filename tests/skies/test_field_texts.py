@@ -137,12 +137,15 @@ def test_nines_far_beyond_all_other_radiances_are_a_question():
     assert read(east(change=lambda one: one + 9999.0 - one.max())).values.max() > 9900
 
 
-@pytest.mark.parametrize(
-    "name", ["Lu", "L_w", "radiance_error", "sky_radiance_uncertainty", "radiance_std", "toa_radiance", "dolp", "brf"]
-)
+NO_SKY = ["Lu", "L_w", "upwelling_radiance", "toa_radiance", "stokes_Q", "dolp", "brf"]
+NO_RADIANCE = ["radiance_error", "sky_radiance_uncertainty", "radiance_std"]
+
+
+@pytest.mark.parametrize("name", NO_SKY + NO_RADIANCE)
 def test_a_variable_that_is_no_light_of_the_sky(name):
-    with pytest.raises(FieldError, match=f"'{name}' is not the light of the sky by its name"):
+    with pytest.raises(FieldError, match=f"'{name}' is not the light of the sky by its name") as error:
         read(east(name=name))
+    assert f"--variable {name}" in error.value.advice
     read(east(name=name), variable=name)
 
 
@@ -208,6 +211,13 @@ def test_long_texts_of_a_stranger_take_no_time(words):
         (east(radiance={"note": "zenith angles are measured from the horizon"}), "speaks of 'from the horizon'"),
         (east(of_file={"comment": "radiances multiplied by 1000"}), "says 'multiplied' besides its unit"),
         (east(zenith={"units": "gon"}), "units = 'gon'"),
+        (east(zenith={"long_name": "elevation angle above the horizon"}), "speaks of 'elevation'"),
+        (east(zenith={"comment": "counted from the horizon"}), "speaks of 'from the horizon'"),
+        (east(zenith={"long_name": "nadir angle"}), "speaks of 'nadir'"),
+        (east(azimuth={"units": "radian"}), "goes to 19767 degrees; are its units radians"),
+        (east(radiance={"long_name": "radiance multiplied by 1000"}), "besides its unit; write the factor"),
+        (east(radiance={"comment": "scale factor 0.01"}), "says 'scale' besides its unit"),
+        (east(radiance={"valid_range": "0 to 500"}), "valid_range of the field is '0 to 500', and no numbers"),
         (east(radiance={"long_name": "log10 of radiance"}), "says 'log10'"),
         (east(radiance={"long_name": "radiance x 1000"}), "says 'radiance x 1000'"),
         (east(name="L", radiance={"long_name": "water-leaving radiance"}), "not the light of the sky"),

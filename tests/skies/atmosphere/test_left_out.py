@@ -25,10 +25,12 @@ TURN = np.array([0.5, 1.0, 1.0, 1.0, 1.0, 1.0, 0.5]) / 6
 
 @needs_tables
 def test_the_sky_of_the_scalar_equations() -> None:
-    """0.2 % rms, 0.9 % at most for suns of 10 degrees and more, with the table's own noise of 0.15 % in both."""
+    """The table's own order 1 and our later orders: 0.2 % rms, 0.9 % at most for suns of 10 degrees and more, with the
+    table's own noise of 0.15 % in both; 2 % at most and 0.6 % in the mean for suns of 5 degrees.
+    """
     wrong, noise = [], []
     for case, wavelength, albedo, sun in SPHERICAL:
-        if float(sun) > 80.0:
+        if float(sun) > 85.0:
             continue
         table = of("spherical_radiance.csv", case=case, wavelength_nm=wavelength, albedo=albedo, sza_deg=sun)
         zenith, azimuth = np.unique(column(table, "vza_deg")), np.unique(column(table, "phi_deg"))
@@ -36,7 +38,12 @@ def test_the_sky_of_the_scalar_equations() -> None:
         sky = solve_orders(medium, np.deg2rad(float(sun)), np.deg2rad(zenith))
         at = np.searchsorted(zenith, column(table, "vza_deg")), np.searchsorted(azimuth, column(table, "phi_deg"))
         found = column(table, "L_order1") + later_orders(sky, np.deg2rad(azimuth))[0][at]
-        wrong.append(found / column(table, "L_all") - 1.0)
+        off = found / column(table, "L_all") - 1.0
+        if float(sun) > 80.0:
+            assert np.abs(off).max() < 0.02
+            assert abs(off.mean()) < 0.006
+            continue
+        wrong.append(off)
         noise.append(column(table, "se_all") / column(table, "L_all"))
     all_wrong = np.concatenate(wrong)
     assert all_wrong.size == 525
