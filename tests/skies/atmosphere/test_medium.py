@@ -122,10 +122,7 @@ def ozone_integral() -> float:
     ("text", "message"),
     [
         ("return altitude - 10.;", "it is -10, altitude 0 m"),
-        ("return 1./altitude;", "it is inf, altitude 0 m"),
         ("return pow(10., 400.);", "it is inf, altitude 0 m"),
-        ("return exp(altitude);", "it is inf, altitude 120000 m"),
-        ("return altitude/altitude;", "0 / 0 has no defined value, altitude 0 m"),
         ("return altitude < 7777. ? 1. : altitude < 7778. ? -1. : 2.;", "it is -1, altitude 777"),
         ("return altitude == 120*km ? -1. : 1.;", "it is -1, altitude 120000 m"),
         ("return 1 - altitude/(119.999*km);", "it is -8.3"),
@@ -221,10 +218,8 @@ def test_rounding_beyond_straight_on_is_taken_for_it() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("return vec4(dotViewSun);", "component 0 is -1, dotViewSun -1"),
         ("return vec4(1, 1, dotViewSun, 1);", "component 2 is -1, dotViewSun -1"),
         ("return vec4(1/(1 - dotViewSun));", "component 0 is inf, dotViewSun 1"),
-        ("return vec4(0);", "the phase function is zero everywhere"),
         ("return vec4(floor(dotViewSun*1e6) + 2e6);", "more than 1000 jumps or bends"),
         ("while(true) {} return vec4(1);", "there are no loops"),
         ("return vec4(0.5 - sqr(dotViewSun));", "component 0 is -0.5"),
