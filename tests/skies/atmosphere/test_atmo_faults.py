@@ -100,7 +100,6 @@ def answers(tmp_path_factory) -> Ended:
 
 
 def said_of(name: str, answers: Ended) -> str:
-    """What the command says of one block."""
     assert answers.code == 3, answers.err[-2000:]
     assert answers.peak_mb < 200
     parts = re.split(r"^(?=\S+\.atmo:)", answers.err, flags=re.MULTILINE)

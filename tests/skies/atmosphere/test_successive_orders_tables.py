@@ -64,7 +64,6 @@ def test_rayleigh_orders(tau: str, albedo: str, mu0: str) -> None:
 def compare_orders(
     table: list[Row], mu: np.ndarray, azimuth: np.ndarray, found: np.ndarray, *, n_orders: int, tolerance: float
 ) -> None:
-    """Each order that the table gives."""
     at = np.searchsorted(mu, column(table, "mu")), np.searchsorted(azimuth, column(table, "phi_deg"))
     for order in range(1, n_orders + 1):
         given = np.array([line[f"L_order{order}"] != "" for line in table])

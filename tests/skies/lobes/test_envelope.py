@@ -103,7 +103,6 @@ def test_frame_is_the_lobe(case):
 
 @pytest.mark.parametrize("kind", ["hg", "ggx", "beckmann"])
 def test_lobes_that_are_made_together_are_those_made_alone(kind):
-    """To the bit, whatever stands beside them."""
     cases = [(shape, zenith_deg) for shape, zenith_deg in EVERY[::5] if shape[0] == kind]
     found = [(case, alone) for case in cases if (alone := envelope(*case)) is not None]
     assert len(found) > 10
@@ -116,7 +115,6 @@ def test_lobes_that_are_made_together_are_those_made_alone(kind):
 
 
 def test_a_shifted_bound_would_be_seen():
-    """A bound 5 % too low fails the check above."""
     frame, cells, _, _ = envelope(("ggx", 0.3, 0.3), 60.0)
     a, b, psi, bound = places(cells, np.random.default_rng(1))
     assert np.any(frame.cosine(a, b, psi) > 0.95 * bound)

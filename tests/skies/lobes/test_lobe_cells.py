@@ -220,7 +220,6 @@ def test_a_host_takes_lobes_one_at_a_time():
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["lobes", "perez and lobes"])
 def test_lobes_of_2_to_the_62_photons(name):
-    """Any range at once, plain and compiled alike."""
     source = scene(scenes()[name], 2**62).source(seed=9)
     for start in (0, 2**61 + 12345, 2**62 - 500):
         assert_equal(source, start, start + 500)

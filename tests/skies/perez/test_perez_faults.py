@@ -67,7 +67,6 @@ REFUSED = {
 
 @pytest.mark.parametrize("name", REFUSED, ids=[row_id(34, name) for name in REFUSED])
 def test_no_substitute_sky(name, told):
-    """What has no Perez sky ends with an error, never with another sky."""
     words, code, text = REFUSED[name]
     said = told("perez", *words, code=code)
     assert text in said.err

@@ -154,7 +154,6 @@ def test_what_is_accepted_has_the_same_values(tmp_path: Path) -> None:
 
 
 def test_the_page_names_every_difference() -> None:
-    """Every row with another outcome has its words in the table of differences."""
     page = (REPOSITORY / "docs/formats/atmo.md").read_text().split("## Differences")[1].lower()
     words = {
         "unknown key in a scatterer section": "unknown key in a section",

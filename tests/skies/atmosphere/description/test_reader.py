@@ -19,7 +19,6 @@ PLAIN = DATA / "atmo" / "good" / "plain.atmo"
 
 
 def changed(tmp_path: Path, *changes: tuple[str, str]) -> Path:
-    """The plain file with pieces replaced."""
     text = PLAIN.read_text()
     for old, new in changes:
         assert old in text
