@@ -15,19 +15,8 @@ from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.sky.path_orders import path_orders
 from aomc_sky.skies.atmosphere.sky.solve import later_orders, solve_sky
-from tests.support.atmospheres import (
-    Layer,
-    Phase,
-    full,
-    henyey_greenstein_phase,
-    isotropic_phase,
-    medium_of,
-    molecules,
-    molecules_only,
-    plane_parallel,
-    rayleigh_phase,
-    uniform,
-)
+from tests.support import atmospheres
+from tests.support.atmospheres import Layer, full, henyey_greenstein_phase, molecules_only
 from tests.support.plane_layers import Layers, by_order, solve_layers
 
 ZENITH = np.radians([0.0, 35.0, 60.0, 80.0, 60.0])
@@ -43,7 +32,7 @@ def solved(medium, n_paths: int, **more) -> PathsResult:
 
 def flat_orders(albedo: float) -> np.ndarray:
     """Orders (n_order, n) of two flat layers by successive orders, the last row with all later ones."""
-    phases = (lambda mu: rayleigh_phase(mu, 0), lambda mu: henyey_greenstein_phase(0.7)(mu, 0))
+    phases = (lambda mu: atmospheres.rayleigh_phase(mu, 0), lambda mu: henyey_greenstein_phase(0.7)(mu, 0))
     scattering = np.array([[1.0, 0.1 / 0.45], [0.0, 0.27 / 0.45]])
     layers = Layers(optical_depth=np.array([0.2, 0.45]), scattering=scattering, phases=phases)
     rings, ring = np.unique(ZENITH, return_inverse=True)
@@ -54,7 +43,7 @@ def flat_orders(albedo: float) -> np.ndarray:
 def pulls(albedo: float) -> np.ndarray:
     """(n_paths - successive orders) in standard errors: order 2, order 3 and all orders."""
     layers = [Layer(tau_rayleigh=0.2), Layer(tau_rayleigh=0.1, tau_hg=0.3, g=0.7, omega_hg=0.9, tau_absorber=0.05)]
-    found, exact = solved(plane_parallel(layers, albedo=0.3), 40_000), flat_orders(albedo)
+    found, exact = solved(atmospheres.plane_parallel(layers, albedo=0.3), 40_000), flat_orders(albedo)
     orders = (found.radiance_by_order[0, 1:3] - exact[1:3]) / found.standard_error_by_order[0, 1:3]
     return np.array([*orders, (found.radiance[0] - exact.sum(axis=0)) / found.standard_error[0]])
 
@@ -69,7 +58,7 @@ def test_a_wrong_ground_is_seen() -> None:
     assert np.abs(pulls(0.4)).max() > 8.0
 
 
-def drawn_angles(phase: Phase, xi: np.ndarray) -> np.ndarray:
+def drawn_angles(phase: atmospheres.Phase, xi: np.ndarray) -> np.ndarray:
     """Places of angles that the paths draw with these uniform numbers, and their weights."""
     from aomc_sky.kernels.jit import shared
     from aomc_sky.skies.atmosphere.kernels.shells import draw_angle, find_cell
@@ -78,7 +67,7 @@ def drawn_angles(phase: Phase, xi: np.ndarray) -> np.ndarray:
     def draw(phases, guide, x):
         return draw_angle(phases, 0, find_cell(phases, guide, 0, x), x)
 
-    tables = path_tables(uniform(0.1, phase=phase))
+    tables = path_tables(atmospheres.uniform(0.1, phase=phase))
     return np.array([draw(tables.phases[0], tables.guides[0], x) for x in xi])
 
 
@@ -197,12 +186,9 @@ def test_a_moon_of_the_suns_size_darkens_everything() -> None:
 def test_glow_of_the_ground_once_scattered() -> None:
     """Isotropic flat layer: L = int exp(-t/mu)/mu E2(t)/2 dt over the optical height t."""
     tau = 0.5
-    part = medium_of(
-        [dataclasses.replace(molecules(np.array([550.0])), number_density=lambda h: np.full_like(h, 0.01),
-                             scattering_m2=np.array([tau]), phase_function=isotropic_phase)],
-        550.0, earth_radius_m=1e12, top_m=100.0,
-    )  # fmt: skip
-    result = solved(dataclasses.replace(part, toa_irradiance=np.zeros(1)), 40_000, ground_radiance=[2.0], n_orders=3)
+    slab = atmospheres.uniform(tau, phase=atmospheres.isotropic_phase, earth_radius_m=1e12, top_m=100.0)
+    dark = dataclasses.replace(slab, toa_irradiance=np.zeros(1))
+    result = solved(dark, 40_000, ground_radiance=[2.0], n_orders=3)
     for k, mu in enumerate(np.cos(ZENITH)):
         exact = quad(lambda t, mu=mu: np.exp(-t / mu) / mu * expn(2, t), 0, tau)[0]
         assert abs(result.radiance_by_order[0, 0, k] - exact) < 4.5 * result.standard_error_by_order[0, 0, k]

@@ -11,14 +11,7 @@ import pytest
 
 from aomc_sky import UsageError, rayleigh_cross_section
 from aomc_sky.errors import InputFileError
-from aomc_sky.skies.atmosphere.medium import (
-    Constituent,
-    NumberDensity,
-    PhaseBlock,
-    find_kinks,
-    read_phase_block,
-    sphere_integral,
-)
+from aomc_sky.skies.atmosphere.medium import Constituent, NumberDensity, find_kinks, read_phase_block, sphere_integral
 from aomc_sky.skies.atmosphere.optical_depth import vertical_optical_depth
 from tests.skies.atmosphere.language.test_values import AEROSOL, COLOURED, CORNETTE, MOLECULES, OZONE, PEAKED, RAYLEIGH
 from tests.support import atmospheres
@@ -161,7 +154,7 @@ def norm_of(text: str) -> np.ndarray:
     return sphere_integral(phase_block(text), GIVEN)[0]
 
 
-def read(text: str) -> PhaseBlock:
+def read(text: str):
     return read_phase_block(phase_block(text), [GIVEN], ROWS)
 
 

@@ -13,12 +13,7 @@ import pytest
 import aomc_sky
 from aomc_sky.errors import InputFileError, InputWarning, SceneError, SourceText, UsageError
 from aomc_sky.formats.sky_toml.sections import MoonDirection
-from aomc_sky.skies.atmosphere.description.data import (
-    AbsorberDescription,
-    AtmosphereDescription,
-    PhaseFunctionType,
-    ScattererDescription,
-)
+from aomc_sky.skies.atmosphere.description import data
 from aomc_sky.skies.atmosphere.description.medium import (
     NEGLIGIBLE_SHARE,
     MediumReport,
@@ -41,8 +36,8 @@ def source(text: str, line: int = 20) -> SourceText:
     return SourceText(text=text, path="sky.atmo", line=line)
 
 
-def air(**changes: object) -> ScattererDescription:
-    one = ScattererDescription(
+def air(**changes: object) -> data.ScattererDescription:
+    one = data.ScattererDescription(
         name="molecules",
         line=18,
         number_density=source(MOLECULES),
@@ -54,7 +49,7 @@ def air(**changes: object) -> ScattererDescription:
     return dataclasses.replace(one, **changes)
 
 
-def aerosol(**changes: object) -> ScattererDescription:
+def aerosol(**changes: object) -> data.ScattererDescription:
     given = {
         "name": "aerosol",
         "number_density": source("return 1.03333e8*exp(-altitude/(1.2*km));", 40),
@@ -65,15 +60,17 @@ def aerosol(**changes: object) -> ScattererDescription:
     return air(**(given | changes))
 
 
-def ozone(**changes: object) -> AbsorberDescription:
-    one = AbsorberDescription(
+def ozone(**changes: object) -> data.AbsorberDescription:
+    one = data.AbsorberDescription(
         name="ozone", line=60, number_density=source(OZONE, 62), cross_section_m2=np.linspace(1e-26, 4e-25, 7)
     )
     return dataclasses.replace(one, **changes)
 
 
-def description(*species: ScattererDescription | AbsorberDescription, **changes: object) -> AtmosphereDescription:
-    one = AtmosphereDescription(
+def description(
+    *species: data.ScattererDescription | data.AbsorberDescription, **changes: object
+) -> data.AtmosphereDescription:
+    one = data.AtmosphereDescription(
         path="sky.atmo",
         atmosphere_height_m=120e3,
         earth_radius_m=6.371e6,
@@ -176,7 +173,7 @@ def test_the_stated_error_of_interpolation(path: Path) -> None:
     between = whole.wavelength_nm[1:-1:2][: whole.wavelength_nm[some].size - 1]
     species = tuple(
         dataclasses.replace(one, cross_section_m2=one.cross_section_m2[some])
-        if isinstance(one, AbsorberDescription)
+        if isinstance(one, data.AbsorberDescription)
         else dataclasses.replace(one, single_scattering_albedo=one.single_scattering_albedo[some])
         for one in whole.species
     )
@@ -244,7 +241,7 @@ def test_a_norm_off_by_more_than_a_hundredth_is_told() -> None:
 
 
 def test_achromatic_is_checked() -> None:
-    grey = air(phase_function_type=PhaseFunctionType.ACHROMATIC)
+    grey = air(phase_function_type=data.PhaseFunctionType.ACHROMATIC)
     read_medium(description(grey))
     text = "return vec4(1)*(1 + wavelengths/1e4*dotViewSun)/(4*PI);"
     with pytest.warns(InputWarning, match="is called achromatic and depends on the wavelength"):
