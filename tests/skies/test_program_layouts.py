@@ -91,6 +91,11 @@ def test_pointings_of_a_radiometer(tmp_path):
         assert any("% of the light comes from beyond" in remark for remark in table.remarks)
 
 
+def test_a_file_of_several_radiances_wants_the_name(tmp_path):
+    with pytest.raises(sky.SceneError, match="2 variables of numbers: 'downwelling_radiance', 'upwelling_radiance'"):
+        through_a_file(hypernets(), tmp_path / "series.nc")
+
+
 def test_libradtran_and_disort(tmp_path):
     """umu is negative for light from the sky, and upward directions are left out; phi counts as uvspec's."""
     umu, phi = -np.cos(np.deg2rad(np.arange(1.0, 90.0, 2.0))), np.arange(0.0, 360.0, 4.0)

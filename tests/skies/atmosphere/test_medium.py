@@ -213,6 +213,7 @@ def test_rounding_beyond_straight_on_is_taken_for_it() -> None:
     [
         ("return vec4(1, 1, dotViewSun, 1);", "component 2 is -1, dotViewSun -1"),
         ("return vec4(1/(1 - dotViewSun));", "component 0 is inf, dotViewSun 1"),
+        ("return vec4(0);", "the phase function is zero everywhere"),
         ("return vec4(floor(dotViewSun*1e6) + 2e6);", "more than 1000 jumps or bends"),
         ("while(true) {} return vec4(1);", "there are no loops"),
         ("return vec4(0.5 - sqr(dotViewSun));", "component 0 is -0.5"),

@@ -68,6 +68,7 @@ def problems_of(text: str) -> tuple[str, ...]:
         ("return -true ? 1. : 0.;", "10:8: - takes a number, not a bool"),
         ("int i = 1; i += 0.5; return i;", "10:12: += gives a float, and the variable is an int"),
         # functions
+        ("return pow(wavelengths, 1.5).x;", "10:8: pow does not take vec4, float: its values have one type"),
         ("return exp();", "10:8: exp takes 1 values, not 0"),
         ("return expp(1.);", "10:8: there is no function expp | is exp meant?"),
         ("return vec2(1, 2, 3).x;", "10:8: there are more values than components of vec2"),
