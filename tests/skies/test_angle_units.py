@@ -47,10 +47,9 @@ def test_every_angle_has_its_twin(name, parameter):
 
 
 def in_radians(arguments):
-    return {
-        name[:-4] + "_rad" if name.endswith("_deg") else name: np.deg2rad(value) if name.endswith("_deg") else value
-        for name, value in arguments.items()
-    }
+    angles = {name: value for name, value in arguments.items() if name.endswith("_deg")}
+    others = {name: value for name, value in arguments.items() if name not in angles}
+    return others | {f"{name[:-4]}_rad": np.deg2rad(value) for name, value in angles.items()}
 
 
 @pytest.mark.parametrize("name", MODELS)
@@ -74,9 +73,8 @@ def test_both_units_make_one_model(name):
 @pytest.mark.parametrize("name", MODELS)
 def test_both_at_once_and_none_are_refused(name):
     for twice in (one for one in MODELS[name] if one.endswith("_deg")):
-        both = {**MODELS[name], twice[:-4] + "_rad": 0.1}
         with pytest.raises(sky.UsageError, match=r"^\w+ and \w+ are one angle: give one of them$"):
-            CALLABLES[name](**both)
+            CALLABLES[name](**{**MODELS[name], twice[:-4] + "_rad": 0.1})
     if name != "SkyLobe":  # whose angles are 0 by default
         needed = next(one for one in MODELS[name] if one.endswith("_deg"))
         with pytest.raises(sky.UsageError, match=f"^give {needed[:-4]}_(deg|rad) or {needed[:-4]}_(deg|rad)$"):
@@ -85,16 +83,10 @@ def test_both_at_once_and_none_are_refused(name):
 
 def test_functions_take_both_units():
     path = "inputs/atmosphere/clear_marine.atmo"
-    one = sky.solve_atmosphere(
-        path, wavelength_nm=560, sun_zenith_deg=40, sky_zenith_deg=[0, 60], azimuth_from_sun_deg=[90], method="order1"
-    )
-    other = sky.solve_atmosphere(
-        path,
-        wavelength_nm=560,
-        sun_zenith_rad=np.deg2rad(40),
-        sky_zenith_rad=np.deg2rad([0, 60]),
-        azimuth_from_sun_rad=[np.pi / 2],
-        method="order1",
+    degrees = {"sun_zenith_deg": 40, "sky_zenith_deg": [0, 60], "azimuth_from_sun_deg": [90]}
+    one, other = (
+        sky.solve_atmosphere(path, wavelength_nm=560, method="order1", **angles)
+        for angles in (degrees, in_radians(degrees))
     )
     np.testing.assert_allclose(other.radiance, one.radiance, rtol=1e-12)
     with pytest.raises(sky.UsageError, match="sun_zenith_deg and sun_zenith_rad are one angle"):

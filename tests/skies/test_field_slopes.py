@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.tabulated import TabulatedSky
-
-xarray = pytest.importorskip("xarray")
+from tests.support.fields import field_of
 
 ZENITH_DEG = np.arange(5.0, 90.0, 20.0)
 
@@ -18,11 +16,8 @@ def smooth(zenith_deg, azimuth_deg):
 
 
 def field(zenith_deg, azimuth_deg, function):
-    angles = np.meshgrid(zenith_deg, azimuth_deg, indexing="ij")
-    coordinates = {
-        name: (name, values, {"units": "degree"}) for name, values in (("zenith", zenith_deg), ("azimuth", azimuth_deg))
-    }
-    return TabulatedSky.from_xarray(xarray.DataArray(function(*angles), dims=("zenith", "azimuth"), coords=coordinates))
+    values = function(*np.meshgrid(zenith_deg, azimuth_deg, indexing="ij"))
+    return TabulatedSky.from_xarray(field_of(values, zenith_deg, azimuth_deg))
 
 
 @pytest.mark.parametrize(("n", "first", "error"), [(4, 0.1, 0.4), (24, 0.25, 0.02), (80, 0.5, 0.01), (120, 0.25, 0.01)])
@@ -40,13 +35,6 @@ def test_a_constant_field_has_no_slope(zenith_deg):
     table = field(np.array(zenith_deg), np.arange(0.0, 360.0, 30.0), lambda zenith, _: np.ones(zenith.shape))
     assert np.all(table.slope == 0)
     np.testing.assert_allclose(table.values, 1.0, rtol=1e-14)
-
-
-def test_what_no_slope_is():
-    good = {"wavelength_nm": [550.0], "values": np.ones((1, 8)), "grid": PatchGrid.regular(2, 4)}
-    for slope, weighting in ((2.0, "projected"), (np.nan, "projected"), (0.0, "listed")):
-        with pytest.raises(ValueError, match="slope"):
-            TabulatedSky(**good, weighting=weighting, slope=np.full((1, 8, 2), slope))
 
 
 @pytest.mark.parametrize("scale", [5e-324, 1e-310, 9e29])

@@ -114,8 +114,7 @@ def test_no_radiance_rises_far_above_the_measured_ones():
     zenith, azimuth = np.repeat([60.0, 75.0], 24), np.tile(np.arange(0.0, 360.0, 15.0), 2)
     values = np.where(zenith == 60.0, 1.0, 0.1) * (1 + 0.5 * np.cos(np.deg2rad(azimuth)))
     measured = sky.RadianceField.from_points(zenith, azimuth, values, sun_zenith_deg=60.0, sun_azimuth_deg=0.0)
-    light = measured.radiance(*np.deg2rad(irregular(4000, 5, 90.0)), 550.0)
-    assert light.max() < 3 * values.max()
+    assert measured.radiance(*np.deg2rad(irregular(4000, 5, 90.0)), 550.0).max() < 3 * values.max()
 
 
 def test_radiances_of_any_size_give_numbers():
@@ -158,13 +157,10 @@ def test_zenith_and_north_are_directions_like_others():
 
 def test_measured_radiances_come_back():
     model, points = perez(2.0), irregular(300)
-    measured = seen(model, points)
-    zenith, azimuth = np.deg2rad(points)
-    ratio = measured.radiance(zenith, azimuth, 550.0) / model.radiance(zenith, azimuth, 550.0) - 1
+    one, other = (each.radiance(*np.deg2rad(points), 550.0) for each in (seen(model, points), model))
+    ratio = one / other - 1
     assert np.sqrt(np.mean(ratio**2)) < 2e-3
-    assert (
-        np.abs(ratio).max() < 2e-2
-    )  # of two directions a fraction of a degree apart, which a table of 2 degrees joins
+    assert np.abs(ratio).max() < 2e-2  # of two directions a fraction of a degree apart, joined by a table of 2 degrees
 
 
 def test_a_wavelength_with_a_zero_leaves_the_others_their_logarithm():
@@ -176,8 +172,7 @@ def test_a_wavelength_with_a_zero_leaves_the_others_their_logarithm():
 
 def test_no_radiance_is_negative_where_one_is_zero():
     zenith, azimuth = irregular(100)
-    values = np.where(azimuth < 180, 0.0, 5.0)
-    measured = sky.RadianceField.from_points(zenith, azimuth, values)
+    measured = sky.RadianceField.from_points(zenith, azimuth, np.where(azimuth < 180, 0.0, 5.0))
     light = measured.radiance(*np.deg2rad(irregular(2000, 2, 90)), 550.0)
     assert not measured.interpolant(0).is_log
     assert light.min() >= 0.0

@@ -78,10 +78,8 @@ def wedges(seed, n=16):
             total = total + height * ((np.mod(a - start, 2 * np.pi) < width) & (z >= top) & (z < bottom))
         return total
 
-    exact = 0.6 * np.pi + sum(
-        h * width * (np.sin(bottom) ** 2 - np.sin(top) ** 2) / 2 for _, width, top, bottom, h in many
-    )
-    return light, exact
+    flux = (h * width * (np.sin(bottom) ** 2 - np.sin(top) ** 2) / 2 for _, width, top, bottom, h in many)
+    return light, 0.6 * np.pi + sum(flux)
 
 
 @pytest.mark.parametrize("shape", [(9, 36), pytest.param((30, 120), marks=pytest.mark.slow)])
@@ -128,10 +126,9 @@ def test_variation_falls_with_the_width_of_the_patches():
 def test_what_never_settles_ends_with_its_error(monkeypatch):
     """A disc's edge runs through no grid: quadrature ends at its limit of parts, and says how far it came."""
     monkeypatch.setattr(patch_integrals, "_MAX_PARTS", 2000)
-    middle = np.array([np.sin(0.7) * np.cos(2.0), np.sin(0.7) * np.sin(2.0), np.cos(0.7)])
 
     def disc(z, a):
-        cosine = np.sin(z) * (np.cos(a) * middle[0] + np.sin(a) * middle[1]) + np.cos(z) * middle[2]
+        cosine = np.sin(z) * np.sin(0.7) * np.cos(a - 2.0) + np.cos(z) * np.cos(0.7)
         return (cosine > np.cos(0.2)) + 0.0
 
     result = integrate_patches(disc, sky.PatchGrid.regular(9, 36))
@@ -169,9 +166,8 @@ def test_the_widest_gap_between_the_points():
 def test_spots_between_the_points_are_found(monkeypatch):
     """0.19 degrees and wider in patches of one degree, with 7 % of the light; the first look alone misses one."""
     monkeypatch.setattr(patch_integrals, "_MAX_PARTS", 2**10)
-    grid = sky.PatchGrid(
-        zenith_bounds_deg=[[k, k + 1] for k in range(80, 86)], azimuth_bounds_deg=[[k, k + 1] for k in range(70, 80)]
-    )
+    rings, columns = ([[k, k + 1] for k in one] for one in (range(80, 86), range(70, 80)))
+    grid = sky.PatchGrid(zenith_bounds_deg=rings, azimuth_bounds_deg=columns)
     even = grid.projected_solid_angle_sr.sum()
     hidden = (*(np.array([83, 75]) + emptiest(4, 7)[0]), 0.2)
     places = [hidden, *np.random.default_rng(5).uniform([81, 71, 0.19], [85, 79, 0.5], (40, 3))]
@@ -193,11 +189,7 @@ def test_a_spot_that_reaches_into_a_neighbour_is_whole(zenith_deg, azimuth_deg, 
     monkeypatch.setattr(patch_integrals, "_MAX_PARTS", 2**13)
     radiance = spot(*np.deg2rad([zenith_deg, azimuth_deg]), width_deg, 1 - 1e-9)
     edges = np.floor(zenith_deg) + np.arange(-2.0, 4.0), np.floor(azimuth_deg) + np.arange(-3.0, 5.0)
-    grid = sky.PatchGrid(
-        **{
-            f"{name}_bounds_deg": np.column_stack([ends[:-1], ends[1:]])
-            for name, ends in zip(("zenith", "azimuth"), edges, strict=True)
-        }
-    )
+    rings, columns = (np.column_stack([ends[:-1], ends[1:]]) for ends in edges)
+    grid = sky.PatchGrid(zenith_bounds_deg=rings, azimuth_bounds_deg=columns)
     exact = np.pi * (1e9 - 1)  # of a spot with all but 1e-9 of the light of a dome of radiance 1
     assert integrate_patches(radiance, grid).mass.sum() == pytest.approx(exact, rel=2e-3)

@@ -4,18 +4,12 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.formats.netcdf import read_field
+from tests.skies.test_field_axes import through_a_file
+from tests.skies.test_radiance_field import NM, angles_of, radiance
 
 xarray = pytest.importorskip("xarray")
+read = sky.TabulatedSky.from_xarray
 pytest.importorskip("h5netcdf")
-
-NM = np.array([440.0, 550.0])
-
-
-def radiance(zenith_deg, azimuth_deg, wavelength_nm):
-    """Brightest at our azimuth 100, redder at the horizon."""
-    zenith, azimuth = np.deg2rad(zenith_deg), np.deg2rad(np.asarray(azimuth_deg) - 100)
-    return 1 + np.sin(zenith) * (1 + np.cos(azimuth)) * wavelength_nm / 500
 
 
 def check(table, tolerance):
@@ -28,23 +22,14 @@ def check(table, tolerance):
         assert np.abs(seen / mirrored - 1).max() > 5 * tolerance
 
 
-def through_a_file(made, path, **how):
-    made.to_netcdf(path, engine="h5netcdf")
-    return read_field(path, **how)
-
-
 def eradiate():
     """A result of Eradiate: film pixels x_index, y_index with vza and vaa, a spectral axis w, one sun."""
     vza, vaa = np.meshgrid(np.linspace(1, 85, 29), np.arange(0.0, 360.0, 6.0), indexing="ij")
     values = radiance(vza, vaa, NM[:, None, None])[:, None, None]
-    angle = {"units": "deg"}
+    angle, unit = {"units": "deg"}, {"standard_name": "radiance", "units": "W/m**2/sr/nm"}
     return xarray.Dataset(
         {
-            "radiance": (
-                ("w", "sza", "saa", "x_index", "y_index"),
-                values,
-                {"standard_name": "radiance", "units": "W/m**2/sr/nm"},
-            ),
+            "radiance": (("w", "sza", "saa", "x_index", "y_index"), values, unit),
             "irradiance": (("w", "sza", "saa"), np.ones((2, 1, 1)), {"units": "W/m**2/nm"}),
         },
         coords={
@@ -61,9 +46,8 @@ def eradiate():
 
 def test_eradiate(tmp_path):
     for field in (eradiate()["radiance"], through_a_file(eradiate(), tmp_path / "eradiate.nc")):
-        table = sky.TabulatedSky.from_xarray(field, azimuth_convention="enu_from_east")
-        check(table, 0.02)
-    bare = sky.TabulatedSky.from_xarray(eradiate()["radiance"])  # its azimuths count from +x, as ours
+        check(read(field, azimuth_convention="enu_from_east"), 0.02)
+    bare = read(eradiate()["radiance"])  # its azimuths count from +x, as ours
     check(bare, 0.02)
     assert any("does not say from where azimuths count" in remark for remark in bare.remarks)
 
@@ -74,35 +58,21 @@ def hypernets():
     zenith, ours = np.rad2deg(np.arccos(np.sqrt(rng.uniform(0.03, 1, 1500)))), rng.uniform(0, 360, 1500)
     values = radiance(zenith, ours, NM[:, None])
     values[:, :30] = np.nan
-    attributes = {
-        "viewing_zenith_angle": {"standard_name": "sensor_zenith_angle", "units": "degrees", "preferred_symbol": "vza"},
-        "viewing_azimuth_angle": {
-            "standard_name": "sensor_azimuth_angle", "units": "degrees", "reference": "True North",
-            "preferred_symbol": "vaa",
-        },
-        "solar_zenith_angle": {"standard_name": "solar_zenith_angle", "units": "degrees"},
-    }  # fmt: skip
-    data = {
-        "viewing_zenith_angle": zenith,
-        "viewing_azimuth_angle": np.mod(90 - ours, 360),
-        "solar_zenith_angle": np.full(1500, 30.0),
+    angles = {
+        "viewing_zenith_angle": (zenith, {"standard_name": "sensor_zenith_angle", "preferred_symbol": "vza"}),
+        "viewing_azimuth_angle": (
+            np.mod(90 - ours, 360),
+            {"standard_name": "sensor_azimuth_angle", "reference": "True North", "preferred_symbol": "vaa"},
+        ),
+        "solar_zenith_angle": (np.full(1500, 30.0), {"standard_name": "solar_zenith_angle"}),
     }
     made = xarray.Dataset(
-        {
-            "downwelling_radiance": (
-                ("wavelength", "series"),
-                values,
-                {"standard_name": "downwelling_radiance_per_unit_wavelength_in_air", "units": "mW m^-2 nm^-1 sr^-1"},
-            ),
-            "upwelling_radiance": (
-                ("wavelength", "series"),
-                values / 50,
-                {"standard_name": "upwelling_radiance_per_unit_wavelength_in_air", "units": "mW m^-2 nm^-1 sr^-1"},
-            ),
-            **{name: ("series", numbers, attributes[name]) for name, numbers in data.items()},
-        },
+        {name: ("series", numbers, texts | {"units": "degrees"}) for name, (numbers, texts) in angles.items()},
         coords={"wavelength": ("wavelength", NM, {"standard_name": "wavelength", "units": "nm"})},
     )
+    for name, light in (("downwelling_radiance", values), ("upwelling_radiance", values / 50)):
+        texts = {"standard_name": f"{name}_per_unit_wavelength_in_air", "units": "mW m^-2 nm^-1 sr^-1"}
+        made[name] = (("wavelength", "series"), light, texts)
     for name in ("viewing_zenith_angle", "viewing_azimuth_angle"):
         made[name].encoding = {"dtype": "uint16", "scale_factor": 0.01, "_FillValue": 65535}
     return made
@@ -115,7 +85,7 @@ def test_pointings_of_a_radiometer(tmp_path):
     python_field = made.set_coords(["viewing_zenith_angle", "viewing_azimuth_angle"])["downwelling_radiance"]
     for one in (field, python_field):
         with pytest.warns(sky.InputWarning, match=r"5\.\d % of the light comes from beyond the measured directions"):
-            table = sky.TabulatedSky.from_xarray(one, grid=sky.PatchGrid.regular(36, 72))
+            table = read(one, grid=sky.PatchGrid.regular(36, 72))
         check(table, 0.03)
         assert any("30 of 1500 directions have no value" in remark for remark in table.remarks)
         assert any("% of the light comes from beyond" in remark for remark in table.remarks)
@@ -144,7 +114,7 @@ def test_libradtran_and_disort(tmp_path):
         name="uu",
     )
     for field in (made, through_a_file(made, tmp_path / "uu.nc")):
-        table = sky.TabulatedSky.from_xarray(field, azimuth_convention="west_of_south")
+        table = read(field, azimuth_convention="west_of_south")
         check(table, 0.02)
         assert "45 zenith angles below the horizon were left out" in table.remarks
 
@@ -154,19 +124,14 @@ def test_sasktran2(tmp_path):
     zenith, azimuth = (a.ravel() for a in np.meshgrid(np.linspace(1, 85, 29), np.arange(0.0, 360.0, 6.0)))
     values = np.stack([radiance(zenith, azimuth, NM[:, None])] + [np.full((2, zenith.size), -1e-3)] * 2, axis=-1)
     made = xarray.DataArray(values, dims=("wavelength", "los", "stokes"), name="radiance")
-    made = made.assign_coords(
-        wavelength=NM,
-        stokes=["I", "Q", "U"],
-        zenith=("los", zenith, {"units": "deg"}),
-        azimuth=("los", azimuth, {"units": "deg", "azimuth_convention": "enu_from_east"}),
-    )
-    check(sky.TabulatedSky.from_xarray(made.isel(stokes=0)), 0.02)
-    check(sky.TabulatedSky.from_xarray(through_a_file(made, tmp_path / "sk.nc", isel={"stokes": 0})), 0.02)
-    table = sky.TabulatedSky.from_xarray(made)  # all pairs of zenith angles and azimuths
+    made = made.assign_coords(wavelength=NM, stokes=["I", "Q", "U"], **angles_of("los", zenith, azimuth))
+    check(read(made.isel(stokes=0)), 0.02)
+    check(read(through_a_file(made, tmp_path / "sk.nc", isel={"stokes": 0})), 0.02)
+    table = read(made)  # all pairs of zenith angles and azimuths
     check(table, 0.02)
     np.testing.assert_allclose(table.values_q, -1e-3, rtol=0.03)
     with pytest.raises(sky.SceneError, match=r"without gaps; .* field.isel\(stokes=0\)"):
-        sky.TabulatedSky.from_xarray(made.isel(los=slice(0, -1)))
+        read(made.isel(los=slice(0, -1)))
 
 
 def test_angles_that_share_a_part_of_their_dimensions_are_refused():
@@ -179,4 +144,4 @@ def test_angles_that_share_a_part_of_their_dimensions_are_refused():
         },
     )
     with pytest.raises(sky.SceneError, match="share a part of their dimensions"):
-        sky.TabulatedSky.from_xarray(made)
+        read(made)

@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
+from tests.support.fields import field_of
 
 xarray = pytest.importorskip("xarray")
+read = sky.TabulatedSky.from_xarray
 
 ZENITH_DEG = np.array([4.0, 15.0, 30.0, 42.0, 55.0, 70.0, 86.0])
 AZIMUTH_DEG = np.arange(0.0, 360.0, 30.0)
@@ -43,7 +45,7 @@ def field(*, radians=False, descending=False, north=False, order=("wavelength", 
 
 
 def test_a_regular_field_becomes_patches_around_its_points():
-    table = sky.TabulatedSky.from_xarray(field())
+    table = read(field())
     edges = [0, 9.5, 22.5, 36, 48.5, 62.5, 78, 90]
     np.testing.assert_allclose(table.grid.zenith_bounds_deg, np.column_stack([edges[:-1], edges[1:]]))
     np.testing.assert_allclose(table.grid.azimuth_bounds_deg[[0, -1]], [[-15, 15], [315, 345]])
@@ -60,12 +62,9 @@ PEREZ = sky.PerezSky(epsilon=3.0, delta=0.2, sun_zenith_deg=40.0, sun_azimuth_de
 def samples(step_deg, **attributes):
     """A Perez sky in directions `step_deg` apart, the first half a step from the zenith."""
     zenith, azimuth = np.arange(step_deg / 2, 90.0, step_deg), np.arange(0.0, 360.0, step_deg)
-    units = {"units": "degree", "azimuth_convention": "enu_from_east"} | attributes
-    return xarray.DataArray(
-        PEREZ.radiance(np.deg2rad(zenith)[:, None], np.deg2rad(azimuth), 550.0),
-        dims=("zenith", "azimuth"),
-        coords={"zenith": ("zenith", zenith, units), "azimuth": ("azimuth", azimuth, units)},
-    )
+    values = PEREZ.radiance(np.deg2rad(zenith)[:, None], np.deg2rad(azimuth), 550.0)
+    from_east = {"azimuth_convention": "enu_from_east"}
+    return field_of(values, zenith, azimuth, zenith=attributes, azimuth=from_east | attributes)
 
 
 def means(directions, flux):
@@ -87,16 +86,16 @@ def errors(table):
 
 def test_samples_of_a_smooth_sky_make_its_light():
     """Errors of samples: of 5 degrees a fifth of those of constant patches at most, of 2 degrees a tenth of these."""
-    coarse, fine = (errors(sky.TabulatedSky.from_xarray(samples(step))) for step in (5.0, 2.0))
+    coarse, fine = (errors(read(samples(step))) for step in (5.0, 2.0))
     assert np.all(np.abs(coarse) < [2e-4, 1e-5, 8e-5])
     assert np.all(np.abs(fine) < [2e-5, 3e-6, 8e-6])
-    flat = errors(sky.TabulatedSky.from_xarray(samples(5.0, bounds="bounds")))
+    flat = errors(read(samples(5.0, bounds="bounds")))
     assert np.all(np.abs(flat[1:]) > 5 * np.abs(coarse[1:]))
 
 
 def test_a_defect_of_slopes_is_seen():
     """Root mean square error of the radiance in random directions, away from the sun."""
-    rng, table = np.random.default_rng(2), sky.TabulatedSky.from_xarray(samples(5.0))
+    rng, table = np.random.default_rng(2), read(samples(5.0))
     zenith, azimuth = np.arcsin(np.sqrt(rng.uniform(0, 1, 4000))), rng.uniform(2.7, 6.2, 4000)
     exact = PEREZ.radiance(zenith, azimuth, 550.0)
 
@@ -112,87 +111,86 @@ def test_no_radiance_is_negative_and_an_even_field_stays_even():
     """Noise from 0 to 1000: the monotone cubic has no extremes of its own. One zenith angle has nothing to join."""
     made = field()
     made[:] = np.random.default_rng(3).lognormal(0, 3, made.shape) * (made > 1.3)
-    table = sky.TabulatedSky.from_xarray(made)
+    table = read(made)
     assert table.values.min() >= 0
     assert table.values.max() <= float(made.max()) * (1 + 1e-12)
-    even = sky.TabulatedSky.from_xarray(0 * field() + 2.5)
+    even = read(0 * field() + 2.5)
     np.testing.assert_allclose(even.values, 2.5, rtol=1e-14)
     assert np.abs(even.slope).max() < 1e-8
-    assert sky.TabulatedSky.from_xarray(made.isel(zenith=[3])).slope is None
+    assert read(made.isel(zenith=[3])).slope is None
 
 
 @pytest.mark.parametrize("order", list(itertools.permutations(("wavelength", "zenith", "azimuth"))), ids="-".join)
 def test_conventions_and_orders_of_one_field_are_one_sky(order, tmp_path):
     """Degrees or radians, up or down, from north or from east, through a file: the same masses, to the bit."""
-    expected = sky.TabulatedSky.from_xarray(field()).lower(NM)[0]
+    expected = read(field()).lower(NM)[0]
     for radians, descending, north in itertools.product((False, True), repeat=3):
         made = field(radians=radians, descending=descending, north=north, order=order)
         if order[0] == "azimuth":
             made.to_netcdf(tmp_path / "field.nc")
             made = xarray.load_dataarray(tmp_path / "field.nc")
-        (component,) = sky.TabulatedSky.from_xarray(made).lower(NM)
+        (component,) = read(made).lower(NM)
         np.testing.assert_array_equal(component.mass, expected.mass)
         np.testing.assert_array_equal(component.cell, expected.cell)
 
 
 def test_conventions_that_are_given_win_over_attributes():
-    given = sky.TabulatedSky.from_xarray(field(north=True), azimuth_convention=sky.AzimuthConvention.ENU_FROM_EAST)
+    given = read(field(north=True), azimuth_convention=sky.AzimuthConvention.ENU_FROM_EAST)
     assert abs(given.radiance(0.5, np.deg2rad(90), 440) - radiance(30, 0, 440)) < 0.02
-    bare = field(radians=True, attributes=False)
-    table = sky.TabulatedSky.from_xarray(bare, angle_unit="rad", azimuth_convention="enu_from_east")
-    np.testing.assert_array_equal(table.lower(NM)[0].mass, sky.TabulatedSky.from_xarray(field()).lower(NM)[0].mass)
+    table = read(field(radians=True, attributes=False), angle_unit="rad", azimuth_convention="enu_from_east")
+    np.testing.assert_array_equal(table.lower(NM)[0].mass, read(field()).lower(NM)[0].mass)
 
 
 def test_what_is_taken_for_granted_is_said():
     made = field(attributes=False)
-    (remark,) = sky.TabulatedSky.from_xarray(made).remarks
+    (remark,) = read(made).remarks
     assert "does not say from where azimuths count" in remark
-    even = sky.TabulatedSky.from_xarray(made.isel(azimuth=0, drop=True))
+    even = read(made.isel(azimuth=0, drop=True))
     assert even.grid.n_azimuth == 1
     assert "same all around" in even.remarks[0]
-    grey = sky.TabulatedSky.from_xarray(made.isel(wavelength=0, drop=True))
-    assert any("no wavelength" in remark for remark in grey.remarks)
+    assert "no wavelength" in " ".join(read(made.isel(wavelength=0, drop=True)).remarks)
     del made.attrs["units"]
-    assert "no unit of radiance" in sky.TabulatedSky.from_xarray(made).remarks[0]
+    assert "no unit of radiance" in read(made).remarks[0]
 
 
 def test_both_ends_of_the_turn_and_directions_below_the_horizon():
     made = field()
     closed = xarray.concat([made, made.isel(azimuth=[0]).assign_coords(azimuth=[360.0])], "azimuth", join="outer")
     closed.azimuth.attrs.update(made.azimuth.attrs)
-    table = sky.TabulatedSky.from_xarray(closed)
-    np.testing.assert_array_equal(table.lower(NM)[0].mass, sky.TabulatedSky.from_xarray(made).lower(NM)[0].mass)
+    table = read(closed)
+    np.testing.assert_array_equal(table.lower(NM)[0].mass, read(made).lower(NM)[0].mass)
     near, far = (closed.copy(data=np.where(closed.azimuth == 360, one, 1.0) * closed) for one in (1.005, 2.0))
-    assert "radiances differ by up to 0.5 %" in " ".join(sky.TabulatedSky.from_xarray(near).remarks)
+    assert "radiances differ by up to 0.5 %" in " ".join(read(near).remarks)
     with pytest.raises(sky.SceneError, match="radiances differ by up to 50 %"):
-        sky.TabulatedSky.from_xarray(far)
+        read(far)
     below = xarray.concat([made, made.isel(zenith=[0]).assign_coords(zenith=[120.0])], "zenith", join="outer")
     below.zenith.attrs.update(made.zenith.attrs)
-    assert "1 zenith angles below the horizon" in sky.TabulatedSky.from_xarray(below).remarks[0]
-    high = sky.TabulatedSky.from_xarray(made.isel(zenith=slice(0, 4)))
-    assert "no radiance from 48 to 90 degrees" in high.remarks[0]
-    narrow = sky.TabulatedSky.from_xarray(made.isel(azimuth=slice(0, 10)))
-    assert "no azimuths between 270 and 0 degrees" in narrow.remarks[0]
+    assert "1 zenith angles below the horizon" in read(below).remarks[0]
+    assert "no radiance from 48 to 90 degrees" in read(made.isel(zenith=slice(0, 4))).remarks[0]
+    assert "no azimuths between 270 and 0 degrees" in read(made.isel(azimuth=slice(0, 10))).remarks[0]
     with pytest.raises(sky.SceneError, match="no azimuths between 180 and 0 degrees"):
-        sky.TabulatedSky.from_xarray(made.isel(azimuth=slice(0, 7)))
-    assert "one azimuth" in " ".join(sky.TabulatedSky.from_xarray(made.isel(azimuth=[0])).remarks)
+        read(made.isel(azimuth=slice(0, 7)))
+    assert "one azimuth" in " ".join(read(made.isel(azimuth=[0])).remarks)
+
+
+def angles_of(dimension, zenith, azimuth):
+    return {
+        "zenith": (dimension, zenith, {"units": "deg"}),
+        "azimuth": (dimension, azimuth, {"units": "deg", "azimuth_convention": "enu_from_east"}),
+    }
 
 
 def test_scattered_directions_are_interpolated_on_the_sphere():
     rng = np.random.default_rng(4)
     mu, azimuth = np.sqrt(rng.uniform(0.0005, 1, 3000)), rng.uniform(0, 360, 3000)
     zenith = np.rad2deg(np.arccos(mu))
-    coords = {
-        "wavelength": ("wavelength", NM, {"units": "nm"}),
-        "zenith": ("los", zenith, {"units": "deg"}),
-        "azimuth": ("los", azimuth, {"units": "deg", "azimuth_convention": "enu_from_east"}),
-    }
+    coords = angles_of("los", zenith, azimuth) | {"wavelength": ("wavelength", NM, {"units": "nm"})}
     made = xarray.DataArray(radiance(zenith, azimuth, NM[:, None]), dims=("wavelength", "los"), coords=coords)
-    table = sky.TabulatedSky.from_xarray(made, grid=sky.PatchGrid.regular(18, 36))
+    table = read(made, grid=sky.PatchGrid.regular(18, 36))
     seen = table.radiance(np.deg2rad(42.5), np.deg2rad([5.0, 105.0, 245.0]), 440.0)
     np.testing.assert_allclose(seen, radiance(42.5, np.array([5.0, 105.0, 245.0]), 440.0), rtol=2e-3)
     with pytest.warns(sky.InputWarning, match="% of the light comes from beyond"):
-        remarks = sky.TabulatedSky.from_xarray(made.where(made.zenith < 60)).remarks
+        remarks = read(made.where(made.zenith < 60)).remarks
     assert any("directions have no value" in remark for remark in remarks)
     assert any("a radiance is off by" in remark for remark in remarks)
 
@@ -204,8 +202,7 @@ def test_points_that_were_unstacked_are_no_field():
     (rows, row), (columns, column) = (np.unique(angle, return_inverse=True) for angle in (zenith, azimuth))
     values = np.full((rows.size, columns.size), np.nan)
     values[row, column] = radiance(zenith, azimuth, 550.0)
-    coords = {"zenith": ("zenith", rows, {"units": "deg"}), "azimuth": ("azimuth", columns, {"units": "deg"})}
-    table = sky.TabulatedSky.from_xarray(xarray.DataArray(values, dims=("zenith", "azimuth"), coords=coords))
+    table = read(field_of(values, rows, columns))
     assert table.grid == sky.PatchGrid.regular(90, 180)
     assert any(f"{values.size - 300} of {values.size} directions have no value" in r for r in table.remarks)
     assert not any("no photon comes" in r or "neighbours fill" in r for r in table.remarks)
@@ -216,7 +213,7 @@ def test_points_that_were_unstacked_are_no_field():
 def test_gaps_of_a_regular_field_are_filled_by_neighbours_and_reported():
     made = field()
     made[0, 2, 3] = np.nan
-    table = sky.TabulatedSky.from_xarray(made)
+    table = read(made)
     assert any("1 of 84 directions have no value" in remark for remark in table.remarks)
     seen = table.radiance(np.deg2rad(30.0), np.deg2rad(90.0), 440.0)
     assert abs(seen / radiance(30, 90, 440.0) - 1) < 0.03
@@ -244,40 +241,47 @@ def test_gaps_of_a_regular_field_are_filled_by_neighbours_and_reported():
 )
 def test_refusals_say_what_to_write(change, options, message):
     with pytest.raises(sky.SceneError, match=message) as caught:
-        sky.TabulatedSky.from_xarray(change(field()), **options)
+        read(change(field()), **options)
     assert "\n" not in str(caught.value)
 
 
 def test_wavelengths_beyond_those_of_a_table_are_warned_of():
     with pytest.warns(sky.InputWarning, match=r"warning\[E310\]: 1 of 2 .* 440 to 550 nm; waveband 2 at 660 nm"):
-        sky.Scene(wavebands=[500.0, 660.0], n_photons=10, components=sky.TabulatedSky.from_xarray(field()))
+        sky.Scene(wavebands=[500.0, 660.0], n_photons=10, components=read(field()))
 
 
-def test_a_table_without_doubt():
+GAPS = np.ma.masked_greater(np.where(np.eye(1, 6) > 0, 1e20, 1.0), 1e10)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"wavelength_nm": [500.0] * 2, "values": [[1.0] * 6, [2.0] * 6]}, "500 nm stands in it twice with different"),
+        ({"values": GAPS}, "are masked; give them a radiance, 0 where no light comes from"),
+        ({"values": np.ones((1, 3, 2))}, "2 rings and 3 columns: the axes are wavelength, zenith, azimuth; swap"),
+        ({"radiance_unit": 1.0}, "radiance_unit wants weighting PROJECTED"),
+        ({"weighting": "projected", "slope": np.full((1, 6, 2), 2.0)}, "slope"),
+        ({"weighting": "projected", "slope": np.full((1, 6, 2), np.nan)}, "slope"),
+        ({"weighting": "listed", "slope": np.zeros((1, 6, 2))}, "slope"),
+    ],
+)
+def test_a_table_in_doubt_is_refused(given, message):
     """Rows of one wavelength are equal, and no fill value of a masked array becomes a radiance."""
-    grid, ones = sky.PatchGrid.regular(2, 3), np.ones((2, 6))
-    with pytest.raises(sky.SceneError, match="the wavelength 500 nm stands in it twice with different values"):
-        sky.TabulatedSky(wavelength_nm=[500.0, 500.0], values=ones * [[1], [2]], grid=grid)
-    gaps = np.ma.masked_greater(np.where(np.eye(2, 6) > 0, 1e20, 1.0), 1e10)
-    with pytest.raises(sky.SceneError, match="are masked; give them a radiance, 0 where no light comes from"):
-        sky.TabulatedSky(wavelength_nm=[500.0, 600.0], values=gaps, grid=grid)
-    sky.TabulatedSky(wavelength_nm=[500.0, 600.0], values=np.ma.masked_array(ones), grid=grid)
+    good = {"wavelength_nm": [500.0], "values": np.ma.ones((1, 6)), "grid": sky.PatchGrid.regular(2, 3)}
+    sky.TabulatedSky(**good)
+    with pytest.raises((sky.SceneError, ValueError), match=message):
+        sky.TabulatedSky(**good | given)
 
 
 def test_the_sun_s_own_angles_are_no_coordinates_of_the_sky():
     made = field().assign_coords(solar_zenith_angle=40.0, sza=("wavelength", [40.0, 40.0]), saa=10.0)
-    np.testing.assert_array_equal(
-        sky.TabulatedSky.from_xarray(made).values, sky.TabulatedSky.from_xarray(field()).values
-    )
+    np.testing.assert_array_equal(read(made).values, read(field()).values)
 
 
-def test_a_turned_table_is_refused():
-    grid = sky.PatchGrid.regular(3, 4)
-    with pytest.raises(sky.SceneError, match=r"3 rings and 4 columns: the axes are wavelength, zenith, azimuth; swap"):
-        sky.TabulatedSky(wavelength_nm=[500.0], values=np.ones((1, 4, 3)), grid=grid)
-    for shape in ((4, 3, 1), (4, 3)):  # wavelengths last, or none
-        with pytest.raises(sky.SceneError, match=r"radiances of shape \(1, n_zenith, n_azimuth\), got "):
-            sky.SkyTable(wavelength_nm=np.array([500.0]), radiance=np.ones(shape))
+@pytest.mark.parametrize("shape", [(4, 3, 1), (4, 3)])
+def test_a_table_whose_wavelengths_stand_last_is_refused(shape):
+    with pytest.raises(sky.SceneError, match=r"radiances of shape \(1, n_zenith, n_azimuth\), got "):
+        sky.SkyTable(wavelength_nm=np.array([500.0]), radiance=np.ones(shape))
 
 
 def points(nm=NM, unit="W m-2 nm-1 sr-1", n=150):
@@ -285,17 +289,13 @@ def points(nm=NM, unit="W m-2 nm-1 sr-1", n=150):
     rng = np.random.default_rng(6)
     zenith = np.rad2deg(np.arccos(rng.uniform(0.035, 1, n * len(nm))))
     azimuth, point_nm = rng.uniform(0, 360, zenith.size), rng.permutation(np.repeat(nm, n))
-    coords = {
-        "zenith": ("point", zenith, {"units": "deg"}),
-        "azimuth": ("point", azimuth, {"units": "deg", "azimuth_convention": "enu_from_east"}),
-        "wavelength": ("point", point_nm, {"units": "nm"}),
-    }
+    coords = angles_of("point", zenith, azimuth) | {"wavelength": ("point", point_nm, {"units": "nm"})}
     return xarray.DataArray(radiance(zenith, azimuth, point_nm), dims=("point",), coords=coords, attrs={"units": unit})
 
 
 def test_points_of_their_own_wavelengths_are_the_sky_of_the_same_table(tmp_path):
     made = points()
-    table = sky.TabulatedSky.from_xarray(made)
+    table = read(made)
     np.testing.assert_array_equal(table.wavelength_nm, NM)
     path = tmp_path / "sky.csv"
     rows = zip(made.zenith.values, made.azimuth.values, made.wavelength.values, made.values, strict=True)
@@ -309,64 +309,56 @@ def test_points_of_their_own_wavelengths_are_the_sky_of_the_same_table(tmp_path)
         np.testing.assert_allclose(table.radiance(zenith, azimuth, nm), csv.radiance(zenith, azimuth, nm), rtol=3e-3)
     two = [field.assign_coords(wavelength=nm) for nm, field in made.groupby("wavelength")]
     each = xarray.concat([one.drop_vars("wavelength") for one in two], "band").assign_coords(wavelength=("band", NM))
-    again = sky.TabulatedSky.from_xarray(each)  # both angles along (band, point)
-    np.testing.assert_array_equal(again.values, table.values)
+    np.testing.assert_array_equal(read(each).values, table.values)
 
 
 def test_points_that_cannot_be_grouped_are_a_sentence():
     made = points()
-    each = made.assign_coords(wavelength=("point", np.linspace(400, 700, made.size), {"units": "nm"}))
     with pytest.raises(sky.SceneError, match="1 direction at 400 nm; a measured sky needs 3 or more"):
-        sky.TabulatedSky.from_xarray(each)
+        read(made.assign_coords(wavelength=("point", np.linspace(400, 700, made.size), {"units": "nm"})))
     with pytest.raises(
-        sky.SceneError, match="'wavelength' has the dimension 'point' of an angle; then zenith angle and"
+        sky.SceneError, match="'wavelength' has the dimension 'point' of an angle; then zenith angle an"
     ):
-        sky.TabulatedSky.from_xarray(made.drop_vars("azimuth"))
+        read(made.drop_vars("azimuth"))
 
 
 def test_units_of_the_field_make_absolute_irradiances():
     """Scattered or regular, with any spelling that the tables of radiances know; without a unit it is relative."""
     regular = field().assign_attrs(units="mW/m2/nm/sr")
     for made, unit in ((points(), 1.0), (points(unit="mW m-2 nm-1 sr-1"), 1e-3), (regular, 1e-3)):
-        table = sky.TabulatedSky.from_xarray(made)
+        table = read(made)
         exact = np.array([float(np.sum(row * table.grid.projected_solid_angle_sr)) for row in table.values]) * unit
         scene = sky.Scene(wavebands=NM, n_photons=10, components=table)
         np.testing.assert_allclose(scene.irradiance.of_component[:, 0], exact, rtol=1e-12)
         share = dataclasses.replace(table, strength=1.0)
         assert sky.Scene(wavebands=NM, n_photons=10, components=share).irradiance is None
     for unit in ("", "relative"):
-        table = sky.TabulatedSky.from_xarray(field().assign_attrs(units=unit))
+        table = read(field().assign_attrs(units=unit))
         assert sky.Scene(wavebands=NM, n_photons=10, components=table).irradiance is None
     with pytest.raises(sky.SceneError, match="is none of spectral radiance"):
-        sky.TabulatedSky.from_xarray(field().assign_attrs(units="cd m-2"))
-    sky.TabulatedSky.from_xarray(field().assign_attrs(units="cd m-2"), radiance_unit="relative")
-    grid = sky.PatchGrid.regular(2, 3)
-    with pytest.raises(ValueError, match="radiance_unit wants weighting PROJECTED"):
-        sky.TabulatedSky(wavelength_nm=[500.0], values=np.ones((1, 6)), grid=grid, radiance_unit=1.0)
+        read(field().assign_attrs(units="cd m-2"))
+    read(field().assign_attrs(units="cd m-2"), radiance_unit="relative")
 
 
 def test_scans_beyond_the_zenith_and_the_sun():
     made = points(nm=NM[:1])
-    across = made.assign_coords(zenith=-made.zenith, azimuth=(made.azimuth + 180) % 360)
-    across.zenith.attrs.update(made.zenith.attrs)
-    across.azimuth.attrs.update(made.azimuth.attrs)
-    one, other = (sky.TabulatedSky.from_xarray(part) for part in (made, across))
-    np.testing.assert_allclose(other.values, one.values, rtol=1e-5)
+    across = made.assign_coords(angles_of("point", -made.zenith.values, (made.azimuth.values + 180) % 360))
+    np.testing.assert_allclose(read(across).values, read(made).values, rtol=1e-5)
     sun = {"sun_zenith_deg": 40.0, "sun_azimuth_deg": 100.0}
     cap = made.where(made.zenith < 60, drop=True)
     with pytest.warns(sky.InputWarning, match=r"say where the sun is \(--sun-zenith .* sun_zenith_deg= and"):
-        sky.TabulatedSky.from_xarray(cap)
+        read(cap)
     with pytest.warns(sky.InputWarning, match=r"extrapolated and may be off by [\d.]+ %$"):
-        remarks = sky.TabulatedSky.from_xarray(cap, **sun).remarks
+        remarks = read(cap, **sun).remarks
     assert any("on a trend around the sun" in remark for remark in remarks)
     with pytest.raises(sky.UsageError, match="the sun: not used with a field that has a value in every direction"):
-        sky.TabulatedSky.from_xarray(field(), **sun)
+        read(field(), **sun)
 
 
 def test_the_field_of_our_own_export_is_read():
     """Its coordinate wavelength is meant, and not sky_wavelength."""
     scene = sky.Scene(wavebands=NM, n_photons=10, components=dataclasses.replace(PEREZ, irradiance_W_m2_nm=[0.4, 0.2]))
-    table = sky.TabulatedSky.from_xarray(sky.to_xarray(scene.source()).radiance)
+    table = read(sky.to_xarray(scene.source()).radiance)
     np.testing.assert_array_equal(table.wavelength_nm, NM)
     again = sky.Scene(wavebands=NM, n_photons=10, components=table)
     np.testing.assert_allclose(again.irradiance.of_component[:, 0], [0.4, 0.2], rtol=1e-9)

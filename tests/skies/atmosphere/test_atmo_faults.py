@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.fault_rows import check_places, command, row, row_id
+from tests.support.fault_rows import check_places, row, row_id
 from tests.support.processes import Ended, limited
 from tests.support.shared import DATA
 
@@ -42,14 +42,13 @@ REFERENCES = {
 
 
 @pytest.mark.parametrize("name", REFERENCES, ids=[row_id(37, name) for name in REFERENCES])
-def test_other_files(name, tmp_path, monkeypatch, capsys):
+def test_other_files(name, tmp_path, monkeypatch, told):
     home = tmp_path / "home"
     home.mkdir()
     elsewhere(home)
     (home / "x.atmo").write_text(replaced(SUN, f"file {REFERENCES[name]}"))
     monkeypatch.chdir(home)
-    assert command("validate", "x.atmo") == 3
-    said = capsys.readouterr()
+    said = told("validate", "x.atmo", code=3)
     assert said.out == "x.atmo: has errors\n"
     check_places(["x.atmo:7:31 E402"], said.err)
     assert ("--allow-path DIR" in said.err) == ("is not below the folder" in said.err)
@@ -101,7 +100,6 @@ def answers(tmp_path_factory) -> Ended:
 
 
 def said_of(name: str, answers: Ended) -> str:
-    """What the command says of one block."""
     assert answers.code == 3, answers.err[-2000:]
     assert answers.peak_mb < 200
     parts = re.split(r"^(?=\S+\.atmo:)", answers.err, flags=re.MULTILINE)
@@ -112,8 +110,7 @@ def said_of(name: str, answers: Ended) -> str:
 
 @pytest.mark.parametrize("name", BLOCKS, ids=[row_id(38, name) for name in BLOCKS])
 def test_code_that_runs_away(name, answers):
-    place = f"{name}.atmo:13:{BLOCKS[name][1] + 8} E403"
-    check_places([place], said_of(name, answers))
+    check_places([f"{name}.atmo:13:{BLOCKS[name][1] + 8} E403"], said_of(name, answers))
 
 
 @pytest.mark.parametrize("name", BRACKETS, ids=[row_id(38, name) for name in BRACKETS])
@@ -124,14 +121,10 @@ def test_brackets_without_end(name, answers):
     assert said.count("\n") == 3
 
 
-def height(value: str) -> str:
-    return replaced("120 km", value)
-
-
 FORMS = {
     # name: (description, table t.csv, place and code); more of them have golden messages beside tests/data/atmo/bad
-    "exponent-where-none-is-allowed": (height("1e3 km"), "", "x.atmo:2:20 E401"),
-    "missing-unit": (height("120"), "", "x.atmo:2:20 E401"),
+    "exponent-where-none-is-allowed": (replaced("120 km", "1e3 km"), "", "x.atmo:2:20 E401"),
+    "missing-unit": (replaced("120 km", "120"), "", "x.atmo:2:20 E401"),
     "unclosed-brace": (PLAIN[: PLAIN.rindex("}")], "", "x.atmo:22:1 E401"),
     "csv-unsorted": (replaced(SUN, "file t.csv"), "300,1\n900,1\n400,1\n", "t.csv:3:1 E401"),
     "csv-with-nan": (replaced(SUN, "file t.csv"), "300,1\n400,NaN\n900,1\n", "t.csv:2:5 E401"),
@@ -139,12 +132,11 @@ FORMS = {
 
 
 @pytest.mark.parametrize("name", FORMS, ids=[row_id(39, name) for name in FORMS])
-def test_another_form(name, tmp_path, monkeypatch, capsys):
+def test_another_form(name, tmp_path, monkeypatch, told):
     text, table, place = FORMS[name]
     (tmp_path / "x.atmo").write_text(text)
     (tmp_path / "t.csv").write_text(table)
     monkeypatch.chdir(tmp_path)
-    assert command("validate", "x.atmo") == 3
-    said = capsys.readouterr()
+    said = told("validate", "x.atmo", code=3)
     assert said.out == "x.atmo: has errors\n"
     check_places([place], said.err)

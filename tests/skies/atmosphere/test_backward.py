@@ -15,18 +15,8 @@ from aomc_sky.skies.atmosphere.lights import Moon
 from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.sky.path_orders import path_orders
 from aomc_sky.skies.atmosphere.sky.solve import later_orders, solve_sky
-from tests.support.atmospheres import (
-    Layer,
-    full,
-    henyey_greenstein_phase,
-    isotropic_phase,
-    medium_of,
-    molecules,
-    molecules_only,
-    plane_parallel,
-    rayleigh_phase,
-    uniform,
-)
+from tests.support import atmospheres
+from tests.support.atmospheres import Layer, full, henyey_greenstein_phase, molecules_only
 from tests.support.plane_layers import Layers, by_order, solve_layers
 
 ZENITH = np.radians([0.0, 35.0, 60.0, 80.0, 60.0])
@@ -42,7 +32,7 @@ def solved(medium, n_paths: int, **more) -> PathsResult:
 
 def flat_orders(albedo: float) -> np.ndarray:
     """Orders (n_order, n) of two flat layers by successive orders, the last row with all later ones."""
-    phases = (lambda mu: rayleigh_phase(mu, 0), lambda mu: henyey_greenstein_phase(0.7)(mu, 0))
+    phases = (lambda mu: atmospheres.rayleigh_phase(mu, 0), lambda mu: henyey_greenstein_phase(0.7)(mu, 0))
     scattering = np.array([[1.0, 0.1 / 0.45], [0.0, 0.27 / 0.45]])
     layers = Layers(optical_depth=np.array([0.2, 0.45]), scattering=scattering, phases=phases)
     rings, ring = np.unique(ZENITH, return_inverse=True)
@@ -53,11 +43,8 @@ def flat_orders(albedo: float) -> np.ndarray:
 def pulls(albedo: float) -> np.ndarray:
     """(n_paths - successive orders) in standard errors: order 2, order 3 and all orders."""
     layers = [Layer(tau_rayleigh=0.2), Layer(tau_rayleigh=0.1, tau_hg=0.3, g=0.7, omega_hg=0.9, tau_absorber=0.05)]
-    found, exact = solved(plane_parallel(layers, albedo=0.3), 40_000), flat_orders(albedo)
-    orders = [
-        (found.radiance_by_order[0, k] - exact[k]) / found.standard_error_by_order[0, k]
-        for k in (1, 2)
-    ]  # fmt: skip
+    found, exact = solved(atmospheres.plane_parallel(layers, albedo=0.3), 40_000), flat_orders(albedo)
+    orders = (found.radiance_by_order[0, 1:3] - exact[1:3]) / found.standard_error_by_order[0, 1:3]
     return np.array([*orders, (found.radiance[0] - exact.sum(axis=0)) / found.standard_error[0]])
 
 
@@ -71,9 +58,8 @@ def test_a_wrong_ground_is_seen() -> None:
     assert np.abs(pulls(0.4)).max() > 8.0
 
 
-@pytest.mark.parametrize("g", [-0.5, 0.9, 0.999])
-def test_drawn_angles_follow_the_phase_function(g: float) -> None:
-    """Weights have mean 1, and the first two moments are those of Henyey and Greenstein."""
+def drawn_angles(phase: atmospheres.Phase, xi: np.ndarray) -> np.ndarray:
+    """Places of angles that the paths draw with these uniform numbers, and their weights."""
     from aomc_sky.kernels.jit import shared
     from aomc_sky.skies.atmosphere.kernels.shells import draw_angle, find_cell
 
@@ -81,10 +67,14 @@ def test_drawn_angles_follow_the_phase_function(g: float) -> None:
     def draw(phases, guide, x):
         return draw_angle(phases, 0, find_cell(phases, guide, 0, x), x)
 
-    tables = path_tables(uniform(0.1, phase=henyey_greenstein_phase(g)))
-    phases, guide = tables.phases[0], tables.guides[0]
-    xi = (np.arange(4000) + 0.5) / 4000
-    drawn = np.array([draw(phases, guide, x) for x in xi])
+    tables = path_tables(atmospheres.uniform(0.1, phase=phase))
+    return np.array([draw(tables.phases[0], tables.guides[0], x) for x in xi])
+
+
+@pytest.mark.parametrize("g", [-0.5, 0.9, 0.999])
+def test_drawn_angles_follow_the_phase_function(g: float) -> None:
+    """Weights have mean 1, and the first two moments are those of Henyey and Greenstein."""
+    drawn = drawn_angles(henyey_greenstein_phase(g), (np.arange(4000) + 0.5) / 4000)
     mu = 1.0 - 2.0 * drawn[:, 0] ** 4
     assert drawn[:, 1].mean() == pytest.approx(1.0, abs=2e-5)
     assert np.mean(mu * drawn[:, 1]) == pytest.approx(g, abs=2e-4)
@@ -103,10 +93,8 @@ def test_error_bars_are_the_spread() -> None:
 
 
 def test_threads_splits_and_neighbours_change_nothing() -> None:
-    two = full([450.0, 550.0], 0.2)
-    one = full(550.0, 0.2)
-    whole = solved(two, 3000)
-    again = solved(two, 3000, threads=3)
+    two, one = full([450.0, 550.0], 0.2), full(550.0, 0.2)
+    whole, again = solved(two, 3000), solved(two, 3000, threads=3)
     np.testing.assert_array_equal(whole.radiance_by_order, again.radiance_by_order)
     np.testing.assert_array_equal(whole.standard_error, again.standard_error)
     some = {"sky_zenith_rad": ZENITH[3:], "azimuth_from_sun_rad": AZIMUTH[3:]}
@@ -114,8 +102,7 @@ def test_threads_splits_and_neighbours_change_nothing() -> None:
     np.testing.assert_array_equal(part.radiance_by_order[:, 1:], whole.radiance_by_order[:, 1:, 3:])
     alone = solved(one, 3000, **some)  # its tables have other nodes: they follow the extinction of all wavelengths
     np.testing.assert_allclose(alone.radiance[0], whole.radiance[1, 3:], rtol=1e-4)
-    other = solved(one, 3000, seed=6, **some)
-    assert np.all(np.abs(other.radiance / alone.radiance - 1.0) > 1e-4)
+    assert np.all(np.abs(solved(one, 3000, seed=6, **some).radiance / alone.radiance - 1.0) > 1e-4)
 
 
 def test_under_sampled_where_few_paths_make_the_variance() -> None:
@@ -193,19 +180,15 @@ def test_a_far_moon_changes_nothing() -> None:
 
 def test_a_moon_of_the_suns_size_darkens_everything() -> None:
     medium = dataclasses.replace(molecules_only(550.0, 0.1), sun_angular_radius_rad=SUN_RADIUS)
-    cover = Moon(zenith_rad=SUN, distance_m=3.65e8, radius_m=1e8)
-    assert not solved(medium, 2000, visible=cover).radiance.any()
+    assert not solved(medium, 2000, visible=Moon(zenith_rad=SUN, distance_m=3.65e8, radius_m=1e8)).radiance.any()
 
 
 def test_glow_of_the_ground_once_scattered() -> None:
     """Isotropic flat layer: L = int exp(-t/mu)/mu E2(t)/2 dt over the optical height t."""
     tau = 0.5
-    part = medium_of(
-        [dataclasses.replace(molecules(np.array([550.0])), number_density=lambda h: np.full_like(h, 0.01),
-                             scattering_m2=np.array([tau]), phase_function=isotropic_phase)],
-        550.0, earth_radius_m=1e12, top_m=100.0,
-    )  # fmt: skip
-    result = solved(dataclasses.replace(part, toa_irradiance=np.zeros(1)), 40_000, ground_radiance=[2.0], n_orders=3)
+    slab = atmospheres.uniform(tau, phase=atmospheres.isotropic_phase, earth_radius_m=1e12, top_m=100.0)
+    dark = dataclasses.replace(slab, toa_irradiance=np.zeros(1))
+    result = solved(dark, 40_000, ground_radiance=[2.0], n_orders=3)
     for k, mu in enumerate(np.cos(ZENITH)):
         exact = quad(lambda t, mu=mu: np.exp(-t / mu) / mu * expn(2, t), 0, tau)[0]
         assert abs(result.radiance_by_order[0, 0, k] - exact) < 4.5 * result.standard_error_by_order[0, 0, k]
@@ -245,8 +228,7 @@ def test_as_many_paths_as_asked_for() -> None:
     assert few.n_paths == 64
     assert few.resolution_error > 0.05
     assert few.resolution_error / more.resolution_error == pytest.approx(8.0, rel=0.25)
-    sky = solve_sky(medium, sun_zenith_rad=sun, method="mc", n_orders=3, n_paths=8)
-    assert sky.n_paths == 8
+    assert solve_sky(medium, sun_zenith_rad=sun, method="mc", n_orders=3, n_paths=8).n_paths == 8
     with pytest.raises(UsageError, match="whole number from 8 to"):
         solve_sky(medium, sun_zenith_rad=sun, method="mc", n_paths=7)
 

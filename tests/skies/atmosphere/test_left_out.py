@@ -25,10 +25,12 @@ TURN = np.array([0.5, 1.0, 1.0, 1.0, 1.0, 1.0, 0.5]) / 6
 
 @needs_tables
 def test_the_sky_of_the_scalar_equations() -> None:
-    """0.2 % rms, 0.9 % at most for suns of 10 degrees and more, with the table's own noise of 0.15 % in both."""
+    """The table's own order 1 and our later orders: 0.2 % rms, 0.9 % at most for suns of 10 degrees and more, with the
+    table's own noise of 0.15 % in both; 2 % at most and 0.6 % in the mean for suns of 5 degrees.
+    """
     wrong, noise = [], []
     for case, wavelength, albedo, sun in SPHERICAL:
-        if float(sun) > 80.0:
+        if float(sun) > 85.0:
             continue
         table = of("spherical_radiance.csv", case=case, wavelength_nm=wavelength, albedo=albedo, sza_deg=sun)
         zenith, azimuth = np.unique(column(table, "vza_deg")), np.unique(column(table, "phi_deg"))
@@ -36,7 +38,12 @@ def test_the_sky_of_the_scalar_equations() -> None:
         sky = solve_orders(medium, np.deg2rad(float(sun)), np.deg2rad(zenith))
         at = np.searchsorted(zenith, column(table, "vza_deg")), np.searchsorted(azimuth, column(table, "phi_deg"))
         found = column(table, "L_order1") + later_orders(sky, np.deg2rad(azimuth))[0][at]
-        wrong.append(found / column(table, "L_all") - 1.0)
+        off = found / column(table, "L_all") - 1.0
+        if float(sun) > 80.0:
+            assert np.abs(off).max() < 0.02
+            assert abs(off.mean()) < 0.006
+            continue
+        wrong.append(off)
         noise.append(column(table, "se_all") / column(table, "L_all"))
     all_wrong = np.concatenate(wrong)
     assert all_wrong.size == 525
@@ -93,12 +100,8 @@ def refracted(name: str, wavelength_nm: float, true_deg: float) -> Beam:
 
 
 def extinction(medium: Medium, height_m: float) -> float:
-    at = np.array([height_m])
-    return float(
-        sum(
-            part.number_density(at)[0] * (part.scattering_m2[0] + part.absorption_m2[0]) for part in medium.constituents
-        )
-    )
+    at, parts = np.array([height_m]), medium.constituents
+    return float(sum(part.number_density(at)[0] * (part.scattering_m2[0] + part.absorption_m2[0]) for part in parts))
 
 
 @pytest.mark.parametrize(
@@ -126,18 +129,17 @@ def gas_depths(zenith_deg: float) -> tuple[np.ndarray, np.ndarray]:
     pvlib = pytest.importorskip("pvlib")
     air_mass = pvlib.atmosphere.get_relative_airmass(zenith_deg, "kastenyoung1989")
 
-    def beam_at(water_cm: float, pressure_pa: float) -> np.ndarray:
-        found = pvlib.spectrum.spectrl2(
+    # without pressure there are neither mixed gases nor molecules; theirs is equation 2-4 of SPCTRL2
+    without, with_all = (
+        pvlib.spectrum.spectrl2(
             zenith_deg, zenith_deg, 0.0, 0.0, pressure_pa, air_mass, water_cm, 0.3, 0.1, dayofyear=80
         )
-        return np.ravel(found["dni"])
-
-    nm = np.ravel(pvlib.spectrum.spectrl2(0, 0, 0, 0, 101325.0, 1.0, 0, 0, 0.1, dayofyear=80)["wavelength"])
-    # without pressure there are neither mixed gases nor molecules; theirs is equation 2-4 of SPCTRL2
-    without, with_all = beam_at(0.0, 1e-9), beam_at(1.416, 101325.0)
+        for water_cm, pressure_pa in ((0.0, 1e-9), (1.416, 101325.0))
+    )
+    nm = np.ravel(without["wavelength"])
     micron = nm / 1000.0
     molecules = air_mass * 101325.0 / 101300.0 / (micron**4 * (115.6406 - 1.3366 / micron**2))
-    return nm, np.log(without / with_all) - molecules
+    return nm, np.log(np.ravel(without["dni"] / with_all["dni"])) - molecules
 
 
 @pytest.mark.parametrize(

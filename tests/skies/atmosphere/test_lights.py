@@ -26,8 +26,7 @@ def test_the_formula() -> None:
 
 
 def test_sunrise_of_a_point() -> None:
-    zenith = np.radians([89.0, 89.999, 90.0, 90.001, 91.0, 180.0])
-    found = ground_beam(exponential(0.1), zenith).irradiance[0]
+    found = ground_beam(exponential(0.1), np.radians([89.0, 89.999, 90.0, 90.001, 91.0, 180.0])).irradiance[0]
     assert np.all(np.diff(found[:3]) < 0)
     assert found[2:].tolist() == [0.0] * 4
     assert np.isfinite(ground_beam(exponential(0.1), np.pi / 2).optical_depth[0])

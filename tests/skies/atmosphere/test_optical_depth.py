@@ -10,27 +10,13 @@ import numpy as np
 import pytest
 
 from aomc_sky.skies.atmosphere.backward import SHELL_TOLERANCE, uniform_shells
-from aomc_sky.skies.atmosphere.medium import Constituent, Medium
-from aomc_sky.skies.atmosphere.optical_depth import (
-    N_GAUSS,
-    N_NODES,
-    optical_depth_to_top,
-    vertical_optical_depth,
-)
+from aomc_sky.skies.atmosphere.medium import Medium
+from aomc_sky.skies.atmosphere.optical_depth import N_GAUSS, N_NODES, optical_depth_to_top, vertical_optical_depth
 from tests.reference.spherical import exponential_column
 from tests.skies.atmosphere.reference_tables import MEDIA, needs_tables, rows
-from tests.support.atmospheres import (
-    EARTH_RADIUS_M,
-    empty,
-    exponential,
-    exponential_profile,
-    full,
-    medium_of,
-    mol_ozone,
-    uniform,
-)
+from tests.support import atmospheres
+from tests.support.atmospheres import EARTH_RADIUS_M, empty, exponential, full, medium_of
 
-RADIANS_90 = np.pi / 2
 N = N_NODES
 UNIFORM_ERROR = (2 * N * (N + 1) + 2 * N + N_GAUSS + 20) * 2.0**-53
 """Most by which a column of constant density is off, in units of u = 2^-53 of itself: each of N terms of the Chebyshev
@@ -62,7 +48,7 @@ def test_a_ray_that_sinks_and_rises() -> None:
 
 @pytest.mark.parametrize("top_m", [1.0, 120e3, 1e6])
 def test_a_uniform_atmosphere_measures_the_way(top_m: float) -> None:
-    medium = uniform(3.0, top_m=top_m)
+    medium = atmospheres.uniform(3.0, top_m=top_m)
     with mpmath.workdps(50):
         r, end = mpmath.mpf(EARTH_RADIUS_M), mpmath.mpf(EARTH_RADIUS_M) + top_m
         for zenith in np.radians([0.0, 60.0, 89.0, 89.9999, 90.0]):
@@ -74,9 +60,8 @@ def test_a_uniform_atmosphere_measures_the_way(top_m: float) -> None:
 def test_the_ground_is_in_the_way() -> None:
     medium = exponential(1.0)
     dip = np.arccos(EARTH_RADIUS_M / (EARTH_RADIUS_M + 1000.0))
-    zenith = RADIANS_90 + dip * np.array([0.0, 0.999, 1.001, 20.0])
-    to_top = optical_depth_to_top(medium, 1000.0, zenith)[0]
-    assert np.isfinite(to_top).tolist() == [True, True, False, False]
+    zenith = np.pi / 2 + dip * np.array([0.0, 0.999, 1.001, 20.0])
+    assert np.isfinite(optical_depth_to_top(medium, 1000.0, zenith)[0]).tolist() == [True, True, False, False]
     assert np.isinf(optical_depth_to_top(medium, 0.0, np.radians(90.001))[0])
 
 
@@ -107,7 +92,7 @@ def test_the_profile_follows_a_thin_layer_and_an_undeclared_jump() -> None:
 
 
 def test_shells_keep_columns_and_kinks() -> None:
-    medium = mol_ozone([600.0])
+    medium = atmospheres.mol_ozone([600.0])
     edge, density = uniform_shells(medium)
     assert edge[0] == 0
     assert edge[-1] == medium.top_m
@@ -128,16 +113,9 @@ def test_shells_are_thin_beside_the_scale_height(top_m: float) -> None:
 
 
 def test_a_profile_of_many_scales() -> None:
-    parts = exponential(1.0).constituents
-    thin = Constituent(
-        name="thin",
-        number_density=exponential_profile(1 / 30.0, 30.0),
-        kink_altitude_m=np.empty(0),
-        scattering_m2=np.zeros(1),
-        absorption_m2=np.ones(1),
-    )
-    depth = vertical_optical_depth(medium_of([*parts, thin], 550.0))
-    np.testing.assert_allclose(depth[0], [1.0, 1.0], rtol=1e-10)
+    (part,) = exponential(1.0).constituents
+    thin = replace(part, name="thin", number_density=atmospheres.exponential_profile(1 / 30.0, 30.0))
+    np.testing.assert_allclose(vertical_optical_depth(medium_of([part, thin], 550.0))[0], [1.0, 1.0], rtol=1e-10)
 
 
 @needs_tables

@@ -17,21 +17,8 @@ from aomc_sky.skies.atmosphere.order_one import ray_panels, scattered_once, scat
 from aomc_sky.skies.atmosphere.sky.solved import ExactOrderOne
 from tests.reference.spherical import SlowRays
 from tests.skies.atmosphere.reference_tables import MEDIA, column, grouped, needs_tables
-from tests.support.atmospheres import (
-    Layer,
-    empty,
-    exponential,
-    full,
-    henyey_greenstein_phase,
-    isotropic_phase,
-    medium_of,
-    mol_ozone,
-    molecules_only,
-    peaked_phase,
-    plane_parallel,
-    rayleigh_phase,
-    sample,
-)
+from tests.support import atmospheres
+from tests.support.atmospheres import Layer, exponential, full, molecules_only, rayleigh_phase
 
 CUTS_M = (500.0, 1e3, 2e3, 4e3, 8e3, 15e3, 21.5e3, 30e3, 39e3, 60e3, 90e3)
 HALF_PI = np.pi / 2
@@ -53,7 +40,7 @@ def one_layer(tau: float, mu0: float, mu: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("tau", [1e-6, 0.05, 1.0, 10.0, 100.0])
 @pytest.mark.parametrize("sun_deg", [0.0, 60.0, 85.0, 88.0])
 def test_flat_layer(tau: float, sun_deg: float) -> None:
-    medium = plane_parallel([Layer(tau_rayleigh=tau)])
+    medium = atmospheres.plane_parallel([Layer(tau_rayleigh=tau)])
     sun = np.radians(sun_deg)
     zenith = np.radians([0.0, 0.01, 30.0, 60.0, 85.0, 88.0])
     azimuth = np.array([0.0, 1.0, 2.0, 3.0, np.pi, 0.0])
@@ -67,7 +54,7 @@ def test_flat_layer(tau: float, sun_deg: float) -> None:
 def test_two_flat_layers_of_different_air() -> None:
     upper, lower = Layer(tau_rayleigh=0.3, tau_absorber=0.8), Layer(tau_hg=0.5, g=0.85, omega_hg=0.9)
     sun, zenith, azimuth = np.radians(50.0), np.radians([20.0, 80.0]), np.array([0.5, 2.0])
-    found = scattered_once(plane_parallel([upper, lower]), sun, zenith, azimuth)[0]
+    found = scattered_once(atmospheres.plane_parallel([upper, lower]), sun, zenith, azimuth)[0]
     mu0, mu = float(np.cos(sun)), np.cos(zenith)
     above = 0.3 / 1.1 * one_layer(1.1, mu0, mu) * np.exp(-0.5 / mu)
     below = 0.9 * one_layer(0.5, mu0, mu) * np.exp(-1.1 / mu0)
@@ -85,18 +72,18 @@ def compare(
 
 def test_slow_vectors() -> None:
     compare(molecules_only(550.0), [(92.0, 85.0, 180.0), (90.01, 0.0, 0.0)], 1e-7)
-    compare(mol_ozone(600.0), [(90.0, 90.0, 0.0), (92.0, 85.0, 180.0)], 1e-6)
+    compare(atmospheres.mol_ozone(600.0), [(90.0, 90.0, 0.0), (92.0, 85.0, 180.0)], 1e-6)
 
 
 def test_slow_vectors_over_a_cloud() -> None:
     """Densities that jump; under a level sun only the upper metre of the cloud is lit."""
     cloud = replace(
-        exponential(0.5, phase=henyey_greenstein_phase(0.85)).constituents[0],
+        exponential(0.5, phase=atmospheres.henyey_greenstein_phase(0.85)).constituents[0],
         name="cloud",
         number_density=lambda h: ((h >= 2e3) & (h < 3e3)) / 1e3,
         kink_altitude_m=np.array([2e3, 3e3]),
     )
-    medium = medium_of([*molecules_only(550.0).constituents, cloud], 550.0)
+    medium = atmospheres.medium_of([*molecules_only(550.0).constituents, cloud], 550.0)
     compare(medium, [(85.0, 89.0, 180.0), (90.0, 60.0, 0.0)], 3e-7, (1e3, 2e3, 2.9e3, 2.99e3, 2.999e3, 3e3, 4e3, 30e3))
 
 
@@ -135,17 +122,17 @@ def test_the_sun_sets_without_a_jump() -> None:
 
 
 def test_into_the_sun() -> None:
-    for phase in (peaked_phase, henyey_greenstein_phase(0.9999)):
+    for phase in (atmospheres.peaked_phase, atmospheres.henyey_greenstein_phase(0.9999)):
         medium = exponential(0.2, phase=phase)
         for sun_deg in (0.0, 33.3, 89.9):
             sun = np.radians(sun_deg)
             found = solve_order_one(medium, sun, [sun], [0.0])[0, 0]
-            flat = solve_order_one(exponential(0.2, phase=isotropic_phase), sun, [sun], [0.0])[0, 0]
+            flat = solve_order_one(exponential(0.2, phase=atmospheres.isotropic_phase), sun, [sun], [0.0])[0, 0]
             assert found / flat == pytest.approx(4 * np.pi * phase(np.ones(1), 0)[0], rel=1e-12)
 
 
 def test_no_air_no_scattering_no_light() -> None:
-    for medium in (empty(), exponential(1.0, omega=0.0)):
+    for medium in (atmospheres.empty(), exponential(1.0, omega=0.0)):
         assert scatterers(medium) == []
         assert scattered_once(medium, 0.5, [0.1, 0.2], [0.0, 0.0]).shape == (1, 0, 2)
         assert np.all(solve_order_one(medium, 0.5, [0.1, 0.2], [0.0, 0.0]) == 0)
@@ -162,7 +149,7 @@ def test_wavelengths_and_constituents_stand_alone() -> None:
     assert np.all(both[:, 1] == both[:, 2])  # mirrored on the sun's vertical plane
     parts = scattered_once(full([450.0, 550.0]), 1.3, zenith, azimuth)
     cosine = scattering_cosine(1.3, zenith, azimuth)
-    together = parts[:, 0] * rayleigh_phase(cosine, 0) + parts[:, 1] * peaked_phase(cosine, 0)
+    together = parts[:, 0] * rayleigh_phase(cosine, 0) + parts[:, 1] * atmospheres.peaked_phase(cosine, 0)
     np.testing.assert_allclose(both, together, rtol=1e-13)
 
 
@@ -199,7 +186,9 @@ def test_spherical_sun_up() -> None:
 
 
 @needs_tables
-@pytest.mark.parametrize(("name", "maker"), [("calcmysky_rayleigh", molecules_only), ("calcmysky_sample", sample)])
+@pytest.mark.parametrize(
+    ("name", "maker"), [("calcmysky_rayleigh", molecules_only), ("calcmysky_sample", atmospheres.sample)]
+)
 def test_the_tool(name: str, maker: Callable[..., Medium]) -> None:
     """Within 0.5 %, or 1e-5 of the brightest where it is dark, but along the horizon with the sun below it.
 

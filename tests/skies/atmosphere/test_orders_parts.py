@@ -14,8 +14,6 @@ from aomc_sky.skies.atmosphere.scattering_orders.paths import node_paths
 from aomc_sky.skies.atmosphere.scattering_orders.slab import altitude_grid, slabs_of_medium
 from tests.support import atmospheres
 
-# ---- Legendre series ----
-
 
 def test_addition_theorem_at_high_degree() -> None:
     one, two, azimuth, n = 0.3, -0.8, 2.2, 150
@@ -51,9 +49,6 @@ def test_moments_of_a_phase_function_with_jumps() -> None:
         np.testing.assert_allclose(found[degree], expected, rtol=0.0, atol=1e-9)
 
 
-# ---- path weights ----
-
-
 def test_paths_of_a_source_that_is_known() -> None:
     """J = t: the radiances have closed forms, upward and downward, at every node."""
     edges, mu = np.array([0.0, 0.1, 0.5, 0.6]), np.array([0.05, 0.7])
@@ -87,9 +82,6 @@ def test_a_line_that_turns_inside_an_element() -> None:
     beyond = 0.65 * np.exp(-near) * (-np.expm1(-0.7) - (1 - 1.7 * np.exp(-0.7)) / 0.7)
     np.testing.assert_allclose((paths.up @ share[0])[0, :3], from_here, rtol=1e-11)
     np.testing.assert_allclose((paths.over @ share[0])[0, :3], beyond, rtol=1e-11)
-
-
-# ---- columns ----
 
 
 @pytest.mark.parametrize("medium", [atmospheres.full([450.0, 600.0]), atmospheres.mol_ozone([550.0])])

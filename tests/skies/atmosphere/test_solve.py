@@ -13,19 +13,13 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.atmosphere.backward import MOST_LISTED, solve_paths
 from aomc_sky.skies.atmosphere.eclipse import solve_order_one
 from aomc_sky.skies.atmosphere.lights import Moon
+from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.model import AtmosphereSky
-from aomc_sky.skies.atmosphere.sky import path_orders
+from aomc_sky.skies.atmosphere.sky import path_orders, solved
 from aomc_sky.skies.atmosphere.sky import solve as solve_module
 from aomc_sky.skies.atmosphere.sky.method import chosen_method, is_curved
 from aomc_sky.skies.atmosphere.sky.solve import solve, solve_sky
-from aomc_sky.skies.atmosphere.sky.solved import (
-    SolvedSky,
-    azimuth_nodes,
-    field_of_modes,
-    fit_field,
-    patch_means,
-    zenith_nodes,
-)
+from aomc_sky.skies.atmosphere.sky.solved import SolvedSky, patch_means, zenith_nodes
 from tests.support import atmospheres
 from tests.support.atmospheres import molecules_only
 
@@ -41,30 +35,26 @@ def wave(zenith: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
 
 
 def test_a_field_is_exact_for_what_its_series_hold() -> None:
-    field = fit_field(wave, n_zenith=5, n_azimuth=4)
+    field = solved.fit_field(wave, n_zenith=5, n_azimuth=4)
     zenith, azimuth = np.linspace(0, np.pi / 2, 7), np.linspace(-4, 9, 7)
     np.testing.assert_allclose(field.at(zenith, azimuth), wave(zenith, azimuth), rtol=0, atol=1e-14)
     grid = np.meshgrid(zenith, azimuth, indexing="ij")
     found = field.in_cells(zenith[None], azimuth[None], np.zeros(1, int), np.zeros(1, int))[:, 0]
     np.testing.assert_allclose(found, wave(*grid), rtol=0, atol=1e-14)
-    again = field_of_modes(np.stack([[np.ones(5), 0 * zenith_nodes(5), wave(zenith_nodes(5), np.zeros(5))[0] - 1]]))
+    again = solved.field_of_modes(
+        np.stack([[np.ones(5), 0 * zenith_nodes(5), wave(zenith_nodes(5), np.zeros(5))[0] - 1]])
+    )
     np.testing.assert_allclose(again.at(zenith, azimuth)[0], wave(zenith, azimuth)[0], rtol=0, atol=1e-14)
 
 
 @pytest.mark.parametrize("medium", [AIR, HAZE], ids=["air", "haze"])
-def test_the_whole_sky_agrees_with_single_directions(medium: object) -> None:
-    sky = solve_sky(medium, sun_zenith_rad=SUN, n_orders=5)  # type: ignore[arg-type]
+def test_the_whole_sky_agrees_with_single_directions(medium: Medium) -> None:
+    sky = solve_sky(medium, sun_zenith_rad=SUN, n_orders=5)
     zenith, azimuth = np.deg2rad([0.0, 17.3, 40.0, 66.6, 88.7, 90.0]), np.deg2rad([0.0, 33.0, 200.0])
-    direct = solve(
-        medium,  # type: ignore[arg-type]
-        sun_zenith_rad=SUN,
-        sky_zenith_rad=zenith,
-        azimuth_from_sun_rad=azimuth,
-        n_orders=5,
-    )
+    direct = solve(medium, sun_zenith_rad=SUN, sky_zenith_rad=zenith, azimuth_from_sun_rad=azimuth, n_orders=5)
     theta, phi = (x.ravel() for x in np.meshgrid(zenith, azimuth, indexing="ij"))
     np.testing.assert_allclose(sky.at(theta, phi), direct.radiance.reshape(-1, theta.size), rtol=2e-4)
-    once = solve_order_one(medium, SUN, theta, phi)  # type: ignore[arg-type]
+    once = solve_order_one(medium, SUN, theta, phi)
     np.testing.assert_allclose(sky.with_phases(sky.order_one.at(theta, phi), theta, phi), once, rtol=1e-6)
     np.testing.assert_allclose(direct.radiance_by_order[:, 0].reshape(once.shape), once, rtol=1e-14)
 
@@ -82,14 +72,12 @@ def test_orders_add_up_and_azimuths_mirror() -> None:
 
 
 def test_truncation_is_what_more_orders_bring() -> None:
-    def irradiance(n: int) -> tuple[np.ndarray, np.ndarray]:
-        found = solve(AIR, sun_zenith_rad=SUN, sky_zenith_rad=[0.5], azimuth_from_sun_rad=[0.0], n_orders=n)
-        return found.diffuse_irradiance, found.truncation
-
-    few, left_out = irradiance(3)
-    most, nothing = irradiance(MOST_LISTED + 16)
-    np.testing.assert_allclose((most - few) / most, left_out, rtol=0.01)
-    assert np.all(nothing < 1e-9)
+    few, most = (
+        solve(AIR, sun_zenith_rad=SUN, sky_zenith_rad=[0.5], azimuth_from_sun_rad=[0.0], n_orders=n)
+        for n in (3, MOST_LISTED + 16)
+    )
+    np.testing.assert_allclose(1 - few.diffuse_irradiance / most.diffuse_irradiance, few.truncation, rtol=0.01)
+    assert np.all(most.truncation < 1e-9)
 
 
 def test_the_irradiance_of_the_sky_by_another_quadrature() -> None:
@@ -135,7 +123,7 @@ def test_what_a_method_is_not_good_for() -> None:
     assert chosen_method(flat, low, "auto", 2) == ("sos", 2)
     for method, n_orders, word in (("fast", None, "'sos'"), ("sos", 0, "from 1"), ("auto", 2.5, "whole")):
         with pytest.raises(UsageError, match=word):
-            chosen_method(AIR, SUN, method, n_orders)  # type: ignore[arg-type]
+            chosen_method(AIR, SUN, method, n_orders)
     with pytest.raises(UsageError, match="above the horizon"):
         chosen_method(AIR, np.deg2rad(91.0), "sos", 2)
     for degrees in (-1.0, 109.0, np.nan):
@@ -189,15 +177,8 @@ def test_errors_are_those_of_each_direction(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(solve_module, "MOST_PATHS", 10_000)
     theta, phi = (angle.ravel() for angle in np.meshgrid(ZENITH, AZIMUTH[1:], indexing="ij"))
     found = solve_module.directed_paths(sky_of(TWILIGHT_SUN), theta, phi)
-    other = solve_paths(
-        MOLECULES,
-        sun_zenith_rad=TWILIGHT_SUN,
-        sky_zenith_rad=theta,
-        azimuth_from_sun_rad=phi,
-        n_paths=20_000,
-        n_orders=4,
-        seed=99,
-    )
+    where = {"sun_zenith_rad": TWILIGHT_SUN, "sky_zenith_rad": theta, "azimuth_from_sun_rad": phi}
+    other = solve_paths(MOLECULES, **where, n_paths=20_000, n_orders=4, seed=99)
     pull = (found.radiance - other.radiance) / np.hypot(found.standard_error, other.standard_error)
     assert 1e-4 < chdtr(pull.size, np.sum(pull**2)) < 1 - 1e-4
     share = found.standard_error / found.radiance
@@ -215,7 +196,7 @@ def test_two_suns_have_numbers_of_their_own() -> None:
 def test_the_error_of_a_direction_is_that_of_its_nearest_node(turn: float, moon_deg: float | None) -> None:
     """Left and right are one sky, unless a Moon stands beside the sun."""
     moon = None if moon_deg is None else Moon(zenith_rad=1.0, azimuth_from_sun_rad=np.radians(moon_deg), distance_m=4e8)
-    azimuth = azimuth_nodes(5, is_mirrored=moon is None)
+    azimuth = solved.azimuth_nodes(5, is_mirrored=moon is None)
     sky = solve_sky(MOLECULES, sun_zenith_rad=1.0, method="order1")
     sky = dataclasses.replace(sky, moon=moon, node_error=np.arange(30.0).reshape(1, 6, 5))
     zenith, azimuth = np.meshgrid(zenith_nodes(6) + 1e-9, azimuth, indexing="ij")
@@ -226,14 +207,9 @@ def test_the_error_of_a_direction_is_that_of_its_nearest_node(turn: float, moon_
 @pytest.mark.filterwarnings("ignore:the paths give orders 2 and up")
 @pytest.mark.filterwarnings("ignore:in .* hardly any path reaches")
 def test_patches_have_errors_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
-    followed = path_orders.solve_paths
-    monkeypatch.setattr(
-        path_orders, "solve_paths", lambda *given, **options: followed(*given, **(options | {"n_paths": 256}))
-    )
-    sky = AtmosphereSky(
-        medium=MOLECULES, sun_zenith_deg=89.0, sun_azimuth_deg=70.0, method="mc", n_orders=3,
-        grid=PatchGrid.regular(9, 12),
-    )  # fmt: skip
+    monkeypatch.setattr(path_orders, "solve_paths", lambda *given, **how: solve_paths(*given, **how | {"n_paths": 256}))
+    how = {"sun_zenith_deg": 89.0, "sun_azimuth_deg": 70.0, "method": "mc", "n_orders": 3}
+    sky = AtmosphereSky(medium=MOLECULES, grid=PatchGrid.regular(9, 12), **how)
     share = sky.patch_error[0] / sky.patch_mean[0, 1:].sum(axis=0)
     assert share.max() > 1.5 * share.min()
     assert np.all(share > 0)

@@ -13,22 +13,10 @@ from aomc_sky.skies.lobes.horizon import masses_of_lobe
 from aomc_sky.skies.lobes.lobe import vertical_in_local
 from tests.support.lobes import lobe_components
 
+WIDTHS = [(1e-4, 1e-4), (0.01, 0.02), (0.3, 0.3), (1.0, 1.0), (1e3, 1e3), (0.01, 100.0), (1e-4, 1.0), (0.1, 1e3)]
 SHAPES = [
     *(("hg", g, 0.0) for g in (0.0, 1e-8, 0.5, 0.9, 0.99, 1 - 2.0**-24, 1 - 1e-10, 1 - 1e-14)),
-    *(
-        (kind, first, second)
-        for kind in ("ggx", "beckmann")
-        for first, second in (
-            (1e-4, 1e-4),
-            (0.01, 0.02),
-            (0.3, 0.3),
-            (1.0, 1.0),
-            (1e3, 1e3),
-            (0.01, 100.0),
-            (1e-4, 1.0),
-            (0.1, 1e3),
-        )
-    ),
+    *((kind, *widths) for kind in ("ggx", "beckmann") for widths in WIDTHS),
 ]
 ZENITHS = (0.0, 10.0, 60.0, 80.0, 89.0, 89.999, 90.0, 90.0001, 91.0, 95.0, 120.0, 170.0, 179.9, 180.0)
 EVERY = list(itertools.product(SHAPES, ZENITHS))
@@ -115,7 +103,6 @@ def test_frame_is_the_lobe(case):
 
 @pytest.mark.parametrize("kind", ["hg", "ggx", "beckmann"])
 def test_lobes_that_are_made_together_are_those_made_alone(kind):
-    """To the bit, whatever stands beside them."""
     cases = [(shape, zenith_deg) for shape, zenith_deg in EVERY[::5] if shape[0] == kind]
     found = [(case, alone) for case in cases if (alone := envelope(*case)) is not None]
     assert len(found) > 10
@@ -128,7 +115,6 @@ def test_lobes_that_are_made_together_are_those_made_alone(kind):
 
 
 def test_a_shifted_bound_would_be_seen():
-    """A bound 5 % too low fails the check above."""
     frame, cells, _, _ = envelope(("ggx", 0.3, 0.3), 60.0)
     a, b, psi, bound = places(cells, np.random.default_rng(1))
     assert np.any(frame.cosine(a, b, psi) > 0.95 * bound)

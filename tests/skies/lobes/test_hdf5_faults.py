@@ -10,7 +10,7 @@ import pytest
 
 from tests.support import hdf5_damage
 from tests.support.background import plain_file
-from tests.support.fault_rows import command, row, row_id
+from tests.support.fault_rows import row, row_id
 from tests.support.hdf5_damage import cut, empty, random_bytes, random_bytes_behind_the_signature
 from tests.support.processes import limited
 
@@ -24,9 +24,13 @@ sparse = partial(hdf5_damage.sparse, **DATASET)
 bomb = partial(hdf5_damage.bomb, **DATASET, n_bytes=2**26)
 
 
-def soft_link(file) -> None:
+def curves(value, file) -> None:
     del file["SpectralCurves"]
-    file["SpectralCurves"] = h5py.SoftLink("/nowhere")
+    file["SpectralCurves"] = value
+
+
+soft_link = partial(curves, h5py.SoftLink("/nowhere"))
+texts = partial(curves, np.array([[b"a", b"b", b"c"]] * 2))
 
 
 def cycle(file) -> None:
@@ -45,11 +49,6 @@ def declared_bomb(file) -> None:
 def other_filter(file) -> None:
     del file["SpectralCurves"]
     file.create_dataset("SpectralCurves", data=np.ones((2, 3), "f4"), compression="lzf")
-
-
-def texts(file) -> None:
-    del file["SpectralCurves"]
-    file["SpectralCurves"] = np.array([[b"a", b"b", b"c"]] * 2)
 
 
 def references(file) -> None:
@@ -83,13 +82,12 @@ MADE = {
 
 
 @pytest.mark.parametrize("name", MADE, ids=[row_id(40, name) for name in MADE])
-def test_fault(name, tmp_path, monkeypatch, capsys):
+def test_fault(name, tmp_path, monkeypatch, told):
     change, code, member = MADE[name]
     monkeypatch.chdir(tmp_path)
     hdf5_damage.write_secrets(DATASET["shape"])
     plain_file(tmp_path / "x.h5", change=change, libver="latest")
-    assert command("validate", "x.h5") == 3
-    said = capsys.readouterr().err
+    said = told("validate", "x.h5", code=3).err
     assert f"x.h5: error[{code}]: {member}: " in said
     assert "\n      = " in said  # what to write
     assert "Traceback" not in said
@@ -99,11 +97,10 @@ DAMAGES = (cut, random_bytes, random_bytes_behind_the_signature, empty)
 
 
 @pytest.mark.parametrize("damage", DAMAGES, ids=[row_id(40, one.__name__.replace("_", "-")) for one in DAMAGES])
-def test_damaged(damage, tmp_path, monkeypatch, capsys):
+def test_damaged(damage, tmp_path, monkeypatch, told):
     monkeypatch.chdir(tmp_path)
     damage(plain_file(tmp_path / "x.h5"))
-    assert command("validate", "x.h5") == 3
-    said = capsys.readouterr().err
+    said = told("validate", "x.h5", code=3).err
     assert said.startswith("x.h5: error[E501]: ")
     assert "\n      = " in said
 

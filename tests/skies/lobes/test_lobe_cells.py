@@ -37,14 +37,9 @@ LOBES = (
 
 def components(chosen=LOBES):
     """Lobes with about equally many photons each."""
-    parts = lobe_components(
-        names=[f"lobe {i}" for i in range(len(chosen))],
-        kinds=[c[0] for c in chosen],
-        param0=[c[1] for c in chosen],
-        param1=[c[2] for c in chosen],
-        quaternion=[c[3] for c in chosen],
-        irradiance=np.ones((len(chosen), 1)),
-    )
+    columns = dict(zip(("kinds", "param0", "param1", "quaternion"), map(list, zip(*chosen, strict=True)), strict=True))
+    names = [f"lobe {i}" for i in range(len(chosen))]
+    parts = lobe_components(names=names, irradiance=np.ones((len(chosen), 1)), **columns)
     names = ("name", "law", "mass", "cell", "shared", "bounds")
     return tuple(Component(strength=np.ones(1), **{n: getattr(p, n) for n in names}) for p in parts)
 
@@ -89,8 +84,7 @@ def test_any_split_gives_the_same_photons(compiled):
     source = scene(scenes()["lobes"], N).source(seed=4)
     fill = source._emitter.fill_compiled if compiled else source._emitter.fill_plain
     kinds = {"ux": np.float32, "uy": np.float32, "uz": np.float32, "patch": np.int32}
-    whole = {name: np.empty(N, kind) for name, kind in kinds.items()}
-    parts = {name: np.empty(N, kind) for name, kind in kinds.items()}
+    whole, parts = ({name: np.empty(N, kind) for name, kind in kinds.items()} for _ in range(2))
     fill(0, 0, whole)
     for lo, hi in itertools.pairwise((0, 1, 8, N // 7, N // 7 + 3, N // 2, N)):
         fill(0, lo, {name: array[lo:hi] for name, array in parts.items()})
@@ -129,15 +123,13 @@ EXTREMES = np.array([0, 1, 2**63 - 1, 2**63, 2**64 - 1], np.uint64)
 
 def test_extreme_words_give_directions():
     """Every corner of every bin is a finite direction; no number reaches log(0) or a division by 0."""
-    plan = scene(components(), 10).source().plan
-    tables = LobeTables.of(plan.components).tables
+    tables = LobeTables.of(scene(components(), 10).source().plan.components).tables
     for lobe in range(len(LOBES)):
         bits = int(tables[0][4 * lobe + 1])
         corners = [(np.uint64(i) << np.uint64(64 - bits)) | (EXTREMES >> np.uint64(bits)) for i in range(1 << bits)]
         first, second = (x.ravel() for x in np.meshgrid(np.concatenate(corners), EXTREMES))
         directions, bound = plain_lobe._fallen(None, first, second, np.full(first.size, lobe), tables)
-        length = np.sqrt(sum(x * x for x in directions))
-        np.testing.assert_allclose(length, 1, atol=6e-16)
+        np.testing.assert_allclose(np.sqrt(sum(x * x for x in directions)), 1, atol=6e-16)
         assert np.all(-directions[2] <= bound * (1 + 1e-12))
 
 
@@ -200,21 +192,19 @@ def test_bins_of_ranks_are_exact(n, bits):
         ends = [exact_begin(b + 1, n, bits, offset) for b in range(size)]
         assert ends[-1] == n
         wanted = [bisect.bisect_right(ends, r) for r in ranks]
-        found = plain_lobe.bin_of_rank(np.array(ranks, np.uint64) + np.uint64(before), *arguments)
-        assert found.tolist() == wanted
+        assert plain_lobe.bin_of_rank(np.array(ranks, np.uint64) + np.uint64(before), *arguments).tolist() == wanted
         if JIT:
             assert [_single(np.uint64(r + before), *arguments) for r in ranks] == wanted
 
 
 def test_planted_offset_left_out_moves_bins():
     """With fewer photons than bins, and without an offset, the lobe's first bins are empty for ever."""
-    still = [int(plain_lobe.bin_of_rank(np.array([0], np.uint64), *falls_of(1, 10, 0, 0))[0])]
-    moved = {
-        int(plain_lobe.bin_of_rank(np.array([0], np.uint64), *falls_of(1, 10, offset, 0))[0])
-        for offset in range(0, 1 << 40, 1 << 30)
-    }
-    assert still == [1023]
-    assert moved == set(range(1024))
+
+    def first_bin(offset):
+        return int(plain_lobe.bin_of_rank(np.zeros(1, np.uint64), *falls_of(1, 10, offset, 0))[0])
+
+    assert first_bin(0) == 1023
+    assert {first_bin(offset) for offset in range(0, 1 << 40, 1 << 30)} == set(range(1024))
 
 
 @pytest.mark.skipif(not JIT, reason="hosts need the compiler")
@@ -230,7 +220,6 @@ def test_a_host_takes_lobes_one_at_a_time():
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["lobes", "perez and lobes"])
 def test_lobes_of_2_to_the_62_photons(name):
-    """Any range at once, plain and compiled alike."""
     source = scene(scenes()[name], 2**62).source(seed=9)
     for start in (0, 2**61 + 12345, 2**62 - 500):
         assert_equal(source, start, start + 500)

@@ -9,7 +9,7 @@ import pytest
 import aomc_sky as sky
 from tests.reference import lobes_exact
 from tests.support.background import CURVES, LOBES, plain_file
-from tests.support.fault_rows import command, row, row_id
+from tests.support.fault_rows import row, row_id
 
 UP = (1.0, 0.0, 0.0, 0.0)
 NEEDLES = {
@@ -51,21 +51,15 @@ OUTSIDE = {
 PLACE = {"Param0": 1, "Param1": 2, "LocalTransform": 4}
 
 
-def written(path, member: str, kind: int, value: object):
-    """A file of one lobe of a kind, with one member changed."""
-    lobe = list(LOBES[0] if kind == 1 else LOBES[1])
-    lobe[0], lobe[PLACE[member]], lobe[5] = kind, value, 0
-    return plain_file(path, lobes=[tuple(lobe)], curves=CURVES)
-
-
 @pytest.mark.parametrize("name", OUTSIDE, ids=[row_id(36, name) for name in OUTSIDE])
-def test_parameters_outside(name, tmp_path, monkeypatch, capsys):
+def test_parameters_outside(name, tmp_path, monkeypatch, told):
     pytest.importorskip("h5py")
     member, kind, value = OUTSIDE[name]
-    written(tmp_path / "x.h5", member, kind, value)
+    lobe = list(LOBES[0] if kind == 1 else LOBES[1])
+    lobe[0], lobe[PLACE[member]], lobe[5] = kind, value, 0
+    plain_file(tmp_path / "x.h5", lobes=[tuple(lobe)], curves=CURVES)
     monkeypatch.chdir(tmp_path)
-    assert command("validate", "x.h5") == 3
-    said = capsys.readouterr().err
+    said = told("validate", "x.h5", code=3).err
     assert said.startswith(f"x.h5: error[E506]: /LobeAnims/a/Lobes: {member} [0] is ")
     assert "\n      = " in said
 
@@ -91,12 +85,11 @@ def test_a_time_outside_the_keys(fault, tmp_path):
 
 
 @row(36, "time-nan", "time-without-zone")
-def test_a_time_that_is_none(fault, tmp_path, monkeypatch, capsys):
+def test_a_time_that_is_none(fault, tmp_path, told):
     pytest.importorskip("h5py")
-    plain_file(tmp_path / "x.h5")
-    monkeypatch.chdir(tmp_path)
-    time, words = (
-        ("nan", "is not a date with a time of day") if fault == "time-nan" else ("2026-02-14T21:30:00", "zone")
-    )
-    assert command("info", "x.h5", "--time", time) == 2
-    assert words in capsys.readouterr().err
+    answers = {
+        "time-nan": ("nan", "is not a date with a time of day"),
+        "time-without-zone": ("2026-02-14T21:30:00", "zone"),
+    }
+    time, words = answers[fault]
+    assert words in told("info", plain_file(tmp_path / "x.h5"), "--time", time, code=2).err

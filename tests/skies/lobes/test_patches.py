@@ -17,20 +17,10 @@ TILTED = (0.9, 0.4, 0.1, 0.3)
 ON_HORIZON = (np.sqrt(0.5), np.sqrt(0.5), 0.0, 0.0)
 DOWN = (0.3, 0.9, 0.2, 0.1)
 SHAPES = [
-    ("hg", 0.0, 0.0),
-    ("hg", 1e-8, 0.0),
-    ("hg", 0.9, 0.0),
-    ("hg", 1 - 2**-24, 0.0),
-    ("ggx", 0.3, 1.2),
-    ("ggx", 1e-4, 1e-4),
-    ("ggx", 1e3, 1e3),
-    ("ggx", 1e-2, 1e2),
-    ("beckmann", 0.3, 1.2),
-    ("beckmann", 1e-4, 1e-4),
-    ("beckmann", 1e-2, 1e2),
+    *(("hg", g, 0.0) for g in (0.0, 1e-8, 0.9, 1 - 2**-24)),
+    *(("ggx", *alpha) for alpha in ((0.3, 1.2), (1e-4, 1e-4), (1e3, 1e3), (1e-2, 1e2))),
+    *(("beckmann", *alpha) for alpha in ((0.3, 1.2), (1e-4, 1e-4), (1e-2, 1e2))),
 ]
-
-
 TURNS = (UP, TILTED, ON_HORIZON, DOWN)
 """Each shape has two of them by default, and each of them half of the shapes."""
 
@@ -65,8 +55,7 @@ def test_each_patch_by_quadrature(shape, weighting):
     """48 x 48 Gauss points; the kink at the horizon of a GGX lobe limits them, so those patches are left out."""
     nodes, weights = np.polynomial.legendre.leggauss(48)
     zenith, azimuth = np.deg2rad(GRID.zenith_bounds_deg), np.deg2rad(GRID.azimuth_bounds_deg)
-    z = zenith[:, :1] + (zenith[:, 1:] - zenith[:, :1]) * (nodes + 1) / 2
-    a = azimuth[:, :1] + (azimuth[:, 1:] - azimuth[:, :1]) * (nodes + 1) / 2
+    z, a = (angle[:, :1] + np.diff(angle) * (nodes + 1) / 2 for angle in (zenith, azimuth))
     z, a = z[:, None, :, None], a[None, :, None, :]
     world = np.stack(np.broadcast_arrays(np.sin(z) * np.cos(a), np.sin(z) * np.sin(a), np.cos(z)), axis=-1)
     local = lobes.to_local(TILTED, world)
@@ -122,12 +111,12 @@ def test_a_needle_of_patches_and_grids_with_gaps(shape):
 
 def test_a_ridge_between_the_points_is_not_seen_without_its_pilot(monkeypatch):
     """Planted: Beckmann's ridge is e^-600 at all points of a patch, and two orders agree on nothing."""
-    shape, tilted = ("beckmann", 1e-2, 1e2), TILTED
-    lobe = TiltedLobe(kind=shape[0], param0=shape[1], param1=shape[2], rotation=rotation_matrix(tilted))
+    shape = ("beckmann", 1e-2, 1e2)
+    lobe = TiltedLobe(kind=shape[0], param0=shape[1], param1=shape[2], rotation=rotation_matrix(TILTED))
     blind = dataclasses.replace(lobe.rule("plain"), pilot=None)
     monkeypatch.setattr(TiltedLobe, "rule", lambda *_: blind)
-    mass = lobes.patch_mass(*shape, tilted, GRID)
-    assert abs(mass.sum() - float(lobes.mass_above_horizon(*shape, tilted))) > 0.1
+    mass = lobes.patch_mass(*shape, TILTED, GRID)
+    assert abs(mass.sum() - float(lobes.mass_above_horizon(*shape, TILTED))) > 0.1
 
 
 def test_bad_arguments_are_refused():

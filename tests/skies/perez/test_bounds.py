@@ -8,7 +8,6 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.component import Law
 
-BANDS = sky.Wavebands(wavelength_nm=np.array([500.0]))
 HARD = [
     {"sun_zenith_rad": 0.7, "epsilon": 8.0, "delta": 0.1},
     {"sun_zenith_rad": 0.0, "epsilon": 5.0, "delta": 0.2},
@@ -21,11 +20,11 @@ HARD = [
 
 
 @pytest.mark.filterwarnings("ignore::aomc_sky.errors.ModelLimitWarning")
-@pytest.mark.parametrize("case", range(len(HARD)))
+@pytest.mark.parametrize("case", HARD)
 @pytest.mark.parametrize("shape", [(9, 12), (45, 180), (3, 1)])
 def test_every_point_lies_between(case, shape):
     grid = sky.PatchGrid.regular(*shape)
-    model = sky.PerezSky(sun_azimuth_rad=0.3, grid=grid, **HARD[case])
+    model = sky.PerezSky(sun_azimuth_rad=0.3, grid=grid, **case)
     (component,) = model.lower(500)
     assert component.law is Law.PEREZ
     upper, lower, tilt_u, tilt_v = component.bounds.T[:, :, None, None]
@@ -51,8 +50,4 @@ def test_every_point_lies_between(case, shape):
 def test_two_skies_with_exact_cells_are_refused():
     one = sky.PerezSky(sun_zenith_rad=0.7, epsilon=8.0, delta=0.1).lower(500)[0]
     with pytest.raises(sky.SceneError, match="one component of law PEREZ"):
-        sky.Scene(
-            wavebands=BANDS,
-            n_photons=10,
-            components=(one, dataclasses.replace(one, name="second")),
-        )
+        sky.Scene(wavebands=[500.0], n_photons=10, components=(one, dataclasses.replace(one, name="second")))

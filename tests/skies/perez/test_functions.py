@@ -78,11 +78,11 @@ def test_luminance_beyond_the_largest_number_is_infinite() -> None:
     for row, delta, sun, xi in ((3, "0.02", "0", "89.99"), (5, "0.55", "89", "89.99")):
         exact = perez_exact.coefficients(row, delta, sun)
         assert exact[1] > 0
-        values = perez.coefficients(EPSILONS[row], float(delta), np.deg2rad(float(sun)), limits="paper")
-        value = perez_exact.luminance(exact, xi, "10", sun)[0]
         angles = np.deg2rad([float(xi), 10.0, float(sun)])
-        assert perez.relative_radiance(*angles, values) == float(mp.sign(value)) * np.inf
-        assert perez.relative_radiance(np.pi / 2, 0.3, angles[2], values) == float(mp.sign(value)) * np.inf
+        values = perez.coefficients(EPSILONS[row], float(delta), angles[2], limits="paper")
+        infinite = float(mp.sign(perez_exact.luminance(exact, xi, "10", sun)[0])) * np.inf
+        assert perez.relative_radiance(*angles, values) == infinite
+        assert perez.relative_radiance(np.pi / 2, 0.3, angles[2], values) == infinite
 
 
 def test_limits_at_the_horizon() -> None:
@@ -147,20 +147,18 @@ def test_gaps_of_a_time_series_stay_gaps() -> None:
 def test_limits_of_radiance() -> None:
     floor = perez.limited([1.0, 1.0649, 1.065, 2.7999, 2.8, 20.0], 0.05)[1]
     np.testing.assert_array_equal(floor, [0.05, 0.05, 0.2, 0.2, 0.05, 0.05])
-    np.testing.assert_array_equal(perez.limited([1.0, 20.0], [0.0, 3.0])[0], [1.0, 12.01])
-    np.testing.assert_array_equal(perez.limited([1.0, 20.0], [0.0, 3.0])[1], [0.01, 0.6])
+    np.testing.assert_array_equal(perez.limited([1.0, 20.0], [0.0, 3.0]), [[1.0, 12.01], [0.01, 0.6]])
 
 
-# mpmath in coordinates centred on the zenith, 25 digits, cut at the sun
-OWN_INTEGRALS = [
-    (0.0, (-1.05, -0.3, 30.0, -7.0, 1.5), 2.68431669002532485),
-    (85.0, (0.5, -0.6, 2.0, -1.0, 0.1), 5.77680551514440597),
-    (89.0, (-1.0, -0.05, 15.0, -6.5, 0.9), 0.409866920220164541),
-    (50.0, (-1.0, -0.2, 10.0, -4.0, 0.3), 1.59360421007260642),
-]
-
-
-@pytest.mark.parametrize(("sun_deg", "values", "integral"), OWN_INTEGRALS)
+@pytest.mark.parametrize(
+    ("sun_deg", "values", "integral"),
+    [  # mpmath in coordinates centred on the zenith, 25 digits, cut at the sun
+        (0.0, (-1.05, -0.3, 30.0, -7.0, 1.5), 2.68431669002532485),
+        (85.0, (0.5, -0.6, 2.0, -1.0, 0.1), 5.77680551514440597),
+        (89.0, (-1.0, -0.05, 15.0, -6.5, 0.9), 0.409866920220164541),
+        (50.0, (-1.0, -0.2, 10.0, -4.0, 0.3), 1.59360421007260642),
+    ],
+)
 def test_integral_against_many_digits(sun_deg: float, values: tuple[float, ...], integral: float) -> None:
     assert perez.horizontal_integral(values, np.deg2rad(sun_deg)) == pytest.approx(integral, rel=1e-11)
 
@@ -177,11 +175,8 @@ def test_integral_where_it_is_known() -> None:
 def test_luminance_is_scaled_by_either_illuminance() -> None:
     sun, values = 0.7, perez.coefficients(5.0, 0.15, 0.7)
     overhead = perez.luminance(0.0, 0.0, sun, values, diffuse_illuminance=12000.0)
-    both = [
-        perez.luminance(0.9, 1.0, sun, values, diffuse_illuminance=12000.0),
-        perez.luminance(0.9, 1.0, sun, values, zenith_luminance=overhead),
-    ]
-    assert both[0] == pytest.approx(both[1], rel=1e-14)
+    of_diffuse = perez.luminance(0.9, 1.0, sun, values, diffuse_illuminance=12000.0)
+    assert perez.luminance(0.9, 1.0, sun, values, zenith_luminance=overhead) == pytest.approx(of_diffuse, rel=1e-14)
     x, w = np.polynomial.legendre.leggauss(60)
     mu, w = (x + 1) / 2, w / 2
     azimuth = (np.arange(720) + 0.5) * np.pi / 720
@@ -190,8 +185,7 @@ def test_luminance_is_scaled_by_either_illuminance() -> None:
 
 
 def ulps(values: np.ndarray, exact: list[mp.mpf]) -> float:
-    pairs = zip(values, exact, strict=True)
-    return max(float(abs(mp.mpf(float(f)) - e)) / float(np.spacing(abs(f))) for f, e in pairs)
+    return max(float(abs(mp.mpf(float(f)) - e)) / float(np.spacing(abs(f))) for f, e in zip(values, exact, strict=True))
 
 
 def test_errors_of_elementary_functions_in_ulps() -> None:
@@ -204,8 +198,7 @@ def test_errors_of_elementary_functions_in_ulps() -> None:
         x = np.concatenate([10 ** rng.uniform(-12, 3, 300), rng.uniform(0.4, 2, 300), [0.5, 1.0, 2.0]])
         for ten_thousandths in (12375, -16364, -12530):
             exponent = mp.mpf(ten_thousandths) / 10000
-            values = power(x, np.full_like(x, ten_thousandths))
-            assert ulps(values, [mp.mpf(float(v)) ** exponent for v in x]) < 2
+            assert ulps(power(x, np.full_like(x, ten_thousandths)), [mp.mpf(float(v)) ** exponent for v in x]) < 2
         for v, head, tail in zip(x, *log(x), strict=True):
             miss = mp.mpf(float(head)) + mp.mpf(float(tail)) - mp.log(mp.mpf(float(v)))
             assert abs(miss) < 4e-18 * max(1, abs(head))
@@ -219,8 +212,6 @@ def test_ends_of_the_range_of_elementary_functions() -> None:
 
 
 def test_bits_of_a_coefficient_are_pinned() -> None:
+    found = (*perez.coefficients(1.0, 0.3, 0.75)[2:4], perez.sky_brightness(100.0, 0.75))
     pinned = ["0x1.a2d16b46a6f5cp+0", "-0x1.ed22514734237p-1", "0x1.9adbd806fd980p-4"]
-    sun = 0.75
-    overcast = perez.coefficients(1.0, 0.3, sun)
-    assert [float(v).hex() for v in overcast[2:4]] == pinned[:2]
-    assert float(perez.sky_brightness(100.0, sun)).hex() == pinned[2]
+    assert [float(value).hex() for value in found] == pinned

@@ -11,7 +11,7 @@ import pytest
 
 import aomc_sky as sky
 from tests.reference import perez_exact
-from tests.support.fault_rows import command, row, row_id, run_scene
+from tests.support.fault_rows import row, row_id, run_scene
 
 BELOW_EDGE = math.nextafter(1.065, 0.0), math.nextafter(6.2, 0.0)
 EDGES = {
@@ -31,24 +31,22 @@ EDGES = {
 
 
 @pytest.mark.parametrize("name", EDGES, ids=[row_id(34, name) for name in EDGES])
-def test_edges_of_the_inputs(name, capsys):
+def test_edges_of_the_inputs(name, told):
     """The bin and its coefficients are those of the paper, on either side of every edge; a limit is told."""
-    zenith, epsilon, delta, table_row, used, words = EDGES[name]
-    assert command("perez", "--sun-zenith", zenith, "--epsilon", epsilon, "--delta", delta, "--json") == 0
-    said = capsys.readouterr()
+    zenith, epsilon, delta, table_row, used, warning = EDGES[name]
+    words = ("perez", "--sun-zenith", zenith, "--epsilon", epsilon, "--delta", delta)
+    said = told(*words, "--json")
     found = json.loads(said.out)
     assert found["bin"] == table_row
     assert found["epsilon_used"] == min(float(epsilon), 12.01)
     assert found["delta_used"] == float(used)
     exact = [float(value) for value in perez_exact.coefficients(table_row - 1, used, zenith)]
     assert list(found["coefficients"].values()) == pytest.approx(exact, rel=1e-12, abs=1e-14)
-    assert math.isfinite(found["horizontal_integral"])
-    assert found["horizontal_integral"] > 0
-    assert (said.err == "") is (words is None)
-    assert words is None or words in said.err
-    if words:
-        assert command("perez", "--sun-zenith", zenith, "--epsilon", epsilon, "--delta", delta, "--strict") == 3
-        assert "--strict turns warnings into errors" in capsys.readouterr().err
+    assert 0 < found["horizontal_integral"] < math.inf
+    assert (said.err == "") is (warning is None)
+    if warning:
+        assert warning in said.err
+        assert "--strict turns warnings into errors" in told(*words, "--strict", code=3).err
 
 
 REFUSED = {
@@ -59,11 +57,7 @@ REFUSED = {
     "diffuse-light-above-the-global": (["--sun-zenith", 40, "--ghi", 90, "--dhi", 120], 4, "dni would be negative"),
     "beam-above-the-sun-itself": (["--sun-zenith", 89.9, "--ghi", 20, "--dhi", 15], 4, "is a beam of 2865 W m-2"),
     "beam-above-the-global": (["--sun-zenith", 40, "--ghi", 600, "--dni", 900], 4, "dni cos Z is 689.44 W m-2"),
-    "irradiances-that-do-not-close": (
-        ["--sun-zenith", 40, "--ghi", 600, "--dni", 850, "--dhi", 95],
-        4,
-        "= 746.1 W m-2",
-    ),
+    "irradiances-that-do-not-close": (["--sun-zenith", 40, "--ghi", 600, "--dni", 850, "--dhi", 95], 4, "= 746.1 W m"),
     "diffuse-light-above-the-sun-itself": (["--sun-zenith", 80, "--dni", 0, "--dhi", 300], 4, "than any sky gives"),
     "epsilon-below-1": (["--sun-zenith", 40, "--epsilon", 0.99, "--delta", 0.2], 2, "outside the range 1 or more"),
     "delta-negative": (["--sun-zenith", 40, "--epsilon", 3, "--delta", -0.1], 2, "outside the range 0 or more"),
@@ -72,24 +66,26 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("name", REFUSED, ids=[row_id(34, name) for name in REFUSED])
-def test_no_substitute_sky(name, capsys):
-    """What has no Perez sky ends with an error, never with another sky."""
+def test_no_substitute_sky(name, told):
     words, code, text = REFUSED[name]
-    assert command("perez", *words) == code
-    said = capsys.readouterr()
+    said = told("perez", *words, code=code)
     assert text in said.err
     assert said.out == ""
     assert "Traceback" not in said.err
 
 
-@row(34, "no-diffuse-light-in-a-run", "sun-below-the-horizon-in-a-run")
+DARK = {
+    # name: dni, dhi, sun zenith [deg], exit code, words of the message
+    "no-diffuse-light-in-a-run": (850, 0, 40, 4, "give a positive diffuse irradiance"),
+    "sun-below-the-horizon-in-a-run": (1, 9, 91, 2, "needs [atmosphere]"),
+}
+
+
+@row(34, *DARK)
 def test_no_substitute_sky_in_a_run(fault, tmp_path, capsys):
-    weather = {
-        "no": ["--dni", 850, "--dhi", 0, "--sun-zenith", 40],
-        "sun": ["--dni", 1, "--dhi", 9, "--sun-zenith", 91],
-    }
-    answer = run_scene(tmp_path, {}, ["--sky", "perez", *weather[fault.split("-")[0]]], capsys)
-    code, text = (4, "give a positive diffuse irradiance") if fault.startswith("no") else (2, "needs [atmosphere]")
+    dni, dhi, zenith, code, text = DARK[fault]
+    options = ["--sky", "perez", "--dni", dni, "--dhi", dhi, "--sun-zenith", zenith]
+    answer = run_scene(tmp_path, {}, options, capsys)
     assert (answer.code, answer.out) == (code, "")
     assert text in answer.err
     assert not answer.folder.exists()
@@ -114,8 +110,7 @@ def test_negative_luminance(fault, tmp_path, capsys):
 
 @row(35, "nowhere-positive")
 def test_a_sky_that_is_nowhere_positive(fault, tmp_path, capsys):
-    options = ["--sky", "perez", "--coefficients", -2, 0, 0, 0, 0, "--sun-zenith", 17]
-    answer = run_scene(tmp_path, {}, options, capsys)
+    answer = run_scene(tmp_path, {}, ["--sky", "perez", "--coefficients", -2, 0, 0, 0, 0, "--sun-zenith", 17], capsys)
     assert (answer.code, answer.out) == (4, "")
     assert "the model's luminance is nowhere positive" in answer.err
     assert "check a to e" in answer.err
@@ -123,14 +118,12 @@ def test_a_sky_that_is_nowhere_positive(fault, tmp_path, capsys):
 
 
 @row(35, "b-above-0")
-def test_an_infinite_horizon(fault, capsys):
+def test_an_infinite_horizon(fault, told):
     """exp(b / cos xi) with b > 0 has no end at the horizon: b becomes 0, which is told."""
-    assert command("perez", "--sun-zenith", 40, "--coefficients", 0.1, 0.5, 1, -1, 0, "--json") == 0
-    said = capsys.readouterr()
+    said = told("perez", "--sun-zenith", 40, "--coefficients", 0.1, 0.5, 1, -1, 0, "--json")
     assert "b = 0.5 makes the horizon infinitely bright or dark and was set to 0" in said.err
-    assert json.loads(said.out)["horizontal_integral"] == pytest.approx(
-        1.1 * sky.perez.horizontal_integral([0.0, 0.0, 1.0, -1.0, 0.0], np.deg2rad(40.0)), rel=1e-12
-    )
+    exact = 1.1 * sky.perez.horizontal_integral([0.0, 0.0, 1.0, -1.0, 0.0], np.deg2rad(40.0))
+    assert json.loads(said.out)["horizontal_integral"] == pytest.approx(exact, rel=1e-12)
 
 
 @row(35, "cosine-0-at-the-horizon")

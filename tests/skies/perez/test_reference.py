@@ -50,7 +50,7 @@ def recomputed(table: list[Row]) -> np.ndarray:
     epsilon = np.where([row["status"] == "ok_border_in_bin7" for row in table], 5.0, epsilon)
     values = perez.coefficients(epsilon, delta, sun_rad(table))
     on_edge = epsilon == 1.065
-    clipped = np.clip(delta[on_edge], *(0.01, 0.6))
+    clipped = np.clip(delta[on_edge], 0.01, 0.6)
     values[on_edge] = perez.coefficients(1.065, clipped, sun_rad(table)[on_edge], limits="paper")
     return values
 
@@ -70,9 +70,8 @@ def test_clearness_and_brightness_of_gendaylit() -> None:
     assert len(table) > 150
     sun = sun_rad(table)
     epsilon = perez.sky_clearness(column(table, "DNI"), column(table, "DHI"), sun)
-    delta = perez.sky_brightness(
-        column(table, "DHI"), sun, extraterrestrial_normal=1367 * 1.03502, air_mass="kasten-1966"
-    )
+    outside = {"extraterrestrial_normal": 1367 * 1.03502, "air_mass": "kasten-1966"}
+    delta = perez.sky_brightness(column(table, "DHI"), sun, **outside)
     used = perez.limited(epsilon, delta)[0]
     np.testing.assert_allclose(np.minimum(used, 12.009), column(table, "eps"), rtol=0, atol=6e-5)
     np.testing.assert_allclose(np.clip(delta, 0.01, 0.6), column(table, "delta"), rtol=0, atol=6e-5)
@@ -112,12 +111,11 @@ def test_stress_normalisation() -> None:
 
 def test_patch_masses() -> None:
     table = rows("patch_mass.csv")
-    expected_shape = (9, 18)
     for name in list(table[0])[4:]:
         case = [cases()[name]]
         sky = PerezSky(sun_zenith_rad=sun_rad(case)[0], sun_azimuth_rad=0.0, coefficients=printed(case)[0])
         mass = sky.patch_mass(PatchGrid.regular(9, 36)).reshape(9, 36)
-        reference = column(table, name).reshape(expected_shape)
+        reference = column(table, name).reshape(9, 18)
         np.testing.assert_allclose(mass[:, :18], reference, rtol=1e-10, atol=0)
         np.testing.assert_allclose(mass[:, :17:-1], reference, rtol=1e-10, atol=0)
 

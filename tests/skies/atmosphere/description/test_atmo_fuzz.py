@@ -23,32 +23,17 @@ TEXTS = [
 ]
 PIECES = (
     *' \t#:{}"`,.-+e0127\n\r\0\ufeff\u00a0\u2028x',
-    "```",
-    "\n```\n",
-    "\n{\n",
-    "\n}\n",
-    "km",
-    "nm",
-    "AU",
-    "^2",
-    "1e9",
-    "inf",
-    "nan",
+    *("```", "km", "nm", "AU", "^2", "1e9", "inf", "nan", "min=", "count=4,", "\n```\n", "\n{\n", "\n}\n"),
     "version: 6\n",
     'Scatterer "a":',
     'Absorber "molecules":\n{\n',
-    "min=",
-    "count=4,",
     "file x.csv",
     "weighted file 1 ",
     "needs interpolation guides\n",
     "ground albedo: 1, 1, 1, 1\n",
 )
-mutations = st.lists(
-    st.tuples(st.integers(0, 3), st.integers(0, 100), st.integers(0, 60), st.sampled_from(PIECES)),
-    min_size=1,
-    max_size=4,
-)
+one_mutation = st.tuples(st.integers(0, 3), st.integers(0, 100), st.integers(0, 60), st.sampled_from(PIECES))
+mutations = st.lists(one_mutation, min_size=1, max_size=4)
 
 
 def mutate(text: str, changes: list[tuple[int, int, int, str]]) -> str:

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from aomc_sky.errors import AomcSkyError
+from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from tests.support.limits import MOST_CPU_S
 from tests.support.shared import DATA
 
@@ -43,6 +45,10 @@ print(int(status["VmHWM"].split()[0]) / 1024)
 
 def with_sun(value: str) -> str:
     return PLAIN.replace("1.5, 1.9, 1.7, 1.4", value)
+
+
+def with_ground(albedo: str, sun: str) -> str:
+    return with_sun(sun).replace("ground albedo: 0.1, 0.1, 0.2, 0.3\n", albedo)
 
 
 def with_head(lines: str) -> str:
@@ -79,19 +85,14 @@ TEXTS = {
     "range_of_blanks_E401": PLAIN.replace("count=4", " " * 60_000 + "x"),
     "long_list_E408": with_sun("1," * 30_000 + "1"),
     "weighted_blanks_E401": with_sun("weighted file" + " " * 60_000),
-    "one_table_often_E402": with_sun("file t.csv").replace(
-        "ground albedo: 0.1, 0.1, 0.2, 0.3\n", "ground albedo: weighted file 0.000001 t.csv\n" * 20_000
+    "one_table_often_E402": with_ground("ground albedo: weighted file 0.000001 t.csv\n" * 20_000, "file t.csv"),
+    "missing_tables_E402": with_ground("ground albedo: weighted file 1 no.csv\n" * 20_000, "file no.csv"),
+    "many_tables_E402": with_ground(
+        "".join(f"ground albedo: weighted file 0.01 many{k}.csv\n" for k in range(80)), "1, 1, 1, 1"
     ),
-    "missing_tables_E402": with_sun("file no.csv").replace(
-        "ground albedo: 0.1, 0.1, 0.2, 0.3\n", "ground albedo: weighted file 1 no.csv\n" * 20_000
-    ),
-    "many_tables_E402": with_sun("1, 1, 1, 1").replace(
-        "ground albedo: 0.1, 0.1, 0.2, 0.3\n",
-        "".join(f"ground albedo: weighted file 0.01 many{k}.csv\n" for k in range(80)),
-    ),
-    "dense_table_read": with_sun("file dense.csv").replace(
-        "ground albedo: 0.1, 0.1, 0.2, 0.3\n",
+    "dense_table_read": with_ground(
         "light pollution relative radiance: file dense.csv\n" + "ground albedo: weighted file 0.001 dense.csv\n" * 900,
+        "file dense.csv",
     ),
     "bad_table_E401": with_sun("file bad.csv"),
     "deep_path_E402": with_sun("file " + "a/" * 30_000 + "t.csv"),
@@ -108,6 +109,11 @@ def tables() -> Iterator[tuple[str, bytes]]:
         yield f"many{k}.csv", b"300,0.5\n900,0.5\n"
 
 
+def probed(text: str, limit_s: float, paths: str) -> subprocess.CompletedProcess[str]:
+    command = [sys.executable, "-c", text, str(int(limit_s))]
+    return subprocess.run(command, input=paths, capture_output=True, text=True, timeout=300, check=False)
+
+
 def test_each_gets_an_answer(tmp_path: Path) -> None:
     for name, table in tables():
         (tmp_path / name).write_bytes(table)
@@ -116,11 +122,7 @@ def test_each_gets_an_answer(tmp_path: Path) -> None:
     with (tmp_path / "sparse_E401.atmo").open("wb") as file:
         file.truncate(2**30)
     (tmp_path / "line_E101.atmo").write_bytes(b"a" * 1_000_000)
-    paths = sorted(tmp_path.glob("*.atmo"))
-    command = [sys.executable, "-c", PROBE, str(int(MOST_CPU_S))]
-    done = subprocess.run(
-        command, input="\n".join(map(str, paths)), capture_output=True, text=True, timeout=300, check=False
-    )
+    done = probed(PROBE, MOST_CPU_S, "\n".join(map(str, sorted(tmp_path.glob("*.atmo")))))
     assert done.returncode == 0, done.stdout + done.stderr
     *answers, peak_mb = done.stdout.splitlines()
     found = {Path(path).stem: answer for answer, path in (line.split(" ", 1) for line in answers)}
@@ -132,16 +134,11 @@ def test_each_gets_an_answer(tmp_path: Path) -> None:
 def test_the_limits_of_the_probe_bite() -> None:
     """Without this nobody would see that a limit does nothing."""
     spin = PROBE.replace("for path in sys.stdin", "while True:\n    pass\nfor path in sys.stdin")
-    command = [sys.executable, "-c", spin, "1"]
-    done = subprocess.run(command, input="", capture_output=True, text=True, timeout=300, check=False)
-    assert done.returncode < 0
+    assert probed(spin, 1, "").returncode < 0
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root reads everything")
 def test_a_table_without_permission_is_told(tmp_path: Path) -> None:
-    from aomc_sky.errors import AomcSkyError
-    from aomc_sky.skies.atmosphere.description.reader import read_atmo
-
     (tmp_path / "t.csv").write_text("300,1\n900,1\n")
     (tmp_path / "t.csv").chmod(0)
     (tmp_path / "x.atmo").write_text(with_sun("file t.csv"))

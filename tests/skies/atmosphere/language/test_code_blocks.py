@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -13,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from aomc_sky.errors import InputFileError, Problem
-from tests.support.blocks import FIRST_LINE, GIVEN, density_block
+from tests.support.blocks import FIRST_LINE, GIVEN, at, density_block
 
 Law = Callable[[float], Any]
 MAX_INT = 2**31 - 1
@@ -62,48 +63,37 @@ def floored(value: float) -> float:
     return float(math.floor(value)) if math.isfinite(value) else value
 
 
-INT_LAWS: dict[str, Callable[[int, int], int]] = {
+INT_LAWS = {
     "+": lambda a, b: whole(a + b),
     "-": lambda a, b: whole(a - b),
     "*": lambda a, b: whole(a * b),
     "/": whole_quotient,
 }
-FLOAT_LAWS: dict[str, Callable[[float, float], float]] = {
-    "+": lambda a, b: a + b,
-    "-": lambda a, b: a - b,
-    "*": lambda a, b: a * b,
-    "/": divided,
-}
-COMPARED: dict[str, Callable[[float, float], bool]] = {
-    "<": lambda a, b: a < b,
-    ">": lambda a, b: a > b,
-    "<=": lambda a, b: a <= b,
-    ">=": lambda a, b: a >= b,
-    "==": lambda a, b: a == b,
-    "!=": lambda a, b: a != b,
-}
+FLOAT_LAWS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": divided}
+COMPARED = {
+    "<": operator.lt, ">": operator.gt, "<=": operator.le, ">=": operator.ge, "==": operator.eq, "!=": operator.ne
+}  # fmt: skip
 
 
-def joined(laws: dict[str, Any], operator: str, left: Term, right: Term) -> Term:
-    law = laws[operator]
-    return Term(f"({left.text} {operator} {right.text})", lambda h: law(left.law(h), right.law(h)))
+def joined(laws: dict[str, Any], sign: str, left: Term, right: Term) -> Term:
+    return Term(f"({left.text} {sign} {right.text})", lambda h: laws[sign](left.law(h), right.law(h)))
 
 
 def negated(one: Term) -> Term:
     return Term(f"(-{one.text})", lambda h: -one.law(h))
 
 
-def applied(name: str, law: Callable[..., Any], *terms: Term) -> Term:
+def applied(function: tuple[str, Callable[..., Any]], *terms: Term) -> Term:
+    name, law = function
     return Term(f"{name}({', '.join(t.text for t in terms)})", lambda h: law(*(t.law(h) for t in terms)))
 
 
 def chosen(condition: Term, yes: Term, no: Term) -> Term:
-    text = f"({condition.text} ? {yes.text} : {no.text})"
-    return Term(text, lambda h: yes.law(h) if condition.law(h) else no.law(h))
+    return Term(f"({condition.text} ? {yes.text} : {no.text})", lambda h: yes.law(h) if condition.law(h) else no.law(h))
 
 
-def logic(operator: str, left: Term, right: Term) -> Term:
-    if operator == "&&":
+def logic(sign: str, left: Term, right: Term) -> Term:
+    if sign == "&&":
         return Term(f"({left.text} && {right.text})", lambda h: left.law(h) and right.law(h))
     return Term(f"({left.text} || {right.text})", lambda h: left.law(h) or right.law(h))
 
@@ -114,9 +104,8 @@ DEPTH = 4
 
 
 def ints_of(depth: int) -> Terms:
-    plain = st.one_of(
-        st.integers(0, 50).map(lambda k: Term(str(k), lambda h: k)), st.just(Term("wlSetIndex", lambda h: 1))
-    )
+    numbers = st.integers(0, 50).map(lambda k: Term(str(k), lambda h: k))
+    plain = numbers | st.just(Term("wlSetIndex", lambda h: 1))
     if not depth:
         return plain
     inner = ints_of(depth - 1)
@@ -133,7 +122,7 @@ def floats_of(depth: int) -> Terms:
     plain = st.one_of(
         st.just(Term("altitude", lambda h: h)),
         numbers.map(lambda x: Term(repr(x), lambda h: x)),
-        ints_of(0).map(lambda one: applied("float", float, one)),
+        st.builds(applied, st.just(("float", float)), ints_of(0)),
     )
     if not depth:
         return plain
@@ -144,10 +133,8 @@ def floats_of(depth: int) -> Terms:
         st.builds(joined, st.just(FLOAT_LAWS), FOUR, inner, whole_numbers),
         st.builds(joined, st.just(FLOAT_LAWS), FOUR, whole_numbers, inner),
         st.builds(negated, inner),
-        inner.map(lambda one: applied("sqrt", root, one)),
-        inner.map(lambda one: applied("abs", abs, one)),
-        inner.map(lambda one: applied("floor", floored, one)),
-        st.builds(lambda one, other: applied("min", least, one, other), inner, inner),
+        st.builds(applied, st.sampled_from([("sqrt", root), ("abs", abs), ("floor", floored)]), inner),
+        st.builds(applied, st.just(("min", least)), inner, inner),
         st.builds(chosen, bools_of(depth - 1), inner, inner),
     )
 
@@ -168,22 +155,14 @@ def bools_of(depth: int) -> Terms:
 ints, floats, bools = ints_of(DEPTH), floats_of(DEPTH), bools_of(DEPTH)
 
 
-def wanted_at(term: Term, altitude: float) -> float | None:
-    try:
-        return float(term.law(altitude))
-    except RefusedError:
-        return None
-
-
 def agree(text: str, term: Term, altitudes: list[float]) -> None:
-    wanted = [wanted_at(term, h) for h in altitudes]
-    block = density_block(text)
-    if None in wanted:
+    try:
+        wanted = [float(term.law(h)) for h in altitudes]
+    except RefusedError:
         with pytest.raises(InputFileError):
-            block(np.array(altitudes), GIVEN)
-        return
-    found = block(np.array(altitudes), GIVEN)
-    np.testing.assert_array_equal(found, np.array(wanted, dtype=np.float64), err_msg=text)
+            at(text, *altitudes)
+    else:
+        np.testing.assert_array_equal(at(text, *altitudes), wanted, err_msg=text)
 
 
 LANES = st.lists(st.floats(0, 1e5, allow_nan=False), min_size=1, max_size=5)
@@ -196,17 +175,10 @@ def test_an_expression_has_the_bits_of_python(term: Term, altitudes: list[float]
 
 @given(bools, floats, floats, LANES)
 def test_a_branch_has_the_bits_of_python(condition: Term, yes: Term, no: Term, altitudes: list[float]) -> None:
-    whole_term = chosen(condition, yes, no)
-    agree(
-        f"float x = 0; if({condition.text}) x = {yes.text}; else {{ x += {no.text}; }} return x;",
-        _from_zero(condition, yes, no),
-        altitudes,
-    )
-    agree(f"if({condition.text}) return {yes.text}; return {no.text};", whole_term, altitudes)
-
-
-def _from_zero(condition: Term, yes: Term, no: Term) -> Term:
-    return Term("", lambda h: yes.law(h) if condition.law(h) else 0.0 + no.law(h))
+    from_zero = Term("", lambda h: 0.0 + no.law(h))
+    text = f"float x = 0; if({condition.text}) x = {yes.text}; else {{ x += {no.text}; }} return x;"
+    agree(text, chosen(condition, yes, from_zero), altitudes)
+    agree(f"if({condition.text}) return {yes.text}; return {no.text};", chosen(condition, yes, no), altitudes)
 
 
 _WORDS = """

@@ -31,21 +31,15 @@ def problems_of(text: str) -> tuple[str, ...]:
     ("text", "wanted"),
     [
         # not in the language
-        ("#include <x>\nreturn 1.;", "10:1: a code block has no preprocessor"),
         ('return "a";', "10:8: the character '\"' has no meaning in a code block"),
         ("/* open", "10:1: this comment has no end | close it with */"),
         ("struct A { float x; }; return 1.;", "10:1: a type is not known"),
-        ("float f(float x) { return x; } return 1.;", "10:7: a block cannot define functions"),
-        ("float a[3]; return a[0];", "10:7: there are no arrays here"),
-        ("while(true) { } return 1.;", "10:1: while cannot stand here"),
         ("return float(1 << 3);", "10:16: the operator << is not part of this language"),
         ("int i = 5; i <<= 2; return i;", "10:14: the operator <<= is not part of this language"),
         ("float a; float b = a = 1.; return b;", "10:22: an assignment is not a value here"),
         ("int i = 1; return --i;", "10:19: a value is missing; found --"),
         ("float a = (1., 2.); return a;", "10:14: there are two values in one pair of brackets"),
-        ("float __a = 1.; return 1.;", "10:7: the name __a is reserved in GLSL"),
         # numbers
-        ("return 10km;", "10:8: 10km is not a number"),
         ("return float(0x10);", "10:14: 0x10 is not a number"),
         ("return 3000000000;", "10:8: the whole number 3000000000 is beyond 2147483647"),
         ("return 1e400;", "10:8: 1e400 is too large for a double-precision number"),
@@ -65,7 +59,6 @@ def problems_of(text: str) -> tuple[str, ...]:
         # types
         ("return true;", "10:8: the value that is returned is a bool, not a float | write float(...) around it"),
         ("vec2 v = vec3(1); return 1.;", "10:10: the value of v is a vec3, not a vec2 | take a component"),
-        ("if(1) return 1.; return 2.;", "10:4: the condition is an int, not a bool | write a comparison"),
         ("return true ? 2. : vec2(1).xy;", "10:8: the values of ?: have different types: float and vec2"),
         ("return 1. + (altitude < 5.);", "10:8: + cannot combine float and bool | write cond ? a : b"),
         ("return 5. % 2.;", "10:11: the operator % is not part of this language | write mod(x, y)"),
@@ -86,7 +79,6 @@ def problems_of(text: str) -> tuple[str, ...]:
         ("return exp;", "10:8: the name exp is not known | exp is a function: write exp(...)"),
         ("float x = x; return x;", "10:11: the name x is not known"),
         ("float x = 1.; float x = 2.; return x;", "10:21: x is declared twice"),
-        ("const float a = 1.; a = 2.; return a;", "10:21: a is const and cannot be changed"),
         ("const float a; return 1.;", "10:13: a is const and has no value"),
         ("wavelengths.x = 2.; return 1.;", "10:1: wavelengths is given to the block and cannot be changed"),
         ("1. = 2.; return 1.;", "10:1: only a variable or its components can get a value"),
@@ -156,10 +148,7 @@ HOSTILE = {
     "indices": ("return " + "wavelengths[" * 4000 + "0" + "]" * 4000 + ";", "an index is a whole number"),
     "components": ("return wavelengths" + ".xyzw" * 6000 + ".x;", "more than 10000"),
     "statements": ("altitude = 1.;" * 4000 + "return 1.;", "more than 10000 numbers, names and operators"),
-    "variables": (
-        "".join(f"vec4 a{i} = vec4(altitude);" for i in range(600)) + "return 1.;",
-        "more than 500 variables",
-    ),
+    "variables": ("".join(f"vec4 a{i} = vec4(altitude);" for i in range(600)), "more than 500 variables"),
     "a long number": ("return " + "9" * 60_000 + ".;", "too large for a double"),
     "a long name": ("return " + "a" * 60_000 + ";", "is not known"),
     "open comments": ("return 1.; " + "/* " * 20_000, "no end"),
@@ -193,10 +182,9 @@ def test_what_is_long_and_honest_is_worked_out() -> None:
 def test_the_limits_are_met_exactly() -> None:
     fits = "return 1.;".ljust(MAX_BLOCK_BYTES)
     assert at(fits, 0.0) == [1.0]
-    with pytest.raises(InputFileError, match=f"has {MAX_BLOCK_BYTES + 1} bytes"):
-        density_block(fits + " ")
-    with pytest.raises(InputFileError, match=f"has {MAX_BLOCK_BYTES + 1} bytes"):
-        density_block("return 1.;//".ljust(MAX_BLOCK_BYTES - 1) + "\xe9")
+    for one_more in (fits + " ", "return 1.;//".ljust(MAX_BLOCK_BYTES - 1) + "\xe9"):
+        with pytest.raises(InputFileError, match=f"has {MAX_BLOCK_BYTES + 1} bytes"):
+            density_block(one_more)
     # return, the terms, and a sign between two
     n_terms = MAX_NODES // 2
     assert at("return " + "+".join(["1."] * n_terms) + ";", 0.0) == [float(n_terms)]
@@ -245,9 +233,8 @@ import numpy as np
 from tests.support.blocks import GIVEN, density_block
 from tests.skies.atmosphere.language.test_refusals import HOSTILE
 lanes = np.linspace(0.0, 1e5, 200_001)
-blocks = [text for text, _ in HOSTILE.values()]
 full = "".join(f"vec4 a{i} = vec4(altitude);" for i in range(480))
-blocks.append(full + "return a7.x;")
+blocks = [*(text for text, _ in HOSTILE.values()), full + "return a7.x;"]
 density_block("return altitude;")(lanes, GIVEN)
 size = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
 resource.setrlimit(resource.RLIMIT_AS, (size + 400 * 2**20,) * 2)

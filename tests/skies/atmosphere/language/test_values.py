@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError
-from aomc_sky.skies.atmosphere.language.block import Block
 from tests.support.blocks import GIVEN, WAVELENGTHS, at, density_block, phase_block, value_of
 
 
@@ -47,19 +46,14 @@ def test_expressions(expression: str, wanted: float) -> None:
     assert value_of(expression) == wanted
 
 
+PLAIN_LAWS = (math.sin, math.cos, math.tan, math.asin, math.acos, math.atan, math.sinh, math.cosh, math.tanh)
+
+
 @pytest.mark.parametrize(
     ("expression", "wanted"),
     [
-        ("sin(0.3)", math.sin(0.3)),
-        ("cos(0.3)", math.cos(0.3)),
-        ("tan(0.3)", math.tan(0.3)),
-        ("asin(0.3)", math.asin(0.3)),
-        ("acos(0.3)", math.acos(0.3)),
-        ("atan(0.3)", math.atan(0.3)),
+        *((f"{law.__name__}(0.3)", law(0.3)) for law in PLAIN_LAWS),
         ("atan(-1, -2)", math.atan2(-1, -2)),
-        ("sinh(0.3)", math.sinh(0.3)),
-        ("cosh(0.3)", math.cosh(0.3)),
-        ("tanh(0.3)", math.tanh(0.3)),
         ("radians(90)", math.pi / 2),
         ("degrees(PI)", 180.0),
         ("exp(1)", math.e),
@@ -128,10 +122,7 @@ def test_each_altitude_follows_its_own_branch() -> None:
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        (
-            "return 5/int(altitude);",
-            "a.atmo:10:8: error[E403]: number density: 5 / 0 is no int up to 2147483647, altitude 0 m",
-        ),
+        ("return 5/int(altitude);", "a.atmo:10:8: error[E403]: number density: 5 / 0 is no int up to 2147483647, alti"),
         ("return 0./altitude;", "0 / 0 has no defined value, altitude 0 m"),
         ("float x; if(altitude > 5.) x = 1.; return x;", "x has no value, altitude 0 m"),
         ("vec2 v; v.x = 1.; return v.y;", "v has no value"),
@@ -174,20 +165,16 @@ def test_only_the_altitude_at_fault_is_named() -> None:
 
 def test_a_vector_of_one_lane_and_one_of_many_join() -> None:
     text = "vec4 v = vec4(1); v.y = dotViewSun; if(dotViewSun > 0.) v.zw = vec2(dotViewSun, 9); return v;"
-    found = phase_block(text)(np.array([-1.0, 0.5]), GIVEN)
-    assert found.tolist() == [[1.0, 1.0], [-1.0, 0.5], [1.0, 0.5], [1.0, 9.0]]
+    assert phase_block(text)(np.array([-1.0, 0.5]), GIVEN).tolist() == [[1.0, 1.0], [-1.0, 0.5], [1.0, 0.5], [1.0, 9.0]]
 
 
 def test_a_second_run_gives_the_same_bits_and_leaves_what_was_given() -> None:
     block = phase_block("vec4 w = wavelengths; w *= dotViewSun; w.x = 0.; return exp(w/700);")
     mu = np.linspace(-1.0, 1.0, 7)
-    before = mu.copy(), GIVEN["wavelengths"].copy()
     assert np.array_equal(block(mu, GIVEN), block(mu, GIVEN))
-    assert np.array_equal(mu, before[0])
-    assert np.array_equal(GIVEN["wavelengths"], before[1])
+    assert np.array_equal(mu, np.linspace(-1.0, 1.0, 7))
+    assert GIVEN["wavelengths"].tolist() == [400.0, 500.0, 600.0, 700.0]
 
-
-COSINES = np.cos(np.linspace(0.0, np.pi, 181))
 
 MOLECULES = """
     CONST float rayleighScaleHeight=8*km;
@@ -214,9 +201,7 @@ OZONE = """
     density*=totalColumn;
     return density;
 """
-RAYLEIGH = """
-    return vec4(3./(16*PI)*(1+sqr(dotViewSun)));
-"""
+RAYLEIGH = "return vec4(3./(16*PI)*(1+sqr(dotViewSun)));"
 CORNETTE = """
     CONST float g=0.76;
     CONST float g2=g*g;
@@ -239,19 +224,16 @@ COLOURED = """
 
 
 def test_a_phase_function_with_colours_is_that_of_plain_python() -> None:
-    found = phase_block(COLOURED)(COSINES, GIVEN)
+    cosines = np.cos(np.linspace(0.0, np.pi, 181))
+    found = phase_block(COLOURED)(cosines, GIVEN)
     for row, wavelength in enumerate(WAVELENGTHS):
         g = 0.6 + 0.2 * math.exp(-0.00002 * ((wavelength - 300) * (wavelength - 300)))
-        wanted = [(1 - g * g) / (4 * math.pi * math.pow(1 + g * g - 2 * g * c, 1.5)) for c in COSINES]
+        wanted = [(1 - g * g) / (4 * math.pi * math.pow(1 + g * g - 2 * g * c, 1.5)) for c in cosines]
         np.testing.assert_allclose(found[row], wanted, rtol=1e-15, atol=0)
-
-
-def _one_by_one(block: Block, places: np.ndarray) -> np.ndarray:
-    return np.concatenate([block(places[k : k + 1], GIVEN) for k in range(places.size)], axis=-1)
 
 
 @pytest.mark.parametrize("text", [OZONE, AEROSOL])
 def test_values_do_not_depend_on_their_neighbours(text: str) -> None:
     block = density_block(text)
     long = np.linspace(0.0, 120e3, 9001)
-    assert np.array_equal(block(long, GIVEN)[::50], _one_by_one(block, long[::50]))
+    assert block(long, GIVEN)[::50].tolist() == [block(one, GIVEN).item() for one in long[::50, None]]

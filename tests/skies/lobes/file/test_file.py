@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import pickle
 import time
 import warnings
@@ -11,15 +12,10 @@ import numpy as np
 import pytest
 
 from aomc_sky.errors import InputFileError, InputWarning, SceneError
-from aomc_sky.skies.lobes.file.data import (
-    Animation,
-    BackgroundFile,
-    BackgroundInfo,
-    LobeType,
-    ReferenceType,
-    normalised,
-)
-from aomc_sky.skies.lobes.file.file import read_background_file, write_background
+from aomc_sky.skies.lobes.file.data import BackgroundFile, BackgroundInfo, ReferenceType, normalised
+from aomc_sky.skies.lobes.file.file import read_background_file as read
+from aomc_sky.skies.lobes.file.file import write_background
+from tests.skies.lobes.animations import animation
 from tests.support.background import CURVES, SAMPLES, lobe_dtype, plain_file
 
 h5py = pytest.importorskip("h5py")
@@ -41,12 +37,6 @@ SHAPES = {
     "fixed texts": {"info": "fixed"},
     "flat samples": {"samples": SAMPLES},
 }
-
-
-def read(path):
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        return read_background_file(path)
 
 
 def codes(error) -> list[str]:
@@ -86,11 +76,9 @@ def test_arrays_are_read_only_and_the_file_travels(tmp_path):
 
 def test_one_curve_may_be_flat_and_one_lobe_alone(tmp_path):
     lobe = (1, 0.0, 0.0, 1.0, (1, 0, 0, 0), 0, -3.5)
-    path = plain_file(tmp_path / "x.h5", lobes=[lobe], curves=CURVES[0], reference=(1, 2**63 + 5))
-    file = read(path)
+    file = read(plain_file(tmp_path / "x.h5", lobes=[lobe], curves=CURVES[0], reference=(1, 2**63 + 5)))
     assert file.curves.shape == (1, 3)
-    assert file.animations["a"].time_point_s == 2**63 + 5
-    assert file.animations["a"].relative_time_days.tolist() == [-3.5]
+    assert (file.animations["a"].time_point_s, *file.animations["a"].relative_time_days) == (2**63 + 5, -3.5)
 
 
 def test_quaternions_of_any_length_become_unit(tmp_path):
@@ -101,17 +89,15 @@ def test_quaternions_of_any_length_become_unit(tmp_path):
 
 
 def test_a_missing_member_of_info_is_a_warning(tmp_path):
-    path = plain_file(tmp_path / "x.h5", info="none")
     with pytest.warns(InputWarning) as caught:
-        file = read_background_file(path)
+        file = read(plain_file(tmp_path / "x.h5", info="none"))
     assert len(caught) == 4  # author, name, type and version
     assert file.info == BackgroundInfo()
 
 
 def test_wavelengths_that_look_like_nanometres_are_a_warning(tmp_path):
-    path = plain_file(tmp_path / "x.h5", samples=((400.0, 500.0, 600.0),))
     with pytest.warns(InputWarning, match=r"warning\[E506\]: /SpectralSamples: .* 400 micrometres"):
-        assert read_background_file(path).wavelength_nm[0] == 4e5
+        assert read(plain_file(tmp_path / "x.h5", samples=((400.0, 500.0, 600.0),))).wavelength_nm[0] == 4e5
 
 
 def lobe(**changes):
@@ -176,11 +162,8 @@ ANIMATIONS = ["LobeAnims", "LobeAnims/a", "LobeAnims/a/Lobes", "LobeAnims/a/Refe
 
 @pytest.mark.parametrize("name", [*ANIMATIONS, "SpectralCurves", "SpectralSamples"])
 def test_a_missing_member_is_named(name, tmp_path):
-    def remove(file):
-        del file[name]
-
     with pytest.raises(InputFileError) as error:
-        read(plain_file(tmp_path / "x.h5", change=remove))
+        read(plain_file(tmp_path / "x.h5", change=lambda file: operator.delitem(file, name)))
     assert codes(error) == ["E504"]
     assert name.removesuffix("/a") in str(error.value)
 
@@ -206,9 +189,8 @@ def test_a_missing_field_is_named(tmp_path):
 
 def test_all_problems_come_at_once_and_at_most_20_are_shown(tmp_path):
     bad = lobe(kind=1, param0=2.0, coeff=-1, quaternion=(0, 0, 0, 0), curve=9, time=3)
-    path = plain_file(tmp_path / "x.h5", lobes=[bad, bad], version=3, samples=((3, 2, 1),), curves=-np.ones((1, 3)))
     with pytest.raises(InputFileError) as error:
-        read(path)
+        read(plain_file(tmp_path / "x.h5", lobes=[bad, bad], version=3, samples=((3, 2, 1),), curves=-np.ones((1, 3))))
     assert codes(error) == ["E509", "E507", "E506", "E506", "E506", "E506", "E508", "E507"]
     assert "and 1 more like it" in str(error.value)
 
@@ -223,36 +205,22 @@ def test_all_problems_come_at_once_and_at_most_20_are_shown(tmp_path):
     assert "and 11 more problems" in str(error.value)
 
 
-HG = LobeType.HENYEY_GREENSTEIN
+UP = (1.0, 0.0, 0.0, 0.0)
 
 
-def keys(*lobes: dict, reference=ReferenceType.DIURNAL, time_point_s=0) -> Animation:
-    """An animation of records as a file has them; by default g 0, factor 1, no turn, the first curve at once."""
-    column = lambda name, default, dtype=np.float64: np.array([one.get(name, default) for one in lobes], dtype)  # noqa: E731
-    return Animation(
-        lobe_type=column("lobe_type", HG, np.uint8),
-        param0=column("param0", 0.0),
-        param1=column("param1", 0.0),
-        coefficient=column("coefficient", 1.0),
-        quaternion=normalised(column("quaternion", (1.0, 0.0, 0.0, 0.0)).reshape(-1, 4)),
-        curve_index=column("curve_index", 0, np.int64),
-        relative_time_days=column("relative_time_days", 0.0),
-        reference=reference,
-        time_point_s=time_point_s,
-    )
+def one_lobe(kind="hg", **numbers):
+    return animation([0.0], [1.0], kind=(kind,), **{name: np.array([number]) for name, number in numbers.items()})
 
 
 def content(**changes) -> BackgroundFile:
-    lobes = [
-        {"lobe_type": LobeType.GGX, "param0": 0.25, "param1": 1.0, "quaternion": (1, 2, 3, 4)},
-        {"lobe_type": LobeType.BECKMANN, "param0": 0.3, "param1": 0.1, "curve_index": 1, "relative_time_days": 0.3},
-    ]
+    lobes = {
+        "kind": ("ggx", "beckmann"), "param0": np.array([0.25, 0.3]), "param1": np.array([1.0, 0.1]),
+        "quaternion": normalised(np.array([(1.0, 2.0, 3.0, 4.0), UP])), "curve_index": np.array([0, 1]),
+        "reference": ReferenceType.ABSOLUTE, "time_point_s": 1_717_200_000,
+    }  # fmt: skip
     base = BackgroundFile(
         info=BackgroundInfo(name="Küste", author="me", description="x" * 1000),
-        animations={
-            "z": keys({}),
-            "a b": keys(*lobes, reference=ReferenceType.ABSOLUTE, time_point_s=1_717_200_000),
-        },
+        animations={"z": one_lobe(), "a b": animation([0.0, 0.3], [1.0, 1.0], **lobes)},
         wavelength_nm=np.array([400.0, 500.5, 600.0]),
         curves=np.array([[1e-8, 2e-8, 0], [1, 2, 3]]),
     )
@@ -263,20 +231,16 @@ def test_what_is_written_is_what_plain_h5py_reads(tmp_path):
     write_background(tmp_path / "x.h5", content())
     with h5py.File(tmp_path / "x.h5") as file:
         assert sorted(file) == ["Info", "LobeAnims", "SpectralCurves", "SpectralSamples"]
-        assert file["Info/FileType"][()].tolist() == [5]
-        assert file["Info/FormatVersion"][()].tolist() == [1]
+        assert [file[f"Info/{name}"][()].tolist() for name in ("FileType", "FormatVersion")] == [[5], [1]]
         assert file["Info/Name"].asstr()[0] == "Küste"
         assert "Organization" not in file["Info"]
         lobes = file["LobeAnims/a b/Lobes"]
-        assert lobes.dtype.itemsize == 40
-        assert lobes.dtype == lobe_dtype()
-        assert lobes.shape == (2,)
+        assert (lobes.dtype, lobes.dtype.itemsize, lobes.shape) == (lobe_dtype(), 40, (2,))
         assert lobes["Type"].tolist() == [2, 3]
         assert lobes["CurveIndex"].tolist() == [0, 1]
         assert np.allclose(lobes["LocalTransform"][0], np.array([1, 2, 3, 4]) / np.sqrt(30), rtol=1e-7)
         reference = file["LobeAnims/a b/ReferenceTime"]
-        assert reference.dtype.itemsize == 16
-        assert reference.shape == (1,)
+        assert (reference.dtype.itemsize, reference.shape) == (16, (1,))
         assert reference[()].tolist() == [(1, 1_717_200_000)]
         assert file["SpectralCurves"].dtype == np.dtype("<f4")
         assert file["SpectralSamples"].shape == (1, 3)
@@ -304,17 +268,17 @@ def test_a_file_read_and_written_keeps_its_numbers(tmp_path):
 
 
 BAD_CONTENT = {
-    "g rounds to 1": {"animations": {"a": keys({"param0": 1 - 1e-9})}},
-    "alpha rounds to 0": {"animations": {"a": keys({"lobe_type": LobeType.GGX, "param0": 1e-50, "param1": 1})}},
+    "g rounds to 1": {"animations": {"a": one_lobe(param0=1 - 1e-9)}},
+    "alpha rounds to 0": {"animations": {"a": one_lobe("ggx", param0=1e-50, param1=1.0)}},
     "no animation": {"animations": {}},
-    "lengths": {"animations": {"a": replace(content().animations["z"], param0=np.zeros(2))}},
+    "lengths": {"animations": {"a": replace(one_lobe(), param0=np.zeros(2))}},
     "wavelengths round to one": {"wavelength_nm": np.array([400.0, 400.0 + 1e-9, 500.0])},
-    "slash": {"animations": {"a/b": content().animations["z"]}},
+    "slash": {"animations": {"a/b": one_lobe()}},
     "nul": {"info": BackgroundInfo(name="a\0b")},
     "version": {"info": BackgroundInfo(format_version=2)},
     "shape": {"curves": np.zeros((2, 4))},
-    "negative index": {"animations": {"a": keys({"curve_index": -1})}},
-    "negative time point": {"animations": {"a": replace(content().animations["z"], time_point_s=-1)}},
+    "negative index": {"animations": {"a": one_lobe(curve_index=-1)}},
+    "negative time point": {"animations": {"a": replace(one_lobe(), time_point_s=-1)}},
 }
 
 
@@ -345,9 +309,9 @@ def test_units_that_the_file_states_are_those_of_the_format(name, word, value, i
         warnings.simplefilter("always")
         if is_refused:
             with pytest.raises(InputFileError, match=f"{name}: its attribute {word} is .*{value}.*is read"):
-                read_background_file(path)
+                read(path)
         else:
-            read_background_file(path)
+            read(path)
     assert bool(caught) is (is_refused is None)
 
 
@@ -355,4 +319,4 @@ def test_a_fill_value_is_no_light(tmp_path):
     curves = np.array(CURVES, dtype=float)
     curves[0, 1] = 9.96921e36
     with pytest.raises(InputFileError, match=r"value \[0, 1\] is 9.96921e\+36; allowed: up to 1e\+30"):
-        read_background_file(plain_file(tmp_path / "a.h5", curves=curves))
+        read(plain_file(tmp_path / "a.h5", curves=curves))
