@@ -49,6 +49,7 @@ def test_a_band_far_outside(strict, tmp_path, capsys):
     options = ["--iterations", 4250, "-q", *(["--strict"] if strict else [])]
     answer = run_scene(tmp_path, {"skydist.inp": sky(waves="1550 1650")}, options, capsys)
     assert answer.err.startswith(OUTSIDE)
+    assert (answer.err.count("warning[E310]"), answer.out) == (1, "")
     assert "waveband 1 at 555 nm takes 1550 nm, 995 nm away\n" in answer.err
     assert answer.code == (3 if strict else 0)
     assert ("--strict turns warnings into errors" in answer.err) == strict == (not answer.folder.exists())
