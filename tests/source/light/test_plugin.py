@@ -8,6 +8,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.cli.main import main
+from tests.support.plugins import lay_package
 from tests.support.shared import INPUTS
 
 SCENE = INPUTS / "perez_sky"
@@ -26,16 +27,13 @@ def install(tmp_path, monkeypatch):
     """Lay a package with this code on the module path, as pip does, under a name of its own."""
     count = iter(range(100))
 
-    def lay(code, *, name="dark", distribution="dark-skies", version="2.1", target="make"):
+    def lay(code, *, name="dark", distribution="dark-skies", version="2.1"):
         k = next(count)
-        site = tmp_path / f"site{k}"
-        about = site / f"{distribution.replace('-', '_')}-{version}.dist-info"
-        about.mkdir(parents=True)
         module = f"{tmp_path.name.replace('-', '_')}_{k}"
-        (site / f"{module}.py").write_text(code)
-        (about / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {distribution}\nVersion: {version}\n")
-        (about / "entry_points.txt").write_text(f"[aomc_sky.sky_models]\n{name} = {module}:{target}\n")
-        monkeypatch.syspath_prepend(site)
+        site = tmp_path / f"site{k}"
+        monkeypatch.syspath_prepend(
+            lay_package(site, module, code, name=name, distribution=distribution, version=version)
+        )
 
     return lay
 
