@@ -7,7 +7,6 @@ import pytest
 
 import aomc_sky
 from aomc_sky.cli.main import main
-from tests.support.fault_rows import command
 from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
 
@@ -85,40 +84,9 @@ def test_a_plan_without_a_solution(tmp_path, capsys):
 
 def test_low_suns(tmp_path, told, capsys):
     assert told("atmosphere", MODEL, "--no-save-tex", "--sun-zenith", "70:90:5").err.count("warning") == 2
-    assert run("--no-save-tex", "--sun-zenith", "70:95:5", "--method", "sos") == 2
-    assert "--sun-zenith 95" in capsys.readouterr().err
-    assert run("--no-save-tex", "--sun-zenith", "95") == 2
     assert run("--no-save-tex", "--sun-zenith", "40,85,95", "--method", "auto") == 0
     assert "    40     sos\n    85      mc\n    95      mc\n" in capsys.readouterr().out
     assert run("--no-save-tex", "--sun-zenith", "85", "--strict") == 3
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        "--sun-zenith 40",
-        "--out-dir x --sun-zenith 181",
-        "--out-dir x --sun-zenith 10:5:1",
-        "--out-dir x --sun-zenith 0:90:0",
-        "--out-dir x --sun-zenith 0:90:1e-9",
-        "--out-dir x --sun-zenith nan",
-        "--out-dir x --sun-zenith 5,5",
-        "--out-dir x --orders 0",
-        "--out-dir x --bins 0 4",
-        "--out-dir x --wavelength -5",
-        "--out-dir x --method paths",
-        "--out-dir x --sun-zenith 0:90:1 --bins 3600 3600",
-        "--out-dir x --texture-save-precision 0",
-        "--out-dir x --texture-save-precision 25",
-        "--out-dir x --texture-save-precision many",
-        "--out-dir x --no-netcdf --save-irradiance",
-        "--out-dir x --no-netcdf --texture-save-precision 8",
-    ],
-)
-def test_wrong_usage(words, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert command("atmosphere", MODEL, *words.split()) == 2
     assert list(tmp_path.iterdir()) == []
 
 

@@ -55,12 +55,6 @@ def test_every_save_option(tmp_path):
         assert np.all(found.source_from_ground > 0)
 
 
-def test_source_functions_under_suns_that_have_none(tmp_path, capsys):
-    assert run(MOLECULES, tmp_path / "x", "--save-scat-density", *ORDER_ONE) == 2
-    assert "source functions need --method sos" in capsys.readouterr().err
-    assert not (tmp_path / "x").exists()
-
-
 def test_significands(tmp_path):
     """And a file without any of these options has float64 and no further variable."""
     assert run(MOLECULES, tmp_path / "full", *ORDER_ONE) == 0
@@ -101,8 +95,6 @@ def test_light_of_the_ground_by_orders(tmp_path, capsys):
         # the farther from the zenith the more air, and less than all of it scattered by a half
         assert np.all(np.diff(once) > 0)
         assert 0 < once[0] < once[2] < 0.002 / 0.5
-    assert run(MOLECULES, tmp_path / "x", "--save-light-pollution", *ORDER_ONE) == 2
-    assert "light pollution relative radiance" in capsys.readouterr().err
 
 
 def test_sizes_of_the_description(tmp_path, capsys):
@@ -121,8 +113,6 @@ def test_sizes_of_the_description(tmp_path, capsys):
     printed = capsys.readouterr().out
     assert "bins: zenith 5, azimuth 6" in printed
     assert all(key in printed for key in SIZES)
-    assert run(MOLECULES, tmp_path / "o", "--no-save-tex", "--sun-zenith", "all") == 2
-    assert 'no "scattering texture size for sza"' in capsys.readouterr().err
 
 
 def test_options_that_change_nothing_say_so(tmp_path, capsys):

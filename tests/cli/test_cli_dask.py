@@ -176,20 +176,6 @@ def test_no_scheduler_is_exit_6(amc, tmp_path, monkeypatch, capsys):
     assert f"no Dask scheduler answers at {address}" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize(
-    "options",
-    [
-        ("--engine", "dask", "--format", "mcpl"),
-        ("--engine", "dask", "--shard", "1/2"),
-        ("--scheduler", "tcp://localhost:1"),
-    ],
-    ids=["another format", "a shard", "a scheduler without Dask"],
-)
-def test_options_that_contradict_each_other(amc, tmp_path, options):
-    assert main(words(amc, tmp_path / "out", *options)) == 2
-    assert not (tmp_path / "out").exists()
-
-
 SLOW_TASKS = """
 import sys, time
 from aomc_sky.cli.main import main

@@ -186,44 +186,6 @@ def test_a_map_is_what_its_name_says(out, tmp_path, told):
     assert names(tmp_path / "v1.2") == {"envmap.npy", "envmap.json", "plan.npz"}
 
 
-@pytest.mark.parametrize(
-    ("words", "text"),
-    [
-        ("envmap --waveband 1 --waveband 2 --out sky.exr", "there are 2: add --waveband"),
-        ("npy --waveband 4", "waveband 4 is not in this run; it has wavebands 1, 2, 3"),
-        ("npy --waveband 0", "waveband 0 is not"),
-        ("csv --scene x", "--scene is for --to aomc"),
-        ("netcdf --waveband 1", "holds all wavebands"),
-        ("envmap --out -", "--out - is for run"),
-        ("envmap --out sky.tif", "--to envmap writes no .tif file; a name that ends in .npy, .hdr or .exr is a file"),
-        ("envmap --out sky.mcpl", "writes no .mcpl file"),
-        ("envmap --out out/sky.hdr", "is in the run itself"),
-        ("envmap --out folder.hdr", "folder.hdr is a folder; name a file"),
-        ("mcpl --out sky.hdr", "a name that ends in .mcpl is a file, and a name without an ending"),
-        ("csv --out photons.csv", "a name without an ending, such as photons, is a folder"),
-        ("aomc --out sky.nc", "--to aomc writes no .nc file"),
-    ],
-)
-def test_usage_errors(out, tmp_path, monkeypatch, told, words, text):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "folder.hdr").mkdir()
-    before = names(tmp_path), names(out)
-    error = told("export", out, "--force", "--to", *words.split(), code=2).err
-    assert text in error
-    assert error.count("\n") == 1
-    assert (names(tmp_path), names(out)) == before
-
-
-def test_what_is_no_run(amc, tmp_path, told):
-    for path, text in (
-        (tmp_path / "nowhere", "there is no such folder"),
-        (amc, "this is a scene; a run folder belongs here"),
-        (amc.parent, "run it first: aomc-sky run"),
-        (tmp_path, "this folder holds no plan.npz"),
-    ):
-        assert text in told("export", path, "--to", "npy", code=3).err
-
-
 @pytest.mark.parametrize("to", ["npy", "mcpl", "netcdf"])
 def test_a_full_disk_leaves_nothing_half(out, tmp_path, to):
     if to == "netcdf":

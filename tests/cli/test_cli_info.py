@@ -44,20 +44,6 @@ def test_info_of_a_background_as_json(told):
     assert facts["curves"][1]["greatest"] == 10.0
 
 
-@pytest.mark.parametrize(
-    ("path", "words", "message"),
-    [
-        (INPUTS / "atmosphere/hazy.atmo", ["--iterations", "777"], "--iterations is for a scene; "),
-        (INPUTS / "night_sky/night.h5", ["--sky", "uniform"], "--sky is for a scene; "),
-        (INPUTS / "night_sky/night.h5", ["--row", "3"], "--row is for a scene; "),
-        (INPUTS / "sparse_sky", ["--wavelengths", "500"], "--wavelengths is for a run without files or a measured sky"),
-        (INPUTS / "sparse_sky", ["--animation", "a"], "--animation is for a background sky; "),
-    ],
-)
-def test_options_that_a_path_cannot_use(path, words, message, told):
-    assert message in told("info", path, *words, code=2).err
-
-
 def test_info_of_a_measured_sky_has_the_wavebands_of_run(told):
     words = [INPUTS / "measured/sky.csv", "--wavelengths", "500", "--json"]
     assert json.loads(told("info", *words).out)["wavebands"] == [500.0]
@@ -134,8 +120,6 @@ def test_allow_path_lets_tables_lie_elsewhere(tmp_path, told):
 def test_info_prints_the_folder_of_the_header(told):
     assert told("info", "--include-dir").out.strip() == str(include_dir())
     assert all((include_dir() / f"aomc_sky.{end}").is_file() for end in ("h", "c"))
-    assert main(["info"]) == 2
-    assert main(["info", "--include-dir", "somewhere"]) == 2
 
 
 def test_info_of_a_scene_and_of_a_run(amc, tmp_path, told):

@@ -58,21 +58,6 @@ def test_animations_files_and_keys(tmp_path, capsys):
     assert names(other, "--time", 43200, "--interpolation", "slerp") == ["moving"]
 
 
-@pytest.mark.parametrize(
-    ("words", "code", "message"),
-    [
-        ((NIGHT, "--time", "2026-02-14"), 2, "is not a date with a time of day"),
-        ((NIGHT, "--time", "9" * 400), 2, "not finite"),
-        ((NIGHT, "--time", "0", "--utc-offset", "99"), 2, "outside the range -24 to 24"),
-        ((NIGHT, "--time", "0", "--animation", "cty"), 2, "the nearest is city, there are: airglow, city, starlight"),
-        ((NIGHT, "--time", "0", "--wavelength", "300"), 2, "300 is outside the spectra of the file, 380 to 720 nm"),
-        ((NIGHT, "--wavelength", "550"), 2, "need --time"),
-    ],
-)
-def test_mistakes_get_a_line_and_a_code(words, code, message, told):
-    assert message in told("info", *words, code=code).err
-
-
 def test_a_night_that_is_run_validated_and_shown(tmp_path, told):
     amc = copy_scene("night_sky", tmp_path)
     out = tmp_path / "out"

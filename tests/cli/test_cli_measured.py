@@ -52,25 +52,6 @@ def test_plot_validate_and_info(tmp_path, told):
     assert summary["options"]["sun"]["azimuth_deg"] == pytest.approx(135.0)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        (["--limits", "paper"], "--limits: of the Perez sky, not of the measured sky"),
-        (["--sky", "uniform"], "--sky: not used with"),
-        (["--disc"], "--disc: used only where something says how bright the beam is"),
-        (["--waveband", "5"], "waveband 5"),
-        (["--radiance-unit", "lux"], "radiance unit 'lux' is not known"),
-    ],
-)
-def test_what_does_not_go_together_is_refused(arguments, message, told):
-    assert re.search(message, told("run", SKY, "--out", "nowhere", *arguments, code=2).err)
-
-
-def test_a_scene_of_amc_has_no_use_for_its_options(told):
-    said = told("run", INPUTS / "clear_day", "--angle-unit", "deg", code=2).err
-    assert "--angle-unit is for a measured sky (.csv)" in said
-
-
 def test_little_of_the_sky_is_a_warning_and_strict_an_error(tmp_path, told):
     head = "# azimuth: from north\n# radiance unit: relative\nzenith_deg,azimuth_deg,L_550\n"
     rows = "".join(f"{zenith},{azimuth},1\n" for zenith in (0, 20, 40) for azimuth in range(0, 360, 30))

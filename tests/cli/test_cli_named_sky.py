@@ -31,31 +31,6 @@ def test_the_sky_alone(tmp_path, words, mean_cosine):
         assert -photons[:, 2].mean(dtype=np.float64) == pytest.approx(mean_cosine, abs=1e-4)
 
 
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ("cie --sky-option type=12", "--sky cie needs --sun-zenith"),
-        ("cie --sun-zenith 40", "--sky-option type="),
-        ("none", "--sky none needs a scene of files"),
-        ("overcast --ghi 300 --dhi 200 --sun-zenith 40 --air-mass kasten-1966", "--air-mass: of the Perez sky"),
-        ("overcast --coefficients -1 -0.3 5 -3 0.1 --sun-zenith 40", "--coefficients: of the Perez sky"),
-        ("harrison-coombes --sun-zenith 40 --aod 0.2", "--aod: used only for a cloudless sky"),
-        ("harrison-coombes --sun-zenith 40 --disc", "--disc: used only where"),
-        ("harrison-coombes --sun-zenith 40 --extraterrestrial 1367", "used only with two of"),
-        ("uniform --sky-option a=1", "has no options"),
-        ("perez --sky-option a=1 --ghi 300 --dhi 200 --sun-zenith 40", "is for a sky of another name"),
-        ("cie --sky-option type=12 --sun-zenith 40 --within uniform", "--within"),
-        ("overcast --azimuth-convention from_sun", "--azimuth-convention is for a measured sky (.csv)"),
-        ("overcast --bins degrees", "--bins is for a scene of files"),
-        ("nonsense", "there is no sky model 'nonsense'; write"),
-    ],
-)
-def test_what_does_not_fit(tmp_path, told, words, message):
-    options = ["--wavelengths", "443", "555", "--iterations", "20000", "--out", tmp_path / "grey"]
-    assert message in told("run", *options, "--sky", *words.split(), code=2).err
-    assert not (tmp_path / "grey").exists()
-
-
 HARRISON = ("--sky", "harrison-coombes", "--sun-zenith", "40")
 
 

@@ -122,34 +122,3 @@ def test_a_relative_table_has_the_models_own_scale(tmp_path):
     assert [table.radiance[0, 20, 9], table.radiance[0, 60, 20]] == pytest.approx(
         sky.radiance(zenith, azimuth, 550.0), rel=2e-3
     )
-
-
-@pytest.mark.parametrize(
-    ("words", "code", "text"),
-    [
-        ([], 2, "where is the sun"),
-        (["--sun-zenith", "40"], 2, "which sky"),
-        (["--sun-zenith", "40", "--dni", "850"], 2, "dhi"),
-        (["--sun-zenith", "40", "--epsilon", "2"], 2, "delta"),
-        ([*CLEAR, "--epsilon", "2", "--delta", "0.1"], 2, "twice"),
-        ([*CLEAR, "--time", "2024-01-01T12:00:00Z"], 2, "--sun-zenith"),
-        (["--time", "2024-01-01T12:00:00Z", "--latitude", "5", "--dni", "1", "--dhi", "1"], 2, "--longitude"),
-        ([*CLEAR, "--placement", "philox"], 2, "--placement is for photons"),
-        ([*CLEAR, "--format", "none", "--format", "npy", "--out", "x"], 2, "--format none"),
-        ([*CLEAR, "--with-beam"], 2, "--out DIR"),
-        ([*CLEAR, "--write-skydist", "s.inp", "--wavelength", "-1"], 2, "positive"),
-        ([*CLEAR, "--plot", "sky.jpeg"], 2, ".png"),
-        (["--epw", EPW, "--row", "3", "--sun-zenith", "5"], 2, "--sun-zenith"),
-        (["--epw", EPW, "--row", "0"], 2, "rows 1 to 48"),
-        (["--epw", "absent.epw", "--row", "1"], 3, "absent.epw"),
-        (["--sun-zenith", "40", "--dni", "850", "--ghi", "100"], 4, "ghi"),
-        ([*CLEAR, "--write-skydist", "no/such/folder/skydist.inp"], 6, "no/such/folder"),
-    ],
-)
-def test_errors_have_their_codes_and_no_traceback(words, code, text, told, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    if "--plot" in words:
-        pytest.importorskip("matplotlib")
-    said = told("perez", *words, code=code)
-    assert text.lower() in said.err.lower()
-    assert list(tmp_path.iterdir()) == []

@@ -130,33 +130,6 @@ def test_more_bands_than_a_picture_holds_are_told(tmp_path, told):
     assert "30 wavebands, 12 spread over them are drawn; choose with --waveband I" in out
 
 
-@pytest.mark.parametrize(
-    ("words", "code", "text"),
-    [
-        (["--out", "sky.bmp"], 2, ".png"),
-        (["--out", "sky.gif"], 2, ".svg"),
-        (["--pull"], 2, "--pull is for a run"),
-        (["--frames", "3"], 2, "--frames is for a background sky"),
-        (["--wavelength", "500"], 2, "--wavelength is for"),
-        (["--size", "20"], 2, "300 to 8000"),
-        (["--range", "3", "1"], 2, "increasing"),
-        (["--cmap", "virdis"], 2, "near it are viridis"),
-        (["--waveband", "9"], 2, "9"),
-        (["--out", "absent/sky.png"], 6, "absent"),
-    ],
-)
-def test_what_does_not_go(words, code, text, amc, tmp_path, monkeypatch, told):
-    monkeypatch.chdir(tmp_path)
-    assert text in told("plot", amc, *words, code=code).err
-    assert list(tmp_path.glob("**/*.png")) == []
-
-
-def test_options_of_a_scene_say_nothing_about_a_run(run, told):
-    for words in (["--iterations", "5"], ["--sky", "uniform"], ["--seed", "3"], ["--time", "0"], ["--bins", "equal"]):
-        assert f"{words[0]} is for" in told("plot", run, *words, code=2).err
-    assert main(["plot", str(run), "--pull", "--show", "counts"]) == 2
-
-
 def test_a_run_without_photons_has_no_pulls(amc, tmp_path, told):
     assert main(["run", str(amc), "--out", str(tmp_path / "out"), "--format", "none", "-q"]) == 0
     assert "--format npy" in told("plot", tmp_path / "out", "--pull", code=2).err
@@ -177,8 +150,3 @@ def test_polarisation_of_a_run(tmp_path, told, capsys):
     assert "no polarisation" in capsys.readouterr().err
     assert main(["plot", str(tmp_path / "polarised"), "--quantity", "dop", "--pull", "--out", str(out)]) == 2
     assert "--pull and --quantity are 2 pictures" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("words", [(), ("--quantity", "dop"), ("--time", "3")])
-def test_a_path_that_is_not_there_is_said_before_its_options(tmp_path, told, words):
-    assert "E100" in told("plot", tmp_path / "nosuch", *words, code=3).err

@@ -156,11 +156,6 @@ def test_lines_of_sky_toml_that_are_wrong(name, field, tmp_path, told):
     assert text in said
 
 
-def test_options_of_a_field_are_not_those_of_a_table(told):
-    said = told("run", INPUTS / "measured" / "sky.csv", "--stokes-signs", 1, -1, code=2).err
-    assert "--stokes-signs is for a radiance field (.nc)" in said
-
-
 RUN = ["run", "--ghi", "780", "--dhi", "140", "--sun-zenith", "40", "--wavelengths", "440", "550", "--seed", "5"]
 N = 70_000
 PATTERN = ("--iterations", N, "--polarisation", 0.7)

@@ -82,19 +82,3 @@ def test_no_photons_no_errors(amc, tmp_path, capsys):
 def test_equal_counts_in_all_replicates_are_told(amc, tmp_path, told):
     words = ("--iterations", 1000, "--replicates", 4, "--allocation", "largest-remainder", "--out", tmp_path / "out")
     assert "bias is not in these errors" in told("run", amc, *words).out
-
-
-@pytest.mark.parametrize(
-    ("words", "code", "message"),
-    [
-        (("--replicates", "0"), 2, "1 to 4096"),
-        (("--replicates", "-3"), 2, "1 to 4096"),
-        (("--replicates", "1e9"), 2, "1 to 4096"),
-        (("--replicates", "2", "--compat", "aomc"), 2, "no randomness"),
-        (("--replicates", "2", "--allocation", "aomc"), 2, "no randomness"),
-        (("--replicates", "11"), 4, "too few for 11 replicates"),
-    ],
-)
-def test_bad_replicates(amc, tmp_path, told, words, code, message):
-    assert message in told("run", amc, "--iterations", 10, *words, "--out", tmp_path / "out", "-q", code=code).err
-    assert not (tmp_path / "out").exists()

@@ -193,20 +193,3 @@ def test_dry_run_writes_nothing(amc, told):
     assert "not modelled: positions" in out
     assert sorted(p.name for p in amc.parent.iterdir()) == before
     assert "components" in json.loads(told("run", amc, "--dry-run", "--json").out)
-
-
-@pytest.mark.parametrize(
-    "words",
-    [
-        "--waveband 9", "--format mcpl --format none", "--format mcpl --out -", "--sky perez", "--limits paper",
-        "--format none --format npy", "--out -", "--compat aomc --allocation systematic", "--compat aomc --bins equal",
-        "--compat aomc --order shuffled", "--method iid --placement r2", "--max-memory 1k", "--seed -1",
-        "--iterations 0", "--iterations 1.5", "--iterations nan", "--threads 0", "--max-memory much", "--order none",
-        "--seed 18446744073709551616",
-    ],
-)  # fmt: skip
-def test_usage_errors(amc, tmp_path, told, words):
-    shown = told("run", amc, "--out", tmp_path / "out", *words.split(), code=2)
-    assert shown.err.startswith(("aomc-sky: error: ", "aomc-sky run: error: "))
-    assert shown.out == ""
-    assert not list(tmp_path.glob("out/photons-*"))

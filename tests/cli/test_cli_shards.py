@@ -177,25 +177,6 @@ def test_another_run_is_refused(amc, out, capsys, change):
     assert {path.name: path.read_bytes() for path in out.iterdir()} == before
 
 
-@pytest.mark.parametrize(
-    "more",
-    [
-        ("--shard", "0/3"),
-        ("--shard", "4/3"),
-        ("--shard", "1:3"),
-        ("--shard", "1/2000000"),
-        ("--shard", "1/3", "--format", "mcpl"),
-        ("--shard", "1/3", "--format", "none"),
-        ("--shard", "1/3", "--format", "npy", "--format", "raw"),
-        ("--shard", "1/3", "--force"),
-    ],
-)
-def test_what_is_no_shard_is_a_usage_error(amc, tmp_path, capsys, more):
-    assert run(amc, tmp_path / "out", *more) == 2
-    assert "shard" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
-
-
 def test_what_a_shard_prints(amc, tmp_path, told):
     line = ["run", str(amc), "--iterations", "70000", "--shard", "2/3", "--out", str(tmp_path / "out")]
     shown = told(*line).out

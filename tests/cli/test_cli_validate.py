@@ -83,13 +83,6 @@ def test_scenes_that_no_single_file_gives_away(name, tmp_path, capsys):
     assert both_agree(folder, tmp_path, options, capsys)[0] == code
 
 
-def test_half_a_weather_is_a_usage_error(tmp_path, told):
-    folder = copy_scene("perez_sky", tmp_path).parent
-    for file in NO_WEATHER:
-        (folder / file).unlink()
-    told("validate", folder, "--dni", "850", code=2)
-
-
 @pytest.mark.parametrize(("kind", "path"), FILES, ids=[f"{kind}-{path.stem}" for kind, path in FILES])
 def test_scenes_with_one_bad_file(kind, path, tmp_path, capsys):
     folder = copy_scene(BASE[kind], tmp_path).parent

@@ -250,18 +250,3 @@ def test_an_unfinished_run(out, capsys):
     done = Verified(capsys, out)
     assert done.code == 1
     assert "which the same run command finishes" in done.failed
-
-
-@pytest.mark.parametrize(
-    ("words", "what"),
-    [
-        ("--method iid", "--scene AMC_INP"),
-        ("--frame down", "--scene AMC_INP"),
-        ("--waveband 3", "waveband 3 is not in this run"),
-        ("--resample 1.5", "resample"),
-        ("--level 0", "level"),
-        ("--level x", "level"),
-    ],
-)
-def test_usage_errors(finished, told, words, what):
-    assert what in told("verify", finished, *words.split(), code=2).err

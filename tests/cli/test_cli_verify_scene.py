@@ -305,24 +305,3 @@ def test_photons_from_dark_zones(verify):
     code, failed, _ = verify(uniform_in_zenith_angle(directions, 0.002, 85), *FIRST, scene=scene)
     assert code == 1
     assert "no photon from dark zones" in failed
-
-
-@pytest.mark.parametrize(
-    ("words", "what"),
-    [
-        (f"--scene {SCENE}", "name the waveband of the photons with --waveband"),
-        (f"--scene {SCENE} --waveband 9", "waveband 9 is not in this scene"),
-        (f"--scene {SCENE} --waveband 1 --waveband 2", "give one --waveband"),
-        (f"--scene {SCENE} --waveband 1 --resample 0.5", "--resample"),
-        (f"--scene {SCENE} --waveband 1 --resample 0", "--resample"),
-        ("", "--scene AMC_INP"),
-    ],
-)
-def test_usage_errors(tmp_path, told, photons, words, what):
-    np.save(tmp_path / "x.npy", photons[:100])
-    assert what in told("verify", tmp_path / "x.npy", *words.split(), code=2).err
-
-
-@pytest.mark.parametrize("words", [("--iterations", "7"), ("--compat", "aomc"), ("--sun-zenith", "30"), ("--no-disc",)])
-def test_options_of_a_scene_are_not_dropped_for_a_run(tmp_path, told, words):
-    assert f"{words[0].replace('--no-', '--')} says how a scene is read" in told("verify", tmp_path, *words, code=2).err

@@ -57,34 +57,6 @@ def test_a_run_says_what_the_weather_replaced(amc, tmp_path, told):
     assert "weather" not in json.loads((other / "manifest.json").read_text())["options"]["scene"]
 
 
-@pytest.mark.parametrize(
-    ("words", "code", "text"),
-    [
-        (("--epw", EPW, "--row", 1), 4, "the nearest row with a sun is 5"),
-        (("--epw", EPW, "--row", 49), 2, "rows 1 to 48"),
-        (("--epw", EPW), 2, "--epw needs --row N"),
-        (("--row", 5), 2, "--row needs a weather file"),
-        (("--latitude", 5), 2, "--latitude needs --time"),
-        ((*ROW, "--dni", 5), 2, "--dni contradicts --epw, which gives the sun and the sky"),
-        ((*ROW, "--time", "2026-06-21T09:30:00Z"), 2, "--time contradicts --epw"),
-        ((*TIME, "--sun-zenith", 5), 2, "leave out --sun-zenith"),
-        (("--epw", EPW, "--tmy3", EPW, "--row", 1), 2, "not allowed with argument --epw"),
-        (("--tmy3", EPW, "--row", 1), 3, "E601"),
-        (("--time", "2026-06-21T09:30:00", *TIME[2:]), 2, "time zone"),
-        (("--time", "2026-06-21T00:30:00Z", *TIME[2:]), 4, "below the horizon there; take an hour of the day"),
-        ((*TIME, "--altitude", 1e5), 2, "altitude must lie within"),
-        ((*TIME, "--ghi", 700, "--dhi", 900), 4, "dhi 900 W m-2 is more than ghi 700"),
-        ((*TIME, "--ghi", 700), 2, "ghi without dni; add dni (or dhi)"),
-    ],
-)
-def test_bad_weather_in_words(words, code, text, amc, tmp_path, told, monkeypatch):
-    pytest.importorskip("pvlib")
-    monkeypatch.chdir(tmp_path)
-    said = told("run", amc, *words, code=code)
-    assert text in said.err
-    assert said.out == ""
-
-
 def test_photons_of_one_sky(tmp_path, told, capsys):
     out = tmp_path / "sky"
     shown = told("perez", *CLEAR, *SMALL, "--seed", 4, "--diffuse-only", "--out", out).out
@@ -135,16 +107,3 @@ def test_photons_of_an_hour_are_those_of_its_numbers(tmp_path, told):
     assert command("perez", *numbers, *SMALL, "--with-beam", "--out", tmp_path / "numbers", "-q") == 0
     one, two = run_bytes(tmp_path / "hour"), run_bytes(tmp_path / "numbers")
     assert {name for name in one if one[name] != two[name]} == {"manifest.json"}
-
-
-@pytest.mark.parametrize(
-    ("words", "code", "text"),
-    [
-        ("--coefficients -1 -0.3 10 -3 0.45 --with-beam", 2, "coefficients do not say how bright the beam is"),
-        ("--dni 850 --dhi 0", 4, "no light in the sky"),
-        ("--dni 850 --dhi 95 --out - --format raw", 2, "perez writes a folder"),
-    ],
-)
-def test_photons_that_cannot_be(words, code, text, tmp_path, told):
-    assert text in told("perez", "--sun-zenith", 40, "--out", tmp_path / "out", *words.split(), code=code).err
-    assert list(tmp_path.iterdir()) == []

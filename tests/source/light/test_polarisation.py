@@ -49,7 +49,7 @@ def test_a_named_sky_has_the_plan_of_the_sky_that_is_made(name, tmp_path, capsys
     assert set(with_beam.members()) == {*plain.members(), "stokes_1"}
 
 
-def test_the_perez_sky(tmp_path, told):
+def test_the_perez_sky(tmp_path):
     sun = {"epsilon": 5.0, "delta": 0.12, **SUN}
     light = {"wavebands": [555.0], "n_photons": 1000}
     plan = plan_of(sky.weather_scene(**light, **sun, diffuse_only=True, polarisation=PATTERN))
@@ -60,7 +60,6 @@ def test_the_perez_sky(tmp_path, told):
     photon_words = ["--wavelengths", "555", "--iterations", "1000", "--seed", "3", "--diffuse-only"]
     assert main([*command, *photon_words, "--out", str(tmp_path / "out")]) == 0
     assert sky.Plan.load(tmp_path / "out" / "plan.npz").sha256 == plan.sha256
-    assert "--polarisation is for photons: name their folder with --out DIR" in told(*command, code=2).err
 
 
 def folder(tmp_path, toml, scene="sun_and_sky"):
@@ -152,12 +151,6 @@ def test_what_has_no_pattern_is_refused_in_one_sentence(name):
     with pytest.raises(sky.UsageError, match=text) as raised:
         weather(**{"polarisation": PATTERN, **how})
     assert "\n" not in str(raised.value)
-
-
-def test_the_option_of_a_sky_that_is_no_option_of_it_says_what_to_write(tmp_path, capsys):
-    command = "run --sky cie --sky-option type=3 --diffuse-only --sun-zenith 40 --sky-option polarisation=0.5"
-    assert main([*command.split(), "--wavelengths", "550", "--out", str(tmp_path / "out")]) == 2
-    assert "has no option 'polarisation'; the nearest is type; write --polarisation 0.75" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
