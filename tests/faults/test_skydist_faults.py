@@ -13,11 +13,13 @@ from tests.support.fault_rows import (
     launched,
     photons_of_band,
     row,
+    row_id,
     run_scene,
     sky,
 )
-from tests.support.scenes import copy_scene
 
+FIRST, SECOND = {(1, 0): 1050, (1, 1): 1200, (2, 1): 2000}, {(1, 0): 1056, (1, 1): 1224, (2, 1): 1970}
+"""Photons of the two skies of the scene, of 4250."""
 DARK = sky(rows=[*ROWS[:3], "2 1 0 0.0", "2 1 1 0.0", "2 2 1 0.0"])
 
 
@@ -96,9 +98,8 @@ def test_fault(fault, tmp_path, capsys):
 
 
 @row(8, "all-zero-band-read-in-python")
-def test_a_dark_band_is_refused_by_the_reader(fault, tmp_path):
+def test_a_dark_band_is_refused_by_the_reader(fault, amc):
     """Before anything is made of the scene."""
-    amc = copy_scene("document_example", tmp_path)
     amc.with_name("skydist.inp").write_text(DARK)
     with pytest.raises(aomc_sky.SceneError, match="waveband 3 at 640 nm has no light"):
         aomc_sky.read_scene(amc)
@@ -107,12 +108,9 @@ def test_a_dark_band_is_refused_by_the_reader(fault, tmp_path):
 @row(8, "all-zero-band-of-a-scene-in-python")
 def test_a_dark_band_of_a_scene(fault):
     """A scene that nobody read: settling its photons has to look at the bands."""
-    grid = aomc_sky.PatchGrid.regular(2, 3)
-    dark = aomc_sky.TabulatedSky(
-        wavelength_nm=np.array([550.0, 650.0]), values=np.repeat([[1.0], [0.0]], 6, axis=1), grid=grid
-    )
-    bands = aomc_sky.Wavebands(wavelength_nm=np.array([555.0, 640.0]))
-    scene = aomc_sky.Scene(wavebands=bands, n_photons=1000, components=(dark,))
+    values = np.repeat([[1.0], [0.0]], 6, axis=1)
+    dark = aomc_sky.TabulatedSky(wavelength_nm=[550.0, 650.0], values=values, grid=aomc_sky.PatchGrid.regular(2, 3))
+    scene = aomc_sky.Scene(wavebands=[555.0, 640.0], n_photons=1000, components=dark)
     with pytest.raises(aomc_sky.SceneError, match="waveband 2 at 640 nm has no light"):
         scene.source(1)
 
@@ -146,23 +144,19 @@ def test_lenient(fault, tmp_path, capsys):
 
 
 TAKEN = {
-    # name: (row, skydist.inp, photons of band 1 out of 4250)
-    "equal-values-count-once": (14, sky(rows=[*ROWS, ROWS[2]]), {(1, 0): 1050, (1, 1): 1200, (2, 1): 2000}),
-    "next-line-holds-the-rest": (15, sky("1 2", "1 20.0", head="6 2 2 2"), {(1, 0): 1050, (1, 1): 1200, (2, 1): 2000}),
-    "repeat-count": (17, sky(rows=["2*1 0 10.5", *ROWS[1:]]), {(1, 0): 1050, (1, 1): 1200, (2, 1): 2000}),
-    "slash-behind-the-values": (17, sky("1 2 1 20.0 / north"), {(1, 0): 1050, (1, 1): 1200, (2, 1): 2000}),
+    # name: (row, skydist.inp)
+    "equal-values-count-once": (14, sky(rows=[*ROWS, ROWS[2]])),
+    "next-line-holds-the-rest": (15, sky("1 2", "1 20.0", head="6 2 2 2")),
+    "repeat-count": (17, sky(rows=["2*1 0 10.5", *ROWS[1:]])),
+    "slash-behind-the-values": (17, sky("1 2 1 20.0 / north")),
 }
 
 
-@pytest.mark.parametrize("name", TAKEN, ids=[f"row-{number:02d}-{name}" for name, (number, _, _) in TAKEN.items()])
+@pytest.mark.parametrize("name", TAKEN, ids=[row_id(number, name) for name, (number, _) in TAKEN.items()])
 def test_what_fortran_reads_is_read(name, tmp_path, capsys):
-    _, text, expected = TAKEN[name]
-    answer = run_scene(tmp_path, {"skydist.inp": text}, ["--iterations", 4250, "-q"], capsys)
+    answer = run_scene(tmp_path, {"skydist.inp": TAKEN[name][1]}, ["--iterations", 4250, "-q"], capsys)
     assert (answer.code, answer.err) == (0, "")
-    assert photons_of_band(answer.folder, 1) == expected
-
-
-FIRST, SECOND = {(1, 0): 1050, (1, 1): 1200, (2, 1): 2000}, {(1, 0): 1056, (1, 1): 1224, (2, 1): 1970}
+    assert photons_of_band(answer.folder, 1) == FIRST
 
 
 @row(20, "unsorted-takes-the-nearest")
@@ -180,7 +174,7 @@ def test_wavelengths_in_disorder(fault, tmp_path, capsys):
 OUTSIDE = "skydist.inp: warning[E310]: 3 of 3 wavebands lie outside"
 
 
-@pytest.mark.parametrize("strict", [False, True], ids=["row-21-band-far-outside", "row-21-band-far-outside-strict"])
+@pytest.mark.parametrize("strict", [False, True], ids=[row_id(21, name) for name in ("band-far-outside", "strict")])
 def test_a_band_far_outside(strict, tmp_path, capsys):
     options = ["--iterations", 4250, "-q", *(["--strict"] if strict else [])]
     answer = run_scene(tmp_path, {"skydist.inp": sky(waves="1550 1650")}, options, capsys)
