@@ -7,7 +7,6 @@ import pytest
 
 from tests.support.fault_rows import Fault, amc_line, check_refused, faults, row, row_id, run_scene
 from tests.support.processes import limited
-from tests.support.scenes import copy_scene
 
 TWO_BANDS = "2\n555.0 0.05 0.0\n580.0 0.05 0.0\n"
 
@@ -51,54 +50,29 @@ def test_a_reflectance_of_the_program(fault, tmp_path, capsys):
 SCENE_FILES = ("amc.inp", "lambbot.inp", "skydist.inp")
 
 
-def missing(path):
-    path.unlink()
-
-
-def folder(path):
-    path.unlink()
-    path.mkdir()
-
-
-def pipe(path):
-    path.unlink()
-    os.mkfifo(path)
-
-
-def device(path):
-    path.unlink()
-    path.symlink_to("/dev/zero")
-
-
-def link_to_nowhere(path):
-    path.unlink()
-    path.symlink_to("nowhere")
-
-
-def link_to_itself(path):
-    path.unlink()
-    path.symlink_to(path.name)
-
-
 NO_FILE = "{}: error[E100]: there is no such file"
 NO_REGULAR_FILE = "{}: error[E100]: this is not a regular file, expected a text file"
 KINDS = {
-    # name: (what makes it, exit code, standard error)
-    "missing": (missing, 3, NO_FILE),
-    "a-folder": (folder, 3, "{}: error[E100]: this is a folder, expected a text file"),
-    "a-pipe": (pipe, 3, NO_REGULAR_FILE),
-    "a-device": (device, 3, NO_REGULAR_FILE),
-    "a-link-to-nowhere": (link_to_nowhere, 3, NO_FILE),
-    "a-link-to-itself": (link_to_itself, 6, "aomc-sky: error: cannot read {}: Too many levels of symbolic links"),
+    # name: (what makes it of a name that is free, exit code, standard error)
+    "missing": (str, 3, NO_FILE),
+    "a-folder": (Path.mkdir, 3, "{}: error[E100]: this is a folder, expected a text file"),
+    "a-pipe": (os.mkfifo, 3, NO_REGULAR_FILE),
+    "a-device": (lambda path: path.symlink_to("/dev/zero"), 3, NO_REGULAR_FILE),
+    "a-link-to-nowhere": (lambda path: path.symlink_to("nowhere"), 3, NO_FILE),
+    "a-link-to-itself": (
+        lambda path: path.symlink_to(path.name),
+        6,
+        "aomc-sky: error: cannot read {}: Too many levels of symbolic links",
+    ),
 }
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=[row_id(33, kind) for kind in KINDS])
-def test_what_is_no_file(kind, tmp_path):
+def test_what_is_no_file(kind, scene):
     """In a process, for a pipe that is opened waits for ever and a device has no end."""
     make, code, words = KINDS[kind]
     name = SCENE_FILES[list(KINDS).index(kind) % len(SCENE_FILES)]
-    scene = copy_scene("document_example", tmp_path).parent
+    (scene / name).unlink()
     make(scene / name)
     done = limited(scene, "run", *([scene / "amc.inp"] if name != "amc.inp" else ["amc.inp"]))
     assert done.code == code
@@ -110,9 +84,8 @@ def test_what_is_no_file(kind, tmp_path):
 
 @pytest.mark.skipif(not Path("/proc/self/mem").exists(), reason="needs a file that nobody can read")
 @row(33, "a-file-that-cannot-be-read")
-def test_a_file_that_cannot_be_read(fault, tmp_path, capsys):
+def test_a_file_that_cannot_be_read(fault, scene):
     """A regular file to look at, whose first byte nobody may read, root included."""
-    scene = copy_scene("document_example", tmp_path / "first").parent
     (scene / "skydist.inp").unlink()
     (scene / "skydist.inp").symlink_to("/proc/self/mem")
     done = limited(scene, "run", "amc.inp")
@@ -122,8 +95,7 @@ def test_a_file_that_cannot_be_read(fault, tmp_path, capsys):
 
 @pytest.mark.skipif(hasattr(os, "geteuid") and os.geteuid() == 0, reason="root may read everything")
 @row(33, "no-permission")
-def test_a_file_without_permission(fault, tmp_path):
-    scene = copy_scene("document_example", tmp_path).parent
+def test_a_file_without_permission(fault, scene):
     (scene / "skydist.inp").chmod(0)
     done = limited(scene, "run", "amc.inp")
     assert (done.code, done.err) == (6, "aomc-sky: error: cannot read skydist.inp: Permission denied\n")
