@@ -215,48 +215,6 @@ def test_coefficients_reach_the_model(tmp_path):
     assert scene.notes[1] == "Perez sky: coefficients -1, -0.3, 10, -3, 0.45 (options)"
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"perez": {"dni": 850.0}}, "dni without dhi"),
-        ({"perez": {"ghi": 700.0}}, r"ghi without dni; add dni \(or dhi\)"),
-        ({"perez": {"dni": 1.0, "dhi": 1.0, "epsilon": 2.0, "delta": 0.1}}, "twice"),
-        ({"perez": {"a": 1.0, "b": -1.0}}, "without c, d, e"),
-        ({"perez": {"dni": -1.0, "dhi": 1.0}}, "outside the range"),
-        ({"perez": {"dni": math.nan, "dhi": 1.0}}, "not finite"),
-        ({"perez": {"dni": "850", "dhi": 1.0}}, "not a number"),
-        ({"perez": {"dnii": 850.0}}, "no input 'dnii'"),
-        ({"perez": {"limits": "none"}}, "limits: 'none' is not one of the known words; write"),
-        ({"sun": {"zenith_deg": 90.0}}, "outside the range"),
-        ({"sun": {"disc": 1}}, "neither true nor false"),
-        ({"sun": {"altitude": 1}}, "no input 'altitude'"),
-        ({"within": "patch"}, "within: 'patch' is not one of the known words; write"),
-        ({"weighting": "solid-angle"}, "horizontal sea surface"),
-        ({"sky": "uniform", "perez": {"epsilon": 2.0, "delta": 0.1}}, "uniform"),
-        ({"sky": "uniform", "perez": {"limits": "paper"}}, "uniform"),
-        ({"compat": "aomc", "perez": {"dni": 1.0, "dhi": 1.0}}, "--compat aomc"),
-        ({"compat": "aomc", "sun": {"zenith_deg": 1.0}}, "--compat aomc"),
-        ({"compat": "aomc", "within": "exact"}, "--compat aomc"),
-        ({"compat": "aomc", "sky": "perez"}, "--compat aomc"),
-    ],
-)
-def test_wrong_arguments(arguments, message):
-    with pytest.raises(sky.UsageError, match=message):
-        sky.read_scene(INPUTS / "perez_sky", **arguments)
-
-
-@pytest.mark.parametrize(
-    ("name", "message"),
-    [
-        (None, r'sun\["zenith_deg"\]: all light comes from skydist\.inp; write sky="perez"'),
-        ("uniform", "all light comes from a uniform sky"),
-    ],
-)
-def test_a_table_alone_takes_no_sun(name, message):
-    with pytest.raises(sky.UsageError, match=message):
-        sky.read_scene(INPUTS / "document_example", sky=name, sun={"zenith_deg": 1.0})
-
-
 @pytest.mark.parametrize("name", [None, "uniform", "overcast"])
 def test_a_beam_beside_a_sky_file_is_launched_where_it_is_asked_for(name):
     alone = sky.read_scene(INPUTS / "document_example", sky=name)

@@ -204,12 +204,6 @@ def test_an_option_that_is_needed(install, scene_with):
     assert main(["validate", str(folder), "--sky-option", "level=2.0"]) == 0
 
 
-def test_options_without_a_model_of_others():
-    for chosen in ("perez", None):
-        with pytest.raises(sky.UsageError, match="are for a sky model of another package"):
-            sky.read_scene(SCENE, sky=chosen, sky_options={"type": 1})
-
-
 VALUES = {"level=2": 2, "level=[1, 2]": [1, 2], "level=clear": "clear", "level=1\nother=2": "1\nother=2", "level=": ""}
 
 

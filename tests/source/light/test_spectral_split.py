@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError
+from aomc_sky.errors import ModelLimitWarning, SceneError
 from aomc_sky.formats.sky_toml.sections import PerezSection
 from aomc_sky.source.light.spectral_split import LARGEST_TURBIDITY, REFERENCE, spectral_split
 from aomc_sky.source.light.sun import Sun
@@ -235,17 +235,3 @@ def test_light_of_the_night_adds_to_it_and_irradiances_of_sky_toml_win(amc):
     np.testing.assert_allclose(given.irradiance.of_component[:, 1], 0.5, rtol=1e-12)
     beam = 0.5 * found.direct_fraction / (1.0 - found.direct_fraction)
     np.testing.assert_allclose(given.irradiance.of_component[:, 0], beam, rtol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("name", "options", "said"),
-    [
-        ("perez_sky", {}, "difcol.inp gives the direct fraction"),
-        ("clear_day", {"sky": "perez", "perez": WEATHER | SPECTRL2}, "all light is diffuse"),
-        ("atmosphere_sky", {}, "not used with"),
-        ("sun_and_sky", {"compat": "aomc"}, "does not use perez"),
-    ],
-)
-def test_a_spectrum_that_is_of_no_use_is_refused(name, options, said):
-    with pytest.raises(UsageError, match=said):
-        sky.read_scene(INPUTS / name, **{"perez": SPECTRL2, **options})

@@ -12,25 +12,6 @@ from tests.support.shared import INPUTS
 AMOUNTS = {"ghi": 780.0, "dhi": 140.0}
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"sky": "overast"}, "there is no sky model 'overast'; the nearest is overcast"),
-        ({"sky": "hydrolight"}, "HydroLight's pattern of the sky is harrison-coombes"),
-        ({"sky": sky.DirectBeam(sun_zenith_deg=40.0)}, "DirectBeam is a beam and no diffuse sky"),
-        ({"clear_sky": 5}, "clear_sky must be a ClearSky"),
-        ({"clear_sky": sky.ClearSky()}, "clear_sky=: used only for a cloudless sky"),
-        ({"diffuse_only": "no"}, "diffuse_only must be True or False"),
-        ({"sun_disc": np.ones(2)}, "disc: "),
-        ({"sky": "cie"}, r'needs type; write sky_options=\{"type": '),
-        ({"sky": "cie", "sky_options": {"kind": 1}}, "has no option 'kind'"),
-    ],
-)
-def test_arguments_that_a_scene_cannot_use(arguments, message):
-    with pytest.raises(sky.UsageError, match=message):
-        sky.weather_scene(wavebands=[443.0, 555.0], sun_zenith_deg=40.0, **AMOUNTS, **arguments)
-
-
 def test_a_sky_without_a_beam_has_no_warning_of_its_share(tmp_path):
     amc = copy_scene("perez_sky", tmp_path)
     (amc.parent / "difcol.inp").unlink()
@@ -40,8 +21,6 @@ def test_a_sky_without_a_beam_has_no_warning_of_its_share(tmp_path):
 
 
 def test_a_waveband_that_has_only_the_beam_is_dark_without_it(tmp_path):
-    with pytest.raises(sky.SceneError, match=r"difcol[.]inp., and diffuse_only=True leaves"):
-        sky.read_scene(INPUTS / "beam_only", diffuse_only=True)
     with pytest.raises(sky.SceneError, match="all light is direct"):
         sky.weather_scene(wavebands=[443.0], sun_zenith_deg=40.0, dni=800, dhi=0, sky="overcast", diffuse_only=True)
     amc = copy_scene("sun_and_sky", tmp_path)
