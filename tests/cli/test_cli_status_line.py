@@ -14,7 +14,7 @@ from aomc_sky.cli.main import main
 from aomc_sky.progress import counted
 from aomc_sky.skies.atmosphere import model as sky_model
 from aomc_sky.source.read import solve as directions
-from tests.support.scenes import copy_scene
+from tests.support.scenes import coarse_atmosphere
 from tests.support.shared import INPUTS
 
 
@@ -107,17 +107,12 @@ AIR = str(INPUTS / "atmosphere" / "molecules_only.atmo")
 
 def commands(tmp_path):
     """Commands that solve, and what they say meanwhile."""
-    scene = copy_scene("atmosphere_sky", tmp_path)
-    toml = scene.with_name("sky.toml")
-    few = 'clear.atmo"\nmethod = "order1"\nzenith_bins = 2\nazimuth_bins = 2\n'
-    toml.write_text(toml.read_text(encoding="utf-8").replace('clear.atmo"', few), encoding="utf-8")
+    scene = coarse_atmosphere(tmp_path)
+    table = f"atmosphere {AIR} --wavelength 550 --bins 2 2 --no-netcdf --out-dir {tmp_path}/t"
     return {
         "scene": (f"plot {scene} --size 300 --out {tmp_path}/sky.png".split(), "preparing the scene"),
         "run": (f"run {scene} --iterations 10 --out {tmp_path}/out".split(), "preparing the scene"),
-        "table": (
-            f"atmosphere {AIR} --wavelength 550 --bins 2 2 --no-netcdf --out-dir {tmp_path}/t".split(),
-            "solving",
-        ),
+        "table": (table.split(), "solving"),
     }
 
 

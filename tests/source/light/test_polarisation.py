@@ -12,10 +12,7 @@ from tests.support.shared import INPUTS
 PATTERN = sky.RayleighPattern(max_degree=0.6)
 SUN = {"sun_zenith_deg": 40.0, "sun_azimuth_deg": 25.0}
 NM = [443.0, 555.0]
-NAMED = {
-    "cie": (sky.CIESky, {"type": 12}),
-    "harrison-coombes": (sky.HarrisonCoombesSky, {"cloud_cover": 0.5}),
-}
+NAMED = {"cie": (sky.CIESky, {"type": 12}), "harrison-coombes": (sky.HarrisonCoombesSky, {"cloud_cover": 0.5})}
 
 
 def plan_of(scene):
@@ -55,16 +52,14 @@ def test_the_perez_sky(tmp_path):
     plan = plan_of(sky.weather_scene(**light, **sun, diffuse_only=True, polarisation=PATTERN))
     made = sky.PerezSky(**sun, polarisation=PATTERN)
     assert plan.sha256 == plan_of(sky.Scene(**light, components=made)).sha256
-    command = ["perez", "--epsilon", "5", "--delta", "0.12", "--sun-zenith", "40", "--sun-azimuth", "25"]
-    command += ["--polarisation", "0.6"]
-    photon_words = ["--wavelengths", "555", "--iterations", "1000", "--seed", "3", "--diffuse-only"]
-    assert main([*command, *photon_words, "--out", str(tmp_path / "out")]) == 0
+    words = "perez --epsilon 5 --delta 0.12 --sun-zenith 40 --sun-azimuth 25 --polarisation 0.6 --wavelengths 555"
+    words += " --iterations 1000 --seed 3 --diffuse-only"
+    assert main([*words.split(), "--out", str(tmp_path / "out")]) == 0
     assert sky.Plan.load(tmp_path / "out" / "plan.npz").sha256 == plan.sha256
 
 
 def folder(tmp_path, toml, scene="sun_and_sky"):
-    target = tmp_path / "scene"
-    shutil.copytree(INPUTS / scene, target, dirs_exist_ok=True)
+    target = shutil.copytree(INPUTS / scene, tmp_path / "scene", dirs_exist_ok=True)
     (target / "sky.toml").write_text(toml)
     return target
 
@@ -138,10 +133,7 @@ REFUSED = {
     "a model without a sun": ({"sky": sky.OvercastSky(), **SUN, "ghi": 700.0, "dhi": 100.0}, "has no sun"),
     "a model with a sun": ({"sky": sky.CIESky(type=3, **SUN), **SUN}, r"write CIESky\(polarisation=...\)"),
     "no sun": ({"sky": "cie", "sky_options": {"type": 3}, "diffuse_only": True}, "where is the sun"),
-    "a number": (
-        {**SUN, "epsilon": 5.0, "delta": 0.1, "polarisation": 0.75},
-        r"sky.RayleighPattern\(max_degree=0.75\)",
-    ),
+    "a number": ({**SUN, "epsilon": 5.0, "delta": 0.1, "polarisation": 0.75}, r"RayleighPattern\(max_degree=0.75\)"),
 }
 
 
