@@ -91,14 +91,13 @@ def test_a_sky_file(amc, told):
 def test_a_netcdf_file(run, tmp_path, told):
     pytest.importorskip("h5netcdf")
     pytest.importorskip("xarray")
-    assert main(["export", str(run), "--to", "netcdf", "--out", str(tmp_path / "run.nc"), "-q"]) == 0
+    told("export", run, "--to", "netcdf", "--out", tmp_path / "run.nc", "-q")
     found = drawn(told, tmp_path / "run.nc")
     assert found["domes"] == ["waveband 1, 555 nm", "waveband 2, 580 nm", "waveband 3, 640 nm"]
     assert found["quantity"] == "photons per steradian [sr-1]"
-    assert main(["plot", str(tmp_path / "run.nc"), "--waveband", "4"]) == 2
     (tmp_path / "other.nc").write_bytes(b"no HDF5")
-    assert main(["plot", str(tmp_path / "other.nc")]) == 3
-    assert main(["plot", str(tmp_path / "absent.nc")]) == 3
+    for name, words, code in (("run.nc", ("--waveband", 4), 2), ("other.nc", (), 3), ("absent.nc", (), 3)):
+        told("plot", tmp_path / name, *words, code=code)
 
 
 def test_a_background_sky_at_several_times_and_at_one(tmp_path, told):
@@ -136,17 +135,17 @@ def test_a_run_without_photons_has_no_pulls(amc, tmp_path, told):
     assert main(["plot", str(tmp_path / "out"), *SMALL, "-q"]) == 0
 
 
-def test_polarisation_of_a_run(tmp_path, told, capsys):
+def test_polarisation_of_a_run(tmp_path, told):
     """`--quantity` draws a run whose light is polarised; others have none, and a picture has one quantity."""
-    sun = {"sun_zenith_deg": 60.0, "sun_azimuth_deg": 140.0}
-    model = sky.PerezSky(epsilon=6.0, delta=0.1, polarisation=sky.RayleighPattern(), **sun)
+    model = sky.PerezSky(sun_zenith_deg=60.0, epsilon=6.0, delta=0.1, polarisation=sky.RayleighPattern())
     for name, one in (("polarised", model), ("plain", sky.UniformSky())):
         sky.write_run(sky.Scene(wavebands=[550.0], n_photons=100, components=one), tmp_path / name, seed=1)
     for quantity, words in (("dop", "degree of linear"), ("aop", "angle of")):
         out = tmp_path / f"{quantity}.svg"
         assert words in told("plot", tmp_path / "polarised", "--quantity", quantity, "--out", out).out
         assert out.stat().st_size > 10_000
-    assert main(["plot", str(tmp_path / "plain"), "--quantity", "dop", "--out", str(out), "--force"]) == 2
-    assert "no polarisation" in capsys.readouterr().err
-    assert main(["plot", str(tmp_path / "polarised"), "--quantity", "dop", "--pull", "--out", str(out)]) == 2
-    assert "--pull and --quantity are 2 pictures" in capsys.readouterr().err
+    for name, more, said in (
+        ("plain", "--force", "no polarisation"),
+        ("polarised", "--pull", "--pull and --quantity are 2 pictures"),
+    ):
+        assert said in told("plot", tmp_path / name, "--quantity", "dop", more, "--out", out, code=2).err

@@ -1,4 +1,4 @@
-"""The same weather through `run` and `perez`: a time and a place, an hour of a file, and photons without AMC files."""
+"""The same weather through `run` and `perez`, photons without AMC files, and skies by name."""
 
 import json
 
@@ -57,26 +57,24 @@ def test_a_run_says_what_the_weather_replaced(amc, tmp_path, told):
     assert "weather" not in json.loads((other / "manifest.json").read_text())["options"]["scene"]
 
 
-def test_photons_of_one_sky(tmp_path, told, capsys):
+def test_photons_of_one_sky(tmp_path, told):
     out = tmp_path / "sky"
-    shown = told("perez", *CLEAR, *SMALL, "--seed", 4, "--diffuse-only", "--out", out).out
+    words = ("perez", *CLEAR, *SMALL, "--diffuse-only", "--out", out, "--seed")
+    shown = told(*words, 4).out
     assert "dni: 850\ndhi: 95\n" in shown
     assert "20000 photons in 1 wavebands, seed 4" in shown
     manifest = json.loads((out / "manifest.json").read_text())
     assert (manifest["total"], manifest["components"], manifest["seed"]) == (20_000, ["perez"], 4)
     assert manifest["options"]["scene"]["perez"]["dni"] == 850
-    photons = np.load(out / "photons-0001.npy")
-    model = sky.PerezSky(sun_zenith_rad=float(np.deg2rad(40.0)), dni=850.0, dhi=95.0, grid=sky.PatchGrid.regular(9, 36))
+    model = sky.PerezSky(sun_zenith_deg=40.0, dni=850.0, dhi=95.0, grid=sky.PatchGrid.regular(9, 36))
     scene = sky.Scene(wavebands=[550.0], n_photons=20_000, components=model)
-    batch = scene.source(seed=4).photons()
-    assert np.array_equal(photons, np.stack([batch.ux, batch.uy, batch.uz], axis=-1))
+    assert np.array_equal(np.load(out / "photons-0001.npy"), scene.source(seed=4).photons().directions)
     assert command("verify", out, "-q") == 0
     assert command("info", out, "--json") == 0
     assert command("export", out, "--to", "csv", "--out", tmp_path / "csv") == 0
-    assert "finished before" in told("perez", *CLEAR, *SMALL, "--seed", 4, "--diffuse-only", "--out", out).out
-    assert command("perez", *CLEAR, *SMALL, "--seed", 5, "--diffuse-only", "--out", out) == 5
-    assert command("perez", *CLEAR, *SMALL, "--seed", 5, "--diffuse-only", "--out", out, "--force", "--json") == 0
-    assert json.loads(capsys.readouterr().out.splitlines()[-1])["run"]["seed"] == 5
+    assert "finished before" in told(*words, 4).out
+    told(*words, 5, code=5)
+    assert json.loads(told(*words, 5, "--force", "--json").out)["run"]["seed"] == 5
 
 
 def test_photons_of_sky_and_beam(tmp_path, told, capsys):
@@ -107,3 +105,74 @@ def test_photons_of_an_hour_are_those_of_its_numbers(tmp_path, told):
     assert command("perez", *numbers, *SMALL, "--with-beam", "--out", tmp_path / "numbers", "-q") == 0
     one, two = run_bytes(tmp_path / "hour"), run_bytes(tmp_path / "numbers")
     assert {name for name in one if one[name] != two[name]} == {"manifest.json"}
+
+
+def run(*words):
+    return command("run", "--wavelengths", 443, 555, "--iterations", 20_000, *words)
+
+
+@pytest.mark.parametrize(
+    ("words", "mean_cosine"),
+    [
+        (("--sky", "uniform"), 2 / 3),
+        (("--sky", "overcast"), 5 / 7),
+        (("--sky", "cie", "--sky-option", "type=5", "--sun-zenith", "40"), 2 / 3),
+    ],
+)
+def test_the_sky_alone(tmp_path, words, mean_cosine):
+    assert run(*words, "--out", tmp_path / "grey", "-q") == 0
+    assert command("verify", tmp_path / "grey", "-q") == 0
+    manifest = json.loads((tmp_path / "grey" / "manifest.json").read_text())
+    assert [band["launched"] for band in manifest["bands"]] == [20000, 20000]
+    for band in (1, 2):
+        photons = np.load(tmp_path / "grey" / f"photons-{band:04d}.npy")
+        assert -photons[:, 2].mean(dtype=np.float64) == pytest.approx(mean_cosine, abs=1e-4)
+
+
+HARRISON = ("--sky", "harrison-coombes", "--sun-zenith", "40")
+
+
+def test_a_sky_whose_sun_is_lost_says_so(tmp_path, capsys):
+    """Version 0.3 launched a clear sky without its sun, two thirds of the light, and no word."""
+    assert run(*HARRISON, "--out", tmp_path / "one", "-q") == 0
+    assert "the direct beam of the sun is missing" in capsys.readouterr().err
+    assert run(*HARRISON, "--diffuse-only", "--out", tmp_path / "two", "-q") == 0
+    assert capsys.readouterr().err == ""
+    one, two = (np.load(tmp_path / name / "photons-0001.npy") for name in ("one", "two"))
+    assert np.array_equal(one, two)
+    assert run("--sky", "overcast", "--sun-zenith", "40", "--out", tmp_path / "three", "-q") == 0  # no need of a sun
+    assert "beam of the sun is missing" in capsys.readouterr().err
+
+
+def test_python_says_it_in_its_own_words():
+    weather = {"wavebands": [443.0, 555.0], "n_photons": 1000, "sun_zenith_deg": 40.0, "ghi": 780.0, "dhi": 140.0}
+    with pytest.warns(sky.InputWarning, match=r"direct beam of the sun is missing.*write two of dni=, dhi= and ghi="):
+        sky.weather_scene(wavebands=[550.0], sun_zenith_deg=40.0, sky="harrison-coombes")
+    alone = sky.weather_scene(wavebands=[550.0], sun_zenith_deg=40.0, sky="harrison-coombes", diffuse_only=True)
+    assert [c.name for c in alone.components] == ["harrison-coombes"]
+    with pytest.raises(sky.UsageError, match="air_mass=: of the Perez sky"):
+        sky.weather_scene(**weather, sky="overcast", air_mass="kasten-1966")
+    dark = sky.weather_scene(**weather | {"ghi": 140.0}, sky="overcast")
+    assert [c.name for c in dark.components] == ["overcast"]
+
+
+@pytest.mark.parametrize(
+    ("words", "is_noted"),
+    [
+        (["--iterations", "100"], True),
+        (["--iterations", "1e6"], False),
+        (["--iterations", "100", "--format", "none"], False),
+    ],
+)
+def test_a_rough_scalar_irradiance_is_noted(tmp_path, told, words, is_noted):
+    """Ed/Eo of the photons more than 1 % from the exact value."""
+    out = told("run", "--sky", "uniform", "--wavelengths", 500, "--out", tmp_path / "out", *words).out
+    assert ("near the horizon make its scatter" in out) is is_noted
+
+
+def test_the_folder_of_a_sky_alone(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert run("--sky", "overcast", "-q", "--dry-run") == 0
+    assert not list(tmp_path.iterdir())
+    assert run("--sky", "overcast", "-q") == 0
+    assert (tmp_path / "aomc-sky-out" / "manifest.json").is_file()
