@@ -1,4 +1,7 @@
-"""Options that a command cannot use: exit code, a few words of the one message, and no file is written."""
+"""Options that a command cannot use: exit code, a few words of the one message, and no file is written.
+
+Whole messages of frequent mistakes stand in docs/errors.md and mistakes.md.
+"""
 
 import re
 import shlex
@@ -27,13 +30,10 @@ USAGE = {
     "run x --version": "run has no option --version",
     "export x --to csv --out-dir y": "export has no option --out-dir; did you mean --out?",
     "run x --format jpeg": "--format: invalid choice: 'jpeg'; choose from npy, mcpl, raw, source, none",
-    "run x --xyz": "run has no option --xyz",
-    "run x y": "'y' is one word too many",
     "run --time 2026-06-21 09:30": "write 2026-06-21T09:30Z for UTC, or an offset such as +02:00",
     "run --time 2026-06-21 09:30+02:00": "write 2026-06-21T09:30+02:00\n",
     "lobes x.h5 --time 0": "aomc-sky info or plot FILE.h5 --time TIME",
     # options of a run
-    "run scene --out new --waveband 9": "there is no waveband 9",
     "run scene --out new --format mcpl --format none": "--format none",
     "run scene --out new --format none --format npy": "--format none",
     "run scene --format mcpl --out -": "--format",
@@ -108,7 +108,6 @@ USAGE = {
     f"run perez --out new {EPW} --row 12 --dni 5": "--dni contradicts --epw, which gives the sun and the sky",
     f"run perez --out new {EPW} --row 12 --time 2026-06-21T09:30:00Z": "--time contradicts --epw",
     f"run perez --out new {TIME} --sun-zenith 5": "leave out --sun-zenith",
-    f"run perez --out new {EPW} --tmy3 b.csv --row 1": "not allowed with argument --epw",
     "run perez --out new --time 2026-06-21T09:30:00 --latitude 54.18 --longitude 7.89": "time zone",
     f"run perez --out new {TIME} --altitude 1e5": "altitude must lie within",
     f"run perez --out new {TIME} --ghi 700": "ghi without dni; add dni (or dhi)",
@@ -231,7 +230,6 @@ OTHERS = {
     (3, f"run perez --out new --tmy3 {EPW[6:]} --row 1"): "E601",
     (3, "perez --epw absent.epw --row 1"): "absent.epw",
     (3, "export nowhere --to npy"): "there is no such folder",
-    (3, "export scene/amc.inp --to npy"): "this is a scene; a run folder belongs here",
     (3, "export scene --to npy"): "run it first: aomc-sky run",
     (3, "export folder.hdr --to npy"): "this folder holds no plan.npz",
     (3, "plot nosuch"): "E100",
