@@ -35,12 +35,14 @@ def photons(scene):
 
 @pytest.fixture
 def verify(tmp_path, capsys):
-    """Verify a file, or an array in a file: exit code, names of the checks that failed, and the report."""
+    """Verify a file, an array in a file, or an MCPL file of a source: exit code, checks that failed, the report."""
 
-    def call(rows, *words, scene=SCENE):
-        path = rows if isinstance(rows, Path) else tmp_path / "theirs.npy"
-        if path is not rows:
-            np.save(path, rows)
+    def call(given, *words, scene=SCENE):
+        path = given
+        if isinstance(given, sky.PhotonSource):
+            sky.write_mcpl(given, path := tmp_path / "given.mcpl")
+        elif not isinstance(given, Path):
+            np.save(path := tmp_path / "theirs.npy", given)
         capsys.readouterr()
         code = command("verify", "--scene", scene, path, "--json", *words)
         report = json.loads(capsys.readouterr().out)
@@ -126,12 +128,11 @@ def test_weights_of_a_table_of_radiances(verify):
         assert found == codes, weighting
 
 
-def test_mcpl_knows_its_wavebands(verify, scene, tmp_path):
-    path = tmp_path / "theirs.mcpl"
-    sky.write_mcpl(scene.source(9, method="iid"), path)
-    code, _, report = verify(path)
+def test_mcpl_knows_its_wavebands(verify, scene):
+    source = scene.source(9, method="iid")
+    code, _, report = verify(source)
     assert (code, {check["waveband"] for check in report["checks"]}) == (0, {1, 2, 3})
-    code, _, report = verify(path, "--waveband", 2)
+    code, _, report = verify(source, "--waveband", 2)
     assert code == 0
     assert any("120000 of 180000 photons belong to other wavebands" in note for note in report["notes"])
 
@@ -258,8 +259,7 @@ def test_merged_files_of_ours(verify, methods, words, scene, tmp_path):
 
 def test_drawn_numbers_with_even_places_and_a_part_of_a_file(verify, scene, tmp_path):
     """What is neither iid nor stratified, and a part of a stratified file: only too uneven ones fail."""
-    sky.write_mcpl(scene.source(1, allocation="multinomial"), tmp_path / "drawn.mcpl")
-    code, failed, report = verify(tmp_path / "drawn.mcpl", "--iterations", 7)
+    code, failed, report = verify(scene.source(1, allocation="multinomial"), "--iterations", 7)
     assert (code, failed) == (0, set())
     assert "its plan is not the plan of this scene: photons may be spread evenly" in report["notes"][0]
     sky.write_mcpl(scene.source(1), tmp_path / "whole.mcpl")
@@ -270,10 +270,9 @@ def test_drawn_numbers_with_even_places_and_a_part_of_a_file(verify, scene, tmp_
     assert "but not which part of them is in the file: photons may be spread evenly or not" in "".join(report["notes"])
 
 
-def test_our_weights_are_not_too_even(verify, tmp_path):
+def test_our_weights_are_not_too_even(verify):
     source = sky.read_scene(SCENE, iterations=N, weighting="solid-angle").source(4, weights=True)
-    sky.write_mcpl(source, tmp_path / "weights.mcpl")
-    code, failed, report = verify(tmp_path / "weights.mcpl", "--weighting", "solid-angle", "--iterations", 7)
+    code, failed, report = verify(source, "--weighting", "solid-angle", "--iterations", 7)
     assert (code, failed) == (0, set())
     assert any("weights" in check["name"] for check in report["checks"])
 
