@@ -10,6 +10,7 @@ import pytest
 from aomc_sky import PhotonSource, Plan, read_mcpl, read_scene, write_mcpl
 from tests.support.fault_rows import command
 from tests.support.processes import start
+from tests.support.scenes import copy_scene
 
 
 @pytest.fixture
@@ -120,16 +121,29 @@ def test_aomc_never_touches_the_files_of_a_scene(amc, out, told):
         assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 
+@pytest.mark.parametrize(
+    ("name", "words", "code", "said"),
+    [
+        ("sun_and_sky", (), 0, "each waveband was planned again with 20000 photons"),
+        ("perez_sky", ("--no-disc", "--iterations", 17_000_000), 4, "--iterations 16000000 --sun-zenith 32"),
+    ],
+)
+def test_aomc_plans_a_run_again_or_says_what_cures_it(name, words, code, said, tmp_path, told):
+    """What is planned, all reasons and their cures are in tests/outputs/aomc/test_skydist.py."""
+    amc = copy_scene(name, tmp_path)
+    assert run(amc, *words, "--out", tmp_path / "out") == 0
+    shown = told("export", tmp_path / "out", "--to", "aomc", "--scene", amc, code=code)
+    assert all(word in shown.out + shown.err for word in said.split(" --"))
+    assert shown.err.count("\n") == (code == 4)
+
+
 def test_json_is_one_object(out, told):
     shown = json.loads(told("export", out, "--to", "npy", "--json").out)
-    assert shown["wavebands"] == [1, 2, 3]
-    assert shown["photons"] == 60_000
-    assert shown["plan_sha256"] == source_of(out).plan.sha256
     made = out.with_name("out-npy")
-    assert shown["out"] == str(made)
-    assert {name: entry["bytes"] for name, entry in shown["files"].items()} == {
-        path.name: path.stat().st_size for path in made.glob("*.npy")
-    }
+    assert (shown["wavebands"], shown["photons"], shown["out"]) == ([1, 2, 3], 60_000, str(made))
+    assert shown["plan_sha256"] == source_of(out).plan.sha256
+    sizes = {path.name: path.stat().st_size for path in made.glob("*.npy")}
+    assert {name: entry["bytes"] for name, entry in shown["files"].items()} == sizes
 
 
 def test_a_file_that_was_cut_is_made_anew(out):

@@ -212,7 +212,7 @@ USAGE = {
     f"{AIR} --out-dir new --bins 0 4": "--bins",
     f"{AIR} --out-dir new --wavelength -5": "wavelength",
     f"{AIR} --out-dir new --method paths": "--method",
-    f"{AIR} --out-dir new --sun-zenith 0:90:1 --bins 3600 3600": "is the most; ask for fewer suns",
+    f"{AIR} --out-dir new --sun-zenith 0:90:1 --bins 3600 3600 --no-netcdf": "is the most; ask for fewer suns",
     f"{AIR} --out-dir new --{SIZE} 0": SIZE,
     f"{AIR} --out-dir new --{SIZE} 25": SIZE,
     f"{AIR} --out-dir new --{SIZE} many": SIZE,
@@ -247,6 +247,7 @@ OTHERS = {
 }  # fmt: skip
 """The same with their exit codes."""
 NEEDED = {"plot": "matplotlib", "night.h5": "h5py", "--epw": "pvlib", "--time 2": "pvlib", "--tmy3": "pvlib"}
+NEEDED |= {"--save-scat": "h5netcdf", "--save-light": "h5netcdf"}
 
 
 @pytest.fixture(scope="module")

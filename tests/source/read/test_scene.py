@@ -200,7 +200,7 @@ REFUSED = {
 
 @pytest.mark.parametrize(("name", "options", "message"), [(n, *row) for n, rows in REFUSED.items() for row in rows])
 def test_what_a_scene_cannot_use(name, options, message):
-    if "weather" in options:
+    if {"weather", "clear_sky"} & options.keys() or options.get("perez") == SPECTRL2:
         pytest.importorskip("pvlib")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sky.InputWarning)
