@@ -263,18 +263,18 @@ def test_several_files_times_and_animations(perez):
     assert set(scene.input_files) == {"amc", "lambbot", "sky_toml", "background_1", "background_2", "background_3"}
 
 
-def test_turning_lobes_and_local_midnight(perez):
+@pytest.mark.parametrize(
+    ("lines", "names"),
+    [
+        ("", ["moving"]),  # at midnight the first key holds
+        ("utc_offset = 12", ["moving:0", "moving:1"]),
+        ('utc_offset = 12\ninterpolation = "slerp"', ["moving"]),
+    ],
+)
+def test_turning_lobes_and_local_midnight(perez, lines, names):
     keys = [glow(kind="ggx", width=0.2, zenith_deg=z, time_days=t) for t, z in ((0.25, 0.0), (0.75, 60.0))]
     write_glow(perez.parent, {"moving": keys})
-    base = (perez.parent / "sky.toml").read_text() + "\n" + NIGHT + BACKGROUND
-
-    def components(*lines):
-        (perez.parent / "sky.toml").write_text(base + "\n".join(lines))
-        return [c.name for c in sky.read_scene(perez).components]
-
-    assert components() == ["moving"]  # at midnight the first key holds
-    assert components("utc_offset = 12") == ["moving:0", "moving:1"]
-    assert components("utc_offset = 12", 'interpolation = "slerp"') == ["moving"]
+    assert [c.name for c in sky.read_scene(add(perez, NIGHT + BACKGROUND + lines)).components] == names
 
 
 def test_every_problem_of_every_file_at_once(perez):
