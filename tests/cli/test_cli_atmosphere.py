@@ -75,36 +75,35 @@ def test_the_table_is_what_solve_atmosphere_gives(tmp_path, told):
     assert report["suns"][0]["diffuse_irradiance"][0] == pytest.approx(found.diffuse_irradiance[0], rel=1e-5)
 
 
-def test_a_plan_without_a_solution(tmp_path, capsys):
-    assert run("--no-save-tex", "--sun-zenith", "10,95", "--orders", 1, "--out-dir", tmp_path / "none") == 0
-    printed = capsys.readouterr().out
-    assert "not solved" in printed
-    assert "    10  order1\n    95  order1\n" in printed
-    assert "air" in printed
+def test_a_plan_without_a_solution(tmp_path, told):
+    words = ("--no-save-tex", "--sun-zenith", "10,95", "--orders", 1, "--out-dir", tmp_path / "none")
+    printed = told("atmosphere", MODEL, *words).out
+    for said in ("not solved", "    10  order1\n    95  order1\n", "air"):
+        assert said in printed
     assert list(tmp_path.iterdir()) == []
 
 
-def test_low_suns(tmp_path, told, capsys):
-    assert told("atmosphere", MODEL, "--no-save-tex", "--sun-zenith", "70:90:5").err.count("warning") == 2
-    assert run("--no-save-tex", "--sun-zenith", "40,85,95", "--method", "auto") == 0
-    assert "    40     sos\n    85      mc\n    95      mc\n" in capsys.readouterr().out
-    assert run("--no-save-tex", "--sun-zenith", "85", "--strict") == 3
-    assert list(tmp_path.iterdir()) == []
+def test_low_suns(told):
+    words = ("atmosphere", MODEL, "--no-save-tex", "--sun-zenith")
+    assert told(*words, "70:90:5").err.count("warning") == 2
+    assert "    40     sos\n    85      mc\n    95      mc\n" in told(*words, "40,85,95", "--method", "auto").out
+    told(*words, "85", "--strict", code=3)
 
 
-def test_bad_input_and_a_bad_folder_are_told_before_the_work(tmp_path, monkeypatch, told, capsys):
+def test_bad_input_and_a_bad_folder_are_told_before_the_work(tmp_path, monkeypatch, told):
     def no_work(*_arguments, **_options):
         raise AssertionError("solved for nothing")
 
     monkeypatch.setattr("aomc_sky.engine.atmosphere.solve_table", no_work)
-    broken = tmp_path / "broken.atmo"
-    broken.write_text(MODEL.read_text().replace("410nm", "410 parsec"))
-    for model, text in ((broken, "broken.atmo:9"), (tmp_path / "absent.atmo", "E100")):
-        assert text in told("atmosphere", model, "--no-netcdf", "--out-dir", tmp_path / "x", code=3).err
+    (tmp_path / "broken.atmo").write_text(MODEL.read_text().replace("410nm", "410 parsec"))
     (tmp_path / "file").write_text("")
-    for out in (tmp_path / "file", tmp_path / "file" / "below"):
-        assert run("--out-dir", out, "--no-netcdf", *FAST) == 6
-        assert "cannot create the folder" in capsys.readouterr().err
+    for model, out, code, said in (
+        (tmp_path / "broken.atmo", "x", 3, "broken.atmo:9"),
+        (tmp_path / "absent.atmo", "x", 3, "E100"),
+        (MODEL, "file", 6, "cannot create the folder"),
+        (MODEL, "file/below", 6, "cannot create the folder"),
+    ):
+        assert said in told("atmosphere", model, "--no-netcdf", "--out-dir", tmp_path / out, *FAST, code=code).err
     assert not (tmp_path / "x").exists()
 
 

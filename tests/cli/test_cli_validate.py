@@ -97,7 +97,7 @@ def test_warnings_of_a_scene_are_errors_under_strict(tmp_path, told):
     assert main(["validate", str(folder), "--strict"]) == 3
 
 
-def test_the_light_of_an_atmosphere_is_not_solved(monkeypatch, capsys):
+def test_the_light_of_an_atmosphere_is_not_solved(monkeypatch):
     def solve(*_, **__):
         raise AssertionError("solved")
 

@@ -24,7 +24,7 @@ def amc(tmp_path):
     return amc
 
 
-def test_run_and_perez_see_one_sky(amc, tmp_path, told):
+def test_run_and_perez_see_one_sky(amc, told):
     pytest.importorskip("pvlib")
     for words in (ROW, (*TIME, "--ghi", 700, "--dhi", 120), (*TIME, "--altitude", 900, "--ghi", 700, "--dni", 700)):
         one = json.loads(told("perez", *words, "--json").out)
@@ -170,7 +170,7 @@ def test_a_rough_scalar_irradiance_is_noted(tmp_path, told, words, is_noted):
     assert ("near the horizon make its scatter" in out) is is_noted
 
 
-def test_the_folder_of_a_sky_alone(tmp_path, monkeypatch, capsys):
+def test_the_folder_of_a_sky_alone(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert run("--sky", "overcast", "-q", "--dry-run") == 0
     assert not list(tmp_path.iterdir())

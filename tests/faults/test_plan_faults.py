@@ -11,7 +11,6 @@ import subprocess
 import sys
 import warnings
 import zipfile
-from typing import Any
 
 import numpy as np
 import pytest
@@ -189,9 +188,6 @@ def random_value(generator, value, dtype):
     ends = np.iinfo(dtype)
     choices = [0, 1, int(value) + 1, int(value) - 1, int(value) ^ (1 << int(generator.integers(8))), ends.max, ends.min]
     return dtype.type(min(max(choices[int(generator.integers(len(choices)))], int(ends.min)), int(ends.max)))
-
-
-Damaged = tuple[dict[str, Any], dict[str, Any]]
 
 
 def random_damage(generator, kind):

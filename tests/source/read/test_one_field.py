@@ -116,7 +116,7 @@ def smooth(sky_zenith_rad, sky_azimuth_rad, wavelength_nm):
 
 
 @pytest.mark.parametrize(("are_means", "order"), [(True, 2), (False, 3)])
-def test_a_smooth_field_differs_in_some_order_of_its_patches(are_means, order, tmp_path):
+def test_a_smooth_field_differs_in_some_order_of_its_patches(are_means, order):
     """The function's own masses against values at the middles of patches: as means, and as samples."""
     differences = []
     for factor in (1, 2, 4):
