@@ -1,12 +1,13 @@
 """aomc-sky atmosphere: what it writes and prints, and what it refuses before any work."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
 
 import aomc_sky
-from aomc_sky.cli.main import main
+from aomc_sky.skies.atmosphere.description.keys import SIZES
 from tests.support.fault_rows import command
 from tests.support.scenes import copy_scene
 from tests.support.shared import INPUTS
@@ -15,8 +16,8 @@ MODEL = INPUTS / "atmosphere_sky" / "clear.atmo"
 FAST = ["--bins", "9", "12", "--orders", "3", "--wavelength", "500,680"]
 
 
-def run(*arguments):
-    return main(["atmosphere", str(MODEL), *map(str, arguments)])
+def run(*words):
+    return command("atmosphere", MODEL, *words)
 
 
 def test_one_sun_as_netcdf_and_skydist(tmp_path, capsys):
@@ -74,75 +75,40 @@ def test_the_table_is_what_solve_atmosphere_gives(tmp_path, told):
     assert report["suns"][0]["diffuse_irradiance"][0] == pytest.approx(found.diffuse_irradiance[0], rel=1e-5)
 
 
-def test_a_plan_without_a_solution(tmp_path, capsys):
-    assert run("--no-save-tex", "--sun-zenith", "10,95", "--orders", 1, "--out-dir", tmp_path / "none") == 0
-    printed = capsys.readouterr().out
-    assert "not solved" in printed
-    assert "    10  order1\n    95  order1\n" in printed
-    assert "air" in printed
+def test_a_plan_without_a_solution(tmp_path, told):
+    words = ("--no-save-tex", "--sun-zenith", "10,95", "--orders", 1, "--out-dir", tmp_path / "none")
+    printed = told("atmosphere", MODEL, *words).out
+    for said in ("not solved", "    10  order1\n    95  order1\n", "air"):
+        assert said in printed
     assert list(tmp_path.iterdir()) == []
 
 
-def test_low_suns(tmp_path, told, capsys):
-    assert told("atmosphere", MODEL, "--no-save-tex", "--sun-zenith", "70:90:5").err.count("warning") == 2
-    assert run("--no-save-tex", "--sun-zenith", "70:95:5", "--method", "sos") == 2
-    assert "--sun-zenith 95" in capsys.readouterr().err
-    assert run("--no-save-tex", "--sun-zenith", "95") == 2
-    assert run("--no-save-tex", "--sun-zenith", "40,85,95", "--method", "auto") == 0
-    assert "    40     sos\n    85      mc\n    95      mc\n" in capsys.readouterr().out
-    assert run("--no-save-tex", "--sun-zenith", "85", "--strict") == 3
-    assert list(tmp_path.iterdir()) == []
+def test_low_suns(told):
+    words = ("atmosphere", MODEL, "--no-save-tex", "--sun-zenith")
+    assert told(*words, "70:90:5").err.count("warning") == 2
+    assert "    40     sos\n    85      mc\n    95      mc\n" in told(*words, "40,85,95", "--method", "auto").out
+    told(*words, "85", "--strict", code=3)
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        "--sun-zenith 40",
-        "--out-dir x --sun-zenith 181",
-        "--out-dir x --sun-zenith 10:5:1",
-        "--out-dir x --sun-zenith 0:90:0",
-        "--out-dir x --sun-zenith 0:90:1e-9",
-        "--out-dir x --sun-zenith nan",
-        "--out-dir x --sun-zenith 5,5",
-        "--out-dir x --orders 0",
-        "--out-dir x --bins 0 4",
-        "--out-dir x --wavelength -5",
-        "--out-dir x --method paths",
-        "--out-dir x --sun-zenith 0:90:1 --bins 3600 3600",
-        "--out-dir x --texture-save-precision 0",
-        "--out-dir x --texture-save-precision 25",
-        "--out-dir x --texture-save-precision many",
-        "--out-dir x --no-netcdf --save-irradiance",
-        "--out-dir x --no-netcdf --texture-save-precision 8",
-    ],
-)
-def test_wrong_usage(words, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert command("atmosphere", MODEL, *words.split()) == 2
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_bad_input_and_a_bad_folder_are_told_before_the_work(tmp_path, monkeypatch, told, capsys):
+def test_bad_input_and_a_bad_folder_are_told_before_the_work(tmp_path, monkeypatch, told):
     def no_work(*_arguments, **_options):
         raise AssertionError("solved for nothing")
 
     monkeypatch.setattr("aomc_sky.engine.atmosphere.solve_table", no_work)
-    broken = tmp_path / "broken.atmo"
-    broken.write_text(MODEL.read_text().replace("410nm", "410 parsec"))
-    for model, text in ((broken, "broken.atmo:9"), (tmp_path / "absent.atmo", "E100")):
-        assert text in told("atmosphere", model, "--no-netcdf", "--out-dir", tmp_path / "x", code=3).err
+    (tmp_path / "broken.atmo").write_text(MODEL.read_text().replace("410nm", "410 parsec"))
     (tmp_path / "file").write_text("")
-    for out in (tmp_path / "file", tmp_path / "file" / "below"):
-        assert run("--out-dir", out, "--no-netcdf", *FAST) == 6
-        assert "cannot create the folder" in capsys.readouterr().err
+    for model, out, code, said in (
+        (tmp_path / "broken.atmo", "x", 3, "broken.atmo:9"),
+        (tmp_path / "absent.atmo", "x", 3, "E100"),
+        (MODEL, "file", 6, "cannot create the folder"),
+        (MODEL, "file/below", 6, "cannot create the folder"),
+    ):
+        assert said in told("atmosphere", model, "--no-netcdf", "--out-dir", tmp_path / out, *FAST, code=code).err
     assert not (tmp_path / "x").exists()
 
 
-def test_the_version_names_the_format(capsys):
-    with pytest.raises(SystemExit) as end:
-        main(["atmosphere", "-v"])
-    assert end.value.code == 0
-    assert "version 6" in capsys.readouterr().out
+def test_the_version_names_the_format(told):
+    assert "version 6" in told("atmosphere", "-v").out
 
 
 def test_a_slow_sky_says_how_to_save_it_and_the_saved_one_is_a_sky(tmp_path, monkeypatch, told):
@@ -164,3 +130,113 @@ def test_a_slow_sky_says_how_to_save_it_and_the_saved_one_is_a_sky(tmp_path, mon
         flux = data.radiance[0, 0].values.ravel() * part.grid.projected_solid_angle_sr
     mass = part.mass[0]
     np.testing.assert_allclose(mass / mass.sum(), flux / flux.sum(), rtol=1e-12)
+
+
+MOLECULES = INPUTS / "atmosphere" / "molecules_only.atmo"
+SMALL = ["--bins", "3", "4", "--orders", "3", "--wavelength", "500", "--sun-zenith", "60"]
+ORDER_ONE = ["--bins", "3", "4", "--orders", "1", "--wavelength", "500"]
+
+
+def run_model(model, out, *words):
+    pytest.importorskip("h5netcdf")
+    return command("atmosphere", model, "--out-dir", out, *words)
+
+
+def with_lines(folder, *lines):
+    """The atmosphere of molecules with more lines at the top level."""
+    shutil.copytree(MOLECULES.parent, folder / "model")
+    path = folder / "model" / MOLECULES.name
+    head, key, tail = path.read_text().partition("scattering orders")
+    path.write_text(head + "".join(line + "\n" for line in lines) + key + tail)
+    return path
+
+
+def opened(folder):
+    return pytest.importorskip("xarray").open_dataset(folder / "atmosphere.nc", engine="h5netcdf")
+
+
+def test_every_save_option(tmp_path):
+    names = ("irradiance", "scat-density", "scat-density2-from-ground", "delta-scattering", "accum-scattering")
+    model = with_lines(tmp_path)
+    model.write_text(model.read_text().replace("ground albedo: 0, 0, 0, 0, 0, 0, 0", "ground albedo: .4" + 6 * ", .4"))
+    assert run_model(model, tmp_path / "o", *[f"--save-{name}" for name in names], *SMALL) == 0
+    with opened(tmp_path / "o") as found:
+        np.testing.assert_allclose(found.irradiance_by_order.sum("order"), found.diffuse_irradiance, rtol=1e-13)
+        assert found.irradiance_by_order.attrs["units"] == "W m-2 nm-1"
+        running = found.radiance_up_to_order
+        np.testing.assert_allclose(running.sel(order=1), found.radiance_by_order.sel(order=1), rtol=1e-14)
+        np.testing.assert_allclose(running.isel(order=-1), found.radiance, rtol=1e-14)
+        source = found.source_by_order
+        assert source.dims[2:] == ("source_order", "altitude", "source_zenith", "source_azimuth")
+        assert source.source_order.values.tolist() == [2, 3]
+        assert np.all(source > 0)
+        assert np.all(np.diff(found.altitude) < 0)
+        assert np.all(found.source_from_ground <= source.sel(source_order=2).min("source_azimuth") * (1 + 1e-9))
+        assert np.all(found.source_from_ground > 0)
+
+
+def test_significands(tmp_path):
+    """And a file without any of these options has float64 and no further variable."""
+    assert run_model(MOLECULES, tmp_path / "full", *ORDER_ONE) == 0
+    for bits in (4, 24):
+        assert run_model(MOLECULES, tmp_path / "cut", "--texture-save-precision", bits, *ORDER_ONE) == 0
+        with opened(tmp_path / "full") as full, opened(tmp_path / "cut") as cut:
+            named = {"irradiance_by_order", "radiance_up_to_order", "source_by_order", "source_from_ground"}
+            assert not named & set(full.variables)
+            assert (full.radiance.dtype, cut.radiance.dtype) == (np.float64, np.float32)
+            np.testing.assert_allclose(cut.radiance, full.radiance, rtol=2.0**-bits)
+            significand = np.ldexp(np.frexp(cut.radiance.values.astype(np.float64))[0], bits)
+            np.testing.assert_array_equal(significand, np.rint(significand))
+            np.testing.assert_array_equal(cut.zenith_bounds, full.zenith_bounds)
+            assert cut.attrs["significand_bits"] == bits
+        full_text, cut_text = ((tmp_path / name / "skydist.inp").read_text() for name in ("full", "cut"))
+        assert full_text == cut_text
+
+
+def test_light_of_the_ground_by_orders(tmp_path, capsys):
+    model = with_lines(tmp_path, *(f"light pollution texture size for {name}: 6" for name in ("VZA", "altitude")))
+    key = "solar irradiance at TOA: file spectra/sun_astm_g173.csv"
+    assert key in model.read_text()
+    line = f"light pollution relative radiance: {','.join(['0.002'] * 7)}"
+    model.write_text(model.read_text().replace(key, f"{key}\n{line}"))
+    assert (
+        run_model(model, tmp_path / "o", "--save-light-pollution", "--orders", 2, *ORDER_ONE[:3], *ORDER_ONE[5:]) == 0
+    )
+    assert "light pollution texture size for altitude" in capsys.readouterr().out
+    with opened(tmp_path / "o") as found:
+        glow = found.glow_by_order
+        assert dict(glow.sizes) == {"wavelength": 1, "glow_order": 2, "glow_zenith": 3}
+        assert glow.glow_zenith.values.tolist() == [15.0, 45.0, 75.0]
+        assert np.all(found.glow_standard_error < 0.05 * glow)
+        once = glow.sel(glow_order=1).values[0]
+        # the farther from the zenith the more air, and less than all of it scattered by a half
+        assert np.all(np.diff(once) > 0)
+        assert 0 < once[0] < once[2] < 0.002 / 0.5
+
+
+def test_sizes_of_the_description(tmp_path, capsys):
+    sizes = {key: 10 + 2 * k for k, key in enumerate(SIZES)}
+    model = with_lines(tmp_path, *(f"{key}: {size}" for key, size in sizes.items()))
+    assert run_model(model, tmp_path / "o", "--no-save-tex", "--sun-zenith", "all", "--orders", 1, "--json") == 0
+    report = json.loads(capsys.readouterr().out)
+    named = [sizes[f"scattering texture size for {name}"] for name in ("vza", "dot(view,sun)", "sza")]
+    assert report["bins"] == [named[0] // 2, named[1]]
+    suns = [sun["sun_zenith_deg"] for sun in report["suns"]]
+    np.testing.assert_allclose(suns, np.linspace(0, 90, named[2]), atol=1e-9)
+    assert report["sizes"] == sizes
+    assert run_model(model, tmp_path / "o", "--no-save-tex", "--bins", 5, 6, "--orders", 1) == 0
+    printed = capsys.readouterr().out
+    assert "bins: zenith 5, azimuth 6" in printed
+    assert all(key in printed for key in SIZES)
+
+
+def test_options_that_change_nothing_say_so(tmp_path, capsys):
+    given = ["--no-save-tex", "--no-eds-tex", "--save-delta-scattering", "--opengl-info"]
+    assert run_model(MOLECULES, tmp_path, *given, "--json") == 0
+    out, err = capsys.readouterr()
+    json.loads(out)
+    assert "--no-eds-tex has no effect" in err
+    assert "--save-delta-scattering has no effect" in err
+    assert "--opengl-info has no effect: OpenGL is not used" in err
+    assert run_model(MOLECULES, tmp_path, *given[:3], "--quiet") == 0
+    assert capsys.readouterr() == ("", "")

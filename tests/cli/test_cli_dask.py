@@ -12,7 +12,9 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.cli.main import main
+from aomc_sky.engine import cluster as dask_run
 from aomc_sky.engine.run import JobOptions
+from aomc_sky.engine.shards import run_shard
 from tests.support.scenes import copy_scene, run_bytes
 from tests.support.unfinished import UNFINISHED
 
@@ -41,6 +43,18 @@ def cluster(tmp_path_factory):
         yield cluster
 
 
+@pytest.fixture
+def run_on(cluster, amc, tmp_path):
+    """Runs the scene into `out` of the test, and tells of its progress."""
+
+    def call(progress=None):
+        scene = sky.read_scene(amc, iterations=ITERATIONS)
+        how = {"scheduler": cluster.scheduler_address, "progress": progress}
+        return dask_run.run_on_dask(scene.source(0), scene, tmp_path / "out", JobOptions(), **how)
+
+    return call
+
+
 @pytest.fixture(scope="module")
 def amc(tmp_path_factory):
     return copy_scene("document_example", tmp_path_factory.mktemp("scene"))
@@ -48,6 +62,10 @@ def amc(tmp_path_factory):
 
 def words(amc, out, *more):
     return [*map(str, ("run", amc, "--iterations", ITERATIONS, "-q", "--out", out, *more))]
+
+
+def on(cluster):
+    return ("--engine", "dask", "--scheduler", cluster.scheduler_address)
 
 
 @pytest.fixture(scope="module")
@@ -63,22 +81,20 @@ POLARISED = ("--polarisation", "0.7", "--waveband", "2", "--sky", "harrison-coom
 @pytest.mark.parametrize("more", [(), POLARISED], ids=["plain", "with Stokes vectors"])
 def test_cluster_writes_the_bytes_of_one_process(cluster, amc, tmp_path, more):
     assert main(words(amc, tmp_path / "whole", *more)) == 0
-    assert main(words(amc, tmp_path / "out", *more, "--engine", "dask", "--scheduler", cluster.scheduler_address)) == 0
+    assert main(words(amc, tmp_path / "out", *more, *on(cluster))) == 0
     assert ("stokes-0002.npy" in run_bytes(tmp_path / "whole")) == bool(more)
     assert run_bytes(tmp_path / "out") == run_bytes(tmp_path / "whole")
 
 
 def test_nothing_of_a_finished_run_is_made_again(cluster, amc, whole, tmp_path, told):
     assert main(words(amc, tmp_path / "out")) == 0
-    again = words(amc, tmp_path / "out", "--engine", "dask", "--json", "--scheduler", cluster.scheduler_address)
+    again = words(amc, tmp_path / "out", *on(cluster), "--json")
     assert '"was_finished": true' in told(*again).out
     assert run_bytes(tmp_path / "out") == whole
 
 
-def test_worker_killed_in_mid_run_costs_only_its_tasks(cluster, amc, whole, tmp_path):
+def test_worker_killed_in_mid_run_costs_only_its_tasks(cluster, run_on, whole, tmp_path):
     distributed = pytest.importorskip("distributed")
-    from aomc_sky.engine.cluster import run_on_dask
-
     with distributed.Client(cluster.scheduler_address) as client:
         processes = client.run(os.getpid)
         killed: list[int] = []
@@ -88,11 +104,7 @@ def test_worker_killed_in_mid_run_costs_only_its_tasks(cluster, amc, whole, tmp_
                 killed.append(next(iter(processes.values())))
                 os.kill(killed[0], signal.SIGKILL)
 
-        scene = sky.read_scene(amc, iterations=ITERATIONS)
-        address = cluster.scheduler_address
-        result = run_on_dask(
-            scene.source(0), scene, tmp_path / "out", JobOptions(), scheduler=address, progress=kill_one
-        )
+        result = run_on(kill_one)
         assert killed
         client.wait_for_workers(2)
     assert 0 < result.emitted <= result.manifest["total"]  # the killed worker's last range may stand whole already
@@ -101,8 +113,6 @@ def test_worker_killed_in_mid_run_costs_only_its_tasks(cluster, amc, whole, tmp_
 
 def test_task_of_a_finished_run_leaves_nothing(amc, whole, tmp_path):
     """A scheduler gives it to a worker when another one died after its result."""
-    from aomc_sky.engine import cluster as dask_run
-
     assert main(words(amc, tmp_path / "out")) == 0
     source = sky.read_scene(amc, iterations=ITERATIONS).source(0)
     for task in dask_run.tasks_of(source):
@@ -119,9 +129,7 @@ with appearing(Path(sys.argv[1]) / "shard-1-of-2.done") as file:
 """
 
 
-def test_what_a_killed_worker_was_writing_is_removed(cluster, amc, whole, tmp_path):
-    from aomc_sky.engine.cluster import run_on_dask
-
+def test_what_a_killed_worker_was_writing_is_removed(run_on, whole, tmp_path):
     left: list[str] = []
 
     def kill_a_writer(done, total):
@@ -130,39 +138,30 @@ def test_what_a_killed_worker_was_writing_is_removed(cluster, amc, whole, tmp_pa
             names = filter(UNFINISHED.fullmatch, os.listdir(tmp_path / "out"))
             left.extend(name for name in names if "shard-1-of-2.done" in name)  # others write, too
 
-    scene = sky.read_scene(amc, iterations=ITERATIONS)
-    address = cluster.scheduler_address
-    run_on_dask(scene.source(0), scene, tmp_path / "out", JobOptions(), scheduler=address, progress=kill_a_writer)
+    run_on(kill_a_writer)
     assert len(left) == 1
     assert run_bytes(tmp_path / "out") == whole
 
 
-def test_run_goes_on_from_the_marks(cluster, amc, whole, tmp_path):
+def test_run_goes_on_from_the_marks(run_on, amc, whole, tmp_path):
     """Its tasks are shards, whoever made them."""
-    from aomc_sky.engine import cluster as dask_run
-    from aomc_sky.engine.shards import run_shard
-
     scene = sky.read_scene(amc, iterations=ITERATIONS)
     source, folder = scene.source(0), tmp_path / "out"
     there = sum(run_shard(source, scene, folder, JobOptions(), task).emitted for task in dask_run.tasks_of(source)[1:4])
-    result = dask_run.run_on_dask(source, scene, folder, JobOptions(), scheduler=cluster.scheduler_address)
-    assert 0 < there == source.total - result.emitted
+    assert 0 < there == source.total - run_on().emitted
     assert run_bytes(folder) == whole
 
 
 def test_another_run_in_the_folder_is_refused(cluster, amc, tmp_path):
     assert main(words(amc, tmp_path / "out", "--format", "none")) == 0
-    address = cluster.scheduler_address
-    assert main(words(amc, tmp_path / "out", "--seed", 1, "--engine", "dask", "--scheduler", address)) == 5
+    assert main(words(amc, tmp_path / "out", "--seed", 1, *on(cluster))) == 5
 
 
 def test_worker_that_does_not_see_the_folder_says_so(cluster, amc, tmp_path, monkeypatch, capsys):
     """The folder of the client has another name where the workers are."""
-    from aomc_sky.engine import cluster as dask_run
-
     real = dask_run._make_shard
     monkeypatch.setattr(dask_run, "_make_shard", lambda folder, *rest: real(str(tmp_path / "elsewhere"), *rest))
-    assert main(words(amc, tmp_path / "out", "--engine", "dask", "--scheduler", cluster.scheduler_address)) == 6
+    assert main(words(amc, tmp_path / "out", *on(cluster))) == 6
     assert "put the run folder on a file system that all workers share" in capsys.readouterr().err
 
 
@@ -174,20 +173,6 @@ def test_no_scheduler_is_exit_6(amc, tmp_path, monkeypatch, capsys):
         address = f"tcp://127.0.0.1:{bound.getsockname()[1]}"
         assert main(words(amc, tmp_path / "out", "--engine", "dask", "--scheduler", address)) == 6
     assert f"no Dask scheduler answers at {address}" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize(
-    "options",
-    [
-        ("--engine", "dask", "--format", "mcpl"),
-        ("--engine", "dask", "--shard", "1/2"),
-        ("--scheduler", "tcp://localhost:1"),
-    ],
-    ids=["another format", "a shard", "a scheduler without Dask"],
-)
-def test_options_that_contradict_each_other(amc, tmp_path, options):
-    assert main(words(amc, tmp_path / "out", *options)) == 2
-    assert not (tmp_path / "out").exists()
 
 
 SLOW_TASKS = """

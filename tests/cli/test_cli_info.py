@@ -1,15 +1,18 @@
-"""``info`` and ``validate`` of background-sky files and of descriptions of an atmosphere."""
+"""``info`` and ``validate`` of background-sky files, of lobes at one time, and of descriptions of an atmosphere."""
 
 import json
 import os
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
+import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
 from aomc_sky.cli.main import main
 from tests.support.background import LOBES, plain_file
+from tests.support.scenes import copy_scene, manifest_of
 from tests.support.shared import DATA, INPUTS
 
 NIGHT = DATA / "background/good/three_keys.h5"
@@ -42,20 +45,6 @@ def test_info_of_a_background_as_json(told):
     assert [key["type"] for key in keys] == ["hg", "ggx", "beckmann"]
     assert keys[1]["quaternion"] == [0.5, -0.5, 0.5, 0.5]
     assert facts["curves"][1]["greatest"] == 10.0
-
-
-@pytest.mark.parametrize(
-    ("path", "words", "message"),
-    [
-        (INPUTS / "atmosphere/hazy.atmo", ["--iterations", "777"], "--iterations is for a scene; "),
-        (INPUTS / "night_sky/night.h5", ["--sky", "uniform"], "--sky is for a scene; "),
-        (INPUTS / "night_sky/night.h5", ["--row", "3"], "--row is for a scene; "),
-        (INPUTS / "sparse_sky", ["--wavelengths", "500"], "--wavelengths is for a run without files or a measured sky"),
-        (INPUTS / "sparse_sky", ["--animation", "a"], "--animation is for a background sky; "),
-    ],
-)
-def test_options_that_a_path_cannot_use(path, words, message, told):
-    assert message in told("info", path, *words, code=2).err
 
 
 def test_info_of_a_measured_sky_has_the_wavebands_of_run(told):
@@ -134,8 +123,6 @@ def test_allow_path_lets_tables_lie_elsewhere(tmp_path, told):
 def test_info_prints_the_folder_of_the_header(told):
     assert told("info", "--include-dir").out.strip() == str(include_dir())
     assert all((include_dir() / f"aomc_sky.{end}").is_file() for end in ("h", "c"))
-    assert main(["info"]) == 2
-    assert main(["info", "--include-dir", "somewhere"]) == 2
 
 
 def test_info_of_a_scene_and_of_a_run(amc, tmp_path, told):
@@ -158,3 +145,70 @@ def test_file_names_need_not_be_text(amc, tmp_path):
         words = [sys.executable, b"-m", b"aomc_sky", command, folder]
         done = subprocess.run(words, capture_output=True, timeout=60, check=False)
         assert done.returncode == 0, done.stderr
+
+
+CITY = INPUTS / "night_sky" / "night.h5"
+WHEN = ("--time", "2026-02-14T21:30:00Z", "--utc-offset", "1")
+UNIX = 1771104600.0
+SOME = ("--wavelength", "440", "550")
+SOME_NM = [440.0, 550.0]
+
+
+def test_values_are_those_of_the_python_names(told):
+    pytest.importorskip("h5py")
+    found = json.loads(told("info", CITY, *WHEN, *SOME, "--json").out)
+    background = sky.read_background(CITY, utc_offset_h=1.0)
+    assert found["unix_time_s"] == UNIX
+    assert found["wavelength_nm"] == [440.0, 550.0]
+    assert [lobe["name"] for lobe in found["lobes"]] == ["airglow", "city", "starlight"]
+    for above, name in (("sphere", "sphere_W_m2_nm"), ("projected", "irradiance_W_m2_nm")):
+        for lobe in found["lobes"]:
+            wanted = background.irradiance(lobe["name"], UNIX, SOME_NM, above=above)
+            np.testing.assert_allclose(lobe[name], wanted, rtol=1e-12)
+        np.testing.assert_allclose(found[name], background.irradiance(None, UNIX, SOME_NM, above=above), rtol=1e-12)
+    city = found["lobes"][1]
+    assert (city["zenith_deg"], city["azimuth_deg"]) == pytest.approx((84.0, 205.0), abs=1e-4)  # float32 in the file
+    shares = background.irradiance("city", UNIX, 550.0, above="horizon") / background.irradiance("city", UNIX, 550.0)
+    assert city["share_above_horizon"] == pytest.approx(float(shares), rel=1e-12)
+
+
+def test_animations_files_and_keys(tmp_path, told):
+    pytest.importorskip("h5py")
+    spectrum = [1e-9, 1e-9]
+    keys = [
+        sky.SkyLobe(kind="ggx", width=0.3, zenith_deg=z, spectrum=spectrum, time_days=t)
+        for t, z in ((0.0, 0), (1.0, 80))
+    ]
+    other = tmp_path / "moving.h5"
+    sky.write_background(other, sky.background_of_lobes({"moving": keys}, [500.0, 600.0], reference="absolute"))
+
+    def names(*words):
+        return [lobe["name"] for lobe in json.loads(told("info", *words, "--json").out)["lobes"]]
+
+    assert names(CITY, *WHEN, "--animation", "city", "--animation", "airglow") == ["city", "airglow"]
+    assert names(other, "--time", 43200) == ["moving:0", "moving:1"]
+    assert names(other, "--time", 43200, "--interpolation", "slerp") == ["moving"]
+
+
+def test_a_night_that_is_run_validated_and_shown(tmp_path, told):
+    pytest.importorskip("h5py")
+    amc = copy_scene("night_sky", tmp_path)
+    out = tmp_path / "out"
+    assert main(["validate", str(amc.parent)]) == 0
+    dry = told("run", amc, "--dry-run").out
+    assert "not modelled: sun and sky (the backgrounds are the only source)" in dry
+    assert "absolute: 8.065e-09 to 2.431e-08 W m-2 nm-1" in dry
+    text = told("run", amc, "--iterations", "400", "--out", out).out
+    assert "irradiance of the horizontal plane, W m-2 nm-1" in text
+    shown = told("info", out).out
+    table = text[text.index("irradiance of the horizontal") : text.index("\n\n2000 photons")]
+    assert table in shown
+    manifest = manifest_of(out)
+    assert manifest["inputs"]["background_1"]["name"] == "night.h5"
+    scene = sky.read_scene(amc)
+    for band, row, loss in zip(
+        manifest["bands"], scene.irradiance.of_component, scene.irradiance.horizon_loss, strict=True
+    ):
+        assert list(band["component_irradiance_W_m2_nm"].values()) == row.tolist()
+        assert band["irradiance_W_m2_nm"] == pytest.approx(row.sum(), rel=1e-15)
+        assert band["horizon_loss"] == loss

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.cli.main import main
 from aomc_sky.engine.run import JobOptions, run_job
 from aomc_sky.formats.mcpl.header import runs_of
+from tests.support.fault_rows import command
 from tests.support.mcpl import oracle
 from tests.support.scenes import manifest_of, run_bytes
 from tests.support.shared import INPUTS
@@ -18,13 +18,12 @@ from tests.support.shared import INPUTS
 ITERATIONS = 70_000  # more than a block of work
 
 
-def run(*words):
-    return main(["run", *map(str, words)])
+def run(amc, out, *words):
+    assert command("run", amc, "-q", "--format", "mcpl", "--out", out, "--iterations", *words) == 0
 
 
 def test_one_file_holds_all_wavebands_and_stands_in_the_manifest(amc, tmp_path):
-    words = (amc, "--iterations", ITERATIONS, "--seed", 4, "-q", "--format", "mcpl")
-    assert run(*words, "--out", tmp_path / "out") == 0
+    run(amc, tmp_path / "out", ITERATIONS, "--seed", 4)
     names = sorted(p.name for p in (tmp_path / "out").iterdir())
     assert names == ["counts.csv", "manifest.json", "photons.mcpl", "plan.npz"]
     data = (tmp_path / "out/photons.mcpl").read_bytes()
@@ -36,13 +35,13 @@ def test_one_file_holds_all_wavebands_and_stands_in_the_manifest(amc, tmp_path):
     assert (tmp_path / "same.mcpl").read_bytes() == data
 
 
-def test_a_name_that_asks_for_gzip_is_refused_with_what_to_do(amc, tmp_path, capsys):
+def test_a_name_that_asks_for_gzip_is_refused_with_what_to_do(amc, tmp_path, told):
     with pytest.raises(sky.errors.UsageError, match="gzip can pack"):
         sky.write_mcpl(sky.read_scene(amc, iterations=1000).source(), tmp_path / "p.mcpl.gz")
-    assert run(amc, "--iterations", 1000, "-q", "--format", "none", "--out", tmp_path / "out") == 0
-    assert main(["export", str(tmp_path / "out"), "--to", "mcpl", "--out", str(tmp_path / "r.mcpl.gz")]) == 2
-    assert "write r.mcpl and run gzip on it" in capsys.readouterr().err
-    assert [p.name for p in tmp_path.glob("*mcpl*")] == []
+    run(amc, tmp_path / "out", 1000)
+    said = told("export", tmp_path / "out", "--to", "mcpl", "--out", tmp_path / "r.mcpl.gz", code=2).err
+    assert "write r.mcpl and run gzip on it" in said
+    assert list(tmp_path.glob("*mcpl*")) == []
 
 
 def test_files_of_two_runs_merge(amc, tmp_path):
@@ -61,7 +60,7 @@ def test_files_of_two_runs_merge(amc, tmp_path):
     assert (runs.seed, runs.plan) == (None, "")
     parts = [sky.read_mcpl(path).particles().direction for path in paths]
     assert np.array_equal(file.particles().direction, np.concatenate(parts))
-    assert main(["validate", str(whole)]) == 0
+    assert command("validate", whole) == 0
     assert [runs_of(sky.read_mcpl(path).header).seed for path in paths] == [1, 2**64 - 1, 3]
 
 
@@ -88,9 +87,8 @@ def test_a_file_of_the_right_length_with_another_head_is_not_ours(amc, tmp_path)
 
 
 def test_wavebands_that_were_not_asked_for_are_not_in_the_file(amc, tmp_path):
-    words = (amc, "--iterations", 500, "-q", "--format", "mcpl", "--out")
-    assert run(*words, tmp_path / "all") == 0
-    assert run(*words, tmp_path / "two", "--waveband", 3, "--waveband", 2) == 0
+    run(amc, tmp_path / "all", 500)
+    run(amc, tmp_path / "two", 500, "--waveband", 3, "--waveband", 2)
     every, some = (sky.read_mcpl(tmp_path / d / "photons.mcpl") for d in ("all", "two"))
     assert len(every) == 1500
     assert len(some) == 1000
@@ -101,7 +99,7 @@ def test_wavebands_that_were_not_asked_for_are_not_in_the_file(amc, tmp_path):
 
 
 def test_info_shows_head_and_bounds(amc, tmp_path, told):
-    assert run(amc, "--iterations", 1000, "-q", "--format", "mcpl", "--out", tmp_path / "out") == 0
+    run(amc, tmp_path / "out", 1000)
     path = tmp_path / "out/photons.mcpl"
     text = told("info", path).out
     assert f"MCPL-3 file {path}, 3000 particles, {path.stat().st_size} bytes" in text
@@ -116,23 +114,22 @@ def test_info_shows_head_and_bounds(amc, tmp_path, told):
 
 def test_validate_takes_good_files_and_folders(amc, tmp_path, told):
     out = tmp_path / "out"
-    assert run(amc, "--iterations", 100, "-q", "--format", "mcpl", "--out", out) == 0
+    run(amc, out, 100)
     assert told("validate", out / "photons.mcpl", out).out == f"{out / 'photons.mcpl'}: ok\n" * 2
     shutil.copy(out / "photons.mcpl", tmp_path / "a.mcpl.gz")
     assert json.loads(told("validate", "--json", tmp_path / "a.mcpl.gz").out)["ok"] is True
     assert "E801" in told("validate", tmp_path / "absent.mcpl", code=3).err
 
 
-def test_a_polarised_run_is_made_again_with_its_axes(tmp_path, capsys):
+def test_a_polarised_run_is_made_again_with_its_axes(tmp_path):
     """`verify` compares the axes of a run's file; one axis that is turned is found."""
     model = sky.PerezSky(sun_zenith_deg=60.0, epsilon=6.0, delta=0.1, polarisation=sky.RayleighPattern())
     scene = sky.Scene(wavebands=[550.0], n_photons=1000, components=model)
-    sky.write_run(scene, tmp_path / "out", seed=1, formats=["mcpl"])
-    assert sky.read_mcpl(tmp_path / "out" / "photons.mcpl").header.has_polarisation
-    assert main(["verify", str(tmp_path / "out")]) == 0
-    path = tmp_path / "out" / "photons.mcpl"
+    sky.write_run(scene, tmp_path, seed=1, formats=["mcpl"])
+    path = tmp_path / "photons.mcpl"
+    assert sky.read_mcpl(path).header.has_polarisation
+    assert command("verify", tmp_path) == 0
     data = bytearray(path.read_bytes())
     data[-41] ^= 0x80  # the polarisation comes first in a record of 44 bytes; sign of its first number
-    path.write_bytes(bytes(data))
-    assert main(["verify", str(tmp_path / "out")]) == 1
-    capsys.readouterr()
+    path.write_bytes(data)
+    assert command("verify", tmp_path) == 1

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.cli.main import main
+from tests.support.fault_rows import command
 from tests.support.scenes import flip_bit, manifest_of, run_bytes
 from tests.support.shared import INPUTS
 from tests.support.stokes import DEFECTS
@@ -40,7 +40,7 @@ def stored(field, path):
 
 
 def plan_of(*words, folder):
-    assert main([*map(str, words), "--iterations", "1000", "--format", "none", "--out", str(folder), "-q"]) == 0
+    assert command(*words, "--iterations", 1000, "--format", "none", "--out", folder, "-q") == 0
     return sky.Plan.load(folder / "plan.npz")
 
 
@@ -49,45 +49,46 @@ def by_python(dataset, **how):
     return sky.Scene(wavebands=NM, n_photons=1000, components=model).source().plan
 
 
+def stacked(field, order):
+    """As sasktran2 has it: one variable with a dimension."""
+    xarray = pytest.importorskip("xarray")
+    return xarray.concat([field[name] for name in order], dim="stokes").assign_coords(stokes=list(order))
+
+
+ODD = ("--variable", "L", "--variable-q", "a", "--variable-u", "b")
+SWAPPED = ("--variable", "I", "--variable-q", "U", "--variable-u", "Q")
+
+
 def test_a_field_of_three_is_polarised_as_in_python(field, tmp_path, told):
     """By names, by options, and by the dimension of sasktran2, in both kinds of netCDF; Q and U exchanged are not."""
-    expected = by_python(field)
-    path = stored(field, tmp_path / "field.nc")
-    said = told("run", path, "--dry-run").out
+    plain = stored(field, tmp_path / "field.nc")
+    odd = stored(field.rename(I="L", Q="a", U="b"), tmp_path / "odd.nc")
+    rows = stored(stacked(field, "UIQ").rename("radiance"), tmp_path / "stacked.nc")
+    old = tmp_path / "old.nc"
+    stacked(field, "UIQ").to_dataset(name="radiance").to_netcdf(old, engine="scipy", format="NETCDF3_64BIT")
+    said = told("run", plain, "--dry-run").out
     assert "note: photons carry q and u of Q and U of the field; V is not read" in said
     assert "modelled: linear polarisation of sky" in said
-    assert plan_of("run", path, folder=tmp_path / "a").sha256 == expected.sha256
-    assert main(["verify", str(tmp_path / "a"), "--scene", str(path), "--iterations", "1000", "-q"]) == 0
-    odd = stored(field.rename(I="L", Q="a", U="b"), tmp_path / "odd.nc")
-    names = ("--variable", "L", "--variable-q", "a", "--variable-u", "b")
-    assert plan_of("run", odd, *names, folder=tmp_path / "b").sha256 == expected.sha256
-    xarray = pytest.importorskip("xarray")
-    lines = xarray.concat([field[name] for name in "UIQ"], dim="stokes").assign_coords(stokes=["U", "I", "Q"])
-    stacked = stored(lines.rename("radiance"), tmp_path / "stacked.nc")
-    assert plan_of("run", stacked, folder=tmp_path / "c").sha256 == expected.sha256
-    lines.to_dataset(name="radiance").to_netcdf(tmp_path / "old.nc", engine="scipy", format="NETCDF3_64BIT")
-    assert plan_of("run", tmp_path / "old.nc", folder=tmp_path / "d").sha256 == expected.sha256
-    turned = plan_of("run", path, "--stokes-signs", "1", "-1", folder=tmp_path / "e")
-    assert turned.sha256 == by_python(field, stokes_signs=(1, -1)).sha256
-    swapped = plan_of("run", path, "--variable", "I", "--variable-q", "U", "--variable-u", "Q", folder=tmp_path / "f")
-    assert len({expected.sha256, turned.sha256, swapped.sha256}) == 3
+    ways = [(plain,), (odd, *ODD), (rows,), (old,), (plain, "--stokes-signs", 1, -1), (plain, *SWAPPED)]
+    found = [plan_of("run", *words, folder=tmp_path / str(k)).sha256 for k, words in enumerate(ways)]
+    turned = by_python(field, stokes_signs=(1, -1)).sha256
+    assert found[:5] == [by_python(field).sha256] * 4 + [turned]
+    assert len(set(found)) == 3
+    assert command("verify", tmp_path / "0", "--scene", plain, "--iterations", 1000, "-q") == 0
 
 
 def test_a_picture_finds_a_field_by_the_words_of_the_run(field, tmp_path, told):
     pytest.importorskip("matplotlib")
     odd = stored(field.rename(I="L", Q="a", U="b"), tmp_path / "odd.nc")
-    names = ("--variable", "L", "--variable-q", "a", "--variable-u", "b", "--stokes-signs", "1", "-1")
-    assert "2 domes" in told("plot", odd, *names, "--out", tmp_path / "odd.png").out
+    assert "2 domes" in told("plot", odd, *ODD, "--stokes-signs", 1, -1, "--out", tmp_path / "odd.png").out
 
 
 def test_the_radiance_alone_is_a_choice(field, tmp_path):
-    path = stored(field, tmp_path / "field.nc")
     expected = by_python(field[["I"]].rename(I="radiance")).sha256
-    assert plan_of("run", path, "--variable", "I", folder=tmp_path / "a").sha256 == expected
-    xarray = pytest.importorskip("xarray")
-    lines = xarray.concat([field[name] for name in "IQU"], dim="stokes").assign_coords(stokes=["I", "Q", "U"])
-    stacked = stored(lines.rename("radiance"), tmp_path / "stacked.nc")
-    assert plan_of("run", stacked, "--isel", "stokes=0", folder=tmp_path / "b").sha256 == expected
+    rows = stacked(field, "IQU").rename("radiance")
+    for name, made, words in (("a", field, ("--variable", "I")), ("b", rows, ("--isel", "stokes=0"))):
+        path = stored(made, tmp_path / f"{name}.nc")
+        assert plan_of("run", path, *words, folder=tmp_path / name).sha256 == expected
 
 
 def scene_folder(folder, toml, made):
@@ -115,13 +116,7 @@ def test_a_table_of_sky_toml(field, tmp_path):
 
 
 WRONG = {
-    "holed": (
-        lambda f: f.assign(Q=f["Q"].where(f["zenith"] > 20)),
-        (),
-        3,
-        "E710",
-        "give I alone: --variable I (variable=)",
-    ),
+    "holed": (lambda f: f.assign(Q=f["Q"].where(f["zenith"] > 20)), (), 3, "E710", "give I alone: --variable I"),
     "half": (lambda f: f.drop_vars("U").rename(I="radiance"), (), 3, "E710", "one of Q and U without the other"),
     "names": (lambda f: f, ("--variable-q", "Q"), 2, "belong together", "give both, or none"),
     "twice": (lambda f: f, ("--variable-q", "Q", "--variable-u", "Q"), 3, "E710", "one is named twice"),
@@ -161,28 +156,23 @@ def test_lines_of_sky_toml_that_are_wrong(name, field, tmp_path, told):
     assert text in said
 
 
-def test_options_of_a_field_are_not_those_of_a_table(capsys):
-    assert main(["run", str(INPUTS / "measured" / "sky.csv"), "--stokes-signs", "1", "-1"]) == 2
-    assert "--stokes-signs is for a radiance field (.nc)" in capsys.readouterr().err
-
-
 RUN = ["run", "--ghi", "780", "--dhi", "140", "--sun-zenith", "40", "--wavelengths", "440", "550", "--seed", "5"]
 N = 70_000
-PATTERN = ("--iterations", str(N), "--polarisation", "0.7")
+PATTERN = ("--iterations", N, "--polarisation", 0.7)
 
 
 @pytest.fixture(scope="module")
 def run_of_all(tmp_path_factory):
     out = tmp_path_factory.mktemp("run") / "out"
     formats = [word for name in ("npy", "raw", "mcpl", "source") for word in ("--format", name)]
-    assert main([*RUN, *PATTERN, *formats, "--out", str(out), "-q"]) == 0
+    assert command(*RUN, *PATTERN, *formats, "--out", out, "-q") == 0
     return out
 
 
 def test_columns_are_those_of_the_batch(run_of_all, tmp_path, told):
     """npy, raw and csv; columns that are exchanged, turned by 90 degrees or of the other sign are others."""
     source = sky.PhotonSource(sky.Plan.load(run_of_all / "plan.npz"))
-    assert main(["export", str(run_of_all), "--to", "csv", "--out", str(tmp_path / "csv"), "-q"]) == 0
+    assert command("export", run_of_all, "--to", "csv", "--out", tmp_path / "csv", "-q") == 0
     for band in range(2):
         batch = source.photons(band)
         stokes = np.load(run_of_all / f"stokes-{band + 1:04d}.npy", mmap_mode="r")
@@ -207,7 +197,7 @@ def test_columns_are_those_of_the_batch(run_of_all, tmp_path, told):
 def test_files_of_an_unpolarised_run_are_the_same_bytes(run_of_all, tmp_path):
     """Without the option no file has more columns, and directions are the same."""
     out = tmp_path / "out"
-    assert main([*RUN, "--iterations", str(N), "--format", "npy", "--format", "raw", "--out", str(out), "-q"]) == 0
+    assert command(*RUN, "--iterations", N, "--format", "npy", "--format", "raw", "--out", out, "-q") == 0
     assert not list(out.glob("stokes-*"))
     assert "stokes" not in json.loads((out / "manifest.json").read_text())["conventions"]
     raw = np.fromfile(out / "photons-0001.raw", "<f4").reshape(-1, 3)
@@ -216,50 +206,47 @@ def test_files_of_an_unpolarised_run_are_the_same_bytes(run_of_all, tmp_path):
 
 
 def test_verify_finds_a_bit_of_a_stokes_vector(run_of_all, tmp_path, told):
-    out = tmp_path / "out"
-    shutil.copytree(run_of_all, out)
-    assert main(["verify", str(out)]) == 0
+    out = shutil.copytree(run_of_all, tmp_path / "out")
+    assert command("verify", out) == 0
     flip_bit(out / "stokes-0001.npy", 4096 + 8 * 11 + 3)
     said = " ".join(told("verify", out, code=1).out.split())
     assert "stokes-0001.npy: 1 of 70000 photons differ from the plan, the first is photon 11" in said
     (out / "stokes-0002.npy").unlink()
     assert "stokes-0002.npy: missing" in told("verify", out, code=1).out
-    assert main([*RUN, *PATTERN, "--out", str(out), "-q"]) == 0  # the run command makes what is missing
+    assert command(*RUN, *PATTERN, "--out", out, "-q") == 0  # the run command makes what is missing
     assert (out / "stokes-0002.npy").read_bytes() == (run_of_all / "stokes-0002.npy").read_bytes()
 
 
 def test_shards_write_the_same_files(run_of_all, tmp_path):
     out, whole = tmp_path / "out", tmp_path / "whole"
     for k in (2, 1, 3):
-        assert main([*RUN, *PATTERN, "--shard", f"{k}/3", "--out", str(out), "-q"]) == 0
-    assert main([*RUN, *PATTERN, "--out", str(whole), "-q"]) == 0
+        assert command(*RUN, *PATTERN, "--shard", f"{k}/3", "--out", out, "-q") == 0
+    assert command(*RUN, *PATTERN, "--out", whole, "-q") == 0
     assert run_bytes(out) == run_bytes(whole)
     assert run_bytes(whole)["stokes-0001.npy"] == (run_of_all / "stokes-0001.npy").read_bytes()
 
 
-def test_formats_without_stokes_vectors_say_so(run_of_all, tmp_path, capsys):
+def test_formats_without_stokes_vectors_say_so(run_of_all, tmp_path, told):
     for name in ("envmap", "aomc"):
-        assert main(["export", str(run_of_all), "--to", name, "--out", str(tmp_path / name)]) == 0
-        assert f"note: the light is polarised, and {name} has no Stokes vectors" in capsys.readouterr().out
+        said = told("export", run_of_all, "--to", name, "--out", tmp_path / name).out
+        assert f"note: the light is polarised, and {name} has no Stokes vectors" in said
 
 
 def test_an_exported_netcdf_is_a_polarised_field(run_of_all, tmp_path, capsys):
     """Its Q and U over its radiance are the rows of the run, and so are those of the field that it is."""
     xarray = pytest.importorskip("xarray")
     path = tmp_path / "sky.nc"
-    assert main(["export", str(run_of_all), "--to", "netcdf", "--out", str(path), "-q"]) == 0
+    assert command("export", run_of_all, "--to", "netcdf", "--out", path, "-q") == 0
     source = sky.PhotonSource(sky.Plan.load(run_of_all / "plan.npz"))
     data = xarray.load_dataset(path)
     assert data["radiance_q"].attrs["long_name"].startswith("Stokes parameter Q of the mean radiance of the patch")
     found = np.stack([data["radiance_q"], data["radiance_u"]], axis=-1) / data["radiance"].values[..., None]
     np.testing.assert_allclose(found[1].reshape(-1, 2), source.stokes(1)[1:], atol=1e-12)
-    capsys.readouterr()
-    again = plan_of("run", path, folder=tmp_path / "again")
-    assert "the rest is missing (mass_direct)" in capsys.readouterr().err
-    for words in (("--diffuse-only",), RUN[1:7]):
-        plan_of("run", path, *words, folder=tmp_path / words[0])
-        assert "missing" not in capsys.readouterr().err
-    np.testing.assert_allclose(again.components[0].stokes[1], source.stokes(1)[1:], atol=1e-9)
+    for k, words in enumerate([(), ("--diffuse-only",), RUN[1:7]]):
+        capsys.readouterr()
+        again = plan_of("run", path, *words, folder=tmp_path / str(k))
+        assert ("the rest is missing (mass_direct)" in capsys.readouterr().err) == (words == ())
+        np.testing.assert_allclose(again.components[-1].stokes[1], source.stokes(1)[1:], atol=1e-9)
 
 
 def test_a_scene_of_weights_and_positions_has_all_columns(tmp_path):
@@ -271,7 +258,7 @@ def test_a_scene_of_weights_and_positions_has_all_columns(tmp_path):
     )  # fmt: skip
     scene = sky.Scene(wavebands=[550.0], n_photons=500, components=model, footprint=sky.Footprint.circle(2.0))
     sky.write_run(scene, tmp_path / "out", weights=True, precision="float64", formats=["npy", "raw"])
-    assert main(["export", str(tmp_path / "out"), "--to", "csv", "--out", str(tmp_path / "csv"), "-q"]) == 0
+    assert command("export", tmp_path / "out", "--to", "csv", "--out", tmp_path / "csv", "-q") == 0
     rows = np.genfromtxt(tmp_path / "csv" / "photons-0001.csv", delimiter=",", names=True)
     assert rows.dtype.names == ("ux", "uy", "uz", "x_m", "y_m", "weight", "q", "u")
     batch = sky.PhotonSource(sky.Plan.load(tmp_path / "out" / "plan.npz")).photons()
@@ -282,4 +269,4 @@ def test_a_scene_of_weights_and_positions_has_all_columns(tmp_path):
     assert np.load(tmp_path / "out" / "stokes-0001.npy").dtype == np.float32
     manifest = manifest_of(tmp_path / "out")
     assert manifest["files"]["photons-0001.raw"]["columns"] == list(rows.dtype.names)
-    assert main(["verify", str(tmp_path / "out"), "-q"]) == 0
+    assert command("verify", tmp_path / "out", "-q") == 0

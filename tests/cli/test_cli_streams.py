@@ -9,20 +9,17 @@ from pathlib import Path
 import pytest
 
 from aomc_sky.cli import main as front_door
-from tests.support.scenes import copy_scene
 
 
 def in_shell(words, redirection):
     command = shlex.join([sys.executable, "-m", "aomc_sky", *words])
-    return subprocess.run(
-        ["sh", "-c", f"{command} {redirection}"], capture_output=True, text=True, timeout=120, check=False
-    )
+    words = ["sh", "-c", f"{command} {redirection}"]
+    return subprocess.run(words, capture_output=True, text=True, timeout=120, check=False)
 
 
 @pytest.mark.parametrize("redirection", [">&-", "2>&-", "<&- >&- 2>&-"])
-def test_closed_streams_are_no_fault(redirection, tmp_path):
-    amc = copy_scene("document_example", tmp_path)
-    out = tmp_path / "out"
+def test_closed_streams_are_no_fault(redirection, amc):
+    out = amc.parent / "out"
     done = in_shell(["run", str(amc), "--format", "none", "--out", str(out)], redirection)
     assert (done.returncode, done.stderr) == (0, "")
     assert (out / "manifest.json").exists()
@@ -57,25 +54,21 @@ def _hears_interrupts():
     signal.signal(signal.SIGINT, before)
 
 
+def as_numpy_does(names):
+    """C code may answer an interrupt with another error."""
+    try:
+        signal.raise_signal(signal.SIGINT)
+    except KeyboardInterrupt:
+        raise ImportError("could not import module 'datetime'") from None
+
+
 @pytest.mark.usefixtures("_hears_interrupts")
-def test_interrupted_while_the_parser_is_made(monkeypatch, capsys):
-    monkeypatch.setattr(front_door, "build_parser", lambda names: signal.raise_signal(signal.SIGINT))
+@pytest.mark.parametrize("build", [lambda names: signal.raise_signal(signal.SIGINT), as_numpy_does])
+def test_interrupted_while_the_parser_is_made(build, monkeypatch, capsys):
+    monkeypatch.setattr(front_door, "build_parser", build)
     assert front_door.main(["info", "x"]) == 130
     assert capsys.readouterr().err == "aomc-sky: interrupted\n"
     assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
-
-
-@pytest.mark.usefixtures("_hears_interrupts")
-def test_interrupt_that_c_code_answers_with_another_error(monkeypatch, capsys):
-    def as_numpy_does(names):
-        try:
-            signal.raise_signal(signal.SIGINT)
-        except KeyboardInterrupt:
-            raise ImportError("could not import module 'datetime'") from None
-
-    monkeypatch.setattr(front_door, "build_parser", as_numpy_does)
-    assert front_door.main(["info", "x"]) == 130
-    assert capsys.readouterr().err == "aomc-sky: interrupted\n"
 
 
 def test_errors_without_an_interrupt_stay_what_they_are(monkeypatch):

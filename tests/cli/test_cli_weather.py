@@ -1,4 +1,4 @@
-"""The same weather through `run` and `perez`: a time and a place, an hour of a file, and photons without AMC files."""
+"""The same weather through `run` and `perez`, photons without AMC files, and skies by name."""
 
 import json
 
@@ -24,7 +24,7 @@ def amc(tmp_path):
     return amc
 
 
-def test_run_and_perez_see_one_sky(amc, tmp_path, told):
+def test_run_and_perez_see_one_sky(amc, told):
     pytest.importorskip("pvlib")
     for words in (ROW, (*TIME, "--ghi", 700, "--dhi", 120), (*TIME, "--altitude", 900, "--ghi", 700, "--dni", 700)):
         one = json.loads(told("perez", *words, "--json").out)
@@ -57,54 +57,24 @@ def test_a_run_says_what_the_weather_replaced(amc, tmp_path, told):
     assert "weather" not in json.loads((other / "manifest.json").read_text())["options"]["scene"]
 
 
-@pytest.mark.parametrize(
-    ("words", "code", "text"),
-    [
-        (("--epw", EPW, "--row", 1), 4, "the nearest row with a sun is 5"),
-        (("--epw", EPW, "--row", 49), 2, "rows 1 to 48"),
-        (("--epw", EPW), 2, "--epw needs --row N"),
-        (("--row", 5), 2, "--row needs a weather file"),
-        (("--latitude", 5), 2, "--latitude needs --time"),
-        ((*ROW, "--dni", 5), 2, "--dni contradicts --epw, which gives the sun and the sky"),
-        ((*ROW, "--time", "2026-06-21T09:30:00Z"), 2, "--time contradicts --epw"),
-        ((*TIME, "--sun-zenith", 5), 2, "leave out --sun-zenith"),
-        (("--epw", EPW, "--tmy3", EPW, "--row", 1), 2, "not allowed with argument --epw"),
-        (("--tmy3", EPW, "--row", 1), 3, "E601"),
-        (("--time", "2026-06-21T09:30:00", *TIME[2:]), 2, "time zone"),
-        (("--time", "2026-06-21T00:30:00Z", *TIME[2:]), 4, "below the horizon there; take an hour of the day"),
-        ((*TIME, "--altitude", 1e5), 2, "altitude must lie within"),
-        ((*TIME, "--ghi", 700, "--dhi", 900), 4, "dhi 900 W m-2 is more than ghi 700"),
-        ((*TIME, "--ghi", 700), 2, "ghi without dni; add dni (or dhi)"),
-    ],
-)
-def test_bad_weather_in_words(words, code, text, amc, tmp_path, told, monkeypatch):
-    pytest.importorskip("pvlib")
-    monkeypatch.chdir(tmp_path)
-    said = told("run", amc, *words, code=code)
-    assert text in said.err
-    assert said.out == ""
-
-
-def test_photons_of_one_sky(tmp_path, told, capsys):
+def test_photons_of_one_sky(tmp_path, told):
     out = tmp_path / "sky"
-    shown = told("perez", *CLEAR, *SMALL, "--seed", 4, "--diffuse-only", "--out", out).out
+    words = ("perez", *CLEAR, *SMALL, "--diffuse-only", "--out", out, "--seed")
+    shown = told(*words, 4).out
     assert "dni: 850\ndhi: 95\n" in shown
     assert "20000 photons in 1 wavebands, seed 4" in shown
     manifest = json.loads((out / "manifest.json").read_text())
     assert (manifest["total"], manifest["components"], manifest["seed"]) == (20_000, ["perez"], 4)
     assert manifest["options"]["scene"]["perez"]["dni"] == 850
-    photons = np.load(out / "photons-0001.npy")
-    model = sky.PerezSky(sun_zenith_rad=float(np.deg2rad(40.0)), dni=850.0, dhi=95.0, grid=sky.PatchGrid.regular(9, 36))
+    model = sky.PerezSky(sun_zenith_deg=40.0, dni=850.0, dhi=95.0, grid=sky.PatchGrid.regular(9, 36))
     scene = sky.Scene(wavebands=[550.0], n_photons=20_000, components=model)
-    batch = scene.source(seed=4).photons()
-    assert np.array_equal(photons, np.stack([batch.ux, batch.uy, batch.uz], axis=-1))
+    assert np.array_equal(np.load(out / "photons-0001.npy"), scene.source(seed=4).photons().directions)
     assert command("verify", out, "-q") == 0
     assert command("info", out, "--json") == 0
     assert command("export", out, "--to", "csv", "--out", tmp_path / "csv") == 0
-    assert "finished before" in told("perez", *CLEAR, *SMALL, "--seed", 4, "--diffuse-only", "--out", out).out
-    assert command("perez", *CLEAR, *SMALL, "--seed", 5, "--diffuse-only", "--out", out) == 5
-    assert command("perez", *CLEAR, *SMALL, "--seed", 5, "--diffuse-only", "--out", out, "--force", "--json") == 0
-    assert json.loads(capsys.readouterr().out.splitlines()[-1])["run"]["seed"] == 5
+    assert "finished before" in told(*words, 4).out
+    told(*words, 5, code=5)
+    assert json.loads(told(*words, 5, "--force", "--json").out)["run"]["seed"] == 5
 
 
 def test_photons_of_sky_and_beam(tmp_path, told, capsys):
@@ -137,14 +107,72 @@ def test_photons_of_an_hour_are_those_of_its_numbers(tmp_path, told):
     assert {name for name in one if one[name] != two[name]} == {"manifest.json"}
 
 
+def run(*words):
+    return command("run", "--wavelengths", 443, 555, "--iterations", 20_000, *words)
+
+
 @pytest.mark.parametrize(
-    ("words", "code", "text"),
+    ("words", "mean_cosine"),
     [
-        ("--coefficients -1 -0.3 10 -3 0.45 --with-beam", 2, "coefficients do not say how bright the beam is"),
-        ("--dni 850 --dhi 0", 4, "no light in the sky"),
-        ("--dni 850 --dhi 95 --out - --format raw", 2, "perez writes a folder"),
+        (("--sky", "uniform"), 2 / 3),
+        (("--sky", "overcast"), 5 / 7),
+        (("--sky", "cie", "--sky-option", "type=5", "--sun-zenith", "40"), 2 / 3),
     ],
 )
-def test_photons_that_cannot_be(words, code, text, tmp_path, told):
-    assert text in told("perez", "--sun-zenith", 40, "--out", tmp_path / "out", *words.split(), code=code).err
-    assert list(tmp_path.iterdir()) == []
+def test_the_sky_alone(tmp_path, words, mean_cosine):
+    assert run(*words, "--out", tmp_path / "grey", "-q") == 0
+    assert command("verify", tmp_path / "grey", "-q") == 0
+    manifest = json.loads((tmp_path / "grey" / "manifest.json").read_text())
+    assert [band["launched"] for band in manifest["bands"]] == [20000, 20000]
+    for band in (1, 2):
+        photons = np.load(tmp_path / "grey" / f"photons-{band:04d}.npy")
+        assert -photons[:, 2].mean(dtype=np.float64) == pytest.approx(mean_cosine, abs=1e-4)
+
+
+HARRISON = ("--sky", "harrison-coombes", "--sun-zenith", "40")
+
+
+def test_a_sky_whose_sun_is_lost_says_so(tmp_path, capsys):
+    """Version 0.3 launched a clear sky without its sun, two thirds of the light, and no word."""
+    assert run(*HARRISON, "--out", tmp_path / "one", "-q") == 0
+    assert "the direct beam of the sun is missing" in capsys.readouterr().err
+    assert run(*HARRISON, "--diffuse-only", "--out", tmp_path / "two", "-q") == 0
+    assert capsys.readouterr().err == ""
+    one, two = (np.load(tmp_path / name / "photons-0001.npy") for name in ("one", "two"))
+    assert np.array_equal(one, two)
+    assert run("--sky", "overcast", "--sun-zenith", "40", "--out", tmp_path / "three", "-q") == 0  # no need of a sun
+    assert "beam of the sun is missing" in capsys.readouterr().err
+
+
+def test_python_says_it_in_its_own_words():
+    weather = {"wavebands": [443.0, 555.0], "n_photons": 1000, "sun_zenith_deg": 40.0, "ghi": 780.0, "dhi": 140.0}
+    with pytest.warns(sky.InputWarning, match=r"direct beam of the sun is missing.*write two of dni=, dhi= and ghi="):
+        sky.weather_scene(wavebands=[550.0], sun_zenith_deg=40.0, sky="harrison-coombes")
+    alone = sky.weather_scene(wavebands=[550.0], sun_zenith_deg=40.0, sky="harrison-coombes", diffuse_only=True)
+    assert [c.name for c in alone.components] == ["harrison-coombes"]
+    with pytest.raises(sky.UsageError, match="air_mass=: of the Perez sky"):
+        sky.weather_scene(**weather, sky="overcast", air_mass="kasten-1966")
+    dark = sky.weather_scene(**weather | {"ghi": 140.0}, sky="overcast")
+    assert [c.name for c in dark.components] == ["overcast"]
+
+
+@pytest.mark.parametrize(
+    ("words", "is_noted"),
+    [
+        (["--iterations", "100"], True),
+        (["--iterations", "1e6"], False),
+        (["--iterations", "100", "--format", "none"], False),
+    ],
+)
+def test_a_rough_scalar_irradiance_is_noted(tmp_path, told, words, is_noted):
+    """Ed/Eo of the photons more than 1 % from the exact value."""
+    out = told("run", "--sky", "uniform", "--wavelengths", 500, "--out", tmp_path / "out", *words).out
+    assert ("near the horizon make its scatter" in out) is is_noted
+
+
+def test_the_folder_of_a_sky_alone(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run("--sky", "overcast", "-q", "--dry-run") == 0
+    assert not list(tmp_path.iterdir())
+    assert run("--sky", "overcast", "-q") == 0
+    assert (tmp_path / "aomc-sky-out" / "manifest.json").is_file()

@@ -3,11 +3,10 @@
 import json
 import os
 import shutil
-import subprocess
-import sys
 
 import pytest
 
+from tests.support.processes import in_environment
 from tests.support.shared import INPUTS
 
 HEAVY = {"numba", "llvmlite", "scipy", "matplotlib", "pandas", "pvlib", "tqdm", "xarray"}
@@ -31,10 +30,8 @@ print(json.dumps(answers))
 
 def probe(*commands):
     """Command lines one after another in a fresh interpreter: their exit codes, what they showed, what is imported."""
-    done = subprocess.run(
-        [sys.executable, "-c", _PROBE, json.dumps(commands)], capture_output=True, text=True, timeout=60, check=True
-    )
-    for words, answer in zip(commands, json.loads(done.stdout), strict=True):
+    done = in_environment(_PROBE, json.dumps(commands))
+    for words, answer in zip(commands, json.loads(done), strict=True):
         answer["packages"] = {name.partition(".")[0] for name in answer["modules"]}
         answer["words"] = " ".join(words)
         yield answer
@@ -69,20 +66,21 @@ def test_answers_without_heavy_imports():
     ids=["run-and-verify", "perez"],
 )
 def test_only_the_sub_command_that_was_asked_for_is_built(loaded):
-    for answer, wanted in zip(
-        probe(*(list(dict.fromkeys([name, "--help"])) for name in loaded)), loaded.values(), strict=True
-    ):
+    words = [list(dict.fromkeys([name, "--help"])) for name in loaded]
+    for answer, wanted in zip(probe(*words), loaded.values(), strict=True):
         built = {name.split(".")[3] for name in answer["modules"] if name.startswith("aomc_sky.cli.commands.")}
         assert built == set(wanted.split()), answer["words"]
 
 
-def broken(folder, scene, name, old, new):
-    """Copy a scene with one change in one file."""
+def broken(folder, scene, name, *changes):
+    """Copy a scene with changes in one file."""
     shutil.copytree(INPUTS / scene, folder)
     data = (folder / name).read_bytes()
-    assert data.count(old) >= 1
-    (folder / name).write_bytes(data.replace(old, new, 1))
-    return folder / "amc.inp"
+    for old, new in changes:
+        assert old in data
+        data = data.replace(old, new, 1)
+    (folder / name).write_bytes(data)
+    return str(folder / "amc.inp")
 
 
 BROKEN = [
@@ -94,26 +92,22 @@ BROKEN = [
 
 
 def test_input_errors_appear_without_heavy_imports(tmp_path):
-    files = [broken(tmp_path / change[1], *change[:4]) for change in BROKEN]
-    dark = broken(tmp_path / "dark", "document_example", "skydist.inp", b"2 1 0 8.2\n2 1 1 9.5\n2 2 1 15.3\n", b"")
-    table = dark.with_name("skydist.inp")
-    table.write_bytes(table.read_bytes().replace(b"6 2 2 2", b"3 2 2 2"))
-    commands = [["run", str(dark)], *(["run", str(amc)] for amc in files)]
-    no_light, *answers = probe(*commands, *(["validate", str(amc.parent)] for amc in files))
-    for answer, (_, name, *_, shown) in zip(answers, BROKEN + BROKEN, strict=True):
-        assert answer["code"] == 3, answer
+    files = [broken(tmp_path / name, scene, name, (old, new)) for scene, name, old, new, _ in BROKEN]
+    of_650_nm = b"2 1 0 8.2\n2 1 1 9.5\n2 2 1 15.3\n"
+    changes = ((of_650_nm, b""), (b"6 2 2 2", b"3 2 2 2"))
+    dark = broken(tmp_path / "dark", "document_example", "skydist.inp", *changes)
+    commands = [["run", amc] for amc in files] + [["validate", os.path.dirname(amc)] for amc in files]
+    expected = [(3, name, shown) for _, name, _, _, shown in BROKEN] * 2 + [(4, "", "650 nm")]
+    for answer, (code, name, shown) in zip(probe(*commands, ["run", dark]), expected, strict=True):
+        assert answer["code"] == code, answer
         assert shown in answer["shown"], answer
         assert name in answer["shown"], answer
         assert not HEAVY & answer["packages"], answer["words"]
-    assert no_light["code"] == 4
-    assert "650 nm" in no_light["shown"]
-    assert not HEAVY & no_light["packages"]
 
 
 def test_importing_the_package_loads_no_third_party_module():
-    probe_text = "import sys; import aomc_sky; print(*sorted({m.partition('.')[0] for m in sys.modules}))"
-    done = subprocess.run([sys.executable, "-c", probe_text], capture_output=True, text=True, timeout=60, check=True)
-    assert not {"numpy", *HEAVY} & set(done.stdout.split())
+    program = "import sys; import aomc_sky; print(*sorted({m.partition('.')[0] for m in sys.modules}))"
+    assert not {"numpy", *HEAVY} & set(in_environment(program).split())
 
 
 PEREZ, LOBES, TABLE = {"perez"}, {"lobes", "background", "backgrounds"}, {"tabulated"}
@@ -133,10 +127,6 @@ UNUSED = {
 """Names of rooms and modules that a run of the scene has no use for."""
 
 
-def run_words(scene, out):
-    return ["run", str(scene), "--iterations", "1e3", "--out", str(out), "-q"]
-
-
 @pytest.mark.parametrize(
     "scenes",
     [("clear_day", "document_example"), ("beam_only", "perez_sky", "sun_and_sky"), ("night_sky",), ("atmosphere_sky",)],
@@ -151,7 +141,8 @@ def test_a_run_loads_what_its_scene_needs_alone(tmp_path, scenes):
         toml = folders[0] / "sky.toml"
         few = 'clear.atmo"\nmethod = "order1"\nzenith_bins = 2\nazimuth_bins = 2\n'
         toml.write_text(toml.read_text(encoding="utf-8").replace('clear.atmo"', few), encoding="utf-8")
-    for scene, answer in zip(scenes, probe(*(run_words(folder, folder / "out") for folder in folders)), strict=True):
+    runs = [["run", str(folder), "--iterations", "1e3", "--out", f"{folder}/out", "-q"] for folder in folders]
+    for scene, answer in zip(scenes, probe(*runs), strict=True):
         assert answer["code"] == 0, answer
         ours = [name.split(".") for name in answer["modules"] if name.startswith("aomc_sky.")]
         assert [name for name in ours if UNUSED[scene] & set(name) or "polaris" in ".".join(name)] == []
@@ -171,7 +162,5 @@ for iterations in map(int, sys.argv[2:]):
 
 
 def test_numba_is_loaded_for_a_large_job_alone():
-    command = [sys.executable, "-c", _PHOTONS, str(INPUTS / "overcast"), str(10**5), str(10**8)]
-    environment = os.environ | {"NUMBA_DISABLE_JIT": "1"}  # to be loaded is enough
-    done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=120, env=environment)
-    assert done.stdout.split() == ["False", "True"]
+    said = in_environment(_PHOTONS, INPUTS / "overcast", 10**5, 10**8, NUMBA_DISABLE_JIT="1")  # to be loaded is enough
+    assert said.split() == ["False", "True"]

@@ -18,12 +18,8 @@ pytest.importorskip("h5netcdf")
 h5py = pytest.importorskip("h5py")
 
 DATASET = {"name": "radiance", "shape": (3, 6)}
-external_storage = partial(hdf5_damage.external_storage, **DATASET)
-external_link = partial(hdf5_damage.external_link, **DATASET)
-virtual = partial(hdf5_damage.virtual, **DATASET)
-sparse = partial(hdf5_damage.sparse, **DATASET)
-bomb = partial(hdf5_damage.bomb, **DATASET, n_bytes=2**28)
-
+SPARSE = partial(hdf5_damage.sparse, **DATASET)
+BOMB = partial(hdf5_damage.bomb, **DATASET, n_bytes=2**28)
 ZENITH, AZIMUTH = np.arange(15.0, 90.0, 30.0), np.arange(0.0, 360.0, 60.0)
 
 
@@ -39,13 +35,13 @@ def large_axis(file):
 
 ELSEWHERE = "the data of 'radiance' are in another file or place"
 MADE = {
-    # name: (what is done to a good file, code, how the message begins)
-    "netcdf-external-storage": (external_storage, "E553", ELSEWHERE),
-    "netcdf-external-link": (external_link, "E553", ELSEWHERE),
-    "netcdf-virtual-dataset": (virtual, "E553", ELSEWHERE),
-    "netcdf-sparse-1e15": (sparse, "E553", "a field of "),
-    "netcdf-gzip-bomb": (bomb, "E553", "a compressed chunk holds more bytes than it declares"),
-    "netcdf-axis-1e12": (large_axis, "E553", "an axis of 8000000000000 bytes is declared"),
+    # name: (what is done to a good file, how the message of E553 begins)
+    "netcdf-external-storage": (partial(hdf5_damage.external_storage, **DATASET), ELSEWHERE),
+    "netcdf-external-link": (partial(hdf5_damage.external_link, **DATASET), ELSEWHERE),
+    "netcdf-virtual-dataset": (partial(hdf5_damage.virtual, **DATASET), ELSEWHERE),
+    "netcdf-sparse-1e15": (SPARSE, "a field of "),
+    "netcdf-gzip-bomb": (BOMB, "a compressed chunk holds more bytes than it declares"),
+    "netcdf-axis-1e12": (large_axis, "an axis of 8000000000000 bytes is declared"),
 }
 
 
@@ -59,7 +55,7 @@ def scene(folder, toml='[sky]\ntable = "x.nc"\n'):
 @pytest.mark.parametrize("name", [*MADE, *(f"plot-{name}" for name in MADE)], ids=lambda name: row_id(40, name))
 def test_fault(name, tmp_path, monkeypatch, told):
     """A picture opens no other file: that of an atmosphere is drawn by its name, and its storage is looked at."""
-    change, code, words = MADE[name.removeprefix("plot-")]
+    change, words = MADE[name.removeprefix("plot-")]
     monkeypatch.chdir(tmp_path)
     hdf5_damage.write_secrets(DATASET["shape"])
     with h5py.File(scene(tmp_path), "a") as file:
@@ -69,7 +65,7 @@ def test_fault(name, tmp_path, monkeypatch, told):
         change(file)
     wrong = ("plot", "x.nc", "--out", "x.png") if name.startswith("plot-") else ("validate", "sky.toml")
     said = told(*wrong, code=3).err
-    assert f"x.nc: error[{code}" in said
+    assert "x.nc: error[E553" in said
     assert words in said
     assert not Path("x.png").exists()
 
@@ -127,7 +123,7 @@ def test_flipped_bytes(fault, tmp_path, monkeypatch, capsys):
 @row(40, "netcdf-memory-of-bombs")
 def test_memory(fault, tmp_path):
     """Refused before anything of them is unpacked."""
-    for name, change in (("0", bomb), ("1", sparse)):
+    for name, change in (("0", BOMB), ("1", SPARSE)):
         (tmp_path / name).mkdir()
         with h5py.File(scene(tmp_path / name), "a") as file:
             change(file)
@@ -144,12 +140,7 @@ WRONG = {
     "variable": (lambda f: f, 'variable = "sky"\n', "3:12", "no variable 'sky' of numbers; it has 'radiance'"),
     "dimension": (lambda f: f, "isel = { stokes = 0 }\n", "3:8", "no dimension 'stokes'; it has 'zenith', 'azimuth'"),
     "index": (lambda f: f.expand_dims(s=2), "isel = { s = 2 }\n", "3:8", "dimension 's' has indices 0 to 1, not 2"),
-    "no wavelengths": (
-        lambda f: f.expand_dims(wavelength=[500.0]).isel(wavelength=slice(0)),
-        "",
-        "2:9",
-        "'wavelength' has length 0",
-    ),
+    "no wavelengths": (lambda f: f.expand_dims(wavelength=[5.0]).isel(wavelength=slice(0)), "", "2:9", "has length 0"),
 }
 
 

@@ -1,13 +1,17 @@
-"""Rows 31 to 33 of the matrix: lambbot.inp and difcol.inp out of range, and what is no file that can be read."""
+"""Rows 27 to 33 of the matrix: amc.inp, lambbot.inp and difcol.inp out of form or range, and what is no file."""
 
+import json
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from tests.support.fault_rows import Fault, amc_line, check_refused, faults, row, row_id, run_scene
+from aomc_sky.formats.aomc.amc import read_amc
+from tests.support.fault_rows import AMC, Fault, amc_line, check_refused, faults, row, row_id, run_scene, sky
 from tests.support.processes import limited
-from tests.support.scenes import copy_scene
+from tests.support.scenes import write_amc
+from tests.support.shared import INPUTS
 
 TWO_BANDS = "2\n555.0 0.05 0.0\n580.0 0.05 0.0\n"
 
@@ -35,7 +39,27 @@ RANGES = [
 ]
 
 
-@faults(RANGES)
+LINES = AMC.splitlines()
+
+
+def in_amc(number, name, text, place):
+    return Fault(row=number, name=name, files={"amc.inp": text}, places=[f"amc.inp:{place}"])
+
+
+SKY_UTF16 = {"skydist.inp": sky().encode("utf-16")}
+OF_AMC = [
+    in_amc(27, "flag-one-column-right", amc_line(2, "1", column=50), "2:50 E103"),
+    in_amc(28, "real-without-point", amc_line(6, "100"), "6:49 E104"),
+    in_amc(29, "line-missing", "\n".join([*LINES[:6], *LINES[7:], ""]), "7:1 E105"),
+    in_amc(29, "line-too-many", "\n".join([*LINES[:6], "", *LINES[6:], ""]), "7:1 E105"),
+    in_amc(30, "amc-utf-16", AMC.encode("utf-16"), "1:1 E101"),
+    Fault(row=30, name="sky-utf-16", files=SKY_UTF16, places=["skydist.inp:1:1 E101"]),
+    in_amc(30, "nul-bytes", AMC.replace("100.0", "10\0.0"), "6:51 E101"),
+    in_amc(30, "lone-returns", AMC.replace("\n", "\r", 1), f"1:{len(LINES[0]) + 1} E101"),
+]
+
+
+@faults([*OF_AMC, *RANGES])
 def test_fault(fault, tmp_path, capsys):
     check_refused(fault, tmp_path, capsys)
 
@@ -51,54 +75,29 @@ def test_a_reflectance_of_the_program(fault, tmp_path, capsys):
 SCENE_FILES = ("amc.inp", "lambbot.inp", "skydist.inp")
 
 
-def missing(path):
-    path.unlink()
-
-
-def folder(path):
-    path.unlink()
-    path.mkdir()
-
-
-def pipe(path):
-    path.unlink()
-    os.mkfifo(path)
-
-
-def device(path):
-    path.unlink()
-    path.symlink_to("/dev/zero")
-
-
-def link_to_nowhere(path):
-    path.unlink()
-    path.symlink_to("nowhere")
-
-
-def link_to_itself(path):
-    path.unlink()
-    path.symlink_to(path.name)
-
-
 NO_FILE = "{}: error[E100]: there is no such file"
 NO_REGULAR_FILE = "{}: error[E100]: this is not a regular file, expected a text file"
 KINDS = {
-    # name: (what makes it, exit code, standard error)
-    "missing": (missing, 3, NO_FILE),
-    "a-folder": (folder, 3, "{}: error[E100]: this is a folder, expected a text file"),
-    "a-pipe": (pipe, 3, NO_REGULAR_FILE),
-    "a-device": (device, 3, NO_REGULAR_FILE),
-    "a-link-to-nowhere": (link_to_nowhere, 3, NO_FILE),
-    "a-link-to-itself": (link_to_itself, 6, "aomc-sky: error: cannot read {}: Too many levels of symbolic links"),
+    # name: (what makes it of a name that is free, exit code, standard error)
+    "missing": (str, 3, NO_FILE),
+    "a-folder": (Path.mkdir, 3, "{}: error[E100]: this is a folder, expected a text file"),
+    "a-pipe": (os.mkfifo, 3, NO_REGULAR_FILE),
+    "a-device": (lambda path: path.symlink_to("/dev/zero"), 3, NO_REGULAR_FILE),
+    "a-link-to-nowhere": (lambda path: path.symlink_to("nowhere"), 3, NO_FILE),
+    "a-link-to-itself": (
+        lambda path: path.symlink_to(path.name),
+        6,
+        "aomc-sky: error: cannot read {}: Too many levels of symbolic links",
+    ),
 }
 
 
 @pytest.mark.parametrize("kind", KINDS, ids=[row_id(33, kind) for kind in KINDS])
-def test_what_is_no_file(kind, tmp_path):
+def test_what_is_no_file(kind, scene):
     """In a process, for a pipe that is opened waits for ever and a device has no end."""
     make, code, words = KINDS[kind]
     name = SCENE_FILES[list(KINDS).index(kind) % len(SCENE_FILES)]
-    scene = copy_scene("document_example", tmp_path).parent
+    (scene / name).unlink()
     make(scene / name)
     done = limited(scene, "run", *([scene / "amc.inp"] if name != "amc.inp" else ["amc.inp"]))
     assert done.code == code
@@ -110,9 +109,8 @@ def test_what_is_no_file(kind, tmp_path):
 
 @pytest.mark.skipif(not Path("/proc/self/mem").exists(), reason="needs a file that nobody can read")
 @row(33, "a-file-that-cannot-be-read")
-def test_a_file_that_cannot_be_read(fault, tmp_path, capsys):
+def test_a_file_that_cannot_be_read(fault, scene):
     """A regular file to look at, whose first byte nobody may read, root included."""
-    scene = copy_scene("document_example", tmp_path / "first").parent
     (scene / "skydist.inp").unlink()
     (scene / "skydist.inp").symlink_to("/proc/self/mem")
     done = limited(scene, "run", "amc.inp")
@@ -122,8 +120,47 @@ def test_a_file_that_cannot_be_read(fault, tmp_path, capsys):
 
 @pytest.mark.skipif(hasattr(os, "geteuid") and os.geteuid() == 0, reason="root may read everything")
 @row(33, "no-permission")
-def test_a_file_without_permission(fault, tmp_path):
-    scene = copy_scene("document_example", tmp_path).parent
+def test_a_file_without_permission(fault, scene):
     (scene / "skydist.inp").chmod(0)
     done = limited(scene, "run", "amc.inp")
     assert (done.code, done.err) == (6, "aomc-sky: error: cannot read skydist.inp: Permission denied\n")
+
+
+def older_layout(path):
+    """The same scene in the layout with a line more, which asks for a polar cap."""
+    write_amc(replace(read_amc(INPUTS / "document_example" / "amc.inp"), use_polar_cap=True), path)
+    return path.read_bytes()
+
+
+SAME = {
+    "older-layout-is-read": (29, None),
+    "crlf-is-read": (30, AMC.replace("\n", "\r\n").encode()),
+    "byte-order-mark-is-read": (30, b"\xef\xbb\xbf" + AMC.encode()),
+}
+
+
+@pytest.mark.parametrize("name", SAME, ids=[row_id(number, name) for name, (number, _) in SAME.items()])
+def test_what_is_read_gives_the_same_photons(name, tmp_path, capsys):
+    text = SAME[name][1] or older_layout(tmp_path / "amc.inp")
+    assert len(text.splitlines()) == (31 if name.startswith("older") else 30)
+    files = {"skydist.inp": sky().replace("\n", "\r\n").encode()} if name.startswith("crlf") else {}
+    options = ["--iterations", 1000, "--json"]
+    answer = run_scene(tmp_path / "a", {"amc.inp": text, **files}, options, capsys)
+    plain = run_scene(tmp_path / "b", {}, options, capsys)
+    assert (answer.code, answer.err) == (plain.code, plain.err) == (0, "")
+    assert json.loads(answer.out)["plan_sha256"] == json.loads(plain.out)["plan_sha256"]
+
+
+@pytest.mark.parametrize(
+    "name", SCENE_FILES, ids=[row_id(30, f"gigabyte-in-one-line-of-{name}") for name in SCENE_FILES]
+)
+def test_a_gigabyte_in_one_line(name, scene):
+    """Refused after the first megabyte, whatever the size; behind the digits is a hole, which costs no disk."""
+    with (scene / name).open("wb") as file:
+        file.write(b"1" * 2_000_000)
+        file.truncate(2**30)
+    done = limited(scene, "run", "amc.inp")
+    assert (done.code, done.out) == (3, "")
+    assert done.err.startswith(f"{name}:1:1: error[E101]: the line is longer than 65536 bytes\n")
+    assert done.err.rstrip().endswith("^ end every line")
+    assert done.peak_mb < 200

@@ -26,7 +26,7 @@ SIGNALS = {"kill-9": (signal.SIGKILL, -9), "interrupt": (signal.SIGINT, 130)}
 @pytest.mark.parametrize(("how", "code"), SIGNALS.values(), ids=[row_id(41, name) for name in SIGNALS])
 def test_a_killed_run_is_finished_by_the_same_command(amc, tmp_path, how, code):
     words = ["run", amc, "--iterations", "2e5", "-q", "--out"]
-    assert main([*map(str, words), str(tmp_path / "whole")]) == 0
+    assert command(*words, tmp_path / "whole") == 0
     whole = run_bytes(tmp_path / "whole")
     out = tmp_path / "out"
     process = stopped(*words, out, block=6)  # of four in each waveband
@@ -39,7 +39,7 @@ def test_a_killed_run_is_finished_by_the_same_command(amc, tmp_path, how, code):
     if how is signal.SIGINT:
         assert not list(out.glob(".aomc-sky-*"))
         assert b"interrupted" in err
-    assert main([*map(str, words), str(out)]) == 0
+    assert command(*words, out) == 0
     assert run_bytes(out) == whole
 
 
@@ -47,16 +47,14 @@ def test_a_killed_run_is_finished_by_the_same_command(amc, tmp_path, how, code):
 def test_a_full_disk_leaves_nothing_half(fault, amc, tmp_path):
     words = ["run", amc, "--iterations", "2e5", "-q", "--out", tmp_path / "out"]
 
-    def limit():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, 1_000_000))
-
-    process = start(*words, preexec_fn=limit)
+    limit = (resource.RLIMIT_FSIZE, (1_000_000, 1_000_000))
+    process = start(*words, preexec_fn=lambda: resource.setrlimit(*limit))
     _, err = process.communicate(timeout=60)
     assert process.returncode == 6, err
     assert err.startswith(b"aomc-sky: error: cannot write")
     assert b"photons-0001.npy" in err
     assert {path.name for path in (tmp_path / "out").iterdir()} == {"plan.npz", "counts.csv"}
-    assert main([*map(str, words)]) == 0
+    assert command(*words) == 0
 
 
 SMALL_DISK = """
@@ -87,33 +85,25 @@ def test_a_disk_that_is_full(fault, amc, tmp_path):
     """A disk of 1 MB: nothing half is on it; once there is room the same command finishes the run."""
     words = ["run", amc, "--iterations", "2e5", "-q", "--out"]
     assert command(*words, tmp_path / "whole") == 0
-    disk = tmp_path / "disk"
+    disk, out = tmp_path / "disk", tmp_path / "disk" / "out"
     disk.mkdir()
-    out = disk / "out"
     # room is looked for first; here the disk fills up behind its back
     program = "from aomc_sky.outputs.run_folder import RunFolder as F\nF.require_space = lambda *_: None\n"
     program += "import sys\nfrom aomc_sky.cli.main import main\nsys.exit(main())"
-    shell = ["unshare", "-rm", "sh", "-c", SMALL_DISK, "sh", disk]
-    command_line = [*shell, sys.executable, "-c", program, *words, out]
-    done = subprocess.run(
-        list(map(str, command_line)),
-        env={**os.environ, "OUT": str(out), "DISK": str(disk)},
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=False,
-    )
+    command_line = ["unshare", "-rm", "sh", "-c", SMALL_DISK, "sh", disk, sys.executable, "-c", program, *words, out]
+    environment = {**os.environ, "OUT": str(out), "DISK": str(disk)}
+    how = {"env": environment, "capture_output": True, "text": True, "timeout": 120}
+    done = subprocess.run(list(map(str, command_line)), check=False, **how)
     assert done.returncode == 0, done.stderr
     assert "cannot write" in done.stderr
     assert "No space left on device" in done.stderr
     assert "Traceback" not in done.stderr
     code, *names = done.stdout.splitlines()
-    assert code == "code 6"
-    assert names[:2] == ["counts.csv", "plan.npz"]
-    hashes = {Path(line.split()[1]).name: line.split()[0] for line in names[2:]}
-    for band in (1, 2, 3):
-        name = f"photons-{band:04d}.npy"
-        assert hashes[name] == hashlib.sha256((tmp_path / "whole" / name).read_bytes()).hexdigest()
+    assert (code, names[:2]) == ("code 6", ["counts.csv", "plan.npz"])
+    made = {Path(line.split()[1]).name: line.split()[0] for line in names[2:]}
+    photons = sorted((tmp_path / "whole").glob("photons-*.npy"))
+    assert made == {path.name: hashlib.sha256(path.read_bytes()).hexdigest() for path in photons}
+    assert len(made) == 3
 
 
 FULL = {
@@ -128,14 +118,10 @@ FULL = {
 def test_a_full_standard_output_is_exit_6(amc, tmp_path, words):
     # what Python keeps back is refused at its end only, when no program hears of it any more
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    command_line = [sys.executable, "-m", "aomc_sky", "run", str(amc), *words]
     with open("/dev/full", "wb") as full:
         done = subprocess.run(
-            [sys.executable, "-m", "aomc_sky", "run", str(amc), *words],
-            env=environment,
-            stdout=full,
-            stderr=subprocess.PIPE,
-            timeout=60,
-            check=False,
+            command_line, env=environment, stdout=full, stderr=subprocess.PIPE, timeout=60, check=False
         )
     assert done.returncode == 6
     assert b"error" in done.stderr
@@ -217,7 +203,7 @@ def test_a_disk_known_to_be_too_small_is_told_before_anything_is_made(fault, amc
 @row(43, "two-runs-into-one-folder")
 def test_two_runs_into_one_folder_at_once(fault, amc, tmp_path):
     words = ["run", amc, "--iterations", "1e6", "-q", "--threads", "1", "--out"]
-    assert main([*map(str, words), str(tmp_path / "whole")]) == 0
+    assert command(*words, tmp_path / "whole") == 0
     both = [start(*words, tmp_path / "out") for _ in range(2)]
     for process in both:
         _, err = process.communicate(timeout=60)
@@ -249,5 +235,4 @@ def test_an_unfinished_run_is_known_to_info(amc, tmp_path, told):
     (out / "manifest.json").unlink()
     assert "unfinished" in told("info", out).out
     shown = json.loads(told("info", out, "--json").out)
-    assert shown["finished"] is False
-    assert shown["requested"] == [100, 100, 100]
+    assert (shown["finished"], shown["requested"]) == (False, [100, 100, 100])

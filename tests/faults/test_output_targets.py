@@ -82,14 +82,14 @@ def test_files_of_others_under_our_names_stay(fault, scene, tmp_path, capsys):
 def test_force_removes_what_a_run_made_and_nothing_else(fault, scene, tmp_path):
     out = tmp_path / "out"
     out.mkdir()
-    mine = (
+    mine = {
         "photons-of-my-cat.jpg",
         "counts.xlsx",
         "blocks-of-flats.npy",
         "weights-.npy",
         "manifest.txt",
         ".aomc-sky-mine",
-    )
+    }
     words = ["run", scene, "--iterations", 100, "-q", "--out", out]
     assert command(*words) == 0
     for name in mine:
@@ -112,28 +112,35 @@ def test_a_folder_without_its_plan_is_nobodys(fault, scene, tmp_path, told):
     assert files_of(out) == before
 
 
-TARGETS = {
-    "skydist": ("--write-skydist", "mine.txt"),
-    "png": ("--plot", "mine.png"),
-    "svg": ("--plot", "mine.svg"),
-    "pdf": ("--plot", "mine.pdf"),
+OWN = {
+    "skydist": (*PEREZ, "--write-skydist", "mine.txt"),
+    "png": (*PEREZ, "--plot", "mine.png"),
+    "svg": (*PEREZ, "--plot", "mine.svg"),
+    "pdf": (*PEREZ, "--plot", "mine.pdf"),
+    "of-a-scene": ("plot", INPUTS / "document_example", "-q", "--out", "mine.png"),
+    "skydist-of-the-program": (*PEREZ, "--write-skydist", "skydist.inp"),
 }
 
 
 @needs_matplotlib
-@row(48, *(f"target-{name}" for name in TARGETS))
-def test_a_file_of_others_is_replaced_by_force_alone(fault, tmp_path, told):
-    option, name = TARGETS[fault.removeprefix("target-")]
-    target = tmp_path / name
+@row(48, *(f"target-{name}" for name in OWN))
+def test_a_file_of_others_is_replaced_by_force_alone(fault, tmp_path, monkeypatch, told):
+    """What the command then wrote is its own, and the next one replaces it without a word."""
+    monkeypatch.chdir(tmp_path)
+    words = OWN[fault.removeprefix("target-")]
+    target = Path(words[-1])
     target.write_bytes(b"\x89PNG\r\n\x1a\nmine")
-    err = told(*PEREZ, option, target, code=5).err
+    if fault.endswith("program"):
+        shutil.copy(INPUTS / "document_example" / "skydist.inp", target)
+    before = target.read_bytes()
+    err = told(*words, code=5).err
     assert "--force" in err
-    assert f"new-{name}" in err
-    assert target.read_bytes() == b"\x89PNG\r\n\x1a\nmine"
-    assert command(*PEREZ, option, target, "--force") == 0
+    assert f"new-{target}" in err
+    assert target.read_bytes() == before
+    assert command(*words, "--force") == 0
     assert is_ours(target)
     first = target.read_bytes()
-    assert command(*PEREZ, option, target) == 0  # its own file it replaces without a word
+    assert command(*words) == 0
     assert target.read_bytes() == first
 
 
@@ -146,27 +153,6 @@ def test_inputs_are_never_replaced(fault, tmp_path, told):
     target.write_text("mine")
     assert "never replaced" in told(*PEREZ, "--write-skydist", target, "--force", code=2).err
     assert target.read_text() == "mine"
-
-
-@row(48, "skydist-of-others")
-def test_a_skydist_of_others_needs_force_and_is_no_input_then(fault, tmp_path, capsys):
-    target = Path(shutil.copy(INPUTS / "document_example" / "skydist.inp", tmp_path))
-    before = target.read_bytes()
-    assert command(*PEREZ, "--write-skydist", target) == 5
-    assert target.read_bytes() == before
-    assert command(*PEREZ, "--write-skydist", target, "--force") == 0
-    assert command(*PEREZ, "--write-skydist", target) == 0
-
-
-@needs_matplotlib
-@row(48, "picture-of-a-plot")
-def test_plot_replaces_its_own_pictures_alone(fault, scene, tmp_path, capsys):
-    target = tmp_path / "sky.png"
-    target.write_bytes(b"a photograph")
-    assert command("plot", scene, "--out", target, "-q") == 5
-    assert target.read_bytes() == b"a photograph"
-    assert command("plot", scene, "--out", target, "-q", "--force") == 0
-    assert command("plot", scene, "--out", target, "-q") == 0
 
 
 @row(48, "device", "pipe")

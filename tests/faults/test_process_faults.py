@@ -17,8 +17,20 @@ DATES = ("0001-01-01T00:00:00+14:00", "9999-12-31T23:59:59-12:00")
 MB = 1 << 20
 
 
-def one_sentence(err):
+def is_one_sentence(err):
     return "Traceback" not in err and err.startswith("aomc-sky: error: ") and err.count("\n") == 1
+
+
+def ended(program, *words, **how):
+    """A Python program that has ended."""
+    command_line = [sys.executable, "-c", program, *map(str, words)]
+    return subprocess.run(command_line, capture_output=True, text=True, timeout=120, check=False, **how)
+
+
+def assert_says(done, words):
+    assert done.returncode == 6, done.stderr
+    assert is_one_sentence(done.stderr), done.stderr
+    assert words in done.stderr
 
 
 @pytest.mark.parametrize("date", DATES, ids=[row_id(51, f"date-{name}") for name in ("year-0", "year-10000")])
@@ -41,7 +53,7 @@ def test_a_time_of_a_perez_sky(fault, told):
     pytest.importorskip("pvlib")
     place = ["--latitude", 10, "--longitude", 10]
     for date in (*DATES, "0000-01-01T00:00:00Z", "10000-01-01T00:00:00Z", "1500-06-21T12:00:00Z"):
-        assert one_sentence(told("perez", "--dni", 500, "--dhi", 100, "--time", date, *place, code=2).err)
+        assert is_one_sentence(told("perez", "--dni", 500, "--dhi", 100, "--time", date, *place, code=2).err)
 
 
 SMALL = """
@@ -59,32 +71,25 @@ def test_little_memory(spare, scene, tmp_path):
     """Python and numpy have started; what a scene of a hundred thousand patches needs is not there."""
     rows = "".join(f"1 {z + 1} {a} 1.5\n" for z in range(250) for a in range(400))
     (scene / "skydist.inp").write_text(f"100000 250 399 1\n550\n{rows}")
-    words = ["run", str(scene), "--threads", "1", "-q", "--out", str(tmp_path / "out")]
-    command_line = [sys.executable, "-c", SMALL, str(spare * MB), *words]
-    done = subprocess.run(command_line, capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == 6, done.stderr
-    assert one_sentence(done.stderr), done.stderr
-    assert "there is not enough memory for this process" in done.stderr
+    done = ended(SMALL, spare * MB, "run", scene, "--threads", 1, "-q", "--out", tmp_path / "out")
+    assert_says(done, "there is not enough memory for this process")
     assert not (tmp_path / "out" / "manifest.json").exists()
 
 
 @row(51, "address-space-of-150-MB")
 def test_a_small_address_space_from_the_start(fault, scene, tmp_path):
     """Where Python and numpy just start; libraries that do not fit any more are told as lack of memory."""
-    words = ["run", str(scene), "--threads", "1", "--iterations", "3e6", "-q", "--out", str(tmp_path / "out")]
-    command_line = [sys.executable, "-m", "aomc_sky", *words]
-    how = {"env": os.environ | {"OPENBLAS_NUM_THREADS": "1"}, "capture_output": True, "text": True, "timeout": 120}
+    words = ("run", scene, "--threads", 1, "--iterations", "3e6", "-q", "--out", tmp_path / "out")
     for size in (130, 140, 145, 150, 160, 200):  # each ends elsewhere: OpenBLAS, numpy, our modules, numba's LLVM
 
         def limit(size=size * MB):
             resource.setrlimit(resource.RLIMIT_AS, (size, size))
 
-        done = subprocess.run(command_line, check=False, preexec_fn=limit, **how)
+        program = "import runpy; runpy.run_module('aomc_sky', run_name='__main__')"
+        done = ended(program, *words, env=os.environ | {"OPENBLAS_NUM_THREADS": "1"}, preexec_fn=limit)
+        if done.returncode:
+            assert_says(done, "there is not enough memory for this process")
         assert "Traceback" not in done.stderr, size
-        assert done.returncode in (0, 6), size
-        if done.returncode == 6:
-            assert one_sentence(done.stderr), size
-            assert "there is not enough memory for this process" in done.stderr, size
 
 
 LOW = """
@@ -97,11 +102,7 @@ sys.exit(main(sys.argv[2:]))
 
 @pytest.mark.parametrize("limit", [60, 100], ids=[row_id(51, f"recursion-limit-{n}") for n in (60, 100)])
 def test_a_low_recursion_limit(limit, scene):
-    command_line = [sys.executable, "-c", LOW, str(limit), "validate", str(scene)]
-    done = subprocess.run(command_line, capture_output=True, text=True, timeout=120, check=False)
-    assert done.returncode == 6, done.stderr
-    assert one_sentence(done.stderr), done.stderr
-    assert f"the recursion limit of this Python, {limit}, is too low" in done.stderr
+    assert_says(ended(LOW, limit, "validate", scene), f"the recursion limit of this Python, {limit}, is too low")
 
 
 NO_MEMORY = "is not enough memory for this process"
@@ -114,24 +115,24 @@ LAST = (
 )
 
 
-@pytest.mark.parametrize(("error", "code", "words"), LAST, ids=[row_id(51, f"last-line-{k}") for k in range(5)])
-def test_the_last_line_of_the_command(error, code, words, scene, monkeypatch, told):
-    monkeypatch.setattr("aomc_sky.source.read.scene.scene_of_files", raising(error))
-    err = told("run", scene, "-q", code=code).err
-    assert one_sentence(err)
-    assert words in err
-
-
-def raising(error):
+def fail_with(error, monkeypatch):
     def fail(*_, **__):
         raise error
 
-    return fail
+    monkeypatch.setattr("aomc_sky.source.read.scene.scene_of_files", fail)
+
+
+@pytest.mark.parametrize(("error", "code", "words"), LAST, ids=[row_id(51, f"last-line-{k}") for k in range(5)])
+def test_the_last_line_of_the_command(error, code, words, scene, monkeypatch, told):
+    fail_with(error, monkeypatch)
+    err = told("run", scene, "-q", code=code).err
+    assert is_one_sentence(err)
+    assert words in err
 
 
 @pytest.mark.parametrize("error", [RuntimeError("a bug"), ImportError("no module")], ids=["runtime", "import"])
 def test_other_errors_are_bugs_and_keep_their_traceback(error, scene, monkeypatch):
-    monkeypatch.setattr("aomc_sky.source.read.scene.scene_of_files", raising(error))
+    fail_with(error, monkeypatch)
     with pytest.raises(type(error)):
         cli.main(["run", str(scene), "-q"])
 
@@ -151,12 +152,6 @@ except sky.AomcSkyError as error:
 @row(51, "host-that-rounds-towards-zero")
 def test_a_host_that_rounds_another_way(fault):
     """All modes are in tests/ground/test_float_mode.py."""
-    words = [str(INPUTS / "perez_sky" / "amc.inp")]
-    said = [
-        subprocess.run(
-            [sys.executable, "-c", HOST, mode, *words], capture_output=True, text=True, timeout=120, check=True
-        )
-        for mode in ("0", "3072")
-    ]
-    assert said[0].stdout == ""
-    assert said[1].stdout == "this thread does not round to nearest; call fesetround(FE_TONEAREST) before aomc-sky 6\n"
+    to_nearest, to_zero = (ended(HOST, mode, INPUTS / "perez_sky" / "amc.inp") for mode in (0, 3072))
+    assert (to_nearest.returncode, to_nearest.stdout, to_zero.returncode) == (0, "", 0)
+    assert to_zero.stdout == "this thread does not round to nearest; call fesetround(FE_TONEAREST) before aomc-sky 6\n"

@@ -1,4 +1,4 @@
-"""Rows 1 to 18 of the matrix: skydist.inp with indices, values, headers and rows that cannot be."""
+"""Rows 1 to 21 of the matrix: indices, values, headers, rows, bins and wavelengths of skydist.inp that cannot be."""
 
 import numpy as np
 import pytest
@@ -13,11 +13,13 @@ from tests.support.fault_rows import (
     launched,
     photons_of_band,
     row,
+    row_id,
     run_scene,
     sky,
 )
-from tests.support.scenes import copy_scene
 
+FIRST, SECOND = {(1, 0): 1050, (1, 1): 1200, (2, 1): 2000}, {(1, 0): 1056, (1, 1): 1224, (2, 1): 1970}
+"""Photons of the two skies of the scene, of 4250."""
 DARK = sky(rows=[*ROWS[:3], "2 1 0 0.0", "2 1 1 0.0", "2 2 1 0.0"])
 
 
@@ -73,15 +75,31 @@ DARK_BAND = Fault(
 )
 
 
-@faults([*ROWS_WRONG, *HEADS_WRONG, DIFFER, DARK_BAND])
+BELOW = sky("1 95 1 20.0", head="6 100 2 2")
+FAR_AROUND = sky("1 2 400 20.0", head="6 2 400 2")
+
+
+def in_sky(number, name, text, place, *options):
+    places = [f"skydist.inp:{place}"]
+    return Fault(row=number, name=name, files={"skydist.inp": text}, options=options, places=places)
+
+
+READING = [
+    in_sky(19, "zenith-95-degrees", BELOW, "5:1 E307", "--bins", "degrees"),
+    in_sky(19, "zenith-95-degrees-of-the-program", BELOW, "5:1 E307", "--compat", "aomc"),
+    in_sky(19, "azimuth-400-degrees", FAR_AROUND, "5:1 E307", "--bins", "degrees"),
+    in_sky(20, "wavelength-twice", sky(waves="550.0 550.0"), "2:7 E308"),
+]
+
+
+@faults([*ROWS_WRONG, *HEADS_WRONG, *READING, DIFFER, DARK_BAND])
 def test_fault(fault, tmp_path, capsys):
     check_refused(fault, tmp_path, capsys)
 
 
 @row(8, "all-zero-band-read-in-python")
-def test_a_dark_band_is_refused_by_the_reader(fault, tmp_path):
+def test_a_dark_band_is_refused_by_the_reader(fault, amc):
     """Before anything is made of the scene."""
-    amc = copy_scene("document_example", tmp_path)
     amc.with_name("skydist.inp").write_text(DARK)
     with pytest.raises(aomc_sky.SceneError, match="waveband 3 at 640 nm has no light"):
         aomc_sky.read_scene(amc)
@@ -90,12 +108,9 @@ def test_a_dark_band_is_refused_by_the_reader(fault, tmp_path):
 @row(8, "all-zero-band-of-a-scene-in-python")
 def test_a_dark_band_of_a_scene(fault):
     """A scene that nobody read: settling its photons has to look at the bands."""
-    grid = aomc_sky.PatchGrid.regular(2, 3)
-    dark = aomc_sky.TabulatedSky(
-        wavelength_nm=np.array([550.0, 650.0]), values=np.repeat([[1.0], [0.0]], 6, axis=1), grid=grid
-    )
-    bands = aomc_sky.Wavebands(wavelength_nm=np.array([555.0, 640.0]))
-    scene = aomc_sky.Scene(wavebands=bands, n_photons=1000, components=(dark,))
+    values = np.repeat([[1.0], [0.0]], 6, axis=1)
+    dark = aomc_sky.TabulatedSky(wavelength_nm=[550.0, 650.0], values=values, grid=aomc_sky.PatchGrid.regular(2, 3))
+    scene = aomc_sky.Scene(wavebands=[555.0, 640.0], n_photons=1000, components=dark)
     with pytest.raises(aomc_sky.SceneError, match="waveband 2 at 640 nm has no light"):
         scene.source(1)
 
@@ -129,17 +144,44 @@ def test_lenient(fault, tmp_path, capsys):
 
 
 TAKEN = {
-    # name: (row, skydist.inp, photons of band 1 out of 4250)
-    "equal-values-count-once": (14, sky(rows=[*ROWS, ROWS[2]]), {(1, 0): 1050, (1, 1): 1200, (2, 1): 2000}),
-    "next-line-holds-the-rest": (15, sky("1 2", "1 20.0", head="6 2 2 2"), {(1, 0): 1050, (1, 1): 1200, (2, 1): 2000}),
-    "repeat-count": (17, sky(rows=["2*1 0 10.5", *ROWS[1:]]), {(1, 0): 1050, (1, 1): 1200, (2, 1): 2000}),
-    "slash-behind-the-values": (17, sky("1 2 1 20.0 / north"), {(1, 0): 1050, (1, 1): 1200, (2, 1): 2000}),
+    # name: (row, skydist.inp)
+    "equal-values-count-once": (14, sky(rows=[*ROWS, ROWS[2]])),
+    "next-line-holds-the-rest": (15, sky("1 2", "1 20.0", head="6 2 2 2")),
+    "repeat-count": (17, sky(rows=["2*1 0 10.5", *ROWS[1:]])),
+    "slash-behind-the-values": (17, sky("1 2 1 20.0 / north")),
 }
 
 
-@pytest.mark.parametrize("name", TAKEN, ids=[f"row-{number:02d}-{name}" for name, (number, _, _) in TAKEN.items()])
+@pytest.mark.parametrize("name", TAKEN, ids=[row_id(number, name) for name, (number, _) in TAKEN.items()])
 def test_what_fortran_reads_is_read(name, tmp_path, capsys):
-    _, text, expected = TAKEN[name]
-    answer = run_scene(tmp_path, {"skydist.inp": text}, ["--iterations", 4250, "-q"], capsys)
+    answer = run_scene(tmp_path, {"skydist.inp": TAKEN[name][1]}, ["--iterations", 4250, "-q"], capsys)
     assert (answer.code, answer.err) == (0, "")
-    assert photons_of_band(answer.folder, 1) == expected
+    assert photons_of_band(answer.folder, 1) == FIRST
+
+
+@row(20, "unsorted-takes-the-nearest")
+def test_wavelengths_in_disorder(fault, tmp_path, capsys):
+    """555 and 580 nm are nearest to 550 nm, which is the second sky of the file here, 640 nm to the first."""
+    text = sky(rows=[*("2" + line[1:] for line in ROWS[:3]), *("1" + line[1:] for line in ROWS[3:])], waves="650 550")
+    answer = run_scene(tmp_path, {"skydist.inp": text}, ["--iterations", 4250], capsys)
+    assert (answer.code, answer.err) == (0, "")
+    assert "the wavelengths of skydist.inp are not in ascending order: bands take the nearest one" in answer.out
+    assert photons_of_band(answer.folder, 1) == photons_of_band(answer.folder, 2) == FIRST
+    found = photons_of_band(answer.folder, 3)
+    assert {patch: abs(n - SECOND[patch]) <= 1 for patch, n in found.items()} == dict.fromkeys(SECOND, True)
+
+
+OUTSIDE = "skydist.inp: warning[E310]: 3 of 3 wavebands lie outside"
+
+
+@pytest.mark.parametrize("strict", [False, True], ids=[row_id(21, name) for name in ("band-far-outside", "strict")])
+def test_a_band_far_outside(strict, tmp_path, capsys):
+    options = ["--iterations", 4250, "-q", *(["--strict"] if strict else [])]
+    answer = run_scene(tmp_path, {"skydist.inp": sky(waves="1550 1650")}, options, capsys)
+    assert answer.err.startswith(OUTSIDE)
+    assert (answer.err.count("warning[E310]"), answer.out) == (1, "")
+    assert "waveband 1 at 555 nm takes 1550 nm, 995 nm away\n" in answer.err
+    assert answer.code == (3 if strict else 0)
+    assert ("--strict turns warnings into errors" in answer.err) == strict == (not answer.folder.exists())
+    if not strict:
+        assert photons_of_band(answer.folder, 3) == FIRST

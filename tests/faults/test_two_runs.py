@@ -127,13 +127,11 @@ def judge_pair(scene, folder, *options, meets=False):
     """Let two runs of two seeds claim one folder at one moment; check that it is one run's, and return exit codes."""
     out, ready, ended = folder / "out", SERVER.Barrier(2), [SERVER.Event(), SERVER.Event()]
     errors = [folder / f"{seed}.txt" for seed in (1, 2)]
-    both = [
-        SERVER.Process(
-            target=_run_at_once,
-            args=(words_of(scene, out, k + 1, *options), ready, ended[k], ended[1 - k], meets, str(errors[k])),
-        )
-        for k in range(2)
-    ]
+    both = []
+    for k in range(2):
+        words = words_of(scene, out, k + 1, *options)
+        given = (words, ready, ended[k], ended[1 - k], meets, str(errors[k]))
+        both.append(SERVER.Process(target=_run_at_once, args=given))
     for process in both:
         process.start()
     for process in both:
@@ -159,20 +157,18 @@ def judge_pair(scene, folder, *options, meets=False):
 
 def judge_pairs(scene, folder, n):
     """Without and with --force, in pairs that meet and in pairs of which one may leave as the other comes."""
-    codes = []
     for k in range(n):
         (folder / str(k)).mkdir()
-        codes.append(judge_pair(scene, folder / str(k), *(["--force"] if k % 2 else []), meets=k % 4 < 2))
-    return codes
+        yield judge_pair(scene, folder / str(k), *(["--force"] if k % 2 else []), meets=k % 4 < 2)
 
 
 @row(47, "two-seeds-at-once")
 def test_two_seeds_started_at_once(fault, scene, tmp_path):
-    judge_pairs(scene, tmp_path, 4)
+    assert len(list(judge_pairs(scene, tmp_path, 4))) == 4
 
 
 @pytest.mark.slow
 def test_many_pairs_started_at_once(scene, tmp_path):
-    codes = judge_pairs(scene, tmp_path, SLOW_PAIRS)
+    codes = list(judge_pairs(scene, tmp_path, SLOW_PAIRS))
     met = sum(6 in pair for pair in codes)
     print(f"{len(codes)} pairs: {met} met; {sum(pair == (0, 0) for pair in codes)} came one after the other by --force")

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+import aomc_sky
 from aomc_sky.errors import InputFileError, InputWarning
 from aomc_sky.formats.aomc.amc import read_amc, read_difcol, read_lambbot
 from aomc_sky.formats.aomc.skydist import read_skydist
@@ -16,7 +17,7 @@ from aomc_sky.outputs.photons.npy import read_photons_npy
 from aomc_sky.skies.atmosphere.description.medium import read_medium
 from aomc_sky.skies.atmosphere.description.reader import read_atmo
 from aomc_sky.source.read.measured import read_radiance_csv
-from tests.support.shared import DATA, INPUTS
+from tests.support.shared import DATA, INPUTS, REPOSITORY
 
 
 def read_background(path):
@@ -111,3 +112,26 @@ def test_wavelengths_in_micrometres_can_be_labels():
         with pytest.warns(InputWarning, match="wavelengths are in nm, got 0") as caught:
             assert read(DATA / kind / "bad" / "micrometres.inp", lenient=True).wavelength_nm.tolist() == [0.44, 0.55]
         assert len(caught) == 2
+
+
+ROOMS = [Path(aomc_sky.__file__).parent / room for room in ("formats", "outputs/photons", "skies")]
+# the grid knows whether a zenith index is a degree; blocks of code are looked at where they are evaluated; plans,
+# manifests and source files are no formats of a person; a whole scene knows which light has no unit, which animations a
+# file has, and what of a field is a sky
+RUN_CODES = {*(f"E95{k}" for k in range(1, 6)), *(f"E96{k}" for k in range(1, 3)), "E971"}
+RAISED_ELSEWHERE = {"E307", "E310", "E708", "E710"} | RUN_CODES
+
+
+def test_every_code_is_documented_and_every_documented_code_is_used():
+    paths = [path for room in ROOMS for path in room.rglob("*.py")]
+    used = {code for path in paths for code in re.findall(r'"(E\d{3})"', path.read_text())}
+    rows = re.findall(r"^\| (E\d{3}) \|", (REPOSITORY / "docs/errors.md").read_text(), re.MULTILINE)
+    assert len(rows) == len(set(rows))
+    assert set(rows) - RAISED_ELSEWHERE == used
+
+
+def test_a_documented_code_has_an_example_among_the_bad_files():
+    rows = set(re.findall(r"^\| (E\d{3}) \|", (REPOSITORY / "docs/errors.md").read_text(), re.MULTILINE))
+    shown = {code for path in DATA.glob("*/bad/*.expected") for code in re.findall(r"\[(E\d{3})\]", path.read_text())}
+    field_codes = {"E551", "E552", "E553", "E710"}  # tests/faults/test_field_faults.py
+    assert rows - shown == {"E100", "E307", "E310", "E500", "E708", "E709", "E801", "E901"} | field_codes | RUN_CODES

@@ -13,6 +13,9 @@ from tests.support.shared import DATA
 ROWS = [(10.0, 20.0, 443.0, 0.05), (40.0, 110.0, 443.0, 0.04), (60.0, 230.0, 443.0, 0.03), (80.0, 350.0, 443.0, 0.02)]
 
 
+POINTS = [(z, a, v) for z, a, _, v in ROWS]
+
+
 def write(path, head, rows, delimiter=","):
     path.write_text("\n".join([*head, *(delimiter.join(map(str, row)) for row in rows)]) + "\n", encoding="utf-8")
     return path
@@ -72,9 +75,8 @@ def test_one_sky_in_many_hands(tmp_path):
     ],
 )  # fmt: skip
 def test_azimuths_that_a_name_or_a_comment_explains(tmp_path, head, clockwise):
-    path = write(tmp_path / "sky.csv", [head], [(z, a, v) for z, a, _, v in ROWS])
-    points = read_radiance_points(path)
-    expected = [(90 - a) % 360 if clockwise else a for _, a, _, _ in ROWS]
+    points = read_radiance_points(write(tmp_path / "sky.csv", [head], POINTS))
+    expected = [(90 - a) % 360 if clockwise else a for _, a, _ in POINTS]
     np.testing.assert_allclose(points["sky_azimuth_deg"], expected)
     assert not any("azimuths count" in remark for remark in points["remarks"])
 
@@ -86,16 +88,14 @@ def test_a_semicolon_before_an_empty_column_is_no_comment(tmp_path):
 
 
 def test_signs_of_other_encodings(tmp_path):
-    text = "zenith (°),azimuth (°),radiance (µW cm-2 nm-1 sr-1)\n" + "".join(f"{z},{a},{v}\n" for z, a, _, v in ROWS)
-    read = []
+    path = write(tmp_path / "sky.csv", ["zenith (°),azimuth (°),radiance (µW cm-2 nm-1 sr-1)"], POINTS)
+    text = path.read_text(encoding="utf-8")
     for encoding in ("utf-8", "utf-8-sig", "latin-1", "cp1252"):
-        (tmp_path / "sky.csv").write_bytes(text.encode(encoding))
-        read.append(read_radiance_points(tmp_path / "sky.csv")["radiance"])
-        np.testing.assert_array_equal(read[-1], read[0])
-    assert read[0][0] == pytest.approx(5e-4)
-    (tmp_path / "sky.csv").write_bytes(text.encode("utf-16"))
+        path.write_bytes(text.encode(encoding))
+        np.testing.assert_allclose(read_radiance_points(path)["radiance"], [5e-4, 4e-4, 3e-4, 2e-4], rtol=1e-12)
+    path.write_bytes(text.encode("utf-16"))
     with pytest.raises(sky.InputFileError, match=r"the file is UTF-16\n") as caught:
-        read_radiance_points(tmp_path / "sky.csv")
+        read_radiance_points(path)
     assert len(caught.value.problems) == 1
 
 
@@ -110,16 +110,15 @@ def test_signs_of_other_encodings(tmp_path):
 )
 def test_what_is_not_clear_is_one_sentence(tmp_path, head, delimiter, message):
     with pytest.raises(sky.InputFileError, match=message) as caught:
-        read_radiance_points(write(tmp_path / "sky.csv", [head], [(z, a, v) for z, a, _, v in ROWS], delimiter))
+        read_radiance_points(write(tmp_path / "sky.csv", [head], POINTS, delimiter))
     assert len(caught.value.problems) == 1
 
 
 def test_arguments_win_over_the_file(tmp_path):
     head = ["# azimuth: enu_from_east", "# radiance unit: relative", "zenith,azimuth,L"]
-    path = write(tmp_path / "sky.csv", head, [(z, a, v) for z, a, _, v in ROWS])
-    points = read_radiance_points(
-        path, azimuth_convention="from_sun", sun_azimuth_deg=30.0, radiance_unit="mW/m2/nm/sr"
-    )
+    path = write(tmp_path / "sky.csv", head, POINTS)
+    how = {"azimuth_convention": "from_sun", "sun_azimuth_deg": 30.0, "radiance_unit": "mW/m2/nm/sr"}
+    points = read_radiance_points(path, **how)
     np.testing.assert_allclose(points["sky_azimuth_deg"], [50.0, 140.0, 260.0, 20.0])
     np.testing.assert_allclose(points["radiance"], [5e-5, 4e-5, 3e-5, 2e-5])
     assert points["is_absolute"]
@@ -134,12 +133,13 @@ def test_gaps_are_counted_and_said(tmp_path):
     head = ["# azimuth: enu_from_east", "zenith_deg,azimuth_deg,wavelength,radiance"]
     measured = sky.read_radiance_csv(write(tmp_path / "sky.csv", head, rows))
     assert len(measured.values[0]) == 4
-    assert any("3 of 8 radiances are gaps" in remark for remark in measured.remarks)
-    assert any("1 of 8 radiances are directions below the horizon" in remark for remark in measured.remarks)
-    assert any("1 radiances without direction or wavelength" in remark for remark in measured.remarks)
-    assert any(
-        "no unit of radiance, so its light is relative (--radiance-unit" in remark for remark in measured.remarks
-    )
+    for said in (
+        "3 of 8 radiances are gaps",
+        "1 of 8 radiances are directions below the horizon",
+        "1 radiances without direction or wavelength",
+        "no unit of radiance, so its light is relative (--radiance-unit",
+    ):
+        assert any(said in remark for remark in measured.remarks), said
 
 
 def table_of(tmp_path, rows, head="zenith_deg,azimuth_deg,radiance (mW m-2 nm-1 sr-1)"):
@@ -194,21 +194,19 @@ LINES = {
     "# azimuths increase clockwise from north": None, "# Azimuth (deg): clockwise from north": None,
     "# Azimuth - clockwise from north": None, "# phi: clockwise from north": None, "# All azimuths E of N": None,
     "# Azimuth reference: north, clockwise": None, "# azimuth is not from north": "'not' is not understood",
-    "# azimuth: clockwise from north\n# zenith angle: 0 = horizon, 90 = zenith": "but this line says '0 = horizon'",
-    "# azimuth: clockwise from north\n# scale factor: 0.001": "this line says 'scale' besides the unit",
-    "# azimuth: clockwise from north\n# Radiances multiplied by 1000": "this line says 'multiplied' besides the unit",
-    "# azimuth: clockwise from north\n# radiance unit: W m-2 nm-1 sr-1": "beside 'mW m-2 nm-1 sr-1' of the column",
-    "# azimuth: clockwise from north\n# sun zenith: 40\n# sun zenith: 50": "'50' after '40'",
-    "# azimuth: clockwise from north\n# sun zenith: 40 above the horizon": "does not say where the sun is",
-    "# azimuth: clockwise from north\n# sun azimuth: 1.5707963268 rad clockwise from south": 180.0,
-    "# azimuth: clockwise from north\n# Sun azimuth (deg from N): 200": 250.0,
-    "# azimuth: clockwise from north\n# sun azimuth 200 clockwise from north": 250.0,
-    "# azimuth: clockwise from north\n# sun_azimuth_deg: 200": "'200' does not say where the sun is",
-    "# azimuth: clockwise from north\n# scale_factor = 0.001": "this line says 'scale' besides the unit",
-    "# azimuth: clockwise from north\n# values are in units of 10^-3 W": "this line says 'units of 10",
-    "# azimuth: clockwise from north\n# multiply by 0.001": "this line says 'multiply' besides the unit",
-    "# azimuth: clockwise from north\n# Radiance [W m-2 nm-1 sr-1]": "beside 'mW m-2 nm-1 sr-1' of the column",
-    "# azimuth: clockwise from north\n# unit of L: mW/(m2 nm sr)": None,
+    "{}zenith angle: 0 = horizon, 90 = zenith": "but this line says '0 = horizon'",
+    "{}scale factor: 0.001": "this line says 'scale' besides the unit",
+    "{}Radiances multiplied by 1000": "this line says 'multiplied' besides the unit",
+    "{}radiance unit: W m-2 nm-1 sr-1": "beside 'mW m-2 nm-1 sr-1' of the column",
+    "{}sun zenith: 40\n# sun zenith: 50": "'50' after '40'",
+    "{}sun zenith: 40 above the horizon": "does not say where the sun is",
+    "{}sun azimuth: 1.5707963268 rad clockwise from south": 180.0, "{}Sun azimuth (deg from N): 200": 250.0,
+    "{}sun azimuth 200 clockwise from north": 250.0, "{}sun_azimuth_deg: 200": "'200' does not say where the sun is",
+    "{}scale_factor = 0.001": "this line says 'scale' besides the unit",
+    "{}values are in units of 10^-3 W": "this line says 'units of 10",
+    "{}multiply by 0.001": "this line says 'multiply' besides the unit",
+    "{}Radiance [W m-2 nm-1 sr-1]": "beside 'mW m-2 nm-1 sr-1' of the column",
+    "{}unit of L: mW/(m2 nm sr)": None,
     "# azimuth: n/a": "does not say clearly",
 }  # fmt: skip
 """Lines of a head with azimuths from north, and what is wrong with them, or the azimuth of the sun."""
@@ -217,7 +215,8 @@ LINES = {
 @pytest.mark.parametrize("head", LINES)
 def test_lines_of_a_head(head, tmp_path):
     names = "zenith_deg,azimuth_deg,L_550 (mW m-2 nm-1 sr-1)"
-    path = write(tmp_path / "t.csv", [*head.split("\n"), names], [(20, 90, 2), (40, 200, 1), (60, 300, 1)])
+    lines = head.format("# azimuth: clockwise from north\n# ")
+    path = write(tmp_path / "t.csv", [lines, names], [(20, 90, 2), (40, 200, 1), (60, 300, 1)])
     if isinstance(LINES[head], str):
         with pytest.raises(sky.InputFileError, match=LINES[head]):
             read_radiance_points(path)
@@ -308,12 +307,11 @@ def test_a_mutated_table_is_points_or_a_message(tmp_path, text, changes):
     for place, width, word in changes:
         text = text[: place % len(text)] + word + text[place % len(text) + width :] if text else word
     (tmp_path / "sky.csv").write_text(text, encoding="utf-8", newline="")
+    problems = ()
     try:
         points = read_radiance_points(tmp_path / "sky.csv")
     except sky.InputFileError as error:
         problems = error.problems
-    else:
-        problems = ()
     assert all(problem.advice for problem in problems)
     if problems:
         return

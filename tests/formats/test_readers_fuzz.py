@@ -25,22 +25,14 @@ from aomc_sky.formats.aomc.skydist import SkyTable, read_head, read_rows, read_r
 from aomc_sky.formats.report import Report
 from aomc_sky.formats.text_file import split_lines
 from tests.support.fortran import as_real, compile_reader, needs_gfortran, readings
-from tests.support.limits import MOST_CPU_S
+from tests.support.limits import MOST_CPU_S, answers_within_limits
 from tests.support.shared import DATA
 
 ALPHABET = " 0123456789.,-+eEdDqQ\tx:)Nan*/;#!'\"(_\n\r\f\v\xa0\x85\xb2\xe9"
 FAST = settings(max_examples=25, deadline=None, suppress_health_check=list(HealthCheck))
 
-Mutation = tuple[int, int, int, str]
-mutations = st.lists(
-    st.lists(
-        st.tuples(st.integers(0, 7), st.integers(0, 40), st.integers(0, 70), st.sampled_from(ALPHABET)),
-        min_size=1,
-        max_size=3,
-    ),
-    min_size=20,
-    max_size=40,
-)
+MUTATION = st.tuples(st.integers(0, 7), st.integers(0, 40), st.integers(0, 70), st.sampled_from(ALPHABET))
+mutations = st.lists(st.lists(MUTATION, min_size=1, max_size=3), min_size=20, max_size=40)
 
 
 def mutate(text, changes):
@@ -48,39 +40,27 @@ def mutate(text, changes):
     lines = text.split("\n")
     for kind, row, column, character in changes:
         row %= len(lines)
-        line = lines[row]
-        k = column % (len(line) + 1)
-        if kind == 0:
-            lines[row] = line[:k] + character + line[k:]
-        elif kind == 1:
-            lines[row] = line[:k] + line[k + 1 :]
-        elif kind == 2:
-            lines[row] = line[:k] + character + line[k + 1 :]
-        elif kind == 3:
-            lines[row] = line[:k] + line[k + 1 : k + 2] + line[k : k + 1] + line[k + 2 :]
-        elif kind == 4:
+        line, words = lines[row], lines[row].split()
+        k, w = column % (len(line) + 1), column % max(len(words), 1)
+        if kind == 4:
             lines[row : row + 1] = [line, ""] if column % 2 else []
             lines = lines or [""]
-        else:
-            lines[row] = " ".join(moved_columns(line.split(), kind, column))
+            continue
+        lines[row] = {
+            0: line[:k] + character + line[k:],
+            1: line[:k] + line[k + 1 :],
+            2: line[:k] + character + line[k + 1 :],
+            3: line[:k] + line[k + 1 : k + 2] + line[k : k + 1] + line[k + 2 :],
+            5: " ".join(words[:w] + words[w + 1 :]),
+            6: " ".join(words[: w + 1] + words[w:]),
+            7: " ".join(words[:w] + words[w + 1 : w + 2] + words[w : w + 1] + words[w + 2 :]),
+        }[kind]
     return "\n".join(lines)
 
 
-def moved_columns(words, kind, column):
-    """The words of a line, one of them deleted (5), doubled (6), or swapped with the next (7)."""
-    k = column % max(len(words), 1)
-    if kind == 5:
-        return words[:k] + words[k + 1 :]
-    if kind == 6:
-        return words[: k + 1] + words[k:]
-    return words[:k] + words[k + 1 : k + 2] + words[k : k + 1] + words[k + 2 :]
-
-
 def texts_of(kind):
-    return [
-        p.read_bytes().decode("latin-1").removeprefix("\xef\xbb\xbf")
-        for p in sorted((DATA / kind / "good").glob("*.inp"))
-    ]
+    paths = sorted((DATA / kind / "good").glob("*.inp"))
+    return [path.read_bytes().decode("latin-1").removeprefix("\xef\xbb\xbf") for path in paths]
 
 
 def check_places(error, text):
@@ -185,11 +165,7 @@ BOTTOM = ("wavelength_nm", "bottom_reflectance", "bottom_specular_fraction")
 BAND_FILES = {
     "2": ("difcol", read_difcol, ("direct_fraction", "intensity")),
     "3": ("lambbot", read_lambbot, BOTTOM),
-    "5": (
-        "lambbot",
-        partial(read_lambbot, has_target=True),
-        (*BOTTOM, "target_reflectance", "target_specular_fraction"),
-    ),
+    "5": ("lambbot", partial(read_lambbot, has_target=True), (*BOTTOM, *(f"target_{name[7:]}" for name in BOTTOM[1:]))),
 }
 """Columns of a file of wavebands -> its kind, its reader, and what the columns are."""
 
@@ -274,21 +250,17 @@ def rows_both_ways(path):
     return fast, slow
 
 
+SHAPES = st.tuples(st.integers(1, 3), st.integers(1, 4), st.integers(1, 5))
+RADIANCES = arrays(np.float64, SHAPES, elements=st.floats(0, 1.7e308, allow_subnormal=True))
+
+
 @settings(max_examples=60, deadline=None)
-@given(
-    radiance=arrays(
-        np.float64,
-        st.tuples(st.integers(1, 3), st.integers(1, 4), st.integers(1, 5)),
-        elements=st.floats(0, 1.7e308, allow_subnormal=True),
-    ).filter(lambda a: bool(a.any()))
-)
+@given(radiance=RADIANCES.filter(lambda a: bool(a.any())))
 def test_fast_and_slow_rows_are_the_same(radiance, tmp_path_factory):
     path = tmp_path_factory.getbasetemp() / "sky.inp"
     waves = np.arange(1.0, radiance.shape[0] + 1) * 400.1
     write_skydist(SkyTable(wavelength_nm=waves, radiance=radiance), path)
-    rows = rows_both_ways(path)
-    assert rows is not None
-    fast, slow = rows
+    fast, slow = rows_both_ways(path)
     assert np.array_equal(fast[0], slow[0])
     assert np.array_equal(fast[1], slow[1])
     assert np.array_equal(fast[0], radiance)
@@ -304,3 +276,27 @@ def test_what_the_fast_path_takes_the_slow_path_takes(changes, tmp_path_factory)
         if rows is not None:
             assert np.array_equal(rows[0][0], rows[1][0])
             assert np.array_equal(rows[0][1], rows[1][1])
+
+
+READERS = """
+from aomc_sky.formats.aomc.amc import read_amc, read_difcol, read_lambbot
+from aomc_sky.formats.aomc.skydist import read_skydist
+readers = (read_amc, read_lambbot, read_difcol, read_skydist)
+"""
+
+
+HOSTILE = {
+    # a gigabyte in one line and headers of 10^9 bins: tests/faults
+    "many bad rows": b"400000 89 359 1\n500\n" + b"1 x 0 1.0\n" * 400_000,
+    "largest header": b"2 8192 8191 2\n500 600\n1 1 0 x\n",
+    "many wavelengths": b"2 1 0 300000\n" + (b"2 " * 30_000 + b"\n") * 10,
+    "quarter of a million digits": b"9" * 60_000 + b"\n" + b"1e" + b"9" * 60_000 + b"\n",
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_hostile_files_cost_little(name, tmp_path):
+    """Refused within 200 MB and without numba or scipy, and soon."""
+    path = tmp_path / "file.inp"
+    path.write_bytes(HOSTILE[name])
+    assert all(answer.startswith("E") for answer in answers_within_limits(READERS, path))

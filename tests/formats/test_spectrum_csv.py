@@ -36,19 +36,13 @@ def exact_mean(table, low, high):
         return exact_integral(table.wavelength_nm, table.value, a, b) / (b - a)
 
 
-def check(table, grid, ulp=4.0):
-    half = (grid[-1] - grid[0]) / (len(grid) - 1) / 2
-    found = bin_means(table, grid)
-    for w, value in zip(grid, found, strict=True):
-        low, high = max(w - half, table.wavelength_nm[0]), min(w + half, table.wavelength_nm[-1])
-        wanted = exact_mean(table, low, high)
-        assert abs(value - wanted) <= ulp * EPS * abs(wanted), (w, value, wanted)
-
-
 def test_a_narrow_line_on_a_large_ground():
     """A difference of running integrals would lose the line; a sum over the bin does not."""
     x = [1e-3, 499.999, 500.0, 500.001, 99_999.0, 100_000.0]
-    check(spectrum(x, [1e9, 1e-12, 1.0, 1e-12, 1e-12, 1e9]), np.linspace(400.0, 600.0, 5))
+    table, grid = spectrum(x, [1e9, 1e-12, 1.0, 1e-12, 1e-12, 1e9]), np.linspace(400.0, 600.0, 5)
+    for w, value in zip(grid, bin_means(table, grid), strict=True):
+        wanted = exact_mean(table, w - 25.0, w + 25.0)
+        assert abs(value - wanted) <= 4.0 * EPS * abs(wanted), (w, value, wanted)
 
 
 def test_points_on_the_edges_count_once():

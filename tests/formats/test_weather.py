@@ -70,12 +70,29 @@ def test_pvlib_reads_the_same_and_marks_the_end_of_tmy3_hours_alone():
             assert np.array_equal(frame[columns[name]].to_numpy(), getattr(table, name))
 
 
-def changed(kind, tmp_path, old, new):
+@pytest.fixture
+def read(tmp_path):
+    """Reads a text as a weather file."""
+
+    def call(text, kind="epw", encoding="utf-8", **how):
+        path = tmp_path / f"changed.{kind}"
+        path.write_bytes(text.encode(encoding))
+        return read_weather(path, kind, **how)
+
+    return call
+
+
+def changed(kind, *changes):
+    """Text of a good file with the first place of some texts changed."""
     text = (WEATHER / "good" / GOOD[kind]).read_text()
-    assert old in text
-    path = tmp_path / "changed"
-    path.write_text(text.replace(old, new, 1))
-    return read_weather(path, kind)
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new, 1)
+    return text
+
+
+def lines_of(kind):
+    return changed(kind).splitlines()
 
 
 @pytest.mark.parametrize(
@@ -89,8 +106,8 @@ def changed(kind, tmp_path, old, new):
         ("tmy2", " 219E8 450E8", " 219E89999?0", True),
     ],
 )
-def test_missing_values_are_marked_and_never_used(kind, old, new, missing, tmp_path):
-    table = changed(kind, tmp_path, old, new)
+def test_missing_values_are_marked_and_never_used(kind, old, new, missing, read):
+    table = read(changed(kind, (old, new)), kind)
     assert np.isnan(table.dni + table.dhi).sum() == int(missing)
     values = np.array([table.dni, table.dhi, table.ghi])
     (row,) = np.flatnonzero(np.isnan(values).any(axis=0))
@@ -98,113 +115,95 @@ def test_missing_values_are_marked_and_never_used(kind, old, new, missing, tmp_p
     assert np.isfinite(list(table.irradiances(row).values())).all()
 
 
-def test_the_end_of_a_day_may_be_written_as_the_start_of_the_next(tmp_path):
-    table = changed("tmy3", tmp_path, "02/28/1996,24:00", "02/29/1996,00:00")
+def test_the_end_of_a_day_may_be_written_as_the_start_of_the_next(read):
+    table = read(changed("tmy3", ("02/28/1996,24:00", "02/29/1996,00:00")), "tmy3")
     assert np.array_equal(table.start, good("tmy3").start)
-    with pytest.raises(InputFileError, match="no hour 0"):
-        changed("epw", tmp_path, "2003,6,21,24,", "2003,6,22,0,")
 
 
-def test_a_quoted_name_may_hold_a_comma_and_zero_may_have_a_sign(tmp_path):
-    table = changed("epw", tmp_path, ",Kleinmachnow,", ',"Kleinmachnow, south",')
+def test_a_quoted_name_may_hold_a_comma_and_zero_may_have_a_sign(read):
+    table = read(
+        changed("epw", (",Kleinmachnow,", ',"Kleinmachnow, south",'), (",300,0,0,0,", ",300,0.00,-0.00,0.00,"))
+    )
     assert (table.station, table.latitude_deg) == ("Kleinmachnow, south", 52.40)
-    table = changed("epw", tmp_path, ",300,0,0,0,", ",300,0.00,-0.00,0.00,")
     assert not np.signbit(table.dni).any()
 
 
-def test_half_hour_time_zones(tmp_path):
-    table = changed("epw", tmp_path, ",13.22,1.0,", ",77.2,5.5,")
-    assert table.start[0] == np.datetime64("2003-06-20T18:30:00")
+def test_half_hour_time_zones(read):
+    assert read(changed("epw", (",13.22,1.0,", ",77.2,5.5,"))).start[0] == np.datetime64("2003-06-20T18:30:00")
 
 
 @pytest.mark.parametrize(
     ("place", "is_doubtful"),
     [("13.22,1.0", False), ("75.99,8.0", False), ("-157.4,14.0", False), ("13.22,-8.0", True), ("-105.2,7.0", True)],
 )
-def test_a_zone_far_from_the_longitude_is_warned_of(place, is_doubtful, tmp_path):
+def test_a_zone_far_from_the_longitude_is_warned_of(place, is_doubtful, read):
     """Kashgar and Kiritimati are within three hours of their sun; a sign that is wrong is not."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        changed("epw", tmp_path, ",13.22,1.0,", f",{place},")
+        read(changed("epw", (",13.22,1.0,", f",{place},")))
     assert [bool("where the sun is" in str(one.message)) for one in caught] == [True] * is_doubtful
 
 
-@pytest.mark.parametrize(
-    "location",
-    ["LOCATION,Amsterdam,NLD,IWEC,062400,52.30,4.77,1.0,-2.0", "LOCATION,Berlin, south,-,DEU,x,0,52.40,13.22,1.0,36.0"],
-)
-def test_a_location_of_another_length_is_no_place(location, tmp_path):
-    """A state that is left out, or a comma in the name of a city, moves latitude and longitude by an entry."""
-    first = (WEATHER / "good" / GOOD["epw"]).read_text().split("\n")[0]
-    n = len(location.split(","))
-    with pytest.raises(InputFileError, match=f"LOCATION has {n} entries, 10 are needed"):
-        changed("epw", tmp_path, first, location)
-
-
-def test_rows_of_less_than_an_hour_are_no_hours(tmp_path):
+def test_rows_of_less_than_an_hour_are_no_hours(read):
     """By their minutes, or by an hour that comes twice; the row that is asked for is not one of them, either."""
-    good_text = (WEATHER / "good" / GOOD["epw"]).read_text()
-    path = tmp_path / "sub.epw"
-    minute = good_text.split("\n")[8].split(",")[4]
-    path.write_text(good_text.replace(f"2003,6,21,12,{minute},", "2003,6,21,12,30,"))
-    for row in (None, 11, 20):
-        with pytest.raises(InputFileError, match="minute 30: rows of less than an hour") as caught:
-            read_weather(path, "epw", row=row)
-        assert (caught.value.problems[0].line, caught.value.problems[0].column) == (20, 14)
-    lines = good_text.split("\n")
-    path.write_text("\n".join([*lines[:20], lines[19], *lines[20:]]))
-    for row in (None, 11, 12):
-        with pytest.raises(InputFileError, match="hour 12 comes twice in a row") as caught:
-            read_weather(path, "epw", row=row)
-        assert caught.value.problems[0].line == 21
-    assert read_weather(path, "epw", row=20).ghi[20] == good("epw").ghi[19]
+    lines = lines_of("epw")
+    minute = lines[8].split(",")[4]
+    halves = changed("epw", (f"2003,6,21,12,{minute},", "2003,6,21,12,30,"))
+    twice = "\n".join([*lines[:20], lines[19], *lines[20:]])
+    for text, line, other, words in (
+        (halves, 20, 20, "minute 30: rows of less than an hour"),
+        (twice, 21, 12, "hour 12 comes twice in a row"),
+    ):
+        for row in (None, 11, other):
+            with pytest.raises(InputFileError, match=words) as caught:
+                read(text, row=row)
+            assert caught.value.problems[0].line == line
+    assert read(twice, row=20).ghi[20] == good("epw").ghi[19]
 
 
-@pytest.mark.parametrize("kind", ["epw", "tmy3"])
-def test_the_offset_of_an_instrument_is_no_light(kind, tmp_path):
-    old, new = {
-        "epw": (",300,0,0,0,", ",300,-0.3,-5,-0.01,"),
-        "tmy3": ("119,1,8,328,1,9,67,", "-0.3,1,8,-5,1,9,-0.01,"),
-    }[kind]
-    table = changed(kind, tmp_path, old, new)
+@pytest.mark.parametrize(
+    ("kind", "old", "new"),
+    [
+        ("epw", ",300,0,0,0,", ",300,-0.3,-5,-0.01,"),
+        ("tmy3", "119,1,8,328,1,9,67,", "-0.3,1,8,-5,1,9,-0.01,"),
+    ],
+)
+def test_the_offset_of_an_instrument_is_no_light(kind, old, new, read):
+    table = read(changed(kind, (old, new)), kind)
     assert min(table.ghi.min(), table.dni.min(), table.dhi.min()) == 0.0
     with pytest.raises(InputFileError, match=r"-5.01 is outside 0 to 2000 W m-2"):
-        changed(kind, tmp_path, old, new.replace("-5", "-5.01"))
+        read(changed(kind, (old, new.replace("-5", "-5.01"))), kind)
 
 
 @pytest.mark.parametrize("bad", [",300,-80,0,0,", ",300,none,0,0,", ",300,0,0,5000,"])
-def test_only_the_row_that_is_asked_for_is_judged(bad, tmp_path):
+def test_only_the_row_that_is_asked_for_is_judged(bad, read):
     """A bad night refuses the file as a whole, and itself, but no other hour."""
-    path = tmp_path / "night.epw"
-    path.write_text((WEATHER / "good" / GOOD["epw"]).read_text().replace(",300,0,0,0,", bad, 1))
+    text = changed("epw", (",300,0,0,0,", bad))
     for row in (None, 0):
-        with pytest.raises(InputFileError, match=r"night\.epw:9:"):
-            read_weather(path, "epw", row=row)
-    table = read_weather(path, "epw", row=11)
+        with pytest.raises(InputFileError, match=r"changed\.epw:9:"):
+            read(text, row=row)
+    table = read(text, row=11)
     assert table.irradiances(0) == {}
     assert table.irradiances(11) == good("epw").irradiances(11)
     assert np.array_equal(table.start, good("epw").start)
 
 
-def test_a_quoted_cell_may_hold_a_comma(tmp_path):
+def test_a_quoted_cell_may_hold_a_comma(read):
     """RFC 4180: the flags of a row in quotes."""
-    row = (WEATHER / "good" / GOOD["epw"]).read_text().split("\n")[19]
+    row = lines_of("epw")[19]
     fields = row.split(",")
     quoted = ",".join([*fields[:5], f'"{fields[5]}, ?"', *fields[6:]])
-    table = changed("epw", tmp_path, row, quoted)
-    assert table.irradiances(11) == good("epw").irradiances(11)
+    assert read(changed("epw", (row, quoted))).irradiances(11) == good("epw").irradiances(11)
+    wrong = quoted.replace(f",{fields[13]},", ",word,", 1)
     with pytest.raises(InputFileError) as caught:
-        changed("epw", tmp_path, row, quoted.replace(f",{fields[13]},", ",word,", 1))
-    assert caught.value.problems[0].column == quoted.replace(f",{fields[13]},", ",word,", 1).index("word") + 1
+        read(changed("epw", (row, wrong)))
+    assert caught.value.problems[0].column == wrong.index("word") + 1
 
 
-def test_line_ends_and_blank_lines_do_not_matter(tmp_path):
-    path = tmp_path / "changed.epw"
-    path.write_bytes((WEATHER / "good" / GOOD["epw"]).read_bytes().replace(b"\n", b"\r\n") + b"\r\n")
-    for one, other in zip(
-        dataclasses.astuple(read_weather(path, "epw")), dataclasses.astuple(good("epw")), strict=True
-    ):
-        assert np.array_equal(one, other) or one == str(path)
+def test_line_ends_and_blank_lines_do_not_matter(read):
+    found = dataclasses.asdict(read("\r\n".join([*lines_of("epw"), "", ""])))
+    for name, value in dataclasses.asdict(good("epw")).items():
+        assert name == "path" or np.array_equal(found[name], value), name
 
 
 def test_a_huge_file_is_refused_unread(tmp_path):
@@ -220,7 +219,7 @@ EPW_NUMBERS = [k for k in range(6, 35) if k not in (26, 27)]
 
 def with_commas(columns, n_fields=35):
     """The invented EPW file with decimals written with commas in some columns, and so many fields a row."""
-    lines = (WEATHER / "good" / "invented.epw").read_text().splitlines()
+    lines = lines_of("epw")
     for k in range(8, len(lines)):
         fields = lines[k].split(",")[:n_fields]
         for column in columns:
@@ -230,82 +229,69 @@ def with_commas(columns, n_fields=35):
     return "\n".join(lines) + "\n"
 
 
-@pytest.mark.parametrize("column", EPW_NUMBERS)
-def test_a_decimal_comma_never_shifts_the_columns_of_an_epw(column, tmp_path):
-    path = tmp_path / "comma.epw"
-    path.write_text(with_commas([column]))
-    with pytest.raises(InputFileError, match=r":9:1: error\[E602\]: the row has 36 fields, .* written with commas\?"):
-        read_weather(path, "epw")
-
-
-@pytest.mark.parametrize("columns", [(6,), (7,), (6, 7, 21), (6, 8), (6, 7, 8), (7, 8)])
-def test_a_short_epw_shows_it_by_its_pressure(columns, tmp_path):
-    """Rows without the last fields have room for a shift; the pressure of such a row is another number."""
-    path = tmp_path / "comma.epw"
-    path.write_text(with_commas(columns, n_fields=30))
-    with pytest.raises(InputFileError, match=r"(the air pressure in field 10 is|field 1\d holds) .*; are its decimals"):
-        read_weather(path, "epw")
-
-
-@pytest.mark.parametrize("column", [4, 5, 6])
-def test_a_field_that_is_missing_shifts_the_pressure(column, tmp_path):
-    path = tmp_path / "missing.epw"
-    lines = with_commas([]).splitlines()
+def without_a_field(column):
+    lines = lines_of("epw")
     fields = lines[8].split(",")
-    lines[8] = ",".join(fields[:column] + fields[column + 1 :])
-    path.write_text("\n".join(lines) + "\n")
-    with pytest.raises(InputFileError, match=r":9:1: error\[E602\]: field 9 holds .* a field before it is missing"):
-        read_weather(path, "epw")
+    return "\n".join([*lines[:8], ",".join(fields[:column] + fields[column + 1 :]), *lines[9:]])
+
+
+def short_with_commas(*columns):
+    """Rows without the last fields have room for a shift; the pressure of such a row is another number."""
+    return with_commas(columns, n_fields=30)
+
+
+LOCATION, TMY3 = lines_of("epw")[0], lines_of("tmy3")
+HALF = [line.replace(",", ",0,5,", 1) for line in TMY3[2:]]
+EARLY = [re.sub(r",(\d\d):00,", lambda time: f",{int(time[1]) - 1:02d}:00,", line, count=1) for line in TMY3]
+SHORT = r"(the air pressure in field 10 is|field 1\d holds) .*; are its decimals"
+PLACE = r"LOCATION has {} entries, 10 are needed"  # an entry too few or too many moves latitude and longitude
+REFUSED = {
+    **{f"comma in field {k}": (with_commas([k]), r":9:1: error\[E602\]: the row has 36 fields, .* with commas\?")
+       for k in EPW_NUMBERS},
+    **{f"commas in a short row {k}": (short_with_commas(*k), SHORT)
+       for k in ((6,), (7,), (6, 7, 21), (6, 8), (6, 7, 8), (7, 8))},
+    **{f"no field {k}": (without_a_field(k), r":9:1: error\[E602\]: field 9 holds .* a field before it is missing")
+       for k in (4, 5, 6)},
+    "hour 0": (changed("epw", ("2003,6,21,24,", "2003,6,22,0,")), "no hour 0"),
+    "no state": (changed("epw", (LOCATION, "LOCATION,Amsterdam,NLD,IWEC,0,52.30,4.77,1.0,-2.0")), PLACE.format(9)),
+    "city with a comma": (changed("epw", (LOCATION, "LOCATION,Berlin, south,-,DEU,x,0,52.40,13.22,1.0,36.0")),
+                          PLACE.format(11)),
+    "commas of tmy3": ("\n".join([*TMY3[:2], *HALF]), r"E602\]: the row has \d+ fields, line 2 names \d+"),
+    "column twice": (changed("tmy3", ("ETR (W/m^2)", "GHI (W/m^2)")), r"column 'GHI \(W/m\^2\)' comes twice"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_columns_that_are_shifted_or_not_clear_are_refused(name, read):
+    text, words = REFUSED[name]
+    with pytest.raises(InputFileError, match=words):
+        read(text, "tmy3" if text.startswith(TMY3[0]) else "epw")
 
 
 @pytest.mark.parametrize("n_fields", [16, 30, 35])
-def test_short_and_whole_rows_with_points_are_read(n_fields, tmp_path):
-    path = tmp_path / "points.epw"
-    path.write_text(with_commas([], n_fields).replace("\n", ",\n"))  # some programs end their lines so
-    assert np.array_equal(read_weather(path, "epw").dni, good("epw").dni)
+def test_short_and_whole_rows_with_points_are_read(n_fields, read):
+    text = with_commas([], n_fields).replace("\n", ",\n")  # some programs end their lines so
+    assert np.array_equal(read(text).dni, good("epw").dni)
 
 
-def test_a_decimal_comma_never_shifts_the_columns_of_a_tmy3(tmp_path):
-    path = tmp_path / "comma.csv"
-    lines = (WEATHER / "good" / "invented.tmy3.csv").read_text().splitlines()
-    path.write_text("\n".join([*lines[:2], *(line.replace(",", ",0,5,", 1) for line in lines[2:])]))
-    with pytest.raises(InputFileError, match=r"E602\]: the row has \d+ fields, line 2 names \d+"):
-        read_weather(path, "tmy3")
-
-
-def test_a_station_is_read_as_utf8_with_or_without_its_mark_and_else_as_latin1(tmp_path):
-    data = (WEATHER / "good" / GOOD["epw"]).read_bytes()
-    for encoding in ("utf-8", "utf-8-sig", "latin-1"):
-        path = tmp_path / f"{encoding}.epw"
-        path.write_bytes(data.decode().replace("Kleinmachnow", "Z\u00fcrich").encode(encoding))
-        assert read_weather(path, "epw").station == "Z\u00fcrich", encoding
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1"])
+def test_the_encoding_of_a_station_is_found(encoding, read):
+    assert read(changed("epw", ("Kleinmachnow", "Z\u00fcrich")), encoding=encoding).station == "Z\u00fcrich"
 
 
 @pytest.mark.parametrize("row", [None, 11])
-def test_hours_of_0_to_23_are_the_whole_file_s(row, tmp_path):
+def test_hours_of_0_to_23_are_the_whole_file_s(row, read):
     """Each label is then an hour early, and so would be the sun of every row, whichever is asked for."""
-    text = (WEATHER / "good" / "invented.epw").read_text(encoding="latin-1").split("\n")
-    cells = [line.split(",") for line in text[8:] if line]
+    lines = lines_of("epw")
+    cells = [line.split(",") for line in lines[8:]]
     early = [",".join([*one[:3], str(int(one[3]) - 1), *one[4:]]) for one in cells]
-    path = tmp_path / "zero.epw"
-    path.write_text("\n".join([*text[:8], *early]), encoding="latin-1")
     with pytest.raises(InputFileError, match=r"no hour 0 here.*\n.*\n.*add 1 to all hours of a file of 0 to 23"):
-        read_weather(path, "epw", row=row)
-    lines = (WEATHER / "good" / "invented.tmy3.csv").read_text(encoding="latin-1").split("\n")
-    starts = [re.sub(r",(\d\d):00,", lambda time: f",{int(time[1]) - 1:02d}:00,", line, count=1) for line in lines]
-    path.write_text("\n".join(starts), encoding="latin-1")
+        read("\n".join([*lines[:8], *early]), row=row)
     with pytest.raises(InputFileError, match="the first row is of 00:00: do the hours begin at their times"):
-        read_weather(path, "tmy3", row=row)
+        read("\n".join(EARLY), "tmy3", row=row)
 
 
-def test_a_column_that_comes_twice_is_a_question(tmp_path):
-    with pytest.raises(InputFileError, match=r"column 'GHI \(W/m\^2\)' comes twice"):
-        changed("tmy3", tmp_path, "ETR (W/m^2)", "GHI (W/m^2)")
-
-
-def test_names_of_a_head_may_stand_in_quotes(tmp_path):
-    lines = (DATA / "weather/good/invented.tmy3.csv").read_text().splitlines()
-    quoted = ",".join(f'"{name}"' for name in lines[1].split(","))
-    (tmp_path / "q.csv").write_text("\n".join([lines[0], quoted, *lines[2:]]) + "\n")
-    read = [read_weather(path, "tmy3").dni for path in (tmp_path / "q.csv", DATA / "weather/good/invented.tmy3.csv")]
-    assert np.array_equal(*read, equal_nan=True)
+def test_names_of_a_head_may_stand_in_quotes(read):
+    quoted = ",".join(f'"{name}"' for name in TMY3[1].split(","))
+    found = read("\n".join([TMY3[0], quoted, *TMY3[2:]]), "tmy3").dni
+    assert np.array_equal(found, good("tmy3").dni, equal_nan=True)

@@ -59,7 +59,7 @@ def test_coefficients_do_not_say_how_bright_the_beam_is():
         (
             {"sun_zenith_deg": None},
             sky.UsageError,
-            "where is the sun. .* needs sun_zenith_deg= .*, or time=, latitude_deg= ",
+            "where is the sun. .* needs sun_zenith_deg= .*, or time=, latitude_",
         ),
         ({"sun_zenith_deg": 95.0}, sky.SceneError, "above the horizon"),
         ({"ghi": 0.78, "dhi": 0.14}, sky.SceneError, "write 780 for 0.78 kW m-2"),
@@ -69,6 +69,15 @@ def test_coefficients_do_not_say_how_bright_the_beam_is():
         ({"time": "2026-06-21T09:30Z"}, sky.UsageError, "leave out sun_zenith_deg= and sun_azimuth_deg="),
         ({"n_photons": -1}, sky.AomcSkyError, "photons"),
         ({"ghi": float("nan")}, sky.UsageError, "ghi"),
+        ({"sky": "overast"}, sky.UsageError, "there is no sky model 'overast'; the nearest is overcast"),
+        ({"sky": "hydrolight"}, sky.UsageError, "HydroLight's pattern of the sky is harrison-coombes"),
+        ({"sky": sky.DirectBeam(sun_zenith_deg=40.0)}, sky.UsageError, "DirectBeam is a beam and no diffuse sky"),
+        ({"clear_sky": 5}, sky.UsageError, "clear_sky must be a ClearSky"),
+        ({"clear_sky": sky.ClearSky()}, sky.UsageError, "clear_sky=: used only for a cloudless sky"),
+        ({"diffuse_only": "no"}, sky.UsageError, "diffuse_only must be True or False"),
+        ({"sun_disc": np.ones(2)}, sky.UsageError, "disc: "),
+        ({"sky": "cie"}, sky.UsageError, r'needs type; write sky_options=\{"type": '),
+        ({"sky": "cie", "sky_options": {"kind": 1}}, sky.UsageError, "has no option 'kind'"),
     ],
 )
 def test_what_cannot_be_is_refused(changed, error, text):

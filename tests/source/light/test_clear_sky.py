@@ -103,8 +103,6 @@ def test_air_that_is_none_is_refused(bad):
 
 def test_difcol_makes_it_idle(tmp_path):
     amc = copy_scene("perez_sky", tmp_path)
-    with pytest.raises(sky.UsageError, match=r'clear_sky\["aod_500nm"\]: difcol\.inp gives the direct fraction'):
-        sky.read_scene(amc, clear_sky={"aod_500nm": 0.1})
     toml = amc.parent / "sky.toml"
     text = toml.read_text().replace("[perez]\n", '[perez]\nspectrum = "spectrl2"\n')
     toml.write_text(text + "\n[clear_sky]\naod_500nm = 0.2\n")

@@ -9,53 +9,7 @@ import aomc_sky as sky
 from tests.support.scenes import coarse_atmosphere, copy_scene
 from tests.support.shared import INPUTS
 
-EPW = str(INPUTS / "weather" / "two_days.epw")
-HOUR = ["--epw", EPW, "--row", "12"]
-ALONE = ["--wavelengths", "443", "555", "--sun-zenith", "40"]
-FIVE = ["--coefficients", "-1", "-0.3", "5", "-3", "0.1"]
 AMOUNTS = {"ghi": 780.0, "dhi": 140.0}
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        ([str(INPUTS / "atmosphere_sky"), *HOUR], "--epw: not used with [atmosphere] in sky.toml"),
-        ([str(INPUTS / "perez_sky"), "--sky", "uniform", *HOUR], "--epw: difcol.inp says how direct every waveband is"),
-        (["--sky", "overcast", "--wavelengths", "555", "--sun-azimuth", "30"], "--sun-azimuth: where is the sun?"),
-        ([*ALONE, *FIVE, "--limits", "paper"], "--limits: limits of clearness and brightness, of which --coefficients"),
-        ([*ALONE, *FIVE, "--disc"], "--disc: used only where something says how bright the beam is"),
-        ([*ALONE, "--sky", "overcast", "--spectrum", "flat"], "--spectrum: used only where something says"),
-        ([*ALONE, "--ghi", "780", "--dhi", "140", "--diffuse-only", "--disc"], "--disc: the beam is left out"),
-        ([*ALONE, "--sky", "overcast", "--ghi", "780", "--dhi", "140", "--extraterrestrial", "1367"],
-         "--extraterrestrial: of the Perez sky, not of an overcast sky"),
-        ([str(INPUTS / "sun_and_sky"), "--compat", "aomc", "--diffuse-only"], "aomc does not use --diffuse-only"),
-        ([str(INPUTS / "clear_day"), "--sky", "perez", "--dni", "700", "--dhi", "100", "--disc"], "--disc: all light"),
-    ],
-)  # fmt: skip
-def test_options_that_a_scene_cannot_use(words, message, tmp_path, told):
-    if "--epw" in words:
-        pytest.importorskip("pvlib")
-    assert message in told("run", *words, "--out", tmp_path / "out", code=2).err
-    assert not (tmp_path / "out").exists()
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ({"sky": "overast"}, "there is no sky model 'overast'; the nearest is overcast"),
-        ({"sky": "hydrolight"}, "HydroLight's pattern of the sky is harrison-coombes"),
-        ({"sky": sky.DirectBeam(sun_zenith_deg=40.0)}, "DirectBeam is a beam and no diffuse sky"),
-        ({"clear_sky": 5}, "clear_sky must be a ClearSky"),
-        ({"clear_sky": sky.ClearSky()}, "clear_sky=: used only for a cloudless sky"),
-        ({"diffuse_only": "no"}, "diffuse_only must be True or False"),
-        ({"sun_disc": np.ones(2)}, "disc: "),
-        ({"sky": "cie"}, r'needs type; write sky_options=\{"type": '),
-        ({"sky": "cie", "sky_options": {"kind": 1}}, "has no option 'kind'"),
-    ],
-)
-def test_arguments_that_a_scene_cannot_use(arguments, message):
-    with pytest.raises(sky.UsageError, match=message):
-        sky.weather_scene(wavebands=[443.0, 555.0], sun_zenith_deg=40.0, **AMOUNTS, **arguments)
 
 
 def test_a_sky_without_a_beam_has_no_warning_of_its_share(tmp_path):
@@ -67,8 +21,6 @@ def test_a_sky_without_a_beam_has_no_warning_of_its_share(tmp_path):
 
 
 def test_a_waveband_that_has_only_the_beam_is_dark_without_it(tmp_path):
-    with pytest.raises(sky.SceneError, match=r"difcol[.]inp., and diffuse_only=True leaves"):
-        sky.read_scene(INPUTS / "beam_only", diffuse_only=True)
     with pytest.raises(sky.SceneError, match="all light is direct"):
         sky.weather_scene(wavebands=[443.0], sun_zenith_deg=40.0, dni=800, dhi=0, sky="overcast", diffuse_only=True)
     amc = copy_scene("sun_and_sky", tmp_path)

@@ -155,8 +155,3 @@ def test_the_sun_of_a_description_has_its_distance_of_the_day(day, distance, fac
     np.testing.assert_allclose(ratio, ratio[0, 0], rtol=1e-9)
     assert ratio[0, 0] == pytest.approx(factor, abs=1.2e-3)
     assert any("AU away" in note for note in dated.notes) == (distance == "1.524 AU")
-
-
-def test_a_sky_file_takes_no_weather():
-    with pytest.raises(sky.UsageError, match=r"all light comes from skydist\.inp"):
-        sky.read_scene(INPUTS / "document_example", weather=PLACE)

@@ -33,13 +33,9 @@ def test_strengths_are_the_irradiances_of_the_solution(amc):
     assert [c.law for c in scene.components] == [Law.DISC, Law.CELL_MU2]
     np.testing.assert_array_equal(scene.sky_wavelength_nm, [412, 510, 590, 670])
     found = sky.solve_atmosphere(
-        amc.parent / "clear.atmo",
-        wavelength_nm=scene.sky_wavelength_nm,
-        sun_zenith_deg=SUN_DEG,
-        sky_zenith_deg=0,
-        azimuth_from_sun_deg=0,
-        orders=2,
-    )
+        amc.parent / "clear.atmo", wavelength_nm=scene.sky_wavelength_nm, sun_zenith_deg=SUN_DEG, sky_zenith_deg=0,
+        azimuth_from_sun_deg=0, orders=2,
+    )  # fmt: skip
     np.testing.assert_allclose(scene.irradiance.of_component[:, 0], found.direct_irradiance, rtol=1e-14)
     np.testing.assert_allclose(scene.irradiance.of_component[:, 1], found.diffuse_irradiance, rtol=3e-5)
     (azimuth,) = np.unique(scene.components[0].cell[:, 5] > 0)
@@ -99,13 +95,6 @@ def test_another_sky_that_is_asked_for_wins(amc):
     assert any("[atmosphere] is not used" in note for note in scene.notes)
 
 
-def test_what_does_not_go_together(amc):
-    with pytest.raises(UsageError, match="says how bright sun and sky are; write sky="):
-        sky.read_scene(amc, perez={"dni": 800.0, "dhi": 90.0})
-    with pytest.raises(UsageError, match="solid-angle"):
-        sky.read_scene(amc, weighting="solid-angle")
-
-
 def test_a_low_sun_under_flat_scattering_is_told(amc):
     coarse(amc, sun="zenith_deg = 85.0", more='method = "sos"')
     with pytest.warns(ModelLimitWarning, match="5 degrees above the horizon"):
@@ -143,14 +132,8 @@ def test_problems_of_the_description_and_of_amc_come_together(amc):
 
 def test_solve_atmosphere_keeps_the_order_asked():
     def solve(wavelength, zenith, azimuth):
-        return sky.solve_atmosphere(
-            INPUTS / "atmosphere_sky" / "clear.atmo",
-            wavelength_nm=wavelength,
-            sun_zenith_deg=30.0,
-            sky_zenith_deg=zenith,
-            azimuth_from_sun_deg=azimuth,
-            orders=2,
-        )
+        how = {"sun_zenith_deg": 30.0, "sky_zenith_deg": zenith, "azimuth_from_sun_deg": azimuth, "orders": 2}
+        return sky.solve_atmosphere(INPUTS / "atmosphere_sky" / "clear.atmo", wavelength_nm=wavelength, **how)
 
     found = solve([680, 410, 500, 679], [60, 10], [90, 0, 90])
     assert found.wavelength_nm.tolist() == [680, 410, 500, 680]

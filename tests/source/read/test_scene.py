@@ -1,5 +1,6 @@
 """From files to scenes: meanings, options, and every refusal."""
 
+import math
 import shutil
 import warnings
 
@@ -139,30 +140,72 @@ def test_half_photons_round_up(tmp_path):
     assert sky.read_scene(tmp_path).n_photons.tolist() == [1, 1, 0]
 
 
-@pytest.mark.parametrize(
-    "options",
-    [
-        {"compat": "aomc", "bins": "equal"},
-        {"compat": "aomc", "weighting": "listed"},
-        {"compat": "aomc", "azimuth_bins": "n"},
-        {"bins": "radians"},
-        {"weighting": "aomc"},
-        {"bins": "degrees", "azimuth_bins": "n"},
-        {"wavebands": [0]},
-        {"wavebands": [5]},
-        {"iterations": 0},
+NOON = {"time": "2026-06-21T09:30:00Z", "latitude_deg": 54.2, "longitude_deg": 7.9}
+SPECTRL2 = {"spectrum": "spectrl2"}
+REFUSED = {
+    "perez_sky": [
+        ({"perez": {"dni": 850.0}}, "dni without dhi"),
+        ({"perez": {"ghi": 700.0}}, r"ghi without dni; add dni \(or dhi\)"),
+        ({"perez": {"dni": 1.0, "dhi": 1.0, "epsilon": 2.0, "delta": 0.1}}, "twice"),
+        ({"perez": {"a": 1.0, "b": -1.0}}, "without c, d, e"),
+        ({"perez": {"dni": -1.0, "dhi": 1.0}}, "outside the range"),
+        ({"perez": {"dni": math.nan, "dhi": 1.0}}, "not finite"),
+        ({"perez": {"dni": "850", "dhi": 1.0}}, "not a number"),
+        ({"perez": {"dnii": 850.0}}, "no input 'dnii'"),
+        ({"perez": {"limits": "none"}}, "limits: 'none' is not one of the known words; write"),
+        ({"perez": SPECTRL2}, "difcol.inp gives the direct fraction"),
+        ({"sun": {"zenith_deg": 90.0}}, "outside the range"),
+        ({"sun": {"disc": 1}}, "neither true nor false"),
+        ({"sun": {"altitude": 1}}, "no input 'altitude'"),
+        ({"within": "patch"}, "within: 'patch' is not one of the known words; write"),
+        ({"weighting": "solid-angle"}, "horizontal sea surface"),
+        ({"sky": "uniform", "perez": {"epsilon": 2.0, "delta": 0.1}}, "uniform"),
+        ({"sky": "uniform", "perez": {"limits": "paper"}}, "uniform"),
+        ({"sky": "perez", "sky_options": {"type": 1}}, "are for a sky model of another package"),
+        ({"sky_options": {"type": 1}}, "are for a sky model of another package"),
+        ({"compat": "aomc", "perez": {"dni": 1.0, "dhi": 1.0}}, "--compat aomc"),
+        ({"compat": "aomc", "sun": {"zenith_deg": 1.0}}, "--compat aomc"),
+        ({"compat": "aomc", "within": "exact"}, "--compat aomc"),
+        ({"compat": "aomc", "sky": "perez"}, "--compat aomc"),
+        ({"clear_sky": {"aod_500nm": 0.1}}, r'clear_sky\["aod_500nm"\]: difcol\.inp gives the direct fraction'),
     ],
-)
-def test_contradictions(options):
+    "document_example": [
+        ({"sun": {"zenith_deg": 1.0}}, r'sun\["zenith_deg"\]: all light comes from skydist\.inp; write sky="perez"'),
+        ({"sky": "uniform", "sun": {"zenith_deg": 1.0}}, "all light comes from a uniform sky"),
+        ({"weather": NOON}, r"all light comes from skydist\.inp"),
+    ],
+    "sparse_sky": [
+        ({"compat": "aomc", "bins": "equal"}, "aomc"),
+        ({"compat": "aomc", "weighting": "listed"}, "aomc"),
+        ({"compat": "aomc", "azimuth_bins": "n"}, "aomc"),
+        ({"bins": "radians"}, "bins"),
+        ({"weighting": "aomc"}, "weighting"),
+        ({"sky": "uniform", "weighting": "aomc"}, "a sky model has 'projected' or 'solid-angle'"),
+        ({"bins": "degrees", "azimuth_bins": "n"}, "bins"),
+        ({"wavebands": [0]}, "waveband 0"),
+        ({"wavebands": [5]}, "waveband 5"),
+        ({"iterations": 0}, "iterations"),
+    ],
+    "clear_day": [({"sky": "perez", "perez": {"dni": 850.0, "dhi": 95.0, **SPECTRL2}}, "all light is diffuse")],
+    "atmosphere_sky": [
+        ({"perez": SPECTRL2}, "not used with"),
+        ({"perez": {"dni": 800.0, "dhi": 90.0}}, "says how bright sun and sky are; write sky="),
+        ({"weighting": "solid-angle"}, "solid-angle"),
+    ],
+    "sun_and_sky": [({"compat": "aomc", "perez": SPECTRL2}, "does not use perez")],
+    "beam_only": [({"diffuse_only": True}, r"difcol[.]inp., and diffuse_only=True leaves")],
+}
+"""Scene of inputs/ -> what it cannot use, and what is said."""
+
+
+@pytest.mark.parametrize(("name", "options", "message"), [(n, *row) for n, rows in REFUSED.items() for row in rows])
+def test_what_a_scene_cannot_use(name, options, message):
+    if {"weather", "clear_sky"} & options.keys() or options.get("perez") == SPECTRL2:
+        pytest.importorskip("pvlib")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", sky.InputWarning)
-        with pytest.raises((sky.UsageError, sky.SceneError)):
-            sky.read_scene(INPUTS / "sparse_sky", **options)
-
-
-def test_a_uniform_sky_has_the_weighting_of_the_program_with_compat_alone():
-    with pytest.raises(sky.UsageError, match="a sky model has 'projected' or 'solid-angle'"):
-        sky.read_scene(INPUTS / "sparse_sky", sky="uniform", weighting="aomc")
+        with pytest.raises((sky.UsageError, sky.SceneError), match=message):
+            sky.read_scene(INPUTS / name, **options)
 
 
 @pytest.mark.parametrize("options", [{"bins": "degrees"}, {"azimuth_bins": "n"}])

@@ -1,0 +1,280 @@
+"""Options that a command cannot use: exit code, a few words of the one message, and no file is written.
+
+Whole messages of frequent mistakes stand in docs/errors.md and mistakes.md.
+"""
+
+import re
+import shlex
+import shutil
+
+import numpy as np
+import pytest
+
+from tests.support.fault_rows import command
+from tests.support.shared import INPUTS
+
+GREY = "run --wavelengths 443 555 --out new --sky"
+SUN = "run --wavelengths 443 555 --out new --sun-zenith 40"
+FIVE = "--coefficients -1 -0.3 5 -3 0.1"
+SKY = "run inputs/measured/sky.csv --out new"
+EPW = "--epw inputs/weather/two_days.epw"
+TIME = "--time 2026-06-21T09:30:00Z --latitude 54.18 --longitude 7.89"
+CLEAR = "perez --sun-zenith 40 --dni 850 --dhi 95"
+NIGHT = "info inputs/night_sky/night.h5"
+AIR = "atmosphere inputs/atmosphere_sky/clear.atmo"
+EXPORT = "export out --force --to"
+THEIRS = "verify theirs.npy --scene inputs/clear_day"
+SIZE = "texture-save-precision"
+USAGE = {
+    # what was meant
+    "run x --version": "run has no option --version",
+    "export x --to csv --out-dir y": "export has no option --out-dir; did you mean --out?",
+    "run x --format jpeg": "--format: invalid choice: 'jpeg'; choose from npy, mcpl, raw, source, none",
+    "run --time 2026-06-21 09:30": "write 2026-06-21T09:30Z for UTC, or an offset such as +02:00",
+    "run --time 2026-06-21 09:30+02:00": "write 2026-06-21T09:30+02:00\n",
+    "lobes x.h5 --time 0": "aomc-sky info or plot FILE.h5 --time TIME",
+    # options of a run
+    "run scene --out new --format mcpl --format none": "--format none",
+    "run scene --out new --format none --format npy": "--format none",
+    "run scene --format mcpl --out -": "--format",
+    "run scene --out -": "--format",
+    "run scene --out new --sky perez": "dhi",
+    "run scene --out new --limits paper": "--limits",
+    "run scene --out new --compat aomc --allocation systematic": "--compat aomc",
+    "run scene --out new --compat aomc --bins equal": "--compat aomc",
+    "run scene --out new --compat aomc --order shuffled": "--compat aomc",
+    "run scene --out new --method iid --placement r2": "iid",
+    "run scene --out new --max-memory 1k": "--max-memory",
+    "run scene --out new --max-memory much": "--max-memory",
+    "run scene --out new --seed -1": "--seed",
+    "run scene --out new --seed 18446744073709551616": "--seed",
+    "run scene --out new --iterations 0": "--iterations",
+    "run scene --out new --iterations 1.5": "--iterations",
+    "run scene --out new --iterations nan": "--iterations",
+    "run scene --out new --threads 0": "--threads",
+    "run scene --out new --order none": "--order",
+    "run scene --out new --replicates 0": "1 to 4096",
+    "run scene --out new --replicates -3": "1 to 4096",
+    "run scene --out new --replicates 1e9": "1 to 4096",
+    "run scene --out new --replicates 2 --compat aomc": "no randomness",
+    "run scene --out new --replicates 2 --allocation aomc": "no randomness",
+    "run scene --out new --shard 0/3": "shard",
+    "run scene --out new --shard 4/3": "shard",
+    "run scene --out new --shard 1:3": "shard",
+    "run scene --out new --shard 1/2000000": "shard",
+    "run scene --out new --shard 1/3 --format mcpl": "shard",
+    "run scene --out new --shard 1/3 --format none": "shard",
+    "run scene --out new --shard 1/3 --format npy --format raw": "shard",
+    "run scene --out new --shard 1/3 --force": "shard",
+    "run scene --out new --engine dask --format mcpl": "dask",
+    "run scene --out new --engine dask --shard 1/2": "dask",
+    "run scene --out new --scheduler tcp://localhost:1": "--scheduler",
+    # skies by name
+    f"{GREY} cie --sky-option type=12": "--sky cie needs --sun-zenith",
+    f"{GREY} cie --sun-zenith 40": "--sky-option type=",
+    f"{GREY} none": "--sky none needs a scene of files",
+    f"{GREY} overcast --ghi 300 --dhi 200 --sun-zenith 40 --air-mass kasten-1966": "--air-mass: of the Perez sky",
+    f"{GREY} overcast {FIVE} --sun-zenith 40": "--coefficients: of the Perez sky",
+    f"{GREY} overcast --sun-azimuth 30": "--sun-azimuth: where is the sun?",
+    f"{GREY} harrison-coombes --sun-zenith 40 --aod 0.2": "--aod: used only for a cloudless sky",
+    f"{GREY} harrison-coombes --sun-zenith 40 --disc": "--disc: used only where",
+    f"{GREY} harrison-coombes --sun-zenith 40 --extraterrestrial 1367": "used only with two of",
+    f"{GREY} uniform --sky-option a=1": "has no options",
+    f"{GREY} uniform --sky-option a=1 --sky-option a=2": "--sky-option a is given twice",
+    f"{GREY} perez --sky-option a=1 --ghi 300 --dhi 200 --sun-zenith 40": "is for a sky of another name",
+    f"{GREY} cie --sky-option type=12 --sun-zenith 40 --within uniform": "--within",
+    f"{GREY} overcast --azimuth-convention from_sun": "--azimuth-convention is for a measured sky (.csv)",
+    f"{GREY} overcast --bins degrees": "--bins is for a scene of files",
+    f"{GREY} nonsense": "there is no sky model 'nonsense'; write",
+    f"{GREY} cie --sky-option type": "expected KEY=VALUE",
+    f"{GREY} cie --sky-option type=3 --sky-option polarisation=0.5 --diffuse-only --sun-zenith 40":
+        "has no option 'polarisation'; the nearest is type; write --polarisation 0.75",
+    # light that a scene cannot use
+    f"run inputs/atmosphere_sky --out new {EPW} --row 12": "--epw: not used with [atmosphere] in sky.toml",
+    f"run inputs/perez_sky --out new --sky uniform {EPW} --row 12": "--epw: difcol.inp says how direct every waveband",
+    f"{SUN} {FIVE} --limits paper": "--limits: limits of clearness and brightness, of which --coefficients",
+    f"{SUN} {FIVE} --disc": "--disc: used only where something says how bright the beam is",
+    f"{SUN} --sky overcast --spectrum flat": "--spectrum: used only where something says",
+    f"{SUN} --ghi 780 --dhi 140 --diffuse-only --disc": "--disc: the beam is left out",
+    f"{SUN} --sky overcast --ghi 780 --dhi 140 --extraterrestrial 1367":
+        "--extraterrestrial: of the Perez sky, not of an overcast sky",
+    "run inputs/sun_and_sky --out new --compat aomc --diffuse-only": "aomc does not use --diffuse-only",
+    "run inputs/clear_day --out new --sky perez --dni 700 --dhi 100 --disc": "--disc: all light",
+    # weather
+    f"run perez --out new {EPW} --row 49": "rows 1 to 48",
+    f"run perez --out new {EPW}": "--epw needs --row N",
+    "run perez --out new --row 5": "--row needs a weather file",
+    "run perez --out new --latitude 5": "--latitude needs --time",
+    f"run perez --out new {EPW} --row 12 --dni 5": "--dni contradicts --epw, which gives the sun and the sky",
+    f"run perez --out new {EPW} --row 12 --time 2026-06-21T09:30:00Z": "--time contradicts --epw",
+    f"run perez --out new {TIME} --sun-zenith 5": "leave out --sun-zenith",
+    "run perez --out new --time 2026-06-21T09:30:00 --latitude 54.18 --longitude 7.89": "time zone",
+    f"run perez --out new {TIME} --altitude 1e5": "altitude must lie within",
+    f"run perez --out new {TIME} --ghi 700": "ghi without dni; add dni (or dhi)",
+    # measured skies and fields
+    f"{SKY} --limits paper": "--limits: of the Perez sky, not of the measured sky",
+    f"{SKY} --sky uniform": "--sky: not used with",
+    f"{SKY} --disc": "--disc: used only where something says how bright the beam is",
+    f"{SKY} --waveband 5": "waveband 5",
+    f"{SKY} --radiance-unit lux": "radiance unit 'lux' is not known",
+    f"{SKY} --stokes-signs 1 -1": "--stokes-signs is for a radiance field (.nc)",
+    "run inputs/clear_day --out new --angle-unit deg": "--angle-unit is for a measured sky (.csv)",
+    # perez
+    "perez": "where is the sun",
+    "perez --sun-zenith 40": "which sky",
+    "perez --sun-zenith 40 --dni 850": "dhi",
+    "perez --sun-zenith 40 --epsilon 2": "delta",
+    f"{CLEAR} --epsilon 2 --delta 0.1": "twice",
+    f"{CLEAR} --time 2024-01-01T12:00:00Z": "--sun-zenith",
+    "perez --time 2024-01-01T12:00:00Z --latitude 5 --dni 1 --dhi 1": "--longitude",
+    f"{CLEAR} --placement philox": "--placement is for photons",
+    f"{CLEAR} --polarisation 0.6": "--polarisation is for photons: name their folder with --out DIR",
+    f"{CLEAR} --format none --format npy --out new": "--format none",
+    f"{CLEAR} --with-beam": "--out DIR",
+    f"{CLEAR} --write-skydist s.inp --wavelength -1": "positive",
+    f"{CLEAR} --plot sky.jpeg": ".png",
+    f"perez {EPW} --row 3 --sun-zenith 5": "--sun-zenith",
+    f"perez {EPW} --row 0": "rows 1 to 48",
+    "perez --sun-zenith 40 --coefficients -1 -0.3 10 -3 0.45 --with-beam --out new":
+        "coefficients do not say how bright the beam is",
+    f"{CLEAR} --out - --format raw": "perez writes a folder",
+    # info
+    "info": "",
+    "info --include-dir somewhere": "",
+    "info inputs/atmosphere/hazy.atmo --iterations 777": "--iterations is for a scene; ",
+    f"{NIGHT} --sky uniform": "--sky is for a scene; ",
+    f"{NIGHT} --row 3": "--row is for a scene; ",
+    "info inputs/sparse_sky --wavelengths 500": "--wavelengths is for a run without files or a measured sky",
+    "info inputs/sparse_sky --animation a": "--animation is for a background sky; ",
+    f"{NIGHT} --time 2026-02-14": "is not a date with a time of day",
+    f"{NIGHT} --time {'9' * 400}": "not finite",
+    f"{NIGHT} --time 0 --utc-offset 99": "outside the range -24 to 24",
+    f"{NIGHT} --time 0 --animation cty": "the nearest is city, there are: airglow, city, starlight",
+    f"{NIGHT} --time 0 --wavelength 300": "300 is outside the spectra of the file, 380 to 720 nm",
+    f"{NIGHT} --wavelength 550": "need --time",
+    # export
+    f"{EXPORT} envmap --waveband 1 --waveband 2 --out sky.exr": "there are 2: add --waveband",
+    f"{EXPORT} npy --waveband 4": "waveband 4 is not in this run; it has wavebands 1, 2, 3",
+    f"{EXPORT} npy --waveband 0": "waveband 0 is not",
+    f"{EXPORT} csv --scene x": "--scene is for --to aomc",
+    f"{EXPORT} netcdf --waveband 1": "holds all wavebands",
+    f"{EXPORT} envmap --out -": "--out - is for run",
+    f"{EXPORT} envmap --out sky.tif":
+        "--to envmap writes no .tif file; a name that ends in .npy, .hdr or .exr is a file",
+    f"{EXPORT} envmap --out sky.mcpl": "writes no .mcpl file",
+    f"{EXPORT} envmap --out out/sky.hdr": "is in the run itself",
+    f"{EXPORT} envmap --out folder.hdr": "folder.hdr is a folder; name a file",
+    f"{EXPORT} mcpl --out sky.hdr": "a name that ends in .mcpl is a file, and a name without an ending",
+    f"{EXPORT} csv --out photons.csv": "a name without an ending, such as photons, is a folder",
+    f"{EXPORT} aomc --out sky.nc": "--to aomc writes no .nc file",
+    # plot
+    "plot scene --out sky.bmp": ".png",
+    "plot scene --out sky.gif": ".svg",
+    "plot scene --pull": "--pull is for a run",
+    "plot scene --frames 3": "--frames is for a background sky",
+    "plot scene --wavelength 500": "--wavelength is for",
+    "plot scene --size 20": "300 to 8000",
+    "plot scene --range 3 1": "increasing",
+    "plot scene --cmap virdis": "near it are viridis",
+    "plot scene --waveband 9": "9",
+    "plot out --iterations 5": "--iterations is for",
+    "plot out --sky uniform": "--sky is for",
+    "plot out --seed 3": "--seed is for",
+    "plot out --time 0": "--time is for",
+    "plot out --bins equal": "--bins is for",
+    "plot out --pull --show counts": "--show",
+    # verify
+    "verify out --method iid": "--scene AMC_INP",
+    "verify out --frame down": "--scene AMC_INP",
+    "verify out --waveband 4": "waveband 4 is not in this run",
+    "verify out --resample 1.5": "resample",
+    "verify out --level 0": "level",
+    "verify out --level x": "level",
+    "verify out --iterations 7": "--iterations says how a scene is read",
+    "verify out --compat aomc": "--compat says how a scene is read",
+    "verify out --sun-zenith 30": "--sun-zenith says how a scene is read",
+    "verify out --no-disc": "--disc says how a scene is read",
+    THEIRS: "name the waveband of the photons with --waveband",
+    f"{THEIRS} --waveband 9": "waveband 9 is not in this scene",
+    f"{THEIRS} --waveband 1 --waveband 2": "give one --waveband",
+    f"{THEIRS} --waveband 1 --resample 0.5": "--resample",
+    f"{THEIRS} --waveband 1 --resample 0": "--resample",
+    "verify theirs.npy": "--scene AMC_INP",
+    # atmosphere and validate
+    f"{AIR} --sun-zenith 40": "--out-dir",
+    f"{AIR} --out-dir new --sun-zenith 181": "181",
+    f"{AIR} --out-dir new --sun-zenith 10:5:1": "10:5:1",
+    f"{AIR} --out-dir new --sun-zenith 0:90:0": "0:90:0",
+    f"{AIR} --out-dir new --sun-zenith 0:90:1e-9": "0:90:1e-9",
+    f"{AIR} --out-dir new --sun-zenith nan": "nan",
+    f"{AIR} --out-dir new --sun-zenith 5,5": "5",
+    f"{AIR} --out-dir new --orders 0": "--orders",
+    f"{AIR} --out-dir new --bins 0 4": "--bins",
+    f"{AIR} --out-dir new --wavelength -5": "wavelength",
+    f"{AIR} --out-dir new --method paths": "--method",
+    f"{AIR} --out-dir new --sun-zenith 0:90:1 --bins 3600 3600 --no-netcdf": "is the most; ask for fewer suns",
+    f"{AIR} --out-dir new --{SIZE} 0": SIZE,
+    f"{AIR} --out-dir new --{SIZE} 25": SIZE,
+    f"{AIR} --out-dir new --{SIZE} many": SIZE,
+    f"{AIR} --out-dir new --no-netcdf --save-irradiance": "--save-irradiance",
+    f"{AIR} --out-dir new --no-netcdf --{SIZE} 8": SIZE,
+    f"{AIR} --out-dir new --save-scat-density --orders 1": "source functions need --method sos",
+    f"{AIR} --out-dir new --save-light-pollution --orders 1": "light pollution relative radiance",
+    f"{AIR} --no-save-tex --sun-zenith all": 'no "scattering texture size for sza"',
+    f"{AIR} --no-save-tex --sun-zenith 70:95:5 --method sos": "--sun-zenith 95",
+    f"{AIR} --no-save-tex --sun-zenith 95": "95",
+    "validate weatherless --dni 850": "dhi",
+}  # fmt: skip
+"""Command line -> words of the message; exit code 2."""
+OTHERS = {
+    (3, f"run perez --out new --tmy3 {EPW[6:]} --row 1"): "E601",
+    (3, "perez --epw absent.epw --row 1"): "absent.epw",
+    (3, "export nowhere --to npy"): "there is no such folder",
+    (3, "export scene --to npy"): "run it first: aomc-sky run",
+    (3, "export folder.hdr --to npy"): "this folder holds no plan.npz",
+    (3, "plot nosuch"): "E100",
+    (3, "plot nosuch --quantity dop"): "E100",
+    (3, "plot nosuch --time 3"): "E100",
+    (4, "run scene --out new --iterations 10 --replicates 11"): "too few for 11 replicates",
+    (4, f"run perez --out new {EPW} --row 1"): "the nearest row with a sun is 5",
+    (4, "run perez --out new --time 2026-06-21T00:30:00Z --latitude 54.18 --longitude 7.89"):
+        "below the horizon there; take an hour of the day",
+    (4, f"run perez --out new {TIME} --ghi 700 --dhi 900"): "dhi 900 W m-2 is more than ghi 700",
+    (4, "perez --sun-zenith 40 --dni 850 --ghi 100"): "ghi",
+    (4, "perez --sun-zenith 40 --dni 850 --dhi 0 --out new"): "no light in the sky",
+    (6, f"{CLEAR} --write-skydist no/such/folder/skydist.inp"): "no/such/folder",
+    (6, "plot scene --out absent/sky.png"): "absent",
+}  # fmt: skip
+"""The same with their exit codes."""
+NEEDED = {"plot": "matplotlib", "night.h5": "h5py", "--epw": "pvlib", "--time 2": "pvlib", "--tmy3": "pvlib"}
+NEEDED |= {"--save-scat": "h5netcdf", "--save-light": "h5netcdf"}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """A scene, a run of it, photons of another code, and all that lies in inputs/."""
+    made = tmp_path_factory.mktemp("usage")
+    shutil.copytree(INPUTS, made / "inputs")
+    shutil.copytree(INPUTS / "document_example", made / "scene")
+    for name, lost in (("perez", ["difcol.inp"]), ("weatherless", ["difcol.inp", "sky.toml"])):
+        shutil.copytree(INPUTS / "perez_sky", made / name, ignore=shutil.ignore_patterns(*lost))
+    (made / "folder.hdr").mkdir()
+    np.save(made / "theirs.npy", np.tile(np.float32([0.6, 0.0, -0.8]), (100, 1)))
+    assert command("run", made / "scene", "--iterations", 100, "-q", "--out", made / "out") == 0
+    return made
+
+
+@pytest.mark.parametrize(
+    ("code", "line", "words"), [*((2, *row) for row in USAGE.items()), *((*key, said) for key, said in OTHERS.items())]
+)
+def test_what_does_not_go(code, line, words, folder, monkeypatch, told):
+    for word, package in NEEDED.items():
+        if word in line:
+            pytest.importorskip(package)
+    monkeypatch.chdir(folder)
+    before = sorted(folder.rglob("*"))
+    said = told(*shlex.split(line), code=code)
+    assert words.lower() in said.err.lower()
+    assert said.out == ""
+    assert code == 3 or len(re.findall(r"^aomc-sky( \w+)?: error: ", said.err, re.MULTILINE)) == 1
+    assert sorted(folder.rglob("*")) == before
