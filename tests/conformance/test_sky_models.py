@@ -113,8 +113,7 @@ def test_components_fit_the_sampler(model):
         assert isinstance(component, Component)
         assert component.strength.shape == (3,)
         assert not component.mass.flags.writeable
-    bands = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0, 551.0]))
-    source = sky.Scene(wavebands=bands, n_photons=1000, components=components).source()
+    source = sky.Scene(wavebands=[450.0, 550.0, 551.0], n_photons=1000, components=components).source()
     assert source.total == 3000
     for batch in source.batches(2, 300):
         assert np.all(batch.uz <= 0)
@@ -122,9 +121,8 @@ def test_components_fit_the_sampler(model):
 
 @every_model
 def test_scenes_take_models_as_they_are(model):
-    bands = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
     given = sky.Scene(wavebands=[450, 550], n_photons=500, components=model)
-    by_hand = sky.Scene(wavebands=bands, n_photons=[500, 500], components=model.lower([450.0, 550.0]))
+    by_hand = sky.Scene(wavebands=[450.0, 550.0], n_photons=[500, 500], components=model.lower([450.0, 550.0]))
     assert given.source(seed=2).plan.sha256 == by_hand.source(seed=2).plan.sha256
 
 
@@ -241,7 +239,7 @@ def test_models_without_shares_are_refused_not_halved():
 
 
 def test_scenes_are_checked():
-    bands = sky.Wavebands(wavelength_nm=np.array([500.0, 600.0]))
+    bands = [500.0, 600.0]
     beam = sky.DirectBeam(sun_zenith_deg=10).lower([500.0, 600.0])
     for change, message in (
         ({"components": ()}, "at least one"),

@@ -11,7 +11,7 @@ from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.emission.irradiance import Irradiance, cell_moments, mean_moments
 from aomc_sky.errors import SceneError
 
-BANDS = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
+BANDS = [450.0, 550.0]
 PARTS = (sky.DirectBeam(sun_zenith_deg=30.0, strength=1.0), sky.UniformSky(strength=1.0))
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import aomc_sky as sky
 
-BANDS = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
+BANDS = [450.0, 550.0]
 FIELDS = ("ux", "uy", "uz", "patch", "x", "y", "weight", "q", "u", "numbers")
 
 
@@ -186,9 +186,8 @@ def test_counts_of_one_column_are_those_of_allocate():
     rng = np.random.default_rng(9)
     values = rng.lognormal(0, 3, (1, 54))
     table = sky.TabulatedSky(wavelength_nm=[500], values=values, grid=sky.PatchGrid.regular(54, 1))
-    bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
     for n in (10, 10**6, 10**12):  # far beyond, the rounding of masses that were divided by their sum shows
-        source = sky.Scene(wavebands=bands, n_photons=n, components=table.lower([500])).source(seed=3)
+        source = sky.Scene(wavebands=[500.0], n_photons=n, components=table.lower([500])).source(seed=3)
         np.testing.assert_array_equal(source.counts[0], sky.allocate(values[0], n, seed=3))
 
 
@@ -197,11 +196,10 @@ def test_listed_weights_turn_photons_into_flux():
     rng = np.random.default_rng(8)
     grid = sky.PatchGrid.regular(6, 9)
     values = rng.lognormal(0, 1, (1, 54))
-    bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
 
     def mean_mu(weighting, weights):
         table = sky.TabulatedSky(wavelength_nm=[500], values=values, grid=grid, weighting=weighting)
-        source = sky.Scene(wavebands=bands, n_photons=10**6, components=table.lower([500])).source(weights=weights)
+        source = sky.Scene(wavebands=[500.0], n_photons=10**6, components=table.lower([500])).source(weights=weights)
         batch = source.photons()
         if not weights:
             return float(-batch.uz.astype(float).mean())

@@ -1,7 +1,5 @@
 """Stokes vectors of patches in plans, batches and tables; a scene without them has the bytes that it had."""
 
-from __future__ import annotations
-
 import dataclasses
 import pickle
 

@@ -1,7 +1,5 @@
 """Replicates: lanes of a plan, how a band's photons are shared, and what the sums over them give."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -29,7 +27,6 @@ def scene(n_photons, n_bands=1, weighting="listed", footprint=True):
 
 
 def joined(batches):
-    """All arrays of batches, one after the other."""
     batches = list(batches)
     present = [name for name in ARRAYS if getattr(batches[0], name) is not None]
     return {name: np.concatenate([getattr(batch, name) for batch in batches]) for name in present}
@@ -183,8 +180,7 @@ def test_photons_with_weights():
 
 
 def has_variance(*parts, **options):
-    bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
-    return scalar_has_variance(sky.Scene(wavebands=bands, n_photons=10, components=parts).source(**options).plan, 0)
+    return scalar_has_variance(sky.Scene(wavebands=[500.0], n_photons=10, components=parts).source(**options).plan, 0)
 
 
 def test_which_skies_have_a_variance_of_scalar_irradiance():

@@ -20,7 +20,7 @@ from tests.support.shared import INPUTS, REPOSITORY
 INDEX = 1.34
 KEY = philox.transport_key(1)
 SIGMAS = 5.0
-BAND = sky.Wavebands(wavelength_nm=np.array([500.0]))
+BAND = [500.0]
 N = 200_000
 
 

@@ -28,7 +28,7 @@ def small_scene():
     table = sky.TabulatedSky(wavelength_nm=[500.0], values=values, grid=grid)
     beam = sky.DirectBeam(sun_zenith_deg=30, sun_azimuth_deg=45)
     return sky.Scene(
-        wavebands=sky.Wavebands(wavelength_nm=np.array([500.0])),
+        wavebands=[500.0],
         n_photons=1000,
         components=(*table.lower([500.0]), *beam.lower([500.0])),
         footprint=sky.Footprint(shape="circle", size_x_m=2.0, size_y_m=2.0),
@@ -36,7 +36,6 @@ def small_scene():
 
 
 def small_photons(seed, **options):
-    """Counts of the small scene, patches and words of its first photons."""
     source = small_scene().source(seed=seed, precision="float64", **options)
     batch = source.photons(0, 0, 4)
     rows = np.column_stack([batch.ux, batch.uy, batch.uz, batch.x, batch.y])
@@ -51,7 +50,7 @@ def narrow_photons(precision):
     """Words of photons of cells that take the short series of sine and cosine."""
     grid = sky.PatchGrid.regular(3, 180)
     scene = sky.Scene(
-        wavebands=sky.Wavebands(wavelength_nm=np.array([500.0])),
+        wavebands=[500.0],
         n_photons=1000,
         components=sky.TabulatedSky(wavelength_nm=[500.0], values=np.ones((1, 540)), grid=grid).lower([500.0]),
     )

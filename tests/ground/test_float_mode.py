@@ -66,8 +66,7 @@ def look(key, scene):
 for path in scenes:
     look(path, sky.read_scene(path, iterations=5000))
 perez = sky.PerezSky(sun_zenith_rad=0.7, dni=700.0, dhi=130.0)
-bands = sky.Wavebands(wavelength_nm=numpy.array([500.0]))
-look("python", sky.Scene(wavebands=bands, n_photons=3000, components=(perez,)))
+look("python", sky.Scene(wavebands=numpy.array([500.0]), n_photons=3000, components=(perez,)))
 tiny = struct.unpack("<3d", struct.pack("<3q", 1, 2, 3))  # 5e-324, 1e-323, 1.5e-323
 found["subnormal"] = sky.allocate(tiny, 600).tolist()
 if name != "flush":

@@ -61,7 +61,6 @@ def test_models_with_arrays_compare_and_have_short_reprs(name):
 
 
 def changed(record):
-    """The record with one number changed."""
     if isinstance(record, sky.Plan):
         return dataclasses.replace(
             record, components=[dataclasses.replace(c, mass=c.mass / 2) for c in record.components]

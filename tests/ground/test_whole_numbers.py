@@ -32,8 +32,7 @@ CLEAR_DAY = INPUTS / "clear_day" / "amc.inp"
 def scene() -> sky.Scene:
     grid = sky.PatchGrid.regular(6, 12)
     table = sky.TabulatedSky(grid=grid, wavelength_nm=[500.0], values=np.arange(72.0).reshape(1, 6, 12))
-    bands = sky.Wavebands(wavelength_nm=np.array([440.0, 550.0, 670.0]))
-    return sky.Scene(wavebands=bands, n_photons=np.full(3, 100), components=table)
+    return sky.Scene(wavebands=[440.0, 550.0, 670.0], n_photons=np.full(3, 100), components=table)
 
 
 def directions(batch: sky.PhotonBatch) -> bytes:
@@ -138,10 +137,9 @@ def test_what_is_no_number_of_photons_is_our_error(value):
         sky.allocate([1.0, 2.0], value)
     with pytest.raises(UsageError, match="replicates must be a whole number from 1 to 4096"):
         scene().source(replicates=value)
-    bands = sky.Wavebands(wavelength_nm=np.array([440.0]))
     if np.ndim(value) == 0:  # a list is one number per band
         with pytest.raises(SceneError, match="n_photons"):
-            sky.Scene(wavebands=bands, n_photons=value, components=(sky.UniformSky(),))
+            sky.Scene(wavebands=[440.0], n_photons=value, components=(sky.UniformSky(),))
 
 
 def test_a_number_of_photons_may_be_a_whole_float():

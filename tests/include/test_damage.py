@@ -21,14 +21,12 @@ FUZZED = [("everything", {}), ("lobes and all", {}), ("sloped", {"precision": "f
 
 
 def sealed(data):
-    """The bytes with the checksum that they should have."""
     data = bytearray(data)
     data[40:48] = checksum(bytes(data)).to_bytes(8, "little")
     return bytes(data)
 
 
 def with_bytes(data, at, new):
-    """The bytes with others from `at` on, sealed."""
     return sealed(data[:at] + new + data[at + len(new) :])
 
 
@@ -45,7 +43,6 @@ def entry(data, name):
 
 
 def word_of(value, width):
-    """Bytes of a whole number, or of a float64."""
     return np.float64(value).tobytes() if isinstance(value, float) else int(value).to_bytes(width, "little")
 
 
@@ -55,7 +52,6 @@ def data():
 
 
 def code_of(data, flags="-O2"):
-    """Name of the code that the header gives."""
     code = built(flags).view(data)
     return next(name for name, value in CODES.items() if value == code) if code else "ok"
 

@@ -22,7 +22,6 @@ CHANGED = -11
 
 @functools.cache
 def gpu(flags="-fmad=false"):
-    """The driver, compiled for the GPU of this machine."""
     if shutil.which("nvcc") is None or shutil.which("nvidia-smi") is None:
         pytest.skip("no nvcc or no GPU")
     if subprocess.run(["nvidia-smi", "-L"], capture_output=True, check=False).stdout.count(b"GPU ") == 0:

@@ -1,7 +1,5 @@
 """Maps of pulls: colours that part at zero, zones that say nothing, pulls without an end."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

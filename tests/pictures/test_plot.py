@@ -1,7 +1,5 @@
 """`sky.plot`: what is drawn, where it lies, what the picture says, and its files."""
 
-from __future__ import annotations
-
 import io
 import itertools
 import os
@@ -24,8 +22,6 @@ pytest.importorskip("matplotlib")
 
 
 class Spot:
-    """A sky that is bright around one place."""
-
     sun_zenith_rad = float(np.deg2rad(45.0))
     sun_azimuth_rad = float(np.deg2rad(30.0))
     dhi = 100.0
@@ -449,6 +445,6 @@ def test_no_window_system_is_needed(tmp_path):
 
 def test_a_scene_in_the_dark_is_no_picture():
     dark = sky.TabulatedSky(wavelength_nm=[550.0], values=np.zeros((1, 6)), grid=PatchGrid.regular(2, 3))
-    scene = sky.Scene(wavebands=sky.Wavebands(wavelength_nm=np.array([550.0])), n_photons=10, components=(dark,))
+    scene = sky.Scene(wavebands=[550.0], n_photons=10, components=(dark,))
     with pytest.raises(SceneError):
         sky.plot(scene)

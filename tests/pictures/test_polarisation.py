@@ -1,7 +1,5 @@
 """Degree and angle of polarisation as pictures: of all components of a patch, and of a run."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """Sources as domes: every patch shows its light over its solid angle, and what has no extent is a mark."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -17,7 +17,6 @@ from tests.support.shared import AOMC, DATA, needs_shared
 
 
 def rows(path):
-    """The rows of a CSV file."""
     with path.open(newline="") as file:
         return list(csv.DictReader(file))
 

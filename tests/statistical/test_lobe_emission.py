@@ -14,7 +14,6 @@ N = 2_000_000
 
 
 def source_of(case, n=N, seed=5, **options):
-    """Photons of one lobe."""
     kind, param0, param1, quaternion = case
     parts = lobe_components(
         names=["lobe"],
@@ -115,7 +114,6 @@ def test_planted_defects_are_caught(plan_only, defect):
 
 
 def single_textbook(kind, g, _, u, v):
-    """The inverse as it stands in textbooks, in float32."""
     return textbook(kind, np.float32(g), 0, u.astype(np.float32), v)
 
 

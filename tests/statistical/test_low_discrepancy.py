@@ -31,7 +31,6 @@ def dome_places(law, batch):
 
 
 def unevenness(s, t, n=16):
-    """Chi-square per degree of freedom on n x n cells."""
     return chi2.per_degree(square_counts(s, t, n).ravel(), even(s.size, n * n))
 
 

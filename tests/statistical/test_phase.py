@@ -1,7 +1,5 @@
 """Rayleigh and Henyey-Greenstein scattering angles: two million draws against probabilities with 50 digits."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from mpmath import mp, mpf
@@ -29,7 +27,6 @@ def probabilities(cdf, mu_edges, parameter):
 
 
 def mu_p(mu, cdf, parameter):
-    """p-value of cosines in cells of equal width."""
     edges = np.linspace(-1, 1, BINS + 1)
     assert abs(mu).max() <= 1
     expected = probabilities(cdf, [mpf(e) for e in edges], parameter) * mu.size

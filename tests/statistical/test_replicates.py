@@ -1,7 +1,5 @@
 """Error bars from replicates keep their promise; batches of one run do not, and lanes that share words show."""
 
-from __future__ import annotations
-
 import functools
 
 import numpy as np
@@ -25,8 +23,7 @@ VALUES = np.random.default_rng(3).lognormal(0.0, 1.0, (1, GRID.n_patches))
 @functools.cache
 def scene(n_photons):
     table = sky.TabulatedSky(wavelength_nm=[500.0], values=VALUES, grid=GRID)
-    bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
-    return sky.Scene(wavebands=bands, n_photons=n_photons, components=table.lower([500.0]))
+    return sky.Scene(wavebands=[500.0], n_photons=n_photons, components=table.lower([500.0]))
 
 
 def cosines(seed, method, replicates):

@@ -1,7 +1,5 @@
 """The tests that `verify` makes: correct photons pass as often as they should, planted defects fail each test."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np
@@ -26,7 +24,6 @@ def scene_of(name, n=N):
 
 @lru_cache(maxsize=4)
 def many(method):
-    """2e6 photons of the clear day, once."""
     source = scene_of("clear_day", MANY).source(3, method=method)
     return source, directions_of(source)
 
@@ -186,8 +183,7 @@ def test_copies_of_photons(plan_only, method, dependence):
 
 def test_random_numbers_of_15_bits_repeat(plan_only):
     """A C library's rand() with RAND_MAX 32767 gives 2^30 directions; two numbers of 24 bits are enough."""
-    bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
-    uniform = sky.Scene(wavebands=bands, n_photons=np.array([10]), components=(sky.UniformSky(),)).source()
+    uniform = sky.Scene(wavebands=[500.0], n_photons=np.array([10]), components=(sky.UniformSky(),)).source()
     rng = np.random.default_rng(8)
     for bits in (15, 24):
         u, v = rng.integers(1 << bits, size=(2, 200_000)) / (1 << bits)
@@ -314,7 +310,7 @@ def test_defects_inside_perez_patches(plan_only):
     model = {"sun_zenith_rad": 0.9, "epsilon": 6.0, "delta": 0.1, "grid": grid}
     exact, uniform = (
         sky.Scene(
-            wavebands=sky.Wavebands(wavelength_nm=np.array([550.0])),
+            wavebands=[550.0],
             n_photons=np.array([100_000]),
             components=(sky.PerezSky(within=within, **model),),
         ).source(1, method="iid")

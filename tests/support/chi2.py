@@ -9,7 +9,6 @@ MIN_EXPECTED = 20.0
 
 
 def two_sided(lower: float, upper: float) -> float:
-    """p-value from both tails."""
     return float(min(1.0, 2.0 * min(lower, upper)))
 
 
@@ -36,7 +35,6 @@ def pool(observed: np.ndarray, expected: np.ndarray, least: float = MIN_EXPECTED
 
 
 def chi2_statistic(observed: np.ndarray, expected: np.ndarray) -> float:
-    """Sum of (observed - expected)^2 / expected."""
     return float(np.sum((observed - expected) ** 2 / expected))
 
 

@@ -23,7 +23,7 @@ from tests.support.host_scenes import disc, perez
 from tests.support.lobes import lobe_components
 
 N = 997
-WAVEBANDS = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
+WAVEBANDS = [450.0, 550.0]
 
 Members = dict[str, Any]
 
@@ -74,7 +74,6 @@ KINDS = tuple(_SCENES)
 
 @functools.cache
 def plan_of(kind: str) -> Plan:
-    """A small plan of one kind of scene."""
     components, options = _SCENES[kind]
     scene = sky.Scene(
         wavebands=WAVEBANDS,
@@ -96,7 +95,6 @@ class Damage(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Name of the case."""
         return f"{self.kind}: {self.member} {self.what}"
 
     def members(self) -> tuple[Members, dict[str, Any]]:
@@ -257,7 +255,6 @@ def _option_damages() -> Iterator[Damage]:
 
 @functools.cache
 def damages() -> tuple[Damage, ...]:
-    """The whole table; names are different."""
     return (*_array_damages(), *_VALUES, *_option_damages())
 
 

@@ -10,7 +10,6 @@ Columns = dict[str, np.ndarray]
 
 
 def empty(source: sky.PhotonSource, n: int) -> Columns:
-    """Room for n photons."""
     kinds = {"ux": source.dtype, "uy": source.dtype, "uz": source.dtype, "patch": np.int32}
     return {name: np.empty(n, kind) for name, kind in kinds.items()}
 

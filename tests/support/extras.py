@@ -71,7 +71,6 @@ def commands_wanting(folder: Path) -> dict[str, list[tuple[str, ...]]]:
 
 
 def commands_of_core(folder: Path) -> list[tuple[str, ...]]:
-    """Commands that every installation carries out."""
     scene, out = str(INPUTS / "clear_day"), str(folder / "out")
     return [
         ("validate", scene),

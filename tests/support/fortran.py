@@ -34,5 +34,4 @@ def readings(program: Path, jobs: list[tuple[str, Path]]) -> list[list[int] | No
 
 
 def as_real(word: int) -> float:
-    """The float64 whose bit pattern a reader printed."""
     return struct.unpack("<d", struct.pack("<q", word))[0]

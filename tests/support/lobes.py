@@ -20,7 +20,6 @@ def lobe_components(
     quaternion: Sequence[ArrayLike] | np.ndarray,
     irradiance: ArrayLike,
 ) -> tuple[Component, ...]:
-    """The components of a `LobeSky` with these lobes; `irradiance` (n_lobe, n_wl) is over the whole sphere."""
     light = np.asarray(irradiance, dtype=np.float64)
     wavelength_nm = 500.0 + np.arange(light.shape[1])
     lobes = tuple(

@@ -101,7 +101,6 @@ class Oracle:
             self._lib.mcpl_hdr_add_comment(file, comment.encode())
 
     def read(self, path: Path) -> np.ndarray:
-        """All particles of a file, as libmcpl gives them one by one."""
         file = self._lib.mcpl_open_file(str(path).encode())
         pieces = []
         while address := self._lib.mcpl_read(file):
@@ -110,7 +109,6 @@ class Oracle:
         return np.frombuffer(b"".join(pieces), PARTICLE)
 
     def tool(self, *arguments: str | Path) -> str:
-        """Standard output of mcpltool."""
         program = self.library.parents[1] / "bin" / "mcpltool"
         command = [str(program), *map(str, arguments)]
         return subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
@@ -166,7 +164,6 @@ def random_particles(n: int, seed: int) -> np.ndarray:
 
 
 def encoded(header: McplHeader, records: np.ndarray | bytes = b"") -> bytes:
-    """A whole file."""
     from aomc_sky.formats.mcpl.header import encode_header
 
     return encode_header(header) + (records if isinstance(records, bytes) else records.tobytes())

@@ -29,7 +29,6 @@ class PerezCase:
 
     @property
     def law(self) -> PerezLaw:
-        """The continuous law."""
         return PerezLaw(coefficients=self.coefficients, sun_zenith_rad=float(np.deg2rad(self.sun_zenith_deg)))
 
 
@@ -74,12 +73,10 @@ def cell_counts(mu: np.ndarray, u: np.ndarray, azimuth: np.ndarray) -> np.ndarra
 
 
 def cell_shares(law: PerezLaw) -> np.ndarray:
-    """What `cell_counts` expects, per photon."""
     return perez_law.patch_shares(law, ZENITH_EDGES_DEG, AZIMUTH_EDGES_DEG)
 
 
 def cell_p(law: PerezLaw, mu: np.ndarray, u: np.ndarray, azimuth: np.ndarray) -> float:
-    """Chi-square in the cells of zenith angle and azimuth."""
     return chi2.chi2_p(cell_counts(mu, u, azimuth), cell_shares(law) * mu.size)
 
 

@@ -1,23 +1,19 @@
 """Scenes for the statistical tests, and where photons lie in their cell, worked out from the directions alone."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import aomc_sky as sky
 from aomc_sky.component import cells_of_grid
 
-BAND = sky.Wavebands(wavelength_nm=np.array([500.0]))
-TWO_BANDS = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
+BAND = [500.0]
+TWO_BANDS = [450.0, 550.0]
 
 
 def scene(components, n, bands=BAND, **more):
-    """A scene of n photons per band."""
     return sky.Scene(wavebands=bands, n_photons=n, components=components, **more)
 
 
 def cell_component(law, zenith_deg, azimuth_deg):
-    """One cell of a law."""
     grid = sky.PatchGrid(zenith_bounds_deg=[zenith_deg], azimuth_bounds_deg=[azimuth_deg])
     cell = cells_of_grid(grid, law)
     return (sky.Component(name="cell", law=law, strength=np.ones(1), mass=np.ones((1, 1)), cell=cell, grid=grid),)
@@ -66,10 +62,8 @@ def clipped(place, slack):
 
 
 def square_counts(s, t, n=16):
-    """Photons in n x n cells of the unit square."""
     return np.histogram2d(s, t, bins=n, range=[[0, 1], [0, 1]])[0]
 
 
 def even(n_photons, n_cells):
-    """Equal expectations."""
     return np.full(n_cells, n_photons / n_cells)

@@ -1,7 +1,5 @@
 """The reference data beside the repository, where they are; tests that want them skip without."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

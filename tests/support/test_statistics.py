@@ -12,7 +12,6 @@ from tests.support.plan import StatisticalPlan
 
 
 def uniform_distance(p_values):
-    """Kolmogorov's p-value that p-values are uniform."""
     p = np.sort(p_values)
     n = p.size
     return kolmogorov(np.sqrt(n) * max((np.arange(1, n + 1) / n - p).max(), (p - np.arange(n) / n).max()))

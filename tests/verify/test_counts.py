@@ -95,7 +95,6 @@ def test_a_mass_one_percent_off(method):
 
 
 def test_the_level_holds():
-    """p-values of correct multinomial counts are uniform, both tails."""
     mass = np.ones(50)
     found = []
     for seed in range(400):

@@ -25,7 +25,6 @@ OTHERS = {"uniform": np.outer(WIDTHS, [1 / 3, 2 / 3]).ravel(), "lambert": FLUX}
 
 
 def own_variance(expected):
-    """That of independent photons."""
     return lambda score: float(score**2 @ expected)
 
 

@@ -11,9 +11,7 @@ from tests.support.shared import INPUTS
 
 
 def source_of(*components, n=1000, **options):
-    scene = sky.Scene(
-        wavebands=sky.Wavebands(wavelength_nm=np.array([550.0])), n_photons=np.array([n]), components=components
-    )
+    scene = sky.Scene(wavebands=[550.0], n_photons=np.array([n]), components=components)
     return scene.source(1, **options)
 
 

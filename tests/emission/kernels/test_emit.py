@@ -16,7 +16,7 @@ from tests.support.emitted import both
 
 JIT = not numba.config.DISABLE_JIT
 N = 9001 if JIT else 150
-BANDS = sky.Wavebands(wavelength_nm=np.array([500.0]))
+BANDS = [500.0]
 
 
 def component(name, law, cell, mass, grid=None):
@@ -122,7 +122,6 @@ def test_places_are_moved_along_the_slope(name):
 
 
 def types_of(arguments):
-    """What numba compiles for."""
     return tuple(types_of(a) if isinstance(a, tuple) else numba.typeof(a) for a in arguments)
 
 

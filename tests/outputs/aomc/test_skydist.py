@@ -61,7 +61,6 @@ def degree_source(values, n, wavelengths, seed=1):
 
 
 def scene_folder(folder, wavelengths):
-    """A scene of the program with these wavebands, and its amc.inp."""
     folder.mkdir()
     text = (INPUTS / "overcast" / "amc.inp").read_text().splitlines()
     text[29] = f"{text[29][:48]}{wavelengths.size}"
@@ -84,7 +83,6 @@ def exported(sky, folder, wavelengths):
 
 
 def counts_in(folder, shape):
-    """What counts.csv of an export says."""
     counts = np.zeros(shape, dtype=np.int64)
     with (folder / "counts.csv").open(newline="") as file:
         for row in csv.DictReader(file):
@@ -171,7 +169,7 @@ def test_different_totals_are_planned_anew_with_one(tmp_path, program):
 
 def test_another_grid_is_shared_out_anew():
     sky = PerezSky(sun_zenith_rad=0.6, sun_azimuth_rad=1.0, epsilon=4.0, delta=0.15, grid=PatchGrid.regular(30, 60))
-    scene = Scene(wavebands=Wavebands(wavelength_nm=np.array([500.0])), n_photons=200_000, components=(sky,))
+    scene = Scene(wavebands=[500.0], n_photons=200_000, components=(sky,))
     result = aomc_sky(scene.source(4))
     assert "distributed again" in result.notes[0]
     expected = 200_000 * sky.patch_mass(PatchGrid.whole_degrees())
@@ -212,8 +210,7 @@ def test_all_reasons_at_once():
         dataclasses.replace(sun.lower(np.array([500.0]))[0], name=name, **half)
         for name, sun in (("direct", beam), ("disc", disc))
     ]
-    one = Wavebands(wavelength_nm=np.array([500.0]))
-    source = Scene(wavebands=one, n_photons=20_000_001, components=tuple(components)).source(2)
+    source = Scene(wavebands=[500.0], n_photons=20_000_001, components=tuple(components)).source(2)
     refused(
         source,
         SceneError,
@@ -229,8 +226,7 @@ def test_equal_wavelengths_with_equal_counts_share_a_sky():
 
 
 def beam_source(beam):
-    one = Wavebands(wavelength_nm=np.array([500.0]))
-    return Scene(wavebands=one, n_photons=1000, components=(beam,)).source()
+    return Scene(wavebands=[500.0], n_photons=1000, components=(beam,)).source()
 
 
 def test_a_beam_from_a_whole_degree_is_carried():
@@ -259,8 +255,7 @@ def test_light_moves_to_degrees_by_the_law_of_its_patch(law):
     component = Component(
         name="sky", law=law, strength=np.ones(1), mass=np.ones((1, 1)), cell=cells_of_grid(grid, law), grid=grid
     )
-    one = Wavebands(wavelength_nm=np.array([500.0]))
-    counts = aomc_sky(Scene(wavebands=one, n_photons=10**6, components=(component,)).source()).counts[0]
+    counts = aomc_sky(Scene(wavebands=[500.0], n_photons=10**6, components=(component,)).source()).counts[0]
     near = np.clip(np.arange(1, 90) - 0.5, 10.25, 40.75)
     far = np.clip(np.arange(1, 90) + 0.5, 10.25, 40.75)
     power = 2 if law is Law.CELL_MU2 else 1
@@ -391,7 +386,7 @@ def test_a_compat_run_that_launches_nothing(tmp_path):
         weighting=Weighting.AOMC,
         midpoint_rule=True,
     )
-    scene = Scene(wavebands=Wavebands(wavelength_nm=np.array([500.0])), n_photons=10_000, components=(sky,))
+    scene = Scene(wavebands=[500.0], n_photons=10_000, components=(sky,))
     result = aomc_sky(scene.source(allocation="aomc", placement="centre", order="patch"))
     assert result.counts.sum() == 0
     assert result.iterations == 10_000

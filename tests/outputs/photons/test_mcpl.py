@@ -29,9 +29,11 @@ def files_scene(name):
 
 
 def scene(*parts, wavelengths=(350.0, 500.0, 700.0), **more):
-    bands = sky.Wavebands(wavelength_nm=np.array(wavelengths))
     return sky.Scene(
-        wavebands=bands, n_photons=np.full(len(wavelengths), N), components=parts or (sky.UniformSky(),), **more
+        wavebands=np.array(wavelengths),
+        n_photons=np.full(len(wavelengths), N),
+        components=parts or (sky.UniformSky(),),
+        **more,
     )
 
 
@@ -213,8 +215,7 @@ def test_write_mcpl_keeps_memory_flat(tmp_path):
 import sys
 import numpy as np
 import aomc_sky as sky
-bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
-scene = sky.Scene(wavebands=bands, n_photons=[3_000_000], components=(sky.UniformSky(),))
+scene = sky.Scene(wavebands=[500.0], n_photons=[3_000_000], components=(sky.UniformSky(),))
 source = scene.source()
 sky.write_mcpl(source, sys.argv[1], threads=2)
 status = dict(line.split(':', 1) for line in open('/proc/self/status'))
@@ -235,7 +236,6 @@ def polarised(n=100_000, **more):
 
 
 def stokes_of_axes(axes, direction):
-    """(q, u) of single electric vectors, (2, n)."""
     l_axis, r_axis = frame_of(direction)
     along, across = (axes * l_axis).sum(axis=1), (axes * r_axis).sum(axis=1)
     return np.stack([along**2 - across**2, 2 * along * across])

@@ -98,8 +98,7 @@ def test_other_files_have_no_plan(tmp_path):
 def test_absolute_irradiances_stand_beside_the_counts():
     known = Irradiance(of_component=np.array([[1.0, 0.25], [2.0, 0.0]]))
     parts = (UniformSky(strength=1.0), DirectBeam(sun_zenith_deg=30.0, strength=1.0))
-    bands = Wavebands(wavelength_nm=WAVELENGTHS)
-    scenes = [Scene(wavebands=bands, n_photons=10, components=parts, irradiance=one) for one in (None, known)]
+    scenes = [Scene(wavebands=WAVELENGTHS, n_photons=10, components=parts, irradiance=one) for one in (None, known)]
     plain, absolute = (to_xarray(scene.source()) for scene in scenes)
     assert set(absolute.data_vars) - set(plain.data_vars) == {"irradiance", "irradiance_direct"}
     assert absolute.irradiance.to_numpy().tolist() == [1.0, 2.0]
