@@ -36,9 +36,8 @@ DECLARED: dict[str, dict[str, tuple[int, int]]] = {
     "test_phase": {"test_rayleigh": (8, 2), "test_henyey_greenstein": (12, 3), "test_small_g": (1, 1)},
     "test_perez_emission": {
         "test_independent_photons": (3, 6),
-        "test_any_grid": (3, 2),
+        "test_any_grid": (4, 2),
         "test_states_of_all_clearness_bins": (72, 2),
-        "test_single_precision": (1, 2),
         "test_clipped_skies": (2, 2),
         "test_stratified_photons": (3, 1),
     },
