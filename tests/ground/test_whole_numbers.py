@@ -1,7 +1,5 @@
 """Numbers that a caller gives: every integer type means the same photons, everything else is our error."""
 
-from __future__ import annotations
-
 import functools
 import math
 import os
@@ -29,13 +27,13 @@ NO_NUMBERS = (True, 1.5, math.nan, math.inf, "1e6", [5], np.array([5]), -1, 2**6
 CLEAR_DAY = INPUTS / "clear_day" / "amc.inp"
 
 
-def scene() -> sky.Scene:
+def scene():
     grid = sky.PatchGrid.regular(6, 12)
     table = sky.TabulatedSky(grid=grid, wavelength_nm=[500.0], values=np.arange(72.0).reshape(1, 6, 12))
-    return sky.Scene(wavebands=[440.0, 550.0, 670.0], n_photons=np.full(3, 100), components=table)
+    return sky.Scene(wavebands=[440.0, 550.0, 670.0], n_photons=100, components=table)
 
 
-def directions(batch: sky.PhotonBatch) -> bytes:
+def directions(batch):
     return np.stack([batch.ux, batch.uy, batch.uz]).tobytes() + batch.patch.tobytes()
 
 
