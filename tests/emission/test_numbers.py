@@ -10,21 +10,13 @@ from aomc_sky.emission.photons import number_columns
 from aomc_sky.errors import UsageError
 from aomc_sky.kernels.arithmetic.constants import NUMBER_STEPS
 from aomc_sky.plan.streams import philox_pair
+from tests.emission.test_host import WAYS as HOST_WAYS
+from tests.emission.test_host import options
 from tests.support.host_scenes import N, directions, source
 
 JIT = not numba.config.DISABLE_JIT
 needs_jit = pytest.mark.skipif(not JIT, reason="hosts need the compiler")
-WAYS = [
-    ("shuffled", "r2", "float32"),
-    ("patch", "r2", "float64"),
-    ("shuffled", "philox", "float64"),
-    ("patch", "philox", "float32"),
-    ("shuffled", "centre", "float32"),
-]
-
-
-def options(way):
-    return dict(zip(("order", "placement", "precision"), way, strict=True))
+WAYS = [*HOST_WAYS, ("shuffled", "centre", "float32")]
 
 
 @pytest.mark.parametrize("way", WAYS)

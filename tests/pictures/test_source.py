@@ -9,6 +9,7 @@ from aomc_sky.grid import PatchGrid
 from aomc_sky.pictures.picture import PHOTONS, RADIANCE, RELATIVE_RADIANCE, Symbol, spread
 from aomc_sky.pictures.source import source_picture, sun_mark
 from aomc_sky.source.read.table import tabulated_sky
+from tests.support.lobes import lobe_sky
 
 GRID = PatchGrid.regular(3, 8)
 VALUES = np.arange(48.0).reshape(2, 24)
@@ -21,14 +22,6 @@ def table_source(seed):
 
 def source_of(*components, n=10):
     return sky.Scene(wavebands=[500.0], n_photons=n, components=components).source(0)
-
-
-def lobes(name, kind, param0, param1, turn, spectrum=2.0):
-    lobe = sky.WeightedLobe(
-        name=name, kind=kind, param0=param0, param1=param1, quaternion=turn,
-        wavelength_nm=[400.0, 700.0], spectrum=[spectrum, spectrum],
-    )  # fmt: skip
-    return sky.LobeSky(lobes=(lobe,))
 
 
 def symbols(picture, number=0):
@@ -83,7 +76,7 @@ def test_the_sun_of_a_perez_sky_is_marked_once():
 @pytest.mark.parametrize(("kind", "params"), [("hg", (0.6, 0.0)), ("ggx", (0.4, 1.2)), ("beckmann", (0.9, 0.3))])
 def test_lobes_show_their_radiance(kind, params, monkeypatch):
     monkeypatch.setattr("aomc_sky.pictures.source.LOBE_BINS", (45, 180))
-    model = lobes("one", kind, *params, [0.8, 0.3, -0.2, 0.1])
+    model = lobe_sky((kind, *params, [0.8, 0.3, -0.2, 0.1]), spectra=2.0)
     picture = source_picture(source_of(model))
     assert picture.quantity is RADIANCE
     grid, fine = picture.domes[0].grid, PatchGrid.regular(180, 720)
@@ -97,18 +90,18 @@ def test_lobes_show_their_radiance(kind, params, monkeypatch):
 
 
 def test_a_needle_is_marked_and_its_patches_hold_all_its_light():
-    source = source_of(lobes("star", "ggx", 1e-4, 1e-4, [1.0, 0.2, 0.013, 0.0]))
+    source = source_of(lobe_sky(("ggx", 1e-4, 1e-4, [1.0, 0.2, 0.013, 0.0]), spectra=2.0))
     (dome,) = source_picture(source).domes
     (mark,) = dome.marks
     assert mark.symbol is Symbol.LOBE
-    irradiance = source.irradiance(0)["star"]
+    irradiance = source.irradiance(0)["ggx"]
     assert float(dome.values @ dome.grid.projected_solid_angle_sr) == pytest.approx(irradiance, rel=1e-9)
     # the needle lies in few patches, the bright one where the mark stands
     assert dome.grid.patch_of(np.array([mark.zenith_deg]), np.array([mark.azimuth_deg]))[0] == dome.values.argmax()
 
 
 def test_lobes_and_patches_share_a_grid_that_changes_neither():
-    (even,) = lobes("glow", "hg", 0.0, 0.0, [1.0, 0.0, 0.0, 0.0], 4 * np.pi).lower([500.0])
+    (even,) = lobe_sky(("hg", 0.0, 0.0, [1.0, 0.0, 0.0, 0.0]), spectra=4 * np.pi).lower([500.0])
     grid = PatchGrid.regular(7, 11)  # edges that whole degrees do not meet
     rng = np.random.default_rng(1)
     mass = rng.random((1, grid.n_patches))

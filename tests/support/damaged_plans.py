@@ -20,7 +20,7 @@ import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.plan.plan import Plan, npz_bytes
 from tests.support.host_scenes import disc, perez
-from tests.support.lobes import lobe_components
+from tests.support.lobes import lobe_sky
 
 N = 997
 WAVEBANDS = [450.0, 550.0]
@@ -50,9 +50,9 @@ def _polarised() -> tuple[Component, ...]:
 
 
 def _lobes() -> tuple[Component, ...]:
-    kinds, turn = ["hg", "ggx", "beckmann"], np.array([[np.cos(0.3), np.sin(0.3), 0.0, 0.0]] * 3)
-    shapes = {"param0": [0.8, 0.3, 0.2], "param1": [0.0, 0.5, 0.6], "quaternion": turn}
-    return lobe_components(names=kinds, kinds=kinds, irradiance=np.ones((3, 2)), **shapes)
+    turn = [np.cos(0.3), np.sin(0.3), 0.0, 0.0]
+    shapes = ("hg", 0.8, 0.0, turn), ("ggx", 0.3, 0.5, turn), ("beckmann", 0.2, 0.6, turn)
+    return lobe_sky(*shapes, wavelength_nm=[500.0, 501.0], spectra=1.0).lower([500.0, 501.0])
 
 
 _SCENES: dict[str, tuple[Callable[[], tuple[Component, ...]], dict[str, Any]]] = {

@@ -10,7 +10,7 @@ import numpy as np
 import aomc_sky as sky
 from aomc_sky.component import Component
 from aomc_sky.skies.lobes import functions as lobes
-from tests.support.lobes import lobe_components
+from tests.support.lobes import lobe_sky
 
 Case = tuple[str, float, float, tuple[float, float, float, float]]
 
@@ -45,10 +45,7 @@ LOBES: dict[str, Case] = {
 
 
 def component(case: Case, name: str = "lobe", strength: float = 1.0) -> Component:
-    kind, param0, param1, quaternion = case
-    (lobe,) = lobe_components(
-        names=[name], kinds=[kind], param0=[param0], param1=[param1], quaternion=[quaternion], irradiance=[[strength]]
-    )
+    (lobe,) = lobe_sky(case, names=[name], wavelength_nm=[500.0], spectra=strength).lower([500.0])
     return lobe
 
 
