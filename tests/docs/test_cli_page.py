@@ -13,9 +13,7 @@ from tests.support.shared import REPOSITORY
 
 PAGE = (REPOSITORY / "docs" / "cli.md").read_text()
 FLAG = re.compile(r"(?<![\w-])--?[a-z][a-z0-9-]*")
-PARSERS: dict[str, argparse.ArgumentParser] = next(
-    action for action in build_parser()._actions if isinstance(action, argparse._SubParsersAction)
-).choices
+PARSERS = next(action for action in build_parser()._actions if isinstance(action, argparse._SubParsersAction)).choices
 
 
 def options_of(parser, *, hidden=False):

@@ -1,9 +1,5 @@
 """A run folder from Python: the bytes of the command, and what it refuses."""
 
-from __future__ import annotations
-
-from pathlib import Path
-
 import pytest
 
 import aomc_sky as sky
@@ -15,7 +11,7 @@ def overcast(zenith, azimuth, wavelength_nm):
     return 1.5 - zenith / 2
 
 
-def files_of(folder: Path) -> dict[str, bytes]:
+def files_of(folder):
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != "manifest.json"}
 
 

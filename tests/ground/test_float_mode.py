@@ -3,8 +3,6 @@
 Each mode is set by the C library in a process of its own, before the package is imported.
 """
 
-from __future__ import annotations
-
 import json
 import platform
 import subprocess
@@ -83,13 +81,13 @@ print(json.dumps(found))
 """
 
 
-def found_under(mode: str) -> dict:
+def found_under(mode):
     scenes = [str(INPUTS / name / "amc.inp") for name in ("document_example", "perez_sky", "sun_and_sky")]
     return json.loads(in_environment(_HOST, mode, ROUNDING.get(mode, 0), *scenes))
 
 
 @pytest.fixture(scope="module")
-def usual() -> dict:
+def usual():
     return found_under("nearest")
 
 

@@ -6,7 +6,6 @@ import shutil
 import subprocess
 import sys
 from functools import cache
-from typing import Any
 
 import pytest
 
@@ -96,7 +95,7 @@ def work(package, scene, *works):
     out.mkdir(parents=True)
     done = python(package, "-c", _WORK, str(INPUTS / scene), str(out), *works)
     assert done.returncode == 0, done.stderr
-    found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    found = json.loads(done.stdout.splitlines()[-1])
     assert found.pop("package") == str(package / "aomc_sky")  # not the one that is installed
     return found
 

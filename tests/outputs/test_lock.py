@@ -109,7 +109,7 @@ def test_one_who_is_quicker_between_settling_and_sharing_has_it(tmp_path, monkey
 
 def test_never_two_plans_at_once(tmp_path):
     """Sixteen threads, three plans, held for random times: all who hold at any moment hold for one plan."""
-    inside: list[str] = []
+    inside = []
     guard, outcomes = threading.Lock(), []
 
     def work(k):

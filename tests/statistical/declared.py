@@ -1,10 +1,8 @@
 """Every statistical test of this folder: file -> test -> (cases, p-values per case)."""
 
-from __future__ import annotations
-
 from tests.support.plan import StatisticalPlan
 
-DECLARED: dict[str, dict[str, tuple[int, int]]] = {
+DECLARED = {
     "test_cells": {"test_place_in_the_cell": (20, 3), "test_digits_below_the_24th": (1, 2)},
     "test_disc": {"test_disc": (8, 1)},
     "test_skies": {"test_independent_photons": (2, 1), "test_means": (2, 2)},
