@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import aomc_sky as sky
+from tests.emission.test_polarised_photons import table as polarised_table
 
 BANDS = [450.0, 550.0]
 FIELDS = ("ux", "uy", "uz", "patch", "x", "y", "weight", "q", "u", "numbers")
@@ -41,17 +42,27 @@ def assert_equal(a, b, part=slice(None)):
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 @pytest.mark.parametrize("order", ["shuffled", "patch"])
-@pytest.mark.parametrize("components", [None, several()], ids=["one", "several"])
-def test_1000_random_splits(precision, order, components):
-    """Of the eight ways together."""
-    options = {"precision": precision, "order": order, "weights": components is None}
-    source = scene(components=components, footprint=sky.Footprint.circle(3.0)).source(seed=7, **options)
-    n, whole = source.n_photons(1), source.photons(1)
+@pytest.mark.parametrize(
+    ("components", "options"),
+    [(None, {"weights": True}), (several(), {}), (polarised_table(), {}), (polarised_table(), {"replicates": 4})],
+    ids=["one", "several", "polarised", "replicates"],
+)
+def test_1000_random_splits(precision, order, components, options):
+    """Of the sixteen ways together; with the numbers of the photons, in slices, and in arrays that are given."""
+    light = scene(components=components, footprint=sky.Footprint.circle(3.0))
+    source = light.source(seed=7, precision=precision, order=order, **options)
+    n, whole = source.n_photons(1), source.photons(1, numbers=2)
     rng = np.random.default_rng(5)
-    for _ in range(1000 // 8 // 20 + 1):
+    for _ in range(1000 // 16 // 20 + 1):
         cuts = np.unique(np.concatenate([[0, n], rng.integers(0, n, 20)]))
-        for start, stop in itertools.pairwise(cuts):
-            assert_equal(source.photons(1, int(start), int(stop)), whole, slice(start, stop))
+        for start, stop in itertools.pairwise(cuts.tolist()):
+            assert_equal(source.photons(1, start, stop, numbers=2), whole, slice(start, stop))
+            assert_equal(whole[start:stop], whole, slice(start, stop))
+    out = source.photons(1, 0, 3_333, numbers=2)
+    for memory in (None, out):
+        for batch in source.batches(1, 3_333, memory, numbers=2):
+            assert_equal(batch, whole, slice(batch.start, batch.start + len(batch)))
+    assert_equal(source.photons(1, 100, 200, out=out, numbers=2), whole, slice(100, 200))
 
 
 @settings(max_examples=25)
@@ -206,8 +217,7 @@ def test_listed_weights_turn_photons_into_flux():
 
 
 @pytest.mark.parametrize(
-    "call",
-    [lambda s, path: sky.write_run(s.source(), path), sky.write_mcpl, lambda s, path: sky.to_xarray(s)],
+    "call", [lambda s, path: sky.write_run(s.source(), path), sky.write_mcpl, lambda s, path: sky.to_xarray(s)]
 )
 def test_a_scene_in_the_place_of_a_source(call, tmp_path):
     with pytest.raises(sky.UsageError, match=r"expected a (Scene|PhotonSource), got (PhotonSource|Scene); write "):

@@ -50,8 +50,7 @@ def test_one_replicate_is_the_run_without_any():
 
 
 @pytest.mark.parametrize(
-    "options",
-    [{}, {"method": "iid"}, {"order": "patch"}, {"placement": "centre"}, {"precision": "float64"}],
+    "options", [{}, {"method": "iid"}, {"order": "patch"}, {"placement": "centre"}, {"precision": "float64"}]
 )
 def test_a_replicate_is_the_band_of_its_lane(options):
     """Replicate r of band b is band r * n_bands + b of a run with as many bands, so lanes share no counter."""

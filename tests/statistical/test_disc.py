@@ -9,12 +9,7 @@ from tests.support.sampled import scene
 
 N = 200_000
 BINS = 12
-DISCS = {
-    "overhead": (0.0, 0.2665),
-    "large": (70.0, 9.0),
-    "low": (89.9, 0.2665),
-    "setting": (90.0, 5.0),
-}
+DISCS = {"overhead": (0.0, 0.2665), "large": (70.0, 9.0), "low": (89.9, 0.2665), "setting": (90.0, 5.0)}
 AZIMUTH_DEG = 250.0
 
 

@@ -36,8 +36,7 @@ def visits(tables, words, n):
     found = np.zeros(1 << int(tables.tables[0][1]), np.int64)
     for rank in range(n):
         found += np.bincount(
-            plain.bin_of_rank(np.full(words.size, rank, np.uint64), *columns).astype(np.int64),
-            minlength=found.size,
+            plain.bin_of_rank(np.full(words.size, rank, np.uint64), *columns).astype(np.int64), minlength=found.size
         )
     return found
 

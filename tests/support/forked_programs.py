@@ -38,13 +38,7 @@ class ForkServer:
         self._modules = modules
         self._process: subprocess.Popen[str] | None = None
 
-    def run(
-        self,
-        program: str,
-        *arguments: object,
-        folder: Path | None = None,
-        **variables: str | None,
-    ) -> Done:
+    def run(self, program: str, *arguments: object, folder: Path | None = None, **variables: str | None) -> Done:
         """Run a program with arguments, inside a folder, under changed environment variables (None takes one away)."""
         if self._process is None:
             command = [sys.executable, __file__, *self._modules]

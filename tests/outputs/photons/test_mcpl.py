@@ -18,11 +18,7 @@ from tests.support.shared import INPUTS
 from tests.support.stokes import DEFECTS, frame_of
 
 N = 1500
-PLACES = {
-    "point": sky.Footprint(),
-    "circle": sky.Footprint.circle(3.0),
-    "rectangle": sky.Footprint.rectangle(1.0, 1e4),
-}
+PLACES = {"point": sky.Footprint(), "circle": sky.Footprint.circle(3.0), "rectangle": sky.Footprint.rectangle(1.0, 1e4)}
 
 
 def files_scene(name):
