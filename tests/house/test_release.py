@@ -14,7 +14,6 @@ CONDA_NAMES = {"matplotlib": "matplotlib-base"}  # what conda-forge calls it wit
 def listed(section):
     """Requirements of a section of the recipe: `numpy >=1.26`."""
     body = re.search(rf"^ +{section}:[^\n]*\n((?: +- .*\n)+)", RECIPE, re.MULTILINE)
-    assert body is not None
     return set(re.findall(r"- (.+)", body[1]))
 
 

@@ -1,6 +1,5 @@
 """The scenes of inputs/: what the script writes is what lies there, and each says what it claims."""
 
-import importlib.util
 import re
 import warnings
 
@@ -9,7 +8,7 @@ import pytest
 
 import aomc_sky
 from aomc_sky.formats.aomc.amc import read_amc
-from tests.support.shared import INPUTS
+from tests.support.shared import INPUTS, script
 
 HDF5_OF_NIGHT = "2.0.0"
 """Version of the HDF5 library that wrote night_sky/night.h5: another one may lay the same content out otherwise."""
@@ -17,20 +16,6 @@ SCENES = sorted(path.parent.name for path in INPUTS.glob("*/amc.inp"))
 LONG = ("eclipse", "light_polluted", "twilight")
 """Solved by backward paths, which takes most of a minute."""
 MARKED = [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in SCENES]
-
-
-def script(name):
-    spec = importlib.util.spec_from_file_location(name, INPUTS / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
-
-
-@pytest.fixture(scope="module")
-def make_scenes():
-    return script("make_scenes")
 
 
 def read(name):
@@ -43,8 +28,8 @@ def read(name):
         return aomc_sky.read_scene(INPUTS / name / "amc.inp")
 
 
-def test_script_writes_the_same_bytes(make_scenes, tmp_path):
-    make_scenes.main(tmp_path)
+def test_script_writes_the_same_bytes(tmp_path):
+    script(INPUTS / "make_scenes.py").main(tmp_path)
     endings = (".inp", ".toml", ".atmo")
     written = {p.relative_to(tmp_path): p.read_bytes() for p in tmp_path.rglob("*") if p.suffix in endings}
     files = [p for name in SCENES for p in (INPUTS / name).iterdir() if p.suffix in endings]
@@ -55,7 +40,7 @@ def test_script_writes_the_same_bytes(make_scenes, tmp_path):
 
 def test_script_writes_the_same_night(tmp_path):
     h5py = pytest.importorskip("h5py")
-    script("make_night").main(tmp_path)
+    script(INPUTS / "make_night.py").main(tmp_path)
     made, kept = (folder / "night_sky" / "night.h5" for folder in (tmp_path, INPUTS))
     one, other = aomc_sky.read_background_file(made), aomc_sky.read_background_file(kept)
     np.testing.assert_array_equal(one.curves, other.curves)
@@ -99,7 +84,6 @@ def test_sparse_sky_has_a_band_on_a_tie_and_takes_the_longer_wavelength():
 def test_clear_day_is_brightest_in_the_direction_of_its_sun():
     scene = read("clear_day")
     (component,) = scene.components
-    assert component.grid is not None
     for row in range(3):
         radiance = component.mass_of(row) / component.grid.projected_solid_angle_sr
         ring, column = np.divmod(int(radiance.argmax()), component.grid.n_azimuth)

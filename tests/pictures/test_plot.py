@@ -14,6 +14,7 @@ from aomc_sky.pictures.panels import figure_of
 from aomc_sky.pictures.picture import RELATIVE_RADIANCE, Dome, Mark, Picture, Symbol, direction_words
 from aomc_sky.pictures.source import sun_mark
 from tests.support.processes import in_environment
+from tests.support.sampled import grid_of_edges
 from tests.support.shared import INPUTS
 
 rc_context = pytest.importorskip("matplotlib").rc_context
@@ -83,11 +84,7 @@ def brightest_pixel(figure):
 )
 def test_a_bright_patch_lies_where_its_azimuth_says(azimuth_deg, seen_from, right, up):
     # a column of 10 degrees around the azimuth, in the ring from 30 to 60 degrees
-    columns = np.arange(36) * 10.0
-    grid = PatchGrid(
-        zenith_bounds_deg=np.array([[0.0, 30.0], [30.0, 60.0], [60.0, 90.0]]),
-        azimuth_bounds_deg=np.column_stack([columns - 5.0, columns + 5.0]),
-    )
+    grid = grid_of_edges(np.array([0.0, 30.0, 60.0, 90.0]), np.arange(37) * 10.0 - 5.0)
     figure = sky.plot(one_bright(1, azimuth_deg // 10, 3, 36), grid=grid, seen_from=seen_from, size_px=400)
     x, y = brightest_pixel(figure)
     assert (x, y) == pytest.approx((0.5 * right, 0.5 * up), abs=0.04)

@@ -47,7 +47,6 @@ def test_photons_carry_the_light_of_the_solution(n_photons):
     source = run_of(n_photons)
     direct, diffuse, scalar = solved_light()
     stated = source.irradiance(BAND)
-    assert stated is not None
     assert stated["direct"] == pytest.approx(direct, rel=1e-9)
     assert stated["atmosphere"] == pytest.approx(diffuse, rel=1e-6)  # two quadratures of one radiance
     share, inverse = photon_means(source)

@@ -24,7 +24,7 @@ def photons(source):
 
 
 def sky_directions(batch):
-    return -np.stack([batch.ux, batch.uy, batch.uz], axis=-1).astype(np.float64)
+    return -batch.directions.astype(np.float64)
 
 
 def patches(case, world):

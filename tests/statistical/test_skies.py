@@ -8,7 +8,7 @@ import pytest
 import aomc_sky as sky
 from tests.support import chi2
 from tests.support.means import mean_p
-from tests.support.sampled import scene, sky_angles, uneven_sky
+from tests.support.sampled import grid_of_edges, scene, sky_angles, uneven_sky
 
 N = 500_000
 
@@ -63,9 +63,7 @@ def test_a_mass_off_by_one_percent(plan_only):
 
 def below_80_degrees(weighting):
     """A sky that leaves the horizon out: there 1 / mu has no variance."""
-    zenith = np.column_stack([np.arange(0.0, 80, 10), np.arange(10.0, 90, 10)])
-    azimuth = np.column_stack([np.arange(0.0, 360, 30), np.arange(30.0, 390, 30)])
-    grid = sky.PatchGrid(zenith_bounds_deg=zenith, azimuth_bounds_deg=azimuth)
+    grid = grid_of_edges(np.arange(0.0, 90, 10), np.arange(0.0, 390, 30))
     values = np.random.default_rng(2).lognormal(0, 1, (1, grid.n_patches))
     return sky.TabulatedSky(wavelength_nm=[500], values=values, grid=grid, weighting=weighting).lower([500])
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import io
 import json
@@ -28,25 +27,16 @@ WAVEBANDS = [450.0, 550.0]
 Members = dict[str, Any]
 
 
-def _table(law: Law = Law.CELL_MU2, *, weight: bool = False) -> Component:
+def _table(law: Law = Law.CELL_MU2, **more: np.ndarray) -> Component:
     grid = sky.PatchGrid.regular(3, 4)
     mass = np.random.default_rng(3).lognormal(0, 1, (2, 12))
     mass[:, 5] = 0.0
-    more = {"weight": np.full((2, 12), 0.5)} if weight else {}
     cell = cells_of_grid(grid, law)
     return Component(name="table", law=law, strength=np.ones(2), mass=mass, cell=cell, grid=grid, **more)
 
 
-def _sloped() -> tuple[Component, ...]:
-    grid = sky.PatchGrid.regular(3, 4)
-    slope = np.random.default_rng(4).uniform(-0.9, 0.9, (2, 12, 2))
-    more = {"cell": cells_of_grid(grid), "grid": grid, "slope": slope}
-    return (Component(name="sloped", law=Law.CELL_SLOPED, strength=np.ones(2), mass=np.ones((2, 12)), **more),)
-
-
-def _polarised() -> tuple[Component, ...]:
-    stokes = np.random.default_rng(5).uniform(-0.7, 0.7, (2, 12, 2))
-    return (dataclasses.replace(_table(), stokes=stokes),)
+def _vectors(seed: int, most: float) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(-most, most, (2, 12, 2))
 
 
 def _lobes() -> tuple[Component, ...]:
@@ -57,11 +47,14 @@ def _lobes() -> tuple[Component, ...]:
 
 _SCENES: dict[str, tuple[Callable[[], tuple[Component, ...]], dict[str, Any]]] = {
     "table": (lambda: (_table(),), {}),
-    "solid angle": (lambda: (_table(Law.CELL_MU, weight=True),), {"weights": True, "precision": "float64"}),
+    "solid angle": (
+        lambda: (_table(Law.CELL_MU, weight=np.full((2, 12), 0.5)),),
+        {"weights": True, "precision": "float64"},
+    ),
     "perez": (lambda: perez(3, 4), {}),
     "lobes": (_lobes, {}),
-    "sloped": (_sloped, {}),
-    "polarised": (_polarised, {}),
+    "sloped": (lambda: (_table(Law.CELL_SLOPED, slope=_vectors(4, 0.9)),), {}),
+    "polarised": (lambda: (_table(stokes=_vectors(5, 0.7)),), {}),
     "disc": (lambda: (*disc(20, 0.27), _table()), {}),
     "horizon": (lambda: (*disc(89.9, 0.27), _table()), {"order": "patch"}),
     "beam": (lambda: (*disc(35, 0.0), _table()), {"method": "iid"}),
@@ -75,12 +68,8 @@ KINDS = tuple(_SCENES)
 @functools.cache
 def plan_of(kind: str) -> Plan:
     components, options = _SCENES[kind]
-    scene = sky.Scene(
-        wavebands=WAVEBANDS,
-        n_photons=N,
-        components=components(),
-        footprint=sky.Footprint(shape="circle", size_x_m=2.0, size_y_m=2.0) if kind == "table" else sky.Footprint(),
-    )
+    place = sky.Footprint.circle(2.0) if kind == "table" else sky.Footprint()
+    scene = sky.Scene(wavebands=WAVEBANDS, n_photons=N, components=components(), footprint=place)
     return scene.source(9, **options).plan
 
 

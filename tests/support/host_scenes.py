@@ -66,4 +66,4 @@ def source(name: str, n: int | list[int] = N, **options: object) -> sky.PhotonSo
 
 def directions(batch: sky.PhotonBatch) -> np.ndarray:
     """Directions of a batch as rows ux, uy, uz."""
-    return np.stack([batch.ux, batch.uy, batch.uz])
+    return np.ascontiguousarray(batch.directions.T)

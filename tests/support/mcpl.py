@@ -19,18 +19,9 @@ from aomc_sky.formats.mcpl.file import read_mcpl
 from aomc_sky.formats.mcpl.header import COUNT_OFFSET, McplHeader
 from aomc_sky.outputs.photons.mcpl import MAX_CELLS, MEV_NM, PHOTON, McplWriter
 
-PARTICLE = np.dtype(
-    [
-        ("ekin", "f8"),
-        ("polarisation", "f8", (3,)),
-        ("position", "f8", (3,)),
-        ("direction", "f8", (3,)),
-        ("time", "f8"),
-        ("weight", "f8"),
-        ("pdgcode", "i4"),
-        ("userflags", "u4"),
-    ]
-)
+_VECTORS = [(name, "f8", (3,)) for name in ("polarisation", "position", "direction")]
+_LAST = [("time", "f8"), ("weight", "f8"), ("pdgcode", "i4"), ("userflags", "u4")]
+PARTICLE = np.dtype([("ekin", "f8"), *_VECTORS, *_LAST])
 """`mcpl_particle_t`."""
 
 
@@ -118,7 +109,7 @@ def particles_of(batch: PhotonBatch) -> np.ndarray:
     """Photons as an array of `mcpl_particle_t`, in the conventions of docs/formats/mcpl.md."""
     particles = np.zeros(len(batch), PARTICLE)
     particles["ekin"] = MEV_NM / batch.wavelength_nm
-    particles["direction"] = np.stack([batch.ux, batch.uy, batch.uz], axis=-1)
+    particles["direction"] = batch.directions
     if batch.x is not None and batch.y is not None:
         particles["position"][:, 0] = 100 * batch.x.astype(np.float64)
         particles["position"][:, 1] = 100 * batch.y.astype(np.float64)

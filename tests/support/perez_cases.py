@@ -18,7 +18,7 @@ CONE_SECTORS = 24
 KS_RADIUS_RAD = np.deg2rad(3.0)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class PerezCase:
     """A sky by its inputs, and its coefficients from eqs. (6) to (8) at 9 decimals; the limits change none."""
 
@@ -33,24 +33,9 @@ class PerezCase:
 
 
 CASES = {
-    "narrow aureole": PerezCase(
-        epsilon=6.8,
-        delta=0.02,
-        sun_zenith_deg=40,
-        coefficients=(-1.016291408, -0.228699069, 20.790475197, -6.672752355, 1.096377910),
-    ),
-    "bright overcast": PerezCase(
-        epsilon=1.03,
-        delta=0.5,
-        sun_zenith_deg=30,
-        coefficients=(0.707019955, -0.162213345, 4.640085147, -1.894591360, -0.055364176),
-    ),
-    "turbid, low sun": PerezCase(
-        epsilon=5.5,
-        delta=0.14,
-        sun_zenith_deg=64,
-        coefficients=(-0.986132764, -0.242156235, 13.290483556, -3.876723805, 0.509631067),
-    ),
+    "narrow aureole": PerezCase(6.8, 0.02, 40, (-1.016291408, -0.228699069, 20.790475197, -6.672752355, 1.096377910)),
+    "bright overcast": PerezCase(1.03, 0.5, 30, (0.707019955, -0.162213345, 4.640085147, -1.894591360, -0.055364176)),
+    "turbid, low sun": PerezCase(5.5, 0.14, 64, (-0.986132764, -0.242156235, 13.290483556, -3.876723805, 0.509631067)),
 }
 """On patches of 10 degrees the sun stands on an edge in the first two, and inside a patch in the last."""
 

@@ -19,6 +19,12 @@ def cell_component(law, zenith_deg, azimuth_deg):
     return (sky.Component(name="cell", law=law, strength=np.ones(1), mass=np.ones((1, 1)), cell=cell, grid=grid),)
 
 
+def grid_of_edges(zenith_deg, azimuth_deg):
+    """A grid from the edges of its rings and columns, one more than there are."""
+    zenith, azimuth = (np.column_stack([edges[:-1], edges[1:]]) for edges in (zenith_deg, azimuth_deg))
+    return sky.PatchGrid(zenith_bounds_deg=zenith, azimuth_bounds_deg=azimuth)
+
+
 def uneven_sky(n_zenith=18, n_azimuth=24, seed=11):
     """A sky of patches whose masses differ, none like its mirror image."""
     grid = sky.PatchGrid.regular(n_zenith, n_azimuth)
