@@ -44,16 +44,25 @@ def assert_equal(a, b, part=slice(None)):
 @pytest.mark.parametrize("order", ["shuffled", "patch"])
 @pytest.mark.parametrize(
     ("components", "options"),
-    [(None, {"weights": True}), (several(), {}), (polarised_table(), {}), (polarised_table(), {"replicates": 4})],
-    ids=["one", "several", "polarised", "replicates"],
+    [
+        (None, {"weights": True}),
+        (None, {"weights": True, "method": "iid", "replicates": 5}),
+        (several(), {}),
+        (polarised_table(), {}),
+        (polarised_table(), {"replicates": 4}),
+    ],
+    ids=["weights", "weights of replicates", "several", "polarised", "polarised replicates"],
 )
 def test_1000_random_splits(precision, order, components, options):
-    """Of the sixteen ways together; with the numbers of the photons, in slices, and in arrays that are given."""
+    """Of the twenty ways together; with the numbers of the photons, in slices, and in arrays that are given."""
     light = scene(components=components, footprint=sky.Footprint.circle(3.0))
     source = light.source(seed=7, precision=precision, order=order, **options)
     n, whole = source.n_photons(1), source.photons(1, numbers=2)
+    at = n // source.replicates
+    for k in range(at - 5, min(at + 5, n)):  # one by one across the end of a replicate
+        assert_equal(source.photons(1, k, k + 1, numbers=2), whole, slice(k, k + 1))
     rng = np.random.default_rng(5)
-    for _ in range(1000 // 16 // 20 + 1):
+    for _ in range(1000 // 20 // 20):
         cuts = np.unique(np.concatenate([[0, n], rng.integers(0, n, 20)]))
         for start, stop in itertools.pairwise(cuts.tolist()):
             assert_equal(source.photons(1, start, stop, numbers=2), whole, slice(start, stop))

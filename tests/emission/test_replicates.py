@@ -61,22 +61,6 @@ def test_a_replicate_is_the_band_of_its_lane(options):
         assert_same(joined([source.photons(band)]), joined(pieces))
 
 
-@pytest.mark.parametrize(("method", "size"), [("stratified", 7), ("iid", 64), ("stratified", 333), ("iid", 5000)])
-def test_any_split_gives_the_same_bits(method, size):
-    source = scene([501, 0, 1003], n_bands=3).source(seed=1, replicates=5, method=method, weights=True)
-    single = joined(source.photons(2, k, k + 1) for k in range(195, 210))  # across the end of a replicate
-    assert_same(joined([source.photons(2, 195, 210)]), single)
-    out = source.photons(2, 0, min(size, 1003))
-    kept = joined([source.photons(2)])
-    assert_same(kept, joined(source.batches(2, size)))
-    start = 0
-    for batch in source.batches(2, size, out=out):
-        for name in kept:
-            assert np.array_equal(getattr(batch, name), kept[name][start : start + len(batch)])
-        start += len(batch)
-    assert start == 1003
-
-
 @pytest.mark.parametrize("options", [{}, {"placement": "philox"}])
 def test_lanes_of_the_exact_perez_sky(options):
     """Rejection inside patches takes its words from the lane, too."""
