@@ -167,13 +167,13 @@ def test_every_model_takes_its_share(model):
 
 
 def test_what_is_no_table():
-    with pytest.raises(ValueError, match="40"):
-        sky.TabulatedSky(wavelength_nm=[500], values=np.ones((1, 39)), grid=GRID)
-    with pytest.raises(ValueError, match="first axis"):
-        sky.TabulatedSky(wavelength_nm=[500, 600], values=np.ones((1, 40)), grid=GRID)
-    for bad in (-1.0, np.nan, np.inf):
-        with pytest.raises(sky.SceneError, match="finite"):
-            sky.TabulatedSky(wavelength_nm=[500], values=np.full((1, 40), bad), grid=GRID)
+    for nm, values, error, words in (
+        ([500], np.ones((1, 39)), ValueError, "40"),
+        ([500, 600], np.ones((1, 40)), ValueError, "first axis"),
+        *(([500], np.full((1, 40), bad), sky.SceneError, "finite") for bad in (-1.0, np.nan, np.inf)),
+    ):
+        with pytest.raises(error, match=words):
+            sky.TabulatedSky(wavelength_nm=nm, values=values, grid=GRID)
 
 
 @pytest.mark.parametrize(
@@ -188,12 +188,12 @@ def test_beams_that_shine_from_below(zenith, azimuth, radius):
 def test_components_are_checked():
     good = {"name": "x", "law": sky.Law.BEAM, "strength": [1.0], "mass": [[1.0]], "cell": np.zeros((1, 6))}
     sky.Component(**good)
-    for change in ({"mass": [[1.0, 2.0]]}, {"cell": np.zeros((1, 5))}, {"strength": [[1.0]]}):
-        with pytest.raises(ValueError, match="do not fit"):
-            sky.Component(**{**good, **change})
-    for change in ({"mass": [[-1.0]]}, {"strength": [np.nan]}):
-        with pytest.raises(sky.SceneError, match="finite"):
-            sky.Component(**{**good, **change})
+    shapes = {"mass": [[1.0, 2.0]], "cell": np.zeros((1, 5)), "strength": [[1.0]]}
+    numbers = {"mass": [[-1.0]], "strength": [np.nan]}
+    for changes, error, words in ((shapes, ValueError, "do not fit"), (numbers, sky.SceneError, "finite")):
+        for name, value in changes.items():
+            with pytest.raises(error, match=words):
+                sky.Component(**{**good, name: value})
 
 
 UNIFORM, BEAM = sky.UniformSky(), sky.DirectBeam(sun_zenith_deg=30.0)

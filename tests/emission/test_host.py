@@ -81,13 +81,14 @@ def test_ends_and_wrong_arguments():
     assert np.all(out == 7)
     assert fill(N - 3, out) == 3
     assert np.all(out[:, 3:] == 7)
-    with pytest.raises(IndexError, match="index 0"):
-        fill(-1, out)
-    with pytest.raises(ValueError, match=r"\(3, n\)"):
-        fill(0, np.empty((4, 10), np.float32))
-    for wrong in (np.empty((3, 10)), np.empty((10, 3), np.float32).T, np.empty(30, np.float32)):
-        with pytest.raises(TypeError):
-            fill(0, wrong)
+    wrong = np.empty((3, 10)), np.empty((10, 3), np.float32).T, np.empty(30, np.float32)
+    for start, array, error, words in (
+        (-1, out, IndexError, "index 0"),
+        (0, np.empty((4, 10), np.float32), ValueError, r"\(3, n\)"),
+        *((0, array, TypeError, None) for array in wrong),
+    ):
+        with pytest.raises(error, match=words):
+            fill(start, array)
     with pytest.raises(IndexError, match="bands run from 0 to 1"):
         source("table").numba_sampler(2)
 

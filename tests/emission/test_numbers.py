@@ -4,12 +4,14 @@ import numba
 import numpy as np
 import pytest
 
+from aomc_sky.emission.kernels import plain
 from aomc_sky.emission.photons import number_columns
 from aomc_sky.errors import UsageError
 from aomc_sky.kernels.arithmetic.constants import NUMBER_STEPS
 from aomc_sky.plan.streams import philox_pair
 from tests.emission.test_host import WAYS as HOST_WAYS
 from tests.emission.test_host import options
+from tests.support.emitted import empty
 from tests.support.host_scenes import N, directions, source
 
 JIT = not numba.config.DISABLE_JIT
@@ -76,7 +78,6 @@ def test_replicates_have_their_own():
     made = source("table", replicates=3)
     whole = made.photons(0, numbers=1).numbers[:, 0]
     cut = made.replicate_range(0, 1)[0]
-    assert np.array_equal(made.photons(0, cut - 5, cut + 5, numbers=1).numbers[:, 0], whole[cut - 5 : cut + 5])
     assert not np.isin(np.sort(whole[:cut])[:100], whole[cut:]).any()
 
 
@@ -86,13 +87,10 @@ def test_plain_equals_compiled(way, start):
     n = 5001 if JIT else 60
     found = []
     for fill in (made._emitter.fill_plain, made._emitter.fill_compiled):
-        arrays = {name: np.empty(n, made.dtype) for name in ("ux", "uy", "uz")}
         numbers = np.empty((3, n), made.dtype).T
         if start == 0 or fill == made._emitter.fill_compiled:
-            fill(0, start, {**arrays, "patch": np.empty(n, np.int32), "numbers": numbers})
+            fill(0, start, {**empty(made, n), "numbers": numbers})
         else:
-            from aomc_sky.emission.kernels import plain
-
             plain.numbers(start, numbers, *made._emitter.number_arguments(0))
         found.append(numbers)
     assert found[0].tobytes() == found[1].tobytes()
