@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 import aomc_sky as sky
 from tests.emission.test_polarised_photons import table as polarised_table
+from tests.support.sampled import table_of
 
 BANDS = [450.0, 550.0]
 FIELDS = ("ux", "uy", "uz", "patch", "x", "y", "weight", "q", "u", "numbers")
@@ -19,9 +20,7 @@ FIELDS = ("ux", "uy", "uz", "patch", "x", "y", "weight", "q", "u", "numbers")
 
 def scene(n=30_011, components=None, **more):
     if components is None:
-        values = np.random.default_rng(3).lognormal(0, 2, (2, 54))
-        table = sky.TabulatedSky(wavelength_nm=BANDS, values=values, grid=sky.PatchGrid.regular(6, 9))
-        components = table.lower(BANDS)
+        components = table_of(np.random.default_rng(3).lognormal(0, 2, (2, 6, 9)), BANDS).lower(BANDS)
     return sky.Scene(wavebands=BANDS, n_photons=n, components=components, **more)
 
 
@@ -196,23 +195,19 @@ def test_a_choice_that_there_is_not_gets_those_that_there_are():
 
 
 def test_counts_of_one_column_are_those_of_allocate():
-    rng = np.random.default_rng(9)
-    values = rng.lognormal(0, 3, (1, 54))
-    table = sky.TabulatedSky(wavelength_nm=[500], values=values, grid=sky.PatchGrid.regular(54, 1))
+    values = np.random.default_rng(9).lognormal(0, 3, (54, 1))
     for n in (10, 10**6, 10**12):  # far beyond, the rounding of masses that were divided by their sum shows
-        source = sky.Scene(wavebands=[500.0], n_photons=n, components=table.lower([500])).source(seed=3)
-        np.testing.assert_array_equal(source.counts[0], sky.allocate(values[0], n, seed=3))
+        source = sky.Scene(wavebands=[500.0], n_photons=n, components=table_of(values)).source(seed=3)
+        np.testing.assert_array_equal(source.counts[0], sky.allocate(values[:, 0], n, seed=3))
 
 
 def test_listed_weights_turn_photons_into_flux():
     """Weighted photons estimate the mean cosine of the radiance, whatever the launch law."""
-    rng = np.random.default_rng(8)
-    grid = sky.PatchGrid.regular(6, 9)
-    values = rng.lognormal(0, 1, (1, 54))
+    values = np.random.default_rng(8).lognormal(0, 1, (6, 9))
 
     def mean_mu(weighting, weights):
-        table = sky.TabulatedSky(wavelength_nm=[500], values=values, grid=grid, weighting=weighting)
-        source = sky.Scene(wavebands=[500.0], n_photons=10**6, components=table.lower([500])).source(weights=weights)
+        table = table_of(values, weighting=weighting)
+        source = sky.Scene(wavebands=[500.0], n_photons=10**6, components=table).source(weights=weights)
         batch = source.photons()
         if not weights:
             return float(-batch.uz.astype(float).mean())

@@ -9,6 +9,7 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.cli.main import main
 from tests.support.lobes import lobe_sky
+from tests.support.sampled import table_of
 from tests.support.shared import INPUTS
 
 FOUR = [(10.25, 20.25), (40.25, 120.25), (60.25, 330.25), (80.25, 250.25)]  # middles of pixels
@@ -77,9 +78,7 @@ def test_directions_of_lobes():
 
 
 def test_edges_of_patches_belong_to_the_next_one():
-    grid = sky.PatchGrid.regular(3, 4)
-    values = np.arange(1.0, 13.0).reshape(1, 3, 4)
-    model = sky.TabulatedSky(wavelength_nm=[500.0], values=values, grid=grid, weighting="projected")
+    model = table_of(np.arange(1.0, 13.0).reshape(3, 4), weighting="projected")
     scene = scene_of(model, 500.0)
     zenith, azimuth = np.array([0.0, 29.999, 30.0, 60.0, 90.0]), np.array([0.0, 90.0, 180.0, 270.0, 359.999])
     expected = model.radiance(np.deg2rad(zenith), np.deg2rad(azimuth), 500.0)

@@ -16,6 +16,7 @@ import aomc_sky as sky
 from aomc_sky.kernels.cells import order
 from aomc_sky.plan import streams
 from tests.support.backend import photons_by
+from tests.support.sampled import table_of
 
 WORDS = Path(__file__).with_name("streams.json")
 PHOTONS = Path(__file__).with_name("photons.json")
@@ -29,9 +30,7 @@ def hexadecimal(rows):
 
 
 def small_scene():
-    grid = sky.PatchGrid.regular(3, 4)
-    values = np.array([[1.0, 2.0, 3.0, 4.0, 0.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0]])
-    table = sky.TabulatedSky(wavelength_nm=[500.0], values=values, grid=grid)
+    table = table_of([[1.0, 2.0, 3.0, 4.0], [0.0, 6.0, 7.0, 8.0], [9.0, 10.0, 11.0, 12.0]])
     beam = sky.DirectBeam(sun_zenith_deg=30, sun_azimuth_deg=45)
     components = (*table.lower([500.0]), *beam.lower([500.0]))
     return sky.Scene(wavebands=[500.0], n_photons=1000, components=components, footprint=sky.Footprint.circle(2.0))
@@ -50,8 +49,7 @@ def small_photons(seed, **options):
 
 def narrow_photons(precision):
     """Words of photons of cells that take the short series of sine and cosine."""
-    table = sky.TabulatedSky(wavelength_nm=[500.0], values=np.ones((1, 540)), grid=sky.PatchGrid.regular(3, 180))
-    scene = sky.Scene(wavebands=[500.0], n_photons=1000, components=table)
+    scene = sky.Scene(wavebands=[500.0], n_photons=1000, components=table_of(np.ones((3, 180))))
     batch = scene.source(seed=1, precision=precision).photons(0, 0, 4)
     return hexadecimal(batch.directions.view(np.uint32 if precision == "float32" else np.uint64))
 

@@ -13,6 +13,7 @@ from aomc_sky.errors import AllocationError, AomcSkyError, SceneError, UsageErro
 from aomc_sky.plan.streams import checked_seed
 from aomc_sky.whole_number import as_index, as_number_of
 from tests.support.backend import photons_by
+from tests.support.sampled import table_of
 from tests.support.shared import INPUTS
 
 INTEGERS = (
@@ -28,8 +29,7 @@ CLEAR_DAY = INPUTS / "clear_day" / "amc.inp"
 
 
 def scene():
-    grid = sky.PatchGrid.regular(6, 12)
-    table = sky.TabulatedSky(grid=grid, wavelength_nm=[500.0], values=np.arange(72.0).reshape(1, 6, 12))
+    table = table_of(np.arange(72.0).reshape(6, 12))
     return sky.Scene(wavebands=[440.0, 550.0, 670.0], n_photons=100, components=table)
 
 

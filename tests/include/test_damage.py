@@ -12,6 +12,7 @@ from aomc_sky.cli.commands.info import include_dir
 from aomc_sky.emission import source_file
 from aomc_sky.emission.source_file import checksum
 from tests.support.host_programs import run
+from tests.support.sampled import table_of
 from tests.support.shared import REPOSITORY
 from tests.support.source_files import FLAGS_OF_HOST, SCENES, built, compare, needs_gcc, section_names, source_of
 
@@ -291,9 +292,7 @@ def _has_fma():
     ("options", "advice"), [({"replicates": 4}, "replicates=1"), ({"weights": True}, "without weights")]
 )
 def test_sources_that_the_file_cannot_hold(options, advice, tmp_path):
-    table = sky.TabulatedSky(
-        wavelength_nm=[550.0], values=np.ones((1, 12)), grid=sky.PatchGrid.regular(3, 4), weighting="solid-angle"
-    )
+    table = table_of(np.ones((3, 4)), weighting="solid-angle")
     source = sky.Scene(wavebands=[550.0], n_photons=1000, components=table).source(seed=1, **options)
     for make in (source.to_bytes, lambda: sky.write_source(source, tmp_path / "x.sky")):
         with pytest.raises(sky.errors.UsageError, match=advice):

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import aomc_sky as sky
 from aomc_sky.plan.allocation import AllocationMethod, WalkedGrid, allocate_bands, fixed_point_cumulative, walk_of_cells
+from tests.support.sampled import table_of
 
 WHOLE = 1 << 62
 GOLDEN = (math.sqrt(5) - 1) / 2
@@ -115,9 +116,7 @@ def test_other_methods_keep_their_order(method):
 
 
 def scene_counts(values, n, seed=0):
-    grid = sky.PatchGrid.regular(*values.shape)
-    table = sky.TabulatedSky(wavelength_nm=[550.0], values=values[None], grid=grid)
-    return sky.Scene(wavebands=[550.0], n_photons=n, components=[table]).source(seed=seed).counts[0]
+    return sky.Scene(wavebands=[550.0], n_photons=n, components=table_of(values)).source(seed=seed).counts[0]
 
 
 def test_verify_counts_knows_the_walk():

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-import aomc_sky as sky
 from aomc_sky.component import Law
 from tests.support import chi2
 from tests.support.sampled import (
@@ -13,6 +12,7 @@ from tests.support.sampled import (
     scene,
     sky_angles,
     square_counts,
+    table_of,
     uneven_sky,
     zenith_place_mu,
     zenith_place_mu2,
@@ -44,9 +44,8 @@ def test_one_cell_is_filled_evenly(law, precision):
 @pytest.mark.parametrize("seed", range(5))
 def test_the_patches_of_a_sky_are_filled_evenly(seed):
     """All photons of 8 x 8 patches, four cells in each of them, seen through the directions."""
-    values = np.linspace(1, 3, 64)[None, :]
-    table = sky.TabulatedSky(wavelength_nm=[500], values=values, grid=sky.PatchGrid.regular(8, 8))
-    source = scene(table.lower([500]), N).source(seed=seed, precision="float64")
+    table = table_of(np.linspace(1, 3, 64).reshape(8, 8))
+    source = scene(table, N).source(seed=seed, precision="float64")
     batch = source.photons()
     mu, _, azimuth = sky_angles(batch)
     ring, column = np.divmod(batch.patch, 8)
@@ -99,8 +98,7 @@ def test_over_seeds_each_photon_is_uniform(plan, sources_of_seeds, index):
 
 def test_pairs_of_patches(plan):
     """Philox: the first photons of two patches know nothing of each other, over seeds."""
-    halves = sky.TabulatedSky(wavelength_nm=[500], values=np.ones((1, 2)), grid=sky.PatchGrid.regular(1, 2))
-    place, two = {0: [], 1: []}, scene(halves, 2)
+    place, two = {0: [], 1: []}, scene(table_of(np.ones((1, 2))), 2)
     for seed in range(SEEDS):
         batch = two.source(seed=seed, placement="philox", order="patch", precision="float64").photons()
         _, sin2, azimuth = sky_angles(batch)

@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 
-import aomc_sky as sky
 from tests.support import chi2
-from tests.support.sampled import even, scene, uneven_sky
+from tests.support.sampled import even, scene, table_of, uneven_sky
 
 N = 200_000
 PREFIX = 20_000
@@ -49,9 +48,7 @@ def neighbours_p(patch):
 
 def test_neighbours(plan):
     """Patch of photon i against patch of photon i + 1, among 16 equal patches; few enough of many for chance."""
-    grid = sky.PatchGrid.regular(4, 4)
-    components = sky.TabulatedSky(wavelength_nm=[500], values=np.ones((1, 16)), grid=grid).lower([500])
-    patch = scene(components, 50_000_000).source(seed=10).photons(0, 0, 200_000).patch.astype(int)
+    patch = scene(table_of(np.ones((4, 4))), 50_000_000).source(seed=10).photons(0, 0, 200_000).patch.astype(int)
     plan.check(neighbours_p(patch))
     plan.catches(neighbours_p(np.sort(patch)))
     plan.catches(neighbours_p(np.arange(200_000) * 7 % 16))

@@ -7,7 +7,7 @@ from scipy.special import erfc
 import aomc_sky as sky
 from aomc_sky.plan import streams
 from tests.support import chi2
-from tests.support.sampled import TWO_BANDS, even, scene, sky_angles, square_counts
+from tests.support.sampled import TWO_BANDS, even, scene, sky_angles, square_counts, table_of
 
 N = 200_000
 
@@ -49,7 +49,7 @@ def test_r2_shifts_differ_between_bands_and_seeds():
 
 
 METHODS_SEEDS = 250
-TABLE = sky.TabulatedSky(wavelength_nm=[500], values=np.linspace(1, 3, 64)[None], grid=sky.PatchGrid.regular(8, 8))
+TABLE = table_of(np.linspace(1, 3, 64).reshape(8, 8))
 FOOTPRINT = sky.Footprint.circle(2.0)
 
 

@@ -11,6 +11,7 @@ import aomc_sky as sky
 from aomc_sky.component import Component
 from aomc_sky.skies.lobes import functions as lobes
 from tests.support.lobes import lobe_sky
+from tests.support.sampled import table_of
 
 Case = tuple[str, float, float, tuple[float, float, float, float]]
 
@@ -54,8 +55,7 @@ def scene_of(case: Case, n: int, *, crowded: bool = False) -> sky.Scene:
     if not crowded:
         return sky.Scene(wavebands=[500.0], n_photons=n, components=(component(case),))
     perez = sky.PerezSky(sun_zenith_rad=0.7, epsilon=6.3, delta=0.12, grid=sky.PatchGrid.regular(18, 36)).lower(500)
-    values = np.random.default_rng(3).lognormal(0, 1, (1, 90))
-    table = sky.TabulatedSky(wavelength_nm=[500], values=values, grid=sky.PatchGrid.regular(9, 10)).lower([500])
+    table = table_of(np.random.default_rng(3).lognormal(0, 1, (9, 10))).lower([500])
     others = [component(LOBES[name], name) for name in ("cloud edge", "thread")]
     shares = (0.25, 0.25, 0.125, 0.125, 0.25)
     parts = [_with_strength(c, s) for c, s in zip((*perez, *table, *others, component(case)), shares, strict=True)]

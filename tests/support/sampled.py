@@ -25,11 +25,15 @@ def grid_of_edges(zenith_deg, azimuth_deg):
     return sky.PatchGrid(zenith_bounds_deg=zenith, azimuth_bounds_deg=azimuth)
 
 
+def table_of(values, nm=(500.0,), **more):
+    """A sky of values (n_zenith, n_azimuth) in a regular grid, or of so many for each wavelength."""
+    values = np.reshape(values, (np.size(nm), *np.shape(values)[-2:]))
+    return sky.TabulatedSky(wavelength_nm=nm, values=values, grid=sky.PatchGrid.regular(*values.shape[1:]), **more)
+
+
 def uneven_sky(n_zenith=18, n_azimuth=24, seed=11):
     """A sky of patches whose masses differ, none like its mirror image."""
-    grid = sky.PatchGrid.regular(n_zenith, n_azimuth)
-    values = np.random.default_rng(seed).lognormal(0, 1, (1, grid.n_patches))
-    return sky.TabulatedSky(wavelength_nm=[500], values=values, grid=grid)
+    return table_of(np.random.default_rng(seed).lognormal(0, 1, (n_zenith, n_azimuth)))
 
 
 def sky_angles(batch):

@@ -14,6 +14,7 @@ from aomc_sky.outputs.photons.mcpl import McplWriter, write_mcpl
 from tests.support.backend import photons_by
 from tests.support.mcpl import PARTICLE, oracle, parsed, written_by_libmcpl
 from tests.support.processes import in_environment
+from tests.support.sampled import table_of
 from tests.support.shared import INPUTS
 from tests.support.stokes import DEFECTS, frame_of
 
@@ -66,9 +67,7 @@ def test_the_file_is_libmcpls_own(name, tmp_path):
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 def test_weights_stand_in_every_record_where_they_differ(precision, tmp_path):
-    values = np.random.default_rng(2).uniform(size=(1, 6, 8))
-    grid = sky.PatchGrid.regular(6, 8)
-    table = sky.TabulatedSky(wavelength_nm=[500.0], values=values, grid=grid, weighting="solid-angle")
+    table = table_of(np.random.default_rng(2).uniform(size=(6, 8)), weighting="solid-angle")
     source = scene(table, wavelengths=[500.0]).source(seed=5, precision=precision, weights=True)
     write_mcpl(source, tmp_path / "ours.mcpl")
     assert (tmp_path / "ours.mcpl").read_bytes() == written_by_libmcpl(oracle(), source, tmp_path / "theirs.mcpl")
