@@ -16,10 +16,7 @@ TRUTH = Values(planar=0.5, scalar=2.0, cone=0.1, ring=0.01, histogram=np.full(4,
 
 def off_by(share):
     """Values that are all off by the same share of the truth."""
-    scale = 1.0 + share
-    return Values(
-        planar=0.5 * scale, scalar=2.0 * scale, cone=0.1 * scale, ring=0.01 * scale, histogram=TRUTH.histogram * scale
-    )
+    return Values(**{name: (1.0 + share) * value for name, value in dataclasses.asdict(TRUTH).items()})
 
 
 def test_error_is_the_root_mean_square_and_scalar_the_median():
@@ -33,16 +30,9 @@ def test_error_is_the_root_mean_square_and_scalar_the_median():
 
 def rows(errors, photons, seconds=None):
     times = seconds or [n * 1e-8 for n in photons]
+    run = {"sky": "uniform", "method": "iid", "replicates": 9, "plan_s": 0.0}
     return [
-        Row(
-            sky="uniform",
-            method="iid",
-            n_photons=n,
-            replicates=9,
-            plan_s=0.0,
-            emit_s=t,
-            error=dict.fromkeys(QUANTITIES, e),
-        )
+        Row(n_photons=n, emit_s=t, error=dict.fromkeys(QUANTITIES, e), **run)
         for n, e, t in zip(photons, errors, times, strict=True)
     ]
 

@@ -12,6 +12,7 @@ from aomc_sky.component import Component
 from aomc_sky.formats.sky_models import SKY_MODELS
 from aomc_sky.skies.model import SkyModel, sky_model
 from tests.support import atmospheres
+from tests.support.lobes import lobe_sky
 
 GRID = sky.PatchGrid.regular(5, 8)
 
@@ -25,15 +26,9 @@ def atmosphere(**options):
     return sky.AtmosphereSky(medium=atmospheres.molecules_only([450.0, 550.0]), grid=GRID, **options)
 
 
-def lobes(*shapes):
-    """A night of lobes, one for each (kind, param0, param1, quaternion)."""
-    spectrum = {"wavelength_nm": [400.0, 700.0], "spectrum": [1e-9, 3e-9]}
-    return sky.LobeSky(
-        lobes=tuple(
-            sky.WeightedLobe(name=f"lobe {k}", kind=kind, param0=a, param1=b, quaternion=turn, **spectrum)
-            for k, (kind, a, b, turn) in enumerate(shapes)
-        )
-    )
+ROUND, TILTED = ("hg", 0.0, 0.0, (1, 0, 0, 0)), ("hg", 0.9, 0.0, (0.7, 0.7, 0, 0))
+BROAD = ("ggx", 0.2, 1.0, (1, 0.5, 0, 0)), ("beckmann", 0.3, 0.1, (1, 0, 2, 0))
+SUN = {"sun_zenith_rad": 0.7, "sun_azimuth_rad": 0.4}
 
 
 # instances of the registered models; one that is not named here is made as --sky makes it, from a sun. They are made
@@ -43,16 +38,8 @@ EXAMPLES = {
         partial(atmosphere, sun_zenith_deg=40.0, sun_azimuth_deg=70.0),
         partial(atmosphere, sun_zenith_deg=91.0, method="order1"),
     ],
-    "cie": [partial(sky.CIESky, type=n, sun_zenith_rad=0.7, sun_azimuth_rad=0.4) for n in (1, 12)],
-    "lobes": [
-        partial(lobes, ("hg", 0.0, 0.0, (1, 0, 0, 0))),
-        partial(
-            lobes,
-            ("hg", 0.9, 0.0, (0.7, 0.7, 0, 0)),
-            ("ggx", 0.2, 1.0, (1, 0.5, 0, 0)),
-            ("beckmann", 0.3, 0.1, (1, 0, 2, 0)),
-        ),
-    ],
+    "cie": [partial(sky.CIESky, type=n, **SUN) for n in (1, 12)],
+    "lobes": [partial(lobe_sky, ROUND), partial(lobe_sky, TILTED, *BROAD)],
     "tabulated": [table, partial(table, weighting="projected"), partial(table, weighting="solid-angle")],
     "perez": [
         partial(sky.PerezSky, sun_zenith_rad=0.7, epsilon=8.0, delta=0.1, grid=GRID),
@@ -62,9 +49,8 @@ EXAMPLES = {
     "uniform": [sky.UniformSky, partial(sky.UniformSky, per_solid_angle=True)],
 }
 for name in SKY_MODELS:
-    sun = {"sun_zenith_rad": 0.7, "sun_azimuth_rad": 0.4}
     taken = inspect.signature(sky_model(name)).parameters
-    EXAMPLES.setdefault(name, [partial(sky_model(name), **{n: v for n, v in sun.items() if n in taken})])
+    EXAMPLES.setdefault(name, [partial(sky_model(name), **{n: v for n, v in SUN.items() if n in taken})])
 INSTANCES = [(name, k) for name, models in EXAMPLES.items() for k in range(len(models))]
 
 
@@ -113,8 +99,7 @@ def test_components_fit_the_sampler(model):
         assert isinstance(component, Component)
         assert component.strength.shape == (3,)
         assert not component.mass.flags.writeable
-    bands = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0, 551.0]))
-    source = sky.Scene(wavebands=bands, n_photons=1000, components=components).source()
+    source = sky.Scene(wavebands=[450.0, 550.0, 551.0], n_photons=1000, components=components).source()
     assert source.total == 3000
     for batch in source.batches(2, 300):
         assert np.all(batch.uz <= 0)
@@ -122,9 +107,8 @@ def test_components_fit_the_sampler(model):
 
 @every_model
 def test_scenes_take_models_as_they_are(model):
-    bands = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
     given = sky.Scene(wavebands=[450, 550], n_photons=500, components=model)
-    by_hand = sky.Scene(wavebands=bands, n_photons=[500, 500], components=model.lower([450.0, 550.0]))
+    by_hand = sky.Scene(wavebands=[450.0, 550.0], n_photons=[500, 500], components=model.lower([450.0, 550.0]))
     assert given.source(seed=2).plan.sha256 == by_hand.source(seed=2).plan.sha256
 
 
@@ -165,13 +149,11 @@ class Radiance:
 def test_every_model_takes_its_share(model):
     if isinstance(model, sky.AtmosphereSky):
         pytest.skip("solved once more for each share: its own test has them")
-    (absolute,) = (dataclasses.replace(model, irradiance_W_m2_nm=[2.0, 3.0]),)
     relative = dataclasses.replace(model, strength=0.25)
-    beam = {"sun_zenith_deg": 30.0}
-    for shared, unit, expected in ((relative, "strength", [0.25, 0.25]), (absolute, "irradiance_W_m2_nm", [2.0, 3.0])):
-        given = sky.Scene(
-            wavebands=[450.0, 550.0], n_photons=1000, components=[shared, sky.DirectBeam(**beam, **{unit: 0.5})]
-        )
+    for unit, expected in (("strength", [0.25, 0.25]), ("irradiance_W_m2_nm", [2.0, 3.0])):
+        shared = dataclasses.replace(model, **{unit: expected})
+        beam = sky.DirectBeam(sun_zenith_deg=30.0, **{unit: 0.5})
+        given = sky.Scene(wavebands=[450.0, 550.0], n_photons=1000, components=[shared, beam])
         assert sum(c.strength for c in given.components[:-1]) == pytest.approx(expected)
         assert given.components[-1].strength.tolist() == [0.5, 0.5]
         assert (given.irradiance is None) == (unit == "strength")
@@ -185,75 +167,74 @@ def test_every_model_takes_its_share(model):
 
 
 def test_what_is_no_table():
-    with pytest.raises(ValueError, match="40"):
-        sky.TabulatedSky(wavelength_nm=[500], values=np.ones((1, 39)), grid=GRID)
-    with pytest.raises(ValueError, match="first axis"):
-        sky.TabulatedSky(wavelength_nm=[500, 600], values=np.ones((1, 40)), grid=GRID)
-    for bad in (-1.0, np.nan, np.inf):
-        with pytest.raises(sky.SceneError, match="finite"):
-            sky.TabulatedSky(wavelength_nm=[500], values=np.full((1, 40), bad), grid=GRID)
+    for nm, values, error, words in (
+        ([500], np.ones((1, 39)), ValueError, "40"),
+        ([500, 600], np.ones((1, 40)), ValueError, "first axis"),
+        *(([500], np.full((1, 40), bad), sky.SceneError, "finite") for bad in (-1.0, np.nan, np.inf)),
+    ):
+        with pytest.raises(error, match=words):
+            sky.TabulatedSky(wavelength_nm=nm, values=values, grid=GRID)
 
 
 @pytest.mark.parametrize(
-    "beam",
-    [
-        {"sun_zenith_deg": 90.0},
-        {"sun_zenith_deg": -1.0},
-        {"sun_zenith_deg": np.nan},
-        {"sun_zenith_deg": 91.0, "radius_deg": 0.3},
-        {"sun_zenith_deg": 10.0, "radius_deg": 11.0},
-        {"sun_zenith_deg": 10.0, "sun_azimuth_deg": np.inf},
-    ],
+    ("zenith", "azimuth", "radius"),
+    [(90, 0, 0), (-1, 0, 0), (np.nan, 0, 0), (91, 0, 0.3), (10, 0, 11), (10, np.inf, 0)],
 )
-def test_beams_that_shine_from_below(beam):
+def test_beams_that_shine_from_below(zenith, azimuth, radius):
     with pytest.raises(sky.SceneError):
-        sky.DirectBeam(**beam)
+        sky.DirectBeam(sun_zenith_deg=zenith, sun_azimuth_deg=azimuth, radius_deg=radius)
 
 
 def test_components_are_checked():
     good = {"name": "x", "law": sky.Law.BEAM, "strength": [1.0], "mass": [[1.0]], "cell": np.zeros((1, 6))}
     sky.Component(**good)
-    for change in ({"mass": [[1.0, 2.0]]}, {"cell": np.zeros((1, 5))}, {"strength": [[1.0]]}):
-        with pytest.raises(ValueError, match="do not fit"):
-            sky.Component(**{**good, **change})
-    for change in ({"mass": [[-1.0]]}, {"strength": [np.nan]}):
-        with pytest.raises(sky.SceneError, match="finite"):
-            sky.Component(**{**good, **change})
+    shapes = {"mass": [[1.0, 2.0]], "cell": np.zeros((1, 5)), "strength": [[1.0]]}
+    numbers = {"mass": [[-1.0]], "strength": [np.nan]}
+    for changes, error, words in ((shapes, ValueError, "do not fit"), (numbers, sky.SceneError, "finite")):
+        for name, value in changes.items():
+            with pytest.raises(error, match=words):
+                sky.Component(**{**good, name: value})
 
 
-def test_models_without_shares_are_refused_not_halved():
-    uniform, beam = sky.UniformSky(), sky.DirectBeam(sun_zenith_deg=30.0)
-    with pytest.raises(sky.SceneError, match="UniformSky 'uniform' has none"):
-        sky.Scene(wavebands=[500.0], n_photons=10, components=[uniform, beam])
-    with pytest.raises(sky.SceneError, match="DirectBeam 'direct' has none"):
-        sky.Scene(wavebands=[500.0], n_photons=10, components=[sky.UniformSky(strength=1), beam])
-    with pytest.raises(sky.SceneError, match="FunctionSky 'function' has none"):
-        sky.Scene(wavebands=[500.0], n_photons=10, components=[uniform.lower([500.0])[0], lambda z, a, w: 1.0])
-    mixed = [sky.UniformSky(strength=1), sky.DirectBeam(sun_zenith_deg=30.0, irradiance_W_m2_nm=1.0)]
-    with pytest.raises(sky.SceneError, match="'direct' is in W m-2 nm-1 and 'uniform' is relative"):
-        sky.Scene(wavebands=[500.0], n_photons=10, components=mixed)
-    dark = lobes(("hg", 0.9, 0.0, (1, 0, 0, 0)))
+UNIFORM, BEAM = sky.UniformSky(), sky.DirectBeam(sun_zenith_deg=30.0)
+MIXED = [sky.UniformSky(strength=1), sky.DirectBeam(sun_zenith_deg=30.0, irradiance_W_m2_nm=1.0)]
+
+
+@pytest.mark.parametrize(
+    ("components", "message"),
+    [
+        ([UNIFORM, BEAM], "UniformSky 'uniform' has none"),
+        ([sky.UniformSky(strength=1), BEAM], "DirectBeam 'direct' has none"),
+        ([UNIFORM.lower([500.0])[0], lambda z, a, w: 1.0], "FunctionSky 'function' has none"),
+        (MIXED, "'direct' is in W m-2 nm-1 and 'uniform' is relative"),
+        (3, r"made of sky models, Components and functions.*got 3"),
+    ],
+)
+def test_models_without_shares_are_refused_not_halved(components, message):
+    with pytest.raises(sky.SceneError, match=message):
+        sky.Scene(wavebands=[500.0], n_photons=10, components=components)
+
+
+def test_a_function_that_is_dark_has_no_share():
     with pytest.raises(sky.SceneError, match="at a wavelength where it is dark"):
         sky.FunctionSky(lambda z, a, w: max(w - 500.0, 0.0), strength=1.0).lower([450.0, 550.0])
-    assert sky.Scene(wavebands=[500.0], n_photons=10, components=[dark]).irradiance is not None
-    with pytest.raises(sky.SceneError, match=r"made of sky models, Components and functions.*got 3"):
-        sky.Scene(wavebands=[500.0], n_photons=10, components=3)
+    assert sky.Scene(wavebands=[500.0], n_photons=10, components=lobe_sky(TILTED)).irradiance is not None
 
 
 def test_scenes_are_checked():
-    bands = sky.Wavebands(wavelength_nm=np.array([500.0, 600.0]))
+    bands = [500.0, 600.0]
     beam = sky.DirectBeam(sun_zenith_deg=10).lower([500.0, 600.0])
-    for change, message in (
-        ({"components": ()}, "at least one"),
-        ({"components": (*beam, *beam)}, "differ"),
-        ({"n_photons": [1, 2, 3]}, "each of 2 bands"),
-        ({"n_photons": -1}, "2\\^62"),
-        ({"n_photons": 1.5}, "whole"),
-        ({"row_of_band": [0, 5]}, "existing row"),
-        ({"components": (*beam, *sky.UniformSky().lower([500.0]))}, "equally many rows"),
+    for key, value, message in (
+        ("components", (), "at least one"),
+        ("components", (*beam, *beam), "differ"),
+        ("n_photons", [1, 2, 3], "each of 2 bands"),
+        ("n_photons", -1, "2\\^62"),
+        ("n_photons", 1.5, "whole"),
+        ("row_of_band", [0, 5], "existing row"),
+        ("components", (*beam, *UNIFORM.lower([500.0])), "equally many rows"),
     ):
         with pytest.raises(sky.SceneError, match=message):
-            sky.Scene(**{"wavebands": bands, "n_photons": 10, "components": beam, **change})
+            sky.Scene(**{"wavebands": bands, "n_photons": 10, "components": beam, key: value})
     dark = sky.Component(name="dark", law=sky.Law.BEAM, strength=[1.0, 0.0], mass=[[1.0]], cell=beam[0].cell)
     with pytest.raises(sky.SceneError, match="waveband 2 at 600 nm"):
         sky.Scene(wavebands=bands, n_photons=10, components=(dark,)).source()

@@ -4,8 +4,6 @@ import re
 import shutil
 import subprocess
 import sys
-from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,12 +15,8 @@ FIGURES = REPOSITORY / "docs" / "figures"
 CHANGES = re.findall(r"^### An? ([\w ]+)\n.*?^```diff\n(.*?)^```$", PAGE.read_text(), re.MULTILINE | re.DOTALL)
 
 
-def draw(folder):
-    subprocess.run([sys.executable, str(FIGURES / "draw_architecture.py"), str(folder)], check=True)
-
-
 def test_drawing_and_table_are_those_of_the_code(tmp_path):
-    draw(tmp_path)
+    subprocess.run([sys.executable, str(FIGURES / "draw_architecture.py"), str(tmp_path)], check=True)
     for name in ("architecture.svg", "rooms.md"):
         drawn, shown = (tmp_path / name).read_text(), (FIGURES / name).read_text()
         assert drawn == shown, f"run python docs/figures/draw_architecture.py, which makes {name} anew"
@@ -32,12 +26,15 @@ def test_there_is_a_change_for_everything_that_is_often_added():
     assert [name for name, _ in CHANGES] == ["sky", "input option", "output"]
 
 
+def apply(change, folder, *words):
+    command = ["git", "apply", *words, "-"]
+    done = subprocess.run(command, cwd=folder, input=change, text=True, capture_output=True, check=False)
+    assert done.returncode == 0, f"the change does not apply to the code as it is:\n{done.stderr}"
+
+
 @pytest.mark.parametrize("change", [change for _, change in CHANGES], ids=[name for name, _ in CHANGES])
 def test_a_change_applies_to_the_code_as_it_is(change):
-    done = subprocess.run(
-        ["git", "apply", "--check", "-"], cwd=REPOSITORY, input=change, text=True, capture_output=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
+    apply(change, REPOSITORY, "--check")
 
 
 @pytest.fixture(params=[name for name, _ in CHANGES])
@@ -47,11 +44,7 @@ def changed(request, tmp_path):
         ignored = shutil.ignore_patterns("__pycache__", "*.egg-info")
         shutil.copytree(REPOSITORY / name, tmp_path / name, ignore=ignored)
     shutil.copy(REPOSITORY / "pyproject.toml", tmp_path)
-    change = dict(CHANGES)[request.param]
-    done = subprocess.run(
-        ["git", "apply", "-"], cwd=tmp_path, input=change, text=True, capture_output=True, check=False
-    )
-    assert done.returncode == 0, f"the change does not apply to the code as it is:\n{done.stderr}"
+    apply(dict(CHANGES)[request.param], tmp_path)
     return request.param, tmp_path
 
 
@@ -97,15 +90,10 @@ def output_is_written(copy):
     np.testing.assert_array_equal(records, np.load(copy / "out/photons-0001.npy"))
 
 
-CHECKS: dict[str, Callable[[Path], None]] = {
-    "sky": sky_is_tested,
-    "input option": option_is_taken,
-    "output": output_is_written,
-}
+CHECKS = {"sky": sky_is_tested, "input option": option_is_taken, "output": output_is_written}
 
 
 @pytest.mark.slow
 def test_a_change_does_what_the_page_says(changed):
     name, copy = changed
-    check = CHECKS[name]
-    check(copy)
+    CHECKS[name](copy)

@@ -19,7 +19,6 @@ TOOL = set(_TOOL.split())
 
 
 def options():
-    """Every option of the command."""
     (commands,) = (a for a in build_parser()._actions if isinstance(a, argparse._SubParsersAction))
     return {text for action in commands.choices["atmosphere"]._actions for text in action.option_strings}
 

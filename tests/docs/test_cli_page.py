@@ -13,9 +13,7 @@ from tests.support.shared import REPOSITORY
 
 PAGE = (REPOSITORY / "docs" / "cli.md").read_text()
 FLAG = re.compile(r"(?<![\w-])--?[a-z][a-z0-9-]*")
-PARSERS: dict[str, argparse.ArgumentParser] = next(
-    action for action in build_parser()._actions if isinstance(action, argparse._SubParsersAction)
-).choices
+PARSERS = next(action for action in build_parser()._actions if isinstance(action, argparse._SubParsersAction)).choices
 
 
 def options_of(parser, *, hidden=False):
@@ -41,56 +39,41 @@ def page_options(command):
 
 def test_every_command_is_on_the_page_and_no_other():
     table = PAGE.partition("| command | does |")[2].partition("\n\n")[0]
-    assert set(re.findall(r"`([a-z]+)[ `]", "".join(line.split("|")[1] for line in table.splitlines()[2:]))) == set(
-        PARSERS
-    )
+    names = "".join(line.split("|")[1] for line in table.splitlines()[2:])
+    assert set(re.findall(r"`([a-z]+)[ `]", names)) == set(PARSERS)
 
 
 @pytest.mark.parametrize("command", PARSERS)
 def test_every_option_is_on_the_page(command):
     missing = options_of(PARSERS[command]) - page_options(command)
-    # one of the two forms will do: -q beside --quiet
-    short = {
-        flag
-        for action in PARSERS[command]._actions
-        if not missing.issuperset(action.option_strings)
-        for flag in action.option_strings
-        if not flag.startswith("--")
-    }
-    assert missing - short == set()
+    for action in PARSERS[command]._actions:
+        if not missing.issuperset(action.option_strings):  # one of the two forms will do: -q beside --quiet
+            missing -= {flag for flag in action.option_strings if not flag.startswith("--")}
+    assert missing == set()
 
 
 def test_no_other_option_is_on_the_page():
     for commands, text in sections():
         known = set().union(*(options_of(PARSERS[command], hidden=True) for command in commands))
         assert set(FLAG.findall(text)) <= known, commands
-    everything = set().union(
-        {"--help", "--version", "--print-completion"}, *(options_of(parser, hidden=True) for parser in PARSERS.values())
-    )
-    assert set(FLAG.findall(PAGE)) <= everything
+    everything = set().union(*(options_of(parser, hidden=True) for parser in PARSERS.values()))
+    assert set(FLAG.findall(PAGE)) <= everything | {"--help", "--version", "--print-completion"}
 
 
 def test_choices_on_the_page_are_those_of_the_parser():
-    rows = [
-        (commands, *row)
-        for commands, text in sections()
-        for row in re.findall(r"`(--[a-z-]+) ([^` ]+\\\|[^`]+)`", text)
-    ]
+    pattern = r"`(--[a-z-]+) ([^` ]+\\\|[^`]+)`"
+    rows = [(commands, *row) for commands, text in sections() for row in re.findall(pattern, text)]
     assert len(rows) > 15
     for commands, flag, words in rows:
-        choices = {
-            tuple(map(str, action.choices)) if action.choices else tuple(str(action.metavar).split("|"))
-            for command in commands
-            for action in PARSERS[command]._actions
-            if flag in action.option_strings
-        }
-        assert any(set(words.split("\\|")) == set(c) for c in choices), (flag, words, choices)
+        actions = [action for command in commands for action in PARSERS[command]._actions]
+        named = [action for action in actions if flag in action.option_strings]
+        choices = [set(map(str, action.choices or str(action.metavar).split("|"))) for action in named]
+        assert set(words.split("\\|")) in choices, (flag, words, choices)
 
 
 def test_extras_on_the_page_are_those_of_the_project():
-    rows = re.findall(
-        r"(?m)^\| ((?:`[a-z0-9]+`(?:, )?)+) \| ([^|]+) \|", PAGE.partition("## Extras")[2].partition("\n## ")[0]
-    )
+    section = PAGE.partition("## Extras")[2].partition("\n## ")[0]
+    rows = re.findall(r"(?m)^\| ((?:`[a-z0-9]+`(?:, )?)+) \| ([^|]+) \|", section)
     named = {extra: brought for extras, brought in rows for extra in re.findall(r"`(\w+)`", extras)}
     project = extras_of_project()
     assert set(named) == set(project) - {"all"}

@@ -43,5 +43,5 @@ def test_example_prints_what_it_says(name, tmp_path, monkeypatch):
         pytest.importorskip(library)
     (tmp_path / "inputs").symlink_to(INPUTS)
     monkeypatch.chdir(tmp_path)
-    said: list[str] = []
+    said = []
     assert doctest.DocTestRunner(optionflags=FLAGS).run(test, out=said.append).failed == 0, "".join(said)

@@ -19,7 +19,6 @@ def test_notebook_is_kept_without_outputs(path):
 
 
 def printed(name):
-    """What a notebook prints; an error in a cell is raised here."""
     nbclient, nbformat = pytest.importorskip("nbclient"), pytest.importorskip("nbformat")
     for library in ("ipykernel", "matplotlib", "pvlib"):
         pytest.importorskip(library)

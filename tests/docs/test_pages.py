@@ -60,17 +60,23 @@ def test_page_of_five_tasks(tmp_path):
     assert max(lines.values()) <= 10, lines
 
 
-def test_page_of_aomc_users(tmp_path):
-    assert carry_out("howto/from_aomc.md", tmp_path) == 6
+COMMANDS = [
+    ("howto/from_aomc.md", 6, ()),
+    ("howto/from_libradtran.md", 4, ()),
+    ("formats/mcpl.md", 3, ("mcpl",)),
+    pytest.param("howto/measured_sky.md", 6, (), marks=pytest.mark.slow),
+    pytest.param("howto/weather.md", 17, ("pvlib",), marks=pytest.mark.slow),
+    pytest.param("howto/polarised.md", 3, (), marks=pytest.mark.slow),
+    pytest.param("howto/radiance.md", 8, ("xarray",), marks=pytest.mark.slow),
+    pytest.param("models/atmosphere.md", 1, (), marks=pytest.mark.slow),
+]
 
 
-@pytest.mark.slow
-def test_page_of_measured_skies(tmp_path):
-    assert carry_out("howto/measured_sky.md", tmp_path) == 6
-
-
-def test_page_of_libradtran_users(tmp_path):
-    assert carry_out("howto/from_libradtran.md", tmp_path) == 4
+@pytest.mark.parametrize(("page", "n_commands", "packages"), COMMANDS)
+def test_page_of_commands(page, n_commands, packages, tmp_path):
+    for package in packages:
+        pytest.importorskip(package)
+    assert carry_out(page, tmp_path) == n_commands
 
 
 @pytest.mark.slow
@@ -80,29 +86,11 @@ def test_page_of_own_skies(tmp_path, skies_site, monkeypatch):
     assert carry_out("howto/own_sky.md", tmp_path) == 10
     pip_install(tmp_path / "our_skies", tmp_path / "site")  # the package that the page shows
     monkeypatch.syspath_prepend(tmp_path / "site")
-    scene = sky.read_scene(
-        tmp_path / "inputs" / "clear_day", sky="bright_zenith", sky_options={"brightening": 0}, iterations=10**6
-    )
+    day, chosen = tmp_path / "inputs" / "clear_day", {"sky": "bright_zenith", "iterations": 10**6}
+    scene = sky.read_scene(day, **chosen, sky_options={"brightening": 0})
     assert -scene.source().photons(0).uz.mean(dtype=float) == pytest.approx(2 / 3, abs=1e-5)
     with pytest.raises(sky.UsageError, match=r"our-skies 0\.1.*brightening must be 0 or more, got -1"):
-        sky.read_scene(tmp_path / "inputs" / "clear_day", sky="bright_zenith", sky_options={"brightening": -1})
-
-
-@pytest.mark.slow
-def test_page_of_weather(tmp_path):
-    pytest.importorskip("pvlib")
-    assert carry_out("howto/weather.md", tmp_path) == 17
-
-
-@pytest.mark.slow
-def test_page_of_polarised_skies(tmp_path):
-    assert carry_out("howto/polarised.md", tmp_path) == 3
-
-
-@pytest.mark.slow
-def test_page_of_radiance(tmp_path):
-    pytest.importorskip("xarray")
-    assert carry_out("howto/radiance.md", tmp_path) == 8
+        sky.read_scene(day, **chosen, sky_options={"brightening": -1})
 
 
 @pytest.mark.slow
@@ -131,16 +119,6 @@ def test_page_of_hosts_builds_all_that_it_shows():
     blocks = re.findall(r"^```(?:c|cpp|cuda|fortran|python)$", text, re.MULTILINE)
     assert len(blocks) == len(names) == len(set(names))
     assert [name for name in names if name != "kernel.cu" and name not in built] == []
-
-
-@pytest.mark.slow
-def test_page_of_the_atmosphere(tmp_path):
-    assert carry_out("models/atmosphere.md", tmp_path) == 1
-
-
-def test_page_of_mcpl_codes(tmp_path):
-    pytest.importorskip("mcpl")
-    assert carry_out("formats/mcpl.md", tmp_path) == 3
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,6 @@
 """The site: one page for every public name, a gallery of short programs, shell blocks that say so."""
 
 import ast
-import importlib.util
 import json
 import re
 from collections import Counter
@@ -10,20 +9,11 @@ import pytest
 
 import aomc_sky
 from tests.support.public_names import public_names
-from tests.support.shared import REPOSITORY
+from tests.support.shared import REPOSITORY, script
 
 DOCS = REPOSITORY / "docs"
 TOPICS = sorted(topic.stem for topic in (DOCS / "api").glob("*.md"))
 GALLERY = sorted((REPOSITORY / "examples" / "gallery").glob("*.py"))
-
-
-def script(path):
-    found = importlib.util.spec_from_file_location(path.stem, path)
-    assert found is not None
-    assert found.loader is not None
-    module = importlib.util.module_from_spec(found)
-    found.loader.exec_module(module)
-    return module
 
 
 check_site = script(DOCS / "check_site.py")
@@ -47,17 +37,14 @@ def test_overview_shows_the_names_of_every_topic():
 def test_program_of_the_gallery_is_short_and_uses_public_names(program):
     text = program.read_text()
     tree = ast.parse(text)
-    head = ast.get_docstring(tree)
-    assert head is not None
-    title, rule = head.splitlines()[:2]
+    title, rule = ast.get_docstring(tree).splitlines()[:2]
     assert rule == "=" * len(title)
     body = text.split('"""', 2)[2]
     lines = [line for line in body.splitlines() if line.strip() and not re.match(r"#|import |from ", line)]
     assert 2 <= len(lines) <= 20, len(lines)
     used = {n.attr for n in ast.walk(tree) if isinstance(n, ast.Attribute) and ast.unparse(n.value) == "sky"}
-    taken = {
-        a.name for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and n.module == "aomc_sky" for a in n.names
-    }
+    imports = [n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and n.module == "aomc_sky"]
+    taken = {alias.name for n in imports for alias in n.names}
     assert used | taken <= set(aomc_sky.__all__)
     assert used | taken
 

@@ -14,7 +14,13 @@ WAYS = [
     ("shuffled", "philox", "float64"),
     ("patch", "philox", "float32"),
 ]
-ALL = [(name, dict(zip(("order", "placement", "precision"), way, strict=True))) for name in SCENES for way in WAYS]
+
+
+def options(way):
+    return dict(zip(("order", "placement", "precision"), way, strict=True))
+
+
+ALL = [(name, options(way)) for name in SCENES for way in WAYS]
 ALL.append(("table", {"placement": "centre"}))
 
 
@@ -26,6 +32,12 @@ def one_by_one(sample, indices, dtype):
 
     out = np.empty((3, indices.size), dtype)
     loop(indices, out)
+    return out
+
+
+def filled(sampler, start, n, dtype=np.float32):
+    out = np.zeros((3, n), dtype)
+    assert sampler.fill(start, out) == n
     return out
 
 
@@ -41,9 +53,7 @@ def test_same_bits(name, options):
     wanted = directions(bands.photons(1))
     indices = np.random.default_rng(1).permutation(sampler.n)
     assert one_by_one(sampler.sample, indices, bands.dtype).tobytes() == wanted[:, indices].tobytes()
-    out = np.zeros((3, sampler.n), bands.dtype)
-    assert sampler.fill(0, out) == sampler.n
-    assert out.tobytes() == wanted.tobytes()
+    assert filled(sampler, 0, sampler.n, bands.dtype).tobytes() == wanted.tobytes()
 
 
 @pytest.mark.slow
@@ -53,9 +63,7 @@ def test_more_than_32_bits_of_photons():
     start = 2**41 + 12345
     wanted = directions(bands.photons(0, start, start + 5000))
     assert one_by_one(sampler.sample, np.arange(start, start + 5000), np.float32).tobytes() == wanted.tobytes()
-    out = np.empty((3, 5000), np.float32)
-    assert sampler.fill(start, out) == 5000
-    assert out.tobytes() == wanted.tobytes()
+    assert filled(sampler, start, 5000).tobytes() == wanted.tobytes()
 
 
 def test_ends_and_wrong_arguments():
@@ -73,13 +81,14 @@ def test_ends_and_wrong_arguments():
     assert np.all(out == 7)
     assert fill(N - 3, out) == 3
     assert np.all(out[:, 3:] == 7)
-    with pytest.raises(IndexError, match="index 0"):
-        fill(-1, out)
-    with pytest.raises(ValueError, match=r"\(3, n\)"):
-        fill(0, np.empty((4, 10), np.float32))
-    for wrong in (np.empty((3, 10)), np.empty((10, 3), np.float32).T, np.empty(30, np.float32)):
-        with pytest.raises(TypeError):
-            fill(0, wrong)
+    wrong = np.empty((3, 10)), np.empty((10, 3), np.float32).T, np.empty(30, np.float32)
+    for start, array, error, words in (
+        (-1, out, IndexError, "index 0"),
+        (0, np.empty((4, 10), np.float32), ValueError, r"\(3, n\)"),
+        *((0, array, TypeError, None) for array in wrong),
+    ):
+        with pytest.raises(error, match=words):
+            fill(start, array)
     with pytest.raises(IndexError, match="bands run from 0 to 1"):
         source("table").numba_sampler(2)
 
@@ -140,14 +149,10 @@ def test_tables_outlive_the_sampler():
     assert all(loop(i) == tuple(wanted[:, i]) for i in range(100))
 
 
-def test_without_the_compiler(monkeypatch):
+def test_what_has_no_sampler(monkeypatch):
+    with pytest.raises(sky.UsageError, match="replicates=1"):
+        source("table", replicates=4).numba_sampler()
     source("table").numba_sampler()  # what is imported without the compiler stays without it
     monkeypatch.setattr(numba.core.config, "DISABLE_JIT", 1)
-    with pytest.raises(sky.errors.UsageError, match="NUMBA_DISABLE_JIT"):
+    with pytest.raises(sky.UsageError, match="NUMBA_DISABLE_JIT"):
         source("table").numba_sampler()
-
-
-def test_replicates_are_refused():
-    bands = source("table", replicates=4)
-    with pytest.raises(sky.errors.UsageError, match="replicates=1"):
-        bands.numba_sampler()

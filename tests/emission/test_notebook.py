@@ -9,9 +9,8 @@ import pytest
 import aomc_sky as sky
 from aomc_sky.errors import MissingExtraError
 
-SCENE = sky.Scene(
-    wavebands=[440, 550], n_photons=[1000, 2000], components=sky.OvercastSky(irradiance_W_m2_nm=[0.3, 0.2])
-)
+OVERCAST = sky.OvercastSky(irradiance_W_m2_nm=[0.3, 0.2])
+SCENE = sky.Scene(wavebands=[440, 550], n_photons=[1000, 2000], components=OVERCAST)
 
 
 def png_of(html):
@@ -52,13 +51,8 @@ def test_scene_plot_is_plot(tmp_path):
 
 
 def test_photons_one_by_one():
-    scene = sky.Scene(
-        wavebands=[440, 550, 670],
-        n_photons=[300, 100, 0],
-        components="overcast",
-        footprint=sky.Footprint.circle(2.0),
-    )
-    source = scene.source(seed=4)
+    day = {"wavebands": [440, 550, 670], "n_photons": [300, 100, 0], "components": "overcast"}
+    source = sky.Scene(**day, footprint=sky.Footprint.circle(2.0)).source(seed=4)
     photons = list(source.one_by_one())
     assert len(photons) == 400
     for n in range(1, 401):  # every first part holds the wavebands in their shares

@@ -1,5 +1,6 @@
 """The promises of the source: any split, any order, any process gives the same bits."""
 
+import dataclasses
 import itertools
 import pickle
 from concurrent.futures import ThreadPoolExecutor
@@ -10,25 +11,24 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import aomc_sky as sky
+from tests.emission.test_polarised_photons import table as polarised_table
+from tests.support.sampled import table_of
 
-BANDS = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
+BANDS = [450.0, 550.0]
 FIELDS = ("ux", "uy", "uz", "patch", "x", "y", "weight", "q", "u", "numbers")
 
 
 def scene(n=30_011, components=None, **more):
     if components is None:
-        rng = np.random.default_rng(3)
-        grid = sky.PatchGrid.regular(6, 9)
-        table = sky.TabulatedSky(wavelength_nm=[450, 550], values=rng.lognormal(0, 2, (2, 54)), grid=grid)
-        components = table.lower([450, 550])
+        components = table_of(np.random.default_rng(3).lognormal(0, 2, (2, 6, 9)), BANDS).lower(BANDS)
     return sky.Scene(wavebands=BANDS, n_photons=n, components=components, **more)
 
 
 def several():
-    disc = sky.DirectBeam(sun_zenith_deg=89.9, sun_azimuth_deg=40, radius_deg=0.2665).lower([450, 550])
-    beam = sky.DirectBeam(sun_zenith_deg=30).lower([450, 550])
-    named = sky.Component(name="beam", law=beam[0].law, strength=beam[0].strength, mass=beam[0].mass, cell=beam[0].cell)
-    return (*disc, *scene().components, *sky.UniformSky(per_solid_angle=True).lower([450, 550]), named)
+    disc = sky.DirectBeam(sun_zenith_deg=89.9, sun_azimuth_deg=40, radius_deg=0.2665).lower(BANDS)
+    (beam,) = sky.DirectBeam(sun_zenith_deg=30).lower(BANDS)
+    named = dataclasses.replace(beam, name="beam")
+    return (*disc, *scene().components, *sky.UniformSky(per_solid_angle=True).lower(BANDS), named)
 
 
 def assert_equal(a, b, part=slice(None)):
@@ -41,20 +41,36 @@ def assert_equal(a, b, part=slice(None)):
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
 @pytest.mark.parametrize("order", ["shuffled", "patch"])
-@pytest.mark.parametrize("components", [None, several()], ids=["one", "several"])
-def test_1000_random_splits(precision, order, components):
-    """Of the eight ways together."""
-    footprint = sky.Footprint(shape="circle", size_x_m=3.0, size_y_m=3.0)
-    source = scene(components=components, footprint=footprint).source(
-        seed=7, precision=precision, order=order, weights=components is None
-    )
-    n = source.n_photons(1)
-    whole = source.photons(1)
+@pytest.mark.parametrize(
+    ("components", "options"),
+    [
+        (None, {"weights": True}),
+        (None, {"weights": True, "method": "iid", "replicates": 5}),
+        (several(), {}),
+        (polarised_table(), {}),
+        (polarised_table(), {"replicates": 4}),
+    ],
+    ids=["weights", "weights of replicates", "several", "polarised", "polarised replicates"],
+)
+def test_1000_random_splits(precision, order, components, options):
+    """Of the twenty ways together; with the numbers of the photons, in slices, and in arrays that are given."""
+    light = scene(components=components, footprint=sky.Footprint.circle(3.0))
+    source = light.source(seed=7, precision=precision, order=order, **options)
+    n, whole = source.n_photons(1), source.photons(1, numbers=2)
+    at = n // source.replicates
+    for k in range(at - 5, min(at + 5, n)):  # one by one across the end of a replicate
+        assert_equal(source.photons(1, k, k + 1, numbers=2), whole, slice(k, k + 1))
     rng = np.random.default_rng(5)
-    for _ in range(1000 // 8 // 20 + 1):
+    for _ in range(1000 // 20 // 20):
         cuts = np.unique(np.concatenate([[0, n], rng.integers(0, n, 20)]))
-        for start, stop in itertools.pairwise(cuts):
-            assert_equal(source.photons(1, int(start), int(stop)), whole, slice(start, stop))
+        for start, stop in itertools.pairwise(cuts.tolist()):
+            assert_equal(source.photons(1, start, stop, numbers=2), whole, slice(start, stop))
+            assert_equal(whole[start:stop], whole, slice(start, stop))
+    out = source.photons(1, 0, 3_333, numbers=2)
+    for memory in (None, out):
+        for batch in source.batches(1, 3_333, memory, numbers=2):
+            assert_equal(batch, whole, slice(batch.start, batch.start + len(batch)))
+    assert_equal(source.photons(1, 100, 200, out=out, numbers=2), whole, slice(100, 200))
 
 
 @settings(max_examples=25)
@@ -136,10 +152,7 @@ def test_out_is_filled_and_checked():
     with pytest.raises(ValueError, match="at least 1000"):
         source.photons(0, 10, 1010, out=small)
     memory = np.empty(3000, np.float32)
-    overlapping = sky.PhotonBatch(
-        ux=memory[:1000], uy=memory[999:1999], uz=memory[2000:], patch=np.empty(1000, np.int32), band=0, start=0,
-        wavelength_nm=1.0,
-    )  # fmt: skip
+    overlapping = dataclasses.replace(fresh, ux=memory[:1000], uy=memory[999:1999], uz=memory[2000:])
     with pytest.raises(ValueError, match="overlap"):
         source.photons(0, 0, 1000, out=overlapping)
 
@@ -163,18 +176,17 @@ def test_plan_rebuilds_the_source(tmp_path):
 
 
 def test_everything_that_changes_photons_changes_the_name():
-    names = {scene().source(seed=1).plan.sha256}
     variants = [
+        scene().source(seed=1),
         scene().source(seed=2),
         scene().source(seed=1, order="patch"),
         scene().source(seed=1, placement="philox"),
         scene().source(seed=1, allocation="largest-remainder"),
         scene().source(seed=1, precision="float64"),
         scene(n=30_012).source(seed=1),
-        scene(footprint=sky.Footprint(shape="circle", size_x_m=1.0, size_y_m=1.0)).source(seed=1),
+        scene(footprint=sky.Footprint.circle(1.0)).source(seed=1),
     ]
-    names |= {source.plan.sha256 for source in variants}
-    assert len(names) == 8
+    assert len({source.plan.sha256 for source in variants}) == 8
 
 
 def test_a_choice_that_there_is_not_gets_those_that_there_are():
@@ -183,25 +195,19 @@ def test_a_choice_that_there_is_not_gets_those_that_there_are():
 
 
 def test_counts_of_one_column_are_those_of_allocate():
-    rng = np.random.default_rng(9)
-    values = rng.lognormal(0, 3, (1, 54))
-    table = sky.TabulatedSky(wavelength_nm=[500], values=values, grid=sky.PatchGrid.regular(54, 1))
-    bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
+    values = np.random.default_rng(9).lognormal(0, 3, (54, 1))
     for n in (10, 10**6, 10**12):  # far beyond, the rounding of masses that were divided by their sum shows
-        source = sky.Scene(wavebands=bands, n_photons=n, components=table.lower([500])).source(seed=3)
-        np.testing.assert_array_equal(source.counts[0], sky.allocate(values[0], n, seed=3))
+        source = sky.Scene(wavebands=[500.0], n_photons=n, components=table_of(values)).source(seed=3)
+        np.testing.assert_array_equal(source.counts[0], sky.allocate(values[:, 0], n, seed=3))
 
 
 def test_listed_weights_turn_photons_into_flux():
     """Weighted photons estimate the mean cosine of the radiance, whatever the launch law."""
-    rng = np.random.default_rng(8)
-    grid = sky.PatchGrid.regular(6, 9)
-    values = rng.lognormal(0, 1, (1, 54))
-    bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
+    values = np.random.default_rng(8).lognormal(0, 1, (6, 9))
 
     def mean_mu(weighting, weights):
-        table = sky.TabulatedSky(wavelength_nm=[500], values=values, grid=grid, weighting=weighting)
-        source = sky.Scene(wavebands=bands, n_photons=10**6, components=table.lower([500])).source(weights=weights)
+        table = table_of(values, weighting=weighting)
+        source = sky.Scene(wavebands=[500.0], n_photons=10**6, components=table).source(weights=weights)
         batch = source.photons()
         if not weights:
             return float(-batch.uz.astype(float).mean())
@@ -215,8 +221,7 @@ def test_listed_weights_turn_photons_into_flux():
 
 
 @pytest.mark.parametrize(
-    "call",
-    [lambda s, path: sky.write_run(s.source(), path), sky.write_mcpl, lambda s, path: sky.to_xarray(s)],
+    "call", [lambda s, path: sky.write_run(s.source(), path), sky.write_mcpl, lambda s, path: sky.to_xarray(s)]
 )
 def test_a_scene_in_the_place_of_a_source(call, tmp_path):
     with pytest.raises(sky.UsageError, match=r"expected a (Scene|PhotonSource), got (PhotonSource|Scene); write "):

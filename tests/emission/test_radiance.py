@@ -8,9 +8,13 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.cli.main import main
+from tests.support.lobes import lobe_sky
+from tests.support.sampled import table_of
 from tests.support.shared import INPUTS
 
 FOUR = [(10.25, 20.25), (40.25, 120.25), (60.25, 330.25), (80.25, 250.25)]  # middles of pixels
+PIXEL_SR = np.diff(np.sin(np.deg2rad(np.arange(181) / 2)) ** 2) / 2 * np.deg2rad(0.5)
+"""Projected solid angles of the pixels of each ring of a map."""
 SUN = {"sun_zenith_deg": 32.0, "sun_azimuth_deg": 331.0}
 
 
@@ -19,14 +23,16 @@ def day():
     return sky.weather_scene(wavebands=[443.0, 555.0], **SUN, ghi=780, dhi=140, spectrum="spectrl2", n_photons=1000)
 
 
+def scene_of(components, nm=550.0):
+    return sky.Scene(wavebands=[nm], n_photons=10, components=components)
+
+
 SCENES = {
-    "perez": lambda: sky.Scene(wavebands=[550.0], n_photons=10, components=sky.PerezSky(**SUN, epsilon=6.0, delta=0.1)),
-    "cie": lambda: sky.Scene(wavebands=[550.0], n_photons=10, components=sky.CIESky(type=12, **SUN)),
-    "function": lambda: sky.Scene(
-        wavebands=[550.0], n_photons=10, components=lambda z, a, nm: 1 + np.cos(z) * (1 + np.sin(z) * np.cos(a))
-    ),
-    "uniform": lambda: sky.Scene(wavebands=[550.0], n_photons=10, components="uniform"),
-    "overcast": lambda: sky.Scene(wavebands=[550.0], n_photons=10, components="overcast"),
+    "perez": lambda: scene_of(sky.PerezSky(**SUN, epsilon=6.0, delta=0.1)),
+    "cie": lambda: scene_of(sky.CIESky(type=12, **SUN)),
+    "function": lambda: scene_of(lambda z, a, nm: 1 + np.cos(z) * (1 + np.sin(z) * np.cos(a))),
+    "uniform": lambda: scene_of("uniform"),
+    "overcast": lambda: scene_of("overcast"),
     "day": day,
     "table": lambda: sky.read_scene(INPUTS / "clear_day"),
     "per solid angle": lambda: sky.read_scene(INPUTS / "clear_day", weighting="solid-angle"),
@@ -63,29 +69,17 @@ def test_directions_of_models_in_absolute_units():
 
 def test_directions_of_lobes():
     pytest.importorskip("h5py")
-    lobes = [
-        ("hg", 0.9, 0.0, (0.9, 0.3, 0.1, 0)),
-        ("ggx", 0.2, 1.0, (1, 0.2, 0, 0)),
-        ("beckmann", 0.3, 0.1, (1, 0, 0.3, 0)),
-    ]
-    spectrum = {"wavelength_nm": [400.0, 700.0], "spectrum": [1e-9, 3e-9]}
-    model = sky.LobeSky(
-        lobes=tuple(
-            sky.WeightedLobe(name=kind, kind=kind, param0=a, param1=b, quaternion=turn, **spectrum)
-            for kind, a, b, turn in lobes
-        )
-    )
-    scene = sky.Scene(wavebands=[500.0], n_photons=10, components=model)
+    broad = ("ggx", 0.2, 1.0, (1, 0.2, 0, 0)), ("beckmann", 0.3, 0.1, (1, 0, 0.3, 0))
+    model = lobe_sky(("hg", 0.9, 0.0, (0.9, 0.3, 0.1, 0)), *broad)
+    scene = scene_of(model, 500.0)
     zenith, azimuth = np.deg2rad(np.array(FOUR)).T
     expected = model.radiance(zenith, azimuth, 500.0)
     np.testing.assert_allclose(scene.radiance(0, sky_zenith_rad=zenith, sky_azimuth_rad=azimuth), expected, rtol=1e-9)
 
 
 def test_edges_of_patches_belong_to_the_next_one():
-    grid = sky.PatchGrid.regular(3, 4)
-    values = np.arange(1.0, 13.0).reshape(1, 3, 4)
-    model = sky.TabulatedSky(wavelength_nm=[500.0], values=values, grid=grid, weighting="projected")
-    scene = sky.Scene(wavebands=[500.0], n_photons=10, components=model)
+    model = table_of(np.arange(1.0, 13.0).reshape(3, 4), weighting="projected")
+    scene = scene_of(model, 500.0)
     zenith, azimuth = np.array([0.0, 29.999, 30.0, 60.0, 90.0]), np.array([0.0, 90.0, 180.0, 270.0, 359.999])
     expected = model.radiance(np.deg2rad(zenith), np.deg2rad(azimuth), 500.0)
     for angles in (
@@ -117,9 +111,7 @@ def test_the_map_of_an_export(tmp_path):
     assert found.shape == (2, 360, 720)
     assert found.dtype == np.float32
     assert not found[:, 180:].any()
-    edges = np.deg2rad(np.arange(181) / 2)
-    area = np.diff(np.sin(edges) ** 2) / 2 * np.deg2rad(0.5)
-    irradiance = found[:, :180].astype(float).sum(axis=2) @ area
+    irradiance = found[:, :180].astype(float).sum(axis=2) @ PIXEL_SR
     np.testing.assert_allclose(irradiance, scene.irradiance.of_component[:, 1], rtol=1e-6)
     np.testing.assert_allclose(axes["irradiance_of_map"], scene.irradiance.of_component[:, 1], rtol=1e-12)
     for zenith, azimuth in FOUR:
@@ -140,11 +132,9 @@ def test_maps_of_tables_hold_their_light(name, options):
     from aomc_sky.outputs.envmap import axes_of, maps
 
     source = sky.read_scene(INPUTS / name, **options).source()
-    edges = np.deg2rad(np.arange(181) / 2)
-    area = np.diff(np.sin(edges) ** 2) / 2 * np.deg2rad(0.5)
     for band, one in enumerate(maps(source, range(source.n_bands))):
         expected = axes_of(source, [band])["irradiance_of_map"]
-        assert one[:180].astype(float).sum(axis=1) @ area == pytest.approx(expected[0], rel=1e-6)
+        assert one[:180].astype(float).sum(axis=1) @ PIXEL_SR == pytest.approx(expected[0], rel=1e-6)
 
 
 def test_datasets_carry_radiance_and_wavelengths():
@@ -169,9 +159,8 @@ def test_functions_have_their_radiance_in_directions_and_pixels():
     irradiance = np.pi * (1 + 2 / 3)  # the azimuthal part has none
     found = scene.radiance(0, sky_zenith_rad=zenith, sky_azimuth_rad=azimuth)
     np.testing.assert_allclose(found, exact / irradiance, rtol=1e-3)
-    assert scene.radiance(0, sky_zenith_deg=33.3, sky_azimuth_deg=-77.7) == pytest.approx(
-        float(scene.radiance(0, sky_zenith_deg=[33.3], sky_azimuth_deg=[[282.3]])[0, 0]), rel=1e-12
-    )
+    (turned,) = scene.radiance(0, sky_zenith_deg=[33.3], sky_azimuth_deg=[[282.3]]).ravel()
+    assert scene.radiance(0, sky_zenith_deg=33.3, sky_azimuth_deg=-77.7) == pytest.approx(turned, rel=1e-12)
     (pixels,) = maps(scene.source(), [0])
     at = scene.radiance(0, sky_zenith_deg=np.arange(0.25, 90, 0.5)[:, None], sky_azimuth_deg=np.arange(0.25, 360, 0.5))
     np.testing.assert_allclose(pixels[10:180], at[10:], rtol=2e-3)

@@ -1,7 +1,5 @@
 """Replicates: lanes of a plan, how a band's photons are shared, and what the sums over them give."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -20,19 +18,22 @@ ARRAYS = ("ux", "uy", "uz", "patch", "x", "y", "weight")
 def scene(n_photons, n_bands=1, weighting="listed", footprint=True):
     table = sky.TabulatedSky(wavelength_nm=[500.0], values=VALUES, grid=GRID, weighting=weighting)
     beam = sky.DirectBeam(sun_zenith_deg=40, sun_azimuth_deg=10)
-    return sky.Scene(
-        wavebands=sky.Wavebands(wavelength_nm=np.full(n_bands, 500.0)),
-        n_photons=n_photons,
-        components=(*table.lower([500.0]), *beam.lower([500.0])),
-        footprint=sky.Footprint(shape="circle", size_x_m=2.0, size_y_m=2.0) if footprint else sky.Footprint(),
-    )
+    components = (*table.lower([500.0]), *beam.lower([500.0]))
+    place = sky.Footprint.circle(2.0) if footprint else sky.Footprint()
+    return sky.Scene(wavebands=[500.0] * n_bands, n_photons=n_photons, components=components, footprint=place)
 
 
 def joined(batches):
-    """All arrays of batches, one after the other."""
     batches = list(batches)
     present = [name for name in ARRAYS if getattr(batches[0], name) is not None]
     return {name: np.concatenate([getattr(batch, name) for batch in batches]) for name in present}
+
+
+def filled(source, lane, like):
+    """The compiled photons of a lane, as many as those of the batch."""
+    arrays = {name: np.empty_like(array) for name, array in joined([like]).items()}
+    source._emitter.fill_compiled(lane, 0, arrays)
+    return arrays
 
 
 def assert_same(first, second):
@@ -49,8 +50,7 @@ def test_one_replicate_is_the_run_without_any():
 
 
 @pytest.mark.parametrize(
-    "options",
-    [{}, {"method": "iid"}, {"order": "patch"}, {"placement": "centre"}, {"precision": "float64"}],
+    "options", [{}, {"method": "iid"}, {"order": "patch"}, {"placement": "centre"}, {"precision": "float64"}]
 )
 def test_a_replicate_is_the_band_of_its_lane(options):
     """Replicate r of band b is band r * n_bands + b of a run with as many bands, so lanes share no counter."""
@@ -61,51 +61,25 @@ def test_a_replicate_is_the_band_of_its_lane(options):
         assert_same(joined([source.photons(band)]), joined(pieces))
 
 
-@pytest.mark.parametrize(("method", "size"), [("stratified", 7), ("iid", 64), ("stratified", 333), ("iid", 5000)])
-def test_any_split_gives_the_same_bits(method, size):
-    source = scene([501, 0, 1003], n_bands=3).source(seed=1, replicates=5, method=method, weights=True)
-    single = joined(source.photons(2, k, k + 1) for k in range(195, 210))  # across the end of a replicate
-    assert_same(joined([source.photons(2, 195, 210)]), single)
-    out = source.photons(2, 0, min(size, 1003))
-    kept = joined([source.photons(2)])
-    assert_same(kept, joined(source.batches(2, size)))
-    start = 0
-    for batch in source.batches(2, size, out=out):
-        for name in kept:
-            assert np.array_equal(getattr(batch, name), kept[name][start : start + len(batch)])
-        start += len(batch)
-    assert start == 1003
-
-
 @pytest.mark.parametrize("options", [{}, {"placement": "philox"}])
 def test_lanes_of_the_exact_perez_sky(options):
     """Rejection inside patches takes its words from the lane, too."""
     model = sky.PerezSky(sun_zenith_rad=0.7, epsilon=3.0, delta=0.2, grid=sky.PatchGrid.regular(6, 8))
 
     def perez(n_photons, n_bands):
-        bands = sky.Wavebands(wavelength_nm=np.full(n_bands, 500.0))
-        parts = model.lower(bands.wavelength_nm[:1])
-        return sky.Scene(wavebands=bands, n_photons=n_photons, components=parts)
+        return sky.Scene(wavebands=[500.0] * n_bands, n_photons=n_photons, components=model.lower([500.0]))
 
     source = perez(3 * 400, 1).source(seed=2, replicates=3, **options)
     bands = perez(400, 3).source(seed=2, **options)
     assert_same(joined([source.photons()]), joined(bands.photons(band) for band in range(3)))
-    arrays = {name: np.empty_like(getattr(bands.photons(1), name)) for name in ("ux", "uy", "uz", "patch")}
-    source._emitter.fill_compiled(1, 0, arrays)
-    assert_same(arrays, joined([bands.photons(1)]))
+    assert_same(filled(source, 1, bands.photons(1)), joined([bands.photons(1)]))
 
 
 def test_compiled_and_plain_photons_agree():
     source = scene(997).source(seed=2, replicates=4, precision="float64")
-    emitter, wanted = source._emitter, source.photons()
     for replicate in range(4):
-        start, stop = source.replicate_range(0, replicate)
-        arrays = {
-            name: np.empty_like(getattr(wanted, name)[start:stop]) for name in ("ux", "uy", "uz", "patch", "x", "y")
-        }
-        emitter.fill_compiled(replicate, 0, arrays)
-        for name, array in arrays.items():
-            assert np.array_equal(array, getattr(wanted, name)[start:stop])
+        batch = source.photons(0, *source.replicate_range(0, replicate))
+        assert_same(filled(source, replicate, batch), joined([batch]))
 
 
 def test_photons_are_shared_evenly_and_counts_keep_their_bounds():
@@ -153,8 +127,7 @@ def test_standard_errors_are_those_of_the_replicate_means():
     sums = sums_of(source)
     assert math.isclose(sums.mean("mu"), mu.mean(), rel_tol=1e-14)
     for name, values in (("mu", mu), ("inverse", 1 / mu), ("weighted_inverse", 1 / mu)):
-        wanted = values.mean(axis=1).std(ddof=1) / 4
-        assert math.isclose(sums.standard_error(name), wanted, rel_tol=1e-9)
+        assert math.isclose(sums.standard_error(name), values.mean(axis=1).std(ddof=1) / 4, rel_tol=1e-9)
     assert sums.mean("weight") == 1.0
     assert sums.standard_error("weight") == 0.0
     assert sums_of(scene(1600).source()).standard_error("mu") is None
@@ -171,9 +144,8 @@ def test_standard_error_of_unequal_replicates():
 
 def test_photons_with_weights():
     """Photons of equal solid angle: their weight carries mu, so that Ed has an error and Eo a variance."""
-    source = scene(3200, weighting="solid-angle", footprint=False).source(
-        replicates=8, weights=True, precision="float64"
-    )
+    options = {"replicates": 8, "weights": True, "precision": "float64"}
+    source = scene(3200, weighting="solid-angle", footprint=False).source(**options)
     batch, sums = source.photons(), sums_of(source)
     weight, mu = batch.weight.reshape(8, 400), -batch.uz.reshape(8, 400)
     assert math.isclose(sums.mean("weight"), weight.mean(), rel_tol=1e-14)
@@ -183,23 +155,19 @@ def test_photons_with_weights():
 
 
 def has_variance(*parts, **options):
-    bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
-    return scalar_has_variance(sky.Scene(wavebands=bands, n_photons=10, components=parts).source(**options).plan, 0)
+    return scalar_has_variance(sky.Scene(wavebands=[500.0], n_photons=10, components=parts).source(**options).plan, 0)
 
 
 def test_which_skies_have_a_variance_of_scalar_irradiance():
-    high = np.zeros((1, GRID.n_patches))
-    high[0, :18] = 1.0  # zenith angles up to 67.5 degrees
-    tables = {
-        (weighting, name): sky.TabulatedSky(wavelength_nm=[500.0], values=values, grid=GRID, weighting=weighting)
-        for weighting in ("listed", "solid-angle")
-        for name, values in (("whole", np.ones((1, GRID.n_patches))), ("high", high))
-    }
-    assert not has_variance(tables["listed", "whole"])
-    assert has_variance(tables["listed", "high"])
-    assert has_variance(tables["listed", "whole"], placement="centre")
-    assert not has_variance(tables["solid-angle", "whole"])
-    assert has_variance(tables["solid-angle", "whole"], weights=True)
-    assert has_variance(sky.DirectBeam(sun_zenith_deg=89.0, sun_azimuth_deg=0))
-    assert has_variance(sky.DirectBeam(sun_zenith_deg=89.0, sun_azimuth_deg=0, radius_deg=0.267))
-    assert not has_variance(sky.DirectBeam(sun_zenith_deg=89.9, sun_azimuth_deg=0, radius_deg=0.267))
+    def table(weighting="listed", n_rings=4):  # three rings: zenith angles up to 67.5 degrees
+        values = np.arange(24.0)[None] < 6 * n_rings
+        return sky.TabulatedSky(wavelength_nm=[500.0], values=values.astype(float), grid=GRID, weighting=weighting)
+
+    assert not has_variance(table())
+    assert has_variance(table(n_rings=3))
+    assert has_variance(table(), placement="centre")
+    assert not has_variance(table("solid-angle"))
+    assert has_variance(table("solid-angle"), weights=True)
+    assert has_variance(sky.DirectBeam(sun_zenith_deg=89.0))
+    assert has_variance(sky.DirectBeam(sun_zenith_deg=89.0, radius_deg=0.267))
+    assert not has_variance(sky.DirectBeam(sun_zenith_deg=89.9, radius_deg=0.267))

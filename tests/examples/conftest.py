@@ -1,7 +1,5 @@
 """The examples are scripts in folders of their own; tests import them as they import each other."""
 
-from __future__ import annotations
-
 import sys
 
 from tests.support.shared import REPOSITORY

@@ -7,18 +7,7 @@ import pytest
 
 import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
-from tests.support.host_programs import (
-    EXAMPLES,
-    FLAGS,
-    MPI,
-    QUICK,
-    copied,
-    make,
-    needs,
-    needs_host,
-    report_of,
-    run,
-)
+from tests.support.host_programs import EXAMPLES, FLAGS, MPI, QUICK, copied, make, needs, needs_host, report_of, run
 from tests.support.shared import INPUTS
 
 SCENES = {
@@ -59,6 +48,13 @@ def fortran_folder(tmp_path_factory):
 @pytest.mark.parametrize("program", PROGRAMS)
 def test_every_example_is_short(program):
     assert len((EXAMPLES / program).read_text().splitlines()) <= 60
+
+
+def refused(command, folder, code=1):
+    """What a program says that ends with an error and prints nothing."""
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (code, "")
+    return done.stderr
 
 
 @needs_host
@@ -121,9 +117,7 @@ def test_what_is_wrong_is_said(folder):
         ("changed.sky", "changed or damaged"),
         ("wide.sky", "the other precision"),
     ):
-        done = subprocess.run(["./sky_means", file], cwd=folder, capture_output=True, text=True, check=False)
-        assert (done.returncode, done.stdout) == (1, "")
-        assert says in done.stderr
+        assert says in refused(["./sky_means", file], folder)
 
 
 @needs_host
@@ -131,11 +125,7 @@ def test_a_compiler_that_changes_bits_is_found(folder):
     """Planted: fast math."""
     copy = copied("c", folder / "fast")
     make(copy, "sky_means", flags=f"{QUICK} -ffast-math")
-    done = subprocess.run(
-        ["./sky_means", str(folder / "overcast.sky")], cwd=copy, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 1
-    assert "-ffast-math" in done.stderr
+    assert "-ffast-math" in refused(["./sky_means", str(folder / "overcast.sky")], copy)
 
 
 def contracted(ptx):
@@ -162,12 +152,9 @@ def test_the_kernel_has_no_contracted_operation(folder):
 def test_make_without_the_command_says_one_thing(tmp_path, example):
     copy = copied(example, tmp_path)
     command = ["make", "AOMC_SKY=no-such-aomc-sky"]
-    done = subprocess.run(command, cwd=copy, capture_output=True, text=True, check=False)
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert len(done.stderr.splitlines()) == 1
-    assert "'no-such-aomc-sky' cannot be run; write: make AOMC_SKY=/path/to/bin/aomc-sky" in done.stderr
-    assert subprocess.run([*command, "clean"], cwd=copy, check=False).returncode == 0
+    (line,) = refused(command, copy, 2).splitlines()
+    assert "'no-such-aomc-sky' cannot be run; write: make AOMC_SKY=/path/to/bin/aomc-sky" in line
+    run([*command, "clean"], copy)
 
 
 @needs_host
@@ -175,7 +162,8 @@ def test_make_without_the_command_says_one_thing(tmp_path, example):
 @pytest.mark.parametrize("threads", ["1", "3"])
 def test_fortran_gets_the_same_bits(fortran_folder, folder, threads):
     said = run(["./sky_means", str(folder / "perez_sky.sky")], fortran_folder, OMP_NUM_THREADS=threads)
-    words = [line.split() for line in said.lower().splitlines()]
-    assert [[float(w[0]), *w[2:]] for w in words] == [
-        [float(w[0]), *w[2:]] for w in (line.split() for line in report_of(source_of("perez_sky")).splitlines())
-    ]
+    theirs, ours = (
+        [[float(nm), *words] for nm, _, *words in map(str.split, text.splitlines())]
+        for text in (said.lower(), report_of(source_of("perez_sky")))
+    )
+    assert theirs == ours

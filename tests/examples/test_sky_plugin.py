@@ -72,9 +72,8 @@ def test_shares_beside_the_sun_are_those_of_difcol(installed):
 @pytest.mark.parametrize("brightening", [0, 1.23])
 def test_the_mean_cosine_is_that_of_the_integrals(installed, brightening):
     """Mean of mu of the flux mu (1 + b mu) by hand: (1/3 + b/4) / (1/2 + b/3)."""
-    scene = sky.read_scene(
-        INPUTS / "clear_day", sky="bright_zenith", sky_options={"brightening": brightening}, iterations=400_000
-    )
+    options = {"sky_options": {"brightening": brightening}, "iterations": 400_000}
+    scene = sky.read_scene(INPUTS / "clear_day", sky="bright_zenith", **options)
     exact = (1 / 3 + brightening / 4) / (1 / 2 + brightening / 3)
     assert -scene.source(seed=1).photons(0).uz.mean(dtype=float) == pytest.approx(exact, abs=2e-5)
 
@@ -89,7 +88,7 @@ def test_the_readme_says_what_is_typed(skies_site, tmp_path):
 
 
 def test_the_page_of_own_skies_shows_it():
-    shown = {one.name: one.text for one in steps((REPOSITORY / "docs/howto/own_sky.md").read_text())
-             if isinstance(one, SavedFile)}  # fmt: skip
+    page = (REPOSITORY / "docs/howto/own_sky.md").read_text()
+    shown = {one.name: one.text for one in steps(page) if isinstance(one, SavedFile)}
     for name in ("our_skies.py", "pyproject.toml"):
         assert (EXAMPLE / name).read_text() == shown[f"our_skies/{name}"]

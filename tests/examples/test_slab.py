@@ -14,19 +14,20 @@ from tally import ABSORBED, BOTTOM, LEAVING, MAX_PHOTONS, ONE_PHOTON, REFLECTED
 from water import water_layer
 
 import aomc_sky as sky
+from tests.kernels.arithmetic.test_rng import KNOWN
 from tests.reference import layer
 from tests.support.shared import INPUTS, REPOSITORY
 
 INDEX = 1.34
 KEY = philox.transport_key(1)
 SIGMAS = 5.0
-BAND = sky.Wavebands(wavelength_nm=np.array([500.0]))
+
 N = 200_000
 
 
-def sampler(model, seed=1, n=N):
-    scene = sky.Scene(wavebands=BAND, n_photons=n, components=model.lower([500.0]))
-    return scene.source(seed, precision="float64").numba_sampler(0).sample
+def sampler(model, **options):
+    scene = sky.Scene(wavebands=[500.0], n_photons=N, components=model)
+    return scene.source(1, precision="float64").numba_sampler(0, **options).sample
 
 
 @pytest.fixture(scope="module")
@@ -35,24 +36,17 @@ def diffuse():
 
 
 @pytest.fixture(scope="module")
-def vertical():
-    return sampler(sky.DirectBeam(sun_zenith_deg=0.0))
-
-
-@pytest.fixture(scope="module")
 def slanting():
     return sampler(sky.DirectBeam(sun_zenith_deg=40.0))
 
 
-def absorbing(optical_depth, index=INDEX):
-    return water_layer(depth_m=1, absorption_per_m=optical_depth, scattering_per_m=0, refractive_index=index)
-
-
 def turbid(optical_depth, albedo, **more):
-    scattering_per_m = albedo * optical_depth
-    return water_layer(
-        depth_m=1, absorption_per_m=optical_depth - scattering_per_m, scattering_per_m=scattering_per_m, **more
-    )
+    scattering, absorption = albedo * optical_depth, (1 - albedo) * optical_depth
+    return water_layer(depth_m=1, absorption_per_m=absorption, scattering_per_m=scattering, **more)
+
+
+def absorbing(optical_depth, index=INDEX):
+    return turbid(optical_depth, 0.0, refractive_index=index)
 
 
 def shares(part, n):
@@ -124,8 +118,7 @@ class TestNumbers:
     DEPTHS = (0.5, 1.0)
 
     def shares(self, water, numbers):
-        scene = sky.Scene(wavebands=BAND, n_photons=N, components=sky.DirectBeam(sun_zenith_deg=40.0))
-        sample = scene.source(1, precision="float64").numba_sampler(0, numbers=numbers).sample
+        sample = sampler(sky.DirectBeam(sun_zenith_deg=40.0), numbers=numbers)
         tally = transport.simulate(sample, N, water, KEY, self.DEPTHS, numbers=numbers)
         light(tally, N)
         return np.array([tally.down, tally.up])
@@ -162,26 +155,16 @@ class TestAbsorption:
 
 
 class TestRandomNumbers:
-    @pytest.mark.parametrize(
-        ("counter", "key", "words"),
-        [
-            ([0] * 4, 0, [0x6627E8D5, 0xE169C58D, 0xBC57AC4C, 0x9B00DBD8]),
-            ([0xFFFFFFFF] * 4, 2**64 - 1, [0x408F276D, 0x41C83B0E, 0xA20BC7C6, 0x6D5451FD]),
-            (
-                [0x243F6A88, 0x85A308D3, 0x13198A2E, 0x03707344],
-                0x299F31D0A4093822,
-                [0xD16CFE09, 0x94FDCCEB, 0x5001E420, 0x24126EA1],
-            ),
-        ],
-    )
+    @pytest.mark.parametrize(("counter", "key", "words"), KNOWN)
     def test_known_answers(self, counter, key, words):
-        """Those of Random123."""
-        assert [int(w) for w in philox.philox4x32(*map(np.uint64, counter), np.uint64(key))] == words
+        key = np.uint64(key[0] | key[1] << 32)
+        assert tuple(int(w) for w in philox.philox4x32(*map(np.uint64, counter), key)) == words
 
 
 class TestScattering:
-    def test_published_layer(self, vertical):
+    def test_published_layer(self):
         """Van de Hulst's layer, R = 0.09739 and T = 0.66096 (Wang, Jacques and Zheng 1995), and ours."""
+        vertical = sampler(sky.DirectBeam(sun_zenith_deg=0.0))
         tally = transport.simulate(vertical, N, turbid(2.0, 0.9, asymmetry=0.75, refractive_index=1.0), KEY, [])
         exact = layer.at_normal_incidence(layer.nodes(24), 2.0, 0.9, 0.75 ** np.arange(48))
         assert exact == pytest.approx((0.09739, 0.66096), abs=6e-6)

@@ -1,7 +1,5 @@
 """Counts for ever: a change of any of them is a change of the photons and a new version of the streams."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 
@@ -15,5 +13,5 @@ GOLDEN = json.loads(Path(__file__).with_name("counts.json").read_text())
 
 
 @pytest.mark.parametrize(("method", "seed", "n", "counts"), GOLDEN, ids=lambda value: str(value)[:20])
-def test_counts(method: str, seed: int, n: int, counts: list[int]) -> None:
+def test_counts(method, seed, n, counts):
     assert allocate(MASS, n, method=method, seed=seed).tolist() == counts

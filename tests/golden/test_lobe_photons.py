@@ -12,15 +12,9 @@ HALVES = [[0.0, 0.5, 0.0, 2.0, 0.5, s, c, 1.0] for s, c in ((-ROOT, ROOT), (ROOT
 
 def lobe(law, asymmetry=0.0, stretch=(1.0, 1.0)):
     matrix = np.array(TILTED).reshape(3, 3) * [*stretch, 1.0]
-    return Component(
-        name=law.name,
-        law=law,
-        strength=np.ones(1),
-        mass=np.ones((1, 1)),
-        cell=np.array([[0.5, 0.0, 2.0, 0.0, 0.0, 1.0]]),
-        shared=np.array([*matrix.ravel(), asymmetry]),
-        bounds=np.array(HALVES),
-    )
+    cell, shared = np.array([[0.5, 0.0, 2.0, 0.0, 0.0, 1.0]]), np.array([*matrix.ravel(), asymmetry])
+    one = {"name": law.name, "law": law, "strength": np.ones(1), "mass": np.ones((1, 1))}
+    return Component(**one, cell=cell, shared=shared, bounds=np.array(HALVES))
 
 
 LOBES = (lobe(Law.HG, 0.75), lobe(Law.GGX, stretch=(0.25, 0.5)), lobe(Law.BECKMANN, stretch=(0.5, 0.25)))

@@ -16,80 +16,59 @@ import aomc_sky as sky
 from aomc_sky.kernels.cells import order
 from aomc_sky.plan import streams
 from tests.support.backend import photons_by
+from tests.support.sampled import table_of
 
 WORDS = Path(__file__).with_name("streams.json")
 PHOTONS = Path(__file__).with_name("photons.json")
 SEEDS = (0, 1, 2**64 - 1)
+STREAMS = (streams.ALLOCATION, streams.ORDER, streams.SHIFT, streams.PLACEMENT, streams.POSITION)
+METHODS = (None, "stratified", "iid")
+
+
+def hexadecimal(rows):
+    return [[hex(int(word)) for word in row] for row in rows]
 
 
 def small_scene():
-    grid = sky.PatchGrid.regular(3, 4)
-    values = np.array([[1.0, 2.0, 3.0, 4.0, 0.0, 6.0, 7.0, 8.0, 9.0, 10.0, 11.0, 12.0]])
-    table = sky.TabulatedSky(wavelength_nm=[500.0], values=values, grid=grid)
+    table = table_of([[1.0, 2.0, 3.0, 4.0], [0.0, 6.0, 7.0, 8.0], [9.0, 10.0, 11.0, 12.0]])
     beam = sky.DirectBeam(sun_zenith_deg=30, sun_azimuth_deg=45)
-    return sky.Scene(
-        wavebands=sky.Wavebands(wavelength_nm=np.array([500.0])),
-        n_photons=1000,
-        components=(*table.lower([500.0]), *beam.lower([500.0])),
-        footprint=sky.Footprint(shape="circle", size_x_m=2.0, size_y_m=2.0),
-    )
+    components = (*table.lower([500.0]), *beam.lower([500.0]))
+    return sky.Scene(wavebands=[500.0], n_photons=1000, components=components, footprint=sky.Footprint.circle(2.0))
 
 
 def small_photons(seed, **options):
-    """Counts of the small scene, patches and words of its first photons."""
     source = small_scene().source(seed=seed, precision="float64", **options)
     batch = source.photons(0, 0, 4)
     rows = np.column_stack([batch.ux, batch.uy, batch.uz, batch.x, batch.y])
     return {
         "counts": source.counts[0].tolist(),
         "patch": batch.patch.tolist(),
-        "words": [[hex(int(w)) for w in row] for row in np.ascontiguousarray(rows).view(np.uint64)],
+        "words": hexadecimal(np.ascontiguousarray(rows).view(np.uint64)),
     }
 
 
 def narrow_photons(precision):
     """Words of photons of cells that take the short series of sine and cosine."""
-    grid = sky.PatchGrid.regular(3, 180)
-    scene = sky.Scene(
-        wavebands=sky.Wavebands(wavelength_nm=np.array([500.0])),
-        n_photons=1000,
-        components=sky.TabulatedSky(wavelength_nm=[500.0], values=np.ones((1, 540)), grid=grid).lower([500.0]),
-    )
+    scene = sky.Scene(wavebands=[500.0], n_photons=1000, components=table_of(np.ones((3, 180))))
     batch = scene.source(seed=1, precision=precision).photons(0, 0, 4)
-    words = np.ascontiguousarray(batch.directions).view(np.uint32 if precision == "float32" else np.uint64)
-    return [[hex(int(w)) for w in row] for row in words]
+    return hexadecimal(batch.directions.view(np.uint32 if precision == "float32" else np.uint64))
 
 
 def golden_words():
-    names = (
-        streams.ALLOCATION,
-        streams.ORDER,
-        streams.SHIFT,
-        streams.PLACEMENT,
-        streams.POSITION,
-    )
-    words = {
-        str(seed): {
-            f"{method or 'any'} {name}": [
-                hex(w) for w in streams.philox_pair(streams.stream_key(seed, name, method), 5, 1, 2)
-            ]
-            for method in (None, "stratified", "iid")
-            for name in names
-        }
-        for seed in SEEDS
-    }
+    def pair(seed, name, method):
+        return [hex(word) for word in streams.philox_pair(streams.stream_key(seed, name, method), 5, 1, 2)]
+
+    named = [(f"{method or 'any'} {name}", name, method) for method in METHODS for name in STREAMS]
+    words = {str(seed): {key: pair(seed, *of) for key, *of in named} for seed in SEEDS}
     keys = np.array([0x01234567, 0x89ABCDEF, 0x55555555], dtype=np.uint64)
     orders = {str(n): order.ranks_of_photons(0, 6, n, keys).tolist() for n in (6, 1000, 2**32, 2**32 + 1, 2**62)}
     return {"words": words, "orders": orders}
 
 
 def golden_photons():
-    photons = {}
-    for seed in SEEDS:
-        for placement in ("r2", "philox"):
-            photons[f"{seed} {placement}"] = small_photons(seed, placement=placement)
-    for seed in SEEDS:
-        photons[f"{seed} iid"] = small_photons(seed, method="iid")
+    ways = [(seed, {"placement": placement}) for seed in SEEDS for placement in ("r2", "philox")]
+    ways += [(seed, {"method": "iid"}) for seed in SEEDS]
+    photons = {f"{seed} {next(iter(way.values()))}": small_photons(seed, **way) for seed, way in ways}
     narrow = {precision: narrow_photons(precision) for precision in ("float32", "float64")}
     return {"version": streams.STREAM_VERSION, "photons": photons, "narrow": narrow}
 
@@ -105,11 +84,9 @@ def computed(request):
 
 
 def test_keys_differ_by_seed_method_and_name():
-    names = (streams.ALLOCATION, streams.ORDER, streams.SHIFT, streams.PLACEMENT, streams.POSITION)
-    methods = (None, "stratified", "iid")
     seeds = (*range(200), 2**64 - 1)
-    keys = {streams.stream_key(seed, name, method) for seed in seeds for method in methods for name in names}
-    assert len(keys) == len(seeds) * len(methods) * len(names)
+    keys = {streams.stream_key(seed, name, method) for seed in seeds for method in METHODS for name in STREAMS}
+    assert len(keys) == len(seeds) * len(METHODS) * len(STREAMS)
 
 
 @pytest.mark.parametrize("part", ["words", "orders"])

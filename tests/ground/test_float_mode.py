@@ -3,10 +3,7 @@
 Each mode is set by the C library in a process of its own, before the package is imported.
 """
 
-from __future__ import annotations
-
 import json
-import os
 import platform
 import subprocess
 import sys
@@ -15,6 +12,7 @@ import pytest
 
 from aomc_sky.errors import HostError
 from aomc_sky.float_mode import default_mode, require_default
+from tests.support.processes import in_environment
 from tests.support.shared import INPUTS
 
 # numbers of fenv.h
@@ -66,8 +64,7 @@ def look(key, scene):
 for path in scenes:
     look(path, sky.read_scene(path, iterations=5000))
 perez = sky.PerezSky(sun_zenith_rad=0.7, dni=700.0, dhi=130.0)
-bands = sky.Wavebands(wavelength_nm=numpy.array([500.0]))
-look("python", sky.Scene(wavebands=bands, n_photons=3000, components=(perez,)))
+look("python", sky.Scene(wavebands=numpy.array([500.0]), n_photons=3000, components=(perez,)))
 tiny = struct.unpack("<3d", struct.pack("<3q", 1, 2, 3))  # 5e-324, 1e-323, 1.5e-323
 found["subnormal"] = sky.allocate(tiny, 600).tolist()
 if name != "flush":
@@ -84,20 +81,20 @@ print(json.dumps(found))
 """
 
 
-def found_under(mode: str) -> dict:
+def found_under(mode):
     scenes = [str(INPUTS / name / "amc.inp") for name in ("document_example", "perez_sky", "sun_and_sky")]
-    command = [sys.executable, "-c", _HOST, mode, str(ROUNDING.get(mode, 0)), *scenes]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, check=False, env=os.environ)
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return json.loads(in_environment(_HOST, mode, ROUNDING.get(mode, 0), *scenes))
 
 
 @pytest.fixture(scope="module")
-def usual() -> dict:
+def usual():
     return found_under("nearest")
 
 
-@pytest.mark.skipif(FLUSH is None, reason="set aside on Linux on x86-64 alone")
+needs_flush = pytest.mark.skipif(FLUSH is None, reason="set aside on Linux on x86-64 alone")
+
+
+@needs_flush
 def test_plans_and_photons_are_the_same_where_small_numbers_are_flushed(usual):
     found = found_under(FLUSH)
     assert usual.pop("sampler", "given") == "given"
@@ -106,7 +103,7 @@ def test_plans_and_photons_are_the_same_where_small_numbers_are_flushed(usual):
     assert found["subnormal"] == [100, 200, 300]
 
 
-@pytest.mark.skipif(FLUSH is None, reason="set aside on Linux on x86-64 alone")
+@needs_flush
 def test_without_the_guard_flushing_makes_other_counts(usual):
     """The planted defect: the same host, with the guard taken out."""
     change = "import aomc_sky.float_mode as guard\nguard.is_default = lambda: True\nimport aomc_sky as sky"

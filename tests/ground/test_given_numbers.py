@@ -91,18 +91,20 @@ def test_nan_stays_nan_and_nothing_shines_below_the_horizon():
         assert model.radiance(np.pi / 2, 0.0, 550.0) > 0.0
 
 
+def rough(a, b):
+    changed = {"kind": "ggx", "param0": a, "param1": b, "quaternion": [0.7071, 0.0, 0.7071, 0.01]}
+    return sky.WeightedLobe(**{**LOBE, **changed}, spectrum=[1e-8, 1e-8])
+
+
 @pytest.mark.parametrize("roughness", [(3e38, 1.0), (1e-14, 1e14), (1e-45, 1e-45)])
 def test_a_roughness_whose_photons_overflow_is_refused(roughness):
-    lobe = {**LOBE, "kind": "ggx", "param0": roughness[0], "param1": roughness[1], "spectrum": [1e-8, 1e-8]}
     with pytest.raises(sky.SceneError, match="from 1e-30 to 1e"):
-        sky.WeightedLobe(**lobe)
+        rough(*roughness)
 
 
 @pytest.mark.parametrize("roughness", [(1e-30, 1e-30), (1e30, 1e30), (1e-10, 1e10), (1e20, 1.0)])
 def test_photons_of_the_roughest_and_the_smoothest_lobes_travel_downward(roughness):
-    lobe = {**LOBE, "kind": "ggx", "param0": roughness[0], "param1": roughness[1], "spectrum": [1e-8, 1e-8]}
-    lobe["quaternion"] = np.array([0.7071, 0.0, 0.7071, 0.01])
-    glow = sky.LobeSky(lobes=(sky.WeightedLobe(**lobe),))
+    glow = sky.LobeSky(lobes=(rough(*roughness),))
     photons = sky.Scene(wavebands=[550.0], n_photons=1000, components=glow).source(seed=1).photons(0, 0, 1000)
     assert np.all(photons.uz <= 0)
     assert np.all(np.isfinite(photons.ux + photons.uy))

@@ -31,6 +31,7 @@ def models(factor=1.0):
     town = sky.SkyLobe(kind="hg", width=0.8, zenith_deg=85.0, spectrum=factor * np.array([1e-8, 2e-8]))
     file = sky.background_of_lobes({"town": town}, [450.0, 550.0])
     background = sky.BackgroundSky(animations=file.animations, wavelength_nm=file.wavelength_nm, curves=file.curves)
+    table, zenith = factor * np.ones((2, 8)), np.degrees(np.arccos(MU))
     night = sky.background_at(background, 0.0)
     air = sky.Medium(**AIR, **{name: factor * np.array(row) for name, row in SPECTRA.items()})
     return {
@@ -39,12 +40,8 @@ def models(factor=1.0):
         "BackgroundSky": background,
         "LobeSky": night,
         "WeightedLobe": night.lobes[0],
-        "TabulatedSky": sky.TabulatedSky(
-            wavelength_nm=[450.0, 550.0], values=factor * np.ones((2, 8)), grid=sky.PatchGrid.regular(2, 4)
-        ),
-        "RadianceField": sky.RadianceField.from_points(
-            np.degrees(np.arccos(MU)), np.linspace(0.0, 350.0, MU.size), factor * MU, wavelength_nm=550.0
-        ),
+        "TabulatedSky": sky.TabulatedSky(wavelength_nm=[450.0, 550.0], values=table, grid=sky.PatchGrid.regular(2, 4)),
+        "RadianceField": sky.RadianceField.from_points(zenith, 43.75 * np.arange(9), factor * MU, wavelength_nm=550.0),
         "Medium": air,
         "AtmosphereSky": sky.AtmosphereSky(medium=air, sun_zenith_deg=30.0, grid=sky.PatchGrid.regular(3, 4)),
     }
@@ -61,11 +58,9 @@ def test_models_with_arrays_compare_and_have_short_reprs(name):
 
 
 def changed(record):
-    """The record with one number changed."""
     if isinstance(record, sky.Plan):
-        return dataclasses.replace(
-            record, components=[dataclasses.replace(c, mass=c.mass / 2) for c in record.components]
-        )
+        halves = [dataclasses.replace(c, mass=c.mass / 2) for c in record.components]
+        return dataclasses.replace(record, components=halves)
     other = copy.copy(record)
     name = next(f.name for f in dataclasses.fields(record) if isinstance(getattr(record, f.name), np.ndarray))
     array = np.array(getattr(record, name))

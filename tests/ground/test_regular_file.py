@@ -1,7 +1,5 @@
 """The one opener: regular files only, through links or not, and never a wait."""
 
-from __future__ import annotations
-
 import os
 import socket
 from pathlib import Path
@@ -19,7 +17,7 @@ each_reader = pytest.mark.parametrize("read", READERS.values(), ids=READERS)
 
 
 @pytest.fixture
-def regular(tmp_path: Path) -> Path:
+def regular(tmp_path):
     path = tmp_path / "regular"
     path.write_bytes(b"twelve bytes")
     return path

@@ -1,17 +1,13 @@
 """Calls that not every operating system has: what stands for them gives the same, and nothing else asks for one."""
 
-from __future__ import annotations
-
 import errno
 import os
 import re
-import subprocess
-import sys
-from pathlib import Path
 
 import pytest
 
 from aomc_sky import system
+from tests.support.processes import in_environment
 from tests.support.shared import INPUTS, REPOSITORY
 
 _PROGRAM = """
@@ -41,21 +37,18 @@ print(len(names), "modules")
 """
 
 
-def test_without_posix_everything_is_imported_and_a_run_has_the_same_bytes(tmp_path: Path) -> None:
+def test_without_posix_everything_is_imported_and_a_run_has_the_same_bytes(tmp_path):
     """As on Windows, as far as Linux can play it: shards, verify, a run replaced and a Perez sky."""
-    words = ["-W", "error", "-c", _PROGRAM, *map(str, (REPOSITORY, INPUTS / "document_example" / "amc.inp", tmp_path))]
-    done = subprocess.run([sys.executable, *words], capture_output=True, text=True, timeout=300, check=False)
-    assert done.returncode == 0, done.stderr
-    assert int(done.stdout.split()[-2]) > 200
+    amc = INPUTS / "document_example" / "amc.inp"
+    said = in_environment(_PROGRAM, REPOSITORY, amc, tmp_path, PYTHONWARNINGS="error")
+    assert int(said.split()[-2]) > 200
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     assert not list(tmp_path.rglob(".aomc*"))
     for path in whole.iterdir():
         assert path.read_bytes() == (parts / path.name).read_bytes()
 
 
-def test_bytes_at_an_offset_are_the_same_without_the_calls_for_it(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_bytes_at_an_offset_are_the_same_without_the_calls_for_it(tmp_path, monkeypatch):
     results = []
     for is_bare in (False, True):
         if is_bare:
@@ -72,12 +65,11 @@ def test_bytes_at_an_offset_are_the_same_without_the_calls_for_it(
         finally:
             os.close(handle)
     assert results == [(b"\0\0\0\0doze", b"en!" + bytes(7))] * 2
-    assert (
-        (tmp_path / "True").read_bytes() == (tmp_path / "False").read_bytes() == b"twelve bytes" + bytes(8) + b"dozen!"
-    )
+    files = [(tmp_path / name).read_bytes() for name in ("True", "False")]
+    assert files == [b"twelve bytes" + bytes(8) + b"dozen!"] * 2
 
 
-def test_a_link_is_refused_without_the_word_for_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_link_is_refused_without_the_word_for_it(tmp_path, monkeypatch):
     (tmp_path / "link").symlink_to(tmp_path / "file")
     (tmp_path / "file").write_bytes(b"x")
     for word in (os.O_NOFOLLOW, 0):
@@ -87,7 +79,7 @@ def test_a_link_is_refused_without_the_word_for_it(tmp_path: Path, monkeypatch: 
         os.close(system.open_handle(tmp_path / "link", os.O_RDONLY))
 
 
-def test_what_the_system_does_not_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_the_system_does_not_say(tmp_path, monkeypatch):
     for name in ("sched_getaffinity", "O_DIRECTORY"):
         monkeypatch.delattr(os, name)
     assert system.n_cpus() == os.cpu_count()

@@ -1,7 +1,5 @@
 """Numbers that a caller gives: every integer type means the same photons, everything else is our error."""
 
-from __future__ import annotations
-
 import functools
 import math
 import os
@@ -15,6 +13,7 @@ from aomc_sky.errors import AllocationError, AomcSkyError, SceneError, UsageErro
 from aomc_sky.plan.streams import checked_seed
 from aomc_sky.whole_number import as_index, as_number_of
 from tests.support.backend import photons_by
+from tests.support.sampled import table_of
 from tests.support.shared import INPUTS
 
 INTEGERS = (
@@ -29,14 +28,12 @@ NO_NUMBERS = (True, 1.5, math.nan, math.inf, "1e6", [5], np.array([5]), -1, 2**6
 CLEAR_DAY = INPUTS / "clear_day" / "amc.inp"
 
 
-def scene() -> sky.Scene:
-    grid = sky.PatchGrid.regular(6, 12)
-    table = sky.TabulatedSky(grid=grid, wavelength_nm=[500.0], values=np.arange(72.0).reshape(1, 6, 12))
-    bands = sky.Wavebands(wavelength_nm=np.array([440.0, 550.0, 670.0]))
-    return sky.Scene(wavebands=bands, n_photons=np.full(3, 100), components=table)
+def scene():
+    table = table_of(np.arange(72.0).reshape(6, 12))
+    return sky.Scene(wavebands=[440.0, 550.0, 670.0], n_photons=100, components=table)
 
 
-def directions(batch: sky.PhotonBatch) -> bytes:
+def directions(batch):
     return np.stack([batch.ux, batch.uy, batch.uz]).tobytes() + batch.patch.tobytes()
 
 
@@ -138,10 +135,9 @@ def test_what_is_no_number_of_photons_is_our_error(value):
         sky.allocate([1.0, 2.0], value)
     with pytest.raises(UsageError, match="replicates must be a whole number from 1 to 4096"):
         scene().source(replicates=value)
-    bands = sky.Wavebands(wavelength_nm=np.array([440.0]))
     if np.ndim(value) == 0:  # a list is one number per band
         with pytest.raises(SceneError, match="n_photons"):
-            sky.Scene(wavebands=bands, n_photons=value, components=(sky.UniformSky(),))
+            sky.Scene(wavebands=[440.0], n_photons=value, components=(sky.UniformSky(),))
 
 
 def test_a_number_of_photons_may_be_a_whole_float():

@@ -6,7 +6,6 @@ import shutil
 import subprocess
 import sys
 from functools import cache
-from typing import Any
 
 import pytest
 
@@ -30,7 +29,7 @@ scene, out, *works = sys.argv[1:]
 def command(*words):
     said = io.StringIO()
     with contextlib.redirect_stdout(said):
-        code = main([words[0], *words[1:]])
+        code = main([*words])
     assert code == 0, (words, code, said.getvalue())
 
 def digests(folder):
@@ -83,16 +82,11 @@ def package(tmp_path_factory):
     copy.cache_clear()
 
 
-def environment(package):
-    return {**os.environ, "PYTHONPATH": str(package), "NUMBA_CACHE_DIR": str(package / "cache")}
-
-
 def python(package, *words):
     """What Python says that sees a copy of the package."""
     command = [sys.executable, *words]
-    return subprocess.run(
-        command, cwd=package, env=environment(package), capture_output=True, text=True, timeout=600, check=False
-    )
+    environment = {**os.environ, "PYTHONPATH": str(package), "NUMBA_CACHE_DIR": str(package / "cache")}
+    return subprocess.run(command, cwd=package, env=environment, capture_output=True, text=True, check=False)
 
 
 def work(package, scene, *works):
@@ -101,7 +95,7 @@ def work(package, scene, *works):
     out.mkdir(parents=True)
     done = python(package, "-c", _WORK, str(INPUTS / scene), str(out), *works)
     assert done.returncode == 0, done.stderr
-    found: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
+    found = json.loads(done.stdout.splitlines()[-1])
     assert found.pop("package") == str(package / "aomc_sky")  # not the one that is installed
     return found
 

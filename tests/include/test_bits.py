@@ -54,17 +54,10 @@ def test_whole_matrix(name, precision, order, placement, flags, compiler):
 
 
 LONG = ("eclipse", "twilight", "light_polluted")  # their light is computed for about ten seconds
+INPUTS = sorted(path.parent.name for path in (REPOSITORY / "inputs").glob("*/amc.inp"))
 
 
-def scenes_of_inputs():
-    """Scenes of inputs/ that can be read with what is installed."""
-    return sorted(path.parent.name for path in (REPOSITORY / "inputs").glob("*/amc.inp"))
-
-
-@pytest.mark.parametrize(
-    "name",
-    [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in scenes_of_inputs()],
-)
+@pytest.mark.parametrize("name", [pytest.param(n, marks=pytest.mark.slow) if n in LONG else n for n in INPUTS])
 @pytest.mark.filterwarnings("ignore::aomc_sky.InputWarning", "ignore::aomc_sky.ModelLimitWarning")
 def test_scenes_of_inputs(name):
     try:

@@ -1,7 +1,6 @@
 """The source file at the command line and in Python: run, export, info, verify, and the folder of a run."""
 
 import json
-import subprocess
 
 import numpy as np
 import pytest
@@ -10,17 +9,26 @@ import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
 from aomc_sky.cli.main import main
 from tests.support.fault_rows import command
+from tests.support.host_programs import run as run_program
 from tests.support.scenes import manifest_of
 from tests.support.shared import INPUTS, REPOSITORY
 from tests.support.source_files import needs_gcc, section_names
 
 SCENE = str(INPUTS / "clear_day" / "amc.inp")
+RUN = ["run", SCENE, "--iterations", "1e10", "--format", "source"]
 
 
 @pytest.fixture
 def run(tmp_path):
-    assert main(["run", SCENE, "--iterations", "1e10", "--format", "source", "--out", str(tmp_path / "day"), "-q"]) == 0
+    assert main([*RUN, "--out", str(tmp_path / "day"), "-q"]) == 0
     return tmp_path / "day"
+
+
+def compiled(folder, text):
+    """The folder, in which `show` is the program of this C text."""
+    (folder / "show.c").write_text('#include "aomc_sky.h"\n' + text)
+    run_program(["gcc", f"-I{include_dir()}", "-o", "show", "show.c", "-lm"], folder)
+    return folder
 
 
 def test_a_run_writes_the_source_and_no_photon(run):
@@ -34,7 +42,7 @@ def test_a_run_writes_the_source_and_no_photon(run):
 
 
 def test_a_finished_run_is_kept_and_a_changed_one_made_again(run, told):
-    words = ["run", SCENE, "--iterations", "1e10", "--format", "source", "--out", str(run)]
+    words = [*RUN, "--out", str(run)]
     whole = (run / "source.sky").read_bytes()
     assert "again)" in told(*words).out
     (run / "source.sky").write_bytes(whole[:-64])
@@ -92,12 +100,13 @@ def test_replicates_are_refused_before_anything_is_written(tmp_path, told):
 
 def test_write_source_is_atomic_and_says_what_is_wrong(tmp_path):
     source = sky.Scene(wavebands=[550.0], n_photons=100, components="uniform").source(seed=1)
-    with pytest.raises(sky.errors.UsageError, match="expected a PhotonSource"):
-        sky.write_source("day.sky", source)
-    with pytest.raises(sky.errors.UsageError, match="name of a file"):
-        sky.write_source(source, "")
-    with pytest.raises(sky.errors.OutputError):
-        sky.write_source(source, tmp_path / "nowhere" / "x.sky")
+    for words, error, says in (
+        (("day.sky", source), sky.UsageError, "expected a PhotonSource"),
+        ((source, ""), sky.UsageError, "name of a file"),
+        ((source, tmp_path / "nowhere" / "x.sky"), sky.errors.OutputError, None),
+    ):
+        with pytest.raises(error, match=says):
+            sky.write_source(*words)
     sky.write_source(source, tmp_path / "x.sky")
     assert [path.name for path in tmp_path.iterdir()] == ["x.sky"]
 
@@ -120,21 +129,17 @@ def test_equal_plans_give_equal_bytes_and_bands_share_tables():
 @needs_gcc
 def test_irradiance_of_a_band_in_absolute_units(tmp_path):
     pytest.importorskip("pvlib")
-    scene = sky.weather_scene(
-        wavebands=[443, 555], sun_zenith_deg=32, ghi=780, dhi=140, spectrum="spectrl2", n_photons=10_000
-    )
+    light = {"sun_zenith_deg": 32, "ghi": 780, "dhi": 140, "spectrum": "spectrl2"}
+    scene = sky.weather_scene(wavebands=[443, 555], n_photons=10_000, **light)
     source = scene.source(seed=1)
-    path = tmp_path / "day.sky"
-    sky.write_source(source, path)
-    (tmp_path / "show.c").write_text(
-        '#include "aomc_sky.h"\nint main(void) { aomc_sky_file f; aomc_sky_source s; int k;\n'
+    sky.write_source(source, tmp_path / "day.sky")
+    text = (
+        "int main(void) { aomc_sky_file f; aomc_sky_source s; int k;\n"
         'if (aomc_sky_load("day.sky", &f)) return 1;\n'
         'for (k = 0; k < f.n_bands; k++) { aomc_sky_band(&f, k, &s); printf("%.17g %.17g ", s.wavelength_nm, '
         "s.irradiance_W_m2_nm); }\nputs(f.plan_sha256); aomc_sky_unload(&f); return 0; }\n"
     )
-    command = ["gcc", f"-I{include_dir()}", "-o", "show", "show.c", "-lm"]
-    subprocess.run(command, cwd=tmp_path, check=True)
-    said = subprocess.run(["./show"], cwd=tmp_path, check=True, capture_output=True, text=True).stdout.split()
+    said = run_program(["./show"], compiled(tmp_path, text)).split()
     expected = [x for k in (0, 1) for x in (scene.wavebands.wavelength_nm[k], sum(source.irradiance(k).values()))]
     assert np.allclose(np.array(said[:4], float), expected, rtol=1e-15)
     assert said[4] == source.plan.sha256
@@ -151,22 +156,21 @@ def test_stokes_vectors_of_patches(tmp_path):
     """An optional section: `source.stokes` by the patch of a photon; NULL where nothing is polarised."""
     grid, rng = sky.PatchGrid.regular(4, 6), np.random.default_rng(8)
     values = rng.lognormal(0, 1, (1, 24))
-    table = sky.TabulatedSky(
-        wavelength_nm=[550.0], values=values, grid=grid, strength=0.5, values_q=0.3 * values, values_u=-0.5 * values
-    )
+    light = {"values": values, "values_q": 0.3 * values, "values_u": -0.5 * values}
+    table = sky.TabulatedSky(wavelength_nm=[550.0], grid=grid, strength=0.5, **light)
     beam = sky.DirectBeam(sun_zenith_deg=30.0, strength=0.5)
-    (tmp_path / "show.c").write_text(
-        '#include "aomc_sky.h"\nint main(int n, char **names) { aomc_sky_file f; aomc_sky_source s; int64_t i;\n'
+    text = (
+        "int main(int n, char **names) { aomc_sky_file f; aomc_sky_source s; int64_t i;\n"
         "(void)n; if (aomc_sky_load(names[1], &f) || aomc_sky_band(&f, 0, &s)) return 1;\n"
         'if (!s.stokes) return puts("none"), 0;\n'
         "for (i = 0; i < s.n; i++) { const float *q = s.stokes + 2 * aomc_sky_at(&s, i).patch;\n"
         'printf("%.9g %.9g\\n", q[0], q[1]); } return 0; }\n'
     )
-    subprocess.run(["gcc", f"-I{include_dir()}", "-o", "show", "show.c", "-lm"], cwd=tmp_path, check=True)
+    folder = compiled(tmp_path, text)
     for components in ((beam, table), (beam, sky.UniformSky(strength=0.5))):
         source = sky.Scene(wavebands=[550.0], n_photons=500, components=components).source(seed=2)
         sky.write_source(source, tmp_path / "day.sky")
-        said = subprocess.run(["./show", "day.sky"], cwd=tmp_path, capture_output=True, text=True, check=True).stdout
+        said = run_program(["./show", "day.sky"], folder)
         if table not in components:
             assert said == "none\n"
         else:

@@ -61,10 +61,8 @@ def test_aarch64_contracts_where_nothing_forbids_it(files, tmp_path):
 
 
 def _aarch64():
-    compiler, emulator = (
-        "aarch64-linux-gnu-gcc",
-        next(filter(shutil.which, ("qemu-aarch64", "qemu-aarch64-static")), None),
-    )
+    compiler = "aarch64-linux-gnu-gcc"
+    emulator = next(filter(shutil.which, ("qemu-aarch64", "qemu-aarch64-static")), None)
     if shutil.which(compiler) is None or emulator is None:
         pytest.skip("aarch64-linux-gnu-gcc or qemu-aarch64 not installed (Debian: gcc-aarch64-linux-gnu, qemu-user)")
     return compiler, emulator

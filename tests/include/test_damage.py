@@ -11,6 +11,8 @@ import aomc_sky as sky
 from aomc_sky.cli.commands.info import include_dir
 from aomc_sky.emission import source_file
 from aomc_sky.emission.source_file import checksum
+from tests.support.host_programs import run
+from tests.support.sampled import table_of
 from tests.support.shared import REPOSITORY
 from tests.support.source_files import FLAGS_OF_HOST, SCENES, built, compare, needs_gcc, section_names, source_of
 
@@ -20,15 +22,15 @@ CODES = {name: int(value) for name, value in re.findall(r"AOMC_SKY_(\w+) = (-\d+
 FUZZED = [("everything", {}), ("lobes and all", {}), ("sloped", {"precision": "float64", "order": "patch"})]
 
 
+def word(value, width=8):
+    return np.float64(value).tobytes() if isinstance(value, float) else int(value).to_bytes(width, "little")
+
+
 def sealed(data):
-    """The bytes with the checksum that they should have."""
-    data = bytearray(data)
-    data[40:48] = checksum(bytes(data)).to_bytes(8, "little")
-    return bytes(data)
+    return data[:40] + word(checksum(data)) + data[48:]
 
 
 def with_bytes(data, at, new):
-    """The bytes with others from `at` on, sealed."""
     return sealed(data[:at] + new + data[at + len(new) :])
 
 
@@ -44,18 +46,12 @@ def entry(data, name):
     raise KeyError(name)
 
 
-def word_of(value, width):
-    """Bytes of a whole number, or of a float64."""
-    return np.float64(value).tobytes() if isinstance(value, float) else int(value).to_bytes(width, "little")
-
-
 @pytest.fixture(scope="module")
 def data():
     return source_of("lobes and all", 5000).to_bytes()
 
 
 def code_of(data, flags="-O2"):
-    """Name of the code that the header gives."""
     code = built(flags).view(data)
     return next(name for name, value in CODES.items() if value == code) if code else "ok"
 
@@ -76,12 +72,12 @@ def test_checksum_is_the_same_in_both_languages(data):
         (12, b"\10", "TABLE"),
         (32, b"\xff", "SIZE"),
         (48, b"\xff\xff\xff\xff", "DIRECTORY"),
-        (56, (1 << 40).to_bytes(8, "little"), "DIRECTORY"),
-        (192, (1 << 63).to_bytes(8, "little"), "TABLE"),  # photons of the first band
-        (192 + 8, (2**31).to_bytes(8, "little"), "TABLE"),  # slots
-        (192 + 8, (1).to_bytes(8, "little"), "DIRECTORY"),
-        (192 + 40, (1 << 60).to_bytes(8, "little"), "DIRECTORY"),
-        (192 + 48, (1 << 60).to_bytes(8, "little"), "DIRECTORY"),
+        (56, word(1 << 40), "DIRECTORY"),
+        (192, word(1 << 63), "TABLE"),  # photons of the first band
+        (192 + 8, word(2**31), "TABLE"),  # slots
+        (192 + 8, word(1), "DIRECTORY"),
+        (192 + 40, word(1 << 60), "DIRECTORY"),
+        (192 + 48, word(1 << 60), "DIRECTORY"),
         (192 + 56, b"\4", "NEWER"),  # a switch that this header does not know
         (192 + 8 * 18, b"\x3f", "TABLE"),  # step of the guide
     ],
@@ -90,74 +86,67 @@ def test_heads_and_records(data, at, new, code):
     assert code_of(with_bytes(data, at, new)) == code
 
 
+WIDTHS = {"cumulative": 4, "guide": 4, "lobe": 4, "bins": 4, "law": 1}
+
+
 @pytest.mark.parametrize(
-    ("section", "index", "value", "width"),
+    ("section", "index", "values"),
     [
-        ("cumulative", 0, 1, 4),
-        ("cumulative", 5, 2**32 - 1, 4),
-        ("cumulative", -1, 0, 4),
-        ("guide", 0, 2**31, 4),
-        ("guide", 0, 3, 4),  # a slot behind the one of the rank
-        ("place", 0, 2**63, 8),
-        ("place", 1, 2**31, 8),
-        ("words", 0, 0x7F800000_00000000, 8),  # infinity
-        ("words", 0, 0x42000000_00000000, 8),  # a growth of 32
-        ("law", 0, 5, 1),
-        ("law", 0, 255, 1),
-        ("perez_bound", 0, float("nan"), 8),
-        ("perez_bound", 0, -1.0, 8),
-        ("perez_sky", 3, float("inf"), 8),
-        ("lobe", 30, 99, 4),
-        ("lobe", 30, 2**32 - 2, 4),
-        ("ranges", 0, 2**40, 8),
-        ("ranges", 1, 17, 8),
-        ("ranges", 1, 0, 8),
-        ("ranges", 2, 2**40, 8),
-        ("bins", 0, 2**32 - 1, 4),
-        ("shapes", 0, float("inf"), 8),
-        ("envelopes", 3, 0.0, 8),  # bins of a cell
-        ("envelopes", 7, -1.0, 8),  # bound
-        ("envelopes", 7, float("nan"), 8),
-        ("bin_proposals", 1, 2**62, 8),
-        ("bin_proposals", 4, 3, 8),
-        ("bins_per_photon", 0, 1e300, 8),
-        ("bins_per_photon", 1, -1e300, 8),
+        ("cumulative", 0, (1,)),
+        ("cumulative", 5, (2**32 - 1,)),
+        ("cumulative", -1, (0,)),
+        ("guide", 0, (2**31, 3)),  # 3: a slot behind the one of the rank
+        ("place", 0, (2**63,)),
+        ("place", 1, (2**31,)),
+        ("words", 0, (0x7F800000_00000000, 0x42000000_00000000)),  # infinity; a growth of 32
+        ("law", 0, (5, 255)),
+        ("perez_bound", 0, (np.nan, -1.0)),
+        ("perez_sky", 3, (np.inf,)),
+        ("lobe", 30, (99, 2**32 - 2)),
+        ("ranges", 0, (2**40,)),
+        ("ranges", 1, (17, 0)),
+        ("ranges", 2, (2**40,)),
+        ("bins", 0, (2**32 - 1,)),
+        ("shapes", 0, (np.inf,)),
+        ("envelopes", 3, (0.0,)),  # bins of a cell
+        ("envelopes", 7, (-1.0, np.nan)),  # bound
+        ("bin_proposals", 1, (2**62,)),
+        ("bin_proposals", 4, (3,)),
+        ("bins_per_photon", 0, (1e300,)),
+        ("bins_per_photon", 1, (-1e300,)),
     ],
 )
-def test_a_number_of_a_table_out_of_its_bounds(data, section, index, value, width):
-    _, offset, count = entry(data, section)
-    assert code_of(with_bytes(data, offset + width * (index % count), word_of(value, width))) == "TABLE"
+def test_a_number_of_a_table_out_of_its_bounds(data, section, index, values):
+    (_, offset, count), width = entry(data, section), WIDTHS.get(section, 8)
+    for value in values:
+        assert code_of(with_bytes(data, offset + width * (index % count), word(value, width))) == "TABLE"
 
 
 @pytest.mark.parametrize("section", ["cumulative", "guide", "place", "words", "law", "bins", "witnesses", "perez_word"])
 def test_a_section_outside_of_the_file_or_of_another_length(data, section):
     at, offset, count = entry(data, section)
-    for change in (
-        (at + 8, len(data) // 64 * 64),
-        (at + 8, 2**63),
-        (at + 8, offset + 8),  # not aligned
-        (at + 16, count + 10**9),
-        (at + 16, 2**63),
-    ):
-        assert code_of(with_bytes(data, change[0], change[1].to_bytes(8, "little"))) == "DIRECTORY"
+    offsets = (len(data) // 64 * 64, 2**63, offset + 8)  # the last is not aligned
+    counts = (count + 10**9, 2**63)
     if section not in ("words", "bins"):  # their lengths follow from nothing else
-        assert code_of(with_bytes(data, at + 16, (count - 1).to_bytes(8, "little"))) == "DIRECTORY"
+        counts += (count - 1,)
+    for place, values in ((at + 8, offsets), (at + 16, counts)):
+        assert {code_of(with_bytes(data, place, word(value))) for value in values} == {"DIRECTORY"}
 
 
 def test_unknown_sections(data):
     at, _, _ = entry(data, "perez_sky")
-    kind = (99 | 8 << 32).to_bytes(8, "little")
-    assert code_of(with_bytes(data, at, (99 | 8 << 32 | 1 << 48).to_bytes(8, "little"))) == "NEWER"
+    kind = word(99 | 8 << 32)
+    assert code_of(with_bytes(data, at, word(99 | 8 << 32 | 1 << 48))) == "NEWER"
     assert code_of(with_bytes(data, at, kind)) == "DIRECTORY"  # skipped, and now the numbers of the sky are missing
     spare = source_of("table", 500).to_bytes()
     grown = bytearray(spare + spare[192 + 40 : 192 + 40] + bytes(64))
     record = np.frombuffer(spare, "<u8", 40, 192)
     begin, n = int(record[5]), int(record[6])
-    directory = spare[begin : begin + 24 * n] + kind + (192).to_bytes(8, "little") + (1).to_bytes(8, "little")
+    directory = spare[begin : begin + 24 * n] + kind + word(192) + word(1)
     grown[len(spare) :] = directory + bytes(-len(directory) % 64)
-    grown[192 + 40 : 192 + 56] = len(spare).to_bytes(8, "little") + (n + 1).to_bytes(8, "little")
-    grown[32:40] = len(grown).to_bytes(8, "little")
-    assert code_of(sealed(grown)) == "ok"  # an old header reads a file with a new section
+    grown[192 + 40 : 192 + 56] = word(len(spare)) + word(n + 1)
+    grown[32:40] = word(len(grown))
+    assert code_of(sealed(bytes(grown))) == "ok"  # an old header reads a file with a new section
 
 
 def test_every_flipped_byte_is_found():
@@ -169,35 +158,25 @@ def test_every_flipped_byte_is_found():
         assert built().view(data[:size]) < 0
 
 
-@pytest.mark.parametrize("sealing", [0, 1])
-@pytest.mark.parametrize(("name", "options"), FUZZED)
-def test_damaged_files_under_sanitizers(name, options, sealing, fuzzer, tmp_path):
-    _fuzz(fuzzer, source_of(name, 5000, **options), tmp_path / "one.sky", 100, sealing)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("name", "options"), FUZZED)
-def test_ten_thousand_damaged_files(name, options, fuzzer, tmp_path):
-    for sealing in (0, 1):
-        _fuzz(fuzzer, source_of(name, 5000, **options), tmp_path / "one.sky", 10_000, sealing)
-
-
 @pytest.fixture(scope="module")
 def fuzzer(tmp_path_factory):
     program = tmp_path_factory.mktemp("fuzz") / "fuzz"
     flags = ["-g", "-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", f"-I{include_dir()}"]
     text = REPOSITORY / "tests" / "reference" / "source_fuzz.c"
-    done = subprocess.run(
-        ["gcc", *flags, "-o", program, text, "-lm"], capture_output=True, text=True, check=False, timeout=300
-    )
+    command = ["gcc", *flags, "-o", program, text, "-lm"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=300)
     if done.returncode:
         pytest.skip(f"no sanitizers: {done.stderr[:200]}")
     return program
 
 
-def _fuzz(program, source, path, count, sealing):
-    sky.write_source(source, path)
-    command = [str(program), str(path), str(count), "5", str(sealing)]
+@pytest.mark.parametrize("count", [100, pytest.param(10_000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("sealing", [0, 1])
+@pytest.mark.parametrize(("name", "options"), FUZZED)
+def test_damaged_files_under_sanitizers(name, options, sealing, count, fuzzer, tmp_path):
+    path = tmp_path / "one.sky"
+    sky.write_source(source_of(name, 5000, **options), path)
+    command = [str(fuzzer), str(path), str(count), "5", str(sealing)]
     done = subprocess.run(command, capture_output=True, text=True, check=False, timeout=3000)
     assert done.returncode == 0, done.stderr[-2000:]
     codes = dict(line.split(": ") for line in done.stdout.split("\n") if line)
@@ -245,8 +224,7 @@ def test_a_source_that_is_null_has_a_code_and_conversions_do_not_warn(compiler, 
     strict = "-Wall -Wextra -Wconversion -Wsign-conversion -Wcast-qual -Werror -fsanitize=undefined"
     command = [*compiler.split(), *strict.split(), f"-I{include_dir()}", "use.c", "-o", "use", "-lm"]
     for step in (command, ["./use"]):
-        done = subprocess.run(step, cwd=tmp_path, capture_output=True, text=True, check=False)
-        assert done.returncode == 0, done.stderr[-2000:]
+        run(step, tmp_path)
 
 
 def test_every_code_has_a_sentence():
@@ -288,7 +266,7 @@ def test_a_witness_that_differs_is_found(data):
         changed = int.from_bytes(data[at : at + 8], "little") ^ 1
         if column == 0:  # another photon
             changed = int(words[row, 0]) ^ 2
-        assert code_of(with_bytes(data, at, changed.to_bytes(8, "little"))) == "ARITHMETIC", column
+        assert code_of(with_bytes(data, at, word(changed))) == "ARITHMETIC", column
 
 
 @pytest.mark.parametrize("name", SCENES)
@@ -310,34 +288,19 @@ def _has_fma():
         return False
 
 
-@pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc not installed")
 @pytest.mark.parametrize(
-    ("options", "advice"),
-    [({"replicates": 4}, "replicates=1"), ({"weights": True}, "without weights")],
+    ("options", "advice"), [({"replicates": 4}, "replicates=1"), ({"weights": True}, "without weights")]
 )
 def test_sources_that_the_file_cannot_hold(options, advice, tmp_path):
-    if "weights" in options:
-        scene = sky.Scene(wavebands=[550.0], n_photons=1000, components=_weighted())
-    else:
-        scene = sky.Scene(wavebands=[550.0], n_photons=1000, components="uniform")
-    source = scene.source(seed=1, **options)
+    table = table_of(np.ones((3, 4)), weighting="solid-angle")
+    source = sky.Scene(wavebands=[550.0], n_photons=1000, components=table).source(seed=1, **options)
     for make in (source.to_bytes, lambda: sky.write_source(source, tmp_path / "x.sky")):
         with pytest.raises(sky.errors.UsageError, match=advice):
             make()
     assert not list(tmp_path.iterdir())
 
 
-def _weighted():
-    grid = sky.PatchGrid.regular(3, 4)
-    cell = sky.component.cells_of_grid(grid, sky.Law.CELL_MU)
-    mass = np.ones((1, 12))
-    return sky.Component(
-        name="t", law=sky.Law.CELL_MU, strength=np.ones(1), mass=mass, cell=cell, grid=grid, weight=2 * mass
-    )
-
-
 def test_positions_are_the_hosts():
     """A footprint changes the plan's name in the file and no direction, as AOMC's amc.inp has it."""
-    circle = sky.Footprint(shape="circle", size_x_m=2.0, size_y_m=2.0)
-    scene = sky.Scene(wavebands=[550.0], n_photons=1000, components="uniform", footprint=circle)
-    compare(built("-O2"), scene.source(seed=1))
+    uniform = {"wavebands": [550.0], "n_photons": 1000, "components": "uniform"}
+    compare(built("-O2"), sky.Scene(**uniform, footprint=sky.Footprint.circle(2.0)).source(seed=1))

@@ -12,6 +12,7 @@ import pytest
 
 from aomc_sky.cli.commands.info import include_dir
 from tests.include.test_bits import WAYS
+from tests.support.host_programs import run
 from tests.support.shared import REPOSITORY
 from tests.support.source_files import SCENES, Driver, compare, same_bits, source_of
 
@@ -22,17 +23,13 @@ CHANGED = -11
 
 @functools.cache
 def gpu(flags="-fmad=false"):
-    """The driver, compiled for the GPU of this machine."""
     if shutil.which("nvcc") is None or shutil.which("nvidia-smi") is None:
         pytest.skip("no nvcc or no GPU")
     if subprocess.run(["nvidia-smi", "-L"], capture_output=True, check=False).stdout.count(b"GPU ") == 0:
         pytest.skip("no GPU")
     folder = Path(tempfile.mkdtemp(prefix="aomc-sky-gpu-"))
     make = ["nvcc", "-O3", "-arch=native", *flags.split(), "-shared", "-Xcompiler", "-fPIC", f"-I{include_dir()}"]
-    done = subprocess.run(
-        [*make, "-o", "driver.so", str(DRIVER)], cwd=folder, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
+    run([*make, "-o", "driver.so", str(DRIVER)], folder)
     library = ctypes.CDLL(str(folder / "driver.so"))
     shutil.rmtree(folder)
     library.driver_seconds.restype = ctypes.c_double

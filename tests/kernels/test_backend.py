@@ -1,9 +1,6 @@
 """Which kernels make the photons: the choice itself loads numba, before several threads can import parts of it."""
 
-from __future__ import annotations
-
-import subprocess
-import sys
+from tests.support.processes import in_environment
 
 PROGRAM = """
 import sys
@@ -13,6 +10,5 @@ assert backend.use_kernels(backend.PLAIN_PHOTONS) and "numba" in sys.modules
 """
 
 
-def test_the_thread_that_takes_the_kernels_loads_numba_for_all() -> None:
-    done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, timeout=60, check=False)
-    assert done.returncode == 0, done.stderr
+def test_the_thread_that_takes_the_kernels_loads_numba_for_all():
+    in_environment(PROGRAM)

@@ -2,13 +2,11 @@
 
 import ast
 import re
-import subprocess
-import sys
 
 import numba
 import pytest
 
-from tests.support.processes import with_numba
+from tests.support.processes import in_environment, with_numba
 from tests.support.shared import INPUTS, REPOSITORY
 
 pytestmark = pytest.mark.skipif(numba.config.DISABLE_JIT, reason="about the JIT")
@@ -28,10 +26,7 @@ assert (product(2.0 * np.eye(3), np.ones((3, 3))) == 2.0).all()
 
 
 def test_kernels_load_no_blas_and_leave_it_to_those_who_multiply_matrices():
-    done = subprocess.run(
-        [sys.executable, "-c", _WITHOUT_BLAS], capture_output=True, text=True, timeout=120, check=False
-    )
-    assert done.returncode == 0, done.stderr
+    in_environment(_WITHOUT_BLAS)
 
 
 PRIVATE = sorted(

@@ -23,10 +23,8 @@ def coloured(zenith, azimuth, wavelength_nm):
 
 @pytest.fixture(scope="module")
 def source():
-    grid = sky.PatchGrid.regular(18, 72)
-    return sky.Scene(
-        wavebands=[700.0, 450.0, 550.0], n_photons=1000, components=sky.FunctionSky(coloured, grid=grid)
-    ).source()
+    model = sky.FunctionSky(coloured, grid=sky.PatchGrid.regular(18, 72))
+    return sky.Scene(wavebands=[700.0, 450.0, 550.0], n_photons=1000, components=model).source()
 
 
 def picture(source, bands, name):

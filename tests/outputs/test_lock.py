@@ -7,6 +7,7 @@ import random
 import threading
 import time
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 
 import pytest
 
@@ -17,17 +18,21 @@ from aomc_sky.outputs.run_folder import LOCK, flock, folder_held
 ONE, OTHER = "1" * 64, "2" * 64
 
 
-def nothing(is_alone):
-    pass
+def held(folder, plan):
+    return folder_held(folder, plan, lambda is_alone: None)
+
+
+def is_refused(folder, plan, words=None):
+    with pytest.raises(OutputError, match=words), held(folder, plan):
+        pass
 
 
 def test_one_plan_shares_it_and_the_last_one_takes_the_lock_away(tmp_path):
-    with folder_held(tmp_path, ONE, nothing):
-        with folder_held(tmp_path, ONE, nothing):
+    with held(tmp_path, ONE):
+        with held(tmp_path, ONE):
             assert (tmp_path / LOCK).exists()
         assert (tmp_path / LOCK).exists()
-        with pytest.raises(OutputError, match="held"), folder_held(tmp_path, OTHER, nothing):
-            pass
+        is_refused(tmp_path, OTHER, "held")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -43,7 +48,7 @@ def test_a_refusal_while_it_is_settled_leaves_nothing(tmp_path):
 @pytest.mark.parametrize("text", ["", "plan", f"plan {ONE} process 1 on gone\n", "\x1b[2J\n"])
 def test_what_the_dead_left_blocks_nobody(text, tmp_path):
     (tmp_path / LOCK).write_text(text)
-    with folder_held(tmp_path, OTHER, nothing):
+    with held(tmp_path, OTHER):
         pass
     assert list(tmp_path.iterdir()) == []
 
@@ -53,14 +58,8 @@ def test_a_lock_that_is_no_file_is_refused_and_never_opened(kind, tmp_path):
     folder, victim = tmp_path / "out", tmp_path / "victim"
     folder.mkdir()
     victim.write_text("kept")
-    if kind == "fifo":
-        os.mkfifo(folder / LOCK)
-    elif kind == "folder":
-        (folder / LOCK).mkdir()
-    else:
-        (folder / LOCK).symlink_to(victim)
-    with pytest.raises(OutputError, match="cannot write"), folder_held(folder, ONE, nothing):
-        pass
+    {"fifo": os.mkfifo, "folder": os.mkdir, "link": partial(os.symlink, victim)}[kind](folder / LOCK)
+    is_refused(folder, ONE, "cannot write")
     assert victim.read_text() == "kept"
 
 
@@ -70,7 +69,7 @@ def test_without_locks_nobody_is_kept_out(error, tmp_path, monkeypatch):
         raise OSError(error, os.strerror(error))
 
     monkeypatch.setattr(run_folder, "flock", refuse)
-    with folder_held(tmp_path, ONE, nothing), folder_held(tmp_path, OTHER, nothing):
+    with held(tmp_path, ONE), held(tmp_path, OTHER):
         pass
     assert list(tmp_path.iterdir()) == []
 
@@ -86,10 +85,9 @@ def test_a_lock_removed_between_opening_and_locking_is_not_held(tmp_path, monkey
         return real(handle)
 
     monkeypatch.setattr(run_folder, "_locked", taken)
-    with folder_held(tmp_path, ONE, nothing):
+    with held(tmp_path, ONE):
         assert (tmp_path / LOCK).exists()
-        with pytest.raises(OutputError), folder_held(tmp_path, OTHER, nothing):
-            pass
+        is_refused(tmp_path, OTHER)
 
 
 def test_one_who_is_quicker_between_settling_and_sharing_has_it(tmp_path, monkeypatch):
@@ -100,19 +98,18 @@ def test_one_who_is_quicker_between_settling_and_sharing_has_it(tmp_path, monkey
         if how == run_folder.SHARED and not quick:
             flock(handle, fcntl.LOCK_UN)
             (tmp_path / LOCK).unlink()
-            quick.append(folder_held(tmp_path, OTHER, nothing))
+            quick.append(held(tmp_path, OTHER))
             quick[0].__enter__()
         flock(handle, how)
 
     monkeypatch.setattr(run_folder, "flock", shared_late)
-    with pytest.raises(OutputError, match=f"plan {OTHER[:16]}"), folder_held(tmp_path, ONE, nothing):
-        pass
+    is_refused(tmp_path, ONE, f"plan {OTHER[:16]}")
     quick[0].__exit__(None, None, None)
 
 
 def test_never_two_plans_at_once(tmp_path):
     """Sixteen threads, three plans, held for random times: all who hold at any moment hold for one plan."""
-    inside: list[str] = []
+    inside = []
     guard, outcomes = threading.Lock(), []
 
     def work(k):
@@ -120,7 +117,7 @@ def test_never_two_plans_at_once(tmp_path):
         for _ in range(12):
             plan = str(rng.randrange(3)) * 64
             try:
-                with folder_held(tmp_path, plan, nothing):
+                with held(tmp_path, plan):
                     with guard:
                         inside.append(plan)
                         outcomes.append(set(inside))

@@ -3,6 +3,7 @@
 import copy
 import json
 import os
+from functools import partial
 
 import jsonschema
 import pytest
@@ -25,6 +26,14 @@ def run(tmp_path_factory):
     return folder / "out"
 
 
+def changed(manifest, place, value):
+    part = manifest = copy.deepcopy(manifest)
+    for key in place[:-1]:
+        part = part[key]
+    part[place[-1]] = value
+    return manifest
+
+
 @pytest.mark.parametrize(
     ("place", "value"),
     [
@@ -39,10 +48,7 @@ def run(tmp_path_factory):
     ],
 )
 def test_the_schema_refuses_what_is_no_manifest(run, place, value):
-    manifest = part = json.loads((run / "manifest.json").read_text())
-    for key in place[:-1]:
-        part = part[key]
-    part[place[-1]] = value
+    manifest = changed(json.loads((run / "manifest.json").read_text()), place, value)
     with pytest.raises(jsonschema.ValidationError):
         jsonschema.validate(manifest, SCHEMA)
 
@@ -64,11 +70,7 @@ def test_no_value_of_another_kind_ends_in_a_traceback(run, turn, capsys):
     whole = json.loads((run / "manifest.json").read_text())
     try:
         for k, path in enumerate(paths_of(whole)[1:]):
-            value = VALUES[(k + turn) % len(VALUES)]
-            part = manifest = copy.deepcopy(whole)
-            for key in path[:-1]:
-                part = part[key]
-            part[path[-1]] = value
+            manifest = changed(whole, path, VALUES[(k + turn) % len(VALUES)])
             (run / "manifest.json").write_text(json.dumps(manifest))
             for words in (["info", str(run)], ["verify", str(run), "--resample", "0", "-q"]):
                 assert main(words) in (0, 1, 3, 5), (words, path)
@@ -80,11 +82,7 @@ def test_no_value_of_another_kind_ends_in_a_traceback(run, turn, capsys):
 @pytest.mark.parametrize("kind", ["link", "folder", "fifo"])
 def test_what_is_no_file_is_not_read(run, tmp_path, kind):
     path = tmp_path / "manifest.json"
-    if kind == "link":
-        path.symlink_to(run / "manifest.json")
-    elif kind == "folder":
-        path.mkdir()
-    else:
-        os.mkfifo(path)
+    made = {"fifo": os.mkfifo, "folder": os.mkdir, "link": partial(os.symlink, run / "manifest.json")}
+    made[kind](path)
     with pytest.raises(AomcSkyError, match="E961"):
         read_manifest(path)

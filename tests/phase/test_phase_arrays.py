@@ -1,7 +1,5 @@
 """What surrounds the formulas: precision, shapes, ranges, and the bits inside numba."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 from pathlib import Path

@@ -1,7 +1,5 @@
 """The phase functions at their hard points against 50-digit arithmetic from the definitions alone."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from mpmath import mp, mpf

@@ -1,7 +1,5 @@
 """The scattering step: angle, azimuth, unit length after a million steps, and the poles."""
 
-from __future__ import annotations
-
 import numba
 import numpy as np
 import pytest

@@ -1,7 +1,5 @@
 """Background skies over time: which times, and the sky at each."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,12 +1,7 @@
 """`sky.plot`: what is drawn, where it lies, what the picture says, and its files."""
 
-from __future__ import annotations
-
 import io
 import itertools
-import os
-import subprocess
-import sys
 
 import numpy as np
 import pytest
@@ -18,14 +13,15 @@ from aomc_sky.pictures.dome import round_numbers
 from aomc_sky.pictures.panels import figure_of
 from aomc_sky.pictures.picture import RELATIVE_RADIANCE, Dome, Mark, Picture, Symbol, direction_words
 from aomc_sky.pictures.source import sun_mark
+from tests.support.processes import in_environment
+from tests.support.sampled import grid_of_edges
 from tests.support.shared import INPUTS
 
-pytest.importorskip("matplotlib")
+rc_context = pytest.importorskip("matplotlib").rc_context
+Figure = pytest.importorskip("matplotlib.figure").Figure
 
 
 class Spot:
-    """A sky that is bright around one place."""
-
     sun_zenith_rad = float(np.deg2rad(45.0))
     sun_azimuth_rad = float(np.deg2rad(30.0))
     dhi = 100.0
@@ -55,6 +51,14 @@ def marks_of(figure, number=1):
     }
 
 
+def drawn(*domes, size=300):
+    return figure_of(Picture(domes=domes, quantity=RELATIVE_RADIANCE), size_px=size)
+
+
+def even_dome(**more):
+    return Dome(grid=PatchGrid.regular(2, 4), values=np.ones(8), **more)
+
+
 def one_bright(ring, column, n_zenith=3, n_azimuth=8):
     values = np.ones((n_zenith, n_azimuth))
     values[ring, column] = 100.0
@@ -80,11 +84,7 @@ def brightest_pixel(figure):
 )
 def test_a_bright_patch_lies_where_its_azimuth_says(azimuth_deg, seen_from, right, up):
     # a column of 10 degrees around the azimuth, in the ring from 30 to 60 degrees
-    columns = np.arange(36) * 10.0
-    grid = PatchGrid(
-        zenith_bounds_deg=np.array([[0.0, 30.0], [30.0, 60.0], [60.0, 90.0]]),
-        azimuth_bounds_deg=np.column_stack([columns - 5.0, columns + 5.0]),
-    )
+    grid = grid_of_edges(np.array([0.0, 30.0, 60.0, 90.0]), np.arange(37) * 10.0 - 5.0)
     figure = sky.plot(one_bright(1, azimuth_deg // 10, 3, 36), grid=grid, seen_from=seen_from, size_px=400)
     x, y = brightest_pixel(figure)
     assert (x, y) == pytest.approx((0.5 * right, 0.5 * up), abs=0.04)
@@ -101,21 +101,16 @@ def test_patches_are_exact_polygons():
     np.testing.assert_allclose(corners[3, 45], (0.0, 90.0), atol=1e-12)  # azimuth 90 is up
 
 
-@pytest.mark.parametrize(
-    ("zenith_deg", "azimuth_deg", "words"),
-    [
-        (0.0, 70.0, "at the zenith"),
-        (32.42, 121.26, "32.4° from the zenith in the northwest (azimuth 121.3°, compass 328.7°)"),
-    ],
-)
-def test_a_direction_in_words(zenith_deg, azimuth_deg, words):
-    assert direction_words(zenith_deg, azimuth_deg) == words
+def test_a_direction_in_words():
+    assert direction_words(0.0, 70.0) == "at the zenith"
+    northwest = "32.4° from the zenith in the northwest (azimuth 121.3°, compass 328.7°)"
+    assert direction_words(32.42, 121.26) == northwest
 
 
 def test_the_sun_is_named_where_all_domes_have_it():
-    domes = [Dome(grid=PatchGrid.regular(1, 4), values=np.ones(4), marks=(sun_mark(z, 0.0),)) for z in (30.0, 40.0)]
-    assert Picture(domes=(domes[0], domes[0]), quantity=RELATIVE_RADIANCE).sun_sentence != ()
-    assert Picture(domes=tuple(domes), quantity=RELATIVE_RADIANCE).sun_sentence == ()
+    one, other = (even_dome(marks=(sun_mark(zenith, 0.0),)) for zenith in (30.0, 40.0))
+    assert Picture(domes=(one, one), quantity=RELATIVE_RADIANCE).sun_sentence != ()
+    assert Picture(domes=(one, other), quantity=RELATIVE_RADIANCE).sun_sentence == ()
 
 
 def test_the_azimuth_of_the_sun_may_be_that_of_a_compass():
@@ -129,9 +124,6 @@ def test_the_azimuth_of_the_sun_may_be_that_of_a_compass():
 
 @pytest.mark.parametrize("pt", [8.0, 12.0])
 def test_letters_follow_the_font_size_of_matplotlib(pt):
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
-
     with rc_context({"font.size": pt}):
         axes = Figure(figsize=(84 / 25.4, 84 / 25.4)).subplots()
         sky.plot(Spot(), ax=axes)
@@ -181,8 +173,6 @@ def test_patches_without_light_have_their_own_colour_and_are_explained():
 
 def test_edges_of_patches_have_no_jags():
     """A dot on an edge has the mean of its area, as a picture with eight times the dots shows it."""
-    from matplotlib.figure import Figure
-
     values = np.ones((45, 24))
     values[:, 5:12], values[20:30] = 100.0, 50.0
     figure = Figure(figsize=(4, 4), dpi=100)
@@ -203,7 +193,7 @@ def red_dots(figure, dpi):
 
 
 def scene_of(*wavelengths, mass=(1.0, 100.0)):
-    values = np.outer(np.geomspace(*mass, len(wavelengths)), np.linspace(1.0, 2.0, 12))
+    values = np.outer(mass, np.linspace(1.0, 2.0, 12))
     table = sky.TabulatedSky(wavelength_nm=wavelengths, values=values, grid=PatchGrid.regular(3, 4))
     return sky.Scene(wavebands=list(wavelengths), n_photons=[10, 10**6], components=table)
 
@@ -219,8 +209,6 @@ def test_each_dome_has_its_own_bar_on_request():
 
 
 def test_domes_go_into_axes_of_your_own():
-    from matplotlib.figure import Figure
-
     scene, figure = scene_of(400.0, 500.0), Figure(figsize=(8, 4))
     axes = figure.subplots(1, 2)
     assert sky.plot(scene, ax=axes, cmap="magma", norm="linear", limits=(0.0, 3.0)) is figure
@@ -252,8 +240,7 @@ def test_where_no_light_comes_from_the_sun_of_amc_inp_is_a_cross():
 
 @pytest.mark.parametrize("n", [1, 2, 3, 5, 7, 10, 12])
 def test_rows_of_domes_leave_no_slot_empty(n):
-    domes = tuple(Dome(grid=PatchGrid.regular(1, 4), values=np.ones(4)) for _ in range(n))
-    figure = figure_of(Picture(domes=domes, quantity=RELATIVE_RADIANCE), size_px=300)
+    figure = drawn(*[even_dome()] * n)
     boxes = [dome_axes(figure, k + 1).get_position() for k in range(n)]
     for bottom in {round(box.y0, 6) for box in boxes}:
         row = [box for box in boxes if round(box.y0, 6) == bottom]
@@ -298,35 +285,25 @@ def test_numbers_of_the_bar_are_few_and_inside(low, high, most):
 
 def test_nothing_is_cut_and_no_labels_touch():
     for size in (300, 400, 960, 2000):
-        figure = sky.plot(
-            one_bright(1, 2),
-            sun_deg=(45, 30),
-            title="a long title of a picture that has to go into several lines " * 2,
-            size_px=size,
-        )
+        title = "a long title of a picture that has to go into several lines " * 2
+        figure = sky.plot(one_bright(1, 2), sun_deg=(45, 30), title=title, size_px=size)
         figure.canvas.draw()
         width, height = figure.canvas.get_width_height()
         assert width == size
         texts = [t for t in figure.findobj(lambda a: type(a).__name__ == "Text") if t.get_text() and t.get_visible()]
-        boxes = [t.get_window_extent() for t in texts]
-        for text, box in zip(texts, boxes, strict=True):
+        boxes = [(text.get_text(), text.get_window_extent()) for text in texts]
+        for text, box in boxes:
             inside = box.x0 >= -1 and box.y0 >= -1 and box.x1 <= width + 1 and box.y1 <= height + 1
-            assert inside, (size, text.get_text(), box)
-        for k, box in enumerate(boxes):
-            others = [
-                texts[j].get_text() for j in range(k) if boxes[j].shrunk(0.98, 0.8).overlaps(box.shrunk(0.98, 0.8))
-            ]
-            assert not others, (size, texts[k].get_text(), others)
+            assert inside, (size, text, box)
+        for (text, box), (other, other_box) in itertools.combinations(boxes, 2):
+            assert not other_box.shrunk(0.98, 0.8).overlaps(box.shrunk(0.98, 0.8)), (size, text, other)
 
 
 @pytest.mark.parametrize(("pt", "size", "n"), [(10.0, 390, 3), (16.0, 390, 3), (16.0, 960, 3), (10.0, 390, 12)])
 def test_every_ring_has_its_degrees_and_lines_of_letters_stay_inside(pt, size, n):
-    from matplotlib import rc_context
-
     mark = Mark(zenith_deg=30.0, azimuth_deg=0.0, symbol=Symbol.SUN_OF_AMC)
-    dome = Dome(grid=PatchGrid.regular(2, 4), values=np.ones(8), marks=(mark,))
     with rc_context({"font.size": pt}):
-        figure = figure_of(Picture(domes=(dome,) * n, quantity=RELATIVE_RADIANCE), size_px=size)
+        figure = drawn(*[even_dome(marks=(mark,))] * n, size=size)
     figure.canvas.draw()
     for axes in figure.axes[:n]:
         below = {text.get_text(): text for text in axes.texts if text.get_text() in ("S", "30°", "60°", "90°")}
@@ -353,8 +330,7 @@ def test_every_ring_has_its_degrees_and_lines_of_letters_stay_inside(pt, size, n
 
 @pytest.mark.parametrize("size", [300, 320, 640, 960])
 def test_the_word_azimuth_does_not_touch_its_number(size):
-    dome = Dome(grid=PatchGrid.regular(2, 4), values=np.ones(8))
-    figure = figure_of(Picture(domes=(dome,), quantity=RELATIVE_RADIANCE), size_px=size)
+    figure = drawn(even_dome(), size=size)
     figure.canvas.draw()
     (text,) = (text for text in figure.axes[0].texts if text.get_text().startswith("azimuth"))
     box, dots = text.get_window_extent(), np.asarray(figure.canvas.buffer_rgba())[::-1, :, 0]
@@ -366,11 +342,7 @@ def test_the_word_azimuth_does_not_touch_its_number(size):
 @pytest.mark.parametrize(("n", "pt"), [(1, 10.0), (2, 10.0), (3, 10.0), (2, 7.0)])
 @pytest.mark.parametrize("layout", ["constrained", None])
 def test_titles_of_your_own_axes_hold_at_84_mm(n, pt, layout):
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
-
-    table = sky.TabulatedSky(wavelength_nm=[400.0], values=np.ones((1, 12)), grid=PatchGrid.regular(3, 4))
-    scene = sky.Scene(wavebands=[400.0, 500.0, 600.0], n_photons=10, components=table)
+    scene = sky.Scene(wavebands=[400.0, 500.0, 600.0], n_photons=10, components="uniform")
     with rc_context({"font.size": pt}):
         figure = Figure(figsize=(84 / 25.4, 60 / 25.4), dpi=300, layout=layout)
         axes = np.atleast_1d(figure.subplots(1, n))
@@ -390,12 +362,9 @@ def test_titles_of_your_own_axes_hold_at_84_mm(n, pt, layout):
 
 @pytest.mark.parametrize("size", [300, 400, 640, 960])
 def test_titles_of_domes_keep_apart(size):
-    domes = tuple(
-        Dome(grid=PatchGrid.regular(2, 4), values=np.ones(8), title=f"waveband {k}, 440 nm\nbeam 55 % of the light")
-        for k in range(1, 13)
-    )
+    domes = [even_dome(title=f"waveband {k}, 440 nm\nbeam 55 % of the light") for k in range(1, 13)]
     for n in (3, 12):
-        figure = figure_of(Picture(domes=domes[:n], quantity=RELATIVE_RADIANCE), size_px=size)
+        figure = drawn(*domes[:n], size=size)
         titles = [text for text in figure.texts if "wave" in text.get_text()]
         assert len(titles) == n
         boxes = [text.get_window_extent() for text in titles]
@@ -441,14 +410,10 @@ def test_what_cannot_be_drawn_is_refused(what, options, tmp_path, monkeypatch):
 def test_no_window_system_is_needed(tmp_path):
     code = "import sys, aomc_sky as sky; sky.plot(sky.UniformSky(), sys.argv[1], size_px=300);"
     code += "assert 'matplotlib.pyplot' not in sys.modules; assert callable(sky.plot)"
-    environment = {k: v for k, v in os.environ.items() if k != "DISPLAY"} | {"MPLBACKEND": "TkAgg"}
-    command = [sys.executable, "-c", code, tmp_path / "sky.png"]
-    subprocess.run(command, env=environment, timeout=120, check=True)
+    in_environment(code, tmp_path / "sky.png", DISPLAY="", MPLBACKEND="TkAgg")
     assert (tmp_path / "sky.png").exists()
 
 
 def test_a_scene_in_the_dark_is_no_picture():
-    dark = sky.TabulatedSky(wavelength_nm=[550.0], values=np.zeros((1, 6)), grid=PatchGrid.regular(2, 3))
-    scene = sky.Scene(wavebands=sky.Wavebands(wavelength_nm=np.array([550.0])), n_photons=10, components=(dark,))
     with pytest.raises(SceneError):
-        sky.plot(scene)
+        sky.plot(scene_of(400.0, 500.0, mass=(0.0, 0.0)))

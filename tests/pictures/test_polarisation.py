@@ -1,7 +1,5 @@
 """Degree and angle of polarisation as pictures: of all components of a patch, and of a run."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -19,16 +17,9 @@ DEGREE[9] = 0.0
 
 
 def table(**more):
-    turn = np.deg2rad(2 * ANGLE)
-    return sky.TabulatedSky(
-        wavelength_nm=[550.0],
-        values=VALUES,
-        grid=GRID,
-        weighting="projected",
-        values_q=VALUES * DEGREE * np.cos(turn),
-        values_u=VALUES * DEGREE * np.sin(turn),
-        **more,
-    )
+    q, u = (VALUES * DEGREE * function(np.deg2rad(2 * ANGLE)) for function in (np.cos, np.sin))
+    light = {"wavelength_nm": [550.0], "values": VALUES, "values_q": q, "values_u": u}
+    return sky.TabulatedSky(**light, grid=GRID, weighting="projected", **more)
 
 
 def scene(*components):
@@ -51,12 +42,9 @@ def test_degree_and_angle_of_each_patch():
 def test_light_without_polarisation_lowers_the_degree():
     """A uniform sky of the same irradiance: the degree follows from the radiances of both; a beam does not count."""
     light = VALUES[0] / (VALUES[0] @ GRID.projected_solid_angle_sr)
-    degree = values(
-        table(strength=1.0), sky.UniformSky(strength=1.0), sky.DirectBeam(sun_zenith_deg=30.0, strength=1.0), show="dop"
-    )
-    fine = source_picture(
-        scene(table(strength=1.0), sky.UniformSky(strength=1.0)).source(), show="dop"
-    ).domes[0].grid  # fmt: skip
+    both = table(strength=1.0), sky.UniformSky(strength=1.0)
+    degree = values(*both, sky.DirectBeam(sun_zenith_deg=30.0, strength=1.0), show="dop")
+    fine = source_picture(scene(*both).source(), show="dop").domes[0].grid
     centres = (b.mean(axis=1) for b in (fine.zenith_bounds_deg, fine.azimuth_bounds_deg))
     patch = GRID.patch_of(*np.meshgrid(*centres, indexing="ij")).ravel()
     np.testing.assert_allclose(degree, (DEGREE * light / (light + 1 / np.pi))[patch], rtol=1e-12)

@@ -92,10 +92,8 @@ def test_sum_is_exact_zero_stays_zero_and_no_cell_is_a_photon_off(mass, n, seed,
 def test_fixed_point_against_the_exact_ratios(mass):
     """Every cumulative is the nearest one, so every run of cells is within one unit of its exact ratio."""
     cumulative = fixed_point_cumulative(mass).tolist()
-    off = [
-        c - WHOLE * s
-        for c, s in zip(cumulative, itertools.accumulate(plain.exact_probability(mass), initial=0), strict=True)
-    ]
+    exact = itertools.accumulate(plain.exact_probability(mass), initial=0)
+    off = [c - WHOLE * s for c, s in zip(cumulative, exact, strict=True)]
     assert all(-Fraction(1, 2) < error <= Fraction(1, 2) for error in off)
     assert max(off) - min(off) <= 1
     assert all(m > 0 or a == b for m, (a, b) in zip(mass, itertools.pairwise(cumulative), strict=True))
@@ -147,11 +145,9 @@ def test_mean_over_offsets_is_the_expectation(mass, n, bits):
 
 @given(tables(tame), st.integers(-900, 900), photons, seeds, bounded)
 def test_a_power_of_two_changes_nothing(mass, exponent, n, seed, method):
-    scaled = np.ldexp(mass, exponent)
+    scaled, chosen = np.ldexp(mass, exponent), {"method": method, "seed": seed}
     np.testing.assert_array_equal(fixed_point_cumulative(scaled), fixed_point_cumulative(mass))
-    np.testing.assert_array_equal(
-        allocate(scaled, n, method=method, seed=seed), allocate(mass, n, method=method, seed=seed)
-    )
+    np.testing.assert_array_equal(allocate(scaled, n, **chosen), allocate(mass, n, **chosen))
 
 
 @given(masses, st.integers(0, 2**53), seeds)
@@ -167,6 +163,10 @@ def test_aomc_rounding_equals_the_plain_one(weight, n):
     np.testing.assert_array_equal(allocate(table, n, method="aomc"), plain.aomc(table, n))
 
 
+def listed(values, grid, **more):
+    return sky.TabulatedSky(wavelength_nm=[550.0], values=values, grid=grid, weighting=Weighting.LISTED, **more)
+
+
 def _shares(values):
     exact = [Fraction(x) for x in values]
     return [x / sum(exact) for x in exact]
@@ -177,9 +177,7 @@ def test_counts_of_a_scene_are_within_its_bound(tables_of, n, seed, strength):
     """Masses of a plan are float64: beside 1 + N 2^-62 photons, N p 2^-52 of one component and 2^-51 of several."""
     skies = []
     for values, part, name in zip(tables_of, (1.0, strength), "ab", strict=False):
-        grid = sky.PatchGrid.regular(1, len(values))
-        light = {"wavelength_nm": [550.0], "values": np.array([values]), "weighting": Weighting.LISTED}
-        table = sky.TabulatedSky(**light, grid=grid, strength=part)
+        table = listed(np.array([values]), sky.PatchGrid.regular(1, len(values)), strength=part)
         skies += [replace(component, name=name) for component in table.lower([550.0])]
     scene = sky.Scene(wavebands=[550.0], n_photons=n, components=skies)
     parts = _shares([1.0, strength][: len(skies)])
@@ -193,9 +191,6 @@ def test_counts_of_a_scene_are_within_its_bound(tables_of, n, seed, strength):
 def test_a_table_of_one_decade_moves_more_than_the_rounding_of_shares_alone():
     """The planted defect: the bound without N p 2^-52 fails at 1e18 photons."""
     values = np.random.default_rng(0).uniform(0.1, 1, 12)
-    table = sky.TabulatedSky(
-        wavelength_nm=[550.0], values=values[None], grid=sky.PatchGrid.regular(3, 4), weighting=Weighting.LISTED
-    )
-    n = 10**18
+    n, table = 10**18, listed(values[None], sky.PatchGrid.regular(3, 4))
     found = sky.Scene(wavebands=[550.0], n_photons=n, components=table).source(seed=1).counts.ravel().tolist()
     assert max(abs(count - n * p) for count, p in zip(found, _shares(values), strict=True)) > 1.22

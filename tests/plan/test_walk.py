@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import aomc_sky as sky
 from aomc_sky.plan.allocation import AllocationMethod, WalkedGrid, allocate_bands, fixed_point_cumulative, walk_of_cells
+from tests.support.sampled import table_of
 
 WHOLE = 1 << 62
 GOLDEN = (math.sqrt(5) - 1) / 2
@@ -35,22 +36,18 @@ def test_bounds(grid, n, band):
     assert counts.sum() == n
     assert counts[np.equal(mass, 0)].sum() == 0
 
-    def spread(cells):
-        """Largest difference between photons and share over all runs of these cells, in photons."""
-        steps = [Fraction(int(counts[c]) * WHOLE - n * units[c], WHOLE) for c in cells]
+    off = [Fraction(int(count) * WHOLE - n * unit, WHOLE) for count, unit in zip(counts, units, strict=True)]
+
+    def spread(steps):
+        """Largest difference between photons and share over all runs of these steps, in photons."""
         running = [Fraction(0), *itertools.accumulate(steps)]
         return max(running) - min(running)
 
-    assert all(abs(int(counts[c]) * WHOLE - n * units[c]) < WHOLE for c in range(counts.size))
-    assert spread(walk_of_cells(cumulative, n, rings).tolist()) < 1
-    assert spread(range(counts.size)) < 3
+    assert max(map(abs, off)) < 1
+    assert spread(off[cell] for cell in walk_of_cells(cumulative, n, rings)) < 1
+    assert spread(off) < 3
     edges = [*range(before), *range(before, counts.size + 1, n_columns)]
-    part = [
-        Fraction(int(counts[a:b].sum()) * WHOLE - n * (int(cumulative[b]) - int(cumulative[a])), WHOLE)
-        for a, b in itertools.pairwise(edges)
-    ]
-    running = [Fraction(0), *itertools.accumulate(part)]
-    assert max(running) - min(running) < 1
+    assert spread(sum(off[a:b]) for a, b in itertools.pairwise(edges)) < 1  # whole rings
 
 
 def test_counts_are_unbiased():
@@ -106,11 +103,9 @@ def test_planted_walks_are_seen(monkeypatch):
 
 @pytest.mark.parametrize(("n_rings", "n_columns"), [(1, 36), (36, 1)])
 def test_grids_of_one_ring_or_one_column_keep_their_order(n_rings, n_columns):
-    mass = np.random.default_rng(1).lognormal(0, 1, 36)
-    np.testing.assert_array_equal(
-        allocate_bands(mass, [1000], [0], seed=5, rings=(WalkedGrid(0, n_rings, n_columns),))[0],
-        sky.allocate(mass, 1000, seed=5),
-    )
+    mass, walk = np.random.default_rng(1).lognormal(0, 1, 36), (WalkedGrid(0, n_rings, n_columns),)
+    walked = allocate_bands(mass, [1000], [0], seed=5, rings=walk)
+    np.testing.assert_array_equal(walked[0], sky.allocate(mass, 1000, seed=5))
 
 
 @pytest.mark.parametrize("method", ["largest-remainder", "multinomial"])
@@ -121,9 +116,7 @@ def test_other_methods_keep_their_order(method):
 
 
 def scene_counts(values, n, seed=0):
-    grid = sky.PatchGrid.regular(*values.shape)
-    table = sky.TabulatedSky(wavelength_nm=[550.0], values=values[None], grid=grid)
-    return sky.Scene(wavebands=[550.0], n_photons=n, components=[table]).source(seed=seed).counts[0]
+    return sky.Scene(wavebands=[550.0], n_photons=n, components=table_of(values)).source(seed=seed).counts[0]
 
 
 def test_verify_counts_knows_the_walk():

@@ -1,7 +1,5 @@
 """Plain twins of the allocation, in Python integers and fractions."""
 
-from __future__ import annotations
-
 import hashlib
 import itertools
 import math
@@ -21,7 +19,6 @@ def fixed_point(mass):
 
 
 def systematic(cumulative, n, offset):
-    """Counts for one offset of 62 bits."""
     floors = [(n * c + offset) >> BITS for c in cumulative]
     return [b - a for a, b in itertools.pairwise(floors)]
 
@@ -44,7 +41,6 @@ def largest_remainder(cumulative, mass, n):
 
 
 def exact_probability(mass):
-    """The masses over their sum, exactly."""
     total = sum((Fraction(m) for m in mass), Fraction(0))
     return [Fraction(m) / total for m in mass]
 

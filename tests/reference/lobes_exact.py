@@ -1,7 +1,5 @@
 """The three lobes with 60 digits, from their definitions; masses by plain quadrature over the world's sphere."""
 
-from __future__ import annotations
-
 import mpmath as mp
 
 DIGITS = 60

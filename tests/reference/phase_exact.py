@@ -1,7 +1,5 @@
 """The two phase functions with 50 digits, from their definitions: cdf by closed form, inverse by bisection."""
 
-from __future__ import annotations
-
 import mpmath as mp
 import numpy as np
 

@@ -51,7 +51,6 @@ class Beam:
 
 
 def index(height_m: float) -> float:
-    """Refractive index."""
     return 1.0 + REFRACTIVITY * float(np.exp(-height_m / SCALE_M))
 
 

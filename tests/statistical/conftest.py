@@ -1,7 +1,5 @@
 """The shared level of the statistical tests; see tests/support/plan.py."""
 
-from __future__ import annotations
-
 from collections import Counter
 from pathlib import Path
 

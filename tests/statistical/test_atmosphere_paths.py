@@ -1,26 +1,23 @@
 """Backward paths against the reference tables: spherical radiances and orders, the description's own tool, eclipses."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
 import pytest
 from scipy.special import chdtr
 
-from aomc_sky.skies.atmosphere.backward import PathTables, path_tables, solve_paths
+from aomc_sky.skies.atmosphere.backward import path_tables, solve_paths
 from aomc_sky.skies.atmosphere.lights import Moon
-from aomc_sky.skies.atmosphere.medium import Medium
 from tests.skies.atmosphere.reference_tables import MEDIA, column, grouped, needs_tables
 from tests.support.atmospheres import molecules_only
 
 pytestmark = needs_tables
 
 
-def spherical_pulls(n_paths: int, every: int) -> tuple[np.ndarray, int]:
+def spherical_pulls(n_paths, every):
     """Deviations in combined standard errors of orders 2, 3 and all, (3, n); and how many rows were flagged."""
     found, flagged = [], 0
-    made: dict[tuple[str, ...], tuple[Medium, PathTables]] = {}
+    made = {}
     groups = grouped("spherical_radiance.csv", "case", "wavelength_nm", "albedo", "sza_deg")
     for seed, ((*air, sun), rows) in enumerate(groups.items()):
         if tuple(air) not in made:
@@ -44,7 +41,7 @@ def spherical_pulls(n_paths: int, every: int) -> tuple[np.ndarray, int]:
     return np.concatenate(found, axis=1), flagged
 
 
-def test_spherical_rows() -> None:
+def test_spherical_rows():
     pulls, flagged = spherical_pulls(n_paths=4000, every=10)
     assert np.abs(pulls).max() < 5.0
     assert chdtr(pulls.shape[1], np.sum(pulls[2] ** 2)) < 0.999
@@ -52,7 +49,7 @@ def test_spherical_rows() -> None:
 
 
 @pytest.mark.slow
-def test_all_spherical_rows() -> None:
+def test_all_spherical_rows():
     pulls, flagged = spherical_pulls(n_paths=50_000, every=1)
     assert pulls.shape[1] == 945
     assert np.abs(pulls).max() < 5.0
@@ -62,7 +59,7 @@ def test_all_spherical_rows() -> None:
 
 
 @pytest.mark.parametrize("offset", ["0.0", "0.3"])
-def test_eclipse(offset: str) -> None:
+def test_eclipse(offset):
     rows = grouped("eclipse_radiance.csv", "moon_zenith_offset_deg")[(offset,)]
     medium = dataclasses.replace(molecules_only(550.0, 0.1), sun_angular_radius_rad=696350.0 / 149597870.7)
     result = solve_paths(
@@ -77,7 +74,7 @@ def test_eclipse(offset: str) -> None:
     assert np.all(np.abs(result.radiance[0] - column(rows, "L_all")) < 5.0 * bar)
 
 
-def test_glowing_ground() -> None:
+def test_glowing_ground():
     for (case, wavelength, albedo), rows in grouped(
         "ground_glow_radiance.csv", "case", "wavelength_nm", "albedo"
     ).items():

@@ -37,13 +37,8 @@ def shares(law, **changed):
 
 @pytest.mark.parametrize(("number", "law", "wrong"), [(3, law_of_type_3, -0.4), (12, law_of_type_12, -0.55)])
 def test_photons_of_general_skies(plan, number, law, wrong):
-    scene = sky.read_scene(
-        INPUTS / "clear_day",
-        sky="cie",
-        sky_options={"type": number},
-        iterations=N,
-        sun={"zenith_deg": 32.0, "azimuth_deg": 121.0},
-    )
+    options = {"sky_options": {"type": number}, "sun": {"zenith_deg": 32.0, "azimuth_deg": 121.0}}
+    scene = sky.read_scene(INPUTS / "clear_day", sky="cie", iterations=N, **options)
     mu, sin2, azimuth_deg = sky_angles(scene.source(seed=5, method="iid", precision="float64").photons())
     zenith = np.arctan2(np.sqrt(sin2), mu)
     counts = np.histogram2d(zenith, np.deg2rad(azimuth_deg), bins=(RINGS, SECTORS))[0].ravel()

@@ -5,16 +5,11 @@ import pytest
 
 import aomc_sky as sky
 from tests.support import chi2
-from tests.support.sampled import scene
+from tests.support.sampled import scene, square_counts
 
 N = 200_000
 BINS = 12
-DISCS = {
-    "overhead": (0.0, 0.2665),
-    "large": (70.0, 9.0),
-    "low": (89.9, 0.2665),
-    "setting": (90.0, 5.0),
-}
+DISCS = {"overhead": (0.0, 0.2665), "large": (70.0, 9.0), "low": (89.9, 0.2665), "setting": (90.0, 5.0)}
 AZIMUTH_DEG = 250.0
 
 
@@ -40,8 +35,7 @@ def counts_on_disc(directions, zenith_deg, radius_deg):
     ring, angle = ring_and_sector(directions, zenith_deg, radius_deg)
     assert ring.max() < 1 + 1e-3, "a photon beside the disc"
     assert directions[:, 2].min() >= 0, "a photon from below the horizon"
-    cells = np.histogram2d(np.minimum(ring, 1.0), angle, bins=BINS, range=[[0, 1], [0, 1]])
-    return cells[0].ravel()
+    return square_counts(np.minimum(ring, 1.0), angle, BINS).ravel()
 
 
 def expected_on_disc(zenith_deg, radius_deg, fine=60):
@@ -68,31 +62,28 @@ def test_disc(plan, disc, precision):
     zenith, radius = DISCS[disc]
     components = sky.DirectBeam(sun_zenith_deg=zenith, sun_azimuth_deg=AZIMUTH_DEG, radius_deg=radius).lower([500])
     batch = scene(components, N).source(seed=3, placement="philox", precision=precision).photons()
-    directions = -np.stack([batch.ux, batch.uy, batch.uz], axis=1).astype(np.float64)
-    plan.check(disc_p(directions, zenith, radius))
+    plan.check(disc_p(-batch.directions.astype(np.float64), zenith, radius))
 
 
 def planted(zenith_deg, radius_deg, defect):
     """Discs by rejection on another generator, with a defect."""
-    rng = np.random.default_rng(8)
+    u, v, w = np.random.default_rng(8).random((3, 3 * N, 1))
     centre, up, across = frame(zenith_deg)
-    drop = 2 * np.sin(np.deg2rad(radius_deg) / 2) ** 2 * rng.random(3 * N)
+    drop = 2 * np.sin(np.deg2rad(radius_deg) / 2) ** 2 * u
     if defect == "uniform in the distance":
-        drop = 2 * np.sin(np.deg2rad(radius_deg) * rng.random(3 * N) / 2) ** 2
-    angle = 2 * np.pi * rng.random(3 * N)
-    off = np.sqrt(drop * (2 - drop))[:, None]
-    found = (1 - drop)[:, None] * centre + off * (np.cos(angle)[:, None] * up + np.sin(angle)[:, None] * across)
-    top = found[:, 2].max()
-    keep = found[:, 2] > 0 if defect == "no cosine" else rng.random(3 * N) * top < found[:, 2]
-    found = found[keep][:N]
+        drop = 2 * np.sin(np.deg2rad(radius_deg) * u / 2) ** 2
+
+    def directions(drop):
+        off, angle = np.sqrt(drop * (2 - drop)), 2 * np.pi * v
+        return (1 - drop) * centre + off * (np.cos(angle) * up + np.sin(angle) * across)
+
+    found = directions(drop)
+    mu = found[:, 2]
+    is_kept = mu > 0 if defect == "no cosine" else w[:, 0] * mu.max() < mu
     if defect == "radius one percent large":
-        shrunk = 0.99 * np.sqrt(drop[keep][:N])
-        drop = shrunk**2
-        off = np.sqrt(drop * (2 - drop))[:, None]
-        a = angle[keep][:N, None]
-        found = (1 - drop)[:, None] * centre + off * (np.cos(a) * up + np.sin(a) * across)
-        found = found[found[:, 2] >= 0]
-    return found
+        found = directions(0.99**2 * drop)
+        is_kept &= found[:, 2] >= 0
+    return found[is_kept][:N]
 
 
 @pytest.mark.parametrize(

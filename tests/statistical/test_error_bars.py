@@ -1,7 +1,5 @@
 """What stratified photons gain over independent ones on the Perez clear sky, and that a defect would be seen."""
 
-from __future__ import annotations
-
 import dataclasses
 
 import numpy as np
@@ -14,13 +12,13 @@ from bench.skies import bench_sky
 pytestmark = pytest.mark.slow
 
 
-def test_errors_keep_their_bars() -> None:
+def test_errors_keep_their_bars():
     """At 1e6 photons over 64 replicates the ratio of two errors is known to 12 %; the bars leave a factor of two."""
     bars = error_bars(CheckSizes())
     assert [bar.name for bar in bars if not bar.is_kept] == []
 
 
-def test_a_shift_that_all_seeds_share_breaks_a_bar() -> None:
+def test_a_shift_that_all_seeds_share_breaks_a_bar():
     """Planted defect: mu off by 2e-5. The bar of 40 stands at an error of 1e-5, known from eight seeds to 25 %."""
     sky = bench_sky("clear")
     truth = sky.truth.values
@@ -31,7 +29,7 @@ def test_a_shift_that_all_seeds_share_breaks_a_bar() -> None:
     assert iid / good > 40 > iid / bad
 
 
-def test_biases_of_rounding_without_chance_are_shown() -> None:
+def test_biases_of_rounding_without_chance_are_shown():
     lines = shown_biases()
     assert len(lines) == 4
     few = next(line for line in lines if "largest remainder" in line and " 10000 " in line)

@@ -8,10 +8,7 @@ from tests.support import chi2
 from tests.support.sampled import azimuth_place, even, scene, sky_angles, square_counts
 
 N = 200_000
-SHAPES = {
-    "circle": sky.Footprint(shape="circle", size_x_m=3.0, size_y_m=3.0),
-    "rectangle": sky.Footprint(shape="rectangle", size_x_m=1.0, size_y_m=10.0),
-}
+SHAPES = {"circle": sky.Footprint.circle(3.0), "rectangle": sky.Footprint.rectangle(1.0, 10.0)}
 
 
 def unit_square(shape, x, y):
@@ -30,11 +27,8 @@ def p_values(s, t):
 
 
 def photons(shape, precision="float32"):
-    components = sky.UniformSky().lower([500])
-    source = scene(components, N, footprint=SHAPES[shape]).source(
-        seed=12, placement="philox", order="patch", precision=precision
-    )
-    return source.photons()
+    options = {"placement": "philox", "order": "patch", "precision": precision}
+    return scene("uniform", N, footprint=SHAPES[shape]).source(seed=12, **options).photons()
 
 
 @pytest.mark.parametrize("precision", ["float32", "float64"])
@@ -56,22 +50,20 @@ def test_positions_do_not_know_directions(plan, shape):
     plan.catches(chi2.chi2_p(square_counts(sin2, sin2).ravel(), cells))
 
 
-@pytest.mark.parametrize(
-    "defect", ["no square root", "diameter for radius", "sides exchanged", "corner at the origin", "square for circle"]
-)
+def round_points(radius, v):
+    return radius * np.cos(2 * np.pi * v), radius * np.sin(2 * np.pi * v)
+
+
+DEFECTS = {
+    "no square root": ("circle", lambda u, v: round_points(1.5 * u, v)),
+    "diameter for radius": ("circle", lambda u, v: round_points(3.0 * np.sqrt(u), v)),
+    "square for circle": ("circle", lambda u, v: (2.1 * (u - 0.5), 2.1 * (v - 0.5))),
+    "sides exchanged": ("rectangle", lambda u, v: (10 * (u - 0.5), v - 0.5)),
+    "corner at the origin": ("rectangle", lambda u, v: (u, 10 * v)),
+}
+
+
+@pytest.mark.parametrize("defect", DEFECTS)
 def test_planted_defects(plan_only, defect):
-    u, v = np.random.default_rng(3).random((2, N))
-    circle = 1.5 * np.sqrt(u), 2 * np.pi * v
-    if defect == "no square root":
-        circle = 1.5 * u, 2 * np.pi * v
-    if defect == "diameter for radius":
-        circle = 3.0 * np.sqrt(u), 2 * np.pi * v
-    if defect in ("no square root", "diameter for radius"):
-        points = "circle", circle[0] * np.cos(circle[1]), circle[0] * np.sin(circle[1])
-    elif defect == "square for circle":
-        points = "circle", 2.1 * (u - 0.5), 2.1 * (v - 0.5)
-    elif defect == "sides exchanged":
-        points = "rectangle", 10 * (u - 0.5), 1 * (v - 0.5)
-    else:
-        points = "rectangle", 1 * u, 10 * v
-    plan_only.catches(min(p_values(*unit_square(*points))))
+    shape, points = DEFECTS[defect]
+    plan_only.catches(min(p_values(*unit_square(shape, *points(*np.random.default_rng(3).random((2, N)))))))

@@ -7,7 +7,7 @@ from scipy.special import erf
 
 import aomc_sky as sky
 from tests.support import chi2
-from tests.support.sampled import sky_angles
+from tests.support.sampled import grid_of_edges, sky_angles
 
 N = 300_000
 SPOT_RAD, SPOT_ZENITH, SPOT_AZIMUTH = np.deg2rad(1.0), 0.7, 2.0
@@ -74,14 +74,9 @@ def spot_p(zenith, azimuth, width_rad):
 
 def test_a_spot_of_one_degree(plan):
     """The edges of the cells are not those of patches: these are fine enough that they cannot be seen."""
-    near, far = np.rad2deg(SPOT_ZENITH) - 6, np.rad2deg(SPOT_ZENITH) + 6
-    rings = np.linspace(near, far, 241)
-    columns = np.linspace(np.rad2deg(SPOT_AZIMUTH) - 10, np.rad2deg(SPOT_AZIMUTH) + 10, 401)
-    grid = sky.PatchGrid(
-        zenith_bounds_deg=np.column_stack([rings[:-1], rings[1:]]),
-        azimuth_bounds_deg=np.column_stack([columns[:-1], columns[1:]]),
-    )
-    zenith, azimuth = emitted(tangent_spot, grid=grid)
+    rings = np.rad2deg(SPOT_ZENITH) + np.linspace(-6, 6, 241)
+    columns = np.rad2deg(SPOT_AZIMUTH) + np.linspace(-10, 10, 401)
+    zenith, azimuth = emitted(tangent_spot, grid=grid_of_edges(rings, columns))
     plan.check(spot_p(zenith, azimuth, SPOT_RAD))
     plan.catches(spot_p(zenith, azimuth, 1.02 * SPOT_RAD))
 

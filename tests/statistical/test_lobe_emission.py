@@ -4,27 +4,17 @@ import numpy as np
 import pytest
 
 from aomc_sky.skies.lobes import functions as lobes
-from tests.statistical.test_lobes import LOBES, grid_around, shares_nearer, textbook
+from tests.statistical.test_lobes import LOBES, counts, grid_around, shares_nearer, textbook
 from tests.support import chi2
 from tests.support.backend import photons_by
-from tests.support.lobes import lobe_components
+from tests.support.fairness import component
 from tests.support.sampled import scene
 
 N = 2_000_000
 
 
 def source_of(case, n=N, seed=5, **options):
-    """Photons of one lobe."""
-    kind, param0, param1, quaternion = case
-    parts = lobe_components(
-        names=["lobe"],
-        kinds=[kind],
-        param0=[param0],
-        param1=[param1],
-        quaternion=[quaternion],
-        irradiance=[[1.0]],
-    )
-    return scene(parts, n).source(seed=seed, **options)
+    return scene((component(case),), n).source(seed=seed, **options)
 
 
 def photons(source):
@@ -34,7 +24,7 @@ def photons(source):
 
 
 def sky_directions(batch):
-    return -np.stack([batch.ux, batch.uy, batch.uz], axis=-1).astype(np.float64)
+    return -batch.directions.astype(np.float64)
 
 
 def patches(case, world):
@@ -42,9 +32,7 @@ def patches(case, world):
     kind, param0, param1, quaternion = case
     grid = grid_around(*case)
     assert world[:, 2].min() > 0
-    zenith = np.degrees(np.arctan2(np.hypot(world[:, 0], world[:, 1]), world[:, 2]))
-    azimuth = np.degrees(np.arctan2(world[:, 1], world[:, 0]))
-    found = np.bincount(grid.patch_of(zenith, azimuth), minlength=grid.n_patches)
+    found = counts(grid, world)[1:]
     mass = lobes.patch_mass(kind, param0, param1, quaternion, grid, weighting="projected")
     return found, mass / mass.sum() * len(world)
 
@@ -115,7 +103,6 @@ def test_planted_defects_are_caught(plan_only, defect):
 
 
 def single_textbook(kind, g, _, u, v):
-    """The inverse as it stands in textbooks, in float32."""
     return textbook(kind, np.float32(g), 0, u.astype(np.float32), v)
 
 

@@ -36,8 +36,7 @@ def visits(tables, words, n):
     found = np.zeros(1 << int(tables.tables[0][1]), np.int64)
     for rank in range(n):
         found += np.bincount(
-            plain.bin_of_rank(np.full(words.size, rank, np.uint64), *columns).astype(np.int64),
-            minlength=found.size,
+            plain.bin_of_rank(np.full(words.size, rank, np.uint64), *columns).astype(np.int64), minlength=found.size
         )
     return found
 
@@ -65,7 +64,7 @@ def first_photons(case, n, seeds=FEW_SEEDS):
     """Where the first of n photons goes over seeds: a direction of the lobe's law."""
     lobe = scene((component(case),), n)
     found = [lobe.source(seed=seed, precision="float64").photons(0, 0, 1) for seed in range(seeds)]
-    return -np.array([[float(b.ux[0]), float(b.uy[0]), float(b.uz[0])] for b in found])
+    return -np.concatenate([batch.directions for batch in found])
 
 
 @pytest.mark.parametrize("n", [1, pytest.param(3, marks=pytest.mark.slow)])

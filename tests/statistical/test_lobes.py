@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-import aomc_sky as sky
 from aomc_sky.phase import henyey_greenstein
 from aomc_sky.skies.lobes import functions as lobes
 from tests.support import chi2
+from tests.support.sampled import grid_of_edges
 
 N = 2_000_000
 BLOCK = 250_000
@@ -37,10 +37,7 @@ def grid_around(kind, param0, param1, quaternion):
         np.unique(np.concatenate([np.linspace(0, end, n), near[(near > 0) & (near < end)]]))
         for end, n, near in ((90.0, 10, zenith), (360.0, 37, azimuth))
     ]
-    return sky.PatchGrid(
-        zenith_bounds_deg=np.column_stack([edges[0][:-1], edges[0][1:]]),
-        azimuth_bounds_deg=np.column_stack([edges[1][:-1], edges[1][1:]]),
-    )
+    return grid_of_edges(*edges)
 
 
 def counts(grid, world):

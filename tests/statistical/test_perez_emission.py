@@ -21,26 +21,28 @@ SUN_AZIMUTH_DEG = 25.0
 TEN_DEGREES = sky.PatchGrid.regular(9, 36)
 
 
+FREE = {"method": "iid", "precision": "float64"}
+
+
+def angles_of(model, n, **options):
+    """mu, sin^2 of the zenith angle, azimuth [rad] of the photons of a model."""
+    mu, u, azimuth_deg = sky_angles(scene(model, n).source(**options).photons())
+    return mu, u, np.deg2rad(azimuth_deg)
+
+
 def photons(case, *, seed=6, within="exact", turn_deg=0.0, grid=TEN_DEGREES, n=N, **options):
-    """mu, sin^2 of the zenith angle, azimuth from the sun [rad] of the photons of a sky."""
-    model = PerezSky(
-        sun_zenith_rad=float(np.deg2rad(case.sun_zenith_deg)),
-        sun_azimuth_rad=float(np.deg2rad(SUN_AZIMUTH_DEG + turn_deg)),
-        epsilon=case.epsilon,
-        delta=case.delta,
-        grid=grid,
-        within=within,
-    )
-    mu, u, azimuth_deg = sky_angles(scene((model,), n).source(seed=seed, **options).photons())
-    return mu, u, np.mod(np.deg2rad(azimuth_deg - SUN_AZIMUTH_DEG), 2 * np.pi)
+    """The same of a sky, the azimuth from the sun."""
+    sun = {"sun_zenith_deg": case.sun_zenith_deg, "sun_azimuth_deg": SUN_AZIMUTH_DEG + turn_deg}
+    model = PerezSky(**sun, epsilon=case.epsilon, delta=case.delta, grid=grid, within=within)
+    mu, u, azimuth = angles_of(model, n, seed=seed, **options)
+    return mu, u, np.mod(azimuth - np.deg2rad(SUN_AZIMUTH_DEG), 2 * np.pi)
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_independent_photons(plan, name):
     case, seed = CASES[name], list(CASES).index(name)
     n = N if name == "narrow aureole" else N // 2  # so many as the planted defects of this one need
-    angles = photons(case, seed=seed, n=n, method="iid", precision="float64")
-    for p_value in photon_p_values(case.law, *angles).values():
+    for p_value in photon_p_values(case.law, *photons(case, seed=seed, n=n, **FREE)).values():
         plan.check(p_value)
 
 
@@ -64,26 +66,20 @@ def test_states_of_all_clearness_bins(plan, state):
     law = perez_law.PerezLaw(
         coefficients=tuple(model.model_coefficients.tolist()), sun_zenith_rad=model.sun_zenith_rad, tolerance=1e-6
     )
-    mu, u, azimuth_deg = sky_angles(
-        scene((model,), 300_000).source(seed=9, method="iid", precision="float64").photons()
-    )
-    plan.check(cell_p(law, mu, u, np.deg2rad(azimuth_deg)))
-    plan.check(mean_p(mu, perez_law.mean(law, lambda x, y, mu: mu)))
+    angles = angles_of(model, 300_000, seed=9, **FREE)
+    plan.check(cell_p(law, *angles))
+    plan.check(mean_p(angles[0], perez_law.mean(law, lambda x, y, mu: mu)))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("shape", [(1, 1), (2, 3), (45, 180)])
-def test_any_grid(plan, shape):
-    """One patch for the whole sky, patches that the sun's azimuth cuts, and the default: one law."""
+GRIDS = [((9, 36), "float32", N)]
+GRIDS += [pytest.param(shape, "float64", N // 4, marks=pytest.mark.slow) for shape in ((1, 1), (2, 3), (45, 180))]
+
+
+@pytest.mark.parametrize(("shape", "precision", "n"), GRIDS)
+def test_any_grid(plan, shape, precision, n):
+    """In float32; and one patch for the whole sky, patches that the sun's azimuth cuts, and the default: one law."""
     case, grid = CASES["narrow aureole"], sky.PatchGrid.regular(*shape)
-    angles = photons(case, seed=shape[0], grid=grid, n=N // 4, method="iid", precision="float64")
-    plan.check(cell_p(case.law, *angles))
-    plan.check(cone_p(case.law, *perez_law.around_the_sun(case.law, *angles)))
-
-
-def test_single_precision(plan):
-    case = CASES["narrow aureole"]
-    angles = photons(case, method="iid", precision="float32")
+    angles = photons(case, seed=shape[0], grid=grid, n=n, method="iid", precision=precision)
     plan.check(cell_p(case.law, *angles))
     plan.check(cone_p(case.law, *perez_law.around_the_sun(case.law, *angles)))
 
@@ -95,11 +91,10 @@ def test_clipped_skies(plan, name):
     law = CLIPPED[name]
     with pytest.warns(ModelLimitWarning, match="negative"):
         model = PerezSky(sun_zenith_rad=law.sun_zenith_rad, coefficients=law.coefficients, grid=TEN_DEGREES)
-    mu, u, azimuth_deg = sky_angles(scene((model,), N).source(seed=7, method="iid", precision="float64").photons())
-    azimuth = np.deg2rad(azimuth_deg)
-    gamma, psi = perez_law.around_the_sun(law, mu, u, azimuth)
-    assert law.luminance(mu, gamma).min() > 0
-    plan.check(cell_p(law, mu, u, azimuth))
+    angles = angles_of(model, N, seed=7, **FREE)
+    gamma, psi = perez_law.around_the_sun(law, *angles)
+    assert law.luminance(angles[0], gamma).min() > 0
+    plan.check(cell_p(law, *angles))
     plan.check(cone_p(law, gamma, psi))
 
 
@@ -135,5 +130,5 @@ def test_planted_defects(plan_only, defect):
         a, b, c, d, e = law.coefficients
         law = replace(law, coefficients=(a, b, c, d / 1.03, e))
     planted = replace(case, epsilon=6.1) if defect == "other bin" else case
-    angles = photons(planted, turn_deg=turn_deg, method="iid", precision="float64")
+    angles = photons(planted, turn_deg=turn_deg, **FREE)
     plan_only.catches(cone_p(law, *perez_law.around_the_sun(law, *angles)))

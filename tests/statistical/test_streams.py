@@ -7,14 +7,13 @@ from scipy.special import erfc
 import aomc_sky as sky
 from aomc_sky.plan import streams
 from tests.support import chi2
-from tests.support.sampled import TWO_BANDS, even, scene, sky_angles, square_counts
+from tests.support.sampled import TWO_BANDS, even, scene, sky_angles, square_counts, table_of
 
 N = 200_000
 
 
 def source(seed):
-    components = sky.UniformSky().lower([450, 550])
-    return scene(components, N, bands=TWO_BANDS).source(seed=seed, placement="philox", order="patch")
+    return scene("uniform", N, bands=TWO_BANDS).source(seed=seed, placement="philox", order="patch")
 
 
 def sin2(seed, band):
@@ -38,26 +37,20 @@ def test_streams_are_apart(plan, what):
 def test_planted_swapped_stream(plan_only, lag):
     """A stream that is read twice: at the same place, or (SplitMix by index) shifted by one."""
     here = sin2(1, 0)
-    there = np.roll(sin2(1, 0), lag)
-    if lag == 0:
-        plan_only.catches(pair_p(here, there))
-    else:
-        aligned = np.roll(there, -1)
-        plan_only.catches(pair_p(here, aligned))
+    there = np.roll(here, lag)
+    plan_only.catches(pair_p(here, np.roll(there, -lag)))
+    if lag:
         assert pair_p(here, there) >= plan_only.level  # only the right lag shows it
 
 
 def test_r2_shifts_differ_between_bands_and_seeds():
-    first = [scene(sky.UniformSky().lower([450, 550]), 100, bands=TWO_BANDS).source(seed=s).photons(b).uz[0]
-             for s in range(20) for b in (0, 1)]  # fmt: skip
-    assert np.unique(first).size == 40
+    sources = [scene("uniform", 100, bands=TWO_BANDS).source(seed=seed) for seed in range(20)]
+    assert np.unique([source.photons(band).uz[0] for source in sources for band in (0, 1)]).size == 40
 
 
 METHODS_SEEDS = 250
-TABLE = sky.TabulatedSky(
-    wavelength_nm=[500], values=np.linspace(1, 3, 64)[None, :], grid=sky.PatchGrid.regular(8, 8)
-).lower([500])
-FOOTPRINT = sky.Footprint(shape="circle", size_x_m=2.0, size_y_m=2.0)
+TABLE = table_of(np.linspace(1, 3, 64).reshape(8, 8))
+FOOTPRINT = sky.Footprint.circle(2.0)
 
 
 def correlation_p(a, b):
@@ -77,7 +70,7 @@ def method_words(what):
     if what == "counts":
         return first_counts("stratified"), first_counts("iid")
     if what == "places":  # both from Philox, photon by photon in the order of ranks
-        dome = scene(sky.UniformSky().lower([500]), N)
+        dome = scene("uniform", N)
         tied = dome.source(seed=1, placement="philox", order="patch")
         free = dome.source(seed=1, method="iid", order="patch")
         return sky_angles(tied.photons())[1], sky_angles(free.photons())[1]

@@ -1,7 +1,5 @@
 """The tests that `verify` makes: correct photons pass as often as they should, planted defects fail each test."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np
@@ -11,6 +9,7 @@ import aomc_sky as sky
 from aomc_sky.verify.directions import Dependence, is_kept, thinning_key
 from aomc_sky.verify.report import kolmogorov_p
 from tests.support import chi2
+from tests.support.sampled import scene
 from tests.support.shared import INPUTS
 from tests.support.verified import direction_report, directions_of, named, uniform_in_zenith_angle
 
@@ -26,7 +25,6 @@ def scene_of(name, n=N):
 
 @lru_cache(maxsize=4)
 def many(method):
-    """2e6 photons of the clear day, once."""
     source = scene_of("clear_day", MANY).source(3, method=method)
     return source, directions_of(source)
 
@@ -37,36 +35,31 @@ def independent_report(name, seed):
     return direction_report(scene_of(name).source(seed, method="iid"), Dependence.INDEPENDENT)
 
 
-def share_below_p(beginnings, limit=0.3):
-    """p-value of how many p-values of tests of 20 seeds lie below a limit: they are uniform."""
-    p_values = [named(independent_report("clear_day", s), name).p_value for s in range(20) for name in beginnings]
+def share_below_p(reports, *beginnings, limit=0.3):
+    """p-value of how many p-values of tests lie below a limit: they are uniform."""
+    p_values = [named(report, name).p_value for report in reports for name in beginnings]
     return chi2.binomial_p(sum(p < limit for p in p_values), len(p_values), limit)
 
 
 def summed_p(reports, beginning):
     """Two-sided p-value of the sum of a chi-square over independent reports."""
-    from scipy.special import gammainc, gammaincc
-
     checks = [named(report, beginning) for report in reports]
     assert all(check.p_value is not None for check in checks)
-    statistic = sum(check.found for check in checks)
-    half = sum(int(check.detail.split()[2]) for check in checks) / 2
-    return chi2.two_sided(gammainc(half, statistic / 2), gammaincc(half, statistic / 2))
+    degrees = sum(int(check.detail.split()[2]) for check in checks)
+    return chi2.statistic_p(sum(check.found for check in checks), degrees)
+
+
+def check_sums(plan, reports, *more):
+    assert all(reports)
+    for beginning in ("mu^2:", "azimuth:", "mu^2 x azimuth:", *more):
+        plan.check(summed_p(reports, beginning))
 
 
 @pytest.mark.parametrize("name", ["clear_day", pytest.param("perez_sky", marks=pytest.mark.slow)])
 def test_chi_squares_of_independent_photons(plan, name):
     """Statistics of many seeds add up to a chi-square: level and power are those of theory."""
     reports = [independent_report(name, seed) for seed in range(SEEDS)]
-    assert all(reports)
-    for beginning in (
-        "mu^2:",
-        "azimuth:",
-        "mu^2 x azimuth:",
-        "inside patches, mu^2: chi",
-        "inside patches, azimuth: chi",
-    ):
-        plan.check(summed_p(reports, beginning))
+    check_sums(plan, reports, "inside patches, mu^2: chi", "inside patches, azimuth: chi")
     lattice = [direction_report(scene_of(name).source(s), Dependence.INDEPENDENT) for s in range(4)]
     plan.catches(summed_p(lattice, "mu^2:"))  # too even is a defect as well
 
@@ -74,12 +67,9 @@ def test_chi_squares_of_independent_photons(plan, name):
 def test_chi_squares_after_thinning(plan):
     source = scene_of("clear_day").source(5)
     reports = [direction_report(source, Dependence.STRATIFIED, seed=seed) for seed in range(SEEDS)]
-    assert all(reports)
-    for beginning in ("mu^2:", "azimuth:", "mu^2 x azimuth:"):
-        plan.check(summed_p(reports, beginning))
-    independent = [
-        direction_report(scene_of("clear_day").source(s, method="iid"), Dependence.STRATIFIED) for s in range(4)
-    ]
+    check_sums(plan, reports)
+    free = [scene_of("clear_day").source(seed, method="iid") for seed in range(4)]
+    independent = [direction_report(source, Dependence.STRATIFIED) for source in free]
     plan.catches(summed_p(independent, "mu^2 x azimuth:"))  # twice the variance
 
 
@@ -98,9 +88,7 @@ def test_chi_squares_of_weights(plan):
         source = scene_of("clear_day").source(seed, method="iid")
         directions, weight = importance_sampled(source, seed)
         reports.append(direction_report(source, Dependence.INDEPENDENT, directions, weight=weight))
-    assert all(reports)
-    for beginning in ("mu^2:", "azimuth:", "mu^2 x azimuth:"):
-        plan.check(summed_p(reports, beginning))
+    check_sums(plan, reports)
     directions, weight = importance_sampled(source, 1)
     without = direction_report(source, Dependence.INDEPENDENT, directions)
     plan.catches(named(without, "mu^2:").p_value)
@@ -109,19 +97,22 @@ def test_chi_squares_of_weights(plan):
 
 def test_kolmogorov_distances(plan):
     """P-values of the distance inside patches are uniform."""
-    plan.check(share_below_p([f"inside patches, {coordinate}: Kolm" for coordinate in ("mu^2", "azimuth")]))
+    reports = [independent_report("clear_day", seed) for seed in range(20)]
+    plan.check(share_below_p(reports, "inside patches, mu^2: Kolm", "inside patches, azimuth: Kolm"))
     plan.catches(kolmogorov_p(3.3 / np.sqrt(N), N))  # 7e-10
+
+
+def catch_a_tenth(plan, spoilt):
+    plan.catches(spoilt.p_value)
+    assert abs(spoilt.found - 0.1) < 4 * float(spoilt.detail.split()[-1])  # its standard deviation
 
 
 def test_shares_uniform_in_zenith_angle(plan):
     """P-values of the score are uniform for independent photons, and a share of 10 % is measured."""
-    plan.check(share_below_p(["share uniform"]))
+    plan.check(share_below_p([independent_report("clear_day", seed) for seed in range(20)], "share uniform"))
     source = scene_of("clear_day").source(1, method="iid")
     directions = uniform_in_zenith_angle(directions_of(source), 0.1)
-    spoilt = named(direction_report(source, Dependence.INDEPENDENT, directions), "share uniform")
-    plan.catches(spoilt.p_value)
-    deviation = float(spoilt.detail.split()[-1])
-    assert abs(spoilt.found - 0.1) < 4 * deviation
+    catch_a_tenth(plan, named(direction_report(source, Dependence.INDEPENDENT, directions), "share uniform"))
 
 
 def lambert(directions, share, seed=0):
@@ -135,25 +126,20 @@ def lambert(directions, share, seed=0):
 
 
 def test_shares_of_lambert(plan):
-    """P-values of the score are uniform for independent photons, and a share of 10 % is measured."""
-    scene = sky.read_scene(INPUTS / "clear_day" / "amc.inp", iterations=N, wavebands=[3])
-    p_values = []
-    for seed in range(20):
-        source = scene.source(seed, method="iid")
-        p_values.append(named(direction_report(source, Dependence.INDEPENDENT, band=2), "share of equal").p_value)
-    plan.check(chi2.binomial_p(sum(p < 0.3 for p in p_values), len(p_values), 0.3))
-    spoilt = named(
-        direction_report(source, Dependence.INDEPENDENT, lambert(directions_of(source, 2), 0.1), band=2),
-        "share of equal",
-    )
-    plan.catches(spoilt.p_value)
-    assert abs(spoilt.found - 0.1) < 4 * float(spoilt.detail.split()[-1])
+    """As those above."""
+    day = sky.read_scene(INPUTS / "clear_day" / "amc.inp", iterations=N, wavebands=[3])
+    sources = [day.source(seed, method="iid") for seed in range(20)]
+    reports = [direction_report(source, Dependence.INDEPENDENT, band=2) for source in sources]
+    plan.check(share_below_p(reports, "share of equal"))
+    directions = lambert(directions_of(sources[-1], 2), 0.1)
+    spoilt = direction_report(sources[-1], Dependence.INDEPENDENT, directions, band=2)
+    catch_a_tenth(plan, named(spoilt, "share of equal"))
 
 
 def test_one_percent_of_lambert_in_a_million_photons(plan_only):
     """Its size in standard deviations is 0.01 sqrt(N D) = 9.6 in this waveband, D = 0.92 from the masses alone."""
-    scene = sky.read_scene(INPUTS / "clear_day" / "amc.inp", iterations=1_000_000, wavebands=[3])
-    source = scene.source(1, method="iid")
+    day = sky.read_scene(INPUTS / "clear_day" / "amc.inp", iterations=1_000_000, wavebands=[3])
+    source = day.source(1, method="iid")
     directions = directions_of(source, 2)
     report = direction_report(source, Dependence.INDEPENDENT, lambert(directions, 0.01), band=2)
     check = named(report, "share of equal")
@@ -186,8 +172,7 @@ def test_copies_of_photons(plan_only, method, dependence):
 
 def test_random_numbers_of_15_bits_repeat(plan_only):
     """A C library's rand() with RAND_MAX 32767 gives 2^30 directions; two numbers of 24 bits are enough."""
-    bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
-    uniform = sky.Scene(wavebands=bands, n_photons=np.array([10]), components=(sky.UniformSky(),)).source()
+    uniform = scene(sky.UniformSky(), 10).source()
     rng = np.random.default_rng(8)
     for bits in (15, 24):
         u, v = rng.integers(1 << bits, size=(2, 200_000)) / (1 << bits)
@@ -231,9 +216,9 @@ def test_power_of_one_percent_over_seeds(plan_only):
 @pytest.mark.parametrize("name", ["night_sky", "light_polluted", "overcast", "perez_sky", "atmosphere_sky"])
 def test_power_of_one_percent_over_scenes(plan_only, name, method, dependence):
     """Lobes, whose photons lie in cells that zones cut, and skies of all kinds: two seeds each."""
-    scene = scene_of(name, MANY)
+    made = scene_of(name, MANY)
     for seed in range(2):
-        source = scene.source(seed, method=method)
+        source = made.source(seed, method=method)
         report = direction_report(source, dependence, uniform_in_zenith_angle(directions_of(source), 0.01, seed))
         assert not report
         if name == "night_sky":
@@ -267,10 +252,7 @@ DEFECTS = {
     "azimuth from another axis": (lambda d: turned(d, 20.0), ("azimuth:", "mu^2 x azimuth:")),
     "azimuth without the half turn": (lambda d: turned(d, 180.0), ("azimuth:", "mu^2 x azimuth:")),
     "azimuth and zenith angle independent": (shuffled_azimuths, ("mu^2 x azimuth:",)),
-    "cosine for its square": (
-        lambda d: uniform_in_zenith_angle(d, 0.15),
-        ("mu^2:", "mu^2 x azimuth:"),
-    ),
+    "cosine for its square": (lambda d: uniform_in_zenith_angle(d, 0.15), ("mu^2:", "mu^2 x azimuth:")),
 }
 
 
@@ -312,14 +294,8 @@ def test_defects_inside_perez_patches(plan_only):
     """Places taken as uniform where the luminance of Perez is asked for: coarse patches show it."""
     grid = sky.PatchGrid.regular(4, 12)
     model = {"sun_zenith_rad": 0.9, "epsilon": 6.0, "delta": 0.1, "grid": grid}
-    exact, uniform = (
-        sky.Scene(
-            wavebands=sky.Wavebands(wavelength_nm=np.array([550.0])),
-            n_photons=np.array([100_000]),
-            components=(sky.PerezSky(within=within, **model),),
-        ).source(1, method="iid")
-        for within in ("exact", "uniform")
-    )
+    skies = (sky.PerezSky(within=within, **model) for within in ("exact", "uniform"))
+    exact, uniform = (scene(one, 100_000).source(1, method="iid") for one in skies)
     assert direction_report(exact, Dependence.INDEPENDENT)
     report = direction_report(exact, Dependence.INDEPENDENT, directions_of(uniform))
     plan_only.catches(named(report, "inside patches, mu^2: chi").p_value)

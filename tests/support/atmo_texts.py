@@ -20,7 +20,6 @@ return scale*0.04298160111157969*exp(-0.2208669270720561*h);"""
 
 
 def henyey_greenstein(g: float) -> str:
-    """A phase function as code."""
     return f"CONST float g = {g!r};\nreturn vec4((1 - g*g)/(4*PI*pow(1 + g*g - 2*g*dotViewSun, 1.5)));"
 
 
@@ -34,7 +33,6 @@ def scatterer(name: str, density: str, phase: str, section: str, angstrom: float
 
 
 def absorber(name: str, density: str, section: str) -> str:
-    """A section."""
     return f'Absorber "{name}":\n{{\nnumber density:\n```\n{density}\n```\ncross section: {section}\n}}\n'
 
 

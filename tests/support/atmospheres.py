@@ -26,12 +26,10 @@ Profile = Callable[[np.ndarray], np.ndarray]
 
 
 def rayleigh_phase(mu: np.ndarray, row: int) -> np.ndarray:
-    """3/(16 pi) (1 + mu^2)."""
     return 3 / (16 * np.pi) * (1 + mu * mu)
 
 
 def isotropic_phase(mu: np.ndarray, row: int) -> np.ndarray:
-    """1/(4 pi)."""
     return np.full_like(mu, 1 / (4 * np.pi))
 
 
@@ -88,13 +86,11 @@ def _part(
 
 
 def molecules(wavelength_nm: np.ndarray, phase: Phase = rayleigh_phase) -> Constituent:
-    """The molecules of the reference tables."""
     scattering = 0.04022e-30 / (wavelength_nm / 1000.0) ** 4
     return _part("molecules", exponential_profile(3.08458e25, 8000.0), scattering, phase=phase)
 
 
 def aerosol(wavelength_nm: np.ndarray, phase: Phase = peaked_phase) -> Constituent:
-    """The aerosol of the reference tables."""
     scattering = np.full_like(wavelength_nm, 0.042968e-12)
     return _part("aerosol", exponential_profile(1.03333e8, 1200.0), scattering, phase=phase)
 
@@ -131,13 +127,11 @@ def medium_of(
 
 
 def molecules_only(wavelength_nm: ArrayLike, albedo: ArrayLike = 0.0) -> Medium:
-    """Case `rayleigh` of the reference tables."""
     w = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
     return medium_of([molecules(w)], w, albedo=albedo)
 
 
 def mol_ozone(wavelength_nm: ArrayLike, albedo: ArrayLike = 0.0, ozone_m2: ArrayLike | None = None) -> Medium:
-    """Case `mol_ozone` of the reference tables."""
     w = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
     return medium_of([molecules(w), ozone(w, ozone_m2)], w, albedo=albedo)
 
@@ -224,5 +218,4 @@ def uniform(
 
 
 def empty(*, albedo: float = 0.0) -> Medium:
-    """A ground without an atmosphere."""
     return medium_of([], 550.0, albedo=albedo)

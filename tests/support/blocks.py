@@ -34,19 +34,16 @@ def source_of(text: str) -> SourceText:
 
 
 def density_block(text: str) -> Block:
-    """A block of a number density."""
     return read_block(
         source_of(text), subject="number density", gives=Type.FLOAT, argument="altitude", unit="m", given=TYPES
     )
 
 
 def phase_block(text: str) -> Block:
-    """A block of a phase function."""
     return read_block(source_of(text), subject="phase function", gives=Type.VEC4, argument="dotViewSun", given=TYPES)
 
 
 def at(text: str, *altitudes: float) -> list[float]:
-    """Values of a density block."""
     return density_block(text)(np.array(altitudes), GIVEN).tolist()
 
 

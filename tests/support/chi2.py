@@ -9,7 +9,6 @@ MIN_EXPECTED = 20.0
 
 
 def two_sided(lower: float, upper: float) -> float:
-    """p-value from both tails."""
     return float(min(1.0, 2.0 * min(lower, upper)))
 
 
@@ -36,8 +35,12 @@ def pool(observed: np.ndarray, expected: np.ndarray, least: float = MIN_EXPECTED
 
 
 def chi2_statistic(observed: np.ndarray, expected: np.ndarray) -> float:
-    """Sum of (observed - expected)^2 / expected."""
     return float(np.sum((observed - expected) ** 2 / expected))
+
+
+def statistic_p(statistic: float, degrees: float) -> float:
+    """Two-sided p-value of a chi-square, or of a sum of independent ones, of so many degrees of freedom."""
+    return two_sided(gammainc(degrees / 2, statistic / 2), gammaincc(degrees / 2, statistic / 2))
 
 
 def chi2_p(observed: np.ndarray, expected: np.ndarray) -> float:
@@ -45,8 +48,7 @@ def chi2_p(observed: np.ndarray, expected: np.ndarray) -> float:
     observed, expected = pool(observed, expected)
     if observed.size < 2:
         raise AssertionError("fewer than two cells are left after pooling: nothing would be tested")
-    statistic, half = chi2_statistic(observed, expected), (observed.size - 1) / 2
-    return two_sided(gammainc(half, statistic / 2), gammaincc(half, statistic / 2))
+    return statistic_p(chi2_statistic(observed, expected), observed.size - 1)
 
 
 def upper_p(observed: np.ndarray, expected: np.ndarray) -> float:
@@ -61,8 +63,7 @@ def homogeneity_p(first: np.ndarray, second: np.ndarray) -> float:
     together = first + second
     expected = np.stack([together * n / (n + m), together * m / (n + m)])
     statistic = chi2_statistic(np.stack([first, second])[:, together > 0], expected[:, together > 0])
-    half = (np.count_nonzero(together) - 1) / 2
-    return two_sided(gammainc(half, statistic / 2), gammaincc(half, statistic / 2))
+    return statistic_p(statistic, np.count_nonzero(together) - 1)
 
 
 def per_degree(observed: np.ndarray, expected: np.ndarray, least: float = 1000.0) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import functools
 import io
 import json
@@ -20,48 +19,42 @@ import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.plan.plan import Plan, npz_bytes
 from tests.support.host_scenes import disc, perez
-from tests.support.lobes import lobe_components
+from tests.support.lobes import lobe_sky
 
 N = 997
-WAVEBANDS = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
+WAVEBANDS = [450.0, 550.0]
 
 Members = dict[str, Any]
 
 
-def _table(law: Law = Law.CELL_MU2, *, weight: bool = False) -> Component:
+def _table(law: Law = Law.CELL_MU2, **more: np.ndarray) -> Component:
     grid = sky.PatchGrid.regular(3, 4)
     mass = np.random.default_rng(3).lognormal(0, 1, (2, 12))
     mass[:, 5] = 0.0
-    more = {"weight": np.full((2, 12), 0.5)} if weight else {}
     cell = cells_of_grid(grid, law)
     return Component(name="table", law=law, strength=np.ones(2), mass=mass, cell=cell, grid=grid, **more)
 
 
-def _sloped() -> tuple[Component, ...]:
-    grid = sky.PatchGrid.regular(3, 4)
-    slope = np.random.default_rng(4).uniform(-0.9, 0.9, (2, 12, 2))
-    more = {"cell": cells_of_grid(grid), "grid": grid, "slope": slope}
-    return (Component(name="sloped", law=Law.CELL_SLOPED, strength=np.ones(2), mass=np.ones((2, 12)), **more),)
-
-
-def _polarised() -> tuple[Component, ...]:
-    stokes = np.random.default_rng(5).uniform(-0.7, 0.7, (2, 12, 2))
-    return (dataclasses.replace(_table(), stokes=stokes),)
+def _vectors(seed: int, most: float) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(-most, most, (2, 12, 2))
 
 
 def _lobes() -> tuple[Component, ...]:
-    kinds, turn = ["hg", "ggx", "beckmann"], np.array([[np.cos(0.3), np.sin(0.3), 0.0, 0.0]] * 3)
-    shapes = {"param0": [0.8, 0.3, 0.2], "param1": [0.0, 0.5, 0.6], "quaternion": turn}
-    return lobe_components(names=kinds, kinds=kinds, irradiance=np.ones((3, 2)), **shapes)
+    turn = [np.cos(0.3), np.sin(0.3), 0.0, 0.0]
+    shapes = ("hg", 0.8, 0.0, turn), ("ggx", 0.3, 0.5, turn), ("beckmann", 0.2, 0.6, turn)
+    return lobe_sky(*shapes, wavelength_nm=[500.0, 501.0], spectra=1.0).lower([500.0, 501.0])
 
 
 _SCENES: dict[str, tuple[Callable[[], tuple[Component, ...]], dict[str, Any]]] = {
     "table": (lambda: (_table(),), {}),
-    "solid angle": (lambda: (_table(Law.CELL_MU, weight=True),), {"weights": True, "precision": "float64"}),
+    "solid angle": (
+        lambda: (_table(Law.CELL_MU, weight=np.full((2, 12), 0.5)),),
+        {"weights": True, "precision": "float64"},
+    ),
     "perez": (lambda: perez(3, 4), {}),
     "lobes": (_lobes, {}),
-    "sloped": (_sloped, {}),
-    "polarised": (_polarised, {}),
+    "sloped": (lambda: (_table(Law.CELL_SLOPED, slope=_vectors(4, 0.9)),), {}),
+    "polarised": (lambda: (_table(stokes=_vectors(5, 0.7)),), {}),
     "disc": (lambda: (*disc(20, 0.27), _table()), {}),
     "horizon": (lambda: (*disc(89.9, 0.27), _table()), {"order": "patch"}),
     "beam": (lambda: (*disc(35, 0.0), _table()), {"method": "iid"}),
@@ -74,14 +67,9 @@ KINDS = tuple(_SCENES)
 
 @functools.cache
 def plan_of(kind: str) -> Plan:
-    """A small plan of one kind of scene."""
     components, options = _SCENES[kind]
-    scene = sky.Scene(
-        wavebands=WAVEBANDS,
-        n_photons=N,
-        components=components(),
-        footprint=sky.Footprint(shape="circle", size_x_m=2.0, size_y_m=2.0) if kind == "table" else sky.Footprint(),
-    )
+    place = sky.Footprint.circle(2.0) if kind == "table" else sky.Footprint()
+    scene = sky.Scene(wavebands=WAVEBANDS, n_photons=N, components=components(), footprint=place)
     return scene.source(9, **options).plan
 
 
@@ -96,7 +84,6 @@ class Damage(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Name of the case."""
         return f"{self.kind}: {self.member} {self.what}"
 
     def members(self) -> tuple[Members, dict[str, Any]]:
@@ -257,7 +244,6 @@ def _option_damages() -> Iterator[Damage]:
 
 @functools.cache
 def damages() -> tuple[Damage, ...]:
-    """The whole table; names are different."""
     return (*_array_damages(), *_VALUES, *_option_damages())
 
 

@@ -10,14 +10,13 @@ Columns = dict[str, np.ndarray]
 
 
 def empty(source: sky.PhotonSource, n: int) -> Columns:
-    """Room for n photons."""
     kinds = {"ux": source.dtype, "uy": source.dtype, "uz": source.dtype, "patch": np.int32}
     return {name: np.empty(n, kind) for name, kind in kinds.items()}
 
 
-def both(source: sky.PhotonSource, start: int, stop: int) -> tuple[Columns, Columns]:
-    """Directions and patches of photons of the first waveband: compiled, plain."""
+def both(source: sky.PhotonSource, start: int, stop: int, band: int = 0) -> tuple[Columns, Columns]:
+    """Directions and patches of photons of a waveband: compiled, plain."""
     compiled, plain = empty(source, stop - start), empty(source, stop - start)
-    source._emitter.fill_compiled(0, start, compiled)
-    source._emitter.fill_plain(0, start, plain)
+    source._emitter.fill_compiled(band, start, compiled)
+    source._emitter.fill_plain(band, start, plain)
     return compiled, plain

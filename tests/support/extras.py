@@ -60,10 +60,7 @@ def commands_wanting(folder: Path) -> dict[str, list[tuple[str, ...]]]:
             ("plot", str(INPUTS / "clear_day"), "--out", f"{new}-sky.png"),
             ("plot", str(folder / "out"), "--pull", "--out", f"{new}-pull.svg"),
         ],
-        "weather": [
-            ("perez", *PLACE, "--dni", "800", "--dhi", "90"),
-            ("perez", "--epw", EPW, "--row", "12"),
-        ],
+        "weather": [("perez", *PLACE, "--dni", "800", "--dhi", "90"), ("perez", "--epw", EPW, "--row", "12")],
         "completion": [("--print-completion", "bash")],
         "dask": [("run", str(INPUTS / "clear_day"), "--iterations", "100", "--engine", "dask", "--out", f"{new}-dask")],
         "bench": [],  # no command wants it; the scripts of bench/ leave absent peers out with a line
@@ -71,7 +68,6 @@ def commands_wanting(folder: Path) -> dict[str, list[tuple[str, ...]]]:
 
 
 def commands_of_core(folder: Path) -> list[tuple[str, ...]]:
-    """Commands that every installation carries out."""
     scene, out = str(INPUTS / "clear_day"), str(folder / "out")
     return [
         ("validate", scene),

@@ -10,7 +10,8 @@ import numpy as np
 import aomc_sky as sky
 from aomc_sky.component import Component
 from aomc_sky.skies.lobes import functions as lobes
-from tests.support.lobes import lobe_components
+from tests.support.lobes import lobe_sky
+from tests.support.sampled import table_of
 
 Case = tuple[str, float, float, tuple[float, float, float, float]]
 
@@ -45,26 +46,20 @@ LOBES: dict[str, Case] = {
 
 
 def component(case: Case, name: str = "lobe", strength: float = 1.0) -> Component:
-    """A lobe on its own."""
-    kind, param0, param1, quaternion = case
-    (lobe,) = lobe_components(
-        names=[name], kinds=[kind], param0=[param0], param1=[param1], quaternion=[quaternion], irradiance=[[strength]]
-    )
+    (lobe,) = lobe_sky(case, names=[name], wavelength_nm=[500.0], spectra=strength).lower([500.0])
     return lobe
 
 
 def scene_of(case: Case, n: int, *, crowded: bool = False) -> sky.Scene:
     """A scene in which the lobe is the last component and has n photons: alone, or a quarter of a sky."""
-    bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
     if not crowded:
-        return sky.Scene(wavebands=bands, n_photons=n, components=(component(case),))
+        return sky.Scene(wavebands=[500.0], n_photons=n, components=(component(case),))
     perez = sky.PerezSky(sun_zenith_rad=0.7, epsilon=6.3, delta=0.12, grid=sky.PatchGrid.regular(18, 36)).lower(500)
-    values = np.random.default_rng(3).lognormal(0, 1, (1, 90))
-    table = sky.TabulatedSky(wavelength_nm=[500], values=values, grid=sky.PatchGrid.regular(9, 10)).lower([500])
+    table = table_of(np.random.default_rng(3).lognormal(0, 1, (9, 10))).lower([500])
     others = [component(LOBES[name], name) for name in ("cloud edge", "thread")]
     shares = (0.25, 0.25, 0.125, 0.125, 0.25)
     parts = [_with_strength(c, s) for c, s in zip((*perez, *table, *others, component(case)), shares, strict=True)]
-    return sky.Scene(wavebands=bands, n_photons=4 * n, components=tuple(parts))
+    return sky.Scene(wavebands=[500.0], n_photons=4 * n, components=tuple(parts))
 
 
 def _with_strength(part: Component, strength: float) -> Component:
@@ -79,7 +74,6 @@ def masses(case: Case) -> np.ndarray:
 
 
 def counts(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    """Photons of travel directions in each bin."""
     ring = np.clip(18 - np.searchsorted(_MU2, np.asarray(z, np.float64) ** 2), 0, 17)
     azimuth = np.arctan2(-np.asarray(y, np.float64), -np.asarray(x, np.float64))
     column = np.floor(azimuth * (36 / np.pi)).astype(np.int64) % 72
@@ -90,7 +84,6 @@ Emit = Callable[[sky.PhotonSource], tuple[np.ndarray, np.ndarray, np.ndarray]]
 
 
 def last_component(source: sky.PhotonSource) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Travel directions of the photons of the last cell."""
     batch = source.photons()
     own = batch.patch == source.counts.shape[1] - 1
     return batch.ux[own], batch.uy[own], batch.uz[own]
@@ -106,7 +99,6 @@ class Fairness:
 
     @property
     def holds(self) -> bool:
-        """Whether both bars are kept."""
         return self.mean < MOST_MEAN and self.worst < MOST_WORST
 
 

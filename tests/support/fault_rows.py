@@ -35,8 +35,6 @@ class Fault:
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Answer:
-    """What a command said: exit code, both streams, and the run folder."""
-
     code: int
     out: str
     err: str

@@ -21,20 +21,16 @@ class ForkedCommand:
         self._process.start()
 
     def poll(self) -> int | None:
-        """Return the exit code, negative for a signal, or None while it runs."""
         return self._process.exitcode
 
     @property
     def returncode(self) -> int | None:
-        """The exit code, as `poll` gives it."""
         return self._process.exitcode
 
     def kill(self) -> None:
-        """Kill it (SIGKILL)."""
         self._process.kill()
 
     def wait(self, timeout: float) -> int:
-        """Wait for its end and return the exit code."""
         self._process.join(timeout)
         assert self._process.exitcode is not None, f"no end after {timeout} s"
         self.stderr.close()

@@ -38,29 +38,17 @@ class ForkServer:
         self._modules = modules
         self._process: subprocess.Popen[str] | None = None
 
-    def run(
-        self,
-        program: str,
-        *arguments: object,
-        folder: Path | None = None,
-        **variables: str | None,
-    ) -> Done:
+    def run(self, program: str, *arguments: object, folder: Path | None = None, **variables: str | None) -> Done:
         """Run a program with arguments, inside a folder, under changed environment variables (None takes one away)."""
         if self._process is None:
             command = [sys.executable, __file__, *self._modules]
             self._process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-            atexit.register(self._close)
-        assert self._process.stdin is not None
-        assert self._process.stdout is not None
+            atexit.register(self._process.communicate)
         changed = {name: value for name, value in {**os.environ, **variables}.items() if value is not None}
         task = [program, list(map(str, arguments)), str(folder or os.getcwd()), changed]
         self._process.stdin.write(json.dumps(task) + "\n")
         self._process.stdin.flush()
         return Done(**json.loads(self._process.stdout.readline()))
-
-    def _close(self) -> None:
-        assert self._process is not None
-        self._process.communicate()
 
 
 def _serve() -> None:

@@ -17,7 +17,6 @@ SOURCES = Path(__file__).resolve().parents[1] / "reference"
 
 def compile_reader(name: str, folder: Path) -> Path:
     """Compile tests/reference/<name>.f90 into `folder` and return the program."""
-    assert GFORTRAN is not None
     program = folder / name
     command = [GFORTRAN, "-O1", "-J", str(folder), "-o", str(program), str(SOURCES / f"{name}.f90")]
     subprocess.run(command, check=True, capture_output=True, timeout=120)
@@ -34,5 +33,4 @@ def readings(program: Path, jobs: list[tuple[str, Path]]) -> list[list[int] | No
 
 
 def as_real(word: int) -> float:
-    """The float64 whose bit pattern a reader printed."""
     return struct.unpack("<d", struct.pack("<q", word))[0]

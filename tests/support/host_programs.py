@@ -40,7 +40,6 @@ def _built(_folder: str, names: list[str]) -> list[str]:
 
 
 def copied(example: str, folder: Path) -> Path:
-    """A copy of an example and of what all share in `folder`, without what was built there."""
     for name in {"c", example}:
         shutil.copytree(EXAMPLES / name, folder / name, ignore=_built, dirs_exist_ok=True)
     return folder / example

@@ -10,7 +10,7 @@ import numpy as np
 import aomc_sky as sky
 from aomc_sky.component import Component, Law, cells_of_grid
 
-WAVEBANDS = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
+WAVEBANDS = [450.0, 550.0]
 N = 20_011
 
 
@@ -25,20 +25,17 @@ def table(law: Law, n_zenith: int, n_azimuth: int, name: str = "table", sparse: 
 
 
 def perez(n_zenith: int, n_azimuth: int, **options: str) -> tuple[Component, ...]:
-    """A clear sky with a narrow aureole."""
     grid = sky.PatchGrid.regular(n_zenith, n_azimuth)
     model = sky.PerezSky(sun_zenith_rad=0.7, sun_azimuth_rad=0.2, epsilon=8.0, delta=0.1, grid=grid, **options)
     return model.lower([450, 550])
 
 
 def disc(sun_zenith_deg: float, radius_deg: float | None = 0.2665) -> tuple[Component, ...]:
-    """The sun, a disc or a point."""
     more = {} if radius_deg is None else {"radius_deg": radius_deg}
     return sky.DirectBeam(sun_zenith_deg=sun_zenith_deg, sun_azimuth_deg=200, **more).lower([450, 550])
 
 
 def everything() -> tuple[Component, ...]:
-    """One component of every law."""
     tables = table(Law.CELL_MU2, 6, 9), table(Law.CELL_MU, 3, 2, "coarse")
     (beam,) = disc(35, None)
     return (*disc(89.9), *tables, *perez(6, 5), dataclasses.replace(beam, name="beam"))
@@ -59,16 +56,14 @@ SCENES = {
 
 @functools.cache
 def components(name: str) -> tuple[Component, ...]:
-    """Components of a scene."""
     return SCENES[name]()
 
 
 def source(name: str, n: int | list[int] = N, **options: object) -> sky.PhotonSource:
-    """The source of a scene."""
     scene = sky.Scene(wavebands=WAVEBANDS, n_photons=n, components=components(name))
     return scene.source(seed=9, **options)
 
 
 def directions(batch: sky.PhotonBatch) -> np.ndarray:
     """Directions of a batch as rows ux, uy, uz."""
-    return np.stack([batch.ux, batch.uy, batch.uz])
+    return np.ascontiguousarray(batch.directions.T)

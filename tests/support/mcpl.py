@@ -19,18 +19,9 @@ from aomc_sky.formats.mcpl.file import read_mcpl
 from aomc_sky.formats.mcpl.header import COUNT_OFFSET, McplHeader
 from aomc_sky.outputs.photons.mcpl import MAX_CELLS, MEV_NM, PHOTON, McplWriter
 
-PARTICLE = np.dtype(
-    [
-        ("ekin", "f8"),
-        ("polarisation", "f8", (3,)),
-        ("position", "f8", (3,)),
-        ("direction", "f8", (3,)),
-        ("time", "f8"),
-        ("weight", "f8"),
-        ("pdgcode", "i4"),
-        ("userflags", "u4"),
-    ]
-)
+_VECTORS = [(name, "f8", (3,)) for name in ("polarisation", "position", "direction")]
+_LAST = [("time", "f8"), ("weight", "f8"), ("pdgcode", "i4"), ("userflags", "u4")]
+PARTICLE = np.dtype([("ekin", "f8"), *_VECTORS, *_LAST])
 """`mcpl_particle_t`."""
 
 
@@ -101,7 +92,6 @@ class Oracle:
             self._lib.mcpl_hdr_add_comment(file, comment.encode())
 
     def read(self, path: Path) -> np.ndarray:
-        """All particles of a file, as libmcpl gives them one by one."""
         file = self._lib.mcpl_open_file(str(path).encode())
         pieces = []
         while address := self._lib.mcpl_read(file):
@@ -110,7 +100,6 @@ class Oracle:
         return np.frombuffer(b"".join(pieces), PARTICLE)
 
     def tool(self, *arguments: str | Path) -> str:
-        """Standard output of mcpltool."""
         program = self.library.parents[1] / "bin" / "mcpltool"
         command = [str(program), *map(str, arguments)]
         return subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
@@ -120,7 +109,7 @@ def particles_of(batch: PhotonBatch) -> np.ndarray:
     """Photons as an array of `mcpl_particle_t`, in the conventions of docs/formats/mcpl.md."""
     particles = np.zeros(len(batch), PARTICLE)
     particles["ekin"] = MEV_NM / batch.wavelength_nm
-    particles["direction"] = np.stack([batch.ux, batch.uy, batch.uz], axis=-1)
+    particles["direction"] = batch.directions
     if batch.x is not None and batch.y is not None:
         particles["position"][:, 0] = 100 * batch.x.astype(np.float64)
         particles["position"][:, 1] = 100 * batch.y.astype(np.float64)
@@ -166,7 +155,6 @@ def random_particles(n: int, seed: int) -> np.ndarray:
 
 
 def encoded(header: McplHeader, records: np.ndarray | bytes = b"") -> bytes:
-    """A whole file."""
     from aomc_sky.formats.mcpl.header import encode_header
 
     return encode_header(header) + (records if isinstance(records, bytes) else records.tobytes())

@@ -42,7 +42,6 @@ def become() -> None:
 
 
 def _is_ours(depth: int) -> bool:
-    """Whether a module of the package calls."""
     return str(sys._getframe(depth).f_globals.get("__name__", "")).startswith("aomc_sky.")
 
 

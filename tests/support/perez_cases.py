@@ -18,7 +18,7 @@ CONE_SECTORS = 24
 KS_RADIUS_RAD = np.deg2rad(3.0)
 
 
-@dataclass(frozen=True, kw_only=True, slots=True)
+@dataclass(frozen=True, slots=True)
 class PerezCase:
     """A sky by its inputs, and its coefficients from eqs. (6) to (8) at 9 decimals; the limits change none."""
 
@@ -29,29 +29,13 @@ class PerezCase:
 
     @property
     def law(self) -> PerezLaw:
-        """The continuous law."""
         return PerezLaw(coefficients=self.coefficients, sun_zenith_rad=float(np.deg2rad(self.sun_zenith_deg)))
 
 
 CASES = {
-    "narrow aureole": PerezCase(
-        epsilon=6.8,
-        delta=0.02,
-        sun_zenith_deg=40,
-        coefficients=(-1.016291408, -0.228699069, 20.790475197, -6.672752355, 1.096377910),
-    ),
-    "bright overcast": PerezCase(
-        epsilon=1.03,
-        delta=0.5,
-        sun_zenith_deg=30,
-        coefficients=(0.707019955, -0.162213345, 4.640085147, -1.894591360, -0.055364176),
-    ),
-    "turbid, low sun": PerezCase(
-        epsilon=5.5,
-        delta=0.14,
-        sun_zenith_deg=64,
-        coefficients=(-0.986132764, -0.242156235, 13.290483556, -3.876723805, 0.509631067),
-    ),
+    "narrow aureole": PerezCase(6.8, 0.02, 40, (-1.016291408, -0.228699069, 20.790475197, -6.672752355, 1.096377910)),
+    "bright overcast": PerezCase(1.03, 0.5, 30, (0.707019955, -0.162213345, 4.640085147, -1.894591360, -0.055364176)),
+    "turbid, low sun": PerezCase(5.5, 0.14, 64, (-0.986132764, -0.242156235, 13.290483556, -3.876723805, 0.509631067)),
 }
 """On patches of 10 degrees the sun stands on an edge in the first two, and inside a patch in the last."""
 
@@ -74,12 +58,10 @@ def cell_counts(mu: np.ndarray, u: np.ndarray, azimuth: np.ndarray) -> np.ndarra
 
 
 def cell_shares(law: PerezLaw) -> np.ndarray:
-    """What `cell_counts` expects, per photon."""
     return perez_law.patch_shares(law, ZENITH_EDGES_DEG, AZIMUTH_EDGES_DEG)
 
 
 def cell_p(law: PerezLaw, mu: np.ndarray, u: np.ndarray, azimuth: np.ndarray) -> float:
-    """Chi-square in the cells of zenith angle and azimuth."""
     return chi2.chi2_p(cell_counts(mu, u, azimuth), cell_shares(law) * mu.size)
 
 

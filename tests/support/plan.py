@@ -24,7 +24,6 @@ class StatisticalPlan:
 
     @property
     def level(self) -> float:
-        """Level of one p-value."""
         return float(-np.expm1(np.log1p(-self.family_level) / sum(self.declared.values())))
 
     def check(self, name: str, p_value: float) -> None:
@@ -43,7 +42,6 @@ class StatisticalPlan:
             raise AssertionError(f"the planted defect is not caught: p = {p_value:.3g}, level {self.level:.3g}")
 
     def bind(self, name: str) -> BoundPlan:
-        """The plan for one run of a test."""
         return BoundPlan(plan=self, name=name)
 
 
@@ -56,10 +54,8 @@ class BoundPlan:
     compared: int = 0
 
     def check(self, p_value: float) -> None:
-        """Compare one declared p-value with the level."""
         self.compared += 1
         self.plan.check(self.name, p_value)
 
     def catches(self, p_value: float) -> None:
-        """Fail unless a planted defect is rejected."""
         self.plan.catches(p_value)

@@ -18,8 +18,6 @@ _THICKNESS_M = 100.0
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Layers:
-    """A stack of homogeneous plane layers."""
-
     optical_depth: np.ndarray  #: (n_layer,) extinction of each layer from the top. [>= 0]
     #: (n_kind, n_layer) single-scattering albedo that each kind of particle adds. [0 to 1; sum over the kinds <= 1]
     scattering: np.ndarray

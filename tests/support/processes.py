@@ -89,7 +89,6 @@ def stopped(*words: object, block: int) -> subprocess.Popen:
     """A process that has stopped itself, as by SIGSTOP, before its block of photons of this number."""
     process = _listening(resting(*words, block=block, rest="os.kill(os.getpid(), signal.SIGSTOP)"))
     now = os.waitid(os.P_PID, process.pid, os.WSTOPPED | os.WEXITED | os.WNOWAIT)
-    assert now is not None
     assert now.si_code == os.CLD_STOPPED, process.communicate()
     return process
 
@@ -120,14 +119,8 @@ def wait_for(folder: Path, pattern: str, process: subprocess.Popen | ForkedComma
 
 def in_environment(program: str, *arguments: object, **variables: str) -> str:
     """Standard output of a Python program under changed environment variables."""
-    done = subprocess.run(
-        [sys.executable, "-c", program, *map(str, arguments)],
-        env={**os.environ, **variables},
-        capture_output=True,
-        text=True,
-        timeout=600,
-        check=False,
-    )
+    command, environment = [sys.executable, "-c", program, *map(str, arguments)], {**os.environ, **variables}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=600, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout
 

@@ -30,11 +30,9 @@ class Seen:
                 self._parts.append(part)
 
     def type(self, text: str) -> None:
-        """Press keys."""
         os.write(self._master, text.encode())
 
     def wait_for(self, text: str, seconds: float = 30.0) -> bool:
-        """Whether a text comes in time."""
         limit = time.monotonic() + seconds
         while text not in self.text and time.monotonic() < limit:
             time.sleep(0.01)

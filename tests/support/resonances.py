@@ -7,9 +7,8 @@ from fractions import Fraction
 
 import numpy as np
 
-import aomc_sky as sky
 from bench.quantities import FIRST_SECTOR_DEG, N_ROWS, N_SECTORS, histogram_grid
-from tests.support.sampled import scene
+from tests.support.sampled import scene, table_of
 
 STEPS = {"u": 13925035116211876495, "v": 10511698010929265437, "ring": 0x9E3779B97F4A7C15}
 """The steps of the places as fractions of 2^64, and the golden ratio between rings."""
@@ -108,9 +107,7 @@ class EqualPatches:
 
     def emitted(self, **options: object) -> Places:
         """The places of the package's own photons, read off their directions in float64."""
-        grid = sky.PatchGrid.regular(self.n_zenith, self.n_azimuth)
-        table = sky.TabulatedSky(wavelength_nm=[500], values=np.ones((1, grid.n_patches)), grid=grid)
-        known = scene(table.lower([500]), self.n)
+        known = scene(table_of(np.ones((self.n_zenith, self.n_azimuth))), self.n)
 
         def places(seed: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
             batch = known.source(seed=seed, precision="float64", order="patch", **options).photons()

@@ -1,33 +1,39 @@
 """Scenes for the statistical tests, and where photons lie in their cell, worked out from the directions alone."""
 
-from __future__ import annotations
-
 import numpy as np
 
 import aomc_sky as sky
 from aomc_sky.component import cells_of_grid
 
-BAND = sky.Wavebands(wavelength_nm=np.array([500.0]))
-TWO_BANDS = sky.Wavebands(wavelength_nm=np.array([450.0, 550.0]))
+BAND = [500.0]
+TWO_BANDS = [450.0, 550.0]
 
 
 def scene(components, n, bands=BAND, **more):
-    """A scene of n photons per band."""
     return sky.Scene(wavebands=bands, n_photons=n, components=components, **more)
 
 
 def cell_component(law, zenith_deg, azimuth_deg):
-    """One cell of a law."""
     grid = sky.PatchGrid(zenith_bounds_deg=[zenith_deg], azimuth_bounds_deg=[azimuth_deg])
     cell = cells_of_grid(grid, law)
     return (sky.Component(name="cell", law=law, strength=np.ones(1), mass=np.ones((1, 1)), cell=cell, grid=grid),)
 
 
+def grid_of_edges(zenith_deg, azimuth_deg):
+    """A grid from the edges of its rings and columns, one more than there are."""
+    zenith, azimuth = (np.column_stack([edges[:-1], edges[1:]]) for edges in (zenith_deg, azimuth_deg))
+    return sky.PatchGrid(zenith_bounds_deg=zenith, azimuth_bounds_deg=azimuth)
+
+
+def table_of(values, nm=(500.0,), **more):
+    """A sky of values (n_zenith, n_azimuth) in a regular grid, or of so many for each wavelength."""
+    values = np.reshape(values, (np.size(nm), *np.shape(values)[-2:]))
+    return sky.TabulatedSky(wavelength_nm=nm, values=values, grid=sky.PatchGrid.regular(*values.shape[1:]), **more)
+
+
 def uneven_sky(n_zenith=18, n_azimuth=24, seed=11):
     """A sky of patches whose masses differ, none like its mirror image."""
-    grid = sky.PatchGrid.regular(n_zenith, n_azimuth)
-    values = np.random.default_rng(seed).lognormal(0, 1, (1, grid.n_patches))
-    return sky.TabulatedSky(wavelength_nm=[500], values=values, grid=grid)
+    return table_of(np.random.default_rng(seed).lognormal(0, 1, (n_zenith, n_azimuth)))
 
 
 def sky_angles(batch):
@@ -66,10 +72,8 @@ def clipped(place, slack):
 
 
 def square_counts(s, t, n=16):
-    """Photons in n x n cells of the unit square."""
     return np.histogram2d(s, t, bins=n, range=[[0, 1], [0, 1]])[0]
 
 
 def even(n_photons, n_cells):
-    """Equal expectations."""
     return np.full(n_cells, n_photons / n_cells)

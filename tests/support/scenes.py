@@ -30,7 +30,6 @@ def coarse_atmosphere(folder: Path) -> Path:
 
 
 def change_config(amc_inp: Path, **values: object) -> None:
-    """Write amc.inp again with other values."""
     from dataclasses import replace
 
     from aomc_sky.formats.aomc.amc import read_amc
@@ -66,14 +65,12 @@ def _amc_text(value: Any, *, is_whole: bool) -> str:
 
 
 def flip_bit(path: Path, position: int) -> None:
-    """Change one bit of the byte at a position."""
     data = bytearray(path.read_bytes())
     data[position] ^= 4
     path.write_bytes(data)
 
 
 def run_bytes(folder: Path) -> dict[str, bytes]:
-    """Bytes of every file of a finished run folder."""
     files = {path.name: path.read_bytes() for path in folder.iterdir()}
     assert "manifest.json" in files, sorted(files)
     return files
@@ -115,11 +112,10 @@ def weighted_source(precision: str) -> PhotonSource:
     """Photons with positions and weights in the first of two wavebands, none in the second."""
     import numpy as np
 
-    from aomc_sky import Footprint, PatchGrid, Scene, TabulatedSky, Wavebands
+    from aomc_sky import Footprint, PatchGrid, Scene, TabulatedSky
 
     grid, values = PatchGrid.regular(2, 2), np.array([[1.0, 2.0, 0.0, 5.0]])
     table = TabulatedSky(wavelength_nm=[500.0], values=values, grid=grid, weighting="listed")
     footprint = Footprint(shape="circle", size_x_m=30.0, size_y_m=30.0)
-    bands = Wavebands(wavelength_nm=np.array([500.0, 600.0]))
-    scene = Scene(wavebands=bands, n_photons=[700, 0], components=(table,), footprint=footprint)
+    scene = Scene(wavebands=[500.0, 600.0], n_photons=[700, 0], components=(table,), footprint=footprint)
     return scene.source(2, precision=precision, weights=True)

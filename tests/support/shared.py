@@ -1,8 +1,8 @@
 """The reference data beside the repository, where they are; tests that want them skip without."""
 
-from __future__ import annotations
-
+from importlib import util
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -11,5 +11,14 @@ SHARED = REPOSITORY.parent / "shared" / "reference"
 AOMC = SHARED / "aomc"
 INPUTS = REPOSITORY / "inputs"
 DATA = REPOSITORY / "tests" / "data"
+
+
+def script(path: Path) -> ModuleType:
+    """A program beside the package, as a module."""
+    spec = util.spec_from_file_location(path.stem, path)
+    module = util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
 
 needs_shared = pytest.mark.skipif(not AOMC.is_dir(), reason="the reference data are not beside the repository")

@@ -60,7 +60,6 @@ def section_names() -> tuple[str, ...]:
 
 
 def aligned(data: bytes) -> np.ndarray:
-    """The bytes in memory that begins at a multiple of 64."""
     memory = np.zeros(len(data) + 64, np.uint8)
     begin = -memory.ctypes.data % 64
     memory[begin : begin + len(data)] = np.frombuffer(data, np.uint8)
@@ -84,7 +83,6 @@ class Driver:
         return int(self.library.driver_view(_address(self._data), ctypes.c_uint64(len(data))))
 
     def load(self, path: Path) -> int:
-        """Take a file, and drop it again."""
         return int(self.library.driver_load(str(path).encode()))
 
     def open(self, source: sky.PhotonSource | bytes, band: int = 0) -> None:
@@ -94,17 +92,14 @@ class Driver:
         assert self.band(band) == 0
 
     def band(self, band: int) -> int:
-        """Choose a band."""
         return int(self.library.driver_band(ctypes.c_int32(band)))
 
     @property
     def n(self) -> int:
-        """Photons of the band."""
         return int(self.library.driver_n())
 
     @property
     def witness(self) -> int:
-        """What aomc_sky_witness says of the band."""
         return int(self.library.driver_witness())
 
     def fill(self, start: int, rows: np.ndarray, count: int | None = None) -> int:
@@ -128,11 +123,9 @@ class Driver:
         return rows, patch
 
     def checksum(self, data: bytes) -> int:
-        """aomc_sky_checksum."""
         return int(self.library.driver_checksum(data, ctypes.c_uint64(len(data))))
 
     def message(self, code: int) -> str:
-        """aomc_sky_message."""
         return bytes(self.library.driver_message(ctypes.c_int64(code))).decode()
 
 
@@ -141,7 +134,6 @@ def _address(array: np.ndarray) -> ctypes.c_void_p:
 
 
 def same_bits(one: np.ndarray, other: np.ndarray) -> bool:
-    """Whether two arrays have the same bytes."""
     return np.ascontiguousarray(one).tobytes() == np.ascontiguousarray(other).tobytes()
 
 
@@ -204,5 +196,4 @@ def _components(name: str) -> tuple[Component, ...]:
 
 
 def source_of(name: str, n: int | list[int] = 20_011, **options: object) -> sky.PhotonSource:
-    """The source of a scene of `SCENES`."""
     return sky.Scene(wavebands=WAVEBANDS, n_photons=n, components=_components(name)).source(seed=9, **options)

@@ -1,7 +1,5 @@
 """The documented command for a plain processor does what it says, in numpy and in numba."""
 
-from __future__ import annotations
-
 import os
 import subprocess
 import sys
@@ -18,7 +16,7 @@ print(config.CPU_NAME)
 """
 
 
-def seen(words: list[str]) -> list[str]:
+def seen(words):
     environment = {k: v for k, v in os.environ.items() if k not in settings([])} | (settings(words) if words else {})
     command = [sys.executable, "-c", SEEN, *dispatch_targets()]
     return subprocess.run(command, env=environment, check=True, capture_output=True, text=True).stdout.split()

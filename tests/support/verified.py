@@ -14,7 +14,6 @@ from aomc_sky.verify.report import Check, VerifyReport
 
 
 def directions_of(source: PhotonSource, band: int = 0) -> np.ndarray:
-    """All travel directions of a waveband, (n, 3)."""
     return source.photons(band).directions
 
 
@@ -37,7 +36,6 @@ def change_photons(folder: Path, change: Callable[[np.ndarray], np.ndarray], wav
 
 
 def rows_of(directions: np.ndarray, weight: np.ndarray | None = None) -> Iterator[PhotonRows]:
-    """Photons in blocks."""
     for start in range(0, len(directions), BLOCK):
         part = slice(start, start + BLOCK)
         yield PhotonRows(start=start, direction=directions[part], weight=None if weight is None else weight[part])
@@ -58,6 +56,5 @@ def direction_report(
 
 
 def named(report: VerifyReport, beginning: str) -> Check:
-    """The only check whose name begins so."""
     (check,) = (check for check in report.checks if check.name.startswith(beginning))
     return check

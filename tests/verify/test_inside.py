@@ -45,12 +45,11 @@ def test_steps_inside_patches(name, weighting):
 def test_patches_that_touch_a_beam_are_left_out():
     """Those around the sun alone, also where it stands on the edges of four of them."""
     grid = sky.PatchGrid.regular(9, 36)
-    bands = sky.Wavebands(wavelength_nm=np.array([500.0]))
     flux = grid.projected_solid_angle_sr[None, :]
     even = Component(name="sky", law=Law.CELL_MU2, strength=np.ones(1), mass=flux, cell=cells_of_grid(grid), grid=grid)
     for azimuth, n_touched in ((45.0, 2), (40.0, 4), (0.0, 4)):
         parts = (even, sky.DirectBeam(sun_zenith_deg=30.0, sun_azimuth_deg=azimuth, strength=1.0))
-        scene = sky.Scene(wavebands=bands, n_photons=np.array([10]), components=parts)
+        scene = sky.Scene(wavebands=[500.0], n_photons=np.array([10]), components=parts)
         interior, why = interior_of(scene.source(0))
         assert interior is not None, why
         assert np.count_nonzero(~interior.is_usable) == n_touched

@@ -30,17 +30,9 @@ def test_only_failures_make_it_foreign():
 
 
 def test_maps_are_those_of_wavebands_whose_tests_failed():
-    zones = PatchGrid.regular(2, 2)
-    pulls = [
-        Pulls(
-            waveband=w,
-            zones=zones,
-            observed=np.full((2, 2), 5.0),
-            expected=np.array([[25.0, 5.0], [329.0, 0.0]]),
-            variance=np.array([[400.0, 5.0], [1296.0, 0.0]]),
-        )
-        for w in (1, 2)
-    ]
+    expected, variance = np.array([[25.0, 5.0], [329.0, 0.0]]), np.array([[400.0, 5.0], [1296.0, 0.0]])
+    maps = {"zones": PatchGrid.regular(2, 2), "observed": np.full((2, 2), 5.0), "expected": expected}
+    pulls = [Pulls(waveband=w, variance=variance, **maps) for w in (1, 2)]
     checks = [a_test(0.0, waveband=2), Check(name="photons come from above", waveband=1, passed=False, allowed=0.0)]
     report = judged(checks, family_level=1e-6, pulls=pulls)
     assert [p.waveband for p in report.failed_pulls] == [2]

@@ -25,7 +25,6 @@ OTHERS = {"uniform": np.outer(WIDTHS, [1 / 3, 2 / 3]).ravel(), "lambert": FLUX}
 
 
 def own_variance(expected):
-    """That of independent photons."""
     return lambda score: float(score**2 @ expected)
 
 
@@ -93,12 +92,8 @@ def test_free_positions_of_a_plan():
 
     Cell 0 lies in zones 0 and 2, cell 1 in zone 5 alone, cell 2 in all of ring 3.
     """
-    shares = ZoneShares(
-        cell=np.array([0, 0, 1, 2, 2]),
-        zone=np.array([0, 2, 5, 6, 7]),
-        share=np.array([0.25, 0.75, 1.0, 0.5, 0.5]),
-        n_zones=8,
-    )
+    cells, zones = np.array([0, 0, 1, 2, 2]), np.array([0, 2, 5, 6, 7])
+    shares = ZoneShares(cell=cells, zone=zones, share=np.array([0.25, 0.75, 1.0, 0.5, 0.5]), n_zones=8)
     per_cell, values = np.array([20_000.0, 30_000.0, 50_000.0]), np.arange(8.0) ** 2
     wanted = 20_000 * 0.25 * 0.75 * (values[2] - values[0]) ** 2 + 50_000 * 0.25 * (values[7] - values[6]) ** 2
     assert shares.variance(per_cell, values) == pytest.approx(wanted, rel=1e-14)

@@ -11,22 +11,17 @@ from tests.support.shared import INPUTS
 
 
 def source_of(*components, n=1000, **options):
-    scene = sky.Scene(
-        wavebands=sky.Wavebands(wavelength_nm=np.array([550.0])), n_photons=np.array([n]), components=components
-    )
-    return scene.source(1, **options)
+    return sky.Scene(wavebands=[550.0], n_photons=n, components=components).source(1, **options)
+
+
+def omega_of(law, grid):
+    return grid.solid_angle_sr if law is Law.CELL_MU else grid.projected_solid_angle_sr
 
 
 def even(law, grid):
     """A sky of constant radiance as a component of a law."""
-    omega = grid.solid_angle_sr if law is Law.CELL_MU else grid.projected_solid_angle_sr
-    return Component(
-        name="sky", law=law, strength=np.ones(1), mass=omega[None, :], cell=cells_of_grid(grid, law), grid=grid
-    )
-
-
-def zones_of(n_zenith, n_azimuth):
-    return PatchGrid.regular(n_zenith, n_azimuth)
+    cell = cells_of_grid(grid, law)
+    return Component(name="sky", law=law, strength=np.ones(1), mass=omega_of(law, grid)[None], cell=cell, grid=grid)
 
 
 @pytest.mark.parametrize("law", [Law.CELL_MU2, Law.CELL_MU])
@@ -34,32 +29,28 @@ def zones_of(n_zenith, n_azimuth):
 @pytest.mark.parametrize("zones", [(1, 1), (4, 6), (16, 16)])
 def test_even_skies_cut_anywhere(law, shape, zones):
     source = source_of(even(law, PatchGrid.regular(*shape)))
-    grid = zones_of(*zones)
-    shares = zone_shares(source, grid)
-    omega = grid.solid_angle_sr if law is Law.CELL_MU else grid.projected_solid_angle_sr
+    grid = PatchGrid.regular(*zones)
+    shares, omega = zone_shares(source, grid), omega_of(law, grid)
     assert np.allclose(shares.expected(source.mass(0)), omega / omega.sum(), rtol=1e-12, atol=0)
     assert np.allclose(np.bincount(shares.cell, shares.share), 1.0, rtol=1e-13)
 
 
 def test_loose_photons_are_binomial_and_those_of_whole_cells_are_fixed():
     """Cell 0 lies in zone 0 by a quarter and in zone 1 by the rest, cell 1 is zone 2."""
-    shares = ZoneShares(
-        cell=np.array([0, 0, 1]), zone=np.array([0, 1, 2]), share=np.array([0.25, 0.75, 1.0]), n_zones=3
-    )
+    cells, zones = np.array([0, 0, 1]), np.arange(3)
+    shares = ZoneShares(cell=cells, zone=zones, share=np.array([0.25, 0.75, 1.0]), n_zones=3)
     assert shares.loose(np.array([1600.0, 500.0])).tolist() == [300.0, 300.0, 0.0]
 
 
 def test_weights_that_carry_the_cosine_make_it_flux():
     source = source_of(even(Law.CELL_MU, PatchGrid.regular(1, 1)))
-    grid = zones_of(4, 2)
+    grid = PatchGrid.regular(4, 2)
     flux = zone_shares(source, grid, is_flux=True).expected(np.ones(1))
     assert np.allclose(flux, grid.projected_solid_angle_sr / np.pi, rtol=1e-13)
 
 
 def test_patches_that_begin_before_azimuth_zero():
-    grid = PatchGrid.whole_degrees()
-    source = source_of(even(Law.CELL_MU2, grid))
-    zones = zones_of(6, 8)
+    source, zones = source_of(even(Law.CELL_MU2, PatchGrid.whole_degrees())), PatchGrid.regular(6, 8)
     omega = zones.projected_solid_angle_sr
     expected = zone_shares(source, zones).expected(source.mass(0))
     assert np.allclose(expected, omega / omega.sum(), rtol=1e-12)
@@ -68,8 +59,7 @@ def test_patches_that_begin_before_azimuth_zero():
 @pytest.mark.parametrize("zones", [(5, 7), (16, 16)])
 def test_perez_patches_cut_anywhere(zones):
     model = sky.PerezSky(sun_zenith_rad=0.9, sun_azimuth_rad=0.3, epsilon=6.0, delta=0.1, grid=PatchGrid.regular(4, 6))
-    source = source_of(model)
-    grid = zones_of(*zones)
+    source, grid = source_of(model), PatchGrid.regular(*zones)
     mass = model.patch_mass(grid)
     expected = zone_shares(source, grid).expected(source.mass(0))
     assert np.allclose(expected, mass / mass.sum(), rtol=1e-8, atol=1e-12)

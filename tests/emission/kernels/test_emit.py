@@ -16,7 +16,7 @@ from tests.support.emitted import both
 
 JIT = not numba.config.DISABLE_JIT
 N = 9001 if JIT else 150
-BANDS = sky.Wavebands(wavelength_nm=np.array([500.0]))
+BANDS = [500.0]
 
 
 def component(name, law, cell, mass, grid=None):
@@ -57,10 +57,7 @@ SCENES = {
     "solid angle": lambda: (grid_component(Law.CELL_MU),),
     "beam": beam,
     "disc": lambda: disc(20, 10),
-    "faint disc": lambda: (
-        dataclasses.replace(disc(20, 10)[0], strength=np.full(1, 0.03)),
-        grid_component(Law.CELL_MU2),
-    ),
+    "faint disc": lambda: (dataclasses.replace(disc(20, 10)[0], strength=[0.03]), grid_component(Law.CELL_MU2)),
     "disc and uniform": lambda: (*disc(20, 10), *sky.UniformSky().lower(500)),
     "disc at the horizon": lambda: disc(89.9, 300),
     "uniform": lambda: sky.UniformSky().lower(500),
@@ -122,7 +119,6 @@ def test_places_are_moved_along_the_slope(name):
 
 
 def types_of(arguments):
-    """What numba compiles for."""
     return tuple(types_of(a) if isinstance(a, tuple) else numba.typeof(a) for a in arguments)
 
 
@@ -175,9 +171,8 @@ def test_more_words_than_16_bits():
     near, far = np.deg2rad(zenith), np.deg2rad(zenith + 0.001)
     growth = np.sin(far - near) * np.sin(far + near)
     azimuth = np.linspace(0, 6, n)
-    cell = np.column_stack(
-        [np.sin(near) ** 2, growth, np.cos(far) ** 2, np.full(n, 0.01), np.sin(azimuth), np.cos(azimuth)]
-    )
+    columns = np.sin(near) ** 2, growth, np.cos(far) ** 2, np.full(n, 0.01), np.sin(azimuth), np.cos(azimuth)
+    cell = np.column_stack(columns)
     scattered = component("scattered", Law.CELL_MU2, cell, np.ones(n))
     source = sky.Scene(wavebands=BANDS, n_photons=2 * n, components=(scattered,)).source()
     compared(source, 0, 2 * n)

@@ -1,7 +1,5 @@
 """Kernels are compiled with the slices that a plan needs: variants keep apart; the next process finds their code."""
 
-from __future__ import annotations
-
 import numba
 import pytest
 
@@ -31,7 +29,7 @@ for scene in scenes:
 SAID = ["overcast True", "perez_sky True perez", "night_sky True lobes perez"]
 
 
-def said(*scenes: str, **variables: str) -> list[str]:
+def said(*scenes, **variables):
     """For each scene whether its photons are right, and the slices that are loaded by then."""
     return with_numba(PHOTONS, INPUTS, *scenes, **variables).splitlines()
 

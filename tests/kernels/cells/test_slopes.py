@@ -8,9 +8,9 @@ from scipy.integrate import quad
 
 import aomc_sky as sky
 from aomc_sky.component import MAX_SLOPE, Component, Law, cells_of_grid
-from aomc_sky.emission.photon_source import batch_arrays
 from aomc_sky.kernels.cells.laws import slope_words, sloped
 from aomc_sky.plan.laws import law_of
+from tests.support.emitted import both
 
 SLOPES = [0.0, 2.0**-30, -(2.0**-30), 1e-3, -0.3, 0.7, MAX_SLOPE, -MAX_SLOPE]
 
@@ -26,10 +26,7 @@ def test_places_against_the_distribution_function(kind, slope):
     assert x.max() < 1
     with mpmath.workdps(50):
         s = mpmath.mpf(round(slope * 2**30)) / 2**30
-        roots = [
-            2 * v / (1 - s + mpmath.sqrt((1 - s) ** 2 + 4 * s * v)) for v in map(mpmath.mpf, u.astype(float).tolist())
-        ]
-        exact = np.array([float(root) for root in roots])
+        exact = np.array([float(2 * v / (1 - s + mpmath.sqrt((1 - s) ** 2 + 4 * s * v))) for v in u.astype(float)])
     # 1 - s is rounded once, and the steepest one has 10 bits less
     allowed = 4 * np.finfo(kind).eps * (1 if slope < 0.9 else 2**9)
     np.testing.assert_allclose(x.astype(float), np.minimum(exact, last), rtol=allowed, atol=0)
@@ -65,10 +62,8 @@ def test_flux_through_parts_of_a_cell():
     """A column across azimuth 0, parts of the ring, and all of it."""
     component = one_ring([-0.5, 0.8])
     near, growth, _ = (float(x[0]) for x in component.grid.ring_sin2())
-    rings, columns = (
-        np.array([[20.0, 30.0], [30.0, 70.0], [0.0, 90.0]]),
-        np.array([[-10.0, 20.0], [20.0, 80.0], [0, 360]]),
-    )
+    rings = np.array([[20.0, 30.0], [30.0, 70.0], [0.0, 90.0]])
+    columns = np.array([[-10.0, 20.0], [20.0, 80.0], [0, 360]])
     flux = law_of(component.law).flux(component, rings, columns)
 
     def share(low, high, slope):
@@ -103,11 +98,7 @@ def test_kernels_and_numpy_give_the_same_bits(precision, placement):
     """Beside a disc at the horizon and a wide patch; one photon at a time, too."""
     source = mixed_scene().source(seed=3, precision=precision, placement=placement)
     for band in (0, 1):
-        plain, compiled = (
-            batch_arrays(40_000, source.dtype, None, with_positions=False, with_weights=False) for _ in range(2)
-        )
-        source._emitter.fill_plain(band, 0, plain)
-        source._emitter.fill_compiled(band, 0, compiled)
+        compiled, plain = both(source, 0, 40_000, band)
         for name in ("ux", "uy", "uz", "patch"):
             np.testing.assert_array_equal(plain[name], compiled[name])
         sample = source.numba_sampler(band).sample
@@ -130,9 +121,8 @@ def test_bands_have_slopes_of_their_own(tmp_path):
         mean = -source.photons(band).uz.mean(dtype=float)
         assert abs(mean - source.exact_moments(band).mean_mu) < 5e-5
     assert not np.allclose(source.cell_moments(0)[0][:72], source.cell_moments(1)[0][:72], rtol=1e-3)
-    path = tmp_path / "plan.npz"
-    path.write_bytes(source.plan.to_bytes())
-    again = sky.PhotonSource(sky.Plan.load(path))
+    source.plan.save(tmp_path / "plan.npz")
+    again = sky.PhotonSource(sky.Plan.load(tmp_path / "plan.npz"))
     np.testing.assert_array_equal(again.photons(1).ux, source.photons(1).ux)
 
 

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from tests.support.fortran import needs_gfortran
-from tests.support.host_programs import EXAMPLES, QUICK, REFERENCE, copied, make, needs_host, run
+from tests.support.host_programs import EXAMPLES, QUICK, REFERENCE, copied, make, run
 from tests.support.shared import INPUTS
 
 FULL_TURN = np.float32(2) * np.float32(3.14159265)
@@ -31,12 +30,10 @@ def free_azimuth(ux, uy):
 
 
 def light_azimuth(ux, uy):
-    """Azimuth of the source, float32. [0 to 6.283184]"""
     return np.minimum(free_azimuth(ux, uy), constant("below_full_turn"))
 
 
 def light_zenith(ux, uy, uz):
-    """Zenith angle of the source, float32. [0 to 1.570796]"""
     x, y, z = (-u.astype(np.float64) for u in (ux, uy, uz))
     return np.minimum(np.arctan2(np.sqrt(x * x + y * y), z).astype(np.float32), constant("below_horizon"))
 
@@ -50,12 +47,6 @@ def azimuth_bin(phi, n_bins):
 EVERY_NUMBER_OF_BINS = np.arange(1, 361)
 
 
-def below(value, n_ulp):
-    for _ in range(n_ulp):
-        value = np.nextafter(value, np.float32(0))
-    return value
-
-
 def test_the_largest_azimuth_is_in_the_last_bin_of_all():
     """phi -> INT(phi / nphi) + 1 never falls as phi grows (division and truncation do not), so the largest will do."""
     largest = constant("below_full_turn")
@@ -66,7 +57,8 @@ def test_the_largest_azimuth_is_in_the_last_bin_of_all():
     assert np.all((largest * (np.float32(1) / width)).astype(int) < EVERY_NUMBER_OF_BINS)
     # planted: 2 pi itself, and the number before it, which is below 2 pi and yet beyond the bins
     assert np.sum(azimuth_bin(FULL_TURN, EVERY_NUMBER_OF_BINS) > EVERY_NUMBER_OF_BINS) == 354
-    assert np.sum(azimuth_bin(below(FULL_TURN, 1), EVERY_NUMBER_OF_BINS) > EVERY_NUMBER_OF_BINS) == 69
+    before = np.nextafter(FULL_TURN, np.float32(0))
+    assert np.sum(azimuth_bin(before, EVERY_NUMBER_OF_BINS) > EVERY_NUMBER_OF_BINS) == 69
 
 
 def extreme_floats():
@@ -96,6 +88,9 @@ def test_all_signs_and_magnitudes_of_both_components():
 @pytest.fixture(scope="module")
 def program(tmp_path_factory):
     """An AOMC-like program around our `light`, its arrays checked."""
+    for command in ("gcc", "gfortran", "make"):
+        if shutil.which(command) is None:
+            pytest.skip(f"{command} not installed")
     folder = copied("fortran", tmp_path_factory.mktemp("light"))
     run(["gfortran", "-c", "-O1", "-fcheck=bounds", str(REFERENCE / "aomc_stub.f90")], folder)
     make(folder, "light", flags=QUICK)
@@ -104,13 +99,17 @@ def program(tmp_path_factory):
     return folder / "stub"
 
 
-def set_up(scene_folder, iterations):
-    """Write these iterations into amc.inp, and day.sky; the source of it."""
-    amc = scene_folder / "amc.inp"
+def set_up(folder, name, iterations=30_000, **files):
+    """The source of a copy of a scene with these iterations, other files (None: without) and its day.sky."""
+    shutil.copytree(INPUTS / name, folder)
+    for file, text in files.items():
+        path = folder / file.replace("_", ".")
+        path.write_text(text) if text is not None else path.unlink()
+    amc = folder / "amc.inp"
     first, rest = amc.read_text().split("\n", 1)
     amc.write_text(f"{first[:48]}{iterations}\n{rest}")
-    source = sky.read_scene(scene_folder).source(8)
-    sky.write_source(source, scene_folder / "day.sky")
+    source = sky.read_scene(folder).source(8)
+    sky.write_source(source, folder / "day.sky")
     return source
 
 
@@ -136,15 +135,12 @@ def check_angles(batch, theta, phi):
     assert np.abs(np.sin(theta.astype(np.float64)) * np.cos(turned) - batch.ux).max() < 1e-6 + 1.4e-6
 
 
-@needs_host
-@needs_gfortran
 @pytest.mark.parametrize(
     ("name", "lsource", "n_bands", "launched"), [("clear_day", 1, 3, 150_001), ("perez_sky", 0, 4, 30_000)]
 )
 def test_the_program_launches_our_photons(program, tmp_path, name, lsource, n_bands, launched):
     folder = tmp_path / name
-    shutil.copytree(INPUTS / name, folder)
-    source = set_up(folder, launched)
+    source = set_up(folder, name, launched)
     n = min(source.n_photons(band) for band in range(n_bands))
     theta, phi, logs = launch(program, folder, lsource, n_bands, n)
     for band in range(n_bands):
@@ -155,17 +151,15 @@ def test_the_program_launches_our_photons(program, tmp_path, name, lsource, n_ba
         assert log[1].sum() == n * n_bands
 
 
-@needs_host
-@needs_gfortran
+TWO_BANDS = "2\n1.0 1.0\n1.0 1.0\n"
+
+
 @pytest.mark.parametrize("below_north_deg", [1e-9, 2.5e-5])
 def test_no_photon_beyond_the_bins(program, tmp_path, below_north_deg):
     """A beam from a hair before azimuth 360, whose azimuth rounds to 2 pi or to the number before it."""
-    n = 1000
-    folder = tmp_path / "seam"
-    shutil.copytree(INPUTS / "beam_only", folder)
-    (folder / "sky.toml").write_text(f"[sun]\nzenith_deg = 50.0\nazimuth_deg = {360 - below_north_deg!r}\n")
-    (folder / "difcol.inp").write_text("2\n1.0 1.0\n1.0 1.0\n")
-    n_bands, batch = 2, set_up(folder, n).photons(0)
+    n, n_bands, folder = 1000, 2, tmp_path / "seam"
+    sun = f"[sun]\nzenith_deg = 50.0\nazimuth_deg = {360 - below_north_deg!r}\n"
+    batch = set_up(folder, "beam_only", n, sky_toml=sun, difcol_inp=TWO_BANDS).photons(0)
     theta, phi, logs = launch(program, folder, 0, n_bands, n)
     free = free_azimuth(batch.ux, batch.uy)
     assert np.all(azimuth_bin(free, 360) == 361)  # each would stop the program
@@ -175,16 +169,11 @@ def test_no_photon_beyond_the_bins(program, tmp_path, below_north_deg):
         assert log[0][n_bins - 1] == log[0].sum() == n * n_bands
 
 
-@needs_host
-@needs_gfortran
 def test_no_difcol_where_sky_toml_says_all(program, tmp_path):
     """The program looks for difcol.inp before any photon; afterwards the scene is as it was."""
     folder = tmp_path / "scene"
-    shutil.copytree(INPUTS / "perez_sky", folder)
-    (folder / "difcol.inp").unlink()
-    toml = folder / "sky.toml"
-    toml.write_text(toml.read_text().replace("[perez]", '[perez]\nspectrum = "flat"'))
-    source = set_up(folder, 30_000)
+    toml = (INPUTS / "perez_sky" / "sky.toml").read_text().replace("[perez]", '[perez]\nspectrum = "flat"')
+    source = set_up(folder, "perez_sky", difcol_inp=None, sky_toml=toml)
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
     theta, phi, _ = launch(program, folder, 0, source.n_bands, 30_000)
     for band in range(source.n_bands):
@@ -193,8 +182,6 @@ def test_no_difcol_where_sky_toml_says_all(program, tmp_path):
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 
-@needs_host
-@needs_gfortran
 def test_a_difcol_that_is_needed_is_missed(program, tmp_path):
     """Without sky.toml the program says what it always said, and nothing is written."""
     folder = tmp_path / "scene"
@@ -210,12 +197,7 @@ def test_a_difcol_that_is_needed_is_missed(program, tmp_path):
 OTHER_ITERATIONS = "amc.inp (or difcol.inp) has other iterations than day.sky"
 STALE = {
     "iterations": ("amc.inp", b": 30000", b": 30011", OTHER_ITERATIONS),
-    "intensity": (
-        "difcol.inp",
-        b"0.86 1.00",
-        b"0.86 0.99",
-        "amc.inp (or difcol.inp) has other iterations than day.sky",
-    ),
+    "intensity": ("difcol.inp", b"0.86 1.00", b"0.86 0.99", OTHER_ITERATIONS),
     "wavelength": ("lambbot.inp", b"550.0 ", b"551.0 ", "wavelengths of lambbot.inp not in day.sky"),
     "damage": ("day.sky", b"AOMC-SKY", b"AOMC-SKI", "day.sky: this is not a source file of aomc-sky"),
 }
@@ -230,37 +212,30 @@ def said_by(program, folder, n_bands, **environment):
     return done.stderr
 
 
-@needs_host
-@needs_gfortran
 @pytest.mark.parametrize("name", STALE)
 def test_a_stale_file_gives_no_light(program, tmp_path, name):
     """Another iteration, intensity or wavelength than when day.sky was written."""
-    shutil.copytree(INPUTS / "perez_sky", tmp_path / "scene")
-    set_up(tmp_path / "scene", 30_000)
-    assert said_by(program, tmp_path / "scene", 4) == ""
+    folder = tmp_path / "scene"
+    set_up(folder, "perez_sky")
+    assert said_by(program, folder, 4) == ""
     file, old, new, says = STALE[name]
-    content = (tmp_path / "scene" / file).read_bytes()
+    content = (folder / file).read_bytes()
     assert content.count(old) == 1
-    (tmp_path / "scene" / file).write_bytes(content.replace(old, new))
-    assert f"aomc-sky: {says}" in said_by(program, tmp_path / "scene", 4)
+    (folder / file).write_bytes(content.replace(old, new))
+    assert f"aomc-sky: {says}" in said_by(program, folder, 4)
 
 
-@needs_host
-@needs_gfortran
 def test_another_file_by_its_name(program, tmp_path):
-    shutil.copytree(INPUTS / "perez_sky", tmp_path / "scene")
-    set_up(tmp_path / "scene", 30_000)
-    (tmp_path / "scene" / "day.sky").rename(tmp_path / "noon.sky")
-    assert "day.sky: the file cannot be read" in said_by(program, tmp_path / "scene", 4)
-    assert said_by(program, tmp_path / "scene", 4, AOMC_SKY_FILE="../noon.sky") == ""
+    folder = tmp_path / "scene"
+    set_up(folder, "perez_sky")
+    (folder / "day.sky").rename(tmp_path / "noon.sky")
+    assert "day.sky: the file cannot be read" in said_by(program, folder, 4)
+    assert said_by(program, folder, 4, AOMC_SKY_FILE="../noon.sky") == ""
 
 
-@needs_host
-@needs_gfortran
 def test_another_number_of_wavebands(program, tmp_path):
-    shutil.copytree(INPUTS / "beam_only", tmp_path / "scene")
-    (tmp_path / "scene" / "difcol.inp").write_text("2\n1.0 1.0\n1.0 1.0\n")
-    set_up(tmp_path / "scene", 30_000)
-    assert said_by(program, tmp_path / "scene", 2) == ""
-    (tmp_path / "scene" / "difcol.inp").write_text("3\n1.0 1.0\n1.0 1.0\n1.0 1.0\n")
-    assert "amc.inp has another number of wavebands than day.sky" in said_by(program, tmp_path / "scene", 3)
+    folder = tmp_path / "scene"
+    set_up(folder, "beam_only", difcol_inp=TWO_BANDS)
+    assert said_by(program, folder, 2) == ""
+    (folder / "difcol.inp").write_text("3\n" + 3 * "1.0 1.0\n")
+    assert "amc.inp has another number of wavebands than day.sky" in said_by(program, folder, 3)

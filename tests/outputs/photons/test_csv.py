@@ -5,7 +5,7 @@ import io
 import numpy as np
 import pytest
 
-from aomc_sky import Scene, UniformSky, Wavebands
+from aomc_sky import Scene, UniformSky
 from aomc_sky.errors import OutputError
 from aomc_sky.outputs.photons.csv import CsvWriter
 from tests.support.scenes import weighted_source
@@ -32,8 +32,7 @@ def test_every_bit_comes_back(precision):
 
 
 def test_a_point_source_has_directions_alone():
-    bands = Wavebands(wavelength_nm=np.array([500.0]))
-    source = Scene(wavebands=bands, n_photons=3, components=(UniformSky(),)).source()
+    source = Scene(wavebands=[500.0], n_photons=3, components=(UniformSky(),)).source()
     assert text_of(source, 0).splitlines()[0] == b"ux,uy,uz"
 
 

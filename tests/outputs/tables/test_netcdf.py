@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import aomc_sky
-from aomc_sky import DirectBeam, Scene, TabulatedSky, UniformSky, Wavebands
+from aomc_sky import DirectBeam, Scene, TabulatedSky, UniformSky
 from aomc_sky.emission.irradiance import Irradiance
 from aomc_sky.grid import PatchGrid
 from aomc_sky.outputs.tables.netcdf import plan_of_netcdf, to_xarray, write_netcdf
@@ -23,12 +23,9 @@ def table():
 
 @pytest.fixture
 def source():
-    return Scene(
-        wavebands=Wavebands(wavelength_nm=WAVELENGTHS),
-        n_photons=[1000, 2000],
-        components=(DirectBeam(sun_zenith_deg=30, sun_azimuth_deg=200, strength=1.0), table()),
-        sky_wavelength_nm=np.array([450.0, np.nan]),
-    ).source(2**64 - 1)
+    parts = (DirectBeam(sun_zenith_deg=30, sun_azimuth_deg=200, strength=1.0), table())
+    known = {"n_photons": [1000, 2000], "sky_wavelength_nm": np.array([450.0, np.nan])}
+    return Scene(wavebands=WAVELENGTHS, components=parts, **known).source(2**64 - 1)
 
 
 def test_counts_masses_and_grid(source):
@@ -67,14 +64,11 @@ def test_conventions(source):
 
 
 def test_a_second_grid_has_dimensions_of_its_own():
-    uniform = UniformSky().lower([450.0])[0]
-    scene = Scene(
-        wavebands=Wavebands(wavelength_nm=WAVELENGTHS), n_photons=500, components=(table(), UniformSky(strength=1.0))
-    )
+    scene = Scene(wavebands=WAVELENGTHS, n_photons=500, components=(table(), UniformSky(strength=1.0)))
     data = to_xarray(scene.source())
     assert data.counts.dims == ("waveband", "zenith", "azimuth")
-    assert data[f"counts_{uniform.name}"].dims == ("waveband", f"zenith_{uniform.name}", f"azimuth_{uniform.name}")
-    assert int(data.counts.sum() + data[f"counts_{uniform.name}"].sum()) == 1000
+    assert data.counts_uniform.dims == ("waveband", "zenith_uniform", "azimuth_uniform")
+    assert int(data.counts.sum() + data.counts_uniform.sum()) == 1000
 
 
 def test_the_file_holds_the_dataset(source, tmp_path):
@@ -98,8 +92,7 @@ def test_other_files_have_no_plan(tmp_path):
 def test_absolute_irradiances_stand_beside_the_counts():
     known = Irradiance(of_component=np.array([[1.0, 0.25], [2.0, 0.0]]))
     parts = (UniformSky(strength=1.0), DirectBeam(sun_zenith_deg=30.0, strength=1.0))
-    bands = Wavebands(wavelength_nm=WAVELENGTHS)
-    scenes = [Scene(wavebands=bands, n_photons=10, components=parts, irradiance=one) for one in (None, known)]
+    scenes = [Scene(wavebands=WAVELENGTHS, n_photons=10, components=parts, irradiance=one) for one in (None, known)]
     plain, absolute = (to_xarray(scene.source()) for scene in scenes)
     assert set(absolute.data_vars) - set(plain.data_vars) == {"irradiance", "irradiance_direct"}
     assert absolute.irradiance.to_numpy().tolist() == [1.0, 2.0]
