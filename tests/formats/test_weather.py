@@ -172,6 +172,13 @@ def test_the_offset_of_an_instrument_is_no_light(kind, tmp_path):
         changed(kind, tmp_path, old, new.replace("-5", "-5.01"))
 
 
+def test_kilojoules_are_named(tmp_path):
+    with pytest.raises(
+        InputFileError, match=r"(?s)2559.6 is outside 0 to 2000 W m-2.*3.6 kJ m-2 in an hour are 1 W m-2"
+    ):
+        changed("epw", tmp_path, ",300,0,0,0,", ",300,2559.6,0,0,")
+
+
 @pytest.mark.parametrize("bad", [",300,-80,0,0,", ",300,none,0,0,", ",300,0,0,5000,"])
 def test_only_the_row_that_is_asked_for_is_judged(bad, tmp_path):
     """A bad night refuses the file as a whole, and itself, but no other hour."""

@@ -46,6 +46,8 @@ def brightest(table):
         {"azimuth": {"units": "degree", "azimuth_zero": "north", "sense": "clockwise"}},
         {"of_file": {"azimuth_reference": "north"}},
         {"radiance": {"azimuth_definition": "north = 0, east = 90"}},
+        {"azimuth": {"units": "degree", "long_name": "azimuth (phi=0 at N, increasing through E)"}},
+        {"of_file": {"comment": "North: 0 deg, East: 90 deg"}},
     ],
 )
 def test_azimuths_are_explained_anywhere(texts, tmp_path):
@@ -331,3 +333,76 @@ def test_solid_angles_beside_the_radiances_are_no_second_field(tmp_path):
     field["omega"] = (("zenith", "azimuth"), np.ones((10, 24)))
     field.to_netcdf(tmp_path / "field.nc", engine="h5netcdf")
     assert main(["run", str(tmp_path / "field.nc"), "--wavelengths", "550", "--dry-run"]) == 0
+
+
+@pytest.mark.parametrize(("nines", "is_asked"), [(999.9, True), (9999.9, True), (99.9, False)])
+@pytest.mark.parametrize("dtype", ["f4", "f8"])
+def test_nines_with_decimals_are_a_question_too(nines, is_asked, dtype):
+    """At one of two wavelengths, with larger radiances at the other one."""
+
+    def with_nines(values):
+        return np.where(np.arange(values.size).reshape(values.shape) == 50, nines, values / 10)
+
+    bright = east(azimuth=FROM_NORTH, change=lambda values: values * 100).assign_coords(wavelength=[440.0])
+    both = xarray.concat([bright, east(azimuth=FROM_NORTH, change=with_nines)], "wavelength").astype(dtype)
+    both.wavelength.attrs["units"] = "nm"
+    if not is_asked:
+        assert sky.TabulatedSky.from_xarray(both).values[1].max() > 60
+        return
+    with pytest.raises(FieldError, match=f"1 radiance is {nines}, and the next one is 30; is {nines} a gap"):
+        sky.TabulatedSky.from_xarray(both)
+
+
+def test_flags_beside_the_radiances_are_said(tmp_path, capsys):
+    pytest.importorskip("h5netcdf")
+    field = east(azimuth=FROM_NORTH)
+    field["pixel_quality"] = (field.radiance.dims, np.zeros(field.radiance.shape, "i1"))
+    field["cloud"] = (field.radiance.dims, np.zeros(field.radiance.shape, "i1"), {"flag_meanings": "clear cloudy"})
+    field["ship_flag"] = ("station", [1, 2])
+    field.to_netcdf(tmp_path / "field.nc", engine="h5netcdf")
+    assert main(["run", str(tmp_path / "field.nc"), "--dry-run"]) == 0
+    shown = capsys.readouterr()
+    assert "'pixel_quality cloud' of the file, on the quality of the radiances, is not used" in shown.out + shown.err
+
+
+@pytest.mark.parametrize("name", ["cos_theta", "cosine_of_zenith_angle", "cos_vza", "cos_zenith"])
+def test_cosines_have_names(name):
+    field = east(azimuth=FROM_NORTH).isel(zenith=slice(None, None, -1))
+    cosine = np.cos(np.deg2rad(field.zenith.values))
+    made = field.assign_coords(zenith=("zenith", cosine, {"units": "1"})).rename(zenith=name)
+    expected, table = (sky.TabulatedSky.from_xarray(one) for one in (field, made))
+    np.testing.assert_allclose(table.values, expected.values, rtol=1e-12)
+    with pytest.raises(FieldError, match="no coordinate of zenith angles"):
+        sky.TabulatedSky.from_xarray(made.rename({name: "cos_solar_zenith"}))
+
+
+def test_angles_of_travel_and_of_the_nadir_have_their_advice():
+    travel = east(azimuth=FROM_NORTH).isel(zenith=slice(0, 9))
+    travel = travel.assign_coords(zenith=180 - travel.zenith.values)
+    for made in (travel.assign_coords(zenith=("zenith", travel.zenith.values, {"units": "degree"})),):
+        with pytest.raises(FieldError) as error:
+            sky.TabulatedSky.from_xarray(made)
+        assert "180 degrees minus them" in error.value.advice
+        with pytest.raises(FieldError) as error:
+            sky.TabulatedSky.from_xarray(made.rename(zenith="nadir_angle"))
+        assert "180 degrees minus the angles from the nadir" in error.value.advice
+
+
+def test_texts_of_c_and_of_latin_1_are_read(tmp_path):
+    """C writes the NUL at the end of its texts, and old programs a degree sign in one byte."""
+    pytest.importorskip("h5netcdf")
+    h5py = pytest.importorskip("h5py")
+    from aomc_sky.formats.netcdf import read_field
+
+    ends = east(
+        azimuth={"units": "deg\0", "long_name": "azimuth clockwise from north\0"}, radiance={"units": f"{UNIT}\0"}
+    )
+    ends.to_netcdf(tmp_path / "c.nc", engine="scipy")
+    east(azimuth=FROM_NORTH).to_netcdf(tmp_path / "latin.nc", engine="h5netcdf")
+    with h5py.File(tmp_path / "latin.nc", "a") as file:
+        file["zenith"].attrs["units"] = np.bytes_(b"\xb0")
+    expected = sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH))
+    for name in ("c.nc", "latin.nc"):
+        table = sky.TabulatedSky.from_xarray(read_field(tmp_path / name))
+        assert table.radiance_unit == 1e-3
+        np.testing.assert_array_equal(table.values, expected.values)

@@ -63,7 +63,8 @@ _SPEAKS = re.compile(
     r"opposite|reverse\w*|invert\w*|mirror\w*|\w*handed|magnetic|declination|grid|compass|heading|bow|ship|aircraft|"
     r"vehicle|bearing|plane|meridian|away|offset|goes|going|beam|ray|propagat\w+|travel\w*|photons?|mathematical\w*|"
     r"meteorological|astronomical|nautical|minus[xy]|[xy][ -]axis|[ensw] (?:of|to|towards?|through|via) [ensw]|"
-    r"to (?:north|east|south|west))\b|\b[ensw] ?=|[=\d] ?[ensw]\b|^\W*[ensw]\W*$|\+[xy]\b"
+    r"to (?:north|east|south|west)|(?:at|to|towards?|through|via) [ensw])\b|"
+    r"\b[ensw] ?=|[=\d] ?[ensw]\b|^\W*[ensw]\W*$|\+[xy]\b"
 )
 """Words of a text that is on where azimuths count; other texts are on something else."""
 _MAY_SPEAK = re.compile(r"\b(?:from|positive|negative|reference|left|right|instrument|frame)\b")
@@ -75,6 +76,15 @@ OTHER_AZIMUTHS = re.compile(
     re.I,
 )
 """Texts on azimuths in other languages, which are not read."""
+
+_POINT = r"\b(?:north|east|south|west|[nesw])\b"
+_QUARTER = r"(?<!\d)(?:0|90|180|270|360) ?(?:deg\w*|°)?"
+COMPASS = re.compile(
+    rf"\W*(?:(?:convention|orientation|compass|directions?|angles?)\W+)?"
+    rf"(?:(?:{_POINT} ?[:=] ?{_QUARTER}|{_QUARTER} ?[:=] ?{_POINT})(?:[\s,;/]|and\b|\Z)+){{2,}}\W*\Z",
+    re.I,
+)
+"""Texts of azimuths of points alone, "North: 0 deg, East: 90 deg", which are on azimuths without the word."""
 
 _P, _N = "([ENWSOA])", r"([-+]?\d+(?:\.\d+)?)"
 _Seen = tuple[str, float]

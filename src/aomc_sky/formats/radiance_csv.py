@@ -13,6 +13,7 @@ from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
 from aomc_sky.errors import Span, UsageError
 from aomc_sky.formats.azimuth_words import (
     ASSUMED_AZIMUTH,
+    COMPASS,
     OTHER_AZIMUTHS,
     SAY_AZIMUTH,
     UnclearError,
@@ -42,6 +43,7 @@ from aomc_sky.formats.radiance_words import (
     STATED_FACTOR,
     SURE_NM,
     Name,
+    by_wavelength,
     doubt_of_gaps,
     have_look_of_degrees,
     may_be_radians,
@@ -72,12 +74,13 @@ _RADIANCE_IN = re.compile(
     re.I,
 )
 """A line "radiances are in mW m-2 nm-1 sr-1": the key, and the unit."""
-_UNIT_OF = re.compile(
-    r"\s*(?:all |the |data: |units? of )*(?:(?:sky |spectral )*radiances?|L|values|data)"
-    r"(?: (?:are |is )?(?:given )?in(?: units of)? | ?[\[(:,] ?)(\S.*?)[)\]\s.]*\Z",
-    re.I,
+_ON_RADIANCES = re.compile(r"\b(?:radiances?|l|values|data|units?)\b", re.I)
+_NOT_ON_RADIANCES = re.compile(
+    r"\b(?:uncertaint|error|noise|std|deviation|calibrat|threshold|min|max|detect|mean of)", re.I
 )
-"""A line "Radiance [mW m-2 nm-1 sr-1]" or "unit of L: W/m2/nm/sr", which states a unit where it ends with one."""
+_BEFORE_UNIT = re.compile(r"\b(?:in|are|is|of|as|units?)\b|[:=(\[,]", re.I)
+_AFTER_UNIT = re.compile(r"[,;)\]]| \(|\Z")
+_MOST_UNIT = 100  #: Characters of a unit.
 _OF_SUN = re.compile(
     r"\s*(?:(?:sun|solar)[ _]azimuth(?:[ _]angle)?|saa)(?:[ _]deg(?:rees)?)? ?(?:[(\[](.*?)[)\]])?"
     r"\s*[:=]?\s*([-+.\d].*?)\s*\Z",
@@ -130,9 +133,28 @@ def _without_sign(line: str) -> str:
     return COMMENT.sub(lambda sign: " " * len(sign[0]), line, count=1) if COMMENT.match(line) else line
 
 
+def _unit_in(text: str) -> tuple[int, str] | None:
+    """Start and text of the unit of radiances in a sentence: "All radiances are in mW/(m2 nm sr)"."""
+    if not _ON_RADIANCES.search(text) or _NOT_ON_RADIANCES.search(text):
+        return None
+    for before in _BEFORE_UNIT.finditer(text):
+        start = before.end() + len(text[before.end() :]) - len(text[before.end() :].lstrip())
+        ends = [one.start() for one in _AFTER_UNIT.finditer(text, start, start + _MOST_UNIT)]
+        for end in reversed(ends):
+            unit = text[start:end].rstrip(" .")
+            if re.match(r"[^\W\d]|10 ?[\^*+-]|1e", unit) and radiance_factor(unit):
+                return start, unit
+    return None
+
+
 def _has_names(names: list[str]) -> bool:
     """Whether a row names all columns that a table needs."""
     return set(_NEEDED) <= {one.slot for one in map(name_of_column, names) if one}
+
+
+def _names_columns(line: str) -> bool:
+    """Whether a line of comment names all columns that a table needs."""
+    return _has_names(split_row(_without_sign(line), delimiter_of(line, DELIMITERS)))
 
 
 class _Table:
@@ -148,7 +170,7 @@ class _Table:
         self.factor_lines: list[tuple[str, Span]] = []
         self.remarks: list[str] = []
         self.rows: list[tuple[int, str]] = []
-        last_comment = None
+        names: tuple[int, str] | None = None  # numpy.savetxt writes them behind a '#' or '%'
         try:
             text = data.decode("utf-8")
         except UnicodeDecodeError:
@@ -156,12 +178,13 @@ class _Table:
         for number, line in enumerate(text.split("\n"), start=1):
             line = line.removesuffix("\r")
             if COMMENT.match(line):
-                last_comment = last_comment if self.rows else (number, line)
+                if not self.rows and (names is None or not _names_columns(names[1])):
+                    names = (number, line)
                 self._read_key(number, line)
             elif line.strip(" ,;\t") and not line.lower().startswith("sep="):
                 self.rows.append((number, line))
-        if last_comment and self.rows and not re.search("[A-Za-z]{2}", self.rows[0][1].lower().replace("nan", "")):
-            self.rows.insert(0, last_comment)  # numpy.savetxt writes the names behind a '#' or '%'
+        if names and self.rows and not re.search("[A-Za-z]{2}", self.rows[0][1].lower().replace("nan", "")):
+            self.rows.insert(0, names)
         self.delimiter = delimiter_of(self.rows[0][1] if self.rows else "", DELIMITERS)
 
     def _bad(self, span: Span, message: str, advice: str, code: str = "E651") -> None:
@@ -173,14 +196,21 @@ class _Table:
         key = KEYS.get(re.sub(r"\W+", "_", match[1].lower())) if match else None
         start = match.start(2) if match and key else len(text) - len(text.lstrip())
         said = text[start:].rstrip()
-        if key is None and (unit := _UNIT_OF.match(text[:MOST_SAID])) and radiance_factor(unit[1]):
-            key, start, said = "radiance", unit.start(1), unit[1]
+        if key is None and (unit := _unit_in(text[:MOST_SAID])):
+            start, said = unit
+            self._set("radiance", said, Span(number, start + 1, line, len(said)))
+            if found := STATED_FACTOR.search(text[:start] + text[start + len(said) :]):
+                self.factor_lines.append((found[0], Span(number, 1, line, len(line.rstrip()))))
+            before, after = re.split(r"[,;](?=[^,;]*\Z)", text[:start])[:-1], re.split("[,;]", text[start:])[1:]
+            start, said = 0, ",".join([*before, *after]).strip()  # the other parts of the sentence
         elif of_sun := _OF_SUN.match(text[:MOST_SAID]):
             key, start, said = "sun_azimuth", of_sun.start(2), " ".join(filter(None, of_sun.group(2, 1)))
         span = Span(number, start + 1, line, len(text[start:].rstrip()))
         plain = said.replace("_", " ")
-        is_on_azimuths = OTHER_AZIMUTHS.match(said[:MOST_SAID]) or (
-            ON_AZIMUTHS.search(plain) and speaks_of_azimuths(plain)
+        is_on_azimuths = (
+            OTHER_AZIMUTHS.match(said[:MOST_SAID])
+            or COMPASS.match(said[:MOST_SAID])
+            or (ON_AZIMUTHS.search(plain) and speaks_of_azimuths(plain))
         )
         if key == "azimuth" or (key is None and is_on_azimuths):
             self.azimuth_lines.append((said, span))
@@ -188,12 +218,17 @@ class _Table:
             self._bad(span, f"{word!r}: are the directions those that light goes to?", SAY_COMES_FROM)
         elif key is None and LOGARITHM.search(said[:MOST_SAID]):
             self._bad(span, f"{quoted(said)}: are these logarithms?", "write radiances, and leave out this line")
-        elif key is not None and self.head.setdefault(key, (said, span))[0] != said:
-            self._bad(span, f"{quoted(said)} after {quoted(self.head[key][0])}", "keep one of the two lines")
+        elif key is not None:
+            self._set(key, said, span)
         elif key is None and ON_ZENITHS.search(said) and (found := FROM_HORIZON.search(said)):
             self.zenith_lines.append((found[0], span))
         elif key is None and (found := STATED_FACTOR.search(plain)):
             self.factor_lines.append((found[0], span))
+
+    def _set(self, key: str, said: str, span: Span) -> None:
+        """Keep what a line says of a subject; another word on it is reported."""
+        if self.head.setdefault(key, (said, span))[0] != said:
+            self._bad(span, f"{quoted(said)} after {quoted(self.head[key][0])}", "keep one of the two lines")
 
     def _span(self, number: int, line: str, index: int) -> Span:
         """Position of a cell."""
@@ -219,10 +254,7 @@ class _Table:
         wavelength = self._wavelengths(light, of.get("wavelength"))
         for one in light:
             self._refuse(one, one.values < 0, "a radiance is 0 or more")
-        if doubt := doubt_of_gaps(np.stack([one.values for one in light])):
-            column = max(light, key=lambda one: np.nanmax(one.values, initial=0.0))
-            number, line = self.rows[int(np.nanargmax(column.values))]
-            self._bad(self._span(number, line, column.index), *doubt, "E653")
+        self._ask_of_gaps(light, wavelength)
         self._close()
         zenith, azimuth = np.tile(zenith, len(light)), np.tile(azimuth, len(light))
         is_whole = np.isfinite(zenith) & np.isfinite(azimuth)
@@ -254,10 +286,12 @@ class _Table:
             return []
         number, line = self.rows.pop(0)
         names = split_row(_without_sign(line), self.delimiter)
-        if len(names) == 1 and sum(name_of_column(word) is not None for word in names[0].split()) > 2:
-            span = Span(number, 1, line, len(line.rstrip()))
-            self._bad(span, "blanks are between the columns", "separate the columns by commas")
-            return []
+        for sign, what in ((" ", "blanks"), ("|", "bars")):
+            words = names[0].strip(sign).split(sign if sign != " " else None)
+            if len(names) == 1 and sum(name_of_column(word.strip()) is not None for word in words) > 2:
+                span = Span(number, 1, line, len(line.rstrip()))
+                self._bad(span, f"{what} are between the columns", "separate the columns by commas")
+                return []
         for later, text in self.rows[:_MOST_HEAD] if not _has_names(names) else ():
             if _has_names(split_row(text, delimiter := delimiter_of(text, DELIMITERS))):
                 span = Span(number, 1, line, len(line.rstrip()))
@@ -280,7 +314,7 @@ class _Table:
             one = _Column(name, index, span, np.full(len(self.rows), np.nan))
             first = columns.setdefault((name.slot, name.wavelength_nm), one)
             if first is not one:
-                message = f"columns {first.index + 1} and {index + 1} are both {name.role}"
+                message = f"columns {first.index + 1} and {index + 1} are both {name.slot}"
                 self._bad(span, message, "give the one that is not meant another name")
         slots, shown = {slot for slot, _ in columns}, ", ".join(quoted(text) for text in names[:12])
         missing = [slot for slot in _NEEDED if slot not in slots]
@@ -372,6 +406,16 @@ class _Table:
             self._bad(
                 self._span(number, line, column.index), message, f"{allowed}; nothing, nan or -999 is a gap", "E653"
             )
+
+    def _ask_of_gaps(self, light: list[_Column], wavelength: np.ndarray | None) -> None:
+        """Ask once whether the largest radiances of a column, at a wavelength, are gaps."""
+        nm = np.zeros(len(light) * len(self.rows)) if wavelength is None else wavelength
+        for one, own_nm in zip(light, np.split(nm, len(light)), strict=True):
+            for k in by_wavelength(own_nm):
+                if doubt := doubt_of_gaps([one.values[k]]):
+                    number, line = self.rows[int(k[np.nanargmax(one.values[k])])]
+                    self._bad(self._span(number, line, one.index), *doubt, "E653")
+                    return
 
     def _unit(self, key: str, column: _Column) -> tuple[str, Span]:
         """The unit from an option, the name of a column or the head, and its position."""

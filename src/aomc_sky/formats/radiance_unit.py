@@ -42,8 +42,8 @@ _SOLID_ANGLE = ("sr", "str", "ster", "steradian", "steradians")
 _WAVENUMBER = ("cm", "centimeter", "centimetre")  #: 1/cm is never per wavelength
 
 _SIGNS = str.maketrans(
-    "µμ⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹\N{MINUS SIGN}\N{EN DASH}\N{MULTIPLICATION SIGN}·\N{DOT OPERATOR}Å{}[]",
-    "uu+-0123456789--***A    ",
+    "µμ⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹\N{MINUS SIGN}\N{EN DASH}\N{MULTIPLICATION SIGN}·\N{DOT OPERATOR}Å{}[]$",
+    "uu+-0123456789--***A     ",
 )
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)(?:\s*\^\s*(?P<power>[+-]?\d+))?(?![\d.])"

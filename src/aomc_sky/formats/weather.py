@@ -50,6 +50,7 @@ _MISSING_TMY3 = -9900.0
 
 _SAY_PARTS = ("a year of 1800 to 2200", "a month of 1 to 12", "a day of that month", "a whole hour of 1 to 24")
 _SAY_MISSING = "write 9999 (-9900 in TMY3) for a missing value"
+_SAY_UNIT = "write means of the hour in W m-2 (3.6 kJ m-2 in an hour are 1 W m-2), or 9999 for a missing value"
 _SAY_HOURS = "hours are 1 to 24, the ends of their 60 minutes: add 1 to all hours of a file of 0 to 23"
 _HEAD_LINES = "an EPW file has eight lines from LOCATION to DATA PERIODS, then its hours"
 _MEANS = "write means of whole hours"
@@ -178,7 +179,8 @@ def _read_row(text: str, layout: Layout, row: np.ndarray) -> None:
         if math.isnan(value):
             raise bad(k, "E602", f"{piece[:40]!r} is not {_EXPECTED[k]}", _advice(k))
         if is_irradiance and not OFFSET <= value <= MAX_IRRADIANCE:
-            raise bad(k, "E603", f"{piece} is outside 0 to {MAX_IRRADIANCE:g} W m-2", _SAY_MISSING)
+            advice = _SAY_MISSING if value < 0 else _SAY_UNIT
+            raise bad(k, "E603", f"{piece} is outside 0 to {MAX_IRRADIANCE:g} W m-2", advice)
         row[k] = max(value, 0.0) if is_irradiance else value
     wrong = _wrong_date(row[:_FIRST_IRRADIANCE].tolist(), layout.first_hour)
     if wrong is not None:

@@ -17,6 +17,7 @@ from aomc_sky.formats.radiance_words import (
     SAY_COMES_FROM,
     SAY_FACTOR,
     STATED_FACTOR,
+    by_wavelength,
     doubt_of_gaps,
     is_factor,
     travel_of,
@@ -108,7 +109,7 @@ def read_radiance_field(
         values = values.reshape(wavelength_nm.size, -1)
     else:
         angle, turned, values, point_nm = _above(zenith, angle, columns.enu_deg, values, point_nm, remarks)
-    _check_radiances(values)
+    _check_radiances(values, point_nm)
     grid = PatchGrid.regular(90, 180) if grid is None else grid
     wavelength_nm, values, slope = _interpolated((angle, turned), values, wavelength_nm, point_nm, grid, sun, remarks)
     made = {"wavelength_nm": wavelength_nm, "values": values, "slope": None if has_bounds else slope, "grid": grid}
@@ -230,13 +231,14 @@ def _values(field: Any, zenith: Axis, azimuth: Axis | None, wavelength: Axis | N
     return values if azimuth is not None else values[:, :, None]
 
 
-def _check_radiances(values: np.ndarray) -> None:
+def _check_radiances(values: np.ndarray, point_nm: np.ndarray | None = None) -> None:
     """Refuse values that are no radiance of the sky; those left out before may be anything."""
     bad = values[(values < 0) | np.isinf(values)]
     if bad.size:
         message = f"the field has values that are negative or infinite: {bad.size}, such as {bad.min():g}"
         raise FieldError(message, "a radiance is finite and not negative, NaN is a gap")
-    if doubt := doubt_of_gaps(values):
+    rows = values if point_nm is None else [values[0, k] for k in by_wavelength(point_nm)]
+    if doubt := doubt_of_gaps(rows):
         raise FieldError(*doubt)
     if not np.any(values > 0):
         raise FieldError("the field has no positive value" if np.isfinite(values).any() else _ALL_MISSING)
@@ -257,10 +259,10 @@ def _rings(
     above = angle <= 90.0
     if not np.all(np.isfinite(angle)):
         raise FieldError(f"coordinate {zenith.name!r} has values that are not finite", argument="zenith")
+    _refuse_below(zenith, angle)
     if not np.all(angle >= 0) or not above.any():
         message = f"coordinate {zenith.name!r} has no zenith angles from 0 to 90 degrees, or some below 0"
         raise FieldError(message, argument="zenith")
-    _refuse_below(zenith, angle)
     if not above.all():
         remarks.append(f"{np.count_nonzero(~above)} zenith angles below the horizon were left out")
     if angle[above].size == 1 and edges is None:
