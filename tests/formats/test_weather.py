@@ -7,6 +7,7 @@ import warnings
 import numpy as np
 import pytest
 
+import aomc_sky as sky
 from aomc_sky.errors import InputFileError
 from aomc_sky.formats.weather import HOUR, read_weather
 from tests.support.shared import DATA
@@ -316,3 +317,36 @@ def test_names_of_a_head_may_stand_in_quotes(tmp_path):
     (tmp_path / "q.csv").write_text("\n".join([lines[0], quoted, *lines[2:]]) + "\n")
     read = [read_weather(path, "tmy3").dni for path in (tmp_path / "q.csv", DATA / "weather/good/invented.tmy3.csv")]
     assert np.array_equal(*read, equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ("given", "of", "advice"),
+    [
+        ("epw", "tmy3", "an EPW file: write --epw"),
+        ("tmy3", "epw", "a TMY3 file: write --tmy3"),
+        ("epw", "tmy2", "an EPW file: write --epw"),
+    ],
+)
+def test_a_file_of_another_kind_is_named(given, of, advice):
+    with pytest.raises(InputFileError, match="E601") as caught:
+        read_weather(WEATHER / "good" / GOOD[given], of)
+    assert f"this seems to be {advice}" in str(caught.value)
+
+
+@pytest.mark.parametrize("kind", ["epw", "tmy2", "tmy3"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Source,Latitude\nNSRDB,40.0\nYear,Month,Day,Hour,Minute,DHI,DNI,GHI\n2020,6,21,12,30,100,900,950\n",
+        "Latitude (decimal degrees): 45.0\nmonth,year\ntime(UTC),T2m,RH,G(h),Gb(n),Gd(h)\n20140101:0000,3.4,80,0,0,0\n",
+        "# Coding: utf-8\n# Observation period;TOA;GHI;BHI;DHI;BNI\n2020-06-21T12:00;1200;880;1;1;1\n",
+    ],
+)
+def test_tables_of_irradiances_of_others_have_their_advice(kind, text, tmp_path):
+    (tmp_path / "site.csv").write_text(text)
+    with pytest.raises(InputFileError, match="this seems to be a table of irradiances: write two irradiances"):
+        read_weather(tmp_path / "site.csv", kind)
+    with pytest.raises(
+        InputFileError, match=r"(?s)a table of irradiances, no table of radiances.*write two irradiances"
+    ):
+        sky.read_radiance_csv(tmp_path / "site.csv")

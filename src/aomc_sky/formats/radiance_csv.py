@@ -53,7 +53,7 @@ from aomc_sky.formats.radiance_words import (
     unit_and_counts,
 )
 from aomc_sky.formats.report import MAX_PER_VALUE, BadValueError, Report, printable, quoted
-from aomc_sky.formats.text_file import cell_span, delimiter_of, read_bytes, split_row
+from aomc_sky.formats.text_file import cell_span, delimiter_of, read_bytes, split_row, table_of_program
 from aomc_sky.formats.units import parse_real
 
 MAX_BYTES = 2**27
@@ -298,6 +298,12 @@ class _Table:
                 message = f"the names of the columns are in line {later}, with {DELIMITERS[delimiter]} between them"
                 self._bad(span, message, f"write # before every line above line {later}")
                 return []
+        lines = [line, *(text for _, text in self.rows[:_MOST_HEAD])]
+        slots = {one.slot for one in map(name_of_column, names) if one}
+        if not slots & {"azimuth", "radiance"} and (other := table_of_program(lines)):
+            span = Span(number, 1, line, len(line.rstrip()))
+            self._bad(span, f"this seems to be {other[0]}, no table of radiances", other[1])
+            return []
         names = self._with_units(names)
         columns: dict[tuple[str, float | None], _Column] = {}
         unused = []

@@ -122,6 +122,15 @@ SAY_COMES_FROM = (
 )
 
 
+_FILLS = ("fillvalue", "missingvalue", "missingvalues", "nodata", "nodatavalue", "fill", "missing")
+"""Attributes of numbers that stand for a gap, in small letters and without signs."""
+
+
+def names_fill(name: str) -> bool:
+    """Whether an attribute is of numbers that stand for a gap."""
+    return re.sub(r"[\W_]+", "", name.lower()) in _FILLS
+
+
 def is_factor(name: str) -> bool:
     """Whether an attribute is a factor or an offset by a name that CF does not know; a calibration is past."""
     words = set(re.split(r"[\W_]+", name.lower()))

@@ -20,7 +20,14 @@ import numpy as np
 
 from aomc_sky.errors import InputFileError, InputWarning, Span
 from aomc_sky.formats.report import BadValueError, Report
-from aomc_sky.formats.text_file import cell_span, read_bytes, refuse, split_lines, split_row
+from aomc_sky.formats.text_file import (
+    cell_span,
+    read_bytes,
+    refuse,
+    split_lines,
+    split_row,
+    table_of_program,
+)
 
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?\Z", re.ASCII)
 
@@ -224,6 +231,12 @@ def _no_head(path: str | Path, number: int, text: str, message: str, advice: str
     return refuse(path, message, code="E601", advice=advice, span=Span(number, 1, text))
 
 
+def _other_kind(lines: list[str], kind: str, advice: str) -> str:
+    """The advice for a file that is none of its kind, or what it seems to be and what to write."""
+    what, say = table_of_program(lines) or (kind, "")
+    return advice if kind in what else f"this seems to be {what}: {say}"
+
+
 def _position(pieces: Sequence[str], text: str, path: str | Path) -> tuple[float, float, float]:
     """Latitude, longitude and time zone of a head line; a zone that is not that of the longitude is warned of."""
     found: list[float] = []
@@ -271,6 +284,7 @@ def epw_head(lines: list[str], path: str | Path) -> Layout:
     layout = "LOCATION,city,state,country,source,WMO,latitude,longitude,time zone,elevation"
     if not pieces or pieces[0].upper() != "LOCATION":
         advice = f"an EPW file begins with {layout}"
+        advice = _other_kind(lines, "EPW", advice)
         raise _no_head(path, 1, first, "this is not the header of an EPW file", advice)
     if len(pieces) != _N_LOCATION:
         message = f"LOCATION has {len(pieces)} entries, {_N_LOCATION} are needed"
@@ -331,6 +345,7 @@ def tmy3_head(lines: list[str], path: str | Path) -> Layout:
         raise _no_head(path, 2, lines[1], f"column {twice[0]!r} comes twice", "keep the one that is meant")
     advice = "a TMY3 file has its station in line 1 and the names of its columns in line 2"
     if absent := [name for name in needed if name not in names]:
+        advice = _other_kind(lines, "TMY3", advice)
         raise _no_head(path, 2, lines[1] if len(lines) > 1 else first, f"there is no column {absent[0]!r}", advice)
     pieces = split_row(first)
     if len(pieces) < 6:
@@ -358,6 +373,7 @@ def tmy2_head(lines: list[str], path: str | Path) -> Layout:
     parts = [first[a:b].strip() for a, b in ((39, 41), (42, 44), (47, 50), (51, 53))]
     if north not in ("N", "S") or east not in ("E", "W") or not all(part.isdecimal() for part in parts):
         advice = "a TMY2 file has N or S in column 38 and E or W in column 46 of its first line"
+        advice = _other_kind(lines, "TMY2", advice)
         raise _no_head(path, 1, first, "this is not the header of a TMY2 file", advice)
     latitude, longitude = (int(parts[k]) + int(parts[k + 1]) / 60 for k in (0, 2))
     texts = (repr(-latitude if north == "S" else latitude), repr(-longitude if east == "W" else longitude))

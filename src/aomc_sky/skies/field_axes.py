@@ -41,6 +41,7 @@ from aomc_sky.formats.radiance_words import (
     have_look_of_degrees,
     may_be_radians,
     name_of_column,
+    names_fill,
     plain_unit,
     travel_of,
     unit_and_counts,
@@ -68,8 +69,6 @@ _ON_AXIS = (
 _UNITS = ("", *ANGLE_DEGREES, *LENGTH_NM)  #: What a name may add: zenith_deg.
 _CF_AZIMUTHS = ("sensor_azimuth_angle", "platform_azimuth_angle")  #: Clockwise, by the CF conventions.
 _DIGITS = 10  #: Digits of a degree; radians become the degrees that they were.
-_FILLS = ("fillvalue", "missingvalue", "missingvalues", "nodata", "nodatavalue", "fill", "missing")
-"""Attributes of numbers that stand for a gap, in small letters and without signs."""
 _DEFAULT_FILLS = {
     "i2": -32767, "u2": 65535, "i4": -2147483647, "u4": 4294967295, "i8": -9223372036854775806,
     "u8": 18446744073709551614,
@@ -385,8 +384,8 @@ def radiances(field: Any) -> np.ndarray:
     scale, offset = encoding.get("scale_factor", 1.0), encoding.get("add_offset", 0.0)
 
     def is_fill(name: str, value: Any) -> bool:
-        plain = re.sub(r"[\W_]+", "", name.lower())
-        return plain in _FILLS and (plain not in ("fill", "missing") or np.asarray(value).dtype.kind in "iuf")
+        is_word = name.lower().strip("_") in ("fill", "missing")
+        return names_fill(name) and (not is_word or np.asarray(value).dtype.kind in "iuf")
 
     is_plain = stored.kind == "f" and not {"scale_factor", "add_offset"} & set(encoding)
     for name, value in {**encoding, **attributes}.items():  # '-99.0' is text, which the library does not compare

@@ -255,3 +255,10 @@ def test_wavelengths_of_a_table_in_another_unit_are_asked_about(tmp_path: Path) 
         (tmp_path / "sun.csv").write_text(f"{300 * factor:g},1\n{900 * factor:g},1\n")
         with pytest.raises(InputFileError, match=f"(?s)E408.*{unit}"):
             read_atmo(changed(tmp_path, ("1.5, 1.9, 1.7, 1.4", "file sun.csv")))
+
+
+def test_gaps_of_a_table_are_no_light(tmp_path: Path) -> None:
+    """999 is in the range of the sun's irradiance."""
+    (tmp_path / "sun.csv").write_text("300,1.5\n500,999\n900,1.4\n")
+    with pytest.raises(InputFileError, match=r"E404.*1 value is 999, and the next one is 1.5; is 999 a gap"):
+        read_atmo(changed(tmp_path, ("1.5, 1.9, 1.7, 1.4", "file sun.csv")))

@@ -15,6 +15,7 @@ import numpy as np
 
 from aomc_sky.errors import InputFileError, Problem
 from aomc_sky.formats.radiance_unit import radiance_factor
+from aomc_sky.formats.radiance_words import doubt_of_gaps
 from aomc_sky.formats.report import BadValueError, Gathered, Report, outside, quoted
 from aomc_sky.formats.spectrum_csv import MAX_VALUE, Spectrum, bin_means, numbers, read_rows, read_spectrum_csv
 from aomc_sky.formats.units import parse_real
@@ -87,6 +88,9 @@ class SpectrumReader:
             if table is None or wavelength_nm is None:
                 return None
             _check_head(name, table.head, rule)
+            if doubt := doubt_of_gaps([table.value]):
+                message = f"{quoted(name)}: {doubt[0].replace('radiance', 'value')}"
+                raise BadValueError("E404", message, advice="leave out the rows of gaps")
             _check_cover(name, table.wavelength_nm, wavelength_nm)
         except BadValueError as problem:
             problem.offset, problem.width = offset, max(len(name), 1)
