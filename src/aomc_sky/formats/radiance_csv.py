@@ -21,7 +21,7 @@ from aomc_sky.formats.azimuth_words import (
     given_convention,
     speaks_of_azimuths,
 )
-from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
+from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor, unit_in
 from aomc_sky.formats.radiance_words import (
     ANGLE_DEGREES,
     FROM_HORIZON,
@@ -74,13 +74,6 @@ _RADIANCE_IN = re.compile(
     re.I,
 )
 """A line "radiances are in mW m-2 nm-1 sr-1": the key, and the unit."""
-_ON_RADIANCES = re.compile(r"\b(?:radiances?|l|values|data|units?)\b", re.I)
-_NOT_ON_RADIANCES = re.compile(
-    r"\b(?:uncertaint|error|noise|std|deviation|calibrat|threshold|min|max|detect|mean of)", re.I
-)
-_BEFORE_UNIT = re.compile(r"\b(?:in|are|is|of|as|units?)\b|[:=(\[,]", re.I)
-_AFTER_UNIT = re.compile(r"[,;)\]]| \(|\Z")
-_MOST_UNIT = 100  #: Characters of a unit.
 _OF_SUN = re.compile(
     r"\s*(?:(?:sun|solar)[ _]azimuth(?:[ _]angle)?|saa)(?:[ _]deg(?:rees)?)? ?(?:[(\[](.*?)[)\]])?"
     r"\s*[:=]?\s*([-+.\d].*?)\s*\Z",
@@ -133,20 +126,6 @@ def _without_sign(line: str) -> str:
     return COMMENT.sub(lambda sign: " " * len(sign[0]), line, count=1) if COMMENT.match(line) else line
 
 
-def _unit_in(text: str) -> tuple[int, str] | None:
-    """Start and text of the unit of radiances in a sentence: "All radiances are in mW/(m2 nm sr)"."""
-    if not _ON_RADIANCES.search(text) or _NOT_ON_RADIANCES.search(text):
-        return None
-    for before in _BEFORE_UNIT.finditer(text):
-        start = before.end() + len(text[before.end() :]) - len(text[before.end() :].lstrip())
-        ends = [one.start() for one in _AFTER_UNIT.finditer(text, start, start + _MOST_UNIT)]
-        for end in reversed(ends):
-            unit = text[start:end].rstrip(" .")
-            if re.match(r"[^\W\d]|10 ?[\^*+-]|1e", unit) and radiance_factor(unit):
-                return start, unit
-    return None
-
-
 def _has_names(names: list[str]) -> bool:
     """Whether a row names all columns that a table needs."""
     return set(_NEEDED) <= {one.slot for one in map(name_of_column, names) if one}
@@ -196,7 +175,7 @@ class _Table:
         key = KEYS.get(re.sub(r"\W+", "_", match[1].lower())) if match else None
         start = match.start(2) if match and key else len(text) - len(text.lstrip())
         said = text[start:].rstrip()
-        if key is None and (unit := _unit_in(text[:MOST_SAID])):
+        if key is None and (unit := unit_in(text[:MOST_SAID])):
             start, said = unit
             self._set("radiance", said, Span(number, start + 1, line, len(said)))
             if found := STATED_FACTOR.search(text[:start] + text[start + len(said) :]):
@@ -286,23 +265,8 @@ class _Table:
             return []
         number, line = self.rows.pop(0)
         names = split_row(_without_sign(line), self.delimiter)
-        for sign, what in ((" ", "blanks"), ("|", "bars")):
-            words = names[0].strip(sign).split(sign if sign != " " else None)
-            if len(names) == 1 and sum(name_of_column(word.strip()) is not None for word in words) > 2:
-                span = Span(number, 1, line, len(line.rstrip()))
-                self._bad(span, f"{what} are between the columns", "separate the columns by commas")
-                return []
-        for later, text in self.rows[:_MOST_HEAD] if not _has_names(names) else ():
-            if _has_names(split_row(text, delimiter := delimiter_of(text, DELIMITERS))):
-                span = Span(number, 1, line, len(line.rstrip()))
-                message = f"the names of the columns are in line {later}, with {DELIMITERS[delimiter]} between them"
-                self._bad(span, message, f"write # before every line above line {later}")
-                return []
-        lines = [line, *(text for _, text in self.rows[:_MOST_HEAD])]
-        slots = {one.slot for one in map(name_of_column, names) if one}
-        if not slots & {"azimuth", "radiance"} and (other := table_of_program(lines)):
-            span = Span(number, 1, line, len(line.rstrip()))
-            self._bad(span, f"this seems to be {other[0]}, no table of radiances", other[1])
+        if layout := self._other_layout(line, names):
+            self._bad(Span(number, 1, line, len(line.rstrip())), *layout)
             return []
         names = self._with_units(names)
         columns: dict[tuple[str, float | None], _Column] = {}
@@ -336,6 +300,22 @@ class _Table:
             return []
         self._read_rows(list(columns.values()), len(names))
         return list(columns.values())
+
+    def _other_layout(self, line: str, names: list[str]) -> tuple[str, str] | None:
+        """What a table of another layout is, and what to write; `line` has the names."""
+        for sign, what in ((None, "blanks"), ("|", "bars")):
+            words = "".join(names).split(sign)
+            if len(names) == 1 and sum(name_of_column(word.strip()) is not None for word in words) > 2:
+                return f"{what} are between the columns", "separate the columns by commas"
+        for later, text in self.rows[:_MOST_HEAD] if not _has_names(names) else ():
+            if _has_names(split_row(text, delimiter := delimiter_of(text, DELIMITERS))):
+                message = f"the names of the columns are in line {later}, with {DELIMITERS[delimiter]} between them"
+                return message, f"write # before every line above line {later}"
+        slots = {one.slot for one in map(name_of_column, names) if one}
+        other = table_of_program([line, *(text for _, text in self.rows[:_MOST_HEAD])])
+        if other and not slots & {"azimuth", "radiance"}:
+            return f"this seems to be {other[0]}, no table of radiances", other[1]
+        return None
 
     def _with_units(self, names: list[str]) -> list[str]:
         """The names with the units of a row below them, which is taken away."""
