@@ -41,6 +41,13 @@ def table(tmp_path):
         ("# values are logarithms", "are these logarithms"),
         ("# All radiances in mW m-2 nm-1 sr-1, multiplied by 1000", "'multiplied' besides the unit"),
         ("# phi towards N of the ship", "'ship' is not understood"),
+        ("# x = north, y = east", "contradict each other"),
+        ("# the +x axis points to the north", "contradict each other"),
+        ("# azimuths: x is towards north", "contradict each other"),
+        ("# frame: NED", "'frame' is not understood"),
+        ("# azimuth NED", "'ned' is not understood"),
+        ("# mirrored east-west", "'mirrored' is not understood"),
+        ("# angles are in ship coordinates", "'ship' is not understood"),
     ],
 )
 def test_lines_that_change_the_light_are_refused(table, line, why):
@@ -69,6 +76,10 @@ def test_lines_that_change_the_light_are_refused(table, line, why):
         "# multiply scattered light, values are logged each minute",
         "# bounding box: N=90, S=-90, W=-180, E=180",
         "# position: 54 N, 8 E",
+        "# Tucson, AZ, 32.2 N 110.9 W",
+        "# other half mirrored at the principal plane",
+        "# position in ship coordinates: 3 m",
+        "# frame 12, x = 3",
     ],
 )
 def test_other_lines_are_not(table, line):
@@ -256,6 +267,8 @@ def test_a_column_of_the_deviation_at_a_wavelength_is_not_used(table):
         "# North: 0 deg, East: 90 deg",
         "# 0°=N, 90°=E, 180°=S, 270°=W",
         "# phi=0 at N, increasing through E",
+        "# az=0 points north",
+        "# AZ 0 NORTH",
         "# azimuth clockwise from north, radiance in mW m-2 nm-1 sr-1",
         "# Sky radiance data (mW m-2 nm-1 sr-1), azimuth north=0",
     ],

@@ -13,13 +13,11 @@ from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
 from aomc_sky.errors import Span, UsageError
 from aomc_sky.formats.azimuth_words import (
     ASSUMED_AZIMUTH,
-    COMPASS,
-    OTHER_AZIMUTHS,
     SAY_AZIMUTH,
     UnclearError,
     convention_of,
     given_convention,
-    speaks_of_azimuths,
+    is_on_azimuths,
 )
 from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor, unit_in
 from aomc_sky.formats.radiance_words import (
@@ -34,7 +32,6 @@ from aomc_sky.formats.radiance_words import (
     MAX_RADIANCE,
     MOST_NM,
     MOST_SAID,
-    ON_AZIMUTHS,
     ON_ZENITHS,
     SAY_ANGLE,
     SAY_COMES_FROM,
@@ -186,12 +183,7 @@ class _Table:
             key, start, said = "sun_azimuth", of_sun.start(2), " ".join(filter(None, of_sun.group(2, 1)))
         span = Span(number, start + 1, line, len(text[start:].rstrip()))
         plain = said.replace("_", " ")
-        is_on_azimuths = (
-            OTHER_AZIMUTHS.match(said[:MOST_SAID])
-            or COMPASS.match(said[:MOST_SAID])
-            or (ON_AZIMUTHS.search(plain) and speaks_of_azimuths(plain))
-        )
-        if key == "azimuth" or (key is None and is_on_azimuths):
+        if key == "azimuth" or (key is None and is_on_azimuths(said[:MOST_SAID])):
             self.azimuth_lines.append((said, span))
         elif key is None and (word := travel_of(said)):
             self._bad(span, f"{word!r}: are the directions those that light goes to?", SAY_COMES_FROM)

@@ -12,12 +12,11 @@ from aomc_sky.directions import EDGE_DEG, AzimuthConvention, at_quarter_deg, to_
 from aomc_sky.errors import FieldError
 from aomc_sky.formats.azimuth_words import (
     ASSUMED_AZIMUTH,
-    COMPASS,
-    OTHER_AZIMUTHS,
     SAY_AZIMUTH,
     UnclearError,
     convention_of,
     given_convention,
+    is_on_azimuths,
     speaks_of_azimuths,
 )
 from aomc_sky.formats.netcdf import bounds_name, chosen_field
@@ -31,7 +30,6 @@ from aomc_sky.formats.radiance_words import (
     MAX_RADIANCE,
     MOST_NM,
     MOST_SAID,
-    ON_AZIMUTHS,
     ON_ZENITHS,
     SAY_ANGLE,
     SAY_COMES_FROM,
@@ -328,13 +326,7 @@ def _convention(axis: Axis, remarks: list[str]) -> AzimuthConvention:
     said += [text for text in axis.texts("comment", "description") if speaks_of_azimuths(text, is_comment=True)]
     said += [*axis.attributes.get(_OTHERS, ()), *axis.texts("azimuth_convention")]
     said += ["clockwise from north"] if plain_unit(axis.unit) in TRUE_NORTH else []
-    said = said or [
-        sentence
-        for sentence in sentences_of_file(axis.attributes)
-        if OTHER_AZIMUTHS.match(sentence)
-        or COMPASS.match(sentence)
-        or (ON_AZIMUTHS.search(sentence) and speaks_of_azimuths(sentence, is_comment=True))
-    ]
+    said = said or [one for one in sentences_of_file(axis.attributes) if is_on_azimuths(one, is_comment=True)]
     is_clockwise = axis.attributes.get("standard_name", axis.name) in _CF_AZIMUTHS
     if not said and not is_clockwise:
         remarks.append(f"azimuth {axis.name!r} {ASSUMED_AZIMUTH}")
