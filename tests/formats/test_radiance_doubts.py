@@ -41,6 +41,9 @@ def table(tmp_path):
         ("# values are logarithms", "are these logarithms"),
         ("# All radiances in mW m-2 nm-1 sr-1, multiplied by 1000", "'multiplied' besides the unit"),
         ("# phi towards N of the ship", "'ship' is not understood"),
+        ("# radiances times cos(theta)", "says 'radiances times cos'"),
+        ("# values are cosine-weighted", "says 'cosine-weighted'"),
+        ("# sky radiance per 10 nm", "'radiance per 10 nm' besides the unit"),
         ("# x = north, y = east", "contradict each other"),
         ("# the +x axis points to the north", "contradict each other"),
         ("# azimuths: x is towards north", "contradict each other"),
@@ -76,6 +79,8 @@ def test_lines_that_change_the_light_are_refused(table, line, why):
         "# multiply scattered light, values are logged each minute",
         "# bounding box: N=90, S=-90, W=-180, E=180",
         "# position: 54 N, 8 E",
+        "# one value per 5 nm",
+        "# errors are weighted by the light",
         "# Tucson, AZ, 32.2 N 110.9 W",
         "# other half mirrored at the principal plane",
         "# position in ship coordinates: 3 m",
@@ -322,3 +327,13 @@ def test_bars_between_columns_are_named(table):
         table("zenith|azimuth|radiance", rows=[("|".join(map(str, row)),) for row in ROWS])
     with pytest.raises(sky.InputFileError, match="columns 2 and 3 are both azimuth"):
         table("zenith,azimuth,raa,radiance", rows=[(z, a, a, value) for z, a, value in ROWS])
+
+
+@pytest.mark.parametrize("gap", ["", "nan", "-999"])
+@pytest.mark.parametrize(("name", "overhead"), [("zenith_deg", 0), ("elevation_deg", 90)])
+def test_the_zenith_needs_no_azimuth(table, gap, name, overhead):
+    rows = [*((abs(90 - z) if overhead else z, a, value) for z, a, value in ROWS), (overhead, gap, 130.0)]
+    measured = table("# azimuth: from north", f"{name},azimuth_deg,radiance (mW m-2 nm-1 sr-1)", rows=rows)
+    assert measured.values[0].size == len(ROWS) + 1
+    assert measured.radiance(0.0, 0.0, 550.0) == pytest.approx(0.130)
+    assert not [one for one in measured.remarks if "left out" in one]

@@ -154,7 +154,21 @@ def test_nines_far_beyond_all_other_radiances_are_a_question():
 
 
 @pytest.mark.parametrize(
-    "name", ["Lu", "L_w", "radiance_error", "sky_radiance_uncertainty", "radiance_std", "toa_radiance", "dolp", "brf"]
+    "name",
+    [
+        "Lu",
+        "L_w",
+        "radiance_error",
+        "sky_radiance_uncertainty",
+        "radiance_std",
+        "toa_radiance",
+        "dolp",
+        "brf",
+        "L_up",
+        "direct_radiance",
+        "I_dir",
+        "water_radiance",
+    ],
 )
 def test_a_variable_that_is_no_light_of_the_sky(name):
     with pytest.raises(FieldError, match=f"'{name}' is not the light of the sky by its name"):
@@ -406,3 +420,32 @@ def test_texts_of_c_and_of_latin_1_are_read(tmp_path):
         table = sky.TabulatedSky.from_xarray(read_field(tmp_path / name))
         assert table.radiance_unit == 1e-3
         np.testing.assert_array_equal(table.values, expected.values)
+
+
+def test_the_zenith_of_points_needs_no_azimuth():
+    rings, around = np.meshgrid([15.0, 30, 45, 60, 75, 88], np.arange(0.0, 360, 30))
+    zenith, azimuth = np.append(0.0, rings), np.append(np.nan, around)
+    points = xarray.DataArray(
+        130 - zenith / 3,
+        dims="point",
+        coords={"zenith": ("point", zenith, {"units": "degree"}), "azimuth": ("point", azimuth, FROM_NORTH)},
+        attrs={"units": UNIT},
+    )
+    table = sky.TabulatedSky.from_xarray(points)
+    assert not [one for one in table.remarks if "left out" in one]
+    assert float(table.radiance(0.0, 0.0, 550.0)) * table.radiance_unit == pytest.approx(0.130, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("attribute", "text", "why"),
+    [
+        ("comment", "radiance times cos(theta)", "says 'radiance times cos'"),
+        ("long_name", "sky radiance, weighted by solid angle", "says 'weighted by solid angle'"),
+        ("remarks", "cosine-weighted", "says 'cosine-weighted'"),
+        ("note", "multiply by 0.1", "says 'multiply' besides its unit"),
+        ("long_name", "sky radiance per 10 nm", "says 'radiance per 10 nm' besides its unit"),
+    ],
+)
+def test_texts_of_weights_and_factors_are_refused(attribute, text, why):
+    with pytest.raises(FieldError, match=why):
+        sky.TabulatedSky.from_xarray(east(azimuth=FROM_NORTH, radiance={attribute: text}))

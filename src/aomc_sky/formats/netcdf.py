@@ -35,9 +35,9 @@ _NOT_OF_SKY = re.compile(
     r"upwelling|upward|outgoing|reflected|\bleaving\b|\btop of (?:the )?atmosphere\b|\btoa\b|stokes [quv]\b"
 )
 _NAMED_OTHERWISE = re.compile(
-    r"\b(?:l ?[uw]|nlw|rrs|err|errors?|uncertaint\w+|unc|std|stdev|standard deviation|variance|quality|flags?"
-    r"|masks?|brd?f|reflectances?|transmittances?|albedo|[da]olp|polari[sz]ation|aod|temperature|irradiance"
-    r"|phase function|solid angle)\b"
+    r"\b(?:l ?[uw]|up|(?<!over )water|direct|dir|nlw|rrs|err|errors?|uncertaint\w+|unc|std|stdev|standard deviation"
+    r"|variance|quality|flags?|masks?|brd?f|reflectances?|transmittances?|albedo|[da]olp|polari[sz]ation|aod|temperature"
+    r"|irradiance|phase function|solid angle)\b"
 )
 """Words of variables that are not the radiance of the sky: in all that names them, or in the name itself."""
 _FLAGS = re.compile(r"\b(?:quality|flags?|masks?|qc)\b")

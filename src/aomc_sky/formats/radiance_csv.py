@@ -37,8 +37,10 @@ from aomc_sky.formats.radiance_words import (
     SAY_COMES_FROM,
     SAY_FACTOR,
     SAY_SUN,
+    SAY_WEIGHTED,
     STATED_FACTOR,
     SURE_NM,
+    WEIGHTED,
     Name,
     by_wavelength,
     doubt_of_gaps,
@@ -187,6 +189,8 @@ class _Table:
             self.azimuth_lines.append((said, span))
         elif key is None and (word := travel_of(said)):
             self._bad(span, f"{word!r}: are the directions those that light goes to?", SAY_COMES_FROM)
+        elif key is None and (weight := WEIGHTED.search(said[:MOST_SAID])):
+            self._bad(span, f"this line says {weight[0]!r}", SAY_WEIGHTED)
         elif key is None and LOGARITHM.search(said[:MOST_SAID]):
             self._bad(span, f"{quoted(said)}: are these logarithms?", "write radiances, and leave out this line")
         elif key is not None:
@@ -216,6 +220,7 @@ class _Table:
         zenith, azimuth = (self._angle(one, other) for one, other in (angles, angles[::-1]))
         sun_zenith, sun_azimuth = self._sun("sun_zenith", 90.0), self._sun("sun_azimuth", 360.0)
         azimuth = self._converted(azimuth, of["azimuth"], sun_azimuth, convention)
+        azimuth = np.where(np.isnan(azimuth) & (zenith == 0.0), 0.0, azimuth)  # overhead all azimuths are one direction
         reach = np.abs(zenith[np.isfinite(zenith)])
         if np.any(reach > 90.0) and reach.min() >= 90.0:
             self._bad(

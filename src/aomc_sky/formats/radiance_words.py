@@ -91,10 +91,19 @@ COSINES = re.compile(r"\b(?:cos|cosines?)\b", re.I)
 STATED_FACTOR = re.compile(
     r"\b(?:multiply(?![ -]scatter)|multiplied|divided?|scaled?|scaling|factor)\b|\bunits? of (?:1e|10 ?\^?)[-+]?\d"
     r"|\b(?:radiances?|values)\b[^.;:]{0,40}?(?<!\d)(?<!\d )(?:\b(?:x|times)|[*\N{MULTIPLICATION SIGN}])"
-    r" ?1(?:0{2,}|0 ?\^|e[-+]?\d)",  # no 1000 x 1000 pixels
+    r" ?1(?:0{2,}|0 ?\^|e[-+]?\d)"  # no 1000 x 1000 pixels
+    r"|\bradiances? per (?!1 ?nm)\d+(?:\.\d+)? ?nm\b",
     re.I,
 )
 """Words of a text on radiances that are in another unit than the one stated."""
+WEIGHTED = re.compile(
+    r"\b(?:cosine|cos|solid[ -]angle)[ -]weight(?:ed|ing)\b"
+    r"|\b(?:weighted (?:by|with)|radiances? ?(?:x|times|multiplied by|[*\N{MULTIPLICATION SIGN}])) ?(?:the )?"
+    r"(?:cos\w*|mu|sin\w*|solid angles?)\b",
+    re.I,
+)
+"""Words of a text on numbers that are radiances times something of their direction."""
+SAY_WEIGHTED = "write radiances: divide the numbers by it, and clear this text"
 LOGARITHM = re.compile(
     r"\b(?:log10|logarithms?|logarithmic|ln)\b(?=.*radiance)|\bvalues are log(?:10|arithm)"
     r"|\blog[ (]+(?:of )?(?:the )?radiance|(?<=radiance)s?\W+log10\b",

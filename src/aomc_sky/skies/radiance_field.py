@@ -16,7 +16,9 @@ from aomc_sky.formats.radiance_words import (
     MOST_SAID,
     SAY_COMES_FROM,
     SAY_FACTOR,
+    SAY_WEIGHTED,
     STATED_FACTOR,
+    WEIGHTED,
     by_wavelength,
     doubt_of_gaps,
     is_factor,
@@ -131,6 +133,8 @@ def _unit(field: Any, given: str | None, remarks: list[str]) -> float:
     texts = [str(field.attrs.get(name, ""))[:MOST_SAID] for name in ("long_name", "comment", "description")]
     if found := next(filter(None, map(LOGARITHM.search, texts)), None):
         raise FieldError(f"the text of the field says {found[0]!r}", "write radiances, not their logarithms")
+    if found := next(filter(None, map(WEIGHTED.search, [*texts, *_notes(field.attrs)])), None):
+        raise FieldError(f"the text of the field says {found[0]!r}", SAY_WEIGHTED)
     for name, value in field.attrs.items():
         if given is None and is_factor(name) and not _is_neutral(value):
             raise FieldError(f"the attribute {name!r} of the field is {value}, besides its unit", SAY_FACTOR)
@@ -138,12 +142,21 @@ def _unit(field: Any, given: str | None, remarks: list[str]) -> float:
         remarks.append("the field has no unit of radiance, so its light is relative (--radiance-unit says one)")
         return 0.0
     of_file = [one for one in sentences_of_file(field.attrs) if "radiance" in one.lower()]
-    if given is None and (found := next(filter(None, map(STATED_FACTOR.search, [*texts, *of_file])), None)):
+    if given is None and (
+        found := next(filter(None, map(STATED_FACTOR.search, [*texts, *_notes(field.attrs), *of_file])), None)
+    ):
         raise FieldError(f"the text of the field says {found[0]!r} besides its unit", SAY_FACTOR, "radiance_unit")
     factor = radiance_factor(stated)
     if factor is None:
         raise FieldError(f"the unit {stated!r} of the field is none of spectral radiance", SAY_UNIT, "radiance_unit")
     return factor
+
+
+def _notes(attributes: Mapping[str, Any]) -> list[str]:
+    """Sentences on a field under names of notes."""
+    return [
+        str(text)[:MOST_SAID] for name, text in attributes.items() if name.lower().rstrip("s") in ("note", "remark")
+    ]
 
 
 def _is_neutral(value: Any) -> bool:
@@ -165,6 +178,7 @@ def _above(
     remarks: list[str],
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
     """Scattered directions of the sky; a negative zenith angle is beyond the zenith, as in scans."""
+    azimuth_deg = np.where(np.isnan(azimuth_deg) & (zenith_deg == 0.0), 0.0, azimuth_deg)  # overhead they are all one
     is_direction = np.isfinite(zenith_deg) & np.isfinite(azimuth_deg)
     above = is_direction & (np.abs(np.where(is_direction, zenith_deg, 0.0)) <= 90)
     _refuse_below(zenith, zenith_deg[is_direction])
