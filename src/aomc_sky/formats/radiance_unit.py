@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from fractions import Fraction
+from itertools import islice
 from typing import NamedTuple
 
 SAY_UNIT = "write --radiance-unit (radiance_unit=) '10^-3 W m-2 nm-1 sr-1', 'uW/(cm^2 nm sr)' or the like, or relative"
@@ -51,7 +52,7 @@ _NOT_ON_RADIANCES = re.compile(
 )
 _BEFORE_UNIT = re.compile(r"\b(?:in|are|is|of|as|units?)\b|[:=(\[,]", re.I)
 _AFTER_UNIT = re.compile(r"[,;)\]]| \(|\Z")
-_MOST_UNIT = 100  #: Characters of a unit.
+_MOST_UNIT, _MOST_STARTS = 100, 12  #: Characters of a unit, and places of a sentence where one is looked for.
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)(?:\s*\^\s*(?P<power>[+-]?\d+))?(?![\d.])"
     r"|(?P<per>/|\bper\b)|(?P<open>\()|(?P<close>\))|(?P<unit>[A-Za-z]+)(?:\s*\^?\s*(?P<exponent>[+-]?\d+))?(?![\d.]))\s*"
@@ -164,9 +165,9 @@ def _factor(parts: Sequence[_Part]) -> float | None:
 
 def unit_in(text: str) -> tuple[int, str] | None:
     """Start and text of the unit of radiances in a sentence: "All radiances are in mW/(m2 nm sr)"."""
-    if not _ON_RADIANCES.search(text) or _NOT_ON_RADIANCES.search(text):
+    if not re.search("sr|ste?r", text) or not _ON_RADIANCES.search(text) or _NOT_ON_RADIANCES.search(text):
         return None
-    for before in _BEFORE_UNIT.finditer(text):
+    for before in islice(_BEFORE_UNIT.finditer(text), _MOST_STARTS):
         start = before.end() + len(text[before.end() :]) - len(text[before.end() :].lstrip())
         ends = [one.start() for one in _AFTER_UNIT.finditer(text, start, start + _MOST_UNIT)]
         for end in reversed(ends):
