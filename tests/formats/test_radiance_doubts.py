@@ -81,6 +81,7 @@ def test_lines_that_change_the_light_are_refused(table, line, why):
         "# position: 54 N, 8 E",
         "# one value per 5 nm",
         "# errors are weighted by the light",
+        "# mean over the patch, weighted with the cosine of the zenith angle",
         "# Tucson, AZ, 32.2 N 110.9 W",
         "# other half mirrored at the principal plane",
         "# position in ship coordinates: 3 m",

@@ -40,7 +40,6 @@ from aomc_sky.formats.radiance_words import (
     SAY_WEIGHTED,
     STATED_FACTOR,
     SURE_NM,
-    WEIGHTED,
     Name,
     by_wavelength,
     doubt_of_gaps,
@@ -50,6 +49,7 @@ from aomc_sky.formats.radiance_words import (
     plain_unit,
     travel_of,
     unit_and_counts,
+    weight_of,
 )
 from aomc_sky.formats.report import MAX_PER_VALUE, BadValueError, Report, printable, quoted
 from aomc_sky.formats.text_file import cell_span, delimiter_of, read_bytes, split_row, table_of_program
@@ -189,8 +189,8 @@ class _Table:
             self.azimuth_lines.append((said, span))
         elif key is None and (word := travel_of(said)):
             self._bad(span, f"{word!r}: are the directions those that light goes to?", SAY_COMES_FROM)
-        elif key is None and (weight := WEIGHTED.search(said[:MOST_SAID])):
-            self._bad(span, f"this line says {weight[0]!r}", SAY_WEIGHTED)
+        elif key is None and (weight := weight_of(said[:MOST_SAID])):
+            self._bad(span, f"this line says {weight!r}", SAY_WEIGHTED)
         elif key is None and LOGARITHM.search(said[:MOST_SAID]):
             self._bad(span, f"{quoted(said)}: are these logarithms?", "write radiances, and leave out this line")
         elif key is not None:

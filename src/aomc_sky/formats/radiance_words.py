@@ -96,7 +96,7 @@ STATED_FACTOR = re.compile(
     re.I,
 )
 """Words of a text on radiances that are in another unit than the one stated."""
-WEIGHTED = re.compile(
+_WEIGHTED = re.compile(
     r"\b(?:cosine|cos|solid[ -]angle)[ -]weight(?:ed|ing)\b"
     r"|\b(?:weighted (?:by|with)|radiances? ?(?:x|times|multiplied by|[*\N{MULTIPLICATION SIGN}])) ?(?:the )?"
     r"(?:cos\w*|mu|sin\w*|solid angles?)\b",
@@ -142,6 +142,12 @@ def is_factor(name: str) -> bool:
     """Whether an attribute is a factor or an offset by a name that CF does not know; a calibration is past."""
     words = set(re.split(r"[\W_]+", name.lower()))
     return name not in ("scale_factor", "add_offset") and bool(words & _FACTORS) and not words & _OF_THE_PAST
+
+
+def weight_of(text: str) -> str:
+    """The words of a text that its radiances are multiplied by a cosine or a solid angle; a weighted mean is none."""
+    found = None if re.search(r"\b(?:mean|averag)", text, re.I) else _WEIGHTED.search(text)
+    return found[0] if found else ""
 
 
 def travel_of(text: str) -> str:

@@ -18,11 +18,11 @@ from aomc_sky.formats.radiance_words import (
     SAY_FACTOR,
     SAY_WEIGHTED,
     STATED_FACTOR,
-    WEIGHTED,
     by_wavelength,
     doubt_of_gaps,
     is_factor,
     travel_of,
+    weight_of,
 )
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.field_axes import (
@@ -133,8 +133,8 @@ def _unit(field: Any, given: str | None, remarks: list[str]) -> float:
     texts = [str(field.attrs.get(name, ""))[:MOST_SAID] for name in ("long_name", "comment", "description")]
     if found := next(filter(None, map(LOGARITHM.search, texts)), None):
         raise FieldError(f"the text of the field says {found[0]!r}", "write radiances, not their logarithms")
-    if found := next(filter(None, map(WEIGHTED.search, [*texts, *_notes(field.attrs)])), None):
-        raise FieldError(f"the text of the field says {found[0]!r}", SAY_WEIGHTED)
+    if weight := next(filter(None, map(weight_of, [*texts, *_notes(field.attrs)])), ""):
+        raise FieldError(f"the text of the field says {weight!r}", SAY_WEIGHTED)
     for name, value in field.attrs.items():
         if given is None and is_factor(name) and not _is_neutral(value):
             raise FieldError(f"the attribute {name!r} of the field is {value}, besides its unit", SAY_FACTOR)
