@@ -49,6 +49,18 @@ REFUSED = {
     ("# zenith angles are nadir angles", HEAD): "E651(?s:.*)says 'nadir'",
     ("# zenith: elevation of the direction", HEAD): "E651(?s:.*)says 'elevation'",
     ("# zenith angle: 90 is overhead", HEAD): "E651(?s:.*)says '90 is overhead'",
+    ("# All radiances in mW m-2 nm-1 sr-1, multiplied by 1000", HEAD): "E651(?s:.*)'multiplied' besides the unit",
+    ("# phi towards N of the ship", HEAD): "E651(?s:.*)'ship' is not understood",
+    ("# radiances times cos(theta)", HEAD): "E651(?s:.*)says 'radiances times cos'",
+    ("# values are cosine-weighted", HEAD): "E651(?s:.*)says 'cosine-weighted'",
+    ("# sky radiance per 10 nm", HEAD): "E651(?s:.*)'radiance per 10 nm' besides the unit",
+    ("# x = north, y = east", HEAD): "E651(?s:.*)contradict each other",
+    ("# the +x axis points to the north", HEAD): "E651(?s:.*)contradict each other",
+    ("# azimuths: x is towards north", HEAD): "E651(?s:.*)contradict each other",
+    ("# frame: NED", HEAD): "E651(?s:.*)'frame' is not understood",
+    ("# azimuth NED", HEAD): "E651(?s:.*)'ned' is not understood",
+    ("# mirrored east-west", HEAD): "E651(?s:.*)'mirrored' is not understood",
+    ("# angles are in ship coordinates", HEAD): "E651(?s:.*)'ship' is not understood",
     # names with more than is read
     (f"zenith_deg,azimuth_deg,L_w {UNIT}",): "no column of radiance",
     ("zenith_deg,azimuth_deg,radiance_upwelling (W m-2 nm-1 sr-1)",): "no column of radiance",
@@ -118,6 +130,15 @@ def test_rows_that_do_not_fit_are_a_question(table, name):
         "# scan from horizon to zenith",
         "# error propagation in zenith angle",
         "# multiply scattered light, values are logged each minute",
+        "# bounding box: N=90, S=-90, W=-180, E=180",
+        "# position: 54 N, 8 E",
+        "# one value per 5 nm",
+        "# errors are weighted by the light",
+        "# mean over the patch, weighted with the cosine of the zenith angle",
+        "# Tucson, AZ, 32.2 N 110.9 W",
+        "# other half mirrored at the principal plane",
+        "# position in ship coordinates: 3 m",
+        "# frame 12, x = 3",
     ],
 )
 def test_other_lines_are_not(table, line):
@@ -178,12 +199,20 @@ def test_a_scan_that_is_repeated_has_its_mean(table):
 
 @pytest.mark.parametrize(
     ("line", "factor"),
-    [("# Radiance in mW m-2 nm-1 sr-1", 1e-3), ("# radiance values are given in 10^-2 W m-2 nm-1 sr-1.", 1e-2)],
+    [
+        ("# Radiance in mW m-2 nm-1 sr-1", 1e-3),
+        ("# radiance values are given in 10^-2 W m-2 nm-1 sr-1.", 1e-2),
+        ("# Radiance units are mW/m2/nm/sr", 1e-3),
+        ("# All sky radiances are in mW/(m2 nm sr) at the sea", 0.0),
+        ("# All sky radiances are in uW/(cm2 nm sr), without the sun", 1e-2),
+        ("# L is in W m-2 um-1 sr-1 (spectral radiance)", 1e-3),
+        ("# Radiance uncertainty in mW m-2 nm-1 sr-1: 2", 0.0),
+    ],
 )
 def test_a_unit_in_a_sentence(table, line, factor):
     measured = table(NORTH, line, NAMES)
-    assert measured.is_absolute
-    assert measured.values[0].max() == pytest.approx(170 * factor)
+    assert measured.is_absolute == (factor > 0)
+    assert measured.values[0].max() == pytest.approx(170 * (factor or 1))
 
 
 @pytest.mark.parametrize(
@@ -198,3 +227,76 @@ def test_long_lines_of_a_stranger_take_no_time(table, words, is_refused):
             table(NORTH, line, HEAD)
     else:
         assert table(NORTH, line, HEAD).is_absolute
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "# North: 0 deg, East: 90 deg",
+        "# 0°=N, 90°=E, 180°=S, 270°=W",
+        "# phi=0 at N, increasing through E",
+        "# az=0 points north",
+        "# AZ 0 NORTH",
+        "# azimuth clockwise from north, radiance in mW m-2 nm-1 sr-1",
+        "# Sky radiance data (mW m-2 nm-1 sr-1), azimuth north=0",
+    ],
+)
+def test_where_azimuths_begin_without_the_usual_words(table, line):
+    expected, measured = table("# azimuth: clockwise from north", HEAD), table(line, HEAD)
+    np.testing.assert_array_equal(measured.direction[0], expected.direction[0])
+    assert not [one for one in measured.remarks if "does not say" in one]
+
+
+@pytest.mark.parametrize("comments", [(), ("# azimuth: clockwise from north", "# written by a program")])
+def test_names_behind_a_comment_sign_have_more_comments_below(table, comments):
+    rows = [("\t".join(map(str, (k, *row))),) for k, row in enumerate(ROWS)]
+    measured = table("# point\tzenith\tazimuth\tL_550", *comments, rows=rows)
+    expected = table(*comments, "zenith,azimuth,L_550")
+    assert measured.wavelength_nm == 550.0
+    np.testing.assert_array_equal(measured.direction[0], expected.direction[0])
+    np.testing.assert_array_equal(measured.values[0], expected.values[0])
+
+
+@pytest.mark.parametrize(("nines", "is_asked"), [("999.9", True), ("9999.99", True), ("99.9", False), ("1000", False)])
+def test_nines_with_decimals_are_a_question_too(table, nines, is_asked):
+    """One direction has the nines, others 110 to 170; at another wavelength radiances are larger than the nines."""
+    rows = [*ROWS[:5], (40, 90, nines), *ROWS[6:]]
+    wide = [(*row, 20000 + row[1]) for row in rows]
+    long = [(*row[:2], nm, value) for row in wide for nm, value in ((440, row[3]), (550, row[2]))]
+    for head, made in (
+        (HEAD, rows),
+        ("zenith_deg,azimuth_deg,L_550,L_440", wide),
+        ("zenith_deg,azimuth_deg,wavelength,radiance", long),
+    ):
+        if not is_asked:
+            table(NORTH, head, rows=made)
+            continue
+        with pytest.raises(sky.InputFileError, match=f"1 radiance is {nines}, and the next one is 170; is") as error:
+            table(NORTH, head, rows=made)
+        assert "40,90," in error.value.problems[0].text
+
+
+@pytest.mark.parametrize(
+    "name", ["Lsky(550) [mW m^{-2} nm^{-1} sr^{-1}]", "L(550 nm) (mW m$^{-2}$ nm$^{-1}$ sr$^{-1}$)"]
+)
+def test_a_wavelength_and_a_unit_in_brackets(table, name):
+    measured = table(NORTH, f"zenith_deg,azimuth_deg,{name}")
+    assert measured.wavelength_nm == 550.0
+    assert measured.values[0].max() == pytest.approx(0.17)
+
+
+def test_bars_between_columns_are_named(table):
+    with pytest.raises(sky.InputFileError, match="bars are between the columns"):
+        table("zenith|azimuth|radiance", rows=[("|".join(map(str, row)),) for row in ROWS])
+    with pytest.raises(sky.InputFileError, match="columns 2 and 3 are both azimuth"):
+        table("zenith,azimuth,raa,radiance", rows=[(z, a, a, value) for z, a, value in ROWS])
+
+
+@pytest.mark.parametrize("gap", ["", "nan", "-999"])
+@pytest.mark.parametrize(("name", "overhead"), [("zenith_deg", 0), ("elevation_deg", 90)])
+def test_the_zenith_needs_no_azimuth(table, gap, name, overhead):
+    rows = [*((abs(90 - z) if overhead else z, a, value) for z, a, value in ROWS), (overhead, gap, 130.0)]
+    measured = table(NORTH, f"{name},azimuth_deg,radiance (mW m-2 nm-1 sr-1)", rows=rows)
+    assert measured.values[0].size == len(ROWS) + 1
+    assert measured.radiance(0.0, 0.0, 550.0) == pytest.approx(0.130)
+    assert not [one for one in measured.remarks if "left out" in one]

@@ -7,6 +7,7 @@ import warnings
 import numpy as np
 import pytest
 
+import aomc_sky as sky
 from aomc_sky.errors import InputFileError
 from aomc_sky.formats.weather import HOUR, read_weather
 from tests.support.shared import DATA
@@ -175,6 +176,13 @@ def test_the_offset_of_an_instrument_is_no_light(kind, old, new, read):
         read(changed(kind, (old, new.replace("-5", "-5.01"))), kind)
 
 
+def test_kilojoules_are_named(read):
+    with pytest.raises(
+        InputFileError, match=r"(?s)2559.6 is outside 0 to 2000 W m-2.*3.6 kJ m-2 in an hour are 1 W m-2"
+    ):
+        read(changed("epw", (",300,0,0,0,", ",300,2559.6,0,0,")))
+
+
 @pytest.mark.parametrize("bad", [",300,-80,0,0,", ",300,none,0,0,", ",300,0,0,5000,"])
 def test_only_the_row_that_is_asked_for_is_judged(bad, read):
     """A bad night refuses the file as a whole, and itself, but no other hour."""
@@ -291,7 +299,45 @@ def test_hours_of_0_to_23_are_the_whole_file_s(row, read):
         read("\n".join(EARLY), "tmy3", row=row)
 
 
+def test_a_column_that_comes_twice_is_a_question(read):
+    with pytest.raises(InputFileError, match=r"column 'GHI \(W/m\^2\)' comes twice"):
+        read(changed("tmy3", ("ETR (W/m^2)", "GHI (W/m^2)")), "tmy3")
+
+
 def test_names_of_a_head_may_stand_in_quotes(read):
     quoted = ",".join(f'"{name}"' for name in TMY3[1].split(","))
     found = read("\n".join([TMY3[0], quoted, *TMY3[2:]]), "tmy3").dni
     assert np.array_equal(found, good("tmy3").dni, equal_nan=True)
+
+
+@pytest.mark.parametrize(
+    ("given", "of", "advice"),
+    [
+        ("epw", "tmy3", "an EPW file: write --epw"),
+        ("tmy3", "epw", "a TMY3 file: write --tmy3"),
+        ("epw", "tmy2", "an EPW file: write --epw"),
+    ],
+)
+def test_a_file_of_another_kind_is_named(given, of, advice):
+    with pytest.raises(InputFileError, match="E601") as caught:
+        read_weather(WEATHER / "good" / GOOD[given], of)
+    assert f"this seems to be {advice}" in str(caught.value)
+
+
+@pytest.mark.parametrize("kind", ["epw", "tmy2", "tmy3"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Source,Latitude\nNSRDB,40.0\nYear,Month,Day,Hour,Minute,DHI,DNI,GHI\n2020,6,21,12,30,100,900,950\n",
+        "Latitude (decimal degrees): 45.0\nmonth,year\ntime(UTC),T2m,RH,G(h),Gb(n),Gd(h)\n20140101:0000,3.4,80,0,0,0\n",
+        "# Coding: utf-8\n# Observation period;TOA;GHI;BHI;DHI;BNI\n2020-06-21T12:00;1200;880;1;1;1\n",
+    ],
+)
+def test_tables_of_irradiances_of_others_have_their_advice(kind, text, tmp_path):
+    (tmp_path / "site.csv").write_text(text)
+    with pytest.raises(InputFileError, match="this seems to be a table of irradiances: write two irradiances"):
+        read_weather(tmp_path / "site.csv", kind)
+    with pytest.raises(
+        InputFileError, match=r"(?s)a table of irradiances, no table of radiances.*write two irradiances"
+    ):
+        sky.read_radiance_csv(tmp_path / "site.csv")

@@ -60,6 +60,8 @@ def run(field, folder, *options, **encoding):
         {"azimuth": DEGREES | {"azimuth_zero": "north", "sense": "clockwise"}},
         {"of_file": {"azimuth_reference": "north"}},
         {"radiance": {"azimuth_definition": "north = 0, east = 90"}},
+        {"azimuth": {"units": "degree", "long_name": "azimuth (phi=0 at N, increasing through E)"}},
+        {"of_file": {"comment": "North: 0 deg, East: 90 deg"}},
     ],
 )
 def test_azimuths_are_explained_anywhere(texts, tmp_path):
@@ -137,7 +139,19 @@ def test_nines_far_beyond_all_other_radiances_are_a_question():
     assert read(east(change=lambda one: one + 9999.0 - one.max())).values.max() > 9900
 
 
-NO_SKY = ["Lu", "L_w", "upwelling_radiance", "toa_radiance", "stokes_Q", "dolp", "brf"]
+NO_SKY = [
+    "Lu",
+    "L_w",
+    "upwelling_radiance",
+    "toa_radiance",
+    "stokes_Q",
+    "dolp",
+    "brf",
+    "L_up",
+    "direct_radiance",
+    "I_dir",
+    "water_radiance",
+]
 NO_RADIANCE = ["radiance_error", "sky_radiance_uncertainty", "radiance_std"]
 
 
@@ -301,3 +315,102 @@ def test_solid_angles_beside_the_radiances_are_no_second_field(tmp_path):
     field = east(radiance={"cell_measures": "area: omega"}, name="I").squeeze("wavelength", drop=True)
     field["omega"] = (("zenith", "azimuth"), np.ones((10, 24)))
     assert run(field, tmp_path, "--wavelengths", 550, "--dry-run") == 0
+
+
+@pytest.mark.parametrize(("nines", "is_asked"), [(999.9, True), (9999.9, True), (99.9, False)])
+@pytest.mark.parametrize("dtype", ["f4", "f8"])
+def test_nines_with_decimals_are_a_question_too(nines, is_asked, dtype):
+    """At one of two wavelengths, with larger radiances at the other one."""
+
+    def with_nines(values):
+        return np.where(np.arange(values.size).reshape(values.shape) == 50, nines, values / 10)
+
+    bright = east(change=lambda values: values * 100).assign_coords(wavelength=[440.0])
+    both = xarray.concat([bright, east(change=with_nines)], "wavelength").astype(dtype)
+    both.wavelength.attrs["units"] = "nm"
+    if not is_asked:
+        assert read(both).values[1].max() > 60
+        return
+    with pytest.raises(FieldError, match=f"1 radiance is {nines}, and the next one is 30; is {nines} a gap"):
+        read(both)
+
+
+def test_flags_beside_the_radiances_are_said(tmp_path, capsys):
+    field = east()
+    field["pixel_quality"] = (field.radiance.dims, np.zeros(field.radiance.shape, "i1"))
+    field["cloud"] = (field.radiance.dims, np.zeros(field.radiance.shape, "i1"), {"flag_meanings": "clear cloudy"})
+    field["ship_flag"] = ("station", [1, 2])
+    assert run(field, tmp_path, "--dry-run") == 0
+    shown = capsys.readouterr()
+    assert "'pixel_quality cloud' of the file, on the quality of the radiances, is not used" in shown.out + shown.err
+
+
+@pytest.mark.parametrize("name", ["cos_theta", "cosine_of_zenith_angle", "cos_vza", "cos_zenith"])
+def test_cosines_have_names(name):
+    field = east().isel(zenith=slice(None, None, -1))
+    cosine = np.cos(np.deg2rad(field.zenith.values))
+    made = field.assign_coords(zenith=("zenith", cosine, {"units": "1"})).rename(zenith=name)
+    expected, table = (read(one) for one in (field, made))
+    np.testing.assert_allclose(table.values, expected.values, rtol=1e-12)
+    with pytest.raises(FieldError, match="no coordinate of zenith angles"):
+        read(made.rename({name: "cos_solar_zenith"}))
+
+
+def test_angles_of_travel_and_of_the_nadir_have_their_advice():
+    travel = east().isel(zenith=slice(0, 9))
+    made = travel.assign_coords(zenith=("zenith", 180 - travel.zenith.values, DEGREES))
+    with pytest.raises(FieldError) as error:
+        read(made)
+    assert "180 degrees minus them" in error.value.advice
+    with pytest.raises(FieldError) as error:
+        read(made.rename(zenith="nadir_angle"))
+    assert "180 degrees minus the angles from the nadir" in error.value.advice
+
+
+def test_texts_of_c_and_of_latin_1_are_read(tmp_path):
+    """C writes the NUL at the end of its texts, and old programs a degree sign in one byte."""
+    pytest.importorskip("h5netcdf")
+    h5py = pytest.importorskip("h5py")
+    from aomc_sky.formats.netcdf import read_field
+
+    ends = east(
+        azimuth={"units": "deg\0", "long_name": "azimuth clockwise from north\0"}, radiance={"units": f"{UNIT}\0"}
+    )
+    ends.to_netcdf(tmp_path / "c.nc", engine="scipy")
+    east().to_netcdf(tmp_path / "latin.nc", engine="h5netcdf")
+    with h5py.File(tmp_path / "latin.nc", "a") as file:
+        file["zenith"].attrs["units"] = np.bytes_(b"\xb0")
+    expected = read(east())
+    for name in ("c.nc", "latin.nc"):
+        table = read(read_field(tmp_path / name))
+        assert table.radiance_unit == 1e-3
+        np.testing.assert_array_equal(table.values, expected.values)
+
+
+def test_the_zenith_of_points_needs_no_azimuth():
+    rings, around = np.meshgrid([15.0, 30, 45, 60, 75, 88], np.arange(0.0, 360, 30))
+    zenith, azimuth = np.append(0.0, rings), np.append(np.nan, around)
+    points = xarray.DataArray(
+        130 - zenith / 3,
+        dims="point",
+        coords={"zenith": ("point", zenith, {"units": "degree"}), "azimuth": ("point", azimuth, FROM_NORTH)},
+        attrs={"units": UNIT},
+    )
+    table = read(points)
+    assert not [one for one in table.remarks if "left out" in one]
+    assert float(table.radiance(0.0, 0.0, 550.0)) * table.radiance_unit == pytest.approx(0.130, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("attribute", "text", "why"),
+    [
+        ("comment", "radiance times cos(theta)", "says 'radiance times cos'"),
+        ("long_name", "sky radiance, weighted by solid angle", "says 'weighted by solid angle'"),
+        ("remarks", "cosine-weighted", "says 'cosine-weighted'"),
+        ("note", "multiply by 0.1", "says 'multiply' besides its unit"),
+        ("long_name", "sky radiance per 10 nm", "says 'radiance per 10 nm' besides its unit"),
+    ],
+)
+def test_texts_of_weights_and_factors_are_refused(attribute, text, why):
+    with pytest.raises(FieldError, match=why):
+        read(east(radiance={attribute: text}))

@@ -362,3 +362,12 @@ def test_the_field_of_our_own_export_is_read():
     np.testing.assert_array_equal(table.wavelength_nm, NM)
     again = sky.Scene(wavebands=NM, n_photons=10, components=table)
     np.testing.assert_allclose(again.irradiance.of_component[:, 0], [0.4, 0.2], rtol=1e-9)
+
+
+def test_wavebands_far_from_the_wavelengths_of_a_field_are_said():
+    """Before, 495 nm had the light of 550 nm without a word."""
+    table = sky.TabulatedSky.from_xarray(field())
+    scene = sky.Scene(wavebands=[445.0, 495.0, 550.0], n_photons=10, components=table)
+    assert [one for one in scene.notes if "495 nm has the light of 550 nm" in one and "1 of 3 wavebands" in one]
+    near = sky.Scene(wavebands=[440.0, 545.0], n_photons=10, components=table)
+    assert not [one for one in near.notes if "has the light of" in one]

@@ -25,6 +25,12 @@ _PHRASES = (
     (r"is the horizontal angle between\b.*", "clockwise"),  # the definition of CF
     (r"[-+]?\b(?:0|180) ?(?:-|\N{EN DASH}|to|\.\.+) ?\+?(?:180|360)\b", " "),  # the range, and no statement
     (r"-+>", " to "),
+    (
+        r"(?<!from )(?<!from the )(?<!from \+)\bx(?:[ -]axis)? (?:is |points? )?to(?:wards?)?"
+        r" (?=(?:the )?(?:north|south|west)\b)",
+        "x ",
+    ),
+    (r"\bpoints? (?:to(?:wards?)? )?(?=(?:the )?(?:true )?(?:north|east|south|west)\b)", " "),
     (r"(?<!\d )(?<!\d)\bdeg(?:rees?)? (?=(?:[nesw]|north|east|south|west)\b(?! of))", "bearing "),
     (r"(?<!\w)-(?=[xy]\b)", "minus"),
     (r"\b(?:counter|anti)[ -]?clockwise\b", "ccw"),
@@ -40,7 +46,7 @@ _FILLERS = (
     "the a an azimuth azimuths azimuthal angle angles is are and with in as it deg degree degrees rad radian radians "
     "count counts counted measured given increasing increases growing grows at sky view viewing sensor platform "
     "element true geographic due point direction axis enu all starting phi vaa increase grow sense rotation "
-    "orientation convention definition"
+    "orientation convention definition az azi"
 )
 _WORDS = {
     **dict.fromkeys(("east", "e", "x"), "E"),
@@ -61,9 +67,10 @@ _WORDS = {
 _SPEAKS = re.compile(
     r"\b(?:east|north|west|south|sun|solar|antisun|a?c?cw|clockwise|relative|"
     r"opposite|reverse\w*|invert\w*|mirror\w*|\w*handed|magnetic|declination|grid|compass|heading|bow|ship|aircraft|"
-    r"vehicle|bearing|plane|meridian|away|offset|goes|going|beam|ray|propagat\w+|travel\w*|photons?|mathematical\w*|"
+    r"vehicle|bearing|plane|meridian|away|offset|goes|going|beam|ray|propagat\w+|travel\w*|photons?|mathematical\w*|ned|nwu|"
     r"meteorological|astronomical|nautical|minus[xy]|[xy][ -]axis|[ensw] (?:of|to|towards?|through|via) [ensw]|"
-    r"to (?:north|east|south|west))\b|\b[ensw] ?=|[=\d] ?[ensw]\b|^\W*[ensw]\W*$|\+[xy]\b"
+    r"to (?:north|east|south|west)|(?:at|to|towards?|through|via) [ensw])\b|"
+    r"\b[ensw] ?=|[=\d] ?[ensw]\b|^\W*[ensw]\W*$|\+[xy]\b"
 )
 """Words of a text that is on where azimuths count; other texts are on something else."""
 _MAY_SPEAK = re.compile(r"\b(?:from|positive|negative|reference|left|right|instrument|frame)\b")
@@ -75,6 +82,32 @@ OTHER_AZIMUTHS = re.compile(
     re.I,
 )
 """Texts on azimuths in other languages, which are not read."""
+
+_ON_AZIMUTHS = re.compile(r"\b(?:azimuths?|phi|vaa)\b|\bazi?\b(?=\s*[:=(]|\s+0\b)", re.I)
+"""Names of azimuths in a text."""
+_POINT = r"\b(?:north|east|south|west|[nesw])\b"
+_QUARTER = r"(?<!\d)(?:0|90|180|270|360) ?(?:deg\w*|°)?"
+_WITHOUT_THE_WORD = re.compile(
+    rf"\A\W*(?:(?:convention|orientation|compass|directions?|angles?)\W+)?"
+    rf"(?:(?:{_POINT} ?[:=] ?{_QUARTER}|{_QUARTER} ?[:=] ?{_POINT})(?:[\s,;/]|and\b|\Z)+){{2,}}\W*\Z"
+    r"|\bx(?:[ -]axis)?(?:\W|\b(?:is|points?|to|towards?|the|true)\b)+(?:north|south|west|[nsw])\b"
+    r"|\bframe\W+(?:NED|NWU|SEU|WSU)\b"
+    r"|\b(?:mirrored|flipped|swapped)\b.*\b(?:north|east|south|west)"
+    r"|\b(?:north|east|south|west).*\b(?:mirrored|flipped|swapped)"
+    r"|\b(?:angles|directions)\b.*\bin (?:the )?(?:ship|vessel|aircraft|instrument|body|platform)(?:'s)?"
+    r" (?:coordinates|frame|axes)\b",
+    re.I,
+)
+"""Texts on azimuths without the word: "North: 0 deg, East: 90 deg" and the like alone, or axes that are not ours."""
+
+
+def is_on_azimuths(text: str, *, is_comment: bool = False) -> bool:
+    """Whether a sentence is on where azimuths count, whatever else it may be on."""
+    plain = text.replace("_", " ")
+    if OTHER_AZIMUTHS.match(text) or _WITHOUT_THE_WORD.search(plain):
+        return True
+    return _ON_AZIMUTHS.search(plain) is not None and speaks_of_azimuths(plain, is_comment=is_comment)
+
 
 _P, _N = "([ENWSOA])", r"([-+]?\d+(?:\.\d+)?)"
 _Seen = tuple[str, float]

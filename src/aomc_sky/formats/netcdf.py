@@ -35,11 +35,13 @@ _NOT_OF_SKY = re.compile(
     r"upwelling|upward|outgoing|reflected|\bleaving\b|\btop of (?:the )?atmosphere\b|\btoa\b|stokes [quv]\b"
 )
 _NAMED_OTHERWISE = re.compile(
-    r"\b(?:l ?[uw]|nlw|rrs|err|errors?|uncertaint\w+|unc|std|stdev|standard deviation|variance|quality|flags?"
-    r"|masks?|brd?f|reflectances?|transmittances?|albedo|[da]olp|polari[sz]ation|aod|temperature|irradiance"
-    r"|phase function|solid angle)\b"
+    r"\b(?:l ?[uw]|up|(?<!over )water|direct|dir|nlw|rrs|err|errors?|uncertaint\w+|unc|std|stdev|standard deviation"
+    r"|variance|quality|flags?|masks?|brd?f|reflectances?|transmittances?|albedo|[da]olp|polari[sz]ation|aod|temperature"
+    r"|irradiance|phase function|solid angle)\b"
 )
 """Words of variables that are not the radiance of the sky: in all that names them, or in the name itself."""
+_FLAGS = re.compile(r"\b(?:quality|flags?|masks?|qc)\b")
+"""Words of variables that say which radiances are good."""
 _LIBRARY = "the netCDF library"
 
 
@@ -110,6 +112,8 @@ def open_netcdf(path: str | Path, **options: Any) -> Iterator[tuple[Any, int]]:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # of attributes that a library does not know
                 with xarray.open_dataset(data, engine=engine, **options) as dataset:
+                    for part in (dataset, *dataset.variables.values()):
+                        part.attrs = {name: _text_of(value) for name, value in part.attrs.items()}
                     yield dataset, allowed_bytes(size)
         except AomcSkyError:
             raise
@@ -119,6 +123,12 @@ def open_netcdf(path: str | Path, **options: Any) -> Iterator[tuple[Any, int]]:
             reason = printable(str(error) or type(error).__name__)
             advice = "make the file again"
             raise refuse(path, f"{_LIBRARY} cannot read it: {reason}", advice=advice, code="E552") from error
+
+
+def _text_of(value: Any) -> Any:
+    """A text of an attribute without the NUL of C at its end; bytes that are no UTF-8 are Latin-1."""
+    value = value.decode("latin-1") if isinstance(value, bytes) else value
+    return value.rstrip("\0") if isinstance(value, str) else value
 
 
 def _look_at_storage(h5py: Any, path: str | Path, allowed: int) -> None:
@@ -151,6 +161,13 @@ def chosen_field(dataset: Any, variable: str | None) -> tuple[Any, dict[str, Any
         for name, one in dataset.data_vars.items()
         if name != field.name and one.ndim and one.dtype.kind in "biuf" and {*one.dims} < {*field.dims}
     }
+    flags = [
+        str(name)
+        for name, one in dataset.data_vars.items()
+        if name != field.name and {*one.dims} & {*field.dims} and _is_flag(str(name), one.attrs)
+    ]
+    if flags:
+        field = field.assign_attrs({"ancillary_variables": " ".join(flags), **field.attrs})
     texts = [name for name, axis in field.coords.items() if axis.dtype.kind not in "biuf"]
     field = field.drop_vars(texts).assign_coords(beside)
     named = {bounds_name(axis) for axis in field.coords.values()}
@@ -167,6 +184,11 @@ def _is_of_sky(name: str, attributes: Mapping[str, Any]) -> bool:
     names = f"{name} {attributes.get('standard_name', '')}"
     short, text = (re.sub(r"[\W_]+", " ", one.lower()) for one in (names, f"{names} {attributes.get('long_name', '')}"))
     return _NOT_OF_SKY.search(text) is None and _NAMED_OTHERWISE.search(short) is None
+
+
+def _is_flag(name: str, attributes: Mapping[str, Any]) -> bool:
+    """Whether a variable says which radiances are good."""
+    return "flag_meanings" in attributes or _FLAGS.search(re.sub(r"[\W_]+", " ", name.lower())) is not None
 
 
 def _name_of_field(dataset: Any, variable: str | None) -> str:

@@ -13,14 +13,13 @@ from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
 from aomc_sky.errors import Span, UsageError
 from aomc_sky.formats.azimuth_words import (
     ASSUMED_AZIMUTH,
-    OTHER_AZIMUTHS,
     SAY_AZIMUTH,
     UnclearError,
     convention_of,
     given_convention,
-    speaks_of_azimuths,
+    is_on_azimuths,
 )
-from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor
+from aomc_sky.formats.radiance_unit import SAY_UNIT, radiance_factor, unit_in
 from aomc_sky.formats.radiance_words import (
     ANGLE_DEGREES,
     FROM_HORIZON,
@@ -33,15 +32,16 @@ from aomc_sky.formats.radiance_words import (
     MAX_RADIANCE,
     MOST_NM,
     MOST_SAID,
-    ON_AZIMUTHS,
     ON_ZENITHS,
     SAY_ANGLE,
     SAY_COMES_FROM,
     SAY_FACTOR,
     SAY_SUN,
+    SAY_WEIGHTED,
     STATED_FACTOR,
     SURE_NM,
     Name,
+    by_wavelength,
     doubt_of_gaps,
     have_look_of_degrees,
     may_be_radians,
@@ -49,9 +49,10 @@ from aomc_sky.formats.radiance_words import (
     plain_unit,
     travel_of,
     unit_and_counts,
+    weight_of,
 )
 from aomc_sky.formats.report import MAX_PER_VALUE, BadValueError, Report, printable, quoted
-from aomc_sky.formats.text_file import cell_span, delimiter_of, read_bytes, split_row
+from aomc_sky.formats.text_file import cell_span, delimiter_of, read_bytes, split_row, table_of_program
 from aomc_sky.formats.units import parse_real
 
 MAX_BYTES = 2**27
@@ -72,12 +73,6 @@ _RADIANCE_IN = re.compile(
     re.I,
 )
 """A line "radiances are in mW m-2 nm-1 sr-1": the key, and the unit."""
-_UNIT_OF = re.compile(
-    r"\s*(?:all |the |data: |units? of )*(?:(?:sky |spectral )*radiances?|L|values|data)"
-    r"(?: (?:are |is )?(?:given )?in(?: units of)? | ?[\[(:,] ?)(\S.*?)[)\]\s.]*\Z",
-    re.I,
-)
-"""A line "Radiance [mW m-2 nm-1 sr-1]" or "unit of L: W/m2/nm/sr", which states a unit where it ends with one."""
 _OF_SUN = re.compile(
     r"\s*(?:(?:sun|solar)[ _]azimuth(?:[ _]angle)?|saa)(?:[ _]deg(?:rees)?)? ?(?:[(\[](.*?)[)\]])?"
     r"\s*[:=]?\s*([-+.\d].*?)\s*\Z",
@@ -135,6 +130,11 @@ def _has_names(names: list[str]) -> bool:
     return set(_NEEDED) <= {one.slot for one in map(name_of_column, names) if one}
 
 
+def _names_columns(line: str) -> bool:
+    """Whether a line of comment names all columns that a table needs."""
+    return _has_names(split_row(_without_sign(line), delimiter_of(line, DELIMITERS)))
+
+
 class _Table:
     """A file while it is read."""
 
@@ -148,7 +148,7 @@ class _Table:
         self.factor_lines: list[tuple[str, Span]] = []
         self.remarks: list[str] = []
         self.rows: list[tuple[int, str]] = []
-        last_comment = None
+        names: tuple[int, str] | None = None  # numpy.savetxt writes them behind a '#' or '%'
         try:
             text = data.decode("utf-8")
         except UnicodeDecodeError:
@@ -156,12 +156,13 @@ class _Table:
         for number, line in enumerate(text.split("\n"), start=1):
             line = line.removesuffix("\r")
             if COMMENT.match(line):
-                last_comment = last_comment if self.rows else (number, line)
+                if not self.rows and (names is None or not _names_columns(names[1])):
+                    names = (number, line)
                 self._read_key(number, line)
             elif line.strip(" ,;\t") and not line.lower().startswith("sep="):
                 self.rows.append((number, line))
-        if last_comment and self.rows and not re.search("[A-Za-z]{2}", self.rows[0][1].lower().replace("nan", "")):
-            self.rows.insert(0, last_comment)  # numpy.savetxt writes the names behind a '#' or '%'
+        if names and self.rows and not re.search("[A-Za-z]{2}", self.rows[0][1].lower().replace("nan", "")):
+            self.rows.insert(0, names)
         self.delimiter = delimiter_of(self.rows[0][1] if self.rows else "", DELIMITERS)
 
     def _bad(self, span: Span, message: str, advice: str, code: str = "E651") -> None:
@@ -173,27 +174,36 @@ class _Table:
         key = KEYS.get(re.sub(r"\W+", "_", match[1].lower())) if match else None
         start = match.start(2) if match and key else len(text) - len(text.lstrip())
         said = text[start:].rstrip()
-        if key is None and (unit := _UNIT_OF.match(text[:MOST_SAID])) and radiance_factor(unit[1]):
-            key, start, said = "radiance", unit.start(1), unit[1]
+        if key is None and (unit := unit_in(text[:MOST_SAID])):
+            start, said = unit
+            self._set("radiance", said, Span(number, start + 1, line, len(said)))
+            if found := STATED_FACTOR.search(text[:start] + text[start + len(said) :]):
+                self.factor_lines.append((found[0], Span(number, 1, line, len(line.rstrip()))))
+            before, after = re.split(r"[,;](?=[^,;]*\Z)", text[:start])[:-1], re.split("[,;]", text[start:])[1:]
+            start, said = 0, ",".join([*before, *after]).strip()  # the other parts of the sentence
         elif of_sun := _OF_SUN.match(text[:MOST_SAID]):
             key, start, said = "sun_azimuth", of_sun.start(2), " ".join(filter(None, of_sun.group(2, 1)))
         span = Span(number, start + 1, line, len(text[start:].rstrip()))
         plain = said.replace("_", " ")
-        is_on_azimuths = OTHER_AZIMUTHS.match(said[:MOST_SAID]) or (
-            ON_AZIMUTHS.search(plain) and speaks_of_azimuths(plain)
-        )
-        if key == "azimuth" or (key is None and is_on_azimuths):
+        if key == "azimuth" or (key is None and is_on_azimuths(said[:MOST_SAID])):
             self.azimuth_lines.append((said, span))
         elif key is None and (word := travel_of(said)):
             self._bad(span, f"{word!r}: are the directions those that light goes to?", SAY_COMES_FROM)
+        elif key is None and (weight := weight_of(said[:MOST_SAID])):
+            self._bad(span, f"this line says {weight!r}", SAY_WEIGHTED)
         elif key is None and LOGARITHM.search(said[:MOST_SAID]):
             self._bad(span, f"{quoted(said)}: are these logarithms?", "write radiances, and leave out this line")
-        elif key is not None and self.head.setdefault(key, (said, span))[0] != said:
-            self._bad(span, f"{quoted(said)} after {quoted(self.head[key][0])}", "keep one of the two lines")
+        elif key is not None:
+            self._set(key, said, span)
         elif key is None and ON_ZENITHS.search(said) and (found := FROM_HORIZON.search(said)):
             self.zenith_lines.append((found[0], span))
         elif key is None and (found := STATED_FACTOR.search(plain)):
             self.factor_lines.append((found[0], span))
+
+    def _set(self, key: str, said: str, span: Span) -> None:
+        """Keep what a line says of a subject; another word on it is reported."""
+        if self.head.setdefault(key, (said, span))[0] != said:
+            self._bad(span, f"{quoted(said)} after {quoted(self.head[key][0])}", "keep one of the two lines")
 
     def _span(self, number: int, line: str, index: int) -> Span:
         """Position of a cell."""
@@ -210,6 +220,7 @@ class _Table:
         zenith, azimuth = (self._angle(one, other) for one, other in (angles, angles[::-1]))
         sun_zenith, sun_azimuth = self._sun("sun_zenith", 90.0), self._sun("sun_azimuth", 360.0)
         azimuth = self._converted(azimuth, of["azimuth"], sun_azimuth, convention)
+        azimuth = np.where(np.isnan(azimuth) & (zenith == 0.0), 0.0, azimuth)  # overhead all azimuths are one direction
         reach = np.abs(zenith[np.isfinite(zenith)])
         if np.any(reach > 90.0) and reach.min() >= 90.0:
             self._bad(
@@ -219,10 +230,7 @@ class _Table:
         wavelength = self._wavelengths(light, of.get("wavelength"))
         for one in light:
             self._refuse(one, one.values < 0, "a radiance is 0 or more")
-        if doubt := doubt_of_gaps(np.stack([one.values for one in light])):
-            column = max(light, key=lambda one: np.nanmax(one.values, initial=0.0))
-            number, line = self.rows[int(np.nanargmax(column.values))]
-            self._bad(self._span(number, line, column.index), *doubt, "E653")
+        self._ask_of_gaps(light, wavelength)
         self._close()
         zenith, azimuth = np.tile(zenith, len(light)), np.tile(azimuth, len(light))
         is_whole = np.isfinite(zenith) & np.isfinite(azimuth)
@@ -254,16 +262,9 @@ class _Table:
             return []
         number, line = self.rows.pop(0)
         names = split_row(_without_sign(line), self.delimiter)
-        if len(names) == 1 and sum(name_of_column(word) is not None for word in names[0].split()) > 2:
-            span = Span(number, 1, line, len(line.rstrip()))
-            self._bad(span, "blanks are between the columns", "separate the columns by commas")
+        if layout := self._other_layout(line, names):
+            self._bad(Span(number, 1, line, len(line.rstrip())), *layout)
             return []
-        for later, text in self.rows[:_MOST_HEAD] if not _has_names(names) else ():
-            if _has_names(split_row(text, delimiter := delimiter_of(text, DELIMITERS))):
-                span = Span(number, 1, line, len(line.rstrip()))
-                message = f"the names of the columns are in line {later}, with {DELIMITERS[delimiter]} between them"
-                self._bad(span, message, f"write # before every line above line {later}")
-                return []
         names = self._with_units(names)
         columns: dict[tuple[str, float | None], _Column] = {}
         unused = []
@@ -280,7 +281,7 @@ class _Table:
             one = _Column(name, index, span, np.full(len(self.rows), np.nan))
             first = columns.setdefault((name.slot, name.wavelength_nm), one)
             if first is not one:
-                message = f"columns {first.index + 1} and {index + 1} are both {name.role}"
+                message = f"columns {first.index + 1} and {index + 1} are both {name.slot}"
                 self._bad(span, message, "give the one that is not meant another name")
         slots, shown = {slot for slot, _ in columns}, ", ".join(quoted(text) for text in names[:12])
         missing = [slot for slot in _NEEDED if slot not in slots]
@@ -296,6 +297,22 @@ class _Table:
             return []
         self._read_rows(list(columns.values()), len(names))
         return list(columns.values())
+
+    def _other_layout(self, line: str, names: list[str]) -> tuple[str, str] | None:
+        """What a table of another layout is, and what to write; `line` has the names."""
+        for sign, what in ((None, "blanks"), ("|", "bars")):
+            words = "".join(names).split(sign)
+            if len(names) == 1 and sum(name_of_column(word.strip()) is not None for word in words) > 2:
+                return f"{what} are between the columns", "separate the columns by commas"
+        for later, text in self.rows[:_MOST_HEAD] if not _has_names(names) else ():
+            if _has_names(split_row(text, delimiter := delimiter_of(text, DELIMITERS))):
+                message = f"the names of the columns are in line {later}, with {DELIMITERS[delimiter]} between them"
+                return message, f"write # before every line above line {later}"
+        slots = {one.slot for one in map(name_of_column, names) if one}
+        other = table_of_program([line, *(text for _, text in self.rows[:_MOST_HEAD])])
+        if other and not slots & {"azimuth", "radiance"}:
+            return f"this seems to be {other[0]}, no table of radiances", other[1]
+        return None
 
     def _with_units(self, names: list[str]) -> list[str]:
         """The names with the units of a row below them, which is taken away."""
@@ -372,6 +389,16 @@ class _Table:
             self._bad(
                 self._span(number, line, column.index), message, f"{allowed}; nothing, nan or -999 is a gap", "E653"
             )
+
+    def _ask_of_gaps(self, light: list[_Column], wavelength: np.ndarray | None) -> None:
+        """Ask once whether the largest radiances of a column, at a wavelength, are gaps."""
+        nm = np.zeros(len(light) * len(self.rows)) if wavelength is None else wavelength
+        for one, own_nm in zip(light, np.split(nm, len(light)), strict=True):
+            for k in by_wavelength(own_nm):
+                if doubt := doubt_of_gaps([one.values[k]]):
+                    number, line = self.rows[int(k[np.nanargmax(one.values[k])])]
+                    self._bad(self._span(number, line, one.index), *doubt, "E653")
+                    return
 
     def _unit(self, key: str, column: _Column) -> tuple[str, Span]:
         """The unit from an option, the name of a column or the head, and its position."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from fractions import Fraction
+from itertools import islice
 from typing import NamedTuple
 
 SAY_UNIT = "write --radiance-unit (radiance_unit=) '10^-3 W m-2 nm-1 sr-1', 'uW/(cm^2 nm sr)' or the like, or relative"
@@ -42,9 +43,16 @@ _SOLID_ANGLE = ("sr", "str", "ster", "steradian", "steradians")
 _WAVENUMBER = ("cm", "centimeter", "centimetre")  #: 1/cm is never per wavelength
 
 _SIGNS = str.maketrans(
-    "µμ⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹\N{MINUS SIGN}\N{EN DASH}\N{MULTIPLICATION SIGN}·\N{DOT OPERATOR}Å{}[]",
-    "uu+-0123456789--***A    ",
+    "µμ⁺⁻⁰¹²³⁴⁵⁶⁷⁸⁹\N{MINUS SIGN}\N{EN DASH}\N{MULTIPLICATION SIGN}·\N{DOT OPERATOR}Å{}[]$",
+    "uu+-0123456789--***A     ",
 )
+_ON_RADIANCES = re.compile(r"\b(?:radiances?|l|values|data|units?)\b", re.I)
+_NOT_ON_RADIANCES = re.compile(
+    r"\b(?:uncertaint|error|noise|std|deviation|calibrat|threshold|min|max|detect|mean of)", re.I
+)
+_BEFORE_UNIT = re.compile(r"\b(?:in|are|is|of|as|units?)\b|[:=(\[,]", re.I)
+_AFTER_UNIT = re.compile(r"[,;)\]]| \(|\Z")
+_MOST_UNIT, _MOST_STARTS = 100, 12  #: Characters of a unit, and places of a sentence where one is looked for.
 _TOKEN = re.compile(
     r"\s*(?:(?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?)(?:\s*\^\s*(?P<power>[+-]?\d+))?(?![\d.])"
     r"|(?P<per>/|\bper\b)|(?P<open>\()|(?P<close>\))|(?P<unit>[A-Za-z]+)(?:\s*\^?\s*(?P<exponent>[+-]?\d+))?(?![\d.]))\s*"
@@ -153,3 +161,17 @@ def _factor(parts: Sequence[_Part]) -> float | None:
     except OverflowError:
         return None
     return factor or None
+
+
+def unit_in(text: str) -> tuple[int, str] | None:
+    """Start and text of the unit of radiances in a sentence: "All radiances are in mW/(m2 nm sr)"."""
+    if not re.search("sr|ste?r", text) or not _ON_RADIANCES.search(text) or _NOT_ON_RADIANCES.search(text):
+        return None
+    for before in islice(_BEFORE_UNIT.finditer(text), _MOST_STARTS):
+        start = before.end() + len(text[before.end() :]) - len(text[before.end() :].lstrip())
+        ends = [one.start() for one in _AFTER_UNIT.finditer(text, start, start + _MOST_UNIT)]
+        for end in reversed(ends):
+            unit = text[start:end].rstrip(" .")
+            if re.match(r"[^\W\d]|10 ?[\^*+-]|1e", unit) and radiance_factor(unit):
+                return start, unit
+    return None

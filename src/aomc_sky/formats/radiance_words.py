@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -38,7 +39,7 @@ KEYS = {
         "radiance": "radiance_unit radiance_units radiance unit units",
         "sun_zenith": "sun_zenith solar_zenith sun_zenith_angle solar_zenith_angle sza",
         "sun_azimuth": "sun_azimuth solar_azimuth sun_azimuth_angle solar_azimuth_angle saa",
-        "wavelength": "wavelength",
+        "wavelength": "wavelength wave_length wl lambda",
     }.items()
     for key in keys.split()
 }
@@ -48,9 +49,11 @@ GAPS = ("", "nan", "na", "n/a", "null", "none", "-", "--")
 GAP_NUMBERS = (-999.0, -9999.0, 1e20, float(np.float32(1e20)))  #: The last two are those of climate models.
 MAX_RADIANCE = 1e30
 """Larger numbers are fill values, in any unit."""
-_NINES = (999.0, 9999.0, 99999.0, 999999.0, 9999999.0, 32767.0, 65535.0)  #: And the largest ones of two bytes.
+_NINES = re.compile(r"9{3,7}|9{2,5}\.9{1,3}")  #: Numbers of nines alone, from 99.9 on.
+_LARGEST = (32767.0, 65535.0)  #: The largest whole numbers of two bytes.
 _FILL, _FILL_BEYOND = 1e10, 1e6  #: Numbers from here on, so many times the next radiance, are likely fill values.
 _FAR_BEYOND = 2.0  #: So many times the next radiance is a number of nines a gap rather than a radiance.
+_FAR_BEYOND_DECIMAL = 5.0  #: The same of nines with decimals: a rounded radiance next to the sun may have them.
 
 TRUE_NORTH = ("degree_true", "degrees_true", "deg_true")
 """Units of CF for angles clockwise from north."""
@@ -74,8 +77,6 @@ LEAST_NM, MOST_NM = 20.0, 1e5
 """Wavelengths outside of these, in nm as they are read, have another unit."""
 SURE_NM = 2800.0
 """Longer wavelengths without a unit may be angstroms."""
-ON_AZIMUTHS = re.compile(r"\b(?:azimuths?|phi|vaa)\b", re.I)
-"""Names of azimuths in a text."""
 ON_ZENITHS = re.compile(r"\b(?:zeniths?|theta|view(?:ing)? angles?)\b", re.I)
 """Names of zenith angles in a text."""
 FROM_HORIZON = re.compile(
@@ -90,10 +91,19 @@ COSINES = re.compile(r"\b(?:cos|cosines?)\b", re.I)
 STATED_FACTOR = re.compile(
     r"\b(?:multiply(?![ -]scatter)|multiplied|divided?|scaled?|scaling|factor)\b|\bunits? of (?:1e|10 ?\^?)[-+]?\d"
     r"|\b(?:radiances?|values)\b[^.;:]{0,40}?(?<!\d)(?<!\d )(?:\b(?:x|times)|[*\N{MULTIPLICATION SIGN}])"
-    r" ?1(?:0{2,}|0 ?\^|e[-+]?\d)",  # no 1000 x 1000 pixels
+    r" ?1(?:0{2,}|0 ?\^|e[-+]?\d)"  # no 1000 x 1000 pixels
+    r"|\bradiances? per (?!1 ?nm)\d+(?:\.\d+)? ?nm\b",
     re.I,
 )
 """Words of a text on radiances that are in another unit than the one stated."""
+_WEIGHTED = re.compile(
+    r"\b(?:cosine|cos|solid[ -]angle)[ -]weight(?:ed|ing)\b"
+    r"|\b(?:weighted (?:by|with)|radiances? ?(?:x|times|multiplied by|[*\N{MULTIPLICATION SIGN}])) ?(?:the )?"
+    r"(?:cos\w*|mu|sin\w*|solid angles?)\b",
+    re.I,
+)
+"""Words of a text on numbers that are radiances times something of their direction."""
+SAY_WEIGHTED = "write radiances: divide the numbers by it, and clear this text"
 LOGARITHM = re.compile(
     r"\b(?:log10|logarithms?|logarithmic|ln)\b(?=.*radiance)|\bvalues are log(?:10|arithm)"
     r"|\blog[ (]+(?:of )?(?:the )?radiance|(?<=radiance)s?\W+log10\b",
@@ -119,10 +129,25 @@ SAY_COMES_FROM = (
 )
 
 
+_FILLS = ("fillvalue", "missingvalue", "missingvalues", "nodata", "nodatavalue", "fill", "missing")
+"""Attributes of numbers that stand for a gap, in small letters and without signs."""
+
+
+def names_fill(name: str) -> bool:
+    """Whether an attribute is of numbers that stand for a gap."""
+    return re.sub(r"[\W_]+", "", name.lower()) in _FILLS
+
+
 def is_factor(name: str) -> bool:
     """Whether an attribute is a factor or an offset by a name that CF does not know; a calibration is past."""
     words = set(re.split(r"[\W_]+", name.lower()))
     return name not in ("scale_factor", "add_offset") and bool(words & _FACTORS) and not words & _OF_THE_PAST
+
+
+def weight_of(text: str) -> str:
+    """The words of a text that its radiances are multiplied by a cosine or a solid angle; a weighted mean is none."""
+    found = None if re.search(r"\b(?:mean|averag)", text, re.I) else _WEIGHTED.search(text)
+    return found[0] if found else ""
 
 
 def travel_of(text: str) -> str:
@@ -133,19 +158,27 @@ def travel_of(text: str) -> str:
     return ""
 
 
-def doubt_of_gaps(values: np.ndarray) -> tuple[str, str] | None:
-    """What to ask, and what to write, where the largest radiances are nines alone or huge, and far beyond others."""
-    known = values[np.isfinite(values)]
-    largest = known.max(initial=0.0)
-    nines = next((one for one in _NINES if np.isclose(largest, one, rtol=1e-6, atol=0.0)), None)
-    others = known[known < largest]
-    is_huge = largest >= _FILL and others.size > 0 and 0 < others.max() * _FILL_BEYOND <= largest
-    if not is_huge and (nines is None or others.size == 0 or others.max() * _FAR_BEYOND > largest):
-        return None
-    n = known.size - others.size
-    message = f"{n} radiance{'s are' if n > 1 else ' is'} {largest:g}, and the next one is {others.max():g}"
-    advice = "write NaN for a gap" if nines is None else f"write NaN for a gap, or {nines - 1:g} for a radiance"
-    return f"{message}; is {largest:g} a gap?", advice
+def by_wavelength(nm: np.ndarray) -> list[np.ndarray]:
+    """Indices of the points of each wavelength."""
+    order = np.argsort(nm, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(nm[order]) != 0) + 1)
+
+
+def doubt_of_gaps(values: Iterable[np.ndarray]) -> tuple[str, str] | None:
+    """What to ask, and what to write, where the largest radiances of a row are nines or huge, and far beyond others."""
+    for known in (row[np.isfinite(row)] for row in values):
+        largest = known.max(initial=0.0)
+        others = known[known < largest]
+        shown = f"{largest:.7g}"
+        is_code = _NINES.fullmatch(shown) is not None or any(np.isclose(largest, _LARGEST, rtol=1e-6, atol=0.0))
+        is_huge = largest >= _FILL and others.size > 0 and 0 < others.max() * _FILL_BEYOND <= largest
+        far = _FAR_BEYOND_DECIMAL if "." in shown else _FAR_BEYOND
+        if is_huge or (is_code and others.size and others.max() * far <= largest):
+            n = known.size - others.size
+            message = f"{n} radiance{'s are' if n > 1 else ' is'} {shown}, and the next one is {others.max():g}"
+            less = f", or {largest - 1:.7g} for a radiance" if is_code else ""
+            return f"{message}; is {shown} a gap?", f"write NaN for a gap{less}"
+    return None
 
 
 _FEW, _MOST_OF_IT = 4, 0.75  #: So many angles, over so much of the sky, are judged by their range.
@@ -196,6 +229,7 @@ class Name(NamedTuple):
 
 def name_of_column(text: str) -> Name | None:
     """Read a name of a column; an unknown name gives None."""
+    text = re.sub(r"\((\d{3,4}(?:\.\d+)?) ?(?:nm)?\)(?=\s*[(\[])", r"_\1", text)  # Lsky(550) [mW m-2 nm-1 sr-1]
     text = re.sub(r"^([^(\[]*?)[ _]in[ _](?=\S)(.*)", r"\1 (\2)", text)  # radiance in mW/(m2 nm sr)
     match = re.fullmatch(r"([^(\[]*?)\s*[(\[](?:in )?(.*?)[)\]]?", text)
     name, unit = (match[1], match[2].strip()) if match else (text, "")

@@ -21,12 +21,16 @@ MAX_VALUE = 1e30
 """Far beyond every range of the format, and small enough that no sum of values overflows."""
 
 
+MOST_COMMENTS, MOST_SAID = 100, 1000  #: Comments that are kept, and characters of each.
+
+
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Spectrum:
     """A spectrum that is linear between its points."""
 
     wavelength_nm: np.ndarray  #: float64 (n,), strictly rising, two or more
     value: np.ndarray  #: float64 (n,), in the unit that the user of the file expects
+    head: tuple[str, ...] = ()  #: Comments above the first row, without their sign
 
 
 def read_spectrum_csv(path: str | Path) -> Spectrum:
@@ -35,11 +39,12 @@ def read_spectrum_csv(path: str | Path) -> Spectrum:
     InputFileError: every problem of the file, E401 for a row of another form, E404 for a number beyond all ranges.
     """
     report = Report(path=str(path))
-    rows = read_rows(path, report, _row, ("wavelength", "wavelength in nm, value"), MAX_POINTS)
+    head: list[str] = []
+    rows = read_rows(path, report, _row, ("wavelength", "wavelength in nm, value"), MAX_POINTS, head)
     report.close()
     table = np.array(rows, np.float64)
     table.flags.writeable = False
-    return Spectrum(wavelength_nm=table[:, 0], value=table[:, 1])
+    return Spectrum(wavelength_nm=table[:, 0], value=table[:, 1], head=tuple(head))
 
 
 def _row(cells: list[str]) -> list[float]:
@@ -55,16 +60,19 @@ def read_rows(
     row_of: Callable[[list[str]], list[float] | None],
     names: tuple[str, str],
     most: int,
+    head: list[str] | None = None,
 ) -> list[list[float]]:
     """Read rows of numbers whose first ones rise; what is wrong is reported, also fewer than two rows or too many.
 
     `row_of` has the numbers of the cells of a line, or None for a line of another kind; `names` are those of the first
-    column, and of all.
+    column, and of all. Comments above the first row are added to `head`.
     """
     lines = read_bytes(path, most_bytes=MAX_BYTES, code="E401").decode("utf-8", "surrogateescape").split("\n")
     rows: list[list[float]] = []
     for number, line in enumerate(lines, start=1):
         if not line.strip() or line.lstrip().startswith("#"):
+            if head is not None and not rows and len(head) < MOST_COMMENTS:
+                head.append(line.strip().lstrip("#")[:MOST_SAID])
             continue
         cells = line.split(",")
         try:

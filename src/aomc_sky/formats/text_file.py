@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import itertools
 import os
 import re
 import stat
@@ -38,6 +39,28 @@ _SIGNATURES = {
 def seems_to_be(start: bytes) -> str:
     """What a file is by its first bytes, or an empty text."""
     return next((name for first, name in _SIGNATURES.items() if start.startswith(first)), "")
+
+
+SAY_IRRADIANCES = "write two irradiances of the hour (--ghi, --dni, --dhi) with --time, --latitude and --longitude"
+_OF_PROGRAMS = (
+    (re.compile(r"\W*location,", re.I), "an EPW file", "write --epw FILE --row N"),
+    (re.compile(r".*\bDate \(MM/DD/YYYY\)", re.I), "a TMY3 file", "write --tmy3 FILE --row N"),
+    (re.compile(r".*(?:\b(?:ghi|dni|dhi|bni|bhi)\b|\bG\(h\)|\bGb\(n\)|\bSWD \[)", re.I), "a table of irradiances",
+     SAY_IRRADIANCES),
+    (re.compile(r".*\b(?:aeronet|almucantar)\b", re.I), "a file of AERONET",
+     "write a row for each direction: docs/howto/measured_sky.md has a program for almucantars"),
+)  # fmt: skip
+"""A line of a table of another program, what the table is, and what to write."""
+_MOST_LINES, _MOST_OF_LINE = 100, 1000
+
+
+def table_of_program(lines: Iterable[str]) -> tuple[str, str] | None:
+    """What a table of another program seems to be by its first lines, and what to write."""
+    for line in itertools.islice(lines, _MOST_LINES):
+        for pattern, what, advice in _OF_PROGRAMS:
+            if pattern.match(line[:_MOST_OF_LINE]):
+                return what, advice
+    return None
 
 
 def refuse(

@@ -20,7 +20,14 @@ import numpy as np
 
 from aomc_sky.errors import InputFileError, InputWarning, Span
 from aomc_sky.formats.report import BadValueError, Report
-from aomc_sky.formats.text_file import cell_span, read_bytes, refuse, split_lines, split_row
+from aomc_sky.formats.text_file import (
+    cell_span,
+    read_bytes,
+    refuse,
+    split_lines,
+    split_row,
+    table_of_program,
+)
 
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?\Z", re.ASCII)
 
@@ -50,6 +57,7 @@ _MISSING_TMY3 = -9900.0
 
 _SAY_PARTS = ("a year of 1800 to 2200", "a month of 1 to 12", "a day of that month", "a whole hour of 1 to 24")
 _SAY_MISSING = "write 9999 (-9900 in TMY3) for a missing value"
+_SAY_UNIT = "write means of the hour in W m-2 (3.6 kJ m-2 in an hour are 1 W m-2), or 9999 for a missing value"
 _SAY_HOURS = "hours are 1 to 24, the ends of their 60 minutes: add 1 to all hours of a file of 0 to 23"
 _HEAD_LINES = "an EPW file has eight lines from LOCATION to DATA PERIODS, then its hours"
 _MEANS = "write means of whole hours"
@@ -178,7 +186,8 @@ def _read_row(text: str, layout: Layout, row: np.ndarray) -> None:
         if math.isnan(value):
             raise bad(k, "E602", f"{piece[:40]!r} is not {_EXPECTED[k]}", _advice(k))
         if is_irradiance and not OFFSET <= value <= MAX_IRRADIANCE:
-            raise bad(k, "E603", f"{piece} is outside 0 to {MAX_IRRADIANCE:g} W m-2", _SAY_MISSING)
+            advice = _SAY_MISSING if value < 0 else _SAY_UNIT
+            raise bad(k, "E603", f"{piece} is outside 0 to {MAX_IRRADIANCE:g} W m-2", advice)
         row[k] = max(value, 0.0) if is_irradiance else value
     wrong = _wrong_date(row[:_FIRST_IRRADIANCE].tolist(), layout.first_hour)
     if wrong is not None:
@@ -220,6 +229,12 @@ class Layout:
 
 def _no_head(path: str | Path, number: int, text: str, message: str, advice: str = "") -> InputFileError:
     return refuse(path, message, code="E601", advice=advice, span=Span(number, 1, text))
+
+
+def _other_kind(lines: list[str], kind: str, advice: str) -> str:
+    """The advice for a file that is none of its kind, or what it seems to be and what to write."""
+    what, say = table_of_program(lines) or (kind, "")
+    return advice if kind in what else f"this seems to be {what}: {say}"
 
 
 def _position(pieces: Sequence[str], text: str, path: str | Path) -> tuple[float, float, float]:
@@ -269,6 +284,7 @@ def epw_head(lines: list[str], path: str | Path) -> Layout:
     layout = "LOCATION,city,state,country,source,WMO,latitude,longitude,time zone,elevation"
     if not pieces or pieces[0].upper() != "LOCATION":
         advice = f"an EPW file begins with {layout}"
+        advice = _other_kind(lines, "EPW", advice)
         raise _no_head(path, 1, first, "this is not the header of an EPW file", advice)
     if len(pieces) != _N_LOCATION:
         message = f"LOCATION has {len(pieces)} entries, {_N_LOCATION} are needed"
@@ -329,6 +345,7 @@ def tmy3_head(lines: list[str], path: str | Path) -> Layout:
         raise _no_head(path, 2, lines[1], f"column {twice[0]!r} comes twice", "keep the one that is meant")
     advice = "a TMY3 file has its station in line 1 and the names of its columns in line 2"
     if absent := [name for name in needed if name not in names]:
+        advice = _other_kind(lines, "TMY3", advice)
         raise _no_head(path, 2, lines[1] if len(lines) > 1 else first, f"there is no column {absent[0]!r}", advice)
     pieces = split_row(first)
     if len(pieces) < 6:
@@ -356,6 +373,7 @@ def tmy2_head(lines: list[str], path: str | Path) -> Layout:
     parts = [first[a:b].strip() for a, b in ((39, 41), (42, 44), (47, 50), (51, 53))]
     if north not in ("N", "S") or east not in ("E", "W") or not all(part.isdecimal() for part in parts):
         advice = "a TMY2 file has N or S in column 38 and E or W in column 46 of its first line"
+        advice = _other_kind(lines, "TMY2", advice)
         raise _no_head(path, 1, first, "this is not the header of a TMY2 file", advice)
     latitude, longitude = (int(parts[k]) + int(parts[k + 1]) / 60 for k in (0, 2))
     texts = (repr(-latitude if north == "S" else latitude), repr(-longitude if east == "W" else longitude))

@@ -12,11 +12,11 @@ from aomc_sky.directions import EDGE_DEG, AzimuthConvention, at_quarter_deg, to_
 from aomc_sky.errors import FieldError
 from aomc_sky.formats.azimuth_words import (
     ASSUMED_AZIMUTH,
-    OTHER_AZIMUTHS,
     SAY_AZIMUTH,
     UnclearError,
     convention_of,
     given_convention,
+    is_on_azimuths,
     speaks_of_azimuths,
 )
 from aomc_sky.formats.netcdf import bounds_name, chosen_field
@@ -30,7 +30,6 @@ from aomc_sky.formats.radiance_words import (
     MAX_RADIANCE,
     MOST_NM,
     MOST_SAID,
-    ON_AZIMUTHS,
     ON_ZENITHS,
     SAY_ANGLE,
     SAY_COMES_FROM,
@@ -40,12 +39,13 @@ from aomc_sky.formats.radiance_words import (
     have_look_of_degrees,
     may_be_radians,
     name_of_column,
+    names_fill,
     plain_unit,
     travel_of,
     unit_and_counts,
 )
 
-_COSINES = ("mu", "cos_zenith", "umu")  #: The last one as DISORT has it: negative where light comes from the sky.
+_COSINES = ("mu", "umu")  #: The last one as DISORT has it: negative where light comes from the sky.
 _FROM_ZENITH = re.compile(r"\bzenith angle|\bfrom (?:the )?zenith", re.I)
 _ROUNDED = 1e-6  #: By so much a cosine of rounded numbers may be beyond 1.
 _ENDS = {
@@ -67,8 +67,6 @@ _ON_AXIS = (
 _UNITS = ("", *ANGLE_DEGREES, *LENGTH_NM)  #: What a name may add: zenith_deg.
 _CF_AZIMUTHS = ("sensor_azimuth_angle", "platform_azimuth_angle")  #: Clockwise, by the CF conventions.
 _DIGITS = 10  #: Digits of a degree; radians become the degrees that they were.
-_FILLS = ("fillvalue", "missingvalue", "missingvalues", "nodata", "nodatavalue", "fill", "missing")
-"""Attributes of numbers that stand for a gap, in small letters and without signs."""
 _DEFAULT_FILLS = {
     "i2": -32767, "u2": 65535, "i4": -2147483647, "u4": 4294967295, "i8": -9223372036854775806,
     "u8": 18446744073709551614,
@@ -145,7 +143,10 @@ def axis_of(field: Any, role: str, given: str | None, bounds: Mapping[str, Any])
             raise FieldError("the field has wavenumbers", "give wavelengths, and radiances per nm", role)
         if role == "zenith":
             message = f"the field has no coordinate of zenith angles among {_listed(field)}"
-            raise FieldError(message, "give it the name zenith, or say which one it is: zenith='NAME'")
+            advice = "give it the name zenith, or say which one it is: zenith='NAME'"
+            if any("nadir" in str(name).lower() for name in field.coords):
+                advice = "write zenith angles, 0 overhead: 180 degrees minus the angles from the nadir"
+            raise FieldError(message, advice)
         return None
     name, coordinate = candidates[0], field.coords[candidates[0]]
     try:
@@ -207,8 +208,15 @@ def _has_role(name: str, coordinate: Any, role: str) -> bool:
     known = name_of_column(text)
     unit, counts = ("", "") if known is None else unit_and_counts(known.unit)
     is_named = known is not None and known.slot == role and (plain_unit(unit) in _UNITS or bool(counts))
-    is_named |= text in {"zenith": _COSINES, "wavelength": ("w",)}.get(role, ())
+    is_named |= _is_cosine(text) if role == "zenith" else role == "wavelength" and text == "w"
     return is_named or text.endswith(_ENDS[role]) or standard.endswith(_ENDS[role])
+
+
+def _is_cosine(name: str) -> bool:
+    """Whether a name in small letters is one of cosines of zenith angles: mu, cos_theta, cosine_of_zenith_angle."""
+    of_angle = re.match(r"cos(?:ine)?_?(?:of_)?(?:the_)?(\w+)", name)
+    angle = name_of_column(of_angle[1]) if of_angle else None
+    return name in _COSINES or (angle is not None and angle.role == "zenith" and not angle.unit)
 
 
 def _in_degrees(axis: Axis, values: np.ndarray, given: str | None, *, is_azimuth: bool = False) -> np.ndarray:
@@ -235,7 +243,7 @@ def _in_degrees(axis: Axis, values: np.ndarray, given: str | None, *, is_azimuth
 def zenith_deg(axis: Axis, values: np.ndarray, angle_unit: str | None) -> np.ndarray:
     """Zenith angles from values, or bounds, of a coordinate of zenith angles, elevations or cosines. [deg]"""
     name = axis.name.lower()
-    if name in _COSINES:
+    if _is_cosine(name):
         if np.nanmax(np.abs(values)) > 1 + _ROUNDED:
             raise FieldError(f"coordinate {axis.name!r} is a cosine, and has values beyond -1 to 1", argument="zenith")
         if name != "umu" and np.nanmin(values) < 0 < np.nanmax(values):
@@ -318,12 +326,7 @@ def _convention(axis: Axis, remarks: list[str]) -> AzimuthConvention:
     said += [text for text in axis.texts("comment", "description") if speaks_of_azimuths(text, is_comment=True)]
     said += [*axis.attributes.get(_OTHERS, ()), *axis.texts("azimuth_convention")]
     said += ["clockwise from north"] if plain_unit(axis.unit) in TRUE_NORTH else []
-    said = said or [
-        sentence
-        for sentence in sentences_of_file(axis.attributes)
-        if OTHER_AZIMUTHS.match(sentence)
-        or (ON_AZIMUTHS.search(sentence) and speaks_of_azimuths(sentence, is_comment=True))
-    ]
+    said = said or [one for one in sentences_of_file(axis.attributes) if is_on_azimuths(one, is_comment=True)]
     is_clockwise = axis.attributes.get("standard_name", axis.name) in _CF_AZIMUTHS
     if not said and not is_clockwise:
         remarks.append(f"azimuth {axis.name!r} {ASSUMED_AZIMUTH}")
@@ -373,8 +376,8 @@ def radiances(field: Any) -> np.ndarray:
     scale, offset = encoding.get("scale_factor", 1.0), encoding.get("add_offset", 0.0)
 
     def is_fill(name: str, value: Any) -> bool:
-        plain = re.sub(r"[\W_]+", "", name.lower())
-        return plain in _FILLS and (plain not in ("fill", "missing") or np.asarray(value).dtype.kind in "iuf")
+        is_word = name.lower().strip("_") in ("fill", "missing")
+        return names_fill(name) and (not is_word or np.asarray(value).dtype.kind in "iuf")
 
     is_plain = stored.kind == "f" and not {"scale_factor", "add_offset"} & set(encoding)
     for name, value in {**encoding, **attributes}.items():  # '-99.0' is text, which the library does not compare

@@ -16,10 +16,13 @@ from aomc_sky.formats.radiance_words import (
     MOST_SAID,
     SAY_COMES_FROM,
     SAY_FACTOR,
+    SAY_WEIGHTED,
     STATED_FACTOR,
+    by_wavelength,
     doubt_of_gaps,
     is_factor,
     travel_of,
+    weight_of,
 )
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.field_axes import (
@@ -108,7 +111,7 @@ def read_radiance_field(
         values = values.reshape(wavelength_nm.size, -1)
     else:
         angle, turned, values, point_nm = _above(zenith, angle, columns.enu_deg, values, point_nm, remarks)
-    _check_radiances(values)
+    _check_radiances(values, point_nm)
     grid = PatchGrid.regular(90, 180) if grid is None else grid
     wavelength_nm, values, slope = _interpolated((angle, turned), values, wavelength_nm, point_nm, grid, sun, remarks)
     made = {"wavelength_nm": wavelength_nm, "values": values, "slope": None if has_bounds else slope, "grid": grid}
@@ -130,6 +133,8 @@ def _unit(field: Any, given: str | None, remarks: list[str]) -> float:
     texts = [str(field.attrs.get(name, ""))[:MOST_SAID] for name in ("long_name", "comment", "description")]
     if found := next(filter(None, map(LOGARITHM.search, texts)), None):
         raise FieldError(f"the text of the field says {found[0]!r}", "write radiances, not their logarithms")
+    if weight := next(filter(None, map(weight_of, [*texts, *_notes(field.attrs)])), ""):
+        raise FieldError(f"the text of the field says {weight!r}", SAY_WEIGHTED)
     for name, value in field.attrs.items():
         if given is None and is_factor(name) and not _is_neutral(value):
             raise FieldError(f"the attribute {name!r} of the field is {value}, besides its unit", SAY_FACTOR)
@@ -137,12 +142,21 @@ def _unit(field: Any, given: str | None, remarks: list[str]) -> float:
         remarks.append("the field has no unit of radiance, so its light is relative (--radiance-unit says one)")
         return 0.0
     of_file = [one for one in sentences_of_file(field.attrs) if "radiance" in one.lower()]
-    if given is None and (found := next(filter(None, map(STATED_FACTOR.search, [*texts, *of_file])), None)):
+    if given is None and (
+        found := next(filter(None, map(STATED_FACTOR.search, [*texts, *_notes(field.attrs), *of_file])), None)
+    ):
         raise FieldError(f"the text of the field says {found[0]!r} besides its unit", SAY_FACTOR, "radiance_unit")
     factor = radiance_factor(stated)
     if factor is None:
         raise FieldError(f"the unit {stated!r} of the field is none of spectral radiance", SAY_UNIT, "radiance_unit")
     return factor
+
+
+def _notes(attributes: Mapping[str, Any]) -> list[str]:
+    """Sentences on a field under names of notes."""
+    return [
+        str(text)[:MOST_SAID] for name, text in attributes.items() if name.lower().rstrip("s") in ("note", "remark")
+    ]
 
 
 def _is_neutral(value: Any) -> bool:
@@ -164,6 +178,7 @@ def _above(
     remarks: list[str],
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray | None]:
     """Scattered directions of the sky; a negative zenith angle is beyond the zenith, as in scans."""
+    azimuth_deg = np.where(np.isnan(azimuth_deg) & (zenith_deg == 0.0), 0.0, azimuth_deg)  # overhead they are all one
     is_direction = np.isfinite(zenith_deg) & np.isfinite(azimuth_deg)
     above = is_direction & (np.abs(np.where(is_direction, zenith_deg, 0.0)) <= 90)
     _refuse_below(zenith, zenith_deg[is_direction])
@@ -230,13 +245,14 @@ def _values(field: Any, zenith: Axis, azimuth: Axis | None, wavelength: Axis | N
     return values if azimuth is not None else values[:, :, None]
 
 
-def _check_radiances(values: np.ndarray) -> None:
+def _check_radiances(values: np.ndarray, point_nm: np.ndarray | None = None) -> None:
     """Refuse values that are no radiance of the sky; those left out before may be anything."""
     bad = values[(values < 0) | np.isinf(values)]
     if bad.size:
         message = f"the field has values that are negative or infinite: {bad.size}, such as {bad.min():g}"
         raise FieldError(message, "a radiance is finite and not negative, NaN is a gap")
-    if doubt := doubt_of_gaps(values):
+    rows = values if point_nm is None else [values[0, k] for k in by_wavelength(point_nm)]
+    if doubt := doubt_of_gaps(rows):
         raise FieldError(*doubt)
     if not np.any(values > 0):
         raise FieldError("the field has no positive value" if np.isfinite(values).any() else _ALL_MISSING)
@@ -257,10 +273,10 @@ def _rings(
     above = angle <= 90.0
     if not np.all(np.isfinite(angle)):
         raise FieldError(f"coordinate {zenith.name!r} has values that are not finite", argument="zenith")
+    _refuse_below(zenith, angle)
     if not np.all(angle >= 0) or not above.any():
         message = f"coordinate {zenith.name!r} has no zenith angles from 0 to 90 degrees, or some below 0"
         raise FieldError(message, argument="zenith")
-    _refuse_below(zenith, angle)
     if not above.all():
         remarks.append(f"{np.count_nonzero(~above)} zenith angles below the horizon were left out")
     if angle[above].size == 1 and edges is None:

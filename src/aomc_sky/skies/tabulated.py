@@ -26,6 +26,7 @@ _FIRST_AND_LAST_RING = np.float32(0.0261799)
 _HORIZON = 90
 _ROUNDED = 1e-6  # a degree of polarisation in float32 may be so much above 1
 _LEAST_NM = 20.0  # smaller wavelengths are those of light in micrometres
+_FAR_NM = 5.0  # farther from a wavelength the light of the sky may be several percent off
 
 # The program takes sine and cosine from its Fortran library, which is within 0.51 ulp but not correctly
 # rounded. Whole degrees where it differs from the rounded float64 value, in units of the last place:
@@ -309,8 +310,18 @@ class TabulatedSky(Share):
         return np.where(patch >= 0, value, 0.0)
 
     def notes(self, wavelength_nm: ArrayLike) -> tuple[str, ...]:
-        """Notes of a scene of this table: `remarks`."""
-        return self.remarks
+        """Notes of a scene of this table: `remarks`, and how far wavebands are from the wavelengths they take."""
+        bands, known = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)), self.wavelength_nm
+        taken = known[self.table_index(bands)]
+        away = np.where((bands >= known.min()) & (bands <= known.max()), np.abs(bands - taken), 0.0)
+        if not np.any(away > _FAR_NM):
+            return self.remarks  # those outside are warned of
+        k = int(away.argmax())
+        note = (
+            f"{np.sum(away > _FAR_NM)} of {bands.size} wavebands lie more than {_FAR_NM:g} nm from the wavelengths of "
+            f"the table, which is not interpolated: {bands[k]:g} nm has the light of {taken[k]:g} nm"
+        )
+        return (*self.remarks, note)
 
     def mass(self, row: int) -> np.ndarray:
         """Masses of one set of the table under its weighting, shape (n_patch,), any scale."""

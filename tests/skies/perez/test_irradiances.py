@@ -52,6 +52,10 @@ def test_what_an_unlit_instrument_shows_is_0() -> None:
         ({"ghi": 400.0, "dni": 800.0, "dhi": 140.0, "sun_zenith_deg": 75.0}, "= 347.1 W m-2 .* agree to 15 %"),
         ({"dni": 0.0, "dhi": 1394.0, "sun_zenith_deg": 0.0}, "1393 W m-2 for 1361.1 outside the atmosphere"),
         ({"dni": 0.0, "dhi": 101.0, "sun_zenith_deg": 90.0}, "100 W m-2 for 1361.1"),
+        ({"dni": 1430.0, "dhi": 95.0, "sun_zenith_deg": 30.0}, "dni 1430 W m-2 is more than any sky lets through"),
+        # 500, 300 and 240 W m-2 in kJ m-2 of an hour
+        ({"dni": 1080.0, "dhi": 864.0, "sun_zenith_deg": 31.7}, "1783 W m-2, which is more .* 3.6 kJ m-2 in an hour"),
+        ({"ghi": 1783.0, "dni": 1080.0, "dhi": 864.0, "sun_zenith_deg": 31.7}, "check their unit"),
         ({"ghi": -6.0, "dhi": 1.0, "sun_zenith_deg": 30.0}, "at least -5"),
         ({"dni": 0.0, "dhi": 1.0, "sun_zenith_deg": 30.0, "extraterrestrial_normal": 0.0}, "positive"),
     ],
@@ -69,6 +73,8 @@ def test_what_no_sun_can_give(given: dict[str, float], words: str) -> None:
         {"ghi": 539.0, "dni": 800.0, "dhi": 100.0, "sun_zenith_deg": 60.0},
         {"ghi": 397.0, "dni": 800.0, "dhi": 140.0, "sun_zenith_deg": 75.1},
         {"dni": 0.0, "dhi": 1392.0, "sun_zenith_deg": 0.0},
+        {"dni": 1429.0, "dhi": 95.0, "sun_zenith_deg": 30.0},
+        {"dni": 1000.0, "dhi": 860.0, "sun_zenith_deg": 31.7},
     ],
 )
 def test_what_instruments_differ_by_is_accepted(given: dict[str, float]) -> None:

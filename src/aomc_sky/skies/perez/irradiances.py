@@ -23,7 +23,9 @@ DIFFUSE_TOLERANCE = (0.05, 0.10)
 #: Factor, power of the cosine, and the rest at the horizon. The rest is 50 W m-2 above the network's, for the sun moves
 #: by up to 15 degrees in the hour of a mean value. [W m-2]
 DIFFUSE_LIMIT = (0.95, 1.2, 100.0)
+GLOBAL_LIMIT = (1.5, 1.2, 100.0)  #: The same of the global irradiance.
 _KILOWATTS, _HIGH_SUN_DEG = 2.0, 80.0  #: Irradiances below it under a higher sun are hardly in W m-2. [W m-2, deg]
+_KILOJOULES = "3.6 kJ m-2 in an hour are 1 W m-2"
 BEAM_TOLERANCE = 1.05  #: The sun's distance (3.4 %) on an unknown date, and the calibration of instruments.
 
 
@@ -93,7 +95,7 @@ def closed_irradiances(
     this error is a large part of DHI.
 
     SceneError: an irradiance is below -5 W m-2 or infinite; DNI is asked for of a sun below the horizon; DHI or DNI cos
-    Z is above GHI; DNI or DHI is above its limit for the extraterrestrial irradiance; three values do not agree.
+    Z is above GHI; one of the three is above its limit for the extraterrestrial irradiance; three values do not agree.
     """
     zenith, cosine = float(sun_zenith_deg), float(sin_cos_deg(sun_zenith_deg)[1])
     outside = float(checked_extraterrestrial(extraterrestrial_normal))
@@ -107,12 +109,25 @@ def closed_irradiances(
         known["dni"] = _direct(known["ghi"], known["dhi"], zenith, cosine, outside)
     elif "ghi" in known:
         _check_sum(known["ghi"], known["dni"], known["dhi"], zenith, cosine)
-    factor, power, least = DIFFUSE_LIMIT
-    most = factor * outside * max(cosine, 0.0) ** power + least
+    most, most_global = (
+        factor * outside * max(cosine, 0.0) ** power + least for factor, power, least in (DIFFUSE_LIMIT, GLOBAL_LIMIT)
+    )
+    total = known["dhi"] + known["dni"] * max(cosine, 0.0)
+    if known["dni"] > BEAM_TOLERANCE * outside:
+        raise SceneError(
+            f"dni {known['dni']:g} W m-2 is more than any sky lets through, for the sun has {outside:g} outside the "
+            f"atmosphere; check dni and its unit: {_KILOJOULES}"
+        )
     if known["dhi"] > most:  # which none of 13 291 real hours has
         raise SceneError(
             f"dhi {known['dhi']:g} W m-2 is more than any sky gives with the sun at a zenith angle of {zenith:.6g} "
             f"degrees, {most:.4g} W m-2 for {outside:g} outside the atmosphere; check dhi, and the time with its zone"
+        )
+    if total > most_global:
+        raise SceneError(
+            f"dhi {known['dhi']:g} + dni {known['dni']:g} cos Z is {total:.4g} W m-2, which is more than any sky "
+            f"and sun give with the sun at a zenith angle of {zenith:.6g} degrees, {most_global:.4g} W m-2 for "
+            f"{outside:g} outside the atmosphere; check their unit, and the time with its zone: {_KILOJOULES}"
         )
     return known["dni"], known["dhi"]
 

@@ -200,3 +200,42 @@ def test_a_missing_file_is_told(tmp_path: Path) -> None:
     assert codes_of(tmp_path / "none.atmo") == ["E100"]
     assert codes_of(tmp_path) == ["E100"]
     assert codes_of(changed(tmp_path, ("1.5, 1.9, 1.7, 1.4", "file "))) == ["E401"]
+
+
+@pytest.mark.parametrize(
+    ("old", "key", "head", "found"),
+    [
+        ("1.5, 1.9, 1.7, 1.4", "sun", "wavelength [nm], uW cm-2 nm-1", "multiply its values by 0.01"),
+        ("1.5, 1.9, 1.7, 1.4", "sun", "Etr in W m-2 um-1", "multiply its values by 0.001"),
+        ("1.5, 1.9, 1.7, 1.4", "sun", "nm, W*m-2*nm-1", ""),
+        ("1.5, 1.9, 1.7, 1.4", "sun", "from uW cm-2 nm-1: in W m-2 nm-1", ""),
+        ("0.1, 0.1, 0.2, 0.3", "ground", "nm, albedo in %", "multiply its values by 0.01"),
+        ("0.1, 0.1, 0.2, 0.3", "ground", "5 % of the surface", ""),
+        ("1e-27, 1e-25, 5e-25, 1e-25", "ozone", "nm, cross section (cm2/molecule)", "multiply its values by 0.0001"),
+        ("1e-27, 1e-25, 5e-25, 1e-25", "ozone", "8e18 molecules per cm2, m2 molecule-1", ""),
+    ],
+)
+def test_a_unit_in_a_comment_of_a_table(tmp_path: Path, old: str, key: str, head: str, found: str) -> None:
+    """A table of another unit than that of its key was read as if it had that one."""
+    (tmp_path / f"{key}.csv").write_text(f"# {head}\n300,0.1\n900,0.1\n")
+    path = changed(tmp_path, (old, f"file {key}.csv"))
+    if not found:
+        read_atmo(path)
+        return
+    with pytest.raises(InputFileError, match=r"E401.*says .* in a comment") as caught:
+        read_atmo(path)
+    assert found in str(caught.value)
+
+
+def test_wavelengths_of_a_table_in_another_unit_are_asked_about(tmp_path: Path) -> None:
+    for factor, unit in ((1e-3, "micrometres"), (10, "angstroms")):
+        (tmp_path / "sun.csv").write_text(f"{300 * factor:g},1\n{900 * factor:g},1\n")
+        with pytest.raises(InputFileError, match=f"(?s)E408.*{unit}"):
+            read_atmo(changed(tmp_path, ("1.5, 1.9, 1.7, 1.4", "file sun.csv")))
+
+
+def test_gaps_of_a_table_are_no_light(tmp_path: Path) -> None:
+    """999 is in the range of the sun's irradiance."""
+    (tmp_path / "sun.csv").write_text("300,1.5\n500,999\n900,1.4\n")
+    with pytest.raises(InputFileError, match=r"E404.*1 value is 999, and the next one is 1.5; is 999 a gap"):
+        read_atmo(changed(tmp_path, ("1.5, 1.9, 1.7, 1.4", "file sun.csv")))

@@ -298,7 +298,11 @@ def test_nothing_is_written_that_the_reader_would_refuse(changes, tmp_path):
         ("SpectralCurves", "units", "microflicks", None), ("SpectralCurves", "scale_factor", 0.001, True),
         ("SpectralCurves", "Note", "nm", False), ("SpectralCurves", "Units", "W m-2 nm-1", True),
         ("SpectralCurves", "scaling_factor", 0.001, True), ("SpectralCurves", "scale_factor", 1.0, False),
-        ("SpectralCurves", "units", "W cm-2 um-1 sr-1", True),
+        ("SpectralCurves", "units", "W cm-2 um-1 sr-1", True), ("SpectralCurves", "scale", "0.1", True),
+        ("SpectralCurves", "description", ["a", "b"], False), ("SpectralCurves", "_FillValue", [1.0, 2.0], False),
+        ("SpectralCurves", "_FillValue", 0.0, False),
+        ("SpectralCurves", "long_name", "Irradiance [W/cm^2/um], from W m-2 nm-1", False),
+        ("SpectralSamples", "description", "wavelength grid of A. Smith, in microns", False),
     ],
 )  # fmt: skip
 def test_units_that_the_file_states_are_those_of_the_format(name, word, value, is_refused, tmp_path):
@@ -313,6 +317,36 @@ def test_units_that_the_file_states_are_those_of_the_format(name, word, value, i
         else:
             read(path)
     assert bool(caught) is (is_refused is None)
+
+
+@pytest.mark.parametrize(
+    ("name", "word", "text", "unit"),
+    [
+        ("SpectralCurves", "long_name", "irradiance in W m-2 um-1", "W m-2 um-1"),
+        ("SpectralSamples", "description", "wavelength [nm]", "nm"),
+        ("SpectralSamples", "comment", "samples: angstroms", "angstroms"),
+    ],
+)
+def test_units_in_sentences_are_those_of_the_format(name, word, text, unit, tmp_path):
+    path = plain_file(tmp_path / "a.h5")
+    with h5py.File(path, "r+") as file:
+        file[name].attrs[word] = text
+    with pytest.raises(InputFileError, match=f"{name}: its attribute {word} is {unit};.*is read"):
+        read(path)
+
+
+@pytest.mark.parametrize(("value", "fill"), [(9999.0, None), (999.9, None), (12.5, 12.5), (12.3, "12.3")])
+def test_a_gap_is_no_light(value, fill, tmp_path):
+    """Nines far above the other values, and what the file itself calls missing."""
+    curves = np.array(CURVES, dtype=float)
+    curves[0, 1] = value
+    path = plain_file(tmp_path / "a.h5", curves=curves)
+    if fill is not None:
+        with h5py.File(path, "r+") as file:
+            file["SpectralCurves"].attrs["missing_value"] = fill
+    found = f"has the value {value:g} of its attribute missing_value" if fill else f"is {value:g} a gap"
+    with pytest.raises(InputFileError, match=found):
+        read(path)
 
 
 def test_a_fill_value_is_no_light(tmp_path):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import pairwise
@@ -14,6 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from aomc_sky.errors import InputFileError, Problem
+from aomc_sky.formats.radiance_unit import radiance_factor
+from aomc_sky.formats.radiance_words import doubt_of_gaps
 from aomc_sky.formats.report import BadValueError, Gathered, Report, outside, quoted
 from aomc_sky.formats.spectrum_csv import MAX_VALUE, Spectrum, bin_means, numbers, read_rows, read_spectrum_csv
 from aomc_sky.formats.units import parse_real
@@ -85,6 +87,10 @@ class SpectrumReader:
             table = self._table(shown, real)
             if table is None or wavelength_nm is None:
                 return None
+            _check_head(name, table.head, rule)
+            if doubt := doubt_of_gaps([table.value]):
+                message = f"{quoted(name)}: {doubt[0].replace('radiance', 'value')}"
+                raise BadValueError("E404", message, advice="leave out the rows of gaps")
             _check_cover(name, table.wavelength_nm, wavelength_nm)
         except BadValueError as problem:
             problem.offset, problem.width = offset, max(len(name), 1)
@@ -171,12 +177,44 @@ def out_of_range(shown: str, rule: Spectral, *, offset: int = 0, width: int = 0)
     return outside(shown, limits, offset=offset, width=width)
 
 
+def _check_head(name: str, head: Sequence[str], rule: Spectral) -> None:
+    """Refuse a table whose comments say another unit than the one that is read."""
+    pieces = [piece.strip() for line in head for piece in _BESIDE_UNITS.split(line)]
+    units = {factor: piece for piece in pieces if (factor := _UNITS_OF[rule.unit](piece))}
+    if units and 1.0 not in units:
+        factor, piece = next(iter(units.items()))
+        message = f"{quoted(name)} says {quoted(piece)} in a comment; {rule.unit or 'a share of 1'} is read"
+        raise BadValueError("E401", message, advice=f"multiply its values by {factor:g}, and correct the comment")
+
+
+def _area_factor(text: str) -> float | None:
+    """An area of a molecule in m2; None for other texts."""
+    match = re.fullmatch(rf"([a-zµμ]?m)(?:\^|\*\*)?[2²]{_EACH}", text)
+    return _METRES.get(match[1], 0.0) ** 2 if match else None
+
+
+_BESIDE_UNITS = re.compile(r"[,;:=()\[\]]|\b(?:in|are|is|of|as)\b")
+_EACH = r"(?:[ /*·]*(?:per )?(?:molecules?|molec|mol|particles?)\.?(?:\^?-1)?)?"
+_METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9}
+_UNITS_OF: dict[str, Callable[[str], float | None]] = {
+    "W m-2 nm-1": lambda text: radiance_factor(f"{text} sr-1"),
+    "W m-2 sr-1 nm-1 per cd m-2": radiance_factor,
+    "m2": _area_factor,
+    "": lambda text: 0.01 if text.lower() in ("%", "percent", "per cent") else None,
+}
+"""Units in those of a key, None for other texts."""
+
+
 def _check_cover(name: str, known_nm: np.ndarray, wavelength_nm: np.ndarray) -> None:
     low, high = known_nm[0], known_nm[-1]
     if wavelength_nm[0] < low or wavelength_nm[-1] > high:
         needed = f"{wavelength_nm[0]:g} to {wavelength_nm[-1]:g} nm"
         message = f"{quoted(name)} has data from {low:g} to {high:g} nm; the wavelengths go from {needed}"
-        raise BadValueError("E408", message, advice="name a table that covers them, or narrow the wavelengths")
+        advice = "name a table that covers them, or narrow the wavelengths"
+        for factor, unit in ((1e3, "micrometres"), (0.1, "angstroms")):
+            if low * factor <= wavelength_nm[0] and wavelength_nm[-1] <= high * factor:
+                advice = f"write wavelengths in nm: are these {unit}?"
+        raise BadValueError("E408", message, advice=advice)
 
 
 def referenced_file(name: str, owner: str | Path, allow_paths: Sequence[str | Path] = ()) -> tuple[str, str]:

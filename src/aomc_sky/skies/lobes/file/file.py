@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import re
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -13,7 +15,7 @@ import numpy as np
 from aomc_sky.errors import InputFileError, SceneError
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.radiance_unit import radiance_factor
-from aomc_sky.formats.radiance_words import LENGTH_NM, MAX_RADIANCE, plain_unit
+from aomc_sky.formats.radiance_words import LENGTH_NM, MAX_RADIANCE, doubt_of_gaps, names_fill, plain_unit
 from aomc_sky.formats.report import Report, printable
 from aomc_sky.formats.text_file import write_bytes_atomically
 from aomc_sky.skies.lobes.file.data import (
@@ -30,6 +32,7 @@ from aomc_sky.skies.lobes.file.hdf5_members import (
     INFORMING,
     NUMBERS,
     OPTIONAL,
+    SENTENCES,
     SPECTRA,
     TEXTS,
     Hdf5Members,
@@ -68,6 +71,7 @@ def _in_file_unit(unit: str) -> float:
     return (radiance_factor(f"{unit} sr-1") or 0.0) / SI_PER_FILE_UNIT
 
 
+_BESIDE_UNITS = re.compile(r"[,;:=()\[\]]|\b(?:in|are|is|of|as)\b")
 _UNITS = {"SpectralSamples": ("um", _in_micrometres), "SpectralCurves": ("W cm-2 um-1", _in_file_unit)}
 """Units of the format, and a unit in them; 0 for what is none."""
 
@@ -162,12 +166,42 @@ def _check_units(members: Hdf5Members, report: Report) -> None:
         unit, factor = _UNITS[name]
         for key in sorted(key for key in (*members.texts, *members.arrays) if key.startswith(f"{name}@")):
             word, text, number = key.partition("@")[2], members.texts.get(key), members.arrays.get(key)
-            share = 1.0 if text is None else factor(text)
+            number = _number_of(text) if number is None else number
+            if names_fill(word):
+                _check_fill(members, name, word, number, report)
+                continue
+            if word.lower() in SENTENCES:
+                text = _unit_in(text or "", factor)
+            share = 1.0 if text is None or number is not None else factor(text)
             is_factor = number is not None and not np.all(np.isin(number, (0.0, 1.0)))
             if is_factor or not np.isclose(share, 1.0):
                 message = f"its attribute {word} is {printable(text or str(number))}; {unit} is read"
-                is_warning = text is not None and share == 0.0  # words that are no unit
+                is_warning = number is None and share == 0.0  # words that are no unit
                 report.add("E506", message, name=f"/{name}", advice=f"write {unit}", is_warning=is_warning)
+
+
+def _number_of(text: str | None) -> np.ndarray | None:
+    """A number that is written as a text."""
+    try:
+        return None if text is None else np.array(float(text))
+    except ValueError:
+        return None
+
+
+def _unit_in(text: str, factor: Callable[[str], float]) -> str | None:
+    """A unit that a sentence says, that of the format if it is there; None without any."""
+    pieces = [piece.strip() for piece in _BESIDE_UNITS.split(text)]
+    found = {share: piece for piece in pieces if piece.lower() != "a" and (share := factor(piece))}
+    return next((piece for share, piece in found.items() if np.isclose(share, 1.0)), next(iter(found.values()), None))
+
+
+def _check_fill(members: Hdf5Members, name: str, word: str, number: np.ndarray | None, report: Report) -> None:
+    """Report values that the file itself calls missing."""
+    values = members.arrays.get(name)
+    fill = None if number is None or values is None else np.asarray(number).astype(values.dtype).ravel()[0]
+    if fill and np.any(values == fill):  # 0 is no light in any case
+        message = f"has the value {fill:g} of its attribute {printable(word)}, which is missing"
+        report.add("E506", message, name=f"/{name}", advice="write a value for each wavelength, or leave it out")
 
 
 def _info(members: Hdf5Members, report: Report) -> BackgroundInfo:
@@ -339,6 +373,12 @@ def _check_spectra(file: BackgroundFile, report: Report) -> None:
     bad = ~(np.isfinite(value) & (value >= 0.0))
     advice = "write W cm-2 um-1, integrated over the sphere"
     _add_first(report, "/SpectralCurves", "value", "E506", bad, value, "finite and not negative", advice)
+    if good.all() and not bad.any() and (doubt := doubt_of_gaps(value)):
+        message, advice_of_gap = (
+            doubt[0].replace("radiance", "value"),
+            "write a value for each wavelength, or leave it out",
+        )
+        _add(report, "E506", "/SpectralCurves", message, advice_of_gap)
     is_fill = np.isfinite(value) & (value > MAX_RADIANCE)
     allowed = f"up to {MAX_RADIANCE:g}, no fill value"
     _add_first(report, "/SpectralCurves", "value", "E506", is_fill, value, allowed, advice)
