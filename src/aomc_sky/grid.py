@@ -6,8 +6,8 @@ from dataclasses import InitVar, dataclass
 
 import numpy as np
 
-from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
-from aomc_sky.errors import unmasked
+from aomc_sky.directions import given_angle, in_both_units, sin_cos_deg
+from aomc_sky.errors import floats
 from aomc_sky.record import same_content
 from aomc_sky.whole_number import as_index
 
@@ -48,9 +48,10 @@ class PatchGrid:
     azimuth_bounds_rad: InitVar[np.ndarray | None] = None
 
     def __post_init__(self, zenith_bounds_rad: np.ndarray | None, azimuth_bounds_rad: np.ndarray | None) -> None:
-        settle_angles(self, zenith_bounds_deg=zenith_bounds_rad, azimuth_bounds_deg=azimuth_bounds_rad)
+        for name, twin in (("zenith_bounds_deg", zenith_bounds_rad), ("azimuth_bounds_deg", azimuth_bounds_rad)):
+            object.__setattr__(self, name, given_angle(name, getattr(self, name), twin))
         for name in ("zenith_bounds_deg", "azimuth_bounds_deg"):
-            bounds = np.array(unmasked(name, getattr(self, name)), dtype=np.float64)
+            bounds = np.array(getattr(self, name), dtype=np.float64)
             if bounds.ndim != 2 or bounds.shape[1] != 2 or bounds.shape[0] == 0:
                 raise ValueError(f"{name} must have shape (n, 2) with n >= 1, got {bounds.shape}")
             if not np.all(np.isfinite(bounds)) or np.any(bounds[:, 1] < bounds[:, 0]):
@@ -220,11 +221,11 @@ class PatchGrid:
         ndarray, int64
             Edges belong to the patch that starts there, the horizon to the last ring.
         """
-        zenith = np.asarray(sky_zenith_deg, dtype=np.float64)
+        zenith = floats("sky_zenith_deg", sky_zenith_deg)
         ring = np.searchsorted(self.zenith_bounds_deg[:, 0], zenith, side="right") - 1
         inside = (ring >= 0) & (zenith <= self.zenith_bounds_deg[np.maximum(ring, 0), 1])
         first = self.azimuth_bounds_deg[0, 0]
-        azimuth = first + np.mod(np.asarray(sky_azimuth_deg, dtype=np.float64) - first, 360.0)
+        azimuth = first + np.mod(floats("sky_azimuth_deg", sky_azimuth_deg) - first, 360.0)
         column = np.searchsorted(self.azimuth_bounds_deg[:, 0], azimuth, side="right") - 1
         inside &= azimuth <= self.azimuth_bounds_deg[column, 1]
         return np.where(inside, ring * self.n_azimuth + column, -1)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
-from aomc_sky.errors import AomcSkyError, SceneError
+from aomc_sky.errors import AomcSkyError, SceneError, floats
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.model import Share, broadcast, check_share, sky_model, with_share
 from aomc_sky.skies.patch_integrals import SURE_SPOT, TOLERANCE, PatchIntegrals, integrate_patches
@@ -250,7 +250,7 @@ def _coarsest(tolerance: float, rings: float, columns: float) -> tuple[int, int]
 
 
 def _wavelengths(wavelength_nm: ArrayLike) -> np.ndarray:
-    return np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)).ravel()
+    return np.atleast_1d(floats("wavelength_nm", wavelength_nm)).ravel()
 
 
 def as_sky_model(given: Any) -> Any:

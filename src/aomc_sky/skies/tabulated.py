@@ -126,7 +126,7 @@ class TabulatedSky(Share):
         if np.ma.is_masked(self.values):
             raise SceneError("the values of a sky are masked; give them a radiance, 0 where no light comes from")
         wavelength = np.atleast_1d(floats("wavelength_nm", self.wavelength_nm))
-        values = np.asarray(self.values, dtype=np.float64)
+        values = floats("values", self.values)
         if values.ndim == 1 or values.shape[0] != wavelength.size:
             raise ValueError(f"values need a first axis of {wavelength.size} wavelengths, got shape {values.shape}")
         shape = (self.grid.n_zenith, self.grid.n_azimuth)
@@ -148,7 +148,7 @@ class TabulatedSky(Share):
                 f"the wavelength {differing[0]:g} nm stands in it twice with different values; give each "
                 "wavelength one row"
             )
-        slope = None if self.slope is None else np.asarray(self.slope, dtype=np.float64)
+        slope = None if self.slope is None else floats("slope", self.slope)
         if slope is not None and self.weighting is not Weighting.PROJECTED:
             raise ValueError("slope wants weighting PROJECTED; with another weighting, set slope to None")
         if self.radiance_unit and self.weighting is not Weighting.PROJECTED:
