@@ -50,7 +50,7 @@ class Wavebands:
         )
 
     def __post_init__(self) -> None:
-        n_bands = np.size(self.wavelength_nm)
+        n_bands = floats("wavelength_nm", self.wavelength_nm).size
         for field in fields(self):
             value = getattr(self, field.name)
             if value is None and field.name != "wavelength_nm":

@@ -122,7 +122,7 @@ def sun_position(
     -----
     Accuracy: the angles are those of the algorithm of Reda and Andreas (2004), uncertainty 0.0003 degrees, as pvlib
     has it, for air of 12 degrees C. It takes 67 s between terrestrial and universal time, as in 2014. That moves the
-    sun by up to 0.0001 degrees from 2000 to 2030, 0.0008 from 1800 to 2050, 0.002 in 2100 and 0.005 in 2199. The
+    sun by up to 0.0001 degrees from 2000 to 2030, 0.0009 from 1800 to 2050, 0.002 in 2100 and 0.005 in 2199. The
     irradiance is 1361.1 W m-2 times the distance factor of Spencer (1971).
 
     Examples
