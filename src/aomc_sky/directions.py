@@ -294,6 +294,11 @@ def sky_from_travel(direction: ArrayLike, frame: Frame = Frame.UP) -> tuple[np.n
         raise UsageError(f"direction must be ux, uy, uz of each photon, of shape (..., 3); got shape {u.shape}")
     if np.any(np.isinf(u)) or not np.any(u, axis=-1).all():
         raise UsageError("direction must be finite and not 0")
+    return sky_angles(u, frame)
+
+
+def sky_angles(u: np.ndarray, frame: Frame = Frame.UP) -> tuple[np.ndarray, np.ndarray]:
+    """`sky_from_travel` of photons that may be damaged."""
     cos_z = -u[..., 2] if frame is Frame.UP else u[..., 2]
     zenith = np.arctan2(np.hypot(u[..., 0], u[..., 1]), cos_z)
     azimuth = np.arctan2(-u[..., 1] + 0.0, -u[..., 0] + 0.0)

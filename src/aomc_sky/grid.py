@@ -6,8 +6,8 @@ from dataclasses import InitVar, dataclass
 
 import numpy as np
 
-from aomc_sky.directions import given_angle, in_both_units, sin_cos_deg
-from aomc_sky.errors import floats
+from aomc_sky.directions import EDGE_DEG, given_angle, in_both_units, sin_cos_deg
+from aomc_sky.errors import SceneError, floats
 from aomc_sky.record import same_content
 from aomc_sky.whole_number import as_index
 
@@ -20,9 +20,9 @@ class PatchGrid:
     Parameters
     ----------
     zenith_bounds_deg, or zenith_bounds_rad : ndarray, float64, shape (n_zenith, 2)
-        Near and far edge of each ring, 0 overhead. [deg, 0 to 90]
+        Near and far edge of each ring, 0 overhead; they rise and do not overlap. [deg, 0 to 90]
     azimuth_bounds_deg, or azimuth_bounds_rad : ndarray, float64, shape (n_azimuth, 2)
-        Start and end of each column; the first may start below 0. [deg]
+        Start and end of each column; they rise within a turn and do not overlap. The first may start below 0. [deg]
     azimuth_first_index : int
         File index of the first column: 0 as the format says, 1 for `--azimuth-bins n`.
 
@@ -56,6 +56,13 @@ class PatchGrid:
                 raise ValueError(f"{name} must have shape (n, 2) with n >= 1, got {bounds.shape}")
             if not np.all(np.isfinite(bounds)) or np.any(bounds[:, 1] < bounds[:, 0]):
                 raise ValueError(f"{name} must be finite with every start <= end")
+            has_extent = bool(np.any(bounds[:, 1] > bounds[:, 0]))  # points of a lattice may be anywhere
+            if has_extent and np.any(bounds[1:, 0] < bounds[:-1, 1] - EDGE_DEG):
+                k = int(np.argmax(bounds[1:, 0] < bounds[:-1, 1] - EDGE_DEG))
+                one, other = (f"{low:g} to {high:g}" for low, high in bounds[k : k + 2])
+                raise SceneError(f"{name} must rise and not overlap, got {one} before {other}")
+            if has_extent and bounds[-1, 1] - bounds[0, 0] > 360.0 + EDGE_DEG:
+                raise SceneError(f"{name} must not pass a whole turn, got {bounds[0, 0]:g} to {bounds[-1, 1]:g}")
             bounds.flags.writeable = False
             object.__setattr__(self, name, bounds)
         if self.zenith_bounds_deg.min() < 0 or self.zenith_bounds_deg.max() > 90:

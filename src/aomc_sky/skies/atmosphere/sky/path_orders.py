@@ -82,8 +82,12 @@ def path_orders(
     error = _later_error(paths, is_lit)
     if error > 2.0 * _LARGE:
         share = float(f"{100 * error:.2g}")
-        text = f"the paths give orders 2 and up with an error of {share:g} % in a direction: the sun is too low"
-        warnings.warn(text, ModelLimitWarning, stacklevel=3)
+        warnings.warn(
+            f"the paths give orders 2 and up with an error of {share:g} % in a direction: few of them reach air that "
+            "the sun lights",
+            ModelLimitWarning,
+            stacklevel=3,
+        )
     if paths.under_sampled.mean() > _FEW:
         warn_of_under_sampling(paths.under_sampled, stacklevel=4)
     rows = paths.radiance_by_order[:, 1:]
@@ -112,7 +116,8 @@ def _truncation(paths: PathsResult, n_orders: int) -> np.ndarray:
         return np.zeros(by_order.shape[0])
     before, last, total = by_order[:, -2], by_order[:, -1], by_order.sum(axis=1)
     ratio = np.minimum(np.divide(last, before, out=np.zeros_like(last), where=before > 0), 0.99)
-    return np.divide(last * ratio / (1.0 - ratio), total, out=np.zeros_like(last), where=total > 0)
+    left = last * ratio / (1.0 - ratio)
+    return np.divide(left, total + left, out=np.zeros_like(last), where=total > 0)
 
 
 def warn_of_under_sampling(flagged: np.ndarray, *, stacklevel: int) -> None:
