@@ -204,3 +204,27 @@ def test_coefficients_are_five(coefficients):
     for function in (sky.perez.horizontal_integral, lambda c, s: sky.perez.relative_radiance(0.5, 0.0, s, c)):
         with pytest.raises(sky.SceneError, match="five numbers a, b, c, d, e"):
             function(coefficients, 0.5)
+
+
+@pytest.mark.parametrize("grid", [5, [[0.0, 90.0]], "regular"])
+def test_a_grid_is_a_grid(grid):
+    for model in (
+        lambda: sky.PerezSky(sun_zenith_deg=40.0, epsilon=5.0, delta=0.1, grid=grid),
+        lambda: sky.FunctionSky(lambda z, a, w: 1.0 + 0.0 * z, grid=grid).lower(550.0),
+        lambda: sky.OvercastSky(grid=grid).lower(550.0),
+        lambda: sky.TabulatedSky(wavelength_nm=[550.0], values=[[1.0]], grid=grid),
+        lambda: sky.RadianceField.from_points([0.0, 50.0, 60.0], [0.0, 90.0, 180.0], [1.0, 1.0, 1.0], grid=grid),
+    ):
+        with pytest.raises(sky.UsageError, match=r"expected a PatchGrid, got .*; write grid=sky.PatchGrid"):
+            model()
+
+
+def test_a_picture_takes_one_wavelength_and_two_angles():
+    pytest.importorskip("matplotlib")
+    with pytest.raises(sky.UsageError, match="wavelength_nm must be one number"):
+        sky.plot(sky.OvercastSky(), wavelength_nm=[440.0, 550.0])
+    for sun in (40.0, [40.0], [[40.0, 0.0]]):
+        with pytest.raises(sky.UsageError, match="sun_deg must be two numbers, zenith angle and azimuth, got"):
+            sky.plot(sky.OvercastSky(), sun_deg=sun)
+    with pytest.raises(sky.SceneError, match="masked"):
+        sky.plot(np.ma.masked_array(np.ones((2, 4)), mask=np.eye(2, 4)))

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
 from aomc_sky.directions import given_angle, sky_from_travel, travel_from_sky, within_sky_deg
-from aomc_sky.errors import InputWarning, SceneError, floats
+from aomc_sky.errors import InputWarning, SceneError, floats, number
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.function_sky import FunctionSky
@@ -161,9 +161,11 @@ class RadianceField(Share):
                 ("sky_azimuth_deg", sky_azimuth_deg, sky_azimuth_rad),
             )
         )
-        gaps = np.ma.getmaskarray(radiance) if isinstance(radiance, np.ma.MaskedArray) else False
-        zenith, values = within_sky_deg(zenith), np.array(floats("radiance", np.ma.getdata(radiance)))  # type: ignore[arg-type]
-        values[gaps] = np.nan
+        hidden = radiance if isinstance(radiance, np.ma.MaskedArray) else None
+        values = np.array(floats("radiance", radiance if hidden is None else hidden.data), ndmin=1)
+        if hidden is not None:
+            values[np.atleast_1d(np.ma.getmaskarray(hidden))] = np.nan
+        zenith = within_sky_deg(zenith)
         nm = np.atleast_1d(floats("wavelength_nm", 550.0 if wavelength_nm is None else wavelength_nm))
         if wavelength_nm is None:
             remarks = (*remarks, "the points have no wavelength, so the sky is the same at all wavelengths")
@@ -175,7 +177,7 @@ class RadianceField(Share):
             message = f"{zenith.size} zenith angles, {azimuth.size} azimuths and {nm.size} wavelengths do not fit"
             raise SceneError(f"{message} radiances of shape {values.shape}")
         sun_angles: list[float] = [
-            given_angle(f"sun_{name}", value, twin, math.nan)
+            number(f"sun_{name}", given_angle(f"sun_{name}", value, twin, math.nan))
             for name, value, twin in (
                 ("zenith_deg", sun_zenith_deg, sun_zenith_rad),
                 ("azimuth_deg", sun_azimuth_deg, sun_azimuth_rad),

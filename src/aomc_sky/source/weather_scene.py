@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import UsageError, floats, require_one_of
+from aomc_sky.errors import UsageError, floats, number, require_one_of
 from aomc_sky.grid import PatchGrid
 from aomc_sky.inputs import MODEL, PEREZ, Entrance
 from aomc_sky.source.light.diffuse import DiffuseSky, model_diffuse, named_diffuse, perez_diffuse, require_sky_name
@@ -157,7 +157,7 @@ def weather_scene(
         within=within,
         weather={
             "time": time, "latitude_deg": latitude_deg, "longitude_deg": longitude_deg,
-            "altitude_m": altitude_m if np.ndim(altitude_m) or altitude_m else None,
+            "altitude_m": None if altitude_m is None else number("altitude_m", altitude_m) or None,
             "epw": epw, "tmy2": tmy2, "tmy3": tmy3, "row": row,
         },
         clear_sky=clear_sky,

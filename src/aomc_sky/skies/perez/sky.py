@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
-from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError, floats, number, require_one_of
+from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError, floats, number, require_kind, require_one_of
 from aomc_sky.grid import PatchGrid
 from aomc_sky.inputs import MODEL
 from aomc_sky.skies.model import Share, check_share, polarised, with_share
@@ -129,6 +129,8 @@ class PerezSky(Share):
                 f"{self.sun_zenith_rad:g} and the azimuth {self.sun_azimuth_rad:g}"
             )
         require_one_of(MODEL["within"].words, self.within, "within")
+        if self.grid is not None:
+            require_kind(self.grid, PatchGrid, "grid=sky.PatchGrid.regular(45, 180)")
         self._close_irradiances()
         values = self._given_coefficients() if self.coefficients is not None else self._modelled_coefficients()
         if values[1] > 0:

@@ -6,13 +6,12 @@ import math
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from numbers import Real
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import InputFileError, InputWarning, Problem, SceneError, SourceText
+from aomc_sky.errors import InputFileError, InputWarning, Problem, SceneError, SourceText, number
 from aomc_sky.formats.sky_toml.sections import MoonDirection
 from aomc_sky.skies.atmosphere.description.data import (
     AbsorberDescription,
@@ -340,7 +339,7 @@ def moon_of_direction(
 
 def glow_of_luminance(luminance_cd_m2: float, report: MediumReport, path: str) -> np.ndarray | None:
     """Radiance of a ground of some luminance, None where that is 0; `path` is for messages. [W m-2 sr-1 nm-1]"""
-    if not isinstance(luminance_cd_m2, Real) or not 0.0 <= luminance_cd_m2 < math.inf:
+    if not 0.0 <= number("ground_luminance_cd_m2", luminance_cd_m2) < math.inf:
         raise SceneError(f"the luminance of the ground must be 0 cd/m2 or more, got {luminance_cd_m2!r}")
     if luminance_cd_m2 == 0.0:
         return None
