@@ -304,7 +304,8 @@ def unmasked(name: str, value: Any) -> Any:
 
     def has_masked(given: Any) -> bool:
         if isinstance(given, (list, tuple)):
-            return any(has_masked(one) for one in given if isinstance(one, (list, tuple, MaskedArray)))
+            is_deeper = any(issubclass(kind, (list, tuple, MaskedArray)) for kind in set(map(type, given)))
+            return is_deeper and any(map(has_masked, given))
         return bool(is_masked(given))
 
     if has_masked(value):
