@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
-from aomc_sky.errors import SceneError, UsageError, floats
+from aomc_sky.errors import SceneError, UsageError, floats, shown_value
 
 
 @runtime_checkable
@@ -83,7 +83,11 @@ def check_share(model: Share) -> None:
         value = getattr(model, name)
         if value is None:
             continue
-        numbers = floats(name, value)
+        try:
+            numbers = floats(name, value)
+        except UsageError:
+            message = f"{name} must be a number or one for each wavelength, got {shown_value(value)}"
+            raise SceneError(message) from None
         if numbers.ndim > 1 or not np.all(np.isfinite(numbers) & (numbers >= 0)):
             raise SceneError(
                 f"{name} must be finite and not negative, a number or one for each wavelength, got {value!r}"
