@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import UsageError, floats
+from aomc_sky.errors import UsageError, floats, number
 
 C = TypeVar("C")
 
@@ -103,10 +103,10 @@ def to_enu_azimuth_deg(
     if convention.is_from_sun:
         if sun_azimuth_deg is None:
             raise UsageError(f"azimuths of {convention.name} count from the sun: give sun_azimuth_deg")
-        offset += sun_azimuth_deg
+        offset += number("sun_azimuth_deg", sun_azimuth_deg)
     azimuth = floats("azimuth_deg", azimuth_deg)
-    if np.any(np.isinf(azimuth)):
-        raise UsageError("azimuth_deg must be finite")
+    if np.any(np.isinf(azimuth)) or math.isinf(offset):
+        raise UsageError(f"{'sun_' * math.isinf(offset)}azimuth_deg must be finite")
     turned = np.mod(offset + orientation * azimuth, 360.0)
     return np.where(turned >= 360.0, 0.0, turned)
 
@@ -142,21 +142,23 @@ def given_angle(name: str, value: Any, twin: Any, default: float | None = None) 
     if twin is None:
         if value is None and default is None:
             raise UsageError(f"give {other} or {name}")
-        return default if value is None else value
-    if value is not None:
+        angle = floats(name, default if value is None else value)
+    elif value is not None:
         raise UsageError(f"{name} and {other} are one angle: give one of them")
-    try:
+    else:
         angle = floats(other, twin)
-    except (TypeError, ValueError):
-        raise UsageError(f"{other} must be numbers, got {twin!r}") from None
-    converted = np.rad2deg(angle) if name.endswith("_deg") else np.deg2rad(angle)
-    return float(converted) if angle.ndim == 0 else converted
+        angle = np.rad2deg(angle) if name.endswith("_deg") else np.deg2rad(angle)
+    return float(angle) if angle.ndim == 0 else angle
 
 
 def settle_angles(model: object, default: float | None = None, **twins: Any) -> None:
-    """Give the fields of a frozen dataclass that have these names their `given_angle`."""
+    """Give the fields of a frozen dataclass that have these names their `given_angle`, one number each."""
     for name, twin in twins.items():
-        object.__setattr__(model, name, given_angle(name, getattr(model, name), twin, default))
+        own = getattr(model, name)
+        given = (name, own) if twin is None else (name[:-4] + _TWINS[name[-4:]], twin)
+        if given[1] is not None:
+            number(*given)
+        object.__setattr__(model, name, given_angle(name, own, twin, default))
 
 
 def in_both_units(model: type[C]) -> type[C]:
@@ -288,6 +290,15 @@ def sky_from_travel(direction: ArrayLike, frame: Frame = Frame.UP) -> tuple[np.n
     [36.87 90.  ]
     """
     u = floats("direction", direction)
+    if u.shape[-1:] != (3,):
+        raise UsageError(f"direction must be ux, uy, uz of each photon, of shape (..., 3); got shape {u.shape}")
+    if np.any(np.isinf(u)) or not np.any(u, axis=-1).all():
+        raise UsageError("direction must be finite and not 0")
+    return sky_angles(u, frame)
+
+
+def sky_angles(u: np.ndarray, frame: Frame = Frame.UP) -> tuple[np.ndarray, np.ndarray]:
+    """`sky_from_travel` of photons that may be damaged."""
     cos_z = -u[..., 2] if frame is Frame.UP else u[..., 2]
     zenith = np.arctan2(np.hypot(u[..., 0], u[..., 1]), cos_z)
     azimuth = np.arctan2(-u[..., 1] + 0.0, -u[..., 0] + 0.0)

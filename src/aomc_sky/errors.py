@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 Member = TypeVar("Member", bound=enum.Enum)
 
 MAX_PROBLEMS_SHOWN = 20
+_MOST_SHOWN = 80  #: Characters of a value in a message
 
 _UNSEEN = {
     *range(0x20),
@@ -299,18 +300,53 @@ def require_one_of(allowed: Iterable[str], value: object, name: str) -> None:
 
 def unmasked(name: str, value: Any) -> Any:
     """Return the numbers of a caller; SceneError if some are masked, because numpy would take those under the mask."""
-    from numpy.ma import is_masked
+    from numpy.ma import MaskedArray, is_masked
 
-    if is_masked(value):
+    def has_masked(given: Any) -> bool:
+        if isinstance(given, (list, tuple)):
+            is_deeper = any(issubclass(kind, (list, tuple, MaskedArray)) for kind in set(map(type, given)))
+            return is_deeper and any(map(has_masked, given))
+        return bool(is_masked(given))
+
+    if has_masked(value):
         raise SceneError(f"{name} has masked values; leave these entries out, or fill them with numbers")
     return value
 
 
 def floats(name: str, value: Any) -> np.ndarray:
-    """The numbers of a caller in float64; SceneError if some are masked."""
+    """The numbers of a caller in float64; SceneError if some are masked, UsageError for what is no number.
+
+    Without these checks None becomes NaN, and dates, texts of digits and records become numbers.
+    """
     from numpy import asarray, float64
 
-    return asarray(unmasked(name, value), dtype=float64)
+    try:
+        array = asarray(unmasked(name, value))
+        if array.dtype.kind in "biuf" or (array.dtype.kind == "O" and all(map(_is_number, array.flat))):
+            return asarray(array, dtype=float64)
+    except (TypeError, ValueError, OverflowError):
+        pass  # rows of several lengths, whole numbers above the largest float64
+    raise UsageError(f"{name} must be numbers, got {shown_value(value)}")
+
+
+def number(name: str, value: Any) -> float:
+    """The one number of a caller; SceneError if it is masked, UsageError for what is not one real number."""
+    array = floats(name, value)
+    if array.ndim or type(value).__name__ in ("bool", "bool_"):
+        raise UsageError(f"{name} must be one number, got {shown_value(value)}")
+    return float(array)
+
+
+def _is_number(value: object) -> bool:
+    """Whether an object is a real number: numpy's times and complex numbers have a `__float__`, too."""
+    kind = getattr(getattr(value, "dtype", None), "kind", "f")
+    return hasattr(value, "__float__") and kind in "biuf"
+
+
+def shown_value(value: object) -> str:
+    """What a caller gave, in one short line."""
+    text = " ".join(repr(value).split())
+    return text if len(text) <= _MOST_SHOWN else f"{text[:_MOST_SHOWN]}..."
 
 
 def member_of(kind: type[Member], value: object, name: str) -> Member:

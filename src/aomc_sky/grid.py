@@ -6,8 +6,8 @@ from dataclasses import InitVar, dataclass
 
 import numpy as np
 
-from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
-from aomc_sky.errors import unmasked
+from aomc_sky.directions import EDGE_DEG, given_angle, in_both_units, sin_cos_deg
+from aomc_sky.errors import SceneError, floats
 from aomc_sky.record import same_content
 from aomc_sky.whole_number import as_index
 
@@ -20,9 +20,9 @@ class PatchGrid:
     Parameters
     ----------
     zenith_bounds_deg, or zenith_bounds_rad : ndarray, float64, shape (n_zenith, 2)
-        Near and far edge of each ring, 0 overhead. [deg, 0 to 90]
+        Near and far edge of each ring, 0 overhead; they rise and do not overlap. [deg, 0 to 90]
     azimuth_bounds_deg, or azimuth_bounds_rad : ndarray, float64, shape (n_azimuth, 2)
-        Start and end of each column; the first may start below 0. [deg]
+        Start and end of each column; they rise within a turn and do not overlap. The first may start below 0. [deg]
     azimuth_first_index : int
         File index of the first column: 0 as the format says, 1 for `--azimuth-bins n`.
 
@@ -48,13 +48,21 @@ class PatchGrid:
     azimuth_bounds_rad: InitVar[np.ndarray | None] = None
 
     def __post_init__(self, zenith_bounds_rad: np.ndarray | None, azimuth_bounds_rad: np.ndarray | None) -> None:
-        settle_angles(self, zenith_bounds_deg=zenith_bounds_rad, azimuth_bounds_deg=azimuth_bounds_rad)
+        for name, twin in (("zenith_bounds_deg", zenith_bounds_rad), ("azimuth_bounds_deg", azimuth_bounds_rad)):
+            object.__setattr__(self, name, given_angle(name, getattr(self, name), twin))
         for name in ("zenith_bounds_deg", "azimuth_bounds_deg"):
-            bounds = np.array(unmasked(name, getattr(self, name)), dtype=np.float64)
+            bounds = np.array(getattr(self, name), dtype=np.float64)
             if bounds.ndim != 2 or bounds.shape[1] != 2 or bounds.shape[0] == 0:
                 raise ValueError(f"{name} must have shape (n, 2) with n >= 1, got {bounds.shape}")
             if not np.all(np.isfinite(bounds)) or np.any(bounds[:, 1] < bounds[:, 0]):
                 raise ValueError(f"{name} must be finite with every start <= end")
+            has_extent = bool(np.any(bounds[:, 1] > bounds[:, 0]))  # points of a lattice may be anywhere
+            if has_extent and np.any(bounds[1:, 0] < bounds[:-1, 1] - EDGE_DEG):
+                k = int(np.argmax(bounds[1:, 0] < bounds[:-1, 1] - EDGE_DEG))
+                one, other = (f"{low:g} to {high:g}" for low, high in bounds[k : k + 2])
+                raise SceneError(f"{name} must rise and not overlap, got {one} before {other}")
+            if has_extent and bounds[-1, 1] - bounds[0, 0] > 360.0 + EDGE_DEG:
+                raise SceneError(f"{name} must not pass a whole turn, got {bounds[0, 0]:g} to {bounds[-1, 1]:g}")
             bounds.flags.writeable = False
             object.__setattr__(self, name, bounds)
         if self.zenith_bounds_deg.min() < 0 or self.zenith_bounds_deg.max() > 90:
@@ -220,11 +228,11 @@ class PatchGrid:
         ndarray, int64
             Edges belong to the patch that starts there, the horizon to the last ring.
         """
-        zenith = np.asarray(sky_zenith_deg, dtype=np.float64)
+        zenith = floats("sky_zenith_deg", sky_zenith_deg)
         ring = np.searchsorted(self.zenith_bounds_deg[:, 0], zenith, side="right") - 1
         inside = (ring >= 0) & (zenith <= self.zenith_bounds_deg[np.maximum(ring, 0), 1])
         first = self.azimuth_bounds_deg[0, 0]
-        azimuth = first + np.mod(np.asarray(sky_azimuth_deg, dtype=np.float64) - first, 360.0)
+        azimuth = first + np.mod(floats("sky_azimuth_deg", sky_azimuth_deg) - first, 360.0)
         column = np.searchsorted(self.azimuth_bounds_deg[:, 0], azimuth, side="right") - 1
         inside &= azimuth <= self.azimuth_bounds_deg[column, 1]
         return np.where(inside, ring * self.n_azimuth + column, -1)

@@ -8,7 +8,7 @@ from dataclasses import KW_ONLY, dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import SceneError, UsageError, unmasked
+from aomc_sky.errors import SceneError, UsageError, floats
 from aomc_sky.inputs import in_nm
 from aomc_sky.record import same_content
 from aomc_sky.whole_number import as_index
@@ -50,15 +50,12 @@ class Wavebands:
         )
 
     def __post_init__(self) -> None:
-        n_bands = np.size(self.wavelength_nm)
+        n_bands = floats("wavelength_nm", self.wavelength_nm).size
         for field in fields(self):
             value = getattr(self, field.name)
-            if value is None:
+            if value is None and field.name != "wavelength_nm":
                 continue
-            try:
-                numbers = np.array(unmasked(field.name, value), dtype=np.float64)
-            except (TypeError, ValueError):
-                raise SceneError(f"{field.name} must be numbers, one for each waveband, got {value!r}") from None
+            numbers = np.array(floats(field.name, value))
             numbers = numbers.reshape(-1) if numbers.ndim == 0 else numbers
             if numbers.shape != (n_bands,) or n_bands == 0:
                 raise SceneError(f"{field.name} must hold one number for each waveband, got shape {numbers.shape}")

@@ -29,7 +29,8 @@ def as_index_within(value: Any, name: str, low: int, high: int) -> int:
 
 def as_number_of(value: Any, name: str, low: int, high: int, *, error: type[AomcSkyError] = UsageError) -> int:
     """Return how many, within [low, high], as a Python integer; floats without a fraction (1e6) count too."""
-    is_float = np.ndim(value) == 0 and np.asarray(value).dtype.kind == "f"
+    is_float = isinstance(value, float) or (isinstance(value, (np.generic, np.ndarray)) and value.dtype.kind == "f")
+    is_float = is_float and np.ndim(value) == 0
     is_whole = is_float and bool(np.isfinite(value)) and float(value).is_integer()
     return _within(int(value) if is_whole else _index_of(value), value, name, (low, high), error)
 

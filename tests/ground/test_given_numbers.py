@@ -1,5 +1,7 @@
-"""Numbers of a caller that numpy would take for others: those under a mask, and infinite angles."""
+"""Numbers of a caller that numpy would take for others: those under a mask, infinite angles, None, dates and texts."""
 
+import datetime
+import fractions
 import warnings
 
 import numpy as np
@@ -30,6 +32,10 @@ MASKED = {
     "phase function": lambda: sky.rayleigh.pdf_mu(HIDDEN, 0.0),
     "perez": lambda: sky.perez.sky_clearness(HIDDEN, 100.0, 0.5),
     "pattern": lambda: sky.RayleighPattern().stokes(HIDDEN, 0.0, sun_zenith_rad=0.5),
+    "uniform": lambda: sky.UniformSky().radiance(HIDDEN, 0.0, 550.0),
+    "in a list": lambda: sky.OvercastSky().radiance([0.1, np.ma.masked], 0.0, 550.0),
+    "in rows": lambda: sky.directions.sky_from_travel([[0.0, np.ma.masked_array(0.6, mask=True), -0.8]]),
+    "sun": lambda: sky.CIESky(type=12, sun_zenith_rad=np.ma.masked_array(0.5, mask=True)),
 }
 
 
@@ -84,8 +90,13 @@ def test_what_overflows_is_refused_without_a_warning_of_numpy():
 
 def test_nan_stays_nan_and_nothing_shines_below_the_horizon():
     sun = {"sun_zenith_deg": 40.0}
-    models = sky.OvercastSky(), sky.CIESky(type=12, **sun), sky.HarrisonCoombesSky(**sun, cloud_cover=0.5)
-    for model in (*models, sky.PerezSky(**sun, epsilon=5.0, delta=0.1)):
+    models = (
+        sky.UniformSky(),
+        sky.OvercastSky(),
+        sky.CIESky(type=12, **sun),
+        sky.HarrisonCoombesSky(**sun, cloud_cover=0.5),
+    )
+    for model in (*models, sky.UniformSky(), sky.PerezSky(**sun, epsilon=5.0, delta=0.1)):
         assert np.isnan(model.radiance(np.nan, 0.0, 550.0))
         assert model.radiance(2.5, 0.0, 550.0) == 0.0
         assert model.radiance(np.pi / 2, 0.0, 550.0) > 0.0
@@ -108,3 +119,114 @@ def test_photons_of_the_roughest_and_the_smoothest_lobes_travel_downward(roughne
     photons = sky.Scene(wavebands=[550.0], n_photons=1000, components=glow).source(seed=1).photons(0, 0, 1000)
     assert np.all(photons.uz <= 0)
     assert np.all(np.isfinite(photons.ux + photons.uy))
+
+
+NO_NUMBERS = {
+    "None": None,
+    "a None in a row": [0.1, None],
+    "complex": 0.1 + 0j,
+    "digits": "0.1",
+    "text": ["0.1", "x"],
+    "date": np.datetime64("2026-01-01"),
+    "time of Python": datetime.datetime(2026, 1, 1),
+    "duration": np.timedelta64(1, "s"),
+    "durations": [np.timedelta64(1, "s"), 0.1],
+    "record": np.zeros(1, dtype=[("zenith", "f8")]),
+    "ragged": [[0.1], [0.1, 0.2]],
+    "mapping": {},
+    "too large": 10**400,
+}
+NUMBERS = {
+    "uniform": lambda x: sky.UniformSky().radiance(x, 0.0, 550.0),
+    "azimuth": lambda x: sky.OvercastSky().radiance(0.1, x, 550.0),
+    "wavelength": lambda x: sky.HarrisonCoombesSky(sun_zenith_deg=40.0).radiance(0.1, 0.0, x),
+    "lowered": lambda x: sky.FunctionSky(lambda z, a, w: 1.0 + 0.0 * z).lower(x),
+    "travel": lambda x: sky.directions.travel_from_sky(x, 0.0),
+    "convention": lambda x: sky.directions.to_enu_azimuth_deg(x, sky.AzimuthConvention.NORTH_CLOCKWISE),
+    "perez": lambda x: sky.perez.relative_radiance(x, 0.0, 0.5, [-1.0, -0.3, 5.0, -3.0, 0.4]),
+    "clearness": lambda x: sky.perez.limited(x, 0.1),
+    "pattern": lambda x: sky.RayleighPattern().stokes(x, 0.0, sun_zenith_rad=0.5),
+    "scene": lambda x: sky.Scene(wavebands=[550.0], n_photons=1, components="uniform").radiance(0, x, 0.0),
+    "patch": lambda x: GRID.patch_of(x, 0.0),
+    "wavebands": sky.Wavebands,
+    "table": lambda x: sky.TabulatedSky(wavelength_nm=[550.0], values=x, grid=GRID),
+}
+ONE_NUMBER = {
+    "sun in radians": lambda x: sky.CIESky(type=12, sun_zenith_rad=x),
+    "sun in degrees": lambda x: sky.PerezSky(sun_zenith_deg=x, epsilon=5.0, delta=0.1),
+    "epsilon": lambda x: sky.PerezSky(sun_zenith_deg=40.0, epsilon=x, delta=0.1),
+    "disc": lambda x: sky.DirectBeam(sun_zenith_deg=40.0, radius_deg=x),
+    "cover": lambda x: sky.HarrisonCoombesSky(sun_zenith_deg=40.0, cloud_cover=x),
+    "degree": lambda x: sky.RayleighPattern(max_degree=x),
+    "Moon": lambda x: sky.Moon(zenith_deg=40.0, distance_m=x),
+    "own azimuth": lambda x: sky.directions.to_enu_azimuth_deg(1.0, sky.AzimuthConvention.FROM_SUN, x),
+}
+DEFAULTS = {"epsilon", "disc", "own azimuth"}  #: where None means that nothing is given
+
+
+@pytest.mark.parametrize("what", NO_NUMBERS)
+@pytest.mark.parametrize("name", NUMBERS | ONE_NUMBER)
+def test_what_is_no_number_is_one_sentence(name, what):
+    if what == "None" and name in DEFAULTS:
+        pytest.skip("None is allowed")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(sky.AomcSkyError, match=r"must be|give s"):
+            (NUMBERS | ONE_NUMBER)[name](NO_NUMBERS[what])
+
+
+@pytest.mark.parametrize("value", [True, [0.5], np.array([0.5, 0.6])])
+@pytest.mark.parametrize("name", ONE_NUMBER)
+def test_one_number_is_no_array_and_no_truth(name, value):
+    with pytest.raises(sky.UsageError, match="must be one number, got"):
+        ONE_NUMBER[name](value)
+
+
+@pytest.mark.parametrize("value", [fractions.Fraction(1, 2), np.float32(0.5), np.array(0.5), np.ma.masked_array(0.5)])
+@pytest.mark.parametrize("name", set(ONE_NUMBER) - {"epsilon", "Moon"})
+def test_numbers_of_other_libraries_are_numbers(name, value):
+    ONE_NUMBER[name](value)
+
+
+def test_a_wavelength_that_is_none_has_no_radiance():
+    model = sky.FunctionSky(lambda z, a, w: 1.0 + 0.0 * z)  # memory without a value was returned for NaN
+    for wavelength in (np.nan, [550.0, np.nan], np.inf):
+        with pytest.raises(sky.SceneError, match="wavelength_nm must be finite"):
+            model.radiance(0.5, 0.0, wavelength)
+
+
+@pytest.mark.parametrize("direction", [0.5, [0.0, -1.0], [[0.0, 0.0, 0.0]], [0.0, 0.0, np.inf], []])
+def test_a_travel_direction_is_three_finite_numbers(direction):
+    with pytest.raises(sky.UsageError, match="direction must be"):
+        sky.directions.sky_from_travel(direction)
+
+
+@pytest.mark.parametrize("coefficients", [0.5, [1.0, -1.0], np.ones((5, 2))])
+def test_coefficients_are_five(coefficients):
+    for function in (sky.perez.horizontal_integral, lambda c, s: sky.perez.relative_radiance(0.5, 0.0, s, c)):
+        with pytest.raises(sky.SceneError, match="five numbers a, b, c, d, e"):
+            function(coefficients, 0.5)
+
+
+@pytest.mark.parametrize("grid", [5, [[0.0, 90.0]], "regular"])
+def test_a_grid_is_a_grid(grid):
+    for model in (
+        lambda: sky.PerezSky(sun_zenith_deg=40.0, epsilon=5.0, delta=0.1, grid=grid),
+        lambda: sky.FunctionSky(lambda z, a, w: 1.0 + 0.0 * z, grid=grid).lower(550.0),
+        lambda: sky.OvercastSky(grid=grid).lower(550.0),
+        lambda: sky.TabulatedSky(wavelength_nm=[550.0], values=[[1.0]], grid=grid),
+        lambda: sky.RadianceField.from_points([0.0, 50.0, 60.0], [0.0, 90.0, 180.0], [1.0, 1.0, 1.0], grid=grid),
+    ):
+        with pytest.raises(sky.UsageError, match=r"expected a PatchGrid, got .*; write grid=sky.PatchGrid"):
+            model()
+
+
+def test_a_picture_takes_one_wavelength_and_two_angles():
+    pytest.importorskip("matplotlib")
+    with pytest.raises(sky.UsageError, match="wavelength_nm must be one number"):
+        sky.plot(sky.OvercastSky(), wavelength_nm=[440.0, 550.0])
+    for sun in (40.0, [40.0], [[40.0, 0.0]]):
+        with pytest.raises(sky.UsageError, match="sun_deg must be two numbers, zenith angle and azimuth, got"):
+            sky.plot(sky.OvercastSky(), sun_deg=sun)
+    with pytest.raises(sky.SceneError, match="masked"):
+        sky.plot(np.ma.masked_array(np.ones((2, 4)), mask=np.eye(2, 4)))

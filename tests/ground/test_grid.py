@@ -47,3 +47,28 @@ def test_what_is_no_grid():
             sky.PatchGrid(zenith_bounds_deg=bounds, azimuth_bounds_deg=[[0, 360]])
     with pytest.raises(ValueError, match="at least one"):
         sky.PatchGrid.regular(0, 3)
+
+
+@pytest.mark.parametrize(
+    ("rings", "columns", "words"),
+    [
+        (
+            [[0, 90]],
+            [[0, 180], [90, 270]],
+            "azimuth_bounds_deg must rise and not overlap, got 0 to 180 bef",
+        ),
+        ([[0, 90]], [[180, 360], [0, 180]], "must rise and not overlap"),
+        ([[0, 90]], [[0, 400]], "must not pass a whole turn, got 0 to 400"),
+        ([[0, 50], [45, 90]], [[0, 360]], "zenith_bounds_deg must rise and not overlap, got 0 to 50 before 45 to 90"),
+    ],
+)
+def test_light_is_not_counted_twice(rings, columns, words):
+    with pytest.raises(sky.SceneError, match=words):
+        sky.PatchGrid(zenith_bounds_deg=rings, azimuth_bounds_deg=columns)
+
+
+def test_edges_in_float32_are_neighbours():
+    edges = np.linspace(0.0, 2 * np.pi, 8).astype(np.float32)
+    columns = np.stack([edges[:-1], edges[1:]], axis=1)
+    grid = sky.PatchGrid(zenith_bounds_deg=[[0, 90]], azimuth_bounds_rad=columns)
+    assert grid.solid_angle_sr.sum() == pytest.approx(2 * np.pi)

@@ -102,3 +102,16 @@ def test_a_name_of_a_sky():
         sky.Scene(wavebands=[500.0], n_photons=10, components="perez")
     with pytest.raises(sky.UsageError, match="there is no sky model 'perz'; the models are"):
         sky.Scene(wavebands=[500.0], n_photons=10, components="perz")
+
+
+def test_numbers_of_other_libraries_name_a_place():
+    from fractions import Fraction
+
+    pytest.importorskip("pvlib")
+    light = {"wavebands": [550.0], "n_photons": 10, "time": "2026-06-21T12:00Z", "ghi": 700.0, "dhi": 100.0}
+    place = {"latitude_deg": 54.5, "longitude_deg": 8.5, "altitude_m": 10.0}
+    ours = sky.weather_scene(**light, **place)
+    assert sky.weather_scene(**light, **{k: Fraction(v) for k, v in place.items()}).options == ours.options
+    for altitude in ([1.0], [[1.0], [1.0, 2.0]], {}, "10 m"):
+        with pytest.raises(sky.UsageError, match="altitude_m must be"):
+            sky.weather_scene(**light, **(place | {"altitude_m": altitude}))

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import aomc_sky
-from aomc_sky.directions import sky_from_travel
+from aomc_sky.directions import sky_angles
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content
 
@@ -115,7 +115,7 @@ class PhotonBatch:
     def _dome(self) -> Any:
         """Photons per steradian in 18 x 36 patches; of many photons, a million from the first."""
         grid, some = PatchGrid.regular(18, 36), self[:1_000_000]
-        zenith, azimuth = map(np.rad2deg, sky_from_travel(some.directions.astype(np.float64)))
+        zenith, azimuth = map(np.rad2deg, sky_angles(some.directions.astype(np.float64)))
         patch = grid.patch_of(np.minimum(zenith, 90.0), azimuth)
         values = np.bincount(patch, minlength=grid.n_patches) / grid.solid_angle_sr
         return aomc_sky.plot(values, grid=grid, label="photons per steradian [sr$^{-1}$]", size_px=480)

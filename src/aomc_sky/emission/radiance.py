@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from aomc_sky.component import Component, Law, slope_factor
-from aomc_sky.errors import SceneError, unmasked
+from aomc_sky.errors import SceneError, floats
 from aomc_sky.grid import PatchGrid
 from aomc_sky.plan.laws import law_of
 
@@ -43,8 +43,7 @@ def band_radiance(components: Sequence[Component], row: int, irradiance: Sequenc
 
 def sum_of(parts: Sequence[Radiance], sky_zenith_rad: np.ndarray, sky_azimuth_rad: np.ndarray) -> np.ndarray:
     """Radiance of `band_radiance` in directions above the horizon, their broadcast shape."""
-    given = unmasked("sky_zenith_rad", sky_zenith_rad), unmasked("sky_azimuth_rad", sky_azimuth_rad)
-    zenith, azimuth = (np.asarray(one, dtype=np.float64) for one in given)
+    zenith, azimuth = floats("sky_zenith_rad", sky_zenith_rad), floats("sky_azimuth_rad", sky_azimuth_rad)
     if not ((zenith >= 0.0) & (zenith <= _HORIZON)).all() or not np.isfinite(azimuth).all():
         raise SceneError("a direction of the sky has a zenith angle of 0 to 90 degrees and a finite azimuth")
     if zenith.shape != azimuth.shape:

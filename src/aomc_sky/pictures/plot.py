@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.directions import AzimuthConvention, given_angle, to_enu_azimuth_deg
 from aomc_sky.emission.photon_source import PhotonSource
-from aomc_sky.errors import AomcSkyError, UsageError, member_of
+from aomc_sky.errors import AomcSkyError, UsageError, floats, member_of, number, shown_value
 from aomc_sky.formats.aomc.amc import read_amc
 from aomc_sky.formats.azimuth_words import given_convention
 from aomc_sky.formats.hdf5_storage import require_size
@@ -141,7 +141,11 @@ def plot(
         raise UsageError("azimuth_convention: the sun's own azimuth does not count from the sun; write 'from north'")
     sun = None
     if sun_deg is not None or sun_rad is not None:
-        zenith, azimuth = given_angle("sun_deg", sun_deg, sun_rad)
+        angles = given_angle("sun_deg", sun_deg, sun_rad)
+        if np.shape(angles) != (2,):
+            name, given = ("sun_deg", sun_deg) if sun_rad is None else ("sun_rad", sun_rad)
+            raise UsageError(f"{name} must be two numbers, zenith angle and azimuth, got {shown_value(given)}")
+        zenith, azimuth = angles
         sun = sun_mark(float(zenith), float(to_enu_azimuth_deg(azimuth, convention)))
     if isinstance(what, Scene):
         show = show or "radiance"
@@ -214,14 +218,14 @@ def _picture_of_values(
 ) -> Picture:
     notes: tuple[str, ...] = ()
     if isinstance(what, SkyModel):
-        grid = PatchGrid.regular(*_FINE)
+        grid, nm = PatchGrid.regular(*_FINE), number("wavelength_nm", wavelength_nm)
         zenith, azimuth = (np.deg2rad(b.mean(axis=1)) for b in (grid.zenith_bounds_deg, grid.azimuth_bounds_deg))
-        values = np.asarray(what.radiance(zenith[:, None], azimuth[None, :], wavelength_nm), dtype=np.float64)
+        values = np.asarray(what.radiance(zenith[:, None], azimuth[None, :], nm), dtype=np.float64)
         values = np.broadcast_to(values, (grid.n_zenith, grid.n_azimuth))
         label, sun = label or _unit_of(what), sun or _sun_of(what)
         notes = ("Radiance of the model at the centres of patches of half a degree.",)
     else:
-        values = np.asarray(what, dtype=np.float64)
+        values = floats("an array to draw", what)
         if grid is None and values.ndim != 2:
             raise UsageError(f"an array without a grid needs the shape (n_zenith, n_azimuth), got {values.shape}")
         grid = PatchGrid.regular(*values.shape) if grid is None else grid

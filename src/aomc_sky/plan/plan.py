@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from aomc_sky.component import Component, Law
-from aomc_sky.errors import InputFileError, OutputError
+from aomc_sky.errors import AomcSkyError, InputFileError, OutputError
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.text_file import refuse
 from aomc_sky.grid import PatchGrid
@@ -266,7 +266,7 @@ def _grid(members: Mapping[str, np.ndarray], options: Mapping[str, Any], k: int)
     first = options["azimuth_first_index"][k]
     try:
         return PatchGrid(zenith_bounds_deg=zenith, azimuth_bounds_deg=azimuth, azimuth_first_index=first)
-    except ValueError as error:
+    except (ValueError, AomcSkyError) as error:
         raise refused("E954", f"zenith_bounds_deg_{k}", str(error)) from None
 
 

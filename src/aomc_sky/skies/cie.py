@@ -15,6 +15,7 @@ from aomc_sky.directions import in_both_units, settle_angles
 from aomc_sky.errors import SceneError
 from aomc_sky.skies.model import Share, check_share
 from aomc_sky.skies.perez.sky import PerezSky
+from aomc_sky.whole_number import as_number_of
 
 if TYPE_CHECKING:
     from aomc_sky.skies.polarisation import RayleighPattern
@@ -80,8 +81,7 @@ class CIESky(Share):
     sun_azimuth_deg: InitVar[float | None] = None
 
     def __post_init__(self, sun_zenith_deg: float | None, sun_azimuth_deg: float | None) -> None:
-        if isinstance(self.type, bool) or self.type not in range(1, 16):
-            raise SceneError(f"type of a CIE sky must be a whole number from 1 to 15, got {self.type!r}")
+        as_number_of(self.type, "type of a CIE sky", 1, len(TYPES), error=SceneError)
         check_share(self)
         settle_angles(self, sun_zenith_rad=sun_zenith_deg)
         settle_angles(self, default=0.0, sun_azimuth_rad=sun_azimuth_deg)

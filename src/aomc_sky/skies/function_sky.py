@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
-from aomc_sky.errors import AomcSkyError, SceneError
+from aomc_sky.errors import AomcSkyError, SceneError, floats, require_kind
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.model import Share, broadcast, check_share, sky_model, with_share
 from aomc_sky.skies.patch_integrals import SURE_SPOT, TOLERANCE, PatchIntegrals, integrate_patches
@@ -79,6 +79,8 @@ class FunctionSky(Share):
             raise SceneError(
                 f"a function sky needs a function of zenith, azimuth and wavelength, got {self.function!r}"
             )
+        if self.grid is not None:
+            require_kind(self.grid, PatchGrid, "grid=sky.PatchGrid.regular(45, 180)")
         areas = self.patches.projected_solid_angle_sr
         if not np.all(areas > 0):
             raise SceneError("the grid holds points or lines; a function sky needs patches with an extent")
@@ -250,7 +252,7 @@ def _coarsest(tolerance: float, rings: float, columns: float) -> tuple[int, int]
 
 
 def _wavelengths(wavelength_nm: ArrayLike) -> np.ndarray:
-    return np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)).ravel()
+    return np.atleast_1d(floats("wavelength_nm", wavelength_nm)).ravel()
 
 
 def as_sky_model(given: Any) -> Any:

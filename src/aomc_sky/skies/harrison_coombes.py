@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
 from aomc_sky.directions import in_both_units, settle_angles
-from aomc_sky.errors import SceneError
+from aomc_sky.errors import SceneError, floats, number
 from aomc_sky.skies.function_sky import FunctionSky
 from aomc_sky.skies.model import Share, check_share, polarised, with_share
 from aomc_sky.skies.perez.sky import PerezSky
@@ -65,7 +65,7 @@ class HarrisonCoombesSky(Share):
     sun_azimuth_deg: InitVar[float | None] = None
 
     def __post_init__(self, sun_zenith_deg: float | None, sun_azimuth_deg: float | None) -> None:
-        if not 0.0 <= self.cloud_cover <= 1.0:
+        if not 0.0 <= number("cloud_cover", self.cloud_cover) <= 1.0:
             raise SceneError(f"cloud_cover must be 0 to 1, got {self.cloud_cover!r}")
         check_share(self)
         settle_angles(self, sun_zenith_rad=sun_zenith_deg)
@@ -91,7 +91,7 @@ class HarrisonCoombesSky(Share):
             return clear
         aureole = dataclasses.replace(law, coefficients=(0.0, 0.0, 0.72, -1.88, 0.0))  # 1 + 0.72 exp(-1.88 p)
         cloudy = aureole.radiance(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
-        rest = 0.12 * self.sun_zenith_rad - 0.55 + 0.43 * np.cos(np.asarray(sky_zenith_rad, dtype=np.float64))
+        rest = 0.12 * self.sun_zenith_rad - 0.55 + 0.43 * np.cos(floats("sky_zenith_rad", sky_zenith_rad))
         return np.where(cloudy == 0, 0.0, self.cloud_cover * (cloudy + rest) + (1.0 - self.cloud_cover) * clear)
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
 from aomc_sky.directions import given_angle, sky_from_travel, travel_from_sky, within_sky_deg
-from aomc_sky.errors import InputWarning, SceneError, floats, unmasked
+from aomc_sky.errors import InputWarning, SceneError, floats, number
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.function_sky import FunctionSky
@@ -161,10 +161,12 @@ class RadianceField(Share):
                 ("sky_azimuth_deg", sky_azimuth_deg, sky_azimuth_rad),
             )
         )
-        zenith, values = within_sky_deg(zenith), np.array(radiance, dtype=np.float64)
-        values[np.ma.getmaskarray(np.ma.asanyarray(radiance))] = np.nan
-        known = np.array([550.0]) if wavelength_nm is None else unmasked("wavelength_nm", wavelength_nm)
-        nm = np.atleast_1d(np.asarray(known, np.float64))
+        hidden = radiance if isinstance(radiance, np.ma.MaskedArray) else None
+        values = np.array(floats("radiance", radiance if hidden is None else hidden.data), ndmin=1)
+        if hidden is not None:
+            values[np.atleast_1d(np.ma.getmaskarray(hidden))] = np.nan
+        zenith = within_sky_deg(zenith)
+        nm = np.atleast_1d(floats("wavelength_nm", 550.0 if wavelength_nm is None else wavelength_nm))
         if wavelength_nm is None:
             remarks = (*remarks, "the points have no wavelength, so the sky is the same at all wavelengths")
         if values.ndim == 2 and values.shape == (nm.size, zenith.size):
@@ -175,7 +177,7 @@ class RadianceField(Share):
             message = f"{zenith.size} zenith angles, {azimuth.size} azimuths and {nm.size} wavelengths do not fit"
             raise SceneError(f"{message} radiances of shape {values.shape}")
         sun_angles: list[float] = [
-            given_angle(f"sun_{name}", value, twin, math.nan)
+            number(f"sun_{name}", given_angle(f"sun_{name}", value, twin, math.nan))
             for name, value, twin in (
                 ("zenith_deg", sun_zenith_deg, sun_zenith_rad),
                 ("azimuth_deg", sun_azimuth_deg, sun_azimuth_rad),
@@ -248,7 +250,7 @@ class RadianceField(Share):
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One component of patches; its strength is the irradiance, in W m-2 nm-1 where the radiances are absolute."""
-        nm = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)).ravel()
+        nm = np.atleast_1d(floats("wavelength_nm", wavelength_nm)).ravel()
         self._warn(nm)
         sun = None if self.sun is None else sky_from_travel(-self.sun)
         components = polarised(self, self._sky.lower(nm), nm, sun)
@@ -275,7 +277,7 @@ class RadianceField(Share):
 
     def notes(self, wavelength_nm: ArrayLike) -> tuple[str, ...]:
         """How the sky was made, the leave-one-out error, and the share of the light that is extrapolated."""
-        nm = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+        nm = np.atleast_1d(floats("wavelength_nm", wavelength_nm))
         grid, moved = self._sky.patches, 100 * self._sky.variation(nm).max()
         inside = (
             f"light that is linear in {grid.n_zenith} x {grid.n_azimuth} patches moves {moved:.2g} % of the photons"

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
-from aomc_sky.errors import SceneError, UsageError, floats
+from aomc_sky.errors import SceneError, UsageError, floats, shown_value
 
 
 @runtime_checkable
@@ -48,6 +48,8 @@ def broadcast(*arguments: ArrayLike) -> list[np.ndarray]:
     given = [floats(*one) for one in zip(names, arguments, strict=True)]
     if np.any(np.isinf(given[0])) or np.any(np.isinf(given[1])):
         raise SceneError("the zenith angle and the azimuth of a sky direction must be finite")
+    if not np.all(np.isfinite(given[2])):
+        raise SceneError("wavelength_nm must be finite")
     return list(np.broadcast_arrays(*given))
 
 
@@ -83,8 +85,9 @@ def check_share(model: Share) -> None:
             continue
         try:
             numbers = floats(name, value)
-        except (TypeError, ValueError):
-            raise SceneError(f"{name} must be a number or one for each wavelength, got {value!r}") from None
+        except UsageError:
+            message = f"{name} must be a number or one for each wavelength, got {shown_value(value)}"
+            raise SceneError(message) from None
         if numbers.ndim > 1 or not np.all(np.isfinite(numbers) & (numbers >= 0)):
             raise SceneError(
                 f"{name} must be finite and not negative, a number or one for each wavelength, got {value!r}"

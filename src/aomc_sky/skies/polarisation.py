@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law
-from aomc_sky.errors import SceneError, floats
+from aomc_sky.errors import SceneError, floats, number
 from aomc_sky.grid import PatchGrid
 from aomc_sky.skies.quadrature import POINTS, angles_at, weighted_sum
 
@@ -59,7 +59,7 @@ class RayleighPattern:
     max_degree: float = 0.75
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.max_degree <= 1.0:
+        if not 0.0 <= number("max_degree", self.max_degree) <= 1.0:
             raise SceneError(f"max_degree must be 0 to 1, got {self.max_degree!r}")
 
     def stokes(
@@ -85,7 +85,8 @@ class RayleighPattern:
             q and u, broadcast of the angles. [-1 to 1]
         """
         zenith = floats("sky_zenith_rad", sky_zenith_rad)
-        turn = floats("sky_azimuth_rad", sky_azimuth_rad) - sun_azimuth_rad
+        sun_zenith_rad = number("sun_zenith_rad", sun_zenith_rad)
+        turn = floats("sky_azimuth_rad", sky_azimuth_rad) - number("sun_azimuth_rad", sun_azimuth_rad)
         if np.any(np.isinf(zenith)) or np.any(np.isinf(turn)) or math.isinf(sun_zenith_rad):
             raise SceneError("the angles of the sky direction and of the sun must be finite")
         sine, cosine = math.sin(sun_zenith_rad), math.cos(sun_zenith_rad)
@@ -107,7 +108,7 @@ class RayleighPattern:
 
         The weight inside a patch is the flux of its photons: even for `Law.CELL_MU2`, else that of the sky's radiance.
         """
-        nm = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64)).ravel().tolist()
+        nm = np.atleast_1d(floats("wavelength_nm", wavelength_nm)).ravel().tolist()
         made = []
         for one in components:
             if one.grid is not None:

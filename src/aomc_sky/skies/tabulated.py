@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import MAX_SLOPE, Component, Law, cells_of_grid, slope_factor
 from aomc_sky.directions import AzimuthConvention, given_angle
-from aomc_sky.errors import InputWarning, SceneError, UsageError, floats
+from aomc_sky.errors import InputWarning, SceneError, UsageError, floats, require_kind
 from aomc_sky.grid import PatchGrid
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.model import Share, broadcast, check_share, has_share, with_share
@@ -123,11 +123,12 @@ class TabulatedSky(Share):
 
     def __post_init__(self) -> None:
         check_share(self)
+        require_kind(self.grid, PatchGrid, "grid=sky.PatchGrid.regular(45, 180)")
         object.__setattr__(self, "weighting", Weighting(self.weighting))
         if np.ma.is_masked(self.values):
             raise SceneError("the values of a sky are masked; give them a radiance, 0 where no light comes from")
         wavelength = np.atleast_1d(floats("wavelength_nm", self.wavelength_nm))
-        values = np.asarray(self.values, dtype=np.float64)
+        values = floats("values", self.values)
         if values.ndim == 1 or values.shape[0] != wavelength.size:
             raise ValueError(f"values need a first axis of {wavelength.size} wavelengths, got shape {values.shape}")
         shape = (self.grid.n_zenith, self.grid.n_azimuth)
@@ -149,7 +150,7 @@ class TabulatedSky(Share):
                 f"the wavelength {differing[0]:g} nm stands in it twice with different values; give each "
                 "wavelength one row"
             )
-        slope = None if self.slope is None else np.asarray(self.slope, dtype=np.float64)
+        slope = None if self.slope is None else floats("slope", self.slope)
         if slope is not None and self.weighting is not Weighting.PROJECTED:
             raise ValueError("slope wants weighting PROJECTED; with another weighting, set slope to None")
         if self.radiance_unit and self.weighting is not Weighting.PROJECTED:

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.grid import PatchGrid
-from aomc_sky.skies.model import Share, with_share
+from aomc_sky.skies.model import Share, broadcast, with_share
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -37,9 +37,9 @@ class UniformSky(Share):
     per_solid_angle: bool = False
 
     def radiance(self, sky_zenith_rad: ArrayLike, sky_azimuth_rad: ArrayLike, wavelength_nm: ArrayLike) -> np.ndarray:
-        """Relative radiance: 1 everywhere."""
-        shape = np.broadcast_shapes(np.shape(sky_zenith_rad), np.shape(sky_azimuth_rad), np.shape(wavelength_nm))
-        return np.ones(shape)
+        """Relative radiance: 1 everywhere, 0 below the horizon."""
+        zenith, _, _ = broadcast(sky_zenith_rad, sky_azimuth_rad, wavelength_nm)
+        return np.where(np.isnan(zenith), np.nan, np.where(zenith > np.pi / 2, 0.0, 1.0))
 
     def lower(self, wavelength_nm: ArrayLike) -> tuple[Component, ...]:
         """One cell, the whole dome, so that low-discrepancy points fill it as one."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import UsageError, require_one_of
+from aomc_sky.errors import UsageError, floats, number, require_one_of
 from aomc_sky.grid import PatchGrid
 from aomc_sky.inputs import MODEL, PEREZ, Entrance
 from aomc_sky.source.light.diffuse import DiffuseSky, model_diffuse, named_diffuse, perez_diffuse, require_sky_name
@@ -143,9 +143,10 @@ def weather_scene(
     perez = {"ghi": ghi, "dni": dni, "dhi": dhi, "epsilon": epsilon, "delta": delta, "spectrum": spectrum}
     perez |= {"limits": limits, "air_mass": air_mass, "extraterrestrial_normal": extraterrestrial_normal}
     if coefficients is not None:
-        if len(coefficients) != 5:
-            raise UsageError(f"coefficients are five numbers a, b, c, d, e, got {len(coefficients)}")
-        perez |= dict(zip("abcde", map(float, coefficients), strict=True))
+        values = floats("coefficients", coefficients)
+        if values.shape != (5,):
+            raise UsageError(f"coefficients are five numbers a, b, c, d, e, got {values.size}")
+        perez |= dict(zip("abcde", values.tolist(), strict=True))
     given = given_inputs(
         Entrance.KEYWORDS,
         perez=perez,
@@ -156,7 +157,8 @@ def weather_scene(
         within=within,
         weather={
             "time": time, "latitude_deg": latitude_deg, "longitude_deg": longitude_deg,
-            "altitude_m": altitude_m or None, "epw": epw, "tmy2": tmy2, "tmy3": tmy3, "row": row,
+            "altitude_m": None if altitude_m is None else number("altitude_m", altitude_m) or None,
+            "epw": epw, "tmy2": tmy2, "tmy3": tmy3, "row": row,
         },
         clear_sky=clear_sky,
         diffuse_only=diffuse_only,

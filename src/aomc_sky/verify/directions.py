@@ -12,7 +12,7 @@ from functools import cache, partial
 import numpy as np
 
 from aomc_sky.component import Law
-from aomc_sky.directions import Frame, sky_from_travel
+from aomc_sky.directions import Frame, sky_angles
 from aomc_sky.emission.photon_source import PhotonSource
 from aomc_sky.outputs.photons.files import PhotonRows, in_order
 from aomc_sky.plan.options import Placement
@@ -129,7 +129,7 @@ class DirectionTests:
         weight = np.ones(len(direction)) if rows.weight is None else np.asarray(rows.weight, dtype=np.float64)
         with np.errstate(over="ignore", invalid="ignore"):  # of damaged photons; they are counted as such
             is_unit = np.abs(np.sum(direction * direction, axis=1) - 1) <= LENGTH_TOLERANCE
-            zenith, azimuth = (np.rad2deg(x) for x in sky_from_travel(direction, self._frame))
+            zenith, azimuth = (np.rad2deg(x) for x in sky_angles(direction, self._frame))
             azimuth[zenith < _ZENITH_DEG] = 0.0
             zone = self.zones.patch_of(zenith, azimuth)
             inside = np.zeros(0) if self._interior is None else self._interior.count(zenith, azimuth)

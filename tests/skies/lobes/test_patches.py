@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import UsageError
 from aomc_sky.skies.lobes import functions as lobes
 from aomc_sky.skies.lobes.lobe import rotation_matrix
 from aomc_sky.skies.lobes.patches import TiltedLobe
@@ -122,6 +122,3 @@ def test_a_ridge_between_the_points_is_not_seen_without_its_pilot(monkeypatch):
 def test_bad_arguments_are_refused():
     with pytest.raises(UsageError, match="weighting"):
         lobes.patch_mass("ggx", 1.0, 1.0, UP, GRID, weighting="cosine")
-    wide = sky.PatchGrid(zenith_bounds_deg=[[0, 90]], azimuth_bounds_deg=[[0, 360], [360, 400]])
-    with pytest.raises(SceneError, match="turn"):
-        lobes.patch_mass("ggx", 1.0, 1.0, UP, wide)

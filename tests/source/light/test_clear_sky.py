@@ -109,3 +109,24 @@ def test_difcol_makes_it_idle(tmp_path):
     notes = sky.read_scene(amc).notes
     assert any("[clear_sky] is not used" in note for note in notes)
     assert any("spectrum is not used" in note for note in notes)
+
+
+@pytest.mark.parametrize(("zenith", "percent"), [(80.0, 1.0), (85.0, -4.0), (88.0, -25.0), (89.0, -50.0)])
+def test_a_low_sun_is_warned_of(zenith, percent):
+    """Against an atmosphere of molecules alone, over black ground: all light over the sun's above the air."""
+    light = {"sun_zenith_deg": zenith, "spectrum": "spectrl2", "sky": "harrison-coombes"}
+    air = sky.ClearSky(aod_500nm=0.0, water_cm=0.0, ozone_cm=0.0)
+    nm = [443.0, 555.0]
+    if zenith > 85:
+        with pytest.warns(sky.ModelLimitWarning, match="cloudless sky goes to 0 at the horizon"):
+            scene = sky.weather_scene(wavebands=nm, clear_sky=air, **light)
+    else:
+        scene = sky.weather_scene(wavebands=nm, clear_sky=air, **light)
+    solved = sky.solve_atmosphere(
+        "inputs/atmosphere/molecules_only.atmo", wavelength_nm=nm, sun_zenith_deg=zenith, sky_zenith_deg=[0.0],
+        azimuth_from_sun_deg=[0.0], method="mc", paths=2000,
+    )  # fmt: skip
+    outside = np.array([1.61523984, 1.82853695]) / np.array([1.8874, 1.879])  # of the description, of SPCTRL2
+    ours = scene.irradiance.of_component.sum(axis=1) * outside
+    found = 100.0 * (ours / (solved.direct_irradiance + solved.diffuse_irradiance) - 1.0)
+    assert found == pytest.approx([percent] * 2, abs=3.0)

@@ -5,7 +5,7 @@ import datetime
 import numpy as np
 import pytest
 
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import SceneError, UsageError
 from aomc_sky.skies.perez import functions as perez
 from aomc_sky.skies.perez.coefficients import EXTRATERRESTRIAL_NORMAL
 from aomc_sky.source.light.sun_position import sun_position
@@ -124,6 +124,18 @@ def test_a_place_is_two_numbers(place):
         ("2026-06-21 09:30", "write 2026-06-21T09:30Z for UTC"),
         (datetime.datetime(2026, 6, 21, 9, 30, 5), "write 2026-06-21T09:30:05Z for UTC"),
         ("noon", "must be in ISO 8601"),
+        ("2026-06-21T12:00 CEST", r"or 2026-06-21T11:30:00\+02:00"),
+        ("2016-12-31T23:59:60Z", "leap second, which clocks of computers leave out; write 23:59:59"),
+        (datetime.date(2026, 6, 21), "must be in ISO 8601"),
+        (datetime.time(12), "must be in ISO 8601"),
+        (object(), "must be in ISO 8601"),
+        (["2026-06-21T09:30"], "does not say its time zone"),
+        ([datetime.datetime(2026, 6, 21, 9, 30)], "does not say its time zone"),
+        (["2026-06-21T09:30Z", "noon"], "must be in ISO 8601"),
+        ([None], "must be in ISO 8601"),
+        (np.datetime64("NaT"), "is missing"),
+        (np.array(["2026-06-21", "NaT"], "M8[s]"), "is missing"),
+        (np.datetime64(10**15, "Y"), "known for the years 1800 to 2199"),  # overflows in seconds
         (None, "must be in ISO 8601"),
         (3, "must be in ISO 8601"),
         (2026.5, "must be in ISO 8601"),
@@ -132,5 +144,49 @@ def test_a_place_is_two_numbers(place):
 def test_a_time_that_is_not_clear_says_what_to_write(time, advice):
     with pytest.raises(UsageError, match=advice):
         sun_position(time, 43.4, 7.9)
-    if "write" in advice:
+    if advice.startswith("write"):
         assert sun_position(advice.split()[1], 43.4, 7.9).zenith_deg < 120
+
+
+def test_a_list_of_times_is_that_of_each_time():
+    """Texts and datetimes in a list were taken for UTC, whatever their zone."""
+    zone = datetime.timezone(datetime.timedelta(hours=2))
+    moments = ["2026-06-21T11:30+02:00", datetime.datetime(2026, 6, 21, 11, 30, tzinfo=zone), "2026-06-21T09:30z"]
+    found = sun_position([*moments, np.datetime64("2026-06-21T09:30")], 43.4, 7.9)
+    alone = sun_position("2026-06-21T09:30Z", 43.4, 7.9)
+    assert found.azimuth_deg.tolist() == [alone.azimuth_deg.item()] * 4
+    assert sun_position(np.array(moments[:1]), 43.4, 7.9).zenith_deg.item() == alone.zenith_deg.item()
+
+
+def test_times_of_pandas_keep_their_zone():
+    pandas = pytest.importorskip("pandas")
+    local = pandas.DatetimeIndex(["2026-06-21T11:30", "2026-01-21T11:30"]).tz_localize("Europe/Paris")
+    found = sun_position(local, 43.4, 7.9).zenith_deg
+    assert found.tolist() == sun_position(local.tz_convert("UTC").tz_localize(None), 43.4, 7.9).zenith_deg.tolist()
+    with pytest.raises(UsageError, match="is missing"):
+        sun_position(pandas.DatetimeIndex(["2026-06-21T11:30", None]).tz_localize("UTC"), 43.4, 7.9)
+
+
+def test_masked_times_are_refused():
+    times = np.ma.masked_array(np.array(["2026-06-21T12:00", "1970-01-01"], "M8[s]"), mask=[False, True])
+    with pytest.raises(SceneError, match="time has masked values"):
+        sun_position(times, 43.4, 7.9)
+
+
+@pytest.mark.parametrize("year", [1800, 1900, 1970, 2026, 2050, 2100, 2199])
+@pytest.mark.parametrize("place", [(90.0, 0.0), (-90.0, 180.0), (54.2, 7.9), (0.0, -180.0)])
+def test_the_stated_accuracy_holds_in_all_years(year, place):
+    """Against the algorithm with the difference of terrestrial and universal time of that year."""
+    times = np.datetime64(f"{year}-01-01T00:30") + np.arange(0, 8760, 7).astype("m8[h]")
+    sun = sun_position(times, *place)
+    difference = pvlib.spa.calculate_deltat(year, 6)
+    seconds = times.astype("M8[s]").astype(np.float64)
+    _, zenith, _, _, azimuth, _ = pvlib.spa.solar_position(seconds, *place, 0.0, 1013.25, 12.0, difference, 0.5667)
+
+    def towards(zenith_deg, azimuth_deg):
+        z, a = np.deg2rad(zenith_deg), np.deg2rad(azimuth_deg)
+        return np.stack([np.sin(z) * np.cos(a), np.sin(z) * np.sin(a), np.cos(z)])
+
+    apart = np.linalg.norm(towards(sun.zenith_deg, sun.azimuth_deg) - towards(zenith, 90.0 - azimuth), axis=0)
+    most = np.interp(year, [1800, 2050, 2100, 2199], [9e-4, 9e-4, 2e-3, 5e-3])
+    assert np.rad2deg(apart).max() < (1e-4 if year == 2026 else most)

@@ -398,4 +398,7 @@ def moon_problem(names: Collection[str]) -> tuple[str, str]:
 
 def plain_number(value: object) -> object:
     """A real number of any library as a float of Python; anything else as it is."""
-    return float(value) if isinstance(value, Real) and not isinstance(value, bool) else value
+    try:
+        return float(value) if isinstance(value, Real) and not isinstance(value, bool) else value
+    except (OverflowError, TypeError):  # whole numbers above the largest float64; times of numpy, which it calls whole
+        return value

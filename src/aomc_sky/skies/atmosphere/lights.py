@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import in_both_units, settle_angles
-from aomc_sky.errors import SceneError
+from aomc_sky.errors import SceneError, number
 from aomc_sky.skies.atmosphere.medium import Medium
 from aomc_sky.skies.atmosphere.optical_depth import optical_depth_to_top
 
@@ -51,7 +51,8 @@ class Moon:
     def __post_init__(self, zenith_deg: float | None, azimuth_from_sun_deg: float | None) -> None:
         settle_angles(self, zenith_rad=zenith_deg)
         settle_angles(self, default=0.0, azimuth_from_sun_rad=azimuth_from_sun_deg)
-        numbers = (self.zenith_rad, self.azimuth_from_sun_rad, self.distance_m, self.radius_m)
+        sizes = (number("distance_m", self.distance_m), number("radius_m", self.radius_m))
+        numbers = (self.zenith_rad, self.azimuth_from_sun_rad, *sizes)
         if not np.all(np.isfinite(numbers)) or not 0.0 < self.radius_m < self.distance_m:
             raise SceneError("a Moon needs finite angles, a radius above 0, and a distance larger than the radius")
 

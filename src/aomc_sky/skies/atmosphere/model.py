@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.directions import in_both_units, settle_angles
-from aomc_sky.errors import SceneError
+from aomc_sky.errors import SceneError, require_kind
 from aomc_sky.grid import PatchGrid
 from aomc_sky.progress import is_free, status_line
 from aomc_sky.record import same_content, short_repr
@@ -111,6 +111,7 @@ class AtmosphereSky(Share):
 
     def __post_init__(self, sun_zenith_rad: float | None, sun_azimuth_rad: float | None) -> None:
         check_share(self)
+        require_kind(self.grid, PatchGrid, "grid=sky.PatchGrid.regular(45, 180)")
         settle_angles(self, sun_zenith_deg=sun_zenith_rad)
         settle_angles(self, default=0.0, sun_azimuth_deg=sun_azimuth_rad)
         if not np.isfinite(self.sun_azimuth_deg):

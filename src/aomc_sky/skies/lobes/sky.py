@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component
-from aomc_sky.errors import SceneError, unmasked
+from aomc_sky.errors import SceneError, floats, unmasked
 from aomc_sky.phase.vectorised import real
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.lobes.envelope import LAWS, LobeFrame, envelopes_of
@@ -161,7 +161,7 @@ class LobeSky(Share):
         names = [plain_name(lobe.name) for lobe in self.lobes]
         if len(set(names)) < len(names):
             raise SceneError(f"the names of lobes must differ, got {names}")
-        wavelength = np.atleast_1d(np.asarray(wavelength_nm, dtype=np.float64))
+        wavelength = np.atleast_1d(floats("wavelength_nm", wavelength_nm))
         light = {name: lobe.irradiance(wavelength) for name, lobe in zip(names, self.lobes, strict=True)}
         shape = {
             name: (lobe.kind, lobe.param0, lobe.param1, lobe.quaternion.tobytes())

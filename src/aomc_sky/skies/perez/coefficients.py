@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import sin_cos_deg
-from aomc_sky.errors import SceneError, floats, require_one_of, unmasked
+from aomc_sky.errors import SceneError, floats, require_one_of
 from aomc_sky.kernels.arithmetic.elementary import LN2_HI, LN2_LO, exp_level
 from aomc_sky.kernels.arithmetic.error_free import two_product, two_sum
 from aomc_sky.skies.perez.irradiances import (
@@ -160,8 +160,7 @@ def limited(epsilon: ArrayLike, delta: ArrayLike, *, limits: str = "radiance") -
     12.01 0.01
     """
     require_one_of(LIMITS, limits, "limits")
-    given = unmasked("epsilon", epsilon), unmasked("delta", delta)
-    clearness, brightness = np.broadcast_arrays(*(np.asarray(one, dtype=np.float64) for one in given))
+    clearness, brightness = np.broadcast_arrays(floats("epsilon", epsilon), floats("delta", delta))
     if np.any((brightness < 0) | np.isinf(brightness)):
         raise SceneError(
             f"the sky brightness Delta must be finite and not negative, got {np.nanmin(brightness):g} to "

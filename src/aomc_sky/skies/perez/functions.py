@@ -69,8 +69,7 @@ def relative_radiance(
     >>> print(f"{towards_the_sun / opposite:.2f}")
     15.91
     """
-    values = floats("coefficients", coefficients)
-    a, b, c, d, e = np.moveaxis(values, -1, 0)
+    a, b, c, d, e = np.moveaxis(_five(coefficients), -1, 0)
     zenith = floats("sky_zenith_rad", sky_zenith_rad)
     if np.any((zenith < 0) | (zenith > np.pi / 2)):
         raise SceneError("the zenith angle of a sky element must be from 0 to pi/2 rad")
@@ -92,6 +91,14 @@ def relative_radiance(
     with np.errstate(over="ignore", invalid="ignore"):
         second = 1.0 + e * np.cos(gamma) ** 2 + _product(c, np.exp(d * gamma))
         return _product(1.0 + _product(a, np.exp(exponent)), second)
+
+
+def _five(coefficients: ArrayLike) -> np.ndarray:
+    """Coefficients (..., 5) as float64; a SceneError for another number of them."""
+    values = floats("coefficients", coefficients)
+    if values.shape[-1:] != (5,):
+        raise SceneError(f"coefficients must be the five numbers a, b, c, d, e, got shape {values.shape}")
+    return values
 
 
 def _product(a: np.ndarray, b: np.ndarray) -> np.ndarray:
@@ -164,7 +171,7 @@ def horizontal_integral(coefficients: ArrayLike, sun_zenith_rad: ArrayLike) -> n
     >>> print(sky.perez.horizontal_integral(coefficients, np.radians(48.0)).round(4))
     2.2812
     """
-    values = floats("coefficients", coefficients)
+    values = _five(coefficients)
     zenith = checked_sun(sun_zenith_rad)
     shape = np.broadcast_shapes(values.shape[:-1], zenith.shape)
     values = np.broadcast_to(values, (*shape, 5)).reshape(-1, 5)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import sin_cos_deg
-from aomc_sky.errors import SceneError, UsageError, floats
+from aomc_sky.errors import SceneError, UsageError, floats, number, shown_value
 from aomc_sky.inputs import PEREZ
 
 EXTRATERRESTRIAL_NORMAL = 1361.1  #: Solar constant. [W m-2]
@@ -51,11 +52,13 @@ def checked_irradiance(name: str, value: ArrayLike) -> np.ndarray:
     return np.maximum(array, 0.0)
 
 
-def check_single_irradiance(name: str, value: object) -> None:
-    """Refuse what is not one irradiance that a sky can have; -5 W m-2 is what an unlit instrument shows."""
-    number, most = np.asarray(value), PEREZ[name].high
-    if number.ndim or number.dtype.kind not in "iuf" or not -OFFSET <= number <= most:
-        raise SceneError(f"{name} must be -{OFFSET:g} to {most:g} W m-2, got {value!r}")
+def single_irradiance(name: str, value: object) -> float:
+    """One irradiance that a sky can have, else a SceneError; -5 W m-2 is what an unlit instrument shows."""
+    most = PEREZ[name].high
+    with contextlib.suppress(UsageError):  # what is no number gets the same sentence
+        if -OFFSET <= (one := number(name, value)) <= most:
+            return one
+    raise SceneError(f"{name} must be -{OFFSET:g} to {most:g} W m-2, got {shown_value(value)}")
 
 
 def kilowatts(irradiances: Iterable[float | None], sun_zenith_deg: float) -> str:
@@ -98,7 +101,7 @@ def closed_irradiances(
     Z is above GHI; one of the three is above its limit for the extraterrestrial irradiance; three values do not agree.
     """
     zenith, cosine = float(sun_zenith_deg), float(sin_cos_deg(sun_zenith_deg)[1])
-    outside = float(checked_extraterrestrial(extraterrestrial_normal))
+    outside = float(checked_extraterrestrial(number("extraterrestrial_normal", extraterrestrial_normal)))
     given = (("ghi", ghi), ("dni", dni), ("dhi", dhi))
     known = {name: float(checked_irradiance(name, value)) for name, value in given if value is not None}
     if len(known) < 2:

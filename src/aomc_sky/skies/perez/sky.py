@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from aomc_sky.component import Component, Law, cells_of_grid
 from aomc_sky.directions import in_both_units, settle_angles, sin_cos_deg
-from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError, floats, require_one_of
+from aomc_sky.errors import ModelLimitWarning, SceneError, UsageError, floats, number, require_kind, require_one_of
 from aomc_sky.grid import PatchGrid
 from aomc_sky.inputs import MODEL
 from aomc_sky.skies.model import Share, check_share, polarised, with_share
@@ -21,10 +21,10 @@ from aomc_sky.skies.perez.bounds import patch_bounds
 from aomc_sky.skies.perez.coefficients import beam_ratio
 from aomc_sky.skies.perez.irradiances import (
     EXTRATERRESTRIAL_NORMAL,
-    check_single_irradiance,
     closed_irradiances,
     dhi_exceeds_ghi,
     kilowatts,
+    single_irradiance,
 )
 from aomc_sky.skies.perez.patches import patch_integrals
 from aomc_sky.skies.quadrature import quarter_turns
@@ -129,6 +129,8 @@ class PerezSky(Share):
                 f"{self.sun_zenith_rad:g} and the azimuth {self.sun_azimuth_rad:g}"
             )
         require_one_of(MODEL["within"].words, self.within, "within")
+        if self.grid is not None:
+            require_kind(self.grid, PatchGrid, "grid=sky.PatchGrid.regular(45, 180)")
         self._close_irradiances()
         values = self._given_coefficients() if self.coefficients is not None else self._modelled_coefficients()
         if values[1] > 0:
@@ -165,7 +167,7 @@ class PerezSky(Share):
         """Compute the one of ghi, dni and dhi that is missing; refuse irradiances that no sun can give."""
         for name in ("ghi", "dni", "dhi"):
             if getattr(self, name) is not None:
-                check_single_irradiance(name, getattr(self, name))
+                object.__setattr__(self, name, single_irradiance(name, getattr(self, name)))
         if sum(value is not None for value in (self.ghi, self.dni, self.dhi)) < 2:
             return
         is_exceeded = dhi_exceeds_ghi(self.ghi, self.dni, self.dhi)
@@ -184,7 +186,7 @@ class PerezSky(Share):
 
     def _given_coefficients(self) -> np.ndarray:
         others = (self.epsilon, self.delta, self.dni, self.dhi, self.ghi)
-        values = np.array(self.coefficients, dtype=np.float64)
+        values = np.array(floats("coefficients", self.coefficients))
         if any(value is not None for value in others):
             raise UsageError("give one of (epsilon, delta), two of dni, dhi and ghi, or coefficients, not several")
         if values.shape != (5,):
@@ -220,7 +222,7 @@ class PerezSky(Share):
         else:
             assert self.epsilon is not None
             assert self.delta is not None
-            epsilon, delta = float(self.epsilon), float(self.delta)
+            epsilon, delta = number("epsilon", self.epsilon), number("delta", self.delta)
         if not (epsilon >= 0 and math.isfinite(delta)):
             raise SceneError(f"epsilon must be 1 or more and Delta finite, got {epsilon:g} and {delta:g}")
         object.__setattr__(self, "_input", (epsilon, delta))
@@ -293,7 +295,7 @@ class PerezSky(Share):
         """
         zenith = floats("sky_zenith_rad", sky_zenith_rad)
         azimuth = floats("sky_azimuth_rad", sky_azimuth_rad) - self.sun_azimuth_rad
-        shape = np.broadcast_shapes(zenith.shape, azimuth.shape, np.shape(wavelength_nm))
+        shape = np.broadcast_shapes(zenith.shape, azimuth.shape, floats("wavelength_nm", wavelength_nm).shape)
         if self.is_dark:
             return np.zeros(shape)
         if np.any(np.isinf(zenith)):

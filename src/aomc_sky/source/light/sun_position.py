@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 import datetime
-import numbers
+import re
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import AzimuthConvention, to_enu_azimuth_deg
-from aomc_sky.errors import UsageError
+from aomc_sky.errors import AomcSkyError, UsageError, number, shown_value, unmasked
 from aomc_sky.extras import optional_module
 from aomc_sky.record import same_content, short_repr
 from aomc_sky.skies.perez.irradiances import EXTRATERRESTRIAL_NORMAL
 
 _AIR = {"altitude": 0.0, "pressure": 101_325.0, "temperature": 12.0}
 _LOWEST_M, _HIGHEST_M = -500.0, 9000.0
-_EARLIEST, _LATEST = np.datetime64("1800-01-01"), np.datetime64("2200-01-01")
+_EARLIEST, _LATEST = np.datetime64("1800"), np.datetime64("2199")
+_LEAP_SECOND = re.compile(r"(\d\d:\d\d):60(?!\d)")
 
 
 @dataclass(eq=False, frozen=True, kw_only=True, slots=True)
@@ -36,13 +37,23 @@ class SunPosition:
 def utc(time: str | datetime.datetime | np.datetime64) -> np.datetime64:
     """A time that names its zone, in UTC, to the second; datetime64 is UTC already."""
     if isinstance(time, np.datetime64):
+        year = time.astype("datetime64[Y]")  # before seconds, which overflow
+        if np.isnat(time):
+            raise UsageError("a time is missing (NaT); leave it out")
+        if not _EARLIEST <= year <= _LATEST:
+            raise UsageError(f"the sun's position is known for the years 1800 to 2199, got {year}")
         return time.astype("datetime64[s]")
     if not isinstance(time, (str, datetime.datetime)):
-        raise UsageError(f"time must be in ISO 8601, for example 2026-06-21T09:30:00Z, got {time!r}")
+        raise _no_time(time)
+    if isinstance(time, str) and (leap := _LEAP_SECOND.search(time)):
+        raise UsageError(f"time {time} is in a leap second, which clocks of computers leave out; write {leap[1]}:59")
     try:
-        moment = datetime.datetime.fromisoformat(time) if isinstance(time, str) else time
+        text = re.sub("z$", "Z", time.strip()) if isinstance(time, str) else ""
+        moment = time if isinstance(time, datetime.datetime) else datetime.datetime.fromisoformat(text)
     except ValueError:
-        raise UsageError(f"time must be in ISO 8601, for example 2026-06-21T09:30:00Z, got {time!r}") from None
+        raise _no_time(time) from None
+    if moment != moment:  # NaT of pandas
+        raise UsageError("a time is missing (NaT); leave it out")
     if moment.tzinfo is None:
         text = moment.isoformat(timespec="seconds" if moment.second else "minutes")
         raise UsageError(f"time {time} does not say its time zone; write {text}Z for UTC, or an offset such as +02:00")
@@ -50,6 +61,30 @@ def utc(time: str | datetime.datetime | np.datetime64) -> np.datetime64:
         return np.datetime64(moment.astimezone(datetime.UTC).replace(tzinfo=None), "s")
     except OverflowError:
         raise UsageError(f"time {time} lies outside the years 1 to 9999 in UTC") from None
+
+
+def _no_time(given: object) -> UsageError:
+    return UsageError(
+        "time must be in ISO 8601 with its zone, for example 2026-06-21T09:30:00Z or 2026-06-21T11:30:00+02:00, "
+        f"or datetime64; got {shown_value(given)}"
+    )
+
+
+def _times(given: ArrayLike | str | datetime.datetime) -> np.ndarray:
+    """Times of a caller in UTC, datetime64[s]: each text and each datetime says its zone."""
+    if given is None or isinstance(given, (str, datetime.date)):
+        return np.asarray(utc(given))
+    try:
+        array = np.asarray(unmasked("time", given))
+    except ValueError:  # rows of several lengths
+        raise _no_time(given) from None
+    if array.dtype.kind not in "MOU":
+        raise _no_time(given)
+    if array.dtype.kind != "M":
+        return np.array([utc(one) for one in array.ravel().tolist()], "datetime64[s]").reshape(array.shape)
+    if array.size:  # the first and the last, or NaT
+        utc(array.min()), utc(array.max())
+    return array.astype("datetime64[s]")
 
 
 def sun_position(
@@ -62,7 +97,7 @@ def sun_position(
 
     Parameters
     ----------
-    time : str, datetime, or array_like of datetime64
+    time : str, datetime, or array_like of these or of datetime64
         ISO 8601 with its zone (``2026-06-21T09:30:00Z``), a datetime with its zone, or datetime64 in UTC. [1800 to
         2199]
     latitude_deg, longitude_deg : float
@@ -86,7 +121,9 @@ def sun_position(
     Notes
     -----
     Accuracy: the angles are those of the algorithm of Reda and Andreas (2004), uncertainty 0.0003 degrees, as pvlib
-    has it, for air of 12 degrees C; the irradiance is 1361.1 W m-2 times the distance factor of Spencer (1971).
+    has it, for air of 12 degrees C. It takes 67 s between terrestrial and universal time, as in 2014. That moves the
+    sun by up to 0.0001 degrees from 2000 to 2030, 0.0009 from 1800 to 2050, 0.002 in 2100 and 0.005 in 2199. The
+    irradiance is 1361.1 W m-2 times the distance factor of Spencer (1971).
 
     Examples
     --------
@@ -94,14 +131,13 @@ def sun_position(
     >>> print(f"{sun.apparent_zenith_deg:.1f} {sun.azimuth_deg:.1f}")
     31.1 256.5
     """
-    moments = utc(time) if isinstance(time, (str, datetime.datetime)) else time
-    if np.asarray(moments).dtype.kind not in "MOU" or moments is None:
-        raise UsageError(f"time must be in ISO 8601, for example 2026-06-21T09:30:00Z, or datetime64, got {time!r}")
-    times = np.asarray(moments, dtype="datetime64[s]")
+    times = _times(time)
     for name, value in (("latitude", latitude_deg), ("longitude", longitude_deg), ("altitude", altitude_m)):
-        if not isinstance(value, (numbers.Real, np.ndarray)) or np.ndim(value):
+        try:
+            number(name, value)
+        except AomcSkyError:
             words = "in m" if name == "altitude" else "of degrees, north and east positive"
-            raise UsageError(f"{name} must be a number {words}, got {value!r}")
+            raise UsageError(f"{name} must be a number {words}, got {shown_value(value)}") from None
     if not _LOWEST_M <= altitude_m <= _HIGHEST_M:
         raise UsageError(f"altitude must lie within {_LOWEST_M:g} and {_HIGHEST_M:g} m, got {altitude_m}")
     if not (abs(latitude_deg) <= 90 and abs(longitude_deg) <= 180):
@@ -109,8 +145,6 @@ def sun_position(
             f"latitude must lie within -90 to 90 and longitude within -180 to 180 degrees, "
             f"got {latitude_deg} and {longitude_deg}"
         )
-    if np.any(np.isnat(times)) or np.any(times < _EARLIEST) or np.any(times >= _LATEST):
-        raise UsageError("the sun's position is known for the years 1800 to 2199")
     pandas, pvlib = optional_module("pandas", extra="weather"), optional_module("pvlib", extra="weather")
     index = pandas.DatetimeIndex(times.ravel()).tz_localize("UTC")
     site = (float(latitude_deg), float(longitude_deg))

@@ -112,11 +112,12 @@ def _weather_of_time(
 
     moment = utc(time)
     position = sun_position(moment, latitude_deg, longitude_deg, altitude_m)
+    latitude_deg, longitude_deg, altitude_m = float(latitude_deg), float(longitude_deg), float(altitude_m)
     text = str(np.datetime_as_string(moment, timezone="UTC"))
     place = f"latitude {latitude_deg:g}, longitude {longitude_deg:g}"
-    source = {"time": text, "latitude_deg": float(latitude_deg), "longitude_deg": float(longitude_deg)}
+    source = {"time": text, "latitude_deg": latitude_deg, "longitude_deg": longitude_deg}
     if altitude_m:
-        source["altitude_m"], place = float(altitude_m), f"{place}, altitude {altitude_m:g} m"
+        source["altitude_m"], place = altitude_m, f"{place}, altitude {altitude_m:g} m"
     return _weather(position, f"{text}, {place}", source, names=names)
 
 

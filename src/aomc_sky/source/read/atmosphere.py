@@ -157,7 +157,7 @@ def _notes(sky: AtmosphereSky, atmosphere: SceneAtmosphere, inputs: LightInputs)
     if solved.later_orders is not None:
         notes.append(f"atmosphere: the orders left out hold about {solved.truncation.max():.2g} of the sky's light")
     if solved.n_paths:
-        share = f"{solved.n_paths} backward paths, {100 * solved.resolution_error:.2g} %"
+        share = f"{solved.n_paths} backward paths, {float(f'{100 * solved.resolution_error:.2g}'):g} %"
         notes.append(f"atmosphere: orders 2 and up in each direction and their standard error: {share}")
     if solved.moon is not None:
         notes.append(f"atmosphere: the observer sees {solved.visible_share:.4g} of the sun's disc beside the Moon")

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from aomc_sky.directions import given_angle
-from aomc_sky.errors import SceneError, UsageError
+from aomc_sky.errors import SceneError, UsageError, floats
 from aomc_sky.formats.sky_toml.keys import PREFIX
 from aomc_sky.formats.sky_toml.sections import MoonDirection, moon_direction
 from aomc_sky.progress import is_free, status_line
@@ -163,10 +163,7 @@ def direction_of_moon(moon: Mapping[str, float] | None) -> MoonDirection | None:
 
 def _numbers(given: ArrayLike, what: str) -> np.ndarray:
     """One row of float64."""
-    try:
-        found = np.atleast_1d(np.asarray(given, dtype=np.float64))
-    except (TypeError, ValueError):
-        raise UsageError(f"{what} must be numbers, got {given!r}") from None
-    if given is None or found.ndim != 1:
+    found = np.atleast_1d(floats(what, given))
+    if found.ndim != 1:
         raise UsageError(f"{what} must be numbers in one row")
     return found

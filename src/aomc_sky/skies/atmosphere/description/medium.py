@@ -2,17 +2,26 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from numbers import Real
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from aomc_sky.errors import InputFileError, InputWarning, Problem, SceneError, SourceText
+from aomc_sky.errors import (
+    InputFileError,
+    InputWarning,
+    Problem,
+    SceneError,
+    SourceText,
+    UsageError,
+    number,
+    shown_value,
+)
 from aomc_sky.formats.sky_toml.sections import MoonDirection
 from aomc_sky.skies.atmosphere.description.data import (
     AbsorberDescription,
@@ -340,10 +349,13 @@ def moon_of_direction(
 
 def glow_of_luminance(luminance_cd_m2: float, report: MediumReport, path: str) -> np.ndarray | None:
     """Radiance of a ground of some luminance, None where that is 0; `path` is for messages. [W m-2 sr-1 nm-1]"""
-    if not isinstance(luminance_cd_m2, Real) or not 0.0 <= luminance_cd_m2 < math.inf:
-        raise SceneError(f"the luminance of the ground must be 0 cd/m2 or more, got {luminance_cd_m2!r}")
-    if luminance_cd_m2 == 0.0:
+    luminance = -1.0
+    with contextlib.suppress(UsageError):  # what is no number gets the same sentence
+        luminance = number("ground_luminance_cd_m2", luminance_cd_m2)
+    if not 0.0 <= luminance < math.inf:
+        raise SceneError(f"the luminance of the ground must be 0 cd/m2 or more, got {shown_value(luminance_cd_m2)}")
+    if luminance == 0.0:
         return None
     if report.ground_glow is None:
         raise SceneError(f"{path} has no 'light pollution relative radiance', the colour of the ground's light")
-    return np.asarray(luminance_cd_m2 * report.ground_glow)
+    return np.asarray(luminance * report.ground_glow)

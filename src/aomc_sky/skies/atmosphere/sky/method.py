@@ -52,7 +52,10 @@ def chosen_method(
         orders = int(requested)
         return ("order1", 1) if method == "order1" or orders == 1 else ("mc", orders)
     if not 0.0 <= degrees <= NIGHT_DEG + 1e-9:
-        raise SceneError(f"the sun's zenith angle must lie within 0 and {NIGHT_DEG:g} degrees, got {degrees:g}")
+        raise SceneError(
+            f"the sun's zenith angle must lie within 0 and {NIGHT_DEG:g} degrees, got {degrees:g}: deeper below the "
+            "horizon than 18 degrees it gives no light; only a ground that glows does"
+        )
     orders = 1 if method == "order1" else int(requested)
     if orders == 1:
         return "order1", 1
@@ -78,7 +81,8 @@ def chosen_method(
 def reason_of(chosen: str, sun_zenith_rad: float, *, is_eclipsed: bool) -> str:
     """Why "auto" takes a method, a clause without a full stop; it is logged too."""
     height = 90.0 - math.degrees(sun_zenith_rad)
-    sun = f"the sun stands {height:.4g} degrees high"
+    low = f"the sun is {-height:.4g} degrees below the horizon"
+    sun = f"the sun stands {height:.4g} degrees high" if height >= 0 else low
     if chosen == "order1":
         why = "only one order of scattering was asked for"
     elif chosen == "sos":

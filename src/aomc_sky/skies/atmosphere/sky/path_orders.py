@@ -12,7 +12,8 @@ import numpy as np
 from aomc_sky.errors import ModelLimitWarning
 from aomc_sky.skies.atmosphere.backward import PathsResult, path_tables, solve_paths
 from aomc_sky.skies.atmosphere.lights import Moon, is_mirrored
-from aomc_sky.skies.atmosphere.medium import Medium, unlit
+from aomc_sky.skies.atmosphere.medium import Medium, scatterers, unlit
+from aomc_sky.skies.atmosphere.optical_depth import vertical_optical_depth
 from aomc_sky.skies.atmosphere.sky.solved import azimuth_nodes, to_azimuth_series
 
 N_AZIMUTH = 12
@@ -74,12 +75,19 @@ def path_orders(
         )  # fmt: skip
 
     paths = follow(n_paths or N_PATHS, None if order_one is None else order_one(theta.ravel(), phi.ravel()))
-    if n_paths is None and _later_error(paths) > _LARGE:
+    scatters = vertical_optical_depth(medium)[:, scatterers(medium)].sum(axis=1) > 0.0
+    is_lit = scatters & (medium.toa_irradiance > 0.0)
+    if n_paths is None and _later_error(paths, is_lit) > _LARGE:
         paths = follow(_MORE * N_PATHS, paths.radiance_by_order[:, 0])
-    error = _later_error(paths)
+    error = _later_error(paths, is_lit)
     if error > 2.0 * _LARGE:
-        text = f"the paths give orders 2 and up with an error of {100 * error:.2g} % in a direction: the sun is too low"
-        warnings.warn(text, ModelLimitWarning, stacklevel=3)
+        share = float(f"{100 * error:.2g}")
+        warnings.warn(
+            f"the paths give orders 2 and up with an error of {share:g} % in a direction: few of them reach air that "
+            "the sun lights",
+            ModelLimitWarning,
+            stacklevel=3,
+        )
     if paths.under_sampled.mean() > _FEW:
         warn_of_under_sampling(paths.under_sampled, stacklevel=4)
     rows = paths.radiance_by_order[:, 1:]
@@ -95,10 +103,11 @@ def path_orders(
     )
 
 
-def _later_error(paths: PathsResult) -> float:
-    """Median of the standard error over orders 2 and up."""
+def _later_error(paths: PathsResult, is_lit: np.ndarray) -> float:
+    """Median of the standard error over orders 2 and up; 1 where they are lit and no path found any of their light."""
     later = paths.radiance_by_order[:, 1:].sum(axis=1)
-    return float(np.median(np.divide(paths.standard_error, later, out=np.zeros_like(later), where=later > 0)))
+    unseen = np.broadcast_to(np.where(is_lit, 1.0, 0.0)[:, None], later.shape).copy()
+    return float(np.median(np.divide(paths.standard_error, later, out=unseen, where=later > 0)))
 
 
 def _truncation(paths: PathsResult, n_orders: int) -> np.ndarray:
@@ -107,7 +116,8 @@ def _truncation(paths: PathsResult, n_orders: int) -> np.ndarray:
         return np.zeros(by_order.shape[0])
     before, last, total = by_order[:, -2], by_order[:, -1], by_order.sum(axis=1)
     ratio = np.minimum(np.divide(last, before, out=np.zeros_like(last), where=before > 0), 0.99)
-    return np.divide(last * ratio / (1.0 - ratio), total, out=np.zeros_like(last), where=total > 0)
+    left = last * ratio / (1.0 - ratio)
+    return np.divide(left, total + left, out=np.zeros_like(last), where=total > 0)
 
 
 def warn_of_under_sampling(flagged: np.ndarray, *, stacklevel: int) -> None:

@@ -81,7 +81,7 @@ def later_orders(
         before, last = found.irradiance_by_order[:, -3], found.irradiance_by_order[:, -2]
         ratio = np.divide(last, before, out=np.zeros_like(last), where=before > 0)
         rest = last * ratio ** (n_orders - n_listed + 2) / np.maximum(1.0 - ratio, 1e-6)
-        total = found.irradiance_by_order.sum(axis=1)
+        total = found.irradiance_by_order.sum(axis=1) + rest
         np.divide(rest, total, out=truncation, where=total > 0)
     return LaterOrders(modes=found.later_modes, truncation=truncation, resolution_error=found.resolution_error)
 
