@@ -197,6 +197,14 @@ def test_the_run_itself_is_no_target(out, told):
     assert names(out) == before
 
 
+def test_other_files_in_the_run_leave_it_verified(out, told):
+    for words in (["mcpl", "--out", out / "more.mcpl"], ["netcdf", "--out", out]):
+        told("export", out, "--to", *words, "-q")
+    told("verify", out, "-q")
+    for name in ("more.mcpl", "counts.nc"):
+        (out / name).unlink(missing_ok=True)
+
+
 def test_a_map_is_what_its_name_says(out, tmp_path, told, capsys):
     begins = {"npy": b"\x93NUMPY", "hdr": b"#?RADIANCE\n", "exr": b"v/1\x01"}
     for ending, first in begins.items():
@@ -236,6 +244,13 @@ def test_a_map_is_what_its_name_says(out, tmp_path, told, capsys):
         ("mcpl --out sky.hdr", "a name that ends in .mcpl is a file, and a name without an ending"),
         ("csv --out photons.csv", "a name without an ending, such as photons, is a folder"),
         ("aomc --out sky.nc", "--to aomc writes no .nc file"),
+        ("mcpl --out out", "photons.mcpl in the run is the run's own"),
+        ("source --out out/source.sky", "source.sky in the run is the run's own"),
+        (
+            "source --out out/plan.npz",
+            "plan.npz is there and no folder; --to source takes a folder, or a name that ends",
+        ),
+        ("csv --out /dev/full", "/dev/full is there and no folder; --to csv takes a folder"),
     ],
 )
 def test_usage_errors(out, tmp_path, monkeypatch, told, words, text):
