@@ -22,7 +22,8 @@ def out(amc, tmp_path):
 
 
 def run(amc, *words):
-    return main(["run", str(amc), "--iterations", "20000", "--seed", "5", "--format", "none", "-q", *map(str, words)])
+    many = [] if "--iterations" in words else ["--iterations", "20000"]
+    return main(["run", str(amc), *many, "--seed", "5", "--format", "none", "-q", *map(str, words)])
 
 
 def export(*words):
@@ -152,6 +153,13 @@ def test_aomc_refusals_are_one_sentence_with_what_cures_them(tmp_path, told, cap
     capsys.readouterr()
     assert export(tmp_path / "cured", "--to", "aomc", "--scene", amc) == 0
     assert "planned again with 16000000 photons" in capsys.readouterr().out
+
+
+def test_weights_have_no_place_in_the_program(tmp_path, told):
+    amc = copy_scene("document_example", tmp_path)
+    assert run(amc, "--weights", "--weighting", "solid-angle", "--out", tmp_path / "out") == 0
+    assert "run it without --weights" in told("export", tmp_path / "out", "--to", "aomc", code=4).err
+    assert not (tmp_path / "out-aomc").exists()
 
 
 def test_json_is_one_object(out, told):

@@ -383,7 +383,9 @@ _RULES = (
     _Rule(names=("spectrum", "disc", *CLEAR_SKY),
           is_idle=lambda use: use.sky == "perez" and use.unsaid is Unsaid.WHOLE and not use.inputs.has_both_irradiances,
           reason="all light is diffuse where the Perez sky replaces skydist.inp; leave it out"),
-    _Rule(names=_SUN, is_idle=lambda use: not use.takes_sun and (use.is_dim or use.inputs.diffuse_only),
+    _Rule(names=_SUN, is_idle=lambda use: not (use.takes_sun or use.is_dim) and use.inputs.diffuse_only,
+          reason="the beam is left out, and {it} needs no sun; leave it out"),
+    _Rule(names=_SUN, is_idle=lambda use: not use.takes_sun and use.is_dim,
           reason="all light comes from {it}; write {sky:perez} for another sky, or two of {dni}, {dhi} and {ghi} for a "
                  "beam beside it"),
     _Rule(names=("azimuth_deg",),
