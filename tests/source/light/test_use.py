@@ -73,7 +73,7 @@ def test_a_sky_of_a_file_says_that_there_is_no_beam_to_leave_out():
     scene = sky.read_scene(INPUTS / "clear_day", diffuse_only=True, **amounts)
     assert leaves not in scene.notes  # a beam is asked for
     assert [c.name for c in scene.components] == ["sky"]
-    with pytest.raises(sky.UsageError, match="the beam is left out, and skydist.inp needs no sun"):
+    with pytest.raises(sky.UsageError, match=r"the beam is left out, and skydist[.]inp needs no sun"):
         sky.read_scene(INPUTS / "clear_day", diffuse_only=True, **amounts, sun={"zenith_deg": 40.0})
 
 
