@@ -44,11 +44,11 @@ int main(int argc, char **argv)
     aomc_sky_file file;
     aomc_sky_source source;
     if (argc < 2) return fprintf(stderr, "usage: %s FILE [THREADS]\n", argv[0]), 2;
-    const unsigned n_threads = argc > 2 ? (unsigned)atoi(argv[2]) : std::thread::hardware_concurrency();
+    const int asked = argc > 2 ? atoi(argv[2]) : (int)std::thread::hardware_concurrency();
     need(aomc_sky_load(argv[1], &file));
     for (int32_t band = 0; band < file.n_bands; band++) {
         need(aomc_sky_band(&file, band, &source));
-        const Sums sums = follow(source, n_threads ? n_threads : 1);
+        const Sums sums = follow(source, asked > 0 ? (unsigned)asked : 1);
         report(source.wavelength_nm, source.n, sums.cosine, sums.bits);
     }
     aomc_sky_unload(&file);

@@ -146,7 +146,9 @@ class _Word:
     def __format__(self, value: str) -> str:
         row, entrance = INPUTS[self.name], self.entrance
         if entrance is Entrance.OPTIONS:
-            return f"{row.option} {value}" if value and not row.is_switch else row.option
+            if row.is_switch:
+                return f"--no-{row.option[2:]}" if value == "False" else row.option
+            return f"{row.option} {value}" if value else row.option
         if row.name == "coefficients":
             return "coefficients=" if entrance is Entrance.KEYWORDS else 'perez["a"] to perez["e"]'
         shown = f'"{value}"' if row.words or row.name == "sky" else value

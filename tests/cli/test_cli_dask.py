@@ -61,7 +61,8 @@ def amc(tmp_path_factory):
 
 
 def words(amc, out, *more):
-    return [*map(str, ("run", amc, "--iterations", ITERATIONS, "-q", "--out", out, *more))]
+    many = () if "--iterations" in more else ("--iterations", ITERATIONS)
+    return [*map(str, ("run", amc, *many, "--out", out, "-q", *more))]
 
 
 def on(cluster):

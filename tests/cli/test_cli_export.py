@@ -22,7 +22,8 @@ def out(amc, tmp_path):
 
 
 def run(amc, *words):
-    return command("run", amc, "--iterations", 20_000, "--seed", 5, "--format", "none", "-q", *words)
+    many = () if "--iterations" in words else ("--iterations", 20_000)
+    return command("run", amc, *many, "--seed", 5, "--format", "none", "-q", *words)
 
 
 def export(*words):
@@ -137,6 +138,13 @@ def test_aomc_plans_a_run_again_or_says_what_cures_it(name, words, code, said, t
     assert shown.err.count("\n") == (code == 4)
 
 
+def test_weights_have_no_place_in_the_program(tmp_path, told):
+    amc = copy_scene("document_example", tmp_path)
+    assert run(amc, "--weights", "--weighting", "solid-angle", "--out", tmp_path / "out") == 0
+    assert "run it without --weights" in told("export", tmp_path / "out", "--to", "aomc", code=4).err
+    assert not (tmp_path / "out-aomc").exists()
+
+
 def test_json_is_one_object(out, told):
     shown = json.loads(told("export", out, "--to", "npy", "--json").out)
     made = out.with_name("out-npy")
@@ -177,6 +185,14 @@ def test_the_run_itself_is_no_target(out, told):
     assert names(out) == before
 
 
+def test_other_files_in_the_run_leave_it_verified(out, told):
+    for words in (["mcpl", "--out", out / "more.mcpl"], ["netcdf", "--out", out]):
+        told("export", out, "--to", *words, "-q")
+    told("verify", out, "-q")
+    for name in ("more.mcpl", "counts.nc"):
+        (out / name).unlink(missing_ok=True)
+
+
 def test_a_map_is_what_its_name_says(out, tmp_path, told):
     def words(name, *more):
         return ("export", out, "--to", "envmap", "--out", tmp_path / name, *more)
@@ -198,6 +214,25 @@ def test_a_map_is_what_its_name_says(out, tmp_path, told):
     (tmp_path / "v1.2").mkdir()
     assert command(*words("v1.2", "-q")) == 0
     assert names(tmp_path / "v1.2") == {"envmap.npy", "envmap.json", "plan.npz"}
+
+
+@pytest.mark.parametrize(
+    ("words", "text"),
+    [
+        ("mcpl --out out", "photons.mcpl in the run is the run's own"),
+        ("source --out out/source.sky", "source.sky in the run is the run's own"),
+        (
+            "source --out out/plan.npz",
+            "plan.npz is there and no folder; --to source takes a folder, or a name that ends",
+        ),
+        ("csv --out /dev/full", "/dev/full is there and no folder; --to csv takes a folder"),
+    ],
+)
+def test_files_of_the_run_and_devices_are_no_target(out, tmp_path, monkeypatch, told, words, text):
+    monkeypatch.chdir(tmp_path)
+    before = names(out)
+    assert text in told("export", out, "--force", "--to", *words.split(), code=2).err
+    assert names(out) == before
 
 
 @pytest.mark.parametrize("to", ["npy", "mcpl", "netcdf"])

@@ -47,7 +47,7 @@ def folder(tmp_path_factory):
 
 def test_first_lines_are_those_of_the_pages(folder, monkeypatch, capsys):
     monkeypatch.chdir(folder)
-    assert len(ROWS) == 40
+    assert len(ROWS) == 44
     for words, line in ROWS:
         status = command(*shlex.split(words))
         said = capsys.readouterr()

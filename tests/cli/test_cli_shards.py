@@ -27,7 +27,8 @@ def amc(tmp_path_factory):
 
 
 def words(amc, out, *more):
-    return [*map(str, ("run", amc, "--iterations", ITERATIONS, "--waveband", 2, "-q", "--out", out, *more))]
+    many = () if "--iterations" in more else ("--iterations", ITERATIONS)
+    return [*map(str, ("run", amc, *many, "--waveband", 2, "-q", "--out", out, *more))]
 
 
 def run(amc, out, *more):

@@ -1,5 +1,7 @@
 """Photons inside somebody else's loop are those of the source to the bit."""
 
+import pickle
+
 import numba
 import numpy as np
 import pytest
@@ -147,6 +149,15 @@ def test_tables_outlive_the_sampler():
     filler = [np.random.default_rng(0).random(10_000) for _ in range(100)]
     assert len(filler) == 100
     assert all(loop(i) == tuple(wanted[:, i]) for i in range(100))
+
+
+def test_a_sampler_is_made_again_in_another_process():
+    one = sky.Scene(wavebands=[550.0], n_photons=50, components="uniform").source(3)
+    sampler = one.numba_sampler(0, numbers=1)
+    expected = sampler.sample(7)  # its function holds addresses of this process
+    again = pickle.loads(pickle.dumps(sampler))
+    assert (again.n, again.band, again.numbers, again.precision) == (50, 0, 1, np.float32)
+    assert again.sample(7) == expected
 
 
 def test_what_has_no_sampler(monkeypatch):

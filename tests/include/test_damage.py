@@ -14,7 +14,16 @@ from aomc_sky.emission.source_file import checksum
 from tests.support.host_programs import run
 from tests.support.sampled import table_of
 from tests.support.shared import REPOSITORY
-from tests.support.source_files import FLAGS_OF_HOST, SCENES, built, compare, needs_gcc, section_names, source_of
+from tests.support.source_files import (
+    FLAGS_OF_HOST,
+    SCENES,
+    built,
+    compare,
+    needs_gcc,
+    same_bits,
+    section_names,
+    source_of,
+)
 
 pytestmark = needs_gcc
 HEADER = include_dir() / "aomc_sky.h"
@@ -201,6 +210,75 @@ def test_wrong_calls():
     assert driver.load(REPOSITORY / "nowhere.sky") == CODES["NO_FILE"]
     assert driver.load(REPOSITORY) == CODES["NO_FILE"]
     assert driver.load(REPOSITORY / "LICENSE") == CODES["NOT_OURS"]
+
+
+def test_bytes_begin_at_a_multiple_of_8_as_malloc_of_32_bits_gives_them(tmp_path):
+    source = source_of("everything", 3000)
+    sky.write_source(source, tmp_path / "one.sky")
+    expected = source.photons(0)
+    for shift, code in ((8, 0), (4, CODES["NULL"])):
+        (tmp_path / "use.c").write_text(SHIFTED.replace("SHIFT", str(shift)))
+        strict = "-O2 -Wall -Wextra -Werror -fsanitize=address,undefined -fno-sanitize-recover=all"
+        build = ["gcc", *strict.split(), f"-I{include_dir()}", "use.c", "-o", "use", "-lm"]
+        subprocess.run(build, cwd=tmp_path, check=True, capture_output=True)
+        done = subprocess.run(["./use", "one.sky"], cwd=tmp_path, check=False, capture_output=True)
+        assert (done.returncode, done.stderr) == (-code, b"")
+    done = np.fromfile(tmp_path / "photons", np.float32).reshape(3, -1)
+    assert same_bits(done, np.stack([expected.ux, expected.uy, expected.uz]))
+
+
+SHIFTED = """#include "aomc_sky.h"
+int main(int argc, char **argv) {
+    static float x[3][3000];
+    aomc_sky_file file, moved;
+    aomc_sky_source source;
+    char *memory;
+    FILE *out;
+    int code = argc == 2 ? aomc_sky_load(argv[1], &file) : -1;
+    if (code != 0) return 99;
+    memory = (char *)malloc(file.size + 16);
+    memcpy(memory + SHIFT, file.bytes, file.size);
+    code = aomc_sky_view(memory + SHIFT, file.size, &moved);
+    if (code == 0 && aomc_sky_band(&moved, 0, &source) == 0 && (out = fopen("photons", "wb"))) {
+        if (aomc_sky_fill(&source, 0, 3000, x[0], x[1], x[2]) != 3000) return 98;
+        fwrite(x, sizeof x, 1, out);
+        fclose(out);
+    }
+    aomc_sky_unload(&file);
+    free(memory);
+    return -code;
+}
+"""
+
+
+ROUNDED = """#include <fenv.h>
+#include "aomc_sky.h"
+int main(int argc, char **argv) {
+    const int modes[3] = {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO};
+    aomc_sky_file file, again;
+    aomc_sky_source source;
+    int k, code = argc == 2 ? aomc_sky_load(argv[1], &file) : -1;
+    if (code == 0) code = aomc_sky_band(&file, 0, &source);
+    for (k = 0; code == 0 && k < 3; k++) {
+        fesetround(modes[k]);
+        if (aomc_sky_view(file.bytes, file.size, &again) != AOMC_SKY_ARITHMETIC) code = 1 + k;
+        if (aomc_sky_witness(&source) != AOMC_SKY_ARITHMETIC) code = 4 + k;
+        fesetround(FE_TONEAREST);
+    }
+    return code ? code : aomc_sky_witness(&source);
+}
+"""
+
+
+def test_another_rounding_mode_is_found_whatever_the_photons_are(tmp_path):
+    """A beam is the same in every mode, and numbers of lobes are compared with sums before there are witnesses."""
+    beam = sky.Scene(wavebands=[550.0], n_photons=100, components=sky.DirectBeam(sun_zenith_deg=30.0)).source()
+    (tmp_path / "use.c").write_text(ROUNDED)
+    build = ["gcc", "-O2", "-Wall", "-Wextra", "-Werror", f"-I{include_dir()}", "use.c", "-o", "use", "-lm"]
+    subprocess.run(build, cwd=tmp_path, check=True, capture_output=True)
+    for source in (beam, source_of("lobes and all", 500), source_of("table", 500)):
+        sky.write_source(source, tmp_path / "one.sky")
+        assert subprocess.run(["./use", "one.sky"], cwd=tmp_path, check=False).returncode == 0
 
 
 NO_SOURCE = """#include "aomc_sky.h"

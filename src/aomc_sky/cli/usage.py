@@ -41,6 +41,35 @@ class _Formatter(argparse.RawDescriptionHelpFormatter):
         return super()._fill_text(text if "\n" in text else textwrap.fill(text, width), width, indent)
 
 
+class _One(argparse._StoreAction):
+    """An option of one value: given again with another value it is an error, where argparse takes the last."""
+
+    def __call__(
+        self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: Any, option: str | None = None
+    ) -> None:
+        if option is not None:
+            assert isinstance(parser, Parser)
+            before = parser.given.setdefault(self.dest, values)
+            if before != values:
+                one, other = (
+                    " ".join(map(str, value if isinstance(value, list) else [value])) for value in (before, values)
+                )
+                raise WrongWordsError(f"{option} is given twice, as {one} and as {other}; leave one out")
+        super().__call__(parser, namespace, values, option)
+
+
+class _OneSwitch(argparse.BooleanOptionalAction):
+    """--name and --no-name, which contradict each other."""
+
+    def __call__(
+        self, parser: argparse.ArgumentParser, namespace: argparse.Namespace, values: Any, option: str | None = None
+    ) -> None:
+        before, first = getattr(namespace, self.dest, None), self.option_strings[0]
+        super().__call__(parser, namespace, values, option)
+        if before not in (None, getattr(namespace, self.dest)):
+            raise WrongWordsError(f"{first} and --no-{first[2:]} contradict each other; leave one out")
+
+
 class Parser(argparse.ArgumentParser):
     """A parser of the program or of a sub-command."""
 
@@ -49,6 +78,9 @@ class Parser(argparse.ArgumentParser):
         self.color = False  # the streams of a command would escape the colours of Python 3.14
         self._positionals.title = "arguments"
         self._first: tuple[str, ...] = ()
+        self.given: dict[str, Any] = {}  #: the options of one value on this command line
+        self.register("action", None, _One)
+        self.register("action", argparse.BooleanOptionalAction, _OneSwitch)
         # argparse of Python 3.11 takes -3. and -1e-3 for options
         self._negative_number_matcher = re.compile(r"-\.?\d")
 
@@ -86,6 +118,7 @@ class Parser(argparse.ArgumentParser):
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """As argparse does, and refuse words that are left over."""
+        self.given.clear()
         found, rest = super().parse_known_args(None if args is None else _lists_joined(args), namespace)
         clock = next((w for w in (getattr(found, "amc_inp", None), *rest) if w and re.match(r"\d\d?:\d\d", w)), None)
         if clock is not None and getattr(found, "time", None):

@@ -102,6 +102,12 @@ class NumbaSampler:
         self.precision = emitter.dtype
         self.numbers = numbers
 
+    def __getstate__(self) -> dict[str, Any]:  # functions hold addresses of this process: another one makes its own
+        return {"plan": self._emitter.plan, "band": self.band, "numbers": self.numbers}
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__init__(Emitter(state["plan"]), state["band"], state["numbers"])  # type: ignore[misc]
+
     def __repr__(self) -> str:
         numbers = f", {self.numbers} numbers each" if self.numbers else ""
         return f"<NumbaSampler: band {self.band}, {self.n} photons, {self.precision}{numbers}>"

@@ -57,6 +57,8 @@ def export_run(run: StoredRun, options: ExportOptions, progress: Progress | None
     make, target = EXPORTS[options.to].make, folder / name
     if (not name or options.to == "envmap") and folder.resolve() == run.path.resolve():
         raise UsageError(f"--out {options.out} is {'in ' if name else ''}the run itself; name another folder")
+    if name in _OF_A_RUN and folder.resolve() == run.path.resolve():  # verify would take it for the run's
+        raise UsageError(f"--out {options.out}: {target.name} in the run is the run's own; name another file or folder")
     job = _Job(run=run, options=options, bands=bands, folder=RunFolder(folder), name=name, progress=progress)
     if name:  # the others create their folder once the export is known to be possible
         if os.path.lexists(target) and not target.is_file():
@@ -102,6 +104,9 @@ def target_of(run: StoredRun, options: ExportOptions) -> tuple[Path, str]:
         if is_folder:
             raise UsageError(f"--out {options.out} is a folder; name a file, for example {out.stem}-map{ending}")
         return out.parent, out.name
+    if out.exists() and not is_folder:
+        named = f", or a name that ends in {' or '.join(export.endings)}" if export.endings else ""
+        raise UsageError(f"--out {options.out} is there and no folder; --to {options.to} takes a folder{named}")
     other_endings = {one for to in EXPORTS.values() for one in to.endings} | {".csv"}
     if ending in other_endings.difference(export.endings) or (ending and export.is_strict and not is_folder):
         endings = " or ".join(filter(None, [", ".join(export.endings[:-1]), *export.endings[-1:]]))
@@ -219,6 +224,9 @@ def _export_aomc(job: _Job) -> tuple[list[str], bool]:
     job.notes.extend(filter(None, [water_note(job.folder)]))
     return names, False
 
+
+_OF_A_RUN = ("photons.mcpl", SOURCE_FILE)
+"""Files of an export that have the names of a run's own."""
 
 _SCALAR = ("aomc", "envmap")
 """Formats of light without polarisation."""

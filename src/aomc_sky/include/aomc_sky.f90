@@ -52,7 +52,7 @@ module aomc_sky
             type(aomc_sky_file), intent(out) :: file
         end function
 
-        ! Bytes that are in memory, aligned to 16 bytes, as MPI_Bcast leaves them; they must stay and not change.
+        ! Bytes that are in memory, aligned to 8 bytes, as MPI_Bcast leaves them; they must stay and not change.
         integer(c_int) function aomc_sky_view(bytes, size, file) bind(C)
             import :: aomc_sky_file, c_int, c_int64_t, c_ptr
             type(c_ptr), value :: bytes

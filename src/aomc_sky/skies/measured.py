@@ -287,7 +287,10 @@ class RadianceField(Share):
 
     def missing_beam(self) -> str:
         """The note of a scene of this sky alone."""
-        return "measured sky: the direct beam of the sun is no part of it; add DirectBeam(...) with its share"
+        return (
+            "measured sky: the direct beam of the sun is no part of it; two of dni, dhi and ghi add it, or in Python "
+            "DirectBeam(...) with its share"
+        )
 
 
 def _sorted_points(

@@ -20,6 +20,17 @@ def test_a_sky_without_a_beam_has_no_warning_of_its_share(tmp_path):
     assert any("is left out" in note for note in scene.notes)
 
 
+def test_a_sky_of_a_file_says_that_there_is_no_beam_to_leave_out():
+    leaves = "diffuse_only=True leaves nothing out: no beam is asked for beside skydist.inp"
+    assert leaves in sky.read_scene(INPUTS / "clear_day", diffuse_only=True).notes
+    amounts = {"perez": {"dni": 800.0, "dhi": 100.0}}
+    scene = sky.read_scene(INPUTS / "clear_day", diffuse_only=True, **amounts)
+    assert leaves not in scene.notes  # a beam is asked for
+    assert [c.name for c in scene.components] == ["sky"]
+    with pytest.raises(sky.UsageError, match=r"the beam is left out, and skydist[.]inp needs no sun"):
+        sky.read_scene(INPUTS / "clear_day", diffuse_only=True, **amounts, sun={"zenith_deg": 40.0})
+
+
 def test_a_waveband_that_has_only_the_beam_is_dark_without_it(tmp_path):
     with pytest.raises(sky.SceneError, match="all light is direct"):
         sky.weather_scene(wavebands=[443.0], sun_zenith_deg=40.0, dni=800, dhi=0, sky="overcast", diffuse_only=True)

@@ -48,6 +48,7 @@ class Rows:
     wavelength_nm: np.ndarray
     table_row: np.ndarray
     of_band: np.ndarray  #: the row of each waveband
+    is_alone: bool = False  #: Whether a scene without the beam is meant
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -129,7 +130,7 @@ def perez_diffuse(
             numbers = ""  # the text of the amounts has them already
         notes = [f"Perez sky: {numbers}{amounts}"]
         has_beam = bool(np.any(rows.direct_fraction > 0))
-        if replaces_file and not has_beam:
+        if replaces_file and not (has_beam or rows.is_alone):
             missing = sky.missing_beam("write 0 as the light source of amc.inp to launch both")
             notes += [missing] * bool(missing)
         components = tuple(sky.lower(rows.direct_fraction))
@@ -220,7 +221,7 @@ def model_diffuse(
             raise UsageError(f"{name} is a beam and no diffuse sky; put it into Scene(components=[...])")
         found = diffuse_of(components, f"sky {name!r}", rows)
         notes = found.notes + (tuple(model.notes(rows.wavelength_nm)) if hasattr(model, "notes") else ())
-        if not np.any(rows.direct_fraction > 0) and hasattr(model, "missing_beam"):
+        if not (np.any(rows.direct_fraction > 0) or rows.is_alone) and hasattr(model, "missing_beam"):
             notes += tuple(filter(None, (model.missing_beam(),)))
         return dataclasses.replace(found, notes=notes, options=dict(options or {}))
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import enum
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -115,6 +115,11 @@ class LightInputs:
         spectrum = ["spectrum"] * (self.spectrum is not None)
         alone = ["diffuse_only"] * self.diffuse_only + ["polarisation"] * (self.polarisation is not None)
         return [*perez, *spectrum, *sun, *self.model, *self.clear_sky, *self.lights, *alone]
+
+    def listed(self, names: Iterable[str]) -> str:
+        """Names of inputs, joined by "and"; a switch that is turned off in its own word."""
+        off = {"disc": "disc:False"} if self.sun.disc is False else {}
+        return " and ".join(dict.fromkeys(self.say(f"{{{off.get(name, name)}}}") for name in names))
 
     def say(self, text: str) -> str:
         """A text with the names of inputs as the caller wrote them."""
@@ -378,7 +383,9 @@ _RULES = (
     _Rule(names=("spectrum", "disc", *CLEAR_SKY),
           is_idle=lambda use: use.sky == "perez" and use.unsaid is Unsaid.WHOLE and not use.inputs.has_both_irradiances,
           reason="all light is diffuse where the Perez sky replaces skydist.inp; leave it out"),
-    _Rule(names=_SUN, is_idle=lambda use: not use.takes_sun and (use.is_dim or use.inputs.diffuse_only),
+    _Rule(names=_SUN, is_idle=lambda use: not (use.takes_sun or use.is_dim) and use.inputs.diffuse_only,
+          reason="the beam is left out, and {it} needs no sun; leave it out"),
+    _Rule(names=_SUN, is_idle=lambda use: not use.takes_sun and use.is_dim,
           reason="all light comes from {it}; write {sky:perez} for another sky, or two of {dni}, {dhi} and {ghi} for a "
                  "beam beside it"),
     _Rule(names=("azimuth_deg",),
@@ -401,7 +408,7 @@ def refuse_unused(given: LightInputs, use: Use) -> None:
     for rule in _RULES:
         idle = [name for name in names_given if name in rule.names]
         if idle and rule.is_idle(use):
-            names, reason = given.entrance.listed(idle), rule.reason.replace("{it}", use.words)
+            names, reason = given.listed(idle), rule.reason.replace("{it}", use.words)
             if "{names}" in reason:
                 raise UsageError(reason.replace("{names}", names))
             raise UsageError(f"{names}: {given.say(reason)}")

@@ -119,6 +119,7 @@ def _sun_and_sky(
             f"all light is direct ({_who(split, inputs)}), and {say} leaves the beam out: no light is left"
         )
     rows = _rows(sky, fractions, bands.wavelength_nm, has_table=is_lit)
+    rows = dataclasses.replace(rows, is_alone=inputs.diffuse_only)
     components = [] if inputs.diffuse_only else _beam(sun, rows.direct_fraction)
     diffuse, amounts = Diffuse(), split.amounts
     if is_lit:
@@ -131,6 +132,8 @@ def _sun_and_sky(
     notes = [*_split_notes(split, sky if is_lit else None, inputs, sun), *diffuse.notes]
     if sun is not None and not sky.is_sunless:
         notes += sun.notes if is_lit else ["polarisation is not used, there is no sky"] * (sun.polarisation is not None)
+    if inputs.diffuse_only and sky.is_file and not split.direct_fraction.any():
+        notes.append(inputs.say(f"{{diffuse_only:True}} leaves nothing out: no beam is asked for beside {sky}"))
     if inputs.shares is not None and inputs.has_both_irradiances:
         notes.append(f"{DIFCOL}: its direct fractions are not used, [sky] of {SKY_TOML} gives them")
     if own is not None and levels.diffuse is None:
