@@ -214,7 +214,7 @@ def _has_role(name: str, coordinate: Any, role: str) -> bool:
 
 def _is_cosine(name: str) -> bool:
     """Whether a name in small letters is one of cosines of zenith angles: mu, cos_theta, cosine_of_zenith_angle."""
-    of_angle = re.match(r"cos(?:ine)?_?(?:of_)?(?:the_)?(\w+)", name)
+    of_angle = re.match(r"(?:cosine|cos)_?(?:of_)?(?:the_)?(\w+)", name)
     angle = name_of_column(of_angle[1]) if of_angle else None
     return name in _COSINES or (angle is not None and angle.role == "zenith" and not angle.unit)
 
