@@ -186,6 +186,7 @@ def test_the_run_itself_is_no_target(out, told):
 
 
 def test_other_files_in_the_run_leave_it_verified(out, told):
+    pytest.importorskip("h5netcdf")
     for words in (["mcpl", "--out", out / "more.mcpl"], ["netcdf", "--out", out]):
         told("export", out, "--to", *words, "-q")
     told("verify", out, "-q")

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from aomc_sky.formats.netcdf import read_field
-from tests.support.fields import field_of
+from tests.support.fields import field_of, through_a_file
 
 xarray = pytest.importorskip("xarray")
 read = sky.TabulatedSky.from_xarray
@@ -36,12 +35,6 @@ def quads(*, to_unit=np.array, units="degree", name="zenith", flip=False, conven
             "azimuth": ("azimuth", AZIMUTH, {"units": "degree", "bounds": "a_bnds", "azimuth_convention": convention}),
         },
     ).assign(zenith_bnds=(("zenith", "nv"), rings), a_bnds=(("azimuth", "nv"), columns))
-
-
-def through_a_file(made, path, engine="h5netcdf", encoding=None, **how):
-    pytest.importorskip("h5netcdf")
-    made.to_netcdf(path, engine=engine, encoding=encoding)
-    return read_field(path, **how)
 
 
 def irradiance(table):

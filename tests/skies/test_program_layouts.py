@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from tests.skies.test_field_axes import through_a_file
-from tests.skies.test_radiance_field import NM, angles_of, radiance
+from tests.support.fields import NM, angles_of, radiance, through_a_file
 
 xarray = pytest.importorskip("xarray")
 read = sky.TabulatedSky.from_xarray

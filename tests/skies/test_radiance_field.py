@@ -7,20 +7,13 @@ import numpy as np
 import pytest
 
 import aomc_sky as sky
-from tests.support.fields import field_of
+from tests.support.fields import NM, angles_of, field_of, radiance
 
 xarray = pytest.importorskip("xarray")
 read = sky.TabulatedSky.from_xarray
 
 ZENITH_DEG = np.array([4.0, 15.0, 30.0, 42.0, 55.0, 70.0, 86.0])
 AZIMUTH_DEG = np.arange(0.0, 360.0, 30.0)
-NM = np.array([440.0, 550.0])
-
-
-def radiance(zenith_deg, azimuth_deg, wavelength_nm):
-    """A sky that is brightest at azimuth 100 and redder at the horizon."""
-    zenith, azimuth = np.deg2rad(zenith_deg), np.deg2rad(np.asarray(azimuth_deg) - 100)
-    return 1 + np.sin(zenith) * (1 + np.cos(azimuth)) * wavelength_nm / 500
 
 
 def field(*, radians=False, descending=False, north=False, order=("wavelength", "zenith", "azimuth"), attributes=True):
@@ -171,13 +164,6 @@ def test_both_ends_of_the_turn_and_directions_below_the_horizon():
     with pytest.raises(sky.SceneError, match="no azimuths between 180 and 0 degrees"):
         read(made.isel(azimuth=slice(0, 7)))
     assert "one azimuth" in " ".join(read(made.isel(azimuth=[0])).remarks)
-
-
-def angles_of(dimension, zenith, azimuth):
-    return {
-        "zenith": (dimension, zenith, {"units": "deg"}),
-        "azimuth": (dimension, azimuth, {"units": "deg", "azimuth_convention": "enu_from_east"}),
-    }
 
 
 def test_scattered_directions_are_interpolated_on_the_sphere():

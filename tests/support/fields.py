@@ -8,6 +8,10 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
+from aomc_sky.formats.netcdf import read_field
+
+NM = np.array([440.0, 550.0])
+
 
 def field_of(
     values: ArrayLike,
@@ -29,3 +33,22 @@ def field_of(
     }
     axes = {axis: given for axis, given in axes.items() if given[1] is not None}
     return xarray.DataArray(np.asarray(values), dims=tuple(axes), coords=axes, name=name)
+
+
+def through_a_file(made, path, engine="h5netcdf", encoding=None, **how):
+    pytest.importorskip("h5netcdf")
+    made.to_netcdf(path, engine=engine, encoding=encoding)
+    return read_field(path, **how)
+
+
+def radiance(zenith_deg, azimuth_deg, wavelength_nm):
+    """A sky that is brightest at azimuth 100 and redder at the horizon."""
+    zenith, azimuth = np.deg2rad(zenith_deg), np.deg2rad(np.asarray(azimuth_deg) - 100)
+    return 1 + np.sin(zenith) * (1 + np.cos(azimuth)) * wavelength_nm / 500
+
+
+def angles_of(dimension, zenith, azimuth):
+    return {
+        "zenith": (dimension, zenith, {"units": "deg"}),
+        "azimuth": (dimension, azimuth, {"units": "deg", "azimuth_convention": "enu_from_east"}),
+    }

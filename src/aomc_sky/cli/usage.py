@@ -41,7 +41,7 @@ class _Formatter(argparse.RawDescriptionHelpFormatter):
         return super()._fill_text(text if "\n" in text else textwrap.fill(text, width), width, indent)
 
 
-class _One(argparse._StoreAction):
+class _One(argparse.Action):
     """An option of one value: given again with another value it is an error, where argparse takes the last."""
 
     def __call__(
@@ -55,7 +55,7 @@ class _One(argparse._StoreAction):
                     " ".join(map(str, value if isinstance(value, list) else [value])) for value in (before, values)
                 )
                 raise WrongWordsError(f"{option} is given twice, as {one} and as {other}; leave one out")
-        super().__call__(parser, namespace, values, option)
+        setattr(namespace, self.dest, values)
 
 
 class _OneSwitch(argparse.BooleanOptionalAction):

@@ -167,5 +167,5 @@ def test_an_option_that_takes_another_sky_leaves_a_note(tmp_path):
     scene = sky.read_scene(path, sky="overcast")
     assert "sky.toml: polarisation is not used, an overcast sky has no sun" in scene.notes
     assert all(component.stokes is None for component in scene.components)
-    with pytest.raises(sky.UsageError, match="all light comes from an overcast sky"):
+    with pytest.raises(sky.UsageError, match="the beam is left out, and an overcast sky needs no sun"):
         sky.read_scene(path, sky="overcast", sun={"zenith_deg": 30.0}, diffuse_only=True)
