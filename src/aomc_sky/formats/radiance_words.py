@@ -129,6 +129,7 @@ SAY_COMES_FROM = (
 )
 
 
+_BESIDE_UNITS = re.compile(r"[,;:=()\[\]]|\b(?:in|are|is|of|as)\b")
 _FILLS = ("fillvalue", "missingvalue", "missingvalues", "nodata", "nodatavalue", "fill", "missing")
 """Attributes of numbers that stand for a gap, in small letters and without signs."""
 
@@ -142,6 +143,11 @@ def is_factor(name: str) -> bool:
     """Whether an attribute is a factor or an offset by a name that CF does not know; a calibration is past."""
     words = set(re.split(r"[\W_]+", name.lower()))
     return name not in ("scale_factor", "add_offset") and bool(words & _FACTORS) and not words & _OF_THE_PAST
+
+
+def parts_of(text: str) -> list[str]:
+    """The parts of a sentence, one of which may be a unit."""
+    return [part.strip() for part in _BESIDE_UNITS.split(text)]
 
 
 def weight_of(text: str) -> str:

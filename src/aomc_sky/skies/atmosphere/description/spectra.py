@@ -15,7 +15,7 @@ import numpy as np
 
 from aomc_sky.errors import InputFileError, Problem
 from aomc_sky.formats.radiance_unit import radiance_factor
-from aomc_sky.formats.radiance_words import doubt_of_gaps
+from aomc_sky.formats.radiance_words import doubt_of_gaps, parts_of
 from aomc_sky.formats.report import BadValueError, Gathered, Report, outside, quoted
 from aomc_sky.formats.spectrum_csv import MAX_VALUE, Spectrum, bin_means, numbers, read_rows, read_spectrum_csv
 from aomc_sky.formats.units import parse_real
@@ -179,7 +179,7 @@ def out_of_range(shown: str, rule: Spectral, *, offset: int = 0, width: int = 0)
 
 def _check_head(name: str, head: Sequence[str], rule: Spectral) -> None:
     """Refuse a table whose comments say another unit than the one that is read."""
-    pieces = [piece.strip() for line in head for piece in _BESIDE_UNITS.split(line)]
+    pieces = [piece for line in head for piece in parts_of(line)]
     units = {factor: piece for piece in pieces if (factor := _UNITS_OF[rule.unit](piece))}
     if units and 1.0 not in units:
         factor, piece = next(iter(units.items()))
@@ -193,7 +193,6 @@ def _area_factor(text: str) -> float | None:
     return _METRES.get(match[1], 0.0) ** 2 if match else None
 
 
-_BESIDE_UNITS = re.compile(r"[,;:=()\[\]]|\b(?:in|are|is|of|as)\b")
 _EACH = r"(?:[ /*·]*(?:per )?(?:molecules?|molec|mol|particles?)\.?(?:\^?-1)?)?"
 _METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "nm": 1e-9}
 _UNITS_OF: dict[str, Callable[[str], float | None]] = {

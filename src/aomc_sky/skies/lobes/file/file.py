@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import re
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -15,7 +14,7 @@ import numpy as np
 from aomc_sky.errors import InputFileError, SceneError
 from aomc_sky.extras import optional_module
 from aomc_sky.formats.radiance_unit import radiance_factor
-from aomc_sky.formats.radiance_words import LENGTH_NM, MAX_RADIANCE, doubt_of_gaps, names_fill, plain_unit
+from aomc_sky.formats.radiance_words import LENGTH_NM, MAX_RADIANCE, doubt_of_gaps, names_fill, parts_of, plain_unit
 from aomc_sky.formats.report import Report, printable
 from aomc_sky.formats.text_file import write_bytes_atomically
 from aomc_sky.skies.lobes.file.data import (
@@ -71,7 +70,6 @@ def _in_file_unit(unit: str) -> float:
     return (radiance_factor(f"{unit} sr-1") or 0.0) / SI_PER_FILE_UNIT
 
 
-_BESIDE_UNITS = re.compile(r"[,;:=()\[\]]|\b(?:in|are|is|of|as)\b")
 _UNITS = {"SpectralSamples": ("um", _in_micrometres), "SpectralCurves": ("W cm-2 um-1", _in_file_unit)}
 """Units of the format, and a unit in them; 0 for what is none."""
 
@@ -190,7 +188,7 @@ def _number_of(text: str | None) -> np.ndarray | None:
 
 def _unit_in(text: str, factor: Callable[[str], float]) -> str | None:
     """A unit that a sentence says, that of the format if it is there; None without any."""
-    pieces = [piece.strip() for piece in _BESIDE_UNITS.split(text)]
+    pieces = parts_of(text)
     found = {share: piece for piece in pieces if piece.lower() != "a" and (share := factor(piece))}
     return next((piece for share, piece in found.items() if np.isclose(share, 1.0)), next(iter(found.values()), None))
 
