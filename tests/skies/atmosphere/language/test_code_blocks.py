@@ -32,9 +32,17 @@ class Term:
     law: Law
 
 
-def divided(left: float, right: float) -> float:
-    with np.errstate(all="ignore"):
-        return float(np.float64(left) / np.float64(right))
+def defined(law: Callable[[np.float64, np.float64], np.float64]) -> Callable[[float, float], float]:
+    """Python's operator in float64, where it gives a number."""
+
+    def law_of(left: float, right: float) -> float:
+        with np.errstate(all="ignore"):
+            result = float(law(np.float64(left), np.float64(right)))
+        if math.isnan(result):
+            raise RefusedError
+        return result
+
+    return law_of
 
 
 def whole(value: int) -> int:
@@ -52,15 +60,7 @@ def whole_quotient(left: int, right: int) -> int:
 def root(value: float) -> float:
     if value < 0.0:
         raise RefusedError
-    return math.sqrt(value) if not math.isnan(value) else value
-
-
-def least(left: float, right: float) -> float:
-    return math.nan if math.isnan(left) or math.isnan(right) else min(left, right)
-
-
-def floored(value: float) -> float:
-    return float(math.floor(value)) if math.isfinite(value) else value
+    return math.sqrt(value)
 
 
 INT_LAWS = {
@@ -69,7 +69,12 @@ INT_LAWS = {
     "*": lambda a, b: whole(a * b),
     "/": whole_quotient,
 }
-FLOAT_LAWS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": divided}
+FLOAT_LAWS = {
+    "+": defined(operator.add),
+    "-": defined(operator.sub),
+    "*": defined(operator.mul),
+    "/": defined(operator.truediv),
+}
 COMPARED = {
     "<": operator.lt, ">": operator.gt, "<=": operator.le, ">=": operator.ge, "==": operator.eq, "!=": operator.ne
 }  # fmt: skip
@@ -133,8 +138,8 @@ def floats_of(depth: int) -> Terms:
         st.builds(joined, st.just(FLOAT_LAWS), FOUR, inner, whole_numbers),
         st.builds(joined, st.just(FLOAT_LAWS), FOUR, whole_numbers, inner),
         st.builds(negated, inner),
-        st.builds(applied, st.sampled_from([("sqrt", root), ("abs", abs), ("floor", floored)]), inner),
-        st.builds(applied, st.just(("min", least)), inner, inner),
+        st.builds(applied, st.sampled_from([("sqrt", root), ("abs", abs), ("floor", np.floor)]), inner),
+        st.builds(applied, st.sampled_from([("min", min), ("max", max)]), inner, inner),
         st.builds(chosen, bools_of(depth - 1), inner, inner),
     )
 
@@ -156,6 +161,7 @@ ints, floats, bools = ints_of(DEPTH), floats_of(DEPTH), bools_of(DEPTH)
 
 
 def agree(text: str, term: Term, altitudes: list[float]) -> None:
+    """One altitude at which a term has no value makes the block refuse."""
     try:
         wanted = [float(term.law(h)) for h in altitudes]
     except RefusedError:

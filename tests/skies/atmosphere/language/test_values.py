@@ -71,6 +71,8 @@ PLAIN_LAWS = (math.sin, math.cos, math.tan, math.asin, math.acos, math.atan, mat
         ("sign(-3.5)", -1.0),
         ("sqr(3)/2", 4.0),
         ("max(vec2(1, 5), 3.).x", 3.0),
+        ("1. / min(0., -0.)", np.inf),
+        ("1. / max(-0., 0.)", -np.inf),  # GLSL takes the first of two equal numbers
         ("clamp(5., 0., 1.)", 1.0),
         ("mix(1., 3., 0.25)", 1.5),
         ("step(2., 2.)", 1.0),

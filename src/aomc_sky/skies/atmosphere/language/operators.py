@@ -103,8 +103,16 @@ def _arctan(y: Array, x: Array | None = None) -> Array:
     return np.arctan(y) if x is None else np.where((x == 0) & (y == 0), np.nan, np.arctan2(y, x))
 
 
+def _min(x: Array, y: Array) -> Array:
+    return np.where(y < x, y, x)  # GLSL's; of 0 and -0 the first, where np.minimum asks the processor
+
+
+def _max(x: Array, y: Array) -> Array:
+    return np.where(x < y, y, x)
+
+
 def _clamp(x: Array, low: Array, high: Array) -> Array:
-    return np.minimum(np.maximum(x, low), high)
+    return _min(_max(x, low), high)
 
 
 def _smoothstep(low: Array, high: Array, x: Array) -> Array:
@@ -159,8 +167,8 @@ _BUILT_INS: tuple[tuple[str, str, Law, Law | None], ...] = (
     ("sqr", "g i", lambda x: x * x, None),
     ("pow", "gg", _within(lambda x, y: (x > 0.0) | ((x == 0.0) & (y > 0.0)), np.power), None),
     ("mod", "gg gf", lambda x, y: x - y * np.floor(x / y), lambda x, y: np.floor(x / y)),
-    ("min", "gg gf i", np.minimum, np.less),
-    ("max", "gg gf i", np.maximum, np.less),
+    ("min", "gg gf i", _min, np.less),
+    ("max", "gg gf i", _max, np.less),
     ("clamp", "ggg gff i", _within(lambda x, low, high: low <= high, _clamp), _between),
     ("mix", "ggg ggf", lambda x, y, share: x * (1.0 - share) + y * share, None),
     ("step", "gg fg", lambda edge, x: (x >= edge).astype(np.float64), np.greater),
