@@ -8,6 +8,7 @@ import time
 
 import pytest
 
+from aomc_sky.kernels import jit
 from aomc_sky.system import interrupts_held
 from tests.support.fault_rows import row
 
@@ -91,3 +92,23 @@ def test_an_interrupt_waits_for_the_end_of_the_block(fault, interruptible):
     assert ended
     with interrupts_held():
         pass
+
+
+@row(55, "compile")
+@pytest.mark.skipif(jit.is_off(), reason="compiles nothing")
+def test_an_interrupt_waits_for_the_compiler(fault, interruptible, monkeypatch):
+    """llvmlite notes who owns the code after each call of LLVM; an interrupt in between ended in SIGSEGV."""
+    ended = []
+
+    def pressed(compiler, function):
+        os.kill(os.getpid(), signal.SIGINT)
+        ended.append(compile_extra(compiler, function))
+        return ended[0]
+
+    numba_private = pytest.importorskip("aomc_sky.kernels.numba_private")
+    compile_extra = numba_private.CompilerBase.compile_extra
+    monkeypatch.setattr(numba_private.CompilerBase, "compile_extra", pressed)
+    function = jit.shared(lambda x: x + 1)
+    with pytest.raises(KeyboardInterrupt):
+        function(1)
+    assert len(ended) == 1

@@ -18,6 +18,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from aomc_sky.system import interrupts_held
+
 import llvmlite
 import numba
 from numba.core.bytecode import FunctionIdentity
@@ -70,10 +72,12 @@ class KernelCompiler(CompilerBase):
         """Compile under a number that no process gives twice.
 
         numba counts from 1 in each process and links by name: of two closures of one text, compiled in two processes
-        and cached, one would call the other's code.
+        and cached, one would call the other's code. Ctrl-C waits: llvmlite notes after each call of LLVM who owns the
+        code, and an interrupt in between makes both free it.
         """
         FunctionIdentity._unique_ids = itertools.count(secrets.randbits(62))
-        return super().compile_extra(function)
+        with interrupts_held():
+            return super().compile_extra(function)
 
 
 def text_stamp() -> str:
@@ -138,7 +142,8 @@ class StampedCache(FunctionCache):
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Compiled code for a signature, or None."""
-        return super().load_overload(sig, target_context) if text_stamp() == AS_IMPORTED else None
+        with interrupts_held():  # as in `KernelCompiler.compile_extra`
+            return super().load_overload(sig, target_context) if text_stamp() == AS_IMPORTED else None
 
     def save_overload(self, sig: Any, data: Any) -> None:
         """Store compiled code; where the disk is full or read-only it is compiled again next time."""
