@@ -183,10 +183,10 @@ class Component:
         return f"<Component {self.name!r}: {self.law.name}, {self.n_cells} cell{'s' * (self.n_cells != 1)}{rows}>"
 
     def __post_init__(self) -> None:
-        for name in ("strength", "mass", "cell", "weight", "shared", "bounds", "slope", "stokes", "irradiance_W_m2_nm"):
-            value = getattr(self, name)
+        names = ("strength", "mass", "cell", "weight", "shared", "bounds", "slope", "stokes", "irradiance_W_m2_nm")
+        for name, value in zip(names, unmasked("a component", [getattr(self, name) for name in names]), strict=True):
             if value is not None:
-                array = np.ascontiguousarray(unmasked(f"{name} of a component", value), dtype=np.float64)
+                array = np.ascontiguousarray(value, dtype=np.float64)
                 array.flags.writeable = False
                 object.__setattr__(self, name, array)
         n_wl, n_cell = self.mass.shape
