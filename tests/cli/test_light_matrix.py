@@ -56,7 +56,7 @@ def files(tmp_path, monkeypatch):
 def write_field(folder):
     zenith, azimuth = np.arange(5.0, 90.0, 10.0), np.arange(15.0, 360.0, 30.0)
     field = field_of((1 + np.cos(np.radians(zenith)))[:, None] * np.ones((1, azimuth.size)), zenith, azimuth)
-    field.attrs.update(units="W m-2 nm-1 sr-1", azimuth_convention="counter-clockwise from east")
+    field.attrs.update(units="10 mW m-2 nm-1 sr-1", azimuth_convention="counter-clockwise from east")
     for target in (folder, folder.parent):
         field.to_netcdf(target / "field.nc", engine="h5netcdf")
 

@@ -165,6 +165,12 @@ def test_quoted_cells_hold_separators(tmp_path):
         read_radiance_points(table_of(tmp_path, ['"40,0",10,"82,899,', *rows], head))
 
 
+def test_a_column_of_letters_is_no_question_about_units(tmp_path):
+    with pytest.raises(sky.InputFileError) as caught:
+        read_radiance_points(table_of(tmp_path, ["40,N,1", "50,E,1"], "zenith,azimuth,radiance"))
+    assert [(p.code, p.line, p.column) for p in caught.value.problems] == [("E652", 4, 4), ("E652", 5, 4)]
+
+
 @pytest.mark.parametrize("delimiter", [";", "\t"])
 @pytest.mark.parametrize(
     ("values", "read"),

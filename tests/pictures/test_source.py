@@ -106,13 +106,13 @@ def test_lobes_and_patches_share_a_grid_that_changes_neither():
     rng = np.random.default_rng(1)
     mass = rng.random((1, grid.n_patches))
     patches = Component(
-        name="sky", law=Law.CELL_MU2, strength=np.array([5.0]), mass=mass, cell=cells_of_grid(grid), grid=grid,
-        irradiance_W_m2_nm=np.array([5.0]),
+        name="sky", law=Law.CELL_MU2, strength=np.array([1.0]), mass=mass, cell=cells_of_grid(grid), grid=grid,
+        irradiance_W_m2_nm=np.array([1.0]),
     )  # fmt: skip
     (dome,) = source_picture(source_of(patches, even)).domes
     zenith, azimuth = dome.grid.zenith_bounds_deg.mean(axis=1), dome.grid.azimuth_bounds_deg.mean(axis=1)
     patch = grid.patch_of(*np.broadcast_arrays(zenith[:, None], azimuth[None, :]))
-    want = 1.0 + (5.0 * mass[0] / mass.sum() / grid.projected_solid_angle_sr)[patch]
+    want = 1.0 + (mass[0] / mass.sum() / grid.projected_solid_angle_sr)[patch]
     np.testing.assert_allclose(dome.values.reshape(patch.shape), want, rtol=1e-9)
 
 

@@ -270,7 +270,7 @@ def test_a_table_whose_wavelengths_stand_last_is_refused(shape):
         sky.SkyTable(wavelength_nm=np.array([500.0]), radiance=np.ones(shape))
 
 
-def points(nm=NM, unit="W m-2 nm-1 sr-1", n=150):
+def points(nm=NM, unit="100 mW m-2 nm-1 sr-1", n=150):
     """Directions of one dimension, each with a wavelength; those of one wavelength are not those of another."""
     rng = np.random.default_rng(6)
     zenith = np.rad2deg(np.arccos(rng.uniform(0.035, 1, n * len(nm))))
@@ -285,14 +285,15 @@ def test_points_of_their_own_wavelengths_are_the_sky_of_the_same_table(tmp_path)
     np.testing.assert_array_equal(table.wavelength_nm, NM)
     path = tmp_path / "sky.csv"
     rows = zip(made.zenith.values, made.azimuth.values, made.wavelength.values, made.values, strict=True)
-    head = "# azimuth: from east\nzenith_deg,azimuth_deg,wavelength,radiance (W m-2 nm-1 sr-1)\n"
+    head = "# azimuth: from east\nzenith_deg,azimuth_deg,wavelength,radiance (100 mW m-2 nm-1 sr-1)\n"
     path.write_text(head + "\n".join(",".join(map(repr, map(float, row))) for row in rows))
     csv = sky.read_radiance_csv(path)
     ours, theirs = (sky.Scene(wavebands=NM, n_photons=10, components=one).irradiance for one in (table, csv))
     np.testing.assert_allclose(ours.of_component, theirs.of_component, rtol=1e-4)
     zenith, azimuth = np.deg2rad([20.0, 55.0]), np.deg2rad([100.0, 250.0])
     for nm in NM:
-        np.testing.assert_allclose(table.radiance(zenith, azimuth, nm), csv.radiance(zenith, azimuth, nm), rtol=3e-3)
+        want = csv.radiance(zenith, azimuth, nm)
+        np.testing.assert_allclose(table.radiance(zenith, azimuth, nm) * table.radiance_unit, want, rtol=3e-3)
     two = [field.assign_coords(wavelength=nm) for nm, field in made.groupby("wavelength")]
     each = xarray.concat([one.drop_vars("wavelength") for one in two], "band").assign_coords(wavelength=("band", NM))
     np.testing.assert_array_equal(read(each).values, table.values)
@@ -311,7 +312,7 @@ def test_points_that_cannot_be_grouped_are_a_sentence():
 def test_units_of_the_field_make_absolute_irradiances():
     """Scattered or regular, with any spelling that the tables of radiances know; without a unit it is relative."""
     regular = field().assign_attrs(units="mW/m2/nm/sr")
-    for made, unit in ((points(), 1.0), (points(unit="mW m-2 nm-1 sr-1"), 1e-3), (regular, 1e-3)):
+    for made, unit in ((points(), 0.1), (points(unit="mW m-2 nm-1 sr-1"), 1e-3), (regular, 1e-3)):
         table = read(made)
         exact = np.array([float(np.sum(row * table.grid.projected_solid_angle_sr)) for row in table.values]) * unit
         scene = sky.Scene(wavebands=NM, n_photons=10, components=table)

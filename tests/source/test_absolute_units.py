@@ -111,17 +111,17 @@ def test_sun_sky_and_lobes_share_the_photons_by_irradiance(perez):
 
 
 def test_direct_irradiance_wins_over_the_direct_fraction(perez):
-    add(perez, "[sky]\ndiffuse_irradiance = [1, 2, 3, 4]\ndirect_irradiance = [8, 7, 6, 0]\n")
+    add(perez, "[sky]\ndiffuse_irradiance = [0.1, 0.2, 0.3, 0.4]\ndirect_irradiance = [0.8, 0.7, 0.6, 0]\n")
     scene = sky.read_scene(perez)
-    np.testing.assert_array_equal(irradiances(scene), [[8, 1], [7, 2], [6, 3], [0, 4]])
+    np.testing.assert_array_equal(irradiances(scene), [[0.8, 0.1], [0.7, 0.2], [0.6, 0.3], [0, 0.4]])
 
 
 def test_brightness_without_backgrounds_changes_no_photon(perez):
     plain = sky.read_scene(perez, iterations=1000)
     assert plain.irradiance is None
-    scene = sky.read_scene(add(perez, "[sky]\ndiffuse_irradiance = [1, 1, 1, 1]\n"), iterations=1000)
+    scene = sky.read_scene(add(perez, "[sky]\ndiffuse_irradiance = [0.1, 0.1, 0.1, 0.1]\n"), iterations=1000)
     np.testing.assert_array_equal(scene.source().counts, plain.source().counts)
-    assert irradiances(scene)[3] == pytest.approx([9.0, 1.0])
+    assert irradiances(scene)[3] == pytest.approx([0.9, 0.1])
 
 
 def test_a_table_takes_backgrounds_band_by_band(tmp_path):
@@ -155,14 +155,14 @@ def test_relative_light_and_a_background_need_the_lines_that_are_shown(scene, mi
     lines = str(caught.value).partition("\n\n")[2]
     n_bands = len((amc.parent / "lambbot.inp").read_text().split("\n")) - 2
     assert [line.partition(" ")[0] for line in lines.split("\n") if "=" in line] == [f"{missing}_irradiance"]
-    assert lines.count("1.0") == n_bands
+    assert lines.count("0.1") == n_bands
     add(amc, lines)  # what is shown can be written
-    assert 1.0 in irradiances(sky.read_scene(amc))[0]
+    assert 0.1 in irradiances(sky.read_scene(amc))[0]
 
 
 def test_one_brightness_of_two_is_refused(tmp_path):
     amc = add(copy_scene("beam_only", tmp_path), "[sky]\ndiffuse_irradiance = [0.0, 1.0]\n")
-    message = r"nothing says it of the direct light(?s:.*)direct_irradiance = \[1\.0, 1\.0\]"
+    message = r"nothing says it of the direct light(?s:.*)direct_irradiance = \[0\.1, 0\.1\]"
     with pytest.raises(InputFileError, match=message):
         sky.read_scene(amc)
 

@@ -416,7 +416,7 @@ class _Table:
         if unit and scale is None:
             advice = _ANGLES + "; --azimuth-convention says from where azimuths count" * is_azimuth
             self._bad(span, f"{quoted(unit)} is no unit of an angle that is read", advice)
-        elif not unit and not have_look_of_degrees(column.values) and np.any(column.values):
+        elif not unit and not have_look_of_degrees(column.values) and np.any(np.abs(column.values) > 0):
             message, advice = "nothing says whether this is in degrees or radians", _ANGLE_LINE
             if have_look_of_degrees(other.values):
                 sizes = [f"{one.name.role} to {np.nanmax(one.values):g}" for one in (column, other)]

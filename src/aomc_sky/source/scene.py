@@ -6,6 +6,8 @@
 from __future__ import annotations
 
 import dataclasses
+import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -18,7 +20,7 @@ import aomc_sky
 from aomc_sky.component import Component
 from aomc_sky.directions import given_angle
 from aomc_sky.emission.irradiance import Irradiance
-from aomc_sky.errors import SceneError, UsageError, unmasked
+from aomc_sky.errors import InputWarning, SceneError, UsageError, unmasked
 from aomc_sky.float_mode import in_default_mode
 from aomc_sky.formats.report import beyond_memory
 from aomc_sky.plan.allocation import (
@@ -173,6 +175,8 @@ class Scene:
         expected = (n_bands, len(self.components))
         if self.irradiance is not None and self.irradiance.of_component.shape != expected:
             raise SceneError(f"irradiance must have one entry for each of {n_bands} bands and {expected[1]} components")
+        if self.irradiance is not None:
+            _warn_of_too_much_light(self.wavebands.wavelength_nm, self.irradiance.of_component.sum(axis=1))
 
     def _lower_components(self) -> None:
         """Replace models and functions by their components, and append their notes."""
@@ -319,6 +323,26 @@ class Scene:
             replicates=replicates,
         )
         return PhotonSource(build_plan(self, checked_seed(seed), options, max_memory_bytes))
+
+
+def _warn_of_too_much_light(wavelength_nm: np.ndarray, irradiance: np.ndarray) -> None:
+    """Clouds double the light of the sun at most; a unit that is read or written wrongly makes factors of 10 and more.
+
+    The sun is a disc of 6000 K here: right within 17 % from 410 to 3000 nm, up to twice too bright from 300 nm on.
+    """
+    is_solar = (wavelength_nm >= 300.0) & (wavelength_nm <= 3000.0)
+    disc_sr, micrometres = math.pi * math.sin(math.radians(959.63 / 3600)) ** 2, wavelength_nm[is_solar] / 1000
+    sun = np.full(wavelength_nm.shape, np.inf)
+    sun[is_solar] = disc_sr * 1.191043e5 / micrometres**5 / np.expm1(14387.77 / 6000 / micrometres)
+    band = int(np.argmax(irradiance / sun))
+    if irradiance[band] > 2 * sun[band]:
+        warnings.warn(
+            f"waveband {band + 1} at {wavelength_nm[band]:g} nm has {irradiance[band]:.3g} W m-2 nm-1 on the "
+            f"horizontal plane, {irradiance[band] / sun[band]:.2g} times the sun outside the atmosphere: a unit may "
+            "be wrong, or a measured direction sees the sun",
+            InputWarning,
+            stacklevel=4,
+        )
 
 
 def _whole_photons(n_photons: object, n_bands: int) -> np.ndarray:

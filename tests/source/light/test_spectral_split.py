@@ -230,8 +230,8 @@ def test_light_of_the_night_adds_to_it_and_irradiances_of_sky_toml_win(amc):
     found = split(850.0, 95.0, 32.4, scene.wavebands.wavelength_nm)
     np.testing.assert_allclose(scene.irradiance.of_component[:, 0], found.direct_irradiance, rtol=1e-12)
     assert scene.irradiance.of_component.shape[1] > 2
-    toml.write_text(text + "\n[sky]\ndiffuse_irradiance = [0.5, 0.5, 0.5, 0.5]\n")
+    toml.write_text(text + "\n[sky]\ndiffuse_irradiance = [0.25, 0.25, 0.25, 0.25]\n")
     given = sky.read_scene(amc, perez=SPECTRL2)
-    np.testing.assert_allclose(given.irradiance.of_component[:, 1], 0.5, rtol=1e-12)
-    beam = 0.5 * found.direct_fraction / (1.0 - found.direct_fraction)
+    np.testing.assert_allclose(given.irradiance.of_component[:, 1], 0.25, rtol=1e-12)
+    beam = 0.25 * found.direct_fraction / (1.0 - found.direct_fraction)
     np.testing.assert_allclose(given.irradiance.of_component[:, 0], beam, rtol=1e-9)

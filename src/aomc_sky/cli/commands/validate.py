@@ -234,7 +234,8 @@ def _checked(path: Path, read: Callable[[Path], Any], strict: bool) -> tuple[dic
         except AomcSkyError as error:
             problems, code = [error_text(error)], error.exit_code
             was_read = not isinstance(error, MissingExtraError)
-    noticed = list(dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, _OURS)))
+    texts = list(dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, _OURS)))
+    noticed = [text if ": warning[" in text else f"{path}: warning: {text}" for text in texts]
     if strict and noticed:
         code = code or 3
     result = {"path": str(path), "ok": code == 0, "was_read": was_read, "problems": [*problems, *noticed]}

@@ -474,7 +474,7 @@ def _refuse_unknown(
     if not missing:
         return
     at = ", ".join(f"{w:g}" for w in bands.wavelength_nm[:_MAX_SHOWN]) + (", ..." if bands.n_bands > _MAX_SHOWN else "")
-    values = ", ".join(["1.0"] * bands.n_bands)
+    values = ", ".join(["0.1"] * bands.n_bands)
     lines = "".join(f"{name}_irradiance = [{values}]\n" for name in missing)
     what = "the light of a background is in W m-2 nm-1, but no file says how bright sun and sky are"
     if not has_background:
