@@ -235,6 +235,7 @@ def test_long_texts_of_a_stranger_take_no_time(words):
         (east(radiance={"long_name": "log10 of radiance"}), "says 'log10'"),
         (east(radiance={"long_name": "radiance x 1000"}), "says 'radiance x 1000'"),
         (east(name="L", radiance={"long_name": "water-leaving radiance"}), "not the light of the sky"),
+        (east(name="L", radiance={"long_name": "radiance just below the sea surface"}), "not the light of the sky"),
         (east(change=np.negative), "negative or infinite: 240, such as -300"),
         (east(change=lambda values: values > 200), "holds bool instead of real numbers"),
         # the sky was left out with a remark, and the horizon took its place

@@ -33,6 +33,7 @@ MAX_NAMES = 40
 _ENGINES = {b"CDF\x01": "scipy", b"CDF\x02": "scipy"}
 _NOT_OF_SKY = re.compile(
     r"upwelling|upward|outgoing|reflected|\bleaving\b|\btop of (?:the )?atmosphere\b|\btoa\b|stokes [quv]\b"
+    r"|\b(?:below|beneath|under) (?:the )?(?:sea |water )?surface\b|\b(?:sub ?surface|under ?water)\b"
 )
 _NAMED_OTHERWISE = re.compile(
     r"\b(?:l ?[uw]|up|(?<!over )water|direct|dir|nlw|rrs|err|errors?|uncertaint\w+|unc|std|stdev|standard deviation"
