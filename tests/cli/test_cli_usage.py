@@ -235,6 +235,8 @@ OTHERS = {
     (3, "plot nosuch"): "E100",
     (3, "plot nosuch --quantity dop"): "E100",
     (3, "plot nosuch --time 3"): "E100",
+    (4, f"run scene --out new --format none --iterations {2**63 - 1}"): f"from 1 to 2^62, got {2**63 - 1}",
+    (4, f"run scene --out new --format none --iterations {2**62 + 1}"): f"from 1 to 2^62, got {2**62 + 1}",
     (4, "run scene --out new --iterations 10 --replicates 11"): "too few for 11 replicates",
     (4, f"run perez --out new {EPW} --row 1"): "the nearest row with a sun is 5",
     (4, "run perez --out new --time 2026-06-21T00:30:00Z --latitude 54.18 --longitude 7.89"):

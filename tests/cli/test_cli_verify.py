@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.fault_rows import command
+from tests.support.fault_rows import command, row_id
 from tests.support.scenes import flip_bit
 from tests.support.shared import INPUTS
 from tests.support.verified import change_photons
@@ -170,7 +170,7 @@ DAMAGES = {
 }
 
 
-@pytest.mark.parametrize("name", DAMAGES)
+@pytest.mark.parametrize("name", DAMAGES, ids=[row_id(49, name.replace(" ", "-")) for name in DAMAGES])
 def test_damage_is_found_and_named(out, capsys, name):
     spoil, *texts = DAMAGES[name]
     spoil(out)

@@ -1,4 +1,7 @@
-"""Rows 27 to 33 of the matrix: amc.inp, lambbot.inp and difcol.inp out of form or range, and what is no file."""
+"""Rows 29 to 33 of the matrix: what is read all the same, and what is no file.
+
+Files out of form or range are those of tests/data; tests/cli/test_cli_validate.py runs them.
+"""
 
 import json
 import os
@@ -8,73 +11,24 @@ from pathlib import Path
 import pytest
 
 from aomc_sky.formats.aomc.amc import read_amc
-from tests.support.fault_rows import AMC, Fault, amc_line, check_refused, faults, row, row_id, run_scene, sky
+from tests.support.fault_rows import AMC, row, row_id, run_scene, sky
 from tests.support.processes import limited
 from tests.support.scenes import write_amc
 from tests.support.shared import INPUTS
 
-TWO_BANDS = "2\n555.0 0.05 0.0\n580.0 0.05 0.0\n"
-
-
-def bands(*changed):
-    """Text of lambbot.inp of three wavebands, its first rows replaced."""
-    rows = ["555.0 0.05 0.0", "580.0 0.05 0.0", "640.0 0.05 0.0"]
-    return "\n".join(["3", *changed, *rows[len(changed) :], ""])
-
-
-def in_file(number, name, place, **files):
-    """Files without their ending .inp; the problem stands in the last one."""
-    named = {f"{file}.inp": text for file, text in files.items()}
-    return Fault(row=number, name=name, files=named, places=[f"{list(named)[-1]}:{place}"])
-
-
-MODEL = amc_line(2, "0")
-RANGES = [
-    in_file(31, "count-of-lambbot-differs", "1:1 E201", lambbot=TWO_BANDS),
-    in_file(31, "count-of-difcol-differs", "1:1 E201", amc=MODEL, difcol="2\n0.8 1.0\n0.8 1.0\n"),
-    in_file(32, "reflectance-above-1", "2:7 E202", lambbot=bands("555.0 1.5 0.0")),
-    in_file(32, "reflectance-negative", "2:7 E202", lambbot=bands("555.0 -0.1 0.0")),
-    in_file(32, "reflectance-nan", "2:7 E202", lambbot=bands("555.0 NaN 0.0")),
-    in_file(32, "direct-fraction-above-1", "2:1 E202", amc=MODEL, difcol="3\n1.2 1.0\n0.8 1.0\n0.8 1.0\n"),
-]
-
-
-LINES = AMC.splitlines()
-
-
-def in_amc(number, name, text, place):
-    return Fault(row=number, name=name, files={"amc.inp": text}, places=[f"amc.inp:{place}"])
-
-
-SKY_UTF16 = {"skydist.inp": sky().encode("utf-16")}
-OF_AMC = [
-    in_amc(27, "flag-one-column-right", amc_line(2, "1", column=50), "2:50 E103"),
-    in_amc(28, "real-without-point", amc_line(6, "100"), "6:49 E104"),
-    in_amc(29, "line-missing", "\n".join([*LINES[:6], *LINES[7:], ""]), "7:1 E105"),
-    in_amc(29, "line-too-many", "\n".join([*LINES[:6], "", *LINES[6:], ""]), "7:1 E105"),
-    in_amc(30, "amc-utf-16", AMC.encode("utf-16"), "1:1 E101"),
-    Fault(row=30, name="sky-utf-16", files=SKY_UTF16, places=["skydist.inp:1:1 E101"]),
-    in_amc(30, "nul-bytes", AMC.replace("100.0", "10\0.0"), "6:51 E101"),
-    in_amc(30, "lone-returns", AMC.replace("\n", "\r", 1), f"1:{len(LINES[0]) + 1} E101"),
-]
-
-
-@faults([*OF_AMC, *RANGES])
-def test_fault(fault, tmp_path, capsys):
-    check_refused(fault, tmp_path, capsys)
+BANDS = "3\n555.0 1.5 0.0\n580.0 0.05 0.0\n640.0 0.05 0.0\n"
+"""Of lambbot.inp, whose first reflectance cannot be."""
 
 
 @row(32, "lenient-keeps-the-reflectance", "strict-refuses-it-again")
 def test_a_reflectance_of_the_program(fault, tmp_path, capsys):
     options = ["--lenient", "--iterations", 1000, "-q", *(["--strict"] if fault.startswith("strict") else [])]
-    answer = run_scene(tmp_path, {"lambbot.inp": bands("555.0 1.5 0.0")}, options, capsys)
+    answer = run_scene(tmp_path, {"lambbot.inp": BANDS}, options, capsys)
     assert answer.code == (3 if fault.startswith("strict") else 0)
     assert answer.err.startswith("lambbot.inp:2:7: warning[E202]: ")
 
 
 SCENE_FILES = ("amc.inp", "lambbot.inp", "skydist.inp")
-
-
 NO_FILE = "{}: error[E100]: there is no such file"
 NO_REGULAR_FILE = "{}: error[E100]: this is not a regular file, expected a text file"
 KINDS = {

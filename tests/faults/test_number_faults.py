@@ -5,10 +5,6 @@ import json
 import pytest
 
 from tests.support.fault_rows import (
-    Fault,
-    amc_line,
-    check_refused,
-    faults,
     photons_of_band,
     row,
     row_id,
@@ -112,25 +108,3 @@ def test_many_photons_in_thirds(n, tmp_path, capsys):
     assert sum(counts) == n
     # each patch is within one unit of 2^-62 of its share, and within one photon of what these units give
     assert all(abs(3 * count - n) <= 6 for count in counts)
-
-
-TOO_MANY = [
-    Fault(
-        row=25,
-        name=f"refused-{name}",
-        files={},
-        code=4,
-        options=("--iterations", str(n), "--format", "none"),
-        words=f"iterations must be a whole number from 1 to 2^62, got {n}",
-    )
-    for name, n in {"2-to-the-63-less-1": 2**63 - 1, "2-to-the-62-plus-1": 2**62 + 1}.items()
-]
-NONE, FEWER_THAN_NONE = (
-    Fault(row=26, name=name, files={"amc.inp": amc_line(1, value)}, places=["amc.inp:1:49 E102"])
-    for name, value in (("no-photons", "0"), ("photons-below-zero", "-5"))
-)
-
-
-@faults([*TOO_MANY, NONE, FEWER_THAN_NONE])
-def test_fault(fault, tmp_path, capsys):
-    check_refused(fault, tmp_path, capsys)
