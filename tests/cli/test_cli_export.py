@@ -50,14 +50,6 @@ def test_npy_is_what_run_writes(amc, tmp_path, options):
         assert (tmp_path / "out-npy" / name).read_bytes() == (tmp_path / "npy" / name).read_bytes()
 
 
-def test_csv_holds_the_photons(out, told):
-    shown = told("export", out, "--to", "csv", "--waveband", 3)
-    assert "20000 photons in 1 waveband, seed 5, as csv: 1 file" in shown.out
-    assert shown.err == ""
-    numbers = np.loadtxt(out.with_name("out-csv") / "photons-0003.csv", delimiter=",", skiprows=1, dtype=np.float32)
-    assert np.array_equal(numbers, source_of(out).photons(2).directions)
-
-
 def test_mcpl_is_what_write_mcpl_writes(out, tmp_path, told):
     write_mcpl(source_of(out), tmp_path / "wanted.mcpl")
     assert export(out, "--to", "mcpl") == 0
@@ -215,25 +207,6 @@ def test_a_map_is_what_its_name_says(out, tmp_path, told):
     (tmp_path / "v1.2").mkdir()
     assert command(*words("v1.2", "-q")) == 0
     assert names(tmp_path / "v1.2") == {"envmap.npy", "envmap.json", "plan.npz"}
-
-
-@pytest.mark.parametrize(
-    ("words", "text"),
-    [
-        ("mcpl --out out", "photons.mcpl in the run is the run's own"),
-        ("source --out out/source.sky", "source.sky in the run is the run's own"),
-        (
-            "source --out out/plan.npz",
-            "plan.npz is there and no folder; --to source takes a folder, or a name that ends",
-        ),
-        ("csv --out /dev/full", "/dev/full is there and no folder; --to csv takes a folder"),
-    ],
-)
-def test_files_of_the_run_and_devices_are_no_target(out, tmp_path, monkeypatch, told, words, text):
-    monkeypatch.chdir(tmp_path)
-    before = names(out)
-    assert text in told("export", out, "--force", "--to", *words.split(), code=2).err
-    assert names(out) == before
 
 
 @pytest.mark.parametrize("to", ["npy", "mcpl", "netcdf"])

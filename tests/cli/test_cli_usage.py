@@ -58,6 +58,7 @@ USAGE = {
     "run scene --out new --replicates 1e9": "1 to 4096",
     "run scene --out new --replicates 2 --compat aomc": "no randomness",
     "run scene --out new --replicates 2 --allocation aomc": "no randomness",
+    "run scene --out new --replicates 4 --format source": "4 replicates: make one source per seed",
     "run scene --out new --shard 0/3": "shard",
     "run scene --out new --shard 4/3": "shard",
     "run scene --out new --shard 1:3": "shard",
@@ -167,6 +168,17 @@ USAGE = {
     f"{EXPORT} mcpl --out sky.hdr": "a name that ends in .mcpl is a file, and a name without an ending",
     f"{EXPORT} csv --out photons.csv": "a name without an ending, such as photons, is a folder",
     f"{EXPORT} aomc --out sky.nc": "--to aomc writes no .nc file",
+    f"{EXPORT} mcpl --out out": "photons.mcpl in the run is the run's own",
+    f"{EXPORT} source --out out/source.sky": "source.sky in the run is the run's own",
+    f"{EXPORT} source --out out/plan.npz":
+        "plan.npz is there and no folder; --to source takes a folder, or a name that ends",
+    f"{EXPORT} csv --out /dev/full": "/dev/full is there and no folder; --to csv takes a folder",
+    # an empty name
+    f"{EXPORT} csv --out ''": "empty",
+    "plot inputs/clear_day --out ''": "empty",
+    f"{CLEAR} --write-skydist ''": "empty",
+    f"{CLEAR} --plot ''": "empty",
+    f"{AIR} --out-dir ''": "empty",
     # plot
     "plot scene --out sky.bmp": ".png",
     "plot scene --out sky.gif": ".svg",
@@ -246,6 +258,7 @@ OTHERS = {
     (4, "perez --sun-zenith 40 --dni 850 --dhi 0 --out new"): "no light in the sky",
     (6, f"{CLEAR} --write-skydist no/such/folder/skydist.inp"): "no/such/folder",
     (6, "plot scene --out absent/sky.png"): "absent",
+    (6, "run scene -q --out theirs.npy"): "cannot create the folder",
 }  # fmt: skip
 """The same with their exit codes."""
 NEEDED = {"plot": "matplotlib", "night.h5": "h5py", "--epw": "pvlib", "--time 2": "pvlib", "--tmy3": "pvlib"}

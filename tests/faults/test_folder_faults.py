@@ -141,13 +141,6 @@ def test_a_reader_that_goes_away_is_exit_6(fault, amc):
     assert b"Traceback" not in err
 
 
-@row(41, "file-in-the-place-of-the-folder")
-def test_a_file_in_the_place_of_the_folder(fault, amc, tmp_path, told):
-    (tmp_path / "out").write_text("mine")
-    assert "cannot create the folder" in told("run", amc, "--out", tmp_path / "out", "-q", code=6).err
-    assert (tmp_path / "out").read_text() == "mine"
-
-
 @pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs a folder that nobody may write to")
 @row(41, "target-that-refuses")
 def test_a_target_that_refuses(fault, amc, told):

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from aomc_sky.outputs.run_folder import check_target, is_ours
-from tests.support.fault_rows import command, row, row_id
+from tests.support.fault_rows import command, row
 from tests.support.shared import INPUTS
 
 needs_matplotlib = pytest.mark.skipif(find_spec("matplotlib") is None, reason="draws pictures")
@@ -39,25 +39,6 @@ def test_the_folder_of_the_scene_is_no_run_folder(fault, force, scene, monkeypat
     monkeypatch.chdir(where)
     assert "aomc-sky-out" in told("run", scene, "--iterations", 100, "-q", "--out", out, *force, code=2).err
     assert files_of(scene) == before
-
-
-EMPTY = {
-    "export": ("export", "x", "--to", "csv", "--out", ""),
-    "plot": ("plot", INPUTS / "clear_day", "--out", ""),
-    "write-skydist": (*PEREZ, "--write-skydist", ""),
-    "picture": (*PEREZ, "--plot", ""),
-    "atmosphere": ("atmosphere", INPUTS / "atmosphere" / "hazy.atmo", "--out-dir", ""),
-}
-
-
-@pytest.mark.parametrize("words", EMPTY.values(), ids=[row_id(48, f"empty-{name}") for name in EMPTY])
-def test_an_empty_name_is_refused(words, tmp_path, monkeypatch, told):
-    monkeypatch.chdir(tmp_path)
-    extra = {"plot": "matplotlib"}.get(str(words[0]))
-    if extra and find_spec(extra) is None:
-        pytest.skip(f"needs {extra}")
-    assert "empty" in told(*words, code=2).err
-    assert list(tmp_path.iterdir()) == []
 
 
 FOREIGN = ("counts.csv", "photons-0001.npy", "manifest.json", "weights-0002.npy", "plan.npz", "counts.npz")

@@ -2,15 +2,12 @@
 
 import copy
 import json
-import os
-from functools import partial
 
 import jsonschema
 import pytest
 
 from aomc_sky.cli.main import main
-from aomc_sky.errors import AomcSkyError
-from aomc_sky.outputs.manifest import manifest_bytes, read_manifest
+from aomc_sky.outputs.manifest import manifest_bytes
 from tests.support.scenes import copy_scene
 from tests.support.shared import REPOSITORY
 
@@ -77,12 +74,3 @@ def test_no_value_of_another_kind_ends_in_a_traceback(run, turn, capsys):
     finally:
         (run / "manifest.json").write_bytes(manifest_bytes(whole))
     assert "Traceback" not in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("kind", ["link", "folder", "fifo"])
-def test_what_is_no_file_is_not_read(run, tmp_path, kind):
-    path = tmp_path / "manifest.json"
-    made = {"fifo": os.mkfifo, "folder": os.mkdir, "link": partial(os.symlink, run / "manifest.json")}
-    made[kind](path)
-    with pytest.raises(AomcSkyError, match="E961"):
-        read_manifest(path)
