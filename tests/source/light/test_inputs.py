@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import aomc_sky as sky
 from aomc_sky.directions import travel_from_sky
+from aomc_sky.errors import ModelLimitWarning
 from aomc_sky.formats.aomc.amc import LightSource
 from aomc_sky.formats.sky_toml.sections import PerezSection, SunSection
 from aomc_sky.inputs import Entrance
@@ -196,6 +197,13 @@ def test_a_uniform_sky_says_that_perez_is_not_used(tmp_path):
     scene = sky.read_scene(scene_folder(tmp_path, toml=TOML, difcol=DIFCOL), sky="uniform")
     assert scene.notes[-1] == "sky.toml: [perez] is not used, no Perez sky is modelled"
     assert "perez" not in scene.options
+
+
+def test_limited_inputs_are_warned_of_and_kept(tmp_path):
+    folder = scene_folder(tmp_path, difcol=DIFCOL)
+    with pytest.warns(ModelLimitWarning):
+        assert perez_of(sky.read_scene(folder, perez={"epsilon": 40.0, "delta": 0.9}))["limited"] != []
+    assert perez_of(sky.read_scene(folder, perez={"epsilon": 5.0, "delta": 0.2}))["limited"] == []
 
 
 def test_coefficients_reach_the_model(tmp_path):
