@@ -222,25 +222,3 @@ def test_a_full_disk_leaves_nothing_half(out, tmp_path, to):
     assert process.returncode == 6, err
     assert err.startswith(b"aomc-sky: error: cannot write")
     assert names(tmp_path / "made") <= {"plan.npz"}
-
-
-def test_progress_and_flat_memory(out, monkeypatch):
-    """Chunks are told as they come, and no array of a whole band is ever made."""
-    from aomc_sky.engine.export import ExportOptions, export_run
-    from aomc_sky.engine.stored_run import open_run
-    from aomc_sky.outputs.photons import files
-
-    monkeypatch.setattr(files, "BLOCK", 1024)
-    told: list[tuple[int, int]] = []
-    sizes: list[int] = []
-    photons = PhotonSource.photons
-
-    def watched(self, band=0, start=0, stop=None, **how):
-        sizes.append(stop - start)
-        return photons(self, band, start, stop, **how)
-
-    monkeypatch.setattr(PhotonSource, "photons", watched)
-    result = export_run(open_run(out), ExportOptions(to="npy"), lambda done, total: told.append((done, total)))
-    assert told[-1] == (60_000, 60_000) == (result["photons"], result["photons"])
-    assert len(told) == 3 * 20
-    assert max(sizes) == 1024

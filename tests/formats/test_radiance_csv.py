@@ -99,21 +99,6 @@ def test_signs_of_other_encodings(tmp_path):
     assert len(caught.value.problems) == 1
 
 
-@pytest.mark.parametrize(
-    ("head", "delimiter", "message"),
-    [
-        ("zenith azimuth radiance", " ", "blanks are between the columns(.|\n)*separate the columns by commas"),
-        ("zenith,azimuth_cw,L", ",", "'cw' does not say from where azimuths count(.|\n)*--azimuth-convention"),
-        ("zenith,azimuth of sun,L", ",", "'of sun' does not say clearly from where(.|\\n)*--azimuth-convention"),
-        ("zenith,azimuth (gon),L", ",", "'gon' is no unit of an angle(.|\n)*--azimuth-convention"),
-    ],
-)
-def test_what_is_not_clear_is_one_sentence(tmp_path, head, delimiter, message):
-    with pytest.raises(sky.InputFileError, match=message) as caught:
-        read_radiance_points(write(tmp_path / "sky.csv", [head], POINTS, delimiter))
-    assert len(caught.value.problems) == 1
-
-
 def test_arguments_win_over_the_file(tmp_path):
     head = ["# azimuth: enu_from_east", "# radiance unit: relative", "zenith,azimuth,L"]
     path = write(tmp_path / "sky.csv", head, POINTS)
