@@ -99,12 +99,3 @@ def test_many_photons_are_exact(n, tmp_path, capsys):
     assert answer.code == 0
     assert [band["launched"] for band in json.loads(answer.out)["bands"]] == [n] * 3
     assert photons_of_band(answer.folder, 3) == dict.fromkeys(CELLS, n // 4)
-
-
-@pytest.mark.parametrize("n", LARGE.values(), ids=[row_id(25, f"thirds-of-{name}") for name in LARGE])
-def test_many_photons_in_thirds(n, tmp_path, capsys):
-    answer = run_scene(tmp_path, even_sky(1, 3), ["--iterations", n, "--format", "none", "-q"], capsys)
-    counts = photons_of_band(answer.folder, 1).values()
-    assert sum(counts) == n
-    # each patch is within one unit of 2^-62 of its share, and within one photon of what these units give
-    assert all(abs(3 * count - n) <= 6 for count in counts)

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 
-import aomc_sky
 from tests.support.fault_rows import (
     ROWS,
     Fault,
@@ -64,24 +63,6 @@ READING = [
 @faults([*OTHERS, *READING, DARK_BAND])
 def test_fault(fault, tmp_path, capsys):
     check_refused(fault, tmp_path, capsys)
-
-
-@row(8, "all-zero-band-read-in-python")
-def test_a_dark_band_is_refused_by_the_reader(fault, amc):
-    """Before anything is made of the scene."""
-    amc.with_name("skydist.inp").write_text(DARK)
-    with pytest.raises(aomc_sky.SceneError, match="waveband 3 at 640 nm has no light"):
-        aomc_sky.read_scene(amc)
-
-
-@row(8, "all-zero-band-of-a-scene-in-python")
-def test_a_dark_band_of_a_scene(fault):
-    """A scene that nobody read: settling its photons has to look at the bands."""
-    values = np.repeat([[1.0], [0.0]], 6, axis=1)
-    dark = aomc_sky.TabulatedSky(wavelength_nm=[550.0, 650.0], values=values, grid=aomc_sky.PatchGrid.regular(2, 3))
-    scene = aomc_sky.Scene(wavebands=[555.0, 640.0], n_photons=1000, components=dark)
-    with pytest.raises(aomc_sky.SceneError, match="waveband 2 at 640 nm has no light"):
-        scene.source(1)
 
 
 @row(8, "compat-warns-and-launches-none")
