@@ -229,11 +229,8 @@ def test_a_beam_beside_a_sky_file_is_launched_where_it_is_asked_for(name):
         assert both.source().exact_moments(band).mean_mu == pytest.approx(expected, rel=1e-12)
 
 
-def test_no_diffuse_irradiance_means_no_sky(tmp_path):
-    folder = scene_folder(tmp_path)
-    scene = sky.read_scene(folder, perez={"dni": 850.0, "dhi": 0.0})
-    assert [c.name for c in scene.components] == ["direct"]
-    (folder / "difcol.inp").write_text(DIFCOL)
+def test_a_sky_without_light_beside_difcol_is_refused(tmp_path):
+    folder = scene_folder(tmp_path, difcol=DIFCOL)
     with pytest.raises(sky.SceneError, match="no light for the sky"):
         sky.read_scene(folder, perez={"dni": 850.0, "dhi": 0.0})
 
