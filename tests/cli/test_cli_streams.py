@@ -38,14 +38,11 @@ def test_closed_streams_keep_the_exit_code(redirection):
 @pytest.mark.parametrize(
     ("words", "is_buffered"),
     [
-        *(([word], True) for word in ("--help", "--version")),
-        (["info", "--include-dir"], True),
-        (["--version"], False),
-        (["run", "amc.inp", "--out", "-", "--format", "raw"], True),
-        (["run", "amc.inp", "--dry-run"], True),
-        (["run", "amc.inp", "--json", "--format", "none"], True),
+        *(([word], True) for word in ("--help", "--version")), (["info", "--include-dir"], True),
+        (["--version"], False), (["run", "amc.inp", "--out", "-", "--format", "raw"], True),
+        (["run", "amc.inp", "--dry-run"], True), (["run", "amc.inp", "--json", "--format", "none"], True),
     ],
-)
+)  # fmt: skip
 def test_a_full_standard_output_is_reported(words, is_buffered, scene, monkeypatch):
     monkeypatch.chdir(scene)
     monkeypatch.setenv("PYTHONUNBUFFERED", "" if is_buffered else "1")

@@ -92,17 +92,12 @@ def test_photons_that_are_not_stored_are_not_made(tmp_path, capsys):
 @pytest.mark.parametrize(
     "words",
     [
-        ("--format", "mcpl"),
-        ("--format", "none"),
-        ("--format", "raw", "--format", "npy"),
-        ("--precision", "float64", "--format", "raw"),
-        ("--replicates", "4"),
-        ("--compat", "aomc"),
-        ("--placement", "centre"),
-        ("--weighting", "solid-angle", "--weights"),
+        ("--format", "mcpl"), ("--format", "none"), ("--format", "raw", "--format", "npy"),
+        ("--precision", "float64", "--format", "raw"), ("--replicates", "4"), ("--compat", "aomc"),
+        ("--placement", "centre"), ("--weighting", "solid-angle", "--weights"),
         ("--allocation", "largest-remainder", "--order", "patch"),
     ],
-)
+)  # fmt: skip
 def test_every_kind_of_run_passes(tmp_path, capsys, words):
     run(tmp_path / "out", *words, "--waveband", 1, iterations=70_000)
     done = Verified(capsys, tmp_path / "out")

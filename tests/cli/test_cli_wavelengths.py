@@ -72,20 +72,13 @@ def test_a_number_is_a_wavelength_whatever_lies_in_the_folder(tmp_path, monkeypa
 @pytest.mark.parametrize(
     ("form", "text"),
     [
-        ("412,5", "decimals follow a point"),
-        ("412 50", "decimals follow a point"),
-        ("0.443 0.555", "write 443"),
-        ("443 -5", "positive wavelengths"),
-        ("443 5O5", "got '5O5'"),
-        (",", "positive wavelengths"),
-        ("440,,550", "no wavelength stands before a comma"),
-        ("440 , , 550", "no wavelength stands before a comma"),
-        (",440", "no wavelength stands before a comma"),
-        ("440,550,,", "no wavelength stands before a comma"),
-        ("blue", "got 'blue'"),
-        ("", "expected"),
+        ("412,5", "decimals follow a point"), ("412 50", "decimals follow a point"), ("0.443 0.555", "write 443"),
+        ("443 -5", "positive wavelengths"), ("443 5O5", "got '5O5'"), (",", "positive wavelengths"),
+        ("440,,550", "no wavelength stands before a comma"), ("440 , , 550", "no wavelength stands before a comma"),
+        (",440", "no wavelength stands before a comma"), ("440,550,,", "no wavelength stands before a comma"),
+        ("blue", "got 'blue'"), ("", "expected"),
     ],
-)
+)  # fmt: skip
 @pytest.mark.parametrize("command", ["run", "atmosphere"])
 def test_what_is_no_list_of_wavelengths(command, form, text):
     with pytest.raises(WrongWordsError, match=text):

@@ -119,32 +119,18 @@ def test_rows_that_do_not_fit_are_a_question(table, name):
 @pytest.mark.parametrize(
     "line",
     [
-        "# travelled from Kiel to Bergen",
-        "# Direction of travel of the ship: 120 degrees",
-        "# Radiance image of 1000 x 1000 pixels",
-        "# radiance values up to max 1000",
-        "# log of station 7",
-        "# Azimut (deg)",
-        "# ship log: radiance sensor 5",
-        "# Radiance in the almucantar and the principal plane",
-        "# zenith: 0 = overhead, 90 = horizon",
-        "# theta: zenith angle (0 = zenith, 180 = nadir)",
-        "# solar zenith angle 40, solar elevation 50",
-        "# station altitude: 30 m; zenith scan",
-        "# scan from horizon to zenith",
-        "# error propagation in zenith angle",
-        "# multiply scattered light, values are logged each minute",
-        "# bounding box: N=90, S=-90, W=-180, E=180",
-        "# position: 54 N, 8 E",
-        "# one value per 5 nm",
-        "# errors are weighted by the light",
-        "# mean over the patch, weighted with the cosine of the zenith angle",
-        "# Tucson, AZ, 32.2 N 110.9 W",
-        "# other half mirrored at the principal plane",
-        "# position in ship coordinates: 3 m",
-        "# frame 12, x = 3",
+        "# travelled from Kiel to Bergen", "# Direction of travel of the ship: 120 degrees",
+        "# Radiance image of 1000 x 1000 pixels", "# radiance values up to max 1000", "# log of station 7",
+        "# Azimut (deg)", "# ship log: radiance sensor 5", "# Radiance in the almucantar and the principal plane",
+        "# zenith: 0 = overhead, 90 = horizon", "# theta: zenith angle (0 = zenith, 180 = nadir)",
+        "# solar zenith angle 40, solar elevation 50", "# station altitude: 30 m; zenith scan",
+        "# scan from horizon to zenith", "# error propagation in zenith angle",
+        "# multiply scattered light, values are logged each minute", "# bounding box: N=90, S=-90, W=-180, E=180",
+        "# position: 54 N, 8 E", "# one value per 5 nm", "# errors are weighted by the light",
+        "# mean over the patch, weighted with the cosine of the zenith angle", "# Tucson, AZ, 32.2 N 110.9 W",
+        "# other half mirrored at the principal plane", "# position in ship coordinates: 3 m", "# frame 12, x = 3",
     ],
-)
+)  # fmt: skip
 def test_other_lines_are_not(table, line):
     table(NORTH, line, HEAD)
 
@@ -178,16 +164,12 @@ SAME = [
     *(
         (line, HEAD)
         for line in (
-            "# North: 0 deg, East: 90 deg",
-            "# 0°=N, 90°=E, 180°=S, 270°=W",
-            "# phi=0 at N, increasing through E",
-            "# az=0 points north",
-            "# AZ 0 NORTH",
-            "# azimuth clockwise from north, radiance in mW m-2 nm-1 sr-1",
+            "# North: 0 deg, East: 90 deg", "# 0°=N, 90°=E, 180°=S, 270°=W", "# phi=0 at N, increasing through E",
+            "# az=0 points north", "# AZ 0 NORTH", "# azimuth clockwise from north, radiance in mW m-2 nm-1 sr-1",
             "# Sky radiance data (mW m-2 nm-1 sr-1), azimuth north=0",
         )
     ),
-]
+]  # fmt: skip
 """Other words for the same table; a true azimuth is clockwise from north."""
 
 

@@ -130,20 +130,12 @@ def solved(**changed):
 
 
 NO_NUMBERS = {
-    "None": None,
-    "a None in a row": [0.1, None],
-    "complex": 0.1 + 0j,
-    "digits": "0.1",
-    "text": ["0.1", "x"],
-    "date": np.datetime64("2026-01-01"),
-    "time of Python": datetime.datetime(2026, 1, 1),
-    "duration": np.timedelta64(1, "s"),
-    "durations": [np.timedelta64(1, "s"), 0.1],
-    "record": np.zeros(1, dtype=[("zenith", "f8")]),
-    "ragged": [[0.1], [0.1, 0.2]],
-    "mapping": {},
+    "None": None, "a None in a row": [0.1, None], "complex": 0.1 + 0j, "digits": "0.1", "text": ["0.1", "x"],
+    "date": np.datetime64("2026-01-01"), "time of Python": datetime.datetime(2026, 1, 1),
+    "duration": np.timedelta64(1, "s"), "durations": [np.timedelta64(1, "s"), 0.1],
+    "record": np.zeros(1, dtype=[("zenith", "f8")]), "ragged": [[0.1], [0.1, 0.2]], "mapping": {},
     "too large": 10**400,
-}
+}  # fmt: skip
 NUMBERS = {
     "uniform": lambda x: sky.UniformSky().radiance(x, 0.0, 550.0),
     "azimuth": lambda x: sky.OvercastSky().radiance(0.1, x, 550.0),

@@ -376,20 +376,14 @@ def test_equal_skies_give_equal_files(suffix, tmp_path):
 @pytest.mark.parametrize(
     ("what", "options"),
     [
-        (sky.UniformSky(), {"path": "sky.txt"}),
-        (np.zeros(12), {}),
-        (np.zeros(11), {"grid": PatchGrid.regular(3, 4)}),
-        (np.array([[1.0, np.nan]]), {}),
-        (np.ones((3, 4)), {"limits": (2.0, 1.0)}),
-        (np.ones((3, 4)), {"limits": (0.0, 1.0)}),
-        (np.ones((3, 4)), {"cmap": "virdis"}),
-        (np.ones((3, 4)), {"norm": "square"}),
-        (np.ones((3, 4)), {"scale": "both"}),
-        (np.ones((3, 4)), {"size_px": 20}),
-        (np.ones((3, 4)), {"seen_from": "aside"}),
-        (np.ones((3, 4)), {"show": "counts"}),
+        (sky.UniformSky(), {"path": "sky.txt"}), (np.zeros(12), {}),
+        (np.zeros(11), {"grid": PatchGrid.regular(3, 4)}), (np.array([[1.0, np.nan]]), {}),
+        (np.ones((3, 4)), {"limits": (2.0, 1.0)}), (np.ones((3, 4)), {"limits": (0.0, 1.0)}),
+        (np.ones((3, 4)), {"cmap": "virdis"}), (np.ones((3, 4)), {"norm": "square"}),
+        (np.ones((3, 4)), {"scale": "both"}), (np.ones((3, 4)), {"size_px": 20}),
+        (np.ones((3, 4)), {"seen_from": "aside"}), (np.ones((3, 4)), {"show": "counts"}),
     ],
-)
+)  # fmt: skip
 def test_what_cannot_be_drawn_is_refused(what, options, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(UsageError):

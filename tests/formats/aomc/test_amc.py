@@ -35,17 +35,13 @@ def test_both_layouts_and_spellings_mean_the_same():
 @pytest.mark.parametrize(
     ("name", "field", "value"),
     [
-        ("flag_one_column_right", "light_source", 0),
-        ("flag_two_digits", "log_bottom", True),
-        ("real_without_point", "depth_m", 0.2),
-        ("exponent_without_point", "circle_diameter_m", 2e-6),
-        ("thirteen_characters", "iterations", 500),
-        ("past_the_field", "iterations", 5),
-        ("one_column_left", "depth_m", 0.0),
-        ("blank_inside", "n_wavebands", 12),
+        ("flag_one_column_right", "light_source", 0), ("flag_two_digits", "log_bottom", True),
+        ("real_without_point", "depth_m", 0.2), ("exponent_without_point", "circle_diameter_m", 2e-6),
+        ("thirteen_characters", "iterations", 500), ("past_the_field", "iterations", 5),
+        ("one_column_left", "depth_m", 0.0), ("blank_inside", "n_wavebands", 12),
         ("lone_point", "circle_diameter_m", 0.0),
     ],
-)
+)  # fmt: skip
 def test_lenient_takes_what_fortran_reads_and_says_so(name, field, value):
     with pytest.warns(InputWarning, match=r"warning\[E10[3-9]\]"):
         config = read_amc(DATA / f"amc/bad/{name}.inp", lenient=True)

@@ -87,14 +87,10 @@ def test_shapes_are_kept():
 @pytest.mark.parametrize(
     ("time", "latitude", "longitude"),
     [
-        ("2023-01-01", 91.0, 0.0),
-        ("2023-01-01", float("nan"), 0.0),
-        ("2023-01-01", 0.0, 181.0),
-        ("NaT", 0.0, 0.0),
-        ("1799-12-31T23:59:59", 0.0, 0.0),
-        ("2200-01-01", 0.0, 0.0),
+        ("2023-01-01", 91.0, 0.0), ("2023-01-01", float("nan"), 0.0), ("2023-01-01", 0.0, 181.0), ("NaT", 0.0, 0.0),
+        ("1799-12-31T23:59:59", 0.0, 0.0), ("2200-01-01", 0.0, 0.0),
     ],
-)
+)  # fmt: skip
 def test_places_and_times_that_do_not_exist(time, latitude, longitude):
     with pytest.raises(UsageError):
         sun_position(np.datetime64(time), latitude, longitude)

@@ -171,14 +171,11 @@ REFUSED = {
         ({"weather": NOON}, r"all light comes from skydist\.inp"),
     ],
     "sparse_sky": [
-        ({"compat": "aomc", "bins": "equal"}, "aomc"),
-        ({"compat": "aomc", "weighting": "listed"}, "aomc"),
-        ({"compat": "aomc", "azimuth_bins": "n"}, "aomc"),
-        ({"bins": "radians"}, "bins"),
+        ({"compat": "aomc", "bins": "equal"}, "aomc"), ({"compat": "aomc", "weighting": "listed"}, "aomc"),
+        ({"compat": "aomc", "azimuth_bins": "n"}, "aomc"), ({"bins": "radians"}, "bins"),
         ({"weighting": "aomc"}, "weighting"),
         ({"sky": "uniform", "weighting": "aomc"}, "a sky model has 'projected' or 'solid-angle'"),
-        ({"bins": "degrees", "azimuth_bins": "n"}, "bins"),
-        ({"wavebands": [0]}, "waveband 0"),
+        ({"bins": "degrees", "azimuth_bins": "n"}, "bins"), ({"wavebands": [0]}, "waveband 0"),
     ],
     "clear_day": [({"sky": "perez", "perez": {"dni": 850.0, "dhi": 95.0, **SPECTRL2}}, "all light is diffuse")],
     "atmosphere_sky": [
@@ -188,7 +185,7 @@ REFUSED = {
     ],
     "sun_and_sky": [({"compat": "aomc", "perez": SPECTRL2}, "does not use perez")],
     "beam_only": [({"diffuse_only": True}, r"difcol[.]inp., and diffuse_only=True leaves")],
-}
+}  # fmt: skip
 """Scene of inputs/ -> what it cannot use, and what is said."""
 
 
