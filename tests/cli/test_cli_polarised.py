@@ -195,7 +195,6 @@ def test_columns_are_those_of_the_batch(run_of_all, tmp_path, told):
 
 
 def test_files_of_an_unpolarised_run_are_the_same_bytes(run_of_all, tmp_path):
-    """Without the option no file has more columns, and directions are the same."""
     out = tmp_path / "out"
     assert command(*RUN, "--iterations", N, "--format", "npy", "--format", "raw", "--out", out, "-q") == 0
     assert not list(out.glob("stokes-*"))

@@ -31,7 +31,6 @@ class Terminal(io.StringIO):
 
     @property
     def is_clear(self):
-        """Whether the line is empty, and the cursor at its begin."""
         *_, last, end = ["", *self.getvalue().split("\r")]
         return last.strip() == end == ""
 

@@ -23,7 +23,6 @@ def run(out, *words, iterations=ITERATIONS, scene=SCENE):
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    """A run of two wavebands and three blocks each."""
     out = tmp_path_factory.mktemp("verify") / "out"
     run(out, "--waveband", 1, "--waveband", 2)
     return out
@@ -31,7 +30,6 @@ def finished(tmp_path_factory):
 
 @pytest.fixture
 def out(finished, tmp_path):
-    """A copy of it, to be spoilt."""
     return Path(shutil.copytree(finished, tmp_path / "out"))
 
 

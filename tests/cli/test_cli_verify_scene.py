@@ -158,7 +158,6 @@ COLUMNS = {
 
 
 def written_again(folder, source, change, **header):
-    """A file of ours whose particles were changed, written by libmcpl."""
     library, ours, again = oracle(), folder / "ours.mcpl", folder / "again.mcpl"
     sky.write_mcpl(source, ours)
     particles = library.read(ours).copy()

@@ -10,7 +10,6 @@ NEEDED = {"run": [], "verify": ["out"], "atmosphere": ["a.atmo"], "info": ["a.h5
 
 
 def lists():
-    """Command and option of each list of wavelengths."""
     parsers = next(action for action in build_parser()._actions if action.dest == "command").choices
     return [
         (command, flag)

@@ -69,7 +69,6 @@ def test_only_the_sub_command_that_was_asked_for_is_built(loaded):
 
 
 def broken(folder, scene, name, *changes):
-    """Copy a scene with changes in one file."""
     shutil.copytree(INPUTS / scene, folder)
     data = (folder / name).read_bytes()
     for old, new in changes:

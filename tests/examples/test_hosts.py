@@ -39,7 +39,6 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def fortran_folder(tmp_path_factory):
-    """The Fortran program, built."""
     folder = copied("fortran", tmp_path_factory.mktemp("hosts"))
     make(folder, "sky_means", flags=QUICK)
     return folder

@@ -34,7 +34,6 @@ print(digest.hexdigest())
 
 @pytest.fixture(scope="module")
 def photons():
-    """Hash of the photons that this process makes."""
     source = sky.read_scene(SCENE, iterations=N).source(5)
     digest = hashlib.sha256()
     for band in range(source.n_bands):
@@ -50,7 +49,6 @@ def test_environments(fault, photons):
 
 @row(44, "threads-1-to-64")
 def test_threads(fault, amc, tmp_path):
-    """Every byte of the folder."""
     found = []
     for threads in (1, 2, 3, 64):
         out = tmp_path / str(threads)
@@ -130,7 +128,6 @@ DAMAGES = {
 
 @pytest.fixture(scope="module")
 def good_cache(tmp_path_factory):
-    """A cache with one small kernel in it."""
     cache = tmp_path_factory.mktemp("kernels")
     assert with_numba(COUNTS, NUMBA_CACHE_DIR=str(cache)).strip() == f"{COUNTS_SAID} 0"
     return cache

@@ -83,14 +83,12 @@ def package(tmp_path_factory):
 
 
 def python(package, *words):
-    """What Python says that sees a copy of the package."""
     command = [sys.executable, *words]
     environment = {**os.environ, "PYTHONPATH": str(package), "NUMBA_CACHE_DIR": str(package / "cache")}
     return subprocess.run(command, cwd=package, env=environment, capture_output=True, text=True, check=False)
 
 
 def work(package, scene, *works):
-    """What a copy of the package makes of a scene."""
     out = package / scene / "-".join(works)
     out.mkdir(parents=True)
     done = python(package, "-c", _WORK, str(INPUTS / scene), str(out), *works)
