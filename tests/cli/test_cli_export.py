@@ -114,22 +114,6 @@ def test_aomc_never_touches_the_files_of_a_scene(amc, out, told):
         assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
 
 
-@pytest.mark.parametrize(
-    ("name", "words", "code", "said"),
-    [
-        ("sun_and_sky", (), 0, "each waveband was planned again with 20000 photons"),
-        ("perez_sky", ("--no-disc", "--iterations", 17_000_000), 4, "--iterations 16000000 --sun-zenith 32"),
-    ],
-)
-def test_aomc_plans_a_run_again_or_says_what_cures_it(name, words, code, said, tmp_path, told):
-    """What is planned, all reasons and their cures are in tests/outputs/aomc/test_skydist.py."""
-    amc = copy_scene(name, tmp_path)
-    assert run(amc, *words, "--out", tmp_path / "out") == 0
-    shown = told("export", tmp_path / "out", "--to", "aomc", "--scene", amc, code=code)
-    assert all(word in shown.out + shown.err for word in said.split(" --"))
-    assert shown.err.count("\n") == (code == 4)
-
-
 def test_weights_have_no_place_in_the_program(tmp_path, told):
     amc = copy_scene("document_example", tmp_path)
     assert run(amc, "--weights", "--weighting", "solid-angle", "--out", tmp_path / "out") == 0

@@ -19,6 +19,7 @@ ITERATIONS = 2 * BLOCK + 77
 FILES = {"photons-0002.npy", "positions-0002.npy"}
 MARK = "shard-1-of-3.done"
 PARTS = {f"{name}.part" for name in FILES}
+POLARISED = ("--polarisation", "0.7", "--sky", "harrison-coombes")
 
 
 @pytest.fixture(scope="module")
@@ -127,11 +128,12 @@ def test_what_a_mark_does_not_vouch_for_is_made_again(amc, out, whole, name, cap
     assert run_bytes(out) == whole
 
 
-@pytest.mark.parametrize("more", [(), ("--precision", "float64", "--replicates", 3), ("--weights",)])
+@pytest.mark.parametrize("more", [("--precision", "float64", "--replicates", 3), ("--weights",), POLARISED])
 def test_more_shards_than_blocks(amc, tmp_path, more):
     assert run(amc, tmp_path / "whole", *more) == 0
     for k in range(5, 0, -1):
         assert run(amc, tmp_path / "out", "--shard", f"{k}/5", *more) == 0
+    assert ("stokes-0002.npy" in names(tmp_path / "out")) == (more == POLARISED)
     assert run_bytes(tmp_path / "out") == run_bytes(tmp_path / "whole")
 
 

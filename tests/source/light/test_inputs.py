@@ -111,15 +111,6 @@ def test_without_difcol_the_irradiances_split_the_light(tmp_path, weather):
     )
 
 
-def test_without_difcol_epsilon_tells_the_same_ratio(tmp_path):
-    folder = scene_folder(tmp_path)
-    first = sky.read_scene(folder, perez={"dni": 850.0, "dhi": 95.0} | FLAT)
-    shape = {"epsilon": perez_of(first)["epsilon"], "delta": perez_of(first)["delta"]}
-    again = sky.read_scene(folder, perez=shape | FLAT)
-    assert float(again.components[0].strength[0]) == pytest.approx(float(first.components[0].strength[0]), rel=1e-12)
-    np.testing.assert_allclose(perez_of(again)["coefficients"], perez_of(first)["coefficients"], rtol=1e-12)
-
-
 def test_nothing_given_shows_the_lines_to_write(tmp_path):
     folder = scene_folder(tmp_path)
     with pytest.raises(sky.InputFileError) as caught:
