@@ -27,7 +27,6 @@ THEIRS = "verify theirs.npy --scene inputs/clear_day"
 SIZE = "texture-save-precision"
 USAGE = {
     # what was meant
-    "run x --version": "run has no option --version",
     "export x --to csv --out-dir y": "export has no option --out-dir; did you mean --out?",
     "run x --format jpeg": "--format: invalid choice: 'jpeg'; choose from npy, mcpl, raw, source, none",
     "run --time 2026-06-21 09:30": "write 2026-06-21T09:30Z for UTC, or an offset such as +02:00",

@@ -2,7 +2,6 @@
 
 import contextlib
 import os
-import signal
 import subprocess
 import sys
 
@@ -65,27 +64,6 @@ def test_what_a_killed_writer_left_goes_with_the_next_call(fault, small_run, tmp
         assert len(left) == 2
         assert [sum(name in one for one in left) for name in (target.name, "other.mcpl")] == [1, 1]
         assert target.stat().st_size > 1000
-
-
-@row(54, "killed-while-it-writes")
-def test_an_export_that_is_killed(fault, small_run, tmp_path):
-    """The real command, killed when its file is there: nothing under the final name, and the next one cleans up."""
-    target, big = tmp_path / "made" / "photons.mcpl", tmp_path / "big"
-    target.parent.mkdir()
-    assert command("run", small_run.parent / "amc.inp", "--iterations", "3e6", "-q", "--out", big) == 0
-    words = [sys.executable, "-m", "aomc_sky", "export", str(big), "--to", "mcpl", "--out", str(target), "-q"]
-    for _ in range(20):
-        process = subprocess.Popen(words)
-        while process.poll() is None and not unfinished(target.parent):
-            pass
-        process.send_signal(signal.SIGKILL)
-        if process.wait() == -signal.SIGKILL and unfinished(target.parent):
-            break
-        target.unlink(missing_ok=True)
-    assert not target.exists()
-    assert len(unfinished(target.parent)) == 1
-    assert command(*words[3:]) == 0
-    assert [path.name for path in target.parent.iterdir()] == ["photons.mcpl"]
 
 
 @row(54, "taken-for-a-leftover")
