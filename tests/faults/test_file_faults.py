@@ -1,20 +1,15 @@
-"""Rows 29 to 33 of the matrix: what is read all the same, and what is no file.
+"""Rows 30 to 33 of the matrix: what lenient takes, what is no file, and lines without an end.
 
 Files out of form or range are those of tests/data; tests/cli/test_cli_validate.py runs them.
 """
 
-import json
 import os
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from aomc_sky.formats.aomc.amc import read_amc
-from tests.support.fault_rows import AMC, row, row_id, run_scene, sky
+from tests.support.fault_rows import row, row_id, run_scene
 from tests.support.processes import limited
-from tests.support.scenes import write_amc
-from tests.support.shared import INPUTS
 
 BANDS = "3\n555.0 1.5 0.0\n580.0 0.05 0.0\n640.0 0.05 0.0\n"
 """Of lambbot.inp, whose first reflectance cannot be."""
@@ -78,31 +73,6 @@ def test_a_file_without_permission(fault, scene):
     (scene / "skydist.inp").chmod(0)
     done = limited(scene, "run", "amc.inp")
     assert (done.code, done.err) == (6, "aomc-sky: error: cannot read skydist.inp: Permission denied\n")
-
-
-def older_layout(path):
-    """The same scene in the layout with a line more, which asks for a polar cap."""
-    write_amc(replace(read_amc(INPUTS / "document_example" / "amc.inp"), use_polar_cap=True), path)
-    return path.read_bytes()
-
-
-SAME = {
-    "older-layout-is-read": (29, None),
-    "crlf-is-read": (30, AMC.replace("\n", "\r\n").encode()),
-    "byte-order-mark-is-read": (30, b"\xef\xbb\xbf" + AMC.encode()),
-}
-
-
-@pytest.mark.parametrize("name", SAME, ids=[row_id(number, name) for name, (number, _) in SAME.items()])
-def test_what_is_read_gives_the_same_photons(name, tmp_path, capsys):
-    text = SAME[name][1] or older_layout(tmp_path / "amc.inp")
-    assert len(text.splitlines()) == (31 if name.startswith("older") else 30)
-    files = {"skydist.inp": sky().replace("\n", "\r\n").encode()} if name.startswith("crlf") else {}
-    options = ["--iterations", 1000, "--json"]
-    answer = run_scene(tmp_path / "a", {"amc.inp": text, **files}, options, capsys)
-    plain = run_scene(tmp_path / "b", {}, options, capsys)
-    assert (answer.code, answer.err) == (plain.code, plain.err) == (0, "")
-    assert json.loads(answer.out)["plan_sha256"] == json.loads(plain.out)["plan_sha256"]
 
 
 @pytest.mark.parametrize(
