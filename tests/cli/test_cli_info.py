@@ -75,13 +75,6 @@ def test_validate_finds_background_h5_in_a_folder(tmp_path, told):
     assert "error[E500]" in told("validate", tmp_path / "none.HDF5", code=3).err
 
 
-def test_a_missing_member_of_info_is_an_error_with_strict(tmp_path, told):
-    pytest.importorskip("h5py")
-    path = plain_file(tmp_path / "x.h5", info="none")
-    assert told("validate", path).err.count("warning[E504]") == 4
-    assert main(["validate", "--strict", str(path)]) == 3
-
-
 MARS = INPUTS / "atmosphere" / "mars_like.atmo"
 
 
