@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import aomc_sky as sky
-from aomc_sky.directions import travel_from_sky
 from aomc_sky.errors import ModelLimitWarning
 from aomc_sky.formats.aomc.amc import LightSource
 from aomc_sky.formats.sky_toml.sections import PerezSection, SunSection
@@ -43,19 +42,6 @@ TOML = "[perez]\ndni = 850.0\ndhi = 95.0\n"
 
 def perez_of(scene):
     return scene.options["perez"]
-
-
-def test_the_sky_stands_where_the_beam_stands():
-    """The brightest patch of the Perez sky lies around the sun of the direct beam."""
-    scene = sky.read_scene(INPUTS / "perez_sky")
-    grid = scene.components[1].grid
-    beam = scene.source(precision="float64").photons(0, 0, 2000)
-    sun_direction = beam.directions[beam.patch == 0].mean(axis=0)
-    brightest = int(np.argmax(scene.components[1].mass_of(0) / grid.projected_solid_angle_sr))
-    ring, column = divmod(brightest, grid.n_azimuth)
-    middle = grid.zenith_bounds_deg[ring].mean(), grid.azimuth_bounds_deg[column].mean()
-    patch = np.ravel(travel_from_sky(*middle))
-    assert np.dot(patch, sun_direction / np.linalg.norm(sun_direction)) > np.cos(np.deg2rad(3))
 
 
 def test_options_win_over_sky_toml_and_sky_toml_over_difcol(tmp_path):
