@@ -153,14 +153,6 @@ def test_a_folder_of_another_run_is_refused_unless_forced(amc, out, tmp_path, to
     assert source_of(photons).plan.sha256 == source_of(second).plan.sha256
 
 
-def test_the_run_itself_is_no_target(out, told):
-    before = names(out)
-    assert "is the run itself" in told("export", out, "--to", "npy", "--out", out, "--force", code=2).err
-    out.with_name("link").symlink_to(out)
-    assert export(out, "--to", "npy", "--out", out.with_name("link"), "--force") == 2
-    assert names(out) == before
-
-
 def test_other_files_in_the_run_leave_it_verified(out, told):
     pytest.importorskip("h5netcdf")
     for words in (["mcpl", "--out", out / "more.mcpl"], ["netcdf", "--out", out]):

@@ -52,15 +52,12 @@ def test_info_of_a_measured_sky_has_the_wavebands_of_run(told):
     assert json.loads(told("info", *words).out)["wavebands"] == [500.0]
 
 
-def test_names_from_a_file_do_not_disturb_a_terminal(tmp_path, told):
+def test_long_names_and_lists_are_cut(tmp_path, told):
     pytest.importorskip("h5py")
 
     def change(file):
-        file.move("LobeAnims/a", "LobeAnims/\x1b[31mred")
-        file["LobeAnims"].move("\x1b[31mred", "\x1b[31m" + "x" * 1000)
+        file.move("LobeAnims/a", "LobeAnims/\x1b[31m" + "x" * 1000)
 
-    path = plain_file(tmp_path / "x.h5", change=change, reference=(1, 2**63), lobes=LOBES * 40)
-    assert "\x1b" not in told("info", path, code=3).err
     path = plain_file(tmp_path / "y.h5", change=change, reference=(1, 2**63), lobes=LOBES[:1] * 120)
     text = told("info", path).out
     assert "\x1b" not in text

@@ -155,6 +155,8 @@ USAGE = {
     f"{EXPORT} mcpl --out sky.hdr": "a name that ends in .mcpl is a file, and a name without an ending",
     f"{EXPORT} csv --out photons.csv": "a name without an ending, such as photons, is a folder",
     f"{EXPORT} aomc --out sky.nc": "--to aomc writes no .nc file",
+    f"{EXPORT} npy --out out": "is the run itself",
+    f"{EXPORT} npy --out scene/../out": "is the run itself",
     f"{EXPORT} mcpl --out out": "photons.mcpl in the run is the run's own",
     f"{EXPORT} source --out out/source.sky": "source.sky in the run is the run's own",
     f"{EXPORT} source --out out/plan.npz":
