@@ -6,7 +6,6 @@ import pytest
 
 from tests.support.fault_rows import (
     photons_of_band,
-    row,
     row_id,
     run_scene,
     sky,
@@ -23,7 +22,9 @@ EXTREMES = {
     "subnormals-everywhere": (23, ("5e-324",) * 4, 4000, (1000,) * 4),
     "subnormals-that-differ": (23, ("5e-324", "1e-323", "1.5e-323", "2e-323"), 10_000, (1000, 2000, 3000, 4000)),
 }
-METHODS = ("systematic", "largest-remainder")
+WAYS = ("--allocation systematic", "--allocation largest-remainder")
+WAYS += ("--allocation largest-remainder --weighting projected",)
+"""All four patches have the projected solid angle pi / 4: no multiple of 5e-324 has such a share of itself."""
 
 
 def at_one_wavelength(rows, n_zenith, n_azimuth):
@@ -43,25 +44,15 @@ def even_sky(n_zenith, n_azimuth):
     return at_one_wavelength(rows, n_zenith, n_azimuth)
 
 
-@pytest.mark.parametrize("method", METHODS)
+@pytest.mark.parametrize("way", WAYS)
 @pytest.mark.parametrize("name", EXTREMES, ids=[row_id(case[0], name) for name, case in EXTREMES.items()])
-def test_radiances_at_the_ends(name, method, tmp_path, capsys):
+def test_radiances_at_the_ends(name, way, tmp_path, capsys):
     _, values, n, counts = EXTREMES[name]
-    options = ["--iterations", n, "--allocation", method, "--format", "none", "-q"]
+    options = ["--iterations", n, *way.split(), "--format", "none", "-q"]
     answer = run_scene(tmp_path, one_sky(values), options, capsys)
     assert (answer.code, answer.err) == (0, "")
     for band in (1, 2, 3):
         assert photons_of_band(answer.folder, band) == dict(zip(CELLS, counts, strict=True))
-
-
-@row(23, "subnormals-times-solid-angles")
-def test_subnormal_radiances(fault, tmp_path, capsys):
-    """All four patches have the projected solid angle pi / 4: no multiple of 5e-324 has such a share of itself."""
-    _, values, n, counts = EXTREMES["subnormals-that-differ"]
-    options = ["--iterations", n, "--weighting", "projected", "--allocation", METHODS[1], "--format", "none", "-q"]
-    answer = run_scene(tmp_path, one_sky(values), options, capsys)
-    assert (answer.code, answer.err) == (0, "")
-    assert photons_of_band(answer.folder, 1) == dict(zip(CELLS, counts, strict=True))
 
 
 @pytest.mark.parametrize("n", [1, 7], ids=["row-24-1-photon-32400-patches", "row-24-7-photons-32400-patches"])
