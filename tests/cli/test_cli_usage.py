@@ -25,6 +25,7 @@ AIR = "atmosphere inputs/atmosphere_sky/clear.atmo"
 EXPORT = "export out --force --to"
 THEIRS = "verify theirs.npy --scene inputs/clear_day"
 SIZE = "texture-save-precision"
+INPUT_FILES = ("scene/amc.inp", "scene/lambbot.inp", "inputs/perez_sky/difcol.inp", "inputs/perez_sky/sky.toml")
 USAGE = {
     # what was meant
     "export x --to csv --out-dir y": "export has no option --out-dir; did you mean --out?",
@@ -37,6 +38,7 @@ USAGE = {
     "run scene --out new --format none --format npy": "--format none",
     "run scene --format mcpl --out -": "--format",
     "run scene --out -": "--format",
+    "run scene --format raw --out - --json": "--json and --out -",
     "run scene --out new --sky perez": "dhi",
     "run scene --out new --limits paper": "--limits",
     "run scene --out new --compat aomc --allocation systematic": "--compat aomc",
@@ -162,6 +164,9 @@ USAGE = {
     f"{EXPORT} source --out out/plan.npz":
         "plan.npz is there and no folder; --to source takes a folder, or a name that ends",
     f"{EXPORT} csv --out /dev/full": "/dev/full is there and no folder; --to csv takes a folder",
+    # targets that are never replaced
+    **{f"{CLEAR} --force --write-skydist {file}": "never replaced" for file in INPUT_FILES},
+    f"{CLEAR} --force --write-skydist /dev/null": "device or a pipe",
     # an empty name
     f"{EXPORT} csv --out ''": "empty",
     "plot inputs/clear_day --out ''": "empty",
@@ -231,6 +236,7 @@ OTHERS = {
     (3, "export scene --to npy"): "run it first: aomc-sky run",
     (3, "export folder.hdr --to npy"): "this folder holds no plan.npz",
     (3, "plot nosuch"): "E100",
+    (3, "run --sky overcast --wavelengths 443 gray"): "gray: error[E100]",
     (3, "plot nosuch --quantity dop"): "E100",
     (3, "plot nosuch --time 3"): "E100",
     (4, f"run scene --out new --format none --iterations {2**63 - 1}"): f"from 1 to 2^62, got {2**63 - 1}",
@@ -245,6 +251,7 @@ OTHERS = {
     (6, f"{CLEAR} --write-skydist no/such/folder/skydist.inp"): "no/such/folder",
     (6, "plot scene --out absent/sky.png"): "absent",
     (6, "run scene -q --out theirs.npy"): "cannot create the folder",
+    (6, "run scene -q --out /proc/self/aomc-sky-out"): "/proc/self/aomc-sky-out",  # refuses names to everybody
 }  # fmt: skip
 """The same with their exit codes."""
 NEEDED = {"plot": "matplotlib", "night.h5": "h5py", "--epw": "pvlib", "--time 2": "pvlib", "--tmy3": "pvlib"}

@@ -82,10 +82,3 @@ def test_a_number_is_a_wavelength_whatever_lies_in_the_folder(tmp_path, monkeypa
 def test_what_is_no_list_of_wavelengths(command, form, text):
     with pytest.raises(WrongWordsError, match=text):
         parsed(command, f"{shlex.join(NEEDED[command])} --wavelengths {form}")
-
-
-def test_a_scene_that_is_not_there_is_what_is_wrong(tmp_path, monkeypatch, told):
-    monkeypatch.chdir(tmp_path)
-    said = told("run", "--sky", "overcast", "--wavelengths", "443", "gray", code=3).err
-    assert "E100" in said
-    assert "lambbot.inp" not in said

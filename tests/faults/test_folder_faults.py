@@ -118,13 +118,6 @@ def test_a_reader_that_goes_away_is_exit_6(fault, amc):
     assert b"Traceback" not in err
 
 
-@pytest.mark.skipif(not Path("/proc/self").exists(), reason="needs a folder that nobody may write to")
-@row(41, "target-that-refuses")
-def test_a_target_that_refuses(fault, amc, told):
-    """/proc refuses new names to everybody, root included."""
-    assert "/proc/self/aomc-sky-out" in told("run", amc, "--out", "/proc/self/aomc-sky-out", "-q", code=6).err
-
-
 @row(41, "folder-vanishes")
 def test_a_folder_that_vanishes(fault, amc, tmp_path, told, monkeypatch):
     out = tmp_path / "out"

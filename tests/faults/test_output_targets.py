@@ -1,6 +1,5 @@
 """Row 48 of the matrix: outputs named so that they would mix with, or replace, what is not ours."""
 
-import os
 import shutil
 from importlib.util import find_spec
 from pathlib import Path
@@ -123,26 +122,6 @@ def test_a_file_of_others_is_replaced_by_force_alone(fault, tmp_path, monkeypatc
     first = target.read_bytes()
     assert command(*words) == 0
     assert target.read_bytes() == first
-
-
-INPUT_FILES = ("amc.inp", "lambbot.inp", "difcol.inp", "sky.toml")
-
-
-@row(48, *(f"input-{name}" for name in INPUT_FILES))
-def test_inputs_are_never_replaced(fault, tmp_path, told):
-    target = tmp_path / fault.removeprefix("input-")
-    target.write_text("mine")
-    assert "never replaced" in told(*PEREZ, "--write-skydist", target, "--force", code=2).err
-    assert target.read_text() == "mine"
-
-
-@row(48, "device", "pipe")
-def test_a_device_or_a_pipe_is_no_target(fault, tmp_path, told):
-    """A file written as a whole takes the name: root would lose /dev/null."""
-    target = Path("/dev/null") if fault == "device" else tmp_path / "pipe"
-    if fault == "pipe":
-        os.mkfifo(target)
-    assert "device or a pipe" in told(*PEREZ, "--write-skydist", target, "--force", code=2).err
 
 
 @row(48, "the-file-that-is-read")
